@@ -1,0 +1,16 @@
+//! Configurations that come with the program, so that it runs from any folder.
+
+/// Name of the configuration that is used when none is given.
+pub const BENCH: &str = "configs/tian.toml";
+
+/// The text of a configuration that comes with the program, by its path in the project.
+pub fn embedded_config(path: &str) -> Option<&'static str> {
+    match path {
+        "configs/tian.toml" => Some(include_str!("../../configs/tian.toml")),
+        "configs/tian-as-published.toml" => Some(include_str!("../../configs/tian-as-published.toml")),
+        _ => None,
+    }
+}
+
+/// The text of the effect library.
+pub(super) const EFFECTS: &str = include_str!("../../configs/effects.toml");

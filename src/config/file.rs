@@ -1,0 +1,370 @@
+//! The words of a configuration file, and what they mean as a patch of a machine.
+
+use std::collections::BTreeMap;
+
+use serde::Deserialize;
+
+use crate::machine::{
+    Effect, FitRule, JointPatch, Motion, Parameter, Patch, Place, PointPatch, Rescale, Scale, ShaftPatch, Source, Target,
+};
+use crate::unit::travel_per_radian_m;
+
+/// A machine configuration.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct MachineFile {
+    /// What a person calls the machine.
+    pub title: String,
+    /// Ids of library effects (or of `[[effect]]` of this file) the machine contains.
+    #[serde(default)]
+    pub effects: Vec<String>,
+    /// Damping of every joint as a share of its stiffness (s).
+    #[serde(default)]
+    pub stiffness_proportional_damping_s: f64,
+    /// Points.
+    #[serde(default)]
+    pub point: Vec<PointFile>,
+    /// Shafts.
+    #[serde(default)]
+    pub shaft: Vec<ShaftFile>,
+    /// Joints.
+    #[serde(default)]
+    pub joint: Vec<JointFile>,
+    /// Parameters by id.
+    #[serde(default)]
+    pub parameter: BTreeMap<String, ParameterFile>,
+    /// Effects of the user's own.
+    #[serde(default)]
+    pub effect: Vec<EffectFile>,
+}
+
+/// The effect library: nothing but effects.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct LibraryFile {
+    /// Effects.
+    pub effect: Vec<EffectFile>,
+}
+
+/// A number, or a parameter by id.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(untagged, expecting = "expected a number, or the name of a parameter in quotes")]
+pub enum Number {
+    /// Fixed.
+    Fixed(f64),
+    /// Parameter.
+    Named(String),
+}
+
+impl From<Number> for Source {
+    fn from(number: Number) -> Self {
+        match number {
+            Number::Fixed(x) => Source::Number(x),
+            Number::Named(id) => Source::Parameter(id),
+        }
+    }
+}
+
+fn source(number: Option<Number>) -> Source {
+    number.map_or(Source::Number(0.0), Source::from)
+}
+
+/// `translation` or `rotation`.
+#[derive(Debug, Clone, Copy, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum MotionFile {
+    /// Displacement (m).
+    Translation,
+    /// Angle (rad).
+    Rotation,
+}
+
+/// A point.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct PointFile {
+    name: String,
+    motion: MotionFile,
+    mass_kg: Option<Number>,
+    inertia_kg_m2: Option<Number>,
+    /// `free` (default) or `fixed`.
+    #[serde(default)]
+    boundary: Boundary,
+}
+
+#[derive(Debug, Clone, Copy, Default, PartialEq, Deserialize)]
+#[serde(rename_all = "lowercase")]
+enum Boundary {
+    #[default]
+    Free,
+    Fixed,
+}
+
+/// A shaft.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ShaftFile {
+    name: String,
+    length_m: Number,
+    diameter_m: Number,
+    youngs_modulus_pa: Number,
+    shear_modulus_pa: Number,
+    density_kg_m3: Number,
+    loss_factor: Option<Number>,
+    station: Vec<StationFile>,
+}
+
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct StationFile {
+    at: Option<PlaceFile>,
+    at_m: Option<f64>,
+    axial: Option<String>,
+    torsion: Option<String>,
+}
+
+#[derive(Debug, Clone, Copy, Deserialize)]
+#[serde(rename_all = "lowercase")]
+enum PlaceFile {
+    Start,
+    Nut,
+    End,
+}
+
+/// A joint.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct JointFile {
+    name: String,
+    /// Two points, or a point and `ground`.
+    between: Option<[String; 2]>,
+    /// Adds −lead/2π times the angle of a point: a screw–nut joint.
+    screw: Option<ScrewFile>,
+    /// Or any combination of points.
+    on: Option<BTreeMap<String, f64>>,
+    stiffness: Option<Number>,
+    damping: Option<Number>,
+    loss_factor: Option<Number>,
+    relaxation_stiffness: Option<Number>,
+}
+
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct ScrewFile {
+    angle: String,
+    lead_m: f64,
+}
+
+/// A parameter.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ParameterFile {
+    unit: String,
+    start: f64,
+    lower: f64,
+    upper: f64,
+    #[serde(default)]
+    scale: Option<ScaleFile>,
+    #[serde(default)]
+    fit: FitFile,
+    #[serde(default)]
+    source: String,
+}
+
+#[derive(Debug, Clone, Copy, Deserialize)]
+#[serde(rename_all = "lowercase")]
+enum ScaleFile {
+    Logarithmic,
+    Linear,
+}
+
+#[derive(Debug, Clone, Copy, Default, Deserialize)]
+#[serde(rename_all = "lowercase")]
+enum FitFile {
+    #[default]
+    Always,
+    Frf,
+    Never,
+}
+
+/// An effect.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct EffectFile {
+    /// Id.
+    pub id: String,
+    says: String,
+    #[serde(default)]
+    needs: Vec<String>,
+    #[serde(default)]
+    point: Vec<PointFile>,
+    #[serde(default)]
+    joint: Vec<JointFile>,
+    #[serde(default)]
+    parameter: BTreeMap<String, ParameterFile>,
+    #[serde(default)]
+    rescale: Vec<RescaleFile>,
+}
+
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct RescaleFile {
+    part: PartFile,
+    name: String,
+    law: LawFile,
+    by: String,
+}
+
+#[derive(Debug, Clone, Copy, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+enum PartFile {
+    PointInertia,
+    JointStiffness,
+    JointDamping,
+    ShaftDiameter,
+    ShaftLossFactor,
+}
+
+#[derive(Debug, Clone, Copy, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+enum LawFile {
+    Relative,
+    AlongStroke,
+    Replace,
+}
+
+fn point(file: PointFile) -> Result<PointPatch, String> {
+    let motion = match file.motion {
+        MotionFile::Translation => Motion::Translation,
+        MotionFile::Rotation => Motion::Rotation,
+    };
+    let (right, wrong, wrong_key) = match motion {
+        Motion::Translation => (file.mass_kg, file.inertia_kg_m2, "inertia_kg_m2"),
+        Motion::Rotation => (file.inertia_kg_m2, file.mass_kg, "mass_kg"),
+    };
+    if wrong.is_some() {
+        return Err(format!("point.{}: a {} has no {wrong_key}; write {}", file.name, motion.noun(), motion.inertia_key()));
+    }
+    if let Some(Number::Fixed(0.0)) = right {
+        return Err(format!("point.{}.{}: is 0; leave the key out where there is no inertia", file.name, motion.inertia_key()));
+    }
+    Ok(PointPatch { inertia: source(right), motion, fixed: file.boundary == Boundary::Fixed, name: file.name })
+}
+
+fn shaft(file: ShaftFile) -> Result<ShaftPatch, String> {
+    let mut stations = Vec::new();
+    for station in file.station {
+        let place = match (station.at, station.at_m) {
+            (Some(PlaceFile::Start), None) => Place::At(0.0),
+            (Some(PlaceFile::Nut), None) => Place::Nut,
+            (Some(PlaceFile::End), None) => Place::End,
+            (None, Some(distance_m)) => Place::At(distance_m),
+            _ => return Err(format!("shaft.{}.station: write either at = \"start\", \"nut\" or \"end\", or at_m = a distance", file.name)),
+        };
+        stations.push((place, station.axial, station.torsion));
+    }
+    Ok(ShaftPatch {
+        name: file.name,
+        length: file.length_m.into(),
+        diameter: file.diameter_m.into(),
+        youngs_modulus: file.youngs_modulus_pa.into(),
+        shear_modulus: file.shear_modulus_pa.into(),
+        density: file.density_kg_m3.into(),
+        loss_factor: source(file.loss_factor),
+        stations,
+    })
+}
+
+fn joint(file: JointFile) -> Result<JointPatch, String> {
+    let name = file.name;
+    let mut on: Vec<(String, f64)> = match (file.between, file.on) {
+        (Some([a, b]), None) if a != b => [(a, 1.0), (b, -1.0)].into_iter().filter(|(n, _)| n != "ground").collect(),
+        (Some([a, _]), None) => return Err(format!("joint.{name}.between: «{a}» twice; name two different points, or one and \"ground\"")),
+        (None, Some(on)) => on.into_iter().collect(),
+        _ => return Err(format!("joint.{name}: write either between = [\"a\", \"b\"] or on = {{ a = 1.0, … }}")),
+    };
+    if on.len() == 1 && on[0].1 < 0.0 {
+        on[0].1 = 1.0;
+    }
+    if let Some(screw) = file.screw {
+        if !(screw.lead_m.abs() > 0.0 && screw.lead_m.is_finite()) {
+            return Err(format!("joint.{name}.screw.lead_m: is {}; write the travel per turn in m", screw.lead_m));
+        }
+        on.push((screw.angle, -travel_per_radian_m(screw.lead_m)));
+    }
+    if file.stiffness.is_none() && file.damping.is_none() {
+        return Err(format!("joint.{name}: has neither stiffness nor damping; write at least one"));
+    }
+    Ok(JointPatch {
+        name,
+        on,
+        stiffness: source(file.stiffness),
+        damping: source(file.damping),
+        loss_factor: source(file.loss_factor),
+        relaxation_stiffness: file.relaxation_stiffness.map(Source::from),
+    })
+}
+
+fn parameter((id, file): (String, ParameterFile)) -> Parameter {
+    let scale = match file.scale {
+        Some(ScaleFile::Logarithmic) => Scale::Logarithmic,
+        Some(ScaleFile::Linear) => Scale::Linear,
+        None if file.lower > 0.0 => Scale::Logarithmic,
+        None => Scale::Linear,
+    };
+    let fit = match file.fit {
+        FitFile::Always => FitRule::Always,
+        FitFile::Frf => FitRule::Frf,
+        FitFile::Never => FitRule::Never,
+    };
+    Parameter { id, unit: file.unit, start: file.start, lower: file.lower, upper: file.upper, scale, fit, source: file.source }
+}
+
+fn rescale(file: RescaleFile) -> (Target, Rescale, String) {
+    let target = match file.part {
+        PartFile::PointInertia => Target::PointInertia(file.name),
+        PartFile::JointStiffness => Target::JointStiffness(file.name),
+        PartFile::JointDamping => Target::JointDamping(file.name),
+        PartFile::ShaftDiameter => Target::ShaftDiameter(file.name),
+        PartFile::ShaftLossFactor => Target::ShaftLossFactor(file.name),
+    };
+    let law = match file.law {
+        LawFile::Relative => Rescale::Relative,
+        LawFile::AlongStroke => Rescale::AlongStroke,
+        LawFile::Replace => Rescale::Replace,
+    };
+    (target, law, file.by)
+}
+
+impl MachineFile {
+    /// What the file describes, without its effects.
+    pub fn patch(self) -> Result<Patch, String> {
+        Ok(Patch {
+            points: self.point.into_iter().map(point).collect::<Result<_, _>>()?,
+            shafts: self.shaft.into_iter().map(shaft).collect::<Result<_, _>>()?,
+            joints: self.joint.into_iter().map(joint).collect::<Result<_, _>>()?,
+            parameters: self.parameter.into_iter().map(parameter).collect(),
+            rescales: Vec::new(),
+        })
+    }
+}
+
+impl EffectFile {
+    /// The effect.
+    pub fn effect(self) -> Result<Effect, String> {
+        let id = self.id.clone();
+        let named = |fault: String| format!("effect {id}, {fault}");
+        Ok(Effect {
+            patch: Patch {
+                points: self.point.into_iter().map(point).collect::<Result<_, _>>().map_err(named)?,
+                shafts: Vec::new(),
+                joints: self.joint.into_iter().map(joint).collect::<Result<_, _>>().map_err(named)?,
+                parameters: self.parameter.into_iter().map(parameter).collect(),
+                rescales: self.rescale.into_iter().map(rescale).collect(),
+            },
+            id: self.id,
+            says: self.says,
+            needs: self.needs,
+        })
+    }
+}

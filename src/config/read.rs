@@ -1,0 +1,166 @@
+//! Configurations read: from a file or from those that come with the program, with overrides.
+
+use std::path::Path;
+
+use serde::de::DeserializeOwned;
+
+use super::embedded::{EFFECTS, embedded_config};
+use super::error::ConfigError;
+use super::file::{LibraryFile, MachineFile};
+use crate::machine::{Effect, Machine};
+
+/// Overrides `key.path=value` of a configuration, in order.
+pub type Overrides<'a> = &'a [String];
+
+/// A machine as configured.
+#[derive(Debug, Clone)]
+pub struct MachineConfig {
+    /// Where it came from: a path, or the project path of one that comes with the program.
+    pub path: String,
+    /// Its text, of which a digest is taken.
+    pub text: String,
+    /// The machine with the effects it contains.
+    pub machine: Machine,
+    /// All effects at hand: the library and those of the file.
+    pub effects: Vec<Effect>,
+}
+
+/// The effects that come with the program.
+///
+/// # Errors  never in a released program: a test reads it.
+pub fn effect_library() -> Result<Vec<Effect>, ConfigError> {
+    let path = "configs/effects.toml";
+    let file: LibraryFile = parse(path, EFFECTS, &[])?;
+    file.effect.into_iter().map(|e| e.effect().map_err(|fault| ConfigError::Content { path: path.into(), fault })).collect()
+}
+
+/// Reads a machine from a file; if there is none of that name, from those that come with the program.
+/// `without` are effects taken out of the description first.
+///
+/// # Errors  the file cannot be read, is no TOML, or describes no machine; an override or an effect is unknown.
+pub fn read_machine(path: &str, overrides: Overrides<'_>, without: &[String]) -> Result<MachineConfig, ConfigError> {
+    let text = match std::fs::read_to_string(path) {
+        Ok(text) => text,
+        Err(error) => match embedded_config(path).filter(|_| error.kind() == std::io::ErrorKind::NotFound) {
+            Some(text) => text.to_string(),
+            None => {
+                let fault = if Path::new(path).is_dir() {
+                    "is a folder; name a .toml file".to_string()
+                } else {
+                    match error.kind() {
+                        std::io::ErrorKind::NotFound => "there is no such file".into(),
+                        std::io::ErrorKind::PermissionDenied => "reading it is not permitted".into(),
+                        std::io::ErrorKind::InvalidData => "is not text in UTF-8".into(),
+                        _ => error.to_string(),
+                    }
+                };
+                return Err(ConfigError::Unreadable { path: path.into(), fault });
+            }
+        },
+    };
+    read_machine_text(path, &text, overrides, without)
+}
+
+/// As [`read_machine`], from text.
+///
+/// # Errors  as [`read_machine`].
+pub fn read_machine_text(path: &str, text: &str, overrides: Overrides<'_>, without: &[String]) -> Result<MachineConfig, ConfigError> {
+    let content = |fault: String| ConfigError::Content { path: path.into(), fault };
+    if text.trim().is_empty() {
+        return Err(content("is empty; a machine needs at least title, [[point]] and [[joint]]".into()));
+    }
+    let mut file: MachineFile = parse(path, text, overrides)?;
+    let mut effects = effect_library()?;
+    for own in std::mem::take(&mut file.effect) {
+        let own = own.effect().map_err(content)?;
+        if effects.iter().any(|e| e.id == own.id) {
+            return Err(content(format!("effect «{}» is there already; choose another id", own.id)));
+        }
+        effects.push(own);
+    }
+    for id in without {
+        if !file.effects.contains(id) {
+            let known = if file.effects.is_empty() { "none".into() } else { file.effects.join(", ") };
+            return Err(content(format!("--without {id}: the machine does not contain this effect; it contains {known}")));
+        }
+    }
+    let title = file.title.clone();
+    let share_s = file.stiffness_proportional_damping_s;
+    if !(share_s >= 0.0 && share_s.is_finite()) {
+        return Err(content(format!("stiffness_proportional_damping_s: is {share_s}; write 0 or a time in s")));
+    }
+    let contained = std::mem::take(&mut file.effects);
+    if file.point.is_empty() {
+        return Err(content("describes no [[point]]; a machine needs at least one".into()));
+    }
+    let patch = file.patch().map_err(content)?;
+    let empty = Machine { title, stiffness_proportional_damping_s: share_s, ..Machine::default() };
+    let mut machine = empty.with(&patch).map_err(|e| content(e.to_string()))?;
+    for id in contained.iter().filter(|id| !without.contains(id)) {
+        let effect = effects.iter().find(|e| e.id == *id).ok_or_else(|| {
+            let known: Vec<&str> = effects.iter().map(|e| e.id.as_str()).collect();
+            content(format!("effects: no effect is called «{id}»; there are {}", known.join(", ")))
+        })?;
+        machine = machine.with_effect(effect).map_err(|e| content(e.to_string()))?;
+    }
+    machine.drop_unused_parameters();
+    Ok(MachineConfig { path: path.into(), text: text.into(), machine, effects })
+}
+
+/// Parses TOML; errors carry file and line. Overrides are applied to the keys before they are understood.
+fn parse<T: DeserializeOwned>(path: &str, text: &str, overrides: Overrides<'_>) -> Result<T, ConfigError> {
+    let syntax = |error: toml::de::Error| {
+        let line = error.span().map_or(1, |span| text[..span.start.min(text.len())].lines().count().max(1));
+        let line = if error.span().is_some_and(|s| text[..s.start.min(text.len())].ends_with('\n')) { line + 1 } else { line };
+        ConfigError::Syntax { path: path.into(), line, fault: error.message().replace('\n', "; ") }
+    };
+    if overrides.is_empty() {
+        return toml::from_str(text).map_err(syntax);
+    }
+    let mut table: toml::Table = toml::from_str(text).map_err(syntax)?;
+    for given in overrides {
+        set(&mut table, given).map_err(|fault| ConfigError::Override { given: given.clone(), fault })?;
+    }
+    let listed = overrides.join(" ");
+    table.try_into().map_err(|error: toml::de::Error| ConfigError::Override { given: listed, fault: error.message().replace('\n', "; ") })
+}
+
+/// Sets one key: `parameter.k_s.start=1e5`; entries of lists are named by `name`, `id` or number: `point.table.mass_kg=300`.
+fn set(table: &mut toml::Table, given: &str) -> Result<(), String> {
+    let (path, text) = given.split_once('=').ok_or("write key.path=value")?;
+    let value: toml::Value = toml::from_str::<toml::Table>(&format!("v = {text}"))
+        .ok()
+        .and_then(|mut t| t.remove("v"))
+        .unwrap_or_else(|| toml::Value::String(text.to_string()));
+    let keys: Vec<&str> = path.trim().split('.').collect();
+    let (last, parents) = keys.split_last().ok_or("write key.path=value")?;
+    let mut here = table;
+    let mut index = 0;
+    while index < parents.len() {
+        let key = parents[index];
+        let known: Vec<String> = here.keys().cloned().collect();
+        let child = here.get_mut(key).ok_or_else(|| format!("there is no key «{key}» here; there are {}", known.join(", ")))?;
+        here = match child {
+            toml::Value::Table(table) => table,
+            toml::Value::Array(list) => {
+                index += 1;
+                let wanted = parents.get(index).ok_or_else(|| format!("«{key}» is a list; name the entry, as in {key}.NAME.{last}=…"))?;
+                let names: Vec<String> = list.iter().map(entry_name).collect();
+                let at = names
+                    .iter()
+                    .position(|n| n == wanted)
+                    .or_else(|| wanted.parse::<usize>().ok().filter(|n| *n < list.len()))
+                    .ok_or_else(|| format!("no entry of «{key}» is called «{wanted}»; there are {}", names.join(", ")))?;
+                list[at].as_table_mut().ok_or_else(|| format!("«{key}.{wanted}» has no keys"))?
+            }
+            _ => return Err(format!("«{key}» is a value, not a table")),
+        };
+        index += 1;
+    }
+    here.insert((*last).to_string(), value);
+    Ok(())
+}
+
+fn entry_name(entry: &toml::Value) -> String {
+    ["name", "id"].iter().find_map(|k| entry.get(*k).and_then(toml::Value::as_str)).unwrap_or("?").to_string()
+}

@@ -1,0 +1,126 @@
+//! Patches: what a description, or an effect, adds to a machine.
+//!
+//! A machine's own description is a patch of the empty machine; an effect is a patch of a machine.
+//! A patch names points, shafts and joints; [`Machine::with`](super::Machine::with) resolves the names.
+
+use super::{Motion, Parameter, Place};
+
+/// A number in a patch: fixed, or a parameter by id.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Source {
+    /// A fixed number.
+    Number(f64),
+    /// The parameter of that id.
+    Parameter(String),
+}
+
+impl Default for Source {
+    fn default() -> Self {
+        Source::Number(0.0)
+    }
+}
+
+/// A point a patch adds.
+#[derive(Debug, Clone, PartialEq)]
+pub struct PointPatch {
+    /// Unique name.
+    pub name: String,
+    /// Displacement or angle.
+    pub motion: Motion,
+    /// Mass (kg) or moment of inertia (kg·m²).
+    pub inertia: Source,
+    /// Held to the ground.
+    pub fixed: bool,
+}
+
+/// A shaft a patch adds; fields as in [`Shaft`](super::Shaft).
+#[derive(Debug, Clone, PartialEq)]
+pub struct ShaftPatch {
+    /// Unique name.
+    pub name: String,
+    /// Length (m).
+    pub length: Source,
+    /// Diameter (m).
+    pub diameter: Source,
+    /// E (Pa).
+    pub youngs_modulus: Source,
+    /// G (Pa).
+    pub shear_modulus: Source,
+    /// ρ (kg/m³).
+    pub density: Source,
+    /// η.
+    pub loss_factor: Source,
+    /// Place, axial point, torsional point.
+    pub stations: Vec<(Place, Option<String>, Option<String>)>,
+}
+
+/// A joint a patch adds; fields as in [`Joint`](super::Joint).
+#[derive(Debug, Clone, PartialEq)]
+pub struct JointPatch {
+    /// Unique name.
+    pub name: String,
+    /// Point names and coefficients.
+    pub on: Vec<(String, f64)>,
+    /// k.
+    pub stiffness: Source,
+    /// c.
+    pub damping: Source,
+    /// η.
+    pub loss_factor: Source,
+    /// Stiffness in series with the damper.
+    pub relaxation_stiffness: Option<Source>,
+}
+
+/// Which number of which part a patch scales.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Target {
+    /// Inertia of the point of that name.
+    PointInertia(String),
+    /// Stiffness of the joint of that name.
+    JointStiffness(String),
+    /// Damping of the joint of that name.
+    JointDamping(String),
+    /// Diameter of the shaft of that name.
+    ShaftDiameter(String),
+    /// Loss factor of the shaft of that name: the parameter is added to it.
+    ShaftLossFactor(String),
+}
+
+/// How a patch scales a number.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Rescale {
+    /// Times 1 + p.
+    Relative,
+    /// Times exp(p·(2·s − 1)), s = nut position / stroke.
+    AlongStroke,
+    /// Becomes the parameter itself.
+    Replace,
+}
+
+/// What a description, or an effect, adds to a machine.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Patch {
+    /// Points it adds.
+    pub points: Vec<PointPatch>,
+    /// Shafts it adds.
+    pub shafts: Vec<ShaftPatch>,
+    /// Joints it adds.
+    pub joints: Vec<JointPatch>,
+    /// Parameters it adds. One that the machine has already (by id) is kept as the machine has it.
+    pub parameters: Vec<Parameter>,
+    /// Numbers it scales: which, how, by which parameter.
+    pub rescales: Vec<(Target, Rescale, String)>,
+}
+
+/// An effect: a named patch and what a person should know of it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Effect {
+    /// Id, for example `rotor-hold`.
+    pub id: String,
+    /// One sentence for the user.
+    pub says: String,
+    /// The points, joints or shafts a machine must have for it to apply, by name.
+    pub needs: Vec<String>,
+    /// What it adds.
+    pub patch: Patch,
+}

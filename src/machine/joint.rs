@@ -1,0 +1,24 @@
+//! Spring–dampers.
+
+use super::Value;
+
+/// A spring–damper that acts on the combination Σ cᵢ·qᵢ of points: its force on point i is −cᵢ·(k + iωc)·Σ cⱼ·qⱼ.
+///
+/// A joint between two points has the coefficients 1 and −1; one to the ground a single 1; a screw–nut joint
+/// 1, −1 and −lead/2π (Tian et al., Eq. 19–20: K_W = k_n·v·vᵀ with v = (1, −1, −i_b).
+/// Deviation: the printed extra i_b in the (1,2) entries is left out, since it resists rigid-body motion).
+#[derive(Debug, Clone, PartialEq)]
+pub struct Joint {
+    /// Unique name.
+    pub name: String,
+    /// The points (index) and their coefficients.
+    pub on: Vec<(usize, f64)>,
+    /// Stiffness k (N/m on translations, N·m/rad on rotations).
+    pub stiffness: Value,
+    /// Viscous damping c (N·s/m or N·m·s/rad).
+    pub damping: Value,
+    /// Loss factor η: k times 1 + iη.
+    pub loss_factor: Value,
+    /// Relaxation stiffness (N/m or N·m/rad) in series with the damper: c acts through it. `None`: a plain damper.
+    pub relaxation_stiffness: Option<Value>,
+}

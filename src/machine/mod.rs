@@ -1,0 +1,68 @@
+//! What is built: one description of a machine that feeds every model.
+//!
+//! A machine is a list of **points** (one coordinate each, a translation or a rotation), **shafts** (uniform
+//! rods between stations, axial and torsional), **joints** (spring–dampers on a combination of points)
+//! and **parameters** (the numbers that are not known, each with unit, plausible range and source).
+//! An **effect** is a patch of such a description: more points, joints and parameters, or laws that scale values.
+
+mod check;
+mod effect;
+mod joint;
+mod operating;
+mod parameter;
+mod point;
+mod shaft;
+mod value;
+
+pub use check::MachineError;
+pub use effect::{Effect, JointPatch, Patch, PointPatch, Rescale, ShaftPatch, Source, Target};
+pub use joint::Joint;
+pub use operating::Operating;
+pub use parameter::{FitRule, Parameter, Scale};
+pub use point::{Motion, Point};
+pub use shaft::{Place, Shaft, Station};
+pub use value::{Base, Law, Value};
+
+/// A machine as it is described, checked: every name resolved, every range sensible.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Machine {
+    /// What a person calls it.
+    pub title: String,
+    /// Coordinates; joints and shafts refer to them by index.
+    pub points: Vec<Point>,
+    /// Uniform rods.
+    pub shafts: Vec<Shaft>,
+    /// Spring–dampers.
+    pub joints: Vec<Joint>,
+    /// Numbers that are not known; values refer to them by index.
+    pub parameters: Vec<Parameter>,
+    /// Ids of the effects the description contains.
+    pub effects: Vec<String>,
+    /// Damping of every joint as a share b of its stiffness, c = b·k (s), beside its own; zero where there is none.
+    ///
+    /// # Source  lumped servo-axis paper: B = b·K with b = 2ζ/ω₁.
+    pub stiffness_proportional_damping_s: f64,
+}
+
+impl Machine {
+    /// Index of a point by name.
+    pub fn point(&self, name: &str) -> Option<usize> {
+        self.points.iter().position(|p| p.name == name)
+    }
+
+    /// Index of a parameter by id.
+    pub fn parameter(&self, id: &str) -> Option<usize> {
+        self.parameters.iter().position(|p| p.id == id)
+    }
+
+    /// Start values of all parameters, in order, in their own units.
+    pub fn start(&self) -> Vec<f64> {
+        self.parameters.iter().map(|p| p.start).collect()
+    }
+
+    /// Length of the shaft that carries the nut (m): the range of nut positions. `None` without such a shaft.
+    pub fn stroke_m(&self) -> Option<f64> {
+        let start = self.start();
+        self.shafts.iter().find(|s| s.stations.iter().any(|t| t.place == Place::Nut)).map(|s| s.length.at(&start, &Operating::default()))
+    }
+}

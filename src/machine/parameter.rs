@@ -1,0 +1,60 @@
+//! The numbers that are not known.
+
+/// Whether a parameter is searched on a logarithmic or a linear scale.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Scale {
+    /// For positive quantities over decades: stiffness, damping.
+    Logarithmic,
+    /// For quantities that may be zero or change sign.
+    Linear,
+}
+
+/// From which data a parameter is fitted; otherwise it keeps its start value.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum FitRule {
+    /// From modes and from whole FRFs.
+    Always,
+    /// From whole FRFs alone: modes do not determine it.
+    Frf,
+    /// Never: it keeps its start value.
+    Never,
+}
+
+/// An unknown number of a machine with its plausible range.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Parameter {
+    /// Unique id, for example `k_al`.
+    pub id: String,
+    /// Unit, for example `N/m`.
+    pub unit: String,
+    /// Start value, in that unit.
+    pub start: f64,
+    /// Lower end of the plausible range.
+    pub lower: f64,
+    /// Upper end of the plausible range.
+    pub upper: f64,
+    /// Scale it is searched on.
+    pub scale: Scale,
+    /// From which data it is fitted.
+    pub fit: FitRule,
+    /// Where range and start come from.
+    pub source: String,
+}
+
+impl Parameter {
+    /// Its place in the unit interval of its range: 0 at `lower`, 1 at `upper`.
+    pub fn to_unit(&self, value: f64) -> f64 {
+        match self.scale {
+            Scale::Logarithmic => (value / self.lower).ln() / (self.upper / self.lower).ln(),
+            Scale::Linear => (value - self.lower) / (self.upper - self.lower),
+        }
+    }
+
+    /// Its value at a place in the unit interval.
+    pub fn from_unit(&self, place: f64) -> f64 {
+        match self.scale {
+            Scale::Logarithmic => self.lower * (place * (self.upper / self.lower).ln()).exp(),
+            Scale::Linear => self.lower + place * (self.upper - self.lower),
+        }
+    }
+}

@@ -1,0 +1,43 @@
+//! One coordinate of a machine.
+
+use super::Value;
+
+/// Whether a coordinate is a displacement (m) or an angle (rad).
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Motion {
+    /// Displacement along the axis (m); inertia is a mass (kg), stiffness N/m.
+    Translation,
+    /// Angle about the axis (rad); inertia is a moment of inertia (kg·m²), stiffness N·m/rad.
+    Rotation,
+}
+
+/// A named coordinate with its lumped inertia.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Point {
+    /// Unique name.
+    pub name: String,
+    /// Displacement or angle.
+    pub motion: Motion,
+    /// Mass (kg) or moment of inertia (kg·m²) lumped here; zero where there is none.
+    pub inertia: Value,
+    /// Held to the ground: its coordinate is zero.
+    pub fixed: bool,
+}
+
+impl Motion {
+    /// The configuration key of the inertia of such a point.
+    pub fn inertia_key(self) -> &'static str {
+        match self {
+            Motion::Translation => "mass_kg",
+            Motion::Rotation => "inertia_kg_m2",
+        }
+    }
+
+    /// The word for it.
+    pub fn noun(self) -> &'static str {
+        match self {
+            Motion::Translation => "translation",
+            Motion::Rotation => "rotation",
+        }
+    }
+}

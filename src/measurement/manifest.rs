@@ -1,0 +1,94 @@
+//! The words of `manifest.toml`.
+
+use serde::Deserialize;
+
+use super::{MeasurementError, Quantity};
+
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Manifest {
+    pub title: String,
+    pub quantity: Option<Quantity>,
+    #[serde(default)]
+    pub gain: GainFile,
+    pub excitation_unit: Option<String>,
+    pub response: Option<String>,
+    pub excitation: Option<String>,
+    pub averages: Option<u32>,
+    pub modes: Option<String>,
+    pub frequency_resolution_hz: Option<f64>,
+    pub published: Option<String>,
+    pub split: Option<Split>,
+    #[serde(default)]
+    pub position: Vec<PositionFile>,
+    #[serde(default)]
+    pub frf: Vec<FrfFile>,
+    #[serde(default)]
+    pub motion: Vec<MotionFile>,
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(untagged, expecting = "expected a number above 0, or \"unknown\"")]
+pub(super) enum GainFile {
+    Number(f64),
+    Word(UnknownWord),
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub(super) enum UnknownWord {
+    Unknown,
+}
+
+impl Default for GainFile {
+    fn default() -> Self {
+        GainFile::Number(1.0)
+    }
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Split {
+    pub fit: Vec<String>,
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct PositionFile {
+    pub name: String,
+    pub nut_m: Option<f64>,
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct FrfFile {
+    pub position: Option<String>,
+    pub file: String,
+    pub response: Option<String>,
+    pub excitation: Option<String>,
+    pub quantity: Option<Quantity>,
+    pub averages: Option<u32>,
+    pub record: Option<String>,
+    pub force_n: Option<f64>,
+    pub speed_m_s: Option<f64>,
+    pub acceleration_m_s2: Option<f64>,
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct MotionFile {
+    pub name: String,
+    pub file: String,
+}
+
+/// Understands the text of a manifest.
+pub(super) fn parse(path: &str, text: &str) -> Result<Manifest, MeasurementError> {
+    if text.trim().is_empty() {
+        return Err(MeasurementError::file(path, "is empty; write at least title, quantity and what was measured"));
+    }
+    toml::from_str(text).map_err(|error| {
+        let start = error.span().map_or(0, |span| span.start.min(text.len()));
+        let line = text[..start].matches('\n').count() as u64 + 1;
+        MeasurementError::line(path, line, error.message().replace('\n', "; "))
+    })
+}

@@ -1,0 +1,19 @@
+//! What was observed: FRFs, modes and motions of a machine at named positions, as one measurement set.
+
+mod embedded;
+mod error;
+mod frf;
+mod manifest;
+mod modes;
+mod quantity;
+mod set;
+mod split;
+mod table;
+
+pub use embedded::BENCH;
+pub use error::MeasurementError;
+pub use frf::{Frf, Line, Noise};
+pub use modes::{ModeObservation, ModeTable};
+pub use quantity::Quantity;
+pub use set::{Gain, MeasurementSet, Position, Published, PublishedRow, SourceFile, read_set};
+pub use split::{FitSet, HoldOutSet};

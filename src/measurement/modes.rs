@@ -1,0 +1,63 @@
+//! Natural frequencies and amplitudes, position by position.
+
+use super::table::Table;
+use super::{MeasurementError, Position};
+
+/// One order of one position; what was not observed is absent.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ModeObservation {
+    /// Order as the experimenter counts.
+    pub order: u32,
+    /// Natural frequency (Hz).
+    pub frequency_hz: Option<f64>,
+    /// Amplitude of the peak, in the unit of the set's quantity times its gain.
+    pub amplitude: Option<f64>,
+}
+
+/// The observed modes of every position of a set.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct ModeTable {
+    /// In the order of the set's positions; rising orders.
+    pub positions: Vec<Vec<ModeObservation>>,
+    /// Step to which the frequencies were rounded (Hz); `None` where they were not.
+    pub resolution_hz: Option<f64>,
+}
+
+/// Reads `position,order,frequency_hz,amplitude`; an empty cell is «not observed».
+pub(super) fn read_modes(path: &str, text: &str, positions: &[Position]) -> Result<Vec<Vec<ModeObservation>>, MeasurementError> {
+    let table = Table::read(path, text, &["position", "order", "frequency_hz"], &["amplitude"])?;
+    let mut modes: Vec<Vec<ModeObservation>> = vec![Vec::new(); positions.len()];
+    for row in table.rows() {
+        let name = row.text("position")?;
+        let at = positions.iter().position(|p| p.name == name).ok_or_else(|| {
+            let known: Vec<&str> = positions.iter().map(|p| p.name.as_str()).collect();
+            row.fault(format!("no position is called «{name}»; manifest.toml has {}", known.join(", ")))
+        })?;
+        let order = row.text("order")?.parse::<u32>().ok().filter(|o| *o > 0);
+        let order = order.ok_or_else(|| row.fault(format!("order «{}» is not a whole number from 1", row.text("order").unwrap_or(""))))?;
+        if modes[at].iter().any(|m| m.order == order) {
+            return Err(row.fault(format!("order {order} of position {name} stands here twice; keep one")));
+        }
+        let positive = |column: &str| match row.optional_number(column)? {
+            Some(x) if x <= 0.0 => Err(row.fault(format!("{column} is {x}; write a number above 0, or leave the cell empty"))),
+            other => Ok(other),
+        };
+        let observation = ModeObservation { order, frequency_hz: positive("frequency_hz")?, amplitude: positive("amplitude")? };
+        if observation.frequency_hz.is_none() && observation.amplitude.is_some() {
+            return Err(row.fault("an amplitude without a frequency; write both or neither".into()));
+        }
+        modes[at].push(observation);
+    }
+    for (list, position) in modes.iter_mut().zip(positions) {
+        list.sort_by_key(|m| m.order);
+        let seen: Vec<f64> = list.iter().filter_map(|m| m.frequency_hz).collect();
+        if seen.windows(2).any(|w| w[0] >= w[1]) {
+            let fault = format!("position {}: the frequencies do not rise with the order; renumber the orders", position.name);
+            return Err(MeasurementError::file(path, fault));
+        }
+    }
+    if modes.iter().flatten().all(|m| m.frequency_hz.is_none()) {
+        return Err(MeasurementError::file(path, "holds no observation at all; write at least one frequency_hz"));
+    }
+    Ok(modes)
+}

@@ -1,0 +1,62 @@
+//! The quantity of an FRF: displacement, velocity or acceleration over force.
+
+use num_complex::Complex64;
+use serde::{Deserialize, Serialize};
+
+/// Response over force, by the derivative of the response (ISO 7626-1).
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Quantity {
+    /// Displacement / force (m/N).
+    Receptance,
+    /// Velocity / force ((m/s)/N): iω times the receptance.
+    Mobility,
+    /// Acceleration / force ((m/s²)/N): −ω² times the receptance.
+    Accelerance,
+}
+
+impl Quantity {
+    /// The power of iω that makes it from the receptance.
+    pub fn power(self) -> i32 {
+        match self {
+            Quantity::Receptance => 0,
+            Quantity::Mobility => 1,
+            Quantity::Accelerance => 2,
+        }
+    }
+
+    /// The factor (iω)^p that makes it from a receptance.
+    pub fn from_receptance(self, omega_rad_s: f64) -> Complex64 {
+        Complex64::new(0.0, omega_rad_s).powi(self.power())
+    }
+
+    /// The word for it.
+    pub fn word(self) -> &'static str {
+        match self {
+            Quantity::Receptance => "receptance",
+            Quantity::Mobility => "mobility",
+            Quantity::Accelerance => "accelerance",
+        }
+    }
+
+    /// Its unit for a translation under a force.
+    pub fn unit(self) -> &'static str {
+        match self {
+            Quantity::Receptance => "m/N",
+            Quantity::Mobility => "(m/s)/N",
+            Quantity::Accelerance => "(m/s²)/N",
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn limit_accelerance_is_minus_omega_squared_receptance() {
+        let factor = Quantity::Accelerance.from_receptance(3.0);
+        assert!((factor - Complex64::new(-9.0, 0.0)).norm() < 1e-14);
+        assert!((Quantity::Mobility.from_receptance(3.0) - Complex64::new(0.0, 3.0)).norm() < 1e-14);
+    }
+}

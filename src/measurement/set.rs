@@ -1,0 +1,282 @@
+//! A measurement set: a folder with `manifest.toml`, read and checked.
+
+use std::path::Path;
+
+use super::embedded::embedded_file;
+use super::frf::{Frf, read_lines};
+use super::manifest::{FrfFile, GainFile, Manifest, parse};
+use super::modes::{ModeTable, read_modes};
+use super::table::Table;
+use super::{MeasurementError, Quantity};
+
+/// A named position of the machine.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Position {
+    /// Name, for example `l1`.
+    pub name: String,
+    /// Nut position from the left bearing (m).
+    pub nut_m: Option<f64>,
+}
+
+/// The factor between what was recorded and the quantity itself.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Gain {
+    /// Known.
+    Known(f64),
+    /// One positive factor of the set, estimated along.
+    Unknown,
+}
+
+/// A file that was read, with its bytes for a digest.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SourceFile {
+    /// Path.
+    pub path: String,
+    /// Content.
+    pub bytes: Vec<u8>,
+}
+
+/// One published prediction.
+#[derive(Debug, Clone, PartialEq)]
+pub struct PublishedRow {
+    /// Positions it was fitted on.
+    pub fit_positions: Vec<String>,
+    /// Position it is for.
+    pub position: String,
+    /// Order.
+    pub order: u32,
+    /// Predicted natural frequency (Hz).
+    pub predicted_hz: f64,
+}
+
+/// Published predictions that stand beside a set.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Published {
+    /// All of them.
+    pub rows: Vec<PublishedRow>,
+}
+
+impl Published {
+    /// The published frequency (Hz) of an order at a position, fitted on these positions.
+    pub fn predicted_hz(&self, fit_positions: &[String], position: &str, order: u32) -> Option<f64> {
+        self.rows.iter().find(|r| r.fit_positions == fit_positions && r.position == position && r.order == order).map(|r| r.predicted_hz)
+    }
+}
+
+/// What was observed on one machine.
+#[derive(Debug, Clone, PartialEq)]
+pub struct MeasurementSet {
+    /// Folder it came from.
+    pub path: String,
+    /// What a person calls it.
+    pub title: String,
+    /// Quantity of the amplitudes of `modes`.
+    pub quantity: Option<Quantity>,
+    /// Gain of the set.
+    pub gain: Gain,
+    /// Point that responds, of `modes`.
+    pub response: Option<String>,
+    /// Point that is excited, of `modes`.
+    pub excitation: Option<String>,
+    /// Positions.
+    pub positions: Vec<Position>,
+    /// Modes, where observed.
+    pub modes: Option<ModeTable>,
+    /// FRFs.
+    pub frfs: Vec<Frf>,
+    /// Names of positions or records to fit, where the set says so.
+    pub split: Option<Vec<String>>,
+    /// Published predictions, where there are any.
+    pub published: Published,
+    /// Files read.
+    pub files: Vec<SourceFile>,
+    /// What a person should know.
+    pub warnings: Vec<String>,
+}
+
+/// Reads files of a set, from its folder or from those that come with the program.
+struct Folder<'p> {
+    path: &'p str,
+    files: Vec<SourceFile>,
+}
+
+impl Folder<'_> {
+    fn text(&mut self, file: &str) -> Result<String, MeasurementError> {
+        let full = Path::new(self.path).join(file);
+        let name = full.display().to_string();
+        let bytes = match std::fs::read(&full) {
+            Ok(bytes) => bytes,
+            Err(error) => match embedded_file(self.path, file).filter(|_| !Path::new(self.path).exists()) {
+                Some(text) => text.as_bytes().to_vec(),
+                None => {
+                    let fault = match error.kind() {
+                        std::io::ErrorKind::NotFound if !Path::new(self.path).exists() => {
+                            return Err(MeasurementError::file(self.path, "there is no such folder; name one with a manifest.toml"));
+                        }
+                        std::io::ErrorKind::NotFound => "there is no such file".to_string(),
+                        std::io::ErrorKind::PermissionDenied => "reading it is not permitted".into(),
+                        std::io::ErrorKind::NotADirectory => {
+                            return Err(MeasurementError::file(self.path, "is a file; name the folder that holds manifest.toml"));
+                        }
+                        _ if full.is_dir() => "is a folder where a file is needed".into(),
+                        _ => error.to_string(),
+                    };
+                    return Err(MeasurementError::file(&name, fault));
+                }
+            },
+        };
+        let text = String::from_utf8(bytes.clone()).map_err(|_| MeasurementError::file(&name, "is not text in UTF-8"))?;
+        self.files.push(SourceFile { path: name, bytes });
+        Ok(text)
+    }
+
+    fn name(&self, file: &str) -> String {
+        Path::new(self.path).join(file).display().to_string()
+    }
+}
+
+/// Reads a measurement set from a folder, or the embedded bench where there is no folder of that name.
+///
+/// # Errors  a file is missing or unreadable, a key is unknown or missing, a cell is no number, a position stands twice, nothing was observed.
+pub fn read_set(path: &str) -> Result<MeasurementSet, MeasurementError> {
+    let mut folder = Folder { path, files: Vec::new() };
+    let manifest_path = folder.name("manifest.toml");
+    let fault = |fault: String| MeasurementError::file(&manifest_path, fault);
+    let text = folder.text("manifest.toml")?;
+    let manifest = parse(&manifest_path, &text)?;
+    let positions = positions(&manifest).map_err(fault)?;
+    let gain = match manifest.gain {
+        GainFile::Number(g) if g > 0.0 && g.is_finite() => Gain::Known(g),
+        GainFile::Number(g) => return Err(fault(format!("gain: is {g}; write a number above 0, or \"unknown\""))),
+        GainFile::Word(_) => Gain::Unknown,
+    };
+    let gain = match manifest.excitation_unit.as_deref() {
+        None | Some("N" | "N*m") => gain,
+        Some(_) => Gain::Unknown,
+    };
+    if let Some(step) = manifest.frequency_resolution_hz.filter(|s| !(*s > 0.0 && s.is_finite())) {
+        return Err(fault(format!("frequency_resolution_hz: is {step}; write a number above 0, or leave it out")));
+    }
+    let mut modes = None;
+    if let Some(file) = &manifest.modes {
+        let text = folder.text(file)?;
+        let table = read_modes(&folder.name(file), &text, &positions)?;
+        if table.iter().flatten().any(|m| m.amplitude.is_some()) && manifest.quantity.is_none() {
+            return Err(fault("has no `quantity`; write one of receptance, mobility, accelerance".into()));
+        }
+        if manifest.response.is_none() || manifest.excitation.is_none() {
+            return Err(fault(
+                "has modes but no `response` and `excitation`; write the points of the machine they were measured at".into(),
+            ));
+        }
+        modes = Some(ModeTable { positions: table, resolution_hz: manifest.frequency_resolution_hz });
+    }
+    let mut frfs = Vec::new();
+    for entry in &manifest.frf {
+        let frf = read_frf(&mut folder, &manifest, entry, &positions)?;
+        frfs.push(frf);
+    }
+    if modes.is_none() && frfs.is_empty() && manifest.motion.is_empty() {
+        return Err(fault("holds no observation at all; write modes = \"…\", [[frf]] or [[motion]]".into()));
+    }
+    let mut published = Published::default();
+    if let Some(file) = &manifest.published {
+        let text = folder.text(file)?;
+        published = read_published(&folder.name(file), &text)?;
+    }
+    let split = manifest.split.map(|s| s.fit);
+    let names = |n: &String| {
+        positions.iter().any(|p| p.name == *n)
+            || frfs.iter().any(|f: &Frf| f.record.as_ref() == Some(n))
+            || manifest.motion.iter().any(|m| m.name == *n)
+    };
+    if let Some(unknown) = split.iter().flatten().find(|n| !names(n)) {
+        return Err(fault(format!("split.fit: no position or record is called «{unknown}»")));
+    }
+    Ok(MeasurementSet {
+        path: path.into(),
+        title: manifest.title,
+        quantity: manifest.quantity,
+        gain,
+        response: manifest.response,
+        excitation: manifest.excitation,
+        positions,
+        modes,
+        frfs,
+        split,
+        published,
+        files: folder.files,
+        warnings: Vec::new(),
+    })
+}
+
+fn positions(manifest: &Manifest) -> Result<Vec<Position>, String> {
+    let mut positions: Vec<Position> = Vec::new();
+    for p in &manifest.position {
+        if positions.iter().any(|q| q.name == p.name) {
+            return Err(format!("position «{}» stands twice; give each position a name of its own", p.name));
+        }
+        if let Some(nut_m) = p.nut_m.filter(|x| !x.is_finite()) {
+            return Err(format!("position «{}»: nut_m is {nut_m}; write a distance in m", p.name));
+        }
+        positions.push(Position { name: p.name.clone(), nut_m: p.nut_m });
+    }
+    Ok(positions)
+}
+
+fn read_frf(folder: &mut Folder<'_>, manifest: &Manifest, entry: &FrfFile, positions: &[Position]) -> Result<Frf, MeasurementError> {
+    let manifest_path = folder.name("manifest.toml");
+    let fault = |text: String| MeasurementError::file(&manifest_path, format!("[[frf]] {}: {text}", entry.file));
+    let text = folder.text(&entry.file)?;
+    let (lines, rejected) = read_lines(&folder.name(&entry.file), &text)?;
+    let position = match &entry.position {
+        Some(name) => Some(positions.iter().position(|p| p.name == *name).ok_or_else(|| {
+            let known: Vec<&str> = positions.iter().map(|p| p.name.as_str()).collect();
+            fault(format!("no position is called «{name}»; there are {}", known.join(", ")))
+        })?),
+        None => None,
+    };
+    let named = |own: &Option<String>, set: &Option<String>, key: &str| {
+        own.clone().or_else(|| set.clone()).ok_or_else(|| fault(format!("has no `{key}`, nor has the set; write the point's name")))
+    };
+    let averages = entry.averages.or(manifest.averages);
+    if averages == Some(0) {
+        return Err(fault("averages: is 0; write a whole number from 1".into()));
+    }
+    if averages.is_none() && lines.iter().any(|l| matches!(l.noise, Some(super::Noise::Coherence(_)))) {
+        return Err(fault("has a coherence but no `averages`; write how many records were averaged".into()));
+    }
+    for (key, number) in [("force_n", entry.force_n), ("speed_m_s", entry.speed_m_s), ("acceleration_m_s2", entry.acceleration_m_s2)] {
+        if let Some(x) = number.filter(|x| !x.is_finite()) {
+            return Err(fault(format!("{key}: is {x}; write a finite number")));
+        }
+    }
+    Ok(Frf {
+        position,
+        record: entry.record.clone(),
+        response: named(&entry.response, &manifest.response, "response")?,
+        excitation: named(&entry.excitation, &manifest.excitation, "excitation")?,
+        quantity: entry
+            .quantity
+            .or(manifest.quantity)
+            .ok_or_else(|| fault("has no `quantity`, nor has the set; write one of receptance, mobility, accelerance".into()))?,
+        averages,
+        source: folder.name(&entry.file),
+        lines,
+        rejected,
+    })
+}
+
+fn read_published(path: &str, text: &str) -> Result<Published, MeasurementError> {
+    let table = Table::read(path, text, &["fit_positions", "position", "order", "predicted_hz"], &[])?;
+    let mut rows = Vec::new();
+    for row in table.rows() {
+        rows.push(PublishedRow {
+            fit_positions: row.text("fit_positions")?.split('+').map(str::to_string).collect(),
+            position: row.text("position")?.to_string(),
+            order: row.text("order")?.parse().map_err(|_| row.fault("order is not a whole number".into()))?,
+            predicted_hz: row.number("predicted_hz")?,
+        });
+    }
+    Ok(Published { rows })
+}

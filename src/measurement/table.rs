@@ -1,0 +1,99 @@
+//! Tables in CSV with named columns; every fault is told with its line.
+
+use std::collections::HashMap;
+
+use super::MeasurementError;
+
+/// A table with a header line.
+pub(super) struct Table<'p> {
+    path: &'p str,
+    columns: HashMap<String, usize>,
+    rows: Vec<(u64, csv::StringRecord)>,
+}
+
+/// One line of a table.
+pub(super) struct Row<'t> {
+    table: &'t Table<'t>,
+    line: u64,
+    record: &'t csv::StringRecord,
+}
+
+impl<'p> Table<'p> {
+    /// Reads text with the `needed` columns, and perhaps the `optional` ones.
+    pub(super) fn read(path: &'p str, text: &str, needed: &[&str], optional: &[&str]) -> Result<Self, MeasurementError> {
+        let known = || needed.iter().chain(optional).copied().collect::<Vec<_>>().join(",");
+        if text.trim().is_empty() {
+            return Err(MeasurementError::file(path, format!("is empty; write the header {} and at least one line", known())));
+        }
+        let mut reader = csv::ReaderBuilder::new().trim(csv::Trim::All).flexible(true).from_reader(text.as_bytes());
+        let at_line = |error: csv::Error| {
+            let line = error.position().map_or(1, csv::Position::line);
+            MeasurementError::line(path, line, format!("is not a CSV line: {error}"))
+        };
+        let header = reader.headers().map_err(at_line)?.clone();
+        let mut columns = HashMap::new();
+        for (at, name) in header.iter().enumerate() {
+            let name = name.trim_start_matches('\u{feff}');
+            if !needed.contains(&name) && !optional.contains(&name) {
+                return Err(MeasurementError::line(path, 1, format!("unknown column «{name}»; the columns are {}", known())));
+            }
+            if columns.insert(name.to_string(), at).is_some() {
+                return Err(MeasurementError::line(path, 1, format!("column «{name}» stands twice")));
+            }
+        }
+        if let Some(missing) = needed.iter().find(|n| !columns.contains_key(**n)) {
+            return Err(MeasurementError::line(path, 1, format!("column «{missing}» is missing; the header is {}", known())));
+        }
+        let mut rows = Vec::new();
+        for record in reader.records() {
+            let record = record.map_err(at_line)?;
+            let line = record.position().map_or(0, csv::Position::line);
+            if record.len() != header.len() {
+                let hint = if record.len() > header.len() { " (decimal commas? write points)" } else { "" };
+                let fault = format!("has {} cells where the header has {}{hint}", record.len(), header.len());
+                return Err(MeasurementError::line(path, line, fault));
+            }
+            rows.push((line, record));
+        }
+        if rows.is_empty() {
+            return Err(MeasurementError::file(path, "holds a header and no line; write at least one"));
+        }
+        Ok(Table { path, columns, rows })
+    }
+
+    pub(super) fn rows(&self) -> impl Iterator<Item = Row<'_>> {
+        self.rows.iter().map(|(line, record)| Row { table: self, line: *line, record })
+    }
+
+    pub(super) fn has(&self, column: &str) -> bool {
+        self.columns.contains_key(column)
+    }
+}
+
+impl Row<'_> {
+    /// A fault at this line.
+    pub(super) fn fault(&self, fault: String) -> MeasurementError {
+        MeasurementError::line(self.table.path, self.line, fault)
+    }
+
+    /// A cell that must not be empty.
+    pub(super) fn text(&self, column: &str) -> Result<&str, MeasurementError> {
+        let cell = self.table.columns.get(column).and_then(|at| self.record.get(*at)).unwrap_or("");
+        if cell.is_empty() { Err(self.fault(format!("{column} is empty; write a value"))) } else { Ok(cell) }
+    }
+
+    /// A finite number.
+    pub(super) fn number(&self, column: &str) -> Result<f64, MeasurementError> {
+        let cell = self.text(column)?;
+        match cell.parse::<f64>() {
+            Ok(x) if x.is_finite() => Ok(x),
+            _ => Err(self.fault(format!("{column} is «{cell}»; write a finite number such as 12.5 or 1e-6"))),
+        }
+    }
+
+    /// A finite number, or nothing where the cell is empty or the column is not there.
+    pub(super) fn optional_number(&self, column: &str) -> Result<Option<f64>, MeasurementError> {
+        let cell = self.table.columns.get(column).and_then(|at| self.record.get(*at)).unwrap_or("");
+        if cell.is_empty() { Ok(None) } else { self.number(column).map(Some) }
+    }
+}

@@ -1,0 +1,19 @@
+//! What physics predicts from a machine's description; knows no data.
+//!
+//! A [`Structure`] is the compiled shape of a machine (which coordinate meets which), a [`Network`] the
+//! numbers on it for one operating condition and one set of parameters. Its dynamic stiffness
+//! D(ω) = K + iωC − ω²M + rods(ω) is eliminated exactly at each frequency; from that come receptances and their
+//! slopes, the count of undamped modes below a frequency, the modes and the peaks of |H|.
+
+pub mod coupling;
+mod elimination;
+mod modes;
+mod network;
+mod peaks;
+mod rod;
+mod structure;
+
+pub use modes::{Mode, undamped_modes};
+pub use network::{Network, Point as FrequencyPoint, Workspace};
+pub use peaks::{Peak, PeakSearch, peaks};
+pub use structure::{ModelError, Rods, Structure};

@@ -1,0 +1,301 @@
+//! The numbers on a [`Structure`]: dynamic stiffness, receptance and its slope, count of modes.
+
+use std::f64::consts::PI;
+use std::sync::Arc;
+
+use num_complex::Complex64;
+
+use super::rod::Rod;
+use super::structure::{Rods, Structure};
+use crate::machine::{Machine, Operating};
+
+/// Numbers of one joint.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct JointNumbers {
+    pub stiffness: f64,
+    pub damping: f64,
+    pub loss_factor: f64,
+    pub relaxation_stiffness: Option<f64>,
+}
+
+impl JointNumbers {
+    /// Complex stiffness k(1 + iη) + iωc, the damper through its relaxation spring where it has one; and its slope with ω.
+    pub(super) fn dynamic(&self, omega_rad_s: f64) -> (Complex64, Complex64) {
+        let spring = Complex64::new(self.stiffness, self.stiffness * self.loss_factor);
+        match self.relaxation_stiffness {
+            None => (spring + Complex64::new(0.0, omega_rad_s * self.damping), Complex64::new(0.0, self.damping)),
+            Some(series) => {
+                let damper = Complex64::new(0.0, omega_rad_s * self.damping);
+                let share = (1.0 + damper / series).inv();
+                (spring + damper * share, Complex64::new(0.0, self.damping) * share * share)
+            }
+        }
+    }
+}
+
+/// A machine's numbers at one operating condition and one set of parameters.
+#[derive(Debug, Clone)]
+pub struct Network {
+    pub(super) structure: Arc<Structure>,
+    pub(super) rods: Vec<Rod>,
+    pub(super) joints: Vec<JointNumbers>,
+    /// Lumped inertia of each coordinate.
+    pub(super) inertia: Vec<f64>,
+    /// K, C and ηK of everything but exact rods and relaxing dampers, by slot.
+    stiffness: Vec<f64>,
+    damping: Vec<f64>,
+    loss: Vec<f64>,
+}
+
+/// Room for one evaluation; keep it and no evaluation allocates.
+#[derive(Debug, Clone)]
+pub struct Workspace {
+    real: Vec<f64>,
+    complex: Vec<Complex64>,
+    at_excitation: Vec<Complex64>,
+    at_response: Vec<Complex64>,
+}
+
+/// A receptance at one frequency.
+#[derive(Debug, Clone, Copy)]
+pub struct Point {
+    /// Angular frequency (rad/s).
+    pub omega_rad_s: f64,
+    /// H = response / force (m/N, rad/N, …).
+    pub receptance: Complex64,
+    /// dH/dω.
+    pub slope: Complex64,
+    /// Direction of det D in the complex plane, without the poles of the rods; its length means nothing.
+    pub determinant: Complex64,
+}
+
+impl Point {
+    /// d ln|H| / dω (s): zero at a peak.
+    pub fn log_slope_s(&self) -> f64 {
+        (self.slope * self.receptance.conj()).re / self.receptance.norm_sqr()
+    }
+}
+
+impl Structure {
+    /// Room for evaluations of this structure.
+    pub fn workspace(&self) -> Workspace {
+        let zero = Complex64::new(0.0, 0.0);
+        Workspace {
+            real: vec![0.0; self.elimination.slots()],
+            complex: vec![zero; self.elimination.slots()],
+            at_excitation: vec![zero; self.size()],
+            at_response: vec![zero; self.size()],
+        }
+    }
+
+    /// An empty network to be filled by [`Network::update`].
+    pub fn network(self: &Arc<Self>) -> Network {
+        let slots = self.elimination.slots();
+        Network {
+            structure: Arc::clone(self),
+            rods: vec![Rod { stiffness: 0.0, transit_s: 0.0, loss_factor: 0.0 }; self.rods.len()],
+            joints: vec![JointNumbers::default(); self.joints.len()],
+            inertia: vec![0.0; self.size()],
+            stiffness: vec![0.0; slots],
+            damping: vec![0.0; slots],
+            loss: vec![0.0; slots],
+        }
+    }
+}
+
+impl Network {
+    /// Fills in the numbers of a machine. `parameters` in the machine's order and units; allocates nothing.
+    pub fn update(&mut self, machine: &Machine, parameters: &[f64], operating: &Operating) {
+        let shape = Arc::clone(&self.structure);
+        let pattern = &shape.elimination;
+        self.stiffness.fill(0.0);
+        self.damping.fill(0.0);
+        self.loss.fill(0.0);
+        self.inertia.fill(0.0);
+        for (point, coordinate) in machine.points.iter().zip(&shape.coordinate) {
+            if let Some(i) = *coordinate {
+                self.inertia[i] += point.inertia.at(parameters, operating);
+            }
+        }
+        for (rod, rod_shape) in self.rods.iter_mut().zip(&shape.rods) {
+            let shaft = &machine.shafts[rod_shape.shaft];
+            let place = |p| shaft.place_m(p, parameters, operating).unwrap_or(f64::NAN);
+            let length_m = place(rod_shape.places.1) - place(rod_shape.places.0);
+            let diameter_m = shaft.diameter.at(parameters, operating);
+            let area_m2 = PI * diameter_m * diameter_m / 4.0;
+            let density = shaft.density.at(parameters, operating);
+            let (modulus, section) = if rod_shape.torsional {
+                (shaft.shear_modulus.at(parameters, operating), area_m2 * diameter_m * diameter_m / 8.0)
+            } else {
+                (shaft.youngs_modulus.at(parameters, operating), area_m2)
+            };
+            *rod = Rod {
+                stiffness: modulus * section / length_m,
+                transit_s: length_m * (density / modulus).sqrt(),
+                loss_factor: shaft.loss_factor.at(parameters, operating),
+            };
+            if let Rods::Lumped(_) = shape.representation {
+                let elements = (rod_shape.along.len() - 1) as f64;
+                let mass = rod.stiffness * rod.transit_s * rod.transit_s / elements;
+                let k = rod.stiffness * elements;
+                for pair in rod_shape.along.windows(2) {
+                    for end in [pair[0], pair[1]].into_iter().flatten() {
+                        self.inertia[end] += 0.5 * mass;
+                        let slot = pattern.entry(end, end);
+                        self.stiffness[slot] += k;
+                        self.loss[slot] += k * rod.loss_factor;
+                    }
+                    if let (Some(i), Some(j)) = (pair[0], pair[1]) {
+                        let slot = pattern.entry(i, j);
+                        self.stiffness[slot] -= k;
+                        self.loss[slot] -= k * rod.loss_factor;
+                    }
+                }
+            }
+        }
+        let share_s = machine.stiffness_proportional_damping_s;
+        for ((joint, numbers), on) in machine.joints.iter().zip(&mut self.joints).zip(&shape.joints) {
+            let stiffness = joint.stiffness.at(parameters, operating);
+            *numbers = JointNumbers {
+                stiffness,
+                damping: joint.damping.at(parameters, operating) + share_s * stiffness,
+                loss_factor: joint.loss_factor.at(parameters, operating),
+                relaxation_stiffness: joint.relaxation_stiffness.as_ref().map(|k| k.at(parameters, operating)),
+            };
+            for (at, &(i, a)) in on.iter().enumerate() {
+                for &(j, b) in &on[..=at] {
+                    let slot = pattern.entry(i, j);
+                    self.stiffness[slot] += a * b * numbers.stiffness;
+                    self.loss[slot] += a * b * numbers.stiffness * numbers.loss_factor;
+                    if numbers.relaxation_stiffness.is_none() {
+                        self.damping[slot] += a * b * numbers.damping;
+                    }
+                }
+            }
+        }
+    }
+
+    /// Assembles D(ω) without damping and factors it; gives the number of negative pivots and of rod poles below ω.
+    fn factor_undamped(&self, omega_rad_s: f64, entries: &mut [f64]) -> usize {
+        let pattern = &self.structure.elimination;
+        entries.copy_from_slice(&self.stiffness);
+        let square = omega_rad_s * omega_rad_s;
+        for (i, m) in self.inertia.iter().enumerate() {
+            entries[pattern.entry(i, i)] -= square * m;
+        }
+        let mut below = 0;
+        if self.structure.representation == Rods::Exact {
+            for (rod, shape) in self.rods.iter().zip(&self.structure.rods) {
+                below += rod.clamped_modes_below(omega_rad_s);
+                let (direct, cross, _) = rod.undamped(omega_rad_s);
+                if let Some(i) = shape.along[0] {
+                    entries[pattern.entry(i, i)] += direct;
+                }
+                if let Some(j) = shape.along[1] {
+                    entries[pattern.entry(j, j)] += direct;
+                }
+                if let (Some(i), Some(j)) = (shape.along[0], shape.along[1]) {
+                    entries[pattern.entry(i, j)] += cross;
+                }
+            }
+        }
+        pattern.factor(entries, |d| below += usize::from(d.is_sign_negative()));
+        below
+    }
+
+    /// Number of undamped natural frequencies below ω, rigid-body modes included.
+    ///
+    /// # Source  Wittrick and Williams, Q. J. Mech. Appl. Math. 24 (1971) 263–284: J = J₀ + s{D}.
+    pub fn modes_below(&self, omega_rad_s: f64, work: &mut Workspace) -> usize {
+        self.factor_undamped(omega_rad_s, &mut work.real)
+    }
+
+    /// Displacements of all coordinates under a unit force at the response, without damping.
+    pub(super) fn undamped_shape(&self, omega_rad_s: f64, force: &[f64], work: &mut Workspace) -> Vec<f64> {
+        self.factor_undamped(omega_rad_s, &mut work.real);
+        let mut x = force.to_vec();
+        self.structure.elimination.solve(&work.real, &mut x);
+        x
+    }
+
+    /// Receptance, its slope and the direction of the determinant at one frequency.
+    pub fn at(&self, omega_rad_s: f64, work: &mut Workspace) -> Point {
+        let shape = &self.structure;
+        let pattern = &shape.elimination;
+        let square = omega_rad_s * omega_rad_s;
+        for (((entry, k), c), h) in work.complex.iter_mut().zip(&self.stiffness).zip(&self.damping).zip(&self.loss) {
+            *entry = Complex64::new(*k, omega_rad_s * c + h);
+        }
+        for (i, m) in self.inertia.iter().enumerate() {
+            work.complex[pattern.entry(i, i)].re -= square * m;
+        }
+        let exact = shape.representation == Rods::Exact;
+        let mut determinant = Complex64::new(1.0, 0.0);
+        if exact {
+            for (rod, rod_shape) in self.rods.iter().zip(&shape.rods) {
+                let entries = rod.damped(omega_rad_s);
+                determinant *= entries.sin;
+                if let Some(i) = rod_shape.along[0] {
+                    work.complex[pattern.entry(i, i)] += entries.direct;
+                }
+                if let Some(j) = rod_shape.along[1] {
+                    work.complex[pattern.entry(j, j)] += entries.direct;
+                }
+                if let (Some(i), Some(j)) = (rod_shape.along[0], rod_shape.along[1]) {
+                    work.complex[pattern.entry(i, j)] += entries.cross;
+                }
+            }
+        }
+        for (joint, on) in self.joints.iter().zip(&shape.joints).filter(|(j, _)| j.relaxation_stiffness.is_some()) {
+            let damper = joint.dynamic(omega_rad_s).0 - Complex64::new(joint.stiffness, joint.stiffness * joint.loss_factor);
+            for (at, &(i, a)) in on.iter().enumerate() {
+                for &(j, b) in &on[..=at] {
+                    work.complex[pattern.entry(i, j)] += damper * (a * b);
+                }
+            }
+        }
+        pattern.factor(&mut work.complex, |d| {
+            determinant *= d * (1.0 / (d.re.abs() + d.im.abs()));
+        });
+        let zero = Complex64::new(0.0, 0.0);
+        work.at_excitation.fill(zero);
+        work.at_excitation[shape.excitation] = Complex64::new(1.0, 0.0);
+        pattern.solve_last(&work.complex, &mut work.at_excitation);
+        let receptance = work.at_excitation[shape.response];
+        let at_response = if shape.response == shape.excitation {
+            &work.at_excitation
+        } else {
+            work.at_response.fill(zero);
+            work.at_response[shape.response] = Complex64::new(1.0, 0.0);
+            pattern.solve(&work.complex, &mut work.at_response);
+            &work.at_response
+        };
+        let slope = -self.bilinear_slope(omega_rad_s, at_response, &work.at_excitation);
+        Point { omega_rad_s, receptance, slope, determinant }
+    }
+
+    /// aᵀ·(dD/dω)·b.
+    pub(super) fn bilinear_slope(&self, omega_rad_s: f64, a: &[Complex64], b: &[Complex64]) -> Complex64 {
+        let shape = &self.structure;
+        let zero = Complex64::new(0.0, 0.0);
+        let mut sum = zero;
+        for ((m, x), y) in self.inertia.iter().zip(a).zip(b) {
+            sum -= x * y * (2.0 * omega_rad_s * m);
+        }
+        for (joint, on) in self.joints.iter().zip(&shape.joints) {
+            let x: Complex64 = on.iter().map(|&(i, c)| a[i] * c).sum();
+            let y: Complex64 = on.iter().map(|&(i, c)| b[i] * c).sum();
+            sum += x * y * joint.dynamic(omega_rad_s).1;
+        }
+        if shape.representation == Rods::Exact {
+            for (rod, rod_shape) in self.rods.iter().zip(&shape.rods) {
+                let entries = rod.damped(omega_rad_s);
+                let (i, j) = (rod_shape.along[0], rod_shape.along[1]);
+                let (xi, xj) = (i.map_or(zero, |i| a[i]), j.map_or(zero, |j| a[j]));
+                let (yi, yj) = (i.map_or(zero, |i| b[i]), j.map_or(zero, |j| b[j]));
+                sum += (xi * yi + xj * yj) * entries.direct_slope + (xi * yj + xj * yi) * entries.cross_slope;
+            }
+        }
+        sum
+    }
+}

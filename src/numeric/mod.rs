@@ -1,0 +1,4 @@
+//! Leaf mathematics that knows nothing of machines: bracketed roots and small statistics.
+
+pub mod root;
+pub mod statistics;

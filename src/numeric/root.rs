@@ -1,0 +1,91 @@
+//! Roots of a function inside a bracket.
+
+/// A bracket [`lower`, `upper`] whose function values have opposite signs.
+#[derive(Debug, Clone, Copy)]
+pub struct Bracket {
+    /// Left end and the function there.
+    pub lower: (f64, f64),
+    /// Right end and the function there.
+    pub upper: (f64, f64),
+}
+
+/// Shrinks a bracket until its width is at most `relative_width` of its upper end; gives the middle.
+///
+/// Regula falsi with the Illinois rule, and a bisection whenever a step fails to halve the bracket,
+/// so that the worst case is twice that of bisection. Infinite values are allowed.
+///
+/// # Source  Dowell and Jarratt, "A modified regula falsi method", BIT 11 (1971) 168–174.
+pub fn refine(bracket: Bracket, relative_width: f64, mut function: impl FnMut(f64) -> f64) -> f64 {
+    let (mut a, mut fa) = bracket.lower;
+    let (mut b, mut fb) = bracket.upper;
+    let mut kept_lower = 0_i8;
+    let mut last_width = b - a;
+    let mut bisect = false;
+    for _ in 0..400 {
+        let width = b - a;
+        if width <= relative_width * b.abs() {
+            break;
+        }
+        let secant = b - fb * (b - a) / (fb - fa);
+        let x = if bisect || !(secant > a && secant < b) {
+            0.5 * (a + b)
+        } else {
+            // Step past the estimate by a hair, so that the far end moves too once it is exact.
+            let hair = 0.25 * relative_width * b.abs();
+            secant.clamp(a + hair, b - hair)
+        };
+        if x <= a || x >= b {
+            break;
+        }
+        let fx = function(x);
+        if fx == 0.0 {
+            return x;
+        }
+        if fx.is_sign_positive() == fa.is_sign_positive() {
+            a = x;
+            fa = fx;
+            if kept_lower == 1 {
+                fb *= 0.5;
+            }
+            kept_lower = 1;
+        } else {
+            b = x;
+            fb = fx;
+            if kept_lower == -1 {
+                fa *= 0.5;
+            }
+            kept_lower = -1;
+        }
+        bisect = (b - a) > 0.5 * last_width;
+        last_width = b - a;
+    }
+    0.5 * (a + b)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn bracket(f: fn(f64) -> f64, a: f64, b: f64) -> Bracket {
+        Bracket { lower: (a, f(a)), upper: (b, f(b)) }
+    }
+
+    #[test]
+    fn limit_root_of_a_cubic() {
+        let f = |x: f64| x * x * x - 2.0;
+        let root = refine(bracket(f, 0.0, 2.0), 1e-13, f);
+        assert!((root - 2.0_f64.cbrt()).abs() < 1e-12, "{root}");
+    }
+
+    #[test]
+    fn steep_functions_stay_inside_and_are_cheap() {
+        let f = |x: f64| (x - 0.3).signum() * (x - 0.3).abs().powf(0.1);
+        let mut calls = 0;
+        let root = refine(bracket(f, 0.0, 1.0), 1e-12, |x| {
+            calls += 1;
+            f(x)
+        });
+        assert!((root - 0.3).abs() < 1e-11, "{root}");
+        assert!(calls < 100, "{calls}");
+    }
+}

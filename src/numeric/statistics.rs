@@ -1,0 +1,49 @@
+//! Small statistics.
+
+/// Root of the mean of the squares; `None` for nothing.
+pub fn root_mean_square(values: impl IntoIterator<Item = f64>) -> Option<f64> {
+    let (sum, count) = values.into_iter().fold((0.0, 0_usize), |(s, n), v| (s + v * v, n + 1));
+    (count > 0).then(|| (sum / count as f64).sqrt())
+}
+
+/// Root of the summed squares; `None` for nothing.
+pub fn root_sum_square(values: impl IntoIterator<Item = f64>) -> Option<f64> {
+    let (sum, count) = values.into_iter().fold((0.0, 0_usize), |(s, n), v| (s + v * v, n + 1));
+    (count > 0).then_some(sum.sqrt())
+}
+
+/// Median; `None` for nothing. NaN counts as largest.
+pub fn median(values: impl IntoIterator<Item = f64>) -> Option<f64> {
+    quantile(values, 0.5)
+}
+
+/// Quantile by linear interpolation between order statistics; `None` for nothing.
+pub fn quantile(values: impl IntoIterator<Item = f64>, share: f64) -> Option<f64> {
+    let mut sorted: Vec<f64> = values.into_iter().collect();
+    sorted.sort_by(f64::total_cmp);
+    let last = sorted.len().checked_sub(1)?;
+    let at = share.clamp(0.0, 1.0) * last as f64;
+    let low = at.floor() as usize;
+    let high = at.ceil() as usize;
+    Some(sorted[low] + (at - low as f64) * (sorted[high] - sorted[low]))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn nothing_has_no_statistics() {
+        assert_eq!(root_mean_square([]), None);
+        assert_eq!(root_sum_square([]), None);
+        assert_eq!(median([]), None);
+    }
+
+    #[test]
+    fn limit_small_sets() {
+        assert_eq!(root_mean_square([3.0, 4.0]), Some(12.5_f64.sqrt()));
+        assert_eq!(root_sum_square([3.0, 4.0]), Some(5.0));
+        assert_eq!(median([3.0, 1.0, 2.0, 10.0]), Some(2.5));
+        assert_eq!(quantile([0.0, 10.0], 0.25), Some(2.5));
+    }
+}

@@ -1,0 +1,99 @@
+//! Which predicted peak belongs to which measured order, when either side may lack one.
+
+/// Relative frequency error that a mode without a partner counts as.
+pub const MISSING: f64 = 0.3;
+/// Prominence from which a predicted peak should have been seen in a measurement.
+pub const VISIBLE: f64 = 2.0;
+
+/// One row of an alignment: a measured mode, a predicted peak, or both (by index).
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Pair {
+    /// Index of the measured mode.
+    pub measured: Option<usize>,
+    /// Index of the predicted peak.
+    pub predicted: Option<usize>,
+}
+
+/// Aligns two rising lists of frequencies so that the summed squares are least: the relative frequency error of a pair,
+/// [`MISSING`] for a measured mode alone, `alone[j]` for the predicted peak j alone.
+///
+/// The order is kept, so that no two pairs cross.
+pub fn pair(measured_hz: &[f64], predicted_hz: &[f64], alone: &[f64]) -> Vec<Pair> {
+    let (m, n) = (measured_hz.len(), predicted_hz.len());
+    // least[i][j]: first i measured and first j predicted.
+    let width = n + 1;
+    let mut least = vec![0.0; (m + 1) * width];
+    for i in 0..=m {
+        for j in 0..=n {
+            if i == 0 && j == 0 {
+                continue;
+            }
+            let mut best = f64::INFINITY;
+            if i > 0 {
+                best = best.min(least[(i - 1) * width + j] + MISSING * MISSING);
+            }
+            if j > 0 {
+                best = best.min(least[i * width + j - 1] + alone[j - 1] * alone[j - 1]);
+            }
+            if i > 0 && j > 0 {
+                let error = predicted_hz[j - 1] / measured_hz[i - 1] - 1.0;
+                best = best.min(least[(i - 1) * width + j - 1] + error * error);
+            }
+            least[i * width + j] = best;
+        }
+    }
+    let (mut i, mut j) = (m, n);
+    let mut pairs = Vec::with_capacity(m.max(n));
+    while i > 0 || j > 0 {
+        let here = least[i * width + j];
+        if i > 0 && j > 0 {
+            let error = predicted_hz[j - 1] / measured_hz[i - 1] - 1.0;
+            if least[(i - 1) * width + j - 1] + error * error <= here {
+                pairs.push(Pair { measured: Some(i - 1), predicted: Some(j - 1) });
+                i -= 1;
+                j -= 1;
+                continue;
+            }
+        }
+        if i > 0 && least[(i - 1) * width + j] + MISSING * MISSING <= here {
+            pairs.push(Pair { measured: Some(i - 1), predicted: None });
+            i -= 1;
+        } else {
+            pairs.push(Pair { measured: None, predicted: Some(j - 1) });
+            j -= 1;
+        }
+    }
+    pairs.reverse();
+    pairs
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_missing_mode_does_not_shift_the_others() {
+        let pairs = pair(&[24.0, 116.0, 717.0], &[23.7, 115.0, 596.0, 720.0], &[MISSING, MISSING, 0.0, MISSING]);
+        let partners: Vec<_> = pairs.iter().filter_map(|p| Some((p.measured?, p.predicted?))).collect();
+        assert_eq!(partners, [(0, 0), (1, 1), (2, 3)]);
+    }
+
+    #[test]
+    fn an_extra_mode_does_not_shift_the_others() {
+        let pairs = pair(&[109.0, 532.0], &[24.0, 110.0, 530.0], &[MISSING; 3]);
+        let partners: Vec<_> = pairs.iter().filter_map(|p| Some((p.measured?, p.predicted?))).collect();
+        assert_eq!(partners, [(0, 1), (1, 2)]);
+    }
+
+    #[test]
+    fn far_modes_are_not_forced_together() {
+        let pairs = pair(&[24.0], &[109.0], &[MISSING]);
+        assert!(pairs.iter().all(|p| p.measured.is_none() || p.predicted.is_none()), "{pairs:?}");
+        assert_eq!(pairs.len(), 2);
+    }
+
+    #[test]
+    fn nothing_pairs_with_nothing() {
+        assert!(pair(&[], &[], &[]).is_empty());
+    }
+}

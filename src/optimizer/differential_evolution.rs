@@ -1,0 +1,296 @@
+//! Differential evolution as an argmin solver.
+
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use argmin::argmin_error;
+use argmin::core::{CostFunction, Error, KV, PopulationState, Problem, Solver, SyncAlias, TerminationReason, TerminationStatus};
+use rand::{RngExt, SeedableRng};
+use rand_xoshiro::Xoshiro256PlusPlus;
+
+/// How a trial is made from the population.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Strategy {
+    /// rand/1/bin: a random member plus one scaled difference. Storn and Price, J. Global Optim. 11 (1997) 341–359.
+    Rand1Bin,
+    /// best/1/bin with dithered scale: the best member plus one scaled difference.
+    Best1Bin,
+    /// current-to-pbest/1/bin with an archive and success-history adaptation of scale and crossover: Tanabe and Fukunaga,
+    /// IEEE CEC 2013, 71–78 (SHADE).
+    CurrentToPbest,
+}
+
+/// Length of the success history (SHADE's H).
+const HISTORY: usize = 6;
+/// Scale F and crossover CR of the strategies without adaptation.
+const FIXED: (f64, f64) = (0.7, 0.9);
+
+/// Differential evolution on the unit cube.
+///
+/// Trials of a generation are drawn one after another and evaluated in bulk; selection follows the whole generation.
+pub struct DifferentialEvolution {
+    strategy: Strategy,
+    dimension: usize,
+    size: usize,
+    spread: f64,
+    generator: Xoshiro256PlusPlus,
+    members: Vec<(Vec<f64>, f64)>,
+    archive: Vec<Vec<f64>>,
+    history: Vec<(f64, f64)>,
+    next_in_history: usize,
+    stop: Arc<AtomicBool>,
+}
+
+impl DifferentialEvolution {
+    /// `size` members in `dimension` coordinates; it has converged when the costs of all members lie within `spread`
+    /// of the best, relative to it.
+    pub fn new(strategy: Strategy, dimension: usize, size: usize, spread: f64, seed: u64) -> Self {
+        DifferentialEvolution {
+            strategy,
+            dimension,
+            size: size.max(6),
+            spread,
+            generator: Xoshiro256PlusPlus::seed_from_u64(seed),
+            members: Vec::new(),
+            archive: Vec::new(),
+            history: vec![(0.5, 0.5); HISTORY],
+            next_in_history: 0,
+            stop: Arc::default(),
+        }
+    }
+
+    /// Ends after the generation in which the flag is set.
+    pub fn stopping_when(mut self, stop: Arc<AtomicBool>) -> Self {
+        self.stop = stop;
+        self
+    }
+
+    /// First population: one member in each of `size` equal strata of every coordinate (a Latin hypercube).
+    fn first_places(&mut self) -> Vec<Vec<f64>> {
+        let mut places = vec![vec![0.0; self.dimension]; self.size];
+        for coordinate in 0..self.dimension {
+            let mut strata: Vec<usize> = (0..self.size).collect();
+            for at in (1..self.size).rev() {
+                let other = self.generator.random_range(0..=at);
+                strata.swap(at, other);
+            }
+            for (place, stratum) in places.iter_mut().zip(strata) {
+                place[coordinate] = (stratum as f64 + self.generator.random::<f64>()) / self.size as f64;
+            }
+        }
+        places
+    }
+
+    /// Scale and crossover of one trial.
+    fn controls(&mut self) -> (f64, f64) {
+        match self.strategy {
+            Strategy::Rand1Bin => FIXED,
+            Strategy::Best1Bin => (self.generator.random_range(0.5..1.0), FIXED.1),
+            Strategy::CurrentToPbest => {
+                let (scale_mean, crossover_mean) = self.history[self.generator.random_range(0..HISTORY)];
+                let crossover = (crossover_mean + 0.1 * self.normal()).clamp(0.0, 1.0);
+                let mut scale = 0.0;
+                while scale <= 0.0 {
+                    // Cauchy.
+                    scale = scale_mean + 0.1 * (std::f64::consts::PI * (self.generator.random::<f64>() - 0.5)).tan();
+                }
+                (scale.min(1.0), crossover)
+            }
+        }
+    }
+
+    /// A standard normal number (Box and Muller).
+    fn normal(&mut self) -> f64 {
+        let u: f64 = 1.0 - self.generator.random::<f64>();
+        let v: f64 = self.generator.random();
+        (-2.0 * u.ln()).sqrt() * (std::f64::consts::TAU * v).cos()
+    }
+
+    /// A member other than those named.
+    fn other_than(&mut self, taken: &[usize]) -> usize {
+        loop {
+            let index = self.generator.random_range(0..self.size);
+            if !taken.contains(&index) {
+                return index;
+            }
+        }
+    }
+
+    /// A trial for the member `target`; `ranking` lists the members from best to worst.
+    fn trial(&mut self, target: usize, ranking: &[usize], scale: f64, crossover: f64) -> Vec<f64> {
+        let a = self.other_than(&[target]);
+        let b = self.other_than(&[target, a]);
+        let mutant: Vec<f64> = match self.strategy {
+            Strategy::Rand1Bin | Strategy::Best1Bin => {
+                let base = if self.strategy == Strategy::Best1Bin { ranking[0] } else { self.other_than(&[target, a, b]) };
+                (0..self.dimension).map(|d| self.members[base].0[d] + scale * (self.members[a].0[d] - self.members[b].0[d])).collect()
+            }
+            Strategy::CurrentToPbest => {
+                let share = self.generator.random_range(2.0 / self.size as f64..=0.2_f64.max(2.0 / self.size as f64 + 1e-9));
+                let count = ((share * self.size as f64).round() as usize).clamp(1, self.size);
+                let leader = ranking[self.generator.random_range(0..count)];
+                let second = self.generator.random_range(0..self.size + self.archive.len());
+                let here = &self.members[target].0;
+                let minus = if second < self.size { &self.members[second].0 } else { &self.archive[second - self.size] };
+                let plus = &self.members[a].0;
+                (0..self.dimension)
+                    .map(|d| here[d] + scale * (self.members[leader].0[d] - here[d]) + scale * (plus[d] - minus[d]))
+                    .collect()
+            }
+        };
+        let sure = self.generator.random_range(0..self.dimension);
+        let here = &self.members[target].0;
+        let mut place = Vec::with_capacity(self.dimension);
+        for d in 0..self.dimension {
+            let cross = self.generator.random::<f64>() < crossover || d == sure;
+            let x = if cross { mutant[d] } else { here[d] };
+            // Half-way back to the bound it crossed.
+            place.push(if x < 0.0 {
+                0.5 * here[d]
+            } else if x > 1.0 {
+                0.5 * (1.0 + here[d])
+            } else {
+                x
+            });
+        }
+        place
+    }
+
+    /// Weighted means of the controls that succeeded, after SHADE.
+    fn learn(&mut self, successes: &[(f64, f64, f64)]) {
+        let total: f64 = successes.iter().map(|s| s.2).sum();
+        if self.strategy != Strategy::CurrentToPbest || !(total > 0.0) {
+            return;
+        }
+        let crossover = successes.iter().map(|s| s.1 * s.2).sum::<f64>() / total;
+        let squares: f64 = successes.iter().map(|s| s.0 * s.0 * s.2).sum();
+        let firsts: f64 = successes.iter().map(|s| s.0 * s.2).sum();
+        self.history[self.next_in_history] = (squares / firsts, crossover);
+        self.next_in_history = (self.next_in_history + 1) % HISTORY;
+    }
+
+    fn best(&self) -> usize {
+        (0..self.members.len()).min_by(|a, b| self.members[*a].1.total_cmp(&self.members[*b].1)).unwrap_or(0)
+    }
+
+    fn publish(&self, state: PopulationState<Vec<f64>, f64>) -> PopulationState<Vec<f64>, f64> {
+        let (place, cost) = self.members[self.best()].clone();
+        state.individual(place).cost(cost)
+    }
+}
+
+impl<O> Solver<O, PopulationState<Vec<f64>, f64>> for DifferentialEvolution
+where
+    O: CostFunction<Param = Vec<f64>, Output = f64> + SyncAlias,
+{
+    fn name(&self) -> &str {
+        "differential evolution"
+    }
+
+    fn init(
+        &mut self,
+        problem: &mut Problem<O>,
+        state: PopulationState<Vec<f64>, f64>,
+    ) -> Result<(PopulationState<Vec<f64>, f64>, Option<KV>), Error> {
+        if self.dimension == 0 {
+            return Err(argmin_error!(InvalidParameter, "there is nothing to search: no free coordinate"));
+        }
+        let places = self.first_places();
+        let costs = problem.bulk_cost(&places)?;
+        self.members = places.into_iter().zip(costs).collect();
+        Ok((self.publish(state), None))
+    }
+
+    fn next_iter(
+        &mut self,
+        problem: &mut Problem<O>,
+        state: PopulationState<Vec<f64>, f64>,
+    ) -> Result<(PopulationState<Vec<f64>, f64>, Option<KV>), Error> {
+        let mut ranking: Vec<usize> = (0..self.size).collect();
+        ranking.sort_by(|a, b| self.members[*a].1.total_cmp(&self.members[*b].1));
+        let mut controls = Vec::with_capacity(self.size);
+        let mut trials = Vec::with_capacity(self.size);
+        for target in 0..self.size {
+            let (scale, crossover) = self.controls();
+            trials.push(self.trial(target, &ranking, scale, crossover));
+            controls.push((scale, crossover));
+        }
+        let costs = problem.bulk_cost(&trials)?;
+        let mut successes = Vec::new();
+        for (target, (trial, cost)) in trials.into_iter().zip(costs).enumerate() {
+            let old = self.members[target].1;
+            if cost <= old {
+                let replaced = std::mem::replace(&mut self.members[target], (trial, cost));
+                if cost < old {
+                    successes.push((controls[target].0, controls[target].1, old - cost));
+                    if self.archive.len() < self.size {
+                        self.archive.push(replaced.0);
+                    } else {
+                        let slot = self.generator.random_range(0..self.archive.len());
+                        self.archive[slot] = replaced.0;
+                    }
+                }
+            }
+        }
+        self.learn(&successes);
+        Ok((self.publish(state), None))
+    }
+
+    fn terminate(&mut self, state: &PopulationState<Vec<f64>, f64>) -> TerminationStatus {
+        if self.stop.load(Ordering::Relaxed) {
+            return TerminationStatus::Terminated(TerminationReason::Interrupt);
+        }
+        let best = state.get_best_cost();
+        let worst = self.members.iter().map(|m| m.1).fold(f64::NEG_INFINITY, f64::max);
+        if worst - best <= self.spread * best.abs().max(f64::MIN_POSITIVE) {
+            return TerminationStatus::Terminated(TerminationReason::SolverConverged);
+        }
+        TerminationStatus::NotTerminated
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use argmin::core::Executor;
+
+    struct Bowl;
+
+    impl CostFunction for Bowl {
+        type Param = Vec<f64>;
+        type Output = f64;
+        /// Rastrigin's function with its minimum 0 at 0.3 in every coordinate.
+        fn cost(&self, x: &Vec<f64>) -> Result<f64, Error> {
+            Ok(x.iter()
+                .map(|x| {
+                    let y = 6.0 * (x - 0.3);
+                    y * y + 10.0 - 10.0 * (std::f64::consts::TAU * y).cos()
+                })
+                .sum())
+        }
+    }
+
+    fn run(strategy: Strategy, seed: u64) -> (Vec<f64>, f64) {
+        let solver = DifferentialEvolution::new(strategy, 4, 40, 1e-12, seed);
+        let result = Executor::new(Bowl, solver).configure(|s| s.max_iters(600)).run().unwrap();
+        (result.state.best_individual.clone().unwrap(), result.state.best_cost)
+    }
+
+    #[test]
+    fn every_strategy_finds_the_lowest_of_many_minima() {
+        for strategy in [Strategy::Rand1Bin, Strategy::Best1Bin, Strategy::CurrentToPbest] {
+            let (place, cost) = run(strategy, 1);
+            assert!(cost < 1e-6, "{strategy:?}: {cost}");
+            assert!(place.iter().all(|x| (x - 0.3).abs() < 1e-3), "{strategy:?}: {place:?}");
+        }
+    }
+
+    #[test]
+    fn the_same_seed_gives_the_same_bits_on_one_and_on_two_threads() {
+        let on = |threads| {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+            pool.install(|| run(Strategy::CurrentToPbest, 7))
+        };
+        assert_eq!(on(1), on(2));
+    }
+}

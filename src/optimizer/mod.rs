@@ -1,0 +1,20 @@
+//! Search for the minimum of a function on the unit cube; knows no drives and no data.
+//!
+//! The global search is a differential evolution written as an argmin [`Solver`](argmin::core::Solver); the polish is argmin's
+//! Nelder–Mead. Random numbers are drawn in sequence, costs are evaluated in parallel, so that the result does not depend on the number
+//! of threads.
+
+mod differential_evolution;
+mod polish;
+mod search;
+
+pub use differential_evolution::{DifferentialEvolution, Strategy};
+pub use search::{Control, Found, SearchSettings, search};
+
+/// A function on the unit cube, finite everywhere.
+pub trait Cost: Sync {
+    /// Number of coordinates.
+    fn dimension(&self) -> usize;
+    /// Its value at a point of the unit cube.
+    fn at(&self, place: &[f64]) -> f64;
+}
