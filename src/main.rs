@@ -1,1 +1,7 @@
-fn main() {}
+//! The command `jointid`.
+
+use std::process::ExitCode;
+
+fn main() -> ExitCode {
+    jointid::cli::run()
+}

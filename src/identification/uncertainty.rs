@@ -7,7 +7,7 @@ use nalgebra::{DMatrix, DVector};
 pub struct Certainty {
     /// Standard deviation of each place in its unit interval.
     pub sd: Vec<f64>,
-    /// Whether the data narrow the plausible range at least [`NARROWING`]-fold.
+    /// Whether the data narrow the plausible range at least fourfold.
     pub identifiable: Vec<bool>,
     /// Correlation matrix, row by row.
     pub correlation: Vec<Vec<f64>>,

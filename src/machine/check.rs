@@ -147,7 +147,7 @@ impl Machine {
         if self.point(&patch.name).is_some() {
             return Err(fault(part, "this name is declared twice; give each point a name of its own"));
         }
-        let inertia = self.value(&format!("{part}.inertia"), &patch.inertia)?;
+        let inertia = self.value(&format!("{part}.{}", patch.motion.inertia_key()), &patch.inertia)?;
         Ok(Point { name: patch.name.clone(), motion: patch.motion, inertia, fixed: patch.fixed })
     }
 

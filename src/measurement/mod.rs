@@ -9,6 +9,7 @@ mod quantity;
 mod set;
 mod split;
 mod table;
+pub mod universal;
 
 pub use embedded::BENCH;
 pub use error::MeasurementError;

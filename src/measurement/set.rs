@@ -84,6 +84,8 @@ pub struct MeasurementSet {
     pub modes: Option<ModeTable>,
     /// FRFs.
     pub frfs: Vec<Frf>,
+    /// Time records by name and file.
+    pub motions: Vec<(String, String)>,
     /// Names of positions or records to fit, where the set says so.
     pub split: Option<Vec<String>>,
     /// Published predictions, where there are any.
@@ -203,6 +205,7 @@ pub fn read_set(path: &str) -> Result<MeasurementSet, MeasurementError> {
         positions,
         modes,
         frfs,
+        motions: manifest.motion.into_iter().map(|m| (m.name, m.file)).collect(),
         split,
         published,
         files: folder.files,

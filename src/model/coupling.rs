@@ -3,7 +3,7 @@
 //! Every rod, every lumped inertia is a free substructure of its own. Rigid couplings join the ends that share a
 //! point; elastic couplings add the joints; a held point is coupled rigidly to the ground. Each coupling is the update
 //!
-//!   H' = H − H·v·(vᵀ·H·v + h_J)⁻¹·vᵀ·H
+//! > H' = H − H·v·(vᵀ·H·v + h_J)⁻¹·vᵀ·H
 //!
 //! with v = e_i − e_j for a rigid coupling (h_J = 0) and h_J = 1/(k + iωc) for a joint that acts on vᵀ·q.
 //!
@@ -29,7 +29,13 @@ pub fn coupled_receptances(network: &Network, machine: &Machine, omega_rad_s: f6
     let mut held = Vec::new();
     let mut size = 0;
     let square = omega_rad_s * omega_rad_s;
+    // An inertia on a shaft is coupled to the rod's end below; one on its own is a substructure with a coordinate.
+    let mut on_shafts = Vec::new();
     for (coordinate, inertia) in network.inertia.iter().enumerate().filter(|(_, m)| **m > 0.0) {
+        if shape.rods.iter().any(|r| r.along.contains(&Some(coordinate))) {
+            on_shafts.push((coordinate, Complex64::new(-1.0 / (inertia * square), 0.0)));
+            continue;
+        }
         blocks.push((vec![size], vec![Complex64::new(-1.0 / (inertia * square), 0.0)]));
         of_coordinate[coordinate].push(size);
         size += 1;
@@ -62,12 +68,20 @@ pub fn coupled_receptances(network: &Network, machine: &Machine, omega_rad_s: f6
     for end in held {
         couple(&mut h, &[(end, 1.0)], zero);
     }
+    for (coordinate, receptance) in on_shafts {
+        if let Some(&end) = of_coordinate[coordinate].first() {
+            couple(&mut h, &[(end, 1.0)], receptance);
+        }
+    }
     let first = |coordinate: usize| {
         of_coordinate[coordinate].first().copied().ok_or_else(|| ModelError::Massless {
             name: shape.coordinate.iter().position(|c| *c == Some(coordinate)).map_or_else(String::new, |p| machine.points[p].name.clone()),
         })
     };
-    for (joint, on) in network.joints.iter().zip(&shape.joints) {
+    // Joints to the ground first, those on most points last, as the paper goes: the huge receptances of free bodies cancel early.
+    let mut joints: Vec<_> = network.joints.iter().zip(&shape.joints).collect();
+    joints.sort_by_key(|(_, on)| on.len());
+    for (joint, on) in joints {
         let complex_stiffness = joint.dynamic(omega_rad_s).0;
         if complex_stiffness != zero && !on.is_empty() {
             let on: Vec<(usize, f64)> = on.iter().map(|&(c, w)| Ok((first(c)?, w))).collect::<Result<_, _>>()?;

@@ -15,5 +15,5 @@ mod structure;
 
 pub use modes::{Mode, undamped_modes};
 pub use network::{Network, Point as FrequencyPoint, Workspace};
-pub use peaks::{Peak, PeakSearch, peaks};
+pub use peaks::{Peak, PeakSearch, peaks, peaks_counted};
 pub use structure::{ModelError, Rods, Structure};

@@ -24,7 +24,7 @@ const WIDTH: f64 = 1e-11;
 /// All undamped natural frequencies up to `max_hz`, rigid-body modes first.
 ///
 /// Every mode is isolated by the Wittrick–Williams count, so that none is missed; frequencies that coincide to
-/// [`WIDTH`] are given as often as they count.
+/// 1e-11 (relative) are given as often as they count.
 pub fn undamped_modes(network: &Network, max_hz: f64, work: &mut Workspace) -> Vec<Mode> {
     let count = |f: f64, work: &mut Workspace| network.modes_below(omega_rad_s(f), work);
     let rigid = count(RIGID_HZ, work);
@@ -48,7 +48,7 @@ pub fn undamped_modes(network: &Network, max_hz: f64, work: &mut Workspace) -> V
     modes
 }
 
-/// The one natural frequency (Hz) between `low` and `high`, by the sign of the count: halving, exact to [`WIDTH`].
+/// The one natural frequency (Hz) between `low` and `high`, by the sign of the count: halving, exact to 1e-11 (relative).
 fn isolated(network: &Network, low: f64, below_low: usize, high: f64, work: &mut Workspace) -> f64 {
     let side = |f: f64, work: &mut Workspace| if network.modes_below(omega_rad_s(f), work) > below_low { 1.0 } else { -1.0 };
     refine(Bracket { lower: (low, -1.0), upper: (high, 1.0) }, WIDTH, |f| side(f, work))
@@ -75,7 +75,8 @@ impl Network {
     /// ζ = (φᵀ·Im D·φ) / (−ω·φᵀ·(dD/dω)·φ): the first-order damping ratio of an undamped mode.
     fn modal_damping(&self, omega_rad_s: f64, shape: &[f64]) -> Option<f64> {
         let complex: Vec<num_complex::Complex64> = shape.iter().map(|x| (*x).into()).collect();
-        let inertia = -self.bilinear_slope(omega_rad_s, &complex, &complex).re * omega_rad_s;
+        let rods = self.rod_entries(omega_rad_s);
+        let inertia = -self.bilinear_slope(omega_rad_s, &rods, &complex, &complex).re * omega_rad_s;
         let mut lost = 0.0;
         for (joint, on) in self.joints.iter().zip(&self.structure.joints) {
             let stretch: f64 = on.iter().map(|&(i, c)| shape[i] * c).sum();

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use num_complex::Complex64;
 
-use super::rod::Rod;
+use super::rod::{Rod, RodEntries};
 use super::structure::{Rods, Structure};
 use crate::machine::{Machine, Operating};
 
@@ -52,6 +52,7 @@ pub struct Network {
 pub struct Workspace {
     real: Vec<f64>,
     complex: Vec<Complex64>,
+    rods: Vec<RodEntries>,
     at_excitation: Vec<Complex64>,
     at_response: Vec<Complex64>,
 }
@@ -83,6 +84,7 @@ impl Structure {
         Workspace {
             real: vec![0.0; self.elimination.slots()],
             complex: vec![zero; self.elimination.slots()],
+            rods: Vec::with_capacity(self.rods.len()),
             at_excitation: vec![zero; self.size()],
             at_response: vec![zero; self.size()],
         }
@@ -180,22 +182,16 @@ impl Network {
         let pattern = &self.structure.elimination;
         entries.copy_from_slice(&self.stiffness);
         let square = omega_rad_s * omega_rad_s;
-        for (i, m) in self.inertia.iter().enumerate() {
-            entries[pattern.entry(i, i)] -= square * m;
+        for (slot, m) in self.structure.diagonal.iter().zip(&self.inertia) {
+            entries[*slot] -= square * m;
         }
         let mut below = 0;
-        if self.structure.representation == Rods::Exact {
-            for (rod, shape) in self.rods.iter().zip(&self.structure.rods) {
-                below += rod.clamped_modes_below(omega_rad_s);
-                let (direct, cross, _) = rod.undamped(omega_rad_s);
-                if let Some(i) = shape.along[0] {
-                    entries[pattern.entry(i, i)] += direct;
-                }
-                if let Some(j) = shape.along[1] {
-                    entries[pattern.entry(j, j)] += direct;
-                }
-                if let (Some(i), Some(j)) = (shape.along[0], shape.along[1]) {
-                    entries[pattern.entry(i, j)] += cross;
+        for (rod, slots) in self.rods.iter().zip(&self.structure.rod_slots) {
+            below += rod.clamped_modes_below(omega_rad_s);
+            let (direct, cross) = rod.undamped(omega_rad_s);
+            for (slot, entry) in slots.iter().zip([direct, direct, cross]) {
+                if let Some(slot) = *slot {
+                    entries[slot] += entry;
                 }
             }
         }
@@ -226,23 +222,22 @@ impl Network {
         for (((entry, k), c), h) in work.complex.iter_mut().zip(&self.stiffness).zip(&self.damping).zip(&self.loss) {
             *entry = Complex64::new(*k, omega_rad_s * c + h);
         }
-        for (i, m) in self.inertia.iter().enumerate() {
-            work.complex[pattern.entry(i, i)].re -= square * m;
+        for (slot, m) in shape.diagonal.iter().zip(&self.inertia) {
+            work.complex[*slot].re -= square * m;
         }
-        let exact = shape.representation == Rods::Exact;
         let mut determinant = Complex64::new(1.0, 0.0);
-        if exact {
-            for (rod, rod_shape) in self.rods.iter().zip(&shape.rods) {
-                let entries = rod.damped(omega_rad_s);
+        work.rods.clear();
+        for (rod, slots) in self.rods.iter().zip(&shape.rod_slots) {
+            let entries = rod.damped(omega_rad_s);
+            work.rods.push(entries);
+            if entries.lossless {
+                determinant *= entries.sin.re;
+            } else {
                 determinant *= entries.sin;
-                if let Some(i) = rod_shape.along[0] {
-                    work.complex[pattern.entry(i, i)] += entries.direct;
-                }
-                if let Some(j) = rod_shape.along[1] {
-                    work.complex[pattern.entry(j, j)] += entries.direct;
-                }
-                if let (Some(i), Some(j)) = (rod_shape.along[0], rod_shape.along[1]) {
-                    work.complex[pattern.entry(i, j)] += entries.cross;
+            }
+            for (slot, entry) in slots.iter().zip([entries.direct, entries.direct, entries.cross]) {
+                if let Some(slot) = *slot {
+                    work.complex[slot] += entry;
                 }
             }
         }
@@ -270,12 +265,21 @@ impl Network {
             pattern.solve(&work.complex, &mut work.at_response);
             &work.at_response
         };
-        let slope = -self.bilinear_slope(omega_rad_s, at_response, &work.at_excitation);
+        let slope = -self.bilinear_slope(omega_rad_s, &work.rods, at_response, &work.at_excitation);
         Point { omega_rad_s, receptance, slope, determinant }
     }
 
+    /// Entries of all exact rods at ω.
+    pub(super) fn rod_entries(&self, omega_rad_s: f64) -> Vec<RodEntries> {
+        match self.structure.representation {
+            Rods::Exact => self.rods.iter().map(|r| r.damped(omega_rad_s)).collect(),
+            Rods::Lumped(_) => Vec::new(),
+        }
+    }
+
     /// aᵀ·(dD/dω)·b.
-    pub(super) fn bilinear_slope(&self, omega_rad_s: f64, a: &[Complex64], b: &[Complex64]) -> Complex64 {
+    /// `rods` are the entries of all exact rods at ω.
+    pub(super) fn bilinear_slope(&self, omega_rad_s: f64, rods: &[RodEntries], a: &[Complex64], b: &[Complex64]) -> Complex64 {
         let shape = &self.structure;
         let zero = Complex64::new(0.0, 0.0);
         let mut sum = zero;
@@ -285,16 +289,22 @@ impl Network {
         for (joint, on) in self.joints.iter().zip(&shape.joints) {
             let x: Complex64 = on.iter().map(|&(i, c)| a[i] * c).sum();
             let y: Complex64 = on.iter().map(|&(i, c)| b[i] * c).sum();
-            sum += x * y * joint.dynamic(omega_rad_s).1;
+            let product = x * y;
+            sum += match joint.relaxation_stiffness {
+                None => Complex64::new(-product.im * joint.damping, product.re * joint.damping),
+                Some(_) => product * joint.dynamic(omega_rad_s).1,
+            };
         }
-        if shape.representation == Rods::Exact {
-            for (rod, rod_shape) in self.rods.iter().zip(&shape.rods) {
-                let entries = rod.damped(omega_rad_s);
-                let (i, j) = (rod_shape.along[0], rod_shape.along[1]);
-                let (xi, xj) = (i.map_or(zero, |i| a[i]), j.map_or(zero, |j| a[j]));
-                let (yi, yj) = (i.map_or(zero, |i| b[i]), j.map_or(zero, |j| b[j]));
-                sum += (xi * yi + xj * yj) * entries.direct_slope + (xi * yj + xj * yi) * entries.cross_slope;
-            }
+        for (entries, rod_shape) in rods.iter().zip(&shape.rods) {
+            let (i, j) = (rod_shape.along[0], rod_shape.along[1]);
+            let (xi, xj) = (i.map_or(zero, |i| a[i]), j.map_or(zero, |j| a[j]));
+            let (yi, yj) = (i.map_or(zero, |i| b[i]), j.map_or(zero, |j| b[j]));
+            let (direct, cross) = (xi * yi + xj * yj, xi * yj + xj * yi);
+            sum += if entries.lossless {
+                direct * entries.direct_slope.re + cross * entries.cross_slope.re
+            } else {
+                direct * entries.direct_slope + cross * entries.cross_slope
+            };
         }
         sum
     }

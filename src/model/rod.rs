@@ -4,10 +4,12 @@ use num_complex::Complex64;
 
 /// The dynamic stiffness of a uniform free–free rod at its two ends.
 ///
+/// ```text
 ///          φ   ┌                ┐
 /// D  =  A ───  │  cot φ  −csc φ │      φ = ω·L·√(ρ/E)   axial,    A = E·S
 ///          L   │ −csc φ   cot φ │      φ = ω·L·√(ρ/G)   torsion,  A = G·J,  S = π·d²/4, J = π·d⁴/32
 ///              └                ┘
+/// ```
 ///
 /// # Units      A/L in N/m (N·m/rad), φ in rad
 /// # Limits     ω → 0 gives the spring A/L (test `limit_rod_is_a_spring`)
@@ -29,13 +31,13 @@ fn cos_sin(phase: f64) -> (f64, f64) {
 }
 
 impl Rod {
-    /// Direct and cross entry of D without loss, and sin φ.
+    /// Direct and cross entry of D without loss.
     #[inline]
-    pub fn undamped(&self, omega_rad_s: f64) -> (f64, f64, f64) {
+    pub fn undamped(&self, omega_rad_s: f64) -> (f64, f64) {
         let phase = omega_rad_s * self.transit_s;
         let (cos, sin) = cos_sin(phase);
         let scale = self.stiffness * phase / sin;
-        (scale * cos, -scale, sin)
+        (scale * cos, -scale)
     }
 
     /// Direct and cross entry of D, their slopes with ω, and sin φ.
@@ -53,6 +55,7 @@ impl Rod {
                 direct_slope: (k * self.transit_s * (cot - phase * csc * csc)).into(),
                 cross_slope: (-k * self.transit_s * csc * (1.0 - phase * cot)).into(),
                 sin: sin.into(),
+                lossless: true,
             };
         }
         let material = Complex64::new(1.0, self.loss_factor);
@@ -68,6 +71,7 @@ impl Rod {
             direct_slope: k * transit_s * (cot - phase * csc * csc),
             cross_slope: -k * transit_s * csc * (1.0 - phase * cot),
             sin,
+            lossless: false,
         }
     }
 
@@ -90,6 +94,8 @@ pub struct RodEntries {
     pub cross_slope: Complex64,
     /// sin φ, which cancels the poles in the determinant.
     pub sin: Complex64,
+    /// All of it is real.
+    pub lossless: bool,
 }
 
 #[cfg(test)]
@@ -99,7 +105,7 @@ mod tests {
     #[test]
     fn limit_rod_is_a_spring() {
         let rod = Rod { stiffness: 2e8, transit_s: 3e-4, loss_factor: 0.0 };
-        let (direct, cross, _) = rod.undamped(1e-3);
+        let (direct, cross) = rod.undamped(1e-3);
         assert!((direct / 2e8 - 1.0).abs() < 1e-12);
         assert!((cross / -2e8 - 1.0).abs() < 1e-12);
     }

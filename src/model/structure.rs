@@ -53,6 +53,10 @@ pub struct Structure {
     /// Coordinate of each point; `None` where it is held.
     pub(super) coordinate: Vec<Option<usize>>,
     pub(super) rods: Vec<RodShape>,
+    /// Slot of each diagonal entry.
+    pub(super) diagonal: Vec<usize>,
+    /// Per exact rod: slots of its direct entries and of its cross entry.
+    pub(super) rod_slots: Vec<[Option<usize>; 3]>,
     /// Per joint: coordinates and coefficients of the points that move.
     pub(super) joints: Vec<Vec<(usize, f64)>>,
     pub(super) response: usize,
@@ -102,7 +106,23 @@ impl Structure {
         let rod_pairs = rods.iter().flat_map(|r| r.along.windows(2).filter_map(|w| Some((w[0]?, w[1]?))));
         let joint_pairs = joints.iter().flat_map(|on| on.iter().flat_map(|a| on.iter().map(|b| (a.0, b.0))));
         let elimination = Elimination::new(size, rod_pairs.chain(joint_pairs), &last);
-        Ok(Structure { elimination, coordinate, rods, joints, response, excitation, representation })
+        let diagonal: Vec<usize> = (0..size).map(|i| elimination.entry(i, i)).collect();
+        let rod_slots = match representation {
+            Rods::Lumped(_) => Vec::new(),
+            Rods::Exact => rods
+                .iter()
+                .map(|r| {
+                    let (i, j) = (r.along[0], r.along[1]);
+                    [i.map(|i| diagonal[i]), j.map(|j| diagonal[j]), i.zip(j).map(|(i, j)| elimination.entry(i, j))]
+                })
+                .collect(),
+        };
+        Ok(Structure { elimination, coordinate, rods, diagonal, rod_slots, joints, response, excitation, representation })
+    }
+
+    /// Coordinate of a point (by index); `None` where it is held.
+    pub fn coordinate_of(&self, point: usize) -> Option<usize> {
+        self.coordinate[point]
     }
 
     /// Number of coordinates that move.

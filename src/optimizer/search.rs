@@ -27,7 +27,7 @@ pub struct SearchSettings {
 impl SearchSettings {
     /// Settings that suit `dimension` unknowns.
     pub fn for_dimension(dimension: usize, seed: u64) -> Self {
-        SearchSettings { strategy: Strategy::CurrentToPbest, population: (6 * dimension).max(24), generations: 400, spread: 1e-6, seed }
+        SearchSettings { strategy: Strategy::CurrentToPbest, population: (6 * dimension).max(24), generations: 400, spread: 1e-3, seed }
     }
 }
 

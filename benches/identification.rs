@@ -1,0 +1,41 @@
+//! Receptance per frequency line, one objective evaluation, a whole identification: `cargo bench`.
+
+use std::hint::black_box;
+use std::sync::Arc;
+
+use criterion::{Criterion, criterion_group, criterion_main};
+use jointid::config::read_machine;
+use jointid::identification::{Plan, identify};
+use jointid::machine::Operating;
+use jointid::measurement::read_set;
+use jointid::model::{Rods, Structure};
+use jointid::objective::{ModeObjective, ModeSettings};
+use jointid::optimizer::{Control, Cost};
+
+fn bench(criterion: &mut Criterion) {
+    let config = read_machine("configs/tian.toml", &[], &[]).expect("the embedded bench");
+    let set = read_set("measurements/tian").expect("the embedded bench");
+    let machine = &config.machine;
+    let (fit, held_out) = set.split(None).expect("its split");
+
+    let table = machine.point("table").expect("a table");
+    let structure = Arc::new(Structure::new(machine, table, table, Rods::Exact).expect("a structure"));
+    let (mut network, mut work) = (structure.network(), structure.workspace());
+    network.update(machine, &machine.start(), &Operating::at_nut(1.0));
+    criterion.bench_function("receptance and slope, one line", |b| b.iter(|| network.at(black_box(3000.0), &mut work).receptance));
+    criterion.bench_function("modes below a frequency", |b| b.iter(|| network.modes_below(black_box(3000.0), &mut work)));
+
+    let objective = ModeObjective::new(machine, &fit, ModeSettings::default(), &[]).expect("an objective");
+    let place = vec![0.4; objective.free.len()];
+    criterion.bench_function("objective, 3 positions × 4 orders", |b| b.iter(|| objective.at(black_box(&place))));
+
+    let mut slow = criterion.benchmark_group("whole");
+    slow.sample_size(10);
+    slow.bench_function("identify, default plan", |b| {
+        b.iter(|| identify(machine, &fit, &held_out, &Plan::default(), &Control::default()).map(|i| i.cost).expect("a result"));
+    });
+    slow.finish();
+}
+
+criterion_group!(benches, bench);
+criterion_main!(benches);

@@ -1,0 +1,257 @@
+//! What can be said on the command line.
+
+use std::path::PathBuf;
+
+use clap::{Args, Parser, Subcommand, ValueEnum};
+
+/// Joint stiffness and damping of ball-screw feed drives from hammer tests.
+#[derive(Debug, Parser)]
+#[command(name = "jointid", version, max_term_width = 80, propagate_version = true)]
+pub struct Arguments {
+    /// What to do.
+    #[command(subcommand)]
+    pub command: Command,
+}
+
+/// The commands.
+#[derive(Debug, Subcommand)]
+pub enum Command {
+    /// Identify joint parameters from some positions and predict the others
+    #[command(after_help = "Example:\n  jointid identify --positions l1,l3,l5 --out results")]
+    Identify(IdentifyArguments),
+    /// Check an identification at held-out positions, or on another set
+    #[command(after_help = "Example:\n  jointid validate --result results/identification.json --positions l2,l4,l6 --fail-above 0.03")]
+    Validate(ValidateArguments),
+    /// Set multi-position against single-position identification
+    #[command(after_help = "Example:\n  jointid compare --positions l1,l3,l5 --single l3,l5")]
+    Compare(CompareArguments),
+    /// Compute modes or FRFs of a machine
+    #[command(after_help = "Example:\n  jointid simulate modes --config configs/tian-as-published.toml --position l1")]
+    Simulate(SimulateArguments),
+}
+
+/// The machine and its measurements.
+#[derive(Debug, Args)]
+pub struct Sources {
+    /// Machine configuration (.toml); the published bench by default
+    #[arg(long, value_name = "FILE", default_value = crate::config::BENCH)]
+    pub config: String,
+    /// Folder of the measurement set; the published bench by default
+    #[arg(long, value_name = "DIR", default_value = crate::measurement::BENCH)]
+    pub measurements: String,
+    /// Override one key of the configuration, e.g. parameter.k_s.start=1e5
+    #[arg(long = "set", value_name = "KEY=VALUE")]
+    pub set: Vec<String>,
+    /// Take effects out of the machine's description
+    #[arg(long, value_name = "EFFECTS", value_delimiter = ',')]
+    pub without: Vec<String>,
+}
+
+/// How results leave.
+#[derive(Debug, Args)]
+pub struct Output {
+    /// Print the result document alone, as JSON
+    #[arg(long)]
+    pub json: bool,
+    /// Write the result document into this folder
+    #[arg(long, value_name = "DIR")]
+    pub out: Option<PathBuf>,
+    /// Say nothing but results and errors
+    #[arg(short, long)]
+    pub quiet: bool,
+}
+
+/// Objectives by name.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum ObjectiveName {
+    /// Weighted, on frequencies and ln(amplitude)
+    LeastSquares,
+    /// Tian et al., Eq. 26, as printed
+    Eq26,
+    /// Weighted, on the frequencies alone
+    Frequencies,
+}
+
+/// Models by name.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum ModelName {
+    /// Rods by their exact wave solution
+    Receptance,
+    /// Rods as chains of springs and masses
+    Lumped,
+}
+
+/// How the search is run.
+#[derive(Debug, Args)]
+pub struct SearchArguments {
+    /// How rods are represented
+    #[arg(long, value_enum, default_value = "receptance")]
+    pub model: ModelName,
+    /// Lumps per rod of the lumped model
+    #[arg(long, value_name = "N", default_value_t = 40, value_parser = clap::value_parser!(u16).range(1..=500))]
+    pub lumps: u16,
+    /// What is made least
+    #[arg(long, value_enum, default_value = "least-squares")]
+    pub objective: ObjectiveName,
+    /// Relative standard deviation of frequencies that the model causes
+    #[arg(long, value_name = "SHARE", default_value_t = 0.01)]
+    pub frequency_model_error: f64,
+    /// Standard deviation of ln(amplitude)
+    #[arg(long, value_name = "SD", default_value_t = 0.13)]
+    pub amplitude_sd: f64,
+    /// Keep these parameters at their start values
+    #[arg(long, value_name = "PARAMETERS", value_delimiter = ',')]
+    pub freeze: Vec<String>,
+    /// Seed of the random numbers
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    pub seed: u64,
+    /// Searches from different seeds
+    #[arg(long, value_name = "N", default_value_t = 3, value_parser = clap::value_parser!(u16).range(1..=100))]
+    pub repeats: u16,
+    /// Threads; all cores by default. The result does not depend on it
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
+    pub threads: Option<u16>,
+}
+
+/// `identify`.
+#[derive(Debug, Args)]
+pub struct IdentifyArguments {
+    #[command(flatten)]
+    pub sources: Sources,
+    /// Positions to fit; all others are held out
+    #[arg(long, value_name = "NAMES", value_delimiter = ',')]
+    pub positions: Option<Vec<String>>,
+    #[command(flatten)]
+    pub search: SearchArguments,
+    #[command(flatten)]
+    pub output: Output,
+}
+
+/// `validate`.
+#[derive(Debug, Args)]
+pub struct ValidateArguments {
+    /// The identification.json to check
+    #[arg(long, value_name = "FILE")]
+    pub result: PathBuf,
+    /// Folder of the measurement set; that of the identification by default
+    #[arg(long, value_name = "DIR")]
+    pub measurements: Option<String>,
+    /// Positions to check; those held out by default
+    #[arg(long, value_name = "NAMES", value_delimiter = ',')]
+    pub positions: Option<Vec<String>>,
+    /// Exit with 1 if a relative frequency error is larger
+    #[arg(long, value_name = "SHARE")]
+    pub fail_above: Option<f64>,
+    #[command(flatten)]
+    pub output: Output,
+}
+
+/// `compare`.
+#[derive(Debug, Args)]
+pub struct CompareArguments {
+    #[command(flatten)]
+    pub sources: Sources,
+    /// Positions of the multi-position identification
+    #[arg(long, value_name = "NAMES", value_delimiter = ',')]
+    pub positions: Option<Vec<String>>,
+    /// Positions identified each alone; by default the fit positions but the first, as the paper does
+    #[arg(long, value_name = "NAMES", value_delimiter = ',')]
+    pub single: Option<Vec<String>>,
+    /// Compare objectives instead, by leaving out one fit position after another
+    #[arg(long, conflicts_with = "single")]
+    pub objectives: bool,
+    #[command(flatten)]
+    pub search: SearchArguments,
+    #[command(flatten)]
+    pub output: Output,
+}
+
+/// `simulate`.
+#[derive(Debug, Args)]
+pub struct SimulateArguments {
+    /// What to compute.
+    #[command(subcommand)]
+    pub what: Simulation,
+}
+
+/// What can be simulated.
+#[derive(Debug, Subcommand)]
+pub enum Simulation {
+    /// Undamped natural frequencies and mode shapes at the start values
+    #[command(after_help = "Example:\n  jointid simulate modes --nut-m 1.3 --json")]
+    Modes(ModesArguments),
+    /// Frequency response functions, as CSV or JSON
+    #[command(after_help = "Example:\n  jointid simulate frf --position l1,l3 --quantity mobility > frf.csv")]
+    Frf(FrfArguments),
+}
+
+/// `simulate modes`.
+#[derive(Debug, Args)]
+pub struct ModesArguments {
+    #[command(flatten)]
+    pub sources: Sources,
+    /// A position of the measurement set; mid-stroke by default
+    #[arg(long, value_name = "NAME", conflicts_with = "nut_m")]
+    pub position: Option<String>,
+    /// Nut position from the left end of the screw (m)
+    #[arg(long, value_name = "M")]
+    pub nut_m: Option<f64>,
+    /// Highest frequency (Hz)
+    #[arg(long, value_name = "F", default_value_t = 1000.0)]
+    pub max_hz: f64,
+    /// How rods are represented
+    #[arg(long, value_enum, default_value = "receptance")]
+    pub model: ModelName,
+    /// Lumps per rod of the lumped model
+    #[arg(long, value_name = "N", default_value_t = 40, value_parser = clap::value_parser!(u16).range(1..=500))]
+    pub lumps: u16,
+    #[command(flatten)]
+    pub output: Output,
+}
+
+/// Quantities by name.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum QuantityName {
+    /// Displacement over force
+    Receptance,
+    /// Velocity over force
+    Mobility,
+    /// Acceleration over force
+    Accelerance,
+}
+
+/// `simulate frf`.
+#[derive(Debug, Args)]
+pub struct FrfArguments {
+    #[command(flatten)]
+    pub sources: Sources,
+    /// Positions of the measurement set; all by default
+    #[arg(long, value_name = "NAMES", value_delimiter = ',', conflicts_with = "nut_m")]
+    pub position: Option<Vec<String>>,
+    /// Nut position from the left end of the screw (m)
+    #[arg(long, value_name = "M")]
+    pub nut_m: Option<f64>,
+    /// Parameter values from this identification.json instead of the start values
+    #[arg(long, value_name = "FILE")]
+    pub result: Option<PathBuf>,
+    /// Lowest frequency (Hz)
+    #[arg(long, value_name = "F", default_value_t = 1.0)]
+    pub from_hz: f64,
+    /// Highest frequency (Hz)
+    #[arg(long, value_name = "F", default_value_t = 1000.0)]
+    pub to_hz: f64,
+    /// Step (Hz)
+    #[arg(long, value_name = "F", default_value_t = 0.5)]
+    pub step_hz: f64,
+    /// Point that responds; that of the measurement set by default
+    #[arg(long, value_name = "POINT")]
+    pub response: Option<String>,
+    /// Point that is excited; that of the measurement set by default
+    #[arg(long, value_name = "POINT")]
+    pub excitation: Option<String>,
+    /// Quantity
+    #[arg(long, value_enum, default_value = "receptance")]
+    pub quantity: QuantityName,
+    #[command(flatten)]
+    pub output: Output,
+}

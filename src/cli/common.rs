@@ -1,0 +1,190 @@
+//! What commands share: sources read, plans made, documents stamped and delivered.
+
+use std::io::Write;
+use std::path::Path;
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
+
+use serde::Serialize;
+
+use super::arguments::{ModelName, ObjectiveName, Output, SearchArguments, Sources};
+use crate::config::{MachineConfig, read_machine};
+use crate::identification::Plan;
+use crate::measurement::{MeasurementSet, read_set};
+use crate::model::Rods;
+use crate::objective::{ModeSettings, Objective};
+use crate::optimizer::Strategy;
+use crate::report::document::{Input, Settings, Stamp};
+use crate::report::{OutputFolder, digest, to_json};
+
+/// How a command ended.
+pub enum Outcome {
+    /// Done.
+    Done,
+    /// Done, but a limit that was asked for is not met.
+    LimitNotMet,
+    /// Stopped early; what is known was delivered.
+    Stopped,
+}
+
+/// What a command gives: an outcome, or the one message that says why it could not run.
+pub type CommandResult = Result<Outcome, String>;
+
+/// Any error as its message.
+pub fn told(error: impl std::fmt::Display) -> String {
+    error.to_string()
+}
+
+/// Machine and measurements.
+pub struct Loaded {
+    /// The machine as configured.
+    pub config: MachineConfig,
+    /// What was measured.
+    pub set: MeasurementSet,
+}
+
+/// Reads machine and measurements.
+pub fn load(sources: &Sources) -> Result<Loaded, String> {
+    let config = read_machine(&sources.config, &sources.set, &sources.without).map_err(told)?;
+    let set = read_set(&sources.measurements).map_err(told)?;
+    Ok(Loaded { config, set })
+}
+
+/// Rods as asked for.
+pub fn rods(model: ModelName, lumps: u16) -> Rods {
+    match model {
+        ModelName::Receptance => Rods::Exact,
+        ModelName::Lumped => Rods::Lumped(usize::from(lumps)),
+    }
+}
+
+/// Objective as asked for.
+pub fn objective(name: ObjectiveName) -> Objective {
+    match name {
+        ObjectiveName::LeastSquares => Objective::LeastSquares,
+        ObjectiveName::Eq26 => Objective::Eq26,
+        ObjectiveName::Frequencies => Objective::Frequencies,
+    }
+}
+
+/// The word for an objective.
+pub fn objective_word(objective: Objective) -> &'static str {
+    match objective {
+        Objective::LeastSquares => "least-squares",
+        Objective::Eq26 => "eq26",
+        Objective::Frequencies => "frequencies",
+    }
+}
+
+/// The plan that was asked for.
+pub fn plan(search: &SearchArguments) -> Result<Plan, String> {
+    for (key, x) in [("--frequency-model-error", search.frequency_model_error), ("--amplitude-sd", search.amplitude_sd)] {
+        if !(x > 0.0 && x.is_finite()) {
+            return Err(format!("{key} {x}: write a number above 0"));
+        }
+    }
+    Ok(Plan {
+        settings: ModeSettings {
+            objective: objective(search.objective),
+            frequency_model_error: search.frequency_model_error,
+            amplitude_sd: search.amplitude_sd,
+            rods: rods(search.model, search.lumps),
+        },
+        frozen: search.freeze.clone(),
+        seed: search.seed,
+        repeats: usize::from(search.repeats),
+        strategy: Strategy::CurrentToPbest,
+    })
+}
+
+/// The settings of a run, to be kept with its result.
+pub fn settings(sources: &Sources, search: &SearchArguments) -> Settings {
+    let lumped = search.model == ModelName::Lumped;
+    Settings {
+        config: sources.config.clone(),
+        measurements: sources.measurements.clone(),
+        model: if lumped { "lumped" } else { "receptance" }.into(),
+        lumps: lumped.then_some(usize::from(search.lumps)),
+        objective: objective_word(objective(search.objective)).into(),
+        frequency_model_error: search.frequency_model_error,
+        amplitude_sd: search.amplitude_sd,
+        repeats: usize::from(search.repeats),
+        without: sources.without.clone(),
+        set: sources.set.clone(),
+        freeze: search.freeze.clone(),
+    }
+}
+
+/// The stamp of a document.
+pub fn stamp(schema: &str, seed: u64, complete: bool, loaded: &Loaded, warnings: Vec<String>) -> Stamp {
+    let mut inputs = vec![Input { path: loaded.config.path.clone(), sha256: digest(loaded.config.text.as_bytes()) }];
+    inputs.extend(loaded.set.files.iter().map(|f| Input { path: f.path.clone(), sha256: digest(&f.bytes) }));
+    let mut all = loaded.set.warnings.clone();
+    all.extend(warnings);
+    Stamp { schema: format!("jointid/{schema}/1"), tool_version: env!("CARGO_PKG_VERSION").into(), seed, complete, inputs, warnings: all }
+}
+
+/// The folder results go to, made sure of before the work begins.
+pub fn prepare(output: &Output) -> Result<Option<OutputFolder>, String> {
+    output.out.as_deref().map(OutputFolder::prepare).transpose()
+}
+
+/// Delivers a document: as JSON alone, or as text for a person; and as a file where a folder was named.
+pub fn deliver<T: Serialize>(output: &Output, folder: Option<&OutputFolder>, file: &str, document: &T, text: &str) -> Result<(), String> {
+    let json = to_json(document)?;
+    let written = folder.map(|folder| folder.write(file, json.as_bytes())).transpose()?;
+    print_out(if output.json { &json } else { text })?;
+    if let Some(path) = written.filter(|_| !output.json && !output.quiet) {
+        eprintln!("written: {}", path.display());
+    }
+    Ok(())
+}
+
+/// Prints to stdout; a closed pipe is no error.
+pub fn print_out(text: &str) -> Result<(), String> {
+    match std::io::stdout().lock().write_all(text.as_bytes()) {
+        Err(error) if error.kind() != std::io::ErrorKind::BrokenPipe => Err(format!("stdout: cannot be written: {error}")),
+        _ => Ok(()),
+    }
+}
+
+/// Warnings for a person, on stderr.
+pub fn warn(output: &Output, warnings: &[String]) {
+    if !output.quiet {
+        warnings.iter().for_each(|w| eprintln!("warning: {w}"));
+    }
+}
+
+/// A flag that Ctrl-C sets; a second Ctrl-C ends the process at once.
+pub fn stop_flag() -> Arc<AtomicBool> {
+    let flag = Arc::new(AtomicBool::new(false));
+    let handled = Arc::clone(&flag);
+    // Where no handler can be set, Ctrl-C ends the process as usual.
+    let _ = ctrlc::set_handler(move || {
+        if handled.swap(true, std::sync::atomic::Ordering::Relaxed) {
+            std::process::exit(130);
+        }
+    });
+    flag
+}
+
+/// Runs work on the number of threads asked for.
+pub fn on_threads<T: Send>(threads: Option<u16>, work: impl FnOnce() -> T + Send) -> Result<T, String> {
+    match threads {
+        None => Ok(work()),
+        Some(count) => {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(usize::from(count)).build().map_err(told)?;
+            Ok(pool.install(work))
+        }
+    }
+}
+
+/// Reads a JSON document.
+pub fn read_document<T: serde::de::DeserializeOwned>(path: &Path) -> Result<T, String> {
+    let text = std::fs::read_to_string(path).map_err(|e| match e.kind() {
+        std::io::ErrorKind::NotFound => format!("{}: there is no such file; run identify with --out first", path.display()),
+        _ if path.is_dir() => format!("{}: is a folder; name the identification.json in it", path.display()),
+        _ => format!("{}: {e}", path.display()),
+    })?;
+    serde_json::from_str(&text).map_err(|e| format!("{}, line {}: is no result of identify: {e}", path.display(), e.line()))
+}

@@ -1,0 +1,113 @@
+//! `jointid compare`.
+
+use std::collections::BTreeMap;
+
+use super::arguments::CompareArguments;
+use super::common::{
+    CommandResult, Loaded, Outcome, deliver, load, objective_word, on_threads, plan, prepare, stamp, stop_flag, told, warn,
+};
+use super::identify::gain_estimated;
+use super::progress::Progress;
+use super::rows;
+use crate::identification::{Plan, identify};
+use crate::measurement::FitSet;
+use crate::numeric::statistics::root_sum_square;
+use crate::objective::Objective;
+use crate::optimizer::Control;
+use crate::report::document::{Comparison, ComparisonRun, ObjectiveRow, Objectives, OrderRow};
+use crate::report::{objectives_table, summary_table};
+use crate::validation::leave_one_out;
+
+/// Runs the command.
+pub fn run(given: &CompareArguments) -> CommandResult {
+    let loaded = load(&given.sources)?;
+    let plan = plan(&given.search)?;
+    let (fit, held_out) = loaded.set.split(given.positions.as_deref()).map_err(told)?;
+    let folder = prepare(&given.output)?;
+    let progress = Progress::begin(given.output.quiet, "compare");
+    let control = Control::new(stop_flag(), Some(progress.watcher()));
+    if given.objectives {
+        let scores = on_threads(given.search.threads, || compare_objectives(&loaded, &fit, &plan, &control))?;
+        progress.end();
+        let (document, complete) = scores?;
+        deliver(&given.output, folder.as_ref(), "objectives.json", &document, &objectives_table(&document))?;
+        return Ok(if complete { Outcome::Done } else { Outcome::Stopped });
+    }
+    let name = |i: &usize| loaded.set.positions[*i].name.clone();
+    let multi: Vec<String> = fit.positions.iter().map(name).collect();
+    let singles: Vec<String> = match &given.single {
+        Some(names) => names.clone(),
+        None => multi.iter().skip(usize::from(multi.len() > 1)).cloned().collect(),
+    };
+    loaded.set.positions_named(&singles).map_err(told)?;
+    let common: Vec<String> = held_out.positions.iter().map(name).filter(|n| !singles.contains(n)).collect();
+    let mut runs = BTreeMap::new();
+    let mut complete = true;
+    let plans = std::iter::once(("multi".to_string(), multi)).chain(singles.into_iter().map(|s| (s.clone(), vec![s])));
+    for (key, names) in plans {
+        progress.now(&format!("identify {}", names.join(",")));
+        let run = on_threads(given.search.threads, || one_run(&loaded, &names, &common, &plan, &control))??;
+        complete &= run.1;
+        runs.insert(key, run.0);
+        if control.stopped() {
+            break;
+        }
+    }
+    progress.end();
+    let warnings: Vec<String> =
+        runs.iter().flat_map(|(k, r): (&String, &ComparisonRun)| r.warnings.iter().map(move |w| format!("{k}: {w}"))).collect();
+    let document = Comparison { stamp: stamp("comparison", plan.seed, complete, &loaded, warnings), common_positions: common, runs };
+    warn(&given.output, &document.stamp.warnings);
+    deliver(&given.output, folder.as_ref(), "comparison.json", &document, &text(&document))?;
+    Ok(if complete { Outcome::Done } else { Outcome::Stopped })
+}
+
+fn text(document: &Comparison) -> String {
+    let mut text =
+        String::from("Frequency errors over the positions that none has fitted, and of all together\n(root of the summed squares)\n\n");
+    text += &summary_table(document);
+    text
+}
+
+/// Identifies on some positions; the run and whether it ran to its end.
+fn one_run(loaded: &Loaded, names: &[String], common: &[String], plan: &Plan, control: &Control) -> Result<(ComparisonRun, bool), String> {
+    let (fit, held_out) = loaded.set.split(Some(names)).map_err(told)?;
+    let machine = &loaded.config.machine;
+    let found = identify(machine, &fit, &held_out, plan, control).map_err(told)?;
+    let positions = rows::positions(loaded, &found, names);
+    let over_common = |predicted: &dyn Fn(&OrderRow) -> Option<f64>| -> Option<f64> {
+        let orders: Vec<&OrderRow> = common.iter().filter_map(|c| positions.get(c)).flat_map(|p| &p.orders).collect();
+        let measured = orders.iter().filter(|o| o.measured_hz.is_some());
+        let errors: Option<Vec<f64>> = measured.map(|o| Some(predicted(o)? / o.measured_hz? - 1.0)).collect();
+        root_sum_square(errors?)
+    };
+    let run = ComparisonRun {
+        fit_positions: names.to_vec(),
+        parameters: rows::parameters(machine, &found, plan.settings.amplitude_sd, gain_estimated(loaded, plan.settings.objective)),
+        common_error: over_common(&|o| o.predicted_hz),
+        common_error_published: over_common(&|o| o.published_hz),
+        warnings: found.warnings.iter().cloned().chain(rows::pairing_warnings(&positions)).collect(),
+        positions,
+    };
+    Ok((run, found.complete))
+}
+
+fn compare_objectives(loaded: &Loaded, fit: &FitSet<'_>, plan: &Plan, control: &Control) -> Result<(Objectives, bool), String> {
+    let all = [Objective::LeastSquares, Objective::Eq26, Objective::Frequencies];
+    let scores = leave_one_out(&loaded.config.machine, fit, plan, &all, control).map_err(told)?;
+    let complete = !control.stopped();
+    let document = Objectives {
+        stamp: stamp("objectives", plan.seed, complete, loaded, Vec::new()),
+        positions: fit.positions.iter().map(|i| loaded.set.positions[*i].name.clone()).collect(),
+        objectives: scores
+            .into_iter()
+            .map(|s| ObjectiveRow {
+                objective: objective_word(s.objective).into(),
+                frequency_error: s.frequency_error,
+                ln_amplitude_error: s.ln_amplitude_error,
+                missing: s.missing,
+            })
+            .collect(),
+    };
+    Ok((document, complete))
+}

@@ -1,0 +1,95 @@
+//! `jointid identify`.
+
+use super::arguments::IdentifyArguments;
+use super::common::{CommandResult, Loaded, Outcome, deliver, load, on_threads, plan, prepare, settings, stamp, stop_flag, told, warn};
+use super::progress::Progress;
+use super::rows;
+use crate::identification::{Identification, identify};
+use crate::measurement::Gain;
+use crate::objective::Objective;
+use crate::optimizer::Control;
+use crate::report::document;
+use crate::report::{parameters_table, positions_table};
+
+/// Runs the command.
+pub fn run(given: &IdentifyArguments) -> CommandResult {
+    let loaded = load(&given.sources)?;
+    let plan = plan(&given.search)?;
+    let (fit, held_out) = loaded.set.split(given.positions.as_deref()).map_err(told)?;
+    let folder = prepare(&given.output)?;
+    let progress = Progress::begin(given.output.quiet, "identify");
+    let control = Control::new(stop_flag(), Some(progress.watcher()));
+    let machine = &loaded.config.machine;
+    let found = on_threads(given.search.threads, || identify(machine, &fit, &held_out, &plan, &control))?;
+    progress.end();
+    let found = found.map_err(told)?;
+    let names = |indices: &[usize]| -> Vec<String> { indices.iter().map(|i| loaded.set.positions[*i].name.clone()).collect() };
+    let fit_positions = names(&fit.positions);
+    let positions = rows::positions(&loaded, &found, &fit_positions);
+    let mut warnings = found.warnings.clone();
+    warnings.extend(rows::pairing_warnings(&positions));
+    let estimated = gain_estimated(&loaded, plan.settings.objective);
+    let document = document::Identification {
+        stamp: stamp("identification", plan.seed, found.complete, &loaded, warnings),
+        settings: settings(&given.sources, &given.search),
+        parameters: rows::parameters(machine, &found, plan.settings.amplitude_sd, estimated),
+        derived: rows::derived(&positions),
+        cost: found.cost,
+        evaluations: found.evaluations,
+        searches_agree: found.agree,
+        searches: found
+            .repeats
+            .iter()
+            .map(|r| document::RepeatRow {
+                seed: r.seed,
+                cost: r.found.cost,
+                evaluations: r.found.evaluations,
+                trace: r.found.trace.clone(),
+            })
+            .collect(),
+        fitted_parameters: found.free.iter().map(|i| machine.parameters[*i].id.clone()).collect(),
+        correlation: found.certainty.correlation.clone(),
+        held_out_positions: names(&held_out.positions),
+        fit_positions,
+        positions,
+    };
+    warn(&given.output, &document.stamp.warnings);
+    deliver(&given.output, folder.as_ref(), "identification.json", &document, &text(&loaded, &document, &found))?;
+    Ok(if found.complete { Outcome::Done } else { Outcome::Stopped })
+}
+
+/// Whether the gain is estimated from the amplitudes.
+pub fn gain_estimated(loaded: &Loaded, objective: Objective) -> bool {
+    loaded.set.gain == Gain::Unknown && objective != Objective::Frequencies
+}
+
+fn text(loaded: &Loaded, document: &document::Identification, found: &Identification) -> String {
+    let mut text = format!(
+        "{}\nfitted on {}, held out {}\n\n",
+        loaded.config.machine.title,
+        document.fit_positions.join(", "),
+        if document.held_out_positions.is_empty() { "nothing".into() } else { document.held_out_positions.join(", ") },
+    );
+    text += &parameters_table(&document.parameters);
+    text.push('\n');
+    text += &positions_table(&document.positions);
+    text.push('\n');
+    let percent = |key: &str| document.derived.get(key).map(|x| format!("{:.2} %", 100.0 * x));
+    if let Some(largest) = percent("largest_frequency_error_held_out") {
+        text += &format!("largest frequency error held out: {largest}\n");
+    }
+    if let Some(rms) = document.derived.get("ln_amplitude_rms_fit") {
+        text += &format!("amplitudes of the fitted positions: {rms:.3} rms in the logarithm\n");
+    }
+    text += &format!(
+        "cost {:.6} after {} evaluations in {} searches, which {}agree\n",
+        found.cost,
+        found.evaluations,
+        found.repeats.len(),
+        if found.agree { "" } else { "do not " }
+    );
+    if !found.complete {
+        text += "stopped early: this is what was known\n";
+    }
+    text
+}

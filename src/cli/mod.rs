@@ -1,0 +1,37 @@
+//! The command line: arguments, one file per command, progress, exit codes.
+
+mod arguments;
+mod common;
+mod compare;
+mod identify;
+mod progress;
+mod rows;
+mod simulate;
+mod validate;
+
+use std::process::ExitCode;
+
+use clap::Parser;
+
+use arguments::{Arguments, Command};
+use common::Outcome;
+
+/// Runs the command of this process and gives its exit code: 0 done, 1 a limit was not met, 2 could not run, 3 stopped early.
+pub fn run() -> ExitCode {
+    let arguments = Arguments::parse();
+    let outcome = match arguments.command {
+        Command::Identify(given) => identify::run(&given),
+        Command::Validate(given) => validate::run(&given),
+        Command::Compare(given) => compare::run(&given),
+        Command::Simulate(given) => simulate::run(&given),
+    };
+    match outcome {
+        Ok(Outcome::Done) => ExitCode::SUCCESS,
+        Ok(Outcome::LimitNotMet) => ExitCode::from(1),
+        Ok(Outcome::Stopped) => ExitCode::from(3),
+        Err(message) => {
+            eprintln!("jointid: {message}");
+            ExitCode::from(2)
+        }
+    }
+}

@@ -1,0 +1,161 @@
+//! `jointid simulate`.
+
+use std::collections::BTreeMap;
+use std::fmt::Write;
+use std::sync::Arc;
+
+use super::arguments::{FrfArguments, ModesArguments, QuantityName, SimulateArguments, Simulation};
+use super::common::{CommandResult, Loaded, Outcome, deliver, load, prepare, read_document, rods, stamp, told};
+use crate::machine::{Machine, Operating};
+use crate::measurement::Quantity;
+use crate::model::{Rods, Structure, undamped_modes};
+use crate::report::document::{Frfs, Identification, ModeRow, Modes};
+use crate::unit::omega_rad_s;
+
+/// Runs the command.
+pub fn run(given: &SimulateArguments) -> CommandResult {
+    match &given.what {
+        Simulation::Modes(given) => modes(given),
+        Simulation::Frf(given) => frf(given),
+    }
+}
+
+/// The operating condition asked for: a nut position, a named position, or mid-stroke.
+fn operating(loaded: &Loaded, nut_m: Option<f64>, position: Option<&str>) -> Result<Operating, String> {
+    let machine = &loaded.config.machine;
+    let (place, operating) = match (nut_m, position) {
+        (Some(nut_m), _) => ("--nut-m".to_string(), Operating::at_nut(nut_m)),
+        (None, Some(name)) => {
+            let index = loaded.set.positions_named(&[name.to_string()]).map_err(told)?[0];
+            (format!("position {name}"), Operating { nut_m: loaded.set.positions[index].nut_m })
+        }
+        (None, None) => ("mid-stroke".into(), Operating { nut_m: machine.stroke_m().map(|s| 0.5 * s) }),
+    };
+    machine.check_operating(&place, &operating).map_err(told)?;
+    Ok(operating)
+}
+
+fn positive(key: &str, x: f64) -> Result<f64, String> {
+    if x > 0.0 && x.is_finite() { Ok(x) } else { Err(format!("{key} {x}: write a number above 0")) }
+}
+
+fn modes(given: &ModesArguments) -> CommandResult {
+    let max_hz = positive("--max-hz", given.max_hz)?;
+    let loaded = load(&given.sources)?;
+    let machine = &loaded.config.machine;
+    let operating = operating(&loaded, given.nut_m, given.position.as_deref())?;
+    let folder = prepare(&given.output)?;
+    let first = machine.points.iter().position(|p| !p.fixed).ok_or("the machine has no point that moves")?;
+    let structure = Arc::new(Structure::new(machine, first, first, rods(given.model, given.lumps)).map_err(told)?);
+    let mut network = structure.network();
+    network.update(machine, &machine.start(), &operating);
+    let modes: Vec<ModeRow> = undamped_modes(&network, max_hz, &mut structure.workspace())
+        .into_iter()
+        .enumerate()
+        .map(|(at, mode)| ModeRow {
+            order: at + 1,
+            frequency_hz: mode.frequency_hz,
+            damping_ratio: mode.damping_ratio,
+            shape: shape(machine, &structure, &mode.shape),
+        })
+        .collect();
+    let document = Modes { stamp: stamp("modes", 0, true, &loaded, Vec::new()), nut_m: operating.nut_m, modes };
+    let mut text = format!("{}\n", machine.title);
+    if let Some(nut_m) = operating.nut_m {
+        let _ = writeln!(text, "nut at {nut_m} m");
+    }
+    let _ = writeln!(text, "\n order  frequency Hz   damping %   largest at");
+    for mode in &document.modes {
+        let damping = mode.damping_ratio.map_or_else(|| "–".into(), |z| format!("{:.2}", 100.0 * z));
+        let largest = mode.shape.iter().max_by(|a, b| a.1.abs().total_cmp(&b.1.abs())).map_or("–", |(name, _)| name);
+        let _ = writeln!(text, "{:>6}  {:>12.4}  {:>10}   {largest}", mode.order, mode.frequency_hz, damping);
+    }
+    deliver(&given.output, folder.as_ref(), "modes.json", &document, &text)?;
+    Ok(Outcome::Done)
+}
+
+/// Deflection of every point of the machine.
+fn shape(machine: &Machine, structure: &Structure, deflection: &[f64]) -> BTreeMap<String, f64> {
+    if deflection.is_empty() {
+        return BTreeMap::new();
+    }
+    let of = |point: usize| structure.coordinate_of(point).map_or(0.0, |c| deflection[c]);
+    machine.points.iter().enumerate().map(|(i, p)| (p.name.clone(), of(i))).collect()
+}
+
+fn frf(given: &FrfArguments) -> CommandResult {
+    let step = positive("--step-hz", given.step_hz)?;
+    let from = positive("--from-hz", given.from_hz)?;
+    if !(given.to_hz >= from && given.to_hz.is_finite()) {
+        return Err(format!("--to-hz {}: write a frequency from {from} Hz", given.to_hz));
+    }
+    let lines = ((given.to_hz - from) / step + 1e-9).floor() as usize + 1;
+    if lines > 10_000_000 {
+        return Err(format!("--step-hz {step}: that makes {lines} lines; choose a wider step"));
+    }
+    let loaded = load(&given.sources)?;
+    let machine = &loaded.config.machine;
+    let point = |own: &Option<String>, set: &Option<String>, key: &str| {
+        let name = own.as_ref().or(set.as_ref()).ok_or_else(|| format!("{key}: name a point of the machine"))?;
+        machine.point(name).ok_or_else(|| {
+            let known: Vec<&str> = machine.points.iter().map(|p| p.name.as_str()).collect();
+            format!("{key} {name}: no such point; the machine has {}", known.join(", "))
+        })
+    };
+    let response = point(&given.response, &loaded.set.response, "--response")?;
+    let excitation = point(&given.excitation, &loaded.set.excitation, "--excitation")?;
+    let mut places = Vec::new();
+    match (&given.position, given.nut_m) {
+        (None, Some(nut_m)) => places.push((format!("{nut_m}"), operating(&loaded, Some(nut_m), None)?)),
+        (names, _) => {
+            let all: Vec<String> = loaded.set.positions.iter().map(|p| p.name.clone()).collect();
+            for name in names.as_ref().unwrap_or(&all) {
+                places.push((name.clone(), operating(&loaded, None, Some(name))?));
+            }
+            if places.is_empty() {
+                places.push(("mid-stroke".into(), operating(&loaded, None, None)?));
+            }
+        }
+    }
+    let mut values = machine.start();
+    if let Some(path) = &given.result {
+        let identified: Identification = read_document(path)?;
+        for (value, parameter) in values.iter_mut().zip(&machine.parameters) {
+            if let Some(row) = identified.parameters.get(&parameter.id) {
+                *value = row.value;
+            }
+        }
+    }
+    let folder = prepare(&given.output)?;
+    let quantity = match given.quantity {
+        QuantityName::Receptance => Quantity::Receptance,
+        QuantityName::Mobility => Quantity::Mobility,
+        QuantityName::Accelerance => Quantity::Accelerance,
+    };
+    let structure = Arc::new(Structure::new(machine, response, excitation, Rods::Exact).map_err(told)?);
+    let (mut network, mut work) = (structure.network(), structure.workspace());
+    let frequency_hz: Vec<f64> = (0..lines).map(|i| from + step * i as f64).collect();
+    let mut positions = BTreeMap::new();
+    let mut text = String::from("position,frequency_hz,real,imag\n");
+    for (name, operating) in places {
+        network.update(machine, &values, &operating);
+        let mut row = Vec::with_capacity(lines);
+        for &f in &frequency_hz {
+            let omega = omega_rad_s(f);
+            let h = network.at(omega, &mut work).receptance * quantity.from_receptance(omega);
+            let _ = writeln!(text, "{name},{f},{:e},{:e}", h.re, h.im);
+            row.push([h.re, h.im]);
+        }
+        positions.insert(name, row);
+    }
+    let document = Frfs {
+        stamp: stamp("frf", 0, true, &loaded, Vec::new()),
+        quantity: quantity.word().into(),
+        response: machine.points[response].name.clone(),
+        excitation: machine.points[excitation].name.clone(),
+        frequency_hz,
+        positions,
+    };
+    deliver(&given.output, folder.as_ref(), "frf.json", &document, &text)?;
+    Ok(Outcome::Done)
+}

@@ -1,0 +1,233 @@
+//! The payload of a text record.
+
+use std::io::{Read, Seek};
+
+use super::abscissa::Abscissa;
+use super::error::UniversalError;
+use super::evidence::SizeEvidence;
+use super::frame::{all_blank, is_loose_sentinel, is_sentinel};
+use super::number::{Form, Scan, scan};
+use super::place::Place;
+use super::point::{Points, numbers_per_value};
+use super::record::{Ordinate, RecordHeader};
+use super::source::{LINE_LIMIT, Line, Source};
+use super::warning::Warning;
+
+/// How the data ended.
+enum End {
+    /// With the declared number of values.
+    Full,
+    /// At a closing sentinel that came first; it starts here.
+    Sentinel(Place),
+    /// With the file.
+    File,
+}
+
+/// What a payload has shown so far.
+struct Progress {
+    points: Points,
+    letter_d: Option<Place>,
+    bare: Option<Place>,
+    /// Numbers in the first line.
+    first_line: usize,
+    /// A line that is shorter than the first, and the numbers in it.
+    short_line: Option<(Place, usize)>,
+    /// The last line, if it was shorter.
+    last_short: Option<(Place, usize)>,
+    /// Numbers in the last line beyond those declared.
+    extra: Option<(Place, usize)>,
+}
+
+/// Reads the payload that starts here, and its closing sentinel. The source stands behind the sentinel, after a refusal before it.
+pub(super) fn read_values<R: Read + Seek>(
+    source: &mut Source<R>,
+    header: &mut RecordHeader,
+) -> Result<(Abscissa, Ordinate), UniversalError> {
+    let points = Points::new(header, source.remaining());
+    let mut progress = Progress { points, letter_d: None, bare: None, first_line: 0, short_line: None, last_short: None, extra: None };
+    let end = read_lines(source, header, &mut progress)?;
+    let Progress { points, letter_d, bare, first_line, short_line, extra, .. } = progress;
+    let place = header.place;
+    let (declared, found) = (header.count as u64, points.taken() as u64);
+    header.warnings.extend(letter_d.map(|place| Warning::ExponentLetter { place }));
+    header.warnings.extend(bare.map(|place| Warning::ExponentBare { place }));
+    match end {
+        End::Full => {
+            if declared == 0 {
+                header.warnings.push(Warning::NoValues { place });
+            }
+            header.warnings.extend(extra.map(|(place, extra)| Warning::PaddedLine { place, extra }));
+            read_closing(source, header, declared)?;
+        }
+        End::File => header.warnings.push(Warning::Truncated { place, declared, found }),
+        End::Sentinel(sentinel) => {
+            let needed = numbers_per_value(header);
+            let numbers = points.numbers();
+            let fault = if numbers > 0 && numbers.is_multiple_of(declared) && needed > 1 {
+                Some(UniversalError::NumbersPerValue { place, found: numbers, declared, needed })
+            } else {
+                short_line.map(|(place, found)| UniversalError::ShortLine { place, found, expected: first_line })
+            };
+            if let Some(fault) = fault {
+                source.seek(sentinel)?;
+                return Err(fault);
+            }
+            header.warnings.push(Warning::ValueCount { place, declared, found, evidence: SizeEvidence::NextSentinel });
+        }
+    }
+    header.count = points.taken();
+    Ok(points.finish(header))
+}
+
+/// Reads lines up to the end of the data.
+fn read_lines<R: Read + Seek>(source: &mut Source<R>, header: &mut RecordHeader, progress: &mut Progress) -> Result<End, UniversalError> {
+    let (mut blank_seen, mut sentinel_seen) = (false, false);
+    while !progress.points.is_full() {
+        let bytes_left = source.remaining();
+        let Some(line) = source.line()? else { return Ok(End::File) };
+        let place = line.place;
+        if is_sentinel(line.text) {
+            if source.at_dataset_end(false)? {
+                return Ok(End::Sentinel(place));
+            }
+            if !std::mem::replace(&mut sentinel_seen, true) {
+                header.warnings.push(Warning::SentinelInData { place });
+            }
+            progress.points.push(-1.0, bytes_left);
+            continue;
+        }
+        if all_blank(line.text) {
+            if !std::mem::replace(&mut blank_seen, true) {
+                header.warnings.push(Warning::BlankLine { place });
+            }
+            continue;
+        }
+        if !line.ended && line.text.len() >= LINE_LIMIT {
+            return Err(UniversalError::LineTooLong { place, limit: LINE_LIMIT });
+        }
+        read_numbers(&line, bytes_left, progress)?;
+    }
+    Ok(End::Full)
+}
+
+/// Reads the numbers of a line. Where the file ends in the line, the number that touches the end may be cut: it is left out.
+fn read_numbers(line: &Line<'_>, bytes_left: u64, progress: &mut Progress) -> Result<(), UniversalError> {
+    let mut offset = 0;
+    let mut count = 0;
+    loop {
+        match scan(line.text, offset) {
+            Scan::End => break,
+            Scan::Number { end, .. } | Scan::Bad { end, .. } if end == line.text.len() && !line.ended => break,
+            Scan::Number { end, .. } | Scan::Bad { end, .. } if progress.points.is_full() => {
+                progress.extra.get_or_insert((line.place, 0)).1 += 1;
+                offset = end;
+            }
+            Scan::Number { value, end, form } => {
+                if !value.is_finite() {
+                    return Err(not_finite(line, offset, end, progress));
+                }
+                match form {
+                    Form::Usual => {}
+                    Form::LetterD => _ = progress.letter_d.get_or_insert(line.place),
+                    Form::Bare => _ = progress.bare.get_or_insert(line.place),
+                }
+                progress.points.push(value, bytes_left);
+                count += 1;
+                offset = end;
+            }
+            Scan::Bad { start, end } => {
+                let found = excerpt(&line.text[start..end]);
+                let lower = found.to_lowercase();
+                if ["nan", "inf", "ind", "qnan", "snan"].iter().any(|word| lower.contains(word)) {
+                    return Err(not_finite(line, start, end, progress));
+                }
+                return Err(UniversalError::NotANumber { place: line.place, column: start + 1, found });
+            }
+        }
+    }
+    if progress.first_line == 0 {
+        progress.first_line = count;
+    }
+    progress.short_line = progress.short_line.or(progress.last_short.take());
+    progress.last_short = (count < progress.first_line).then_some((line.place, count));
+    Ok(())
+}
+
+fn not_finite(line: &Line<'_>, start: usize, end: usize, progress: &Progress) -> UniversalError {
+    UniversalError::NotFinite { place: line.place, index: progress.points.taken() as u64, found: excerpt(&line.text[start..end]) }
+}
+
+/// Reads the closing sentinel behind the declared number of values.
+fn read_closing<R: Read + Seek>(source: &mut Source<R>, header: &mut RecordHeader, declared: u64) -> Result<(), UniversalError> {
+    let mut blank_seen = false;
+    loop {
+        let place = source.place();
+        let Some(line) = source.line()? else {
+            header.warnings.push(Warning::MissingClosing { place });
+            return Ok(());
+        };
+        if is_sentinel(line.text) {
+            return Ok(());
+        }
+        if is_loose_sentinel(line.text) {
+            header.warnings.push(Warning::SentinelColumns { place });
+            return Ok(());
+        }
+        if !all_blank(line.text) {
+            if !line.ended {
+                header.warnings.push(Warning::MissingClosing { place });
+                return Ok(());
+            }
+            let found = excerpt(line.text);
+            return Err(UniversalError::DataGoOn { place, declared, found });
+        }
+        if !std::mem::replace(&mut blank_seen, true) {
+            header.warnings.push(Warning::BlankLine { place });
+        }
+    }
+}
+
+/// The first characters of something found.
+fn excerpt(text: &[u8]) -> String {
+    String::from_utf8_lossy(text).trim().chars().take(40).collect()
+}
+
+/// Goes behind the payload that starts here and its closing sentinel, without reading the values.
+///
+/// Where all lines but the last are as long as the first, the last is computed and checked; otherwise all lines are passed.
+pub(super) fn skip_values<R: Read + Seek>(source: &mut Source<R>, header: &mut RecordHeader) -> Result<(), UniversalError> {
+    let start = source.place();
+    if jump(source, header, start)? {
+        return Ok(());
+    }
+    source.seek(start)?;
+    if !source.skip_dataset()? {
+        header.warnings.push(Warning::MissingClosing { place: source.place() });
+    }
+    Ok(())
+}
+
+fn jump<R: Read + Seek>(source: &mut Source<R>, header: &RecordHeader, start: Place) -> Result<bool, UniversalError> {
+    let numbers = (header.count as u64).saturating_mul(numbers_per_value(header) as u64);
+    let Some(line) = source.line()? else { return Ok(false) };
+    let (mut offset, mut per_line) = (0, 0);
+    while let Scan::Number { end, .. } = scan(line.text, offset) {
+        (offset, per_line) = (end, per_line + 1);
+    }
+    if per_line == 0 || numbers <= per_line {
+        return Ok(false);
+    }
+    let length = source.position() - start.byte;
+    let lines_before = numbers.div_ceil(per_line) - 1;
+    let last = start.byte.saturating_add(lines_before.saturating_mul(length));
+    if last >= source.length() {
+        return Ok(false);
+    }
+    source.seek(Place { byte: last - 1, line: start.line.map(|line| line + lines_before - 1) })?;
+    for wanted in [all_blank as fn(&[u8]) -> bool, |_| true, is_sentinel] {
+        if !source.line()?.is_some_and(|line| line.ended && wanted(line.text)) {
+            return Ok(false);
+        }
+    }
+    Ok(source.at_dataset_end(true)?)
+}

@@ -1,0 +1,74 @@
+//! Contradictions and gaps in a record's header that are worth a warning.
+
+use super::evidence::AxisName;
+use super::field::is_unused;
+use super::kind::{data_type, function_type};
+use super::place::Place;
+use super::record::{Axis, Location, RecordHeader};
+use super::warning::Warning;
+
+/// Warns of an axis in use without unit. A coherence has none by nature.
+pub(super) fn unit(axis: &Axis, name: AxisName, place: Place, header: &RecordHeader, warnings: &mut Vec<Warning>) {
+    let used = match name {
+        AxisName::Abscissa => true,
+        AxisName::Ordinate => header.function_type != function_type::COHERENCE,
+        AxisName::Denominator | AxisName::Z => axis.data_type != data_type::UNKNOWN,
+    };
+    if used && axis.unit().is_none() {
+        warnings.push(Warning::BlankUnit { place, axis: name, units_in_force: header.units.is_some() });
+    }
+}
+
+/// Warns of a direction code that does not exist, and of an entity name that spells another node or direction.
+pub(super) fn location(location: &Location, place: Place, warnings: &mut Vec<Warning>) {
+    let Location { entity, node, direction } = location;
+    if direction.unsigned_abs() > 6 {
+        warnings.push(Warning::UnknownDirection { place, direction: *direction });
+    }
+    if is_unused(entity) {
+        return;
+    }
+    if let Some((named_node, named_direction)) = spelled(entity)
+        && (named_direction != *direction || named_node.is_some_and(|named| named != *node))
+    {
+        warnings.push(Warning::EntityConflict { place, entity: entity.clone(), node: *node, direction: *direction });
+    }
+}
+
+/// Node and direction that a name spells, such as `1+Z`, `12:-X`, `Table:7:+RX`; none for other names.
+fn spelled(entity: &str) -> Option<(Option<i64>, i64)> {
+    let (axis_at, axis) = entity.char_indices().next_back()?;
+    let translation = match axis.to_ascii_uppercase() {
+        'X' => 1,
+        'Y' => 2,
+        'Z' => 3,
+        _ => return None,
+    };
+    let before = &entity[..axis_at];
+    let (before, direction) = match before.strip_suffix(['R', 'r']) {
+        Some(before) => (before, translation + 3),
+        None => (before, translation),
+    };
+    let (before, direction) = match before.strip_suffix('-') {
+        Some(before) => (before, -direction),
+        None => (before.strip_suffix('+')?, direction),
+    };
+    let point = before.trim_end_matches(':').rsplit(':').next().unwrap_or_default().trim();
+    Some((point.parse().ok(), direction))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_spell_node_and_direction() {
+        assert_eq!(spelled("1+Z"), Some((Some(1), 3)));
+        assert_eq!(spelled("12:-X"), Some((Some(12), -1)));
+        assert_eq!(spelled("Table:7:+RY"), Some((Some(7), 5)));
+        assert_eq!(spelled("P2-X"), Some((None, -1)));
+        for name in ["Mic 01", "TestCase", "", "Z", "µ", "axisX"] {
+            assert_eq!(spelled(name), None, "{name}");
+        }
+    }
+}

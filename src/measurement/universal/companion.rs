@@ -1,0 +1,251 @@
+//! The datasets beside the functions: header, units, nodes, trace lines.
+
+use std::io::{Read, Seek};
+
+use super::error::UniversalError;
+use super::field::{HeaderLine, parse_integer};
+use super::frame::{is_loose_sentinel, is_sentinel};
+use super::header::header_line;
+use super::number::{Scan, scan};
+use super::place::Place;
+use super::source::Source;
+use super::units::Units;
+use super::warning::Warning;
+
+/// Most bytes kept, as fixed parts of what is read, for each byte of the file; lists may reserve twice as much.
+pub(super) const SIZE_FACTOR: u64 = 2;
+/// Bytes that may be kept in any case.
+pub(super) const SIZE_SLACK: u64 = 1 << 16;
+/// Least bytes of a number and its blank.
+const LEAST_BYTES: u64 = 2;
+
+/// Dataset 151: where a file comes from.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct FileHeader {
+    /// The line of the dataset number.
+    pub place: Place,
+    /// Name of the model file.
+    pub model_name: String,
+    /// Description.
+    pub description: String,
+    /// Program that made the model.
+    pub program: String,
+    /// When the model was made.
+    pub created: String,
+    /// When the model was saved last.
+    pub saved: String,
+    /// Program that wrote the file.
+    pub writer: String,
+    /// When the file was written.
+    pub written: String,
+}
+
+/// A node, datasets 15 and 2411.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Node {
+    /// Node number.
+    pub label: i64,
+    /// Coordinate system in which its position is given.
+    pub definition_system: i64,
+    /// Coordinate system of its displacements.
+    pub displacement_system: i64,
+    /// Position in file units.
+    pub position: [f64; 3],
+    /// File units of length per metre; none without a dataset 164 before the node.
+    pub length_factor: Option<f64>,
+}
+
+impl Node {
+    /// Position in metres, if the file's unit of length is known.
+    pub fn position_m(&self) -> Option<[f64; 3]> {
+        self.length_factor.map(|factor| self.position.map(|coordinate| coordinate / factor))
+    }
+}
+
+/// A trace line, dataset 82.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct TraceLine {
+    /// Its number.
+    pub number: i64,
+    /// Its colour.
+    pub color: i64,
+    /// Its name.
+    pub name: String,
+    /// Nodes in the order of drawing; 0 lifts the pen.
+    pub nodes: Vec<i64>,
+}
+
+/// Datasets of a number that are not read.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Skipped {
+    /// Dataset number.
+    pub number: u32,
+    /// Line of the first one.
+    pub place: Place,
+    /// How many.
+    pub times: u64,
+}
+
+/// Seven lines of text; those that are missing stay empty.
+pub(super) fn read_file_header<R: Read + Seek>(
+    source: &mut Source<R>,
+    place: Place,
+    warnings: &mut Vec<Warning>,
+) -> Result<FileHeader, UniversalError> {
+    let mut missing = 7;
+    let mut next = || match header_line(source, 151, missing, warnings) {
+        Ok(line) => {
+            missing -= 1;
+            Ok(line.text.trim().to_owned())
+        }
+        Err(UniversalError::ShortHeader { place, dataset, missing }) => {
+            let warning = Warning::ShortDataset { place, dataset, missing };
+            if warnings.last() != Some(&warning) {
+                warnings.push(warning);
+            }
+            Ok(String::new())
+        }
+        Err(fault) => Err(fault),
+    };
+    let (model_name, description, program): (_, _, String) = (next()?, next()?, next()?);
+    let (created, saved, writer, written) = (next()?, next()?, next()?, next()?);
+    Ok(FileHeader { place, model_name, description, program, created, saved, writer, written })
+}
+
+/// I10,20A1,I10; 3D25.17; D25.17.
+pub(super) fn read_units<R: Read + Seek>(
+    source: &mut Source<R>,
+    place: Place,
+    warnings: &mut Vec<Warning>,
+) -> Result<Units, UniversalError> {
+    let mut line = header_line(source, 164, 3, warnings)?;
+    let code = line.integer(0, 10, "units code")?;
+    let description = line.columns(10, 30).to_owned();
+    let temperature_mode = line.integer(30, 40, "temperature mode")?;
+    let mut factors = Vec::new();
+    let mut missing = 2;
+    while factors.len() < 4 {
+        let line = header_line(source, 164, missing, warnings)?;
+        missing = missing.saturating_sub(1);
+        numbers(&line, "unit factor", &mut factors)?;
+    }
+    let &[length_factor, force_factor, temperature_factor, temperature_offset, ..] = factors.as_slice() else {
+        return Err(line.fault("unit factors", "", "write three factors and an offset"));
+    };
+    for (field, factor) in [("length factor", length_factor), ("force factor", force_factor)] {
+        if !(factor > 0.0 && factor.is_finite()) {
+            return Err(UniversalError::Field {
+                place,
+                field,
+                found: factor.to_string(),
+                expected: "write file units per SI unit, above 0",
+            });
+        }
+    }
+    let units = Units { place, code, description, temperature_mode, length_factor, force_factor, temperature_factor, temperature_offset };
+    units.check(warnings);
+    Ok(units)
+}
+
+/// Dataset 15: 4I10,3E13.5 a line; dataset 2411: 4I10 and a line of 3D25.16. Ends before the closing sentinel.
+pub(super) fn read_nodes<R: Read + Seek>(
+    source: &mut Source<R>,
+    dataset: u32,
+    length_factor: Option<f64>,
+    warnings: &mut Vec<Warning>,
+) -> Result<Vec<Node>, UniversalError> {
+    let begin = source.position();
+    let mut nodes = Vec::new();
+    while !at_sentinel(source)? {
+        let mut line = header_line(source, dataset, 1, warnings)?;
+        if line.text.is_empty() {
+            continue;
+        }
+        let label = line.integer(0, 10, "node label")?;
+        let definition_system = line.integer(10, 20, "definition coordinate system")?;
+        let displacement_system = line.integer(20, 30, "displacement coordinate system")?;
+        line.integer(30, 40, "color")?;
+        let mut coordinates = Vec::with_capacity(3);
+        if dataset == 15 {
+            line.text = line.text.chars().skip(40).collect();
+        } else {
+            line = header_line(source, dataset, 1, warnings)?;
+        }
+        numbers(&line, "node coordinate", &mut coordinates)?;
+        let &[x, y, z] = coordinates.as_slice() else {
+            return Err(line.fault("node coordinates", line.text.trim(), "write three numbers"));
+        };
+        check_size::<Node>(nodes.len(), begin, source.place(), "nodes")?;
+        nodes.push(Node { label, definition_system, displacement_system, position: [x, y, z], length_factor });
+    }
+    nodes.shrink_to_fit();
+    Ok(nodes)
+}
+
+/// 3I10; 80A1; 8I10 until all nodes are there. Ends before the closing sentinel.
+pub(super) fn read_trace_lines<R: Read + Seek>(
+    source: &mut Source<R>,
+    warnings: &mut Vec<Warning>,
+) -> Result<Vec<TraceLine>, UniversalError> {
+    let begin = source.position();
+    let mut traces = Vec::new();
+    while !at_sentinel(source)? {
+        let mut line = header_line(source, 82, 3, warnings)?;
+        if line.text.is_empty() {
+            continue;
+        }
+        let number = line.integer(0, 10, "trace line number")?;
+        let count = line.integer(10, 20, "number of trace line nodes")?;
+        let color = line.integer(20, 30, "color")?;
+        let count = usize::try_from(count)
+            .map_err(|_| line.fault("number of trace line nodes", &count.to_string(), "write how many node numbers follow"))?;
+        let name = header_line(source, 82, 2, warnings)?.text.trim().to_owned();
+        check_size::<TraceLine>(traces.len(), begin, source.place(), "trace lines")?;
+        let mut nodes = Vec::new();
+        nodes.reserve_exact(count.min(usize::try_from(source.remaining() / LEAST_BYTES).unwrap_or(usize::MAX)));
+        while nodes.len() < count {
+            let line = header_line(source, 82, 1, warnings)?;
+            let left = count - nodes.len();
+            for word in line.text.split_whitespace().take(left) {
+                let node =
+                    parse_integer(word).ok_or_else(|| line.fault("trace line node", word, "write a node number, or 0 to lift the pen"))?;
+                nodes.push(node);
+            }
+        }
+        nodes.shrink_to_fit();
+        traces.push(TraceLine { number, color, name, nodes });
+    }
+    Ok(traces)
+}
+
+/// Refuses more items than the bytes they were read from can stand for, so that memory stays in proportion to the file.
+fn check_size<T>(items: usize, begin: u64, place: Place, what: &'static str) -> Result<(), UniversalError> {
+    let kept = (items * size_of::<T>()) as u64;
+    if kept > SIZE_FACTOR * (place.byte - begin) + SIZE_SLACK {
+        return Err(UniversalError::TooManySmall { place, what });
+    }
+    Ok(())
+}
+
+/// Whether a sentinel or the end of the file stands here; does not move.
+fn at_sentinel<R: Read + Seek>(source: &mut Source<R>) -> Result<bool, UniversalError> {
+    let window = source.peek(128)?;
+    let line = window.split(|&byte| byte == b'\n').next().unwrap_or_default();
+    Ok(window.is_empty() || is_sentinel(line) || is_loose_sentinel(line))
+}
+
+/// All numbers of a line.
+fn numbers(line: &HeaderLine, field: &'static str, numbers: &mut Vec<f64>) -> Result<(), UniversalError> {
+    let text = line.text.as_bytes();
+    let mut offset = 0;
+    loop {
+        match scan(text, offset) {
+            Scan::End => return Ok(()),
+            Scan::Number { value, end, .. } if value.is_finite() => {
+                numbers.push(value);
+                offset = end;
+            }
+            Scan::Number { .. } | Scan::Bad { .. } => return Err(line.fault(field, line.text.trim(), "write finite numbers")),
+        }
+    }
+}

@@ -1,0 +1,170 @@
+//! The faults that stop the reading of a record.
+
+use std::io;
+
+use thiserror::Error;
+
+use super::place::Place;
+
+/// Why a record or a file is refused; the text says where, what was found and what to do.
+#[derive(Debug, Error)]
+pub enum UniversalError {
+    /// The file cannot be read.
+    #[error("{doing}: {source}")]
+    Io {
+        /// What was being done.
+        doing: String,
+        /// Reason.
+        source: io::Error,
+    },
+    /// Not a universal file.
+    #[error("no dataset found: a universal file has a line `    -1`, then a line with a dataset number; is this another format?")]
+    NoDataset,
+    /// Lines end in CR alone.
+    #[error("lines end in a bare CR, without LF; convert the line ends to LF or CR LF")]
+    BareCarriageReturn,
+    /// A header ends before its last line.
+    #[error("{place}: the header of dataset {dataset} ends here, {missing} lines too early; export the record again")]
+    ShortHeader {
+        /// Where it ends.
+        place: Place,
+        /// Dataset.
+        dataset: u32,
+        /// Lines missing.
+        missing: usize,
+    },
+    /// The file ends inside a header.
+    #[error("{place}: the file ends inside the header of dataset {dataset}; get the whole file")]
+    EndsInHeader {
+        /// Where it ends.
+        place: Place,
+        /// Dataset.
+        dataset: u32,
+    },
+    /// A header field does not hold what it should.
+    #[error("{place}: {field} is `{found}`; {expected}")]
+    Field {
+        /// The line.
+        place: Place,
+        /// Name of the field.
+        field: &'static str,
+        /// Text found.
+        found: String,
+        /// What it should be.
+        expected: &'static str,
+    },
+    /// Floating point other than IEEE.
+    #[error("{place}: the payload is in {format} floating point, which is not read; export with IEEE floating point (code 2) or as ASCII")]
+    FloatFormat {
+        /// The line.
+        place: Place,
+        /// Name of the format.
+        format: String,
+    },
+    /// The size of a binary payload cannot be told.
+    #[error(
+        "{place}: payload size unclear: {count} values make {expected} bytes, the first line says {}, the next -1 or the file's end \
+         stands after {distance}; correct type, spacing or count, or export the record again",
+        header_bytes.map_or_else(|| "nothing".to_owned(), |bytes| bytes.to_string())
+    )]
+    PayloadSize {
+        /// Where the dataset starts.
+        place: Place,
+        /// Number of values declared.
+        count: u64,
+        /// Bytes by type × spacing × count.
+        expected: u64,
+        /// Bytes by the first line.
+        header_bytes: Option<u64>,
+        /// Bytes to the next closing sentinel or the end of the file.
+        distance: u64,
+    },
+    /// A value is NaN or infinite.
+    #[error("{place}: value {index} is {found}; a missing value cannot be used: export again or cut the record before it")]
+    NotFinite {
+        /// Where it stands.
+        place: Place,
+        /// Index among the values, from 0.
+        index: u64,
+        /// As found.
+        found: String,
+    },
+    /// Something that is no number among the data.
+    #[error("{place}, column {column}: `{found}` is no number")]
+    NotANumber {
+        /// The line.
+        place: Place,
+        /// Column, from 1.
+        column: usize,
+        /// As found.
+        found: String,
+    },
+    /// Data go on where the declared values end.
+    #[error(
+        "{place}: the {declared} values declared end above, but `{found}` follows instead of -1; correct the count or the ordinate type"
+    )]
+    DataGoOn {
+        /// The line.
+        place: Place,
+        /// Count in the header.
+        declared: u64,
+        /// Start of what follows.
+        found: String,
+    },
+    /// As many numbers as another type or spacing would need.
+    #[error(
+        "{place}: {found} numbers for {declared} values of {needed} numbers each; type or spacing in the header does not fit the data: \
+         correct record 7"
+    )]
+    NumbersPerValue {
+        /// Where the dataset starts.
+        place: Place,
+        /// Numbers found.
+        found: u64,
+        /// Count in the header.
+        declared: u64,
+        /// Numbers per value by type and spacing.
+        needed: usize,
+    },
+    /// Fewer values than declared, and a line among them is shorter than the others.
+    #[error(
+        "{place}: fewer numbers in this line than in the first ({found} for {expected}), and values are missing: a blank field shifts all that follow"
+    )]
+    ShortLine {
+        /// The line.
+        place: Place,
+        /// Numbers in it.
+        found: usize,
+        /// Numbers in the first line.
+        expected: usize,
+    },
+    /// Datasets so short that what is kept of each outgrows the file.
+    #[error("{place}: thousands of {what} of next to no content; not a measured file")]
+    TooManySmall {
+        /// How far the reading came.
+        place: Place,
+        /// Which kind.
+        what: &'static str,
+    },
+    /// A line without end.
+    #[error("{place}: a line of more than {limit} bytes; not a text dataset")]
+    LineTooLong {
+        /// The line.
+        place: Place,
+        /// Longest line read.
+        limit: usize,
+    },
+}
+
+impl UniversalError {
+    /// A read error while doing something with the file.
+    pub(super) fn io(doing: &str) -> impl FnOnce(io::Error) -> Self + '_ {
+        move |source| Self::Io { doing: doing.to_owned(), source }
+    }
+}
+
+impl From<io::Error> for UniversalError {
+    fn from(source: io::Error) -> Self {
+        Self::Io { doing: "reading the universal file".to_owned(), source }
+    }
+}

@@ -1,0 +1,103 @@
+//! Fields in the fixed columns of header lines.
+
+use super::error::UniversalError;
+use super::number::{self, Scan};
+use super::place::Place;
+use super::source::Line;
+use super::warning::Warning;
+
+/// A header line as text.
+#[derive(Debug)]
+pub(super) struct HeaderLine {
+    /// Characters, without blanks at the end.
+    pub text: String,
+    /// Where it stands.
+    pub place: Place,
+    /// First numeric field that was blank.
+    blank: Option<&'static str>,
+}
+
+impl HeaderLine {
+    /// Reads a line as UTF-8 if it is that, else as Latin-1, so that no byte is lost and columns stay columns.
+    pub fn new(line: &Line<'_>, warnings: &mut Vec<Warning>) -> Self {
+        let (text, read_as) = match str::from_utf8(line.text) {
+            Ok(text) => (text.to_owned(), "UTF-8"),
+            Err(_) => (line.text.iter().map(|&byte| char::from(byte)).collect(), "Latin-1"),
+        };
+        if !text.is_ascii() {
+            warnings.push(Warning::NonAscii { place: line.place, read_as });
+        }
+        let length = text.trim_end_matches([' ', '\t', '\r', '\0']).len();
+        let mut text = text;
+        text.truncate(length);
+        text.shrink_to_fit();
+        Self { text, place: line.place, blank: None }
+    }
+
+    /// Characters from one column to before another (from 0), without blanks around.
+    pub fn columns(&self, from: usize, to: usize) -> &str {
+        let offset = |column| {
+            if self.text.is_ascii() {
+                self.text.len().min(column)
+            } else {
+                self.text.char_indices().nth(column).map_or(self.text.len(), |(offset, _)| offset)
+            }
+        };
+        self.text[offset(from)..offset(to)].trim_matches([' ', '\t', '\0'])
+    }
+
+    /// An integer in columns; blank is 0, as in Fortran.
+    pub fn integer(&mut self, from: usize, to: usize, field: &'static str) -> Result<i64, UniversalError> {
+        let text = self.columns(from, to);
+        if text.is_empty() {
+            self.blank.get_or_insert(field);
+            return Ok(0);
+        }
+        parse_integer(text).ok_or_else(|| self.fault(field, text, "write an integer in its columns"))
+    }
+
+    /// A number in columns; blank is 0, as in Fortran.
+    pub fn real(&mut self, from: usize, to: usize, field: &'static str) -> Result<f64, UniversalError> {
+        let text = self.columns(from, to);
+        if text.is_empty() {
+            self.blank.get_or_insert(field);
+            return Ok(0.0);
+        }
+        parse_real(text).ok_or_else(|| self.fault(field, text, "write a finite number in its columns"))
+    }
+
+    /// The error that a field holds something else than it should.
+    pub fn fault(&self, field: &'static str, found: &str, expected: &'static str) -> UniversalError {
+        UniversalError::Field { place: self.place, field, found: found.chars().take(80).collect(), expected }
+    }
+
+    /// Warns of blank numeric fields met so far.
+    pub fn report_blanks(&self, warnings: &mut Vec<Warning>) {
+        if let Some(field) = self.blank {
+            warnings.push(Warning::BlankField { place: self.place, field });
+        }
+    }
+
+    /// Warns that the line is read by its blanks.
+    pub fn report_columns(&self, warnings: &mut Vec<Warning>) {
+        warnings.push(Warning::HeaderColumns { place: self.place });
+    }
+}
+
+/// An integer that is the whole text.
+pub(super) fn parse_integer(text: &str) -> Option<i64> {
+    text.parse().ok()
+}
+
+/// A finite number that is the whole text.
+pub(super) fn parse_real(text: &str) -> Option<f64> {
+    match number::scan(text.as_bytes(), 0) {
+        Scan::Number { value, end, .. } if end == text.len() && value.is_finite() => Some(value),
+        _ => None,
+    }
+}
+
+/// What stands for nothing in a text field.
+pub(super) fn is_unused(text: &str) -> bool {
+    text.is_empty() || text.eq_ignore_ascii_case("none")
+}

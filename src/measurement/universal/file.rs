@@ -1,0 +1,98 @@
+//! A whole universal file in memory.
+
+use std::collections::BTreeMap;
+use std::io::{Cursor, Read, Seek};
+use std::path::Path;
+
+use super::companion::{FileHeader, Node, SIZE_FACTOR, SIZE_SLACK, Skipped, TraceLine};
+use super::error::UniversalError;
+use super::reader::{Dataset, UniversalReader};
+use super::record::{Record, RecordHeader};
+use super::units::Units;
+use super::warning::Warning;
+
+/// All that is read of a universal file; `F` is [`Record`], or [`RecordHeader`] where only headers are read.
+#[derive(Debug, Clone, PartialEq)]
+pub struct UniversalFile<F = Record> {
+    /// Datasets 151.
+    pub headers: Vec<FileHeader>,
+    /// Datasets 164, in their order; each record keeps the one in force for it.
+    pub units: Vec<Units>,
+    /// Nodes of datasets 15 and 2411.
+    pub nodes: Vec<Node>,
+    /// Trace lines of datasets 82.
+    pub trace_lines: Vec<TraceLine>,
+    /// Datasets 58.
+    pub functions: Vec<F>,
+    /// Datasets that are not read, by their first place.
+    pub skipped: Vec<Skipped>,
+    /// Faults survived outside records; those of a record stand in its header.
+    pub warnings: Vec<Warning>,
+}
+
+/// Reads a universal file from memory.
+///
+/// # Errors     the first record that is refused; [`UniversalReader`] goes on behind it
+pub fn read(bytes: &[u8]) -> Result<UniversalFile, UniversalError> {
+    collect(UniversalReader::new(Cursor::new(bytes))?, UniversalReader::next_dataset)
+}
+
+/// Reads the headers of a universal file from memory.
+///
+/// # Errors     the first header that is refused
+pub fn read_headers(bytes: &[u8]) -> Result<UniversalFile<RecordHeader>, UniversalError> {
+    collect(UniversalReader::new(Cursor::new(bytes))?, UniversalReader::next_header)
+}
+
+/// Reads a universal file.
+///
+/// # Errors     the file cannot be read, or the first record that is refused
+pub fn read_path(path: impl AsRef<Path>) -> Result<UniversalFile, UniversalError> {
+    collect(UniversalReader::open(path)?, UniversalReader::next_dataset)
+}
+
+/// Reads the headers of a universal file, without loading its data.
+///
+/// # Errors     the file cannot be read, or the first header that is refused
+pub fn read_headers_path(path: impl AsRef<Path>) -> Result<UniversalFile<RecordHeader>, UniversalError> {
+    collect(UniversalReader::open(path)?, UniversalReader::next_header)
+}
+
+/// Gives the next dataset of a reader.
+type Next<R, F> = fn(&mut UniversalReader<R>) -> Option<Result<Dataset<F>, UniversalError>>;
+
+fn collect<R: Read + Seek, F>(mut reader: UniversalReader<R>, next: Next<R, F>) -> Result<UniversalFile<F>, UniversalError> {
+    let (mut headers, mut units, mut nodes) = (Vec::new(), Vec::new(), Vec::new());
+    let (mut trace_lines, mut functions) = (Vec::new(), Vec::new());
+    let mut skipped: BTreeMap<u32, Skipped> = BTreeMap::new();
+    let mut cut = None;
+    let mut budget = (SIZE_FACTOR * reader.length()).saturating_add(SIZE_SLACK);
+    while let Some(dataset) = next(&mut reader) {
+        let kept = match &dataset {
+            Ok(Dataset::Function(_)) => size_of::<F>(),
+            Ok(Dataset::Header(_)) => size_of::<FileHeader>(),
+            Ok(Dataset::Units(_)) => size_of::<Units>(),
+            _ => 0,
+        };
+        budget = budget.checked_sub(kept as u64).ok_or_else(|| reader.too_many_small())?;
+        match dataset {
+            Ok(Dataset::Function(function)) => functions.push(*function),
+            Ok(Dataset::Header(header)) => headers.push(header),
+            Ok(Dataset::Units(found)) => units.push(found),
+            Ok(Dataset::Nodes(found)) => nodes.extend(found),
+            Ok(Dataset::TraceLines(found)) => trace_lines.extend(found),
+            Ok(Dataset::Skipped(found)) => {
+                skipped.entry(found.number).and_modify(|first| first.times += 1).or_insert(found);
+            }
+            Err(UniversalError::EndsInHeader { place, .. }) if !functions.is_empty() => cut = Some(Warning::EndsInHeader { place }),
+            Err(fault) => return Err(fault),
+        }
+    }
+    let mut skipped: Vec<Skipped> = skipped.into_values().collect();
+    skipped.sort_by_key(|skipped| skipped.place.byte);
+    let warnings = reader.warnings().into_iter().chain(cut).collect();
+    if headers.is_empty() && units.is_empty() && nodes.is_empty() && trace_lines.is_empty() && functions.is_empty() && skipped.is_empty() {
+        return Err(reader.nothing_found());
+    }
+    Ok(UniversalFile { headers, units, nodes, trace_lines, functions, skipped, warnings })
+}

@@ -1,0 +1,76 @@
+//! Universal files (`.uff`, `.unv`): the functions of dataset 58, and what belongs to them, read and written.
+//!
+//! A file is a row of datasets, each framed by lines that hold `    -1` in their first six columns, the second line being the
+//! dataset's number:
+//!
+//! | dataset | content | here |
+//! |---|---|---|
+//! | 58, 58b | function at a node: a spectrum, an FRF, a time history | [`Record`], ASCII or binary, even or uneven abscissa |
+//! | 151 | header of the file | [`FileHeader`] |
+//! | 164 | units: SI = value in the file / factor | [`Units`], kept with every record they are in force for |
+//! | 15, 2411 | nodes | [`Node`] |
+//! | 82 | trace lines | [`TraceLine`] |
+//! | others | | named in [`Skipped`] |
+//!
+//! Real files break the format in many ways. Each fault met is either survived, and then named in a [`Warning`] with its place, or
+//! refused with a [`UniversalError`] that says where, what was found and what to do. Nothing is guessed silently.
+//!
+//! ```text
+//! file ─ source ─ frame ─┬─ header ─┬─ ascii ── number
+//!  (read)  (bytes) (-1)  │          └─ layout ─ binary      -> Record
+//!                        └─ companion                       -> Units, Node, …
+//! ```
+//!
+//! # Memory
+//!
+//! A record at a time with [`UniversalReader`], its header alone with [`UniversalReader::next_header`]; no count in a header reserves
+//! more than the bytes left in the file can fill.
+//!
+//! # Source
+//!
+//! The dataset pages 58, 58b, 151, 164, 15, 2411 and 82 of the Structural Dynamics Research Laboratory, University of Cincinnati
+//! (format); files of real instruments (faults).
+
+mod abscissa;
+mod ascii;
+mod binary;
+mod check;
+mod companion;
+mod error;
+mod evidence;
+mod field;
+mod file;
+mod frame;
+mod header;
+mod kind;
+mod layout;
+mod number;
+mod place;
+mod point;
+mod reader;
+mod record;
+mod source;
+mod units;
+mod walk;
+mod warning;
+mod write;
+mod write_error;
+mod write_field;
+mod write_payload;
+
+#[cfg(test)]
+mod tests;
+
+pub use abscissa::Abscissa;
+pub use companion::{FileHeader, Node, Skipped, TraceLine};
+pub use error::UniversalError;
+pub use evidence::{AxisName, SizeEvidence};
+pub use file::{UniversalFile, read, read_headers, read_headers_path, read_path};
+pub use kind::{ByteOrder, Encoding, OrdinateType, data_type, function_type};
+pub use place::Place;
+pub use reader::{Dataset, UniversalReader};
+pub use record::{Axis, Location, Ordinate, Record, RecordHeader};
+pub use units::Units;
+pub use warning::Warning;
+pub use write::{UniversalWriter, Written};
+pub use write_error::WriteError;

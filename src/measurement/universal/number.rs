@@ -1,0 +1,235 @@
+//! Decimal numbers in fixed or free columns, to the last bit.
+
+/// What stands next in a line.
+#[derive(Debug, PartialEq)]
+pub(super) enum Scan {
+    /// Blanks to the end.
+    End,
+    /// A number.
+    Number {
+        /// Its value; infinite where it exceeds the range.
+        value: f64,
+        /// Offset behind it.
+        end: usize,
+        /// How its exponent is written.
+        form: Form,
+    },
+    /// No number.
+    Bad {
+        /// Offset of its first byte.
+        start: usize,
+        /// Offset behind it.
+        end: usize,
+    },
+}
+
+/// How an exponent is written.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Form {
+    /// With E, or none.
+    Usual,
+    /// With a Fortran D.
+    LetterD,
+    /// Three digits without letter.
+    Bare,
+}
+
+/// Powers of ten that a double holds exactly.
+const EXACT_POWERS: [f64; 23] =
+    [1e0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8, 1e9, 1e10, 1e11, 1e12, 1e13, 1e14, 1e15, 1e16, 1e17, 1e18, 1e19, 1e20, 1e21, 1e22];
+/// Integers up to here are exact in a double.
+const EXACT_INTEGER: u64 = 1 << 53;
+
+/// Blank, tabulator, carriage return, NUL.
+pub(super) fn is_blank(byte: u8) -> bool {
+    matches!(byte, b' ' | b'\t' | b'\r' | 0)
+}
+
+fn at(text: &[u8], offset: usize) -> u8 {
+    text.get(offset).copied().unwrap_or(b' ')
+}
+
+/// Adds the digits from an offset on to `integer` (which may wrap) and gives the offset behind them.
+#[inline]
+fn digits(text: &[u8], mut offset: usize, integer: &mut u64) -> usize {
+    while let Some(eight) = text[offset..].first_chunk::<8>().and_then(eight_digits) {
+        *integer = integer.wrapping_mul(100_000_000).wrapping_add(eight);
+        offset += 8;
+    }
+    while let Some(&byte) = text.get(offset)
+        && byte.is_ascii_digit()
+    {
+        *integer = integer.wrapping_mul(10).wrapping_add(u64::from(byte - b'0'));
+        offset += 1;
+    }
+    offset
+}
+
+/// The value of eight digits; none where one of the bytes is no digit.
+///
+/// The bytes are taken as lanes of one word; neighbours are joined three times, 10·a + b, 100·a + b, 10⁴·a + b.
+#[inline]
+fn eight_digits(bytes: &[u8; 8]) -> Option<u64> {
+    let word = u64::from_le_bytes(*bytes);
+    let high = 0xF0F0_F0F0_F0F0_F0F0;
+    let zeros = 0x3030_3030_3030_3030;
+    if word & high != zeros || word.wrapping_add(0x0606_0606_0606_0606) & high != zeros {
+        return None;
+    }
+    let units = word - zeros;
+    let pairs = (units * 10 + (units >> 8)) & 0x00FF_00FF_00FF_00FF;
+    let fours = (pairs * 100 + (pairs >> 16)) & 0x0000_FFFF_0000_FFFF;
+    Some((fours * 10_000 + (fours >> 32)) & 0xFFFF_FFFF)
+}
+
+/// The next number from an offset on.
+///
+/// A number ends at a blank, at the end, or at a sign that starts the next one (full Fortran columns touch). A sign right behind
+/// the mantissa is an exponent without letter if exactly three digits follow and no point: Fortran drops the letter for nothing else.
+///
+/// mantissa ≤ 2⁵³ and |power of ten| ≤ 22: both are exact in a double, so that one product or quotient is correctly rounded;
+/// everything else goes to the parser of the standard library, which is correct too.
+#[inline]
+pub(super) fn scan(text: &[u8], from: usize) -> Scan {
+    let mut start = from;
+    while start < text.len() && is_blank(text[start]) {
+        start += 1;
+    }
+    if start >= text.len() {
+        return Scan::End;
+    }
+    let negative = text[start] == b'-';
+    let whole = start + usize::from(negative || text[start] == b'+');
+    let mut mantissa = 0_u64;
+    let mut end = digits(text, whole, &mut mantissa);
+    let mut count = end - whole;
+    let mut decimals = 0;
+    let point = at(text, end) == b'.';
+    if point {
+        let first = end + 1;
+        end = digits(text, first, &mut mantissa);
+        decimals = end - first;
+        count += decimals;
+    }
+    let mantissa_end = end;
+    let mut power = 0_i32;
+    let mut form = Form::Usual;
+    if let Some((digits_from, found)) = exponent_start(text, end, point) {
+        let mut integer = 0;
+        let digits_end = digits(text, digits_from, &mut integer);
+        let magnitude = if digits_end - digits_from > 9 { 99_999 } else { i32::try_from(integer).unwrap_or(99_999).min(99_999) };
+        power = if text[digits_from - 1] == b'-' { -magnitude } else { magnitude };
+        (end, form) = (digits_end, found);
+    }
+    if count == 0 || !matches!(at(text, end), b' ' | b'\t' | b'\r' | 0 | b'-' | b'+') {
+        let length = text[start..].iter().position(|&byte| is_blank(byte)).unwrap_or(text.len() - start);
+        return Scan::Bad { start, end: start + length };
+    }
+    let scale = i64::from(power) - decimals as i64;
+    let value = if count <= 19 && mantissa <= EXACT_INTEGER && (-22..=22).contains(&scale) {
+        let factor = EXACT_POWERS[scale.unsigned_abs() as usize];
+        let magnitude = if scale < 0 { mantissa as f64 / factor } else { mantissa as f64 * factor };
+        if negative { -magnitude } else { magnitude }
+    } else {
+        exact(&text[start..end], &text[start..mantissa_end], power, form)
+    };
+    Scan::Number { value, end, form }
+}
+
+/// Offset of the exponent's digits, if an exponent starts here.
+#[inline]
+fn exponent_start(text: &[u8], end: usize, point: bool) -> Option<(usize, Form)> {
+    let form = match at(text, end) {
+        b'E' | b'e' => Form::Usual,
+        b'D' | b'd' => Form::LetterD,
+        b'+' | b'-' if point => {
+            let three = (1..=3).all(|offset| at(text, end + offset).is_ascii_digit());
+            let next = at(text, end + 4);
+            return (three && !next.is_ascii_digit() && next != b'.').then_some((end + 1, Form::Bare));
+        }
+        _ => return None,
+    };
+    let digits_from = end + 1 + usize::from(matches!(at(text, end + 1), b'+' | b'-'));
+    at(text, digits_from).is_ascii_digit().then_some((digits_from, form))
+}
+
+/// A number by the standard library: as it is written, or put together from mantissa and power of ten where Rust writes it otherwise.
+#[cold]
+fn exact(number: &[u8], mantissa: &[u8], power: i32, form: Form) -> f64 {
+    let text = match (form, str::from_utf8(number)) {
+        (Form::Usual, Ok(text)) => return text.parse().unwrap_or(f64::NAN),
+        _ => format!("{}e{power}", String::from_utf8_lossy(mantissa)),
+    };
+    text.parse().unwrap_or(f64::NAN)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn value(text: &str) -> f64 {
+        match scan(text.as_bytes(), 0) {
+            Scan::Number { value, .. } => value,
+            other => panic!("{text}: {other:?}"),
+        }
+    }
+
+    fn all(text: &str) -> Vec<f64> {
+        let (mut values, mut offset) = (Vec::new(), 0);
+        while let Scan::Number { value, end, .. } = scan(text.as_bytes(), offset) {
+            values.push(value);
+            offset = end;
+        }
+        values
+    }
+
+    #[test]
+    fn a_million_numbers_are_those_of_the_standard_library_to_the_last_bit() {
+        let mut state = 7_u64;
+        let mut draw = || {
+            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            state >> 11
+        };
+        for round in 0..1_000_000 {
+            let decimals = (draw() % 20) as usize;
+            let range = [5, 12, 25, 290][round % 4];
+            let magnitude = draw() as f64 / 9e14 * 10_f64.powi((draw() % (2 * range)) as i32 - range as i32);
+            let number = if draw() % 2 == 0 { -magnitude } else { magnitude };
+            for text in [format!("{number:.decimals$e}"), format!("{number:.decimals$E}")] {
+                let expected: f64 = text.parse().unwrap();
+                assert_eq!(value(&text).to_bits(), expected.to_bits(), "{text}");
+            }
+        }
+    }
+
+    #[test]
+    fn the_forms_that_fortran_writes() {
+        assert_eq!(value("1.5D-03"), 1.5e-3);
+        assert_eq!(value("-1.5d+3"), -1.5e3);
+        assert_eq!(value("1.0-105"), 1e-105);
+        assert_eq!(value("-1.234567890123D-300"), -1.234_567_890_123e-300);
+        assert_eq!(value("+5.E-300"), 5e-300);
+        assert_eq!(value(" .5"), 0.5);
+        assert_eq!(value("5."), 5.0);
+        assert_eq!(value("0.00000E+000"), 0.0);
+        assert_eq!(value("-0.0").to_bits(), (-0.0_f64).to_bits());
+        assert_eq!(value("+12"), 12.0);
+        assert_eq!(value("1e400"), f64::INFINITY);
+        assert_eq!(value("123456789012345678901234567890"), 1.234_567_890_123_456_8e29);
+    }
+
+    #[test]
+    fn full_columns_touch() {
+        assert_eq!(all("-1.00000E+00-2.00000E+00 3.0-105-4.0-105"), [-1.0, -2.0, 3e-105, -4e-105]);
+        assert_eq!(all("-12.34567-123.4567-1234.567"), [-12.34567, -123.4567, -1234.567]);
+    }
+
+    #[test]
+    fn what_is_no_number_is_said_to_be_none() {
+        for text in ["NaN", "*************", "1,5", "1.5.5", "-", ".", "E5", "1.0E", "1.0E+", "0x10", "1_0", "inf", "1.#QNAN"] {
+            assert!(matches!(scan(text.as_bytes(), 0), Scan::Bad { .. }), "{text}");
+        }
+        assert_eq!(scan(b"  \r", 0), Scan::End);
+        assert_eq!(scan(b"", 0), Scan::End);
+    }
+}

@@ -1,0 +1,21 @@
+//! Where in a file something stands.
+
+use std::fmt;
+
+/// A place in a universal file.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Place {
+    /// Bytes before it.
+    pub byte: u64,
+    /// Line, from 1; none behind a binary payload, where lines cannot be counted.
+    pub line: Option<u64>,
+}
+
+impl fmt::Display for Place {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self.line {
+            Some(line) => write!(f, "line {line} (byte {})", self.byte),
+            None => write!(f, "byte {}", self.byte),
+        }
+    }
+}

@@ -1,0 +1,121 @@
+//! Numbers of a text payload, put together to abscissa and ordinate values.
+
+use num_complex::Complex64;
+
+use super::abscissa::Abscissa;
+use super::record::{Ordinate, RecordHeader};
+
+/// Least bytes that a number and its blank take in text.
+const LEAST_BYTES: u64 = 2;
+/// Bytes that it usually takes at least.
+const USUAL_BYTES: u64 = 13;
+
+/// Values as they come in, up to the number declared.
+#[derive(Debug)]
+pub(super) struct Points {
+    abscissa: Vec<f64>,
+    real: Vec<f64>,
+    complex: Vec<Complex64>,
+    pending: [f64; 3],
+    filled: usize,
+    width: usize,
+    even: bool,
+    taken: usize,
+    declared: usize,
+}
+
+impl Points {
+    /// For the values that a header declares, of which the bytes left can hold at most so many.
+    pub fn new(header: &RecordHeader, bytes_left: u64) -> Self {
+        let width = numbers_per_value(header);
+        let mut points = Self {
+            abscissa: Vec::new(),
+            real: Vec::new(),
+            complex: Vec::new(),
+            pending: [0.0; 3],
+            filled: 0,
+            width,
+            even: header.even,
+            taken: 0,
+            declared: header.count,
+        };
+        points.reserve(header.ordinate_type.is_complex(), bytes_left / (USUAL_BYTES * width as u64) + 1);
+        points
+    }
+
+    /// Space for more values, never more than declared.
+    fn reserve(&mut self, complex: bool, more: u64) {
+        let more = usize::try_from(more).unwrap_or(usize::MAX).min(self.declared - self.taken);
+        if complex {
+            self.complex.reserve_exact(more);
+        } else {
+            self.real.reserve_exact(more);
+        }
+        if !self.even {
+            self.abscissa.reserve_exact(more);
+        }
+    }
+
+    /// All declared values are there.
+    pub fn is_full(&self) -> bool {
+        self.taken >= self.declared
+    }
+
+    /// Whole values so far.
+    pub fn taken(&self) -> usize {
+        self.taken
+    }
+
+    /// Numbers so far.
+    pub fn numbers(&self) -> u64 {
+        (self.taken * self.width + self.filled) as u64
+    }
+
+    /// The next number; `bytes_left` bounds how many can follow.
+    #[inline]
+    pub fn push(&mut self, number: f64, bytes_left: u64) {
+        self.pending[self.filled] = number;
+        self.filled += 1;
+        if self.filled < self.width {
+            return;
+        }
+        self.filled = 0;
+        let complex = self.width == 2 + usize::from(!self.even);
+        if self.taken == if complex { self.complex.capacity() } else { self.real.capacity() } {
+            self.reserve(complex, bytes_left / (LEAST_BYTES * self.width as u64) + 1);
+        }
+        self.taken += 1;
+        let [first, second, third] = self.pending;
+        match (complex, self.even) {
+            (true, true) => self.complex.push(Complex64::new(first, second)),
+            (false, true) => self.real.push(first),
+            (true, false) => {
+                self.abscissa.push(first);
+                self.complex.push(Complex64::new(second, third));
+            }
+            (false, false) => {
+                self.abscissa.push(first);
+                self.real.push(second);
+            }
+        }
+    }
+
+    /// Abscissa and ordinate.
+    pub fn finish(mut self, header: &RecordHeader) -> (Abscissa, Ordinate) {
+        let complex = header.ordinate_type.is_complex();
+        let abscissa = if self.even {
+            Abscissa::Even { first: header.abscissa_first, step: header.abscissa_step, count: self.taken }
+        } else {
+            self.abscissa.shrink_to_fit();
+            Abscissa::Uneven(self.abscissa)
+        };
+        self.complex.shrink_to_fit();
+        self.real.shrink_to_fit();
+        (abscissa, if complex { Ordinate::Complex(self.complex) } else { Ordinate::Real(self.real) })
+    }
+}
+
+/// Numbers that make one value: abscissa if uneven, real part, imaginary part if complex.
+pub(super) fn numbers_per_value(header: &RecordHeader) -> usize {
+    1 + usize::from(header.ordinate_type.is_complex()) + usize::from(!header.even)
+}

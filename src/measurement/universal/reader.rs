@@ -1,0 +1,225 @@
+//! A universal file, dataset by dataset.
+
+use std::fs::File;
+use std::io::{Read, Seek};
+use std::path::Path;
+use std::sync::Arc;
+
+use super::abscissa::Abscissa;
+use super::ascii;
+use super::binary;
+use super::companion::{self, FileHeader, Node, Skipped, TraceLine};
+use super::error::UniversalError;
+use super::frame::Frame;
+use super::header::read_header;
+use super::kind::Encoding;
+use super::layout::find_extent;
+use super::place::Place;
+use super::record::{Record, RecordHeader};
+use super::source::Source;
+use super::units::Units;
+use super::warning::Warning;
+
+/// What some programs put before text in UTF-8.
+const BYTE_ORDER_MARK: [u8; 3] = [0xEF, 0xBB, 0xBF];
+/// Bytes in which the line ends of a file without datasets are looked at.
+const LINE_END_SAMPLE: usize = 1 << 16;
+
+/// A dataset; `F` is [`Record`], or [`RecordHeader`] where only headers are read.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Dataset<F = Record> {
+    /// Dataset 58.
+    Function(Box<F>),
+    /// Dataset 151.
+    Header(FileHeader),
+    /// Dataset 164; it is in force for all that follows.
+    Units(Units),
+    /// Datasets 15 and 2411.
+    Nodes(Vec<Node>),
+    /// Dataset 82.
+    TraceLines(Vec<TraceLine>),
+    /// A dataset that is not read.
+    Skipped(Skipped),
+}
+
+/// Reads a universal file dataset by dataset, with no more than one record in memory.
+///
+/// ```no_run
+/// # use jointid::measurement::universal::{Dataset, UniversalReader};
+/// let mut reader = UniversalReader::open("beam.uff")?;
+/// while let Some(dataset) = reader.next_header() {
+///     if let Dataset::Function(header) = dataset? {
+///         println!("{}: {} values", header.id_lines[0], header.count);
+///     }
+/// }
+/// # Ok::<(), jointid::measurement::universal::UniversalError>(())
+/// ```
+///
+/// After a refused record the next call goes on with the next dataset; after a failure of the file itself it ends.
+#[derive(Debug)]
+pub struct UniversalReader<R> {
+    pub(super) source: Source<R>,
+    units: Option<Arc<Units>>,
+    pub(super) warnings: Vec<Warning>,
+    pub(super) further: u64,
+    /// A closing sentinel stands right before.
+    pub(super) closed: bool,
+    /// The dataset being read is binary.
+    pub(super) binary: bool,
+    ended: bool,
+}
+
+impl UniversalReader<File> {
+    /// Opens a file.
+    pub fn open(path: impl AsRef<Path>) -> Result<Self, UniversalError> {
+        let path = path.as_ref();
+        let file = File::open(path).map_err(UniversalError::io(&path.display().to_string()))?;
+        Self::new(file)
+    }
+}
+
+impl<R: Read + Seek> UniversalReader<R> {
+    /// From the start of something that can be read and moved in.
+    pub fn new(inner: R) -> Result<Self, UniversalError> {
+        let mut source = Source::new(inner)?;
+        if source.peek(BYTE_ORDER_MARK.len())? == BYTE_ORDER_MARK {
+            source.seek(Place { byte: BYTE_ORDER_MARK.len() as u64, line: Some(1) })?;
+        }
+        Ok(Self { source, units: None, warnings: Vec::new(), further: 0, closed: false, binary: false, ended: false })
+    }
+
+    /// The next dataset, records with their data.
+    pub fn next_dataset(&mut self) -> Option<Result<Dataset, UniversalError>> {
+        self.step(Self::read_record)
+    }
+
+    /// The next dataset, of records the header alone: payloads are passed, not read, and faults in them not seen.
+    pub fn next_header(&mut self) -> Option<Result<Dataset<RecordHeader>, UniversalError>> {
+        self.step(Self::read_record_header)
+    }
+
+    /// The record of a header that this reader gave; the next call of the reader goes on behind it.
+    pub fn record(&mut self, header: &RecordHeader) -> Result<Record, UniversalError> {
+        self.source.seek(header.place)?;
+        self.ended = false;
+        let units = std::mem::replace(&mut self.units, header.units.clone());
+        let record = match self.open_line() {
+            Ok(Some(frame)) if frame.number == 58 => self.read_record(frame),
+            Ok(_) => Err(UniversalError::NoDataset),
+            Err(fault) => Err(fault),
+        };
+        self.units = units;
+        record
+    }
+
+    /// Faults survived outside records so far.
+    pub fn warnings(&self) -> Vec<Warning> {
+        let further = (self.further > 0).then_some(Warning::Further { count: self.further });
+        self.warnings.iter().cloned().chain(further).collect()
+    }
+
+    /// Bytes in the file.
+    pub(super) fn length(&self) -> u64 {
+        self.source.length()
+    }
+
+    /// Why a file of thousands of tiny datasets is refused.
+    pub(super) fn too_many_small(&self) -> UniversalError {
+        UniversalError::TooManySmall { place: self.source.place(), what: "datasets" }
+    }
+
+    /// Why a file without any dataset is refused.
+    pub(super) fn nothing_found(mut self) -> UniversalError {
+        let wanted = LINE_END_SAMPLE.min(usize::try_from(self.source.length()).unwrap_or(LINE_END_SAMPLE));
+        let sample = self.source.seek(Place::default()).and_then(|()| self.source.peek(wanted));
+        match sample {
+            Ok(sample) if sample.contains(&b'\r') && !sample.contains(&b'\n') => UniversalError::BareCarriageReturn,
+            Ok(_) => UniversalError::NoDataset,
+            Err(fault) => fault.into(),
+        }
+    }
+
+    fn step<F>(&mut self, function: fn(&mut Self, Frame) -> Result<F, UniversalError>) -> Option<Result<Dataset<F>, UniversalError>> {
+        if self.ended {
+            return None;
+        }
+        let dataset = self.dataset(function);
+        let lost = match &dataset {
+            Ok(found) => found.is_none(),
+            Err(UniversalError::Io { .. }) => true,
+            Err(_) => self.find_next().is_err(),
+        };
+        self.ended = lost;
+        dataset.transpose()
+    }
+
+    fn dataset<F>(&mut self, function: fn(&mut Self, Frame) -> Result<F, UniversalError>) -> Result<Option<Dataset<F>>, UniversalError> {
+        let Some(frame) = self.open_frame()? else { return Ok(None) };
+        let place = frame.line.place;
+        let mut warnings = Vec::new();
+        let length_factor = self.units.as_ref().map(|units| units.length_factor);
+        let found = match (frame.number, frame.binary) {
+            (58, _) => return function(self, frame).map(|record| Some(Dataset::Function(Box::new(record)))),
+            (151, false) => companion::read_file_header(&mut self.source, place, &mut warnings).map(Dataset::Header),
+            (164, false) => companion::read_units(&mut self.source, place, &mut warnings).map(Dataset::Units),
+            (15 | 2411, false) => companion::read_nodes(&mut self.source, frame.number, length_factor, &mut warnings).map(Dataset::Nodes),
+            (82, false) => companion::read_trace_lines(&mut self.source, &mut warnings).map(Dataset::TraceLines),
+            (number, _) => {
+                self.find_next()?;
+                return Ok(Some(Dataset::Skipped(Skipped { number, place, times: 1 })));
+            }
+        };
+        self.warn(warnings);
+        let found = found?;
+        if let Dataset::Units(units) = &found {
+            self.units = Some(Arc::new(units.clone()));
+        }
+        self.close()?;
+        Ok(Some(found))
+    }
+
+    fn read_record(&mut self, frame: Frame) -> Result<Record, UniversalError> {
+        let (mut header, byte_count) = read_header(&mut self.source, frame.line, frame.binary, self.units.clone())?;
+        let (abscissa, ordinate) = match header.encoding {
+            Encoding::Ascii => ascii::read_values(&mut self.source, &mut header)?,
+            Encoding::Binary(order) => {
+                let extent = find_extent(&mut self.source, &mut header, byte_count)?;
+                let values = binary::read_values(&mut self.source, &header, order, extent)?;
+                self.close_payload(&mut header)?;
+                values
+            }
+        };
+        self.closed = true;
+        abscissa.check(header.place, &mut header.warnings);
+        header.warnings.shrink_to_fit();
+        Ok(Record { header, abscissa, ordinate })
+    }
+
+    fn read_record_header(&mut self, frame: Frame) -> Result<RecordHeader, UniversalError> {
+        let (mut header, byte_count) = read_header(&mut self.source, frame.line, frame.binary, self.units.clone())?;
+        match header.encoding {
+            Encoding::Ascii => ascii::skip_values(&mut self.source, &mut header)?,
+            Encoding::Binary(_) => {
+                let extent = find_extent(&mut self.source, &mut header, byte_count)?;
+                let byte = self.source.position() + extent.layout.stride() * extent.count;
+                self.source.seek(Place { byte, line: None })?;
+                self.close_payload(&mut header)?;
+            }
+        }
+        self.closed = true;
+        if header.even {
+            let (first, step, count) = (header.abscissa_first, header.abscissa_step, header.count);
+            Abscissa::Even { first, step, count }.check(header.place, &mut header.warnings);
+        }
+        header.warnings.shrink_to_fit();
+        Ok(header)
+    }
+}
+
+impl<R: Read + Seek> Iterator for UniversalReader<R> {
+    type Item = Result<Dataset, UniversalError>;
+
+    fn next(&mut self) -> Option<Self::Item> {
+        self.next_dataset()
+    }
+}

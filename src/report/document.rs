@@ -1,0 +1,295 @@
+//! Result documents: what `--json` prints and `--out` holds.
+
+use std::collections::BTreeMap;
+
+use serde::{Deserialize, Serialize};
+
+/// A file a result rests on.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Input {
+    /// Path.
+    pub path: String,
+    /// SHA-256 of its bytes.
+    pub sha256: String,
+}
+
+/// What every document carries.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Stamp {
+    /// Name and version of the document's form.
+    pub schema: String,
+    /// Version of the program.
+    pub tool_version: String,
+    /// Seed of the random numbers.
+    pub seed: u64,
+    /// Ran to its end.
+    pub complete: bool,
+    /// Files it rests on.
+    pub inputs: Vec<Input>,
+    /// What a person should know.
+    pub warnings: Vec<String>,
+}
+
+/// How a result was made: enough to make it again.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Settings {
+    /// Configuration.
+    pub config: String,
+    /// Measurement set.
+    pub measurements: String,
+    /// `receptance` or `lumped`.
+    pub model: String,
+    /// Lumps per rod of the lumped model.
+    pub lumps: Option<usize>,
+    /// `least-squares`, `eq26` or `frequencies`.
+    pub objective: String,
+    /// Relative standard deviation of a frequency that the model causes.
+    pub frequency_model_error: f64,
+    /// Standard deviation of ln(amplitude).
+    pub amplitude_sd: f64,
+    /// Searches.
+    pub repeats: usize,
+    /// Effects taken out.
+    pub without: Vec<String>,
+    /// Overrides of the configuration.
+    pub set: Vec<String>,
+    /// Parameters frozen.
+    pub freeze: Vec<String>,
+}
+
+/// An identified parameter.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct ParameterRow {
+    /// Value.
+    pub value: f64,
+    /// Unit.
+    pub unit: String,
+    /// Lower end of its plausible range.
+    pub lower: f64,
+    /// Upper end.
+    pub upper: f64,
+    /// 95 % interval.
+    pub interval95: Option<[f64; 2]>,
+    /// Whether the data determine it; absent for one that was not fitted.
+    pub identifiable: Option<bool>,
+    /// Whether it was fitted or kept its start value.
+    pub fitted: bool,
+}
+
+/// One order at one position.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct OrderRow {
+    /// Order.
+    pub order: u32,
+    /// Measured (Hz).
+    pub measured_hz: Option<f64>,
+    /// Predicted (Hz).
+    pub predicted_hz: Option<f64>,
+    /// (predicted − measured)/measured.
+    pub relative_error: Option<f64>,
+    /// Measured amplitude.
+    pub measured_amplitude: Option<f64>,
+    /// Predicted amplitude, gain included.
+    pub predicted_amplitude: Option<f64>,
+    /// Published prediction (Hz).
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub published_hz: Option<f64>,
+}
+
+/// A predicted peak without a measured partner.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct LonePeak {
+    /// Frequency (Hz).
+    pub frequency_hz: f64,
+    /// How far it stands out: |H| over the higher of the neighbouring minima.
+    pub prominence: f64,
+    /// Whether it should have been seen.
+    pub unexpected: bool,
+}
+
+/// One position.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct PositionRow {
+    /// `fit` or `held_out`.
+    pub role: String,
+    /// Root of the summed squares of the relative frequency errors (Tian et al., Eq. 27).
+    pub overall_error: Option<f64>,
+    /// The same with predictions rounded to the resolution of the measurement, as the paper does.
+    pub overall_error_rounded: Option<f64>,
+    /// The published figure, rounded likewise.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub overall_error_published: Option<f64>,
+    /// Orders.
+    pub orders: Vec<OrderRow>,
+    /// Predicted peaks of the band without a measured partner.
+    pub lone_peaks: Vec<LonePeak>,
+}
+
+impl PositionRow {
+    /// Largest relative frequency error; a measured order without a prediction counts as `missing`.
+    pub fn largest_error(&self, missing: f64) -> Option<f64> {
+        self.orders
+            .iter()
+            .filter_map(|o| match (o.measured_hz, o.relative_error) {
+                (Some(_), Some(error)) => Some(error.abs()),
+                (Some(_), None) => Some(missing),
+                _ => None,
+            })
+            .reduce(f64::max)
+    }
+}
+
+/// One search of several.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct RepeatRow {
+    /// Seed.
+    pub seed: u64,
+    /// Least cost.
+    pub cost: f64,
+    /// Evaluations.
+    pub evaluations: u64,
+    /// Best cost after each generation.
+    pub trace: Vec<f64>,
+}
+
+/// `identification.json`.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Identification {
+    /// Stamp.
+    #[serde(flatten)]
+    pub stamp: Stamp,
+    /// How it was made.
+    pub settings: Settings,
+    /// Parameters by id.
+    pub parameters: BTreeMap<String, ParameterRow>,
+    /// Quantities by name that follow from them.
+    pub derived: BTreeMap<String, f64>,
+    /// Least cost.
+    pub cost: f64,
+    /// Evaluations of all searches.
+    pub evaluations: u64,
+    /// Whether the searches agree.
+    pub searches_agree: bool,
+    /// The searches, best first.
+    pub searches: Vec<RepeatRow>,
+    /// Ids in the order of `correlation`.
+    pub fitted_parameters: Vec<String>,
+    /// Correlations of the fitted parameters.
+    pub correlation: Vec<Vec<f64>>,
+    /// Positions fitted.
+    pub fit_positions: Vec<String>,
+    /// Positions held out.
+    pub held_out_positions: Vec<String>,
+    /// Positions by name.
+    pub positions: BTreeMap<String, PositionRow>,
+}
+
+/// `validation.json`.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Validation {
+    /// Stamp.
+    #[serde(flatten)]
+    pub stamp: Stamp,
+    /// Positions by name.
+    pub positions: BTreeMap<String, PositionRow>,
+    /// Largest relative frequency error; a measured order that is not predicted counts as 0.3.
+    pub largest_error: Option<f64>,
+}
+
+/// One run of a comparison.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct ComparisonRun {
+    /// Positions fitted.
+    pub fit_positions: Vec<String>,
+    /// Parameters by id.
+    pub parameters: BTreeMap<String, ParameterRow>,
+    /// Positions by name.
+    pub positions: BTreeMap<String, PositionRow>,
+    /// Root of the summed squares of the frequency errors over the positions that no run fitted with several; absent where one of
+    /// their measured orders is not predicted.
+    pub common_error: Option<f64>,
+    /// The same of the published predictions.
+    pub common_error_published: Option<f64>,
+    /// What a person should know of this run.
+    pub warnings: Vec<String>,
+}
+
+/// `comparison.json`.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Comparison {
+    /// Stamp.
+    #[serde(flatten)]
+    pub stamp: Stamp,
+    /// Positions over which all runs are compared.
+    pub common_positions: Vec<String>,
+    /// Runs by name: `multi` and one for each single position.
+    pub runs: BTreeMap<String, ComparisonRun>,
+}
+
+/// Score of an objective by leaving out one fit position after another.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct ObjectiveRow {
+    /// Objective.
+    pub objective: String,
+    /// Root mean square of the relative frequency errors at the positions left out.
+    pub frequency_error: f64,
+    /// Root mean square of ln(predicted/measured amplitude) there; absent where the objective knows no gain.
+    pub ln_amplitude_error: Option<f64>,
+    /// Measured modes that were not predicted.
+    pub missing: usize,
+}
+
+/// `objectives.json`.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Objectives {
+    /// Stamp.
+    #[serde(flatten)]
+    pub stamp: Stamp,
+    /// Positions left out one after another; held-out positions are not touched.
+    pub positions: Vec<String>,
+    /// Objectives, best first.
+    pub objectives: Vec<ObjectiveRow>,
+}
+
+/// One undamped mode.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct ModeRow {
+    /// Number in the list, from 1.
+    pub order: usize,
+    /// Undamped natural frequency (Hz); 0 for a rigid body.
+    pub frequency_hz: f64,
+    /// Damping ratio by modal energies, to first order.
+    pub damping_ratio: Option<f64>,
+    /// Deflection of each point, the largest 1.
+    pub shape: BTreeMap<String, f64>,
+}
+
+/// `modes.json`.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Modes {
+    /// Stamp.
+    #[serde(flatten)]
+    pub stamp: Stamp,
+    /// Nut position (m).
+    pub nut_m: Option<f64>,
+    /// Modes in rising frequency.
+    pub modes: Vec<ModeRow>,
+}
+
+/// `frf.json`.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Frfs {
+    /// Stamp.
+    #[serde(flatten)]
+    pub stamp: Stamp,
+    /// receptance, mobility or accelerance.
+    pub quantity: String,
+    /// Point that responds.
+    pub response: String,
+    /// Point that is excited.
+    pub excitation: String,
+    /// Frequencies (Hz).
+    pub frequency_hz: Vec<f64>,
+    /// Real and imaginary parts by position.
+    pub positions: BTreeMap<String, Vec<[f64; 2]>>,
+}

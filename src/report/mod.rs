@@ -1,0 +1,8 @@
+//! Saying it: result documents with their provenance, written whole or not at all, and tables for the terminal.
+
+pub mod document;
+mod table;
+mod write;
+
+pub use table::{Notes, objectives_table, parameters_table, positions_table, summary_table};
+pub use write::{OutputFolder, digest, to_json};

@@ -1,0 +1,138 @@
+//! Tables for the terminal, at most 80 columns wide.
+
+use std::collections::BTreeMap;
+
+use comfy_table::presets;
+use comfy_table::{CellAlignment, Table};
+
+use super::document::{Comparison, Objectives, ParameterRow, PositionRow};
+
+/// Lines of remarks under a table.
+pub type Notes = Vec<String>;
+
+fn table(header: &[&str]) -> Table {
+    let mut table = Table::new();
+    table.load_style(presets::NOTHING).set_header(header.to_vec());
+    for column in 1..header.len() {
+        if let Some(column) = table.column_mut(column) {
+            column.set_cell_alignment(CellAlignment::Right);
+        }
+    }
+    table
+}
+
+/// As text, with a line under the header.
+fn plain(table: &Table) -> String {
+    let lines: Vec<String> = table.to_string().lines().map(|l| l.trim_end().to_string()).collect();
+    let width = lines.iter().map(|l| l.chars().count()).max().unwrap_or(0);
+    let mut out = String::new();
+    for (at, line) in lines.iter().enumerate() {
+        out += line;
+        out.push('\n');
+        if at == 0 {
+            out += &format!(" {}\n", "─".repeat(width.saturating_sub(1)));
+        }
+    }
+    out
+}
+
+/// Four significant figures, in powers of ten beyond 10⁻³ … 10⁵.
+fn figure(x: f64) -> String {
+    let size = x.abs();
+    if size != 0.0 && !(1e-3..1e5).contains(&size) {
+        format!("{x:.3e}")
+    } else {
+        let digits = (3.0 - size.max(1e-9).log10().floor()).clamp(0.0, 6.0) as usize;
+        format!("{x:.digits$}")
+    }
+}
+
+fn percent(x: f64) -> String {
+    format!("{:.2} %", 100.0 * x)
+}
+
+/// Parameters with interval and verdict (Tab. 3 and 5 of Tian et al.).
+pub fn parameters_table(parameters: &BTreeMap<String, ParameterRow>) -> String {
+    let mut out = table(&["Parameter", "Value", "Unit", "95 % interval", "Seen by the data"]);
+    for (id, p) in parameters {
+        let interval = p.interval95.map_or_else(|| "–".into(), |[a, b]| format!("{} … {}", figure(a), figure(b)));
+        let seen = match (p.fitted, p.identifiable) {
+            (false, _) => "not fitted",
+            (true, Some(true)) => "yes",
+            _ => "no",
+        };
+        out.add_row([id.clone(), figure(p.value), p.unit.clone(), interval, seen.into()]);
+    }
+    plain(&out)
+}
+
+/// Measured and predicted frequencies in the layout of Tab. 4 and 6–9 of Tian et al.
+pub fn positions_table(positions: &BTreeMap<String, PositionRow>) -> String {
+    let orders = positions.values().flat_map(|p| p.orders.iter().map(|o| o.order)).max().unwrap_or(0);
+    let mut header = vec!["Position".to_string(), "Hz".into()];
+    header.extend((1..=orders).map(|o| format!("Order {o}")));
+    header.push("Overall".into());
+    let mut out = table(&header.iter().map(String::as_str).collect::<Vec<_>>());
+    for (at, (name, p)) in positions.iter().enumerate() {
+        if at > 0 {
+            out.add_row([""]);
+        }
+        let cells = |pick: &dyn Fn(&super::document::OrderRow) -> Option<String>| -> Vec<String> {
+            (1..=orders).map(|k| p.orders.iter().find(|o| o.order == k).and_then(pick).unwrap_or_else(|| "–".into())).collect()
+        };
+        let role = if p.role == "fit" { "fitted" } else { "held out" };
+        let mut row = |first: &str, what: &str, middle: Vec<String>, last: String| {
+            let mut row = vec![first.to_string(), what.into()];
+            row.extend(middle);
+            row.push(last);
+            out.add_row(row);
+        };
+        let overall = |x: Option<f64>| x.map_or_else(|| "–".into(), percent);
+        row(name, "measured", cells(&|o| o.measured_hz.map(figure)), String::new());
+        row(role, "predicted", cells(&|o| o.predicted_hz.map(figure)), String::new());
+        row("", "error", cells(&|o| o.relative_error.map(percent)), overall(p.overall_error));
+        if p.orders.iter().any(|o| o.published_hz.is_some()) {
+            row("", "published", cells(&|o| o.published_hz.map(figure)), overall(p.overall_error_published));
+        }
+    }
+    plain(&out)
+}
+
+/// Single- against multi-position over the held-out positions.
+pub fn summary_table(comparison: &Comparison) -> String {
+    let mut header = vec!["Fitted on".to_string(), String::new()];
+    header.extend(comparison.common_positions.iter().cloned());
+    header.push("together".into());
+    let mut out = table(&header.iter().map(String::as_str).collect::<Vec<_>>());
+    for run in comparison.runs.values() {
+        let overall = |x: Option<f64>| x.map_or_else(|| "–".to_string(), percent);
+        let line = |pick: &dyn Fn(&PositionRow) -> Option<f64>| -> Vec<String> {
+            comparison.common_positions.iter().map(|p| overall(run.positions.get(p).and_then(pick))).collect()
+        };
+        let mut row = vec![run.fit_positions.join(","), "ours".into()];
+        row.extend(line(&|p| p.overall_error));
+        row.push(overall(run.common_error));
+        out.add_row(row);
+        if run.common_error_published.is_some() {
+            let mut rounded = vec![String::new(), "rounded".into()];
+            rounded.extend(line(&|p| p.overall_error_rounded));
+            rounded.push(String::new());
+            out.add_row(rounded);
+            let mut published = vec![String::new(), "published".into()];
+            published.extend(line(&|p| p.overall_error_published));
+            published.push(overall(run.common_error_published));
+            out.add_row(published);
+        }
+    }
+    plain(&out)
+}
+
+/// Objectives scored by leaving out one fit position after another.
+pub fn objectives_table(objectives: &Objectives) -> String {
+    let mut out = table(&["Objective", "Frequency rms", "ln amplitude rms", "Missing modes"]);
+    for row in &objectives.objectives {
+        let amplitude = row.ln_amplitude_error.map_or_else(|| "–".into(), figure);
+        out.add_row([row.objective.clone(), percent(row.frequency_error), amplitude, row.missing.to_string()]);
+    }
+    plain(&out)
+}

@@ -1,0 +1,65 @@
+//! Documents written to a temporary name and renamed, so that none is ever half there.
+
+use std::fs;
+use std::io::Write;
+use std::path::{Path, PathBuf};
+
+use serde::Serialize;
+use sha2::{Digest, Sha256};
+
+/// SHA-256 of bytes, in hexadecimal.
+pub fn digest(bytes: &[u8]) -> String {
+    Sha256::digest(bytes).iter().map(|b| format!("{b:02x}")).collect()
+}
+
+/// A document as JSON text with a line end.
+///
+/// # Errors  a number is not finite (a fault of the program).
+pub fn to_json<T: Serialize>(document: &T) -> Result<String, String> {
+    serde_json::to_string_pretty(document).map(|text| text + "\n").map_err(|e| format!("cannot write the document as JSON: {e}"))
+}
+
+/// A folder that results go to.
+#[derive(Debug, Clone)]
+pub struct OutputFolder {
+    path: PathBuf,
+}
+
+impl OutputFolder {
+    /// Makes the folder where it is missing, and makes sure that files can be written there.
+    ///
+    /// # Errors  the name is that of a file, or writing is not permitted.
+    pub fn prepare(path: &Path) -> Result<Self, String> {
+        let told = |e: std::io::Error| {
+            let fault = match e.kind() {
+                std::io::ErrorKind::PermissionDenied => "writing there is not permitted; name another folder with --out".to_string(),
+                std::io::ErrorKind::AlreadyExists | std::io::ErrorKind::NotADirectory => "is a file; name a folder with --out".into(),
+                _ => e.to_string(),
+            };
+            format!("{}: {fault}", path.display())
+        };
+        if path.is_file() {
+            return Err(format!("{}: is a file; name a folder with --out", path.display()));
+        }
+        fs::create_dir_all(path).map_err(told)?;
+        let probe = path.join(format!(".jointid-{}", std::process::id()));
+        fs::write(&probe, b"").and_then(|()| fs::remove_file(&probe)).map_err(told)?;
+        Ok(OutputFolder { path: path.into() })
+    }
+
+    /// Writes a file whole: to a temporary name, then renamed.
+    ///
+    /// # Errors  the disk is full, or writing is not permitted.
+    pub fn write(&self, name: &str, content: &[u8]) -> Result<PathBuf, String> {
+        let target = self.path.join(name);
+        let temporary = self.path.join(format!(".{name}.{}", std::process::id()));
+        let written = fs::File::create(&temporary)
+            .and_then(|mut file| file.write_all(content).and_then(|()| file.sync_all()))
+            .and_then(|()| fs::rename(&temporary, &target));
+        if let Err(error) = written {
+            let _ = fs::remove_file(&temporary);
+            return Err(format!("{}: cannot be written: {error}", target.display()));
+        }
+        Ok(target)
+    }
+}

@@ -1,0 +1,122 @@
+//! The main job on the published bench: what it reaches, and that it stays so.
+
+use jointid::identification::{Identification, Plan, identify};
+use jointid::machine::Machine;
+use jointid::measurement::read_set;
+use jointid::numeric::statistics::{root_mean_square, root_sum_square};
+use jointid::objective::{Objective, PositionPrediction};
+use jointid::optimizer::Control;
+use jointid::validation::{frequency_errors, leave_one_out};
+
+use crate::support::config;
+
+fn run_on(positions: &[&str], plan: &Plan) -> (Machine, Identification) {
+    let config = config("configs/tian.toml");
+    let set = read_set("measurements/tian").unwrap();
+    let names: Vec<String> = positions.iter().map(|p| (*p).to_string()).collect();
+    let (fit, held_out) = set.split(Some(&names)).unwrap();
+    let found = identify(&config.machine, &fit, &held_out, plan, &Control::default()).unwrap();
+    (config.machine, found)
+}
+
+fn all_errors(predictions: &[PositionPrediction], positions: &[usize]) -> Vec<f64> {
+    predictions.iter().filter(|p| positions.contains(&p.position)).flat_map(frequency_errors).map(|e| e.unwrap_or(0.3)).collect()
+}
+
+/// The figures asked for, and our own parameters at seed 1, beside the published largest error of 2.95 %.
+#[test]
+fn regress_default_identification() {
+    let (machine, found) = run_on(&["l1", "l3", "l5"], &Plan::default());
+    let largest = all_errors(&found.held_out, &[1, 3, 5]).into_iter().map(f64::abs).fold(0.0, f64::max);
+    assert!(largest < 0.0295, "{largest}");
+    let logs = found.fitted.iter().flat_map(|p| &p.deviations);
+    let logs = logs.filter_map(|d| Some((found.gain.gain * d.predicted?.amplitude / d.observed?.amplitude?).ln()));
+    let rms = root_mean_square(logs).unwrap();
+    assert!(rms < 0.16, "{rms}");
+    assert!(found.agree && found.complete);
+    for (id, value) in [("k_al", 3.980e7), ("k_ar", 2.891e7), ("k_n", 5.586e8), ("k_m", 399.8), ("c_n", 4.382e4), ("c_m", 0.04557)] {
+        let ours = found.values[machine.parameter(id).unwrap()];
+        assert!((ours / value - 1.0).abs() < 2e-3, "{id}: {ours} against {value}");
+    }
+    assert!((found.gain.gain - 0.2766).abs() < 5e-4, "{}", found.gain.gain);
+}
+
+/// Evaluations are part of the result: the same on every machine, on one thread and on two, as are all bits of the parameters.
+#[test]
+fn regress_same_bits_and_effort_on_one_and_two_threads() {
+    let plan = Plan { seed: 7, repeats: 1, ..Plan::default() };
+    let on = |threads: usize| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        pool.install(|| run_on(&["l1", "l3", "l5"], &plan).1)
+    };
+    let (one, two) = (on(1), on(2));
+    assert_eq!(one.values, two.values);
+    assert_eq!(one.cost.to_bits(), two.cost.to_bits());
+    assert_eq!(one.evaluations, two.evaluations);
+    assert_eq!(one.evaluations, EVALUATIONS_AT_SEED_7);
+}
+
+const EVALUATIONS_AT_SEED_7: u64 = 9_414;
+
+/// Over l2, l4, l6, three positions predict better than any one of them (published: 4.63 % against 5.60 and 14.19 %).
+#[test]
+fn published_multi_position_is_better_than_single() {
+    let held = [1, 3, 5];
+    let score = |positions: &[&str]| root_sum_square(all_errors(&run_on(positions, &Plan::default()).1.held_out, &held)).unwrap();
+    let multi = score(&["l1", "l3", "l5"]);
+    for single in ["l1", "l3", "l5"] {
+        let alone = score(&[single]);
+        assert!(multi < alone, "{single}: {alone} against {multi}");
+    }
+}
+
+/// One position gives 8 observations for 9 unknowns: said so.
+#[test]
+fn limit_fewer_observations_than_unknowns_are_told() {
+    let (_, found) = run_on(&["l3"], &Plan { repeats: 1, ..Plan::default() });
+    assert!(found.warnings.iter().any(|w| w.contains("8 observations cannot determine 9 unknowns")), "{:?}", found.warnings);
+    assert!(found.estimates.iter().any(|e| e.identifiable == Some(false)));
+}
+
+/// The default objective is the one that predicts left-out positions best among those that use the amplitudes; l2, l4, l6 are not touched.
+#[test]
+fn regress_default_objective_wins_leave_one_position_out() {
+    let config = config("configs/tian.toml");
+    let set = read_set("measurements/tian").unwrap();
+    let (fit, _) = set.split(None).unwrap();
+    let plan = Plan { repeats: 1, ..Plan::default() };
+    let objectives = [Objective::LeastSquares, Objective::Eq26, Objective::Frequencies];
+    let scores = leave_one_out(&config.machine, &fit, &plan, &objectives, &Control::default()).unwrap();
+    println!("{scores:?}");
+    let place = |o: Objective| scores.iter().position(|s| s.objective == o).unwrap();
+    assert!(place(Objective::LeastSquares) < place(Objective::Eq26), "{scores:?}");
+}
+
+/// The paper's overall errors follow from its printed frequencies (Eq. 27).
+#[test]
+fn published_overall_errors_follow_from_the_printed_frequencies() {
+    let set = read_set("measurements/tian").unwrap();
+    let table = set.modes.as_ref().unwrap();
+    let names = |text: &str| -> Vec<String> { text.split('+').map(str::to_string).collect() };
+    for (fit, position, percent) in [
+        ("l1+l3+l5", "l2", 2.71),
+        ("l1+l3+l5", "l4", 0.96),
+        ("l1+l3+l5", "l6", 3.63),
+        ("l1+l3+l5", "l3", 2.31),
+        ("l1+l3+l5", "l5", 2.99),
+        ("l3", "l2", 3.09),
+        ("l3", "l4", 1.26),
+        ("l3", "l6", 4.51),
+        ("l5", "l2", 12.19),
+        ("l5", "l4", 6.67),
+        ("l5", "l6", 2.86),
+    ] {
+        let at = set.positions.iter().position(|p| p.name == position).unwrap();
+        let errors = table.positions[at].iter().filter_map(|m| {
+            let published = set.published.predicted_hz(&names(fit), position, m.order)?;
+            Some(published / m.frequency_hz? - 1.0)
+        });
+        let overall = 100.0 * root_sum_square(errors).unwrap();
+        assert!((overall - percent).abs() < 0.021, "{fit} at {position}: {overall:.3} against {percent}");
+    }
+}

@@ -1,0 +1,12 @@
+//! All integration tests in one binary. A test's name states its authority: `limit_` a closed form or limit, `published_` a printed
+//! figure, `recover_` planted truth from another model, `regress_` our own earlier output, `refuse_` bad input.
+
+mod support;
+
+mod architecture;
+mod bench;
+mod command;
+mod model;
+mod peaks;
+mod recovery;
+mod refusals;

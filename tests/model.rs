@@ -1,0 +1,197 @@
+//! The receptance model against closed forms, the paper's equations, receptance coupling and finite elements.
+
+use jointid::machine::Operating;
+use jointid::model::coupling::coupled_receptances;
+use jointid::model::{Rods, Structure, undamped_modes};
+use std::sync::Arc;
+
+use crate::support::bench_equations::{TAB_3, h_all};
+use crate::support::finite_elements::Bench;
+use crate::support::{POSITIONS, config, table_structure};
+
+fn omega(f: f64) -> f64 {
+    std::f64::consts::TAU * f
+}
+
+/// Published values at l1; the roots of the corrected equations to ten figures.
+#[test]
+fn published_undamped_modes_at_l1() {
+    let config = config("configs/tian-as-published.toml");
+    let structure = table_structure(&config.machine, Rods::Exact);
+    let mut network = structure.network();
+    network.update(&config.machine, &config.machine.start(), &Operating::at_nut(0.6));
+    let modes = undamped_modes(&network, 1000.0, &mut structure.workspace());
+    let expected = [0.0, 109.2223235, 354.4007986, 531.5772765, 739.2526774];
+    assert_eq!(modes.len(), expected.len());
+    for (mode, expected) in modes.iter().zip(expected) {
+        assert!((mode.frequency_hz - expected).abs() <= 1e-6 * expected, "{} against {expected}", mode.frequency_hz);
+    }
+}
+
+/// Direct assembly, receptance coupling and the paper's equations written out: the same receptances.
+#[test]
+fn published_equations_and_both_routes_agree() {
+    let config = config("configs/tian-as-published.toml");
+    let machine = &config.machine;
+    let names = ["table", "screw", "screw-angle"];
+    for damped in [true, false] {
+        let mut values = machine.start();
+        let mut joints = TAB_3;
+        if !damped {
+            for id in ["c_al", "c_ar", "c_n", "c_m"] {
+                values[machine.parameter(id).unwrap()] = 0.0;
+            }
+            (joints.c_al, joints.c_ar, joints.c_n, joints.c_m) = (0.0, 0.0, 0.0, 0.0);
+        }
+        for (_, nut) in POSITIONS {
+            for f in (1..=2000).step_by(7).map(f64::from) {
+                let paper = h_all(&joints, nut, omega(f));
+                let mut coupled = None;
+                for (i, response) in names.iter().enumerate() {
+                    for (j, excitation) in names.iter().enumerate() {
+                        let (r, e) = (machine.point(response).unwrap(), machine.point(excitation).unwrap());
+                        let structure = Arc::new(Structure::new(machine, r, e, Rods::Exact).unwrap());
+                        let mut network = structure.network();
+                        network.update(machine, &values, &Operating::at_nut(nut));
+                        let direct = network.at(omega(f), &mut structure.workspace()).receptance;
+                        let coupled = coupled.get_or_insert_with(|| coupled_receptances(&network, machine, omega(f)).unwrap());
+                        let by_coupling = coupled[(r, e)];
+                        // Relative to the entry, or where that passes through zero to the geometric mean of its driving points.
+                        let scale = by_coupling.norm().max(1e-3 * (coupled[(r, r)] * coupled[(e, e)]).norm().sqrt());
+                        let what = format!("{response}/{excitation} nut {nut} m, {f} Hz, damped {damped}");
+                        assert!((direct - by_coupling).norm() <= 1e-9 * scale, "{what}: {direct} against {by_coupling}");
+                        assert!((direct - paper[(i, j)]).norm() <= 1e-9 * scale, "{what}: {direct} against paper {}", paper[(i, j)]);
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// Every entry of every point by both routes, rotor held, with material loss and without.
+#[test]
+fn limit_every_entry_by_both_routes() {
+    let mut config = config("configs/tian.toml");
+    for loss in [0.0, 0.01] {
+        config.machine.shafts[0].loss_factor = jointid::machine::Value::number(loss);
+        let machine = &config.machine;
+        for (_, nut) in POSITIONS {
+            for f in [1.0, 13.0, 24.0, 117.0, 333.0, 545.0, 721.0, 1024.0, 1700.0, 2000.0] {
+                let mut coupled = None;
+                for r in 0..machine.points.len() {
+                    for e in 0..machine.points.len() {
+                        let structure = Arc::new(Structure::new(machine, r, e, Rods::Exact).unwrap());
+                        let mut network = structure.network();
+                        network.update(machine, &machine.start(), &Operating::at_nut(nut));
+                        let direct = network.at(omega(f), &mut structure.workspace()).receptance;
+                        let coupled = coupled.get_or_insert_with(|| coupled_receptances(&network, machine, omega(f)).unwrap());
+                        let scale = coupled[(r, e)].norm().max(1e-3 * (coupled[(r, r)] * coupled[(e, e)]).norm().sqrt());
+                        let error = (direct - coupled[(r, e)]).norm() / scale;
+                        assert!(error <= 1e-9, "{}/{} at {f} Hz: {error:e}", machine.points[r].name, machine.points[e].name);
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// Consistent elements come from above at second order, lumped ones from below: both to the exact roots.
+#[test]
+fn limit_finite_elements_and_lumps_converge_at_second_order() {
+    let config = config("configs/tian-as-published.toml");
+    let machine = &config.machine;
+    let exact = undamped(machine, Rods::Exact, 0.8);
+    for method in ["consistent", "lumped"] {
+        let errors = |n: usize| -> Vec<f64> {
+            let hz = if method == "consistent" {
+                Bench::new(n, 0.8, TAB_3, (0.0, 0.0)).undamped_hz()
+            } else {
+                undamped(machine, Rods::Lumped(n), 0.8)
+            };
+            (1..5).map(|i| (hz[i] / exact[i] - 1.0).abs()).collect()
+        };
+        let (coarse, fine) = (errors(15), errors(30));
+        for (mode, (c, f)) in coarse.iter().zip(&fine).enumerate() {
+            let order = (c / f).log2();
+            assert!((1.9..2.1).contains(&order), "{method}, mode {}: order {order}", mode + 1);
+        }
+        assert!(fine.iter().all(|e| *e < 1e-3), "{method}: {fine:?}");
+    }
+}
+
+fn undamped(machine: &jointid::machine::Machine, rods: Rods, nut: f64) -> Vec<f64> {
+    let structure = table_structure(machine, rods);
+    let mut network = structure.network();
+    network.update(machine, &machine.start(), &Operating::at_nut(nut));
+    undamped_modes(&network, 1000.0, &mut structure.workspace()).iter().map(|m| m.frequency_hz).collect()
+}
+
+/// The damped receptance against a mesh refined until it stops moving.
+#[test]
+fn limit_damped_receptance_of_a_fine_mesh() {
+    let config = config("configs/tian-as-published.toml");
+    let structure = table_structure(&config.machine, Rods::Exact);
+    let mut network = structure.network();
+    let mut work = structure.workspace();
+    for (_, nut) in POSITIONS {
+        network.update(&config.machine, &config.machine.start(), &Operating::at_nut(nut));
+        let mesh = Bench::new(800, nut, TAB_3, (0.0, 0.0));
+        for f in [5.0, 110.0, 300.0, 532.0, 740.0, 1000.0] {
+            let (ours, theirs) = (network.at(omega(f), &mut work).receptance, mesh.receptance(omega(f)));
+            assert!((ours - theirs).norm() < 3e-5 * theirs.norm(), "nut {nut}, {f} Hz: {ours} against {theirs}");
+        }
+    }
+}
+
+/// The count of Wittrick and Williams against the eigenvalues of a mesh.
+#[test]
+fn limit_count_of_modes_is_that_of_a_fine_mesh() {
+    let config = config("configs/tian-as-published.toml");
+    let structure = table_structure(&config.machine, Rods::Exact);
+    let mut network = structure.network();
+    let mut work = structure.workspace();
+    for (_, nut) in POSITIONS {
+        network.update(&config.machine, &config.machine.start(), &Operating::at_nut(nut));
+        let hz = Bench::new(120, nut, TAB_3, (0.0, 0.0)).undamped_hz();
+        for f in (1..=300).map(|i| 7.3 * f64::from(i)) {
+            if hz.iter().any(|m| (m / f - 1.0).abs() < 2e-3) {
+                continue;
+            }
+            let expected = hz.iter().filter(|m| **m < f).count();
+            assert_eq!(network.modes_below(omega(f), &mut work), expected, "nut {nut} m, {f} Hz");
+        }
+    }
+}
+
+/// The slope dH/dω against central differences.
+#[test]
+fn limit_slope_of_the_receptance() {
+    let config = config("configs/tian.toml");
+    let structure = table_structure(&config.machine, Rods::Exact);
+    let mut network = structure.network();
+    let mut work = structure.workspace();
+    network.update(&config.machine, &config.machine.start(), &Operating::at_nut(1.0));
+    for f in (1..200).map(|i| 5.03 * f64::from(i)) {
+        let w = omega(f);
+        let h = 1e-5 * w;
+        let difference = (network.at(w + h, &mut work).receptance - network.at(w - h, &mut work).receptance) / (2.0 * h);
+        let slope = network.at(w, &mut work).slope;
+        assert!((difference - slope).norm() <= 1e-5 * slope.norm() + 1e-12 / w, "{f} Hz: {slope} against {difference}");
+    }
+}
+
+/// A free machine below its first mode moves as one mass: table, and rotor and screw through the lead.
+#[test]
+fn limit_rigid_body() {
+    let config = config("configs/tian-as-published.toml");
+    let structure = table_structure(&config.machine, Rods::Exact);
+    let mut network = structure.network();
+    network.update(&config.machine, &config.machine.start(), &Operating::at_nut(1.3));
+    let w = omega(0.5);
+    let h = network.at(w, &mut structure.workspace()).receptance;
+    let polar = std::f64::consts::PI * 0.04_f64.powi(4) / 32.0 * 7850.0 * 2.6;
+    let i_b = 0.04 / std::f64::consts::TAU;
+    let mass = 272.0 + (1e-3 + 2e-4 + polar) / (i_b * i_b);
+    let rigid = -1.0 / (mass * w * w);
+    assert!((h.re / rigid - 1.0).abs() < 1e-3, "{h} against {rigid}");
+}

@@ -1,0 +1,154 @@
+//! Peaks of the damped |H| on random machines, against a dense search, the mirror image, and the laws of passive structures.
+
+use jointid::machine::{Machine, Operating};
+use jointid::model::{PeakSearch, Rods, peaks};
+use proptest::prelude::*;
+use proptest::test_runner::RngSeed;
+
+use crate::support::{config, table_structure};
+
+/// Random parameters within their plausible ranges, random nut.
+fn random_case() -> impl Strategy<Value = (Vec<f64>, f64)> {
+    (prop::collection::vec(0.0..1.0_f64, 10), 0.2..2.4_f64)
+}
+
+fn values(machine: &Machine, places: &[f64]) -> Vec<f64> {
+    machine.parameters.iter().zip(places).map(|(p, u)| p.from_unit(*u)).collect()
+}
+
+const SEARCH: PeakSearch = PeakSearch { from_hz: 5.0, to_hz: 1000.0, precision: 1e-10, omega_power: 1 };
+
+/// A maximum over the higher of the minima beside it.
+fn prominence(scan: &[f64], top: usize) -> f64 {
+    let mut left = top;
+    while left > 0 && scan[left - 1] < scan[left] {
+        left -= 1;
+    }
+    let mut right = top;
+    while right + 1 < scan.len() && scan[right + 1] < scan[right] {
+        right += 1;
+    }
+    scan[top] / scan[left].max(scan[right])
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 150, failure_persistence: None, rng_seed: RngSeed::Fixed(1), ..ProptestConfig::default() })]
+
+    /// Every maximum that stands out by 1 % on 40,000 lines is found, and what is found is a maximum.
+    #[test]
+    fn limit_no_peak_is_missed((places, nut) in random_case()) {
+        let config = config("configs/tian.toml");
+        let structure = table_structure(&config.machine, Rods::Exact);
+        let (mut network, mut work) = (structure.network(), structure.workspace());
+        network.update(&config.machine, &values(&config.machine, &places), &Operating::at_nut(nut));
+        let found = peaks(&network, SEARCH, &mut work);
+        let mut size = |f: f64| {
+            let omega = std::f64::consts::TAU * f;
+            network.at(omega, &mut work).receptance.norm() * omega
+        };
+        let step = (SEARCH.to_hz - SEARCH.from_hz) / 40_000.0;
+        let scan: Vec<f64> = (0..=40_000).map(|i| size(SEARCH.from_hz + step * f64::from(i))).collect();
+        for i in 1..40_000 {
+            if scan[i] > scan[i - 1] && scan[i] > scan[i + 1] && prominence(&scan, i) >= 1.01 {
+                let f = SEARCH.from_hz + step * i as f64;
+                prop_assert!(found.iter().any(|p| (p.frequency_hz - f).abs() <= 2.0 * step), "missed {f} Hz, found {found:?}");
+            }
+        }
+        for peak in &found {
+            let (f, h) = (peak.frequency_hz, peak.frequency_hz * 1e-6);
+            prop_assert!(size(f) * (1.0 + 1e-12) >= size(f - h) && size(f) * (1.0 + 1e-12) >= size(f + h), "{f} Hz is no maximum");
+        }
+    }
+
+    /// A driving point of a passive structure: Im H ≤ 0; and reciprocity of the transfer functions.
+    #[test]
+    fn limit_passive_and_reciprocal((places, nut) in random_case(), f in 1.0..2000.0_f64) {
+        let config = config("configs/tian.toml");
+        let machine = &config.machine;
+        let numbers = values(machine, &places);
+        let at = |response: &str, excitation: &str| {
+            let (r, e) = (machine.point(response).unwrap(), machine.point(excitation).unwrap());
+            let structure = std::sync::Arc::new(jointid::model::Structure::new(machine, r, e, Rods::Exact).unwrap());
+            let mut network = structure.network();
+            network.update(machine, &numbers, &Operating::at_nut(nut));
+            network.at(std::f64::consts::TAU * f, &mut structure.workspace()).receptance
+        };
+        for point in ["table", "rotor", "screw", "left"] {
+            prop_assert!(at(point, point).im <= 0.0, "{point}");
+        }
+        let (there, back) = (at("table", "rotor"), at("rotor", "table"));
+        prop_assert!((there - back).norm() <= 1e-10 * there.norm());
+    }
+
+    /// Stiffer joints never lower an undamped natural frequency.
+    #[test]
+    fn limit_frequencies_rise_with_stiffness((places, nut) in random_case(), which in 0..4_usize) {
+        let config = config("configs/tian.toml");
+        let machine = &config.machine;
+        let structure = table_structure(machine, Rods::Exact);
+        let (mut network, mut work) = (structure.network(), structure.workspace());
+        let mut numbers = values(machine, &places);
+        let count = |network: &jointid::model::Network, work: &mut _| -> Vec<usize> {
+            (1..100).map(|i| network.modes_below(63.1 * f64::from(i), work)).collect()
+        };
+        network.update(machine, &numbers, &Operating::at_nut(nut));
+        let before = count(&network, &mut work);
+        let id = ["k_al", "k_ar", "k_n", "k_m"][which];
+        numbers[machine.parameter(id).unwrap()] *= 1.5;
+        network.update(machine, &numbers, &Operating::at_nut(nut));
+        let after = count(&network, &mut work);
+        prop_assert!(before.iter().zip(&after).all(|(b, a)| a <= b), "{before:?} {after:?}");
+    }
+
+    /// With a nut that has no lead, bearings swapped and the nut mirrored, the screw answers alike.
+    #[test]
+    fn limit_mirror_symmetry_of_the_axial_screw((places, nut) in random_case(), f in 1.0..2000.0_f64) {
+        let config = config("configs/tian.toml");
+        let mut machine = config.machine.clone();
+        // The nut without its lead: axial and torsional chains come apart.
+        let nut_joint = machine.joints.iter().position(|j| j.name == "nut").unwrap();
+        machine.joints[nut_joint].on.truncate(2);
+        let mut numbers = values(&machine, &places);
+        let structure = table_structure(&machine, Rods::Exact);
+        let (mut network, mut work) = (structure.network(), structure.workspace());
+        network.update(&machine, &numbers, &Operating::at_nut(nut));
+        let here = network.at(std::f64::consts::TAU * f, &mut work).receptance;
+        for (a, b) in [("k_al", "k_ar"), ("c_al", "c_ar")] {
+            numbers.swap(machine.parameter(a).unwrap(), machine.parameter(b).unwrap());
+        }
+        network.update(&machine, &numbers, &Operating::at_nut(2.6 - nut));
+        let mirrored = network.at(std::f64::consts::TAU * f, &mut work).receptance;
+        prop_assert!((here - mirrored).norm() <= 1e-9 * here.norm(), "{here} {mirrored}");
+    }
+}
+
+/// With Tab. 3 and the rotor free, the damped bench has one peak below 1 kHz at l1.
+#[test]
+fn published_joint_values_leave_one_peak() {
+    let config = config("configs/tian-as-published.toml");
+    let structure = table_structure(&config.machine, Rods::Exact);
+    let mut network = structure.network();
+    network.update(&config.machine, &config.machine.start(), &Operating::at_nut(0.6));
+    let found = peaks(&network, SEARCH, &mut structure.workspace());
+    assert_eq!(found.len(), 1, "{found:?}");
+    assert!((found[0].frequency_hz - 109.7).abs() < 0.05, "{found:?}");
+}
+
+/// A nut damping as large as that of Tab. 3 moves the undamped 711 Hz at l4 to a peak near 855 Hz (rotor held, receptance).
+#[test]
+fn published_damping_moves_peaks() {
+    let config = config("configs/tian.toml");
+    let machine = &config.machine;
+    let structure = table_structure(machine, Rods::Exact);
+    let mut network = structure.network();
+    let mut numbers = machine.start();
+    for (id, value) in
+        [("k_al", 4.1e7), ("k_ar", 2.7e7), ("k_n", 7.09e8), ("k_m", 399.0), ("c_n", 2.25e5), ("c_m", 0.045), ("c_al", 1e3), ("c_ar", 1e3)]
+    {
+        numbers[machine.parameter(id).unwrap()] = value;
+    }
+    network.update(machine, &numbers, &Operating::at_nut(1.3));
+    let found = peaks(&network, SEARCH, &mut structure.workspace());
+    let highest = found.last().unwrap().frequency_hz;
+    assert!(highest > 800.0 && highest < 900.0, "{found:?}");
+}

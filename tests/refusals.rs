@@ -1,0 +1,157 @@
+//! Bad input: one clear message, exit code 2, nothing written.
+
+use std::fs;
+use std::path::Path;
+
+use assert_cmd::Command;
+
+const MANIFEST: &str = "measurements/tian/manifest.toml";
+const MODES: &str = "measurements/tian/modes.csv";
+const CONFIG: &str = "configs/tian.toml";
+
+/// Runs the command; it must fail with 2, say all of `expected` in one line, and leave `out` alone.
+fn refused(arguments: &[&str], expected: &[&str]) {
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().join("out");
+    let output = Command::cargo_bin("jointid").unwrap().args(arguments).arg("--out").arg(&out).output().unwrap();
+    let message = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(output.status.code(), Some(2), "{arguments:?}: {message}");
+    assert!(output.stdout.is_empty());
+    for part in expected {
+        assert!(message.contains(part), "{arguments:?}: «{part}» is not in: {message}");
+    }
+    assert_eq!(message.trim().lines().count(), 1, "{message}");
+    assert!(!message.contains("Error {") && !message.contains("RUST_BACKTRACE"), "{message}");
+    assert!(!out.join("identification.json").exists());
+    assert!(!out.exists() || fs::read_dir(&out).unwrap().next().is_none());
+}
+
+/// The bench's set with one replacement in one of its files.
+fn set_with(file: &str, find: &str, put: &str) -> tempfile::TempDir {
+    let folder = tempfile::tempdir().unwrap();
+    for (path, name) in [(MANIFEST, "manifest.toml"), (MODES, "modes.csv"), ("measurements/tian/published.csv", "published.csv")] {
+        let text = fs::read_to_string(path).unwrap();
+        let text = if name == file {
+            assert!(text.contains(find), "{find}");
+            text.replacen(find, put, 1)
+        } else {
+            text
+        };
+        fs::write(folder.path().join(name), text).unwrap();
+    }
+    folder
+}
+
+fn refuse_set(file: &str, find: &str, put: &str, expected: &[&str]) {
+    let folder = set_with(file, find, put);
+    refused(&["identify", "--measurements", folder.path().to_str().unwrap()], expected);
+}
+
+fn refuse_config(find: &str, put: &str, expected: &[&str]) {
+    let folder = tempfile::tempdir().unwrap();
+    let text = fs::read_to_string(CONFIG).unwrap();
+    assert!(text.contains(find), "{find}");
+    let path = folder.path().join("machine.toml");
+    fs::write(&path, text.replacen(find, put, 1)).unwrap();
+    refused(&["identify", "--config", path.to_str().unwrap()], expected);
+}
+
+#[test]
+fn refuse_keys_that_are_missing_or_unknown() {
+    refuse_set("manifest.toml", "quantity = \"mobility\"\n", "", &["manifest.toml", "quantity", "receptance, mobility, accelerance"]);
+    refuse_set("manifest.toml", "title = ", "titel = ", &["manifest.toml", "line", "titel"]);
+    refuse_set("manifest.toml", "response = \"table\"", "response = \"tabel\"", &["tabel", "table"]);
+    refuse_set("manifest.toml", "\"mobility\"", "\"mobilty\"", &["manifest.toml, line", "mobilty", "accelerance"]);
+    refuse_config("title = ", "titel = ", &["machine.toml, line", "titel"]);
+    refuse_config("lower = 5e6\n", "", &["machine.toml, line", "lower"]);
+    refuse_config("stiffness = \"k_al\"", "stiffness = \"k_la\"", &["joint.bearing-left.stiffness", "k_la", "k_al"]);
+    refuse_config("between = [\"left\", \"ground\"]", "between = [\"lft\", \"ground\"]", &["joint.bearing-left", "lft", "left"]);
+    refuse_config("effects = [\"rotor-hold\"]", "effects = [\"rotor-hlod\"]", &["rotor-hlod", "rotor-hold"]);
+}
+
+#[test]
+fn refuse_numbers_that_make_no_sense() {
+    refuse_config("length_m = 2.6", "length_m = -2.6", &["shaft.screw.length_m", "-2.6", "above 0"]);
+    refuse_config("mass_kg = 272.0", "mass_kg = 0.0", &["point.table.mass_kg", "0"]);
+    refuse_config("mass_kg = 272.0", "mass_kg = nan", &["point.table.mass_kg", "NaN"]);
+    refuse_config("upper = 5e8", "upper = 5e6", &["parameter.k_al.lower", "lower < upper"]);
+    refuse_config("start = 5e7", "start = 5e9", &["parameter.k_al.start", "outside"]);
+    refuse_set("manifest.toml", "nut_m = 0.6", "nut_m = 2.6", &["l1", "outside the screw", "2.6"]);
+    refuse_set("manifest.toml", "nut_m = 0.6", "nut_m = -0.6", &["l1", "outside the screw"]);
+    refuse_set("manifest.toml", "frequency_resolution_hz = 1.0", "frequency_resolution_hz = -1.0", &["frequency_resolution_hz", "-1"]);
+    refused(&["identify", "--amplitude-sd", "0"], &["--amplitude-sd", "above 0"]);
+}
+
+#[test]
+fn refuse_cells_that_are_no_numbers() {
+    refuse_set("modes.csv", "l1,1,24,", "l1,1,NaN,", &["modes.csv, line 2", "frequency_hz", "NaN"]);
+    refuse_set("modes.csv", "l1,2,118,", "l1,2,about 118,", &["modes.csv, line 3", "about 118"]);
+    refuse_set("modes.csv", "l1,2,118,", "l1,2,-118,", &["modes.csv, line 3", "above 0"]);
+    refuse_set("modes.csv", "l1,2,118,", "l1,2,118,2,", &["modes.csv, line 3", "cells"]);
+    refuse_set("modes.csv", "l1,1,24,", "l9,1,24,", &["modes.csv, line 2", "l9", "l1, l2"]);
+    refuse_set("modes.csv", "l1,2,118,", "l1,1,118,", &["modes.csv, line 3", "twice"]);
+    refuse_set("modes.csv", "position,order,frequency_hz", "position,order,frequency", &["modes.csv, line 1", "frequency"]);
+}
+
+#[test]
+fn refuse_positions_that_are_not_there() {
+    refused(&["identify", "--positions", "l1,l7"], &["l7", "l1, l2, l3, l4, l5, l6"]);
+    refused(&["identify", "--positions", "l1,l1"], &["l1", "twice"]);
+    refuse_set("manifest.toml", "name = \"l2\"", "name = \"l1\"", &["manifest.toml", "l1", "twice"]);
+    refuse_set("manifest.toml", "fit = [\"l1\", \"l3\", \"l5\"]", "fit = [\"l1\", \"l8\"]", &["split.fit", "l8"]);
+    refused(&["compare", "--single", "l0"], &["l0", "l1"]);
+}
+
+#[test]
+fn refuse_nothing_observed() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    fs::write(at.join("manifest.toml"), "title = \"nothing\"\n").unwrap();
+    refused(&["identify", "--measurements", at.to_str().unwrap()], &["manifest.toml", "no observation"]);
+    let empty = "position,order,frequency_hz,amplitude\nl1,1,,\n";
+    let text = fs::read_to_string(MANIFEST).unwrap();
+    fs::write(at.join("manifest.toml"), text).unwrap();
+    fs::write(at.join("modes.csv"), empty).unwrap();
+    fs::copy("measurements/tian/published.csv", at.join("published.csv")).unwrap();
+    refused(&["identify", "--measurements", at.to_str().unwrap()], &["modes.csv", "no observation"]);
+}
+
+#[test]
+fn refuse_files_that_are_empty_folders_or_missing() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("machine.toml");
+    fs::write(&path, "").unwrap();
+    refused(&["identify", "--config", path.to_str().unwrap()], &["machine.toml", "is empty"]);
+    refused(&["identify", "--config", folder.path().to_str().unwrap()], &["is a folder"]);
+    refused(&["identify", "--config", "nowhere.toml"], &["nowhere.toml", "no such file"]);
+    refused(&["identify", "--measurements", "nowhere"], &["nowhere", "no such folder"]);
+    refused(&["identify", "--measurements", path.to_str().unwrap()], &["is a file"]);
+    fs::write(folder.path().join("manifest.toml"), "").unwrap();
+    refused(&["identify", "--measurements", folder.path().to_str().unwrap()], &["manifest.toml", "is empty"]);
+    fs::write(folder.path().join("manifest.toml"), [0xff, 0xfe, 0x00]).unwrap();
+    refused(&["identify", "--measurements", folder.path().to_str().unwrap()], &["manifest.toml", "UTF-8"]);
+    refused(&["validate", "--result", "nowhere.json"], &["nowhere.json", "identify"]);
+}
+
+#[test]
+fn refuse_overrides_that_do_not_fit() {
+    refused(&["identify", "--set", "parameter.k_x.start=3"], &["--set parameter.k_x.start=3", "k_x", "k_al"]);
+    refused(&["identify", "--set", "point.table.mass_kg"], &["--set", "key.path=value"]);
+    refused(&["identify", "--set", "point.table.mass=3"], &["--set", "mass"]);
+    refused(&["identify", "--without", "backlash"], &["backlash", "rotor-hold"]);
+    refused(&["identify", "--freeze", "k_x"], &["k_x", "k_al"]);
+}
+
+#[test]
+fn refuse_a_folder_that_cannot_be_written() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("results");
+    fs::write(&file, "mine").unwrap();
+    for out in [file.clone(), file.join("below")] {
+        let output = Command::cargo_bin("jointid").unwrap().args(["identify", "--out"]).arg(&out).output().unwrap();
+        assert_eq!(output.status.code(), Some(2));
+        let message = String::from_utf8(output.stderr).unwrap();
+        assert!(message.contains("is a file") || message.contains("Not a directory"), "{message}");
+    }
+    assert_eq!(fs::read_to_string(Path::new(&file)).unwrap(), "mine");
+}

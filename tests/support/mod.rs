@@ -1,0 +1,42 @@
+//! Truths and helpers for the tests, none of which use the model under test.
+
+pub mod bench_equations;
+pub mod finite_elements;
+
+use std::sync::Arc;
+
+use jointid::config::{MachineConfig, read_machine};
+use jointid::machine::Machine;
+use jointid::model::{Rods, Structure};
+
+/// The bench with its rotor held, or as published.
+pub fn config(name: &str) -> MachineConfig {
+    read_machine(name, &[], &[]).unwrap()
+}
+
+/// Table over table.
+pub fn table_structure(machine: &Machine, rods: Rods) -> Arc<Structure> {
+    let table = machine.point("table").unwrap();
+    Arc::new(Structure::new(machine, table, table, rods).unwrap())
+}
+
+/// Nut positions of the bench (m).
+pub const POSITIONS: [(&str, f64); 6] = [("l1", 0.6), ("l2", 0.8), ("l3", 1.0), ("l4", 1.3), ("l5", 1.6), ("l6", 1.9)];
+
+/// A small reproducible source of numbers in [0, 1).
+pub struct Draws(pub u64);
+
+impl Draws {
+    pub fn next(&mut self) -> f64 {
+        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let mut z = self.0;
+        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        ((z ^ (z >> 31)) >> 11) as f64 / (1_u64 << 53) as f64
+    }
+
+    pub fn normal(&mut self) -> f64 {
+        let u = 1.0 - self.next();
+        (-2.0 * u.ln()).sqrt() * (std::f64::consts::TAU * self.next()).cos()
+    }
+}
