@@ -6,6 +6,7 @@ mod support;
 mod architecture;
 mod bench;
 mod command;
+mod import;
 mod model;
 mod peaks;
 mod recovery;

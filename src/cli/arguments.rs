@@ -25,6 +25,14 @@ pub enum Command {
     /// Set multi-position against single-position identification
     #[command(after_help = "Example:\n  jointid compare --positions l1,l3,l5 --single l3,l5")]
     Compare(CompareArguments),
+    /// Make a measurement set of universal files or tables
+    #[command(
+        after_help = "Example:\n  jointid import tap.uff --list\n  jointid import tap.uff --out bench --pattern 'pos {}' --nut-m l1=0.6"
+    )]
+    Import(ImportArguments),
+    /// Write the FRFs of a measurement set as a universal file
+    #[command(after_help = "Example:\n  jointid export --measurements bench --out bench.uff")]
+    Export(ExportArguments),
     /// Compute modes or FRFs of a machine
     #[command(after_help = "Example:\n  jointid simulate modes --config configs/tian-as-published.toml --position l1")]
     Simulate(SimulateArguments),
@@ -254,4 +262,62 @@ pub struct FrfArguments {
     pub quantity: QuantityName,
     #[command(flatten)]
     pub output: Output,
+}
+
+/// `import`.
+#[derive(Debug, Args)]
+pub struct ImportArguments {
+    /// Universal files (dataset 58, 58b) or tables (.csv, .tsv)
+    #[arg(required = true, value_name = "FILE")]
+    pub files: Vec<PathBuf>,
+    /// Folder of the new measurement set
+    #[arg(long, value_name = "DIR")]
+    pub out: Option<PathBuf>,
+    /// Show what the files hold, from their headers alone
+    #[arg(long)]
+    pub list: bool,
+    /// Quantity, where the files do not say it
+    #[arg(long, value_enum)]
+    pub quantity: Option<QuantityName>,
+    /// Position of all records
+    #[arg(long, value_name = "NAME")]
+    pub position: Option<String>,
+    /// Position's name as {} in file names, ID lines or entities, e.g. 'pos {}'
+    #[arg(long, value_name = "TEXT")]
+    pub pattern: Option<String>,
+    /// Table record,position,response,excitation
+    #[arg(long, value_name = "FILE")]
+    pub map: Option<PathBuf>,
+    /// Nut position of a position, e.g. l1=0.6
+    #[arg(long, value_name = "NAME=M", value_delimiter = ',')]
+    pub nut_m: Vec<String>,
+    /// Point of the machine that responds, of all records
+    #[arg(long, value_name = "POINT")]
+    pub response: Option<String>,
+    /// Point of the machine that is excited, of all records
+    #[arg(long, value_name = "POINT")]
+    pub excitation: Option<String>,
+    /// Records averaged for each FRF; needed to use a coherence
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
+    pub averages: Option<u32>,
+    /// Title of the set
+    #[arg(long, value_name = "TEXT")]
+    pub title: Option<String>,
+    /// Say nothing but results and errors
+    #[arg(short, long)]
+    pub quiet: bool,
+}
+
+/// `export`.
+#[derive(Debug, Args)]
+pub struct ExportArguments {
+    /// Folder of the measurement set
+    #[arg(long, value_name = "DIR")]
+    pub measurements: String,
+    /// File to write
+    #[arg(long, value_name = "FILE")]
+    pub out: PathBuf,
+    /// Dataset 58b, binary, instead of text
+    #[arg(long)]
+    pub binary: bool,
 }

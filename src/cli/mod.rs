@@ -4,6 +4,7 @@ mod arguments;
 mod common;
 mod compare;
 mod identify;
+mod import;
 mod progress;
 mod rows;
 mod simulate;
@@ -23,6 +24,8 @@ pub fn run() -> ExitCode {
         Command::Identify(given) => identify::run(&given),
         Command::Validate(given) => validate::run(&given),
         Command::Compare(given) => compare::run(&given),
+        Command::Import(given) => import::import(&given),
+        Command::Export(given) => import::export(&given),
         Command::Simulate(given) => simulate::run(&given),
     };
     match outcome {

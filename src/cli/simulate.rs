@@ -4,10 +4,10 @@ use std::collections::BTreeMap;
 use std::fmt::Write;
 use std::sync::Arc;
 
-use super::arguments::{FrfArguments, ModesArguments, QuantityName, SimulateArguments, Simulation};
+use super::arguments::{FrfArguments, ModesArguments, SimulateArguments, Simulation};
 use super::common::{CommandResult, Loaded, Outcome, deliver, load, prepare, read_document, rods, stamp, told};
+use super::import::quantity;
 use crate::machine::{Machine, Operating};
-use crate::measurement::Quantity;
 use crate::model::{Rods, Structure, undamped_modes};
 use crate::report::document::{Frfs, Identification, ModeRow, Modes};
 use crate::unit::omega_rad_s;
@@ -127,11 +127,7 @@ fn frf(given: &FrfArguments) -> CommandResult {
         }
     }
     let folder = prepare(&given.output)?;
-    let quantity = match given.quantity {
-        QuantityName::Receptance => Quantity::Receptance,
-        QuantityName::Mobility => Quantity::Mobility,
-        QuantityName::Accelerance => Quantity::Accelerance,
-    };
+    let quantity = quantity(given.quantity);
     let structure = Arc::new(Structure::new(machine, response, excitation, Rods::Exact).map_err(told)?);
     let (mut network, mut work) = (structure.network(), structure.workspace());
     let frequency_hz: Vec<f64> = (0..lines).map(|i| from + step * i as f64).collect();

@@ -3,6 +3,7 @@
 mod embedded;
 mod error;
 mod frf;
+pub mod import;
 mod manifest;
 mod modes;
 mod quantity;

@@ -52,7 +52,8 @@ impl OutputFolder {
     /// # Errors  the disk is full, or writing is not permitted.
     pub fn write(&self, name: &str, content: &[u8]) -> Result<PathBuf, String> {
         let target = self.path.join(name);
-        let temporary = self.path.join(format!(".{name}.{}", std::process::id()));
+        let file = target.file_name().map_or_else(|| "result".into(), |f| f.to_string_lossy().into_owned());
+        let temporary = target.with_file_name(format!(".{file}.{}", std::process::id()));
         let written = fs::File::create(&temporary)
             .and_then(|mut file| file.write_all(content).and_then(|()| file.sync_all()))
             .and_then(|()| fs::rename(&temporary, &target));

@@ -1,0 +1,129 @@
+//! An FRF from a table in CSV: frequency with real and imaginary part, or with magnitude and phase.
+
+use num_complex::Complex64;
+
+use super::ImportedFrf;
+use crate::measurement::Quantity;
+
+/// What a column holds, by the usual names.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Column {
+    Frequency,
+    Real,
+    Imaginary,
+    Magnitude,
+    PhaseDegrees,
+    PhaseRadians,
+    PhaseOfNoUnit,
+    Coherence,
+}
+
+fn column(name: &str) -> Option<Column> {
+    let plain: String = name.trim().trim_start_matches('\u{feff}').to_lowercase();
+    let letters: String = plain.chars().map(|c| if c.is_alphanumeric() { c } else { ' ' }).collect();
+    let words: Vec<&str> = letters.split_whitespace().collect();
+    let any = |names: &[&str]| words.iter().any(|w| names.contains(w));
+    if any(&["phase", "angle", "arg"]) {
+        return Some(if any(&["deg", "degree", "degrees"]) || plain.contains('°') {
+            Column::PhaseDegrees
+        } else if any(&["rad", "radian", "radians"]) {
+            Column::PhaseRadians
+        } else {
+            Column::PhaseOfNoUnit
+        });
+    }
+    let kinds: [(&[&str], Column); 5] = [
+        (&["frequency", "freq", "f", "hz"], Column::Frequency),
+        (&["real", "re"], Column::Real),
+        (&["imag", "imaginary", "im"], Column::Imaginary),
+        (&["magnitude", "mag", "amplitude", "abs", "modulus"], Column::Magnitude),
+        (&["coherence", "coh", "gamma2"], Column::Coherence),
+    ];
+    kinds.iter().find(|(names, _)| any(names)).map(|k| k.1)
+}
+
+/// Reads an FRF from a table with a header line, separated by commas, semicolons or tabs.
+///
+/// # Errors  no header, a column missing or of no unit, a cell that is no number; no quantity was asked for.
+pub fn frf_from_csv(source: &str, stem: &str, text: &str, asked: Option<Quantity>) -> Result<ImportedFrf, String> {
+    let quantity = asked
+        .ok_or_else(|| format!("{source}: a table does not say its quantity; write --quantity receptance, mobility or accelerance"))?;
+    let first = text.lines().next().unwrap_or("");
+    let separator = [b';', b'\t', b','].into_iter().max_by_key(|s| first.bytes().filter(|b| b == s).count()).unwrap_or(b',');
+    let mut reader = csv::ReaderBuilder::new().delimiter(separator).trim(csv::Trim::All).from_reader(text.as_bytes());
+    let header = reader.headers().map_err(|e| format!("{source}: is no table: {e}"))?.clone();
+    let kinds: Vec<Option<Column>> = header.iter().map(column).collect();
+    let find = |wanted: Column| kinds.iter().position(|k| *k == Some(wanted));
+    if find(Column::PhaseOfNoUnit).is_some() {
+        return Err(format!("{source}, line 1: the phase has no unit; name the column phase_deg or phase_rad"));
+    }
+    let frequency = find(Column::Frequency).ok_or_else(|| format!("{source}, line 1: no frequency column; name one frequency_hz"))?;
+    let polar = find(Column::Magnitude).zip(find(Column::PhaseDegrees).or(find(Column::PhaseRadians)));
+    let (first, second, is_polar) = match (find(Column::Real).zip(find(Column::Imaginary)), polar) {
+        (Some((re, im)), _) => (re, im, false),
+        (None, Some((magnitude, phase))) => (magnitude, phase, true),
+        (None, None) => {
+            return Err(format!(
+                "{source}, line 1: write columns real,imag or magnitude,phase_deg (or phase_rad); found {}",
+                header.iter().collect::<Vec<_>>().join(", ")
+            ));
+        }
+    };
+    let to_rad = if find(Column::PhaseDegrees).is_some() { std::f64::consts::PI / 180.0 } else { 1.0 };
+    let coherence = find(Column::Coherence);
+    let (mut frequency_hz, mut values, mut gammas) = (Vec::new(), Vec::new(), Vec::new());
+    for record in reader.records() {
+        let record = record.map_err(|e| format!("{source}: {e}"))?;
+        let line = record.position().map_or(0, csv::Position::line);
+        let number = |at: usize| {
+            let cell = record.get(at).unwrap_or("");
+            cell.parse::<f64>().ok().filter(|x| x.is_finite()).ok_or_else(|| {
+                let hint = if cell.contains(',') { "; write decimal points" } else { "" };
+                format!("{source}, line {line}: {} is «{cell}»; write a finite number{hint}", header.get(at).unwrap_or(""))
+            })
+        };
+        let (a, b) = (number(first)?, number(second)?);
+        frequency_hz.push(number(frequency)?);
+        values.push(if is_polar { Complex64::from_polar(a, b * to_rad) } else { Complex64::new(a, b) });
+        if let Some(at) = coherence {
+            gammas.push(number(at)?);
+        }
+    }
+    ImportedFrf {
+        name: stem.into(),
+        source: source.into(),
+        texts: Vec::new(),
+        response: "response".into(),
+        excitation: "excitation".into(),
+        quantity,
+        frequency_hz,
+        values,
+        coherence: coherence.map(|_| gammas),
+        dropped: 0,
+        warnings: vec![format!("{stem}: a table has no units; taken as SI")],
+    }
+    .checked()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn both_forms_give_the_same_numbers() {
+        let a = frf_from_csv("a.csv", "a", "Frequency (Hz),Real,Imag\n0,1,0\n10,0,-2\n", Some(Quantity::Receptance)).unwrap();
+        let b = frf_from_csv("b.csv", "b", "freq;mag;phase [deg];coherence\n10;2;-90;0.99\n", Some(Quantity::Receptance)).unwrap();
+        assert_eq!(a.frequency_hz, [10.0]);
+        assert!((a.values[0] - b.values[0]).norm() < 1e-12);
+        assert_eq!(b.coherence, Some(vec![0.99]));
+    }
+
+    #[test]
+    fn refuse_a_phase_of_no_unit_and_decimal_commas() {
+        let phase = frf_from_csv("a.csv", "a", "f,mag,phase\n1,1,1\n", Some(Quantity::Receptance)).unwrap_err();
+        assert!(phase.contains("phase_deg"), "{phase}");
+        let comma = frf_from_csv("a.csv", "a", "f;re;im\n1,5;1;1\n", Some(Quantity::Receptance)).unwrap_err();
+        assert!(comma.contains("line 2") && comma.contains("points"), "{comma}");
+        assert!(frf_from_csv("a.csv", "a", "f,re,im\n1,1,1\n", None).unwrap_err().contains("--quantity"));
+    }
+}

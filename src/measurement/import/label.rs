@@ -1,0 +1,57 @@
+//! What the text of a unit says.
+
+use crate::measurement::Quantity;
+
+/// A response unit: its quantity and its size in SI units.
+pub(super) fn response(label: &str) -> Option<(Quantity, f64)> {
+    let plain: String =
+        label.trim().to_lowercase().replace(['^', '*', '(', ')', '[', ']', ' '], "").replace('²', "2").replace('µ', "u").replace('μ', "u");
+    let length = |prefix: &str| match prefix {
+        "m" => Some(1.0),
+        "cm" => Some(1e-2),
+        "mm" => Some(1e-3),
+        "um" => Some(1e-6),
+        "nm" => Some(1e-9),
+        "in" => Some(0.0254),
+        "ft" => Some(0.3048),
+        _ => None,
+    };
+    if ["g", "gn"].contains(&plain.as_str()) {
+        return Some((Quantity::Accelerance, 9.806_65));
+    }
+    if let Some(prefix) = plain.strip_suffix("/s2").or_else(|| plain.strip_suffix("/s/s")) {
+        return length(prefix).map(|l| (Quantity::Accelerance, l));
+    }
+    if let Some(prefix) = plain.strip_suffix("/s") {
+        return length(prefix).map(|l| (Quantity::Mobility, l));
+    }
+    length(&plain).map(|l| (Quantity::Receptance, l))
+}
+
+/// A force unit's size in N.
+pub(super) fn force(label: &str) -> Option<f64> {
+    match label.trim().to_lowercase().as_str() {
+        "n" => Some(1.0),
+        "mn" => Some(1e-3),
+        "kn" => Some(1e3),
+        "lbf" | "lb" => Some(4.448_221_615_260_5),
+        "kgf" | "kp" => Some(9.806_65),
+        _ => None,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn units_say_quantity_and_size() {
+        assert_eq!(response("m/s^2"), Some((Quantity::Accelerance, 1.0)));
+        assert_eq!(response("mm/s"), Some((Quantity::Mobility, 1e-3)));
+        assert_eq!(response("µm"), Some((Quantity::Receptance, 1e-6)));
+        assert_eq!(response("g"), Some((Quantity::Accelerance, 9.806_65)));
+        assert_eq!(response("V"), None);
+        assert_eq!(force("kN"), Some(1e3));
+        assert_eq!(force("V"), None);
+    }
+}

@@ -1,0 +1,150 @@
+//! FRFs of a universal file: quantity and units from the codes of each record.
+
+use num_complex::Complex64;
+
+use super::{ImportedFrf, label};
+use crate::measurement::Quantity;
+use crate::measurement::universal::{Axis, Location, Ordinate, Record, UniversalFile, data_type, function_type};
+
+/// Largest difference of two abscissas that are the same, relative.
+const SAME: f64 = 1e-6;
+
+/// The FRFs of a universal file, each with its coherence where the file holds one; and what was passed over.
+///
+/// `asked` is the quantity of records whose codes and units say nothing.
+///
+/// # Errors  such a record without `asked`; a record that is no FRF by its numbers.
+pub fn frfs_from_universal(
+    source: &str,
+    stem: &str,
+    file: &UniversalFile,
+    asked: Option<Quantity>,
+) -> Result<(Vec<ImportedFrf>, Vec<String>), String> {
+    let mut notes: Vec<String> = file.warnings.iter().map(|w| format!("{source}: {w}")).collect();
+    for skipped in &file.skipped {
+        notes.push(format!("{source}: dataset {} is not read ({} ×)", skipped.number, skipped.times));
+    }
+    let wanted: Vec<&Record> = file.functions.iter().filter(|r| r.header.function_type == function_type::FREQUENCY_RESPONSE).collect();
+    for other in
+        file.functions.iter().filter(|r| ![function_type::FREQUENCY_RESPONSE, function_type::COHERENCE].contains(&r.header.function_type))
+    {
+        notes.push(format!("{source}: a record of function type {} is no FRF and is passed over", other.header.function_type));
+    }
+    let coherences: Vec<&Record> = file.functions.iter().filter(|r| r.header.function_type == function_type::COHERENCE).collect();
+    let mut frfs = Vec::new();
+    for (at, record) in wanted.iter().enumerate() {
+        let name = if wanted.len() == 1 { stem.to_string() } else { format!("{stem}-{}", at + 1) };
+        let frf = one(source, name, record, &coherences, asked);
+        frfs.push(frf.map_err(|e| if e.starts_with(source) { e } else { format!("{source}, record {e}") })?);
+    }
+    Ok((frfs, notes))
+}
+
+/// Point, sign and axis, for example `7:+Z`, after the entity's name where it has one.
+fn point(location: &Location) -> String {
+    let axis = match location.direction.abs() {
+        1 => "X",
+        2 => "Y",
+        3 => "Z",
+        4 => "RX",
+        5 => "RY",
+        6 => "RZ",
+        _ => "",
+    };
+    let sign = if axis.is_empty() {
+        ""
+    } else if location.direction < 0 {
+        "-"
+    } else {
+        "+"
+    };
+    let entity = location.entity.trim();
+    let entity = if entity.is_empty() || entity == "NONE" { String::new() } else { format!("{entity}:") };
+    if axis.is_empty() { format!("{entity}{}", location.node) } else { format!("{entity}{}:{sign}{axis}", location.node) }
+}
+
+fn one(source: &str, name: String, record: &Record, coherences: &[&Record], asked: Option<Quantity>) -> Result<ImportedFrf, String> {
+    let header = &record.header;
+    let mut warnings: Vec<String> = header.warnings.iter().map(|w| format!("{name}: {w}")).collect();
+    let (quantity, scale) = quantity_and_scale(&name, record, asked, &mut warnings)?;
+    let Ordinate::Complex(values) = &record.ordinate else {
+        return Err(format!("{name}: the FRF is stored as real numbers, without phase; export it as complex"));
+    };
+    let frequency_hz = record.abscissa.values();
+    let same = |other: &&&Record| {
+        let h = &other.header;
+        h.response == header.response
+            && h.reference.node == header.reference.node
+            && other.ordinate.len() == values.len()
+            && other.abscissa.values().iter().zip(&frequency_hz).all(|(a, b)| (a - b).abs() <= SAME * b.abs().max(SAME))
+    };
+    let coherence = coherences.iter().find(same).and_then(|c| match &c.ordinate {
+        Ordinate::Real(values) => Some(values.clone()),
+        Ordinate::Complex(_) => None,
+    });
+    let entity = |l: &Location| l.entity.trim().to_string();
+    ImportedFrf {
+        source: source.into(),
+        texts: header.id_lines.iter().map(|l| l.trim().to_string()).chain([entity(&header.response), entity(&header.reference)]).collect(),
+        response: point(&header.response),
+        excitation: point(&header.reference),
+        quantity,
+        values: values.iter().map(|v: &Complex64| v * scale).collect(),
+        frequency_hz,
+        coherence,
+        dropped: 0,
+        warnings,
+        name,
+    }
+    .checked()
+}
+
+/// The quantity, and the factor from the file's units to SI.
+fn quantity_and_scale(name: &str, record: &Record, asked: Option<Quantity>, warnings: &mut Vec<String>) -> Result<(Quantity, f64), String> {
+    let header = &record.header;
+    let text = |axis: &Axis| axis.unit().map(str::to_string);
+    let (over, under) = (text(&header.ordinate), text(&header.denominator));
+    let by_label = over.as_deref().and_then(label::response);
+    let by_code = match header.ordinate.data_type {
+        data_type::DISPLACEMENT => Some(Quantity::Receptance),
+        data_type::VELOCITY => Some(Quantity::Mobility),
+        data_type::ACCELERATION => Some(Quantity::Accelerance),
+        _ => None,
+    };
+    if ![data_type::EXCITATION_FORCE, data_type::REACTION_FORCE].contains(&header.denominator.data_type)
+        && under.as_deref().and_then(label::force).is_none()
+    {
+        warnings.push(format!("{name}: neither code nor unit says that the reference is a force; taken as one in N"));
+    }
+    let quantity = by_code.or(by_label.map(|l| l.0)).or(asked).ok_or_else(|| {
+        format!("{name}: neither code nor unit says what the response is; write --quantity receptance, mobility or accelerance")
+    })?;
+    if let Some((by_label, _)) = by_label.filter(|l| l.0 != quantity) {
+        warnings.push(format!(
+            "{name}: the code says {}, the unit «{}» {}; the code is taken",
+            quantity.word(),
+            over.as_deref().unwrap_or(""),
+            by_label.word()
+        ));
+    }
+    let scale = match &header.units {
+        Some(units) => {
+            if over.as_deref().is_some_and(|o| o.trim().eq_ignore_ascii_case("g")) {
+                warnings.push(format!("{name}: the unit is «g», but dataset 164 gives factors of length and force; the factors are taken"));
+            }
+            units.length_m(1.0) / units.force_n(1.0)
+        }
+        None => {
+            let response = by_label.filter(|l| l.0 == quantity).map(|l| l.1);
+            let force = under.as_deref().and_then(label::force);
+            if response.is_none() || force.is_none() {
+                warnings.push(format!(
+                    "{name}: no dataset 164 and no unit for {}; taken as SI",
+                    if response.is_none() { "the response" } else { "the force" }
+                ));
+            }
+            response.unwrap_or(1.0) / force.unwrap_or(1.0)
+        }
+    };
+    Ok((quantity, scale))
+}

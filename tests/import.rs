@@ -1,0 +1,127 @@
+//! FRFs of other programs in, and out again.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use assert_cmd::Command;
+use jointid::measurement::{Quantity, read_set};
+
+fn jointid() -> Command {
+    Command::cargo_bin("jointid").unwrap()
+}
+
+fn real_files() -> Option<PathBuf> {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/realdata/uff");
+    if folder.is_dir() {
+        return Some(folder);
+    }
+    println!("skipped: no data");
+    None
+}
+
+/// A set with two FRFs, written by hand.
+fn small_set(folder: &Path) {
+    fs::write(
+        folder.join("manifest.toml"),
+        "title = \"small\"\nquantity = \"mobility\"\nresponse = \"table\"\nexcitation = \"table\"\n\
+         [[position]]\nname = \"l1\"\nnut_m = 0.6\n[[frf]]\nposition = \"l1\"\nfile = \"a.csv\"\n[[frf]]\nposition = \"l1\"\nfile = \"b.csv\"\n",
+    )
+    .unwrap();
+    fs::write(folder.join("a.csv"), "frequency_hz,real,imag\n10.0,1e-9,-2.5e-7\n11.0,1.25e-9,-2e-7\n12.5,3e-9,1e-8\n").unwrap();
+    fs::write(folder.join("b.csv"), "frequency_hz,real,imag\n10.0,-1e-9,-2.5e-7\n11.0,-1.25e-9,-2e-7\n").unwrap();
+}
+
+#[test]
+fn limit_export_and_import_give_the_same_numbers() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = |name: &str| folder.path().join(name);
+    fs::create_dir(at("set")).unwrap();
+    small_set(&at("set"));
+    for (binary, file) in [(false, "text.uff"), (true, "binary.uff")] {
+        let mut command = jointid();
+        command.args(["export", "--measurements"]).arg(at("set")).arg("--out").arg(at(file));
+        if binary {
+            command.arg("--binary");
+        }
+        command.assert().success();
+        let out = at(&format!("{file}-set"));
+        jointid()
+            .arg("import")
+            .arg(at(file))
+            .arg("--out")
+            .arg(&out)
+            .args(["--pattern", "position {}", "--nut-m", "l1=0.6", "--response", "table", "--excitation", "table"])
+            .assert()
+            .success();
+        let (there, back) = (read_set(at("set").to_str().unwrap()).unwrap(), read_set(out.to_str().unwrap()).unwrap());
+        assert_eq!(back.positions, there.positions);
+        assert_eq!(back.frfs.len(), 2);
+        for (a, b) in there.frfs.iter().zip(&back.frfs) {
+            assert_eq!((b.quantity, b.lines.len()), (Quantity::Mobility, a.lines.len()));
+            for (x, y) in a.lines.iter().zip(&b.lines) {
+                assert!((x.frequency_hz - y.frequency_hz).abs() < 1e-6);
+                assert!((x.value - y.value).norm() <= 1e-11 * x.value.norm(), "{} {}", x.value, y.value);
+            }
+        }
+    }
+}
+
+#[test]
+fn published_beam_imports_with_its_quantity_and_a_warning_on_units() {
+    let Some(folder) = real_files() else { return };
+    let out = tempfile::tempdir().unwrap();
+    let set = out.path().join("set");
+    let output = jointid().arg("import").arg(folder.join("measurement.uff")).arg("--out").arg(&set).output().unwrap();
+    let told = String::from_utf8(output.stderr).unwrap();
+    assert!(output.status.success(), "{told}");
+    assert!(told.contains("taken as SI"), "{told}");
+    let set = read_set(set.to_str().unwrap()).unwrap();
+    assert_eq!(set.frfs.len(), 3);
+    assert!(set.frfs.iter().all(|f| f.quantity == Quantity::Accelerance && f.position.is_none() && f.lines.len() == 1000));
+}
+
+/// Every real file is read or refused by name, none crashes.
+#[test]
+fn every_real_file_is_read_or_refused() {
+    let Some(folder) = real_files() else { return };
+    for entry in fs::read_dir(folder).unwrap() {
+        let path = entry.unwrap().path();
+        let out = tempfile::tempdir().unwrap();
+        let output = jointid().arg("import").arg(&path).arg("--out").arg(out.path().join("set")).output().unwrap();
+        let told = String::from_utf8(output.stderr).unwrap();
+        let name = path.file_name().unwrap().to_string_lossy().into_owned();
+        match output.status.code() {
+            Some(0) => {}
+            Some(2) => {
+                assert!(told.contains(&name), "{told}");
+                assert!(!out.path().join("set").exists(), "{name} left something behind");
+            }
+            other => panic!("{name}: {other:?} {told}"),
+        }
+    }
+}
+
+#[test]
+fn refuse_what_cannot_be_imported() {
+    let folder = tempfile::tempdir().unwrap();
+    let refuse = |text: &str, file: &str, extra: &[&str], expected: &str| {
+        let path = folder.path().join(file);
+        fs::write(&path, text).unwrap();
+        let out = folder.path().join("set");
+        let output = jointid().arg("import").arg(&path).arg("--out").arg(&out).args(extra).output().unwrap();
+        let told = String::from_utf8(output.stderr).unwrap();
+        assert_eq!(output.status.code(), Some(2), "{told}");
+        assert!(told.contains(expected), "«{expected}» is not in: {told}");
+        assert!(!out.exists());
+    };
+    let table = "frequency_hz,real,imag\n10,1,1\n";
+    refuse(table, "a.csv", &[], "--quantity");
+    refuse("frequency_hz,real,imag\n10,1,1\n9,1,1\n", "b.csv", &["--quantity", "receptance"], "does not follow");
+    refuse("frequency_hz,real,imag\n-1,1,1\n", "c.csv", &["--quantity", "receptance"], "0 or above");
+    refuse("frequency_hz,real,imag,coherence\n1,1,1,1.5\n", "d.csv", &["--quantity", "receptance"], "between 0 and 1");
+    refuse("frequency_hz,real,imag\n1,NaN,1\n", "e.csv", &["--quantity", "receptance"], "line 2");
+    refuse(table, "f.csv", &["--quantity", "receptance", "--nut-m", "l1"], "NAME=M");
+    refuse(table, "g.csv", &["--quantity", "receptance", "--nut-m", "l9=0.5"], "l9");
+    refuse("no universal file", "h.uff", &[], "h.uff");
+    refuse("", "i.uff", &[], "i.uff");
+}
