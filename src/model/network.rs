@@ -219,7 +219,8 @@ impl Network {
         let shape = &self.structure;
         let pattern = &shape.elimination;
         let square = omega_rad_s * omega_rad_s;
-        for (((entry, k), c), h) in work.complex.iter_mut().zip(&self.stiffness).zip(&self.damping).zip(&self.loss) {
+        let spring_dampers = self.stiffness.iter().zip(&self.damping).zip(&self.loss);
+        for (entry, ((k, c), h)) in work.complex.iter_mut().zip(spring_dampers) {
             *entry = Complex64::new(*k, omega_rad_s * c + h);
         }
         for (slot, m) in shape.diagonal.iter().zip(&self.inertia) {

@@ -170,7 +170,7 @@ impl<'m> ModeObjective<'m> {
         let search = PeakSearch {
             from_hz: 0.5 * band_hz.0,
             to_hz: 1.35 * band_hz.1,
-            precision: 1e-8,
+            precision: 1e-7,
             omega_power: set.quantity.map_or(0, |q| q.power()),
         };
         let free = (0..machine.parameters.len())

@@ -5,7 +5,7 @@ use crate::measurement::Quantity;
 /// A response unit: its quantity and its size in SI units.
 pub(super) fn response(label: &str) -> Option<(Quantity, f64)> {
     let plain: String =
-        label.trim().to_lowercase().replace(['^', '*', '(', ')', '[', ']', ' '], "").replace('²', "2").replace('µ', "u").replace('μ', "u");
+        label.trim().to_lowercase().replace(['^', '*', '(', ')', '[', ']', ' '], "").replace('²', "2").replace(['µ', 'μ'], "u");
     let length = |prefix: &str| match prefix {
         "m" => Some(1.0),
         "cm" => Some(1e-2),
