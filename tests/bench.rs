@@ -33,7 +33,7 @@ fn regress_default_identification() {
     let logs = logs.filter_map(|d| Some((found.gain.gain * d.predicted?.amplitude / d.observed?.amplitude?).ln()));
     let rms = root_mean_square(logs).unwrap();
     assert!(rms < 0.16, "{rms}");
-    assert!(found.agree && found.complete);
+    assert!(found.agree == Some(true) && found.complete);
     for (id, value) in [("k_al", 3.980e7), ("k_ar", 2.891e7), ("k_n", 5.586e8), ("k_m", 399.8), ("c_n", 4.382e4), ("c_m", 0.04557)] {
         let ours = found.values[machine.parameter(id).unwrap()];
         assert!((ours / value - 1.0).abs() < 2e-3, "{id}: {ours} against {value}");
@@ -119,4 +119,29 @@ fn published_overall_errors_follow_from_the_printed_frequencies() {
         let overall = 100.0 * root_sum_square(errors).unwrap();
         assert!((overall - percent).abs() < 0.021, "{fit} at {position}: {overall:.3} against {percent}");
     }
+}
+
+/// What is held out does not reach the fit: other held-out data, the same bits.
+#[test]
+fn limit_held_out_data_do_not_reach_the_fit() {
+    let config = config("configs/tian.toml");
+    let set = read_set("measurements/tian").unwrap();
+    let mut other = set.clone();
+    let table = other.modes.as_mut().unwrap();
+    table.positions[5][3].frequency_hz = Some(1500.0);
+    table.positions[1][0].frequency_hz = Some(12.4);
+    let plan = Plan { repeats: 1, ..Plan::default() };
+    let values = |set: &jointid::measurement::MeasurementSet| {
+        let (fit, held_out) = set.split(None).unwrap();
+        identify(&config.machine, &fit, &held_out, &plan, &Control::default()).unwrap().values
+    };
+    assert_eq!(values(&set), values(&other));
+}
+
+/// The interval of the gain tells that it trades against the dampings: a refit with the gain held at 0.2 costs Δχ² of 4 to 5 at a misfit of 2.5.
+#[test]
+fn regress_the_gain_is_less_sure_than_its_amplitudes() {
+    let (_, found) = run_on(&["l1", "l3", "l5"], &Plan { repeats: 1, ..Plan::default() });
+    let (low, high) = found.gain_interval95.unwrap();
+    assert!(low < 0.22 && high > 0.33, "{low} {high}");
 }

@@ -45,7 +45,7 @@ fn identify_runs_from_any_folder_and_says_what_the_contract_says() {
     let validation = json(&["validate", "--result", result]);
     assert_eq!(validation["schema"], "jointid/validation/1");
     let largest = validation["largest_error"].as_f64().unwrap();
-    assert!((largest - document["derived"]["largest_frequency_error_held_out"].as_f64().unwrap()).abs() < 1e-9);
+    assert!((largest - document["derived"]["largest_frequency_error_held_out"].as_f64().unwrap()).abs() < 2e-7); // the precision of a peak
     assert!(validation["positions"].get("l1").is_none());
     jointid().args(["validate", "--result", result, "--fail-above", "0.0295"]).assert().code(0);
     jointid().args(["validate", "--result", result, "--fail-above", "0.001"]).assert().code(1);

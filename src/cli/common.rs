@@ -37,6 +37,10 @@ pub fn told(error: impl std::fmt::Display) -> String {
 
 /// Machine and measurements.
 pub struct Loaded {
+    /// Overrides of the configuration.
+    pub overrides: Vec<String>,
+    /// Effects taken out of it.
+    pub without: Vec<String>,
     /// The machine as configured.
     pub config: MachineConfig,
     /// What was measured.
@@ -47,7 +51,7 @@ pub struct Loaded {
 pub fn load(sources: &Sources) -> Result<Loaded, String> {
     let config = read_machine(&sources.config, &sources.set, &sources.without).map_err(told)?;
     let set = read_set(&sources.measurements).map_err(told)?;
-    Ok(Loaded { config, set })
+    Ok(Loaded { config, set, overrides: sources.set.clone(), without: sources.without.clone() })
 }
 
 /// Rods as asked for.
@@ -79,8 +83,8 @@ pub fn objective_word(objective: Objective) -> &'static str {
 /// The plan that was asked for.
 pub fn plan(search: &SearchArguments) -> Result<Plan, String> {
     for (key, x) in [("--frequency-model-error", search.frequency_model_error), ("--amplitude-sd", search.amplitude_sd)] {
-        if !(x > 0.0 && x.is_finite()) {
-            return Err(format!("{key} {x}: write a number above 0"));
+        if !(1e-6..=1e3).contains(&x) {
+            return Err(format!("{key} {x}: write a number above 0, from 1e-6 to 1000"));
         }
     }
     Ok(Plan {
@@ -109,8 +113,6 @@ pub fn settings(sources: &Sources, search: &SearchArguments) -> Settings {
         frequency_model_error: search.frequency_model_error,
         amplitude_sd: search.amplitude_sd,
         repeats: usize::from(search.repeats),
-        without: sources.without.clone(),
-        set: sources.set.clone(),
         freeze: search.freeze.clone(),
     }
 }
@@ -120,8 +122,18 @@ pub fn stamp(schema: &str, seed: u64, complete: bool, loaded: &Loaded, warnings:
     let mut inputs = vec![Input { path: loaded.config.path.clone(), sha256: digest(loaded.config.text.as_bytes()) }];
     inputs.extend(loaded.set.files.iter().map(|f| Input { path: f.path.clone(), sha256: digest(&f.bytes) }));
     let mut all = loaded.set.warnings.clone();
+    all.extend(loaded.config.warnings.iter().cloned());
     all.extend(warnings);
-    Stamp { schema: format!("jointid/{schema}/1"), tool_version: env!("CARGO_PKG_VERSION").into(), seed, complete, inputs, warnings: all }
+    Stamp {
+        schema: format!("jointid/{schema}/1"),
+        tool_version: env!("CARGO_PKG_VERSION").into(),
+        seed,
+        complete,
+        inputs,
+        overrides: loaded.overrides.clone(),
+        without: loaded.without.clone(),
+        warnings: all,
+    }
 }
 
 /// The folder results go to, made sure of before the work begins.
@@ -187,4 +199,10 @@ pub fn read_document<T: serde::de::DeserializeOwned>(path: &Path) -> Result<T, S
         _ => format!("{}: {e}", path.display()),
     })?;
     serde_json::from_str(&text).map_err(|e| format!("{}, line {}: is no result of identify: {e}", path.display(), e.line()))
+}
+
+/// A result document as an input of another.
+pub fn document_input(path: &Path) -> Result<Input, String> {
+    let bytes = std::fs::read(path).map_err(|e| format!("{}: {e}", path.display()))?;
+    Ok(Input { path: path.display().to_string(), sha256: digest(&bytes) })
 }

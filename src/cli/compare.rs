@@ -40,6 +40,9 @@ pub fn run(given: &CompareArguments) -> CommandResult {
         None => multi.iter().skip(usize::from(multi.len() > 1)).cloned().collect(),
     };
     loaded.set.positions_named(&singles).map_err(told)?;
+    if singles.iter().any(|s| s == "multi") {
+        return Err("--single multi: this name stands for the run on several positions; rename the position".into());
+    }
     let common: Vec<String> = held_out.positions.iter().map(name).filter(|n| !singles.contains(n)).collect();
     let mut runs = BTreeMap::new();
     let mut complete = true;
@@ -83,7 +86,7 @@ fn one_run(loaded: &Loaded, names: &[String], common: &[String], plan: &Plan, co
     };
     let run = ComparisonRun {
         fit_positions: names.to_vec(),
-        parameters: rows::parameters(machine, &found, plan.settings.amplitude_sd, gain_estimated(loaded, plan.settings.objective)),
+        parameters: rows::parameters(machine, &found, gain_estimated(loaded, plan.settings.objective)),
         common_error: over_common(&|o| o.predicted_hz),
         common_error_published: over_common(&|o| o.published_hz),
         warnings: found.warnings.iter().cloned().chain(rows::pairing_warnings(&positions)).collect(),

@@ -32,8 +32,13 @@ pub fn run(given: &IdentifyArguments) -> CommandResult {
     let document = document::Identification {
         stamp: stamp("identification", plan.seed, found.complete, &loaded, warnings),
         settings: settings(&given.sources, &given.search),
-        parameters: rows::parameters(machine, &found, plan.settings.amplitude_sd, estimated),
-        derived: rows::derived(&positions),
+        parameters: rows::parameters(machine, &found, estimated),
+        derived: {
+            let mut derived = rows::derived(&positions);
+            derived.insert("chi_square".into(), found.chi_square);
+            derived.insert("degrees_of_freedom".into(), found.freedom as f64);
+            derived
+        },
         cost: found.cost,
         evaluations: found.evaluations,
         searches_agree: found.agree,
@@ -47,7 +52,10 @@ pub fn run(given: &IdentifyArguments) -> CommandResult {
                 trace: r.found.trace.clone(),
             })
             .collect(),
-        fitted_parameters: found.free.iter().map(|i| machine.parameters[*i].id.clone()).collect(),
+        fitted_parameters: {
+            let free = found.free.iter().map(|i| machine.parameters[*i].id.clone());
+            free.chain((found.certainty.sd.len() > found.free.len()).then(|| "gain".to_string())).collect()
+        },
         correlation: found.certainty.correlation.clone(),
         held_out_positions: names(&held_out.positions),
         fit_positions,
@@ -82,11 +90,16 @@ fn text(loaded: &Loaded, document: &document::Identification, found: &Identifica
         text += &format!("amplitudes of the fitted positions: {rms:.3} rms in the logarithm\n");
     }
     text += &format!(
-        "cost {:.6} after {} evaluations in {} searches, which {}agree\n",
+        "cost {:.6} after {} evaluations in {} {}\n",
         found.cost,
         found.evaluations,
         found.repeats.len(),
-        if found.agree { "" } else { "do not " }
+        match found.agree {
+            Some(true) => "searches, which agree",
+            Some(false) => "searches, which do not agree",
+            None if found.repeats.len() == 1 => "search",
+            None => "searches",
+        }
     );
     if !found.complete {
         text += "stopped early: this is what was known\n";

@@ -69,7 +69,6 @@ pub fn import(given: &ImportArguments) -> CommandResult {
     if out.join("manifest.toml").exists() {
         return Err(format!("{}: holds a manifest.toml already; name an empty folder with --out", out.display()));
     }
-    OutputFolder::prepare(&out.join("frf"))?;
     for (path, content) in set_files(&title, &placed, &nuts_m, given.averages) {
         folder.write(&path, content.as_bytes())?;
     }

@@ -3,15 +3,15 @@
 use std::collections::BTreeMap;
 
 use super::common::Loaded;
-use crate::identification::Identification;
+use crate::identification::{GAIN_RANGE, Identification};
 use crate::machine::Machine;
 use crate::measurement::MeasurementSet;
 use crate::numeric::statistics::{root_mean_square, root_sum_square};
-use crate::objective::{MISSING, PositionPrediction, VISIBLE};
+use crate::objective::{MISSING, PositionPrediction};
 use crate::report::document::{LonePeak, OrderRow, ParameterRow, PositionRow};
 
 /// Parameters by id, with the gain where amplitudes were compared.
-pub fn parameters(machine: &Machine, found: &Identification, amplitude_sd: f64, gain_estimated: bool) -> BTreeMap<String, ParameterRow> {
+pub fn parameters(machine: &Machine, found: &Identification, gain_estimated: bool) -> BTreeMap<String, ParameterRow> {
     let mut rows: BTreeMap<String, ParameterRow> = found
         .estimates
         .iter()
@@ -30,16 +30,13 @@ pub fn parameters(machine: &Machine, found: &Identification, amplitude_sd: f64, 
         })
         .collect();
     if found.gain.count > 0 {
-        // The gain is the mean of ln(measured/predicted): its own scatter, not that of the parameters.
-        let half = 1.96 * amplitude_sd / (found.gain.count as f64).sqrt();
-        let interval = [found.gain.gain * (-half).exp(), found.gain.gain * half.exp()];
         let row = ParameterRow {
             value: found.gain.gain,
             unit: "1".into(),
-            lower: 1e-6,
-            upper: 1e6,
-            interval95: gain_estimated.then_some(interval),
-            identifiable: gain_estimated.then_some(true),
+            lower: GAIN_RANGE.0,
+            upper: GAIN_RANGE.1,
+            interval95: found.gain_interval95.map(|(a, b)| [a, b]),
+            identifiable: found.gain_identifiable,
             fitted: gain_estimated,
         };
         rows.insert("gain".into(), row);
@@ -47,9 +44,12 @@ pub fn parameters(machine: &Machine, found: &Identification, amplitude_sd: f64, 
     rows
 }
 
-/// Root of the summed squares, rounded to the resolution as the paper does.
+/// Root of the summed squares of the relative errors; `None` where a measured order is not predicted: a model that lost a mode must not
+/// look better for it.
 fn overall(orders: &[OrderRow], predicted: impl Fn(&OrderRow) -> Option<f64>) -> Option<f64> {
-    root_sum_square(orders.iter().filter_map(|o| Some(predicted(o)? / o.measured_hz? - 1.0)))
+    let measured = orders.iter().filter(|o| o.measured_hz.is_some());
+    let errors: Option<Vec<f64>> = measured.map(|o| Some(predicted(o)? / o.measured_hz? - 1.0)).collect();
+    root_sum_square(errors?)
 }
 
 /// One position's row.
@@ -61,8 +61,6 @@ pub fn position(
     fit_positions: &[String],
 ) -> PositionRow {
     let name = &set.positions[prediction.position].name;
-    let band = || set.modes.iter().flat_map(|t| t.positions.iter().flatten()).filter_map(|m| m.frequency_hz);
-    let (low, high) = (band().fold(f64::INFINITY, f64::min), band().fold(0.0, f64::max));
     let mut orders: Vec<OrderRow> = Vec::new();
     let mut lone_peaks = Vec::new();
     for deviation in &prediction.deviations {
@@ -76,11 +74,9 @@ pub fn position(
                 predicted_amplitude: peak.and_then(|p| Some(gain? * p.amplitude)),
                 published_hz: set.published.predicted_hz(fit_positions, name, observed.order),
             }),
-            (None, Some(peak)) => lone_peaks.push(LonePeak {
-                frequency_hz: peak.frequency_hz,
-                prominence: peak.prominence,
-                unexpected: peak.prominence >= VISIBLE && (0.9 * low..=1.1 * high).contains(&peak.frequency_hz),
-            }),
+            (None, Some(peak)) => {
+                lone_peaks.push(LonePeak { frequency_hz: peak.frequency_hz, prominence: peak.prominence, unexpected: deviation.unexpected })
+            }
             (None, None) => {}
         }
     }

@@ -4,9 +4,11 @@ use std::collections::BTreeMap;
 use std::fmt::Write;
 use std::sync::Arc;
 
+use super::arguments::Sources;
 use super::arguments::{FrfArguments, ModesArguments, SimulateArguments, Simulation};
-use super::common::{CommandResult, Loaded, Outcome, deliver, load, prepare, read_document, rods, stamp, told};
+use super::common::{CommandResult, Loaded, Outcome, deliver, document_input, load, prepare, read_document, rods, stamp, told};
 use super::import::quantity;
+use super::validate::check_identification;
 use crate::machine::{Machine, Operating};
 use crate::model::{Rods, Structure, undamped_modes};
 use crate::report::document::{Frfs, Identification, ModeRow, Modes};
@@ -89,11 +91,22 @@ fn frf(given: &FrfArguments) -> CommandResult {
     if !(given.to_hz >= from && given.to_hz.is_finite()) {
         return Err(format!("--to-hz {}: write a frequency from {from} Hz", given.to_hz));
     }
-    let lines = ((given.to_hz - from) / step + 1e-9).floor() as usize + 1;
-    if lines > 10_000_000 {
-        return Err(format!("--step-hz {step}: that makes {lines} lines; choose a wider step"));
+    let steps = ((given.to_hz - from) / step + 1e-9).floor();
+    if !(steps < 1e6) {
+        return Err(format!("--step-hz {step}: that makes {steps:e} lines, more than a million; choose a wider step"));
     }
-    let loaded = load(&given.sources)?;
+    let lines = steps as usize + 1;
+    // A result carries the machine it is for.
+    let identified: Option<Identification> = given.result.as_deref().map(read_document).transpose()?;
+    let loaded = match &identified {
+        None => load(&given.sources)?,
+        Some(identified) => load(&Sources {
+            config: identified.settings.config.clone(),
+            measurements: given.sources.measurements.clone(),
+            set: identified.stamp.overrides.iter().chain(&given.sources.set).cloned().collect(),
+            without: identified.stamp.without.iter().chain(&given.sources.without).cloned().collect(),
+        })?,
+    };
     let machine = &loaded.config.machine;
     let point = |own: &Option<String>, set: &Option<String>, key: &str| {
         let name = own.as_ref().or(set.as_ref()).ok_or_else(|| format!("{key}: name a point of the machine"))?;
@@ -118,17 +131,20 @@ fn frf(given: &FrfArguments) -> CommandResult {
         }
     }
     let mut values = machine.start();
-    if let Some(path) = &given.result {
-        let identified: Identification = read_document(path)?;
+    let mut inputs = Vec::new();
+    let mut representation = Rods::Exact;
+    if let (Some(path), Some(identified)) = (&given.result, &identified) {
+        check_identification(path, identified)?;
+        inputs.push(document_input(path)?);
+        representation = identified.settings.lumps.map_or(Rods::Exact, Rods::Lumped);
         for (value, parameter) in values.iter_mut().zip(&machine.parameters) {
-            if let Some(row) = identified.parameters.get(&parameter.id) {
-                *value = row.value;
-            }
+            let row = identified.parameters.get(&parameter.id);
+            *value = row.ok_or_else(|| format!("{}: has no parameter «{}»; identify again", path.display(), parameter.id))?.value;
         }
     }
     let folder = prepare(&given.output)?;
     let quantity = quantity(given.quantity);
-    let structure = Arc::new(Structure::new(machine, response, excitation, Rods::Exact).map_err(told)?);
+    let structure = Arc::new(Structure::new(machine, response, excitation, representation).map_err(told)?);
     let (mut network, mut work) = (structure.network(), structure.workspace());
     let frequency_hz: Vec<f64> = (0..lines).map(|i| from + step * i as f64).collect();
     let mut positions = BTreeMap::new();
@@ -145,7 +161,11 @@ fn frf(given: &FrfArguments) -> CommandResult {
         positions.insert(name, row);
     }
     let document = Frfs {
-        stamp: stamp("frf", 0, true, &loaded, Vec::new()),
+        stamp: {
+            let mut stamp = stamp("frf", 0, true, &loaded, Vec::new());
+            stamp.inputs.extend(inputs);
+            stamp
+        },
         quantity: quantity.word().into(),
         response: machine.points[response].name.clone(),
         excitation: machine.points[excitation].name.clone(),

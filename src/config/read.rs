@@ -21,6 +21,8 @@ pub struct MachineConfig {
     pub text: String,
     /// The machine with the effects it contains.
     pub machine: Machine,
+    /// What a person should know.
+    pub warnings: Vec<String>,
     /// All effects at hand: the library and those of the file.
     pub effects: Vec<Effect>,
 }
@@ -103,8 +105,15 @@ pub fn read_machine_text(path: &str, text: &str, overrides: Overrides<'_>, witho
         })?;
         machine = machine.with_effect(effect).map_err(|e| content(e.to_string()))?;
     }
-    machine.drop_unused_parameters();
-    Ok(MachineConfig { path: path.into(), text: text.into(), machine, effects })
+    let taken_out: Vec<&str> =
+        effects.iter().filter(|e| without.contains(&e.id)).flat_map(|e| e.patch.parameters.iter().map(|p| p.id.as_str())).collect();
+    let unused = machine.drop_unused_parameters();
+    let warnings = unused
+        .iter()
+        .filter(|id| !taken_out.contains(&id.as_str()))
+        .map(|id| format!("{path}: nothing uses [parameter.{id}]; name it in a joint, point or shaft, or take it out"))
+        .collect();
+    Ok(MachineConfig { warnings, path: path.into(), text: text.into(), machine, effects })
 }
 
 /// Parses TOML; errors carry file and line. Overrides are applied to the keys before they are understood.

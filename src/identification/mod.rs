@@ -3,5 +3,5 @@
 mod run;
 mod uncertainty;
 
-pub use run::{Estimate, Identification, Plan, Repeat, identify};
+pub use run::{Estimate, GAIN_RANGE, Identification, Plan, Repeat, identify};
 pub use uncertainty::{Certainty, certainty};

@@ -2,7 +2,7 @@
 
 use crate::machine::Machine;
 use crate::measurement::{FitSet, HoldOutSet};
-use crate::objective::{AmplitudeFit, ModeObjective, ModeSettings, ObjectiveError, PositionPrediction};
+use crate::objective::{AmplitudeFit, ModeObjective, ModeSettings, Objective, ObjectiveError, PositionPrediction};
 use crate::optimizer::{Control, Cost, Found, SearchSettings, Strategy, search};
 
 use super::uncertainty::{Certainty, certainty};
@@ -67,9 +67,17 @@ pub struct Identification {
     pub evaluations: u64,
     /// The repeats, best first.
     pub repeats: Vec<Repeat>,
-    /// Whether the repeats agree on the cost within 0.1 %.
-    pub agree: bool,
-    /// Certainty of the free parameters.
+    /// Whether the repeats agree on the cost within 0.1 % and on what the data see; `None` for fewer than two.
+    pub agree: Option<bool>,
+    /// Sum of the squared weighted residuals.
+    pub chi_square: f64,
+    /// Observations less unknowns.
+    pub freedom: usize,
+    /// 95 % interval of the gain, where it was estimated.
+    pub gain_interval95: Option<(f64, f64)>,
+    /// Whether the data determine the gain, where it was estimated.
+    pub gain_identifiable: Option<bool>,
+    /// Certainty of the free parameters, and last of the gain where it was estimated.
     pub certainty: Certainty,
     /// Indices of the free parameters.
     pub free: Vec<usize>,
@@ -95,6 +103,8 @@ impl Cost for ModeObjective<'_> {
     }
 }
 
+/// Range of an unknown gain.
+pub const GAIN_RANGE: (f64, f64) = (1e-3, 1e3);
 /// Distance from an end of the unit interval that counts as being there.
 const AT_BOUND: f64 = 1e-3;
 
@@ -109,7 +119,7 @@ pub fn identify(
     control: &Control,
 ) -> Result<Identification, ObjectiveError> {
     let objective = ModeObjective::new(machine, fit, plan.settings, &plan.frozen)?;
-    let beyond = ModeObjective::held_out(machine, held_out, plan.settings)?;
+    let beyond = ModeObjective::held_out(machine, held_out, plan.settings, Some(objective.band_hz))?;
     if objective.free.is_empty() {
         return Err(ObjectiveError::Data("no parameter is left to identify; freeze fewer, or give one fit = \"always\"".into()));
     }
@@ -127,13 +137,29 @@ pub fn identify(
     let values = objective.parameters(&best.place);
     let fitted = objective.predict(&values);
     let gain = objective.amplitude_fit(&fitted);
-    let certainty = certainty(&best.place, |place| {
-        let predictions = objective.predict(&objective.parameters(place));
-        let gain = objective.amplitude_fit(&predictions).gain;
+    let unknowns = objective.free.len() + usize::from(objective.estimates_gain());
+    let chi_square: f64 = objective.residuals(&fitted, gain.gain).iter().map(|r| r * r).sum();
+    let freedom = objective.observations().saturating_sub(unknowns);
+    let misfit = if freedom > 0 { (chi_square / freedom as f64).max(1.0) } else { 1.0 };
+    // The gain is one unknown more: a last coordinate over its own range.
+    let mut extended = best.place.clone();
+    if objective.estimates_gain() {
+        extended.push((gain.gain / GAIN_RANGE.0).ln() / (GAIN_RANGE.1 / GAIN_RANGE.0).ln());
+    }
+    let free_count = best.place.len();
+    let certainty = certainty(&extended, misfit, |place| {
+        let predictions = objective.predict(&objective.parameters(&place[..free_count]));
+        let gain = place.get(free_count).map_or(gain.gain, |u| GAIN_RANGE.0 * (u * (GAIN_RANGE.1 / GAIN_RANGE.0).ln()).exp());
         objective.residuals(&predictions, gain)
     });
+    // Eq. 26 is no likelihood: its minimum tells no intervals.
+    let tells = plan.settings.objective != Objective::Eq26;
+    let gain_interval95 = (tells && extended.len() > free_count).then(|| {
+        let half = 1.96 * certainty.sd[free_count] * (GAIN_RANGE.1 / GAIN_RANGE.0).ln();
+        (gain.gain * (-half).exp(), gain.gain * half.exp())
+    });
+    let gain_identifiable = (tells && extended.len() > free_count).then(|| certainty.identifiable[free_count]);
     let mut warnings = Vec::new();
-    let unknowns = objective.free.len() + usize::from(objective.estimates_gain());
     if objective.observations() < unknowns {
         warnings.push(format!(
             "{} observations cannot determine {unknowns} unknowns: those the data do not see are marked not identifiable; fit more positions, or --freeze parameters",
@@ -151,8 +177,8 @@ pub fn identify(
         estimates[parameter] = Estimate {
             parameter,
             value: values[parameter],
-            interval95: Some((end(u - 1.96 * sd), end(u + 1.96 * sd))),
-            identifiable: Some(certainty.identifiable[free] && !at_bound),
+            interval95: tells.then(|| (end(u - 1.96 * sd), end(u + 1.96 * sd))),
+            identifiable: tells.then(|| certainty.identifiable[free] && !at_bound),
             at_bound,
         };
         if at_bound {
@@ -163,9 +189,22 @@ pub fn identify(
                 .push(format!("{} lies at the {} end of its range, {:e} {}: {remedy}", description.id, which.0, which.1, description.unit));
         }
     }
+    if misfit > 2.0 && tells {
+        warnings.push(format!(
+            "χ² is {chi_square:.1} for {freedom} degrees of freedom: model and data differ by more than the weights allow; intervals are widened by √{misfit:.2}"
+        ));
+    }
+    let complete = !control.stopped() && repeats.len() == plan.repeats.max(1) && repeats.iter().all(|r| r.found.complete);
     let worst = repeats.last().map_or(best.cost, |r| r.found.cost);
-    let agree = worst - best.cost <= 1e-3 * best.cost.abs().max(1e-12);
-    if !agree {
+    let agree = (complete && repeats.len() > 1).then(|| {
+        let costs = worst - best.cost <= 1e-3 * best.cost.abs().max(1e-12);
+        let seen = (0..free_count).filter(|i| certainty.identifiable[*i]);
+        // Places of what the data see, within a tenth of their standard deviation or a thousandth of the range.
+        let places =
+            seen.into_iter().all(|i| repeats.iter().all(|r| (r.found.place[i] - best.place[i]).abs() <= (0.1 * certainty.sd[i]).max(1e-3)));
+        costs && places
+    });
+    if agree == Some(false) {
         warnings.push(format!("the {} searches do not agree (cost {:.6} to {worst:.6}): raise --repeats", repeats.len(), best.cost));
     }
     Ok(Identification {
@@ -180,7 +219,11 @@ pub fn identify(
         values,
         fitted,
         observations: objective.observations(),
-        complete: repeats.iter().all(|r| r.found.complete),
+        complete,
+        chi_square,
+        freedom,
+        gain_interval95,
+        gain_identifiable,
         repeats,
         warnings,
     })

@@ -21,8 +21,9 @@ const RANGE_SD: f64 = 0.288_675_134_594_812_9;
 const STEP: f64 = 2e-4;
 
 /// Certainty from weighted residuals around a place, with the plausible ranges as prior knowledge: their standard deviation is
-/// 1/√12 of their width, so that what the data do not see keeps the width of its range.
-pub fn certainty(place: &[f64], mut residuals: impl FnMut(&[f64]) -> Vec<f64>) -> Certainty {
+/// 1/√12 of their width, so that what the data do not see keeps the width of its range. `misfit` multiplies the variance of the data:
+/// χ² per degree of freedom where that is above 1.
+pub fn certainty(place: &[f64], misfit: f64, mut residuals: impl FnMut(&[f64]) -> Vec<f64>) -> Certainty {
     let count = place.len();
     let rows = residuals(place).len();
     let mut jacobian = DMatrix::<f64>::zeros(rows, count);
@@ -37,7 +38,7 @@ pub fn certainty(place: &[f64], mut residuals: impl FnMut(&[f64]) -> Vec<f64>) -
         let difference = DVector::from_vec(residuals(&high)) - DVector::from_vec(residuals(&low));
         jacobian.set_column(column, &(difference / width));
     }
-    let mut information = jacobian.transpose() * &jacobian;
+    let mut information = jacobian.transpose() * &jacobian / misfit;
     for d in 0..count {
         information[(d, d)] += 1.0 / (RANGE_SD * RANGE_SD);
     }
@@ -54,7 +55,7 @@ mod tests {
 
     #[test]
     fn what_is_not_seen_keeps_its_range() {
-        let result = certainty(&[0.4, 0.6], |x| vec![(x[0] - 0.4) / 0.01]);
+        let result = certainty(&[0.4, 0.6], 1.0, |x| vec![(x[0] - 0.4) / 0.01]);
         assert!((result.sd[0] - 0.01).abs() < 1e-5);
         assert!((result.sd[1] - RANGE_SD).abs() < 1e-9);
         assert_eq!(result.identifiable, [true, false]);
@@ -62,7 +63,7 @@ mod tests {
 
     #[test]
     fn a_sum_alone_leaves_both_open_and_fully_correlated() {
-        let result = certainty(&[0.5, 0.5], |x| vec![(x[0] + x[1] - 1.0) / 0.001]);
+        let result = certainty(&[0.5, 0.5], 1.0, |x| vec![(x[0] + x[1] - 1.0) / 0.001]);
         assert_eq!(result.identifiable, [false, false]);
         assert!(result.correlation[0][1] < -0.99);
     }

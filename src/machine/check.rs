@@ -73,7 +73,8 @@ impl Machine {
     }
 
     /// Takes out parameters that nothing depends on, such as those of an effect that was taken out.
-    pub fn drop_unused_parameters(&mut self) {
+    /// Gives their ids.
+    pub fn drop_unused_parameters(&mut self) -> Vec<String> {
         let mut used: Vec<bool> = vec![false; self.parameters.len()];
         self.values().for_each(|v| v.depends_on().for_each(|i| used[i] = true));
         let mut next = 0;
@@ -85,8 +86,10 @@ impl Machine {
             })
             .collect();
         self.values_mut().for_each(|v| v.renumber(&moved));
+        let dropped = self.parameters.iter().zip(&used).filter(|(_, used)| !**used).map(|(p, _)| p.id.clone()).collect();
         let mut keep = used.iter();
         self.parameters.retain(|_| *keep.next().unwrap_or(&true));
+        dropped
     }
 
     fn values(&self) -> impl Iterator<Item = &Value> {
@@ -244,10 +247,24 @@ impl Machine {
         Ok(())
     }
 
+    /// Checks every number at the start values and at both ends of every parameter's range.
     fn check(&self) -> Result<(), MachineError> {
         let start = self.start();
+        self.check_numbers(&start)?;
+        for (index, parameter) in self.parameters.iter().enumerate() {
+            for end in [parameter.lower, parameter.upper] {
+                let mut values = start.clone();
+                values[index] = end;
+                self.check_numbers(&values)
+                    .map_err(|e| fault(e.part, format!("{} at {} = {end}, an end of its range", e.fault, parameter.id)))?;
+            }
+        }
+        self.check_massless()
+    }
+
+    fn check_numbers(&self, start: &[f64]) -> Result<(), MachineError> {
         let middle = Operating { nut_m: self.stroke_m().map(|s| 0.5 * s) };
-        let at = |v: &Value| v.at(&start, &middle);
+        let at = |v: &Value| v.at(start, &middle);
         let positive = |part: String, v: &Value| match at(v) {
             x if x > 0.0 && x.is_finite() => Ok(()),
             x => Err(fault(part, format!("is {x:?}; write a number above 0"))),
@@ -267,14 +284,17 @@ impl Machine {
             positive(part("shear_modulus_pa"), &s.shear_modulus)?;
             positive(part("density_kg_m3"), &s.density)?;
             not_negative(part("loss_factor"), &s.loss_factor)?;
-            self.check_stations(s, &start, &middle)?;
+            self.check_stations(s, start, &middle)?;
         }
         for j in &self.joints {
             not_negative(format!("joint.{}.stiffness", j.name), &j.stiffness)?;
             not_negative(format!("joint.{}.damping", j.name), &j.damping)?;
             not_negative(format!("joint.{}.loss_factor", j.name), &j.loss_factor)?;
+            if let Some(relaxation) = &j.relaxation_stiffness {
+                positive(format!("joint.{}.relaxation_stiffness", j.name), relaxation)?;
+            }
         }
-        self.check_massless()
+        Ok(())
     }
 
     fn check_stations(&self, shaft: &Shaft, start: &[f64], middle: &Operating) -> Result<(), MachineError> {
@@ -289,6 +309,9 @@ impl Machine {
             if !(0.0..=length_m).contains(&here_m) {
                 return Err(fault(part, format!("at_m = {here_m} is outside the shaft of {length_m} m")));
             }
+            if shaft_moves(station.place) {
+                continue;
+            }
             if last_m.is_some_and(|last| last >= here_m) {
                 return Err(fault(
                     part,
@@ -296,6 +319,8 @@ impl Machine {
                 ));
             }
             last_m = Some(here_m);
+        }
+        for station in &shaft.stations {
             for (point, motion) in [(station.axial, super::Motion::Translation), (station.torsion, super::Motion::Rotation)] {
                 if let Some(p) = point.map(|p| &self.points[p]).filter(|p| p.motion != motion) {
                     return Err(fault(part, format!("point «{}» is a {}, a {} is needed here", p.name, p.motion.noun(), motion.noun())));
@@ -313,13 +338,16 @@ impl Machine {
         for shaft in &self.shafts {
             carried.extend(shaft.stations.iter().flat_map(|s| [s.axial, s.torsion]).flatten());
         }
-        for joint in &self.joints {
+        for joint in self.joints.iter().filter(|j| j.stiffness.at(&start, &operating) > 0.0) {
             carried.extend(joint.on.iter().map(|(p, _)| *p));
         }
         for (index, point) in self.points.iter().enumerate() {
             if !point.fixed && point.inertia.at(&start, &operating) == 0.0 && !carried.contains(&index) {
                 let part = format!("point.{}.{}", point.name, point.motion.inertia_key());
-                return Err(fault(part, "is 0, and no shaft or joint holds the point; give it an inertia, or attach it"));
+                return Err(fault(
+                    part,
+                    "is 0, and no shaft and no joint with a stiffness holds the point; give it an inertia, or attach it",
+                ));
             }
         }
         Ok(())
@@ -337,9 +365,35 @@ impl Machine {
             (Some(stroke_m), None) => {
                 Err(fault(place, format!("the machine has a nut, but no nut position is given; write nut_m between 0 and {stroke_m} m")))
             }
-            _ => Ok(()),
+            _ => self.check_station_order(place, operating),
         }
     }
+
+    fn check_station_order(&self, place: &str, operating: &Operating) -> Result<(), MachineError> {
+        let start = self.start();
+        for shaft in self.shafts.iter().filter(|_| operating.nut_m.is_some()) {
+            let places: Vec<f64> = shaft.stations.iter().filter_map(|s| shaft.place_m(s.place, &start, operating)).collect();
+            let inside = places.iter().all(|p| (0.0..=shaft.length.at(&start, operating)).contains(p));
+            if inside && places.windows(2).any(|w| w[0] >= w[1]) {
+                let fixed: Vec<String> = places.iter().filter(|p| Some(**p) != operating.nut_m).map(|p| format!("{p}")).collect();
+                return Err(fault(
+                    place,
+                    format!(
+                        "nut_m = {} does not keep the order of the stations of shaft {} (at {} m)",
+                        operating.nut_m.unwrap_or(0.0),
+                        shaft.name,
+                        fixed.join(", ")
+                    ),
+                ));
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Whether a station moves with the nut, so that its order depends on the operating condition.
+fn shaft_moves(place: super::Place) -> bool {
+    place == super::Place::Nut
 }
 
 fn check_parameter(p: &Parameter) -> Result<(), MachineError> {

@@ -42,6 +42,9 @@ pub(super) fn read_modes(path: &str, text: &str, positions: &[Position]) -> Resu
             Some(x) if x <= 0.0 => Err(row.fault(format!("{column} is {x}; write a number above 0, or leave the cell empty"))),
             other => Ok(other),
         };
+        if let Some(f) = positive("frequency_hz")?.filter(|f| !(1e-2..=1e5).contains(f)) {
+            return Err(row.fault(format!("frequency_hz is {f}; write a frequency in Hz, from 0.01 to 100000")));
+        }
         let observation = ModeObservation { order, frequency_hz: positive("frequency_hz")?, amplitude: positive("amplitude")? };
         if observation.frequency_hz.is_none() && observation.amplitude.is_some() {
             return Err(row.fault("an amplitude without a frequency; write both or neither".into()));

@@ -59,7 +59,13 @@ pub struct Published {
 impl Published {
     /// The published frequency (Hz) of an order at a position, fitted on these positions.
     pub fn predicted_hz(&self, fit_positions: &[String], position: &str, order: u32) -> Option<f64> {
-        self.rows.iter().find(|r| r.fit_positions == fit_positions && r.position == position && r.order == order).map(|r| r.predicted_hz)
+        let same = |r: &&PublishedRow| {
+            r.fit_positions.len() == fit_positions.len()
+                && r.fit_positions.iter().all(|p| fit_positions.contains(p))
+                && r.position == position
+                && r.order == order
+        };
+        self.rows.iter().find(same).map(|r| r.predicted_hz)
     }
 }
 

@@ -26,7 +26,7 @@ impl MeasurementSet {
     /// # Errors  a name is unknown (the message lists those there are) or stands twice.
     pub fn positions_named(&self, names: &[String]) -> Result<Vec<usize>, MeasurementError> {
         let mut indices = Vec::new();
-        for name in names {
+        for name in names.iter().map(|n| n.trim()) {
             let index = self.positions.iter().position(|p| p.name == *name).ok_or_else(|| {
                 let known: Vec<&str> = self.positions.iter().map(|p| p.name.as_str()).collect();
                 let known = if known.is_empty() { "it has none".into() } else { format!("it has {}", known.join(", ")) };

@@ -9,8 +9,8 @@ use crate::unit::omega_rad_s;
 pub struct Mode {
     /// Natural frequency (Hz); 0 for a rigid-body mode.
     pub frequency_hz: f64,
-    /// Deflection of each coordinate of the structure, scaled so that the largest is 1. Empty for a rigid-body mode
-    /// that shares its frequency with another.
+    /// Deflection of each coordinate of the structure, scaled so that the largest is 1. Empty for rigid-body modes
+    /// of which there are several.
     pub shape: Vec<f64>,
     /// Modal mass-normalised damping ζ = φᵀCφ/(2ω·φᵀMφ) of a lightly damped mode; `None` at 0 Hz.
     pub damping_ratio: Option<f64>,
@@ -29,6 +29,9 @@ pub fn undamped_modes(network: &Network, max_hz: f64, work: &mut Workspace) -> V
     let count = |f: f64, work: &mut Workspace| network.modes_below(omega_rad_s(f), work);
     let rigid = count(RIGID_HZ, work);
     let mut modes: Vec<Mode> = (0..rigid).map(|_| Mode { frequency_hz: 0.0, shape: Vec::new(), damping_ratio: None }).collect();
+    if let [only] = modes.as_mut_slice() {
+        only.shape = shaped(network, RIGID_HZ, work).shape;
+    }
     let mut pending = vec![(RIGID_HZ, rigid, max_hz, count(max_hz, work))];
     while let Some((low, below_low, high, below_high)) = pending.pop() {
         let inside = below_high.saturating_sub(below_low);

@@ -61,6 +61,8 @@ pub struct Deviation {
     pub observed: Option<ModeObservation>,
     /// The predicted peak; its amplitude in the measured quantity, without gain.
     pub predicted: Option<Peak>,
+    /// A peak without a partner that should have been seen.
+    pub unexpected: bool,
 }
 
 /// The prediction for a position beside its measurement.
@@ -105,7 +107,8 @@ pub struct ModeObjective<'m> {
     gain: Gain,
     resolution_hz: f64,
     search: PeakSearch,
-    band_hz: (f64, f64),
+    /// Lowest and highest measured frequency of these positions (Hz).
+    pub band_hz: (f64, f64),
     /// Indices of the parameters that are free.
     pub free: Vec<usize>,
     base: Vec<f64>,
@@ -117,18 +120,36 @@ impl<'m> ModeObjective<'m> {
     ///
     /// # Errors  the set has no modes there, names points the machine lacks, or lies outside the screw.
     pub fn new(machine: &'m Machine, fit: &FitSet<'_>, settings: ModeSettings, frozen: &[String]) -> Result<Self, ObjectiveError> {
-        let objective = Self::over(machine, fit.set, &fit.positions, settings, frozen)?;
+        if fit.positions.is_empty() {
+            return Err(ObjectiveError::Data(format!(
+                "{}: no position is named to fit; write some into split.fit or --positions",
+                fit.set.path
+            )));
+        }
+        let objective = Self::over(machine, fit.set, &fit.positions, settings, frozen, None)?;
         if objective.positions.iter().all(|p| p.measured_hz.is_empty()) {
             return Err(ObjectiveError::Data("no mode was observed at the positions to fit; name others with --positions".into()));
         }
         Ok(objective)
     }
 
-    /// For the held-out positions: to predict, not to fit.
+    /// For the held-out positions: to predict, not to fit; over the band of the fit, too, where that is given.
     ///
     /// # Errors  as [`ModeObjective::new`].
-    pub fn held_out(machine: &'m Machine, held_out: &HoldOutSet<'_>, settings: ModeSettings) -> Result<Self, ObjectiveError> {
-        Self::over(machine, held_out.set, &held_out.positions, settings, &[])
+    pub fn held_out(
+        machine: &'m Machine,
+        held_out: &HoldOutSet<'_>,
+        settings: ModeSettings,
+        fit_band_hz: Option<(f64, f64)>,
+    ) -> Result<Self, ObjectiveError> {
+        let objective = Self::over(machine, held_out.set, &held_out.positions, settings, &[], fit_band_hz)?;
+        if !objective.band_hz.0.is_finite() {
+            return Err(ObjectiveError::Data(format!(
+                "{}: no mode was observed at these positions; there is nothing to check",
+                held_out.set.path
+            )));
+        }
+        Ok(objective)
     }
 
     fn over(
@@ -137,6 +158,7 @@ impl<'m> ModeObjective<'m> {
         positions: &[usize],
         settings: ModeSettings,
         frozen: &[String],
+        wider: Option<(f64, f64)>,
     ) -> Result<Self, ObjectiveError> {
         let table = set
             .modes
@@ -165,7 +187,9 @@ impl<'m> ModeObjective<'m> {
             let measured_hz = observed.iter().filter_map(|m| m.frequency_hz).collect();
             data.push(PositionData { index, operating, observed, measured_hz });
         }
-        let all = || table.positions.iter().flatten().filter_map(|m| m.frequency_hz);
+        // The band of these positions alone: what is held out must not reach the fit.
+        let all =
+            || data.iter().flat_map(|p: &PositionData| p.measured_hz.iter().copied()).chain(wider.into_iter().flat_map(|(a, b)| [a, b]));
         let band_hz = (all().fold(f64::INFINITY, f64::min), all().fold(0.0, f64::max));
         let search = PeakSearch {
             from_hz: 0.5 * band_hz.0,
@@ -233,6 +257,7 @@ impl<'m> ModeObjective<'m> {
                     .map(|Pair { measured, predicted }| Deviation {
                         observed: measured.map(|i| p.observed[i]),
                         predicted: predicted.map(|i| peaks[i]),
+                        unexpected: measured.is_none() && predicted.is_some_and(|i| self.unexpected(&peaks[i])),
                     })
                     .collect();
                 PositionPrediction { position: p.index, peaks, deviations }
@@ -245,7 +270,7 @@ impl<'m> ModeObjective<'m> {
     }
 
     /// Whether a predicted peak without a partner should have been seen.
-    pub fn unexpected(&self, peak: &Peak) -> bool {
+    fn unexpected(&self, peak: &Peak) -> bool {
         peak.prominence >= VISIBLE && peak.frequency_hz >= 0.9 * self.band_hz.0 && peak.frequency_hz <= 1.1 * self.band_hz.1
     }
 
@@ -256,6 +281,9 @@ impl<'m> ModeObjective<'m> {
 
     /// The gain that suits the predictions best, in the sense of the objective.
     pub fn amplitude_fit(&self, predictions: &[PositionPrediction]) -> AmplitudeFit {
+        if self.settings.objective == Objective::Frequencies {
+            return AmplitudeFit { gain: 1.0, count: 0 };
+        }
         let ratios = predictions.iter().flat_map(|p| &p.deviations).filter_map(|d| Some((d.observed?.amplitude?, d.predicted?.amplitude)));
         let (mut count, mut log_sum, mut sum, mut square) = (0, 0.0, 0.0, 0.0);
         for (measured, predicted) in ratios {

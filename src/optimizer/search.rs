@@ -70,12 +70,17 @@ pub struct Found {
 /// The cost as argmin asks for it; what is not finite is as bad as can be.
 struct Finite<'c, C: Cost> {
     cost: &'c C,
+    stop: &'c AtomicBool,
 }
 
 impl<C: Cost> CostFunction for Finite<'_, C> {
     type Param = Vec<f64>;
     type Output = f64;
     fn cost(&self, place: &Vec<f64>) -> Result<f64, Error> {
+        // Asked to stop: what is not evaluated is as bad as can be, and changes nothing.
+        if self.stop.load(Ordering::Relaxed) {
+            return Ok(f64::MAX);
+        }
         let value = self.cost.at(place);
         Ok(if value.is_finite() { value } else { f64::MAX })
     }
@@ -105,7 +110,7 @@ pub fn search<C: Cost>(cost: &C, settings: SearchSettings, control: &Control) ->
     let solver = DifferentialEvolution::new(settings.strategy, cost.dimension(), settings.population, settings.spread, settings.seed)
         .stopping_when(Arc::clone(&control.stop));
     let watch = Watch { control: control.clone(), trace: Arc::clone(&trace) };
-    let run = Executor::new(Finite { cost }, solver)
+    let run = Executor::new(Finite { cost, stop: &control.stop }, solver)
         .configure(|state| state.max_iters(settings.generations).counting(true))
         .add_observer(watch, ObserverMode::Always)
         .timer(false)

@@ -26,6 +26,12 @@ pub struct Stamp {
     pub complete: bool,
     /// Files it rests on.
     pub inputs: Vec<Input>,
+    /// Overrides of the configuration.
+    #[serde(default)]
+    pub overrides: Vec<String>,
+    /// Effects taken out of the configuration.
+    #[serde(default)]
+    pub without: Vec<String>,
     /// What a person should know.
     pub warnings: Vec<String>,
 }
@@ -49,10 +55,6 @@ pub struct Settings {
     pub amplitude_sd: f64,
     /// Searches.
     pub repeats: usize,
-    /// Effects taken out.
-    pub without: Vec<String>,
-    /// Overrides of the configuration.
-    pub set: Vec<String>,
     /// Parameters frozen.
     pub freeze: Vec<String>,
 }
@@ -126,7 +128,8 @@ pub struct PositionRow {
 }
 
 impl PositionRow {
-    /// Largest relative frequency error; a measured order without a prediction counts as `missing`.
+    /// Largest relative frequency error; a measured order without a prediction, and a predicted peak that should have been seen,
+    /// count as `missing`.
     pub fn largest_error(&self, missing: f64) -> Option<f64> {
         self.orders
             .iter()
@@ -135,6 +138,7 @@ impl PositionRow {
                 (Some(_), None) => Some(missing),
                 _ => None,
             })
+            .chain(self.lone_peaks.iter().filter(|p| p.unexpected).map(|_| missing))
             .reduce(f64::max)
     }
 }
@@ -168,8 +172,8 @@ pub struct Identification {
     pub cost: f64,
     /// Evaluations of all searches.
     pub evaluations: u64,
-    /// Whether the searches agree.
-    pub searches_agree: bool,
+    /// Whether the searches agree; absent for fewer than two.
+    pub searches_agree: Option<bool>,
     /// The searches, best first.
     pub searches: Vec<RepeatRow>,
     /// Ids in the order of `correlation`.

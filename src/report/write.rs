@@ -14,7 +14,9 @@ pub fn digest(bytes: &[u8]) -> String {
 
 /// A document as JSON text with a line end.
 ///
-/// # Errors  a number is not finite (a fault of the program).
+/// A number that is not finite becomes null.
+///
+/// # Errors  a map's key is no text (a fault of the program).
 pub fn to_json<T: Serialize>(document: &T) -> Result<String, String> {
     serde_json::to_string_pretty(document).map(|text| text + "\n").map_err(|e| format!("cannot write the document as JSON: {e}"))
 }
@@ -26,7 +28,7 @@ pub struct OutputFolder {
 }
 
 impl OutputFolder {
-    /// Makes the folder where it is missing, and makes sure that files can be written there.
+    /// Makes sure that the folder can be made, or files written into it; makes nothing yet.
     ///
     /// # Errors  the name is that of a file, or writing is not permitted.
     pub fn prepare(path: &Path) -> Result<Self, String> {
@@ -41,8 +43,12 @@ impl OutputFolder {
         if path.is_file() {
             return Err(format!("{}: is a file; name a folder with --out", path.display()));
         }
-        fs::create_dir_all(path).map_err(told)?;
-        let probe = path.join(format!(".jointid-{}", std::process::id()));
+        // Nothing is made before there is something to write: the nearest folder that exists must take a file.
+        let near = path.ancestors().find(|p| p.exists()).filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
+        if near.is_file() {
+            return Err(format!("{}: is a file; name a folder with --out", near.display()));
+        }
+        let probe = near.join(format!(".jointid-{}", std::process::id()));
         fs::write(&probe, b"").and_then(|()| fs::remove_file(&probe)).map_err(told)?;
         Ok(OutputFolder { path: path.into() })
     }
@@ -54,7 +60,9 @@ impl OutputFolder {
         let target = self.path.join(name);
         let file = target.file_name().map_or_else(|| "result".into(), |f| f.to_string_lossy().into_owned());
         let temporary = target.with_file_name(format!(".{file}.{}", std::process::id()));
-        let written = fs::File::create(&temporary)
+        let made = fs::create_dir_all(target.parent().unwrap_or(&self.path));
+        let written = made
+            .and_then(|()| fs::File::create(&temporary))
             .and_then(|mut file| file.write_all(content).and_then(|()| file.sync_all()))
             .and_then(|()| fs::rename(&temporary, &target));
         if let Err(error) = written {

@@ -52,6 +52,11 @@ pub fn leave_one_out(
             let kept = FitSet { set: fit.set, positions: fit.positions.iter().copied().filter(|p| *p != left_out).collect() };
             let rest = HoldOutSet { set: fit.set, positions: vec![left_out] };
             let found = identify(machine, &kept, &rest, &plan, control)?;
+            if !found.complete {
+                // What was not finished is not scored.
+                scores.sort_by(|a: &ObjectiveScore, b| a.frequency_error.total_cmp(&b.frequency_error));
+                return Ok(scores);
+            }
             for prediction in &found.held_out {
                 for error in frequency_errors(prediction) {
                     missing += usize::from(error.is_none());
