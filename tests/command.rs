@@ -110,3 +110,26 @@ fn the_program_s_own_files_are_those_of_the_project() {
     let embedded: Value = serde_json::from_slice(&output.stdout).unwrap();
     assert_eq!(from_file, embedded);
 }
+
+/// Ctrl-C ends a long run with what is known so far, marked as unfinished: exit code 3.
+#[cfg(unix)]
+#[test]
+fn an_interrupted_run_keeps_what_it_knows() {
+    use std::process::{Command as Process, Stdio};
+    use std::time::Duration;
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().join("out");
+    let mut child = Process::new(assert_cmd::cargo::cargo_bin!("jointid"))
+        .args(["identify", "--repeats", "100", "--out"])
+        .arg(&out)
+        .stdout(Stdio::null())
+        .stderr(Stdio::null())
+        .spawn()
+        .unwrap();
+    std::thread::sleep(Duration::from_secs(2));
+    assert!(Process::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap().success());
+    assert_eq!(child.wait().unwrap().code(), Some(3));
+    let document: Value = serde_json::from_str(&std::fs::read_to_string(out.join("identification.json")).unwrap()).unwrap();
+    assert_eq!(document["complete"], false);
+    assert_eq!(document["searches_agree"], Value::Null);
+}

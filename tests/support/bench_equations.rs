@@ -23,18 +23,18 @@ pub struct Joints {
 pub const TAB_3: Joints =
     Joints { k_al: 4.28e7, k_ar: 2.94e7, k_n: 7.09e8, k_m: 5.53e3, c_al: 2.02e3, c_ar: 2.73e3, c_n: 2.25e5, c_m: 3.50 };
 
-// Tab. A.
-const E: f64 = 2e11;
-const G: f64 = 7.75e10;
-const RHO: f64 = 7850.0;
-const D: f64 = 0.040;
-const LEAD: f64 = 0.040;
-const L: f64 = 2.6;
-const M_S: f64 = 0.25;
-const J_S: f64 = 1e-4;
-const J_H: f64 = 1e-4;
-const M_B: f64 = 272.0;
-const J_M: f64 = 1e-3;
+// Tab. A, in SI units and the paper's letters.
+pub const E: f64 = 2e11;
+pub const G: f64 = 7.75e10;
+pub const RHO: f64 = 7850.0;
+pub const D: f64 = 0.040;
+pub const LEAD: f64 = 0.040;
+pub const L: f64 = 2.6;
+pub const M_S: f64 = 0.25;
+pub const J_S: f64 = 1e-4;
+pub const J_H: f64 = 1e-4;
+pub const M_B: f64 = 272.0;
+pub const J_M: f64 = 1e-3;
 
 fn real(x: f64) -> C {
     C::new(x, 0.0)

@@ -5,16 +5,9 @@
 use nalgebra::{DMatrix, SymmetricEigen};
 use num_complex::Complex64;
 
-use super::bench_equations::Joints;
+use super::bench_equations::{D, E, G, Joints, L, LEAD, RHO};
 
 type C = Complex64;
-
-const E: f64 = 2e11;
-const G: f64 = 7.75e10;
-const RHO: f64 = 7850.0;
-const D: f64 = 0.040;
-const LEAD: f64 = 0.040;
-const L: f64 = 2.6;
 
 /// A mesh of the bench for one nut position; `hold` is the stiffness and damping of the rotor to ground.
 pub struct Bench {
