@@ -21,4 +21,6 @@ pub mod report;
 
 pub mod config;
 
+pub mod truth;
+
 pub mod cli;

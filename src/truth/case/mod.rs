@@ -1,0 +1,33 @@
+//! Cases of the blind check: what is measured, what is sealed, and how both are made.
+
+mod band;
+mod fault;
+mod fit;
+mod gauge;
+mod label;
+mod layout;
+mod make;
+mod measure;
+mod plan;
+mod record;
+mod size;
+mod strike;
+mod subject;
+mod survey;
+mod write;
+
+pub use label::{Exact, Gap, Kind, Label};
+pub use layout::{Layout, Quantity};
+pub use make::{generate, generate_one};
+pub use plan::{Counts, LOOK_ALIKES, Plan, Slot, Strength};
+pub use record::{Case, Position, Record};
+pub use write::{labels_json, write_case};
+
+#[cfg(test)]
+pub(super) use {
+    fit::Fit,
+    gauge::Gauge,
+    measure::Bench,
+    subject::{Subject, axis},
+    survey::Survey,
+};

@@ -1,0 +1,83 @@
+//! Random numbers that depend on a seed and on names only, never on the order in which threads ask.
+
+use rand_xoshiro::Xoshiro256PlusPlus;
+use rand_xoshiro::rand_core::{Rng, SeedableRng};
+
+/// A seeded source of random numbers that can be split into independent ones by number.
+#[derive(Clone, Debug)]
+pub struct Draw {
+    seed: u64,
+    source: Xoshiro256PlusPlus,
+    spare: Option<f64>,
+}
+
+impl Draw {
+    /// The source of a seed.
+    pub fn new(seed: u64) -> Self {
+        Self { seed, source: Xoshiro256PlusPlus::seed_from_u64(seed), spare: None }
+    }
+
+    /// The source of branch `number`: the same whatever has been drawn here before.
+    pub fn branch(&self, number: u64) -> Self {
+        Self::new(scramble(self.seed ^ scramble(number.wrapping_add(0x51ed_270b_9f31_77c5))))
+    }
+
+    /// Uniform in [0, 1).
+    pub fn unit(&mut self) -> f64 {
+        (self.source.next_u64() >> 11) as f64 * (1.0 / (1u64 << 53) as f64)
+    }
+
+    /// Uniform between two limits.
+    pub fn between(&mut self, low: f64, high: f64) -> f64 {
+        low + (high - low) * self.unit()
+    }
+
+    /// Uniform in the logarithm between two positive limits.
+    pub fn log_between(&mut self, low: f64, high: f64) -> f64 {
+        self.between(low.ln(), high.ln()).exp()
+    }
+
+    /// Uniform within ± `half`.
+    pub fn within(&mut self, half: f64) -> f64 {
+        self.between(-half, half)
+    }
+
+    /// One of 0 … count − 1.
+    pub fn index(&mut self, count: usize) -> usize {
+        ((self.unit() * count as f64) as usize).min(count.saturating_sub(1))
+    }
+
+    /// +1 or −1.
+    pub fn sign(&mut self) -> f64 {
+        if self.unit() < 0.5 { 1.0 } else { -1.0 }
+    }
+
+    /// True with the given probability.
+    pub fn chance(&mut self, probability: f64) -> bool {
+        self.unit() < probability
+    }
+
+    /// Standard normal, by the polar method.
+    pub fn normal(&mut self) -> f64 {
+        if let Some(value) = self.spare.take() {
+            return value;
+        }
+        loop {
+            let (a, b) = (self.within(1.0), self.within(1.0));
+            let square = a * a + b * b;
+            if square > 0.0 && square < 1.0 {
+                let scale = (-2.0 * square.ln() / square).sqrt();
+                self.spare = Some(b * scale);
+                return a * scale;
+            }
+        }
+    }
+}
+
+/// The finalising mix of SplitMix64.
+fn scramble(value: u64) -> u64 {
+    let mut z = value.wrapping_add(0x9e37_79b9_7f4a_7c15);
+    z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+    z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+    z ^ (z >> 31)
+}

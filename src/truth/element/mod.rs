@@ -1,0 +1,10 @@
+//! Elements: rods and beams as chains, laws of branches, and the structure they are assembled into.
+
+pub mod beam;
+pub mod dense;
+pub mod law;
+pub mod rod;
+pub mod structure;
+
+/// A motion as a weighted sum of degrees of freedom.
+pub type Form = Vec<(usize, f64)>;

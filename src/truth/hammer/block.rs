@@ -1,0 +1,85 @@
+//! One block of two channels: from transforms on the contour to samples, and from samples to spectra.
+
+use num_complex::Complex64;
+
+use super::fft::Fft;
+use super::setting::Setting;
+
+/// Tables shared by the blocks of a test.
+#[derive(Clone, Debug)]
+pub struct Analyser {
+    /// Settings.
+    pub setting: Setting,
+    /// Contour of the inverse transform.
+    pub contour: Vec<Complex64>,
+    filter: Vec<Complex64>,
+    growth: Vec<f64>,
+    window: Vec<f64>,
+    fft: Fft,
+}
+
+impl Analyser {
+    /// Tables for a setting.
+    pub fn new(setting: Setting) -> Self {
+        let contour = setting.contour();
+        let filter = contour.iter().map(|&s| setting.filter(s)).collect();
+        let growth = (0..setting.samples).map(|n| (setting.shift_per_s() * n as f64 / setting.rate_hz).exp()).collect();
+        let window = (0..setting.samples).map(|n| force_window(&setting, n as f64 / setting.rate_hz)).collect();
+        Self { setting, contour, filter, growth, window, fft: Fft::new(setting.samples) }
+    }
+
+    /// Samples of two signals given by their transforms on the contour, both through the anti-alias filter.
+    ///
+    /// The damped inversion x(t) = e^{σt} (1/T) Σ X(σ + iω_k) e^{iω_k t} gives the response to one blow on a structure at rest, with
+    /// its end cut off by the block, as an analyser records it; an inversion on the axis would make it periodic and free of leakage.
+    pub fn samples(&self, transform: impl Fn(usize) -> (Complex64, Complex64)) -> Vec<Complex64> {
+        let n = self.setting.samples;
+        let mut values = vec![Complex64::ZERO; n];
+        for k in 0..=n / 2 {
+            let (mut a, mut b) = transform(k);
+            a *= self.filter[k];
+            b *= self.filter[k];
+            if k == 0 || k == n / 2 {
+                (a.im, b.im) = (0.0, 0.0);
+            }
+            values[k] = a + Complex64::I * b;
+            values[(n - k) % n] = a.conj() + Complex64::I * b.conj();
+        }
+        self.fft.backward(&mut values);
+        let scale = self.setting.rate_hz / n as f64;
+        for (value, growth) in values.iter_mut().zip(&self.growth) {
+            *value *= scale * growth;
+        }
+        values
+    }
+
+    /// Spectra of the two channels at some lines; the first channel through the force window.
+    pub fn spectra(&self, mut samples: Vec<Complex64>, lines: &[usize]) -> Vec<(Complex64, Complex64)> {
+        for (value, window) in samples.iter_mut().zip(&self.window) {
+            value.re *= window;
+        }
+        self.fft.forward(&mut samples);
+        let n = samples.len();
+        let half = Complex64::new(0.5, 0.0);
+        lines
+            .iter()
+            .map(|&k| {
+                let (here, mirror) = (samples[k], samples[(n - k) % n].conj());
+                ((here + mirror) * half, (here - mirror) * half * -Complex64::I)
+            })
+            .collect()
+    }
+}
+
+/// Force window: one around the pulse and the ringing of the filter, then a cosine down to zero.
+fn force_window(setting: &Setting, time_s: f64) -> f64 {
+    let end = setting.pretrigger_s() + 3.0 * setting.width_s + 40.0 / setting.band_hz;
+    let fall = 20.0 / setting.band_hz;
+    if time_s <= end {
+        1.0
+    } else if time_s >= end + fall {
+        0.0
+    } else {
+        0.5 + 0.5 * (std::f64::consts::PI * (time_s - end) / fall).cos()
+    }
+}

@@ -1,0 +1,26 @@
+//! An independent truth for the blind check: machines of finite elements, struck by a simulated hammer.
+//!
+//! ```text
+//! element   rods, beams, laws of branches, dense complex solve, the assembled structure
+//! machine   screws, nuts and joints in numbers; what an engineer believes of them; ordinary nuisances; from numbers to structure
+//! effect    what may be missing from the engineer's model, each in this module's own parametrisation, and where it sits
+//! hammer    the test in time: pulse, response, converter, noise, windows, averages, H1 and coherence
+//! case      plans of cases, strength by non-centrality, sealed labels, measurement sets on disk
+//! ```
+//!
+//! Nothing here may import from the rest of the crate, and the models under test may not import from here: a check of a model
+//! against itself proves nothing. Responses are response / force with e^{+iωt}; SI units throughout.
+
+pub mod case;
+pub mod draw;
+pub mod effect;
+pub mod element;
+mod error;
+pub mod hammer;
+pub mod machine;
+
+#[cfg(test)]
+mod tests;
+
+pub use case::{Case, Exact, Kind, Label, Layout, Plan, Slot, Strength, generate, generate_one, write_case};
+pub use error::TruthError;
