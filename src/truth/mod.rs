@@ -22,5 +22,5 @@ pub mod machine;
 #[cfg(test)]
 mod tests;
 
-pub use case::{Case, Exact, Kind, Label, Layout, Plan, Slot, Strength, generate, generate_one, write_case};
+pub use case::{Case, Counts, Exact, Gap, Kind, Label, Layout, Plan, Slot, Strength, generate, generate_one, labels_json, write_case};
 pub use error::TruthError;
