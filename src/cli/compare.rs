@@ -6,7 +6,6 @@ use super::arguments::CompareArguments;
 use super::common::{
     CommandResult, Loaded, Outcome, deliver, load, objective_word, on_threads, plan, prepare, stamp, stop_flag, told, warn,
 };
-use super::identify::gain_estimated;
 use super::progress::Progress;
 use super::rows;
 use crate::identification::{Plan, identify};
@@ -86,7 +85,7 @@ fn one_run(loaded: &Loaded, names: &[String], common: &[String], plan: &Plan, co
     };
     let run = ComparisonRun {
         fit_positions: names.to_vec(),
-        parameters: rows::parameters(machine, &found, gain_estimated(loaded, plan.settings.objective)),
+        parameters: rows::parameters(machine, &found),
         common_error: over_common(&|o| o.predicted_hz),
         common_error_published: over_common(&|o| o.published_hz),
         warnings: found.warnings.iter().cloned().chain(rows::pairing_warnings(&positions)).collect(),

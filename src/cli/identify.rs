@@ -5,8 +5,6 @@ use super::common::{CommandResult, Loaded, Outcome, deliver, load, on_threads, p
 use super::progress::Progress;
 use super::rows;
 use crate::identification::{Identification, identify};
-use crate::measurement::Gain;
-use crate::objective::Objective;
 use crate::optimizer::Control;
 use crate::report::document;
 use crate::report::{parameters_table, positions_table};
@@ -28,11 +26,10 @@ pub fn run(given: &IdentifyArguments) -> CommandResult {
     let positions = rows::positions(&loaded, &found, &fit_positions);
     let mut warnings = found.warnings.clone();
     warnings.extend(rows::pairing_warnings(&positions));
-    let estimated = gain_estimated(&loaded, plan.settings.objective);
     let document = document::Identification {
         stamp: stamp("identification", plan.seed, found.complete, &loaded, warnings),
         settings: settings(&given.sources, &given.search),
-        parameters: rows::parameters(machine, &found, estimated),
+        parameters: rows::parameters(machine, &found),
         derived: {
             let mut derived = rows::derived(&positions);
             derived.insert("chi_square".into(), found.chi_square);
@@ -64,11 +61,6 @@ pub fn run(given: &IdentifyArguments) -> CommandResult {
     warn(&given.output, &document.stamp.warnings);
     deliver(&given.output, folder.as_ref(), "identification.json", &document, &text(&loaded, &document, &found))?;
     Ok(if found.complete { Outcome::Done } else { Outcome::Stopped })
-}
-
-/// Whether the gain is estimated from the amplitudes.
-pub fn gain_estimated(loaded: &Loaded, objective: Objective) -> bool {
-    loaded.set.gain == Gain::Unknown && objective != Objective::Frequencies
 }
 
 fn text(loaded: &Loaded, document: &document::Identification, found: &Identification) -> String {

@@ -11,7 +11,7 @@ use crate::objective::{MISSING, PositionPrediction};
 use crate::report::document::{LonePeak, OrderRow, ParameterRow, PositionRow};
 
 /// Parameters by id, with the gain where amplitudes were compared.
-pub fn parameters(machine: &Machine, found: &Identification, gain_estimated: bool) -> BTreeMap<String, ParameterRow> {
+pub fn parameters(machine: &Machine, found: &Identification) -> BTreeMap<String, ParameterRow> {
     let mut rows: BTreeMap<String, ParameterRow> = found
         .estimates
         .iter()
@@ -37,7 +37,7 @@ pub fn parameters(machine: &Machine, found: &Identification, gain_estimated: boo
             upper: GAIN_RANGE.1,
             interval95: found.gain_interval95.map(|(a, b)| [a, b]),
             identifiable: found.gain_identifiable,
-            fitted: gain_estimated,
+            fitted: found.certainty.sd.len() > found.free.len(),
         };
         rows.insert("gain".into(), row);
     }

@@ -309,7 +309,8 @@ impl Machine {
             if !(0.0..=length_m).contains(&here_m) {
                 return Err(fault(part, format!("at_m = {here_m} is outside the shaft of {length_m} m")));
             }
-            if shaft_moves(station.place) {
+            // Where the nut stands is checked with the operating condition.
+            if station.place == super::Place::Nut {
                 continue;
             }
             if last_m.is_some_and(|last| last >= here_m) {
@@ -389,11 +390,6 @@ impl Machine {
         }
         Ok(())
     }
-}
-
-/// Whether a station moves with the nut, so that its order depends on the operating condition.
-fn shaft_moves(place: super::Place) -> bool {
-    place == super::Place::Nut
 }
 
 fn check_parameter(p: &Parameter) -> Result<(), MachineError> {

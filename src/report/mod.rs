@@ -4,5 +4,5 @@ pub mod document;
 mod table;
 mod write;
 
-pub use table::{Notes, objectives_table, parameters_table, positions_table, summary_table};
+pub use table::{objectives_table, parameters_table, positions_table, summary_table};
 pub use write::{OutputFolder, digest, to_json};

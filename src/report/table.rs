@@ -7,9 +7,6 @@ use comfy_table::{CellAlignment, Table};
 
 use super::document::{Comparison, Objectives, ParameterRow, PositionRow};
 
-/// Lines of remarks under a table.
-pub type Notes = Vec<String>;
-
 fn table(header: &[&str]) -> Table {
     let mut table = Table::new();
     table.load_style(presets::NOTHING).set_header(header.to_vec());
