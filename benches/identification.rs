@@ -16,7 +16,7 @@ fn bench(criterion: &mut Criterion) {
     let config = read_machine("configs/tian.toml", &[], &[]).expect("the embedded bench");
     let set = read_set("measurements/tian").expect("the embedded bench");
     let machine = &config.machine;
-    let (fit, held_out) = set.split(None).expect("its split");
+    let (fit, held_out) = set.split(None, &[]).expect("its split");
 
     let table = machine.point("table").expect("a table");
     let structure = Arc::new(Structure::new(machine, table, table, Rods::Exact).expect("a structure"));

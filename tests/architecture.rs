@@ -12,7 +12,7 @@ fn allowed() -> BTreeMap<&'static str, Vec<&'static str>> {
         ("measurement", vec![]),
         ("machine", vec![]),
         ("model", vec!["machine"]),
-        ("objective", vec!["measurement", "machine", "model"]),
+        ("objective", vec!["measurement", "machine", "model", "optimizer"]),
         ("optimizer", vec![]),
         ("identification", vec!["measurement", "machine", "model", "objective", "optimizer"]),
         ("validation", vec!["measurement", "machine", "model", "objective", "optimizer", "identification"]),

@@ -14,7 +14,7 @@ fn run_on(positions: &[&str], plan: &Plan) -> (Machine, Identification) {
     let config = config("configs/tian.toml");
     let set = read_set("measurements/tian").unwrap();
     let names: Vec<String> = positions.iter().map(|p| (*p).to_string()).collect();
-    let (fit, held_out) = set.split(Some(&names)).unwrap();
+    let (fit, held_out) = set.split(Some(&names), &[]).unwrap();
     let found = identify(&config.machine, &fit, &held_out, plan, &Control::default()).unwrap();
     (config.machine, found)
 }
@@ -83,7 +83,7 @@ fn limit_fewer_observations_than_unknowns_are_told() {
 fn regress_default_objective_wins_leave_one_position_out() {
     let config = config("configs/tian.toml");
     let set = read_set("measurements/tian").unwrap();
-    let (fit, _) = set.split(None).unwrap();
+    let (fit, _) = set.split(None, &[]).unwrap();
     let plan = Plan { repeats: 1, ..Plan::default() };
     let objectives = [Objective::LeastSquares, Objective::Eq26, Objective::Frequencies];
     let scores = leave_one_out(&config.machine, &fit, &plan, &objectives, &Control::default()).unwrap();
@@ -132,7 +132,7 @@ fn limit_held_out_data_do_not_reach_the_fit() {
     table.positions[1][0].frequency_hz = Some(12.4);
     let plan = Plan { repeats: 1, ..Plan::default() };
     let values = |set: &jointid::measurement::MeasurementSet| {
-        let (fit, held_out) = set.split(None).unwrap();
+        let (fit, held_out) = set.split(None, &[]).unwrap();
         identify(&config.machine, &fit, &held_out, &plan, &Control::default()).unwrap().values
     };
     assert_eq!(values(&set), values(&other));

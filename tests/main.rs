@@ -6,6 +6,7 @@ mod support;
 mod architecture;
 mod bench;
 mod command;
+mod frf;
 mod import;
 mod model;
 mod peaks;

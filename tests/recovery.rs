@@ -45,7 +45,7 @@ fn write_set(folder: &Path, peaks: &[Vec<Peak>], resolution: Option<f64>, scatte
 }
 
 fn run(machine: &Machine, set: &MeasurementSet, plan: &Plan) -> Identification {
-    let (fit, held_out) = set.split(None).unwrap();
+    let (fit, held_out) = set.split(None, &[]).unwrap();
     identify(machine, &fit, &held_out, plan, &Control::default()).unwrap()
 }
 

@@ -78,6 +78,8 @@ pub enum ObjectiveName {
     Eq26,
     /// Weighted, on the frequencies alone
     Frequencies,
+    /// On whole FRFs: complex logarithm of measured over predicted
+    Frf,
 }
 
 /// Models by name.
@@ -98,15 +100,24 @@ pub struct SearchArguments {
     /// Lumps per rod of the lumped model
     #[arg(long, value_name = "N", default_value_t = 40, value_parser = clap::value_parser!(u16).range(1..=500))]
     pub lumps: u16,
-    /// What is made least
-    #[arg(long, value_enum, default_value = "least-squares")]
-    pub objective: ObjectiveName,
+    /// What is made least; frf where the set has FRFs, else least-squares
+    #[arg(long, value_enum)]
+    pub objective: Option<ObjectiveName>,
     /// Relative standard deviation of frequencies that the model causes
     #[arg(long, value_name = "SHARE", default_value_t = 0.01)]
     pub frequency_model_error: f64,
     /// Standard deviation of ln(amplitude)
     #[arg(long, value_name = "SD", default_value_t = 0.13)]
     pub amplitude_sd: f64,
+    /// Standard deviation of ln H that the model causes, beside the noise
+    #[arg(long, value_name = "SD", default_value_t = 0.01)]
+    pub frf_model_error: f64,
+    /// Lowest and highest frequency of FRFs (Hz)
+    #[arg(long, value_name = "FROM,TO", value_delimiter = ',', num_args = 1)]
+    pub band: Vec<f64>,
+    /// Bootstrap samples over lines, and as many over positions; 0 for none
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    pub bootstrap: u16,
     /// Keep these parameters at their start values
     #[arg(long, value_name = "PARAMETERS", value_delimiter = ',')]
     pub freeze: Vec<String>,
@@ -126,9 +137,12 @@ pub struct SearchArguments {
 pub struct IdentifyArguments {
     #[command(flatten)]
     pub sources: Sources,
-    /// Positions to fit; all others are held out
+    /// Positions (or records) to fit; all others are held out
     #[arg(long, value_name = "NAMES", value_delimiter = ',')]
     pub positions: Option<Vec<String>>,
+    /// Records (or positions) to hold out
+    #[arg(long, value_name = "NAMES", value_delimiter = ',')]
+    pub hold_out: Vec<String>,
     #[command(flatten)]
     pub search: SearchArguments,
     #[command(flatten)]
@@ -147,7 +161,7 @@ pub struct ValidateArguments {
     /// Positions to check; those held out by default
     #[arg(long, value_name = "NAMES", value_delimiter = ',')]
     pub positions: Option<Vec<String>>,
-    /// Exit with 1 if a relative frequency error is larger
+    /// Exit with 1 if a relative frequency error, or for FRFs the gap of a record, is larger
     #[arg(long, value_name = "SHARE")]
     pub fail_above: Option<f64>,
     #[command(flatten)]

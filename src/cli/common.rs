@@ -12,7 +12,7 @@ use crate::config::{MachineConfig, read_machine};
 use crate::identification::Plan;
 use crate::measurement::{MeasurementSet, read_set};
 use crate::model::Rods;
-use crate::objective::{ModeSettings, Objective};
+use crate::objective::{FrfSettings, ModeSettings, Objective};
 use crate::optimizer::Strategy;
 use crate::report::document::{Input, Settings, Stamp};
 use crate::report::{OutputFolder, digest, to_json};
@@ -68,7 +68,26 @@ pub fn objective(name: ObjectiveName) -> Objective {
         ObjectiveName::LeastSquares => Objective::LeastSquares,
         ObjectiveName::Eq26 => Objective::Eq26,
         ObjectiveName::Frequencies => Objective::Frequencies,
+        ObjectiveName::Frf => Objective::LeastSquares,
     }
+}
+
+/// Whether whole FRFs are fitted: where it is asked for, or where the set has some and nothing else is asked for.
+pub fn fits_frfs(search: &SearchArguments, set: &MeasurementSet) -> bool {
+    search.objective.map_or(!set.frfs.is_empty(), |o| o == ObjectiveName::Frf)
+}
+
+/// The band that was asked for.
+fn band_hz(search: &SearchArguments) -> Result<(f64, f64), String> {
+    match search.band[..] {
+        [] => Ok(FrfSettings::default().band_hz),
+        [from, to] if from >= 0.0 && to > from => Ok((from, to)),
+        _ => Err(format!("--band {}: write the lowest and the highest frequency in Hz, such as --band 20,800", listed(&search.band))),
+    }
+}
+
+fn listed(numbers: &[f64]) -> String {
+    numbers.iter().map(f64::to_string).collect::<Vec<_>>().join(",")
 }
 
 /// The word for an objective.
@@ -81,15 +100,19 @@ pub fn objective_word(objective: Objective) -> &'static str {
 }
 
 /// The plan that was asked for.
-pub fn plan(search: &SearchArguments) -> Result<Plan, String> {
+pub fn plan(search: &SearchArguments, set: &MeasurementSet) -> Result<Plan, String> {
     for (key, x) in [("--frequency-model-error", search.frequency_model_error), ("--amplitude-sd", search.amplitude_sd)] {
         if !(1e-6..=1e3).contains(&x) {
             return Err(format!("{key} {x}: write a number above 0, from 1e-6 to 1000"));
         }
     }
+    if !(0.0..=1e3).contains(&search.frf_model_error) {
+        return Err(format!("--frf-model-error {}: write 0 or a number above it, such as 0.01", search.frf_model_error));
+    }
+    let frf = FrfSettings { model_error: search.frf_model_error, band_hz: band_hz(search)?, rods: rods(search.model, search.lumps) };
     Ok(Plan {
         settings: ModeSettings {
-            objective: objective(search.objective),
+            objective: search.objective.map_or(Objective::LeastSquares, objective),
             frequency_model_error: search.frequency_model_error,
             amplitude_sd: search.amplitude_sd,
             rods: rods(search.model, search.lumps),
@@ -98,18 +121,24 @@ pub fn plan(search: &SearchArguments) -> Result<Plan, String> {
         seed: search.seed,
         repeats: usize::from(search.repeats),
         strategy: Strategy::CurrentToPbest,
+        frf: fits_frfs(search, set).then_some(frf),
+        near: None,
+        bootstrap: usize::from(search.bootstrap),
     })
 }
 
 /// The settings of a run, to be kept with its result.
-pub fn settings(sources: &Sources, search: &SearchArguments) -> Settings {
+pub fn settings(sources: &Sources, search: &SearchArguments, plan: &Plan) -> Settings {
     let lumped = search.model == ModelName::Lumped;
     Settings {
         config: sources.config.clone(),
         measurements: sources.measurements.clone(),
         model: if lumped { "lumped" } else { "receptance" }.into(),
         lumps: lumped.then_some(usize::from(search.lumps)),
-        objective: objective_word(objective(search.objective)).into(),
+        objective: plan.frf.map_or_else(|| objective_word(plan.settings.objective), |_| "frf").into(),
+        frf_model_error: search.frf_model_error,
+        band_hz: plan.frf.map(|f| f.band_hz).filter(|b| b.1.is_finite()).map(|b| [b.0, b.1]),
+        bootstrap: plan.bootstrap,
         frequency_model_error: search.frequency_model_error,
         amplitude_sd: search.amplitude_sd,
         repeats: usize::from(search.repeats),

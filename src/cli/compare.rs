@@ -20,8 +20,8 @@ use crate::validation::leave_one_out;
 /// Runs the command.
 pub fn run(given: &CompareArguments) -> CommandResult {
     let loaded = load(&given.sources)?;
-    let plan = plan(&given.search)?;
-    let (fit, held_out) = loaded.set.split(given.positions.as_deref()).map_err(told)?;
+    let plan = plan(&given.search, &loaded.set)?;
+    let (fit, held_out) = loaded.set.split(given.positions.as_deref(), &[]).map_err(told)?;
     let folder = prepare(&given.output)?;
     let progress = Progress::begin(given.output.quiet, "compare");
     let control = Control::new(stop_flag(), Some(progress.watcher()));
@@ -73,7 +73,7 @@ fn text(document: &Comparison) -> String {
 
 /// Identifies on some positions; the run and whether it ran to its end.
 fn one_run(loaded: &Loaded, names: &[String], common: &[String], plan: &Plan, control: &Control) -> Result<(ComparisonRun, bool), String> {
-    let (fit, held_out) = loaded.set.split(Some(names)).map_err(told)?;
+    let (fit, held_out) = loaded.set.split(Some(names), &[]).map_err(told)?;
     let machine = &loaded.config.machine;
     let found = identify(machine, &fit, &held_out, plan, control).map_err(told)?;
     let positions = rows::positions(loaded, &found, names);
@@ -86,6 +86,13 @@ fn one_run(loaded: &Loaded, names: &[String], common: &[String], plan: &Plan, co
     let run = ComparisonRun {
         fit_positions: names.to_vec(),
         parameters: rows::parameters(machine, &found),
+        common_gap: {
+            let all = rows::all_frfs(&loaded.set, &found);
+            rows::gap_over(
+                all.iter()
+                    .filter(|r| r.role == "held_out" && r.position.as_ref().or(r.record.as_ref()).is_some_and(|n| common.contains(n))),
+            )
+        },
         common_error: over_common(&|o| o.predicted_hz),
         common_error_published: over_common(&|o| o.published_hz),
         warnings: found.warnings.iter().cloned().chain(rows::pairing_warnings(&positions)).collect(),

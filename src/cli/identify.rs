@@ -7,13 +7,13 @@ use super::rows;
 use crate::identification::{Identification, identify};
 use crate::optimizer::Control;
 use crate::report::document;
-use crate::report::{parameters_table, positions_table};
+use crate::report::{bootstrap_table, derived_table, frfs_table, parameters_table, positions_table};
 
 /// Runs the command.
 pub fn run(given: &IdentifyArguments) -> CommandResult {
     let loaded = load(&given.sources)?;
-    let plan = plan(&given.search)?;
-    let (fit, held_out) = loaded.set.split(given.positions.as_deref()).map_err(told)?;
+    let plan = plan(&given.search, &loaded.set)?;
+    let (fit, held_out) = loaded.set.split(given.positions.as_deref(), &given.hold_out).map_err(told)?;
     let folder = prepare(&given.output)?;
     let progress = Progress::begin(given.output.quiet, "identify");
     let control = Control::new(stop_flag(), Some(progress.watcher()));
@@ -21,21 +21,41 @@ pub fn run(given: &IdentifyArguments) -> CommandResult {
     let found = on_threads(given.search.threads, || identify(machine, &fit, &held_out, &plan, &control))?;
     progress.end();
     let found = found.map_err(told)?;
-    let names = |indices: &[usize]| -> Vec<String> { indices.iter().map(|i| loaded.set.positions[*i].name.clone()).collect() };
-    let fit_positions = names(&fit.positions);
+    let names = |positions: &[usize], frfs: &[usize]| -> Vec<String> {
+        let mut names: Vec<String> = positions.iter().map(|i| loaded.set.positions[*i].name.clone()).collect();
+        for record in frfs.iter().filter(|i| loaded.set.frfs[**i].position.is_none()).filter_map(|i| loaded.set.frfs[*i].record.as_ref()) {
+            if !names.contains(record) {
+                names.push(record.clone());
+            }
+        }
+        names
+    };
+    let fit_positions = names(&fit.positions, &fit.frfs);
     let positions = rows::positions(&loaded, &found, &fit_positions);
+    let frfs = rows::all_frfs(&loaded.set, &found);
     let mut warnings = found.warnings.clone();
     warnings.extend(rows::pairing_warnings(&positions));
+    warnings.extend(found.combinations.iter().map(|c| c.text.clone()));
+    warnings.extend(rows::passivity_warnings(machine, &loaded.set));
     let document = document::Identification {
         stamp: stamp("identification", plan.seed, found.complete, &loaded, warnings),
-        settings: settings(&given.sources, &given.search),
+        settings: settings(&given.sources, &given.search, &plan),
         parameters: rows::parameters(machine, &found),
         derived: {
-            let mut derived = rows::derived(&positions);
+            let mut derived = rows::derived(&positions, &frfs);
+            derived.extend(found.derived.iter().map(|d| (d.name.clone(), d.value)));
             derived.insert("chi_square".into(), found.chi_square);
             derived.insert("degrees_of_freedom".into(), found.freedom as f64);
             derived
         },
+        derived_interval95: found
+            .derived
+            .iter()
+            .filter_map(|d| Some((d.name.clone(), d.interval95?)))
+            .map(|(n, (a, b))| (n, [a, b]))
+            .collect(),
+        combinations: rows::combinations(machine, &found),
+        bootstrap: rows::bootstraps(machine, &found),
         cost: found.cost,
         evaluations: found.evaluations,
         searches_agree: found.agree,
@@ -54,9 +74,10 @@ pub fn run(given: &IdentifyArguments) -> CommandResult {
             free.chain((found.certainty.sd.len() > found.free.len()).then(|| "gain".to_string())).collect()
         },
         correlation: found.certainty.correlation.clone(),
-        held_out_positions: names(&held_out.positions),
+        held_out_positions: names(&held_out.positions, &held_out.frfs),
         fit_positions,
         positions,
+        frfs,
     };
     warn(&given.output, &document.stamp.warnings);
     deliver(&given.output, folder.as_ref(), "identification.json", &document, &text(&loaded, &document, &found))?;
@@ -72,8 +93,20 @@ fn text(loaded: &Loaded, document: &document::Identification, found: &Identifica
     );
     text += &parameters_table(&document.parameters);
     text.push('\n');
-    text += &positions_table(&document.positions);
+    text += &if document.frfs.is_empty() { positions_table(&document.positions) } else { frfs_table(&document.frfs) };
     text.push('\n');
+    if !found.derived.is_empty() {
+        text += &derived_table(
+            &document.derived,
+            &document.derived_interval95,
+            &found.derived.iter().map(|d| d.name.clone()).collect::<Vec<_>>(),
+        );
+        text.push('\n');
+    }
+    if !document.bootstrap.is_empty() {
+        text += &bootstrap_table(&document.bootstrap);
+        text.push('\n');
+    }
     let percent = |key: &str| document.derived.get(key).map(|x| format!("{:.2} %", 100.0 * x));
     if let Some(largest) = percent("largest_frequency_error_held_out") {
         text += &format!("largest frequency error held out: {largest}\n");

@@ -3,12 +3,13 @@
 use std::collections::BTreeMap;
 
 use super::common::Loaded;
-use crate::identification::{GAIN_RANGE, Identification};
+use crate::identification::{Combination, CombinationKind, Drawn, Identification};
 use crate::machine::Machine;
-use crate::measurement::MeasurementSet;
+use crate::measurement::{Line, MeasurementSet};
 use crate::numeric::statistics::{root_mean_square, root_sum_square};
-use crate::objective::{MISSING, PositionPrediction};
-use crate::report::document::{LonePeak, OrderRow, ParameterRow, PositionRow};
+use crate::objective::{FrfGap, GAIN_RANGE, MISSING, PositionPrediction};
+use crate::report::document::{BootstrapRow, CombinationRow, FrfRow, LonePeak, OrderRow, ParameterRow, PositionRow};
+use crate::unit::omega_rad_s;
 
 /// Parameters by id, with the gain where amplitudes were compared.
 pub fn parameters(machine: &Machine, found: &Identification) -> BTreeMap<String, ParameterRow> {
@@ -103,11 +104,150 @@ pub fn position(
         overall_error_published: overall(&orders, |o| o.published_hz),
         orders,
         lone_peaks,
+        gap: None,
+        noise_floor: None,
     }
+}
+
+/// FRFs as rows.
+pub fn frfs(set: &MeasurementSet, gaps: &[FrfGap], role: &str) -> Vec<FrfRow> {
+    gaps.iter()
+        .map(|gap| {
+            let frf = &set.frfs[gap.frf];
+            FrfRow {
+                position: frf.position.map(|p| set.positions[p].name.clone()),
+                record: frf.record.clone(),
+                response: frf.response.clone(),
+                excitation: frf.excitation.clone(),
+                role: role.into(),
+                gap: gap.gap,
+                noise_floor: gap.noise_floor,
+                lines: gap.lines,
+                accepted_share: frf.lines.len() as f64 / (frf.lines.len() + frf.rejected) as f64,
+            }
+        })
+        .collect()
+}
+
+/// FRFs gathered by position, or by record where there is no position or where the position's records have different roles.
+pub fn gathered(frfs: &[FrfRow]) -> BTreeMap<String, PositionRow> {
+    let mixed = |name: &String| {
+        frfs.iter().any(|a| a.position.as_ref() == Some(name) && a.role != frfs[0].role)
+            && frfs.iter().any(|a| a.position.as_ref() == Some(name) && a.role == frfs[0].role)
+    };
+    let name = |row: &FrfRow| match (&row.position, &row.record) {
+        (Some(position), Some(record)) if mixed(position) => format!("{position} {record}"),
+        (Some(position), _) => position.clone(),
+        (None, Some(record)) => record.clone(),
+        (None, None) => "all".into(),
+    };
+    let mut groups: BTreeMap<String, Vec<&FrfRow>> = BTreeMap::new();
+    for row in frfs {
+        groups.entry(name(row)).or_default().push(row);
+    }
+    let mean = |rows: &[&FrfRow], pick: &dyn Fn(&FrfRow) -> Option<f64>| -> Option<f64> {
+        let squares: Option<Vec<f64>> = rows.iter().map(|r| Some(pick(r)?.powi(2) * r.lines as f64)).collect();
+        Some((squares?.iter().sum::<f64>() / rows.iter().map(|r| r.lines).sum::<usize>() as f64).sqrt())
+    };
+    groups
+        .into_iter()
+        .map(|(name, rows)| {
+            let row = PositionRow {
+                role: rows[0].role.clone(),
+                overall_error: None,
+                overall_error_rounded: None,
+                overall_error_published: None,
+                orders: Vec::new(),
+                lone_peaks: Vec::new(),
+                gap: mean(&rows, &|r| Some(r.gap)),
+                noise_floor: mean(&rows, &|r| r.noise_floor),
+            };
+            (name, row)
+        })
+        .collect()
+}
+
+/// Gap over several positions: root mean square over their lines.
+pub fn gap_over<'r>(frfs: impl Iterator<Item = &'r FrfRow>) -> Option<f64> {
+    let (square, lines) = frfs.fold((0.0, 0), |(s, n), r| (s + r.gap * r.gap * r.lines as f64, n + r.lines));
+    (lines > 0).then(|| (square / lines as f64).sqrt())
+}
+
+/// Share of lines from which a positive Im of a driving point is told.
+const ACTIVE_SHARE: f64 = 0.02;
+
+/// What the driving points of a set show: a passive machine has Im(receptance) ≤ 0.
+pub fn passivity_warnings(machine: &Machine, set: &MeasurementSet) -> Vec<String> {
+    let remedy = if machine.effects.iter().any(|e| e == "measurement-delay") {
+        "the machine contains measurement-delay, which accounts for a delay"
+    } else {
+        "if it is a delay, add the effect measurement-delay to the machine"
+    };
+    let mut warnings = Vec::new();
+    for frf in set.frfs.iter().filter(|f| f.response == f.excitation) {
+        let active = |l: &&Line| (l.value / frf.quantity.from_receptance(omega_rad_s(l.frequency_hz))).im > 0.0;
+        let share = frf.lines.iter().filter(active).count() as f64 / frf.lines.len() as f64;
+        if share > ACTIVE_SHARE {
+            warnings.push(format!(
+                "{}: Im of this driving point is positive on {:.0} % of its lines, as a delay, a wrong sign or a wrong quantity makes it; {remedy}",
+                frf.source,
+                100.0 * share,
+            ));
+        }
+    }
+    warnings
+}
+
+/// Combinations as rows.
+pub fn combinations(machine: &Machine, found: &Identification) -> Vec<CombinationRow> {
+    let id = |column: usize| machine.parameters[found.free[column]].id.clone();
+    let word = |kind| match kind {
+        CombinationKind::Series => "series",
+        CombinationKind::Parallel => "parallel",
+        CombinationKind::Ratio => "ratio",
+        CombinationKind::Opposite => "opposite",
+    };
+    let row = |c: &Combination| CombinationRow {
+        parameters: [id(c.columns.0), id(c.columns.1)],
+        kind: word(c.kind).into(),
+        correlation: c.correlation,
+        relative_sd: c.sd,
+        says: c.text.clone(),
+    };
+    found.combinations.iter().map(row).collect()
+}
+
+/// Bootstraps as rows.
+pub fn bootstraps(machine: &Machine, found: &Identification) -> Vec<BootstrapRow> {
+    found
+        .bootstraps
+        .iter()
+        .map(|b| {
+            let of = |(&parameter, ends): (&usize, &(f64, f64))| {
+                let p = &machine.parameters[parameter];
+                (p.id.clone(), [p.from_unit(ends.0), p.from_unit(ends.1)])
+            };
+            BootstrapRow {
+                drawn: if b.drawn == Drawn::Lines { "lines" } else { "positions" }.into(),
+                samples: b.samples,
+                interval95: found.free.iter().zip(&b.interval95).map(of).collect(),
+            }
+        })
+        .collect()
+}
+
+/// All FRFs of an identification.
+pub fn all_frfs(set: &MeasurementSet, found: &Identification) -> Vec<FrfRow> {
+    let mut rows = frfs(set, &found.fitted_frfs, "fit");
+    rows.extend(frfs(set, &found.held_out_frfs, "held_out"));
+    rows
 }
 
 /// All positions of an identification.
 pub fn positions(loaded: &Loaded, found: &Identification, fit_positions: &[String]) -> BTreeMap<String, PositionRow> {
+    if !found.fitted_frfs.is_empty() {
+        return gathered(&all_frfs(&loaded.set, found));
+    }
     let gain = (found.gain.count > 0).then_some(found.gain.gain);
     let rows = |predictions: &[PositionPrediction], role: &'static str| -> Vec<(String, PositionRow)> {
         predictions
@@ -118,10 +258,13 @@ pub fn positions(loaded: &Loaded, found: &Identification, fit_positions: &[Strin
     rows(&found.fitted, "fit").into_iter().chain(rows(&found.held_out, "held_out")).collect()
 }
 
-/// Quantities that follow: largest errors and scatter, by name.
-pub fn derived(positions: &BTreeMap<String, PositionRow>) -> BTreeMap<String, f64> {
+/// Quantities that follow: largest errors, scatter and gaps, by name.
+pub fn derived(positions: &BTreeMap<String, PositionRow>, frfs: &[FrfRow]) -> BTreeMap<String, f64> {
     let mut derived = BTreeMap::new();
     for role in ["fit", "held_out"] {
+        if let Some(gap) = gap_over(frfs.iter().filter(|r| r.role == role)) {
+            derived.insert(format!("gap_{role}"), gap);
+        }
         let of_role = || positions.values().filter(|p| p.role == role);
         if let Some(largest) = of_role().filter_map(|p| p.largest_error(MISSING)).reduce(f64::max) {
             derived.insert(format!("largest_frequency_error_{role}"), largest);

@@ -6,11 +6,11 @@ use std::path::Path;
 use super::arguments::{Sources, ValidateArguments};
 use super::common::{CommandResult, Outcome, deliver, document_input, load, prepare, read_document, stamp, told, warn};
 use super::rows;
-use crate::measurement::HoldOutSet;
+use crate::measurement::{HoldOutSet, MeasurementSet};
 use crate::model::Rods;
-use crate::objective::{MISSING, ModeObjective, ModeSettings};
+use crate::objective::{FrfObjective, FrfSettings, MISSING, ModeObjective, ModeSettings, PositionPrediction};
 use crate::report::document::{Identification, Validation};
-use crate::report::positions_table;
+use crate::report::{gaps_table, positions_table};
 
 /// Runs the command.
 pub fn run(given: &ValidateArguments) -> CommandResult {
@@ -41,50 +41,73 @@ pub fn run(given: &ValidateArguments) -> CommandResult {
         })?;
         values[at] = row.value;
     }
+    let folder = prepare(&given.output)?;
+    let whole_frfs = settings.objective == "frf";
+    let same_set = given.measurements.is_none();
     let chosen = match &given.positions {
         Some(names) => names.clone(),
-        None if given.measurements.is_none() && !identified.held_out_positions.is_empty() => identified.held_out_positions.clone(),
-        None => loaded.set.positions.iter().map(|p| p.name.clone()).collect(),
+        None if same_set && !identified.held_out_positions.is_empty() => identified.held_out_positions.clone(),
+        None => Vec::new(),
     };
-    let indices = loaded.set.positions_named(&chosen).map_err(told)?;
-    let folder = prepare(&given.output)?;
-    let mode_settings = ModeSettings { rods: settings.lumps.map_or(Rods::Exact, Rods::Lumped), ..ModeSettings::default() };
-    let objective =
-        ModeObjective::held_out(machine, &HoldOutSet { set: &loaded.set, positions: indices }, mode_settings, None).map_err(told)?;
-    let predictions = objective.predict(&values);
+    let (fit, _) = loaded.set.split((!chosen.is_empty()).then_some(&chosen[..]).or(Some(&all_names(&loaded.set))), &[]).map_err(told)?;
+    let held_out = HoldOutSet { set: &loaded.set, positions: fit.positions, frfs: fit.frfs };
+    let rods = settings.lumps.map_or(Rods::Exact, Rods::Lumped);
     // The gain belongs to a measurement set: another set has its own.
-    let gain = match given.measurements {
-        None => identified.parameters.get("gain").map(|g| g.value),
-        Some(_) => Some(objective.amplitude_fit(&predictions)).filter(|fit| fit.count > 0).map(|fit| fit.gain),
-    };
-    let positions: BTreeMap<_, _> = predictions
-        .iter()
-        .map(|p| {
+    let own_gain = if same_set { identified.parameters.get("gain").map(|g| g.value) } else { None };
+    let role = |name: &String| if same_set && identified.fit_positions.contains(name) { "fit" } else { "held_out" };
+    let positions = if whole_frfs {
+        let band_hz = settings.band_hz.map_or(FrfSettings::default().band_hz, |[from, to]| (from, to));
+        let frf_settings = FrfSettings { rods, band_hz, ..FrfSettings::default() };
+        let objective = FrfObjective::held_out(machine, &held_out, frf_settings).map_err(told)?;
+        let gain = own_gain.unwrap_or_else(|| objective.best_gain(&values));
+        let mut rows = rows::gathered(&rows::frfs(&loaded.set, &objective.gaps(&values, gain), "held_out"));
+        rows.iter_mut().for_each(|(name, row)| row.role = role(name).into());
+        rows
+    } else {
+        let mode_settings = ModeSettings { rods, ..ModeSettings::default() };
+        let objective = ModeObjective::held_out(machine, &held_out, mode_settings, None).map_err(told)?;
+        let predictions = objective.predict(&values);
+        let gain = own_gain.or_else(|| Some(objective.amplitude_fit(&predictions)).filter(|f| f.count > 0 && !same_set).map(|f| f.gain));
+        let row = |p: &PositionPrediction| {
             let name = loaded.set.positions[p.position].name.clone();
-            let role = if given.measurements.is_none() && identified.fit_positions.contains(&name) { "fit" } else { "held_out" };
-            (name, rows::position(&loaded.set, p, role, gain, &identified.fit_positions))
-        })
-        .collect();
+            let row = rows::position(&loaded.set, p, role(&name), gain, &identified.fit_positions);
+            (name, row)
+        };
+        predictions.iter().map(row).collect::<BTreeMap<_, _>>()
+    };
     warnings.extend(rows::pairing_warnings(&positions));
     let largest = positions.values().filter_map(|p| p.largest_error(MISSING)).reduce(f64::max);
+    let largest_gap = positions.values().filter_map(|p| p.gap).reduce(f64::max);
     let mut stamped = stamp("validation", identified.stamp.seed, true, &loaded, warnings);
     stamped.inputs.push(document_input(&given.result)?);
-    let document = Validation { stamp: stamped, positions, largest_error: largest };
-    let mut text = positions_table(&document.positions);
+    let document = Validation { stamp: stamped, positions, largest_error: largest, largest_gap };
+    let mut text = if whole_frfs { gaps_table(&document.positions) } else { positions_table(&document.positions) };
     if let Some(largest) = largest {
         text += &format!("\nlargest frequency error: {:.2} %\n", 100.0 * largest);
     }
     warn(&given.output, &document.stamp.warnings);
     deliver(&given.output, folder.as_ref(), "validation.json", &document, &text)?;
-    match (given.fail_above, largest) {
+    match (given.fail_above, largest.or(largest_gap)) {
         (Some(limit), Some(largest)) if largest > limit => {
             if !given.output.quiet {
-                eprintln!("jointid: the largest frequency error, {:.2} %, is above {:.2} %", 100.0 * largest, 100.0 * limit);
+                let what = if whole_frfs { "gap" } else { "frequency error" };
+                eprintln!("jointid: the largest {what}, {:.2} %, is above {:.2} %", 100.0 * largest, 100.0 * limit);
             }
             Ok(Outcome::LimitNotMet)
         }
         _ => Ok(Outcome::Done),
     }
+}
+
+/// Names of all positions, and of the records without one.
+fn all_names(set: &MeasurementSet) -> Vec<String> {
+    let mut names: Vec<String> = set.positions.iter().map(|p| p.name.clone()).collect();
+    for record in set.frfs.iter().filter(|f| f.position.is_none()).filter_map(|f| f.record.clone()) {
+        if !names.contains(&record) {
+            names.push(record);
+        }
+    }
+    names
 }
 
 /// Refuses a document of another form, and values outside their own ranges.

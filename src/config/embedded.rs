@@ -8,6 +8,7 @@ pub fn embedded_config(path: &str) -> Option<&'static str> {
     match path {
         "configs/tian.toml" => Some(include_str!("../../configs/tian.toml")),
         "configs/tian-as-published.toml" => Some(include_str!("../../configs/tian-as-published.toml")),
+        "configs/two-inertia.toml" => Some(include_str!("../../configs/two-inertia.toml")),
         _ => None,
     }
 }

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use serde::Deserialize;
 
 use crate::machine::{
-    Effect, FitRule, JointPatch, Motion, Parameter, Patch, Place, PointPatch, Rescale, Scale, ShaftPatch, Source, Target,
+    DerivedPatch, Effect, FitRule, JointPatch, Motion, Parameter, Patch, Place, PointPatch, Rescale, Scale, ShaftPatch, Source, Target,
 };
 use crate::unit::travel_per_radian_m;
 
@@ -36,6 +36,9 @@ pub struct MachineFile {
     /// Effects of the user's own.
     #[serde(default)]
     pub effect: Vec<EffectFile>,
+    /// Quantities to be reported, by name.
+    #[serde(default)]
+    pub derived: BTreeMap<String, DerivedFile>,
 }
 
 /// The effect library: nothing but effects.
@@ -167,6 +170,7 @@ pub struct ParameterFile {
     scale: Option<ScaleFile>,
     #[serde(default)]
     fit: FitFile,
+    sd: Option<f64>,
     #[serde(default)]
     source: String,
 }
@@ -210,6 +214,7 @@ pub struct EffectFile {
 #[serde(deny_unknown_fields)]
 struct RescaleFile {
     part: PartFile,
+    #[serde(default)]
     name: String,
     law: LawFile,
     by: String,
@@ -223,6 +228,52 @@ enum PartFile {
     JointDamping,
     ShaftDiameter,
     ShaftLossFactor,
+    ShaftModulus,
+    ChainGain,
+    ChainDelay,
+    ChainPower,
+}
+
+/// A quantity to be reported: one of four kinds.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(
+    untagged,
+    expecting = "expected { natural_frequency = n }, { antiresonance = n, at = \"point\" }, { inertia = [\"a\", \"b\"] } or { parameter = \"id\" }"
+)]
+pub enum DerivedFile {
+    /// n-th undamped natural frequency above 0.
+    NaturalFrequency {
+        /// n.
+        natural_frequency: usize,
+    },
+    /// n-th antiresonance at a point.
+    Antiresonance {
+        /// n.
+        antiresonance: usize,
+        /// The point.
+        at: String,
+    },
+    /// Inertia of one point over that of another.
+    InertiaRatio {
+        /// The two points.
+        inertia: [String; 2],
+    },
+    /// A parameter.
+    Parameter {
+        /// Its id.
+        parameter: String,
+    },
+}
+
+impl From<DerivedFile> for DerivedPatch {
+    fn from(file: DerivedFile) -> Self {
+        match file {
+            DerivedFile::NaturalFrequency { natural_frequency } => DerivedPatch::NaturalFrequency(natural_frequency),
+            DerivedFile::Antiresonance { antiresonance, at } => DerivedPatch::Antiresonance(antiresonance, at),
+            DerivedFile::InertiaRatio { inertia: [a, b] } => DerivedPatch::InertiaRatio(a, b),
+            DerivedFile::Parameter { parameter } => DerivedPatch::Parameter(parameter),
+        }
+    }
 }
 
 #[derive(Debug, Clone, Copy, Deserialize)]
@@ -231,6 +282,7 @@ enum LawFile {
     Relative,
     AlongStroke,
     Replace,
+    InSeries,
 }
 
 fn point(file: PointFile) -> Result<PointPatch, String> {
@@ -317,7 +369,7 @@ fn parameter((id, file): (String, ParameterFile)) -> Parameter {
         FitFile::Frf => FitRule::Frf,
         FitFile::Never => FitRule::Never,
     };
-    Parameter { id, unit: file.unit, start: file.start, lower: file.lower, upper: file.upper, scale, fit, source: file.source }
+    Parameter { id, unit: file.unit, start: file.start, lower: file.lower, upper: file.upper, scale, fit, sd: file.sd, source: file.source }
 }
 
 fn rescale(file: RescaleFile) -> (Target, Rescale, String) {
@@ -327,11 +379,16 @@ fn rescale(file: RescaleFile) -> (Target, Rescale, String) {
         PartFile::JointDamping => Target::JointDamping(file.name),
         PartFile::ShaftDiameter => Target::ShaftDiameter(file.name),
         PartFile::ShaftLossFactor => Target::ShaftLossFactor(file.name),
+        PartFile::ShaftModulus => Target::ShaftModulus(file.name),
+        PartFile::ChainGain => Target::ChainGain,
+        PartFile::ChainDelay => Target::ChainDelay,
+        PartFile::ChainPower => Target::ChainPower,
     };
     let law = match file.law {
         LawFile::Relative => Rescale::Relative,
         LawFile::AlongStroke => Rescale::AlongStroke,
         LawFile::Replace => Rescale::Replace,
+        LawFile::InSeries => Rescale::InSeries,
     };
     (target, law, file.by)
 }
@@ -345,6 +402,7 @@ impl MachineFile {
             joints: self.joint.into_iter().map(joint).collect::<Result<_, _>>()?,
             parameters: self.parameter.into_iter().map(parameter).collect(),
             rescales: Vec::new(),
+            derived: self.derived.into_iter().map(|(name, d)| (name, d.into())).collect(),
         })
     }
 }
@@ -361,6 +419,7 @@ impl EffectFile {
                 joints: self.joint.into_iter().map(joint).collect::<Result<_, _>>().map_err(named)?,
                 parameters: self.parameter.into_iter().map(parameter).collect(),
                 rescales: self.rescale.into_iter().map(rescale).collect(),
+                derived: Vec::new(),
             },
             id: self.id,
             says: self.says,

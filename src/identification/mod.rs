@@ -1,7 +1,14 @@
 //! Parameters from data: the search repeated from several seeds, and what the data determine.
 
+mod bootstrap;
+mod combination;
+mod estimate;
+mod problem;
+mod profile;
 mod run;
 mod uncertainty;
 
-pub use run::{Estimate, GAIN_RANGE, Identification, Plan, Repeat, identify};
-pub use uncertainty::{Certainty, certainty};
+pub use bootstrap::{Bootstrap, Drawn};
+pub use combination::{Combination, Kind as CombinationKind};
+pub use run::{DerivedEstimate, Estimate, Identification, Plan, Repeat, identify};
+pub use uncertainty::{Certainty, NARROWING, RANGE_SD, certainty};

@@ -1,17 +1,22 @@
-//! Identification from modes: search, repeats, certainty, predictions.
+//! Identification from modes or from whole FRFs: estimates, and predictions where nothing was fitted.
 
-use crate::machine::Machine;
+use super::bootstrap::Bootstrap;
+use super::combination::Combination;
+use super::estimate::{Estimation, estimate};
+use super::uncertainty::Certainty;
+use crate::machine::{Machine, Operating};
 use crate::measurement::{FitSet, HoldOutSet};
-use crate::objective::{AmplitudeFit, ModeObjective, ModeSettings, Objective, ObjectiveError, PositionPrediction};
-use crate::optimizer::{Control, Cost, Found, SearchSettings, Strategy, search};
-
-use super::uncertainty::{Certainty, certainty};
+use crate::model::derived;
+use crate::objective::{AmplitudeFit, FrfGap, FrfObjective, FrfSettings, ModeObjective, ModeSettings, ObjectiveError, PositionPrediction};
+use crate::optimizer::{Control, Found, Strategy};
 
 /// How an identification is run.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Plan {
-    /// Objective, weights, rods.
+    /// Objective, weights, rods for modes.
     pub settings: ModeSettings,
+    /// Weights, band, rods for whole FRFs; where they are given FRFs are fitted, not modes.
+    pub frf: Option<FrfSettings>,
     /// Ids of parameters that keep their start values.
     pub frozen: Vec<String>,
     /// Seed of the first search; the others follow from it.
@@ -20,11 +25,24 @@ pub struct Plan {
     pub repeats: usize,
     /// Strategy of the differential evolution.
     pub strategy: Strategy,
+    /// Place of the free parameters to polish from instead of a search: for data that are known to lie near it.
+    pub near: Option<Vec<f64>>,
+    /// Bootstrap samples over lines, and as many over positions; 0 for none.
+    pub bootstrap: usize,
 }
 
 impl Default for Plan {
     fn default() -> Self {
-        Plan { settings: ModeSettings::default(), frozen: Vec::new(), seed: 1, repeats: 3, strategy: Strategy::CurrentToPbest }
+        Plan {
+            settings: ModeSettings::default(),
+            frf: None,
+            frozen: Vec::new(),
+            seed: 1,
+            repeats: 3,
+            strategy: Strategy::CurrentToPbest,
+            near: None,
+            bootstrap: 0,
+        }
     }
 }
 
@@ -50,6 +68,17 @@ pub struct Estimate {
     pub identifiable: Option<bool>,
     /// Lies at an end of its plausible range.
     pub at_bound: bool,
+}
+
+/// A quantity that follows from the parameters.
+#[derive(Debug, Clone, PartialEq)]
+pub struct DerivedEstimate {
+    /// Name, with its unit.
+    pub name: String,
+    /// Value.
+    pub value: f64,
+    /// 95 % interval, to first order; `None` where χ² is no likelihood.
+    pub interval95: Option<(f64, f64)>,
 }
 
 /// What an identification found.
@@ -79,12 +108,26 @@ pub struct Identification {
     pub gain_identifiable: Option<bool>,
     /// Certainty of the free parameters, and last of the gain where it was estimated.
     pub certainty: Certainty,
+    /// Quantities the machine reports, at mid-stroke.
+    pub derived: Vec<DerivedEstimate>,
+    /// Combinations that the data determine better than the parameters alone.
+    pub combinations: Vec<Combination>,
+    /// Bootstraps asked for.
+    pub bootstraps: Vec<Bootstrap>,
+    /// By how much the correlation of neighbouring lines widens the variance.
+    pub colour: f64,
+    /// Best place of the free parameters in the unit cube, and last of the gain where it was estimated.
+    pub place: Vec<f64>,
     /// Indices of the free parameters.
     pub free: Vec<usize>,
-    /// Predictions where it was fitted.
+    /// Modes predicted where they were fitted; empty for FRFs.
     pub fitted: Vec<PositionPrediction>,
-    /// Predictions where it was not.
+    /// Modes predicted where they were not; empty for FRFs.
     pub held_out: Vec<PositionPrediction>,
+    /// Gaps of the FRFs fitted; empty for modes.
+    pub fitted_frfs: Vec<FrfGap>,
+    /// Gaps of the FRFs held out; empty for modes.
+    pub held_out_frfs: Vec<FrfGap>,
     /// Frequencies and amplitudes that were fitted.
     pub observations: usize,
     /// Ran to its end.
@@ -93,24 +136,9 @@ pub struct Identification {
     pub warnings: Vec<String>,
 }
 
-impl Cost for ModeObjective<'_> {
-    fn dimension(&self) -> usize {
-        self.free.len()
-    }
-
-    fn at(&self, place: &[f64]) -> f64 {
-        self.cost(&self.parameters(place))
-    }
-}
-
-/// Range of an unknown gain.
-pub const GAIN_RANGE: (f64, f64) = (1e-3, 1e3);
-/// Distance from an end of the unit interval that counts as being there.
-const AT_BOUND: f64 = 1e-3;
-
-/// Identifies a machine's free parameters from the modes of the fit positions, and predicts the held-out ones.
+/// Identifies a machine's free parameters from the modes or FRFs to be fitted, and predicts those held out.
 ///
-/// # Errors  as [`ModeObjective::new`]; nothing is free.
+/// # Errors  as [`ModeObjective::new`] and [`FrfObjective::new`]; nothing is free.
 pub fn identify(
     machine: &Machine,
     fit: &FitSet<'_>,
@@ -118,113 +146,96 @@ pub fn identify(
     plan: &Plan,
     control: &Control,
 ) -> Result<Identification, ObjectiveError> {
-    let objective = ModeObjective::new(machine, fit, plan.settings, &plan.frozen)?;
-    let beyond = ModeObjective::held_out(machine, held_out, plan.settings, Some(objective.band_hz))?;
-    if objective.free.is_empty() {
-        return Err(ObjectiveError::Data("no parameter is left to identify; freeze fewer, or give one fit = \"always\"".into()));
-    }
-    let mut repeats: Vec<Repeat> = Vec::new();
-    for repeat in 0..plan.repeats.max(1) {
-        let seed = plan.seed.wrapping_add(1_000_003 * repeat as u64);
-        let settings = SearchSettings { strategy: plan.strategy, ..SearchSettings::for_dimension(objective.free.len(), seed) };
-        repeats.push(Repeat { seed, found: search(&objective, settings, control) });
-        if control.stopped() {
-            break;
+    match plan.frf {
+        Some(settings) => {
+            let objective = FrfObjective::new(machine, fit, settings, &plan.frozen)?;
+            let beyond = FrfObjective::held_out(machine, held_out, settings)?;
+            let estimation = estimate(&objective, machine, plan, control)?;
+            let (values, gain) = (estimation.values.clone(), estimation.gain);
+            // The gain stands among the parameters where it is unknown.
+            let gain = AmplitudeFit { gain, count: if objective.estimates_gain() { objective.observations() / 2 } else { 0 } };
+            let mut found = identification(machine, estimation, gain, &objective.free, objective.observations());
+            found.fitted_frfs = objective.gaps(&values, gain.gain);
+            found.held_out_frfs = beyond.gaps(&values, gain.gain);
+            Ok(found)
+        }
+        None => {
+            let objective = ModeObjective::new(machine, fit, plan.settings, &plan.frozen)?;
+            let beyond = ModeObjective::held_out(machine, held_out, plan.settings, Some(objective.band_hz))?;
+            let estimation = estimate(&objective, machine, plan, control)?;
+            let fitted = objective.predict(&estimation.values);
+            let gain = objective.amplitude_fit(&fitted);
+            let held_out = beyond.predict(&estimation.values);
+            let mut found = identification(machine, estimation, gain, &objective.free, objective.observations());
+            (found.fitted, found.held_out) = (fitted, held_out);
+            Ok(found)
         }
     }
-    repeats.sort_by(|a, b| a.found.cost.total_cmp(&b.found.cost));
-    let best = repeats[0].found.clone();
-    let values = objective.parameters(&best.place);
-    let fitted = objective.predict(&values);
-    let gain = objective.amplitude_fit(&fitted);
-    let unknowns = objective.free.len() + usize::from(objective.estimates_gain());
-    let chi_square: f64 = objective.residuals(&fitted, gain.gain).iter().map(|r| r * r).sum();
-    let freedom = objective.observations().saturating_sub(unknowns);
-    let misfit = if freedom > 0 { (chi_square / freedom as f64).max(1.0) } else { 1.0 };
-    // The gain is one unknown more: a last coordinate over its own range.
-    let mut extended = best.place.clone();
-    if objective.estimates_gain() {
-        extended.push((gain.gain / GAIN_RANGE.0).ln() / (GAIN_RANGE.1 / GAIN_RANGE.0).ln());
-    }
-    let free_count = best.place.len();
-    let certainty = certainty(&extended, misfit, |place| {
-        let predictions = objective.predict(&objective.parameters(&place[..free_count]));
-        let gain = place.get(free_count).map_or(gain.gain, |u| GAIN_RANGE.0 * (u * (GAIN_RANGE.1 / GAIN_RANGE.0).ln()).exp());
-        objective.residuals(&predictions, gain)
-    });
-    // Eq. 26 is no likelihood: its minimum tells no intervals.
-    let tells = plan.settings.objective != Objective::Eq26;
-    let gain_interval95 = (tells && extended.len() > free_count).then(|| {
-        let half = 1.96 * certainty.sd[free_count] * (GAIN_RANGE.1 / GAIN_RANGE.0).ln();
-        (gain.gain * (-half).exp(), gain.gain * half.exp())
-    });
-    let gain_identifiable = (tells && extended.len() > free_count).then(|| certainty.identifiable[free_count]);
-    let mut warnings = Vec::new();
-    if objective.observations() < unknowns {
-        warnings.push(format!(
-            "{} observations cannot determine {unknowns} unknowns: those the data do not see are marked not identifiable; fit more positions, or --freeze parameters",
-            objective.observations()
-        ));
-    }
-    let mut estimates: Vec<Estimate> = (0..machine.parameters.len())
-        .map(|parameter| Estimate { parameter, value: values[parameter], interval95: None, identifiable: None, at_bound: false })
-        .collect();
-    for (free, &parameter) in objective.free.iter().enumerate() {
-        let (u, sd) = (best.place[free], certainty.sd[free]);
-        let description = &machine.parameters[parameter];
-        let end = |x: f64| description.from_unit(x.clamp(0.0, 1.0));
-        let at_bound = !(AT_BOUND..=1.0 - AT_BOUND).contains(&u);
-        estimates[parameter] = Estimate {
-            parameter,
-            value: values[parameter],
-            interval95: tells.then(|| (end(u - 1.96 * sd), end(u + 1.96 * sd))),
-            identifiable: tells.then(|| certainty.identifiable[free] && !at_bound),
-            at_bound,
-        };
-        if at_bound {
-            let which = if u < 0.5 { ("lower", description.lower) } else { ("upper", description.upper) };
-            let remedy =
-                if certainty.identifiable[free] { "the data push it there: check range and model" } else { "the data do not determine it" };
-            warnings
-                .push(format!("{} lies at the {} end of its range, {:e} {}: {remedy}", description.id, which.0, which.1, description.unit));
-        }
-    }
-    if misfit > 2.0 && tells {
-        warnings.push(format!(
-            "χ² is {chi_square:.1} for {freedom} degrees of freedom: model and data differ by more than the weights allow; intervals are widened by √{misfit:.2}"
-        ));
-    }
-    let complete = !control.stopped() && repeats.len() == plan.repeats.max(1) && repeats.iter().all(|r| r.found.complete);
-    let worst = repeats.last().map_or(best.cost, |r| r.found.cost);
-    let agree = (complete && repeats.len() > 1).then(|| {
-        let costs = worst - best.cost <= 1e-3 * best.cost.abs().max(1e-12);
-        let seen = (0..free_count).filter(|i| certainty.identifiable[*i]);
-        // Places of what the data see, within a tenth of their standard deviation or a thousandth of the range.
-        let places =
-            seen.into_iter().all(|i| repeats.iter().all(|r| (r.found.place[i] - best.place[i]).abs() <= (0.1 * certainty.sd[i]).max(1e-3)));
-        costs && places
-    });
-    if agree == Some(false) {
-        warnings.push(format!("the {} searches do not agree (cost {:.6} to {worst:.6}): raise --repeats", repeats.len(), best.cost));
-    }
-    Ok(Identification {
-        estimates,
+}
+
+fn identification(machine: &Machine, estimation: Estimation, gain: AmplitudeFit, free: &[usize], observations: usize) -> Identification {
+    Identification {
+        derived: derived_estimates(machine, &estimation, free),
+        estimates: estimation.estimates,
+        values: estimation.values,
         gain,
-        cost: best.cost,
-        evaluations: repeats.iter().map(|r| r.found.evaluations).sum(),
-        agree,
-        certainty,
-        free: objective.free.clone(),
-        held_out: beyond.predict(&values),
-        values,
-        fitted,
-        observations: objective.observations(),
-        complete,
-        chi_square,
-        freedom,
-        gain_interval95,
-        gain_identifiable,
-        repeats,
-        warnings,
-    })
+        cost: estimation.repeats[0].found.cost,
+        evaluations: estimation.repeats.iter().map(|r| r.found.evaluations).sum(),
+        repeats: estimation.repeats,
+        agree: estimation.agree,
+        chi_square: estimation.chi_square,
+        freedom: estimation.freedom,
+        gain_interval95: estimation.gain_interval95,
+        gain_identifiable: estimation.gain_identifiable,
+        certainty: estimation.certainty,
+        combinations: estimation.combinations,
+        bootstraps: estimation.bootstraps,
+        colour: estimation.colour,
+        place: estimation.place,
+        free: free.to_vec(),
+        fitted: Vec::new(),
+        held_out: Vec::new(),
+        fitted_frfs: Vec::new(),
+        held_out_frfs: Vec::new(),
+        observations,
+        complete: estimation.complete,
+        warnings: estimation.warnings,
+    }
+}
+
+/// Step in the unit interval of the differences by which intervals of derived quantities are told.
+const STEP: f64 = 1e-5;
+
+fn derived_estimates(machine: &Machine, estimation: &Estimation, free: &[usize]) -> Vec<DerivedEstimate> {
+    if machine.derived.is_empty() {
+        return Vec::new();
+    }
+    let operating = Operating { nut_m: machine.stroke_m().map(|s| 0.5 * s) };
+    let here = derived(machine, &estimation.values, &operating);
+    // d(quantity)/d(place), column by column.
+    let moved = |column: usize, by: f64| {
+        let parameter = &machine.parameters[free[column]];
+        let mut values = estimation.values.clone();
+        values[free[column]] = parameter.from_unit(estimation.place[column] + by);
+        derived(machine, &values, &operating)
+    };
+    let (low, high): (Vec<_>, Vec<_>) = (0..free.len()).map(|c| (moved(c, -STEP), moved(c, STEP))).unzip();
+    let tells = estimation.estimates.iter().any(|e| e.interval95.is_some());
+    machine
+        .derived
+        .iter()
+        .enumerate()
+        .filter_map(|(at, quantity)| {
+            let value = here[at]?;
+            let slopes: Option<Vec<f64>> = low.iter().zip(&high).map(|(low, high)| Some((high[at]? - low[at]?) / (2.0 * STEP))).collect();
+            let interval95 = slopes.filter(|_| tells).map(|slopes| {
+                let covariance = &estimation.certainty.covariance;
+                let variance: f64 =
+                    (0..slopes.len()).map(|i| (0..slopes.len()).map(|j| slopes[i] * covariance[(i, j)] * slopes[j]).sum::<f64>()).sum();
+                let half = 1.96 * variance.max(0.0).sqrt();
+                (value - half, value + half)
+            });
+            Some(DerivedEstimate { name: quantity.name.clone(), value, interval95 })
+        })
+        .collect()
 }

@@ -4,8 +4,8 @@ use std::collections::HashSet;
 
 use thiserror::Error;
 
-use super::effect::{JointPatch, Patch, PointPatch, ShaftPatch, Source, Target};
-use super::{Base, Effect, Joint, Law, Machine, Operating, Parameter, Point, Rescale, Scale, Shaft, Station, Value};
+use super::effect::{DerivedPatch, JointPatch, Patch, PointPatch, ShaftPatch, Source, Target};
+use super::{Base, Derivation, Derived, Effect, Joint, Law, Machine, Operating, Parameter, Point, Rescale, Scale, Shaft, Station, Value};
 
 /// What is wrong with a description; the text says what to write instead.
 #[derive(Debug, Clone, PartialEq, Error)]
@@ -53,6 +53,10 @@ impl Machine {
         for (target, rescale, parameter) in &patch.rescales {
             machine.rescale(target, *rescale, parameter)?;
         }
+        for (name, from) in &patch.derived {
+            let from = machine.resolve_derived(name, from)?;
+            machine.derived.push(Derived { name: name.clone(), from });
+        }
         machine.check()?;
         Ok(machine)
     }
@@ -86,6 +90,12 @@ impl Machine {
             })
             .collect();
         self.values_mut().for_each(|v| v.renumber(&moved));
+        self.derived.retain(|d| !matches!(d.from, Derivation::Parameter(index) if !used[index]));
+        for derived in &mut self.derived {
+            if let Derivation::Parameter(index) = &mut derived.from {
+                *index = moved[*index];
+            }
+        }
         let dropped = self.parameters.iter().zip(&used).filter(|(_, used)| !**used).map(|(p, _)| p.id.clone()).collect();
         let mut keep = used.iter();
         self.parameters.retain(|_| *keep.next().unwrap_or(&true));
@@ -98,7 +108,7 @@ impl Machine {
             self.shafts.iter().flat_map(|s| [&s.length, &s.diameter, &s.youngs_modulus, &s.shear_modulus, &s.density, &s.loss_factor]);
         let joints =
             self.joints.iter().flat_map(|j| [&j.stiffness, &j.damping, &j.loss_factor].into_iter().chain(j.relaxation_stiffness.as_ref()));
-        points.chain(shafts).chain(joints)
+        points.chain(shafts).chain(joints).chain([&self.chain.gain, &self.chain.delay, &self.chain.power])
     }
 
     fn values_mut(&mut self) -> impl Iterator<Item = &mut Value> {
@@ -110,7 +120,7 @@ impl Machine {
             .joints
             .iter_mut()
             .flat_map(|j| [&mut j.stiffness, &mut j.damping, &mut j.loss_factor].into_iter().chain(j.relaxation_stiffness.as_mut()));
-        points.chain(shafts).chain(joints)
+        points.chain(shafts).chain(joints).chain([&mut self.chain.gain, &mut self.chain.delay, &mut self.chain.power])
     }
 
     /// The first thing an effect needs that the machine lacks.
@@ -214,37 +224,67 @@ impl Machine {
         let joint = |name: &String| self.joints.iter().position(|j| j.name == *name);
         let shaft = |name: &String| self.shafts.iter().position(|s| s.name == *name);
         let missing = |name: &String| fault(&part, format!("the machine has no «{name}»"));
-        let value = match target {
+        let mut values: Vec<&mut Value> = match target {
             Target::PointInertia(name) => {
                 let at = self.point(name).ok_or_else(|| missing(name))?;
-                &mut self.points[at].inertia
+                vec![&mut self.points[at].inertia]
             }
             Target::JointStiffness(name) => {
                 let at = joint(name).ok_or_else(|| missing(name))?;
-                &mut self.joints[at].stiffness
+                vec![&mut self.joints[at].stiffness]
             }
             Target::JointDamping(name) => {
                 let at = joint(name).ok_or_else(|| missing(name))?;
-                &mut self.joints[at].damping
+                vec![&mut self.joints[at].damping]
             }
             Target::ShaftDiameter(name) => {
                 let at = shaft(name).ok_or_else(|| missing(name))?;
-                &mut self.shafts[at].diameter
+                vec![&mut self.shafts[at].diameter]
             }
             Target::ShaftLossFactor(name) => {
                 let at = shaft(name).ok_or_else(|| missing(name))?;
-                &mut self.shafts[at].loss_factor
+                vec![&mut self.shafts[at].loss_factor]
             }
+            Target::ShaftModulus(name) => {
+                let at = shaft(name).ok_or_else(|| missing(name))?;
+                let shaft = &mut self.shafts[at];
+                vec![&mut shaft.youngs_modulus, &mut shaft.shear_modulus]
+            }
+            Target::ChainGain => vec![&mut self.chain.gain],
+            Target::ChainDelay => vec![&mut self.chain.delay],
+            Target::ChainPower => vec![&mut self.chain.power],
         };
-        match rescale {
-            Rescale::Relative => value.laws.push(Law::Relative(index)),
-            Rescale::AlongStroke => {
-                let stroke_m = stroke_m.ok_or_else(|| fault(&part, "the machine has no shaft with a nut"))?;
-                value.laws.push(Law::AlongStroke(index, stroke_m));
+        for value in &mut values {
+            match rescale {
+                Rescale::Relative => value.laws.push(Law::Relative(index)),
+                Rescale::InSeries => value.laws.push(Law::InSeries(index)),
+                Rescale::AlongStroke => {
+                    let stroke_m = stroke_m.ok_or_else(|| fault(&part, "the machine has no shaft with a nut"))?;
+                    value.laws.push(Law::AlongStroke(index, stroke_m));
+                }
+                Rescale::Replace => value.base = Base::Parameter(index),
             }
-            Rescale::Replace => value.base = Base::Parameter(index),
         }
         Ok(())
+    }
+
+    fn resolve_derived(&self, name: &str, from: &DerivedPatch) -> Result<Derivation, MachineError> {
+        let part = format!("derived.{name}");
+        let order = |order: usize| if order > 0 { Ok(order) } else { Err(fault(&part, "order is 0; count from 1")) };
+        if self.derived.iter().any(|d| d.name == name) {
+            return Err(fault(part, "this name is declared twice; give each quantity a name of its own"));
+        }
+        Ok(match from {
+            DerivedPatch::NaturalFrequency(n) => Derivation::NaturalFrequency(order(*n)?),
+            DerivedPatch::Antiresonance(n, point) => Derivation::Antiresonance(order(*n)?, self.named_point(&part, point)?),
+            DerivedPatch::InertiaRatio(a, b) => Derivation::InertiaRatio(self.named_point(&part, a)?, self.named_point(&part, b)?),
+            DerivedPatch::Parameter(id) => {
+                let known = || listing(self.parameters.iter().map(|p| p.id.as_str()));
+                Derivation::Parameter(
+                    self.parameter(id).ok_or_else(|| fault(&part, format!("no parameter is called «{id}»; {}", known())))?,
+                )
+            }
+        })
     }
 
     /// Checks every number at the start values and at both ends of every parameter's range.
@@ -286,6 +326,7 @@ impl Machine {
             not_negative(part("loss_factor"), &s.loss_factor)?;
             self.check_stations(s, start, &middle)?;
         }
+        positive("chain-gain".into(), &self.chain.gain)?;
         for j in &self.joints {
             not_negative(format!("joint.{}.stiffness", j.name), &j.stiffness)?;
             not_negative(format!("joint.{}.damping", j.name), &j.damping)?;
@@ -407,6 +448,9 @@ fn check_parameter(p: &Parameter) -> Result<(), MachineError> {
             part("start"),
             format!("{} is outside the range {} … {}; widen the range or move the start", p.start, p.lower, p.upper),
         ));
+    }
+    if let Some(sd) = p.sd.filter(|sd| !(*sd > 0.0 && sd.is_finite())) {
+        return Err(fault(part("sd"), format!("is {sd}; write a standard deviation above 0, or leave it out")));
     }
     if p.scale == Scale::Logarithmic && p.lower <= 0.0 {
         return Err(fault(

@@ -82,8 +82,16 @@ pub enum Target {
     JointDamping(String),
     /// Diameter of the shaft of that name.
     ShaftDiameter(String),
-    /// Loss factor of the shaft of that name: the parameter is added to it.
+    /// Loss factor of the shaft of that name.
     ShaftLossFactor(String),
+    /// Young's modulus, and with it the shear modulus, of the shaft of that name.
+    ShaftModulus(String),
+    /// Gain of the measuring chain.
+    ChainGain,
+    /// Delay of the measuring chain.
+    ChainDelay,
+    /// Power by which the recorded quantity differs from the one stated.
+    ChainPower,
 }
 
 /// How a patch scales a number.
@@ -95,6 +103,8 @@ pub enum Rescale {
     AlongStroke,
     /// Becomes the parameter itself.
     Replace,
+    /// With the parameter as a spring in series: x·p/(x + p).
+    InSeries,
 }
 
 /// What a description, or an effect, adds to a machine.
@@ -110,6 +120,8 @@ pub struct Patch {
     pub parameters: Vec<Parameter>,
     /// Numbers it scales: which, how, by which parameter.
     pub rescales: Vec<(Target, Rescale, String)>,
+    /// Quantities to be reported: name and how they follow.
+    pub derived: Vec<(String, DerivedPatch)>,
 }
 
 /// An effect: a named patch and what a person should know of it.
@@ -123,4 +135,17 @@ pub struct Effect {
     pub needs: Vec<String>,
     /// What it adds.
     pub patch: Patch,
+}
+
+/// How a quantity follows; as [`Derivation`](super::Derivation), with names.
+#[derive(Debug, Clone, PartialEq)]
+pub enum DerivedPatch {
+    /// n-th natural frequency.
+    NaturalFrequency(usize),
+    /// n-th antiresonance at a point.
+    Antiresonance(usize, String),
+    /// Inertia of one point over that of another.
+    InertiaRatio(String, String),
+    /// A parameter.
+    Parameter(String),
 }

@@ -5,7 +5,9 @@
 //! and **parameters** (the numbers that are not known, each with unit, plausible range and source).
 //! An **effect** is a patch of such a description: more points, joints and parameters, or laws that scale values.
 
+mod chain;
 mod check;
+mod derived;
 mod effect;
 mod joint;
 mod operating;
@@ -14,8 +16,10 @@ mod point;
 mod shaft;
 mod value;
 
+pub use chain::Chain;
 pub use check::MachineError;
-pub use effect::{Effect, JointPatch, Patch, PointPatch, Rescale, ShaftPatch, Source, Target};
+pub use derived::{Derivation, Derived};
+pub use effect::{DerivedPatch, Effect, JointPatch, Patch, PointPatch, Rescale, ShaftPatch, Source, Target};
 pub use joint::Joint;
 pub use operating::Operating;
 pub use parameter::{FitRule, Parameter, Scale};
@@ -34,6 +38,10 @@ pub struct Machine {
     pub shafts: Vec<Shaft>,
     /// Spring–dampers.
     pub joints: Vec<Joint>,
+    /// The measuring chain its FRFs went through.
+    pub chain: Chain,
+    /// Quantities that follow from the parameters and are reported with them.
+    pub derived: Vec<Derived>,
     /// Numbers that are not known; values refer to them by index.
     pub parameters: Vec<Parameter>,
     /// Ids of the effects the description contains.

@@ -37,6 +37,9 @@ pub struct Parameter {
     pub scale: Scale,
     /// From which data it is fitted.
     pub fit: FitRule,
+    /// Standard deviation around `start` of what is known beforehand (a weighed mass, a catalogue value); enters a fit as one
+    /// observation more. `None`: every value of the range is as good as another.
+    pub sd: Option<f64>,
     /// Where range and start come from.
     pub source: String,
 }
@@ -47,6 +50,14 @@ impl Parameter {
         match self.scale {
             Scale::Logarithmic => (value / self.lower).ln() / (self.upper / self.lower).ln(),
             Scale::Linear => (value - self.lower) / (self.upper - self.lower),
+        }
+    }
+
+    /// Derivative of the value with its place in the unit interval.
+    pub fn unit_slope(&self, value: f64) -> f64 {
+        match self.scale {
+            Scale::Logarithmic => value * (self.upper / self.lower).ln(),
+            Scale::Linear => self.upper - self.lower,
         }
     }
 

@@ -27,6 +27,40 @@ pub enum Law {
     Relative(usize),
     /// exp(p·(2·s − 1)) with s = nut position / stroke: a steady change along the stroke.
     AlongStroke(usize, f64),
+    /// x becomes x·p/(x + p): a spring p in series with a spring x.
+    InSeries(usize),
+}
+
+impl Law {
+    /// The parameter it depends on, by index.
+    fn parameter(&self) -> usize {
+        match *self {
+            Law::Relative(index) | Law::AlongStroke(index, _) | Law::InSeries(index) => index,
+        }
+    }
+
+    fn parameter_mut(&mut self) -> &mut usize {
+        match self {
+            Law::Relative(index) | Law::AlongStroke(index, _) | Law::InSeries(index) => index,
+        }
+    }
+
+    /// What becomes of x, and the derivatives of that with x and with the parameter.
+    fn apply(&self, x: f64, parameters: &[f64], operating: &Operating) -> (f64, f64, f64) {
+        let p = parameters[self.parameter()];
+        match *self {
+            Law::Relative(_) => (x * (1.0 + p), 1.0 + p, x),
+            Law::AlongStroke(_, stroke_m) => {
+                let share = 2.0 * operating.nut_m.unwrap_or(0.5 * stroke_m) / stroke_m - 1.0;
+                let factor = (p * share).exp();
+                (x * factor, factor, x * factor * share)
+            }
+            Law::InSeries(_) => {
+                let sum = x + p;
+                (x * p / sum, (p / sum) * (p / sum), (x / sum) * (x / sum))
+            }
+        }
+    }
 }
 
 impl Value {
@@ -42,20 +76,37 @@ impl Value {
 
     /// Its number for the given parameters (each in its unit) and operating condition.
     pub fn at(&self, parameters: &[f64], operating: &Operating) -> f64 {
-        let mut number = match self.base {
+        self.laws.iter().fold(self.base_at(parameters), |x, law| law.apply(x, parameters, operating).0)
+    }
+
+    fn base_at(&self, parameters: &[f64]) -> f64 {
+        match self.base {
             Base::Number(number) => number,
             Base::Parameter(index) => parameters[index],
-        };
-        for law in &self.laws {
-            number *= match *law {
-                Law::Relative(index) => 1.0 + parameters[index],
-                Law::AlongStroke(index, stroke_m) => {
-                    let share = operating.nut_m.unwrap_or(0.5 * stroke_m) / stroke_m;
-                    (parameters[index] * (2.0 * share - 1.0)).exp()
-                }
-            };
         }
-        number
+    }
+
+    /// Its exact derivatives with the parameters: `each(index, derivative)`, an index possibly more than once.
+    pub fn gradient(&self, parameters: &[f64], operating: &Operating, mut each: impl FnMut(usize, f64)) {
+        let mut x = self.base_at(parameters);
+        // What later laws make of a change of x is the product of their derivatives with x.
+        let onward = |from: usize, mut x: f64| {
+            let mut product = 1.0;
+            for law in &self.laws[from..] {
+                let (next, with_x, _) = law.apply(x, parameters, operating);
+                product *= with_x;
+                x = next;
+            }
+            product
+        };
+        if let Base::Parameter(index) = self.base {
+            each(index, onward(0, x));
+        }
+        for (at, law) in self.laws.iter().enumerate() {
+            let (next, _, with_parameter) = law.apply(x, parameters, operating);
+            x = next;
+            each(law.parameter(), with_parameter * onward(at + 1, x));
+        }
     }
 
     /// Gives the parameters new indices.
@@ -64,9 +115,8 @@ impl Value {
             *index = moved[*index];
         }
         for law in &mut self.laws {
-            match law {
-                Law::Relative(index) | Law::AlongStroke(index, _) => *index = moved[*index],
-            }
+            let index = law.parameter_mut();
+            *index = moved[*index];
         }
     }
 
@@ -76,8 +126,35 @@ impl Value {
             Base::Number(_) => None,
             Base::Parameter(index) => Some(index),
         };
-        base.into_iter().chain(self.laws.iter().map(|law| match *law {
-            Law::Relative(index) | Law::AlongStroke(index, _) => index,
-        }))
+        base.into_iter().chain(self.laws.iter().map(Law::parameter))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn gradients_are_those_of_finite_differences() {
+        let laws = vec![Law::Relative(1), Law::InSeries(2), Law::AlongStroke(3, 2.0)];
+        let value = Value { base: Base::Parameter(0), laws };
+        let (here, operating) = ([3.0, 0.2, 5.0, -0.4], Operating::at_nut(0.3));
+        let mut exact = [0.0; 4];
+        value.gradient(&here, &operating, |index, d| exact[index] += d);
+        for index in 0..4 {
+            let at = |by: f64| {
+                let mut moved = here;
+                moved[index] += by;
+                value.at(&moved, &operating)
+            };
+            let slope = (at(1e-6) - at(-1e-6)) / 2e-6;
+            assert!((exact[index] - slope).abs() < 1e-8, "{index}: {} against {slope}", exact[index]);
+        }
+    }
+
+    #[test]
+    fn limit_a_rigid_spring_in_series_changes_nothing() {
+        let value = Value { base: Base::Number(3.0), laws: vec![Law::InSeries(0)] };
+        assert!((value.at(&[1e15], &Operating::default()) - 3.0).abs() < 1e-12);
     }
 }

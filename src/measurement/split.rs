@@ -1,23 +1,27 @@
 //! What is fitted and what is held out, as two types that cannot be mixed up.
 
-use super::{MeasurementError, MeasurementSet};
+use super::{Frf, MeasurementError, MeasurementSet};
 
-/// Positions (by index) whose data may be fitted.
+/// Positions and FRFs (by index) whose data may be fitted.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FitSet<'s> {
     /// The set.
     pub set: &'s MeasurementSet,
     /// Indices of the positions.
     pub positions: Vec<usize>,
+    /// Indices of the FRFs.
+    pub frfs: Vec<usize>,
 }
 
-/// Positions (by index) kept for the final figure.
+/// Positions and FRFs (by index) kept for the final figure.
 #[derive(Debug, Clone, PartialEq)]
 pub struct HoldOutSet<'s> {
     /// The set.
     pub set: &'s MeasurementSet,
     /// Indices of the positions.
     pub positions: Vec<usize>,
+    /// Indices of the FRFs.
+    pub frfs: Vec<usize>,
 }
 
 impl MeasurementSet {
@@ -40,16 +44,56 @@ impl MeasurementSet {
         Ok(indices)
     }
 
-    /// Splits the positions: those named, else the set's `[split]`, else all are fitted; the others are held out.
+    /// Splits the set: the positions and records named, else those of its `[split]`, else all are fitted; the others, and the records to hold
+    /// out, are held out.
     ///
-    /// # Errors  as [`MeasurementSet::positions_named`].
-    pub fn split(&self, named: Option<&[String]>) -> Result<(FitSet<'_>, HoldOutSet<'_>), MeasurementError> {
-        let fit = match (named, &self.split) {
-            (Some(names), _) => self.positions_named(names)?,
-            (None, Some(names)) => self.positions_named(names)?,
-            (None, None) => (0..self.positions.len()).collect(),
+    /// # Errors  a name is no position and no record (the message lists those there are), or stands twice; nothing is left to fit.
+    pub fn split(&self, named: Option<&[String]>, hold_out: &[String]) -> Result<(FitSet<'_>, HoldOutSet<'_>), MeasurementError> {
+        let named = named.or(self.split.as_deref()).map(|names| self.resolve(names)).transpose()?;
+        let left_out = self.resolve(hold_out)?;
+        let is_record = |list: &[Name], frf: &Frf| list.iter().any(|n| matches!(n, Name::Record(r) if frf.record.as_ref() == Some(r)));
+        let is_position = |list: &[Name], at: usize| list.contains(&Name::Position(at));
+        let position_fits = |at: usize| !is_position(&left_out, at) && named.as_ref().is_none_or(|list| is_position(list, at));
+        let frf_fits = |frf: &Frf| {
+            let at = |list: &[Name]| is_record(list, frf) || frf.position.is_some_and(|p| is_position(list, p));
+            !at(&left_out) && named.as_ref().is_none_or(|list| at(list))
         };
-        let held_out = (0..self.positions.len()).filter(|i| !fit.contains(i)).collect();
-        Ok((FitSet { set: self, positions: fit }, HoldOutSet { set: self, positions: held_out }))
+        let (positions, other_positions): (Vec<usize>, Vec<usize>) = (0..self.positions.len()).partition(|i| position_fits(*i));
+        let (frfs, other_frfs): (Vec<usize>, Vec<usize>) = (0..self.frfs.len()).partition(|i| frf_fits(&self.frfs[*i]));
+        if positions.is_empty() && frfs.is_empty() {
+            return Err(MeasurementError::file(&self.path, "nothing is left to fit; name fewer records to hold out, or others to fit"));
+        }
+        Ok((FitSet { set: self, positions, frfs }, HoldOutSet { set: self, positions: other_positions, frfs: other_frfs }))
     }
+
+    fn resolve(&self, names: &[String]) -> Result<Vec<Name>, MeasurementError> {
+        let mut found: Vec<Name> = Vec::new();
+        for name in names.iter().map(|n| n.trim()) {
+            let position = self.positions.iter().position(|p| p.name == *name).map(Name::Position);
+            let is_record = self.frfs.iter().any(|f| f.record.as_deref() == Some(name)) || self.motions.iter().any(|m| m.0 == name);
+            let this = position.or_else(|| is_record.then(|| Name::Record(name.to_string())));
+            let this = this.ok_or_else(|| {
+                let mut known: Vec<&str> = self.positions.iter().map(|p| p.name.as_str()).collect();
+                for record in self.frfs.iter().filter_map(|f| f.record.as_deref()) {
+                    if !known.contains(&record) {
+                        known.push(record);
+                    }
+                }
+                let known = if known.is_empty() { "it has none".into() } else { format!("it has {}", known.join(", ")) };
+                MeasurementError::file(&self.path, format!("the set has no position or record «{name}»; {known}"))
+            })?;
+            if found.contains(&this) {
+                return Err(MeasurementError::file(&self.path, format!("«{name}» is named twice; name it once")));
+            }
+            found.push(this);
+        }
+        Ok(found)
+    }
+}
+
+/// What a name of a split stands for.
+#[derive(Debug, Clone, PartialEq)]
+enum Name {
+    Position(usize),
+    Record(String),
 }

@@ -6,14 +6,18 @@
 //! slopes, the count of undamped modes below a frequency, the modes and the peaks of |H|.
 
 pub mod coupling;
+mod derived;
 mod elimination;
 mod modes;
 mod network;
 mod peaks;
 mod rod;
+mod sensitivity;
 mod structure;
 
+pub use derived::derived;
 pub use modes::{Mode, undamped_modes};
 pub use network::{Network, Point as FrequencyPoint, Workspace};
 pub use peaks::{Peak, PeakSearch, peaks, peaks_counted};
+pub use sensitivity::Sensitivity;
 pub use structure::{ModelError, Rods, Structure};

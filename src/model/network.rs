@@ -77,6 +77,14 @@ impl Point {
     }
 }
 
+impl Workspace {
+    /// Displacements under a unit force at the excitation and at the response, and the rods' entries, of the last solution.
+    pub(super) fn solutions(&self, shape: &Structure) -> (&[Complex64], &[Complex64], &[RodEntries]) {
+        let at_response = if shape.response == shape.excitation { &self.at_excitation } else { &self.at_response };
+        (&self.at_excitation, at_response, &self.rods)
+    }
+}
+
 impl Structure {
     /// Room for evaluations of this structure.
     pub fn workspace(&self) -> Workspace {
@@ -214,8 +222,8 @@ impl Network {
         x
     }
 
-    /// Receptance, its slope and the direction of the determinant at one frequency.
-    pub fn at(&self, omega_rad_s: f64, work: &mut Workspace) -> Point {
+    /// Assembles D(ω) with damping and factors it; gives the direction of its determinant.
+    fn factor_damped(&self, omega_rad_s: f64, work: &mut Workspace) -> Complex64 {
         let shape = &self.structure;
         let pattern = &shape.elimination;
         let square = omega_rad_s * omega_rad_s;
@@ -253,20 +261,46 @@ impl Network {
         pattern.factor(&mut work.complex, |d| {
             determinant *= d * (1.0 / (d.re.abs() + d.im.abs()));
         });
-        let zero = Complex64::new(0.0, 0.0);
-        work.at_excitation.fill(zero);
+        determinant
+    }
+
+    /// Factors D(ω) and fills in the displacements under a unit force at the excitation.
+    fn displace(&self, omega_rad_s: f64, work: &mut Workspace) -> (Complex64, Complex64) {
+        let shape = &self.structure;
+        let determinant = self.factor_damped(omega_rad_s, work);
+        work.at_excitation.fill(Complex64::new(0.0, 0.0));
         work.at_excitation[shape.excitation] = Complex64::new(1.0, 0.0);
-        pattern.solve_last(&work.complex, &mut work.at_excitation);
-        let receptance = work.at_excitation[shape.response];
-        let at_response = if shape.response == shape.excitation {
-            &work.at_excitation
-        } else {
-            work.at_response.fill(zero);
+        shape.elimination.solve_last(&work.complex, &mut work.at_excitation);
+        (work.at_excitation[shape.response], determinant)
+    }
+
+    /// Receptance at one frequency, alone.
+    pub fn receptance(&self, omega_rad_s: f64, work: &mut Workspace) -> Complex64 {
+        self.displace(omega_rad_s, work).0
+    }
+
+    /// Receptance, with the displacements under unit forces at the excitation and at the response left in `work`.
+    pub(super) fn solve(&self, omega_rad_s: f64, work: &mut Workspace) -> Complex64 {
+        let (receptance, _) = self.displace(omega_rad_s, work);
+        self.displace_response(work);
+        receptance
+    }
+
+    fn displace_response(&self, work: &mut Workspace) {
+        let shape = &self.structure;
+        if shape.response != shape.excitation {
+            work.at_response.fill(Complex64::new(0.0, 0.0));
             work.at_response[shape.response] = Complex64::new(1.0, 0.0);
-            pattern.solve(&work.complex, &mut work.at_response);
-            &work.at_response
-        };
-        let slope = -self.bilinear_slope(omega_rad_s, &work.rods, at_response, &work.at_excitation);
+            shape.elimination.solve(&work.complex, &mut work.at_response);
+        }
+    }
+
+    /// Receptance, its slope and the direction of the determinant at one frequency.
+    pub fn at(&self, omega_rad_s: f64, work: &mut Workspace) -> Point {
+        let (receptance, determinant) = self.displace(omega_rad_s, work);
+        self.displace_response(work);
+        let (at_excitation, at_response, rods) = work.solutions(&self.structure);
+        let slope = -self.bilinear_slope(omega_rad_s, rods, at_response, at_excitation);
         Point { omega_rad_s, receptance, slope, determinant }
     }
 

@@ -1,7 +1,55 @@
 //! How far prediction and measurement are apart.
 
+mod frf;
 mod modes;
 mod pairing;
+mod record;
+mod squares;
 
-pub use modes::{AmplitudeFit, Deviation, ModeObjective, ModeSettings, Objective, ObjectiveError, PositionPrediction};
+pub use frf::{FrfGap, FrfObjective, FrfSettings};
+pub use modes::{AmplitudeFit, Deviation, ModeObjective, ModeSettings, Objective, PositionPrediction};
 pub use pairing::{MISSING, Pair, VISIBLE, pair};
+pub use record::Record;
+pub use squares::ModeSquares;
+
+use thiserror::Error;
+
+use crate::machine::{FitRule, Machine, MachineError};
+use crate::model::ModelError;
+
+/// Range of an unknown gain.
+pub const GAIN_RANGE: (f64, f64) = (1e-3, 1e3);
+
+/// Why an objective cannot be made.
+#[derive(Debug, Error)]
+pub enum ObjectiveError {
+    /// The machine and the operating condition do not go together.
+    #[error(transparent)]
+    Machine(#[from] MachineError),
+    /// The machine cannot be computed.
+    #[error(transparent)]
+    Model(#[from] ModelError),
+    /// The measurements do not suffice or do not fit the machine.
+    #[error("{0}")]
+    Data(String),
+}
+
+/// A point of the machine that a measurement names.
+fn point_named(machine: &Machine, source: &str, key: &str, name: &str) -> Result<usize, ObjectiveError> {
+    machine.point(name).ok_or_else(|| {
+        let known: Vec<&str> = machine.points.iter().map(|p| p.name.as_str()).collect();
+        ObjectiveError::Data(format!("{source}: {key} = \"{name}\" is no point of the machine; it has {}", known.join(", ")))
+    })
+}
+
+/// Indices of the parameters that are fitted from data of a kind, without the frozen ones.
+fn free_parameters(machine: &Machine, frozen: &[String], fitted: impl Fn(FitRule) -> bool) -> Result<Vec<usize>, ObjectiveError> {
+    for id in frozen {
+        if machine.parameter(id).is_none() {
+            let known: Vec<&str> = machine.parameters.iter().map(|p| p.id.as_str()).collect();
+            return Err(ObjectiveError::Data(format!("--freeze {id}: the machine has no such parameter; it has {}", known.join(", "))));
+        }
+    }
+    let free = |i: &usize| fitted(machine.parameters[*i].fit) && !frozen.contains(&machine.parameters[*i].id);
+    Ok((0..machine.parameters.len()).filter(free).collect())
+}

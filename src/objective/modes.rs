@@ -2,12 +2,11 @@
 
 use std::sync::{Arc, Mutex};
 
-use thiserror::Error;
-
 use super::pairing::{MISSING, Pair, VISIBLE, pair};
-use crate::machine::{FitRule, Machine, MachineError, Operating};
+use super::{GAIN_RANGE, ObjectiveError, free_parameters, point_named};
+use crate::machine::{FitRule, Machine, Operating};
 use crate::measurement::{FitSet, Gain, HoldOutSet, MeasurementSet, ModeObservation};
-use crate::model::{ModelError, Network, Peak, PeakSearch, Rods, Structure, Workspace, peaks};
+use crate::model::{Network, Peak, PeakSearch, Rods, Structure, Workspace, peaks};
 
 /// Which function of the deviations is made least.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -38,20 +37,6 @@ impl Default for ModeSettings {
     fn default() -> Self {
         ModeSettings { objective: Objective::LeastSquares, frequency_model_error: 0.01, amplitude_sd: 0.13, rods: Rods::Exact }
     }
-}
-
-/// Why an objective cannot be made.
-#[derive(Debug, Error)]
-pub enum ObjectiveError {
-    /// The machine and the operating condition do not go together.
-    #[error(transparent)]
-    Machine(#[from] MachineError),
-    /// The machine cannot be computed.
-    #[error(transparent)]
-    Model(#[from] ModelError),
-    /// The measurements do not suffice or do not fit the machine.
-    #[error("{0}")]
-    Data(String),
 }
 
 /// Deviation of one order.
@@ -164,21 +149,9 @@ impl<'m> ModeObjective<'m> {
             .modes
             .as_ref()
             .ok_or_else(|| ObjectiveError::Data(format!("{}: the set has no modes; write modes = \"…\" in its manifest", set.path)))?;
-        let named = |name: &Option<String>, key: &str| {
-            let name = name.as_deref().unwrap_or_default();
-            machine.point(name).ok_or_else(|| {
-                let known: Vec<&str> = machine.points.iter().map(|p| p.name.as_str()).collect();
-                ObjectiveError::Data(format!("{}: {key} = \"{name}\" is no point of the machine; it has {}", set.path, known.join(", ")))
-            })
-        };
+        let named = |name: &Option<String>, key: &str| point_named(machine, &set.path, key, name.as_deref().unwrap_or_default());
         let (response, excitation) = (named(&set.response, "response")?, named(&set.excitation, "excitation")?);
         let structure = Arc::new(Structure::new(machine, response, excitation, settings.rods)?);
-        for id in frozen {
-            if machine.parameter(id).is_none() {
-                let known: Vec<&str> = machine.parameters.iter().map(|p| p.id.as_str()).collect();
-                return Err(ObjectiveError::Data(format!("--freeze {id}: the machine has no such parameter; it has {}", known.join(", "))));
-            }
-        }
         let mut data = Vec::new();
         for &index in positions {
             let operating = Operating { nut_m: set.positions[index].nut_m };
@@ -197,9 +170,7 @@ impl<'m> ModeObjective<'m> {
             precision: 1e-7,
             omega_power: set.quantity.map_or(0, |q| q.power()),
         };
-        let free = (0..machine.parameters.len())
-            .filter(|i| machine.parameters[*i].fit == FitRule::Always && !frozen.contains(&machine.parameters[*i].id))
-            .collect();
+        let free = free_parameters(machine, frozen, |rule| rule == FitRule::Always)?;
         Ok(ModeObjective {
             machine,
             structure,
@@ -334,12 +305,60 @@ impl<'m> ModeObjective<'m> {
         residuals
     }
 
+    /// Deviations of free parameters from what is known of them beforehand, over its standard deviation.
+    pub fn prior(&self, parameters: &[f64]) -> Vec<f64> {
+        let described = |i: &usize| &self.machine.parameters[*i];
+        self.free.iter().filter_map(|i| Some((parameters[*i] - described(i).start) / described(i).sd?)).collect()
+    }
+
+    /// A place of the free parameters, with the best coordinate of the gain added where that is unknown.
+    pub fn extended(&self, place: &[f64]) -> Vec<f64> {
+        let mut extended = place.to_vec();
+        if self.estimates_gain() {
+            let gain = self.amplitude_fit(&self.predict(&self.parameters(place))).gain;
+            extended.push(((gain / GAIN_RANGE.0).ln() / (GAIN_RANGE.1 / GAIN_RANGE.0).ln()).clamp(0.0, 1.0));
+        }
+        extended
+    }
+
+    /// The gain at a place that was [`ModeObjective::extended`].
+    pub fn gain(&self, place: &[f64]) -> f64 {
+        match (self.gain, place.get(self.free.len())) {
+            (Gain::Known(gain), _) => gain,
+            (Gain::Unknown, Some(u)) => GAIN_RANGE.0 * (u * (GAIN_RANGE.1 / GAIN_RANGE.0).ln()).exp(),
+            (Gain::Unknown, None) => 1.0,
+        }
+    }
+
+    /// All weighted residuals at a place that was [`ModeObjective::extended`].
+    pub fn residuals_at(&self, place: &[f64]) -> Vec<f64> {
+        let parameters = self.parameters(place);
+        let mut residuals = self.residuals(&self.predict(&parameters), self.gain(place));
+        residuals.extend(self.prior(&parameters));
+        residuals
+    }
+
+    /// Rows of [`ModeObjective::residuals`] of each position.
+    pub fn rows(&self) -> Vec<usize> {
+        let counts_amplitudes = self.settings.objective != Objective::Frequencies;
+        let amplitudes = |p: &PositionData| p.observed.iter().filter(|m| counts_amplitudes && m.amplitude.is_some()).count();
+        self.positions.iter().map(|p| p.measured_hz.len() + amplitudes(p) + 1).collect()
+    }
+
+    /// Whether the sum of its squared residuals is a likelihood, so that intervals can be told.
+    pub fn is_likelihood(&self) -> bool {
+        self.settings.objective != Objective::Eq26
+    }
+
     /// The objective at these parameters; always finite.
     pub fn cost(&self, parameters: &[f64]) -> f64 {
         let predictions = self.predict(parameters);
         let gain = self.amplitude_fit(&predictions).gain;
         match self.settings.objective {
-            Objective::LeastSquares | Objective::Frequencies => self.residuals(&predictions, gain).iter().map(|r| r * r).sum(),
+            Objective::LeastSquares | Objective::Frequencies => {
+                let data: f64 = self.residuals(&predictions, gain).iter().map(|r| r * r).sum();
+                data + self.prior(parameters).iter().map(|r| r * r).sum::<f64>()
+            }
             Objective::Eq26 => {
                 let mut sum = 0.0;
                 for deviation in predictions.iter().flat_map(|p| &p.deviations) {

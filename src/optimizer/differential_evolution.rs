@@ -59,6 +59,13 @@ impl DifferentialEvolution {
         }
     }
 
+    /// The members, best first.
+    pub fn population(&self) -> Vec<(Vec<f64>, f64)> {
+        let mut members = self.members.clone();
+        members.sort_by(|a, b| a.1.total_cmp(&b.1));
+        members
+    }
+
     /// Ends after the generation in which the flag is set.
     pub fn stopping_when(mut self, stop: Arc<AtomicBool>) -> Self {
         self.stop = stop;

@@ -20,6 +20,8 @@ pub struct SearchSettings {
     pub generations: u64,
     /// Relative spread of the costs at which the population has converged.
     pub spread: f64,
+    /// Whether the best member is polished by Nelder and Mead's simplex.
+    pub simplex: bool,
     /// Seed of the random numbers.
     pub seed: u64,
 }
@@ -27,7 +29,14 @@ pub struct SearchSettings {
 impl SearchSettings {
     /// Settings that suit `dimension` unknowns.
     pub fn for_dimension(dimension: usize, seed: u64) -> Self {
-        SearchSettings { strategy: Strategy::CurrentToPbest, population: (6 * dimension).max(24), generations: 400, spread: 1e-3, seed }
+        SearchSettings {
+            strategy: Strategy::CurrentToPbest,
+            population: (6 * dimension).max(24),
+            generations: 400,
+            spread: 1e-3,
+            simplex: true,
+            seed,
+        }
     }
 }
 
@@ -42,6 +51,11 @@ impl Control {
     /// Stops when `stop` is set; `watcher` is told the generation and the best cost.
     pub fn new(stop: Arc<AtomicBool>, watcher: Option<Arc<dyn Fn(u64, f64) + Send + Sync>>) -> Self {
         Control { stop, watcher }
+    }
+
+    /// The flag that stops it.
+    pub fn stop(&self) -> &Arc<AtomicBool> {
+        &self.stop
     }
 
     /// Whether it was asked to stop.
@@ -63,6 +77,8 @@ pub struct Found {
     pub generations: u64,
     /// Best cost after each generation.
     pub trace: Vec<f64>,
+    /// Places of the last population, best first.
+    pub population: Vec<Vec<f64>>,
     /// Ran to its end, not stopped from outside.
     pub complete: bool,
 }
@@ -119,19 +135,20 @@ pub fn search<C: Cost>(cost: &C, settings: SearchSettings, control: &Control) ->
     let middle = vec![0.5; cost.dimension()];
     let Ok(result) = run else {
         let value = cost.at(&middle);
-        return Found { place: middle, cost: value, evaluations: 1, generations: 0, trace, complete: false };
+        return Found { place: middle, cost: value, evaluations: 1, generations: 0, trace, population: Vec::new(), complete: false };
     };
     let mut evaluations = result.problem.counts.get("cost_count").copied().unwrap_or(0);
     let generations = result.state.get_iter();
+    let population = result.solver.population().into_iter().map(|m| m.0).collect();
     let mut place = result.state.best_individual.unwrap_or(middle);
     let mut best = result.state.best_cost;
     for edge in [0.02, 0.002] {
-        if control.stopped() {
+        if control.stopped() || !settings.simplex {
             break;
         }
         let (polished, value, spent) = polish(cost, (&place, best), edge, 400 + 150 * cost.dimension() as u64);
         (place, best) = (polished, value);
         evaluations += spent;
     }
-    Found { place, cost: best, evaluations, generations, trace, complete: !control.stopped() }
+    Found { place, cost: best, evaluations, generations, trace, population, complete: !control.stopped() }
 }

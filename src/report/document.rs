@@ -53,6 +53,15 @@ pub struct Settings {
     pub frequency_model_error: f64,
     /// Standard deviation of ln(amplitude).
     pub amplitude_sd: f64,
+    /// Standard deviation of ln H that the model causes.
+    #[serde(default)]
+    pub frf_model_error: f64,
+    /// Lowest and highest frequency of FRFs (Hz), where it was limited.
+    #[serde(default)]
+    pub band_hz: Option<[f64; 2]>,
+    /// Bootstrap samples.
+    #[serde(default)]
+    pub bootstrap: usize,
     /// Searches.
     pub repeats: usize,
     /// Parameters frozen.
@@ -125,6 +134,12 @@ pub struct PositionRow {
     pub orders: Vec<OrderRow>,
     /// Predicted peaks of the band without a measured partner.
     pub lone_peaks: Vec<LonePeak>,
+    /// Gap of its FRFs: root mean square of ln(measured/predicted), per component.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub gap: Option<f64>,
+    /// The gap that the noise alone leaves, where it is known.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub noise_floor: Option<f64>,
 }
 
 impl PositionRow {
@@ -141,6 +156,55 @@ impl PositionRow {
             .chain(self.lone_peaks.iter().filter(|p| p.unexpected).map(|_| missing))
             .reduce(f64::max)
     }
+}
+
+/// One FRF.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct FrfRow {
+    /// Position.
+    pub position: Option<String>,
+    /// Record.
+    pub record: Option<String>,
+    /// Point that responds.
+    pub response: String,
+    /// Point that is excited.
+    pub excitation: String,
+    /// `fit` or `held_out`.
+    pub role: String,
+    /// Root mean square of ln(measured/predicted), per component.
+    pub gap: f64,
+    /// The gap that the noise alone leaves, where it is known.
+    pub noise_floor: Option<f64>,
+    /// Lines compared.
+    pub lines: usize,
+    /// Share of its lines that were accepted.
+    pub accepted_share: f64,
+}
+
+/// Parameters of which the data see a combination better than each.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct CombinationRow {
+    /// Ids of the two.
+    pub parameters: [String; 2],
+    /// `series`, `parallel`, `ratio` or `opposite`.
+    pub kind: String,
+    /// Their correlation.
+    pub correlation: f64,
+    /// Relative standard deviation of the combination.
+    pub relative_sd: f64,
+    /// In words.
+    pub says: String,
+}
+
+/// Spread over bootstrap samples.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct BootstrapRow {
+    /// `lines` or `positions`.
+    pub drawn: String,
+    /// Samples.
+    pub samples: usize,
+    /// 2.5 and 97.5 % quantiles by parameter.
+    pub interval95: BTreeMap<String, [f64; 2]>,
 }
 
 /// One search of several.
@@ -168,6 +232,15 @@ pub struct Identification {
     pub parameters: BTreeMap<String, ParameterRow>,
     /// Quantities by name that follow from them.
     pub derived: BTreeMap<String, f64>,
+    /// 95 % intervals of those that the machine names.
+    #[serde(default)]
+    pub derived_interval95: BTreeMap<String, [f64; 2]>,
+    /// What the data determine only together.
+    #[serde(default)]
+    pub combinations: Vec<CombinationRow>,
+    /// Bootstraps asked for.
+    #[serde(default)]
+    pub bootstrap: Vec<BootstrapRow>,
     /// Least cost.
     pub cost: f64,
     /// Evaluations of all searches.
@@ -184,8 +257,11 @@ pub struct Identification {
     pub fit_positions: Vec<String>,
     /// Positions held out.
     pub held_out_positions: Vec<String>,
-    /// Positions by name.
+    /// Positions by name; records where there are no positions.
     pub positions: BTreeMap<String, PositionRow>,
+    /// FRFs, where whole FRFs were fitted.
+    #[serde(default)]
+    pub frfs: Vec<FrfRow>,
 }
 
 /// `validation.json`.
@@ -198,6 +274,9 @@ pub struct Validation {
     pub positions: BTreeMap<String, PositionRow>,
     /// Largest relative frequency error; a measured order that is not predicted counts as 0.3.
     pub largest_error: Option<f64>,
+    /// Largest gap of a position or record, for FRFs.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub largest_gap: Option<f64>,
 }
 
 /// One run of a comparison.
@@ -214,6 +293,9 @@ pub struct ComparisonRun {
     pub common_error: Option<f64>,
     /// The same of the published predictions.
     pub common_error_published: Option<f64>,
+    /// For FRFs: the gap over the positions that no run fitted with several.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub common_gap: Option<f64>,
     /// What a person should know of this run.
     pub warnings: Vec<String>,
 }

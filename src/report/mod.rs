@@ -4,5 +4,7 @@ pub mod document;
 mod table;
 mod write;
 
-pub use table::{objectives_table, parameters_table, positions_table, summary_table};
+pub use table::{
+    bootstrap_table, derived_table, frfs_table, gaps_table, objectives_table, parameters_table, positions_table, summary_table,
+};
 pub use write::{OutputFolder, digest, to_json};

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use comfy_table::presets;
 use comfy_table::{CellAlignment, Table};
 
-use super::document::{Comparison, Objectives, ParameterRow, PositionRow};
+use super::document::{BootstrapRow, Comparison, FrfRow, Objectives, ParameterRow, PositionRow};
 
 fn table(header: &[&str]) -> Table {
     let mut table = Table::new();
@@ -91,6 +91,60 @@ pub fn positions_table(positions: &BTreeMap<String, PositionRow>) -> String {
         if p.orders.iter().any(|o| o.published_hz.is_some()) {
             row("", "published", cells(&|o| o.published_hz.map(figure)), overall(p.overall_error_published));
         }
+    }
+    plain(&out)
+}
+
+/// FRFs with their gaps.
+pub fn frfs_table(frfs: &[FrfRow]) -> String {
+    let mut out = table(&["FRF", "Response/excitation", "Role", "Lines", "Gap", "Noise alone"]);
+    for row in frfs {
+        let names: Vec<&str> = [&row.position, &row.record].into_iter().flatten().map(String::as_str).collect();
+        let role = if row.role == "fit" { "fitted" } else { "held out" };
+        out.add_row([
+            names.join(" "),
+            format!("{}/{}", row.response, row.excitation),
+            role.into(),
+            row.lines.to_string(),
+            figure(row.gap),
+            row.noise_floor.map_or_else(|| "–".into(), figure),
+        ]);
+    }
+    plain(&out)
+}
+
+/// Gaps by position or record.
+pub fn gaps_table(positions: &BTreeMap<String, PositionRow>) -> String {
+    let mut out = table(&["Position", "Role", "Gap", "Noise alone"]);
+    for (name, p) in positions {
+        let role = if p.role == "fit" { "fitted" } else { "held out" };
+        let cell = |x: Option<f64>| x.map_or_else(|| "–".into(), figure);
+        out.add_row([name.clone(), role.into(), cell(p.gap), cell(p.noise_floor)]);
+    }
+    plain(&out)
+}
+
+/// Quantities that follow from the parameters.
+pub fn derived_table(derived: &BTreeMap<String, f64>, intervals: &BTreeMap<String, [f64; 2]>, names: &[String]) -> String {
+    let mut out = table(&["Follows", "Value", "95 % interval"]);
+    for name in names {
+        let interval = intervals.get(name).map_or_else(|| "–".into(), |[a, b]| format!("{} … {}", figure(*a), figure(*b)));
+        out.add_row([name.clone(), derived.get(name).map_or_else(|| "–".into(), |x| figure(*x)), interval]);
+    }
+    plain(&out)
+}
+
+/// Bootstrap intervals.
+pub fn bootstrap_table(bootstraps: &[BootstrapRow]) -> String {
+    let mut header = vec!["Bootstrap".to_string()];
+    header.extend(bootstraps.iter().map(|b| format!("{} × {}", b.samples, b.drawn)));
+    let mut out = table(&header.iter().map(String::as_str).collect::<Vec<_>>());
+    for id in bootstraps.iter().flat_map(|b| b.interval95.keys()).collect::<std::collections::BTreeSet<_>>() {
+        let mut row = vec![id.clone()];
+        row.extend(
+            bootstraps.iter().map(|b| b.interval95.get(id).map_or_else(|| "–".into(), |[a, b]| format!("{} … {}", figure(*a), figure(*b)))),
+        );
+        out.add_row(row);
     }
     plain(&out)
 }

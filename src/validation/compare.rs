@@ -49,8 +49,9 @@ pub fn leave_one_out(
         plan.settings.objective = objective;
         let (mut frequency, mut amplitude, mut missing) = (Vec::new(), Vec::new(), 0);
         for &left_out in &fit.positions {
-            let kept = FitSet { set: fit.set, positions: fit.positions.iter().copied().filter(|p| *p != left_out).collect() };
-            let rest = HoldOutSet { set: fit.set, positions: vec![left_out] };
+            let kept =
+                FitSet { set: fit.set, positions: fit.positions.iter().copied().filter(|p| *p != left_out).collect(), frfs: Vec::new() };
+            let rest = HoldOutSet { set: fit.set, positions: vec![left_out], frfs: Vec::new() };
             let found = identify(machine, &kept, &rest, &plan, control)?;
             if !found.complete {
                 // What was not finished is not scored.

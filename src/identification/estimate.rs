@@ -1,0 +1,211 @@
+//! From data to estimates, whatever the data: search, repeats, certainty.
+
+use super::bootstrap::{Bootstrap, Drawn, bootstrap};
+use super::combination::{Combination, combinations};
+use super::problem::Problem;
+use super::profile::profiles;
+use super::run::{Estimate, Plan, Repeat};
+use super::uncertainty::{Certainty, NARROWING, RANGE_SD, certainty};
+use crate::machine::{Machine, Parameter};
+use crate::objective::{GAIN_RANGE, ObjectiveError};
+use crate::optimizer::{Control, Found, Polished, SearchSettings, search};
+
+/// What is known of the parameters after a fit.
+pub(super) struct Estimation {
+    pub place: Vec<f64>,
+    pub values: Vec<f64>,
+    pub gain: f64,
+    pub estimates: Vec<Estimate>,
+    pub gain_interval95: Option<(f64, f64)>,
+    pub gain_identifiable: Option<bool>,
+    pub repeats: Vec<Repeat>,
+    pub agree: Option<bool>,
+    pub chi_square: f64,
+    pub freedom: usize,
+    pub colour: f64,
+    pub certainty: Certainty,
+    pub combinations: Vec<Combination>,
+    pub bootstraps: Vec<Bootstrap>,
+    pub complete: bool,
+    pub warnings: Vec<String>,
+}
+
+/// Distance from an end of the unit interval that counts as being there.
+const AT_BOUND: f64 = 1e-3;
+
+/// One search from a seed: differential evolution, then the polish of the problem. The place has the gain added.
+fn one_search<P: Problem>(problem: &P, plan: &Plan, seed: u64, control: &Control) -> (Found, Vec<f64>) {
+    if let Some(near) = &plan.near {
+        let population = vec![near.clone()];
+        let start = Found {
+            place: near.clone(),
+            cost: problem.at(near),
+            evaluations: 1,
+            generations: 0,
+            trace: Vec::new(),
+            population,
+            complete: true,
+        };
+        let (place, cost, spent) = problem.polish(&start, control);
+        let evaluations = 1 + spent;
+        return (Found { place: place[..near.len()].to_vec(), cost, evaluations, population: Vec::new(), ..start }, place);
+    }
+    let usual = SearchSettings { strategy: plan.strategy, ..SearchSettings::for_dimension(problem.dimension(), seed) };
+    let mut found = search(problem, problem.settings(usual), control);
+    let (place, cost, spent) = problem.polish(&found, control);
+    (found.place, found.cost) = (place[..found.place.len()].to_vec(), cost);
+    found.evaluations += spent;
+    found.population.clear();
+    (found, place)
+}
+
+/// Fits a problem and tells how sure the result is.
+///
+/// # Errors  nothing is free.
+pub(super) fn estimate<P: Problem>(problem: &P, machine: &Machine, plan: &Plan, control: &Control) -> Result<Estimation, ObjectiveError> {
+    let free = problem.free().to_vec();
+    if free.is_empty() {
+        return Err(ObjectiveError::Data("no parameter is left to identify; freeze fewer, or give one fit = \"always\"".into()));
+    }
+    let mut runs: Vec<(Repeat, Vec<f64>)> = Vec::new();
+    for repeat in 0..plan.repeats.max(1) {
+        let seed = plan.seed.wrapping_add(1_000_003 * repeat as u64);
+        let (found, place) = one_search(problem, plan, seed, control);
+        runs.push((Repeat { seed, found }, place));
+        if control.stopped() {
+            break;
+        }
+    }
+    runs.sort_by(|a, b| a.0.found.cost.total_cmp(&b.0.found.cost));
+    let place = runs[0].1.clone();
+    let repeats: Vec<Repeat> = runs.into_iter().map(|r| r.0).collect();
+    let values = problem.values(&place);
+    let gain = problem.gain_at(&place);
+    let unknowns = place.len();
+    let normal = problem.squares(None, |squares| squares.normal(&place));
+    let chi_square = normal.chi_square;
+    let freedom = problem.observations().saturating_sub(unknowns);
+    let misfit = if freedom > 0 { (chi_square / freedom as f64).max(1.0) } else { 1.0 };
+    let colour = problem.colour(&place).max(1.0);
+    let certainty = certainty(&normal.information, misfit * colour);
+    let best = Polished { place: place.clone(), normal, evaluations: 0, converged: true };
+    // Eq. 26 is no likelihood: its minimum tells no intervals.
+    let tells = problem.is_likelihood();
+    let intervals: Vec<(f64, f64)> = tells
+        .then(|| problem.squares(None, |squares| profiles(squares, &best, &certainty, misfit * colour, control)))
+        .flatten()
+        .unwrap_or_else(|| place.iter().zip(&certainty.sd).map(|(u, sd)| (u - 1.96 * sd, u + 1.96 * sd)).collect());
+    let bootstraps = [Drawn::Lines, Drawn::Positions]
+        .into_iter()
+        .filter_map(|drawn| bootstrap(problem, &place, drawn, plan.bootstrap, plan.seed, control))
+        .collect();
+    let mut warnings = shortage(problem.observations(), unknowns);
+    let (estimates, at_bounds) = tell(machine, &free, &place, &values, &intervals, &certainty, tells);
+    warnings.extend(at_bounds);
+    let gain_column = free.len();
+    let gain_known = tells && place.len() > gain_column;
+    let gain_interval95 = gain_known.then(|| {
+        let end = |u: f64| GAIN_RANGE.0 * (u * (GAIN_RANGE.1 / GAIN_RANGE.0).ln()).exp();
+        (end(intervals[gain_column].0), end(intervals[gain_column].1))
+    });
+    if misfit > 2.0 && tells {
+        warnings.push(format!(
+            "χ² is {chi_square:.1} for {freedom} degrees of freedom: model and data differ by more than the weights allow; intervals are widened by √{misfit:.2}"
+        ));
+    }
+    if colour > 2.0 && tells {
+        warnings.push(format!(
+            "what is left is not noise but follows the frequency (neighbouring lines agree): the model lacks something; intervals are widened by √{colour:.1}"
+        ));
+    }
+    let described: Vec<&Parameter> = free.iter().map(|i| &machine.parameters[*i]).collect();
+    let free_values: Vec<f64> = free.iter().map(|i| values[*i]).collect();
+    let combinations = if tells { combinations(&described, &free_values, &certainty) } else { Vec::new() };
+    let complete = !control.stopped() && repeats.len() == plan.repeats.max(1) && repeats.iter().all(|r| r.found.complete);
+    let agree = (complete && repeats.len() > 1).then(|| agreement(&repeats, &certainty, free.len()));
+    if agree == Some(false) {
+        let worst = repeats.last().map_or(0.0, |r| r.found.cost);
+        warnings.push(format!(
+            "the {} searches do not agree (cost {:.6} to {worst:.6}): raise --repeats",
+            repeats.len(),
+            repeats[0].found.cost
+        ));
+    }
+    Ok(Estimation {
+        gain_identifiable: gain_known.then(|| certainty.identifiable[gain_column]),
+        place,
+        values,
+        gain,
+        estimates,
+        gain_interval95,
+        repeats,
+        agree,
+        chi_square,
+        freedom,
+        colour,
+        certainty,
+        combinations,
+        bootstraps,
+        complete,
+        warnings,
+    })
+}
+
+fn shortage(observations: usize, unknowns: usize) -> Vec<String> {
+    let short = observations < unknowns;
+    short
+        .then(|| {
+            format!(
+                "{observations} observations cannot determine {unknowns} unknowns: those the data do not see are marked not identifiable; fit more positions, or --freeze parameters"
+            )
+        })
+        .into_iter()
+        .collect()
+}
+
+/// Estimates of all parameters, and what to say of those at an end of their range.
+fn tell(
+    machine: &Machine,
+    free: &[usize],
+    place: &[f64],
+    values: &[f64],
+    intervals: &[(f64, f64)],
+    certainty: &Certainty,
+    tells: bool,
+) -> (Vec<Estimate>, Vec<String>) {
+    let mut warnings = Vec::new();
+    let mut estimates: Vec<Estimate> = (0..machine.parameters.len())
+        .map(|parameter| Estimate { parameter, value: values[parameter], interval95: None, identifiable: None, at_bound: false })
+        .collect();
+    for (column, &parameter) in free.iter().enumerate() {
+        let (u, (low, high)) = (place[column], intervals[column]);
+        let description = &machine.parameters[parameter];
+        let end = |x: f64| description.from_unit(x.clamp(0.0, 1.0));
+        let at_bound = !(AT_BOUND..=1.0 - AT_BOUND).contains(&u);
+        let narrow = high - low <= 2.0 * 1.96 * RANGE_SD / NARROWING;
+        estimates[parameter] = Estimate {
+            parameter,
+            value: values[parameter],
+            interval95: tells.then(|| (end(low), end(high))),
+            identifiable: tells.then_some(narrow && !at_bound),
+            at_bound,
+        };
+        if at_bound {
+            let which = if u < 0.5 { ("lower", description.lower) } else { ("upper", description.upper) };
+            let seen = narrow && certainty.identifiable[column];
+            let remedy = if seen { "the data push it there: check range and model" } else { "the data do not determine it" };
+            warnings
+                .push(format!("{} lies at the {} end of its range, {:e} {}: {remedy}", description.id, which.0, which.1, description.unit));
+        }
+    }
+    (estimates, warnings)
+}
+
+/// Whether the searches agree on the cost, and on what the data see: within a tenth of its standard deviation or a thousandth of the range.
+fn agreement(repeats: &[Repeat], certainty: &Certainty, free: usize) -> bool {
+    let best = &repeats[0].found;
+    let worst = repeats.last().map_or(best.cost, |r| r.found.cost);
+    let costs = worst - best.cost <= 1e-3 * best.cost.abs().max(1e-12);
+    let mut seen = (0..free).filter(|i| certainty.identifiable[*i]);
+    costs && seen.all(|i| repeats.iter().all(|r| (r.found.place[i] - best.place[i]).abs() <= (0.1 * certainty.sd[i]).max(1e-3)))
+}

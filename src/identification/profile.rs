@@ -1,0 +1,137 @@
+//! Profile likelihood: how far a parameter can go while the others make up for it.
+
+use super::uncertainty::Certainty;
+use crate::optimizer::{Control, LeastSquares, Polished, least_squares};
+
+/// χ² rise at the ends of a 95 % interval of one parameter: the 95 % point of χ² with one degree of freedom.
+pub const CHI_SQUARE_95: f64 = 3.841_458_820_694_124;
+/// Steps of one polish along a profile.
+const ITERATIONS: u64 = 40;
+/// Tries to meet the end of an interval.
+const TRIES: usize = 8;
+
+/// Intervals of all coordinates in the unit cube in which χ² rises by less than 3.84·`misfit` when the other coordinates follow; an end at 0 or 1
+/// is the end of the range. `None` where it was stopped.
+///
+/// # Source  Raue et al., Bioinformatics 25 (2009) 1923–1929, Eq. 6–7.
+pub fn profiles(
+    squares: &dyn LeastSquares,
+    best: &Polished,
+    certainty: &Certainty,
+    misfit: f64,
+    control: &Control,
+) -> Option<Vec<(f64, f64)>> {
+    use rayon::prelude::*;
+    let ends: Vec<(f64, f64)> = (0..best.place.len())
+        .into_par_iter()
+        .map(|coordinate| {
+            let reach = 1.96 * certainty.sd[coordinate];
+            let end = |edge: f64| profile_end(squares, best, coordinate, edge, reach, CHI_SQUARE_95 * misfit, control);
+            (end(0.0), end(1.0))
+        })
+        .collect();
+    (!control.stopped()).then_some(ends)
+}
+
+/// The end of the interval on the way to a face of the unit cube.
+fn profile_end(squares: &dyn LeastSquares, best: &Polished, coordinate: usize, edge: f64, reach: f64, rise: f64, control: &Control) -> f64 {
+    let start = best.place[coordinate];
+    let held: Vec<bool> = (0..best.place.len()).map(|i| i == coordinate).collect();
+    let toward = if edge > start { 1.0 } else { -1.0 };
+    let clamp = |u: f64| u.clamp(0.0, 1.0);
+    // Places and √(Δχ²/rise), which is a straight line for a parabola.
+    let (mut inside, mut outside): ((f64, f64), Option<(f64, f64)>) = ((start, 0.0), None);
+    let mut warm = best.place.clone();
+    let mut next = clamp(start + toward * reach.max(1e-6));
+    for _ in 0..TRIES {
+        if control.stopped() || (next - inside.0).abs() < 1e-9 {
+            break;
+        }
+        let mut place = warm.clone();
+        place[coordinate] = next;
+        let polished = least_squares(squares, &place, &held, ITERATIONS, control.stop());
+        let height = ((polished.normal.chi_square - best.normal.chi_square).max(0.0) / rise).sqrt();
+        if (height - 1.0).abs() < 0.01 {
+            return next;
+        }
+        if height < 1.0 {
+            if next == edge {
+                return edge;
+            }
+            (inside, warm) = ((next, height), polished.place);
+        } else {
+            outside = Some((next, height));
+        }
+        next = match outside {
+            Some((far, high)) => {
+                let share = ((1.0 - inside.1) / (high - inside.1)).clamp(0.05, 0.95);
+                inside.0 + share * (far - inside.0)
+            }
+            // Further out, at most four times as far.
+            None => clamp(start + (inside.0 - start) * (1.02 / inside.1.max(0.25)).max(1.1)),
+        };
+    }
+    outside.map_or(inside.0, |(far, high)| inside.0 + (1.0 - inside.1) / (high - inside.1) * (far - inside.0))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::identification::uncertainty::certainty;
+    use crate::optimizer::Normal;
+
+    /// r = ((x − 0.5)/0.05, (x + y − 1)/0.01): y follows x.
+    struct Pair;
+
+    impl LeastSquares for Pair {
+        fn dimension(&self) -> usize {
+            2
+        }
+        fn chi_square(&self, x: &[f64]) -> f64 {
+            self.normal(x).chi_square
+        }
+        fn normal(&self, x: &[f64]) -> Normal {
+            let mut normal = Normal::zero(2);
+            normal.add(1.0, (x[0] - 0.5) / 0.05, &[20.0, 0.0]);
+            normal.add(1.0, (x[0] + x[1] - 1.0) / 0.01, &[100.0, 100.0]);
+            normal.mirror();
+            normal
+        }
+    }
+
+    #[test]
+    fn limit_a_parabola_has_the_interval_of_its_covariance() {
+        let best = least_squares(&Pair, &[0.4, 0.4], &[], 50, &std::sync::Arc::default());
+        let certainty = certainty(&best.normal.information, 1.0);
+        let ends = profiles(&Pair, &best, &certainty, 1.0, &Control::default()).unwrap();
+        let half = 1.96 * f64::hypot(0.05, 0.01);
+        assert!((ends[0].0 - (0.5 - 0.098)).abs() < 2e-3 && (ends[0].1 - 0.598).abs() < 2e-3, "{ends:?}");
+        assert!((ends[1].0 - (0.5 - half)).abs() < 2e-3 && (ends[1].1 - (0.5 + half)).abs() < 2e-3, "{ends:?}");
+    }
+
+    /// χ² is flat beyond 0.8: the interval ends with the range.
+    struct Flat;
+
+    impl LeastSquares for Flat {
+        fn dimension(&self) -> usize {
+            1
+        }
+        fn chi_square(&self, x: &[f64]) -> f64 {
+            self.normal(x).chi_square
+        }
+        fn normal(&self, x: &[f64]) -> Normal {
+            let mut normal = Normal::zero(1);
+            let below = (0.8 - x[0]).max(0.0) / 0.1;
+            normal.add(1.0, below, &[if below > 0.0 { -10.0 } else { 0.0 }]);
+            normal
+        }
+    }
+
+    #[test]
+    fn limit_an_open_side_ends_with_the_range() {
+        let best = least_squares(&Flat, &[0.9], &[], 50, &std::sync::Arc::default());
+        let certainty = certainty(&best.normal.information, 1.0);
+        let ends = profiles(&Flat, &best, &certainty, 1.0, &Control::default()).unwrap();
+        assert!(ends[0].1 == 1.0 && (ends[0].0 - (0.8 - 0.196)).abs() < 4e-3, "{ends:?}");
+    }
+}

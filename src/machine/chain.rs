@@ -1,0 +1,36 @@
+//! The measuring chain between what happens and what is recorded.
+
+use num_complex::Complex64;
+
+use super::{Operating, Value};
+
+/// What a measuring chain makes of an FRF: H_recorded = g·e^{−iωτ}·(iω)^p·H.
+///
+/// Its values are those of a perfect chain unless an effect says otherwise.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Chain {
+    /// Gain g; 1 for a perfect chain.
+    pub gain: Value,
+    /// Delay τ of the response against the excitation (s); 0 for a perfect chain.
+    pub delay: Value,
+    /// Power p by which the recorded quantity differs from the one stated; 0 where it is the one stated.
+    pub power: Value,
+}
+
+impl Default for Chain {
+    fn default() -> Self {
+        Chain { gain: Value::number(1.0), delay: Value::number(0.0), power: Value::number(0.0) }
+    }
+}
+
+impl Chain {
+    /// Its numbers (g, τ, p) for the given parameters.
+    pub fn at(&self, parameters: &[f64], operating: &Operating) -> (f64, f64, f64) {
+        (self.gain.at(parameters, operating), self.delay.at(parameters, operating), self.power.at(parameters, operating))
+    }
+
+    /// ln(H_recorded/H) of its numbers at a frequency.
+    pub fn log_factor((gain, delay_s, power): (f64, f64, f64), omega_rad_s: f64) -> Complex64 {
+        Complex64::new(gain.ln() + power * omega_rad_s.ln(), -omega_rad_s * delay_s + power * std::f64::consts::FRAC_PI_2)
+    }
+}

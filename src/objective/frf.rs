@@ -1,0 +1,452 @@
+//! Objective on whole FRFs: the complex logarithm of measured over predicted, line by line.
+
+use std::sync::{Arc, Mutex};
+
+use num_complex::Complex64;
+use rayon::prelude::*;
+
+use super::record::{Record, check_overlap, pieces, record, wrapped};
+use super::{GAIN_RANGE, ObjectiveError, free_parameters, point_named};
+use crate::machine::{Chain, FitRule, Machine, Operating};
+use crate::measurement::{FitSet, Gain, HoldOutSet, MeasurementSet};
+use crate::model::{Network, Rods, Sensitivity, Structure, Workspace};
+use crate::numeric::statistics::root_mean_square;
+use crate::optimizer::{LeastSquares, Normal};
+
+/// Weights and options of an FRF objective.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct FrfSettings {
+    /// Standard deviation of each component of ln H that the model itself causes, beside the noise of the lines.
+    pub model_error: f64,
+    /// Lowest and highest frequency fitted and compared (Hz).
+    pub band_hz: (f64, f64),
+    /// How rods are represented.
+    pub rods: Rods,
+}
+
+impl Default for FrfSettings {
+    /// One percent and all lines: the repeatability of a hammer test that was set up anew.
+    fn default() -> Self {
+        FrfSettings { model_error: 0.01, band_hz: (0.0, f64::INFINITY), rods: Rods::Exact }
+    }
+}
+
+/// Most lines of one FRF in the coarse cost that the global search sees.
+const COARSE_LINES: usize = 120;
+
+/// The gap of one FRF.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct FrfGap {
+    /// Index of the FRF in the set.
+    pub frf: usize,
+    /// √ of the mean of ½·[(ln|H_m| − ln|H_s|)² + wrap(arg H_m − arg H_s)²].
+    pub gap: f64,
+    /// The gap that the noise of the lines alone leaves; `None` where nothing is known of it.
+    pub noise_floor: Option<f64>,
+    /// Lines compared.
+    pub lines: usize,
+}
+
+/// Room for one evaluation.
+struct Scratch {
+    network: Network,
+    work: Workspace,
+    row: Vec<Complex64>,
+}
+
+/// Distance between predicted and measured FRFs, as a function of a machine's free parameters and, where it is unknown, the gain.
+///
+/// # Source  r = ln(H_measured/H_predicted): relative in magnitude, absolute in phase; variance of its components by Bendat and Piersol
+///           from the coherence, see [`Frf::component_sd`](crate::measurement::Frf::component_sd).
+pub struct FrfObjective<'m> {
+    machine: &'m Machine,
+    structures: Vec<Arc<Structure>>,
+    settings: FrfSettings,
+    records: Vec<Record>,
+    gain: Gain,
+    /// Indices of the parameters that are free.
+    pub free: Vec<usize>,
+    base: Vec<f64>,
+    pools: Vec<Mutex<Vec<Scratch>>>,
+}
+
+impl<'m> FrfObjective<'m> {
+    /// For the FRFs to be fitted; `frozen` parameters keep their start values.
+    ///
+    /// # Errors  there is no FRF to fit, one names points the machine lacks or lies outside the screw, two share no frequency.
+    pub fn new(machine: &'m Machine, fit: &FitSet<'_>, settings: FrfSettings, frozen: &[String]) -> Result<Self, ObjectiveError> {
+        if fit.frfs.is_empty() {
+            let path = &fit.set.path;
+            return Err(ObjectiveError::Data(format!("{path}: no FRF is among what is to be fitted; name other positions or records")));
+        }
+        let free = free_parameters(machine, frozen, |rule| rule != FitRule::Never)?;
+        Self::over(machine, fit.set, &fit.frfs, settings, free)
+    }
+
+    /// For the FRFs held out: to predict, not to fit.
+    ///
+    /// # Errors  as [`FrfObjective::new`]; none of them shares a frequency with those fitted.
+    pub fn held_out(machine: &'m Machine, held_out: &HoldOutSet<'_>, settings: FrfSettings) -> Result<Self, ObjectiveError> {
+        Self::over(machine, held_out.set, &held_out.frfs, settings, Vec::new())
+    }
+
+    fn over(
+        machine: &'m Machine,
+        set: &MeasurementSet,
+        frfs: &[usize],
+        settings: FrfSettings,
+        free: Vec<usize>,
+    ) -> Result<Self, ObjectiveError> {
+        let mut structures: Vec<Arc<Structure>> = Vec::new();
+        let mut channels: Vec<(usize, usize)> = Vec::new();
+        let mut records = Vec::new();
+        for &index in frfs {
+            let frf = &set.frfs[index];
+            let response = point_named(machine, &frf.source, "response", &frf.response)?;
+            let excitation = point_named(machine, &frf.source, "excitation", &frf.excitation)?;
+            let operating = Operating { nut_m: frf.position.and_then(|p| set.positions[p].nut_m) };
+            machine.check_operating(&frf.source, &operating)?;
+            let structure = match channels.iter().position(|c| *c == (response, excitation)) {
+                Some(at) => at,
+                None => {
+                    structures.push(Arc::new(Structure::new(machine, response, excitation, settings.rods)?));
+                    channels.push((response, excitation));
+                    channels.len() - 1
+                }
+            };
+            records.push(record(frf, index, operating, structure, settings)?);
+        }
+        check_overlap(set, &records)?;
+        let pools = structures.iter().map(|_| Mutex::new(Vec::new())).collect();
+        Ok(FrfObjective { machine, structures, settings, records, gain: set.gain, free, base: machine.start(), pools })
+    }
+
+    /// The FRFs compared.
+    pub fn records(&self) -> &[Record] {
+        &self.records
+    }
+
+    /// The machine whose parameters are free.
+    pub fn machine(&self) -> &Machine {
+        self.machine
+    }
+
+    /// Whether the gain is estimated along.
+    pub fn estimates_gain(&self) -> bool {
+        self.gain == Gain::Unknown
+    }
+
+    /// Real numbers compared: two for each line.
+    pub fn observations(&self) -> usize {
+        2 * self.records.iter().map(|r| r.omega_rad_s.len()).sum::<usize>()
+    }
+
+    /// Parameters of the machine, in its order, for a place of the free ones in the unit cube.
+    pub fn parameters(&self, place: &[f64]) -> Vec<f64> {
+        let mut parameters = self.base.clone();
+        for (&index, &u) in self.free.iter().zip(place) {
+            parameters[index] = self.machine.parameters[index].from_unit(u.clamp(0.0, 1.0));
+        }
+        parameters
+    }
+
+    /// ln of the gain at a place: of the set where it is known, else that of the place's last coordinate.
+    fn log_gain(&self, place: &[f64]) -> f64 {
+        match self.gain {
+            Gain::Known(gain) => gain.ln(),
+            Gain::Unknown => {
+                let u = place.get(self.free.len()).copied().unwrap_or(0.5);
+                GAIN_RANGE.0.ln() + u * (GAIN_RANGE.1 / GAIN_RANGE.0).ln()
+            }
+        }
+    }
+
+    fn borrow(&self, structure: usize) -> Scratch {
+        let pooled = self.pools[structure].lock().ok().and_then(|mut pool| pool.pop());
+        pooled.unwrap_or_else(|| Scratch {
+            network: self.structures[structure].network(),
+            work: self.structures[structure].workspace(),
+            row: Vec::new(),
+        })
+    }
+
+    fn give_back(&self, structure: usize, scratch: Scratch) {
+        if let Ok(mut pool) = self.pools[structure].lock() {
+            pool.push(scratch);
+        }
+    }
+
+    /// Calls `each(line, residual)` for the lines of a record, with r = ln(measured/predicted) without the set's gain.
+    fn visit(&self, record: &Record, parameters: &[f64], lines: impl Iterator<Item = usize>, mut each: impl FnMut(usize, Complex64)) {
+        let mut scratch = self.borrow(record.structure);
+        scratch.network.update(self.machine, parameters, &record.operating);
+        let chain = self.machine.chain.at(parameters, &record.operating);
+        for line in lines {
+            let omega = record.omega_rad_s[line];
+            let predicted = scratch.network.receptance(omega, &mut scratch.work);
+            each(line, wrapped((record.measured[line] / predicted).ln() - Chain::log_factor(chain, omega)));
+        }
+        self.give_back(record.structure, scratch);
+    }
+
+    /// The sum of the squared deviations from what is known of parameters beforehand, at these values.
+    fn prior(&self, parameters: &[f64]) -> f64 {
+        let known =
+            self.free.iter().filter_map(|i| Some((parameters[*i] - self.machine.parameters[*i].start) / self.machine.parameters[*i].sd?));
+        known.map(|r| r * r).sum()
+    }
+
+    /// Residuals of all records at these parameters and gain.
+    pub fn residuals(&self, parameters: &[f64], gain: f64) -> Vec<Vec<Complex64>> {
+        self.records
+            .par_iter()
+            .map(|record| {
+                let mut residuals = Vec::with_capacity(record.omega_rad_s.len());
+                self.visit(record, parameters, 0..record.omega_rad_s.len(), |_, r| residuals.push(r - gain.ln()));
+                residuals
+            })
+            .collect()
+    }
+
+    /// Gap of each record at these parameters and gain.
+    ///
+    /// # Source  the gap between a measured and a predicted FRF as this project defines it: root mean square of ln H, per component.
+    pub fn gaps(&self, parameters: &[f64], gain: f64) -> Vec<FrfGap> {
+        let residuals = self.residuals(parameters, gain);
+        self.records
+            .iter()
+            .zip(residuals)
+            .map(|(record, residuals)| {
+                let noise: Option<Vec<f64>> = record.noise_sd.iter().copied().collect();
+                FrfGap {
+                    frf: record.frf,
+                    gap: (residuals.iter().map(|r| 0.5 * r.norm_sqr()).sum::<f64>() / residuals.len() as f64).sqrt(),
+                    noise_floor: noise.and_then(root_mean_square),
+                    lines: residuals.len(),
+                }
+            })
+            .collect()
+    }
+
+    /// Mean of ½·|r|² over some lines of every record, the gain (where unknown) at its best: the cost of the global search, whose valleys are
+    /// wide because no line weighs more than another.
+    pub fn coarse(&self, place: &[f64]) -> f64 {
+        let parameters = self.parameters(place);
+        let (mut count, mut sum, mut square) = (0, 0.0, 0.0);
+        for record in &self.records {
+            let stride = record.omega_rad_s.len().div_ceil(COARSE_LINES);
+            self.visit(record, &parameters, (0..record.omega_rad_s.len()).step_by(stride), |_, r| {
+                count += 1;
+                sum += r.re;
+                square += r.norm_sqr();
+            });
+        }
+        let count = f64::from(count);
+        let gain = match self.gain {
+            Gain::Known(gain) => gain.ln(),
+            Gain::Unknown => sum / count,
+        };
+        let gap = 0.5 * (square / count - 2.0 * gain * sum / count + gain * gain);
+        let cost = gap + 0.5 * self.prior(&parameters) * self.settings.model_error.powi(2) / count;
+        if cost.is_finite() { cost } else { f64::MAX }
+    }
+
+    /// The gain of the set, or where it is unknown the one that suits these parameters best.
+    pub fn best_gain(&self, parameters: &[f64]) -> f64 {
+        if let Gain::Known(gain) = self.gain {
+            return gain;
+        }
+        let (mut weights, mut sum) = (0.0, 0.0);
+        for record in &self.records {
+            self.visit(record, parameters, 0..record.omega_rad_s.len(), |line, r| {
+                weights += record.weight[line];
+                sum += record.weight[line] * r.re;
+            });
+        }
+        f64::exp(sum / weights)
+    }
+
+    /// A place of the free parameters, with the best coordinate of the gain added where that is unknown.
+    pub fn extended(&self, place: &[f64]) -> Vec<f64> {
+        let mut extended = place.to_vec();
+        if self.estimates_gain() {
+            let gain = self.best_gain(&self.parameters(place));
+            extended.push(((gain / GAIN_RANGE.0).ln() / (GAIN_RANGE.1 / GAIN_RANGE.0).ln()).clamp(0.0, 1.0));
+        }
+        extended
+    }
+
+    /// The gain at a place that was [`FrfObjective::extended`].
+    pub fn gain(&self, place: &[f64]) -> f64 {
+        self.log_gain(place).exp()
+    }
+
+    /// By how much the correlation of neighbouring lines enlarges the variance of what is fitted, 1 + 2·Σρ over the lags up to the first that is
+    /// not significant: 1 for noise alone, many where the model's own error is fitted.
+    ///
+    /// # Source  effective sample size of an autocorrelated series; Bayley and Hammersley, J. R. Stat. Soc. Suppl. 8 (1946) 184–197.
+    pub fn colour(&self, place: &[f64]) -> f64 {
+        let residuals = self.residuals(&self.parameters(place), self.gain(place));
+        let weighted =
+            |record: &Record, r: &[Complex64]| -> Vec<Complex64> { r.iter().zip(&record.weight).map(|(r, w)| r * w.sqrt()).collect() };
+        let series: Vec<Vec<Complex64>> = self.records.iter().zip(&residuals).map(|(record, r)| weighted(record, r)).collect();
+        let total: f64 = series.iter().flatten().map(Complex64::norm_sqr).sum();
+        let count = 2.0 * series.iter().map(Vec::len).sum::<usize>() as f64;
+        let longest = series.iter().map(Vec::len).max().unwrap_or(0) / 10;
+        let mut sum = 0.0;
+        for lag in 1..=longest {
+            let products: f64 = series.iter().flat_map(|s| s.iter().zip(s.iter().skip(lag))).map(|(a, b)| (a * b.conj()).re).sum();
+            let correlation = products / total;
+            if !(correlation > 2.0 / count.sqrt()) {
+                break;
+            }
+            sum += correlation;
+        }
+        1.0 + 2.0 * sum
+    }
+
+    /// The same data with the lines of each record counted `counts[record][line]` times: a bootstrap sample.
+    #[must_use]
+    pub fn resampled(&self, counts: &[Vec<f64>]) -> FrfObjective<'m> {
+        let mut records = self.records.clone();
+        for (record, counts) in records.iter_mut().zip(counts) {
+            record.weight.iter_mut().zip(counts).for_each(|(w, c)| *w *= c);
+        }
+        let pools = self.structures.iter().map(|_| Mutex::new(Vec::new())).collect();
+        let (structures, base) = (self.structures.clone(), self.base.clone());
+        FrfObjective {
+            machine: self.machine,
+            structures,
+            settings: self.settings,
+            records,
+            gain: self.gain,
+            free: self.free.clone(),
+            base,
+            pools,
+        }
+    }
+
+    /// The same data with at most [`COARSE_LINES`] lines of each record, as many as the coarse cost sees.
+    #[must_use]
+    pub fn thinned(&self) -> FrfObjective<'m> {
+        let counts: Vec<Vec<f64>> = self.lines().iter().map(|n| vec![1.0; *n]).collect();
+        let mut thin = self.resampled(&counts);
+        for record in &mut thin.records {
+            let stride = record.omega_rad_s.len().div_ceil(COARSE_LINES);
+            record.omega_rad_s = record.omega_rad_s.iter().step_by(stride).copied().collect();
+            record.measured = record.measured.iter().step_by(stride).copied().collect();
+            record.weight = record.weight.iter().step_by(stride).copied().collect();
+            record.noise_sd = record.noise_sd.iter().step_by(stride).copied().collect();
+        }
+        thin
+    }
+
+    /// Lines of each record.
+    pub fn lines(&self) -> Vec<usize> {
+        self.records.iter().map(|r| r.omega_rad_s.len()).collect()
+    }
+
+    /// Column of each machine parameter, where it is free.
+    fn columns(&self) -> Vec<Option<usize>> {
+        let mut columns = vec![None; self.base.len()];
+        for (at, &parameter) in self.free.iter().enumerate() {
+            columns[parameter] = Some(at);
+        }
+        columns
+    }
+
+    /// Normal equations of some lines of a record, in coordinates of the unit cube.
+    fn piece(
+        &self,
+        record: &Record,
+        parameters: &[f64],
+        columns: &[Option<usize>],
+        log_gain: f64,
+        lines: std::ops::Range<usize>,
+    ) -> Normal {
+        let dimension = LeastSquares::dimension(self);
+        let mut normal = Normal::zero(dimension);
+        let mut scratch = self.borrow(record.structure);
+        scratch.network.update(self.machine, parameters, &record.operating);
+        let sensitivity: Sensitivity = scratch.network.sensitivity(self.machine, parameters, &record.operating, columns, None);
+        let chain = self.machine.chain.at(parameters, &record.operating);
+        let mut chain_slopes: Vec<(usize, usize, f64)> = Vec::new();
+        for (which, value) in [&self.machine.chain.gain, &self.machine.chain.delay, &self.machine.chain.power].into_iter().enumerate() {
+            value.gradient(parameters, &record.operating, |p, d| chain_slopes.extend(columns[p].map(|c| (which, c, d))));
+        }
+        let unit: Vec<f64> = self.free.iter().map(|i| self.machine.parameters[*i].unit_slope(parameters[*i])).collect();
+        let zero = Complex64::new(0.0, 0.0);
+        let (mut re, mut im) = (vec![0.0; dimension], vec![0.0; dimension]);
+        for line in lines {
+            let omega = record.omega_rad_s[line];
+            scratch.row.clear();
+            scratch.row.resize(dimension, zero);
+            let predicted = scratch.network.gradient(omega, &sensitivity, &mut scratch.work, &mut scratch.row);
+            let residual = wrapped((record.measured[line] / predicted).ln() - Chain::log_factor(chain, omega) - log_gain);
+            let inverse = predicted.inv();
+            scratch.row.iter_mut().for_each(|d| *d *= inverse);
+            for &(which, column, slope) in &chain_slopes {
+                scratch.row[column] += slope
+                    * match which {
+                        0 => Complex64::new(1.0 / chain.0, 0.0),
+                        1 => Complex64::new(0.0, -omega),
+                        _ => Complex64::new(omega.ln(), std::f64::consts::FRAC_PI_2),
+                    };
+            }
+            for (column, slope) in unit.iter().enumerate() {
+                (re[column], im[column]) = (-scratch.row[column].re * slope, -scratch.row[column].im * slope);
+            }
+            if self.estimates_gain() {
+                (re[dimension - 1], im[dimension - 1]) = (-(GAIN_RANGE.1 / GAIN_RANGE.0).ln(), 0.0);
+            }
+            normal.add(record.weight[line], residual.re, &re);
+            normal.add(record.weight[line], residual.im, &im);
+        }
+        self.give_back(record.structure, scratch);
+        normal
+    }
+}
+
+impl LeastSquares for FrfObjective<'_> {
+    fn dimension(&self) -> usize {
+        self.free.len() + usize::from(self.estimates_gain())
+    }
+
+    fn chi_square(&self, place: &[f64]) -> f64 {
+        let parameters = self.parameters(place);
+        let log_gain = self.log_gain(place);
+        let sums: Vec<f64> = pieces(&self.records)
+            .par_iter()
+            .map(|(record, lines)| {
+                let record = &self.records[*record];
+                let mut sum = 0.0;
+                self.visit(record, &parameters, lines.clone(), |line, r| sum += record.weight[line] * (r - log_gain).norm_sqr());
+                sum
+            })
+            .collect();
+        let chi_square = sums.iter().sum::<f64>() + self.prior(&parameters);
+        if chi_square.is_finite() { chi_square } else { f64::MAX }
+    }
+
+    fn normal(&self, place: &[f64]) -> Normal {
+        let parameters = self.parameters(place);
+        let log_gain = self.log_gain(place);
+        let columns = self.columns();
+        let parts: Vec<Normal> = pieces(&self.records)
+            .par_iter()
+            .map(|(record, lines)| self.piece(&self.records[*record], &parameters, &columns, log_gain, lines.clone()))
+            .collect();
+        let mut normal = Normal::zero(LeastSquares::dimension(self));
+        parts.iter().for_each(|part| normal.merge(part));
+        for (column, &index) in self.free.iter().enumerate() {
+            let parameter = &self.machine.parameters[index];
+            if let Some(sd) = parameter.sd {
+                let mut row = vec![0.0; LeastSquares::dimension(self)];
+                row[column] = parameter.unit_slope(parameters[index]) / sd;
+                normal.add(1.0, (parameters[index] - parameter.start) / sd, &row);
+            }
+        }
+        normal.mirror();
+        normal
+    }
+}

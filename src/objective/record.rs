@@ -1,0 +1,96 @@
+//! An FRF made ready to be compared.
+
+use num_complex::Complex64;
+
+use super::{FrfSettings, ObjectiveError};
+use crate::machine::Operating;
+use crate::measurement::{Frf, MeasurementSet};
+use crate::unit::omega_rad_s;
+
+/// Lines that are summed in one piece; sums are made in the order of the pieces, whatever the number of threads.
+const PIECE: usize = 256;
+
+/// One FRF ready to be compared.
+#[derive(Debug, Clone)]
+pub struct Record {
+    /// Index of the FRF in the set.
+    pub frf: usize,
+    pub(super) operating: Operating,
+    pub(super) structure: usize,
+    pub(super) omega_rad_s: Vec<f64>,
+    /// As a receptance.
+    pub(super) measured: Vec<Complex64>,
+    /// 1/s² of one component of ln H.
+    pub(super) weight: Vec<f64>,
+    /// s of the noise alone, where it is known.
+    pub(super) noise_sd: Vec<Option<f64>>,
+}
+
+/// The imaginary part brought into (−π, π].
+pub(super) fn wrapped(z: Complex64) -> Complex64 {
+    let turns = (z.im / std::f64::consts::TAU).round();
+    Complex64::new(z.re, z.im - turns * std::f64::consts::TAU)
+}
+
+/// Pieces of all records, in order: record and lines.
+pub(super) fn pieces(records: &[Record]) -> Vec<(usize, std::ops::Range<usize>)> {
+    let piece = |(at, r): (usize, &Record)| {
+        let count = r.omega_rad_s.len();
+        (0..count).step_by(PIECE).map(move |from| (at, from..(from + PIECE).min(count))).collect::<Vec<_>>()
+    };
+    records.iter().enumerate().flat_map(piece).collect()
+}
+
+/// An FRF made ready: lines of the band, as a receptance, with weights.
+pub(super) fn record(
+    frf: &Frf,
+    index: usize,
+    operating: Operating,
+    structure: usize,
+    settings: FrfSettings,
+) -> Result<Record, ObjectiveError> {
+    let mut record = Record {
+        frf: index,
+        operating,
+        structure,
+        omega_rad_s: Vec::new(),
+        measured: Vec::new(),
+        weight: Vec::new(),
+        noise_sd: Vec::new(),
+    };
+    for line in frf.lines.iter().filter(|l| (settings.band_hz.0..=settings.band_hz.1).contains(&l.frequency_hz)) {
+        let omega = omega_rad_s(line.frequency_hz);
+        let noise_sd = frf.component_sd(line);
+        let sd = noise_sd.unwrap_or(0.0).hypot(settings.model_error);
+        if !(sd > 0.0) {
+            let fault = "nothing is known of the noise of its lines; give a model error above 0 with --frf-model-error";
+            return Err(ObjectiveError::Data(format!("{}: {fault}", frf.source)));
+        }
+        record.omega_rad_s.push(omega);
+        record.measured.push(line.value / frf.quantity.from_receptance(omega));
+        record.weight.push(1.0 / (sd * sd));
+        record.noise_sd.push(noise_sd);
+    }
+    if record.omega_rad_s.is_empty() {
+        let (from, to) = settings.band_hz;
+        return Err(ObjectiveError::Data(format!("{}: has no accepted line from {from} to {to} Hz; widen --band", frf.source)));
+    }
+    Ok(record)
+}
+
+/// FRFs that are looked at together must share frequencies: else the one says nothing of the other.
+pub(super) fn check_overlap(set: &MeasurementSet, records: &[Record]) -> Result<(), ObjectiveError> {
+    let ends = |r: &Record| (r.omega_rad_s[0], r.omega_rad_s[r.omega_rad_s.len() - 1]);
+    for (at, a) in records.iter().enumerate() {
+        for b in &records[..at] {
+            let ((from_a, to_a), (from_b, to_b)) = (ends(a), ends(b));
+            if from_a > to_b || from_b > to_a {
+                return Err(ObjectiveError::Data(format!(
+                    "{} and {} have no frequency in common; fit them in two runs, or measure both over one band",
+                    set.frfs[b.frf].source, set.frfs[a.frf].source
+                )));
+            }
+        }
+    }
+    Ok(())
+}

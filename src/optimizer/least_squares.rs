@@ -1,0 +1,299 @@
+//! Bounded least squares: Levenberg–Marquardt on the unit cube as an argmin solver.
+
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use argmin::core::{CostFunction, Error, Executor, IterState, Jacobian, KV, Problem, Solver, State, TerminationReason, TerminationStatus};
+use nalgebra::{DMatrix, DVector};
+
+/// The normal equations of a sum of squares χ² = Σ r² at a place: enough to step, to tell certainty and to add up.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Normal {
+    /// χ².
+    pub chi_square: f64,
+    /// Jᵀ·r, with J = dr/d(place).
+    pub gradient: DVector<f64>,
+    /// Jᵀ·J.
+    pub information: DMatrix<f64>,
+}
+
+impl Normal {
+    /// Of no residuals at all.
+    pub fn zero(dimension: usize) -> Self {
+        Normal { chi_square: 0.0, gradient: DVector::zeros(dimension), information: DMatrix::zeros(dimension, dimension) }
+    }
+
+    /// Adds one residual and its derivatives, with a weight on its square. Only the lower half of the information is filled: see
+    /// [`Normal::mirror`].
+    #[inline]
+    pub fn add(&mut self, weight: f64, residual: f64, row: &[f64]) {
+        self.chi_square += weight * residual * residual;
+        for (i, a) in row.iter().enumerate() {
+            let scaled = weight * a;
+            self.gradient[i] += scaled * residual;
+            for (j, b) in row[..=i].iter().enumerate() {
+                self.information[(i, j)] += scaled * b;
+            }
+        }
+    }
+
+    /// Adds the normal equations of other residuals.
+    pub fn merge(&mut self, other: &Normal) {
+        self.chi_square += other.chi_square;
+        self.gradient += &other.gradient;
+        self.information += &other.information;
+    }
+
+    /// Fills in the upper half of the information.
+    pub fn mirror(&mut self) {
+        self.information.fill_upper_triangle_with_lower_triangle();
+    }
+}
+
+/// A sum of squares on the unit cube, finite everywhere, with exact or well-made derivatives.
+pub trait LeastSquares: Sync {
+    /// Number of coordinates.
+    fn dimension(&self) -> usize;
+    /// χ² at a place.
+    fn chi_square(&self, place: &[f64]) -> f64;
+    /// χ² and its normal equations.
+    fn normal(&self, place: &[f64]) -> Normal;
+}
+
+struct Problemwise<'p, P: LeastSquares + ?Sized>(&'p P);
+
+impl<P: LeastSquares + ?Sized> CostFunction for Problemwise<'_, P> {
+    type Param = Vec<f64>;
+    type Output = f64;
+    fn cost(&self, place: &Vec<f64>) -> Result<f64, Error> {
+        Ok(self.0.chi_square(place))
+    }
+}
+
+impl<P: LeastSquares + ?Sized> Jacobian for Problemwise<'_, P> {
+    type Param = Vec<f64>;
+    type Jacobian = Normal;
+    fn jacobian(&self, place: &Vec<f64>) -> Result<Normal, Error> {
+        Ok(self.0.normal(place))
+    }
+}
+
+type PolishState = IterState<Vec<f64>, (), (), (), (), f64>;
+
+/// Longest step in any coordinate of the unit cube.
+const LONGEST_STEP: f64 = 0.25;
+
+/// Levenberg–Marquardt with the damping of Nielsen, inside the unit cube: coordinates at a face that the descent pushes outward are
+/// left out of a step, steps are cut at the faces, and the gain is measured against the step actually made.
+///
+/// # Source  Madsen, Nielsen, Tingleff, Methods for Non-Linear Least Squares Problems, IMM 2004, Alg. 3.16;
+///           bounds by projection: Kanzow, Yamashita, Fukushima, J. Comput. Appl. Math. 172 (2004) 375–397.
+pub struct LevenbergMarquardt {
+    held: Vec<bool>,
+    damping: f64,
+    growth: f64,
+    here: Option<(Vec<f64>, Normal)>,
+    tolerance: f64,
+    settled: bool,
+    stop: Arc<AtomicBool>,
+}
+
+impl LevenbergMarquardt {
+    /// Coordinates marked in `held` keep their place. Ends when a step gains less than `tolerance` of χ² (relative).
+    pub fn new(held: Vec<bool>, tolerance: f64) -> Self {
+        LevenbergMarquardt { held, damping: 1e-3, growth: 2.0, here: None, tolerance, settled: false, stop: Arc::default() }
+    }
+
+    /// Ends after the step in which the flag is set.
+    pub fn stopping_when(mut self, stop: Arc<AtomicBool>) -> Self {
+        self.stop = stop;
+        self
+    }
+
+    /// The step from a place with the present damping, and the decrease of χ² it promises.
+    fn step(&self, place: &[f64], normal: &Normal) -> Option<(Vec<f64>, f64)> {
+        let moves = |i: usize| {
+            let slope = normal.gradient[i];
+            let pushed_out = (place[i] <= 0.0 && slope > 0.0) || (place[i] >= 1.0 && slope < 0.0);
+            !self.held[i] && !pushed_out
+        };
+        let active: Vec<usize> = (0..place.len()).filter(|i| moves(*i)).collect();
+        if active.is_empty() {
+            return None;
+        }
+        let largest = active.iter().map(|i| normal.information[(*i, *i)]).fold(f64::MIN_POSITIVE, f64::max);
+        let damped = DMatrix::from_fn(active.len(), active.len(), |a, b| {
+            let entry = normal.information[(active[a], active[b])];
+            if a == b { entry + self.damping * entry.max(1e-9 * largest) } else { entry }
+        });
+        let slope = DVector::from_fn(active.len(), |a, _| -normal.gradient[active[a]]);
+        let direction = damped.cholesky()?.solve(&slope);
+        let mut next = place.to_vec();
+        for (at, &i) in active.iter().enumerate() {
+            next[i] = (place[i] + direction[at].clamp(-LONGEST_STEP, LONGEST_STEP)).clamp(0.0, 1.0);
+        }
+        let made = DVector::from_fn(place.len(), |i, _| next[i] - place[i]);
+        let promised = -2.0 * made.dot(&normal.gradient) - made.dot(&(&normal.information * &made));
+        Some((next, promised))
+    }
+}
+
+impl<O> Solver<O, PolishState> for LevenbergMarquardt
+where
+    O: CostFunction<Param = Vec<f64>, Output = f64> + Jacobian<Param = Vec<f64>, Jacobian = Normal>,
+{
+    fn name(&self) -> &str {
+        "bounded Levenberg–Marquardt"
+    }
+
+    fn init(&mut self, problem: &mut Problem<O>, state: PolishState) -> Result<(PolishState, Option<KV>), Error> {
+        let start: Vec<f64> = state.get_param().cloned().unwrap_or_default().iter().map(|x: &f64| x.clamp(0.0, 1.0)).collect();
+        let normal = problem.jacobian(&start)?;
+        let cost = normal.chi_square;
+        self.here = Some((start.clone(), normal));
+        Ok((state.param(start).cost(cost), None))
+    }
+
+    fn next_iter(&mut self, problem: &mut Problem<O>, state: PolishState) -> Result<(PolishState, Option<KV>), Error> {
+        let Some((place, normal)) = self.here.take() else {
+            self.settled = true;
+            return Ok((state, None));
+        };
+        let before = normal.chi_square;
+        let stepped = self.step(&place, &normal);
+        let Some((next, promised)) = stepped.filter(|(_, promised)| *promised > self.tolerance * before.max(f64::MIN_POSITIVE)) else {
+            self.settled = true;
+            self.here = Some((place.clone(), normal));
+            return Ok((state.param(place).cost(before), None));
+        };
+        let after = problem.cost(&next)?;
+        let gain = (before - after) / promised;
+        if gain > 1e-4 && after.is_finite() {
+            let normal = problem.jacobian(&next)?;
+            self.settled = before - after <= self.tolerance * before;
+            self.damping = (self.damping * (1.0 - (2.0 * gain - 1.0).powi(3)).clamp(1.0 / 3.0, 2.0)).max(1e-12);
+            self.growth = 2.0;
+            self.here = Some((next.clone(), normal));
+            return Ok((state.param(next).cost(after), None));
+        }
+        self.damping *= self.growth;
+        self.growth *= 2.0;
+        self.settled = self.damping > 1e12;
+        self.here = Some((place.clone(), normal));
+        Ok((state.param(place).cost(before), None))
+    }
+
+    fn terminate(&mut self, _state: &PolishState) -> TerminationStatus {
+        if self.stop.load(Ordering::Relaxed) {
+            return TerminationStatus::Terminated(TerminationReason::Interrupt);
+        }
+        if self.settled { TerminationStatus::Terminated(TerminationReason::SolverConverged) } else { TerminationStatus::NotTerminated }
+    }
+}
+
+/// What a polish gives.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Polished {
+    /// Place in the unit cube.
+    pub place: Vec<f64>,
+    /// χ² and its normal equations there.
+    pub normal: Normal,
+    /// Evaluations of χ² or of the normal equations.
+    pub evaluations: u64,
+    /// Came to rest before the iterations ran out.
+    pub converged: bool,
+}
+
+/// Makes χ² least from a place, with some coordinates held.
+pub fn least_squares<P: LeastSquares + ?Sized>(
+    problem: &P,
+    start: &[f64],
+    held: &[bool],
+    iterations: u64,
+    stop: &Arc<AtomicBool>,
+) -> Polished {
+    let held = if held.is_empty() { vec![false; start.len()] } else { held.to_vec() };
+    let solver = LevenbergMarquardt::new(held, 1e-9).stopping_when(Arc::clone(stop));
+    let run = Executor::new(Problemwise(problem), solver)
+        .configure(|state| state.param(start.to_vec()).max_iters(iterations).counting(true))
+        .timer(false)
+        .run();
+    match run {
+        Ok(mut result) => {
+            let counts = &result.problem.counts;
+            let evaluations = ["cost_count", "jacobian_count"].iter().filter_map(|k| counts.get(*k)).sum();
+            let converged = matches!(result.state.get_termination_reason(), Some(TerminationReason::SolverConverged));
+            let (place, normal) = result.solver.here.take().unwrap_or_else(|| (start.to_vec(), problem.normal(start)));
+            Polished { place, normal, evaluations, converged }
+        }
+        // A problem of ours gives no errors; a place is its own answer.
+        Err(_) => Polished { place: start.to_vec(), normal: problem.normal(start), evaluations: 1, converged: false },
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Rosenbrock's valley with its minimum at (0.4, 0.16) of the unit square.
+    struct Valley;
+
+    impl LeastSquares for Valley {
+        fn dimension(&self) -> usize {
+            2
+        }
+        fn chi_square(&self, x: &[f64]) -> f64 {
+            self.normal(x).chi_square
+        }
+        fn normal(&self, x: &[f64]) -> Normal {
+            let mut normal = Normal::zero(2);
+            normal.add(1.0, 10.0 * (x[1] - x[0] * x[0]), &[-20.0 * x[0], 10.0]);
+            normal.add(1.0, 0.4 - x[0], &[-1.0, 0.0]);
+            normal.mirror();
+            normal
+        }
+    }
+
+    fn run(start: &[f64], held: &[bool]) -> Polished {
+        least_squares(&Valley, start, held, 200, &Arc::default())
+    }
+
+    #[test]
+    fn the_valley_is_followed_to_its_end() {
+        let found = run(&[0.95, 0.05], &[]);
+        assert!(found.converged && found.normal.chi_square < 1e-16, "{found:?}");
+        assert!((found.place[0] - 0.4).abs() < 1e-6);
+    }
+
+    #[test]
+    fn a_held_coordinate_stays_and_the_others_do_their_best() {
+        let found = run(&[0.7, 0.9], &[true, false]);
+        assert!((found.place[0] - 0.7).abs() < 1e-15);
+        assert!((found.place[1] - 0.49).abs() < 1e-9);
+    }
+
+    /// r = (x + 1, y − 0.5 + x): least inside the square at x = 0, y = 0.5.
+    struct Outside;
+
+    impl LeastSquares for Outside {
+        fn dimension(&self) -> usize {
+            2
+        }
+        fn chi_square(&self, x: &[f64]) -> f64 {
+            self.normal(x).chi_square
+        }
+        fn normal(&self, x: &[f64]) -> Normal {
+            let mut normal = Normal::zero(2);
+            normal.add(1.0, x[0] + 1.0, &[1.0, 0.0]);
+            normal.add(1.0, x[1] - 0.5 + x[0], &[1.0, 1.0]);
+            normal.mirror();
+            normal
+        }
+    }
+
+    #[test]
+    fn limit_a_minimum_outside_is_met_at_the_face() {
+        let found = least_squares(&Outside, &[0.9, 0.9], &[], 100, &Arc::default());
+        assert!(found.converged && found.place[0] == 0.0 && (found.place[1] - 0.5).abs() < 1e-9, "{found:?}");
+    }
+}

@@ -1,0 +1,253 @@
+//! Identification from whole FRFs: exact derivatives, recovery from another model, statistics.
+
+use jointid::identification::{Identification, Plan, identify};
+use jointid::machine::{Machine, Operating};
+use jointid::measurement::{Frf, Gain, Line, MeasurementSet, Noise, Position, Quantity};
+use jointid::model::{Rods, Structure};
+use jointid::objective::{FrfObjective, FrfSettings};
+use jointid::optimizer::{Control, LeastSquares};
+use num_complex::Complex64;
+use std::f64::consts::TAU;
+use std::sync::Arc;
+
+use crate::support::bench_equations::Joints;
+use crate::support::finite_elements::Bench;
+use crate::support::{Draws, POSITIONS, config};
+
+/// A set of receptances with noise of a relative standard deviation `sd` (total, complex), at the positions of the bench.
+fn set_of(
+    channels: &[(&str, &str)],
+    lines: &[f64],
+    sd: f64,
+    random: &mut Draws,
+    mut receptance: impl FnMut(usize, (&str, &str), f64) -> Complex64,
+) -> MeasurementSet {
+    let mut frfs = Vec::new();
+    for (position, (name, _)) in POSITIONS.iter().enumerate() {
+        for channel in channels {
+            let lines = lines
+                .iter()
+                .map(|&frequency_hz| {
+                    let noise = Complex64::new(random.normal(), random.normal()) * (sd / 2.0_f64.sqrt());
+                    let value = receptance(position, *channel, TAU * frequency_hz) * noise.exp();
+                    Line { frequency_hz, value, noise: Some(Noise::RelativeSd(sd)) }
+                })
+                .collect();
+            frfs.push(Frf {
+                position: Some(position),
+                record: None,
+                response: channel.0.into(),
+                excitation: channel.1.into(),
+                quantity: Quantity::Receptance,
+                averages: None,
+                source: format!("{name}-{}-{}", channel.0, channel.1),
+                lines,
+                rejected: 0,
+            });
+        }
+    }
+    MeasurementSet {
+        path: "made here".into(),
+        title: "made here".into(),
+        quantity: Some(Quantity::Receptance),
+        gain: Gain::Known(1.0),
+        response: None,
+        excitation: None,
+        positions: POSITIONS.iter().map(|(name, nut)| Position { name: (*name).into(), nut_m: Some(*nut) }).collect(),
+        modes: None,
+        frfs,
+        motions: Vec::new(),
+        split: None,
+        published: Default::default(),
+        files: Vec::new(),
+        warnings: Vec::new(),
+    }
+}
+
+fn spread(from_hz: f64, to_hz: f64, count: usize) -> Vec<f64> {
+    (0..count).map(|i| from_hz + (to_hz - from_hz) * i as f64 / (count - 1) as f64).collect()
+}
+
+/// FRFs of the model itself at some parameters.
+fn own_set(machine: &Machine, values: &[f64], lines: &[f64], sd: f64, random: &mut Draws) -> MeasurementSet {
+    let table = machine.point("table").unwrap();
+    let structure = Arc::new(Structure::new(machine, table, table, Rods::Exact).unwrap());
+    let mut work = structure.workspace();
+    set_of(&[("table", "table")], lines, sd, random, |position, _, omega| {
+        let mut network = structure.network();
+        network.update(machine, values, &Operating::at_nut(POSITIONS[position].1));
+        network.receptance(omega, &mut work)
+    })
+}
+
+fn run(machine: &Machine, set: &MeasurementSet, settings: FrfSettings, repeats: usize) -> Identification {
+    let (fit, held_out) = set.split(None, &[]).unwrap();
+    let plan = Plan { frf: Some(settings), repeats, ..Plan::default() };
+    identify(machine, &fit, &held_out, &plan, &Control::default()).unwrap()
+}
+
+const TRUTH: Joints = Joints { k_al: 6.2e7, k_ar: 3.4e7, k_n: 6.5e8, k_m: 1.9e3, c_al: 9e3, c_ar: 4e3, c_n: 6e4, c_m: 0.12 };
+const HOLD: (f64, f64) = (900.0, 0.08);
+
+/// Finite elements, 2 % noise, six positions: every stiffness within 1 %, every damping within 10 %.
+#[test]
+fn recover_from_finite_elements_with_noise() {
+    let config = config("configs/tian.toml");
+    let machine = &config.machine;
+    let benches: Vec<Bench> = POSITIONS.iter().map(|(_, nut)| Bench::new(60, *nut, TRUTH, HOLD)).collect();
+    let set = set_of(&[("table", "table")], &spread(5.0, 1000.0, 1000), 0.02, &mut Draws(5), |position, _, omega| {
+        benches[position].receptance(omega)
+    });
+    let found = run(machine, &set, FrfSettings::default(), 2);
+    assert_eq!(found.agree, Some(true), "{:?}", found.warnings);
+    for (id, truth, limit) in [
+        ("k_al", TRUTH.k_al, 0.01),
+        ("k_ar", TRUTH.k_ar, 0.01),
+        ("k_n", TRUTH.k_n, 0.01),
+        ("k_m", TRUTH.k_m, 0.01),
+        ("k_s", HOLD.0, 0.01),
+        ("c_al", TRUTH.c_al, 0.1),
+        ("c_ar", TRUTH.c_ar, 0.1),
+        ("c_n", TRUTH.c_n, 0.1),
+        ("c_m", TRUTH.c_m, 0.1),
+        ("c_s", HOLD.1, 0.1),
+    ] {
+        let estimate = &found.estimates[machine.parameter(id).unwrap()];
+        let error = estimate.value / truth - 1.0;
+        println!("{id}: {:+.2} %", 100.0 * error);
+        assert!(error.abs() < limit, "{id}: {:.2} %", 100.0 * error);
+        assert_eq!(estimate.identifiable, Some(true), "{id}");
+    }
+}
+
+/// Joint values and hold of the truth as parameters of the machine.
+fn truth_of(machine: &Machine) -> Vec<f64> {
+    let mut values = machine.start();
+    for (id, value) in [
+        ("k_al", TRUTH.k_al),
+        ("k_ar", TRUTH.k_ar),
+        ("k_n", TRUTH.k_n),
+        ("k_m", TRUTH.k_m),
+        ("k_s", HOLD.0),
+        ("c_al", TRUTH.c_al),
+        ("c_ar", TRUTH.c_ar),
+        ("c_n", TRUTH.c_n),
+        ("c_m", TRUTH.c_m),
+        ("c_s", HOLD.1),
+    ] {
+        values[machine.parameter(id).unwrap()] = value;
+    }
+    values
+}
+
+fn place_of(machine: &Machine, objective: &FrfObjective<'_>, values: &[f64]) -> Vec<f64> {
+    objective.free.iter().map(|i| machine.parameters[*i].to_unit(values[*i])).collect()
+}
+
+/// JᵀJ and Jᵀr by exact derivatives against central differences of χ², for exact rods and for lumps, rotor and cross channels too.
+#[test]
+fn exact_derivatives_are_those_of_finite_differences() {
+    let text = std::fs::read_to_string("configs/tian.toml").unwrap();
+    // A machine whose parameters reach every kind of element: loss, relaxation, shaft, inertia, chain, laws.
+    let more = r#"
+[[effect]]
+id = "everything"
+says = "for the test"
+rescale = [
+    { part = "shaft-loss-factor", name = "screw", law = "replace", by = "eta" },
+    { part = "shaft-diameter", name = "screw", law = "relative", by = "thick" },
+    { part = "shaft-modulus", name = "screw", law = "relative", by = "modulus" },
+    { part = "point-inertia", name = "table", law = "relative", by = "mass" },
+    { part = "joint-stiffness", name = "nut", law = "along-stroke", by = "slope" },
+    { part = "joint-stiffness", name = "coupling", law = "in-series", by = "k_flange" },
+    { part = "chain-delay", law = "replace", by = "delay" },
+    { part = "chain-gain", law = "relative", by = "factor" },
+    { part = "chain-power", law = "replace", by = "power" },
+]
+[[effect.joint]]
+name = "pad"
+between = ["table", "ground"]
+stiffness = 1e6
+damping = "c_pad"
+loss_factor = "eta_pad"
+relaxation_stiffness = "k_pad"
+[effect.parameter]
+eta = { unit = "1", start = 0.01, lower = 0.0, upper = 0.1 }
+thick = { unit = "1", start = 0.02, lower = -0.1, upper = 0.1 }
+modulus = { unit = "1", start = 0.01, lower = -0.1, upper = 0.1, sd = 0.02 }
+mass = { unit = "1", start = -0.03, lower = -0.2, upper = 0.2 }
+slope = { unit = "1", start = 0.2, lower = -1.0, upper = 1.0 }
+k_flange = { unit = "N*m/rad", start = 1e4, lower = 1e3, upper = 1e6 }
+delay = { unit = "s", start = 1e-5, lower = -1e-4, upper = 1e-4 }
+factor = { unit = "1", start = 0.1, lower = -0.5, upper = 0.5 }
+power = { unit = "1", start = 0.1, lower = -1.0, upper = 1.0 }
+c_pad = { unit = "N*s/m", start = 3e3, lower = 10.0, upper = 1e5 }
+eta_pad = { unit = "1", start = 0.1, lower = 0.01, upper = 1.0 }
+k_pad = { unit = "N/m", start = 2e6, lower = 1e5, upper = 1e8 }
+"#;
+    let text = text.replace("effects = [\"rotor-hold\"]", "effects = [\"rotor-hold\", \"everything\"]") + more;
+    let machine = &jointid::config::read_machine_text("test", &text, &[], &[]).unwrap().machine;
+    let mut random = Draws(3);
+    let channels = [("table", "table"), ("rotor", "table"), ("rotor", "rotor")];
+    let mut set = set_of(&channels, &spread(7.0, 950.0, 23), 0.02, &mut random, |_, _, omega| {
+        Complex64::new(1e-8, -2e-9) * (1.0 + Complex64::new(0.0, omega * 1e-4)).inv()
+    });
+    set.gain = Gain::Unknown;
+    let (fit, _) = set.split(None, &[]).unwrap();
+    for rods in [Rods::Exact, Rods::Lumped(5)] {
+        let objective = FrfObjective::new(machine, &fit, FrfSettings { rods, ..FrfSettings::default() }, &[]).unwrap();
+        let place: Vec<f64> = (0..LeastSquares::dimension(&objective)).map(|_| 0.2 + 0.6 * random.next()).collect();
+        let normal = objective.normal(&place);
+        assert!((normal.chi_square / objective.chi_square(&place) - 1.0).abs() < 1e-12);
+        let step = 1e-6;
+        for column in 0..place.len() {
+            let at = |by: f64| {
+                let mut moved = place.clone();
+                moved[column] += by;
+                objective.normal(&moved)
+            };
+            let (low, high) = (at(-step), at(step));
+            let slope = (high.chi_square - low.chi_square) / (2.0 * step);
+            let exact = 2.0 * normal.gradient[column];
+            let scale = (normal.information[(column, column)] * normal.chi_square).sqrt();
+            assert!((slope - exact).abs() < 1e-6 * scale, "{rods:?}, column {column}: {slope} against {exact}");
+        }
+    }
+}
+
+/// Noise alone between truth and model, 200 draws: how often the 95 % intervals hold the truth, and the scatter against the bound of Cramér and Rao.
+#[test]
+fn intervals_cover_and_the_scatter_meets_the_cramer_rao_bound() {
+    let config = config("configs/tian.toml");
+    let machine = &config.machine;
+    let truth = truth_of(machine);
+    let settings = FrfSettings { model_error: 1e-9, ..FrfSettings::default() };
+    let draws = 200;
+    let (mut covered, mut squares, mut bound) = (Vec::new(), Vec::new(), Vec::new());
+    let mut random = Draws(11);
+    for _ in 0..draws {
+        let set = own_set(machine, &truth, &spread(5.0, 1000.0, 150), 0.02, &mut random);
+        let (fit, held_out) = set.split(None, &[]).unwrap();
+        let objective = FrfObjective::new(machine, &fit, settings, &[]).unwrap();
+        let place = place_of(machine, &objective, &truth);
+        let plan = Plan { frf: Some(settings), repeats: 1, near: Some(place.clone()), ..Plan::default() };
+        let found = identify(machine, &fit, &held_out, &plan, &Control::default()).unwrap();
+        if bound.is_empty() {
+            let information = objective.normal(&place).information;
+            let covariance = information.try_inverse().unwrap();
+            bound = (0..place.len()).map(|d| covariance[(d, d)].sqrt()).collect();
+            covered = vec![0; place.len()];
+            squares = vec![0.0; place.len()];
+        }
+        for (column, &parameter) in objective.free.iter().enumerate() {
+            let (low, high) = found.estimates[parameter].interval95.unwrap();
+            covered[column] += usize::from((low..=high).contains(&truth[parameter]));
+            squares[column] += (found.place[column] - place[column]).powi(2);
+        }
+    }
+    let share: Vec<f64> = covered.iter().map(|c| *c as f64 / draws as f64).collect();
+    let ratio: Vec<f64> = squares.iter().zip(&bound).map(|(s, b): (&f64, &f64)| (s / draws as f64).sqrt() / b).collect();
+    println!("coverage {share:.3?}\nscatter over the bound {ratio:.3?}");
+    assert!(share.iter().all(|s| (0.90..=0.99).contains(s)), "{share:?}");
+    assert!(ratio.iter().all(|r| *r < 1.15), "{ratio:?}");
+}
