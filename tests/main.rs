@@ -10,5 +10,6 @@ mod frf;
 mod import;
 mod model;
 mod peaks;
+mod records;
 mod recovery;
 mod refusals;

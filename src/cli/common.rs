@@ -123,6 +123,7 @@ pub fn plan(search: &SearchArguments, set: &MeasurementSet) -> Result<Plan, Stri
         strategy: Strategy::CurrentToPbest,
         frf: fits_frfs(search, set).then_some(frf),
         near: None,
+        profile: true,
         bootstrap: usize::from(search.bootstrap),
     })
 }

@@ -5,6 +5,7 @@ mod common;
 mod compare;
 mod identify;
 mod import;
+mod plan;
 mod progress;
 mod rows;
 mod simulate;
@@ -26,6 +27,7 @@ pub fn run() -> ExitCode {
         Command::Compare(given) => compare::run(&given),
         Command::Import(given) => import::import(&given),
         Command::Export(given) => import::export(&given),
+        Command::Plan(given) => plan::run(&given),
         Command::Simulate(given) => simulate::run(&given),
     };
     match outcome {

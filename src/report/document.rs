@@ -249,6 +249,9 @@ pub struct Identification {
     pub searches_agree: Option<bool>,
     /// The searches, best first.
     pub searches: Vec<RepeatRow>,
+    /// Nothing was held out: the figures of each position or record are those of a fit without it.
+    #[serde(default)]
+    pub leave_one_out: bool,
     /// Ids in the order of `correlation`.
     pub fitted_parameters: Vec<String>,
     /// Correlations of the fitted parameters.
@@ -335,6 +338,46 @@ pub struct Objectives {
     pub positions: Vec<String>,
     /// Objectives, best first.
     pub objectives: Vec<ObjectiveRow>,
+}
+
+/// One choice of measurements.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct ChoiceRow {
+    /// What to measure.
+    pub measure: Vec<String>,
+    /// Geometric mean over the parameters of the standard deviation left over that of the plausible range.
+    pub score: f64,
+    /// Parameters that it determines.
+    pub determined: Vec<String>,
+    /// Half the 95 % interval of each parameter, in its unit.
+    pub half_width95: BTreeMap<String, f64>,
+}
+
+/// All choices of one size.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct PlanRanking {
+    /// Measurements chosen.
+    pub count: usize,
+    /// Rank (from 1) of the set's own split, where that is one of these choices.
+    pub split_rank: Option<usize>,
+    /// Choices, best first.
+    pub choices: Vec<ChoiceRow>,
+}
+
+/// `plan.json`.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Plan {
+    /// Stamp.
+    #[serde(flatten)]
+    pub stamp: Stamp,
+    /// `frf` or `modes`.
+    pub data: String,
+    /// Measurements made already.
+    pub measured: Vec<String>,
+    /// Parameters planned for.
+    pub parameters: Vec<String>,
+    /// Rankings by number of measurements.
+    pub rankings: Vec<PlanRanking>,
 }
 
 /// One undamped mode.

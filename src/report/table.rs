@@ -5,7 +5,8 @@ use std::collections::BTreeMap;
 use comfy_table::presets;
 use comfy_table::{CellAlignment, Table};
 
-use super::document::{BootstrapRow, Comparison, FrfRow, Objectives, ParameterRow, PositionRow};
+use super::document::{BootstrapRow, ChoiceRow, Comparison, FrfRow, Objectives, ParameterRow, Plan, PositionRow};
+use crate::numeric::statistics::median;
 
 fn table(header: &[&str]) -> Table {
     let mut table = Table::new();
@@ -111,6 +112,44 @@ pub fn frfs_table(frfs: &[FrfRow]) -> String {
         ]);
     }
     plain(&out)
+}
+
+/// Choices of measurements, the best `top` of each size, and how the set's split fares. `size` gives the size of a parameter's value.
+pub fn plan_table(plan: &Plan, size: &dyn Fn(&str) -> f64, top: usize) -> String {
+    let mut text = String::new();
+    let half = |choice: &ChoiceRow, id: &String| choice.half_width95.get(id).map_or(f64::INFINITY, |h| h / size(id));
+    for ranking in &plan.rankings {
+        let beside = if plan.measured.is_empty() { String::new() } else { format!(" beside {}", plan.measured.join(", ")) };
+        let noun = if ranking.count == 1 { "measurement" } else { "measurements" };
+        text += &format!("{} {noun}{beside}, best first ({} choices)\n\n", ranking.count, ranking.choices.len());
+        let mut out = table(&["Measure", "Range left", "Determined", "Median ±", "Not determined"]);
+        let mut add = |choice: &ChoiceRow| {
+            let widths = choice.determined.iter().map(|id| half(choice, id));
+            let open: Vec<&str> = plan.parameters.iter().filter(|id| !choice.determined.contains(id)).map(String::as_str).collect();
+            out.add_row([
+                choice.measure.join(" "),
+                percent(choice.score),
+                format!("{} of {}", choice.determined.len(), plan.parameters.len()),
+                median(widths).map_or_else(|| "–".into(), |w| format!("{:.2} %", 100.0 * w)),
+                if open.is_empty() { "–".into() } else { open.join(" ") },
+            ]);
+        };
+        ranking.choices.iter().take(top).for_each(&mut add);
+        let split = ranking.split_rank.filter(|rank| *rank > top);
+        split.and_then(|rank| ranking.choices.get(rank - 1)).into_iter().for_each(&mut add);
+        text += &plain(&out);
+        if let (Some(rank), Some(best)) = (ranking.split_rank, ranking.choices.first()) {
+            let own = &ranking.choices[rank - 1];
+            text += &format!(
+                "\nthe set's split, {}, is number {rank} of {}: {:.1} % more is left open than with the best\n",
+                own.measure.join(", "),
+                ranking.choices.len(),
+                100.0 * (own.score / best.score - 1.0)
+            );
+        }
+        text.push('\n');
+    }
+    text
 }
 
 /// Gaps by position or record.
