@@ -6,6 +6,7 @@ mod support;
 mod architecture;
 mod bench;
 mod command;
+mod effects;
 mod frf;
 mod import;
 mod model;

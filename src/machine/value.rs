@@ -29,19 +29,21 @@ pub enum Law {
     AlongStroke(usize, f64),
     /// x becomes x·p/(x + p): a spring p in series with a spring x.
     InSeries(usize),
+    /// x + p.
+    Added(usize),
 }
 
 impl Law {
     /// The parameter it depends on, by index.
     fn parameter(&self) -> usize {
         match *self {
-            Law::Relative(index) | Law::AlongStroke(index, _) | Law::InSeries(index) => index,
+            Law::Relative(index) | Law::AlongStroke(index, _) | Law::InSeries(index) | Law::Added(index) => index,
         }
     }
 
     fn parameter_mut(&mut self) -> &mut usize {
         match self {
-            Law::Relative(index) | Law::AlongStroke(index, _) | Law::InSeries(index) => index,
+            Law::Relative(index) | Law::AlongStroke(index, _) | Law::InSeries(index) | Law::Added(index) => index,
         }
     }
 
@@ -50,6 +52,7 @@ impl Law {
         let p = parameters[self.parameter()];
         match *self {
             Law::Relative(_) => (x * (1.0 + p), 1.0 + p, x),
+            Law::Added(_) => (x + p, 1.0, 1.0),
             Law::AlongStroke(_, stroke_m) => {
                 let share = 2.0 * operating.nut_m.unwrap_or(0.5 * stroke_m) / stroke_m - 1.0;
                 let factor = (p * share).exp();
@@ -136,7 +139,7 @@ mod tests {
 
     #[test]
     fn gradients_are_those_of_finite_differences() {
-        let laws = vec![Law::Relative(1), Law::InSeries(2), Law::AlongStroke(3, 2.0)];
+        let laws = vec![Law::Relative(1), Law::InSeries(2), Law::AlongStroke(3, 2.0), Law::Added(1)];
         let value = Value { base: Base::Parameter(0), laws };
         let (here, operating) = ([3.0, 0.2, 5.0, -0.4], Operating::at_nut(0.3));
         let mut exact = [0.0; 4];

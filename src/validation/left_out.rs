@@ -66,7 +66,8 @@ fn groups(fit: &FitSet<'_>, whole_frfs: bool) -> Vec<(Vec<usize>, Vec<usize>)> {
         Some(position) => (Some(position), None),
         None => (None, set.frfs[i].record.clone()),
     };
-    let mut groups: Vec<((Option<usize>, Option<String>), Vec<usize>)> = Vec::new();
+    type Key = (Option<usize>, Option<String>);
+    let mut groups: Vec<(Key, Vec<usize>)> = Vec::new();
     for &i in &fit.frfs {
         match groups.iter_mut().find(|(k, _)| *k == key(i)) {
             Some((_, list)) => list.push(i),
