@@ -109,7 +109,12 @@ pub fn plan(search: &SearchArguments, set: &MeasurementSet) -> Result<Plan, Stri
     if !(0.0..=1e3).contains(&search.frf_model_error) {
         return Err(format!("--frf-model-error {}: write 0 or a number above it, such as 0.01", search.frf_model_error));
     }
-    let frf = FrfSettings { model_error: search.frf_model_error, band_hz: band_hz(search)?, rods: rods(search.model, search.lumps) };
+    let frf = FrfSettings {
+        model_error: search.frf_model_error,
+        band_hz: band_hz(search)?,
+        rods: rods(search.model, search.lumps),
+        ..FrfSettings::default()
+    };
     Ok(Plan {
         settings: ModeSettings {
             objective: search.objective.map_or(Objective::LeastSquares, objective),
