@@ -13,6 +13,7 @@ pub mod objective;
 
 pub mod optimizer;
 
+pub mod diagnosis;
 pub mod identification;
 
 pub mod validation;

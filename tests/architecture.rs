@@ -16,11 +16,26 @@ fn allowed() -> BTreeMap<&'static str, Vec<&'static str>> {
         ("optimizer", vec![]),
         ("identification", vec!["measurement", "machine", "model", "objective", "optimizer"]),
         ("validation", vec!["measurement", "machine", "model", "objective", "optimizer", "identification"]),
+        ("diagnosis", vec!["measurement", "machine", "model", "objective", "optimizer", "identification"]),
         ("report", vec![]),
         ("config", vec!["machine"]),
         // The independent truth of the blind check shares nothing with the models under test, not even constants.
         ("truth", vec![]),
-        ("cli", vec!["measurement", "machine", "model", "objective", "optimizer", "identification", "validation", "report", "config"]),
+        (
+            "cli",
+            vec![
+                "measurement",
+                "machine",
+                "model",
+                "objective",
+                "optimizer",
+                "identification",
+                "validation",
+                "diagnosis",
+                "report",
+                "config",
+            ],
+        ),
     ])
 }
 

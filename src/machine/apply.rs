@@ -221,6 +221,10 @@ impl Machine {
                 let at = joint(name).ok_or_else(|| missing(name))?;
                 vec![&mut self.joints[at].damping]
             }
+            Target::JointLossFactor(name) => {
+                let at = joint(name).ok_or_else(|| missing(name))?;
+                vec![&mut self.joints[at].loss_factor]
+            }
             Target::ShaftDiameter(name) => {
                 let at = shaft(name).ok_or_else(|| missing(name))?;
                 vec![&mut self.shafts[at].diameter]

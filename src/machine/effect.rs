@@ -80,6 +80,8 @@ pub enum Target {
     JointStiffness(String),
     /// Damping of the joint of that name.
     JointDamping(String),
+    /// Loss factor of the joint of that name.
+    JointLossFactor(String),
     /// Diameter of the shaft of that name.
     ShaftDiameter(String),
     /// Loss factor of the shaft of that name.
