@@ -141,7 +141,7 @@ fn left_out(fitter: &Fitter<'_>, hypothesis: &Hypothesis, fitted: &Fitted, contr
 /// # Errors  as [`identify`]; a candidate that fails is told among the candidates.
 pub fn survey(machine: &Machine, effects: &[Effect], fitter: &Fitter<'_>, seed: u64, control: &Control) -> Result<Survey, ObjectiveError> {
     let nominal = Hypothesis::nominal(with_nuisances(machine)?);
-    let bases = nominal_fits(machine, fitter, &nominal, seed, control)?;
+    let mut bases = nominal_fits(machine, fitter, &nominal, seed, control)?;
     let mut candidates: Vec<Candidate> = Vec::new();
     let mut hypotheses: Vec<Hypothesis> = Vec::new();
     for effect in effects {
@@ -163,12 +163,38 @@ pub fn survey(machine: &Machine, effects: &[Effect], fitter: &Fitter<'_>, seed: 
             hypotheses.push(nominal.releasing(index));
         }
     }
+    let mut fits: Vec<Result<Fitted, ObjectiveError>> =
+        hypotheses.par_iter().map(|hypothesis| fitter.fit(hypothesis, &bases, control)).collect();
+    // A candidate may have found a deeper basin of the nominal machine: then the nominal fit was the one that failed.
+    let objective = fitter.objective(&nominal)?;
+    let mut deepest: Vec<&Fitted> = fits.iter().filter_map(|f| f.as_ref().ok()).collect();
+    deepest.sort_by(|a, b| a.chi_square.total_cmp(&b.chi_square));
+    let again: Vec<Fitted> = deepest
+        .into_iter()
+        .take(3)
+        .map(|f| Fitted { units: f.units[..nominal.machine.parameters.len()].to_vec(), ..f.clone() })
+        .map(|start| fitter.descend(&objective, &start, NOMINAL_STEPS, control))
+        .filter(|f| f.chi_square < bases[0].chi_square * (1.0 - 1e-3) - 1.0)
+        .collect();
+    if !again.is_empty() {
+        bases.extend(again);
+        bases.sort_by(|a, b| a.chi_square.total_cmp(&b.chi_square));
+        fits = hypotheses
+            .par_iter()
+            .zip(fits)
+            .map(|(hypothesis, first)| match (fitter.fit(hypothesis, &bases[..1], control), first) {
+                (Ok(second), Ok(first)) => Ok(if second.chi_square < first.chi_square { second } else { first }),
+                (second, _) => second,
+            })
+            .collect();
+    }
     let base = bases[0].chi_square;
     let tried: Vec<Candidate> = hypotheses
         .into_par_iter()
-        .map(|hypothesis| {
+        .zip(fits)
+        .map(|(hypothesis, fit)| {
             let id = hypothesis.id.clone();
-            match fitter.fit(&hypothesis, &bases, control) {
+            match fit {
                 // A larger machine that fits worse is a failed fit, not a rejected candidate.
                 Ok(fitted) if fitted.chi_square > base * (1.0 + 1e-3) + 3.0 => Candidate {
                     id,
