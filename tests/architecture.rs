@@ -11,6 +11,7 @@ fn allowed() -> BTreeMap<&'static str, Vec<&'static str>> {
         ("unit", vec![]),
         ("measurement", vec![]),
         ("machine", vec![]),
+        ("modal", vec![]),
         ("model", vec!["machine"]),
         ("objective", vec!["measurement", "machine", "model", "optimizer"]),
         ("optimizer", vec![]),
@@ -24,6 +25,7 @@ fn allowed() -> BTreeMap<&'static str, Vec<&'static str>> {
         (
             "cli",
             vec![
+                "modal",
                 "measurement",
                 "machine",
                 "model",

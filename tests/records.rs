@@ -120,6 +120,53 @@ fn plan_ranks_the_subsets_of_the_bench() {
     refused(&["plan", "--data", "frf", "--channels", "table"], &["--channels table", "RESPONSE/EXCITATION"]);
 }
 
+/// The six natural frequencies of a real beam, in all three of its FRFs, and no other peak taken for a mode.
+#[test]
+fn published_frequencies_of_a_beam() {
+    let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/realdata/uff/measurement.uff");
+    if !file.exists() {
+        println!("skipped: no data");
+        return;
+    }
+    let folder = tempfile::tempdir().unwrap();
+    let (set, out) = (folder.path().join("beam"), folder.path().join("peaks"));
+    let (set, out) = (set.to_str().unwrap(), out.to_str().unwrap());
+    assert!(output(&["import", file.to_str().unwrap(), "--out", set, "--quiet"]).status.success());
+    let document = json(&["peaks", "--measurements", set, "--out", out]);
+    let regular: Vec<&Value> = document["modes"].as_array().unwrap().iter().filter(|m| m["regular"] == true).collect();
+    let expected = [51.5, 142.2, 278.7, 460.4, 687.2, 958.5];
+    assert_eq!(regular.len(), expected.len(), "{regular:#?}");
+    for (at, (mode, hz)) in regular.iter().zip(expected).enumerate() {
+        assert_eq!(mode["order"], at + 1);
+        let records = mode["records"].as_object().unwrap();
+        assert_eq!(records.len(), 3);
+        for row in records.values() {
+            let found = row["frequency_hz"].as_f64().unwrap();
+            assert!((found / hz - 1.0).abs() < 0.004, "{found} against {hz}");
+            assert!(row["frequency_sd_hz"].as_f64().unwrap() < 0.1 && row["damping_ratio"].as_f64().unwrap() > 0.0);
+        }
+    }
+    let csv = fs::read_to_string(Path::new(out).join("modes.csv")).unwrap();
+    assert!(csv.starts_with("position,order,frequency_hz,amplitude\n"), "{csv}");
+}
+
+/// Peaks taken from FRFs of the bench are those of the model, and identify as modes what the FRFs were made of.
+#[test]
+fn limit_peaks_of_own_frfs_are_those_of_the_model() {
+    let folder = bench_set(["5", "900", "0.5"], |_, text| text.to_string());
+    let path = folder.path().to_str().unwrap();
+    let document = json(&["peaks", "--measurements", path]);
+    let modes = json(&["simulate", "modes", "--position", "l3"]);
+    let first = modes["modes"].as_array().unwrap().iter().map(|m| m["frequency_hz"].as_f64().unwrap()).find(|f| *f > 1.0).unwrap();
+    let regular: Vec<&Value> = document["modes"].as_array().unwrap().iter().filter(|m| m["regular"] == true).collect();
+    let found = regular[0]["records"]["l3"]["frequency_hz"].as_f64().unwrap();
+    assert!((found / first - 1.0).abs() < 0.01, "{found} against {first}");
+    assert!(regular.len() >= 3, "{regular:#?}");
+    refused(&["peaks", "--measurements", "measurements/tian"], &["no FRF", "[[frf]]"]);
+    refused(&["peaks", "--measurements", path, "--local"], &["--band"]);
+    refused(&["peaks", "--measurements", path, "--band", "500,500.5"], &["l1.csv", "usable lines"]);
+}
+
 #[test]
 fn refuse_what_cannot_be_fitted() {
     let none = |name: &str, text: &str| {

@@ -33,6 +33,9 @@ pub enum Command {
     /// Write the FRFs of a measurement set as a universal file
     #[command(after_help = "Example:\n  jointid export --measurements bench --out bench.uff")]
     Export(ExportArguments),
+    /// Take natural frequencies from FRFs and track them across positions
+    #[command(after_help = "Example:\n  jointid peaks --measurements bench --out bench-peaks")]
+    Peaks(PeaksArguments),
     /// Rank positions and responses by what measuring them would tell
     #[command(
         after_help = "Example:\n  jointid plan --choose 3 --data frf --noise 0.02\n  jointid plan --measured l1,l3 --channels table/table,rotor/table"
@@ -189,6 +192,28 @@ pub struct CompareArguments {
     pub objectives: bool,
     #[command(flatten)]
     pub search: SearchArguments,
+    #[command(flatten)]
+    pub output: Output,
+}
+
+/// `peaks`.
+#[derive(Debug, Args)]
+pub struct PeaksArguments {
+    /// Folder of the measurement set
+    #[arg(long, value_name = "DIR")]
+    pub measurements: String,
+    /// Lowest and highest frequency (Hz)
+    #[arg(long, value_name = "FROM,TO", value_delimiter = ',', num_args = 1)]
+    pub band: Vec<f64>,
+    /// Fit the modes of --band alone, what lies outside as a background
+    #[arg(long)]
+    pub local: bool,
+    /// Highest polynomial order of the stabilisation diagram
+    #[arg(long, value_name = "N", default_value_t = 48, value_parser = clap::value_parser!(u8).range(8..=120))]
+    pub max_order: u8,
+    /// Show peaks without regularity, too, and why
+    #[arg(long)]
+    pub all: bool,
     #[command(flatten)]
     pub output: Output,
 }

@@ -171,6 +171,20 @@ pub fn stamp(schema: &str, seed: u64, complete: bool, loaded: &Loaded, warnings:
     }
 }
 
+/// The stamp of a document that rests on measurements alone.
+pub fn set_stamp(schema: &str, set: &MeasurementSet, warnings: Vec<String>) -> Stamp {
+    Stamp {
+        schema: format!("jointid/{schema}/1"),
+        tool_version: env!("CARGO_PKG_VERSION").into(),
+        seed: 0,
+        complete: true,
+        inputs: set.files.iter().map(|f| Input { path: f.path.clone(), sha256: digest(&f.bytes) }).collect(),
+        overrides: Vec::new(),
+        without: Vec::new(),
+        warnings: set.warnings.iter().cloned().chain(warnings).collect(),
+    }
+}
+
 /// The folder results go to, made sure of before the work begins.
 pub fn prepare(output: &Output) -> Result<Option<OutputFolder>, String> {
     output.out.as_deref().map(OutputFolder::prepare).transpose()

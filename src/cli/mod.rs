@@ -5,6 +5,7 @@ mod common;
 mod compare;
 mod identify;
 mod import;
+mod peaks;
 mod plan;
 mod progress;
 mod rows;
@@ -27,6 +28,7 @@ pub fn run() -> ExitCode {
         Command::Compare(given) => compare::run(&given),
         Command::Import(given) => import::import(&given),
         Command::Export(given) => import::export(&given),
+        Command::Peaks(given) => peaks::run(&given),
         Command::Plan(given) => plan::run(&given),
         Command::Simulate(given) => simulate::run(&given),
     };

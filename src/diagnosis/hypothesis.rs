@@ -160,13 +160,16 @@ fn amplitude(id: &str, unit: &str, range: (f64, f64)) -> Parameter {
     }
 }
 
+/// An interface: its name, the points it acts on, and whether it moves or turns.
+type Across = (String, Vec<(String, f64)>, Motion);
+
 /// All shapes of missing dynamic stiffness at all points of a machine (to the ground) and across all of its joints.
 pub fn interfaces(nominal: &Hypothesis) -> Vec<Hypothesis> {
     let machine = &nominal.machine;
     let mut all = Vec::new();
-    let grounded: Vec<(String, Vec<(String, f64)>, Motion)> =
+    let grounded: Vec<Across> =
         machine.points.iter().filter(|p| !p.fixed).map(|p| (p.name.clone(), vec![(p.name.clone(), 1.0)], p.motion)).collect();
-    let across: Vec<(String, Vec<(String, f64)>, Motion)> = machine
+    let across: Vec<Across> = machine
         .joints
         .iter()
         .filter(|j| j.on.len() > 1)
