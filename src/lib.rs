@@ -5,6 +5,8 @@ pub mod unit;
 
 pub mod measurement;
 
+pub mod contact;
+
 pub mod machine;
 
 pub mod model;

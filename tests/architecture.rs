@@ -10,17 +10,18 @@ fn allowed() -> BTreeMap<&'static str, Vec<&'static str>> {
         ("numeric", vec![]),
         ("unit", vec![]),
         ("measurement", vec![]),
-        ("machine", vec![]),
+        ("contact", vec![]),
+        ("machine", vec!["contact"]),
         ("model", vec!["machine"]),
         ("objective", vec!["measurement", "machine", "model", "optimizer"]),
         ("optimizer", vec![]),
         ("identification", vec!["measurement", "machine", "model", "objective", "optimizer"]),
         ("validation", vec!["measurement", "machine", "model", "objective", "optimizer", "identification"]),
         ("report", vec![]),
-        ("config", vec!["machine"]),
+        ("config", vec!["contact", "machine"]),
         // The independent truth of the blind check shares nothing with the models under test, not even constants.
         ("truth", vec![]),
-        ("cli", vec!["measurement", "machine", "model", "objective", "optimizer", "identification", "validation", "report", "config"]),
+        ("cli", vec!["measurement", "contact", "machine", "model", "objective", "optimizer", "identification", "validation", "report", "config"]),
     ])
 }
 
