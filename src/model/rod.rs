@@ -214,7 +214,8 @@ mod tests {
                 let direct = (high.direct - low.direct) / (2.0 * step);
                 let cross = (high.cross - low.cross) / (2.0 * step);
                 assert!((direct - here.direct_slope).norm() < 1e-4 * here.direct_slope.norm());
-                assert!((cross - here.cross_slope).norm() < 1e-4 * here.cross_slope.norm());
+                // The cross entry of a single spring does not depend on ω.
+                assert!((cross - here.cross_slope).norm() < 1e-4 * here.cross_slope.norm() + 1e-8 * here.direct_slope.norm());
             }
         }
     }
