@@ -3,11 +3,14 @@
 mod arguments;
 mod common;
 mod compare;
+mod friction;
 mod identify;
 mod import;
 mod progress;
+mod published;
 mod rows;
 mod simulate;
+mod sweep;
 mod validate;
 
 use std::process::ExitCode;
@@ -26,6 +29,7 @@ pub fn run() -> ExitCode {
         Command::Compare(given) => compare::run(&given),
         Command::Import(given) => import::import(&given),
         Command::Export(given) => import::export(&given),
+        Command::Friction(given) => friction::run(&given),
         Command::Simulate(given) => simulate::run(&given),
     };
     match outcome {

@@ -4,7 +4,7 @@ use std::collections::HashSet;
 
 use thiserror::Error;
 
-use super::effect::{DerivedPatch, JointPatch, Patch, PointPatch, ShaftPatch, Source, Target};
+use super::effect::{DerivedPatch, JointPatch, Patch, PointPatch, ShaftPatch, Target};
 use super::{Base, Derivation, Derived, Effect, Joint, Law, Machine, Operating, Parameter, Point, Rescale, Scale, Shaft, Station, Value};
 
 /// What is wrong with a description; the text says what to write instead.
@@ -17,11 +17,11 @@ pub struct MachineError {
     pub fault: String,
 }
 
-fn fault(part: impl Into<String>, fault: impl Into<String>) -> MachineError {
+pub(super) fn fault(part: impl Into<String>, fault: impl Into<String>) -> MachineError {
     MachineError { part: part.into(), fault: fault.into() }
 }
 
-fn listing<'a>(names: impl Iterator<Item = &'a str>) -> String {
+pub(super) fn listing<'a>(names: impl Iterator<Item = &'a str>) -> String {
     let names: Vec<&str> = names.collect();
     if names.is_empty() { "there are none".into() } else { format!("there are {}", names.join(", ")) }
 }
@@ -38,6 +38,8 @@ impl Machine {
                 machine.parameters.push(parameter.clone());
             }
         }
+        patch.contacts.iter().try_for_each(|contact| machine.add_contact(contact))?;
+        patch.segments.iter().try_for_each(|segment| machine.add_segment(segment))?;
         for point in &patch.points {
             let point = machine.resolve_point_patch(point)?;
             machine.points.push(point);
@@ -139,17 +141,6 @@ impl Machine {
             let known = listing(self.points.iter().map(|p| p.name.as_str()));
             fault(part, format!("no point is called «{name}»; {known} (and ground)"))
         })
-    }
-
-    fn value(&self, part: &str, source: &Source) -> Result<Value, MachineError> {
-        match source {
-            Source::Number(number) if number.is_finite() => Ok(Value::number(*number)),
-            Source::Number(number) => Err(fault(part, format!("{number} is not a finite number"))),
-            Source::Parameter(id) => self.parameter(id).map(Value::parameter).ok_or_else(|| {
-                let known = listing(self.parameters.iter().map(|p| p.id.as_str()));
-                fault(part, format!("no parameter is called «{id}»; {known}. Declare it as [parameter.{id}]"))
-            }),
-        }
     }
 
     fn resolve_point_patch(&self, patch: &PointPatch) -> Result<Point, MachineError> {
@@ -303,7 +294,7 @@ impl Machine {
     }
 
     fn check_numbers(&self, start: &[f64]) -> Result<(), MachineError> {
-        let middle = Operating { nut_m: self.stroke_m().map(|s| 0.5 * s) };
+        let middle = Operating::at(self.stroke_m().map(|s| 0.5 * s));
         let at = |v: &Value| v.at(start, &middle);
         let positive = |part: String, v: &Value| match at(v) {
             x if x > 0.0 && x.is_finite() => Ok(()),
@@ -375,7 +366,7 @@ impl Machine {
     /// A free point without inertia, rod or joint has no equation.
     fn check_massless(&self) -> Result<(), MachineError> {
         let start = self.start();
-        let operating = Operating { nut_m: self.stroke_m().map(|s| 0.5 * s) };
+        let operating = Operating::at(self.stroke_m().map(|s| 0.5 * s));
         let mut carried = HashSet::new();
         for shaft in &self.shafts {
             carried.extend(shaft.stations.iter().flat_map(|s| [s.axial, s.torsion]).flatten());
@@ -395,9 +386,9 @@ impl Machine {
         Ok(())
     }
 
-    /// Checks that a nut position lies inside its shaft.
+    /// Checks that a nut position lies inside its shaft and that every contact holds under its load.
     ///
-    /// # Errors  the position is missing where the machine has a nut, or lies outside the shaft.
+    /// # Errors  the position is missing where the machine has a nut, or lies outside the shaft; a contact is overloaded.
     pub fn check_operating(&self, place: &str, operating: &Operating) -> Result<(), MachineError> {
         match (self.stroke_m(), operating.nut_m) {
             (Some(stroke_m), Some(nut_m)) if !(nut_m > 0.0 && nut_m < stroke_m) => Err(fault(
@@ -408,7 +399,8 @@ impl Machine {
                 Err(fault(place, format!("the machine has a nut, but no nut position is given; write nut_m between 0 and {stroke_m} m")))
             }
             _ => self.check_station_order(place, operating),
-        }
+        }?;
+        self.check_loads(place, operating)
     }
 
     fn check_station_order(&self, place: &str, operating: &Operating) -> Result<(), MachineError> {

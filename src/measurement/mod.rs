@@ -2,6 +2,7 @@
 
 mod embedded;
 mod error;
+mod friction;
 mod frf;
 pub mod import;
 mod manifest;
@@ -14,6 +15,7 @@ pub mod universal;
 
 pub use embedded::BENCH;
 pub use error::MeasurementError;
+pub use friction::{FrictionRun, FrictionTable, FrictionUnit, read_friction};
 pub use frf::{Frf, Line, Noise};
 pub use modes::{ModeObservation, ModeTable};
 pub use quantity::Quantity;

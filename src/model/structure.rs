@@ -16,6 +16,12 @@ pub enum ModelError {
         /// What is wrong with it.
         fault: &'static str,
     },
+    /// Something needs a machine that is held.
+    #[error("a part of the machine moves freely: {part}; hold it by a joint to the ground, or fix one of its points")]
+    Unconstrained {
+        /// The points that move.
+        part: String,
+    },
     /// A method that needs an inertia everywhere met a point without.
     #[error("point «{name}» has neither inertia nor shaft, which receptance coupling needs; the direct assembly takes it")]
     Massless {
