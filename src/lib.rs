@@ -26,3 +26,5 @@ pub mod config;
 pub mod truth;
 
 pub mod cli;
+
+pub mod guide;

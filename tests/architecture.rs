@@ -21,7 +21,22 @@ fn allowed() -> BTreeMap<&'static str, Vec<&'static str>> {
         ("config", vec!["contact", "machine"]),
         // The independent truth of the blind check shares nothing with the models under test, not even constants.
         ("truth", vec![]),
-        ("cli", vec!["measurement", "contact", "machine", "model", "objective", "optimizer", "identification", "validation", "report", "config"]),
+        ("guide", vec![]),
+        (
+            "cli",
+            vec![
+                "measurement",
+                "contact",
+                "machine",
+                "model",
+                "objective",
+                "optimizer",
+                "identification",
+                "validation",
+                "report",
+                "config",
+            ],
+        ),
     ])
 }
 

@@ -39,8 +39,11 @@ pub fn run(given: &FrictionArguments) -> CommandResult {
     };
     let parameters: BTreeMap<String, FrictionParameter> =
         named.iter().map(|(name, unit, e)| ((*name).to_string(), parameter(unit, e))).collect();
-    let warnings: Vec<String> =
-        named.iter().filter(|(_, _, e)| e.at_bound).map(|(name, _, _)| format!("{name} is at a bound: these runs do not determine it")).collect();
+    let warnings: Vec<String> = named
+        .iter()
+        .filter(|(_, _, e)| e.at_bound)
+        .map(|(name, _, _)| format!("{name} is at a bound: these runs do not determine it"))
+        .collect();
     if !given.output.quiet {
         warnings.iter().for_each(|w| eprintln!("warning: {w}"));
     }
@@ -74,7 +77,8 @@ pub fn run(given: &FrictionArguments) -> CommandResult {
         let interval = e.interval_95.map_or_else(|| "at a bound".into(), |i| format!("{:.6} … {:.6}", i.lower, i.upper));
         let _ = writeln!(text, "{name:<22} {:>14.6} {unit:<6} {interval}", e.value);
     }
-    let _ = writeln!(text, "\nresidual scatter {:.4}, least friction at {:.6} m/s", fit.residual_scatter, document.least_friction_speed_m_s);
+    let _ =
+        writeln!(text, "\nresidual scatter {:.4}, least friction at {:.6} m/s", fit.residual_scatter, document.least_friction_speed_m_s);
     deliver(&given.output, folder.as_ref(), "friction.json", &document, &text)?;
     Ok(Outcome::Done)
 }

@@ -28,12 +28,7 @@ pub fn run(given: &SimulateArguments) -> CommandResult {
 }
 
 /// The operating condition asked for: a nut position, a named position, or mid-stroke.
-pub(super) fn operating(
-    loaded: &Loaded,
-    nut_m: Option<f64>,
-    position: Option<&str>,
-    load: &LoadArguments,
-) -> Result<Operating, String> {
+pub(super) fn operating(loaded: &Loaded, nut_m: Option<f64>, position: Option<&str>, load: &LoadArguments) -> Result<Operating, String> {
     let machine = &loaded.config.machine;
     let (place, at_rest) = match (nut_m, position) {
         (Some(nut_m), _) => ("--nut-m".to_string(), Operating::at_nut(nut_m)),
@@ -115,7 +110,8 @@ fn modes(given: &ModesArguments) -> CommandResult {
         let damping = mode.damping_ratio.map_or_else(|| "–".into(), |z| format!("{:.2}", 100.0 * z));
         let largest = mode.shape.iter().max_by(|a, b| a.1.abs().total_cmp(&b.1.abs())).map_or("–", |(name, _)| name);
         let joints = mode.strain_energy_share.iter().filter(|(name, _)| !name.contains('/'));
-        let strained = joints.max_by(|a, b| a.1.total_cmp(b.1)).map_or_else(String::new, |(name, x)| format!("{name} ({:.0} %)", 100.0 * x));
+        let strained =
+            joints.max_by(|a, b| a.1.total_cmp(b.1)).map_or_else(String::new, |(name, x)| format!("{name} ({:.0} %)", 100.0 * x));
         let line = format!("{:>6}  {:>12.4}  {:>10}   {largest:<14} {strained}", mode.order, mode.frequency_hz, damping);
         let _ = writeln!(text, "{}", line.trim_end());
     }

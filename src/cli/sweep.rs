@@ -7,7 +7,7 @@ use std::sync::Arc;
 use super::arguments::{Along, MatricesArguments, SensitivityArguments, StiffnessArguments};
 use super::common::{CommandResult, Loaded, Outcome, deliver, load, prepare, stamp, told, warn};
 use super::simulate::{load_warnings, operating};
-use crate::machine::{FitRule, LoadedPair, Law, Machine, Operating, Parameter, Scale};
+use crate::machine::{FitRule, Law, LoadedPair, Machine, Operating, Parameter, Scale};
 use crate::model::{Matrices, Rods, Structure, elastic_frequencies_hz, undamped_modes};
 use crate::numeric::root::{Bracket, refine};
 use crate::report::simulation::{ContactRow, MatricesDocument, SensitivityDocument, SensitivityRow, Separation, Sweep, SweepRow};
@@ -292,7 +292,16 @@ pub fn sensitivity(given: &SensitivityArguments) -> CommandResult {
     warn(&given.output, &warnings);
     let mut text = format!("{}\nnatural frequency {order}: {frequency_hz:.4} Hz\n\n", machine.title);
     let (low, high) = (factors[0], factors[count - 1]);
-    let _ = writeln!(text, "{:<20} {:>11} {:>9} {:>10} {:>10} {:>10}", "joint", "stiffness", "energy %", "dlnf/dlnk", format!("f at {low}"), format!("f at {high}"));
+    let _ = writeln!(
+        text,
+        "{:<20} {:>11} {:>9} {:>10} {:>10} {:>10}",
+        "joint",
+        "stiffness",
+        "energy %",
+        "dlnf/dlnk",
+        format!("f at {low}"),
+        format!("f at {high}")
+    );
     for row in &joints {
         let _ = writeln!(
             text,

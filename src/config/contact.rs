@@ -284,8 +284,7 @@ fn pair(name: &str, file: &ContactFile) -> Result<Pair, String> {
                 need("contact_angle_deg", file.contact_angle_deg)?.to_radians(),
                 inner,
             );
-            let bearing =
-                AngularContactBearing::new(&BearingData { outer_conformity: outer, pressure_limit_pa, ..steel }).map_err(told)?;
+            let bearing = AngularContactBearing::new(&BearingData { outer_conformity: outer, pressure_limit_pa, ..steel }).map_err(told)?;
             let [a, b] = file.tandem.unwrap_or([1, 1]);
             Pair::bearing_set(bearing.side(), a, b, file.preload_n)
         }

@@ -16,14 +16,18 @@ impl Machine {
             Source::Number(number) if number.is_finite() => Ok(Value::number(*number)),
             Source::Number(number) => Err(fault(part, format!("{number} is not a finite number"))),
             Source::Parameter(id) => Ok(Value::parameter(self.known_parameter(part, id)?)),
-            Source::Contact(name) => self.contacts.iter().find(|c| c.name == *name).map(|c| of(Base::Contact(Arc::clone(c)))).ok_or_else(|| {
-                let known = listing(self.contacts.iter().map(|c| c.name.as_str()));
-                fault(part, format!("no contact is called «{name}»; {known}. Describe it as [contact.{name}]"))
-            }),
-            Source::Segment(name) => self.segments.iter().find(|s| s.name == *name).map(|s| of(Base::Segment(Arc::clone(s)))).ok_or_else(|| {
-                let known = listing(self.segments.iter().map(|s| s.name.as_str()));
-                fault(part, format!("no segment is called «{name}»; {known}. Describe it as [segment.{name}]"))
-            }),
+            Source::Contact(name) => {
+                self.contacts.iter().find(|c| c.name == *name).map(|c| of(Base::Contact(Arc::clone(c)))).ok_or_else(|| {
+                    let known = listing(self.contacts.iter().map(|c| c.name.as_str()));
+                    fault(part, format!("no contact is called «{name}»; {known}. Describe it as [contact.{name}]"))
+                })
+            }
+            Source::Segment(name) => {
+                self.segments.iter().find(|s| s.name == *name).map(|s| of(Base::Segment(Arc::clone(s)))).ok_or_else(|| {
+                    let known = listing(self.segments.iter().map(|s| s.name.as_str()));
+                    fault(part, format!("no segment is called «{name}»; {known}. Describe it as [segment.{name}]"))
+                })
+            }
             Source::Series(parts) if parts.len() < 2 => Err(fault(part, "a series needs at least two springs")),
             Source::Series(parts) => {
                 let mut springs = Vec::new();
@@ -96,8 +100,7 @@ impl Machine {
 
     /// Checks that velocity, acceleration and force are finite, and that every contact holds under them.
     pub(super) fn check_loads(&self, place: &str, operating: &Operating) -> Result<(), MachineError> {
-        let given =
-            [("velocity", operating.velocity_m_s), ("acceleration", operating.acceleration_m_s2), ("force", operating.force_n)];
+        let given = [("velocity", operating.velocity_m_s), ("acceleration", operating.acceleration_m_s2), ("force", operating.force_n)];
         for (key, number) in given {
             if let Some(x) = number.filter(|x| !x.is_finite()) {
                 return Err(fault(place, format!("the {key} is {x}; write a finite number")));

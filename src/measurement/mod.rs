@@ -2,8 +2,8 @@
 
 mod embedded;
 mod error;
-mod friction;
 mod frf;
+mod friction;
 pub mod import;
 mod manifest;
 mod modes;
@@ -15,8 +15,8 @@ pub mod universal;
 
 pub use embedded::BENCH;
 pub use error::MeasurementError;
-pub use friction::{FrictionRun, FrictionTable, FrictionUnit, read_friction};
 pub use frf::{Frf, Line, Noise};
+pub use friction::{FrictionRun, FrictionTable, FrictionUnit, read_friction};
 pub use modes::{ModeObservation, ModeTable};
 pub use quantity::Quantity;
 pub use set::{Gain, MeasurementSet, Position, Published, PublishedRow, SourceFile, read_set};

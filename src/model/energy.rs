@@ -52,8 +52,8 @@ impl Network {
                 let end = |c: Option<usize>| c.map_or(0.0, |i| shape[i]);
                 let (a, b) = (end(rod_shape.along[0]), end(rod_shape.along[1]));
                 let form = |direct: f64, cross: f64| direct * (a * a + b * b) + 2.0 * cross * a * b;
-                energy += form(entries.direct.re, entries.cross.re)
-                    - 0.5 * omega_rad_s * form(entries.direct_slope.re, entries.cross_slope.re);
+                energy +=
+                    form(entries.direct.re, entries.cross.re) - 0.5 * omega_rad_s * form(entries.direct_slope.re, entries.cross_slope.re);
             }
             rows.push(EnergyShare { name: shaft.name.clone(), deformation: None, share: energy });
         }

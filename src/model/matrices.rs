@@ -36,8 +36,8 @@ pub fn matrices(machine: &Machine, parameters: &[f64], operating: &Operating, lu
         return Err(ModelError::Point { name: joint.name.clone(), fault: "has a relaxing damper, which no damping matrix holds" });
     }
     let moving = machine.points.iter().position(|p| !p.fixed);
-    let moving =
-        moving.ok_or_else(|| ModelError::Point { name: machine.title.clone(), fault: "has no point that moves; free one of its points" })?;
+    let moving = moving
+        .ok_or_else(|| ModelError::Point { name: machine.title.clone(), fault: "has no point that moves; free one of its points" })?;
     let structure = Arc::new(Structure::new(machine, moving, moving, Rods::Lumped(lumps))?);
     let mut network = structure.network();
     network.update(machine, parameters, operating);
@@ -91,7 +91,8 @@ impl Matrices {
     /// # Errors  a coordinate without inertia is not held by any spring.
     pub fn condensed(&self) -> Result<Matrices, ModelError> {
         let (kept, massless): (Vec<usize>, Vec<usize>) = (0..self.names.len()).partition(|i| self.mass[(*i, *i)] > 0.0);
-        let pick = |rows: &[usize], columns: &[usize]| DMatrix::from_fn(rows.len(), columns.len(), |i, j| self.stiffness[(rows[i], columns[j])]);
+        let pick =
+            |rows: &[usize], columns: &[usize]| DMatrix::from_fn(rows.len(), columns.len(), |i, j| self.stiffness[(rows[i], columns[j])]);
         let inner = pick(&massless, &massless);
         let loose = |i: usize| ModelError::Point {
             name: self.names[massless.get(i).copied().unwrap_or(0)].clone(),
