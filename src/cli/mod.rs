@@ -3,9 +3,11 @@
 mod arguments;
 mod common;
 mod compare;
+mod convergence;
 mod friction;
 mod identify;
 mod import;
+mod model_arguments;
 mod progress;
 mod published;
 mod rows;
@@ -29,6 +31,7 @@ pub fn run() -> ExitCode {
         Command::Compare(given) => compare::run(&given),
         Command::Import(given) => import::import(&given),
         Command::Export(given) => import::export(&given),
+        Command::Convergence(given) => convergence::run(&given),
         Command::Friction(given) => friction::run(&given),
         Command::Simulate(given) => simulate::run(&given),
     };

@@ -194,3 +194,34 @@ pub struct PublishedDocument {
     /// Figures.
     pub figures: Vec<PublishedFigure>,
 }
+
+/// The lumped model with one number of lumps.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct ConvergenceRow {
+    /// Lumps per rod; absent for the exact rod.
+    pub lumps: Option<usize>,
+    /// First natural frequencies above 0 at the start values (Hz).
+    pub frequencies_hz: Vec<f64>,
+    /// Identified parameters by id.
+    pub parameters: BTreeMap<String, f64>,
+    /// Ids of those that were fitted.
+    pub fitted: Vec<String>,
+    /// Least cost.
+    pub cost: f64,
+    /// Root of the summed squares of the relative frequency errors at each held-out position.
+    pub held_out_errors: BTreeMap<String, f64>,
+}
+
+/// `convergence.json`.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Convergence {
+    /// Stamp.
+    #[serde(flatten)]
+    pub stamp: Stamp,
+    /// Nut position of the frequencies (m).
+    pub nut_m: Option<f64>,
+    /// Positions fitted.
+    pub fit_positions: Vec<String>,
+    /// Numbers of lumps, rising, the exact rod last.
+    pub rows: Vec<ConvergenceRow>,
+}
