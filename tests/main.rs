@@ -8,6 +8,8 @@ mod bench;
 mod command;
 mod frf;
 mod import;
+mod lumped;
+mod lumped_command;
 mod model;
 mod peaks;
 mod recovery;

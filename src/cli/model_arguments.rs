@@ -26,7 +26,7 @@ pub struct MatricesArguments {
     #[command(flatten)]
     pub sources: Sources,
     /// Nut position from the left end of the screw (m); mid-stroke by default
-    #[arg(long, value_name = "M")]
+    #[arg(long, value_name = "M", allow_negative_numbers = true)]
     pub nut_m: Option<f64>,
     #[command(flatten)]
     pub load: LoadArguments,
@@ -71,7 +71,7 @@ pub struct StiffnessArguments {
     #[arg(long, value_name = "N", default_value_t = 21, value_parser = clap::value_parser!(u32).range(2..=100_000))]
     pub steps: u32,
     /// Nut position from the left end of the screw (m); mid-stroke by default
-    #[arg(long, value_name = "M")]
+    #[arg(long, value_name = "M", allow_negative_numbers = true)]
     pub nut_m: Option<f64>,
     #[command(flatten)]
     pub load: LoadArguments,
@@ -79,7 +79,7 @@ pub struct StiffnessArguments {
     #[arg(long, value_name = "POINT")]
     pub at: Option<String>,
     /// Nut position of a second axis of the same kind in series with the first, as a cross table is
-    #[arg(long, value_name = "M", requires = "at")]
+    #[arg(long, allow_negative_numbers = true, value_name = "M", requires = "at")]
     pub in_series_with_nut_m: Option<f64>,
     /// Natural frequencies above 0 to compute
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u16).range(0..=50))]
@@ -100,16 +100,16 @@ pub struct SensitivityArguments {
     #[arg(long, value_name = "JOINTS", value_delimiter = ',')]
     pub joint: Option<Vec<String>>,
     /// Least factor on the stiffness
-    #[arg(long, value_name = "X", default_value_t = 0.5)]
+    #[arg(long, allow_negative_numbers = true, value_name = "X", default_value_t = 0.5)]
     pub from: f64,
     /// Largest factor on the stiffness
-    #[arg(long, value_name = "X", default_value_t = 1.5)]
+    #[arg(long, allow_negative_numbers = true, value_name = "X", default_value_t = 1.5)]
     pub to: f64,
     /// Factors
     #[arg(long, value_name = "N", default_value_t = 11, value_parser = clap::value_parser!(u16).range(2..=10_000))]
     pub steps: u16,
     /// Nut position from the left end of the screw (m); mid-stroke by default
-    #[arg(long, value_name = "M")]
+    #[arg(long, value_name = "M", allow_negative_numbers = true)]
     pub nut_m: Option<f64>,
     #[command(flatten)]
     pub load: LoadArguments,
@@ -162,10 +162,10 @@ pub struct FrictionArguments {
     #[arg(long, value_name = "FILE")]
     pub data: PathBuf,
     /// Lead of the screw (m per turn); needed with torque_nm
-    #[arg(long, value_name = "M")]
+    #[arg(long, allow_negative_numbers = true, value_name = "M")]
     pub lead_m: Option<f64>,
     /// Efficiency between motor torque and screw
-    #[arg(long, value_name = "X", default_value_t = 1.0)]
+    #[arg(long, allow_negative_numbers = true, value_name = "X", default_value_t = 1.0)]
     pub efficiency: f64,
     /// What is known of the scatter; known where the table gives it, else uniform
     #[arg(long, value_enum)]
