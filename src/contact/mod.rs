@@ -2,7 +2,7 @@
 //!
 //! ```text
 //! elliptic ── hertz ── race ──┬── nut ─────┐
-//!                             └── bearing ─┴── side ── pair ── vertical      stribeck ── fit
+//!                             └── bearing ─┴── side ── pair      stribeck ── fit
 //! ```
 //!
 //! A ball between two races follows δ = c·P^(2/3) as long as its contact angle stays, and so does the whole nut or
@@ -29,7 +29,6 @@ mod root;
 mod side;
 mod stribeck;
 mod student;
-mod vertical;
 
 pub use bearing::{AngularContactBearing, BearingData};
 pub use elliptic::{first_kind, second_kind};
@@ -43,4 +42,3 @@ pub use race::RaceContacts;
 pub use side::{Side, Stiffness};
 pub use stribeck::{ScrewDrive, StribeckCurve};
 pub use student::t_quantile_95;
-pub use vertical::{VerticalAxis, VerticalState, Weights};
