@@ -7,6 +7,8 @@ pub mod measurement;
 
 pub mod modal;
 
+pub mod contact;
+
 pub mod machine;
 
 pub mod model;
@@ -27,3 +29,5 @@ pub mod config;
 pub mod truth;
 
 pub mod cli;
+
+pub mod guide;

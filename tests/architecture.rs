@@ -10,7 +10,8 @@ fn allowed() -> BTreeMap<&'static str, Vec<&'static str>> {
         ("numeric", vec![]),
         ("unit", vec![]),
         ("measurement", vec![]),
-        ("machine", vec![]),
+        ("contact", vec![]),
+        ("machine", vec!["contact"]),
         ("modal", vec![]),
         ("model", vec!["machine"]),
         ("objective", vec!["measurement", "machine", "model", "optimizer"]),
@@ -19,14 +20,16 @@ fn allowed() -> BTreeMap<&'static str, Vec<&'static str>> {
         ("validation", vec!["measurement", "machine", "model", "objective", "optimizer", "identification"]),
         ("diagnosis", vec!["measurement", "machine", "model", "objective", "optimizer", "identification"]),
         ("report", vec![]),
-        ("config", vec!["machine"]),
+        ("config", vec!["contact", "machine"]),
         // The independent truth of the blind check shares nothing with the models under test, not even constants.
         ("truth", vec![]),
+        ("guide", vec![]),
         (
             "cli",
             vec![
                 "modal",
                 "measurement",
+                "contact",
                 "machine",
                 "model",
                 "objective",

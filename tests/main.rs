@@ -9,6 +9,8 @@ mod command;
 mod effects;
 mod frf;
 mod import;
+mod lumped;
+mod lumped_command;
 mod model;
 mod peaks;
 mod records;

@@ -4,6 +4,11 @@ use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
 
+pub use super::model_arguments::{
+    Along, ConvergenceArguments, FrictionArguments, LoadArguments, MatricesArguments, NoiseName, PublishedArguments, SensitivityArguments,
+    StiffnessArguments,
+};
+
 /// Joint stiffness and damping of ball-screw feed drives from hammer tests.
 #[derive(Debug, Parser)]
 #[command(name = "jointid", version, max_term_width = 80, propagate_version = true)]
@@ -41,7 +46,13 @@ pub enum Command {
         after_help = "Example:\n  jointid plan --choose 3 --data frf --noise 0.02\n  jointid plan --measured l1,l3 --channels table/table,rotor/table"
     )]
     Plan(PlanArguments),
-    /// Compute modes or FRFs of a machine
+    /// Set the lumped model against the exact one, for several numbers of lumps
+    #[command(after_help = "Example:\n  jointid convergence --positions l1,l3,l5 --counts 5,10,20,40")]
+    Convergence(ConvergenceArguments),
+    /// Fit a Stribeck curve to friction measured at constant velocities
+    #[command(after_help = "Example:\n  jointid friction --data axis-1.csv --lead-m 0.005 --efficiency 0.9")]
+    Friction(FrictionArguments),
+    /// Compute modes, FRFs, stiffness and sensitivity of a machine
     #[command(after_help = "Example:\n  jointid simulate modes --config configs/tian-as-published.toml --position l1")]
     Simulate(SimulateArguments),
 }
@@ -289,6 +300,19 @@ pub enum Simulation {
     /// Frequency response functions, as CSV or JSON
     #[command(after_help = "Example:\n  jointid simulate frf --position l1,l3 --quantity mobility > frf.csv")]
     Frf(FrfArguments),
+    /// Mass, damping and stiffness matrices
+    #[command(after_help = "Example:\n  jointid simulate matrices --config configs/twin-ball-screw.toml")]
+    Matrices(MatricesArguments),
+    /// Stiffness and natural frequencies along position, velocity, acceleration or force
+    #[command(
+        after_help = "Example:\n  jointid simulate stiffness --config configs/twin-ball-screw.toml --along velocity --from 0 --to 0.9 --at table"
+    )]
+    Stiffness(StiffnessArguments),
+    /// How the stiffness of each joint moves a natural frequency
+    #[command(after_help = "Example:\n  jointid simulate sensitivity --config configs/servo-axis.toml")]
+    Sensitivity(SensitivityArguments),
+    /// Every figure that the papers of the models print, beside ours
+    Published(PublishedArguments),
 }
 
 /// `simulate modes`.
@@ -302,6 +326,8 @@ pub struct ModesArguments {
     /// Nut position from the left end of the screw (m)
     #[arg(long, value_name = "M")]
     pub nut_m: Option<f64>,
+    #[command(flatten)]
+    pub load: LoadArguments,
     /// Highest frequency (Hz)
     #[arg(long, value_name = "F", default_value_t = 1000.0)]
     pub max_hz: f64,
@@ -337,6 +363,8 @@ pub struct FrfArguments {
     /// Nut position from the left end of the screw (m)
     #[arg(long, value_name = "M")]
     pub nut_m: Option<f64>,
+    #[command(flatten)]
+    pub load: LoadArguments,
     /// Parameter values from this identification.json instead of the start values
     #[arg(long, value_name = "FILE")]
     pub result: Option<PathBuf>,

@@ -3,13 +3,18 @@
 mod arguments;
 mod common;
 mod compare;
+mod convergence;
+mod friction;
 mod identify;
 mod import;
+mod model_arguments;
 mod peaks;
 mod plan;
 mod progress;
+mod published;
 mod rows;
 mod simulate;
+mod sweep;
 mod validate;
 
 use std::process::ExitCode;
@@ -30,6 +35,8 @@ pub fn run() -> ExitCode {
         Command::Export(given) => import::export(&given),
         Command::Peaks(given) => peaks::run(&given),
         Command::Plan(given) => plan::run(&given),
+        Command::Convergence(given) => convergence::run(&given),
+        Command::Friction(given) => friction::run(&given),
         Command::Simulate(given) => simulate::run(&given),
     };
     match outcome {

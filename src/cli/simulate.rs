@@ -5,10 +5,11 @@ use std::fmt::Write;
 use std::sync::Arc;
 
 use super::arguments::Sources;
-use super::arguments::{FrfArguments, ModesArguments, SimulateArguments, Simulation};
-use super::common::{CommandResult, Loaded, Outcome, deliver, document_input, load, prepare, read_document, rods, stamp, told};
+use super::arguments::{FrfArguments, LoadArguments, ModesArguments, SimulateArguments, Simulation};
+use super::common::{CommandResult, Loaded, Outcome, deliver, document_input, load, prepare, read_document, rods, stamp, told, warn};
 use super::import::quantity;
 use super::validate::check_identification;
+use super::{published, sweep};
 use crate::machine::{Chain, Machine, Operating};
 use crate::model::{Rods, Structure, undamped_modes};
 use crate::report::document::{Frfs, Identification, ModeRow, Modes};
@@ -19,22 +20,40 @@ pub fn run(given: &SimulateArguments) -> CommandResult {
     match &given.what {
         Simulation::Modes(given) => modes(given),
         Simulation::Frf(given) => frf(given),
+        Simulation::Matrices(given) => sweep::matrices(given),
+        Simulation::Stiffness(given) => sweep::stiffness(given),
+        Simulation::Sensitivity(given) => sweep::sensitivity(given),
+        Simulation::Published(given) => published::run(given),
     }
 }
 
 /// The operating condition asked for: a nut position, a named position, or mid-stroke.
-fn operating(loaded: &Loaded, nut_m: Option<f64>, position: Option<&str>) -> Result<Operating, String> {
+pub(super) fn operating(loaded: &Loaded, nut_m: Option<f64>, position: Option<&str>, load: &LoadArguments) -> Result<Operating, String> {
     let machine = &loaded.config.machine;
-    let (place, operating) = match (nut_m, position) {
+    let (place, at_rest) = match (nut_m, position) {
         (Some(nut_m), _) => ("--nut-m".to_string(), Operating::at_nut(nut_m)),
         (None, Some(name)) => {
             let index = loaded.set.positions_named(&[name.to_string()]).map_err(told)?[0];
-            (format!("position {name}"), Operating { nut_m: loaded.set.positions[index].nut_m })
+            (format!("position {name}"), Operating::at(loaded.set.positions[index].nut_m))
         }
-        (None, None) => ("mid-stroke".into(), Operating { nut_m: machine.stroke_m().map(|s| 0.5 * s) }),
+        (None, None) => ("mid-stroke".into(), Operating::at(machine.stroke_m().map(|s| 0.5 * s))),
     };
+    let operating = loaded_by(at_rest, load);
     machine.check_operating(&place, &operating).map_err(told)?;
     Ok(operating)
+}
+
+/// The operating condition with velocity, acceleration and force as asked for.
+fn loaded_by(at_rest: Operating, load: &LoadArguments) -> Operating {
+    let LoadArguments { velocity_m_s, acceleration_m_s2, force_n } = *load;
+    Operating { velocity_m_s, acceleration_m_s2, force_n, ..at_rest }
+}
+
+/// Says where a load was given that nothing depends on.
+pub(super) fn load_warnings(machine: &Machine, load: &LoadArguments) -> Vec<String> {
+    let given = load.velocity_m_s.is_some() || load.acceleration_m_s2.is_some() || load.force_n.is_some();
+    let none = given && machine.contacts.is_empty();
+    none.then(|| "velocity, acceleration and force change nothing: no joint of this machine is a [contact.…]".into()).into_iter().collect()
 }
 
 fn positive(key: &str, x: f64) -> Result<f64, String> {
@@ -45,7 +64,7 @@ fn modes(given: &ModesArguments) -> CommandResult {
     let max_hz = positive("--max-hz", given.max_hz)?;
     let loaded = load(&given.sources)?;
     let machine = &loaded.config.machine;
-    let operating = operating(&loaded, given.nut_m, given.position.as_deref())?;
+    let operating = operating(&loaded, given.nut_m, given.position.as_deref(), &given.load)?;
     let folder = prepare(&given.output)?;
     let first = machine.points.iter().position(|p| !p.fixed).ok_or("the machine has no point that moves")?;
     let structure = Arc::new(Structure::new(machine, first, first, rods(given.model, given.lumps)).map_err(told)?);
@@ -54,23 +73,47 @@ fn modes(given: &ModesArguments) -> CommandResult {
     let modes: Vec<ModeRow> = undamped_modes(&network, max_hz, &mut structure.workspace())
         .into_iter()
         .enumerate()
-        .map(|(at, mode)| ModeRow {
-            order: at + 1,
-            frequency_hz: mode.frequency_hz,
-            damping_ratio: mode.damping_ratio,
-            shape: shape(machine, &structure, &mode.shape),
+        .map(|(at, mode)| {
+            let omega = omega_rad_s(mode.frequency_hz);
+            // A rigid body strains nothing.
+            let energy = match mode.frequency_hz > 0.0 {
+                true => network.strain_energy(machine, &machine.start(), &operating, omega, &mode.shape),
+                false => Vec::new(),
+            };
+            ModeRow {
+                order: at + 1,
+                frequency_hz: mode.frequency_hz,
+                damping_ratio: mode.damping_ratio,
+                shape: shape(machine, &structure, &mode.shape),
+                damped_hz: mode.damping_ratio.filter(|z| *z < 1.0).map(|z| mode.frequency_hz * (1.0 - z * z).sqrt()),
+                deformation: energy.iter().filter_map(|e| Some((e.name.clone(), e.deformation?))).collect(),
+                strain_energy_share: energy.into_iter().map(|e| (e.name, e.share)).collect(),
+            }
         })
         .collect();
-    let document = Modes { stamp: stamp("modes", 0, true, &loaded, Vec::new()), nut_m: operating.nut_m, modes };
+    let warnings = load_warnings(machine, &given.load);
+    warn(&given.output, &warnings);
+    let document = Modes {
+        stamp: stamp("modes", 0, true, &loaded, warnings),
+        nut_m: operating.nut_m,
+        velocity_m_s: operating.velocity_m_s,
+        acceleration_m_s2: operating.acceleration_m_s2,
+        force_n: operating.force_n,
+        modes,
+    };
     let mut text = format!("{}\n", machine.title);
     if let Some(nut_m) = operating.nut_m {
         let _ = writeln!(text, "nut at {nut_m} m");
     }
-    let _ = writeln!(text, "\n order  frequency Hz   damping %   largest at");
+    let _ = writeln!(text, "\n order  frequency Hz   damping %   largest at     most strain energy in");
     for mode in &document.modes {
         let damping = mode.damping_ratio.map_or_else(|| "–".into(), |z| format!("{:.2}", 100.0 * z));
         let largest = mode.shape.iter().max_by(|a, b| a.1.abs().total_cmp(&b.1.abs())).map_or("–", |(name, _)| name);
-        let _ = writeln!(text, "{:>6}  {:>12.4}  {:>10}   {largest}", mode.order, mode.frequency_hz, damping);
+        let joints = mode.strain_energy_share.iter().filter(|(name, _)| !name.contains('/'));
+        let strained =
+            joints.max_by(|a, b| a.1.total_cmp(b.1)).map_or_else(String::new, |(name, x)| format!("{name} ({:.0} %)", 100.0 * x));
+        let line = format!("{:>6}  {:>12.4}  {:>10}   {largest:<14} {strained}", mode.order, mode.frequency_hz, damping);
+        let _ = writeln!(text, "{}", line.trim_end());
     }
     deliver(&given.output, folder.as_ref(), "modes.json", &document, &text)?;
     Ok(Outcome::Done)
@@ -119,14 +162,17 @@ fn frf(given: &FrfArguments) -> CommandResult {
     let excitation = point(&given.excitation, &loaded.set.excitation, "--excitation")?;
     let mut places = Vec::new();
     match (&given.position, given.nut_m) {
-        (None, Some(nut_m)) => places.push((format!("{nut_m}"), operating(&loaded, Some(nut_m), None)?)),
+        (None, Some(nut_m)) => places.push((format!("{nut_m}"), operating(&loaded, Some(nut_m), None, &given.load)?)),
         (names, _) => {
-            let all: Vec<String> = loaded.set.positions.iter().map(|p| p.name.clone()).collect();
+            // A machine without a nut is the same at every position.
+            let positions = loaded.set.positions.iter().filter(|_| machine.stroke_m().is_some());
+            let all: Vec<String> = positions.map(|p| p.name.clone()).collect();
             for name in names.as_ref().unwrap_or(&all) {
-                places.push((name.clone(), operating(&loaded, None, Some(name))?));
+                places.push((name.clone(), operating(&loaded, None, Some(name), &given.load)?));
             }
             if places.is_empty() {
-                places.push(("mid-stroke".into(), operating(&loaded, None, None)?));
+                let place = if machine.stroke_m().is_some() { "mid-stroke" } else { "machine" };
+                places.push((place.into(), operating(&loaded, None, None, &given.load)?));
             }
         }
     }
@@ -164,7 +210,9 @@ fn frf(given: &FrfArguments) -> CommandResult {
     }
     let document = Frfs {
         stamp: {
-            let mut stamp = stamp("frf", 0, true, &loaded, Vec::new());
+            let warnings = load_warnings(machine, &given.load);
+            warn(&given.output, &warnings);
+            let mut stamp = stamp("frf", 0, true, &loaded, warnings);
             stamp.inputs.extend(inputs);
             stamp
         },

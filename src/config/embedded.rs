@@ -9,6 +9,9 @@ pub fn embedded_config(path: &str) -> Option<&'static str> {
         "configs/tian.toml" => Some(include_str!("../../configs/tian.toml")),
         "configs/tian-as-published.toml" => Some(include_str!("../../configs/tian-as-published.toml")),
         "configs/two-inertia.toml" => Some(include_str!("../../configs/two-inertia.toml")),
+        "configs/twin-ball-screw.toml" => Some(include_str!("../../configs/twin-ball-screw.toml")),
+        "configs/servo-axis.toml" => Some(include_str!("../../configs/servo-axis.toml")),
+        "configs/vertical-axis.toml" => Some(include_str!("../../configs/vertical-axis.toml")),
         _ => None,
     }
 }

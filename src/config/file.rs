@@ -4,6 +4,8 @@ use std::collections::BTreeMap;
 
 use serde::Deserialize;
 
+use super::contact::{ContactDefaults, ContactFile, FrictionFile, RuleFile, SegmentFile, StiffnessFile, contacts, segments};
+use super::number::Number;
 use crate::machine::{
     DerivedPatch, Effect, FitRule, JointPatch, Motion, Parameter, Patch, Place, PointPatch, Rescale, Scale, ShaftPatch, Source, Target,
 };
@@ -30,6 +32,19 @@ pub struct MachineFile {
     /// Joints.
     #[serde(default)]
     pub joint: Vec<JointFile>,
+    /// Contacts by name, to be used as stiffnesses.
+    #[serde(default)]
+    pub contact: BTreeMap<String, ContactFile>,
+    /// How contacts share their load, where they do not say it.
+    pub contact_rule: Option<RuleFile>,
+    /// Which stiffness of contacts counts, where they do not say it.
+    pub contact_stiffness: Option<StiffnessFile>,
+    /// Friction curves by name, which load contacts.
+    #[serde(default)]
+    pub friction: BTreeMap<String, FrictionFile>,
+    /// Screw segments by name, to be used as stiffnesses.
+    #[serde(default)]
+    pub segment: BTreeMap<String, SegmentFile>,
     /// Parameters by id.
     #[serde(default)]
     pub parameter: BTreeMap<String, ParameterFile>,
@@ -47,25 +62,6 @@ pub struct MachineFile {
 pub struct LibraryFile {
     /// Effects.
     pub effect: Vec<EffectFile>,
-}
-
-/// A number, or a parameter by id.
-#[derive(Debug, Clone, Deserialize)]
-#[serde(untagged, expecting = "expected a number, or the name of a parameter in quotes")]
-pub enum Number {
-    /// Fixed.
-    Fixed(f64),
-    /// Parameter.
-    Named(String),
-}
-
-impl From<Number> for Source {
-    fn from(number: Number) -> Self {
-        match number {
-            Number::Fixed(x) => Source::Number(x),
-            Number::Named(id) => Source::Parameter(id),
-        }
-    }
 }
 
 fn source(number: Option<Number>) -> Source {
@@ -420,7 +416,10 @@ fn rescale(file: RescaleFile) -> (Target, Rescale, String) {
 impl MachineFile {
     /// What the file describes, without its effects.
     pub fn patch(self) -> Result<Patch, String> {
+        let defaults = ContactDefaults { rule: self.contact_rule, stiffness: self.contact_stiffness };
         Ok(Patch {
+            contacts: contacts(self.contact, &self.friction, defaults)?,
+            segments: segments(self.segment)?,
             points: self.point.into_iter().map(point).collect::<Result<_, _>>()?,
             shafts: self.shaft.into_iter().map(shaft).collect::<Result<_, _>>()?,
             joints: self.joint.into_iter().map(joint).collect::<Result<_, _>>()?,
@@ -441,13 +440,12 @@ impl EffectFile {
         Ok(Effect {
             patch: Patch {
                 points: self.point.into_iter().map(point).collect::<Result<_, _>>().map_err(named)?,
-                shafts: Vec::new(),
                 joints: self.joint.into_iter().map(joint).collect::<Result<_, _>>().map_err(named)?,
                 parameters: self.parameter.into_iter().map(parameter).collect(),
                 rescales: self.rescale.into_iter().map(rescale).collect(),
                 reattached: self.reattach.into_iter().map(|r| (r.joint, r.from, r.to)).collect(),
                 attached: self.attach.into_iter().map(|a| (a.joint, a.to, a.times)).collect(),
-                derived: Vec::new(),
+                ..Patch::default()
             },
             id: self.id,
             says: self.says,

@@ -1,8 +1,10 @@
 //! The file formats of machine configurations and of the effect library; nothing else knows them.
 
+mod contact;
 mod embedded;
 mod error;
 mod file;
+mod number;
 mod read;
 
 pub use embedded::{BENCH, embedded_config};

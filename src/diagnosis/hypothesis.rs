@@ -251,7 +251,7 @@ impl Typical {
 
 fn typical(machine: &Machine) -> Typical {
     let start = machine.start();
-    let operating = crate::machine::Operating { nut_m: machine.stroke_m().map(|s| 0.5 * s) };
+    let operating = crate::machine::Operating { nut_m: machine.stroke_m().map(|s| 0.5 * s), ..Default::default() };
     let of = |motion: Motion| {
         let joints = machine.joints.iter().filter(|j| j.on.first().is_some_and(|(p, _)| machine.points[*p].motion == motion));
         let middle = |values: Vec<f64>, usual: f64| quantile(values.into_iter().filter(|x| *x > 0.0), 0.5).unwrap_or(usual);

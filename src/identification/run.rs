@@ -213,7 +213,7 @@ fn derived_estimates(machine: &Machine, estimation: &Estimation, free: &[usize])
     if machine.derived.is_empty() {
         return Vec::new();
     }
-    let operating = Operating { nut_m: machine.stroke_m().map(|s| 0.5 * s) };
+    let operating = Operating::at(machine.stroke_m().map(|s| 0.5 * s));
     let here = derived(machine, &estimation.values, &operating);
     // d(quantity)/d(place), column by column.
     let moved = |column: usize, by: f64| {

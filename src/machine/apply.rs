@@ -1,7 +1,7 @@
 //! Patches applied: names resolved, numbers put in their places.
 
 use super::check::{MachineError, check_parameter, fault, listing};
-use super::effect::{DerivedPatch, JointPatch, Patch, PointPatch, ShaftPatch, Source, Target};
+use super::effect::{DerivedPatch, JointPatch, Patch, PointPatch, ShaftPatch, Target};
 use super::{Base, Derivation, Derived, Effect, Joint, Law, Machine, Point, Rescale, Shaft, Station, Value};
 
 impl Machine {
@@ -16,6 +16,8 @@ impl Machine {
                 machine.parameters.push(parameter.clone());
             }
         }
+        patch.contacts.iter().try_for_each(|contact| machine.add_contact(contact))?;
+        patch.segments.iter().try_for_each(|segment| machine.add_segment(segment))?;
         for point in &patch.points {
             let point = machine.resolve_point_patch(point)?;
             machine.points.push(point);
@@ -123,17 +125,6 @@ impl Machine {
             let known = listing(self.points.iter().map(|p| p.name.as_str()));
             fault(part, format!("no point is called «{name}»; {known} (and ground)"))
         })
-    }
-
-    fn value(&self, part: &str, source: &Source) -> Result<Value, MachineError> {
-        match source {
-            Source::Number(number) if number.is_finite() => Ok(Value::number(*number)),
-            Source::Number(number) => Err(fault(part, format!("{number} is not a finite number"))),
-            Source::Parameter(id) => self.parameter(id).map(Value::parameter).ok_or_else(|| {
-                let known = listing(self.parameters.iter().map(|p| p.id.as_str()));
-                fault(part, format!("no parameter is called «{id}»; {known}. Declare it as [parameter.{id}]"))
-            }),
-        }
     }
 
     fn resolve_point_patch(&self, patch: &PointPatch) -> Result<Point, MachineError> {

@@ -42,7 +42,7 @@ impl Machine {
     }
 
     fn check_numbers(&self, start: &[f64]) -> Result<(), MachineError> {
-        let middle = Operating { nut_m: self.stroke_m().map(|s| 0.5 * s) };
+        let middle = Operating::at(self.stroke_m().map(|s| 0.5 * s));
         let at = |v: &Value| v.at(start, &middle);
         let positive = |part: String, v: &Value| match at(v) {
             x if x > 0.0 && x.is_finite() => Ok(()),
@@ -114,7 +114,7 @@ impl Machine {
     /// A free point without inertia, rod or joint has no equation.
     fn check_massless(&self) -> Result<(), MachineError> {
         let start = self.start();
-        let operating = Operating { nut_m: self.stroke_m().map(|s| 0.5 * s) };
+        let operating = Operating::at(self.stroke_m().map(|s| 0.5 * s));
         let mut carried = HashSet::new();
         for shaft in &self.shafts {
             carried.extend(shaft.stations.iter().flat_map(|s| [s.axial, s.torsion]).flatten());
@@ -134,9 +134,9 @@ impl Machine {
         Ok(())
     }
 
-    /// Checks that a nut position lies inside its shaft.
+    /// Checks that a nut position lies inside its shaft and that every contact holds under its load.
     ///
-    /// # Errors  the position is missing where the machine has a nut, or lies outside the shaft.
+    /// # Errors  the position is missing where the machine has a nut, or lies outside the shaft; a contact is overloaded.
     pub fn check_operating(&self, place: &str, operating: &Operating) -> Result<(), MachineError> {
         match (self.stroke_m(), operating.nut_m) {
             (Some(stroke_m), Some(nut_m)) if !(nut_m > 0.0 && nut_m < stroke_m) => Err(fault(
@@ -147,7 +147,8 @@ impl Machine {
                 Err(fault(place, format!("the machine has a nut, but no nut position is given; write nut_m between 0 and {stroke_m} m")))
             }
             _ => self.check_station_order(place, operating),
-        }
+        }?;
+        self.check_loads(place, operating)
     }
 
     fn check_station_order(&self, place: &str, operating: &Operating) -> Result<(), MachineError> {

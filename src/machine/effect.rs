@@ -3,7 +3,7 @@
 //! A machine's own description is a patch of the empty machine; an effect is a patch of a machine.
 //! A patch names points, shafts and joints; [`Machine::with`](super::Machine::with) resolves the names.
 
-use super::{Motion, Parameter, Place};
+use super::{LoadedPair, Motion, Parameter, Place, Segment};
 
 /// A number in a patch: fixed, or a parameter by id.
 #[derive(Debug, Clone, PartialEq)]
@@ -12,6 +12,26 @@ pub enum Source {
     Number(f64),
     /// The parameter of that id.
     Parameter(String),
+    /// The stiffness of the contact of that name.
+    Contact(String),
+    /// The stiffness of the screw segment of that name.
+    Segment(String),
+    /// Springs in series.
+    Series(Vec<Source>),
+    /// Another one times the parameter of that id.
+    Times(Box<Source>, String),
+}
+
+impl Source {
+    /// What a person calls it.
+    pub(super) fn label(&self) -> String {
+        match self {
+            Source::Number(number) => number.to_string(),
+            Source::Parameter(name) | Source::Contact(name) | Source::Segment(name) => name.clone(),
+            Source::Series(_) => "series".into(),
+            Source::Times(other, _) => other.label(),
+        }
+    }
 }
 
 impl Default for Source {
@@ -120,6 +140,10 @@ pub struct Patch {
     pub shafts: Vec<ShaftPatch>,
     /// Joints it adds.
     pub joints: Vec<JointPatch>,
+    /// Contacts it describes, to be used as stiffnesses.
+    pub contacts: Vec<LoadedPair>,
+    /// Screw segments it describes, to be used as stiffnesses.
+    pub segments: Vec<Segment>,
     /// Parameters it adds. One that the machine has already (by id) is kept as the machine has it.
     pub parameters: Vec<Parameter>,
     /// Numbers it scales: which, how, by which parameter.

@@ -8,25 +8,32 @@
 mod apply;
 mod chain;
 mod check;
+mod compose;
+mod contact;
 mod derived;
 mod effect;
 mod joint;
 mod operating;
 mod parameter;
 mod point;
+mod segment;
 mod shaft;
 mod value;
 
 pub use chain::Chain;
 pub use check::MachineError;
+pub use contact::{LoadedPair, PairState};
 pub use derived::{Derivation, Derived};
 pub use effect::{DerivedPatch, Effect, JointPatch, Patch, PointPatch, Rescale, ShaftPatch, Source, Target};
 pub use joint::Joint;
 pub use operating::Operating;
 pub use parameter::{FitRule, Parameter, Scale};
 pub use point::{Motion, Point};
+pub use segment::{Segment, SegmentEnd, Twist};
 pub use shaft::{Place, Shaft, Station};
 pub use value::{Base, Law, Value};
+
+use std::sync::Arc;
 
 /// A machine as it is described, checked: every name resolved, every range sensible.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -39,6 +46,10 @@ pub struct Machine {
     pub shafts: Vec<Shaft>,
     /// Spring–dampers.
     pub joints: Vec<Joint>,
+    /// Contacts that joints refer to.
+    pub contacts: Vec<Arc<LoadedPair>>,
+    /// Screw segments that joints refer to.
+    pub segments: Vec<Arc<Segment>>,
     /// The measuring chain its FRFs went through.
     pub chain: Chain,
     /// Quantities that follow from the parameters and are reported with them.
@@ -69,9 +80,10 @@ impl Machine {
         self.parameters.iter().map(|p| p.start).collect()
     }
 
-    /// Length of the shaft that carries the nut (m): the range of nut positions. `None` without such a shaft.
+    /// Length of the shaft, or of the segments, that carries the nut (m): the range of nut positions. `None` without such a shaft.
     pub fn stroke_m(&self) -> Option<f64> {
         let start = self.start();
-        self.shafts.iter().find(|s| s.stations.iter().any(|t| t.place == Place::Nut)).map(|s| s.length.at(&start, &Operating::default()))
+        let shaft = self.shafts.iter().find(|s| s.stations.iter().any(|t| t.place == Place::Nut));
+        shaft.map(|s| s.length.at(&start, &Operating::default())).or_else(|| self.segments.first().map(|s| s.length_m))
     }
 }

@@ -1,6 +1,8 @@
 //! A number of the description: fixed, or a parameter, scaled by laws of the operating condition.
 
-use super::Operating;
+use std::sync::Arc;
+
+use super::{LoadedPair, Operating, Segment};
 
 /// A number of a machine's description.
 #[derive(Debug, Clone, PartialEq)]
@@ -12,12 +14,18 @@ pub struct Value {
 }
 
 /// The base of a [`Value`].
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub enum Base {
     /// A fixed number.
     Number(f64),
     /// The parameter with this index.
     Parameter(usize),
+    /// The stiffness of a loaded contact.
+    Contact(Arc<LoadedPair>),
+    /// The stiffness of a screw segment.
+    Segment(Arc<Segment>),
+    /// Springs in series, each with a name: 1/x = Σ 1/xᵢ.
+    Series(Arc<Vec<(String, Value)>>),
 }
 
 /// One factor on a value; `usize` is the index of a parameter p.
@@ -25,6 +33,8 @@ pub enum Base {
 pub enum Law {
     /// 1 + p: a relative change.
     Relative(usize),
+    /// p: a factor.
+    Times(usize),
     /// exp(p·(2·s − 1)) with s = nut position / stroke: a steady change along the stroke.
     AlongStroke(usize, f64),
     /// x becomes x·p/(x + p): a spring p in series with a spring x.
@@ -37,13 +47,13 @@ impl Law {
     /// The parameter it depends on, by index.
     fn parameter(&self) -> usize {
         match *self {
-            Law::Relative(index) | Law::AlongStroke(index, _) | Law::InSeries(index) | Law::Added(index) => index,
+            Law::Relative(index) | Law::Times(index) | Law::AlongStroke(index, _) | Law::InSeries(index) | Law::Added(index) => index,
         }
     }
 
     fn parameter_mut(&mut self) -> &mut usize {
         match self {
-            Law::Relative(index) | Law::AlongStroke(index, _) | Law::InSeries(index) | Law::Added(index) => index,
+            Law::Relative(index) | Law::Times(index) | Law::AlongStroke(index, _) | Law::InSeries(index) | Law::Added(index) => index,
         }
     }
 
@@ -53,6 +63,7 @@ impl Law {
         match *self {
             Law::Relative(_) => (x * (1.0 + p), 1.0 + p, x),
             Law::Added(_) => (x + p, 1.0, 1.0),
+            Law::Times(_) => (x * p, p, x),
             Law::AlongStroke(_, stroke_m) => {
                 let share = 2.0 * operating.nut_m.unwrap_or(0.5 * stroke_m) / stroke_m - 1.0;
                 let factor = (p * share).exp();
@@ -79,19 +90,33 @@ impl Value {
 
     /// Its number for the given parameters (each in its unit) and operating condition.
     pub fn at(&self, parameters: &[f64], operating: &Operating) -> f64 {
-        self.laws.iter().fold(self.base_at(parameters), |x, law| law.apply(x, parameters, operating).0)
+        self.laws.iter().fold(self.base_at(parameters, operating), |x, law| law.apply(x, parameters, operating).0)
     }
 
-    fn base_at(&self, parameters: &[f64]) -> f64 {
-        match self.base {
-            Base::Number(number) => number,
-            Base::Parameter(index) => parameters[index],
+    fn base_at(&self, parameters: &[f64], operating: &Operating) -> f64 {
+        match &self.base {
+            Base::Number(number) => *number,
+            Base::Parameter(index) => parameters[*index],
+            Base::Contact(pair) => pair.stiffness(operating),
+            Base::Segment(segment) => segment.stiffness_n_per_m(operating),
+            Base::Series(springs) => 1.0 / springs.iter().map(|(_, spring)| 1.0 / spring.at(parameters, operating)).sum::<f64>(),
         }
+    }
+
+    /// Its springs in series with the share that each has in its compliance; one alone where it is no series.
+    pub fn compliance_shares(&self, parameters: &[f64], operating: &Operating) -> Vec<(String, f64)> {
+        let Base::Series(springs) = &self.base else { return Vec::new() };
+        let whole = self.base_at(parameters, operating);
+        springs.iter().map(|(name, spring)| (name.clone(), whole / spring.at(parameters, operating))).collect()
     }
 
     /// Its exact derivatives with the parameters: `each(index, derivative)`, an index possibly more than once.
     pub fn gradient(&self, parameters: &[f64], operating: &Operating, mut each: impl FnMut(usize, f64)) {
-        let mut x = self.base_at(parameters);
+        self.each_gradient(parameters, operating, &mut each);
+    }
+
+    fn each_gradient(&self, parameters: &[f64], operating: &Operating, each: &mut dyn FnMut(usize, f64)) {
+        let mut x = self.base_at(parameters, operating);
         // What later laws make of a change of x is the product of their derivatives with x.
         let onward = |from: usize, mut x: f64| {
             let mut product = 1.0;
@@ -102,8 +127,16 @@ impl Value {
             }
             product
         };
-        if let Base::Parameter(index) = self.base {
-            each(index, onward(0, x));
+        match &self.base {
+            Base::Number(_) | Base::Contact(_) | Base::Segment(_) => {}
+            Base::Parameter(index) => each(*index, onward(0, x)),
+            Base::Series(springs) => {
+                let after = onward(0, x);
+                for (_, spring) in springs.iter() {
+                    let share = x / spring.at(parameters, operating);
+                    spring.each_gradient(parameters, operating, &mut |index, d| each(index, after * share * share * d));
+                }
+            }
         }
         for (at, law) in self.laws.iter().enumerate() {
             let (next, _, with_parameter) = law.apply(x, parameters, operating);
@@ -114,8 +147,10 @@ impl Value {
 
     /// Gives the parameters new indices.
     pub(super) fn renumber(&mut self, moved: &[usize]) {
-        if let Base::Parameter(index) = &mut self.base {
-            *index = moved[*index];
+        match &mut self.base {
+            Base::Number(_) | Base::Contact(_) | Base::Segment(_) => {}
+            Base::Parameter(index) => *index = moved[*index],
+            Base::Series(springs) => Arc::make_mut(springs).iter_mut().for_each(|(_, spring)| spring.renumber(moved)),
         }
         for law in &mut self.laws {
             let index = law.parameter_mut();
@@ -124,12 +159,13 @@ impl Value {
     }
 
     /// The parameters it depends on, by index.
-    pub fn depends_on(&self) -> impl Iterator<Item = usize> + '_ {
-        let base = match self.base {
-            Base::Number(_) => None,
-            Base::Parameter(index) => Some(index),
+    pub fn depends_on(&self) -> Box<dyn Iterator<Item = usize> + '_> {
+        let base: Box<dyn Iterator<Item = usize> + '_> = match &self.base {
+            Base::Number(_) | Base::Contact(_) | Base::Segment(_) => Box::new(std::iter::empty()),
+            Base::Parameter(index) => Box::new(std::iter::once(*index)),
+            Base::Series(springs) => Box::new(springs.iter().flat_map(|(_, spring)| spring.depends_on())),
         };
-        base.into_iter().chain(self.laws.iter().map(Law::parameter))
+        Box::new(base.chain(self.laws.iter().map(Law::parameter)))
     }
 }
 
@@ -139,20 +175,34 @@ mod tests {
 
     #[test]
     fn gradients_are_those_of_finite_differences() {
-        let laws = vec![Law::Relative(1), Law::InSeries(2), Law::AlongStroke(3, 2.0), Law::Added(1)];
-        let value = Value { base: Base::Parameter(0), laws };
-        let (here, operating) = ([3.0, 0.2, 5.0, -0.4], Operating::at_nut(0.3));
-        let mut exact = [0.0; 4];
-        value.gradient(&here, &operating, |index, d| exact[index] += d);
-        for index in 0..4 {
-            let at = |by: f64| {
-                let mut moved = here;
-                moved[index] += by;
-                value.at(&moved, &operating)
-            };
-            let slope = (at(1e-6) - at(-1e-6)) / 2e-6;
-            assert!((exact[index] - slope).abs() < 1e-8, "{index}: {} against {slope}", exact[index]);
+        let laws = vec![Law::Relative(1), Law::InSeries(2), Law::AlongStroke(3, 2.0), Law::Times(4), Law::Added(1)];
+        let single = Value { base: Base::Parameter(0), laws };
+        let other = Value { base: Base::Number(4.0), laws: vec![Law::Times(1)] };
+        let series = vec![("a".to_string(), single.clone()), ("b".into(), other), ("c".into(), Value::parameter(0))];
+        let series = Value { base: Base::Series(Arc::new(series)), laws: vec![Law::Relative(2)] };
+        let (here, operating) = ([3.0, 0.2, 5.0, -0.4, 1.7], Operating::at_nut(0.3));
+        for value in [single, series] {
+            let mut exact = [0.0; 5];
+            value.gradient(&here, &operating, |index, d| exact[index] += d);
+            for index in 0..5 {
+                let at = |by: f64| {
+                    let mut moved = here;
+                    moved[index] += by;
+                    value.at(&moved, &operating)
+                };
+                let slope = (at(1e-6) - at(-1e-6)) / 2e-6;
+                assert!((exact[index] - slope).abs() < 1e-8, "{index}: {} against {slope}", exact[index]);
+            }
         }
+    }
+
+    #[test]
+    fn limit_compliance_shares_of_a_series_sum_to_one() {
+        let springs = vec![("a".to_string(), Value::number(3.0)), ("b".into(), Value::number(6.0))];
+        let value = Value { base: Base::Series(Arc::new(springs)), laws: Vec::new() };
+        assert!((value.at(&[], &Operating::default()) - 2.0).abs() < 1e-15);
+        let shares = value.compliance_shares(&[], &Operating::default());
+        assert!((shares[0].1 - 2.0 / 3.0).abs() < 1e-15 && (shares[1].1 - 1.0 / 3.0).abs() < 1e-15);
     }
 
     #[test]

@@ -3,6 +3,7 @@
 mod embedded;
 mod error;
 mod frf;
+mod friction;
 pub mod import;
 mod manifest;
 mod modes;
@@ -15,6 +16,7 @@ pub mod universal;
 pub use embedded::BENCH;
 pub use error::MeasurementError;
 pub use frf::{Frf, Line, Noise};
+pub use friction::{FrictionRun, FrictionTable, FrictionUnit, read_friction};
 pub use modes::{ModeObservation, ModeTable};
 pub use quantity::Quantity;
 pub use set::{Gain, MeasurementSet, Position, Published, PublishedRow, SourceFile, read_set};

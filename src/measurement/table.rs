@@ -71,6 +71,11 @@ impl<'p> Table<'p> {
 }
 
 impl Row<'_> {
+    /// Its line, from 1.
+    pub(super) fn line(&self) -> u64 {
+        self.line
+    }
+
     /// A fault at this line.
     pub(super) fn fault(&self, fault: String) -> MeasurementError {
         MeasurementError::line(self.table.path, self.line, fault)

@@ -33,19 +33,22 @@ pub fn derived(machine: &Machine, parameters: &[f64], operating: &Operating) -> 
 
 /// The n-th (from 1) undamped natural frequency above 0 (Hz).
 fn natural_frequency_hz(machine: &Machine, order: usize, parameters: &[f64], operating: &Operating) -> Option<f64> {
-    let moving = machine.points.iter().position(|p| !p.fixed)?;
-    let structure = Arc::new(Structure::new(machine, moving, moving, Rods::Exact).ok()?);
+    elastic_frequencies_hz(machine, order, parameters, operating).get(order - 1).copied()
+}
+
+/// The first `count` undamped natural frequencies above 0 (Hz), fewer where there are fewer below 100 kHz.
+pub fn elastic_frequencies_hz(machine: &Machine, count: usize, parameters: &[f64], operating: &Operating) -> Vec<f64> {
+    let Some(moving) = machine.points.iter().position(|p| !p.fixed) else { return Vec::new() };
+    let Ok(structure) = Structure::new(machine, moving, moving, Rods::Exact) else { return Vec::new() };
+    let structure = Arc::new(structure);
     let (mut network, mut work) = (structure.network(), structure.workspace());
     network.update(machine, parameters, operating);
     let mut highest_hz = 100.0;
     loop {
         let modes = undamped_modes(&network, highest_hz, &mut work);
-        let mut elastic = modes.iter().filter(|m| m.frequency_hz > ELASTIC_HZ);
-        if let Some(mode) = elastic.nth(order - 1) {
-            return Some(mode.frequency_hz);
-        }
-        if highest_hz >= HIGHEST_HZ {
-            return None;
+        let elastic: Vec<f64> = modes.iter().map(|m| m.frequency_hz).filter(|f| *f > ELASTIC_HZ).take(count).collect();
+        if elastic.len() >= count || highest_hz >= HIGHEST_HZ {
+            return elastic;
         }
         highest_hz *= 10.0;
     }

@@ -8,6 +8,8 @@
 pub mod coupling;
 mod derived;
 mod elimination;
+mod energy;
+mod matrices;
 mod modes;
 mod network;
 mod peaks;
@@ -15,7 +17,9 @@ mod rod;
 mod sensitivity;
 mod structure;
 
-pub use derived::derived;
+pub use derived::{derived, elastic_frequencies_hz};
+pub use energy::EnergyShare;
+pub use matrices::{Matrices, matrices};
 pub use modes::{Mode, undamped_modes};
 pub use network::{Network, Point as FrequencyPoint, Workspace};
 pub use peaks::{Peak, PeakSearch, peaks, peaks_counted};

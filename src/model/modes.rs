@@ -87,15 +87,9 @@ impl Network {
         }
         for (rod, rod_shape) in self.rods.iter().zip(&self.structure.rods).filter(|(r, _)| r.loss_factor > 0.0) {
             let end = |c: Option<usize>| c.map_or(0.0, |i| shape[i]);
-            let along = &rod_shape.along;
-            if along.len() == 2 {
-                let entries = rod.damped(omega_rad_s);
-                let (a, b) = (end(along[0]), end(along[1]));
-                lost += entries.direct.im * (a * a + b * b) + 2.0 * entries.cross.im * a * b;
-            } else {
-                let k = rod.stiffness * (along.len() - 1) as f64;
-                lost += along.windows(2).map(|w| (end(w[0]) - end(w[1])).powi(2)).sum::<f64>() * k * rod.loss_factor;
-            }
+            let entries = rod.damped(omega_rad_s);
+            let (a, b) = (end(rod_shape.along[0]), end(rod_shape.along[1]));
+            lost += entries.direct.im * (a * a + b * b) + 2.0 * entries.cross.im * a * b;
         }
         (inertia > 0.0).then(|| lost / inertia)
     }

@@ -41,7 +41,7 @@ pub struct Network {
     pub(super) joints: Vec<JointNumbers>,
     /// Lumped inertia of each coordinate.
     pub(super) inertia: Vec<f64>,
-    /// K, C and ηK of everything but exact rods and relaxing dampers, by slot.
+    /// K, C and ηK of everything but rods and relaxing dampers, by slot.
     stiffness: Vec<f64>,
     damping: Vec<f64>,
     loss: Vec<f64>,
@@ -103,7 +103,7 @@ impl Structure {
         let slots = self.elimination.slots();
         Network {
             structure: Arc::clone(self),
-            rods: vec![Rod { stiffness: 0.0, transit_s: 0.0, loss_factor: 0.0 }; self.rods.len()],
+            rods: vec![Rod { stiffness: 0.0, transit_s: 0.0, loss_factor: 0.0, elements: 0 }; self.rods.len()],
             joints: vec![JointNumbers::default(); self.joints.len()],
             inertia: vec![0.0; self.size()],
             stiffness: vec![0.0; slots],
@@ -143,25 +143,11 @@ impl Network {
                 stiffness: modulus * section / length_m,
                 transit_s: length_m * (density / modulus).sqrt(),
                 loss_factor: shaft.loss_factor.at(parameters, operating),
+                elements: match shape.representation {
+                    Rods::Exact => 0,
+                    Rods::Lumped(elements) => elements.max(1),
+                },
             };
-            if let Rods::Lumped(_) = shape.representation {
-                let elements = (rod_shape.along.len() - 1) as f64;
-                let mass = rod.stiffness * rod.transit_s * rod.transit_s / elements;
-                let k = rod.stiffness * elements;
-                for pair in rod_shape.along.windows(2) {
-                    for end in [pair[0], pair[1]].into_iter().flatten() {
-                        self.inertia[end] += 0.5 * mass;
-                        let slot = pattern.entry(end, end);
-                        self.stiffness[slot] += k;
-                        self.loss[slot] += k * rod.loss_factor;
-                    }
-                    if let (Some(i), Some(j)) = (pair[0], pair[1]) {
-                        let slot = pattern.entry(i, j);
-                        self.stiffness[slot] -= k;
-                        self.loss[slot] -= k * rod.loss_factor;
-                    }
-                }
-            }
         }
         let share_s = machine.stiffness_proportional_damping_s;
         for ((joint, numbers), on) in machine.joints.iter().zip(&mut self.joints).zip(&shape.joints) {
@@ -304,16 +290,13 @@ impl Network {
         Point { omega_rad_s, receptance, slope, determinant }
     }
 
-    /// Entries of all exact rods at ω.
+    /// Entries of all rods at ω.
     pub(super) fn rod_entries(&self, omega_rad_s: f64) -> Vec<RodEntries> {
-        match self.structure.representation {
-            Rods::Exact => self.rods.iter().map(|r| r.damped(omega_rad_s)).collect(),
-            Rods::Lumped(_) => Vec::new(),
-        }
+        self.rods.iter().map(|r| r.damped(omega_rad_s)).collect()
     }
 
     /// aᵀ·(dD/dω)·b.
-    /// `rods` are the entries of all exact rods at ω.
+    /// `rods` are the entries of all rods at ω.
     pub(super) fn bilinear_slope(&self, omega_rad_s: f64, rods: &[RodEntries], a: &[Complex64], b: &[Complex64]) -> Complex64 {
         let shape = &self.structure;
         let zero = Complex64::new(0.0, 0.0);

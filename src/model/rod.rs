@@ -13,7 +13,18 @@ use num_complex::Complex64;
 ///
 /// # Units      A/L in N/m (N·m/rad), φ in rad
 /// # Limits     ω → 0 gives the spring A/L (test `limit_rod_is_a_spring`)
-/// # Source     inverse of Tian et al., Eq. 1–2 and 10–12. Deviation: cot for the printed cos.
+/// A chain of n springs n·A/L with the mass lumped at their ends has the same form, its inner masses eliminated in closed form
+/// (they are those of a recurrence with constant coefficients), so that it costs no more than the exact rod:
+///
+/// ```text
+///                 ┌                  ┐
+/// D  =  n·A/L·    │ cot nμ   −csc nμ │·sin μ      sin(μ/2) = φ/(2n)        poles: nμ = π, 2π, … (n − 1)·π
+///                 │ −csc nμ   cot nμ │
+///                 └                  ┘
+/// ```
+///
+/// # Source     inverse of Tian et al., Eq. 1–2 and 10–12. Deviation: cot for the printed cos. The chain: solution sin(jμ) of
+/// u(j−1) − (2 − ω²·m/k)·u(j) + u(j+1) = 0, with halves of m at both ends.
 #[derive(Debug, Clone, Copy)]
 pub struct Rod {
     /// A/L (N/m or N·m/rad).
@@ -22,6 +33,8 @@ pub struct Rod {
     pub transit_s: f64,
     /// Loss factor η of the material: A times 1 + iη.
     pub loss_factor: f64,
+    /// Springs n of the chain that stands for the rod; 0 for the rod itself.
+    pub elements: usize,
 }
 
 /// (cos φ, sin φ) kept away from the poles at sin φ = 0, where the rod's dynamic stiffness is infinite.
@@ -34,6 +47,9 @@ impl Rod {
     /// Direct and cross entry of D without loss.
     #[inline]
     pub fn undamped(&self, omega_rad_s: f64) -> (f64, f64) {
+        if self.elements > 0 {
+            return self.chain_undamped(omega_rad_s);
+        }
         let phase = omega_rad_s * self.transit_s;
         let (cos, sin) = cos_sin(phase);
         let scale = self.stiffness * phase / sin;
@@ -43,6 +59,9 @@ impl Rod {
     /// Direct and cross entry of D, their slopes with ω, and sin φ.
     #[inline]
     pub fn damped(&self, omega_rad_s: f64) -> RodEntries {
+        if self.elements > 0 {
+            return self.chain_damped(omega_rad_s);
+        }
         if self.loss_factor == 0.0 {
             let phase = omega_rad_s * self.transit_s;
             let (cos, sin) = cos_sin(phase);
@@ -75,8 +94,83 @@ impl Rod {
         }
     }
 
+    /// φ/(2n) of a chain, kept away from 1, where all its masses move against their neighbours.
+    fn half_step(&self, omega_rad_s: f64) -> f64 {
+        let x = 0.5 * omega_rad_s * self.transit_s / self.elements as f64;
+        if (x - 1.0).abs() < 1e-12 { 1.0 - 1e-12 } else { x }
+    }
+
+    fn chain_undamped(&self, omega_rad_s: f64) -> (f64, f64) {
+        let n = self.elements as f64;
+        let x = self.half_step(omega_rad_s);
+        if x < 1.0 {
+            let (cos, sin) = cos_sin(2.0 * n * x.asin());
+            let scale = self.stiffness * n * 2.0 * x * (1.0 - x * x).sqrt() / sin;
+            return (scale * cos, -scale);
+        }
+        // Above the highest frequency a chain passes on, μ = π + iy.
+        let y = 2.0 * x.acosh();
+        let scale = self.stiffness * n * 2.0 * x * (x * x - 1.0).sqrt();
+        let sign = if self.elements.is_multiple_of(2) { 1.0 } else { -1.0 };
+        (-scale / (n * y).tanh(), sign * scale / (n * y).sinh())
+    }
+
+    fn chain_damped(&self, omega_rad_s: f64) -> RodEntries {
+        let n = self.elements as f64;
+        let x = self.half_step(omega_rad_s);
+        if self.loss_factor == 0.0 && x < 1.0 {
+            let root = (1.0 - x * x).sqrt();
+            let (cos_step, sin_step) = (1.0 - 2.0 * x * x, 2.0 * x * root);
+            let (cos, sin) = cos_sin(2.0 * n * x.asin());
+            let csc = 1.0 / sin;
+            let cot = cos * csc;
+            let k = self.stiffness * n;
+            let slope = k * self.transit_s / (n * root);
+            return RodEntries {
+                direct: (k * sin_step * cot).into(),
+                cross: (-k * sin_step * csc).into(),
+                direct_slope: (slope * (cos_step * cot - n * sin_step * csc * csc)).into(),
+                cross_slope: (-slope * csc * (cos_step - n * sin_step * cot)).into(),
+                sin: sin.into(),
+                lossless: true,
+            };
+        }
+        let material = Complex64::new(1.0, self.loss_factor);
+        let x = x / material.sqrt();
+        let root = (1.0 - x * x).sqrt();
+        let (cos_step, sin_step) = (1.0 - x * x * 2.0, x * root * 2.0);
+        let angle = x.asin() * (2.0 * n);
+        // Far from the real axis sin and cos are too large for numbers, their quotient is ±i.
+        let (csc, cot, turn) = if angle.im.abs() > 300.0 {
+            let quotient = Complex64::new(0.0, -angle.im.signum());
+            let turn = Complex64::new(0.0, -angle.re * angle.im.signum()).exp() * quotient;
+            (Complex64::new(0.0, 0.0), quotient, turn.conj())
+        } else {
+            let (sin, cos) = (angle.sin(), angle.cos());
+            (sin.inv(), cos / sin, sin)
+        };
+        let k = material * (self.stiffness * n);
+        let slope = k * (self.transit_s / n) / (root * material.sqrt());
+        let lossless = self.loss_factor == 0.0;
+        let real = |z: Complex64| if lossless { Complex64::new(z.re, 0.0) } else { z };
+        let turn = turn / sin_step;
+        RodEntries {
+            direct: real(k * sin_step * cot),
+            cross: real(-k * sin_step * csc),
+            direct_slope: real(slope * (cos_step * cot - sin_step * csc * csc * n)),
+            cross_slope: real(-slope * csc * (cos_step - sin_step * cot * n)),
+            sin: real(turn / turn.norm()),
+            lossless,
+        }
+    }
+
     /// Number of clamped–clamped natural frequencies of the rod below ω: the poles of D.
     pub fn clamped_modes_below(&self, omega_rad_s: f64) -> usize {
+        if self.elements > 0 {
+            let x = self.half_step(omega_rad_s);
+            let passed = self.elements as f64 * 2.0 * x.min(1.0).asin() / std::f64::consts::PI;
+            return (passed.floor().max(0.0) as usize).min(self.elements - 1);
+        }
         (omega_rad_s * self.transit_s / std::f64::consts::PI).floor().max(0.0) as usize
     }
 }
@@ -104,7 +198,7 @@ mod tests {
 
     #[test]
     fn limit_rod_is_a_spring() {
-        let rod = Rod { stiffness: 2e8, transit_s: 3e-4, loss_factor: 0.0 };
+        let rod = Rod { stiffness: 2e8, transit_s: 3e-4, loss_factor: 0.0, elements: 0 };
         let (direct, cross) = rod.undamped(1e-3);
         assert!((direct / 2e8 - 1.0).abs() < 1e-12);
         assert!((cross / -2e8 - 1.0).abs() < 1e-12);
@@ -112,22 +206,67 @@ mod tests {
 
     #[test]
     fn slopes_are_those_of_finite_differences_with_and_without_loss() {
-        for loss_factor in [0.0, 1e-12, 0.02] {
-            let rod = Rod { stiffness: 2e8, transit_s: 3e-4, loss_factor };
+        for (loss_factor, elements) in [(0.0, 0), (1e-12, 0), (0.02, 0), (0.0, 4), (0.02, 4), (0.0, 1), (1e-12, 4)] {
+            let rod = Rod { stiffness: 2e8, transit_s: 3e-4, loss_factor, elements };
             for omega in [200.0, 3000.0, 9000.0, 20000.0] {
                 let step = 1e-4 * omega;
                 let (low, here, high) = (rod.damped(omega - step), rod.damped(omega), rod.damped(omega + step));
                 let direct = (high.direct - low.direct) / (2.0 * step);
                 let cross = (high.cross - low.cross) / (2.0 * step);
                 assert!((direct - here.direct_slope).norm() < 1e-4 * here.direct_slope.norm());
-                assert!((cross - here.cross_slope).norm() < 1e-4 * here.cross_slope.norm());
+                // The cross entry of a single spring does not depend on ω.
+                assert!((cross - here.cross_slope).norm() < 1e-4 * here.cross_slope.norm() + 1e-8 * here.direct_slope.norm());
+            }
+        }
+    }
+
+    /// The chain eliminated mass by mass, below and above the highest frequency it passes on.
+    #[test]
+    fn limit_the_closed_chain_is_the_chain() {
+        for elements in [1, 2, 3, 7, 40] {
+            for loss_factor in [0.0, 0.03] {
+                let rod = Rod { stiffness: 2e8, transit_s: 3e-4, loss_factor, elements };
+                let n = elements as f64;
+                let k = Complex64::new(1.0, loss_factor) * (2e8 * n);
+                let mass = 2e8 * 3e-4 * 3e-4 / n;
+                for omega in [10.0, 4000.0, 11_000.0, 30_000.0, 9e5, 3e7] {
+                    let end = k - 0.5 * mass * omega * omega;
+                    // Two-port of a growing chain: (a, b, c) = (left, cross, right).
+                    let (mut a, mut b, mut c) = (end, -k, end);
+                    for _ in 1..elements {
+                        let middle = c + end;
+                        (a, b, c) = (a - b * b / middle, b * k / middle, end - k * k / middle);
+                    }
+                    let ours = rod.damped(omega);
+                    let scale = a.norm();
+                    assert!((ours.direct - a).norm() < 1e-7 * scale, "{elements} {loss_factor} {omega}: {} {a}", ours.direct);
+                    assert!((ours.cross - b).norm() < 1e-7 * scale, "{elements} {loss_factor} {omega}: {} {b}", ours.cross);
+                    assert!((c - a).norm() < 1e-7 * scale);
+                    if loss_factor == 0.0 {
+                        let (direct, cross) = rod.undamped(omega);
+                        assert!((ours.direct.re - direct).abs() < 1e-9 * scale && (ours.cross.re - cross).abs() < 1e-9 * scale);
+                    }
+                }
             }
         }
     }
 
     #[test]
+    fn limit_a_chain_has_as_many_clamped_modes_as_inner_masses() {
+        let rod = Rod { stiffness: 2e8, transit_s: 3e-4, loss_factor: 0.0, elements: 5 };
+        assert_eq!(rod.clamped_modes_below(1e9), 4);
+        assert_eq!(Rod { elements: 1, ..rod }.clamped_modes_below(1e9), 0);
+        // The j-th lies at ω = 2n/t·sin(jπ/2n).
+        for mode in 1..5 {
+            let omega = 10.0 / 3e-4 * (f64::from(mode) * std::f64::consts::PI / 10.0).sin();
+            assert_eq!(rod.clamped_modes_below(omega * (1.0 - 1e-9)), mode as usize - 1);
+            assert_eq!(rod.clamped_modes_below(omega * (1.0 + 1e-9)), mode as usize);
+        }
+    }
+
+    #[test]
     fn limit_a_vanishing_loss_is_no_loss() {
-        let with = Rod { stiffness: 2e8, transit_s: 3e-4, loss_factor: 1e-14 };
+        let with = Rod { stiffness: 2e8, transit_s: 3e-4, loss_factor: 1e-14, elements: 0 };
         let without = Rod { loss_factor: 0.0, ..with };
         let (a, b) = (with.damped(5000.0), without.damped(5000.0));
         assert!((a.direct - b.direct).norm() < 1e-10 * b.direct.norm());

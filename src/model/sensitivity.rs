@@ -13,7 +13,6 @@ use num_complex::Complex64;
 
 use super::network::{Network, Workspace};
 use super::rod::RodEntries;
-use super::structure::{RodShape, Rods};
 use crate::machine::{Machine, Operating};
 
 /// A number that the dynamic stiffness is made of.
@@ -178,16 +177,6 @@ impl Network {
         let (shape, rod) = (&self.structure.rods[index], &self.rods[index]);
         let i = Complex64::i();
         let material = Complex64::new(1.0, rod.loss_factor);
-        if let Rods::Lumped(_) = self.structure.representation {
-            let elements = (shape.along.len() - 1) as f64;
-            let (stretch, carried) = chain_products(shape, a, b);
-            let mass = carried * (omega * omega / elements);
-            return match which(index) {
-                Element::RodStiffness(_) => stretch * material * elements - mass * (rod.transit_s * rod.transit_s),
-                Element::RodTransit(_) => -mass * (2.0 * rod.stiffness * rod.transit_s),
-                _ => stretch * (i * rod.stiffness * elements),
-            };
-        }
         let zero = Complex64::new(0.0, 0.0);
         let end = |x: &[Complex64], at: Option<usize>| at.map_or(zero, |at| x[at]);
         let (ai, aj) = (end(a, shape.along[0]), end(a, shape.along[1]));
@@ -205,16 +194,4 @@ impl Network {
         };
         direct * of_direct + cross * of_cross
     }
-}
-
-/// Σ (Δa)(Δb) over the springs of a chain, and Σ a·b over the halves of its masses.
-fn chain_products(shape: &RodShape, a: &[Complex64], b: &[Complex64]) -> (Complex64, Complex64) {
-    let zero = Complex64::new(0.0, 0.0);
-    let at = |x: &[Complex64], i: Option<usize>| i.map_or(zero, |i| x[i]);
-    let (mut stretch, mut carried) = (zero, zero);
-    for pair in shape.along.windows(2) {
-        stretch += (at(a, pair[1]) - at(a, pair[0])) * (at(b, pair[1]) - at(b, pair[0]));
-        carried += 0.5 * (at(a, pair[0]) * at(b, pair[0]) + at(a, pair[1]) * at(b, pair[1]));
-    }
-    (stretch, carried)
 }

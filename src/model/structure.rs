@@ -16,6 +16,12 @@ pub enum ModelError {
         /// What is wrong with it.
         fault: &'static str,
     },
+    /// Something needs a machine that is held.
+    #[error("a part of the machine moves freely: {part}; hold it by a joint to the ground, or fix one of its points")]
+    Unconstrained {
+        /// The points that move.
+        part: String,
+    },
     /// A method that needs an inertia everywhere met a point without.
     #[error("point «{name}» has neither inertia nor shaft, which receptance coupling needs; the direct assembly takes it")]
     Massless {
@@ -29,7 +35,8 @@ pub enum ModelError {
 pub enum Rods {
     /// Exactly, by their wave solution.
     Exact,
-    /// As a chain of this many springs with the mass lumped at their ends: converges at second order.
+    /// As a chain of this many springs with the mass lumped at their ends: converges at second order. Its inner masses are eliminated in
+    /// closed form.
     Lumped(usize),
 }
 
@@ -42,8 +49,8 @@ pub(super) struct RodShape {
     pub places: (Place, Place),
     /// Torsional, or else axial.
     pub torsional: bool,
-    /// The coordinates along it from left to right, `None` where held; two of them for an exact rod.
-    pub along: Vec<Option<usize>>,
+    /// The coordinates at its left and right end, `None` where held.
+    pub along: [Option<usize>; 2],
 }
 
 /// The compiled shape of a machine for one pair of response and excitation.
@@ -55,7 +62,7 @@ pub struct Structure {
     pub(super) rods: Vec<RodShape>,
     /// Slot of each diagonal entry.
     pub(super) diagonal: Vec<usize>,
-    /// Per exact rod: slots of its direct entries and of its cross entry.
+    /// Per rod: slots of its direct entries and of its cross entry.
     pub(super) rod_slots: Vec<[Option<usize>; 3]>,
     /// Per joint: coordinates and coefficients of the points that move.
     pub(super) joints: Vec<Vec<(usize, f64)>>,
@@ -82,13 +89,7 @@ impl Structure {
                 let stations: Vec<(Place, usize)> =
                     description.stations.iter().filter_map(|s| Some((s.place, if torsional { s.torsion } else { s.axial }?))).collect();
                 for pair in stations.windows(2) {
-                    let inner = match representation {
-                        Rods::Exact => 0,
-                        Rods::Lumped(elements) => elements.max(1) - 1,
-                    };
-                    let mut along = vec![coordinate[pair[0].1]];
-                    along.extend((0..inner).map(|_| Some(next())));
-                    along.push(coordinate[pair[1].1]);
+                    let along = [coordinate[pair[0].1], coordinate[pair[1].1]];
                     rods.push(RodShape { shaft, places: (pair[0].0, pair[1].0), torsional, along });
                 }
             }
@@ -103,20 +104,17 @@ impl Structure {
         };
         let (response, excitation) = (moving(response)?, moving(excitation)?);
         let last: Vec<usize> = if response == excitation { vec![response] } else { vec![response, excitation] };
-        let rod_pairs = rods.iter().flat_map(|r| r.along.windows(2).filter_map(|w| Some((w[0]?, w[1]?))));
+        let rod_pairs = rods.iter().filter_map(|r| Some((r.along[0]?, r.along[1]?)));
         let joint_pairs = joints.iter().flat_map(|on| on.iter().flat_map(|a| on.iter().map(|b| (a.0, b.0))));
         let elimination = Elimination::new(size, rod_pairs.chain(joint_pairs), &last);
         let diagonal: Vec<usize> = (0..size).map(|i| elimination.entry(i, i)).collect();
-        let rod_slots = match representation {
-            Rods::Lumped(_) => Vec::new(),
-            Rods::Exact => rods
-                .iter()
-                .map(|r| {
-                    let (i, j) = (r.along[0], r.along[1]);
-                    [i.map(|i| diagonal[i]), j.map(|j| diagonal[j]), i.zip(j).map(|(i, j)| elimination.entry(i, j))]
-                })
-                .collect(),
-        };
+        let rod_slots = rods
+            .iter()
+            .map(|r| {
+                let [i, j] = r.along;
+                [i.map(|i| diagonal[i]), j.map(|j| diagonal[j]), i.zip(j).map(|(i, j)| elimination.entry(i, j))]
+            })
+            .collect();
         Ok(Structure { elimination, coordinate, rods, diagonal, rod_slots, joints, response, excitation, representation })
     }
 

@@ -67,7 +67,7 @@ impl Here {
     /// The operating condition of a record.
     pub(super) fn operating(&self, record: &Record) -> Operating {
         let shift_m = self.nut_shift_m.get(record.nut).copied().unwrap_or(0.0);
-        Operating { nut_m: record.operating.nut_m.map(|nut_m| nut_m + shift_m) }
+        Operating { nut_m: record.operating.nut_m.map(|nut_m| nut_m + shift_m), ..record.operating }
     }
 
     /// ln(recorded/true) of a record's channel and the gain of the set.
@@ -137,7 +137,7 @@ impl<'m> FrfObjective<'m> {
             let frf = &set.frfs[index];
             let response = point_named(machine, &frf.source, "response", &frf.response)?;
             let excitation = point_named(machine, &frf.source, "excitation", &frf.excitation)?;
-            let operating = Operating { nut_m: frf.position.and_then(|p| set.positions[p].nut_m) };
+            let operating = Operating::at(frf.position.and_then(|p| set.positions[p].nut_m));
             machine.check_operating(&frf.source, &operating)?;
             let structure = match channels.iter().position(|c| *c == (response, excitation)) {
                 Some(at) => at,

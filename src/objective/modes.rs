@@ -154,7 +154,7 @@ impl<'m> ModeObjective<'m> {
         let structure = Arc::new(Structure::new(machine, response, excitation, settings.rods)?);
         let mut data = Vec::new();
         for &index in positions {
-            let operating = Operating { nut_m: set.positions[index].nut_m };
+            let operating = Operating::at(set.positions[index].nut_m);
             machine.check_operating(&format!("{}: position {}", set.path, set.positions[index].name), &operating)?;
             let observed: Vec<ModeObservation> = table.positions[index].iter().filter(|m| m.frequency_hz.is_some()).copied().collect();
             let measured_hz = observed.iter().filter_map(|m| m.frequency_hz).collect();

@@ -1,6 +1,7 @@
 //! Saying it: result documents with their provenance, written whole or not at all, and tables for the terminal.
 
 pub mod document;
+pub mod simulation;
 mod table;
 mod write;
 

@@ -1,0 +1,121 @@
+//! `jointid friction`.
+
+use std::collections::BTreeMap;
+use std::fmt::Write;
+
+use super::arguments::{FrictionArguments, NoiseName};
+use super::common::{CommandResult, Outcome, deliver, prepare, told};
+use crate::contact::{ContactError, Estimate, FitOptions, Noise, Observation, ScrewDrive, fit_stribeck};
+use crate::measurement::{FrictionTable, FrictionUnit, read_friction};
+use crate::report::digest;
+use crate::report::document::{Input, Stamp};
+use crate::report::simulation::{FrictionDocument, FrictionParameter, FrictionRow};
+
+/// Runs the command.
+pub fn run(given: &FrictionArguments) -> CommandResult {
+    let path = given.data.display().to_string();
+    let table = read_friction(&path).map_err(told)?;
+    let observations = observations(given, &table)?;
+    let folder = prepare(&given.output)?;
+    let has_sd = table.runs.iter().any(|run| run.sd.is_some());
+    let noise = given.noise.unwrap_or(if has_sd { NoiseName::Known } else { NoiseName::Uniform });
+    let (noise, word) = match noise {
+        NoiseName::Uniform => (Noise::Uniform, "uniform"),
+        NoiseName::Proportional => (Noise::Proportional, "proportional"),
+        NoiseName::Known => (Noise::Known, "known"),
+    };
+    let fit = fit_stribeck(&observations, &FitOptions::new(noise)).map_err(|e| placed(&path, &table, &e))?;
+    let named = [
+        ("coulomb_n", "N", fit.coulomb_n),
+        ("static_n", "N", fit.static_n),
+        ("viscous_n_s_per_m", "N*s/m", fit.viscous_n_s_per_m),
+        ("stribeck_velocity_m_s", "m/s", fit.stribeck_velocity_m_per_s),
+    ];
+    let parameter = |unit: &str, e: &Estimate| FrictionParameter {
+        value: e.value,
+        unit: unit.into(),
+        interval95: e.interval_95.map(|i| [i.lower, i.upper]),
+        at_bound: e.at_bound,
+    };
+    let parameters: BTreeMap<String, FrictionParameter> =
+        named.iter().map(|(name, unit, e)| ((*name).to_string(), parameter(unit, e))).collect();
+    let warnings: Vec<String> = named
+        .iter()
+        .filter(|(_, _, e)| e.at_bound)
+        .map(|(name, _, _)| format!("{name} is at a bound: these runs do not determine it"))
+        .collect();
+    if !given.output.quiet {
+        warnings.iter().for_each(|w| eprintln!("warning: {w}"));
+    }
+    let document = FrictionDocument {
+        stamp: Stamp {
+            schema: "jointid/friction/1".into(),
+            tool_version: env!("CARGO_PKG_VERSION").into(),
+            seed: 0,
+            complete: true,
+            inputs: vec![Input { path: table.file.path.clone(), sha256: digest(&table.file.bytes) }],
+            overrides: Vec::new(),
+            without: Vec::new(),
+            warnings,
+        },
+        noise: word.into(),
+        parameters,
+        residual_scatter: fit.residual_scatter,
+        degrees_of_freedom: fit.degrees_of_freedom,
+        least_friction_speed_m_s: fit.curve.least_friction_speed_m_per_s(),
+        observations: observations
+            .iter()
+            .map(|o| FrictionRow {
+                velocity_m_s: o.velocity_m_per_s,
+                force_n: o.force_n,
+                predicted_n: fit.curve.force_n(o.velocity_m_per_s),
+            })
+            .collect(),
+    };
+    let mut text = format!("Stribeck curve of {path}, {} runs, {word} noise\n\n", observations.len());
+    for (name, unit, e) in &named {
+        let interval = e.interval_95.map_or_else(|| "at a bound".into(), |i| format!("{:.6} … {:.6}", i.lower, i.upper));
+        let _ = writeln!(text, "{name:<22} {:>14.6} {unit:<6} {interval}", e.value);
+    }
+    let _ =
+        writeln!(text, "\nresidual scatter {:.4}, least friction at {:.6} m/s", fit.residual_scatter, document.least_friction_speed_m_s);
+    deliver(&given.output, folder.as_ref(), "friction.json", &document, &text)?;
+    Ok(Outcome::Done)
+}
+
+/// The runs as forces.
+fn observations(given: &FrictionArguments, table: &FrictionTable) -> Result<Vec<Observation>, String> {
+    let factor = match (table.unit, given.lead_m) {
+        (FrictionUnit::Force, None) => 1.0,
+        (FrictionUnit::Force, Some(_)) => return Err("--lead-m: the table gives forces, which need no lead; leave it out".into()),
+        (FrictionUnit::Torque, None) => return Err("--lead-m: the table gives torques; write the lead of the screw in m per turn".into()),
+        (FrictionUnit::Torque, Some(lead_m)) => {
+            ScrewDrive::new(lead_m, given.efficiency).map_err(|e| format!("--lead-m, --efficiency: {e}"))?.force_n(1.0)
+        }
+    };
+    let observation = |run: &crate::measurement::FrictionRun| Observation {
+        velocity_m_per_s: run.velocity_m_s,
+        force_n: factor * run.value,
+        sd_n: run.sd.map(|sd| factor * sd),
+    };
+    Ok(table.runs.iter().map(observation).collect())
+}
+
+/// The fault with the line of the table where it is in one.
+fn placed(path: &str, table: &FrictionTable, error: &ContactError) -> String {
+    let fault = match error {
+        ContactError::NonFiniteData { row } => Some((row, "a number is not finite".to_string())),
+        ContactError::ZeroVelocity { row } => {
+            Some((row, "the velocity is 0: only sliding at constant velocity tells the friction curve; take the line out".into()))
+        }
+        ContactError::StandardDeviation { row, value } => Some((row, format!("the standard deviation is {value}; write a number above 0"))),
+        ContactError::MissingStandardDeviation { row } => {
+            Some((row, "has no standard deviation, which --noise known needs; write one, or another --noise".into()))
+        }
+        _ => None,
+    };
+    match fault {
+        Some((row, fault)) => format!("{path}, line {}: {fault}", table.runs.get(*row).map_or(0, |run| run.line)),
+        None => format!("{path}: {error}"),
+    }
+}

@@ -1,0 +1,302 @@
+//! The words of a configuration file for contacts, screw segments and friction curves.
+
+use std::collections::BTreeMap;
+
+use serde::Deserialize;
+
+use crate::contact::{
+    AngularContactBearing, BALL_PRESSURE_LIMIT_PA, Balls, BearingData, ContactError, Nut, NutData, Pair, Printed, Rule, Side, Stiffness,
+    StribeckCurve,
+};
+use crate::machine::{LoadedPair, Segment, SegmentEnd, Twist};
+
+/// A friction curve: Duan et al., Eq. 11.
+#[derive(Debug, Clone, Copy, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct FrictionFile {
+    coulomb_n: f64,
+    static_n: f64,
+    viscous_n_s_per_m: f64,
+    stribeck_velocity_m_s: f64,
+}
+
+/// A preloaded pair by its catalogue quantities.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ContactFile {
+    kind: KindFile,
+    preload_n: f64,
+    rule: Option<RuleFile>,
+    stiffness: Option<StiffnessFile>,
+    printed: Option<PrintedFile>,
+    weight: Option<f64>,
+    lead_m: Option<f64>,
+    pitch_diameter_m: Option<f64>,
+    ball_diameter_m: Option<f64>,
+    contact_angle_deg: Option<f64>,
+    /// Of both races, or of screw and nut (inner and outer ring) in turn.
+    conformity: Option<ConformityFile>,
+    ball_count: Option<f64>,
+    loaded_turns: Option<f64>,
+    /// Bearings in tandem on side A and on side B.
+    tandem: Option<[usize; 2]>,
+    pressure_limit_pa: Option<f64>,
+    /// A known point of one side instead of its geometry.
+    load_n: Option<f64>,
+    deflection_m: Option<f64>,
+    friction: Option<String>,
+    #[serde(default)]
+    moved_mass_kg: f64,
+    #[serde(default)]
+    gravity_m_s2: f64,
+    share: Option<f64>,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+enum KindFile {
+    DoubleNut,
+    BearingPair,
+    KnownPair,
+}
+
+impl KindFile {
+    fn word(self) -> &'static str {
+        match self {
+            KindFile::DoubleNut => "double-nut",
+            KindFile::BearingPair => "bearing-pair",
+            KindFile::KnownPair => "known-pair",
+        }
+    }
+}
+
+#[derive(Debug, Clone, Copy, Deserialize)]
+#[serde(untagged, expecting = "expected one conformity, or two in square brackets")]
+enum ConformityFile {
+    Both(f64),
+    Each([f64; 2]),
+}
+
+/// How a contact shares its load.
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum RuleFile {
+    /// Equilibrium, both sides in parallel.
+    Physics,
+    /// As the papers print it.
+    AsPrinted,
+}
+
+/// Which stiffness of a contact counts.
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum StiffnessFile {
+    /// dP/dδ.
+    Tangent,
+    /// P/δ.
+    Secant,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
+#[serde(rename_all = "lowercase")]
+enum PrintedFile {
+    Larger,
+    Series,
+}
+
+/// A screw segment between an end and the nut.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct SegmentFile {
+    diameter_m: f64,
+    youngs_modulus_pa: f64,
+    length_m: f64,
+    #[serde(default)]
+    from: EndFile,
+    twist: Option<TwistFile>,
+}
+
+#[derive(Debug, Clone, Copy, Default, Deserialize)]
+#[serde(rename_all = "lowercase")]
+enum EndFile {
+    #[default]
+    Start,
+    End,
+}
+
+#[derive(Debug, Clone, Copy, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct TwistFile {
+    shear_modulus_pa: f64,
+    lead_m: f64,
+}
+
+/// What contacts of a file say nothing about themselves.
+#[derive(Debug, Clone, Copy)]
+pub struct ContactDefaults {
+    /// `contact_rule` of the file.
+    pub rule: Option<RuleFile>,
+    /// `contact_stiffness` of the file.
+    pub stiffness: Option<StiffnessFile>,
+}
+
+/// Segments of a file.
+pub fn segments(files: BTreeMap<String, SegmentFile>) -> Result<Vec<Segment>, String> {
+    let lengths: Vec<(&String, f64)> = files.iter().map(|(name, file)| (name, file.length_m)).collect();
+    if let Some(pair) = lengths.windows(2).find(|pair| pair[0].1 != pair[1].1) {
+        let ((a, length_a), (b, length_b)) = (pair[0], pair[1]);
+        return Err(format!("segment.{b}.length_m: is {length_b}, that of «{a}» {length_a}; one nut position needs screws of one length"));
+    }
+    Ok(files
+        .into_iter()
+        .map(|(name, file)| Segment {
+            name,
+            diameter_m: file.diameter_m,
+            youngs_modulus_pa: file.youngs_modulus_pa,
+            length_m: file.length_m,
+            from: match file.from {
+                EndFile::Start => SegmentEnd::Start,
+                EndFile::End => SegmentEnd::End,
+            },
+            twist: file.twist.map(|t| Twist { shear_modulus_pa: t.shear_modulus_pa, lead_m: t.lead_m }),
+        })
+        .collect())
+}
+
+/// Contacts of a file.
+pub fn contacts(
+    files: BTreeMap<String, ContactFile>,
+    curves: &BTreeMap<String, FrictionFile>,
+    defaults: ContactDefaults,
+) -> Result<Vec<LoadedPair>, String> {
+    files.into_iter().map(|(name, file)| contact(name, &file, curves, defaults)).collect()
+}
+
+fn contact(
+    name: String,
+    file: &ContactFile,
+    curves: &BTreeMap<String, FrictionFile>,
+    defaults: ContactDefaults,
+) -> Result<LoadedPair, String> {
+    let pair = pair(&name, file)?;
+    let friction = match &file.friction {
+        None => None,
+        Some(curve) => {
+            let found = curves.get(curve).ok_or_else(|| {
+                let known: Vec<&str> = curves.keys().map(String::as_str).collect();
+                let known = if known.is_empty() { "there are none".to_string() } else { format!("there are {}", known.join(", ")) };
+                format!("contact.{name}.friction: no friction curve is called «{curve}»; {known}. Describe it as [friction.{curve}]")
+            })?;
+            Some(StribeckCurve {
+                coulomb_n: found.coulomb_n,
+                static_n: found.static_n,
+                viscous_n_s_per_m: found.viscous_n_s_per_m,
+                stribeck_velocity_m_per_s: found.stribeck_velocity_m_s,
+            })
+        }
+    };
+    Ok(LoadedPair {
+        pair,
+        rule: match file.rule.or(defaults.rule) {
+            None | Some(RuleFile::Physics) => Rule::Physics,
+            Some(RuleFile::AsPrinted) => Rule::AsPrinted,
+        },
+        stiffness: match file.stiffness.or(defaults.stiffness) {
+            None | Some(StiffnessFile::Tangent) => Stiffness::Tangent,
+            Some(StiffnessFile::Secant) => Stiffness::Secant,
+        },
+        weight: file.weight.unwrap_or(1.0),
+        friction,
+        moved_mass_kg: file.moved_mass_kg,
+        gravity_m_s2: file.gravity_m_s2,
+        share: file.share.unwrap_or(1.0),
+        name,
+    })
+}
+
+fn pair(name: &str, file: &ContactFile) -> Result<Pair, String> {
+    let kind = file.kind;
+    let need = |key: &str, value: Option<f64>| value.ok_or_else(|| format!("contact.{name}: a {} needs {key}; write it", kind.word()));
+    let told = |e: ContactError| format!("contact.{name}: {e}");
+    // Keys that this kind has no use for would be a misunderstanding.
+    let unused: &[(&str, bool)] = match kind {
+        KindFile::DoubleNut => {
+            &[("tandem", file.tandem.is_some()), ("load_n", file.load_n.is_some()), ("deflection_m", file.deflection_m.is_some())]
+        }
+        KindFile::BearingPair => &[
+            ("lead_m", file.lead_m.is_some()),
+            ("loaded_turns", file.loaded_turns.is_some()),
+            ("load_n", file.load_n.is_some()),
+            ("deflection_m", file.deflection_m.is_some()),
+        ],
+        KindFile::KnownPair => &[
+            ("lead_m", file.lead_m.is_some()),
+            ("ball_diameter_m", file.ball_diameter_m.is_some()),
+            ("pitch_diameter_m", file.pitch_diameter_m.is_some()),
+            ("contact_angle_deg", file.contact_angle_deg.is_some()),
+            ("conformity", file.conformity.is_some()),
+            ("ball_count", file.ball_count.is_some()),
+            ("loaded_turns", file.loaded_turns.is_some()),
+            ("pressure_limit_pa", file.pressure_limit_pa.is_some()),
+        ],
+    };
+    if let Some((key, _)) = unused.iter().find(|(_, there)| *there) {
+        return Err(format!("contact.{name}.{key}: a {} has no use for it; take it out", kind.word()));
+    }
+    let conformity = match file.conformity {
+        Some(ConformityFile::Both(f)) => Ok([f, f]),
+        Some(ConformityFile::Each(f)) => Ok(f),
+        None => Err(format!("contact.{name}: a {} needs conformity; write the groove radius over the ball diameter", kind.word())),
+    };
+    let pressure_limit_pa = file.pressure_limit_pa.unwrap_or(BALL_PRESSURE_LIMIT_PA);
+    if !(pressure_limit_pa > 0.0) {
+        return Err(format!("contact.{name}.pressure_limit_pa: is {pressure_limit_pa}; write a pressure above 0"));
+    }
+    let made = match kind {
+        KindFile::DoubleNut => {
+            let balls = match (file.ball_count, file.loaded_turns) {
+                (Some(count), None) => Balls::Count(count),
+                (None, Some(turns)) => Balls::Turns(turns),
+                _ => return Err(format!("contact.{name}: a double-nut needs either ball_count or loaded_turns; write one of them")),
+            };
+            let [screw, nut] = conformity?;
+            let steel = NutData::steel(
+                need("lead_m", file.lead_m)?,
+                need("pitch_diameter_m", file.pitch_diameter_m)?,
+                need("ball_diameter_m", file.ball_diameter_m)?,
+                need("contact_angle_deg", file.contact_angle_deg)?.to_radians(),
+                screw,
+                balls,
+            );
+            let nut = Nut::new(&NutData { nut_conformity: nut, pressure_limit_pa, ..steel }).map_err(told)?;
+            Pair::double_nut(nut.side(), file.preload_n)
+        }
+        KindFile::BearingPair => {
+            let count = need("ball_count", file.ball_count)?;
+            if !(count >= 1.0 && count.fract() == 0.0) {
+                return Err(format!("contact.{name}.ball_count: is {count}; write a whole number from 1"));
+            }
+            let [inner, outer] = conformity?;
+            let steel = BearingData::steel(
+                count as usize,
+                need("ball_diameter_m", file.ball_diameter_m)?,
+                need("pitch_diameter_m", file.pitch_diameter_m)?,
+                need("contact_angle_deg", file.contact_angle_deg)?.to_radians(),
+                inner,
+            );
+            let bearing = AngularContactBearing::new(&BearingData { outer_conformity: outer, pressure_limit_pa, ..steel }).map_err(told)?;
+            let [a, b] = file.tandem.unwrap_or([1, 1]);
+            Pair::bearing_set(bearing.side(), a, b, file.preload_n)
+        }
+        KindFile::KnownPair => {
+            let side = Side::from_point(need("load_n", file.load_n)?, need("deflection_m", file.deflection_m)?).map_err(told)?;
+            Pair::double_nut(side, file.preload_n)
+        }
+    }
+    .map_err(told)?;
+    Ok(match file.printed {
+        None => made,
+        Some(PrintedFile::Larger) => made.printed(Printed::Larger),
+        Some(PrintedFile::Series) => made.printed(Printed::Series),
+    })
+}

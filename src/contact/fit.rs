@@ -1,0 +1,244 @@
+//! A Stribeck curve from friction measured at constant velocities.
+
+use super::error::positive;
+use super::interval::{self, Free};
+use super::projection::non_negative;
+use super::{ContactError, Estimate, Interval, StribeckCurve, t_quantile_95};
+
+/// Parameters of the curve.
+const PARAMETERS: usize = 4;
+
+/// One run at constant velocity.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Observation {
+    /// Velocity (m/s), of either sign.
+    pub velocity_m_per_s: f64,
+    /// Friction (N) with the sign of the velocity; from a torque by [`super::ScrewDrive::force_n`].
+    pub force_n: f64,
+    /// Standard deviation (N), if known.
+    pub sd_n: Option<f64>,
+}
+
+/// What is known of the scatter.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Noise {
+    /// Equal in all observations, its size estimated from the residuals.
+    Uniform,
+    /// In proportion to the friction, its size estimated from the residuals.
+    Proportional,
+    /// The standard deviation of each observation.
+    Known,
+}
+
+/// How to fit.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct FitOptions {
+    /// What is known of the scatter.
+    pub noise: Noise,
+    /// Range of v_s (m/s) to search; half the least to the largest measured speed unless given.
+    pub stribeck_range_m_per_s: Option<(f64, f64)>,
+}
+
+impl FitOptions {
+    /// The usual range with this noise.
+    pub fn new(noise: Noise) -> FitOptions {
+        FitOptions { noise, stribeck_range_m_per_s: None }
+    }
+}
+
+/// A fitted curve with what the data allow around it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct StribeckFit {
+    /// The best curve.
+    pub curve: StribeckCurve,
+    /// F_c (N).
+    pub coulomb_n: Estimate,
+    /// F_s (N).
+    pub static_n: Estimate,
+    /// d (N·s/m).
+    pub viscous_n_s_per_m: Estimate,
+    /// v_s (m/s).
+    pub stribeck_velocity_m_per_s: Estimate,
+    /// Scatter of the residuals: in N for [`Noise::Uniform`], relative for [`Noise::Proportional`], over the given standard
+    /// deviations for [`Noise::Known`], where it should be near 1.
+    pub residual_scatter: f64,
+    /// Observations less free parameters.
+    pub degrees_of_freedom: usize,
+}
+
+/// Fits F_c, F_s ≥ F_c, d ≥ 0 and v_s in its range by least squares, with 95 % intervals.
+///
+/// For a given v_s the curve is linear in (F_c, F_s − F_c, d): those three follow exactly (see `projection`), and the sum of
+/// squares left over is a function of v_s alone. It is scanned over ln v_s and its lowest valleys refined by golden section,
+/// so that no start is needed and no local minimum is taken for the best. Noise in proportion to the friction is weighted by
+/// the friction fitted before, repeatedly. Intervals: Student's t times the linearized standard error, that of v_s in the
+/// logarithm; the normal quantile with known standard deviations.
+///
+/// # Units      velocities m/s, forces N
+/// # Limits     data without noise give their curve back (test `recover_without_noise`)
+/// # Errors     fewer than five observations or four different speeds, numbers that are not finite, a run at rest, a missing
+/// or non-positive standard deviation, forces that oppose their velocities, an empty range of v_s
+/// # Source     Duan, Eq. 11, Tab. 2 («nonlinear identification», method not told); Golub and Pereyra, SIAM J. Numer. Anal. 10
+/// (1973) 413–432 for the projection.
+pub fn fit_stribeck(observations: &[Observation], options: &FitOptions) -> Result<StribeckFit, ContactError> {
+    let range = check(observations, options)?;
+    let largest_n = observations.iter().fold(0.0_f64, |most, row| most.max(row.force_n.abs()));
+    // Friction and speed without their common sign.
+    let mut rows: Vec<(f64, f64, f64)> = observations
+        .iter()
+        .map(|row| {
+            let sd = match options.noise {
+                Noise::Uniform => 1.0,
+                Noise::Proportional => row.force_n.abs().max(1e-3 * largest_n),
+                Noise::Known => row.sd_n.unwrap_or(1.0),
+            };
+            (row.velocity_m_per_s.abs(), row.force_n * row.velocity_m_per_s.signum(), 1.0 / (sd * sd))
+        })
+        .collect();
+    let mut best = search(&rows, range);
+    if options.noise == Noise::Proportional {
+        for _ in 0..8 {
+            let previous = best.curve;
+            for (speed, _, weight) in &mut rows {
+                *weight = previous.force_n(*speed).max(1e-3 * largest_n).powi(-2);
+            }
+            best = search(&rows, range);
+            if (best.curve.stribeck_velocity_m_per_s / previous.stribeck_velocity_m_per_s - 1.0).abs() < 1e-7
+                && (best.curve.coulomb_n - previous.coulomb_n).abs() < 1e-9 * largest_n
+            {
+                break;
+            }
+        }
+    }
+    Ok(conclude(&best, &rows, range, options.noise))
+}
+
+/// The data checked, and the range of v_s.
+fn check(observations: &[Observation], options: &FitOptions) -> Result<(f64, f64), ContactError> {
+    for (row, observation) in observations.iter().enumerate() {
+        let sd = observation.sd_n.unwrap_or(1.0);
+        if !(observation.velocity_m_per_s.is_finite() && observation.force_n.is_finite() && sd.is_finite()) {
+            return Err(ContactError::NonFiniteData { row });
+        }
+        if observation.velocity_m_per_s == 0.0 {
+            return Err(ContactError::ZeroVelocity { row });
+        }
+        if !(sd > 0.0) {
+            return Err(ContactError::StandardDeviation { row, value: sd });
+        }
+        if options.noise == Noise::Known && observation.sd_n.is_none() {
+            return Err(ContactError::MissingStandardDeviation { row });
+        }
+    }
+    if observations.len() <= PARAMETERS {
+        return Err(ContactError::TooFewData { found: observations.len(), needed: PARAMETERS + 1 });
+    }
+    let mut speeds: Vec<f64> = observations.iter().map(|row| row.velocity_m_per_s.abs()).collect();
+    speeds.sort_by(f64::total_cmp);
+    let (least, most) = (speeds[0], speeds[speeds.len() - 1]);
+    // Set points, not readings: what differs by less than 1e-6 was the same command.
+    speeds.dedup_by(|next, kept| *next <= *kept * (1.0 + 1e-6));
+    if speeds.len() < PARAMETERS {
+        return Err(ContactError::TooFewSpeeds { found: speeds.len(), needed: PARAMETERS });
+    }
+    let along: f64 = observations.iter().map(|row| row.force_n * row.velocity_m_per_s.signum()).sum();
+    if !(along > 0.0) {
+        return Err(ContactError::OpposingForces);
+    }
+    let (lower, upper) = options.stribeck_range_m_per_s.unwrap_or((0.5 * least, most));
+    positive("the lower end of the range of the Stribeck velocity (m/s)", lower)?;
+    positive("the upper end of the range of the Stribeck velocity (m/s)", upper)?;
+    if lower < upper { Ok((lower, upper)) } else { Err(ContactError::EmptyRange { lower, upper }) }
+}
+
+/// A curve and its weighted sum of squares.
+#[derive(Clone, Copy)]
+struct Candidate {
+    curve: StribeckCurve,
+    squares: f64,
+}
+
+/// The best curve for a given ln v_s.
+fn project(rows: &[(f64, f64, f64)], scratch: &mut Vec<([f64; 3], f64, f64)>, log_velocity: f64) -> Candidate {
+    let velocity = log_velocity.exp();
+    scratch.clear();
+    scratch
+        .extend(rows.iter().map(|&(speed, force, weight)| ([1.0, (-(speed / velocity) * (speed / velocity)).exp(), speed], force, weight)));
+    let ([coulomb_n, excess_n, viscous_n_s_per_m], squares) = non_negative(scratch);
+    let curve = StribeckCurve { coulomb_n, static_n: coulomb_n + excess_n, viscous_n_s_per_m, stribeck_velocity_m_per_s: velocity };
+    Candidate { curve, squares }
+}
+
+/// The best curve over the range of v_s: a scan at 24 points per decade, its three lowest valleys refined.
+fn search(rows: &[(f64, f64, f64)], (lower, upper): (f64, f64)) -> Candidate {
+    let mut scratch = Vec::with_capacity(rows.len());
+    let (from, to) = (lower.ln(), upper.ln());
+    let count = ((to - from) / std::f64::consts::LN_10 * 24.0).ceil().clamp(8.0, 2000.0) as usize;
+    let at = |index: usize| if index == count { to } else { from + (to - from) * index as f64 / count as f64 };
+    let scan: Vec<Candidate> = (0..=count).map(|index| project(rows, &mut scratch, at(index))).collect();
+    let level = |index: usize| scan[index].squares;
+    let mut valleys: Vec<usize> = (0..=count)
+        .filter(|&index| (index == 0 || level(index) <= level(index - 1)) && (index == count || level(index) <= level(index + 1)))
+        .collect();
+    valleys.sort_by(|a, b| level(*a).total_cmp(&level(*b)));
+    let mut best = scan[valleys.first().copied().unwrap_or(0)];
+    for &valley in valleys.iter().take(3) {
+        let refined = golden(rows, &mut scratch, at(valley.saturating_sub(1)), at((valley + 1).min(count)));
+        if refined.squares < best.squares {
+            best = refined;
+        }
+    }
+    best
+}
+
+/// The lowest point of one valley by golden section.
+fn golden(rows: &[(f64, f64, f64)], scratch: &mut Vec<([f64; 3], f64, f64)>, mut low: f64, mut high: f64) -> Candidate {
+    let section = 0.5 * (5.0_f64.sqrt() - 1.0);
+    let (mut left_at, mut right_at) = (high - section * (high - low), low + section * (high - low));
+    let (mut left, mut right) = (project(rows, scratch, left_at), project(rows, scratch, right_at));
+    while high - low > 1e-9 {
+        if left.squares <= right.squares {
+            (high, right_at, right) = (right_at, left_at, left);
+            left_at = high - section * (high - low);
+            left = project(rows, scratch, left_at);
+        } else {
+            (low, left_at, left) = (left_at, right_at, right);
+            right_at = low + section * (high - low);
+            right = project(rows, scratch, right_at);
+        }
+    }
+    if left.squares <= right.squares { left } else { right }
+}
+
+/// Scatter and intervals of the best curve.
+fn conclude(best: &Candidate, rows: &[(f64, f64, f64)], (lower, upper): (f64, f64), noise: Noise) -> StribeckFit {
+    let curve = best.curve;
+    let velocity = curve.stribeck_velocity_m_per_s;
+    let falls = curve.static_n > curve.coulomb_n;
+    let inside = falls && velocity > lower * (1.0 + 1e-6) && velocity < upper * (1.0 - 1e-6);
+    let free: Free = [curve.coulomb_n > 0.0, falls, curve.viscous_n_s_per_m > 0.0, inside];
+    let degrees_of_freedom = rows.len() - free.iter().filter(|free| **free).count();
+    let residual_scatter = (best.squares / degrees_of_freedom as f64).sqrt();
+    let half = match noise {
+        Noise::Known => t_quantile_95(None),
+        Noise::Uniform | Noise::Proportional => t_quantile_95(Some(degrees_of_freedom)) * residual_scatter,
+    };
+    let errors = interval::standard_errors(&curve, rows.iter().map(|&(speed, _, weight)| (speed, weight)), free);
+    let estimate = |index: usize, value: f64, interval: fn(f64, f64) -> Interval| Estimate {
+        value,
+        interval_95: errors[index].map(|error| interval(value, half * error)),
+        at_bound: !free[index],
+    };
+    StribeckFit {
+        curve,
+        coulomb_n: estimate(0, curve.coulomb_n, interval::symmetric),
+        static_n: estimate(1, curve.static_n, interval::symmetric),
+        viscous_n_s_per_m: estimate(2, curve.viscous_n_s_per_m, interval::symmetric),
+        stribeck_velocity_m_per_s: estimate(3, velocity, interval::in_logarithm),
+        residual_scatter,
+        degrees_of_freedom,
+    }
+}
+
+#[cfg(test)]
+mod tests;

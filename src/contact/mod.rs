@@ -1,0 +1,44 @@
+//! Rolling contacts: what a nut and a bearing give way under load, and the friction that loads them.
+//!
+//! ```text
+//! elliptic ── hertz ── race ──┬── nut ─────┐
+//!                             └── bearing ─┴── side ── pair      stribeck ── fit
+//! ```
+//!
+//! A ball between two races follows δ = c·P^(2/3) as long as its contact angle stays, and so does the whole nut or
+//! bearing: a [`Side`] is that constant with the load up to which the formula holds. Two sides preloaded against each
+//! other make a [`Pair`]. [`Rule::Physics`] shares a load by equilibrium and adds the two tangent stiffnesses;
+//! [`Rule::AsPrinted`] does what the papers print, so that both can be put side by side.
+//!
+//! # Source  Duan et al., «Dynamic Modeling and Experiment Research on Twin Ball Screw Feed System Considering the
+//! Joint Stiffness» (2018), cited as *Duan*; the vertical ball-screw feed system under acceleration, cited as *vertical*;
+//! Harris and Kotzalas, «Essential Concepts of Bearing Technology», ch. 6, cited as *Harris*.
+
+mod bearing;
+mod elliptic;
+mod error;
+mod fit;
+mod hertz;
+mod interval;
+mod nut;
+mod pair;
+mod projection;
+pub mod published;
+mod race;
+mod root;
+mod side;
+mod stribeck;
+mod student;
+
+pub use bearing::{AngularContactBearing, BearingData};
+pub use elliptic::{first_kind, second_kind};
+pub use error::ContactError;
+pub use fit::{FitOptions, Noise, Observation, StribeckFit, fit_stribeck};
+pub use hertz::{BALL_PRESSURE_LIMIT_PA, Curvatures, Material, PointContact, STEEL};
+pub use interval::{Estimate, Interval};
+pub use nut::{Balls, Nut, NutData};
+pub use pair::{Pair, Printed, Rule, Share};
+pub use race::RaceContacts;
+pub use side::{Side, Stiffness};
+pub use stribeck::{ScrewDrive, StribeckCurve};
+pub use student::t_quantile_95;

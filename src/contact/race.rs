@@ -1,0 +1,144 @@
+//! A ball between the grooves of two races.
+
+use std::f64::consts::FRAC_PI_2;
+
+use super::error::positive;
+use super::hertz::{Curvatures, Material, PointContact};
+use super::{ContactError, Side};
+
+/// What the two contacts of a ball depend on.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct RaceGeometry {
+    /// Ball diameter d_b (m).
+    pub ball_diameter_m: f64,
+    /// Diameter of the ball centres d (m).
+    pub pitch_diameter_m: f64,
+    /// Contact angle β (rad).
+    pub contact_angle_rad: f64,
+    /// Helix angle λ (rad), 0 in a bearing.
+    pub helix_angle_rad: f64,
+    /// Groove radius over ball diameter of the convex race (screw, inner ring) and of the concave one (nut, outer ring).
+    pub conformity: [f64; 2],
+    /// How the two races are called in messages.
+    pub names: [&'static str; 2],
+    /// Material of the balls.
+    pub ball: Material,
+    /// Material of the two races.
+    pub races: [Material; 2],
+}
+
+/// The two contacts of one ball: with the convex race (screw, inner ring) and with the concave one (nut, outer ring).
+///
+/// ```text
+///        4      1     2 cos β cos λ                          4      1     2 cos β cos λ
+/// Σρ1 = ─── − ───── + ─────────────    (screw, inner) Σρ2 = ─── − ───── − ─────────────   (nut, outer)
+///       d_b   f d_b   d − d_b cos β                         d_b   f d_b   d + d_b cos β
+/// ```
+///
+/// # Units      d, d_b in m, Σρ in 1/m
+/// # Source     Duan, Eq. 8; Harris, Eq. 2.28–2.30 with λ = 0. Deviation from Duan's print: 2/d_b where it has 2/d, and the
+/// plus sign of the screw's term, without which a shaft would be a hollow.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct RaceContacts {
+    /// With the screw or the inner ring.
+    pub inner: PointContact,
+    /// With the nut or the outer ring.
+    pub outer: PointContact,
+}
+
+impl RaceContacts {
+    /// The contacts of a ball.
+    pub(super) fn new(geometry: &RaceGeometry) -> Result<RaceContacts, ContactError> {
+        let ball_diameter_m = positive("the ball diameter (m)", geometry.ball_diameter_m)?;
+        let pitch_diameter_m = positive("the pitch diameter (m)", geometry.pitch_diameter_m)?;
+        let angle = geometry.contact_angle_rad;
+        if !(angle > 0.0 && angle < FRAC_PI_2) {
+            return Err(ContactError::ContactAngle { angle_deg: angle.to_degrees() });
+        }
+        for (value, race) in geometry.conformity.into_iter().zip(geometry.names) {
+            if !(value > 0.5 && value.is_finite()) {
+                return Err(ContactError::Conformity { race, value });
+            }
+        }
+        let reach_m = ball_diameter_m * angle.cos();
+        if !(reach_m < pitch_diameter_m) {
+            return Err(ContactError::BallTooLarge { ball_diameter_m, pitch_diameter_m });
+        }
+        let across = 2.0 * angle.cos() * geometry.helix_angle_rad.cos();
+        let along = [across / (pitch_diameter_m - reach_m), -across / (pitch_diameter_m + reach_m)];
+        let contact = |race: usize| {
+            let curvatures = Curvatures {
+                body_1_per_m: [2.0 / ball_diameter_m; 2],
+                body_2_per_m: [-1.0 / (geometry.conformity[race] * ball_diameter_m), along[race]],
+                angle_rad: 0.0,
+            };
+            PointContact::new(&curvatures, &geometry.ball, &geometry.races[race])
+        };
+        Ok(RaceContacts { inner: contact(0)?, outer: contact(1)? })
+    }
+
+    /// δ_n/Q^(2/3) (m/N^(2/3)) of both contacts in series.
+    pub fn approach_per_two_thirds(&self) -> f64 {
+        self.inner.approach_per_two_thirds() + self.outer.approach_per_two_thirds()
+    }
+
+    /// Larger p0/Q^(1/3) (Pa/N^(1/3)) of the two contacts.
+    pub fn pressure_per_cube_root(&self) -> f64 {
+        self.inner.pressure_per_cube_root().max(self.outer.pressure_per_cube_root())
+    }
+
+    /// `count` such balls under an axial load P, `slope` = sin β·cos λ: Q = P/(N·slope), δ_axial = δ_n/slope.
+    pub(super) fn side(&self, count: f64, slope: f64, pressure_limit_pa: f64) -> Side {
+        let load_per_ball = 1.0 / (count * slope);
+        let compliance = self.approach_per_two_thirds() * load_per_ball.cbrt().powi(2) / slope;
+        Side::of_contacts(compliance, self.pressure_per_cube_root() * load_per_ball.cbrt(), pressure_limit_pa)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::contact::STEEL;
+
+    fn geometry() -> RaceGeometry {
+        RaceGeometry {
+            ball_diameter_m: 3.175e-3,
+            pitch_diameter_m: 20e-3,
+            contact_angle_rad: 0.25 * std::f64::consts::PI,
+            helix_angle_rad: 0.08,
+            conformity: [0.52, 0.53],
+            names: ["screw", "nut"],
+            ball: STEEL,
+            races: [STEEL; 2],
+        }
+    }
+
+    #[test]
+    fn limit_curvature_sums_are_the_closed_form() {
+        let geometry = geometry();
+        let contacts = RaceContacts::new(&geometry).unwrap();
+        let (ball, pitch, cos) = (3.175e-3, 20e-3, 0.5_f64.sqrt());
+        let inner = 4.0 / ball - 1.0 / (0.52 * ball) + 2.0 * cos * 0.08_f64.cos() / (pitch - ball * cos);
+        let outer = 4.0 / ball - 1.0 / (0.53 * ball) - 2.0 * cos * 0.08_f64.cos() / (pitch + ball * cos);
+        assert!((contacts.inner.curvature_sum_per_m() / inner - 1.0).abs() < 1e-14);
+        assert!((contacts.outer.curvature_sum_per_m() / outer - 1.0).abs() < 1e-14);
+        assert!(contacts.inner.curvature_difference() > contacts.outer.curvature_difference());
+    }
+
+    #[test]
+    fn bad_races_are_named() {
+        let of = |change: fn(&mut RaceGeometry)| {
+            let mut geometry = geometry();
+            change(&mut geometry);
+            RaceContacts::new(&geometry).unwrap_err()
+        };
+        assert!(matches!(of(|g| g.contact_angle_rad = 0.0), ContactError::ContactAngle { .. }));
+        assert!(matches!(of(|g| g.contact_angle_rad = FRAC_PI_2), ContactError::ContactAngle { .. }));
+        assert!(matches!(of(|g| g.contact_angle_rad = f64::NAN), ContactError::ContactAngle { .. }));
+        assert!(matches!(of(|g| g.conformity[0] = 0.5), ContactError::Conformity { race: "screw", .. }));
+        assert!(matches!(of(|g| g.conformity[1] = 0.4), ContactError::Conformity { race: "nut", .. }));
+        assert!(matches!(of(|g| g.ball_diameter_m = -1.0), ContactError::NotPositive { .. }));
+        assert!(matches!(of(|g| g.pitch_diameter_m = 0.0), ContactError::NotPositive { .. }));
+        assert!(matches!(of(|g| g.pitch_diameter_m = 2e-3), ContactError::BallTooLarge { .. }));
+    }
+}

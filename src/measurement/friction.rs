@@ -1,0 +1,71 @@
+//! Friction measured at constant velocities: a table of runs.
+
+use super::MeasurementError;
+use super::set::SourceFile;
+use super::table::Table;
+
+/// What was recorded of the friction.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum FrictionUnit {
+    /// Axial force (N).
+    Force,
+    /// Motor torque (N·m).
+    Torque,
+}
+
+/// One run at constant velocity.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct FrictionRun {
+    /// Line of the table, from 1.
+    pub line: u64,
+    /// Velocity (m/s).
+    pub velocity_m_s: f64,
+    /// Force (N) or torque (N·m), with the sign of the velocity.
+    pub value: f64,
+    /// Its standard deviation, where the table gives one.
+    pub sd: Option<f64>,
+}
+
+/// Friction of one axis.
+#[derive(Debug, Clone, PartialEq)]
+pub struct FrictionTable {
+    /// What was recorded.
+    pub unit: FrictionUnit,
+    /// Runs, in the order of the table.
+    pub runs: Vec<FrictionRun>,
+    /// The file.
+    pub file: SourceFile,
+}
+
+/// Reads a table with the columns `velocity_m_s` and either `force_n` (perhaps `force_sd_n`) or `torque_nm` (`torque_sd_nm`).
+///
+/// # Errors  the file cannot be read, a column is missing, unknown or there twice, a cell is no number.
+pub fn read_friction(path: &str) -> Result<FrictionTable, MeasurementError> {
+    let bytes = std::fs::read(path).map_err(|error| {
+        let fault = match error.kind() {
+            std::io::ErrorKind::NotFound => "there is no such file".to_string(),
+            std::io::ErrorKind::PermissionDenied => "reading it is not permitted".into(),
+            _ if std::path::Path::new(path).is_dir() => "is a folder; name a .csv file".into(),
+            _ => error.to_string(),
+        };
+        MeasurementError::file(path, fault)
+    })?;
+    let text = String::from_utf8(bytes.clone()).map_err(|_| MeasurementError::file(path, "is not text in UTF-8"))?;
+    let table = Table::read(path, &text, &["velocity_m_s"], &["force_n", "force_sd_n", "torque_nm", "torque_sd_nm"])?;
+    let (unit, column, sd) = match (table.has("force_n"), table.has("torque_nm")) {
+        (true, false) => (FrictionUnit::Force, "force_n", "force_sd_n"),
+        (false, true) => (FrictionUnit::Torque, "torque_nm", "torque_sd_nm"),
+        (true, true) => return Err(MeasurementError::line(path, 1, "has both force_n and torque_nm; keep one of them")),
+        (false, false) => return Err(MeasurementError::line(path, 1, "has neither force_n nor torque_nm; write one of them")),
+    };
+    let mut runs = Vec::new();
+    for row in table.rows() {
+        runs.push(FrictionRun {
+            line: row.line(),
+            velocity_m_s: row.number("velocity_m_s")?,
+            value: row.number(column)?,
+            sd: row.optional_number(sd)?,
+        });
+    }
+    Ok(FrictionTable { unit, runs, file: SourceFile { path: path.into(), bytes } })
+}

@@ -1,0 +1,227 @@
+//! Result documents of sweeps, matrices, friction and the published figures.
+
+use std::collections::BTreeMap;
+
+use serde::{Deserialize, Serialize};
+
+use super::document::Stamp;
+
+/// `matrices.json`.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct MatricesDocument {
+    /// Stamp.
+    #[serde(flatten)]
+    pub stamp: Stamp,
+    /// Names of the coordinates.
+    pub coordinates: Vec<String>,
+    /// Mass matrix, by rows.
+    pub mass: Vec<Vec<f64>>,
+    /// Damping matrix, by rows.
+    pub damping: Vec<Vec<f64>>,
+    /// Stiffness matrix, by rows.
+    pub stiffness: Vec<Vec<f64>>,
+}
+
+/// A contact at one operating condition.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct ContactRow {
+    /// Outside force (N).
+    pub force_n: f64,
+    /// Load of side A (N).
+    pub load_a_n: f64,
+    /// Load of side B (N); 0 once it is separated.
+    pub load_b_n: f64,
+    /// Stiffness (N/m).
+    pub stiffness_n_per_m: f64,
+}
+
+/// One step of a sweep.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct SweepRow {
+    /// Value of what is swept, in its unit.
+    pub at: f64,
+    /// Contacts by name.
+    pub contacts: BTreeMap<String, ContactRow>,
+    /// Stiffness of each joint (N/m or N·m/rad), and of each spring of a series (`joint/spring`).
+    pub joints: BTreeMap<String, f64>,
+    /// Static stiffness at the point asked for (N/m or N·m/rad).
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub static_stiffness: Option<f64>,
+    /// Undamped natural frequencies above 0 (Hz).
+    pub frequencies_hz: Vec<f64>,
+}
+
+/// Where a side of a contact unloads.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Separation {
+    /// Contact.
+    pub contact: String,
+    /// Side that unloads, `A` or `B`.
+    pub side: String,
+    /// Outside force (N) at which it does.
+    pub force_n: f64,
+    /// Value of what is swept at which it does.
+    pub at: f64,
+}
+
+/// `stiffness.json`.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Sweep {
+    /// Stamp.
+    #[serde(flatten)]
+    pub stamp: Stamp,
+    /// `nut_m`, `velocity_m_s`, `acceleration_m_s2` or `force_n`.
+    pub along: String,
+    /// Point of the static stiffness.
+    pub point: Option<String>,
+    /// Nut position of a second like axis in series with the first, where one was asked for (m).
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub in_series_with_nut_m: Option<f64>,
+    /// Where sides of contacts unload inside the range.
+    pub separations: Vec<Separation>,
+    /// Steps.
+    pub rows: Vec<SweepRow>,
+}
+
+/// How one joint moves a natural frequency.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct SensitivityRow {
+    /// Joint.
+    pub joint: String,
+    /// Its stiffness (N/m or N·m/rad).
+    pub stiffness: f64,
+    /// Deformation of the joint for the mode's shape, the largest deflection 1 (m or rad).
+    pub deformation: f64,
+    /// Share of the mode's strain energy.
+    pub strain_energy_share: f64,
+    /// d ln f/d ln k, half that share.
+    pub elasticity: f64,
+    /// The frequency (Hz) at each factor on the stiffness.
+    pub frequencies_hz: Vec<f64>,
+}
+
+/// `sensitivity.json`.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct SensitivityDocument {
+    /// Stamp.
+    #[serde(flatten)]
+    pub stamp: Stamp,
+    /// Nut position (m).
+    pub nut_m: Option<f64>,
+    /// Which natural frequency above 0, from 1.
+    pub order: usize,
+    /// That frequency (Hz).
+    pub frequency_hz: f64,
+    /// Factors on the stiffness.
+    pub factors: Vec<f64>,
+    /// Joints, the most influential first.
+    pub joints: Vec<SensitivityRow>,
+}
+
+/// A parameter of a friction curve.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct FrictionParameter {
+    /// Value.
+    pub value: f64,
+    /// Unit.
+    pub unit: String,
+    /// 95 % interval; absent for a parameter at a bound.
+    pub interval95: Option<[f64; 2]>,
+    /// At a bound of its range.
+    pub at_bound: bool,
+}
+
+/// A run at constant velocity beside the curve.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct FrictionRow {
+    /// Velocity (m/s).
+    pub velocity_m_s: f64,
+    /// Measured force (N).
+    pub force_n: f64,
+    /// Force of the curve (N).
+    pub predicted_n: f64,
+}
+
+/// `friction.json`.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct FrictionDocument {
+    /// Stamp.
+    #[serde(flatten)]
+    pub stamp: Stamp,
+    /// What is known of the scatter: `uniform`, `proportional` or `known`.
+    pub noise: String,
+    /// `coulomb_n`, `static_n`, `viscous_n_s_per_m`, `stribeck_velocity_m_s`.
+    pub parameters: BTreeMap<String, FrictionParameter>,
+    /// Scatter of the residuals: N for uniform noise, else relative.
+    pub residual_scatter: f64,
+    /// Observations less free parameters.
+    pub degrees_of_freedom: usize,
+    /// Speed (m/s) of least friction.
+    pub least_friction_speed_m_s: f64,
+    /// Observations.
+    pub observations: Vec<FrictionRow>,
+}
+
+/// One published figure beside ours.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct PublishedFigure {
+    /// Paper.
+    pub paper: String,
+    /// Place in it.
+    pub place: String,
+    /// What it is.
+    pub quantity: String,
+    /// Unit.
+    pub unit: String,
+    /// Printed value.
+    pub published: Option<f64>,
+    /// Ours.
+    pub ours: Option<f64>,
+    /// (ours − published)/published.
+    pub relative_difference: Option<f64>,
+    /// `agrees` (within the tolerance stated), `differs` or `not reproducible`.
+    pub verdict: String,
+    /// How ours was computed, and the reason for a difference.
+    pub remark: String,
+}
+
+/// `published.json`.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct PublishedDocument {
+    /// Stamp.
+    #[serde(flatten)]
+    pub stamp: Stamp,
+    /// Figures.
+    pub figures: Vec<PublishedFigure>,
+}
+
+/// The lumped model with one number of lumps.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct ConvergenceRow {
+    /// Lumps per rod; absent for the exact rod.
+    pub lumps: Option<usize>,
+    /// First natural frequencies above 0 at the start values (Hz).
+    pub frequencies_hz: Vec<f64>,
+    /// Identified parameters by id.
+    pub parameters: BTreeMap<String, f64>,
+    /// Ids of those that were fitted.
+    pub fitted: Vec<String>,
+    /// Least cost.
+    pub cost: f64,
+    /// Root of the summed squares of the relative frequency errors at each held-out position.
+    pub held_out_errors: BTreeMap<String, f64>,
+}
+
+/// `convergence.json`.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Convergence {
+    /// Stamp.
+    #[serde(flatten)]
+    pub stamp: Stamp,
+    /// Nut position of the frequencies (m).
+    pub nut_m: Option<f64>,
+    /// Positions fitted.
+    pub fit_positions: Vec<String>,
+    /// Numbers of lumps, rising, the exact rod last.
+    pub rows: Vec<ConvergenceRow>,
+}

@@ -1,0 +1,354 @@
+//! The lumped models of the papers: matrices, contacts in a machine, operating condition, sweeps.
+
+use jointid::config::{read_machine, read_machine_text};
+use jointid::contact::{Rule, published};
+use jointid::machine::{Machine, Operating};
+use jointid::model::{Matrices, Rods, Structure, elastic_frequencies_hz, matrices, undamped_modes};
+use nalgebra::{Cholesky, DMatrix, SymmetricEigen};
+use proptest::prelude::*;
+use std::sync::Arc;
+
+const SHIPPED: [&str; 6] = [
+    "configs/tian.toml",
+    "configs/tian-as-published.toml",
+    "configs/two-inertia.toml",
+    "configs/twin-ball-screw.toml",
+    "configs/servo-axis.toml",
+    "configs/vertical-axis.toml",
+];
+
+fn shipped(path: &str) -> Machine {
+    read_machine(path, &[], &[]).unwrap().machine
+}
+
+fn with(path: &str, overrides: &[&str]) -> Machine {
+    let overrides: Vec<String> = overrides.iter().map(|o| (*o).to_string()).collect();
+    read_machine(path, &overrides, &[]).unwrap().machine
+}
+
+fn middle(machine: &Machine) -> Operating {
+    Operating::at(machine.stroke_m().map(|s| 0.5 * s))
+}
+
+/// Natural frequencies (Hz) by Cholesky and the symmetric eigenvalue problem: another way than the tool's.
+fn eigen_hz(m: &Matrices) -> Vec<f64> {
+    let root = Cholesky::new(m.mass.clone()).expect("M is positive definite").l();
+    let inverse = root.clone().try_inverse().unwrap();
+    let a = &inverse * &m.stiffness * inverse.transpose();
+    let mut hz: Vec<f64> =
+        SymmetricEigen::new((&a + a.transpose()) * 0.5).eigenvalues.iter().map(|x| x.max(0.0).sqrt() / std::f64::consts::TAU).collect();
+    hz.sort_by(f64::total_cmp);
+    hz
+}
+
+/// M is symmetric positive definite, C and K symmetric positive semi-definite (scaled to a unit diagonal).
+fn check_matrices(m: &Matrices) {
+    for (name, matrix) in [("M", &m.mass), ("C", &m.damping), ("K", &m.stiffness)] {
+        assert!((matrix - matrix.transpose()).amax() <= 1e-12 * matrix.amax(), "{name} is not symmetric");
+        let scaled = DMatrix::from_fn(matrix.nrows(), matrix.ncols(), |i, j| {
+            let size = (matrix[(i, i)] * matrix[(j, j)]).sqrt();
+            if size > 0.0 { matrix[(i, j)] / size } else { matrix[(i, j)] }
+        });
+        let least = SymmetricEigen::new(scaled).eigenvalues.min();
+        assert!(least > if name == "M" { 1e-9 } else { -1e-10 }, "{name}: least eigenvalue {least:e}");
+    }
+}
+
+#[test]
+fn limit_shipped_machines_have_proper_matrices_and_rigid_bodies_where_described() {
+    // Free motions as the descriptions have them: a rotor that turns with table and screw; motor and load together; none.
+    let free = [0, 1, 1, 0, 1, 0];
+    for (path, free) in SHIPPED.iter().zip(free) {
+        let machine = shipped(path);
+        for lumps in [1, 4] {
+            let full = matrices(&machine, &machine.start(), &middle(&machine), lumps).unwrap();
+            assert_eq!(full.free_parts().len(), free, "{path}");
+            let m = full.condensed().unwrap();
+            check_matrices(&m);
+            let hz = eigen_hz(&m);
+            let elastic: Vec<f64> = hz.iter().copied().filter(|f| *f > 0.01).collect();
+            assert_eq!(hz.len() - elastic.len(), free, "{path}: {hz:?}");
+            // The tool's own count and frequencies of the same chain.
+            let first = machine.points.iter().position(|p| !p.fixed).unwrap();
+            let structure = Arc::new(Structure::new(&machine, first, first, Rods::Lumped(lumps)).unwrap());
+            let mut network = structure.network();
+            network.update(&machine, &machine.start(), &middle(&machine));
+            let modes = undamped_modes(&network, 3000.0, &mut structure.workspace());
+            assert_eq!(modes.iter().filter(|m| m.frequency_hz == 0.0).count(), free, "{path}: rigid bodies at 0 exactly");
+            let ours: Vec<f64> = modes.iter().map(|m| m.frequency_hz).filter(|f| *f > 0.0).collect();
+            assert!(!ours.is_empty() || elastic.iter().all(|f| *f > 3000.0));
+            for (a, b) in ours.iter().zip(&elastic) {
+                assert!((a / b - 1.0).abs() < 1e-6, "{path}, {lumps} lumps: {ours:?} against {elastic:?}");
+            }
+        }
+    }
+}
+
+/// A random machine: points of both kinds in a chain, springs between neighbours, some to the ground, a screw–nut joint.
+fn random_machine() -> impl Strategy<Value = (Machine, bool)> {
+    let spring = 5.0..9.0_f64;
+    (2..7_usize, prop::collection::vec((-1.0..2.0_f64, spring), 7), any::<bool>(), 3.0..6.0_f64, -2.5..-1.5_f64).prop_map(
+        |(count, numbers, held, screw, lead)| {
+            let mut text = String::from("title = \"random\"\nstiffness_proportional_damping_s = 1e-4\n");
+            for (i, (mass, _)) in numbers.iter().take(count).enumerate() {
+                text += &format!("[[point]]\nname = \"x{i}\"\nmotion = \"translation\"\nmass_kg = {}\n", 10.0_f64.powf(*mass));
+            }
+            text += "[[point]]\nname = \"angle\"\nmotion = \"rotation\"\ninertia_kg_m2 = 1e-3\n";
+            for (i, (_, k)) in numbers.iter().take(count - 1).enumerate() {
+                let k = 10.0_f64.powf(*k);
+                text += &format!("[[joint]]\nname = \"j{i}\"\nbetween = [\"x{i}\", \"x{}\"]\nstiffness = {k}\n", i + 1);
+            }
+            let (k, lead) = (10.0_f64.powf(screw), 10.0_f64.powf(lead));
+            text += &format!(
+                "[[joint]]\nname = \"screw\"\nbetween = [\"x0\", \"ground\"]\nscrew = {{ angle = \"angle\", lead_m = {lead} }}\nstiffness = {k}\n"
+            );
+            if held {
+                text += "[[joint]]\nname = \"hold\"\nbetween = [\"angle\", \"ground\"]\nstiffness = 1e3\n";
+            }
+            (read_machine_text("random.toml", &text, &[], &[]).unwrap().machine, held)
+        },
+    )
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(96))]
+    #[test]
+    fn limit_random_machines_have_proper_matrices((machine, held) in random_machine()) {
+        let m = matrices(&machine, &machine.start(), &Operating::default(), 1).unwrap();
+        check_matrices(&m);
+        // Translations and the screw's angle move together unless the angle is held.
+        prop_assert_eq!(m.free_parts().len(), usize::from(!held));
+        let hz = eigen_hz(&m);
+        let ours = elastic_frequencies_hz(&machine, 20, &machine.start(), &Operating::default());
+        let elastic: Vec<f64> = hz.into_iter().skip(usize::from(!held)).collect();
+        prop_assert_eq!(ours.len(), elastic.len());
+        for (a, b) in ours.iter().zip(&elastic) {
+            prop_assert!((a / b - 1.0).abs() < 1e-5, "{:?} against {:?}", ours, elastic);
+        }
+        if held {
+            prop_assert!(m.static_stiffness("x0").unwrap() > 0.0);
+        } else {
+            prop_assert!(m.static_stiffness("x0").unwrap_err().to_string().contains("angle"));
+        }
+    }
+}
+
+/// Duan, Eq. 2 and 6 written out: the coupling term is (lead/2π)·θ.
+#[test]
+fn published_six_coordinates_of_the_twin_ball_screw() {
+    let machine = with("configs/twin-ball-screw.toml", &["parameter.k_mount.start=7e7"]);
+    let here = Operating { velocity_m_s: Some(0.1), ..Operating::at_nut(0.2) };
+    let m = matrices(&machine, &machine.start(), &here, 1).unwrap();
+    let p = 5e-3 / std::f64::consts::TAU;
+    let ka: Vec<f64> = (1..=2)
+        .map(|axis| {
+            let contact = |name: String| machine.contacts.iter().find(|c| c.name == name).unwrap().at(&here).unwrap().stiffness_n_per_m;
+            let segment = std::f64::consts::PI * 20e-3 * 20e-3 * 2.06e11 / (4.0 * 0.2);
+            1.0 / (1.0 / contact(format!("bearing-{axis}")) + 1.0 / segment + 1.0 / contact(format!("screw-nut-{axis}")))
+        })
+        .collect();
+    assert!(ka[0] > ka[1], "the friction of axis 2 is larger, its contacts softer");
+    let kn = 7e7;
+    #[rustfmt::skip]
+    let k = DMatrix::from_row_slice(6, 6, &[
+        kn + ka[0], 0.0, -kn, -p * ka[0], 0.0, 0.0,
+        0.0, kn + ka[1], -kn, 0.0, -p * ka[1], 0.0,
+        -kn, -kn, 2.0 * kn, 0.0, 0.0, 0.0,
+        -p * ka[0], 0.0, 0.0, p * p * ka[0] + 1e3, 0.0, 0.0,
+        0.0, -p * ka[1], 0.0, 0.0, p * p * ka[1] + 1e3, 0.0,
+        0.0, 0.0, 0.0, 0.0, 0.0, 5e6,
+    ]);
+    let mass = DMatrix::from_diagonal(&nalgebra::DVector::from_vec(vec![0.575, 0.575, 24.43, 2.545e-4, 2.545e-4, 0.505]));
+    assert_eq!(m.mass, mass);
+    for (ours, theirs) in [(&m.stiffness, k.clone()), (&m.damping, k * 1.9e-4)] {
+        for i in 0..6 {
+            for j in 0..6 {
+                let scale = (theirs[(i, i)] * theirs[(j, j)]).sqrt();
+                assert!((ours[(i, j)] - theirs[(i, j)]).abs() < 1e-12 * scale, "({i}, {j}): {} against {}", ours[(i, j)], theirs[(i, j)]);
+            }
+        }
+    }
+}
+
+/// Eq. 12–17 with Tab. 2 as printed, and by equilibrium: where nut B lets go, seen from the machine.
+#[test]
+fn published_velocities_at_which_nut_b_unloads_in_the_machine() {
+    let m_min = |machine: &Machine, name: &str, x: f64| {
+        let contact = machine.contacts.iter().find(|c| c.name == name).unwrap();
+        contact.at(&Operating { velocity_m_s: Some(x / 60.0), ..Operating::default() }).unwrap().share.load_b_n
+    };
+    for (rule, axis, unloads) in [("as-printed", 1, 30.22), ("as-printed", 2, 18.91), ("physics", 1, 49.39), ("physics", 2, 32.03)] {
+        let machine = with("configs/twin-ball-screw.toml", &[&format!("contact_rule={rule}")]);
+        let name = format!("screw-nut-{axis}");
+        assert!(m_min(&machine, &name, unloads - 0.02) > 0.0, "{rule} {axis}");
+        assert_eq!(m_min(&machine, &name, unloads + 0.02), 0.0, "{rule} {axis}");
+    }
+}
+
+/// At, just below and just above the load at which a side lets go; and at reversal.
+#[test]
+fn limit_separation_kink_and_reversal_in_a_machine() {
+    let machine = shipped("configs/vertical-axis.toml");
+    let nut = machine.contacts.iter().find(|c| c.name == "nut").unwrap();
+    let at = |a: f64| Operating { acceleration_m_s2: Some(a), ..Operating::at_nut(0.45) };
+    let (mass, g) = (150.0, 9.80665);
+    let (low, high) = nut.pair.unloading_forces_n(Rule::Physics);
+    let hz = |a: f64| elastic_frequencies_hz(&machine, 1, &machine.start(), &at(a))[0];
+    for (force, side_b) in [(high, true), (low, false)] {
+        let kink = force / mass - g;
+        let load = |a: f64| {
+            let share = nut.at(&at(a)).unwrap().share;
+            if side_b { share.load_b_n } else { share.load_a_n }
+        };
+        let (inward, outward) = if side_b { (-1.0, 1.0) } else { (1.0, -1.0) };
+        assert!(load(kink + inward * 1e-6) > 0.0 && load(kink + outward * 1e-6) == 0.0);
+        // Continuous there, falling towards it and rising behind it.
+        let (before, here, after) = (hz(kink + inward * 1e-9), hz(kink), hz(kink + outward * 1e-9));
+        assert!((before / here - 1.0).abs() < 1e-4 && (after / here - 1.0).abs() < 1e-6);
+        let (before, after) = (hz(kink + inward * 0.1), hz(kink + outward * 0.1));
+        assert!(before > here && after > here, "{before} {here} {after}");
+        // The side that leaves goes with the cube root of its load: a square root in the distance, steeper than the other side.
+        assert!(before - here > 10.0 * (after - here));
+        let nearer = hz(kink + inward * 0.001);
+        let order = ((before - here) / (nearer - here)).log10() / 2.0;
+        assert!((0.4..0.6).contains(&order), "square-root kink, found the power {order}");
+    }
+    // Free fall leaves the preload alone, and the force turns round there: the same above and below.
+    let (fall, mirror) = (hz(-g), |x: f64| (hz(-g + x), hz(-g - x)));
+    for x in [1e-3, 1.0, 5.0, 18.0, 30.0] {
+        let (up, down) = mirror(x);
+        assert!((up / down - 1.0).abs() < 1e-9 && up <= fall * (1.0 + 1e-12), "{x}");
+    }
+}
+
+/// Friction turns round with the velocity: nut stiffness is even, the load odd with a jump of 2·F_s.
+#[test]
+fn limit_reversal_of_the_velocity() {
+    let machine = shipped("configs/twin-ball-screw.toml");
+    let nut = machine.contacts.iter().find(|c| c.name == "screw-nut-1").unwrap();
+    let at = |v: f64| nut.at(&Operating { velocity_m_s: Some(v), ..Operating::default() }).unwrap();
+    let (up, down) = (at(1e-12), at(-1e-12));
+    let jump = 2.0 * published::friction_axis_1().static_n;
+    assert!((up.force_n - down.force_n - jump).abs() < 1e-6);
+    for v in [1e-6, 1e-3, 0.3, 1.2] {
+        let (up, down) = (at(v), at(-v));
+        assert!((up.stiffness_n_per_m / down.stiffness_n_per_m - 1.0).abs() < 1e-12);
+        assert!((up.share.load_a_n - down.share.load_b_n).abs() < 1e-9 * up.share.load_a_n);
+    }
+    assert_eq!(at(0.0).force_n, 0.0);
+}
+
+/// The derivatives that a fit uses stay exact with contacts, segments, series and factors on them.
+#[test]
+fn limit_derivatives_through_a_series_of_contacts() {
+    let text = std::fs::read_to_string("configs/twin-ball-screw.toml").unwrap();
+    let text = text
+        .replace("{ contact = \"bearing-1\" }", "{ contact = \"bearing-1\", times = \"soft\" }")
+        .replace("[parameter.k_mount]", "[parameter.soft]\nunit = \"1\"\nstart = 0.7\nlower = 0.1\nupper = 3.0\n\n[parameter.k_mount]");
+    let machine = read_machine_text("twin.toml", &text, &[], &[]).unwrap().machine;
+    let table = machine.point("table").unwrap();
+    let structure = Arc::new(Structure::new(&machine, table, table, Rods::Exact).unwrap());
+    let (mut network, mut work) = (structure.network(), structure.workspace());
+    let here = Operating { velocity_m_s: Some(0.2), ..Operating::at_nut(0.3) };
+    let column: Vec<Option<usize>> = (0..machine.parameters.len()).map(Some).collect();
+    let omega = std::f64::consts::TAU * 180.0;
+    let mut exact = vec![num_complex::Complex64::new(0.0, 0.0); column.len()];
+    network.update(&machine, &machine.start(), &here);
+    let sensitivity = network.sensitivity(&machine, &machine.start(), &here, &column, None);
+    network.gradient(omega, &sensitivity, &mut work, &mut exact);
+    for index in 0..column.len() {
+        let mut at = |factor: f64| {
+            let mut values = machine.start();
+            values[index] *= factor;
+            network.update(&machine, &values, &here);
+            network.receptance(omega, &mut work)
+        };
+        let slope = (at(1.0 + 1e-6) - at(1.0 - 1e-6)) / (2e-6 * machine.start()[index]);
+        let id = &machine.parameters[index].id;
+        assert!((exact[index] - slope).norm() < 1e-6 * slope.norm() && slope.norm() > 0.0, "{id}: {} against {slope}", exact[index]);
+    }
+}
+
+/// Half the share of the strain energy is the sensitivity of the frequency; shares sum to one; parts of a series to their joint.
+#[test]
+fn limit_strain_energy_is_the_sensitivity() {
+    for path in SHIPPED {
+        let machine = shipped(path);
+        let here = middle(&machine);
+        let first = machine.points.iter().position(|p| !p.fixed).unwrap();
+        let structure = Arc::new(Structure::new(&machine, first, first, Rods::Exact).unwrap());
+        let mut network = structure.network();
+        network.update(&machine, &machine.start(), &here);
+        let modes = undamped_modes(&network, 900.0, &mut structure.workspace());
+        for mode in modes.iter().filter(|m| m.frequency_hz > 0.0) {
+            let omega = std::f64::consts::TAU * mode.frequency_hz;
+            let rows = network.strain_energy(&machine, &machine.start(), &here, omega, &mode.shape);
+            let whole: f64 = rows.iter().filter(|r| !r.name.contains('/')).map(|r| r.share).sum();
+            assert!((whole - 1.0).abs() < 1e-9 && rows.iter().all(|r| r.share >= -1e-9), "{path}: {rows:?}");
+            for joint in &machine.joints {
+                let own = rows.iter().find(|r| r.name == joint.name).unwrap().share;
+                let parts: Vec<f64> = rows.iter().filter(|r| r.name.starts_with(&format!("{}/", joint.name))).map(|r| r.share).collect();
+                assert!(parts.is_empty() || (parts.iter().sum::<f64>() - own).abs() < 1e-9);
+            }
+        }
+    }
+    // Against finite differences of the frequency.
+    let machine = shipped("configs/servo-axis.toml");
+    let here = Operating::default();
+    let moved = |id: &str, factor: f64| {
+        let mut values = machine.start();
+        values[machine.parameter(id).unwrap()] *= factor;
+        elastic_frequencies_hz(&machine, 1, &values, &here)[0]
+    };
+    let structure = Arc::new(Structure::new(&machine, 0, 0, Rods::Exact).unwrap());
+    let mut network = structure.network();
+    network.update(&machine, &machine.start(), &here);
+    let modes = undamped_modes(&network, 300.0, &mut structure.workspace());
+    let mode = modes.iter().find(|m| m.frequency_hz > 0.0).unwrap();
+    assert!((mode.frequency_hz / 152.0 - 1.0).abs() < 1e-4 && (mode.damping_ratio.unwrap() / 0.03 - 1.0).abs() < 1e-3);
+    let rows = network.strain_energy(&machine, &machine.start(), &here, std::f64::consts::TAU * mode.frequency_hz, &mode.shape);
+    for (joint, id) in [("coupling", "k_12t"), ("screw-torsion", "k_23t"), ("support", "k_0a"), ("nut", "k_12a"), ("flange", "k_23a")] {
+        let slope = (moved(id, 1.001).ln() - moved(id, 0.999).ln()) / (1.001_f64.ln() - 0.999_f64.ln());
+        let share = rows.iter().find(|r| r.name == joint).unwrap().share;
+        assert!((slope - 0.5 * share).abs() < 1e-6, "{joint}: {slope} against {}", 0.5 * share);
+    }
+}
+
+/// The lumped bench approaches the exact one at second order, frequency by frequency.
+#[test]
+fn limit_lumped_bench_converges_at_second_order() {
+    let machine = shipped("configs/tian.toml");
+    let table = machine.point("table").unwrap();
+    for nut in [0.6, 1.3, 1.9] {
+        let hz = |rods: Rods| -> Vec<f64> {
+            let structure = Arc::new(Structure::new(&machine, table, table, rods).unwrap());
+            let mut network = structure.network();
+            network.update(&machine, &machine.start(), &Operating::at_nut(nut));
+            undamped_modes(&network, 1000.0, &mut structure.workspace()).iter().map(|m| m.frequency_hz).take(4).collect()
+        };
+        let exact = hz(Rods::Exact);
+        let error = |n: usize, mode: usize| (hz(Rods::Lumped(n))[mode] / exact[mode] - 1.0).abs();
+        for mode in 0..4 {
+            let order = (error(10, mode) / error(20, mode)).log2();
+            assert!((1.9..2.1).contains(&order), "nut {nut}, mode {}: order {order}", mode + 1);
+        }
+    }
+}
+
+/// The closed form of the chain against all its masses written out.
+#[test]
+fn limit_condensed_chain_has_the_frequencies_of_the_full_one() {
+    let machine = shipped("configs/tian.toml");
+    let here = Operating::at_nut(0.7);
+    for lumps in [2, 7, 40] {
+        let hz = eigen_hz(&matrices(&machine, &machine.start(), &here, lumps).unwrap().condensed().unwrap());
+        let structure = Arc::new(Structure::new(&machine, 0, 0, Rods::Lumped(lumps)).unwrap());
+        let mut network = structure.network();
+        network.update(&machine, &machine.start(), &here);
+        let ours: Vec<f64> = undamped_modes(&network, 2500.0, &mut structure.workspace()).iter().map(|m| m.frequency_hz).collect();
+        assert_eq!(ours.len(), hz.iter().filter(|f| **f < 2500.0).count(), "{lumps}: {ours:?} {hz:?}");
+        for (a, b) in ours.iter().zip(&hz) {
+            assert!((a / b - 1.0).abs() < 1e-6, "{lumps} lumps: {a} against {b}");
+        }
+    }
+}

@@ -1,0 +1,268 @@
+//! Commands of the lumped models: sweeps, sensitivity, friction, published figures, and what they refuse.
+
+use std::fs;
+
+use assert_cmd::Command;
+use jointid::contact::{ScrewDrive, published};
+use serde_json::Value;
+
+use crate::support::Draws;
+
+fn run(arguments: &[&str]) -> (Option<i32>, String, String) {
+    let output = Command::cargo_bin("jointid").unwrap().args(arguments).output().unwrap();
+    let text = |bytes: Vec<u8>| String::from_utf8(bytes).unwrap();
+    (output.status.code(), text(output.stdout), text(output.stderr))
+}
+
+fn json(arguments: &[&str]) -> Value {
+    let (code, out, err) = run(&[arguments, &["--json"]].concat());
+    assert_eq!(code, Some(0), "{arguments:?}: {err}");
+    serde_json::from_str(&out).unwrap()
+}
+
+fn refused(arguments: &[&str], expected: &[&str]) {
+    let (code, out, err) = run(arguments);
+    assert_eq!(code, Some(2), "{arguments:?}: {err}");
+    assert!(out.is_empty());
+    for part in expected {
+        assert!(err.contains(part), "{arguments:?}: «{part}» is not in: {err}");
+    }
+    assert_eq!(err.trim().lines().count(), 1, "{err}");
+}
+
+const TWIN: &str = "configs/twin-ball-screw.toml";
+const SERVO: &str = "configs/servo-axis.toml";
+const VERTICAL: &str = "configs/vertical-axis.toml";
+
+#[test]
+fn published_table_5_held_out_positions() {
+    let document = json(&["identify", "--config", TWIN, "--measurements", "measurements/twin-ball-screw"]);
+    assert_eq!(document["held_out_positions"], serde_json::json!(["x25", "x75"]));
+    for (position, published) in [("x25", 0.054), ("x75", 0.102)] {
+        let row = &document["positions"][position];
+        let error = row["overall_error"].as_f64().unwrap();
+        assert!(error < 0.015 && error < 0.3 * published, "{position}: {error}");
+        assert!(
+            (row["orders"][0]["published_hz"].as_f64().unwrap() / row["orders"][0]["measured_hz"].as_f64().unwrap() - 1.0 - published)
+                .abs()
+                < 0.001
+        );
+    }
+    // The level does not follow from the printed mass.
+    assert!(document["parameters"]["moving_mass"]["value"].as_f64().unwrap() > 10.0 * 24.43);
+}
+
+#[test]
+fn modes_carry_strain_energy_and_the_operating_condition() {
+    let document = json(&["simulate", "modes", "--config", TWIN, "--velocity-m-s", "0.5", "--acceleration-m-s2", "-2", "--nut-m", "0.1"]);
+    assert_eq!(document["velocity_m_s"], 0.5);
+    assert_eq!(document["acceleration_m_s2"], -2.0);
+    let mode = &document["modes"][0];
+    let share = |name: &str| mode["strain_energy_share"][name].as_f64().unwrap();
+    let parts = share("drive-1/bearing-1") + share("drive-1/screw") + share("drive-1/screw-nut-1");
+    assert!((parts - share("drive-1")).abs() < 1e-9 && parts > 0.0);
+    let rest = json(&["simulate", "modes", "--config", TWIN, "--nut-m", "0.1"]);
+    assert!(rest["modes"][0]["frequency_hz"].as_f64().unwrap() > mode["frequency_hz"].as_f64().unwrap());
+    // Proportional damping: ζ = b·ω/2 and the damped frequency.
+    let (f, zeta) = (mode["frequency_hz"].as_f64().unwrap(), mode["damping_ratio"].as_f64().unwrap());
+    assert!((zeta / (0.5 * 1.9e-4 * std::f64::consts::TAU * f) - 1.0).abs() < 1e-6);
+    assert!((mode["damped_hz"].as_f64().unwrap() / (f * (1.0 - zeta * zeta).sqrt()) - 1.0).abs() < 1e-12);
+    // Where nothing depends on the condition, a warning says so.
+    let (_, _, err) = run(&["simulate", "modes", "--velocity-m-s", "0.5"]);
+    assert!(err.contains("change nothing"), "{err}");
+}
+
+#[test]
+fn stiffness_along_position_velocity_and_acceleration() {
+    let position =
+        json(&["simulate", "stiffness", "--config", TWIN, "--along", "position", "--at", "table", "--in-series-with-nut-m", "0.2"]);
+    assert_eq!(position["schema"], "jointid/stiffness/1");
+    let rows = position["rows"].as_array().unwrap();
+    let k: Vec<f64> = rows.iter().map(|r| r["static_stiffness"].as_f64().unwrap()).collect();
+    assert!(k.len() == 21 && k.windows(2).all(|w| w[1] < w[0]), "Fig. 9: falls with the position: {k:?}");
+    let f: Vec<f64> = rows.iter().map(|r| r["frequencies_hz"][0].as_f64().unwrap()).collect();
+    assert!(f.windows(2).all(|w| w[1] < w[0]), "Tab. 5: falls with the position");
+
+    let velocity = json(&["simulate", "stiffness", "--config", TWIN, "--along", "velocity", "--from", "0", "--to", "1", "--orders", "0"]);
+    let separations = velocity["separations"].as_array().unwrap();
+    let at = |name: &str| separations.iter().find(|s| s["contact"] == name && s["side"] == "B").unwrap()["at"].as_f64().unwrap();
+    assert!((60.0 * at("screw-nut-1") - 49.39).abs() < 0.01 && (60.0 * at("screw-nut-2") - 32.03).abs() < 0.01);
+
+    let acceleration =
+        json(&["simulate", "stiffness", "--config", VERTICAL, "--along", "acceleration", "--from", "-35", "--to", "15", "--steps", "101"]);
+    let f = |a: f64| {
+        let row = acceleration["rows"].as_array().unwrap().iter().find(|r| (r["at"].as_f64().unwrap() - a).abs() < 1e-9).unwrap();
+        row["frequencies_hz"][0].as_f64().unwrap()
+    };
+    let kinks: Vec<f64> = acceleration["separations"].as_array().unwrap().iter().map(|s| s["at"].as_f64().unwrap()).collect();
+    assert_eq!(kinks.len(), 2, "both directions of load: {kinks:?}");
+    assert!((kinks[1] - (8.0_f64.sqrt() * 1000.0 / 150.0 - 9.80665)).abs() < 1e-9);
+    assert!(f(0.0) > f(9.0) && f(12.0) > f(9.5) && f(-10.0) > f(0.0) && f(-28.5) < f(-20.0) && f(-32.0) > f(-29.0));
+}
+
+#[test]
+fn sensitivity_of_the_servo_axis() {
+    let document = json(&["simulate", "sensitivity", "--config", SERVO]);
+    let joints = document["joints"].as_array().unwrap();
+    assert_eq!(joints[0]["joint"], "support");
+    assert!(joints[0]["elasticity"].as_f64().unwrap() > 2.0 * joints[1]["elasticity"].as_f64().unwrap());
+    let total: f64 = joints.iter().map(|j| j["strain_energy_share"].as_f64().unwrap()).sum();
+    assert!((total - 1.0).abs() < 1e-9);
+    let hz: Vec<f64> = joints[0]["frequencies_hz"].as_array().unwrap().iter().map(|f| f.as_f64().unwrap()).collect();
+    assert!(hz.len() == 11 && hz.windows(2).all(|w| w[1] > w[0]));
+    assert!((hz[5] - document["frequency_hz"].as_f64().unwrap()).abs() < 1e-9);
+    refused(&["simulate", "sensitivity", "--config", SERVO, "--joint", "nut,nut"], &["--joint nut", "twice"]);
+    refused(&["simulate", "sensitivity", "--config", SERVO, "--joint", "nuts"], &["--joint nuts", "support"]);
+    refused(&["simulate", "sensitivity", "--config", SERVO, "--from", "0"], &["--from 0", "above 0"]);
+}
+
+#[test]
+fn bode_from_torque_to_position() {
+    let document =
+        json(&["simulate", "frf", "--config", SERVO, "--excitation", "motor", "--response", "slide", "--from-hz", "1", "--to-hz", "300"]);
+    let lines = document["positions"]["machine"].as_array().unwrap();
+    let size = |i: usize| lines[i][0].as_f64().unwrap().hypot(lines[i][1].as_f64().unwrap());
+    // The rigid axis at 1 Hz: (lead/2π)/(J + m·(lead/2π)²)/ω².
+    let i = 0.020 / std::f64::consts::TAU;
+    let rigid = i / ((3e-3 + 153.0 * i * i) * std::f64::consts::TAU.powi(2));
+    assert!((size(0) / rigid - 1.0).abs() < 1e-3, "{} {rigid}", size(0));
+    let peak = (200..500).max_by(|a, b| size(*a).total_cmp(&size(*b))).unwrap();
+    let hz = document["frequency_hz"][peak].as_f64().unwrap();
+    assert!((hz - 152.0).abs() < 1.0, "{hz}");
+}
+
+/// Tab. 2 from simulated torques with 2 % noise, both axes.
+#[test]
+fn recover_table_2_by_the_command() {
+    let folder = tempfile::tempdir().unwrap();
+    let drive = ScrewDrive::new(published::LEAD_M, published::MOTOR_EFFICIENCY).unwrap();
+    for (seed, curve) in [(11, published::friction_axis_1()), (12, published::friction_axis_2())] {
+        let mut draws = Draws(seed);
+        let mut text = String::from("velocity_m_s,torque_nm\n");
+        for i in 0..40 {
+            let v = 0.05e-3 * 1000.0_f64.powf(f64::from(i) / 39.0);
+            for v in [v, -v] {
+                text += &format!("{v:e},{:e}\n", drive.torque_nm(curve.force_n(v)) * (1.0 + 0.02 * draws.normal()));
+            }
+        }
+        let path = folder.path().join("axis.csv");
+        fs::write(&path, text).unwrap();
+        let arguments =
+            ["friction", "--data", path.to_str().unwrap(), "--lead-m", "0.005", "--efficiency", "0.9", "--noise", "proportional"];
+        let document = json(&arguments);
+        assert_eq!(document["schema"], "jointid/friction/1");
+        let row = |name: &str| &document["parameters"][name];
+        for (name, truth, tolerance) in [
+            ("coulomb_n", curve.coulomb_n, 0.03),
+            ("static_n", curve.static_n, 0.05),
+            ("viscous_n_s_per_m", curve.viscous_n_s_per_m, 0.1),
+            ("stribeck_velocity_m_s", curve.stribeck_velocity_m_per_s, 0.1),
+        ] {
+            let value = row(name)["value"].as_f64().unwrap();
+            assert!((value / truth - 1.0).abs() < tolerance, "{name}: {value} against {truth}");
+            let width = row(name)["interval95"][1].as_f64().unwrap() - row(name)["interval95"][0].as_f64().unwrap();
+            assert!(width > 0.0 && width < 0.5 * truth, "{name}: interval of {width}");
+        }
+        assert!((document["residual_scatter"].as_f64().unwrap() / 0.02 - 1.0).abs() < 0.35);
+    }
+}
+
+#[test]
+fn refuse_bad_friction_tables() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("f.csv");
+    let path = path.to_str().unwrap();
+    let good: String = (1..8).map(|i| format!("{},{}\n", 0.001 * f64::from(i), 100.0 + f64::from(i))).collect();
+    let with = |text: String, extra: &[&str], expected: &[&str]| {
+        fs::write(path, text).unwrap();
+        refused(&[&["friction", "--data", path], extra].concat(), expected);
+    };
+    with(format!("velocity_m_s,force_n\n{good}0,3\n"), &[], &["f.csv, line 9", "velocity is 0"]);
+    with(format!("velocity_m_s,force_n\n{good}0.1,x\n"), &[], &["f.csv, line 9", "force_n"]);
+    with(format!("velocity_m_s\n{}", "0.1\n"), &[], &["f.csv", "force_n", "torque_nm"]);
+    with(format!("velocity_m_s,torque_nm\n{good}"), &[], &["--lead-m", "torque"]);
+    with(format!("velocity_m_s,torque_nm\n{good}"), &["--lead-m", "-1"], &["lead", "-1"]);
+    with(format!("velocity_m_s,force_n\n{good}"), &["--lead-m", "0.01"], &["--lead-m", "leave it out"]);
+    with(format!("velocity_m_s,force_n\n{good}"), &["--noise", "known"], &["line 2", "standard deviation"]);
+    with("velocity_m_s,force_n\n0.1,3\n0.2,4\n".into(), &[], &["f.csv", "too few"]);
+    refused(&["friction", "--data", "nowhere.csv"], &["nowhere.csv", "no such file"]);
+}
+
+#[test]
+fn refuse_bad_contacts_and_machines() {
+    let modes = |overrides: &[&str], expected: &[&str]| {
+        let sets: Vec<&str> = overrides.iter().flat_map(|o| ["--set", *o]).collect();
+        refused(&[&["simulate", "modes", "--config", TWIN], sets.as_slice()].concat(), expected);
+    };
+    for angle in ["0", "90", "-10", "nan"] {
+        let set = format!("contact.bearing-1.contact_angle_deg={angle}");
+        modes(&[&set], &["twin-ball-screw.toml", "contact.bearing-1", "between 0° and 90°"]);
+    }
+    modes(&["contact.screw-nut-1.conformity=0.5"], &["contact.screw-nut-1", "conformity", "0.5"]);
+    modes(&["contact.screw-nut-1.conformity=[0.52, 0.49]"], &["contact.screw-nut-1", "nut", "0.49"]);
+    modes(&["contact.screw-nut-1.preload_n=1e6"], &["contact.screw-nut-1", "beyond the validity", "GPa"]);
+    modes(&["contact.screw-nut-1.preload_n=-5"], &["contact.screw-nut-1", "preload", "-5"]);
+    modes(&["contact.screw-nut-1.friction=axis-3"], &["contact.screw-nut-1.friction", "axis-3", "axis-1, axis-2"]);
+    modes(&["contact.screw-nut-1.share=1.5"], &["contact.screw-nut-1.share", "1.5"]);
+    modes(&["contact.bearing-1.lead_m=0.01"], &["contact.bearing-1.lead_m", "no use"]);
+    modes(&["contact.bearing-1.ball_count=2.5"], &["contact.bearing-1.ball_count", "whole number"]);
+    modes(&["contact.screw-nut-1.loaded_turns=3"], &["contact.screw-nut-1", "either ball_count or loaded_turns"]);
+    modes(&["segment.screw.diameter_m=0"], &["segment.screw.diameter_m", "above 0"]);
+    modes(&["joint.drive-1.stiffness={ contact = \"nut-9\" }"], &["joint.drive-1.stiffness", "nut-9", "bearing-1"]);
+    modes(&["joint.drive-1.stiffness={ segment = \"rod\" }"], &["joint.drive-1.stiffness", "rod", "screw"]);
+    modes(&["joint.drive-1.stiffness={ series = [1e6] }"], &["joint.drive-1.stiffness", "two"]);
+    modes(&["point.table.mass_kg={ contact = \"bearing-1\" }"], &["point.table.mass_kg", "write a number or a parameter"]);
+    modes(&["joint.drive-1.between=[\"nut-3\", \"ground\"]"], &["joint.drive-1", "nut-3", "nut-1"]);
+    modes(&["joint.drive-2.name=drive-1"], &["joint.drive-1", "declared twice"]);
+    // A load beyond validity by the operating condition names the contact and its load.
+    refused(
+        &["simulate", "modes", "--config", VERTICAL, "--acceleration-m-s2", "1e6"],
+        &["contact «", "beyond the validity", "lower the load"],
+    );
+    refused(&["simulate", "modes", "--config", TWIN, "--velocity-m-s", "inf"], &["velocity", "inf"]);
+    // A part that moves freely is named where a command cannot use it.
+    refused(
+        &["simulate", "stiffness", "--config", SERVO, "--along", "force", "--from", "0", "--to", "1", "--at", "slide", "-q"],
+        &["moves freely", "motor", "slide", "ground"],
+    );
+    refused(&["simulate", "stiffness", "--config", TWIN, "--along", "position", "--at", "tabel"], &["--at tabel", "table"]);
+    refused(&["simulate", "stiffness", "--config", SERVO, "--along", "position"], &["--along position", "no nut"]);
+    refused(&["simulate", "stiffness", "--config", TWIN, "--along", "velocity"], &["--from", "velocity_m_s"]);
+    refused(&["convergence", "--config", SERVO], &["servo-axis.toml", "[[shaft]]"]);
+}
+
+/// With 40 lumps per rod the four stiffnesses are those of the receptance model within 1 % (within 0.1 %, in truth).
+#[test]
+fn limit_lumped_identification_of_the_bench() {
+    let document = json(&["convergence", "--positions", "l1,l3,l5", "--counts", "40", "-q"]);
+    let rows = document["rows"].as_array().unwrap();
+    assert!(rows[0]["lumps"] == 40 && rows[1]["lumps"].is_null());
+    for id in ["k_al", "k_ar", "k_n", "k_m"] {
+        let (lumped, exact) = (rows[0]["parameters"][id].as_f64().unwrap(), rows[1]["parameters"][id].as_f64().unwrap());
+        assert!((lumped / exact - 1.0).abs() < 0.01, "{id}: {lumped} against {exact}");
+    }
+}
+
+/// The page is what the command prints, and every figure has a verdict and a reason.
+#[test]
+fn published_page_is_what_the_command_prints() {
+    let (code, out, _) = run(&["simulate", "published", "--markdown"]);
+    assert_eq!(code, Some(0));
+    let page = fs::read_to_string("src/guide/published.md").unwrap();
+    assert!(page == out, "write it anew: jointid simulate published --markdown > src/guide/published.md");
+    let document = json(&["simulate", "published"]);
+    let figures = document["figures"].as_array().unwrap();
+    assert!(figures.len() > 40);
+    assert!(figures.iter().all(|f| !f["remark"].as_str().unwrap().is_empty() && !f["verdict"].as_str().unwrap().is_empty()));
+    let equations = figures.iter().filter(|f| ["Eq. 26–29", "Eq. 1"].contains(&f["place"].as_str().unwrap()));
+    assert!(equations.clone().count() == 6 && equations.into_iter().all(|f| f["verdict"] == "agrees"));
+}
+
+#[test]
+fn matrices_are_printed() {
+    let document = json(&["simulate", "matrices", "--config", TWIN]);
+    assert_eq!(document["coordinates"], serde_json::json!(["nut-1", "nut-2", "table", "screw-angle-1", "screw-angle-2", "table-angle"]));
+    assert_eq!(document["mass"][2][2], 24.43);
+    let condensed = json(&["simulate", "matrices", "--config", VERTICAL, "--condense"]);
+    assert_eq!(condensed["coordinates"], serde_json::json!(["head"]));
+}
