@@ -402,6 +402,9 @@ pub struct ImportArguments {
     /// Show what the files hold, from their headers alone
     #[arg(long)]
     pub list: bool,
+    /// Take the values of a file that ends inside its data
+    #[arg(long)]
+    pub accept_truncated: bool,
     /// Quantity, where the files do not say it
     #[arg(long, value_enum)]
     pub quantity: Option<QuantityName>,

@@ -109,6 +109,9 @@ pub fn plan(search: &SearchArguments, set: &MeasurementSet) -> Result<Plan, Stri
     if !(0.0..=1e3).contains(&search.frf_model_error) {
         return Err(format!("--frf-model-error {}: write 0 or a number above it, such as 0.01", search.frf_model_error));
     }
+    if (1..50).contains(&search.bootstrap) {
+        return Err(format!("--bootstrap {}: too few for 95 % intervals; draw at least 50", search.bootstrap));
+    }
     let frf = FrfSettings {
         model_error: search.frf_model_error,
         band_hz: band_hz(search)?,
@@ -143,7 +146,9 @@ pub fn settings(sources: &Sources, search: &SearchArguments, plan: &Plan) -> Set
         lumps: lumped.then_some(usize::from(search.lumps)),
         objective: plan.frf.map_or_else(|| objective_word(plan.settings.objective), |_| "frf").into(),
         frf_model_error: search.frf_model_error,
-        band_hz: plan.frf.map(|f| f.band_hz).filter(|b| b.1.is_finite()).map(|b| [b.0, b.1]),
+        band_hz: plan.frf.map(|f| f.band_hz).filter(|b| *b != FrfSettings::default().band_hz).map(|b| [b.0, b.1.min(f64::MAX)]),
+        positions: None,
+        hold_out: Vec::new(),
         bootstrap: plan.bootstrap,
         frequency_model_error: search.frequency_model_error,
         amplitude_sd: search.amplitude_sd,

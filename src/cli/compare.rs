@@ -14,7 +14,7 @@ use crate::numeric::statistics::root_sum_square;
 use crate::objective::Objective;
 use crate::optimizer::Control;
 use crate::report::document::{Comparison, ComparisonRun, ObjectiveRow, Objectives, OrderRow};
-use crate::report::{objectives_table, summary_table};
+use crate::report::{gap_summary_table, objectives_table, summary_table};
 use crate::validation::leave_one_out;
 
 /// Runs the command.
@@ -26,23 +26,31 @@ pub fn run(given: &CompareArguments) -> CommandResult {
     let progress = Progress::begin(given.output.quiet, "compare");
     let control = Control::new(stop_flag(), Some(progress.watcher()));
     if given.objectives {
+        if loaded.set.modes.is_none() {
+            return Err(format!("{}: --objectives compares objectives on modes, and the set has none", loaded.set.path));
+        }
+        let plan = Plan { frf: None, ..plan };
         let scores = on_threads(given.search.threads, || compare_objectives(&loaded, &fit, &plan, &control))?;
         progress.end();
         let (document, complete) = scores?;
         deliver(&given.output, folder.as_ref(), "objectives.json", &document, &objectives_table(&document))?;
         return Ok(if complete { Outcome::Done } else { Outcome::Stopped });
     }
-    let name = |i: &usize| loaded.set.positions[*i].name.clone();
-    let multi: Vec<String> = fit.positions.iter().map(name).collect();
+    let whole = plan.frf.is_some();
+    let multi = rows::names(&loaded.set, &fit.positions, &fit.frfs, whole);
     let singles: Vec<String> = match &given.single {
         Some(names) => names.clone(),
         None => multi.iter().skip(usize::from(multi.len() > 1)).cloned().collect(),
     };
-    loaded.set.positions_named(&singles).map_err(told)?;
+    loaded.set.split(Some(&singles), &[]).map_err(told)?;
     if singles.iter().any(|s| s == "multi") {
         return Err("--single multi: this name stands for the run on several positions; rename the position".into());
     }
-    let common: Vec<String> = held_out.positions.iter().map(name).filter(|n| !singles.contains(n)).collect();
+    let mut common = rows::names(&loaded.set, &held_out.positions, &held_out.frfs, whole);
+    common.retain(|n| !singles.contains(n));
+    if common.is_empty() {
+        return Err("nothing is held out that all runs could be compared on; name fewer --positions or --single".into());
+    }
     let mut runs = BTreeMap::new();
     let mut complete = true;
     let plans = std::iter::once(("multi".to_string(), multi)).chain(singles.into_iter().map(|s| (s.clone(), vec![s])));
@@ -67,6 +75,9 @@ pub fn run(given: &CompareArguments) -> CommandResult {
 fn text(document: &Comparison) -> String {
     let mut text =
         String::from("Frequency errors over the positions that none has fitted, and of all together\n(root of the summed squares)\n\n");
+    if document.runs.values().any(|r| r.common_gap.is_some()) {
+        return String::from("Gap of whole FRFs at what none has fitted, and over all of them together\n\n") + &gap_summary_table(document);
+    }
     text += &summary_table(document);
     text
 }

@@ -7,7 +7,7 @@ use super::rows;
 use crate::identification::{Identification, identify};
 use crate::objective::ObjectiveError;
 use crate::optimizer::Control;
-use crate::report::document;
+use crate::report::document::{self, Settings};
 use crate::report::{bootstrap_table, derived_table, frfs_table, parameters_table, positions_table};
 use crate::validation::left_out;
 
@@ -25,6 +25,7 @@ pub fn run(given: &IdentifyArguments) -> CommandResult {
         // Where nothing is held out, each position's figures are those of a fit without it.
         let alone = held_out.positions.is_empty() && held_out.frfs.is_empty();
         let predicted = if alone && found.complete { left_out(machine, &fit, &plan, &found, &control)? } else { None };
+        found.complete &= !control.stopped();
         let left_one_out = predicted.is_some();
         if let Some(predicted) = predicted {
             (found.fitted, found.fitted_frfs) = (predicted.modes, predicted.frfs);
@@ -34,15 +35,8 @@ pub fn run(given: &IdentifyArguments) -> CommandResult {
     let ran = on_threads(given.search.threads, run)?;
     progress.end();
     let (found, leave_one_out) = ran.map_err(told)?;
-    let names = |positions: &[usize], frfs: &[usize]| -> Vec<String> {
-        let mut names: Vec<String> = positions.iter().map(|i| loaded.set.positions[*i].name.clone()).collect();
-        for record in frfs.iter().filter(|i| loaded.set.frfs[**i].position.is_none()).filter_map(|i| loaded.set.frfs[*i].record.as_ref()) {
-            if !names.contains(record) {
-                names.push(record.clone());
-            }
-        }
-        names
-    };
+    let whole = plan.frf.is_some();
+    let names = |positions: &[usize], frfs: &[usize]| rows::names(&loaded.set, positions, frfs, whole);
     let fit_positions = names(&fit.positions, &fit.frfs);
     let positions = rows::positions(&loaded, &found, &fit_positions);
     let frfs = rows::all_frfs(&loaded.set, &found);
@@ -52,7 +46,11 @@ pub fn run(given: &IdentifyArguments) -> CommandResult {
     warnings.extend(rows::passivity_warnings(machine, &loaded.set));
     let document = document::Identification {
         stamp: stamp("identification", plan.seed, found.complete, &loaded, warnings),
-        settings: settings(&given.sources, &given.search, &plan),
+        settings: Settings {
+            positions: given.positions.clone(),
+            hold_out: given.hold_out.clone(),
+            ..settings(&given.sources, &given.search, &plan)
+        },
         parameters: rows::parameters(machine, &found),
         derived: {
             let mut derived = rows::derived(&positions, &frfs);

@@ -7,7 +7,8 @@ use super::arguments::{ExportArguments, ImportArguments, QuantityName};
 use super::common::{CommandResult, Outcome, print_out, told};
 use crate::measurement::import::{ImportedFrf, Placement, frf_from_csv, frfs_from_universal, set_files};
 use crate::measurement::universal::{
-    Abscissa, Axis, ByteOrder, Encoding, FileHeader, Location, Record, Units, UniversalWriter, data_type, read_headers_path, read_path,
+    Abscissa, Axis, ByteOrder, Encoding, FileHeader, Location, Record, Units, UniversalWriter, Warning, data_type, read_headers_path,
+    read_path,
 };
 use crate::measurement::{Frf, Quantity, read_set};
 use crate::report::OutputFolder;
@@ -37,10 +38,14 @@ pub fn import(given: &ImportArguments) -> CommandResult {
         let source = path.display().to_string();
         let stem = path.file_stem().map_or_else(|| "frf".into(), |s| s.to_string_lossy().into_owned());
         if is_table(path) {
-            let text = std::fs::read_to_string(path).map_err(|e| format!("{source}: {e}"))?;
+            let text = std::fs::read_to_string(path).map_err(|e| unreadable(path, &e))?;
             frfs.push(frf_from_csv(&source, &stem, &text, asked)?);
         } else {
             let file = read_path(path).map_err(|e| format!("{source}: {e}"))?;
+            let cut = file.functions.iter().flat_map(|f| &f.header.warnings).find(|w| matches!(w, Warning::Truncated { .. }));
+            if let Some(cut) = cut.filter(|_| !given.accept_truncated) {
+                return Err(format!("{source}: {cut}, or take what is there with --accept-truncated"));
+            }
             let (found, said) = frfs_from_universal(&source, &stem, &file, asked)?;
             if found.is_empty() {
                 return Err(format!("{source}: holds no FRF (dataset 58, function type 4); look with --list"));
@@ -78,6 +83,18 @@ pub fn import(given: &ImportArguments) -> CommandResult {
     let with_position = placed.iter().filter(|(_, p)| p.position.is_some()).count();
     print_out(&format!("{} FRFs imported into {}, {with_position} of them at a position\n", placed.len(), out.display()))?;
     Ok(Outcome::Done)
+}
+
+/// Why a file cannot be read, in words.
+fn unreadable(path: &Path, error: &std::io::Error) -> String {
+    let fault = match error.kind() {
+        std::io::ErrorKind::NotFound => "there is no such file".to_string(),
+        std::io::ErrorKind::PermissionDenied => "reading it is not permitted".into(),
+        std::io::ErrorKind::InvalidData => "is not text in UTF-8".into(),
+        _ if path.is_dir() => "is a folder; name a file".into(),
+        _ => error.to_string(),
+    };
+    format!("{}: {fault}", path.display())
 }
 
 /// Reads headers only and shows one line a record.

@@ -15,9 +15,6 @@ const MOST_CHOICES: f64 = 200_000.0;
 pub fn run(given: &PlanArguments) -> CommandResult {
     let loaded = load(&given.sources)?;
     let machine = &loaded.config.machine;
-    if loaded.set.positions.is_empty() {
-        return Err(format!("{}: has no positions to choose from; write some as [[position]] into its manifest", loaded.set.path));
-    }
     let mut values = machine.start();
     let mut inputs = Vec::new();
     if let Some(path) = &given.result {
@@ -37,11 +34,20 @@ pub fn run(given: &PlanArguments) -> CommandResult {
     }
     let name = |candidate: usize| {
         let c = &design.candidates[candidate];
-        let position = &loaded.set.positions[c.position].name;
-        if channels.len() > 1 { format!("{position}:{}/{}", c.channel.0, c.channel.1) } else { position.clone() }
+        let channel = format!("{}/{}", c.channel.0, c.channel.1);
+        match c.position.map(|p| &loaded.set.positions[p].name) {
+            Some(position) if channels.len() > 1 => format!("{position}:{channel}"),
+            Some(position) => position.clone(),
+            None => channel,
+        }
     };
     let made = measured(given, &loaded, &design, &name)?;
-    let counts = if given.choose.is_empty() { if made.is_empty() { vec![2, 3] } else { vec![1] } } else { given.choose.clone() };
+    let counts: Vec<u8> = match (&given.choose[..], made.is_empty()) {
+        ([], true) => [2, 3].into_iter().filter(|n| usize::from(*n) <= design.candidates.len()).collect(),
+        ([], false) => vec![1],
+        (chosen, _) => chosen.to_vec(),
+    };
+    let counts = if counts.is_empty() { vec![1] } else { counts };
     let ids: Vec<String> = design.free.iter().map(|i| machine.parameters[*i].id.clone()).collect();
     let row = |choice: &Choice| ChoiceRow {
         measure: choice.which.iter().map(|i| name(*i)).collect(),
@@ -124,6 +130,9 @@ fn of_frfs(given: &PlanArguments, loaded: &Loaded, values: &[f64], channels: &[(
 }
 
 fn of_modes(given: &PlanArguments, loaded: &Loaded, values: &[f64], channels: &[(String, String)]) -> Result<Design, String> {
+    if loaded.set.positions.is_empty() {
+        return Err(format!("{}: has no positions to take modes at; plan FRFs with --data frf", loaded.set.path));
+    }
     let [channel] = channels else {
         return Err("--channels: modes are planned for one pair of points; name one, or --data frf".into());
     };
@@ -147,7 +156,7 @@ fn band(given: &PlanArguments, usual: (f64, f64)) -> Result<(f64, f64), String> 
 fn measured(given: &PlanArguments, loaded: &Loaded, design: &Design, name: &dyn Fn(usize) -> String) -> Result<Vec<usize>, String> {
     let mut made = Vec::new();
     for wanted in &given.measured {
-        let of_position = |i: &usize| loaded.set.positions[design.candidates[*i].position].name == *wanted;
+        let of_position = |i: &usize| design.candidates[*i].position.is_some_and(|p| loaded.set.positions[p].name == *wanted);
         let found: Vec<usize> = (0..design.candidates.len()).filter(|i| name(*i) == *wanted || of_position(i)).collect();
         if found.is_empty() {
             let known: Vec<String> = (0..design.candidates.len()).map(name).collect();

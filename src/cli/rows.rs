@@ -129,6 +129,28 @@ pub fn frfs(set: &MeasurementSet, gaps: &[FrfGap], role: &str) -> Vec<FrfRow> {
         .collect()
 }
 
+/// Names of what was split off: positions; for whole FRFs positions all of whose FRFs belong to it, else the records that do.
+pub fn names(set: &MeasurementSet, positions: &[usize], frfs: &[usize], whole_frfs: bool) -> Vec<String> {
+    if !whole_frfs {
+        return positions.iter().map(|i| set.positions[*i].name.clone()).collect();
+    }
+    let mut names: Vec<String> = Vec::new();
+    for &i in frfs {
+        let frf = &set.frfs[i];
+        let whole = |p: usize| set.frfs.iter().enumerate().all(|(j, f)| f.position != Some(p) || frfs.contains(&j));
+        let name = match (frf.position, &frf.record) {
+            (Some(p), _) if whole(p) => set.positions[p].name.clone(),
+            (_, Some(record)) => record.clone(),
+            (Some(p), None) => set.positions[p].name.clone(),
+            (None, None) => frf.source.clone(),
+        };
+        if !names.contains(&name) {
+            names.push(name);
+        }
+    }
+    names
+}
+
 /// FRFs gathered by position, or by record where there is no position or where the position's records have different roles.
 pub fn gathered(frfs: &[FrfRow]) -> BTreeMap<String, PositionRow> {
     let mixed = |name: &String| {
@@ -175,6 +197,8 @@ pub fn gap_over<'r>(frfs: impl Iterator<Item = &'r FrfRow>) -> Option<f64> {
 
 /// Share of lines from which a positive Im of a driving point is told.
 const ACTIVE_SHARE: f64 = 0.02;
+/// Standard deviation of a component of ln H where nothing is known of the noise.
+const UNKNOWN_SD: f64 = 0.02;
 
 /// What the driving points of a set show: a passive machine has Im(receptance) ≤ 0.
 pub fn passivity_warnings(machine: &Machine, set: &MeasurementSet) -> Vec<String> {
@@ -183,19 +207,25 @@ pub fn passivity_warnings(machine: &Machine, set: &MeasurementSet) -> Vec<String
     } else {
         "if it is a delay, add the effect measurement-delay to the machine"
     };
-    let mut warnings = Vec::new();
+    let mut shown: Vec<String> = Vec::new();
     for frf in set.frfs.iter().filter(|f| f.response == f.excitation) {
-        let active = |l: &&Line| (l.value / frf.quantity.from_receptance(omega_rad_s(l.frequency_hz))).im > 0.0;
+        // Noise alone makes Im positive where it is small: only what exceeds three standard deviations counts.
+        let active = |l: &&Line| {
+            let receptance = l.value / frf.quantity.from_receptance(omega_rad_s(l.frequency_hz));
+            receptance.im > 3.0 * frf.component_sd(l).unwrap_or(UNKNOWN_SD) * receptance.norm()
+        };
         let share = frf.lines.iter().filter(active).count() as f64 / frf.lines.len() as f64;
         if share > ACTIVE_SHARE {
-            warnings.push(format!(
-                "{}: Im of this driving point is positive on {:.0} % of its lines, as a delay, a wrong sign or a wrong quantity makes it; {remedy}",
-                frf.source,
-                100.0 * share,
-            ));
+            shown.push(format!("{} ({:.0} %)", frf.source, 100.0 * share));
         }
     }
-    warnings
+    if shown.is_empty() {
+        return Vec::new();
+    }
+    vec![format!(
+        "Im of a driving point is positive on a share of the lines, as a delay, a wrong sign or a wrong quantity makes it ({remedy}): {}",
+        shown.join(", ")
+    )]
 }
 
 /// Combinations as rows.

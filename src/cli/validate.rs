@@ -6,7 +6,7 @@ use std::path::Path;
 use super::arguments::{Sources, ValidateArguments};
 use super::common::{CommandResult, Outcome, deliver, document_input, load, prepare, read_document, stamp, told, warn};
 use super::rows;
-use crate::measurement::{HoldOutSet, MeasurementSet};
+use crate::measurement::{FitSet, HoldOutSet};
 use crate::model::Rods;
 use crate::objective::{FrfObjective, FrfSettings, MISSING, ModeObjective, ModeSettings, PositionPrediction};
 use crate::report::document::{Identification, Validation};
@@ -44,25 +44,41 @@ pub fn run(given: &ValidateArguments) -> CommandResult {
     let folder = prepare(&given.output)?;
     let whole_frfs = settings.objective == "frf";
     let same_set = given.measurements.is_none();
-    let chosen = match &given.positions {
-        Some(names) => names.clone(),
-        None if same_set && !identified.held_out_positions.is_empty() => identified.held_out_positions.clone(),
-        None => Vec::new(),
+    // What was fitted and what was held out of the same set.
+    let (fitted, left) =
+        loaded.set.split(if same_set { settings.positions.as_deref() } else { Some(&[]) }, &settings.hold_out).unwrap_or((
+            FitSet { set: &loaded.set, positions: Vec::new(), frfs: Vec::new() },
+            HoldOutSet { set: &loaded.set, positions: Vec::new(), frfs: Vec::new() },
+        ));
+    let held_out = match &given.positions {
+        Some(names) => {
+            let (chosen, _) = loaded.set.split(Some(names), &[]).map_err(told)?;
+            HoldOutSet { set: &loaded.set, positions: chosen.positions, frfs: chosen.frfs }
+        }
+        None if same_set && !(left.positions.is_empty() && left.frfs.is_empty()) => left,
+        None => HoldOutSet {
+            set: &loaded.set,
+            positions: (0..loaded.set.positions.len()).collect(),
+            frfs: (0..loaded.set.frfs.len()).collect(),
+        },
     };
-    let (fit, _) = loaded.set.split((!chosen.is_empty()).then_some(&chosen[..]).or(Some(&all_names(&loaded.set))), &[]).map_err(told)?;
-    let held_out = HoldOutSet { set: &loaded.set, positions: fit.positions, frfs: fit.frfs };
+    if whole_frfs && held_out.frfs.is_empty() {
+        return Err(format!("{}: holds no FRF to check there; the identification is one of whole FRFs", loaded.set.path));
+    }
     let rods = settings.lumps.map_or(Rods::Exact, Rods::Lumped);
     // The gain belongs to a measurement set: another set has its own.
     let own_gain = if same_set { identified.parameters.get("gain").map(|g| g.value) } else { None };
-    let role = |name: &String| if same_set && identified.fit_positions.contains(name) { "fit" } else { "held_out" };
     let positions = if whole_frfs {
         let band_hz = settings.band_hz.map_or(FrfSettings::default().band_hz, |[from, to]| (from, to));
-        let frf_settings = FrfSettings { rods, band_hz, ..FrfSettings::default() };
+        let model_error = if settings.frf_model_error > 0.0 { settings.frf_model_error } else { FrfSettings::default().model_error };
+        let frf_settings = FrfSettings { rods, band_hz, model_error, ..FrfSettings::default() };
         let objective = FrfObjective::held_out(machine, &held_out, frf_settings).map_err(told)?;
         let gain = own_gain.unwrap_or_else(|| objective.best_gain(&values));
-        let mut rows = rows::gathered(&rows::frfs(&loaded.set, &objective.gaps(&values, gain), "held_out"));
-        rows.iter_mut().for_each(|(name, row)| row.role = role(name).into());
-        rows
+        let mut frfs = Vec::new();
+        for gap in objective.gaps(&values, gain) {
+            frfs.extend(rows::frfs(&loaded.set, &[gap], if fitted.frfs.contains(&gap.frf) { "fit" } else { "held_out" }));
+        }
+        rows::gathered(&frfs)
     } else {
         let mode_settings = ModeSettings { rods, ..ModeSettings::default() };
         let objective = ModeObjective::held_out(machine, &held_out, mode_settings, None).map_err(told)?;
@@ -70,7 +86,8 @@ pub fn run(given: &ValidateArguments) -> CommandResult {
         let gain = own_gain.or_else(|| Some(objective.amplitude_fit(&predictions)).filter(|f| f.count > 0 && !same_set).map(|f| f.gain));
         let row = |p: &PositionPrediction| {
             let name = loaded.set.positions[p.position].name.clone();
-            let row = rows::position(&loaded.set, p, role(&name), gain, &identified.fit_positions);
+            let role = if fitted.positions.contains(&p.position) { "fit" } else { "held_out" };
+            let row = rows::position(&loaded.set, p, role, gain, &identified.fit_positions);
             (name, row)
         };
         predictions.iter().map(row).collect::<BTreeMap<_, _>>()
@@ -97,17 +114,6 @@ pub fn run(given: &ValidateArguments) -> CommandResult {
         }
         _ => Ok(Outcome::Done),
     }
-}
-
-/// Names of all positions, and of the records without one.
-fn all_names(set: &MeasurementSet) -> Vec<String> {
-    let mut names: Vec<String> = set.positions.iter().map(|p| p.name.clone()).collect();
-    for record in set.frfs.iter().filter(|f| f.position.is_none()).filter_map(|f| f.record.clone()) {
-        if !names.contains(&record) {
-            names.push(record);
-        }
-    }
-    names
 }
 
 /// Refuses a document of another form, and values outside their own ranges.

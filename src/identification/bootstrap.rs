@@ -28,33 +28,57 @@ pub struct Bootstrap {
     pub interval95: Vec<(f64, f64)>,
 }
 
-/// Counts of one sample: with replacement, as many as there are.
-fn draw(drawn: Drawn, blocks: &[usize], generator: &mut Xoshiro256PlusPlus) -> Vec<Vec<f64>> {
-    let mut tally = |count: usize| {
-        let mut counts = vec![0.0; count];
-        (0..count).for_each(|_| counts[generator.random_range(0..count)] += 1.0);
-        counts
-    };
+/// Counts of one sample: with replacement, as many as there are. Lines are drawn in runs of `run`, since neighbours may leave the same error.
+fn draw(drawn: Drawn, blocks: &[(usize, usize)], run: usize, generator: &mut Xoshiro256PlusPlus) -> Vec<Vec<f64>> {
     match drawn {
-        Drawn::Lines => blocks.iter().map(|count| tally(*count)).collect(),
-        Drawn::Positions => tally(blocks.len()).into_iter().zip(blocks).map(|(times, rows)| vec![times; *rows]).collect(),
+        Drawn::Lines => blocks
+            .iter()
+            .map(|(rows, _)| {
+                let run = run.min(*rows).max(1);
+                let mut counts = vec![0.0; *rows];
+                for _ in 0..rows.div_ceil(run) {
+                    let first = generator.random_range(0..*rows);
+                    (0..run).for_each(|at| counts[(first + at) % rows] += 1.0);
+                }
+                counts
+            })
+            .collect(),
+        Drawn::Positions => {
+            let groups = groups(blocks);
+            let mut times = vec![0.0; groups];
+            (0..groups).for_each(|_| times[generator.random_range(0..groups)] += 1.0);
+            blocks.iter().map(|(rows, group)| vec![times[*group]; *rows]).collect()
+        }
     }
 }
 
-/// Fits again, from the best place, to samples drawn with replacement; `None` where it was stopped, or with fewer than two blocks to draw.
+fn groups(blocks: &[(usize, usize)]) -> usize {
+    blocks.iter().map(|(_, group)| group + 1).max().unwrap_or(0)
+}
+
+/// Fits again, from the best place, to samples drawn with replacement; `None` where it was stopped, or with fewer than two groups to draw.
 ///
-/// # Source  Efron and Tibshirani, An Introduction to the Bootstrap, 1993, ch. 13 (percentile interval).
+/// # Source  Efron and Tibshirani, An Introduction to the Bootstrap, 1993, ch. 13 (percentile interval); runs of lines: Künsch,
+///           Ann. Stat. 17 (1989) 1217–1241.
 pub fn bootstrap<P: Problem>(problem: &P, best: &[f64], drawn: Drawn, samples: usize, seed: u64, control: &Control) -> Option<Bootstrap> {
     let blocks = problem.blocks();
-    if samples == 0 || (drawn == Drawn::Positions && blocks.len() < 2) {
+    if samples == 0 || (drawn == Drawn::Positions && groups(&blocks) < 2) {
         return None;
     }
+    let run = problem.colour(best).ceil() as usize;
     let mut generator = Xoshiro256PlusPlus::seed_from_u64(seed);
-    let draws: Vec<Vec<Vec<f64>>> = (0..samples).map(|_| draw(drawn, &blocks, &mut generator)).collect();
-    let places: Vec<Vec<f64>> = draws
+    let seeds: Vec<u64> = (0..samples).map(|_| generator.random()).collect();
+    let places: Vec<Option<Vec<f64>>> = seeds
         .par_iter()
-        .map(|counts| problem.squares(Some(counts), |squares| least_squares(squares, best, &[], 40, control.stop()).place))
+        .map(|seed| {
+            if control.stopped() {
+                return None;
+            }
+            let counts = draw(drawn, &blocks, run, &mut Xoshiro256PlusPlus::seed_from_u64(*seed));
+            Some(problem.squares(Some(&counts), |squares| least_squares(squares, best, &[], 40, control.stop()).place))
+        })
         .collect();
+    let places: Vec<Vec<f64>> = places.into_iter().collect::<Option<_>>()?;
     let spread = |d: usize| {
         let end = |share| quantile(places.iter().map(|p| p[d]), share).unwrap_or(best[d]);
         (end(0.025), end(0.975))

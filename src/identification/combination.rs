@@ -33,11 +33,17 @@ pub struct Combination {
 
 /// From this correlation two parameters are told of together.
 const CORRELATED: f64 = 0.9;
-/// Agreement of the weights with those of springs in series or side by side.
-const WEIGHTS: f64 = 0.12;
+/// Farthest move along a valley, in the unit interval of a parameter.
+const FARTHEST: f64 = 0.15;
 
-/// The combinations among the parameters of the columns, the tightest first.
-pub fn combinations(parameters: &[&Parameter], values: &[f64], certainty: &Certainty) -> Vec<Combination> {
+/// The combinations among the parameters of the columns, the tightest first. `valley(column, by)` gives the values of all columns after that one
+/// was moved by so much of its unit interval and the others have followed; `None` where χ² rises too much for that.
+pub fn combinations(
+    parameters: &[&Parameter],
+    values: &[f64],
+    certainty: &Certainty,
+    valley: impl Fn(usize, f64) -> Option<Vec<f64>>,
+) -> Vec<Combination> {
     let mut found = Vec::new();
     for i in 0..parameters.len() {
         for j in 0..i {
@@ -45,7 +51,7 @@ pub fn combinations(parameters: &[&Parameter], values: &[f64], certainty: &Certa
             let both_sure = certainty.identifiable[i] && certainty.identifiable[j];
             let logarithmic = [i, j].iter().all(|k| parameters[*k].scale == Scale::Logarithmic);
             if correlation.abs() >= CORRELATED && !both_sure && logarithmic {
-                found.push(combination(parameters, values, certainty, (j, i)));
+                found.push(combination(parameters, values, certainty, (j, i), &valley));
             }
         }
     }
@@ -53,27 +59,57 @@ pub fn combinations(parameters: &[&Parameter], values: &[f64], certainty: &Certa
     found
 }
 
-fn combination(parameters: &[&Parameter], values: &[f64], certainty: &Certainty, (i, j): (usize, usize)) -> Combination {
+/// Sum and harmonic sum (springs in series) of two values.
+fn sums(a: f64, b: f64) -> (f64, f64) {
+    (a + b, a * b / (a + b))
+}
+
+/// Which of sum and harmonic sum stays while one of the two values is moved along the valley and the other follows: by far less than the values
+/// themselves, and by half of what the other does at most. To first order both are the same for equal values, so that only a finite move tells.
+fn kept((i, j): (usize, usize), values: &[f64], certainty: &Certainty, valley: &impl Fn(usize, f64) -> Option<Vec<f64>>) -> Option<Kind> {
+    let here = sums(values[i], values[j]);
+    let (mut moved, mut sum, mut harmonic) = (0.0_f64, 0.0_f64, 0.0_f64);
+    let by = certainty.sd[i].min(FARTHEST);
+    for there in [valley(i, by), valley(i, -by)].into_iter().flatten() {
+        let now = sums(there[i], there[j]);
+        moved = moved.max((there[i] / values[i]).ln().abs().min((there[j] / values[j]).ln().abs()));
+        sum = sum.max((now.0 / here.0).ln().abs());
+        harmonic = harmonic.max((now.1 / here.1).ln().abs());
+    }
+    let stays = |own: f64, other: f64| moved > 0.02 && own < 0.1 * moved && own < 0.5 * other;
+    if stays(harmonic, sum) { Some(Kind::Series) } else { stays(sum, harmonic).then_some(Kind::Parallel) }
+}
+
+fn combination(
+    parameters: &[&Parameter],
+    values: &[f64],
+    certainty: &Certainty,
+    (i, j): (usize, usize),
+    valley: &impl Fn(usize, f64) -> Option<Vec<f64>>,
+) -> Combination {
     // Covariance of the logarithms.
     let width = |k: usize| (parameters[k].upper / parameters[k].lower).ln();
     let entry = |a: usize, b: usize| certainty.covariance[(a, b)] * width(a) * width(b);
     let (vi, vj, cij) = (entry(i, i), entry(j, j), entry(i, j));
     let correlation = certainty.correlation[i][j];
-    // Weights (w, ±(1 − w)) of the combination of logarithms that scatters least.
-    let sign = if correlation < 0.0 { 1.0 } else { -1.0 };
-    let spread = vi + vj - 2.0 * sign * cij;
-    let w = ((vj - sign * cij) / spread).clamp(0.0, 1.0);
-    let sd = (w * w * vi + (1.0 - w) * (1.0 - w) * vj + 2.0 * sign * w * (1.0 - w) * cij).max(0.0).sqrt();
     let (a, b) = (values[i], values[j]);
-    let same_unit = parameters[i].unit == parameters[j].unit;
+    // Relative standard deviation of wᵢ·ln a + wⱼ·ln b.
+    let spread_of = |wi: f64, wj: f64| (wi * wi * vi + wj * wj * vj + 2.0 * wi * wj * cij).max(0.0).sqrt();
     let kind = if correlation > 0.0 {
         Kind::Ratio
-    } else if same_unit && (w - b / (a + b)).abs() < WEIGHTS {
-        Kind::Series
-    } else if same_unit && (w - a / (a + b)).abs() < WEIGHTS {
-        Kind::Parallel
     } else {
-        Kind::Opposite
+        let same_unit = parameters[i].unit == parameters[j].unit;
+        same_unit.then(|| kept((i, j), values, certainty, valley)).flatten().unwrap_or(Kind::Opposite)
+    };
+    let sd = match kind {
+        Kind::Series => spread_of(b / (a + b), a / (a + b)),
+        Kind::Parallel => spread_of(a / (a + b), b / (a + b)),
+        Kind::Ratio | Kind::Opposite => {
+            // The combination of logarithms that scatters least.
+            let sign = if correlation < 0.0 { 1.0 } else { -1.0 };
+            let w = ((vj - sign * cij) / (vi + vj - 2.0 * sign * cij)).clamp(0.0, 1.0);
+            spread_of(w, sign * (1.0 - w))
+        }
     };
     let (p, q, unit) = (&parameters[i].id, &parameters[j].id, &parameters[i].unit);
     let percent = 196.0 * sd;
@@ -122,17 +158,36 @@ mod tests {
         certainty(&(row.transpose() * row), 1.0)
     }
 
+    /// Moves the first value by a share of its range and lets the second keep a sum or a harmonic sum.
+    fn following(values: [f64; 2], keep: Kind) -> impl Fn(usize, f64) -> Option<Vec<f64>> {
+        move |column, by| {
+            let moved = values[column] * (by * 1e3_f64.ln()).exp();
+            let (sum, harmonic) = sums(values[0], values[1]);
+            let other = match keep {
+                Kind::Series => 1.0 / (1.0 / harmonic - 1.0 / moved),
+                Kind::Parallel => sum - moved,
+                _ => values[1 - column] * moved / values[column],
+            };
+            (other > 0.0).then(|| if column == 0 { vec![moved, other] } else { vec![other, moved] })
+        }
+    }
+
     #[test]
-    fn springs_in_series_and_dampers_side_by_side_are_told_apart() {
+    fn springs_in_series_and_side_by_side_are_told_apart_even_where_they_are_equal() {
         let (a, b) = (parameter("k_m"), parameter("k_s"));
-        let (ka, kb) = (400.0, 800.0);
-        let sum = ka + kb;
-        let series = combinations(&[&a, &b], &[ka, kb], &seen([kb / sum, ka / sum]));
-        assert!(series.len() == 1 && series[0].kind == Kind::Series, "{series:?}");
-        assert!((series[0].sd - 0.01).abs() < 2e-3, "{series:?}");
-        let parallel = combinations(&[&a, &b], &[ka, kb], &seen([ka / sum, kb / sum]));
-        assert_eq!(parallel[0].kind, Kind::Parallel);
-        let ratio = combinations(&[&a, &b], &[ka, kb], &seen([1.0, -1.0]));
+        for values in [[400.0, 800.0], [400.0, 400.0]] {
+            let sum = values[0] + values[1];
+            let shares = [values[0] / sum, values[1] / sum];
+            let series = combinations(&[&a, &b], &values, &seen([shares[1], shares[0]]), following(values, Kind::Series));
+            assert!(series.len() == 1 && series[0].kind == Kind::Series, "{series:?}");
+            assert!((series[0].sd - 0.01).abs() < 2e-3, "{series:?}");
+            let parallel = combinations(&[&a, &b], &values, &seen(shares), following(values, Kind::Parallel));
+            assert_eq!(parallel[0].kind, Kind::Parallel, "{parallel:?}");
+        }
+        let ratio = combinations(&[&a, &b], &[400.0, 800.0], &seen([1.0, -1.0]), following([400.0, 800.0], Kind::Ratio));
         assert_eq!(ratio[0].kind, Kind::Ratio);
+        // What cannot be followed is not claimed.
+        let open = combinations(&[&a, &b], &[400.0, 800.0], &seen([2.0, 1.0]), |_, _| None);
+        assert_eq!(open[0].kind, Kind::Opposite);
     }
 }

@@ -15,8 +15,8 @@ use crate::unit::omega_rad_s;
 /// A measurement that could be made.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Candidate {
-    /// Position, by index in the set.
-    pub position: usize,
+    /// Position, by index in the set; `None` where the machine has none.
+    pub position: Option<usize>,
     /// Point that responds and point that is excited.
     pub channel: (String, String),
     /// JᵀJ it brings, in the unit intervals of the free parameters, and last of the gain where that is unknown.
@@ -48,6 +48,8 @@ pub struct Design {
     pub candidates: Vec<Candidate>,
     /// Indices of the parameters, column by column.
     pub free: Vec<usize>,
+    /// Information that is there beforehand on each of them (`sd` of the machine's parameters).
+    pub known: Vec<f64>,
 }
 
 /// What a planned FRF measurement is like.
@@ -76,22 +78,27 @@ impl Design {
     ) -> Result<Self, ObjectiveError> {
         let mut made = set.clone();
         made.frfs.clear();
-        for (position, place) in set.positions.iter().enumerate() {
+        let mut places: Vec<(Option<usize>, Option<f64>)> = set.positions.iter().enumerate().map(|(at, p)| (Some(at), p.nut_m)).collect();
+        if places.is_empty() {
+            places.push((None, None));
+        }
+        for place in places {
             for (response, excitation) in channels {
-                made.frfs.push(predicted_frf(machine, values, (position, place.nut_m), (response, excitation), plan)?);
+                made.frfs.push(predicted_frf(machine, values, place, (response, excitation), plan)?);
             }
         }
-        let mut design = Design { candidates: Vec::new(), free: Vec::new() };
+        let mut design = Design { candidates: Vec::new(), free: Vec::new(), known: Vec::new() };
         for (index, frf) in made.frfs.iter().enumerate() {
             let fit = FitSet { set: &made, positions: Vec::new(), frfs: vec![index] };
             let objective = FrfObjective::new(machine, &fit, settings, frozen)?;
             let place = place_of(machine, &objective.free, values, objective.estimates_gain());
             design.free.clone_from(&objective.free);
             design.candidates.push(Candidate {
-                position: frf.position.unwrap_or(0),
+                position: frf.position,
                 channel: (frf.response.clone(), frf.excitation.clone()),
-                information: objective.normal(&place).information,
+                information: without_known(objective.normal(&place).information, &known(machine, &objective.free, values)),
             });
+            design.known = known(machine, &objective.free, values);
         }
         Ok(design)
     }
@@ -129,15 +136,16 @@ impl Design {
             table.positions.push(seen.enumerate().map(observed).collect());
         }
         made.modes = Some(table);
-        let mut design = Design { candidates: Vec::new(), free: Vec::new() };
+        let mut design = Design { candidates: Vec::new(), free: Vec::new(), known: Vec::new() };
         for position in 0..set.positions.len() {
             let fit = FitSet { set: &made, positions: vec![position], frfs: Vec::new() };
             let objective = ModeObjective::new(machine, &fit, settings, frozen)?;
             let mut place = place_of(machine, &objective.free, values, false);
             place = objective.extended(&place);
             design.free.clone_from(&objective.free);
-            let information = ModeSquares::new(&objective, None).normal(&place).information;
-            design.candidates.push(Candidate { position, channel: channel.clone(), information });
+            design.known = known(machine, &objective.free, values);
+            let information = without_known(ModeSquares::new(&objective, None).normal(&place).information, &design.known);
+            design.candidates.push(Candidate { position: Some(position), channel: channel.clone(), information });
         }
         Ok(design)
     }
@@ -147,6 +155,7 @@ impl Design {
         let size = self.candidates.first().map_or(0, |c| c.information.nrows());
         let mut information = DMatrix::zeros(size, size);
         which.iter().for_each(|i| information += &self.candidates[*i].information);
+        self.known.iter().enumerate().for_each(|(column, known)| information[(column, column)] += known);
         let sd: Vec<f64> = certainty(&information, 1.0).sd.into_iter().take(self.free.len()).collect();
         let score = (sd.iter().map(|s| (s / RANGE_SD).ln()).sum::<f64>() / sd.len().max(1) as f64).exp();
         Choice { which: which.to_vec(), sd, score }
@@ -173,6 +182,21 @@ impl Design {
     }
 }
 
+/// Information that is there beforehand on each free parameter, in its unit interval.
+fn known(machine: &Machine, free: &[usize], values: &[f64]) -> Vec<f64> {
+    let of = |i: &usize| {
+        let parameter = &machine.parameters[*i];
+        parameter.sd.map_or(0.0, |sd| (parameter.unit_slope(values[*i]) / sd).powi(2))
+    };
+    free.iter().map(of).collect()
+}
+
+/// What a measurement itself brings: what is known beforehand counts once, not with each.
+fn without_known(mut information: DMatrix<f64>, known: &[f64]) -> DMatrix<f64> {
+    known.iter().enumerate().for_each(|(column, known)| information[(column, column)] -= known);
+    information
+}
+
 fn structure(machine: &Machine, channel: &(String, String), rods: crate::model::Rods) -> Result<Arc<Structure>, ObjectiveError> {
     let named = |name: &String| {
         machine.point(name).ok_or_else(|| {
@@ -186,7 +210,7 @@ fn structure(machine: &Machine, channel: &(String, String), rods: crate::model::
 fn predicted_frf(
     machine: &Machine,
     values: &[f64],
-    (position, nut_m): (usize, Option<f64>),
+    (position, nut_m): (Option<usize>, Option<f64>),
     (response, excitation): (&String, &String),
     plan: FrfPlan,
 ) -> Result<Frf, ObjectiveError> {
@@ -206,7 +230,7 @@ fn predicted_frf(
         })
         .collect();
     Ok(Frf {
-        position: Some(position),
+        position,
         record: None,
         response: response.clone(),
         excitation: excitation.clone(),
@@ -255,11 +279,11 @@ mod tests {
 
     fn design(informations: &[[f64; 2]]) -> Design {
         let candidate = |(position, d): (usize, &[f64; 2])| Candidate {
-            position,
+            position: Some(position),
             channel: ("a".into(), "a".into()),
             information: DMatrix::from_diagonal(&nalgebra::DVector::from_row_slice(d)),
         };
-        Design { candidates: informations.iter().enumerate().map(candidate).collect(), free: vec![0, 1] }
+        Design { candidates: informations.iter().enumerate().map(candidate).collect(), free: vec![0, 1], known: vec![0.0, 0.0] }
     }
 
     #[test]

@@ -3,7 +3,7 @@
 use super::bootstrap::{Bootstrap, Drawn, bootstrap};
 use super::combination::{Combination, combinations};
 use super::problem::Problem;
-use super::profile::profiles;
+use super::profile::{CHI_SQUARE_95, profiles};
 use super::run::{Estimate, Plan, Repeat};
 use super::uncertainty::{Certainty, NARROWING, RANGE_SD, certainty};
 use crate::machine::{Machine, Parameter};
@@ -115,7 +115,20 @@ pub(super) fn estimate<P: Problem>(problem: &P, machine: &Machine, plan: &Plan, 
     }
     let described: Vec<&Parameter> = free.iter().map(|i| &machine.parameters[*i]).collect();
     let free_values: Vec<f64> = free.iter().map(|i| values[*i]).collect();
-    let combinations = if tells { combinations(&described, &free_values, &certainty) } else { Vec::new() };
+    let valley = |column: usize, by: f64| {
+        let mut moved = place.clone();
+        moved[column] = (moved[column] + by).clamp(0.0, 1.0);
+        let held: Vec<bool> = (0..moved.len()).map(|i| i == column).collect();
+        let polished = problem.squares(None, |squares| least_squares(squares, &moved, &held, POLISH, control.stop()));
+        let rise = polished.normal.chi_square - chi_square;
+        let all = problem.values(&polished.place);
+        (rise < CHI_SQUARE_95 * misfit * colour).then(|| free.iter().map(|i| all[*i]).collect())
+    };
+    let combinations = if tells && plan.profile { combinations(&described, &free_values, &certainty, valley) } else { Vec::new() };
+    if let Some(u) = place.get(free.len()).filter(|u| !(AT_BOUND..=1.0 - AT_BOUND).contains(*u)) {
+        let end = if *u < 0.5 { GAIN_RANGE.0 } else { GAIN_RANGE.1 };
+        warnings.push(format!("the gain lies at an end of its range, {end:e}: check the units of the set, or state the gain"));
+    }
     let complete = !control.stopped() && repeats.len() == plan.repeats.max(1) && repeats.iter().all(|r| r.found.complete);
     let agree = (complete && repeats.len() > 1).then(|| agreement(&repeats, &certainty, free.len()));
     if agree == Some(false) {
@@ -201,6 +214,8 @@ fn agreement(repeats: &[Repeat], certainty: &Certainty, free: usize) -> bool {
     let best = &repeats[0].found;
     let worst = repeats.last().map_or(best.cost, |r| r.found.cost);
     let costs = worst - best.cost <= 1e-3 * best.cost.abs().max(1e-12);
+    // Where costs are the same to a thousandth of what a 95 % interval allows, differences are for the intervals to tell.
+    let flat = worst - best.cost <= 1e-3 * CHI_SQUARE_95;
     let mut seen = (0..free).filter(|i| certainty.identifiable[*i]);
-    costs && seen.all(|i| repeats.iter().all(|r| (r.found.place[i] - best.place[i]).abs() <= (0.1 * certainty.sd[i]).max(1e-3)))
+    costs && (flat || seen.all(|i| repeats.iter().all(|r| (r.found.place[i] - best.place[i]).abs() <= (0.1 * certainty.sd[i]).max(1e-3))))
 }

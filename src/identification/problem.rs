@@ -30,8 +30,8 @@ pub trait Problem: Cost {
     fn is_likelihood(&self) -> bool;
     /// By how much neighbouring residuals that belong together enlarge the variance; 1 for independent ones.
     fn colour(&self, place: &[f64]) -> f64;
-    /// Residuals that are drawn together in a bootstrap, block by block: numbers of rows.
-    fn blocks(&self) -> Vec<usize>;
+    /// Blocks of residuals of a bootstrap: rows of each, and the position (or record) it belongs to.
+    fn blocks(&self) -> Vec<(usize, usize)>;
     /// Calls `work` with χ² as a sum of squares, rows counted `counts[block][row]` times where given.
     fn squares<T>(&self, counts: Option<&[Vec<f64>]>, work: impl FnOnce(&dyn LeastSquares) -> T) -> T
     where
@@ -74,8 +74,8 @@ impl Problem for ModeObjective<'_> {
     fn colour(&self, _place: &[f64]) -> f64 {
         1.0
     }
-    fn blocks(&self) -> Vec<usize> {
-        self.rows()
+    fn blocks(&self) -> Vec<(usize, usize)> {
+        self.rows().into_iter().enumerate().map(|(at, rows)| (rows, at)).collect()
     }
     fn squares<T>(&self, counts: Option<&[Vec<f64>]>, work: impl FnOnce(&dyn LeastSquares) -> T) -> T {
         work(&ModeSquares::new(self, counts.map(|c| c.concat())))
@@ -135,8 +135,8 @@ impl Problem for FrfObjective<'_> {
     fn colour(&self, place: &[f64]) -> f64 {
         self.colour(place)
     }
-    fn blocks(&self) -> Vec<usize> {
-        self.lines()
+    fn blocks(&self) -> Vec<(usize, usize)> {
+        self.blocks()
     }
     fn squares<T>(&self, counts: Option<&[Vec<f64>]>, work: impl FnOnce(&dyn LeastSquares) -> T) -> T {
         match counts {

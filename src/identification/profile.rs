@@ -8,7 +8,7 @@ pub const CHI_SQUARE_95: f64 = 3.841_458_820_694_124;
 /// Steps of one polish along a profile.
 const ITERATIONS: u64 = 40;
 /// Tries to meet the end of an interval.
-const TRIES: usize = 8;
+const TRIES: usize = 25;
 
 /// Intervals of all coordinates in the unit cube in which χ² rises by less than 3.84·`misfit` when the other coordinates follow; an end at 0 or 1
 /// is the end of the range. `None` where it was stopped.
@@ -37,12 +37,18 @@ pub fn profiles(
 fn profile_end(squares: &dyn LeastSquares, best: &Polished, coordinate: usize, edge: f64, reach: f64, rise: f64, control: &Control) -> f64 {
     let start = best.place[coordinate];
     let held: Vec<bool> = (0..best.place.len()).map(|i| i == coordinate).collect();
-    let toward = if edge > start { 1.0 } else { -1.0 };
+    // Toward 1, or toward 0.
+    let toward = if edge > 0.5 { 1.0 } else { -1.0 };
     let clamp = |u: f64| u.clamp(0.0, 1.0);
-    // Places and √(Δχ²/rise), which is a straight line for a parabola.
-    let (mut inside, mut outside): ((f64, f64), Option<(f64, f64)>) = ((start, 0.0), None);
+    if start == edge {
+        return edge;
+    }
+    // Places and √(Δχ²/rise) − 1, which is a straight line for a parabola.
+    let (mut inside, mut outside): ((f64, f64), Option<(f64, f64)>) = ((start, -1.0), None);
     let mut warm = best.place.clone();
     let mut next = clamp(start + toward * reach.max(1e-6));
+    // Which end the last try replaced, to halve the weight of one that stays (the Illinois rule).
+    let mut stayed = 0_i8;
     for _ in 0..TRIES {
         if control.stopped() || (next - inside.0).abs() < 1e-9 {
             break;
@@ -50,28 +56,36 @@ fn profile_end(squares: &dyn LeastSquares, best: &Polished, coordinate: usize, e
         let mut place = warm.clone();
         place[coordinate] = next;
         let polished = least_squares(squares, &place, &held, ITERATIONS, control.stop());
-        let height = ((polished.normal.chi_square - best.normal.chi_square).max(0.0) / rise).sqrt();
-        if (height - 1.0).abs() < 0.01 {
+        let height = ((polished.normal.chi_square - best.normal.chi_square).max(0.0) / rise).sqrt() - 1.0;
+        if height.abs() < 0.01 {
             return next;
         }
-        if height < 1.0 {
+        if height < 0.0 {
             if next == edge {
                 return edge;
             }
             (inside, warm) = ((next, height), polished.place);
+            if stayed == 1 {
+                outside = outside.map(|(far, high)| (far, 0.5 * high));
+            }
+            stayed = 1;
         } else {
             outside = Some((next, height));
+            if stayed == -1 {
+                inside.1 *= 0.5;
+            }
+            stayed = -1;
         }
         next = match outside {
             Some((far, high)) => {
-                let share = ((1.0 - inside.1) / (high - inside.1)).clamp(0.05, 0.95);
+                let share = (-inside.1 / (high - inside.1)).clamp(0.05, 0.95);
                 inside.0 + share * (far - inside.0)
             }
             // Further out, at most four times as far.
-            None => clamp(start + (inside.0 - start) * (1.02 / inside.1.max(0.25)).max(1.1)),
+            None => clamp(start + (inside.0 - start) * (1.02 / (1.0 + inside.1).max(0.25)).max(1.3)),
         };
     }
-    outside.map_or(inside.0, |(far, high)| inside.0 + (1.0 - inside.1) / (high - inside.1) * (far - inside.0))
+    next
 }
 
 #[cfg(test)]
@@ -125,6 +139,60 @@ mod tests {
             normal.add(1.0, below, &[if below > 0.0 { -10.0 } else { 0.0 }]);
             normal
         }
+    }
+
+    /// χ² rises steeply only far out: √Δχ² is far from a straight line.
+    struct Late;
+
+    impl LeastSquares for Late {
+        fn dimension(&self) -> usize {
+            1
+        }
+        fn chi_square(&self, x: &[f64]) -> f64 {
+            self.normal(x).chi_square
+        }
+        fn normal(&self, x: &[f64]) -> Normal {
+            let mut normal = Normal::zero(1);
+            let y = (x[0] - 0.2) / 0.4;
+            normal.add(1.0, 2.0 * y.powi(9), &[45.0 * y.powi(8)]);
+            normal
+        }
+    }
+
+    #[test]
+    fn limit_a_late_rise_is_found_where_it_is() {
+        let best = least_squares(&Late, &[0.2], &[], 50, &std::sync::Arc::default());
+        let certainty = certainty(&best.normal.information, 1.0);
+        let ends = profiles(&Late, &best, &certainty, 1.0, &Control::default()).unwrap();
+        let exact = 0.2 + 0.4 * (0.98_f64).powf(1.0 / 9.0);
+        assert!((ends[0].1 - exact).abs() < 2e-3 && ends[0].0 == 0.0, "{ends:?}, {exact}");
+    }
+
+    /// The minimum lies beyond the upper end of the range.
+    struct Beyond;
+
+    impl LeastSquares for Beyond {
+        fn dimension(&self) -> usize {
+            1
+        }
+        fn chi_square(&self, x: &[f64]) -> f64 {
+            self.normal(x).chi_square
+        }
+        fn normal(&self, x: &[f64]) -> Normal {
+            let mut normal = Normal::zero(1);
+            normal.add(1.0, (x[0] - 1.05) / 0.1, &[10.0]);
+            normal
+        }
+    }
+
+    #[test]
+    fn limit_at_the_upper_end_the_interval_reaches_inward_alone() {
+        let best = least_squares(&Beyond, &[0.5], &[], 50, &std::sync::Arc::default());
+        let certainty = certainty(&best.normal.information, 1.0);
+        let ends = profiles(&Beyond, &best, &certainty, 1.0, &Control::default()).unwrap();
+        // χ² = ((x − 1.05)/0.1)² rises by 3.84 from 0.25 at x = 1.
+        let exact = 1.05 - 0.1 * (0.25 + CHI_SQUARE_95).sqrt();
+        assert!(ends[0].1 == 1.0 && (ends[0].0 - exact).abs() < 3e-3, "{ends:?}, {exact}");
     }
 
     #[test]

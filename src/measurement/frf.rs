@@ -28,6 +28,9 @@ pub struct Line {
 /// Coherence below which a line is not accepted.
 pub const LEAST_COHERENCE: f64 = 0.8;
 
+/// Least 1 − γ² that is believed: a coherence printed to four digits.
+const LEAST_INCOHERENCE: f64 = 5e-5;
+
 /// A measured FRF.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Frf {
@@ -59,7 +62,7 @@ impl Frf {
         match line.noise? {
             Noise::Coherence(gamma2) => {
                 let averages = f64::from(self.averages?);
-                Some(((1.0 - gamma2).max(1e-12) / (2.0 * averages * gamma2)).sqrt())
+                Some(((1.0 - gamma2).max(LEAST_INCOHERENCE) / (2.0 * averages * gamma2)).sqrt())
             }
             Noise::RelativeSd(sd) => Some(sd / std::f64::consts::SQRT_2),
         }

@@ -252,6 +252,9 @@ fn read_frf(folder: &mut Folder<'_>, manifest: &Manifest, entry: &FrfFile, posit
     if averages == Some(0) {
         return Err(fault("averages: is 0; write a whole number from 1".into()));
     }
+    if averages == Some(1) && lines.iter().any(|l| matches!(l.noise, Some(super::Noise::Coherence(_)))) {
+        return Err(fault("averages: is 1, but the coherence of a single record is always 1; leave the column out, or average".into()));
+    }
     if averages.is_none() && lines.iter().any(|l| matches!(l.noise, Some(super::Noise::Coherence(_)))) {
         return Err(fault("has a coherence but no `averages`; write how many records were averaged".into()));
     }

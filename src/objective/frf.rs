@@ -133,6 +133,7 @@ impl<'m> FrfObjective<'m> {
         let mut channels: Vec<(usize, usize)> = Vec::new();
         let mut records = Vec::new();
         let mut nuts_m: Vec<f64> = Vec::new();
+        let mut groups: Vec<(Option<usize>, Option<&String>)> = Vec::new();
         for &index in frfs {
             let frf = &set.frfs[index];
             let response = point_named(machine, &frf.source, "response", &frf.response)?;
@@ -154,7 +155,12 @@ impl<'m> FrfObjective<'m> {
                     nuts_m.len() - 1
                 }),
             };
-            records.push(Record { nut, ..record(frf, index, operating, structure, settings)? });
+            let key = (frf.position, if frf.position.is_some() { None } else { frf.record.as_ref() });
+            let group = groups.iter().position(|g| *g == key).unwrap_or_else(|| {
+                groups.push(key);
+                groups.len() - 1
+            });
+            records.push(Record { nut, group, ..record(frf, index, operating, structure, settings)? });
         }
         check_overlap(set, &records)?;
         let pools = structures.iter().map(|_| Mutex::new(Vec::new())).collect();
@@ -424,6 +430,11 @@ impl<'m> FrfObjective<'m> {
             record.noise_sd = record.noise_sd.iter().step_by(stride).copied().collect();
         }
         thin
+    }
+
+    /// Lines of each record, and the group it belongs to: the FRFs of one position, or of one record where there is no position.
+    pub fn blocks(&self) -> Vec<(usize, usize)> {
+        self.records.iter().map(|r| (r.omega_rad_s.len(), r.group)).collect()
     }
 
     /// Lines of each record.

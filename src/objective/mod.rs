@@ -18,7 +18,7 @@ use crate::machine::{FitRule, Machine, MachineError};
 use crate::model::ModelError;
 
 /// Range of an unknown gain.
-pub const GAIN_RANGE: (f64, f64) = (1e-3, 1e3);
+pub const GAIN_RANGE: (f64, f64) = (1e-9, 1e9);
 
 /// Why an objective cannot be made.
 #[derive(Debug, Error)]

@@ -5,6 +5,7 @@ use num_complex::Complex64;
 use super::{FrfSettings, ObjectiveError};
 use crate::machine::Operating;
 use crate::measurement::{Frf, MeasurementSet};
+use crate::numeric::statistics::median;
 use crate::unit::omega_rad_s;
 
 /// Lines that are summed in one piece; sums are made in the order of the pieces, whatever the number of threads.
@@ -18,6 +19,8 @@ pub struct Record {
     pub(super) operating: Operating,
     /// Which nut position, of those of the objective; `usize::MAX` for none.
     pub(super) nut: usize,
+    /// Which position (or record) of the objective.
+    pub(super) group: usize,
     pub(super) structure: usize,
     pub(super) omega_rad_s: Vec<f64>,
     /// As a receptance.
@@ -55,6 +58,7 @@ pub(super) fn record(
         frf: index,
         operating,
         nut: usize::MAX,
+        group: 0,
         structure,
         omega_rad_s: Vec::new(),
         measured: Vec::new(),
@@ -65,7 +69,8 @@ pub(super) fn record(
         let omega = omega_rad_s(line.frequency_hz);
         let noise_sd = frf.component_sd(line);
         let sd = noise_sd.unwrap_or(0.0).hypot(settings.model_error);
-        if !(sd > 0.0) {
+        let stated = frf.lines.iter().any(|l| frf.component_sd(l).is_some());
+        if !(sd > 0.0) && !stated {
             let fault = "nothing is known of the noise of its lines; give a model error above 0 with --frf-model-error";
             return Err(ObjectiveError::Data(format!("{}: {fault}", frf.source)));
         }
@@ -73,6 +78,14 @@ pub(super) fn record(
         record.measured.push(line.value / frf.quantity.from_receptance(omega));
         record.weight.push(1.0 / (sd * sd));
         record.noise_sd.push(noise_sd);
+    }
+    // A line whose noise is not stated is as noisy as the middle one of its record, not free of noise.
+    if let Some(middle) = median(record.noise_sd.iter().flatten().copied()) {
+        for (weight, noise_sd) in record.weight.iter_mut().zip(&record.noise_sd) {
+            if noise_sd.is_none() {
+                *weight = 1.0 / (middle * middle + settings.model_error * settings.model_error);
+            }
+        }
     }
     if record.omega_rad_s.is_empty() {
         let (from, to) = settings.band_hz;

@@ -59,6 +59,12 @@ pub struct Settings {
     /// Lowest and highest frequency of FRFs (Hz), where it was limited.
     #[serde(default)]
     pub band_hz: Option<[f64; 2]>,
+    /// Positions and records asked to be fitted.
+    #[serde(default)]
+    pub positions: Option<Vec<String>>,
+    /// Records and positions asked to be held out.
+    #[serde(default)]
+    pub hold_out: Vec<String>,
     /// Bootstrap samples.
     #[serde(default)]
     pub bootstrap: usize,

@@ -268,6 +268,22 @@ pub fn summary_table(comparison: &Comparison) -> String {
     plain(&out)
 }
 
+/// Single- against multi-position by the gap of FRFs.
+pub fn gap_summary_table(comparison: &Comparison) -> String {
+    let mut header = vec!["Fitted on".to_string()];
+    header.extend(comparison.common_positions.iter().cloned());
+    header.push("together".into());
+    let mut out = table(&header.iter().map(String::as_str).collect::<Vec<_>>());
+    for run in comparison.runs.values() {
+        let cell = |x: Option<f64>| x.map_or_else(|| "–".to_string(), figure);
+        let mut row = vec![run.fit_positions.join(",")];
+        row.extend(comparison.common_positions.iter().map(|p| cell(run.positions.get(p).and_then(|p| p.gap))));
+        row.push(cell(run.common_gap));
+        out.add_row(row);
+    }
+    plain(&out)
+}
+
 /// Objectives scored by leaving out one fit position after another.
 pub fn objectives_table(objectives: &Objectives) -> String {
     let mut out = table(&["Objective", "Frequency rms", "ln amplitude rms", "Missing modes"]);

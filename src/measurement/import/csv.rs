@@ -2,7 +2,7 @@
 
 use num_complex::Complex64;
 
-use super::ImportedFrf;
+use super::{ImportedFrf, label};
 use crate::measurement::Quantity;
 
 /// What a column holds, by the usual names.
@@ -42,6 +42,16 @@ fn column(name: &str) -> Option<Column> {
     kinds.iter().find(|(names, _)| any(names)).map(|k| k.1)
 }
 
+/// The unit a header states in brackets, if any: `real (mm/N)`, `freq [kHz]`.
+fn unit(name: &str) -> Option<&str> {
+    let open = name.find(['(', '['])?;
+    let inside = name[open + 1..].trim_end().trim_end_matches([')', ']']);
+    // A pair of brackets inside belongs to the unit.
+    let inside =
+        if inside.contains('(') && !inside.contains(')') { &name[open + 1..name.rfind([')', ']']).unwrap_or(name.len())] } else { inside };
+    (!inside.trim().is_empty()).then_some(inside.trim())
+}
+
 /// Reads an FRF from a table with a header line, separated by commas, semicolons or tabs.
 ///
 /// # Errors  no header, a column missing or of no unit, a cell that is no number; no quantity was asked for.
@@ -69,6 +79,40 @@ pub fn frf_from_csv(source: &str, stem: &str, text: &str, asked: Option<Quantity
             ));
         }
     };
+    let name = |at: usize| header.get(at).unwrap_or("");
+    let to_hz = match unit(name(frequency)) {
+        None => 1.0,
+        Some(text) => label::frequency(text)
+            .ok_or_else(|| format!("{source}, line 1: the frequency's unit «{text}» is unknown; write Hz, kHz, rad/s or rpm"))?,
+    };
+    let stated = unit(name(first)).filter(|_| is_polar || first != second);
+    let decibels = |text: &str| text.to_lowercase().starts_with("db");
+    if stated.is_some_and(decibels) || name(first).to_lowercase().contains("_db") {
+        return Err(format!("{source}, line 1: «{}» is in decibels, whose reference is not known; write linear values", name(first)));
+    }
+    let mut warnings = Vec::new();
+    let size = match stated {
+        None => {
+            warnings.push(format!("{stem}: its values have no units; taken as SI"));
+            1.0
+        }
+        Some(text) => match label::ratio(text) {
+            Some((by_unit, _)) if by_unit != quantity => {
+                return Err(format!(
+                    "{source}, line 1: the unit «{text}» is that of a {}, not of a {}; write --quantity {}",
+                    by_unit.word(),
+                    quantity.word(),
+                    by_unit.word()
+                ));
+            }
+            Some((_, size)) => size,
+            None => {
+                return Err(format!(
+                    "{source}, line 1: the unit «{text}» is unknown; write one like m/N, (mm/s)/N or (m/s^2)/N, or none for SI"
+                ));
+            }
+        },
+    };
     let to_rad = if find(Column::PhaseDegrees).is_some() { std::f64::consts::PI / 180.0 } else { 1.0 };
     let coherence = find(Column::Coherence);
     let (mut frequency_hz, mut values, mut gammas) = (Vec::new(), Vec::new(), Vec::new());
@@ -83,8 +127,11 @@ pub fn frf_from_csv(source: &str, stem: &str, text: &str, asked: Option<Quantity
             })
         };
         let (a, b) = (number(first)?, number(second)?);
-        frequency_hz.push(number(frequency)?);
-        values.push(if is_polar { Complex64::from_polar(a, b * to_rad) } else { Complex64::new(a, b) });
+        if is_polar && a < 0.0 {
+            return Err(format!("{source}, line {line}: the magnitude is {a}; a linear magnitude is not negative"));
+        }
+        frequency_hz.push(number(frequency)? * to_hz);
+        values.push(size * if is_polar { Complex64::from_polar(a, b * to_rad) } else { Complex64::new(a, b) });
         if let Some(at) = coherence {
             gammas.push(number(at)?);
         }
@@ -100,7 +147,7 @@ pub fn frf_from_csv(source: &str, stem: &str, text: &str, asked: Option<Quantity
         values,
         coherence: coherence.map(|_| gammas),
         dropped: 0,
-        warnings: vec![format!("{stem}: a table has no units; taken as SI")],
+        warnings,
     }
     .checked()
 }
@@ -116,6 +163,19 @@ mod tests {
         assert_eq!(a.frequency_hz, [10.0]);
         assert!((a.values[0] - b.values[0]).norm() < 1e-12);
         assert_eq!(b.coherence, Some(vec![0.99]));
+    }
+
+    #[test]
+    fn units_of_the_header_are_heeded_or_refused() {
+        let read = |text: &str| frf_from_csv("a.csv", "a", text, Some(Quantity::Receptance));
+        let a = read("freq (kHz),real (mm/N),imag (mm/N)\n1,2,0\n").unwrap();
+        assert_eq!((a.frequency_hz[0], a.values[0].re), (1000.0, 2e-3));
+        assert!(a.warnings.is_empty(), "{:?}", a.warnings);
+        assert!(read("f (Hz),Magnitude (dB),Phase (deg)\n1,-40,0\n").unwrap_err().contains("decibels"));
+        assert!(read("f (Hz),real (furlong),imag\n1,1,0\n").unwrap_err().contains("furlong"));
+        assert!(read("f (Hz),real ((m/s^2)/N),imag\n1,1,0\n").unwrap_err().contains("--quantity accelerance"));
+        assert!(read("f,mag,phase_deg\n1,-1,0\n").unwrap_err().contains("line 2"));
+        assert!(read("f (parsec),re,im\n1,1,0\n").unwrap_err().contains("kHz"));
     }
 
     #[test]

@@ -28,6 +28,25 @@ pub(super) fn response(label: &str) -> Option<(Quantity, f64)> {
     length(&plain).map(|l| (Quantity::Receptance, l))
 }
 
+/// A unit of a response over a force, such as `mm/N` or `(m/s^2)/N`: quantity and size in SI units.
+pub(super) fn ratio(label: &str) -> Option<(Quantity, f64)> {
+    let plain = label.trim().trim_matches(['(', ')', '[', ']']);
+    let (over, under) = plain.rsplit_once('/')?;
+    let (quantity, size) = response(over)?;
+    Some((quantity, size / force(under)?))
+}
+
+/// A frequency unit's size in Hz.
+pub(super) fn frequency(label: &str) -> Option<f64> {
+    match label.trim().to_lowercase().as_str() {
+        "hz" => Some(1.0),
+        "khz" => Some(1e3),
+        "rad/s" => Some(1.0 / std::f64::consts::TAU),
+        "rpm" | "1/min" => Some(1.0 / 60.0),
+        _ => None,
+    }
+}
+
 /// A force unit's size in N.
 pub(super) fn force(label: &str) -> Option<f64> {
     match label.trim().to_lowercase().as_str() {
