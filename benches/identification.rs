@@ -7,10 +7,11 @@ use criterion::{Criterion, criterion_group, criterion_main};
 use jointid::config::read_machine;
 use jointid::identification::{Plan, identify};
 use jointid::machine::Operating;
-use jointid::measurement::read_set;
+use jointid::measurement::{Frf, Gain, Line, Noise, Quantity, read_set};
 use jointid::model::{Rods, Structure};
-use jointid::objective::{ModeObjective, ModeSettings};
-use jointid::optimizer::{Control, Cost};
+use jointid::objective::{FrfObjective, FrfSettings, ModeObjective, ModeSettings};
+use jointid::optimizer::{Control, Cost, LeastSquares};
+use jointid::unit::omega_rad_s;
 
 fn bench(criterion: &mut Criterion) {
     let config = read_machine("configs/tian.toml", &[], &[]).expect("the embedded bench");
@@ -28,6 +29,35 @@ fn bench(criterion: &mut Criterion) {
     let objective = ModeObjective::new(machine, &fit, ModeSettings::default(), &[]).expect("an objective");
     let place = vec![0.4; objective.free.len()];
     criterion.bench_function("objective, 3 positions × 4 orders", |b| b.iter(|| objective.at(black_box(&place))));
+
+    // Whole FRFs: 3 positions × 1,000 lines of the bench itself.
+    let frf = |position: usize| -> Frf {
+        let operating = Operating { nut_m: set.positions[position].nut_m };
+        network.update(machine, &machine.start(), &operating);
+        let line = |i: u32| {
+            let frequency_hz = f64::from(i) + 5.0;
+            let value = network.receptance(omega_rad_s(frequency_hz), &mut work);
+            Line { frequency_hz, value, noise: Some(Noise::RelativeSd(0.02)) }
+        };
+        Frf {
+            position: Some(position),
+            record: None,
+            response: "table".into(),
+            excitation: "table".into(),
+            quantity: Quantity::Receptance,
+            averages: None,
+            source: "bench".into(),
+            lines: (0..1000).map(line).collect(),
+            rejected: 0,
+        }
+    };
+    let mut whole = set.clone();
+    (whole.frfs, whole.gain) = ([0, 2, 4].map(frf).to_vec(), Gain::Known(1.0));
+    let (frf_fit, _) = whole.split(None, &[]).expect("its split");
+    let frfs = FrfObjective::new(machine, &frf_fit, FrfSettings::default(), &[]).expect("an objective");
+    let place = vec![0.4; LeastSquares::dimension(&frfs)];
+    criterion.bench_function("whole FRFs, χ² of 3,000 lines", |b| b.iter(|| frfs.chi_square(black_box(&place))));
+    criterion.bench_function("whole FRFs, normal equations of 3,000 lines", |b| b.iter(|| frfs.normal(black_box(&place)).chi_square));
 
     let mut slow = criterion.benchmark_group("whole");
     slow.sample_size(10);

@@ -5,6 +5,8 @@ pub mod unit;
 
 pub mod measurement;
 
+pub mod modal;
+
 pub mod contact;
 
 pub mod machine;
@@ -15,6 +17,7 @@ pub mod objective;
 
 pub mod optimizer;
 
+pub mod diagnosis;
 pub mod identification;
 
 pub mod validation;

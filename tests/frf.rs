@@ -158,7 +158,7 @@ rescale = [
     { part = "shaft-diameter", name = "screw", law = "relative", by = "thick" },
     { part = "shaft-modulus", name = "screw", law = "relative", by = "modulus" },
     { part = "point-inertia", name = "table", law = "relative", by = "mass" },
-    { part = "joint-stiffness", name = "nut", law = "along-stroke", by = "slope" },
+    { part = "joint-stiffness", name = "nut", law = "added", by = "slope" },
     { part = "joint-stiffness", name = "coupling", law = "in-series", by = "k_flange" },
     { part = "chain-delay", law = "replace", by = "delay" },
     { part = "chain-gain", law = "relative", by = "factor" },
@@ -176,7 +176,7 @@ eta = { unit = "1", start = 0.01, lower = 0.0, upper = 0.1 }
 thick = { unit = "1", start = 0.02, lower = -0.1, upper = 0.1 }
 modulus = { unit = "1", start = 0.01, lower = -0.1, upper = 0.1, sd = 0.02 }
 mass = { unit = "1", start = -0.03, lower = -0.2, upper = 0.2 }
-slope = { unit = "1", start = 0.2, lower = -1.0, upper = 1.0 }
+slope = { unit = "N/m", start = 0.2, lower = -1e8, upper = 1e8 }
 k_flange = { unit = "N*m/rad", start = 1e4, lower = 1e3, upper = 1e6 }
 delay = { unit = "s", start = 1e-5, lower = -1e-4, upper = 1e-4 }
 factor = { unit = "1", start = 0.1, lower = -0.5, upper = 0.5 }
@@ -195,7 +195,7 @@ k_pad = { unit = "N/m", start = 2e6, lower = 1e5, upper = 1e8 }
     set.gain = Gain::Unknown;
     let (fit, _) = set.split(None, &[]).unwrap();
     for rods in [Rods::Exact, Rods::Lumped(5)] {
-        let objective = FrfObjective::new(machine, &fit, FrfSettings { rods, ..FrfSettings::default() }, &[]).unwrap();
+        let objective = FrfObjective::new(machine, &fit, FrfSettings { rods, nut_sd_m: 1e-3, ..FrfSettings::default() }, &[]).unwrap();
         let place: Vec<f64> = (0..LeastSquares::dimension(&objective)).map(|_| 0.2 + 0.6 * random.next()).collect();
         let normal = objective.normal(&place);
         assert!((normal.chi_square / objective.chi_square(&place) - 1.0).abs() < 1e-12);

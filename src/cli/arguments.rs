@@ -38,6 +38,14 @@ pub enum Command {
     /// Write the FRFs of a measurement set as a universal file
     #[command(after_help = "Example:\n  jointid export --measurements bench --out bench.uff")]
     Export(ExportArguments),
+    /// Take natural frequencies from FRFs and track them across positions
+    #[command(after_help = "Example:\n  jointid peaks --measurements bench --out bench-peaks")]
+    Peaks(PeaksArguments),
+    /// Rank positions and responses by what measuring them would tell
+    #[command(
+        after_help = "Example:\n  jointid plan --choose 3 --data frf --noise 0.02\n  jointid plan --measured l1,l3 --channels table/table,rotor/table"
+    )]
+    Plan(PlanArguments),
     /// Set the lumped model against the exact one, for several numbers of lumps
     #[command(after_help = "Example:\n  jointid convergence --positions l1,l3,l5 --counts 5,10,20,40")]
     Convergence(ConvergenceArguments),
@@ -195,6 +203,82 @@ pub struct CompareArguments {
     pub objectives: bool,
     #[command(flatten)]
     pub search: SearchArguments,
+    #[command(flatten)]
+    pub output: Output,
+}
+
+/// `peaks`.
+#[derive(Debug, Args)]
+pub struct PeaksArguments {
+    /// Folder of the measurement set
+    #[arg(long, value_name = "DIR")]
+    pub measurements: String,
+    /// Lowest and highest frequency (Hz)
+    #[arg(long, value_name = "FROM,TO", value_delimiter = ',', num_args = 1)]
+    pub band: Vec<f64>,
+    /// Fit the modes of --band alone, what lies outside as a background
+    #[arg(long)]
+    pub local: bool,
+    /// Highest polynomial order of the stabilisation diagram
+    #[arg(long, value_name = "N", default_value_t = 48, value_parser = clap::value_parser!(u8).range(8..=120))]
+    pub max_order: u8,
+    /// Show peaks without regularity, too, and why
+    #[arg(long)]
+    pub all: bool,
+    #[command(flatten)]
+    pub output: Output,
+}
+
+/// Kinds of data by name.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum DataName {
+    /// Natural frequencies and amplitudes
+    Modes,
+    /// Whole FRFs
+    Frf,
+}
+
+/// `plan`.
+#[derive(Debug, Args)]
+pub struct PlanArguments {
+    #[command(flatten)]
+    pub sources: Sources,
+    /// Parameter values from this identification.json instead of the start values
+    #[arg(long, value_name = "FILE")]
+    pub result: Option<PathBuf>,
+    /// What is measured; frf where the set has FRFs
+    #[arg(long, value_enum)]
+    pub data: Option<DataName>,
+    /// Measurements to choose at once; 2 and 3, or 1 beside those measured
+    #[arg(long, value_name = "N", value_delimiter = ',', value_parser = clap::value_parser!(u8).range(1..=8))]
+    pub choose: Vec<u8>,
+    /// Measurements made already: positions, or position:response/excitation
+    #[arg(long, value_name = "NAMES", value_delimiter = ',')]
+    pub measured: Vec<String>,
+    /// Responses and excitations to choose from; those of the set by default
+    #[arg(long, value_name = "POINT/POINT", value_delimiter = ',')]
+    pub channels: Vec<String>,
+    /// Relative standard deviation of an FRF line
+    #[arg(long, value_name = "SHARE", default_value_t = 0.02)]
+    pub noise: f64,
+    /// Lowest and highest frequency (Hz)
+    #[arg(long, value_name = "FROM,TO", value_delimiter = ',', num_args = 1)]
+    pub band: Vec<f64>,
+    /// Lines of an FRF
+    #[arg(long, value_name = "N", default_value_t = 400, value_parser = clap::value_parser!(u16).range(2..))]
+    pub lines: u16,
+    /// Keep these parameters at their values
+    #[arg(long, value_name = "PARAMETERS", value_delimiter = ',')]
+    pub freeze: Vec<String>,
+    /// How rods are represented
+    #[arg(long, value_enum, default_value = "receptance")]
+    pub model: ModelName,
+    /// Lumps per rod of the lumped model
+    #[arg(long, value_name = "N", default_value_t = 40, value_parser = clap::value_parser!(u16).range(1..=500))]
+    pub lumps: u16,
+    /// Choices shown of each ranking
+    #[arg(long, value_name = "N", default_value_t = 5)]
+    pub top: u16,
     #[command(flatten)]
     pub output: Output,
 }

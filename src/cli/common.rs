@@ -109,7 +109,12 @@ pub fn plan(search: &SearchArguments, set: &MeasurementSet) -> Result<Plan, Stri
     if !(0.0..=1e3).contains(&search.frf_model_error) {
         return Err(format!("--frf-model-error {}: write 0 or a number above it, such as 0.01", search.frf_model_error));
     }
-    let frf = FrfSettings { model_error: search.frf_model_error, band_hz: band_hz(search)?, rods: rods(search.model, search.lumps) };
+    let frf = FrfSettings {
+        model_error: search.frf_model_error,
+        band_hz: band_hz(search)?,
+        rods: rods(search.model, search.lumps),
+        ..FrfSettings::default()
+    };
     Ok(Plan {
         settings: ModeSettings {
             objective: search.objective.map_or(Objective::LeastSquares, objective),
@@ -123,6 +128,7 @@ pub fn plan(search: &SearchArguments, set: &MeasurementSet) -> Result<Plan, Stri
         strategy: Strategy::CurrentToPbest,
         frf: fits_frfs(search, set).then_some(frf),
         near: None,
+        profile: true,
         bootstrap: usize::from(search.bootstrap),
     })
 }
@@ -162,6 +168,20 @@ pub fn stamp(schema: &str, seed: u64, complete: bool, loaded: &Loaded, warnings:
         overrides: loaded.overrides.clone(),
         without: loaded.without.clone(),
         warnings: all,
+    }
+}
+
+/// The stamp of a document that rests on measurements alone.
+pub fn set_stamp(schema: &str, set: &MeasurementSet, warnings: Vec<String>) -> Stamp {
+    Stamp {
+        schema: format!("jointid/{schema}/1"),
+        tool_version: env!("CARGO_PKG_VERSION").into(),
+        seed: 0,
+        complete: true,
+        inputs: set.files.iter().map(|f| Input { path: f.path.clone(), sha256: digest(&f.bytes) }).collect(),
+        overrides: Vec::new(),
+        without: Vec::new(),
+        warnings: set.warnings.iter().cloned().chain(warnings).collect(),
     }
 }
 

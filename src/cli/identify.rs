@@ -5,9 +5,11 @@ use super::common::{CommandResult, Loaded, Outcome, deliver, load, on_threads, p
 use super::progress::Progress;
 use super::rows;
 use crate::identification::{Identification, identify};
+use crate::objective::ObjectiveError;
 use crate::optimizer::Control;
 use crate::report::document;
 use crate::report::{bootstrap_table, derived_table, frfs_table, parameters_table, positions_table};
+use crate::validation::left_out;
 
 /// Runs the command.
 pub fn run(given: &IdentifyArguments) -> CommandResult {
@@ -18,9 +20,20 @@ pub fn run(given: &IdentifyArguments) -> CommandResult {
     let progress = Progress::begin(given.output.quiet, "identify");
     let control = Control::new(stop_flag(), Some(progress.watcher()));
     let machine = &loaded.config.machine;
-    let found = on_threads(given.search.threads, || identify(machine, &fit, &held_out, &plan, &control))?;
+    let run = || -> Result<_, ObjectiveError> {
+        let mut found = identify(machine, &fit, &held_out, &plan, &control)?;
+        // Where nothing is held out, each position's figures are those of a fit without it.
+        let alone = held_out.positions.is_empty() && held_out.frfs.is_empty();
+        let predicted = if alone && found.complete { left_out(machine, &fit, &plan, &found, &control)? } else { None };
+        let left_one_out = predicted.is_some();
+        if let Some(predicted) = predicted {
+            (found.fitted, found.fitted_frfs) = (predicted.modes, predicted.frfs);
+        }
+        Ok((found, left_one_out))
+    };
+    let ran = on_threads(given.search.threads, run)?;
     progress.end();
-    let found = found.map_err(told)?;
+    let (found, leave_one_out) = ran.map_err(told)?;
     let names = |positions: &[usize], frfs: &[usize]| -> Vec<String> {
         let mut names: Vec<String> = positions.iter().map(|i| loaded.set.positions[*i].name.clone()).collect();
         for record in frfs.iter().filter(|i| loaded.set.frfs[**i].position.is_none()).filter_map(|i| loaded.set.frfs[*i].record.as_ref()) {
@@ -69,6 +82,7 @@ pub fn run(given: &IdentifyArguments) -> CommandResult {
                 trace: r.found.trace.clone(),
             })
             .collect(),
+        leave_one_out,
         fitted_parameters: {
             let free = found.free.iter().map(|i| machine.parameters[*i].id.clone());
             free.chain((found.certainty.sd.len() > found.free.len()).then(|| "gain".to_string())).collect()
@@ -89,7 +103,11 @@ fn text(loaded: &Loaded, document: &document::Identification, found: &Identifica
         "{}\nfitted on {}, held out {}\n\n",
         loaded.config.machine.title,
         document.fit_positions.join(", "),
-        if document.held_out_positions.is_empty() { "nothing".into() } else { document.held_out_positions.join(", ") },
+        match (document.held_out_positions.is_empty(), document.leave_one_out) {
+            (false, _) => document.held_out_positions.join(", "),
+            (true, false) => "nothing".into(),
+            (true, true) => "nothing: the figures of each are those of a fit without it".into(),
+        }
     );
     text += &parameters_table(&document.parameters);
     text.push('\n');

@@ -8,6 +8,8 @@ mod friction;
 mod identify;
 mod import;
 mod model_arguments;
+mod peaks;
+mod plan;
 mod progress;
 mod published;
 mod rows;
@@ -33,6 +35,8 @@ pub fn run() -> ExitCode {
         Command::Export(given) => import::export(&given),
         Command::Convergence(given) => convergence::run(&given),
         Command::Friction(given) => friction::run(&given),
+        Command::Peaks(given) => peaks::run(&given),
+        Command::Plan(given) => plan::run(&given),
         Command::Simulate(given) => simulate::run(&given),
     };
     match outcome {

@@ -10,7 +10,7 @@ use super::common::{CommandResult, Loaded, Outcome, deliver, document_input, loa
 use super::import::quantity;
 use super::validate::check_identification;
 use super::{published, sweep};
-use crate::machine::{Machine, Operating};
+use crate::machine::{Chain, Machine, Operating};
 use crate::model::{Rods, Structure, undamped_modes};
 use crate::report::document::{Frfs, Identification, ModeRow, Modes};
 use crate::unit::omega_rad_s;
@@ -197,10 +197,12 @@ fn frf(given: &FrfArguments) -> CommandResult {
     let mut text = String::from("position,frequency_hz,real,imag\n");
     for (name, operating) in places {
         network.update(machine, &values, &operating);
+        let chain = machine.chain.at(&values, &operating);
         let mut row = Vec::with_capacity(lines);
         for &f in &frequency_hz {
             let omega = omega_rad_s(f);
-            let h = network.at(omega, &mut work).receptance * quantity.from_receptance(omega);
+            let recorded = Chain::log_factor(chain, omega).exp();
+            let h = network.receptance(omega, &mut work) * quantity.from_receptance(omega) * recorded;
             let _ = writeln!(text, "{name},{f},{:e},{:e}", h.re, h.im);
             row.push([h.re, h.im]);
         }

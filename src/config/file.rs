@@ -204,6 +204,26 @@ pub struct EffectFile {
     parameter: BTreeMap<String, ParameterFile>,
     #[serde(default)]
     rescale: Vec<RescaleFile>,
+    #[serde(default)]
+    reattach: Vec<ReattachFile>,
+    #[serde(default)]
+    attach: Vec<AttachFile>,
+}
+
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct ReattachFile {
+    joint: String,
+    from: String,
+    to: String,
+}
+
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct AttachFile {
+    joint: String,
+    to: String,
+    times: f64,
 }
 
 #[derive(Debug, Clone, Deserialize)]
@@ -222,6 +242,7 @@ enum PartFile {
     PointInertia,
     JointStiffness,
     JointDamping,
+    JointLossFactor,
     ShaftDiameter,
     ShaftLossFactor,
     ShaftModulus,
@@ -279,6 +300,7 @@ enum LawFile {
     AlongStroke,
     Replace,
     InSeries,
+    Added,
 }
 
 fn point(file: PointFile) -> Result<PointPatch, String> {
@@ -373,6 +395,7 @@ fn rescale(file: RescaleFile) -> (Target, Rescale, String) {
         PartFile::PointInertia => Target::PointInertia(file.name),
         PartFile::JointStiffness => Target::JointStiffness(file.name),
         PartFile::JointDamping => Target::JointDamping(file.name),
+        PartFile::JointLossFactor => Target::JointLossFactor(file.name),
         PartFile::ShaftDiameter => Target::ShaftDiameter(file.name),
         PartFile::ShaftLossFactor => Target::ShaftLossFactor(file.name),
         PartFile::ShaftModulus => Target::ShaftModulus(file.name),
@@ -385,6 +408,7 @@ fn rescale(file: RescaleFile) -> (Target, Rescale, String) {
         LawFile::AlongStroke => Rescale::AlongStroke,
         LawFile::Replace => Rescale::Replace,
         LawFile::InSeries => Rescale::InSeries,
+        LawFile::Added => Rescale::Added,
     };
     (target, law, file.by)
 }
@@ -401,6 +425,8 @@ impl MachineFile {
             joints: self.joint.into_iter().map(joint).collect::<Result<_, _>>()?,
             parameters: self.parameter.into_iter().map(parameter).collect(),
             rescales: Vec::new(),
+            reattached: Vec::new(),
+            attached: Vec::new(),
             derived: self.derived.into_iter().map(|(name, d)| (name, d.into())).collect(),
         })
     }
@@ -417,6 +443,8 @@ impl EffectFile {
                 joints: self.joint.into_iter().map(joint).collect::<Result<_, _>>().map_err(named)?,
                 parameters: self.parameter.into_iter().map(parameter).collect(),
                 rescales: self.rescale.into_iter().map(rescale).collect(),
+                reattached: self.reattach.into_iter().map(|r| (r.joint, r.from, r.to)).collect(),
+                attached: self.attach.into_iter().map(|a| (a.joint, a.to, a.times)).collect(),
                 ..Patch::default()
             },
             id: self.id,

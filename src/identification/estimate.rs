@@ -8,7 +8,7 @@ use super::run::{Estimate, Plan, Repeat};
 use super::uncertainty::{Certainty, NARROWING, RANGE_SD, certainty};
 use crate::machine::{Machine, Parameter};
 use crate::objective::{GAIN_RANGE, ObjectiveError};
-use crate::optimizer::{Control, Found, Polished, SearchSettings, search};
+use crate::optimizer::{Control, Found, Polished, SearchSettings, least_squares, search};
 
 /// What is known of the parameters after a fit.
 pub(super) struct Estimation {
@@ -30,25 +30,20 @@ pub(super) struct Estimation {
     pub warnings: Vec<String>,
 }
 
+/// Most steps of a polish from a place nearby.
+const POLISH: u64 = 100;
 /// Distance from an end of the unit interval that counts as being there.
 const AT_BOUND: f64 = 1e-3;
 
 /// One search from a seed: differential evolution, then the polish of the problem. The place has the gain added.
 fn one_search<P: Problem>(problem: &P, plan: &Plan, seed: u64, control: &Control) -> (Found, Vec<f64>) {
     if let Some(near) = &plan.near {
-        let population = vec![near.clone()];
-        let start = Found {
-            place: near.clone(),
-            cost: problem.at(near),
-            evaluations: 1,
-            generations: 0,
-            trace: Vec::new(),
-            population,
-            complete: true,
-        };
-        let (place, cost, spent) = problem.polish(&start, control);
-        let evaluations = 1 + spent;
-        return (Found { place: place[..near.len()].to_vec(), cost, evaluations, population: Vec::new(), ..start }, place);
+        let polished = problem.squares(None, |squares| least_squares(squares, near, &[], POLISH, control.stop()));
+        let (place, cost) = (polished.place[..problem.dimension()].to_vec(), polished.normal.chi_square);
+        let (trace, population) = (Vec::new(), Vec::new());
+        let found =
+            Found { place, cost, evaluations: polished.evaluations, generations: 0, trace, population, complete: !control.stopped() };
+        return (found, polished.place);
     }
     let usual = SearchSettings { strategy: plan.strategy, ..SearchSettings::for_dimension(problem.dimension(), seed) };
     let mut found = search(problem, problem.settings(usual), control);
@@ -91,7 +86,7 @@ pub(super) fn estimate<P: Problem>(problem: &P, machine: &Machine, plan: &Plan, 
     let best = Polished { place: place.clone(), normal, evaluations: 0, converged: true };
     // Eq. 26 is no likelihood: its minimum tells no intervals.
     let tells = problem.is_likelihood();
-    let intervals: Vec<(f64, f64)> = tells
+    let intervals: Vec<(f64, f64)> = (tells && plan.profile)
         .then(|| problem.squares(None, |squares| profiles(squares, &best, &certainty, misfit * colour, control)))
         .flatten()
         .unwrap_or_else(|| place.iter().zip(&certainty.sd).map(|(u, sd)| (u - 1.96 * sd, u + 1.96 * sd)).collect());

@@ -2,6 +2,7 @@
 
 mod bootstrap;
 mod combination;
+mod design;
 mod estimate;
 mod problem;
 mod profile;
@@ -10,5 +11,6 @@ mod uncertainty;
 
 pub use bootstrap::{Bootstrap, Drawn};
 pub use combination::{Combination, Kind as CombinationKind};
+pub use design::{Candidate, Choice, Design, FrfPlan};
 pub use run::{DerivedEstimate, Estimate, Identification, Plan, Repeat, identify};
 pub use uncertainty::{Certainty, NARROWING, RANGE_SD, certainty};

@@ -25,8 +25,10 @@ pub struct Plan {
     pub repeats: usize,
     /// Strategy of the differential evolution.
     pub strategy: Strategy,
-    /// Place of the free parameters to polish from instead of a search: for data that are known to lie near it.
+    /// Place (of the free parameters, and last of an unknown gain) to polish from instead of a search: for data known to lie near it.
     pub near: Option<Vec<f64>>,
+    /// Intervals by profile likelihood, or else by the covariance alone.
+    pub profile: bool,
     /// Bootstrap samples over lines, and as many over positions; 0 for none.
     pub bootstrap: usize,
 }
@@ -41,6 +43,7 @@ impl Default for Plan {
             repeats: 3,
             strategy: Strategy::CurrentToPbest,
             near: None,
+            profile: true,
             bootstrap: 0,
         }
     }

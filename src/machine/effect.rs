@@ -100,6 +100,8 @@ pub enum Target {
     JointStiffness(String),
     /// Damping of the joint of that name.
     JointDamping(String),
+    /// Loss factor of the joint of that name.
+    JointLossFactor(String),
     /// Diameter of the shaft of that name.
     ShaftDiameter(String),
     /// Loss factor of the shaft of that name.
@@ -125,6 +127,8 @@ pub enum Rescale {
     Replace,
     /// With the parameter as a spring in series: x·p/(x + p).
     InSeries,
+    /// Plus the parameter.
+    Added,
 }
 
 /// What a description, or an effect, adds to a machine.
@@ -144,6 +148,10 @@ pub struct Patch {
     pub parameters: Vec<Parameter>,
     /// Numbers it scales: which, how, by which parameter.
     pub rescales: Vec<(Target, Rescale, String)>,
+    /// Joints that act on one point (or the ground) and from now on act on another: joint, from, to.
+    pub reattached: Vec<(String, String, String)>,
+    /// Points that joints act on from now on, too: joint, point, coefficient.
+    pub attached: Vec<(String, String, f64)>,
     /// Quantities to be reported: name and how they follow.
     pub derived: Vec<(String, DerivedPatch)>,
 }

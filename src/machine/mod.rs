@@ -5,6 +5,7 @@
 //! and **parameters** (the numbers that are not known, each with unit, plausible range and source).
 //! An **effect** is a patch of such a description: more points, joints and parameters, or laws that scale values.
 
+mod apply;
 mod chain;
 mod check;
 mod compose;

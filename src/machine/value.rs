@@ -39,19 +39,21 @@ pub enum Law {
     AlongStroke(usize, f64),
     /// x becomes x·p/(x + p): a spring p in series with a spring x.
     InSeries(usize),
+    /// x + p.
+    Added(usize),
 }
 
 impl Law {
     /// The parameter it depends on, by index.
     fn parameter(&self) -> usize {
         match *self {
-            Law::Relative(index) | Law::Times(index) | Law::AlongStroke(index, _) | Law::InSeries(index) => index,
+            Law::Relative(index) | Law::Times(index) | Law::Added(index) | Law::AlongStroke(index, _) | Law::InSeries(index) => index,
         }
     }
 
     fn parameter_mut(&mut self) -> &mut usize {
         match self {
-            Law::Relative(index) | Law::Times(index) | Law::AlongStroke(index, _) | Law::InSeries(index) => index,
+            Law::Relative(index) | Law::Times(index) | Law::Added(index) | Law::AlongStroke(index, _) | Law::InSeries(index) => index,
         }
     }
 
@@ -61,6 +63,7 @@ impl Law {
         match *self {
             Law::Relative(_) => (x * (1.0 + p), 1.0 + p, x),
             Law::Times(_) => (x * p, p, x),
+            Law::Added(_) => (x + p, 1.0, 1.0),
             Law::AlongStroke(_, stroke_m) => {
                 let share = 2.0 * operating.nut_m.unwrap_or(0.5 * stroke_m) / stroke_m - 1.0;
                 let factor = (p * share).exp();
@@ -172,7 +175,7 @@ mod tests {
 
     #[test]
     fn gradients_are_those_of_finite_differences() {
-        let laws = vec![Law::Relative(1), Law::InSeries(2), Law::AlongStroke(3, 2.0), Law::Times(4)];
+        let laws = vec![Law::Relative(1), Law::InSeries(2), Law::AlongStroke(3, 2.0), Law::Times(4), Law::Added(1)];
         let single = Value { base: Base::Parameter(0), laws };
         let other = Value { base: Base::Number(4.0), laws: vec![Law::Times(1)] };
         let series = vec![("a".to_string(), single.clone()), ("b".into(), other), ("c".into(), Value::parameter(0))];

@@ -5,13 +5,12 @@ use std::sync::{Arc, Mutex};
 use num_complex::Complex64;
 use rayon::prelude::*;
 
-use super::record::{Record, check_overlap, pieces, record, wrapped};
+use super::record::{Record, check_overlap, record, wrapped};
 use super::{GAIN_RANGE, ObjectiveError, free_parameters, point_named};
 use crate::machine::{Chain, FitRule, Machine, Operating};
 use crate::measurement::{FitSet, Gain, HoldOutSet, MeasurementSet};
-use crate::model::{Network, Rods, Sensitivity, Structure, Workspace};
+use crate::model::{Network, Rods, Structure, Workspace};
 use crate::numeric::statistics::root_mean_square;
-use crate::optimizer::{LeastSquares, Normal};
 
 /// Weights and options of an FRF objective.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -20,6 +19,8 @@ pub struct FrfSettings {
     pub model_error: f64,
     /// Lowest and highest frequency fitted and compared (Hz).
     pub band_hz: (f64, f64),
+    /// Standard deviation of each nut position (m): one unknown more for each, known beforehand that well. 0: they are exact.
+    pub nut_sd_m: f64,
     /// How rods are represented.
     pub rods: Rods,
 }
@@ -27,7 +28,7 @@ pub struct FrfSettings {
 impl Default for FrfSettings {
     /// One percent and all lines: the repeatability of a hammer test that was set up anew.
     fn default() -> Self {
-        FrfSettings { model_error: 0.01, band_hz: (0.0, f64::INFINITY), rods: Rods::Exact }
+        FrfSettings { model_error: 0.01, band_hz: (0.0, f64::INFINITY), nut_sd_m: 0.0, rods: Rods::Exact }
     }
 }
 
@@ -47,11 +48,30 @@ pub struct FrfGap {
     pub lines: usize,
 }
 
+/// Standard deviations of a nut position from one end of its coordinate to the other.
+pub(super) const NUT_SPAN: f64 = 20.0;
+
+/// What a place of the unit cube means.
+pub(super) struct Here {
+    pub(super) parameters: Vec<f64>,
+    pub(super) log_gain: f64,
+    /// Shift of each nut position (m).
+    pub(super) nut_shift_m: Vec<f64>,
+}
+
+impl Here {
+    /// The operating condition of a record.
+    pub(super) fn operating(&self, record: &Record) -> Operating {
+        let shift_m = self.nut_shift_m.get(record.nut).copied().unwrap_or(0.0);
+        Operating { nut_m: record.operating.nut_m.map(|nut_m| nut_m + shift_m), ..record.operating }
+    }
+}
+
 /// Room for one evaluation.
-struct Scratch {
-    network: Network,
-    work: Workspace,
-    row: Vec<Complex64>,
+pub(super) struct Scratch {
+    pub(super) network: Network,
+    pub(super) work: Workspace,
+    pub(super) row: Vec<Complex64>,
 }
 
 /// Distance between predicted and measured FRFs, as a function of a machine's free parameters and, where it is unknown, the gain.
@@ -59,11 +79,13 @@ struct Scratch {
 /// # Source  r = ln(H_measured/H_predicted): relative in magnitude, absolute in phase; variance of its components by Bendat and Piersol
 ///           from the coherence, see [`Frf::component_sd`](crate::measurement::Frf::component_sd).
 pub struct FrfObjective<'m> {
-    machine: &'m Machine,
+    pub(super) machine: &'m Machine,
     structures: Vec<Arc<Structure>>,
-    settings: FrfSettings,
-    records: Vec<Record>,
+    pub(super) settings: FrfSettings,
+    pub(super) records: Vec<Record>,
     gain: Gain,
+    /// Nut positions that are known only to a standard deviation.
+    pub(super) nuts: usize,
     /// Indices of the parameters that are free.
     pub free: Vec<usize>,
     base: Vec<f64>,
@@ -100,6 +122,7 @@ impl<'m> FrfObjective<'m> {
         let mut structures: Vec<Arc<Structure>> = Vec::new();
         let mut channels: Vec<(usize, usize)> = Vec::new();
         let mut records = Vec::new();
+        let mut nuts_m: Vec<f64> = Vec::new();
         for &index in frfs {
             let frf = &set.frfs[index];
             let response = point_named(machine, &frf.source, "response", &frf.response)?;
@@ -114,11 +137,19 @@ impl<'m> FrfObjective<'m> {
                     channels.len() - 1
                 }
             };
-            records.push(record(frf, index, operating, structure, settings)?);
+            let nut = match operating.nut_m {
+                None => usize::MAX,
+                Some(nut_m) => nuts_m.iter().position(|n| *n == nut_m).unwrap_or_else(|| {
+                    nuts_m.push(nut_m);
+                    nuts_m.len() - 1
+                }),
+            };
+            records.push(Record { nut, ..record(frf, index, operating, structure, settings)? });
         }
         check_overlap(set, &records)?;
         let pools = structures.iter().map(|_| Mutex::new(Vec::new())).collect();
-        Ok(FrfObjective { machine, structures, settings, records, gain: set.gain, free, base: machine.start(), pools })
+        let nuts = if settings.nut_sd_m > 0.0 { nuts_m.len() } else { 0 };
+        Ok(FrfObjective { machine, structures, settings, records, gain: set.gain, nuts, free, base: machine.start(), pools })
     }
 
     /// The FRFs compared.
@@ -161,7 +192,14 @@ impl<'m> FrfObjective<'m> {
         }
     }
 
-    fn borrow(&self, structure: usize) -> Scratch {
+    /// What a place means; coordinates beyond the free parameters may be absent.
+    pub(super) fn here(&self, place: &[f64]) -> Here {
+        let first = self.free.len() + usize::from(self.estimates_gain());
+        let shift = |at: usize| place.get(first + at).map_or(0.0, |u| (u - 0.5) * NUT_SPAN * self.settings.nut_sd_m);
+        Here { parameters: self.parameters(place), log_gain: self.log_gain(place), nut_shift_m: (0..self.nuts).map(shift).collect() }
+    }
+
+    pub(super) fn borrow(&self, structure: usize) -> Scratch {
         let pooled = self.pools[structure].lock().ok().and_then(|mut pool| pool.pop());
         pooled.unwrap_or_else(|| Scratch {
             network: self.structures[structure].network(),
@@ -170,17 +208,18 @@ impl<'m> FrfObjective<'m> {
         })
     }
 
-    fn give_back(&self, structure: usize, scratch: Scratch) {
+    pub(super) fn give_back(&self, structure: usize, scratch: Scratch) {
         if let Ok(mut pool) = self.pools[structure].lock() {
             pool.push(scratch);
         }
     }
 
-    /// Calls `each(line, residual)` for the lines of a record, with r = ln(measured/predicted) without the set's gain.
-    fn visit(&self, record: &Record, parameters: &[f64], lines: impl Iterator<Item = usize>, mut each: impl FnMut(usize, Complex64)) {
+    /// Calls `each(line, residual)` for the lines of a record, with r = ln(measured/predicted) before the set's gain is taken off.
+    pub(super) fn visit(&self, record: &Record, here: &Here, lines: impl Iterator<Item = usize>, mut each: impl FnMut(usize, Complex64)) {
+        let operating = here.operating(record);
         let mut scratch = self.borrow(record.structure);
-        scratch.network.update(self.machine, parameters, &record.operating);
-        let chain = self.machine.chain.at(parameters, &record.operating);
+        scratch.network.update(self.machine, &here.parameters, &operating);
+        let chain = self.machine.chain.at(&here.parameters, &operating);
         for line in lines {
             let omega = record.omega_rad_s[line];
             let predicted = scratch.network.receptance(omega, &mut scratch.work);
@@ -190,19 +229,24 @@ impl<'m> FrfObjective<'m> {
     }
 
     /// The sum of the squared deviations from what is known of parameters beforehand, at these values.
-    fn prior(&self, parameters: &[f64]) -> f64 {
+    pub(super) fn prior(&self, here: &Here) -> f64 {
+        let parameters = &here.parameters;
         let known =
             self.free.iter().filter_map(|i| Some((parameters[*i] - self.machine.parameters[*i].start) / self.machine.parameters[*i].sd?));
-        known.map(|r| r * r).sum()
+        known.map(|r| r * r).sum::<f64>() + here.nut_shift_m.iter().map(|x| (x / self.settings.nut_sd_m).powi(2)).sum::<f64>()
     }
 
-    /// Residuals of all records at these parameters and gain.
+    /// Residuals of all records at these parameters and gain, nut positions as they are stated.
     pub fn residuals(&self, parameters: &[f64], gain: f64) -> Vec<Vec<Complex64>> {
+        self.residuals_here(&Here { parameters: parameters.to_vec(), log_gain: gain.ln(), nut_shift_m: Vec::new() })
+    }
+
+    fn residuals_here(&self, here: &Here) -> Vec<Vec<Complex64>> {
         self.records
             .par_iter()
             .map(|record| {
                 let mut residuals = Vec::with_capacity(record.omega_rad_s.len());
-                self.visit(record, parameters, 0..record.omega_rad_s.len(), |_, r| residuals.push(r - gain.ln()));
+                self.visit(record, here, 0..record.omega_rad_s.len(), |_, r| residuals.push(r - here.log_gain));
                 residuals
             })
             .collect()
@@ -231,11 +275,11 @@ impl<'m> FrfObjective<'m> {
     /// Mean of ½·|r|² over some lines of every record, the gain (where unknown) at its best: the cost of the global search, whose valleys are
     /// wide because no line weighs more than another.
     pub fn coarse(&self, place: &[f64]) -> f64 {
-        let parameters = self.parameters(place);
+        let here = self.here(place);
         let (mut count, mut sum, mut square) = (0, 0.0, 0.0);
         for record in &self.records {
             let stride = record.omega_rad_s.len().div_ceil(COARSE_LINES);
-            self.visit(record, &parameters, (0..record.omega_rad_s.len()).step_by(stride), |_, r| {
+            self.visit(record, &here, (0..record.omega_rad_s.len()).step_by(stride), |_, r| {
                 count += 1;
                 sum += r.re;
                 square += r.norm_sqr();
@@ -247,7 +291,7 @@ impl<'m> FrfObjective<'m> {
             Gain::Unknown => sum / count,
         };
         let gap = 0.5 * (square / count - 2.0 * gain * sum / count + gain * gain);
-        let cost = gap + 0.5 * self.prior(&parameters) * self.settings.model_error.powi(2) / count;
+        let cost = gap + 0.5 * self.prior(&here) * self.settings.model_error.powi(2) / count;
         if cost.is_finite() { cost } else { f64::MAX }
     }
 
@@ -256,9 +300,10 @@ impl<'m> FrfObjective<'m> {
         if let Gain::Known(gain) = self.gain {
             return gain;
         }
+        let here = Here { parameters: parameters.to_vec(), log_gain: 0.0, nut_shift_m: Vec::new() };
         let (mut weights, mut sum) = (0.0, 0.0);
         for record in &self.records {
-            self.visit(record, parameters, 0..record.omega_rad_s.len(), |line, r| {
+            self.visit(record, &here, 0..record.omega_rad_s.len(), |line, r| {
                 weights += record.weight[line];
                 sum += record.weight[line] * r.re;
             });
@@ -266,13 +311,14 @@ impl<'m> FrfObjective<'m> {
         f64::exp(sum / weights)
     }
 
-    /// A place of the free parameters, with the best coordinate of the gain added where that is unknown.
+    /// A place of the free parameters, with the best coordinate of the gain added where that is unknown, and nut positions as stated.
     pub fn extended(&self, place: &[f64]) -> Vec<f64> {
         let mut extended = place.to_vec();
         if self.estimates_gain() {
             let gain = self.best_gain(&self.parameters(place));
             extended.push(((gain / GAIN_RANGE.0).ln() / (GAIN_RANGE.1 / GAIN_RANGE.0).ln()).clamp(0.0, 1.0));
         }
+        extended.extend(vec![0.5; self.nuts]);
         extended
     }
 
@@ -286,7 +332,7 @@ impl<'m> FrfObjective<'m> {
     ///
     /// # Source  effective sample size of an autocorrelated series; Bayley and Hammersley, J. R. Stat. Soc. Suppl. 8 (1946) 184–197.
     pub fn colour(&self, place: &[f64]) -> f64 {
-        let residuals = self.residuals(&self.parameters(place), self.gain(place));
+        let residuals = self.residuals_here(&self.here(place));
         let weighted =
             |record: &Record, r: &[Complex64]| -> Vec<Complex64> { r.iter().zip(&record.weight).map(|(r, w)| r * w.sqrt()).collect() };
         let series: Vec<Vec<Complex64>> = self.records.iter().zip(&residuals).map(|(record, r)| weighted(record, r)).collect();
@@ -320,6 +366,7 @@ impl<'m> FrfObjective<'m> {
             settings: self.settings,
             records,
             gain: self.gain,
+            nuts: self.nuts,
             free: self.free.clone(),
             base,
             pools,
@@ -347,106 +394,11 @@ impl<'m> FrfObjective<'m> {
     }
 
     /// Column of each machine parameter, where it is free.
-    fn columns(&self) -> Vec<Option<usize>> {
+    pub(super) fn columns(&self) -> Vec<Option<usize>> {
         let mut columns = vec![None; self.base.len()];
         for (at, &parameter) in self.free.iter().enumerate() {
             columns[parameter] = Some(at);
         }
         columns
-    }
-
-    /// Normal equations of some lines of a record, in coordinates of the unit cube.
-    fn piece(
-        &self,
-        record: &Record,
-        parameters: &[f64],
-        columns: &[Option<usize>],
-        log_gain: f64,
-        lines: std::ops::Range<usize>,
-    ) -> Normal {
-        let dimension = LeastSquares::dimension(self);
-        let mut normal = Normal::zero(dimension);
-        let mut scratch = self.borrow(record.structure);
-        scratch.network.update(self.machine, parameters, &record.operating);
-        let sensitivity: Sensitivity = scratch.network.sensitivity(self.machine, parameters, &record.operating, columns, None);
-        let chain = self.machine.chain.at(parameters, &record.operating);
-        let mut chain_slopes: Vec<(usize, usize, f64)> = Vec::new();
-        for (which, value) in [&self.machine.chain.gain, &self.machine.chain.delay, &self.machine.chain.power].into_iter().enumerate() {
-            value.gradient(parameters, &record.operating, |p, d| chain_slopes.extend(columns[p].map(|c| (which, c, d))));
-        }
-        let unit: Vec<f64> = self.free.iter().map(|i| self.machine.parameters[*i].unit_slope(parameters[*i])).collect();
-        let zero = Complex64::new(0.0, 0.0);
-        let (mut re, mut im) = (vec![0.0; dimension], vec![0.0; dimension]);
-        for line in lines {
-            let omega = record.omega_rad_s[line];
-            scratch.row.clear();
-            scratch.row.resize(dimension, zero);
-            let predicted = scratch.network.gradient(omega, &sensitivity, &mut scratch.work, &mut scratch.row);
-            let residual = wrapped((record.measured[line] / predicted).ln() - Chain::log_factor(chain, omega) - log_gain);
-            let inverse = predicted.inv();
-            scratch.row.iter_mut().for_each(|d| *d *= inverse);
-            for &(which, column, slope) in &chain_slopes {
-                scratch.row[column] += slope
-                    * match which {
-                        0 => Complex64::new(1.0 / chain.0, 0.0),
-                        1 => Complex64::new(0.0, -omega),
-                        _ => Complex64::new(omega.ln(), std::f64::consts::FRAC_PI_2),
-                    };
-            }
-            for (column, slope) in unit.iter().enumerate() {
-                (re[column], im[column]) = (-scratch.row[column].re * slope, -scratch.row[column].im * slope);
-            }
-            if self.estimates_gain() {
-                (re[dimension - 1], im[dimension - 1]) = (-(GAIN_RANGE.1 / GAIN_RANGE.0).ln(), 0.0);
-            }
-            normal.add(record.weight[line], residual.re, &re);
-            normal.add(record.weight[line], residual.im, &im);
-        }
-        self.give_back(record.structure, scratch);
-        normal
-    }
-}
-
-impl LeastSquares for FrfObjective<'_> {
-    fn dimension(&self) -> usize {
-        self.free.len() + usize::from(self.estimates_gain())
-    }
-
-    fn chi_square(&self, place: &[f64]) -> f64 {
-        let parameters = self.parameters(place);
-        let log_gain = self.log_gain(place);
-        let sums: Vec<f64> = pieces(&self.records)
-            .par_iter()
-            .map(|(record, lines)| {
-                let record = &self.records[*record];
-                let mut sum = 0.0;
-                self.visit(record, &parameters, lines.clone(), |line, r| sum += record.weight[line] * (r - log_gain).norm_sqr());
-                sum
-            })
-            .collect();
-        let chi_square = sums.iter().sum::<f64>() + self.prior(&parameters);
-        if chi_square.is_finite() { chi_square } else { f64::MAX }
-    }
-
-    fn normal(&self, place: &[f64]) -> Normal {
-        let parameters = self.parameters(place);
-        let log_gain = self.log_gain(place);
-        let columns = self.columns();
-        let parts: Vec<Normal> = pieces(&self.records)
-            .par_iter()
-            .map(|(record, lines)| self.piece(&self.records[*record], &parameters, &columns, log_gain, lines.clone()))
-            .collect();
-        let mut normal = Normal::zero(LeastSquares::dimension(self));
-        parts.iter().for_each(|part| normal.merge(part));
-        for (column, &index) in self.free.iter().enumerate() {
-            let parameter = &self.machine.parameters[index];
-            if let Some(sd) = parameter.sd {
-                let mut row = vec![0.0; LeastSquares::dimension(self)];
-                row[column] = parameter.unit_slope(parameters[index]) / sd;
-                normal.add(1.0, (parameters[index] - parameter.start) / sd, &row);
-            }
-        }
-        normal.mirror();
-        normal
     }
 }

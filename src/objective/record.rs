@@ -16,6 +16,8 @@ pub struct Record {
     /// Index of the FRF in the set.
     pub frf: usize,
     pub(super) operating: Operating,
+    /// Which nut position, of those of the objective; `usize::MAX` for none.
+    pub(super) nut: usize,
     pub(super) structure: usize,
     pub(super) omega_rad_s: Vec<f64>,
     /// As a receptance.
@@ -52,6 +54,7 @@ pub(super) fn record(
     let mut record = Record {
         frf: index,
         operating,
+        nut: usize::MAX,
         structure,
         omega_rad_s: Vec::new(),
         measured: Vec::new(),

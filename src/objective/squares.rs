@@ -1,8 +1,12 @@
-//! Mode objectives as sums of squares, with derivatives by central differences: peaks of |H| have no closed form.
+//! Objectives as sums of squares: FRFs with exact derivatives; modes by central differences, since peaks of |H| have no closed form.
 
+use num_complex::Complex64;
 use rayon::prelude::*;
 
-use super::ModeObjective;
+use super::frf::{Here, NUT_SPAN};
+use super::record::{Record, pieces, wrapped};
+use super::{FrfObjective, GAIN_RANGE, ModeObjective};
+use crate::machine::Chain;
 use crate::optimizer::{LeastSquares, Normal};
 
 /// Step of the central differences in the unit interval.
@@ -56,6 +60,119 @@ impl LeastSquares for ModeSquares<'_, '_> {
         for (row, residual) in here.iter().enumerate() {
             let slopes: Vec<f64> = columns.iter().map(|c| c[row]).collect();
             normal.add(self.weight(row), *residual, &slopes);
+        }
+        normal.mirror();
+        normal
+    }
+}
+
+impl FrfObjective<'_> {
+    /// Column of the gain, where it is unknown.
+    fn gain_column(&self) -> Option<usize> {
+        self.estimates_gain().then_some(self.free.len())
+    }
+
+    /// Column of a nut position that is known only to a standard deviation.
+    fn nut_column(&self, nut: usize) -> Option<usize> {
+        (nut < self.nuts).then(|| self.free.len() + usize::from(self.estimates_gain()) + nut)
+    }
+
+    /// Normal equations of some lines of a record, in coordinates of the unit cube.
+    fn piece(&self, record: &Record, here: &Here, columns: &[Option<usize>], lines: std::ops::Range<usize>) -> Normal {
+        let dimension = LeastSquares::dimension(self);
+        let mut normal = Normal::zero(dimension);
+        let mut scratch = self.borrow(record.structure);
+        let (parameters, operating) = (&here.parameters, here.operating(record));
+        let nut = self.nut_column(record.nut);
+        scratch.network.update(self.machine, parameters, &operating);
+        let sensitivity = scratch.network.sensitivity(self.machine, parameters, &operating, columns, nut);
+        let chain = self.machine.chain.at(parameters, &operating);
+        let mut chain_slopes: Vec<(usize, usize, f64)> = Vec::new();
+        for (which, value) in [&self.machine.chain.gain, &self.machine.chain.delay, &self.machine.chain.power].into_iter().enumerate() {
+            value.gradient(parameters, &operating, |p, d| chain_slopes.extend(columns[p].map(|c| (which, c, d))));
+        }
+        // From parameters to the unit cube.
+        let mut unit = vec![0.0; dimension];
+        for (slope, i) in unit.iter_mut().zip(&self.free) {
+            *slope = self.machine.parameters[*i].unit_slope(parameters[*i]);
+        }
+        nut.into_iter().for_each(|column| unit[column] = NUT_SPAN * self.settings.nut_sd_m);
+        let zero = Complex64::new(0.0, 0.0);
+        let (mut re, mut im) = (vec![0.0; dimension], vec![0.0; dimension]);
+        for line in lines {
+            let omega = record.omega_rad_s[line];
+            scratch.row.clear();
+            scratch.row.resize(dimension, zero);
+            let predicted = scratch.network.gradient(omega, &sensitivity, &mut scratch.work, &mut scratch.row);
+            let residual = wrapped((record.measured[line] / predicted).ln() - Chain::log_factor(chain, omega) - here.log_gain);
+            let inverse = predicted.inv();
+            scratch.row.iter_mut().for_each(|d| *d *= inverse);
+            for &(which, column, slope) in &chain_slopes {
+                scratch.row[column] += slope
+                    * match which {
+                        0 => Complex64::new(1.0 / chain.0, 0.0),
+                        1 => Complex64::new(0.0, -omega),
+                        _ => Complex64::new(omega.ln(), std::f64::consts::FRAC_PI_2),
+                    };
+            }
+            for (column, slope) in unit.iter().enumerate() {
+                (re[column], im[column]) = (-scratch.row[column].re * slope, -scratch.row[column].im * slope);
+            }
+            if let Some(column) = self.gain_column() {
+                (re[column], im[column]) = (-(GAIN_RANGE.1 / GAIN_RANGE.0).ln(), 0.0);
+            }
+            normal.add(record.weight[line], residual.re, &re);
+            normal.add(record.weight[line], residual.im, &im);
+        }
+        self.give_back(record.structure, scratch);
+        normal
+    }
+}
+
+impl LeastSquares for FrfObjective<'_> {
+    fn dimension(&self) -> usize {
+        self.free.len() + usize::from(self.estimates_gain()) + self.nuts
+    }
+
+    fn chi_square(&self, place: &[f64]) -> f64 {
+        let here = self.here(place);
+        let sums: Vec<f64> = pieces(&self.records)
+            .par_iter()
+            .map(|(record, lines)| {
+                let record = &self.records[*record];
+                let mut sum = 0.0;
+                self.visit(record, &here, lines.clone(), |line, r| sum += record.weight[line] * (r - here.log_gain).norm_sqr());
+                sum
+            })
+            .collect();
+        let chi_square = sums.iter().sum::<f64>() + self.prior(&here);
+        if chi_square.is_finite() { chi_square } else { f64::MAX }
+    }
+
+    fn normal(&self, place: &[f64]) -> Normal {
+        let here = self.here(place);
+        let columns = self.columns();
+        let parts: Vec<Normal> = pieces(&self.records)
+            .par_iter()
+            .map(|(record, lines)| self.piece(&self.records[*record], &here, &columns, lines.clone()))
+            .collect();
+        let dimension = LeastSquares::dimension(self);
+        let mut normal = Normal::zero(dimension);
+        parts.iter().for_each(|part| normal.merge(part));
+        let mut known = |column: usize, residual: f64, slope: f64| {
+            let mut row = vec![0.0; dimension];
+            row[column] = slope;
+            normal.add(1.0, residual, &row);
+        };
+        for (column, &index) in self.free.iter().enumerate() {
+            let parameter = &self.machine.parameters[index];
+            if let Some(sd) = parameter.sd {
+                let value = here.parameters[index];
+                known(column, (value - parameter.start) / sd, parameter.unit_slope(value) / sd);
+            }
+        }
+        for (nut, shift_m) in here.nut_shift_m.iter().enumerate() {
+            self.nut_column(nut).into_iter().for_each(|column| known(column, shift_m / self.settings.nut_sd_m, NUT_SPAN));
         }
         normal.mirror();
         normal

@@ -249,6 +249,9 @@ pub struct Identification {
     pub searches_agree: Option<bool>,
     /// The searches, best first.
     pub searches: Vec<RepeatRow>,
+    /// Nothing was held out: the figures of each position or record are those of a fit without it.
+    #[serde(default)]
+    pub leave_one_out: bool,
     /// Ids in the order of `correlation`.
     pub fitted_parameters: Vec<String>,
     /// Correlations of the fitted parameters.
@@ -335,6 +338,122 @@ pub struct Objectives {
     pub positions: Vec<String>,
     /// Objectives, best first.
     pub objectives: Vec<ObjectiveRow>,
+}
+
+/// A mode in one record.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct PeakRow {
+    /// Natural frequency (Hz).
+    pub frequency_hz: f64,
+    /// Its standard deviation (Hz).
+    pub frequency_sd_hz: Option<f64>,
+    /// Damping ratio.
+    pub damping_ratio: f64,
+    /// Its standard deviation.
+    pub damping_sd: Option<f64>,
+    /// Amplitude in the measured quantity.
+    pub amplitude: f64,
+    /// Its standard deviation.
+    pub amplitude_sd: Option<f64>,
+    /// The amplitude is that of a maximum of |H|; else the mode's own share, which makes none.
+    pub own_peak: bool,
+    /// Share of the model orders at which the pole is stable.
+    pub stable_share: f64,
+}
+
+/// Why a mode was found regular or not.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct EvidenceRow {
+    /// Records that show it.
+    pub seen: usize,
+    /// Records whose band covers it.
+    pub expected: usize,
+    /// Relative error of foretelling a frequency from those of the other positions.
+    pub roughness: Option<f64>,
+    /// Median share of model orders at which its pole is stable.
+    pub stability: f64,
+    /// Median signal-to-noise ratio.
+    pub signal_to_noise: f64,
+    /// In words.
+    pub reasons: Vec<String>,
+}
+
+/// A mode over the records.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct PeakModeRow {
+    /// Place in rising frequency, from 1; those without regularity follow the regular ones.
+    pub order: usize,
+    /// A real mode by its regularity over positions.
+    pub regular: bool,
+    /// Median natural frequency (Hz).
+    pub frequency_hz: f64,
+    /// Records that show it, by name.
+    pub records: BTreeMap<String, PeakRow>,
+    /// Why.
+    pub evidence: EvidenceRow,
+}
+
+/// How a record was fitted.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct PeakFitRow {
+    /// Lines used.
+    pub lines: usize,
+    /// Root mean square of |fitted − measured| over |measured|.
+    pub relative_misfit: f64,
+    /// Modes found.
+    pub modes: usize,
+}
+
+/// `peaks.json`.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Peaks {
+    /// Stamp.
+    #[serde(flatten)]
+    pub stamp: Stamp,
+    /// Modes: the regular ones in rising frequency, then the others.
+    pub modes: Vec<PeakModeRow>,
+    /// Fits by record.
+    pub fits: BTreeMap<String, PeakFitRow>,
+}
+
+/// One choice of measurements.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct ChoiceRow {
+    /// What to measure.
+    pub measure: Vec<String>,
+    /// Geometric mean over the parameters of the standard deviation left over that of the plausible range.
+    pub score: f64,
+    /// Parameters that it determines.
+    pub determined: Vec<String>,
+    /// Half the 95 % interval of each parameter, in its unit.
+    pub half_width95: BTreeMap<String, f64>,
+}
+
+/// All choices of one size.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct PlanRanking {
+    /// Measurements chosen.
+    pub count: usize,
+    /// Rank (from 1) of the set's own split, where that is one of these choices.
+    pub split_rank: Option<usize>,
+    /// Choices, best first.
+    pub choices: Vec<ChoiceRow>,
+}
+
+/// `plan.json`.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Plan {
+    /// Stamp.
+    #[serde(flatten)]
+    pub stamp: Stamp,
+    /// `frf` or `modes`.
+    pub data: String,
+    /// Measurements made already.
+    pub measured: Vec<String>,
+    /// Parameters planned for.
+    pub parameters: Vec<String>,
+    /// Rankings by number of measurements.
+    pub rankings: Vec<PlanRanking>,
 }
 
 /// One undamped mode.

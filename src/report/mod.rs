@@ -6,6 +6,7 @@ mod table;
 mod write;
 
 pub use table::{
-    bootstrap_table, derived_table, frfs_table, gaps_table, objectives_table, parameters_table, positions_table, summary_table,
+    bootstrap_table, derived_table, frfs_table, gaps_table, objectives_table, parameters_table, peaks_table, plan_table, positions_table,
+    summary_table,
 };
 pub use write::{OutputFolder, digest, to_json};

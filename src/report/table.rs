@@ -5,7 +5,8 @@ use std::collections::BTreeMap;
 use comfy_table::presets;
 use comfy_table::{CellAlignment, Table};
 
-use super::document::{BootstrapRow, Comparison, FrfRow, Objectives, ParameterRow, PositionRow};
+use super::document::{BootstrapRow, ChoiceRow, Comparison, FrfRow, Objectives, ParameterRow, Peaks, Plan, PositionRow};
+use crate::numeric::statistics::median;
 
 fn table(header: &[&str]) -> Table {
     let mut table = Table::new();
@@ -111,6 +112,95 @@ pub fn frfs_table(frfs: &[FrfRow]) -> String {
         ]);
     }
     plain(&out)
+}
+
+/// Tracked modes, record by record; those without regularity only where asked for, with the reasons.
+pub fn peaks_table(peaks: &Peaks, all: bool) -> String {
+    let mut text = String::new();
+    let mut out = table(&["Mode", "Record", "Hz", "±", "Damping", "±", "Amplitude"]);
+    for mode in peaks.modes.iter().filter(|m| all || m.regular) {
+        for (at, (name, row)) in mode.records.iter().enumerate() {
+            let label = if mode.regular { format!("{}", mode.order) } else { format!("({})", mode.order) };
+            out.add_row([
+                if at == 0 { label } else { String::new() },
+                name.clone(),
+                format!("{:.2}", row.frequency_hz),
+                row.frequency_sd_hz.map_or_else(|| "–".into(), |sd| figure(1.96 * sd)),
+                percent(row.damping_ratio),
+                row.damping_sd.map_or_else(|| "–".into(), |sd| percent(1.96 * sd)),
+                figure(row.amplitude),
+            ]);
+        }
+    }
+    text += &plain(&out);
+    text.push('\n');
+    for mode in peaks.modes.iter().filter(|m| all || m.regular) {
+        let verdict = if mode.regular { "a mode" } else { "no regularity" };
+        let evidence = &mode.evidence;
+        let foretold = evidence.roughness.map(|r| format!(", foretold from the others within {}", percent(r)));
+        let short = format!("seen in {} of {}{}", evidence.seen, evidence.expected, foretold.unwrap_or_default());
+        let why = if all { evidence.reasons.join("; ") } else { short };
+        text += &wrapped(&format!("{} at {:.1} Hz, {verdict}: {why}", mode.order, mode.frequency_hz));
+    }
+    text
+}
+
+/// Text in lines of at most 79 columns, the later ones indented.
+pub fn wrapped(text: &str) -> String {
+    let mut out = String::new();
+    let mut width = 0;
+    for word in text.split_whitespace() {
+        let length = word.chars().count();
+        if width > 0 && width + 1 + length > 79 {
+            out.push_str("\n    ");
+            width = 4;
+        } else if width > 0 {
+            out.push(' ');
+            width += 1;
+        }
+        out.push_str(word);
+        width += length;
+    }
+    out.push('\n');
+    out
+}
+
+/// Choices of measurements, the best `top` of each size, and how the set's split fares. `size` gives the size of a parameter's value.
+pub fn plan_table(plan: &Plan, size: &dyn Fn(&str) -> f64, top: usize) -> String {
+    let mut text = String::new();
+    let half = |choice: &ChoiceRow, id: &String| choice.half_width95.get(id).map_or(f64::INFINITY, |h| h / size(id));
+    for ranking in &plan.rankings {
+        let beside = if plan.measured.is_empty() { String::new() } else { format!(" beside {}", plan.measured.join(", ")) };
+        let noun = if ranking.count == 1 { "measurement" } else { "measurements" };
+        text += &format!("{} {noun}{beside}, best first ({} choices)\n\n", ranking.count, ranking.choices.len());
+        let mut out = table(&["Measure", "Range left", "Determined", "Median ±", "Not determined"]);
+        let mut add = |choice: &ChoiceRow| {
+            let widths = choice.determined.iter().map(|id| half(choice, id));
+            let open: Vec<&str> = plan.parameters.iter().filter(|id| !choice.determined.contains(id)).map(String::as_str).collect();
+            out.add_row([
+                choice.measure.join(" "),
+                percent(choice.score),
+                format!("{} of {}", choice.determined.len(), plan.parameters.len()),
+                median(widths).map_or_else(|| "–".into(), |w| format!("{:.2} %", 100.0 * w)),
+                if open.is_empty() { "–".into() } else { open.join(" ") },
+            ]);
+        };
+        ranking.choices.iter().take(top).for_each(&mut add);
+        let split = ranking.split_rank.filter(|rank| *rank > top);
+        split.and_then(|rank| ranking.choices.get(rank - 1)).into_iter().for_each(&mut add);
+        text += &plain(&out);
+        if let (Some(rank), Some(best)) = (ranking.split_rank, ranking.choices.first()) {
+            let own = &ranking.choices[rank - 1];
+            text += &format!(
+                "\nthe set's split, {}, is number {rank} of {}: {:.1} % more is left open than with the best\n",
+                own.measure.join(", "),
+                ranking.choices.len(),
+                100.0 * (own.score / best.score - 1.0)
+            );
+        }
+        text.push('\n');
+    }
+    text
 }
 
 /// Gaps by position or record.

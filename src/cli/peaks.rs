@@ -1,0 +1,190 @@
+//! `jointid peaks`.
+
+use std::fmt::Write as _;
+
+use rayon::prelude::*;
+
+use super::arguments::PeaksArguments;
+use super::common::{CommandResult, Outcome, deliver, prepare, print_out, set_stamp, told};
+use crate::measurement::{Frf, MeasurementSet, read_set};
+use crate::modal::{AmplitudeKind, Curve, Fit, FitOptions, ModalFit, TrackOptions, TrackRecord, track};
+use crate::report::document::{EvidenceRow, PeakFitRow, PeakModeRow, PeakRow, Peaks};
+use crate::report::peaks_table;
+use crate::unit::omega_rad_s;
+
+/// An FRF with its name among the records.
+struct Named<'s> {
+    name: String,
+    frf: &'s Frf,
+    nut_m: Option<f64>,
+    fitted: ModalFit,
+}
+
+/// Runs the command.
+pub fn run(given: &PeaksArguments) -> CommandResult {
+    let set = read_set(&given.measurements).map_err(told)?;
+    if set.frfs.is_empty() {
+        return Err(format!("{}: holds no FRF to take peaks from; list some as [[frf]] in its manifest", set.path));
+    }
+    let options = options(given)?;
+    let names = names(&set);
+    let fitted: Result<Vec<Named>, String> = set
+        .frfs
+        .par_iter()
+        .zip(names)
+        .map(|(frf, name)| {
+            let fitted = fit(frf, &options, given).map_err(|e| format!("{}: {e}", frf.source))?;
+            Ok(Named { name, frf, nut_m: frf.position.and_then(|p| set.positions[p].nut_m), fitted })
+        })
+        .collect();
+    let named = fitted?;
+    let series: Vec<String> = named.iter().map(|n| format!("{}/{} {}", n.frf.response, n.frf.excitation, n.frf.quantity.word())).collect();
+    let records: Vec<TrackRecord> = named
+        .iter()
+        .zip(&series)
+        .map(|(n, series)| TrackRecord { name: &n.name, nut_m: n.nut_m, series, band_hz: band_of(n.frf, given), modes: &n.fitted.modes })
+        .collect();
+    let tracked = track(&records, &TrackOptions::default()).map_err(|e| format!("{}: {e}", set.path))?;
+    // Regular modes are counted first.
+    let (regular, others): (Vec<_>, Vec<_>) = tracked.iter().partition(|mode| mode.regular);
+    let modes: Vec<PeakModeRow> = regular
+        .into_iter()
+        .chain(others)
+        .enumerate()
+        .map(|(at, mode)| PeakModeRow {
+            order: at + 1,
+            regular: mode.regular,
+            frequency_hz: mode.frequency_hz,
+            records: mode
+                .sightings
+                .iter()
+                .map(|(record, at)| {
+                    let seen = &named[*record].fitted.modes[*at];
+                    let row = PeakRow {
+                        frequency_hz: seen.frequency_hz,
+                        frequency_sd_hz: finite(seen.frequency_sd_hz),
+                        damping_ratio: seen.damping_ratio,
+                        damping_sd: finite(seen.damping_sd),
+                        amplitude: seen.amplitude.value,
+                        amplitude_sd: finite(seen.amplitude.sd),
+                        own_peak: seen.amplitude.kind == AmplitudeKind::Peak,
+                        stable_share: seen.stability.share(),
+                    };
+                    (named[*record].name.clone(), row)
+                })
+                .collect(),
+            evidence: EvidenceRow {
+                seen: mode.evidence.seen,
+                expected: mode.evidence.expected,
+                roughness: mode.evidence.roughness,
+                stability: mode.evidence.stability,
+                signal_to_noise: mode.evidence.signal_to_noise,
+                reasons: mode.evidence.reasons.clone(),
+            },
+        })
+        .collect();
+    let fits = named
+        .iter()
+        .map(|n| {
+            let row = PeakFitRow { lines: n.fitted.lines, relative_misfit: n.fitted.relative_misfit, modes: n.fitted.modes.len() };
+            (n.name.clone(), row)
+        })
+        .collect();
+    let document = Peaks { stamp: set_stamp("peaks", &set, Vec::new()), modes, fits };
+    let folder = prepare(&given.output)?;
+    deliver(&given.output, folder.as_ref(), "peaks.json", &document, &peaks_table(&document, given.all))?;
+    if let Some(folder) = &folder {
+        let path = folder.write("modes.csv", modes_csv(&set, &named, &document).as_bytes())?;
+        if !given.output.quiet && !given.output.json {
+            eprintln!("written: {}", path.display());
+        }
+    }
+    if !given.output.json && !given.all && document.modes.iter().any(|m| !m.regular) {
+        let spurious = document.modes.iter().filter(|m| !m.regular).count();
+        print_out(&format!("{spurious} without regularity are not shown; --all shows them with the reasons\n"))?;
+    }
+    Ok(Outcome::Done)
+}
+
+fn finite(x: f64) -> Option<f64> {
+    x.is_finite().then_some(x)
+}
+
+fn options(given: &PeaksArguments) -> Result<FitOptions, String> {
+    let fit = match (&given.band[..], given.local) {
+        ([], false) => Fit::Full,
+        ([], true) => return Err("--local: name the band with --band FROM,TO".into()),
+        ([from, to], _) if *from >= 0.0 && to > from && to.is_finite() => {
+            if given.local {
+                Fit::Local { from_hz: *from, to_hz: *to }
+            } else {
+                Fit::Full
+            }
+        }
+        _ => return Err("--band: write the lowest and the highest frequency in Hz, such as --band 20,800".into()),
+    };
+    Ok(FitOptions { fit, max_order: usize::from(given.max_order), ..FitOptions::default() })
+}
+
+fn band_of(frf: &Frf, given: &PeaksArguments) -> (f64, f64) {
+    let ends = (frf.lines.first().map_or(0.0, |l| l.frequency_hz), frf.lines.last().map_or(0.0, |l| l.frequency_hz));
+    match given.band[..] {
+        [from, to] => (ends.0.max(from), ends.1.min(to)),
+        _ => ends,
+    }
+}
+
+fn fit(frf: &Frf, options: &FitOptions, given: &PeaksArguments) -> Result<ModalFit, crate::modal::ModalError> {
+    let (from, to) = band_of(frf, given);
+    // A local fit sees the lines beside its band; a full one only those inside.
+    let lines: Vec<_> = frf.lines.iter().filter(|l| given.local || (from..=to).contains(&l.frequency_hz)).collect();
+    let frequency_hz: Vec<f64> = lines.iter().map(|l| l.frequency_hz).collect();
+    let receptance: Vec<_> = lines.iter().map(|l| l.value / frf.quantity.from_receptance(omega_rad_s(l.frequency_hz))).collect();
+    let component_sd: Option<Vec<f64>> = lines.iter().map(|l| frf.component_sd(l)).collect();
+    let curve = Curve {
+        frequency_hz: &frequency_hz,
+        receptance: &receptance,
+        component_sd: component_sd.as_deref(),
+        omega_power: frf.quantity.power(),
+    };
+    crate::modal::fit_curve(&curve, options)
+}
+
+/// A name for each FRF: its position or record; with what else it takes to tell it from the others.
+fn names(set: &MeasurementSet) -> Vec<String> {
+    let base = |frf: &Frf| match (frf.position, &frf.record) {
+        (Some(position), _) => set.positions[position].name.clone(),
+        (None, Some(record)) => record.clone(),
+        (None, None) => frf.source.clone(),
+    };
+    let with_record = |frf: &Frf| match (frf.position, &frf.record) {
+        (Some(_), Some(record)) => format!("{} {record}", base(frf)),
+        _ => base(frf),
+    };
+    let with_channel = |frf: &Frf| format!("{} {}/{}", base(frf), frf.response, frf.excitation);
+    let full = |frf: &Frf| format!("{} {}/{}", with_record(frf), frf.response, frf.excitation);
+    let tell: [&dyn Fn(&Frf) -> String; 4] = [&base, &with_record, &with_channel, &full];
+    let unique = |name: &dyn Fn(&Frf) -> String| {
+        let mut all: Vec<String> = set.frfs.iter().map(name).collect();
+        all.sort();
+        all.windows(2).all(|w| w[0] != w[1])
+    };
+    match tell.into_iter().find(|name| unique(*name)) {
+        Some(name) => set.frfs.iter().map(name).collect(),
+        None => set.frfs.iter().enumerate().map(|(at, frf)| format!("{} {}", full(frf), at + 1)).collect(),
+    }
+}
+
+/// Regular modes as a table that a manifest can name: position, order, frequency, amplitude.
+fn modes_csv(set: &MeasurementSet, named: &[Named<'_>], document: &Peaks) -> String {
+    let mut text = String::from("position,order,frequency_hz,amplitude\n");
+    for n in named.iter().filter(|n| n.frf.position.is_some()) {
+        let position = n.frf.position.map_or("", |p| set.positions[p].name.as_str());
+        for mode in document.modes.iter().filter(|m| m.regular) {
+            if let Some(seen) = mode.records.get(&n.name) {
+                let _ = writeln!(text, "{position},{},{},{:e}", mode.order, seen.frequency_hz, seen.amplitude);
+            }
+        }
+    }
+    text
+}

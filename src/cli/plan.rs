@@ -1,0 +1,161 @@
+//! `jointid plan`.
+
+use super::arguments::{DataName, PlanArguments};
+use super::common::{CommandResult, Loaded, Outcome, deliver, document_input, load, prepare, read_document, rods, stamp, told};
+use super::validate::check_identification;
+use crate::identification::{Choice, Design, FrfPlan};
+use crate::objective::{FrfSettings, ModeSettings};
+use crate::report::document::{ChoiceRow, Identification, Plan, PlanRanking};
+use crate::report::plan_table;
+
+/// Most choices that are ranked one by one.
+const MOST_CHOICES: f64 = 200_000.0;
+
+/// Runs the command.
+pub fn run(given: &PlanArguments) -> CommandResult {
+    let loaded = load(&given.sources)?;
+    let machine = &loaded.config.machine;
+    if loaded.set.positions.is_empty() {
+        return Err(format!("{}: has no positions to choose from; write some as [[position]] into its manifest", loaded.set.path));
+    }
+    let mut values = machine.start();
+    let mut inputs = Vec::new();
+    if let Some(path) = &given.result {
+        let identified: Identification = read_document(path)?;
+        check_identification(path, &identified)?;
+        inputs.push(document_input(path)?);
+        for (value, parameter) in values.iter_mut().zip(&machine.parameters) {
+            let row = identified.parameters.get(&parameter.id);
+            *value = row.ok_or_else(|| format!("{}: has no parameter «{}»; identify again", path.display(), parameter.id))?.value;
+        }
+    }
+    let frfs = given.data.map_or(!loaded.set.frfs.is_empty(), |d| d == DataName::Frf);
+    let channels = channels(given, &loaded)?;
+    let design = if frfs { of_frfs(given, &loaded, &values, &channels)? } else { of_modes(given, &loaded, &values, &channels)? };
+    if design.free.is_empty() {
+        return Err("no parameter is left to plan for; freeze fewer".into());
+    }
+    let name = |candidate: usize| {
+        let c = &design.candidates[candidate];
+        let position = &loaded.set.positions[c.position].name;
+        if channels.len() > 1 { format!("{position}:{}/{}", c.channel.0, c.channel.1) } else { position.clone() }
+    };
+    let made = measured(given, &loaded, &design, &name)?;
+    let counts = if given.choose.is_empty() { if made.is_empty() { vec![2, 3] } else { vec![1] } } else { given.choose.clone() };
+    let ids: Vec<String> = design.free.iter().map(|i| machine.parameters[*i].id.clone()).collect();
+    let row = |choice: &Choice| ChoiceRow {
+        measure: choice.which.iter().map(|i| name(*i)).collect(),
+        score: choice.score,
+        determined: ids.iter().enumerate().filter(|(c, _)| choice.determines(*c)).map(|(_, id)| id.clone()).collect(),
+        half_width95: ids
+            .iter()
+            .enumerate()
+            .map(|(column, id)| {
+                let parameter = &machine.parameters[design.free[column]];
+                (id.clone(), 1.96 * choice.sd[column] * parameter.unit_slope(values[design.free[column]]))
+            })
+            .collect(),
+    };
+    let mut rankings = Vec::new();
+    for &count in &counts {
+        let count = usize::from(count);
+        let number = design.choices(made.len(), count);
+        if number < 1.0 {
+            return Err(format!("--choose {count}: only {} measurements are left to choose from", design.candidates.len() - made.len()));
+        }
+        if number > MOST_CHOICES {
+            return Err(format!(
+                "--choose {count}: that makes {number:.0} choices; choose fewer at once, and name those made with --measured"
+            ));
+        }
+        let ranked = design.ranking(&made, count);
+        // How the set's own split fares.
+        let split: Option<Vec<usize>> = loaded.set.split.as_ref().filter(|_| made.is_empty() && channels.len() == 1).map(|names| {
+            let mut which: Vec<usize> = (0..design.candidates.len()).filter(|i| names.contains(&name(*i))).collect();
+            which.sort_unstable();
+            which
+        });
+        let split_rank = split.and_then(|split| ranked.iter().position(|c| c.which == split)).map(|at| at + 1);
+        rankings.push(PlanRanking { count, split_rank, choices: ranked.iter().map(row).collect() });
+    }
+    let mut stamped = stamp("plan", 0, true, &loaded, Vec::new());
+    stamped.inputs.extend(inputs);
+    let document = Plan {
+        stamp: stamped,
+        data: if frfs { "frf" } else { "modes" }.into(),
+        measured: made.iter().map(|i| name(*i)).collect(),
+        parameters: ids,
+        rankings,
+    };
+    let folder = prepare(&given.output)?;
+    let units = |id: &str| machine.parameter(id).map_or(1.0, |i| values[i].abs());
+    deliver(&given.output, folder.as_ref(), "plan.json", &document, &plan_table(&document, &units, usize::from(given.top)))?;
+    Ok(Outcome::Done)
+}
+
+/// The pairs of points to measure.
+fn channels(given: &PlanArguments, loaded: &Loaded) -> Result<Vec<(String, String)>, String> {
+    if given.channels.is_empty() {
+        let point = |name: &Option<String>, key: &str| {
+            name.clone()
+                .or_else(|| loaded.set.frfs.first().map(|f| if key == "response" { f.response.clone() } else { f.excitation.clone() }))
+        };
+        let (response, excitation) = (point(&loaded.set.response, "response"), point(&loaded.set.excitation, "excitation"));
+        return match (response, excitation) {
+            (Some(response), Some(excitation)) => Ok(vec![(response, excitation)]),
+            _ => Err(format!("{}: names no response and excitation; give --channels table/table", loaded.set.path)),
+        };
+    }
+    let pair = |text: &String| match text.split_once('/') {
+        Some((a, b)) if !a.is_empty() && !b.is_empty() => Ok((a.to_string(), b.to_string())),
+        _ => Err(format!("--channels {text}: write RESPONSE/EXCITATION, two points of the machine")),
+    };
+    given.channels.iter().map(pair).collect()
+}
+
+fn of_frfs(given: &PlanArguments, loaded: &Loaded, values: &[f64], channels: &[(String, String)]) -> Result<Design, String> {
+    let (from, to) = band(given, (5.0, 1000.0))?;
+    if !(given.noise > 0.0 && given.noise < 1.0) {
+        return Err(format!("--noise {}: write a share above 0 and below 1, such as 0.02", given.noise));
+    }
+    let plan = FrfPlan { noise: given.noise, band_hz: (from, to), lines: usize::from(given.lines) };
+    let settings = FrfSettings { rods: rods(given.model, given.lumps), ..FrfSettings::default() };
+    Design::of_frfs(&loaded.config.machine, values, &loaded.set, channels, plan, settings, &given.freeze).map_err(told)
+}
+
+fn of_modes(given: &PlanArguments, loaded: &Loaded, values: &[f64], channels: &[(String, String)]) -> Result<Design, String> {
+    let [channel] = channels else {
+        return Err("--channels: modes are planned for one pair of points; name one, or --data frf".into());
+    };
+    let measured = loaded.set.modes.iter().flat_map(|m| m.positions.iter().flatten()).filter_map(|m| m.frequency_hz);
+    let (low, high) = measured.fold((f64::INFINITY, 0.0_f64), |(a, b), f| (a.min(f), b.max(f)));
+    let usual = if high > 0.0 { (0.5 * low, 1.1 * high) } else { (5.0, 1000.0) };
+    let settings = ModeSettings { rods: rods(given.model, given.lumps), ..ModeSettings::default() };
+    let band_hz = band(given, usual)?;
+    Design::of_modes(&loaded.config.machine, values, &loaded.set, channel, band_hz, settings, &given.freeze).map_err(told)
+}
+
+fn band(given: &PlanArguments, usual: (f64, f64)) -> Result<(f64, f64), String> {
+    match given.band[..] {
+        [] => Ok(usual),
+        [from, to] if from > 0.0 && to > from && to.is_finite() => Ok((from, to)),
+        _ => Err("--band: write the lowest and the highest frequency in Hz, such as --band 5,1000".into()),
+    }
+}
+
+/// Candidates that were measured already.
+fn measured(given: &PlanArguments, loaded: &Loaded, design: &Design, name: &dyn Fn(usize) -> String) -> Result<Vec<usize>, String> {
+    let mut made = Vec::new();
+    for wanted in &given.measured {
+        let of_position = |i: &usize| loaded.set.positions[design.candidates[*i].position].name == *wanted;
+        let found: Vec<usize> = (0..design.candidates.len()).filter(|i| name(*i) == *wanted || of_position(i)).collect();
+        if found.is_empty() {
+            let known: Vec<String> = (0..design.candidates.len()).map(name).collect();
+            return Err(format!("--measured {wanted}: there is no such measurement; there are {}", known.join(", ")));
+        }
+        made.extend(found);
+    }
+    made.sort_unstable();
+    made.dedup();
+    Ok(made)
+}

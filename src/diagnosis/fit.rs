@@ -1,0 +1,197 @@
+//! Hypotheses fitted jointly with the nominal parameters and the nuisances.
+
+use nalgebra::DVector;
+use rayon::prelude::*;
+
+use super::hypothesis::Hypothesis;
+use crate::measurement::{FitSet, HoldOutSet};
+use crate::objective::{FrfGap, FrfObjective, FrfSettings, ObjectiveError};
+use crate::optimizer::{Control, LeastSquares, least_squares};
+
+/// A fitted hypothesis: a place for each parameter of its machine, and for what belongs to the data (gain, nut positions).
+#[derive(Debug, Clone, PartialEq)]
+pub struct Fitted {
+    /// Place of every parameter of the hypothesis's machine in its unit interval.
+    pub units: Vec<f64>,
+    /// Places of an unknown gain and of nut positions.
+    pub tail: Vec<f64>,
+    /// Least χ².
+    pub chi_square: f64,
+    /// Best starts end in the same χ²; false where a search has several ends.
+    pub agrees: bool,
+}
+
+/// Best starts that are followed down.
+const FOLLOWED: usize = 3;
+/// Steps on thinned data and on all.
+const THIN_STEPS: u64 = 60;
+const STEPS: u64 = 60;
+
+/// What hypotheses are fitted to.
+#[derive(Debug, Clone)]
+pub struct Fitter<'s> {
+    /// Data to fit.
+    pub fit: FitSet<'s>,
+    /// Weights and band.
+    pub settings: FrfSettings,
+    /// Parameters that keep their start values.
+    pub frozen: Vec<String>,
+}
+
+impl<'s> Fitter<'s> {
+    /// The same for other data of the set.
+    #[must_use]
+    pub fn on(&self, fit: FitSet<'s>) -> Self {
+        Fitter { fit, ..self.clone() }
+    }
+
+    /// The objective of a hypothesis. A parameter it releases is not frozen.
+    ///
+    /// # Errors  as [`FrfObjective::new`].
+    pub fn objective<'h>(&self, hypothesis: &'h Hypothesis) -> Result<FrfObjective<'h>, ObjectiveError> {
+        let released: Vec<&String> = hypothesis.added.iter().map(|i| &hypothesis.machine.parameters[*i].id).collect();
+        let frozen: Vec<String> = self.frozen.iter().filter(|id| !released.contains(id)).cloned().collect();
+        FrfObjective::new(&hypothesis.machine, &self.fit, self.settings, &frozen)
+    }
+
+    /// Follows χ² down from a place.
+    pub fn descend(&self, objective: &FrfObjective<'_>, from: &Fitted, steps: u64, control: &Control) -> Fitted {
+        let place = place_of(objective, from);
+        let polished = least_squares(objective, &place, &[], steps, control.stop());
+        read_back(objective, from, &polished.place, polished.normal.chi_square)
+    }
+
+    /// Fits a hypothesis from fits of the nominal machine: amplitudes over their whole range are tried by one linear step, the best followed down on
+    /// thinned data, and the best of those on all.
+    ///
+    /// # Errors  as [`FrfObjective::new`].
+    pub fn fit(&self, hypothesis: &Hypothesis, bases: &[Fitted], control: &Control) -> Result<Fitted, ObjectiveError> {
+        let objective = self.objective(hypothesis)?;
+        let thin = objective.thinned();
+        let mut starts: Vec<(f64, Fitted)> = bases
+            .par_iter()
+            .flat_map_iter(|base| amplitudes(hypothesis).into_iter().map(move |added| start_of(hypothesis, base, &added)))
+            .map(|start| {
+                let place = place_of(&thin, &start);
+                let normal = thin.normal(&place);
+                (promised(&normal), start)
+            })
+            .collect();
+        // The first start is the nominal fit with the effect at nothing.
+        let nothing = starts.remove(0);
+        starts.sort_by(|a, b| a.0.total_cmp(&b.0));
+        starts.truncate(FOLLOWED);
+        let mut ends: Vec<Fitted> = starts.par_iter().map(|(_, start)| self.descend(&thin, start, THIN_STEPS, control)).collect();
+        ends.sort_by(|a, b| a.chi_square.total_cmp(&b.chi_square));
+        let agrees = ends.len() < 2 || ends[1].chi_square <= ends[0].chi_square * 1.01 + 1.0;
+        // Nested: from the nominal fit with the effect at nothing χ² can only fall.
+        let (far, near) =
+            rayon::join(|| self.descend(&objective, &ends[0], STEPS, control), || self.descend(&objective, &nothing.1, STEPS, control));
+        let best = if far.chi_square < near.chi_square { far } else { near };
+        Ok(Fitted { agrees, ..best })
+    }
+
+    /// χ² of other data of the set with the parameters of a fit, nut positions as stated.
+    ///
+    /// # Errors  as [`FrfObjective::new`].
+    pub fn loss(&self, hypothesis: &Hypothesis, fitted: &Fitted) -> Result<f64, ObjectiveError> {
+        let objective = self.objective(hypothesis)?;
+        let mut place = place_of(&objective, fitted);
+        let nuts = objective.free.len() + usize::from(objective.estimates_gain());
+        place[nuts..].iter_mut().for_each(|u| *u = 0.5);
+        Ok(objective.chi_square(&place))
+    }
+
+    /// Gaps of FRFs with the parameters of a fit.
+    ///
+    /// # Errors  as [`FrfObjective::held_out`].
+    pub fn gaps(&self, hypothesis: &Hypothesis, fitted: &Fitted, data: &HoldOutSet<'_>) -> Result<Vec<FrfGap>, ObjectiveError> {
+        let objective = FrfObjective::held_out(&hypothesis.machine, data, self.settings)?;
+        let values = values_of(hypothesis, fitted);
+        let own = self.objective(hypothesis)?;
+        let gain = own.gain(&place_of(&own, fitted));
+        Ok(objective.gaps(&values, gain))
+    }
+}
+
+/// Parameter values of a fit.
+pub fn values_of(hypothesis: &Hypothesis, fitted: &Fitted) -> Vec<f64> {
+    hypothesis.machine.parameters.iter().zip(&fitted.units).map(|(p, u)| p.from_unit(*u)).collect()
+}
+
+/// A fit that stands at the start values of a machine.
+pub fn at_start(hypothesis: &Hypothesis) -> Fitted {
+    let units = hypothesis.machine.parameters.iter().map(|p| p.to_unit(p.start)).collect();
+    Fitted { units, tail: Vec::new(), chi_square: f64::INFINITY, agrees: true }
+}
+
+/// The place of a fit in the unit cube of an objective; the best gain where none is known yet.
+fn place_of(objective: &FrfObjective<'_>, fitted: &Fitted) -> Vec<f64> {
+    let place: Vec<f64> = objective.free.iter().map(|i| fitted.units[*i]).collect();
+    let size = LeastSquares::dimension(objective);
+    if place.len() + fitted.tail.len() == size && !fitted.tail.is_empty() {
+        return place.into_iter().chain(fitted.tail.iter().copied()).collect();
+    }
+    objective.extended(&place)
+}
+
+fn read_back(objective: &FrfObjective<'_>, from: &Fitted, place: &[f64], chi_square: f64) -> Fitted {
+    let mut units = from.units.clone();
+    for (&index, &u) in objective.free.iter().zip(place) {
+        units[index] = u;
+    }
+    Fitted { units, tail: place[objective.free.len()..].to_vec(), chi_square, agrees: from.agrees }
+}
+
+/// A nominal fit with the added parameters at given places.
+fn start_of(hypothesis: &Hypothesis, base: &Fitted, added: &[f64]) -> Fitted {
+    let described = &hypothesis.machine.parameters;
+    let mut units: Vec<f64> = base.units.clone();
+    units.extend(described.iter().skip(base.units.len()).map(|p| p.to_unit(p.start)));
+    for (&index, &u) in hypothesis.added.iter().zip(added) {
+        units[index] = u;
+    }
+    Fitted { units, tail: base.tail.clone(), chi_square: f64::INFINITY, agrees: true }
+}
+
+/// Places of the added parameters to try: their start, and a lattice over the unit cube (Halton's sequence).
+fn amplitudes(hypothesis: &Hypothesis) -> Vec<Vec<f64>> {
+    let described: Vec<_> = hypothesis.added.iter().map(|i| &hypothesis.machine.parameters[*i]).collect();
+    let start: Vec<f64> = described.iter().map(|p| p.to_unit(p.start)).collect();
+    let count = match described.len() {
+        0 => return vec![Vec::new()],
+        1 => 7,
+        2 => 12,
+        _ => 20,
+    };
+    let halton = |index: usize, base: usize| {
+        let (mut i, mut f, mut x) = (index, 1.0, 0.0);
+        while i > 0 {
+            f /= base as f64;
+            x += f * (i % base) as f64;
+            i /= base;
+        }
+        x
+    };
+    let primes = [2, 3, 5, 7, 11, 13, 17, 19, 23];
+    let lattice = (1..=count).map(|index| (0..described.len()).map(|d| halton(index, primes[d % primes.len()])).collect());
+    std::iter::once(start).chain(lattice).collect()
+}
+
+/// The least χ² that one linear step promises.
+fn promised(normal: &crate::optimizer::Normal) -> f64 {
+    let size = normal.gradient.len();
+    let mut damped = normal.information.clone();
+    let largest = (0..size).map(|d| damped[(d, d)]).fold(f64::MIN_POSITIVE, f64::max);
+    for d in 0..size {
+        // A step of a fifth of the unit interval is as far as a linear step is believed.
+        damped[(d, d)] += (1e-9 * largest).max(normal.chi_square / (size as f64 * 0.04) * 0.05);
+    }
+    match damped.cholesky() {
+        Some(factored) => {
+            let step: DVector<f64> = factored.solve(&normal.gradient);
+            (normal.chi_square - normal.gradient.dot(&step)).max(0.0)
+        }
+        None => normal.chi_square,
+    }
+}

@@ -1,0 +1,270 @@
+//! What could be missing from a machine: one hypothesis is one patched machine.
+
+use crate::machine::{
+    Effect, FitRule, JointPatch, Machine, MachineError, Motion, Parameter, Patch, Place, PointPatch, Rescale, Scale, Source, Target,
+};
+use crate::numeric::statistics::quantile;
+
+/// What kind of thing a hypothesis adds.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Kind {
+    /// Nothing: the machine as described, with its nuisances.
+    Nominal,
+    /// An effect of the library or of the user.
+    Effect,
+    /// A parameter that was frozen is released.
+    Release,
+    /// A shape of dynamic stiffness at an interface: to say where, not what.
+    Interface {
+        /// Point or joint.
+        interface: String,
+        /// What kind of stiffness.
+        shape: Shape,
+    },
+}
+
+/// Shape of a missing dynamic stiffness.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Shape {
+    /// k.
+    Stiffness,
+    /// iωc.
+    Damping,
+    /// −ω²m.
+    Mass,
+    /// iηk of a joint.
+    Loss,
+    /// An attached mass on a spring and damper.
+    Resonator,
+    /// A damper behind a spring.
+    Relaxation,
+}
+
+impl Shape {
+    /// The word for it.
+    pub fn word(self) -> &'static str {
+        match self {
+            Shape::Stiffness => "stiffness",
+            Shape::Damping => "damping",
+            Shape::Mass => "mass",
+            Shape::Loss => "loss",
+            Shape::Resonator => "resonator",
+            Shape::Relaxation => "relaxation",
+        }
+    }
+}
+
+/// A machine with something added.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Hypothesis {
+    /// Id of the effect, of the parameter released, or `interface:shape`.
+    pub id: String,
+    /// What kind of thing it adds.
+    pub kind: Kind,
+    /// The machine with it.
+    pub machine: Machine,
+    /// Indices of the parameters it adds.
+    pub added: Vec<usize>,
+}
+
+impl Hypothesis {
+    /// The machine itself.
+    pub fn nominal(machine: Machine) -> Self {
+        Hypothesis { id: "nominal".into(), kind: Kind::Nominal, machine, added: Vec::new() }
+    }
+
+    /// With an effect more.
+    ///
+    /// # Errors  as [`Machine::with_effect`]: the effect does not apply.
+    pub fn with(&self, effect: &Effect) -> Result<Self, MachineError> {
+        let machine = self.machine.with_effect(effect)?;
+        let id = if self.kind == Kind::Nominal { effect.id.clone() } else { format!("{}+{}", self.id, effect.id) };
+        let added = self.added.iter().copied().chain(self.machine.parameters.len()..machine.parameters.len()).collect();
+        Ok(Hypothesis { id, kind: Kind::Effect, machine, added })
+    }
+
+    /// With a frozen parameter released.
+    pub fn releasing(&self, parameter: usize) -> Self {
+        let mut machine = self.machine.clone();
+        machine.parameters[parameter].fit = FitRule::Always;
+        Hypothesis { id: machine.parameters[parameter].id.clone(), kind: Kind::Release, machine, added: vec![parameter] }
+    }
+}
+
+fn nuisance_parameter(id: String, start: f64, sd: f64) -> Parameter {
+    Parameter {
+        id,
+        unit: "1".into(),
+        start,
+        lower: start - 6.0 * sd,
+        upper: start + 6.0 * sd,
+        scale: Scale::Linear,
+        fit: FitRule::Always,
+        sd: Some(sd),
+        source: "ordinary tolerance of a description".into(),
+    }
+}
+
+/// The machine with what is ordinarily a little wrong in every description: diameters, moduli and loss of shafts, loss of joints (whose damping
+/// is not all viscous), the largest inertias, gain and delay of the measuring chain; each an unknown with the standard deviation of what is known beforehand.
+///
+/// # Source  widths by the scatter of catalogues and of hammer tests: effective diameter ±1 % (thread, journals), E ±0.3 %, mass ±1 %,
+///           rotor inertia ±2 %, calibration ±0.4 %, delay ±2 µs.
+///
+/// # Errors  none for a machine that was checked.
+pub fn with_nuisances(machine: &Machine) -> Result<Machine, MachineError> {
+    let mut patch = Patch::default();
+    let mut add = |target: Target, rescale: Rescale, parameter: Parameter| {
+        patch.rescales.push((target, rescale, parameter.id.clone()));
+        patch.parameters.push(parameter);
+    };
+    for shaft in &machine.shafts {
+        let name = &shaft.name;
+        add(Target::ShaftDiameter(name.clone()), Rescale::Relative, nuisance_parameter(format!("~diameter {name}"), 0.0, 0.01));
+        add(Target::ShaftModulus(name.clone()), Rescale::Relative, nuisance_parameter(format!("~modulus {name}"), 0.0, 0.003));
+        let loss = Parameter { lower: 0.0, upper: 0.012, ..nuisance_parameter(format!("~loss {name}"), 1e-3, 2e-3) };
+        add(Target::ShaftLossFactor(name.clone()), Rescale::Added, loss);
+    }
+    for joint in machine.joints.iter().filter(|j| j.on.len() > 1 || j.stiffness.depends_on().next().is_some()) {
+        let loss = Parameter { lower: 0.0, upper: 0.15, ..nuisance_parameter(format!("~loss {}", joint.name), 0.0, 0.02) };
+        add(Target::JointLossFactor(joint.name.clone()), Rescale::Added, loss);
+    }
+    for (motion, sd) in [(Motion::Translation, 0.01), (Motion::Rotation, 0.02)] {
+        let start = machine.start();
+        let size = |p: &crate::machine::Point| p.inertia.at(&start, &crate::machine::Operating::default());
+        let largest = machine.points.iter().filter(|p| p.motion == motion && size(p) > 0.0).max_by(|a, b| size(a).total_cmp(&size(b)));
+        if let Some(point) = largest {
+            let parameter = nuisance_parameter(format!("~inertia {}", point.name), 0.0, sd);
+            add(Target::PointInertia(point.name.clone()), Rescale::Relative, parameter);
+        }
+    }
+    add(Target::ChainGain, Rescale::Relative, nuisance_parameter("~gain".into(), 0.0, 0.004));
+    add(Target::ChainDelay, Rescale::Added, nuisance_parameter("~delay".into(), 0.0, 2e-6));
+    machine.with(&patch)
+}
+
+/// Standard deviation of a nut position read from a scale (m).
+pub const NUT_SD_M: f64 = 5e-4;
+
+fn amplitude(id: &str, unit: &str, range: (f64, f64)) -> Parameter {
+    Parameter {
+        id: id.into(),
+        unit: unit.into(),
+        start: (range.0 * range.1).sqrt(),
+        lower: range.0,
+        upper: range.1,
+        scale: Scale::Logarithmic,
+        fit: FitRule::Always,
+        sd: None,
+        source: "everything an interface of a feed drive may have".into(),
+    }
+}
+
+/// An interface: its name, the points it acts on, and whether it moves or turns.
+type Across = (String, Vec<(String, f64)>, Motion);
+
+/// All shapes of missing dynamic stiffness at all points of a machine (to the ground) and across all of its joints.
+pub fn interfaces(nominal: &Hypothesis) -> Vec<Hypothesis> {
+    let machine = &nominal.machine;
+    let mut all = Vec::new();
+    let grounded: Vec<Across> =
+        machine.points.iter().filter(|p| !p.fixed).map(|p| (p.name.clone(), vec![(p.name.clone(), 1.0)], p.motion)).collect();
+    let across: Vec<Across> = machine
+        .joints
+        .iter()
+        .filter(|j| j.on.len() > 1)
+        .map(|j| {
+            let on: Vec<(String, f64)> = j.on.iter().map(|(p, c)| (machine.points[*p].name.clone(), *c)).collect();
+            (j.name.clone(), on, machine.points[j.on[0].0].motion)
+        })
+        .collect();
+    let scale = typical(machine);
+    for (name, on, motion) in grounded.into_iter().chain(across) {
+        let (k, c, m) = scale.of(motion);
+        let wide = |x: f64| (1e-5 * x, 1e3 * x);
+        for shape in [Shape::Stiffness, Shape::Damping, Shape::Mass, Shape::Resonator, Shape::Relaxation] {
+            let joint = |stiffness, damping, relaxation_stiffness| JointPatch {
+                name: "~interface".into(),
+                on: on.clone(),
+                stiffness,
+                damping,
+                loss_factor: Source::Number(0.0),
+                relaxation_stiffness,
+            };
+            let of = |id: &str| Source::Parameter(id.into());
+            let zero = Source::Number(0.0);
+            let mut patch = Patch::default();
+            match shape {
+                Shape::Stiffness => {
+                    patch.parameters.push(amplitude("~k", "N/m", wide(k)));
+                    patch.joints.push(joint(of("~k"), zero, None));
+                }
+                Shape::Damping => {
+                    patch.parameters.push(amplitude("~c", "N*s/m", wide(c)));
+                    patch.joints.push(joint(zero, of("~c"), None));
+                }
+                Shape::Relaxation => {
+                    patch.parameters.extend([amplitude("~c", "N*s/m", wide(c)), amplitude("~k", "N/m", wide(k))]);
+                    patch.joints.push(joint(zero, of("~c"), Some(of("~k"))));
+                }
+                Shape::Mass if on.len() == 1 => {
+                    patch.parameters.push(Parameter { start: 1e-9 * m, lower: 1e-12 * m, ..amplitude("~m", "kg", (1e-4 * m, 1e2 * m)) });
+                    patch.rescales.push((Target::PointInertia(on[0].0.clone()), Rescale::Added, "~m".into()));
+                }
+                Shape::Resonator => {
+                    patch.parameters.extend([
+                        amplitude("~m", "kg", (1e-4 * m, 1e2 * m)),
+                        amplitude("~k", "N/m", wide(k)),
+                        amplitude("~c", "N*s/m", wide(c)),
+                    ]);
+                    patch.points.push(PointPatch { name: "~mass".into(), motion, inertia: of("~m"), fixed: false });
+                    let mut attached = joint(of("~k"), of("~c"), None);
+                    attached.on.push(("~mass".into(), -1.0));
+                    patch.joints.push(attached);
+                }
+                Shape::Mass | Shape::Loss => continue,
+            }
+            if let Ok(with) = machine.with(&patch) {
+                let added = (machine.parameters.len()..with.parameters.len()).collect();
+                let id = format!("{name}:{}", shape.word());
+                all.push(Hypothesis { id, kind: Kind::Interface { interface: name.clone(), shape }, machine: with, added });
+            }
+        }
+    }
+    all
+}
+
+/// Typical stiffness, damping and inertia of a machine's translations and rotations.
+struct Typical {
+    translation: (f64, f64, f64),
+    rotation: (f64, f64, f64),
+}
+
+impl Typical {
+    fn of(&self, motion: Motion) -> (f64, f64, f64) {
+        match motion {
+            Motion::Translation => self.translation,
+            Motion::Rotation => self.rotation,
+        }
+    }
+}
+
+fn typical(machine: &Machine) -> Typical {
+    let start = machine.start();
+    let operating = crate::machine::Operating::at(machine.stroke_m().map(|s| 0.5 * s));
+    let of = |motion: Motion| {
+        let joints = machine.joints.iter().filter(|j| j.on.first().is_some_and(|(p, _)| machine.points[*p].motion == motion));
+        let middle = |values: Vec<f64>, usual: f64| quantile(values.into_iter().filter(|x| *x > 0.0), 0.5).unwrap_or(usual);
+        let (k, m) = if motion == Motion::Translation { (1e8, 100.0) } else { (1e3, 1e-3) };
+        let stiffness = middle(joints.map(|j| j.stiffness.at(&start, &operating)).collect(), k);
+        let inertia = middle(machine.points.iter().filter(|p| p.motion == motion).map(|p| p.inertia.at(&start, &operating)).collect(), m);
+        // Damping of a loss factor of one near 100 Hz.
+        (stiffness, stiffness / 600.0, inertia)
+    };
+    Typical { translation: of(Motion::Translation), rotation: of(Motion::Rotation) }
+}
+
+/// Whether a machine has a shaft whose nut moves.
+pub fn has_stroke(machine: &Machine) -> bool {
+    machine.shafts.iter().any(|s| s.stations.iter().any(|t| t.place == Place::Nut))
+}

@@ -1,0 +1,312 @@
+//! Patches applied: names resolved, numbers put in their places.
+
+use super::check::{MachineError, check_parameter, fault, listing};
+use super::effect::{DerivedPatch, JointPatch, Patch, PointPatch, ShaftPatch, Target};
+use super::{Base, Derivation, Derived, Effect, Joint, Law, Machine, Point, Rescale, Shaft, Station, Value};
+
+impl Machine {
+    /// The machine with a patch applied, checked.
+    ///
+    /// # Errors  an unknown or repeated name, a range with lower ≥ upper, a number out of its physical range.
+    pub fn with(&self, patch: &Patch) -> Result<Machine, MachineError> {
+        let mut machine = self.clone();
+        for parameter in &patch.parameters {
+            check_parameter(parameter)?;
+            if machine.parameter(&parameter.id).is_none() {
+                machine.parameters.push(parameter.clone());
+            }
+        }
+        patch.contacts.iter().try_for_each(|contact| machine.add_contact(contact))?;
+        patch.segments.iter().try_for_each(|segment| machine.add_segment(segment))?;
+        for point in &patch.points {
+            let point = machine.resolve_point_patch(point)?;
+            machine.points.push(point);
+        }
+        for shaft in &patch.shafts {
+            let shaft = machine.resolve_shaft_patch(shaft)?;
+            machine.shafts.push(shaft);
+        }
+        for joint in &patch.joints {
+            let joint = machine.resolve_joint_patch(joint)?;
+            machine.joints.push(joint);
+        }
+        for (joint, from, to) in &patch.reattached {
+            machine.reattach(joint, from, to)?;
+        }
+        for (joint, point, coefficient) in &patch.attached {
+            machine.attach(joint, point, *coefficient)?;
+        }
+        for (target, rescale, parameter) in &patch.rescales {
+            machine.rescale(target, *rescale, parameter)?;
+        }
+        for (name, from) in &patch.derived {
+            let from = machine.resolve_derived(name, from)?;
+            machine.derived.push(Derived { name: name.clone(), from });
+        }
+        machine.check()?;
+        Ok(machine)
+    }
+
+    /// The machine with an effect applied and listed among its effects.
+    ///
+    /// # Errors  as [`Machine::with`]; the machine contains the effect already, or lacks what it needs.
+    pub fn with_effect(&self, effect: &Effect) -> Result<Machine, MachineError> {
+        if self.effects.contains(&effect.id) {
+            return Err(fault(format!("effect {}", effect.id), "the machine contains it already"));
+        }
+        if let Some(name) = self.lacks(effect) {
+            return Err(fault(format!("effect {}", effect.id), format!("it does not apply: the machine has no «{name}»")));
+        }
+        let mut machine = self.with(&effect.patch)?;
+        machine.effects.push(effect.id.clone());
+        Ok(machine)
+    }
+
+    /// Takes out parameters that nothing depends on, such as those of an effect that was taken out.
+    /// Gives their ids.
+    pub fn drop_unused_parameters(&mut self) -> Vec<String> {
+        let mut used: Vec<bool> = vec![false; self.parameters.len()];
+        self.values().for_each(|v| v.depends_on().for_each(|i| used[i] = true));
+        let mut next = 0;
+        let moved: Vec<usize> = used
+            .iter()
+            .map(|u| {
+                next += usize::from(*u);
+                next - usize::from(*u)
+            })
+            .collect();
+        self.values_mut().for_each(|v| v.renumber(&moved));
+        self.derived.retain(|d| !matches!(d.from, Derivation::Parameter(index) if !used[index]));
+        for derived in &mut self.derived {
+            if let Derivation::Parameter(index) = &mut derived.from {
+                *index = moved[*index];
+            }
+        }
+        let dropped = self.parameters.iter().zip(&used).filter(|(_, used)| !**used).map(|(p, _)| p.id.clone()).collect();
+        let mut keep = used.iter();
+        self.parameters.retain(|_| *keep.next().unwrap_or(&true));
+        dropped
+    }
+
+    fn values(&self) -> impl Iterator<Item = &Value> {
+        let points = self.points.iter().map(|p| &p.inertia);
+        let shafts =
+            self.shafts.iter().flat_map(|s| [&s.length, &s.diameter, &s.youngs_modulus, &s.shear_modulus, &s.density, &s.loss_factor]);
+        let joints =
+            self.joints.iter().flat_map(|j| [&j.stiffness, &j.damping, &j.loss_factor].into_iter().chain(j.relaxation_stiffness.as_ref()));
+        points.chain(shafts).chain(joints).chain([&self.chain.gain, &self.chain.delay, &self.chain.power])
+    }
+
+    fn values_mut(&mut self) -> impl Iterator<Item = &mut Value> {
+        let points = self.points.iter_mut().map(|p| &mut p.inertia);
+        let shafts = self.shafts.iter_mut().flat_map(|s| {
+            [&mut s.length, &mut s.diameter, &mut s.youngs_modulus, &mut s.shear_modulus, &mut s.density, &mut s.loss_factor]
+        });
+        let joints = self
+            .joints
+            .iter_mut()
+            .flat_map(|j| [&mut j.stiffness, &mut j.damping, &mut j.loss_factor].into_iter().chain(j.relaxation_stiffness.as_mut()));
+        points.chain(shafts).chain(joints).chain([&mut self.chain.gain, &mut self.chain.delay, &mut self.chain.power])
+    }
+
+    /// The first thing an effect needs that the machine lacks.
+    pub fn lacks<'e>(&self, effect: &'e Effect) -> Option<&'e str> {
+        effect
+            .needs
+            .iter()
+            .find(|name| {
+                self.point(name).is_none() && !self.joints.iter().any(|j| j.name == **name) && !self.shafts.iter().any(|s| s.name == **name)
+            })
+            .map(String::as_str)
+    }
+
+    fn named_point(&self, part: &str, name: &str) -> Result<usize, MachineError> {
+        self.point(name).ok_or_else(|| {
+            let known = listing(self.points.iter().map(|p| p.name.as_str()));
+            fault(part, format!("no point is called «{name}»; {known} (and ground)"))
+        })
+    }
+
+    fn resolve_point_patch(&self, patch: &PointPatch) -> Result<Point, MachineError> {
+        let part = format!("point.{}", patch.name);
+        if patch.name == "ground" {
+            return Err(fault(part, "«ground» is there already and cannot be declared; choose another name"));
+        }
+        if self.point(&patch.name).is_some() {
+            return Err(fault(part, "this name is declared twice; give each point a name of its own"));
+        }
+        let inertia = self.value(&format!("{part}.{}", patch.motion.inertia_key()), &patch.inertia)?;
+        Ok(Point { name: patch.name.clone(), motion: patch.motion, inertia, fixed: patch.fixed })
+    }
+
+    fn resolve_shaft_patch(&self, patch: &ShaftPatch) -> Result<Shaft, MachineError> {
+        let part = format!("shaft.{}", patch.name);
+        if self.shafts.iter().any(|s| s.name == patch.name) {
+            return Err(fault(part, "this name is declared twice; give each shaft a name of its own"));
+        }
+        let value = |key: &str, source| self.value(&format!("{part}.{key}"), source);
+        let mut stations = Vec::new();
+        for (place, axial, torsion) in &patch.stations {
+            let point = |name: &Option<String>| name.as_ref().map(|n| self.named_point(&format!("{part}.station"), n)).transpose();
+            stations.push(Station { place: *place, axial: point(axial)?, torsion: point(torsion)? });
+        }
+        Ok(Shaft {
+            name: patch.name.clone(),
+            length: value("length_m", &patch.length)?,
+            diameter: value("diameter_m", &patch.diameter)?,
+            youngs_modulus: value("youngs_modulus_pa", &patch.youngs_modulus)?,
+            shear_modulus: value("shear_modulus_pa", &patch.shear_modulus)?,
+            density: value("density_kg_m3", &patch.density)?,
+            loss_factor: value("loss_factor", &patch.loss_factor)?,
+            stations,
+        })
+    }
+
+    fn resolve_joint_patch(&self, patch: &JointPatch) -> Result<Joint, MachineError> {
+        let part = format!("joint.{}", patch.name);
+        if self.joints.iter().any(|j| j.name == patch.name) {
+            return Err(fault(part, "this name is declared twice; give each joint a name of its own"));
+        }
+        let mut on: Vec<(usize, f64)> = Vec::new();
+        for (name, coefficient) in &patch.on {
+            let point = self.named_point(&part, name)?;
+            if on.iter().any(|(p, _)| *p == point) {
+                return Err(fault(part, format!("it acts on «{name}» twice; name two different points")));
+            }
+            if !coefficient.is_finite() || *coefficient == 0.0 {
+                return Err(fault(part, format!("its coefficient on «{name}» is {coefficient}; write a number other than 0")));
+            }
+            on.push((point, *coefficient));
+        }
+        if on.is_empty() {
+            return Err(fault(part, "it acts on nothing; name at least one point"));
+        }
+        let value = |key: &str, source| self.value(&format!("{part}.{key}"), source);
+        Ok(Joint {
+            name: patch.name.clone(),
+            on,
+            stiffness: value("stiffness", &patch.stiffness)?,
+            damping: value("damping", &patch.damping)?,
+            loss_factor: value("loss_factor", &patch.loss_factor)?,
+            relaxation_stiffness: patch.relaxation_stiffness.as_ref().map(|s| value("relaxation_stiffness", s)).transpose()?,
+        })
+    }
+
+    fn rescale(&mut self, target: &Target, rescale: Rescale, parameter: &str) -> Result<(), MachineError> {
+        let part = format!("rescale {target:?}");
+        let index = self.parameter(parameter).ok_or_else(|| fault(&part, format!("no parameter is called «{parameter}»")))?;
+        let stroke_m = self.stroke_m();
+        let joint = |name: &String| self.joints.iter().position(|j| j.name == *name);
+        let shaft = |name: &String| self.shafts.iter().position(|s| s.name == *name);
+        let missing = |name: &String| fault(&part, format!("the machine has no «{name}»"));
+        let mut values: Vec<&mut Value> = match target {
+            Target::PointInertia(name) => {
+                let at = self.point(name).ok_or_else(|| missing(name))?;
+                vec![&mut self.points[at].inertia]
+            }
+            Target::JointStiffness(name) => {
+                let at = joint(name).ok_or_else(|| missing(name))?;
+                vec![&mut self.joints[at].stiffness]
+            }
+            Target::JointDamping(name) => {
+                let at = joint(name).ok_or_else(|| missing(name))?;
+                vec![&mut self.joints[at].damping]
+            }
+            Target::JointLossFactor(name) => {
+                let at = joint(name).ok_or_else(|| missing(name))?;
+                vec![&mut self.joints[at].loss_factor]
+            }
+            Target::ShaftDiameter(name) => {
+                let at = shaft(name).ok_or_else(|| missing(name))?;
+                vec![&mut self.shafts[at].diameter]
+            }
+            Target::ShaftLossFactor(name) => {
+                let at = shaft(name).ok_or_else(|| missing(name))?;
+                vec![&mut self.shafts[at].loss_factor]
+            }
+            Target::ShaftModulus(name) => {
+                let at = shaft(name).ok_or_else(|| missing(name))?;
+                let shaft = &mut self.shafts[at];
+                vec![&mut shaft.youngs_modulus, &mut shaft.shear_modulus]
+            }
+            Target::ChainGain => vec![&mut self.chain.gain],
+            Target::ChainDelay => vec![&mut self.chain.delay],
+            Target::ChainPower => vec![&mut self.chain.power],
+        };
+        for value in &mut values {
+            match rescale {
+                Rescale::Relative => value.laws.push(Law::Relative(index)),
+                Rescale::InSeries => value.laws.push(Law::InSeries(index)),
+                Rescale::Added => value.laws.push(Law::Added(index)),
+                Rescale::AlongStroke => {
+                    let stroke_m = stroke_m.ok_or_else(|| fault(&part, "the machine has no shaft with a nut"))?;
+                    value.laws.push(Law::AlongStroke(index, stroke_m));
+                }
+                Rescale::Replace => value.base = Base::Parameter(index),
+            }
+        }
+        Ok(())
+    }
+
+    fn joint_named(&self, part: &str, name: &str) -> Result<usize, MachineError> {
+        self.joints
+            .iter()
+            .position(|j| j.name == name)
+            .ok_or_else(|| fault(part, format!("no joint is called «{name}»; {}", listing(self.joints.iter().map(|j| j.name.as_str())))))
+    }
+
+    /// Lets a joint act on `to` where it acted on `from`.
+    fn reattach(&mut self, joint: &str, from: &str, to: &str) -> Result<(), MachineError> {
+        let part = format!("reattach {joint}");
+        let at = self.joint_named(&part, joint)?;
+        let to = self.named_point(&part, to)?;
+        if self.joints[at].on.iter().any(|(p, _)| *p == to) {
+            return Err(fault(part, format!("the joint acts on «{}» already", self.points[to].name)));
+        }
+        if from == "ground" {
+            // Relative to the ground becomes relative to the point.
+            let on = &mut self.joints[at].on;
+            let [(_, coefficient)] = on[..] else { return Err(fault(part, "the joint does not act between one point and the ground")) };
+            on.push((to, -coefficient));
+            return Ok(());
+        }
+        let from_index = self.named_point(&part, from)?;
+        let end = self.joints[at].on.iter_mut().find(|(p, _)| *p == from_index);
+        end.ok_or_else(|| fault(part, format!("the joint does not act on «{from}»")))?.0 = to;
+        Ok(())
+    }
+
+    /// Lets a joint act on one point more.
+    fn attach(&mut self, joint: &str, point: &str, coefficient: f64) -> Result<(), MachineError> {
+        let part = format!("attach {joint}");
+        let at = self.joint_named(&part, joint)?;
+        let point = self.named_point(&part, point)?;
+        if !coefficient.is_finite() || coefficient == 0.0 {
+            return Err(fault(part, format!("times is {coefficient}; write a number other than 0")));
+        }
+        if self.joints[at].on.iter().any(|(p, _)| *p == point) {
+            return Err(fault(part, format!("the joint acts on «{}» already", self.points[point].name)));
+        }
+        self.joints[at].on.push((point, coefficient));
+        Ok(())
+    }
+
+    fn resolve_derived(&self, name: &str, from: &DerivedPatch) -> Result<Derivation, MachineError> {
+        let part = format!("derived.{name}");
+        let order = |order: usize| if order > 0 { Ok(order) } else { Err(fault(&part, "order is 0; count from 1")) };
+        if self.derived.iter().any(|d| d.name == name) {
+            return Err(fault(part, "this name is declared twice; give each quantity a name of its own"));
+        }
+        Ok(match from {
+            DerivedPatch::NaturalFrequency(n) => Derivation::NaturalFrequency(order(*n)?),
+            DerivedPatch::Antiresonance(n, point) => Derivation::Antiresonance(order(*n)?, self.named_point(&part, point)?),
+            DerivedPatch::InertiaRatio(a, b) => Derivation::InertiaRatio(self.named_point(&part, a)?, self.named_point(&part, b)?),
+            DerivedPatch::Parameter(id) => {
+                let known = || listing(self.parameters.iter().map(|p| p.id.as_str()));
+                Derivation::Parameter(
+                    self.parameter(id).ok_or_else(|| fault(&part, format!("no parameter is called «{id}»; {}", known())))?,
+                )
+            }
+        })
+    }
+}

@@ -1,0 +1,201 @@
+//! One FRF and what to do with it, checked.
+
+use std::f64::consts::TAU;
+
+use num_complex::Complex64;
+
+use super::ModalError;
+
+/// Least number of usable lines of a fit: one mode and the background are eight real unknowns, a line gives two.
+pub const LEAST_LINES: usize = 12;
+
+/// One frequency response function, e^{+iωt}.
+///
+/// # Units
+///
+/// `frequency_hz` Hz, rising, above 0, in any spacing; `receptance` response over force (m/N or any other unit: kept in the results);
+/// `component_sd` standard deviation of the real and of the imaginary part of ln H (1), `None` where unknown.
+/// `omega_power` says which quantity was measured and is asked for in the amplitudes: 0 receptance, 1 mobility, 2 accelerance.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Curve<'a> {
+    /// Frequency lines (Hz).
+    pub frequency_hz: &'a [f64],
+    /// Receptance at the lines.
+    pub receptance: &'a [Complex64],
+    /// Standard deviation per component of ln H.
+    pub component_sd: Option<&'a [f64]>,
+    /// Power of iω that leads from receptance to the measured quantity.
+    pub omega_power: i32,
+}
+
+/// Part of the curve that is fitted.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub enum Fit {
+    /// All lines; background −L/ω² + U.
+    #[default]
+    Full,
+    /// The lines of a band; modes outside it enter as a background linear in frequency.
+    Local {
+        /// Lower end (Hz).
+        from_hz: f64,
+        /// Upper end (Hz).
+        to_hz: f64,
+    },
+}
+
+/// Settings of a fit; the defaults are those of the figures in the tests.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct FitOptions {
+    /// Part of the curve.
+    pub fit: Fit,
+    /// Highest polynomial order of the stabilisation diagram over the whole band (two per mode).
+    pub max_order: usize,
+    /// Relative change of frequency over an order up to which a pole is stable. 1 %: common practice of stabilisation diagrams.
+    pub frequency_tolerance: f64,
+    /// Relative change of damping over an order up to which a pole is stable. 10 %: as above (5 to 10 %).
+    pub damping_tolerance: f64,
+    /// Most poles in the final model, those outside the band included.
+    pub max_modes: usize,
+    /// Damping ratio above which a pole is background, not a mode.
+    pub max_damping: f64,
+}
+
+impl Default for FitOptions {
+    fn default() -> Self {
+        Self { fit: Fit::Full, max_order: 48, frequency_tolerance: 0.01, damping_tolerance: 0.10, max_modes: 30, max_damping: 0.4 }
+    }
+}
+
+impl FitOptions {
+    /// Refuses settings that make no fit.
+    pub(super) fn check(&self) -> Result<(), ModalError> {
+        let fault = |name, value, remedy| Err(ModalError::Setting { name, value, remedy });
+        if !(8..=120).contains(&self.max_order) {
+            return fault("max_order", self.max_order as f64, "write 8 to 120");
+        }
+        if !(1..=60).contains(&self.max_modes) {
+            return fault("max_modes", self.max_modes as f64, "write 1 to 60");
+        }
+        for (name, value, remedy) in [
+            ("frequency_tolerance", self.frequency_tolerance, "write a share between 0 and 0.2"),
+            ("damping_tolerance", self.damping_tolerance, "write a share between 0 and 1"),
+            ("max_damping", self.max_damping, "write a ratio between 0 and 1"),
+        ] {
+            let most = if name == "frequency_tolerance" { 0.2 } else { 1.0 };
+            if !(value > 0.0 && value < most) {
+                return fault(name, value, remedy);
+            }
+        }
+        if let Fit::Local { from_hz, to_hz } = self.fit
+            && !(from_hz >= 0.0 && to_hz > from_hz && to_hz.is_finite())
+        {
+            return Err(ModalError::Band { from_hz, to_hz });
+        }
+        Ok(())
+    }
+}
+
+/// Checked lines of the band to be fitted.
+#[derive(Debug, Clone)]
+pub(super) struct Lines {
+    /// Angular frequency (rad/s), rising.
+    pub omega: Vec<f64>,
+    /// Receptance, nowhere 0.
+    pub h: Vec<Complex64>,
+    /// Standard deviation per component of ln H.
+    pub sd: Option<Vec<f64>>,
+    /// Whether the background is that of a local fit.
+    pub local: bool,
+}
+
+impl Lines {
+    /// The usable lines (H ≠ 0) of the band asked for.
+    pub fn of(curve: &Curve, options: &FitOptions) -> Result<Self, ModalError> {
+        options.check()?;
+        check(curve)?;
+        let (from_hz, to_hz, local) = match options.fit {
+            Fit::Full => (curve.frequency_hz.first().copied().unwrap_or(0.0), curve.frequency_hz.last().copied().unwrap_or(0.0), false),
+            Fit::Local { from_hz, to_hz } => (from_hz, to_hz, true),
+        };
+        if !curve.receptance.is_empty() && curve.receptance.iter().all(|h| *h == Complex64::ZERO) {
+            return Err(ModalError::AllZero { lines: curve.receptance.len() });
+        }
+        let mut lines = Self { omega: Vec::new(), h: Vec::new(), sd: curve.component_sd.map(|_| Vec::new()), local };
+        for (at, (f, h)) in curve.frequency_hz.iter().zip(curve.receptance).enumerate() {
+            if *f >= from_hz && *f <= to_hz && *h != Complex64::ZERO {
+                lines.omega.push(TAU * f);
+                lines.h.push(*h);
+                if let (Some(sd), Some(all)) = (&mut lines.sd, curve.component_sd) {
+                    sd.push(all[at]);
+                }
+            }
+        }
+        if lines.len() < LEAST_LINES {
+            return Err(ModalError::TooFewLines { found: lines.len(), needed: LEAST_LINES, from_hz, to_hz });
+        }
+        Ok(lines)
+    }
+
+    /// Number of lines.
+    pub fn len(&self) -> usize {
+        self.omega.len()
+    }
+
+    /// Ends of the band (rad/s).
+    pub fn band(&self) -> (f64, f64) {
+        (self.omega.first().copied().unwrap_or(0.0), self.omega.last().copied().unwrap_or(0.0))
+    }
+
+    /// Index of the line next to ω.
+    pub fn nearest(&self, omega: f64) -> usize {
+        let above = self.omega.partition_point(|w| *w < omega).min(self.len() - 1);
+        if above > 0 && omega - self.omega[above - 1] < self.omega[above] - omega { above - 1 } else { above }
+    }
+
+    /// Distance of the lines around ω (rad/s).
+    pub fn spacing(&self, omega: f64) -> f64 {
+        let at = self.nearest(omega);
+        let (low, high) = (at.saturating_sub(1), (at + 1).min(self.len() - 1));
+        (self.omega[high] - self.omega[low]) / (high - low).max(1) as f64
+    }
+}
+
+/// Refuses slices of different length, values that are not finite, and frequencies that do not rise.
+fn check(curve: &Curve) -> Result<(), ModalError> {
+    let lines = curve.frequency_hz.len();
+    if curve.receptance.len() != lines {
+        return Err(ModalError::Length { what: "receptance", found: curve.receptance.len(), lines });
+    }
+    if let Some(sd) = curve.component_sd
+        && sd.len() != lines
+    {
+        return Err(ModalError::Length { what: "component_sd", found: sd.len(), lines });
+    }
+    let mut previous_hz = 0.0;
+    for (line, f) in curve.frequency_hz.iter().enumerate() {
+        if !(f.is_finite() && *f > 0.0) {
+            return Err(ModalError::Value { line, what: "frequency_hz", value: *f, remedy: "leave lines at or below 0 Hz out" });
+        }
+        if line > 0 && *f <= previous_hz {
+            return Err(ModalError::Order { line, frequency_hz: *f, previous_hz });
+        }
+        previous_hz = *f;
+    }
+    for (line, h) in curve.receptance.iter().enumerate() {
+        if !h.is_finite() {
+            let value = if h.re.is_finite() { h.im } else { h.re };
+            return Err(ModalError::Value { line, what: "H", value, remedy: "leave lines without a finite value out" });
+        }
+    }
+    for (line, sd) in curve.component_sd.unwrap_or(&[]).iter().enumerate() {
+        if !(sd.is_finite() && *sd > 0.0) {
+            return Err(ModalError::Value {
+                line,
+                what: "component_sd",
+                value: *sd,
+                remedy: "write a number above 0, or give no deviations",
+            });
+        }
+    }
+    Ok(())
+}

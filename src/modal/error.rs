@@ -1,0 +1,101 @@
+//! What can be wrong with a curve, an option or a set of records.
+
+use thiserror::Error;
+
+/// Why no modes could be estimated.
+#[derive(Debug, Clone, PartialEq, Error)]
+pub enum ModalError {
+    /// Slices of different length.
+    #[error("{what} holds {found} values for {lines} frequency lines; give one per line")]
+    Length {
+        /// Name of the slice.
+        what: &'static str,
+        /// Its length.
+        found: usize,
+        /// Number of frequency lines.
+        lines: usize,
+    },
+    /// A value that is not finite, or out of its range.
+    #[error("line {line} (counted from 0): {what} is {value}; {remedy}")]
+    Value {
+        /// Index of the line.
+        line: usize,
+        /// Name of the quantity.
+        what: &'static str,
+        /// Value found.
+        value: f64,
+        /// What to do.
+        remedy: &'static str,
+    },
+    /// Frequencies that do not rise.
+    #[error(
+        "line {line} (counted from 0): frequency {frequency_hz} Hz does not follow {previous_hz} Hz; sort the lines, each frequency once"
+    )]
+    Order {
+        /// Index of the line.
+        line: usize,
+        /// Its frequency (Hz).
+        frequency_hz: f64,
+        /// Frequency of the line before (Hz).
+        previous_hz: f64,
+    },
+    /// Not enough lines to fit one mode and its background.
+    #[error(
+        "{found} usable lines in {from_hz}..{to_hz} Hz; a fit needs at least {needed}: widen the band or measure with a finer resolution"
+    )]
+    TooFewLines {
+        /// Lines with H ≠ 0 inside the band.
+        found: usize,
+        /// Least number.
+        needed: usize,
+        /// Lower end of the band (Hz).
+        from_hz: f64,
+        /// Upper end of the band (Hz).
+        to_hz: f64,
+    },
+    /// H is zero on all lines.
+    #[error("H is zero on all {lines} lines; the channel recorded nothing")]
+    AllZero {
+        /// Number of lines.
+        lines: usize,
+    },
+    /// A band that is empty or reversed.
+    #[error("local fit from {from_hz} Hz to {to_hz} Hz; give 0 <= from < to")]
+    Band {
+        /// Lower end (Hz).
+        from_hz: f64,
+        /// Upper end (Hz).
+        to_hz: f64,
+    },
+    /// An option out of its range.
+    #[error("option {name} is {value}; {remedy}")]
+    Setting {
+        /// Name of the option.
+        name: &'static str,
+        /// Its value.
+        value: f64,
+        /// What to do.
+        remedy: &'static str,
+    },
+    /// The weighted normal equations cannot be solved.
+    #[error("the modal fit of {from_hz}..{to_hz} Hz is singular with {modes} modes; ask for fewer modes or a wider band")]
+    Singular {
+        /// Poles in the model.
+        modes: usize,
+        /// Lower end of the band (Hz).
+        from_hz: f64,
+        /// Upper end of the band (Hz).
+        to_hz: f64,
+    },
+    /// Nothing to track.
+    #[error("no records to track; give at least one")]
+    NoRecords,
+    /// A position that is not finite.
+    #[error("record {record}: nut position {nut_m} m is not a finite number")]
+    Position {
+        /// Name of the record.
+        record: String,
+        /// Value found (m).
+        nut_m: f64,
+    },
+}

@@ -1,0 +1,240 @@
+//! Modes of one curve, with standard deviations.
+
+use std::f64::consts::TAU;
+
+use nalgebra::{DMatrix, DVector};
+use num_complex::Complex64;
+
+use super::curve::{Curve, FitOptions, Lines};
+use super::least_squares::{Normal, refine};
+use super::model::{Model, PER_MODE, Term};
+use super::peak::maximum;
+use super::selection::{Task, gains, prune, select};
+use super::stabilisation::{Candidate, Stability, candidates};
+use super::{ModalError, noise};
+
+/// A mode that adds less than this share to the rest of |H| at its frequency is background.
+const LEAST_PROMINENCE: f64 = 0.02;
+
+/// A candidate speaks for a term this close to it (share of its frequency), beside half its half-width.
+const NEAR: f64 = 0.005;
+
+/// What an amplitude is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum AmplitudeKind {
+    /// |H| at a local maximum of the measured quantity.
+    Peak,
+    /// The mode makes no maximum of its own: its own contribution at its damped frequency, |r|/σ in the measured quantity.
+    Modal,
+}
+
+/// Amplitude of a mode in the measured quantity.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Amplitude {
+    /// Value, unit of the measured quantity.
+    pub value: f64,
+    /// Its standard deviation.
+    pub sd: f64,
+    /// Where it is taken (Hz).
+    pub frequency_hz: f64,
+    /// What it is.
+    pub kind: AmplitudeKind,
+}
+
+/// A mode of one curve.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Mode {
+    /// Natural frequency |p|/2π (Hz).
+    pub frequency_hz: f64,
+    /// Its standard deviation (Hz).
+    pub frequency_sd_hz: f64,
+    /// Damping ratio −Re p/|p|.
+    pub damping_ratio: f64,
+    /// Its standard deviation.
+    pub damping_sd: f64,
+    /// Amplitude.
+    pub amplitude: Amplitude,
+    /// Residue of the receptance (its unit times rad/s).
+    pub residue: Complex64,
+    /// How often the pole was stable over the orders; 0 where only the residual asked for it.
+    pub stability: Stability,
+    /// Own contribution over the rest of H at the damped frequency: well below 1 for a mode hidden by others.
+    pub prominence: f64,
+    /// Root of what χ² would grow without the mode, over the residual deviation: its signal-to-noise ratio.
+    pub signal_to_noise: f64,
+}
+
+/// Result of a fit.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ModalFit {
+    /// Modes inside the band, in rising frequency.
+    pub modes: Vec<Mode>,
+    /// Poles outside the band, or too damped or too slight to be modes: they are in the model, not in the list.
+    pub background_poles: usize,
+    /// Lines used.
+    pub lines: usize,
+    /// Root mean square of |Ĥ − H|/|H|.
+    pub relative_misfit: f64,
+    /// χ² per degree of freedom with the given deviations; `None` where they were estimated from the residual.
+    pub reduced_chi2: Option<f64>,
+    /// Correlation of neighbouring residuals: 0 for noise, towards 1 where the model leaves something out.
+    pub residual_correlation: f64,
+    model: Model,
+    omega_power: i32,
+}
+
+impl ModalFit {
+    /// The fitted receptance at a frequency (Hz).
+    pub fn receptance(&self, frequency_hz: f64) -> Complex64 {
+        self.model.at(TAU * frequency_hz)
+    }
+
+    /// The fitted curve in the measured quantity at a frequency (Hz).
+    pub fn measured(&self, frequency_hz: f64) -> Complex64 {
+        self.receptance(frequency_hz) * Complex64::new(0.0, TAU * frequency_hz).powi(self.omega_power)
+    }
+}
+
+/// Estimates the modes of a curve.
+///
+/// Stabilisation diagram, selection and refinement of the modal model; deviations from the Jacobian of the last weighted fit.
+/// Where `component_sd` is `None`, the noise is estimated from the residual, running along frequency; where it is given and χ² is larger than
+/// its degrees of freedom, deviations are widened by its root. Correlated residuals widen them further.
+///
+/// # Units      Hz, rad/s and the units of the curve
+/// # Errors     a curve or an option out of range; too few lines; all lines zero; singular equations
+/// # Source     Guillaume et al. (2003); Verboven, thesis, Vrije Universiteit Brussel (2002), on deviations of modal parameters;
+///              Richardson and Formenti, IMAC I (1982), on the rational-fraction form
+pub fn fit_curve(curve: &Curve, options: &FitOptions) -> Result<ModalFit, ModalError> {
+    let lines = Lines::of(curve, options)?;
+    let known = lines.sd.clone();
+    let first = known.clone().unwrap_or_else(|| noise::from_curve(&lines));
+    let weight = noise::weights(&lines, &first, None);
+    let candidates = candidates(&lines, &first.iter().map(|s| 1.0 / s).collect::<Vec<f64>>(), options);
+    let floor_of = |sd: &[f64]| if known.is_some() { 1.0 } else { (noise::LEAST / noise::median(sd.to_vec())).powi(2) };
+    let band = lines.band();
+    let task = Task { lines: &lines, weight: &weight, floor: floor_of(&first) };
+    let mut model = select(&task, &candidates, options).ok_or(ModalError::Singular {
+        modes: candidates.len(),
+        from_hz: band.0 / TAU,
+        to_hz: band.1 / TAU,
+    })?;
+    let mut last = weight.clone();
+    for round in 0..3 {
+        let sd = known.clone().unwrap_or_else(|| noise::from_residual(&lines, &model));
+        last = noise::weights(&lines, &sd, Some(&model));
+        let task = Task { lines: &lines, weight: &last, floor: floor_of(&sd) };
+        refine(&mut model, &lines, &last, 1e-4, if round == 2 { 40 } else { 10 });
+        prune(&mut model, &task);
+    }
+    refine(&mut model, &lines, &last, 1e-9, 40);
+    model.terms.sort_by(|a, b| a.pole.im.total_cmp(&b.pole.im));
+    finish(&lines, model, &last, &candidates, options, curve.omega_power)
+}
+
+/// Standard deviations, amplitudes and evidence of the final model.
+fn finish(
+    lines: &Lines,
+    model: Model,
+    weight: &[f64],
+    candidates: &[Candidate],
+    options: &FitOptions,
+    omega_power: i32,
+) -> Result<ModalFit, ModalError> {
+    let (low, high) = lines.band();
+    let singular = || ModalError::Singular { modes: model.terms.len(), from_hz: low / TAU, to_hz: high / TAU };
+    let task = Task { lines, weight, floor: 0.0 };
+    let (_, gains) = gains(&model, &task).ok_or_else(singular)?;
+    let normal = Normal::of(&model, lines, weight);
+    let (_, covariance) = normal.solve(1e-13, true).ok_or_else(singular)?;
+    let freedom = (2.0 * lines.len() as f64 - model.unknowns() as f64).max(1.0);
+    let reduced = normal.chi2 / freedom;
+    let (relative_misfit, correlation) = noise::misfit(lines, &model, weight);
+    let significant = correlation > 3.0 / (2.0 * lines.len() as f64).sqrt();
+    let correlated = if significant { (1.0 + correlation.min(0.9)) / (1.0 - correlation.min(0.9)) } else { 1.0 };
+    let variance = correlated * if lines.sd.is_some() { reduced.max(1.0) } else { reduced };
+    let covariance = covariance * variance;
+    let stabilities = stabilities(&model, candidates);
+    let mut modes = Vec::new();
+    for (at, gain) in gains.iter().enumerate() {
+        let stability = stabilities[at];
+        let signal_to_noise = (gain / variance.max(f64::MIN_POSITIVE)).sqrt();
+        let mode = Mode { stability, signal_to_noise, ..describe(&model, at, &covariance, (omega_power, (low, high))) };
+        let inside = (low..=high).contains(&model.terms[at].pole.im);
+        if inside && mode.damping_ratio <= options.max_damping && mode.prominence >= LEAST_PROMINENCE {
+            modes.push(mode);
+        }
+    }
+    Ok(ModalFit {
+        background_poles: model.terms.len() - modes.len(),
+        modes,
+        lines: lines.len(),
+        relative_misfit,
+        reduced_chi2: lines.sd.as_ref().map(|_| reduced),
+        residual_correlation: correlation,
+        model,
+        omega_power,
+    })
+}
+
+/// Counts of the terms: each candidate, the most often stable first, speaks for the nearest term not yet spoken for.
+fn stabilities(model: &Model, candidates: &[Candidate]) -> Vec<Stability> {
+    let none = candidates.first().map_or(Stability { stable: 0, orders: 1 }, |c| Stability { stable: 0, ..c.stability });
+    let mut found: Vec<Option<Stability>> = vec![None; model.terms.len()];
+    for candidate in candidates {
+        let off = |term: &Term| (term.pole - candidate.pole).norm();
+        let near = |term: &Term| {
+            let change = term.pole.re / candidate.pole.re;
+            off(term) <= NEAR * candidate.pole.norm() - 0.5 * candidate.pole.re && (0.4..=2.5).contains(&change)
+        };
+        let nearest =
+            (0..found.len()).filter(|at| near(&model.terms[*at])).min_by(|a, b| off(&model.terms[*a]).total_cmp(&off(&model.terms[*b])));
+        if let Some(at) = nearest {
+            found[at] = found[at].or(Some(candidate.stability));
+        }
+    }
+    found.into_iter().map(|s| s.unwrap_or(none)).collect()
+}
+
+/// Frequency, damping, amplitude and prominence of a term.
+fn describe(model: &Model, at: usize, covariance: &DMatrix<f64>, (omega_power, band): (i32, (f64, f64))) -> Mode {
+    let term = model.terms[at];
+    let size = term.pole.norm();
+    let first = PER_MODE * at;
+    // Unknowns ln σ and ln ω, and their shares in ln |p|.
+    let (sigma, omega) = (first + 2, first + 3);
+    let (share_sigma, share_omega) = ((term.pole.re / size).powi(2), (term.pole.im / size).powi(2));
+    let sd = |entries: &[(usize, f64)]| {
+        let variance: f64 = entries.iter().flat_map(|(i, a)| entries.iter().map(move |(j, b)| a * b * covariance[(*i, *j)])).sum();
+        variance.max(0.0).sqrt()
+    };
+    let damping = -term.pole.re / size;
+    let amplitude = match maximum(model, term.pole, omega_power, band) {
+        Some(top) => {
+            let mut columns = vec![Complex64::ZERO; model.unknowns()];
+            let value = model.derivatives(top, &mut columns);
+            let slope = DVector::from_iterator(columns.len(), columns.iter().map(|c| (value.conj() * c).re / value.norm_sqr()));
+            let relative = slope.dot(&(covariance * &slope)).max(0.0).sqrt();
+            let size = value.norm() * top.powi(omega_power);
+            Amplitude { value: size, sd: size * relative, frequency_hz: top / TAU, kind: AmplitudeKind::Peak }
+        }
+        None => {
+            let size = term.residue.norm() / -term.pole.re * term.pole.im.powi(omega_power);
+            let along = term.residue / term.residue.norm_sqr();
+            let relative = sd(&[(first, along.re), (first + 1, along.im), (sigma, -1.0), (omega, f64::from(omega_power))]);
+            Amplitude { value: size, sd: size * relative, frequency_hz: term.pole.im / TAU, kind: AmplitudeKind::Modal }
+        }
+    };
+    let own = term.at(term.pole.im);
+    Mode {
+        frequency_hz: size / TAU,
+        frequency_sd_hz: size / TAU * sd(&[(sigma, share_sigma), (omega, share_omega)]),
+        damping_ratio: damping,
+        damping_sd: damping * share_omega * sd(&[(sigma, 1.0), (omega, -1.0)]),
+        amplitude,
+        residue: term.residue,
+        stability: Stability { stable: 0, orders: 0 },
+        prominence: own.norm() / (model.at(term.pole.im) - own).norm(),
+        signal_to_noise: 0.0,
+    }
+}

@@ -1,0 +1,165 @@
+//! Least-squares complex-frequency estimator: poles of one band at every polynomial order.
+//!
+//! The band is laid on the unit circle, z = e^{iθ}, and H ≈ B(z)/A(z) with polynomials in z is solved in the least-squares sense.
+//! The normal matrices are Toeplitz: an order costs three sums per lag. The lowest coefficient of A is held at 1, which throws the
+//! poles that fit noise out of the unit circle, where they count as unstable. The equation error is turned into the error of H by
+//! repeated weighting with 1/|A|.
+//!
+//! # Source
+//!
+//! Guillaume, Verboven, Vanlanduit, Van der Auweraer, Peeters, IMAC XXI (2003), on the poly-reference estimator (one input, one
+//! output here); Cauberghe, thesis, Vrije Universiteit Brussel (2004), on the constraint; Sanathanan and Koerner, IEEE Trans.
+//! Automatic Control 8 (1963), 56–58, on the weighting.
+
+use std::f64::consts::{PI, TAU};
+use std::ops::Range;
+
+use nalgebra::{ComplexField, DMatrix};
+use num_complex::Complex64;
+
+use super::curve::Lines;
+use super::polynomial::roots;
+
+/// Weighted solutions per order.
+const REWEIGHTINGS: usize = 3;
+/// Angle of the top line when the band reaches down towards 0 Hz and the lines are mirrored.
+const MIRRORED_TOP: f64 = 0.85 * PI;
+/// Angles of the first and last line when they are not.
+const ARC: (f64, f64) = (0.2 * PI, 1.8 * PI);
+/// A band whose lower end is below this share of the upper is mirrored at 0 Hz: there poles and their conjugates are neighbours.
+const MIRROR_BELOW: f64 = 0.3;
+/// Poles this far outside the band (share of its width) are kept.
+const MARGIN: f64 = 0.15;
+
+/// How ω is laid on the circle: θ = offset + slope·ω.
+struct Circle {
+    offset: f64,
+    slope: f64,
+    mirrored: bool,
+    band: (f64, f64),
+}
+
+impl Circle {
+    fn of(low: f64, high: f64) -> Self {
+        if low < MIRROR_BELOW * high {
+            Self { offset: 0.0, slope: MIRRORED_TOP / high, mirrored: true, band: (low, high) }
+        } else {
+            let slope = (ARC.1 - ARC.0) / (high - low);
+            Self { offset: ARC.0 - slope * low, slope, mirrored: false, band: (low, high) }
+        }
+    }
+
+    /// The pole in s of a root in z; `None` where it is unstable or far outside the band.
+    fn pole(&self, z: Complex64) -> Option<Complex64> {
+        let mut angle = z.arg();
+        if !self.mirrored && angle < 0.0 {
+            angle += TAU;
+        }
+        let pole = Complex64::new(z.norm().ln(), angle - self.offset) / self.slope;
+        let margin = MARGIN * (self.band.1 - self.band.0);
+        let inside = pole.im > (self.band.0 - margin).max(1e-3 * self.band.0) && pole.im < self.band.1 + margin;
+        (pole.re < 0.0 && inside && -pole.re < 0.75 * pole.im).then_some(pole)
+    }
+}
+
+/// A row of the diagram: the stable poles (rad/s) of one order.
+#[derive(Debug, Clone)]
+pub(super) struct Order {
+    /// Poles with Re < 0 and 0 < Im, inside the band or close to it.
+    pub poles: Vec<Complex64>,
+}
+
+/// Poles of the lines in `range` for each of the orders; `weight` is the inverse relative standard deviation of each line.
+pub(super) fn diagram(lines: &Lines, range: Range<usize>, weight: &[f64], orders: &[usize]) -> Vec<Order> {
+    let omega = &lines.omega[range.clone()];
+    let h = &lines.h[range.clone()];
+    let weight = &weight[range];
+    let (Some(low), Some(high)) = (omega.first(), omega.last()) else { return Vec::new() };
+    let circle = Circle::of(*low, *high);
+    let z: Vec<Complex64> = omega.iter().map(|w| Complex64::cis(circle.offset + circle.slope * w)).collect();
+    let scale = h.iter().map(|h| h.norm().ln()).sum::<f64>() / h.len() as f64;
+    let h: Vec<Complex64> = h.iter().map(|h| h * (-scale).exp()).collect();
+    let first: Vec<f64> = h.iter().zip(weight).map(|(h, w)| w * w / h.norm_sqr()).collect();
+    orders
+        .iter()
+        .map(|order| {
+            let mut squared = first.clone();
+            let mut found = None;
+            for _ in 0..REWEIGHTINGS {
+                let sums = Sums::of(&z, &h, &squared, *order);
+                let solution = if circle.mirrored {
+                    denominator(&sums, |c| 2.0 * c.re).map(|a| a.iter().map(|a| a.into()).collect())
+                } else {
+                    denominator(&sums, |c| c)
+                };
+                let Some(a) = solution else { break };
+                reweight(&mut squared, &first, &z, &a);
+                found = Some(a);
+            }
+            let mut poles: Vec<Complex64> =
+                found.map(|a| roots(&a)).unwrap_or_default().into_iter().filter_map(|z| circle.pole(z)).collect();
+            poles.sort_by(|a, b| a.im.total_cmp(&b.im));
+            Order { poles }
+        })
+        .collect()
+}
+
+/// Squared weights of the next solution: the first ones over |A|².
+fn reweight(squared: &mut [f64], first: &[f64], z: &[Complex64], a: &[Complex64]) {
+    let size: Vec<f64> = z.iter().map(|z| a.iter().rev().fold(Complex64::ZERO, |sum, c| sum * z + c).norm_sqr()).collect();
+    let largest = size.iter().copied().fold(0.0, f64::max);
+    for ((out, first), size) in squared.iter_mut().zip(first).zip(size) {
+        *out = first / size.max(1e-14 * largest);
+    }
+}
+
+/// Toeplitz sums Σ w² g z^lag for lags −n..n with g = 1, H and |H|².
+struct Sums {
+    order: usize,
+    one: Vec<Complex64>,
+    cross: Vec<Complex64>,
+    square: Vec<Complex64>,
+}
+
+impl Sums {
+    fn of(z: &[Complex64], h: &[Complex64], squared: &[f64], order: usize) -> Self {
+        let mut one = vec![Complex64::ZERO; order + 1];
+        let mut square = one.clone();
+        let mut cross = vec![Complex64::ZERO; 2 * order + 1];
+        for ((z, h), w) in z.iter().zip(h).zip(squared) {
+            let (weighted, energy) = (h * w, h.norm_sqr() * w);
+            let mut power = Complex64::ONE;
+            one[0] += w;
+            square[0] += energy;
+            cross[order] += weighted;
+            for lag in 1..=order {
+                power *= z;
+                one[lag] += power * w;
+                square[lag] += power * energy;
+                cross[order + lag] += weighted * power;
+                cross[order - lag] += weighted * power.conj();
+            }
+        }
+        Self { order, one, cross, square }
+    }
+
+    /// Sum of a Hermitian sequence at column − row.
+    fn hermitian(sequence: &[Complex64], row: usize, column: usize) -> Complex64 {
+        if column >= row { sequence[column - row] } else { sequence[row - column].conj() }
+    }
+}
+
+/// Coefficients of A (lowest 1) from the reduced normal equations T − Sᴴ R⁻¹ S; `part` takes 2·Re for mirrored lines.
+fn denominator<T: ComplexField<RealField = f64>>(sums: &Sums, part: impl Fn(Complex64) -> T) -> Option<Vec<T>> {
+    let n = sums.order + 1;
+    let r = DMatrix::from_fn(n, n, |i, j| part(Sums::hermitian(&sums.one, i, j)));
+    let s = DMatrix::from_fn(n, n, |i, j| part(sums.cross[sums.order + j - i]));
+    let mut reduced = DMatrix::from_fn(n, n, |i, j| part(Sums::hermitian(&sums.square, i, j)));
+    let half = r.cholesky()?.l().solve_lower_triangular(&s)?;
+    reduced -= half.ad_mul(&half);
+    let right = -reduced.view((1, 0), (n - 1, 1)).clone_owned();
+    let solution = reduced.view((1, 1), (n - 1, n - 1)).clone_owned().lu().solve(&right)?;
+    let mut a = vec![T::one()];
+    a.extend(solution.iter().cloned());
+    a.iter().all(|a| a.clone().modulus().is_finite()).then_some(a)
+}

@@ -1,0 +1,32 @@
+//! Natural frequencies, damping ratios and amplitudes from measured curves, tracked over positions.
+//!
+//! ```text
+//! curve ─ lscf (polynomial) ─ stabilisation ─ selection ─┬─ fit ─── Mode ─── track
+//! (lines)  (poles per order)   (candidates)   (which)    │  (± sd)          (sighting, process, search, evidence)
+//!           model, least_squares, noise ─────────────────┘
+//! ```
+//!
+//! [`fit_curve`] finds the modes of one curve; [`track`](track()) follows them over records and says which are regular, and why.
+//! Same input, same result: nothing is drawn at random.
+
+mod curve;
+mod error;
+mod fit;
+mod least_squares;
+mod lscf;
+mod model;
+mod noise;
+mod peak;
+mod polynomial;
+mod selection;
+mod stabilisation;
+mod track;
+
+pub use curve::{Curve, Fit, FitOptions, LEAST_LINES};
+pub use error::ModalError;
+pub use fit::{Amplitude, AmplitudeKind, ModalFit, Mode, fit_curve};
+pub use stabilisation::Stability;
+pub use track::{Evidence, TrackOptions, TrackRecord, TrackedMode, track};
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,167 @@
+//! Stabilisation diagram: which poles repeat from order to order.
+//!
+//! The whole band is estimated at all orders, and so are narrower bands one after the other, where modes far below the top frequency
+//! are resolved and a few orders suffice. A pole is stable at an order when the order before has one within the tolerances of
+//! frequency and damping. Stable poles close to each other are one candidate; the share of the orders at which it was stable, in the
+//! band that saw it best, is its count.
+//!
+//! # Source
+//!
+//! Guillaume et al., IMAC XXI (2003), section on stabilisation; tolerances 1 % and 5 to 10 % as used there and in `FitOptions`.
+
+use std::ops::Range;
+
+use num_complex::Complex64;
+
+use super::curve::{FitOptions, Lines};
+use super::lscf::{Order, diagram};
+
+/// Lowest order of a diagram.
+const FIRST_ORDER: usize = 4;
+/// Highest order of a narrow band.
+const NARROW_ORDER: usize = 24;
+/// Upper over lower end of a narrow band, at least.
+const NARROW_RATIO: f64 = 2.5;
+/// Lines of a narrow band, at least.
+const NARROW_LINES: usize = 80;
+
+/// How often a pole was stable.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Stability {
+    /// Orders at which it was stable, in the band that saw it best.
+    pub stable: usize,
+    /// Orders of that band.
+    pub orders: usize,
+}
+
+impl Stability {
+    /// Stable orders over all orders.
+    pub fn share(&self) -> f64 {
+        self.stable as f64 / self.orders.max(1) as f64
+    }
+}
+
+/// A group of stable poles.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Candidate {
+    /// Median pole (rad/s).
+    pub pole: Complex64,
+    /// Count.
+    pub stability: Stability,
+}
+
+/// A pole that was stable at an order of a band.
+#[derive(Clone, Copy)]
+struct Stable {
+    pole: Complex64,
+    band: usize,
+    order: usize,
+}
+
+/// Candidates of the lines, the most often stable first.
+pub(super) fn candidates(lines: &Lines, weight: &[f64], options: &FitOptions) -> Vec<Candidate> {
+    let mut stable = Vec::new();
+    let mut orders_of = Vec::new();
+    for (band, range) in bands(lines).into_iter().enumerate() {
+        let most = if band == 0 { options.max_order } else { NARROW_ORDER.min(options.max_order) };
+        // A line gives two real equations; an order has two unknowns, four where they are complex.
+        let most = most.min(range.len() / 3).max(FIRST_ORDER);
+        let orders: Vec<usize> = (FIRST_ORDER..=most).step_by(2).collect();
+        let rows = diagram(lines, range, weight, &orders);
+        collect(&mut stable, &rows, band, options);
+        orders_of.push(rows.len().saturating_sub(1).max(1));
+    }
+    group(&stable, &orders_of)
+}
+
+/// The whole band, then narrow ones that overlap by half.
+fn bands(lines: &Lines) -> Vec<Range<usize>> {
+    let mut bands = Vec::new();
+    bands.push(0..lines.len());
+    let mut start = 0;
+    loop {
+        let low = lines.omega[start];
+        let stop = lines.omega.partition_point(|w| *w <= NARROW_RATIO * low).max(start + NARROW_LINES);
+        if stop >= lines.len() {
+            if start > 0 {
+                let first = lines.omega.partition_point(|w| *w * NARROW_RATIO < lines.omega[lines.len() - 1]);
+                bands.push(first.min(lines.len().saturating_sub(NARROW_LINES))..lines.len());
+            }
+            return bands;
+        }
+        bands.push(start..stop);
+        let middle = (low * lines.omega[stop - 1]).sqrt();
+        start = lines.omega.partition_point(|w| *w < middle).clamp(start + 1, start + (stop - start) / 2 + 1);
+    }
+}
+
+/// Adds the poles of a diagram that the order before has too.
+fn collect(stable: &mut Vec<Stable>, rows: &[Order], band: usize, options: &FitOptions) {
+    for (order, pair) in rows.windows(2).enumerate() {
+        for pole in &pair[1].poles {
+            let size = pole.norm();
+            let repeated = pair[0].poles.iter().any(|before| {
+                let damping = -pole.re / size;
+                (before.norm() - size).abs() <= options.frequency_tolerance * size
+                    && (-before.re / before.norm() - damping).abs() <= options.damping_tolerance * damping
+            });
+            if repeated {
+                stable.push(Stable { pole: *pole, band, order });
+            }
+        }
+    }
+}
+
+/// Whether two poles are one: closer than the larger share of their half-width, or than 0.3 % of their frequency.
+pub(super) fn same(a: Complex64, b: Complex64) -> bool {
+    (a - b).norm() <= 0.4 * (-a.re).min(-b.re) + 0.003 * a.norm()
+}
+
+/// Groups of poles that are one, the most often stable first.
+fn group(stable: &[Stable], orders_of: &[usize]) -> Vec<Candidate> {
+    let neighbours = |centre: &Stable| stable.iter().filter(|s| same(s.pole, centre.pole)).count();
+    let counts: Vec<usize> = stable.iter().map(neighbours).collect();
+    let mut order: Vec<usize> = (0..stable.len()).collect();
+    order.sort_by(|a, b| counts[*b].cmp(&counts[*a]).then(a.cmp(b)));
+    let mut taken = vec![false; stable.len()];
+    let mut found = Vec::new();
+    for at in order {
+        if taken[at] {
+            continue;
+        }
+        let mut group = Vec::new();
+        for (member, s) in stable.iter().enumerate() {
+            if !taken[member] && same(s.pole, stable[at].pole) {
+                taken[member] = true;
+                group.push(*s);
+            }
+        }
+        found.push(Candidate { pole: median(&group), stability: count(&group, orders_of) });
+    }
+    found.sort_by(|a, b| b.stability.share().total_cmp(&a.stability.share()).then(a.pole.im.total_cmp(&b.pole.im)));
+    found
+}
+
+/// Median of both components.
+fn median(group: &[Stable]) -> Complex64 {
+    let middle = |mut values: Vec<f64>| {
+        values.sort_by(f64::total_cmp);
+        values[values.len() / 2]
+    };
+    Complex64::new(middle(group.iter().map(|s| s.pole.re).collect()), middle(group.iter().map(|s| s.pole.im).collect()))
+}
+
+/// Orders at which a group was seen, in the band with the largest share.
+fn count(group: &[Stable], orders_of: &[usize]) -> Stability {
+    let mut best = Stability { stable: 0, orders: 1 };
+    for (band, orders) in orders_of.iter().enumerate() {
+        let mut seen: Vec<usize> = group.iter().filter(|s| s.band == band).map(|s| s.order).collect();
+        seen.sort_unstable();
+        seen.dedup();
+        let here = Stability { stable: seen.len(), orders: *orders };
+        if here.share() > best.share() {
+            best = here;
+        }
+    }
+    best
+}

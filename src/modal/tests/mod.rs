@@ -1,0 +1,6 @@
+//! Planted modes in the second-order form of mechanics (not the pole–residue form of the model), real files, limits.
+
+mod fitting;
+mod planted;
+mod refused;
+mod tracking;

@@ -1,0 +1,149 @@
+//! Modes followed over records: a real mode appears at all positions and moves smoothly, a peak without regularity is spurious.
+//!
+//! # Source
+//!
+//! Tian et al. (multi-position receptance coupling), Section 4.1: "with the worktable position change, the natural frequencies of the
+//! system is roughly the same, or changes in a small range in a certain rule … The peaks beyond the four frequencies of the FRF has no
+//! regularity". A mode may miss at a node (their third at l4).
+
+mod evidence;
+mod process;
+mod search;
+mod sighting;
+
+pub use evidence::Evidence;
+
+use super::noise::median;
+use super::{ModalError, Mode};
+use sighting::Chain;
+
+/// Passes over a chain, each with the density of chance finds that the one before left.
+const ROUNDS: usize = 4;
+
+/// The modes of one record.
+#[derive(Debug, Clone, Copy)]
+pub struct TrackRecord<'a> {
+    /// Its name.
+    pub name: &'a str,
+    /// Nut position (m); records without one form a chain of their own, of modes that should not move.
+    pub nut_m: Option<f64>,
+    /// Records of the same response, excitation and quantity carry the same text: only their amplitudes are compared.
+    pub series: &'a str,
+    /// Band fitted (Hz).
+    pub band_hz: (f64, f64),
+    /// Its modes.
+    pub modes: &'a [Mode],
+}
+
+/// Limits of the decision.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct TrackOptions {
+    /// Share of the records covering a mode that must show it.
+    pub least_seen: f64,
+    /// False tracks allowed per set, on average.
+    pub false_alarms: f64,
+    /// Largest error of foretelling a frequency from the others, in standard deviations.
+    pub most_error_sd: f64,
+    /// Several records: least median share of orders at which the pole is stable; misfit that repeats in all records is below it.
+    pub least_track_stability: f64,
+    /// Single record: least share of orders at which the pole is stable.
+    pub least_stability: f64,
+    /// Single record: least contribution over the rest of H.
+    pub least_prominence: f64,
+    /// Single record: least signal-to-noise ratio.
+    pub least_signal_to_noise: f64,
+}
+
+impl Default for TrackOptions {
+    fn default() -> Self {
+        Self {
+            least_seen: 0.6,
+            false_alarms: 0.03,
+            most_error_sd: 4.0,
+            least_track_stability: 0.2,
+            least_stability: 0.3,
+            least_prominence: 0.1,
+            least_signal_to_noise: 10.0,
+        }
+    }
+}
+
+/// A mode over records.
+#[derive(Debug, Clone, PartialEq)]
+pub struct TrackedMode {
+    /// Place in rising frequency, from 1, over regular and irregular modes.
+    pub order: usize,
+    /// Whether it is a real mode by the rule.
+    pub regular: bool,
+    /// Median natural frequency (Hz).
+    pub frequency_hz: f64,
+    /// Record and mode (indices) of each sighting, in order of position.
+    pub sightings: Vec<(usize, usize)>,
+    /// Why.
+    pub evidence: Evidence,
+}
+
+/// Follows modes over records.
+///
+/// Regular modes found in a first pass are taken out of the density of chance finds of the second.
+///
+/// # Errors  no records; a position that is not finite
+pub fn track(records: &[TrackRecord], options: &TrackOptions) -> Result<Vec<TrackedMode>, ModalError> {
+    if records.is_empty() {
+        return Err(ModalError::NoRecords);
+    }
+    let mut placed = Vec::new();
+    let mut unplaced = Vec::new();
+    for (at, record) in records.iter().enumerate() {
+        match record.nut_m {
+            Some(nut_m) if nut_m.is_finite() => placed.push((nut_m, at)),
+            Some(nut_m) => return Err(ModalError::Position { record: record.name.to_owned(), nut_m }),
+            None => unplaced.push(at),
+        }
+    }
+    placed.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+    let mut modes = Vec::new();
+    for order in [placed.into_iter().map(|(_, at)| at).collect(), unplaced] {
+        modes.extend(over_chain(records, order, options));
+    }
+    modes.sort_by(|a, b| a.frequency_hz.total_cmp(&b.frequency_hz).then_with(|| a.sightings.cmp(&b.sightings)));
+    for (at, mode) in modes.iter_mut().enumerate() {
+        mode.order = at + 1;
+    }
+    Ok(modes)
+}
+
+/// Tracks of one chain.
+fn over_chain(records: &[TrackRecord], order: Vec<usize>, options: &TrackOptions) -> Vec<TrackedMode> {
+    let mut chain = Chain::of(records, order);
+    let mut tracks = search::tracks(&chain);
+    let mode_of = |chain: &Chain, s: usize| {
+        let sighting = &chain.sightings[s];
+        (chain.records[sighting.step], sighting.mode)
+    };
+    let modes_of = |chain: &Chain, track: &search::Track| -> Vec<&Mode> {
+        track.sightings.iter().map(|s| mode_of(chain, *s)).map(|(record, mode)| &records[record].modes[mode]).collect()
+    };
+    for _ in 0..ROUNDS {
+        let irregular: usize =
+            tracks.iter().filter(|t| !evidence::judge(&chain, t, &modes_of(&chain, t), options).0).map(|t| t.sightings.len()).sum();
+        chain.set_clutter(irregular);
+        tracks = search::tracks(&chain);
+    }
+    let mut found = Vec::new();
+    for track in &tracks {
+        let modes = modes_of(&chain, track);
+        let (regular, evidence) = match (chain.records.len(), modes.as_slice()) {
+            (1, [mode]) => evidence::alone(mode, options),
+            _ => evidence::judge(&chain, track, &modes, options),
+        };
+        found.push(TrackedMode {
+            order: 0,
+            regular,
+            frequency_hz: median(modes.iter().map(|m| m.frequency_hz).collect()),
+            sightings: track.sightings.iter().map(|s| mode_of(&chain, *s)).collect(),
+            evidence,
+        });
+    }
+    found
+}

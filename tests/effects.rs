@@ -1,0 +1,89 @@
+//! The library of effects: every one applies to the bench, does nothing where its amplitude is nothing, and does what it says.
+
+use jointid::config::effect_library;
+use jointid::machine::{Machine, Operating};
+use jointid::model::{Rods, undamped_modes};
+
+use crate::support::{config, table_structure};
+
+fn bench_without_hold() -> Machine {
+    jointid::config::read_machine("configs/tian.toml", &[], &["rotor-hold".to_string()]).unwrap().machine
+}
+
+#[test]
+fn every_effect_applies_to_the_bench_and_says_what_it_is() {
+    let machine = bench_without_hold();
+    let library = effect_library().unwrap();
+    assert!(library.len() >= 18);
+    for effect in &library {
+        let with = machine.with_effect(effect).unwrap_or_else(|e| panic!("{}: {e}", effect.id));
+        assert!(with.effects.contains(&effect.id) && effect.says.len() > 20, "{}", effect.id);
+        let added = with.parameters.len() - machine.parameters.len();
+        assert!((1..=3).contains(&added), "{} adds {added} parameters", effect.id);
+        assert!(with.parameters[machine.parameters.len()..].iter().all(|p| !p.source.is_empty()), "{}", effect.id);
+    }
+}
+
+/// Receptance of the table with some parameters set.
+fn receptance(machine: &Machine, set: &[(&str, f64)], hz: f64) -> num_complex::Complex64 {
+    let mut values = machine.start();
+    for (id, value) in set {
+        values[machine.parameter(id).unwrap()] = *value;
+    }
+    let structure = table_structure(machine, Rods::Exact);
+    let mut network = structure.network();
+    network.update(machine, &values, &Operating::at_nut(1.0));
+    network.receptance(std::f64::consts::TAU * hz, &mut structure.workspace())
+}
+
+/// Each effect with an amplitude of nothing gives the machine without it.
+#[test]
+fn limit_an_effect_of_nothing_changes_nothing() {
+    let machine = config("configs/tian.toml").machine;
+    let nothing: [(&str, &[(&str, f64)]); 15] = [
+        ("guide-stiffness", &[("k_guide", 1e-3)]),
+        ("guide-viscous", &[("c_guide", 1e-6)]),
+        ("table-mass", &[("table_mass_change", 0.0)]),
+        ("bed-compliance", &[("k_bed", 1e18)]),
+        ("nut-flange-compliance", &[("k_flange", 1e18), ("m_nut", 1e-6)]),
+        ("nut-stiffness-position", &[("nut_slope", 0.0)]),
+        ("bearing-stiffness-position", &[("bearing_slope", 0.0)]),
+        ("coupling-inertia", &[("j_hub", 1e-15)]),
+        ("drive-flexibility", &[("k_drive", 1e18)]),
+        ("screw-diameter", &[("diameter_change", 0.0)]),
+        ("table-rocking", &[("k_rock", 1e18)]),
+        ("screw-bending", &[("m_bend", 1e-9)]),
+        ("table-relaxation", &[("c_relax", 1e-6)]),
+        ("frf-gain", &[]),
+        ("measurement-delay", &[]),
+    ];
+    let library = effect_library().unwrap();
+    for (id, set) in nothing {
+        let effect = library.iter().find(|e| e.id == id).unwrap();
+        let with = machine.with_effect(effect).unwrap();
+        for hz in [11.0, 117.0, 530.0, 890.0] {
+            let (a, b) = (receptance(&machine, &[], hz), receptance(&with, set, hz));
+            assert!((a - b).norm() < 1e-5 * a.norm(), "{id} at {hz} Hz: {a} against {b}");
+            // So it is, nearly, at its start.
+            let start = receptance(&with, &[], hz);
+            assert!((a - start).norm() < 1e-2 * a.norm(), "{id} at {hz} Hz: {a} against {start} at its start");
+        }
+    }
+}
+
+/// A bed on a foundation without stiffness lets the whole machine drift: one rigid-body mode more than with the bed held.
+#[test]
+fn limit_a_bed_that_nothing_holds_is_a_rigid_body() {
+    let machine = config("configs/tian-as-published.toml").machine;
+    let library = effect_library().unwrap();
+    let bed = library.iter().find(|e| e.id == "bed-compliance").unwrap();
+    let with = machine.with_effect(bed).unwrap();
+    let structure = table_structure(&with, Rods::Exact);
+    let mut values = with.start();
+    values[with.parameter("k_bed").unwrap()] = 0.0;
+    let mut network = structure.network();
+    network.update(&with, &values, &Operating::at_nut(1.0));
+    let modes = undamped_modes(&network, 200.0, &mut structure.workspace());
+    // The rotor turns freely (with the table along), and the bed drifts.
+    assert_eq!(modes.iter().filter(|m| m.frequency_hz == 0.0).count(), 2, "{:?}", modes.iter().map(|m| m.frequency_hz).collect::<Vec<_>>());
+}

@@ -1,0 +1,194 @@
+//! Sets of FRFs through the command: real records, splits, plans, and what is refused.
+
+use std::fmt::Write as _;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use assert_cmd::Command;
+use serde_json::Value;
+
+fn output(arguments: &[&str]) -> std::process::Output {
+    Command::cargo_bin("jointid").unwrap().env("NO_COLOR", "1").args(arguments).output().unwrap()
+}
+
+fn json(arguments: &[&str]) -> Value {
+    let output = output(&[arguments, &["--json", "--quiet"]].concat());
+    assert!(output.status.success(), "{arguments:?}: {}", String::from_utf8_lossy(&output.stderr));
+    serde_json::from_slice(&output.stdout).unwrap()
+}
+
+fn refused(arguments: &[&str], expected: &[&str]) {
+    let output = output(arguments);
+    let message = String::from_utf8_lossy(&output.stderr).to_string();
+    assert_eq!(output.status.code(), Some(2), "{arguments:?}: {message}");
+    for part in expected {
+        assert!(message.contains(part), "{arguments:?}: «{part}» is not in: {message}");
+    }
+    assert_eq!(message.trim().lines().count(), 1, "{message}");
+}
+
+/// The real bench with two inertias, if it is there.
+fn two_inertia() -> Option<PathBuf> {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/realdata/two-inertia-bench");
+    if folder.exists() {
+        return Some(folder);
+    }
+    println!("skipped: no data");
+    None
+}
+
+/// Frequencies, ratio of inertia and delay of the real bench, from either record.
+#[test]
+fn published_two_inertia_bench() {
+    let Some(folder) = two_inertia() else { return };
+    let folder = folder.to_str().unwrap();
+    let arguments = ["identify", "--config", "configs/two-inertia.toml", "--measurements", folder];
+    let first = json(&arguments);
+    let of = |document: &Value, name: &str| document["derived"][name].as_f64().unwrap();
+    assert!((of(&first, "antiresonance_hz") - 54.0).abs() < 0.3, "{first:#}");
+    assert!((of(&first, "resonance_hz") - 76.2).abs() < 0.3);
+    assert!((of(&first, "inertia_ratio") - 0.995).abs() < 0.01);
+    assert!((of(&first, "delay_s") - 0.12e-3).abs() < 0.02e-3);
+    assert_eq!(first["fit_positions"], serde_json::json!(["multisine-a"]));
+    assert_eq!(first["held_out_positions"], serde_json::json!(["multisine-b"]));
+    assert_eq!(first["positions"]["multisine-b"]["role"], "held_out");
+    let second = json(&[&arguments[..], &["--positions", "multisine-b"]].concat());
+    for name in ["antiresonance_hz", "resonance_hz", "inertia_ratio"] {
+        assert!((of(&second, name) / of(&first, name) - 1.0).abs() < 0.013, "{name}");
+        let authority = [("antiresonance_hz", 54.0), ("resonance_hz", 76.2), ("inertia_ratio", 0.995)];
+        let expected = authority.iter().find(|a| a.0 == name).unwrap().1;
+        assert!((of(&second, name) / expected - 1.0).abs() < 0.01, "{name}: {}", of(&second, name));
+    }
+    // Holding out a record is naming the other.
+    let held = json(&[&arguments[..], &["--hold-out", "multisine-b"]].concat());
+    assert_eq!(held["parameters"], first["parameters"]);
+    // Without its delay the machine cannot follow the phase.
+    let without = json(&[&arguments[..], &["--without", "measurement-delay"]].concat());
+    assert!(of(&without, "gap_held_out") > 1.5 * of(&first, "gap_held_out"));
+}
+
+/// A set of FRFs of the bench, written as CSV by the command itself; `lines` as from,to,step.
+fn bench_set(lines: [&str; 3], change: impl Fn(&str, &str) -> String) -> tempfile::TempDir {
+    let folder = tempfile::tempdir().unwrap();
+    let [from, to, step] = lines;
+    let out = output(&["simulate", "frf", "--position", "l1,l3,l5", "--from-hz", from, "--to-hz", to, "--step-hz", step]);
+    let text = String::from_utf8(out.stdout).unwrap();
+    let mut manifest = String::from("title = \"made\"\nquantity = \"receptance\"\nresponse = \"table\"\nexcitation = \"table\"\n");
+    for (name, nut) in [("l1", 0.6), ("l3", 1.0), ("l5", 1.6)] {
+        let _ =
+            write!(manifest, "[[position]]\nname = \"{name}\"\nnut_m = {nut:?}\n[[frf]]\nposition = \"{name}\"\nfile = \"{name}.csv\"\n");
+        let mut rows = String::from("frequency_hz,real,imag\n");
+        for row in text.lines().filter_map(|l| l.strip_prefix(&format!("{name},"))) {
+            rows += row;
+            rows.push('\n');
+        }
+        fs::write(folder.path().join(format!("{name}.csv")), change(name, &rows)).unwrap();
+    }
+    fs::write(folder.path().join("manifest.toml"), change("manifest", &manifest)).unwrap();
+    folder
+}
+
+/// What the command simulates it identifies again, from a far start, to its own numbers; everything fitted, each position left out once.
+#[test]
+fn limit_own_frfs_give_back_their_parameters() {
+    let folder = bench_set(["6", "900", "3"], |_, text| text.to_string());
+    let document = json(&["identify", "--measurements", folder.path().to_str().unwrap(), "--repeats", "1"]);
+    for (id, value) in [("k_al", 5e7), ("k_ar", 5e7), ("k_n", 7e8), ("k_m", 3e3), ("c_n", 1e5), ("c_m", 0.1)] {
+        let found = document["parameters"][id]["value"].as_f64().unwrap();
+        assert!((found / value - 1.0).abs() < 1e-3, "{id}: {found}");
+    }
+    assert_eq!(document["leave_one_out"], true);
+    assert!(document["positions"]["l3"]["gap"].as_f64().unwrap() < 1e-3);
+    let shares = document["frfs"].as_array().unwrap().iter().map(|f| f["accepted_share"].as_f64().unwrap());
+    assert!(shares.clone().count() == 3 && shares.fold(1.0, f64::min) == 1.0);
+}
+
+/// Twenty choices of three positions; the split of the bench among them; more data leave less open.
+#[test]
+fn plan_ranks_the_subsets_of_the_bench() {
+    let plan = json(&["plan", "--set", "parameter.k_m.start=400", "--set", "parameter.k_al.start=4e7"]);
+    let rankings = plan["rankings"].as_array().unwrap();
+    assert_eq!((rankings[0]["choices"].as_array().unwrap().len(), rankings[1]["choices"].as_array().unwrap().len()), (15, 20));
+    assert!(rankings[1]["split_rank"].as_u64().unwrap() >= 1);
+    let best = |at: usize| rankings[at]["choices"][0]["score"].as_f64().unwrap();
+    assert!(best(1) < best(0) && best(0) < 1.0);
+    let next = json(&["plan", "--data", "frf", "--measured", "l1,l3", "--channels", "table/table,rotor/table"]);
+    let first = &next["rankings"][0]["choices"][0]["measure"][0];
+    assert!(first.as_str().unwrap().contains("rotor/table"), "{first}");
+    refused(&["plan", "--measured", "l9"], &["--measured l9", "l1"]);
+    refused(&["plan", "--choose", "7"], &["--choose 7", "6 measurements"]);
+    refused(&["plan", "--data", "frf", "--channels", "table"], &["--channels table", "RESPONSE/EXCITATION"]);
+}
+
+/// The six natural frequencies of a real beam, in all three of its FRFs, and no other peak taken for a mode.
+#[test]
+fn published_frequencies_of_a_beam() {
+    let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/realdata/uff/measurement.uff");
+    if !file.exists() {
+        println!("skipped: no data");
+        return;
+    }
+    let folder = tempfile::tempdir().unwrap();
+    let (set, out) = (folder.path().join("beam"), folder.path().join("peaks"));
+    let (set, out) = (set.to_str().unwrap(), out.to_str().unwrap());
+    assert!(output(&["import", file.to_str().unwrap(), "--out", set, "--quiet"]).status.success());
+    let document = json(&["peaks", "--measurements", set, "--out", out]);
+    let regular: Vec<&Value> = document["modes"].as_array().unwrap().iter().filter(|m| m["regular"] == true).collect();
+    let expected = [51.5, 142.2, 278.7, 460.4, 687.2, 958.5];
+    assert_eq!(regular.len(), expected.len(), "{regular:#?}");
+    for (at, (mode, hz)) in regular.iter().zip(expected).enumerate() {
+        assert_eq!(mode["order"], at + 1);
+        let records = mode["records"].as_object().unwrap();
+        assert_eq!(records.len(), 3);
+        for row in records.values() {
+            let found = row["frequency_hz"].as_f64().unwrap();
+            assert!((found / hz - 1.0).abs() < 0.004, "{found} against {hz}");
+            assert!(row["frequency_sd_hz"].as_f64().unwrap() < 0.1 && row["damping_ratio"].as_f64().unwrap() > 0.0);
+        }
+    }
+    let csv = fs::read_to_string(Path::new(out).join("modes.csv")).unwrap();
+    assert!(csv.starts_with("position,order,frequency_hz,amplitude\n"), "{csv}");
+}
+
+/// Peaks taken from FRFs of the bench are those of the model, and identify as modes what the FRFs were made of.
+#[test]
+fn limit_peaks_of_own_frfs_are_those_of_the_model() {
+    let folder = bench_set(["5", "900", "0.5"], |_, text| text.to_string());
+    let path = folder.path().to_str().unwrap();
+    let document = json(&["peaks", "--measurements", path]);
+    let modes = json(&["simulate", "modes", "--position", "l3"]);
+    let first = modes["modes"].as_array().unwrap().iter().map(|m| m["frequency_hz"].as_f64().unwrap()).find(|f| *f > 1.0).unwrap();
+    let regular: Vec<&Value> = document["modes"].as_array().unwrap().iter().filter(|m| m["regular"] == true).collect();
+    let found = regular[0]["records"]["l3"]["frequency_hz"].as_f64().unwrap();
+    assert!((found / first - 1.0).abs() < 0.01, "{found} against {first}");
+    assert!(regular.len() >= 3, "{regular:#?}");
+    refused(&["peaks", "--measurements", "measurements/tian"], &["no FRF", "[[frf]]"]);
+    refused(&["peaks", "--measurements", path, "--local"], &["--band"]);
+    refused(&["peaks", "--measurements", path, "--band", "500,500.5"], &["l1.csv", "usable lines"]);
+}
+
+#[test]
+fn refuse_what_cannot_be_fitted() {
+    let none = |name: &str, text: &str| {
+        // Bands that do not meet.
+        let keep = |row: &&str| {
+            let frequency = row.split(',').next().and_then(|f| f.parse::<f64>().ok());
+            frequency.is_none_or(|f| if name == "l1" { f < 100.0 } else { f > 200.0 })
+        };
+        if name == "manifest" { text.to_string() } else { text.lines().filter(keep).map(|l| format!("{l}\n")).collect() }
+    };
+    let folder = bench_set(["6", "300", "6"], none);
+    let path = folder.path().to_str().unwrap();
+    refused(&["identify", "--measurements", path], &["l1.csv", "l3.csv", "no frequency in common"]);
+    let folder = bench_set(["6", "300", "6"], |_, text| text.to_string());
+    let path = folder.path().to_str().unwrap();
+    refused(&["identify", "--measurements", path, "--band", "400,500"], &["l1.csv", "from 400 to 500 Hz"]);
+    refused(&["identify", "--measurements", path, "--band", "500"], &["--band 500"]);
+    refused(&["identify", "--measurements", path, "--frf-model-error", "0"], &["l1.csv", "noise", "--frf-model-error"]);
+    refused(&["identify", "--measurements", path, "--positions", "l9"], &["l9", "l1, l3, l5"]);
+    refused(&["identify", "--measurements", path, "--hold-out", "l1,l3,l5"], &["nothing is left to fit"]);
+    refused(&["identify", "--measurements", path, "--config", "configs/two-inertia.toml"], &["response", "table", "motor, load"]);
+    let outside = bench_set(["6", "300", "6"], |name, text| if name == "manifest" { text.replace("1.6", "2.7") } else { text.into() });
+    refused(&["identify", "--measurements", outside.path().to_str().unwrap()], &["nut_m = 2.7", "0 and 2.6"]);
+    refused(&["identify", "--objective", "frf"], &["no FRF"]);
+}
