@@ -32,7 +32,7 @@ fn bench(criterion: &mut Criterion) {
 
     // Whole FRFs: 3 positions × 1,000 lines of the bench itself.
     let frf = |position: usize| -> Frf {
-        let operating = Operating { nut_m: set.positions[position].nut_m };
+        let operating = Operating::at(set.positions[position].nut_m);
         network.update(machine, &machine.start(), &operating);
         let line = |i: u32| {
             let frequency_hz = f64::from(i) + 5.0;
