@@ -27,9 +27,9 @@ fn allowed() -> BTreeMap<&'static str, Vec<&'static str>> {
         (
             "cli",
             vec![
+                "modal",
                 "measurement",
                 "contact",
-                "modal",
                 "machine",
                 "model",
                 "objective",

@@ -195,7 +195,9 @@ k_pad = { unit = "N/m", start = 2e6, lower = 1e5, upper = 1e8 }
     set.gain = Gain::Unknown;
     let (fit, _) = set.split(None, &[]).unwrap();
     for rods in [Rods::Exact, Rods::Lumped(5)] {
-        let objective = FrfObjective::new(machine, &fit, FrfSettings { rods, nut_sd_m: 1e-3, ..FrfSettings::default() }, &[]).unwrap();
+        let objective =
+            FrfObjective::new(machine, &fit, FrfSettings { rods, nut_sd_m: 1e-3, channel_sd: (0.01, 1e-5), ..FrfSettings::default() }, &[])
+                .unwrap();
         let place: Vec<f64> = (0..LeastSquares::dimension(&objective)).map(|_| 0.2 + 0.6 * random.next()).collect();
         let normal = objective.normal(&place);
         assert!((normal.chi_square / objective.chi_square(&place) - 1.0).abs() < 1e-12);

@@ -33,10 +33,10 @@ pub fn run() -> ExitCode {
         Command::Compare(given) => compare::run(&given),
         Command::Import(given) => import::import(&given),
         Command::Export(given) => import::export(&given),
-        Command::Convergence(given) => convergence::run(&given),
-        Command::Friction(given) => friction::run(&given),
         Command::Peaks(given) => peaks::run(&given),
         Command::Plan(given) => plan::run(&given),
+        Command::Convergence(given) => convergence::run(&given),
+        Command::Friction(given) => friction::run(&given),
         Command::Simulate(given) => simulate::run(&given),
     };
     match outcome {

@@ -13,7 +13,7 @@ use crate::optimizer::{Control, LeastSquares, least_squares};
 pub struct Fitted {
     /// Place of every parameter of the hypothesis's machine in its unit interval.
     pub units: Vec<f64>,
-    /// Places of an unknown gain and of nut positions.
+    /// Places of an unknown gain, of nut positions, and of the channels' gains and delays.
     pub tail: Vec<f64>,
     /// Least χ².
     pub chi_square: f64,
@@ -97,8 +97,7 @@ impl<'s> Fitter<'s> {
     pub fn loss(&self, hypothesis: &Hypothesis, fitted: &Fitted) -> Result<f64, ObjectiveError> {
         let objective = self.objective(hypothesis)?;
         let mut place = place_of(&objective, fitted);
-        let nuts = objective.free.len() + usize::from(objective.estimates_gain());
-        place[nuts..].iter_mut().for_each(|u| *u = 0.5);
+        place[objective.nut_coordinates()].iter_mut().for_each(|u| *u = 0.5);
         Ok(objective.chi_square(&place))
     }
 
@@ -125,14 +124,26 @@ pub fn at_start(hypothesis: &Hypothesis) -> Fitted {
     Fitted { units, tail: Vec::new(), chi_square: f64::INFINITY, agrees: true }
 }
 
-/// The place of a fit in the unit cube of an objective; the best gain where none is known yet.
+/// The place of a fit in the unit cube of an objective. The data may be others than those of the fit: gain and channels are kept, nut positions
+/// begin as stated. The best gain where none is known yet.
 fn place_of(objective: &FrfObjective<'_>, fitted: &Fitted) -> Vec<f64> {
     let place: Vec<f64> = objective.free.iter().map(|i| fitted.units[*i]).collect();
-    let size = LeastSquares::dimension(objective);
-    if place.len() + fitted.tail.len() == size && !fitted.tail.is_empty() {
-        return place.into_iter().chain(fitted.tail.iter().copied()).collect();
+    if fitted.tail.is_empty() {
+        return objective.extended(&place);
     }
-    objective.extended(&place)
+    let nuts = objective.nut_coordinates();
+    let rest = LeastSquares::dimension(objective) - nuts.end;
+    let gain = nuts.start - place.len();
+    let same_data = fitted.tail.len() == gain + nuts.len() + rest;
+    let mut place = place;
+    place.extend(fitted.tail.iter().take(gain));
+    if same_data {
+        place.extend(fitted.tail.iter().skip(gain));
+    } else {
+        place.extend(std::iter::repeat_n(0.5, nuts.len()));
+        place.extend(fitted.tail.iter().skip(fitted.tail.len().saturating_sub(rest)));
+    }
+    place
 }
 
 fn read_back(objective: &FrfObjective<'_>, from: &Fitted, place: &[f64], chi_square: f64) -> Fitted {

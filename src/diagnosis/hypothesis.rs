@@ -138,13 +138,13 @@ pub fn with_nuisances(machine: &Machine) -> Result<Machine, MachineError> {
             add(Target::PointInertia(point.name.clone()), Rescale::Relative, parameter);
         }
     }
-    add(Target::ChainGain, Rescale::Relative, nuisance_parameter("~gain".into(), 0.0, 0.004));
-    add(Target::ChainDelay, Rescale::Added, nuisance_parameter("~delay".into(), 0.0, 2e-6));
     machine.with(&patch)
 }
 
 /// Standard deviation of a nut position read from a scale (m).
 pub const NUT_SD_M: f64 = 5e-4;
+/// Standard deviations of ln(gain) and delay (s) of a channel: calibration and synchrony.
+pub const CHANNEL_SD: (f64, f64) = (0.004, 2e-6);
 
 fn amplitude(id: &str, unit: &str, range: (f64, f64)) -> Parameter {
     Parameter {
@@ -251,7 +251,7 @@ impl Typical {
 
 fn typical(machine: &Machine) -> Typical {
     let start = machine.start();
-    let operating = crate::machine::Operating::at(machine.stroke_m().map(|s| 0.5 * s));
+    let operating = crate::machine::Operating { nut_m: machine.stroke_m().map(|s| 0.5 * s), ..Default::default() };
     let of = |motion: Motion| {
         let joints = machine.joints.iter().filter(|j| j.on.first().is_some_and(|(p, _)| machine.points[*p].motion == motion));
         let middle = |values: Vec<f64>, usual: f64| quantile(values.into_iter().filter(|x| *x > 0.0), 0.5).unwrap_or(usual);

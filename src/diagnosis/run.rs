@@ -3,7 +3,7 @@
 use rayon::prelude::*;
 
 use super::fit::{Fitted, Fitter, at_start};
-use super::hypothesis::{Hypothesis, NUT_SD_M, interfaces, with_nuisances};
+use super::hypothesis::{CHANNEL_SD, Hypothesis, NUT_SD_M, interfaces, with_nuisances};
 use crate::identification::{Plan, identify};
 use crate::machine::{Effect, FitRule, Machine};
 use crate::measurement::{FitSet, HoldOutSet};
@@ -77,7 +77,7 @@ fn nominal_fits(
 ) -> Result<Vec<Fitted>, ObjectiveError> {
     let none = HoldOutSet { set: fitter.fit.set, positions: Vec::new(), frfs: Vec::new() };
     let plan = Plan {
-        frf: Some(FrfSettings { nut_sd_m: 0.0, ..fitter.settings }),
+        frf: Some(FrfSettings { nut_sd_m: 0.0, channel_sd: (0.0, 0.0), ..fitter.settings }),
         frozen: fitter.frozen.clone(),
         seed,
         repeats: 2,
@@ -127,9 +127,7 @@ fn left_out(fitter: &Fitter<'_>, hypothesis: &Hypothesis, fitted: &Fitted, contr
             let without = |list: &[usize]| list.iter().copied().filter(|i| !group.contains(i)).collect::<Vec<usize>>();
             let kept = fitter.on(FitSet { frfs: without(&fitter.fit.frfs), ..fitter.fit.clone() });
             let objective = kept.objective(hypothesis)?;
-            let gain: Vec<f64> = if objective.estimates_gain() { fitted.tail[..1].to_vec() } else { Vec::new() };
-            let fresh = Fitted { tail: gain, ..fitted.clone() };
-            let part = kept.descend(&objective, &fresh, 10, control);
+            let part = kept.descend(&objective, fitted, 15, control);
             fitter.on(FitSet { frfs: group, ..fitter.fit.clone() }).loss(hypothesis, &part)
         })
         .collect();
@@ -224,7 +222,11 @@ pub fn survey(machine: &Machine, effects: &[Effect], fitter: &Fitter<'_>, seed: 
 
 /// The fitter of a diagnosis: FRFs to fit, nut positions known to half a millimetre.
 pub fn fitter<'s>(fit: &FitSet<'s>, settings: &Settings) -> Fitter<'s> {
-    Fitter { fit: fit.clone(), settings: FrfSettings { nut_sd_m: NUT_SD_M, ..settings.frf }, frozen: settings.frozen.clone() }
+    Fitter {
+        fit: fit.clone(),
+        settings: FrfSettings { nut_sd_m: NUT_SD_M, channel_sd: CHANNEL_SD, ..settings.frf },
+        frozen: settings.frozen.clone(),
+    }
 }
 
 /// Every interface and shape, ranked by χ² of positions that were left out, best first: where something is missing.

@@ -116,7 +116,7 @@ impl Design {
         let search = PeakSearch { from_hz: band_hz.0, to_hz: band_hz.1, precision: 1e-7, omega_power: power };
         let mut table = ModeTable { positions: Vec::new(), resolution_hz: set.modes.as_ref().and_then(|m| m.resolution_hz) };
         for place in &set.positions {
-            let operating = Operating::at(place.nut_m);
+            let operating = Operating { nut_m: place.nut_m, ..Operating::default() };
             machine.check_operating(&format!("{}: position {}", set.path, place.name), &operating)?;
             let mut network = structure.network();
             network.update(machine, values, &operating);
@@ -191,7 +191,7 @@ fn predicted_frf(
     plan: FrfPlan,
 ) -> Result<Frf, ObjectiveError> {
     let structure = structure(machine, &(response.clone(), excitation.clone()), crate::model::Rods::Exact)?;
-    let operating = Operating::at(nut_m);
+    let operating = Operating { nut_m, ..Operating::default() };
     machine.check_operating("plan", &operating)?;
     let (mut network, mut work) = (structure.network(), structure.workspace());
     network.update(machine, values, &operating);

@@ -47,13 +47,13 @@ impl Law {
     /// The parameter it depends on, by index.
     fn parameter(&self) -> usize {
         match *self {
-            Law::Relative(index) | Law::Times(index) | Law::Added(index) | Law::AlongStroke(index, _) | Law::InSeries(index) => index,
+            Law::Relative(index) | Law::Times(index) | Law::AlongStroke(index, _) | Law::InSeries(index) | Law::Added(index) => index,
         }
     }
 
     fn parameter_mut(&mut self) -> &mut usize {
         match self {
-            Law::Relative(index) | Law::Times(index) | Law::Added(index) | Law::AlongStroke(index, _) | Law::InSeries(index) => index,
+            Law::Relative(index) | Law::Times(index) | Law::AlongStroke(index, _) | Law::InSeries(index) | Law::Added(index) => index,
         }
     }
 
@@ -62,8 +62,8 @@ impl Law {
         let p = parameters[self.parameter()];
         match *self {
             Law::Relative(_) => (x * (1.0 + p), 1.0 + p, x),
-            Law::Times(_) => (x * p, p, x),
             Law::Added(_) => (x + p, 1.0, 1.0),
+            Law::Times(_) => (x * p, p, x),
             Law::AlongStroke(_, stroke_m) => {
                 let share = 2.0 * operating.nut_m.unwrap_or(0.5 * stroke_m) / stroke_m - 1.0;
                 let factor = (p * share).exp();

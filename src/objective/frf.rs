@@ -21,6 +21,8 @@ pub struct FrfSettings {
     pub band_hz: (f64, f64),
     /// Standard deviation of each nut position (m): one unknown more for each, known beforehand that well. 0: they are exact.
     pub nut_sd_m: f64,
+    /// Standard deviations of ln(gain) and of the delay (s) of each channel, two unknowns more for each: known beforehand that well. 0: exact.
+    pub channel_sd: (f64, f64),
     /// How rods are represented.
     pub rods: Rods,
 }
@@ -28,7 +30,7 @@ pub struct FrfSettings {
 impl Default for FrfSettings {
     /// One percent and all lines: the repeatability of a hammer test that was set up anew.
     fn default() -> Self {
-        FrfSettings { model_error: 0.01, band_hz: (0.0, f64::INFINITY), nut_sd_m: 0.0, rods: Rods::Exact }
+        FrfSettings { model_error: 0.01, band_hz: (0.0, f64::INFINITY), nut_sd_m: 0.0, channel_sd: (0.0, 0.0), rods: Rods::Exact }
     }
 }
 
@@ -48,8 +50,8 @@ pub struct FrfGap {
     pub lines: usize,
 }
 
-/// Standard deviations of a nut position from one end of its coordinate to the other.
-pub(super) const NUT_SPAN: f64 = 20.0;
+/// Standard deviations of a nut position, or of a channel's gain or delay, from one end of its coordinate to the other.
+pub(super) const SPAN: f64 = 20.0;
 
 /// What a place of the unit cube means.
 pub(super) struct Here {
@@ -57,6 +59,8 @@ pub(super) struct Here {
     pub(super) log_gain: f64,
     /// Shift of each nut position (m).
     pub(super) nut_shift_m: Vec<f64>,
+    /// ln(gain) and delay (s) of each channel.
+    pub(super) channels: Vec<(f64, f64)>,
 }
 
 impl Here {
@@ -64,6 +68,12 @@ impl Here {
     pub(super) fn operating(&self, record: &Record) -> Operating {
         let shift_m = self.nut_shift_m.get(record.nut).copied().unwrap_or(0.0);
         Operating { nut_m: record.operating.nut_m.map(|nut_m| nut_m + shift_m), ..record.operating }
+    }
+
+    /// ln(recorded/true) of a record's channel and the gain of the set.
+    pub(super) fn log_factor(&self, record: &Record, omega_rad_s: f64) -> Complex64 {
+        let (log_gain, delay_s) = self.channels.get(record.structure).copied().unwrap_or((0.0, 0.0));
+        Complex64::new(self.log_gain + log_gain, -omega_rad_s * delay_s)
     }
 }
 
@@ -195,8 +205,29 @@ impl<'m> FrfObjective<'m> {
     /// What a place means; coordinates beyond the free parameters may be absent.
     pub(super) fn here(&self, place: &[f64]) -> Here {
         let first = self.free.len() + usize::from(self.estimates_gain());
-        let shift = |at: usize| place.get(first + at).map_or(0.0, |u| (u - 0.5) * NUT_SPAN * self.settings.nut_sd_m);
-        Here { parameters: self.parameters(place), log_gain: self.log_gain(place), nut_shift_m: (0..self.nuts).map(shift).collect() }
+        let span = |at: usize, sd: f64| place.get(first + at).map_or(0.0, |u| (u - 0.5) * SPAN * sd);
+        let nut = |at: usize| span(at, self.settings.nut_sd_m);
+        let channel = |at: usize| {
+            let at = self.nuts + 2 * at;
+            (span(at, self.settings.channel_sd.0), span(at + 1, self.settings.channel_sd.1))
+        };
+        Here {
+            parameters: self.parameters(place),
+            log_gain: self.log_gain(place),
+            nut_shift_m: (0..self.nuts).map(nut).collect(),
+            channels: (0..self.channels()).map(channel).collect(),
+        }
+    }
+
+    /// Coordinates of nut positions in a place that was [`FrfObjective::extended`].
+    pub fn nut_coordinates(&self) -> std::ops::Range<usize> {
+        let first = self.free.len() + usize::from(self.estimates_gain());
+        first..first + self.nuts
+    }
+
+    /// Channels whose gain and delay are known only to a standard deviation.
+    pub(super) fn channels(&self) -> usize {
+        if self.settings.channel_sd.0 > 0.0 { self.structures.len() } else { 0 }
     }
 
     pub(super) fn borrow(&self, structure: usize) -> Scratch {
@@ -223,7 +254,8 @@ impl<'m> FrfObjective<'m> {
         for line in lines {
             let omega = record.omega_rad_s[line];
             let predicted = scratch.network.receptance(omega, &mut scratch.work);
-            each(line, wrapped((record.measured[line] / predicted).ln() - Chain::log_factor(chain, omega)));
+            let factor = Chain::log_factor(chain, omega) + here.log_factor(record, omega) - here.log_gain;
+            each(line, wrapped((record.measured[line] / predicted).ln() - factor));
         }
         self.give_back(record.structure, scratch);
     }
@@ -233,12 +265,18 @@ impl<'m> FrfObjective<'m> {
         let parameters = &here.parameters;
         let known =
             self.free.iter().filter_map(|i| Some((parameters[*i] - self.machine.parameters[*i].start) / self.machine.parameters[*i].sd?));
-        known.map(|r| r * r).sum::<f64>() + here.nut_shift_m.iter().map(|x| (x / self.settings.nut_sd_m).powi(2)).sum::<f64>()
+        known.map(|r| r * r).sum::<f64>()
+            + here.nut_shift_m.iter().map(|x| (x / self.settings.nut_sd_m).powi(2)).sum::<f64>()
+            + here
+                .channels
+                .iter()
+                .map(|c| (c.0 / self.settings.channel_sd.0).powi(2) + (c.1 / self.settings.channel_sd.1).powi(2))
+                .sum::<f64>()
     }
 
     /// Residuals of all records at these parameters and gain, nut positions as they are stated.
     pub fn residuals(&self, parameters: &[f64], gain: f64) -> Vec<Vec<Complex64>> {
-        self.residuals_here(&Here { parameters: parameters.to_vec(), log_gain: gain.ln(), nut_shift_m: Vec::new() })
+        self.residuals_here(&Here { parameters: parameters.to_vec(), log_gain: gain.ln(), nut_shift_m: Vec::new(), channels: Vec::new() })
     }
 
     fn residuals_here(&self, here: &Here) -> Vec<Vec<Complex64>> {
@@ -300,7 +338,7 @@ impl<'m> FrfObjective<'m> {
         if let Gain::Known(gain) = self.gain {
             return gain;
         }
-        let here = Here { parameters: parameters.to_vec(), log_gain: 0.0, nut_shift_m: Vec::new() };
+        let here = Here { parameters: parameters.to_vec(), log_gain: 0.0, nut_shift_m: Vec::new(), channels: Vec::new() };
         let (mut weights, mut sum) = (0.0, 0.0);
         for record in &self.records {
             self.visit(record, &here, 0..record.omega_rad_s.len(), |line, r| {
@@ -318,7 +356,7 @@ impl<'m> FrfObjective<'m> {
             let gain = self.best_gain(&self.parameters(place));
             extended.push(((gain / GAIN_RANGE.0).ln() / (GAIN_RANGE.1 / GAIN_RANGE.0).ln()).clamp(0.0, 1.0));
         }
-        extended.extend(vec![0.5; self.nuts]);
+        extended.extend(vec![0.5; self.nuts + 2 * self.channels()]);
         extended
     }
 

@@ -3,7 +3,7 @@
 use num_complex::Complex64;
 use rayon::prelude::*;
 
-use super::frf::{Here, NUT_SPAN};
+use super::frf::{Here, SPAN};
 use super::record::{Record, pieces, wrapped};
 use super::{FrfObjective, GAIN_RANGE, ModeObjective};
 use crate::machine::Chain;
@@ -77,6 +77,11 @@ impl FrfObjective<'_> {
         (nut < self.nuts).then(|| self.free.len() + usize::from(self.estimates_gain()) + nut)
     }
 
+    /// First of the two columns of a channel whose gain and delay are known only to a standard deviation.
+    fn channel_column(&self, channel: usize) -> Option<usize> {
+        (channel < self.channels()).then(|| self.free.len() + usize::from(self.estimates_gain()) + self.nuts + 2 * channel)
+    }
+
     /// Normal equations of some lines of a record, in coordinates of the unit cube.
     fn piece(&self, record: &Record, here: &Here, columns: &[Option<usize>], lines: std::ops::Range<usize>) -> Normal {
         let dimension = LeastSquares::dimension(self);
@@ -96,7 +101,7 @@ impl FrfObjective<'_> {
         for (slope, i) in unit.iter_mut().zip(&self.free) {
             *slope = self.machine.parameters[*i].unit_slope(parameters[*i]);
         }
-        nut.into_iter().for_each(|column| unit[column] = NUT_SPAN * self.settings.nut_sd_m);
+        nut.into_iter().for_each(|column| unit[column] = SPAN * self.settings.nut_sd_m);
         let zero = Complex64::new(0.0, 0.0);
         let (mut re, mut im) = (vec![0.0; dimension], vec![0.0; dimension]);
         for line in lines {
@@ -104,7 +109,8 @@ impl FrfObjective<'_> {
             scratch.row.clear();
             scratch.row.resize(dimension, zero);
             let predicted = scratch.network.gradient(omega, &sensitivity, &mut scratch.work, &mut scratch.row);
-            let residual = wrapped((record.measured[line] / predicted).ln() - Chain::log_factor(chain, omega) - here.log_gain);
+            let residual =
+                wrapped((record.measured[line] / predicted).ln() - Chain::log_factor(chain, omega) - here.log_factor(record, omega));
             let inverse = predicted.inv();
             scratch.row.iter_mut().for_each(|d| *d *= inverse);
             for &(which, column, slope) in &chain_slopes {
@@ -121,6 +127,10 @@ impl FrfObjective<'_> {
             if let Some(column) = self.gain_column() {
                 (re[column], im[column]) = (-(GAIN_RANGE.1 / GAIN_RANGE.0).ln(), 0.0);
             }
+            if let Some(column) = self.channel_column(record.structure) {
+                (re[column], im[column]) = (-SPAN * self.settings.channel_sd.0, 0.0);
+                (re[column + 1], im[column + 1]) = (0.0, omega * SPAN * self.settings.channel_sd.1);
+            }
             normal.add(record.weight[line], residual.re, &re);
             normal.add(record.weight[line], residual.im, &im);
         }
@@ -131,7 +141,7 @@ impl FrfObjective<'_> {
 
 impl LeastSquares for FrfObjective<'_> {
     fn dimension(&self) -> usize {
-        self.free.len() + usize::from(self.estimates_gain()) + self.nuts
+        self.free.len() + usize::from(self.estimates_gain()) + self.nuts + 2 * self.channels()
     }
 
     fn chi_square(&self, place: &[f64]) -> f64 {
@@ -172,7 +182,13 @@ impl LeastSquares for FrfObjective<'_> {
             }
         }
         for (nut, shift_m) in here.nut_shift_m.iter().enumerate() {
-            self.nut_column(nut).into_iter().for_each(|column| known(column, shift_m / self.settings.nut_sd_m, NUT_SPAN));
+            self.nut_column(nut).into_iter().for_each(|column| known(column, shift_m / self.settings.nut_sd_m, SPAN));
+        }
+        for (channel, (log_gain, delay_s)) in here.channels.iter().enumerate() {
+            if let Some(column) = self.channel_column(channel) {
+                known(column, log_gain / self.settings.channel_sd.0, SPAN);
+                known(column + 1, delay_s / self.settings.channel_sd.1, SPAN);
+            }
         }
         normal.mirror();
         normal
