@@ -5,8 +5,8 @@ use std::path::PathBuf;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 
 pub use super::model_arguments::{
-    Along, ConvergenceArguments, FrictionArguments, LoadArguments, MatricesArguments, NoiseName, PublishedArguments, SensitivityArguments,
-    StiffnessArguments,
+    Along, ConvergenceArguments, FrfArguments, FrictionArguments, LoadArguments, MatricesArguments, ModesArguments, NoiseName,
+    PublishedArguments, SensitivityArguments, SimulateArguments, Simulation, StiffnessArguments,
 };
 
 /// Joint stiffness and damping of ball-screw feed drives from hammer tests.
@@ -283,64 +283,6 @@ pub struct PlanArguments {
     pub output: Output,
 }
 
-/// `simulate`.
-#[derive(Debug, Args)]
-pub struct SimulateArguments {
-    /// What to compute.
-    #[command(subcommand)]
-    pub what: Simulation,
-}
-
-/// What can be simulated.
-#[derive(Debug, Subcommand)]
-pub enum Simulation {
-    /// Undamped natural frequencies and mode shapes at the start values
-    #[command(after_help = "Example:\n  jointid simulate modes --nut-m 1.3 --json")]
-    Modes(ModesArguments),
-    /// Frequency response functions, as CSV or JSON
-    #[command(after_help = "Example:\n  jointid simulate frf --position l1,l3 --quantity mobility > frf.csv")]
-    Frf(FrfArguments),
-    /// Mass, damping and stiffness matrices
-    #[command(after_help = "Example:\n  jointid simulate matrices --config configs/twin-ball-screw.toml")]
-    Matrices(MatricesArguments),
-    /// Stiffness and natural frequencies along position, velocity, acceleration or force
-    #[command(
-        after_help = "Example:\n  jointid simulate stiffness --config configs/twin-ball-screw.toml --along velocity --from 0 --to 0.9 --at table"
-    )]
-    Stiffness(StiffnessArguments),
-    /// How the stiffness of each joint moves a natural frequency
-    #[command(after_help = "Example:\n  jointid simulate sensitivity --config configs/servo-axis.toml")]
-    Sensitivity(SensitivityArguments),
-    /// Every figure that the papers of the models print, beside ours
-    Published(PublishedArguments),
-}
-
-/// `simulate modes`.
-#[derive(Debug, Args)]
-pub struct ModesArguments {
-    #[command(flatten)]
-    pub sources: Sources,
-    /// A position of the measurement set; mid-stroke by default
-    #[arg(long, value_name = "NAME", conflicts_with = "nut_m")]
-    pub position: Option<String>,
-    /// Nut position from the left end of the screw (m)
-    #[arg(long, value_name = "M")]
-    pub nut_m: Option<f64>,
-    #[command(flatten)]
-    pub load: LoadArguments,
-    /// Highest frequency (Hz)
-    #[arg(long, value_name = "F", default_value_t = 1000.0)]
-    pub max_hz: f64,
-    /// How rods are represented
-    #[arg(long, value_enum, default_value = "receptance")]
-    pub model: ModelName,
-    /// Lumps per rod of the lumped model
-    #[arg(long, value_name = "N", default_value_t = 40, value_parser = clap::value_parser!(u16).range(1..=500))]
-    pub lumps: u16,
-    #[command(flatten)]
-    pub output: Output,
-}
-
 /// Quantities by name.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub enum QuantityName {
@@ -350,44 +292,6 @@ pub enum QuantityName {
     Mobility,
     /// Acceleration over force
     Accelerance,
-}
-
-/// `simulate frf`.
-#[derive(Debug, Args)]
-pub struct FrfArguments {
-    #[command(flatten)]
-    pub sources: Sources,
-    /// Positions of the measurement set; all by default
-    #[arg(long, value_name = "NAMES", value_delimiter = ',', conflicts_with = "nut_m")]
-    pub position: Option<Vec<String>>,
-    /// Nut position from the left end of the screw (m)
-    #[arg(long, value_name = "M")]
-    pub nut_m: Option<f64>,
-    #[command(flatten)]
-    pub load: LoadArguments,
-    /// Parameter values from this identification.json instead of the start values
-    #[arg(long, value_name = "FILE")]
-    pub result: Option<PathBuf>,
-    /// Lowest frequency (Hz)
-    #[arg(long, value_name = "F", default_value_t = 1.0)]
-    pub from_hz: f64,
-    /// Highest frequency (Hz)
-    #[arg(long, value_name = "F", default_value_t = 1000.0)]
-    pub to_hz: f64,
-    /// Step (Hz)
-    #[arg(long, value_name = "F", default_value_t = 0.5)]
-    pub step_hz: f64,
-    /// Point that responds; that of the measurement set by default
-    #[arg(long, value_name = "POINT")]
-    pub response: Option<String>,
-    /// Point that is excited; that of the measurement set by default
-    #[arg(long, value_name = "POINT")]
-    pub excitation: Option<String>,
-    /// Quantity
-    #[arg(long, value_enum, default_value = "receptance")]
-    pub quantity: QuantityName,
-    #[command(flatten)]
-    pub output: Output,
 }
 
 /// `import`.

@@ -12,7 +12,8 @@ use super::validate::check_identification;
 use super::{published, sweep};
 use crate::machine::{Chain, Machine, Operating};
 use crate::model::{Rods, Structure, undamped_modes};
-use crate::report::document::{Frfs, Identification, ModeRow, Modes};
+use crate::report::document::{Frfs, Identification};
+use crate::report::simulation::{ModeRow, Modes};
 use crate::unit::omega_rad_s;
 
 /// Runs the command.

@@ -462,49 +462,6 @@ pub struct Plan {
     pub rankings: Vec<PlanRanking>,
 }
 
-/// One undamped mode.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct ModeRow {
-    /// Number in the list, from 1.
-    pub order: usize,
-    /// Undamped natural frequency (Hz); 0 for a rigid body.
-    pub frequency_hz: f64,
-    /// Damping ratio by modal energies, to first order.
-    pub damping_ratio: Option<f64>,
-    /// Deflection of each point, the largest 1.
-    pub shape: BTreeMap<String, f64>,
-    /// Damped natural frequency f·√(1 − ζ²) (Hz) of a proportionally damped mode.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub damped_hz: Option<f64>,
-    /// Deformation of each joint, and of each spring of a series in a joint (`joint/spring`), for that shape (m or rad).
-    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
-    pub deformation: BTreeMap<String, f64>,
-    /// Share of the strain energy of each joint, each spring of a series (contained in its joint) and each shaft.
-    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
-    pub strain_energy_share: BTreeMap<String, f64>,
-}
-
-/// `modes.json`.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct Modes {
-    /// Stamp.
-    #[serde(flatten)]
-    pub stamp: Stamp,
-    /// Nut position (m).
-    pub nut_m: Option<f64>,
-    /// Velocity of the table (m/s).
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub velocity_m_s: Option<f64>,
-    /// Acceleration of the table (m/s²).
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub acceleration_m_s2: Option<f64>,
-    /// Outside axial force (N).
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub force_n: Option<f64>,
-    /// Modes in rising frequency.
-    pub modes: Vec<ModeRow>,
-}
-
 /// `frf.json`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Frfs {
