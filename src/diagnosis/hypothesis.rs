@@ -109,7 +109,7 @@ fn nuisance_parameter(id: String, start: f64, sd: f64) -> Parameter {
 /// is not all viscous), the largest inertias, gain and delay of the measuring chain; each an unknown with the standard deviation of what is known beforehand.
 ///
 /// # Source  widths by the scatter of catalogues and of hammer tests: effective diameter ±1 % (thread, journals), E ±0.3 %, mass ±1 %,
-///           rotor inertia ±2 %, calibration ±0.4 %, delay ±2 µs.
+/// rotor inertia ±2 %, calibration ±0.4 %, delay ±2 µs.
 ///
 /// # Errors  none for a machine that was checked.
 pub fn with_nuisances(machine: &Machine) -> Result<Machine, MachineError> {

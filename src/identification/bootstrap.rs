@@ -59,7 +59,7 @@ fn groups(blocks: &[(usize, usize)]) -> usize {
 /// Fits again, from the best place, to samples drawn with replacement; `None` where it was stopped, or with fewer than two groups to draw.
 ///
 /// # Source  Efron and Tibshirani, An Introduction to the Bootstrap, 1993, ch. 13 (percentile interval); runs of lines: Künsch,
-///           Ann. Stat. 17 (1989) 1217–1241.
+/// Ann. Stat. 17 (1989) 1217–1241.
 pub fn bootstrap<P: Problem>(problem: &P, best: &[f64], drawn: Drawn, samples: usize, seed: u64, control: &Control) -> Option<Bootstrap> {
     let blocks = problem.blocks();
     if samples == 0 || (drawn == Drawn::Positions && groups(&blocks) < 2) {

@@ -104,7 +104,7 @@ impl ModalFit {
 /// # Units      Hz, rad/s and the units of the curve
 /// # Errors     a curve or an option out of range; too few lines; all lines zero; singular equations
 /// # Source     Guillaume et al. (2003); Verboven, thesis, Vrije Universiteit Brussel (2002), on deviations of modal parameters;
-///              Richardson and Formenti, IMAC I (1982), on the rational-fraction form
+/// Richardson and Formenti, IMAC I (1982), on the rational-fraction form
 pub fn fit_curve(curve: &Curve, options: &FitOptions) -> Result<ModalFit, ModalError> {
     let lines = Lines::of(curve, options)?;
     let known = lines.sd.clone();

@@ -87,7 +87,7 @@ pub(super) struct Scratch {
 /// Distance between predicted and measured FRFs, as a function of a machine's free parameters and, where it is unknown, the gain.
 ///
 /// # Source  r = ln(H_measured/H_predicted): relative in magnitude, absolute in phase; variance of its components by Bendat and Piersol
-///           from the coherence, see [`Frf::component_sd`](crate::measurement::Frf::component_sd).
+/// from the coherence, see [`Frf::component_sd`](crate::measurement::Frf::component_sd).
 pub struct FrfObjective<'m> {
     pub(super) machine: &'m Machine,
     structures: Vec<Arc<Structure>>,
@@ -417,7 +417,7 @@ impl<'m> FrfObjective<'m> {
         }
     }
 
-    /// The same data with at most [`COARSE_LINES`] lines of each record, as many as the coarse cost sees.
+    /// The same data with as many lines of each record as the coarse cost sees.
     #[must_use]
     pub fn thinned(&self) -> FrfObjective<'m> {
         let counts: Vec<Vec<f64>> = self.lines().iter().map(|n| vec![1.0; *n]).collect();

@@ -88,7 +88,7 @@ const LONGEST_STEP: f64 = 0.25;
 /// actually made.
 ///
 /// # Source  Madsen, Nielsen, Tingleff, Methods for Non-Linear Least Squares Problems, IMM 2004, Alg. 3.16;
-///           bounds by projection: Kanzow, Yamashita, Fukushima, J. Comput. Appl. Math. 172 (2004) 375–397.
+/// bounds by projection: Kanzow, Yamashita, Fukushima, J. Comput. Appl. Math. 172 (2004) 375–397.
 pub struct LevenbergMarquardt {
     held: Vec<bool>,
     damping: f64,
