@@ -15,7 +15,7 @@ use crate::model::Rods;
 use crate::objective::{FrfSettings, ModeSettings, Objective};
 use crate::optimizer::Strategy;
 use crate::report::document::{Input, Settings, Stamp};
-use crate::report::{OutputFolder, digest, to_json};
+use crate::report::{OutputFolder, digest, to_json, wrapped};
 
 /// How a command ended.
 pub enum Outcome {
@@ -217,7 +217,7 @@ pub fn print_out(text: &str) -> Result<(), String> {
 /// Warnings for a person, on stderr.
 pub fn warn(output: &Output, warnings: &[String]) {
     if !output.quiet {
-        warnings.iter().for_each(|w| eprintln!("warning: {w}"));
+        warnings.iter().for_each(|w| eprint!("{}", wrapped(&format!("warning: {w}"))));
     }
 }
 
