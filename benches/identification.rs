@@ -7,7 +7,7 @@ use criterion::{Criterion, criterion_group, criterion_main};
 use jointid::config::read_machine;
 use jointid::identification::{Plan, identify};
 use jointid::machine::Operating;
-use jointid::measurement::{Frf, Gain, Line, Noise, Quantity, read_set};
+use jointid::measurement::{Condition, Frf, Gain, Line, Noise, Quantity, read_set};
 use jointid::model::{Rods, Structure};
 use jointid::objective::{FrfObjective, FrfSettings, ModeObjective, ModeSettings};
 use jointid::optimizer::{Control, Cost, LeastSquares};
@@ -45,6 +45,7 @@ fn bench(criterion: &mut Criterion) {
             response: "table".into(),
             excitation: "table".into(),
             quantity: Quantity::Receptance,
+            condition: Condition::default(),
             averages: None,
             source: "bench".into(),
             lines: (0..1000).map(line).collect(),

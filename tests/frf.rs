@@ -2,7 +2,7 @@
 
 use jointid::identification::{Identification, Plan, identify};
 use jointid::machine::{Machine, Operating};
-use jointid::measurement::{Frf, Gain, Line, MeasurementSet, Noise, Position, Quantity};
+use jointid::measurement::{Condition, Frf, Gain, Line, MeasurementSet, Noise, Position, Quantity};
 use jointid::model::{Rods, Structure};
 use jointid::objective::{FrfObjective, FrfSettings};
 use jointid::optimizer::{Control, LeastSquares};
@@ -39,6 +39,7 @@ fn set_of(
                 response: channel.0.into(),
                 excitation: channel.1.into(),
                 quantity: Quantity::Receptance,
+                condition: Condition::default(),
                 averages: None,
                 source: format!("{name}-{}-{}", channel.0, channel.1),
                 lines,
@@ -267,4 +268,36 @@ fn intervals_cover_and_the_scatter_meets_the_cramer_rao_bound() {
 fn intervals_of_what_is_hardly_seen_cover_as_well() {
     let (share, _) = statistics(60, &spread(5.0, 400.0, 60), 0.05);
     assert!(share.iter().all(|s| *s >= 0.85), "{share:?}");
+}
+
+/// The upright axis has other stiffnesses under acceleration: an FRF says under which it was measured, and is predicted under that.
+#[test]
+fn the_condition_of_a_record_is_that_of_its_prediction() {
+    let config = config("configs/vertical-axis.toml");
+    let machine = &config.machine;
+    let table = machine.point("head").unwrap();
+    let structure = Arc::new(Structure::new(machine, table, table, Rods::Exact).unwrap());
+    let (mut work, values) = (structure.workspace(), machine.start());
+    let mut set = set_of(&[("head", "head")], &spread(20.0, 400.0, 80), 0.01, &mut Draws(2), |position, _, omega| {
+        let acceleration_m_s2 = Some(if position == 0 { -30.0 } else { 5.0 });
+        let mut network = structure.network();
+        network.update(machine, &values, &Operating { acceleration_m_s2, ..Operating::at_nut(0.4) });
+        network.receptance(omega, &mut work)
+    });
+    set.positions.iter_mut().for_each(|p| p.nut_m = Some(0.4));
+    for (at, frf) in set.frfs.iter_mut().enumerate() {
+        frf.record = Some(format!("r{at}"));
+        frf.condition.acceleration_m_s2 = Some(if at == 0 { -30.0 } else { 5.0 });
+    }
+    let per_line = |set: &MeasurementSet| {
+        let (fit, _) = set.split(None, &[]).unwrap();
+        let objective = FrfObjective::new(machine, &fit, FrfSettings::default(), &[]).unwrap();
+        let gaps = objective.gaps(&values, 1.0);
+        (gaps[0].gap, gaps[1].gap)
+    };
+    let (down, up) = per_line(&set);
+    assert!(down < 0.012 && up < 0.012, "{down} {up}");
+    set.frfs.iter_mut().for_each(|f| f.condition.acceleration_m_s2 = None);
+    let (down, up) = per_line(&set);
+    assert!(down > 0.1 && up > 0.1, "{down} {up}");
 }

@@ -6,7 +6,7 @@ use nalgebra::DMatrix;
 
 use super::uncertainty::{NARROWING, RANGE_SD, certainty};
 use crate::machine::{Chain, Machine, Operating};
-use crate::measurement::{FitSet, Frf, Line, MeasurementSet, ModeObservation, ModeTable, Noise, Quantity};
+use crate::measurement::{Condition, FitSet, Frf, Line, MeasurementSet, ModeObservation, ModeTable, Noise, Quantity};
 use crate::model::{PeakSearch, Structure, peaks};
 use crate::objective::{FrfObjective, FrfSettings, ModeObjective, ModeSettings, ModeSquares, ObjectiveError, VISIBLE};
 use crate::optimizer::LeastSquares;
@@ -235,6 +235,7 @@ fn predicted_frf(
         response: response.clone(),
         excitation: excitation.clone(),
         quantity: Quantity::Receptance,
+        condition: Condition::default(),
         averages: None,
         source: format!("plan: {response}/{excitation}"),
         lines,

@@ -31,6 +31,17 @@ pub const LEAST_COHERENCE: f64 = 0.8;
 /// Least 1 − γ² that is believed: a coherence printed to four digits.
 const LEAST_INCOHERENCE: f64 = 5e-5;
 
+/// The condition under which an FRF was measured, beside its position; what is not stated is absent.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Condition {
+    /// Level of the exciting force (N).
+    pub force_level_n: Option<f64>,
+    /// Velocity of the table (m/s).
+    pub velocity_m_s: Option<f64>,
+    /// Acceleration of the table (m/s²).
+    pub acceleration_m_s2: Option<f64>,
+}
+
 /// A measured FRF.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Frf {
@@ -44,6 +55,8 @@ pub struct Frf {
     pub excitation: String,
     /// Its quantity.
     pub quantity: Quantity,
+    /// What the machine did while it was measured.
+    pub condition: Condition,
     /// Averages taken.
     pub averages: Option<u32>,
     /// File it came from.

@@ -15,7 +15,7 @@ pub mod universal;
 
 pub use embedded::BENCH;
 pub use error::MeasurementError;
-pub use frf::{Frf, Line, Noise};
+pub use frf::{Condition, Frf, Line, Noise};
 pub use friction::{FrictionRun, FrictionTable, FrictionUnit, read_friction};
 pub use modes::{ModeObservation, ModeTable};
 pub use quantity::Quantity;

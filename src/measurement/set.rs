@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use super::embedded::embedded_file;
-use super::frf::{Frf, read_lines};
+use super::frf::{Condition, Frf, read_lines};
 use super::manifest::{FrfFile, GainFile, Manifest, parse};
 use super::modes::{ModeTable, read_modes};
 use super::table::Table;
@@ -272,6 +272,7 @@ fn read_frf(folder: &mut Folder<'_>, manifest: &Manifest, entry: &FrfFile, posit
             .quantity
             .or(manifest.quantity)
             .ok_or_else(|| fault("has no `quantity`, nor has the set; write one of receptance, mobility, accelerance".into()))?,
+        condition: Condition { force_level_n: entry.force_n, velocity_m_s: entry.speed_m_s, acceleration_m_s2: entry.acceleration_m_s2 },
         averages,
         source: folder.name(&entry.file),
         lines,

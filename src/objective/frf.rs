@@ -138,7 +138,11 @@ impl<'m> FrfObjective<'m> {
             let frf = &set.frfs[index];
             let response = point_named(machine, &frf.source, "response", &frf.response)?;
             let excitation = point_named(machine, &frf.source, "excitation", &frf.excitation)?;
-            let operating = Operating::at(frf.position.and_then(|p| set.positions[p].nut_m));
+            let operating = Operating {
+                velocity_m_s: frf.condition.velocity_m_s,
+                acceleration_m_s2: frf.condition.acceleration_m_s2,
+                ..Operating::at(frf.position.and_then(|p| set.positions[p].nut_m))
+            };
             machine.check_operating(&frf.source, &operating)?;
             let structure = match channels.iter().position(|c| *c == (response, excitation)) {
                 Some(at) => at,
