@@ -2,8 +2,8 @@
 
 use super::elliptic::Complete;
 use super::error::{finite, positive, within};
-use super::root::bracketed_root;
 use super::{ContactError, Stiffness};
+use crate::numeric::root::bracketed_root;
 
 /// Contact pressure at the static load rating of a ball bearing: the total permanent deformation is about 1e-4 of the ball
 /// diameter, and above it the elastic formulae no longer hold.

@@ -25,7 +25,6 @@ mod pair;
 mod projection;
 pub mod published;
 mod race;
-mod root;
 mod side;
 mod stribeck;
 mod student;

@@ -1,9 +1,9 @@
 //! Two sides preloaded against each other: a double nut, a bearing set in DB or DF arrangement.
 
 use super::error::{finite, positive};
-use super::root::bracketed_root;
 use super::side::two_thirds;
 use super::{ContactError, Side, Stiffness};
+use crate::numeric::root::bracketed_root;
 
 /// How an outside force is shared and which stiffness follows.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -4,7 +4,7 @@ use std::f64::consts::TAU;
 
 use super::ContactError;
 use super::error::{finite, positive, within};
-use super::root::bracketed_root;
+use crate::numeric::root::bracketed_root;
 
 /// The Stribeck curve of one axis.
 ///

@@ -62,6 +62,20 @@ pub fn refine(bracket: Bracket, relative_width: f64, mut function: impl FnMut(f6
     0.5 * (a + b)
 }
 
+/// The root of a continuous function whose values at the two ends differ in sign, as exact as the numbers allow; `None` if they do not
+/// differ. Infinite values at the ends are allowed.
+pub fn bracketed_root(lower: f64, upper: f64, mut function: impl FnMut(f64) -> f64) -> Option<f64> {
+    let (at_lower, at_upper) = (function(lower), function(upper));
+    if at_lower == 0.0 {
+        return Some(lower);
+    }
+    if at_upper == 0.0 {
+        return Some(upper);
+    }
+    let differ = !at_lower.is_nan() && !at_upper.is_nan() && (at_lower > 0.0) != (at_upper > 0.0);
+    differ.then(|| refine(Bracket { lower: (lower, at_lower), upper: (upper, at_upper) }, f64::EPSILON, function))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -87,5 +101,36 @@ mod tests {
         });
         assert!((root - 0.3).abs() < 1e-11, "{root}");
         assert!(calls < 100, "{calls}");
+    }
+
+    #[test]
+    fn limit_known_roots_to_the_last_bits() {
+        let cubic = bracketed_root(0.0, 2.0, |x| x * x * x - 2.0).unwrap();
+        assert!((cubic / 2.0_f64.cbrt() - 1.0).abs() < 4.0 * f64::EPSILON);
+        let steep = bracketed_root(-1e3, 700.0, |x: f64| x.exp() - 3.0).unwrap();
+        assert!((steep / 3.0_f64.ln() - 1.0).abs() < 4.0 * f64::EPSILON);
+        let flat = bracketed_root(0.0, 1.0, |x: f64| (x - 0.3).powi(9)).unwrap();
+        assert!((flat - 0.3).abs() < 1e-12);
+    }
+
+    #[test]
+    fn limit_ends_and_no_sign_change() {
+        assert_eq!(bracketed_root(0.0, 1.0, |x| x), Some(0.0));
+        assert_eq!(bracketed_root(0.0, 1.0, |x| x - 1.0), Some(1.0));
+        assert_eq!(bracketed_root(0.0, 1.0, |x| x + 1.0), None);
+        assert_eq!(bracketed_root(0.0, 1.0, |_| f64::NAN), None);
+        let pole = bracketed_root(0.0, 1.0, |x: f64| x.ln() + 1.0).unwrap();
+        assert!((pole - (-1.0_f64).exp()).abs() < 1e-15);
+    }
+
+    #[test]
+    fn regress_effort_stays_small() {
+        let mut calls = 0;
+        bracketed_root(0.0, 50.0, |x: f64| {
+            calls += 1;
+            x.exp() - 20.0
+        });
+        // At worst twice a bisection, 2·53.
+        assert!(calls < 60, "{calls}");
     }
 }
