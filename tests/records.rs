@@ -191,4 +191,35 @@ fn refuse_what_cannot_be_fitted() {
     let outside = bench_set(["6", "300", "6"], |name, text| if name == "manifest" { text.replace("1.6", "2.7") } else { text.into() });
     refused(&["identify", "--measurements", outside.path().to_str().unwrap()], &["nut_m = 2.7", "0 and 2.6"]);
     refused(&["identify", "--objective", "frf"], &["no FRF"]);
+    let twice = bench_set(["6", "300", "6"], |name, text| if name == "manifest" { text.replace("l3.csv", "l1.csv") } else { text.into() });
+    refused(&["identify", "--measurements", twice.path().to_str().unwrap()], &["l1.csv", "listed twice"]);
+    // Of several overrides the one at fault is named.
+    let message = output(&["simulate", "modes", "--set", "point.table.mass_kg=300", "--set", "parameter.k_n.start=.12"]);
+    let message = String::from_utf8_lossy(&message.stderr).to_string();
+    assert!(message.contains("k_n") && !message.contains("mass_kg"), "{message}");
+    refused(&["validate", "--result", "measurements/tian/modes.csv"], &["modes.csv"]);
+}
+
+/// Records of one position: what was held out is named, and told apart when the result is checked.
+#[test]
+fn records_of_a_position_are_held_out_by_name() {
+    let folder = bench_set(["6", "600", "6"], |name, text| {
+        if name != "manifest" {
+            return text.to_string();
+        }
+        let again = text.replace("position = \"l1\"\nfile", "position = \"l1\"\nrecord = \"first\"\nfile");
+        again + "[[frf]]\nposition = \"l1\"\nrecord = \"second\"\nfile = \"l1-again.csv\"\n"
+    });
+    let own = fs::read_to_string(folder.path().join("l1.csv")).unwrap();
+    fs::write(folder.path().join("l1-again.csv"), own).unwrap();
+    let path = folder.path().to_str().unwrap();
+    let out = folder.path().join("out");
+    let found = json(&["identify", "--measurements", path, "--hold-out", "second", "--repeats", "1", "--out", out.to_str().unwrap()]);
+    assert_eq!(found["held_out_positions"], serde_json::json!(["second"]));
+    assert_eq!(found["fit_positions"], serde_json::json!(["first", "l3", "l5"]));
+    let result = out.join("identification.json");
+    let checked = json(&["validate", "--result", result.to_str().unwrap()]);
+    let roles: Vec<&str> = checked["positions"].as_object().unwrap().values().map(|p| p["role"].as_str().unwrap()).collect();
+    assert_eq!(roles, ["held_out"]);
+    refused(&["validate", "--result", result.to_str().unwrap(), "--measurements", "measurements/tian"], &["no FRF to check"]);
 }

@@ -53,7 +53,7 @@ pub fn run(given: &IdentifyArguments) -> CommandResult {
         },
         parameters: rows::parameters(machine, &found),
         derived: {
-            let mut derived = rows::derived(&positions, &frfs);
+            let mut derived = rows::derived(&positions, &frfs, leave_one_out);
             derived.extend(found.derived.iter().map(|d| (d.name.clone(), d.value)));
             derived.insert("chi_square".into(), found.chi_square);
             derived.insert("degrees_of_freedom".into(), found.freedom as f64);
@@ -124,8 +124,10 @@ fn text(loaded: &Loaded, document: &document::Identification, found: &Identifica
         text.push('\n');
     }
     let percent = |key: &str| document.derived.get(key).map(|x| format!("{:.2} %", 100.0 * x));
-    if let Some(largest) = percent("largest_frequency_error_held_out") {
-        text += &format!("largest frequency error held out: {largest}\n");
+    for (key, which) in [("largest_frequency_error_held_out", "held out"), ("largest_frequency_error_left_out", "left out")] {
+        if let Some(largest) = percent(key) {
+            text += &format!("largest frequency error {which}: {largest}\n");
+        }
     }
     if let Some(rms) = document.derived.get("ln_amplitude_rms_fit") {
         text += &format!("amplitudes of the fitted positions: {rms:.3} rms in the logarithm\n");

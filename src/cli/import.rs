@@ -161,6 +161,9 @@ fn place(frfs: Vec<ImportedFrf>, given: &ImportArguments) -> Result<Vec<(Importe
         }
         placed.push((frf, placement));
     }
+    if let Some(pattern) = given.pattern.as_ref().filter(|_| placed.iter().all(|(_, p)| p.position.is_none())) {
+        return Err(format!("--pattern {pattern}: matches no record; look at their names with --list"));
+    }
     if let Some(unknown) = map.iter().flat_map(BTreeMap::keys).find(|n| !placed.iter().any(|(f, _)| f.name == **n)) {
         let known: Vec<&str> = placed.iter().map(|(f, _)| f.name.as_str()).collect();
         return Err(format!("--map: no record is called «{unknown}»; there are {}", known.join(", ")));
@@ -230,6 +233,9 @@ pub fn export(given: &ExportArguments) -> CommandResult {
     }
     let bytes = writer.finish().map_err(fault)?;
     OutputFolder::prepare(&folder)?.write(name, &bytes)?;
+    if set.frfs.iter().any(|f| f.lines.iter().any(|l| l.noise.is_some())) {
+        eprintln!("warning: coherence and relative_sd have no field in an FRF record and are not written");
+    }
     print_out(&format!("{} FRFs written to {}\n", set.frfs.len(), given.out.display()))?;
     Ok(Outcome::Done)
 }

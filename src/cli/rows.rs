@@ -289,19 +289,21 @@ pub fn positions(loaded: &Loaded, found: &Identification, fit_positions: &[Strin
 }
 
 /// Quantities that follow: largest errors, scatter and gaps, by name.
-pub fn derived(positions: &BTreeMap<String, PositionRow>, frfs: &[FrfRow]) -> BTreeMap<String, f64> {
+/// Where nothing was held out, those of a fit without each position are called `left_out`.
+pub fn derived(positions: &BTreeMap<String, PositionRow>, frfs: &[FrfRow], leave_one_out: bool) -> BTreeMap<String, f64> {
     let mut derived = BTreeMap::new();
     for role in ["fit", "held_out"] {
+        let called = if leave_one_out { "left_out" } else { role };
         if let Some(gap) = gap_over(frfs.iter().filter(|r| r.role == role)) {
-            derived.insert(format!("gap_{role}"), gap);
+            derived.insert(format!("gap_{called}"), gap);
         }
         let of_role = || positions.values().filter(|p| p.role == role);
         if let Some(largest) = of_role().filter_map(|p| p.largest_error(MISSING)).reduce(f64::max) {
-            derived.insert(format!("largest_frequency_error_{role}"), largest);
+            derived.insert(format!("largest_frequency_error_{called}"), largest);
         }
         let logs = of_role().flat_map(|p| &p.orders).filter_map(|o| Some((o.predicted_amplitude? / o.measured_amplitude?).ln()));
         if let Some(rms) = root_mean_square(logs) {
-            derived.insert(format!("ln_amplitude_rms_{role}"), rms);
+            derived.insert(format!("ln_amplitude_rms_{called}"), rms);
         }
     }
     derived

@@ -130,8 +130,16 @@ fn parse<T: DeserializeOwned>(path: &str, text: &str, overrides: Overrides<'_>) 
     for given in overrides {
         set(&mut table, given).map_err(|fault| ConfigError::Override { given: given.clone(), fault })?;
     }
-    let listed = overrides.join(" ");
-    table.try_into().map_err(|error: toml::de::Error| ConfigError::Override { given: listed, fault: error.message().replace('\n', "; ") })
+    let told = |error: &toml::de::Error| error.message().replace('\n', "; ");
+    table.try_into().map_err(|error: toml::de::Error| {
+        // Which of them it is: the first that fails alone.
+        let alone = |given: &&String| {
+            let table = toml::from_str(text).ok().and_then(|mut table: toml::Table| set(&mut table, given).ok().map(|()| table));
+            table.is_none_or(|table| table.try_into::<T>().is_err())
+        };
+        let given = overrides.iter().find(alone).cloned().unwrap_or_else(|| overrides.join(" "));
+        ConfigError::Override { given, fault: told(&error) }
+    })
 }
 
 /// Sets one key: `parameter.k_s.start=1e5`; entries of lists are named by `name`, `id` or number: `point.table.mass_kg=300`.

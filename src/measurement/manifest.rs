@@ -9,8 +9,7 @@ use super::{MeasurementError, Quantity};
 pub(super) struct Manifest {
     pub title: String,
     pub quantity: Option<Quantity>,
-    #[serde(default)]
-    pub gain: GainFile,
+    pub gain: Option<GainFile>,
     pub excitation_unit: Option<String>,
     pub response: Option<String>,
     pub excitation: Option<String>,
@@ -38,12 +37,6 @@ pub(super) enum GainFile {
 #[serde(rename_all = "lowercase")]
 pub(super) enum UnknownWord {
     Unknown,
-}
-
-impl Default for GainFile {
-    fn default() -> Self {
-        GainFile::Number(1.0)
-    }
 }
 
 #[derive(Debug, Deserialize)]

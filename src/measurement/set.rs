@@ -154,13 +154,22 @@ pub fn read_set(path: &str) -> Result<MeasurementSet, MeasurementError> {
     let manifest = parse(&manifest_path, &text)?;
     let positions = positions(&manifest).map_err(fault)?;
     let gain = match manifest.gain {
-        GainFile::Number(g) if g > 0.0 && g.is_finite() => Gain::Known(g),
-        GainFile::Number(g) => return Err(fault(format!("gain: is {g}; write a number above 0, or \"unknown\""))),
-        GainFile::Word(_) => Gain::Unknown,
+        None => Gain::Known(1.0),
+        Some(GainFile::Number(g)) if g > 0.0 && g.is_finite() => Gain::Known(g),
+        Some(GainFile::Number(g)) => return Err(fault(format!("gain: is {g}; write a number above 0, or \"unknown\""))),
+        Some(GainFile::Word(_)) => Gain::Unknown,
     };
+    let mut warnings = Vec::new();
     let gain = match manifest.excitation_unit.as_deref() {
         None | Some("N" | "N*m") => gain,
-        Some(_) => Gain::Unknown,
+        Some(unit) => {
+            if let (Some(GainFile::Number(g)), unit) = (&manifest.gain, unit) {
+                warnings.push(format!(
+                    "{manifest_path}: gain = {g} is set aside: with an excitation in {unit} the gain is unknown and estimated along"
+                ));
+            }
+            Gain::Unknown
+        }
     };
     if let Some(step) = manifest.frequency_resolution_hz.filter(|s| !(*s > 0.0 && s.is_finite())) {
         return Err(fault(format!("frequency_resolution_hz: is {step}; write a number above 0, or leave it out")));
@@ -180,7 +189,10 @@ pub fn read_set(path: &str) -> Result<MeasurementSet, MeasurementError> {
         modes = Some(ModeTable { positions: table, resolution_hz: manifest.frequency_resolution_hz });
     }
     let mut frfs = Vec::new();
-    for entry in &manifest.frf {
+    for (at, entry) in manifest.frf.iter().enumerate() {
+        if manifest.frf[..at].iter().any(|other| other.file == entry.file) {
+            return Err(fault(format!("[[frf]] {} is listed twice; it would count twice", entry.file)));
+        }
         let frf = read_frf(&mut folder, &manifest, entry, &positions)?;
         frfs.push(frf);
     }
@@ -215,7 +227,7 @@ pub fn read_set(path: &str) -> Result<MeasurementSet, MeasurementError> {
         split,
         published,
         files: folder.files,
-        warnings: Vec::new(),
+        warnings,
     })
 }
 
