@@ -54,6 +54,15 @@ pub fn load(sources: &Sources) -> Result<Loaded, String> {
     Ok(Loaded { config, set, overrides: sources.set.clone(), without: sources.without.clone() })
 }
 
+/// As [`load`], for commands that need a machine and at most the positions of its set: the published bench's set stands in for no other machine.
+pub fn load_machine(sources: &Sources) -> Result<Loaded, String> {
+    let config = read_machine(&sources.config, &sources.set, &sources.without).map_err(told)?;
+    let bench = crate::config::BENCH.trim_end_matches(".toml");
+    let other = sources.measurements == crate::measurement::BENCH && !config.path.starts_with(bench) && !config.path.contains("tian");
+    let set = if other { MeasurementSet::none() } else { read_set(&sources.measurements).map_err(told)? };
+    Ok(Loaded { config, set, overrides: sources.set.clone(), without: sources.without.clone() })
+}
+
 /// Rods as asked for.
 pub fn rods(model: ModelName, lumps: u16) -> Rods {
     match model {

@@ -8,7 +8,7 @@ use crate::identification::{Identification, identify};
 use crate::objective::ObjectiveError;
 use crate::optimizer::Control;
 use crate::report::document::{self, Settings};
-use crate::report::{bootstrap_table, derived_table, frfs_table, parameters_table, positions_table};
+use crate::report::{bootstrap_table, derived_table, frfs_table, parameters_table, positions_table, wrapped};
 use crate::validation::left_out;
 
 /// Runs the command.
@@ -97,9 +97,8 @@ pub fn run(given: &IdentifyArguments) -> CommandResult {
 }
 
 fn text(loaded: &Loaded, document: &document::Identification, found: &Identification) -> String {
-    let mut text = format!(
-        "{}\nfitted on {}, held out {}\n\n",
-        loaded.config.machine.title,
+    let heading = format!(
+        "fitted on {}, held out {}",
         document.fit_positions.join(", "),
         match (document.held_out_positions.is_empty(), document.leave_one_out) {
             (false, _) => document.held_out_positions.join(", "),
@@ -107,6 +106,7 @@ fn text(loaded: &Loaded, document: &document::Identification, found: &Identifica
             (true, true) => "nothing: the figures of each are those of a fit without it".into(),
         }
     );
+    let mut text = format!("{}\n{}\n", loaded.config.machine.title, wrapped(&heading));
     text += &parameters_table(&document.parameters);
     text.push('\n');
     text += &if document.frfs.is_empty() { positions_table(&document.positions) } else { frfs_table(&document.frfs) };

@@ -6,7 +6,9 @@ use std::sync::Arc;
 
 use super::arguments::Sources;
 use super::arguments::{FrfArguments, LoadArguments, ModesArguments, SimulateArguments, Simulation};
-use super::common::{CommandResult, Loaded, Outcome, deliver, document_input, load, prepare, read_document, rods, stamp, told, warn};
+use super::common::{
+    CommandResult, Loaded, Outcome, deliver, document_input, load, load_machine, prepare, read_document, rods, stamp, told, warn,
+};
 use super::import::quantity;
 use super::validate::check_identification;
 use super::{published, sweep};
@@ -63,7 +65,7 @@ fn positive(key: &str, x: f64) -> Result<f64, String> {
 
 fn modes(given: &ModesArguments) -> CommandResult {
     let max_hz = positive("--max-hz", given.max_hz)?;
-    let loaded = load(&given.sources)?;
+    let loaded = load_machine(&given.sources)?;
     let machine = &loaded.config.machine;
     let operating = operating(&loaded, given.nut_m, given.position.as_deref(), &given.load)?;
     let folder = prepare(&given.output)?;
@@ -143,7 +145,7 @@ fn frf(given: &FrfArguments) -> CommandResult {
     // A result carries the machine it is for.
     let identified: Option<Identification> = given.result.as_deref().map(read_document).transpose()?;
     let loaded = match &identified {
-        None => load(&given.sources)?,
+        None => load_machine(&given.sources)?,
         Some(identified) => load(&Sources {
             config: identified.settings.config.clone(),
             measurements: given.sources.measurements.clone(),

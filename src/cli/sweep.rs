@@ -5,17 +5,21 @@ use std::fmt::Write;
 use std::sync::Arc;
 
 use super::arguments::{Along, MatricesArguments, SensitivityArguments, StiffnessArguments};
-use super::common::{CommandResult, Loaded, Outcome, deliver, load, prepare, stamp, told, warn};
+use super::common::{CommandResult, Loaded, Outcome, deliver, load_machine, prepare, stamp, told, warn};
 use super::simulate::{load_warnings, operating};
 use crate::machine::{FitRule, Law, LoadedPair, Machine, Operating, Parameter, Scale};
 use crate::model::{Matrices, Rods, Structure, elastic_frequencies_hz, undamped_modes};
 use crate::numeric::root::{Bracket, refine};
+use crate::report::columns;
 use crate::report::simulation::{ContactRow, MatricesDocument, SensitivityDocument, SensitivityRow, Separation, Sweep, SweepRow};
 use crate::unit::omega_rad_s;
 
+/// Most columns of a matrix that fit a terminal.
+const WIDEST: usize = 6;
+
 /// `simulate matrices`.
 pub fn matrices(given: &MatricesArguments) -> CommandResult {
-    let loaded = load(&given.sources)?;
+    let loaded = load_machine(&given.sources)?;
     let machine = &loaded.config.machine;
     let operating = operating(&loaded, given.nut_m, None, &given.load)?;
     let folder = prepare(&given.output)?;
@@ -29,6 +33,10 @@ pub fn matrices(given: &MatricesArguments) -> CommandResult {
     let mut text = format!("{}\ncoordinates: {}\n", machine.title, found.names.join(", "));
     for (name, matrix) in [("M", &found.mass), ("C", &found.damping), ("K", &found.stiffness)] {
         let _ = writeln!(text, "\n{name}");
+        if matrix.ncols() > WIDEST {
+            let _ = writeln!(text, "{} × {}, too wide for a terminal: --json has it", matrix.nrows(), matrix.ncols());
+            continue;
+        }
         for row in matrix.row_iter() {
             let cells: Vec<String> = row.iter().map(|x| if *x == 0.0 { format!("{:>11}", "0") } else { format!("{x:>11.3e}") }).collect();
             let _ = writeln!(text, "{}", cells.join(" "));
@@ -70,7 +78,7 @@ impl Along {
 
 /// `simulate stiffness`.
 pub fn stiffness(given: &StiffnessArguments) -> CommandResult {
-    let loaded = load(&given.sources)?;
+    let loaded = load_machine(&given.sources)?;
     let machine = &loaded.config.machine;
     let along = given.along;
     let base = operating(&loaded, given.nut_m, None, &given.load)?;
@@ -200,32 +208,24 @@ pub(super) fn separations(contact: &LoadedPair, (from, to): (f64, f64), at: impl
 }
 
 fn sweep_text(machine: &Machine, along: Along, point: Option<&str>, rows: &[SweepRow], separations: &[Separation]) -> String {
-    let mut text = format!("{}\n\n{:>12}", machine.title, along.key());
     let contacts: Vec<&String> = rows.first().map(|row| row.contacts.keys().collect()).unwrap_or_default();
-    for name in &contacts {
-        let _ = write!(text, " {:>12}", format!("{name} N/m"));
-    }
-    if let Some(point) = point {
-        let _ = write!(text, " {:>12}", format!("{point} N/m"));
-    }
     let orders = rows.iter().map(|row| row.frequencies_hz.len()).max().unwrap_or(0);
-    for order in 1..=orders {
-        let _ = write!(text, " {:>10}", format!("f{order} Hz"));
-    }
-    text.push('\n');
-    for row in rows {
-        let _ = write!(text, "{:>12.5}", row.at);
-        for name in &contacts {
-            let _ = write!(text, " {:>12.4e}", row.contacts[*name].stiffness_n_per_m);
-        }
-        if let Some(k) = row.static_stiffness {
-            let _ = write!(text, " {k:>12.4e}");
-        }
-        for f in &row.frequencies_hz {
-            let _ = write!(text, " {f:>10.3}");
-        }
-        text.push('\n');
-    }
+    let key = along.key();
+    let units = [("_m_s2", " m/s²"), ("_m_s", " m/s"), ("_m", " m"), ("_n", " N")];
+    let unit = units.into_iter().find_map(|(tail, unit)| Some(format!("{}{unit}", key.strip_suffix(tail)?)));
+    let mut header = vec![unit.unwrap_or_else(|| key.into())];
+    header.extend(contacts.iter().map(|name| format!("{name} N/m")));
+    header.extend(point.map(|point| format!("{point} N/m")));
+    header.extend((1..=orders).map(|order| format!("f{order} Hz")));
+    let cells = rows.iter().map(|row| {
+        let mut cells = vec![format!("{:.5}", row.at)];
+        cells.extend(contacts.iter().map(|name| format!("{:.3e}", row.contacts[*name].stiffness_n_per_m)));
+        cells.extend(row.static_stiffness.map(|k| format!("{k:.3e}")));
+        cells.extend(row.frequencies_hz.iter().map(|f| format!("{f:.2}")));
+        cells.resize(header.len(), "–".into());
+        cells
+    });
+    let mut text = format!("{}\n\n{}", machine.title, columns(&header, cells));
     for s in separations {
         let _ = writeln!(text, "{}: side {} unloads at {} = {:.5} ({:.1} N)", s.contact, s.side, along.key(), s.at, s.force_n);
     }
@@ -256,7 +256,7 @@ pub fn sensitivity(given: &SensitivityArguments) -> CommandResult {
     if !(given.from > 0.0 && given.to > given.from && given.to.is_finite()) {
         return Err(format!("--from {} --to {}: write factors above 0 that rise", given.from, given.to));
     }
-    let loaded: Loaded = load(&given.sources)?;
+    let loaded: Loaded = load_machine(&given.sources)?;
     let machine = &loaded.config.machine;
     let operating = operating(&loaded, given.nut_m, None, &given.load)?;
     let folder = prepare(&given.output)?;

@@ -50,6 +50,7 @@ pub struct ContactFile {
     #[serde(default)]
     gravity_m_s2: f64,
     share: Option<f64>,
+    outside_share: Option<f64>,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
@@ -210,6 +211,7 @@ fn contact(
         moved_mass_kg: file.moved_mass_kg,
         gravity_m_s2: file.gravity_m_s2,
         share: file.share.unwrap_or(1.0),
+        outside_share: file.outside_share.unwrap_or(1.0),
         name,
     })
 }

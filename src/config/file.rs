@@ -347,6 +347,8 @@ fn shaft(file: ShaftFile) -> Result<ShaftPatch, String> {
 
 fn joint(file: JointFile) -> Result<JointPatch, String> {
     let name = file.name;
+    let alike = file.between.iter().flatten().filter(|n| *n != "ground").cloned().collect();
+    let mut angles = Vec::new();
     let mut on: Vec<(String, f64)> = match (file.between, file.on) {
         (Some([a, b]), None) if a != b => [(a, 1.0), (b, -1.0)].into_iter().filter(|(n, _)| n != "ground").collect(),
         (Some([a, _]), None) => return Err(format!("joint.{name}.between: «{a}» twice; name two different points, or one and \"ground\"")),
@@ -360,6 +362,7 @@ fn joint(file: JointFile) -> Result<JointPatch, String> {
         if !(screw.lead_m.abs() > 0.0 && screw.lead_m.is_finite()) {
             return Err(format!("joint.{name}.screw.lead_m: is {}; write the travel per turn in m", screw.lead_m));
         }
+        angles.push(screw.angle.clone());
         on.push((screw.angle, -travel_per_radian_m(screw.lead_m)));
     }
     if file.stiffness.is_none() && file.damping.is_none() {
@@ -368,6 +371,8 @@ fn joint(file: JointFile) -> Result<JointPatch, String> {
     Ok(JointPatch {
         name,
         on,
+        alike,
+        angles,
         stiffness: source(file.stiffness),
         damping: source(file.damping),
         loss_factor: source(file.loss_factor),

@@ -186,6 +186,8 @@ pub fn interfaces(nominal: &Hypothesis) -> Vec<Hypothesis> {
             let joint = |stiffness, damping, relaxation_stiffness| JointPatch {
                 name: "~interface".into(),
                 on: on.clone(),
+                alike: Vec::new(),
+                angles: Vec::new(),
                 stiffness,
                 damping,
                 loss_factor: Source::Number(0.0),

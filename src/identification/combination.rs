@@ -33,8 +33,10 @@ pub struct Combination {
 
 /// From this correlation two parameters are told of together.
 const CORRELATED: f64 = 0.9;
-/// Farthest move along a valley, in the unit interval of a parameter.
-const FARTHEST: f64 = 0.15;
+/// Relative standard deviation from which a combination is not told.
+const WORTH_TELLING: f64 = 0.25;
+/// Moves along a valley that are tried, the farthest first, in the unit interval of a parameter.
+const MOVES: [f64; 3] = [0.5, 0.25, 0.1];
 
 /// The combinations among the parameters of the columns, the tightest first. `valley(column, by)` gives the values of all columns after that one
 /// was moved by so much of its unit interval and the others have followed; `None` where χ² rises too much for that.
@@ -50,11 +52,18 @@ pub fn combinations(
             let correlation = certainty.correlation[i][j];
             let both_sure = certainty.identifiable[i] && certainty.identifiable[j];
             let logarithmic = [i, j].iter().all(|k| parameters[*k].scale == Scale::Logarithmic);
-            if correlation.abs() >= CORRELATED && !both_sure && logarithmic {
-                found.push(combination(parameters, values, certainty, (j, i), &valley));
+            if both_sure || !logarithmic {
+                continue;
+            }
+            // Far from a straight valley, as where one of two springs in series is all but rigid, correlations say nothing.
+            let kind = (parameters[i].unit == parameters[j].unit).then(|| kept((j, i), values, certainty, &valley)).flatten();
+            if kind.is_some() || correlation.abs() >= CORRELATED {
+                found.push(combination(parameters, values, certainty, (j, i), kind));
             }
         }
     }
+    // A combination that is hardly known itself is not worth a sentence.
+    found.retain(|c| c.sd < WORTH_TELLING);
     found.sort_by(|a, b| a.sd.total_cmp(&b.sd));
     found
 }
@@ -64,19 +73,21 @@ fn sums(a: f64, b: f64) -> (f64, f64) {
     (a + b, a * b / (a + b))
 }
 
-/// Which of sum and harmonic sum stays while one of the two values is moved along the valley and the other follows: by far less than the values
+/// Which of sum and harmonic sum stays while one of the two values is moved along the valley and the other follows: by a fifth at most of what the values
 /// themselves, and by half of what the other does at most. To first order both are the same for equal values, so that only a finite move tells.
 fn kept((i, j): (usize, usize), values: &[f64], certainty: &Certainty, valley: &impl Fn(usize, f64) -> Option<Vec<f64>>) -> Option<Kind> {
     let here = sums(values[i], values[j]);
     let (mut moved, mut sum, mut harmonic) = (0.0_f64, 0.0_f64, 0.0_f64);
-    let by = certainty.sd[i].min(FARTHEST);
-    for there in [valley(i, by), valley(i, -by)].into_iter().flatten() {
+    // The one that is known less is moved, the other follows.
+    let column = if certainty.sd[i] >= certainty.sd[j] { i } else { j };
+    let farthest = |sign: f64| MOVES.into_iter().find_map(|by| valley(column, sign * by));
+    for there in [farthest(1.0), farthest(-1.0)].into_iter().flatten() {
         let now = sums(there[i], there[j]);
         moved = moved.max((there[i] / values[i]).ln().abs().min((there[j] / values[j]).ln().abs()));
         sum = sum.max((now.0 / here.0).ln().abs());
         harmonic = harmonic.max((now.1 / here.1).ln().abs());
     }
-    let stays = |own: f64, other: f64| moved > 0.02 && own < 0.1 * moved && own < 0.5 * other;
+    let stays = |own: f64, other: f64| moved > 0.02 && own < 0.2 * moved && own < 0.25 * other;
     if stays(harmonic, sum) { Some(Kind::Series) } else { stays(sum, harmonic).then_some(Kind::Parallel) }
 }
 
@@ -85,7 +96,7 @@ fn combination(
     values: &[f64],
     certainty: &Certainty,
     (i, j): (usize, usize),
-    valley: &impl Fn(usize, f64) -> Option<Vec<f64>>,
+    kept: Option<Kind>,
 ) -> Combination {
     // Covariance of the logarithms.
     let width = |k: usize| (parameters[k].upper / parameters[k].lower).ln();
@@ -95,12 +106,7 @@ fn combination(
     let (a, b) = (values[i], values[j]);
     // Relative standard deviation of wᵢ·ln a + wⱼ·ln b.
     let spread_of = |wi: f64, wj: f64| (wi * wi * vi + wj * wj * vj + 2.0 * wi * wj * cij).max(0.0).sqrt();
-    let kind = if correlation > 0.0 {
-        Kind::Ratio
-    } else {
-        let same_unit = parameters[i].unit == parameters[j].unit;
-        same_unit.then(|| kept((i, j), values, certainty, valley)).flatten().unwrap_or(Kind::Opposite)
-    };
+    let kind = kept.unwrap_or(if correlation > 0.0 { Kind::Ratio } else { Kind::Opposite });
     let sd = match kind {
         Kind::Series => spread_of(b / (a + b), a / (a + b)),
         Kind::Parallel => spread_of(a / (a + b), b / (a + b)),

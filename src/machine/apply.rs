@@ -181,6 +181,17 @@ impl Machine {
         if on.is_empty() {
             return Err(fault(part, "it acts on nothing; name at least one point"));
         }
+        let motion = |name: &String| self.point(name).map(|p| self.points[p].motion);
+        if let [a, b] = &patch.alike[..]
+            && let (Some(first), Some(second)) = (motion(a), motion(b))
+            && first != second
+        {
+            let (first, second) = (first.noun(), second.noun());
+            return Err(fault(part, format!("«{a}» is a {first} and «{b}» a {second}; a joint between two points needs two of a kind")));
+        }
+        if let Some(name) = patch.angles.iter().find(|n| motion(n) == Some(super::Motion::Translation)) {
+            return Err(fault(part, format!("screw.angle: «{name}» is a translation; name the point that turns")));
+        }
         let value = |key: &str, source| self.value(&format!("{part}.{key}"), source);
         Ok(Joint {
             name: patch.name.clone(),

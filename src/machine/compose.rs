@@ -73,6 +73,9 @@ impl Machine {
         if !(0.0..=1.0).contains(&contact.share) {
             return Err(fault(part("share"), format!("is {}; write a number from 0 to 1", contact.share)));
         }
+        if !(0.0..=1.0).contains(&contact.outside_share) {
+            return Err(fault(part("outside_share"), format!("is {}; write a number from 0 to 1", contact.outside_share)));
+        }
         if let Some(curve) = contact.friction {
             curve.check().map_err(|e| fault(part("friction"), e.to_string()))?;
         }

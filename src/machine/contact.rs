@@ -35,6 +35,8 @@ pub struct LoadedPair {
     pub gravity_m_s2: f64,
     /// Share of the force it takes.
     pub share: f64,
+    /// Share of an outside force on the table that reaches this axis: 1/2 where two screws carry it.
+    pub outside_share: f64,
 }
 
 /// A loaded pair at one operating condition.
@@ -53,7 +55,7 @@ impl LoadedPair {
     pub fn force_n(&self, operating: &Operating) -> f64 {
         let friction_n = self.friction.map_or(0.0, |curve| curve.force_n(operating.velocity_m_s.unwrap_or(0.0)));
         let inertia_n = self.moved_mass_kg * (self.gravity_m_s2 + operating.acceleration_m_s2.unwrap_or(0.0));
-        self.share * (friction_n + inertia_n + operating.force_n.unwrap_or(0.0))
+        self.share * (friction_n + inertia_n + self.outside_share * operating.force_n.unwrap_or(0.0))
     }
 
     /// Load, shares and stiffness.

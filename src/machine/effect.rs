@@ -81,6 +81,10 @@ pub struct JointPatch {
     pub name: String,
     /// Point names and coefficients.
     pub on: Vec<(String, f64)>,
+    /// Points that must move alike: all translations, or all rotations.
+    pub alike: Vec<String>,
+    /// Points that must be angles.
+    pub angles: Vec<String>,
     /// k.
     pub stiffness: Source,
     /// c.

@@ -102,6 +102,28 @@ pub struct MeasurementSet {
     pub warnings: Vec<String>,
 }
 
+impl MeasurementSet {
+    /// A set without any observation or position: for machines of which nothing was measured.
+    pub fn none() -> Self {
+        MeasurementSet {
+            path: "no measurement set".into(),
+            title: String::new(),
+            quantity: None,
+            gain: Gain::Known(1.0),
+            response: None,
+            excitation: None,
+            positions: Vec::new(),
+            modes: None,
+            frfs: Vec::new(),
+            motions: Vec::new(),
+            split: None,
+            published: Published::default(),
+            files: Vec::new(),
+            warnings: Vec::new(),
+        }
+    }
+}
+
 /// Reads files of a set, from its folder or from those that come with the program.
 struct Folder<'p> {
     path: &'p str,

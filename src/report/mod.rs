@@ -6,7 +6,7 @@ mod table;
 mod write;
 
 pub use table::{
-    bootstrap_table, derived_table, frfs_table, gap_summary_table, gaps_table, objectives_table, parameters_table, peaks_table, plan_table,
-    positions_table, summary_table, wrapped,
+    bootstrap_table, columns, derived_table, frfs_table, gap_summary_table, gaps_table, objectives_table, parameters_table, peaks_table,
+    plan_table, positions_table, summary_table, wrapped,
 };
 pub use write::{OutputFolder, digest, to_json};

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use comfy_table::presets;
-use comfy_table::{CellAlignment, Table};
+use comfy_table::{CellAlignment, ContentArrangement, Table};
 
 use super::document::{BootstrapRow, ChoiceRow, Comparison, FrfRow, Objectives, ParameterRow, Peaks, Plan, PositionRow};
 use crate::numeric::statistics::median;
@@ -201,6 +201,22 @@ pub fn plan_table(plan: &Plan, size: &dyn Fn(&str) -> f64, top: usize) -> String
         text.push('\n');
     }
     text
+}
+
+/// Columns of numbers under heads that wrap, so that many fit 80 columns.
+pub fn columns(header: &[String], rows: impl Iterator<Item = Vec<String>>) -> String {
+    let mut out = Table::new();
+    out.load_style(presets::NOTHING).set_content_arrangement(ContentArrangement::Dynamic).set_width(80).set_header(header.to_vec());
+    for column in 0..header.len() {
+        if let Some(column) = out.column_mut(column) {
+            column.set_cell_alignment(CellAlignment::Right);
+            column.set_padding((0, 1));
+        }
+    }
+    rows.for_each(|row| {
+        out.add_row(row);
+    });
+    out.to_string().lines().map(|l| format!("{}\n", l.trim_end())).collect()
 }
 
 /// Gaps by position or record.

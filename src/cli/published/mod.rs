@@ -82,6 +82,11 @@ fn stated(source: Source, quantity: &str, unit: &str, ours: f64, holds: bool, re
     }
 }
 
+/// A figure of ours for which the paper prints neither number nor statement.
+fn ours_alone(source: Source, quantity: &str, unit: &str, ours: f64, remark: &str) -> PublishedFigure {
+    PublishedFigure { verdict: "not printed".into(), ..stated(source, quantity, unit, ours, true, remark) }
+}
+
 /// A figure that only the paper has.
 fn unreachable(source: Source, quantity: &str, unit: &str, published: f64, remark: &str) -> PublishedFigure {
     PublishedFigure {

@@ -1,6 +1,6 @@
 //! The vertical axis under acceleration. The paper prints no value of any quantity: its equations stand against ours.
 
-use super::{Source, compared, machine, stated};
+use super::{Source, compared, machine, ours_alone, stated};
 use crate::cli::common::told;
 use crate::cli::sweep::{separations, static_stiffness};
 use crate::machine::{Machine, Operating};
@@ -75,12 +75,11 @@ pub fn figures() -> Result<Vec<PublishedFigure>, String> {
             0.005,
             remark,
         ));
-        figures.push(stated(
+        figures.push(ours_alone(
             at("Eq. 15"),
             &format!("acceleration where nut B unloads, {how}"),
             "m/s²",
             b.at,
-            true,
             "no number printed; ours for the chosen axis",
         ));
     }
