@@ -266,3 +266,40 @@ fn matrices_are_printed() {
     let condensed = json(&["simulate", "matrices", "--config", VERTICAL, "--condense"]);
     assert_eq!(condensed["coordinates"], serde_json::json!(["head"]));
 }
+
+/// Two screws carry the table: each takes half of an outside force, and lets go at twice 2^(3/2)·P.
+#[test]
+fn limit_an_outside_force_divides_over_two_screws() {
+    let document = json(&["simulate", "stiffness", "--config", TWIN, "--along", "force", "--from", "0", "--to", "7000"]);
+    let separations = document["separations"].as_array().unwrap();
+    let preload_n = 1000.0;
+    let expected = 2.0 * 2.0_f64.powf(1.5) * preload_n;
+    let bearing = separations.iter().find(|s| s["contact"] == "bearing-1").unwrap();
+    let at = bearing["at"].as_f64().unwrap();
+    assert!((at / expected - 1.0).abs() < 1e-6, "{at} against {expected}");
+}
+
+#[test]
+fn refuse_joints_between_a_translation_and_a_rotation() {
+    let folder = tempfile::tempdir().unwrap();
+    let text = fs::read_to_string(SERVO).unwrap();
+    let path = folder.path().join("bad.toml");
+    let refuse = |find: &str, put: &str, expected: &[&str]| {
+        assert!(text.contains(find), "{find}");
+        fs::write(&path, text.replacen(find, put, 1)).unwrap();
+        refused(&["simulate", "modes", "--config", path.to_str().unwrap()], expected);
+    };
+    refuse("\"motor\", \"screw-end\"]", "\"motor\", \"slide\"]", &["coupling", "«motor» is a rotation", "«slide» a translation"]);
+    refuse("angle = \"screw-angle\"", "angle = \"slide\"", &["joint.nut", "screw.angle", "«slide» is a translation"]);
+}
+
+/// The published bench's measurements stand in for no other machine.
+#[test]
+fn another_machine_does_not_stand_on_the_measurements_of_the_bench() {
+    let document = json(&["simulate", "modes", "--config", SERVO]);
+    let inputs: Vec<&str> = document["inputs"].as_array().unwrap().iter().map(|i| i["path"].as_str().unwrap()).collect();
+    assert_eq!(inputs, [SERVO]);
+    refused(&["simulate", "modes", "--config", SERVO, "--position", "l1"], &["l1", "none"]);
+    let (code, out, _) = run(&["simulate", "frf", "--config", TWIN, "--excitation", "table", "--response", "table"]);
+    assert!(code == Some(0) && out.contains("mid-stroke,"), "{out}");
+}
