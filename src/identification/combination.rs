@@ -73,9 +73,15 @@ fn sums(a: f64, b: f64) -> (f64, f64) {
     (a + b, a * b / (a + b))
 }
 
-/// Which of sum and harmonic sum stays while one of the two values is moved along the valley and the other follows: by a fifth at most of what the values
-/// themselves, and by half of what the other does at most. To first order both are the same for equal values, so that only a finite move tells.
-fn kept((i, j): (usize, usize), values: &[f64], certainty: &Certainty, valley: &impl Fn(usize, f64) -> Option<Vec<f64>>) -> Option<Kind> {
+/// Which of sum and harmonic sum stays while one of the two values is moved along the valley and the other follows, and by how much it changes
+/// all the same (relative): by a fifth at most of what the values do themselves, and by a quarter at most of what the other sum does. To first
+/// order both sums are the same for equal values, so that only a finite move tells.
+fn kept(
+    (i, j): (usize, usize),
+    values: &[f64],
+    certainty: &Certainty,
+    valley: &impl Fn(usize, f64) -> Option<Vec<f64>>,
+) -> Option<(Kind, f64)> {
     let here = sums(values[i], values[j]);
     let (mut moved, mut sum, mut harmonic) = (0.0_f64, 0.0_f64, 0.0_f64);
     // The one that is known less is moved, the other follows.
@@ -88,7 +94,7 @@ fn kept((i, j): (usize, usize), values: &[f64], certainty: &Certainty, valley: &
         harmonic = harmonic.max((now.1 / here.1).ln().abs());
     }
     let stays = |own: f64, other: f64| moved > 0.02 && own < 0.2 * moved && own < 0.25 * other;
-    if stays(harmonic, sum) { Some(Kind::Series) } else { stays(sum, harmonic).then_some(Kind::Parallel) }
+    if stays(harmonic, sum) { Some((Kind::Series, harmonic)) } else { stays(sum, harmonic).then_some((Kind::Parallel, sum)) }
 }
 
 fn combination(
@@ -96,7 +102,7 @@ fn combination(
     values: &[f64],
     certainty: &Certainty,
     (i, j): (usize, usize),
-    kept: Option<Kind>,
+    kept: Option<(Kind, f64)>,
 ) -> Combination {
     // Covariance of the logarithms.
     let width = |k: usize| (parameters[k].upper / parameters[k].lower).ln();
@@ -106,7 +112,7 @@ fn combination(
     let (a, b) = (values[i], values[j]);
     // Relative standard deviation of wᵢ·ln a + wⱼ·ln b.
     let spread_of = |wi: f64, wj: f64| (wi * wi * vi + wj * wj * vj + 2.0 * wi * wj * cij).max(0.0).sqrt();
-    let kind = kept.unwrap_or(if correlation > 0.0 { Kind::Ratio } else { Kind::Opposite });
+    let (kind, change) = kept.unwrap_or((if correlation > 0.0 { Kind::Ratio } else { Kind::Opposite }, 0.0));
     let sd = match kind {
         Kind::Series => spread_of(b / (a + b), a / (a + b)),
         Kind::Parallel => spread_of(a / (a + b), b / (a + b)),
@@ -118,7 +124,8 @@ fn combination(
         }
     };
     let (p, q, unit) = (&parameters[i].id, &parameters[j].id, &parameters[i].unit);
-    let percent = 196.0 * sd;
+    // What the noise leaves open, and what the valley shows that the sum is not quite what the data see.
+    let percent = 196.0 * sd + 100.0 * change;
     let text = match kind {
         Kind::Series => format!(
             "the data see {p} and {q} like springs in series: 1/(1/{p} + 1/{q}) = {:.4e} {unit} ± {percent:.1} %, but not how it divides between them",
