@@ -57,8 +57,7 @@ pub fn load(sources: &Sources) -> Result<Loaded, String> {
 /// As [`load`], for commands that need a machine and at most the positions of its set: the published bench's set stands in for no other machine.
 pub fn load_machine(sources: &Sources) -> Result<Loaded, String> {
     let config = read_machine(&sources.config, &sources.set, &sources.without).map_err(told)?;
-    let bench = crate::config::BENCH.trim_end_matches(".toml");
-    let other = sources.measurements == crate::measurement::BENCH && !config.path.starts_with(bench) && !config.path.contains("tian");
+    let other = sources.measurements == crate::measurement::BENCH && !config.path.contains("tian");
     let set = if other { MeasurementSet::none() } else { read_set(&sources.measurements).map_err(told)? };
     Ok(Loaded { config, set, overrides: sources.set.clone(), without: sources.without.clone() })
 }
@@ -168,20 +167,16 @@ pub fn settings(sources: &Sources, search: &SearchArguments, plan: &Plan) -> Set
 
 /// The stamp of a document.
 pub fn stamp(schema: &str, seed: u64, complete: bool, loaded: &Loaded, warnings: Vec<String>) -> Stamp {
-    let mut inputs = vec![Input { path: loaded.config.path.clone(), sha256: digest(loaded.config.text.as_bytes()) }];
-    inputs.extend(loaded.set.files.iter().map(|f| Input { path: f.path.clone(), sha256: digest(&f.bytes) }));
-    let mut all = loaded.set.warnings.clone();
-    all.extend(loaded.config.warnings.iter().cloned());
-    all.extend(warnings);
+    let alone = set_stamp(schema, &loaded.set, Vec::new());
+    let config = Input { path: loaded.config.path.clone(), sha256: digest(loaded.config.text.as_bytes()) };
     Stamp {
-        schema: format!("jointid/{schema}/1"),
-        tool_version: env!("CARGO_PKG_VERSION").into(),
         seed,
         complete,
-        inputs,
+        inputs: std::iter::once(config).chain(alone.inputs).collect(),
         overrides: loaded.overrides.clone(),
         without: loaded.without.clone(),
-        warnings: all,
+        warnings: alone.warnings.into_iter().chain(loaded.config.warnings.iter().cloned()).chain(warnings).collect(),
+        ..alone
     }
 }
 

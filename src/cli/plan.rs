@@ -2,7 +2,7 @@
 
 use super::arguments::{DataName, PlanArguments};
 use super::common::{CommandResult, Loaded, Outcome, deliver, document_input, load, prepare, read_document, rods, stamp, told};
-use super::validate::check_identification;
+use super::validate::{check_identification, identified_values};
 use crate::identification::{Choice, Design, FrfPlan};
 use crate::objective::{FrfSettings, ModeSettings};
 use crate::report::document::{ChoiceRow, Identification, Plan, PlanRanking};
@@ -21,10 +21,7 @@ pub fn run(given: &PlanArguments) -> CommandResult {
         let identified: Identification = read_document(path)?;
         check_identification(path, &identified)?;
         inputs.push(document_input(path)?);
-        for (value, parameter) in values.iter_mut().zip(&machine.parameters) {
-            let row = identified.parameters.get(&parameter.id);
-            *value = row.ok_or_else(|| format!("{}: has no parameter «{}»; identify again", path.display(), parameter.id))?.value;
-        }
+        values = identified_values(path, &identified, &loaded.config)?;
     }
     let frfs = given.data.map_or(!loaded.set.frfs.is_empty(), |d| d == DataName::Frf);
     let channels = channels(given, &loaded)?;

@@ -6,7 +6,7 @@ use super::common::Loaded;
 use crate::identification::{Combination, CombinationKind, Drawn, Identification};
 use crate::machine::Machine;
 use crate::measurement::{Line, MeasurementSet};
-use crate::numeric::statistics::{root_mean_square, root_sum_square};
+use crate::numeric::statistics::{root_mean_square, root_mean_square_of_parts, root_sum_square};
 use crate::objective::{FrfGap, GAIN_RANGE, MISSING, PositionPrediction};
 use crate::report::document::{BootstrapRow, CombinationRow, FrfRow, LonePeak, OrderRow, ParameterRow, PositionRow};
 use crate::unit::omega_rad_s;
@@ -168,8 +168,8 @@ pub fn gathered(frfs: &[FrfRow]) -> BTreeMap<String, PositionRow> {
         groups.entry(name(row)).or_default().push(row);
     }
     let mean = |rows: &[&FrfRow], pick: &dyn Fn(&FrfRow) -> Option<f64>| -> Option<f64> {
-        let squares: Option<Vec<f64>> = rows.iter().map(|r| Some(pick(r)?.powi(2) * r.lines as f64)).collect();
-        Some((squares?.iter().sum::<f64>() / rows.iter().map(|r| r.lines).sum::<usize>() as f64).sqrt())
+        let parts: Option<Vec<(f64, usize)>> = rows.iter().map(|r| Some((pick(r)?, r.lines))).collect();
+        root_mean_square_of_parts(parts?)
     };
     groups
         .into_iter()
@@ -191,8 +191,7 @@ pub fn gathered(frfs: &[FrfRow]) -> BTreeMap<String, PositionRow> {
 
 /// Gap over several positions: root mean square over their lines.
 pub fn gap_over<'r>(frfs: impl Iterator<Item = &'r FrfRow>) -> Option<f64> {
-    let (square, lines) = frfs.fold((0.0, 0), |(s, n), r| (s + r.gap * r.gap * r.lines as f64, n + r.lines));
-    (lines > 0).then(|| (square / lines as f64).sqrt())
+    root_mean_square_of_parts(frfs.map(|r| (r.gap, r.lines)))
 }
 
 /// Share of lines from which a positive Im of a driving point is told.

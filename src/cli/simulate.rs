@@ -10,7 +10,7 @@ use super::common::{
     CommandResult, Loaded, Outcome, deliver, document_input, load, load_machine, prepare, read_document, rods, stamp, told, warn,
 };
 use super::import::quantity;
-use super::validate::check_identification;
+use super::validate::{check_identification, identified_values};
 use super::{published, sweep};
 use crate::machine::{Chain, Machine, Operating};
 use crate::model::{Rods, Structure, undamped_modes};
@@ -186,10 +186,7 @@ fn frf(given: &FrfArguments) -> CommandResult {
         check_identification(path, identified)?;
         inputs.push(document_input(path)?);
         representation = identified.settings.lumps.map_or(Rods::Exact, Rods::Lumped);
-        for (value, parameter) in values.iter_mut().zip(&machine.parameters) {
-            let row = identified.parameters.get(&parameter.id);
-            *value = row.ok_or_else(|| format!("{}: has no parameter «{}»; identify again", path.display(), parameter.id))?.value;
-        }
+        values = identified_values(path, identified, &loaded.config)?;
     }
     let folder = prepare(&given.output)?;
     let quantity = quantity(given.quantity);

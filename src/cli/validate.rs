@@ -6,6 +6,7 @@ use std::path::Path;
 use super::arguments::{Sources, ValidateArguments};
 use super::common::{CommandResult, Outcome, deliver, document_input, load, prepare, read_document, stamp, told, warn};
 use super::rows;
+use crate::config::MachineConfig;
 use crate::measurement::{FitSet, HoldOutSet};
 use crate::model::Rods;
 use crate::objective::{FrfObjective, FrfSettings, MISSING, ModeObjective, ModeSettings, PositionPrediction};
@@ -34,13 +35,7 @@ pub fn run(given: &ValidateArguments) -> CommandResult {
             warnings.push(format!("{} has changed since the identification; identify again if the change matters", now.path));
         }
     }
-    let mut values = machine.start();
-    for (at, parameter) in machine.parameters.iter().enumerate() {
-        let row = identified.parameters.get(&parameter.id).ok_or_else(|| {
-            format!("{}: has no parameter «{}», which {} has; identify again", given.result.display(), parameter.id, sources.config)
-        })?;
-        values[at] = row.value;
-    }
+    let values = identified_values(&given.result, &identified, &loaded.config)?;
     let folder = prepare(&given.output)?;
     let whole_frfs = settings.objective == "frf";
     let same_set = given.measurements.is_none();
@@ -114,6 +109,16 @@ pub fn run(given: &ValidateArguments) -> CommandResult {
         }
         _ => Ok(Outcome::Done),
     }
+}
+
+/// Identified values of all parameters of a configured machine, in its order.
+pub fn identified_values(path: &Path, identified: &Identification, config: &MachineConfig) -> Result<Vec<f64>, String> {
+    let value = |id: &String| {
+        let row = identified.parameters.get(id);
+        row.map(|row| row.value)
+            .ok_or_else(|| format!("{}: has no parameter «{id}», which {} has; identify again", path.display(), config.path))
+    };
+    config.machine.parameters.iter().map(|p| value(&p.id)).collect()
 }
 
 /// Refuses a document of another form, and values outside their own ranges.

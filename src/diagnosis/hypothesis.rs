@@ -1,7 +1,7 @@
 //! What could be missing from a machine: one hypothesis is one patched machine.
 
 use crate::machine::{
-    Effect, FitRule, JointPatch, Machine, MachineError, Motion, Parameter, Patch, Place, PointPatch, Rescale, Scale, Source, Target,
+    Effect, FitRule, JointPatch, Machine, MachineError, Motion, Parameter, Patch, PointPatch, Rescale, Scale, Source, Target,
 };
 use crate::numeric::statistics::quantile;
 
@@ -264,9 +264,4 @@ fn typical(machine: &Machine) -> Typical {
         (stiffness, stiffness / 600.0, inertia)
     };
     Typical { translation: of(Motion::Translation), rotation: of(Motion::Rotation) }
-}
-
-/// Whether a machine has a shaft whose nut moves.
-pub fn has_stroke(machine: &Machine) -> bool {
-    machine.shafts.iter().any(|s| s.stations.iter().any(|t| t.place == Place::Nut))
 }

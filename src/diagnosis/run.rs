@@ -7,6 +7,7 @@ use super::hypothesis::{CHANNEL_SD, Hypothesis, NUT_SD_M, interfaces, with_nuisa
 use crate::identification::{Plan, identify};
 use crate::machine::{Effect, FitRule, Machine};
 use crate::measurement::{FitSet, HoldOutSet};
+use crate::numeric::statistics::root_mean_square_of_parts;
 use crate::objective::{FrfGap, FrfSettings, ObjectiveError};
 use crate::optimizer::Control;
 
@@ -106,22 +107,11 @@ fn close(a: &[f64], b: &[f64]) -> bool {
     a.iter().zip(b).all(|(a, b)| (a - b).abs() < 0.02)
 }
 
-/// Groups of FRFs left out together: those of a position, or of a record.
-fn groups(fit: &FitSet<'_>) -> Vec<Vec<usize>> {
-    let mut groups: Vec<Vec<usize>> = Vec::new();
-    let key = |i: usize| (fit.set.frfs[i].position, if fit.set.frfs[i].position.is_some() { None } else { fit.set.frfs[i].record.clone() });
-    for &i in &fit.frfs {
-        match groups.iter_mut().find(|g| key(g[0]) == key(i)) {
-            Some(group) => group.push(i),
-            None => groups.push(vec![i]),
-        }
-    }
-    groups
-}
-
 /// χ² of each group predicted by a fit without it, summed.
 fn left_out(fitter: &Fitter<'_>, hypothesis: &Hypothesis, fitted: &Fitted, control: &Control) -> Result<f64, ObjectiveError> {
-    let parts: Result<Vec<f64>, ObjectiveError> = groups(&fitter.fit)
+    let parts: Result<Vec<f64>, ObjectiveError> = fitter
+        .fit
+        .groups()
         .into_par_iter()
         .map(|group| {
             let without = |list: &[usize]| list.iter().copied().filter(|i| !group.contains(i)).collect::<Vec<usize>>();
@@ -256,6 +246,5 @@ pub fn locate(survey: &Survey, fitter: &Fitter<'_>, most: usize, control: &Contr
 
 /// Root mean square over FRFs of their gaps, line by line.
 pub fn gap_over(gaps: &[FrfGap]) -> Option<f64> {
-    let (square, lines) = gaps.iter().fold((0.0, 0), |(s, n), g| (s + g.gap * g.gap * g.lines as f64, n + g.lines));
-    (lines > 0).then(|| (square / lines as f64).sqrt())
+    root_mean_square_of_parts(gaps.iter().map(|g| (g.gap, g.lines)))
 }

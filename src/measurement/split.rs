@@ -24,6 +24,21 @@ pub struct HoldOutSet<'s> {
     pub frfs: Vec<usize>,
 }
 
+impl FitSet<'_> {
+    /// Its FRFs (by index) in groups that belong together: those of a position, or of a record where there is no position.
+    pub fn groups(&self) -> Vec<Vec<usize>> {
+        let same = |a: &Frf, b: &Frf| a.position == b.position && (a.position.is_some() || a.record == b.record);
+        let mut groups: Vec<Vec<usize>> = Vec::new();
+        for &i in &self.frfs {
+            match groups.iter_mut().find(|g| same(&self.set.frfs[g[0]], &self.set.frfs[i])) {
+                Some(group) => group.push(i),
+                None => groups.push(vec![i]),
+            }
+        }
+        groups
+    }
+}
+
 impl MeasurementSet {
     /// Indices of positions by name.
     ///

@@ -6,6 +6,12 @@ pub fn root_mean_square(values: impl IntoIterator<Item = f64>) -> Option<f64> {
     (count > 0).then(|| (sum / count as f64).sqrt())
 }
 
+/// Root mean square of parts, each with the number of values it stands for; `None` for nothing.
+pub fn root_mean_square_of_parts(parts: impl IntoIterator<Item = (f64, usize)>) -> Option<f64> {
+    let (square, count) = parts.into_iter().fold((0.0, 0), |(s, n), (rms, lines)| (s + rms * rms * lines as f64, n + lines));
+    (count > 0).then(|| (square / count as f64).sqrt())
+}
+
 /// Root of the summed squares; `None` for nothing.
 pub fn root_sum_square(values: impl IntoIterator<Item = f64>) -> Option<f64> {
     let (sum, count) = values.into_iter().fold((0.0, 0_usize), |(s, n), v| (s + v * v, n + 1));

@@ -65,11 +65,11 @@ pub(super) fn record(
         weight: Vec::new(),
         noise_sd: Vec::new(),
     };
+    let stated = frf.lines.iter().any(|l| frf.component_sd(l).is_some());
     for line in frf.lines.iter().filter(|l| (settings.band_hz.0..=settings.band_hz.1).contains(&l.frequency_hz)) {
         let omega = omega_rad_s(line.frequency_hz);
         let noise_sd = frf.component_sd(line);
         let sd = noise_sd.unwrap_or(0.0).hypot(settings.model_error);
-        let stated = frf.lines.iter().any(|l| frf.component_sd(l).is_some());
         if !(sd > 0.0) && !stated {
             let fault = "nothing is known of the noise of its lines; give a model error above 0 with --frf-model-error";
             return Err(ObjectiveError::Data(format!("{}: {fault}", frf.source)));

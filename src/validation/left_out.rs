@@ -62,17 +62,6 @@ fn groups(fit: &FitSet<'_>, whole_frfs: bool) -> Vec<(Vec<usize>, Vec<usize>)> {
         let observed = |p: &usize| set.modes.as_ref().is_some_and(|m| m.positions[*p].iter().any(|m| m.frequency_hz.is_some()));
         return fit.positions.iter().copied().filter(observed).map(|p| (vec![p], Vec::new())).collect();
     }
-    let key = |i: usize| match set.frfs[i].position {
-        Some(position) => (Some(position), None),
-        None => (None, set.frfs[i].record.clone()),
-    };
-    type Key = (Option<usize>, Option<String>);
-    let mut groups: Vec<(Key, Vec<usize>)> = Vec::new();
-    for &i in &fit.frfs {
-        match groups.iter_mut().find(|(k, _)| *k == key(i)) {
-            Some((_, list)) => list.push(i),
-            None => groups.push((key(i), vec![i])),
-        }
-    }
-    groups.into_iter().map(|((position, _), frfs)| (position.into_iter().collect(), frfs)).collect()
+    let group = |frfs: Vec<usize>| (set.frfs[frfs[0]].position.into_iter().collect(), frfs);
+    fit.groups().into_iter().map(group).collect()
 }
