@@ -1,7 +1,8 @@
 //! What could be missing from a machine: one hypothesis is one patched machine.
 
 use crate::machine::{
-    Effect, FitRule, JointPatch, Machine, MachineError, Motion, Parameter, Patch, PointPatch, Rescale, Scale, Source, Target,
+    Effect, FitRule, JointPatch, Machine, MachineError, Motion, Operating, Parameter, Patch, PointPatch, Rescale, Scale, Shaft, Source,
+    Station, Target,
 };
 use crate::numeric::statistics::quantile;
 
@@ -91,6 +92,13 @@ impl Hypothesis {
     }
 }
 
+/// Points at a shaft's ends, with their motions: its journals are thinner than the rod it is described as.
+fn ends(shaft: &Shaft) -> Vec<(Motion, usize)> {
+    let (first, last) = (shaft.stations.first(), shaft.stations.last());
+    let of = |station: &Station| [(Motion::Translation, station.axial), (Motion::Rotation, station.torsion)];
+    [first, last].into_iter().flatten().flat_map(of).filter_map(|(motion, point)| Some((motion, point?))).collect()
+}
+
 fn nuisance_parameter(id: String, start: f64, sd: f64) -> Parameter {
     Parameter {
         id,
@@ -113,6 +121,7 @@ fn nuisance_parameter(id: String, start: f64, sd: f64) -> Parameter {
 ///
 /// # Errors  none for a machine that was checked.
 pub fn with_nuisances(machine: &Machine) -> Result<Machine, MachineError> {
+    let start = machine.start();
     let mut patch = Patch::default();
     let mut add = |target: Target, rescale: Rescale, parameter: Parameter| {
         patch.rescales.push((target, rescale, parameter.id.clone()));
@@ -124,14 +133,22 @@ pub fn with_nuisances(machine: &Machine) -> Result<Machine, MachineError> {
         add(Target::ShaftModulus(name.clone()), Rescale::Relative, nuisance_parameter(format!("~modulus {name}"), 0.0, 0.003));
         let loss = Parameter { lower: 0.0, upper: 0.012, ..nuisance_parameter(format!("~loss {name}"), 1e-3, 2e-3) };
         add(Target::ShaftLossFactor(name.clone()), Rescale::Added, loss);
+        for (motion, point) in ends(shaft) {
+            let inertia = shaft.inertia(motion, &start, &Operating::default());
+            let name = &machine.points[point].name;
+            let parameter = Parameter {
+                unit: if motion == Motion::Translation { "kg" } else { "kg*m^2" }.into(),
+                ..nuisance_parameter(format!("~end {name}"), 0.0, 0.03 * inertia)
+            };
+            add(Target::PointInertia(name.clone()), Rescale::Added, parameter);
+        }
     }
     for joint in machine.joints.iter().filter(|j| j.on.len() > 1 || j.stiffness.depends_on().next().is_some()) {
         let loss = Parameter { lower: 0.0, upper: 0.15, ..nuisance_parameter(format!("~loss {}", joint.name), 0.0, 0.02) };
         add(Target::JointLossFactor(joint.name.clone()), Rescale::Added, loss);
     }
     for (motion, sd) in [(Motion::Translation, 0.01), (Motion::Rotation, 0.02)] {
-        let start = machine.start();
-        let size = |p: &crate::machine::Point| p.inertia.at(&start, &crate::machine::Operating::default());
+        let size = |p: &crate::machine::Point| p.inertia.at(&start, &Operating::default());
         let largest = machine.points.iter().filter(|p| p.motion == motion && size(p) > 0.0).max_by(|a, b| size(a).total_cmp(&size(b)));
         if let Some(point) = largest {
             let parameter = nuisance_parameter(format!("~inertia {}", point.name), 0.0, sd);
@@ -253,7 +270,7 @@ impl Typical {
 
 fn typical(machine: &Machine) -> Typical {
     let start = machine.start();
-    let operating = crate::machine::Operating { nut_m: machine.stroke_m().map(|s| 0.5 * s), ..Default::default() };
+    let operating = Operating { nut_m: machine.stroke_m().map(|s| 0.5 * s), ..Default::default() };
     let of = |motion: Motion| {
         let joints = machine.joints.iter().filter(|j| j.on.first().is_some_and(|(p, _)| machine.points[*p].motion == motion));
         let middle = |values: Vec<f64>, usual: f64| quantile(values.into_iter().filter(|x| *x > 0.0), 0.5).unwrap_or(usual);

@@ -214,7 +214,7 @@ pub fn survey(machine: &Machine, effects: &[Effect], fitter: &Fitter<'_>, seed: 
 pub fn fitter<'s>(fit: &FitSet<'s>, settings: &Settings) -> Fitter<'s> {
     Fitter {
         fit: fit.clone(),
-        settings: FrfSettings { nut_sd_m: NUT_SD_M, channel_sd: CHANNEL_SD, ..settings.frf },
+        settings: FrfSettings { nut_sd_m: NUT_SD_M, channel_sd: CHANNEL_SD, of_level: true, ..settings.frf },
         frozen: settings.frozen.clone(),
     }
 }

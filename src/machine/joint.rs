@@ -17,7 +17,7 @@ pub struct Joint {
     pub stiffness: Value,
     /// Viscous damping c (N·s/m or N·m·s/rad).
     pub damping: Value,
-    /// Loss factor η: k times 1 + iη.
+    /// Loss factor η: k times 1 + η·(i + 2/π·ln(ω/ω₀)), ω₀ = 2π·100 rad/s, the causal form of 1 + iη.
     pub loss_factor: Value,
     /// Relaxation stiffness (N/m or N·m/rad) in series with the damper: c acts through it. `None`: a plain damper.
     pub relaxation_stiffness: Option<Value>,

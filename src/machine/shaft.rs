@@ -1,6 +1,6 @@
 //! Uniform shafts: rods with axial and torsional vibration between stations.
 
-use super::{Operating, Value};
+use super::{Motion, Operating, Value};
 
 /// Where a station sits on its shaft.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -39,7 +39,7 @@ pub struct Shaft {
     pub shear_modulus: Value,
     /// Density ρ (kg/m³).
     pub density: Value,
-    /// Loss factor η of the material: E and G times 1 + iη.
+    /// Loss factor η of the material: E and G times 1 + η·(i + 2/π·ln(ω/ω₀)), ω₀ = 2π·100 rad/s, the causal form of 1 + iη.
     pub loss_factor: Value,
     /// Stations from left to right.
     pub stations: Vec<Station>,
@@ -53,5 +53,21 @@ impl Shaft {
             Place::Nut => operating.nut_m,
             Place::End => Some(self.length.at(parameters, operating)),
         }
+    }
+
+    /// Mass (kg) of the shaft, or its moment of inertia (kg·m²) about its axis.
+    pub fn inertia(&self, motion: Motion, parameters: &[f64], operating: &Operating) -> f64 {
+        let at = |value: &Value| value.at(parameters, operating);
+        let diameter_m = at(&self.diameter);
+        let mass_kg = at(&self.density) * at(&self.length) * std::f64::consts::FRAC_PI_4 * diameter_m * diameter_m;
+        match motion {
+            Motion::Translation => mass_kg,
+            Motion::Rotation => mass_kg * diameter_m * diameter_m / 8.0,
+        }
+    }
+
+    /// Whether a point moves with one of its stations.
+    pub fn carries(&self, point: usize) -> bool {
+        self.stations.iter().any(|s| s.axial == Some(point) || s.torsion == Some(point))
     }
 }

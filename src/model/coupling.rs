@@ -102,7 +102,7 @@ pub fn coupled_receptances(network: &Network, machine: &Machine, omega_rad_s: f6
 ///
 /// # Source  Tian et al., Eq. 1–2 and 10–11: h11 = h22 = −cot(λx)/(Aλ), h12 = h21 = −csc(λx)/(Aλ). Deviation: cot for cos.
 fn free_rod(rod: &Rod, omega_rad_s: f64) -> [Complex64; 2] {
-    let material = Complex64::new(1.0, rod.loss_factor);
+    let material = rod.material(omega_rad_s);
     let phase = Complex64::from(omega_rad_s * rod.transit_s) / material.sqrt();
     let scale = -(phase * material * rod.stiffness).inv();
     let sin = phase.sin();

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use num_complex::Complex64;
 
-use super::rod::{Rod, RodEntries};
+use super::rod::{Rod, RodEntries, loss};
 use super::structure::{Rods, Structure};
 use crate::machine::{Machine, Operating};
 
@@ -19,15 +19,22 @@ pub(super) struct JointNumbers {
 }
 
 impl JointNumbers {
-    /// Complex stiffness k(1 + iη) + iωc, the damper through its relaxation spring where it has one; and its slope with ω.
+    /// Stiffness with its loss, k·(1 + η·(i + 2/π·ln(ω/ω₀))), and its slope with ω.
+    fn spring(&self, omega_rad_s: f64) -> (Complex64, f64) {
+        let (added, slope) = loss(omega_rad_s);
+        let h = self.stiffness * self.loss_factor;
+        (self.stiffness + added * h, slope * h)
+    }
+
+    /// Complex stiffness: spring with its loss, and iωc, the damper through its relaxation spring where it has one; and its slope with ω.
     pub(super) fn dynamic(&self, omega_rad_s: f64) -> (Complex64, Complex64) {
-        let spring = Complex64::new(self.stiffness, self.stiffness * self.loss_factor);
+        let (spring, spring_slope) = self.spring(omega_rad_s);
         match self.relaxation_stiffness {
-            None => (spring + Complex64::new(0.0, omega_rad_s * self.damping), Complex64::new(0.0, self.damping)),
+            None => (spring + Complex64::new(0.0, omega_rad_s * self.damping), Complex64::new(spring_slope, self.damping)),
             Some(series) => {
                 let damper = Complex64::new(0.0, omega_rad_s * self.damping);
                 let share = (1.0 + damper / series).inv();
-                (spring + damper * share, Complex64::new(0.0, self.damping) * share * share)
+                (spring + damper * share, spring_slope + Complex64::new(0.0, self.damping) * share * share)
             }
         }
     }
@@ -213,9 +220,10 @@ impl Network {
         let shape = &self.structure;
         let pattern = &shape.elimination;
         let square = omega_rad_s * omega_rad_s;
+        let (added, _) = loss(omega_rad_s);
         let spring_dampers = self.stiffness.iter().zip(&self.damping).zip(&self.loss);
         for (entry, ((k, c), h)) in work.complex.iter_mut().zip(spring_dampers) {
-            *entry = Complex64::new(*k, omega_rad_s * c + h);
+            *entry = Complex64::new(*k + h * added.re, omega_rad_s * c + h);
         }
         for (slot, m) in shape.diagonal.iter().zip(&self.inertia) {
             work.complex[*slot].re -= square * m;
@@ -237,7 +245,7 @@ impl Network {
             }
         }
         for (joint, on) in self.joints.iter().zip(&shape.joints).filter(|(j, _)| j.relaxation_stiffness.is_some()) {
-            let damper = joint.dynamic(omega_rad_s).0 - Complex64::new(joint.stiffness, joint.stiffness * joint.loss_factor);
+            let damper = joint.dynamic(omega_rad_s).0 - joint.spring(omega_rad_s).0;
             for (at, &(i, a)) in on.iter().enumerate() {
                 for &(j, b) in &on[..=at] {
                     work.complex[pattern.entry(i, j)] += damper * (a * b);
@@ -309,11 +317,11 @@ impl Network {
             let y: Complex64 = on.iter().map(|&(i, c)| b[i] * c).sum();
             let product = x * y;
             sum += match joint.relaxation_stiffness {
-                None => Complex64::new(-product.im * joint.damping, product.re * joint.damping),
+                None => Complex64::new(-product.im * joint.damping, product.re * joint.damping) + product * joint.spring(omega_rad_s).1,
                 Some(_) => product * joint.dynamic(omega_rad_s).1,
             };
         }
-        for (entries, rod_shape) in rods.iter().zip(&shape.rods) {
+        for ((entries, rod), rod_shape) in rods.iter().zip(&self.rods).zip(&shape.rods) {
             let (i, j) = (rod_shape.along[0], rod_shape.along[1]);
             let (xi, xj) = (i.map_or(zero, |i| a[i]), j.map_or(zero, |j| a[j]));
             let (yi, yj) = (i.map_or(zero, |i| b[i]), j.map_or(zero, |j| b[j]));
@@ -321,7 +329,9 @@ impl Network {
             sum += if entries.lossless {
                 direct * entries.direct_slope.re + cross * entries.cross_slope.re
             } else {
-                direct * entries.direct_slope + cross * entries.cross_slope
+                let (by_direct, by_cross) = entries.by_material(omega_rad_s);
+                let drift = loss(omega_rad_s).1 * rod.loss_factor / rod.material(omega_rad_s);
+                direct * (entries.direct_slope + by_direct * drift) + cross * (entries.cross_slope + by_cross * drift)
             };
         }
         sum

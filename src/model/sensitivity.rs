@@ -12,7 +12,7 @@
 use num_complex::Complex64;
 
 use super::network::{Network, Workspace};
-use super::rod::RodEntries;
+use super::rod::{RodEntries, loss};
 use crate::machine::{Machine, Operating};
 
 /// A number that the dynamic stiffness is made of.
@@ -144,8 +144,8 @@ impl Network {
         let i = Complex64::i();
         match element {
             Element::Inertia(at) => -a[at] * b[at] * (omega * omega),
-            Element::Stiffness(joint) => across(joint) * Complex64::new(1.0, self.joints[joint].loss_factor),
-            Element::Loss(joint) => across(joint) * (i * self.joints[joint].stiffness),
+            Element::Stiffness(joint) => across(joint) * (1.0 + loss(omega).0 * self.joints[joint].loss_factor),
+            Element::Loss(joint) => across(joint) * (loss(omega).0 * self.joints[joint].stiffness),
             Element::Damping(joint) => {
                 let numbers = &self.joints[joint];
                 let share =
@@ -175,8 +175,6 @@ impl Network {
         which: fn(usize) -> Element,
     ) -> Complex64 {
         let (shape, rod) = (&self.structure.rods[index], &self.rods[index]);
-        let i = Complex64::i();
-        let material = Complex64::new(1.0, rod.loss_factor);
         let zero = Complex64::new(0.0, 0.0);
         let end = |x: &[Complex64], at: Option<usize>| at.map_or(zero, |at| x[at]);
         let (ai, aj) = (end(a, shape.along[0]), end(a, shape.along[1]));
@@ -186,10 +184,10 @@ impl Network {
         let (of_direct, of_cross) = match which(index) {
             Element::RodStiffness(_) => (entry.direct / rod.stiffness, entry.cross / rod.stiffness),
             Element::RodTransit(_) => (entry.direct_slope * (omega / rod.transit_s), entry.cross_slope * (omega / rod.transit_s)),
-            // φ = ω·t/√(1 + iη) and A·(1 + iη).
             _ => {
-                let scale = i / material;
-                ((entry.direct - entry.direct_slope * (0.5 * omega)) * scale, (entry.cross - entry.cross_slope * (0.5 * omega)) * scale)
+                let scale = loss(omega).0 / rod.material(omega);
+                let (direct, cross) = entry.by_material(omega);
+                (direct * scale, cross * scale)
             }
         };
         direct * of_direct + cross * of_cross

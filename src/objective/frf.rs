@@ -23,6 +23,9 @@ pub struct FrfSettings {
     pub nut_sd_m: f64,
     /// Standard deviations of ln(gain) and of the delay (s) of each channel, two unknowns more for each: known beforehand that well. 0: exact.
     pub channel_sd: (f64, f64),
+    /// Whether the model's error is a share of the level around a line, a third of an octave to either side, rather than of the line itself: where
+    /// |H| is less than around it, near antiresonances, ln H tells little.
+    pub of_level: bool,
     /// How rods are represented.
     pub rods: Rods,
 }
@@ -30,7 +33,14 @@ pub struct FrfSettings {
 impl Default for FrfSettings {
     /// One percent and all lines: the repeatability of a hammer test that was set up anew.
     fn default() -> Self {
-        FrfSettings { model_error: 0.01, band_hz: (0.0, f64::INFINITY), nut_sd_m: 0.0, channel_sd: (0.0, 0.0), rods: Rods::Exact }
+        FrfSettings {
+            model_error: 0.01,
+            band_hz: (0.0, f64::INFINITY),
+            nut_sd_m: 0.0,
+            channel_sd: (0.0, 0.0),
+            of_level: false,
+            rods: Rods::Exact,
+        }
     }
 }
 

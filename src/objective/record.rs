@@ -4,7 +4,7 @@ use num_complex::Complex64;
 
 use super::{FrfSettings, ObjectiveError};
 use crate::machine::Operating;
-use crate::measurement::{Frf, MeasurementSet};
+use crate::measurement::{Frf, Line, MeasurementSet};
 use crate::numeric::statistics::median;
 use crate::unit::omega_rad_s;
 
@@ -65,11 +65,16 @@ pub(super) fn record(
         weight: Vec::new(),
         noise_sd: Vec::new(),
     };
+    let around = if settings.of_level { levels(frf) } else { Vec::new() };
     let stated = frf.lines.iter().any(|l| frf.component_sd(l).is_some());
-    for line in frf.lines.iter().filter(|l| (settings.band_hz.0..=settings.band_hz.1).contains(&l.frequency_hz)) {
+    let in_band = |(_, l): &(usize, &Line)| (settings.band_hz.0..=settings.band_hz.1).contains(&l.frequency_hz);
+    let mut model_errors = Vec::new();
+    for (at, line) in frf.lines.iter().enumerate().filter(in_band) {
+        let model_error = settings.model_error * around.get(at).map_or(1.0, |level| (level / line.value.norm()).max(1.0));
+        model_errors.push(model_error);
         let omega = omega_rad_s(line.frequency_hz);
         let noise_sd = frf.component_sd(line);
-        let sd = noise_sd.unwrap_or(0.0).hypot(settings.model_error);
+        let sd = noise_sd.unwrap_or(0.0).hypot(model_error);
         if !(sd > 0.0) && !stated {
             let fault = "nothing is known of the noise of its lines; give a model error above 0 with --frf-model-error";
             return Err(ObjectiveError::Data(format!("{}: {fault}", frf.source)));
@@ -81,9 +86,9 @@ pub(super) fn record(
     }
     // A line whose noise is not stated is as noisy as the middle one of its record, not free of noise.
     if let Some(middle) = median(record.noise_sd.iter().flatten().copied()) {
-        for (weight, noise_sd) in record.weight.iter_mut().zip(&record.noise_sd) {
+        for ((weight, noise_sd), model_error) in record.weight.iter_mut().zip(&record.noise_sd).zip(&model_errors) {
             if noise_sd.is_none() {
-                *weight = 1.0 / (middle * middle + settings.model_error * settings.model_error);
+                *weight = 1.0 / (middle * middle + model_error * model_error);
             }
         }
     }
@@ -92,6 +97,26 @@ pub(super) fn record(
         return Err(ObjectiveError::Data(format!("{}: has no accepted line from {from} to {to} Hz; widen --band", frf.source)));
     }
     Ok(record)
+}
+
+/// Geometric mean of |H| over a third of an octave to either side of each line, in the quantity recorded.
+fn levels(frf: &Frf) -> Vec<f64> {
+    let lines = &frf.lines;
+    let (mut from, mut to, mut sum) = (0, 0, 0.0);
+    lines
+        .iter()
+        .map(|line| {
+            while to < lines.len() && lines[to].frequency_hz <= line.frequency_hz * f64::cbrt(2.0) {
+                sum += lines[to].value.norm().ln();
+                to += 1;
+            }
+            while lines[from].frequency_hz < line.frequency_hz / f64::cbrt(2.0) {
+                sum -= lines[from].value.norm().ln();
+                from += 1;
+            }
+            f64::exp(sum / (to - from) as f64)
+        })
+        .collect()
 }
 
 /// FRFs that are looked at together must share frequencies: else the one says nothing of the other.
