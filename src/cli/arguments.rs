@@ -30,6 +30,11 @@ pub enum Command {
     /// Set multi-position against single-position identification
     #[command(after_help = "Example:\n  jointid compare --positions l1,l3,l5 --single l3,l5")]
     Compare(CompareArguments),
+    /// Say where model and machine disagree, which effect is missing, and how far the gap closes
+    #[command(
+        after_help = "Example:\n  jointid diagnose --without rotor-hold --positions l1,l3,l5\n  jointid diagnose --config axis.toml --measurements axis --out results"
+    )]
+    Diagnose(DiagnoseArguments),
     /// Make a measurement set of universal files or tables
     #[command(
         after_help = "Example:\n  jointid import tap.uff --list\n  jointid import tap.uff --out bench --pattern 'pos {}' --nut-m l1=0.6"
@@ -162,6 +167,38 @@ pub struct IdentifyArguments {
     /// Records (or positions) to hold out
     #[arg(long, value_name = "NAMES", value_delimiter = ',')]
     pub hold_out: Vec<String>,
+    #[command(flatten)]
+    pub search: SearchArguments,
+    #[command(flatten)]
+    pub output: Output,
+}
+
+/// `diagnose`.
+#[derive(Debug, Args)]
+pub struct DiagnoseArguments {
+    #[command(flatten)]
+    pub sources: Sources,
+    /// Positions (or records) to fit; all others are held out
+    #[arg(long, value_name = "NAMES", value_delimiter = ',')]
+    pub positions: Option<Vec<String>>,
+    /// Records (or positions) to hold out
+    #[arg(long, value_name = "NAMES", value_delimiter = ',')]
+    pub hold_out: Vec<String>,
+    /// Candidates; all that apply by default
+    #[arg(long, value_name = "EFFECTS", value_delimiter = ',')]
+    pub effects: Vec<String>,
+    /// No candidates
+    #[arg(long, value_name = "EFFECTS", value_delimiter = ',')]
+    pub exclude: Vec<String>,
+    /// Simulated nulls that thresholds rest on
+    #[arg(long, value_name = "N", default_value_t = 60, value_parser = clap::value_parser!(u16).range(20..=2000))]
+    pub nulls: u16,
+    /// Folder where nulls are kept; the platform's cache by default
+    #[arg(long, value_name = "DIR")]
+    pub cache: Option<PathBuf>,
+    /// Keep no nulls, and use none
+    #[arg(long)]
+    pub no_cache: bool,
     #[command(flatten)]
     pub search: SearchArguments,
     #[command(flatten)]

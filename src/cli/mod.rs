@@ -4,6 +4,7 @@ mod arguments;
 mod common;
 mod compare;
 mod convergence;
+mod diagnose;
 mod friction;
 mod identify;
 mod import;
@@ -31,6 +32,7 @@ pub fn run() -> ExitCode {
         Command::Identify(given) => identify::run(&given),
         Command::Validate(given) => validate::run(&given),
         Command::Compare(given) => compare::run(&given),
+        Command::Diagnose(given) => diagnose::run(&given),
         Command::Import(given) => import::import(&given),
         Command::Export(given) => import::export(&given),
         Command::Peaks(given) => peaks::run(&given),

@@ -194,6 +194,8 @@ pub struct EffectFile {
     /// Id.
     pub id: String,
     says: String,
+    signature: Option<String>,
+    separates: Option<String>,
     #[serde(default)]
     needs: Vec<String>,
     #[serde(default)]
@@ -454,6 +456,8 @@ impl EffectFile {
             },
             id: self.id,
             says: self.says,
+            signature: self.signature,
+            separates: self.separates,
             needs: self.needs,
         })
     }

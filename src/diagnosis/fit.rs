@@ -1,12 +1,12 @@
 //! Hypotheses fitted jointly with the nominal parameters and the nuisances.
 
 use nalgebra::DVector;
-use rayon::prelude::*;
 
+use super::domain::{Compared, Domain, Part, gaps};
 use super::hypothesis::Hypothesis;
 use crate::measurement::{FitSet, HoldOutSet};
-use crate::objective::{FrfGap, FrfObjective, FrfSettings, ObjectiveError};
-use crate::optimizer::{Control, LeastSquares, least_squares};
+use crate::objective::ObjectiveError;
+use crate::optimizer::{Control, least_squares_within};
 
 /// A fitted hypothesis: a place for each parameter of its machine, and for what belongs to the data (gain, nut positions).
 #[derive(Debug, Clone, PartialEq)]
@@ -23,17 +23,21 @@ pub struct Fitted {
 
 /// Best starts that are followed down.
 const FOLLOWED: usize = 3;
-/// Steps on thinned data and on all.
-const THIN_STEPS: u64 = 60;
-const STEPS: u64 = 60;
+/// Lines of each FRF on which starts are tried.
+const COARSE: usize = 80;
+/// Steps on few lines and on all.
+const COARSE_STEPS: u64 = 40;
+const STEPS: u64 = 40;
+/// Relative gain of χ² at which a descent ends.
+const TOLERANCE: f64 = 1e-4;
 
 /// What hypotheses are fitted to.
 #[derive(Debug, Clone)]
 pub struct Fitter<'s> {
     /// Data to fit.
     pub fit: FitSet<'s>,
-    /// Weights and band.
-    pub settings: FrfSettings,
+    /// FRFs or modes, their weights and band.
+    pub domain: Domain,
     /// Parameters that keep their start values.
     pub frozen: Vec<String>,
 }
@@ -45,71 +49,113 @@ impl<'s> Fitter<'s> {
         Fitter { fit, ..self.clone() }
     }
 
+    /// Positions (or records) that are left out one after another: what is kept, and what is left out.
+    pub fn blocks(&self) -> Vec<(FitSet<'s>, FitSet<'s>)> {
+        let set = self.fit.set;
+        let without = |all: &[usize], left: &[usize]| all.iter().copied().filter(|i| !left.contains(i)).collect::<Vec<usize>>();
+        match self.domain {
+            Domain::Frf(_) => self
+                .fit
+                .groups()
+                .into_iter()
+                .map(|group| {
+                    let kept = FitSet { frfs: without(&self.fit.frfs, &group), ..self.fit.clone() };
+                    (kept, FitSet { frfs: group, ..self.fit.clone() })
+                })
+                .collect(),
+            Domain::Modes(_) => self
+                .fit
+                .positions
+                .iter()
+                .map(|p| {
+                    let kept = FitSet { positions: without(&self.fit.positions, &[*p]), ..self.fit.clone() };
+                    (kept, FitSet { set, positions: vec![*p], frfs: Vec::new() })
+                })
+                .collect(),
+        }
+    }
+
     /// The objective of a hypothesis. A parameter it releases is not frozen.
     ///
-    /// # Errors  as [`FrfObjective::new`].
-    pub fn objective<'h>(&self, hypothesis: &'h Hypothesis) -> Result<FrfObjective<'h>, ObjectiveError> {
+    /// # Errors  as [`Compared::new`].
+    pub fn objective<'h>(&self, hypothesis: &'h Hypothesis) -> Result<Compared<'h>, ObjectiveError> {
         let released: Vec<&String> = hypothesis.added.iter().map(|i| &hypothesis.machine.parameters[*i].id).collect();
         let frozen: Vec<String> = self.frozen.iter().filter(|id| !released.contains(id)).cloned().collect();
-        FrfObjective::new(&hypothesis.machine, &self.fit, self.settings, &frozen)
+        Compared::new(hypothesis, &self.fit, self.domain, &frozen)
     }
 
     /// Follows χ² down from a place.
-    pub fn descend(&self, objective: &FrfObjective<'_>, from: &Fitted, steps: u64, control: &Control) -> Fitted {
+    pub fn descend(&self, objective: &Compared<'_>, from: &Fitted, steps: u64, control: &Control) -> Fitted {
         let place = place_of(objective, from);
-        let polished = least_squares(objective, &place, &[], steps, control.stop());
+        let polished = objective.squares(|squares| least_squares_within(squares, &place, &[], (steps, TOLERANCE), control.stop()));
         read_back(objective, from, &polished.place, polished.normal.chi_square)
     }
 
-    /// Fits a hypothesis from fits of the nominal machine: amplitudes over their whole range are tried by one linear step, the best followed down on
-    /// thinned data, and the best of those on all.
+    /// Fits a hypothesis from fits of the nominal machine: amplitudes over their whole range are tried, the best followed down on few lines, and the
+    /// best of those on all. Nested: from the first base with the effect at nothing χ² can only fall.
     ///
-    /// # Errors  as [`FrfObjective::new`].
+    /// # Errors  as [`Compared::new`].
     pub fn fit(&self, hypothesis: &Hypothesis, bases: &[Fitted], control: &Control) -> Result<Fitted, ObjectiveError> {
         let objective = self.objective(hypothesis)?;
-        let thin = objective.thinned();
+        let coarse = objective.coarse(COARSE);
+        let few = coarse.as_ref().unwrap_or(&objective);
+        let linear = coarse.is_some();
         let mut starts: Vec<(f64, Fitted)> = bases
-            .par_iter()
-            .flat_map_iter(|base| amplitudes(hypothesis).into_iter().map(move |added| start_of(hypothesis, base, &added)))
+            .iter()
+            .flat_map(|base| amplitudes(hypothesis).into_iter().map(move |added| start_of(hypothesis, base, &added)))
             .map(|start| {
-                let place = place_of(&thin, &start);
-                let normal = thin.normal(&place);
-                (promised(&normal), start)
+                let place = place_of(few, &start);
+                // One linear step where derivatives are cheap; χ² as it is where they are not.
+                let cost = few.squares(|squares| if linear { promised(&squares.normal(&place)) } else { squares.chi_square(&place) });
+                (cost, start)
             })
             .collect();
-        // The first start is the nominal fit with the effect at nothing.
-        let nothing = starts.remove(0);
+        let nothing = starts.remove(0).1;
         starts.sort_by(|a, b| a.0.total_cmp(&b.0));
         starts.truncate(FOLLOWED);
-        let mut ends: Vec<Fitted> = starts.par_iter().map(|(_, start)| self.descend(&thin, start, THIN_STEPS, control)).collect();
+        let mut ends: Vec<Fitted> = starts.iter().map(|(_, start)| self.descend(few, start, COARSE_STEPS, control)).collect();
         ends.sort_by(|a, b| a.chi_square.total_cmp(&b.chi_square));
         let agrees = ends.len() < 2 || ends[1].chi_square <= ends[0].chi_square * 1.01 + 1.0;
-        // Nested: from the nominal fit with the effect at nothing χ² can only fall.
-        let (far, near) =
-            rayon::join(|| self.descend(&objective, &ends[0], STEPS, control), || self.descend(&objective, &nothing.1, STEPS, control));
-        let best = if far.chi_square < near.chi_square { far } else { near };
+        let near = self.descend(&objective, &nothing, STEPS, control);
+        let best = match ends.first() {
+            None => near,
+            Some(end) => {
+                let far = if linear { self.descend(&objective, end, STEPS, control) } else { end.clone() };
+                if far.chi_square < near.chi_square { far } else { near }
+            }
+        };
         Ok(Fitted { agrees, ..best })
+    }
+
+    /// The least χ² that one linear step from any amplitude promises, on few lines.
+    ///
+    /// # Errors  as [`Compared::new`].
+    pub fn promise(&self, hypothesis: &Hypothesis, bases: &[Fitted]) -> Result<f64, ObjectiveError> {
+        let objective = self.objective(hypothesis)?;
+        let coarse = objective.coarse(COARSE);
+        let few = coarse.as_ref().unwrap_or(&objective);
+        let starts = bases.iter().flat_map(|base| amplitudes(hypothesis).into_iter().map(move |added| start_of(hypothesis, base, &added)));
+        let cost = |start: Fitted| few.squares(|squares| promised(&squares.normal(&place_of(few, &start))));
+        Ok(starts.map(cost).fold(f64::INFINITY, f64::min))
     }
 
     /// χ² of other data of the set with the parameters of a fit, nut positions as stated.
     ///
-    /// # Errors  as [`FrfObjective::new`].
+    /// # Errors  as [`Compared::new`].
     pub fn loss(&self, hypothesis: &Hypothesis, fitted: &Fitted) -> Result<f64, ObjectiveError> {
         let objective = self.objective(hypothesis)?;
         let mut place = place_of(&objective, fitted);
         place[objective.nut_coordinates()].iter_mut().for_each(|u| *u = 0.5);
-        Ok(objective.chi_square(&place))
+        Ok(objective.residuals(&place).norm_squared())
     }
 
-    /// Gaps of FRFs with the parameters of a fit.
+    /// Gaps of data with the parameters of a fit.
     ///
-    /// # Errors  as [`FrfObjective::held_out`].
-    pub fn gaps(&self, hypothesis: &Hypothesis, fitted: &Fitted, data: &HoldOutSet<'_>) -> Result<Vec<FrfGap>, ObjectiveError> {
-        let objective = FrfObjective::held_out(&hypothesis.machine, data, self.settings)?;
-        let values = values_of(hypothesis, fitted);
+    /// # Errors  as [`gaps`].
+    pub fn gaps(&self, hypothesis: &Hypothesis, fitted: &Fitted, data: &HoldOutSet<'_>) -> Result<Vec<Part>, ObjectiveError> {
         let own = self.objective(hypothesis)?;
         let gain = own.gain(&place_of(&own, fitted));
-        Ok(objective.gaps(&values, gain))
+        gaps(hypothesis, &values_of(hypothesis, fitted), gain, data, self.domain)
     }
 }
 
@@ -126,13 +172,13 @@ pub fn at_start(hypothesis: &Hypothesis) -> Fitted {
 
 /// The place of a fit in the unit cube of an objective. The data may be others than those of the fit: gain and channels are kept, nut positions
 /// begin as stated. The best gain where none is known yet.
-fn place_of(objective: &FrfObjective<'_>, fitted: &Fitted) -> Vec<f64> {
-    let place: Vec<f64> = objective.free.iter().map(|i| fitted.units[*i]).collect();
+pub fn place_of(objective: &Compared<'_>, fitted: &Fitted) -> Vec<f64> {
+    let place: Vec<f64> = objective.free().iter().map(|i| fitted.units[*i]).collect();
     if fitted.tail.is_empty() {
         return objective.extended(&place);
     }
     let nuts = objective.nut_coordinates();
-    let rest = LeastSquares::dimension(objective) - nuts.end;
+    let rest = objective.dimension() - nuts.end;
     let gain = nuts.start - place.len();
     let same_data = fitted.tail.len() == gain + nuts.len() + rest;
     let mut place = place;
@@ -146,16 +192,16 @@ fn place_of(objective: &FrfObjective<'_>, fitted: &Fitted) -> Vec<f64> {
     place
 }
 
-fn read_back(objective: &FrfObjective<'_>, from: &Fitted, place: &[f64], chi_square: f64) -> Fitted {
+fn read_back(objective: &Compared<'_>, from: &Fitted, place: &[f64], chi_square: f64) -> Fitted {
     let mut units = from.units.clone();
-    for (&index, &u) in objective.free.iter().zip(place) {
+    for (&index, &u) in objective.free().iter().zip(place) {
         units[index] = u;
     }
-    Fitted { units, tail: place[objective.free.len()..].to_vec(), chi_square, agrees: from.agrees }
+    Fitted { units, tail: place[objective.free().len()..].to_vec(), chi_square, agrees: from.agrees }
 }
 
 /// A nominal fit with the added parameters at given places.
-fn start_of(hypothesis: &Hypothesis, base: &Fitted, added: &[f64]) -> Fitted {
+pub fn start_of(hypothesis: &Hypothesis, base: &Fitted, added: &[f64]) -> Fitted {
     let described = &hypothesis.machine.parameters;
     let mut units: Vec<f64> = base.units.clone();
     units.extend(described.iter().skip(base.units.len()).map(|p| p.to_unit(p.start)));
@@ -166,7 +212,7 @@ fn start_of(hypothesis: &Hypothesis, base: &Fitted, added: &[f64]) -> Fitted {
 }
 
 /// Places of the added parameters to try: their start, and a lattice over the unit cube (Halton's sequence).
-fn amplitudes(hypothesis: &Hypothesis) -> Vec<Vec<f64>> {
+pub fn amplitudes(hypothesis: &Hypothesis) -> Vec<Vec<f64>> {
     let described: Vec<_> = hypothesis.added.iter().map(|i| &hypothesis.machine.parameters[*i]).collect();
     let start: Vec<f64> = described.iter().map(|p| p.to_unit(p.start)).collect();
     let count = match described.len() {

@@ -1,9 +1,17 @@
 //! Why model and machine disagree: where the gap lies, which effect the description leaves out, how far the gap shrinks once it is in.
 
+mod bootstrap;
+mod domain;
 mod fit;
 mod hypothesis;
+mod null;
 mod run;
+mod verdict;
 
-pub use fit::{Fitted, Fitter, at_start, values_of};
+pub use bootstrap::closed_interval;
+pub use domain::{Compared, Domain, Part, floor_over, gap_over, gaps};
+pub use fit::{Fitted, Fitter, at_start, place_of, values_of};
 pub use hypothesis::{CHANNEL_SD, Hypothesis, Kind, NUT_SD_M, Shape, interfaces, with_nuisances};
-pub use run::{Candidate, Settings, Status, Survey, fitter, gap_over, locate, survey};
+pub use null::{Null, simulate};
+pub use run::{Candidate, Status, Survey, fitter, hypotheses, left_out, locate, nominal, nominal_fits, survey};
+pub use verdict::{Diagnosis, KnownNull, Located, Settings, Tried, Verdict, VerdictKind, closed, diagnose};

@@ -1,26 +1,15 @@
-//! A whole diagnosis: nominal fit, candidates fitted jointly, ranking inside the fit positions, gap closed on what was held out.
+//! The survey: the nominal machine fitted, and every candidate fitted jointly with it.
 
 use rayon::prelude::*;
 
-use super::fit::{Fitted, Fitter, at_start};
+use super::domain::Domain;
+use super::fit::{Fitted, Fitter, at_start, values_of};
 use super::hypothesis::{CHANNEL_SD, Hypothesis, NUT_SD_M, interfaces, with_nuisances};
 use crate::identification::{Plan, identify};
-use crate::machine::{Effect, FitRule, Machine};
+use crate::machine::{Base, Effect, FitRule, Machine};
 use crate::measurement::{FitSet, HoldOutSet};
-use crate::numeric::statistics::root_mean_square_of_parts;
-use crate::objective::{FrfGap, FrfSettings, ObjectiveError};
+use crate::objective::{FrfSettings, ObjectiveError};
 use crate::optimizer::Control;
-
-/// How a diagnosis is made.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Settings {
-    /// Weights and band of the FRFs.
-    pub frf: FrfSettings,
-    /// Parameters that keep their start values.
-    pub frozen: Vec<String>,
-    /// Seed.
-    pub seed: u64,
-}
 
 /// What became of a candidate.
 #[derive(Debug, Clone, PartialEq)]
@@ -48,28 +37,58 @@ pub struct Candidate {
     pub left_out: Option<f64>,
 }
 
+impl Candidate {
+    fn without_fit(id: &str, status: Status) -> Self {
+        Candidate { id: id.into(), status, fitted: None, gain: 0.0, left_out: None }
+    }
+}
+
 /// The nominal machine fitted, and the candidates.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Survey {
-    /// The machine with its nuisances.
+    /// The machine with its nuisances, or with effects that were selected before.
     pub nominal: Hypothesis,
-    /// Its fits from several places, best first.
-    pub bases: Vec<Fitted>,
+    /// Its best fit.
+    pub base: Fitted,
     /// As [`Candidate::left_out`], of the nominal machine.
-    pub nominal_left_out: f64,
+    pub nominal_left_out: Option<f64>,
     /// Candidates, the largest decrease of χ² first.
     pub candidates: Vec<Candidate>,
 }
 
 /// Steps of the nominal fits.
-const NOMINAL_STEPS: u64 = 300;
-/// Candidates whose positions are left out one after another.
-const LEFT_OUT: usize = 6;
+const NOMINAL_STEPS: u64 = 120;
+/// Steps of a fit without one position.
+const LEFT_OUT_STEPS: u64 = 12;
+/// Candidates whose nominal parameters the others start from, too.
+const SHARED: usize = 2;
+/// A power of iω nearer to 0 than this is no other quantity.
+const LEAST_POWER: f64 = 0.6;
 
-/// Fits the nominal machine from a search and from its start values.
+/// The fitter of a diagnosis: for FRFs nut positions, gains and delays of channels are known to a standard deviation, and the model's error is a
+/// share of the level around a line.
+pub fn fitter<'s>(fit: &FitSet<'s>, domain: Domain, frozen: &[String]) -> Fitter<'s> {
+    let domain = match domain {
+        Domain::Frf(settings) => Domain::Frf(FrfSettings { nut_sd_m: NUT_SD_M, channel_sd: CHANNEL_SD, of_level: true, ..settings }),
+        modes @ Domain::Modes(_) => modes,
+    };
+    Fitter { fit: fit.clone(), domain, frozen: frozen.to_vec() }
+}
+
+/// The machine a diagnosis starts from: for FRFs with its nuisances; modes are too few to carry them, the error of their model stands for them.
+///
+/// # Errors  as [`with_nuisances`].
+pub fn nominal(machine: &Machine, domain: Domain) -> Result<Hypothesis, ObjectiveError> {
+    Ok(Hypothesis::nominal(match domain {
+        Domain::Frf(_) => with_nuisances(machine)?,
+        Domain::Modes(_) => machine.clone(),
+    }))
+}
+
+/// Fits the nominal machine from searches and from its start values; best first.
 ///
 /// # Errors  as [`identify`].
-fn nominal_fits(
+pub fn nominal_fits(
     machine: &Machine,
     fitter: &Fitter<'_>,
     nominal: &Hypothesis,
@@ -77,14 +96,11 @@ fn nominal_fits(
     control: &Control,
 ) -> Result<Vec<Fitted>, ObjectiveError> {
     let none = HoldOutSet { set: fitter.fit.set, positions: Vec::new(), frfs: Vec::new() };
-    let plan = Plan {
-        frf: Some(FrfSettings { nut_sd_m: 0.0, channel_sd: (0.0, 0.0), ..fitter.settings }),
-        frozen: fitter.frozen.clone(),
-        seed,
-        repeats: 2,
-        profile: false,
-        ..Plan::default()
-    };
+    let mut plan = Plan { frozen: fitter.frozen.clone(), seed, repeats: 1, profile: false, ..Plan::default() };
+    match fitter.domain {
+        Domain::Frf(settings) => plan.frf = Some(FrfSettings { nut_sd_m: 0.0, channel_sd: (0.0, 0.0), ..settings }),
+        Domain::Modes(settings) => (plan.settings, plan.repeats) = (settings, 2),
+    }
     let mut starts = vec![at_start(nominal)];
     // With every parameter frozen there is nothing to search.
     if let Ok(found) = identify(machine, &fitter.fit, &none, &plan, control) {
@@ -97,9 +113,12 @@ fn nominal_fits(
         }
     }
     let objective = fitter.objective(nominal)?;
-    let mut fits: Vec<Fitted> = starts.iter().map(|s| fitter.descend(&objective, s, NOMINAL_STEPS, control)).collect();
+    let mut fits: Vec<Fitted> = starts.par_iter().map(|s| fitter.descend(&objective, s, NOMINAL_STEPS, control)).collect();
     fits.sort_by(|a, b| a.chi_square.total_cmp(&b.chi_square));
-    fits.dedup_by(|a, b| (a.chi_square - b.chi_square).abs() < 1e-3 * b.chi_square && close(&a.units, &b.units));
+    // A search that ended far above the best is no place to start from.
+    let best = fits[0].chi_square;
+    fits.retain(|f| f.chi_square <= 1.5 * best + 10.0);
+    fits.dedup_by(|a, b| close(&a.units, &b.units));
     Ok(fits)
 }
 
@@ -107,128 +126,135 @@ fn close(a: &[f64], b: &[f64]) -> bool {
     a.iter().zip(b).all(|(a, b)| (a - b).abs() < 0.02)
 }
 
-/// χ² of each group predicted by a fit without it, summed.
-fn left_out(fitter: &Fitter<'_>, hypothesis: &Hypothesis, fitted: &Fitted, control: &Control) -> Result<f64, ObjectiveError> {
+/// χ² of each position (or record) predicted by a fit without it, summed.
+///
+/// # Errors  as [`Fitter::objective`].
+pub fn left_out(fitter: &Fitter<'_>, hypothesis: &Hypothesis, fitted: &Fitted, control: &Control) -> Result<f64, ObjectiveError> {
     let parts: Result<Vec<f64>, ObjectiveError> = fitter
-        .fit
-        .groups()
+        .blocks()
         .into_par_iter()
-        .map(|group| {
-            let without = |list: &[usize]| list.iter().copied().filter(|i| !group.contains(i)).collect::<Vec<usize>>();
-            let kept = fitter.on(FitSet { frfs: without(&fitter.fit.frfs), ..fitter.fit.clone() });
+        .map(|(kept, left)| {
+            let kept = fitter.on(kept);
             let objective = kept.objective(hypothesis)?;
-            let part = kept.descend(&objective, fitted, 15, control);
-            fitter.on(FitSet { frfs: group, ..fitter.fit.clone() }).loss(hypothesis, &part)
+            let part = kept.descend(&objective, fitted, LEFT_OUT_STEPS, control);
+            fitter.on(left).loss(hypothesis, &part)
         })
         .collect();
     Ok(parts?.into_iter().sum())
 }
 
-/// Fits the nominal machine and every candidate.
-///
-/// # Errors  as [`identify`]; a candidate that fails is told among the candidates.
-pub fn survey(machine: &Machine, effects: &[Effect], fitter: &Fitter<'_>, seed: u64, control: &Control) -> Result<Survey, ObjectiveError> {
-    let nominal = Hypothesis::nominal(with_nuisances(machine)?);
-    let mut bases = nominal_fits(machine, fitter, &nominal, seed, control)?;
-    let mut candidates: Vec<Candidate> = Vec::new();
-    let mut hypotheses: Vec<Hypothesis> = Vec::new();
+/// Hypotheses of all effects that apply, of frozen parameters released, and candidates that do not apply.
+pub fn hypotheses(machine: &Machine, nominal: &Hypothesis, effects: &[Effect], frozen: &[String]) -> (Vec<Hypothesis>, Vec<Candidate>) {
+    let (mut apply, mut others) = (Vec::new(), Vec::new());
     for effect in effects {
-        let inapplicable =
-            |why: String| Candidate { id: effect.id.clone(), status: Status::NotApplicable(why), fitted: None, gain: 0.0, left_out: None };
         if machine.effects.contains(&effect.id) {
-            candidates.push(inapplicable("the machine contains it already".into()));
+            others.push(Candidate::without_fit(&effect.id, Status::NotApplicable("the machine contains it already".into())));
         } else if let Some(name) = machine.lacks(effect) {
-            candidates.push(inapplicable(format!("the machine has no «{name}»")));
+            others.push(Candidate::without_fit(&effect.id, Status::NotApplicable(format!("the machine has no «{name}»"))));
         } else {
             match nominal.with(effect) {
-                Ok(hypothesis) => hypotheses.push(hypothesis),
-                Err(error) => candidates.push(inapplicable(error.to_string())),
+                Ok(hypothesis) => apply.push(hypothesis),
+                Err(error) => others.push(Candidate::without_fit(&effect.id, Status::NotApplicable(error.to_string()))),
             }
         }
     }
     for (index, parameter) in machine.parameters.iter().enumerate() {
-        if fitter.frozen.contains(&parameter.id) || parameter.fit == FitRule::Never {
-            hypotheses.push(nominal.releasing(index));
+        if frozen.contains(&parameter.id) || parameter.fit == FitRule::Never {
+            apply.push(nominal.releasing(index));
         }
     }
-    let mut fits: Vec<Result<Fitted, ObjectiveError>> =
-        hypotheses.par_iter().map(|hypothesis| fitter.fit(hypothesis, &bases, control)).collect();
-    // A candidate may have found a deeper basin of the nominal machine: then the nominal fit was the one that failed.
+    (apply, others)
+}
+
+/// Fits every candidate from fits of the nominal machine, then all of them again from the nominal parameters of the best: what one finds, the
+/// others must be able to start from. A deeper basin of the nominal machine that turns up on the way becomes its fit.
+///
+/// # Errors  as [`Fitter::objective`]; a candidate that fails is told among the candidates.
+pub fn survey(
+    fitter: &Fitter<'_>,
+    nominal: Hypothesis,
+    bases: Vec<Fitted>,
+    (hypotheses, others): (Vec<Hypothesis>, Vec<Candidate>),
+    control: &Control,
+) -> Result<Survey, ObjectiveError> {
+    type Fit = Result<Fitted, ObjectiveError>;
+    let better = |first: Fit, second: Fit| match (first, second) {
+        (Ok(a), Ok(b)) => Ok(if b.chi_square < a.chi_square { b } else { a }),
+        (Ok(a), Err(_)) | (Err(_), Ok(a)) => Ok(a),
+        (Err(a), Err(_)) => Err(a),
+    };
+    let mut fits: Vec<Fit> = hypotheses.par_iter().map(|h| fitter.fit(h, &bases, control)).collect();
     let objective = fitter.objective(&nominal)?;
+    let own = nominal.machine.parameters.len();
     let mut deepest: Vec<&Fitted> = fits.iter().filter_map(|f| f.as_ref().ok()).collect();
     deepest.sort_by(|a, b| a.chi_square.total_cmp(&b.chi_square));
-    let again: Vec<Fitted> = deepest
-        .into_iter()
-        .take(3)
-        .map(|f| Fitted { units: f.units[..nominal.machine.parameters.len()].to_vec(), ..f.clone() })
-        .map(|start| fitter.descend(&objective, &start, NOMINAL_STEPS, control))
-        .filter(|f| f.chi_square < bases[0].chi_square * (1.0 - 1e-3) - 1.0)
-        .collect();
-    if !again.is_empty() {
-        bases.extend(again);
-        bases.sort_by(|a, b| a.chi_square.total_cmp(&b.chi_square));
-        fits = hypotheses
-            .par_iter()
-            .zip(fits)
-            .map(|(hypothesis, first)| match (fitter.fit(hypothesis, &bases[..1], control), first) {
-                (Ok(second), Ok(first)) => Ok(if second.chi_square < first.chi_square { second } else { first }),
-                (second, _) => second,
-            })
-            .collect();
-    }
-    let base = bases[0].chi_square;
-    let tried: Vec<Candidate> = hypotheses
-        .into_par_iter()
-        .zip(fits)
-        .map(|(hypothesis, fit)| {
-            let id = hypothesis.id.clone();
-            match fit {
-                // A larger machine that fits worse is a failed fit, not a rejected candidate.
-                Ok(fitted) if fitted.chi_square > base * (1.0 + 1e-3) + 3.0 => Candidate {
-                    id,
-                    status: Status::Failed("its fit ends above the machine without it".into()),
-                    fitted: None,
-                    gain: 0.0,
-                    left_out: None,
-                },
-                Ok(fitted) => {
-                    let gain = (base - fitted.chi_square).max(0.0);
-                    Candidate { id, status: Status::Tried, fitted: Some((hypothesis, fitted)), gain, left_out: None }
-                }
-                Err(error) => Candidate { id, status: Status::Failed(error.to_string()), fitted: None, gain: 0.0, left_out: None },
-            }
-        })
-        .collect();
-    candidates.extend(tried);
-    candidates.sort_by(|a, b| b.gain.total_cmp(&a.gain));
-    let nominal_left_out = left_out(fitter, &nominal, &bases[0], control)?;
-    for candidate in candidates.iter_mut().filter(|c| c.fitted.is_some()).take(LEFT_OUT) {
-        if let Some((hypothesis, fitted)) = &candidate.fitted {
-            candidate.left_out = left_out(fitter, hypothesis, fitted, control).ok();
+    let mut shared: Vec<Fitted> = Vec::new();
+    for fitted in deepest.into_iter().take(6) {
+        let start = Fitted { units: fitted.units[..own].to_vec(), ..fitted.clone() };
+        let apart = |other: &Fitted| !close(&other.units, &start.units);
+        if shared.len() < SHARED && fitted.chi_square < 0.9 * bases[0].chi_square && shared.iter().chain(&bases).all(apart) {
+            shared.push(start);
         }
     }
-    Ok(Survey { nominal, bases, nominal_left_out, candidates })
+    let mut base = bases[0].clone();
+    if !shared.is_empty() {
+        let again: Vec<Fitted> = shared.par_iter().map(|s| fitter.descend(&objective, s, NOMINAL_STEPS, control)).collect();
+        for fitted in again {
+            if fitted.chi_square < base.chi_square {
+                base = fitted;
+            }
+        }
+        shared.insert(0, base.clone());
+        let second: Vec<Fit> = hypotheses.par_iter().map(|h| fitter.fit(h, &shared, control)).collect();
+        fits = fits.into_iter().zip(second).map(|(a, b)| better(a, b)).collect();
+    }
+    let mut candidates: Vec<Candidate> = hypotheses
+        .into_iter()
+        .zip(fits)
+        .map(|(hypothesis, fit)| match fit {
+            // A larger machine that fits worse is a failed fit, not a rejected candidate.
+            Ok(fitted) if fitted.chi_square > base.chi_square * (1.0 + 1e-2) + 3.0 => {
+                Candidate::without_fit(&hypothesis.id, Status::Failed("its fit ends above the machine without it".into()))
+            }
+            Ok(fitted) => {
+                let told = tells(&hypothesis, &fitted);
+                let gain = if told { (base.chi_square - fitted.chi_square).max(0.0) } else { 0.0 };
+                Candidate { id: hypothesis.id.clone(), status: Status::Tried, fitted: Some((hypothesis, fitted)), gain, left_out: None }
+            }
+            Err(error) => Candidate::without_fit(&hypothesis.id, Status::Failed(error.to_string())),
+        })
+        .collect();
+    candidates.sort_by(|a, b| b.gain.total_cmp(&a.gain));
+    candidates.extend(others);
+    Ok(Survey { nominal, base, nominal_left_out: None, candidates })
 }
 
-/// The fitter of a diagnosis: FRFs to fit, nut positions known to half a millimetre.
-pub fn fitter<'s>(fit: &FitSet<'s>, settings: &Settings) -> Fitter<'s> {
-    Fitter {
-        fit: fit.clone(),
-        settings: FrfSettings { nut_sd_m: NUT_SD_M, channel_sd: CHANNEL_SD, of_level: true, ..settings.frf },
-        frozen: settings.frozen.clone(),
+/// Whether what was fitted is what the effect says: another quantity is another power of iω, not a slight slope.
+fn tells(hypothesis: &Hypothesis, fitted: &Fitted) -> bool {
+    match hypothesis.machine.chain.power.base {
+        Base::Parameter(index) if hypothesis.added.contains(&index) => values_of(hypothesis, fitted)[index].abs() > LEAST_POWER,
+        _ => true,
     }
 }
 
-/// Every interface and shape, ranked by χ² of positions that were left out, best first: where something is missing.
+/// Every interface and shape, ranked by χ² of positions that were left out, best first: where something is missing. The most promising by one step
+/// are fitted.
 ///
-/// # Errors  as [`survey`].
+/// # Errors  as [`Fitter::objective`].
 pub fn locate(survey: &Survey, fitter: &Fitter<'_>, most: usize, control: &Control) -> Result<Vec<Candidate>, ObjectiveError> {
-    let base = survey.bases[0].chi_square;
-    let mut found: Vec<Candidate> = interfaces(&survey.nominal)
+    let base = &survey.base;
+    let bases = [base.clone()];
+    let mut promising: Vec<(f64, Hypothesis)> = interfaces(&survey.nominal)
         .into_par_iter()
-        .filter_map(|hypothesis| {
-            let fitted = fitter.fit(&hypothesis, &survey.bases[..1], control).ok()?;
-            let gain = (base - fitted.chi_square).max(0.0);
+        .filter_map(|hypothesis| Some((fitter.promise(&hypothesis, &bases).ok()?, hypothesis)))
+        .collect();
+    promising.sort_by(|a, b| a.0.total_cmp(&b.0));
+    promising.truncate(2 * most);
+    let mut found: Vec<Candidate> = promising
+        .into_par_iter()
+        .filter_map(|(_, hypothesis)| {
+            let fitted = fitter.fit(&hypothesis, &bases, control).ok()?;
+            let gain = (base.chi_square - fitted.chi_square).max(0.0);
             Some(Candidate { id: hypothesis.id.clone(), status: Status::Tried, fitted: Some((hypothesis, fitted)), gain, left_out: None })
         })
         .collect();
@@ -239,12 +265,5 @@ pub fn locate(survey: &Survey, fitter: &Fitter<'_>, most: usize, control: &Contr
             candidate.left_out = left_out(fitter, hypothesis, fitted, control).ok();
         }
     }
-    let loss = |c: &Candidate| c.left_out.unwrap_or(f64::INFINITY);
-    found.sort_by(|a, b| loss(a).total_cmp(&loss(b)));
     Ok(found)
-}
-
-/// Root mean square over FRFs of their gaps, line by line.
-pub fn gap_over(gaps: &[FrfGap]) -> Option<f64> {
-    root_mean_square_of_parts(gaps.iter().map(|g| (g.gap, g.lines)))
 }

@@ -2,7 +2,7 @@
 
 use rayon::prelude::*;
 
-use crate::objective::{FrfObjective, ModeObjective, ModeSquares};
+use crate::objective::{COARSE_LINES, FrfObjective, ModeObjective, ModeSquares};
 use crate::optimizer::{Control, Cost, Found, LeastSquares, Polished, SearchSettings, least_squares};
 
 /// Members of the last population that least squares starts from, and how far apart in some coordinate they are.
@@ -112,7 +112,7 @@ impl Problem for FrfObjective<'_> {
     }
     /// Least squares on some lines from several members, then on all lines from the best.
     fn polish(&self, found: &Found, control: &Control) -> (Vec<f64>, f64, u64) {
-        let thin = self.thinned();
+        let thin = self.thinned(COARSE_LINES);
         let mut starts: Vec<&Vec<f64>> = Vec::new();
         for member in &found.population {
             let apart = |other: &&Vec<f64>| member.iter().zip(*other).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max) > APART;

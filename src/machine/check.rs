@@ -97,7 +97,7 @@ impl Machine {
                 return Err(fault(part, format!("at_m = {here_m} is outside the shaft of {length_m} m")));
             }
             // Where the nut stands is checked with the operating condition.
-            if station.place == super::Place::Nut {
+            if matches!(station.place, super::Place::Nut | super::Place::BesideNut(_)) {
                 continue;
             }
             if last_m.is_some_and(|last| last >= here_m) {

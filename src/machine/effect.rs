@@ -167,6 +167,10 @@ pub struct Effect {
     pub id: String,
     /// One sentence for the user.
     pub says: String,
+    /// What it looks like in measurements, where that was written down.
+    pub signature: Option<String>,
+    /// The measurement that tells it from its look-alikes, where that was written down.
+    pub separates: Option<String>,
     /// The points, joints or shafts a machine must have for it to apply, by name.
     pub needs: Vec<String>,
     /// What it adds.

@@ -9,12 +9,14 @@ pub enum Place {
     At(f64),
     /// At the nut, wherever that is.
     Nut,
+    /// At a distance (m) from the nut, towards the right end.
+    BesideNut(f64),
     /// At the shaft's right end.
     End,
 }
 
 /// A named place on a shaft and the points that move with it.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Station {
     /// Where it is.
     pub place: Place,
@@ -51,6 +53,7 @@ impl Shaft {
         match place {
             Place::At(distance_m) => Some(distance_m),
             Place::Nut => operating.nut_m,
+            Place::BesideNut(offset_m) => operating.nut_m.map(|nut_m| nut_m + offset_m),
             Place::End => Some(self.length.at(parameters, operating)),
         }
     }

@@ -113,7 +113,7 @@ impl Network {
                 let share = with_end * shaft.length.at(parameters, operating) / length_m;
                 with(&shaft.length, -share, share);
             }
-            let at_nut = |p| f64::from(u8::from(p == crate::machine::Place::Nut));
+            let at_nut = |p| f64::from(u8::from(matches!(p, crate::machine::Place::Nut | crate::machine::Place::BesideNut(_))));
             if let Some(nut) = nut {
                 let share = (at_nut(rod_shape.places.1) - at_nut(rod_shape.places.0)) / length_m;
                 push(nut, -k * share, t * share);

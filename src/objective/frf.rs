@@ -45,7 +45,7 @@ impl Default for FrfSettings {
 }
 
 /// Most lines of one FRF in the coarse cost that the global search sees.
-const COARSE_LINES: usize = 120;
+pub const COARSE_LINES: usize = 120;
 
 /// The gap of one FRF.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -299,6 +299,21 @@ impl<'m> FrfObjective<'m> {
         self.residuals_here(&Here { parameters: parameters.to_vec(), log_gain: gain.ln(), nut_shift_m: Vec::new(), channels: Vec::new() })
     }
 
+    /// Residuals of all records at a place of the free parameters, gain, nut positions and channels.
+    pub fn residuals_at(&self, place: &[f64]) -> Vec<Vec<Complex64>> {
+        self.residuals_here(&self.here(place))
+    }
+
+    /// The same lines and weights with every residual at a place changed by what is given: data another machine would have made.
+    #[must_use]
+    pub fn shifted(&self, by: &[Vec<Complex64>]) -> FrfObjective<'m> {
+        let mut other = self.resampled(&self.lines().iter().map(|n| vec![1.0; *n]).collect::<Vec<_>>());
+        for (record, by) in other.records.iter_mut().zip(by) {
+            record.measured.iter_mut().zip(by).for_each(|(h, by)| *h *= by.exp());
+        }
+        other
+    }
+
     fn residuals_here(&self, here: &Here) -> Vec<Vec<Complex64>> {
         self.records
             .par_iter()
@@ -431,13 +446,13 @@ impl<'m> FrfObjective<'m> {
         }
     }
 
-    /// The same data with as many lines of each record as the coarse cost sees.
+    /// The same data with at most so many lines of each record.
     #[must_use]
-    pub fn thinned(&self) -> FrfObjective<'m> {
+    pub fn thinned(&self, most: usize) -> FrfObjective<'m> {
         let counts: Vec<Vec<f64>> = self.lines().iter().map(|n| vec![1.0; *n]).collect();
         let mut thin = self.resampled(&counts);
         for record in &mut thin.records {
-            let stride = record.omega_rad_s.len().div_ceil(COARSE_LINES);
+            let stride = record.omega_rad_s.len().div_ceil(most);
             record.omega_rad_s = record.omega_rad_s.iter().step_by(stride).copied().collect();
             record.measured = record.measured.iter().step_by(stride).copied().collect();
             record.weight = record.weight.iter().step_by(stride).copied().collect();

@@ -6,7 +6,7 @@ mod pairing;
 mod record;
 mod squares;
 
-pub use frf::{FrfGap, FrfObjective, FrfSettings};
+pub use frf::{COARSE_LINES, FrfGap, FrfObjective, FrfSettings};
 pub use modes::{AmplitudeFit, Deviation, ModeObjective, ModeSettings, Objective, PositionPrediction};
 pub use pairing::{MISSING, Pair, VISIBLE, pair};
 pub use record::Record;

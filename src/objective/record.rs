@@ -6,7 +6,7 @@ use super::{FrfSettings, ObjectiveError};
 use crate::machine::Operating;
 use crate::measurement::{Frf, Line, MeasurementSet};
 use crate::numeric::statistics::median;
-use crate::unit::omega_rad_s;
+use crate::unit::{frequency_hz, omega_rad_s};
 
 /// Lines that are summed in one piece; sums are made in the order of the pieces, whatever the number of threads.
 const PIECE: usize = 256;
@@ -29,6 +29,23 @@ pub struct Record {
     pub(super) weight: Vec<f64>,
     /// s of the noise alone, where it is known.
     pub(super) noise_sd: Vec<Option<f64>>,
+}
+
+impl Record {
+    /// Standard deviation of one component of ln H that noise alone causes, line by line, where it is known.
+    pub fn noise(&self) -> &[Option<f64>] {
+        &self.noise_sd
+    }
+
+    /// Frequencies of its lines (Hz).
+    pub fn frequencies_hz(&self) -> Vec<f64> {
+        self.omega_rad_s.iter().map(|omega| frequency_hz(*omega)).collect()
+    }
+
+    /// Magnitudes of its lines, as a receptance.
+    pub fn magnitudes(&self) -> Vec<f64> {
+        self.measured.iter().map(|h| h.norm()).collect()
+    }
 }
 
 /// The imaginary part brought into (−π, π].

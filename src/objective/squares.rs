@@ -1,5 +1,6 @@
 //! Objectives as sums of squares: FRFs with exact derivatives; modes by central differences, since peaks of |H| have no closed form.
 
+use nalgebra::{DMatrix, DVector};
 use num_complex::Complex64;
 use rayon::prelude::*;
 
@@ -84,8 +85,21 @@ impl FrfObjective<'_> {
 
     /// Normal equations of some lines of a record, in coordinates of the unit cube.
     fn piece(&self, record: &Record, here: &Here, columns: &[Option<usize>], lines: std::ops::Range<usize>) -> Normal {
+        let mut normal = Normal::zero(LeastSquares::dimension(self));
+        self.rows(record, here, columns, lines, |weight, residual, slopes| normal.add(weight, residual, slopes));
+        normal
+    }
+
+    /// Calls `each(weight, residual, slopes)` for real and imaginary part of some lines of a record, in coordinates of the unit cube.
+    fn rows(
+        &self,
+        record: &Record,
+        here: &Here,
+        columns: &[Option<usize>],
+        lines: std::ops::Range<usize>,
+        mut each: impl FnMut(f64, f64, &[f64]),
+    ) {
         let dimension = LeastSquares::dimension(self);
-        let mut normal = Normal::zero(dimension);
         let mut scratch = self.borrow(record.structure);
         let (parameters, operating) = (&here.parameters, here.operating(record));
         let nut = self.nut_column(record.nut);
@@ -131,11 +145,36 @@ impl FrfObjective<'_> {
                 (re[column], im[column]) = (-SPAN * self.settings.channel_sd.0, 0.0);
                 (re[column + 1], im[column + 1]) = (0.0, omega * SPAN * self.settings.channel_sd.1);
             }
-            normal.add(record.weight[line], residual.re, &re);
-            normal.add(record.weight[line], residual.im, &im);
+            each(record.weight[line], residual.re, &re);
+            each(record.weight[line], residual.im, &im);
         }
         self.give_back(record.structure, scratch);
-        normal
+    }
+
+    /// Weighted residuals of all lines, real and imaginary parts in turn, and their derivatives with the place, row by row.
+    pub fn weighted(&self, place: &[f64]) -> (DVector<f64>, DMatrix<f64>) {
+        let (here, columns) = (self.here(place), self.columns());
+        let dimension = LeastSquares::dimension(self);
+        let (mut residuals, mut slopes) = (Vec::new(), Vec::new());
+        for record in &self.records {
+            self.rows(record, &here, &columns, 0..record.omega_rad_s.len(), |weight, residual, row| {
+                residuals.push(weight.sqrt() * residual);
+                slopes.extend(row.iter().map(|d| weight.sqrt() * d));
+            });
+        }
+        let count = residuals.len();
+        (DVector::from_vec(residuals), DMatrix::from_row_slice(count, dimension, &slopes))
+    }
+
+    /// Weighted residuals alone.
+    pub fn weighted_residuals(&self, place: &[f64]) -> DVector<f64> {
+        let residuals = self.residuals_at(place);
+        let parts = self
+            .records
+            .iter()
+            .zip(&residuals)
+            .flat_map(|(record, r)| r.iter().zip(&record.weight).flat_map(|(r, weight)| [weight.sqrt() * r.re, weight.sqrt() * r.im]));
+        DVector::from_iterator(2 * residuals.iter().map(Vec::len).sum::<usize>(), parts)
     }
 }
 

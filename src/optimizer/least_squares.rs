@@ -127,17 +127,14 @@ impl LevenbergMarquardt {
         let mut active = self.active(place, normal);
         let mut made = DVector::zeros(place.len());
         while !active.is_empty() {
-            let direction = self.solved(normal, &made, &active)?;
-            // As far as the longest coordinate may go.
-            let longest = direction.iter().fold(0.0_f64, |m, d| m.max(d.abs()));
-            let scale = (LONGEST_STEP / longest.max(1e-300)).min(1.0);
+            let direction = within(LONGEST_STEP, |ridge| self.solved(normal, &made, &active, ridge))?;
             let outside = |at: usize| {
-                let next = place[active[at]] + scale * direction[at];
+                let next = place[active[at]] + direction[at];
                 if next < 0.0 { Some(0.0) } else { (next > 1.0).then_some(1.0) }
             };
             let cut: Vec<(usize, f64)> = (0..active.len()).filter_map(|at| Some((at, outside(at)?))).collect();
             if cut.is_empty() {
-                active.iter().enumerate().for_each(|(at, &i)| made[i] = scale * direction[at]);
+                active.iter().enumerate().for_each(|(at, &i)| made[i] = direction[at]);
                 break;
             }
             for (at, face) in cut.iter().rev() {
@@ -151,12 +148,12 @@ impl LevenbergMarquardt {
     }
 
     /// The damped step of the active coordinates, those that `made` has moved already in their new places.
-    fn solved(&self, normal: &Normal, made: &DVector<f64>, active: &[usize]) -> Option<DVector<f64>> {
+    fn solved(&self, normal: &Normal, made: &DVector<f64>, active: &[usize], ridge: f64) -> Option<DVector<f64>> {
         let slopes = &normal.gradient + &normal.information * made;
         let largest = active.iter().map(|i| normal.information[(*i, *i)]).fold(f64::MIN_POSITIVE, f64::max);
         let damped = DMatrix::from_fn(active.len(), active.len(), |a, b| {
             let entry = normal.information[(active[a], active[b])];
-            if a == b { entry + self.damping * entry.max(1e-9 * largest) } else { entry }
+            if a == b { entry + self.damping * entry.max(1e-9 * largest) + ridge } else { entry }
         });
         let slope = DVector::from_fn(active.len(), |a, _| -slopes[active[a]]);
         Some(damped.cholesky()?.solve(&slope))
@@ -167,16 +164,34 @@ impl LevenbergMarquardt {
         let active = self.active(place, normal);
         let largest = active.iter().map(|i| normal.information[(*i, *i)]).fold(f64::MIN_POSITIVE, f64::max);
         let slope = DVector::from_fn(active.len(), |a, _| -normal.gradient[active[a]]);
-        let information = DMatrix::from_fn(active.len(), active.len(), |a, b| {
-            normal.information[(active[a], active[b])] + if a == b { 1e-12 * largest } else { 0.0 }
-        });
         // A step of a sloppy direction gains no more than it can inside the cube.
-        information.cholesky().map_or(f64::INFINITY, |factored| {
-            let step = factored.solve(&slope);
-            let reach = step.iter().fold(0.0_f64, |m, d| m.max(d.abs()));
-            slope.dot(&step) * (1.0 / reach.max(1.0))
-        })
+        let step = within(1.0, |ridge| {
+            let information = DMatrix::from_fn(active.len(), active.len(), |a, b| {
+                normal.information[(active[a], active[b])] + if a == b { 1e-12 * largest + ridge } else { 0.0 }
+            });
+            Some(information.cholesky()?.solve(&slope))
+        });
+        step.map_or(f64::INFINITY, |step| slope.dot(&step))
     }
+}
+
+/// A step none of whose coordinates is longer than `longest`: what the sum of squares hardly feels is held back by a ridge on the information,
+/// which leaves the step of all others as it is.
+///
+/// # Source  Levenberg's damping as a trust region in the unit cube: Nocedal and Wright, Numerical Optimization, 2nd ed., §4.3.
+fn within(longest: f64, solve: impl Fn(f64) -> Option<DVector<f64>>) -> Option<DVector<f64>> {
+    let mut step = solve(0.0)?;
+    let mut ridge = 0.0;
+    for _ in 0..60 {
+        let reach = step.amax();
+        if reach <= longest {
+            return Some(step);
+        }
+        ridge = if ridge == 0.0 { 1e-6 } else { 10.0 * ridge };
+        step = solve(ridge)?;
+    }
+    let reach = step.amax();
+    Some(step * (longest / reach.max(longest)))
 }
 
 impl<O> Solver<O, PolishState> for LevenbergMarquardt
@@ -215,7 +230,7 @@ where
         let gain = (before - after) / promised;
         if gain > 1e-4 && after.is_finite() {
             let normal = problem.jacobian(&next)?;
-            self.settled = before - after <= self.tolerance * before && self.left_to_gain(&next, &normal) <= 1e3 * self.tolerance * after;
+            self.settled = before - after <= self.tolerance * before && self.left_to_gain(&next, &normal) <= 10.0 * self.tolerance * after;
             self.damping = (self.damping * (1.0 - (2.0 * gain - 1.0).powi(3)).clamp(1.0 / 3.0, 2.0)).max(1e-12);
             self.growth = 2.0;
             self.here = Some((next.clone(), normal));
@@ -257,8 +272,19 @@ pub fn least_squares<P: LeastSquares + ?Sized>(
     iterations: u64,
     stop: &Arc<AtomicBool>,
 ) -> Polished {
+    least_squares_within(problem, start, held, (iterations, 1e-9), stop)
+}
+
+/// As [`least_squares`], with the most iterations and the relative gain of χ² below which a step is the last.
+pub fn least_squares_within<P: LeastSquares + ?Sized>(
+    problem: &P,
+    start: &[f64],
+    held: &[bool],
+    (iterations, tolerance): (u64, f64),
+    stop: &Arc<AtomicBool>,
+) -> Polished {
     let held = if held.is_empty() { vec![false; start.len()] } else { held.to_vec() };
-    let solver = LevenbergMarquardt::new(held, 1e-9).stopping_when(Arc::clone(stop));
+    let solver = LevenbergMarquardt::new(held, tolerance).stopping_when(Arc::clone(stop));
     let run = Executor::new(Problemwise(problem), solver)
         .configure(|state| state.param(start.to_vec()).max_iters(iterations).counting(true))
         .timer(false)

@@ -10,7 +10,7 @@ mod polish;
 mod search;
 
 pub use differential_evolution::{DifferentialEvolution, Strategy};
-pub use least_squares::{LeastSquares, LevenbergMarquardt, Normal, Polished, least_squares};
+pub use least_squares::{LeastSquares, LevenbergMarquardt, Normal, Polished, least_squares, least_squares_within};
 pub use search::{Control, Found, SearchSettings, search};
 
 /// A function on the unit cube, finite everywhere.

@@ -1,0 +1,461 @@
+//! `jointid diagnose`.
+
+use std::collections::BTreeMap;
+use std::path::PathBuf;
+
+use num_complex::Complex64;
+use serde::{Deserialize, Serialize};
+
+use super::arguments::DiagnoseArguments;
+use super::common::{CommandResult, Loaded, Outcome, deliver, fits_frfs, load, on_threads, plan, prepare, stamp, stop_flag, told, warn};
+use super::progress::Progress;
+use super::rows;
+use crate::diagnosis::{
+    Candidate, Diagnosis, Domain, Kind, KnownNull, Part, Settings, Status, VerdictKind, closed, closed_interval, diagnose, fitter,
+    floor_over, gap_over, values_of,
+};
+use crate::machine::Effect;
+use crate::measurement::{FitSet, HoldOutSet};
+use crate::objective::FrfObjective;
+use crate::optimizer::Control;
+use crate::report::diagnosis as document;
+use crate::report::diagnosis::diagnosis_text;
+use crate::report::digest;
+
+/// Draws of the bootstrap of `closed`.
+const BOOTSTRAP: usize = 24;
+/// Bands of the residual map.
+const BANDS: usize = 12;
+
+/// Runs the command.
+pub fn run(given: &DiagnoseArguments) -> CommandResult {
+    let loaded = load(&given.sources)?;
+    let plan = plan(&given.search, &loaded.set)?;
+    let (fit, held_out) = loaded.set.split(given.positions.as_deref(), &given.hold_out).map_err(told)?;
+    let machine = &loaded.config.machine;
+    let whole = fits_frfs(&given.search, &loaded.set);
+    check_frozen(&loaded, &plan.frozen)?;
+    let effects = chosen_effects(given, &loaded.config.effects)?;
+    let blocks = if whole { fit.groups().len() } else { fit.positions.len() };
+    if blocks < 2 {
+        return Err(format!(
+            "{}: diagnosis needs at least two positions (or records) to fit, {blocks} {} named: at one place any interface can explain any FRF; \
+             write for example --positions l1,l3",
+            loaded.set.path,
+            if blocks == 1 { "is" } else { "are" }
+        ));
+    }
+    let folder = prepare(&given.output)?;
+    let domain = plan.frf.map_or(Domain::Modes(plan.settings), Domain::Frf);
+    let fitter = fitter(&fit, domain, &plan.frozen);
+    let cache = cache_file(given, &loaded, &effects, &fit);
+    let null = cache.as_ref().and_then(|path| read_null(path));
+    let cached = null.is_some();
+    let settings = Settings { domain, frozen: plan.frozen.clone(), seed: plan.seed, draws: usize::from(given.nulls), null };
+    let progress = Progress::begin(given.output.quiet, "diagnose");
+    let control = Control::new(stop_flag(), Some(progress.watcher()));
+    let ran = on_threads(given.search.threads, || -> Result<_, crate::objective::ObjectiveError> {
+        let found = diagnose(machine, &effects, &fitter, &held_out, &settings, &control)?;
+        let estimate = closed(&found.held_out, &found.chosen_held_out);
+        let named = matches!(found.verdict.kind, VerdictKind::Effect | VerdictKind::Ambiguous | VerdictKind::WrongParameter);
+        let interval = estimate.filter(|_| named).and_then(|estimate| {
+            let (nominal, chosen) = ((&found.nominal.0, &found.nominal.1), (&found.chosen.0, &found.chosen.1));
+            closed_interval(&fitter, &held_out, nominal, chosen, (estimate, BOOTSTRAP, settings.seed), &control)
+        });
+        Ok((found, interval))
+    });
+    progress.end();
+    let (found, interval) = ran?.map_err(told)?;
+    if let Some(path) = cache.filter(|_| !cached && found.complete) {
+        // A cache that cannot be written costs time, not the result.
+        let _ = write_null(&path, &found);
+    }
+    let document = to_document(given, &loaded, (&fit, &held_out), &found, interval, &effects)?;
+    warn(&given.output, &document.stamp.warnings);
+    let text = format!("{}\n{}", machine.title, diagnosis_text(&document));
+    deliver(&given.output, folder.as_ref(), "diagnosis.json", &document, &text)?;
+    Ok(if found.complete { Outcome::Done } else { Outcome::Stopped })
+}
+
+fn check_frozen(loaded: &Loaded, frozen: &[String]) -> Result<(), String> {
+    let parameters = &loaded.config.machine.parameters;
+    match frozen.iter().find(|id| !parameters.iter().any(|p| p.id == **id)) {
+        None => Ok(()),
+        Some(id) => {
+            let known: Vec<&str> = parameters.iter().map(|p| p.id.as_str()).collect();
+            Err(format!("--freeze: the machine has no parameter «{id}»; there are {}", known.join(", ")))
+        }
+    }
+}
+
+/// The candidates asked for.
+fn chosen_effects(given: &DiagnoseArguments, all: &[Effect]) -> Result<Vec<Effect>, String> {
+    for (key, ids) in [("--effects", &given.effects), ("--exclude", &given.exclude)] {
+        if let Some(id) = ids.iter().find(|id| !all.iter().any(|e| e.id == **id)) {
+            let known: Vec<&str> = all.iter().map(|e| e.id.as_str()).collect();
+            return Err(format!("{key}: no effect is called «{id}»; there are {}", known.join(", ")));
+        }
+    }
+    let wanted = |e: &&Effect| (given.effects.is_empty() || given.effects.contains(&e.id)) && !given.exclude.contains(&e.id);
+    Ok(all.iter().filter(wanted).cloned().collect())
+}
+
+/// A null as it is kept.
+#[derive(Serialize, Deserialize)]
+struct NullFile {
+    scales: Vec<(String, f64)>,
+    largest: Vec<f64>,
+    misfit: Vec<f64>,
+}
+
+/// Where the null of this machine, layout and program is kept; `None` where nothing is to be kept.
+fn cache_file(given: &DiagnoseArguments, loaded: &Loaded, effects: &[Effect], fit: &FitSet<'_>) -> Option<PathBuf> {
+    if given.no_cache {
+        return None;
+    }
+    let folder = given.cache.clone().or_else(default_cache)?;
+    let mut key = format!(
+        "{} {} {:?} {:?} {:?} {} {} {}",
+        env!("CARGO_PKG_VERSION"),
+        loaded.config.text,
+        loaded.overrides,
+        loaded.without,
+        given.search.freeze,
+        given.nulls,
+        given.search.seed,
+        given.search.frf_model_error
+    );
+    key += &effects.iter().map(|e| e.id.as_str()).collect::<Vec<_>>().join(",");
+    for &frf in &fit.frfs {
+        let frf = &loaded.set.frfs[frf];
+        let noise: f64 = frf.lines.iter().filter_map(|l| frf.component_sd(l)).sum::<f64>() / frf.lines.len().max(1) as f64;
+        // Layout and level of noise, not the data themselves.
+        key += &format!("{:?} {} {} {} {:.1e}", frf.position, frf.response, frf.excitation, frf.lines.len(), noise);
+    }
+    for &position in &fit.positions {
+        key += &format!("{:?}", loaded.set.positions[position].nut_m);
+    }
+    Some(folder.join(format!("null-{}.json", &digest(key.as_bytes())[..24])))
+}
+
+/// The platform's folder for caches.
+fn default_cache() -> Option<PathBuf> {
+    let var = |name: &str| std::env::var_os(name).filter(|v| !v.is_empty()).map(PathBuf::from);
+    let base = var("XDG_CACHE_HOME").or_else(|| var("LOCALAPPDATA")).or_else(|| {
+        let home = var("HOME")?;
+        Some(if cfg!(target_os = "macos") { home.join("Library/Caches") } else { home.join(".cache") })
+    })?;
+    Some(base.join("jointid"))
+}
+
+fn read_null(path: &PathBuf) -> Option<KnownNull> {
+    let file: NullFile = serde_json::from_str(&std::fs::read_to_string(path).ok()?).ok()?;
+    Some(KnownNull { scales: file.scales, largest: file.largest, misfit: file.misfit })
+}
+
+fn write_null(path: &PathBuf, found: &Diagnosis) -> std::io::Result<()> {
+    let Some(folder) = path.parent() else { return Ok(()) };
+    std::fs::create_dir_all(folder)?;
+    let file = NullFile { scales: found.scales.clone(), largest: found.null.largest.clone(), misfit: found.null.misfit.clone() };
+    let own = path.with_extension(format!("{}.part", std::process::id()));
+    std::fs::write(&own, serde_json::to_string(&file)?)?;
+    std::fs::rename(&own, path)
+}
+
+fn to_document(
+    given: &DiagnoseArguments,
+    loaded: &Loaded,
+    (fit, held_out): (&FitSet<'_>, &HoldOutSet<'_>),
+    found: &Diagnosis,
+    interval: Option<(f64, f64)>,
+    effects: &[Effect],
+) -> Result<document::Diagnosis, String> {
+    let whole = matches!(found.domain, Domain::Frf(_));
+    let names = |positions: &[usize], frfs: &[usize]| rows::names(&loaded.set, positions, frfs, whole);
+    let before = gap_over(&found.held_out);
+    let base_chi_square = found.nominal.1.chi_square;
+    let map = residual_map(loaded, (fit, held_out), found)?;
+    let something = found.verdict.kind != VerdictKind::None;
+    let mut warnings = Vec::new();
+    if !whole {
+        warnings.push("natural frequencies and amplitudes alone: dampings and shapes are hardly seen, so that much that FRFs tell apart stays together".into());
+    }
+    if held_out.positions.is_empty() && held_out.frfs.is_empty() {
+        warnings.push("nothing is held out: how far the gap closes is not told; hold positions or records out".into());
+    }
+    let selected = |candidate: &Candidate| found.verdict.effects.iter().any(|e| e.split('+').any(|id| id == candidate.id));
+    let rows = found
+        .tried
+        .iter()
+        .map(|t| {
+            let (status, why) = match &t.candidate.status {
+                Status::Tried => ("tried", None),
+                Status::Failed(why) => ("failed", Some(why.clone())),
+                Status::NotApplicable(why) => ("not-applicable", Some(why.clone())),
+            };
+            let fitted = t.candidate.fitted.as_ref();
+            let is_selected = selected(&t.candidate);
+            document::EffectRow {
+                id: t.candidate.id.clone(),
+                status: status.into(),
+                why,
+                gap_held_out_before: before,
+                gap_held_out_after: gap_over(&t.held_out),
+                closed: fitted.and_then(|_| closed(&found.held_out, &t.held_out)),
+                closed95: interval.filter(|_| is_selected && found.verdict.effects.first() == Some(&t.candidate.id)).map(|(a, b)| [a, b]),
+                p_value: fitted.map(|_| t.p_value),
+                statistic: t.statistic,
+                takes: t.candidate.gain / base_chi_square,
+                parameters: fitted
+                    .map(|(hypothesis, fitted)| {
+                        let values = values_of(hypothesis, fitted);
+                        hypothesis.added.iter().map(|i| (hypothesis.machine.parameters[*i].id.clone(), values[*i])).collect()
+                    })
+                    .unwrap_or_default(),
+                selected: is_selected,
+                says: effects.iter().find(|e| e.id == t.candidate.id).map(|e| e.says.clone()),
+            }
+        })
+        .collect();
+    let interfaces: Vec<document::Interface> = found
+        .located
+        .iter()
+        .filter_map(|l| match &l.candidate.fitted.as_ref()?.0.kind {
+            Kind::Interface { interface, shape } => Some(document::Interface {
+                interface: interface.clone(),
+                shape: shape.word().into(),
+                takes: l.candidate.gain / base_chi_square,
+                gap_held_out: gap_over(&l.held_out),
+            }),
+            _ => None,
+        })
+        .collect();
+    let ceiling =
+        found.located.iter().filter_map(|l| closed(&found.held_out, &l.held_out)).chain(closed(&found.held_out, &found.chosen_held_out));
+    let chosen_values = values_of(&found.chosen.0, &found.chosen.1);
+    let by_band = by_band(&map);
+    let worst = by_band.iter().max_by(|a, b| a.gap.total_cmp(&b.gap)).map(|b| [b.from_hz, b.to_hz]);
+    Ok(document::Diagnosis {
+        stamp: stamp("diagnosis", given.search.seed, found.complete, loaded, warnings),
+        domain: if whole { "frf" } else { "modes" }.into(),
+        config: given.sources.config.clone(),
+        measurements: given.sources.measurements.clone(),
+        fit_positions: names(&fit.positions, &fit.frfs),
+        held_out_positions: names(&held_out.positions, &held_out.frfs),
+        noise_floor: floor_over(if found.held_out.is_empty() { &found.fit } else { &found.held_out }),
+        gap: document::Gap {
+            fit: gap_over(&found.fit),
+            held_out: before,
+            by_position: by_position(loaded, found.fit.iter().chain(&found.held_out)),
+            by_band,
+            by_mode: Vec::new(),
+            by_phase: BTreeMap::new(),
+        },
+        misfit_over_null: found.excess,
+        verdict: document::Verdict {
+            kind: found.verdict.kind.word().into(),
+            effects: found.verdict.effects.clone(),
+            reason: found.verdict.reason.clone(),
+            next_measurement: found.verdict.next.clone(),
+            place: interfaces.first().filter(|_| something).map(|i| i.interface.clone()),
+            band_hz: worst.filter(|_| something),
+        },
+        located: interfaces,
+        ratio: ratios(&map),
+        residual_map: map,
+        delta_z: delta_z(found),
+        effects: rows,
+        chosen: document::Chosen {
+            id: found.chosen.0.id.clone(),
+            parameters: found.chosen.0.machine.parameters.iter().map(|p| p.id.clone()).zip(chosen_values).collect(),
+            gap_held_out: gap_over(&found.chosen_held_out),
+            closed: closed(&found.held_out, &found.chosen_held_out),
+            closed95: interval.map(|(a, b)| [a, b]),
+            ceiling: ceiling.reduce(f64::max),
+            plain: plain(held_out, found)?,
+        },
+    })
+}
+
+fn position_name(loaded: &Loaded, part: &Part) -> String {
+    let position = part.position.map(|p| loaded.set.positions[p].name.clone());
+    let record = || part.frf.and_then(|f| loaded.set.frfs[f].record.clone());
+    position.or_else(record).unwrap_or_else(|| "all".into())
+}
+
+fn by_position<'p>(loaded: &Loaded, parts: impl Iterator<Item = &'p Part>) -> BTreeMap<String, f64> {
+    let mut groups: BTreeMap<String, Vec<Part>> = BTreeMap::new();
+    for part in parts {
+        groups.entry(position_name(loaded, part)).or_default().push(part.clone());
+    }
+    groups.into_iter().filter_map(|(name, parts)| Some((name, gap_over(&parts)?))).collect()
+}
+
+/// Everything measured, over bands, with the machine as described at its fit.
+fn residual_map(
+    loaded: &Loaded,
+    (fit, held_out): (&FitSet<'_>, &HoldOutSet<'_>),
+    found: &Diagnosis,
+) -> Result<Vec<document::Cell>, String> {
+    let Domain::Frf(settings) = found.domain else { return Ok(Vec::new()) };
+    let (hypothesis, fitted) = &found.nominal;
+    let all = HoldOutSet { set: fit.set, positions: Vec::new(), frfs: fit.frfs.iter().chain(&held_out.frfs).copied().collect() };
+    let objective = FrfObjective::held_out(&hypothesis.machine, &all, settings).map_err(told)?;
+    let residuals = objective.residuals(&values_of(hypothesis, fitted), objective.best_gain(&values_of(hypothesis, fitted)));
+    let frequencies: Vec<Vec<f64>> = objective.records().iter().map(|r| r.frequencies_hz()).collect();
+    let (low, high) = (
+        frequencies.iter().filter_map(|f| f.first()).fold(f64::INFINITY, |m, f| m.min(*f)),
+        frequencies.iter().filter_map(|f| f.last()).fold(0.0_f64, |m, f| m.max(*f)),
+    );
+    let edge = |at: usize| low * (high / low).powf(at as f64 / BANDS as f64);
+    let mut cells = Vec::new();
+    for ((&frf, residuals), frequencies) in all.frfs.iter().zip(&residuals).zip(&frequencies) {
+        let frf = &loaded.set.frfs[frf];
+        for band in 0..BANDS {
+            let (from_hz, to_hz) = (edge(band), edge(band + 1));
+            let inside: Vec<Complex64> = frequencies
+                .iter()
+                .zip(residuals)
+                .filter(|(f, _)| **f >= from_hz && (**f < to_hz || band + 1 == BANDS))
+                .map(|(_, r)| *r)
+                .collect();
+            if inside.is_empty() {
+                continue;
+            }
+            let count = inside.len() as f64;
+            let mean = inside.iter().sum::<Complex64>() / count;
+            cells.push(document::Cell {
+                position: frf.position.map_or_else(|| frf.record.clone().unwrap_or_default(), |p| loaded.set.positions[p].name.clone()),
+                channel: format!("{}/{}", frf.response, frf.excitation),
+                from_hz,
+                to_hz,
+                gap: (inside.iter().map(|r| 0.5 * r.norm_sqr()).sum::<f64>() / count).sqrt(),
+                log_ratio: mean.re,
+                phase_rad: mean.im,
+            });
+        }
+    }
+    Ok(cells)
+}
+
+fn by_band(map: &[document::Cell]) -> Vec<document::Band> {
+    let mut bands: Vec<(f64, f64, f64, f64)> = Vec::new();
+    for cell in map {
+        match bands.iter_mut().find(|b| b.0 == cell.from_hz) {
+            Some(band) => (band.2, band.3) = (band.2 + cell.gap * cell.gap, band.3 + 1.0),
+            None => bands.push((cell.from_hz, cell.to_hz, cell.gap * cell.gap, 1.0)),
+        }
+    }
+    bands.sort_by(|a, b| a.0.total_cmp(&b.0));
+    bands.into_iter().map(|(from_hz, to_hz, sum, count)| document::Band { from_hz, to_hz, gap: (sum / count).sqrt() }).collect()
+}
+
+/// # Source  plant–model ratio: a flat magnitude is a gain, a phase in proportion to the frequency a delay (Selvanathan and Tangirala, J. Process
+/// Control 20 (2010)).
+fn ratios(map: &[document::Cell]) -> Vec<document::Ratio> {
+    let mut channels: Vec<&String> = map.iter().map(|c| &c.channel).collect();
+    channels.sort();
+    channels.dedup();
+    channels
+        .into_iter()
+        .map(|channel| {
+            let cells: Vec<&document::Cell> = map.iter().filter(|c| c.channel == *channel).collect();
+            let count = cells.len() as f64;
+            let mean = |of: &dyn Fn(&document::Cell) -> f64| cells.iter().map(|c| of(c)).sum::<f64>() / count;
+            let log_f = |c: &document::Cell| 0.5 * (c.from_hz * c.to_hz).ln();
+            let (x, y) = (mean(&log_f), mean(&|c| c.log_ratio));
+            let spread = mean(&|c| (log_f(c) - x).powi(2)).max(1e-12);
+            let power = mean(&|c| (log_f(c) - x) * (c.log_ratio - y)) / spread;
+            let omega = |c: &document::Cell| std::f64::consts::TAU * (c.from_hz * c.to_hz).sqrt();
+            let delay_s = -mean(&|c| omega(c) * c.phase_rad) / mean(&|c| omega(c).powi(2));
+            let size = mean(&|c| c.gap * c.gap).sqrt();
+            let unexplained = |of: &dyn Fn(&document::Cell) -> f64| mean(&|c| of(c).powi(2)).sqrt();
+            let looks_like = if size < 0.02 {
+                format!("agrees within {:.1} %", 100.0 * size)
+            } else if unexplained(&|c| c.log_ratio - y) < 0.3 * y.abs() && y.abs() > 0.02 {
+                format!("one factor of {:.3} throughout, as of a gain", y.exp())
+            } else if unexplained(&|c| c.phase_rad + omega(c) * delay_s) < 0.3 * unexplained(&|c| c.phase_rad)
+                && unexplained(&|c| c.log_ratio) < 0.5 * unexplained(&|c| c.phase_rad)
+            {
+                format!("a phase in proportion to the frequency, as of a delay of {:.1} µs", 1e6 * delay_s)
+            } else {
+                let worst = cells.iter().max_by(|a, b| a.gap.total_cmp(&b.gap));
+                worst.map_or(String::new(), |c| {
+                    format!("{:.0} % off, most at {} from {:.0} to {:.0} Hz", 100.0 * size, c.position, c.from_hz, c.to_hz)
+                })
+            };
+            document::Ratio { channel: channel.clone(), factor: y.exp(), power, delay_s, looks_like }
+        })
+        .collect()
+}
+
+/// The dynamic stiffness of what the best interfaces add, by their fitted shapes.
+fn delta_z(found: &Diagnosis) -> Vec<document::DeltaZ> {
+    let of = |id: &str, values: &BTreeMap<&str, f64>, omega: f64| -> Complex64 {
+        let get = |key: &str| values.get(key).copied().unwrap_or(0.0);
+        let i = Complex64::i();
+        let spring = get("~k") + i * omega * get("~c");
+        match id {
+            "mass" => Complex64::from(-omega * omega * get("~m")),
+            "resonator" => {
+                let inertia = -omega * omega * get("~m");
+                inertia * spring / (spring + inertia)
+            }
+            "relaxation" => {
+                let damper = i * omega * get("~c");
+                damper / (1.0 + damper / get("~k"))
+            }
+            _ => spring,
+        }
+    };
+    found
+        .located
+        .iter()
+        .take(3)
+        .filter_map(|l| {
+            let (hypothesis, fitted) = l.candidate.fitted.as_ref()?;
+            let Kind::Interface { interface, shape } = &hypothesis.kind else { return None };
+            let all = values_of(hypothesis, fitted);
+            let values: BTreeMap<&str, f64> =
+                hypothesis.added.iter().map(|i| (hypothesis.machine.parameters[*i].id.as_str(), all[*i])).collect();
+            let frequency_hz: Vec<f64> = (0..120).map(|at| 5.0 * 400.0_f64.powf(f64::from(at) / 119.0)).collect();
+            let z: Vec<Complex64> = frequency_hz.iter().map(|f| of(shape.word(), &values, std::f64::consts::TAU * f)).collect();
+            Some(document::DeltaZ {
+                interface: format!("{interface} ({})", shape.word()),
+                real: z.iter().map(|z| z.re).collect(),
+                imag: z.iter().map(|z| z.im).collect(),
+                frequency_hz,
+            })
+        })
+        .collect()
+}
+
+/// Errors of the largest peak of each held-out FRF: frequency and height.
+fn plain(held_out: &HoldOutSet<'_>, found: &Diagnosis) -> Result<Vec<document::Plain>, String> {
+    let Domain::Frf(settings) = found.domain else { return Ok(Vec::new()) };
+    if held_out.frfs.is_empty() {
+        return Ok(Vec::new());
+    }
+    let errors = |(hypothesis, fitted): &(crate::diagnosis::Hypothesis, crate::diagnosis::Fitted)| -> Result<(f64, f64), String> {
+        let objective = FrfObjective::held_out(&hypothesis.machine, held_out, settings).map_err(told)?;
+        let values = values_of(hypothesis, fitted);
+        let residuals = objective.residuals(&values, objective.best_gain(&values));
+        let (mut frequency, mut height, mut count) = (0.0, 0.0, 0.0);
+        for (residuals, record) in residuals.iter().zip(objective.records()) {
+            let frequencies = record.frequencies_hz();
+            let measured = record.magnitudes();
+            let predicted: Vec<f64> = measured.iter().zip(residuals).map(|(h, r)| h / r.re.exp()).collect();
+            let top = |of: &[f64]| (0..of.len()).max_by(|a, b| of[*a].total_cmp(&of[*b])).unwrap_or(0);
+            let (m, p) = (top(&measured), top(&predicted));
+            frequency += (frequencies[p] / frequencies[m] - 1.0).powi(2);
+            height += (predicted[p] / measured[m] - 1.0).powi(2);
+            count += 1.0;
+        }
+        Ok((f64::sqrt(frequency / count), f64::sqrt(height / count)))
+    };
+    let (before, after) = (errors(&found.nominal)?, errors(&found.chosen)?);
+    Ok(vec![
+        document::Plain { figure: "frequency of the largest peak, held out, rms error".into(), before: before.0, after: after.0 },
+        document::Plain { figure: "peak compliance, held out, rms error".into(), before: before.1, after: after.1 },
+    ])
+}

@@ -1,0 +1,229 @@
+//! What is compared: whole FRFs or modes, behind one face.
+
+use nalgebra::{DMatrix, DVector};
+
+use super::hypothesis::Hypothesis;
+use crate::measurement::{FitSet, HoldOutSet};
+use crate::numeric::statistics::root_mean_square_of_parts;
+use crate::objective::{FrfObjective, FrfSettings, MISSING, ModeObjective, ModeSettings, ModeSquares, ObjectiveError, PositionPrediction};
+use crate::optimizer::LeastSquares;
+
+/// Lines of one FRF that are looked at: more would say the same again, since a model's error changes slowly along the frequency.
+pub const LINES: usize = 250;
+/// Step in the unit interval of derivatives of modes.
+const STEP: f64 = 2e-4;
+
+/// Which data are diagnosed, and their weights.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Domain {
+    /// Whole FRFs.
+    Frf(FrfSettings),
+    /// Natural frequencies and amplitudes.
+    Modes(ModeSettings),
+}
+
+/// The objective of one hypothesis.
+pub enum Compared<'h> {
+    /// On FRFs.
+    Frf(FrfObjective<'h>),
+    /// On modes.
+    Modes(ModeObjective<'h>),
+}
+
+/// The gap of a position or of one FRF of it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Part {
+    /// Index of the position in the set.
+    pub position: Option<usize>,
+    /// Index of the FRF in the set, where FRFs are compared.
+    pub frf: Option<usize>,
+    /// The gap.
+    pub gap: f64,
+    /// What the noise alone leaves.
+    pub floor: Option<f64>,
+    /// Lines, or modes.
+    pub count: usize,
+}
+
+/// Gap and floor over parts, line by line.
+pub fn gap_over(parts: &[Part]) -> Option<f64> {
+    root_mean_square_of_parts(parts.iter().map(|p| (p.gap, p.count)))
+}
+
+/// Noise floor over parts; `None` where that of one is not known.
+pub fn floor_over(parts: &[Part]) -> Option<f64> {
+    let floors: Option<Vec<(f64, usize)>> = parts.iter().map(|p| Some((p.floor?, p.count))).collect();
+    root_mean_square_of_parts(floors?)
+}
+
+impl<'h> Compared<'h> {
+    /// Of data to fit. Parameters in `frozen` keep their start values.
+    ///
+    /// # Errors  as [`FrfObjective::new`] and [`ModeObjective::new`].
+    pub fn new(hypothesis: &'h Hypothesis, fit: &FitSet<'_>, domain: Domain, frozen: &[String]) -> Result<Self, ObjectiveError> {
+        let machine = &hypothesis.machine;
+        Ok(match domain {
+            Domain::Frf(settings) => Compared::Frf(FrfObjective::new(machine, fit, settings, frozen)?.thinned(LINES)),
+            Domain::Modes(settings) => Compared::Modes(ModeObjective::new(machine, fit, settings, frozen)?),
+        })
+    }
+
+    /// The same with few lines, to look around.
+    #[must_use]
+    pub fn coarse(&self, lines: usize) -> Option<Compared<'h>> {
+        match self {
+            Compared::Frf(o) => Some(Compared::Frf(o.thinned(lines))),
+            Compared::Modes(_) => None,
+        }
+    }
+
+    /// Indices of the free parameters.
+    pub fn free(&self) -> &[usize] {
+        match self {
+            Compared::Frf(o) => &o.free,
+            Compared::Modes(o) => &o.free,
+        }
+    }
+
+    /// Coordinates: free parameters, then gain, nut positions and channels where those are unknown.
+    pub fn dimension(&self) -> usize {
+        match self {
+            Compared::Frf(o) => LeastSquares::dimension(o),
+            Compared::Modes(o) => o.free.len() + usize::from(o.estimates_gain()),
+        }
+    }
+
+    /// Coordinates of nut positions.
+    pub fn nut_coordinates(&self) -> std::ops::Range<usize> {
+        match self {
+            Compared::Frf(o) => o.nut_coordinates(),
+            Compared::Modes(_) => self.dimension()..self.dimension(),
+        }
+    }
+
+    /// A place of the free parameters with the other coordinates added.
+    pub fn extended(&self, place: &[f64]) -> Vec<f64> {
+        match self {
+            Compared::Frf(o) => o.extended(place),
+            Compared::Modes(o) => o.extended(place),
+        }
+    }
+
+    /// χ² as a sum of squares.
+    pub fn squares<T>(&self, work: impl FnOnce(&dyn LeastSquares) -> T) -> T {
+        match self {
+            Compared::Frf(o) => work(o),
+            Compared::Modes(o) => work(&ModeSquares::new(o, None)),
+        }
+    }
+
+    /// Numbers compared.
+    pub fn observations(&self) -> usize {
+        match self {
+            Compared::Frf(o) => o.observations(),
+            Compared::Modes(o) => o.observations(),
+        }
+    }
+
+    /// The gain at a place.
+    pub fn gain(&self, place: &[f64]) -> f64 {
+        match self {
+            Compared::Frf(o) => o.gain(place),
+            Compared::Modes(o) => o.gain(place),
+        }
+    }
+
+    /// Parameters of the machine at a place.
+    pub fn parameters(&self, place: &[f64]) -> Vec<f64> {
+        match self {
+            Compared::Frf(o) => o.parameters(place),
+            Compared::Modes(o) => o.parameters(place),
+        }
+    }
+
+    /// Weighted residuals of the data at a place, without what is known beforehand.
+    pub fn residuals(&self, place: &[f64]) -> DVector<f64> {
+        match self {
+            Compared::Frf(o) => o.weighted_residuals(place),
+            Compared::Modes(o) => {
+                let parameters = o.parameters(place);
+                DVector::from_vec(o.residuals(&o.predict(&parameters), o.gain(place)))
+            }
+        }
+    }
+
+    /// As [`Compared::residuals`], with their derivatives.
+    pub fn linear(&self, place: &[f64]) -> (DVector<f64>, DMatrix<f64>) {
+        match self {
+            Compared::Frf(o) => o.weighted(place),
+            Compared::Modes(_) => {
+                let here = self.residuals(place);
+                let columns: Vec<DVector<f64>> = (0..place.len())
+                    .map(|column| {
+                        let shifted = |by: f64| {
+                            let mut other = place.to_vec();
+                            other[column] = (other[column] + by).clamp(0.0, 1.0);
+                            other
+                        };
+                        let (low, high) = (shifted(-STEP), shifted(STEP));
+                        (self.residuals(&high) - self.residuals(&low)) / (high[column] - low[column])
+                    })
+                    .collect();
+                let count = here.len();
+                (here, if columns.is_empty() { DMatrix::zeros(count, 0) } else { DMatrix::from_columns(&columns) })
+            }
+        }
+    }
+}
+
+/// Gaps of data with given parameters and gain.
+///
+/// # Errors  as [`FrfObjective::held_out`] and [`ModeObjective::held_out`].
+pub fn gaps(
+    hypothesis: &Hypothesis,
+    parameters: &[f64],
+    gain: f64,
+    data: &HoldOutSet<'_>,
+    domain: Domain,
+) -> Result<Vec<Part>, ObjectiveError> {
+    match domain {
+        Domain::Frf(settings) => {
+            if data.frfs.is_empty() {
+                return Ok(Vec::new());
+            }
+            let objective = FrfObjective::held_out(&hypothesis.machine, data, settings)?;
+            let part = |g: crate::objective::FrfGap| Part {
+                position: data.set.frfs[g.frf].position,
+                frf: Some(g.frf),
+                gap: g.gap,
+                floor: g.noise_floor,
+                count: g.lines,
+            };
+            Ok(objective.gaps(parameters, gain).into_iter().map(part).collect())
+        }
+        Domain::Modes(settings) => {
+            if data.positions.is_empty() {
+                return Ok(Vec::new());
+            }
+            let objective = ModeObjective::held_out(&hypothesis.machine, data, settings, None)?;
+            let resolution_hz = data.set.modes.as_ref().and_then(|m| m.resolution_hz).unwrap_or(0.0);
+            Ok(objective.predict(parameters).iter().map(|p| mode_part(p, resolution_hz)).collect())
+        }
+    }
+}
+
+/// # Source  the gap of modes as this project defines it: root mean square of relative frequency errors, a missing or unexpected peak as 0.3. Its
+/// floor is what rounding leaves, resolution/√12.
+fn mode_part(prediction: &PositionPrediction, resolution_hz: f64) -> Part {
+    let errors: Vec<(f64, f64)> = prediction
+        .deviations
+        .iter()
+        .filter_map(|d| match (d.observed.and_then(|o| o.frequency_hz), d.predicted) {
+            (Some(measured_hz), Some(peak)) => Some((peak.frequency_hz / measured_hz - 1.0, 0.29 * resolution_hz / measured_hz)),
+            (Some(measured_hz), None) => Some((MISSING, 0.29 * resolution_hz / measured_hz)),
+            (None, _) => d.unexpected.then_some((MISSING, 0.0)),
+        })
+        .collect();
+    let mean = |of: fn(&(f64, f64)) -> f64| (errors.iter().map(|e| of(e).powi(2)).sum::<f64>() / errors.len().max(1) as f64).sqrt();
+    Part { position: Some(prediction.position), frf: None, gap: mean(|e| e.0), floor: Some(mean(|e| e.1)), count: errors.len() }
+}

@@ -1,0 +1,374 @@
+//! What a diagnosis finds where nothing is missing: simulated data of the machine itself with ordinary nuisances, looked at in the same way.
+//!
+//! Each draw is a machine that is a little richer than the description (journals thinner than the screw, a nut that holds the screw over a
+//! length, every nuisance off by its standard deviation) and the noise of the lines. The nominal machine is fitted to it; what is left is measured
+//! along the directions that each candidate can explain. The largest over all candidates is what a true «none» shows.
+
+use nalgebra::{DMatrix, DVector};
+use num_complex::Complex64;
+use rand::{RngExt, SeedableRng};
+use rand_xoshiro::Xoshiro256PlusPlus;
+use rayon::prelude::*;
+
+use super::domain::{Compared, Domain};
+use super::fit::{Fitted, Fitter, amplitudes, place_of, start_of};
+use super::hypothesis::Hypothesis;
+use crate::machine::{FitRule, Joint, Law, Machine, Motion, Parameter, Place, Point, Scale, Shaft, Station, Value};
+use crate::objective::{FrfSettings, ObjectiveError};
+use crate::optimizer::{Control, least_squares_within};
+
+/// Lines of one FRF in a draw.
+const LINES: usize = 100;
+/// Stages in which a draw moves away from the nominal machine, steps of the fit in each, and in the last.
+const STAGES: u8 = 4;
+const STAGE_STEPS: u64 = 8;
+const STEPS: u64 = 30;
+/// The gain that noise alone gives a candidate is about the number of its parameters; no scale is taken below this.
+const LEAST_SCALE: f64 = 3.0;
+
+/// What candidates gain where nothing is missing.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Null {
+    /// Scale of the gain of each candidate, in their order.
+    pub scales: Vec<f64>,
+    /// The largest gain over its scale, of each draw, in rising order.
+    pub largest: Vec<f64>,
+    /// χ² per number compared, of each draw, in rising order.
+    pub misfit: Vec<f64>,
+}
+
+impl Null {
+    /// The statistic of a candidate: its gain over its scale.
+    pub fn statistic(&self, candidate: usize, gain: f64) -> f64 {
+        gain / self.scales[candidate]
+    }
+
+    /// Share of draws whose largest statistic is at least this, by a normal law of its logarithm beyond the draws.
+    pub fn p_value(&self, statistic: f64) -> f64 {
+        upper_tail(&self.largest, statistic)
+    }
+
+    /// Share of draws whose misfit is at least this.
+    pub fn misfit_p_value(&self, misfit: f64) -> f64 {
+        upper_tail(&self.misfit, misfit)
+    }
+}
+
+/// Share above a value of a law whose logarithm is normal, with mean and standard deviation of the draws, those of a small sample widened.
+fn upper_tail(draws: &[f64], value: f64) -> f64 {
+    let count = draws.len() as f64;
+    let logs: Vec<f64> = draws.iter().map(|x| x.max(1e-6).ln()).collect();
+    let mean = logs.iter().sum::<f64>() / count;
+    let sd = (logs.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / (count - 1.0).max(1.0)).sqrt().max(0.1) * (1.0 + 1.0 / count).sqrt();
+    let z = (value.max(1e-9).ln() - mean) / sd;
+    // Student's t with count − 1 degrees of freedom, by its normal approximation (Abramowitz and Stegun, 26.7.8).
+    let freedom = (count - 1.0).max(1.0);
+    let normal = z * (1.0 - 0.25 / freedom) / (1.0 + z * z / (2.0 * freedom)).sqrt();
+    0.5 * erfc(normal / std::f64::consts::SQRT_2)
+}
+
+/// Complementary error function to 1.2e-7.
+///
+/// # Source  Press et al., Numerical Recipes, 2nd ed., §6.2 (Chebyshev fit).
+fn erfc(x: f64) -> f64 {
+    let z = x.abs();
+    let t = 1.0 / (1.0 + 0.5 * z);
+    let terms = [
+        -1.265_512_23,
+        1.000_023_68,
+        0.374_091_96,
+        0.096_784_18,
+        -0.186_288_06,
+        0.278_868_07,
+        -1.135_203_98,
+        1.488_515_87,
+        -0.822_152_23,
+        0.170_872_77,
+    ];
+    let sum = terms.iter().rev().fold(0.0, |sum, c| sum * t + c);
+    let answer = t * (-z * z + sum).exp();
+    if x >= 0.0 { answer } else { 2.0 - answer }
+}
+
+/// Directions in which a candidate can change the residuals, whitened, orthogonal to what nominal parameters and nuisances can do.
+struct Directions(Vec<DVector<f64>>);
+
+impl Directions {
+    /// Of the ends of a candidate's fit and of amplitudes all over its range.
+    fn of(
+        projection: &Projection,
+        few: &Compared<'_>,
+        hypothesis: &Hypothesis,
+        base: &Fitted,
+        ends: &[&Fitted],
+        here: &DVector<f64>,
+    ) -> Directions {
+        let starts = amplitudes(hypothesis).into_iter().map(|added| start_of(hypothesis, base, &added));
+        // The candidate's own end, with the nominal parameters of the base: the direction of its amplitude there.
+        let ended = ends.iter().map(|end| {
+            let added: Vec<f64> = hypothesis.added.iter().map(|i| end.units[*i]).collect();
+            start_of(hypothesis, base, &added)
+        });
+        let all = starts
+            .chain(ended)
+            .filter_map(|start| {
+                let place = place_of(few, &start);
+                let change = few.residuals(&place) - here;
+                let size = change.norm();
+                let projected = projection.apply(&change);
+                let left = projected.norm();
+                // What nominal parameters do as well is no direction of its own.
+                (size > 1e-9 && left > 0.02 * size).then(|| projected / left)
+            })
+            .collect();
+        Directions(all)
+    }
+
+    /// The largest decrease of χ² along one of them.
+    fn gain(&self, residuals: &DVector<f64>) -> f64 {
+        self.0.iter().map(|d| d.dot(residuals).powi(2)).fold(0.0, f64::max)
+    }
+}
+
+/// Takes out what nominal parameters and nuisances can do, to first order, nuisances within what is known of them.
+struct Projection {
+    slopes: DMatrix<f64>,
+    inverse: DMatrix<f64>,
+}
+
+impl Projection {
+    fn at(few: &Compared<'_>, place: &[f64]) -> Projection {
+        let (_, slopes) = few.linear(place);
+        let normal = few.squares(|squares| squares.normal(place));
+        let mut information = normal.information;
+        let largest = (0..information.nrows()).map(|d| information[(d, d)]).fold(f64::MIN_POSITIVE, f64::max);
+        for d in 0..information.nrows() {
+            information[(d, d)] += 1e-12 * largest + 1e-9;
+        }
+        let size = information.nrows();
+        let inverse = information.try_inverse().unwrap_or_else(|| DMatrix::zeros(size, size));
+        Projection { slopes, inverse }
+    }
+
+    fn apply(&self, change: &DVector<f64>) -> DVector<f64> {
+        change - &self.slopes * (&self.inverse * (self.slopes.transpose() * change))
+    }
+}
+
+/// Simulates nulls: `draws` machines about the nominal fit, and what each candidate would gain on them.
+///
+/// # Errors  as [`Compared::new`].
+pub fn simulate(
+    fitter: &Fitter<'_>,
+    nominal: &Hypothesis,
+    base: &Fitted,
+    candidates: &[(&Hypothesis, &Fitted)],
+    draws: usize,
+    seed: u64,
+    control: &Control,
+) -> Result<Null, ObjectiveError> {
+    let objective = fitter.objective(nominal)?;
+    let coarse = objective.coarse(LINES);
+    let few = coarse.as_ref().unwrap_or(&objective);
+    let place = place_of(few, base);
+    let here = few.residuals(&place);
+    let projection = Projection::at(few, &place);
+    let directions: Vec<Directions> = candidates
+        .par_iter()
+        .map(|(hypothesis, end)| {
+            let own = fitter.objective(hypothesis)?;
+            let coarse = own.coarse(LINES);
+            Ok(Directions::of(&projection, coarse.as_ref().unwrap_or(&own), hypothesis, base, &[end], &here))
+        })
+        .collect::<Result<_, ObjectiveError>>()?;
+    // A draw stands for all lines: what is left of a model's error grows with their number.
+    let share = objective.observations() as f64 / few.observations() as f64;
+    let drawn: Vec<(DVector<f64>, f64)> = (0..draws)
+        .into_par_iter()
+        .filter_map(|draw| {
+            let random = Xoshiro256PlusPlus::seed_from_u64(seed.wrapping_mul(0x9E37_79B9).wrapping_add(draw as u64));
+            match few {
+                Compared::Frf(objective) => {
+                    let Domain::Frf(settings) = fitter.domain else { return None };
+                    // From the nominal machine to the richer one in stages, the fit following: resonances that moved far are not jumped over.
+                    let mut here = place.clone();
+                    for stage in 1..STAGES {
+                        let part = f64::from(stage) / f64::from(STAGES);
+                        let by = another_machine(fitter, nominal, base, settings, LINES, (part, random.clone()))?;
+                        let data = objective.shifted(&by);
+                        here = least_squares_within(&data, &here, &[], (STAGE_STEPS, 1e-2), control.stop()).place;
+                    }
+                    let data = objective.shifted(&another_machine(fitter, nominal, base, settings, LINES, (1.0, random))?);
+                    let fitted = least_squares_within(&data, &here, &[], (STEPS, 1e-3), control.stop());
+                    Some((data.weighted_residuals(&fitted.place), fitted.normal.chi_square / data.observations() as f64))
+                }
+                Compared::Modes(_) => {
+                    let mut random = random;
+                    // Weights of modes are the model's error: a draw is as large as what they say, or as what is left.
+                    let count = here.len();
+                    let spread = (here.norm_squared() / (count.saturating_sub(place.len()).max(1)) as f64).clamp(1.0, 4.0).sqrt();
+                    let noise = DVector::from_fn(count, |_, _| spread * normal(&mut random));
+                    let left = projection.apply(&noise);
+                    let misfit = left.norm_squared() / count as f64;
+                    Some((left, misfit))
+                }
+            }
+        })
+        .collect();
+    let gains: Vec<Vec<f64>> = drawn.par_iter().map(|(left, _)| directions.iter().map(|d| share * d.gain(left)).collect()).collect();
+    let count = gains.len().max(1) as f64;
+    let scales: Vec<f64> = (0..candidates.len())
+        .map(|c| (gains.iter().map(|g| g[c]).sum::<f64>() / count).max(LEAST_SCALE * candidates[c].0.added.len().max(1) as f64))
+        .collect();
+    let mut largest: Vec<f64> = gains.iter().map(|g| g.iter().zip(&scales).map(|(g, s)| g / s).fold(0.0, f64::max)).collect();
+    largest.sort_by(f64::total_cmp);
+    let mut misfit: Vec<f64> = drawn.into_iter().map(|d| d.1).collect();
+    misfit.sort_by(f64::total_cmp);
+    Ok(Null { scales, largest, misfit })
+}
+
+fn normal(random: &mut Xoshiro256PlusPlus) -> f64 {
+    let u: f64 = random.random();
+    (-2.0 * (1.0 - u).ln()).sqrt() * (std::f64::consts::TAU * random.random::<f64>()).cos()
+}
+
+/// By what the logarithms of measured FRFs must change to be those of a richer machine about a fit, with the noise of the lines; only a part of the
+/// way there. `lines` of each record, as its objective thinned to so many has them.
+pub(super) fn another_machine(
+    fitter: &Fitter<'_>,
+    hypothesis: &Hypothesis,
+    base: &Fitted,
+    settings: FrfSettings,
+    lines: usize,
+    (part, mut random): (f64, Xoshiro256PlusPlus),
+) -> Option<Vec<Vec<Complex64>>> {
+    let random = &mut random;
+    let parameters = &hypothesis.machine.parameters;
+    let mut units = base.units.clone();
+    for (unit, parameter) in units.iter_mut().zip(parameters) {
+        if let Some(sd) = parameter.sd {
+            let ends = parameter.id.starts_with("~end");
+            let value = parameter.start + if ends { 0.0 } else { part * sd * normal(random) };
+            // A loss is never below nothing: it is mirrored there.
+            let value = if parameter.lower >= 0.0 { value.abs() } else { value };
+            *unit = parameter.to_unit(value.clamp(parameter.lower, parameter.upper));
+        }
+    }
+    let richer = Hypothesis { machine: richer(&hypothesis.machine, part, random), ..hypothesis.clone() };
+    // The very lines of the objective that is shifted.
+    let compared = fitter.objective(&richer).ok()?.coarse(lines)?;
+    let mut place = place_of(&compared, &Fitted { units, ..base.clone() });
+    let known_within = compared.nut_coordinates().start..place.len();
+    // Nut positions and channels: a standard deviation is a twentieth of their coordinate.
+    place[known_within].iter_mut().for_each(|u| *u = 0.5 + part * normal(random) / 20.0);
+    let Compared::Frf(theirs) = compared else { return None };
+    let by: Vec<Vec<Complex64>> = theirs
+        .residuals_at(&place)
+        .iter()
+        .zip(theirs.records())
+        .map(|(r, record)| {
+            let mut noise = |sd: f64| Complex64::new(sd * normal(random), sd * normal(random));
+            r.iter().zip(record.noise()).map(|(r, sd)| -r + noise(sd.unwrap_or(settings.model_error))).collect()
+        })
+        .collect();
+    by.iter().flatten().all(|z| z.re.is_finite() && z.im.is_finite()).then_some(by)
+}
+
+/// The machine with journals at the ends of its shafts, and nuts that hold their screw at two places.
+fn richer(machine: &Machine, part: f64, random: &mut Xoshiro256PlusPlus) -> Machine {
+    let mut richer = machine.clone();
+    let start = machine.start();
+    let length_m = |shaft: &Shaft| shaft.length.at(&start, &crate::machine::Operating::default());
+    let mut between = |low: f64, high: f64| random.random_range(low..high);
+    for index in 0..machine.shafts.len() {
+        let length_m = length_m(&machine.shafts[index]);
+        let half_nut_m = part * length_m * between(0.008, 0.025);
+        distribute_nut(&mut richer, index, half_nut_m);
+        for right in [false, true] {
+            let journal_m = length_m * between(0.03, 0.08);
+            let thinner = part * between(0.05, 0.15);
+            journal(&mut richer, index, right, (length_m, journal_m), thinner);
+        }
+    }
+    richer
+}
+
+fn massless(machine: &mut Machine, name: String, motion: Motion) -> usize {
+    machine.points.push(Point { name, motion, inertia: Value::number(0.0), fixed: false });
+    machine.points.len() - 1
+}
+
+/// A fixed number as a parameter, so that a law can refer to it.
+fn constant(machine: &mut Machine, id: String, number: f64) -> usize {
+    let (lower, upper) = (number - 1.0, number + 1.0);
+    let (unit, source) = ("1".into(), String::new());
+    machine.parameters.push(Parameter {
+        id,
+        unit,
+        start: number,
+        lower,
+        upper,
+        scale: Scale::Linear,
+        fit: FitRule::Never,
+        sd: None,
+        source,
+    });
+    machine.parameters.len() - 1
+}
+
+/// Cuts the end of a shaft off as a shaft of its own, thinner.
+fn journal(machine: &mut Machine, index: usize, right: bool, (length_m, journal_m): (f64, f64), thinner: f64) {
+    let shaft = machine.shafts[index].clone();
+    let Some(end) = (if right { shaft.stations.last() } else { shaft.stations.first() }).copied() else { return };
+    let at = Place::At(if right { length_m - journal_m } else { journal_m });
+    let name = format!("~journal {index} {right}");
+    let axial = end.axial.map(|_| massless(machine, format!("{name} axial"), Motion::Translation));
+    let torsion = end.torsion.map(|_| massless(machine, format!("{name} torsion"), Motion::Rotation));
+    let seam = Station { place: at, axial, torsion };
+    let mut own = shaft;
+    let by = constant(machine, name.clone(), 1.0 - thinner);
+    own.diameter.laws.push(Law::Times(by));
+    own.name = name;
+    own.stations = if right { vec![seam, end] } else { vec![end, seam] };
+    let stations = &mut machine.shafts[index].stations;
+    if let Some(station) = if right { stations.last_mut() } else { stations.first_mut() } {
+        *station = seam;
+    }
+    machine.shafts.push(own);
+}
+
+/// Lets every joint at the nut of a shaft act at two places beside it, half each.
+fn distribute_nut(machine: &mut Machine, index: usize, half_m: f64) {
+    let stations = machine.shafts[index].stations.clone();
+    let Some(at) = stations.iter().position(|s| s.place == Place::Nut) else { return };
+    let nut = stations[at];
+    let touched = |joint: &Joint| joint.on.iter().any(|(p, _)| Some(*p) == nut.axial || Some(*p) == nut.torsion);
+    let joints: Vec<usize> = (0..machine.joints.len()).filter(|j| touched(&machine.joints[*j])).collect();
+    if joints.is_empty() {
+        return;
+    }
+    let half = constant(machine, format!("~half {index}"), 0.5);
+    let mut beside = Vec::new();
+    for (side, offset_m) in [("before", -half_m), ("after", half_m)] {
+        let axial = nut.axial.map(|_| massless(machine, format!("~nut {index} {side} axial"), Motion::Translation));
+        let torsion = nut.torsion.map(|_| massless(machine, format!("~nut {index} {side} torsion"), Motion::Rotation));
+        beside.push(Station { place: Place::BesideNut(offset_m), axial, torsion });
+    }
+    for joint in joints {
+        machine.joints[joint].stiffness.laws.push(Law::Times(half));
+        machine.joints[joint].damping.laws.push(Law::Times(half));
+        let mut other = machine.joints[joint].clone();
+        other.name = format!("~{} after", other.name);
+        for (joint, station) in [(&mut machine.joints[joint], beside[0]), (&mut other, beside[1])] {
+            for (point, _) in &mut joint.on {
+                if Some(*point) == nut.axial {
+                    *point = station.axial.unwrap_or(*point);
+                } else if Some(*point) == nut.torsion {
+                    *point = station.torsion.unwrap_or(*point);
+                }
+            }
+        }
+        machine.joints.push(other);
+    }
+    machine.shafts[index].stations.splice(at..=at, [beside[0], nut, beside[1]]);
+}

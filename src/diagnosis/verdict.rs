@@ -1,0 +1,457 @@
+//! What is said: none, an effect, effects that the data cannot tell apart, a wrong parameter, a faulty record, or something unknown and where.
+
+use rayon::prelude::*;
+
+use super::domain::{Domain, Part, floor_over, gap_over};
+use super::fit::{Fitted, Fitter, values_of};
+use super::hypothesis::{Hypothesis, Kind};
+use super::null::{Null, simulate};
+use super::run::{Candidate, Status, Survey, hypotheses, left_out, locate, nominal, nominal_fits, survey};
+use crate::machine::{Effect, Machine};
+use crate::measurement::{FitSet, HoldOutSet};
+use crate::objective::ObjectiveError;
+use crate::optimizer::Control;
+
+/// Kinds of verdicts.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum VerdictKind {
+    /// Model and data agree within what ordinary nuisances and noise leave.
+    None,
+    /// One effect, or one combination, explains the gap.
+    Effect,
+    /// Several explain it, and the data cannot tell them apart.
+    Ambiguous,
+    /// Something is missing, but no effect of the library.
+    Unknown,
+    /// A frozen parameter is wrong.
+    WrongParameter,
+    /// A record contradicts the others.
+    Measurement,
+    /// The data are too few to say anything.
+    Insufficient,
+}
+
+impl VerdictKind {
+    /// The word for it.
+    pub fn word(self) -> &'static str {
+        match self {
+            VerdictKind::None => "none",
+            VerdictKind::Effect => "effect",
+            VerdictKind::Ambiguous => "ambiguous",
+            VerdictKind::Unknown => "unknown",
+            VerdictKind::WrongParameter => "wrong-parameter",
+            VerdictKind::Measurement => "measurement",
+            VerdictKind::Insufficient => "insufficient",
+        }
+    }
+}
+
+/// The verdict.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Verdict {
+    /// Kind.
+    pub kind: VerdictKind,
+    /// Effects or combinations; empty for the kinds that name none.
+    pub effects: Vec<String>,
+    /// Why, in a sentence or two.
+    pub reason: String,
+    /// What to measure next.
+    pub next: Option<String>,
+}
+
+/// A candidate with its figures.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Tried {
+    /// The candidate.
+    pub candidate: Candidate,
+    /// Gain over its scale under the null, less where much stays unexplained.
+    pub statistic: f64,
+    /// Share of nulls with a statistic as large, whatever the candidate.
+    pub p_value: f64,
+    /// Held-out gaps with it.
+    pub held_out: Vec<Part>,
+}
+
+/// An interface with its figures.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Located {
+    /// The candidate.
+    pub candidate: Candidate,
+    /// Held-out gaps with it.
+    pub held_out: Vec<Part>,
+}
+
+/// A whole diagnosis.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Diagnosis {
+    /// FRFs or modes.
+    pub domain: Domain,
+    /// The nominal machine and its fit.
+    pub nominal: (Hypothesis, Fitted),
+    /// Gaps of the fitted data with it.
+    pub fit: Vec<Part>,
+    /// Gaps of the held-out data with it.
+    pub held_out: Vec<Part>,
+    /// Interfaces, best first.
+    pub located: Vec<Located>,
+    /// Candidates, best first; those not tried last.
+    pub tried: Vec<Tried>,
+    /// What nulls show.
+    pub null: Null,
+    /// Scale of each candidate under the null, by id.
+    pub scales: Vec<(String, f64)>,
+    /// Misfit of the nominal fit over that of the middle null.
+    pub excess: f64,
+    /// The model that explains most: the named effect or combination, or else the nominal machine.
+    pub chosen: (Hypothesis, Fitted),
+    /// Held-out gaps with it.
+    pub chosen_held_out: Vec<Part>,
+    /// The verdict.
+    pub verdict: Verdict,
+    /// Ran to its end.
+    pub complete: bool,
+}
+
+/// How a diagnosis is made.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Settings {
+    /// FRFs or modes, weights and band.
+    pub domain: Domain,
+    /// Parameters that keep their start values.
+    pub frozen: Vec<String>,
+    /// Seed.
+    pub seed: u64,
+    /// Draws of the null.
+    pub draws: usize,
+    /// A null of the same machine and layout that is known already: scales by id, and its laws.
+    pub null: Option<KnownNull>,
+}
+
+/// A null that was simulated before.
+#[derive(Debug, Clone, PartialEq)]
+pub struct KnownNull {
+    /// Scale of each candidate by id.
+    pub scales: Vec<(String, f64)>,
+    /// As [`Null::largest`].
+    pub largest: Vec<f64>,
+    /// As [`Null::misfit`].
+    pub misfit: Vec<f64>,
+}
+
+/// Share of nulls that may be called something.
+const ALPHA: f64 = 0.005;
+/// Smallest statistic that is called something, whatever the null says.
+const LEAST_STATISTIC: f64 = 6.0;
+/// What the data can tell apart, in χ² (an error rate of 7 %), and as a share of the gain: the model is no better than that.
+const APART: f64 = 9.0;
+const APART_SHARE: f64 = 0.04;
+/// Penalty of a parameter in χ².
+const PENALTY: f64 = 3.0;
+/// Effects that may be combined.
+const MOST: usize = 3;
+/// Excess of the misfit over the middle null beyond which something is still missing.
+const EXCESS: f64 = 2.0;
+/// Excess beyond which a named effect must hold its own against a free shape at an interface.
+const DOUBT: f64 = 4.0;
+
+fn excess(null: &Null, misfit: f64) -> f64 {
+    let middle = null.misfit.get(null.misfit.len() / 2).copied().unwrap_or(misfit);
+    (misfit / middle).max(1.0)
+}
+
+/// Diagnoses.
+///
+/// # Errors  as [`Fitter::objective`].
+pub fn diagnose(
+    machine: &Machine,
+    effects: &[Effect],
+    fitter: &Fitter<'_>,
+    held_out: &HoldOutSet<'_>,
+    settings: &Settings,
+    control: &Control,
+) -> Result<Diagnosis, ObjectiveError> {
+    let domain = fitter.domain;
+    let start = nominal(machine, domain)?;
+    let bases = nominal_fits(machine, fitter, &start, settings.seed, control)?;
+    let candidates = hypotheses(machine, &start, effects, &fitter.frozen);
+    let surveyed = survey(fitter, start, bases, candidates, control)?;
+    let count = fitter.objective(&surveyed.nominal)?.observations() as f64;
+    let fitted: Vec<(&Hypothesis, &Fitted)> = surveyed.candidates.iter().filter_map(|c| c.fitted.as_ref().map(|(h, f)| (h, f))).collect();
+    let null = match &settings.null {
+        Some(known) => {
+            let scale = |id: &str| known.scales.iter().find(|(k, _)| k == id).map_or(PENALTY, |s| s.1);
+            let scales = fitted.iter().map(|(h, _)| scale(&h.id)).collect();
+            Null { scales, largest: known.largest.clone(), misfit: known.misfit.clone() }
+        }
+        None => simulate(fitter, &surveyed.nominal, &surveyed.base, &fitted, settings.draws, settings.seed, control)?,
+    };
+    let scales: Vec<(String, f64)> = fitted.iter().zip(&null.scales).map(|((h, _), s)| (h.id.clone(), *s)).collect();
+    let mut tried = judge(&surveyed, &null, count);
+    let nominal_left_out = left_out(fitter, &surveyed.nominal, &surveyed.base, control)?;
+    let base = surveyed.base.clone();
+    let before = excess(&null, base.chi_square / count);
+    let same = class(&tried, &null, count);
+    for at in 0..same.len().max(3).min(tried.len()) {
+        if let Some((hypothesis, fitted)) = tried[at].candidate.fitted.clone() {
+            tried[at].candidate.left_out = left_out(fitter, &hypothesis, &fitted, control).ok();
+        }
+    }
+    let significant = tried.first().is_some_and(|t| t.p_value < ALPHA && t.statistic >= LEAST_STATISTIC);
+    // Interfaces say where; they are looked at in any case, since they also tell whether an effect of the library does what can be done.
+    let located: Vec<Candidate> = locate(&surveyed, fitter, 5, control)?;
+    let faulty = if before > EXCESS || significant { faulty_record(fitter, &surveyed, &null, control)? } else { None };
+    let (verdict, chosen) = conclude(&Evidence {
+        fitter,
+        machine,
+        effects,
+        surveyed: &surveyed,
+        tried: &tried,
+        null: &null,
+        count,
+        significant,
+        same: &same,
+        located: &located,
+        faulty,
+        nominal_left_out,
+        control,
+    })?;
+    let all = HoldOutSet { set: fitter.fit.set, positions: fitter.fit.positions.clone(), frfs: fitter.fit.frfs.clone() };
+    let told = |(hypothesis, fitted): &(Hypothesis, Fitted)| fitter.gaps(hypothesis, fitted, held_out);
+    for t in tried.iter_mut() {
+        if let Some(pair) = &t.candidate.fitted {
+            t.held_out = told(pair)?;
+        }
+    }
+    let located: Result<Vec<Located>, ObjectiveError> = located
+        .into_iter()
+        .map(|candidate| {
+            let held_out = candidate.fitted.as_ref().map(told).transpose()?.unwrap_or_default();
+            Ok(Located { candidate, held_out })
+        })
+        .collect();
+    let not_tried = surveyed.candidates.iter().filter(|c| c.fitted.is_none());
+    tried.extend(not_tried.map(|c| Tried { candidate: c.clone(), statistic: 0.0, p_value: 1.0, held_out: Vec::new() }));
+    Ok(Diagnosis {
+        domain,
+        fit: fitter.gaps(&surveyed.nominal, &base, &all)?,
+        held_out: fitter.gaps(&surveyed.nominal, &base, held_out)?,
+        chosen_held_out: told(&chosen)?,
+        nominal: (surveyed.nominal, base),
+        located: located?,
+        tried,
+        null,
+        scales,
+        excess: before,
+        chosen,
+        verdict,
+        complete: !control.stopped(),
+    })
+}
+
+/// Statistics of all candidates that were tried, best first by χ² with a penalty on parameters.
+fn judge(survey: &Survey, null: &Null, count: f64) -> Vec<Tried> {
+    let mut tried: Vec<Tried> = survey
+        .candidates
+        .iter()
+        .filter(|c| c.fitted.is_some())
+        .enumerate()
+        .map(|(at, candidate)| {
+            let chi_square = candidate.fitted.as_ref().map_or(0.0, |f| f.1.chi_square);
+            let statistic = null.statistic(at, candidate.gain) / excess(null, chi_square / count);
+            Tried { candidate: candidate.clone(), statistic, p_value: null.p_value(statistic), held_out: Vec::new() }
+        })
+        .collect();
+    let unit = tried.iter().map(|t| excess(null, chi_square(t) / count)).fold(f64::INFINITY, f64::min).min(1e6);
+    tried.sort_by(|a, b| penalised(a, unit).total_cmp(&penalised(b, unit)));
+    tried
+}
+
+fn chi_square(tried: &Tried) -> f64 {
+    tried.candidate.fitted.as_ref().map_or(f64::INFINITY, |f| f.1.chi_square)
+}
+
+/// χ² with a penalty on parameters; what gains nothing it can stand for (another quantity that is none) comes last.
+fn penalised(tried: &Tried, unit: f64) -> f64 {
+    let added = tried.candidate.fitted.as_ref().map_or(0, |f| f.0.added.len()) as f64;
+    if tried.candidate.gain == 0.0 { f64::INFINITY } else { chi_square(tried) + PENALTY * unit * added }
+}
+
+/// Indices of the candidates that the data cannot tell from the best.
+fn class(tried: &[Tried], null: &Null, count: f64) -> Vec<usize> {
+    let Some(best) = tried.first() else { return Vec::new() };
+    let unit = excess(null, chi_square(best) / count);
+    let reach = penalised(best, unit) + APART * unit + APART_SHARE * best.candidate.gain;
+    (0..tried.len()).filter(|at| penalised(&tried[*at], unit) <= reach).collect()
+}
+
+/// A record without which the others agree, while it alone contradicts them.
+fn faulty_record(fitter: &Fitter<'_>, survey: &Survey, null: &Null, control: &Control) -> Result<Option<usize>, ObjectiveError> {
+    let Domain::Frf(_) = fitter.domain else { return Ok(None) };
+    let frfs = &fitter.fit.frfs;
+    if frfs.len() < 3 {
+        return Ok(None);
+    }
+    let without: Result<Vec<(usize, f64, f64)>, ObjectiveError> = frfs
+        .par_iter()
+        .map(|left| {
+            let kept = fitter.on(FitSet { frfs: frfs.iter().copied().filter(|f| f != left).collect(), ..fitter.fit.clone() });
+            let objective = kept.objective(&survey.nominal)?;
+            let part = kept.descend(&objective, &survey.base, 25, control);
+            let own = fitter.on(FitSet { frfs: vec![*left], ..fitter.fit.clone() });
+            let count = own.objective(&survey.nominal)?.observations() as f64;
+            Ok((*left, part.chi_square / objective.observations() as f64, own.loss(&survey.nominal, &part)? / count))
+        })
+        .collect();
+    let mut without = without?;
+    without.sort_by(|a, b| a.1.total_cmp(&b.1));
+    let (worst, rest, own) = without[0];
+    let agrees = excess(null, rest) <= 1.6;
+    let second = without[1].1;
+    Ok((agrees && own > 10.0 * rest && second > 2.5 * rest).then_some(worst))
+}
+
+struct Evidence<'e, 's> {
+    fitter: &'e Fitter<'s>,
+    machine: &'e Machine,
+    effects: &'e [Effect],
+    surveyed: &'e Survey,
+    tried: &'e [Tried],
+    null: &'e Null,
+    count: f64,
+    significant: bool,
+    same: &'e [usize],
+    located: &'e [Candidate],
+    faulty: Option<usize>,
+    nominal_left_out: f64,
+    control: &'e Control,
+}
+
+fn conclude(evidence: &Evidence<'_, '_>) -> Result<(Verdict, (Hypothesis, Fitted)), ObjectiveError> {
+    let Evidence { surveyed, tried, null, count, same, located, .. } = evidence;
+    let nothing = (surveyed.nominal.clone(), surveyed.base.clone());
+    let before = excess(null, surveyed.base.chi_square / count);
+    let say = |kind: VerdictKind, effects: Vec<String>, reason: String, next: Option<String>| Verdict { kind, effects, reason, next };
+    if let Some(frf) = evidence.faulty {
+        let source = &evidence.fitter.fit.set.frfs[frf].source;
+        let reason = format!("{source} contradicts the other records, which agree with the model without it");
+        let next = Some(format!("measure {source} again; check sensor, mounting and cable of that channel"));
+        return Ok((say(VerdictKind::Measurement, Vec::new(), reason, next), nothing));
+    }
+    // An interface stands for what no effect of the library has; it has no scale of its own and needs a clear gain.
+    let free = located.iter().filter(|c| c.fitted.is_some()).min_by(|a, b| chi_of(a).total_cmp(&chi_of(b)));
+    let free_excess = free.map_or(f64::INFINITY, |c| excess(null, chi_of(c) / count));
+    let free_statistic = free.map_or(0.0, |c| c.gain / (PENALTY * 3.0) / free_excess);
+    if !evidence.significant {
+        if let Some(found) = free.filter(|_| free_statistic > 4.0 * LEAST_STATISTIC && null.p_value(free_statistic) < ALPHA) {
+            let reason = format!("no effect of the library explains the gap, but something is missing at {}", named(&found.id));
+            let next = Some("an accelerometer at that place, struck there, too".to_string());
+            return Ok((say(VerdictKind::Unknown, Vec::new(), reason, next), nothing));
+        }
+        let best = tried.first().map_or("nothing".to_string(), |t| format!("{} with p = {:.2}", t.candidate.id, t.p_value));
+        let reason = format!("what is left is no more than nulls of this machine and layout show (most is gained by {best})");
+        return Ok((say(VerdictKind::None, Vec::new(), reason, None), nothing));
+    }
+    let best = &tried[0];
+    let release = tried.iter().find(|t| {
+        let is = t.candidate.fitted.as_ref().is_some_and(|f| f.0.kind == Kind::Release);
+        is && t.candidate.gain >= 0.85 * best.candidate.gain
+    });
+    if let Some((found, (hypothesis, fitted))) = release.and_then(|t| Some((t, t.candidate.fitted.as_ref()?))) {
+        let values = values_of(hypothesis, fitted);
+        let index = hypothesis.added[0];
+        let parameter = &hypothesis.machine.parameters[index];
+        let reason = format!(
+            "{} was held at {:.4e} {}; free, it becomes {:.4e} and takes {:.0} % of χ² away: no effect is needed",
+            found.candidate.id,
+            parameter.start,
+            parameter.unit,
+            values[index],
+            100.0 * found.candidate.gain / surveyed.base.chi_square
+        );
+        let next = Some(format!("identify without --freeze {}", found.candidate.id));
+        return Ok((say(VerdictKind::WrongParameter, Vec::new(), reason, next), (hypothesis.clone(), fitted.clone())));
+    }
+    let Some((hypothesis, fitted)) = best.candidate.fitted.clone() else { return Ok((none_of(before), nothing)) };
+    let mut chosen = (hypothesis, fitted);
+    let mut names = vec![best.candidate.id.clone()];
+    let mut after = excess(null, chosen.1.chi_square / count);
+    // One effect more, as long as it explains much of what is left and is no accident.
+    while after > EXCESS && names.len() < MOST && same.len() == 1 {
+        let Some(more) = another(evidence, &chosen, &names)? else { break };
+        names.push(more.0);
+        chosen = (more.1, more.2);
+        after = excess(null, chosen.1.chi_square / count);
+    }
+    let alternatives: Vec<String> = same.iter().map(|at| tried[*at].candidate.id.clone()).collect();
+    if after > DOUBT && free_excess < 0.5 * after {
+        let place = free.map_or("?", |c| named(&c.id));
+        let reason = format!(
+            "the best of the library, {}, leaves {after:.1} times what nulls show; a free shape at {place} leaves {free_excess:.1} times",
+            names.join("+")
+        );
+        let next = Some("an accelerometer at that place, struck there, too".to_string());
+        return Ok((say(VerdictKind::Unknown, Vec::new(), reason, next), chosen));
+    }
+    let p = if best.p_value < 1e-4 { "p < 0.0001".to_string() } else { format!("p = {:.4}", best.p_value) };
+    let lost = best.candidate.left_out.map_or(String::new(), |l| {
+        let share = 100.0 * (1.0 - l / evidence.nominal_left_out);
+        if share > 0.0 { format!(", and {share:.0} % of that of positions left out") } else { String::new() }
+    });
+    let gained = 100.0 * (1.0 - chosen.1.chi_square / surveyed.base.chi_square);
+    let reason = format!("{} takes {gained:.0} % of χ² away{lost} ({p})", names.join(" and "));
+    let verdict = if names.len() > 1 || alternatives.len() < 2 {
+        let next = None;
+        say(VerdictKind::Effect, vec![names.join("+")], reason, next)
+    } else {
+        let reason = format!("{reason}; these data cannot tell it from {}", alternatives[1..].join(", "));
+        let next = alternatives.iter().find_map(|id| evidence.effects.iter().find(|e| e.id == *id)).and_then(|e| e.separates.clone());
+        say(VerdictKind::Ambiguous, alternatives, reason, next)
+    };
+    Ok((verdict, chosen))
+}
+
+fn none_of(before: f64) -> Verdict {
+    let reason = format!("no candidate could be fitted; the misfit is {before:.1} times that of the middle null");
+    Verdict { kind: VerdictKind::Unknown, effects: Vec::new(), reason, next: None }
+}
+
+fn chi_of(candidate: &Candidate) -> f64 {
+    candidate.fitted.as_ref().map_or(f64::INFINITY, |f| f.1.chi_square)
+}
+
+/// The interface of an id such as «rotor:stiffness».
+fn named(id: &str) -> &str {
+    id.rsplit_once(':').map_or(id, |(interface, _)| interface)
+}
+
+/// The effect that explains most of what an explanation leaves, where it is no accident: its id, hypothesis and fit.
+fn another(
+    evidence: &Evidence<'_, '_>,
+    chosen: &(Hypothesis, Fitted),
+    names: &[String],
+) -> Result<Option<(String, Hypothesis, Fitted)>, ObjectiveError> {
+    let Evidence { fitter, machine, effects, null, count, control, tried, .. } = evidence;
+    let others: Vec<Effect> = effects.iter().filter(|e| !names.contains(&e.id)).cloned().collect();
+    let (apply, _) = hypotheses(machine, &chosen.0, &others, &[]);
+    let second = survey(fitter, chosen.0.clone(), vec![chosen.1.clone()], (apply, Vec::new()), control)?;
+    let scale = |id: &str| {
+        let own = id.rsplit('+').next().unwrap_or(id);
+        let known = tried.iter().find(|t| t.candidate.id == own);
+        known.map_or(PENALTY, |t| {
+            if t.statistic > 0.0 { t.candidate.gain / t.statistic / excess(null, chi_square(t) / count) } else { PENALTY }
+        })
+    };
+    let best = second.candidates.into_iter().filter(|c| c.status == Status::Tried).max_by(|a, b| a.gain.total_cmp(&b.gain));
+    let Some((id, gain, (hypothesis, fitted))) = best.and_then(|c| Some((c.id.clone(), c.gain, c.fitted?))) else { return Ok(None) };
+    let after = excess(null, fitted.chi_square / count);
+    let statistic = gain / scale(&id) / after;
+    let much = gain >= 0.4 * chosen.1.chi_square;
+    let last = id.rsplit('+').next().unwrap_or(&id).to_string();
+    Ok((much && statistic >= LEAST_STATISTIC && null.p_value(statistic) < ALPHA).then_some((last, hypothesis, fitted)))
+}
+
+/// `closed` = 1 − (after² − floor²)/(before² − floor²); `None` where the gap before is at the floor, or the floor is not known.
+pub fn closed(before: &[Part], after: &[Part]) -> Option<f64> {
+    let (g0, g1, floor) = (gap_over(before)?, gap_over(after)?, floor_over(before)?);
+    (g0 > floor).then(|| 1.0 - (g1 * g1 - floor * floor) / (g0 * g0 - floor * floor))
+}

@@ -1,0 +1,279 @@
+//! The document of a diagnosis, and how it is told on a terminal.
+
+use std::collections::BTreeMap;
+
+use serde::{Deserialize, Serialize};
+
+use super::document::Stamp;
+use super::{columns, wrapped};
+
+/// `diagnosis.json`.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Diagnosis {
+    /// Provenance.
+    #[serde(flatten)]
+    pub stamp: Stamp,
+    /// `frf`, `modes` or `motion`.
+    pub domain: String,
+    /// Configuration.
+    pub config: String,
+    /// Measurement set.
+    pub measurements: String,
+    /// Positions (or records) fitted.
+    pub fit_positions: Vec<String>,
+    /// Positions (or records) held out.
+    pub held_out_positions: Vec<String>,
+    /// Gap that the noise alone leaves on what was held out; absent where nothing is known of it.
+    pub noise_floor: Option<f64>,
+    /// Gaps of the machine as described.
+    pub gap: Gap,
+    /// Misfit of the fit over that of the middle null.
+    pub misfit_over_null: f64,
+    /// Interfaces, best first.
+    #[serde(rename = "where")]
+    pub located: Vec<Interface>,
+    /// Residuals over position, channel and band, of the machine as described.
+    pub residual_map: Vec<Cell>,
+    /// What the ratio of measured and modelled looks like, channel by channel.
+    pub ratio: Vec<Ratio>,
+    /// The missing dynamic stiffness at the best interfaces.
+    pub delta_z: Vec<DeltaZ>,
+    /// All candidates, best first.
+    pub effects: Vec<EffectRow>,
+    /// The model that is chosen, over what was held out.
+    pub chosen: Chosen,
+    /// The verdict.
+    pub verdict: Verdict,
+}
+
+/// Gaps.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Gap {
+    /// Over what was fitted.
+    pub fit: Option<f64>,
+    /// Over what was held out.
+    pub held_out: Option<f64>,
+    /// By position (or record).
+    pub by_position: BTreeMap<String, f64>,
+    /// By band, over everything.
+    pub by_band: Vec<Band>,
+    /// By order of the mode.
+    pub by_mode: Vec<f64>,
+    /// By phase of a motion.
+    pub by_phase: BTreeMap<String, f64>,
+}
+
+/// The gap in a band.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Band {
+    /// Lowest frequency (Hz).
+    pub from_hz: f64,
+    /// Highest frequency (Hz).
+    pub to_hz: f64,
+    /// Gap.
+    pub gap: f64,
+}
+
+/// A cell of the residual map.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Cell {
+    /// Position (or record).
+    pub position: String,
+    /// Response/excitation.
+    pub channel: String,
+    /// Lowest frequency (Hz).
+    pub from_hz: f64,
+    /// Highest frequency (Hz).
+    pub to_hz: f64,
+    /// Gap.
+    pub gap: f64,
+    /// Mean of ln(measured/modelled magnitude).
+    pub log_ratio: f64,
+    /// Mean phase (rad) of measured over modelled.
+    pub phase_rad: f64,
+}
+
+/// What measured over modelled looks like in a channel.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Ratio {
+    /// Response/excitation.
+    pub channel: String,
+    /// Mean factor of the magnitude.
+    pub factor: f64,
+    /// Slope of ln|ratio| over ln(frequency).
+    pub power: f64,
+    /// Delay (s) that suits the phase best.
+    pub delay_s: f64,
+    /// What it looks like, in a word.
+    pub looks_like: String,
+}
+
+/// Missing dynamic stiffness.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct DeltaZ {
+    /// Where.
+    pub interface: String,
+    /// Frequencies (Hz).
+    pub frequency_hz: Vec<f64>,
+    /// Real part (N/m or N·m/rad).
+    pub real: Vec<f64>,
+    /// Imaginary part.
+    pub imag: Vec<f64>,
+}
+
+/// An interface at which something may be missing.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Interface {
+    /// Point or joint.
+    pub interface: String,
+    /// Shape.
+    pub shape: String,
+    /// Share of χ² of the fitted data that it takes away.
+    pub takes: f64,
+    /// Held-out gap with it.
+    pub gap_held_out: Option<f64>,
+}
+
+/// A candidate.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct EffectRow {
+    /// Id.
+    pub id: String,
+    /// `tried`, `failed` or `not-applicable`.
+    pub status: String,
+    /// Why it failed or does not apply.
+    pub why: Option<String>,
+    /// Held-out gap without it.
+    pub gap_held_out_before: Option<f64>,
+    /// Held-out gap with it.
+    pub gap_held_out_after: Option<f64>,
+    /// Share of the gap above the noise floor that it closes.
+    pub closed: Option<f64>,
+    /// 95 % interval of `closed`, for what the verdict names.
+    pub closed95: Option<[f64; 2]>,
+    /// Share of nulls that show as much.
+    pub p_value: Option<f64>,
+    /// Gain in χ² over what nulls show.
+    pub statistic: f64,
+    /// Share of χ² of the fitted data that it takes away.
+    pub takes: f64,
+    /// Values of its parameters.
+    pub parameters: BTreeMap<String, f64>,
+    /// Whether the verdict names it.
+    pub selected: bool,
+    /// What it is.
+    pub says: Option<String>,
+}
+
+/// The chosen model.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Chosen {
+    /// Id, or combination; `nominal` where nothing is added.
+    pub id: String,
+    /// All its parameters, nuisances among them (their names begin with ~).
+    pub parameters: BTreeMap<String, f64>,
+    /// Held-out gap.
+    pub gap_held_out: Option<f64>,
+    /// Share of the gap above the floor that it closes.
+    pub closed: Option<f64>,
+    /// 95 % interval by parametric bootstrap.
+    pub closed95: Option<[f64; 2]>,
+    /// Share that the best free shape at an interface closes: a ceiling.
+    pub ceiling: Option<f64>,
+    /// In plain units, before and after.
+    pub plain: Vec<Plain>,
+}
+
+/// A figure in plain units.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Plain {
+    /// What.
+    pub figure: String,
+    /// Machine as described.
+    pub before: f64,
+    /// Chosen model.
+    pub after: f64,
+}
+
+/// The verdict.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Verdict {
+    /// Kind.
+    pub kind: String,
+    /// Effects or combinations.
+    pub effects: Vec<String>,
+    /// Why.
+    pub reason: String,
+    /// What to measure next.
+    pub next_measurement: Option<String>,
+    /// The interface where most is missing, where something is.
+    #[serde(rename = "where")]
+    pub place: Option<String>,
+    /// The band where most is missing, where something is.
+    pub band_hz: Option<[f64; 2]>,
+}
+
+fn percent(x: Option<f64>) -> String {
+    x.map_or("–".into(), |x| format!("{:.1} %", 100.0 * x))
+}
+
+/// The diagnosis for a person: the verdict first.
+pub fn diagnosis_text(document: &Diagnosis) -> String {
+    let v = &document.verdict;
+    let subject = if v.effects.is_empty() { String::new() } else { format!(": {}", v.effects.join(" or ")) };
+    let mut text = wrapped(&format!("verdict — {}{subject}", v.kind));
+    text += &wrapped(&v.reason);
+    if let Some(next) = &v.next_measurement {
+        text += &wrapped(&format!("next: {next}"));
+    }
+    text.push('\n');
+    let floor = document.noise_floor.map_or(String::new(), |f| format!(", noise leaves {:.1} %", 100.0 * f));
+    text += &wrapped(&format!(
+        "how far — gap of what was held out: {} before, {} after{floor}; closed {}{}, ceiling {}",
+        percent(document.gap.held_out),
+        percent(document.chosen.gap_held_out),
+        percent(document.chosen.closed),
+        document.chosen.closed95.map_or(String::new(), |[a, b]| format!(" ({:.0} to {:.0} %)", 100.0 * a, 100.0 * b)),
+        percent(document.chosen.ceiling)
+    ));
+    for plain in &document.chosen.plain {
+        text += &wrapped(&format!("  {}: {:.2} % before, {:.2} % after", plain.figure, 100.0 * plain.before, 100.0 * plain.after));
+    }
+    text += "\nwhich — candidates, best first\n";
+    let rows: Vec<Vec<String>> = document
+        .effects
+        .iter()
+        .filter(|e| e.status == "tried")
+        .take(8)
+        .map(|e| {
+            vec![
+                if e.selected { format!("* {}", e.id) } else { format!("  {}", e.id) },
+                percent(Some(e.takes)),
+                percent(e.gap_held_out_after),
+                e.closed.map_or("–".into(), |c| format!("{c:.2}")),
+                e.p_value.map_or("–".into(), |p| if p < 1e-4 { "<0.0001".into() } else { format!("{p:.4}") }),
+            ]
+        })
+        .collect();
+    text += &columns(&["effect", "χ² taken", "held-out gap", "closed", "p"].map(String::from), rows.into_iter());
+    let failed: Vec<&str> = document.effects.iter().filter(|e| e.status == "failed").map(|e| e.id.as_str()).collect();
+    if !failed.is_empty() {
+        text += &wrapped(&format!("their fit failed, so nothing is said of: {}", failed.join(", ")));
+    }
+    let others: Vec<&str> = document.effects.iter().filter(|e| e.status == "not-applicable").map(|e| e.id.as_str()).collect();
+    if !others.is_empty() {
+        text += &wrapped(&format!("do not apply to this machine: {}", others.join(", ")));
+    }
+    text += "\nwhere — free shapes at interfaces, best first\n";
+    let rows: Vec<Vec<String>> = document
+        .located
+        .iter()
+        .take(5)
+        .map(|i| vec![i.interface.clone(), i.shape.clone(), percent(Some(i.takes)), percent(i.gap_held_out)])
+        .collect();
+    text += &columns(&["interface", "shape", "χ² taken", "held-out gap"].map(String::from), rows.into_iter());
+    for ratio in &document.ratio {
+        text += &wrapped(&format!("measured over modelled, {}: {}", ratio.channel, ratio.looks_like));
+    }
+    text
+}
