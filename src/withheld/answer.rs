@@ -143,7 +143,9 @@ impl Run {
     }
 
     fn read(&self, files: &[Input]) -> Result<Diagnosis, String> {
-        let last = self.said.lines().rev().find(|line| !line.trim().is_empty()).unwrap_or("it said nothing").trim();
+        let mut lines = self.said.lines().map(str::trim).rev().filter(|line| !line.is_empty());
+        let last = lines.clone().next().unwrap_or("it said nothing");
+        let last = lines.find(|line| ["jointid:", "error:"].iter().any(|begin| line.starts_with(begin))).unwrap_or(last);
         match self.exit_code {
             Some(0) => {}
             Some(code) => return Err(format!("exit code {code}: {last}")),

@@ -97,9 +97,9 @@ pub fn judge(label: &Label, follow_up: bool, answer: &Answer) -> Judgement {
         all_named,
         names: named.len(),
         single_right: verdict.single().map(|id| label.effects.iter().any(|effect| effect == id)),
-        place_right: diagnosis.and_then(stated_place).is_some_and(|place| {
-            label.places.iter().any(|truth| truth.accepted.iter().any(|name| name.eq_ignore_ascii_case(place)))
-        }),
+        place_right: diagnosis
+            .and_then(stated_place)
+            .is_some_and(|place| label.places.iter().any(|truth| truth.accepted.iter().any(|name| name.eq_ignore_ascii_case(place)))),
         band_overlap: verdict.band_hz.zip(label.band_hz).and_then(|(a, b)| overlap(a, b)),
         closed_truth: label.gap.closed,
         closed: chosen.and_then(|row| row.closed),

@@ -22,5 +22,5 @@ pub use answer::{Answer, Diagnosis, EffectAnswer, Place, Run, Verdict};
 pub use document::{CaseRow, SealRow, Withheld};
 pub use judge::{Judgement, judge};
 pub use score::{Confusion, Proportion, Scores, Spread, scores};
-pub use seal::{FOLLOW_UP, Generator, Seal, SealedCase, files_of, folder_digest};
+pub use seal::{FOLLOW_UP, Generator, Seal, SealedCase, files_of, folder_digest, label_of};
 pub use text::{confusion_text, scores_text};

@@ -50,6 +50,8 @@ pub struct Seal {
     pub cases_sha256: String,
     /// Case folders.
     pub cases: Vec<SealedCase>,
+    /// Cases of the plan that no machine drawn could carry, and why.
+    pub not_made: Vec<String>,
 }
 
 const SCHEMA: &str = "jointid/withheld-seal/1";
@@ -62,7 +64,7 @@ impl Seal {
     /// Seals cases and labels.
     ///
     /// # Errors  a document cannot be written as JSON (a fault of the program).
-    pub fn new(generator: Generator, labels: &str, cases: Vec<SealedCase>) -> Result<Self, String> {
+    pub fn new(generator: Generator, labels: &str, cases: Vec<SealedCase>, not_made: Vec<String>) -> Result<Self, String> {
         Ok(Self {
             schema: SCHEMA.into(),
             generator_sha256: digest(to_json(&generator)?.as_bytes()),
@@ -70,6 +72,7 @@ impl Seal {
             cases_sha256: digest(to_json(&cases)?.as_bytes()),
             generator,
             cases,
+            not_made,
         })
     }
 
@@ -80,7 +83,7 @@ impl Seal {
         let path = folder.join("seal.json");
         let text = read(&path, "without it nobody can tell whether the cases are those that were made")?;
         let seal: Seal = serde_json::from_str(&text).map_err(|e| format!("{}: is no seal of withheld: {e}; {MEND}", path.display()))?;
-        let again = Self::new(seal.generator.clone(), "", seal.cases.clone())?;
+        let again = Self::new(seal.generator.clone(), "", seal.cases.clone(), Vec::new())?;
         if seal.schema != SCHEMA || seal.generator_sha256 != again.generator_sha256 || seal.cases_sha256 != again.cases_sha256 {
             return Err(format!("{}: was changed after it was written, its own digests differ; {MEND}", path.display()));
         }
@@ -111,7 +114,7 @@ impl Seal {
         let generator = &self.generator;
         format!(
             "sealed  generator  {}\n        cases      {}\n        labels     {}\n\
-             {} case folders of {} cases, truth {}, seed {}; the digest of each folder is in seal.json\n",
+             {} folders of {} cases, truth {}, seed {}; digests of all in seal.json\n",
             self.generator_sha256,
             self.cases_sha256,
             self.labels_sha256,

@@ -12,70 +12,80 @@ const WIDTH: usize = 80;
 /// Scores as text, the confusion matrix last.
 pub fn scores_text(scores: &Scores) -> String {
     let mut text = String::new();
-    let mut heading = |text: &mut String, title: &str| {
-        let _ = writeln!(text, "\n{title}");
-    };
-    heading(&mut text, "Nothing missing");
-    line(&mut text, "false alarms, ordinary nulls", &scores.false_alarm_ordinary);
-    line(&mut text, "  an effect named", &scores.false_name_ordinary);
-    line(&mut text, "false alarms, hard nulls", &scores.false_alarm_hard);
-    line(&mut text, "wrong parameter: called so, or none", &scores.wrong_parameter);
-    line(&mut text, "  frozen, and called so", &scores.wrong_parameter_frozen);
-    line(&mut text, "bad channel: called measurement", &scores.bad_channel);
-    heading(&mut text, "Detection: something is said to be amiss");
-    for (kind, row) in &scores.detection_by_kind {
-        line(&mut text, &format!("{kind} effects"), row);
-    }
-    for strength in ["faint", "weak", "clear", "strong"] {
-        if let Some(row) = scores.detection_by_strength.get(strength) {
-            line(&mut text, &format!("  single, {strength}"), row);
+    section(&mut text, "Nothing missing", &|text| {
+        line(text, "false alarms, ordinary nulls", &scores.false_alarm_ordinary);
+        line(text, "  an effect named", &scores.false_name_ordinary);
+        line(text, "false alarms, hard nulls", &scores.false_alarm_hard);
+        line(text, "wrong parameter: called so, or none", &scores.wrong_parameter);
+        line(text, "  frozen, and called so", &scores.wrong_parameter_frozen);
+        line(text, "bad channel: called measurement", &scores.bad_channel);
+    });
+    section(&mut text, "Detection: something is said to be amiss", &|text| {
+        for (kind, row) in &scores.detection_by_kind {
+            line(text, &format!("{kind} effects"), row);
         }
-    }
-    for (range, row) in &scores.detection_by_noncentrality {
-        line(&mut text, &format!("  single, non-centrality {range}"), row);
-    }
-    heading(&mut text, "Names of single effects (abstentions count as wrong)");
-    for (name, naming) in [("all", &scores.naming), ("from 25", &scores.naming_from_25)] {
-        line(&mut text, &format!("exact, {name}"), &naming.exact);
-        line(&mut text, &format!("a set that holds it, {name}"), &naming.class);
-        line(&mut text, &format!("among the first three, {name}"), &naming.top3);
-        if let Some(mean) = naming.mean_set {
-            let _ = writeln!(text, "  {:<40} {mean:>9.2}", format!("effects named together, {name}, mean"));
+        for strength in ["faint", "weak", "clear", "strong"] {
+            if let Some(row) = scores.detection_by_strength.get(strength) {
+                line(text, &format!("  single, {strength}"), row);
+            }
         }
-    }
-    line(&mut text, "right where one effect is named", &scores.selective);
-    line(&mut text, "  one effect is named, from 25", &scores.selective_coverage);
-    heading(&mut text, "Unknown, look-alike and double effects");
-    line(&mut text, "unknown called unknown", &scores.unknown);
-    line(&mut text, "unknown given a library's name", &scores.unknown_misnamed);
-    line(&mut text, "known called unknown", &scores.known_called_unknown);
-    line(&mut text, "look-alikes: the set holds the truth", &scores.look_alike_class);
-    line(&mut text, "  exact at once", &scores.look_alike_exact);
-    line(&mut text, "  exact by the second measurement", &scores.look_alike_resolved);
-    line(&mut text, "doubles: both named", &scores.double_both);
-    line(&mut text, "  the dominant one named", &scores.double_dominant);
-    heading(&mut text, "Where");
-    place(&mut text, "known effects", &scores.location);
-    place(&mut text, "unknown effects", &scores.location_unknown);
-    heading(&mut text, "Share of the gap closed on held-out positions, right verdicts");
-    spread(&mut text, "closed", &scores.closing.closed, 3);
-    spread(&mut text, "distance from what can be closed", &scores.closing.error, 3);
-    line(&mut text, "interval holds what can be closed", &scores.closing.covered);
-    heading(&mut text, "Runs");
-    line(&mut text, "failed: no verdict", &scores.failed);
-    spread(&mut text, "seconds", &scores.seconds, 2);
+        for (range, row) in &scores.detection_by_noncentrality {
+            line(text, &format!("  single, non-centrality {range}"), row);
+        }
+    });
+    section(&mut text, "Names of single effects (abstentions count as wrong)", &|text| {
+        for (name, naming) in [("all", &scores.naming), ("from 25", &scores.naming_from_25)] {
+            line(text, &format!("exact, {name}"), &naming.exact);
+            line(text, &format!("a set that holds it, {name}"), &naming.class);
+            line(text, &format!("among the first three, {name}"), &naming.top3);
+            if let Some(mean) = naming.mean_set {
+                let _ = writeln!(text, "  {:<40} {mean:>9.2}", format!("effects named together, {name}, mean"));
+            }
+        }
+        line(text, "right where one effect is named", &scores.selective);
+        line(text, "  one effect is named, from 25", &scores.selective_coverage);
+    });
+    section(&mut text, "Unknown, look-alike and double effects", &|text| {
+        line(text, "unknown called unknown", &scores.unknown);
+        line(text, "unknown given a library's name", &scores.unknown_misnamed);
+        line(text, "known called unknown", &scores.known_called_unknown);
+        line(text, "look-alikes: the set holds the truth", &scores.look_alike_class);
+        line(text, "  exact at once", &scores.look_alike_exact);
+        line(text, "  exact by the second measurement", &scores.look_alike_resolved);
+        line(text, "doubles: both named", &scores.double_both);
+        line(text, "  the dominant one named", &scores.double_dominant);
+    });
+    section(&mut text, "Where", &|text| {
+        place(text, "known effects", &scores.location);
+        place(text, "unknown effects", &scores.location_unknown);
+    });
+    section(&mut text, "Share of the gap closed on held-out positions, right verdicts", &|text| {
+        spread(text, "closed", &scores.closing.closed, 3);
+        spread(text, "distance from what can be closed", &scores.closing.error, 3);
+        line(text, "interval holds what can be closed", &scores.closing.covered);
+    });
+    section(&mut text, "Runs", &|text| {
+        line(text, "failed: no verdict", &scores.failed);
+        spread(text, "seconds", &scores.seconds, 2);
+    });
     text + "\n" + &confusion_text(&scores.confusion)
 }
 
+/// Lines under a heading; nothing where there are none.
+fn section(text: &mut String, title: &str, lines: &dyn Fn(&mut String)) {
+    let mut body = String::new();
+    lines(&mut body);
+    if !body.is_empty() {
+        let _ = write!(text, "\n{title}\n{body}");
+    }
+}
+
 fn line(text: &mut String, what: &str, row: &Proportion) {
-    let (share, interval) = match (row.share, row.interval95) {
-        (Some(share), Some([low, high])) => {
-            (format!("{:.1} %", 100.0 * share), format!("{:.1} … {:.1} %", 100.0 * low, 100.0 * high))
-        }
-        _ => ("–".into(), String::new()),
-    };
-    let row = format!("  {what:<36} {:>4} of {:<4} {share:>8}   {interval}", row.count, row.of);
-    let _ = writeln!(text, "{}", row.trim_end());
+    // No cases of this kind: no line.
+    if let (Some(share), Some([low, high])) = (row.share, row.interval95) {
+        let (share, low, high) = (100.0 * share, 100.0 * low, 100.0 * high);
+        let _ = writeln!(text, "  {what:<36} {:>4} of {:<4} {share:>6.1} %   {low:.1} … {high:.1} %", row.count, row.of);
+    }
 }
 
 fn place(text: &mut String, what: &str, location: &Location) {
@@ -86,7 +96,7 @@ fn place(text: &mut String, what: &str, location: &Location) {
 
 fn spread(text: &mut String, what: &str, of: &Spread, digits: usize) {
     if let (Some(low), Some(median), Some(max)) = (of.low10, of.median, of.max) {
-        let _ = writeln!(text, "  {what:<36} median {median:.digits$}, 10 % below {low:.digits$}, largest {max:.digits$}");
+        let _ = writeln!(text, "  {what:<36} median {median:.digits$}, 10 % {low:.digits$}, max {max:.digits$}");
     }
 }
 
