@@ -9,8 +9,9 @@ use rayon::prelude::*;
 
 use super::super::common::told;
 use super::super::progress::Progress;
+use super::own::own_case;
 use crate::report::{OutputFolder, to_json};
-use crate::truth::{Case, Label, Plan, TruthError, generate_one, labels_json, write_case};
+use crate::truth::{Case, Label, Plan, generate_one, labels_json, write_case};
 use crate::withheld::{Generator, Seal, SealedCase, folder_digest};
 
 /// Set by Ctrl-C.
@@ -74,7 +75,7 @@ fn one(out: &OutputFolder, aside: &Path, generator: &Generator, plan: &Plan, ind
         return Ok(made);
     }
     let made = match case_of(generator, plan, index) {
-        Err(refusal) => Err(refusal.to_string()),
+        Err(refusal) => Err(refusal),
         Ok((case, label)) => {
             let mut folders = Vec::new();
             for case in std::iter::once(&case).chain(case.follow_up.as_deref()) {
@@ -89,6 +90,9 @@ fn one(out: &OutputFolder, aside: &Path, generator: &Generator, plan: &Plan, ind
     Ok(made)
 }
 
-fn case_of(generator: &Generator, plan: &Plan, index: usize) -> Result<(Case, Label), TruthError> {
-    generate_one(generator.seed, plan, index)
+fn case_of(generator: &Generator, plan: &Plan, index: usize) -> Result<(Case, Label), String> {
+    match generator.truth.as_str() {
+        "own" => own_case(generator.seed, plan, index).map_err(|e| format!("case {index}: {e}")),
+        _ => generate_one(generator.seed, plan, index).map_err(told),
+    }
 }

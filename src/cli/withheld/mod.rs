@@ -2,6 +2,7 @@
 
 mod ask;
 mod make;
+mod own;
 
 use std::path::{Path, PathBuf};
 use std::sync::atomic::Ordering;
