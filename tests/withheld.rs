@@ -345,6 +345,58 @@ fn the_command_scores_answers_that_are_there_and_refuses_changed_cases() {
     assert!(refused(&["--out", out]).contains("labels.json: is missing"));
 }
 
+/// The models' own cases: nulls and single effects of the strength asked for, in files that the commands read.
+#[test]
+fn cases_by_the_models_themselves_are_nulls_and_single_effects() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().to_str().unwrap();
+    jointid().args(["withheld", "--out", out, "--cases", "5", "--truth", "own", "--cases-only", "-q"]).assert().success();
+    let (seal, labels) = Seal::verified(folder.path()).unwrap();
+    assert_eq!((seal.generator.truth.as_str(), labels.len(), seal.cases.len()), ("own", 5, 5));
+    assert!(labels.iter().any(|l| l.kind == Kind::Single) && labels.iter().any(|l| l.kind == Kind::Null));
+    for label in &labels {
+        let case = folder.path().join("cases").join(&label.case);
+        let machine = jointid::config::read_machine(case.join("machine.toml").to_str().unwrap(), &[], &[]).unwrap().machine;
+        assert_eq!(jointid::measurement::read_set(case.to_str().unwrap()).unwrap().positions.len(), 6);
+        assert_eq!(label.effects.len(), usize::from(label.kind == Kind::Single));
+        if let (Some(id), Some(reached)) = (label.effects.first(), label.noncentrality.first()) {
+            assert!(!machine.effects.contains(id) && !label.values[0].is_empty() && label.gap.closed == Some(1.0));
+            let wanted = if label.strength == Some(Strength::Strong) { 400.0 } else { *reached };
+            assert!((reached / wanted).ln().abs() < 0.06 || id == "frf-quantity", "{id}: {reached} for {wanted}");
+        }
+    }
+}
+
+/// Ctrl-C while cases are made ends with code 3; the same command goes on with what was made.
+#[cfg(unix)]
+#[test]
+fn an_interrupted_check_goes_on_where_it_stopped() {
+    use std::process::{Command as Process, Stdio};
+    let folder = tempfile::tempdir().unwrap();
+    let arguments = ["withheld", "--cases", "8", "--jobs", "1", "--cases-only", "--out"];
+    let mut child = Process::new(assert_cmd::cargo::cargo_bin!("jointid"))
+        .args(arguments)
+        .arg(folder.path())
+        .stdout(Stdio::null())
+        .stderr(Stdio::null())
+        .spawn()
+        .unwrap();
+    let made = folder.path().join("cases.partial/made");
+    let begun = std::time::Instant::now();
+    while fs::read_dir(&made).map_or(0, |list| list.filter(|e| e.as_ref().unwrap().path().extension().is_some()).count()) == 0 {
+        assert!(begun.elapsed().as_secs() < 60, "no case was made");
+        std::thread::sleep(std::time::Duration::from_millis(50));
+    }
+    assert!(Process::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap().success());
+    assert_eq!(child.wait().unwrap().code(), Some(3));
+    assert!(!folder.path().join("seal.json").exists());
+    let first = fs::read_dir(&made).unwrap().count();
+    assert!((1..8).contains(&first), "{first} of 8 made");
+    jointid().args(arguments).arg(folder.path()).assert().success();
+    assert_eq!(Seal::verified(folder.path()).unwrap().1.len(), 8);
+    assert!(!folder.path().join("cases.partial").exists());
+}
+
 #[test]
 fn refuse_what_cannot_be_asked_for() {
     assert!(refused(&["--cases-only"]).contains("--out"));

@@ -413,7 +413,7 @@ pub struct WithheldArguments {
     /// Further arguments of every diagnosis, as one text
     #[arg(long, value_name = "ARGUMENTS", allow_hyphen_values = true, default_value = "", hide_default_value = true)]
     pub ablation: String,
-    /// Diagnoses at a time; all cores by default
+    /// Cases made, then diagnosed, at a time; all cores by default
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
     pub jobs: Option<u16>,
     /// Seconds after which a diagnosis counts as failed

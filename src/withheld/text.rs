@@ -21,7 +21,9 @@ pub fn scores_text(scores: &Scores) -> String {
         line(text, "bad channel: called measurement", &scores.bad_channel);
     });
     section(&mut text, "Detection: something is said to be amiss", &|text| {
-        for (kind, row) in &scores.detection_by_kind {
+        // Single effects last: what follows parts them.
+        let (single, others): (Vec<_>, Vec<_>) = scores.detection_by_kind.iter().partition(|(kind, _)| *kind == "single");
+        for (kind, row) in others.into_iter().chain(single) {
             line(text, &format!("{kind} effects"), row);
         }
         for strength in ["faint", "weak", "clear", "strong"] {
@@ -91,7 +93,7 @@ fn line(text: &mut String, what: &str, row: &Proportion) {
 fn place(text: &mut String, what: &str, location: &Location) {
     line(text, &format!("interface, {what}"), &location.interface);
     line(text, &format!("bands overlap, {what}"), &location.band_touches);
-    spread(text, &format!("  overlap over union, {what}"), &location.band_overlap, 2);
+    spread(text, "  overlap over union", &location.band_overlap, 2);
 }
 
 fn spread(text: &mut String, what: &str, of: &Spread, digits: usize) {

@@ -26,6 +26,7 @@ pub struct Asking {
     pub program_sha256: String,
     cases: PathBuf,
     kept: PathBuf,
+    results: OutputFolder,
     seed: u64,
     ablation: Vec<String>,
     /// Diagnoses at a time.
@@ -48,6 +49,7 @@ impl Asking {
             program,
             program_sha256,
             cases: folder.join("cases"),
+            results: OutputFolder::prepare(&kept)?,
             kept,
             seed: seal.generator.seed,
             ablation: ablation.to_vec(),
@@ -143,7 +145,7 @@ impl Asking {
             said: words[from..].to_string(),
             diagnosis: serde_json::from_str::<Value>(&document).ok(),
         };
-        OutputFolder::prepare(&self.kept)?.write(&format!("{}.json", case.name), to_json(&run)?.as_bytes())?;
+        self.results.write(&format!("{}.json", case.name), to_json(&run)?.as_bytes())?;
         Ok(Some(run))
     }
 

@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::Ordering;
 
 use super::arguments::{CasesAsked, TruthName, WithheldArguments};
-use super::common::{CommandResult, Outcome, deliver, document_input, prepare, print_out, stop_flag, told, warn};
+use super::common::{CommandResult, Outcome, deliver, document_input, on_threads, prepare, print_out, stop_flag, told, warn};
 use crate::report::document::Stamp;
 use crate::report::to_json;
 use crate::truth::{Counts, Label, Plan};
@@ -163,7 +163,7 @@ fn sealed(given: &WithheldArguments, folder: &Path, stop: &make::Flag) -> Result
     }
     let truth = truth(given.truth.unwrap_or(TruthName::Independent)).to_string();
     let generator = Generator { version: env!("CARGO_PKG_VERSION").into(), truth, seed, counts, cases };
-    make::make(folder, &generator, stop, given.output.quiet)
+    on_threads(given.jobs, || make::make(folder, &generator, stop, given.output.quiet))?
 }
 
 /// The folder of a check; one that was not asked for is removed at the end.
