@@ -115,14 +115,18 @@ fn amplitude(
     draw: &mut Draw,
 ) -> Result<(Vec<f64>, f64), String> {
     let added = &with.parameters[machine.parameters.len()..];
-    let every = |share: f64, target: &[f64]| -> Vec<f64> {
-        let moved = added.iter().zip(target).map(|(p, t)| {
-            let start = p.to_unit(p.start);
-            p.from_unit(start + share * (t - start))
-        });
-        values.iter().copied().chain(moved).collect()
-    };
     let strength = |values: &[f64]| gauge.noncentrality(with, values, case);
+    let at = |places: &[f64]| -> Vec<f64> {
+        values.iter().copied().chain(added.iter().zip(places).map(|(p, place)| p.from_unit(*place))).collect()
+    };
+    // Where the effect does nothing: at its start, or for one that starts at a usual size (a drive that holds) far below its range.
+    let mut least: Vec<f64> = added.iter().map(|p| p.to_unit(p.start)).collect();
+    if strength(&at(&least))? > wanted {
+        least = vec![-1.0; added.len()];
+    }
+    let every = |share: f64, target: &[f64]| -> Vec<f64> {
+        at(&least.iter().zip(target).map(|(from, to)| from + share * (to - from)).collect::<Vec<f64>>())
+    };
     let mut reached: f64 = 0.0;
     for _ in 0..ATTEMPTS {
         let mut target: Vec<f64> = added.iter().map(|_| draw.unit()).collect();
@@ -147,7 +151,7 @@ fn amplitude(
             (low, high) = if value < wanted { (middle, high) } else { (low, middle) };
         }
     }
-    Err(format!("{id} reaches a non-centrality of {reached:.1} at most, {wanted} was asked for"))
+    Err(format!("{id}: no amplitude drawn has a non-centrality of {wanted}; {reached:.1} is the largest met"))
 }
 
 /// Responses of a case's records in their quantity, on every n-th line.
