@@ -28,6 +28,8 @@ pub mod config;
 
 pub mod truth;
 
+pub mod withheld;
+
 pub mod cli;
 
 pub mod guide;

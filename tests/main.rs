@@ -16,3 +16,4 @@ mod peaks;
 mod records;
 mod recovery;
 mod refusals;
+mod withheld;

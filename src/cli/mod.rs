@@ -17,6 +17,7 @@ mod rows;
 mod simulate;
 mod sweep;
 mod validate;
+mod withheld;
 
 use std::process::ExitCode;
 
@@ -40,6 +41,7 @@ pub fn run() -> ExitCode {
         Command::Convergence(given) => convergence::run(&given),
         Command::Friction(given) => friction::run(&given),
         Command::Simulate(given) => simulate::run(&given),
+        Command::Withheld(given) => withheld::run(&given),
     };
     match outcome {
         Ok(Outcome::Done) => ExitCode::SUCCESS,

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use indicatif::{ProgressBar, ProgressStyle};
 
-/// A bar over an unknown number of generations that shows the best cost.
+/// A bar over an unknown number of generations that shows the best cost, or over a known number of steps.
 pub struct Progress {
     bar: ProgressBar,
 }
@@ -18,6 +18,21 @@ impl Progress {
         }
         bar.set_prefix(what.to_string());
         Progress { bar }
+    }
+
+    /// Begins a bar over a known number of steps.
+    pub fn counted(quiet: bool, what: &str, steps: usize) -> Self {
+        let bar = if quiet { ProgressBar::hidden() } else { ProgressBar::new(steps as u64) };
+        if let Ok(style) = ProgressStyle::with_template("{prefix}  {bar:30} {pos}/{len}  {elapsed}, {eta} left") {
+            bar.set_style(style);
+        }
+        bar.set_prefix(what.to_string());
+        Progress { bar }
+    }
+
+    /// One step is done.
+    pub fn step(&self) {
+        self.bar.inc(1);
     }
 
     /// A watcher for the search.

@@ -1,0 +1,194 @@
+//! `jointid withheld`: makes and seals cases, has each diagnosed by the public command, scores the answers.
+
+mod ask;
+mod make;
+mod own;
+
+use std::path::{Path, PathBuf};
+use std::sync::atomic::Ordering;
+
+use super::arguments::{CasesAsked, TruthName, WithheldArguments};
+use super::common::{CommandResult, Outcome, deliver, document_input, on_threads, prepare, print_out, stop_flag, told, warn};
+use crate::report::document::Stamp;
+use crate::report::to_json;
+use crate::truth::{Counts, Label, Plan};
+use crate::withheld::{Answer, CaseRow, FOLLOW_UP, Generator, Judgement, Seal, SealRow, Withheld, judge, scores, scores_text};
+
+/// Runs the command.
+pub fn run(given: &WithheldArguments) -> CommandResult {
+    if given.cases_only && given.output.out.is_none() {
+        return Err("--cases-only makes cases to keep; name a folder for them with --out".into());
+    }
+    let ablation = ablation(&given.ablation)?;
+    let kept = prepare(&given.output)?;
+    let folder = Folder::new(given.output.out.as_deref())?;
+    let stop = stop_flag();
+    let Some(seal) = sealed(given, folder.path(), &stop)? else {
+        eprintln!("stopped before all cases were made; the same command goes on from there if it has an --out");
+        return Ok(Outcome::Stopped);
+    };
+    // Before anything is scored, and beside the document where that goes to stdout alone.
+    match (given.output.json, given.output.quiet) {
+        (false, _) => print_out(&seal.says())?,
+        (true, false) => eprint!("{}", seal.says()),
+        (true, true) => {}
+    }
+    if given.cases_only {
+        if given.output.json {
+            print_out(&to_json(&seal)?)?;
+        }
+        return Ok(Outcome::Done);
+    }
+    let place = place(&ablation);
+    let plan = ask::Asking::new(folder.path(), &place, &seal, &ablation, given)?;
+    let answers = plan.all(&seal, &stop, given.output.quiet)?;
+    // Labels are read now, and only if nothing was changed while the cases were diagnosed.
+    let (seal, labels) = Seal::verified(folder.path())?;
+    let complete = !stop.load(Ordering::Relaxed) && answers.len() == seal.cases.len();
+    let judged: Vec<(String, Judgement)> = answers.iter().filter_map(|(name, answer)| judged(&labels, name, answer)).collect();
+    let judgements: Vec<Judgement> = judged.iter().map(|(_, j)| j.clone()).collect();
+    let document = Withheld {
+        stamp: Stamp {
+            schema: "jointid/withheld/1".into(),
+            tool_version: env!("CARGO_PKG_VERSION").into(),
+            seed: seal.generator.seed,
+            complete,
+            inputs: ["seal.json", "labels.json"]
+                .map(|name| document_input(&folder.path().join(name)))
+                .into_iter()
+                .collect::<Result<_, _>>()?,
+            overrides: Vec::new(),
+            without: Vec::new(),
+            warnings: warnings(&seal, &judgements),
+        },
+        seal: SealRow::from(&seal),
+        program_sha256: plan.program_sha256.clone(),
+        ablation,
+        jobs: plan.jobs,
+        threads_each: plan.threads_each,
+        sealed_cases: seal.cases.len(),
+        cases: judged.iter().map(|(name, j)| CaseRow::new(name, j)).collect(),
+        scores: scores(&judgements),
+    };
+    warn(&given.output, &document.stamp.warnings);
+    let file = place.join("withheld.json");
+    deliver(&given.output, kept.as_ref(), &file.to_string_lossy(), &document, &text(&document))?;
+    Ok(if complete { Outcome::Done } else { Outcome::Stopped })
+}
+
+fn judged(labels: &[Label], name: &str, answer: &Answer) -> Option<(String, Judgement)> {
+    let label = crate::withheld::label_of(labels, name)?;
+    Some((name.to_string(), judge(label, name.ends_with(FOLLOW_UP), answer)))
+}
+
+fn text(document: &Withheld) -> String {
+    let mut text = scores_text(&document.scores);
+    if !document.stamp.complete {
+        text = format!("\nStopped early: {} of {} case folders are diagnosed.\n{text}", document.cases.len(), document.sealed_cases);
+    }
+    text + &format!("\n{} diagnoses at a time, on {} threads each\n", document.jobs, document.threads_each)
+}
+
+fn warnings(seal: &Seal, judged: &[Judgement]) -> Vec<String> {
+    let mut warnings: Vec<String> = seal.not_made.iter().map(|why| format!("not made: {why}")).collect();
+    if seal.generator.version != env!("CARGO_PKG_VERSION") {
+        warnings.push(format!("the cases were made by version {}", seal.generator.version));
+    }
+    if seal.generator.truth == "own" {
+        warnings.push(
+            "the cases come from the models under test: these scores say what is lost to honesty, not how good the diagnosis is".into(),
+        );
+    }
+    let failed: Vec<&Judgement> = judged.iter().filter(|j| !j.answered).collect();
+    if let Some(first) = failed.first() {
+        let why = first.verdict.more.get("reason").and_then(|r| r.as_str()).unwrap_or_default();
+        warnings.push(format!("{} of {} diagnoses failed; the first: {why}", failed.len(), judged.len()));
+    }
+    warnings
+}
+
+/// Further arguments of every diagnosis, as words.
+fn ablation(text: &str) -> Result<Vec<String>, String> {
+    let words: Vec<String> = text.split_whitespace().map(str::to_owned).collect();
+    let own = ["--config", "--measurements", "--freeze", "--seed", "--json", "--out", "--positions", "--hold-out"];
+    match words.iter().find(|word| own.iter().any(|o| word.split('=').next() == Some(o))) {
+        Some(word) => Err(format!("--ablation: {word} is given by the case; leave it away")),
+        None => Ok(words),
+    }
+}
+
+/// Where answers and scores go inside the folder: beside the cases, or for an ablation in a folder of its own.
+fn place(ablation: &[String]) -> PathBuf {
+    if ablation.is_empty() {
+        return PathBuf::new();
+    }
+    let plain = |c: char| if c.is_ascii_alphanumeric() || c == '-' { c } else { '_' };
+    let name: Vec<String> = ablation.iter().map(|word| word.trim_start_matches('-').chars().map(plain).collect()).collect();
+    Path::new("ablation").join(name.join("_"))
+}
+
+/// The plan that was asked for, and how many of its cases are made.
+fn planned(cases: CasesAsked, seed: u64) -> Result<(Counts, usize), String> {
+    let [quick, full] = [Counts::QUICK, Counts::FULL].map(|counts| (counts, Plan::from_counts(&counts, seed).len()));
+    match cases {
+        CasesAsked::Quick => Ok(quick),
+        CasesAsked::Full => Ok(full),
+        CasesAsked::Count(count) if count <= quick.1 => Ok((quick.0, count)),
+        CasesAsked::Count(count) if count <= full.1 => Ok((full.0, count)),
+        CasesAsked::Count(count) => Err(format!("--cases {count}: the full plan has {}; write full", full.1)),
+    }
+}
+
+/// Cases of the folder, as they were sealed, or made now; `None` if making them was stopped.
+fn sealed(given: &WithheldArguments, folder: &Path, stop: &make::Flag) -> Result<Option<Seal>, String> {
+    let seed = given.seed.unwrap_or(1);
+    let (counts, cases) = planned(given.cases.unwrap_or(CasesAsked::Quick), seed)?;
+    let truth = |name| if name == TruthName::Own { "own" } else { "independent" };
+    if ["seal.json", "labels.json", "cases"].iter().any(|name| folder.join(name).exists()) {
+        let (seal, _) = Seal::verified(folder)?;
+        let there = &seal.generator;
+        let other = given.seed.is_some_and(|seed| seed != there.seed)
+            || given.cases.is_some() && (counts, cases) != (there.counts, there.cases)
+            || given.truth.is_some_and(|name| truth(name) != there.truth);
+        if other {
+            return Err(format!(
+                "{}: holds other cases ({}, truth {}, seed {}); leave --cases, --seed and --truth away to use them, or name another --out",
+                folder.display(),
+                there.cases,
+                there.truth,
+                there.seed
+            ));
+        }
+        return Ok(Some(seal));
+    }
+    let truth = truth(given.truth.unwrap_or(TruthName::Independent)).to_string();
+    let generator = Generator { version: env!("CARGO_PKG_VERSION").into(), truth, seed, counts, cases };
+    on_threads(given.jobs, || make::make(folder, &generator, stop, given.output.quiet))?
+}
+
+/// The folder of a check; one that was not asked for is removed at the end.
+struct Folder {
+    path: PathBuf,
+    temporary: bool,
+}
+
+impl Folder {
+    fn new(asked: Option<&Path>) -> Result<Self, String> {
+        let now = std::time::SystemTime::now().duration_since(std::time::UNIX_EPOCH).map_err(told)?;
+        let name = format!("jointid-withheld-{}-{}", std::process::id(), now.as_nanos());
+        let path = asked.map_or_else(|| std::env::temp_dir().join(name), Path::to_path_buf);
+        Ok(Self { path, temporary: asked.is_none() })
+    }
+
+    fn path(&self) -> &Path {
+        &self.path
+    }
+}
+
+impl Drop for Folder {
+    fn drop(&mut self) {
+        if self.temporary {
+            let _ = std::fs::remove_dir_all(&self.path);
+        }
+    }
+}
