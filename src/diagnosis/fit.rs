@@ -217,9 +217,9 @@ pub fn amplitudes(hypothesis: &Hypothesis) -> Vec<Vec<f64>> {
     let start: Vec<f64> = described.iter().map(|p| p.to_unit(p.start)).collect();
     let count = match described.len() {
         0 => return vec![Vec::new()],
-        1 => 7,
-        2 => 12,
-        _ => 20,
+        1 => 11,
+        2 => 16,
+        _ => 24,
     };
     let halton = |index: usize, base: usize| {
         let (mut i, mut f, mut x) = (index, 1.0, 0.0);

@@ -145,6 +145,8 @@ const LEAST_STATISTIC: f64 = 6.0;
 /// What the data can tell apart, in χ² (an error rate of 7 %), and as a share of the gain: the model is no better than that.
 const APART: f64 = 9.0;
 const APART_SHARE: f64 = 0.04;
+/// Share of what the best foretells of positions left out that another may lack.
+const FORETOLD: f64 = 0.2;
 /// Penalty of a parameter in χ².
 const PENALTY: f64 = 3.0;
 /// Effects that may be combined.
@@ -190,12 +192,13 @@ pub fn diagnose(
     let nominal_left_out = left_out(fitter, &surveyed.nominal, &surveyed.base, control)?;
     let base = surveyed.base.clone();
     let before = excess(&null, base.chi_square / count);
-    let same = class(&tried, &null, count);
+    let mut same = class(&tried, &null, count);
     for at in 0..same.len().max(3).min(tried.len()) {
         if let Some((hypothesis, fitted)) = tried[at].candidate.fitted.clone() {
             tried[at].candidate.left_out = left_out(fitter, &hypothesis, &fitted, control).ok();
         }
     }
+    keep_what_foretells(&mut tried, &mut same, nominal_left_out);
     let significant = tried.first().is_some_and(|t| t.p_value < ALPHA && t.statistic >= LEAST_STATISTIC);
     // Interfaces say where; they are looked at in any case, since they also tell whether an effect of the library does what can be done.
     let located: Vec<Candidate> = locate(&surveyed, fitter, 5, control)?;
@@ -282,6 +285,20 @@ fn class(tried: &[Tried], null: &Null, count: f64) -> Vec<usize> {
     let unit = excess(null, chi_square(best) / count);
     let reach = penalised(best, unit) + APART * unit + APART_SHARE * best.candidate.gain;
     (0..tried.len()).filter(|at| penalised(&tried[*at], unit) <= reach).collect()
+}
+
+/// Of candidates that fit alike, those that foretell positions left out much worse than the best of them are no explanation: they go behind it.
+fn keep_what_foretells(tried: &mut [Tried], same: &mut Vec<usize>, nominal: f64) {
+    let lost = |at: usize, tried: &[Tried]| tried[at].candidate.left_out.unwrap_or(f64::INFINITY);
+    let least = same.iter().map(|at| lost(*at, tried)).fold(f64::INFINITY, f64::min);
+    let reach = least + FORETOLD * (nominal - least).max(0.0) + APART;
+    let (kept, dropped): (Vec<Tried>, Vec<Tried>) =
+        same.iter().map(|at| tried[*at].clone()).partition(|t| t.candidate.left_out.is_none_or(|l| l <= reach));
+    let count = kept.len();
+    for (slot, t) in kept.into_iter().chain(dropped).enumerate() {
+        tried[slot] = t;
+    }
+    *same = (0..count).collect();
 }
 
 /// A record without which the others agree, while it alone contradicts them.
