@@ -1,0 +1,25 @@
+//! `jointid schema`.
+
+use super::arguments::SchemaArguments;
+use super::common::{CommandResult, Outcome, print_out};
+use crate::report::to_json;
+use crate::{config, measurement, report};
+
+/// Runs the command.
+pub fn run(given: &SchemaArguments) -> CommandResult {
+    let mut names = vec!["machine", "effects", "manifest"];
+    names.extend(report::SCHEMAS);
+    let Some(name) = &given.name else {
+        print_out(&names.iter().map(|n| format!("{n}\n")).collect::<String>())?;
+        return Ok(Outcome::Done);
+    };
+    let schema = match name.as_str() {
+        "machine" => Some(config::machine_schema()),
+        "effects" => Some(config::effects_schema()),
+        "manifest" => Some(measurement::manifest_schema()),
+        other => report::schema(other),
+    };
+    let schema = schema.ok_or_else(|| format!("schema {name}: there is none of this name; there are {}", names.join(", ")))?;
+    print_out(&to_json(&schema)?)?;
+    Ok(Outcome::Done)
+}
