@@ -2,8 +2,9 @@
 
 use super::arguments::SchemaArguments;
 use super::common::{CommandResult, Outcome, print_out};
-use crate::report::to_json;
-use crate::{config, measurement, report};
+use crate::config::{effects_schema, machine_schema};
+use crate::measurement::manifest_schema;
+use crate::report::{self, to_json};
 
 /// Runs the command.
 pub fn run(given: &SchemaArguments) -> CommandResult {
@@ -14,9 +15,9 @@ pub fn run(given: &SchemaArguments) -> CommandResult {
         return Ok(Outcome::Done);
     };
     let schema = match name.as_str() {
-        "machine" => Some(config::machine_schema()),
-        "effects" => Some(config::effects_schema()),
-        "manifest" => Some(measurement::manifest_schema()),
+        "machine" => Some(machine_schema()),
+        "effects" => Some(effects_schema()),
+        "manifest" => Some(manifest_schema()),
         other => report::schema(other),
     };
     let schema = schema.ok_or_else(|| format!("schema {name}: there is none of this name; there are {}", names.join(", ")))?;

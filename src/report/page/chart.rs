@@ -121,7 +121,7 @@ impl Chart {
         self
     }
 
-    /// Gives it a switch between a logarithmic and a linear frequency axis.
+    /// Gives it a switch between a logarithmic and a linear frequency axis, and fields for the range.
     pub fn log_switch(mut self) -> Self {
         self.log_switch = true;
         self
@@ -161,7 +161,10 @@ impl Chart {
             out += "</div>\n";
         }
         if self.log_switch {
+            // The range can be typed, too: dragging needs a mouse.
             out += "<div class=\"switches\"><button type=\"button\" class=\"log\" aria-pressed=\"true\">logarithmic frequency</button>\
+                    <label>from <input type=\"number\" class=\"from\" min=\"0\" step=\"any\"></label>\
+                    <label>to <input type=\"number\" class=\"to\" min=\"0\" step=\"any\"> Hz</label>\
                     <button type=\"button\" class=\"whole\">whole range</button></div>\n";
         }
         out +=

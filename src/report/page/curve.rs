@@ -45,6 +45,9 @@ const MOST_POINTS: usize = 90_000;
 /// Deviation in ln|H| and phase (rad) below which a line is not seen to be missing.
 const UNSEEN: f64 = 0.005;
 
+/// A trace with its level, the lowest behind, and its switches.
+type Layered = (u8, Vec<Option<usize>>, Box<Scatter<f64, Option<f64>>>);
+
 /// The section.
 pub fn content(page: &Page) -> String {
     let curves = &page.curves;
@@ -78,7 +81,7 @@ pub fn content(page: &Page) -> String {
         .y_axis2(axis("phase (°)").domain(&[0.0, 0.3]).range(vec![-185.0, 185.0]).tick_values(vec![-180.0, -90.0, 0.0, 90.0, 180.0]));
     let mut worst: f64 = 0.0;
     let mut dropped = false;
-    let mut traces: Vec<(u8, Vec<Option<usize>>, Box<Scatter<f64, Option<f64>>>)> = Vec::new();
+    let mut traces: Vec<Layered> = Vec::new();
     for curve in curves {
         let at = positions.iter().position(|n| *n == curve.position).unwrap_or(0);
         let key = vec![Some(at), channels.iter().position(|n| *n == curve.channel)];

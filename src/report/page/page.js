@@ -62,14 +62,21 @@
         }
       });
     }
-    figure.querySelector(".log")?.addEventListener("click", (event) => {
-      const on = event.currentTarget.getAttribute("aria-pressed") !== "true";
-      event.currentTarget.setAttribute("aria-pressed", String(on));
-      Plotly.relayout(plot, { "xaxis.type": on ? "log" : "linear", "xaxis.autorange": true });
-    });
-    figure.querySelector(".whole")?.addEventListener("click", () => {
-      Plotly.relayout(plot, { "xaxis.autorange": true, "yaxis.autorange": true });
-    });
+    const log = figure.querySelector(".log"), from = figure.querySelector(".from"), to = figure.querySelector(".to");
+    const type = () => (log.getAttribute("aria-pressed") === "true" ? "log" : "linear");
+    const range = () => {
+      const ends = [Number(from.value), Number(to.value)];
+      if (!(ends[0] > 0 && ends[1] > ends[0])) return Plotly.relayout(plot, { "xaxis.type": type(), "xaxis.autorange": true });
+      return Plotly.relayout(plot, { "xaxis.type": type(), "xaxis.range": type() === "log" ? ends.map(Math.log10) : ends });
+    };
+    if (log) {
+      log.addEventListener("click", () => { log.setAttribute("aria-pressed", String(type() !== "log")); range(); });
+      for (const field of [from, to]) field.addEventListener("change", range);
+      figure.querySelector(".whole").addEventListener("click", () => {
+        from.value = to.value = "";
+        Plotly.relayout(plot, { "xaxis.autorange": true, "yaxis.autorange": true });
+      });
+    }
     const drawn = Plotly.newPlot(plot, data, layout, { responsive: true, displaylogo: false, modeBarButtonsToRemove: ["select2d", "lasso2d", "autoScale2d"] });
     charts.push({ figure, plot, layout, drawn, traces: data.length });
   }
