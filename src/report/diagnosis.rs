@@ -12,8 +12,9 @@ use super::document::Stamp;
 pub struct BandGap {
     /// Lowest frequency (Hz).
     pub from_hz: f64,
-    /// Highest frequency (Hz).
-    pub to_hz: f64,
+    /// Highest frequency (Hz); absent where it is not limited.
+    #[serde(default)]
+    pub to_hz: Option<f64>,
     /// Gap.
     pub gap: Option<f64>,
 }
@@ -70,9 +71,9 @@ pub struct EffectRow {
     /// Share of the gap above the noise that it closes.
     #[serde(default)]
     pub closed: Option<f64>,
-    /// 95 % interval of that share.
+    /// 95 % interval of that share; an end is absent where it is not limited.
     #[serde(default)]
-    pub closed95: Option<[f64; 2]>,
+    pub closed95: Option<[Option<f64>; 2]>,
     /// Chance of as much without the effect.
     #[serde(default)]
     pub p_value: Option<f64>,
@@ -111,8 +112,9 @@ pub struct ResidualCell {
     pub channel: Option<String>,
     /// Lowest frequency (Hz).
     pub from_hz: f64,
-    /// Highest frequency (Hz).
-    pub to_hz: f64,
+    /// Highest frequency (Hz); absent where it is not limited.
+    #[serde(default)]
+    pub to_hz: Option<f64>,
     /// Gap.
     pub gap: Option<f64>,
 }

@@ -40,7 +40,7 @@ fn diagnosis() -> Diagnosis {
         gap_held_out_before: Some(0.3),
         gap_held_out_after: Some(0.3 * (1.0 - closed)),
         closed: Some(closed),
-        closed95: Some([closed - 0.1, closed + 0.05]),
+        closed95: Some([Some(closed - 0.1), None]),
         p_value: Some(0.001),
         parameters: BTreeMap::new(),
         selected: closed > 0.5,
@@ -67,7 +67,7 @@ fn diagnosis() -> Diagnosis {
             reason: EVIL.into(),
             next_measurement: Some(EVIL.into()),
         },
-        residual_map: vec![ResidualCell { position: Some(EVIL.into()), channel: None, from_hz: 5.0, to_hz: 50.0, gap: Some(0.2) }],
+        residual_map: vec![ResidualCell { position: Some(EVIL.into()), channel: None, from_hz: 5.0, to_hz: None, gap: Some(0.2) }],
         delta_z: vec![DeltaZ {
             interface: EVIL.into(),
             frequency_hz: vec![1.0, 2.0],

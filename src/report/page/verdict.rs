@@ -68,8 +68,8 @@ fn bands(of: &Diagnosis) -> String {
     chart.html()
 }
 
-fn band(from_hz: f64, to_hz: f64) -> String {
-    format!("{}–{}", whole(from_hz), whole(to_hz))
+fn band(from_hz: f64, to_hz: Option<f64>) -> String {
+    to_hz.map_or_else(|| format!("from {}", whole(from_hz)), |to_hz| format!("{}–{}", whole(from_hz), whole(to_hz)))
 }
 
 /// A frequency as the name of a band's edge.
@@ -82,8 +82,9 @@ fn residual_map(of: &Diagnosis) -> String {
     if of.residual_map.is_empty() {
         return String::new();
     }
-    let mut edges: Vec<(f64, f64)> = of.residual_map.iter().map(|c| (c.from_hz, c.to_hz)).collect();
-    edges.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.total_cmp(&b.1)));
+    let mut edges: Vec<(f64, Option<f64>)> = of.residual_map.iter().map(|c| (c.from_hz, c.to_hz)).collect();
+    let end = |e: Option<f64>| e.unwrap_or(f64::INFINITY);
+    edges.sort_by(|a, b| a.0.total_cmp(&b.0).then(end(a.1).total_cmp(&end(b.1))));
     edges.dedup();
     let mut names: Vec<String> = Vec::new();
     let name = |c: &crate::report::diagnosis::ResidualCell| {
@@ -159,7 +160,7 @@ fn effects(of: &Diagnosis) -> String {
         layout().show_legend(false).x_axis(axis("share closed").tick_format(".0%")).y_axis(axis("").type_(AxisType::Category)),
     );
     for (effect, closed) in &rows {
-        let [low, high] = effect.closed95.unwrap_or([*closed, *closed]);
+        let [low, high] = effect.closed95.unwrap_or_default().map(|end| end.unwrap_or(*closed));
         let spread = ErrorData::new(ErrorType::Data)
             .array(vec![(high - closed).max(0.0)])
             .array_minus(vec![(closed - low).max(0.0)])
@@ -184,7 +185,7 @@ fn effects(of: &Diagnosis) -> String {
                 cell(effect.gap_held_out_before, figure),
                 cell(effect.gap_held_out_after, figure),
                 cell(effect.closed, percent),
-                effect.closed95.map_or_else(|| "–".into(), |[a, b]| format!("{} … {}", percent(a), percent(b))),
+                effect.closed95.map_or_else(|| "–".into(), |[a, b]| format!("{} … {}", cell(a, percent), cell(b, percent))),
                 cell(effect.p_value, figure),
             ],
         );
