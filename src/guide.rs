@@ -1,4 +1,7 @@
 //! Pages for users.
 
+#[doc = include_str!("guide/own-machine.md")]
+pub mod own_machine {}
+
 #[doc = include_str!("guide/published.md")]
 pub mod published {}

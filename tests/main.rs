@@ -4,6 +4,7 @@
 mod support;
 
 mod architecture;
+mod beginning;
 mod bench;
 mod command;
 mod effects;
@@ -12,6 +13,7 @@ mod import;
 mod lumped;
 mod lumped_command;
 mod model;
+mod page;
 mod peaks;
 mod records;
 mod recovery;

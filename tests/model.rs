@@ -195,3 +195,29 @@ fn limit_rigid_body() {
     let rigid = -1.0 / (mass * w * w);
     assert!((h.re / rigid - 1.0).abs() < 1e-3, "{h} against {rigid}");
 }
+
+/// Where a rod ends, the shape along it is that of its point; in between it fulfils the wave equation u'' = −λ²u.
+#[test]
+fn limit_shapes_along_the_screw_meet_their_points_and_the_wave_equation() {
+    let config = config("configs/tian.toml");
+    let machine = &config.machine;
+    let structure = table_structure(machine, Rods::Exact);
+    let (mut network, operating) = (structure.network(), Operating::at_nut(1.0));
+    network.update(machine, &machine.start(), &operating);
+    for mode in undamped_modes(&network, 1500.0, &mut structure.workspace()) {
+        let along = network.along(machine, &machine.start(), &operating, (mode.frequency_hz, &mode.shape), 50);
+        assert_eq!(along.len(), 2);
+        for shaft in &along {
+            let modulus = if shaft.torsional { 7.75e10 } else { 2e11 };
+            let lambda = omega(mode.frequency_hz) * (7850.0_f64 / modulus).sqrt();
+            let step = shaft.points[1].0 - shaft.points[0].0;
+            let expected = -lambda * lambda * shaft.points[25].1;
+            let found = (shaft.points[24].1 - 2.0 * shaft.points[25].1 + shaft.points[26].1) / (step * step);
+            let largest = shaft.points.iter().map(|p| p.1.abs()).fold(0.0, f64::max);
+            assert!((found - expected).abs() < 2e-3 * lambda * lambda * largest, "{found} {expected}");
+            let right = machine.point(if shaft.torsional { "right-angle" } else { "right" }).unwrap();
+            let end = mode.shape[structure.coordinate_of(right).unwrap()];
+            assert!((shaft.points[100].1 - end).abs() < 1e-6 * largest);
+        }
+    }
+}

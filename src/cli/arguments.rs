@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
 
+pub use super::file_arguments::{CompletionsArguments, InitArguments, ManArguments, ReportArguments, SchemaArguments};
 pub use super::model_arguments::{
     Along, ConvergenceArguments, FrfArguments, FrictionArguments, LoadArguments, MatricesArguments, ModesArguments, NoiseName,
     PublishedArguments, SensitivityArguments, SimulateArguments, Simulation, StiffnessArguments,
@@ -11,7 +12,13 @@ pub use super::model_arguments::{
 
 /// Joint stiffness and damping of ball-screw feed drives from hammer tests.
 #[derive(Debug, Parser)]
-#[command(name = "jointid", version, max_term_width = 80, propagate_version = true)]
+#[command(
+    name = "jointid",
+    version,
+    max_term_width = 80,
+    propagate_version = true,
+    after_help = "Example, with the published bench that comes with the program:\n  jointid identify --positions l1,l3,l5 --out results\n  jointid report results"
+)]
 pub struct Arguments {
     /// What to do.
     #[command(subcommand)]
@@ -57,6 +64,23 @@ pub enum Command {
     /// Fit a Stribeck curve to friction measured at constant velocities
     #[command(after_help = "Example:\n  jointid friction --data axis-1.csv --lead-m 0.005 --efficiency 0.9")]
     Friction(FrictionArguments),
+    /// Make one page that can be read anywhere of the results in a folder
+    #[command(after_help = "Example:\n  jointid identify --positions l1,l3,l5 --out results\n  jointid report results")]
+    Report(ReportArguments),
+    /// Begin with a machine of your own: a commented configuration and an empty measurement set
+    #[command(after_help = "Example:\n  jointid init my-axis")]
+    Init(InitArguments),
+    /// Print the JSON Schema of a file or result document
+    #[command(after_help = "Example:\n  jointid schema machine > machine.schema.json\n  jointid schema --list")]
+    Schema(SchemaArguments),
+    /// Print the completions of a shell
+    #[command(
+        after_help = "Example:\n  jointid completions bash > ~/.local/share/bash-completion/completions/jointid\n  jointid completions zsh > ~/.zfunc/_jointid"
+    )]
+    Completions(CompletionsArguments),
+    /// Write the manual pages
+    #[command(after_help = "Example:\n  jointid man --out ~/.local/share/man/man1")]
+    Man(ManArguments),
     /// Compute modes, FRFs, stiffness and sensitivity of a machine
     #[command(after_help = "Example:\n  jointid simulate modes --config configs/tian-as-published.toml --position l1")]
     Simulate(SimulateArguments),

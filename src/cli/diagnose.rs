@@ -217,11 +217,11 @@ fn to_document(
             }
         })
         .collect();
-    let interfaces: Vec<document::Interface> = found
+    let interfaces: Vec<document::WhereRow> = found
         .located
         .iter()
         .filter_map(|l| match &l.candidate.fitted.as_ref()?.0.kind {
-            Kind::Interface { interface, shape } => Some(document::Interface {
+            Kind::Interface { interface, shape } => Some(document::WhereRow {
                 interface: interface.clone(),
                 shape: shape.word().into(),
                 takes: l.candidate.gain / base_chi_square,
@@ -243,7 +243,7 @@ fn to_document(
         fit_positions: names(&fit.positions, &fit.frfs),
         held_out_positions: names(&held_out.positions, &held_out.frfs),
         noise_floor: floor_over(if found.held_out.is_empty() { &found.fit } else { &found.held_out }),
-        gap: document::Gap {
+        gap: document::GapRow {
             fit: gap_over(&found.fit),
             held_out: before,
             by_position: by_position(loaded, found.fit.iter().chain(&found.held_out)),
@@ -252,7 +252,7 @@ fn to_document(
             by_phase: BTreeMap::new(),
         },
         misfit_over_null: found.excess,
-        verdict: document::Verdict {
+        verdict: document::VerdictRow {
             kind: found.verdict.kind.word().into(),
             effects: found.verdict.effects.clone(),
             reason: found.verdict.reason.clone(),
@@ -260,7 +260,7 @@ fn to_document(
             place: interfaces.first().filter(|_| something).map(|i| i.interface.clone()),
             band_hz: worst.filter(|_| something),
         },
-        located: interfaces,
+        places: interfaces,
         ratio: ratios(&map),
         residual_map: map,
         delta_z: delta_z(found),
@@ -296,7 +296,7 @@ fn residual_map(
     loaded: &Loaded,
     (fit, held_out): (&FitSet<'_>, &HoldOutSet<'_>),
     found: &Diagnosis,
-) -> Result<Vec<document::Cell>, String> {
+) -> Result<Vec<document::ResidualCell>, String> {
     let Domain::Frf(settings) = found.domain else { return Ok(Vec::new()) };
     let (hypothesis, fitted) = &found.nominal;
     let all = HoldOutSet { set: fit.set, positions: Vec::new(), frfs: fit.frfs.iter().chain(&held_out.frfs).copied().collect() };
@@ -324,7 +324,7 @@ fn residual_map(
             }
             let count = inside.len() as f64;
             let mean = inside.iter().sum::<Complex64>() / count;
-            cells.push(document::Cell {
+            cells.push(document::ResidualCell {
                 position: frf.position.map_or_else(|| frf.record.clone().unwrap_or_default(), |p| loaded.set.positions[p].name.clone()),
                 channel: format!("{}/{}", frf.response, frf.excitation),
                 from_hz,
@@ -338,7 +338,7 @@ fn residual_map(
     Ok(cells)
 }
 
-fn by_band(map: &[document::Cell]) -> Vec<document::Band> {
+fn by_band(map: &[document::ResidualCell]) -> Vec<document::BandGap> {
     let mut bands: Vec<(f64, f64, f64, f64)> = Vec::new();
     for cell in map {
         match bands.iter_mut().find(|b| b.0 == cell.from_hz) {
@@ -347,29 +347,29 @@ fn by_band(map: &[document::Cell]) -> Vec<document::Band> {
         }
     }
     bands.sort_by(|a, b| a.0.total_cmp(&b.0));
-    bands.into_iter().map(|(from_hz, to_hz, sum, count)| document::Band { from_hz, to_hz, gap: (sum / count).sqrt() }).collect()
+    bands.into_iter().map(|(from_hz, to_hz, sum, count)| document::BandGap { from_hz, to_hz, gap: (sum / count).sqrt() }).collect()
 }
 
 /// # Source  plant–model ratio: a flat magnitude is a gain, a phase in proportion to the frequency a delay (Selvanathan and Tangirala, J. Process
 /// Control 20 (2010)).
-fn ratios(map: &[document::Cell]) -> Vec<document::Ratio> {
+fn ratios(map: &[document::ResidualCell]) -> Vec<document::Ratio> {
     let mut channels: Vec<&String> = map.iter().map(|c| &c.channel).collect();
     channels.sort();
     channels.dedup();
     channels
         .into_iter()
         .map(|channel| {
-            let cells: Vec<&document::Cell> = map.iter().filter(|c| c.channel == *channel).collect();
+            let cells: Vec<&document::ResidualCell> = map.iter().filter(|c| c.channel == *channel).collect();
             let count = cells.len() as f64;
-            let mean = |of: &dyn Fn(&document::Cell) -> f64| cells.iter().map(|c| of(c)).sum::<f64>() / count;
-            let log_f = |c: &document::Cell| 0.5 * (c.from_hz * c.to_hz).ln();
+            let mean = |of: &dyn Fn(&document::ResidualCell) -> f64| cells.iter().map(|c| of(c)).sum::<f64>() / count;
+            let log_f = |c: &document::ResidualCell| 0.5 * (c.from_hz * c.to_hz).ln();
             let (x, y) = (mean(&log_f), mean(&|c| c.log_ratio));
             let spread = mean(&|c| (log_f(c) - x).powi(2)).max(1e-12);
             let power = mean(&|c| (log_f(c) - x) * (c.log_ratio - y)) / spread;
-            let omega = |c: &document::Cell| std::f64::consts::TAU * (c.from_hz * c.to_hz).sqrt();
+            let omega = |c: &document::ResidualCell| std::f64::consts::TAU * (c.from_hz * c.to_hz).sqrt();
             let delay_s = -mean(&|c| omega(c) * c.phase_rad) / mean(&|c| omega(c).powi(2));
             let size = mean(&|c| c.gap * c.gap).sqrt();
-            let unexplained = |of: &dyn Fn(&document::Cell) -> f64| mean(&|c| of(c).powi(2)).sqrt();
+            let unexplained = |of: &dyn Fn(&document::ResidualCell) -> f64| mean(&|c| of(c).powi(2)).sqrt();
             let looks_like = if size < 0.02 {
                 format!("agrees within {:.1} %", 100.0 * size)
             } else if unexplained(&|c| c.log_ratio - y) < 0.3 * y.abs() && y.abs() > 0.02 {

@@ -5,15 +5,20 @@ mod common;
 mod compare;
 mod convergence;
 mod diagnose;
+mod file_arguments;
 mod friction;
 mod identify;
 mod import;
+mod init;
+mod manual;
 mod model_arguments;
 mod peaks;
 mod plan;
 mod progress;
 mod published;
+mod report;
 mod rows;
+mod schema;
 mod simulate;
 mod sweep;
 mod validate;
@@ -40,6 +45,11 @@ pub fn run() -> ExitCode {
         Command::Plan(given) => plan::run(&given),
         Command::Convergence(given) => convergence::run(&given),
         Command::Friction(given) => friction::run(&given),
+        Command::Report(given) => report::run(&given),
+        Command::Init(given) => init::run(&given),
+        Command::Schema(given) => schema::run(&given),
+        Command::Completions(given) => manual::completions(&given),
+        Command::Man(given) => manual::man(&given),
         Command::Simulate(given) => simulate::run(&given),
         Command::Withheld(given) => withheld::run(&given),
     };

@@ -203,6 +203,7 @@ pub enum Simulation {
     #[command(after_help = "Example:\n  jointid simulate sensitivity --config configs/servo-axis.toml")]
     Sensitivity(SensitivityArguments),
     /// Every figure that the papers of the models print, beside ours
+    #[command(after_help = "Example:\n  jointid simulate published --markdown")]
     Published(PublishedArguments),
 }
 

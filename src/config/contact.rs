@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use schemars::JsonSchema;
 use serde::Deserialize;
 
 use crate::contact::{
@@ -11,7 +12,7 @@ use crate::contact::{
 use crate::machine::{LoadedPair, Segment, SegmentEnd, Twist};
 
 /// A friction curve: Duan et al., Eq. 11.
-#[derive(Debug, Clone, Copy, Deserialize)]
+#[derive(Debug, Clone, Copy, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct FrictionFile {
     coulomb_n: f64,
@@ -21,7 +22,7 @@ pub struct FrictionFile {
 }
 
 /// A preloaded pair by its catalogue quantities.
-#[derive(Debug, Clone, Deserialize)]
+#[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ContactFile {
     kind: KindFile,
@@ -53,7 +54,7 @@ pub struct ContactFile {
     outside_share: Option<f64>,
 }
 
-#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 enum KindFile {
     DoubleNut,
@@ -71,7 +72,7 @@ impl KindFile {
     }
 }
 
-#[derive(Debug, Clone, Copy, Deserialize)]
+#[derive(Debug, Clone, Copy, Deserialize, JsonSchema)]
 #[serde(untagged, expecting = "expected one conformity, or two in square brackets")]
 enum ConformityFile {
     Both(f64),
@@ -79,7 +80,7 @@ enum ConformityFile {
 }
 
 /// How a contact shares its load.
-#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum RuleFile {
     /// Equilibrium, both sides in parallel.
@@ -89,7 +90,7 @@ pub enum RuleFile {
 }
 
 /// Which stiffness of a contact counts.
-#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum StiffnessFile {
     /// dP/dδ.
@@ -98,7 +99,7 @@ pub enum StiffnessFile {
     Secant,
 }
 
-#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 enum PrintedFile {
     Larger,
@@ -106,7 +107,7 @@ enum PrintedFile {
 }
 
 /// A screw segment between an end and the nut.
-#[derive(Debug, Clone, Deserialize)]
+#[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SegmentFile {
     diameter_m: f64,
@@ -117,7 +118,7 @@ pub struct SegmentFile {
     twist: Option<TwistFile>,
 }
 
-#[derive(Debug, Clone, Copy, Default, Deserialize)]
+#[derive(Debug, Clone, Copy, Default, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 enum EndFile {
     #[default]
@@ -125,7 +126,7 @@ enum EndFile {
     End,
 }
 
-#[derive(Debug, Clone, Copy, Deserialize)]
+#[derive(Debug, Clone, Copy, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 struct TwistFile {
     shear_modulus_pa: f64,

@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use schemars::JsonSchema;
 use serde::Deserialize;
 
 use super::contact::{ContactDefaults, ContactFile, FrictionFile, RuleFile, SegmentFile, StiffnessFile, contacts, segments};
@@ -12,7 +13,7 @@ use crate::machine::{
 use crate::unit::travel_per_radian_m;
 
 /// A machine configuration.
-#[derive(Debug, Clone, Deserialize)]
+#[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct MachineFile {
     /// What a person calls the machine.
@@ -57,7 +58,7 @@ pub struct MachineFile {
 }
 
 /// The effect library: nothing but effects.
-#[derive(Debug, Clone, Deserialize)]
+#[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct LibraryFile {
     /// Effects.
@@ -69,7 +70,7 @@ fn source(number: Option<Number>) -> Source {
 }
 
 /// `translation` or `rotation`.
-#[derive(Debug, Clone, Copy, Deserialize)]
+#[derive(Debug, Clone, Copy, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum MotionFile {
     /// Displacement (m).
@@ -79,7 +80,7 @@ pub enum MotionFile {
 }
 
 /// A point.
-#[derive(Debug, Clone, Deserialize)]
+#[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct PointFile {
     name: String,
@@ -91,7 +92,7 @@ pub struct PointFile {
     boundary: Boundary,
 }
 
-#[derive(Debug, Clone, Copy, Default, PartialEq, Deserialize)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 enum Boundary {
     #[default]
@@ -100,7 +101,7 @@ enum Boundary {
 }
 
 /// A shaft.
-#[derive(Debug, Clone, Deserialize)]
+#[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ShaftFile {
     name: String,
@@ -113,7 +114,7 @@ pub struct ShaftFile {
     station: Vec<StationFile>,
 }
 
-#[derive(Debug, Clone, Deserialize)]
+#[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 struct StationFile {
     at: Option<PlaceFile>,
@@ -122,7 +123,7 @@ struct StationFile {
     torsion: Option<String>,
 }
 
-#[derive(Debug, Clone, Copy, Deserialize)]
+#[derive(Debug, Clone, Copy, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 enum PlaceFile {
     Start,
@@ -131,7 +132,7 @@ enum PlaceFile {
 }
 
 /// A joint.
-#[derive(Debug, Clone, Deserialize)]
+#[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct JointFile {
     name: String,
@@ -147,7 +148,7 @@ pub struct JointFile {
     relaxation_stiffness: Option<Number>,
 }
 
-#[derive(Debug, Clone, Deserialize)]
+#[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 struct ScrewFile {
     angle: String,
@@ -155,7 +156,7 @@ struct ScrewFile {
 }
 
 /// A parameter.
-#[derive(Debug, Clone, Deserialize)]
+#[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ParameterFile {
     unit: String,
@@ -171,14 +172,14 @@ pub struct ParameterFile {
     source: String,
 }
 
-#[derive(Debug, Clone, Copy, Deserialize)]
+#[derive(Debug, Clone, Copy, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 enum ScaleFile {
     Logarithmic,
     Linear,
 }
 
-#[derive(Debug, Clone, Copy, Default, Deserialize)]
+#[derive(Debug, Clone, Copy, Default, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 enum FitFile {
     #[default]
@@ -188,7 +189,7 @@ enum FitFile {
 }
 
 /// An effect.
-#[derive(Debug, Clone, Deserialize)]
+#[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct EffectFile {
     /// Id.
@@ -212,7 +213,7 @@ pub struct EffectFile {
     attach: Vec<AttachFile>,
 }
 
-#[derive(Debug, Clone, Deserialize)]
+#[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 struct ReattachFile {
     joint: String,
@@ -220,7 +221,7 @@ struct ReattachFile {
     to: String,
 }
 
-#[derive(Debug, Clone, Deserialize)]
+#[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 struct AttachFile {
     joint: String,
@@ -228,7 +229,7 @@ struct AttachFile {
     times: f64,
 }
 
-#[derive(Debug, Clone, Deserialize)]
+#[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 struct RescaleFile {
     part: PartFile,
@@ -238,7 +239,7 @@ struct RescaleFile {
     by: String,
 }
 
-#[derive(Debug, Clone, Copy, Deserialize)]
+#[derive(Debug, Clone, Copy, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 enum PartFile {
     PointInertia,
@@ -254,7 +255,7 @@ enum PartFile {
 }
 
 /// A quantity to be reported: one of four kinds.
-#[derive(Debug, Clone, Deserialize)]
+#[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(
     untagged,
     expecting = "expected { natural_frequency = n }, { antiresonance = n, at = \"point\" }, { inertia = [\"a\", \"b\"] } or { parameter = \"id\" }"
@@ -295,7 +296,7 @@ impl From<DerivedFile> for DerivedPatch {
     }
 }
 
-#[derive(Debug, Clone, Copy, Deserialize)]
+#[derive(Debug, Clone, Copy, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 enum LawFile {
     Relative,

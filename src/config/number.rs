@@ -1,11 +1,12 @@
 //! The words of a configuration file for a number: written out, a parameter, or a stiffness made of something.
 
+use schemars::JsonSchema;
 use serde::Deserialize;
 
 use crate::machine::Source;
 
 /// A number, a parameter by id, or a stiffness that is made of something.
-#[derive(Debug, Clone, Deserialize)]
+#[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(
     untagged,
     expecting = "expected a number, or the name of a parameter in quotes; for a stiffness also { contact = \"…\" }, { segment = \"…\" } or { series = […] }"
@@ -24,7 +25,7 @@ pub enum Number {
 }
 
 /// `{ contact = "name", times = "parameter" }`.
-#[derive(Debug, Clone, Deserialize)]
+#[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ContactNumber {
     contact: String,
@@ -32,7 +33,7 @@ pub struct ContactNumber {
 }
 
 /// `{ segment = "name", times = "parameter" }`.
-#[derive(Debug, Clone, Deserialize)]
+#[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SegmentNumber {
     segment: String,
@@ -40,7 +41,7 @@ pub struct SegmentNumber {
 }
 
 /// `{ series = [ … ], times = "parameter" }`.
-#[derive(Debug, Clone, Deserialize)]
+#[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SeriesNumber {
     series: Vec<Number>,

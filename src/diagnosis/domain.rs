@@ -8,8 +8,10 @@ use crate::numeric::statistics::root_mean_square_of_parts;
 use crate::objective::{FrfObjective, FrfSettings, MISSING, ModeObjective, ModeSettings, ModeSquares, ObjectiveError, PositionPrediction};
 use crate::optimizer::LeastSquares;
 
-/// Lines of one FRF that are looked at: more would say the same again, since a model's error changes slowly along the frequency.
-pub const LINES: usize = 250;
+/// Most and fewest lines of one FRF that are looked at, and lines of all together: more would say the same again, since a model's error changes
+/// slowly along the frequency.
+const LINES: (usize, usize) = (60, 250);
+const ALL_LINES: usize = 2400;
 /// Step in the unit interval of derivatives of modes.
 const STEP: f64 = 2e-4;
 
@@ -63,7 +65,10 @@ impl<'h> Compared<'h> {
     pub fn new(hypothesis: &'h Hypothesis, fit: &FitSet<'_>, domain: Domain, frozen: &[String]) -> Result<Self, ObjectiveError> {
         let machine = &hypothesis.machine;
         Ok(match domain {
-            Domain::Frf(settings) => Compared::Frf(FrfObjective::new(machine, fit, settings, frozen)?.thinned(LINES)),
+            Domain::Frf(settings) => {
+                let lines = (ALL_LINES / fit.frfs.len().max(1)).clamp(LINES.0, LINES.1);
+                Compared::Frf(FrfObjective::new(machine, fit, settings, frozen)?.thinned(lines))
+            }
             Domain::Modes(settings) => Compared::Modes(ModeObjective::new(machine, fit, settings, frozen)?),
         })
     }

@@ -1,10 +1,11 @@
 //! The words of `manifest.toml`.
 
+use schemars::JsonSchema;
 use serde::Deserialize;
 
 use super::{MeasurementError, Quantity};
 
-#[derive(Debug, Deserialize)]
+#[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(super) struct Manifest {
     pub title: String,
@@ -26,33 +27,33 @@ pub(super) struct Manifest {
     pub motion: Vec<MotionFile>,
 }
 
-#[derive(Debug, Deserialize)]
+#[derive(Debug, Deserialize, JsonSchema)]
 #[serde(untagged, expecting = "expected a number above 0, or \"unknown\"")]
 pub(super) enum GainFile {
     Number(f64),
     Word(UnknownWord),
 }
 
-#[derive(Debug, Deserialize)]
+#[derive(Debug, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub(super) enum UnknownWord {
     Unknown,
 }
 
-#[derive(Debug, Deserialize)]
+#[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(super) struct Split {
     pub fit: Vec<String>,
 }
 
-#[derive(Debug, Deserialize)]
+#[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(super) struct PositionFile {
     pub name: String,
     pub nut_m: Option<f64>,
 }
 
-#[derive(Debug, Deserialize)]
+#[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(super) struct FrfFile {
     pub position: Option<String>,
@@ -67,7 +68,7 @@ pub(super) struct FrfFile {
     pub acceleration_m_s2: Option<f64>,
 }
 
-#[derive(Debug, Deserialize)]
+#[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(super) struct MotionFile {
     pub name: String,
@@ -84,4 +85,9 @@ pub(super) fn parse(path: &str, text: &str) -> Result<Manifest, MeasurementError
         let line = text[..start].matches('\n').count() as u64 + 1;
         MeasurementError::line(path, line, error.message().replace('\n', "; "))
     })
+}
+
+/// The JSON Schema of a `manifest.toml`, its TOML read as JSON, made of the types that read it.
+pub fn manifest_schema() -> schemars::Schema {
+    schemars::schema_for!(Manifest)
 }

@@ -1,5 +1,6 @@
 //! What was observed: FRFs, modes and motions of a machine at named positions, as one measurement set.
 
+mod beginning;
 mod embedded;
 mod error;
 mod frf;
@@ -13,10 +14,12 @@ mod split;
 mod table;
 pub mod universal;
 
+pub use beginning::SET_BEGINNING;
 pub use embedded::BENCH;
 pub use error::MeasurementError;
 pub use frf::{Condition, Frf, Line, Noise};
 pub use friction::{FrictionRun, FrictionTable, FrictionUnit, read_friction};
+pub use manifest::manifest_schema;
 pub use modes::{ModeObservation, ModeTable};
 pub use quantity::Quantity;
 pub use set::{Gain, MeasurementSet, Position, Published, PublishedRow, SourceFile, read_set};

@@ -5,6 +5,7 @@
 //! D(ω) = K + iωC − ω²M + rods(ω) is eliminated exactly at each frequency; from that come receptances and their
 //! slopes, the count of undamped modes below a frequency, the modes and the peaks of |H|.
 
+mod along;
 pub mod coupling;
 mod derived;
 mod elimination;
@@ -17,6 +18,7 @@ mod rod;
 mod sensitivity;
 mod structure;
 
+pub use along::Along;
 pub use derived::{derived, elastic_frequencies_hz};
 pub use energy::EnergyShare;
 pub use matrices::{Matrices, matrices};

@@ -2,13 +2,14 @@
 
 use std::collections::BTreeMap;
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::document::Stamp;
 use super::{columns, wrapped};
 
 /// `diagnosis.json`.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Diagnosis {
     /// Provenance.
     #[serde(flatten)]
@@ -16,56 +17,69 @@ pub struct Diagnosis {
     /// `frf`, `modes` or `motion`.
     pub domain: String,
     /// Configuration.
+    #[serde(default)]
     pub config: String,
     /// Measurement set.
+    #[serde(default)]
     pub measurements: String,
     /// Positions (or records) fitted.
+    #[serde(default)]
     pub fit_positions: Vec<String>,
     /// Positions (or records) held out.
+    #[serde(default)]
     pub held_out_positions: Vec<String>,
     /// Gap that the noise alone leaves on what was held out; absent where nothing is known of it.
     pub noise_floor: Option<f64>,
     /// Gaps of the machine as described.
-    pub gap: Gap,
+    pub gap: GapRow,
     /// Misfit of the fit over that of the middle null.
+    #[serde(default)]
     pub misfit_over_null: f64,
     /// Interfaces, best first.
     #[serde(rename = "where")]
-    pub located: Vec<Interface>,
+    pub places: Vec<WhereRow>,
     /// Residuals over position, channel and band, of the machine as described.
-    pub residual_map: Vec<Cell>,
+    #[serde(default)]
+    pub residual_map: Vec<ResidualCell>,
     /// What the ratio of measured and modelled looks like, channel by channel.
+    #[serde(default)]
     pub ratio: Vec<Ratio>,
     /// The missing dynamic stiffness at the best interfaces.
+    #[serde(default)]
     pub delta_z: Vec<DeltaZ>,
     /// All candidates, best first.
     pub effects: Vec<EffectRow>,
     /// The model that is chosen, over what was held out.
+    #[serde(default)]
     pub chosen: Chosen,
     /// The verdict.
-    pub verdict: Verdict,
+    pub verdict: VerdictRow,
 }
 
 /// Gaps.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct Gap {
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct GapRow {
     /// Over what was fitted.
     pub fit: Option<f64>,
     /// Over what was held out.
     pub held_out: Option<f64>,
     /// By position (or record).
+    #[serde(default)]
     pub by_position: BTreeMap<String, f64>,
     /// By band, over everything.
-    pub by_band: Vec<Band>,
+    #[serde(default)]
+    pub by_band: Vec<BandGap>,
     /// By order of the mode.
+    #[serde(default)]
     pub by_mode: Vec<f64>,
     /// By phase of a motion.
+    #[serde(default)]
     pub by_phase: BTreeMap<String, f64>,
 }
 
 /// The gap in a band.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct Band {
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct BandGap {
     /// Lowest frequency (Hz).
     pub from_hz: f64,
     /// Highest frequency (Hz).
@@ -75,8 +89,8 @@ pub struct Band {
 }
 
 /// A cell of the residual map.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct Cell {
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct ResidualCell {
     /// Position (or record).
     pub position: String,
     /// Response/excitation.
@@ -88,13 +102,15 @@ pub struct Cell {
     /// Gap.
     pub gap: f64,
     /// Mean of ln(measured/modelled magnitude).
+    #[serde(default)]
     pub log_ratio: f64,
     /// Mean phase (rad) of measured over modelled.
+    #[serde(default)]
     pub phase_rad: f64,
 }
 
 /// What measured over modelled looks like in a channel.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Ratio {
     /// Response/excitation.
     pub channel: String,
@@ -109,7 +125,7 @@ pub struct Ratio {
 }
 
 /// Missing dynamic stiffness.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct DeltaZ {
     /// Where.
     pub interface: String,
@@ -122,26 +138,28 @@ pub struct DeltaZ {
 }
 
 /// An interface at which something may be missing.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct Interface {
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct WhereRow {
     /// Point or joint.
     pub interface: String,
     /// Shape.
     pub shape: String,
     /// Share of χ² of the fitted data that it takes away.
+    #[serde(default)]
     pub takes: f64,
     /// Held-out gap with it.
     pub gap_held_out: Option<f64>,
 }
 
 /// A candidate.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct EffectRow {
     /// Id.
     pub id: String,
     /// `tried`, `failed` or `not-applicable`.
     pub status: String,
     /// Why it failed or does not apply.
+    #[serde(default)]
     pub why: Option<String>,
     /// Held-out gap without it.
     pub gap_held_out_before: Option<f64>,
@@ -150,42 +168,50 @@ pub struct EffectRow {
     /// Share of the gap above the noise floor that it closes.
     pub closed: Option<f64>,
     /// 95 % interval of `closed`, for what the verdict names.
+    #[serde(default)]
     pub closed95: Option<[f64; 2]>,
     /// Share of nulls that show as much.
     pub p_value: Option<f64>,
     /// Gain in χ² over what nulls show.
+    #[serde(default)]
     pub statistic: f64,
     /// Share of χ² of the fitted data that it takes away.
+    #[serde(default)]
     pub takes: f64,
     /// Values of its parameters.
+    #[serde(default)]
     pub parameters: BTreeMap<String, f64>,
     /// Whether the verdict names it.
     pub selected: bool,
     /// What it is.
+    #[serde(default)]
     pub says: Option<String>,
 }
 
 /// The chosen model.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Chosen {
     /// Id, or combination; `nominal` where nothing is added.
     pub id: String,
     /// All its parameters, nuisances among them (their names begin with ~).
+    #[serde(default)]
     pub parameters: BTreeMap<String, f64>,
     /// Held-out gap.
     pub gap_held_out: Option<f64>,
     /// Share of the gap above the floor that it closes.
     pub closed: Option<f64>,
     /// 95 % interval by parametric bootstrap.
+    #[serde(default)]
     pub closed95: Option<[f64; 2]>,
     /// Share that the best free shape at an interface closes: a ceiling.
     pub ceiling: Option<f64>,
     /// In plain units, before and after.
+    #[serde(default)]
     pub plain: Vec<Plain>,
 }
 
 /// A figure in plain units.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Plain {
     /// What.
     pub figure: String,
@@ -196,8 +222,8 @@ pub struct Plain {
 }
 
 /// The verdict.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct Verdict {
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct VerdictRow {
     /// Kind.
     pub kind: String,
     /// Effects or combinations.
@@ -205,11 +231,14 @@ pub struct Verdict {
     /// Why.
     pub reason: String,
     /// What to measure next.
+    #[serde(default)]
     pub next_measurement: Option<String>,
     /// The interface where most is missing, where something is.
     #[serde(rename = "where")]
+    #[serde(default)]
     pub place: Option<String>,
     /// The band where most is missing, where something is.
+    #[serde(default)]
     pub band_hz: Option<[f64; 2]>,
 }
 
@@ -266,7 +295,7 @@ pub fn diagnosis_text(document: &Diagnosis) -> String {
     }
     text += "\nwhere — free shapes at interfaces, best first\n";
     let rows: Vec<Vec<String>> = document
-        .located
+        .places
         .iter()
         .take(5)
         .map(|i| vec![i.interface.clone(), i.shape.clone(), percent(Some(i.takes)), percent(i.gap_held_out)])

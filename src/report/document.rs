@@ -2,10 +2,11 @@
 
 use std::collections::BTreeMap;
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// A file a result rests on.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Input {
     /// Path.
     pub path: String,
@@ -14,7 +15,7 @@ pub struct Input {
 }
 
 /// What every document carries.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Stamp {
     /// Name and version of the document's form.
     pub schema: String,
@@ -37,7 +38,7 @@ pub struct Stamp {
 }
 
 /// How a result was made: enough to make it again.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Settings {
     /// Configuration.
     pub config: String,
@@ -75,7 +76,7 @@ pub struct Settings {
 }
 
 /// An identified parameter.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct ParameterRow {
     /// Value.
     pub value: f64,
@@ -94,7 +95,7 @@ pub struct ParameterRow {
 }
 
 /// One order at one position.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct OrderRow {
     /// Order.
     pub order: u32,
@@ -114,7 +115,7 @@ pub struct OrderRow {
 }
 
 /// A predicted peak without a measured partner.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct LonePeak {
     /// Frequency (Hz).
     pub frequency_hz: f64,
@@ -125,7 +126,7 @@ pub struct LonePeak {
 }
 
 /// One position.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct PositionRow {
     /// `fit` or `held_out`.
     pub role: String,
@@ -165,7 +166,7 @@ impl PositionRow {
 }
 
 /// One FRF.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct FrfRow {
     /// Position.
     pub position: Option<String>,
@@ -188,7 +189,7 @@ pub struct FrfRow {
 }
 
 /// Parameters of which the data see a combination better than each.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct CombinationRow {
     /// Ids of the two.
     pub parameters: [String; 2],
@@ -203,7 +204,7 @@ pub struct CombinationRow {
 }
 
 /// Spread over bootstrap samples.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct BootstrapRow {
     /// `lines` or `positions`.
     pub drawn: String,
@@ -214,7 +215,7 @@ pub struct BootstrapRow {
 }
 
 /// One search of several.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct RepeatRow {
     /// Seed.
     pub seed: u64,
@@ -227,7 +228,7 @@ pub struct RepeatRow {
 }
 
 /// `identification.json`.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Identification {
     /// Stamp.
     #[serde(flatten)]
@@ -274,7 +275,7 @@ pub struct Identification {
 }
 
 /// `validation.json`.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Validation {
     /// Stamp.
     #[serde(flatten)]
@@ -289,7 +290,7 @@ pub struct Validation {
 }
 
 /// One run of a comparison.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct ComparisonRun {
     /// Positions fitted.
     pub fit_positions: Vec<String>,
@@ -310,7 +311,7 @@ pub struct ComparisonRun {
 }
 
 /// `comparison.json`.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Comparison {
     /// Stamp.
     #[serde(flatten)]
@@ -322,7 +323,7 @@ pub struct Comparison {
 }
 
 /// Score of an objective by leaving out one fit position after another.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct ObjectiveRow {
     /// Objective.
     pub objective: String,
@@ -335,7 +336,7 @@ pub struct ObjectiveRow {
 }
 
 /// `objectives.json`.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Objectives {
     /// Stamp.
     #[serde(flatten)]
@@ -347,7 +348,7 @@ pub struct Objectives {
 }
 
 /// A mode in one record.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct PeakRow {
     /// Natural frequency (Hz).
     pub frequency_hz: f64,
@@ -368,7 +369,7 @@ pub struct PeakRow {
 }
 
 /// Why a mode was found regular or not.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct EvidenceRow {
     /// Records that show it.
     pub seen: usize,
@@ -385,7 +386,7 @@ pub struct EvidenceRow {
 }
 
 /// A mode over the records.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct PeakModeRow {
     /// Place in rising frequency, from 1; those without regularity follow the regular ones.
     pub order: usize,
@@ -400,7 +401,7 @@ pub struct PeakModeRow {
 }
 
 /// How a record was fitted.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct PeakFitRow {
     /// Lines used.
     pub lines: usize,
@@ -411,7 +412,7 @@ pub struct PeakFitRow {
 }
 
 /// `peaks.json`.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Peaks {
     /// Stamp.
     #[serde(flatten)]
@@ -423,7 +424,7 @@ pub struct Peaks {
 }
 
 /// One choice of measurements.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct ChoiceRow {
     /// What to measure.
     pub measure: Vec<String>,
@@ -436,7 +437,7 @@ pub struct ChoiceRow {
 }
 
 /// All choices of one size.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct PlanRanking {
     /// Measurements chosen.
     pub count: usize,
@@ -447,7 +448,7 @@ pub struct PlanRanking {
 }
 
 /// `plan.json`.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Plan {
     /// Stamp.
     #[serde(flatten)]
@@ -463,7 +464,7 @@ pub struct Plan {
 }
 
 /// `frf.json`.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Frfs {
     /// Stamp.
     #[serde(flatten)]

@@ -2,10 +2,13 @@
 
 pub mod diagnosis;
 pub mod document;
+pub mod page;
+mod schema;
 pub mod simulation;
 mod table;
 mod write;
 
+pub use schema::{SCHEMAS, schema};
 pub use table::{
     bootstrap_table, columns, derived_table, frfs_table, gap_summary_table, gaps_table, objectives_table, parameters_table, peaks_table,
     plan_table, positions_table, summary_table, wrapped,

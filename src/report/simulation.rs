@@ -2,12 +2,13 @@
 
 use std::collections::BTreeMap;
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::document::Stamp;
 
 /// One undamped mode.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct ModeRow {
     /// Number in the list, from 1.
     pub order: usize,
@@ -29,7 +30,7 @@ pub struct ModeRow {
 }
 
 /// `modes.json`.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Modes {
     /// Stamp.
     #[serde(flatten)]
@@ -50,7 +51,7 @@ pub struct Modes {
 }
 
 /// `matrices.json`.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct MatricesDocument {
     /// Stamp.
     #[serde(flatten)]
@@ -66,7 +67,7 @@ pub struct MatricesDocument {
 }
 
 /// A contact at one operating condition.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct ContactRow {
     /// Outside force (N).
     pub force_n: f64,
@@ -79,7 +80,7 @@ pub struct ContactRow {
 }
 
 /// One step of a sweep.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct SweepRow {
     /// Value of what is swept, in its unit.
     pub at: f64,
@@ -95,7 +96,7 @@ pub struct SweepRow {
 }
 
 /// Where a side of a contact unloads.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Separation {
     /// Contact.
     pub contact: String,
@@ -108,7 +109,7 @@ pub struct Separation {
 }
 
 /// `stiffness.json`.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Sweep {
     /// Stamp.
     #[serde(flatten)]
@@ -127,7 +128,7 @@ pub struct Sweep {
 }
 
 /// How one joint moves a natural frequency.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct SensitivityRow {
     /// Joint.
     pub joint: String,
@@ -144,7 +145,7 @@ pub struct SensitivityRow {
 }
 
 /// `sensitivity.json`.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct SensitivityDocument {
     /// Stamp.
     #[serde(flatten)]
@@ -162,7 +163,7 @@ pub struct SensitivityDocument {
 }
 
 /// A parameter of a friction curve.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct FrictionParameter {
     /// Value.
     pub value: f64,
@@ -175,7 +176,7 @@ pub struct FrictionParameter {
 }
 
 /// A run at constant velocity beside the curve.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct FrictionRow {
     /// Velocity (m/s).
     pub velocity_m_s: f64,
@@ -186,7 +187,7 @@ pub struct FrictionRow {
 }
 
 /// `friction.json`.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct FrictionDocument {
     /// Stamp.
     #[serde(flatten)]
@@ -206,7 +207,7 @@ pub struct FrictionDocument {
 }
 
 /// One published figure beside ours.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct PublishedFigure {
     /// Paper.
     pub paper: String,
@@ -229,7 +230,7 @@ pub struct PublishedFigure {
 }
 
 /// `published.json`.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct PublishedDocument {
     /// Stamp.
     #[serde(flatten)]
@@ -239,7 +240,7 @@ pub struct PublishedDocument {
 }
 
 /// The lumped model with one number of lumps.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct ConvergenceRow {
     /// Lumps per rod; absent for the exact rod.
     pub lumps: Option<usize>,
@@ -256,7 +257,7 @@ pub struct ConvergenceRow {
 }
 
 /// `convergence.json`.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Convergence {
     /// Stamp.
     #[serde(flatten)]

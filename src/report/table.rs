@@ -35,7 +35,7 @@ fn plain(table: &Table) -> String {
 }
 
 /// Four significant figures, in powers of ten beyond 10⁻³ … 10⁵.
-fn figure(x: f64) -> String {
+pub(super) fn figure(x: f64) -> String {
     let size = x.abs();
     if size != 0.0 && !(1e-3..1e5).contains(&size) {
         format!("{x:.3e}")
@@ -45,7 +45,7 @@ fn figure(x: f64) -> String {
     }
 }
 
-fn percent(x: f64) -> String {
+pub(super) fn percent(x: f64) -> String {
     format!("{:.2} %", 100.0 * x)
 }
 

@@ -1,0 +1,138 @@
+//! `jointid report`.
+
+mod curves;
+mod shapes;
+
+use std::path::Path;
+
+use serde::de::DeserializeOwned;
+
+use super::arguments::{ReportArguments, Sources};
+use super::common::{CommandResult, Loaded, Outcome, load, stamp, told};
+use super::validate::{check_identification, identified_values};
+use crate::config::read_machine;
+use crate::measurement::read_set;
+use crate::model::Rods;
+use crate::report::document::{Identification, Input};
+use crate::report::page::{self, Page};
+use crate::report::{OutputFolder, digest};
+
+/// Runs the command.
+pub fn run(given: &ReportArguments) -> CommandResult {
+    let folder = &given.folder;
+    if !folder.is_dir() {
+        let fault = if folder.exists() { "is no folder; name the folder that --out filled" } else { "there is no such folder" };
+        return Err(format!("{}: {fault}", folder.display()));
+    }
+    let mut page = Page::default();
+    let mut files = Vec::new();
+    page.identification = read(folder, "identification.json", &mut files)?;
+    page.validation = read(folder, "validation.json", &mut files)?;
+    page.comparison = read(folder, "comparison.json", &mut files)?;
+    page.peaks = read(folder, "peaks.json", &mut files)?;
+    page.diagnosis = read(folder, "diagnosis.json", &mut files)?;
+    if files.is_empty() {
+        return Err(format!(
+            "{}: holds no result document; run identify, validate, compare, peaks or diagnose with --out {0} first",
+            folder.display()
+        ));
+    }
+    page.files = files;
+    let name = folder.canonicalize().ok().and_then(|f| Some(f.file_name()?.to_string_lossy().into_owned()));
+    page.title = name.unwrap_or_else(|| folder.display().to_string());
+    if let Some(identified) = page.identification.take() {
+        match recompute(folder, &identified, &mut page) {
+            Ok(()) => {}
+            Err(fault) => page.notes.push(format!("FRFs, positions and mode shapes are not drawn: {fault}")),
+        }
+        page.identification = Some(identified);
+    } else if let Some(peaks) = &page.peaks {
+        // Where the nut stood is written in the manifest the peaks were taken from.
+        let manifest = peaks.stamp.inputs.iter().find_map(|i| i.path.strip_suffix("manifest.toml"));
+        if let Some(Ok(set)) = manifest.map(read_set) {
+            page.nut_m = set.positions.iter().filter_map(|p| Some((p.name.clone(), p.nut_m?))).collect();
+        }
+    }
+    if let Some(of) = page.diagnosis.as_ref().filter(|_| page.identification.is_none()) {
+        // The machine's title, where its configuration can still be read.
+        let config = of.stamp.inputs.iter().find(|i| i.path.ends_with(".toml") && !i.path.ends_with("manifest.toml"));
+        if let Some(Ok(config)) = config.map(|i| read_machine(&i.path, &of.stamp.overrides, &of.stamp.without)) {
+            page.title = config.machine.title;
+        }
+    }
+    let html = page::html(&page);
+    let target = given.out.clone().unwrap_or_else(|| folder.join("report.html"));
+    if target.is_dir() {
+        return Err(format!("{}: is a folder; name a file with --out", target.display()));
+    }
+    let parent = target.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    let file = target.file_name().ok_or_else(|| format!("{}: name a file with --out", target.display()))?;
+    let written = OutputFolder::prepare(parent)?.write(&file.to_string_lossy(), html.as_bytes())?;
+    if !given.quiet {
+        page.notes.iter().for_each(|n| eprintln!("note: {n}"));
+        if html.len() > page::MOST_BYTES {
+            eprintln!("note: the page has {:.1} MB", html.len() as f64 / 1e6);
+        }
+        eprintln!("written: {} ({:.1} MB)", written.display(), html.len() as f64 / 1e6);
+    }
+    Ok(Outcome::Done)
+}
+
+/// Reads a document of the folder, where it is there.
+fn read<T: DeserializeOwned>(folder: &Path, name: &str, files: &mut Vec<(String, String)>) -> Result<Option<T>, String> {
+    let path = folder.join(name);
+    let bytes = match std::fs::read(&path) {
+        Err(error) if error.kind() == std::io::ErrorKind::NotFound => return Ok(None),
+        read => read.map_err(|e| format!("{}: {e}", path.display()))?,
+    };
+    let fault = |text: String| format!("{}: {text}", path.display());
+    let value: serde_json::Value = serde_json::from_slice(&bytes).map_err(|e| fault(format!("line {}: is no JSON: {e}", e.line())))?;
+    let expected = format!("jointid/{}/1", name.trim_end_matches(".json"));
+    match value.get("schema").and_then(serde_json::Value::as_str) {
+        Some(schema) if schema == expected => {}
+        Some(schema) => return Err(fault(format!("is a {schema}, not a {expected}; make it again with this version"))),
+        None => return Err(fault(format!("has no `schema`; a result document says {expected} there"))),
+    }
+    files.push((name.into(), digest(&bytes)));
+    serde_json::from_value(value).map(Some).map_err(|e| fault(format!("is no {expected}: {e}")))
+}
+
+/// An identification with what it rests on, as it was.
+pub(super) struct Ground<'i> {
+    pub(super) identified: &'i Identification,
+    pub(super) loaded: Loaded,
+    pub(super) values: Vec<f64>,
+    pub(super) rods: Rods,
+}
+
+/// Predicts what was measured from the configuration and the identified values, if all inputs are still what they were.
+fn recompute(folder: &Path, identified: &Identification, page: &mut Page) -> Result<(), String> {
+    let path = folder.join("identification.json");
+    check_identification(&path, identified)?;
+    let sources = Sources {
+        config: identified.settings.config.clone(),
+        measurements: identified.settings.measurements.clone(),
+        set: identified.stamp.overrides.clone(),
+        without: identified.stamp.without.clone(),
+    };
+    let loaded = load(&sources).map_err(|e| format!("{e} (paths are those of the identification; run report where it was run)"))?;
+    let now = stamp("identification", 0, true, &loaded, Vec::new()).inputs;
+    if let Some(path) = changed(&identified.stamp.inputs, &now) {
+        return Err(format!("{path} is no longer what it was at the identification; identify again"));
+    }
+    let values = identified_values(&path, identified, &loaded.config)?;
+    let rods = identified.settings.lumps.map_or(Rods::Exact, Rods::Lumped);
+    page.title = loaded.config.machine.title.clone();
+    page.nut_m = loaded.set.positions.iter().filter_map(|p| Some((p.name.clone(), p.nut_m?))).collect();
+    let ground = Ground { identified, loaded, values, rods };
+    page.curves = curves::curves(&ground).map_err(told)?;
+    page.shapes = shapes::shapes(&ground)?;
+    Ok(())
+}
+
+/// The first input that is not the same now.
+fn changed<'a>(then: &'a [Input], now: &'a [Input]) -> Option<&'a str> {
+    let missing = |list: &[Input], i: &Input| !list.iter().any(|other| other.path == i.path && other.sha256 == i.sha256);
+    let gone = then.iter().find(|i| missing(now, i));
+    gone.or_else(|| now.iter().find(|i| missing(then, i))).map(|i| i.path.as_str())
+}

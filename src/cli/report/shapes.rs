@@ -1,0 +1,53 @@
+//! Mode shapes along the shafts of an identified machine, for its page.
+
+use std::sync::Arc;
+
+use super::Ground;
+use crate::machine::{Motion, Operating};
+use crate::model::{Structure, undamped_modes};
+use crate::report::page::{Deflection, ModeShape, ShapeGroup};
+
+/// Modes shown of each position.
+const MODES: usize = 7;
+/// Points on each rod.
+const STEPS: usize = 24;
+
+/// The undamped modes at every position, up to a little above what was measured; none for a machine without shafts.
+pub(super) fn shapes(ground: &Ground<'_>) -> Result<Vec<ShapeGroup>, String> {
+    let (set, machine) = (&ground.loaded.set, &ground.loaded.config.machine);
+    if machine.shafts.is_empty() {
+        return Ok(Vec::new());
+    }
+    let of_modes = set.modes.iter().flat_map(|t| t.positions.iter().flatten()).filter_map(|m| m.frequency_hz);
+    let of_frfs = set.frfs.iter().filter_map(|f| Some(f.lines.last()?.frequency_hz));
+    let highest = of_modes.chain(of_frfs).fold(0.0, f64::max);
+    let name = set.response.as_ref().or_else(|| set.frfs.first().map(|f| &f.response));
+    let observed = name.and_then(|n| machine.point(n)).filter(|p| machine.points[*p].motion == Motion::Translation);
+    let Some(first) = machine.points.iter().position(|p| !p.fixed) else { return Ok(Vec::new()) };
+    let structure = Arc::new(Structure::new(machine, first, first, ground.rods).map_err(|e| e.to_string())?);
+    let (mut network, mut work) = (structure.network(), structure.workspace());
+    let start = &ground.values;
+    let mut groups = Vec::new();
+    for position in &set.positions {
+        let operating = Operating::at(position.nut_m);
+        network.update(machine, start, &operating);
+        let modes = undamped_modes(&network, 1.2 * highest, &mut work).into_iter().filter(|m| m.frequency_hz > 0.0).take(MODES);
+        let modes = modes.map(|mode| {
+            let along = network.along(machine, start, &operating, (mode.frequency_hz, &mode.shape), STEPS);
+            let deflections = along.into_iter().map(|a| {
+                let shaft = &machine.shafts[a.shaft];
+                // In torsion what the circumference moves, so that both can stand in one scale.
+                let factor = if a.torsional { 0.5 * shaft.diameter.at(start, &operating) } else { 1.0 };
+                Deflection {
+                    shaft: shaft.name.clone(),
+                    torsional: a.torsional,
+                    points: a.points.into_iter().map(|(x, u)| (x, u * factor)).collect(),
+                }
+            });
+            let at = observed.and_then(|p| Some((machine.points[p].name.clone(), *mode.shape.get(structure.coordinate_of(p)?)?)));
+            ModeShape { frequency_hz: mode.frequency_hz, deflections: deflections.collect(), observed: at }
+        });
+        groups.push(ShapeGroup { position: position.name.clone(), nut_m: position.nut_m, modes: modes.collect() });
+    }
+    Ok(groups)
+}

@@ -1,0 +1,26 @@
+//! `jointid schema`.
+
+use super::arguments::SchemaArguments;
+use super::common::{CommandResult, Outcome, print_out};
+use crate::config::{effects_schema, machine_schema};
+use crate::measurement::manifest_schema;
+use crate::report::{self, to_json};
+
+/// Runs the command.
+pub fn run(given: &SchemaArguments) -> CommandResult {
+    let mut names = vec!["machine", "effects", "manifest"];
+    names.extend(report::SCHEMAS);
+    let Some(name) = &given.name else {
+        print_out(&names.iter().map(|n| format!("{n}\n")).collect::<String>())?;
+        return Ok(Outcome::Done);
+    };
+    let schema = match name.as_str() {
+        "machine" => Some(machine_schema()),
+        "effects" => Some(effects_schema()),
+        "manifest" => Some(manifest_schema()),
+        other => report::schema(other),
+    };
+    let schema = schema.ok_or_else(|| format!("schema {name}: there is none of this name; there are {}", names.join(", ")))?;
+    print_out(&to_json(&schema)?)?;
+    Ok(Outcome::Done)
+}

@@ -1,0 +1,173 @@
+//! Measured against predicted FRFs: magnitude and phase over frequency.
+
+use num_complex::Complex64;
+use plotly::common::{DashType, Marker, MarkerSymbol, Mode};
+use plotly::layout::HoverMode;
+use plotly::{Layout, Scatter};
+
+use super::Page;
+use super::chart::{Chart, Switches, axis, colour, dash, layout, line, log_axis};
+use super::text::{escape, rounded};
+use super::thin::{Thinned, thin};
+
+/// A measured peak of a set that has no FRFs.
+#[derive(Debug, Clone, PartialEq)]
+pub struct PeakMark {
+    /// Order.
+    pub order: u32,
+    /// Frequency (Hz).
+    pub frequency_hz: f64,
+    /// Amplitude in the curve's unit.
+    pub amplitude: Option<f64>,
+}
+
+/// An FRF as measured, as predicted, or both, in one unit.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Curve {
+    /// Position or record.
+    pub position: String,
+    /// Response and excitation, such as `table/table`, and the record where a position has several.
+    pub channel: String,
+    /// Held out of the fit.
+    pub held_out: bool,
+    /// Quantity and unit of the values, such as `receptance (µm/N)`.
+    pub unit: String,
+    /// Measured lines.
+    pub measured: Vec<(f64, Complex64)>,
+    /// Predicted lines.
+    pub predicted: Vec<(f64, Complex64)>,
+    /// Measured peaks, where no FRF was measured.
+    pub peaks: Vec<PeakMark>,
+}
+
+/// Points of all curves together that a page can carry and a laptop can draw.
+const MOST_POINTS: usize = 90_000;
+/// Deviation in ln|H| and phase (rad) below which a line is not seen to be missing.
+const UNSEEN: f64 = 0.005;
+
+/// A trace with its level, the lowest behind, and its switches.
+type Layered = (u8, Vec<Option<usize>>, Box<Scatter<f64, Option<f64>>>);
+
+/// The section.
+pub fn content(page: &Page) -> String {
+    let curves = &page.curves;
+    if curves.is_empty() {
+        return String::new();
+    }
+    let names = |pick: &dyn Fn(&Curve) -> &String| {
+        let mut names: Vec<String> = Vec::new();
+        curves.iter().map(pick).for_each(|n| {
+            if !names.contains(n) {
+                names.push(n.clone());
+            }
+        });
+        names
+    };
+    let positions = names(&|c| &c.position);
+    let channels = names(&|c| &c.channel);
+    let many = curves.iter().filter(|c| !c.measured.is_empty()).count() + curves.len();
+    let most = (MOST_POINTS / many.max(1)).clamp(200, 3000);
+    let held_out = curves.iter().any(|c| c.held_out);
+    let measured = curves.iter().any(|c| !c.measured.is_empty());
+    let marks = curves.iter().any(|c| !c.peaks.is_empty());
+    // The vertical axis has the unit of the channel that is shown.
+    let unit_of = |channel: &String| curves.iter().find(|c| c.channel == *channel).map(|c| escape(&c.unit)).unwrap_or_default();
+    let titles: Vec<String> = channels.iter().map(unit_of).collect();
+    let layout: Layout = layout()
+        .show_legend(false)
+        .hover_mode(HoverMode::Closest)
+        .x_axis(log_axis("Hz").anchor("y2").show_spikes(true))
+        .y_axis(log_axis(&titles[0]).domain(&[0.36, 1.0]))
+        .y_axis2(axis("phase (°)").domain(&[0.0, 0.3]).range(vec![-185.0, 185.0]).tick_values(vec![-180.0, -90.0, 0.0, 90.0, 180.0]));
+    let mut worst: f64 = 0.0;
+    let mut dropped = false;
+    let mut traces: Vec<Layered> = Vec::new();
+    for curve in curves {
+        let at = positions.iter().position(|n| *n == curve.position).unwrap_or(0);
+        let key = vec![Some(at), channels.iter().position(|n| *n == curve.channel)];
+        let role = if curve.held_out { "held out" } else { "fitted" };
+        let unit = curve.unit.split(['(', ')']).nth(1).unwrap_or("");
+        for (lines, what) in [(&curve.measured, "measured"), (&curve.predicted, "predicted")] {
+            if lines.is_empty() {
+                continue;
+            }
+            let (f, h): (Vec<f64>, Vec<Complex64>) = lines.iter().copied().unzip();
+            let thinned = thin(&f, &h, UNSEEN, most);
+            worst = worst.max(thinned.deviation);
+            dropped |= thinned.kept.len() < f.len();
+            let hover =
+                |y: &str| format!("{}, {what} ({role})<br>%{{x:.6~g}} Hz<br>%{{y:.4~g}} {y}<extra></extra>", escape(&curve.position));
+            let pen = match (what, curve.held_out) {
+                ("measured", _) => line(colour(at), 3.5),
+                (_, false) => line(colour(at), 1.4).dash(dash(at)),
+                (_, true) => line(colour(at), 1.4).dash(DashType::Dash),
+            };
+            let (level, opacity) = if what == "measured" { (0, 0.4) } else { (1, 1.0) };
+            let (x, size) = magnitude(&f, &h, &thinned);
+            let trace = Scatter::new(x, size).mode(Mode::Lines).opacity(opacity).name(escape(&curve.position));
+            traces.push((level, key.clone(), trace.line(pen.clone()).hover_template(hover(&escape(unit)))));
+            let (x, angle) = phase(&f, &h, &thinned);
+            let trace = Scatter::new(x, angle).mode(Mode::Lines).opacity(opacity).name(escape(&curve.position));
+            traces.push((level, key.clone(), trace.line(pen).hover_template(hover("°")).y_axis("y2")));
+        }
+        let seen: Vec<(f64, f64)> = curve.peaks.iter().filter_map(|p| Some((p.frequency_hz, p.amplitude?))).collect();
+        if !seen.is_empty() {
+            let (x, y): (Vec<f64>, Vec<Option<f64>>) = seen.into_iter().map(|(f, a)| (f, Some(rounded(a, 5)))).unzip();
+            let symbol = if curve.held_out { MarkerSymbol::DiamondOpen } else { MarkerSymbol::Circle };
+            let text = format!("{}, measured peak ({role})<br>%{{x:.6~g}} Hz<br>%{{y:.4~g}}<extra></extra>", escape(&curve.position));
+            let mark = Marker::new().color(colour(at)).size(9).symbol(symbol);
+            traces.push((2, key, Scatter::new(x, y).mode(Mode::Markers).marker(mark).hover_template(text).name(escape(&curve.position))));
+        }
+    }
+    let mut caption = Vec::new();
+    if measured {
+        caption.push("Pale and wide: measured. Thin: predicted.".to_string());
+    }
+    if marks {
+        caption.push("Marks: measured peaks. Lines: predicted.".into());
+    }
+    if held_out {
+        caption.push("Dashed lines and open marks: held out of the fit.".into());
+    }
+    caption.push("Drag to zoom, double click for the whole, point for the numbers.".into());
+    if dropped {
+        caption.push(format!(
+            "Lines that no one would miss are left out: straight lines between those drawn stay within {:.1} % of |H| and {:.2}° of the phase.",
+            100.0 * worst.max(1e-4),
+            worst.max(1e-4).to_degrees()
+        ));
+    }
+    let what = if measured { "measured and predicted" } else { "predicted" };
+    let label = format!("Magnitude and phase of {} {what} frequency response functions", curves.len());
+    let mut chart = Chart::new("curves", &label, &caption.join(" "), 600, layout)
+        .switches(vec![
+            Switches { label: "Positions".into(), options: positions, many: true, coloured: true },
+            Switches { label: "Response/excitation".into(), options: channels, many: false, coloured: false },
+        ])
+        .titles(1, titles)
+        .log_switch();
+    // What was predicted lies over what was measured at any position, marks over both.
+    traces.sort_by_key(|t| t.0);
+    for (_, key, trace) in traces {
+        chart.trace_for(key, trace);
+    }
+    chart.html()
+}
+
+fn magnitude(f: &[f64], h: &[Complex64], thinned: &Thinned) -> (Vec<f64>, Vec<Option<f64>>) {
+    thinned.kept.iter().map(|&i| (rounded(f[i], 7), Some(rounded(h[i].norm(), 5)))).unzip()
+}
+
+/// Phase in degrees, with a gap where it jumps from one end of its range to the other.
+fn phase(f: &[f64], h: &[Complex64], thinned: &Thinned) -> (Vec<f64>, Vec<Option<f64>>) {
+    let mut points: Vec<(f64, Option<f64>)> = Vec::with_capacity(thinned.kept.len());
+    for &i in &thinned.kept {
+        let here = h[i].arg().to_degrees();
+        if let Some((_, Some(before))) = points.last().filter(|p| p.1.is_some_and(|b| (b - here).abs() > 180.0)) {
+            debug_assert!((before - here).abs() > 180.0);
+            points.push((rounded(f[i], 7), None));
+        }
+        points.push((rounded(f[i], 7), Some((here * 100.0).round() / 100.0)));
+    }
+    points.into_iter().unzip()
+}

@@ -1,0 +1,148 @@
+//! The page as a whole: head, sections in the order of reading, provenance.
+
+use super::chart::library;
+use super::text::{TextTable, escape, paragraph, section};
+use super::{Page, comparison, curve, parameter, peak, position, shape, verdict};
+use crate::report::document::{Identification, Stamp};
+use crate::report::table::percent;
+
+/// Most bytes of a page: it is sent by mail and opened on a laptop.
+pub const MOST_BYTES: usize = 8 << 20;
+
+const STYLE: &str = include_str!("style.css");
+const SCRIPT: &str = include_str!("page.js");
+
+/// The browser is told to fetch nothing: what is not in the page is not there.
+const POLICY: &str = "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; img-src data: blob:; font-src data:; base-uri 'none'; form-action 'none'";
+
+/// The page as HTML.
+pub fn html(page: &Page) -> String {
+    let sections = sections(page);
+    let contents: String = sections
+        .iter()
+        .filter(|s| !s.2.is_empty())
+        .map(|(id, heading, _)| format!("<li><a href=\"#{id}\">{}</a></li>", escape(heading)))
+        .collect();
+    let body: String = sections.iter().map(|(id, heading, content)| section(id, heading, content)).collect();
+    let lead = page.diagnosis.as_ref().map(verdict::sentence).or_else(|| page.identification.as_ref().map(sentence)).unwrap_or_default();
+    let lead = if lead.is_empty() { lead } else { format!("<p class=\"verdict\">{}</p>\n", escape(&lead)) };
+    let under = page.diagnosis.as_ref().map(verdict::summary).unwrap_or_default();
+    let mut notes: String = page.notes.iter().map(|n| format!("<li>{}</li>", escape(n))).collect();
+    if !notes.is_empty() {
+        notes = format!("<ul class=\"notes\">{notes}</ul>\n");
+    }
+    format!(
+        "<!doctype html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n<meta http-equiv=\"Content-Security-Policy\" content=\"{POLICY}\">\n\
+         <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n<meta name=\"color-scheme\" content=\"light dark\">\n\
+         <title>{title} – jointid</title>\n<link rel=\"icon\" href=\"data:,\">\n<style>\n{STYLE}</style>\n</head>\n<body>\n\
+         <a class=\"skip\" href=\"#main\">To the content</a>\n<header>\n<h1>{title}</h1>\n{lead}{under}{notes}</header>\n\
+         <nav aria-label=\"Contents\"><ul>{contents}</ul></nav>\n<main id=\"main\">\n{body}</main>\n{library}\n<script>\n{SCRIPT}</script>\n</body>\n</html>\n",
+        title = escape(&page.title),
+        library = library(),
+    )
+}
+
+fn sections(page: &Page) -> Vec<(&'static str, &'static str, String)> {
+    let mut out: Vec<(&'static str, &'static str, String)> = Vec::new();
+    if let Some(of) = &page.diagnosis {
+        out.push(("diagnosis", "Diagnosis", verdict::content(of)));
+    }
+    out.push(("frf", "Measured and predicted", curve::content(page)));
+    if let Some(of) = &page.identification {
+        let errors = position::errors("Natural frequencies, with the errors of the prediction", &of.positions);
+        let gaps = position::frfs(&of.frfs);
+        out.push(("positions", "Position by position", format!("{}{errors}{gaps}", position::charts(page))));
+    }
+    if let Some(of) = &page.validation {
+        let told = of.largest_error.map(|x| paragraph(&format!("Largest relative frequency error: {}.", percent(x)))).unwrap_or_default();
+        let errors = position::errors("Validation: natural frequencies", &of.positions);
+        out.push(("validation", "Validation", format!("{told}{errors}{}", position::gaps("Validation: gaps", &of.positions))));
+    }
+    if let Some(of) = &page.comparison {
+        out.push(("comparison", "One position against several", comparison::content(of)));
+    }
+    if let Some(of) = &page.identification {
+        out.push(("parameters", "Parameters", format!("{}{}", parameter::values(of), parameter::bootstrap(of))));
+        out.push(("correlation", "What the data see only together", parameter::correlations(of)));
+    }
+    out.push(("shapes", "Mode shapes", shape::content(page)));
+    if let Some(of) = &page.peaks {
+        out.push(("peaks", "Peaks of the FRFs", peak::content(page, of)));
+    }
+    if let Some(of) = &page.identification {
+        out.push(("searches", "Convergence", parameter::convergence(of)));
+    }
+    out.push(("provenance", "Provenance", provenance(page)));
+    out
+}
+
+/// The result of an identification in one sentence.
+fn sentence(of: &Identification) -> String {
+    let listed = |names: &[String]| if names.len() > 8 { format!("{} records", names.len()) } else { names.join(", ") };
+    let unfinished = if of.stamp.complete { "" } else { " The run was stopped early." };
+    let figure = |key: &str| of.derived.get(key).copied();
+    let held_out = if of.leave_one_out { "each left out in turn" } else { "held out" };
+    let suffix = if of.leave_one_out { "left_out" } else { "held_out" };
+    let said = match (figure(&format!("largest_frequency_error_{suffix}")), figure(&format!("gap_{suffix}"))) {
+        (Some(error), _) => format!("the largest frequency error of what was {held_out} is {}", percent(error)),
+        (None, Some(gap)) => format!("the gap of what was {held_out} is {}", percent(gap)),
+        (None, None) => "nothing was held out".into(),
+    };
+    format!("Fitted on {}; {said}.{unfinished}", listed(&of.fit_positions))
+}
+
+fn provenance(page: &Page) -> String {
+    let stamps: Vec<(&str, &Stamp)> = [
+        ("identification.json", page.identification.as_ref().map(|d| &d.stamp)),
+        ("validation.json", page.validation.as_ref().map(|d| &d.stamp)),
+        ("comparison.json", page.comparison.as_ref().map(|d| &d.stamp)),
+        ("peaks.json", page.peaks.as_ref().map(|d| &d.stamp)),
+        ("diagnosis.json", page.diagnosis.as_ref().map(|d| &d.stamp)),
+    ]
+    .into_iter()
+    .filter_map(|(name, stamp)| Some((name, stamp?)))
+    .collect();
+    let mut made = TextTable::new("Documents", 1, ["Document", "Form", "Version", "Seed", "Complete", "SHA-256"]);
+    for (name, stamp) in &stamps {
+        let digest = page.files.iter().find(|f| f.0 == *name).map_or("–", |f| f.1.as_str());
+        let complete = if stamp.complete { "yes" } else { "no, stopped early" };
+        made.row([*name, &stamp.schema, &stamp.tool_version, &stamp.seed.to_string(), complete, digest]);
+    }
+    let mut inputs = TextTable::new("Inputs", 1, ["File", "SHA-256", "Of"]);
+    let mut seen: Vec<(&str, &str, Vec<&str>)> = Vec::new();
+    for (name, stamp) in &stamps {
+        for input in &stamp.inputs {
+            match seen.iter_mut().find(|s| s.0 == input.path && s.1 == input.sha256) {
+                Some(row) => row.2.push(name),
+                None => seen.push((&input.path, &input.sha256, vec![name])),
+            }
+        }
+    }
+    seen.iter().for_each(|(path, digest, of)| inputs.row([*path, *digest, &of.join(", ")]));
+    let mut warnings = String::new();
+    for (name, stamp) in stamps.iter().filter(|s| !s.1.warnings.is_empty()) {
+        let items: String = stamp.warnings.iter().map(|w| format!("<li>{}</li>", escape(w))).collect();
+        warnings += &format!("<h3>Warnings of {name}</h3>\n<ul>{items}</ul>\n");
+    }
+    let mut changes = TextTable::new("Changes of the configuration", 1, ["Document", "Overrides", "Effects taken out"]);
+    for (name, stamp) in stamps.iter().filter(|s| !(s.1.overrides.is_empty() && s.1.without.is_empty())) {
+        changes.row([*name, &stamp.overrides.join(" "), &stamp.without.join(", ")]);
+    }
+    let settings = page.identification.as_ref().map(settings).unwrap_or_default();
+    let version = format!("Page made by jointid {}.", env!("CARGO_PKG_VERSION"));
+    format!("{}{settings}{}{}{warnings}{}", made.html(), inputs.html(), changes.html(), paragraph(&version))
+}
+
+fn settings(of: &Identification) -> String {
+    let mut table = TextTable::new("Settings of the identification", 1, ["Setting", "Value"]);
+    let Ok(serde_json::Value::Object(settings)) = serde_json::to_value(&of.settings) else { return String::new() };
+    for (key, value) in settings.iter().filter(|(_, v)| !v.is_null()) {
+        let text = match value {
+            serde_json::Value::String(text) => text.clone(),
+            serde_json::Value::Array(list) if list.is_empty() => continue,
+            other => other.to_string(),
+        };
+        table.row([key.replace('_', " "), text]);
+    }
+    table.html()
+}

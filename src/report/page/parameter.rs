@@ -1,0 +1,132 @@
+//! Parameters: values and intervals, correlations, and how the searches converged.
+
+use plotly::common::{ColorScale, ColorScaleElement, Mode};
+use plotly::layout::AxisType;
+use plotly::{HeatMap, Scatter};
+
+use super::chart::{Chart, axis, colour, dash, layout, line, log_axis};
+use super::text::{TextTable, cell, escape, paragraph, rounded};
+use crate::report::document::Identification;
+use crate::report::table::figure;
+
+/// Values with their intervals, and a chart that sets the intervals against the plausible ranges.
+pub fn values(of: &Identification) -> String {
+    let mut table = TextTable::new("Parameters", 1, ["Parameter", "Value", "Unit", "95 % interval", "Plausible range", "Seen by the data"]);
+    for (id, p) in &of.parameters {
+        let range = |[a, b]: [f64; 2]| format!("{} … {}", figure(a), figure(b));
+        let seen = match (p.fitted, p.identifiable) {
+            (false, _) => "not fitted",
+            (true, Some(true)) => "yes",
+            _ => "no",
+        };
+        let interval = p.interval95.filter(|i| i.iter().all(|x| x.is_finite())).map_or_else(|| "–".into(), range);
+        table.row([id.clone(), figure(p.value), p.unit.clone(), interval, range([p.lower, p.upper]), seen.into()]);
+    }
+    let mut derived = TextTable::new("What follows from them", 1, ["Quantity", "Value", "95 % interval"]);
+    for (name, x) in &of.derived {
+        let interval = of.derived_interval95.get(name).map_or_else(|| "–".into(), |[a, b]| format!("{} … {}", figure(*a), figure(*b)));
+        derived.row([name.clone(), figure(*x), interval]);
+    }
+    let told: String = of.combinations.iter().map(|c| paragraph(&c.says)).collect();
+    format!("{}{}{}{told}", table.html(), intervals(of), derived.html())
+}
+
+/// Plausible range (pale) and interval (dark) of each parameter, over its value.
+fn intervals(of: &Identification) -> String {
+    // The gain has no plausible range: its bounds are those of the arithmetic.
+    let positive = of.parameters.iter().filter(|(id, p)| *id != "gain" && p.fitted && p.lower > 0.0 && p.value > 0.0);
+    let rows: Vec<_> = positive.collect();
+    let names: Vec<String> = rows.iter().map(|(id, _)| escape(id)).collect();
+    let mut chart = Chart::new(
+        "intervals",
+        "Plausible range and 95 % interval of each parameter, relative to its value",
+        "Pale: plausible range before the measurement. Dark: 95 % interval after it. Where only the pale bar stands, the data do not determine the parameter.",
+        90 + 30 * rows.len(),
+        layout().show_legend(false).x_axis(log_axis("times the value")).y_axis(axis("").type_(AxisType::Category)),
+    );
+    for (name, (id, p)) in names.iter().zip(&rows) {
+        let bar = |ends: [f64; 2], width: f64, colour: &str, what: &str| {
+            let hover = format!("{}, {what}<br>{} … {} {}<extra></extra>", escape(id), figure(ends[0]), figure(ends[1]), escape(&p.unit));
+            Scatter::new(ends.map(|x| rounded(x / p.value, 5)).to_vec(), vec![name.clone(); 2])
+                .mode(Mode::Lines)
+                .line(line(colour, width))
+                .hover_template(hover)
+        };
+        chart.trace(bar([p.lower, p.upper], 12.0, "#8A8A8A", "plausible range").opacity(0.35));
+        if let Some(ends) = p.interval95.filter(|i| i.iter().all(|x| x.is_finite() && *x > 0.0)) {
+            chart.trace(bar(ends, 7.0, colour(0), "95 % interval"));
+        }
+        let value = Scatter::new(vec![1.0], vec![name.clone()]).mode(Mode::Markers);
+        let hover = format!("{}<br>{} {}<extra></extra>", escape(id), figure(p.value), escape(&p.unit));
+        chart.trace(value.marker(plotly::common::Marker::new().color(colour(1)).size(8)).hover_template(hover));
+    }
+    chart.html()
+}
+
+/// Correlations of the fitted parameters as a heat map.
+pub fn correlations(of: &Identification) -> String {
+    let names: Vec<String> = of.fitted_parameters.iter().map(|n| escape(n)).collect();
+    if names.len() < 2 || of.correlation.len() != names.len() {
+        return String::new();
+    }
+    let z: Vec<Vec<f64>> = of.correlation.iter().map(|row| row.iter().map(|x| (x * 1000.0).round() / 1000.0).collect()).collect();
+    let scale = [(0.0, "#0072B2"), (0.5, "#F7F7F7"), (1.0, "#D55E00")];
+    let scale = ColorScale::Vector(scale.iter().map(|(at, c)| ColorScaleElement(*at, (*c).to_string())).collect());
+    let mut chart = Chart::new(
+        "correlations",
+        "Correlations of the fitted parameters",
+        "Near +1 or −1 the data see two parameters only together.",
+        160 + 30 * names.len(),
+        layout()
+            .x_axis(axis("").type_(AxisType::Category))
+            .y_axis(axis("").type_(AxisType::Category).auto_range(true).range(vec![names.len() as f64 - 0.5, -0.5])),
+    );
+    let map = HeatMap::new(names.clone(), names, z).zmin(-1.0).zmax(1.0).color_scale(scale);
+    chart.trace(map.hover_template("%{y} and %{x}: %{z:.2f}<extra></extra>"));
+    chart.html()
+}
+
+/// Best cost after each generation of each search.
+pub fn convergence(of: &Identification) -> String {
+    let mut chart = Chart::new(
+        "convergence",
+        "Best cost after each generation of each search",
+        "",
+        300,
+        layout().show_legend(of.searches.len() > 1).x_axis(axis("generation")).y_axis(log_axis("cost")),
+    );
+    let mut table = TextTable::new("Searches, best first", 1, ["Seed", "Least cost", "Evaluations"]);
+    for (n, search) in of.searches.iter().enumerate() {
+        table.row([search.seed.to_string(), figure(search.cost), search.evaluations.to_string()]);
+        // A stair: only where the cost falls.
+        let falls = |i: &usize| *i == 0 || *i + 1 == search.trace.len() || search.trace[*i] < search.trace[*i - 1];
+        let kept: Vec<usize> = (0..search.trace.len()).filter(falls).collect();
+        if kept.is_empty() {
+            continue;
+        }
+        let y: Vec<f64> = kept.iter().map(|i| rounded(search.trace[*i], 5)).collect();
+        let trace = Scatter::new(kept, y).mode(Mode::Lines).name(format!("seed {}", search.seed));
+        let pen = line(colour(n), 1.6).dash(dash(n)).shape(plotly::common::LineShape::Hv);
+        chart.trace(trace.line(pen).hover_template("generation %{x}<br>%{y:.5~g}"));
+    }
+    let agree = match of.searches_agree {
+        Some(true) => "The searches agree.",
+        Some(false) => "The searches do not agree: the best of them is shown, and may not be the best there is.",
+        None => "",
+    };
+    let said = if agree.is_empty() { String::new() } else { paragraph(agree) };
+    format!("{said}{}{}", chart.html(), table.html())
+}
+
+/// Bootstrap intervals, where they were asked for.
+pub fn bootstrap(of: &Identification) -> String {
+    let header = ["Parameter".to_string()].into_iter().chain(of.bootstrap.iter().map(|b| format!("{} × {}", b.samples, b.drawn)));
+    let mut table = TextTable::new("95 % of bootstrap samples", 1, header);
+    let ids: std::collections::BTreeSet<&String> = of.bootstrap.iter().flat_map(|b| b.interval95.keys()).collect();
+    for id in ids {
+        let interval = |ends: &[f64; 2]| format!("{} … {}", cell(Some(ends[0]), figure), cell(Some(ends[1]), figure));
+        let cells = of.bootstrap.iter().map(|b| b.interval95.get(id).map_or_else(|| "–".into(), interval));
+        table.row([id.clone()].into_iter().chain(cells).collect::<Vec<_>>());
+    }
+    table.html()
+}

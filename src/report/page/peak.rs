@@ -1,0 +1,58 @@
+//! Peaks of FRFs tracked over the records.
+
+use plotly::Scatter;
+use plotly::common::{ErrorData, ErrorType, Marker, Mode};
+use plotly::layout::AxisType;
+
+use super::Page;
+use super::chart::{Chart, axis, colour, layout, log_axis, symbol};
+use super::text::{TextTable, cell, escape, rounded};
+use crate::report::document::Peaks;
+use crate::report::table::{figure, percent};
+
+/// The section.
+pub fn content(page: &Page, of: &Peaks) -> String {
+    let known = of.modes.iter().flat_map(|m| m.records.keys()).all(|name| page.nut_m.contains_key(name));
+    let x_axis = if known { axis("nut position (m)") } else { axis("record").type_(AxisType::Category) };
+    let mut chart = Chart::new(
+        "peaks-chart",
+        "Natural frequencies taken from the FRFs, against position",
+        "Bars: 95 % of the frequency. Grey: peaks without regularity over the positions.",
+        340,
+        layout().show_legend(true).x_axis(x_axis).y_axis(log_axis("Hz")),
+    );
+    let header = ["Mode", "Record", "Hz", "±", "Damping", "±", "Amplitude"];
+    let mut table = TextTable::new("Regular modes by record; ± is half a 95 % interval", 2, header);
+    for mode in &of.modes {
+        let n = if mode.regular { mode.order.saturating_sub(1) } else { 6 };
+        let mut rows: Vec<_> = mode.records.iter().collect();
+        let at = |name: &String| page.nut_m.get(name).copied().unwrap_or(f64::INFINITY);
+        rows.sort_by(|a, b| at(a.0).total_cmp(&at(b.0)).then(a.0.cmp(b.0)));
+        let x: Vec<serde_json::Value> = rows
+            .iter()
+            .map(|(name, _)| match page.nut_m.get(*name).filter(|_| known) {
+                Some(x) => serde_json::json!(x),
+                None => serde_json::json!(escape(name)),
+            })
+            .collect();
+        let y: Vec<f64> = rows.iter().map(|(_, r)| rounded(r.frequency_hz, 7)).collect();
+        let spread: Vec<f64> = rows.iter().map(|(_, r)| 1.96 * r.frequency_sd_hz.unwrap_or(0.0)).collect();
+        let name = format!("mode {} at {} Hz{}", mode.order, figure(mode.frequency_hz), if mode.regular { "" } else { ", no regularity" });
+        let mark = Marker::new().color(colour(n)).size(8).symbol(symbol(n));
+        let trace = Scatter::new(x, y).mode(if mode.regular { Mode::LinesMarkers } else { Mode::Markers }).marker(mark);
+        let trace = trace.error_y(ErrorData::new(ErrorType::Data).array(spread)).name(name).line(super::chart::line(colour(n), 1.0));
+        chart.trace(trace.show_legend(mode.regular).hover_template("%{y:.6~g} Hz"));
+        for (name, row) in rows.iter().filter(|_| mode.regular) {
+            table.row([
+                mode.order.to_string(),
+                (*name).clone(),
+                figure(row.frequency_hz),
+                cell(row.frequency_sd_hz.map(|s| 1.96 * s), figure),
+                percent(row.damping_ratio),
+                cell(row.damping_sd.map(|s| 1.96 * s), percent),
+                figure(row.amplitude),
+            ]);
+        }
+    }
+    format!("{}{}", chart.html(), table.html())
+}

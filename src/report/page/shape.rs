@@ -1,0 +1,93 @@
+//! Mode shapes along the shafts.
+
+use plotly::Scatter;
+use plotly::common::{Marker, Mode};
+use plotly::layout::HoverMode;
+
+use super::Page;
+use super::chart::{Chart, Switches, axis, colour, dash, layout, line};
+use super::text::{escape, rounded};
+
+/// How a shaft deflects along its length.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Deflection {
+    /// Shaft.
+    pub shaft: String,
+    /// It turns; else it moves along its axis.
+    pub torsional: bool,
+    /// Distance from the shaft's left end (m) and deflection: axial, or at the circumference.
+    pub points: Vec<(f64, f64)>,
+}
+
+/// One mode.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ModeShape {
+    /// Natural frequency (Hz).
+    pub frequency_hz: f64,
+    /// Its shafts.
+    pub deflections: Vec<Deflection>,
+    /// Deflection of the point that the set observes.
+    pub observed: Option<(String, f64)>,
+}
+
+/// The modes at one position.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ShapeGroup {
+    /// Position.
+    pub position: String,
+    /// Where the nut stands (m).
+    pub nut_m: Option<f64>,
+    /// Modes in rising frequency.
+    pub modes: Vec<ModeShape>,
+}
+
+/// The section.
+pub fn content(page: &Page) -> String {
+    let groups = &page.shapes;
+    let longest = groups.iter().map(|g| g.modes.len()).max().unwrap_or(0);
+    if longest == 0 {
+        return String::new();
+    }
+    let layout = layout()
+        .show_legend(false)
+        .hover_mode(HoverMode::Closest)
+        .x_axis(axis("distance along the shaft (m)").anchor("y2"))
+        .y_axis(axis("axial").domain(&[0.54, 1.0]))
+        .y_axis2(axis("torsional").domain(&[0.0, 0.46]));
+    let mut chart = Chart::new(
+        "shapes-chart",
+        "Axial and torsional deflection along the shafts for each undamped mode",
+        "Undamped modes at the identified values; axial deflection, and that of the circumference in torsion, in one scale for each mode, the largest 1. \
+         The mark is the nut's place, at the deflection of the point observed.",
+        460,
+        layout,
+    )
+    .switches(vec![
+        Switches { label: "Position".into(), options: groups.iter().map(|g| g.position.clone()).collect(), many: false, coloured: false },
+        Switches { label: "Modes".into(), options: (1..=longest).map(|n| format!("mode {n}")).collect(), many: true, coloured: true },
+    ]);
+    for (at, group) in groups.iter().enumerate() {
+        for (n, mode) in group.modes.iter().enumerate() {
+            let label = format!("mode {}, {:.1} Hz", n + 1, mode.frequency_hz);
+            let all = mode.deflections.iter().flat_map(|d| d.points.iter().map(|p| p.1));
+            let largest = all.chain(mode.observed.iter().map(|o| o.1)).fold(0.0, |m: f64, u| if u.abs() > m.abs() { u } else { m });
+            let scale = if largest == 0.0 { 1.0 } else { 1.0 / largest };
+            for deflection in &mode.deflections {
+                let (x, y): (Vec<f64>, Vec<f64>) =
+                    deflection.points.iter().map(|(x, u)| (rounded(*x, 5), rounded((u * scale * 1e5).round() / 1e5, 4))).unzip();
+                let hover = format!("{label}<br>{}, %{{x:.4~g}} m: %{{y:.3f}}<extra></extra>", escape(&deflection.shaft));
+                let trace = Scatter::new(x, y).mode(Mode::Lines).line(line(colour(n), 1.8).dash(dash(n))).name(label.clone());
+                let trace = trace.hover_template(hover);
+                let trace = if deflection.torsional { trace.y_axis("y2") } else { trace };
+                chart.trace_for(vec![Some(at), Some(n)], trace);
+            }
+            if let (Some((name, u)), Some(nut_m)) = (&mode.observed, group.nut_m) {
+                let mark = Marker::new().color(colour(n)).size(9).symbol(plotly::common::MarkerSymbol::Diamond);
+                let hover = format!("{label}<br>{}: %{{y:.3f}}<extra></extra>", escape(name));
+                let trace = Scatter::new(vec![nut_m], vec![rounded(u * scale, 4)]).mode(Mode::Markers).marker(mark).name(label.clone());
+                chart.trace_for(vec![Some(at), Some(n)], trace.hover_template(hover));
+            }
+        }
+    }
+    chart.html()
+}

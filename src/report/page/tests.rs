@@ -1,0 +1,86 @@
+//! What must hold of every page.
+
+use num_complex::Complex64;
+
+use super::*;
+
+const EVIL: &str = "<script>alert('x')</script><img src=http://example.org/a.png>";
+
+fn resonator(f: f64) -> Complex64 {
+    1e-8 / Complex64::new(1.0 - (f / 100.0).powi(2), 0.03 * f / 100.0)
+}
+
+fn curves(positions: usize, channels: usize, lines: usize) -> Vec<Curve> {
+    let mut out = Vec::new();
+    for p in 0..positions {
+        for c in 0..channels {
+            let scatter = |i: usize, s: f64| 1.0 + s * (((i * 7919 + p * 31 + c * 17) % 101) as f64 / 50.0 - 1.0);
+            let measured = (1..=lines).map(|i| (0.2 * i as f64, resonator(0.2 * i as f64) * scatter(i, 0.05))).collect();
+            let predicted = (1..=lines).map(|i| (0.2 * i as f64, resonator(0.2 * i as f64))).collect();
+            out.push(Curve {
+                position: if p == 0 { EVIL.into() } else { format!("l{p}") },
+                channel: format!("table/{c}"),
+                held_out: p % 2 == 1,
+                unit: "receptance (µm/N)".into(),
+                measured,
+                predicted,
+                peaks: Vec::new(),
+            });
+        }
+    }
+    out
+}
+
+fn diagnosis() -> Diagnosis {
+    let effect = |id: &str, closed: f64| {
+        serde_json::json!({ "id": id, "status": "tried", "gap_held_out_before": 0.3, "gap_held_out_after": 0.3 * (1.0 - closed),
+            "closed": closed, "closed95": [closed - 0.1, closed + 0.1], "p_value": 0.001, "parameters": {}, "selected": closed > 0.5 })
+    };
+    let document = serde_json::json!({
+        "schema": "jointid/diagnosis/1", "tool_version": "0", "seed": 1, "complete": true, "inputs": [], "warnings": [EVIL],
+        "domain": "frf", "noise_floor": 0.01,
+        "gap": { "fit": 0.2, "held_out": 0.3 },
+        "where": [{ "interface": EVIL, "gap_held_out": 0.02, "shape": "stiffness" }],
+        "effects": [effect(EVIL, 0.9), effect("table-mass", 0.1)],
+        "verdict": { "kind": "ambiguous", "effects": [EVIL, "table-mass"], "reason": EVIL, "next_measurement": EVIL },
+        "residual_map": [{ "position": EVIL, "channel": EVIL, "from_hz": 5.0, "to_hz": 50.0, "gap": 0.2 }],
+        "delta_z": [{ "interface": EVIL, "frequency_hz": [1.0, 2.0], "real": [1e5, 1e5], "imag": [1.0, 2.0] }],
+    });
+    serde_json::from_value(document).unwrap()
+}
+
+#[test]
+fn names_from_files_are_text_everywhere() {
+    let page = Page {
+        title: EVIL.into(),
+        curves: curves(2, 2, 50),
+        diagnosis: Some(diagnosis()),
+        notes: vec![EVIL.into()],
+        files: vec![("diagnosis.json".into(), EVIL.into())],
+        ..Page::default()
+    };
+    let made = html(&page);
+    let own = made.replace(&chart::library(), "");
+    assert!(!own.contains("<script>alert") && !own.contains("<img"), "a name became markup");
+    assert!(own.contains("&lt;script&gt;alert(&#39;x&#39;)"));
+    // What goes to the charts is text there, too.
+    assert!(own.contains("\"\\u003c") || own.contains("&lt;img src=http://example.org/a.png&gt;"));
+    assert!(own.contains("cannot tell which") && own.contains("Measure next:"));
+}
+
+#[test]
+fn many_lines_make_no_heavy_page() {
+    let page = Page { title: "many".into(), curves: curves(6, 6, 10_000), ..Page::default() };
+    let made = html(&page);
+    assert!(made.len() < MOST_BYTES, "{} bytes", made.len());
+    assert!(made.contains("\\u003cextra") || made.contains("extra"));
+}
+
+#[test]
+fn the_library_stands_there_once_and_nothing_is_fetched() {
+    let made = html(&Page { title: "empty".into(), ..Page::default() });
+    assert_eq!(made.matches("plotly.js v").count(), 1);
+    assert!(made.contains("default-src 'none'"));
+    let own = made.replace(&chart::library(), "");
+    assert!(!own.contains("http://") && !own.contains("https://"));
+}

@@ -1,0 +1,122 @@
+//! HTML of text and tables; every name that comes from a file is escaped here.
+
+/// Text as HTML: what means something to HTML is written as an entity.
+pub fn escape(text: &str) -> String {
+    let mut out = String::with_capacity(text.len());
+    for c in text.chars() {
+        match c {
+            '&' => out.push_str("&amp;"),
+            '<' => out.push_str("&lt;"),
+            '>' => out.push_str("&gt;"),
+            '"' => out.push_str("&quot;"),
+            '\'' => out.push_str("&#39;"),
+            c => out.push(c),
+        }
+    }
+    out
+}
+
+/// A paragraph.
+pub fn paragraph(text: &str) -> String {
+    format!("<p>{}</p>\n", escape(text))
+}
+
+/// A section with a heading; nothing where it would be empty.
+pub fn section(id: &str, heading: &str, content: &str) -> String {
+    if content.is_empty() {
+        return String::new();
+    }
+    format!("<section id=\"{id}\" aria-labelledby=\"{id}-h\">\n<h2 id=\"{id}-h\">{}</h2>\n{content}</section>\n", escape(heading))
+}
+
+/// A table of text cells. The first `names` columns are headings of their rows, the others numbers.
+pub struct TextTable {
+    caption: String,
+    names: usize,
+    header: Vec<String>,
+    rows: Vec<(String, Vec<String>)>,
+}
+
+impl TextTable {
+    /// A table without rows.
+    pub fn new(caption: &str, names: usize, header: impl IntoIterator<Item = impl Into<String>>) -> Self {
+        TextTable { caption: caption.into(), names, header: header.into_iter().map(Into::into).collect(), rows: Vec::new() }
+    }
+
+    /// Adds a row.
+    pub fn row(&mut self, cells: impl IntoIterator<Item = impl Into<String>>) {
+        self.row_of("", cells);
+    }
+
+    /// Adds a row of a class that the page's style knows.
+    pub fn row_of(&mut self, class: &str, cells: impl IntoIterator<Item = impl Into<String>>) {
+        self.rows.push((class.into(), cells.into_iter().map(Into::into).collect()));
+    }
+
+    /// As HTML; nothing without rows.
+    pub fn html(&self) -> String {
+        if self.rows.is_empty() {
+            return String::new();
+        }
+        let mut out = format!(
+            "<div class=\"scroll\" tabindex=\"0\" role=\"group\" aria-label=\"{0}\"><table><caption>{0}</caption>\n<thead><tr>",
+            escape(&self.caption)
+        );
+        for (at, head) in self.header.iter().enumerate() {
+            let class = if at < self.names { "" } else { " class=\"n\"" };
+            out += &format!("<th scope=\"col\"{class}>{}</th>", escape(head));
+        }
+        out += "</tr></thead>\n<tbody>\n";
+        for (class, cells) in &self.rows {
+            out += &if class.is_empty() { "<tr>".to_string() } else { format!("<tr class=\"{class}\">") };
+            for (at, cell) in cells.iter().enumerate() {
+                out += &match at < self.names {
+                    true => format!("<th scope=\"row\">{}</th>", escape(cell)),
+                    false => format!("<td class=\"n\">{}</td>", escape(cell)),
+                };
+            }
+            out += "</tr>\n";
+        }
+        out + "</tbody></table></div>\n"
+    }
+}
+
+/// A number for a cell; a dash where there is none.
+pub fn cell(x: Option<f64>, write: impl Fn(f64) -> String) -> String {
+    x.filter(|x| x.is_finite()).map_or_else(|| "–".into(), write)
+}
+
+/// A number to so many significant digits, for the charts: what is beyond is not seen and costs room.
+pub fn rounded(x: f64, digits: usize) -> f64 {
+    format!("{x:.*e}", digits.saturating_sub(1)).parse().unwrap_or(x)
+}
+
+/// «a, b and c».
+pub fn listed(names: &[String], last: &str) -> String {
+    match names {
+        [] => String::new(),
+        [only] => only.clone(),
+        [first @ .., end] => format!("{} {last} {end}", first.join(", ")),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_cannot_become_markup() {
+        let mut table = TextTable::new("a <caption>", 1, ["<th>", "x"]);
+        table.row(["<script>alert(1)</script>", "\"'&"]);
+        let html = table.html();
+        assert!(!html.contains("<script>") && html.contains("&lt;script&gt;alert(1)"), "{html}");
+        assert!(html.contains("&quot;&#39;&amp;"), "{html}");
+    }
+
+    #[test]
+    fn numbers_are_cut_to_what_is_seen() {
+        assert_eq!(rounded(1.234_567_8e-9, 5), 1.2346e-9);
+        assert_eq!(rounded(0.0, 5), 0.0);
+        assert_eq!(listed(&["a".into(), "b".into(), "c".into()], "and"), "a, b and c");
+    }
+}

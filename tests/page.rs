@@ -1,0 +1,193 @@
+//! The page that people read: made of result documents, whole in one file, alive in a browser.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::Command as Process;
+
+use assert_cmd::Command;
+use serde_json::{Value, json};
+
+fn jointid() -> Command {
+    let mut command = Command::cargo_bin("jointid").unwrap();
+    command.env("NO_COLOR", "1");
+    command
+}
+
+/// Results of the published bench, with a diagnosis made up beside them.
+fn results(folder: &Path) -> PathBuf {
+    let out = folder.join("results");
+    let document = out.join("identification.json");
+    jointid().args(["identify", "--positions", "l1,l3,l5", "--repeats", "1", "--quiet", "--out"]).arg(&out).assert().success();
+    jointid().args(["validate", "--quiet", "--result"]).arg(&document).arg("--out").arg(&out).assert().success();
+    fs::write(out.join("diagnosis.json"), diagnosis("ambiguous").to_string()).unwrap();
+    out
+}
+
+fn diagnosis(kind: &str) -> Value {
+    let effect = |id: &str, closed: f64| {
+        json!({"id": id, "status": "tried", "gap_held_out_before": 0.21, "gap_held_out_after": 0.21 * (1.0 - closed), "closed": closed,
+               "closed95": [closed - 0.06, closed + 0.04], "p_value": 0.001, "parameters": {"k_s": 900.0}, "selected": closed > 0.9})
+    };
+    let cell = |p: usize, from: f64, to: f64| json!({"position": format!("l{p}"), "channel": "table/table", "from_hz": from, "to_hz": to, "gap": 0.1});
+    json!({
+        "schema": "jointid/diagnosis/1", "tool_version": "0.1.0", "seed": 1, "complete": true, "inputs": [], "warnings": [],
+        "domain": "frf", "noise_floor": 0.012,
+        "gap": {"fit": 0.18, "held_out": 0.21, "by_position": {"l1": 0.2}, "by_band": [{"from_hz": 5.0, "to_hz": 50.0, "gap": 0.2}],
+                "by_mode": [], "by_phase": {}},
+        "where": [{"interface": "rotor", "gap_held_out": 0.02, "shape": "stiffness"}, {"interface": "<b>nut", "gap_held_out": 0.1, "shape": "other"}],
+        "effects": [effect("rotor-hold", 0.97), effect("drive-flexibility", 0.95), effect("table-mass", 0.1)],
+        "verdict": {"kind": kind, "effects": ["rotor-hold", "drive-flexibility"], "reason": "both close it", "next_measurement": "rotor/table at l1"},
+        "residual_map": [cell(1, 5.0, 50.0), cell(1, 50.0, 500.0), cell(2, 5.0, 50.0)],
+        "delta_z": [{"interface": "rotor", "frequency_hz": [5.0, 50.0], "real": [900.0, 890.0], "imag": [1.0, 10.0]}],
+    })
+}
+
+#[test]
+fn a_report_is_one_file_with_everything_in_it() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = results(folder.path());
+    jointid().arg("report").arg(&out).assert().success();
+    let page = fs::read_to_string(out.join("report.html")).unwrap();
+    assert!(page.len() < 8 << 20, "{} bytes", page.len());
+    for part in [
+        "these data cannot tell which",
+        "rotor-hold or drive-flexibility",
+        "Measure next:",
+        "id=\"curves\"",
+        "id=\"frequency-position\"",
+        "id=\"correlations\"",
+        "id=\"intervals\"",
+        "id=\"shapes-chart\"",
+        "id=\"convergence\"",
+        "id=\"residual-map\"",
+        "id=\"delta-z\"",
+        "id=\"effects\"",
+        "relative error",
+        "id=\"provenance\"",
+        "configs/tian.toml",
+    ] {
+        assert!(page.contains(part), "{part}");
+    }
+    assert!(!page.contains("<b>nut") && page.contains("&lt;b&gt;nut"));
+    let own = page.split("<script type=\"text/javascript\">").next().unwrap();
+    assert!(!own.contains("src=\"http") && !own.contains("href=\"http"));
+    // Elsewhere, too.
+    let other = folder.path().join("a/b.html");
+    jointid().arg("report").arg(&out).arg("--out").arg(&other).assert().success();
+    assert_eq!(fs::read_to_string(other).unwrap(), page);
+}
+
+/// A measurement set whose position is called like a piece of markup.
+#[test]
+fn a_name_from_a_file_is_text_in_the_page() {
+    let folder = tempfile::tempdir().unwrap();
+    let set = folder.path().join("set");
+    fs::create_dir_all(&set).unwrap();
+    let evil = "<script>document.title='x'</script>";
+    let manifest = fs::read_to_string("measurements/tian/manifest.toml").unwrap().replace("published = \"published.csv\"", "");
+    fs::write(set.join("manifest.toml"), manifest.replace("\"l1\"", &format!("\"{evil}\""))).unwrap();
+    let modes = fs::read_to_string("measurements/tian/modes.csv").unwrap();
+    fs::write(set.join("modes.csv"), modes.replace("l1,", &format!("{evil},"))).unwrap();
+    let out = folder.path().join("out");
+    jointid().args(["identify", "--repeats", "1", "--quiet", "--measurements"]).arg(&set).arg("--out").arg(&out).assert().success();
+    jointid().arg("report").arg(&out).assert().success();
+    let page = fs::read_to_string(out.join("report.html")).unwrap();
+    assert!(!page.contains(evil));
+    assert!(page.contains("&lt;script&gt;document.title=&#39;x&#39;&lt;/script&gt;"));
+}
+
+#[test]
+fn what_has_changed_is_not_drawn_but_said() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().join("out");
+    let config = folder.path().join("machine.toml");
+    fs::copy("configs/tian.toml", &config).unwrap();
+    jointid().args(["identify", "--repeats", "1", "--quiet", "--config"]).arg(&config).arg("--out").arg(&out).assert().success();
+    fs::write(&config, fs::read_to_string(&config).unwrap().replace("272.0", "300.0")).unwrap();
+    jointid().arg("report").arg(&out).assert().success();
+    let page = fs::read_to_string(out.join("report.html")).unwrap();
+    assert!(page.contains("is no longer what it was") && !page.contains("id=\"curves\"") && page.contains("id=\"correlations\""));
+}
+
+#[test]
+fn refuse_a_folder_without_results() {
+    let folder = tempfile::tempdir().unwrap();
+    let fault = |arguments: &[&str]| {
+        let output = jointid().current_dir(folder.path()).args(arguments).output().unwrap();
+        assert_eq!(output.status.code(), Some(2));
+        String::from_utf8(output.stderr).unwrap()
+    };
+    assert!(fault(&["report", "."]).contains("holds no result document"));
+    assert!(fault(&["report", "nowhere"]).contains("there is no such folder"));
+    fs::write(folder.path().join("peaks.json"), "{").unwrap();
+    assert!(fault(&["report", "."]).contains("peaks.json: line 1"));
+    fs::write(folder.path().join("peaks.json"), "{\"schema\":\"other/1\"}").unwrap();
+    assert!(fault(&["report", "."]).contains("not a jointid/peaks/1"));
+    assert!(!folder.path().join("report.html").exists());
+}
+
+#[test]
+fn every_kind_of_verdict_is_a_sentence() {
+    let folder = tempfile::tempdir().unwrap();
+    for (kind, words) in [
+        ("none", "explains the measurements"),
+        ("effect", "leaves out is rotor-hold and"),
+        ("ambiguous", "cannot tell"),
+        ("unknown", "a gap at «rotor»"),
+        ("wrong-parameter", "kept fixed"),
+        ("measurement", "measurements are at fault"),
+        ("insufficient", "do not suffice"),
+    ] {
+        // What is optional may be absent.
+        let mut document = diagnosis(kind);
+        for key in ["residual_map", "delta_z", "noise_floor"] {
+            document.as_object_mut().unwrap().remove(key);
+        }
+        fs::write(folder.path().join("diagnosis.json"), document.to_string()).unwrap();
+        jointid().arg("report").arg(folder.path()).assert().success();
+        let page = fs::read_to_string(folder.path().join("report.html")).unwrap();
+        assert!(page.contains(words), "{kind}");
+        assert!(!page.contains("id=\"residual-map\"") && !page.contains("id=\"delta-z\""));
+    }
+}
+
+fn chromium() -> Option<PathBuf> {
+    let folders: Vec<PathBuf> = std::env::split_paths(&std::env::var_os("PATH")?).collect();
+    let names = ["chromium", "chromium-browser", "google-chrome", "chrome"];
+    names.iter().flat_map(|name| folders.iter().map(move |f| f.join(name))).find(|path| path.is_file())
+}
+
+/// The page in a browser: it draws, it asks for nothing, a switch takes a position away and brings it back.
+#[test]
+fn a_report_works_in_chromium() {
+    let Some(browser) = chromium() else {
+        println!("a_report_works_in_chromium skipped: no Chromium");
+        return;
+    };
+    let folder = tempfile::tempdir().unwrap();
+    let out = results(folder.path());
+    jointid().arg("report").arg(&out).assert().success();
+    let url = format!("file://{}", out.join("report.html").display());
+    let open = |more: &[&str]| {
+        let profile = format!("--user-data-dir={}", folder.path().join("profile").display());
+        let fixed = ["--headless=new", "--no-sandbox", "--disable-gpu", "--disable-dev-shm-usage", "--enable-logging=stderr", &profile];
+        let output = Process::new(&browser).args(fixed).arg("--virtual-time-budget=20000").args(more).output().unwrap();
+        (String::from_utf8_lossy(&output.stdout).into_owned(), String::from_utf8_lossy(&output.stderr).into_owned())
+    };
+    let (dom, log) = open(&["--dump-dom", &format!("{url}#selftest")]);
+    let told = dom.split("id=\"selftest-result\"").nth(1).and_then(|t| t.split('>').nth(1)).and_then(|t| t.split('<').next());
+    let told = told.unwrap_or_else(|| panic!("no self-test: {log}")).replace("&quot;", "\"").replace("&lt;", "<").replace("&gt;", ">");
+    let told: Value = serde_json::from_str(&told).unwrap_or_else(|e| panic!("{e}: {told}"));
+    assert_eq!(told["errors"], json!([]), "{told}");
+    assert_eq!(told["requests"], json!([]), "{told}");
+    assert!(!log.contains("CONSOLE"), "{log}");
+    assert!(told["charts"].as_u64().unwrap() >= 12 && told["drawn"] == told["charts"], "{told}");
+    assert!(told["traces"].as_u64().unwrap() > 60 && told["lines"].as_u64().unwrap() > 60, "{told}");
+    let count = |key: &str| told["toggled"][key].as_u64().unwrap();
+    assert!(count("less") < count("before") && count("after") == count("before"), "{told}");
+    assert_eq!(told["wide"], 0, "the page is wider than its window: {told}");
+    let picture = out.join("page.png");
+    open(&["--window-size=1280,2400", &format!("--screenshot={}", picture.display()), &url]);
+    assert!(fs::metadata(&picture).unwrap().len() > 50_000);
+    println!("a_report_works_in_chromium ran in {}", browser.display());
+}
