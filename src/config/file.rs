@@ -301,6 +301,7 @@ impl From<DerivedFile> for DerivedPatch {
 enum LawFile {
     Relative,
     AlongStroke,
+    MidStroke,
     Replace,
     InSeries,
     Added,
@@ -414,6 +415,7 @@ fn rescale(file: RescaleFile) -> (Target, Rescale, String) {
     let law = match file.law {
         LawFile::Relative => Rescale::Relative,
         LawFile::AlongStroke => Rescale::AlongStroke,
+        LawFile::MidStroke => Rescale::MidStroke,
         LawFile::Replace => Rescale::Replace,
         LawFile::InSeries => Rescale::InSeries,
         LawFile::Added => Rescale::Added,

@@ -1,9 +1,8 @@
 //! Hypotheses fitted jointly with the nominal parameters and the nuisances.
 
-use nalgebra::DVector;
-
 use super::domain::{Compared, Domain, Part, gaps};
 use super::hypothesis::Hypothesis;
+use crate::machine::Parameter;
 use crate::measurement::{FitSet, HoldOutSet};
 use crate::objective::ObjectiveError;
 use crate::optimizer::{Control, least_squares_within};
@@ -21,8 +20,9 @@ pub struct Fitted {
     pub agrees: bool,
 }
 
-/// Best starts that are followed down.
-const FOLLOWED: usize = 3;
+/// Best starts that are followed down, and how far a linear step is believed in the unit interval.
+const FOLLOWED: usize = 4;
+const PROMISE: f64 = 0.1;
 /// Lines of each FRF on which starts are tried.
 const COARSE: usize = 80;
 /// Steps on few lines and on all.
@@ -106,7 +106,8 @@ impl<'s> Fitter<'s> {
             .map(|start| {
                 let place = place_of(few, &start);
                 // One linear step where derivatives are cheap; χ² as it is where they are not.
-                let cost = few.squares(|squares| if linear { promised(&squares.normal(&place)) } else { squares.chi_square(&place) });
+                let cost =
+                    few.squares(|squares| if linear { squares.normal(&place).promised(PROMISE) } else { squares.chi_square(&place) });
                 (cost, start)
             })
             .collect();
@@ -135,7 +136,7 @@ impl<'s> Fitter<'s> {
         let coarse = objective.coarse(COARSE);
         let few = coarse.as_ref().unwrap_or(&objective);
         let starts = bases.iter().flat_map(|base| amplitudes(hypothesis).into_iter().map(move |added| start_of(hypothesis, base, &added)));
-        let cost = |start: Fitted| few.squares(|squares| promised(&squares.normal(&place_of(few, &start))));
+        let cost = |start: Fitted| few.squares(|squares| squares.normal(&place_of(few, &start)).promised(PROMISE));
         Ok(starts.map(cost).fold(f64::INFINITY, f64::min))
     }
 
@@ -200,6 +201,35 @@ fn read_back(objective: &Compared<'_>, from: &Fitted, place: &[f64], chi_square:
     Fitted { units, tail: place[objective.free().len()..].to_vec(), chi_square, agrees: from.agrees }
 }
 
+/// Frequencies (Hz) at which a resonance is looked for, lowest and highest, and how many.
+const RESONANCES_HZ: (f64, f64, u32) = (8.0, 1600.0, 26);
+
+/// Places of a mass, a spring and a damper that resonate all over the band: their three ranges together hold mostly resonances where nothing is
+/// measured. `None` where the parameters are no such three.
+fn resonances(described: &[&Parameter]) -> Option<Vec<Vec<f64>>> {
+    let of = |units: [&str; 2]| described.iter().position(|p| units.contains(&p.unit.as_str()));
+    let (mass, spring, damper) = (of(["kg", "kg*m^2"])?, of(["N/m", "N*m/rad"])?, of(["N*s/m", "N*m*s/rad"])?);
+    if described.len() != 3 {
+        return None;
+    }
+    let (low, high, count) = RESONANCES_HZ;
+    let mut places = Vec::new();
+    for share in [0.3, 0.6] {
+        let m = described[mass].from_unit(share);
+        for at in 0..count {
+            let omega = std::f64::consts::TAU * low * (high / low).powf(f64::from(at) / f64::from(count - 1));
+            let k = m * omega * omega;
+            let c = 2.0 * 0.03 * m * omega;
+            let mut place = vec![0.5; 3];
+            place[mass] = share;
+            place[spring] = described[spring].to_unit(k.clamp(described[spring].lower, described[spring].upper));
+            place[damper] = described[damper].to_unit(c.clamp(described[damper].lower, described[damper].upper));
+            places.push(place);
+        }
+    }
+    Some(places)
+}
+
 /// A nominal fit with the added parameters at given places.
 pub fn start_of(hypothesis: &Hypothesis, base: &Fitted, added: &[f64]) -> Fitted {
     let described = &hypothesis.machine.parameters;
@@ -215,11 +245,14 @@ pub fn start_of(hypothesis: &Hypothesis, base: &Fitted, added: &[f64]) -> Fitted
 pub fn amplitudes(hypothesis: &Hypothesis) -> Vec<Vec<f64>> {
     let described: Vec<_> = hypothesis.added.iter().map(|i| &hypothesis.machine.parameters[*i]).collect();
     let start: Vec<f64> = described.iter().map(|p| p.to_unit(p.start)).collect();
+    if let Some(resonances) = resonances(&described) {
+        return std::iter::once(start).chain(resonances).collect();
+    }
     let count = match described.len() {
         0 => return vec![Vec::new()],
-        1 => 11,
-        2 => 16,
-        _ => 24,
+        1 => 9,
+        2 => 20,
+        _ => 40,
     };
     let halton = |index: usize, base: usize| {
         let (mut i, mut f, mut x) = (index, 1.0, 0.0);
@@ -233,22 +266,4 @@ pub fn amplitudes(hypothesis: &Hypothesis) -> Vec<Vec<f64>> {
     let primes = [2, 3, 5, 7, 11, 13, 17, 19, 23];
     let lattice = (1..=count).map(|index| (0..described.len()).map(|d| halton(index, primes[d % primes.len()])).collect());
     std::iter::once(start).chain(lattice).collect()
-}
-
-/// The least χ² that one linear step promises.
-fn promised(normal: &crate::optimizer::Normal) -> f64 {
-    let size = normal.gradient.len();
-    let mut damped = normal.information.clone();
-    let largest = (0..size).map(|d| damped[(d, d)]).fold(f64::MIN_POSITIVE, f64::max);
-    for d in 0..size {
-        // A step of a fifth of the unit interval is as far as a linear step is believed.
-        damped[(d, d)] += (1e-9 * largest).max(normal.chi_square / (size as f64 * 0.04) * 0.05);
-    }
-    match damped.cholesky() {
-        Some(factored) => {
-            let step: DVector<f64> = factored.solve(&normal.gradient);
-            (normal.chi_square - normal.gradient.dot(&step)).max(0.0)
-        }
-        None => normal.chi_square,
-    }
 }

@@ -116,7 +116,7 @@ fn nuisance_parameter(id: String, start: f64, sd: f64) -> Parameter {
 /// The machine with what is ordinarily a little wrong in every description: diameters, moduli and loss of shafts, loss of joints (whose damping
 /// is not all viscous), the largest inertias, gain and delay of the measuring chain; each an unknown with the standard deviation of what is known beforehand.
 ///
-/// # Source  widths by the scatter of catalogues and of hammer tests: effective diameter ±1 % (thread, journals), E ±0.3 %, mass ±1 %,
+/// # Source  widths by the scatter of catalogues and of hammer tests: effective diameter ±0.6 % (thread), ends ±1.5 % of the shaft's inertia (journals), E ±0.3 %, mass ±1 %,
 /// rotor inertia ±2 %, calibration ±0.4 %, delay ±2 µs.
 ///
 /// # Errors  none for a machine that was checked.
@@ -129,7 +129,7 @@ pub fn with_nuisances(machine: &Machine) -> Result<Machine, MachineError> {
     };
     for shaft in &machine.shafts {
         let name = &shaft.name;
-        add(Target::ShaftDiameter(name.clone()), Rescale::Relative, nuisance_parameter(format!("~diameter {name}"), 0.0, 0.01));
+        add(Target::ShaftDiameter(name.clone()), Rescale::Relative, nuisance_parameter(format!("~diameter {name}"), 0.0, 0.006));
         add(Target::ShaftModulus(name.clone()), Rescale::Relative, nuisance_parameter(format!("~modulus {name}"), 0.0, 0.003));
         let loss = Parameter { lower: 0.0, upper: 0.012, ..nuisance_parameter(format!("~loss {name}"), 1e-3, 2e-3) };
         add(Target::ShaftLossFactor(name.clone()), Rescale::Added, loss);
@@ -138,7 +138,7 @@ pub fn with_nuisances(machine: &Machine) -> Result<Machine, MachineError> {
             let name = &machine.points[point].name;
             let parameter = Parameter {
                 unit: if motion == Motion::Translation { "kg" } else { "kg*m^2" }.into(),
-                ..nuisance_parameter(format!("~end {name}"), 0.0, 0.03 * inertia)
+                ..nuisance_parameter(format!("~end {name}"), 0.0, 0.015 * inertia)
             };
             add(Target::PointInertia(name.clone()), Rescale::Added, parameter);
         }

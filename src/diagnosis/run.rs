@@ -96,10 +96,10 @@ pub fn nominal_fits(
     control: &Control,
 ) -> Result<Vec<Fitted>, ObjectiveError> {
     let none = HoldOutSet { set: fitter.fit.set, positions: Vec::new(), frfs: Vec::new() };
-    let mut plan = Plan { frozen: fitter.frozen.clone(), seed, repeats: 1, profile: false, ..Plan::default() };
+    let mut plan = Plan { frozen: fitter.frozen.clone(), seed, repeats: 2, profile: false, ..Plan::default() };
     match fitter.domain {
         Domain::Frf(settings) => plan.frf = Some(FrfSettings { nut_sd_m: 0.0, channel_sd: (0.0, 0.0), ..settings }),
-        Domain::Modes(settings) => (plan.settings, plan.repeats) = (settings, 2),
+        Domain::Modes(settings) => plan.settings = settings,
     }
     let mut starts = vec![at_start(nominal)];
     // With every parameter frozen there is nothing to search.

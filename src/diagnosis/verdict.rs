@@ -141,10 +141,10 @@ pub struct KnownNull {
 /// Share of nulls that may be called something.
 const ALPHA: f64 = 0.005;
 /// Smallest statistic that is called something, whatever the null says.
-const LEAST_STATISTIC: f64 = 6.0;
+const LEAST_STATISTIC: f64 = 5.5;
 /// What the data can tell apart, in χ² (an error rate of 7 %), and as a share of the gain: the model is no better than that.
 const APART: f64 = 9.0;
-const APART_SHARE: f64 = 0.04;
+const APART_SHARE: f64 = 0.1;
 /// Share of what the best foretells of positions left out that another may lack.
 const FORETOLD: f64 = 0.2;
 /// Penalty of a parameter in χ².
@@ -153,6 +153,8 @@ const PENALTY: f64 = 3.0;
 const MOST: usize = 3;
 /// Excess of the misfit over the middle null beyond which something is still missing.
 const EXCESS: f64 = 2.0;
+/// Excess beyond which something is missing even where no candidate helps, and a named effect explains too little.
+const FAR: f64 = 15.0;
 /// Excess beyond which a named effect must hold its own against a free shape at an interface.
 const DOUBT: f64 = 4.0;
 
@@ -202,7 +204,11 @@ pub fn diagnose(
     let significant = tried.first().is_some_and(|t| t.p_value < ALPHA && t.statistic >= LEAST_STATISTIC);
     // Interfaces say where; they are looked at in any case, since they also tell whether an effect of the library does what can be done.
     let located: Vec<Candidate> = locate(&surveyed, fitter, 5, control)?;
-    let faulty = if before > EXCESS || significant { faulty_record(fitter, &surveyed, &null, control)? } else { None };
+    let faulty = match contradicting(&fitter.gaps(&surveyed.nominal, &base, held_out)?) {
+        Some(frf) => Some(frf),
+        None if before > EXCESS || significant => faulty_record(fitter, &surveyed, &null, control)?,
+        None => None,
+    };
     let (verdict, chosen) = conclude(&Evidence {
         fitter,
         machine,
@@ -327,6 +333,14 @@ fn faulty_record(fitter: &Fitter<'_>, survey: &Survey, null: &Null, control: &Co
     Ok((agrees && own > 10.0 * rest && second > 2.5 * rest).then_some(worst))
 }
 
+/// A held-out record that is far off where all others of its channel and position are not.
+fn contradicting(held_out: &[Part]) -> Option<usize> {
+    let mut gaps: Vec<(f64, Option<usize>)> = held_out.iter().map(|p| (p.gap, p.frf)).collect();
+    gaps.sort_by(|a, b| b.0.total_cmp(&a.0));
+    let [(worst, frf), (second, _), ..] = gaps[..] else { return None };
+    frf.filter(|_| worst > 0.2 && worst > 8.0 * second)
+}
+
 struct Evidence<'e, 's> {
     fitter: &'e Fitter<'s>,
     machine: &'e Machine,
@@ -357,10 +371,15 @@ fn conclude(evidence: &Evidence<'_, '_>) -> Result<(Verdict, (Hypothesis, Fitted
     // An interface stands for what no effect of the library has; it has no scale of its own and needs a clear gain.
     let free = located.iter().filter(|c| c.fitted.is_some()).min_by(|a, b| chi_of(a).total_cmp(&chi_of(b)));
     let free_excess = free.map_or(f64::INFINITY, |c| excess(null, chi_of(c) / count));
-    let free_statistic = free.map_or(0.0, |c| c.gain / (PENALTY * 3.0) / free_excess);
+    let scale = null.scales.iter().copied().fold(PENALTY * 3.0, f64::max);
+    let free_statistic = free.map_or(0.0, |c| c.gain / scale / free_excess);
     if !evidence.significant {
-        if let Some(found) = free.filter(|_| free_statistic > 4.0 * LEAST_STATISTIC && null.p_value(free_statistic) < ALPHA) {
-            let reason = format!("no effect of the library explains the gap, but something is missing at {}", named(&found.id));
+        let clear = free_statistic > 2.0 * LEAST_STATISTIC && null.p_value(free_statistic) < ALPHA;
+        if let Some(found) = free.filter(|_| clear || before > FAR) {
+            let reason = format!(
+                "what is left is {before:.1} times what nulls show and no effect of the library explains it; most is gained by a free shape at {}",
+                named(&found.id)
+            );
             let next = Some("an accelerometer at that place, struck there, too".to_string());
             return Ok((say(VerdictKind::Unknown, Vec::new(), reason, next), nothing));
         }
@@ -393,14 +412,17 @@ fn conclude(evidence: &Evidence<'_, '_>) -> Result<(Verdict, (Hypothesis, Fitted
     let mut names = vec![best.candidate.id.clone()];
     let mut after = excess(null, chosen.1.chi_square / count);
     // One effect more, as long as it explains much of what is left and is no accident.
-    while after > EXCESS && names.len() < MOST && same.len() == 1 {
+    while after > EXCESS && names.len() < MOST {
         let Some(more) = another(evidence, &chosen, &names)? else { break };
         names.push(more.0);
         chosen = (more.1, more.2);
         after = excess(null, chosen.1.chi_square / count);
     }
-    let alternatives: Vec<String> = same.iter().map(|at| tried[*at].candidate.id.clone()).collect();
-    if after > DOUBT && free_excess < 0.5 * after {
+    // What stands for the first stands for it in the combination, too.
+    let rest: String = names[1..].iter().map(|n| format!("+{n}")).collect();
+    let stands = same.iter().map(|at| &tried[*at].candidate.id).filter(|id| !names[1..].contains(id));
+    let alternatives: Vec<String> = stands.map(|id| format!("{id}{rest}")).collect();
+    if after > FAR || (after > DOUBT && free_excess < 0.5 * after) {
         let place = free.map_or("?", |c| named(&c.id));
         let reason = format!(
             "the best of the library, {}, leaves {after:.1} times what nulls show; a free shape at {place} leaves {free_excess:.1} times",
@@ -416,12 +438,13 @@ fn conclude(evidence: &Evidence<'_, '_>) -> Result<(Verdict, (Hypothesis, Fitted
     });
     let gained = 100.0 * (1.0 - chosen.1.chi_square / surveyed.base.chi_square);
     let reason = format!("{} takes {gained:.0} % of χ² away{lost} ({p})", names.join(" and "));
-    let verdict = if names.len() > 1 || alternatives.len() < 2 {
+    let verdict = if alternatives.len() < 2 {
         let next = None;
         say(VerdictKind::Effect, vec![names.join("+")], reason, next)
     } else {
         let reason = format!("{reason}; these data cannot tell it from {}", alternatives[1..].join(", "));
-        let next = alternatives.iter().find_map(|id| evidence.effects.iter().find(|e| e.id == *id)).and_then(|e| e.separates.clone());
+        let next =
+            same.iter().find_map(|at| evidence.effects.iter().find(|e| e.id == tried[*at].candidate.id)).and_then(|e| e.separates.clone());
         say(VerdictKind::Ambiguous, alternatives, reason, next)
     };
     Ok((verdict, chosen))

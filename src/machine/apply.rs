@@ -249,6 +249,10 @@ impl Machine {
                 Rescale::Relative => value.laws.push(Law::Relative(index)),
                 Rescale::InSeries => value.laws.push(Law::InSeries(index)),
                 Rescale::Added => value.laws.push(Law::Added(index)),
+                Rescale::MidStroke => {
+                    let stroke_m = stroke_m.ok_or_else(|| fault(&part, "the machine has no shaft with a nut"))?;
+                    value.laws.push(Law::MidStroke(index, stroke_m));
+                }
                 Rescale::AlongStroke => {
                     let stroke_m = stroke_m.ok_or_else(|| fault(&part, "the machine has no shaft with a nut"))?;
                     value.laws.push(Law::AlongStroke(index, stroke_m));

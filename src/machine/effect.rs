@@ -127,6 +127,8 @@ pub enum Rescale {
     Relative,
     /// Times exp(p·(2·s − 1)), s = nut position / stroke.
     AlongStroke,
+    /// Times exp(p·(1 − (2·s − 1)²)): a hump at mid-stroke.
+    MidStroke,
     /// Becomes the parameter itself.
     Replace,
     /// With the parameter as a spring in series: x·p/(x + p).

@@ -37,6 +37,8 @@ pub enum Law {
     Times(usize),
     /// exp(p·(2·s − 1)) with s = nut position / stroke: a steady change along the stroke.
     AlongStroke(usize, f64),
+    /// exp(p·(1 − (2·s − 1)²)): a hump at mid-stroke, such as wear leaves.
+    MidStroke(usize, f64),
     /// x becomes x·p/(x + p): a spring p in series with a spring x.
     InSeries(usize),
     /// x + p.
@@ -47,13 +49,23 @@ impl Law {
     /// The parameter it depends on, by index.
     fn parameter(&self) -> usize {
         match *self {
-            Law::Relative(index) | Law::Times(index) | Law::AlongStroke(index, _) | Law::InSeries(index) | Law::Added(index) => index,
+            Law::Relative(index)
+            | Law::Times(index)
+            | Law::AlongStroke(index, _)
+            | Law::MidStroke(index, _)
+            | Law::InSeries(index)
+            | Law::Added(index) => index,
         }
     }
 
     fn parameter_mut(&mut self) -> &mut usize {
         match self {
-            Law::Relative(index) | Law::Times(index) | Law::AlongStroke(index, _) | Law::InSeries(index) | Law::Added(index) => index,
+            Law::Relative(index)
+            | Law::Times(index)
+            | Law::AlongStroke(index, _)
+            | Law::MidStroke(index, _)
+            | Law::InSeries(index)
+            | Law::Added(index) => index,
         }
     }
 
@@ -68,6 +80,12 @@ impl Law {
                 let share = 2.0 * operating.nut_m.unwrap_or(0.5 * stroke_m) / stroke_m - 1.0;
                 let factor = (p * share).exp();
                 (x * factor, factor, x * factor * share)
+            }
+            Law::MidStroke(_, stroke_m) => {
+                let share = 2.0 * operating.nut_m.unwrap_or(0.5 * stroke_m) / stroke_m - 1.0;
+                let hump = 1.0 - share * share;
+                let factor = (p * hump).exp();
+                (x * factor, factor, x * factor * hump)
             }
             Law::InSeries(_) => {
                 let sum = x + p;
@@ -175,7 +193,7 @@ mod tests {
 
     #[test]
     fn gradients_are_those_of_finite_differences() {
-        let laws = vec![Law::Relative(1), Law::InSeries(2), Law::AlongStroke(3, 2.0), Law::Times(4), Law::Added(1)];
+        let laws = vec![Law::Relative(1), Law::InSeries(2), Law::AlongStroke(3, 2.0), Law::MidStroke(3, 2.0), Law::Times(4), Law::Added(1)];
         let single = Value { base: Base::Parameter(0), laws };
         let other = Value { base: Base::Number(4.0), laws: vec![Law::Times(1)] };
         let series = vec![("a".to_string(), single.clone()), ("b".into(), other), ("c".into(), Value::parameter(0))];

@@ -175,6 +175,21 @@ impl LevenbergMarquardt {
     }
 }
 
+impl Normal {
+    /// χ² after one linear step none of whose coordinates is longer than `longest`.
+    pub fn promised(&self, longest: f64) -> f64 {
+        let size = self.gradient.len();
+        let largest = (0..size).map(|d| self.information[(d, d)]).fold(f64::MIN_POSITIVE, f64::max);
+        let step = within(longest, |ridge| {
+            let damped = DMatrix::from_fn(size, size, |a, b| self.information[(a, b)] + if a == b { 1e-9 * largest + ridge } else { 0.0 });
+            Some(-damped.cholesky()?.solve(&self.gradient))
+        });
+        step.map_or(self.chi_square, |step| {
+            (self.chi_square + 2.0 * step.dot(&self.gradient) + step.dot(&(&self.information * &step))).max(0.0)
+        })
+    }
+}
+
 /// A step none of whose coordinates is longer than `longest`: what the sum of squares hardly feels is held back by a ridge on the information,
 /// which leaves the step of all others as it is.
 ///
