@@ -7,6 +7,7 @@ mod architecture;
 mod beginning;
 mod bench;
 mod command;
+mod diagnosis;
 mod effects;
 mod frf;
 mod import;

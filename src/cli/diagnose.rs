@@ -37,7 +37,7 @@ pub fn run(given: &DiagnoseArguments) -> CommandResult {
     check_frozen(&loaded, &plan.frozen)?;
     let effects = chosen_effects(given, &loaded.config.effects)?;
     let blocks = if whole { fit.groups().len() } else { fit.positions.len() };
-    if blocks < 2 {
+    if blocks < 2 && (!whole || machine.stroke_m().is_some()) {
         return Err(format!(
             "{}: diagnosis needs at least two positions (or records) to fit, {blocks} {} named: at one place any interface can explain any FRF; \
              write for example --positions l1,l3",
@@ -49,7 +49,7 @@ pub fn run(given: &DiagnoseArguments) -> CommandResult {
     let domain = plan.frf.map_or(Domain::Modes(plan.settings), Domain::Frf);
     let fitter = fitter(&fit, domain, &plan.frozen);
     let cache = cache_file(given, &loaded, &effects, &fit);
-    let null = cache.as_ref().and_then(|path| read_null(path));
+    let null = cache.as_ref().and_then(read_null);
     let cached = null.is_some();
     let settings = Settings { domain, frozen: plan.frozen.clone(), seed: plan.seed, draws: usize::from(given.nulls), null };
     let progress = Progress::begin(given.output.quiet, "diagnose");

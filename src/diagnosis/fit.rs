@@ -250,7 +250,7 @@ pub fn amplitudes(hypothesis: &Hypothesis) -> Vec<Vec<f64>> {
     }
     let count = match described.len() {
         0 => return vec![Vec::new()],
-        1 => 9,
+        1 => 25,
         2 => 20,
         _ => 40,
     };

@@ -5,6 +5,7 @@ mod domain;
 mod fit;
 mod hypothesis;
 mod null;
+mod record;
 mod run;
 mod verdict;
 

@@ -206,7 +206,7 @@ pub fn simulate(
                     let mut random = random;
                     // Weights of modes are the model's error: a draw is as large as what they say, or as what is left.
                     let count = here.len();
-                    let spread = (here.norm_squared() / (count.saturating_sub(place.len()).max(1)) as f64).clamp(1.0, 4.0).sqrt();
+                    let spread = (here.norm_squared() / (count.saturating_sub(place.len()).max(1)) as f64).clamp(1.0, 2.5).sqrt();
                     let noise = DVector::from_fn(count, |_, _| spread * normal(&mut random));
                     let left = projection.apply(&noise);
                     let misfit = left.norm_squared() / count as f64;

@@ -130,8 +130,12 @@ fn close(a: &[f64], b: &[f64]) -> bool {
 ///
 /// # Errors  as [`Fitter::objective`].
 pub fn left_out(fitter: &Fitter<'_>, hypothesis: &Hypothesis, fitted: &Fitted, control: &Control) -> Result<f64, ObjectiveError> {
-    let parts: Result<Vec<f64>, ObjectiveError> = fitter
-        .blocks()
+    let blocks = fitter.blocks();
+    // One record alone leaves nothing to fit.
+    if blocks.len() < 2 {
+        return Ok(0.0);
+    }
+    let parts: Result<Vec<f64>, ObjectiveError> = blocks
         .into_par_iter()
         .map(|(kept, left)| {
             let kept = fitter.on(kept);

@@ -1,14 +1,13 @@
 //! What is said: none, an effect, effects that the data cannot tell apart, a wrong parameter, a faulty record, or something unknown and where.
 
-use rayon::prelude::*;
-
 use super::domain::{Domain, Part, floor_over, gap_over};
 use super::fit::{Fitted, Fitter, values_of};
 use super::hypothesis::{Hypothesis, Kind};
 use super::null::{Null, simulate};
+use super::record::{contradicting, faulty_record};
 use super::run::{Candidate, Status, Survey, hypotheses, left_out, locate, nominal, nominal_fits, survey};
 use crate::machine::{Effect, Machine};
-use crate::measurement::{FitSet, HoldOutSet};
+use crate::measurement::HoldOutSet;
 use crate::objective::ObjectiveError;
 use crate::optimizer::Control;
 
@@ -155,10 +154,14 @@ const MOST: usize = 3;
 const EXCESS: f64 = 2.0;
 /// Excess beyond which something is missing even where no candidate helps, and a named effect explains too little.
 const FAR: f64 = 15.0;
+/// Share of χ² that a released parameter must take away to be all that is wrong.
+const MOSTLY: f64 = 0.75;
+/// Share of χ² that an effect must take away where much stays unexplained.
+const LITTLE: f64 = 0.35;
 /// Excess beyond which a named effect must hold its own against a free shape at an interface.
 const DOUBT: f64 = 4.0;
 
-fn excess(null: &Null, misfit: f64) -> f64 {
+pub(super) fn excess(null: &Null, misfit: f64) -> f64 {
     let middle = null.misfit.get(null.misfit.len() / 2).copied().unwrap_or(misfit);
     (misfit / middle).max(1.0)
 }
@@ -307,40 +310,6 @@ fn keep_what_foretells(tried: &mut [Tried], same: &mut Vec<usize>, nominal: f64)
     *same = (0..count).collect();
 }
 
-/// A record without which the others agree, while it alone contradicts them.
-fn faulty_record(fitter: &Fitter<'_>, survey: &Survey, null: &Null, control: &Control) -> Result<Option<usize>, ObjectiveError> {
-    let Domain::Frf(_) = fitter.domain else { return Ok(None) };
-    let frfs = &fitter.fit.frfs;
-    if frfs.len() < 3 {
-        return Ok(None);
-    }
-    let without: Result<Vec<(usize, f64, f64)>, ObjectiveError> = frfs
-        .par_iter()
-        .map(|left| {
-            let kept = fitter.on(FitSet { frfs: frfs.iter().copied().filter(|f| f != left).collect(), ..fitter.fit.clone() });
-            let objective = kept.objective(&survey.nominal)?;
-            let part = kept.descend(&objective, &survey.base, 25, control);
-            let own = fitter.on(FitSet { frfs: vec![*left], ..fitter.fit.clone() });
-            let count = own.objective(&survey.nominal)?.observations() as f64;
-            Ok((*left, part.chi_square / objective.observations() as f64, own.loss(&survey.nominal, &part)? / count))
-        })
-        .collect();
-    let mut without = without?;
-    without.sort_by(|a, b| a.1.total_cmp(&b.1));
-    let (worst, rest, own) = without[0];
-    let agrees = excess(null, rest) <= 1.6;
-    let second = without[1].1;
-    Ok((agrees && own > 10.0 * rest && second > 2.5 * rest).then_some(worst))
-}
-
-/// A held-out record that is far off where all others of its channel and position are not.
-fn contradicting(held_out: &[Part]) -> Option<usize> {
-    let mut gaps: Vec<(f64, Option<usize>)> = held_out.iter().map(|p| (p.gap, p.frf)).collect();
-    gaps.sort_by(|a, b| b.0.total_cmp(&a.0));
-    let [(worst, frf), (second, _), ..] = gaps[..] else { return None };
-    frf.filter(|_| worst > 0.2 && worst > 8.0 * second)
-}
-
 struct Evidence<'e, 's> {
     fitter: &'e Fitter<'s>,
     machine: &'e Machine,
@@ -390,7 +359,8 @@ fn conclude(evidence: &Evidence<'_, '_>) -> Result<(Verdict, (Hypothesis, Fitted
     let best = &tried[0];
     let release = tried.iter().find(|t| {
         let is = t.candidate.fitted.as_ref().is_some_and(|f| f.0.kind == Kind::Release);
-        is && t.candidate.gain >= 0.85 * best.candidate.gain
+        let enough = chi_square(t) <= (1.0 - MOSTLY) * surveyed.base.chi_square || excess(null, chi_square(t) / count) <= DOUBT;
+        is && enough && t.candidate.gain >= 0.85 * best.candidate.gain
     });
     if let Some((found, (hypothesis, fitted))) = release.and_then(|t| Some((t, t.candidate.fitted.as_ref()?))) {
         let values = values_of(hypothesis, fitted);
@@ -418,11 +388,23 @@ fn conclude(evidence: &Evidence<'_, '_>) -> Result<(Verdict, (Hypothesis, Fitted
         chosen = (more.1, more.2);
         after = excess(null, chosen.1.chi_square / count);
     }
+    // A released parameter is no effect: what was added to it is named.
+    let released = tried[same[0]].candidate.fitted.as_ref().is_some_and(|f| f.0.kind == Kind::Release);
+    if released {
+        let reason = format!(
+            "{} is wrong where it was frozen{}; together they leave {after:.1} times what nulls show",
+            names[0],
+            if names.len() > 1 { format!(", and {} is missing", names[1..].join(" and ")) } else { String::new() }
+        );
+        let next = Some(format!("identify without --freeze {}, then diagnose again", names[0]));
+        return Ok((say(VerdictKind::WrongParameter, Vec::new(), reason, next), chosen));
+    }
     // What stands for the first stands for it in the combination, too.
     let rest: String = names[1..].iter().map(|n| format!("+{n}")).collect();
     let stands = same.iter().map(|at| &tried[*at].candidate.id).filter(|id| !names[1..].contains(id));
     let alternatives: Vec<String> = stands.map(|id| format!("{id}{rest}")).collect();
-    if after > FAR || (after > DOUBT && free_excess < 0.5 * after) {
+    let little = chosen.1.chi_square > (1.0 - LITTLE) * surveyed.base.chi_square;
+    if (after > FAR && little) || (after > DOUBT && free_excess < 0.5 * after) {
         let place = free.map_or("?", |c| named(&c.id));
         let reason = format!(
             "the best of the library, {}, leaves {after:.1} times what nulls show; a free shape at {place} leaves {free_excess:.1} times",

@@ -1,0 +1,104 @@
+//! Diagnosis through the command: on the independent truth, on the published bench, on a real bench, and what is refused.
+
+use std::path::Path;
+
+use assert_cmd::Command;
+use jointid::truth::{Counts, Kind, Label, Plan, generate_one, write_case};
+use serde_json::Value;
+
+fn output(arguments: &[&str]) -> std::process::Output {
+    Command::cargo_bin("jointid").unwrap().env("NO_COLOR", "1").args(arguments).output().unwrap()
+}
+
+fn diagnosed(arguments: &[&str]) -> Value {
+    let output = output(&[&["diagnose", "--json", "--quiet", "--no-cache", "--nulls", "20"], arguments].concat());
+    assert!(output.status.success(), "{arguments:?}: {}", String::from_utf8_lossy(&output.stderr));
+    serde_json::from_slice(&output.stdout).unwrap()
+}
+
+/// A case of the independent truth, as its folder of files is diagnosed, and what is behind it.
+fn withheld(wanted: impl Fn(&Kind, &[String], Option<&str>) -> bool) -> (Value, Label) {
+    let plan = Plan::from_counts(&Counts::QUICK, 1);
+    let names = |at: usize| plan.slots[at].effects.iter().map(|e| e.id().to_string()).collect::<Vec<_>>();
+    let strength = |at: usize| plan.slots[at].strength.map(|s| format!("{s:?}"));
+    let index = (0..plan.len()).find(|at| wanted(&plan.slots[*at].kind, &names(*at), strength(*at).as_deref())).unwrap();
+    let (case, label) = generate_one(1, &plan, index).unwrap();
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("case");
+    write_case(&path, &case).unwrap();
+    let machine = path.join("machine.toml");
+    (diagnosed(&["--config", machine.to_str().unwrap(), "--measurements", path.to_str().unwrap()]), label)
+}
+
+#[test]
+fn recover_nothing_where_nothing_is_missing() {
+    let (found, _) = withheld(|kind, _, _| *kind == Kind::Null);
+    assert_eq!(found["verdict"]["kind"], "none", "{:#}", found["verdict"]);
+    assert_eq!(found["verdict"]["effects"], serde_json::json!([]));
+}
+
+#[test]
+fn recover_a_withheld_relaxation_and_how_far_it_closes_the_gap() {
+    let (found, label) =
+        withheld(|kind, effects, strength| *kind == Kind::Single && effects == ["table-relaxation"] && strength == Some("Strong"));
+    assert_eq!(found["verdict"]["effects"][0], "table-relaxation", "{:#}", found["verdict"]);
+    assert_eq!(found["where"][0]["interface"], "table");
+    let row = &found["effects"][0];
+    let (closed, truth) = (row["closed"].as_f64().unwrap(), label.gap.closed.unwrap());
+    assert!((closed - truth).abs() < 0.1, "closed {closed}, in truth {truth}");
+    assert!(row["closed95"][0].as_f64().unwrap() < row["closed95"][1].as_f64().unwrap());
+}
+
+#[test]
+fn recover_a_misread_quantity() {
+    let (found, _) = withheld(|kind, effects, _| *kind == Kind::Single && effects == ["frf-quantity"]);
+    assert_eq!(found["verdict"]["effects"][0], "frf-quantity", "{:#}", found["verdict"]);
+}
+
+/// The paper's bench with its rotor hold withheld: modes alone name it, and on 1 and on 2 threads alike.
+#[test]
+fn published_bench_without_its_rotor_hold() {
+    let arguments = ["--without", "rotor-hold", "--positions", "l1,l3,l5"];
+    let found = diagnosed(&[&arguments[..], &["--threads", "1"]].concat());
+    assert_eq!(found["domain"], "modes");
+    let named: Vec<&str> = found["verdict"]["effects"].as_array().unwrap().iter().filter_map(Value::as_str).collect();
+    assert!(named.contains(&"rotor-hold"), "{:#}", found["verdict"]);
+    let row = found["effects"].as_array().unwrap().iter().find(|e| e["id"] == "rotor-hold").unwrap();
+    assert!(row["closed"].as_f64().unwrap() > 0.95, "{row:#}");
+    assert_eq!(found["where"][0]["interface"], "rotor");
+    assert_eq!(found, diagnosed(&[&arguments[..], &["--threads", "2"]].concat()));
+}
+
+/// The real bench with two inertias: each of its two effects, withheld, is named; record B is held out.
+#[test]
+fn published_two_inertia_bench_without_an_effect() {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/realdata/two-inertia-bench");
+    if !folder.exists() {
+        println!("skipped: no data");
+        return;
+    }
+    for (effect, least) in [("measurement-delay", 0.5), ("drive-flexibility", 0.99)] {
+        let arguments = ["--config", "configs/two-inertia.toml", "--measurements", folder.to_str().unwrap(), "--without", effect];
+        let found = diagnosed(&arguments);
+        assert_eq!(found["verdict"]["effects"], serde_json::json!([effect]), "{:#}", found["verdict"]);
+        assert!(found["effects"][0]["closed"].as_f64().unwrap() > least, "{:#}", found["effects"][0]);
+    }
+}
+
+#[test]
+fn refuse_what_cannot_be_diagnosed() {
+    let cases: [(&[&str], &[&str]); 5] = [
+        (&["--positions", "l1"], &["at least two positions", "--positions l1,l3"]),
+        (&["--effects", "rotor-hod"], &["no effect is called «rotor-hod»", "rotor-hold"]),
+        (&["--exclude", "nothing"], &["--exclude", "«nothing»"]),
+        (&["--freeze", "k_x"], &["«k_x»", "k_al"]),
+        (&["--without", "bed-compliance"], &["bed-compliance", "rotor-hold"]),
+    ];
+    for (arguments, expected) in cases {
+        let output = output(&[&["diagnose"], arguments].concat());
+        let message = String::from_utf8_lossy(&output.stderr).to_string();
+        assert_eq!(output.status.code(), Some(2), "{arguments:?}: {message}");
+        assert!(expected.iter().all(|part| message.contains(part)), "{arguments:?}: {message}");
+        assert_eq!(message.trim().lines().count(), 1, "{message}");
+    }
+}
