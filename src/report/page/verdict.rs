@@ -128,7 +128,8 @@ fn places(of: &Diagnosis) -> String {
         layout().show_legend(false).x_axis(axis("gap left on what was held out")).y_axis(axis("").type_(AxisType::Category)),
     );
     if !known.is_empty() {
-        let (names, left): (Vec<String>, Vec<f64>) = known.iter().map(|(w, g)| (escape(&w.interface), rounded(*g, 4))).unzip();
+        let (names, left): (Vec<String>, Vec<f64>) =
+            known.iter().map(|(w, g)| (escape(&format!("{}, {}", w.interface, w.shape)), rounded(*g, 4))).unzip();
         let shapes: Vec<String> = known.iter().map(|(w, _)| escape(&w.shape)).collect();
         let ends: Vec<String> = names.first().into_iter().chain(names.last()).cloned().collect();
         let bars = Bar::new(left, names).orientation(Orientation::Horizontal).text_array(shapes).marker(Marker::new().color(colour(0)));
