@@ -4,15 +4,14 @@ use std::collections::BTreeMap;
 use std::path::PathBuf;
 
 use num_complex::Complex64;
-use serde::{Deserialize, Serialize};
 
 use super::arguments::DiagnoseArguments;
 use super::common::{CommandResult, Loaded, Outcome, deliver, fits_frfs, load, on_threads, plan, prepare, stamp, stop_flag, told, warn};
 use super::progress::Progress;
 use super::rows;
 use crate::diagnosis::{
-    Candidate, Diagnosis, Domain, Kind, KnownNull, Part, Settings, Status, VerdictKind, closed, closed_interval, diagnose, fitter,
-    floor_over, gap_over, values_of,
+    Candidate, Diagnosis, Domain, Kind, Part, Settings, Status, VerdictKind, closed, closed_interval, diagnose, fitter, floor_over,
+    gap_over, values_of,
 };
 use crate::machine::Effect;
 use crate::measurement::{FitSet, HoldOutSet};
@@ -20,7 +19,7 @@ use crate::objective::FrfObjective;
 use crate::optimizer::Control;
 use crate::report::diagnosis as document;
 use crate::report::diagnosis::diagnosis_text;
-use crate::report::digest;
+use crate::report::{OutputFolder, digest, to_json};
 
 /// Draws of the bootstrap of `closed`.
 const BOOTSTRAP: usize = 24;
@@ -49,9 +48,9 @@ pub fn run(given: &DiagnoseArguments) -> CommandResult {
     let domain = plan.frf.map_or(Domain::Modes(plan.settings), Domain::Frf);
     let fitter = fitter(&fit, domain, &plan.frozen);
     let cache = cache_file(given, &loaded, &effects, &fit);
-    let null = cache.as_ref().and_then(read_null);
+    let null = cache.as_ref().and_then(|(folder, file)| serde_json::from_slice(&std::fs::read(folder.join(file)).ok()?).ok());
     let cached = null.is_some();
-    let settings = Settings { domain, frozen: plan.frozen.clone(), seed: plan.seed, draws: usize::from(given.nulls), null };
+    let settings = Settings { seed: plan.seed, draws: usize::from(given.nulls), null };
     let progress = Progress::begin(given.output.quiet, "diagnose");
     let control = Control::new(stop_flag(), Some(progress.watcher()));
     let ran = on_threads(given.search.threads, || -> Result<_, crate::objective::ObjectiveError> {
@@ -66,9 +65,9 @@ pub fn run(given: &DiagnoseArguments) -> CommandResult {
     });
     progress.end();
     let (found, interval) = ran?.map_err(told)?;
-    if let Some(path) = cache.filter(|_| !cached && found.complete) {
+    if let Some((folder, file)) = cache.filter(|_| !cached && found.complete) {
         // A cache that cannot be written costs time, not the result.
-        let _ = write_null(&path, &found);
+        let _ = OutputFolder::prepare(&folder).and_then(|folder| folder.write(&file, to_json(&found.null)?.as_bytes()));
     }
     let document = to_document(given, &loaded, (&fit, &held_out), &found, interval, &effects)?;
     warn(&given.output, &document.stamp.warnings);
@@ -100,16 +99,8 @@ fn chosen_effects(given: &DiagnoseArguments, all: &[Effect]) -> Result<Vec<Effec
     Ok(all.iter().filter(wanted).cloned().collect())
 }
 
-/// A null as it is kept.
-#[derive(Serialize, Deserialize)]
-struct NullFile {
-    scales: Vec<(String, f64)>,
-    largest: Vec<f64>,
-    misfit: Vec<f64>,
-}
-
-/// Where the null of this machine, layout and program is kept; `None` where nothing is to be kept.
-fn cache_file(given: &DiagnoseArguments, loaded: &Loaded, effects: &[Effect], fit: &FitSet<'_>) -> Option<PathBuf> {
+/// Folder and file where the null of this machine, layout and program is kept; `None` where nothing is to be kept.
+fn cache_file(given: &DiagnoseArguments, loaded: &Loaded, effects: &[Effect], fit: &FitSet<'_>) -> Option<(PathBuf, String)> {
     if given.no_cache {
         return None;
     }
@@ -135,7 +126,7 @@ fn cache_file(given: &DiagnoseArguments, loaded: &Loaded, effects: &[Effect], fi
     for &position in &fit.positions {
         key += &format!("{:?}", loaded.set.positions[position].nut_m);
     }
-    Some(folder.join(format!("null-{}.json", &digest(key.as_bytes())[..24])))
+    Some((folder, format!("null-{}.json", &digest(key.as_bytes())[..24])))
 }
 
 /// The platform's folder for caches.
@@ -146,20 +137,6 @@ fn default_cache() -> Option<PathBuf> {
         Some(if cfg!(target_os = "macos") { home.join("Library/Caches") } else { home.join(".cache") })
     })?;
     Some(base.join("jointid"))
-}
-
-fn read_null(path: &PathBuf) -> Option<KnownNull> {
-    let file: NullFile = serde_json::from_str(&std::fs::read_to_string(path).ok()?).ok()?;
-    Some(KnownNull { scales: file.scales, largest: file.largest, misfit: file.misfit })
-}
-
-fn write_null(path: &PathBuf, found: &Diagnosis) -> std::io::Result<()> {
-    let Some(folder) = path.parent() else { return Ok(()) };
-    std::fs::create_dir_all(folder)?;
-    let file = NullFile { scales: found.scales.clone(), largest: found.null.largest.clone(), misfit: found.null.misfit.clone() };
-    let own = path.with_extension(format!("{}.part", std::process::id()));
-    std::fs::write(&own, serde_json::to_string(&file)?)?;
-    std::fs::rename(&own, path)
 }
 
 fn to_document(
@@ -301,7 +278,8 @@ fn residual_map(
     let (hypothesis, fitted) = &found.nominal;
     let all = HoldOutSet { set: fit.set, positions: Vec::new(), frfs: fit.frfs.iter().chain(&held_out.frfs).copied().collect() };
     let objective = FrfObjective::held_out(&hypothesis.machine, &all, settings).map_err(told)?;
-    let residuals = objective.residuals(&values_of(hypothesis, fitted), objective.best_gain(&values_of(hypothesis, fitted)));
+    let values = values_of(hypothesis, fitted);
+    let residuals = objective.residuals(&values, objective.best_gain(&values));
     let frequencies: Vec<Vec<f64>> = objective.records().iter().map(|r| r.frequencies_hz()).collect();
     let (low, high) = (
         frequencies.iter().filter_map(|f| f.first()).fold(f64::INFINITY, |m, f| m.min(*f)),

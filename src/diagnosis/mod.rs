@@ -15,4 +15,4 @@ pub use fit::{Fitted, Fitter, at_start, place_of, values_of};
 pub use hypothesis::{CHANNEL_SD, Hypothesis, Kind, NUT_SD_M, Shape, interfaces, with_nuisances};
 pub use null::{Null, simulate};
 pub use run::{Candidate, Status, Survey, fitter, hypotheses, left_out, locate, nominal, nominal_fits, survey};
-pub use verdict::{Diagnosis, KnownNull, Located, Settings, Tried, Verdict, VerdictKind, closed, diagnose};
+pub use verdict::{Diagnosis, Located, Settings, Tried, Verdict, VerdictKind, closed, diagnose};

@@ -9,11 +9,13 @@ use num_complex::Complex64;
 use rand::{RngExt, SeedableRng};
 use rand_xoshiro::Xoshiro256PlusPlus;
 use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
 
 use super::domain::{Compared, Domain};
 use super::fit::{Fitted, Fitter, amplitudes, place_of, start_of};
 use super::hypothesis::Hypothesis;
 use crate::machine::{FitRule, Joint, Law, Machine, Motion, Parameter, Place, Point, Scale, Shaft, Station, Value};
+use crate::numeric::random::normal;
 use crate::objective::{FrfSettings, ObjectiveError};
 use crate::optimizer::{Control, least_squares_within};
 
@@ -24,13 +26,13 @@ const STAGES: u8 = 4;
 const STAGE_STEPS: u64 = 8;
 const STEPS: u64 = 30;
 /// The gain that noise alone gives a candidate is about the number of its parameters; no scale is taken below this.
-const LEAST_SCALE: f64 = 3.0;
+pub(super) const LEAST_SCALE: f64 = 3.0;
 
 /// What candidates gain where nothing is missing.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Null {
-    /// Scale of the gain of each candidate, in their order.
-    pub scales: Vec<f64>,
+    /// Scale of the gain of each candidate, by id.
+    pub scales: Vec<(String, f64)>,
     /// The largest gain over its scale, of each draw, in rising order.
     pub largest: Vec<f64>,
     /// χ² per number compared, of each draw, in rising order.
@@ -38,19 +40,20 @@ pub struct Null {
 }
 
 impl Null {
-    /// The statistic of a candidate: its gain over its scale.
-    pub fn statistic(&self, candidate: usize, gain: f64) -> f64 {
-        gain / self.scales[candidate]
+    /// Scale of the gain of a candidate; the least where the null does not know it.
+    pub fn scale(&self, id: &str) -> f64 {
+        self.scales.iter().find(|(known, _)| known == id).map_or(LEAST_SCALE, |s| s.1)
+    }
+
+    /// Misfit over that of the middle draw; 1 where it is less.
+    pub fn excess(&self, misfit: f64) -> f64 {
+        let middle = self.misfit.get(self.misfit.len() / 2).copied().unwrap_or(misfit);
+        (misfit / middle).max(1.0)
     }
 
     /// Share of draws whose largest statistic is at least this, by a normal law of its logarithm beyond the draws.
     pub fn p_value(&self, statistic: f64) -> f64 {
         upper_tail(&self.largest, statistic)
-    }
-
-    /// Share of draws whose misfit is at least this.
-    pub fn misfit_p_value(&self, misfit: f64) -> f64 {
-        upper_tail(&self.misfit, misfit)
     }
 }
 
@@ -94,23 +97,20 @@ fn erfc(x: f64) -> f64 {
 struct Directions(Vec<DVector<f64>>);
 
 impl Directions {
-    /// Of the ends of a candidate's fit and of amplitudes all over its range.
+    /// Of the end of a candidate's fit and of amplitudes all over its range.
     fn of(
         projection: &Projection,
         few: &Compared<'_>,
         hypothesis: &Hypothesis,
         base: &Fitted,
-        ends: &[&Fitted],
+        end: &Fitted,
         here: &DVector<f64>,
     ) -> Directions {
         let starts = amplitudes(hypothesis).into_iter().map(|added| start_of(hypothesis, base, &added));
         // The candidate's own end, with the nominal parameters of the base: the direction of its amplitude there.
-        let ended = ends.iter().map(|end| {
-            let added: Vec<f64> = hypothesis.added.iter().map(|i| end.units[*i]).collect();
-            start_of(hypothesis, base, &added)
-        });
+        let added: Vec<f64> = hypothesis.added.iter().map(|i| end.units[*i]).collect();
         let all = starts
-            .chain(ended)
+            .chain(std::iter::once(start_of(hypothesis, base, &added)))
             .filter_map(|start| {
                 let place = place_of(few, &start);
                 let change = few.residuals(&place) - here;
@@ -178,7 +178,7 @@ pub fn simulate(
         .map(|(hypothesis, end)| {
             let own = fitter.objective(hypothesis)?;
             let coarse = own.coarse(LINES);
-            Ok(Directions::of(&projection, coarse.as_ref().unwrap_or(&own), hypothesis, base, &[end], &here))
+            Ok(Directions::of(&projection, coarse.as_ref().unwrap_or(&own), hypothesis, base, end, &here))
         })
         .collect::<Result<_, ObjectiveError>>()?;
     // A draw stands for all lines: what is left of a model's error grows with their number.
@@ -217,19 +217,19 @@ pub fn simulate(
         .collect();
     let gains: Vec<Vec<f64>> = drawn.par_iter().map(|(left, _)| directions.iter().map(|d| share * d.gain(left)).collect()).collect();
     let count = gains.len().max(1) as f64;
-    let scales: Vec<f64> = (0..candidates.len())
-        .map(|c| (gains.iter().map(|g| g[c]).sum::<f64>() / count).max(LEAST_SCALE * candidates[c].0.added.len().max(1) as f64))
+    let scales: Vec<(String, f64)> = (0..candidates.len())
+        .map(|c| {
+            (
+                candidates[c].0.id.clone(),
+                (gains.iter().map(|g| g[c]).sum::<f64>() / count).max(LEAST_SCALE * candidates[c].0.added.len().max(1) as f64),
+            )
+        })
         .collect();
-    let mut largest: Vec<f64> = gains.iter().map(|g| g.iter().zip(&scales).map(|(g, s)| g / s).fold(0.0, f64::max)).collect();
+    let mut largest: Vec<f64> = gains.iter().map(|g| g.iter().zip(&scales).map(|(g, (_, s))| g / s).fold(0.0, f64::max)).collect();
     largest.sort_by(f64::total_cmp);
     let mut misfit: Vec<f64> = drawn.into_iter().map(|d| d.1).collect();
     misfit.sort_by(f64::total_cmp);
     Ok(Null { scales, largest, misfit })
-}
-
-fn normal(random: &mut Xoshiro256PlusPlus) -> f64 {
-    let u: f64 = random.random();
-    (-2.0 * (1.0 - u).ln()).sqrt() * (std::f64::consts::TAU * random.random::<f64>()).cos()
 }
 
 /// By what the logarithms of measured FRFs must change to be those of a richer machine about a fit, with the noise of the lines; only a part of the

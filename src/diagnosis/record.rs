@@ -6,7 +6,6 @@ use super::domain::{Domain, Part};
 use super::fit::Fitter;
 use super::null::Null;
 use super::run::Survey;
-use super::verdict::excess;
 use crate::measurement::FitSet;
 use crate::objective::ObjectiveError;
 use crate::optimizer::Control;
@@ -32,7 +31,7 @@ pub(super) fn faulty_record(fitter: &Fitter<'_>, survey: &Survey, null: &Null, c
     let mut without = without?;
     without.sort_by(|a, b| a.1.total_cmp(&b.1));
     let (worst, rest, own) = without[0];
-    let agrees = excess(null, rest) <= 1.6;
+    let agrees = null.excess(rest) <= 1.6;
     let second = without[1].1;
     Ok((agrees && own > 10.0 * rest && second > 2.5 * rest).then_some(worst))
 }

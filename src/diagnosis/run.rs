@@ -38,6 +38,11 @@ pub struct Candidate {
 }
 
 impl Candidate {
+    /// χ² of its fit; infinite where it was not tried.
+    pub fn chi_square(&self) -> f64 {
+        self.fitted.as_ref().map_or(f64::INFINITY, |f| f.1.chi_square)
+    }
+
     fn without_fit(id: &str, status: Status) -> Self {
         Candidate { id: id.into(), status, fitted: None, gain: 0.0, left_out: None }
     }
@@ -50,8 +55,6 @@ pub struct Survey {
     pub nominal: Hypothesis,
     /// Its best fit.
     pub base: Fitted,
-    /// As [`Candidate::left_out`], of the nominal machine.
-    pub nominal_left_out: Option<f64>,
     /// Candidates, the largest decrease of χ² first.
     pub candidates: Vec<Candidate>,
 }
@@ -230,7 +233,7 @@ pub fn survey(
         .collect();
     candidates.sort_by(|a, b| b.gain.total_cmp(&a.gain));
     candidates.extend(others);
-    Ok(Survey { nominal, base, nominal_left_out: None, candidates })
+    Ok(Survey { nominal, base, candidates })
 }
 
 /// Whether what was fitted is what the effect says: another quantity is another power of iω, not a slight slope.

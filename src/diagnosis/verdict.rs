@@ -3,7 +3,7 @@
 use super::domain::{Domain, Part, floor_over, gap_over};
 use super::fit::{Fitted, Fitter, values_of};
 use super::hypothesis::{Hypothesis, Kind};
-use super::null::{Null, simulate};
+use super::null::{LEAST_SCALE, Null, simulate};
 use super::record::{contradicting, faulty_record};
 use super::run::{Candidate, Status, Survey, hypotheses, left_out, locate, nominal, nominal_fits, survey};
 use crate::machine::{Effect, Machine};
@@ -97,8 +97,6 @@ pub struct Diagnosis {
     pub tried: Vec<Tried>,
     /// What nulls show.
     pub null: Null,
-    /// Scale of each candidate under the null, by id.
-    pub scales: Vec<(String, f64)>,
     /// Misfit of the nominal fit over that of the middle null.
     pub excess: f64,
     /// The model that explains most: the named effect or combination, or else the nominal machine.
@@ -114,27 +112,12 @@ pub struct Diagnosis {
 /// How a diagnosis is made.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Settings {
-    /// FRFs or modes, weights and band.
-    pub domain: Domain,
-    /// Parameters that keep their start values.
-    pub frozen: Vec<String>,
     /// Seed.
     pub seed: u64,
     /// Draws of the null.
     pub draws: usize,
-    /// A null of the same machine and layout that is known already: scales by id, and its laws.
-    pub null: Option<KnownNull>,
-}
-
-/// A null that was simulated before.
-#[derive(Debug, Clone, PartialEq)]
-pub struct KnownNull {
-    /// Scale of each candidate by id.
-    pub scales: Vec<(String, f64)>,
-    /// As [`Null::largest`].
-    pub largest: Vec<f64>,
-    /// As [`Null::misfit`].
-    pub misfit: Vec<f64>,
+    /// A null of the same machine and layout that was simulated before.
+    pub null: Option<Null>,
 }
 
 /// Share of nulls that may be called something.
@@ -161,11 +144,6 @@ const LITTLE: f64 = 0.35;
 /// Excess beyond which a named effect must hold its own against a free shape at an interface.
 const DOUBT: f64 = 4.0;
 
-pub(super) fn excess(null: &Null, misfit: f64) -> f64 {
-    let middle = null.misfit.get(null.misfit.len() / 2).copied().unwrap_or(misfit);
-    (misfit / middle).max(1.0)
-}
-
 /// Diagnoses.
 ///
 /// # Errors  as [`Fitter::objective`].
@@ -185,18 +163,13 @@ pub fn diagnose(
     let count = fitter.objective(&surveyed.nominal)?.observations() as f64;
     let fitted: Vec<(&Hypothesis, &Fitted)> = surveyed.candidates.iter().filter_map(|c| c.fitted.as_ref().map(|(h, f)| (h, f))).collect();
     let null = match &settings.null {
-        Some(known) => {
-            let scale = |id: &str| known.scales.iter().find(|(k, _)| k == id).map_or(PENALTY, |s| s.1);
-            let scales = fitted.iter().map(|(h, _)| scale(&h.id)).collect();
-            Null { scales, largest: known.largest.clone(), misfit: known.misfit.clone() }
-        }
+        Some(known) => known.clone(),
         None => simulate(fitter, &surveyed.nominal, &surveyed.base, &fitted, settings.draws, settings.seed, control)?,
     };
-    let scales: Vec<(String, f64)> = fitted.iter().zip(&null.scales).map(|((h, _), s)| (h.id.clone(), *s)).collect();
     let mut tried = judge(&surveyed, &null, count);
     let nominal_left_out = left_out(fitter, &surveyed.nominal, &surveyed.base, control)?;
     let base = surveyed.base.clone();
-    let before = excess(&null, base.chi_square / count);
+    let before = null.excess(base.chi_square / count);
     let mut same = class(&tried, &null, count);
     for at in 0..same.len().max(3).min(tried.len()) {
         if let Some((hypothesis, fitted)) = tried[at].candidate.fitted.clone() {
@@ -207,7 +180,8 @@ pub fn diagnose(
     let significant = tried.first().is_some_and(|t| t.p_value < ALPHA && t.statistic >= LEAST_STATISTIC);
     // Interfaces say where; they are looked at in any case, since they also tell whether an effect of the library does what can be done.
     let located: Vec<Candidate> = locate(&surveyed, fitter, 5, control)?;
-    let faulty = match contradicting(&fitter.gaps(&surveyed.nominal, &base, held_out)?) {
+    let nominal_held_out = fitter.gaps(&surveyed.nominal, &base, held_out)?;
+    let faulty = match contradicting(&nominal_held_out) {
         Some(frf) => Some(frf),
         None if before > EXCESS || significant => faulty_record(fitter, &surveyed, &null, control)?,
         None => None,
@@ -246,13 +220,12 @@ pub fn diagnose(
     Ok(Diagnosis {
         domain,
         fit: fitter.gaps(&surveyed.nominal, &base, &all)?,
-        held_out: fitter.gaps(&surveyed.nominal, &base, held_out)?,
+        held_out: nominal_held_out,
         chosen_held_out: told(&chosen)?,
         nominal: (surveyed.nominal, base),
         located: located?,
         tried,
         null,
-        scales,
         excess: before,
         chosen,
         verdict,
@@ -266,32 +239,26 @@ fn judge(survey: &Survey, null: &Null, count: f64) -> Vec<Tried> {
         .candidates
         .iter()
         .filter(|c| c.fitted.is_some())
-        .enumerate()
-        .map(|(at, candidate)| {
-            let chi_square = candidate.fitted.as_ref().map_or(0.0, |f| f.1.chi_square);
-            let statistic = null.statistic(at, candidate.gain) / excess(null, chi_square / count);
+        .map(|candidate| {
+            let statistic = candidate.gain / null.scale(&candidate.id) / null.excess(candidate.chi_square() / count);
             Tried { candidate: candidate.clone(), statistic, p_value: null.p_value(statistic), held_out: Vec::new() }
         })
         .collect();
-    let unit = tried.iter().map(|t| excess(null, chi_square(t) / count)).fold(f64::INFINITY, f64::min).min(1e6);
+    let unit = tried.iter().map(|t| null.excess(t.candidate.chi_square() / count)).fold(f64::INFINITY, f64::min).min(1e6);
     tried.sort_by(|a, b| penalised(a, unit).total_cmp(&penalised(b, unit)));
     tried
-}
-
-fn chi_square(tried: &Tried) -> f64 {
-    tried.candidate.fitted.as_ref().map_or(f64::INFINITY, |f| f.1.chi_square)
 }
 
 /// χ² with a penalty on parameters; what gains nothing it can stand for (another quantity that is none) comes last.
 fn penalised(tried: &Tried, unit: f64) -> f64 {
     let added = tried.candidate.fitted.as_ref().map_or(0, |f| f.0.added.len()) as f64;
-    if tried.candidate.gain == 0.0 { f64::INFINITY } else { chi_square(tried) + PENALTY * unit * added }
+    if tried.candidate.gain == 0.0 { f64::INFINITY } else { tried.candidate.chi_square() + PENALTY * unit * added }
 }
 
 /// Indices of the candidates that the data cannot tell from the best.
 fn class(tried: &[Tried], null: &Null, count: f64) -> Vec<usize> {
     let Some(best) = tried.first() else { return Vec::new() };
-    let unit = excess(null, chi_square(best) / count);
+    let unit = null.excess(best.candidate.chi_square() / count);
     let reach = penalised(best, unit) + APART * unit + APART_SHARE * best.candidate.gain;
     (0..tried.len()).filter(|at| penalised(&tried[*at], unit) <= reach).collect()
 }
@@ -329,7 +296,7 @@ struct Evidence<'e, 's> {
 fn conclude(evidence: &Evidence<'_, '_>) -> Result<(Verdict, (Hypothesis, Fitted)), ObjectiveError> {
     let Evidence { surveyed, tried, null, count, same, located, .. } = evidence;
     let nothing = (surveyed.nominal.clone(), surveyed.base.clone());
-    let before = excess(null, surveyed.base.chi_square / count);
+    let before = null.excess(surveyed.base.chi_square / count);
     let say = |kind: VerdictKind, effects: Vec<String>, reason: String, next: Option<String>| Verdict { kind, effects, reason, next };
     if let Some(frf) = evidence.faulty {
         let source = &evidence.fitter.fit.set.frfs[frf].source;
@@ -338,9 +305,9 @@ fn conclude(evidence: &Evidence<'_, '_>) -> Result<(Verdict, (Hypothesis, Fitted
         return Ok((say(VerdictKind::Measurement, Vec::new(), reason, next), nothing));
     }
     // An interface stands for what no effect of the library has; it has no scale of its own and needs a clear gain.
-    let free = located.iter().filter(|c| c.fitted.is_some()).min_by(|a, b| chi_of(a).total_cmp(&chi_of(b)));
-    let free_excess = free.map_or(f64::INFINITY, |c| excess(null, chi_of(c) / count));
-    let scale = null.scales.iter().copied().fold(PENALTY * 3.0, f64::max);
+    let free = located.iter().filter(|c| c.fitted.is_some()).min_by(|a, b| a.chi_square().total_cmp(&b.chi_square()));
+    let free_excess = free.map_or(f64::INFINITY, |c| null.excess(c.chi_square() / count));
+    let scale = null.scales.iter().map(|s| s.1).fold(PENALTY * 3.0, f64::max);
     let free_statistic = free.map_or(0.0, |c| c.gain / scale / free_excess);
     if !evidence.significant {
         let clear = free_statistic > 2.0 * LEAST_STATISTIC && null.p_value(free_statistic) < ALPHA;
@@ -359,7 +326,8 @@ fn conclude(evidence: &Evidence<'_, '_>) -> Result<(Verdict, (Hypothesis, Fitted
     let best = &tried[0];
     let release = tried.iter().find(|t| {
         let is = t.candidate.fitted.as_ref().is_some_and(|f| f.0.kind == Kind::Release);
-        let enough = chi_square(t) <= (1.0 - MOSTLY) * surveyed.base.chi_square || excess(null, chi_square(t) / count) <= DOUBT;
+        let enough =
+            t.candidate.chi_square() <= (1.0 - MOSTLY) * surveyed.base.chi_square || null.excess(t.candidate.chi_square() / count) <= DOUBT;
         is && enough && t.candidate.gain >= 0.85 * best.candidate.gain
     });
     if let Some((found, (hypothesis, fitted))) = release.and_then(|t| Some((t, t.candidate.fitted.as_ref()?))) {
@@ -380,13 +348,13 @@ fn conclude(evidence: &Evidence<'_, '_>) -> Result<(Verdict, (Hypothesis, Fitted
     let Some((hypothesis, fitted)) = best.candidate.fitted.clone() else { return Ok((none_of(before), nothing)) };
     let mut chosen = (hypothesis, fitted);
     let mut names = vec![best.candidate.id.clone()];
-    let mut after = excess(null, chosen.1.chi_square / count);
+    let mut after = null.excess(chosen.1.chi_square / count);
     // One effect more, as long as it explains much of what is left and is no accident.
     while after > EXCESS && names.len() < MOST {
         let Some(more) = another(evidence, &chosen, &names)? else { break };
         names.push(more.0);
         chosen = (more.1, more.2);
-        after = excess(null, chosen.1.chi_square / count);
+        after = null.excess(chosen.1.chi_square / count);
     }
     // A released parameter is no effect: what was added to it is named.
     let released = tried[same[0]].candidate.fitted.as_ref().is_some_and(|f| f.0.kind == Kind::Release);
@@ -437,10 +405,6 @@ fn none_of(before: f64) -> Verdict {
     Verdict { kind: VerdictKind::Unknown, effects: Vec::new(), reason, next: None }
 }
 
-fn chi_of(candidate: &Candidate) -> f64 {
-    candidate.fitted.as_ref().map_or(f64::INFINITY, |f| f.1.chi_square)
-}
-
 /// The interface of an id such as «rotor:stiffness».
 fn named(id: &str) -> &str {
     id.rsplit_once(':').map_or(id, |(interface, _)| interface)
@@ -456,19 +420,14 @@ fn another(
     let others: Vec<Effect> = effects.iter().filter(|e| !names.contains(&e.id)).cloned().collect();
     let (apply, _) = hypotheses(machine, &chosen.0, &others, &[]);
     let second = survey(fitter, chosen.0.clone(), vec![chosen.1.clone()], (apply, Vec::new()), control)?;
-    let scale = |id: &str| {
-        let own = id.rsplit('+').next().unwrap_or(id);
-        let known = tried.iter().find(|t| t.candidate.id == own);
-        known.map_or(PENALTY, |t| {
-            if t.statistic > 0.0 { t.candidate.gain / t.statistic / excess(null, chi_square(t) / count) } else { PENALTY }
-        })
-    };
     let best = second.candidates.into_iter().filter(|c| c.status == Status::Tried).max_by(|a, b| a.gain.total_cmp(&b.gain));
     let Some((id, gain, (hypothesis, fitted))) = best.and_then(|c| Some((c.id.clone(), c.gain, c.fitted?))) else { return Ok(None) };
-    let after = excess(null, fitted.chi_square / count);
-    let statistic = gain / scale(&id) / after;
-    let much = gain >= 0.4 * chosen.1.chi_square;
+    let after = null.excess(fitted.chi_square / count);
     let last = id.rsplit('+').next().unwrap_or(&id).to_string();
+    // What gained nothing alone has shown no scale of its own.
+    let scale = if tried.iter().any(|t| t.candidate.id == last && t.statistic > 0.0) { null.scale(&last) } else { LEAST_SCALE };
+    let statistic = gain / scale / after;
+    let much = gain >= 0.4 * chosen.1.chi_square;
     Ok((much && statistic >= LEAST_STATISTIC && null.p_value(statistic) < ALPHA).then_some((last, hypothesis, fitted)))
 }
 

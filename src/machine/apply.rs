@@ -249,13 +249,10 @@ impl Machine {
                 Rescale::Relative => value.laws.push(Law::Relative(index)),
                 Rescale::InSeries => value.laws.push(Law::InSeries(index)),
                 Rescale::Added => value.laws.push(Law::Added(index)),
-                Rescale::MidStroke => {
+                Rescale::AlongStroke | Rescale::MidStroke => {
                     let stroke_m = stroke_m.ok_or_else(|| fault(&part, "the machine has no shaft with a nut"))?;
-                    value.laws.push(Law::MidStroke(index, stroke_m));
-                }
-                Rescale::AlongStroke => {
-                    let stroke_m = stroke_m.ok_or_else(|| fault(&part, "the machine has no shaft with a nut"))?;
-                    value.laws.push(Law::AlongStroke(index, stroke_m));
+                    let law = if rescale == Rescale::MidStroke { Law::MidStroke } else { Law::AlongStroke };
+                    value.laws.push(law(index, stroke_m));
                 }
                 Rescale::Replace => value.base = Base::Parameter(index),
             }

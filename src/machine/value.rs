@@ -48,14 +48,7 @@ pub enum Law {
 impl Law {
     /// The parameter it depends on, by index.
     fn parameter(&self) -> usize {
-        match *self {
-            Law::Relative(index)
-            | Law::Times(index)
-            | Law::AlongStroke(index, _)
-            | Law::MidStroke(index, _)
-            | Law::InSeries(index)
-            | Law::Added(index) => index,
-        }
+        *self.clone().parameter_mut()
     }
 
     fn parameter_mut(&mut self) -> &mut usize {
@@ -76,16 +69,11 @@ impl Law {
             Law::Relative(_) => (x * (1.0 + p), 1.0 + p, x),
             Law::Added(_) => (x + p, 1.0, 1.0),
             Law::Times(_) => (x * p, p, x),
-            Law::AlongStroke(_, stroke_m) => {
-                let share = 2.0 * operating.nut_m.unwrap_or(0.5 * stroke_m) / stroke_m - 1.0;
-                let factor = (p * share).exp();
-                (x * factor, factor, x * factor * share)
-            }
-            Law::MidStroke(_, stroke_m) => {
-                let share = 2.0 * operating.nut_m.unwrap_or(0.5 * stroke_m) / stroke_m - 1.0;
-                let hump = 1.0 - share * share;
-                let factor = (p * hump).exp();
-                (x * factor, factor, x * factor * hump)
+            Law::AlongStroke(_, stroke_m) | Law::MidStroke(_, stroke_m) => {
+                let along = 2.0 * operating.nut_m.unwrap_or(0.5 * stroke_m) / stroke_m - 1.0;
+                let shape = if matches!(self, Law::MidStroke(..)) { 1.0 - along * along } else { along };
+                let factor = (p * shape).exp();
+                (x * factor, factor, x * factor * shape)
             }
             Law::InSeries(_) => {
                 let sum = x + p;

@@ -8,6 +8,8 @@ use argmin::core::{CostFunction, Error, KV, PopulationState, Problem, Solver, Sy
 use rand::{RngExt, SeedableRng};
 use rand_xoshiro::Xoshiro256PlusPlus;
 
+use crate::numeric::random::normal;
+
 /// How a trial is made from the population.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Strategy {
@@ -95,7 +97,7 @@ impl DifferentialEvolution {
             Strategy::Best1Bin => (self.generator.random_range(0.5..1.0), FIXED.1),
             Strategy::CurrentToPbest => {
                 let (scale_mean, crossover_mean) = self.history[self.generator.random_range(0..HISTORY)];
-                let crossover = (crossover_mean + 0.1 * self.normal()).clamp(0.0, 1.0);
+                let crossover = (crossover_mean + 0.1 * normal(&mut self.generator)).clamp(0.0, 1.0);
                 let mut scale = 0.0;
                 while scale <= 0.0 {
                     // Cauchy.
@@ -104,13 +106,6 @@ impl DifferentialEvolution {
                 (scale.min(1.0), crossover)
             }
         }
-    }
-
-    /// A standard normal number (Box and Muller).
-    fn normal(&mut self) -> f64 {
-        let u: f64 = 1.0 - self.generator.random::<f64>();
-        let v: f64 = self.generator.random();
-        (-2.0 * u.ln()).sqrt() * (std::f64::consts::TAU * v).cos()
     }
 
     /// A member other than those named.

@@ -1,0 +1,10 @@
+//! Random numbers that the generators do not give themselves.
+
+use rand::{Rng, RngExt};
+
+/// A standard normal number (Box and Muller).
+pub fn normal(generator: &mut impl Rng) -> f64 {
+    let u: f64 = 1.0 - generator.random::<f64>();
+    let v: f64 = generator.random();
+    (-2.0 * u.ln()).sqrt() * (std::f64::consts::TAU * v).cos()
+}
