@@ -15,6 +15,8 @@ pub mod model;
 
 pub mod objective;
 
+pub mod inverse_dynamics;
+
 pub mod optimizer;
 
 pub mod diagnosis;
