@@ -219,12 +219,10 @@ pub fn interfaces(nominal: &Hypothesis) -> Vec<Hypothesis> {
             let joint = |stiffness, damping, relaxation_stiffness| JointPatch {
                 name: "~interface".into(),
                 on: on.clone(),
-                alike: Vec::new(),
-                angles: Vec::new(),
                 stiffness,
                 damping,
-                loss_factor: Source::Number(0.0),
                 relaxation_stiffness,
+                ..JointPatch::default()
             };
             let of = |id: &str| Source::Parameter(id.into());
             let zero = Source::Number(0.0);

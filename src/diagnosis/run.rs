@@ -6,7 +6,7 @@ use super::domain::Domain;
 use super::fit::{Ablation, Fitted, Fitter, at_start, values_of};
 use super::hypothesis::{CHANNEL_SD, Hypothesis, NUT_SD_M, interfaces, with_nuisances};
 use crate::identification::{Plan, identify};
-use crate::machine::{Base, Effect, FitRule, Machine};
+use crate::machine::{Base, Data, Effect, FitRule, Machine};
 use crate::measurement::{FitSet, HoldOutSet};
 use crate::objective::{FrfSettings, ObjectiveError};
 use crate::optimizer::Control;
@@ -163,7 +163,9 @@ pub fn left_out(fitter: &Fitter<'_>, hypothesis: &Hypothesis, fitted: &Fitted, c
 pub fn hypotheses(machine: &Machine, nominal: &Hypothesis, effects: &[Effect], frozen: &[String]) -> (Vec<Hypothesis>, Vec<Candidate>) {
     let (mut apply, mut others) = (Vec::new(), Vec::new());
     for effect in effects {
-        if machine.effects.contains(&effect.id) {
+        if !effect.data.contains(&Data::Frf) {
+            others.push(Candidate::without_fit(&effect.id, Status::NotApplicable("it shows in motion alone".into())));
+        } else if machine.effects.contains(&effect.id) {
             others.push(Candidate::without_fit(&effect.id, Status::NotApplicable("the machine contains it already".into())));
         } else if let Some(name) = machine.lacks(effect) {
             others.push(Candidate::without_fit(&effect.id, Status::NotApplicable(format!("the machine has no «{name}»"))));
