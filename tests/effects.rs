@@ -63,7 +63,12 @@ period_s = 1e-3
         assert_eq!(receptance(&with, &[], 117.0), before, "{}", effect.id);
         // Candidates of a diagnosis of FRFs they are not.
         let bench = bench_without_hold();
-        let (apply, _) = jointid::diagnosis::hypotheses(&bench, &jointid::diagnosis::Hypothesis::nominal(bench.clone()), &library, &[]);
+        let nominal = jointid::diagnosis::Hypothesis::nominal(bench.clone());
+        let set = jointid::measurement::read_set(jointid::measurement::BENCH).unwrap();
+        let (fit, _) = set.split(None, &[]).unwrap();
+        let domain = jointid::diagnosis::Domain::Modes(jointid::objective::ModeSettings::default());
+        let fitter = jointid::diagnosis::fitter(&fit, domain, &[], &[]);
+        let (apply, _) = jointid::diagnosis::hypotheses(&fitter, &bench, &nominal, &library, &[]);
         assert!(apply.iter().all(|h| h.id != effect.id));
     }
 }

@@ -3,7 +3,7 @@
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use crate::machine::{Rescale, Target};
+use crate::machine::{Circumstance, Rescale, Target};
 
 /// A number that an effect scales.
 #[derive(Debug, Clone, Deserialize, JsonSchema)]
@@ -45,6 +45,9 @@ enum LawFile {
     Relative,
     AlongStroke,
     MidStroke,
+    WithForceLevel,
+    WithSpeed,
+    WithAcceleration,
     Replace,
     InSeries,
     Added,
@@ -78,6 +81,9 @@ impl RescaleFile {
             LawFile::Relative => Rescale::Relative,
             LawFile::AlongStroke => Rescale::AlongStroke,
             LawFile::MidStroke => Rescale::MidStroke,
+            LawFile::WithForceLevel => Rescale::With(Circumstance::ForceLevel),
+            LawFile::WithSpeed => Rescale::With(Circumstance::Speed),
+            LawFile::WithAcceleration => Rescale::With(Circumstance::Acceleration),
             LawFile::Replace => Rescale::Replace,
             LawFile::InSeries => Rescale::InSeries,
             LawFile::Added => Rescale::Added,

@@ -4,9 +4,9 @@ use rayon::prelude::*;
 
 use super::domain::{Compared, Domain, Part, gaps};
 use super::hypothesis::{Hypothesis, is_nuisance};
-use crate::machine::Parameter;
+use crate::machine::{Circumstance, Parameter};
 use crate::measurement::{FitSet, HoldOutSet};
-use crate::objective::ObjectiveError;
+use crate::objective::{ObjectiveError, operating};
 use crate::optimizer::{Control, least_squares_within};
 
 /// A fitted hypothesis: a place for each parameter of its machine, and for what belongs to the data (gain, nut positions).
@@ -73,6 +73,15 @@ impl<'s> Fitter<'s> {
     /// Whether a part of the method is left out.
     pub fn lacks(&self, part: Ablation) -> bool {
         self.ablated.contains(&part)
+    }
+
+    /// Whether the data to fit were taken under more than one of a circumstance.
+    pub fn varies(&self, circumstance: Circumstance) -> bool {
+        let Domain::Frf(_) = self.domain else { return false };
+        let set = self.fit.set;
+        let sizes = self.fit.frfs.iter().map(|at| circumstance.size(&operating(set, &set.frfs[*at])));
+        let (low, high) = sizes.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), x| (low.min(x), high.max(x)));
+        high - low > 1e-3
     }
 
     /// The same for other data of the set.

@@ -160,7 +160,13 @@ pub fn left_out(fitter: &Fitter<'_>, hypothesis: &Hypothesis, fitted: &Fitted, c
 }
 
 /// Hypotheses of all effects that apply, of frozen parameters released, and candidates that do not apply.
-pub fn hypotheses(machine: &Machine, nominal: &Hypothesis, effects: &[Effect], frozen: &[String]) -> (Vec<Hypothesis>, Vec<Candidate>) {
+pub fn hypotheses(
+    fitter: &Fitter<'_>,
+    machine: &Machine,
+    nominal: &Hypothesis,
+    effects: &[Effect],
+    frozen: &[String],
+) -> (Vec<Hypothesis>, Vec<Candidate>) {
     let (mut apply, mut others) = (Vec::new(), Vec::new());
     for effect in effects {
         if !effect.data.contains(&Data::Frf) {
@@ -169,6 +175,9 @@ pub fn hypotheses(machine: &Machine, nominal: &Hypothesis, effects: &[Effect], f
             others.push(Candidate::without_fit(&effect.id, Status::NotApplicable("the machine contains it already".into())));
         } else if let Some(name) = machine.lacks(effect) {
             others.push(Candidate::without_fit(&effect.id, Status::NotApplicable(format!("the machine has no «{name}»"))));
+        } else if let Some(circumstance) = effect.circumstance().filter(|c| !fitter.varies(*c)) {
+            let why = format!("the data to fit are all of one {}", circumstance.words());
+            others.push(Candidate::without_fit(&effect.id, Status::NotApplicable(why)));
         } else {
             match nominal.with(effect) {
                 Ok(hypothesis) => apply.push(hypothesis),

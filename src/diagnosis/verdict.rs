@@ -163,7 +163,7 @@ pub fn diagnose(
     control.begin("1/6 the machine as described");
     let start = nominal(machine, fitter)?;
     let bases = nominal_fits(machine, fitter, &start, settings.seed, control)?;
-    let candidates = hypotheses(machine, &start, effects, &fitter.frozen);
+    let candidates = hypotheses(fitter, machine, &start, effects, &fitter.frozen);
     control.begin(&format!("2/6 {} candidates", candidates.0.len()));
     let mut surveyed = survey(fitter, start, bases, candidates, control)?;
     // Interfaces say where; they are looked at in any case, since they also tell whether an effect of the library does what can be done.
@@ -445,7 +445,7 @@ fn another(
 ) -> Result<Option<(String, Hypothesis, Fitted)>, ObjectiveError> {
     let Evidence { fitter, machine, effects, null, count, control, tried, .. } = evidence;
     let others: Vec<Effect> = effects.iter().filter(|e| !names.contains(&e.id)).cloned().collect();
-    let (apply, _) = hypotheses(machine, &chosen.0, &others, &[]);
+    let (apply, _) = hypotheses(fitter, machine, &chosen.0, &others, &[]);
     let second = survey(fitter, chosen.0.clone(), vec![chosen.1.clone()], (apply, Vec::new()), control)?;
     let best = second.candidates.into_iter().filter(|c| c.status == Status::Tried).max_by(|a, b| a.gain.total_cmp(&b.gain));
     let Some((id, gain, (hypothesis, fitted))) = best.and_then(|c| Some((c.id.clone(), c.gain, c.fitted?))) else { return Ok(None) };

@@ -3,7 +3,7 @@
 //! A machine's own description is a patch of the empty machine; an effect is a patch of a machine.
 //! A patch names points, shafts and joints; [`Machine::with`](super::Machine::with) resolves the names.
 
-use super::{DrivePatch, FrictionPatch, LeadErrorPatch, LoadedPair, Motion, Parameter, Place, Segment, Target};
+use super::{Circumstance, DrivePatch, FrictionPatch, LeadErrorPatch, LoadedPair, Motion, Parameter, Place, Segment, Target};
 
 /// A number in a patch: fixed, or a parameter by id.
 #[derive(Debug, Clone, PartialEq)]
@@ -110,12 +110,24 @@ pub enum Rescale {
     AlongStroke,
     /// Times exp(p·(1 − (2·s − 1)²)): a hump at mid-stroke.
     MidStroke,
+    /// Times exp(p·x) with the size x of a circumstance.
+    With(Circumstance),
     /// Becomes the parameter itself.
     Replace,
     /// With the parameter as a spring in series: x·p/(x + p).
     InSeries,
     /// Plus the parameter.
     Added,
+}
+
+impl Effect {
+    /// What must differ between data for the effect to show, where it is a change with the operating condition.
+    pub fn circumstance(&self) -> Option<Circumstance> {
+        self.patch.rescales.iter().find_map(|(_, rescale, _)| match rescale {
+            Rescale::With(circumstance) => Some(*circumstance),
+            _ => None,
+        })
+    }
 }
 
 /// What a description, or an effect, adds to a machine.

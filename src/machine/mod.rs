@@ -34,7 +34,7 @@ pub use effect::{Data, DerivedPatch, Effect, JointPatch, Patch, PointPatch, Resc
 pub use friction::{Friction, LeadError, Wave};
 pub use joint::Joint;
 pub use motion::{DrivePatch, EncoderPatch, FrictionPatch, LeadErrorPatch, PositionLoopPatch, VelocityLoopPatch, WavePatch};
-pub use operating::Operating;
+pub use operating::{Circumstance, Operating};
 pub use parameter::{FitRule, Parameter, Scale};
 pub use point::{Motion, Point};
 pub use segment::{Segment, SegmentEnd, Twist};

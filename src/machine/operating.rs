@@ -11,6 +11,39 @@ pub struct Operating {
     pub acceleration_m_s2: Option<f64>,
     /// Outside axial force (N) that loads them. `None`: none.
     pub force_n: Option<f64>,
+    /// Level of the exciting force (N): how hard it is struck or shaken. `None`: not stated.
+    pub level_n: Option<f64>,
+}
+
+/// What of the operating condition a number may change with.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Circumstance {
+    /// Level of the exciting force.
+    ForceLevel,
+    /// Speed of the table, in either direction.
+    Speed,
+    /// Acceleration of the table, in either direction.
+    Acceleration,
+}
+
+impl Circumstance {
+    /// ln(level/100 N), |velocity|/(1 m/s) or |acceleration|/(10 m/s²); 0 where nothing is stated.
+    pub fn size(self, operating: &Operating) -> f64 {
+        match self {
+            Circumstance::ForceLevel => operating.level_n.filter(|n| *n > 0.0).map_or(0.0, |n| (n / 100.0).ln()),
+            Circumstance::Speed => operating.velocity_m_s.map_or(0.0, f64::abs),
+            Circumstance::Acceleration => operating.acceleration_m_s2.map_or(0.0, |a| 0.1 * a.abs()),
+        }
+    }
+
+    /// The words for it.
+    pub fn words(self) -> &'static str {
+        match self {
+            Circumstance::ForceLevel => "force level (force_n of an [[frf]])",
+            Circumstance::Speed => "speed (speed_m_s of an [[frf]])",
+            Circumstance::Acceleration => "acceleration (acceleration_m_s2 of an [[frf]])",
+        }
+    }
 }
 
 impl Operating {

@@ -107,6 +107,7 @@ impl Machine {
                 Rescale::Relative => value.laws.push(Law::Relative(index)),
                 Rescale::InSeries => value.laws.push(Law::InSeries(index)),
                 Rescale::Added => value.laws.push(Law::Added(index)),
+                Rescale::With(circumstance) => value.laws.push(Law::With(index, circumstance)),
                 Rescale::AlongStroke | Rescale::MidStroke => {
                     let stroke_m = stroke_m.ok_or_else(|| fault(&part, "the machine has no shaft with a nut"))?;
                     let law = if rescale == Rescale::MidStroke { Law::MidStroke } else { Law::AlongStroke };

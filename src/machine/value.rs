@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use super::{LoadedPair, Operating, Segment};
+use super::{Circumstance, LoadedPair, Operating, Segment};
 
 /// A number of a machine's description.
 #[derive(Debug, Clone, PartialEq)]
@@ -39,6 +39,8 @@ pub enum Law {
     AlongStroke(usize, f64),
     /// exp(p·(1 − (2·s − 1)²)): a hump at mid-stroke, such as wear leaves.
     MidStroke(usize, f64),
+    /// exp(p·x) with the size x of a circumstance: for the force level its power p.
+    With(usize, Circumstance),
     /// x becomes x·p/(x + p): a spring p in series with a spring x.
     InSeries(usize),
     /// x + p.
@@ -57,6 +59,7 @@ impl Law {
             | Law::Times(index)
             | Law::AlongStroke(index, _)
             | Law::MidStroke(index, _)
+            | Law::With(index, _)
             | Law::InSeries(index)
             | Law::Added(index) => index,
         }
@@ -74,6 +77,11 @@ impl Law {
                 let shape = if matches!(self, Law::MidStroke(..)) { 1.0 - along * along } else { along };
                 let factor = (p * shape).exp();
                 (x * factor, factor, x * factor * shape)
+            }
+            Law::With(_, circumstance) => {
+                let size = circumstance.size(operating);
+                let factor = (p * size).exp();
+                (x * factor, factor, x * factor * size)
             }
             Law::InSeries(_) => {
                 let sum = x + p;

@@ -5,7 +5,7 @@ use std::sync::{Arc, Mutex};
 use num_complex::Complex64;
 use rayon::prelude::*;
 
-use super::record::{Record, check_overlap, record, wrapped};
+use super::record::{Record, check_overlap, operating, record, wrapped};
 use super::{GAIN_RANGE, ObjectiveError, free_parameters, point_named};
 use crate::machine::{Chain, FitRule, Machine, Operating};
 use crate::measurement::{FitSet, Gain, HoldOutSet, MeasurementSet};
@@ -148,11 +148,7 @@ impl<'m> FrfObjective<'m> {
             let frf = &set.frfs[index];
             let response = point_named(machine, &frf.source, "response", &frf.response)?;
             let excitation = point_named(machine, &frf.source, "excitation", &frf.excitation)?;
-            let operating = Operating {
-                velocity_m_s: frf.condition.velocity_m_s,
-                acceleration_m_s2: frf.condition.acceleration_m_s2,
-                ..Operating::at(frf.position.and_then(|p| set.positions[p].nut_m))
-            };
+            let operating = operating(set, frf);
             machine.check_operating(&frf.source, &operating)?;
             let structure = match channels.iter().position(|c| *c == (response, excitation)) {
                 Some(at) => at,

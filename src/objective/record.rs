@@ -48,6 +48,16 @@ impl Record {
     }
 }
 
+/// The operating condition an FRF of a set was measured under.
+pub fn operating(set: &MeasurementSet, frf: &Frf) -> Operating {
+    Operating {
+        velocity_m_s: frf.condition.velocity_m_s,
+        acceleration_m_s2: frf.condition.acceleration_m_s2,
+        level_n: frf.condition.force_level_n,
+        ..Operating::at(frf.position.and_then(|p| set.positions[p].nut_m))
+    }
+}
+
 /// The imaginary part brought into (−π, π].
 pub(super) fn wrapped(z: Complex64) -> Complex64 {
     let turns = (z.im / std::f64::consts::TAU).round();

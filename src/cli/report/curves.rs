@@ -8,6 +8,7 @@ use super::Ground;
 use crate::machine::{Chain, Machine, Motion, Operating};
 use crate::measurement::{Frf, Gain, MeasurementSet, Quantity};
 use crate::model::{ModelError, Structure};
+use crate::objective::operating;
 use crate::report::page::{Curve, PeakMark};
 use crate::unit::omega_rad_s;
 
@@ -61,11 +62,7 @@ fn unit(machine: &Machine, (response, excitation): (usize, usize), quantity: Qua
 fn of_frf(ground: &Ground<'_>, at: usize, frf: &Frf) -> Result<Curve, String> {
     let (set, machine) = (&ground.loaded.set, &ground.loaded.config.machine);
     let (response, excitation) = (point(machine, &frf.response)?, point(machine, &frf.excitation)?);
-    let operating = Operating {
-        velocity_m_s: frf.condition.velocity_m_s,
-        acceleration_m_s2: frf.condition.acceleration_m_s2,
-        ..Operating::at(frf.position.and_then(|p| set.positions[p].nut_m))
-    };
+    let operating = operating(set, frf);
     let (factor, unit) = unit(machine, (response, excitation), frf.quantity, set);
     let lines: Vec<f64> = frf.lines.iter().map(|l| l.frequency_hz).collect();
     let predicted = predicted(ground, (response, excitation), frf.quantity, &operating, &lines, factor)?;
