@@ -5,6 +5,7 @@ use std::fmt::Write;
 
 use super::arguments::{FrictionArguments, NoiseName};
 use super::common::{CommandResult, Outcome, deliver, prepare, told};
+use super::talk;
 use crate::contact::{ContactError, Estimate, FitOptions, Noise, Observation, ScrewDrive, fit_stribeck};
 use crate::measurement::{FrictionTable, FrictionUnit, read_friction};
 use crate::report::digest;
@@ -45,7 +46,7 @@ pub fn run(given: &FrictionArguments) -> CommandResult {
         .map(|(name, _, _)| format!("{name} is at a bound: these runs do not determine it"))
         .collect();
     if !given.output.quiet {
-        warnings.iter().for_each(|w| eprintln!("warning: {w}"));
+        warnings.iter().for_each(|w| talk::warning(w));
     }
     let document = FrictionDocument {
         stamp: Stamp {

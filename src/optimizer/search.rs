@@ -1,7 +1,7 @@
 //! A whole search: differential evolution from a seed, then the polish.
 
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
 use argmin::core::observers::{Observe, ObserverMode};
 use argmin::core::{CostFunction, Error, Executor, KV, PopulationState, State};
@@ -40,17 +40,56 @@ impl SearchSettings {
     }
 }
 
+/// How far long work has come.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Progressed<'w> {
+    /// A search.
+    Generation {
+        /// Generations of it that are done.
+        done: u64,
+        /// Most there will be; it may converge before.
+        most: u64,
+        /// Best cost so far.
+        best: f64,
+    },
+    /// Steps of known number.
+    Step {
+        /// What they are.
+        what: &'w str,
+        /// Steps that are done.
+        done: usize,
+        /// Steps in all.
+        of: usize,
+    },
+}
+
+/// Is told how far the work has come.
+pub type Watcher = Arc<dyn Fn(Progressed<'_>) + Send + Sync>;
+
 /// Told of the progress, asked whether to stop.
 #[derive(Clone, Default)]
 pub struct Control {
     stop: Arc<AtomicBool>,
-    watcher: Option<Arc<dyn Fn(u64, f64) + Send + Sync>>,
+    watcher: Option<Watcher>,
 }
 
 impl Control {
-    /// Stops when `stop` is set; `watcher` is told the generation and the best cost.
-    pub fn new(stop: Arc<AtomicBool>, watcher: Option<Arc<dyn Fn(u64, f64) + Send + Sync>>) -> Self {
+    /// Stops when `stop` is set; `watcher` is told the progress.
+    pub fn new(stop: Arc<AtomicBool>, watcher: Option<Watcher>) -> Self {
         Control { stop, watcher }
+    }
+
+    /// Counts steps of work that is done in parallel: the function given back is called after each.
+    pub fn steps<'c>(&'c self, what: &'c str, of: usize) -> impl Fn() + Sync + 'c {
+        let done = AtomicUsize::new(0);
+        self.tell(Progressed::Step { what, done: 0, of });
+        move || self.tell(Progressed::Step { what, done: done.fetch_add(1, Ordering::Relaxed) + 1, of })
+    }
+
+    fn tell(&self, progressed: Progressed<'_>) {
+        if let Some(watcher) = &self.watcher {
+            watcher(progressed);
+        }
     }
 
     /// The flag that stops it.
@@ -104,6 +143,7 @@ impl<C: Cost> CostFunction for Finite<'_, C> {
 
 struct Watch {
     control: Control,
+    most: u64,
     trace: Arc<std::sync::Mutex<Vec<f64>>>,
 }
 
@@ -113,9 +153,7 @@ impl Observe<PopulationState<Vec<f64>, f64>> for Watch {
         if let Ok(mut trace) = self.trace.lock() {
             trace.push(best);
         }
-        if let Some(watcher) = &self.control.watcher {
-            watcher(state.get_iter(), best);
-        }
+        self.control.tell(Progressed::Generation { done: state.get_iter(), most: self.most, best });
         Ok(())
     }
 }
@@ -125,7 +163,7 @@ pub fn search<C: Cost>(cost: &C, settings: SearchSettings, control: &Control) ->
     let trace = Arc::new(std::sync::Mutex::new(Vec::new()));
     let solver = DifferentialEvolution::new(settings.strategy, cost.dimension(), settings.population, settings.spread, settings.seed)
         .stopping_when(Arc::clone(&control.stop));
-    let watch = Watch { control: control.clone(), trace: Arc::clone(&trace) };
+    let watch = Watch { control: control.clone(), most: settings.generations, trace: Arc::clone(&trace) };
     let run = Executor::new(Finite { cost, stop: &control.stop }, solver)
         .configure(|state| state.max_iters(settings.generations).counting(true))
         .add_observer(watch, ObserverMode::Always)

@@ -9,6 +9,7 @@ use serde::de::DeserializeOwned;
 
 use super::arguments::{ReportArguments, Sources};
 use super::common::{CommandResult, Loaded, Outcome, load, stamp, told};
+use super::talk;
 use super::validate::{check_identification, identified_values};
 use crate::config::read_machine;
 use crate::measurement::read_set;
@@ -69,9 +70,9 @@ pub fn run(given: &ReportArguments) -> CommandResult {
     let file = target.file_name().ok_or_else(|| format!("{}: name a file with --out", target.display()))?;
     let written = OutputFolder::prepare(parent)?.write(&file.to_string_lossy(), html.as_bytes())?;
     if !given.quiet {
-        page.notes.iter().for_each(|n| eprintln!("note: {n}"));
+        page.notes.iter().for_each(|n| talk::note(n));
         if html.len() > page::MOST_BYTES {
-            eprintln!("note: the page has {:.1} MB", html.len() as f64 / 1e6);
+            talk::note(&format!("the page has {:.1} MB, too much for many mailboxes", html.len() as f64 / 1e6));
         }
         eprintln!("written: {} ({:.1} MB)", written.display(), html.len() as f64 / 1e6);
     }
