@@ -242,6 +242,10 @@ fn to_document(
         residual_map: map,
         delta_z: delta_z(found),
         effects: rows,
+        described: {
+            let (hypothesis, fitted) = &found.nominal;
+            hypothesis.machine.parameters.iter().map(|p| p.id.clone()).zip(values_of(hypothesis, fitted)).collect()
+        },
         chosen: document::Chosen {
             id: found.chosen.0.id.clone(),
             parameters: found.chosen.0.machine.parameters.iter().map(|p| p.id.clone()).zip(chosen_values).collect(),

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use comfy_table::presets;
-use comfy_table::{CellAlignment, ContentArrangement, Table};
+use comfy_table::{CellAlignment, ContentArrangement, LineStyle, Table};
 
 use super::document::{BootstrapRow, ChoiceRow, Comparison, FrfRow, Objectives, ParameterRow, Peaks, Plan, PositionRow};
 use crate::numeric::statistics::median;
@@ -11,7 +11,8 @@ use crate::numeric::statistics::median;
 /// A table whose cells wrap before it is wider than 80 columns.
 fn table(header: &[&str]) -> Table {
     let mut table = Table::new();
-    table.load_style(presets::NOTHING).set_content_arrangement(ContentArrangement::Dynamic).set_width(80).set_header(header.to_vec());
+    let style = presets::NOTHING.header_separator(LineStyle::none().fill('─'));
+    table.load_style(style).set_content_arrangement(ContentArrangement::Dynamic).set_width(80).set_header(header.to_vec());
     for column in 1..header.len() {
         if let Some(column) = table.column_mut(column) {
             column.set_cell_alignment(CellAlignment::Right);
@@ -20,21 +21,9 @@ fn table(header: &[&str]) -> Table {
     table
 }
 
-/// As text, with a line under the header, which may itself take several.
+/// As text.
 fn plain(table: &Table) -> String {
-    let count = table.to_string().lines().count();
-    let lines: Vec<String> = table.to_string().lines().map(|l| l.trim_end().to_string()).collect();
-    let width = lines.iter().map(|l| l.chars().count()).max().unwrap_or(0);
-    let mut bare = table.clone();
-    let head = count - bare.set_header(Vec::<String>::new()).to_string().lines().count();
-    let mut out = String::new();
-    for (at, line) in lines.iter().enumerate() {
-        out += &format!("{line}\n");
-        if at + 1 == head {
-            out += &format!(" {}\n", "─".repeat(width.saturating_sub(1)));
-        }
-    }
-    out
+    table.to_string().lines().map(|l| format!("{}\n", l.trim_end())).collect()
 }
 
 /// Four significant figures, in powers of ten beyond 10⁻³ … 10⁵.

@@ -1,17 +1,18 @@
 //! `jointid report`.
 
 mod curves;
+mod diagnosed;
 mod shapes;
 
 use std::path::Path;
 
 use serde::de::DeserializeOwned;
 
+use self::curves::{Model, Overlay};
 use super::arguments::{ReportArguments, Sources};
 use super::common::{CommandResult, Loaded, Outcome, load, stamp, told};
 use super::talk;
 use super::validate::{check_identification, identified_values};
-use crate::config::read_machine;
 use crate::measurement::read_set;
 use crate::model::Rods;
 use crate::report::document::{Identification, Input};
@@ -54,12 +55,11 @@ pub fn run(given: &ReportArguments) -> CommandResult {
             page.nut_m = set.positions.iter().filter_map(|p| Some((p.name.clone(), p.nut_m?))).collect();
         }
     }
-    if let Some(of) = page.diagnosis.as_ref().filter(|_| page.identification.is_none()) {
-        // The machine's title, where its configuration can still be read.
-        let config = of.stamp.inputs.iter().find(|i| i.path.ends_with(".toml") && !i.path.ends_with("manifest.toml"));
-        if let Some(Ok(config)) = config.map(|i| read_machine(&i.path, &of.stamp.overrides, &of.stamp.without)) {
-            page.title = config.machine.title;
+    if let Some(of) = page.diagnosis.take() {
+        if let Err(fault) = diagnosed::draw(&of, &mut page) {
+            page.notes.push(format!("the diagnosis is not drawn over its FRFs: {fault}"));
         }
+        page.diagnosis = Some(of);
     }
     let html = page::html(&page);
     let target = given.out.clone().unwrap_or_else(|| folder.join("report.html"));
@@ -126,7 +126,13 @@ fn recompute(folder: &Path, identified: &Identification, page: &mut Page) -> Res
     page.title = loaded.config.machine.title.clone();
     page.nut_m = loaded.set.positions.iter().filter_map(|p| Some((p.name.clone(), p.nut_m?))).collect();
     let ground = Ground { identified, loaded, values, rods };
-    page.curves = curves::curves(&ground).map_err(told)?;
+    page.curves = {
+        let Ground { identified, loaded, values, rods } = &ground;
+        let (fit, _) = loaded.set.split(identified.settings.positions.as_deref(), &identified.settings.hold_out).map_err(told)?;
+        let gain = identified.parameters.get("gain").map(|g| g.value);
+        let model = Model { machine: loaded.config.machine.clone(), values: values.clone(), rods: *rods, gain };
+        Overlay { set: &loaded.set, fit, models: &[model] }.curves()?
+    };
     page.shapes = shapes::shapes(&ground)?;
     Ok(())
 }
