@@ -283,7 +283,7 @@ fn the_likeliest_mistakes_and_what_is_said_of_them() {
          | mistake | message |\n|---|---|\n",
     );
     for (what, slip) in &MISTAKES {
-        page += &format!("| {what} | `{}` |\n", message(slip).replace('|', "\\|"));
+        page += &format!("| {what} | `` {} `` |\n", message(slip).replace('|', "\\|"));
     }
     let path = "src/guide/mistakes.md";
     if fs::read_to_string(path).unwrap_or_default() != page {

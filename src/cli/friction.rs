@@ -43,7 +43,7 @@ pub fn run(given: &FrictionArguments) -> CommandResult {
     let warnings: Vec<String> = named
         .iter()
         .filter(|(_, _, e)| e.at_bound)
-        .map(|(name, _, _)| format!("{name} is at a bound: these runs do not determine it"))
+        .map(|(name, _, _)| format!("{name} is at a bound: these runs do not determine it; add runs where it acts"))
         .collect();
     if !given.output.quiet {
         warnings.iter().for_each(|w| talk::warning(w));

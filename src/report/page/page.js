@@ -104,6 +104,7 @@
         await new Promise((done) => setTimeout(done, 50));
         result.toggled = { name: button.textContent, before, less, after: shown(first) };
       }
+      result.ready_ms = Math.round(performance.now());
       result.wide = document.documentElement.scrollWidth - document.documentElement.clientWidth;
       result.requests = performance.getEntriesByType("resource").map((r) => r.name).filter((n) => !/^(data|blob):/.test(n));
       const out = document.createElement("output");

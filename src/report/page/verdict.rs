@@ -47,7 +47,7 @@ pub fn content(of: &Diagnosis, curves: &[Curve]) -> String {
     let after = if of.chosen.id.is_empty() { "as chosen".to_string() } else { format!("with {}", of.chosen.id.replace('+', " and ")) };
     let overlay = curve::chart("diagnosis-curves", curves, &after);
     format!(
-        "{}{overlay}{}{}{}{}{}{}{}{}",
+        "{}{}{overlay}{}{}{}{}{}{}{}",
         change(of),
         gaps(of),
         bands(of),
