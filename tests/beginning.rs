@@ -171,6 +171,9 @@ fn results_fulfil_their_schemas() {
         &["simulate", "sensitivity", "--config", "configs/servo-axis.toml"],
         &["simulate", "stiffness", "--config", "configs/vertical-axis.toml", "--along", "acceleration", "--from", "-35", "--to", "15"],
         &["simulate", "published"],
+        &["diagnose", "--positions", "l1,l3,l5", "--effects", "guide-viscous", "--nulls", "20", "--no-cache"],
+        &["compare", "--objectives", "--repeats", "1"],
+        &["convergence", "--repeats", "1", "--counts", "3"],
     ] {
         jointid().args(arguments).args(["--quiet", "--out", out]).assert().success();
     }
@@ -182,7 +185,7 @@ fn results_fulfil_their_schemas() {
         hold(&jsonschema::validator_for(&schema(&name)).unwrap(), &document, &name);
         seen += 1;
     }
-    assert_eq!(seen, 10);
+    assert_eq!(seen, 13);
 }
 
 #[test]

@@ -30,6 +30,11 @@ pub fn sentence(of: &Diagnosis) -> String {
 /// What stands under the verdict: reason, what could not be told apart, next measurement.
 pub fn summary(of: &Diagnosis) -> String {
     let mut out = String::new();
+    let without = of.stamp.without.iter().map(|id| format!("without {id}"));
+    let changes: Vec<String> = of.stamp.overrides.iter().cloned().chain(without).collect();
+    if !changes.is_empty() {
+        out += &paragraph(&format!("The machine was described {}.", listed(&changes, "and")));
+    }
     if !of.verdict.reason.is_empty() {
         out += &paragraph(&of.verdict.reason);
     }
@@ -47,7 +52,7 @@ pub fn content(of: &Diagnosis, curves: &[Curve]) -> String {
     let after = if of.chosen.id.is_empty() { "as chosen".to_string() } else { format!("with {}", of.chosen.id.replace('+', " and ")) };
     let overlay = curve::chart("diagnosis-curves", curves, &after);
     format!(
-        "{}{}{overlay}{}{}{}{}{}{}{}",
+        "{}{overlay}{}{}{}{}{}{}{}{}",
         change(of),
         gaps(of),
         bands(of),
