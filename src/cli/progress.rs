@@ -88,6 +88,16 @@ impl Progress {
         })
     }
 
+    /// A listener for the stages of a longer work.
+    pub fn listener(&self, what: &str) -> Arc<dyn Fn(&str) + Send + Sync> {
+        let (bar, what) = (self.bar.clone(), what.to_string());
+        Arc::new(move |stage| {
+            style(&bar, "{spinner} {prefix}  {elapsed}");
+            bar.set_prefix(format!("{what}: {stage}"));
+            bar.tick();
+        })
+    }
+
     /// Names what is done now.
     pub fn now(&self, what: &str) {
         if let Ok(mut at) = self.at.lock() {

@@ -71,12 +71,26 @@ pub type Watcher = Arc<dyn Fn(Progressed<'_>) + Send + Sync>;
 pub struct Control {
     stop: Arc<AtomicBool>,
     watcher: Option<Watcher>,
+    listener: Option<Arc<dyn Fn(&str) + Send + Sync>>,
 }
 
 impl Control {
     /// Stops when `stop` is set; `watcher` is told the progress.
     pub fn new(stop: Arc<AtomicBool>, watcher: Option<Watcher>) -> Self {
-        Control { stop, watcher }
+        Control { stop, watcher, listener: None }
+    }
+
+    /// The same with a listener that is told which stage of a longer work begins.
+    #[must_use]
+    pub fn with_listener(self, listener: Arc<dyn Fn(&str) + Send + Sync>) -> Self {
+        Control { listener: Some(listener), ..self }
+    }
+
+    /// A stage begins.
+    pub fn begin(&self, stage: &str) {
+        if let Some(listener) = &self.listener {
+            listener(stage);
+        }
     }
 
     /// Counts steps of work that is done in parallel: the function given back is called after each.
