@@ -5,7 +5,7 @@ use std::time::Duration;
 
 use indicatif::{ProgressBar, ProgressStyle};
 
-use crate::optimizer::{Progressed, Watcher};
+use crate::optimizer::{Listener, Progressed, Watcher};
 
 const STEPS: &str = "{prefix}  {bar:24} {pos}/{len}  {elapsed}, {eta} left";
 const SEARCHES: &str = "{prefix}  {bar:24} {elapsed}, at most {eta} left  {msg}";
@@ -89,7 +89,7 @@ impl Progress {
     }
 
     /// A listener for the stages of a longer work.
-    pub fn listener(&self, what: &str) -> Arc<dyn Fn(&str) + Send + Sync> {
+    pub fn listener(&self, what: &str) -> Listener {
         let (bar, what) = (self.bar.clone(), what.to_string());
         Arc::new(move |stage| {
             style(&bar, "{spinner} {prefix}  {elapsed}");

@@ -66,12 +66,15 @@ pub enum Progressed<'w> {
 /// Is told how far the work has come.
 pub type Watcher = Arc<dyn Fn(Progressed<'_>) + Send + Sync>;
 
+/// Is told which stage of a longer work begins.
+pub type Listener = Arc<dyn Fn(&str) + Send + Sync>;
+
 /// Told of the progress, asked whether to stop.
 #[derive(Clone, Default)]
 pub struct Control {
     stop: Arc<AtomicBool>,
     watcher: Option<Watcher>,
-    listener: Option<Arc<dyn Fn(&str) + Send + Sync>>,
+    listener: Option<Listener>,
 }
 
 impl Control {
@@ -82,7 +85,7 @@ impl Control {
 
     /// The same with a listener that is told which stage of a longer work begins.
     #[must_use]
-    pub fn with_listener(self, listener: Arc<dyn Fn(&str) + Send + Sync>) -> Self {
+    pub fn with_listener(self, listener: Listener) -> Self {
         Control { listener: Some(listener), ..self }
     }
 
