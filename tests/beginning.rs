@@ -171,6 +171,9 @@ fn results_fulfil_their_schemas() {
         &["simulate", "sensitivity", "--config", "configs/servo-axis.toml"],
         &["simulate", "stiffness", "--config", "configs/vertical-axis.toml", "--along", "acceleration", "--from", "-35", "--to", "15"],
         &["simulate", "published"],
+        &["diagnose", "--positions", "l1,l3,l5", "--effects", "guide-viscous", "--nulls", "20", "--no-cache"],
+        &["compare", "--objectives", "--repeats", "1"],
+        &["convergence", "--repeats", "1", "--counts", "3"],
     ] {
         jointid().args(arguments).args(["--quiet", "--out", out]).assert().success();
     }
@@ -182,7 +185,7 @@ fn results_fulfil_their_schemas() {
         hold(&jsonschema::validator_for(&schema(&name)).unwrap(), &document, &name);
         seen += 1;
     }
-    assert_eq!(seen, 10);
+    assert_eq!(seen, 13);
 }
 
 #[test]
@@ -222,6 +225,75 @@ fn completions_and_manual_know_every_command() {
     }
 }
 
+/// Steps of the guide up to whole FRFs: each is one command or one edit, but for the last, which is two.
+fn guide_steps(guide: &str) -> usize {
+    let numbered = |line: &&str| line.strip_prefix("**").and_then(|l| l.split_once(".**")).is_some_and(|(n, _)| n.parse::<u8>().is_ok());
+    guide.lines().filter(numbered).count() + 1
+}
+
+/// Runs the commands of a page in a shell, as they stand there, with what else a test adds to each.
+fn run_page(page: &str, folder: &Path, more: impl Fn(&str) -> &'static str) {
+    let program = assert_cmd::cargo::cargo_bin!("jointid");
+    let path = format!("{}:{}", program.parent().unwrap().display(), std::env::var("PATH").unwrap());
+    let text = fs::read_to_string(page).unwrap();
+    let blocks = text.split("```sh\n").skip(1).map(|b| b.split("```").next().unwrap());
+    let commands: Vec<&str> = blocks.flat_map(str::lines).collect();
+    assert!(commands.len() > 1, "{page}");
+    for command in commands {
+        let line = format!("{command} {}", more(command));
+        let output = std::process::Command::new("sh").args(["-c", &line]).env("PATH", &path).current_dir(folder).output().unwrap();
+        assert!(output.status.success(), "{page}: {line}: {}", String::from_utf8_lossy(&output.stderr));
+    }
+}
+
+fn quickly(command: &str) -> &'static str {
+    match command.split_whitespace().nth(1) {
+        Some("identify") => "--repeats 1",
+        Some("diagnose") => "--nulls 20 --no-cache",
+        _ => "",
+    }
+}
+
+/// The page on an effect of one's own, with its effect appended to the bench: the diagnosis names it.
+#[cfg(unix)]
+#[test]
+fn the_effect_of_the_guide_is_found() {
+    let folder = tempfile::tempdir().unwrap();
+    let page = "src/guide/own-effect.md";
+    let text = fs::read_to_string(page).unwrap();
+    let effect = text.split("```toml\n").nth(1).unwrap().split("```").next().unwrap();
+    let bench = fs::read_to_string("configs/tian.toml").unwrap();
+    fs::write(folder.path().join("axis.toml"), format!("{bench}\n{effect}")).unwrap();
+    run_page(page, folder.path(), quickly);
+    let document: Value = serde_json::from_str(&fs::read_to_string(folder.path().join("brake/diagnosis.json")).unwrap()).unwrap();
+    assert_eq!(document["verdict"]["effects"], serde_json::json!(["holding-brake"]), "{}", document["verdict"]);
+    assert!(document["chosen"]["closed"].as_f64().unwrap() > 0.98);
+    // The page draws it over the peaks, before and after.
+    let page = fs::read_to_string(folder.path().join("brake/report.html")).unwrap();
+    assert!(page.contains("id=\"diagnosis-curves\"") && page.contains("with holding-brake"));
+    assert!(!page.contains("is not drawn"));
+}
+
+/// The page on verdicts: its commands, and the verdict it prints.
+#[cfg(unix)]
+#[test]
+fn the_verdict_of_the_guide_is_the_program_s() {
+    let folder = tempfile::tempdir().unwrap();
+    let page = "src/guide/verdicts.md";
+    run_page(page, folder.path(), quickly);
+    let document: Value = serde_json::from_str(&fs::read_to_string(folder.path().join("rotor/diagnosis.json")).unwrap()).unwrap();
+    let text = fs::read_to_string(page).unwrap();
+    assert_eq!(document["verdict"]["kind"], "effect");
+    assert!(text.contains("verdict — effect: rotor-hold") && document["verdict"]["effects"] == serde_json::json!(["rotor-hold"]));
+    let percent = |x: &Value| format!("{:.1} %", 100.0 * x.as_f64().unwrap());
+    assert!(text.contains(&format!("{} before", percent(&document["gap"]["held_out"]))));
+    assert!(text.contains(&format!("{} after", percent(&document["chosen"]["gap_held_out"]))));
+    // Every kind of verdict has its row.
+    for kind in ["none", "effect", "ambiguous", "unknown", "wrong-parameter", "measurement", "insufficient"] {
+        assert!(text.contains(&format!("\n| {kind} |")), "{kind}");
+    }
+}
+
 /// The commands of the guide, in its order, on the published bench typed into the empty files.
 #[test]
 fn the_commands_of_the_guide_run() {
@@ -229,13 +301,16 @@ fn the_commands_of_the_guide_run() {
     let guide = fs::read_to_string("src/guide/own-machine.md").unwrap();
     let blocks = guide.split("```sh\n").skip(1).map(|b| b.split("```").next().unwrap());
     let commands: Vec<&str> = blocks.flat_map(str::lines).collect();
-    assert_eq!(commands.len(), 9);
+    assert_eq!(commands.len(), 11);
+    assert!(guide_steps(&guide) <= 12, "commands and edits to an identified machine");
     let machine = folder.path().join("axis/machine.toml");
     for command in commands {
         let mut words: Vec<&str> = command.split_whitespace().collect();
         assert_eq!(words.remove(0), "jointid");
-        if words[0] == "identify" {
-            words.extend(["--repeats", "1"]);
+        match words[0] {
+            "identify" => words.extend(["--repeats", "1"]),
+            "diagnose" => words.extend(["--nulls", "20", "--no-cache", "--effects", "guide-stiffness,table-mass"]),
+            _ => {}
         }
         jointid().current_dir(folder.path()).args(&words).assert().success();
         if words[0] == "init" {

@@ -91,14 +91,51 @@ fn an_override_changes_the_machine() {
 
 #[test]
 fn tables_fit_eighty_columns() {
-    for arguments in
-        [&["identify", "--repeats", "1"][..], &["compare", "--repeats", "1"], &["simulate", "modes"], &["--help"], &["identify", "--help"]]
-    {
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().to_str().unwrap();
+    let result = folder.path().join("identification.json");
+    let result = result.to_str().unwrap();
+    for arguments in [
+        &["identify", "--repeats", "1", "--verbose", "--bootstrap", "50", "--out", out][..],
+        &["validate", "--result", result],
+        &["compare", "--repeats", "1"],
+        &["compare", "--objectives", "--repeats", "1"],
+        &["convergence", "--repeats", "1", "--counts", "2,3,5,7"],
+        &["diagnose", "--effects", "guide-viscous", "--nulls", "20", "--no-cache", "--repeats", "1"],
+        &["plan", "--result", result, "--choose", "3"],
+        &["plan", "--result", result, "--data", "frf", "--measured", "l1,l3", "--channels", "table/table,rotor/table"],
+        &["simulate", "modes"],
+        &["simulate", "matrices", "--config", "configs/twin-ball-screw.toml"],
+        &["simulate", "sensitivity", "--config", "configs/servo-axis.toml"],
+        &["simulate", "stiffness", "--config", "configs/vertical-axis.toml", "--along", "acceleration", "--from", "-35", "--to", "15"],
+        &["simulate", "published"],
+        &["--help"],
+        &["identify", "--help"],
+    ] {
         let output = jointid().args(arguments).output().unwrap();
-        for line in String::from_utf8(output.stdout).unwrap().lines() {
+        assert!(output.status.success(), "{arguments:?}");
+        let told = String::from_utf8(output.stderr).unwrap().replace(out, "results");
+        for line in String::from_utf8(output.stdout).unwrap().lines().chain(told.lines()) {
             assert!(line.chars().count() <= 80, "{arguments:?}: {line}");
+            assert!(!line.contains('\u{1b}'), "colour where there is no terminal: {line}");
         }
     }
+}
+
+#[test]
+fn quiet_and_verbose_say_less_and_more() {
+    let told = |more: &[&str]| {
+        let output = jointid().args(["identify", "--repeats", "1", "--positions", "l1,l3,l5"]).args(more).output().unwrap();
+        (String::from_utf8(output.stdout).unwrap(), String::from_utf8(output.stderr).unwrap())
+    };
+    let (usual, quiet, verbose) = (told(&[]), told(&["-q"]), told(&["-v"]));
+    assert!(usual.0 == quiet.0 && usual.0 == verbose.0, "results are the same");
+    assert!(quiet.1.is_empty(), "{}", quiet.1);
+    assert!(usual.1.contains("warning: ") && !usual.1.contains("SHA-256"), "{}", usual.1);
+    for part in ["read configs/tian.toml (SHA-256 ", "settings: ", "search with seed 1: cost ", " threads, seed 1"] {
+        assert!(verbose.1.contains(part), "{part}: {}", verbose.1);
+    }
+    jointid().args(["identify", "-q", "-v"]).assert().code(2);
 }
 
 #[test]

@@ -157,37 +157,88 @@ fn chromium() -> Option<PathBuf> {
     names.iter().flat_map(|name| folders.iter().map(move |f| f.join(name))).find(|path| path.is_file())
 }
 
+/// A browser with a profile of its own.
+struct Browser {
+    program: PathBuf,
+    folder: tempfile::TempDir,
+}
+
+impl Browser {
+    /// The browser of this machine; says by name which test is skipped where there is none.
+    fn find(test: &str) -> Option<Browser> {
+        let program = chromium();
+        match &program {
+            None => println!("{test} skipped: no Chromium"),
+            Some(program) => println!("{test} runs in {}", program.display()),
+        }
+        Some(Browser { program: program?, folder: tempfile::tempdir().unwrap() })
+    }
+
+    /// What it writes to stdout and stderr.
+    fn open(&self, more: &[&str]) -> (String, String) {
+        let profile = format!("--user-data-dir={}", self.folder.path().join("profile").display());
+        let fixed = ["--headless=new", "--no-sandbox", "--disable-gpu", "--disable-dev-shm-usage", "--enable-logging=stderr", &profile];
+        let output = Process::new(&self.program).args(fixed).arg("--virtual-time-budget=20000").args(more).output().unwrap();
+        (String::from_utf8_lossy(&output.stdout).into_owned(), String::from_utf8_lossy(&output.stderr).into_owned())
+    }
+
+    /// What the page says of itself, drawn without a fault, a request or a word on the console.
+    fn self_test(&self, page: &Path) -> Value {
+        let (dom, log) = self.open(&["--window-size=1366,768", "--dump-dom", &format!("file://{}#selftest", page.display())]);
+        let told = dom.split("id=\"selftest-result\"").nth(1).and_then(|t| t.split('>').nth(1)).and_then(|t| t.split('<').next());
+        let told = told.unwrap_or_else(|| panic!("no self-test: {log}")).replace("&quot;", "\"").replace("&lt;", "<").replace("&gt;", ">");
+        let told: Value = serde_json::from_str(&told).unwrap_or_else(|e| panic!("{e}: {told}"));
+        assert_eq!(told["errors"], json!([]), "{told}");
+        assert_eq!(told["requests"], json!([]), "{told}");
+        assert!(!log.contains("CONSOLE"), "{log}");
+        assert_eq!(told["drawn"], told["charts"], "{told}");
+        assert_eq!(told["wide"], 0, "the page is wider than its window: {told}");
+        // A click on a position takes it away, a second brings it back.
+        let count = |key: &str| told["toggled"][key].as_u64().unwrap();
+        assert!(count("less") < count("before") && count("after") == count("before"), "{told}");
+        told
+    }
+}
+
 /// The page in a browser: it draws, it asks for nothing, a switch takes a position away and brings it back.
 #[test]
 fn a_report_works_in_chromium() {
-    let Some(browser) = chromium() else {
-        println!("a_report_works_in_chromium skipped: no Chromium");
-        return;
-    };
+    let Some(browser) = Browser::find("a_report_works_in_chromium") else { return };
     let folder = tempfile::tempdir().unwrap();
     let out = results(folder.path());
     jointid().arg("report").arg(&out).assert().success();
-    let url = format!("file://{}", out.join("report.html").display());
-    let open = |more: &[&str]| {
-        let profile = format!("--user-data-dir={}", folder.path().join("profile").display());
-        let fixed = ["--headless=new", "--no-sandbox", "--disable-gpu", "--disable-dev-shm-usage", "--enable-logging=stderr", &profile];
-        let output = Process::new(&browser).args(fixed).arg("--virtual-time-budget=20000").args(more).output().unwrap();
-        (String::from_utf8_lossy(&output.stdout).into_owned(), String::from_utf8_lossy(&output.stderr).into_owned())
-    };
-    let (dom, log) = open(&["--dump-dom", &format!("{url}#selftest")]);
-    let told = dom.split("id=\"selftest-result\"").nth(1).and_then(|t| t.split('>').nth(1)).and_then(|t| t.split('<').next());
-    let told = told.unwrap_or_else(|| panic!("no self-test: {log}")).replace("&quot;", "\"").replace("&lt;", "<").replace("&gt;", ">");
-    let told: Value = serde_json::from_str(&told).unwrap_or_else(|e| panic!("{e}: {told}"));
-    assert_eq!(told["errors"], json!([]), "{told}");
-    assert_eq!(told["requests"], json!([]), "{told}");
-    assert!(!log.contains("CONSOLE"), "{log}");
-    assert!(told["charts"].as_u64().unwrap() >= 12 && told["drawn"] == told["charts"], "{told}");
+    let page = out.join("report.html");
+    let told = browser.self_test(&page);
+    assert!(told["charts"].as_u64().unwrap() >= 12, "{told}");
     assert!(told["traces"].as_u64().unwrap() > 60 && told["lines"].as_u64().unwrap() > 60, "{told}");
-    let count = |key: &str| told["toggled"][key].as_u64().unwrap();
-    assert!(count("less") < count("before") && count("after") == count("before"), "{told}");
-    assert_eq!(told["wide"], 0, "the page is wider than its window: {told}");
-    let picture = out.join("page.png");
-    open(&["--window-size=1280,2400", &format!("--screenshot={}", picture.display()), &url]);
+    let picture = Path::new(env!("CARGO_TARGET_TMPDIR")).join("page.png");
+    let _ = fs::remove_file(&picture);
+    browser.open(&["--window-size=1280,2400", &format!("--screenshot={}", picture.display()), &format!("file://{}", page.display())]);
     assert!(fs::metadata(&picture).unwrap().len() > 50_000);
-    println!("a_report_works_in_chromium ran in {}", browser.display());
+    println!("a screenshot to look at: {}", picture.display());
+}
+
+/// Six positions, six responses, ten thousand lines each, with noise: what cannot be seen is left out, so that the page stays light, and it works.
+#[test]
+fn a_report_of_many_lines_works_in_chromium() {
+    use jointid::report::page::{Curve, MOST_BYTES, Page, html};
+    use num_complex::Complex64;
+    let curve = |position: usize, response: usize| {
+        let modes = [24.0, 116.0 + position as f64, 540.0 + 9.0 * position as f64, 720.0 + 5.0 * response as f64, 1400.0];
+        let at = |f: f64| modes.iter().map(|m| 1e-2 / Complex64::new(m * m - f * f, 0.04 * m * f)).sum::<Complex64>();
+        let noise = |i: usize| 1.0 + 0.02 * (((i * 7919 + position * 31 + response * 17) % 101) as f64 / 50.0 - 1.0);
+        let predicted: Vec<(f64, Complex64)> = (1..=10_000).map(|i| (0.2 * i as f64, at(0.2 * i as f64))).collect();
+        let measured = predicted.iter().enumerate().map(|(i, (f, h))| (*f, h * noise(i))).collect();
+        let channel = format!("p{response}/table");
+        let (position, held_out, unit) = (format!("l{position}"), position % 2 == 1, "receptance (µm/N)".to_string());
+        Curve { position, channel, held_out, unit, measured, predicted, ..Curve::default() }
+    };
+    let curves = (0..36).map(|n| curve(n / 6, n % 6)).collect();
+    let made = html(&Page { title: "many lines".into(), curves, ..Page::default() });
+    assert!(made.len() < MOST_BYTES, "{} bytes", made.len());
+    let path = Path::new(env!("CARGO_TARGET_TMPDIR")).join("many-lines.html");
+    fs::write(&path, made).unwrap();
+    let Some(browser) = Browser::find("a_report_of_many_lines_works_in_chromium") else { return };
+    let told = browser.self_test(&path);
+    assert_eq!(told["traces"], 36 * 4, "{told}");
 }

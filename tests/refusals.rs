@@ -171,3 +171,127 @@ fn refuse_frequencies_that_cannot_be_meant_and_checks_of_nothing() {
     refused(&["simulate", "frf", "--step-hz", "1e-300"], &["--step-hz", "more than a million"]);
     refused(&["compare", "--single", "multi"], &["multi"]);
 }
+
+/// A mistake, as one makes it.
+enum Slip {
+    /// In a file of the bench's measurement set: find, put.
+    Set(&'static str, &'static str, &'static str),
+    /// In the bench's configuration: find, put.
+    Machine(&'static str, &'static str),
+    /// In the command. `$` stands for a folder of its own, which holds the files given: name, text.
+    Command(&'static [&'static str], &'static [(&'static str, &'static str)]),
+}
+
+use Slip::{Command as Typed, Machine, Set};
+
+const FRF: &str = "title = \"x\"\nquantity = \"receptance\"\nresponse = \"table\"\nexcitation = \"table\"\n[[position]]\nname = \"l1\"\nnut_m = 0.6\n[[frf]]\nposition = \"l1\"\nfile = \"l1.csv\"\n";
+const HEADED: &str = "frequency_hz,real,imag\n";
+
+/// The mistakes that are likeliest when a machine of one's own is described, measured and identified, in the order of the work.
+const MISTAKES: [(&str, Slip); 36] = [
+    ("`init` where something is already", Typed(&["init", "$"], &[("machine.toml", "mine")])),
+    ("a `nan` is left in the machine", Machine("mass_kg = 272.0", "mass_kg = nan")),
+    ("a comma for the decimal point", Machine("mass_kg = 272.0", "mass_kg = 272,0")),
+    ("a key is misspelt", Machine("length_m = 2.6", "lenght_m = 2.6")),
+    ("a key is missing", Machine("lower = 5e6\n", "")),
+    ("a mass of zero", Machine("mass_kg = 272.0", "mass_kg = 0.0")),
+    ("a joint names a parameter that is not there", Machine("stiffness = \"k_al\"", "stiffness = \"k_la\"")),
+    ("a joint names a point that is not there", Machine("between = [\"left\", \"ground\"]", "between = [\"lft\", \"ground\"]")),
+    ("an effect is misspelt", Machine("effects = [\"rotor-hold\"]", "effects = [\"rotor-hlod\"]")),
+    ("a range ends below its beginning", Machine("upper = 5e8", "upper = 5e6")),
+    ("the start lies outside the range", Machine("start = 5e7", "start = 5e9")),
+    ("the nut's position in mm", Set("manifest.toml", "nut_m = 0.6", "nut_m = 600")),
+    ("the nut's position is not filled in", Set("manifest.toml", "nut_m = 0.6", "nut_m = nan")),
+    ("no quantity", Set("manifest.toml", "quantity = \"mobility\"\n", "")),
+    ("a quantity of another name", Set("manifest.toml", "\"mobility\"", "\"velocity\"")),
+    ("an accelerometer at a point that the machine has not", Set("manifest.toml", "response = \"table\"", "response = \"spindle\"")),
+    ("a position twice", Set("manifest.toml", "name = \"l2\"", "name = \"l1\"")),
+    ("a split that names no position", Set("manifest.toml", "fit = [\"l1\", \"l3\", \"l5\"]", "fit = [\"l1\", \"l8\"]")),
+    ("a comma for the decimal point in a table", Set("modes.csv", "l1,2,118,", "l1,2,118,2,")),
+    ("a cell that is no number", Set("modes.csv", "l1,2,118,", "l1,2,about 118,")),
+    ("a mode twice", Set("modes.csv", "l1,2,118,", "l1,1,118,")),
+    ("a position that the manifest has not", Set("modes.csv", "l1,1,24,", "p1,1,24,")),
+    ("a column of another name", Set("modes.csv", "position,order,frequency_hz", "position,order,frequency")),
+    ("no mode filled in", Typed(&["identify", "--measurements", "$"], &[("manifest.toml", "title = \"x\"\n")])),
+    ("an FRF file that is not there", Typed(&["identify", "--measurements", "$"], &[("manifest.toml", FRF)])),
+    ("FRFs without numbers", Typed(&["identify", "--measurements", "$"], &[("manifest.toml", FRF), ("l1.csv", HEADED)])),
+    (
+        "a table imported without its quantity",
+        Typed(&["import", "$/tap.csv", "--out", "$/set"], &[("tap.csv", "frequency_hz,real,imag\n10,1e-8,0\n11,1e-8,0\n")]),
+    ),
+    (
+        "a semicolon between columns, as some spreadsheets write",
+        Typed(
+            &["import", "$/tap.csv", "--quantity", "receptance", "--out", "$/set"],
+            &[("tap.csv", "frequency_hz;real;imag\n10,0;1e-8;0\n")],
+        ),
+    ),
+    ("the manifest instead of its folder", Typed(&["identify", "--measurements", "$/manifest.toml"], &[("manifest.toml", FRF)])),
+    ("a file that is not there", Typed(&["identify", "--config", "nowhere.toml"], &[])),
+    ("`--positions` of another set", Typed(&["identify", "--positions", "p1,p2"], &[])),
+    ("`--freeze` of what is no parameter", Typed(&["identify", "--freeze", "k_nut"], &[])),
+    ("`--set` of a key that is not there", Typed(&["identify", "--set", "point.table.mass=300"], &[])),
+    ("`validate` before `identify`", Typed(&["validate", "--result", "$/identification.json"], &[])),
+    ("a diagnosis at one position", Typed(&["diagnose", "--positions", "l1"], &[])),
+    ("a report of an empty folder", Typed(&["report", "$"], &[])),
+];
+
+/// The message that a mistake gives, without the folder of the test.
+fn message(slip: &Slip) -> String {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path().to_str().unwrap();
+    let arguments: Vec<String> = match slip {
+        Set(file, find, put) => {
+            let set = set_with(file, find, put);
+            for entry in fs::read_dir(set.path()).unwrap() {
+                let path = entry.unwrap().path();
+                fs::copy(&path, folder.path().join(path.file_name().unwrap())).unwrap();
+            }
+            ["identify", "--measurements", at].map(String::from).to_vec()
+        }
+        Machine(find, put) => {
+            let text = fs::read_to_string(CONFIG).unwrap();
+            assert!(text.contains(find), "{find}");
+            fs::write(folder.path().join("machine.toml"), text.replacen(find, put, 1)).unwrap();
+            ["identify", "--config", &format!("{at}/machine.toml")].map(String::from).to_vec()
+        }
+        Typed(words, files) => {
+            files.iter().for_each(|(name, text)| fs::write(folder.path().join(name), text).unwrap());
+            words.iter().map(|w| w.replace('$', at)).collect()
+        }
+    };
+    let before = fs::read_dir(folder.path()).unwrap().count();
+    let output = Command::cargo_bin("jointid").unwrap().args(&arguments).output().unwrap();
+    let told = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(output.status.code(), Some(2), "{arguments:?}: {told}");
+    assert!(output.stdout.is_empty(), "{arguments:?}");
+    assert_eq!(told.trim().lines().count(), 1, "{arguments:?}: {told}");
+    for form in ["Error {", "Err(", "Some(", "RUST_BACKTRACE", "panicked", "Os {", "{:?}"] {
+        assert!(!told.contains(form), "{arguments:?}: {told}");
+    }
+    assert_eq!(fs::read_dir(folder.path()).unwrap().count(), before, "{arguments:?} left something behind");
+    told.trim().replace(&format!("{at}/"), "").replace(at, "axis")
+}
+
+/// The table of mistakes in the guide is what the program says.
+#[test]
+fn the_likeliest_mistakes_and_what_is_said_of_them() {
+    let mut page = String::from(
+        "# What goes wrong, and what is said of it\n\n\
+         The likeliest mistakes, in the order of the work, each with the message it gives. A message stands in one line, names file, line or\n\
+         key, what was found there and what to write instead; the exit code is 2 and nothing is written. This table is made of the tests.\n\n\
+         | mistake | message |\n|---|---|\n",
+    );
+    for (what, slip) in &MISTAKES {
+        // Long lists of what there is are cut, so that the table does not change with each effect of the library.
+        let told = message(slip);
+        let cut: String = if told.chars().count() > 220 { told.chars().take(200).chain([' ', '…']).collect() } else { told };
+        page += &format!("| {what} | `` {} `` |\n", cut.replace('|', "\\|"));
+    }
+    let path = "src/guide/mistakes.md";
+    if fs::read_to_string(path).unwrap_or_default() != page {
+        let made = Path::new(env!("CARGO_TARGET_TMPDIR")).join("mistakes.md");
+        fs::write(&made, page).unwrap();
+        panic!("{path} is not what the program says; what it says is in {}", made.display());
+    }
+}

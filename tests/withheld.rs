@@ -344,6 +344,10 @@ fn the_command_scores_answers_that_are_there_and_refuses_changed_cases() {
     assert_eq!(document["scores"]["failed"]["count"], 0);
     let written: Value = serde_json::from_str(&fs::read_to_string(format!("{out}/withheld.json")).unwrap()).unwrap();
     assert_eq!(written, document);
+    let schema = Command::cargo_bin("jointid").unwrap().args(["schema", "withheld"]).output().unwrap().stdout;
+    let schema = jsonschema::validator_for(&serde_json::from_slice(&schema).unwrap()).unwrap();
+    let faults: Vec<String> = schema.iter_errors(&document).map(|e| format!("{}: {e}", e.instance_path())).collect();
+    assert!(faults.is_empty(), "{faults:#?}");
 
     assert!(refused(&["--out", out, "--seed", "5"]).contains("holds other cases"));
     fs::write(format!("{out}/cases/case-0002/manifest.toml"), "").unwrap();

@@ -118,8 +118,11 @@ pub struct Output {
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,
     /// Say nothing but results and errors
-    #[arg(short, long)]
+    #[arg(short, long, conflicts_with = "verbose")]
     pub quiet: bool,
+    /// Say also what was read, how it was set and how long it took
+    #[arg(short, long)]
+    pub verbose: bool,
 }
 
 /// Objectives by name.

@@ -8,6 +8,7 @@ use std::sync::atomic::AtomicBool;
 use serde::Serialize;
 
 use super::arguments::{ModelName, ObjectiveName, Output, SearchArguments, Sources};
+use super::talk;
 use crate::config::{MachineConfig, read_machine};
 use crate::identification::Plan;
 use crate::measurement::{MeasurementSet, read_set};
@@ -15,7 +16,7 @@ use crate::model::Rods;
 use crate::objective::{FrfSettings, ModeSettings, Objective};
 use crate::optimizer::Strategy;
 use crate::report::document::{Input, Settings, Stamp};
-use crate::report::{OutputFolder, digest, to_json, wrapped};
+use crate::report::{OutputFolder, digest, to_json};
 
 /// How a command ended.
 pub enum Outcome {
@@ -207,6 +208,7 @@ pub fn deliver<T: Serialize>(output: &Output, folder: Option<&OutputFolder>, fil
     if let Some(path) = written.filter(|_| !output.json && !output.quiet) {
         eprintln!("written: {}", path.display());
     }
+    talk::background(output, &serde_json::from_str(&json).unwrap_or_default());
     Ok(())
 }
 
@@ -221,7 +223,7 @@ pub fn print_out(text: &str) -> Result<(), String> {
 /// Warnings for a person, on stderr.
 pub fn warn(output: &Output, warnings: &[String]) {
     if !output.quiet {
-        warnings.iter().for_each(|w| eprint!("{}", wrapped(&format!("warning: {w}"))));
+        warnings.iter().for_each(|w| talk::warning(w));
     }
 }
 

@@ -23,7 +23,10 @@ pub fn run(given: &CompareArguments) -> CommandResult {
     let plan = plan(&given.search, &loaded.set)?;
     let (fit, held_out) = loaded.set.split(given.positions.as_deref(), &[]).map_err(told)?;
     let folder = prepare(&given.output)?;
-    let progress = Progress::begin(given.output.quiet, "compare");
+    // One run on several positions and one on each of some; or of three objectives, each without one position after the other.
+    let runs = if given.objectives { 3 * fit.positions.len() } else { 1 + given.single.as_ref().map_or(2, Vec::len) };
+    let searches = runs * plan.repeats;
+    let progress = Progress::searches(given.output.quiet, "compare", searches);
     let control = Control::new(stop_flag(), Some(progress.watcher()));
     if given.objectives {
         if loaded.set.modes.is_none() {

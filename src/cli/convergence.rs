@@ -1,7 +1,6 @@
 //! `jointid convergence`: the lumped model against the number of lumps.
 
 use std::collections::BTreeMap;
-use std::fmt::Write;
 use std::sync::Arc;
 
 use super::arguments::ConvergenceArguments;
@@ -14,6 +13,7 @@ use crate::measurement::{FitSet, HoldOutSet};
 use crate::model::{Rods, Structure, undamped_modes};
 use crate::optimizer::Control;
 use crate::report::simulation::{Convergence, ConvergenceRow};
+use crate::report::{columns, wrapped};
 
 /// Highest frequency that is compared (Hz).
 const HIGHEST_HZ: f64 = 2000.0;
@@ -36,7 +36,7 @@ pub fn run(given: &ConvergenceArguments) -> CommandResult {
     let asked = plan(&given.search, &loaded.set)?;
     let (fit, held_out) = loaded.set.split(given.positions.as_deref(), &[]).map_err(told)?;
     let folder = prepare(&given.output)?;
-    let progress = Progress::begin(given.output.quiet, "convergence");
+    let progress = Progress::searches(given.output.quiet, "convergence", asked.repeats * (counts.len() + 1));
     let control = Control::new(stop_flag(), Some(progress.watcher()));
     let first = fit.positions.first().map(|p| Operating::at(loaded.set.positions[*p].nut_m));
     let condition = first.unwrap_or_else(|| Operating::at(machine.stroke_m().map(|s| 0.5 * s)));
@@ -108,34 +108,43 @@ fn frequencies_hz(machine: &Machine, rods: Rods, condition: &Operating) -> Resul
 fn text(machine: &Machine, document: &Convergence) -> String {
     let exact = document.rows.iter().find(|row| row.lumps.is_none());
     let label = |row: &ConvergenceRow| row.lumps.map_or_else(|| "exact".to_string(), |n| n.to_string());
-    let mut text = format!("{}\n\nnatural frequencies at the start values (Hz), and what is missing to the exact rod\n", machine.title);
-    for row in &document.rows {
-        let _ = write!(text, "{:>6}", label(row));
-        for (at, f) in row.frequencies_hz.iter().enumerate() {
-            let error = exact.and_then(|e| e.frequencies_hz.get(at)).map_or(f64::NAN, |e| f / e - 1.0);
-            let _ = write!(text, " {f:>10.4} {:>9}", if row.lumps.is_some() { format!("{error:+.1e}") } else { String::new() });
-        }
-        text = text.trim_end().to_string() + "\n";
-    }
-    let stiff: Vec<&String> = exact.or(document.rows.last()).map(|row| row.fitted.iter().collect()).unwrap_or_default();
-    let _ = writeln!(text, "\nidentified on {}, difference to the exact rod in %", document.fit_positions.join(", "));
-    for id in stiff {
-        let _ = write!(text, "{id:>6}");
-        for row in &document.rows {
-            let x = row.parameters.get(id).copied().unwrap_or(f64::NAN);
-            let reference = exact.and_then(|e| e.parameters.get(id)).copied().unwrap_or(f64::NAN);
-            let cell = if row.lumps.is_some() { format!("{x:.4e} {:+.2}", 100.0 * (x / reference - 1.0)) } else { format!("{x:.4e}") };
-            let _ = write!(text, " {cell:>18}");
-        }
-        text.push('\n');
-    }
-    let _ = writeln!(text, "\nheld-out errors (Tian et al., Eq. 27) in %");
-    for row in &document.rows {
-        let _ = write!(text, "{:>6}", label(row));
-        for (name, error) in &row.held_out_errors {
-            let _ = write!(text, "  {name} {:.2}", 100.0 * error);
-        }
-        text.push('\n');
+    let share = |x: f64, reference: Option<&f64>| reference.map_or_else(|| "–".into(), |r| format!("{:+.1e}", x / r - 1.0));
+    let frequencies = document.rows.iter().map(|row| {
+        let cells = row.frequencies_hz.iter().enumerate().flat_map(|(at, f)| {
+            let lacks = exact.filter(|_| row.lumps.is_some()).map(|e| share(*f, e.frequencies_hz.get(at)));
+            [format!("{f:.3}"), lacks.unwrap_or_default()]
+        });
+        std::iter::once(label(row)).chain(cells).collect()
+    });
+    let orders = exact.map_or(0, |e| e.frequencies_hz.len());
+    let header = |cells: Vec<String>| [vec!["lumps".to_string()], cells].concat();
+    let heads = header((1..=orders).flat_map(|k| [format!("order {k}"), "share".into()]).collect());
+    let mut text = format!("{}\n\n", machine.title);
+    text += &wrapped("natural frequencies at the start values (Hz), and how far they are off those of the exact rod");
+    text += &columns(&heads, frequencies);
+    let fitted: Vec<String> = exact.or(document.rows.last()).map(|row| row.fitted.clone()).unwrap_or_default();
+    text += &format!("\nidentified on {}, off the exact rod in %\n", document.fit_positions.join(", "));
+    let lumped = document.rows.iter().filter(|row| row.lumps.is_some());
+    let values = lumped.map(|row| {
+        let cell = |id: &String| match (row.parameters.get(id), exact.and_then(|e| e.parameters.get(id))) {
+            (Some(x), Some(reference)) => format!("{:+.2}", 100.0 * (x / reference - 1.0)),
+            _ => "–".into(),
+        };
+        std::iter::once(label(row)).chain(fitted.iter().map(cell)).collect()
+    });
+    let reference = exact.map(|row| {
+        let cell = |id: &String| row.parameters.get(id).map_or_else(|| "–".into(), |x| format!("{x:.2e}"));
+        std::iter::once("exact".to_string()).chain(fitted.iter().map(cell)).collect()
+    });
+    text += &columns(&header(fitted.clone()), values.chain(reference));
+    let names: Vec<String> = exact.map(|row| row.held_out_errors.keys().cloned().collect()).unwrap_or_default();
+    if !names.is_empty() {
+        text += "\nheld-out errors (Tian et al., Eq. 27) in %\n";
+        let errors = document.rows.iter().map(|row| {
+            let cell = |name: &String| row.held_out_errors.get(name).map_or_else(|| "–".into(), |e| format!("{:.2}", 100.0 * e));
+            std::iter::once(label(row)).chain(names.iter().map(cell)).collect()
+        });
+        text += &columns(&header(names.clone()), errors);
     }
     text
 }

@@ -11,8 +11,8 @@ use super::common::{CommandResult, Loaded, Outcome, deliver, fits_frfs, load, on
 use super::progress::Progress;
 use super::rows;
 use crate::diagnosis::{
-    Ablation, Candidate, Diagnosis, Domain, Kind, Part, Settings, Status, VerdictKind, closed, closed_interval, diagnose, fitter, floor_over,
-    gap_over, values_of,
+    Ablation, Candidate, Diagnosis, Domain, Kind, Part, Settings, Status, VerdictKind, closed, closed_interval, diagnose, fitter,
+    floor_over, gap_over, values_of,
 };
 use crate::machine::Effect;
 use crate::measurement::{FitSet, HoldOutSet};
@@ -270,6 +270,10 @@ fn to_document(
         residual_map: map,
         delta_z: delta_z(found),
         effects: rows,
+        described: {
+            let (hypothesis, fitted) = &found.nominal;
+            hypothesis.machine.parameters.iter().map(|p| p.id.clone()).zip(values_of(hypothesis, fitted)).collect()
+        },
         chosen: document::Chosen {
             id: found.chosen.0.id.clone(),
             parameters: found.chosen.0.machine.parameters.iter().map(|p| p.id.clone()).zip(chosen_values).collect(),

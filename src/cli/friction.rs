@@ -5,6 +5,7 @@ use std::fmt::Write;
 
 use super::arguments::{FrictionArguments, NoiseName};
 use super::common::{CommandResult, Outcome, deliver, prepare, told};
+use super::talk;
 use crate::contact::{ContactError, Estimate, FitOptions, Noise, Observation, ScrewDrive, fit_stribeck};
 use crate::measurement::{FrictionTable, FrictionUnit, read_friction};
 use crate::report::digest;
@@ -42,10 +43,10 @@ pub fn run(given: &FrictionArguments) -> CommandResult {
     let warnings: Vec<String> = named
         .iter()
         .filter(|(_, _, e)| e.at_bound)
-        .map(|(name, _, _)| format!("{name} is at a bound: these runs do not determine it"))
+        .map(|(name, _, _)| format!("{name} is at a bound: these runs do not determine it; add runs where it acts"))
         .collect();
     if !given.output.quiet {
-        warnings.iter().for_each(|w| eprintln!("warning: {w}"));
+        warnings.iter().for_each(|w| talk::warning(w));
     }
     let document = FrictionDocument {
         stamp: Stamp {

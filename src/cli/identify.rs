@@ -17,7 +17,7 @@ pub fn run(given: &IdentifyArguments) -> CommandResult {
     let plan = plan(&given.search, &loaded.set)?;
     let (fit, held_out) = loaded.set.split(given.positions.as_deref(), &given.hold_out).map_err(told)?;
     let folder = prepare(&given.output)?;
-    let progress = Progress::begin(given.output.quiet, "identify");
+    let progress = Progress::searches(given.output.quiet, "identify", plan.repeats);
     let control = Control::new(stop_flag(), Some(progress.watcher()));
     let machine = &loaded.config.machine;
     let run = || -> Result<_, ObjectiveError> {

@@ -5,13 +5,14 @@ use std::path::{Path, PathBuf};
 
 use super::arguments::{ExportArguments, ImportArguments, QuantityName};
 use super::common::{CommandResult, Outcome, print_out, told};
+use super::talk;
 use crate::measurement::import::{ImportedFrf, Placement, frf_from_csv, frfs_from_universal, set_files};
 use crate::measurement::universal::{
     Abscissa, Axis, ByteOrder, Encoding, FileHeader, Location, Record, Units, UniversalWriter, Warning, data_type, read_headers_path,
     read_path,
 };
 use crate::measurement::{Frf, Quantity, read_set};
-use crate::report::OutputFolder;
+use crate::report::{OutputFolder, wrapped};
 
 /// The quantity asked for.
 pub fn quantity(name: QuantityName) -> Quantity {
@@ -78,7 +79,7 @@ pub fn import(given: &ImportArguments) -> CommandResult {
         folder.write(&path, content.as_bytes())?;
     }
     if !given.quiet {
-        notes.iter().for_each(|n| eprintln!("warning: {n}"));
+        notes.iter().for_each(|n| talk::warning(n));
     }
     let with_position = placed.iter().filter(|(_, p)| p.position.is_some()).count();
     print_out(&format!("{} FRFs imported into {}, {with_position} of them at a position\n", placed.len(), out.display()))?;
@@ -124,7 +125,7 @@ fn list(given: &ImportArguments) -> CommandResult {
             text += &format!("  dataset {} is not read ({} ×)\n", skipped.number, skipped.times);
         }
         let warnings = file.warnings.iter().chain(file.functions.iter().flat_map(|f| &f.warnings));
-        warnings.for_each(|w| text += &format!("  warning: {w}\n"));
+        warnings.for_each(|w| text += &wrapped(&format!("  warning: {w}")));
     }
     print_out(&text)?;
     Ok(Outcome::Done)
@@ -234,7 +235,7 @@ pub fn export(given: &ExportArguments) -> CommandResult {
     let bytes = writer.finish().map_err(fault)?;
     OutputFolder::prepare(&folder)?.write(name, &bytes)?;
     if set.frfs.iter().any(|f| f.lines.iter().any(|l| l.noise.is_some())) {
-        eprintln!("warning: coherence and relative_sd have no field in an FRF record and are not written");
+        talk::warning("coherence and relative_sd have no field in an FRF record and are not written; keep the set beside the file");
     }
     print_out(&format!("{} FRFs written to {}\n", set.frfs.len(), given.out.display()))?;
     Ok(Outcome::Done)

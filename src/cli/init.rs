@@ -28,7 +28,8 @@ pub fn run(given: &InitArguments) -> CommandResult {
             eprintln!("written: {}", path.display());
         }
         eprintln!(
-            "replace every nan, fill in modes.csv, then:\n  jointid identify --config {0}/machine.toml --measurements {0}/measurements --out {0}/results",
+            "replace every nan, fill in modes.csv, then:\n  \
+             jointid identify --config {0}/machine.toml \\\n    --measurements {0}/measurements --out {0}/results",
             folder.display()
         );
     }

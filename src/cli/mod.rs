@@ -22,6 +22,7 @@ mod rows;
 mod schema;
 mod simulate;
 mod sweep;
+mod talk;
 mod validate;
 mod withheld;
 
@@ -34,6 +35,7 @@ use common::Outcome;
 
 /// Runs the command of this process and gives its exit code: 0 done, 1 a limit was not met, 2 could not run, 3 stopped early.
 pub fn run() -> ExitCode {
+    std::sync::LazyLock::force(&talk::BEGUN);
     let arguments = Arguments::parse();
     let outcome = match arguments.command {
         Command::Identify(given) => identify::run(&given),
@@ -59,7 +61,7 @@ pub fn run() -> ExitCode {
         Ok(Outcome::LimitNotMet) => ExitCode::from(1),
         Ok(Outcome::Stopped) => ExitCode::from(3),
         Err(message) => {
-            eprintln!("jointid: {message}");
+            talk::failed(&message);
             ExitCode::from(2)
         }
     }

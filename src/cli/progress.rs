@@ -1,33 +1,54 @@
-//! A progress bar on stderr, hidden where stderr is no terminal.
+//! A progress bar on stderr with the time that is left, hidden where stderr is no terminal.
 
-use std::sync::Arc;
+use std::sync::{Arc, Mutex};
+use std::time::Duration;
 
 use indicatif::{ProgressBar, ProgressStyle};
 
-/// A bar over an unknown number of generations that shows the best cost, or over a known number of steps.
+use crate::optimizer::{Listener, Progressed, Watcher};
+
+const STEPS: &str = "{prefix}  {bar:24} {pos}/{len}  {elapsed}, {eta} left";
+const SEARCHES: &str = "{prefix}  {bar:24} {elapsed}, at most {eta} left  {msg}";
+
+/// A bar over the searches and steps of a command, or over a known number of steps of its own.
 pub struct Progress {
     bar: ProgressBar,
+    at: Arc<Mutex<At>>,
+}
+
+/// Where the work stands.
+struct At {
+    name: String,
+    searches: u64,
+    begun: u64,
+    generation: u64,
 }
 
 impl Progress {
-    /// Begins; hidden when `quiet`, and by itself where stderr is no terminal.
-    pub fn begin(quiet: bool, what: &str) -> Self {
+    /// Begins with so many searches, one after another; hidden when `quiet`, and by itself where stderr is no terminal.
+    pub fn searches(quiet: bool, name: &str, searches: usize) -> Self {
         let bar = if quiet { ProgressBar::hidden() } else { ProgressBar::new_spinner() };
-        if let Ok(style) = ProgressStyle::with_template("{spinner} {prefix}  {elapsed}  {msg}") {
-            bar.set_style(style);
-        }
-        bar.set_prefix(what.to_string());
-        Progress { bar }
+        style(&bar, "{spinner} {prefix}  {elapsed}");
+        // Also where nothing is heard for long, the time that has passed is seen to grow.
+        bar.enable_steady_tick(Duration::from_millis(200));
+        Progress::of(bar, name, searches)
+    }
+
+    /// Begins with searches of unknown number.
+    pub fn begin(quiet: bool, name: &str) -> Self {
+        Progress::searches(quiet, name, 1)
     }
 
     /// Begins a bar over a known number of steps.
-    pub fn counted(quiet: bool, what: &str, steps: usize) -> Self {
+    pub fn counted(quiet: bool, name: &str, steps: usize) -> Self {
         let bar = if quiet { ProgressBar::hidden() } else { ProgressBar::new(steps as u64) };
-        if let Ok(style) = ProgressStyle::with_template("{prefix}  {bar:30} {pos}/{len}  {elapsed}, {eta} left") {
-            bar.set_style(style);
-        }
-        bar.set_prefix(what.to_string());
-        Progress { bar }
+        style(&bar, STEPS);
+        Progress::of(bar, name, 1)
+    }
+
+    fn of(bar: ProgressBar, name: &str, searches: usize) -> Self {
+        bar.set_prefix(name.to_string());
+        Progress { bar, at: Arc::new(Mutex::new(At { name: name.into(), searches: searches as u64, begun: 0, generation: 0 })) }
     }
 
     /// One step is done.
@@ -35,32 +56,64 @@ impl Progress {
         self.bar.inc(1);
     }
 
-    /// A watcher for the search.
-    pub fn watcher(&self) -> Arc<dyn Fn(u64, f64) + Send + Sync> {
-        let bar = self.bar.clone();
-        Arc::new(move |generation, best| {
-            bar.set_message(format!("generation {generation}  best cost {best:.6}"));
-            bar.tick();
+    /// A watcher for searches and counted steps. A search that converges early brings the end nearer.
+    pub fn watcher(&self) -> Watcher {
+        let (bar, at) = (self.bar.clone(), Arc::clone(&self.at));
+        Arc::new(move |progressed| {
+            let Ok(mut at) = at.lock() else { return };
+            match progressed {
+                Progressed::Generation { done, most, best } => {
+                    // Generations count from the beginning in every search.
+                    if at.begun == 0 || done <= at.generation {
+                        at.begun += 1;
+                        style(&bar, SEARCHES);
+                        bar.set_prefix(at.name.clone());
+                    }
+                    at.generation = done;
+                    bar.set_length(at.searches.max(at.begun) * most);
+                    bar.set_position((at.begun - 1) * most + done);
+                    bar.set_message(format!("best cost {best:.4}"));
+                }
+                Progressed::Step { what, done, of } => {
+                    if done == 0 {
+                        style(&bar, STEPS);
+                        bar.set_prefix(format!("{}: {what}", at.name));
+                        bar.set_position(0);
+                        bar.reset_eta();
+                    }
+                    bar.set_length(of as u64);
+                    bar.set_position(done as u64);
+                }
+            }
         })
     }
 
     /// A listener for the stages of a longer work.
-    pub fn listener(&self, what: &str) -> Arc<dyn Fn(&str) + Send + Sync> {
+    pub fn listener(&self, what: &str) -> Listener {
         let (bar, what) = (self.bar.clone(), what.to_string());
         Arc::new(move |stage| {
+            style(&bar, "{spinner} {prefix}  {elapsed}");
             bar.set_prefix(format!("{what}: {stage}"));
-            bar.set_message("");
             bar.tick();
         })
     }
 
     /// Names what is done now.
     pub fn now(&self, what: &str) {
+        if let Ok(mut at) = self.at.lock() {
+            at.name = what.into();
+        }
         self.bar.set_prefix(what.to_string());
     }
 
     /// Ends and clears the line.
     pub fn end(&self) {
         self.bar.finish_and_clear();
+    }
+}
+
+fn style(bar: &ProgressBar, template: &str) {
+    if let Ok(style) = ProgressStyle::with_template(template) {
+        bar.set_style(style);
     }
 }

@@ -315,14 +315,14 @@ pub fn pairing_warnings(positions: &BTreeMap<String, PositionRow>) -> Vec<String
         for o in p.orders.iter().filter(|o| o.predicted_hz.is_none()) {
             if let Some(measured_hz) = o.measured_hz {
                 warnings.push(format!(
-                    "{name}: the model has no peak for order {} measured at {measured_hz} Hz; it counts as an error of 30 %",
+                    "{name}: the model has no peak for order {} measured at {measured_hz} Hz; it counts as an error of 30 %; take it out if it is no mode of this machine",
                     o.order
                 ));
             }
         }
         for peak in p.lone_peaks.iter().filter(|p| p.unexpected) {
             warnings.push(format!(
-                "{name}: the model has a peak at {:.1} Hz that was not measured; it counts as an error of 30 %",
+                "{name}: the model has a peak at {:.1} Hz that was not measured; it counts as an error of 30 %; look for it in the FRF",
                 peak.frequency_hz
             ));
         }

@@ -5,11 +5,13 @@ use super::common::{CommandResult, Outcome, print_out};
 use crate::config::{effects_schema, machine_schema};
 use crate::measurement::manifest_schema;
 use crate::report::{self, to_json};
+use crate::withheld::Withheld;
 
 /// Runs the command.
 pub fn run(given: &SchemaArguments) -> CommandResult {
     let mut names = vec!["machine", "effects", "manifest"];
     names.extend(report::SCHEMAS);
+    names.push("withheld");
     let Some(name) = &given.name else {
         print_out(&names.iter().map(|n| format!("{n}\n")).collect::<String>())?;
         return Ok(Outcome::Done);
@@ -18,6 +20,7 @@ pub fn run(given: &SchemaArguments) -> CommandResult {
         "machine" => Some(machine_schema()),
         "effects" => Some(effects_schema()),
         "manifest" => Some(manifest_schema()),
+        "withheld" => Some(schemars::schema_for!(Withheld)),
         other => report::schema(other),
     };
     let schema = schema.ok_or_else(|| format!("schema {name}: there is none of this name; there are {}", names.join(", ")))?;

@@ -121,7 +121,12 @@ fn parse<T: DeserializeOwned>(path: &str, text: &str, overrides: Overrides<'_>) 
     let syntax = |error: toml::de::Error| {
         let line = error.span().map_or(1, |span| text[..span.start.min(text.len())].lines().count().max(1));
         let line = if error.span().is_some_and(|s| text[..s.start.min(text.len())].ends_with('\n')) { line + 1 } else { line };
-        ConfigError::Syntax { path: path.into(), line, fault: error.message().replace('\n', "; ") }
+        let written = text.lines().nth(line - 1).unwrap_or_default();
+        // 272,0 for 272.0
+        let value = written.split_once('=').map_or("", |(_, v)| v.split('#').next().unwrap_or(v)).trim();
+        let comma = value.split_once(',').is_some_and(|(a, b)| [a, b].iter().all(|x| x.parse::<f64>().is_ok()));
+        let hint = if comma { " (decimal comma? write a point)" } else { "" };
+        ConfigError::Syntax { path: path.into(), line, fault: error.message().replace('\n', "; ") + hint }
     };
     if overrides.is_empty() {
         return toml::from_str(text).map_err(syntax);

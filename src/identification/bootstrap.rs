@@ -68,6 +68,7 @@ pub fn bootstrap<P: Problem>(problem: &P, best: &[f64], drawn: Drawn, samples: u
     let run = problem.colour(best).ceil() as usize;
     let mut generator = Xoshiro256PlusPlus::seed_from_u64(seed);
     let seeds: Vec<u64> = (0..samples).map(|_| generator.random()).collect();
+    let step = control.steps("bootstrap", samples);
     let places: Vec<Option<Vec<f64>>> = seeds
         .par_iter()
         .map(|seed| {
@@ -75,7 +76,9 @@ pub fn bootstrap<P: Problem>(problem: &P, best: &[f64], drawn: Drawn, samples: u
                 return None;
             }
             let counts = draw(drawn, &blocks, run, &mut Xoshiro256PlusPlus::seed_from_u64(*seed));
-            Some(problem.squares(Some(&counts), |squares| least_squares(squares, best, &[], 40, control.stop()).place))
+            let place = problem.squares(Some(&counts), |squares| least_squares(squares, best, &[], 40, control.stop()).place);
+            step();
+            Some(place)
         })
         .collect();
     let places: Vec<Vec<f64>> = places.into_iter().collect::<Option<_>>()?;

@@ -105,12 +105,12 @@ pub(super) fn estimate<P: Problem>(problem: &P, machine: &Machine, plan: &Plan, 
     });
     if misfit > 2.0 && tells {
         warnings.push(format!(
-            "χ² is {chi_square:.1} for {freedom} degrees of freedom: model and data differ by more than the weights allow; intervals are widened by √{misfit:.2}"
+            "χ² is {chi_square:.1} for {freedom} degrees of freedom: model and data differ by more than the weights allow; intervals are widened by √{misfit:.2}; look where the errors are largest, or let diagnose look for what is missing"
         ));
     }
     if colour > 2.0 && tells {
         warnings.push(format!(
-            "what is left is not noise but follows the frequency (neighbouring lines agree): the model lacks something; intervals are widened by √{colour:.1}"
+            "what is left is not noise but follows the frequency (neighbouring lines agree): the model lacks something; intervals are widened by √{colour:.1}; diagnose looks for what it lacks"
         ));
     }
     let described: Vec<&Parameter> = free.iter().map(|i| &machine.parameters[*i]).collect();
@@ -201,7 +201,11 @@ fn tell(
         if at_bound {
             let which = if u < 0.5 { ("lower", description.lower) } else { ("upper", description.upper) };
             let seen = narrow && certainty.identifiable[column];
-            let remedy = if seen { "the data push it there: check range and model" } else { "the data do not determine it" };
+            let remedy = if seen {
+                "the data push it there: check range and model"
+            } else {
+                "the data do not determine it; plan tells what measurement would"
+            };
             warnings
                 .push(format!("{} lies at the {} end of its range, {:e} {}: {remedy}", description.id, which.0, which.1, description.unit));
         }

@@ -14,7 +14,7 @@ impl Machine {
         }
         match source {
             Source::Number(number) if number.is_finite() => Ok(Value::number(*number)),
-            Source::Number(number) => Err(fault(part, format!("{number} is not a finite number"))),
+            Source::Number(number) => Err(fault(part, format!("{number} is not a finite number; write one"))),
             Source::Parameter(id) => Ok(Value::parameter(self.known_parameter(part, id)?)),
             Source::Contact(name) => {
                 self.contacts.iter().find(|c| c.name == *name).map(|c| of(Base::Contact(Arc::clone(c)))).ok_or_else(|| {

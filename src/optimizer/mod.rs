@@ -11,7 +11,7 @@ mod search;
 
 pub use differential_evolution::{DifferentialEvolution, Strategy};
 pub use least_squares::{LeastSquares, LevenbergMarquardt, Normal, Polished, least_squares, least_squares_within};
-pub use search::{Control, Found, SearchSettings, search};
+pub use search::{Control, Found, Listener, Progressed, SearchSettings, Watcher, search};
 
 /// A function on the unit cube, finite everywhere.
 pub trait Cost: Sync {

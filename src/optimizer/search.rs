@@ -1,7 +1,7 @@
 //! A whole search: differential evolution from a seed, then the polish.
 
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
 use argmin::core::observers::{Observe, ObserverMode};
 use argmin::core::{CostFunction, Error, Executor, KV, PopulationState, State};
@@ -40,23 +40,52 @@ impl SearchSettings {
     }
 }
 
+/// How far long work has come.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Progressed<'w> {
+    /// A search.
+    Generation {
+        /// Generations of it that are done.
+        done: u64,
+        /// Most there will be; it may converge before.
+        most: u64,
+        /// Best cost so far.
+        best: f64,
+    },
+    /// Steps of known number.
+    Step {
+        /// What they are.
+        what: &'w str,
+        /// Steps that are done.
+        done: usize,
+        /// Steps in all.
+        of: usize,
+    },
+}
+
+/// Is told how far the work has come.
+pub type Watcher = Arc<dyn Fn(Progressed<'_>) + Send + Sync>;
+
+/// Is told which stage of a longer work begins.
+pub type Listener = Arc<dyn Fn(&str) + Send + Sync>;
+
 /// Told of the progress, asked whether to stop.
 #[derive(Clone, Default)]
 pub struct Control {
     stop: Arc<AtomicBool>,
-    watcher: Option<Arc<dyn Fn(u64, f64) + Send + Sync>>,
-    listener: Option<Arc<dyn Fn(&str) + Send + Sync>>,
+    watcher: Option<Watcher>,
+    listener: Option<Listener>,
 }
 
 impl Control {
-    /// Stops when `stop` is set; `watcher` is told the generation and the best cost.
-    pub fn new(stop: Arc<AtomicBool>, watcher: Option<Arc<dyn Fn(u64, f64) + Send + Sync>>) -> Self {
+    /// Stops when `stop` is set; `watcher` is told the progress.
+    pub fn new(stop: Arc<AtomicBool>, watcher: Option<Watcher>) -> Self {
         Control { stop, watcher, listener: None }
     }
 
     /// The same with a listener that is told which stage of a longer work begins.
     #[must_use]
-    pub fn with_listener(self, listener: Arc<dyn Fn(&str) + Send + Sync>) -> Self {
+    pub fn with_listener(self, listener: Listener) -> Self {
         Control { listener: Some(listener), ..self }
     }
 
@@ -64,6 +93,19 @@ impl Control {
     pub fn begin(&self, stage: &str) {
         if let Some(listener) = &self.listener {
             listener(stage);
+        }
+    }
+
+    /// Counts steps of work that is done in parallel: the function given back is called after each.
+    pub fn steps<'c>(&'c self, what: &'c str, of: usize) -> impl Fn() + Sync + 'c {
+        let done = AtomicUsize::new(0);
+        self.tell(Progressed::Step { what, done: 0, of });
+        move || self.tell(Progressed::Step { what, done: done.fetch_add(1, Ordering::Relaxed) + 1, of })
+    }
+
+    fn tell(&self, progressed: Progressed<'_>) {
+        if let Some(watcher) = &self.watcher {
+            watcher(progressed);
         }
     }
 
@@ -118,6 +160,7 @@ impl<C: Cost> CostFunction for Finite<'_, C> {
 
 struct Watch {
     control: Control,
+    most: u64,
     trace: Arc<std::sync::Mutex<Vec<f64>>>,
 }
 
@@ -127,9 +170,7 @@ impl Observe<PopulationState<Vec<f64>, f64>> for Watch {
         if let Ok(mut trace) = self.trace.lock() {
             trace.push(best);
         }
-        if let Some(watcher) = &self.control.watcher {
-            watcher(state.get_iter(), best);
-        }
+        self.control.tell(Progressed::Generation { done: state.get_iter(), most: self.most, best });
         Ok(())
     }
 }
@@ -139,7 +180,7 @@ pub fn search<C: Cost>(cost: &C, settings: SearchSettings, control: &Control) ->
     let trace = Arc::new(std::sync::Mutex::new(Vec::new()));
     let solver = DifferentialEvolution::new(settings.strategy, cost.dimension(), settings.population, settings.spread, settings.seed)
         .stopping_when(Arc::clone(&control.stop));
-    let watch = Watch { control: control.clone(), trace: Arc::clone(&trace) };
+    let watch = Watch { control: control.clone(), most: settings.generations, trace: Arc::clone(&trace) };
     let run = Executor::new(Finite { cost, stop: &control.stop }, solver)
         .configure(|state| state.max_iters(settings.generations).counting(true))
         .add_observer(watch, ObserverMode::Always)

@@ -49,6 +49,9 @@ pub struct Diagnosis {
     pub delta_z: Vec<DeltaZ>,
     /// All candidates, best first.
     pub effects: Vec<EffectRow>,
+    /// Parameters of the machine as described, at its fit, nuisances among them (their names begin with ~).
+    #[serde(default)]
+    pub described: BTreeMap<String, f64>,
     /// The model that is chosen, over what was held out.
     #[serde(default)]
     pub chosen: Chosen,

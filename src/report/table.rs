@@ -3,14 +3,16 @@
 use std::collections::BTreeMap;
 
 use comfy_table::presets;
-use comfy_table::{CellAlignment, ContentArrangement, Table};
+use comfy_table::{CellAlignment, ContentArrangement, LineStyle, Table};
 
 use super::document::{BootstrapRow, ChoiceRow, Comparison, FrfRow, Objectives, ParameterRow, Peaks, Plan, PositionRow};
 use crate::numeric::statistics::median;
 
+/// A table whose cells wrap before it is wider than 80 columns.
 fn table(header: &[&str]) -> Table {
     let mut table = Table::new();
-    table.load_style(presets::NOTHING).set_header(header.to_vec());
+    let style = presets::NOTHING.header_separator(LineStyle::none().fill('─'));
+    table.load_style(style).set_content_arrangement(ContentArrangement::Dynamic).set_width(80).set_header(header.to_vec());
     for column in 1..header.len() {
         if let Some(column) = table.column_mut(column) {
             column.set_cell_alignment(CellAlignment::Right);
@@ -19,19 +21,9 @@ fn table(header: &[&str]) -> Table {
     table
 }
 
-/// As text, with a line under the header.
+/// As text.
 fn plain(table: &Table) -> String {
-    let lines: Vec<String> = table.to_string().lines().map(|l| l.trim_end().to_string()).collect();
-    let width = lines.iter().map(|l| l.chars().count()).max().unwrap_or(0);
-    let mut out = String::new();
-    for (at, line) in lines.iter().enumerate() {
-        out += line;
-        out.push('\n');
-        if at == 0 {
-            out += &format!(" {}\n", "─".repeat(width.saturating_sub(1)));
-        }
-    }
-    out
+    table.to_string().lines().map(|l| format!("{}\n", l.trim_end())).collect()
 }
 
 /// Four significant figures, in powers of ten beyond 10⁻³ … 10⁵.
@@ -145,16 +137,17 @@ pub fn peaks_table(peaks: &Peaks, all: bool) -> String {
     text
 }
 
-/// Text in lines of at most 79 columns, the later ones indented.
+/// Text in lines of at most 79 columns, indented as it begins, the later ones by four more.
 pub fn wrapped(text: &str) -> String {
-    let mut out = String::new();
-    let mut width = 0;
-    for word in text.split_whitespace() {
+    let indent = text.len() - text.trim_start_matches(' ').len();
+    let mut out = " ".repeat(indent);
+    let mut width = indent;
+    for (at, word) in text.split_whitespace().enumerate() {
         let length = word.chars().count();
-        if width > 0 && width + 1 + length > 79 {
-            out.push_str("\n    ");
-            width = 4;
-        } else if width > 0 {
+        if at > 0 && width + 1 + length > 79 {
+            out += &format!("\n{}", " ".repeat(indent + 4));
+            width = indent + 4;
+        } else if at > 0 {
             out.push(' ');
             width += 1;
         }
@@ -172,7 +165,8 @@ pub fn plan_table(plan: &Plan, size: &dyn Fn(&str) -> f64, top: usize) -> String
     for ranking in &plan.rankings {
         let beside = if plan.measured.is_empty() { String::new() } else { format!(" beside {}", plan.measured.join(", ")) };
         let noun = if ranking.count == 1 { "measurement" } else { "measurements" };
-        text += &format!("{} {noun}{beside}, best first ({} choices)\n\n", ranking.count, ranking.choices.len());
+        text += &wrapped(&format!("{} {noun}{beside}, best first ({} choices)", ranking.count, ranking.choices.len()));
+        text.push('\n');
         let mut out = table(&["Measure", "Range left", "Determined", "Median ±", "Not determined"]);
         let mut add = |choice: &ChoiceRow| {
             let widths = choice.determined.iter().map(|id| half(choice, id));
@@ -191,29 +185,32 @@ pub fn plan_table(plan: &Plan, size: &dyn Fn(&str) -> f64, top: usize) -> String
         text += &plain(&out);
         if let (Some(rank), Some(best)) = (ranking.split_rank, ranking.choices.first()) {
             let own = &ranking.choices[rank - 1];
-            text += &format!(
-                "\nthe set's split, {}, is number {rank} of {}: {:.1} % more is left open than with the best\n",
+            text.push('\n');
+            text += &wrapped(&format!(
+                "the set's split, {}, is number {rank} of {}: {:.1} % more is left open than with the best",
                 own.measure.join(", "),
                 ranking.choices.len(),
                 100.0 * (own.score / best.score - 1.0)
-            );
+            ));
         }
         text.push('\n');
     }
     text
 }
 
-/// Columns of numbers under heads that wrap, so that many fit 80 columns.
+/// Columns of numbers under heads that wrap, so that many fit 80 columns; names stand left.
 pub fn columns(header: &[String], rows: impl Iterator<Item = Vec<String>>) -> String {
+    let rows: Vec<Vec<String>> = rows.collect();
+    let names = rows.iter().any(|row| row.first().is_some_and(|cell| cell.trim().parse::<f64>().is_err()));
     let mut out = Table::new();
     out.load_style(presets::NOTHING).set_content_arrangement(ContentArrangement::Dynamic).set_width(80).set_header(header.to_vec());
-    for column in 0..header.len() {
-        if let Some(column) = out.column_mut(column) {
-            column.set_cell_alignment(CellAlignment::Right);
+    for at in 0..header.len() {
+        if let Some(column) = out.column_mut(at) {
+            column.set_cell_alignment(if at == 0 && names { CellAlignment::Left } else { CellAlignment::Right });
             column.set_padding((0, 1));
         }
     }
-    rows.for_each(|row| {
+    rows.into_iter().for_each(|row| {
         out.add_row(row);
     });
     out.to_string().lines().map(|l| format!("{}\n", l.trim_end())).collect()

@@ -10,7 +10,9 @@ pub enum TruthError {
         frequency_hz: f64,
     },
     /// The structure still rings at the end of the longest block.
-    #[error("the response does not decay within {longest_s} s: H1 would be off by {bias:.4} at a resonance and by {leak:.4} over all lines")]
+    #[error(
+        "the response does not decay within {longest_s} s: H1 would be off by {bias:.4} at a resonance and by {leak:.4} over all lines"
+    )]
     Ringing {
         /// Longest block tried.
         longest_s: f64,

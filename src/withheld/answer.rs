@@ -1,5 +1,6 @@
 //! What a diagnosis says of a case.
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Deserializer, Serialize};
 use serde_json::Value;
 
@@ -12,7 +13,7 @@ fn both_ends<'de, D: Deserializer<'de>>(source: D) -> Result<Option<[f64; 2]>, D
 }
 
 /// A verdict as the document of a diagnosis states it. What else it holds is passed on as it is.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Verdict {
     /// `none`, `effect`, `ambiguous`, `unknown`, `wrong-parameter`, `measurement` or `insufficient`; `failed` where there is no verdict.
     pub kind: String,

@@ -1,5 +1,6 @@
 //! `withheld.json`.
 
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use crate::report::document::Stamp;
@@ -11,7 +12,7 @@ use super::score::Scores;
 use super::seal::{Generator, Seal};
 
 /// What was sealed before scoring.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct SealRow {
     /// Digest of the generator.
     pub generator_sha256: String,
@@ -35,15 +36,17 @@ impl From<&Seal> for SealRow {
 }
 
 /// One case with its verdict.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct CaseRow {
     /// Name.
     pub name: String,
     /// Kind of the case.
+    #[schemars(with = "String")]
     pub kind: Kind,
     /// Effects, the dominant one first.
     pub truth: Vec<String>,
     /// Strength asked for.
+    #[schemars(with = "Option<String>")]
     pub strength: Option<Strength>,
     /// Non-centrality of the dominant effect.
     pub noncentrality: Option<f64>,
@@ -88,7 +91,7 @@ impl CaseRow {
 }
 
 /// `withheld.json`.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct Withheld {
     /// Stamp.
     #[serde(flatten)]

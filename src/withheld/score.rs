@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use crate::numeric::statistics::{clopper_pearson, median, quantile};
@@ -10,7 +11,7 @@ use crate::truth::{Kind, Strength};
 use super::judge::Judgement;
 
 /// A count of cases with the exact 95 % interval of its share.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
 pub struct Proportion {
     /// Cases counted.
     pub count: usize,
@@ -30,7 +31,7 @@ impl Proportion {
 }
 
 /// Median and extremes of a quantity.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
 pub struct Spread {
     /// Values.
     pub of: usize,
@@ -55,7 +56,7 @@ impl Spread {
 }
 
 /// Right names at one range of strengths: single effects, abstentions and failures counted as wrong.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct Naming {
     /// The one effect named.
     pub exact: Proportion,
@@ -68,7 +69,7 @@ pub struct Naming {
 }
 
 /// Where something was found.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct Location {
     /// The place is one of the right ones, of all cases: failures and empty lists are wrong.
     pub interface: Proportion,
@@ -79,7 +80,7 @@ pub struct Location {
 }
 
 /// What named effects close, for right verdicts that name one.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct Closing {
     /// Share closed.
     pub closed: Spread,
@@ -90,14 +91,14 @@ pub struct Closing {
 }
 
 /// Rows are what is true, columns the first effect named or else the kind of verdict.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct Confusion {
     /// Counts by truth and answer.
     pub rows: BTreeMap<String, BTreeMap<String, usize>>,
 }
 
 /// All scores.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct Scores {
     /// Cases without a diagnosis, second measurements included.
     pub failed: Proportion,

@@ -3,6 +3,7 @@
 use std::fs;
 use std::path::Path;
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::report::document::Input;
@@ -10,7 +11,7 @@ use crate::report::{digest, to_json};
 use crate::truth::{Counts, Label};
 
 /// What makes the cases: the same generator makes the same files again.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub struct Generator {
     /// Version of the program that made them.
     pub version: String,
@@ -19,6 +20,7 @@ pub struct Generator {
     /// Seed.
     pub seed: u64,
     /// Cases of each kind in the plan.
+    #[schemars(with = "std::collections::BTreeMap<String, usize>")]
     pub counts: Counts,
     /// Cases made, from the first of the plan on.
     pub cases: usize,

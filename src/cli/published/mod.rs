@@ -10,9 +10,9 @@ use super::arguments::PublishedArguments;
 use super::common::{CommandResult, Outcome, deliver, prepare, told};
 use crate::config::{embedded_config, read_machine_text};
 use crate::machine::Machine;
-use crate::report::digest;
 use crate::report::document::{Input, Stamp};
 use crate::report::simulation::{PublishedDocument, PublishedFigure};
+use crate::report::{digest, wrapped};
 
 /// The configurations the figures are computed from.
 const CONFIGS: [&str; 3] = ["configs/twin-ball-screw.toml", "configs/servo-axis.toml", "configs/vertical-axis.toml"];
@@ -121,9 +121,9 @@ fn plain(figures: &[PublishedFigure]) -> String {
             let _ = writeln!(text, "{}{}", if paper.is_empty() { "" } else { "\n" }, f.paper);
             paper = &f.paper;
         }
-        let _ = writeln!(text, "  {}: {} ({})", f.place, f.quantity, f.unit);
+        text += &wrapped(&format!("  {}: {} ({})", f.place, f.quantity, f.unit));
         let _ = writeln!(text, "    printed {}, ours {}, {}: {}", number(f.published), number(f.ours), difference(f), f.verdict);
-        let _ = writeln!(text, "    {}", f.remark);
+        text += &wrapped(&format!("    {}", f.remark));
     }
     text
 }

@@ -1,150 +1,201 @@
-//! Measured and predicted FRFs of an identification, for its page.
+//! Measured FRFs and what a model predicts of them, or two: for a page.
 
 use std::sync::Arc;
 
 use num_complex::Complex64;
 
-use super::Ground;
 use crate::machine::{Chain, Machine, Motion, Operating};
-use crate::measurement::{Frf, Gain, MeasurementSet, Quantity};
-use crate::model::{ModelError, Structure};
-use crate::objective::operating;
+use crate::measurement::{FitSet, Frf, Gain, HoldOutSet, MeasurementSet, Quantity};
+use crate::model::{Rods, Structure};
+use crate::objective::{FrfObjective, FrfSettings, ModeObjective, ModeSettings, operating};
 use crate::report::page::{Curve, PeakMark};
 use crate::unit::omega_rad_s;
+
+use super::super::common::told;
 
 /// Lines of a predicted FRF where none was measured.
 const LINES: usize = 1500;
 
-/// All FRFs of the set with their predictions; for a set of modes, predictions over the band of its modes.
-pub(super) fn curves(ground: &Ground<'_>) -> Result<Vec<Curve>, String> {
-    let set = &ground.loaded.set;
-    if set.frfs.is_empty() { of_modes(ground) } else { set.frfs.iter().enumerate().map(|(at, frf)| of_frf(ground, at, frf)).collect() }
+type Line = (f64, Complex64);
+
+/// A machine with the values of its parameters.
+pub(super) struct Model {
+    pub(super) machine: Machine,
+    pub(super) values: Vec<f64>,
+    pub(super) rods: Rods,
+    /// Factor from its prediction to what was recorded; that which suits the measurements best where it is absent.
+    pub(super) gain: Option<f64>,
 }
 
-fn told(error: ModelError) -> String {
-    error.to_string()
+/// What is drawn: a set, which part of it was fitted, and the models over it, the last of which is the result.
+pub(super) struct Overlay<'o> {
+    pub(super) set: &'o MeasurementSet,
+    pub(super) fit: FitSet<'o>,
+    pub(super) models: &'o [Model],
+}
+
+impl Overlay<'_> {
+    /// All FRFs of the set with their predictions; for a set of modes, predictions over the band of its modes.
+    pub(super) fn curves(&self) -> Result<Vec<Curve>, String> {
+        let gains = self.models.iter().map(|m| self.gain(m)).collect::<Result<Vec<f64>, String>>()?;
+        if self.set.frfs.is_empty() {
+            self.of_modes(&gains)
+        } else {
+            self.set.frfs.iter().enumerate().map(|(at, frf)| self.of_frf(at, frf, &gains)).collect()
+        }
+    }
+
+    fn all(&self) -> HoldOutSet<'_> {
+        HoldOutSet { set: self.set, positions: (0..self.set.positions.len()).collect(), frfs: (0..self.set.frfs.len()).collect() }
+    }
+
+    /// The factor from prediction to what was recorded.
+    fn gain(&self, model: &Model) -> Result<f64, String> {
+        match (self.set.gain, model.gain) {
+            (Gain::Known(gain), _) | (Gain::Unknown, Some(gain)) => Ok(gain),
+            (Gain::Unknown, None) if self.set.frfs.is_empty() => {
+                let settings = ModeSettings { rods: model.rods, ..ModeSettings::default() };
+                let objective = ModeObjective::held_out(&model.machine, &self.all(), settings, None).map_err(told)?;
+                Ok(objective.amplitude_fit(&objective.predict(&model.values)).gain)
+            }
+            (Gain::Unknown, None) => {
+                let settings = FrfSettings { rods: model.rods, ..FrfSettings::default() };
+                let objective = FrfObjective::held_out(&model.machine, &self.all(), settings).map_err(told)?;
+                Ok(objective.best_gain(&model.values))
+            }
+        }
+    }
+
+    /// Predictions of every model as the set would have recorded them, times a factor: the result, and what came before it.
+    fn predicted(
+        &self,
+        channel: (&str, &str),
+        (quantity, factor): (Quantity, f64),
+        operating: &Operating,
+        lines: &[f64],
+        gains: &[f64],
+    ) -> Result<(Vec<Line>, Vec<Line>), String> {
+        let models = self.models.iter().zip(gains);
+        let mut all =
+            models.map(|(m, gain)| m.predicted(channel, quantity, operating, lines, factor * gain)).collect::<Result<Vec<_>, _>>()?;
+        Ok((all.pop().unwrap_or_default(), all.pop().unwrap_or_default()))
+    }
+
+    fn of_frf(&self, at: usize, frf: &Frf, gains: &[f64]) -> Result<Curve, String> {
+        let set = self.set;
+        let operating = operating(set, frf);
+        let (factor, unit) = self.unit((&frf.response, &frf.excitation), frf.quantity)?;
+        let lines: Vec<f64> = frf.lines.iter().map(|l| l.frequency_hz).collect();
+        let (predicted, before) = self.predicted((&frf.response, &frf.excitation), (frf.quantity, factor), &operating, &lines, gains)?;
+        let channel = format!("{}/{}", frf.response, frf.excitation);
+        let name = |p: usize| set.positions[p].name.clone();
+        // A record stands for the position where there is none, and beside the channel where a position has several.
+        let several = |p: usize| set.frfs.iter().filter(|f| f.position == Some(p) && f.response == frf.response).count() > 1;
+        let (position, channel) = match (frf.position, &frf.record) {
+            (Some(p), Some(record)) if several(p) => (name(p), format!("{channel} {record}")),
+            (Some(p), _) => (name(p), channel),
+            (None, Some(record)) => (record.clone(), channel),
+            (None, None) => ("all".into(), channel),
+        };
+        Ok(Curve {
+            position,
+            channel,
+            held_out: !self.fit.frfs.contains(&at),
+            unit,
+            measured: frf.lines.iter().map(|l| (l.frequency_hz, l.value * factor)).collect(),
+            predicted,
+            before,
+            peaks: Vec::new(),
+        })
+    }
+
+    fn of_modes(&self, gains: &[f64]) -> Result<Vec<Curve>, String> {
+        let set = self.set;
+        let (Some(modes), Some(response), Some(excitation)) = (&set.modes, &set.response, &set.excitation) else { return Ok(Vec::new()) };
+        let quantity = set.quantity.unwrap_or(Quantity::Receptance);
+        let (factor, unit) = self.unit((response, excitation), quantity)?;
+        let seen = modes.positions.iter().flatten().filter_map(|m| m.frequency_hz);
+        let (low, high) = seen.fold((f64::INFINITY, 0.0_f64), |(a, b), f| (a.min(f), b.max(f)));
+        let (from, to) = (0.4 * low, 1.4 * high);
+        // A peak is narrower than the lines are apart: more of them around it.
+        let mut peaks: Vec<Vec<f64>> = vec![Vec::new(); set.positions.len()];
+        for model in self.models {
+            let settings = ModeSettings { rods: model.rods, ..ModeSettings::default() };
+            let objective = ModeObjective::held_out(&model.machine, &self.all(), settings, None).map_err(told)?;
+            for prediction in objective.predict(&model.values) {
+                peaks[prediction.position].extend(prediction.peaks.iter().map(|p| p.frequency_hz));
+            }
+        }
+        let mut curves = Vec::new();
+        for (at, (position, observed)) in set.positions.iter().zip(&modes.positions).enumerate() {
+            let mut lines: Vec<f64> = (0..LINES).map(|i| from * (to / from).powf(i as f64 / (LINES - 1) as f64)).collect();
+            for peak in peaks[at].iter().filter(|f| (from..=to).contains(*f)) {
+                lines.extend((-100..=100).map(|i| peak * (1.0 + 2e-8 * f64::from(i).powi(3))));
+            }
+            lines.retain(|f| *f > 0.0);
+            lines.sort_by(f64::total_cmp);
+            lines.dedup();
+            let (predicted, before) =
+                self.predicted((response, excitation), (quantity, factor), &Operating::at(position.nut_m), &lines, gains)?;
+            curves.push(Curve {
+                position: position.name.clone(),
+                channel: format!("{response}/{excitation}"),
+                held_out: !self.fit.positions.contains(&at),
+                unit: unit.clone(),
+                measured: Vec::new(),
+                predicted,
+                before,
+                peaks: observed
+                    .iter()
+                    .filter_map(|m| {
+                        Some(PeakMark { order: m.order, frequency_hz: m.frequency_hz?, amplitude: m.amplitude.map(|a| a * factor) })
+                    })
+                    .collect(),
+            });
+        }
+        Ok(curves)
+    }
+
+    /// Factor and name of the unit in which an FRF is read with ease: µm/N rather than m/N.
+    fn unit(&self, (response, excitation): (&str, &str), quantity: Quantity) -> Result<(f64, String), String> {
+        let Some(machine) = self.models.last().map(|m| &m.machine) else { return Ok((1.0, quantity.word().into())) };
+        let (factor, length, angle) = match quantity {
+            Quantity::Receptance => (1e6, "µm", "µrad"),
+            Quantity::Mobility => (1e3, "mm/s", "mrad/s"),
+            Quantity::Accelerance => (1.0, "m/s²", "rad/s²"),
+        };
+        let moves = |name: &str| Ok::<_, String>(machine.points[point(machine, name)?].motion == Motion::Translation);
+        let of = if moves(response)? { length } else { angle };
+        let per = if moves(excitation)? { "N" } else { "N·m" };
+        let times = if self.set.gain == Gain::Unknown { ", times the gain" } else { "" };
+        Ok((factor, format!("{}{times} ({of}/{per})", quantity.word())))
+    }
 }
 
 fn point(machine: &Machine, name: &str) -> Result<usize, String> {
     machine.point(name).ok_or_else(|| format!("the machine has no point «{name}»"))
 }
 
-/// The factor from prediction to what was recorded, as identified.
-fn gain(ground: &Ground<'_>) -> f64 {
-    match ground.loaded.set.gain {
-        Gain::Known(gain) => gain,
-        Gain::Unknown => ground.identified.parameters.get("gain").map_or(1.0, |g| g.value),
+impl Model {
+    fn predicted(
+        &self,
+        (response, excitation): (&str, &str),
+        quantity: Quantity,
+        operating: &Operating,
+        lines: &[f64],
+        scale: f64,
+    ) -> Result<Vec<Line>, String> {
+        let machine = &self.machine;
+        let (response, excitation) = (point(machine, response)?, point(machine, excitation)?);
+        let structure = Arc::new(Structure::new(machine, response, excitation, self.rods).map_err(told)?);
+        let (mut network, mut work) = (structure.network(), structure.workspace());
+        network.update(machine, &self.values, operating);
+        let chain = machine.chain.at(&self.values, operating);
+        let at = |f: f64| {
+            let omega = omega_rad_s(f);
+            let recorded = Chain::log_factor(chain, omega).exp();
+            network.receptance(omega, &mut work) * quantity.from_receptance(omega) * recorded * scale
+        };
+        Ok(lines.iter().copied().zip(lines.iter().copied().map(at)).filter(|(_, h)| h.is_finite()).collect())
     }
-}
-
-/// Whether an FRF is held out.
-fn held_out<'g>(ground: &'g Ground<'_>) -> Result<impl Fn(Option<usize>, Option<usize>) -> bool + 'g, String> {
-    let settings = &ground.identified.settings;
-    let (fit, _) = ground.loaded.set.split(settings.positions.as_deref(), &settings.hold_out).map_err(|e| e.to_string())?;
-    Ok(move |frf: Option<usize>, position: Option<usize>| {
-        frf.is_none_or(|f| !fit.frfs.contains(&f)) && position.is_none_or(|p| !fit.positions.contains(&p))
-    })
-}
-
-/// Factor and name of the unit in which an FRF is read with ease: µm/N rather than m/N.
-fn unit(machine: &Machine, (response, excitation): (usize, usize), quantity: Quantity, set: &MeasurementSet) -> (f64, String) {
-    let (factor, length, angle) = match quantity {
-        Quantity::Receptance => (1e6, "µm", "µrad"),
-        Quantity::Mobility => (1e3, "mm/s", "mrad/s"),
-        Quantity::Accelerance => (1.0, "m/s²", "rad/s²"),
-    };
-    let of = if machine.points[response].motion == Motion::Translation { length } else { angle };
-    let per = if machine.points[excitation].motion == Motion::Translation { "N" } else { "N·m" };
-    let times = if set.gain == Gain::Unknown { ", times the gain" } else { "" };
-    (factor, format!("{}{times} ({of}/{per})", quantity.word()))
-}
-
-fn of_frf(ground: &Ground<'_>, at: usize, frf: &Frf) -> Result<Curve, String> {
-    let (set, machine) = (&ground.loaded.set, &ground.loaded.config.machine);
-    let (response, excitation) = (point(machine, &frf.response)?, point(machine, &frf.excitation)?);
-    let operating = operating(set, frf);
-    let (factor, unit) = unit(machine, (response, excitation), frf.quantity, set);
-    let lines: Vec<f64> = frf.lines.iter().map(|l| l.frequency_hz).collect();
-    let predicted = predicted(ground, (response, excitation), frf.quantity, &operating, &lines, factor)?;
-    let channel = format!("{}/{}", frf.response, frf.excitation);
-    let name = |p: usize| set.positions[p].name.clone();
-    // A record stands for the position where there is none, and beside the channel where a position has several.
-    let (position, channel) = match (frf.position, &frf.record) {
-        (Some(p), Some(record)) => (name(p), format!("{channel} {record}")),
-        (Some(p), None) => (name(p), channel),
-        (None, Some(record)) => (record.clone(), channel),
-        (None, None) => ("all".into(), channel),
-    };
-    let of_role = held_out(ground)?;
-    Ok(Curve {
-        position,
-        channel,
-        held_out: of_role(Some(at), None),
-        unit,
-        measured: frf.lines.iter().map(|l| (l.frequency_hz, l.value * factor)).collect(),
-        predicted,
-        peaks: Vec::new(),
-    })
-}
-
-fn of_modes(ground: &Ground<'_>) -> Result<Vec<Curve>, String> {
-    let (set, machine) = (&ground.loaded.set, &ground.loaded.config.machine);
-    let (Some(modes), Some(response), Some(excitation)) = (&set.modes, &set.response, &set.excitation) else { return Ok(Vec::new()) };
-    let channel = (point(machine, response)?, point(machine, excitation)?);
-    let quantity = set.quantity.unwrap_or(Quantity::Receptance);
-    let (factor, unit) = unit(machine, channel, quantity, set);
-    let seen = modes.positions.iter().flatten().filter_map(|m| m.frequency_hz);
-    let (low, high) = seen.fold((f64::INFINITY, 0.0_f64), |(a, b), f| (a.min(f), b.max(f)));
-    let (from, to) = (0.4 * low, 1.4 * high);
-    let of_role = held_out(ground)?;
-    let mut curves = Vec::new();
-    for (at, (position, observed)) in set.positions.iter().zip(&modes.positions).enumerate() {
-        let mut lines: Vec<f64> = (0..LINES).map(|i| from * (to / from).powf(i as f64 / (LINES - 1) as f64)).collect();
-        // A peak is narrower than the lines are apart: more of them around it.
-        let orders = ground.identified.positions.get(&position.name).map(|p| p.orders.as_slice()).unwrap_or_default();
-        for peak in orders.iter().filter_map(|o| o.predicted_hz) {
-            lines.extend((-100..=100).map(|i| peak * (1.0 + 1e-6 * f64::from(i).powi(3) * 0.02)));
-        }
-        lines.retain(|f| *f > 0.0);
-        lines.sort_by(f64::total_cmp);
-        lines.dedup();
-        curves.push(Curve {
-            position: position.name.clone(),
-            channel: format!("{response}/{excitation}"),
-            held_out: of_role(None, Some(at)),
-            unit: unit.clone(),
-            measured: Vec::new(),
-            predicted: predicted(ground, channel, quantity, &Operating::at(position.nut_m), &lines, factor)?,
-            peaks: observed
-                .iter()
-                .filter_map(|m| {
-                    Some(PeakMark { order: m.order, frequency_hz: m.frequency_hz?, amplitude: m.amplitude.map(|a| a * factor) })
-                })
-                .collect(),
-        });
-    }
-    Ok(curves)
-}
-
-/// As the set would have recorded it, times a factor.
-fn predicted(
-    ground: &Ground<'_>,
-    (response, excitation): (usize, usize),
-    quantity: Quantity,
-    operating: &Operating,
-    lines: &[f64],
-    factor: f64,
-) -> Result<Vec<(f64, Complex64)>, String> {
-    let machine = &ground.loaded.config.machine;
-    let structure = Arc::new(Structure::new(machine, response, excitation, ground.rods).map_err(told)?);
-    let (mut network, mut work) = (structure.network(), structure.workspace());
-    network.update(machine, &ground.values, operating);
-    let chain = machine.chain.at(&ground.values, operating);
-    let scale = gain(ground) * factor;
-    let at = |f: f64| {
-        let omega = omega_rad_s(f);
-        let recorded = Chain::log_factor(chain, omega).exp();
-        network.receptance(omega, &mut work) * quantity.from_receptance(omega) * recorded * scale
-    };
-    Ok(lines.iter().copied().zip(lines.iter().copied().map(at)).filter(|(_, h)| h.is_finite()).collect())
 }

@@ -1,16 +1,18 @@
 //! `jointid report`.
 
 mod curves;
+mod diagnosed;
 mod shapes;
 
 use std::path::Path;
 
 use serde::de::DeserializeOwned;
 
+use self::curves::{Model, Overlay};
 use super::arguments::{ReportArguments, Sources};
 use super::common::{CommandResult, Loaded, Outcome, load, stamp, told};
+use super::talk;
 use super::validate::{check_identification, identified_values};
-use crate::config::read_machine;
 use crate::measurement::read_set;
 use crate::model::Rods;
 use crate::report::document::{Identification, Input};
@@ -53,12 +55,11 @@ pub fn run(given: &ReportArguments) -> CommandResult {
             page.nut_m = set.positions.iter().filter_map(|p| Some((p.name.clone(), p.nut_m?))).collect();
         }
     }
-    if let Some(of) = page.diagnosis.as_ref().filter(|_| page.identification.is_none()) {
-        // The machine's title, where its configuration can still be read.
-        let config = of.stamp.inputs.iter().find(|i| i.path.ends_with(".toml") && !i.path.ends_with("manifest.toml"));
-        if let Some(Ok(config)) = config.map(|i| read_machine(&i.path, &of.stamp.overrides, &of.stamp.without)) {
-            page.title = config.machine.title;
+    if let Some(of) = page.diagnosis.take() {
+        if let Err(fault) = diagnosed::draw(&of, &mut page) {
+            page.notes.push(format!("the diagnosis is not drawn over its FRFs: {fault}"));
         }
+        page.diagnosis = Some(of);
     }
     let html = page::html(&page);
     let target = given.out.clone().unwrap_or_else(|| folder.join("report.html"));
@@ -69,9 +70,9 @@ pub fn run(given: &ReportArguments) -> CommandResult {
     let file = target.file_name().ok_or_else(|| format!("{}: name a file with --out", target.display()))?;
     let written = OutputFolder::prepare(parent)?.write(&file.to_string_lossy(), html.as_bytes())?;
     if !given.quiet {
-        page.notes.iter().for_each(|n| eprintln!("note: {n}"));
+        page.notes.iter().for_each(|n| talk::note(n));
         if html.len() > page::MOST_BYTES {
-            eprintln!("note: the page has {:.1} MB", html.len() as f64 / 1e6);
+            talk::note(&format!("the page has {:.1} MB, too much for many mailboxes", html.len() as f64 / 1e6));
         }
         eprintln!("written: {} ({:.1} MB)", written.display(), html.len() as f64 / 1e6);
     }
@@ -125,7 +126,13 @@ fn recompute(folder: &Path, identified: &Identification, page: &mut Page) -> Res
     page.title = loaded.config.machine.title.clone();
     page.nut_m = loaded.set.positions.iter().filter_map(|p| Some((p.name.clone(), p.nut_m?))).collect();
     let ground = Ground { identified, loaded, values, rods };
-    page.curves = curves::curves(&ground).map_err(told)?;
+    page.curves = {
+        let Ground { identified, loaded, values, rods } = &ground;
+        let (fit, _) = loaded.set.split(identified.settings.positions.as_deref(), &identified.settings.hold_out).map_err(told)?;
+        let gain = identified.parameters.get("gain").map(|g| g.value);
+        let model = Model { machine: loaded.config.machine.clone(), values: values.clone(), rods: *rods, gain };
+        Overlay { set: &loaded.set, fit, models: &[model] }.curves()?
+    };
     page.shapes = shapes::shapes(&ground)?;
     Ok(())
 }

@@ -5,7 +5,6 @@ use plotly::common::{DashType, Marker, MarkerSymbol, Mode};
 use plotly::layout::HoverMode;
 use plotly::{Layout, Scatter};
 
-use super::Page;
 use super::chart::{Chart, Switches, axis, colour, dash, layout, line, log_axis};
 use super::text::{escape, rounded};
 use super::thin::{Thinned, thin};
@@ -36,6 +35,8 @@ pub struct Curve {
     pub measured: Vec<(f64, Complex64)>,
     /// Predicted lines.
     pub predicted: Vec<(f64, Complex64)>,
+    /// Lines predicted before something was added to the model.
+    pub before: Vec<(f64, Complex64)>,
     /// Measured peaks, where no FRF was measured.
     pub peaks: Vec<PeakMark>,
 }
@@ -48,9 +49,8 @@ const UNSEEN: f64 = 0.005;
 /// A trace with its level, the lowest behind, and its switches.
 type Layered = (u8, Vec<Option<usize>>, Box<Scatter<f64, Option<f64>>>);
 
-/// The section.
-pub fn content(page: &Page) -> String {
-    let curves = &page.curves;
+/// The chart `id` of some curves; `after` says what was added to the model where there are curves of before.
+pub fn chart(id: &str, curves: &[Curve], after: &str) -> String {
     if curves.is_empty() {
         return String::new();
     }
@@ -65,10 +65,11 @@ pub fn content(page: &Page) -> String {
     };
     let positions = names(&|c| &c.position);
     let channels = names(&|c| &c.channel);
-    let many = curves.iter().filter(|c| !c.measured.is_empty()).count() + curves.len();
+    let many: usize = curves.iter().map(|c| [&c.measured, &c.predicted, &c.before].iter().filter(|lines| !lines.is_empty()).count()).sum();
     let most = (MOST_POINTS / many.max(1)).clamp(200, 3000);
     let held_out = curves.iter().any(|c| c.held_out);
     let measured = curves.iter().any(|c| !c.measured.is_empty());
+    let compared = curves.iter().any(|c| !c.before.is_empty());
     let marks = curves.iter().any(|c| !c.peaks.is_empty());
     // The vertical axis has the unit of the channel that is shown.
     let unit_of = |channel: &String| curves.iter().find(|c| c.channel == *channel).map(|c| escape(&c.unit)).unwrap_or_default();
@@ -76,7 +77,7 @@ pub fn content(page: &Page) -> String {
     let layout: Layout = layout()
         .show_legend(false)
         .hover_mode(HoverMode::Closest)
-        .x_axis(log_axis("Hz").anchor("y2").show_spikes(true))
+        .x_axis(log_axis("frequency (Hz)").anchor("y2").show_spikes(true))
         .y_axis(log_axis(&titles[0]).domain(&[0.36, 1.0]))
         .y_axis2(axis("phase (°)").domain(&[0.0, 0.3]).range(vec![-185.0, 185.0]).tick_values(vec![-180.0, -90.0, 0.0, 90.0, 180.0]));
     let mut worst: f64 = 0.0;
@@ -84,10 +85,14 @@ pub fn content(page: &Page) -> String {
     let mut traces: Vec<Layered> = Vec::new();
     for curve in curves {
         let at = positions.iter().position(|n| *n == curve.position).unwrap_or(0);
-        let key = vec![Some(at), channels.iter().position(|n| *n == curve.channel)];
+        let channel = channels.iter().position(|n| *n == curve.channel);
+        let key = |model: Option<usize>| vec![Some(at), channel, model];
         let role = if curve.held_out { "held out" } else { "fitted" };
         let unit = curve.unit.split(['(', ')']).nth(1).unwrap_or("");
-        for (lines, what) in [(&curve.measured, "measured"), (&curve.predicted, "predicted")] {
+        let result = if compared { after } else { "predicted" };
+        for (lines, what, model) in
+            [(&curve.measured, "measured", None), (&curve.before, "as described", Some(0)), (&curve.predicted, result, Some(1))]
+        {
             if lines.is_empty() {
                 continue;
             }
@@ -95,20 +100,22 @@ pub fn content(page: &Page) -> String {
             let thinned = thin(&f, &h, UNSEEN, most);
             worst = worst.max(thinned.deviation);
             dropped |= thinned.kept.len() < f.len();
-            let hover =
-                |y: &str| format!("{}, {what} ({role})<br>%{{x:.6~g}} Hz<br>%{{y:.4~g}} {y}<extra></extra>", escape(&curve.position));
-            let pen = match (what, curve.held_out) {
-                ("measured", _) => line(colour(at), 3.5),
-                (_, false) => line(colour(at), 1.4).dash(dash(at)),
+            let hover = |y: &str| {
+                format!("{}, {} ({role})<br>%{{x:.6~g}} Hz<br>%{{y:.4~g}} {y}<extra></extra>", escape(&curve.position), escape(what))
+            };
+            let pen = match (model, curve.held_out) {
+                (None, _) => line(colour(at), 3.5),
+                (Some(0), _) => line(colour(at), 1.6).dash(DashType::Dot),
+                (_, false) => line(colour(at), 1.4).dash(if compared { DashType::Solid } else { dash(at) }),
                 (_, true) => line(colour(at), 1.4).dash(DashType::Dash),
             };
-            let (level, opacity) = if what == "measured" { (0, 0.4) } else { (1, 1.0) };
+            let (level, opacity) = if model.is_none() { (0, 0.4) } else { (1, 1.0) };
             let (x, size) = magnitude(&f, &h, &thinned);
             let trace = Scatter::new(x, size).mode(Mode::Lines).opacity(opacity).name(escape(&curve.position));
-            traces.push((level, key.clone(), trace.line(pen.clone()).hover_template(hover(&escape(unit)))));
+            traces.push((level, key(model), trace.line(pen.clone()).hover_template(hover(&escape(unit)))));
             let (x, angle) = phase(&f, &h, &thinned);
             let trace = Scatter::new(x, angle).mode(Mode::Lines).opacity(opacity).name(escape(&curve.position));
-            traces.push((level, key.clone(), trace.line(pen).hover_template(hover("°")).y_axis("y2")));
+            traces.push((level, key(model), trace.line(pen).hover_template(hover("°")).y_axis("y2")));
         }
         let seen: Vec<(f64, f64)> = curve.peaks.iter().filter_map(|p| Some((p.frequency_hz, p.amplitude?))).collect();
         if !seen.is_empty() {
@@ -116,7 +123,11 @@ pub fn content(page: &Page) -> String {
             let symbol = if curve.held_out { MarkerSymbol::DiamondOpen } else { MarkerSymbol::Circle };
             let text = format!("{}, measured peak ({role})<br>%{{x:.6~g}} Hz<br>%{{y:.4~g}}<extra></extra>", escape(&curve.position));
             let mark = Marker::new().color(colour(at)).size(9).symbol(symbol);
-            traces.push((2, key, Scatter::new(x, y).mode(Mode::Markers).marker(mark).hover_template(text).name(escape(&curve.position))));
+            traces.push((
+                2,
+                key(None),
+                Scatter::new(x, y).mode(Mode::Markers).marker(mark).hover_template(text).name(escape(&curve.position)),
+            ));
         }
     }
     let mut caption = Vec::new();
@@ -125,6 +136,9 @@ pub fn content(page: &Page) -> String {
     }
     if marks {
         caption.push("Marks: measured peaks. Lines: predicted.".into());
+    }
+    if compared {
+        caption.push(format!("Dotted: the machine as described, at its best fit. Else: {after}."));
     }
     if held_out {
         caption.push("Dashed lines and open marks: held out of the fit.".into());
@@ -139,13 +153,14 @@ pub fn content(page: &Page) -> String {
     }
     let what = if measured { "measured and predicted" } else { "predicted" };
     let label = format!("Magnitude and phase of {} {what} frequency response functions", curves.len());
-    let mut chart = Chart::new("curves", &label, &caption.join(" "), 600, layout)
-        .switches(vec![
-            Switches { label: "Positions".into(), options: positions, many: true, coloured: true },
-            Switches { label: "Response/excitation".into(), options: channels, many: false, coloured: false },
-        ])
-        .titles(1, titles)
-        .log_switch();
+    let mut switches = vec![
+        Switches { label: "Positions".into(), options: positions, many: true, coloured: true },
+        Switches { label: "Response/excitation".into(), options: channels, many: false, coloured: false },
+    ];
+    if compared {
+        switches.push(Switches { label: "Model".into(), options: vec!["as described".into(), after.into()], many: true, coloured: false });
+    }
+    let mut chart = Chart::new(id, &label, &caption.join(" "), 600, layout).switches(switches).titles(1, titles).log_switch();
     // What was predicted lies over what was measured at any position, marks over both.
     traces.sort_by_key(|t| t.0);
     for (_, key, trace) in traces {

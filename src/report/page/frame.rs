@@ -45,9 +45,9 @@ pub fn html(page: &Page) -> String {
 fn sections(page: &Page) -> Vec<(&'static str, &'static str, String)> {
     let mut out: Vec<(&'static str, &'static str, String)> = Vec::new();
     if let Some(of) = &page.diagnosis {
-        out.push(("diagnosis", "Diagnosis", verdict::content(of)));
+        out.push(("diagnosis", "Diagnosis", verdict::content(of, &page.diagnosed)));
     }
-    out.push(("frf", "Measured and predicted", curve::content(page)));
+    out.push(("frf", "Measured and predicted", format!("{}{}", other_description(page), curve::chart("curves", &page.curves, ""))));
     if let Some(of) = &page.identification {
         let errors = position::errors("Natural frequencies, with the errors of the prediction", &of.positions);
         let gaps = position::frfs(&of.frfs);
@@ -74,6 +74,19 @@ fn sections(page: &Page) -> Vec<(&'static str, &'static str, String)> {
     }
     out.push(("provenance", "Provenance", provenance(page)));
     out
+}
+
+/// Says so where the identification on the page is of another machine than the diagnosis.
+fn other_description(page: &Page) -> String {
+    let (Some(identified), Some(diagnosed)) = (&page.identification, &page.diagnosis) else { return String::new() };
+    let described = |stamp: &Stamp| (stamp.overrides.clone(), stamp.without.clone());
+    if described(&identified.stamp) == described(&diagnosed.stamp) {
+        return String::new();
+    }
+    let (set, without) = described(&diagnosed.stamp);
+    let changes = set.into_iter().chain(without.into_iter().map(|id| format!("without {id}"))).collect::<Vec<_>>().join(", ");
+    let changes = if changes.is_empty() { "as its file describes it".to_string() } else { changes };
+    paragraph(&format!("What follows is the identification; the diagnosis above is of another description of the machine: {changes}."))
 }
 
 /// The result of an identification in one sentence.

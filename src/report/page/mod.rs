@@ -38,6 +38,8 @@ pub struct Page {
     pub diagnosis: Option<Diagnosis>,
     /// Measured and predicted FRFs.
     pub curves: Vec<Curve>,
+    /// What a diagnosis was made on: measured, before and after.
+    pub diagnosed: Vec<Curve>,
     /// Mode shapes along the shafts, by position.
     pub shapes: Vec<ShapeGroup>,
     /// Nut position (m) of each position, where known.

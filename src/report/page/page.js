@@ -38,7 +38,6 @@
     const given = JSON.parse(figure.querySelector('script[type="application/json"]').textContent);
     const plot = figure.querySelector(".plot");
     const { data, layout } = given.plot;
-    for (const [path, value] of Object.entries(dressed(layout))) put(layout, path, value);
     for (const axis of axes(layout)) if (layout[axis].showspikes) Object.assign(layout[axis], { spikethickness: 1, spikemode: "across", spikedash: "dot" });
     layout.dragmode = "zoom";
     const groups = [...figure.querySelectorAll("[data-group]")];
@@ -48,7 +47,6 @@
       if (option === undefined || option < 0) return true;
       return group.querySelector(`[data-option="${option}"]`)?.getAttribute("aria-pressed") === "true";
     }));
-    visible().forEach((on, at) => { data[at].visible = on; });
     for (const group of groups) {
       const many = group.dataset.many === "true";
       group.addEventListener("click", (event) => {
@@ -56,9 +54,11 @@
         if (!button) return;
         if (many) button.setAttribute("aria-pressed", String(button.getAttribute("aria-pressed") !== "true"));
         else for (const other of group.querySelectorAll("button")) other.setAttribute("aria-pressed", String(other === button));
-        Plotly.restyle(plot, { visible: visible() });
+        if (chart.drawn) Plotly.restyle(plot, { visible: visible() });
         if (given.titles && Number(group.dataset.group) === given.titles[0]) {
-          Plotly.relayout(plot, { "yaxis.title.text": given.titles[1][Number(button.dataset.option)] });
+          const title = given.titles[1][Number(button.dataset.option)];
+          if (chart.drawn) Plotly.relayout(plot, { "yaxis.title.text": title });
+          else put(layout, "yaxis.title.text", title);
         }
       });
     }
@@ -66,6 +66,7 @@
     const type = () => (log.getAttribute("aria-pressed") === "true" ? "log" : "linear");
     const range = () => {
       const ends = [Number(from.value), Number(to.value)];
+      if (!chart.drawn) return undefined;
       if (!(ends[0] > 0 && ends[1] > ends[0])) return Plotly.relayout(plot, { "xaxis.type": type(), "xaxis.autorange": true });
       return Plotly.relayout(plot, { "xaxis.type": type(), "xaxis.range": type() === "log" ? ends.map(Math.log10) : ends });
     };
@@ -74,21 +75,36 @@
       for (const field of [from, to]) field.addEventListener("change", range);
       figure.querySelector(".whole").addEventListener("click", () => {
         from.value = to.value = "";
-        Plotly.relayout(plot, { "xaxis.autorange": true, "yaxis.autorange": true });
+        if (chart.drawn) Plotly.relayout(plot, { "xaxis.autorange": true, "yaxis.autorange": true });
       });
     }
-    const drawn = Plotly.newPlot(plot, data, layout, { responsive: true, displaylogo: false, modeBarButtonsToRemove: ["select2d", "lasso2d", "autoScale2d"] });
-    charts.push({ figure, plot, layout, drawn, traces: data.length });
+    const chart = { figure, plot, layout, drawn: null, traces: data.length };
+    chart.draw = () => {
+      if (chart.drawn) return chart.drawn;
+      for (const [path, value] of Object.entries(dressed(layout))) put(layout, path, value);
+      visible().forEach((on, at) => { data[at].visible = on; });
+      chart.drawn = Plotly.newPlot(plot, data, layout, { responsive: true, displaylogo: false, modeBarButtonsToRemove: ["select2d", "lasso2d", "autoScale2d"] });
+      return chart.drawn;
+    };
+    charts.push(chart);
   }
 
-  const dress = () => charts.forEach((c) => Plotly.relayout(c.plot, dressed(c.layout)));
+  // One chart after another, from above: the page can be read and used while those below are still drawn.
+  const all = (async () => {
+    for (const chart of charts) {
+      await chart.draw();
+      await new Promise((done) => setTimeout(done));
+    }
+  })();
+
+  const dress = () => charts.forEach((c) => { if (c.drawn) Plotly.relayout(c.plot, dressed(c.layout)); else c.draw(); });
   matchMedia("(prefers-color-scheme: dark)").addEventListener("change", dress);
   addEventListener("beforeprint", dress);
   addEventListener("afterprint", dress);
 
   // Opened with #selftest, the page says of itself what it shows and whether a switch works.
   if (location.hash === "#selftest") {
-    Promise.all(charts.map((c) => c.drawn)).then(async () => {
+    all.then(async () => {
       const shown = (c) => c.plot.data.filter((t) => t.visible !== false).length;
       const result = { charts: charts.length, traces: charts.reduce((n, c) => n + c.traces, 0), toggled: null, errors };
       result.drawn = charts.filter((c) => c.plot.querySelector("svg.main-svg")).length;
@@ -104,6 +120,7 @@
         await new Promise((done) => setTimeout(done, 50));
         result.toggled = { name: button.textContent, before, less, after: shown(first) };
       }
+      result.ready_ms = Math.round(performance.now());
       result.wide = document.documentElement.scrollWidth - document.documentElement.clientWidth;
       result.requests = performance.getEntriesByType("resource").map((r) => r.name).filter((n) => !/^(data|blob):/.test(n));
       const out = document.createElement("output");

@@ -24,6 +24,7 @@ fn curves(positions: usize, channels: usize, lines: usize) -> Vec<Curve> {
                 unit: "receptance (µm/N)".into(),
                 measured,
                 predicted,
+                before: Vec::new(),
                 peaks: Vec::new(),
             });
         }

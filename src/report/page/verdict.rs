@@ -5,6 +5,7 @@ use plotly::layout::{AxisType, BarMode};
 use plotly::{Bar, HeatMap, Scatter};
 
 use super::chart::{Chart, Switches, axis, colour, layout, line, log_axis};
+use super::curve::{self, Curve};
 use super::text::{TextTable, cell, escape, listed, paragraph, rounded};
 use crate::report::diagnosis::{Diagnosis, EffectRow};
 use crate::report::table::{figure, percent};
@@ -29,6 +30,11 @@ pub fn sentence(of: &Diagnosis) -> String {
 /// What stands under the verdict: reason, what could not be told apart, next measurement.
 pub fn summary(of: &Diagnosis) -> String {
     let mut out = String::new();
+    let without = of.stamp.without.iter().map(|id| format!("without {id}"));
+    let changes: Vec<String> = of.stamp.overrides.iter().cloned().chain(without).collect();
+    if !changes.is_empty() {
+        out += &paragraph(&format!("The machine was described {}.", listed(&changes, "and")));
+    }
     if !of.verdict.reason.is_empty() {
         out += &paragraph(&of.verdict.reason);
     }
@@ -41,29 +47,82 @@ pub fn summary(of: &Diagnosis) -> String {
     out
 }
 
-/// The section behind the verdict.
-pub fn content(of: &Diagnosis) -> String {
-    let mut gaps = TextTable::new("The gap", 1, ["", "Gap"]);
-    let mut row = |name: &str, x: Option<f64>| {
+/// The section behind the verdict: how far, where, which.
+pub fn content(of: &Diagnosis, curves: &[Curve]) -> String {
+    let after = if of.chosen.id.is_empty() { "as chosen".to_string() } else { format!("with {}", of.chosen.id.replace('+', " and ")) };
+    let overlay = curve::chart("diagnosis-curves", curves, &after);
+    format!(
+        "{}{overlay}{}{}{}{}{}{}{}{}",
+        change(of),
+        gaps(of),
+        bands(of),
+        residual_map(of),
+        looks(of),
+        places(of),
+        delta_z(of),
+        effects(of),
+        before_after(of)
+    )
+}
+
+/// What the chosen model changes: the gap, and errors in plain units.
+fn change(of: &Diagnosis) -> String {
+    let chosen = &of.chosen;
+    let mut table = TextTable::new("Before and after, over what was held out", 1, ["", "as described", "as chosen"]);
+    if of.gap.held_out.is_some() && chosen.gap_held_out.is_some() {
+        table.row(["gap".to_string(), cell(of.gap.held_out, percent), cell(chosen.gap_held_out, percent)]);
+    }
+    chosen.plain.iter().for_each(|p| table.row([p.figure.clone(), percent(p.before), percent(p.after)]));
+    let interval = chosen.closed95.map_or_else(String::new, |[a, b]| format!(" (95 %: {} to {})", percent(a), percent(b)));
+    let ceiling =
+        chosen.ceiling.map_or_else(String::new, |c| format!(" The best free change at one interface would close {}.", percent(c)));
+    let closed = chosen
+        .closed
+        .map_or_else(String::new, |c| paragraph(&format!("Of the gap above the noise {}{interval} is closed.{ceiling}", percent(c))));
+    format!("{}{closed}", table.html())
+}
+
+/// The gap by part.
+fn gaps(of: &Diagnosis) -> String {
+    let mut table = TextTable::new("The gap between the machine as described and what was measured", 2, ["Over", "", "Gap"]);
+    let mut row = |name: &str, role: &str, x: Option<f64>| {
         if x.is_some() {
-            gaps.row([name.to_string(), cell(x, figure)]);
+            table.row([name.to_string(), role.into(), cell(x, percent)]);
         }
     };
-    row("fitted", of.gap.fit);
-    row("held out", of.gap.held_out);
-    row("that the noise alone leaves", of.noise_floor);
-    of.gap.by_position.iter().for_each(|(name, x)| row(name, Some(*x)));
-    of.gap.by_phase.iter().for_each(|(name, x)| row(name, Some(*x)));
-    format!("{}{}{}{}{}{}{}", gaps.html(), bands(of), residual_map(of), places(of), effects(of), before_after(of), delta_z(of))
+    row("all that was fitted", "", of.gap.fit);
+    row("all that was held out", "", of.gap.held_out);
+    row("the noise alone", "", of.noise_floor);
+    let role = |name: &String| match (of.fit_positions.contains(name), of.held_out_positions.contains(name)) {
+        (true, _) => "fitted",
+        (_, true) => "held out",
+        _ => "",
+    };
+    of.gap.by_position.iter().for_each(|(name, x)| row(name, role(name), Some(*x)));
+    of.gap.by_mode.iter().enumerate().for_each(|(at, x)| row(&format!("mode {}", at + 1), "", Some(*x)));
+    of.gap.by_phase.iter().for_each(|(name, x)| row(name, "", Some(*x)));
+    table.html()
+}
+
+/// What the ratio of measured and modelled looks like.
+fn looks(of: &Diagnosis) -> String {
+    let mut table = TextTable::new("Measured over modelled, by channel", 2, ["Channel", "looks like", "Factor"]);
+    of.ratio.iter().for_each(|r| table.row([r.channel.clone(), r.looks_like.clone(), figure(r.factor)]));
+    table.html()
 }
 
 fn bands(of: &Diagnosis) -> String {
     let bands = &of.gap.by_band;
-    let mut chart =
-        Chart::new("bands", "Gap by frequency band", "", 260, layout().x_axis(axis("Hz").type_(AxisType::Category)).y_axis(axis("gap")));
+    let mut chart = Chart::new(
+        "bands",
+        "Gap by frequency band",
+        "",
+        260,
+        layout().x_axis(axis("frequency band (Hz)").type_(AxisType::Category)).y_axis(axis("gap").tick_format(".0%")),
+    );
     if !bands.is_empty() {
         let (x, y): (Vec<String>, Vec<f64>) = bands.iter().map(|b| (band(b.from_hz, b.to_hz), rounded(b.gap, 4))).unzip();
-        chart.trace(Bar::new(x, y).marker(Marker::new().color(colour(0))).hover_template("%{x} Hz: %{y:.3~g}<extra></extra>"));
+        chart.trace(Bar::new(x, y).marker(Marker::new().color(colour(0))).hover_template("%{x} Hz: %{y:.1%}<extra></extra>"));
     }
     chart.html()
 }
@@ -108,7 +167,7 @@ fn residual_map(of: &Diagnosis) -> String {
         "Gap by position, channel and frequency band",
         "Where the model is off: the darker, the farther from the measurement.",
         130 + 26 * names.len(),
-        layout().x_axis(axis("Hz").type_(AxisType::Category)).y_axis(axis("").type_(AxisType::Category)),
+        layout().x_axis(axis("frequency band (Hz)").type_(AxisType::Category)).y_axis(axis("").type_(AxisType::Category)),
     );
     let x: Vec<String> = edges.iter().map(|e| band(e.0, e.1)).collect();
     let y: Vec<String> = names.iter().map(|n| escape(n)).collect();
@@ -125,7 +184,10 @@ fn places(of: &Diagnosis) -> String {
         "Gap left when one interface may change freely",
         "The shorter the bar, the better a change at this interface alone explains the measurements. Line: the gap as it is.",
         110 + 30 * known.len(),
-        layout().show_legend(false).x_axis(axis("gap left on what was held out")).y_axis(axis("").type_(AxisType::Category)),
+        layout()
+            .show_legend(false)
+            .x_axis(axis("gap left on what was held out").tick_format(".0%"))
+            .y_axis(axis("").type_(AxisType::Category)),
     );
     if !known.is_empty() {
         let (names, left): (Vec<String>, Vec<f64>) =
@@ -133,18 +195,29 @@ fn places(of: &Diagnosis) -> String {
         let shapes: Vec<String> = known.iter().map(|(w, _)| escape(&w.shape)).collect();
         let ends: Vec<String> = names.first().into_iter().chain(names.last()).cloned().collect();
         let bars = Bar::new(left, names).orientation(Orientation::Horizontal).text_array(shapes).marker(Marker::new().color(colour(0)));
-        chart.trace(bars.hover_template("%{y}: %{x:.3~g}, like %{text}<extra></extra>"));
+        chart.trace(bars.hover_template("%{y}: %{x:.1%}, like %{text}<extra></extra>"));
         if let Some(now) = of.gap.held_out {
             let now = Scatter::new(vec![now; 2], ends).mode(Mode::Lines).line(line("#8A8A8A", 2.0).dash(plotly::common::DashType::Dash));
-            chart.trace(now.hover_template("gap as it is: %{x:.3~g}<extra></extra>"));
+            chart.trace(now.hover_template("gap as it is: %{x:.1%}<extra></extra>"));
         }
     }
     chart.html()
 }
 
-/// Effects in the order of the document, the best on top: as the axis begins below, from the last to the first.
+/// Whether the verdict names an effect.
+fn in_verdict(of: &Diagnosis, effect: &EffectRow) -> bool {
+    effect.selected || of.verdict.effects.iter().any(|v| v.split('+').any(|id| id == effect.id))
+}
+
+/// Effects that change anything, in the order of the document, the best on top: as the axis begins below, from the last to the first.
 fn tried(of: &Diagnosis) -> Vec<&EffectRow> {
-    of.effects.iter().filter(|e| e.status == "tried").take(20).collect::<Vec<_>>().into_iter().rev().collect()
+    let tells = |e: &&EffectRow| e.status == "tried" && (in_verdict(of, e) || e.closed.is_none_or(|c| c.abs() > 0.005));
+    of.effects.iter().filter(tells).take(12).collect::<Vec<_>>().into_iter().rev().collect()
+}
+
+/// A probability as one reads it.
+fn probability(p: f64) -> String {
+    if p < 1e-4 { "< 0.0001".into() } else { format!("{p:.4}") }
 }
 
 fn effects(of: &Diagnosis) -> String {
@@ -152,7 +225,8 @@ fn effects(of: &Diagnosis) -> String {
     let mut chart = Chart::new(
         "effects",
         "Share of the gap that each effect closes, with 95 % intervals",
-        "Share of the gap above the noise that an effect closes on what was held out; bars: 95 %. Orange: in the verdict.",
+        "Share of the gap above the noise that an effect closes on what was held out; grey bars: 95 %, for what the verdict names. Orange: in the verdict. \
+         Effects that change nothing stand in the table alone.",
         110 + 28 * rows.len(),
         layout().show_legend(false).x_axis(axis("share closed").tick_format(".0%")).y_axis(axis("").type_(AxisType::Category)),
     );
@@ -163,27 +237,31 @@ fn effects(of: &Diagnosis) -> String {
             .array_minus(vec![(closed - low).max(0.0)])
             .symmetric(false)
             .color("#8A8A8A".to_string());
-        let in_verdict = effect.selected || of.verdict.effects.iter().any(|v| v.split('+').any(|id| id == effect.id));
         let bar = Bar::new(vec![rounded(*closed, 4)], vec![escape(&effect.id)])
             .orientation(Orientation::Horizontal)
-            .marker(Marker::new().color(colour(usize::from(in_verdict))))
+            .marker(Marker::new().color(colour(usize::from(in_verdict(of, effect)))))
             .hover_template(format!("{}: %{{x:.1%}}<extra></extra>", escape(&effect.id)));
         chart.trace(if effect.closed95.is_some() { bar.error_x(spread) } else { bar });
     }
     let header = ["Effect", "", "Gap before", "Gap after", "Closed", "95 % interval", "p"];
-    let mut table = TextTable::new("All effects, best first", 2, header);
+    let mut table = TextTable::new("All effects, best first; p: the share of simulated machines without it that show as much", 2, header);
+    let parameters = |e: &EffectRow| e.parameters.iter().map(|(id, x)| format!("{id} {}", figure(*x))).collect::<Vec<_>>().join(", ");
     for effect in &of.effects {
         let class = if effect.selected { "strong" } else { "" };
         table.row_of(
             class,
             [
                 effect.id.clone(),
-                if effect.selected { format!("{}, selected", effect.status) } else { effect.status.clone() },
-                cell(effect.gap_held_out_before, figure),
-                cell(effect.gap_held_out_after, figure),
-                cell(effect.closed, percent),
+                match (&effect.why, effect.selected) {
+                    (Some(why), _) => why.clone(),
+                    (None, true) => format!("in the verdict; {}", parameters(effect)),
+                    (None, false) => effect.status.clone(),
+                },
+                cell(effect.gap_held_out_before.filter(|_| effect.status == "tried"), percent),
+                cell(effect.gap_held_out_after, percent),
+                cell(effect.closed.map(|c| if c.abs() < 5e-5 { 0.0 } else { c }), percent),
                 effect.closed95.map_or_else(|| "–".into(), |[a, b]| format!("{} … {}", percent(a), percent(b))),
-                cell(effect.p_value, figure),
+                cell(effect.p_value, probability),
             ],
         );
     }
@@ -200,7 +278,7 @@ fn before_after(of: &Diagnosis) -> String {
         layout()
             .show_legend(true)
             .bar_mode(BarMode::Group)
-            .x_axis(axis("gap on what was held out"))
+            .x_axis(axis("gap on what was held out").tick_format(".0%"))
             .y_axis(axis("").type_(AxisType::Category)),
     );
     if !rows.is_empty() {
@@ -208,14 +286,14 @@ fn before_after(of: &Diagnosis) -> String {
             let x: Vec<f64> = rows.iter().map(|r| rounded(if pick == 1 { r.1 } else { r.2 }, 4)).collect();
             let names: Vec<String> = rows.iter().map(|r| r.0.clone()).collect();
             let bars = Bar::new(x, names).name(what).orientation(Orientation::Horizontal).marker(Marker::new().color(colour(n)));
-            chart.trace(bars.hover_template("%{y}: %{x:.3~g}"));
+            chart.trace(bars.hover_template("%{y}: %{x:.1%}"));
         }
     }
     chart.html()
 }
 
 fn delta_z(of: &Diagnosis) -> String {
-    let layout = layout().show_legend(true).x_axis(log_axis("Hz")).y_axis(axis("ΔZ (N/m or N·m/rad)").tick_format("~e"));
+    let layout = layout().show_legend(true).x_axis(log_axis("frequency (Hz)")).y_axis(axis("ΔZ (N/m or N·m/rad)").tick_format("~e"));
     let options: Vec<String> = of.delta_z.iter().map(|d| d.interface.clone()).collect();
     let mut chart = Chart::new(
         "delta-z",

@@ -175,9 +175,8 @@ impl EstimatorError {
             Self { bias, leak }
         };
         let worse = |a: Self, b: Self| Self { bias: a.bias.max(b.bias), leak: a.leak.max(b.leak) };
-        let of_station = |(exact, answers): (&Vec<Vec<Complex64>>, &Vec<Answer>)| {
-            exact.iter().zip(answers).map(of_record).fold(Self::default(), worse)
-        };
+        let of_station =
+            |(exact, answers): (&Vec<Vec<Complex64>>, &Vec<Answer>)| exact.iter().zip(answers).map(of_record).fold(Self::default(), worse);
         exact.par_iter().zip(answers).map(of_station).collect::<Vec<Self>>().into_iter().fold(Self::default(), worse)
     }
 

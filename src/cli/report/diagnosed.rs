@@ -1,0 +1,56 @@
+//! What a diagnosis was made on, with the machine before and after it: for its page.
+
+use std::collections::BTreeMap;
+
+use super::super::arguments::Sources;
+use super::super::common::{Loaded, load, stamp, told};
+use super::changed;
+use super::curves::{Model, Overlay};
+use crate::diagnosis::with_nuisances;
+use crate::machine::{Effect, Machine};
+use crate::model::Rods;
+use crate::report::diagnosis::Diagnosis;
+use crate::report::page::Page;
+
+/// Draws the machine as described and as chosen, each at its fit, over what was measured, if all inputs are still what they were.
+pub(super) fn draw(of: &Diagnosis, page: &mut Page) -> Result<(), String> {
+    let sources = Sources {
+        config: of.config.clone(),
+        measurements: of.measurements.clone(),
+        set: of.stamp.overrides.clone(),
+        without: of.stamp.without.clone(),
+    };
+    let loaded = load(&sources).map_err(|e| format!("{e} (paths are those of the diagnosis; run report where it was run)"))?;
+    let now = stamp("diagnosis", 0, true, &loaded, Vec::new()).inputs;
+    if let Some(path) = changed(&of.stamp.inputs, &now) {
+        return Err(format!("{path} is no longer what it was at the diagnosis; diagnose again"));
+    }
+    let Loaded { config, set, .. } = &loaded;
+    let described = if of.domain == "frf" { with_nuisances(&config.machine).map_err(told)? } else { config.machine.clone() };
+    let before = model(described.clone(), &of.described);
+    let after = with_chosen(&described, &of.chosen.id, &config.effects).and_then(|machine| model(machine, &of.chosen.parameters));
+    let models: Vec<Model> = before.into_iter().chain(after.filter(|_| of.chosen.id != "nominal")).collect();
+    if models.is_empty() {
+        return Err("the diagnosis does not say at which values of the parameters; diagnose again with this version".into());
+    }
+    let (fit, _) = set.split(Some(&of.fit_positions), &of.held_out_positions).map_err(told)?;
+    page.title = config.machine.title.clone();
+    page.diagnosed = Overlay { set, fit, models: &models }.curves()?;
+    Ok(())
+}
+
+/// The machine with the effects that were chosen; `None` where the choice is none of effects alone.
+fn with_chosen(described: &Machine, chosen: &str, effects: &[Effect]) -> Option<Machine> {
+    chosen.split('+').filter(|id| *id != "nominal").try_fold(described.clone(), |machine, id| {
+        // What was released is a parameter of the machine as it is.
+        if machine.parameters.iter().any(|p| p.id == id) {
+            return Some(machine);
+        }
+        machine.with_effect(effects.iter().find(|e| e.id == id)?).ok()
+    })
+}
+
+fn model(machine: Machine, values: &BTreeMap<String, f64>) -> Option<Model> {
+    let values: Option<Vec<f64>> = machine.parameters.iter().map(|p| values.get(&p.id).copied()).collect();
+    Some(Model { values: values?, machine, rods: Rods::Exact, gain: None })
+}
