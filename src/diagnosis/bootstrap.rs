@@ -29,6 +29,7 @@ pub fn closed_interval(
 ) -> Option<(f64, f64)> {
     let Domain::Frf(settings) = fitter.domain else { return None };
     let far = fitter.on(FitSet { set: held_out.set, positions: held_out.positions.clone(), frfs: held_out.frfs.clone() });
+    let step = control.steps("draws", draws);
     let drawn: Vec<f64> = (0..draws)
         .into_par_iter()
         .filter_map(|draw| {
@@ -47,7 +48,9 @@ pub fn closed_interval(
                 let part = |g: FrfGap| Part { position: None, frf: Some(g.frf), gap: g.gap, floor: g.noise_floor, count: g.lines };
                 Some(there.gaps(&own.parameters(&polished.place), own.gain(&polished.place)).into_iter().map(part).collect())
             };
-            closed(&gap(nominal)?, &gap(chosen)?)
+            let closed = closed(&gap(nominal)?, &gap(chosen)?);
+            step();
+            closed
         })
         .collect();
     if drawn.len() < draws / 2 || drawn.len() < 8 {

@@ -194,6 +194,7 @@ pub fn simulate(
         .collect::<Result<_, ObjectiveError>>()?;
     // A draw stands for all lines: what is left of a model's error grows with their number.
     let share = objective.observations() as f64 / few.observations() as f64;
+    let step = control.steps("nulls", draws);
     let drawn: Vec<(DVector<f64>, f64)> = (0..draws)
         .into_par_iter()
         .filter_map(|draw| {
@@ -225,6 +226,7 @@ pub fn simulate(
                 }
             }
         })
+        .inspect(|_| step())
         .collect();
     let gains: Vec<Vec<f64>> = drawn.par_iter().map(|(left, _)| directions.iter().map(|d| share * d.gain(left)).collect()).collect();
     let count = gains.len().max(1) as f64;

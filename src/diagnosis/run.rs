@@ -215,7 +215,12 @@ pub fn survey(
         true => hypotheses.into_iter().map(|h| h.kept_at(&bases[0].units)).collect(),
         false => hypotheses,
     };
-    let mut fits: Vec<Fit> = hypotheses.par_iter().map(|h| fitter.fit(h, &bases, control)).collect();
+    let step = control.steps("candidates", hypotheses.len());
+    let told = |fit: Fit| {
+        step();
+        fit
+    };
+    let mut fits: Vec<Fit> = hypotheses.par_iter().map(|h| told(fitter.fit(h, &bases, control))).collect();
     let objective = fitter.objective(&nominal)?;
     let own = nominal.machine.parameters.len();
     let mut deepest: Vec<&Fitted> = fits.iter().filter_map(|f| f.as_ref().ok()).collect();
