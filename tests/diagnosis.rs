@@ -85,6 +85,60 @@ fn published_two_inertia_bench_without_an_effect() {
     }
 }
 
+/// The servo axis of the papers has one mode near 152 Hz where its real machine showed two: FRFs of the axis with something that swings on its slide.
+#[test]
+fn recover_what_swings_on_the_servo_axis() {
+    let swing = r#"
+[[effect]]
+id = "slide-resonator"
+says = "something on the slide swings: a mass on a spring"
+needs = ["slide"]
+point = [{ name = "swinging", motion = "translation", mass_kg = "m_swing" }]
+joint = [{ name = "swing", between = ["swinging", "slide"], stiffness = "k_swing", damping = "c_swing" }]
+
+[effect.parameter]
+m_swing = { unit = "kg", start = 1e-3, lower = 1e-3, upper = 100.0, source = "covers, cable chains" }
+k_swing = { unit = "N/m", start = 1e3, lower = 1e2, upper = 1e9, source = "modes from 10 to 1,000 Hz" }
+c_swing = { unit = "N*s/m", start = 1.0, lower = 1e-2, upper = 1e5, source = "damping ratios of 0.1 to 30 %" }
+"#;
+    let axis = std::fs::read_to_string("configs/servo-axis.toml").unwrap();
+    let folder = tempfile::tempdir().unwrap();
+    let path = |name: &str| folder.path().join(name).to_str().unwrap().to_string();
+    std::fs::write(path("own.toml"), format!("{axis}{swing}")).unwrap();
+    std::fs::write(path("truth.toml"), format!("effects = [\"slide-resonator\"]\n{axis}{swing}")).unwrap();
+    let mut manifest = "title = \"axis\"\nquantity = \"receptance\"\n[split]\nfit = [\"a\", \"b\"]\n".to_string();
+    let mut draw = jointid::truth::draw::Draw::new(1);
+    for (record, response, excitation) in [("a", "motor", "motor"), ("b", "slide", "slide"), ("c", "slide", "motor")] {
+        let values = ["m_swing.start=12", "k_swing.start=1.05e7", "c_swing.start=500"].map(|v| format!("parameter.{v}"));
+        let mut arguments = vec!["simulate", "frf", "--config"];
+        let truth = path("truth.toml");
+        arguments.extend([truth.as_str(), "--response", response, "--excitation", excitation]);
+        arguments.extend(["--from-hz", "10", "--to-hz", "600", "--step-hz", "1"]);
+        values.iter().for_each(|value| arguments.extend(["--set", value]));
+        let simulated = output(&arguments);
+        assert!(simulated.status.success(), "{}", String::from_utf8_lossy(&simulated.stderr));
+        let mut text = "frequency_hz,real,imag,relative_sd\n".to_string();
+        for row in String::from_utf8(simulated.stdout).unwrap().lines().skip(1) {
+            let cells: Vec<&str> = row.split(',').collect();
+            let (re, im): (f64, f64) = (cells[2].parse().unwrap(), cells[3].parse().unwrap());
+            let (a, b) = (1.0 + 0.01 * draw.normal(), 0.01 * draw.normal());
+            text += &format!("{},{:e},{:e},0.01414\n", cells[1], re * a - im * b, re * b + im * a);
+        }
+        std::fs::write(path(&format!("{record}.csv")), text).unwrap();
+        manifest += &format!(
+            "[[frf]]\nrecord = \"{record}\"\nresponse = \"{response}\"\nexcitation = \"{excitation}\"\nfile = \"{record}.csv\"\n"
+        );
+    }
+    std::fs::write(path("manifest.toml"), manifest).unwrap();
+    let set = folder.path().to_str().unwrap();
+    let unknown = diagnosed(&["--config", "configs/servo-axis.toml", "--measurements", set]);
+    assert_eq!(unknown["verdict"]["kind"], "unknown", "{:#}", unknown["verdict"]);
+    assert_eq!((&unknown["where"][0]["interface"], &unknown["where"][0]["shape"]), (&"slide".into(), &"resonator".into()));
+    let named = diagnosed(&["--config", &path("own.toml"), "--measurements", set]);
+    assert_eq!(named["verdict"]["effects"], serde_json::json!(["slide-resonator"]), "{:#}", named["verdict"]);
+    assert!(named["effects"][0]["closed"].as_f64().unwrap() > 0.98, "{:#}", named["effects"][0]);
+}
+
 #[test]
 fn too_few_numbers_say_nothing() {
     let folder = tempfile::tempdir().unwrap();

@@ -11,8 +11,8 @@ use super::common::{CommandResult, Loaded, Outcome, deliver, fits_frfs, load, on
 use super::progress::Progress;
 use super::rows;
 use crate::diagnosis::{
-    Ablation, Candidate, Diagnosis, Domain, Kind, Part, Settings, Status, VerdictKind, closed, closed_interval, diagnose, fitter,
-    floor_over, gap_over, values_of,
+    Ablation, Candidate, Diagnosis, Domain, Fitted, Hypothesis, Kind, Part, Settings, Status, VerdictKind, closed, closed_interval, diagnose, fitter,
+    floor_over, gap_over, peak_errors, values_of,
 };
 use crate::machine::Effect;
 use crate::measurement::{FitSet, HoldOutSet};
@@ -440,32 +440,17 @@ fn delta_z(found: &Diagnosis) -> Vec<document::DeltaZ> {
         .collect()
 }
 
-/// Errors of the largest peak of each held-out FRF: frequency and height.
+/// Errors of the highest resonance of held-out FRFs, before and after: frequency, damping, peak compliance.
 fn plain(held_out: &HoldOutSet<'_>, found: &Diagnosis) -> Result<Vec<document::Plain>, String> {
     let Domain::Frf(settings) = found.domain else { return Ok(Vec::new()) };
     if held_out.frfs.is_empty() {
         return Ok(Vec::new());
     }
-    let errors = |(hypothesis, fitted): &(crate::diagnosis::Hypothesis, crate::diagnosis::Fitted)| -> Result<(f64, f64), String> {
-        let objective = FrfObjective::held_out(&hypothesis.machine, held_out, settings).map_err(told)?;
-        let values = values_of(hypothesis, fitted);
-        let residuals = objective.residuals(&values, objective.best_gain(&values));
-        let (mut frequency, mut height, mut count) = (0.0, 0.0, 0.0);
-        for (residuals, record) in residuals.iter().zip(objective.records()) {
-            let frequencies = record.frequencies_hz();
-            let measured = record.magnitudes();
-            let predicted: Vec<f64> = measured.iter().zip(residuals).map(|(h, r)| h / r.re.exp()).collect();
-            let top = |of: &[f64]| (0..of.len()).max_by(|a, b| of[*a].total_cmp(&of[*b])).unwrap_or(0);
-            let (m, p) = (top(&measured), top(&predicted));
-            frequency += (frequencies[p] / frequencies[m] - 1.0).powi(2);
-            height += (predicted[p] / measured[m] - 1.0).powi(2);
-            count += 1.0;
-        }
-        Ok((f64::sqrt(frequency / count), f64::sqrt(height / count)))
-    };
-    let (before, after) = (errors(&found.nominal)?, errors(&found.chosen)?);
-    Ok(vec![
-        document::Plain { figure: "frequency of the largest peak, held out, rms error".into(), before: before.0, after: after.0 },
-        document::Plain { figure: "peak compliance, held out, rms error".into(), before: before.1, after: after.1 },
-    ])
+    let errors = |(hypothesis, fitted): &(Hypothesis, Fitted)| peak_errors(hypothesis, fitted, held_out, settings).map_err(told);
+    let (Some(before), Some(after)) = (errors(&found.nominal)?, errors(&found.chosen)?) else { return Ok(Vec::new()) };
+    let row = |what: &str, before: f64, after: f64| document::Plain { figure: format!("{what}, held out, rms error"), before, after };
+    let mut rows = vec![row("frequency of the highest resonance", before.frequency, after.frequency)];
+    rows.extend(before.damping.zip(after.damping).map(|(before, after)| row("its damping ratio", before, after)));
+    rows.push(row("its peak compliance", before.height, after.height));
+    Ok(rows)
 }

@@ -1,0 +1,106 @@
+//! How far off the highest resonance of an FRF is, in the units an engineer thinks in.
+
+use super::fit::{Fitted, values_of};
+use super::hypothesis::Hypothesis;
+use crate::measurement::HoldOutSet;
+use crate::numeric::statistics::root_mean_square;
+use crate::objective::{FrfObjective, FrfSettings, ObjectiveError};
+
+/// A maximum must stand out of what is around it by this factor to be a resonance.
+const STANDS_OUT: f64 = 1.5;
+
+/// Relative errors of the highest resonance, root mean square over FRFs; `None` where none of them shows one.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PeakErrors {
+    /// Of its frequency.
+    pub frequency: f64,
+    /// Of its damping ratio, where both have half-power points.
+    pub damping: Option<f64>,
+    /// Of its height: the peak compliance.
+    pub height: f64,
+}
+
+/// The highest resonance of held-out FRFs, predicted against measured.
+///
+/// # Errors  as [`FrfObjective::held_out`].
+pub fn peak_errors(
+    hypothesis: &Hypothesis,
+    fitted: &Fitted,
+    held_out: &HoldOutSet<'_>,
+    settings: FrfSettings,
+) -> Result<Option<PeakErrors>, ObjectiveError> {
+    let objective = FrfObjective::held_out(&hypothesis.machine, held_out, settings)?;
+    let values = values_of(hypothesis, fitted);
+    let residuals = objective.residuals(&values, objective.best_gain(&values));
+    let (mut frequencies, mut dampings, mut heights) = (Vec::new(), Vec::new(), Vec::new());
+    for (residuals, record) in residuals.iter().zip(objective.records()) {
+        let lines_hz = record.frequencies_hz();
+        let measured = record.magnitudes();
+        let predicted: Vec<f64> = measured.iter().zip(residuals).map(|(h, r)| h / r.re.exp()).collect();
+        let (Some(m), Some(p)) = (highest(&measured), highest(&predicted)) else { continue };
+        frequencies.push(lines_hz[p] / lines_hz[m] - 1.0);
+        heights.push(predicted[p] / measured[m] - 1.0);
+        if let (Some(true_ratio), Some(ratio)) = (damping_ratio(&lines_hz, &measured, m), damping_ratio(&lines_hz, &predicted, p)) {
+            dampings.push(ratio / true_ratio - 1.0);
+        }
+    }
+    let (damping, height) = (root_mean_square(dampings), root_mean_square(heights));
+    Ok(root_mean_square(frequencies).zip(height).map(|(frequency, height)| PeakErrors { frequency, damping, height }))
+}
+
+/// Index of the highest inner maximum that stands out on both sides.
+fn highest(magnitudes: &[f64]) -> Option<usize> {
+    let stands_out = |at: usize| {
+        let top = magnitudes[at];
+        let least = |side: &mut dyn Iterator<Item = &f64>| side.take_while(|h| **h <= top).fold(top, |low, h| low.min(*h));
+        let (left, right) = (least(&mut magnitudes[..at].iter().rev()), least(&mut magnitudes[at + 1..].iter()));
+        top > STANDS_OUT * left.max(right)
+    };
+    let inner = 1..magnitudes.len().saturating_sub(1);
+    let maxima = inner.filter(|at| magnitudes[*at] >= magnitudes[at - 1] && magnitudes[*at] > magnitudes[at + 1]);
+    maxima.filter(|at| stands_out(*at)).max_by(|a, b| magnitudes[*a].total_cmp(&magnitudes[*b]))
+}
+
+/// Half of the half-power width over the frequency; `None` where a half-power point lies beyond the band or another peak.
+///
+/// # Source  Δω/(2·ω_n) at |H|/√2, for light damping: Ewins, "Modal Testing", ch. 4.
+fn damping_ratio(lines_hz: &[f64], magnitudes: &[f64], peak: usize) -> Option<f64> {
+    let half = magnitudes[peak] / std::f64::consts::SQRT_2;
+    let crossing = |low: usize, high: usize| {
+        let share = (half - magnitudes[low]) / (magnitudes[high] - magnitudes[low]);
+        lines_hz[low] + share * (lines_hz[high] - lines_hz[low])
+    };
+    let left = (1..=peak).rev().find(|at| magnitudes[at - 1] < half)?;
+    let right = (peak..magnitudes.len() - 1).find(|at| magnitudes[at + 1] < half)?;
+    Some((crossing(right, right + 1) - crossing(left - 1, left)) / (2.0 * lines_hz[peak]))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// |H| of an oscillator with a rigid-body line beside it.
+    fn magnitudes(lines_hz: &[f64], f0_hz: f64, ratio: f64) -> Vec<f64> {
+        let of = |f: &f64| {
+            let x = f / f0_hz;
+            1.0 / ((1.0 - x * x).powi(2) + (2.0 * ratio * x).powi(2)).sqrt() + 20.0 / (f * f)
+        };
+        lines_hz.iter().map(of).collect()
+    }
+
+    #[test]
+    fn limit_half_power_width_is_twice_the_damping_ratio() {
+        let lines_hz: Vec<f64> = (1..4000).map(|k| 0.1 * f64::from(k)).collect();
+        let h = magnitudes(&lines_hz, 150.0, 0.02);
+        let peak = highest(&h).unwrap();
+        assert!((lines_hz[peak] - 150.0).abs() < 0.2, "{}", lines_hz[peak]);
+        let ratio = damping_ratio(&lines_hz, &h, peak).unwrap();
+        assert!((ratio / 0.02 - 1.0).abs() < 0.02, "{ratio}");
+    }
+
+    #[test]
+    fn a_falling_line_has_no_resonance() {
+        let falling: Vec<f64> = (1..100).map(|k| (1.0 + 0.01 * f64::from(k % 2)) / f64::from(k * k)).collect();
+        assert_eq!(highest(&falling), None);
+    }
+}
