@@ -8,7 +8,7 @@ use assert_cmd::Command;
 use jointid::report::document::Input;
 use jointid::report::{digest, to_json};
 use jointid::truth::effect::Place;
-use jointid::truth::{Counts, Gap, Kind, Label, Layout, Strength, labels_json};
+use jointid::truth::{Counts, Gap, Kind, Label, Strength, labels_json};
 use jointid::withheld::{
     Answer, Confusion, Generator, Judgement, Proportion, Run, Seal, SealedCase, confusion_text, files_of, folder_digest, judge, scores,
     scores_text,
@@ -37,17 +37,14 @@ fn label(kind: Kind, effects: &[&str], place: &[&str]) -> Label {
             .map(|name| Place { interface: name.to_string(), accepted: vec![name.to_string(), "another-name".into()] })
             .collect(),
         band_hz: planted.then_some([100.0, 200.0]),
+        phases: Vec::new(),
         gap: Gap { closed: planted.then_some(0.9), ..Gap::default() },
         joints: BTreeMap::new(),
         wrong_parameter: None,
         frozen: Vec::new(),
         fault: None,
         faulty_records: Vec::new(),
-        rotor_held: true,
-        bench: false,
-        layout: Layout::Table,
-        block_s: 1.0,
-        estimator_bias: 0.0,
+        hammer: None,
         refused: 0,
         exact: Vec::new(),
     }
