@@ -24,5 +24,7 @@ pub mod motion;
 #[cfg(test)]
 mod tests;
 
-pub use case::{Case, Counts, Exact, Gap, HammerTest, Kind, Label, Layout, Plan, Slot, Strength, generate, generate_one, labels_json, write_case};
+pub use case::{
+    Case, Counts, Exact, Gap, HammerTest, Kind, Label, Layout, Plan, Slot, Strength, generate, generate_one, labels_json, write_case,
+};
 pub use error::TruthError;

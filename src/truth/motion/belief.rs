@@ -76,7 +76,14 @@ impl Belief {
         let film = scale / round_to(drawn.usage.speed_m_s, 1);
         let parameters = [
             Parameter { id: IDS[0], unit: "kg", start, lower, upper, is_linear: false, source },
-            linear(IDS[1], "N*s/m", round_to(0.2 * film, 1), 0.0, round_to(5.0 * film, 1), "none to five times what accelerates the axis, at rapid speed"),
+            linear(
+                IDS[1],
+                "N*s/m",
+                round_to(0.2 * film, 1),
+                0.0,
+                round_to(5.0 * film, 1),
+                "none to five times what accelerates the axis, at rapid speed",
+            ),
             linear(IDS[2], "N", round_to(0.1 * scale, 1), 0.0, 2.0 * scale, "none to twice the force that accelerates the axis"),
             linear(IDS[3], "N", 0.0, -scale, scale, "a slope of the guide, an offset of the amplifier"),
         ];
@@ -135,7 +142,8 @@ impl Belief {
             "[drive.position]\nencoder_step = {:e}\ngain_per_s = {:e}\nperiod_s = {:e}\n",
             self.quantum_m, self.position_gain_1_s, self.period_s
         );
-        let _ = writeln!(out, "[drive.velocity]\ngain = {:e}\nperiod_s = {:e}\n", self.velocity_gain_n_s_m / self.constant_n_v, self.period_s);
+        let _ =
+            writeln!(out, "[drive.velocity]\ngain = {:e}\nperiod_s = {:e}\n", self.velocity_gain_n_s_m / self.constant_n_v, self.period_s);
         for parameter in &self.parameters {
             let _ = writeln!(
                 out,

@@ -42,10 +42,10 @@ pub fn drawn(viscous: [f64; 2], draw: &mut Draw) -> Drawn {
     let dry = draw.between(0.1, 0.35) * mass * acceleration_m_s2;
     let film = draw.between(viscous[0], viscous[1]) * dry / speed_m_s;
     let guide_share = draw.between(0.55, 0.75);
-    let frequency_hz = draw.between(180.0, 350.0);
+    let frequency_hz = draw.between(250.0, 450.0);
     let stiffness = stiffness_for(masses_kg, frequency_hz);
-    let loss = 2.0 * draw.between(0.02, 0.06) / (std::f64::consts::TAU * frequency_hz);
-    let presliding_m = draw.between(1e-6, 3e-6);
+    let loss = 2.0 * draw.between(0.06, 0.12) / (std::f64::consts::TAU * frequency_hz);
+    let presliding_m = draw.between(5e-7, 1.5e-6);
     let surface = |share: f64, film_share: f64| Friction {
         coulomb_n: share * dry,
         viscous_n_s_m: film_share * film,
@@ -56,9 +56,9 @@ pub fn drawn(viscous: [f64; 2], draw: &mut Draw) -> Drawn {
     let (mut bearing, mut guide) = (surface(1.0 - guide_share, 0.4), surface(guide_share, 0.6));
     (bearing.thinning, guide.thinning) = (draw.between(0.0, 0.08), draw.between(0.0, 0.08));
     guide.along = waves(0.012, stroke_m, 3, draw);
-    let velocity = draw.between(100.0, 200.0);
+    let velocity = draw.between(60.0, 110.0);
     let drive = Drive {
-        position_gain_1_s: round_to(draw.between(0.35, 0.65) * velocity, 3),
+        position_gain_1_s: round_to(draw.between(0.4, 0.8) * velocity, 3),
         velocity_gain_n_s_m: round_to(velocity * mass, 3),
         feed_forward: 0.0,
         period_s: [2.5e-4, 5e-4][draw.index(2)],
@@ -79,6 +79,7 @@ pub fn drawn(viscous: [f64; 2], draw: &mut Draw) -> Drawn {
         ripple: Vec::new(),
         pitch: Vec::new(),
         growth: Growth { strain: 0.0, time_s: 600.0, begun_s: 0.0, fixed_m: 0.0 },
+        scale_late_s: 0.0,
         outside: Vec::new(),
     };
     Drawn { machine: Machine { axis, drive }, usage: Use { stroke_m, speed_m_s, acceleration_m_s2 } }

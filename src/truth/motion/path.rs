@@ -2,10 +2,13 @@
 
 use std::f64::consts::{PI, TAU};
 
+/// Peak of the acceleration over its mean, less one.
+const ROUND: f64 = 0.5;
+
 /// A piece of a path.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Piece {
-    /// To a position at a speed; the acceleration is a bell (1 − cos) of twice its mean.
+    /// To a position at a speed; the acceleration is a rounded step: its mean times 1 − ½ cos 2πτ over each ramp.
     Stroke {
         /// Target, m.
         to_m: f64,
@@ -47,10 +50,10 @@ impl Piece {
                 let distance = (to_m - from_m).abs();
                 let (speed, ramp_s) = ramp(distance, speed_m_s, acceleration_m_s2);
                 let whole = self.duration_s(from_m);
-                // Way of a ramp: ∫ V (τ − sin(2πτ)/2π) dt.
+                // Way of a ramp: ∫ V (τ − ½ sin(2πτ)/2π) dt.
                 let way = |time: f64| {
                     let part = time / ramp_s;
-                    speed * ramp_s * (0.5 * part * part + ((TAU * part).cos() - 1.0) / (4.0 * PI * PI))
+                    speed * ramp_s * (0.5 * part * part + ROUND * ((TAU * part).cos() - 1.0) / (4.0 * PI * PI))
                 };
                 let gone = if time_s >= whole {
                     distance
@@ -79,8 +82,8 @@ impl Piece {
 
 /// Speed that a distance allows, and time of its ramp.
 fn ramp(distance_m: f64, speed_m_s: f64, acceleration_m_s2: f64) -> (f64, f64) {
-    let speed = speed_m_s.min((0.5 * distance_m * acceleration_m_s2).sqrt());
-    (speed, 2.0 * speed / acceleration_m_s2)
+    let speed = speed_m_s.min((distance_m * acceleration_m_s2 / (1.0 + ROUND)).sqrt());
+    (speed, (1.0 + ROUND) * speed / acceleration_m_s2)
 }
 
 /// A path: pieces one after another from a start.

@@ -8,6 +8,9 @@ use crate::truth::draw::Draw;
 /// Step of the integration, s.
 pub const STEP_S: f64 = 25e-6;
 
+/// A step that suffices to weigh effects, s.
+pub const COARSE_S: f64 = 50e-6;
+
 /// Period of the records, s.
 pub const RECORD_S: f64 = 1e-3;
 
@@ -66,7 +69,8 @@ impl Machine {
                 track.command_m.push(commands[k / each]);
                 track.motor_m.push(read(chain.position_m[0]));
                 track.motor_m_s.push(chain.speed_m_s[0]);
-                track.table_m.push(read(self.axis.scale_m(chain.position_m[2], chain.time_s)));
+                let then = chain.position_m[2] - chain.speed_m_s[2] * self.axis.scale_late_s;
+                track.table_m.push(read(self.axis.scale_m(then, chain.time_s)));
                 track.table_m_s.push(chain.speed_m_s[2]);
                 track.force_n.push(demand);
             }

@@ -29,7 +29,7 @@ pub fn fitted(blocks: &Blocks, noise_n: &[f64], held_out: &[bool], belief: &Beli
     let (mut normal, mut right) = (Matrix4::<f64>::zeros(), Vector4::<f64>::zeros());
     for (record, _) in blocks.iter().zip(held_out).filter(|(_, out)| !**out) {
         for (rows, noise) in record.iter().zip(noise_n) {
-            for (columns, value) in rows.columns.iter().zip(rows.residual(&kept)) {
+            for (columns, value) in rows.columns.iter().zip(rows.residual(&kept)).filter_map(|(columns, value)| Some((columns, value?))) {
                 let columns = Vector4::from_fn(|k, _| if free[k] { columns[k] / noise } else { 0.0 });
                 normal += columns * columns.transpose();
                 right += columns * (value / noise);
@@ -56,8 +56,9 @@ pub fn fitted(blocks: &Blocks, noise_n: &[f64], held_out: &[bool], belief: &Beli
 
 /// Root mean square of what is left over that of the last kind of rows: force, or tracking error where a scale watches the table.
 pub fn gap(blocks: &Blocks, parameters: &[f64; 4], held_out: &[bool], out: bool) -> f64 {
-    let chosen: Vec<&Rows> = blocks.iter().zip(held_out).filter(|(_, is_out)| **is_out == out).filter_map(|(record, _)| record.last()).collect();
-    let left: Vec<f64> = chosen.iter().flat_map(|rows| rows.residual(parameters)).collect();
-    let scale: Vec<f64> = chosen.iter().flat_map(|rows| rows.scale.iter().copied()).collect();
+    let chosen: Vec<&Rows> =
+        blocks.iter().zip(held_out).filter(|(_, is_out)| **is_out == out).filter_map(|(record, _)| record.last()).collect();
+    let left: Vec<f64> = chosen.iter().flat_map(|rows| rows.residual(parameters)).flatten().collect();
+    let scale: Vec<f64> = chosen.iter().flat_map(|rows| rows.scales()).collect();
     rms(&left) / rms(&scale)
 }

@@ -15,7 +15,7 @@ use crate::truth::motion::catalogue::{Use, directions};
 use crate::truth::motion::effect::Effect;
 use crate::truth::motion::path::Path;
 use crate::truth::motion::phase::Phase;
-use crate::truth::motion::run::{Log, Machine, STEP_S, Sensors};
+use crate::truth::motion::run::{COARSE_S, Log, Machine, Sensors};
 
 /// Relative error of the force that a careful test reproduces.
 const REPRODUCED: f64 = 0.015;
@@ -69,7 +69,7 @@ impl Test {
     pub fn logs(&self, machine: &Machine) -> Vec<Log> {
         let mut perfect = machine.clone();
         perfect.drive.quantum_m = 0.0;
-        self.paths.par_iter().map(|(_, path)| self.sensors.exact(&perfect.run(path, STEP_S, None))).collect()
+        self.paths.par_iter().map(|(_, path)| self.sensors.exact(&perfect.run(path, COARSE_S, None))).collect()
     }
 
     /// Their rows.
@@ -84,7 +84,7 @@ impl Test {
             self.sensors.disturb(&mut noisy, &mut draw.branch(k as u64));
             let (with, without) = (rows(&noisy, &self.belief), rows(log, &self.belief));
             let less = |(a, b): (Rows, &Rows)| Rows {
-                values: a.residual(parameters).iter().zip(b.residual(parameters)).map(|(a, b)| a - b).collect(),
+                values: differ(&a.residual(parameters), &b.residual(parameters)),
                 columns: vec![[0.0; 4]; a.values.len()],
                 ..a
             };
@@ -102,15 +102,15 @@ impl Test {
             let only: Blocks = base.iter().map(|record| vec![record[kind].clone()]).collect();
             let null = fitted(&only, &[1.0], &self.held_out, &self.belief, None);
             let wanted = null.held_out / (ratio * ratio - 1.0).sqrt();
-            let force = rms(&base.iter().flat_map(|record| record[0].scale.iter().copied()).collect::<Vec<f64>>());
+            let force = rms(&base.iter().flat_map(|record| record[0].scales()).collect::<Vec<f64>>());
             for _ in 0..3 {
                 let noise = self.noise_rows(&logs, &null.parameters, draw);
                 let only: Blocks = noise.into_iter().map(|mut record| vec![record.swap_remove(kind)]).collect();
                 let factor = wanted / super::fit::gap(&only, &[0.0; 4], &self.held_out, true);
                 if kind == 0 {
-                    self.sensors.noise_n = (self.sensors.noise_n * factor).clamp(0.002 * force, 0.12 * force);
+                    self.sensors.noise_n = (self.sensors.noise_n * factor).clamp(0.005 * force, 0.3 * force);
                 } else {
-                    self.sensors.noise_m = (self.sensors.noise_m * factor).clamp(1e-7, 1e-5);
+                    self.sensors.noise_m = (self.sensors.noise_m * factor).clamp(5e-7, 2e-5);
                 }
             }
         }
@@ -140,7 +140,9 @@ impl Gauge {
                 "viscous_friction" => 100.0 * best.parameters[1].abs().max(1.0),
                 _ => 100.0 * best.parameters[2].abs().max(best.parameters[3].abs()).max(10.0),
             };
-            let of = |rows: &Rows| rows.columns.iter().map(|columns| sd * columns[k]).collect();
+            let of = |rows: &Rows| {
+                rows.columns.iter().zip(&rows.moves).map(|(columns, moves)| if *moves { sd * columns[k] } else { 0.0 }).collect()
+            };
             columns.push(whitened(base.iter().map(|record| record.iter().map(of).collect()), &noise));
         }
         let untouched = residuals(&base, &best.parameters);
@@ -202,7 +204,11 @@ impl Gauge {
             } else {
                 high = trial;
             }
-            if high - low < 1e-4 {
+            if high - low < 1e-3 {
+                // A stop more or less makes it leap: the nearest side of the leap will do.
+                if error.abs() < 0.7 {
+                    return Ok(trial.exp());
+                }
                 break;
             }
             let next = trial - (0.5 * error).clamp(-2.5, 2.5);
@@ -223,15 +229,19 @@ fn sd_of(noise: &[Noise]) -> Vec<f64> {
 }
 
 /// Residuals by record and kind.
-type Values = Vec<Vec<Vec<f64>>>;
+type Values = Vec<Vec<Vec<Option<f64>>>>;
 
 fn residuals(blocks: &Blocks, parameters: &[f64; 4]) -> Values {
     blocks.iter().map(|record| record.iter().map(|rows| rows.residual(parameters)).collect()).collect()
 }
 
-fn differences<'a>(there: Values, here: &'a Values) -> impl Iterator<Item = Vec<Vec<f64>>> + 'a {
-    let less = |(a, b): (Vec<f64>, &Vec<f64>)| a.iter().zip(b).map(|(a, b)| a - b).collect();
-    there.into_iter().zip(here).map(move |(a, b)| a.into_iter().zip(b).map(less).collect())
+fn differences(there: Values, here: &Values) -> impl Iterator<Item = Vec<Vec<f64>>> {
+    there.into_iter().zip(here).map(|(a, b)| a.iter().zip(b).map(|(a, b)| differ(a, b)).collect())
+}
+
+/// Differences of rows in motion both times; 0 for the others.
+fn differ(there: &[Option<f64>], here: &[Option<f64>]) -> Vec<f64> {
+    there.iter().zip(here).map(|(a, b)| a.zip(*b).map_or(0.0, |(a, b)| a - b)).collect()
 }
 
 fn noise(base: &Blocks, drawn: &Blocks) -> Vec<Noise> {

@@ -14,7 +14,7 @@ use crate::truth::TruthError;
 use crate::truth::case::{Gap, Kind, Label, Strength};
 use crate::truth::draw::Draw;
 use crate::truth::motion::belief::{Belief, IDS};
-use crate::truth::motion::catalogue::{Drawn, drawn, round_to};
+use crate::truth::motion::catalogue::{Drawn, Use, drawn, round_to};
 use crate::truth::motion::effect::{Effect, EffectKind};
 use crate::truth::motion::phase::Phase;
 use crate::truth::motion::run::{Machine, STEP_S, Sensors, Side};
@@ -103,18 +103,26 @@ impl Test {
         let held_out = paths.iter().map(|(name, _)| HELD_OUT.contains(name)).collect();
         Self { paths, held_out, sensors, belief }
     }
+
+    /// The same test with the usual motions beside its own.
+    pub fn with_more(&self, usage: &Use, draw: &mut Draw) -> Self {
+        let paths = self.paths.iter().cloned().chain(tour(Tour::Usual, usage, draw)).collect();
+        Self::of(paths, self.sensors.clone(), self.belief.clone())
+    }
 }
 
 fn attempted(slot: &Slot, index: usize, attempt: usize, draw: &mut Draw) -> Result<(Case, Label), TruthError> {
     let mut choice = Choice::drawn(slot, attempt, draw);
     let clean = choice.drawn.machine.clone();
-    let ratio = draw.between(1.15, 1.85);
+    let ratio = draw.between(1.15, 1.6);
     let hiss = draw.branch(11);
     choice.test.quieted(&clean, ratio, &hiss)?;
     let gauge = Gauge::new(choice.test.clone(), &clean, &choice.drawn.usage, &hiss)?;
     let floor = choice.test.floor(&choice.test.logs(&clean), &gauge.best.parameters, &hiss);
     let found = gauge.best.held_out.hypot(floor) / floor;
-    if !(1.1..2.0).contains(&found) {
+    // Motions chosen to tell little have a noise that the sensors set.
+    let least = if slot.kind == Kind::LookAlike { 1.0 } else { 1.1 };
+    if !(least..2.0).contains(&found) {
         return Err(TruthError::Noise { ratio: found });
     }
     let noncentrality = set_sizes(&mut choice, slot, &gauge, floor, draw)?;
@@ -148,9 +156,7 @@ fn attempted(slot: &Slot, index: usize, attempt: usize, draw: &mut Draw) -> Resu
         label.faulty_records.push(case.records[at].file());
     }
     if slot.kind == Kind::LookAlike {
-        let mut paths = choice.test.paths.clone();
-        paths.extend(tour(Tour::Usual, &choice.drawn.usage, &mut draw.branch(8)));
-        let test = Test::of(paths, choice.test.sensors.clone(), choice.test.belief.clone());
+        let test = choice.test.with_more(&choice.drawn.usage, &mut draw.branch(8));
         let records = recorded(&machine, &test, None, &draw.branch(2));
         case.follow_up = Some(Box::new(Case { name: format!("{}-more", case.name), records, fit: names(&test, false), ..case.clone() }));
     }

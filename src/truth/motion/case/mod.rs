@@ -5,9 +5,9 @@ mod fit;
 mod gauge;
 mod make;
 mod plan;
-mod tour;
 mod record;
 mod rows;
+mod tour;
 mod write;
 
 pub use make::{generate, generate_one};
@@ -16,4 +16,4 @@ pub use record::{Case, Record};
 pub use write::write_case;
 
 #[cfg(test)]
-pub(super) use {gauge::Gauge, make::Choice, rows::{Rows, rows}, tour::{Tour, tour}};
+pub(super) use {gauge::Gauge, make::Choice};

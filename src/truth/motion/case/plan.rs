@@ -69,15 +69,9 @@ impl Slot {
 
     /// A case of one of two effects that look alike in motions chosen for it.
     pub fn look_alike(truth: EffectKind, partner: EffectKind, strength: Strength) -> Self {
-        let both = [truth, partner];
-        let (side, tour) = if both.contains(&EffectKind::Backlash) {
-            (Side::Table, Tour::Gentle)
-        } else if both.contains(&EffectKind::ControlDelay) {
-            (Side::Motor, Tour::Flat)
-        } else {
-            (Side::Motor, Tour::Gentle)
-        };
-        Self { kind: Kind::LookAlike, partner: Some(partner), tour, ..Self::single(truth, strength, side) }
+        // Slow turns move a table by the width of a gap or by what dry friction winds up; steady strokes hold it behind by a time.
+        let tour = if [truth, partner].contains(&EffectKind::Backlash) { Tour::Gentle } else { Tour::Flat };
+        Self { kind: Kind::LookAlike, partner: Some(partner), tour, ..Self::single(truth, strength, Side::Table) }
     }
 }
 
@@ -100,7 +94,8 @@ impl Plan {
             slots.extend((0..counts.singles_per_effect).map(one));
         }
         for (number, effect) in EffectKind::OUTSIDE.into_iter().enumerate() {
-            let one = |index: usize| Slot { kind: Kind::Unknown, ..Slot::single(effect, clear[(index + number) % 2], side(index + number)) };
+            let one =
+                |index: usize| Slot { kind: Kind::Unknown, ..Slot::single(effect, clear[(index + number) % 2], side(index + number)) };
             slots.extend((0..counts.unknowns_per_effect).map(one));
         }
         for (number, (first, second)) in EffectKind::LOOK_ALIKES.into_iter().enumerate() {

@@ -13,6 +13,9 @@ const REACH: usize = 18;
 /// Samples from row to row.
 const THIN: usize = 8;
 
+/// Speed over the record's largest below which the axis counts as still.
+const STILL: f64 = 0.005;
+
 /// Rows of one kind of one record: value = Σ columns · parameters.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Rows {
@@ -24,6 +27,8 @@ pub struct Rows {
     pub scale: Vec<f64>,
     /// Phase of each.
     pub phases: Vec<Phase>,
+    /// Whether the axis moves: at rest the force is what friction holds, and no inverse dynamics knows it.
+    pub moves: Vec<bool>,
 }
 
 /// Bell and its first two derivatives over the samples.
@@ -45,16 +50,16 @@ fn bells() -> [Vec<f64>; 3] {
 pub fn rows(log: &Log, belief: &Belief) -> Vec<Rows> {
     let bells = bells();
     let count = log.command_m.len();
-    let apply = |bell: &[f64], values: &[f64], k: usize| -> f64 { bell.iter().zip(&values[k - REACH..=k + REACH]).map(|(a, b)| a * b).sum() };
-    let speeds: Vec<f64> = (0..count)
-        .map(|k| if k < REACH || k + REACH >= count { 0.0 } else { apply(&bells[1], &log.position_m, k) / RECORD_S })
-        .collect();
-    let directions: Vec<f64> = speeds.iter().map(|speed| if speed.abs() < 2e-5 { 0.0 } else { speed.signum() }).collect();
+    let apply =
+        |bell: &[f64], values: &[f64], k: usize| -> f64 { bell.iter().zip(&values[k - REACH..=k + REACH]).map(|(a, b)| a * b).sum() };
+    let speeds: Vec<f64> =
+        (0..count).map(|k| if k < REACH || k + REACH >= count { 0.0 } else { apply(&bells[1], &log.position_m, k) / RECORD_S }).collect();
+    let still = STILL * speeds.iter().fold(0.0, |a: f64, b| a.max(b.abs()));
+    let directions: Vec<f64> = speeds.iter().map(|speed| if speed.abs() < still { 0.0 } else { speed.signum() }).collect();
     let phases = phases(&log.command_m, RECORD_S);
     let motor_kg = belief.motor_kg.unwrap_or(0.0);
     let (mut force, mut follow) = (Rows::default(), Rows::default());
-    let mut k = 2 * REACH;
-    while k + 2 * REACH < count {
+    for k in (2 * REACH..count.saturating_sub(2 * REACH)).step_by(THIN) {
         let acceleration = apply(&bells[2], &log.position_m, k) / (RECORD_S * RECORD_S);
         let speed = apply(&bells[0], &speeds, k);
         let acts = apply(&bells[0], &log.force_n, k);
@@ -63,6 +68,7 @@ pub fn rows(log: &Log, belief: &Belief) -> Vec<Rows> {
         force.scale.push(acts);
         force.columns.push(columns);
         force.phases.push(phases[k]);
+        force.moves.push(directions[k] != 0.0);
         if belief.side == Side::Table {
             let error = apply(&bells[0], &log.command_m, k) - apply(&bells[0], &log.position_m, k);
             let wound = (acts - motor_kg * acceleration) / belief.nut[0];
@@ -71,17 +77,22 @@ pub fn rows(log: &Log, belief: &Belief) -> Vec<Rows> {
             follow.scale.push(stiffness * error);
             follow.columns.push(columns);
             follow.phases.push(phases[k]);
+            follow.moves.push(directions[k] != 0.0);
         }
-        k += THIN;
     }
     if belief.side == Side::Table { vec![force, follow] } else { vec![force] }
 }
 
 impl Rows {
-    /// What parameters leave of the values.
-    pub fn residual(&self, parameters: &[f64; 4]) -> Vec<f64> {
+    /// What parameters leave of the values, of rows in motion.
+    pub fn residual(&self, parameters: &[f64; 4]) -> Vec<Option<f64>> {
         let of = |(value, columns): (&f64, &[f64; 4])| value - columns.iter().zip(parameters).map(|(a, b)| a * b).sum::<f64>();
-        self.values.iter().zip(&self.columns).map(of).collect()
+        self.values.iter().zip(&self.columns).map(of).zip(&self.moves).map(|(value, moves)| moves.then_some(value)).collect()
+    }
+
+    /// What the gap is relative to, of rows in motion.
+    pub fn scales(&self) -> impl Iterator<Item = f64> {
+        self.scale.iter().zip(&self.moves).filter(|(_, moves)| **moves).map(|(value, _)| *value)
     }
 }
 

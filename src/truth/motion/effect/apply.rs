@@ -84,7 +84,10 @@ impl Effect {
                 axis.coupling.stiffness_n_m = stiff * soft / (stiff + soft);
                 axis.coupling.damping_n_s_m = axis.coupling.stiffness_n_m * 2.0 * self.scaled(0, 0.03, 0.1) / (TAU * frequency_hz);
             }
-            Kind::ControlDelay => machine.drive.dead_time_s += 5e-4 * size,
+            Kind::ControlDelay => {
+                machine.drive.dead_time_s += 5e-4 * size;
+                machine.axis.scale_late_s += 5e-4 * size;
+            }
             Kind::ForceGain => machine.drive.strength *= 1.0 + 0.05 * size * self.sign,
             Kind::TorqueRipple => {
                 let lead_m = [0.005, 0.01, 0.016, 0.02][(self.shape[0] * 4.0) as usize % 4];
@@ -103,8 +106,8 @@ impl Effect {
                 }
             }
             Kind::LeadGrowth => {
-                let fixed_m = -self.scaled(0, 0.05, 0.3);
-                axis.growth = Growth { strain: 6e-5 * size, time_s: self.scaled(1, 20.0, 200.0), begun_s: 0.0, fixed_m };
+                let (fixed_m, time_s) = (-self.scaled(0, 0.05, 0.3), self.scaled(1, 60.0, 400.0));
+                axis.growth = Growth { strain: 6e-5 * size, time_s, begun_s: time_s, fixed_m };
             }
             Kind::MovingMass => axis.masses_kg[2] = (axis.masses_kg[2] + 0.05 * size * self.sign * mass_kg).max(0.3 * axis.masses_kg[2]),
             Kind::CableChain => axis.outside.push(Outside::CableChain {
@@ -126,18 +129,16 @@ impl Effect {
                 let lumps = (0..4).map(|_| lump(&mut draw)).collect();
                 axis.outside.push(Outside::Grease { lumps, left: self.scaled(0, 0.6, 0.9) });
             }
-            Kind::ScaleCogging => axis.outside.push(Outside::ScaleCogging {
-                amplitude_m: 8e-7 * size,
-                period_m: self.scaled(0, 4e-4, 2e-3),
-            }),
+            Kind::ScaleCogging => {
+                axis.outside.push(Outside::ScaleCogging { amplitude_m: 8e-7 * size, period_m: self.scaled(0, 4e-4, 2e-3) })
+            }
             Kind::AmplifierDeadZone => axis.outside.push(Outside::DeadZone { force_n: 0.15 * size * dry_n }),
             Kind::RunningIn => {
                 axis.outside.push(Outside::RunningIn { rise: 0.3 * size, time_s: self.scaled(0, 0.8, 3.0) });
             }
-            Kind::WiperCreep => axis.outside.push(Outside::WiperCreep {
-                stiffness_n_m: 8.0 * size * dry_n,
-                time_s: self.scaled(0, 0.05, 0.4),
-            }),
+            Kind::WiperCreep => {
+                axis.outside.push(Outside::WiperCreep { stiffness_n_m: 8.0 * size * dry_n, time_s: self.scaled(0, 0.05, 0.4) })
+            }
         }
     }
 

@@ -27,7 +27,7 @@ pub enum Effect {
     Backlash,
     /// A soft coupling.
     DriveFlexibility,
-    /// Force late after its demand.
+    /// Force late after its demand, and the scale's word as late.
     ControlDelay,
     /// Force other than recorded.
     ForceGain,
@@ -81,8 +81,7 @@ impl Effect {
     pub const OUTSIDE: [Self; 7] = [CableChain, LoadPendulum, GreaseLumps, ScaleCogging, AmplifierDeadZone, RunningIn, WiperCreep];
 
     /// Pairs that the first records hardly tell apart.
-    pub const LOOK_ALIKES: [(Self, Self); 3] =
-        [(Backlash, DriveFlexibility), (ControlDelay, DriveFlexibility), (StribeckFriction, PreslidingFriction)];
+    pub const LOOK_ALIKES: [(Self, Self); 2] = [(Backlash, DriveFlexibility), (ControlDelay, DriveFlexibility)];
 
     /// Identifier.
     pub fn id(self) -> &'static str {
@@ -140,7 +139,7 @@ impl Effect {
             DriveFlexibility => 30.0,
             StribeckFriction | FrictionAsymmetry => 4.0,
             PositionFriction => 5.0,
-            ControlDelay => 8.0,
+            ControlDelay => 4.0,
             ForceGain | MovingMass => 6.0,
             _ => 12.0,
         }

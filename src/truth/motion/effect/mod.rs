@@ -3,5 +3,5 @@
 mod apply;
 mod kind;
 
-pub use kind::Effect as EffectKind;
 pub use apply::Effect;
+pub use kind::Effect as EffectKind;

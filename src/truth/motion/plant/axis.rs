@@ -50,6 +50,8 @@ pub struct Axis {
     pub pitch: Vec<Wave>,
     /// Growth of the screw.
     pub growth: Growth,
+    /// Time by which the scale's word comes late, s.
+    pub scale_late_s: f64,
     /// What lies outside every list.
     pub outside: Vec<Outside>,
 }

@@ -73,30 +73,28 @@ impl Chain {
         let (press, dashpot) = axis.nut.force(middle[1] - middle[2]);
         let pushed = motor_n * (1.0 + along(&axis.ripple, middle[0])) + along(&axis.cogging, middle[0]);
         let warmth = axis.warmth(self.time_s + half);
+        let levels = [axis.bearing.level_n(middle[0], warmth), axis.guide.level_n(middle[2], warmth)];
         let (held, mut swing) = self.outside(axis, middle[2], step_s);
         let mut after = self.speed_m_s;
-        let mut lost = [0.0; 2];
+        let mut against = [0.0; 4];
         for _ in 0..SWEEPS {
             let speed: [f64; 3] = std::array::from_fn(|k| 0.5 * (self.speed_m_s[k] + after[k]));
             let damped = [axis.coupling.damping_n_s_m * (speed[0] - speed[1]), dashpot * (speed[1] - speed[2])];
             let through = press + damped[1];
-            let bearing = axis.bearing.force(&self.bearing, middle[0], speed[0], through, warmth);
-            let guide = axis.guide.force(&self.guide, middle[2], speed[2], through, warmth);
+            let bearing = axis.bearing.force(&self.bearing, levels[0], speed[0], through);
+            let guide = axis.guide.force(&self.guide, levels[1], speed[2], through);
             let mut carried = held;
             if let Some(body) = &mut swing {
                 carried += body.force(self.swing_m, self.swing_m_s, middle[2], speed[2], step_s);
             }
-            let force = [
-                pushed - twist - damped[0] - bearing,
-                twist + damped[0] - through,
-                through - guide - axis.pull_n - carried,
-            ];
+            let force = [pushed - twist - damped[0] - bearing, twist + damped[0] - through, through - guide - axis.pull_n - carried];
             after = std::array::from_fn(|k| self.speed_m_s[k] + step_s * force[k] / axis.masses_kg[k]);
-            lost = [bearing * speed[0] + (guide + axis.pull_n) * speed[2], damped[0] * (speed[0] - speed[1]) + damped[1] * (speed[1] - speed[2])];
+            against = [bearing, guide + axis.pull_n, damped[0], damped[1]];
         }
-        self.work.motor_j += step_s * pushed * 0.5 * (self.speed_m_s[0] + after[0]);
-        self.work.friction_j += step_s * lost[0];
-        self.work.dashpot_j += step_s * lost[1];
+        let speed: [f64; 3] = std::array::from_fn(|k| 0.5 * (self.speed_m_s[k] + after[k]));
+        self.work.motor_j += step_s * pushed * speed[0];
+        self.work.friction_j += step_s * (against[0] * speed[0] + against[1] * speed[2]);
+        self.work.dashpot_j += step_s * (against[2] * (speed[0] - speed[1]) + against[3] * (speed[1] - speed[2]));
         if let Some(body) = swing {
             self.swing_m += half * (self.swing_m_s + body.after_m_s);
             self.swing_m_s = body.after_m_s;

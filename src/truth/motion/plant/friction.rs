@@ -63,15 +63,20 @@ impl Friction {
         }
     }
 
-    /// Force against the motion.
+    /// Sliding force of the dry part at a position, before load and speed, N.
+    pub fn level_n(&self, position_m: f64, warmth: f64) -> f64 {
+        if self.along.is_empty() { self.coulomb_n * warmth } else { self.coulomb_n * (1.0 + along(&self.along, position_m)) * warmth }
+    }
+
+    /// Force against the motion, with the dry level of the position.
     ///
     /// Elements Σ αᵢ s yᵢ with s = (F_c (1 + w(x)) + μ|N|) (1 + r / cosh(v/v_f)) (1 + l y), and the film f v (1 + l′ tanh) / (1 + κ |v|/v_r).
-    pub fn force(&self, film: &Film, position_m: f64, speed_m_s: f64, load_n: f64, warmth: f64) -> f64 {
-        let fall = self.rise / (speed_m_s / self.fall_m_s).cosh();
-        let level = (self.coulomb_n * (1.0 + along(&self.along, position_m)) * warmth + self.of_load * load_n.abs()) * (1.0 + fall);
+    pub fn force(&self, film: &Film, level_n: f64, speed_m_s: f64, load_n: f64) -> f64 {
+        let fall = if self.rise == 0.0 { 0.0 } else { self.rise / (speed_m_s / self.fall_m_s).cosh() };
+        let level = (level_n + self.of_load * load_n.abs()) * (1.0 + fall);
         let carried: f64 = film.deflection.iter().zip(SHARES).map(|(value, share)| value * share).sum();
-        let side = (speed_m_s / (0.05 * self.fast_m_s)).tanh();
-        let film = self.viscous_n_s_m * speed_m_s * (1.0 + self.lean[1] * side) / (1.0 + self.thinning * speed_m_s.abs() / self.fast_m_s);
+        let lean = if self.lean[1] == 0.0 { 0.0 } else { self.lean[1] * (speed_m_s / (0.05 * self.fast_m_s)).tanh() };
+        let film = self.viscous_n_s_m * speed_m_s * (1.0 + lean) / (1.0 + self.thinning * speed_m_s.abs() / self.fast_m_s);
         level * carried * (1.0 + self.lean[0] * carried) + film
     }
 }

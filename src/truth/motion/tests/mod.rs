@@ -1,5 +1,6 @@
 //! Checks of the truth in motion: closed forms, energy, convergence, cases.
 
+mod case;
 mod plant;
 mod servo;
 
@@ -20,6 +21,7 @@ fn bare() -> Axis {
         ripple: Vec::new(),
         pitch: Vec::new(),
         growth: Growth { strain: 0.0, time_s: 100.0, begun_s: 0.0, fixed_m: 0.0 },
+        scale_late_s: 0.0,
         outside: Vec::new(),
     }
 }
@@ -45,8 +47,15 @@ fn machine() -> Machine {
     axis.coupling.damping_n_s_m = 200.0;
     axis.nut.damping_n_s_m = 500.0;
     axis.bearing = Friction { coulomb_n: 8.0, viscous_n_s_m: 60.0, ..Friction::none() };
-    axis.guide =
-        Friction { coulomb_n: 15.0, viscous_n_s_m: 120.0, rise: 0.3, fall_m_s: 0.01, thinning: 0.05, presliding_m: 5e-6, ..Friction::none() };
+    axis.guide = Friction {
+        coulomb_n: 15.0,
+        viscous_n_s_m: 120.0,
+        rise: 0.3,
+        fall_m_s: 0.01,
+        thinning: 0.05,
+        presliding_m: 5e-6,
+        ..Friction::none()
+    };
     axis.pull_n = 3.0;
     Machine { axis, drive: drive() }
 }

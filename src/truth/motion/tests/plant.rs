@@ -18,10 +18,15 @@ fn modal(axis: &Axis, position: [f64; 3], speed: [f64; 3], time_s: f64) -> Vecto
     let stiffness = Matrix3::new(a, -a, 0.0, -a, a + b, -b, 0.0, -b, b);
     let modes = (root * stiffness * root).symmetric_eigen();
     let back = root.try_inverse().unwrap();
-    let (start, rate) = (modes.eigenvectors.transpose() * back * Vector3::from(position), modes.eigenvectors.transpose() * back * Vector3::from(speed));
+    let (start, rate) =
+        (modes.eigenvectors.transpose() * back * Vector3::from(position), modes.eigenvectors.transpose() * back * Vector3::from(speed));
     let now = Vector3::from_fn(|k, _| {
         let square = modes.eigenvalues[k];
-        if square < 1e-3 { start[k] + rate[k] * time_s } else { start[k] * (square.sqrt() * time_s).cos() + rate[k] * (square.sqrt() * time_s).sin() / square.sqrt() }
+        if square < 1e-3 {
+            start[k] + rate[k] * time_s
+        } else {
+            start[k] * (square.sqrt() * time_s).cos() + rate[k] * (square.sqrt() * time_s).sin() / square.sqrt()
+        }
     });
     root * modes.eigenvectors * now
 }
@@ -47,7 +52,7 @@ fn elements_follow_the_rules_of_masing() {
     let mut film = Film::default();
     let (mut way, mut first) = (0.0, Vec::new());
     while way < 4e-5 {
-        first.push((way, friction.force(&film, 0.0, 0.0, 0.0, 1.0)));
+        first.push((way, friction.force(&film, 20.0, 0.0, 0.0)));
         friction.drag(&mut film, 1e-7);
         way += 1e-7;
     }
@@ -60,15 +65,15 @@ fn elements_follow_the_rules_of_masing() {
     assert!((SHARES.iter().sum::<f64>() - 1.0).abs() < 1e-12);
     // After a reversal the same curve twice as large.
     for k in 0..700 {
-        let (gone, force) = (k as f64 * 1e-7, friction.force(&film, 0.0, 0.0, 0.0, 1.0));
+        let (gone, force) = (k as f64 * 1e-7, friction.force(&film, 20.0, 0.0, 0.0));
         assert!((force - (20.0 - 2.0 * virgin(0.5 * gone))).abs() < 1e-9, "{gone}: {force}");
         friction.drag(&mut film, -1e-7);
     }
     // A closed loop forgets nothing and returns.
-    let before = friction.force(&film, 0.0, 0.0, 0.0, 1.0);
+    let before = friction.force(&film, 20.0, 0.0, 0.0);
     friction.drag(&mut film, 5e-6);
     friction.drag(&mut film, -5e-6);
-    assert!((friction.force(&film, 0.0, 0.0, 0.0, 1.0) - before).abs() < 1e-12);
+    assert!((friction.force(&film, 20.0, 0.0, 0.0) - before).abs() < 1e-12);
 }
 
 #[test]
@@ -102,7 +107,7 @@ fn energy_balances() {
         moved(&axis, &mut chain, 12.5e-6, 0.6, |time| 120.0 * (std::f64::consts::TAU * 3.0 * time).sin());
         let work = chain.work;
         let rest = work.motor_j - work.friction_j - work.dashpot_j - chain.energy_j(&axis);
-        assert!(work.motor_j > 1.0 && work.dashpot_j > 0.0, "{work:?}");
+        assert!(work.motor_j > 0.5 && work.dashpot_j > 0.0, "{work:?}");
         assert!(rest.abs() < 1e-6 * work.motor_j, "gap {gap_m}: {rest} of {} J", work.motor_j);
     }
 }
@@ -138,7 +143,7 @@ fn a_pendulum_has_its_frequency_and_a_wiper_its_time() {
 }
 
 #[test]
-fn halving_the_step_moves_a_motion_with_friction_and_gap_by_nothing_that_counts() {
+fn halving_the_step_quarters_the_error_of_a_motion_with_friction_and_gap() {
     let mut axis = machine().axis;
     axis.nut.gap_m = 1e-5;
     axis.guide.of_load = 0.02;
@@ -148,6 +153,6 @@ fn halving_the_step_moves_a_motion_with_friction_and_gap_by_nothing_that_counts(
         chain.position_m[2]
     };
     let (a, b, c) = (end(50e-6), end(25e-6), end(12.5e-6));
-    assert!((b - c).abs() < 2e-7, "{b} {c}");
-    assert!((b - c).abs() < 0.6 * (a - b).abs() || (a - b).abs() < 1e-8, "{a} {b} {c}");
+    let ratio = (a - b) / (b - c);
+    assert!((2.5..6.0).contains(&ratio) && (b - c).abs() < 1e-6, "{a} {b} {c}");
 }
