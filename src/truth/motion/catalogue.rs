@@ -63,7 +63,7 @@ pub fn drawn(viscous: [f64; 2], draw: &mut Draw) -> Drawn {
         feed_forward: 0.0,
         period_s: [2.5e-4, 5e-4][draw.index(2)],
         limit_n: round_to(6.0 * (mass * acceleration_m_s2 + dry + film * speed_m_s), 2),
-        quantum_m: draw.log_between(8e-9, 3e-8),
+        quantum_m: round_to(draw.log_between(8e-9, 3e-8), 2),
         dead_time_s: draw.between(0.0, 8e-6),
         lag_s: draw.between(1e-5, 4e-5),
         strength: 1.0,

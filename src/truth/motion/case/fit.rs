@@ -50,6 +50,13 @@ pub fn fitted(blocks: &Blocks, noise_n: &[f64], held_out: &[bool], belief: &Beli
     }
     let found = normal.cholesky().map_or(Vector4::zeros(), |factors| factors.solve(&right));
     let parameters: [f64; 4] = std::array::from_fn(|k| if free[k] { found[k] } else { kept[k] });
+    if let Some(weight) = belief.parameters.first().filter(|weight| belief.is_weighed && free[0] && frozen.is_none() && weight.id == IDS[0])
+    {
+        let inside = parameters[0].clamp(weight.lower, weight.upper);
+        if inside != parameters[0] {
+            return fitted(blocks, noise_n, held_out, belief, Some((0, inside)));
+        }
+    }
     let gap = |out: bool| gap(blocks, &parameters, held_out, out);
     Fitted { parameters, fit: gap(false), held_out: gap(true) }
 }
