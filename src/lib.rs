@@ -13,7 +13,11 @@ pub mod machine;
 
 pub mod model;
 
+pub mod motion;
+
 pub mod objective;
+
+pub mod inverse_dynamics;
 
 pub mod optimizer;
 

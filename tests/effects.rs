@@ -1,7 +1,7 @@
 //! The library of effects: every one applies to the bench, does nothing where its amplitude is nothing, and does what it says.
 
 use jointid::config::effect_library;
-use jointid::machine::{Machine, Operating};
+use jointid::machine::{Data, Machine, Operating};
 use jointid::model::{Rods, undamped_modes};
 
 use crate::support::{config, table_structure};
@@ -14,14 +14,71 @@ fn bench_without_hold() -> Machine {
 fn every_effect_applies_to_the_bench_and_says_what_it_is() {
     let machine = bench_without_hold();
     let library = effect_library().unwrap();
-    assert!(library.len() >= 18);
-    for effect in &library {
+    assert!(library.len() >= 32);
+    for effect in library.iter().filter(|e| e.data.contains(&Data::Frf)) {
         let with = machine.with_effect(effect).unwrap_or_else(|e| panic!("{}: {e}", effect.id));
         assert!(with.effects.contains(&effect.id) && effect.says.len() > 20, "{}", effect.id);
         let added = with.parameters.len() - machine.parameters.len();
         assert!((1..=3).contains(&added), "{} adds {added} parameters", effect.id);
         assert!(with.parameters[machine.parameters.len()..].iter().all(|p| !p.source.is_empty()), "{}", effect.id);
     }
+}
+
+/// What only motion shows applies to an axis with guide, nut and drive, adds its own numbers, and leaves every frequency response as it was.
+#[test]
+fn every_effect_of_motion_applies_to_a_driven_axis_and_no_frequency_response_knows_it() {
+    let text = std::fs::read_to_string("configs/tian.toml").unwrap()
+        + r#"
+[[joint]]
+name = "guide"
+between = ["table", "ground"]
+friction = { coulomb = 10.0 }
+
+[drive]
+on = "rotor"
+constant = 1.0
+
+[drive.position]
+lead_m = 0.04
+gain_per_s = 100.0
+period_s = 1e-3
+
+[drive.velocity]
+gain = 20.0
+period_s = 1e-3
+"#;
+    let machine = jointid::config::read_machine_text("axis.toml", &text, &[], &["rotor-hold".to_string()]).unwrap().machine;
+    let before = receptance(&bench_without_hold(), &[], 117.0);
+    assert_eq!(receptance(&machine, &[], 117.0), before);
+    let library = effect_library().unwrap();
+    let motion: Vec<_> = library.iter().filter(|e| e.data == [Data::Motion]).collect();
+    assert_eq!(motion.len(), 14);
+    for effect in motion {
+        let with = machine.with_effect(effect).unwrap_or_else(|e| panic!("{}: {e}", effect.id));
+        let added = &with.parameters[machine.parameters.len()..];
+        assert!((1..=3).contains(&added.len()) && added.iter().all(|p| !p.source.is_empty()), "{}", effect.id);
+        let linear = with.linear_parameters();
+        let shows_in_frfs = added.iter().any(|p| linear[with.parameter(&p.id).unwrap()]);
+        assert_eq!(shows_in_frfs, ["viscous-friction", "moving-mass"].contains(&effect.id.as_str()), "{}", effect.id);
+        assert_eq!(receptance(&with, &[], 117.0), before, "{}", effect.id);
+        // Candidates of a diagnosis of FRFs they are not.
+        let bench = bench_without_hold();
+        let (apply, _) = jointid::diagnosis::hypotheses(&bench, &jointid::diagnosis::Hypothesis::nominal(bench.clone()), &library, &[]);
+        assert!(apply.iter().all(|h| h.id != effect.id));
+    }
+}
+
+#[test]
+fn emps_has_the_parameters_of_its_model_and_loses_them_with_its_effects() {
+    let ids = |without: &[&str]| -> Vec<String> {
+        let without: Vec<String> = without.iter().map(ToString::to_string).collect();
+        let read = jointid::config::read_machine("configs/emps.toml", &[], &without).unwrap();
+        assert!(read.warnings.is_empty(), "{:?}", read.warnings);
+        read.machine.parameters.iter().map(|p| p.id.clone()).collect()
+    };
+    assert_eq!(ids(&[]), ["coulomb_friction", "friction_offset", "moving_mass", "viscous_friction"]);
+    assert_eq!(ids(&["coulomb-friction"]), ["friction_offset", "moving_mass", "viscous_friction"]);
+    assert_eq!(ids(&["coulomb-friction", "viscous-friction"]), ["friction_offset", "moving_mass"]);
 }
 
 /// Receptance of the table with some parameters set.

@@ -14,6 +14,7 @@ mod import;
 mod lumped;
 mod lumped_command;
 mod model;
+mod motion;
 mod page;
 mod peaks;
 mod records;

@@ -3,16 +3,24 @@
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::Path;
+use std::sync::Arc;
 
 use assert_cmd::Command;
+use jointid::machine::Operating;
+use jointid::model::{Rods, Structure};
 use jointid::report::document::Input;
 use jointid::report::{digest, to_json};
+use jointid::truth::draw::Draw;
 use jointid::truth::effect::Place;
+use jointid::truth::machine::assembly::Assembly;
+use jointid::truth::machine::catalogue::{any_size, bench};
+use jointid::truth::machine::point::{Channel, Point};
 use jointid::truth::{Counts, Gap, Kind, Label, Strength, labels_json};
 use jointid::withheld::{
     Answer, Confusion, Generator, Judgement, Proportion, Run, Seal, SealedCase, confusion_text, files_of, folder_digest, judge, scores,
     scores_text,
 };
+use num_complex::Complex64;
 use serde_json::{Value, json};
 
 fn jointid() -> Command {
@@ -487,4 +495,37 @@ fn two_cases_from_end_to_end() {
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     let document: Value = serde_json::from_slice(&output.stdout).unwrap();
     assert_eq!(document["scores"]["failed"]["count"], 0, "{:#}", document["cases"]);
+}
+
+/// Two hands, one machine: without effects and nuisances the truth of the blind check, on a fine mesh, is the exact model.
+#[test]
+fn limit_the_truth_and_the_model_agree_where_they_must() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("machine.toml");
+    for seed in 0..4 {
+        let mut draw = Draw::new(seed);
+        let drawn = if seed == 0 { bench(true, &mut draw) } else { any_size(seed % 2 == 0, &mut draw) };
+        let mut truth = drawn.description.as_believed();
+        truth.screw.elements = 2000;
+        std::fs::write(&file, drawn.description.to_toml()).unwrap();
+        let machine = jointid::config::read_machine(file.to_str().unwrap(), &[], &[]).unwrap().machine;
+        for (response, excitation) in [(Point::Table, Point::Table), (Point::Rotor, Point::Rotor), (Point::Right, Point::Table)] {
+            let index = |point: Point| machine.points.iter().position(|p| p.name == point.name()).unwrap();
+            let structure = Arc::new(Structure::new(&machine, index(response), index(excitation), Rods::Exact).unwrap());
+            let (mut network, mut work) = (structure.network(), structure.workspace());
+            for nut_m in drawn.nut_m {
+                network.update(&machine, &machine.start(), &Operating { nut_m: Some(nut_m), ..Operating::default() });
+                let assembly = Assembly::new(&truth, &[], nut_m, 1.0);
+                let omegas: Vec<f64> = (1..=200).map(|k| 5.0 * f64::from(k) * std::f64::consts::TAU).collect();
+                let spots: Vec<Complex64> = omegas.iter().map(|omega| Complex64::new(0.0, *omega)).collect();
+                let port = assembly.port(Channel::new(response, excitation));
+                let found = assembly.structure.receptances(&[port], &spots).unwrap().remove(0);
+                for (omega, truth) in omegas.iter().zip(found) {
+                    let model = network.receptance(*omega, &mut work);
+                    let off = (truth / model - 1.0).norm();
+                    assert!(off < 1e-3, "machine {seed}, {response:?}/{excitation:?}, nut at {nut_m} m, {omega} rad/s: {off:.1e}");
+                }
+            }
+        }
+    }
 }

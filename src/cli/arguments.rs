@@ -228,6 +228,9 @@ pub struct DiagnoseArguments {
     /// Keep no nulls, and use none
     #[arg(long)]
     pub no_cache: bool,
+    /// Leave parts of the method out, to see what they are worth
+    #[arg(long, value_name = "PARTS", value_delimiter = ',')]
+    pub ablate: Vec<super::diagnose::MethodPart>,
     #[command(flatten)]
     pub search: SearchArguments,
     #[command(flatten)]

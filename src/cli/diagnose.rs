@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 
+use clap::ValueEnum;
 use num_complex::Complex64;
 
 use super::arguments::DiagnoseArguments;
@@ -10,8 +11,8 @@ use super::common::{CommandResult, Loaded, Outcome, deliver, fits_frfs, load, on
 use super::progress::Progress;
 use super::rows;
 use crate::diagnosis::{
-    Candidate, Diagnosis, Domain, Kind, Part, Settings, Status, VerdictKind, closed, closed_interval, diagnose, fitter, floor_over,
-    gap_over, values_of,
+    Ablation, Candidate, Diagnosis, Domain, Kind, Part, Settings, Status, VerdictKind, closed, closed_interval, diagnose, fitter,
+    floor_over, gap_over, values_of,
 };
 use crate::machine::Effect;
 use crate::measurement::{FitSet, HoldOutSet};
@@ -25,6 +26,30 @@ use crate::report::{OutputFolder, digest, to_json};
 const BOOTSTRAP: usize = 24;
 /// Bands of the residual map.
 const BANDS: usize = 12;
+
+/// A part of the method that can be left out.
+#[derive(Debug, Clone, Copy, ValueEnum)]
+pub enum MethodPart {
+    /// Thresholds from χ² tables instead of simulated nulls
+    ChiSquare,
+    /// Candidates fitted with the nominal parameters kept where the nominal fit left them
+    FrozenNominal,
+    /// Nothing that is ordinarily a little wrong is fitted along
+    NoNuisances,
+    /// Candidates ranked by the positions they were fitted to alone
+    InSample,
+}
+
+impl MethodPart {
+    fn ablation(self) -> Ablation {
+        match self {
+            MethodPart::ChiSquare => Ablation::ChiSquare,
+            MethodPart::FrozenNominal => Ablation::FrozenNominal,
+            MethodPart::NoNuisances => Ablation::NoNuisances,
+            MethodPart::InSample => Ablation::InSample,
+        }
+    }
+}
 
 /// Runs the command.
 pub fn run(given: &DiagnoseArguments) -> CommandResult {
@@ -46,18 +71,20 @@ pub fn run(given: &DiagnoseArguments) -> CommandResult {
     }
     let folder = prepare(&given.output)?;
     let domain = plan.frf.map_or(Domain::Modes(plan.settings), Domain::Frf);
-    let fitter = fitter(&fit, domain, &plan.frozen);
+    let ablated: Vec<Ablation> = given.ablate.iter().map(|part| part.ablation()).collect();
+    let fitter = fitter(&fit, domain, &plan.frozen, &ablated);
     let cache = cache_file(given, &loaded, &effects, &fit);
     let null = cache.as_ref().and_then(|(folder, file)| serde_json::from_slice(&std::fs::read(folder.join(file)).ok()?).ok());
     let cached = null.is_some();
     let settings = Settings { seed: plan.seed, draws: usize::from(given.nulls), null };
     let progress = Progress::begin(given.output.quiet, "diagnose");
-    let control = Control::new(stop_flag(), Some(progress.watcher()));
+    let control = Control::new(stop_flag(), Some(progress.watcher())).with_listener(progress.listener("diagnose"));
     let ran = on_threads(given.search.threads, || -> Result<_, crate::objective::ObjectiveError> {
         let found = diagnose(machine, &effects, &fitter, &held_out, &settings, &control)?;
         let estimate = closed(&found.held_out, &found.chosen_held_out);
         let named = matches!(found.verdict.kind, VerdictKind::Effect | VerdictKind::Ambiguous | VerdictKind::WrongParameter);
         let interval = estimate.filter(|_| named).and_then(|estimate| {
+            control.begin("6/6 interval of what closes");
             let (nominal, chosen) = ((&found.nominal.0, &found.nominal.1), (&found.chosen.0, &found.chosen.1));
             closed_interval(&fitter, &held_out, nominal, chosen, (estimate, BOOTSTRAP, settings.seed), &control)
         });
@@ -116,6 +143,7 @@ fn cache_file(given: &DiagnoseArguments, loaded: &Loaded, effects: &[Effect], fi
         given.search.seed,
         given.search.frf_model_error
     );
+    key += &format!("{:?}", given.ablate);
     key += &effects.iter().map(|e| e.id.as_str()).collect::<Vec<_>>().join(",");
     for &frf in &fit.frfs {
         let frf = &loaded.set.frfs[frf];

@@ -44,6 +44,16 @@ impl Progress {
         })
     }
 
+    /// A listener for the stages of a longer work.
+    pub fn listener(&self, what: &str) -> Arc<dyn Fn(&str) + Send + Sync> {
+        let (bar, what) = (self.bar.clone(), what.to_string());
+        Arc::new(move |stage| {
+            bar.set_prefix(format!("{what}: {stage}"));
+            bar.set_message("");
+            bar.tick();
+        })
+    }
+
     /// Names what is done now.
     pub fn now(&self, what: &str) {
         self.bar.set_prefix(what.to_string());

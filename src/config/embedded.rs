@@ -9,6 +9,7 @@ pub fn embedded_config(path: &str) -> Option<&'static str> {
         "configs/tian.toml" => Some(include_str!("../../configs/tian.toml")),
         "configs/tian-as-published.toml" => Some(include_str!("../../configs/tian-as-published.toml")),
         "configs/two-inertia.toml" => Some(include_str!("../../configs/two-inertia.toml")),
+        "configs/emps.toml" => Some(include_str!("../../configs/emps.toml")),
         "configs/twin-ball-screw.toml" => Some(include_str!("../../configs/twin-ball-screw.toml")),
         "configs/servo-axis.toml" => Some(include_str!("../../configs/servo-axis.toml")),
         "configs/vertical-axis.toml" => Some(include_str!("../../configs/vertical-axis.toml")),

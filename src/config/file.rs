@@ -6,9 +6,11 @@ use schemars::JsonSchema;
 use serde::Deserialize;
 
 use super::contact::{ContactDefaults, ContactFile, FrictionFile, RuleFile, SegmentFile, StiffnessFile, contacts, segments};
-use super::number::Number;
+use super::motion::{DriveFile, FrictionForceFile, LeadErrorFile};
+use super::number::{Number, source};
+use super::rescale::RescaleFile;
 use crate::machine::{
-    DerivedPatch, Effect, FitRule, JointPatch, Motion, Parameter, Patch, Place, PointPatch, Rescale, Scale, ShaftPatch, Source, Target,
+    Data, DerivedPatch, Effect, FitRule, JointPatch, Motion, Parameter, Patch, Place, PointPatch, Scale, ShaftPatch, Source,
 };
 use crate::unit::travel_per_radian_m;
 
@@ -33,6 +35,8 @@ pub struct MachineFile {
     /// Joints.
     #[serde(default)]
     pub joint: Vec<JointFile>,
+    /// The drive that moves the machine.
+    pub drive: Option<DriveFile>,
     /// Contacts by name, to be used as stiffnesses.
     #[serde(default)]
     pub contact: BTreeMap<String, ContactFile>,
@@ -63,10 +67,6 @@ pub struct MachineFile {
 pub struct LibraryFile {
     /// Effects.
     pub effect: Vec<EffectFile>,
-}
-
-fn source(number: Option<Number>) -> Source {
-    number.map_or(Source::Number(0.0), Source::from)
 }
 
 /// `translation` or `rotation`.
@@ -146,6 +146,10 @@ pub struct JointFile {
     damping: Option<Number>,
     loss_factor: Option<Number>,
     relaxation_stiffness: Option<Number>,
+    friction: Option<FrictionForceFile>,
+    /// Width of the dead zone (m or rad).
+    gap: Option<Number>,
+    lead_error: Option<LeadErrorFile>,
 }
 
 #[derive(Debug, Clone, Deserialize, JsonSchema)]
@@ -199,6 +203,9 @@ pub struct EffectFile {
     separates: Option<String>,
     #[serde(default)]
     needs: Vec<String>,
+    /// Data it can show in; FRFs (and modes) where it says nothing.
+    #[serde(default = "frf_alone")]
+    data: Vec<DataFile>,
     #[serde(default)]
     point: Vec<PointFile>,
     #[serde(default)]
@@ -211,6 +218,29 @@ pub struct EffectFile {
     reattach: Vec<ReattachFile>,
     #[serde(default)]
     attach: Vec<AttachFile>,
+}
+
+/// Kinds of data.
+#[derive(Debug, Clone, Copy, Deserialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
+enum DataFile {
+    /// FRFs and modes.
+    Frf,
+    /// Time records.
+    Motion,
+}
+
+fn frf_alone() -> Vec<DataFile> {
+    vec![DataFile::Frf]
+}
+
+impl From<DataFile> for Data {
+    fn from(file: DataFile) -> Self {
+        match file {
+            DataFile::Frf => Data::Frf,
+            DataFile::Motion => Data::Motion,
+        }
+    }
 }
 
 #[derive(Debug, Clone, Deserialize, JsonSchema)]
@@ -227,31 +257,6 @@ struct AttachFile {
     joint: String,
     to: String,
     times: f64,
-}
-
-#[derive(Debug, Clone, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-struct RescaleFile {
-    part: PartFile,
-    #[serde(default)]
-    name: String,
-    law: LawFile,
-    by: String,
-}
-
-#[derive(Debug, Clone, Copy, Deserialize, JsonSchema)]
-#[serde(rename_all = "kebab-case")]
-enum PartFile {
-    PointInertia,
-    JointStiffness,
-    JointDamping,
-    JointLossFactor,
-    ShaftDiameter,
-    ShaftLossFactor,
-    ShaftModulus,
-    ChainGain,
-    ChainDelay,
-    ChainPower,
 }
 
 /// A quantity to be reported: one of four kinds.
@@ -294,17 +299,6 @@ impl From<DerivedFile> for DerivedPatch {
             DerivedFile::Parameter { parameter } => DerivedPatch::Parameter(parameter),
         }
     }
-}
-
-#[derive(Debug, Clone, Copy, Deserialize, JsonSchema)]
-#[serde(rename_all = "kebab-case")]
-enum LawFile {
-    Relative,
-    AlongStroke,
-    MidStroke,
-    Replace,
-    InSeries,
-    Added,
 }
 
 fn point(file: PointFile) -> Result<PointPatch, String> {
@@ -369,8 +363,8 @@ fn joint(file: JointFile) -> Result<JointPatch, String> {
         angles.push(screw.angle.clone());
         on.push((screw.angle, -travel_per_radian_m(screw.lead_m)));
     }
-    if file.stiffness.is_none() && file.damping.is_none() {
-        return Err(format!("joint.{name}: has neither stiffness nor damping; write at least one"));
+    if file.stiffness.is_none() && file.damping.is_none() && file.friction.is_none() {
+        return Err(format!("joint.{name}: has neither stiffness nor damping nor friction; write at least one"));
     }
     Ok(JointPatch {
         name,
@@ -381,6 +375,9 @@ fn joint(file: JointFile) -> Result<JointPatch, String> {
         damping: source(file.damping),
         loss_factor: source(file.loss_factor),
         relaxation_stiffness: file.relaxation_stiffness.map(Source::from),
+        friction: file.friction.unwrap_or_default().into(),
+        gap: source(file.gap),
+        lead_error: file.lead_error.unwrap_or_default().into(),
     })
 }
 
@@ -399,30 +396,6 @@ fn parameter((id, file): (String, ParameterFile)) -> Parameter {
     Parameter { id, unit: file.unit, start: file.start, lower: file.lower, upper: file.upper, scale, fit, sd: file.sd, source: file.source }
 }
 
-fn rescale(file: RescaleFile) -> (Target, Rescale, String) {
-    let target = match file.part {
-        PartFile::PointInertia => Target::PointInertia(file.name),
-        PartFile::JointStiffness => Target::JointStiffness(file.name),
-        PartFile::JointDamping => Target::JointDamping(file.name),
-        PartFile::JointLossFactor => Target::JointLossFactor(file.name),
-        PartFile::ShaftDiameter => Target::ShaftDiameter(file.name),
-        PartFile::ShaftLossFactor => Target::ShaftLossFactor(file.name),
-        PartFile::ShaftModulus => Target::ShaftModulus(file.name),
-        PartFile::ChainGain => Target::ChainGain,
-        PartFile::ChainDelay => Target::ChainDelay,
-        PartFile::ChainPower => Target::ChainPower,
-    };
-    let law = match file.law {
-        LawFile::Relative => Rescale::Relative,
-        LawFile::AlongStroke => Rescale::AlongStroke,
-        LawFile::MidStroke => Rescale::MidStroke,
-        LawFile::Replace => Rescale::Replace,
-        LawFile::InSeries => Rescale::InSeries,
-        LawFile::Added => Rescale::Added,
-    };
-    (target, law, file.by)
-}
-
 impl MachineFile {
     /// What the file describes, without its effects.
     pub fn patch(self) -> Result<Patch, String> {
@@ -433,6 +406,7 @@ impl MachineFile {
             points: self.point.into_iter().map(point).collect::<Result<_, _>>()?,
             shafts: self.shaft.into_iter().map(shaft).collect::<Result<_, _>>()?,
             joints: self.joint.into_iter().map(joint).collect::<Result<_, _>>()?,
+            drive: self.drive.map(Into::into),
             parameters: self.parameter.into_iter().map(parameter).collect(),
             rescales: Vec::new(),
             reattached: Vec::new(),
@@ -452,7 +426,7 @@ impl EffectFile {
                 points: self.point.into_iter().map(point).collect::<Result<_, _>>().map_err(named)?,
                 joints: self.joint.into_iter().map(joint).collect::<Result<_, _>>().map_err(named)?,
                 parameters: self.parameter.into_iter().map(parameter).collect(),
-                rescales: self.rescale.into_iter().map(rescale).collect(),
+                rescales: self.rescale.into_iter().map(RescaleFile::rescale).collect::<Result<_, _>>().map_err(named)?,
                 reattached: self.reattach.into_iter().map(|r| (r.joint, r.from, r.to)).collect(),
                 attached: self.attach.into_iter().map(|a| (a.joint, a.to, a.times)).collect(),
                 ..Patch::default()
@@ -462,6 +436,7 @@ impl EffectFile {
             signature: self.signature,
             separates: self.separates,
             needs: self.needs,
+            data: self.data.into_iter().map(Data::from).collect(),
         })
     }
 }

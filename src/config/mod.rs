@@ -5,8 +5,10 @@ mod contact;
 mod embedded;
 mod error;
 mod file;
+mod motion;
 mod number;
 mod read;
+mod rescale;
 mod schema;
 
 pub use beginning::MACHINE_BEGINNING;

@@ -63,3 +63,8 @@ impl From<Number> for Source {
         }
     }
 }
+
+/// A number that may be left out, which is 0 then.
+pub fn source(number: Option<Number>) -> Source {
+    number.map_or(Source::Number(0.0), Source::from)
+}

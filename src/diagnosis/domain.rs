@@ -130,6 +130,14 @@ impl<'h> Compared<'h> {
         }
     }
 
+    /// χ² that noise alone leaves, per number compared.
+    pub fn noise_share(&self) -> f64 {
+        match self {
+            Compared::Frf(o) => o.noise_share(),
+            Compared::Modes(_) => 1.0,
+        }
+    }
+
     /// The gain at a place.
     pub fn gain(&self, place: &[f64]) -> f64 {
         match self {

@@ -1,7 +1,9 @@
 //! Hypotheses fitted jointly with the nominal parameters and the nuisances.
 
+use rayon::prelude::*;
+
 use super::domain::{Compared, Domain, Part, gaps};
-use super::hypothesis::Hypothesis;
+use super::hypothesis::{Hypothesis, is_nuisance};
 use crate::machine::Parameter;
 use crate::measurement::{FitSet, HoldOutSet};
 use crate::objective::ObjectiveError;
@@ -23,13 +25,31 @@ pub struct Fitted {
 /// Best starts that are followed down, and how far a linear step is believed in the unit interval.
 const FOLLOWED: usize = 4;
 const PROMISE: f64 = 0.1;
-/// Lines of each FRF on which starts are tried.
-const COARSE: usize = 80;
+/// Lines of all FRFs on which starts are tried, and most and fewest of one.
+const COARSE: (usize, usize, usize) = (800, 40, 80);
 /// Steps on few lines and on all.
 const COARSE_STEPS: u64 = 40;
 const STEPS: u64 = 40;
 /// Relative gain of χ² at which a descent ends.
 const TOLERANCE: f64 = 1e-4;
+/// Starts all over the ranges, on how few lines and by how many steps each is followed; then the best of them go on.
+const SCATTERED: usize = 32;
+const SCATTER_LINES: (usize, usize, usize) = (300, 16, 60);
+const SCATTER_STEPS: u64 = 8;
+const BEST_SCATTERED: usize = 6;
+
+/// A part of the method that can be left out, to see what it is worth.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Ablation {
+    /// Thresholds of χ² tables instead of simulated nulls.
+    ChiSquare,
+    /// Candidates fitted alone, with the nominal parameters kept where the nominal fit left them.
+    FrozenNominal,
+    /// Nothing that is ordinarily a little wrong is fitted along.
+    NoNuisances,
+    /// Candidates ranked by the positions they were fitted to.
+    InSample,
+}
 
 /// What hypotheses are fitted to.
 #[derive(Debug, Clone)]
@@ -40,9 +60,21 @@ pub struct Fitter<'s> {
     pub domain: Domain,
     /// Parameters that keep their start values.
     pub frozen: Vec<String>,
+    /// Parts of the method that are left out.
+    pub ablated: Vec<Ablation>,
 }
 
 impl<'s> Fitter<'s> {
+    /// Lines of one FRF, where so many are looked at in all, and so many of one at least and at most.
+    fn lines_of_one(&self, (all, least, most): (usize, usize, usize)) -> usize {
+        (all / self.fit.frfs.len().max(1)).clamp(least, most)
+    }
+
+    /// Whether a part of the method is left out.
+    pub fn lacks(&self, part: Ablation) -> bool {
+        self.ablated.contains(&part)
+    }
+
     /// The same for other data of the set.
     #[must_use]
     pub fn on(&self, fit: FitSet<'s>) -> Self {
@@ -97,7 +129,7 @@ impl<'s> Fitter<'s> {
     /// # Errors  as [`Compared::new`].
     pub fn fit(&self, hypothesis: &Hypothesis, bases: &[Fitted], control: &Control) -> Result<Fitted, ObjectiveError> {
         let objective = self.objective(hypothesis)?;
-        let coarse = objective.coarse(COARSE);
+        let coarse = objective.coarse(self.lines_of_one(COARSE));
         let few = coarse.as_ref().unwrap_or(&objective);
         let linear = coarse.is_some();
         let mut starts: Vec<(f64, Fitted)> = bases
@@ -128,12 +160,40 @@ impl<'s> Fitter<'s> {
         Ok(Fitted { agrees, ..best })
     }
 
+    /// Fits a hypothesis from places all over the ranges of its parameters and around a fit: where what is missing has led the joints into a wrong
+    /// basin, no path leads out of it. `None` for modes, whose derivatives are dear.
+    ///
+    /// # Errors  as [`Compared::new`].
+    pub fn scatter(&self, hypothesis: &Hypothesis, base: &Fitted, control: &Control) -> Result<Option<Fitted>, ObjectiveError> {
+        let objective = self.objective(hypothesis)?;
+        let Some(few) = objective.coarse(self.lines_of_one(SCATTER_LINES)) else { return Ok(None) };
+        let centre = start_of(hypothesis, base, &[]);
+        let described = &hypothesis.machine.parameters;
+        let varied = objective.free().iter().filter(|i| hypothesis.added.contains(i) || !is_nuisance(&described[**i]));
+        let varied: Vec<usize> = varied.copied().collect();
+        let start = |index: usize| {
+            let mut start = centre.clone();
+            for (place, &parameter) in lattice_point(index, varied.len()).into_iter().zip(&varied) {
+                let near = index % 2 == 1 && !hypothesis.added.contains(&parameter);
+                start.units[parameter] = if near { (centre.units[parameter] + 0.5 * (place - 0.5)).clamp(0.0, 1.0) } else { place };
+            }
+            start
+        };
+        let mut ends: Vec<Fitted> =
+            (1..=SCATTERED).into_par_iter().map(|index| self.descend(&few, &start(index), SCATTER_STEPS, control)).collect();
+        ends.sort_by(|a, b| a.chi_square.total_cmp(&b.chi_square));
+        ends.truncate(BEST_SCATTERED);
+        let ends: Vec<Fitted> = ends.par_iter().map(|end| self.descend(&few, end, COARSE_STEPS, control)).collect();
+        let best = ends.iter().min_by(|a, b| a.chi_square.total_cmp(&b.chi_square));
+        Ok(best.map(|end| self.descend(&objective, end, STEPS, control)))
+    }
+
     /// The least χ² that one linear step from any amplitude promises, on few lines.
     ///
     /// # Errors  as [`Compared::new`].
     pub fn promise(&self, hypothesis: &Hypothesis, bases: &[Fitted]) -> Result<f64, ObjectiveError> {
         let objective = self.objective(hypothesis)?;
-        let coarse = objective.coarse(COARSE);
+        let coarse = objective.coarse(self.lines_of_one(COARSE));
         let few = coarse.as_ref().unwrap_or(&objective);
         let starts = bases.iter().flat_map(|base| amplitudes(hypothesis).into_iter().map(move |added| start_of(hypothesis, base, &added)));
         let cost = |start: Fitted| few.squares(|squares| squares.normal(&place_of(few, &start)).promised(PROMISE));
@@ -254,7 +314,14 @@ pub fn amplitudes(hypothesis: &Hypothesis) -> Vec<Vec<f64>> {
         2 => 20,
         _ => 40,
     };
-    let halton = |index: usize, base: usize| {
+    let lattice = (1..=count).map(|index| lattice_point(index, described.len()));
+    std::iter::once(start).chain(lattice).collect()
+}
+
+/// A point of Halton's sequence in the unit cube, from 1.
+fn lattice_point(index: usize, dimension: usize) -> Vec<f64> {
+    const PRIMES: [usize; 16] = [2, 3, 5, 7, 11, 13, 17, 19, 23, 29, 31, 37, 41, 43, 47, 53];
+    let coordinate = |base: usize| {
         let (mut i, mut f, mut x) = (index, 1.0, 0.0);
         while i > 0 {
             f /= base as f64;
@@ -263,7 +330,5 @@ pub fn amplitudes(hypothesis: &Hypothesis) -> Vec<Vec<f64>> {
         }
         x
     };
-    let primes = [2, 3, 5, 7, 11, 13, 17, 19, 23];
-    let lattice = (1..=count).map(|index| (0..described.len()).map(|d| halton(index, primes[d % primes.len()])).collect());
-    std::iter::once(start).chain(lattice).collect()
+    (0..dimension).map(|d| coordinate(PRIMES[d % PRIMES.len()])).collect()
 }

@@ -84,6 +84,17 @@ impl Hypothesis {
         Ok(Hypothesis { id, kind: Kind::Effect, machine, added })
     }
 
+    /// With all parameters but those it adds kept at given places.
+    pub(super) fn kept_at(mut self, units: &[f64]) -> Self {
+        for (index, (parameter, unit)) in self.machine.parameters.iter_mut().zip(units).enumerate() {
+            if !self.added.contains(&index) {
+                parameter.start = parameter.from_unit(*unit);
+                parameter.fit = FitRule::Never;
+            }
+        }
+        self
+    }
+
     /// With a frozen parameter released.
     pub fn releasing(&self, parameter: usize) -> Self {
         let mut machine = self.machine.clone();
@@ -97,6 +108,11 @@ fn ends(shaft: &Shaft) -> Vec<(Motion, usize)> {
     let (first, last) = (shaft.stations.first(), shaft.stations.last());
     let of = |station: &Station| [(Motion::Translation, station.axial), (Motion::Rotation, station.torsion)];
     [first, last].into_iter().flatten().flat_map(of).filter_map(|(motion, point)| Some((motion, point?))).collect()
+}
+
+/// Whether a parameter is one of the nuisances of [`with_nuisances`].
+pub(super) fn is_nuisance(parameter: &Parameter) -> bool {
+    parameter.id.starts_with('~')
 }
 
 fn nuisance_parameter(id: String, start: f64, sd: f64) -> Parameter {
@@ -116,7 +132,7 @@ fn nuisance_parameter(id: String, start: f64, sd: f64) -> Parameter {
 /// The machine with what is ordinarily a little wrong in every description: diameters, moduli and loss of shafts, loss of joints (whose damping
 /// is not all viscous), the largest inertias, gain and delay of the measuring chain; each an unknown with the standard deviation of what is known beforehand.
 ///
-/// # Source  widths by the scatter of catalogues and of hammer tests: effective diameter ±0.6 % (thread), ends ±1.5 % of the shaft's inertia (journals), E ±0.3 %, mass ±1 %,
+/// # Source  widths by the scatter of catalogues and of hammer tests: effective diameter ±0.2 %, ends ±1.5 % of the shaft's inertia (journals), E ±0.3 %, mass ±1 %,
 /// rotor inertia ±2 %, calibration ±0.4 %, delay ±2 µs.
 ///
 /// # Errors  none for a machine that was checked.
@@ -129,7 +145,7 @@ pub fn with_nuisances(machine: &Machine) -> Result<Machine, MachineError> {
     };
     for shaft in &machine.shafts {
         let name = &shaft.name;
-        add(Target::ShaftDiameter(name.clone()), Rescale::Relative, nuisance_parameter(format!("~diameter {name}"), 0.0, 0.006));
+        add(Target::ShaftDiameter(name.clone()), Rescale::Relative, nuisance_parameter(format!("~diameter {name}"), 0.0, 0.002));
         add(Target::ShaftModulus(name.clone()), Rescale::Relative, nuisance_parameter(format!("~modulus {name}"), 0.0, 0.003));
         let loss = Parameter { lower: 0.0, upper: 0.012, ..nuisance_parameter(format!("~loss {name}"), 1e-3, 2e-3) };
         add(Target::ShaftLossFactor(name.clone()), Rescale::Added, loss);
@@ -203,12 +219,10 @@ pub fn interfaces(nominal: &Hypothesis) -> Vec<Hypothesis> {
             let joint = |stiffness, damping, relaxation_stiffness| JointPatch {
                 name: "~interface".into(),
                 on: on.clone(),
-                alike: Vec::new(),
-                angles: Vec::new(),
                 stiffness,
                 damping,
-                loss_factor: Source::Number(0.0),
                 relaxation_stiffness,
+                ..JointPatch::default()
             };
             let of = |id: &str| Source::Parameter(id.into());
             let zero = Source::Number(0.0);

@@ -11,7 +11,7 @@ mod verdict;
 
 pub use bootstrap::closed_interval;
 pub use domain::{Compared, Domain, Part, floor_over, gap_over, gaps};
-pub use fit::{Fitted, Fitter, at_start, place_of, values_of};
+pub use fit::{Ablation, Fitted, Fitter, at_start, place_of, values_of};
 pub use hypothesis::{CHANNEL_SD, Hypothesis, Kind, NUT_SD_M, Shape, interfaces, with_nuisances};
 pub use null::{Null, simulate};
 pub use run::{Candidate, Status, Survey, fitter, hypotheses, left_out, locate, nominal, nominal_fits, survey};

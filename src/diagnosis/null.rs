@@ -40,6 +40,17 @@ pub struct Null {
 }
 
 impl Null {
+    /// What noise alone gives by the tables: χ² of as many degrees of freedom as a candidate adds, the largest over all candidates.
+    pub(super) fn of_tables(candidates: &[(&Hypothesis, &Fitted)], seed: u64) -> Self {
+        let mut random = Xoshiro256PlusPlus::seed_from_u64(seed);
+        let added: Vec<usize> = candidates.iter().map(|(h, _)| h.added.len().max(1)).collect();
+        let mut one = |count: usize| (0..count).map(|_| normal(&mut random).powi(2)).sum::<f64>() / count as f64;
+        let mut largest: Vec<f64> = (0..2000).map(|_| added.iter().map(|count| one(*count)).fold(0.0, f64::max)).collect();
+        largest.sort_by(f64::total_cmp);
+        let scales = candidates.iter().zip(&added).map(|((h, _), count)| (h.id.clone(), *count as f64)).collect();
+        Null { scales, largest, misfit: Vec::new() }
+    }
+
     /// Scale of the gain of a candidate; the least where the null does not know it.
     pub fn scale(&self, id: &str) -> f64 {
         self.scales.iter().find(|(known, _)| known == id).map_or(LEAST_SCALE, |s| s.1)

@@ -3,10 +3,10 @@
 use rayon::prelude::*;
 
 use super::domain::Domain;
-use super::fit::{Fitted, Fitter, at_start, values_of};
+use super::fit::{Ablation, Fitted, Fitter, at_start, values_of};
 use super::hypothesis::{CHANNEL_SD, Hypothesis, NUT_SD_M, interfaces, with_nuisances};
 use crate::identification::{Plan, identify};
-use crate::machine::{Base, Effect, FitRule, Machine};
+use crate::machine::{Base, Data, Effect, FitRule, Machine};
 use crate::measurement::{FitSet, HoldOutSet};
 use crate::objective::{FrfSettings, ObjectiveError};
 use crate::optimizer::Control;
@@ -65,26 +65,31 @@ const NOMINAL_STEPS: u64 = 120;
 const LEFT_OUT_STEPS: u64 = 12;
 /// Candidates whose nominal parameters the others start from, too.
 const SHARED: usize = 2;
+/// χ² per number beyond which the best candidate leaves too much to be the end: this multiple of the noise's share, and this.
+const MUCH: (f64, f64) = (1.5, 0.1);
+/// Share of the best candidate's χ² below which a free shape knows better where the joints are.
+const CLEARLY: f64 = 0.85;
 /// A power of iω nearer to 0 than this is no other quantity.
 const LEAST_POWER: f64 = 0.6;
 
 /// The fitter of a diagnosis: for FRFs nut positions, gains and delays of channels are known to a standard deviation, and the model's error is a
 /// share of the level around a line.
-pub fn fitter<'s>(fit: &FitSet<'s>, domain: Domain, frozen: &[String]) -> Fitter<'s> {
+pub fn fitter<'s>(fit: &FitSet<'s>, domain: Domain, frozen: &[String], ablated: &[Ablation]) -> Fitter<'s> {
     let domain = match domain {
+        Domain::Frf(settings) if ablated.contains(&Ablation::NoNuisances) => Domain::Frf(FrfSettings { of_level: true, ..settings }),
         Domain::Frf(settings) => Domain::Frf(FrfSettings { nut_sd_m: NUT_SD_M, channel_sd: CHANNEL_SD, of_level: true, ..settings }),
         modes @ Domain::Modes(_) => modes,
     };
-    Fitter { fit: fit.clone(), domain, frozen: frozen.to_vec() }
+    Fitter { fit: fit.clone(), domain, frozen: frozen.to_vec(), ablated: ablated.to_vec() }
 }
 
 /// The machine a diagnosis starts from: for FRFs with its nuisances; modes are too few to carry them, the error of their model stands for them.
 ///
 /// # Errors  as [`with_nuisances`].
-pub fn nominal(machine: &Machine, domain: Domain) -> Result<Hypothesis, ObjectiveError> {
-    Ok(Hypothesis::nominal(match domain {
-        Domain::Frf(_) => with_nuisances(machine)?,
-        Domain::Modes(_) => machine.clone(),
+pub fn nominal(machine: &Machine, fitter: &Fitter<'_>) -> Result<Hypothesis, ObjectiveError> {
+    Ok(Hypothesis::nominal(match fitter.domain {
+        Domain::Frf(_) if !fitter.lacks(Ablation::NoNuisances) => with_nuisances(machine)?,
+        _ => machine.clone(),
     }))
 }
 
@@ -99,7 +104,7 @@ pub fn nominal_fits(
     control: &Control,
 ) -> Result<Vec<Fitted>, ObjectiveError> {
     let none = HoldOutSet { set: fitter.fit.set, positions: Vec::new(), frfs: Vec::new() };
-    let mut plan = Plan { frozen: fitter.frozen.clone(), seed, repeats: 2, profile: false, ..Plan::default() };
+    let mut plan = Plan { frozen: fitter.frozen.clone(), seed, repeats: 1, profile: false, ..Plan::default() };
     match fitter.domain {
         Domain::Frf(settings) => plan.frf = Some(FrfSettings { nut_sd_m: 0.0, channel_sd: (0.0, 0.0), ..settings }),
         Domain::Modes(settings) => plan.settings = settings,
@@ -118,6 +123,10 @@ pub fn nominal_fits(
     let objective = fitter.objective(nominal)?;
     let mut fits: Vec<Fitted> = starts.par_iter().map(|s| fitter.descend(&objective, s, NOMINAL_STEPS, control)).collect();
     fits.sort_by(|a, b| a.chi_square.total_cmp(&b.chi_square));
+    if let Some(other) = fitter.scatter(nominal, &fits[0], control)? {
+        fits.push(fitter.descend(&objective, &other, NOMINAL_STEPS, control));
+        fits.sort_by(|a, b| a.chi_square.total_cmp(&b.chi_square));
+    }
     // A search that ended far above the best is no place to start from.
     let best = fits[0].chi_square;
     fits.retain(|f| f.chi_square <= 1.5 * best + 10.0);
@@ -154,7 +163,9 @@ pub fn left_out(fitter: &Fitter<'_>, hypothesis: &Hypothesis, fitted: &Fitted, c
 pub fn hypotheses(machine: &Machine, nominal: &Hypothesis, effects: &[Effect], frozen: &[String]) -> (Vec<Hypothesis>, Vec<Candidate>) {
     let (mut apply, mut others) = (Vec::new(), Vec::new());
     for effect in effects {
-        if machine.effects.contains(&effect.id) {
+        if !effect.data.contains(&Data::Frf) {
+            others.push(Candidate::without_fit(&effect.id, Status::NotApplicable("it shows in motion alone".into())));
+        } else if machine.effects.contains(&effect.id) {
             others.push(Candidate::without_fit(&effect.id, Status::NotApplicable("the machine contains it already".into())));
         } else if let Some(name) = machine.lacks(effect) {
             others.push(Candidate::without_fit(&effect.id, Status::NotApplicable(format!("the machine has no «{name}»"))));
@@ -174,7 +185,8 @@ pub fn hypotheses(machine: &Machine, nominal: &Hypothesis, effects: &[Effect], f
 }
 
 /// Fits every candidate from fits of the nominal machine, then all of them again from the nominal parameters of the best: what one finds, the
-/// others must be able to start from. A deeper basin of the nominal machine that turns up on the way becomes its fit.
+/// others must be able to start from. A deeper basin of the nominal machine that turns up on the way becomes its fit. Where even the best leaves much,
+/// all are fitted from places all over their ranges.
 ///
 /// # Errors  as [`Fitter::objective`]; a candidate that fails is told among the candidates.
 pub fn survey(
@@ -190,6 +202,10 @@ pub fn survey(
         (Ok(a), Err(_)) | (Err(_), Ok(a)) => Ok(a),
         (Err(a), Err(_)) => Err(a),
     };
+    let hypotheses: Vec<Hypothesis> = match fitter.lacks(Ablation::FrozenNominal) {
+        true => hypotheses.into_iter().map(|h| h.kept_at(&bases[0].units)).collect(),
+        false => hypotheses,
+    };
     let mut fits: Vec<Fit> = hypotheses.par_iter().map(|h| fitter.fit(h, &bases, control)).collect();
     let objective = fitter.objective(&nominal)?;
     let own = nominal.machine.parameters.len();
@@ -204,7 +220,7 @@ pub fn survey(
         }
     }
     let mut base = bases[0].clone();
-    if !shared.is_empty() {
+    if !shared.is_empty() && !fitter.lacks(Ablation::FrozenNominal) {
         let again: Vec<Fitted> = shared.par_iter().map(|s| fitter.descend(&objective, s, NOMINAL_STEPS, control)).collect();
         for fitted in again {
             if fitted.chi_square < base.chi_square {
@@ -214,6 +230,12 @@ pub fn survey(
         shared.insert(0, base.clone());
         let second: Vec<Fit> = hypotheses.par_iter().map(|h| fitter.fit(h, &shared, control)).collect();
         fits = fits.into_iter().zip(second).map(|(a, b)| better(a, b)).collect();
+    }
+    let least = fits.iter().filter_map(|f| f.as_ref().ok()).map(|f| f.chi_square).fold(base.chi_square, f64::min);
+    if least > (MUCH.0 * objective.noise_share() + MUCH.1) * objective.observations() as f64 {
+        let scattered = |h: &Hypothesis| fitter.scatter(h, &base, control).transpose();
+        let third: Vec<Option<Fit>> = hypotheses.par_iter().map(scattered).collect();
+        fits = fits.into_iter().zip(third).map(|(a, b)| if let Some(b) = b { better(a, b) } else { a }).collect();
     }
     let mut candidates: Vec<Candidate> = hypotheses
         .into_iter()
@@ -234,6 +256,34 @@ pub fn survey(
     candidates.sort_by(|a, b| b.gain.total_cmp(&a.gain));
     candidates.extend(others);
     Ok(Survey { nominal, base, candidates })
+}
+
+/// Fits every candidate again from the nominal parameters of free shapes, where those explain much more than the best candidate does: they know where
+/// the joints are once what is missing is there.
+///
+/// # Errors  as [`Fitter::objective`].
+pub fn again_from(survey: &mut Survey, located: &[Candidate], fitter: &Fitter<'_>, control: &Control) -> Result<(), ObjectiveError> {
+    let least = survey.candidates.iter().map(Candidate::chi_square).fold(survey.base.chi_square, f64::min);
+    let own = survey.nominal.machine.parameters.len();
+    let fits = located.iter().filter_map(|c| c.fitted.as_ref()).map(|(_, fitted)| fitted);
+    let better = fits.filter(|fitted| fitted.chi_square < CLEARLY * least);
+    let bases: Vec<Fitted> = better.take(SHARED).map(|f| Fitted { units: f.units[..own].to_vec(), ..f.clone() }).collect();
+    if bases.is_empty() || fitter.lacks(Ablation::FrozenNominal) {
+        return Ok(());
+    }
+    let base = survey.base.chi_square;
+    let refitted = |candidate: &mut Candidate| -> Result<(), ObjectiveError> {
+        let Some((hypothesis, fitted)) = &mut candidate.fitted else { return Ok(()) };
+        let other = fitter.fit(hypothesis, &bases, control)?;
+        if other.chi_square < fitted.chi_square {
+            *fitted = other;
+            candidate.gain = if tells(hypothesis, fitted) { (base - fitted.chi_square).max(0.0) } else { 0.0 };
+        }
+        Ok(())
+    };
+    survey.candidates.par_iter_mut().try_for_each(refitted)?;
+    survey.candidates.sort_by(|a, b| b.gain.total_cmp(&a.gain));
+    Ok(())
 }
 
 /// Whether what was fitted is what the effect says: another quantity is another power of iω, not a slight slope.

@@ -1,11 +1,11 @@
 //! What is said: none, an effect, effects that the data cannot tell apart, a wrong parameter, a faulty record, or something unknown and where.
 
 use super::domain::{Domain, Part, floor_over, gap_over};
-use super::fit::{Fitted, Fitter, values_of};
+use super::fit::{Ablation, Fitted, Fitter, values_of};
 use super::hypothesis::{Hypothesis, Kind};
 use super::null::{LEAST_SCALE, Null, simulate};
 use super::record::{contradicting, faulty_record};
-use super::run::{Candidate, Status, Survey, hypotheses, left_out, locate, nominal, nominal_fits, survey};
+use super::run::{Candidate, Status, Survey, again_from, hypotheses, left_out, locate, nominal, nominal_fits, survey};
 use crate::machine::{Effect, Machine};
 use crate::measurement::HoldOutSet;
 use crate::objective::ObjectiveError;
@@ -136,13 +136,17 @@ const MOST: usize = 3;
 /// Excess of the misfit over the middle null beyond which something is still missing.
 const EXCESS: f64 = 2.0;
 /// Excess beyond which something is missing even where no candidate helps, and a named effect explains too little.
-const FAR: f64 = 15.0;
+const FAR: f64 = 5.0;
 /// Share of χ² that a released parameter must take away to be all that is wrong.
 const MOSTLY: f64 = 0.75;
 /// Share of χ² that an effect must take away where much stays unexplained.
 const LITTLE: f64 = 0.35;
 /// Excess beyond which a named effect must hold its own against a free shape at an interface.
-const DOUBT: f64 = 4.0;
+const DOUBT: f64 = 1.5;
+/// Share of what the best effect leaves below which a free shape is the better explanation.
+const BETTER: f64 = 0.7;
+/// Excess at which a released parameter is all that is wrong.
+const RIGHT: f64 = 4.0;
 
 /// Diagnoses.
 ///
@@ -156,16 +160,28 @@ pub fn diagnose(
     control: &Control,
 ) -> Result<Diagnosis, ObjectiveError> {
     let domain = fitter.domain;
-    let start = nominal(machine, domain)?;
+    control.begin("1/6 the machine as described");
+    let start = nominal(machine, fitter)?;
     let bases = nominal_fits(machine, fitter, &start, settings.seed, control)?;
     let candidates = hypotheses(machine, &start, effects, &fitter.frozen);
-    let surveyed = survey(fitter, start, bases, candidates, control)?;
-    let count = fitter.objective(&surveyed.nominal)?.observations() as f64;
+    control.begin(&format!("2/6 {} candidates", candidates.0.len()));
+    let mut surveyed = survey(fitter, start, bases, candidates, control)?;
+    // Interfaces say where; they are looked at in any case, since they also tell whether an effect of the library does what can be done.
+    control.begin("3/6 interfaces");
+    let located: Vec<Candidate> = locate(&surveyed, fitter, 5, control)?;
+    again_from(&mut surveyed, &located, fitter, control)?;
+    let objective = fitter.objective(&surveyed.nominal)?;
+    // What is known beforehand of a nuisance counts as a number measured.
+    let known = surveyed.nominal.machine.parameters.iter().filter(|p| p.sd.is_some()).count();
+    let (count, unknowns) = (objective.observations() as f64, objective.free().len().saturating_sub(known));
     let fitted: Vec<(&Hypothesis, &Fitted)> = surveyed.candidates.iter().filter_map(|c| c.fitted.as_ref().map(|(h, f)| (h, f))).collect();
+    control.begin("4/6 nulls");
     let null = match &settings.null {
         Some(known) => known.clone(),
+        None if fitter.lacks(Ablation::ChiSquare) => Null::of_tables(&fitted, settings.seed),
         None => simulate(fitter, &surveyed.nominal, &surveyed.base, &fitted, settings.draws, settings.seed, control)?,
     };
+    control.begin("5/6 positions left out");
     let mut tried = judge(&surveyed, &null, count);
     let nominal_left_out = left_out(fitter, &surveyed.nominal, &surveyed.base, control)?;
     let base = surveyed.base.clone();
@@ -176,15 +192,19 @@ pub fn diagnose(
             tried[at].candidate.left_out = left_out(fitter, &hypothesis, &fitted, control).ok();
         }
     }
-    keep_what_foretells(&mut tried, &mut same, nominal_left_out);
+    if !fitter.lacks(Ablation::InSample) {
+        keep_what_foretells(&mut tried, &mut same, nominal_left_out);
+    }
     let significant = tried.first().is_some_and(|t| t.p_value < ALPHA && t.statistic >= LEAST_STATISTIC);
-    // Interfaces say where; they are looked at in any case, since they also tell whether an effect of the library does what can be done.
-    let located: Vec<Candidate> = locate(&surveyed, fitter, 5, control)?;
     let nominal_held_out = fitter.gaps(&surveyed.nominal, &base, held_out)?;
+    // A record that an effect makes agree with the others is no faulty one.
+    let best = tried.first().filter(|_| significant).and_then(|t| t.candidate.fitted.as_ref());
+    let restored = best.map(|(hypothesis, fitted)| fitter.gaps(hypothesis, fitted, held_out)).transpose()?;
+    let agrees = best.is_some_and(|(_, fitted)| null.excess(fitted.chi_square / count) <= EXCESS);
     let faulty = match contradicting(&nominal_held_out) {
-        Some(frf) => Some(frf),
-        None if before > EXCESS || significant => faulty_record(fitter, &surveyed, &null, control)?,
-        None => None,
+        Some(frf) if restored.is_none_or(|gaps| contradicting(&gaps) == Some(frf)) => Some(frf),
+        _ if !agrees && (before > EXCESS || significant) => faulty_record(fitter, &surveyed, &null, control)?,
+        _ => None,
     };
     let (verdict, chosen) = conclude(&Evidence {
         fitter,
@@ -194,6 +214,7 @@ pub fn diagnose(
         tried: &tried,
         null: &null,
         count,
+        unknowns,
         significant,
         same: &same,
         located: &located,
@@ -285,6 +306,7 @@ struct Evidence<'e, 's> {
     tried: &'e [Tried],
     null: &'e Null,
     count: f64,
+    unknowns: usize,
     significant: bool,
     same: &'e [usize],
     located: &'e [Candidate],
@@ -298,6 +320,11 @@ fn conclude(evidence: &Evidence<'_, '_>) -> Result<(Verdict, (Hypothesis, Fitted
     let nothing = (surveyed.nominal.clone(), surveyed.base.clone());
     let before = null.excess(surveyed.base.chi_square / count);
     let say = |kind: VerdictKind, effects: Vec<String>, reason: String, next: Option<String>| Verdict { kind, effects, reason, next };
+    if *count <= evidence.unknowns as f64 {
+        let reason = format!("{count} numbers were measured for {} unknowns: anything would fit", evidence.unknowns);
+        let next = Some("more modes or more positions, or a whole FRF at each".to_string());
+        return Ok((say(VerdictKind::Insufficient, Vec::new(), reason, next), nothing));
+    }
     if let Some(frf) = evidence.faulty {
         let source = &evidence.fitter.fit.set.frfs[frf].source;
         let reason = format!("{source} contradicts the other records, which agree with the model without it");
@@ -327,7 +354,7 @@ fn conclude(evidence: &Evidence<'_, '_>) -> Result<(Verdict, (Hypothesis, Fitted
     let release = tried.iter().find(|t| {
         let is = t.candidate.fitted.as_ref().is_some_and(|f| f.0.kind == Kind::Release);
         let enough =
-            t.candidate.chi_square() <= (1.0 - MOSTLY) * surveyed.base.chi_square || null.excess(t.candidate.chi_square() / count) <= DOUBT;
+            t.candidate.chi_square() <= (1.0 - MOSTLY) * surveyed.base.chi_square || null.excess(t.candidate.chi_square() / count) <= RIGHT;
         is && enough && t.candidate.gain >= 0.85 * best.candidate.gain
     });
     if let Some((found, (hypothesis, fitted))) = release.and_then(|t| Some((t, t.candidate.fitted.as_ref()?))) {
@@ -372,7 +399,7 @@ fn conclude(evidence: &Evidence<'_, '_>) -> Result<(Verdict, (Hypothesis, Fitted
     let stands = same.iter().map(|at| &tried[*at].candidate.id).filter(|id| !names[1..].contains(id));
     let alternatives: Vec<String> = stands.map(|id| format!("{id}{rest}")).collect();
     let little = chosen.1.chi_square > (1.0 - LITTLE) * surveyed.base.chi_square;
-    if (after > FAR && little) || (after > DOUBT && free_excess < 0.5 * after) {
+    if (after > FAR && little) || (after > DOUBT && free_excess < BETTER * after) {
         let place = free.map_or("?", |c| named(&c.id));
         let reason = format!(
             "the best of the library, {}, leaves {after:.1} times what nulls show; a free shape at {place} leaves {free_excess:.1} times",

@@ -1,8 +1,8 @@
 //! Patches applied: names resolved, numbers put in their places.
 
 use super::check::{MachineError, check_parameter, fault, listing};
-use super::effect::{DerivedPatch, JointPatch, Patch, PointPatch, ShaftPatch, Target};
-use super::{Base, Derivation, Derived, Effect, Joint, Law, Machine, Point, Rescale, Shaft, Station, Value};
+use super::effect::{DerivedPatch, JointPatch, Patch, PointPatch, ShaftPatch};
+use super::{Derivation, Derived, Effect, Joint, Machine, Point, Shaft, Station, Value};
 
 impl Machine {
     /// The machine with a patch applied, checked.
@@ -29,6 +29,9 @@ impl Machine {
         for joint in &patch.joints {
             let joint = machine.resolve_joint_patch(joint)?;
             machine.joints.push(joint);
+        }
+        if let Some(drive) = &patch.drive {
+            machine.drive = Some(machine.resolve_drive_patch(drive)?);
         }
         for (joint, from, to) in &patch.reattached {
             machine.reattach(joint, from, to)?;
@@ -88,7 +91,8 @@ impl Machine {
         dropped
     }
 
-    fn values(&self) -> impl Iterator<Item = &Value> {
+    /// The numbers that frequency responses and modes depend on.
+    fn linear_values(&self) -> impl Iterator<Item = &Value> {
         let points = self.points.iter().map(|p| &p.inertia);
         let shafts =
             self.shafts.iter().flat_map(|s| [&s.length, &s.diameter, &s.youngs_modulus, &s.shear_modulus, &s.density, &s.loss_factor]);
@@ -97,16 +101,28 @@ impl Machine {
         points.chain(shafts).chain(joints).chain([&self.chain.gain, &self.chain.delay, &self.chain.power])
     }
 
+    fn values(&self) -> impl Iterator<Item = &Value> {
+        self.linear_values().chain(self.motion_values().into_iter().map(|(_, value)| value))
+    }
+
     fn values_mut(&mut self) -> impl Iterator<Item = &mut Value> {
         let points = self.points.iter_mut().map(|p| &mut p.inertia);
         let shafts = self.shafts.iter_mut().flat_map(|s| {
             [&mut s.length, &mut s.diameter, &mut s.youngs_modulus, &mut s.shear_modulus, &mut s.density, &mut s.loss_factor]
         });
-        let joints = self
-            .joints
-            .iter_mut()
-            .flat_map(|j| [&mut j.stiffness, &mut j.damping, &mut j.loss_factor].into_iter().chain(j.relaxation_stiffness.as_mut()));
-        points.chain(shafts).chain(joints).chain([&mut self.chain.gain, &mut self.chain.delay, &mut self.chain.power])
+        let joints = self.joints.iter_mut().flat_map(|j| {
+            let own = [&mut j.stiffness, &mut j.damping, &mut j.loss_factor, &mut j.gap].into_iter().chain(j.relaxation_stiffness.as_mut());
+            own.chain(j.friction.values_mut().into_iter().chain(j.lead_error.values_mut()).map(|(_, value)| value))
+        });
+        let drive = self.drive.iter_mut().flat_map(super::Drive::values_mut).map(|(_, value)| value);
+        points.chain(shafts).chain(joints).chain(drive).chain([&mut self.chain.gain, &mut self.chain.delay, &mut self.chain.power])
+    }
+
+    /// Whether frequency responses and modes depend on each parameter; the others show in motion alone.
+    pub fn linear_parameters(&self) -> Vec<bool> {
+        let mut linear = vec![false; self.parameters.len()];
+        self.linear_values().for_each(|v| v.depends_on().for_each(|i| linear[i] = true));
+        linear
     }
 
     /// The first thing an effect needs that the machine lacks.
@@ -115,12 +131,14 @@ impl Machine {
             .needs
             .iter()
             .find(|name| {
-                self.point(name).is_none() && !self.joints.iter().any(|j| j.name == **name) && !self.shafts.iter().any(|s| s.name == **name)
+                let driven = **name == "drive" && self.drive.is_some();
+                let named = self.joints.iter().any(|j| j.name == **name) || self.shafts.iter().any(|s| s.name == **name);
+                !driven && !named && self.point(name).is_none()
             })
             .map(String::as_str)
     }
 
-    fn named_point(&self, part: &str, name: &str) -> Result<usize, MachineError> {
+    pub(super) fn named_point(&self, part: &str, name: &str) -> Result<usize, MachineError> {
         self.point(name).ok_or_else(|| {
             let known = listing(self.points.iter().map(|p| p.name.as_str()));
             fault(part, format!("no point is called «{name}»; {known} (and ground)"))
@@ -200,67 +218,13 @@ impl Machine {
             damping: value("damping", &patch.damping)?,
             loss_factor: value("loss_factor", &patch.loss_factor)?,
             relaxation_stiffness: patch.relaxation_stiffness.as_ref().map(|s| value("relaxation_stiffness", s)).transpose()?,
+            friction: self.resolve_friction_patch(&part, &patch.friction)?,
+            gap: value("gap", &patch.gap)?,
+            lead_error: self.resolve_lead_error_patch(&part, &patch.lead_error)?,
         })
     }
 
-    fn rescale(&mut self, target: &Target, rescale: Rescale, parameter: &str) -> Result<(), MachineError> {
-        let part = format!("rescale {target:?}");
-        let index = self.parameter(parameter).ok_or_else(|| fault(&part, format!("no parameter is called «{parameter}»")))?;
-        let stroke_m = self.stroke_m();
-        let joint = |name: &String| self.joints.iter().position(|j| j.name == *name);
-        let shaft = |name: &String| self.shafts.iter().position(|s| s.name == *name);
-        let missing = |name: &String| fault(&part, format!("the machine has no «{name}»"));
-        let mut values: Vec<&mut Value> = match target {
-            Target::PointInertia(name) => {
-                let at = self.point(name).ok_or_else(|| missing(name))?;
-                vec![&mut self.points[at].inertia]
-            }
-            Target::JointStiffness(name) => {
-                let at = joint(name).ok_or_else(|| missing(name))?;
-                vec![&mut self.joints[at].stiffness]
-            }
-            Target::JointDamping(name) => {
-                let at = joint(name).ok_or_else(|| missing(name))?;
-                vec![&mut self.joints[at].damping]
-            }
-            Target::JointLossFactor(name) => {
-                let at = joint(name).ok_or_else(|| missing(name))?;
-                vec![&mut self.joints[at].loss_factor]
-            }
-            Target::ShaftDiameter(name) => {
-                let at = shaft(name).ok_or_else(|| missing(name))?;
-                vec![&mut self.shafts[at].diameter]
-            }
-            Target::ShaftLossFactor(name) => {
-                let at = shaft(name).ok_or_else(|| missing(name))?;
-                vec![&mut self.shafts[at].loss_factor]
-            }
-            Target::ShaftModulus(name) => {
-                let at = shaft(name).ok_or_else(|| missing(name))?;
-                let shaft = &mut self.shafts[at];
-                vec![&mut shaft.youngs_modulus, &mut shaft.shear_modulus]
-            }
-            Target::ChainGain => vec![&mut self.chain.gain],
-            Target::ChainDelay => vec![&mut self.chain.delay],
-            Target::ChainPower => vec![&mut self.chain.power],
-        };
-        for value in &mut values {
-            match rescale {
-                Rescale::Relative => value.laws.push(Law::Relative(index)),
-                Rescale::InSeries => value.laws.push(Law::InSeries(index)),
-                Rescale::Added => value.laws.push(Law::Added(index)),
-                Rescale::AlongStroke | Rescale::MidStroke => {
-                    let stroke_m = stroke_m.ok_or_else(|| fault(&part, "the machine has no shaft with a nut"))?;
-                    let law = if rescale == Rescale::MidStroke { Law::MidStroke } else { Law::AlongStroke };
-                    value.laws.push(law(index, stroke_m));
-                }
-                Rescale::Replace => value.base = Base::Parameter(index),
-            }
-        }
-        Ok(())
-    }
-
-    fn joint_named(&self, part: &str, name: &str) -> Result<usize, MachineError> {
+    pub(super) fn joint_named(&self, part: &str, name: &str) -> Result<usize, MachineError> {
         self.joints
             .iter()
             .position(|j| j.name == name)

@@ -81,7 +81,7 @@ impl Machine {
                 positive(format!("joint.{}.relaxation_stiffness", j.name), relaxation)?;
             }
         }
-        Ok(())
+        self.check_motion(at)
     }
 
     fn check_stations(&self, shaft: &Shaft, start: &[f64], middle: &Operating) -> Result<(), MachineError> {

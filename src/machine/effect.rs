@@ -3,7 +3,7 @@
 //! A machine's own description is a patch of the empty machine; an effect is a patch of a machine.
 //! A patch names points, shafts and joints; [`Machine::with`](super::Machine::with) resolves the names.
 
-use super::{LoadedPair, Motion, Parameter, Place, Segment};
+use super::{DrivePatch, FrictionPatch, LeadErrorPatch, LoadedPair, Motion, Parameter, Place, Segment, Target};
 
 /// A number in a patch: fixed, or a parameter by id.
 #[derive(Debug, Clone, PartialEq)]
@@ -75,7 +75,7 @@ pub struct ShaftPatch {
 }
 
 /// A joint a patch adds; fields as in [`Joint`](super::Joint).
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Default)]
 pub struct JointPatch {
     /// Unique name.
     pub name: String,
@@ -93,31 +93,12 @@ pub struct JointPatch {
     pub loss_factor: Source,
     /// Stiffness in series with the damper.
     pub relaxation_stiffness: Option<Source>,
-}
-
-/// Which number of which part a patch scales.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub enum Target {
-    /// Inertia of the point of that name.
-    PointInertia(String),
-    /// Stiffness of the joint of that name.
-    JointStiffness(String),
-    /// Damping of the joint of that name.
-    JointDamping(String),
-    /// Loss factor of the joint of that name.
-    JointLossFactor(String),
-    /// Diameter of the shaft of that name.
-    ShaftDiameter(String),
-    /// Loss factor of the shaft of that name.
-    ShaftLossFactor(String),
-    /// Young's modulus, and with it the shear modulus, of the shaft of that name.
-    ShaftModulus(String),
-    /// Gain of the measuring chain.
-    ChainGain,
-    /// Delay of the measuring chain.
-    ChainDelay,
-    /// Power by which the recorded quantity differs from the one stated.
-    ChainPower,
+    /// Friction.
+    pub friction: FrictionPatch,
+    /// Play.
+    pub gap: Source,
+    /// Error of the lead.
+    pub lead_error: LeadErrorPatch,
 }
 
 /// How a patch scales a number.
@@ -146,6 +127,8 @@ pub struct Patch {
     pub shafts: Vec<ShaftPatch>,
     /// Joints it adds.
     pub joints: Vec<JointPatch>,
+    /// The drive, where it describes one.
+    pub drive: Option<DrivePatch>,
     /// Contacts it describes, to be used as stiffnesses.
     pub contacts: Vec<LoadedPair>,
     /// Screw segments it describes, to be used as stiffnesses.
@@ -162,6 +145,15 @@ pub struct Patch {
     pub derived: Vec<(String, DerivedPatch)>,
 }
 
+/// Kinds of data that an effect can show in.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Data {
+    /// FRFs and modes.
+    Frf,
+    /// Time records of a driven axis.
+    Motion,
+}
+
 /// An effect: a named patch and what a person should know of it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Effect {
@@ -173,8 +165,10 @@ pub struct Effect {
     pub signature: Option<String>,
     /// The measurement that tells it from its look-alikes, where that was written down.
     pub separates: Option<String>,
-    /// The points, joints or shafts a machine must have for it to apply, by name.
+    /// The points, joints or shafts a machine must have for it to apply, by name; «drive» stands for its drive.
     pub needs: Vec<String>,
+    /// Data it can show in.
+    pub data: Vec<Data>,
     /// What it adds.
     pub patch: Patch,
 }

@@ -1,6 +1,6 @@
-//! Spring–dampers.
+//! Spring–dampers, with friction, play and lead error.
 
-use super::Value;
+use super::{Friction, LeadError, Value};
 
 /// A spring–damper that acts on the combination Σ cᵢ·qᵢ of points: its force on point i is −cᵢ·(k + iωc)·Σ cⱼ·qⱼ.
 ///
@@ -21,4 +21,11 @@ pub struct Joint {
     pub loss_factor: Value,
     /// Relaxation stiffness (N/m or N·m/rad) in series with the damper: c acts through it. `None`: a plain damper.
     pub relaxation_stiffness: Option<Value>,
+    /// Friction beside it. Frequency responses and modes know nothing of it: they are those of the joint as it moves without reversal.
+    pub friction: Friction,
+    /// Play (m or rad): width of the dead zone in which spring and damper do not act. Frequency responses and modes are those of the
+    /// joint in contact.
+    pub gap: Value,
+    /// Error of the lead.
+    pub lead_error: LeadError,
 }

@@ -2,7 +2,8 @@
 //!
 //! A machine is a list of **points** (one coordinate each, a translation or a rotation), **shafts** (uniform
 //! rods between stations, axial and torsional), **joints** (spring–dampers on a combination of points)
-//! and **parameters** (the numbers that are not known, each with unit, plausible range and source).
+//! and **parameters** (the numbers that are not known, each with unit, plausible range and source). Joints may have
+//! friction and play, and a **drive** may move the machine: motion shows them, frequency responses do not.
 //! An **effect** is a patch of such a description: more points, joints and parameters, or laws that scale values.
 
 mod apply;
@@ -11,26 +12,34 @@ mod check;
 mod compose;
 mod contact;
 mod derived;
+mod drive;
 mod effect;
+mod friction;
 mod joint;
+mod motion;
 mod operating;
 mod parameter;
 mod point;
 mod segment;
 mod shaft;
+mod target;
 mod value;
 
 pub use chain::Chain;
 pub use check::MachineError;
 pub use contact::{LoadedPair, PairState};
 pub use derived::{Derivation, Derived};
-pub use effect::{DerivedPatch, Effect, JointPatch, Patch, PointPatch, Rescale, ShaftPatch, Source, Target};
+pub use drive::{Drive, Encoder, PositionLoop, Tachometry, VelocityLoop};
+pub use effect::{Data, DerivedPatch, Effect, JointPatch, Patch, PointPatch, Rescale, ShaftPatch, Source};
+pub use friction::{Friction, LeadError, Wave};
 pub use joint::Joint;
+pub use motion::{DrivePatch, EncoderPatch, FrictionPatch, LeadErrorPatch, PositionLoopPatch, VelocityLoopPatch, WavePatch};
 pub use operating::Operating;
 pub use parameter::{FitRule, Parameter, Scale};
 pub use point::{Motion, Point};
 pub use segment::{Segment, SegmentEnd, Twist};
 pub use shaft::{Place, Shaft, Station};
+pub use target::Target;
 pub use value::{Base, Law, Value};
 
 use std::sync::Arc;
@@ -46,6 +55,8 @@ pub struct Machine {
     pub shafts: Vec<Shaft>,
     /// Spring–dampers.
     pub joints: Vec<Joint>,
+    /// The drive that moves it, where one is described.
+    pub drive: Option<Drive>,
     /// Contacts that joints refer to.
     pub contacts: Vec<Arc<LoadedPair>>,
     /// Screw segments that joints refer to.

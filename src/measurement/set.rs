@@ -6,6 +6,7 @@ use super::embedded::embedded_file;
 use super::frf::{Condition, Frf, read_lines};
 use super::manifest::{FrfFile, GainFile, Manifest, parse};
 use super::modes::{ModeTable, read_modes};
+use super::motion::{MotionRecord, read_motion};
 use super::table::Table;
 use super::{MeasurementError, Quantity};
 
@@ -90,8 +91,8 @@ pub struct MeasurementSet {
     pub modes: Option<ModeTable>,
     /// FRFs.
     pub frfs: Vec<Frf>,
-    /// Time records by name and file.
-    pub motions: Vec<(String, String)>,
+    /// Time records.
+    pub motions: Vec<MotionRecord>,
     /// Names of positions or records to fit, where the set says so.
     pub split: Option<Vec<String>>,
     /// Published predictions, where there are any.
@@ -221,6 +222,14 @@ pub fn read_set(path: &str) -> Result<MeasurementSet, MeasurementError> {
     if modes.is_none() && frfs.is_empty() && manifest.motion.is_empty() {
         return Err(fault("holds no observation at all; write modes = \"…\", [[frf]] or [[motion]]".into()));
     }
+    let mut motions: Vec<MotionRecord> = Vec::new();
+    for entry in &manifest.motion {
+        if motions.iter().any(|m| m.name == entry.name) {
+            return Err(fault(format!("[[motion]] «{}» stands twice; give each record a name of its own", entry.name)));
+        }
+        let text = folder.text(&entry.file)?;
+        motions.push(read_motion(&folder.name(&entry.file), &entry.name, &text)?);
+    }
     let mut published = Published::default();
     if let Some(file) = &manifest.published {
         let text = folder.text(file)?;
@@ -245,7 +254,7 @@ pub fn read_set(path: &str) -> Result<MeasurementSet, MeasurementError> {
         positions,
         modes,
         frfs,
-        motions: manifest.motion.into_iter().map(|m| (m.name, m.file)).collect(),
+        motions,
         split,
         published,
         files: folder.files,

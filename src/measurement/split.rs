@@ -81,15 +81,34 @@ impl MeasurementSet {
         Ok((FitSet { set: self, positions, frfs }, HoldOutSet { set: self, positions: other_positions, frfs: other_frfs }))
     }
 
+    /// Splits the time records, by index: those named, else those of `[split]`, else all are fitted; the others, and those to hold out, are
+    /// held out.
+    ///
+    /// # Errors  a name is no record, or stands twice; nothing is left to fit.
+    pub fn split_motions(&self, named: Option<&[String]>, hold_out: &[String]) -> Result<(Vec<usize>, Vec<usize>), MeasurementError> {
+        let named = named.or(self.split.as_deref()).map(|names| self.resolve(names)).transpose()?;
+        let left_out = self.resolve(hold_out)?;
+        let among = |list: &[Name], at: usize| list.contains(&Name::Record(self.motions[at].name.clone()));
+        let fits = |at: &usize| !among(&left_out, *at) && named.as_ref().is_none_or(|list| among(list, *at));
+        let (fit, held_out): (Vec<usize>, Vec<usize>) = (0..self.motions.len()).partition(fits);
+        if fit.is_empty() {
+            return Err(MeasurementError::file(
+                &self.path,
+                "no [[motion]] record is left to fit; name fewer to hold out, or others to fit",
+            ));
+        }
+        Ok((fit, held_out))
+    }
+
     fn resolve(&self, names: &[String]) -> Result<Vec<Name>, MeasurementError> {
         let mut found: Vec<Name> = Vec::new();
         for name in names.iter().map(|n| n.trim()) {
             let position = self.positions.iter().position(|p| p.name == *name).map(Name::Position);
-            let is_record = self.frfs.iter().any(|f| f.record.as_deref() == Some(name)) || self.motions.iter().any(|m| m.0 == name);
+            let is_record = self.frfs.iter().any(|f| f.record.as_deref() == Some(name)) || self.motions.iter().any(|m| m.name == name);
             let this = position.or_else(|| is_record.then(|| Name::Record(name.to_string())));
             let this = this.ok_or_else(|| {
                 let mut known: Vec<&str> = self.positions.iter().map(|p| p.name.as_str()).collect();
-                for record in self.frfs.iter().filter_map(|f| f.record.as_deref()) {
+                for record in self.frfs.iter().filter_map(|f| f.record.as_deref()).chain(self.motions.iter().map(|m| m.name.as_str())) {
                     if !known.contains(&record) {
                         known.push(record);
                     }

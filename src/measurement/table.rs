@@ -21,6 +21,15 @@ pub(super) struct Row<'t> {
 impl<'p> Table<'p> {
     /// Reads text with the `needed` columns, and perhaps the `optional` ones.
     pub(super) fn read(path: &'p str, text: &str, needed: &[&str], optional: &[&str]) -> Result<Self, MeasurementError> {
+        Self::read_with(path, text, needed, optional, false)
+    }
+
+    /// As [`Table::read`]; columns that are not known are kept.
+    pub(super) fn read_open(path: &'p str, text: &str, needed: &[&str], optional: &[&str]) -> Result<Self, MeasurementError> {
+        Self::read_with(path, text, needed, optional, true)
+    }
+
+    fn read_with(path: &'p str, text: &str, needed: &[&str], optional: &[&str], open: bool) -> Result<Self, MeasurementError> {
         let known = || needed.iter().chain(optional).copied().collect::<Vec<_>>().join(",");
         if text.trim().is_empty() {
             return Err(MeasurementError::file(path, format!("is empty; write the header {} and at least one line", known())));
@@ -34,7 +43,7 @@ impl<'p> Table<'p> {
         let mut columns = HashMap::new();
         for (at, name) in header.iter().enumerate() {
             let name = name.trim_start_matches('\u{feff}');
-            if !needed.contains(&name) && !optional.contains(&name) {
+            if !open && !needed.contains(&name) && !optional.contains(&name) {
                 return Err(MeasurementError::line(path, 1, format!("unknown column «{name}»; the columns are {}", known())));
             }
             if columns.insert(name.to_string(), at).is_some() {
@@ -63,6 +72,13 @@ impl<'p> Table<'p> {
 
     pub(super) fn rows(&self) -> impl Iterator<Item = Row<'_>> {
         self.rows.iter().map(|(line, record)| Row { table: self, line: *line, record })
+    }
+
+    /// Names of all columns, in their order.
+    pub(super) fn columns(&self) -> Vec<&str> {
+        let mut names: Vec<(&str, usize)> = self.columns.iter().map(|(name, at)| (name.as_str(), *at)).collect();
+        names.sort_by_key(|(_, at)| *at);
+        names.into_iter().map(|(name, _)| name).collect()
     }
 
     pub(super) fn has(&self, column: &str) -> bool {

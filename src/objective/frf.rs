@@ -461,6 +461,12 @@ impl<'m> FrfObjective<'m> {
         thin
     }
 
+    /// χ² that the noise of the lines alone leaves, per number compared.
+    pub fn noise_share(&self) -> f64 {
+        let share = |r: &Record| r.noise_sd.iter().zip(&r.weight).map(|(sd, weight)| sd.unwrap_or(0.0).powi(2) * weight).sum::<f64>();
+        self.records.iter().map(share).sum::<f64>() / self.lines().iter().sum::<usize>().max(1) as f64
+    }
+
     /// Lines of each record, and the group it belongs to: the FRFs of one position, or of one record where there is no position.
     pub fn blocks(&self) -> Vec<(usize, usize)> {
         self.records.iter().map(|r| (r.omega_rad_s.len(), r.group)).collect()

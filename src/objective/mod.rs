@@ -42,7 +42,7 @@ fn point_named(machine: &Machine, source: &str, key: &str, name: &str) -> Result
     })
 }
 
-/// Indices of the parameters that are fitted from data of a kind, without the frozen ones.
+/// Indices of the parameters that are fitted from data of a kind, without the frozen ones and those that show in motion alone.
 fn free_parameters(machine: &Machine, frozen: &[String], fitted: impl Fn(FitRule) -> bool) -> Result<Vec<usize>, ObjectiveError> {
     for id in frozen {
         if machine.parameter(id).is_none() {
@@ -50,6 +50,7 @@ fn free_parameters(machine: &Machine, frozen: &[String], fitted: impl Fn(FitRule
             return Err(ObjectiveError::Data(format!("--freeze {id}: the machine has no such parameter; it has {}", known.join(", "))));
         }
     }
-    let free = |i: &usize| fitted(machine.parameters[*i].fit) && !frozen.contains(&machine.parameters[*i].id);
+    let linear = machine.linear_parameters();
+    let free = |i: &usize| linear[*i] && fitted(machine.parameters[*i].fit) && !frozen.contains(&machine.parameters[*i].id);
     Ok((0..machine.parameters.len()).filter(free).collect())
 }

@@ -45,12 +45,26 @@ impl SearchSettings {
 pub struct Control {
     stop: Arc<AtomicBool>,
     watcher: Option<Arc<dyn Fn(u64, f64) + Send + Sync>>,
+    listener: Option<Arc<dyn Fn(&str) + Send + Sync>>,
 }
 
 impl Control {
     /// Stops when `stop` is set; `watcher` is told the generation and the best cost.
     pub fn new(stop: Arc<AtomicBool>, watcher: Option<Arc<dyn Fn(u64, f64) + Send + Sync>>) -> Self {
-        Control { stop, watcher }
+        Control { stop, watcher, listener: None }
+    }
+
+    /// The same with a listener that is told which stage of a longer work begins.
+    #[must_use]
+    pub fn with_listener(self, listener: Arc<dyn Fn(&str) + Send + Sync>) -> Self {
+        Control { listener: Some(listener), ..self }
+    }
+
+    /// A stage begins.
+    pub fn begin(&self, stage: &str) {
+        if let Some(listener) = &self.listener {
+            listener(stage);
+        }
     }
 
     /// The flag that stops it.

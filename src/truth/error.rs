@@ -10,12 +10,16 @@ pub enum TruthError {
         frequency_hz: f64,
     },
     /// The structure still rings at the end of the longest block.
-    #[error("the response does not decay within {longest_s} s: the bias of H1 at a resonance would be {bias:.4}")]
+    #[error(
+        "the response does not decay within {longest_s} s: H1 would be off by {bias:.4} at a resonance and by {leak:.4} over all lines"
+    )]
     Ringing {
         /// Longest block tried.
         longest_s: f64,
-        /// Largest relative bias found at a resonance.
+        /// Largest relative error of H1 at a resonance.
         bias: f64,
+        /// Largest root mean square of its relative error over the lines of a record.
+        leak: f64,
     },
     /// No admissible size of the effect reaches the non-centrality that was asked for.
     #[error("{effect} reaches a non-centrality of {reached:.2} at most, {wanted:.2} was asked for")]

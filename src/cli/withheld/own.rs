@@ -10,7 +10,7 @@ use num_complex::Complex64;
 
 use super::super::common::told;
 use crate::config::read_machine_text;
-use crate::machine::{Chain, Effect, Machine, Operating};
+use crate::machine::{Chain, Data, Effect, Machine, Operating};
 use crate::model::{Rods, Structure};
 use crate::truth::draw::Draw;
 use crate::truth::effect::Place;
@@ -86,7 +86,8 @@ fn truth_of(machine: &Machine, label: &Label) -> Vec<f64> {
 
 /// The effect of the label if the library has it and the machine can have it, else any that can be had.
 fn chosen<'e>(machine: &Machine, library: &'e [Effect], label: &Label, draw: &mut Draw) -> Result<&'e Effect, String> {
-    let possible: Vec<&Effect> = library.iter().filter(|effect| machine.with_effect(effect).is_ok()).collect();
+    let possible: Vec<&Effect> =
+        library.iter().filter(|effect| effect.data.contains(&Data::Frf) && machine.with_effect(effect).is_ok()).collect();
     let same = possible.iter().find(|effect| label.effects.first() == Some(&effect.id));
     same.or_else(|| possible.get(draw.index(possible.len())))
         .copied()

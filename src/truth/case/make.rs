@@ -6,7 +6,7 @@ use super::gauge::Gauge;
 use super::label::{Gap, Kind, Label};
 use super::layout::Layout;
 use super::measure::decays;
-use super::plan::{Plan, Slot};
+use super::plan::{Plan, Slot, Strength};
 use super::record::Case;
 use super::size::{quieted, set_sizes};
 use super::strike::measured;
@@ -18,6 +18,7 @@ use crate::truth::effect::Effect;
 use crate::truth::hammer::setting::Setting;
 use crate::truth::machine::catalogue::{any_size, bench, round_to};
 use crate::truth::machine::nuisance::Nuisance;
+use crate::truth::machine::point::Channel;
 
 /// Machines drawn for one case before it is given up.
 const ATTEMPTS: usize = 20;
@@ -82,9 +83,14 @@ fn attempted(slot: &Slot, index: usize, attempt: usize, draw: &mut Draw) -> Resu
         without = Fit::of_chain(&clean.drawn, &survey).run(&survey.base, &without.point)?;
     }
     let (mut noncentrality, mut band_hz) = (Vec::new(), None);
+    let mut strength = slot.strength;
     if !choice.subject.effects.is_empty() {
         let gauge = Gauge::new(&clean, survey.clone())?;
         noncentrality = set_sizes(&mut choice.subject, slot, &gauge, &without.point, attempt, draw)?;
+        if let Some(reached) = until_it_decays(&mut choice, &channels, &gauge)? {
+            noncentrality = reached;
+            strength = noncentrality.first().map(|value| Strength::of(*value));
+        }
         band_hz = shortest_band(&survey.lines_hz, &gauge.left(&choice.subject)?.by_line, 0.7);
     }
     let fit = Fit::of_chain(&clean.drawn, &survey);
@@ -99,6 +105,7 @@ fn attempted(slot: &Slot, index: usize, attempt: usize, draw: &mut Draw) -> Resu
     };
     let mut label = labelled(slot, index, attempt, &choice);
     label.noncentrality = noncentrality;
+    label.strength = strength;
     label.band_hz = band_hz;
     label.gap = Gap {
         floor_held_out: survey.floor(),
@@ -113,6 +120,30 @@ fn attempted(slot: &Slot, index: usize, attempt: usize, draw: &mut Draw) -> Resu
         misled.write(&mut case, &mut label);
     }
     Ok((case, label))
+}
+
+/// A weak spring to the ground makes a mode so slow that no block holds it: nobody could test that. The effects grow until one does; the
+/// non-centralities they have then, where they had to grow.
+fn until_it_decays(choice: &mut Choice, channels: &[Channel], gauge: &Gauge) -> Result<Option<Vec<f64>>, TruthError> {
+    let mut grown = false;
+    loop {
+        match decays(&choice.subject, &choice.setting, channels, choice.spacing) {
+            Ok(()) if !grown => return Ok(None),
+            Ok(()) => break,
+            Err(refusal) => {
+                let larger = |effect: &Effect| (3.0 * effect.size).min(effect.kind.largest());
+                if choice.subject.effects.iter().all(|effect| larger(effect) <= effect.size) {
+                    return Err(refusal);
+                }
+                for effect in &mut choice.subject.effects {
+                    effect.size = larger(effect);
+                }
+                grown = true;
+            }
+        }
+    }
+    let alone = |effect: &Effect| gauge.after_refit(&Subject { effects: vec![effect.clone()], ..choice.subject.clone() });
+    choice.subject.effects.iter().map(alone).collect::<Result<Vec<f64>, TruthError>>().map(Some)
 }
 
 /// A label with all that is known before the test.

@@ -21,6 +21,18 @@ pub enum Strength {
     Strong,
 }
 
+impl Strength {
+    /// The strength that is nearest to a non-centrality.
+    pub fn of(noncentrality: f64) -> Self {
+        match noncentrality {
+            d if d < 15.0 => Strength::Faint,
+            d if d < 50.0 => Strength::Weak,
+            d if d < 200.0 => Strength::Clear,
+            _ => Strength::Strong,
+        }
+    }
+}
+
 /// How many cases of each kind.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Counts {

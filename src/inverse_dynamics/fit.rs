@@ -1,0 +1,257 @@
+//! Least squares of the force that a machine needs against the force that was recorded.
+
+use nalgebra::{DMatrix, DVector};
+
+use super::error::InverseError;
+use super::force::Rigid;
+use super::interval::{Interval, intervals};
+use super::recipe::Motion;
+use crate::machine::{FitRule, Machine};
+
+/// Indices of the parameters that are fitted: those that may be, without the frozen ones.
+///
+/// # Errors  a frozen one is none of the machine's.
+pub fn free_parameters(machine: &Machine, frozen: &[String]) -> Result<Vec<usize>, InverseError> {
+    if let Some(id) = frozen.iter().find(|id| machine.parameter(id).is_none()) {
+        let known: Vec<&str> = machine.parameters.iter().map(|p| p.id.as_str()).collect();
+        return Err(InverseError::Data(format!("--freeze {id}: the machine has no such parameter; it has {}", known.join(", "))));
+    }
+    let free = |i: &usize| machine.parameters[*i].fit != FitRule::Never && !frozen.contains(&machine.parameters[*i].id);
+    Ok((0..machine.parameters.len()).filter(free).collect())
+}
+
+/// The force of a machine along motions, thinned, one record after another.
+pub fn prediction(rigid: &Rigid, machine: &Machine, values: &[f64], motions: &[&Motion]) -> DVector<f64> {
+    let each = motions.iter().flat_map(|m| m.thinned(&rigid.force(machine, values, m)).unwrap_or_default());
+    DVector::from_iterator(motions.iter().map(|m| m.load.len()).sum(), each)
+}
+
+/// The recorded force, thinned, one record after another.
+pub fn recorded(motions: &[&Motion]) -> DVector<f64> {
+    DVector::from_iterator(motions.iter().map(|m| m.load.len()).sum(), motions.iter().flat_map(|m| m.load.iter().copied()))
+}
+
+/// Step of differences, as a share of a parameter's range.
+const STEP: f64 = 1e-3;
+
+/// Prediction and its derivatives with parameters, at a place.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Columns {
+    /// The prediction.
+    pub prediction: DVector<f64>,
+    /// Derivatives with the parameters asked for, in their order and units.
+    pub derivatives: DMatrix<f64>,
+}
+
+impl Columns {
+    /// By differences of a thousandth of each parameter's range, which are exact where the force is linear in a parameter.
+    pub fn new(rigid: &Rigid, machine: &Machine, values: &[f64], free: &[usize], motions: &[&Motion]) -> Self {
+        let here = prediction(rigid, machine, values, motions);
+        let mut derivatives = DMatrix::zeros(here.len(), free.len());
+        for (column, &index) in free.iter().enumerate() {
+            let parameter = &machine.parameters[index];
+            let unit = parameter.to_unit(values[index]);
+            let beside = parameter.from_unit(if unit + STEP <= 1.0 { unit + STEP } else { unit - STEP });
+            let mut moved = values.to_vec();
+            moved[index] = beside;
+            let there = prediction(rigid, machine, &moved, motions);
+            derivatives.set_column(column, &((there - &here) / (beside - values[index])));
+        }
+        Columns { prediction: here, derivatives }
+    }
+}
+
+/// Least squares of linear columns by QR with each column scaled to length one.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Projected {
+    /// Coefficients.
+    pub coefficients: DVector<f64>,
+    /// What is left.
+    pub residual: DVector<f64>,
+}
+
+impl Projected {
+    /// Solves; `None` where columns are not independent.
+    pub fn new(columns: &DMatrix<f64>, y: &DVector<f64>) -> Option<Self> {
+        let lengths: Vec<f64> = columns.column_iter().map(|c| c.norm()).collect();
+        if lengths.iter().any(|l| !(*l > 0.0 && l.is_finite())) {
+            return None;
+        }
+        let scaled = DMatrix::from_fn(columns.nrows(), columns.ncols(), |i, j| columns[(i, j)] / lengths[j]);
+        let qr = scaled.clone().qr();
+        let r = qr.r();
+        if (0..r.ncols()).any(|i| r[(i, i)].abs() < 1e-9) {
+            return None;
+        }
+        let projected = qr.q().transpose() * y;
+        let solved = r.solve_upper_triangular(&projected)?;
+        let residual = y - &scaled * &solved;
+        let coefficients = DVector::from_iterator(solved.len(), solved.iter().zip(&lengths).map(|(x, l)| x / l));
+        Some(Projected { coefficients, residual })
+    }
+}
+
+/// A fit.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Fit {
+    /// Values of all parameters of the machine.
+    pub values: Vec<f64>,
+    /// Recorded less predicted force, thinned, record after record.
+    pub residual: DVector<f64>,
+    /// Sum of its squares.
+    pub squares: f64,
+    /// Derivatives of the prediction with the free parameters there.
+    pub derivatives: DMatrix<f64>,
+    /// Evaluations of the prediction.
+    pub evaluations: u64,
+}
+
+/// Most steps of a fit, and the relative gain at which it ends.
+const STEPS: usize = 25;
+const GAIN: f64 = 1e-9;
+
+/// Fits parameters from a place: Gauss–Newton steps, kept within the ranges and shortened where they do not gain. A force that is linear in its
+/// parameters is there in one step.
+///
+/// # Errors  two parameters do the same to the force of these records, or one does nothing.
+pub fn estimate(rigid: &Rigid, machine: &Machine, start: &[f64], free: &[usize], motions: &[&Motion]) -> Result<Fit, InverseError> {
+    let y = recorded(motions);
+    let mut values = start.to_vec();
+    let mut evaluations = 0;
+    let mut columns = Columns::new(rigid, machine, &values, free, motions);
+    let mut residual = &y - &columns.prediction;
+    for _ in 0..STEPS {
+        evaluations += 1 + free.len() as u64;
+        let squares = residual.norm_squared();
+        let step = bounded_step(machine, &values, free, &columns.derivatives, &residual)
+            .ok_or_else(|| dependent(machine, free, &columns.derivatives))?;
+        let mut gained = None;
+        let mut share = 1.0;
+        for _ in 0..10 {
+            let mut next = values.clone();
+            for (&index, delta) in free.iter().zip(step.iter()) {
+                let p = &machine.parameters[index];
+                next[index] = (next[index] + share * delta).clamp(p.lower, p.upper);
+            }
+            evaluations += 1;
+            let left = &y - prediction(rigid, machine, &next, motions);
+            if left.norm_squared() < squares {
+                gained = Some((next, left));
+                break;
+            }
+            share *= 0.5;
+        }
+        let Some((next, left)) = gained else { break };
+        let gain = squares - left.norm_squared();
+        (values, residual) = (next, left);
+        columns = Columns::new(rigid, machine, &values, free, motions);
+        if gain <= GAIN * squares {
+            break;
+        }
+    }
+    let squares = residual.norm_squared();
+    Ok(Fit { values, squares, residual, derivatives: columns.derivatives, evaluations })
+}
+
+/// A Gauss–Newton step; parameters that it would take out of their range go to its end and the others are solved again.
+fn bounded_step(
+    machine: &Machine,
+    values: &[f64],
+    free: &[usize],
+    derivatives: &DMatrix<f64>,
+    residual: &DVector<f64>,
+) -> Option<Vec<f64>> {
+    let mut step = vec![0.0; free.len()];
+    let mut open: Vec<usize> = (0..free.len()).collect();
+    let mut left = residual.clone();
+    while !open.is_empty() {
+        let columns = derivatives.select_columns(&open);
+        let solved = Projected::new(&columns, &left)?;
+        let mut held = Vec::new();
+        for (&at, delta) in open.iter().zip(solved.coefficients.iter()) {
+            let parameter = &machine.parameters[free[at]];
+            let value = values[free[at]];
+            let wanted = value + delta;
+            let kept = wanted.clamp(parameter.lower, parameter.upper);
+            step[at] = kept - value;
+            if kept != wanted {
+                held.push(at);
+            }
+        }
+        if held.is_empty() {
+            break;
+        }
+        for &at in &held {
+            left -= step[at] * derivatives.column(at);
+        }
+        open.retain(|at| !held.contains(at));
+    }
+    Some(step)
+}
+
+/// Which parameter the others stand for.
+fn dependent(machine: &Machine, free: &[usize], derivatives: &DMatrix<f64>) -> InverseError {
+    let id = |at: usize| machine.parameters[free[at]].id.as_str();
+    for at in 0..free.len() {
+        if !(derivatives.column(at).norm() > 0.0) {
+            return InverseError::Data(format!("these records do not depend on {}; freeze it, or record a motion that shows it", id(at)));
+        }
+        let before: Vec<usize> = (0..=at).collect();
+        let own = derivatives.column(at).clone_owned();
+        let all = derivatives.select_columns(&before);
+        if at > 0 && Projected::new(&all, &own).is_none() {
+            let others: Vec<&str> = (0..at).map(id).collect();
+            return InverseError::Data(format!(
+                "these records cannot tell {} from {} together; freeze one, or record a motion that tells them apart",
+                id(at),
+                others.join(", ")
+            ));
+        }
+    }
+    InverseError::Data("these records do not determine the parameters".into())
+}
+
+/// A parameter with its interval.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Estimated {
+    /// Index in the machine.
+    pub parameter: usize,
+    /// Value.
+    pub value: f64,
+    /// Interval, where one can be told.
+    pub interval: Option<Interval>,
+    /// Stands at an end of its range.
+    pub at_bound: bool,
+}
+
+impl Fit {
+    /// The free parameters with intervals that respect coloured and repeating residuals.
+    pub fn estimates(&self, machine: &Machine, free: &[usize], motions: &[&Motion]) -> Vec<Estimated> {
+        let inside: Vec<usize> = (0..free.len())
+            .filter(|at| {
+                let (p, x) = (&machine.parameters[free[*at]], self.values[free[*at]]);
+                x > p.lower && x < p.upper
+            })
+            .collect();
+        let records: Vec<(usize, Option<usize>)> = motions.iter().map(|m| (m.load.len(), m.period)).collect();
+        let found = intervals(&self.derivatives.select_columns(&inside), &self.residual, &records);
+        free.iter()
+            .enumerate()
+            .map(|(at, &parameter)| {
+                let place = inside.iter().position(|i| *i == at);
+                let sd = place.and_then(|p| found.as_ref()?.get(p).copied());
+                Estimated { parameter, value: self.values[parameter], interval: sd, at_bound: place.is_none() }
+            })
+            .collect()
+    }
+
+    /// Residuals and recorded forces of each record.
+    pub fn by_record<'f>(&'f self, motions: &'f [&Motion]) -> impl Iterator<Item = (&'f [f64], &'f [f64])> {
+        let mut from = 0;
+        motions.iter().map(move |m| {
+            let part = &self.residual.as_slice()[from..from + m.load.len()];
+            from += m.load.len();
+            (part, m.load.as_slice())
+        })
+    }
+}

@@ -1,0 +1,256 @@
+//! The force that a rigid machine needs for a motion.
+
+use nalgebra::DMatrix;
+
+use super::error::InverseError;
+use super::recipe::Motion;
+use crate::machine::{Friction, Machine, Motion as Kind, Operating, Value, Wave};
+
+/// A machine whose moving points keep in step: how fast each moves beside what the position encoder reads.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Rigid {
+    /// Rate of each point over that of the reading.
+    ratios: Vec<f64>,
+    /// The same of the driven point.
+    driven: f64,
+}
+
+impl Rigid {
+    /// The one motion that deforms neither a spring nor a shaft of the machine, scaled to one of the position encoder.
+    ///
+    /// # Errors  the machine has no drive, or can move otherwise, or not at all.
+    pub fn new(machine: &Machine, values: &[f64]) -> Result<Self, InverseError> {
+        let drive = machine.drive.as_ref().ok_or(InverseError::NoDrive)?;
+        let count = machine.points.len();
+        let mut rows: Vec<Vec<f64>> = Vec::new();
+        let mut tie = |on: &[(usize, f64)]| {
+            let mut row = vec![0.0; count];
+            on.iter().for_each(|(point, c)| row[*point] += c);
+            rows.push(row);
+        };
+        machine.points.iter().enumerate().filter(|(_, p)| p.fixed).for_each(|(i, _)| tie(&[(i, 1.0)]));
+        for joint in &machine.joints {
+            if joint.stiffness.at(values, &Operating::default()) > 0.0 {
+                tie(&joint.on);
+            }
+        }
+        for shaft in &machine.shafts {
+            for pair in shaft.stations.windows(2) {
+                for (a, b) in [(pair[0].axial, pair[1].axial), (pair[0].torsion, pair[1].torsion)] {
+                    if let (Some(a), Some(b)) = (a, b) {
+                        tie(&[(a, 1.0), (b, -1.0)]);
+                    }
+                }
+            }
+        }
+        // The null space of the ties: eigenvectors of Tᵀ·T to eigenvalue 0.
+        let ties = DMatrix::from_fn(rows.len(), count, |i, j| rows[i][j]);
+        let eigen = (ties.transpose() * &ties).symmetric_eigen();
+        let largest = eigen.eigenvalues.iter().fold(1.0_f64, |m, x| m.max(*x));
+        let free: Vec<usize> = (0..count).filter(|i| eigen.eigenvalues[*i] < 1e-12 * largest).collect();
+        let [only] = free[..] else {
+            let fault = format!("{} motions deform no spring and no shaft of it", free.len());
+            return Err(InverseError::NotRigid { fault });
+        };
+        let shape = eigen.eigenvectors.column(only);
+        let encoder = &drive.position.encoder;
+        let reading = encoder.travel * shape[encoder.at];
+        if !(reading.abs() > 1e-9 && shape[drive.on].abs() > 1e-9) {
+            let fault = "neither its drive nor its encoder moves where no spring is deformed".to_string();
+            return Err(InverseError::NotRigid { fault });
+        }
+        let ratios: Vec<f64> = shape.iter().map(|x| x / reading).collect();
+        Ok(Rigid { driven: ratios[drive.on], ratios })
+    }
+
+    /// Checks that a record gives what the drive gives.
+    ///
+    /// # Errors  a force is recorded where the drive turns, or a torque where it does not.
+    pub fn check(&self, machine: &Machine, motion: &Motion) -> Result<(), InverseError> {
+        let drive = machine.drive.as_ref().ok_or(InverseError::NoDrive)?;
+        let point = &machine.points[drive.on];
+        let wanted = if point.motion == Kind::Translation { "force_n" } else { "torque_nm" };
+        if motion.load_column == wanted {
+            return Ok(());
+        }
+        Err(InverseError::Load { path: motion.source.clone(), given: motion.load_column, wanted, point: point.name.clone() })
+    }
+
+    /// The force (N) or torque (N·m) to be recorded of the drive for a motion, sample by sample:
+    ///
+    /// ```text
+    /// r_d·F(t) = Σ mᵢ·rᵢ²·a + Σ rⱼ·( cⱼ·rⱼ·v + frictionⱼ(rⱼ·v, rⱼ·x) )        recorded(t) = ( F(t + τ) − ripple ) / (1 + e)
+    /// ```
+    ///
+    /// rᵢ the rate of a point, rⱼ that of a joint's combination, r_d of the driven point. A position read on the motor differs from that of what the
+    /// motor moves by the lead's error, whose acceleration is added.
+    ///
+    /// # Units      m, s, N (or rad, N·m at a driven angle)
+    /// # Errors     none; parameters out of their range give what they give
+    pub fn force(&self, machine: &Machine, values: &[f64], motion: &Motion) -> Vec<f64> {
+        let number = |value: &Value| value.at(values, &Operating::default());
+        let Some(drive) = &machine.drive else { return vec![0.0; motion.position_m.len()] };
+        let mut inertia: f64 = machine.points.iter().zip(&self.ratios).map(|(p, r)| number(&p.inertia) * r * r).sum();
+        for shaft in &machine.shafts {
+            for (kind, point) in [
+                (Kind::Translation, shaft.stations.iter().find_map(|s| s.axial)),
+                (Kind::Rotation, shaft.stations.iter().find_map(|s| s.torsion)),
+            ] {
+                let ratio = point.map_or(0.0, |p| self.ratios[p]);
+                inertia += shaft.inertia(kind, values, &Operating::default()) * ratio * ratio;
+            }
+        }
+        let mut sum: Vec<f64> = motion.acceleration_m_s2.iter().map(|a| inertia * a).collect();
+        let mut load_share = Vec::new();
+        for joint in &machine.joints {
+            let ratio: f64 = joint.on.iter().map(|(point, c)| c * self.ratios[*point]).sum();
+            if ratio.abs() < 1e-12 {
+                continue;
+            }
+            let damping = number(&joint.damping);
+            let law = Law::new(&joint.friction, &number);
+            let travel = Travel { ratio, motion };
+            let friction = law.along(&travel);
+            for ((sum, v), friction) in sum.iter_mut().zip(&motion.velocity_m_s).zip(friction) {
+                *sum += ratio * (damping * ratio * v + friction);
+            }
+            if law.load_share > 0.0 && joint.friction.load_of.is_none() {
+                load_share.push((ratio.abs() * law.load_share, ratio.signum()));
+            }
+        }
+        // Friction in proportion to the drive's force: F = rest + µ·|F|·sgn(v), solved for F.
+        for (share, sense) in load_share {
+            for (sum, v) in sum.iter_mut().zip(&motion.velocity_m_s) {
+                let against = sign(sense * v) * sum.signum();
+                *sum /= 1.0 - share * against;
+            }
+        }
+        let ripple = Waved::new(&drive.ripple, &number);
+        let factor = number(&drive.force_factor);
+        let mut force: Vec<f64> = sum.iter().map(|f| f / self.driven).collect();
+        if let Some(ripple) = ripple {
+            force.iter_mut().zip(&motion.position_m).for_each(|(f, x)| *f -= ripple.at(self.driven * x));
+        }
+        force.iter_mut().for_each(|f| *f /= factor);
+        advanced(&force, number(&drive.delay_s) / motion.step_s)
+    }
+}
+
+fn sign(x: f64) -> f64 {
+    if x > 0.0 {
+        1.0
+    } else if x < 0.0 {
+        -1.0
+    } else {
+        0.0
+    }
+}
+
+/// What comes later by so many samples, between samples by straight lines.
+fn advanced(x: &[f64], samples: f64) -> Vec<f64> {
+    if samples == 0.0 {
+        return x.to_vec();
+    }
+    let last = x.len() - 1;
+    let at = |i: isize| x[i.clamp(0, last as isize) as usize];
+    let (whole, part) = (samples.floor(), samples - samples.floor());
+    (0..x.len() as isize).map(|i| (1.0 - part) * at(i + whole as isize) + part * at(i + whole as isize + 1)).collect()
+}
+
+/// A wave with its numbers.
+struct Waved {
+    cosine: f64,
+    sine: f64,
+    wave_number: f64,
+}
+
+impl Waved {
+    /// `None` where it has no height.
+    fn new(wave: &Wave, number: &impl Fn(&Value) -> f64) -> Option<Self> {
+        let (cosine, sine, period) = (number(&wave.cosine), number(&wave.sine), number(&wave.period));
+        ((cosine != 0.0 || sine != 0.0) && period > 0.0).then(|| Waved { cosine, sine, wave_number: std::f64::consts::TAU / period })
+    }
+
+    fn at(&self, x: f64) -> f64 {
+        let (sin, cos) = (self.wave_number * x).sin_cos();
+        self.cosine * cos + self.sine * sin
+    }
+}
+
+/// Position and velocity of a joint's combination.
+struct Travel<'m> {
+    ratio: f64,
+    motion: &'m Motion,
+}
+
+/// A friction law with its numbers.
+struct Law {
+    coulomb: f64,
+    offset: f64,
+    asymmetry: f64,
+    stribeck: f64,
+    velocity: f64,
+    exponent: f64,
+    stiffness: f64,
+    damping: f64,
+    wave: Option<Waved>,
+    load_share: f64,
+}
+
+impl Law {
+    fn new(friction: &Friction, number: &impl Fn(&Value) -> f64) -> Self {
+        Law {
+            coulomb: number(&friction.coulomb),
+            offset: number(&friction.offset),
+            asymmetry: number(&friction.viscous_asymmetry),
+            stribeck: number(&friction.stribeck),
+            velocity: number(&friction.stribeck_velocity),
+            exponent: number(&friction.stribeck_exponent),
+            stiffness: number(&friction.presliding_stiffness),
+            damping: number(&friction.presliding_damping),
+            wave: Waved::new(&friction.position, number),
+            load_share: number(&friction.load_share),
+        }
+    }
+
+    /// g(v, x): the level at which it slides.
+    fn level(&self, v: f64, x: f64) -> f64 {
+        let mut level = self.coulomb;
+        if self.stribeck != 0.0 && self.velocity > 0.0 {
+            level += self.stribeck * (-(v.abs() / self.velocity).powf(self.exponent)).exp();
+        }
+        if let Some(wave) = &self.wave {
+            level += wave.at(x);
+        }
+        level
+    }
+
+    /// Its force along a motion. Before sliding the deflection z follows ż = v − σ₀·|v|/g·z, exact over a step of constant v.
+    fn along(&self, travel: &Travel<'_>) -> Vec<f64> {
+        let motion = travel.motion;
+        let still = self.coulomb == 0.0 && self.stribeck == 0.0 && self.wave.is_none() && self.asymmetry == 0.0;
+        if still {
+            return vec![self.offset; motion.velocity_m_s.len()];
+        }
+        let mut deflection = 0.0;
+        motion
+            .velocity_m_s
+            .iter()
+            .zip(&motion.position_m)
+            .map(|(v, x)| {
+                let (v, x) = (travel.ratio * v, travel.ratio * x);
+                let level = self.level(v, x);
+                let rubbing = if self.stiffness > 0.0 {
+                    let held = level.max(1e-12) / self.stiffness;
+                    let settled = sign(v) * held;
+                    let before = deflection;
+                    deflection = settled + (before - settled) * (-v.abs() * motion.step_s / held).exp();
+                    self.stiffness * deflection + self.damping * (deflection - before) / motion.step_s
+                } else {
+                    sign(v) * level
+                };
+                rubbing + self.asymmetry * v.abs() + self.offset
+            })
+            .collect()
+    }
+}

@@ -1,0 +1,139 @@
+//! A record made ready: filtered, differentiated, thinned.
+
+use super::error::InverseError;
+use crate::measurement::MotionRecord;
+use crate::numeric::filter::{LowPass, central_differences, decimated};
+
+/// How records are filtered and thinned.
+///
+/// # Source  Gautier, Janot and co-workers for the EMPS records: Butterworth of order 4 at 100 Hz forward and backward on the position, central
+/// differences, the first samples dropped, a parallel decimation by 10 of all columns.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Recipe {
+    /// Cut-off of the position's filter (Hz).
+    pub cutoff_hz: f64,
+    /// Its order.
+    pub order: usize,
+    /// Samples dropped at the beginning.
+    pub dropped: usize,
+    /// Every so many samples one is kept.
+    pub factor: usize,
+}
+
+/// Cut-off (Hz) of the position's filter, and the largest share of the sampling rate it may be.
+const CUTOFF_HZ: f64 = 100.0;
+const CUTOFF_SHARE: f64 = 0.2;
+/// Periods of the cut-off that are dropped at the beginning.
+const DROPPED: f64 = 5.0;
+
+impl Recipe {
+    /// The usual one for a sampling step (s): at 1 kHz that of the source.
+    pub fn usual(step_s: f64) -> Self {
+        let cutoff_hz = CUTOFF_HZ.min(CUTOFF_SHARE / step_s);
+        let per_period = 1.0 / (cutoff_hz * step_s);
+        Recipe {
+            cutoff_hz,
+            order: 4,
+            dropped: ((DROPPED * per_period).round() as usize).saturating_sub(1),
+            factor: (per_period.round() as usize).max(1),
+        }
+    }
+
+    /// Fewest samples of a record.
+    fn needed(&self) -> usize {
+        self.dropped + 20 * self.factor.max(2) + 3 * 8 + 1
+    }
+}
+
+/// The motion of a record, at the record's own rate.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Motion {
+    /// Name of the record.
+    pub name: String,
+    /// File it came from.
+    pub source: String,
+    /// Time between samples (s).
+    pub step_s: f64,
+    /// Position (m), filtered.
+    pub position_m: Vec<f64>,
+    /// Velocity (m/s).
+    pub velocity_m_s: Vec<f64>,
+    /// Acceleration (m/s²).
+    pub acceleration_m_s2: Vec<f64>,
+    /// Command (m).
+    pub command_m: Vec<f64>,
+    /// Force (N) or torque (N·m) as recorded, thinned.
+    pub load: Vec<f64>,
+    /// Column it stood in.
+    pub load_column: &'static str,
+    /// How it was made.
+    pub recipe: Recipe,
+    /// Samples after which the command repeats, where it does, of the thinned record.
+    pub period: Option<usize>,
+}
+
+impl Motion {
+    /// Filters and differentiates a record.
+    ///
+    /// # Errors  the record is shorter than its filters need.
+    pub fn new(record: &MotionRecord, recipe: Recipe) -> Result<Self, InverseError> {
+        let short = || InverseError::Short { path: record.source.clone(), samples: record.samples(), needed: recipe.needed() };
+        if record.samples() < recipe.needed() {
+            return Err(short());
+        }
+        let low_pass = LowPass::butterworth(recipe.order, 2.0 * recipe.cutoff_hz * record.step_s);
+        let position_m = low_pass.forward_backward(&record.position_m).ok_or_else(short)?;
+        let slope = |x: &[f64]| central_differences(x).into_iter().map(|d| d / record.step_s).collect::<Vec<f64>>();
+        let velocity_m_s = slope(&position_m);
+        let acceleration_m_s2 = slope(&velocity_m_s);
+        let mut motion = Motion {
+            name: record.name.clone(),
+            source: record.source.clone(),
+            step_s: record.step_s,
+            position_m,
+            velocity_m_s,
+            acceleration_m_s2,
+            command_m: record.command_m.clone(),
+            load: Vec::new(),
+            load_column: record.load.column(),
+            recipe,
+            period: None,
+        };
+        motion.load = motion.thinned(record.load.samples()).ok_or_else(short)?;
+        motion.period = period(&record.command_m, recipe.factor);
+        Ok(motion)
+    }
+
+    /// A column of the record's rate without its beginning, thinned.
+    pub fn thinned(&self, column: &[f64]) -> Option<Vec<f64>> {
+        decimated(&column[self.recipe.dropped..], self.recipe.factor)
+    }
+
+    /// Sample of the record that each thinned one stands for.
+    pub fn kept(&self) -> impl Iterator<Item = usize> + '_ {
+        let (dropped, factor, samples) = (self.recipe.dropped, self.recipe.factor, self.position_m.len());
+        (dropped + (samples - dropped - 1) % factor..samples).step_by(factor)
+    }
+
+    /// Time between thinned samples (s).
+    pub fn thinned_step_s(&self) -> f64 {
+        self.step_s * self.recipe.factor as f64
+    }
+}
+
+/// Share of a command's range within which it counts as repeating.
+const REPEATS: f64 = 1e-6;
+
+/// The shortest time after which a command repeats at least twice within the record, a whole number of thinned samples.
+fn period(command_m: &[f64], factor: usize) -> Option<usize> {
+    let (low, high) = command_m.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), x| (l.min(*x), h.max(*x)));
+    let tolerance = REPEATS * (high - low);
+    if !(tolerance > 0.0) {
+        return None;
+    }
+    let moves = |from: usize, to: usize| command_m[from..to].iter().any(|x| (x - command_m[from]).abs() > 0.5 * (high - low));
+    (1..=command_m.len() / (2 * factor)).find(|&thinned| {
+        let shift = thinned * factor;
+        moves(0, shift) && command_m.iter().zip(&command_m[shift..]).all(|(a, b)| (a - b).abs() <= tolerance)
+    })
+}

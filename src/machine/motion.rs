@@ -1,0 +1,276 @@
+//! Patches of what only motion shows, friction, play, lead error and the drive, resolved and checked.
+
+use super::check::{MachineError, fault, listing};
+use super::{Drive, Encoder, Friction, LeadError, Machine, Motion, PositionLoop, Source, Tachometry, Value, VelocityLoop, Wave};
+
+/// A wave a patch adds; fields as in [`Wave`].
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct WavePatch {
+    /// c.
+    pub cosine: Source,
+    /// s.
+    pub sine: Source,
+    /// p.
+    pub period: Source,
+}
+
+/// Friction a patch adds; fields as in [`Friction`].
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct FrictionPatch {
+    /// F_c.
+    pub coulomb: Source,
+    /// o.
+    pub offset: Source,
+    /// d.
+    pub viscous_asymmetry: Source,
+    /// ΔF.
+    pub stribeck: Source,
+    /// v_s.
+    pub stribeck_velocity: Source,
+    /// n; 2 where it is absent.
+    pub stribeck_exponent: Option<Source>,
+    /// σ₀.
+    pub presliding_stiffness: Source,
+    /// σ₁.
+    pub presliding_damping: Source,
+    /// Part that depends on the position.
+    pub position: WavePatch,
+    /// µ.
+    pub load_share: Source,
+    /// The joint whose force loads it, by name.
+    pub load_of: Option<String>,
+}
+
+/// A lead error a patch adds; fields as in [`LeadError`].
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct LeadErrorPatch {
+    /// γ.
+    pub growth: Source,
+    /// What repeats.
+    pub wave: WavePatch,
+}
+
+/// An encoder a patch adds; fields as in [`Encoder`].
+#[derive(Debug, Clone, PartialEq)]
+pub struct EncoderPatch {
+    /// The point it sits at, by name.
+    pub at: String,
+    /// What it reads per unit of that point, and whether that point must turn.
+    pub lead_m: Option<f64>,
+    /// Its step.
+    pub step: Source,
+}
+
+/// A position loop a patch adds; fields as in [`PositionLoop`].
+#[derive(Debug, Clone, PartialEq)]
+pub struct PositionLoopPatch {
+    /// What it measures.
+    pub encoder: EncoderPatch,
+    /// k_p.
+    pub gain_per_s: Source,
+    /// f.
+    pub feed_forward: Source,
+    /// Period (s).
+    pub period_s: f64,
+}
+
+/// A velocity loop a patch adds; fields as in [`VelocityLoop`].
+#[derive(Debug, Clone, PartialEq)]
+pub struct VelocityLoopPatch {
+    /// What it measures.
+    pub encoder: EncoderPatch,
+    /// How.
+    pub tachometry: Tachometry,
+    /// k_v.
+    pub gain: Source,
+    /// T_i; none where it is absent.
+    pub integral_time_s: Option<Source>,
+    /// a.
+    pub acceleration_feed_forward: Source,
+    /// Period (s).
+    pub period_s: f64,
+}
+
+/// A drive a patch adds; fields as in [`Drive`].
+#[derive(Debug, Clone, PartialEq)]
+pub struct DrivePatch {
+    /// The point the motor moves, by name.
+    pub on: String,
+    /// G.
+    pub constant: Source,
+    /// τ.
+    pub delay_s: Source,
+    /// Largest |u|; none where it is absent.
+    pub saturation: Option<Source>,
+    /// Ripple.
+    pub ripple: WavePatch,
+    /// Position loop.
+    pub position: PositionLoopPatch,
+    /// Velocity loop.
+    pub velocity: VelocityLoopPatch,
+}
+
+impl Machine {
+    fn resolve_wave(&self, part: &str, patch: &WavePatch) -> Result<Wave, MachineError> {
+        let value = |key: &str, source| self.value(&format!("{part}.{key}"), source);
+        Ok(Wave { cosine: value("cosine", &patch.cosine)?, sine: value("sine", &patch.sine)?, period: value("period", &patch.period)? })
+    }
+
+    pub(super) fn resolve_friction_patch(&self, joint: &str, patch: &FrictionPatch) -> Result<Friction, MachineError> {
+        let part = format!("{joint}.friction");
+        let load_of = match &patch.load_of {
+            None => None,
+            Some(name) => Some(self.joint_named(&format!("{part}.load_of"), name)?),
+        };
+        let value = |key: &str, source| self.value(&format!("{part}.{key}"), source);
+        Ok(Friction {
+            coulomb: value("coulomb", &patch.coulomb)?,
+            offset: value("offset", &patch.offset)?,
+            viscous_asymmetry: value("viscous_asymmetry", &patch.viscous_asymmetry)?,
+            stribeck: value("stribeck", &patch.stribeck)?,
+            stribeck_velocity: value("stribeck_velocity", &patch.stribeck_velocity)?,
+            stribeck_exponent: value("stribeck_exponent", patch.stribeck_exponent.as_ref().unwrap_or(&Source::Number(2.0)))?,
+            presliding_stiffness: value("presliding_stiffness", &patch.presliding_stiffness)?,
+            presliding_damping: value("presliding_damping", &patch.presliding_damping)?,
+            position: self.resolve_wave(&format!("{part}.position"), &patch.position)?,
+            load_share: value("load_share", &patch.load_share)?,
+            load_of,
+        })
+    }
+
+    pub(super) fn resolve_lead_error_patch(&self, joint: &str, patch: &LeadErrorPatch) -> Result<LeadError, MachineError> {
+        let part = format!("{joint}.lead_error");
+        Ok(LeadError {
+            growth: self.value(&format!("{part}.growth"), &patch.growth)?,
+            wave: self.resolve_wave(&format!("{part}.wave"), &patch.wave)?,
+        })
+    }
+
+    fn resolve_encoder(&self, part: &str, patch: &EncoderPatch) -> Result<Encoder, MachineError> {
+        let at = self.named_point(&format!("{part}.at"), &patch.at)?;
+        if let Some(lead_m) = patch.lead_m {
+            if self.points[at].motion != Motion::Rotation {
+                return Err(fault(format!("{part}.lead_m"), format!("«{}» does not turn; leave lead_m out", patch.at)));
+            }
+            if !(lead_m.abs() > 0.0 && lead_m.is_finite()) {
+                return Err(fault(format!("{part}.lead_m"), format!("is {lead_m}; write the travel per turn in m")));
+            }
+        }
+        let travel = patch.lead_m.map_or(1.0, crate::unit::travel_per_radian_m);
+        Ok(Encoder { at, travel, step: self.value(&format!("{part}.encoder_step"), &patch.step)? })
+    }
+
+    pub(super) fn resolve_drive_patch(&self, patch: &DrivePatch) -> Result<Drive, MachineError> {
+        if self.drive.is_some() {
+            return Err(fault("drive", "the machine has a drive already; describe one"));
+        }
+        let value = |key: &str, source: &Source| self.value(&format!("drive.{key}"), source);
+        let optional = |key: &str, source: &Option<Source>| match source {
+            None => Ok(Value::number(f64::INFINITY)),
+            Some(source) => value(key, source),
+        };
+        let (position, velocity) = (&patch.position, &patch.velocity);
+        Ok(Drive {
+            on: self.named_point("drive.on", &patch.on)?,
+            constant: value("constant", &patch.constant)?,
+            force_factor: Value::number(1.0),
+            delay_s: value("delay_s", &patch.delay_s)?,
+            saturation: optional("saturation", &patch.saturation)?,
+            ripple: self.resolve_wave("drive.ripple", &patch.ripple)?,
+            position: PositionLoop {
+                encoder: self.resolve_encoder("drive.position", &position.encoder)?,
+                gain_per_s: value("position.gain_per_s", &position.gain_per_s)?,
+                feed_forward: value("position.feed_forward", &position.feed_forward)?,
+                period_s: position.period_s,
+            },
+            velocity: VelocityLoop {
+                encoder: self.resolve_encoder("drive.velocity", &velocity.encoder)?,
+                tachometry: velocity.tachometry,
+                gain: value("velocity.gain", &velocity.gain)?,
+                integral_time_s: optional("velocity.integral_time_s", &velocity.integral_time_s)?,
+                acceleration_feed_forward: value("velocity.acceleration_feed_forward", &velocity.acceleration_feed_forward)?,
+                period_s: velocity.period_s,
+            },
+        })
+    }
+
+    /// The numbers that only motion depends on, each with its configuration key.
+    pub(super) fn motion_values(&self) -> Vec<(String, &Value)> {
+        let mut values = Vec::new();
+        for joint in &self.joints {
+            let part = |key: &str| format!("joint.{}.{key}", joint.name);
+            values.push((part("gap"), &joint.gap));
+            values.extend(joint.friction.values().into_iter().map(|(key, v)| (part(&format!("friction.{key}")), v)));
+            values.extend(joint.lead_error.values().into_iter().map(|(key, v)| (part(&format!("lead_error.{key}")), v)));
+        }
+        values.extend(self.drive.iter().flat_map(Drive::values).map(|(key, v)| (format!("drive.{key}"), v)));
+        values
+    }
+
+    /// Checks the numbers that only motion depends on, by what their keys ask for.
+    pub(super) fn check_motion(&self, at: impl Fn(&Value) -> f64) -> Result<(), MachineError> {
+        for (part, value) in self.motion_values() {
+            let x = at(value);
+            let key = part.rsplit('.').next().unwrap_or_default();
+            let may_be_infinite = ["saturation", "integral_time_s"].contains(&key);
+            let any_sign = ["offset", "viscous_asymmetry", "cosine", "sine", "growth"].contains(&key);
+            let above_zero = ["saturation", "integral_time_s", "stribeck_exponent", "constant", "force_factor"].contains(&key);
+            if x.is_nan() || (x.is_infinite() && !may_be_infinite) {
+                return Err(fault(part, format!("is {x}; write a finite number")));
+            }
+            if above_zero && !(x > 0.0) {
+                return Err(fault(part, format!("is {x:?}; write a number above 0")));
+            }
+            if !any_sign && !(x >= 0.0) {
+                return Err(fault(part, format!("is {x:?}; write 0 or a number above it")));
+            }
+        }
+        for joint in &self.joints {
+            let part = |key: &str| format!("joint.{}.{key}", joint.name);
+            if at(&joint.gap) > 0.0 && !(at(&joint.stiffness) > 0.0) {
+                return Err(fault(part("gap"), "the joint has no stiffness that could act beyond the play; write one"));
+            }
+            let waves = [("friction.position", &joint.friction.position), ("lead_error.wave", &joint.lead_error.wave)];
+            for (key, wave) in waves {
+                check_wave(&part(key), wave, &at)?;
+            }
+            if at(&joint.friction.stribeck) > 0.0 && !(at(&joint.friction.stribeck_velocity) > 0.0) {
+                return Err(fault(part("friction.stribeck_velocity"), "is 0; write the velocity over which the level falls"));
+            }
+        }
+        let Some(drive) = &self.drive else { return Ok(()) };
+        check_wave("drive.ripple", &drive.ripple, &at)?;
+        let (position_s, velocity_s) = (drive.position.period_s, drive.velocity.period_s);
+        for (key, period_s) in [("position", position_s), ("velocity", velocity_s)] {
+            if !(period_s > 0.0 && period_s.is_finite()) {
+                return Err(fault(format!("drive.{key}.period_s"), format!("is {period_s}; write the loop's period in s")));
+            }
+        }
+        let ratio = position_s / velocity_s;
+        if !(ratio > 0.999_999 && (ratio - ratio.round()).abs() < 1e-6 * ratio) {
+            return Err(fault(
+                "drive.position.period_s",
+                format!("{position_s} s is no multiple of the velocity loop's period of {velocity_s} s; write one that is"),
+            ));
+        }
+        if drive.velocity.tachometry == Tachometry::Difference(0) {
+            return Err(fault("drive.velocity.over_s", "is no multiple of the loop's period; write one that is, or leave it out"));
+        }
+        for (key, point) in [("on", drive.on), ("position.at", drive.position.encoder.at), ("velocity.at", drive.velocity.encoder.at)] {
+            if self.points[point].fixed {
+                let known = listing(self.points.iter().filter(|p| !p.fixed).map(|p| p.name.as_str()));
+                return Err(fault(format!("drive.{key}"), format!("«{}» does not move; {known}", self.points[point].name)));
+            }
+        }
+        Ok(())
+    }
+}
+
+fn check_wave(part: &str, wave: &Wave, at: &impl Fn(&Value) -> f64) -> Result<(), MachineError> {
+    let flat = at(&wave.cosine) == 0.0 && at(&wave.sine) == 0.0;
+    if flat || at(&wave.period) > 0.0 {
+        Ok(())
+    } else {
+        Err(fault(format!("{part}.period"), "is 0; write the travel after which it repeats"))
+    }
+}
