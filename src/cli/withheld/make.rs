@@ -115,17 +115,13 @@ fn one(out: &OutputFolder, aside: &Path, generator: &Generator, plan: &Plans, in
                 _ => generate_one(seed, plan, index).map_err(told),
             };
             made.map(|(case, label)| {
-                let both = std::iter::once(&case).chain(case.follow_up.as_deref());
-                both.map(|case| seal(&case.name, &case.freeze, &|path| write_case(path, case)))
-                    .collect::<Result<(), String>>()
-                    .map(|()| label)
+                let mut both = std::iter::once(&case).chain(case.follow_up.as_deref());
+                both.try_for_each(|case| seal(&case.name, &case.freeze, &|path| write_case(path, case))).map(|()| label)
             })
         }
         Plans::Motion(plan) => motion::generate_one(seed, plan, index).map_err(told).map(|(case, label)| {
-            let both = std::iter::once(&case).chain(case.follow_up.as_deref());
-            both.map(|case| seal(&case.name, &case.freeze, &|path| motion::write_case(path, case)))
-                .collect::<Result<(), String>>()
-                .map(|()| label)
+            let mut both = std::iter::once(&case).chain(case.follow_up.as_deref());
+            both.try_for_each(|case| seal(&case.name, &case.freeze, &|path| motion::write_case(path, case))).map(|()| label)
         }),
     };
     let made = match label {
