@@ -125,9 +125,8 @@ c_swing = { unit = "N*s/m", start = 1.0, lower = 1e-2, upper = 1e5, source = "da
             text += &format!("{},{:e},{:e},0.01414\n", cells[1], re * a - im * b, re * b + im * a);
         }
         std::fs::write(path(&format!("{record}.csv")), text).unwrap();
-        manifest += &format!(
-            "[[frf]]\nrecord = \"{record}\"\nresponse = \"{response}\"\nexcitation = \"{excitation}\"\nfile = \"{record}.csv\"\n"
-        );
+        manifest +=
+            &format!("[[frf]]\nrecord = \"{record}\"\nresponse = \"{response}\"\nexcitation = \"{excitation}\"\nfile = \"{record}.csv\"\n");
     }
     std::fs::write(path("manifest.toml"), manifest).unwrap();
     let set = folder.path().to_str().unwrap();

@@ -15,7 +15,7 @@ use jointid::truth::effect::Place;
 use jointid::truth::machine::assembly::Assembly;
 use jointid::truth::machine::catalogue::{any_size, bench};
 use jointid::truth::machine::point::{Channel, Point};
-use jointid::truth::{Counts, Gap, Kind, Label, Layout, Strength, labels_json};
+use jointid::truth::{Counts, Gap, Kind, Label, Strength, labels_json};
 use jointid::withheld::{
     Answer, Confusion, Generator, Judgement, Proportion, Run, Seal, SealedCase, confusion_text, files_of, folder_digest, judge, scores,
     scores_text,
@@ -45,17 +45,14 @@ fn label(kind: Kind, effects: &[&str], place: &[&str]) -> Label {
             .map(|name| Place { interface: name.to_string(), accepted: vec![name.to_string(), "another-name".into()] })
             .collect(),
         band_hz: planted.then_some([100.0, 200.0]),
+        phases: Vec::new(),
         gap: Gap { closed: planted.then_some(0.9), ..Gap::default() },
         joints: BTreeMap::new(),
         wrong_parameter: None,
         frozen: Vec::new(),
         fault: None,
         faulty_records: Vec::new(),
-        rotor_held: true,
-        bench: false,
-        layout: Layout::Table,
-        block_s: 1.0,
-        estimator_bias: 0.0,
+        hammer: None,
         refused: 0,
         exact: Vec::new(),
     }
@@ -221,6 +218,26 @@ fn place_band_and_share_closed_are_set_against_the_truth() {
 }
 
 #[test]
+fn the_phase_of_a_motion_is_judged_where_there_is_one() {
+    let moved = Label { phases: vec!["reversal".into(), "constant-speed".into()], ..label(Kind::Single, &["backlash"], &["nut"]) };
+    let mut document = diagnosis("effect", &["backlash"]);
+    let phase = |document: &Value| judge(&moved, false, &run_of(document.clone()).answer(&[])).phase_right;
+    assert_eq!(phase(&document), Some(false), "none was stated");
+    document["gap"]["by_phase"] = json!({"reversal": 0.2, "dwell": 0.1, "settling": null});
+    assert_eq!(phase(&document), Some(true), "the largest gap");
+    document["where"][0]["phase"] = json!("dwell");
+    assert_eq!(phase(&document), Some(false), "the place goes before the gaps");
+    document["verdict"]["phase"] = json!("constant_speed");
+    assert_eq!(phase(&document), Some(true), "the verdict goes before the place");
+    let still = judged(&label(Kind::Single, &["table-mass"], &["table"]), "effect", &["table-mass"]);
+    assert_eq!(still.phase_right, None);
+    let failure = judge(&moved, false, &failed());
+    assert_eq!(failure.phase_right, Some(false));
+    let found = judge(&moved, false, &run_of(document).answer(&[]));
+    assert_eq!(scores(&[found, failure, still]).location.phase, Proportion::new(1, 2));
+}
+
+#[test]
 fn second_measurements_count_apart() {
     let alike = label(Kind::LookAlike, &["table-mass"], &["table"]);
     let counted =
@@ -261,7 +278,8 @@ fn sealed() -> tempfile::TempDir {
     fs::write(case.join("manifest.toml"), "title = \"\"").unwrap();
     fs::write(case.join("frf/l1.csv"), "1,2,3").unwrap();
     let labels = labels_json(&[label(Kind::Null, &[], &[])]).unwrap();
-    let generator = Generator { version: "0".into(), truth: "independent".into(), seed: 1, counts: Counts::QUICK, cases: 1 };
+    let generator =
+        Generator { version: "0".into(), arm: "frf".into(), truth: "independent".into(), seed: 1, counts: Counts::QUICK, cases: 1 };
     let cases = vec![SealedCase { name: "case-0001".into(), sha256: folder_digest(&case).unwrap(), freeze: Vec::new() }];
     let seal = Seal::new(generator, &labels, cases, Vec::new()).unwrap();
     fs::write(folder.path().join("labels.json"), labels).unwrap();
@@ -305,6 +323,26 @@ fn refused(arguments: &[&str]) -> String {
     String::from_utf8(output.stderr).unwrap()
 }
 
+/// One answer to all cases, kept as this very program would have kept it.
+fn lay_in(out: &str, seal: &Seal, seed: &str, document: &Value) {
+    let program = digest(&fs::read(assert_cmd::cargo::cargo_bin!("jointid")).unwrap());
+    fs::create_dir_all(format!("{out}/diagnoses")).unwrap();
+    for case in &seal.cases {
+        let mut document = document.clone();
+        document["inputs"] = serde_json::to_value(files_of(&Path::new(out).join("cases").join(&case.name)).unwrap()).unwrap();
+        let mut arguments = vec!["diagnose", "--config"];
+        let (machine, frozen) = (format!("{}/machine.toml", case.name), case.freeze.join(","));
+        arguments.extend([&machine, "--measurements", &case.name]);
+        if !frozen.is_empty() {
+            arguments.extend(["--freeze", &frozen]);
+        }
+        arguments.extend(["--seed", seed, "--json"]);
+        let arguments = arguments.into_iter().map(str::to_string).collect();
+        let run = Run { program_sha256: program.clone(), case_sha256: case.sha256.clone(), arguments, ..run_of(document) };
+        fs::write(format!("{out}/diagnoses/{}.json", case.name), to_json(&run).unwrap()).unwrap();
+    }
+}
+
 /// Cases made once, answers laid in by hand as this very program would have left them: none is asked for again.
 #[test]
 fn the_command_scores_answers_that_are_there_and_refuses_changed_cases() {
@@ -316,22 +354,7 @@ fn the_command_scores_answers_that_are_there_and_refuses_changed_cases() {
     assert!(made.status.success() && said.contains("labels"), "{said}");
     let (seal, labels) = Seal::verified(Path::new(out)).unwrap();
     assert!(said.contains(&seal.labels_sha256) && said.contains(&seal.cases_sha256) && said.contains(&seal.generator_sha256));
-    let program = digest(&fs::read(assert_cmd::cargo::cargo_bin!("jointid")).unwrap());
-    fs::create_dir_all(format!("{out}/diagnoses")).unwrap();
-    for case in &seal.cases {
-        let mut document = diagnosis("none", &[]);
-        document["inputs"] = serde_json::to_value(files_of(&Path::new(out).join("cases").join(&case.name)).unwrap()).unwrap();
-        let mut arguments = vec!["diagnose", "--config"];
-        let (machine, frozen) = (format!("{}/machine.toml", case.name), case.freeze.join(","));
-        arguments.extend([&machine, "--measurements", &case.name]);
-        if !frozen.is_empty() {
-            arguments.extend(["--freeze", &frozen]);
-        }
-        arguments.extend(["--seed", "4", "--json"]);
-        let arguments = arguments.into_iter().map(str::to_string).collect();
-        let run = Run { program_sha256: program.clone(), case_sha256: case.sha256.clone(), arguments, ..run_of(document) };
-        fs::write(format!("{out}/diagnoses/{}.json", case.name), to_json(&run).unwrap()).unwrap();
-    }
+    lay_in(out, &seal, "4", &diagnosis("none", &[]));
     let output = jointid().args(["withheld", "--out", out, "--json"]).output().unwrap();
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     assert!(String::from_utf8_lossy(&output.stderr).contains(&seal.labels_sha256));
@@ -355,6 +378,54 @@ fn the_command_scores_answers_that_are_there_and_refuses_changed_cases() {
     assert!(message.contains("case-0002") && message.lines().count() == 1, "{message}");
     fs::remove_file(format!("{out}/labels.json")).unwrap();
     assert!(refused(&["--out", out]).contains("labels.json: is missing"));
+}
+
+/// Axes in motion: made and sealed as the others are, scored on an answer laid in by hand.
+#[test]
+fn cases_in_motion_are_sealed_and_scored_alike() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().join("moved");
+    let out = out.to_str().unwrap();
+    jointid().args(["withheld", "--arm", "motion", "--out", out, "--cases", "4", "--seed", "3", "--cases-only", "-q"]).assert().success();
+    let (seal, labels) = Seal::verified(Path::new(out)).unwrap();
+    assert_eq!((seal.generator.arm.as_str(), labels.len()), ("motion", 4));
+    for case in &seal.cases {
+        let set = jointid::measurement::read_set(&format!("{out}/cases/{}", case.name)).unwrap();
+        assert!(set.motions.len() >= 3 && set.frfs.is_empty(), "{}", case.name);
+    }
+    let mut document = diagnosis("effect", &["backlash"]);
+    (document["domain"], document["verdict"]["phase"]) = (json!("motion"), json!("reversal"));
+    lay_in(out, &seal, "3", &document);
+    let output = jointid().args(["withheld", "--out", out, "--json", "-q"]).output().unwrap();
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let document: Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert_eq!(document["seal"]["generator"]["arm"], "motion");
+    assert_eq!(document["scores"]["failed"]["count"], 0);
+    for (row, label) in
+        document["cases"].as_array().unwrap().iter().filter_map(|row| Some((row, labels.iter().find(|l| row["name"] == l.case)?)))
+    {
+        let phase = (!label.effects.is_empty()).then(|| label.phases.iter().any(|phase| phase == "reversal"));
+        assert_eq!(row["phase_right"], json!(phase), "{row}");
+        assert_eq!(row["right"], json!(label.effects == ["backlash"] && label.kind == Kind::Single), "{row}");
+    }
+    assert!(refused(&["--out", out, "--arm", "frf"]).contains("arm motion"));
+    assert!(refused(&["--arm", "motion", "--truth", "own"]).contains("--truth own"));
+}
+
+/// From seed to scores in motion: a case whose diagnosis fails is counted as failed and never as right.
+#[test]
+fn a_case_in_motion_from_end_to_end() {
+    let output = jointid().args(["withheld", "--arm", "motion", "--cases", "2", "--time-limit-s", "600", "--json", "-q"]).output().unwrap();
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let document: Value = serde_json::from_slice(&output.stdout).unwrap();
+    let cases = document["cases"].as_array().unwrap();
+    let failed: Vec<&Value> = cases.iter().filter(|row| row["verdict"]["kind"] == "failed").collect();
+    assert!(cases.len() >= 2);
+    assert_eq!(document["scores"]["failed"]["count"], failed.len());
+    assert!(failed.iter().all(|row| row["right"] == false), "{failed:#?}");
+    if let Some(row) = failed.first() {
+        println!("a_case_in_motion_from_end_to_end: failed: {}", row["verdict"]["reason"]);
+    }
 }
 
 /// The models' own cases: nulls and single effects of the strength asked for, in files that the commands read.

@@ -86,7 +86,7 @@ pub enum Command {
     Simulate(SimulateArguments),
     /// Check the diagnosis blindly on cases whose causes are sealed
     #[command(
-        after_help = "Example:\n  jointid withheld --out blind --cases quick\n  jointid withheld --out blind --ablation '--exclude table-mass'"
+        after_help = "Example:\n  jointid withheld --out blind --cases quick\n  jointid withheld --out moved --arm motion\n  jointid withheld --out blind --ablation '--exclude table-mass'"
     )]
     Withheld(WithheldArguments),
 }
@@ -462,10 +462,22 @@ impl std::str::FromStr for CasesAsked {
     }
 }
 
+/// What the cases of the blind check are data of.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum ArmName {
+    /// Hammer tests
+    Frf,
+    /// Time records of a driven axis
+    Motion,
+}
+
 /// `withheld`.
 #[derive(Debug, Args)]
 pub struct WithheldArguments {
-    /// Cases to make: quick (about 120), full (about 1300) or a number
+    /// What the cases are data of; frf by default
+    #[arg(long, value_enum)]
+    pub arm: Option<ArmName>,
+    /// Cases to make: quick (about 120; 80 in motion), full (about 1300; 700 in motion) or a number
     #[arg(long, value_name = "quick|full|N")]
     pub cases: Option<CasesAsked>,
     /// Seed of the cases and of every diagnosis; 1 by default

@@ -11,8 +11,8 @@ use super::common::{CommandResult, Loaded, Outcome, deliver, fits_frfs, load, on
 use super::progress::Progress;
 use super::rows;
 use crate::diagnosis::{
-    Ablation, Candidate, Diagnosis, Domain, Fitted, Hypothesis, Kind, Part, Settings, Status, VerdictKind, closed, closed_interval, diagnose, fitter,
-    floor_over, gap_over, peak_errors, values_of,
+    Ablation, Candidate, Diagnosis, Domain, Fitted, Hypothesis, Kind, Part, Settings, Status, VerdictKind, closed, closed_interval,
+    diagnose, fitter, floor_over, gap_over, peak_errors, values_of,
 };
 use crate::machine::Effect;
 use crate::measurement::{FitSet, HoldOutSet};

@@ -121,7 +121,7 @@ pub struct Settings {
 }
 
 /// Share of nulls that may be called something.
-const ALPHA: f64 = 0.005;
+const ALPHA: f64 = 0.001;
 /// Smallest statistic that is called something, whatever the null says.
 const LEAST_STATISTIC: f64 = 5.5;
 /// What the data can tell apart, in χ² (an error rate of 7 %), and as a share of the gain: the model is no better than that.
@@ -265,23 +265,23 @@ fn judge(survey: &Survey, null: &Null, count: f64) -> Vec<Tried> {
             Tried { candidate: candidate.clone(), statistic, p_value: null.p_value(statistic), held_out: Vec::new() }
         })
         .collect();
-    let unit = tried.iter().map(|t| null.excess(t.candidate.chi_square() / count)).fold(f64::INFINITY, f64::min).min(1e6);
-    tried.sort_by(|a, b| penalised(a, unit).total_cmp(&penalised(b, unit)));
+    tried.sort_by(|a, b| penalised(a).total_cmp(&penalised(b)));
     tried
 }
 
-/// χ² with a penalty on parameters; what gains nothing it can stand for (another quantity that is none) comes last.
-fn penalised(tried: &Tried, unit: f64) -> f64 {
-    let added = tried.candidate.fitted.as_ref().map_or(0, |f| f.0.added.len()) as f64;
-    if tried.candidate.gain == 0.0 { f64::INFINITY } else { tried.candidate.chi_square() + PENALTY * unit * added }
+/// χ² with a penalty on what a candidate gains where nothing is missing: a flexible one must gain more than a stiff one. What gains nothing it can stand
+/// for (another quantity that is none) comes last.
+fn penalised(tried: &Tried) -> f64 {
+    let Tried { candidate, statistic, .. } = tried;
+    if candidate.gain == 0.0 { f64::INFINITY } else { candidate.chi_square() + LEAST_STATISTIC * candidate.gain / statistic }
 }
 
 /// Indices of the candidates that the data cannot tell from the best.
 fn class(tried: &[Tried], null: &Null, count: f64) -> Vec<usize> {
     let Some(best) = tried.first() else { return Vec::new() };
     let unit = null.excess(best.candidate.chi_square() / count);
-    let reach = penalised(best, unit) + APART * unit + APART_SHARE * best.candidate.gain;
-    (0..tried.len()).filter(|at| penalised(&tried[*at], unit) <= reach).collect()
+    let reach = penalised(best) + APART * unit + APART_SHARE * best.candidate.gain;
+    (0..tried.len()).filter(|at| penalised(&tried[*at]) <= reach).collect()
 }
 
 /// Of candidates that fit alike, those that foretell positions left out much worse than the best of them are no explanation: they go behind it.

@@ -31,6 +31,12 @@ pub enum TruthError {
         /// Non-centrality asked for.
         wanted: f64,
     },
+    /// Ordinary nuisances leave another share of the noise than a case may have.
+    #[error("ordinary nuisances make the gap {ratio:.2} times what noise leaves")]
+    Noise {
+        /// Gap over its floor.
+        ratio: f64,
+    },
     /// Every machine drawn for a case was refused.
     #[error("case {index}: none of {attempts} machines drawn could carry it; the last one: {last}")]
     NoMachine {

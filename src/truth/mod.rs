@@ -1,4 +1,4 @@
-//! An independent truth for the blind check: machines of finite elements, struck by a simulated hammer.
+//! An independent truth for the blind check: machines of finite elements, struck by a simulated hammer, and driven axes in motion.
 //!
 //! ```text
 //! element   rods, beams, laws of branches, dense complex solve, the assembled structure
@@ -6,6 +6,7 @@
 //! effect    what may be missing from the engineer's model, each in this module's own parametrisation, and where it sits
 //! hammer    the test in time: pulse, response, converter, noise, windows, averages, H1 and coherence
 //! case      plans of cases, strength by non-centrality, sealed labels, measurement sets on disk
+//! motion    the same for a driven axis in motion: its own mechanics, drive, sensors and cases
 //! ```
 //!
 //! Nothing here may import from the rest of the crate, and the models under test may not import from here: a check of a model
@@ -18,9 +19,12 @@ pub mod element;
 mod error;
 pub mod hammer;
 pub mod machine;
+pub mod motion;
 
 #[cfg(test)]
 mod tests;
 
-pub use case::{Case, Counts, Exact, Gap, Kind, Label, Layout, Plan, Slot, Strength, generate, generate_one, labels_json, write_case};
+pub use case::{
+    Case, Counts, Exact, Gap, HammerTest, Kind, Label, Layout, Plan, Slot, Strength, generate, generate_one, labels_json, write_case,
+};
 pub use error::TruthError;

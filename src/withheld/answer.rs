@@ -1,6 +1,9 @@
 //! What a diagnosis says of a case.
 
+use std::collections::BTreeMap;
+
 use schemars::JsonSchema;
+
 use serde::{Deserialize, Deserializer, Serialize};
 use serde_json::Value;
 
@@ -23,6 +26,9 @@ pub struct Verdict {
     /// Interface at which something is missing.
     #[serde(default, rename = "where", skip_serializing_if = "Option::is_none")]
     pub interface: Option<String>,
+    /// Phase of a motion in which it is missing.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub phase: Option<String>,
     /// Band in which it is missing.
     #[serde(default, deserialize_with = "both_ends", skip_serializing_if = "Option::is_none")]
     pub band_hz: Option<[f64; 2]>,
@@ -35,7 +41,7 @@ impl Verdict {
     /// In place of a verdict that was not given.
     pub fn failed(reason: &str) -> Self {
         let more = serde_json::Map::from_iter([("reason".to_string(), Value::from(reason))]);
-        Self { kind: "failed".into(), effects: Vec::new(), interface: None, band_hz: None, more }
+        Self { kind: "failed".into(), effects: Vec::new(), interface: None, phase: None, band_hz: None, more }
     }
 
     /// Ids that it names, each once, in its order. Only two kinds name effects.
@@ -82,6 +88,17 @@ pub struct Place {
     /// Interface.
     #[serde(default)]
     pub interface: Option<String>,
+    /// Phase of a motion.
+    #[serde(default)]
+    pub phase: Option<String>,
+}
+
+/// The parts of the gap that are scored.
+#[derive(Debug, Clone, Default, PartialEq, Deserialize)]
+pub struct GapAnswer {
+    /// Gap in each phase of a motion.
+    #[serde(default)]
+    pub by_phase: BTreeMap<String, Option<f64>>,
 }
 
 /// The parts of diagnosis.json that are scored.
@@ -94,6 +111,9 @@ pub struct Diagnosis {
     /// Files it rests on.
     #[serde(default)]
     pub inputs: Vec<Input>,
+    /// Gaps.
+    #[serde(default)]
+    pub gap: GapAnswer,
     /// Places, best first.
     #[serde(default, rename = "where")]
     pub places: Vec<Place>,

@@ -58,6 +58,8 @@ pub struct CaseRow {
     pub class: Option<bool>,
     /// The place is right; absent for cases without one.
     pub place_right: Option<bool>,
+    /// The phase is right; absent for data without phases.
+    pub phase_right: Option<bool>,
     /// What the truth can close.
     pub closed_truth: Option<f64>,
     /// What the named effect closes.
@@ -82,6 +84,7 @@ impl CaseRow {
             right: judged.right,
             class: planted.then_some(judged.class),
             place_right: planted.then_some(judged.place_right),
+            phase_right: judged.phase_right,
             closed_truth: judged.closed_truth,
             closed: judged.closed,
             closed95: judged.closed95,

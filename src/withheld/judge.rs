@@ -41,6 +41,8 @@ pub struct Judgement {
     pub single_right: Option<bool>,
     /// The place it states is one where an effect of the case sits.
     pub place_right: bool,
+    /// The phase it states is one in which the effects of the case show; absent for data without phases.
+    pub phase_right: Option<bool>,
     /// Overlap of bands over their union, on the logarithmic axis, where both are known.
     pub band_overlap: Option<f64>,
     /// What the truth can close.
@@ -100,6 +102,10 @@ pub fn judge(label: &Label, follow_up: bool, answer: &Answer) -> Judgement {
         place_right: diagnosis
             .and_then(stated_place)
             .is_some_and(|place| label.places.iter().any(|truth| truth.accepted.iter().any(|name| name.eq_ignore_ascii_case(place)))),
+        phase_right: (!label.phases.is_empty()).then(|| {
+            let stated = diagnosis.and_then(stated_phase).map(plain);
+            stated.is_some_and(|phase| label.phases.iter().any(|truth| plain(truth) == phase))
+        }),
         band_overlap: verdict.band_hz.zip(label.band_hz).and_then(|(a, b)| overlap(a, b)),
         closed_truth: label.gap.closed,
         closed: chosen.and_then(|row| row.closed),
@@ -144,6 +150,19 @@ fn chosen<'a>(diagnosis: &'a Diagnosis, named: &[&str]) -> Option<&'a EffectAnsw
 fn stated_place(diagnosis: &Diagnosis) -> Option<&str> {
     let listed = || diagnosis.places.first().and_then(|place| place.interface.as_deref());
     diagnosis.verdict.interface.as_deref().or_else(listed)
+}
+
+/// The phase that the verdict states, else that of the first place that has one, else the one of the largest gap.
+fn stated_phase(diagnosis: &Diagnosis) -> Option<&str> {
+    let listed = || diagnosis.places.iter().find_map(|place| place.phase.as_deref());
+    let gaps = diagnosis.gap.by_phase.iter().filter_map(|(phase, gap)| gap.map(|gap| (phase.as_str(), gap)));
+    let largest = || gaps.max_by(|(_, a), (_, b)| a.total_cmp(b)).map(|(phase, _)| phase);
+    diagnosis.verdict.phase.as_deref().or_else(listed).or_else(largest)
+}
+
+/// A name in one spelling: constant_speed and constant speed are constant-speed.
+fn plain(name: &str) -> String {
+    name.to_ascii_lowercase().replace(['_', ' '], "-")
 }
 
 /// Intersection over union of two bands on the logarithmic axis.

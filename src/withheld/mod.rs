@@ -18,7 +18,7 @@ mod score;
 mod seal;
 mod text;
 
-pub use answer::{Answer, Diagnosis, EffectAnswer, Place, Run, Verdict};
+pub use answer::{Answer, Diagnosis, EffectAnswer, GapAnswer, Place, Run, Verdict};
 pub use document::{CaseRow, SealRow, Withheld};
 pub use judge::{Judgement, judge};
 pub use score::{Confusion, Proportion, Scores, Spread, scores};

@@ -73,6 +73,8 @@ pub struct Naming {
 pub struct Location {
     /// The place is one of the right ones, of all cases: failures and empty lists are wrong.
     pub interface: Proportion,
+    /// The phase is one of the right ones, of all cases in motion.
+    pub phase: Proportion,
     /// Overlap of bands over their union, on the logarithmic axis, where both state one.
     pub band_overlap: Spread,
     /// Bands that overlap at all, of these.
@@ -256,6 +258,7 @@ fn location(of: &[&Judgement]) -> Location {
     let overlaps: Vec<f64> = of.iter().filter_map(|j| j.band_overlap).collect();
     Location {
         interface: share(of.iter().copied(), |j| j.place_right),
+        phase: share(of.iter().copied().filter(|j| j.phase_right.is_some()), |j| j.phase_right == Some(true)),
         band_touches: Proportion::new(overlaps.iter().filter(|o| **o > 0.0).count(), overlaps.len()),
         band_overlap: Spread::of(&overlaps),
     }

@@ -15,7 +15,9 @@ use crate::truth::{Counts, Label};
 pub struct Generator {
     /// Version of the program that made them.
     pub version: String,
-    /// `independent` (elements and a simulated hammer) or `own` (the models under test).
+    /// What the cases are data of: `frf` (hammer tests) or `motion` (time records of a driven axis).
+    pub arm: String,
+    /// `independent` (a truth that shares nothing with the models) or `own` (the models under test).
     pub truth: String,
     /// Seed.
     pub seed: u64,
@@ -116,12 +118,13 @@ impl Seal {
         let generator = &self.generator;
         format!(
             "sealed  generator  {}\n        cases      {}\n        labels     {}\n\
-             {} folders of {} cases, truth {}, seed {}; digests of all in seal.json\n",
+             {} folders of {} cases, arm {}, truth {}, seed {}; digests of all in seal.json\n",
             self.generator_sha256,
             self.cases_sha256,
             self.labels_sha256,
             self.cases.len(),
             generator.cases,
+            generator.arm,
             generator.truth,
             generator.seed
         )

@@ -61,7 +61,7 @@ pub fn scores_text(scores: &Scores) -> String {
         place(text, "known effects", &scores.location);
         place(text, "unknown effects", &scores.location_unknown);
     });
-    section(&mut text, "Share of the gap closed on held-out positions, right verdicts", &|text| {
+    section(&mut text, "Share of the held-out gap closed, right verdicts", &|text| {
         spread(text, "closed", &scores.closing.closed, 3);
         spread(text, "distance from what can be closed", &scores.closing.error, 3);
         line(text, "interval holds what can be closed", &scores.closing.covered);
@@ -92,6 +92,7 @@ fn line(text: &mut String, what: &str, row: &Proportion) {
 
 fn place(text: &mut String, what: &str, location: &Location) {
     line(text, &format!("interface, {what}"), &location.interface);
+    line(text, &format!("phase, {what}"), &location.phase);
     line(text, &format!("bands overlap, {what}"), &location.band_touches);
     spread(text, "  overlap over union", &location.band_overlap, 2);
 }

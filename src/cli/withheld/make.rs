@@ -11,7 +11,7 @@ use super::super::common::told;
 use super::super::progress::Progress;
 use super::own::own_case;
 use crate::report::{OutputFolder, to_json};
-use crate::truth::{Case, Label, Plan, generate_one, labels_json, write_case};
+use crate::truth::{Counts, Label, Plan, TruthError, generate_one, labels_json, motion, write_case};
 use crate::withheld::{Generator, Seal, SealedCase, folder_digest};
 
 /// Set by Ctrl-C.
@@ -19,6 +19,32 @@ pub type Flag = Arc<AtomicBool>;
 
 /// A case that was made, or why it could not be.
 type Made = Result<(Label, Vec<SealedCase>), String>;
+
+/// Cases to be made, of either arm.
+pub enum Plans {
+    /// Hammer tests.
+    Frf(Plan),
+    /// Axes in motion.
+    Motion(motion::Plan),
+}
+
+impl Plans {
+    /// The plan of an arm.
+    pub fn new(arm: &str, counts: &Counts, seed: u64) -> Self {
+        match arm {
+            "motion" => Self::Motion(motion::Plan::from_counts(counts, seed)),
+            _ => Self::Frf(Plan::from_counts(counts, seed)),
+        }
+    }
+
+    /// Number of cases.
+    pub fn len(&self) -> usize {
+        match self {
+            Self::Frf(plan) => plan.len(),
+            Self::Motion(plan) => plan.len(),
+        }
+    }
+}
 
 /// Makes and seals all cases; `None` if stopped.
 pub fn make(folder: &Path, generator: &Generator, stop: &Flag, quiet: bool) -> Result<Option<Seal>, String> {
@@ -30,7 +56,7 @@ pub fn make(folder: &Path, generator: &Generator, stop: &Flag, quiet: bool) -> R
     }
     let out = OutputFolder::prepare(&aside)?;
     out.write("generator.json", whose.as_bytes())?;
-    let plan = Plan::from_counts(&generator.counts, generator.seed);
+    let plan = Plans::new(&generator.arm, &generator.counts, generator.seed);
     let progress = Progress::counted(quiet, "make cases", generator.cases);
     let made: Vec<Option<Made>> = (0..generator.cases)
         .into_par_iter()
@@ -69,30 +95,39 @@ pub fn make(folder: &Path, generator: &Generator, stop: &Flag, quiet: bool) -> R
 }
 
 /// One case of the plan and its second measurement, if it has one.
-fn one(out: &OutputFolder, aside: &Path, generator: &Generator, plan: &Plan, index: usize) -> Result<Made, String> {
+fn one(out: &OutputFolder, aside: &Path, generator: &Generator, plan: &Plans, index: usize) -> Result<Made, String> {
     let kept = format!("made/{index}.json");
     if let Some(made) = fs::read_to_string(aside.join(&kept)).ok().and_then(|text| serde_json::from_str(&text).ok()) {
         return Ok(made);
     }
-    let made = match case_of(generator, plan, index) {
-        Err(refusal) => Err(refusal),
-        Ok((case, label)) => {
-            let mut folders = Vec::new();
-            for case in std::iter::once(&case).chain(case.follow_up.as_deref()) {
-                let path = aside.join("cases").join(&case.name);
-                write_case(&path, case).map_err(told)?;
-                folders.push(SealedCase { name: case.name.clone(), sha256: folder_digest(&path)?, freeze: case.freeze.clone() });
-            }
-            Ok((label, folders))
+    let mut folders = Vec::new();
+    let mut seal = |name: &str, freeze: &[String], write: &dyn Fn(&Path) -> Result<(), TruthError>| -> Result<(), String> {
+        let path = aside.join("cases").join(name);
+        write(&path).map_err(told)?;
+        folders.push(SealedCase { name: name.into(), sha256: folder_digest(&path)?, freeze: freeze.to_vec() });
+        Ok(())
+    };
+    let seed = generator.seed;
+    let label = match plan {
+        Plans::Frf(plan) => {
+            let made = match generator.truth.as_str() {
+                "own" => own_case(seed, plan, index).map_err(|e| format!("case {index}: {e}")),
+                _ => generate_one(seed, plan, index).map_err(told),
+            };
+            made.map(|(case, label)| {
+                let mut both = std::iter::once(&case).chain(case.follow_up.as_deref());
+                both.try_for_each(|case| seal(&case.name, &case.freeze, &|path| write_case(path, case))).map(|()| label)
+            })
         }
+        Plans::Motion(plan) => motion::generate_one(seed, plan, index).map_err(told).map(|(case, label)| {
+            let mut both = std::iter::once(&case).chain(case.follow_up.as_deref());
+            both.try_for_each(|case| seal(&case.name, &case.freeze, &|path| motion::write_case(path, case))).map(|()| label)
+        }),
+    };
+    let made = match label {
+        Ok(label) => Ok((label?, folders)),
+        Err(refusal) => Err(refusal),
     };
     out.write(&kept, to_json(&made)?.as_bytes())?;
     Ok(made)
-}
-
-fn case_of(generator: &Generator, plan: &Plan, index: usize) -> Result<(Case, Label), String> {
-    match generator.truth.as_str() {
-        "own" => own_case(generator.seed, plan, index).map_err(|e| format!("case {index}: {e}")),
-        _ => generate_one(generator.seed, plan, index).map_err(told),
-    }
 }

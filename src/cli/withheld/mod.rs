@@ -7,11 +7,11 @@ mod own;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::Ordering;
 
-use super::arguments::{CasesAsked, TruthName, WithheldArguments};
+use super::arguments::{ArmName, CasesAsked, TruthName, WithheldArguments};
 use super::common::{CommandResult, Outcome, deliver, document_input, on_threads, prepare, print_out, stop_flag, told, warn};
 use crate::report::document::Stamp;
 use crate::report::to_json;
-use crate::truth::{Counts, Label, Plan};
+use crate::truth::{Counts, Label, motion};
 use crate::withheld::{Answer, CaseRow, FOLLOW_UP, Generator, Judgement, Seal, SealRow, Withheld, judge, scores, scores_text};
 
 /// Runs the command.
@@ -127,9 +127,21 @@ fn place(ablation: &[String]) -> PathBuf {
     Path::new("ablation").join(name.join("_"))
 }
 
+/// Name of an arm.
+fn arm_name(arm: ArmName) -> &'static str {
+    match arm {
+        ArmName::Frf => "frf",
+        ArmName::Motion => "motion",
+    }
+}
+
 /// The plan that was asked for, and how many of its cases are made.
-fn planned(cases: CasesAsked, seed: u64) -> Result<(Counts, usize), String> {
-    let [quick, full] = [Counts::QUICK, Counts::FULL].map(|counts| (counts, Plan::from_counts(&counts, seed).len()));
+fn planned(arm: ArmName, cases: CasesAsked, seed: u64) -> Result<(Counts, usize), String> {
+    let counts = match arm {
+        ArmName::Frf => [Counts::QUICK, Counts::FULL],
+        ArmName::Motion => [motion::QUICK, motion::FULL],
+    };
+    let [quick, full] = counts.map(|counts| (counts, make::Plans::new(arm_name(arm), &counts, seed).len()));
     match cases {
         CasesAsked::Quick => Ok(quick),
         CasesAsked::Full => Ok(full),
@@ -141,28 +153,34 @@ fn planned(cases: CasesAsked, seed: u64) -> Result<(Counts, usize), String> {
 
 /// Cases of the folder, as they were sealed, or made now; `None` if making them was stopped.
 fn sealed(given: &WithheldArguments, folder: &Path, stop: &make::Flag) -> Result<Option<Seal>, String> {
-    let seed = given.seed.unwrap_or(1);
-    let (counts, cases) = planned(given.cases.unwrap_or(CasesAsked::Quick), seed)?;
     let truth = |name| if name == TruthName::Own { "own" } else { "independent" };
+    let seed = given.seed.unwrap_or(1);
+    let arm = given.arm.unwrap_or(ArmName::Frf);
+    if arm == ArmName::Motion && given.truth == Some(TruthName::Own) {
+        return Err("--truth own: the models' own cases are hammer tests alone; leave --arm motion or --truth away".into());
+    }
+    let (counts, cases) = planned(arm, given.cases.unwrap_or(CasesAsked::Quick), seed)?;
     if ["seal.json", "labels.json", "cases"].iter().any(|name| folder.join(name).exists()) {
         let (seal, _) = Seal::verified(folder)?;
         let there = &seal.generator;
         let other = given.seed.is_some_and(|seed| seed != there.seed)
+            || given.arm.is_some_and(|arm| arm_name(arm) != there.arm)
             || given.cases.is_some() && (counts, cases) != (there.counts, there.cases)
             || given.truth.is_some_and(|name| truth(name) != there.truth);
         if other {
             return Err(format!(
-                "{}: holds other cases ({}, truth {}, seed {}); leave --cases, --seed and --truth away to use them, or name another --out",
+                "{}: holds other cases ({}, arm {}, truth {}, seed {}); leave --cases, --arm, --seed and --truth away to use them, or name another --out",
                 folder.display(),
                 there.cases,
+                there.arm,
                 there.truth,
                 there.seed
             ));
         }
         return Ok(Some(seal));
     }
-    let truth = truth(given.truth.unwrap_or(TruthName::Independent)).to_string();
-    let generator = Generator { version: env!("CARGO_PKG_VERSION").into(), truth, seed, counts, cases };
+    let (arm, truth) = (arm_name(arm).to_string(), truth(given.truth.unwrap_or(TruthName::Independent)).to_string());
+    let generator = Generator { version: env!("CARGO_PKG_VERSION").into(), arm, truth, seed, counts, cases };
     on_threads(given.jobs, || make::make(folder, &generator, stop, given.output.quiet))?
 }
 

@@ -30,7 +30,8 @@ pub enum Kind {
     Unknown,
 }
 
-/// Gaps of the engineer's chain, refitted to noise-free data, in units of ln H per component. Where a wrong parameter is frozen,
+/// Gaps of the engineer's model, refitted to noise-free data: of FRFs in units of ln H per component, of motions over the measured force or
+/// tracking error. Where a wrong parameter is frozen,
 /// «with» is with it frozen and «without» with it free.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Gap {
@@ -65,6 +66,21 @@ pub struct Exact {
     pub without: Vec<Complex64>,
 }
 
+/// What is true of a hammer test.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct HammerTest {
+    /// Whether the drive holds the rotor.
+    pub rotor_held: bool,
+    /// Whether the machine is the published bench.
+    pub bench: bool,
+    /// Layout of the first measurement.
+    pub layout: Layout,
+    /// Length of the blocks.
+    pub block_s: f64,
+    /// Largest error of a noise-free H1 at a resonance.
+    pub estimator_bias: f64,
+}
+
 /// The truth behind a case.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Label {
@@ -88,9 +104,12 @@ pub struct Label {
     pub places: Vec<Place>,
     /// Band that holds most of what the effects leave after joints and nuisances are projected out.
     pub band_hz: Option<[f64; 2]>,
+    /// Phases of the motion in which the effects show, of time records.
+    #[serde(default)]
+    pub phases: Vec<String>,
     /// Gaps before and after.
     pub gap: Gap,
-    /// True values of the joints (at the reference position and level).
+    /// True values of the description's parameters (joints at the reference position and level).
     pub joints: BTreeMap<String, f64>,
     /// Parameter whose start value is wrong, and by which factor.
     pub wrong_parameter: Option<(String, f64)>,
@@ -100,16 +119,8 @@ pub struct Label {
     pub fault: Option<String>,
     /// Files of the records concerned.
     pub faulty_records: Vec<String>,
-    /// Whether the drive holds the rotor.
-    pub rotor_held: bool,
-    /// Whether the machine is the published bench.
-    pub bench: bool,
-    /// Layout of the first measurement.
-    pub layout: Layout,
-    /// Length of the blocks.
-    pub block_s: f64,
-    /// Largest error of a noise-free H1 at a resonance.
-    pub estimator_bias: f64,
+    /// What only a hammer test has.
+    pub hammer: Option<HammerTest>,
     /// Machines refused before this one.
     pub refused: usize,
     /// Noise-free curves; not written, the same seed makes them again.

@@ -16,7 +16,7 @@ mod subject;
 mod survey;
 mod write;
 
-pub use label::{Exact, Gap, Kind, Label};
+pub use label::{Exact, Gap, HammerTest, Kind, Label};
 pub use layout::{Layout, Quantity};
 pub use make::{generate, generate_one};
 pub use plan::{Counts, LOOK_ALIKES, Plan, Slot, Strength};

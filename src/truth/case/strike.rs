@@ -3,7 +3,7 @@
 use num_complex::Complex64;
 
 use super::fault::Trouble;
-use super::label::{Exact, Kind, Label};
+use super::label::{Exact, HammerTest, Kind, Label};
 use super::layout::{Layout, Quantity};
 use super::make::Choice;
 use super::measure::{Bench, as_quantity, from_accelerance, on_lines};
@@ -24,8 +24,13 @@ pub(super) fn measured(slot: &Slot, choice: &Choice, label: &mut Label, draw: &m
     };
     let quantity = offered[draw.index(offered.len())];
     let test = Bench::new(&choice.subject, &choice.setting, &choice.layout.channels(), &choice.levels, choice.spacing)?;
-    label.block_s = test.block_s();
-    label.estimator_bias = test.bias;
+    label.hammer = Some(HammerTest {
+        rotor_held: choice.subject.drawn.description.holds_rotor(),
+        bench: choice.is_bench,
+        layout: choice.layout,
+        block_s: test.block_s(),
+        estimator_bias: test.bias,
+    });
     label.exact = curves(choice, &test, quantity)?;
     let trouble = (slot.kind == Kind::HardNullBadChannel).then(|| Trouble::drawn(&test, choice.setting.band_hz, draw));
     let records = struck(choice, &test, quantity, trouble, &draw.branch(1), label)?;

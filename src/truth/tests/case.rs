@@ -67,7 +67,7 @@ fn cases_hold_what_their_labels_say() {
         assert_eq!(label.wrong_parameter.is_some(), slot.kind == Kind::HardNullWrongParameter);
         assert_eq!(label.band_hz.is_some(), !slot.effects.is_empty());
         assert_eq!(label.exact.len(), case.records.len());
-        assert!(label.estimator_bias < 0.01);
+        assert!(label.hammer.unwrap().estimator_bias < 0.01);
         assert!(!label.effects.contains(&"rotor-hold".to_owned()) || !case.description.holds_rotor());
         if slot.strength == Some(Strength::Strong) {
             assert!(label.noncentrality[0] > 60.0, "{}: {:?}", label.case, label.noncentrality);

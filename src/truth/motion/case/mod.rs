@@ -1,0 +1,19 @@
+//! Cases in motion: what is recorded, what is sealed, and how both are made.
+
+mod fault;
+mod fit;
+mod gauge;
+mod make;
+mod plan;
+mod record;
+mod rows;
+mod tour;
+mod write;
+
+pub use make::{generate, generate_one};
+pub use plan::{FULL, Plan, QUICK, Slot};
+pub use record::{Case, Record};
+pub use write::write_case;
+
+#[cfg(test)]
+pub(super) use {gauge::Gauge, make::Choice};

@@ -1,0 +1,95 @@
+//! Phases of a motion, by its reference alone.
+
+use serde::{Deserialize, Serialize};
+
+/// What the axis is doing.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Phase {
+    /// The reference rests, and has for a while.
+    Dwell,
+    /// It has just begun to move.
+    Breakaway,
+    /// It is turning round.
+    Reversal,
+    /// Its speed changes.
+    Acceleration,
+    /// Its speed stays.
+    ConstantSpeed,
+    /// It has just come to rest.
+    Settling,
+}
+
+impl Phase {
+    /// All of them.
+    pub const ALL: [Self; 6] = [Self::Dwell, Self::Breakaway, Self::Reversal, Self::Acceleration, Self::ConstantSpeed, Self::Settling];
+
+    /// Name.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Dwell => "dwell",
+            Self::Breakaway => "breakaway",
+            Self::Reversal => "reversal",
+            Self::Acceleration => "acceleration",
+            Self::ConstantSpeed => "constant-speed",
+            Self::Settling => "settling",
+        }
+    }
+}
+
+/// Time about a change of direction that belongs to it, s.
+const TURN_S: f64 = 0.06;
+
+/// Time after a start that belongs to the breakaway, s.
+const BREAK_S: f64 = 0.06;
+
+/// Time after a stop in which the axis settles, s.
+const SETTLE_S: f64 = 0.12;
+
+/// The phase of each sample of a reference.
+pub fn phases(command_m: &[f64], period_s: f64) -> Vec<Phase> {
+    let count = command_m.len();
+    let speed: Vec<f64> =
+        (0..count).map(|k| (command_m[(k + 1).min(count - 1)] - command_m[k.saturating_sub(1)]) / (2.0 * period_s)).collect();
+    let largest = speed.iter().fold(0.0, |a: f64, b| a.max(b.abs()));
+    let moves: Vec<i8> = speed.iter().map(|v| if v.abs() < 1e-4 * largest { 0 } else { v.signum() as i8 }).collect();
+    let steady = |k: usize| (speed[(k + 1).min(count - 1)] - speed[k.saturating_sub(1)]).abs() < 4e-4 * speed[k].abs();
+    let mut out: Vec<Phase> = (0..count)
+        .map(|k| match moves[k] {
+            0 => Phase::Dwell,
+            _ if steady(k) => Phase::ConstantSpeed,
+            _ => Phase::Acceleration,
+        })
+        .collect();
+    let samples = |time_s: f64| (time_s / period_s).round() as usize;
+    let mut rested = samples(1.0);
+    let mut last = 0;
+    for k in 0..count {
+        if moves[k] == 0 {
+            rested += 1;
+            continue;
+        }
+        if rested > samples(0.02) {
+            let end = (k + samples(BREAK_S)).min(count);
+            out[k..end].iter_mut().for_each(|phase| *phase = Phase::Breakaway);
+        } else if last != 0 && moves[k] != last {
+            let (from, end) = (k.saturating_sub(samples(TURN_S) / 2), (k + samples(TURN_S)).min(count));
+            out[from..end].iter_mut().for_each(|phase| *phase = Phase::Reversal);
+        }
+        (rested, last) = (0, moves[k]);
+    }
+    let mut moving = false;
+    let mut since = usize::MAX;
+    for k in 0..count {
+        if moves[k] != 0 {
+            moving = true;
+            since = 0;
+        } else if moving {
+            since += 1;
+            if since <= samples(SETTLE_S) && out[k] == Phase::Dwell {
+                out[k] = Phase::Settling;
+            }
+        }
+    }
+    out
+}

@@ -1,0 +1,61 @@
+//! Checks of the truth in motion: closed forms, energy, convergence, cases.
+
+mod case;
+mod plant;
+mod servo;
+
+use super::drive::Drive;
+use super::plant::{Axis, Contact, Friction, Growth, Spring};
+use super::run::Machine;
+
+/// A bare axis of 100 kg: no friction, no gap, no dashpots.
+fn bare() -> Axis {
+    Axis {
+        masses_kg: [35.0, 5.0, 60.0],
+        coupling: Spring { stiffness_n_m: 3e7, damping_n_s_m: 0.0 },
+        nut: Contact { stiffness_n_m: 1e8, damping_n_s_m: 0.0, gap_m: 0.0, edge_m: 5e-7 },
+        bearing: Friction::none(),
+        guide: Friction::none(),
+        pull_n: 0.0,
+        cogging: Vec::new(),
+        ripple: Vec::new(),
+        pitch: Vec::new(),
+        growth: Growth { strain: 0.0, time_s: 100.0, begun_s: 0.0, fixed_m: 0.0 },
+        scale_late_s: 0.0,
+        outside: Vec::new(),
+    }
+}
+
+/// A drive of 1 kHz without errors.
+fn drive() -> Drive {
+    Drive {
+        position_gain_1_s: 60.0,
+        velocity_gain_n_s_m: 12_000.0,
+        feed_forward: 0.0,
+        period_s: 1e-3,
+        limit_n: 1e6,
+        quantum_m: 0.0,
+        dead_time_s: 0.0,
+        lag_s: 0.0,
+        strength: 1.0,
+    }
+}
+
+/// The bare axis with friction and dashpots.
+fn machine() -> Machine {
+    let mut axis = bare();
+    axis.coupling.damping_n_s_m = 200.0;
+    axis.nut.damping_n_s_m = 500.0;
+    axis.bearing = Friction { coulomb_n: 8.0, viscous_n_s_m: 60.0, ..Friction::none() };
+    axis.guide = Friction {
+        coulomb_n: 15.0,
+        viscous_n_s_m: 120.0,
+        rise: 0.3,
+        fall_m_s: 0.01,
+        thinning: 0.05,
+        presliding_m: 5e-6,
+        ..Friction::none()
+    };
+    axis.pull_n = 3.0;
+    Machine { axis, drive: drive() }
+}
