@@ -15,6 +15,7 @@ mod lumped;
 mod lumped_command;
 mod model;
 mod motion;
+mod motion_command;
 mod page;
 mod peaks;
 mod records;
