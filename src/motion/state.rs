@@ -56,6 +56,15 @@ impl Plant {
         rub.level(along(&rub.along, v), along(&rub.along, q), load)
     }
 
+    /// Force by which what holds a friction may pass its level before it lets go: more than the rounding of the springs' forces there, so that what
+    /// lets go also moves.
+    pub fn slack(&self, rub: &Rub, y: &[f64], drive_n: f64) -> f64 {
+        let n = self.size;
+        let row = |i: usize| self.stiffness[i * n..(i + 1) * n].iter().zip(y).map(|(k, q)| (k * q).abs()).sum::<f64>();
+        let springs: f64 = rub.along.iter().map(|&(i, c)| c.abs() * row(i)).sum();
+        1e-8 * self.level(rub, y, drive_n) + 1e-14 * springs
+    }
+
     /// Rate of a bristle's relaxation at the state, 1/s.
     fn relaxation(&self, rub: &Rub, stiffness: f64, y: &[f64], drive_n: f64) -> f64 {
         let speed = along(&rub.along, &y[self.size..]).abs();
