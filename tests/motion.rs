@@ -403,6 +403,17 @@ fn refuse_steps_and_strokes_that_do_not_fit() {
     }
 }
 
+/// At rest, an integral that creeps to the limit of the friction and stays within rounding of it makes no endless events.
+#[test]
+fn regress_an_axis_at_rest_at_the_limit_of_its_friction() {
+    let text = std::fs::read_to_string("configs/servo-axis.toml").unwrap()
+        + "\n[[joint]]\nname = \"guide\"\nbetween = [\"slide\", \"ground\"]\ndamping = 200.0\nfriction = { coulomb = 60.0 }\n";
+    let curve = SCurve { from: 0.0, to: 0.5, velocity: 0.3, acceleration: 3.0, jerk: 100.0 };
+    let trace = run(&machine(&text), &curve.course(1e-3, 3.1, true).unwrap());
+    assert!(trace.complete && trace.events.len() < 500, "{}", trace.events.len());
+    assert!(trace.energy.imbalance() < 1e-6, "{:e}", trace.energy.imbalance());
+}
+
 /// Simulations share nothing: side by side they give the bits of one alone.
 #[test]
 fn the_same_bits_alone_and_side_by_side() {

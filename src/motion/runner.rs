@@ -104,12 +104,18 @@ impl Runner {
             self.mode.relaxing = steps;
             self.number = self.stepper.mode(&self.mode);
         }
+        let mut start = self.margins(At::Start);
+        if start.iter().any(|(margin, _)| *margin < 0.0) {
+            // Used up within rounding.
+            self.change(time_s)?;
+            start = self.margins(At::Start);
+        }
         let off = self.stepper.step(self.number, &self.mode, &self.y, self.drive_n, (unit, level), &self.scale);
         if off > self.tolerance && level < BENT {
             self.usual = level + 1;
             return self.halves(unit, level, time_s);
         }
-        let ends = self.ends();
+        let ends = self.ends(&start);
         if ends && level < FINEST {
             return self.halves(unit, level, time_s);
         }
@@ -141,8 +147,8 @@ impl Runner {
     }
 
     /// Whether the mode ends in the step just made: a margin is used up at its middle or end, or may have been between.
-    fn ends(&mut self) -> bool {
-        let (start, half, end) = (self.margins(At::Start), self.margins(At::Half), self.margins(At::End));
+    fn ends(&mut self, start: &[(f64, f64)]) -> bool {
+        let (half, end) = (self.margins(At::Half), self.margins(At::End));
         start.iter().zip(&half).zip(&end).any(|(((a, _), (m, _)), (b, grain))| {
             // Least value of the parabola through the three, inside the step.
             let (slope, bend) = (4.0 * m - 3.0 * a - b, 2.0 * (a - 2.0 * m + b));
