@@ -200,7 +200,7 @@ fn limit_coulomb_friction_stops_a_swing_at_its_exact_times() {
         assert!((time - (at + 1) as f64 * half_period).abs() < 1e-9, "{time}");
     }
     let rest = begin - 2.0 * level / k * turns as f64;
-    let sign = if turns % 2 == 0 { 1.0 } else { -1.0 };
+    let sign = if turns.is_multiple_of(2) { 1.0 } else { -1.0 };
     assert!((trace.samples.last().unwrap().position - sign * rest).abs() < 1e-10);
     assert!(trace.energy.imbalance() < 1e-9);
 }

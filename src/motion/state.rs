@@ -98,9 +98,9 @@ impl Plant {
         let n = self.size;
         let (q, v) = (&y[..n], &y[n..2 * n]);
         force.copy_from_slice(&self.constant);
-        for i in 0..n {
-            let (k, c) = (&self.stiffness[i * n..(i + 1) * n], &self.damping[i * n..(i + 1) * n]);
-            force[i] -= k.iter().zip(q).map(|(k, q)| k * q).sum::<f64>() + c.iter().zip(v).map(|(c, v)| c * v).sum::<f64>();
+        let rows = self.stiffness.chunks_exact(n.max(1)).zip(self.damping.chunks_exact(n.max(1)));
+        for (force, (k, c)) in force.iter_mut().zip(rows) {
+            *force -= k.iter().zip(q).map(|(k, q)| k * q).sum::<f64>() + c.iter().zip(v).map(|(c, v)| c * v).sum::<f64>();
         }
         force[self.drive] += drive_n;
         for (gap, side) in self.gaps.iter().zip(&mode.gaps).filter(|(_, side)| **side != 0) {
