@@ -154,7 +154,13 @@ pub fn estimate(rigid: &Rigid, machine: &Machine, start: &[f64], free: &[usize],
 }
 
 /// A Gauss–Newton step; parameters that it would take out of their range go to its end and the others are solved again.
-fn bounded_step(machine: &Machine, values: &[f64], free: &[usize], derivatives: &DMatrix<f64>, residual: &DVector<f64>) -> Option<Vec<f64>> {
+fn bounded_step(
+    machine: &Machine,
+    values: &[f64],
+    free: &[usize],
+    derivatives: &DMatrix<f64>,
+    residual: &DVector<f64>,
+) -> Option<Vec<f64>> {
     let mut step = vec![0.0; free.len()];
     let mut open: Vec<usize> = (0..free.len()).collect();
     let mut left = residual.clone();

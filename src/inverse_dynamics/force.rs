@@ -92,7 +92,10 @@ impl Rigid {
         let Some(drive) = &machine.drive else { return vec![0.0; motion.position_m.len()] };
         let mut inertia: f64 = machine.points.iter().zip(&self.ratios).map(|(p, r)| number(&p.inertia) * r * r).sum();
         for shaft in &machine.shafts {
-            for (kind, point) in [(Kind::Translation, shaft.stations.iter().find_map(|s| s.axial)), (Kind::Rotation, shaft.stations.iter().find_map(|s| s.torsion))] {
+            for (kind, point) in [
+                (Kind::Translation, shaft.stations.iter().find_map(|s| s.axial)),
+                (Kind::Rotation, shaft.stations.iter().find_map(|s| s.torsion)),
+            ] {
                 let ratio = point.map_or(0.0, |p| self.ratios[p]);
                 inertia += shaft.inertia(kind, values, &Operating::default()) * ratio * ratio;
             }

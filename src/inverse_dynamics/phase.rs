@@ -51,8 +51,7 @@ pub fn phases(motion: &Motion) -> Vec<Phase> {
     let largest = |x: &[f64]| x.iter().fold(0.0_f64, |m, x| m.max(x.abs()));
     let (rest, steady) = (RESTS * largest(v), STEADY * largest(a));
     let around = (AROUND_S / motion.step_s).round().max(1.0) as usize;
-    let mut phases: Vec<Phase> =
-        a.iter().map(|a| if a.abs() > steady { Phase::Acceleration } else { Phase::ConstantSpeed }).collect();
+    let mut phases: Vec<Phase> = a.iter().map(|a| if a.abs() > steady { Phase::Acceleration } else { Phase::ConstantSpeed }).collect();
     let commanded = crate::numeric::filter::central_differences(&motion.command_m);
     for i in 0..v.len() {
         if commanded[i].abs() / motion.step_s <= rest && v[i].abs() > rest {
