@@ -13,6 +13,8 @@ pub mod machine;
 
 pub mod model;
 
+pub mod motion;
+
 pub mod objective;
 
 pub mod inverse_dynamics;

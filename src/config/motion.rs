@@ -133,6 +133,8 @@ pub struct VelocityFile {
     /// `difference` of encoder readings (default), or a `tachometer`.
     #[serde(default)]
     measured: MeasuredFile,
+    /// Time (s) over which readings are differenced, a multiple of the loop's period; one period by default.
+    over_s: Option<f64>,
     /// V per m/s (or rad/s).
     gain: Number,
     /// None by default: proportional alone.
@@ -176,7 +178,7 @@ impl From<DriveFile> for DrivePatch {
             velocity: VelocityLoopPatch {
                 encoder: velocity,
                 tachometry: match v.measured {
-                    MeasuredFile::Difference => Tachometry::Difference,
+                    MeasuredFile::Difference => Tachometry::Difference(periods(v.over_s.unwrap_or(v.period_s), v.period_s)),
                     MeasuredFile::Tachometer => Tachometry::Direct,
                 },
                 gain: v.gain.into(),
@@ -186,4 +188,11 @@ impl From<DriveFile> for DrivePatch {
             },
         }
     }
+}
+
+/// How many periods a time is; 0 where it is no multiple of them, which the machine refuses.
+fn periods(time_s: f64, period_s: f64) -> usize {
+    let ratio = time_s / period_s;
+    let whole = ratio.round();
+    if (ratio - whole).abs() < 1e-6 * whole && whole < 1e6 { whole as usize } else { 0 }
 }

@@ -30,8 +30,8 @@ pub struct PositionLoop {
 /// How a velocity is measured.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Tachometry {
-    /// From one reading of the encoder to the next.
-    Difference,
+    /// By the encoder's readings now and this many periods of the loop ago.
+    Difference(usize),
     /// Itself, by a tachometer; the encoder's step does not show.
     Direct,
 }

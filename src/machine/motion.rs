@@ -253,6 +253,9 @@ impl Machine {
                 format!("{position_s} s is no multiple of the velocity loop's period of {velocity_s} s; write one that is"),
             ));
         }
+        if drive.velocity.tachometry == Tachometry::Difference(0) {
+            return Err(fault("drive.velocity.over_s", "is no multiple of the loop's period; write one that is, or leave it out"));
+        }
         for (key, point) in [("on", drive.on), ("position.at", drive.position.encoder.at), ("velocity.at", drive.velocity.encoder.at)] {
             if self.points[point].fixed {
                 let known = listing(self.points.iter().filter(|p| !p.fixed).map(|p| p.name.as_str()));

@@ -1,0 +1,188 @@
+//! Forces on a plant in one mode of its friction and play, and the energy it holds and loses.
+
+use super::element::{Load, Rub, along, pull};
+use super::plant::Plant;
+
+/// In which form each law acts.
+#[derive(Debug, Clone, PartialEq, Eq, Hash, Default)]
+pub struct Mode {
+    /// Frictions: sliding forward (1) or backward (−1), sticking (0); those with bristles stay 0.
+    pub rubs: Vec<i8>,
+    /// Plays: in contact on the upper (1) or lower (−1) side, free (0).
+    pub gaps: Vec<i8>,
+    /// Rate at which the linear part lets bristles relax: 2^(n/2) of it 1/s, `None` for none.
+    pub relaxing: Vec<Option<i16>>,
+}
+
+/// What of the forces is asked for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Part {
+    /// What is linear, with what is constant.
+    Linear,
+    /// All.
+    Whole,
+}
+
+/// Rate (1/s) of a bristle's step on the ladder.
+fn ladder(step: Option<i16>) -> f64 {
+    step.map_or(0.0, |n| 2.0_f64.powf(0.5 * f64::from(n)))
+}
+
+impl Plant {
+    /// Whether everything is linear between events.
+    pub fn is_linear(&self) -> bool {
+        self.ripple.is_flat() && self.leads.is_empty() && self.rubs.iter().all(|r| r.is_level() && r.bristle.is_none())
+    }
+
+    /// The level of a friction.
+    pub fn level(&self, rub: &Rub, y: &[f64], drive_n: f64) -> f64 {
+        let (q, v) = y.split_at(self.size);
+        let load = match &rub.load {
+            _ if rub.load_share == 0.0 => 0.0,
+            Load::Drive => drive_n,
+            Load::Joint(of, stiffness, damping, half) => {
+                let stretch = along(of, q);
+                let beyond = stretch - stretch.clamp(-half, *half);
+                if beyond == 0.0 && *half > 0.0 { 0.0 } else { stiffness * beyond + damping * along(of, v) }
+            }
+        };
+        rub.level(along(&rub.along, v), along(&rub.along, q), load)
+    }
+
+    /// Rate of a bristle's relaxation at the state, 1/s.
+    fn relaxation(&self, rub: &Rub, stiffness: f64, y: &[f64], drive_n: f64) -> f64 {
+        let speed = along(&rub.along, &y[self.size..]).abs();
+        let level = self.level(rub, y, drive_n).max(f64::MIN_POSITIVE);
+        if speed == 0.0 { 0.0 } else { stiffness * speed / level }
+    }
+
+    /// The bristles' ladder steps at a state: what is relaxed over a step τ by less than a tenth is left to the parabola.
+    pub fn ladder_steps(&self, y: &[f64], drive_n: f64, tau_s: f64, steps: &mut Vec<Option<i16>>) {
+        steps.clear();
+        for rub in &self.rubs {
+            let Some(bristle) = rub.bristle else { continue };
+            let rate = self.relaxation(rub, bristle.stiffness, y, drive_n);
+            steps.push((rate * tau_s > 0.1).then(|| (2.0 * rate.log2()).round().clamp(-400.0, 400.0) as i16));
+        }
+    }
+
+    /// Forces of everything but what sticks, and the rates of bristles and relaxing forces into `rate[2·size..]`.
+    pub fn forces(&self, mode: &Mode, y: &[f64], drive_n: f64, part: Part, force: &mut [f64], rate: &mut [f64]) {
+        let n = self.size;
+        let (q, v) = (&y[..n], &y[n..2 * n]);
+        force.copy_from_slice(&self.constant);
+        for i in 0..n {
+            let (k, c) = (&self.stiffness[i * n..(i + 1) * n], &self.damping[i * n..(i + 1) * n]);
+            force[i] -= k.iter().zip(q).map(|(k, q)| k * q).sum::<f64>() + c.iter().zip(v).map(|(c, v)| c * v).sum::<f64>();
+        }
+        force[self.drive] += drive_n;
+        for (gap, side) in self.gaps.iter().zip(&mode.gaps).filter(|(_, side)| **side != 0) {
+            let beyond = along(&gap.along, q) - f64::from(*side) * gap.half;
+            pull(&gap.along, gap.stiffness * beyond + gap.damping * along(&gap.along, v), force);
+        }
+        let mut bristles = mode.relaxing.iter();
+        for (rub, sign) in self.rubs.iter().zip(&mode.rubs) {
+            let velocity = along(&rub.along, v);
+            match rub.bristle {
+                Some(bristle) => {
+                    let z = y[bristle.at];
+                    let linear = ladder(bristles.next().copied().flatten());
+                    let relaxed = if part == Part::Linear { linear } else { self.relaxation(rub, bristle.stiffness, y, drive_n) };
+                    let slip = velocity - relaxed * z;
+                    rate[bristle.at] = slip;
+                    let uneven = if part == Part::Linear { 0.0 } else { rub.asymmetry * velocity.abs() };
+                    pull(&rub.along, bristle.stiffness * z + bristle.damping * slip + uneven, force);
+                }
+                None if *sign != 0 => {
+                    let level = match part {
+                        Part::Linear if !rub.is_level() => 0.0,
+                        _ => self.level(rub, y, drive_n),
+                    };
+                    let sign = f64::from(*sign);
+                    pull(&rub.along, sign * (level + rub.asymmetry * velocity), force);
+                }
+                None => {}
+            }
+        }
+        for relaxing in &self.relaxing {
+            let held = y[relaxing.at];
+            pull(&relaxing.along, held, force);
+            rate[relaxing.at] = relaxing.stiffness * (along(&relaxing.along, v) - held / relaxing.damping);
+        }
+        if part == Part::Linear {
+            return;
+        }
+        force[self.drive] += self.ripple.at(q[self.drive]).0;
+        for lead in &self.leads {
+            let ((error, slope), plain) = (lead.wave.at(q[lead.travel]), (along(&lead.along, q), along(&lead.along, v)));
+            let linear = lead.stiffness * plain.0 + lead.damping * plain.1;
+            let true_force = lead.stiffness * (plain.0 - error) + lead.damping * (plain.1 - slope * v[lead.travel]);
+            pull(&lead.along, true_force - linear, force);
+            force[lead.travel] += slope * true_force;
+        }
+    }
+
+    /// Energy stored in masses, springs, bristles and constant forces (J).
+    pub fn stored_j(&self, mode: &Mode, y: &[f64]) -> f64 {
+        let n = self.size;
+        let (q, v) = (&y[..n], &y[n..2 * n]);
+        let mut twice = 0.0;
+        for i in 0..n {
+            let k = &self.stiffness[i * n..(i + 1) * n];
+            twice += self.mass[i] * v[i] * v[i] + q[i] * k.iter().zip(q).map(|(k, q)| k * q).sum::<f64>() - 2.0 * self.constant[i] * q[i];
+        }
+        for (gap, side) in self.gaps.iter().zip(&mode.gaps).filter(|(_, side)| **side != 0) {
+            twice += gap.stiffness * (along(&gap.along, q) - f64::from(*side) * gap.half).powi(2);
+        }
+        twice += self.rubs.iter().filter_map(|r| r.bristle).map(|b| b.stiffness * y[b.at].powi(2)).sum::<f64>();
+        twice += self.relaxing.iter().map(|r| y[r.at].powi(2) / r.stiffness).sum::<f64>();
+        for lead in &self.leads {
+            let (error, stretch) = (lead.wave.at(q[lead.travel]).0, along(&lead.along, q));
+            twice += lead.stiffness * ((stretch - error).powi(2) - stretch * stretch);
+        }
+        0.5 * twice - self.ripple.potential(q[self.drive])
+    }
+
+    /// Power lost in dampers and in friction that is not level and sliding, and the rate of travel of that which is (W): the travel of a
+    /// level friction is known exactly at both ends of a step.
+    pub fn lost_w(&self, mode: &Mode, y: &[f64], drive_n: f64) -> f64 {
+        let n = self.size;
+        let (q, v) = (&y[..n], &y[n..2 * n]);
+        let mut lost = 0.0;
+        for i in 0..n {
+            let c = &self.damping[i * n..(i + 1) * n];
+            lost += v[i] * c.iter().zip(v).map(|(c, v)| c * v).sum::<f64>();
+        }
+        for (gap, _) in self.gaps.iter().zip(&mode.gaps).filter(|(_, side)| **side != 0) {
+            lost += gap.damping * along(&gap.along, v).powi(2);
+        }
+        for (rub, sign) in self.rubs.iter().zip(&mode.rubs) {
+            let velocity = along(&rub.along, v);
+            match rub.bristle {
+                Some(bristle) => {
+                    let z = y[bristle.at];
+                    let slip = velocity - self.relaxation(rub, bristle.stiffness, y, drive_n) * z;
+                    lost += bristle.stiffness * z * (velocity - slip) + bristle.damping * slip * velocity;
+                    lost += rub.asymmetry * velocity.abs() * velocity;
+                }
+                None => {
+                    let level = if rub.is_level() { 0.0 } else { self.level(rub, y, drive_n) };
+                    lost += f64::from(*sign) * (level + rub.asymmetry * velocity) * velocity;
+                }
+            }
+        }
+        lost += self.relaxing.iter().map(|r| y[r.at].powi(2) / r.damping).sum::<f64>();
+        for lead in &self.leads {
+            let slope = lead.wave.at(q[lead.travel]).1;
+            let plain = along(&lead.along, v);
+            lost += lead.damping * ((plain - slope * v[lead.travel]).powi(2) - plain * plain);
+        }
+        lost
+    }
+
+    /// Energy lost in level friction between two states of one mode (J).
+    pub fn rubbed_j(&self, mode: &Mode, from: &[f64], to: &[f64]) -> f64 {
+        let level = self.rubs.iter().zip(&mode.rubs).filter(|(rub, _)| rub.is_level() && rub.bristle.is_none());
+        level.map(|(rub, sign)| f64::from(*sign) * rub.coulomb * (along(&rub.along, to) - along(&rub.along, from))).sum()
+    }
+}

@@ -1,0 +1,256 @@
+//! One step of a plant in one mode: exact where the mode is linear, with a parabola of what is not elsewhere.
+
+use std::collections::HashMap;
+
+use super::element::along;
+use super::flow::{Flow, add_product};
+use super::plant::Plant;
+use super::state::{Mode, Part};
+
+/// Iterations of the parabola before a step counts as too long.
+const ITERATIONS: usize = 12;
+
+/// A mode's linear equations ẏ = A·y + constant + drive·F, and what holds those that stick.
+#[derive(Debug, Clone)]
+struct Equations {
+    a: Vec<f64>,
+    constant: Vec<f64>,
+    drive: Vec<f64>,
+    /// Which frictions stick, and the rows that give the force on each from the forces on the coordinates.
+    held: Vec<usize>,
+    holding: Vec<f64>,
+    /// Steps by unit and level.
+    steps: HashMap<(u8, u8), Step>,
+}
+
+#[derive(Debug, Clone)]
+struct Step {
+    flow: Flow,
+    constant: Vec<f64>,
+    drive: Vec<f64>,
+}
+
+/// A plant with the equations of every mode it has been in.
+#[derive(Debug)]
+pub struct Stepper {
+    pub plant: Plant,
+    modes: HashMap<Mode, usize>,
+    equations: Vec<Equations>,
+    /// Lengths (s) whose halves of halves are stepped over.
+    pub units_s: Vec<f64>,
+    linear: bool,
+    force: Vec<f64>,
+    scratch: [Vec<f64>; 6],
+    pub half: Vec<f64>,
+    pub end: Vec<f64>,
+}
+
+impl Stepper {
+    pub fn new(plant: Plant, units_s: Vec<f64>) -> Self {
+        let (n, s) = (plant.size, plant.states);
+        Stepper {
+            linear: plant.is_linear(),
+            modes: HashMap::new(),
+            equations: Vec::new(),
+            units_s,
+            force: vec![0.0; n],
+            scratch: std::array::from_fn(|_| vec![0.0; s]),
+            half: vec![0.0; s],
+            end: vec![0.0; s],
+            plant,
+        }
+    }
+
+    /// The equations of a mode, by number.
+    pub fn mode(&mut self, mode: &Mode) -> usize {
+        if let Some(at) = self.modes.get(mode) {
+            return *at;
+        }
+        let made = self.make(mode);
+        self.equations.push(made);
+        self.modes.insert(mode.clone(), self.equations.len() - 1);
+        self.equations.len() - 1
+    }
+
+    fn make(&self, mode: &Mode) -> Equations {
+        let (n, s) = (self.plant.size, self.plant.states);
+        let held: Vec<usize> = (0..mode.rubs.len()).filter(|i| mode.rubs[*i] == 0 && self.plant.rubs[*i].bristle.is_none()).collect();
+        let mut equations = Equations {
+            a: vec![0.0; s * s],
+            constant: Vec::new(),
+            drive: Vec::new(),
+            holding: self.holding(&held),
+            held,
+            steps: HashMap::new(),
+        };
+        let mut force = vec![0.0; n];
+        let mut at = |y: &[f64], drive_n: f64| {
+            let mut rate = vec![0.0; s];
+            self.rate_of(&equations, mode, y, drive_n, Part::Linear, &mut force, &mut rate);
+            rate
+        };
+        let mut y = vec![0.0; s];
+        let constant = at(&y, 0.0);
+        let drive: Vec<f64> = at(&y, 1.0).iter().zip(&constant).map(|(a, b)| a - b).collect();
+        let mut a = vec![0.0; s * s];
+        for j in 0..s {
+            y[j] = 1.0;
+            for (i, (x, c)) in at(&y, 0.0).iter().zip(&constant).enumerate() {
+                a[i * s + j] = x - c;
+            }
+            y[j] = 0.0;
+        }
+        (equations.a, equations.constant, equations.drive) = (a, constant, drive);
+        equations
+    }
+
+    /// −(C·M⁻¹·Cᵀ)⁻¹·C·M⁻¹: the forces that hold, of the forces on the coordinates.
+    fn holding(&self, held: &[usize]) -> Vec<f64> {
+        let (n, m) = (self.plant.size, held.len());
+        let row = |i: usize| {
+            let mut row = vec![0.0; n];
+            self.plant.rubs[held[i]].along.iter().for_each(|&(j, c)| row[j] = c);
+            row
+        };
+        let rows: Vec<Vec<f64>> = (0..m).map(row).collect();
+        let inverse = |j: usize| 1.0 / self.plant.mass[j];
+        let gram = nalgebra::DMatrix::from_fn(m, m, |a, b| (0..n).map(|j| rows[a][j] * inverse(j) * rows[b][j]).sum());
+        let right = nalgebra::DMatrix::from_fn(m, n, |a, j| -rows[a][j] * inverse(j));
+        // Frictions on independent motions: no two rub on one and the same.
+        let solved = gram.clone().lu().solve(&right).unwrap_or(right);
+        solved.transpose().as_slice().to_vec()
+    }
+
+    /// ẏ of a mode.
+    #[expect(clippy::too_many_arguments, reason = "state, mode and room for the result")]
+    fn rate_of(&self, equations: &Equations, mode: &Mode, y: &[f64], drive_n: f64, part: Part, force: &mut [f64], rate: &mut [f64]) {
+        let n = self.plant.size;
+        self.plant.forces(mode, y, drive_n, part, force, rate);
+        let holding: Vec<f64> =
+            equations.holding.chunks_exact(n.max(1)).map(|row| row.iter().zip(force.iter()).map(|(r, f)| r * f).sum()).collect();
+        for (at, holding) in equations.held.iter().zip(holding) {
+            self.plant.rubs[*at].along.iter().for_each(|&(j, c)| force[j] += c * holding);
+        }
+        for i in 0..n {
+            rate[i] = y[n + i];
+            rate[n + i] = force[i] / self.plant.mass[i];
+        }
+    }
+
+    /// Force on each friction that sticks, as the friction gives it, by friction.
+    pub fn held(&mut self, number: usize, mode: &Mode, y: &[f64], drive_n: f64, mut each: impl FnMut(usize, f64)) {
+        let mut force = std::mem::take(&mut self.force);
+        let mut rate = std::mem::take(&mut self.scratch[0]);
+        self.plant.forces(mode, y, drive_n, Part::Whole, &mut force, &mut rate);
+        let equations = &self.equations[number];
+        for (at, row) in equations.held.iter().zip(equations.holding.chunks_exact(self.plant.size.max(1))) {
+            each(*at, -row.iter().zip(&force).map(|(r, f)| r * f).sum::<f64>());
+        }
+        (self.force, self.scratch[0]) = (force, rate);
+    }
+
+    /// Takes the rates of what sticks out of a state.
+    pub fn rest(&mut self, number: usize, y: &mut [f64]) {
+        let n = self.plant.size;
+        let momentum: Vec<f64> = (0..n).map(|i| self.plant.mass[i] * y[n + i]).collect();
+        let equations = &self.equations[number];
+        for (at, row) in equations.held.iter().zip(equations.holding.chunks_exact(n.max(1))) {
+            let impulse: f64 = row.iter().zip(&momentum).map(|(r, p)| r * p).sum();
+            self.plant.rubs[*at].along.iter().for_each(|&(j, c)| y[n + j] += c * impulse / self.plant.mass[j]);
+        }
+    }
+
+    fn prepare(&mut self, number: usize, unit: u8, level: u8) {
+        let (s, tau) = (self.plant.states, self.units_s[usize::from(unit)] * 0.5_f64.powi(i32::from(level)));
+        let equations = &mut self.equations[number];
+        if !equations.steps.contains_key(&(unit, level)) {
+            let flow = Flow::new(&equations.a, s, tau);
+            let by = |x: &[f64]| {
+                let mut y = vec![0.0; s];
+                add_product(&flow.forced[0], x, &mut y);
+                y
+            };
+            let step = Step { constant: by(&equations.constant), drive: by(&equations.drive), flow };
+            equations.steps.insert((unit, level), step);
+        }
+    }
+
+    /// Steps over 2^−level of a unit; leaves the middle in `half` and the end in `end`. Gives what the parabola may be off, relative to
+    /// `scale`; infinite where it was not found.
+    pub fn step(&mut self, number: usize, mode: &Mode, y: &[f64], drive_n: f64, (unit, level): (u8, u8), scale: &[f64]) -> f64 {
+        self.prepare(number, unit, level);
+        self.prepare(number, unit, level + 1);
+        let (mut half, mut end) = (std::mem::take(&mut self.half), std::mem::take(&mut self.end));
+        let equations = &self.equations[number];
+        let (whole, part) = (&equations.steps[&(unit, level)], &equations.steps[&(unit, level + 1)]);
+        let plain = |step: &Step, from: &[f64], to: &mut [f64]| {
+            to.iter_mut().zip(step.constant.iter().zip(&step.drive)).for_each(|(y, (c, d))| *y = c + d * drive_n);
+            add_product(&step.flow.phi, from, to);
+        };
+        plain(part, y, &mut half);
+        if self.linear {
+            plain(part, &half, &mut end);
+            (self.half, self.end) = (half, end);
+            return 0.0;
+        }
+        plain(whole, y, &mut end);
+        let tau = self.units_s[usize::from(unit)] * 0.5_f64.powi(i32::from(level));
+        let mut force = std::mem::take(&mut self.force);
+        let mut scratch = std::mem::take(&mut self.scratch);
+        let [start, middle, last, linear, half_plain, end_plain] = &mut scratch;
+        half_plain.copy_from_slice(&half);
+        end_plain.copy_from_slice(&end);
+        let mut bent = |y: &[f64], into: &mut Vec<f64>| {
+            self.rate_of(equations, mode, y, drive_n, Part::Whole, &mut force, into);
+            linear.iter_mut().zip(equations.constant.iter().zip(&equations.drive)).for_each(|(x, (c, d))| *x = c + d * drive_n);
+            add_product(&equations.a, y, linear);
+            into.iter_mut().zip(linear.iter()).for_each(|(x, l)| *x -= l);
+        };
+        bent(y, start);
+        middle.copy_from_slice(start);
+        last.copy_from_slice(start);
+        let mut off = f64::INFINITY;
+        for iteration in 0..ITERATIONS {
+            // f = f₀ + f₁·t + f₂·t²/2 through start, middle and last.
+            let f1: Vec<f64> = (0..start.len()).map(|i| (4.0 * middle[i] - 3.0 * start[i] - last[i]) / tau).collect();
+            let f2: Vec<f64> = (0..start.len()).map(|i| 4.0 * (start[i] - 2.0 * middle[i] + last[i]) / (tau * tau)).collect();
+            let mut moved: f64 = 0.0;
+            for (step, plain, to) in [(part, &*half_plain, &mut half), (whole, &*end_plain, &mut end)] {
+                let mut next = plain.clone();
+                for (p, f) in step.flow.forced.iter().zip([&*start, &f1, &f2]) {
+                    add_product(p, f, &mut next);
+                }
+                moved = next.iter().zip(to.iter()).zip(scale).map(|((a, b), s)| (a - b).abs() / s).fold(moved, f64::max);
+                to.copy_from_slice(&next);
+            }
+            if !moved.is_finite() {
+                break;
+            }
+            if iteration > 0 && moved < 1e-11 {
+                let mut third = vec![0.0; start.len()];
+                add_product(&whole.flow.forced[2], &f2, &mut third);
+                off = third.iter().zip(scale).map(|(x, s)| x.abs() / s).fold(0.0, f64::max);
+                break;
+            }
+            bent(&half, middle);
+            bent(&end, last);
+        }
+        (self.half, self.end, self.force, self.scratch) = (half, end, force, scratch);
+        off
+    }
+
+    /// Rate of each sliding friction in its direction, by friction.
+    pub fn sliding(&self, mode: &Mode, y: &[f64], mut each: impl FnMut(usize, f64)) {
+        for (at, (rub, sign)) in self.plant.rubs.iter().zip(&mode.rubs).enumerate().filter(|(_, (_, sign))| **sign != 0) {
+            each(at, f64::from(*sign) * along(&rub.along, &y[self.plant.size..]));
+        }
+    }
+
+    /// How far each play is inside its state: depth of contact, or distance to the nearer side.
+    pub fn playing(&self, mode: &Mode, y: &[f64], mut each: impl FnMut(usize, f64)) {
+        for (at, (gap, side)) in self.plant.gaps.iter().zip(&mode.gaps).enumerate() {
+            let stretch = along(&gap.along, &y[..self.plant.size]);
+            each(at, if *side == 0 { gap.half - stretch.abs() } else { f64::from(*side) * stretch - gap.half });
+        }
+    }
+}

@@ -1,0 +1,434 @@
+//! Motion in time: against closed forms, exact events, energy, and the records of a real axis.
+
+use std::f64::consts::{PI, TAU};
+use std::path::Path;
+
+use jointid::config::read_machine_text;
+use jointid::machine::{Machine, Operating};
+use jointid::measurement::read_motion;
+use jointid::motion::{Course, Event, EventKind, MotionError, SCurve, Settings, Sine, Trace, simulate, simulate_record};
+use nalgebra::{DMatrix, DVector};
+
+/// A drive whose loops do nothing: its force is what the course adds, in N.
+const OPEN_LOOP: &str = "constant = 1.0\nposition = { gain_per_s = 0.0, period_s = 1e-3 }\nvelocity = { gain = 0.0, period_s = 1e-3 }\n";
+
+fn machine(text: &str) -> Machine {
+    read_machine_text("axis.toml", text, &[], &[]).unwrap_or_else(|e| panic!("{e}")).machine
+}
+
+fn run_with(machine: &Machine, course: &Course, settings: &Settings) -> Trace {
+    simulate(machine, &machine.start(), course, settings, &|| true).unwrap_or_else(|e| panic!("{e}"))
+}
+
+fn run(machine: &Machine, course: &Course) -> Trace {
+    run_with(machine, course, &Settings { bound: Some(f64::INFINITY), ..Settings::default() })
+}
+
+/// A course that commands nothing and adds volts.
+fn pushed(added: Vec<f64>) -> Course {
+    Course { added: added.clone(), ..Course::new(1e-3, vec![0.0; added.len()]) }
+}
+
+fn times(trace: &Trace, kind: EventKind) -> Vec<f64> {
+    trace.events.iter().filter(|e| e.kind == kind).map(|e| e.time_s).collect()
+}
+
+/// Motor on a spring and damper to a table: PI velocity loop with both feed-forwards, sampled at two rates.
+const TWO_MASSES: &str = r#"
+title = "two masses"
+[[point]]
+name = "motor"
+motion = "rotation"
+inertia_kg_m2 = 2e-3
+[[point]]
+name = "table"
+motion = "translation"
+mass_kg = 150.0
+[[joint]]
+name = "nut"
+on = { table = 1.0, motor = -3.183098861837907e-3 }
+stiffness = 4e7
+damping = 3e3
+[[joint]]
+name = "guide"
+between = ["table", "ground"]
+damping = 120.0
+[drive]
+on = "motor"
+constant = 0.6
+[drive.position]
+at = "table"
+gain_per_s = 60.0
+feed_forward = 0.8
+period_s = 1e-3
+[drive.velocity]
+at = "motor"
+lead_m = 0.02
+gain = 150.0
+integral_time_s = 0.02
+acceleration_feed_forward = 2.0
+period_s = 2.5e-4
+"#;
+
+#[test]
+fn limit_a_linear_machine_is_its_matrix_exponential() {
+    let machine = machine(TWO_MASSES);
+    let curve = SCurve { from: 0.0, to: 0.05, velocity: 0.4, acceleration: 8.0, jerk: 400.0 };
+    let course = curve.course(1e-3, 0.01, false).unwrap();
+    let trace = run(&machine, &course);
+    // The same by nalgebra's matrix exponential and the loops written out.
+    let (j, m, k, d, g, i) = (2e-3, 150.0, 4e7, 3e3, 120.0, 0.02 / TAU);
+    let a = DMatrix::from_row_slice(
+        5,
+        5,
+        &[
+            0.0, 0.0, 1.0, 0.0, 0.0, //
+            0.0, 0.0, 0.0, 1.0, 0.0, //
+            -k * i * i / j, k * i / j, -d * i * i / j, d * i / j, 1.0 / j, //
+            k * i / m, -k / m, d * i / m, -(d + g) / m, 0.0, //
+            0.0, 0.0, 0.0, 0.0, 0.0,
+        ],
+    );
+    let step = (a * 2.5e-4).exp();
+    let mut y = DVector::zeros(5);
+    let (mut integral, mut reference, mut acceleration, mut rate, mut before) = (0.0, 0.0, 0.0, 0.0, 0.0);
+    let largest = course.command.last().unwrap().abs();
+    for (tick, sample) in trace.samples.iter().enumerate() {
+        assert!((sample.points[1] - y[1]).abs() < 1e-8 * largest, "{tick}: {} against {}", sample.points[1], y[1]);
+        assert!((sample.points[0] * i - y[0] * i).abs() < 1e-8 * largest);
+        if tick % 4 == 0 {
+            let at = tick / 4;
+            let last = if at == 0 { 0.0 } else { course.command[at - 1] };
+            let now = (course.command[at] - last) / 1e-3;
+            acceleration = if tick == 0 { 0.0 } else { (now - rate) / 1e-3 };
+            rate = now;
+            reference = 60.0 * (course.command[at] - y[1]) + 0.8 * rate;
+        }
+        let error = reference - (y[0] * i - before) / 2.5e-4;
+        before = y[0] * i;
+        y[4] = 0.6 * (150.0 * (error + integral) + 2.0 * acceleration);
+        assert!((sample.force - y[4]).abs() < 1e-8 * 0.6 * 150.0 * 0.4, "{tick}");
+        integral += error * 2.5e-4 / 0.02;
+        y = &step * y;
+    }
+    assert!(trace.complete && trace.energy.imbalance() < 1e-6, "{}", trace.energy.imbalance());
+}
+
+/// A mass that a belt drags against a spring: captured, held up to the static friction, slipping back. Events in closed form.
+#[test]
+fn limit_stick_and_slip_on_a_belt_at_its_exact_events() {
+    let (m, k, kinetic, still, belt): (f64, f64, f64, f64, f64) = (2.0, 800.0, 6.0, 9.0, 0.1);
+    let machine = machine(&format!(
+        r#"
+title = "mass on a belt"
+point = [
+    {{ name = "table", motion = "translation", mass_kg = {m} }},
+    {{ name = "belt", motion = "translation", mass_kg = 1e12 }},
+]
+[[joint]]
+name = "spring"
+between = ["table", "ground"]
+stiffness = {k}
+[[joint]]
+name = "felt"
+between = ["table", "belt"]
+friction = {{ coulomb = {kinetic}, stribeck = {}, stribeck_velocity = 1e-9 }}
+[drive]
+on = "belt"
+{OPEN_LOOP}"#,
+        still - kinetic
+    ));
+    let course = Course { start_velocity: Some(belt), ..Course::new(1e-3, vec![0.0; 2001]) };
+    let trace = run(&machine, &course);
+    let omega = (k / m).sqrt();
+    // From rest the kinetic friction drags the mass to the belt's velocity.
+    let captured = (belt * k / (kinetic * omega)).asin() / omega;
+    let at_capture = kinetic / k * (1.0 - (omega * captured).cos());
+    let mut slips = captured + (still / k - at_capture) / belt;
+    let mut expected = vec![(captured, EventKind::Sticks), (slips, EventKind::Slides)];
+    let excess = still - kinetic;
+    while slips < 2.0 {
+        let sticks = slips + 2.0 / omega * (PI - (excess * omega / (k * belt)).atan());
+        slips = sticks + 2.0 * excess / (k * belt);
+        expected.extend([(sticks, EventKind::Sticks), (slips, EventKind::Slides)]);
+    }
+    expected.retain(|(t, _)| *t < 2.0);
+    assert!(expected.len() > 12);
+    let found: Vec<&Event> = trace.events.iter().collect();
+    assert_eq!(found.len(), expected.len(), "{found:?}\n{expected:?}");
+    for (found, (time_s, kind)) in found.iter().zip(expected) {
+        assert_eq!(found.kind, kind);
+        assert!((found.time_s - time_s).abs() < 1e-7, "{} against {time_s}", found.time_s);
+    }
+}
+
+/// A mass on a spring with Coulomb friction loses 2·F/k of its swing at each turn, and stops where the spring no longer moves it.
+#[test]
+fn limit_coulomb_friction_stops_a_swing_at_its_exact_times() {
+    let (m, k, level): (f64, f64, f64) = (3.0, 1200.0, 5.0);
+    let machine = machine(&format!(
+        "title = \"swing\"\n[[point]]\nname = \"table\"\nmotion = \"translation\"\nmass_kg = {m}\n[[joint]]\nname = \"guide\"\nbetween = [\"table\", \"ground\"]\nstiffness = {k}\nfriction = {{ coulomb = {level} }}\n[drive]\non = \"table\"\n{OPEN_LOOP}"
+    ));
+    let begin = 0.05;
+    let course = Course { start_position: Some(begin), ..Course::new(1e-3, vec![0.0; 1500]) };
+    let trace = run(&machine, &course);
+    let half_period = PI / (k / m).sqrt();
+    let turns = ((begin - level / k) / (2.0 * level / k)).ceil() as usize;
+    let reversals = times(&trace, EventKind::Reverses);
+    assert_eq!(reversals.len(), turns - 1);
+    for (at, time) in reversals.iter().chain(&times(&trace, EventKind::Sticks)).enumerate() {
+        assert!((time - (at + 1) as f64 * half_period).abs() < 1e-9, "{time}");
+    }
+    let rest = begin - 2.0 * level / k * turns as f64;
+    let sign = if turns % 2 == 0 { 1.0 } else { -1.0 };
+    assert!((trace.samples.last().unwrap().position - sign * rest).abs() < 1e-10);
+    assert!(trace.energy.imbalance() < 1e-9);
+}
+
+/// Through the play in free flight, then a collision of two masses under a steady push.
+#[test]
+fn limit_play_is_crossed_and_left_in_closed_form() {
+    let (m1, m2, k, gap, push): (f64, f64, f64, f64, f64) = (20.0, 60.0, 3e6, 4e-4, 50.0);
+    let machine = machine(&format!(
+        r#"
+title = "play"
+point = [
+    {{ name = "motor", motion = "translation", mass_kg = {m1} }},
+    {{ name = "table", motion = "translation", mass_kg = {m2} }},
+]
+[[joint]]
+name = "nut"
+between = ["motor", "table"]
+stiffness = {k}
+gap = {gap}
+[drive]
+on = "motor"
+{OPEN_LOOP}"#
+    ));
+    let trace = run(&machine, &pushed(vec![push; 60]));
+    let hit = (gap * m1 / push).sqrt();
+    let speed = push / m1 * hit;
+    // Depth p of contact: p̈ = push/m1 − k·p/µ.
+    let reduced = m1 * m2 / (m1 + m2);
+    let (omega, rest) = ((k / reduced).sqrt(), push / m1 * reduced / k);
+    let leave = hit + 2.0 / omega * (PI - (rest * omega / speed).atan()) - 2.0 / omega * 0.0;
+    let depth = |t: f64| rest * (1.0 - (omega * t).cos()) + speed / omega * (omega * t).sin();
+    // First return of the depth to 0, by bisection on its closed form.
+    let (mut low, mut high) = (0.5 * PI / omega, 1.5 * PI / omega);
+    for _ in 0..100 {
+        let middle = 0.5 * (low + high);
+        if depth(middle) > 0.0 { low = middle } else { high = middle }
+    }
+    let leave = if leave.is_finite() { hit + low } else { leave };
+    let (closes, opens) = (times(&trace, EventKind::Closes), times(&trace, EventKind::Opens));
+    assert!((closes[0] - hit).abs() < 1e-10, "{} against {hit}", closes[0]);
+    assert!((opens[0] - leave).abs() < 1e-10, "{} against {leave}", opens[0]);
+    assert!(trace.energy.imbalance() < 1e-9);
+}
+
+/// Everything at once: energy supplied is stored or lost.
+#[test]
+fn limit_energy_is_stored_or_lost() {
+    let text = TWO_MASSES
+        .replace("damping = 120.0", "damping = 120.0\nfriction = { coulomb = 40.0, stribeck = 20.0, stribeck_velocity = 2e-3, offset = 3.0, viscous_asymmetry = 20.0, position = { sine = 5.0, period = 0.01 }, load_share = 0.02, load_of = \"nut\" }")
+        .replace("stiffness = 4e7", "stiffness = 4e7\ngap = 1e-5");
+    let sine = Sine { centre: 0.0, amplitude: 0.01, frequency_hz: 2.0, periods: 2.0 }.course(1e-3).unwrap();
+    let trace = run(&machine(&text), &sine);
+    assert!(trace.energy.imbalance() < 1e-6, "{:e}", trace.energy.imbalance());
+    let kinds = [EventKind::Sticks, EventKind::Slides, EventKind::Closes, EventKind::Opens];
+    assert!(kinds.iter().all(|k| !times(&trace, *k).is_empty()), "{:?}", trace.events.len());
+    // With bristles and an error of the lead for play and sticking.
+    let text = text
+        .replace("coulomb = 40.0,", "coulomb = 40.0, presliding_stiffness = 2e7, presliding_damping = 2e3,")
+        .replace("gap = 1e-5", "lead_error = { growth = 1e-4, wave = { cosine = 5e-6, sine = 3e-6, period = 0.01 } }")
+        .replace("constant = 0.6", "constant = 0.6\nripple = { cosine = 0.05, sine = 0.02, period = 0.5 }");
+    let trace = run(&machine(&text), &sine);
+    assert!(trace.energy.imbalance() < 1e-6, "{:e}", trace.energy.imbalance());
+}
+
+const ONE_MASS: &str = r#"
+title = "one mass"
+[[point]]
+name = "table"
+motion = "translation"
+mass_kg = 10.0
+[drive]
+on = "table"
+"#;
+
+/// Halving the step divides the error of a sliding, elastic contact by 2⁴.
+#[test]
+fn limit_presliding_converges_at_fourth_order() {
+    let text = format!(
+        "{ONE_MASS}{OPEN_LOOP}\n[[joint]]\nname = \"guide\"\nbetween = [\"table\", \"ground\"]\ndamping = 30.0\nfriction = {{ coulomb = 8.0, stribeck = 4.0, stribeck_velocity = 0.05, presliding_stiffness = 1e4, presliding_damping = 20.0 }}"
+    );
+    let machine = machine(&text);
+    let end = |step_s: f64, tolerance: f64| {
+        let settings = Settings { step_s: Some(step_s), tolerance, bound: Some(f64::INFINITY), ..Settings::default() };
+        let sample = run_with(&machine, &pushed(vec![30.0; 201]), &settings).samples.pop().unwrap();
+        sample.position
+    };
+    let exact = end(1.5625e-5, 1e-9);
+    let errors: Vec<f64> = [1e-3, 5e-4, 2.5e-4].iter().map(|h| (end(*h, f64::INFINITY) - exact).abs()).collect();
+    for pair in errors.windows(2) {
+        let order = (pair[0] / pair[1]).log2();
+        assert!(order > 3.6, "order {order}: {errors:?}");
+    }
+}
+
+/// A contact stiffer than any step is friction without presliding.
+#[test]
+fn limit_presliding_that_is_stiff_is_coulomb_friction() {
+    let guide = |more: &str| {
+        machine(&format!(
+            "{ONE_MASS}{OPEN_LOOP}\n[[joint]]\nname = \"guide\"\nbetween = [\"table\", \"ground\"]\nfriction = {{ coulomb = 8.0{more} }}"
+        ))
+    };
+    let push: Vec<f64> = (0..500).map(|i| 20.0 * (0.02 * f64::from(i)).sin()).collect();
+    let (rigid, stiff) = (run(&guide(""), &pushed(push.clone())), run(&guide(", presliding_stiffness = 1e9, presliding_damping = 1e4"), &pushed(push)));
+    let largest = rigid.samples.iter().fold(0.0_f64, |m, s| m.max(s.position.abs()));
+    for (a, b) in rigid.samples.iter().zip(&stiff.samples) {
+        assert!((a.position - b.position).abs() < 1e-5 * largest, "{} s: {} against {}", a.time_s, a.position, b.position);
+    }
+}
+
+#[test]
+fn limit_saturation_delay_and_encoder_steps() {
+    let loops = |drive: &str, position: &str, velocity: &str| {
+        machine(&format!(
+            "{ONE_MASS}constant = 5.0\n{drive}\nposition = {{ gain_per_s = 10.0, period_s = 1e-3{position} }}\nvelocity = {{ gain = 100.0, period_s = 1e-3{velocity} }}\n"
+        ))
+    };
+    // A far command drives with the limit, and no more: x = ½·a·t².
+    let trace = run(&loops("saturation = 2.0", "", ""), &Course { start_position: Some(0.0), ..Course::new(1e-3, vec![1e3; 101]) });
+    for sample in &trace.samples {
+        assert_eq!(sample.force, 10.0);
+        assert!((sample.position - 0.5 * sample.time_s.powi(2)).abs() < 1e-12);
+    }
+    // A push at 10 ms begins 2.3 ms later.
+    let mut push = vec![0.0; 30];
+    push[10..].fill(4.0);
+    let open = machine(&format!("{ONE_MASS}delay_s = 2.3e-3\n{OPEN_LOOP}"));
+    for sample in run(&open, &pushed(push)).samples {
+        let on = (sample.time_s - 12.3e-3).max(0.0);
+        assert!((sample.position - 0.5 * 0.4 * on * on).abs() < 1e-13, "{} s", sample.time_s);
+    }
+    // Readings are whole steps, and what the loop makes of them steps, too.
+    let trace = run(&loops("", ", encoder_step = 1e-4", ""), &Course::new(1e-3, vec![0.0, 0.01]).stretched(200));
+    assert!(trace.samples.iter().all(|s| ((s.position / 1e-4) - (s.position / 1e-4).round()).abs() < 1e-9));
+    assert!(trace.samples.iter().any(|s| (s.points[0] - s.position).abs() > 3e-5));
+    let step = 100.0 * 5.0 * 1e-4 / 1e-3;
+    assert!(trace.samples.windows(2).any(|w| (w[1].force - w[0].force).abs() > 0.9 * step));
+}
+
+trait Stretched {
+    /// Holds the last command.
+    fn stretched(self, samples: usize) -> Self;
+}
+
+impl Stretched for Course {
+    fn stretched(mut self, samples: usize) -> Self {
+        let last = *self.command.last().unwrap();
+        self.command.resize(samples, last);
+        self
+    }
+}
+
+#[test]
+fn limit_an_unstable_loop_stops_and_says_when() {
+    let machine = machine(&format!(
+        "{ONE_MASS}constant = 5.0\nposition = {{ gain_per_s = 10.0, period_s = 1e-3 }}\nvelocity = {{ gain = 1e4, period_s = 1e-3 }}\n"
+    ));
+    let course = Course::new(1e-3, vec![0.0, 1e-3]).stretched(2000);
+    let trace = run_with(&machine, &course, &Settings::default());
+    let (time_s, error) = trace.unstable.unwrap();
+    assert!(!trace.complete && time_s < 1.0 && error > 1e-2);
+    assert_eq!(trace.samples.last().unwrap().time_s, time_s);
+}
+
+#[test]
+fn refuse_steps_and_strokes_that_do_not_fit() {
+    let said = |machine: &Machine, course: &Course, settings: &Settings, expected: &str| {
+        let error = simulate(machine, &machine.start(), course, settings, &|| true).unwrap_err().to_string();
+        assert!(error.contains(expected), "{error}");
+    };
+    let axis = machine(TWO_MASSES);
+    let course = Course::new(1e-3, vec![0.0, 1e-3]);
+    let step = |step_s| Settings { step_s: Some(step_s), ..Settings::default() };
+    said(&axis, &course, &step(1e-3), "too long");
+    said(&axis, &course, &step(2e-4), "no whole part");
+    said(&axis, &Course::new(1e-3, vec![0.0, f64::NAN]), &Settings::default(), "finite");
+    let bench = jointid::config::read_machine("configs/tian.toml", &[], &[]).unwrap().machine;
+    assert_eq!(simulate(&bench, &bench.start(), &course, &Settings::default(), &|| true), Err(MotionError::NoDrive));
+    let text = std::fs::read_to_string("configs/tian.toml").unwrap() + "\n[drive]\non = \"rotor\"\n" + OPEN_LOOP;
+    let text = text.replace("effects = [\"rotor-hold\"]", "");
+    let at_end = Settings { operating: Operating::at_nut(2.5), ..Settings::default() };
+    said(&machine(&text), &Course::new(1e-3, vec![0.0, 0.2]), &at_end, "beyond the screw of 2.6 m");
+    for (from, to, part) in [
+        ("period_s = 1e-3\n[drive.velocity]", "period_s = 3e-4\n[drive.velocity]", "drive.position.period_s"),
+        ("damping = 120.0", "damping = 120.0\ngap = 1e-5", "no stiffness"),
+        ("constant = 0.6", "constant = 0.6\nripple = { cosine = 1.0 }", "ripple.period"),
+        ("lead_m = 0.02\n", "lead_m = 0.02\nover_s = 3e-4\n", "over_s"),
+    ] {
+        let text = TWO_MASSES.replace(from, to);
+        assert_ne!(text, TWO_MASSES);
+        let error = read_machine_text("axis.toml", &text, &[], &[]).unwrap_err().to_string();
+        assert!(error.contains(part), "{error}");
+    }
+}
+
+/// Simulations share nothing: side by side they give the bits of one alone.
+#[test]
+fn the_same_bits_alone_and_side_by_side() {
+    let text = TWO_MASSES.replace("damping = 120.0", "damping = 120.0\nfriction = { coulomb = 40.0, stribeck = 20.0, stribeck_velocity = 2e-3 }");
+    let machine = machine(&text);
+    let sine = Sine { centre: 0.0, amplitude: 0.01, frequency_hz: 5.0, periods: 2.0 }.course(1e-3).unwrap();
+    let alone = run(&machine, &sine);
+    std::thread::scope(|scope| {
+        let both: Vec<_> = (0..2).map(|_| scope.spawn(|| run(&machine, &sine))).collect();
+        both.into_iter().for_each(|one| assert_eq!(one.join().unwrap(), alone));
+    });
+}
+
+/// EMPS in closed loop, with the parameters that its authors publish.
+#[test]
+fn published_force_errors_of_emps_in_closed_loop() {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/realdata/emps/motion");
+    if !folder.exists() {
+        println!("skipped: no data of EMPS");
+        return;
+    }
+    let text = std::fs::read_to_string("configs/emps.toml").unwrap();
+    let library = jointid::config::effect_library().unwrap();
+    let symmetric = machine(&text);
+    let asymmetric = symmetric.with_effect(library.iter().find(|e| e.id == "friction-asymmetry").unwrap()).unwrap();
+    let published = [
+        ("moving_mass", 95.1089),
+        ("viscous_friction", 0.5 * (166.71 + 240.42)),
+        ("viscous_asymmetry", 0.5 * (166.71 - 240.42)),
+        ("coulomb_friction", 0.5 * (20.144 + 20.628)),
+        ("friction_offset", 0.5 * (20.144 - 20.628)),
+    ];
+    let values = |machine: &Machine| -> Vec<f64> {
+        let asymmetric = machine.parameters.len() == 5;
+        let of = |id: &str| match id {
+            "viscous_friction" if !asymmetric => 203.5034,
+            "coulomb_friction" if !asymmetric => 20.3935,
+            "friction_offset" if !asymmetric => -3.1648,
+            id => published.iter().find(|(p, _)| *p == id).unwrap().1,
+        };
+        machine.parameters.iter().map(|p| of(&p.id)).collect()
+    };
+    for (record, limits) in [("sweep", [0.046, 0.038]), ("pulses", [0.055, 0.048])] {
+        let text = std::fs::read_to_string(folder.join(format!("{record}.csv"))).unwrap();
+        let read = read_motion(record, record, &text).unwrap();
+        for (machine, limit) in [&symmetric, &asymmetric].into_iter().zip(limits) {
+            let began = std::time::Instant::now();
+            let (trace, gap) = simulate_record(machine, &values(machine), &read, &Settings::default(), &|| true).unwrap();
+            let gap = gap.unwrap();
+            println!("{record}: force {:.3} %, tracking {:.3} %, {} events, {:?}", 100.0 * gap.force, 100.0 * gap.tracking, trace.events.len(), began.elapsed());
+            assert!(gap.force < limit, "{record}: {gap:?}");
+            assert!(trace.energy.imbalance() < 1e-6, "{}", trace.energy.imbalance());
+        }
+    }
+}
