@@ -12,6 +12,7 @@ mod import;
 mod init;
 mod manual;
 mod model_arguments;
+mod motion;
 mod peaks;
 mod plan;
 mod progress;

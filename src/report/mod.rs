@@ -2,6 +2,7 @@
 
 pub mod diagnosis;
 pub mod document;
+pub mod motion;
 pub mod page;
 mod schema;
 pub mod simulation;

@@ -36,18 +36,22 @@ pub struct Cell {
 /// Bands of speed and of position.
 const BANDS: usize = 5;
 
-/// The cells of a record that hold samples.
+/// The cells of a record that hold samples. At rest a rigid drive's force does not follow from its motion: no cell holds those samples.
 pub fn cells(motion: &Motion, part: &MotionPart) -> Vec<Cell> {
     let kept: Vec<usize> = motion.kept().collect();
     let all = phases(motion);
-    let force = (part.recorded.iter().map(|x| x * x).sum::<f64>() / part.recorded.len() as f64).sqrt();
+    let moving = motion.moves.iter().filter(|m| **m).count();
+    let force = (part.recorded.iter().map(|x| x * x).sum::<f64>() / moving.max(1) as f64).sqrt();
     let total: f64 = part.residual.iter().map(|e| e * e).sum();
     let cell = |kind: CellKind, direction: i8, inside: &dyn Fn(usize) -> bool| {
         let own: Vec<f64> = kept
             .iter()
             .zip(&part.residual)
-            .filter(|(at, _)| inside(**at) && (direction == 0 || motion.velocity_m_s[**at] * f64::from(direction) > 0.0))
-            .map(|(_, e)| *e)
+            .zip(&motion.moves)
+            .filter(|((at, _), moves)| {
+                **moves && inside(**at) && (direction == 0 || motion.velocity_m_s[**at] * f64::from(direction) > 0.0)
+            })
+            .map(|((_, e), _)| *e)
             .collect();
         let square: f64 = own.iter().map(|e| e * e).sum();
         (!own.is_empty()).then(|| Cell {

@@ -11,6 +11,8 @@ pub(super) struct Design {
     pub shift: DVector<f64>,
     /// Columns.
     pub columns: DMatrix<f64>,
+    /// The same, row by row.
+    rows: Vec<f64>,
     /// Ends of the coefficients that the candidate adds, by column.
     pub bounds: Vec<(usize, f64, f64)>,
     gram: Vec<DMatrix<f64>>,
@@ -71,22 +73,22 @@ impl Design {
         };
         let solve = inverse(all.clone())?;
         let solve_without: Option<Vec<DMatrix<f64>>> = gram.iter().map(|g| inverse(&all - g)).collect();
-        Some(Design { shift, columns, bounds, gram, solve_without: solve_without?, solve })
+        let rows = columns.transpose().as_slice().to_vec();
+        Some(Design { shift, columns, rows, bounds, gram, solve_without: solve_without?, solve })
     }
 
     /// Fits a force, and foretells each part from a fit without it. `None` where what the candidate adds would leave its range.
     pub fn solve(&self, data: &MotionData<'_>, y: &DVector<f64>) -> Option<Solved> {
         let count = self.columns.ncols();
-        let mut products = vec![DVector::zeros(count); data.parts];
+        let mut sums = vec![0.0; count * data.parts];
         let mut squares = vec![0.0; data.parts];
-        for (row, &part) in data.part.iter().enumerate() {
-            let z = y[row] - self.shift[row];
+        for ((row, &part), (y, shift)) in self.rows.chunks_exact(count).zip(&data.part).zip(y.iter().zip(self.shift.iter())) {
+            let z = y - shift;
             squares[part] += z * z;
-            let product = &mut products[part];
-            for i in 0..count {
-                product[i] += z * self.columns[(row, i)];
-            }
+            let sum = &mut sums[part * count..(part + 1) * count];
+            sum.iter_mut().zip(row).for_each(|(sum, x)| *sum += z * x);
         }
+        let products: Vec<DVector<f64>> = sums.chunks_exact(count).map(DVector::from_column_slice).collect();
         let all: DVector<f64> = products.iter().fold(DVector::zeros(count), |s, p| s + p);
         let coefficients = &self.solve * &all;
         if self.bounds.iter().any(|&(at, lower, upper)| !(coefficients[at] >= lower && coefficients[at] <= upper)) {

@@ -31,10 +31,23 @@ impl MotionPart {
     pub fn gap(&self) -> f64 {
         square(&self.residual).sqrt() / square(&self.recorded).sqrt()
     }
+
+    /// The gap that noise alone leaves, where the command repeats: what the residual does not repeat.
+    pub fn noise_floor(&self) -> Option<f64> {
+        let noise = not_repeating(&self.residual, self.period?);
+        Some(square(&noise).sqrt() / square(&self.recorded).sqrt())
+    }
 }
 
 fn square(x: &[f64]) -> f64 {
     x.iter().map(|x| x * x).sum()
+}
+
+/// What does not repeat, scaled for the mean taken out.
+fn not_repeating(residual: &[f64], period: usize) -> Vec<f64> {
+    let mean = repeated(residual, period);
+    let scale = (residual.len() as f64 / (residual.len() - period) as f64).sqrt();
+    residual.iter().enumerate().map(|(i, e)| scale * (e - mean[i % period])).collect()
 }
 
 /// A record with the prediction of a machine.
@@ -62,11 +75,8 @@ pub(super) fn noise_of(after: &[MotionPart], motions: &[&Motion]) -> Vec<Vec<f64
         .iter()
         .zip(motions)
         .map(|(part, motion)| {
-            let count = part.residual.len();
             if let Some(period) = part.period {
-                let mean = repeated(&part.residual, period);
-                let scale = (count as f64 / (count - period) as f64).sqrt();
-                return part.residual.iter().enumerate().map(|(i, e)| scale * (e - mean[i % period])).collect();
+                return not_repeating(&part.residual, period);
             }
             let data = MotionData::new(vec![*motion]);
             let mut left = DVector::from_vec(part.residual.clone());

@@ -5,6 +5,7 @@
 //! from nulls: the machine with ordinary nuisances and noise that keeps the colour of what is left.
 
 mod cell;
+mod conclude;
 mod data;
 mod design;
 mod free;
@@ -19,4 +20,4 @@ pub use data::{MotionData, Nuisance};
 pub use gap::{MotionPart, closed, closed_interval, gap_of, part};
 pub use record::{Contradiction, RecordShift, shifts};
 pub use survey::{MotionCandidate, Null, Ranked, Survey};
-pub use verdict::{MotionDiagnosis, MotionSettings, diagnose_motion};
+pub use verdict::{LocatedMotion, MotionDiagnosis, MotionSettings, TriedMotion, diagnose_motion};

@@ -42,16 +42,6 @@ impl Noise {
         Noise { records: parts, block }
     }
 
-    /// Root mean square of what does not repeat, corrected for the mean taken out; `None` where no command repeats.
-    pub fn not_repeating(&self) -> Option<f64> {
-        let (mut square, mut free) = (0.0, 0.0);
-        for part in self.records.iter().filter(|p| !p.repeating.is_empty()) {
-            square += part.rest.iter().map(|e| e * e).sum::<f64>();
-            free += (part.rest.len() - part.repeating.len()) as f64;
-        }
-        (free > 0.0).then(|| (square / free).sqrt())
-    }
-
     /// Samples over which a sum of residuals grows as if it were one: 1 for white noise.
     pub fn block(&self) -> usize {
         self.block

@@ -181,13 +181,15 @@ impl Survey {
                         let mut at = start.clone();
                         linear.iter().for_each(|i| at[*i] = nothing(&of.parameters[*i]));
                         values.iter().for_each(|(i, x)| at[*i] = *x);
-                        let free = data.free(machine, frozen).ok()?;
-                        let own = Columns::new(rigid, of, &at, &free, &data.motions);
                         let more = Columns::new(rigid, of, &at, &linear, &data.motions);
-                        let change = &own.prediction - &columns.prediction;
-                        if change.norm() > 1e-6 * columns.prediction.norm() {
+                        let change = &more.prediction - &columns.prediction;
+                        // With nothing of what is linear the force is mostly the machine's own.
+                        let own = if change.norm() > 1e-9 * columns.prediction.norm() {
                             seen = seen.max(base.visible(&change));
-                        }
+                            Columns::new(rigid, of, &at, &free, &data.motions)
+                        } else {
+                            columns.clone()
+                        };
                         more.derivatives.column_iter().for_each(|c| seen = seen.max(base.visible(&c.clone_owned())));
                         let from = free.len() + nuisances.len();
                         let bounds =

@@ -3,10 +3,11 @@
 use rayon::prelude::*;
 
 use super::cell::{Cell, cells};
+use super::conclude::{Evidence, conclude};
 use super::data::MotionData;
 use super::gap::{MotionPart, closed, closed_interval, floor_of, gap_of, noise_of, part};
 use super::record::{Contradiction, RecordShift, contradictions, shifts};
-use super::survey::{Ground, Null, Ranked, Survey, releases, start_of};
+use super::survey::{Ground, Null, Ranked, Survey, start_of};
 use crate::diagnosis::{Hypothesis, Status, Verdict, VerdictKind};
 use crate::inverse_dynamics::{Fit, InverseError, Motion, Rigid, estimate, free_parameters};
 use crate::machine::{Data, Effect, FitRule, Machine};
@@ -97,7 +98,7 @@ impl MotionDiagnosis {
 }
 
 /// Share of nulls that may be called something, and the least gain that is: of the first effect, and of one more.
-const ALPHA: f64 = 0.005;
+pub(super) const ALPHA: f64 = 0.005;
 const LEAST: f64 = 0.10;
 const LEAST_MORE: f64 = 0.25;
 /// Effects that may be combined.
@@ -106,23 +107,19 @@ const MOST: usize = 3;
 const ALIKE: f64 = 0.1;
 const PERHAPS: f64 = 0.3;
 const APART: f64 = 1.36;
-/// What a free shape must leave of what the chosen effects leave, for these to be doubted.
-const DOUBT: f64 = 0.5;
-/// Least gain of a free shape that is called something.
-const LEAST_FREE: f64 = 0.2;
 /// Share of the misfit by which a combination may be worse without one of its effects, for that one to be dropped.
 const SPARED: f64 = 0.03;
 /// Draws of the bootstrap of `closed`.
 const BOOTSTRAP: usize = 400;
 
-type Chosen = (Hypothesis, Fit);
+pub(super) type Chosen = (Hypothesis, Fit);
 
 /// What does not change from one effect to the next.
-struct Work<'w> {
+pub(super) struct Work<'w> {
     data: MotionData<'w>,
     rigid: Rigid,
     frozen: &'w [String],
-    effects: &'w [Effect],
+    pub effects: &'w [Effect],
     settings: MotionSettings,
     control: &'w Control,
 }
@@ -269,19 +266,19 @@ pub fn diagnose_motion(
 }
 
 /// A survey with what nulls show of it.
-struct Stage {
-    survey: Survey,
-    ranked: Vec<Ranked>,
-    null: Null,
+pub(super) struct Stage {
+    pub survey: Survey,
+    pub ranked: Vec<Ranked>,
+    pub null: Null,
 }
 
 impl Stage {
-    fn id(&self, at: usize) -> &str {
+    pub fn id(&self, at: usize) -> &str {
         &self.survey.candidates[self.ranked[at].candidate].id
     }
 
     /// The best effect or release, by its place among the ranked.
-    fn best_effect(&self) -> Option<usize> {
+    pub fn best_effect(&self) -> Option<usize> {
         self.ranked.iter().position(|r| self.survey.candidates[r.candidate].free.is_none())
     }
 
@@ -309,7 +306,7 @@ impl Stage {
     }
 
     /// The free shape that leaves least.
-    fn best_free(&self) -> Option<&Ranked> {
+    pub fn best_free(&self) -> Option<&Ranked> {
         self.ranked.iter().find(|r| self.survey.candidates[r.candidate].free.is_some())
     }
 }
@@ -353,7 +350,7 @@ impl Work<'_> {
     }
 
     /// A candidate fitted with everything, from where the survey found it.
-    fn refined(&self, stage: &Stage, ranked: &Ranked, from: &Chosen) -> Option<Chosen> {
+    pub fn refined(&self, stage: &Stage, ranked: &Ranked, from: &Chosen) -> Option<Chosen> {
         let hypothesis = stage.survey.candidates[ranked.candidate].hypothesis.as_ref()?;
         let machine = &hypothesis.machine;
         let mut start = start_of(machine, &from.1.values);
@@ -413,113 +410,6 @@ fn faulty(shifts: &[RecordShift], step_s: f64) -> Vec<Contradiction> {
         contradictions(&others, std::slice::from_ref(&shifts[at]), step_s).into_iter().filter(move |_| much)
     };
     (0..shifts.len()).flat_map(against_others).collect()
-}
-
-struct Evidence<'e> {
-    work: &'e Work<'e>,
-    first: &'e Stage,
-    base: &'e Chosen,
-    chosen: &'e Chosen,
-    names: &'e [String],
-    same: &'e [usize],
-    located: &'e [LocatedMotion],
-    faulty: Vec<Contradiction>,
-}
-
-fn conclude(evidence: &Evidence<'_>) -> Verdict {
-    let Evidence { work, first, base, chosen, names, same, located, faulty } = evidence;
-    let say = |kind: VerdictKind, effects: Vec<String>, reason: String, next: Option<String>| Verdict { kind, effects, reason, next };
-    if !faulty.is_empty() {
-        let reason = faulty.iter().map(|f| f.says.clone()).collect::<Vec<_>>().join("; ");
-        let which = faulty.iter().map(|f| f.name.as_str()).collect::<Vec<_>>().join(" or ");
-        let next = Some(format!("record {which} again, force and position by one clock; hold it out until then"));
-        return say(VerdictKind::Measurement, Vec::new(), reason, next);
-    }
-    let left = |of: &Fit| of.squares / base.1.squares;
-    let free = first.best_free();
-    let free_loss = free.map_or(f64::INFINITY, |f| 1.0 - f.gain);
-    let place = located.first().map_or("?", |l| l.over);
-    let listen = || Some(format!("the same motion at other speeds and loads: the force left depends on {place}"));
-    let Some(best) = first.best_effect() else {
-        return say(VerdictKind::Unknown, Vec::new(), "no candidate applies to this machine and these records".into(), None);
-    };
-    if names.is_empty() {
-        let (id, gain) = (first.id(best), first.ranked[best].gain);
-        if let Some(free) = free.filter(|f| f.gain >= LEAST_FREE && first.null.p_value_free(f) < ALPHA) {
-            let reason = format!(
-                "a free function of {place} takes {:.0} % of what the machine fails to foretell of parts left out ({}), and no effect of the library \
-                 does as much as nulls show (most {id}, {:.0} %)",
-                100.0 * free.gain,
-                p_text(first.null.p_value_free(free)),
-                100.0 * gain.max(0.0)
-            );
-            return say(VerdictKind::Unknown, Vec::new(), reason, listen());
-        }
-        let reason = format!(
-            "what is left is no more than nulls of this machine and these motions show (most is gained by {id}, {:.0} % of what parts left out leave, \
-             {})",
-            100.0 * gain.max(0.0),
-            p_text(first.null.p_value(&first.ranked[best]))
-        );
-        return say(VerdictKind::None, Vec::new(), reason, None);
-    }
-    let gain = first.ranked[best].gain;
-    let release = same.iter().find(|at| releases(&first.survey.candidates[first.ranked[**at].candidate]));
-    if let Some(&at) = release {
-        let ranked = &first.ranked[at];
-        let found = work.refined(first, ranked, base);
-        let hypothesis = found.as_ref().map(|f| (&f.0, &f.1));
-        let told = hypothesis.map_or(String::new(), |(h, f)| {
-            let index = h.added[0];
-            let p = &h.machine.parameters[index];
-            format!("{} was held at {:.4e} {}; free, it becomes {:.4e}", p.id, p.start, p.unit, f.values[index])
-        });
-        let more = names.len() > 1 && at == best;
-        let reason = format!(
-            "{told} and takes {:.0} % of what parts left out leave away{}",
-            100.0 * ranked.gain,
-            if more { format!("; beside it {} is missing", names[1..].join(" and ")) } else { ": no effect is needed".into() }
-        );
-        let next = Some(format!("identify without --freeze {}", first.id(at)));
-        return say(VerdictKind::WrongParameter, Vec::new(), reason, next);
-    }
-    // What the chosen effects leave, beside what the best free shape leaves.
-    let chosen_loss = left(&chosen.1);
-    if free_loss < DOUBT * chosen_loss && chosen_loss > DOUBT * DOUBT {
-        let reason = format!(
-            "the best of the library, {}, leaves {:.0} % of the squared misfit; a free function of {place} leaves {:.0} %",
-            names.join("+"),
-            100.0 * chosen_loss,
-            100.0 * free_loss
-        );
-        return say(VerdictKind::Unknown, Vec::new(), reason, listen());
-    }
-    let reason = format!(
-        "{} takes {:.0} % of what the machine fails to foretell of parts left out away ({}){}",
-        names[0],
-        100.0 * gain,
-        p_text(first.null.p_value(&first.ranked[best])),
-        if names.len() > 1 {
-            format!("; with {} {:.0} % of the squared misfit are gone", names[1..].join(" and "), 100.0 * (1.0 - chosen_loss))
-        } else {
-            String::new()
-        }
-    );
-    let rest: String = names[1..].iter().map(|n| format!("+{n}")).collect();
-    let alternatives: Vec<String> = std::iter::once(names[0].clone())
-        .chain(same.iter().map(|at| first.id(*at).to_string()).filter(|id| !names.contains(id)))
-        .map(|id| format!("{id}{rest}"))
-        .collect();
-    if alternatives.len() == 1 {
-        return say(VerdictKind::Effect, alternatives, reason, None);
-    }
-    let reason = format!("{reason}; these data cannot tell it from {}", alternatives[1..].join(", "));
-    let next = same.iter().find_map(|at| work.effects.iter().find(|e| e.id == first.id(*at))).and_then(|e| e.separates.clone());
-    say(VerdictKind::Ambiguous, alternatives, reason, next)
-}
-
-fn p_text(p: f64) -> String {
-    format!("p = {p:.4}")
 }
 
 /// What is said where the records do not determine the machine's own parameters.
