@@ -16,6 +16,7 @@ mod inverse_dynamics_command;
 mod lumped;
 mod lumped_command;
 mod model;
+mod motion;
 mod page;
 mod peaks;
 mod records;

@@ -29,8 +29,8 @@ const BANDS: usize = 12;
 /// Runs the command.
 pub fn run(given: &DiagnoseArguments) -> CommandResult {
     let loaded = load(&given.sources)?;
-    if super::motion::applies(&loaded.set) {
-        return super::motion::diagnose(given, &loaded);
+    if super::inverse_dynamics::applies(&loaded.set) {
+        return super::inverse_dynamics::diagnose(given, &loaded);
     }
     let plan = plan(&given.search, &loaded.set)?;
     let (fit, held_out) = loaded.set.split(given.positions.as_deref(), &given.hold_out).map_err(told)?;

@@ -14,8 +14,8 @@ use crate::validation::left_out;
 /// Runs the command.
 pub fn run(given: &IdentifyArguments) -> CommandResult {
     let loaded = load(&given.sources)?;
-    if super::motion::applies(&loaded.set) {
-        return super::motion::identify(given, &loaded);
+    if super::inverse_dynamics::applies(&loaded.set) {
+        return super::inverse_dynamics::identify(given, &loaded);
     }
     let plan = plan(&given.search, &loaded.set)?;
     let (fit, held_out) = loaded.set.split(given.positions.as_deref(), &given.hold_out).map_err(told)?;

@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use clap::{Args, Subcommand, ValueEnum};
 
 use super::arguments::{ModelName, Output, QuantityName, SearchArguments, Sources};
+use super::motion::MotionArguments;
 
 /// What loads the machine.
 #[derive(Debug, Clone, Copy, Args)]
@@ -202,6 +203,11 @@ pub enum Simulation {
     /// How the stiffness of each joint moves a natural frequency
     #[command(after_help = "Example:\n  jointid simulate sensitivity --config configs/servo-axis.toml")]
     Sensitivity(SensitivityArguments),
+    /// A driven axis in time, as CSV or JSON: references, or a measured record in closed loop
+    #[command(
+        after_help = "Example:\n  jointid simulate motion --config configs/emps.toml --reference s-curve --and-back > motion.csv\n  jointid simulate motion --config configs/emps.toml --measurements emps --record sweep --out results"
+    )]
+    Motion(MotionArguments),
     /// Every figure that the papers of the models print, beside ours
     #[command(after_help = "Example:\n  jointid simulate published --markdown")]
     Published(PublishedArguments),

@@ -11,7 +11,7 @@ use super::common::{
 };
 use super::import::quantity;
 use super::validate::{check_identification, identified_values};
-use super::{published, sweep};
+use super::{motion, published, sweep};
 use crate::machine::{Chain, Machine, Operating};
 use crate::model::{Rods, Structure, undamped_modes};
 use crate::report::document::{Frfs, Identification};
@@ -26,6 +26,7 @@ pub fn run(given: &SimulateArguments) -> CommandResult {
         Simulation::Matrices(given) => sweep::matrices(given),
         Simulation::Stiffness(given) => sweep::stiffness(given),
         Simulation::Sensitivity(given) => sweep::sensitivity(given),
+        Simulation::Motion(given) => motion::run(given),
         Simulation::Published(given) => published::run(given),
     }
 }

@@ -36,8 +36,8 @@ pub fn run(given: &ValidateArguments) -> CommandResult {
         }
     }
     let values = identified_values(&given.result, &identified, &loaded.config)?;
-    if super::motion::applies(&loaded.set) {
-        return super::motion::validate(given, &identified, &loaded, &values, warnings);
+    if super::inverse_dynamics::applies(&loaded.set) {
+        return super::inverse_dynamics::validate(given, &identified, &loaded, &values, warnings);
     }
     let folder = prepare(&given.output)?;
     let whole_frfs = settings.objective == "frf";

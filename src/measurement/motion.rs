@@ -114,7 +114,7 @@ pub fn read_motion(path: &str, name: &str, text: &str) -> Result<MotionRecord, M
 }
 
 /// The even step (s) of time stamps.
-fn step(path: &str, time_s: &[f64], lines: &[u64]) -> Result<f64, MeasurementError> {
+pub(super) fn step(path: &str, time_s: &[f64], lines: &[u64]) -> Result<f64, MeasurementError> {
     let Some(usual) = median(time_s.windows(2).map(|w| w[1] - w[0])) else {
         return Err(MeasurementError::file(path, "holds one sample; a motion needs thousands"));
     };

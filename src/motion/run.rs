@@ -257,6 +257,11 @@ fn start(plant: &Plant, course: &Course) -> Result<Vec<f64>, MotionError> {
     Ok(y)
 }
 
+/// Sizes below which states are small: µm and 0.1 mm/s.
+fn scale_at_start(states: usize, n: usize) -> impl Iterator<Item = f64> {
+    (0..states).map(move |i| if (n..2 * n).contains(&i) { 1e-4 } else { 1e-6 })
+}
+
 /// A motion on its way.
 struct Runner {
     stepper: Stepper,
@@ -265,6 +270,8 @@ struct Runner {
     y: Vec<f64>,
     drive_n: f64,
     scale: Vec<f64>,
+    /// Largest scale of each state: a thousand times the velocity over which a friction's level falls.
+    finest: Vec<f64>,
     tolerance: f64,
     events: Vec<Event>,
     in_period: usize,
@@ -284,17 +291,11 @@ impl Runner {
         let gaps = plant.gaps.iter().map(|g| side(along(&g.along, &y[..plant.size]), g.half)).collect();
         let mode = Mode { rubs, gaps, relaxing: vec![None; plant.rubs.iter().filter(|r| r.bristle.is_some()).count()] };
         let n = plant.size;
-        let scale = (0..plant.states)
-            .map(|i| {
-                if i < n {
-                    1e-6
-                } else if i < 2 * n {
-                    1e-4
-                } else {
-                    1e-6
-                }
-            })
-            .collect();
+        let mut finest = vec![f64::INFINITY; plant.states];
+        for rub in plant.rubs.iter().filter(|r| r.stribeck > 0.0) {
+            rub.along.iter().for_each(|&(i, c)| finest[n + i] = finest[n + i].min(1e3 * rub.velocity / c.abs()));
+        }
+        let scale: Vec<f64> = scale_at_start(plant.states, n).zip(&finest).map(|(s, f)| s.min(*f)).collect();
         let stored_at_start = plant.stored_j(&mode, &y);
         let mut runner = Runner {
             stepper,
@@ -303,6 +304,7 @@ impl Runner {
             y,
             drive_n: 0.0,
             scale,
+            finest,
             tolerance,
             events: Vec::new(),
             in_period: 0,
@@ -318,7 +320,6 @@ impl Runner {
 
     fn begin_period(&mut self, time_s: f64) {
         (self.in_period, self.period_s) = (0, time_s);
-        self.usual = self.usual.saturating_sub(1);
     }
 
     fn account(&self) -> Energy {
@@ -353,6 +354,8 @@ impl Runner {
         if ends && level < FINEST {
             return self.halves(unit, level, time_s);
         }
+        // The next may be longer where this one was easily short enough: halving divides what a parabola is off by eight.
+        self.usual = if off < self.tolerance / 16.0 { level.saturating_sub(1) } else { level };
         self.accept(tau);
         if ends { self.change(time_s + tau) } else { Ok(()) }
     }
@@ -374,7 +377,8 @@ impl Runner {
         self.energy.supplied_j += work;
         self.energy.turned_over_j += work.abs();
         self.y.copy_from_slice(&stepper.end);
-        self.scale.iter_mut().zip(&self.y).for_each(|(s, y)| *s = s.max(y.abs()));
+        let sizes = self.y.iter().zip(&self.finest);
+        self.scale.iter_mut().zip(sizes).for_each(|(s, (y, finest))| *s = s.max(y.abs().min(*finest)));
     }
 
     /// Whether the mode ends in the step just made: a margin is below zero at its middle or end, or may have been between.

@@ -140,7 +140,7 @@ impl Plant {
             let (error, stretch) = (lead.wave.at(q[lead.travel]).0, along(&lead.along, q));
             twice += lead.stiffness * ((stretch - error).powi(2) - stretch * stretch);
         }
-        0.5 * twice - self.ripple.potential(q[self.drive])
+        0.5 * twice + self.ripple.potential(q[self.drive])
     }
 
     /// Power lost in dampers and in friction that is not level and sliding, and the rate of travel of that which is (W): the travel of a

@@ -107,6 +107,9 @@ impl Stepper {
     /// −(C·M⁻¹·Cᵀ)⁻¹·C·M⁻¹: the forces that hold, of the forces on the coordinates.
     fn holding(&self, held: &[usize]) -> Vec<f64> {
         let (n, m) = (self.plant.size, held.len());
+        if m == 0 {
+            return Vec::new();
+        }
         let row = |i: usize| {
             let mut row = vec![0.0; n];
             self.plant.rubs[held[i]].along.iter().for_each(|&(j, c)| row[j] = c);

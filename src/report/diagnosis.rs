@@ -51,7 +51,7 @@ pub struct Diagnosis {
     pub effects: Vec<EffectRow>,
     /// What motion records say beside.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub motion: Option<super::motion::MotionRows>,
+    pub motion: Option<super::record::MotionRows>,
     /// The model that is chosen, over what was held out.
     #[serde(default)]
     pub chosen: Chosen,

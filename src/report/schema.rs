@@ -2,10 +2,10 @@
 
 use schemars::{Schema, schema_for};
 
-use super::{diagnosis, document, simulation};
+use super::{diagnosis, document, motion, simulation};
 
 /// Names of the documents that have a schema: those of their files.
-pub const SCHEMAS: [&str; 16] = [
+pub const SCHEMAS: [&str; 17] = [
     "identification",
     "validation",
     "comparison",
@@ -16,6 +16,7 @@ pub const SCHEMAS: [&str; 16] = [
     "frf",
     "modes",
     "matrices",
+    "motion",
     "stiffness",
     "sensitivity",
     "friction",
@@ -37,6 +38,7 @@ pub fn schema(name: &str) -> Option<Schema> {
         "frf" => schema_for!(document::Frfs),
         "modes" => schema_for!(simulation::Modes),
         "matrices" => schema_for!(simulation::MatricesDocument),
+        "motion" => schema_for!(motion::MotionDocument),
         "stiffness" => schema_for!(simulation::Sweep),
         "sensitivity" => schema_for!(simulation::SensitivityDocument),
         "friction" => schema_for!(simulation::FrictionDocument),

@@ -8,7 +8,7 @@ use super::chart::{Chart, Switches, axis, colour, layout, line};
 use super::text::{TextTable, cell, escape, rounded};
 use crate::report::diagnosis::Diagnosis;
 use crate::report::document::Identification;
-use crate::report::motion::{CurveRow, MotionRows};
+use crate::report::record::{CurveRow, MotionRows};
 use crate::report::table::percent;
 
 /// The part of a diagnosis that is one of motion.

@@ -12,7 +12,7 @@ use crate::inverse_dynamics::{Motion, Phase, phases};
 use crate::machine::Effect;
 use crate::optimizer::Control;
 use crate::report::diagnosis as document;
-use crate::report::motion::{CellRow, ChainRow, MotionRows, TraceRow, motion_diagnosis_text};
+use crate::report::record::{CellRow, ChainRow, MotionRows, TraceRow, motion_diagnosis_text};
 
 /// Nulls of motion records for each that `--nulls` asks for: they cost little.
 const NULLS: usize = 10;

@@ -9,7 +9,7 @@ use crate::identification::simulated_gaps;
 use crate::measurement::MotionRecord;
 use crate::optimizer::Control;
 use crate::report::document::{Identification, Validation};
-use crate::report::motion::{RecordRow, records_table};
+use crate::report::record::{RecordRow, records_table};
 
 /// Runs the command.
 pub fn validate(

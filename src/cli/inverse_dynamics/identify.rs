@@ -11,7 +11,7 @@ use crate::inverse_dynamics::{Estimated, Fit, Motion, correlation, estimate, fre
 use crate::measurement::MotionRecord;
 use crate::optimizer::Control;
 use crate::report::document::{Identification, ParameterRow, PositionRow, Settings};
-use crate::report::motion::RecordRow;
+use crate::report::record::RecordRow;
 use crate::report::{parameters_table, wrapped};
 
 /// Runs the command.
@@ -178,7 +178,7 @@ fn text(loaded: &Loaded, document: &Identification) -> String {
         loaded.config.machine.title,
         wrapped(&format!("fitted on {} by {}, held out {held_out}", document.fit_positions.join(", "), document.settings.objective)),
         parameters_table(&document.parameters),
-        crate::report::motion::records_table(&document.records)
+        crate::report::record::records_table(&document.records)
     );
     if !document.stamp.complete {
         text += "stopped early: this is what was known\n";

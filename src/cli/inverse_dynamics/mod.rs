@@ -17,7 +17,7 @@ use crate::diagnosis::motion::{CellKind, cells, part};
 use crate::inverse_dynamics::{CurvePoint, Motion, Phase, Recipe, Rigid, friction_curve};
 use crate::machine::Machine;
 use crate::measurement::MeasurementSet;
-use crate::report::motion::{CurveRow, RecipeRow, RecordRow};
+use crate::report::record::{CurveRow, RecipeRow, RecordRow};
 
 /// Whether a set is one of motions: records, and neither FRFs nor modes.
 pub fn applies(set: &MeasurementSet) -> bool {
