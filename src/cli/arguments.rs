@@ -223,7 +223,7 @@ pub struct DiagnoseArguments {
     /// No candidates
     #[arg(long, value_name = "EFFECTS", value_delimiter = ',')]
     pub exclude: Vec<String>,
-    /// Simulated nulls that thresholds rest on
+    /// Simulated nulls that thresholds rest on; ten times as many for motion records
     #[arg(long, value_name = "N", default_value_t = 60, value_parser = clap::value_parser!(u16).range(20..=2000))]
     pub nulls: u16,
     /// Folder where nulls are kept; the platform's cache by default

@@ -15,6 +15,7 @@ pub(super) struct Design {
     rows: Vec<f64>,
     /// Ends of the coefficients that the candidate adds, by column.
     pub bounds: Vec<(usize, f64, f64)>,
+    penalty: Vec<f64>,
     gram: Vec<DMatrix<f64>>,
     solve_without: Vec<DMatrix<f64>>,
     solve: DMatrix<f64>,
@@ -27,11 +28,14 @@ pub(super) struct Solved {
     pub coefficients: DVector<f64>,
     /// Sum of squares of each part foretold without it.
     pub left_out: Vec<f64>,
+    /// What is known of the coefficients speaks against them by so much, in the same unit.
+    pub prior: f64,
 }
 
 impl Solved {
+    /// What is not foretold, and what is not believed.
     pub fn loss(&self) -> f64 {
-        self.left_out.iter().sum()
+        self.left_out.iter().sum::<f64>() + self.prior
     }
 }
 
@@ -74,7 +78,8 @@ impl Design {
         let solve = inverse(all.clone())?;
         let solve_without: Option<Vec<DMatrix<f64>>> = gram.iter().map(|g| inverse(&all - g)).collect();
         let rows = columns.transpose().as_slice().to_vec();
-        Some(Design { shift, columns, rows, bounds, gram, solve_without: solve_without?, solve })
+        let penalty = penalty.to_vec();
+        Some(Design { shift, columns, rows, bounds, penalty, gram, solve_without: solve_without?, solve })
     }
 
     /// Fits a force, and foretells each part from a fit without it. `None` where what the candidate adds would leave its range.
@@ -100,7 +105,8 @@ impl Design {
                 squares[part] - 2.0 * kept.dot(&products[part]) + kept.dot(&(&self.gram[part] * &kept))
             })
             .collect();
-        Some(Solved { coefficients, left_out })
+        let prior = coefficients.iter().zip(&self.penalty).map(|(c, p)| p * c * c).sum();
+        Some(Solved { coefficients, left_out, prior })
     }
 
     /// What is left of a force.

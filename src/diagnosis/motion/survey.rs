@@ -12,7 +12,7 @@ use super::design::{Design, Solved};
 use super::free::free_shapes;
 use super::noise::Noise;
 use crate::diagnosis::{Hypothesis, Kind, Status};
-use crate::inverse_dynamics::{Columns, Fit, Rigid, prediction};
+use crate::inverse_dynamics::{Columns, Fit, Projected, Rigid, prediction};
 use crate::machine::{Machine, Parameter, Scale};
 use crate::numeric::random::normal;
 use crate::numeric::statistics::quantile;
@@ -65,13 +65,13 @@ pub struct Survey {
     pub nuisances: Vec<Nuisance>,
 }
 
-/// What nulls show. Some candidates gain much by accident (a wave of any period), others little: gains are told in units of what each gains in
-/// one null of ten, and the largest of a draw stands for the whole library.
+/// What nulls show. Some candidates gain much by accident (a wave of any period), others little: −ln(1 − gain) is told in units of what each
+/// gains in one null of ten, and the largest of a draw stands for the whole library.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Null {
-    /// Gain of each candidate that nine nulls of ten stay below.
+    /// −ln(1 − gain) of each candidate that nine nulls of ten stay below.
     pub scales: Vec<f64>,
-    /// Largest gain of any effect over its scale, of each draw, rising.
+    /// Largest −ln(1 − gain) of any effect over its scale, of each draw, rising.
     pub effects: Vec<f64>,
     /// The same of free shapes.
     pub free: Vec<f64>,
@@ -83,13 +83,18 @@ const LEAST_SCALE: f64 = 0.01;
 impl Null {
     /// Share of draws in which some effect gains as much.
     pub fn p_value(&self, ranked: &Ranked) -> f64 {
-        share_above(&self.effects, ranked.gain / self.scales[ranked.candidate])
+        share_above(&self.effects, strength(ranked.gain) / self.scales[ranked.candidate])
     }
 
     /// The same of free shapes.
     pub fn p_value_free(&self, ranked: &Ranked) -> f64 {
-        share_above(&self.free, ranked.gain / self.scales[ranked.candidate])
+        share_above(&self.free, strength(ranked.gain) / self.scales[ranked.candidate])
     }
+}
+
+/// ln of what the machine fails to foretell over what a candidate does.
+fn strength(gain: f64) -> f64 {
+    -(1.0 - gain.clamp(0.0, 1.0)).max(1e-12).ln()
 }
 
 fn share_above(sorted: &[f64], gain: f64) -> f64 {
@@ -124,9 +129,15 @@ impl Survey {
         let nuisances = data.nuisances(rigid, machine, fit);
         let nuisances: Vec<Nuisance> = nuisances.into_iter().filter(|n| n.column.norm() > 0.0).collect();
         let wrong = DMatrix::from_columns(&nuisances.iter().map(|n| n.column.clone()).collect::<Vec<_>>());
-        // Coloured residuals count for fewer: what is known of nuisances weighs the more.
-        let noise = Noise::new(&fit.residual, &data.records());
-        let variance = fit.squares / data.samples() as f64 * noise.block() as f64;
+        // What smooth functions leave of the residual is noise, whatever is missing; coloured, it counts for fewer samples.
+        let shapes = free_shapes(data);
+        let mut left = fit.residual.clone();
+        for part in std::iter::once(&columns.derivatives).chain([&wrong]).chain(shapes.iter().map(|s| &s.columns)) {
+            let apart = part.select_columns(&(0..part.ncols().saturating_sub(usize::from(part.ncols() > 4))).collect::<Vec<_>>());
+            left = Projected::new(&apart, &left).map_or(left, |p| p.residual);
+        }
+        let noise = Noise::new(&left, &data.records());
+        let variance = left.norm_squared() / data.samples() as f64 * noise.block() as f64;
         let mut penalty = vec![0.0; free.len()];
         penalty.resize(free.len() + nuisances.len(), variance);
         let design = |columns: &Columns, values: &[f64], free: &[usize], extra: Option<&DMatrix<f64>>, bounds: Vec<(usize, f64, f64)>| {
@@ -211,7 +222,7 @@ impl Survey {
             })
             .collect();
         let mut candidates = made;
-        for shape in free_shapes(data) {
+        for shape in shapes {
             // Knots add up to what the machine has already (a constant, a direction): a little ridge keeps them apart.
             let ridge = 1e-3 * shape.columns.norm_squared() / shape.columns.ncols() as f64;
             let at = DVector::from_iterator(free.len(), free.iter().map(|i| fit.values[*i]));
@@ -280,7 +291,7 @@ impl Survey {
                     y += normal(&mut random) * &nuisance.column;
                 }
                 let mut gains = vec![0.0; self.candidates.len()];
-                self.rank(data, &y).iter().for_each(|r| gains[r.candidate] = r.gain.max(0.0));
+                self.rank(data, &y).iter().for_each(|r| gains[r.candidate] = strength(r.gain));
                 gains
             })
             .collect();

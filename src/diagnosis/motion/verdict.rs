@@ -317,7 +317,8 @@ impl Work<'_> {
         let (apply, others) = self.hypotheses(&from.0, names);
         let ground = Ground { data: &self.data, rigid: &self.rigid, nominal: &from.0, fit: &from.1, frozen: self.frozen };
         let survey = Survey::new(&ground, apply, others, self.control)?;
-        let ranked = survey.rank(&self.data, &self.data.y);
+        let mut ranked = survey.rank(&self.data, &self.data.y);
+        simplest_first(&survey, &mut ranked);
         let best = ranked.iter().find(|r| survey.candidates[r.candidate].free.is_none());
         let left = survey.residual(&self.data, &self.data.y, best);
         let null = survey.null(&self.data, &left, self.settings.draws, self.settings.seed.wrapping_add(names.len() as u64), self.control);
@@ -390,6 +391,17 @@ impl Work<'_> {
                 }
             }
         }
+    }
+}
+
+/// Of effects that leave as much as the best but for a few percent, the one with the fewest parameters comes first.
+fn simplest_first(survey: &Survey, ranked: &mut [Ranked]) {
+    let added = |r: &Ranked| survey.candidates[r.candidate].hypothesis.as_ref().map(|h| h.added.len());
+    let Some(best) = ranked.iter().position(|r| added(r).is_some()) else { return };
+    let reach = 1.0 - (1.0 + ALIKE) * (1.0 - ranked[best].gain);
+    let close = ranked.iter().enumerate().skip(best).filter(|(_, r)| r.gain >= reach && added(r).is_some());
+    if let Some(at) = close.min_by_key(|(_, r)| added(r)).map(|(at, _)| at) {
+        ranked[best..=at].rotate_right(1);
     }
 }
 
