@@ -166,7 +166,7 @@ fn recover_effects_of_another_model() {
     for (effect, axis) in [
         ("friction-asymmetry", Axis { viscous_backward: 320.0, ..usual }),
         ("stribeck-friction", Axis { stribeck: 14.0, ..usual }),
-        ("presliding-friction", Axis { presliding_m: 3e-4, ..usual }),
+        ("presliding-friction", Axis { presliding_m: 1.5e-3, ..usual }),
         ("torque-ripple", Axis { ripple: 3.0, ..usual }),
         ("control-delay", Axis { delay_s: 4e-3, ..usual }),
     ] {

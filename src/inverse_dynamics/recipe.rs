@@ -66,7 +66,7 @@ pub struct Motion {
     /// Force (N) or torque (N·m) as recorded, thinned; 0 where it rests.
     pub load: Vec<f64>,
     /// Whether each thinned sample moves. At rest friction takes any force up to its level, so that force does not follow from motion: those
-    /// samples, and 30 ms before and after, count for nothing in a column.
+    /// samples, and 50 ms before and after, count for nothing in a column.
     pub moves: Vec<bool>,
     /// Column it stood in.
     pub load_column: &'static str,
@@ -130,7 +130,7 @@ impl Motion {
 }
 
 /// Time around a rest (s) into which the filters carry its force.
-const CARRIED_S: f64 = 0.03;
+const CARRIED_S: f64 = 0.05;
 
 /// Whether each thinned sample moves.
 fn moving(motion: &Motion) -> Vec<bool> {

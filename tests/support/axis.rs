@@ -68,7 +68,7 @@ impl Axis {
             };
             let acceleration = |x: f64, v: f64| {
                 let viscous = if v > 0.0 { self.viscous } else { self.viscous_backward };
-                let rub = level(v, x) * (v / 2e-4).tanh() + viscous * v;
+                let rub = level(v, x) * (v / 2e-5).tanh() + viscous * v;
                 (acting - rub - self.spring_n_per_m * (x - 0.1) - self.ripple * (157.0 * x).sin()) / self.mass_kg
             };
             for _ in 0..20 {

@@ -32,8 +32,8 @@ pub fn diagnose(given: &DiagnoseArguments, loaded: &Loaded) -> CommandResult {
     let of = |records: &[usize]| records.iter().map(|i| &motions[*i]).collect::<Vec<&Motion>>();
     let (fitted, left) = (of(&fit), of(&held_out));
     let settings = MotionSettings { seed: plan.seed, draws: NULLS * usize::from(given.nulls) };
-    let progress = Progress::begin(given.output.quiet, "diagnose");
-    let control = Control::new(stop_flag(), Some(progress.watcher()));
+    let progress = Progress::begin(given.output.quiet, "diagnose").ticking();
+    let control = Control::new(stop_flag(), None);
     let ran = on_threads(given.search.threads, || diagnose_motion(machine, &effects, &plan.frozen, (&fitted, &left), settings, &control))?;
     progress.end();
     let found = ran.map_err(told)?;

@@ -36,7 +36,7 @@ pub fn identify(given: &IdentifyArguments, loaded: &Loaded) -> CommandResult {
     if free.is_empty() {
         return Err("--freeze: keeps every parameter of the machine; leave one free".into());
     }
-    let progress = Progress::begin(given.output.quiet, "identify");
+    let progress = Progress::begin(given.output.quiet, "identify").ticking();
     let ran = on_threads(given.search.threads, || {
         let mut found = estimate(&rigid, machine, &machine.start(), &free, &fitted)?;
         let mut complete = true;

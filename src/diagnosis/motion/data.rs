@@ -63,9 +63,12 @@ const SKEW: f64 = 0.25;
 /// Standard deviations of friction and force that vary smoothly along the travel, and drift with time, as shares of the force's root mean square.
 const ALONG: f64 = 0.015;
 const DRIFT: f64 = 0.01;
+/// Standard deviation of the force by which a change of direction is blurred, early or late, as a share of the force's root mean square.
+const TURN: f64 = 0.3;
 
 impl MotionData<'_> {
-    /// What is ordinarily a little wrong: synchrony of force and position, the blur of filter and differences, friction and force that vary
+    /// What is ordinarily a little wrong: synchrony of force and position, the blur of filter and differences, also where
+    /// the axis turns, friction and force that vary
     /// smoothly along the travel, their drift.
     ///
     /// # Source  widths: channels of one controller agree within a fraction of a sample; guides are ground to a few percent of preload; friction of a
@@ -83,6 +86,23 @@ impl MotionData<'_> {
             Nuisance { name: "~synchrony".into(), column: self.column(|m| slope(&force(m)).iter().map(|d| SKEW * d).collect()) },
             Nuisance { name: "~blur".into(), column: self.column(|m| slope(&slope(&force(m)))) },
         ];
+        // The filter lets the velocity change its sign a little before or after the force does, where the axis sticks as it turns.
+        let turn = |m: &Motion| (1.0 / (m.recipe.cutoff_hz * m.step_s)).round().max(1.0) as usize;
+        let late = |m: &Motion| {
+            let (s, width) = (direction(m), turn(m));
+            let at = |i: usize| s[i.min(s.len() - 1)];
+            (0..s.len()).map(|i| 0.5 * TURN * level * (at(i + width) - at(i.saturating_sub(width)))).collect::<Vec<f64>>()
+        };
+        let blurred = |m: &Motion| {
+            let (s, width) = (direction(m), turn(m));
+            let mean = |i: usize| {
+                let around = &s[i.saturating_sub(width)..(i + width + 1).min(s.len())];
+                around.iter().sum::<f64>() / around.len() as f64
+            };
+            (0..s.len()).map(|i| TURN * level * (mean(i) - s[i])).collect::<Vec<f64>>()
+        };
+        all.push(Nuisance { name: "~turn late".into(), column: self.column(late) });
+        all.push(Nuisance { name: "~turn blurred".into(), column: self.column(blurred) });
         for n in [1.0, 2.0, 3.0] {
             let wave = |m: &Motion| m.position_m.iter().map(|x| ALONG * level * angle(*x, n).cos()).collect::<Vec<f64>>();
             let turned = |m: &Motion| wave(m).iter().zip(direction(m)).map(|(w, s)| w * s).collect::<Vec<f64>>();

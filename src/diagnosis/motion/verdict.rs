@@ -244,6 +244,12 @@ pub fn diagnose_motion(
         located: &located,
         faulty,
     });
+    let verdict = if control.stopped() {
+        let reason = "stopped early, before enough nulls were drawn to tell what is no accident".to_string();
+        Verdict { kind: VerdictKind::Insufficient, effects: Vec::new(), reason, next: None }
+    } else {
+        verdict
+    };
     Ok(MotionDiagnosis {
         cells: fit_motions.iter().zip(&base_fit).chain(held_out.iter().zip(&base_held_out)).flat_map(|(m, p)| cells(m, p)).collect(),
         nominal: (base.0, base.1.values),
@@ -318,10 +324,12 @@ impl Work<'_> {
         let ground = Ground { data: &self.data, rigid: &self.rigid, nominal: &from.0, fit: &from.1, frozen: self.frozen };
         let survey = Survey::new(&ground, apply, others, self.control)?;
         let mut ranked = survey.rank(&self.data, &self.data.y);
-        simplest_first(&survey, &mut ranked);
         let best = ranked.iter().find(|r| survey.candidates[r.candidate].free.is_none());
         let left = survey.residual(&self.data, &self.data.y, best);
         let null = survey.null(&self.data, &left, self.settings.draws, self.settings.seed.wrapping_add(names.len() as u64), self.control);
+        // What a wave of any period gains by accident does not stand before what is no accident.
+        ranked.sort_by_key(|r| survey.candidates[r.candidate].free.is_none() && null.p_value(r) >= ALPHA);
+        simplest_first(&survey, &null, &mut ranked);
         Some(Stage { survey, ranked, null })
     }
 
@@ -395,8 +403,8 @@ impl Work<'_> {
 }
 
 /// Of effects that leave as much as the best but for a few percent, the one with the fewest parameters comes first.
-fn simplest_first(survey: &Survey, ranked: &mut [Ranked]) {
-    let added = |r: &Ranked| survey.candidates[r.candidate].hypothesis.as_ref().map(|h| h.added.len());
+fn simplest_first(survey: &Survey, null: &Null, ranked: &mut [Ranked]) {
+    let added = |r: &Ranked| survey.candidates[r.candidate].hypothesis.as_ref().map(|h| h.added.len()).filter(|_| null.p_value(r) < ALPHA);
     let Some(best) = ranked.iter().position(|r| added(r).is_some()) else { return };
     let reach = 1.0 - (1.0 + ALIKE) * (1.0 - ranked[best].gain);
     let close = ranked.iter().enumerate().skip(best).filter(|(_, r)| r.gain >= reach && added(r).is_some());
