@@ -117,6 +117,18 @@ impl Motion {
         Some(thinned)
     }
 
+    /// The same, of which the first and last 50 ms count for nothing: filters know nothing of what was before and after.
+    #[must_use]
+    pub fn without_edges(mut self) -> Self {
+        let edge = (CARRIED_S / self.thinned_step_s()).ceil() as usize;
+        let last = self.load.len();
+        for at in (0..edge.min(last)).chain(last.saturating_sub(edge)..last) {
+            self.moves[at] = false;
+            self.load[at] = 0.0;
+        }
+        self
+    }
+
     /// Sample of the record that each thinned one stands for.
     pub fn kept(&self) -> impl Iterator<Item = usize> + '_ {
         let (dropped, factor, samples) = (self.recipe.dropped, self.recipe.factor, self.position_m.len());

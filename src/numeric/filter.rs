@@ -35,7 +35,7 @@ impl LowPass {
             let theta = PI * (2 * k + 1) as f64 / (2 * order) as f64;
             Complex64::new(-a.sinh() * theta.sin(), a.cosh() * theta.cos())
         };
-        let at_rest = if order % 2 == 0 { 10f64.powf(-0.05 * ripple_db) } else { 1.0 };
+        let at_rest = if order.is_multiple_of(2) { 10f64.powf(-0.05 * ripple_db) } else { 1.0 };
         Self::of_poles(order, cutoff, pole, at_rest)
     }
 

@@ -59,7 +59,7 @@ pub struct Nuisance {
 }
 
 /// Standard deviation of the time between force and position, in samples of the record.
-const SKEW: f64 = 0.25;
+const SKEW: f64 = 0.5;
 /// Standard deviations of friction and force that vary smoothly along the travel, and drift with time, as shares of the force's root mean square.
 const ALONG: f64 = 0.015;
 const DRIFT: f64 = 0.01;
@@ -71,7 +71,7 @@ impl MotionData<'_> {
     /// the axis turns, friction and force that vary
     /// smoothly along the travel, their drift.
     ///
-    /// # Source  widths: channels of one controller agree within a fraction of a sample; guides are ground to a few percent of preload; friction of a
+    /// # Source  widths: a drive holds its force for a sample, which comes half a sample late; guides are ground to a few percent of preload; friction of a
     /// warm axis changes by percents within a record.
     pub fn nuisances(&self, rigid: &Rigid, machine: &Machine, fit: &Fit) -> Vec<Nuisance> {
         let level = (self.y.norm_squared() / self.samples() as f64).sqrt();

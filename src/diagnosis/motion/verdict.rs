@@ -137,6 +137,10 @@ pub fn diagnose_motion(
     control: &Control,
 ) -> Result<MotionDiagnosis, InverseError> {
     let rigid = Rigid::new(machine, &machine.start())?;
+    let without_edges = |motions: &[&Motion]| motions.iter().map(|m| (*m).clone().without_edges()).collect::<Vec<Motion>>();
+    let (fit_motions, held_out) = (without_edges(fit_motions), without_edges(held_out));
+    let (fit_motions, held_out): (Vec<&Motion>, Vec<&Motion>) = (fit_motions.iter().collect(), held_out.iter().collect());
+    let (fit_motions, held_out) = (fit_motions.as_slice(), held_out.as_slice());
     for motion in fit_motions.iter().chain(held_out) {
         rigid.check(machine, motion)?;
     }
@@ -158,11 +162,11 @@ pub fn diagnose_motion(
     let mut names: Vec<String> = Vec::new();
     let mut chosen = base.clone();
     let same = first.class();
-    if first.significant(LEAST) {
-        if let Some(next) = work.refined(&first, &first.ranked[first.best_effect().unwrap_or(0)], &base) {
-            names.push(first.id(first.best_effect().unwrap_or(0)).to_string());
-            chosen = next;
-        }
+    if first.significant(LEAST)
+        && let Some(next) = work.refined(&first, &first.ranked[first.best_effect().unwrap_or(0)], &base)
+    {
+        names.push(first.id(first.best_effect().unwrap_or(0)).to_string());
+        chosen = next;
     }
     // One effect more, as long as it is no accident.
     while !names.is_empty() && names.len() < MOST && !control.stopped() {
@@ -391,12 +395,12 @@ impl Work<'_> {
                 }
             }
             let Ok(free) = free_parameters(machine, self.frozen) else { continue };
-            if let Ok(fit) = estimate(&self.rigid, machine, &start, &free, &self.data.motions) {
-                if fit.squares <= (1.0 + SPARED) * chosen.1.squares {
-                    *chosen = (hypothesis, fit);
-                    names.remove(at);
-                    return;
-                }
+            if let Ok(fit) = estimate(&self.rigid, machine, &start, &free, &self.data.motions)
+                && fit.squares <= (1.0 + SPARED) * chosen.1.squares
+            {
+                *chosen = (hypothesis, fit);
+                names.remove(at);
+                return;
             }
         }
     }
