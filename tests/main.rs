@@ -11,6 +11,8 @@ mod diagnosis;
 mod effects;
 mod frf;
 mod import;
+mod inverse_dynamics;
+mod inverse_dynamics_command;
 mod lumped;
 mod lumped_command;
 mod model;

@@ -49,6 +49,9 @@ pub struct Diagnosis {
     pub delta_z: Vec<DeltaZ>,
     /// All candidates, best first.
     pub effects: Vec<EffectRow>,
+    /// What motion records say beside.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub motion: Option<super::record::MotionRows>,
     /// The model that is chosen, over what was held out.
     #[serde(default)]
     pub chosen: Chosen,

@@ -54,7 +54,8 @@ pub fn content(of: &Diagnosis) -> String {
     row("that the noise alone leaves", of.noise_floor);
     of.gap.by_position.iter().for_each(|(name, x)| row(name, Some(*x)));
     of.gap.by_phase.iter().for_each(|(name, x)| row(name, Some(*x)));
-    format!("{}{}{}{}{}{}{}", gaps.html(), bands(of), residual_map(of), places(of), effects(of), before_after(of), delta_z(of))
+    let motion = super::motion::content(of);
+    format!("{}{motion}{}{}{}{}{}{}", gaps.html(), bands(of), residual_map(of), places(of), effects(of), before_after(of), delta_z(of))
 }
 
 fn bands(of: &Diagnosis) -> String {
