@@ -200,7 +200,7 @@ fn limit_coulomb_friction_stops_a_swing_at_its_exact_times() {
         assert!((time - (at + 1) as f64 * half_period).abs() < 1e-9, "{time}");
     }
     let rest = begin - 2.0 * level / k * turns as f64;
-    let sign = if turns % 2 == 0 { 1.0 } else { -1.0 };
+    let sign = if turns.is_multiple_of(2) { 1.0 } else { -1.0 };
     assert!((trace.samples.last().unwrap().position - sign * rest).abs() < 1e-10);
     assert!(trace.energy.imbalance() < 1e-9);
 }
@@ -403,6 +403,17 @@ fn refuse_steps_and_strokes_that_do_not_fit() {
     }
 }
 
+/// At rest, an integral that creeps to the limit of the friction and stays within rounding of it makes no endless events.
+#[test]
+fn regress_an_axis_at_rest_at_the_limit_of_its_friction() {
+    let text = std::fs::read_to_string("configs/servo-axis.toml").unwrap()
+        + "\n[[joint]]\nname = \"guide\"\nbetween = [\"slide\", \"ground\"]\ndamping = 200.0\nfriction = { coulomb = 60.0 }\n";
+    let curve = SCurve { from: 0.0, to: 0.5, velocity: 0.3, acceleration: 3.0, jerk: 100.0 };
+    let trace = run(&machine(&text), &curve.course(1e-3, 3.1, true).unwrap());
+    assert!(trace.complete && trace.events.len() < 500, "{}", trace.events.len());
+    assert!(trace.energy.imbalance() < 1e-6, "{:e}", trace.energy.imbalance());
+}
+
 /// Simulations share nothing: side by side they give the bits of one alone.
 #[test]
 fn the_same_bits_alone_and_side_by_side() {
@@ -415,6 +426,77 @@ fn the_same_bits_alone_and_side_by_side() {
         let both: Vec<_> = (0..2).map(|_| scope.spawn(|| run(&machine, &sine))).collect();
         both.into_iter().for_each(|one| assert_eq!(one.join().unwrap(), alone));
     });
+}
+
+/// On the bench with its rods as chains: each effect of motion does next to nothing at its start, and shows at a usual size.
+#[test]
+fn every_effect_of_motion_moves_a_flexible_axis() {
+    let text = std::fs::read_to_string("configs/tian-as-published.toml").unwrap()
+        + r#"
+[[joint]]
+name = "guide"
+between = ["table", "ground"]
+friction = { coulomb = 30.0 }
+[drive]
+on = "rotor"
+constant = 1.0
+[drive.position]
+lead_m = 0.04
+gain_per_s = 40.0
+period_s = 1e-3
+[drive.velocity]
+gain = 60.0
+period_s = 5e-4
+"#;
+    let plain = machine(&text.replace("coulomb = 30.0", ""));
+    let rough = machine(&text);
+    let sine = Sine { centre: 0.0, amplitude: 0.02, frequency_hz: 1.0, periods: 1.5 }.course(1e-3).unwrap();
+    let settings = Settings { operating: Operating::at_nut(1.3), lumps: 2, ..Settings::default() };
+    let forces = |machine: &Machine, values: &[f64]| -> Vec<f64> {
+        let trace = simulate(machine, values, &sine, &settings, &|| true).unwrap_or_else(|e| panic!("{e}"));
+        assert!(trace.complete && trace.energy.imbalance() < 1e-5, "{:e}", trace.energy.imbalance());
+        let table = trace.points.iter().position(|p| p == "table").unwrap();
+        // The table's lag shows what the force, which an encoder at the rotor closes, does not.
+        trace.samples.iter().flat_map(|s| [s.force, 1e4 * (s.position - s.points[table])]).collect()
+    };
+    let sizes: [(&str, &[(&str, f64)]); 15] = [
+        ("coulomb-friction", &[("coulomb_friction", 50.0)]),
+        ("viscous-friction", &[("viscous_friction", 2000.0)]),
+        ("stribeck-friction", &[("stribeck_friction", 30.0), ("stribeck_velocity", 0.05)]),
+        ("friction-asymmetry", &[("viscous_asymmetry", 300.0)]),
+        ("presliding-friction", &[("presliding_stiffness", 1e5), ("presliding_damping", 100.0)]),
+        ("position-friction", &[("position_friction_cosine", 20.0)]),
+        ("load-friction", &[("load_friction_share", 0.2)]),
+        ("backlash", &[("backlash_width", 5e-5)]),
+        ("drive-flexibility", &[("k_drive", 300.0)]),
+        ("control-delay", &[("control_delay", 1.3e-3)]),
+        ("force-gain", &[("force_gain_change", 0.2)]),
+        ("torque-ripple", &[("ripple_cosine", 0.3), ("ripple_period", 1.0)]),
+        ("lead-error", &[("lead_error_cosine", 3e-5), ("lead_error_period", 0.04)]),
+        ("lead-growth", &[("lead_growth", 1e-3)]),
+        ("moving-mass", &[("moving_mass_change", 0.2)]),
+    ];
+    let library = jointid::config::effect_library().unwrap();
+    let motion: Vec<&str> = library.iter().filter(|e| e.data.contains(&jointid::machine::Data::Motion)).map(|e| e.id.as_str()).collect();
+    assert_eq!(motion.len(), sizes.len());
+    for (id, size) in sizes {
+        // Presliding is that of a friction that is there.
+        let base = if id == "presliding-friction" { &rough } else { &plain };
+        let began = std::time::Instant::now();
+        let before = forces(base, &base.start());
+        let with = base.with_effect(library.iter().find(|e| e.id == id).unwrap()).unwrap();
+        let norm = |x: &[f64]| x.iter().map(|x| x * x).sum::<f64>().sqrt();
+        let change = |values: &[f64]| {
+            let after = forces(&with, values);
+            norm(&after.iter().zip(&before).map(|(a, b)| a - b).collect::<Vec<_>>()) / norm(&before)
+        };
+        let mut values = with.start();
+        let nothing = change(&values);
+        size.iter().for_each(|(parameter, x)| values[with.parameter(parameter).unwrap()] = *x);
+        let something = change(&values);
+        println!("{id}: {nothing:.1e} at its start, {something:.1e} at a usual size, {:?}", began.elapsed());
+        assert!(nothing < 2e-2 && something > 5e-3 && something > 5.0 * nothing, "{id}: {nothing:e}, {something:e}");
+    }
 }
 
 /// EMPS in closed loop, with the parameters that its authors publish.

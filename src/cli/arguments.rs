@@ -136,6 +136,10 @@ pub enum ObjectiveName {
     Frequencies,
     /// On whole FRFs: complex logarithm of measured over predicted
     Frf,
+    /// On motion records: the force that a rigid machine needs for the measured motion
+    InverseDynamics,
+    /// On motion records: the force of the closed loop, simulated with the command
+    OutputError,
 }
 
 /// Models by name.
@@ -156,7 +160,7 @@ pub struct SearchArguments {
     /// Lumps per rod of the lumped model
     #[arg(long, value_name = "N", default_value_t = 40, value_parser = clap::value_parser!(u16).range(1..=500))]
     pub lumps: u16,
-    /// What is made least; frf where the set has FRFs, else least-squares
+    /// What is made least; frf where the set has FRFs, inverse-dynamics for motion records, else least-squares
     #[arg(long, value_enum)]
     pub objective: Option<ObjectiveName>,
     /// Relative standard deviation of frequencies that the model causes
@@ -222,7 +226,7 @@ pub struct DiagnoseArguments {
     /// No candidates
     #[arg(long, value_name = "EFFECTS", value_delimiter = ',')]
     pub exclude: Vec<String>,
-    /// Simulated nulls that thresholds rest on
+    /// Simulated nulls that thresholds rest on; ten times as many for motion records
     #[arg(long, value_name = "N", default_value_t = 60, value_parser = clap::value_parser!(u16).range(20..=2000))]
     pub nulls: u16,
     /// Folder where nulls are kept; the platform's cache by default

@@ -77,7 +77,7 @@ pub fn objective(name: ObjectiveName) -> Objective {
         ObjectiveName::LeastSquares => Objective::LeastSquares,
         ObjectiveName::Eq26 => Objective::Eq26,
         ObjectiveName::Frequencies => Objective::Frequencies,
-        ObjectiveName::Frf => Objective::LeastSquares,
+        ObjectiveName::Frf | ObjectiveName::InverseDynamics | ObjectiveName::OutputError => Objective::LeastSquares,
     }
 }
 

@@ -54,6 +54,9 @@ impl MethodPart {
 /// Runs the command.
 pub fn run(given: &DiagnoseArguments) -> CommandResult {
     let loaded = load(&given.sources)?;
+    if super::inverse_dynamics::applies(&loaded.set) {
+        return super::inverse_dynamics::diagnose(given, &loaded);
+    }
     let plan = plan(&given.search, &loaded.set)?;
     let (fit, held_out) = loaded.set.split(given.positions.as_deref(), &given.hold_out).map_err(told)?;
     let machine = &loaded.config.machine;
@@ -103,7 +106,7 @@ pub fn run(given: &DiagnoseArguments) -> CommandResult {
     Ok(if found.complete { Outcome::Done } else { Outcome::Stopped })
 }
 
-fn check_frozen(loaded: &Loaded, frozen: &[String]) -> Result<(), String> {
+pub(super) fn check_frozen(loaded: &Loaded, frozen: &[String]) -> Result<(), String> {
     let parameters = &loaded.config.machine.parameters;
     match frozen.iter().find(|id| !parameters.iter().any(|p| p.id == **id)) {
         None => Ok(()),
@@ -115,7 +118,7 @@ fn check_frozen(loaded: &Loaded, frozen: &[String]) -> Result<(), String> {
 }
 
 /// The candidates asked for.
-fn chosen_effects(given: &DiagnoseArguments, all: &[Effect]) -> Result<Vec<Effect>, String> {
+pub(super) fn chosen_effects(given: &DiagnoseArguments, all: &[Effect]) -> Result<Vec<Effect>, String> {
     for (key, ids) in [("--effects", &given.effects), ("--exclude", &given.exclude)] {
         if let Some(id) = ids.iter().find(|id| !all.iter().any(|e| e.id == **id)) {
             let known: Vec<&str> = all.iter().map(|e| e.id.as_str()).collect();
@@ -269,6 +272,7 @@ fn to_document(
         ratio: ratios(&map),
         residual_map: map,
         delta_z: delta_z(found),
+        motion: None,
         effects: rows,
         described: {
             let (hypothesis, fitted) = &found.nominal;

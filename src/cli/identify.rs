@@ -14,6 +14,9 @@ use crate::validation::left_out;
 /// Runs the command.
 pub fn run(given: &IdentifyArguments) -> CommandResult {
     let loaded = load(&given.sources)?;
+    if super::inverse_dynamics::applies(&loaded.set) {
+        return super::inverse_dynamics::identify(given, &loaded);
+    }
     let plan = plan(&given.search, &loaded.set)?;
     let (fit, held_out) = loaded.set.split(given.positions.as_deref(), &given.hold_out).map_err(told)?;
     let folder = prepare(&given.output)?;
@@ -90,6 +93,9 @@ pub fn run(given: &IdentifyArguments) -> CommandResult {
         fit_positions,
         positions,
         frfs,
+        records: Default::default(),
+        recipe: None,
+        friction_curve: Vec::new(),
     };
     warn(&given.output, &document.stamp.warnings);
     deliver(&given.output, folder.as_ref(), "identification.json", &document, &text(&loaded, &document, &found))?;

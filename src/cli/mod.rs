@@ -10,6 +10,7 @@ mod friction;
 mod identify;
 mod import;
 mod init;
+mod inverse_dynamics;
 mod manual;
 mod model_arguments;
 mod motion;

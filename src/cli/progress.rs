@@ -98,6 +98,12 @@ impl Progress {
         })
     }
 
+    /// Shows the time while work goes on that tells no steps.
+    pub fn ticking(self) -> Self {
+        self.bar.enable_steady_tick(std::time::Duration::from_millis(150));
+        self
+    }
+
     /// Names what is done now.
     pub fn now(&self, what: &str) {
         if let Ok(mut at) = self.at.lock() {

@@ -53,11 +53,16 @@ fn loaded_by(at_rest: Operating, load: &LoadArguments) -> Operating {
     Operating { velocity_m_s, acceleration_m_s2, force_n, ..at_rest }
 }
 
-/// Says where a load was given that nothing depends on.
+/// Says where a load was given that nothing depends on, and what of the machine only motion shows.
 pub(super) fn load_warnings(machine: &Machine, load: &LoadArguments) -> Vec<String> {
     let given = load.velocity_m_s.is_some() || load.acceleration_m_s2.is_some() || load.force_n.is_some();
     let none = given && machine.contacts.is_empty();
-    none.then(|| "velocity, acceleration and force change nothing: no joint of this machine is a [contact.…]".into()).into_iter().collect()
+    let unmoved = none.then(|| "velocity, acceleration and force change nothing: no joint of this machine is a [contact.…]".to_string());
+    let left_out = machine.left_out_of_frequency_responses().join(", ");
+    let left_out = (!left_out.is_empty()).then(|| {
+        format!("friction, play and lead error of {left_out} are left out here, which motion alone shows; damping of a joint is its viscous friction")
+    });
+    unmoved.into_iter().chain(left_out).collect()
 }
 
 fn positive(key: &str, x: f64) -> Result<f64, String> {

@@ -36,6 +36,9 @@ pub fn run(given: &ValidateArguments) -> CommandResult {
         }
     }
     let values = identified_values(&given.result, &identified, &loaded.config)?;
+    if super::inverse_dynamics::applies(&loaded.set) {
+        return super::inverse_dynamics::validate(given, &identified, &loaded, &values, warnings);
+    }
     let folder = prepare(&given.output)?;
     let whole_frfs = settings.objective == "frf";
     let same_set = given.measurements.is_none();

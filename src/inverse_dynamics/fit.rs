@@ -154,7 +154,7 @@ pub fn estimate(rigid: &Rigid, machine: &Machine, start: &[f64], free: &[usize],
 }
 
 /// A Gauss–Newton step; parameters that it would take out of their range go to its end and the others are solved again.
-fn bounded_step(
+pub fn bounded_step(
     machine: &Machine,
     values: &[f64],
     free: &[usize],
@@ -190,7 +190,7 @@ fn bounded_step(
 }
 
 /// Which parameter the others stand for.
-fn dependent(machine: &Machine, free: &[usize], derivatives: &DMatrix<f64>) -> InverseError {
+pub fn dependent(machine: &Machine, free: &[usize], derivatives: &DMatrix<f64>) -> InverseError {
     let id = |at: usize| machine.parameters[free[at]].id.as_str();
     for at in 0..free.len() {
         if !(derivatives.column(at).norm() > 0.0) {
@@ -227,14 +227,19 @@ pub struct Estimated {
 impl Fit {
     /// The free parameters with intervals that respect coloured and repeating residuals.
     pub fn estimates(&self, machine: &Machine, free: &[usize], motions: &[&Motion]) -> Vec<Estimated> {
+        let records: Vec<(usize, Option<usize>)> = motions.iter().map(|m| (m.load.len(), m.period)).collect();
+        self.estimates_of(machine, free, &records)
+    }
+
+    /// As [`Fit::estimates`], with the lengths and periods of the records that the residual runs over.
+    pub fn estimates_of(&self, machine: &Machine, free: &[usize], records: &[(usize, Option<usize>)]) -> Vec<Estimated> {
         let inside: Vec<usize> = (0..free.len())
             .filter(|at| {
                 let (p, x) = (&machine.parameters[free[*at]], self.values[free[*at]]);
                 x > p.lower && x < p.upper
             })
             .collect();
-        let records: Vec<(usize, Option<usize>)> = motions.iter().map(|m| (m.load.len(), m.period)).collect();
-        let found = intervals(&self.derivatives.select_columns(&inside), &self.residual, &records);
+        let found = intervals(&self.derivatives.select_columns(&inside), &self.residual, records);
         free.iter()
             .enumerate()
             .map(|(at, &parameter)| {
@@ -244,14 +249,11 @@ impl Fit {
             })
             .collect()
     }
+}
 
-    /// Residuals and recorded forces of each record.
-    pub fn by_record<'f>(&'f self, motions: &'f [&Motion]) -> impl Iterator<Item = (&'f [f64], &'f [f64])> {
-        let mut from = 0;
-        motions.iter().map(move |m| {
-            let part = &self.residual.as_slice()[from..from + m.load.len()];
-            from += m.load.len();
-            (part, m.load.as_slice())
-        })
-    }
+/// Correlations of the coefficients of columns; nothing where they are not independent.
+pub fn correlation(columns: &DMatrix<f64>) -> Vec<Vec<f64>> {
+    let Some(inverse) = (columns.transpose() * columns).cholesky().map(|c| c.inverse()) else { return Vec::new() };
+    let sd = |i: usize| inverse[(i, i)].sqrt();
+    (0..inverse.nrows()).map(|i| (0..inverse.ncols()).map(|j| inverse[(i, j)] / (sd(i) * sd(j))).collect()).collect()
 }

@@ -76,30 +76,54 @@ impl Rigid {
         Err(InverseError::Load { path: motion.source.clone(), given: motion.load_column, wanted, point: point.name.clone() })
     }
 
-    /// The force (N) or torque (N·m) to be recorded of the drive for a motion, sample by sample:
-    ///
-    /// ```text
-    /// r_d·F(t) = Σ mᵢ·rᵢ²·a + Σ rⱼ·( cⱼ·rⱼ·v + frictionⱼ(rⱼ·v, rⱼ·x) )        recorded(t) = ( F(t + τ) − ripple ) / (1 + e)
-    /// ```
-    ///
-    /// rᵢ the rate of a point, rⱼ that of a joint's combination, r_d of the driven point. A position read on the motor differs from that of what the
-    /// motor moves by the lead's error, whose acceleration is added.
-    ///
-    /// # Units      m, s, N (or rad, N·m at a driven angle)
-    /// # Errors     none; parameters out of their range give what they give
-    pub fn force(&self, machine: &Machine, values: &[f64], motion: &Motion) -> Vec<f64> {
-        let number = |value: &Value| value.at(values, &Operating::default());
-        let Some(drive) = &machine.drive else { return vec![0.0; motion.position_m.len()] };
-        let mut inertia: f64 = machine.points.iter().zip(&self.ratios).map(|(p, r)| number(&p.inertia) * r * r).sum();
+    /// Force (N) or torque (N·m) of the drive per acceleration of the reading (m/s²).
+    pub fn inertia(&self, machine: &Machine, values: &[f64]) -> f64 {
+        let at = Operating::default();
+        let mut inertia: f64 = machine.points.iter().zip(&self.ratios).map(|(p, r)| p.inertia.at(values, &at) * r * r).sum();
         for shaft in &machine.shafts {
             for (kind, point) in [
                 (Kind::Translation, shaft.stations.iter().find_map(|s| s.axial)),
                 (Kind::Rotation, shaft.stations.iter().find_map(|s| s.torsion)),
             ] {
                 let ratio = point.map_or(0.0, |p| self.ratios[p]);
-                inertia += shaft.inertia(kind, values, &Operating::default()) * ratio * ratio;
+                inertia += shaft.inertia(kind, values, &at) * ratio * ratio;
             }
         }
+        inertia / self.driven
+    }
+
+    /// Force or torque of the drive at a constant velocity (m/s), without what depends on the position.
+    pub fn steady(&self, machine: &Machine, values: &[f64], velocity_m_s: f64) -> f64 {
+        let number = |value: &Value| value.at(values, &Operating::default());
+        let sum: f64 = machine
+            .joints
+            .iter()
+            .map(|joint| {
+                let ratio: f64 = joint.on.iter().map(|(point, c)| c * self.ratios[*point]).sum();
+                let law = Law { wave: None, ..Law::new(&joint.friction, &number) };
+                let v = ratio * velocity_m_s;
+                ratio * (number(&joint.damping) * v + sign(v) * law.level(v, 0.0) + law.asymmetry * v.abs() + law.offset)
+            })
+            .sum();
+        let factor = machine.drive.as_ref().map_or(1.0, |d| number(&d.force_factor));
+        sum / self.driven / factor
+    }
+
+    /// The force (N) or torque (N·m) to be recorded of the drive for a motion, sample by sample:
+    ///
+    /// ```text
+    /// r_d·F(t) = Σ mᵢ·rᵢ²·a + Σ rⱼ·( cⱼ·rⱼ·v + frictionⱼ(rⱼ·v, rⱼ·x) )        recorded(t) = ( F(t + τ) − ripple ) / (1 + e)
+    /// ```
+    ///
+    /// rᵢ the rate of a point, rⱼ that of a joint's combination, r_d of the driven point. Play and errors of the lead are not in it: they move parts
+    /// against each other.
+    ///
+    /// # Units      m, s, N (or rad, N·m at a driven angle)
+    /// # Errors     none; parameters out of their range give what they give
+    pub fn force(&self, machine: &Machine, values: &[f64], motion: &Motion) -> Vec<f64> {
+        let number = |value: &Value| value.at(values, &Operating::default());
+        let Some(drive) = &machine.drive else { return vec![0.0; motion.position_m.len()] };
+        let inertia = self.driven * self.inertia(machine, values);
         let mut sum: Vec<f64> = motion.acceleration_m_s2.iter().map(|a| inertia * a).collect();
         let mut load_share = Vec::new();
         for joint in &machine.joints {

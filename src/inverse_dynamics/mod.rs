@@ -12,7 +12,7 @@ mod recipe;
 
 pub use curve::{CurvePoint, friction_curve};
 pub use error::InverseError;
-pub use fit::{Columns, Estimated, Fit, Projected, estimate, free_parameters, prediction};
+pub use fit::{Columns, Estimated, Fit, Projected, bounded_step, correlation, dependent, estimate, free_parameters, prediction, recorded};
 pub use force::Rigid;
 pub use interval::{Interval, hac_covariance, intervals};
 pub use phase::{Phase, phases};

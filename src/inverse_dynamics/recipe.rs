@@ -1,6 +1,7 @@
 //! A record made ready: filtered, differentiated, thinned.
 
 use super::error::InverseError;
+use super::phase::{Phase, phases};
 use crate::measurement::MotionRecord;
 use crate::numeric::filter::{LowPass, central_differences, decimated};
 
@@ -62,8 +63,11 @@ pub struct Motion {
     pub acceleration_m_s2: Vec<f64>,
     /// Command (m).
     pub command_m: Vec<f64>,
-    /// Force (N) or torque (N·m) as recorded, thinned.
+    /// Force (N) or torque (N·m) as recorded, thinned; 0 where it rests.
     pub load: Vec<f64>,
+    /// Whether each thinned sample moves. At rest friction takes any force up to its level, so that force does not follow from motion: those
+    /// samples, and 50 ms before and after, count for nothing in a column.
+    pub moves: Vec<bool>,
     /// Column it stood in.
     pub load_column: &'static str,
     /// How it was made.
@@ -95,18 +99,34 @@ impl Motion {
             acceleration_m_s2,
             command_m: record.command_m.clone(),
             load: Vec::new(),
+            moves: Vec::new(),
             load_column: record.load.column(),
             recipe,
             period: None,
         };
+        motion.moves = moving(&motion);
         motion.load = motion.thinned(record.load.samples()).ok_or_else(short)?;
         motion.period = period(&record.command_m, recipe.factor);
         Ok(motion)
     }
 
-    /// A column of the record's rate without its beginning, thinned.
+    /// A column of the record's rate without its beginning, thinned; 0 where the axis rests.
     pub fn thinned(&self, column: &[f64]) -> Option<Vec<f64>> {
-        decimated(&column[self.recipe.dropped..], self.recipe.factor)
+        let mut thinned = decimated(&column[self.recipe.dropped..], self.recipe.factor)?;
+        thinned.iter_mut().zip(&self.moves).filter(|(_, moves)| !**moves).for_each(|(x, _)| *x = 0.0);
+        Some(thinned)
+    }
+
+    /// The same, of which the first and last 50 ms count for nothing: filters know nothing of what was before and after.
+    #[must_use]
+    pub fn without_edges(mut self) -> Self {
+        let edge = (CARRIED_S / self.thinned_step_s()).ceil() as usize;
+        let last = self.load.len();
+        for at in (0..edge.min(last)).chain(last.saturating_sub(edge)..last) {
+            self.moves[at] = false;
+            self.load[at] = 0.0;
+        }
+        self
     }
 
     /// Sample of the record that each thinned one stands for.
@@ -119,6 +139,22 @@ impl Motion {
     pub fn thinned_step_s(&self) -> f64 {
         self.step_s * self.recipe.factor as f64
     }
+}
+
+/// Time around a rest (s) into which the filters carry its force.
+const CARRIED_S: f64 = 0.05;
+
+/// Whether each thinned sample moves.
+fn moving(motion: &Motion) -> Vec<bool> {
+    let around = (CARRIED_S / motion.step_s).ceil() as usize;
+    let mut rests = vec![false; motion.position_m.len()];
+    for (at, phase) in phases(motion).into_iter().enumerate() {
+        if phase == Phase::Dwell {
+            let (from, to) = (at.saturating_sub(around), (at + around + 1).min(rests.len()));
+            rests[from..to].fill(true);
+        }
+    }
+    motion.kept().map(|at| !rests[at]).collect()
 }
 
 /// Share of a command's range within which it counts as repeating.

@@ -47,7 +47,7 @@ pub struct Friction {
     pub presliding_damping: Value,
     /// The part of the level that depends on the position.
     pub position: Wave,
-    /// µ: share of the force L that goes through `load_of`, or of the drive's where that is `None`.
+    /// µ: share of the force L that goes through `load_of`, or of the drive's along the axis where that is `None`.
     pub load_share: Value,
     /// Joint (index) whose force loads it.
     pub load_of: Option<usize>,

@@ -1,7 +1,9 @@
 //! Patches of what only motion shows, friction, play, lead error and the drive, resolved and checked.
 
 use super::check::{MachineError, fault, listing};
-use super::{Drive, Encoder, Friction, LeadError, Machine, Motion, PositionLoop, Source, Tachometry, Value, VelocityLoop, Wave};
+use super::{
+    Drive, Encoder, Friction, Joint, LeadError, Machine, Motion, Operating, PositionLoop, Source, Tachometry, Value, VelocityLoop, Wave,
+};
 
 /// A wave a patch adds; fields as in [`Wave`].
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -205,6 +207,29 @@ impl Machine {
         }
         values.extend(self.drive.iter().flat_map(Drive::values).map(|(key, v)| (format!("drive.{key}"), v)));
         values
+    }
+
+    /// Names of the joints whose friction, play or lead error, at the start values, frequency responses and modes leave out.
+    pub fn left_out_of_frequency_responses(&self) -> Vec<&str> {
+        let (start, middle) = (self.start(), Operating::default());
+        let acts = |(key, value): &(&str, &Value)| {
+            [
+                "coulomb",
+                "stribeck",
+                "position.cosine",
+                "position.sine",
+                "load_share",
+                "viscous_asymmetry",
+                "wave.cosine",
+                "wave.sine",
+                "growth",
+            ]
+            .contains(key)
+                && value.at(&start, &middle) != 0.0
+        };
+        let out =
+            |j: &&Joint| j.gap.at(&start, &middle) > 0.0 || j.friction.values().iter().any(acts) || j.lead_error.values().iter().any(acts);
+        self.joints.iter().filter(out).map(|j| j.name.as_str()).collect()
     }
 
     /// Checks the numbers that only motion depends on, by what their keys ask for.

@@ -47,6 +47,14 @@ pub fn add_product(a: &[f64], x: &[f64], y: &mut [f64]) {
     }
 }
 
+/// y += a·x, for an x of which little is not 0.
+pub fn add_sparse(a: &[f64], x: &[f64], y: &mut [f64]) {
+    let n = x.len();
+    for (j, x) in x.iter().enumerate().filter(|(_, x)| **x != 0.0) {
+        y.iter_mut().enumerate().for_each(|(i, y)| *y += a[i * n + j] * x);
+    }
+}
+
 impl Flow {
     /// Over τ, for A of n rows: the series at τ/2^m, doubled m times.
     ///

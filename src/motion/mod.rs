@@ -18,12 +18,15 @@ mod plant;
 mod record;
 mod reference;
 mod run;
+mod runner;
 mod settings;
 mod state;
 mod step;
+mod trace;
 
 pub use error::MotionError;
 pub use record::{RecordGap, simulate_record};
 pub use reference::{Course, SCurve, Sine};
-pub use run::{Energy, Event, EventKind, Sample, Trace, simulate};
+pub use run::simulate;
 pub use settings::Settings;
+pub use trace::{Energy, Event, EventKind, Sample, Trace};

@@ -1,7 +1,8 @@
 //! A measured record simulated in closed loop.
 
 use super::reference::Course;
-use super::run::{Trace, simulate};
+use super::run::simulate;
+use super::trace::Trace;
 use super::{MotionError, Settings};
 use crate::machine::Machine;
 use crate::measurement::MotionRecord;

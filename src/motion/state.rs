@@ -19,6 +19,8 @@ pub struct Mode {
 pub enum Part {
     /// What is linear, with what is constant.
     Linear,
+    /// What is not.
+    Bent,
     /// All.
     Whole,
 }
@@ -34,12 +36,17 @@ impl Plant {
         self.ripple.is_flat() && self.leads.is_empty() && self.rubs.iter().all(|r| r.is_level() && r.bristle.is_none())
     }
 
+    /// Travel of the axis per unit of the drive's point, by the encoder that sits there: a torque over it is the force along the axis.
+    fn drive_travel(&self) -> f64 {
+        [self.position, self.velocity].iter().find(|encoder| encoder.at == self.drive).map_or(1.0, |encoder| encoder.travel)
+    }
+
     /// The level of a friction.
     pub fn level(&self, rub: &Rub, y: &[f64], drive_n: f64) -> f64 {
         let (q, v) = y.split_at(self.size);
         let load = match &rub.load {
             _ if rub.load_share == 0.0 => 0.0,
-            Load::Drive => drive_n,
+            Load::Drive => drive_n / self.drive_travel(),
             Load::Joint(of, stiffness, damping, half) => {
                 let stretch = along(of, q);
                 let beyond = stretch - stretch.clamp(-half, *half);
@@ -47,6 +54,15 @@ impl Plant {
             }
         };
         rub.level(along(&rub.along, v), along(&rub.along, q), load)
+    }
+
+    /// Force by which what holds a friction may pass its level before it lets go: more than the rounding of the springs' forces there, so that what
+    /// lets go also moves.
+    pub fn slack(&self, rub: &Rub, y: &[f64], drive_n: f64) -> f64 {
+        let n = self.size;
+        let row = |i: usize| self.stiffness[i * n..(i + 1) * n].iter().zip(y).map(|(k, q)| (k * q).abs()).sum::<f64>();
+        let springs: f64 = rub.along.iter().map(|&(i, c)| c.abs() * row(i)).sum();
+        1e-8 * self.level(rub, y, drive_n) + 1e-14 * springs
     }
 
     /// Rate of a bristle's relaxation at the state, 1/s.
@@ -68,12 +84,23 @@ impl Plant {
 
     /// Forces of everything but what sticks, and the rates of bristles and relaxing forces into `rate[2·size..]`.
     pub fn forces(&self, mode: &Mode, y: &[f64], drive_n: f64, part: Part, force: &mut [f64], rate: &mut [f64]) {
+        force.fill(0.0);
+        rate.fill(0.0);
+        if part != Part::Bent {
+            self.linear_forces(mode, y, drive_n, force, rate);
+        }
+        if part != Part::Linear {
+            self.bent_forces(mode, y, drive_n, force, rate);
+        }
+    }
+
+    fn linear_forces(&self, mode: &Mode, y: &[f64], drive_n: f64, force: &mut [f64], rate: &mut [f64]) {
         let n = self.size;
         let (q, v) = (&y[..n], &y[n..2 * n]);
         force.copy_from_slice(&self.constant);
-        for i in 0..n {
-            let (k, c) = (&self.stiffness[i * n..(i + 1) * n], &self.damping[i * n..(i + 1) * n]);
-            force[i] -= k.iter().zip(q).map(|(k, q)| k * q).sum::<f64>() + c.iter().zip(v).map(|(c, v)| c * v).sum::<f64>();
+        let rows = self.stiffness.chunks_exact(n.max(1)).zip(self.damping.chunks_exact(n.max(1)));
+        for (force, (k, c)) in force.iter_mut().zip(rows) {
+            *force -= k.iter().zip(q).map(|(k, q)| k * q).sum::<f64>() + c.iter().zip(v).map(|(c, v)| c * v).sum::<f64>();
         }
         force[self.drive] += drive_n;
         for (gap, side) in self.gaps.iter().zip(&mode.gaps).filter(|(_, side)| **side != 0) {
@@ -86,22 +113,14 @@ impl Plant {
             match rub.bristle {
                 Some(bristle) => {
                     let z = y[bristle.at];
-                    let linear = ladder(bristles.next().copied().flatten());
-                    let relaxed = if part == Part::Linear { linear } else { self.relaxation(rub, bristle.stiffness, y, drive_n) };
-                    let slip = velocity - relaxed * z;
+                    let slip = velocity - ladder(bristles.next().copied().flatten()) * z;
                     rate[bristle.at] = slip;
-                    let uneven = if part == Part::Linear { 0.0 } else { rub.asymmetry * velocity.abs() };
-                    pull(&rub.along, bristle.stiffness * z + bristle.damping * slip + uneven, force);
+                    pull(&rub.along, bristle.stiffness * z + bristle.damping * slip, force);
                 }
-                None if *sign != 0 => {
-                    let level = match part {
-                        Part::Linear if !rub.is_level() => 0.0,
-                        _ => self.level(rub, y, drive_n),
-                    };
-                    let sign = f64::from(*sign);
-                    pull(&rub.along, sign * (level + rub.asymmetry * velocity), force);
+                None => {
+                    let level = if rub.is_level() { rub.coulomb } else { 0.0 };
+                    pull(&rub.along, f64::from(*sign) * (level + rub.asymmetry * velocity), force);
                 }
-                None => {}
             }
         }
         for relaxing in &self.relaxing {
@@ -109,8 +128,22 @@ impl Plant {
             pull(&relaxing.along, held, force);
             rate[relaxing.at] = relaxing.stiffness * (along(&relaxing.along, v) - held / relaxing.damping);
         }
-        if part == Part::Linear {
-            return;
+    }
+
+    fn bent_forces(&self, mode: &Mode, y: &[f64], drive_n: f64, force: &mut [f64], rate: &mut [f64]) {
+        let (q, v) = (&y[..self.size], &y[self.size..2 * self.size]);
+        let mut bristles = mode.relaxing.iter();
+        for (rub, sign) in self.rubs.iter().zip(&mode.rubs) {
+            match rub.bristle {
+                Some(bristle) => {
+                    let linear = ladder(bristles.next().copied().flatten());
+                    let more = (linear - self.relaxation(rub, bristle.stiffness, y, drive_n)) * y[bristle.at];
+                    rate[bristle.at] += more;
+                    pull(&rub.along, bristle.damping * more + rub.asymmetry * along(&rub.along, v).abs(), force);
+                }
+                None if *sign != 0 && !rub.is_level() => pull(&rub.along, f64::from(*sign) * self.level(rub, y, drive_n), force),
+                None => {}
+            }
         }
         force[self.drive] += self.ripple.at(q[self.drive]).0;
         for lead in &self.leads {

@@ -3,12 +3,15 @@
 use std::collections::HashMap;
 
 use super::element::along;
-use super::flow::{Flow, add_product};
+use super::flow::{Flow, add_product, add_sparse};
 use super::plant::Plant;
 use super::state::{Mode, Part};
 
 /// Iterations of the parabola before a step counts as too long.
 const ITERATIONS: usize = 12;
+
+/// Change of a state in one iteration, relative to its scale, below which the parabola is found.
+const FOUND: f64 = 1e-10;
 
 /// A mode's linear equations ẏ = A·y + constant + drive·F, and what holds those that stick.
 #[derive(Debug, Clone)]
@@ -135,7 +138,7 @@ impl Stepper {
             self.plant.rubs[*at].along.iter().for_each(|&(j, c)| force[j] += c * holding);
         }
         for i in 0..n {
-            rate[i] = y[n + i];
+            rate[i] = if part == Part::Bent { 0.0 } else { y[n + i] };
             rate[n + i] = force[i] / self.plant.mass[i];
         }
     }
@@ -200,43 +203,39 @@ impl Stepper {
         let tau = self.units_s[usize::from(unit)] * 0.5_f64.powi(i32::from(level));
         let mut force = std::mem::take(&mut self.force);
         let mut scratch = std::mem::take(&mut self.scratch);
-        let [start, middle, last, linear, half_plain, end_plain] = &mut scratch;
-        half_plain.copy_from_slice(&half);
-        end_plain.copy_from_slice(&end);
-        let mut bent = |y: &[f64], into: &mut Vec<f64>| {
-            self.rate_of(equations, mode, y, drive_n, Part::Whole, &mut force, into);
-            linear.iter_mut().zip(equations.constant.iter().zip(&equations.drive)).for_each(|(x, (c, d))| *x = c + d * drive_n);
-            add_product(&equations.a, y, linear);
-            into.iter_mut().zip(linear.iter()).for_each(|(x, l)| *x -= l);
-        };
+        let [start, middle, last, next, f1, f2] = &mut scratch;
+        let mut bent = |y: &[f64], into: &mut Vec<f64>| self.rate_of(equations, mode, y, drive_n, Part::Bent, &mut force, into);
         bent(y, start);
-        middle.copy_from_slice(start);
-        last.copy_from_slice(start);
+        // What the force at the beginning does stays; the first guess is that it goes on.
+        add_sparse(&part.flow.forced[0], start, &mut half);
+        add_sparse(&whole.flow.forced[0], start, &mut end);
+        let straight = (half.clone(), end.clone());
         let mut off = f64::INFINITY;
-        for iteration in 0..ITERATIONS {
+        for _ in 0..ITERATIONS {
+            bent(&half, middle);
+            bent(&end, last);
             // f = f₀ + f₁·t + f₂·t²/2 through start, middle and last.
-            let f1: Vec<f64> = (0..start.len()).map(|i| (4.0 * middle[i] - 3.0 * start[i] - last[i]) / tau).collect();
-            let f2: Vec<f64> = (0..start.len()).map(|i| 4.0 * (start[i] - 2.0 * middle[i] + last[i]) / (tau * tau)).collect();
+            for i in 0..start.len() {
+                f1[i] = (4.0 * middle[i] - 3.0 * start[i] - last[i]) / tau;
+                f2[i] = 4.0 * (start[i] - 2.0 * middle[i] + last[i]) / (tau * tau);
+            }
             let mut moved: f64 = 0.0;
-            for (step, plain, to) in [(part, &*half_plain, &mut half), (whole, &*end_plain, &mut end)] {
-                let mut next = plain.clone();
-                for (p, f) in step.flow.forced.iter().zip([&*start, &f1, &f2]) {
-                    add_product(p, f, &mut next);
-                }
+            for (step, straight, to) in [(part, &straight.0, &mut half), (whole, &straight.1, &mut end)] {
+                next.copy_from_slice(straight);
+                add_sparse(&step.flow.forced[1], f1, next);
+                add_sparse(&step.flow.forced[2], f2, next);
                 moved = next.iter().zip(to.iter()).zip(scale).map(|((a, b), s)| (a - b).abs() / s).fold(moved, f64::max);
-                to.copy_from_slice(&next);
+                to.copy_from_slice(next);
             }
             if !moved.is_finite() {
                 break;
             }
-            if iteration > 0 && moved < 1e-11 {
-                let mut third = vec![0.0; start.len()];
-                add_product(&whole.flow.forced[2], &f2, &mut third);
-                off = third.iter().zip(scale).map(|(x, s)| x.abs() / s).fold(0.0, f64::max);
+            if moved < FOUND {
+                next.fill(0.0);
+                add_sparse(&whole.flow.forced[2], f2, next);
+                off = next.iter().zip(scale).map(|(x, s)| x.abs() / s).fold(0.0, f64::max);
                 break;
             }
-            bent(&half, middle);
-            bent(&end, last);
         }
         (self.half, self.end, self.force, self.scratch) = (half, end, force, scratch);
         off

@@ -35,7 +35,7 @@ impl LowPass {
             let theta = PI * (2 * k + 1) as f64 / (2 * order) as f64;
             Complex64::new(-a.sinh() * theta.sin(), a.cosh() * theta.cos())
         };
-        let at_rest = if order % 2 == 0 { 10f64.powf(-0.05 * ripple_db) } else { 1.0 };
+        let at_rest = if order.is_multiple_of(2) { 10f64.powf(-0.05 * ripple_db) } else { 1.0 };
         Self::of_poles(order, cutoff, pole, at_rest)
     }
 
@@ -196,13 +196,13 @@ mod tests {
         let still = LowPass::chebyshev(8, 0.05, 0.08).forward_backward(&[2.5; 60]).unwrap();
         let gain = 10f64.powf(-0.1 * 0.05);
         assert!(still.iter().all(|y| (y - 2.5 * gain).abs() < 1e-9), "an even Chebyshev filter rests at its ripple's foot");
-        let line: Vec<f64> = (0..100).map(|i| 3.0 - 0.2 * i as f64).collect();
+        let line: Vec<f64> = (0..400).map(|i| 3.0 - 0.2 * i as f64).collect();
         let y = LowPass::butterworth(4, 0.2).forward_backward(&line).unwrap();
-        assert!((40..60).all(|i| (y[i] - line[i]).abs() < 1e-6));
+        assert!((180..220).all(|i| (y[i] - line[i]).abs() < 1e-9));
         assert_eq!(LowPass::butterworth(4, 0.2).forward_backward(&line[..12]), None);
         assert!(LowPass::butterworth(4, 0.2).forward_backward(&line[..13]).is_some());
         assert_eq!(decimated(&line, 1).unwrap(), line);
-        assert_eq!(decimated(&line, 10).unwrap().len(), 10);
+        assert_eq!(decimated(&line, 10).unwrap().len(), 40);
         let slope = central_differences(&line);
         assert!(slope.iter().all(|s| (s + 0.2).abs() < 1e-12));
         assert!(central_differences(&[1.0]) == [0.0] && central_differences(&[]).is_empty());

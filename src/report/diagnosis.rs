@@ -52,6 +52,9 @@ pub struct Diagnosis {
     /// Parameters of the machine as described, at its fit, nuisances among them (their names begin with ~).
     #[serde(default)]
     pub described: BTreeMap<String, f64>,
+    /// What motion records say beside.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub motion: Option<super::record::MotionRows>,
     /// The model that is chosen, over what was held out.
     #[serde(default)]
     pub chosen: Chosen,

@@ -272,6 +272,15 @@ pub struct Identification {
     /// FRFs, where whole FRFs were fitted.
     #[serde(default)]
     pub frfs: Vec<FrfRow>,
+    /// Time records by name, where motion was fitted; `positions` holds them, too, with their force error as gap.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub records: BTreeMap<String, super::record::RecordRow>,
+    /// How records were filtered.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub recipe: Option<super::record::RecipeRow>,
+    /// The friction curve from constant speeds of the fitted records.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub friction_curve: Vec<super::record::CurveRow>,
 }
 
 /// `validation.json`.

@@ -4,6 +4,7 @@ pub mod diagnosis;
 pub mod document;
 pub mod motion;
 pub mod page;
+pub mod record;
 mod schema;
 pub mod simulation;
 mod table;

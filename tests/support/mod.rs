@@ -1,5 +1,6 @@
 //! Truths and helpers for the tests, none of which use the model under test.
 
+pub mod axis;
 pub mod bench_equations;
 pub mod finite_elements;
 

@@ -125,6 +125,9 @@ fn recompute(folder: &Path, identified: &Identification, page: &mut Page) -> Res
     let rods = identified.settings.lumps.map_or(Rods::Exact, Rods::Lumped);
     page.title = loaded.config.machine.title.clone();
     page.nut_m = loaded.set.positions.iter().filter_map(|p| Some((p.name.clone(), p.nut_m?))).collect();
+    if super::inverse_dynamics::applies(&loaded.set) {
+        return Ok(());
+    }
     let ground = Ground { identified, loaded, values, rods };
     page.curves = {
         let Ground { identified, loaded, values, rods } = &ground;

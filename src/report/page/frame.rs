@@ -2,7 +2,7 @@
 
 use super::chart::library;
 use super::text::{TextTable, escape, paragraph, section};
-use super::{Page, comparison, curve, parameter, peak, position, shape, verdict};
+use super::{Page, comparison, curve, motion, parameter, peak, position, shape, verdict};
 use crate::report::document::{Identification, Stamp};
 use crate::report::table::percent;
 
@@ -52,6 +52,9 @@ fn sections(page: &Page) -> Vec<(&'static str, &'static str, String)> {
         let errors = position::errors("Natural frequencies, with the errors of the prediction", &of.positions);
         let gaps = position::frfs(&of.frfs);
         out.push(("positions", "Position by position", format!("{}{errors}{gaps}", position::charts(page))));
+        if !of.records.is_empty() {
+            out.push(("records", "Record by record", motion::identified(of)));
+        }
     }
     if let Some(of) = &page.validation {
         let told = of.largest_error.map(|x| paragraph(&format!("Largest relative frequency error: {}.", percent(x)))).unwrap_or_default();

@@ -4,6 +4,7 @@ mod chart;
 mod comparison;
 mod curve;
 mod frame;
+mod motion;
 mod parameter;
 mod peak;
 mod position;

@@ -51,8 +51,9 @@ pub fn summary(of: &Diagnosis) -> String {
 pub fn content(of: &Diagnosis, curves: &[Curve]) -> String {
     let after = if of.chosen.id.is_empty() { "as chosen".to_string() } else { format!("with {}", of.chosen.id.replace('+', " and ")) };
     let overlay = curve::chart("diagnosis-curves", curves, &after);
+    let motion = super::motion::content(of);
     format!(
-        "{}{overlay}{}{}{}{}{}{}{}{}",
+        "{}{overlay}{motion}{}{}{}{}{}{}{}{}",
         change(of),
         gaps(of),
         bands(of),

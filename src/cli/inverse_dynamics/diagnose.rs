@@ -1,0 +1,240 @@
+//! `jointid diagnose` on motion records.
+
+use std::collections::BTreeMap;
+
+use super::super::arguments::DiagnoseArguments;
+use super::super::common::{CommandResult, Loaded, Outcome, deliver, on_threads, plan, prepare, stamp, stop_flag, told, warn};
+use super::super::diagnose::{check_frozen, chosen_effects};
+use super::super::progress::Progress;
+use crate::diagnosis::motion::{Cell, CellKind, MotionDiagnosis, MotionPart, MotionSettings, diagnose_motion, gap_of};
+use crate::diagnosis::{Status, VerdictKind};
+use crate::inverse_dynamics::{Motion, Phase, phases};
+use crate::machine::Effect;
+use crate::optimizer::Control;
+use crate::report::diagnosis as document;
+use crate::report::record::{CellRow, ChainRow, MotionRows, TraceRow, motion_diagnosis_text};
+
+/// Nulls of motion records for each that `--nulls` asks for: they cost little.
+const NULLS: usize = 10;
+/// Samples of a record that is drawn.
+const DRAWN: usize = 2500;
+
+/// Runs the command.
+pub fn diagnose(given: &DiagnoseArguments, loaded: &Loaded) -> CommandResult {
+    let plan = plan(&given.search, &loaded.set)?;
+    let machine = &loaded.config.machine;
+    check_frozen(loaded, &plan.frozen)?;
+    let effects = chosen_effects(given, &loaded.config.effects)?;
+    let (fit, held_out) = loaded.set.split_motions(given.positions.as_deref(), &given.hold_out).map_err(told)?;
+    let motions = super::motions(&loaded.set)?;
+    super::rigid(loaded, &motions)?;
+    let folder = prepare(&given.output)?;
+    let of = |records: &[usize]| records.iter().map(|i| &motions[*i]).collect::<Vec<&Motion>>();
+    let (fitted, left) = (of(&fit), of(&held_out));
+    let settings = MotionSettings { seed: plan.seed, draws: NULLS * usize::from(given.nulls) };
+    let progress = Progress::begin(given.output.quiet, "diagnose").ticking();
+    let control = Control::new(stop_flag(), None);
+    let ran = on_threads(given.search.threads, || diagnose_motion(machine, &effects, &plan.frozen, (&fitted, &left), settings, &control))?;
+    progress.end();
+    let found = ran.map_err(told)?;
+    let document = to_document(given, loaded, (&fitted, &left), &found, &effects)?;
+    warn(&given.output, &document.stamp.warnings);
+    let text = format!("{}\n{}", machine.title, motion_diagnosis_text(&document));
+    deliver(&given.output, folder.as_ref(), "diagnosis.json", &document, &text)?;
+    Ok(if found.complete { Outcome::Done } else { Outcome::Stopped })
+}
+
+fn to_document(
+    given: &DiagnoseArguments,
+    loaded: &Loaded,
+    (fit, held_out): (&[&Motion], &[&Motion]),
+    found: &MotionDiagnosis,
+    effects: &[Effect],
+) -> Result<document::Diagnosis, String> {
+    let (before, after) = (gap_of(&found.held_out), gap_of(&found.chosen_held_out));
+    let mut warnings: Vec<String> = found.contradictions.iter().map(|c| c.says.clone()).collect();
+    if held_out.is_empty() {
+        warnings.push("nothing is held out: how far the gap closes is not told; hold records out".into());
+    }
+    if found.contradictions.iter().any(|_| found.verdict.kind != VerdictKind::Measurement) {
+        warnings.push("the gap of a held-out record that contradicts the fitted ones holds what its measuring chain adds".into());
+    }
+    let selected = |id: &str| found.verdict.effects.iter().any(|e| e.split('+').any(|part| part == id));
+    let closed = after.filter(|_| !held_out.is_empty()).and_then(|_| found.closed(&found.chosen_held_out));
+    let rows: Vec<document::EffectRow> = found
+        .tried
+        .iter()
+        .map(|t| {
+            let (status, why) = match &t.status {
+                Status::Tried => ("tried", None),
+                Status::Failed(why) => ("failed", Some(why.clone())),
+                Status::NotApplicable(why) => ("not-applicable", Some(why.clone())),
+            };
+            let is_selected = selected(&t.id);
+            document::EffectRow {
+                id: t.id.clone(),
+                status: status.into(),
+                why,
+                gap_held_out_before: before,
+                gap_held_out_after: gap_of(&t.held_out),
+                closed: if t.held_out.is_empty() { None } else { found.closed(&t.held_out) },
+                closed95: found.closed95.filter(|_| found.verdict.effects.first() == Some(&t.id)).map(|(a, b)| [a, b]),
+                p_value: t.p_value,
+                statistic: t.gain,
+                takes: t.gain.max(0.0),
+                parameters: t.parameters.iter().cloned().collect(),
+                selected: is_selected,
+                says: effects.iter().find(|e| e.id == t.id).map(|e| e.says.clone()),
+            }
+        })
+        .collect();
+    let driven = loaded.config.machine.drive.as_ref().map_or("drive", |d| loaded.config.machine.points[d.on].name.as_str());
+    let places: Vec<document::WhereRow> = found
+        .located
+        .iter()
+        .map(|l| document::WhereRow {
+            interface: format!("{driven}, over {}", l.over),
+            shape: l.shape.into(),
+            takes: l.gain.max(0.0),
+            gap_held_out: None,
+        })
+        .collect();
+    let something = found.verdict.kind != VerdictKind::None;
+    let kind = found.verdict.kind;
+    let chosen = &found.chosen;
+    let is_named = matches!(kind, VerdictKind::Effect | VerdictKind::Ambiguous | VerdictKind::WrongParameter);
+    let ceiling = found.tried.iter().filter(|t| !t.held_out.is_empty()).filter_map(|t| found.closed(&t.held_out)).chain(closed);
+    Ok(document::Diagnosis {
+        stamp: stamp("diagnosis", given.search.seed, found.complete, loaded, warnings),
+        domain: "motion".into(),
+        // Its parameters stand with what motion records say beside.
+        described: BTreeMap::new(),
+        config: given.sources.config.clone(),
+        measurements: given.sources.measurements.clone(),
+        fit_positions: fit.iter().map(|m| m.name.clone()).collect(),
+        held_out_positions: held_out.iter().map(|m| m.name.clone()).collect(),
+        noise_floor: found.floor,
+        gap: document::GapRow {
+            fit: gap_of(&found.fit),
+            held_out: before,
+            by_position: found.fit.iter().chain(&found.held_out).map(|p| (p.name.clone(), p.gap())).collect(),
+            by_band: Vec::new(),
+            by_mode: Vec::new(),
+            by_phase: by_phase(&found.cells, if held_out.is_empty() { fit } else { held_out }),
+        },
+        misfit_over_null: match (gap_of(&found.fit), found.floor_fit) {
+            (Some(gap), Some(floor)) if floor > 0.0 => (gap / floor).powi(2),
+            _ => 0.0,
+        },
+        verdict: document::VerdictRow {
+            kind: kind.word().into(),
+            effects: found.verdict.effects.clone(),
+            reason: found.verdict.reason.clone(),
+            next_measurement: found.verdict.next.clone(),
+            place: places.first().filter(|_| something).map(|i| i.interface.clone()),
+            band_hz: None,
+        },
+        places,
+        ratio: Vec::new(),
+        residual_map: Vec::new(),
+        delta_z: Vec::new(),
+        motion: Some(motion_rows(loaded, (fit, held_out), found)?),
+        effects: rows,
+        chosen: document::Chosen {
+            id: chosen.0.id.clone(),
+            parameters: chosen.0.machine.parameters.iter().map(|p| p.id.clone()).zip(chosen.1.iter().copied()).collect(),
+            gap_held_out: after,
+            closed: closed.filter(|_| is_named),
+            closed95: found.closed95.filter(|_| is_named).map(|(a, b)| [a, b]),
+            ceiling: ceiling.reduce(f64::max),
+            plain: plain(found),
+        },
+    })
+}
+
+/// Gap by phase over records together: of what was held out, else of what was fitted.
+fn by_phase(cells: &[Cell], of: &[&Motion]) -> BTreeMap<String, f64> {
+    let mut found: BTreeMap<String, Vec<(f64, usize)>> = BTreeMap::new();
+    for cell in cells.iter().filter(|c| c.direction == 0 && of.iter().any(|m| m.name == c.record)) {
+        if let CellKind::Phase(phase) = cell.kind {
+            found.entry(phase.word().into()).or_default().push((cell.gap, cell.samples));
+        }
+    }
+    let mean = |parts: Vec<(f64, usize)>| crate::numeric::statistics::root_mean_square_of_parts(parts);
+    found.into_iter().filter_map(|(name, parts)| Some((name, mean(parts)?))).collect()
+}
+
+/// Force errors of each record, before and after.
+fn plain(found: &MotionDiagnosis) -> Vec<document::Plain> {
+    let pairs = found.fit.iter().zip(&found.chosen_fit).chain(found.held_out.iter().zip(&found.chosen_held_out));
+    pairs.map(|(b, a)| document::Plain { figure: format!("force error of {}", b.name), before: b.gap(), after: a.gap() }).collect()
+}
+
+fn motion_rows(loaded: &Loaded, (fit, held_out): (&[&Motion], &[&Motion]), found: &MotionDiagnosis) -> Result<MotionRows, String> {
+    let machine = &found.chosen.0.machine;
+    let rigid = super::rigid(loaded, &[])?;
+    let all: Vec<&Motion> = fit.iter().chain(held_out).copied().collect();
+    let befores: Vec<&MotionPart> = found.fit.iter().chain(&found.held_out).collect();
+    let afters: Vec<&MotionPart> = found.chosen_fit.iter().chain(&found.chosen_held_out).collect();
+    let role = |name: &str| if fit.iter().any(|m| m.name == name) { "fit" } else { "held_out" };
+    let cells = found.cells.iter().map(|c| {
+        let (by, phase, range) = match c.kind {
+            CellKind::Phase(phase) => ("phase", Some(phase.word().to_string()), None),
+            CellKind::Speed(a, b) => ("speed_m_s", None, Some([a, b])),
+            CellKind::Position(a, b) => ("position_m", None, Some([a, b])),
+        };
+        CellRow {
+            record: c.record.clone(),
+            by: by.into(),
+            phase,
+            range,
+            direction: ["backward", "both", "forward"][(c.direction + 1) as usize].into(),
+            samples: c.samples,
+            gap: c.gap,
+            share: c.share,
+            mean: c.mean,
+        }
+    });
+    let records = found.shifts.iter().map(|s| {
+        let gap = |parts: &[&MotionPart]| parts.iter().find(|p| p.name == s.name).map_or(f64::NAN, |p| p.gap());
+        ChainRow {
+            record: s.name.clone(),
+            role: role(&s.name).into(),
+            gap_before: gap(&befores),
+            gap_after: gap(&afters),
+            gap_own_chain: s.gap_own,
+            delay_s: s.delay_s,
+            delay95_s: [s.delay_s - s.delay_half95_s, s.delay_s + s.delay_half95_s],
+            factor: s.gain.exp(),
+        }
+    });
+    let traces = all.iter().zip(befores.iter().zip(&afters)).map(|(motion, (before, after))| trace(motion, before, after));
+    Ok(MotionRows {
+        unit: if all.first().is_some_and(|m| m.load_column == "torque_nm") { "N*m" } else { "N" }.into(),
+        cells: cells.collect(),
+        records: records.collect(),
+        contradictions: found.contradictions.iter().map(|c| c.says.clone()).collect(),
+        friction_curve: super::curve_rows(&rigid, machine, &found.chosen.1, fit),
+        phases: super::phase_names(),
+        traces: traces.collect(),
+    })
+}
+
+/// A record to be drawn: one period where it repeats.
+fn trace(motion: &Motion, before: &MotionPart, after: &MotionPart) -> TraceRow {
+    let whole = motion.period.unwrap_or(motion.load.len());
+    let every = whole.div_ceil(DRAWN);
+    let phases = phases(motion);
+    let kept: Vec<usize> = motion.kept().collect();
+    let at: Vec<usize> = (0..whole).step_by(every).collect();
+    let rounded = |x: &[f64]| at.iter().map(|i| (1e4 * x[*i]).round() / 1e4).collect::<Vec<f64>>();
+    let place = |phase: Phase| Phase::ALL.iter().position(|p| *p == phase).unwrap_or(0) as u8;
+    TraceRow {
+        record: motion.name.clone(),
+        time_s: at.iter().map(|i| (1e6 * kept[*i] as f64 * motion.step_s).round() / 1e6).collect(),
+        measured: rounded(&before.recorded),
+        before: rounded(&before.residual),
+        after: rounded(&after.residual),
+        phase: at.iter().map(|i| place(phases[kept[*i]])).collect(),
+    }
+}

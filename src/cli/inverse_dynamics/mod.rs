@@ -1,0 +1,90 @@
+//! Commands on sets of motion records.
+
+mod diagnose;
+mod identify;
+mod validate;
+
+pub use diagnose::diagnose;
+pub use identify::identify;
+pub use validate::validate;
+
+use std::collections::BTreeMap;
+
+use rayon::prelude::*;
+
+use super::common::{Loaded, told};
+use crate::diagnosis::motion::{CellKind, cells, part};
+use crate::inverse_dynamics::{CurvePoint, Motion, Phase, Recipe, Rigid, friction_curve};
+use crate::machine::Machine;
+use crate::measurement::MeasurementSet;
+use crate::report::record::{CurveRow, RecipeRow, RecordRow};
+
+/// Whether a set is one of motions: records, and neither FRFs nor modes.
+pub fn applies(set: &MeasurementSet) -> bool {
+    !set.motions.is_empty() && set.frfs.is_empty() && set.modes.is_none()
+}
+
+/// Names of records.
+fn names(set: &MeasurementSet, records: &[usize]) -> Vec<String> {
+    records.iter().map(|i| set.motions[*i].name.clone()).collect()
+}
+
+/// All records made ready, in the order of the set.
+fn motions(set: &MeasurementSet) -> Result<Vec<Motion>, String> {
+    let made: Result<Vec<Motion>, _> = set.motions.par_iter().map(|r| Motion::new(r, Recipe::usual(r.step_s))).collect();
+    made.map_err(told)
+}
+
+/// A rigid machine and records that suit it.
+fn rigid(loaded: &Loaded, motions: &[Motion]) -> Result<Rigid, String> {
+    let machine = &loaded.config.machine;
+    let rigid = Rigid::new(machine, &machine.start()).map_err(|e| format!("{}: {e}", loaded.config.path))?;
+    motions.iter().try_for_each(|m| rigid.check(machine, m)).map_err(told)?;
+    Ok(rigid)
+}
+
+fn recipe_row(recipe: &Recipe) -> RecipeRow {
+    RecipeRow { cutoff_hz: recipe.cutoff_hz, order: recipe.order, dropped: recipe.dropped, decimation: recipe.factor }
+}
+
+/// A record beside a machine, by inverse dynamics.
+fn record_row(rigid: &Rigid, machine: &Machine, values: &[f64], motion: &Motion, samples: usize, role: &str) -> RecordRow {
+    let part = part(rigid, machine, values, motion);
+    let by_phase: BTreeMap<String, f64> = cells(motion, &part)
+        .iter()
+        .filter(|c| c.direction == 0)
+        .filter_map(|c| match c.kind {
+            CellKind::Phase(phase) => Some((phase.word().to_string(), c.gap)),
+            _ => None,
+        })
+        .collect();
+    RecordRow {
+        role: role.into(),
+        force_error: part.gap(),
+        simulated_force_error: None,
+        noise_floor: part.noise_floor(),
+        by_phase,
+        samples,
+        compared: motion.load.len(),
+        period_s: motion.period.map(|p| p as f64 * motion.thinned_step_s()),
+    }
+}
+
+/// Friction curve of records, with what a machine predicts at each speed.
+fn curve_rows(rigid: &Rigid, machine: &Machine, values: &[f64], motions: &[&Motion]) -> Vec<CurveRow> {
+    let inertia = rigid.inertia(machine, values);
+    let all: Vec<CurvePoint> = motions.iter().flat_map(|m| friction_curve(m, inertia)).collect();
+    let row = |point: CurvePoint| CurveRow {
+        predicted: Some(rigid.steady(machine, values, point.velocity_m_s)),
+        record: point.record,
+        velocity_m_s: point.velocity_m_s,
+        load: point.load,
+        sd: point.sd,
+    };
+    all.into_iter().map(row).collect()
+}
+
+/// Names of phases in their order.
+fn phase_names() -> Vec<String> {
+    Phase::ALL.iter().map(|p| p.word().to_string()).collect()
+}

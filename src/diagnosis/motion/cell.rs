@@ -1,0 +1,93 @@
+//! Where the misfit lies: by phase of the motion, by speed, by position, and by direction.
+
+use super::gap::MotionPart;
+use crate::inverse_dynamics::{Motion, Phase, phases};
+
+/// What a cell is made by.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum CellKind {
+    /// A phase of the motion.
+    Phase(Phase),
+    /// Speeds (m/s), from and to.
+    Speed(f64, f64),
+    /// Positions (m), from and to.
+    Position(f64, f64),
+}
+
+/// A part of the samples of a record.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Cell {
+    /// Record.
+    pub record: String,
+    /// What it is made by.
+    pub kind: CellKind,
+    /// 1 forward, −1 backward, 0 both.
+    pub direction: i8,
+    /// Samples.
+    pub samples: usize,
+    /// Root mean square of the misfit there over that of the record's force.
+    pub gap: f64,
+    /// Share of the record's squared misfit.
+    pub share: f64,
+    /// Mean of recorded less predicted force (N or N·m).
+    pub mean: f64,
+}
+
+/// Bands of speed and of position.
+const BANDS: usize = 5;
+
+/// The cells of a record that hold samples. At rest a rigid drive's force does not follow from its motion: no cell holds those samples.
+pub fn cells(motion: &Motion, part: &MotionPart) -> Vec<Cell> {
+    let kept: Vec<usize> = motion.kept().collect();
+    let all = phases(motion);
+    let moving = motion.moves.iter().filter(|m| **m).count();
+    let force = (part.recorded.iter().map(|x| x * x).sum::<f64>() / moving.max(1) as f64).sqrt();
+    let total: f64 = part.residual.iter().map(|e| e * e).sum();
+    let cell = |kind: CellKind, direction: i8, inside: &dyn Fn(usize) -> bool| {
+        let own: Vec<f64> = kept
+            .iter()
+            .zip(&part.residual)
+            .zip(&motion.moves)
+            .filter(|((at, _), moves)| {
+                **moves && inside(**at) && (direction == 0 || motion.velocity_m_s[**at] * f64::from(direction) > 0.0)
+            })
+            .map(|((_, e), _)| *e)
+            .collect();
+        let square: f64 = own.iter().map(|e| e * e).sum();
+        (!own.is_empty()).then(|| Cell {
+            record: motion.name.clone(),
+            kind,
+            direction,
+            samples: own.len(),
+            gap: (square / own.len() as f64).sqrt() / force,
+            share: square / total.max(f64::MIN_POSITIVE),
+            mean: own.iter().sum::<f64>() / own.len() as f64,
+        })
+    };
+    let mut found: Vec<Cell> = Vec::new();
+    for phase in Phase::ALL {
+        for direction in [0, 1, -1] {
+            found.extend(cell(CellKind::Phase(phase), direction, &|at| all[at] == phase));
+        }
+    }
+    let fastest = motion.velocity_m_s.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
+    let (low, high) = motion.position_m.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), x| (l.min(*x), h.max(*x)));
+    for band in 0..BANDS {
+        let edge = |from: f64, to: f64, k: usize| from + (to - from) * k as f64 / BANDS as f64;
+        let last = band + 1 == BANDS;
+        let (a, b) = (edge(0.0, fastest, band), edge(0.0, fastest, band + 1));
+        for direction in [1, -1] {
+            let inside = |at: usize| {
+                let v = motion.velocity_m_s[at].abs();
+                v >= a && (v < b || last)
+            };
+            found.extend(cell(CellKind::Speed(a, b), direction, &inside));
+        }
+        let (a, b) = (edge(low, high, band), edge(low, high, band + 1));
+        for direction in [1, -1] {
+            let inside = |at: usize| motion.position_m[at] >= a && (motion.position_m[at] < b || last);
+            found.extend(cell(CellKind::Position(a, b), direction, &inside));
+        }
+    }
+    found
+}

@@ -1,0 +1,121 @@
+//! From figures to a verdict.
+
+use super::record::Contradiction;
+use super::survey::releases;
+use super::verdict::{ALPHA, Chosen, LocatedMotion, Stage, Work};
+use crate::diagnosis::{Verdict, VerdictKind};
+use crate::inverse_dynamics::Fit;
+
+/// What a free shape must leave of what the chosen effects leave, for these to be doubted.
+const DOUBT: f64 = 0.5;
+/// Least gain of a free shape that is called something.
+const LEAST_FREE: f64 = 0.2;
+
+/// What the verdict rests on.
+pub(super) struct Evidence<'e> {
+    pub work: &'e Work<'e>,
+    pub first: &'e Stage,
+    pub base: &'e Chosen,
+    pub chosen: &'e Chosen,
+    pub names: &'e [String],
+    pub same: &'e [usize],
+    pub located: &'e [LocatedMotion],
+    pub faulty: Vec<Contradiction>,
+}
+
+/// The verdict.
+pub(super) fn conclude(evidence: &Evidence<'_>) -> Verdict {
+    let Evidence { work, first, base, chosen, names, same, located, faulty } = evidence;
+    let say = |kind: VerdictKind, effects: Vec<String>, reason: String, next: Option<String>| Verdict { kind, effects, reason, next };
+    if !faulty.is_empty() {
+        let reason = faulty.iter().map(|f| f.says.clone()).collect::<Vec<_>>().join("; ");
+        let which = faulty.iter().map(|f| f.name.as_str()).collect::<Vec<_>>().join(" or ");
+        let next = Some(format!("record {which} again, force and position by one clock; hold it out until then"));
+        return say(VerdictKind::Measurement, Vec::new(), reason, next);
+    }
+    let left = |of: &Fit| of.squares / base.1.squares;
+    let free = first.best_free();
+    let free_loss = free.map_or(f64::INFINITY, |f| 1.0 - f.gain);
+    let place = located.first().map_or("?", |l| l.over);
+    let listen = || Some(format!("the same motion at other speeds and loads: the force left depends on {place}"));
+    let Some(best) = first.best_effect() else {
+        return say(VerdictKind::Unknown, Vec::new(), "no candidate applies to this machine and these records".into(), None);
+    };
+    if names.is_empty() {
+        let (id, gain) = (first.id(best), first.ranked[best].gain);
+        if let Some(free) = free.filter(|f| f.gain >= LEAST_FREE && first.null.p_value_free(f) < ALPHA) {
+            let reason = format!(
+                "a free function of {place} takes {:.0} % of what the machine fails to foretell of parts left out ({}), and no effect of the library \
+                 does as much as nulls show (most {id}, {:.0} %)",
+                100.0 * free.gain,
+                p_text(first.null.p_value_free(free)),
+                100.0 * gain.max(0.0)
+            );
+            return say(VerdictKind::Unknown, Vec::new(), reason, listen());
+        }
+        let reason = format!(
+            "what is left is no more than nulls of this machine and these motions show (most is gained by {id}, {:.0} % of what parts left out leave, \
+             {})",
+            100.0 * gain.max(0.0),
+            p_text(first.null.p_value(&first.ranked[best]))
+        );
+        return say(VerdictKind::None, Vec::new(), reason, None);
+    }
+    let gain = first.ranked[best].gain;
+    let release = same.iter().find(|at| releases(&first.survey.candidates[first.ranked[**at].candidate]));
+    if let Some(&at) = release {
+        let ranked = &first.ranked[at];
+        let found = work.refined(first, ranked, base);
+        let hypothesis = found.as_ref().map(|f| (&f.0, &f.1));
+        let told = hypothesis.map_or(String::new(), |(h, f)| {
+            let index = h.added[0];
+            let p = &h.machine.parameters[index];
+            format!("{} was held at {:.4e} {}; free, it becomes {:.4e}", p.id, p.start, p.unit, f.values[index])
+        });
+        let more = names.len() > 1 && at == best;
+        let reason = format!(
+            "{told} and takes {:.0} % of what parts left out leave away{}",
+            100.0 * ranked.gain,
+            if more { format!("; beside it {} is missing", names[1..].join(" and ")) } else { ": no effect is needed".into() }
+        );
+        let next = Some(format!("identify without --freeze {}", first.id(at)));
+        return say(VerdictKind::WrongParameter, Vec::new(), reason, next);
+    }
+    // What the chosen effects leave, beside what the best free shape leaves.
+    let chosen_loss = left(&chosen.1);
+    if free_loss < DOUBT * chosen_loss && chosen_loss > DOUBT * DOUBT {
+        let reason = format!(
+            "the best of the library, {}, leaves {:.0} % of the squared misfit; a free function of {place} leaves {:.0} %",
+            names.join("+"),
+            100.0 * chosen_loss,
+            100.0 * free_loss
+        );
+        return say(VerdictKind::Unknown, Vec::new(), reason, listen());
+    }
+    let reason = format!(
+        "{} takes {:.0} % of what the machine fails to foretell of parts left out away ({}){}",
+        names[0],
+        100.0 * gain,
+        p_text(first.null.p_value(&first.ranked[best])),
+        if names.len() > 1 {
+            format!("; with {} {:.0} % of the squared misfit are gone", names[1..].join(" and "), 100.0 * (1.0 - chosen_loss))
+        } else {
+            String::new()
+        }
+    );
+    let rest: String = names[1..].iter().map(|n| format!("+{n}")).collect();
+    let alternatives: Vec<String> = std::iter::once(names[0].clone())
+        .chain(same.iter().map(|at| first.id(*at).to_string()).filter(|id| !names.contains(id)))
+        .map(|id| format!("{id}{rest}"))
+        .collect();
+    if alternatives.len() == 1 {
+        return say(VerdictKind::Effect, alternatives, reason, None);
+    }
+    let reason = format!("{reason}; these data cannot tell it from {}", alternatives[1..].join(", "));
+    let next = same.iter().find_map(|at| work.effects.iter().find(|e| e.id == first.id(*at))).and_then(|e| e.separates.clone());
+    say(VerdictKind::Ambiguous, alternatives, reason, next)
+}
+
+fn p_text(p: f64) -> String {
+    format!("p = {p:.4}")
+}

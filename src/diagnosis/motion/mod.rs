@@ -1,0 +1,23 @@
+//! Why the force of a simulated and a measured motion disagree: the same questions as for FRFs, asked of time records by inverse dynamics.
+//!
+//! The force is linear in most parameters, so that a candidate is a few columns beside those of the machine. What else it needs (a velocity, a
+//! period, a delay) runs over a lattice. Candidates are ranked by how they foretell parts of the motion that were left out of the fit; thresholds come
+//! from nulls: the machine with ordinary nuisances and noise that keeps the colour of what is left.
+
+mod cell;
+mod conclude;
+mod data;
+mod design;
+mod free;
+mod gap;
+mod noise;
+mod record;
+mod survey;
+mod verdict;
+
+pub use cell::{Cell, CellKind, cells};
+pub use data::{MotionData, Nuisance};
+pub use gap::{MotionPart, closed, closed_interval, gap_of, part};
+pub use record::{Contradiction, RecordShift, shifts};
+pub use survey::{MotionCandidate, Null, Ranked, Survey};
+pub use verdict::{LocatedMotion, MotionDiagnosis, MotionSettings, TriedMotion, diagnose_motion};

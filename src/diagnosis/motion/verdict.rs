@@ -1,0 +1,464 @@
+//! What is said of a motion: the same kinds of verdicts as of FRFs.
+
+use rayon::prelude::*;
+
+use super::cell::{Cell, cells};
+use super::conclude::{Evidence, conclude};
+use super::data::MotionData;
+use super::gap::{MotionPart, closed, closed_interval, floor_of, gap_of, noise_of, part};
+use super::record::{Contradiction, RecordShift, contradictions, shifts};
+use super::survey::{Ground, Null, Ranked, Survey, start_of};
+use crate::diagnosis::{Hypothesis, Status, Verdict, VerdictKind};
+use crate::inverse_dynamics::{Fit, InverseError, Motion, Rigid, estimate, free_parameters};
+use crate::machine::{Data, Effect, FitRule, Machine};
+use crate::optimizer::Control;
+
+/// How a diagnosis is made.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct MotionSettings {
+    /// Seed.
+    pub seed: u64,
+    /// Draws of the null.
+    pub draws: usize,
+}
+
+/// A candidate with its figures.
+#[derive(Debug, Clone, PartialEq)]
+pub struct TriedMotion {
+    /// Id.
+    pub id: String,
+    /// What became of it.
+    pub status: Status,
+    /// Share of what the machine fails to foretell of parts left out that it takes away.
+    pub gain: f64,
+    /// Share of nulls in which some effect takes as much.
+    pub p_value: Option<f64>,
+    /// Parameters it adds, by id, at the fit of everything.
+    pub parameters: Vec<(String, f64)>,
+    /// Held-out records with it.
+    pub held_out: Vec<MotionPart>,
+}
+
+/// A free shape with its figures.
+#[derive(Debug, Clone, PartialEq)]
+pub struct LocatedMotion {
+    /// What the force may depend on.
+    pub over: &'static str,
+    /// The shape of dynamic stiffness that this resembles.
+    pub shape: &'static str,
+    /// As for candidates.
+    pub gain: f64,
+    /// As for candidates, among free shapes.
+    pub p_value: f64,
+}
+
+/// A whole diagnosis.
+pub struct MotionDiagnosis {
+    /// The machine as described, and values of its parameters.
+    pub nominal: (Hypothesis, Vec<f64>),
+    /// Fitted records with it.
+    pub fit: Vec<MotionPart>,
+    /// Held-out records with it.
+    pub held_out: Vec<MotionPart>,
+    /// Candidates, best first; those not tried last.
+    pub tried: Vec<TriedMotion>,
+    /// Free shapes, best first.
+    pub located: Vec<LocatedMotion>,
+    /// Nulls of the machine as described.
+    pub null: Null,
+    /// The model that explains most: the named effect or combination, or else the machine as described.
+    pub chosen: (Hypothesis, Vec<f64>),
+    /// Fitted records with it.
+    pub chosen_fit: Vec<MotionPart>,
+    /// Held-out records with it.
+    pub chosen_held_out: Vec<MotionPart>,
+    /// Gap that the noise alone leaves, of what was held out, else of what was fitted.
+    pub floor: Option<f64>,
+    /// The same of what was fitted.
+    pub floor_fit: Option<f64>,
+    /// 95 % interval of `closed` on what was held out.
+    pub closed95: Option<(f64, f64)>,
+    /// Where the misfit of the machine as described lies, record by record.
+    pub cells: Vec<Cell>,
+    /// Delays and factors of the records beside the chosen model, fitted ones first.
+    pub shifts: Vec<RecordShift>,
+    /// Held-out records that contradict the fitted ones.
+    pub contradictions: Vec<Contradiction>,
+    /// The verdict.
+    pub verdict: Verdict,
+    /// Ran to its end.
+    pub complete: bool,
+}
+
+impl MotionDiagnosis {
+    /// `closed` with some prediction of the held-out records.
+    pub fn closed(&self, after: &[MotionPart]) -> Option<f64> {
+        closed(gap_of(&self.held_out)?, gap_of(after)?, self.floor?)
+    }
+}
+
+/// Share of nulls that may be called something, and the least gain that is: of the first effect, and of one more.
+pub(super) const ALPHA: f64 = 0.005;
+const LEAST: f64 = 0.10;
+const LEAST_MORE: f64 = 0.25;
+/// Effects that may be combined.
+const MOST: usize = 3;
+/// Share of the best gain within which another explains as much; a wider share where parts left out do not tell the two apart (90 %, one-sided).
+const ALIKE: f64 = 0.1;
+const PERHAPS: f64 = 0.3;
+const APART: f64 = 1.36;
+/// Share of the misfit by which a combination may be worse without one of its effects, for that one to be dropped.
+const SPARED: f64 = 0.03;
+/// Draws of the bootstrap of `closed`.
+const BOOTSTRAP: usize = 400;
+
+pub(super) type Chosen = (Hypothesis, Fit);
+
+/// What does not change from one effect to the next.
+pub(super) struct Work<'w> {
+    data: MotionData<'w>,
+    rigid: Rigid,
+    frozen: &'w [String],
+    pub effects: &'w [Effect],
+    settings: MotionSettings,
+    control: &'w Control,
+}
+
+/// Diagnoses motions of a rigid drive.
+///
+/// # Errors  the machine is not one rigid axis, a record gives force for torque or the reverse, a frozen parameter is unknown. Records that do not
+/// determine the machine's own parameters are no error but the verdict «insufficient».
+pub fn diagnose_motion(
+    machine: &Machine,
+    effects: &[Effect],
+    frozen: &[String],
+    (fit_motions, held_out): (&[&Motion], &[&Motion]),
+    settings: MotionSettings,
+    control: &Control,
+) -> Result<MotionDiagnosis, InverseError> {
+    let rigid = Rigid::new(machine, &machine.start())?;
+    let without_edges = |motions: &[&Motion]| motions.iter().map(|m| (*m).clone().without_edges()).collect::<Vec<Motion>>();
+    let (fit_motions, held_out) = (without_edges(fit_motions), without_edges(held_out));
+    let (fit_motions, held_out): (Vec<&Motion>, Vec<&Motion>) = (fit_motions.iter().collect(), held_out.iter().collect());
+    let (fit_motions, held_out) = (fit_motions.as_slice(), held_out.as_slice());
+    for motion in fit_motions.iter().chain(held_out) {
+        rigid.check(machine, motion)?;
+    }
+    let free = free_parameters(machine, frozen)?;
+    let nominal = Hypothesis::nominal(machine.clone());
+    let data = MotionData::new(fit_motions.to_vec());
+    let work = Work { data, rigid, frozen, effects, settings, control };
+    let fit = match estimate(&work.rigid, machine, &machine.start(), &free, fit_motions) {
+        Ok(fit) => fit,
+        Err(InverseError::Data(why)) => return Ok(insufficient(&work, nominal, fit_motions, held_out, why)),
+        Err(other) => return Err(other),
+    };
+    let base = (nominal.clone(), fit);
+    let Some(first) = work.survey(&base, &[]) else {
+        let why =
+            "the parts of these records do not each determine the machine's parameters; record for longer, or more motions".to_string();
+        return Ok(insufficient(&work, nominal, fit_motions, held_out, why));
+    };
+    let mut names: Vec<String> = Vec::new();
+    let mut chosen = base.clone();
+    let same = first.class();
+    if first.significant(LEAST)
+        && let Some(next) = work.refined(&first, &first.ranked[first.best_effect().unwrap_or(0)], &base)
+    {
+        names.push(first.id(first.best_effect().unwrap_or(0)).to_string());
+        chosen = next;
+    }
+    // One effect more, as long as it is no accident.
+    while !names.is_empty() && names.len() < MOST && !control.stopped() {
+        let Some(second) = work.survey(&chosen, &names) else { break };
+        if !second.significant(LEAST_MORE) {
+            break;
+        }
+        let at = second.best_effect().unwrap_or(0);
+        let Some(next) = work.refined(&second, &second.ranked[at], &chosen) else { break };
+        let id = second.id(at);
+        names.push(id.rsplit('+').next().unwrap_or(id).to_string());
+        chosen = next;
+    }
+    if names.len() > 1 {
+        work.drop_what_is_not_needed(&base, &mut names, &mut chosen);
+    }
+    let parts = |(hypothesis, values): (&Hypothesis, &[f64]), motions: &[&Motion]| -> Vec<MotionPart> {
+        motions.iter().map(|m| part(&work.rigid, &hypothesis.machine, values, m)).collect()
+    };
+    let (base_fit, base_held_out) = (parts((&base.0, &base.1.values), fit_motions), parts((&base.0, &base.1.values), held_out));
+    let (chosen_fit, chosen_held_out) = (parts((&chosen.0, &chosen.1.values), fit_motions), parts((&chosen.0, &chosen.1.values), held_out));
+    let floor_fit = floor_of(&noise_of(&chosen_fit, fit_motions), &chosen_fit);
+    let noise = noise_of(&chosen_held_out, held_out);
+    let floor = if held_out.is_empty() { floor_fit } else { floor_of(&noise, &chosen_held_out) };
+    let closed95 = (!names.is_empty() && !held_out.is_empty())
+        .then(|| closed_interval(&base_held_out, &chosen_held_out, &noise, BOOTSTRAP, settings.seed))
+        .flatten();
+    let mut tried: Vec<TriedMotion> = first
+        .ranked
+        .par_iter()
+        .filter(|r| first.survey.candidates[r.candidate].free.is_none())
+        .map(|ranked| {
+            let candidate = &first.survey.candidates[ranked.candidate];
+            let refined = work.refined(&first, ranked, &base);
+            let (parameters, held_out) = refined.as_ref().map_or((Vec::new(), Vec::new()), |(h, f)| {
+                let id = |i: &usize| (h.machine.parameters[*i].id.clone(), f.values[*i]);
+                (h.added.iter().map(id).collect(), parts((h, &f.values), held_out))
+            });
+            let p_value = Some(first.null.p_value(ranked));
+            TriedMotion { id: candidate.id.clone(), status: Status::Tried, gain: ranked.gain, p_value, parameters, held_out }
+        })
+        .collect();
+    for (at, candidate) in first.survey.candidates.iter().enumerate() {
+        if first.ranked.iter().all(|r| r.candidate != at) {
+            let status = match &candidate.status {
+                Status::Tried => Status::Failed("at every place of its lattice its parameters leave their ranges".into()),
+                other => other.clone(),
+            };
+            tried.push(TriedMotion {
+                id: candidate.id.clone(),
+                status,
+                gain: 0.0,
+                p_value: None,
+                parameters: Vec::new(),
+                held_out: Vec::new(),
+            });
+        }
+    }
+    let located: Vec<LocatedMotion> = first
+        .ranked
+        .iter()
+        .filter_map(|r| {
+            let (over, shape) = first.survey.candidates[r.candidate].free?;
+            Some(LocatedMotion { over, shape, gain: r.gain, p_value: first.null.p_value_free(r) })
+        })
+        .collect();
+    let shifted = |motions: &[&Motion]| shifts(&work.rigid, &chosen.0.machine, &chosen.1.values, motions);
+    let (fit_shifts, other_shifts) = (shifted(fit_motions), shifted(held_out));
+    let step_s = fit_motions.iter().map(|m| m.step_s).fold(0.0, f64::max);
+    let faulty = faulty(&fit_shifts, step_s);
+    let contradictions = contradictions(&fit_shifts, &other_shifts, step_s);
+    let verdict = conclude(&Evidence {
+        work: &work,
+        first: &first,
+        base: &base,
+        chosen: &chosen,
+        names: &names,
+        same: &same,
+        located: &located,
+        faulty,
+    });
+    let verdict = if control.stopped() {
+        let reason = "stopped early, before enough nulls were drawn to tell what is no accident".to_string();
+        Verdict { kind: VerdictKind::Insufficient, effects: Vec::new(), reason, next: None }
+    } else {
+        verdict
+    };
+    Ok(MotionDiagnosis {
+        cells: fit_motions.iter().zip(&base_fit).chain(held_out.iter().zip(&base_held_out)).flat_map(|(m, p)| cells(m, p)).collect(),
+        nominal: (base.0, base.1.values),
+        fit: base_fit,
+        held_out: base_held_out,
+        tried,
+        located,
+        null: first.null,
+        chosen: (chosen.0, chosen.1.values),
+        chosen_fit,
+        chosen_held_out,
+        floor,
+        floor_fit,
+        closed95,
+        shifts: fit_shifts.into_iter().chain(other_shifts).collect(),
+        contradictions,
+        verdict,
+        complete: !control.stopped(),
+    })
+}
+
+/// A survey with what nulls show of it.
+pub(super) struct Stage {
+    pub survey: Survey,
+    pub ranked: Vec<Ranked>,
+    pub null: Null,
+}
+
+impl Stage {
+    pub fn id(&self, at: usize) -> &str {
+        &self.survey.candidates[self.ranked[at].candidate].id
+    }
+
+    /// The best effect or release, by its place among the ranked.
+    pub fn best_effect(&self) -> Option<usize> {
+        self.ranked.iter().position(|r| self.survey.candidates[r.candidate].free.is_none())
+    }
+
+    fn significant(&self, least: f64) -> bool {
+        self.best_effect().is_some_and(|at| self.ranked[at].gain >= least && self.null.p_value(&self.ranked[at]) < ALPHA)
+    }
+
+    /// Places of the effects that explain as much as the best, that one first.
+    fn class(&self) -> Vec<usize> {
+        let Some(best) = self.best_effect() else { return Vec::new() };
+        let most = &self.ranked[best];
+        let alike = |r: &Ranked| {
+            let behind: Vec<f64> = r.left_out.iter().zip(&most.left_out).map(|(a, b)| a - b).collect();
+            let count = behind.len() as f64;
+            let mean = behind.iter().sum::<f64>() / count;
+            let spread = (behind.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / (count - 1.0) / count).sqrt();
+            let losses: f64 = r.left_out.iter().sum::<f64>() / most.left_out.iter().sum::<f64>();
+            // Where little is left, a small share of the gain is much of what is left.
+            let close = most.gain - r.gain <= ALIKE * most.gain && losses < 1.0 + PERHAPS;
+            close || (most.gain - r.gain <= PERHAPS * most.gain && mean < APART * spread)
+        };
+        (best..self.ranked.len())
+            .filter(|at| self.survey.candidates[self.ranked[*at].candidate].free.is_none() && alike(&self.ranked[*at]))
+            .collect()
+    }
+
+    /// The free shape that leaves least.
+    pub fn best_free(&self) -> Option<&Ranked> {
+        self.ranked.iter().find(|r| self.survey.candidates[r.candidate].free.is_some())
+    }
+}
+
+impl Work<'_> {
+    /// All candidates beside a model that has the named effects already, and nulls of it.
+    fn survey(&self, from: &Chosen, names: &[String]) -> Option<Stage> {
+        let (apply, others) = self.hypotheses(&from.0, names);
+        let ground = Ground { data: &self.data, rigid: &self.rigid, nominal: &from.0, fit: &from.1, frozen: self.frozen };
+        let survey = Survey::new(&ground, apply, others, self.control)?;
+        let mut ranked = survey.rank(&self.data, &self.data.y);
+        let best = ranked.iter().find(|r| survey.candidates[r.candidate].free.is_none());
+        let left = survey.residual(&self.data, &self.data.y, best);
+        let null = survey.null(&self.data, &left, self.settings.draws, self.settings.seed.wrapping_add(names.len() as u64), self.control);
+        // What a wave of any period gains by accident does not stand before what is no accident.
+        ranked.sort_by_key(|r| survey.candidates[r.candidate].free.is_none() && null.p_value(r) >= ALPHA);
+        simplest_first(&survey, &null, &mut ranked);
+        Some(Stage { survey, ranked, null })
+    }
+
+    fn hypotheses(&self, from: &Hypothesis, names: &[String]) -> (Vec<Hypothesis>, Vec<(String, Status)>) {
+        let (mut apply, mut others) = (Vec::new(), Vec::new());
+        for effect in self.effects.iter().filter(|e| !names.contains(&e.id)) {
+            let not = |why: String| (effect.id.clone(), Status::NotApplicable(why));
+            if !effect.data.contains(&Data::Motion) {
+                others.push(not("it shows in frequency responses and modes alone".into()));
+            } else if from.machine.effects.contains(&effect.id) {
+                others.push(not("the machine contains it already".into()));
+            } else if let Some(name) = from.machine.lacks(effect) {
+                others.push(not(format!("the machine has no «{name}»")));
+            } else {
+                match from.with(effect) {
+                    Ok(hypothesis) => apply.push(only_added(hypothesis, from)),
+                    Err(error) => others.push(not(error.to_string())),
+                }
+            }
+        }
+        for (index, parameter) in from.machine.parameters.iter().enumerate() {
+            if (self.frozen.contains(&parameter.id) || parameter.fit == FitRule::Never) && !names.contains(&parameter.id) {
+                apply.push(from.releasing(index));
+            }
+        }
+        (apply, others)
+    }
+
+    /// A candidate fitted with everything, from where the survey found it.
+    pub fn refined(&self, stage: &Stage, ranked: &Ranked, from: &Chosen) -> Option<Chosen> {
+        let hypothesis = stage.survey.candidates[ranked.candidate].hypothesis.as_ref()?;
+        let machine = &hypothesis.machine;
+        let mut start = start_of(machine, &from.1.values);
+        for (index, value) in &ranked.added {
+            start[*index] = value.clamp(machine.parameters[*index].lower, machine.parameters[*index].upper);
+        }
+        let mut whole = hypothesis.clone();
+        whole.added = from.0.added.iter().chain(&hypothesis.added).copied().collect();
+        let frozen: Vec<String> =
+            self.frozen.iter().filter(|id| !whole.added.iter().any(|i| machine.parameters[*i].id == **id)).cloned().collect();
+        let free = free_parameters(machine, &frozen).ok()?;
+        let fit = estimate(&self.rigid, machine, &start, &free, &self.data.motions).ok()?;
+        Some((whole, fit))
+    }
+
+    /// Takes effects out of a combination that it hardly misses.
+    fn drop_what_is_not_needed(&self, base: &Chosen, names: &mut Vec<String>, chosen: &mut Chosen) {
+        for at in (0..names.len() - 1).rev() {
+            let kept: Vec<&String> = names.iter().enumerate().filter(|(i, _)| *i != at).map(|(_, n)| n).collect();
+            let effects: Option<Vec<&Effect>> = kept.iter().map(|id| self.effects.iter().find(|e| e.id == **id)).collect();
+            let Some(effects) = effects else { continue };
+            let hypothesis = effects.iter().try_fold(base.0.clone(), |h, e| h.with(e));
+            let Ok(hypothesis) = hypothesis else { continue };
+            let machine = &hypothesis.machine;
+            let mut start = start_of(machine, &base.1.values);
+            for (index, p) in machine.parameters.iter().enumerate() {
+                if let Some(known) = chosen.0.machine.parameter(&p.id) {
+                    start[index] = chosen.1.values[known];
+                }
+            }
+            let Ok(free) = free_parameters(machine, self.frozen) else { continue };
+            if let Ok(fit) = estimate(&self.rigid, machine, &start, &free, &self.data.motions)
+                && fit.squares <= (1.0 + SPARED) * chosen.1.squares
+            {
+                *chosen = (hypothesis, fit);
+                names.remove(at);
+                return;
+            }
+        }
+    }
+}
+
+/// Of effects that leave as much as the best but for a few percent, the one with the fewest parameters comes first.
+fn simplest_first(survey: &Survey, null: &Null, ranked: &mut [Ranked]) {
+    let added = |r: &Ranked| survey.candidates[r.candidate].hypothesis.as_ref().map(|h| h.added.len()).filter(|_| null.p_value(r) < ALPHA);
+    let Some(best) = ranked.iter().position(|r| added(r).is_some()) else { return };
+    let reach = 1.0 - (1.0 + ALIKE) * (1.0 - ranked[best].gain);
+    let close = ranked.iter().enumerate().skip(best).filter(|(_, r)| r.gain >= reach && added(r).is_some());
+    if let Some(at) = close.min_by_key(|(_, r)| added(r)).map(|(at, _)| at) {
+        ranked[best..=at].rotate_right(1);
+    }
+}
+
+/// A hypothesis whose added parameters are those of the last effect alone: the others are free in what it starts from.
+fn only_added(mut hypothesis: Hypothesis, from: &Hypothesis) -> Hypothesis {
+    hypothesis.added = (from.machine.parameters.len()..hypothesis.machine.parameters.len()).collect();
+    hypothesis
+}
+
+/// Fitted records that contradict the others: the one, or where there are but two, both.
+fn faulty(shifts: &[RecordShift], step_s: f64) -> Vec<Contradiction> {
+    if shifts.len() < 2 {
+        return Vec::new();
+    }
+    let against_others = |at: usize| {
+        let others: Vec<RecordShift> = shifts.iter().enumerate().filter(|(i, _)| *i != at).map(|(_, s)| s.clone()).collect();
+        let much = 1.0 - (shifts[at].gap_own / shifts[at].gap).powi(2) > 0.5;
+        contradictions(&others, std::slice::from_ref(&shifts[at]), step_s).into_iter().filter(move |_| much)
+    };
+    (0..shifts.len()).flat_map(against_others).collect()
+}
+
+/// What is said where the records do not determine the machine's own parameters.
+fn insufficient(work: &Work<'_>, nominal: Hypothesis, fit: &[&Motion], held_out: &[&Motion], why: String) -> MotionDiagnosis {
+    let values = nominal.machine.start();
+    let parts = |motions: &[&Motion]| motions.iter().map(|m| part(&work.rigid, &nominal.machine, &values, m)).collect::<Vec<_>>();
+    let (fit, held_out) = (parts(fit), parts(held_out));
+    let next = Some("a motion with reversals, several speeds and accelerations over the whole travel".to_string());
+    MotionDiagnosis {
+        chosen: (nominal.clone(), values.clone()),
+        nominal: (nominal, values),
+        chosen_fit: fit.clone(),
+        chosen_held_out: held_out.clone(),
+        fit,
+        held_out,
+        tried: Vec::new(),
+        located: Vec::new(),
+        null: Null { scales: Vec::new(), effects: Vec::new(), free: Vec::new() },
+        floor: None,
+        floor_fit: None,
+        closed95: None,
+        cells: Vec::new(),
+        shifts: Vec::new(),
+        contradictions: Vec::new(),
+        verdict: Verdict { kind: VerdictKind::Insufficient, effects: Vec::new(), reason: why, next },
+        complete: true,
+    }
+}

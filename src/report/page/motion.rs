@@ -1,0 +1,142 @@
+//! Motion records: force over time with what is left of it, where the misfit lies, the friction curve.
+
+use plotly::common::{ErrorData, ErrorType, Marker, Mode};
+use plotly::layout::{AxisType, BarMode};
+use plotly::{Bar, Scatter};
+
+use super::chart::{Chart, Switches, axis, colour, layout, line};
+use super::text::{TextTable, cell, escape, rounded};
+use crate::report::diagnosis::Diagnosis;
+use crate::report::document::Identification;
+use crate::report::record::{CurveRow, MotionRows};
+use crate::report::table::percent;
+
+/// The part of a diagnosis that is one of motion.
+pub fn content(of: &Diagnosis) -> String {
+    let Some(motion) = &of.motion else { return String::new() };
+    let mut records = TextTable::new(
+        "Records beside the chosen model",
+        2,
+        ["Record", "", "Error before", "Error after", "With its own delay and factor", "Position after force (ms)", "Force factor"],
+    );
+    for r in &motion.records {
+        let [low, high] = r.delay95_s;
+        records.row([
+            r.record.clone(),
+            r.role.replace('_', " "),
+            percent(r.gap_before),
+            percent(r.gap_after),
+            percent(r.gap_own_chain),
+            format!("{:.2} ({:.2} … {:.2})", 1e3 * r.delay_s, 1e3 * low, 1e3 * high),
+            format!("{:.3}", r.factor),
+        ]);
+    }
+    let told: String = motion.contradictions.iter().map(|c| format!("<p><strong>Measurement:</strong> {}</p>\n", escape(c))).collect();
+    let curve = friction_curve(&motion.friction_curve, &motion.unit);
+    format!("{told}{}{}{}{curve}{}", records.html(), force(motion), phases(motion), cells(motion))
+}
+
+/// Records of an identification.
+pub fn identified(of: &Identification) -> String {
+    let mut table = TextTable::new(
+        "Records: force errors, relative to the force's root mean square",
+        2,
+        ["Record", "", "Inverse dynamics", "Closed loop simulated", "Noise leaves"],
+    );
+    for (name, r) in &of.records {
+        table.row([
+            name.clone(),
+            r.role.replace('_', " "),
+            percent(r.force_error),
+            cell(r.simulated_force_error, percent),
+            cell(r.noise_floor, percent),
+        ]);
+    }
+    format!("{}{}", table.html(), friction_curve(&of.friction_curve, "N or N·m"))
+}
+
+fn force(of: &MotionRows) -> String {
+    let options: Vec<String> = of.traces.iter().map(|t| t.record.clone()).collect();
+    let mut chart = Chart::new(
+        "force",
+        "Force measured, and what is left of it",
+        "One period, where the command repeats. Left: measured less predicted, with the machine as described and with the chosen model.",
+        380,
+        layout().show_legend(true).x_axis(axis("time (s)")).y_axis(axis(&format!("force or torque ({})", of.unit))),
+    )
+    .switches(vec![Switches { label: "Record".into(), options, many: false, coloured: false }]);
+    for (at, trace) in of.traces.iter().enumerate() {
+        for (name, n, y) in
+            [("measured", 6, &trace.measured), ("left, as described", 1, &trace.before), ("left, chosen model", 0, &trace.after)]
+        {
+            let drawn = Scatter::new(trace.time_s.clone(), y.clone()).mode(Mode::Lines).name(name).line(line(colour(n), 1.2));
+            chart.trace_for(vec![Some(at)], drawn.hover_template("%{x:.3~g} s: %{y:.4~g}"));
+        }
+    }
+    chart.html()
+}
+
+fn phases(of: &MotionRows) -> String {
+    let mut chart = Chart::new(
+        "phases",
+        "Share of the squared misfit by phase of the motion, machine as described",
+        "",
+        280,
+        layout()
+            .show_legend(true)
+            .bar_mode(BarMode::Group)
+            .x_axis(axis("").type_(AxisType::Category))
+            .y_axis(axis("share").tick_format(".0%")),
+    );
+    for (n, trace) in of.traces.iter().enumerate() {
+        let own = of.cells.iter().filter(|c| c.by == "phase" && c.direction == "both" && c.record == trace.record);
+        let (x, y): (Vec<String>, Vec<f64>) = own.map(|c| (c.phase.clone().unwrap_or_default(), rounded(c.share, 4))).unzip();
+        if !x.is_empty() {
+            let bars = Bar::new(x, y).name(escape(&trace.record)).marker(Marker::new().color(colour(n)));
+            chart.trace(bars.hover_template("%{x}: %{y:.1%}"));
+        }
+    }
+    chart.html()
+}
+
+fn cells(of: &MotionRows) -> String {
+    let mut table = TextTable::new(
+        "Misfit of the machine as described, by speed and by position",
+        3,
+        ["Record", "Where", "Direction", "Error", "Share", "Mean left"],
+    );
+    for c in of.cells.iter().filter(|c| c.by != "phase") {
+        let [from, to] = c.range.unwrap_or([f64::NAN; 2]);
+        let place = if c.by == "speed_m_s" { format!("{from:.3} … {to:.3} m/s") } else { format!("{from:.3} … {to:.3} m") };
+        let mean = format!("{:+.2} {}", c.mean, of.unit);
+        table.row([c.record.clone(), place, c.direction.clone(), percent(c.gap), percent(c.share), mean]);
+    }
+    table.html()
+}
+
+fn friction_curve(of: &[CurveRow], unit: &str) -> String {
+    let mut chart = Chart::new(
+        "friction-curve",
+        "Force at constant speed",
+        "Points: means of stretches at constant speed of the fitted records, less what their acceleration needs. Line: the model.",
+        320,
+        layout().show_legend(true).x_axis(axis("velocity (m/s)")).y_axis(axis(&format!("force or torque ({unit})"))),
+    );
+    if !of.is_empty() {
+        let x: Vec<f64> = of.iter().map(|p| rounded(p.velocity_m_s, 5)).collect();
+        let spread = ErrorData::new(ErrorType::Data).array(of.iter().map(|p| rounded(p.sd, 3)).collect());
+        let measured = Scatter::new(x, of.iter().map(|p| rounded(p.load, 5)).collect()).mode(Mode::Markers).name("measured");
+        chart.trace(measured.error_y(spread).marker(Marker::new().color(colour(1))).hover_template("%{x:.4~g} m/s: %{y:.4~g}"));
+        // One piece for each direction: friction steps where the velocity changes sign.
+        for forward in [false, true] {
+            let side = of
+                .iter()
+                .filter(|p| (p.velocity_m_s > 0.0) == forward)
+                .filter_map(|p| Some((rounded(p.velocity_m_s, 5), rounded(p.predicted?, 5))));
+            let (x, y): (Vec<f64>, Vec<f64>) = side.unzip();
+            let model = Scatter::new(x, y).mode(Mode::Lines).name("model").show_legend(forward).line(line(colour(0), 1.6));
+            chart.trace(model.hover_template("%{x:.4~g} m/s: %{y:.4~g}"));
+        }
+    }
+    chart.html()
+}

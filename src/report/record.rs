@@ -1,0 +1,219 @@
+//! What documents say of motion records.
+
+use std::collections::BTreeMap;
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use super::diagnosis::Diagnosis;
+use super::{columns, wrapped};
+
+/// One record of an identification.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct RecordRow {
+    /// `fit` or `held_out`.
+    pub role: String,
+    /// rms(predicted − measured)/rms(measured) of force or torque, by inverse dynamics.
+    pub force_error: f64,
+    /// The same of the closed loop simulated with the record's command, where that was done.
+    #[serde(default)]
+    pub simulated_force_error: Option<f64>,
+    /// The gap that the noise alone leaves, where the command repeats.
+    #[serde(default)]
+    pub noise_floor: Option<f64>,
+    /// Force error by phase of the motion, each over the rms of the whole record.
+    #[serde(default)]
+    pub by_phase: BTreeMap<String, f64>,
+    /// Samples read.
+    pub samples: usize,
+    /// Samples compared, after thinning.
+    pub compared: usize,
+    /// Time after which the command repeats (s).
+    #[serde(default)]
+    pub period_s: Option<f64>,
+}
+
+/// How records were filtered.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct RecipeRow {
+    /// Cut-off of the position's filter (Hz), Butterworth, forward and backward.
+    pub cutoff_hz: f64,
+    /// Its order.
+    pub order: usize,
+    /// Samples dropped at the beginning.
+    pub dropped: usize,
+    /// Every so many samples one was kept.
+    pub decimation: usize,
+}
+
+/// One stretch at constant speed.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct CurveRow {
+    /// Record.
+    pub record: String,
+    /// Mean velocity (m/s).
+    pub velocity_m_s: f64,
+    /// Mean force (N) or torque (N·m).
+    pub load: f64,
+    /// Its standard deviation.
+    pub sd: f64,
+    /// What the machine predicts there.
+    #[serde(default)]
+    pub predicted: Option<f64>,
+}
+
+/// A part of a record's samples.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct CellRow {
+    /// Record.
+    pub record: String,
+    /// `phase`, `speed_m_s` or `position_m`.
+    pub by: String,
+    /// Phase, where it is made by phases.
+    #[serde(default)]
+    pub phase: Option<String>,
+    /// From and to, where it is made by speed or position.
+    #[serde(default)]
+    pub range: Option<[f64; 2]>,
+    /// `forward`, `backward` or `both`.
+    pub direction: String,
+    /// Samples.
+    pub samples: usize,
+    /// Root mean square of the misfit there over that of the record's force.
+    pub gap: f64,
+    /// Share of the record's squared misfit.
+    pub share: f64,
+    /// Mean of measured less predicted (N or N·m).
+    pub mean: f64,
+}
+
+/// What a record says of its measuring chain beside the chosen model.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct ChainRow {
+    /// Record.
+    pub record: String,
+    /// `fit` or `held_out`.
+    pub role: String,
+    /// Gap with the machine as described.
+    pub gap_before: f64,
+    /// Gap with the chosen model.
+    pub gap_after: f64,
+    /// Gap with the chosen model and the record's own delay and factor.
+    pub gap_own_chain: f64,
+    /// By how much its position comes after its force (s).
+    pub delay_s: f64,
+    /// 95 % interval.
+    pub delay95_s: [f64; 2],
+    /// What its force is of the model's.
+    pub factor: f64,
+}
+
+/// A record's force over time, thinned to be drawn.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct TraceRow {
+    /// Record.
+    pub record: String,
+    /// Time (s).
+    pub time_s: Vec<f64>,
+    /// Measured force or torque.
+    pub measured: Vec<f64>,
+    /// Measured less predicted, the machine as described.
+    pub before: Vec<f64>,
+    /// The same with the chosen model.
+    pub after: Vec<f64>,
+    /// Phase of each sample, by its place in `phases`.
+    pub phase: Vec<u8>,
+}
+
+/// What a diagnosis says of motion records beside the rest.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct MotionRows {
+    /// Unit of force or torque.
+    pub unit: String,
+    /// Cells of the misfit of the machine as described.
+    pub cells: Vec<CellRow>,
+    /// Records and their measuring chains.
+    pub records: Vec<ChainRow>,
+    /// Held-out records that contradict the fitted ones, in words.
+    pub contradictions: Vec<String>,
+    /// The friction curve from constant speeds.
+    pub friction_curve: Vec<CurveRow>,
+    /// Names of phases.
+    pub phases: Vec<String>,
+    /// Force over time.
+    pub traces: Vec<TraceRow>,
+}
+
+fn percent(x: f64) -> String {
+    format!("{:.2} %", 100.0 * x)
+}
+
+/// Records of an identification for a person.
+pub fn records_table(records: &BTreeMap<String, RecordRow>) -> String {
+    let header = ["record", "role", "force error", "simulated", "noise leaves", "samples"].map(String::from);
+    let rows = records.iter().map(|(name, r)| {
+        let optional = |x: Option<f64>| x.map_or("–".into(), percent);
+        vec![
+            name.clone(),
+            r.role.replace('_', " "),
+            percent(r.force_error),
+            optional(r.simulated_force_error),
+            optional(r.noise_floor),
+            format!("{} of {}", r.compared, r.samples),
+        ]
+    });
+    columns(&header, rows)
+}
+
+/// The diagnosis of motion records for a person: the verdict first.
+pub fn motion_diagnosis_text(document: &Diagnosis) -> String {
+    let Some(motion) = &document.motion else { return String::new() };
+    let optional = |x: Option<f64>| x.map_or("–".into(), percent);
+    let v = &document.verdict;
+    let subject = if v.effects.is_empty() { String::new() } else { format!(": {}", v.effects.join(" or ")) };
+    let mut text = wrapped(&format!("verdict — {}{subject}", v.kind));
+    text += &wrapped(&v.reason);
+    if let Some(next) = &v.next_measurement {
+        text += &wrapped(&format!("next: {next}"));
+    }
+    text += &motion.contradictions.iter().map(|c| wrapped(&format!("measurement: {c}"))).collect::<String>();
+    text.push('\n');
+    text += &wrapped(&format!(
+        "how far — force error of what was held out: {} before, {} after, noise leaves {}; closed {}{}",
+        optional(document.gap.held_out),
+        optional(document.chosen.gap_held_out),
+        optional(document.noise_floor),
+        document.chosen.closed.map_or("–".into(), |c| format!("{:.0} %", 100.0 * c)),
+        document.chosen.closed95.map_or(String::new(), |[a, b]| format!(" ({:.0} to {:.0} %)", 100.0 * a, 100.0 * b)),
+    ));
+    text += "\nwhich — candidates, best first; taken: of what is not foretold of parts left out\n";
+    let tried = document.effects.iter().filter(|e| e.status == "tried").take(10).map(|e| {
+        vec![
+            if e.selected { format!("* {}", e.id) } else { format!("  {}", e.id) },
+            format!("{:.1} %", 100.0 * e.takes),
+            optional(e.gap_held_out_after),
+            e.closed.map_or("–".into(), |c| format!("{c:.2}")),
+            e.p_value.map_or("–".into(), |p| format!("{p:.4}")),
+        ]
+    });
+    text += &columns(&["effect", "taken", "held-out error", "closed", "p"].map(String::from), tried);
+    for (status, words) in [("failed", "could not be fitted, so that nothing is said of: "), ("not-applicable", "do not apply: ")] {
+        let ids: Vec<&str> = document.effects.iter().filter(|e| e.status == status).map(|e| e.id.as_str()).collect();
+        if !ids.is_empty() {
+            text += &wrapped(&format!("{words}{}", ids.join(", ")));
+        }
+    }
+    text += "\nwhere — share of the squared misfit of the machine as described, by phase\n";
+    let phases = motion.cells.iter().filter(|c| c.by == "phase" && c.direction == "both").map(|c| {
+        let mean = motion.cells.iter().filter(|d| d.record == c.record && d.phase == c.phase && d.direction != "both");
+        let sides: Vec<String> = mean.map(|d| format!("{:+.2} {}", d.mean, d.direction)).collect();
+        let name = c.phase.clone().unwrap_or_default();
+        vec![c.record.clone(), name, format!("{:.0} %", 100.0 * c.share), percent(c.gap), sides.join(", ")]
+    });
+    let left = format!("mean left ({})", motion.unit);
+    text += &columns(&["record", "phase", "share", "error", left.as_str()].map(String::from), phases);
+    let rows = document.places.iter().take(3).map(|p| vec![p.interface.clone(), p.shape.clone(), format!("{:.1} %", 100.0 * p.takes)]);
+    text += "\na force that is any smooth function of one thing would take\n";
+    text += &columns(&["of", "like", "taken"].map(String::from), rows);
+    text
+}
