@@ -10,6 +10,9 @@ use crate::inverse_dynamics::Fit;
 const DOUBT: f64 = 0.5;
 /// Least gain of a free shape that is called something.
 const LEAST_FREE: f64 = 0.2;
+/// Gain of a free shape that leaves so little that one null of twenty is rare enough.
+const NEARLY_ALL: f64 = 0.8;
+const RARE: f64 = 0.05;
 
 /// What the verdict rests on.
 pub(super) struct Evidence<'e> {
@@ -43,7 +46,8 @@ pub(super) fn conclude(evidence: &Evidence<'_>) -> Verdict {
     };
     if names.is_empty() {
         let (id, gain) = (first.id(best), first.ranked[best].gain);
-        if let Some(free) = free.filter(|f| f.gain >= LEAST_FREE && first.null.p_value_free(f) < ALPHA) {
+        let tells = |gain: f64, p: f64| (gain >= LEAST_FREE && p < ALPHA) || (gain >= NEARLY_ALL && p < RARE);
+        if let Some(free) = free.filter(|f| tells(f.gain, first.null.p_value_free(f))) {
             let reason = format!(
                 "a free function of {place} takes {:.0} % of what the machine fails to foretell of parts left out ({}), and no effect of the library \
                  does as much as nulls show (most {id}, {:.0} %)",
