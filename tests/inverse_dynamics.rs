@@ -36,7 +36,8 @@ fn published_emps_least_squares() {
     let config = read_machine(CONFIG, &[], &[]).unwrap();
     let asymmetry = config.effects.iter().find(|e| e.id == "friction-asymmetry").unwrap();
     let asymmetric = config.machine.with_effect(asymmetry).unwrap();
-    let figures: [(_, &[(&str, f64)], f64, f64); 2] = [
+    type Values<'v> = &'v [(&'v str, f64)];
+    let figures: [(_, Values<'_>, f64, f64); 2] = [
         (
             &config.machine,
             &[("moving_mass", 95.1089), ("viscous_friction", 203.5034), ("coulomb_friction", 20.3935), ("friction_offset", -3.1648)],

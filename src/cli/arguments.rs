@@ -9,6 +9,7 @@ pub use super::model_arguments::{
     Along, ConvergenceArguments, FrfArguments, FrictionArguments, LoadArguments, MatricesArguments, ModesArguments, NoiseName,
     PublishedArguments, SensitivityArguments, SimulateArguments, Simulation, StiffnessArguments,
 };
+pub use super::withheld::arguments::WithheldArguments;
 
 /// Joint stiffness and damping of ball-screw feed drives from hammer tests.
 #[derive(Debug, Parser)]
@@ -89,6 +90,17 @@ pub enum Command {
         after_help = "Example:\n  jointid withheld --out blind --cases quick\n  jointid withheld --out moved --arm motion\n  jointid withheld --out blind --ablation '--exclude table-mass'"
     )]
     Withheld(WithheldArguments),
+}
+
+/// What is fitted, and what is held out.
+#[derive(Debug, Args)]
+pub struct SplitArguments {
+    /// Positions (or records) to fit; all others are held out
+    #[arg(long, value_name = "NAMES", value_delimiter = ',')]
+    pub positions: Option<Vec<String>>,
+    /// Records (or positions) to hold out
+    #[arg(long, value_name = "NAMES", value_delimiter = ',')]
+    pub hold_out: Vec<String>,
 }
 
 /// The machine and its measurements.
@@ -197,12 +209,8 @@ pub struct SearchArguments {
 pub struct IdentifyArguments {
     #[command(flatten)]
     pub sources: Sources,
-    /// Positions (or records) to fit; all others are held out
-    #[arg(long, value_name = "NAMES", value_delimiter = ',')]
-    pub positions: Option<Vec<String>>,
-    /// Records (or positions) to hold out
-    #[arg(long, value_name = "NAMES", value_delimiter = ',')]
-    pub hold_out: Vec<String>,
+    #[command(flatten)]
+    pub split: SplitArguments,
     #[command(flatten)]
     pub search: SearchArguments,
     #[command(flatten)]
@@ -214,12 +222,8 @@ pub struct IdentifyArguments {
 pub struct DiagnoseArguments {
     #[command(flatten)]
     pub sources: Sources,
-    /// Positions (or records) to fit; all others are held out
-    #[arg(long, value_name = "NAMES", value_delimiter = ',')]
-    pub positions: Option<Vec<String>>,
-    /// Records (or positions) to hold out
-    #[arg(long, value_name = "NAMES", value_delimiter = ',')]
-    pub hold_out: Vec<String>,
+    #[command(flatten)]
+    pub split: SplitArguments,
     /// Candidates; all that apply by default
     #[arg(long, value_name = "EFFECTS", value_delimiter = ',')]
     pub effects: Vec<String>,
@@ -429,79 +433,4 @@ pub struct ExportArguments {
     /// Dataset 58b, binary, instead of text
     #[arg(long)]
     pub binary: bool,
-}
-
-/// Origins of the cases by name.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub enum TruthName {
-    /// Finite elements under a simulated hammer, sharing nothing with the models
-    Independent,
-    /// The models under test themselves: what is lost against it is the price of honesty
-    Own,
-}
-
-/// How many cases.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum CasesAsked {
-    /// About 120.
-    Quick,
-    /// About 1300.
-    Full,
-    /// So many, drawn evenly of the smallest of these plans that has them.
-    Count(usize),
-}
-
-impl std::str::FromStr for CasesAsked {
-    type Err = String;
-
-    fn from_str(text: &str) -> Result<Self, String> {
-        match text {
-            "quick" => Ok(Self::Quick),
-            "full" => Ok(Self::Full),
-            _ => match text.parse() {
-                Ok(count) if count > 0 => Ok(Self::Count(count)),
-                _ => Err("write quick, full or a number of cases from 1".into()),
-            },
-        }
-    }
-}
-
-/// What the cases of the blind check are data of.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub enum ArmName {
-    /// Hammer tests
-    Frf,
-    /// Time records of a driven axis
-    Motion,
-}
-
-/// `withheld`.
-#[derive(Debug, Args)]
-pub struct WithheldArguments {
-    /// What the cases are data of; frf by default
-    #[arg(long, value_enum)]
-    pub arm: Option<ArmName>,
-    /// Cases to make: quick (about 120; 80 in motion), full (about 1300; 700 in motion) or a number
-    #[arg(long, value_name = "quick|full|N")]
-    pub cases: Option<CasesAsked>,
-    /// Seed of the cases and of every diagnosis; 1 by default
-    #[arg(long, value_name = "N")]
-    pub seed: Option<u64>,
-    /// What the cases are made by; independent by default
-    #[arg(long, value_enum)]
-    pub truth: Option<TruthName>,
-    /// Make and seal the cases, diagnose none
-    #[arg(long)]
-    pub cases_only: bool,
-    /// Further arguments of every diagnosis, as one text
-    #[arg(long, value_name = "ARGUMENTS", allow_hyphen_values = true, default_value = "", hide_default_value = true)]
-    pub ablation: String,
-    /// Cases made, then diagnosed, at a time; all cores by default
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
-    pub jobs: Option<u16>,
-    /// Seconds after which a diagnosis counts as failed
-    #[arg(long, value_name = "S", default_value_t = 1800, value_parser = clap::value_parser!(u32).range(1..))]
-    pub time_limit_s: u32,
-    #[command(flatten)]
-    pub output: Output,
 }

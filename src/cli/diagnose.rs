@@ -58,7 +58,7 @@ pub fn run(given: &DiagnoseArguments) -> CommandResult {
         return super::inverse_dynamics::diagnose(given, &loaded);
     }
     let plan = plan(&given.search, &loaded.set)?;
-    let (fit, held_out) = loaded.set.split(given.positions.as_deref(), &given.hold_out).map_err(told)?;
+    let (fit, held_out) = loaded.set.split(given.split.positions.as_deref(), &given.split.hold_out).map_err(told)?;
     let machine = &loaded.config.machine;
     let whole = fits_frfs(&given.search, &loaded.set);
     check_frozen(&loaded, &plan.frozen)?;

@@ -18,7 +18,7 @@ pub fn run(given: &IdentifyArguments) -> CommandResult {
         return super::inverse_dynamics::identify(given, &loaded);
     }
     let plan = plan(&given.search, &loaded.set)?;
-    let (fit, held_out) = loaded.set.split(given.positions.as_deref(), &given.hold_out).map_err(told)?;
+    let (fit, held_out) = loaded.set.split(given.split.positions.as_deref(), &given.split.hold_out).map_err(told)?;
     let folder = prepare(&given.output)?;
     let progress = Progress::searches(given.output.quiet, "identify", plan.repeats);
     let control = Control::new(stop_flag(), Some(progress.watcher()));
@@ -50,8 +50,8 @@ pub fn run(given: &IdentifyArguments) -> CommandResult {
     let document = document::Identification {
         stamp: stamp("identification", plan.seed, found.complete, &loaded, warnings),
         settings: Settings {
-            positions: given.positions.clone(),
-            hold_out: given.hold_out.clone(),
+            positions: given.split.positions.clone(),
+            hold_out: given.split.hold_out.clone(),
             ..settings(&given.sources, &given.search, &plan)
         },
         parameters: rows::parameters(machine, &found),

@@ -25,7 +25,7 @@ pub fn diagnose(given: &DiagnoseArguments, loaded: &Loaded) -> CommandResult {
     let machine = &loaded.config.machine;
     check_frozen(loaded, &plan.frozen)?;
     let effects = chosen_effects(given, &loaded.config.effects)?;
-    let (fit, held_out) = loaded.set.split_motions(given.positions.as_deref(), &given.hold_out).map_err(told)?;
+    let (fit, held_out) = loaded.set.split_motions(given.split.positions.as_deref(), &given.split.hold_out).map_err(told)?;
     let motions = super::motions(&loaded.set)?;
     super::rigid(loaded, &motions)?;
     let folder = prepare(&given.output)?;

@@ -26,7 +26,7 @@ pub fn identify(given: &IdentifyArguments, loaded: &Loaded) -> CommandResult {
     let plan = plan(&given.search, &loaded.set)?;
     let machine = &loaded.config.machine;
     check_frozen(loaded, &plan.frozen)?;
-    let (fit, held_out) = loaded.set.split_motions(given.positions.as_deref(), &given.hold_out).map_err(told)?;
+    let (fit, held_out) = loaded.set.split_motions(given.split.positions.as_deref(), &given.split.hold_out).map_err(told)?;
     let motions = super::motions(&loaded.set)?;
     let rigid = super::rigid(loaded, &motions)?;
     let folder = prepare(&given.output)?;
@@ -95,8 +95,8 @@ pub fn identify(given: &IdentifyArguments, loaded: &Loaded) -> CommandResult {
         stamp: stamp("identification", plan.seed, complete, loaded, warnings),
         settings: Settings {
             objective: if simulated { "output-error" } else { "inverse-dynamics" }.into(),
-            positions: given.positions.clone(),
-            hold_out: given.hold_out.clone(),
+            positions: given.split.positions.clone(),
+            hold_out: given.split.hold_out.clone(),
             ..settings(&given.sources, &given.search, &plan)
         },
         parameters: parameter_rows(loaded, values, &estimates),

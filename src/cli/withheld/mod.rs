@@ -1,5 +1,6 @@
 //! `jointid withheld`: makes and seals cases, has each diagnosed by the public command, scores the answers.
 
+pub mod arguments;
 mod ask;
 mod make;
 mod own;
@@ -7,7 +8,7 @@ mod own;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::Ordering;
 
-use super::arguments::{ArmName, CasesAsked, TruthName, WithheldArguments};
+use self::arguments::{ArmName, CasesAsked, TruthName, WithheldArguments};
 use super::common::{CommandResult, Outcome, deliver, document_input, on_threads, prepare, print_out, stop_flag, told, warn};
 use crate::report::document::Stamp;
 use crate::report::to_json;
