@@ -105,16 +105,17 @@ c_swing = { unit = "N*s/m", start = 1.0, lower = 1e-2, upper = 1e5, source = "da
     let folder = tempfile::tempdir().unwrap();
     let path = |name: &str| folder.path().join(name).to_str().unwrap().to_string();
     std::fs::write(path("own.toml"), format!("{axis}{swing}")).unwrap();
-    std::fs::write(path("truth.toml"), format!("effects = [\"slide-resonator\"]\n{axis}{swing}")).unwrap();
+    let values = [("1e-3,", "12.0,"), ("1e3,", "1.05e7,"), ("1.0,", "500.0,")]
+        .map(|(from, to)| (format!("start = {from}"), format!("start = {to}")));
+    let swinging = values.iter().fold(swing.to_string(), |text, (from, to)| text.replace(from, to));
+    std::fs::write(path("truth.toml"), format!("effects = [\"slide-resonator\"]\n{axis}{swinging}")).unwrap();
     let mut manifest = "title = \"axis\"\nquantity = \"receptance\"\n[split]\nfit = [\"a\", \"b\"]\n".to_string();
     let mut draw = jointid::truth::draw::Draw::new(1);
     for (record, response, excitation) in [("a", "motor", "motor"), ("b", "slide", "slide"), ("c", "slide", "motor")] {
-        let values = ["m_swing.start=12", "k_swing.start=1.05e7", "c_swing.start=500"].map(|v| format!("parameter.{v}"));
         let mut arguments = vec!["simulate", "frf", "--config"];
         let truth = path("truth.toml");
         arguments.extend([truth.as_str(), "--response", response, "--excitation", excitation]);
         arguments.extend(["--from-hz", "10", "--to-hz", "600", "--step-hz", "1"]);
-        values.iter().for_each(|value| arguments.extend(["--set", value]));
         let simulated = output(&arguments);
         assert!(simulated.status.success(), "{}", String::from_utf8_lossy(&simulated.stderr));
         let mut text = "frequency_hz,real,imag,relative_sd\n".to_string();
@@ -141,7 +142,8 @@ c_swing = { unit = "N*s/m", start = 1.0, lower = 1e-2, upper = 1e5, source = "da
 #[test]
 fn too_few_numbers_say_nothing() {
     let folder = tempfile::tempdir().unwrap();
-    let manifest = "title = \"few\"\nmodes = \"modes.csv\"\nfrequency_resolution_hz = 1.0\n[[position]]\nname = \"l1\"\nnut_m = 0.6\n\
+    let manifest = "title = \"few\"\nmodes = \"modes.csv\"\nresponse = \"table\"\nexcitation = \"table\"\n\
+                    [[position]]\nname = \"l1\"\nnut_m = 0.6\n\
                     [[position]]\nname = \"l3\"\nnut_m = 1.0\n[[position]]\nname = \"l5\"\nnut_m = 1.6\n";
     std::fs::write(folder.path().join("manifest.toml"), manifest).unwrap();
     let modes = "position,order,frequency_hz,amplitude\nl1,1,24,\nl1,2,118,\nl3,1,24,\nl3,2,116,\nl5,1,24,\nl5,2,122,\n";

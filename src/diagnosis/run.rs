@@ -104,7 +104,9 @@ pub fn nominal_fits(
     control: &Control,
 ) -> Result<Vec<Fitted>, ObjectiveError> {
     let none = HoldOutSet { set: fitter.fit.set, positions: Vec::new(), frfs: Vec::new() };
-    let mut plan = Plan { frozen: fitter.frozen.clone(), seed, repeats: 1, profile: false, ..Plan::default() };
+    // FRFs are looked at from all over their ranges besides; modes are not.
+    let repeats = if matches!(fitter.domain, Domain::Frf(_)) { 1 } else { 2 };
+    let mut plan = Plan { frozen: fitter.frozen.clone(), seed, repeats, profile: false, ..Plan::default() };
     match fitter.domain {
         Domain::Frf(settings) => plan.frf = Some(FrfSettings { nut_sd_m: 0.0, channel_sd: (0.0, 0.0), ..settings }),
         Domain::Modes(settings) => plan.settings = settings,
