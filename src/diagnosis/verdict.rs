@@ -123,7 +123,7 @@ pub struct Settings {
 /// Share of nulls that may be called something.
 const ALPHA: f64 = 0.001;
 /// Smallest statistic that is called something, whatever the null says.
-const LEAST_STATISTIC: f64 = 5.5;
+const LEAST_STATISTIC: f64 = 8.0;
 /// What the data can tell apart, in χ² (an error rate of 7 %), and as a share of the gain: the model is no better than that.
 const APART: f64 = 9.0;
 const APART_SHARE: f64 = 0.1;
