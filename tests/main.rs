@@ -23,4 +23,5 @@ mod peaks;
 mod records;
 mod recovery;
 mod refusals;
+mod resume;
 mod withheld;
