@@ -15,6 +15,7 @@ ROOT = pathlib.Path(__file__).resolve().parents[2]
 MISSING = 0.3  # relative frequency error of a mode without a partner
 VISIBLE = 2.0  # prominence from which a peak should have been seen
 FREQUENCY_MODEL_ERROR, AMPLITUDE_SD = 0.01, 0.13
+ZOOM = 9  # points between the neighbours of a grid's maximum
 
 
 class Bench:
@@ -109,12 +110,12 @@ class Lines:
 class ModeObjective:
     """The product's default objective on modes: peaks of a grid, paired in order with what was measured, weighted least squares.
 
-    `refinements` = 0 takes the grid's maximum. Otherwise each peak is put to the vertex of the parabola through 1/|iωH|² at three lines, which
-    near a resonance is one nearly exactly however narrow it is; then so often again through three points about it, ever closer.
+    `refined` goes on from the grid's maximum: some points between the two lines beside it, then the vertex of the parabola through 1/|iωH|² at the
+    best three of them (near a resonance it is one, however narrow), and once more through three points closer to that.
     """
 
-    def __init__(self, bench, frequencies_hz, refinements=0, chunk=4):
-        self.bench, self.refinements, self.chunk = bench, refinements, chunk
+    def __init__(self, bench, frequencies_hz, refined=False, chunk=4):
+        self.bench, self.refined, self.chunk = bench, refined, chunk
         self.frequencies = frequencies_hz
         self.lines = Lines(bench, frequencies_hz[None, :], bench.nuts[:, None])
         self.low, self.high = 0.9 * bench.measured_hz.min(), 1.1 * bench.measured_hz.max()
@@ -157,29 +158,30 @@ class ModeObjective:
         here = np.searchsorted(cuts, at)
         valley = np.maximum(lowest[here - 1], lowest[here])
         frequency, height = self.frequencies[line], flat[at]
-        if self.refinements:
-            frequency, height = self._refined(places, row, line, at, flat)
+        if self.refined:
+            frequency, height = self._refined(places, row, line)
         shape = (count * positions, (order.max() + 1) if at.size else 1)
         out = [np.full(shape, fill) for fill in (np.inf, 1.0, 1.0)]
         for array, values in zip(out, (frequency, np.sqrt(height), np.sqrt(height / valley))):
             array[row, order] = values
         return [array.reshape(count, positions, -1) for array in out]
 
-    def _refined(self, places, row, line, at, flat):
-        f, inverse = self.frequencies, 1 / flat[at[:, None] + np.array([-1, 0, 1])].T
-        left, middle, right = f[line - 1], f[line], f[line + 1]
+    def _refined(self, places, row, line):
         member, position = np.divmod(row, len(self.bench.nuts))
         mine = self.bench.parameters(self.bench.free_for_modes, np.asarray(places)[:, member])
         mine = {name: np.reshape(value, -1) if np.ndim(value) else value for name, value in mine.items()}
-        best, width = _vertex(left, middle, right, inverse), 0.5 * (right - left)
-        for _ in range(self.refinements):
-            width = width * 0.1
-            points = np.stack([best - width, best, best + width])
-            values = Lines(self.bench, points, self.bench.nuts[position]).mobility_square(mine)
-            best = np.clip(_vertex(points[0], points[1], points[2], 1 / values), left, right)
-            # 1/|iωH|² at the vertex, by the same parabola.
-            height = 1 / _parabola(points, 1 / values, best)
-        return best, height
+        inverse = lambda points: 1 / Lines(self.bench, points, self.bench.nuts[position]).mobility_square(mine)
+        left, right = self.frequencies[line - 1], self.frequencies[line + 1]
+        points = left + (right - left) * np.linspace(0, 1, ZOOM)[:, None]
+        values = inverse(points)
+        three = np.clip(values.argmin(axis=0), 1, ZOOM - 2) + np.array([[-1], [0], [1]])
+        points, values = np.take_along_axis(points, three, 0), np.take_along_axis(values, three, 0)
+        middle, width = np.clip(_vertex(points, values), points[0], points[2]), 0.1 * (points[2] - points[1])
+        points = np.stack([middle - width, middle, middle + width])
+        values = inverse(points)
+        best = np.clip(_vertex(points, values), points[0] - 2 * width, points[2] + 2 * width)
+        # 1/|iωH|² at the vertex, by the same parabola; so near the points it cannot fall far.
+        return best, 1 / np.maximum(_parabola(points, values, best), 0.2 * values.min(axis=0))
 
     def at(self, places):
         """The objective at places (coordinate, member)."""
@@ -235,21 +237,21 @@ class ModeObjective:
         return cost + (squares - logs**2 / np.maximum(pairs, 1)) / AMPLITUDE_SD**2
 
 
-def _divided(x0, x1, x2, y):
-    first, second = (y[1] - y[0]) / (x1 - x0), (y[2] - y[1]) / (x2 - x1)
-    return first, (second - first) / (x2 - x0)
+def _divided(x, y):
+    first, second = (y[1] - y[0]) / (x[1] - x[0]), (y[2] - y[1]) / (x[2] - x[1])
+    return first, (second - first) / (x[2] - x[0])
 
 
-def _vertex(x0, x1, x2, y):
+def _vertex(x, y):
     """Where the parabola through three points is least."""
-    first, second = _divided(x0, x1, x2, y)
+    first, second = _divided(x, y)
     bends = second > 0
-    return np.where(bends, 0.5 * (x0 + x1) - 0.5 * first / np.where(bends, second, 1), x1)
+    return np.where(bends, 0.5 * (x[0] + x[1]) - 0.5 * first / np.where(bends, second, 1), x[1])
 
 
 def _parabola(x, y, at):
-    first, second = _divided(x[0], x[1], x[2], y)
-    return np.maximum(y[0] + (at - x[0]) * (first + second * (at - x[1])), 1e-300)
+    first, second = _divided(x, y)
+    return y[0] + (at - x[0]) * (first + second * (at - x[1]))
 
 
 class FrfObjective:
