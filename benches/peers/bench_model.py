@@ -57,16 +57,16 @@ class Lines:
     """The ω-terms of the closed form at some frequencies (1 or position, line) and nut positions (position, 1)."""
 
     def __init__(self, bench, frequencies_hz, nuts_m):
-        w = 2 * np.pi * frequencies_hz
-        self.bench, self.w, self.iw = bench, w, 1j * w
-        square = w * w
+        omega = 2 * np.pi * frequencies_hz
+        self.bench, self.omega, self.i_omega = bench, omega, 1j * omega
+        square = omega * omega
 
         def rod(kind, length):
             """Direct entry and squared cross entry of the dynamic stiffness of a free-free rod."""
             stiffness, slowness = kind
-            phase = w * slowness * length
+            phase = omega * slowness * length
             sine = np.sin(phase)
-            scale = stiffness * w * slowness / sine
+            scale = stiffness * omega * slowness / sine
             return scale * np.cos(phase), scale * scale
 
         self.left, self.left_cross = rod(bench.axial, nuts_m)
@@ -81,18 +81,18 @@ class Lines:
 
     def fraction(self, p):
         """Numerator and denominator of the table's receptance."""
-        iw = self.iw
-        left = (self.left + p["k_al"]) + iw * p["c_al"]
-        right = (self.right + p["k_ar"]) + iw * p["c_ar"]
+        i_omega = self.i_omega
+        left = (self.left + p["k_al"]) + i_omega * p["c_al"]
+        right = (self.right + p["k_ar"]) + i_omega * p["c_ar"]
         # Axially at the nut: D_ax = ax / ends.
         ends = left * right
         ax = self.middle * ends - self.left_cross * right - self.right_cross * left
         # The rotor's spring and damper to the ground; in turn about the nut: D_t = turn / end.
-        rotor = (self.rotor + p["k_s"]) + iw * p["c_s"]
-        both = rotor + (p["k_m"] + iw * p["c_m"])
+        rotor = (self.rotor + p["k_s"]) + i_omega * p["c_s"]
+        both = rotor + (p["k_m"] + i_omega * p["c_m"])
         end = (self.turn_end + rotor) * both - rotor * rotor
         turn = self.turn_middle * end - self.turn_cross * both
-        nut = p["k_n"] + iw * p["c_n"]
+        nut = p["k_n"] + i_omega * p["c_n"]
         product = ax * turn
         above = product + nut * (turn * ends + self.bench.lead**2 * (ax * end))
         return above, nut * product + self.table * above
@@ -104,7 +104,7 @@ class Lines:
     def mobility_square(self, p):
         """|iω·H|², without a complex division."""
         above, below = self.fraction(p)
-        return self.w**2 * (above.real**2 + above.imag**2) / (below.real**2 + below.imag**2)
+        return self.omega**2 * (above.real**2 + above.imag**2) / (below.real**2 + below.imag**2)
 
 
 class ModeObjective:

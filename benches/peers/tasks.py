@@ -84,26 +84,26 @@ def frfs(places):
 def substructures(machine):
     """Receptances of the free sub-structures (line, i, i), the signed Boolean B, and the receptance of each joint in its rows (line, row)."""
     bench = Bench()
-    w = 2 * np.pi * np.arange(6.0, 1006.0)
+    omega = 2 * np.pi * np.arange(6.0, 1006.0)
     nut, p = bench.nuts[1], bench.start
     blocks, rows, joints = [], [], []
 
     def rod(kind, length):
         stiffness, slowness = kind
-        phase = w * slowness * length
-        direct, cross = -1 / (stiffness * w * slowness * np.tan(phase)), -1 / (stiffness * w * slowness * np.sin(phase))
+        phase = omega * slowness * length
+        direct, cross = -1 / (stiffness * omega * slowness * np.tan(phase)), -1 / (stiffness * omega * slowness * np.sin(phase))
         blocks.append(np.moveaxis(np.array([[direct, cross], [cross, direct]]), 2, 0))
         return [sum(b.shape[1] for b in blocks) - 2 + i for i in (0, 1)]
 
     def inertia(value):
-        blocks.append((-1 / (value * w * w))[:, None, None])
+        blocks.append((-1 / (value * omega * omega))[:, None, None])
         return sum(b.shape[1] for b in blocks) - 1
 
     def couple(on, receptance=0.0):
         rows.append(on)
-        joints.append(receptance * np.ones_like(w))
+        joints.append(receptance * np.ones_like(omega))
 
-    spring = lambda k, c: 1 / (k + 1j * w * c)
+    spring = lambda k, c: 1 / (k + 1j * omega * c)
     a, b = rod(bench.axial, nut), rod(bench.axial, bench.length - nut)
     couple({a[1]: 1, b[0]: -1})
     couple({a[0]: 1}, spring(p["k_al"], p["c_al"]))
@@ -115,12 +115,12 @@ def substructures(machine):
         couple({s[1]: 1, t[0]: -1})
         # What sits on a rod's end is coupled to the ground through the receptance of its inertia.
         for at, value in ((a[1], bench.screw), (s[1], bench.nut), (s[0], bench.left)):
-            couple({at: 1}, -1 / (value * w * w))
+            couple({at: 1}, -1 / (value * omega * omega))
         couple({rotor: 1}, spring(p["k_s"], p["c_s"]))
         couple({rotor: 1, s[0]: -1}, spring(p["k_m"], p["c_m"]))
         couple({table: 1, a[1]: -1, s[1]: -bench.lead}, spring(p["k_n"], p["c_n"]))
     size = sum(b.shape[1] for b in blocks)
-    y = np.zeros((w.size, size, size), dtype=complex)
+    y = np.zeros((omega.size, size, size), dtype=complex)
     at = 0
     for block in blocks:
         y[:, at : at + block.shape[1], at : at + block.shape[1]] = block
@@ -157,13 +157,13 @@ def coupling(machine, form):
 def lumped(mass, damping, stiffness, table, form):
     """The table's receptance from M, C and K: `solve` of the dynamic stiffness line by line, batched, or the `modes` of the state-space form."""
     m, c, k = np.array(mass), np.array(damping), np.array(stiffness)
-    w = 2 * np.pi * np.arange(6.0, 1006.0)
+    omega = 2 * np.pi * np.arange(6.0, 1006.0)
     force = np.zeros((len(m), 1))
     force[table] = 1
-    inertia, iw = -(w**2)[:, None, None] * m, 1j * w[:, None, None]
+    inertia, i_omega = -(omega**2)[:, None, None] * m, 1j * omega[:, None, None]
 
     def solve():
-        return np.linalg.solve(iw * c + (inertia + k), force.astype(complex))[:, table, 0]
+        return np.linalg.solve(i_omega * c + (inertia + k), force.astype(complex))[:, table, 0]
 
     def modes():
         # M is diagonal. ẋ = A·x + b·f, with x the displacements and velocities; H = Σ (left·b)·(right at the table)/(iω − λ).
@@ -172,11 +172,11 @@ def lumped(mass, damping, stiffness, table, form):
         a = np.block([[np.zeros((n, n)), np.eye(n)], [-inverse * k, -inverse * c]])
         poles, shapes = np.linalg.eig(a)
         share = np.linalg.solve(shapes, np.concatenate([np.zeros(n), inverse[:, 0] * force[:, 0]]))
-        return (shapes[table] * share / (1j * w[:, None] - poles)).sum(axis=1)
+        return (shapes[table] * share / (1j * omega[:, None] - poles)).sum(axis=1)
 
     work = solve if form == "solve" else modes
     values = work()
-    return {"seconds": seconds(work) / w.size, "receptances": np.stack([values.real, values.imag], axis=-1).tolist(), "coordinates": len(m)}
+    return {"seconds": seconds(work) / omega.size, "receptances": np.stack([values.real, values.imag], axis=-1).tolist(), "coordinates": len(m)}
 
 
 def universal(file):
