@@ -53,6 +53,11 @@ impl OutputFolder {
         Ok(OutputFolder { path: path.into() })
     }
 
+    /// The folder.
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
     /// Writes a file whole: to a temporary name, then renamed.
     ///
     /// # Errors  the disk is full, or writing is not permitted.
