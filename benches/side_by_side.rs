@@ -138,11 +138,48 @@ fn main() {
     println!("{}", pool.install(|| run(&task, arguments.repeats)));
 }
 
-/// Seconds that so many repetitions of `work` take.
-fn seconds(repeats: usize, mut work: impl FnMut()) -> f64 {
-    let begin = Instant::now();
+/// The time on the wall and, on Linux, the time this thread was given a processor for: on a shared machine that of one thread's work.
+struct Clock {
+    begin: Instant,
+    given_ns: Option<u64>,
+}
+
+impl Clock {
+    fn start() -> Self {
+        Clock { begin: Instant::now(), given_ns: Self::given_ns() }
+    }
+
+    /// Source: proc(5), schedstat: nanoseconds spent on the processor.
+    fn given_ns() -> Option<u64> {
+        std::fs::read_to_string("/proc/thread-self/schedstat").ok()?.split(' ').next()?.parse().ok()
+    }
+
+    /// Seconds on the wall.
+    fn wall(&self) -> f64 {
+        self.begin.elapsed().as_secs_f64()
+    }
+
+    /// Seconds of one thread's work; those on the wall where the system does not tell, or several threads work.
+    fn work(&self) -> f64 {
+        let alone = rayon::current_num_threads() == 1;
+        let given = self.given_ns.filter(|_| alone).and_then(|before| Some(Self::given_ns()? - before));
+        given.map_or_else(|| self.wall(), |ns| ns as f64 * 1e-9)
+    }
+}
+
+/// Does `work` so often; `evaluations` are those of one repetition.
+fn timed(repeats: usize, evaluations: usize, mut work: impl FnMut()) -> Value {
+    let clock = Clock::start();
     (0..repeats).for_each(|_| work());
-    begin.elapsed().as_secs_f64()
+    json!({ "seconds": clock.work(), "wall": clock.wall(), "evaluations": repeats * evaluations })
+}
+
+/// A JSON object with the time in it.
+fn with(mut result: Value, timing: Value) -> Value {
+    if let (Value::Object(result), Value::Object(timing)) = (&mut result, timing) {
+        result.extend(timing);
+    }
+    result
 }
 
 fn bench() -> (Machine, MeasurementSet) {
@@ -205,7 +242,7 @@ fn modes(places: &[Vec<f64>], with_peaks: bool, repeats: usize) -> Value {
     let (fit, _) = set.split(None, &[]).expect("its split");
     let objective = ModeObjective::new(&machine, &fit, ModeSettings::default(), &[]).expect("an objective");
     let mut costs = vec![0.0; places.len()];
-    let seconds = seconds(repeats, || {
+    let timing = timed(repeats, places.len(), || {
         costs.iter_mut().zip(places).for_each(|(cost, place)| *cost = objective.at(black_box(place)));
     });
     let peaks = |place: &Vec<f64>| -> Vec<Vec<[f64; 3]>> {
@@ -213,7 +250,7 @@ fn modes(places: &[Vec<f64>], with_peaks: bool, repeats: usize) -> Value {
         predictions.iter().map(|p| p.peaks.iter().map(|p| [p.frequency_hz, p.amplitude, p.prominence]).collect()).collect()
     };
     let peaks: Vec<_> = places.iter().filter(|_| with_peaks).map(peaks).collect();
-    json!({ "seconds": seconds, "evaluations": repeats * places.len(), "costs": costs, "peaks": peaks })
+    with(json!({ "costs": costs, "peaks": peaks }), timing)
 }
 
 fn searched(population: usize, generations: u64, seed: u64) -> Value {
@@ -228,19 +265,19 @@ fn searched(population: usize, generations: u64, seed: u64) -> Value {
         ..SearchSettings::for_dimension(objective.dimension(), seed)
     };
     let trace = Arc::new(Mutex::new(Vec::new()));
-    let begin = Instant::now();
+    let clock = Arc::new(Clock::start());
     let watcher = {
-        let trace = Arc::clone(&trace);
+        let (trace, clock) = (Arc::clone(&trace), Arc::clone(&clock));
         Arc::new(move |progressed: Progressed<'_>| {
             if let Progressed::Generation { best, .. } = progressed {
-                trace.lock().expect("the trace").push((begin.elapsed().as_secs_f64(), best));
+                trace.lock().expect("the trace").push((clock.work(), best));
             }
         })
     };
     let found = search(&objective, settings, &Control::new(Arc::default(), Some(watcher)));
-    let seconds = begin.elapsed().as_secs_f64();
+    let (seconds, wall) = (clock.work(), clock.wall());
     let trace = trace.lock().expect("the trace").clone();
-    json!({ "seconds": seconds, "evaluations": found.evaluations, "cost": found.cost, "place": found.place, "trace": trace })
+    json!({ "seconds": seconds, "wall": wall, "evaluations": found.evaluations, "cost": found.cost, "place": found.place, "trace": trace })
 }
 
 fn frfs(places: &[Vec<f64>], repeats: usize) -> Value {
@@ -250,10 +287,10 @@ fn frfs(places: &[Vec<f64>], repeats: usize) -> Value {
     let (fit, _) = set.split(None, &[]).expect("all of it");
     let objective = FrfObjective::new(&machine, &fit, FrfSettings::default(), &[]).expect("an objective");
     let mut costs = vec![0.0; places.len()];
-    let seconds = seconds(repeats, || {
+    let timing = timed(repeats, places.len(), || {
         costs.iter_mut().zip(places).for_each(|(cost, place)| *cost = objective.chi_square(black_box(place)));
     });
-    json!({ "seconds": seconds, "evaluations": repeats * places.len(), "costs": costs })
+    with(json!({ "costs": costs }), timing)
 }
 
 fn coupling(name: &str, all: bool, repeats: usize) -> Value {
@@ -263,7 +300,7 @@ fn coupling(name: &str, all: bool, repeats: usize) -> Value {
     let omegas = thousand_lines();
     let table = machine.point("table").expect("a table");
     let mut values = vec![Complex64::default(); omegas.len()];
-    let seconds = seconds(repeats, || {
+    let timing = timed(repeats, omegas.len(), || {
         for (value, &omega) in values.iter_mut().zip(&omegas) {
             *value = if all {
                 coupled_receptances(&network, &machine, black_box(omega)).expect("inertia everywhere")[(table, table)]
@@ -272,7 +309,7 @@ fn coupling(name: &str, all: bool, repeats: usize) -> Value {
             };
         }
     });
-    json!({ "seconds": seconds, "evaluations": repeats * omegas.len(), "receptances": pairs(&values) })
+    with(json!({ "receptances": pairs(&values) }), timing)
 }
 
 fn lumped(lumps: usize, with_matrices: bool, repeats: usize) -> Value {
@@ -282,7 +319,7 @@ fn lumped(lumps: usize, with_matrices: bool, repeats: usize) -> Value {
     let omegas = thousand_lines();
     let (start, operating) = (machine.start(), Operating::at_nut(FITTED_M[1]));
     let mut values = vec![Complex64::default(); omegas.len()];
-    let seconds = seconds(repeats, || {
+    let timing = timed(repeats, omegas.len(), || {
         network.update(&machine, black_box(&start), &operating);
         values.iter_mut().zip(&omegas).for_each(|(value, omega)| *value = network.receptance(black_box(*omega), &mut work));
     });
@@ -292,7 +329,7 @@ fn lumped(lumps: usize, with_matrices: bool, repeats: usize) -> Value {
         let table = m.names.iter().position(|n| n == "table");
         json!({ "mass": rows(&m.mass), "damping": rows(&m.damping), "stiffness": rows(&m.stiffness), "table": table })
     });
-    json!({ "seconds": seconds, "evaluations": repeats * omegas.len(), "receptances": pairs(&values), "matrices": described })
+    with(json!({ "receptances": pairs(&values), "matrices": described }), timing)
 }
 
 fn write_universal(file: &Path, binary: bool) -> Value {
@@ -316,24 +353,24 @@ fn write_universal(file: &Path, binary: bool) -> Value {
 
 fn read_universal(file: &Path, repeats: usize) -> Value {
     let mut read = None;
-    let seconds = seconds(repeats, || read = Some(read_path(black_box(file)).expect("a universal file")));
+    let timing = timed(repeats, 1, || read = Some(read_path(black_box(file)).expect("a universal file")));
     let functions = read.map(|r| r.functions).unwrap_or_default();
     let sum_of = |ordinate: &Ordinate| match ordinate {
         Ordinate::Complex(values) => values.iter().sum::<Complex64>(),
         Ordinate::Real(values) => values.iter().sum::<f64>().into(),
     };
     let sum: Complex64 = functions.iter().map(|f| sum_of(&f.ordinate)).sum();
-    json!({ "seconds": seconds, "evaluations": repeats, "records": functions.len(), "sum": [sum.re, sum.im] })
+    with(json!({ "records": functions.len(), "sum": [sum.re, sum.im] }), timing)
 }
 
 fn identified(repeats: usize) -> Value {
     let (machine, set) = bench();
     let (fit, held_out) = set.split(None, &[]).expect("its split");
     let (mut cost, mut evaluations) = (f64::NAN, 0);
-    let seconds = seconds(repeats, || {
+    let timing = timed(repeats, 0, || {
         let found = identify(&machine, &fit, &held_out, &Plan::default(), &Control::default()).expect("a result");
         cost = found.cost;
         evaluations += found.evaluations;
     });
-    json!({ "seconds": seconds, "evaluations": evaluations, "cost": cost })
+    with(timing, json!({ "evaluations": evaluations, "cost": cost }))
 }

@@ -14,14 +14,14 @@ from bench_model import Bench, FrfObjective, Lines, ModeObjective
 CHUNKS = (1, 2, 4, 8, 16, 32, 120)
 
 
-def seconds(work, least=0.3):
-    """Seconds of one repetition: the mean over at least so long, after one that is not counted."""
+def timed(work, each=1, least=0.3):
+    """Seconds of one of `each` evaluations in a repetition, of this thread's work and on the wall: means over at least so long."""
     work()
-    repeats, begin = 0, time.perf_counter()
+    repeats, begin, given = 0, time.perf_counter(), time.thread_time()
     while time.perf_counter() - begin < least:
         work()
         repeats += 1
-    return (time.perf_counter() - begin) / repeats
+    return {"seconds": (time.thread_time() - given) / repeats / each, "wall": (time.perf_counter() - begin) / repeats / each}
 
 
 def objective(form):
@@ -30,7 +30,7 @@ def objective(form):
     lines = ModeObjective.fine_grid(bench) if form == "fine-grid" else ModeObjective.grid(bench)
     made = [ModeObjective(bench, lines, form == "refined", chunk) for chunk in (CHUNKS[:3] if form == "fine-grid" else CHUNKS)]
     sample = np.random.default_rng(0).random((len(bench.free_for_modes), 120))
-    return min(made, key=lambda o: seconds(lambda: o.at(sample), 0.02))
+    return min(made, key=lambda o: timed(lambda: o.at(sample), least=0.02)["seconds"])
 
 
 def receptances(places, parameters):
@@ -43,7 +43,7 @@ def receptances(places, parameters):
 def modes(places, form, peaks=False):
     """The objective at all places at once, as a vectorised search asks for it."""
     made, places = objective(form), np.array(places).T
-    out = {"seconds": seconds(lambda: made.at(places)) / places.shape[1], "costs": made.at(places).tolist(), "lines": len(made.frequencies)}
+    out = {"costs": made.at(places).tolist(), "lines": len(made.frequencies), **timed(lambda: made.at(places), places.shape[1])}
     if peaks:
         found = made.peaks(places)[0]
         out["peaks"] = [[[f for f in row if np.isfinite(f)] for row in member] for member in found]
@@ -62,23 +62,23 @@ def search(form, popsize, generations, seed):
         count += places.shape[1]
         return made.at(places)
 
-    begin = time.perf_counter()
+    begin = time.thread_time()
 
     def callback(intermediate_result):
-        trace.append((time.perf_counter() - begin, float(intermediate_result.fun), intermediate_result.x.tolist()))
+        trace.append((time.thread_time() - begin, float(intermediate_result.fun), intermediate_result.x.tolist()))
 
     bounds = [(0.0, 1.0)] * len(made.bench.free_for_modes)
     found = differential_evolution(
         cost, bounds, popsize=popsize, maxiter=generations, tol=0, polish=False, vectorized=True, updating="deferred", rng=seed, callback=callback
     )
-    return {"seconds": time.perf_counter() - begin, "evaluations": count, "cost": float(found.fun), "place": found.x.tolist(), "trace": trace}
+    return {"seconds": time.thread_time() - begin, "evaluations": count, "cost": float(found.fun), "place": found.x.tolist(), "trace": trace}
 
 
 def frfs(places):
     made = FrfObjective(Bench())
     places = np.array(places)
     work = lambda: [made.at(place) for place in places]
-    return {"seconds": seconds(work) / len(places), "costs": [float(c) for c in work()]}
+    return {"costs": [float(c) for c in work()], **timed(work, len(places))}
 
 
 def substructures(machine):
@@ -151,7 +151,7 @@ def coupling(machine, form):
 
     values = work()
     size = {"interface": joints.shape[1], "coordinates": y.shape[1]}
-    return {"seconds": seconds(work) / len(y), "receptances": np.stack([values.real, values.imag], axis=-1).tolist(), **size}
+    return {"receptances": np.stack([values.real, values.imag], axis=-1).tolist(), **size, **timed(work, len(y))}
 
 
 def lumped(mass, damping, stiffness, table, form):
@@ -176,7 +176,7 @@ def lumped(mass, damping, stiffness, table, form):
 
     work = solve if form == "solve" else modes
     values = work()
-    return {"seconds": seconds(work) / omega.size, "receptances": np.stack([values.real, values.imag], axis=-1).tolist(), "coordinates": len(m)}
+    return {"receptances": np.stack([values.real, values.imag], axis=-1).tolist(), "coordinates": len(m), **timed(work, omega.size)}
 
 
 def universal(file):
@@ -184,7 +184,7 @@ def universal(file):
 
     read = lambda: pyuff.UFF(file).read_sets()
     total = sum(np.sum(s["data"]) for s in read())
-    return {"seconds": seconds(read), "sum": [total.real, total.imag], "records": len(read())}
+    return {"sum": [total.real, total.imag], "records": len(read()), **timed(read)}
 
 
 if __name__ == "__main__":
