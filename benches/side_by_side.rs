@@ -65,7 +65,7 @@ struct Arguments {
 
 #[derive(Subcommand)]
 enum Task {
-    /// Receptances of the bench's table at places of its ten free parameters: every position, 1–2000 Hz.
+    /// Receptances of the bench's table at places of its ten free parameters: the three fitted positions, 1–2000 Hz.
     Receptances {
         /// JSON list of places in the unit cube.
         places: PathBuf,
