@@ -147,6 +147,9 @@ impl<'s> Fitter<'s> {
     }
 
     fn fit_anew(&self, hypothesis: &Hypothesis, bases: &[Fitted], control: &Control) -> Result<Fitted, ObjectiveError> {
+        if control.stopped() {
+            return Err(ObjectiveError::Data("stopped before its turn".into()));
+        }
         let objective = self.objective(hypothesis)?;
         let coarse = objective.coarse(self.lines_of_one(COARSE));
         let few = coarse.as_ref().unwrap_or(&objective);
@@ -190,7 +193,7 @@ impl<'s> Fitter<'s> {
 
     fn scatter_anew(&self, hypothesis: &Hypothesis, base: &Fitted, control: &Control) -> Result<Option<Fitted>, ObjectiveError> {
         let objective = self.objective(hypothesis)?;
-        let Some(few) = objective.coarse(self.lines_of_one(SCATTER_LINES)) else { return Ok(None) };
+        let Some(few) = objective.coarse(self.lines_of_one(SCATTER_LINES)).filter(|_| !control.stopped()) else { return Ok(None) };
         let centre = start_of(hypothesis, base, &[]);
         let described = &hypothesis.machine.parameters;
         let varied = objective.free().iter().filter(|i| hypothesis.added.contains(i) || !is_nuisance(&described[**i]));
@@ -215,13 +218,13 @@ impl<'s> Fitter<'s> {
     /// The least χ² that one linear step from any amplitude promises, on few lines.
     ///
     /// # Errors  as [`Compared::new`].
-    pub fn promise(&self, hypothesis: &Hypothesis, bases: &[Fitted]) -> Result<f64, ObjectiveError> {
+    pub fn promise(&self, hypothesis: &Hypothesis, bases: &[Fitted], control: &Control) -> Result<f64, ObjectiveError> {
         let objective = self.objective(hypothesis)?;
         let coarse = objective.coarse(self.lines_of_one(COARSE));
         let few = coarse.as_ref().unwrap_or(&objective);
         let starts = bases.iter().flat_map(|base| amplitudes(hypothesis).into_iter().map(move |added| start_of(hypothesis, base, &added)));
         let cost = |start: Fitted| few.squares(|squares| squares.normal(&place_of(few, &start)).promised(PROMISE));
-        Ok(starts.map(cost).fold(f64::INFINITY, f64::min))
+        Ok(starts.take_while(|_| !control.stopped()).map(cost).fold(f64::INFINITY, f64::min))
     }
 
     /// χ² of other data of the set with the parameters of a fit, nut positions as stated.

@@ -275,30 +275,27 @@ pub fn survey(
 
 /// Fits every candidate again from the nominal parameters of free shapes, where those explain much more than the best candidate does: they know where
 /// the joints are once what is missing is there.
-///
-/// # Errors  as [`Fitter::objective`].
-pub fn again_from(survey: &mut Survey, located: &[Candidate], fitter: &Fitter<'_>, control: &Control) -> Result<(), ObjectiveError> {
+pub fn again_from(survey: &mut Survey, located: &[Candidate], fitter: &Fitter<'_>, control: &Control) {
     let least = survey.candidates.iter().map(Candidate::chi_square).fold(survey.base.chi_square, f64::min);
     let own = survey.nominal.machine.parameters.len();
     let fits = located.iter().filter_map(|c| c.fitted.as_ref()).map(|(_, fitted)| fitted);
     let better = fits.filter(|fitted| fitted.chi_square < CLEARLY * least);
     let bases: Vec<Fitted> = better.take(SHARED).map(|f| Fitted { units: f.units[..own].to_vec(), ..f.clone() }).collect();
     if bases.is_empty() || fitter.lacks(Ablation::FrozenNominal) {
-        return Ok(());
+        return;
     }
     let base = survey.base.chi_square;
-    let refitted = |candidate: &mut Candidate| -> Result<(), ObjectiveError> {
-        let Some((hypothesis, fitted)) = &mut candidate.fitted else { return Ok(()) };
-        let other = fitter.fit(hypothesis, &bases, control)?;
-        if other.chi_square < fitted.chi_square {
+    survey.candidates.par_iter_mut().for_each(|candidate| {
+        let Some((hypothesis, fitted)) = &mut candidate.fitted else { return };
+        // One that was fitted before fails now only where it was stopped before its turn.
+        if let Ok(other) = fitter.fit(hypothesis, &bases, control)
+            && other.chi_square < fitted.chi_square
+        {
             *fitted = other;
             candidate.gain = if tells(hypothesis, fitted) { (base - fitted.chi_square).max(0.0) } else { 0.0 };
         }
-        Ok(())
-    };
-    survey.candidates.par_iter_mut().try_for_each(refitted)?;
+    });
     survey.candidates.sort_by(|a, b| b.gain.total_cmp(&a.gain));
-    Ok(())
 }
 
 /// Whether what was fitted is what the effect says: another quantity is another power of iω, not a slight slope.
@@ -318,7 +315,7 @@ pub fn locate(survey: &Survey, fitter: &Fitter<'_>, most: usize, control: &Contr
     let bases = [base.clone()];
     let mut promising: Vec<(f64, Hypothesis)> = interfaces(&survey.nominal)
         .into_par_iter()
-        .filter_map(|hypothesis| Some((fitter.promise(&hypothesis, &bases).ok()?, hypothesis)))
+        .filter_map(|hypothesis| Some((fitter.promise(&hypothesis, &bases, control).ok()?, hypothesis)))
         .collect();
     promising.sort_by(|a, b| a.0.total_cmp(&b.0));
     promising.truncate(2 * most);

@@ -167,7 +167,7 @@ pub fn diagnose(
     // Interfaces say where; they are looked at in any case, since they also tell whether an effect of the library does what can be done.
     control.begin("3/6 interfaces");
     let located: Vec<Candidate> = locate(&surveyed, fitter, 5, control)?;
-    again_from(&mut surveyed, &located, fitter, control)?;
+    again_from(&mut surveyed, &located, fitter, control);
     let objective = fitter.objective(&surveyed.nominal)?;
     // What is known beforehand of a nuisance counts as a number measured.
     let known = surveyed.nominal.machine.parameters.iter().filter(|p| p.sd.is_some()).count();
