@@ -202,13 +202,33 @@ pub fn prepare(output: &Output) -> Result<Option<OutputFolder>, String> {
 
 /// Delivers a document: as JSON alone, or as text for a person; and as a file where a folder was named.
 pub fn deliver<T: Serialize>(output: &Output, folder: Option<&OutputFolder>, file: &str, document: &T, text: &str) -> Result<(), String> {
+    deliver_with(output, folder, (file, &[]), document, text)
+}
+
+/// As [`deliver`], with other files `beside` the document: all are written, or none.
+pub fn deliver_with<T: Serialize>(
+    output: &Output,
+    folder: Option<&OutputFolder>,
+    (file, beside): (&str, &[(&str, String)]),
+    document: &T,
+    text: &str,
+) -> Result<(), String> {
     let json = to_json(document)?;
-    let written = folder.map(|folder| folder.write(file, json.as_bytes())).transpose()?;
-    print_out(if output.json { &json } else { text })?;
-    if let Some(path) = written.filter(|_| !output.json && !output.quiet) {
-        eprintln!("written: {}", path.display());
+    if let Some(folder) = folder {
+        let beside = beside.iter().map(|(name, text)| (*name, text.as_str()));
+        write_told(output, folder, &std::iter::once((file, json.as_str())).chain(beside).collect::<Vec<_>>())?;
     }
+    print_out(if output.json { &json } else { text })?;
     talk::background(output, &serde_json::from_str(&json).unwrap_or_default());
+    Ok(())
+}
+
+/// Writes files, all or none, and says where they are.
+pub fn write_told(output: &Output, folder: &OutputFolder, files: &[(&str, &str)]) -> Result<(), String> {
+    folder.write_all(files.iter().copied())?;
+    if !output.json && !output.quiet {
+        files.iter().for_each(|(name, _)| eprintln!("written: {}", folder.file(name).display()));
+    }
     Ok(())
 }
 

@@ -73,7 +73,12 @@ impl OutputFolder {
     /// # Errors  the disk is full, or writing is not permitted.
     pub fn write(&self, name: &str, content: &[u8]) -> Result<PathBuf, String> {
         self.write_all([(name, content)])?;
-        Ok(self.path.join(name))
+        Ok(self.file(name))
+    }
+
+    /// Path of a file of the folder.
+    pub fn file(&self, name: &str) -> PathBuf {
+        self.path.join(name)
     }
 
     /// Writes files that belong together, all of them or none: each to a temporary name, and all renamed at the end.
