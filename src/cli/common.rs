@@ -8,13 +8,14 @@ use std::sync::atomic::AtomicBool;
 use serde::Serialize;
 
 use super::arguments::{ModelName, ObjectiveName, Output, SearchArguments, Sources};
+use super::progress::Progress;
 use super::talk;
 use crate::config::{MachineConfig, read_machine};
 use crate::identification::Plan;
 use crate::measurement::{MeasurementSet, read_set};
 use crate::model::Rods;
 use crate::objective::{FrfSettings, ModeSettings, Objective};
-use crate::optimizer::Strategy;
+use crate::optimizer::{Control, Journal, Strategy};
 use crate::report::document::{Input, Settings, Stamp};
 use crate::report::{OutputFolder, digest, to_json};
 
@@ -166,14 +167,23 @@ pub fn settings(sources: &Sources, search: &SearchArguments, plan: &Plan) -> Set
     }
 }
 
+/// The files a run rests on.
+pub fn inputs(loaded: &Loaded) -> Vec<Input> {
+    let config = Input { path: loaded.config.path.clone(), sha256: digest(loaded.config.text.as_bytes()) };
+    std::iter::once(config).chain(set_inputs(&loaded.set)).collect()
+}
+
+fn set_inputs(set: &MeasurementSet) -> Vec<Input> {
+    set.files.iter().map(|f| Input { path: f.path.clone(), sha256: digest(&f.bytes) }).collect()
+}
+
 /// The stamp of a document.
 pub fn stamp(schema: &str, seed: u64, complete: bool, loaded: &Loaded, warnings: Vec<String>) -> Stamp {
     let alone = set_stamp(schema, &loaded.set, Vec::new());
-    let config = Input { path: loaded.config.path.clone(), sha256: digest(loaded.config.text.as_bytes()) };
     Stamp {
         seed,
         complete,
-        inputs: std::iter::once(config).chain(alone.inputs).collect(),
+        inputs: inputs(loaded),
         overrides: loaded.overrides.clone(),
         without: loaded.without.clone(),
         warnings: alone.warnings.into_iter().chain(loaded.config.warnings.iter().cloned()).chain(warnings).collect(),
@@ -188,7 +198,7 @@ pub fn set_stamp(schema: &str, set: &MeasurementSet, warnings: Vec<String>) -> S
         tool_version: env!("CARGO_PKG_VERSION").into(),
         seed: 0,
         complete: true,
-        inputs: set.files.iter().map(|f| Input { path: f.path.clone(), sha256: digest(&f.bytes) }).collect(),
+        inputs: set_inputs(set),
         overrides: Vec::new(),
         without: Vec::new(),
         warnings: set.warnings.iter().cloned().chain(warnings).collect(),
@@ -248,6 +258,62 @@ pub fn warn(output: &Output, warnings: &[String]) {
     }
 }
 
+/// What long work is told and asked: its progress, Ctrl-C, and what an earlier run of the same command has finished, kept beside the results.
+/// Where no folder is named, nothing is kept.
+///
+/// # Errors  what an earlier run has kept cannot be read.
+pub fn control(output: &Output, folder: Option<&OutputFolder>, progress: &Progress, loaded: &Loaded) -> Result<Control, String> {
+    let journal = folder
+        .map(|folder| {
+            let path = folder.path().join(UNFINISHED);
+            // Another build may find other numbers.
+            let build = std::env::current_exe().and_then(std::fs::metadata).and_then(|m| Ok((m.len(), m.modified()?))).ok();
+            let mut work = format!("{} {build:?} {}", env!("CARGO_PKG_VERSION"), same_work(std::env::args()).join("\u{1f}"));
+            inputs(loaded).iter().for_each(|input| work += &format!(" {}", input.sha256));
+            let journal = Journal::open(&path, &work).map_err(|e| format!("{}: cannot be read: {e}; remove it", path.display()))?;
+            if journal.taken_over() > 0 && !output.quiet {
+                eprintln!("goes on where an earlier run was stopped ({})", path.display());
+            }
+            Ok::<_, String>(Arc::new(journal))
+        })
+        .transpose()?;
+    Ok(Control::new(stop_flag(), Some(progress.watcher())).keeping(journal))
+}
+
+/// Ends long work: what was kept of it goes where it is complete, and stays where it was stopped.
+pub fn ended(output: &Output, control: &Control, complete: bool) -> Outcome {
+    let fault = control.journal().and_then(|journal| {
+        if complete {
+            journal.remove();
+        }
+        journal.fault()
+    });
+    if let Some(fault) = fault.filter(|_| !output.quiet) {
+        talk::warning(&format!("{fault}: what is finished could not be kept; after a stop this run would begin anew"));
+    } else if !complete && control.journal().is_some() && !output.quiet {
+        eprintln!("stopped; the same command goes on from here");
+    }
+    if complete { Outcome::Done } else { Outcome::Stopped }
+}
+
+/// What is finished of a run, in the folder of its results, until all of it is.
+const UNFINISHED: &str = "unfinished.jsonl";
+
+/// The arguments that results depend on.
+fn same_work(arguments: impl Iterator<Item = String>) -> Vec<String> {
+    let mut kept = Vec::new();
+    let mut arguments = arguments.skip(1);
+    while let Some(argument) = arguments.next() {
+        match argument.as_str() {
+            "-q" | "--quiet" | "--json" | "-v" | "--verbose" => {}
+            "--out" | "--threads" => drop(arguments.next()),
+            other if other.starts_with("--out=") || other.starts_with("--threads=") => {}
+            _ => kept.push(argument),
+        }
+    }
+    kept
+}
+
 /// A flag that Ctrl-C sets; a second Ctrl-C ends the process at once.
 pub fn stop_flag() -> Arc<AtomicBool> {
     let flag = Arc::new(AtomicBool::new(false));
@@ -288,4 +354,19 @@ pub fn read_document<T: serde::de::DeserializeOwned>(path: &Path) -> Result<(T, 
 pub fn document_input(path: &Path) -> Result<Input, String> {
     let bytes = std::fs::read(path).map_err(|e| format!("{}: {e}", path.display()))?;
     Ok(Input { path: path.display().to_string(), sha256: digest(&bytes) })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn work_is_the_same_whatever_does_not_touch_its_result() {
+        let of = |line: &str| same_work(line.split(' ').map(String::from));
+        let plain = of("jointid identify --seed 3");
+        assert_eq!(plain, ["identify", "--seed", "3"]);
+        assert_eq!(of("other/jointid identify -q --threads 2 --seed 3 --out results --json"), plain);
+        assert_eq!(of("jointid identify --threads=2 --seed 3 --out=there -v"), plain);
+        assert_ne!(of("jointid identify --seed 4"), plain);
+    }
 }

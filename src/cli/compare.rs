@@ -3,9 +3,7 @@
 use std::collections::BTreeMap;
 
 use super::arguments::CompareArguments;
-use super::common::{
-    CommandResult, Loaded, Outcome, deliver, load, objective_word, on_threads, plan, prepare, stamp, stop_flag, told, warn,
-};
+use super::common::{CommandResult, Loaded, control, deliver, ended, load, objective_word, on_threads, plan, prepare, stamp, told, warn};
 use super::progress::Progress;
 use super::rows;
 use crate::identification::{Plan, identify};
@@ -27,7 +25,7 @@ pub fn run(given: &CompareArguments) -> CommandResult {
     let runs = if given.objectives { 3 * fit.positions.len() } else { 1 + given.single.as_ref().map_or(2, Vec::len) };
     let searches = runs * plan.repeats;
     let progress = Progress::searches(given.output.quiet, "compare", searches);
-    let control = Control::new(stop_flag(), Some(progress.watcher()));
+    let control = control(&given.output, folder.as_ref(), &progress, &loaded)?;
     if given.objectives {
         if loaded.set.modes.is_none() {
             return Err(format!("{}: --objectives compares objectives on modes, and the set has none", loaded.set.path));
@@ -37,7 +35,7 @@ pub fn run(given: &CompareArguments) -> CommandResult {
         progress.end();
         let (document, complete) = scores?;
         deliver(&given.output, folder.as_ref(), "objectives.json", &document, &objectives_table(&document))?;
-        return Ok(if complete { Outcome::Done } else { Outcome::Stopped });
+        return Ok(ended(&given.output, &control, complete));
     }
     let whole = plan.frf.is_some();
     let multi = rows::names(&loaded.set, &fit.positions, &fit.frfs, whole);
@@ -72,7 +70,7 @@ pub fn run(given: &CompareArguments) -> CommandResult {
     let document = Comparison { stamp: stamp("comparison", plan.seed, complete, &loaded, warnings), common_positions: common, runs };
     warn(&given.output, &document.stamp.warnings);
     deliver(&given.output, folder.as_ref(), "comparison.json", &document, &text(&document))?;
-    Ok(if complete { Outcome::Done } else { Outcome::Stopped })
+    Ok(ended(&given.output, &control, complete))
 }
 
 fn text(document: &Comparison) -> String {

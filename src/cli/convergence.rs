@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use super::arguments::ConvergenceArguments;
-use super::common::{CommandResult, Loaded, Outcome, deliver, load, on_threads, plan, prepare, stamp, stop_flag, told, warn};
+use super::common::{CommandResult, Loaded, control, deliver, ended, load, on_threads, plan, prepare, stamp, told, warn};
 use super::progress::Progress;
 use super::rows;
 use crate::identification::{Plan, identify};
@@ -37,7 +37,7 @@ pub fn run(given: &ConvergenceArguments) -> CommandResult {
     let (fit, held_out) = loaded.set.split(given.positions.as_deref(), &[]).map_err(told)?;
     let folder = prepare(&given.output)?;
     let progress = Progress::searches(given.output.quiet, "convergence", asked.repeats * (counts.len() + 1));
-    let control = Control::new(stop_flag(), Some(progress.watcher()));
+    let control = control(&given.output, folder.as_ref(), &progress, &loaded)?;
     let first = fit.positions.first().map(|p| Operating::at(loaded.set.positions[*p].nut_m));
     let condition = first.unwrap_or_else(|| Operating::at(machine.stroke_m().map(|s| 0.5 * s)));
     machine.check_operating("the first position", &condition).map_err(told)?;
@@ -59,7 +59,7 @@ pub fn run(given: &ConvergenceArguments) -> CommandResult {
     };
     warn(&given.output, &document.stamp.warnings);
     deliver(&given.output, folder.as_ref(), "convergence.json", &document, &text(machine, &document))?;
-    Ok(if complete { Outcome::Done } else { Outcome::Stopped })
+    Ok(ended(&given.output, &control, complete))
 }
 
 fn row(

@@ -7,7 +7,7 @@ use clap::ValueEnum;
 use num_complex::Complex64;
 
 use super::arguments::DiagnoseArguments;
-use super::common::{CommandResult, Loaded, Outcome, deliver, fits_frfs, load, on_threads, plan, prepare, stamp, stop_flag, told, warn};
+use super::common::{CommandResult, Loaded, control, deliver, ended, fits_frfs, load, on_threads, plan, prepare, stamp, told, warn};
 use super::progress::Progress;
 use super::rows;
 use crate::diagnosis::{
@@ -17,7 +17,6 @@ use crate::diagnosis::{
 use crate::machine::Effect;
 use crate::measurement::{FitSet, HoldOutSet};
 use crate::objective::FrfObjective;
-use crate::optimizer::Control;
 use crate::report::diagnosis as document;
 use crate::report::diagnosis::diagnosis_text;
 use crate::report::{OutputFolder, digest, to_json};
@@ -81,7 +80,7 @@ pub fn run(given: &DiagnoseArguments) -> CommandResult {
     let cached = null.is_some();
     let settings = Settings { seed: plan.seed, draws: usize::from(given.nulls), null };
     let progress = Progress::begin(given.output.quiet, "diagnose");
-    let control = Control::new(stop_flag(), Some(progress.watcher())).with_listener(progress.listener("diagnose"));
+    let control = control(&given.output, folder.as_ref(), &progress, &loaded)?;
     let ran = on_threads(given.search.threads, || -> Result<_, crate::objective::ObjectiveError> {
         let found = diagnose(machine, &effects, &fitter, &held_out, &settings, &control)?;
         let estimate = closed(&found.held_out, &found.chosen_held_out);
@@ -103,7 +102,7 @@ pub fn run(given: &DiagnoseArguments) -> CommandResult {
     warn(&given.output, &document.stamp.warnings);
     let text = format!("{}\n{}", machine.title, diagnosis_text(&document));
     deliver(&given.output, folder.as_ref(), "diagnosis.json", &document, &text)?;
-    Ok(if found.complete { Outcome::Done } else { Outcome::Stopped })
+    Ok(ended(&given.output, &control, found.complete))
 }
 
 pub(super) fn check_frozen(loaded: &Loaded, frozen: &[String]) -> Result<(), String> {

@@ -1,12 +1,11 @@
 //! `jointid identify`.
 
 use super::arguments::IdentifyArguments;
-use super::common::{CommandResult, Loaded, Outcome, deliver, load, on_threads, plan, prepare, settings, stamp, stop_flag, told, warn};
+use super::common::{CommandResult, Loaded, control, deliver, ended, load, on_threads, plan, prepare, settings, stamp, told, warn};
 use super::progress::Progress;
 use super::rows;
 use crate::identification::{Identification, identify};
 use crate::objective::ObjectiveError;
-use crate::optimizer::Control;
 use crate::report::document::{self, Settings};
 use crate::report::{bootstrap_table, derived_table, frfs_table, parameters_table, positions_table, wrapped};
 use crate::validation::left_out;
@@ -21,7 +20,7 @@ pub fn run(given: &IdentifyArguments) -> CommandResult {
     let (fit, held_out) = loaded.set.split(given.split.positions.as_deref(), &given.split.hold_out).map_err(told)?;
     let folder = prepare(&given.output)?;
     let progress = Progress::searches(given.output.quiet, "identify", plan.repeats);
-    let control = Control::new(stop_flag(), Some(progress.watcher()));
+    let control = control(&given.output, folder.as_ref(), &progress, &loaded)?;
     let machine = &loaded.config.machine;
     let run = || -> Result<_, ObjectiveError> {
         let mut found = identify(machine, &fit, &held_out, &plan, &control)?;
@@ -99,7 +98,7 @@ pub fn run(given: &IdentifyArguments) -> CommandResult {
     };
     warn(&given.output, &document.stamp.warnings);
     deliver(&given.output, folder.as_ref(), "identification.json", &document, &text(&loaded, &document, &found))?;
-    Ok(if found.complete { Outcome::Done } else { Outcome::Stopped })
+    Ok(ended(&given.output, &control, found.complete))
 }
 
 fn text(loaded: &Loaded, document: &document::Identification, found: &Identification) -> String {

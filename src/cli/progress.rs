@@ -5,7 +5,7 @@ use std::time::Duration;
 
 use indicatif::{ProgressBar, ProgressStyle};
 
-use crate::optimizer::{Listener, Progressed, Watcher};
+use crate::optimizer::{Progressed, Watcher};
 
 const STEPS: &str = "{prefix}  {bar:24} {pos}/{len}  {elapsed}, {eta} left";
 const SEARCHES: &str = "{prefix}  {bar:24} {elapsed}, at most {eta} left  {msg}";
@@ -56,12 +56,17 @@ impl Progress {
         self.bar.inc(1);
     }
 
-    /// A watcher for searches and counted steps. A search that converges early brings the end nearer.
+    /// A watcher for stages, searches and counted steps. A search that converges early brings the end nearer.
     pub fn watcher(&self) -> Watcher {
         let (bar, at) = (self.bar.clone(), Arc::clone(&self.at));
         Arc::new(move |progressed| {
             let Ok(mut at) = at.lock() else { return };
             match progressed {
+                Progressed::Stage(stage) => {
+                    style(&bar, "{spinner} {prefix}  {elapsed}");
+                    bar.set_prefix(format!("{}: {stage}", at.name));
+                    bar.tick();
+                }
                 Progressed::Generation { done, most, best } => {
                     // Generations count from the beginning in every search.
                     if at.begun == 0 || done <= at.generation {
@@ -86,22 +91,6 @@ impl Progress {
                 }
             }
         })
-    }
-
-    /// A listener for the stages of a longer work.
-    pub fn listener(&self, what: &str) -> Listener {
-        let (bar, what) = (self.bar.clone(), what.to_string());
-        Arc::new(move |stage| {
-            style(&bar, "{spinner} {prefix}  {elapsed}");
-            bar.set_prefix(format!("{what}: {stage}"));
-            bar.tick();
-        })
-    }
-
-    /// Shows the time while work goes on that tells no steps.
-    pub fn ticking(self) -> Self {
-        self.bar.enable_steady_tick(std::time::Duration::from_millis(150));
-        self
     }
 
     /// Names what is done now.

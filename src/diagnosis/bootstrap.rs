@@ -30,25 +30,29 @@ pub fn closed_interval(
     let Domain::Frf(settings) = fitter.domain else { return None };
     let far = fitter.on(FitSet { set: held_out.set, positions: held_out.positions.clone(), frfs: held_out.frfs.clone() });
     let step = control.steps("draws", draws);
+    let one = |draw: usize| -> Option<f64> {
+        let random = Xoshiro256PlusPlus::seed_from_u64(seed.wrapping_mul(0xD1B5_4A33).wrapping_add(draw as u64));
+        // The same seed draws the same machine for both.
+        let near_by = another_machine(fitter, chosen.0, chosen.1, settings, LINES, (1.0, random.clone()))?;
+        let far_by = another_machine(&far, chosen.0, chosen.1, settings, LINES, (1.0, random))?;
+        let gap = |(hypothesis, fitted): (&Hypothesis, &Fitted)| -> Option<Vec<Part>> {
+            let own = coarse(fitter, hypothesis)?.shifted(&near_by);
+            let start = {
+                let compared = fitter.objective(hypothesis).ok()?;
+                place_of(&compared, fitted)
+            };
+            let polished = least_squares_within(&own, &start, &[], (STEPS, 1e-3), control.stop());
+            let there = coarse(&far, hypothesis)?.shifted(&far_by);
+            let part = |g: FrfGap| Part { position: None, frf: Some(g.frf), gap: g.gap, floor: g.noise_floor, count: g.lines };
+            Some(there.gaps(&own.parameters(&polished.place), own.gain(&polished.place)).into_iter().map(part).collect())
+        };
+        closed(&gap(nominal)?, &gap(chosen)?)
+    };
+    let piece = fitter.piece("closed", chosen.0, &[nominal.1.clone(), chosen.1.clone()]);
     let drawn: Vec<f64> = (0..draws)
         .into_par_iter()
         .filter_map(|draw| {
-            let random = Xoshiro256PlusPlus::seed_from_u64(seed.wrapping_mul(0xD1B5_4A33).wrapping_add(draw as u64));
-            // The same seed draws the same machine for both.
-            let near_by = another_machine(fitter, chosen.0, chosen.1, settings, LINES, (1.0, random.clone()))?;
-            let far_by = another_machine(&far, chosen.0, chosen.1, settings, LINES, (1.0, random))?;
-            let gap = |(hypothesis, fitted): (&Hypothesis, &Fitted)| -> Option<Vec<Part>> {
-                let own = coarse(fitter, hypothesis)?.shifted(&near_by);
-                let start = {
-                    let compared = fitter.objective(hypothesis).ok()?;
-                    place_of(&compared, fitted)
-                };
-                let polished = least_squares_within(&own, &start, &[], (STEPS, 1e-3), control.stop());
-                let there = coarse(&far, hypothesis)?.shifted(&far_by);
-                let part = |g: FrfGap| Part { position: None, frf: Some(g.frf), gap: g.gap, floor: g.noise_floor, count: g.lines };
-                Some(there.gaps(&own.parameters(&polished.place), own.gain(&polished.place)).into_iter().map(part).collect())
-            };
-            let closed = closed(&gap(nominal)?, &gap(chosen)?);
+            let closed = control.kept(&format!("{piece} {draw} {seed}"), || one(draw));
             step();
             closed
         })

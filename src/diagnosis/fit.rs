@@ -1,6 +1,7 @@
 //! Hypotheses fitted jointly with the nominal parameters and the nuisances.
 
 use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
 
 use super::domain::{Compared, Domain, Part, gaps};
 use super::hypothesis::{Hypothesis, is_nuisance};
@@ -10,7 +11,7 @@ use crate::objective::{ObjectiveError, operating};
 use crate::optimizer::{Control, least_squares_within};
 
 /// A fitted hypothesis: a place for each parameter of its machine, and for what belongs to the data (gain, nut positions).
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Fitted {
     /// Place of every parameter of the hypothesis's machine in its unit interval.
     pub units: Vec<f64>,
@@ -137,6 +138,15 @@ impl<'s> Fitter<'s> {
     ///
     /// # Errors  as [`Compared::new`].
     pub fn fit(&self, hypothesis: &Hypothesis, bases: &[Fitted], control: &Control) -> Result<Fitted, ObjectiveError> {
+        control.kept_or_failed(&self.piece("fit", hypothesis, bases), || self.fit_anew(hypothesis, bases, control))
+    }
+
+    /// The name of a piece of work on these data.
+    pub(super) fn piece(&self, what: &str, hypothesis: &Hypothesis, bases: &[Fitted]) -> String {
+        format!("{what} {} {:?} {:?} {bases:?}", hypothesis.id, self.fit.positions, self.fit.frfs)
+    }
+
+    fn fit_anew(&self, hypothesis: &Hypothesis, bases: &[Fitted], control: &Control) -> Result<Fitted, ObjectiveError> {
         let objective = self.objective(hypothesis)?;
         let coarse = objective.coarse(self.lines_of_one(COARSE));
         let few = coarse.as_ref().unwrap_or(&objective);
@@ -174,6 +184,11 @@ impl<'s> Fitter<'s> {
     ///
     /// # Errors  as [`Compared::new`].
     pub fn scatter(&self, hypothesis: &Hypothesis, base: &Fitted, control: &Control) -> Result<Option<Fitted>, ObjectiveError> {
+        let piece = self.piece("scatter", hypothesis, std::slice::from_ref(base));
+        control.kept_or_failed(&piece, || self.scatter_anew(hypothesis, base, control))
+    }
+
+    fn scatter_anew(&self, hypothesis: &Hypothesis, base: &Fitted, control: &Control) -> Result<Option<Fitted>, ObjectiveError> {
         let objective = self.objective(hypothesis)?;
         let Some(few) = objective.coarse(self.lines_of_one(SCATTER_LINES)) else { return Ok(None) };
         let centre = start_of(hypothesis, base, &[]);

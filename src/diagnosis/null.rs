@@ -195,37 +195,40 @@ pub fn simulate(
     // A draw stands for all lines: what is left of a model's error grows with their number.
     let share = objective.observations() as f64 / few.observations() as f64;
     let step = control.steps("nulls", draws);
+    let one = |draw: usize| -> Option<(Vec<f64>, f64)> {
+        let random = Xoshiro256PlusPlus::seed_from_u64(seed.wrapping_mul(0x9E37_79B9).wrapping_add(draw as u64));
+        match few {
+            Compared::Frf(objective) => {
+                let Domain::Frf(settings) = fitter.domain else { return None };
+                // From the nominal machine to the richer one in stages, the fit following: resonances that moved far are not jumped over.
+                let mut here = place.clone();
+                for stage in 1..STAGES {
+                    let part = f64::from(stage) / f64::from(STAGES);
+                    let by = another_machine(fitter, nominal, base, settings, LINES, (part, random.clone()))?;
+                    let data = objective.shifted(&by);
+                    here = least_squares_within(&data, &here, &[], (STAGE_STEPS, 1e-2), control.stop()).place;
+                }
+                let data = objective.shifted(&another_machine(fitter, nominal, base, settings, LINES, (1.0, random))?);
+                let fitted = least_squares_within(&data, &here, &[], (STEPS, 1e-3), control.stop());
+                Some((data.weighted_residuals(&fitted.place).as_slice().to_vec(), fitted.normal.chi_square / data.observations() as f64))
+            }
+            Compared::Modes(_) => {
+                let mut random = random;
+                // Weights of modes are the model's error: a draw is as large as what they say, or as what is left.
+                let count = here.len();
+                let spread = (here.norm_squared() / (count.saturating_sub(place.len()).max(1)) as f64).clamp(1.0, 2.5).sqrt();
+                let noise = DVector::from_fn(count, |_, _| spread * normal(&mut random));
+                let left = projection.apply(&noise);
+                let misfit = left.norm_squared() / count as f64;
+                Some((left.as_slice().to_vec(), misfit))
+            }
+        }
+    };
+    let piece = fitter.piece("null", nominal, std::slice::from_ref(base));
     let drawn: Vec<(DVector<f64>, f64)> = (0..draws)
         .into_par_iter()
-        .filter_map(|draw| {
-            let random = Xoshiro256PlusPlus::seed_from_u64(seed.wrapping_mul(0x9E37_79B9).wrapping_add(draw as u64));
-            match few {
-                Compared::Frf(objective) => {
-                    let Domain::Frf(settings) = fitter.domain else { return None };
-                    // From the nominal machine to the richer one in stages, the fit following: resonances that moved far are not jumped over.
-                    let mut here = place.clone();
-                    for stage in 1..STAGES {
-                        let part = f64::from(stage) / f64::from(STAGES);
-                        let by = another_machine(fitter, nominal, base, settings, LINES, (part, random.clone()))?;
-                        let data = objective.shifted(&by);
-                        here = least_squares_within(&data, &here, &[], (STAGE_STEPS, 1e-2), control.stop()).place;
-                    }
-                    let data = objective.shifted(&another_machine(fitter, nominal, base, settings, LINES, (1.0, random))?);
-                    let fitted = least_squares_within(&data, &here, &[], (STEPS, 1e-3), control.stop());
-                    Some((data.weighted_residuals(&fitted.place), fitted.normal.chi_square / data.observations() as f64))
-                }
-                Compared::Modes(_) => {
-                    let mut random = random;
-                    // Weights of modes are the model's error: a draw is as large as what they say, or as what is left.
-                    let count = here.len();
-                    let spread = (here.norm_squared() / (count.saturating_sub(place.len()).max(1)) as f64).clamp(1.0, 2.5).sqrt();
-                    let noise = DVector::from_fn(count, |_, _| spread * normal(&mut random));
-                    let left = projection.apply(&noise);
-                    let misfit = left.norm_squared() / count as f64;
-                    Some((left, misfit))
-                }
-            }
-        })
+        .filter_map(|draw| control.kept(&format!("{piece} {draw} {seed}"), || one(draw)))
+        .map(|(left, misfit)| (DVector::from_vec(left), misfit))
         .inspect(|_| step())
         .collect();
     let gains: Vec<Vec<f64>> = drawn.par_iter().map(|(left, _)| directions.iter().map(|d| share * d.gain(left)).collect()).collect();

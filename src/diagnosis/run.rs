@@ -149,6 +149,12 @@ pub fn left_out(fitter: &Fitter<'_>, hypothesis: &Hypothesis, fitted: &Fitted, c
     if blocks.len() < 2 {
         return Ok(0.0);
     }
+    let piece = fitter.piece("left out", hypothesis, std::slice::from_ref(fitted));
+    control.kept_or_failed(&piece, || left_out_anew(fitter, hypothesis, fitted, control))
+}
+
+fn left_out_anew(fitter: &Fitter<'_>, hypothesis: &Hypothesis, fitted: &Fitted, control: &Control) -> Result<f64, ObjectiveError> {
+    let blocks = fitter.blocks();
     let parts: Result<Vec<f64>, ObjectiveError> = blocks
         .into_par_iter()
         .map(|(kept, left)| {

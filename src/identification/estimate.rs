@@ -65,7 +65,7 @@ pub(super) fn estimate<P: Problem>(problem: &P, machine: &Machine, plan: &Plan, 
     let mut runs: Vec<(Repeat, Vec<f64>)> = Vec::new();
     for repeat in 0..plan.repeats.max(1) {
         let seed = plan.seed.wrapping_add(1_000_003 * repeat as u64);
-        let (found, place) = one_search(problem, plan, seed, control);
+        let (found, place) = control.kept(&format!("search {seed}"), || one_search(problem, plan, seed, control));
         runs.push((Repeat { seed, found }, place));
         if control.stopped() {
             break;
@@ -87,7 +87,9 @@ pub(super) fn estimate<P: Problem>(problem: &P, machine: &Machine, plan: &Plan, 
     // Eq. 26 is no likelihood: its minimum tells no intervals.
     let tells = problem.is_likelihood();
     let intervals: Vec<(f64, f64)> = (tells && plan.profile)
-        .then(|| problem.squares(None, |squares| profiles(squares, &best, &certainty, misfit * colour, control)))
+        .then(|| {
+            control.kept("profiles", || problem.squares(None, |squares| profiles(squares, &best, &certainty, misfit * colour, control)))
+        })
         .flatten()
         .unwrap_or_else(|| place.iter().zip(&certainty.sd).map(|(u, sd)| (u - 1.96 * sd, u + 1.96 * sd)).collect());
     let bootstraps = [Drawn::Lines, Drawn::Positions]

@@ -149,6 +149,8 @@ pub fn identify(
     plan: &Plan,
     control: &Control,
 ) -> Result<Identification, ObjectiveError> {
+    // Machine and set are those of the whole run; what differs between identifications of it names the part.
+    let control = &control.within(&format!("{:?} {:?} {plan:?}", fit.positions, fit.frfs));
     match plan.frf {
         Some(settings) => {
             let objective = FrfObjective::new(machine, fit, settings, &plan.frozen)?;

@@ -7,11 +7,12 @@ use argmin::argmin_error;
 use argmin::core::{CostFunction, Error, KV, PopulationState, Problem, Solver, SyncAlias, TerminationReason, TerminationStatus};
 use rand::{RngExt, SeedableRng};
 use rand_xoshiro::Xoshiro256PlusPlus;
+use serde::{Deserialize, Serialize};
 
 use crate::numeric::random::normal;
 
 /// How a trial is made from the population.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Strategy {
     /// rand/1/bin: a random member plus one scaled difference. Storn and Price, J. Global Optim. 11 (1997) 341–359.
     Rand1Bin,
@@ -29,7 +30,9 @@ const FIXED: (f64, f64) = (0.7, 0.9);
 
 /// Differential evolution on the unit cube.
 ///
-/// Trials of a generation are drawn one after another and evaluated in bulk; selection follows the whole generation.
+/// Trials of a generation are drawn one after another and evaluated in bulk; selection follows the whole generation. Written and read back between
+/// generations it goes on as if nothing had happened.
+#[derive(Serialize, Deserialize)]
 pub struct DifferentialEvolution {
     strategy: Strategy,
     dimension: usize,
@@ -40,7 +43,21 @@ pub struct DifferentialEvolution {
     archive: Vec<Vec<f64>>,
     history: Vec<(f64, f64)>,
     next_in_history: usize,
+    trace: Vec<f64>,
+    evaluations: u64,
+    #[serde(skip)]
     stop: Arc<AtomicBool>,
+    #[serde(skip)]
+    watcher: Option<Box<dyn FnMut(&DifferentialEvolution) + Send>>,
+}
+
+/// A place to be evaluated, and the cost above which its exact value is not asked for.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Trial {
+    /// Place in the unit cube.
+    pub place: Vec<f64>,
+    /// It takes the place of a member of this cost, or not.
+    pub limit: f64,
 }
 
 impl DifferentialEvolution {
@@ -57,7 +74,10 @@ impl DifferentialEvolution {
             archive: Vec::new(),
             history: vec![(0.5, 0.5); HISTORY],
             next_in_history: 0,
+            trace: Vec::new(),
+            evaluations: 0,
             stop: Arc::default(),
+            watcher: None,
         }
     }
 
@@ -66,6 +86,22 @@ impl DifferentialEvolution {
         let mut members = self.members.clone();
         members.sort_by(|a, b| a.1.total_cmp(&b.1));
         members
+    }
+
+    /// Best cost after each generation.
+    pub fn trace(&self) -> &[f64] {
+        &self.trace
+    }
+
+    /// Costs asked for.
+    pub fn evaluations(&self) -> u64 {
+        self.evaluations
+    }
+
+    /// Shows itself to `watcher` after every generation.
+    pub fn watched_by(mut self, watcher: impl FnMut(&DifferentialEvolution) + Send + 'static) -> Self {
+        self.watcher = Some(Box::new(watcher));
+        self
     }
 
     /// Ends after the generation in which the flag is set.
@@ -183,7 +219,7 @@ impl DifferentialEvolution {
 
 impl<O> Solver<O, PopulationState<Vec<f64>, f64>> for DifferentialEvolution
 where
-    O: CostFunction<Param = Vec<f64>, Output = f64> + SyncAlias,
+    O: CostFunction<Param = Trial, Output = f64> + SyncAlias,
 {
     fn name(&self) -> &str {
         "differential evolution"
@@ -197,9 +233,12 @@ where
         if self.dimension == 0 {
             return Err(argmin_error!(InvalidParameter, "there is nothing to search: no free coordinate"));
         }
-        let places = self.first_places();
-        let costs = problem.bulk_cost(&places)?;
-        self.members = places.into_iter().zip(costs).collect();
+        if self.members.is_empty() {
+            let first: Vec<Trial> = self.first_places().into_iter().map(|place| Trial { place, limit: f64::INFINITY }).collect();
+            let costs = problem.bulk_cost(&first)?;
+            self.evaluations += costs.len() as u64;
+            self.members = first.into_iter().map(|trial| trial.place).zip(costs).collect();
+        }
         Ok((self.publish(state), None))
     }
 
@@ -214,15 +253,16 @@ where
         let mut trials = Vec::with_capacity(self.size);
         for target in 0..self.size {
             let (scale, crossover) = self.controls();
-            trials.push(self.trial(target, &ranking, scale, crossover));
+            trials.push(Trial { place: self.trial(target, &ranking, scale, crossover), limit: self.members[target].1 });
             controls.push((scale, crossover));
         }
         let costs = problem.bulk_cost(&trials)?;
+        self.evaluations += costs.len() as u64;
         let mut successes = Vec::new();
         for (target, (trial, cost)) in trials.into_iter().zip(costs).enumerate() {
             let old = self.members[target].1;
             if cost <= old {
-                let replaced = std::mem::replace(&mut self.members[target], (trial, cost));
+                let replaced = std::mem::replace(&mut self.members[target], (trial.place, cost));
                 if cost < old {
                     successes.push((controls[target].0, controls[target].1, old - cost));
                     if self.archive.len() < self.size {
@@ -235,6 +275,11 @@ where
             }
         }
         self.learn(&successes);
+        self.trace.push(self.members[self.best()].1);
+        if let Some(mut watcher) = self.watcher.take() {
+            watcher(self);
+            self.watcher = Some(watcher);
+        }
         Ok((self.publish(state), None))
     }
 
@@ -259,11 +304,13 @@ mod tests {
     struct Bowl;
 
     impl CostFunction for Bowl {
-        type Param = Vec<f64>;
+        type Param = Trial;
         type Output = f64;
         /// Rastrigin's function with its minimum 0 at 0.3 in every coordinate.
-        fn cost(&self, x: &Vec<f64>) -> Result<f64, Error> {
-            Ok(x.iter()
+        fn cost(&self, trial: &Trial) -> Result<f64, Error> {
+            Ok(trial
+                .place
+                .iter()
                 .map(|x| {
                     let y = 6.0 * (x - 0.3);
                     y * y + 10.0 - 10.0 * (std::f64::consts::TAU * y).cos()

@@ -4,14 +4,18 @@
 //! Nelder–Mead, or for sums of squares a bounded Levenberg–Marquardt. Random numbers are drawn in sequence, costs are evaluated in parallel, so that the result does not depend on the number
 //! of threads.
 
+mod control;
 mod differential_evolution;
+mod journal;
 mod least_squares;
 mod polish;
 mod search;
 
-pub use differential_evolution::{DifferentialEvolution, Strategy};
+pub use control::{Control, Progressed, Watcher};
+pub use differential_evolution::{DifferentialEvolution, Strategy, Trial};
+pub use journal::Journal;
 pub use least_squares::{LeastSquares, LevenbergMarquardt, Normal, Polished, least_squares, least_squares_within};
-pub use search::{Control, Found, Listener, Progressed, SearchSettings, Watcher, search};
+pub use search::{Found, SearchSettings, search};
 
 /// A function on the unit cube, finite everywhere.
 pub trait Cost: Sync {
@@ -19,4 +23,10 @@ pub trait Cost: Sync {
     fn dimension(&self) -> usize;
     /// Its value at a point of the unit cube.
     fn at(&self, place: &[f64]) -> f64;
+    /// Its value where that is at most `limit`, otherwise anything above `limit`: a cost that is a sum of what cannot be negative need not be summed to
+    /// its end.
+    fn at_most(&self, place: &[f64], limit: f64) -> f64 {
+        let _ = limit;
+        self.at(place)
+    }
 }

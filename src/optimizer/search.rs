@@ -1,13 +1,14 @@
 //! A whole search: differential evolution from a seed, then the polish.
 
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+use std::sync::atomic::{AtomicBool, Ordering};
 
-use argmin::core::observers::{Observe, ObserverMode};
-use argmin::core::{CostFunction, Error, Executor, KV, PopulationState, State};
+use argmin::core::{CostFunction, Error, Executor};
+use serde::{Deserialize, Serialize};
 
+use super::differential_evolution::Trial;
 use super::polish::polish;
-use super::{Cost, DifferentialEvolution, Strategy};
+use super::{Control, Cost, DifferentialEvolution, Progressed, Strategy};
 
 /// Settings of a search.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -40,88 +41,8 @@ impl SearchSettings {
     }
 }
 
-/// How far long work has come.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Progressed<'w> {
-    /// A search.
-    Generation {
-        /// Generations of it that are done.
-        done: u64,
-        /// Most there will be; it may converge before.
-        most: u64,
-        /// Best cost so far.
-        best: f64,
-    },
-    /// Steps of known number.
-    Step {
-        /// What they are.
-        what: &'w str,
-        /// Steps that are done.
-        done: usize,
-        /// Steps in all.
-        of: usize,
-    },
-}
-
-/// Is told how far the work has come.
-pub type Watcher = Arc<dyn Fn(Progressed<'_>) + Send + Sync>;
-
-/// Is told which stage of a longer work begins.
-pub type Listener = Arc<dyn Fn(&str) + Send + Sync>;
-
-/// Told of the progress, asked whether to stop.
-#[derive(Clone, Default)]
-pub struct Control {
-    stop: Arc<AtomicBool>,
-    watcher: Option<Watcher>,
-    listener: Option<Listener>,
-}
-
-impl Control {
-    /// Stops when `stop` is set; `watcher` is told the progress.
-    pub fn new(stop: Arc<AtomicBool>, watcher: Option<Watcher>) -> Self {
-        Control { stop, watcher, listener: None }
-    }
-
-    /// The same with a listener that is told which stage of a longer work begins.
-    #[must_use]
-    pub fn with_listener(self, listener: Listener) -> Self {
-        Control { listener: Some(listener), ..self }
-    }
-
-    /// A stage begins.
-    pub fn begin(&self, stage: &str) {
-        if let Some(listener) = &self.listener {
-            listener(stage);
-        }
-    }
-
-    /// Counts steps of work that is done in parallel: the function given back is called after each.
-    pub fn steps<'c>(&'c self, what: &'c str, of: usize) -> impl Fn() + Sync + 'c {
-        let done = AtomicUsize::new(0);
-        self.tell(Progressed::Step { what, done: 0, of });
-        move || self.tell(Progressed::Step { what, done: done.fetch_add(1, Ordering::Relaxed) + 1, of })
-    }
-
-    fn tell(&self, progressed: Progressed<'_>) {
-        if let Some(watcher) = &self.watcher {
-            watcher(progressed);
-        }
-    }
-
-    /// The flag that stops it.
-    pub fn stop(&self) -> &Arc<AtomicBool> {
-        &self.stop
-    }
-
-    /// Whether it was asked to stop.
-    pub fn stopped(&self) -> bool {
-        self.stop.load(Ordering::Relaxed)
-    }
-}
-
 /// What a search found.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Found {
     /// Place in the unit cube.
     pub place: Vec<f64>,
@@ -146,54 +67,54 @@ struct Finite<'c, C: Cost> {
 }
 
 impl<C: Cost> CostFunction for Finite<'_, C> {
-    type Param = Vec<f64>;
+    type Param = Trial;
     type Output = f64;
-    fn cost(&self, place: &Vec<f64>) -> Result<f64, Error> {
+    fn cost(&self, trial: &Trial) -> Result<f64, Error> {
         // Asked to stop: what is not evaluated is as bad as can be, and changes nothing.
         if self.stop.load(Ordering::Relaxed) {
             return Ok(f64::MAX);
         }
-        let value = self.cost.at(place);
+        let value = self.cost.at_most(&trial.place, trial.limit);
         Ok(if value.is_finite() { value } else { f64::MAX })
     }
 }
 
-struct Watch {
-    control: Control,
-    most: u64,
-    trace: Arc<std::sync::Mutex<Vec<f64>>>,
-}
-
-impl Observe<PopulationState<Vec<f64>, f64>> for Watch {
-    fn observe_iter(&mut self, state: &PopulationState<Vec<f64>, f64>, _kv: &KV) -> Result<(), Error> {
-        let best = state.get_best_cost();
-        if let Ok(mut trace) = self.trace.lock() {
-            trace.push(best);
-        }
-        self.control.tell(Progressed::Generation { done: state.get_iter(), most: self.most, best });
-        Ok(())
-    }
-}
-
-/// Searches the unit cube for the least cost.
+/// Searches the unit cube for the least cost. A search that an earlier run has not finished goes on from its last population.
 pub fn search<C: Cost>(cost: &C, settings: SearchSettings, control: &Control) -> Found {
-    let trace = Arc::new(std::sync::Mutex::new(Vec::new()));
-    let solver = DifferentialEvolution::new(settings.strategy, cost.dimension(), settings.population, settings.spread, settings.seed)
-        .stopping_when(Arc::clone(&control.stop));
-    let watch = Watch { control: control.clone(), most: settings.generations, trace: Arc::clone(&trace) };
-    let run = Executor::new(Finite { cost, stop: &control.stop }, solver)
-        .configure(|state| state.max_iters(settings.generations).counting(true))
-        .add_observer(watch, ObserverMode::Always)
-        .timer(false)
-        .run();
-    let trace = trace.lock().map(|t| t.clone()).unwrap_or_default();
+    let piece = format!("population {settings:?}");
+    let mut states = control.states(&piece);
+    let (told, most) = (control.clone(), settings.generations);
+    let solver = control
+        .last_state(&piece)
+        .unwrap_or_else(|| {
+            DifferentialEvolution::new(settings.strategy, cost.dimension(), settings.population, settings.spread, settings.seed)
+        })
+        .stopping_when(Arc::clone(control.stop()))
+        .watched_by(move |solver: &DifferentialEvolution| {
+            let trace = solver.trace();
+            told.tell(Progressed::Generation { done: trace.len() as u64, most, best: trace.last().copied().unwrap_or(f64::MAX) });
+            // A generation that was cut short is none.
+            if !told.stopped() {
+                states(solver);
+            }
+        });
+    let left = settings.generations.saturating_sub(solver.trace().len() as u64);
+    let run = Executor::new(Finite { cost, stop: control.stop() }, solver).configure(|state| state.max_iters(left)).timer(false).run();
     let middle = vec![0.5; cost.dimension()];
     let Ok(result) = run else {
         let value = cost.at(&middle);
-        return Found { place: middle, cost: value, evaluations: 1, generations: 0, trace, population: Vec::new(), complete: false };
+        return Found {
+            place: middle,
+            cost: value,
+            evaluations: 1,
+            generations: 0,
+            trace: Vec::new(),
+            population: Vec::new(),
+            complete: false,
+        };
     };
-    let mut evaluations = result.problem.counts.get("cost_count").copied().unwrap_or(0);
-    let generations = result.state.get_iter();
+    let mut evaluations = result.solver.evaluations();
+    let trace = result.solver.trace().to_vec();
     let population = result.solver.population().into_iter().map(|m| m.0).collect();
     let mut place = result.state.best_individual.unwrap_or(middle);
     let mut best = result.state.best_cost;
@@ -205,5 +126,6 @@ pub fn search<C: Cost>(cost: &C, settings: SearchSettings, control: &Control) ->
         (place, best) = (polished, value);
         evaluations += spent;
     }
+    let generations = trace.len() as u64;
     Found { place, cost: best, evaluations, generations, trace, population, complete: !control.stopped() }
 }

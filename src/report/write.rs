@@ -68,6 +68,11 @@ impl OutputFolder {
         Ok(OutputFolder { _claim: Some(Arc::new(Claim::new(path)?)), ..folder })
     }
 
+    /// The folder.
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
     /// Writes a file whole: to a temporary name, then renamed.
     ///
     /// # Errors  the disk is full, or writing is not permitted.

@@ -3,14 +3,13 @@
 use std::collections::BTreeMap;
 
 use super::super::arguments::DiagnoseArguments;
-use super::super::common::{CommandResult, Loaded, Outcome, deliver, on_threads, plan, prepare, stamp, stop_flag, told, warn};
+use super::super::common::{CommandResult, Loaded, control, deliver, ended, on_threads, plan, prepare, stamp, told, warn};
 use super::super::diagnose::{check_frozen, chosen_effects};
 use super::super::progress::Progress;
 use crate::diagnosis::motion::{Cell, CellKind, MotionDiagnosis, MotionPart, MotionSettings, diagnose_motion, gap_of};
 use crate::diagnosis::{Status, VerdictKind};
 use crate::inverse_dynamics::{Motion, Phase, phases};
 use crate::machine::Effect;
-use crate::optimizer::Control;
 use crate::report::diagnosis as document;
 use crate::report::record::{CellRow, ChainRow, MotionRows, TraceRow, motion_diagnosis_text};
 
@@ -32,8 +31,8 @@ pub fn diagnose(given: &DiagnoseArguments, loaded: &Loaded) -> CommandResult {
     let of = |records: &[usize]| records.iter().map(|i| &motions[*i]).collect::<Vec<&Motion>>();
     let (fitted, left) = (of(&fit), of(&held_out));
     let settings = MotionSettings { seed: plan.seed, draws: NULLS * usize::from(given.nulls) };
-    let progress = Progress::begin(given.output.quiet, "diagnose").ticking();
-    let control = Control::new(stop_flag(), None);
+    let progress = Progress::begin(given.output.quiet, "diagnose");
+    let control = control(&given.output, folder.as_ref(), &progress, loaded)?;
     let ran = on_threads(given.search.threads, || diagnose_motion(machine, &effects, &plan.frozen, (&fitted, &left), settings, &control))?;
     progress.end();
     let found = ran.map_err(told)?;
@@ -41,7 +40,7 @@ pub fn diagnose(given: &DiagnoseArguments, loaded: &Loaded) -> CommandResult {
     warn(&given.output, &document.stamp.warnings);
     let text = format!("{}\n{}", machine.title, motion_diagnosis_text(&document));
     deliver(&given.output, folder.as_ref(), "diagnosis.json", &document, &text)?;
-    Ok(if found.complete { Outcome::Done } else { Outcome::Stopped })
+    Ok(ended(&given.output, &control, found.complete))
 }
 
 fn to_document(

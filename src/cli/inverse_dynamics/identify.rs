@@ -3,13 +3,12 @@
 use std::collections::BTreeMap;
 
 use super::super::arguments::{IdentifyArguments, ObjectiveName};
-use super::super::common::{CommandResult, Loaded, Outcome, deliver, on_threads, plan, prepare, settings, stamp, stop_flag, told, warn};
+use super::super::common::{CommandResult, Loaded, control, deliver, ended, on_threads, plan, prepare, settings, stamp, told, warn};
 use super::super::diagnose::check_frozen;
 use super::super::progress::Progress;
 use crate::identification::{output_error, simulated_gaps};
 use crate::inverse_dynamics::{Estimated, Fit, Motion, correlation, estimate, free_parameters, recorded};
 use crate::measurement::MotionRecord;
-use crate::optimizer::Control;
 use crate::report::document::{Identification, ParameterRow, PositionRow, Settings};
 use crate::report::record::RecordRow;
 use crate::report::{parameters_table, wrapped};
@@ -30,13 +29,13 @@ pub fn identify(given: &IdentifyArguments, loaded: &Loaded) -> CommandResult {
     let motions = super::motions(&loaded.set)?;
     let rigid = super::rigid(loaded, &motions)?;
     let folder = prepare(&given.output)?;
-    let control = Control::new(stop_flag(), None);
     let fitted: Vec<&Motion> = fit.iter().map(|i| &motions[*i]).collect();
     let free = free_parameters(machine, &plan.frozen).map_err(told)?;
     if free.is_empty() {
         return Err("--freeze: keeps every parameter of the machine; leave one free".into());
     }
-    let progress = Progress::begin(given.output.quiet, "identify").ticking();
+    let progress = Progress::begin(given.output.quiet, "identify");
+    let control = control(&given.output, folder.as_ref(), &progress, loaded)?;
     let ran = on_threads(given.search.threads, || {
         let mut found = estimate(&rigid, machine, &machine.start(), &free, &fitted)?;
         let mut complete = true;
@@ -121,7 +120,7 @@ pub fn identify(given: &IdentifyArguments, loaded: &Loaded) -> CommandResult {
     };
     warn(&given.output, &document.stamp.warnings);
     deliver(&given.output, folder.as_ref(), "identification.json", &document, &text(loaded, &document))?;
-    Ok(if document.stamp.complete { Outcome::Done } else { Outcome::Stopped })
+    Ok(ended(&given.output, &control, document.stamp.complete))
 }
 
 fn parameter_rows(loaded: &Loaded, values: &[f64], estimates: &[Estimated]) -> BTreeMap<String, ParameterRow> {

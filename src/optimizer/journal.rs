@@ -1,0 +1,192 @@
+//! What long work has finished, kept in a file, so that a run that was stopped or killed goes on where it was.
+
+use std::collections::HashMap;
+use std::fs::File;
+use std::io::{self, Write};
+use std::path::{Path, PathBuf};
+use std::sync::Mutex;
+
+use serde::de::DeserializeOwned;
+use serde::{Deserialize, Serialize};
+use serde_json::Value;
+use sha2::{Digest, Sha256};
+
+const SCHEMA: &str = "jointid/unfinished/1";
+
+/// The first line: whose work it is.
+#[derive(PartialEq, Serialize, Deserialize)]
+struct Head {
+    schema: String,
+    /// Digest of everything the results depend on.
+    work: String,
+}
+
+/// A piece that is finished, or the last state of one that is not.
+#[derive(Serialize, Deserialize)]
+struct Line {
+    piece: String,
+    found: Value,
+}
+
+/// Pieces of work by their names, one JSON object per line.
+///
+/// A line is written whole or, where the process was killed in it, is no JSON and is left out. Numbers are written so that they are read as the
+/// very same, and pieces depend on nothing but their name and the work: with pieces read back a run ends as it would have without a stop.
+pub struct Journal {
+    path: PathBuf,
+    known: HashMap<String, Value>,
+    sink: Mutex<Sink>,
+}
+
+/// Where pieces go.
+enum Sink {
+    /// Nothing is made before there is something to keep: the lines that stand at its beginning.
+    Nowhere(String),
+    Open(File),
+    Failed(String),
+}
+
+impl Journal {
+    /// Opens the journal at a path for `work`, a text of everything the results depend on, and takes over what an earlier run of the same work has
+    /// finished. The journal of other work is replaced.
+    ///
+    /// # Errors  the file is there and cannot be read.
+    pub fn open(path: &Path, work: &str) -> io::Result<Journal> {
+        let head = Head { schema: SCHEMA.into(), work: digest(work) };
+        let text = match std::fs::read(path) {
+            Ok(bytes) => String::from_utf8_lossy(&bytes).into_owned(),
+            Err(error) if error.kind() == io::ErrorKind::NotFound => String::new(),
+            Err(error) => return Err(error),
+        };
+        let mut lines = text.lines();
+        let same = lines.next().and_then(|line| serde_json::from_str::<Head>(line).ok()).is_some_and(|found| found == head);
+        let kept = lines.filter(|_| same).filter_map(|line| serde_json::from_str::<Line>(line).ok());
+        let known: HashMap<String, Value> = kept.map(|line| (line.piece, line.found)).collect();
+        // It will be written anew: without torn lines, each piece once.
+        let mut first = to_line(&head)?;
+        for (piece, found) in &known {
+            first += &to_line(&Line { piece: piece.clone(), found: found.clone() })?;
+        }
+        Ok(Journal { path: path.into(), known, sink: Mutex::new(Sink::Nowhere(first)) })
+    }
+
+    /// Number of pieces taken over from an earlier run.
+    pub fn taken_over(&self) -> usize {
+        self.known.len()
+    }
+
+    /// A piece that an earlier run has written.
+    pub fn read<T: DeserializeOwned>(&self, piece: &str) -> Option<T> {
+        serde_json::from_value(self.known.get(&digest(piece))?.clone()).ok()
+    }
+
+    /// Writes a piece; the last one of a name counts. What cannot be written costs time at a later run, not the result: from then on nothing is.
+    pub fn write<T: Serialize>(&self, piece: &str, found: &T) {
+        let line = serde_json::to_value(found).map_err(io::Error::from).and_then(|found| to_line(&Line { piece: digest(piece), found }));
+        let Ok(mut sink) = self.sink.lock() else { return };
+        let written = line.and_then(|line| {
+            if let Sink::Nowhere(first) = &*sink {
+                *sink = Sink::Open(self.begin(first)?);
+            }
+            match &mut *sink {
+                Sink::Open(file) => file.write_all(line.as_bytes()),
+                _ => Ok(()),
+            }
+        });
+        if let Err(error) = written {
+            *sink = Sink::Failed(format!("{}: {error}", self.path.display()));
+        }
+    }
+
+    /// The file with its first lines, in its place at once.
+    fn begin(&self, first: &str) -> io::Result<File> {
+        if let Some(folder) = self.path.parent() {
+            std::fs::create_dir_all(folder)?;
+        }
+        let aside = self.path.with_extension("new");
+        let mut file = File::create(&aside)?;
+        file.write_all(first.as_bytes())?;
+        std::fs::rename(&aside, &self.path)?;
+        Ok(file)
+    }
+
+    /// Why pieces could not be written.
+    pub fn fault(&self) -> Option<String> {
+        match &*self.sink.lock().ok()? {
+            Sink::Failed(why) => Some(why.clone()),
+            _ => None,
+        }
+    }
+
+    /// The work is done and nothing needs to be known of it any more.
+    pub fn remove(&self) {
+        // A journal that stays is replaced by the next run, or read by the same.
+        let _ = std::fs::remove_file(&self.path);
+    }
+}
+
+fn to_line<T: Serialize>(value: &T) -> io::Result<String> {
+    Ok(serde_json::to_string(value)? + "\n")
+}
+
+fn digest(text: &str) -> String {
+    Sha256::digest(text.as_bytes()).iter().take(12).map(|byte| format!("{byte:02x}")).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn write_two(path: &Path) {
+        let journal = Journal::open(path, "work").unwrap();
+        journal.write("a", &vec![0.1 + 0.2, f64::MAX, 5e-324]);
+        journal.write("b", &1_u64);
+        journal.write("b", &2_u64);
+    }
+
+    #[test]
+    fn pieces_are_read_back_as_the_very_same_and_the_last_counts() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("unfinished.jsonl");
+        write_two(&path);
+        for _ in 0..2 {
+            let journal = Journal::open(&path, "work").unwrap();
+            assert_eq!(journal.taken_over(), 2);
+            assert_eq!(journal.read::<Vec<f64>>("a").unwrap(), [0.1 + 0.2, f64::MAX, 5e-324]);
+            assert_eq!(journal.read::<u64>("b"), Some(2));
+            assert_eq!(journal.read::<u64>("a"), None, "another type is no piece of it");
+            assert_eq!(journal.read::<u64>("c"), None);
+        }
+        let other = Journal::open(&path, "other work").unwrap();
+        assert_eq!(other.taken_over(), 0);
+        other.write("a", &3_u64);
+        assert_eq!(Journal::open(&path, "work").unwrap().taken_over(), 0, "the other work has replaced it");
+    }
+
+    #[test]
+    fn limit_cut_anywhere_it_gives_the_pieces_that_are_whole() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("unfinished.jsonl");
+        write_two(&path);
+        let whole = std::fs::read(&path).unwrap();
+        let mut most = 0;
+        for length in 0..=whole.len() {
+            std::fs::write(&path, &whole[..length]).unwrap();
+            let journal = Journal::open(&path, "work").unwrap();
+            assert!(journal.taken_over() >= most && journal.taken_over() <= 2, "{length}");
+            most = most.max(journal.taken_over());
+            assert!(journal.read::<u64>("b").is_none_or(|b| b == 1 || b == 2));
+        }
+        assert_eq!(most, 2);
+    }
+
+    #[test]
+    fn nothing_is_made_before_there_is_something_to_keep() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("results").join("unfinished.jsonl");
+        let journal = Journal::open(&path, "work").unwrap();
+        assert!(!path.parent().unwrap().exists());
+        journal.write("a", &1_u64);
+        assert!(path.exists() && journal.fault().is_none());
+    }
+}
