@@ -16,7 +16,7 @@ use std::time::{Duration, Instant};
 use crate::support::Draws;
 
 #[path = "fuzz/src/readers.rs"]
-mod readers;
+mod fuzzed;
 
 /// Files of a folder of `tests/fuzz`, in the order of their names.
 fn files(folder: &str, reader: &str) -> Vec<(String, Vec<u8>)> {
@@ -29,7 +29,7 @@ fn files(folder: &str, reader: &str) -> Vec<(String, Vec<u8>)> {
 
 #[test]
 fn regress_what_broke_a_reader_is_read_or_refused() {
-    for (name, read) in readers::READERS {
+    for (name, read) in fuzzed::READERS {
         // The page is drawn of the documents.
         let seeds = files("seeds", if name == "page" { "documents" } else { name });
         assert!(!seeds.is_empty(), "{name}");
@@ -43,7 +43,7 @@ fn regress_what_broke_a_reader_is_read_or_refused() {
 /// A seed that is refused at once is none.
 #[test]
 fn the_seeds_of_the_fuzzing_are_understood() {
-    for (name, understood) in readers::UNDERSTOOD {
+    for (name, understood) in fuzzed::UNDERSTOOD {
         for (path, bytes) in files("seeds", name) {
             assert!(understood(&bytes), "{path}");
         }
@@ -53,7 +53,7 @@ fn the_seeds_of_the_fuzzing_are_understood() {
 /// Every cut of a seed, and every byte of it made another: what a transfer that broke off leaves, or a bad disk.
 #[test]
 fn refuse_every_cut_and_bend_of_a_seed_in_peace() {
-    for (name, read) in readers::READERS.into_iter().filter(|(name, _)| *name != "page") {
+    for (name, read) in fuzzed::READERS.into_iter().filter(|(name, _)| *name != "page") {
         for (_, bytes) in files("seeds", name) {
             let step = 1 + bytes.len() / 400;
             for at in (0..bytes.len()).step_by(step) {
@@ -120,7 +120,7 @@ fn bend(bytes: &mut Vec<u8>, other: &[u8], words: &[Vec<u8>], draws: &mut Draws)
 
 /// Bends seeds `count` times and reads each; a panic, or more than a second, is told with the input that did it.
 fn read_bent(name: &str, count: u64) {
-    let (_, read) = readers::READERS.into_iter().find(|(reader, _)| *reader == name).unwrap();
+    let (_, read) = fuzzed::READERS.into_iter().find(|(reader, _)| *reader == name).unwrap();
     let begun = Instant::now();
     let words: Vec<Vec<u8>> = PIECES.lines().map(|w| w.trim_matches('"').replace("\\x0A", "\n").into_bytes()).collect();
     let kept = if name == "page" { "documents" } else { name };
@@ -139,12 +139,16 @@ fn read_bent(name: &str, count: u64) {
                     let mut pick = || &seeds[(draws.next() * seeds.len() as f64) as usize % seeds.len()];
                     let (mut bytes, other) = (pick().clone(), pick());
                     bend(&mut bytes, other, &words, &mut draws);
-                    let start = Instant::now();
-                    let fine = catch_unwind(|| read(&bytes)).is_ok() && start.elapsed() < Duration::from_secs(1);
-                    if !fine {
+                    // A slow one is slow each time, not once, when the machine was busy.
+                    let quick = || {
+                        let start = Instant::now();
+                        catch_unwind(|| read(&bytes)).map(|()| start.elapsed() < Duration::from_secs(1))
+                    };
+                    let fine = (0..3).map(|_| quick()).find(|read| !matches!(read, Ok(false)));
+                    if !matches!(fine, Some(Ok(true))) {
                         let path = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("{name}-{block}-{at}"));
                         fs::write(&path, &bytes).unwrap();
-                        panic!("{name}: {:?} for the input kept in {}", start.elapsed(), path.display());
+                        panic!("{name}: panics, or takes more than a second, at the input kept in {}", path.display());
                     }
                 }
             }

@@ -114,7 +114,7 @@ fn made_a_set(frfs: Vec<ImportedFrf>) {
     }
     let counts: Vec<usize> = frfs.iter().map(|f| f.frequency_hz.len()).collect();
     let placed: Vec<_> = frfs.into_iter().map(|f| (f, Placement::default())).collect();
-    let files: BTreeMap<String, String> = set_files("imported", &placed, &BTreeMap::new(), Some(2)).into_iter().collect();
+    let files: BTreeMap<String, String> = set_files("imported", &placed, &BTreeMap::new(), Some(2)).collect();
     let file = |name: &str| files.get(name).map(|text| text.as_bytes().to_vec()).ok_or_else(|| Error::from(ErrorKind::NotFound));
     match read_set_with("imported", file) {
         Ok(set) => assert!(set.frfs.iter().zip(counts).all(|(f, count)| f.lines.len() + f.rejected == count)),
