@@ -235,6 +235,11 @@ fn refuse_what_changes_while_it_is_read_and_tell_what_changed_since() {
     assert!(said.contains("modes.csv has changed since the identification"), "{said}");
     fs::remove_file(at("set/modes.csv")).unwrap();
     refused(&run(&validate), &["modes.csv", "no such file"]);
+    // A result that asks for more memory than there is.
+    let result = fs::read_to_string(at("out/identification.json")).unwrap();
+    assert!(result.contains("\"lumps\": null"));
+    fs::write(at("out/identification.json"), result.replace("\"lumps\": null", "\"lumps\": 1000000000000")).unwrap();
+    refused(&run(&validate), &["identification.json", "settings.lumps", "1 to 500"]);
 }
 
 /// The environment's decimal comma changes nothing.
