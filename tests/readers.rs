@@ -166,7 +166,7 @@ fn refuse_thousands_of_bent_inputs_in_peace() {
 }
 
 #[test]
-#[ignore = "an hour; see the top of the file"]
+#[ignore = "a quarter of an hour; see the top of the file"]
 fn ten_million_bent_inputs_of_each_reader() {
     ["machine", "set", "tables", "universal", "documents"].into_iter().for_each(|name| read_bent(name, 10_000_000));
     read_bent("page", 100_000);
