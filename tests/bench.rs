@@ -4,9 +4,11 @@ use jointid::identification::{Identification, Plan, identify};
 use jointid::machine::Machine;
 use jointid::measurement::read_set;
 use jointid::numeric::statistics::{root_mean_square, root_sum_square};
-use jointid::objective::{Objective, PositionPrediction};
-use jointid::optimizer::Control;
+use jointid::objective::{ModeObjective, ModeSettings, Objective, PositionPrediction};
+use jointid::optimizer::{Control, Cost};
 use jointid::validation::{frequency_errors, leave_one_out};
+use rand::{RngExt, SeedableRng};
+use rand_xoshiro::Xoshiro256PlusPlus;
 
 use crate::support::config;
 
@@ -57,6 +59,27 @@ fn regress_same_bits_and_effort_on_one_and_two_threads() {
 }
 
 const EVALUATIONS_AT_SEED_7: u64 = 8_228;
+
+/// Below the limit it is the objective itself, above it something above the limit: a search that asks so finds the same.
+#[test]
+fn limit_an_objective_that_may_stop_early_decides_as_the_whole_one() {
+    let config = config("configs/tian.toml");
+    let set = read_set("measurements/tian").unwrap();
+    let (fit, _) = set.split(None, &[]).unwrap();
+    let mut random = Xoshiro256PlusPlus::seed_from_u64(11);
+    for objective in [Objective::LeastSquares, Objective::Eq26, Objective::Frequencies] {
+        let settings = ModeSettings { objective, ..ModeSettings::default() };
+        let problem = ModeObjective::new(&config.machine, &fit, settings, &[]).unwrap();
+        for _ in 0..60 {
+            let place: Vec<f64> = problem.free.iter().map(|_| random.random()).collect();
+            let whole = Cost::at(&problem, &place);
+            for share in [0.1, 0.5, 0.99, 1.0, 1.01, 2.0] {
+                let (limit, early) = (share * whole, problem.at_most(&place, share * whole));
+                assert!(if whole <= limit { early == whole } else { early > limit }, "{objective:?}: {early} for {whole} at most {limit}");
+            }
+        }
+    }
+}
 
 /// Over l2, l4, l6, three positions predict better than any one of them (published: 4.63 % against 5.60 and 14.19 %).
 #[test]

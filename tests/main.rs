@@ -26,4 +26,5 @@ mod readers;
 mod records;
 mod recovery;
 mod refusals;
+mod resume;
 mod withheld;

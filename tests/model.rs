@@ -2,7 +2,7 @@
 
 use jointid::machine::Operating;
 use jointid::model::coupling::coupled_receptances;
-use jointid::model::{Rods, Structure, undamped_modes};
+use jointid::model::{Complexes, Reals, Rods, Structure, undamped_modes};
 use std::sync::Arc;
 
 use crate::support::bench_equations::{TAB_3, h_all};
@@ -26,6 +26,32 @@ fn published_undamped_modes_at_l1() {
     for (mode, expected) in modes.iter().zip(expected) {
         assert!((mode.frequency_hz - expected).abs() <= 1e-6 * expected, "{} against {expected}", mode.frequency_hz);
     }
+}
+
+/// Once there is room, neither new numbers nor receptances, counts and derivatives allocate.
+#[test]
+fn limit_an_evaluation_allocates_nothing() {
+    let config = config("configs/tian.toml");
+    let machine = &config.machine;
+    let (values, here) = (machine.start(), Operating::at_nut(0.6));
+    let structure = table_structure(machine, Rods::Exact);
+    let (mut network, mut work) = (structure.network(), structure.workspace());
+    let columns: Vec<Option<usize>> = (0..values.len()).map(Some).collect();
+    network.update(machine, &values, &here);
+    let sensitivity = network.sensitivity(machine, &values, &here, &columns, None);
+    let mut slopes = vec![Complexes::ZERO; values.len()];
+    let omegas = Reals::from([omega(20.0), omega(90.0), omega(400.0), omega(700.0)]);
+    let mut all = || {
+        network.update(machine, &values, &here);
+        let receptance = network.receptances(omegas, &mut work);
+        let below = network.modes_below(omega(400.0), &mut work);
+        let same = network.gradient(omegas, &sensitivity, &mut work, &mut slopes);
+        assert!(below > 0 && (receptance - same).norm_sqr().to_array()[0] < 1e-20 * same.norm_sqr().to_array()[0]);
+    };
+    // Room for the rods' entries is taken at the first.
+    all();
+    let counted = allocation_counter::measure(all);
+    assert_eq!(counted.count_total, 0, "{counted:?}");
 }
 
 /// Direct assembly, receptance coupling and the paper's equations written out: the same receptances.

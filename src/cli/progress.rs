@@ -1,5 +1,6 @@
 //! A progress bar on stderr with the time that is left, hidden where stderr is no terminal.
 
+use std::collections::HashMap;
 use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
@@ -20,8 +21,9 @@ pub struct Progress {
 struct At {
     name: String,
     searches: u64,
-    begun: u64,
-    generation: u64,
+    /// Generations done of each search.
+    done: HashMap<usize, u64>,
+    best: f64,
 }
 
 impl Progress {
@@ -48,7 +50,10 @@ impl Progress {
 
     fn of(bar: ProgressBar, name: &str, searches: usize) -> Self {
         bar.set_prefix(name.to_string());
-        Progress { bar, at: Arc::new(Mutex::new(At { name: name.into(), searches: searches as u64, begun: 0, generation: 0 })) }
+        Progress {
+            bar,
+            at: Arc::new(Mutex::new(At { name: name.into(), searches: searches as u64, done: HashMap::new(), best: f64::INFINITY })),
+        }
     }
 
     /// One step is done.
@@ -67,17 +72,16 @@ impl Progress {
                     bar.set_prefix(format!("{}: {stage}", at.name));
                     bar.tick();
                 }
-                Progressed::Generation { done, most, best } => {
-                    // Generations count from the beginning in every search.
-                    if at.begun == 0 || done <= at.generation {
-                        at.begun += 1;
+                Progressed::Generation { search, done, most, best } => {
+                    if at.done.is_empty() {
                         style(&bar, SEARCHES);
                         bar.set_prefix(at.name.clone());
                     }
-                    at.generation = done;
-                    bar.set_length(at.searches.max(at.begun) * most);
-                    bar.set_position((at.begun - 1) * most + done);
-                    bar.set_message(format!("best cost {best:.4}"));
+                    at.done.insert(search, done);
+                    at.best = at.best.min(best);
+                    bar.set_length(at.searches.max(at.done.len() as u64) * most);
+                    bar.set_position(at.done.values().sum());
+                    bar.set_message(format!("best cost {:.4}", at.best));
                 }
                 Progressed::Step { what, done, of } => {
                     if done == 0 {
@@ -97,6 +101,8 @@ impl Progress {
     pub fn now(&self, what: &str) {
         if let Ok(mut at) = self.at.lock() {
             at.name = what.into();
+            // Other data, other costs.
+            at.best = f64::INFINITY;
         }
         self.bar.set_prefix(what.to_string());
     }

@@ -58,6 +58,11 @@ pub fn floor_over(parts: &[Part]) -> Option<f64> {
     root_mean_square_of_parts(floors?)
 }
 
+/// `closed` = 1 − (after² − floor²)/(before² − floor²); `None` where the gap before is at the floor.
+pub fn share_closed(before: f64, after: f64, floor: f64) -> Option<f64> {
+    (before > floor).then(|| 1.0 - (after * after - floor * floor) / (before * before - floor * floor))
+}
+
 impl<'h> Compared<'h> {
     /// Of data to fit. Parameters in `frozen` keep their start values.
     ///

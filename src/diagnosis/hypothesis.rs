@@ -1,8 +1,8 @@
 //! What could be missing from a machine: one hypothesis is one patched machine.
 
 use crate::machine::{
-    Effect, FitRule, JointPatch, Machine, MachineError, Motion, Operating, Parameter, Patch, PointPatch, Rescale, Scale, Shaft, Source,
-    Station, Target,
+    Data, Effect, FitRule, JointPatch, Machine, MachineError, Motion, Operating, Parameter, Patch, PointPatch, Rescale, Scale, Shaft,
+    Source, Station, Target,
 };
 use crate::numeric::statistics::quantile;
 
@@ -69,6 +69,31 @@ pub struct Hypothesis {
 }
 
 impl Hypothesis {
+    /// Why an effect does not apply to data of a kind and to this machine.
+    pub(super) fn obstacle(&self, effect: &Effect, data: Data) -> Option<String> {
+        if !effect.data.contains(&data) {
+            return Some(match data {
+                Data::Frf => "it shows in motion alone".into(),
+                Data::Motion => "it shows in frequency responses and modes alone".into(),
+            });
+        }
+        if self.machine.effects.contains(&effect.id) {
+            return Some("the machine contains it already".into());
+        }
+        self.machine.lacks(effect).map(|name| format!("the machine has no «{name}»"))
+    }
+
+    /// Hypotheses that release what was frozen of a machine, but for the parameters named.
+    pub(super) fn releases<'h>(
+        &'h self,
+        machine: &'h Machine,
+        frozen: &'h [String],
+        but: &'h [String],
+    ) -> impl Iterator<Item = Hypothesis> + 'h {
+        let held = move |p: &Parameter| (frozen.contains(&p.id) || p.fit == FitRule::Never) && !but.contains(&p.id);
+        machine.parameters.iter().enumerate().filter(move |(_, p)| held(p)).map(|(index, _)| self.releasing(index))
+    }
+
     /// The machine itself.
     pub fn nominal(machine: Machine) -> Self {
         Hypothesis { id: "nominal".into(), kind: Kind::Nominal, machine, added: Vec::new() }

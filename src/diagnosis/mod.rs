@@ -12,7 +12,7 @@ mod run;
 mod verdict;
 
 pub use bootstrap::closed_interval;
-pub use domain::{Compared, Domain, Part, floor_over, gap_over, gaps};
+pub use domain::{Compared, Domain, Part, floor_over, gap_over, gaps, share_closed};
 pub use fit::{Ablation, Fitted, Fitter, at_start, place_of, values_of};
 pub use hypothesis::{CHANNEL_SD, Hypothesis, Kind, NUT_SD_M, Shape, interfaces, with_nuisances};
 pub use null::{Null, simulate};

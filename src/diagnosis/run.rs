@@ -6,7 +6,7 @@ use super::domain::Domain;
 use super::fit::{Ablation, Fitted, Fitter, at_start, values_of};
 use super::hypothesis::{CHANNEL_SD, Hypothesis, NUT_SD_M, interfaces, with_nuisances};
 use crate::identification::{Plan, identify};
-use crate::machine::{Base, Data, Effect, FitRule, Machine};
+use crate::machine::{Base, Data, Effect, Machine};
 use crate::measurement::{FitSet, HoldOutSet};
 use crate::objective::{FrfSettings, ObjectiveError};
 use crate::optimizer::Control;
@@ -177,27 +177,20 @@ pub fn hypotheses(
 ) -> (Vec<Hypothesis>, Vec<Candidate>) {
     let (mut apply, mut others) = (Vec::new(), Vec::new());
     for effect in effects {
-        if !effect.data.contains(&Data::Frf) {
-            others.push(Candidate::without_fit(&effect.id, Status::NotApplicable("it shows in motion alone".into())));
-        } else if machine.effects.contains(&effect.id) {
-            others.push(Candidate::without_fit(&effect.id, Status::NotApplicable("the machine contains it already".into())));
-        } else if let Some(name) = machine.lacks(effect) {
-            others.push(Candidate::without_fit(&effect.id, Status::NotApplicable(format!("the machine has no «{name}»"))));
-        } else if let Some(circumstance) = effect.circumstance().filter(|c| !fitter.varies(*c)) {
-            let why = format!("the data to fit are all of one {}", circumstance.words());
-            others.push(Candidate::without_fit(&effect.id, Status::NotApplicable(why)));
-        } else {
-            match nominal.with(effect) {
-                Ok(hypothesis) => apply.push(hypothesis),
-                Err(error) => others.push(Candidate::without_fit(&effect.id, Status::NotApplicable(error.to_string()))),
-            }
+        let obstacle = nominal.obstacle(effect, Data::Frf).or_else(|| {
+            let circumstance = effect.circumstance().filter(|c| !fitter.varies(*c))?;
+            Some(format!("the data to fit are all of one {}", circumstance.words()))
+        });
+        let applied = match obstacle {
+            Some(why) => Err(why),
+            None => nominal.with(effect).map_err(|error| error.to_string()),
+        };
+        match applied {
+            Ok(hypothesis) => apply.push(hypothesis),
+            Err(why) => others.push(Candidate::without_fit(&effect.id, Status::NotApplicable(why))),
         }
     }
-    for (index, parameter) in machine.parameters.iter().enumerate() {
-        if frozen.contains(&parameter.id) || parameter.fit == FitRule::Never {
-            apply.push(nominal.releasing(index));
-        }
-    }
+    apply.extend(nominal.releases(machine, frozen, &[]));
     (apply, others)
 }
 

@@ -1,6 +1,6 @@
 //! What is said: none, an effect, effects that the data cannot tell apart, a wrong parameter, a faulty record, or something unknown and where.
 
-use super::domain::{Domain, Part, floor_over, gap_over};
+use super::domain::{Domain, Part, floor_over, gap_over, share_closed};
 use super::fit::{Ablation, Fitted, Fitter, values_of};
 use super::hypothesis::{Hypothesis, Kind};
 use super::null::{LEAST_SCALE, Null, simulate};
@@ -129,8 +129,6 @@ const APART: f64 = 9.0;
 const APART_SHARE: f64 = 0.1;
 /// Share of what the best foretells of positions left out that another may lack.
 const FORETOLD: f64 = 0.2;
-/// Penalty of a parameter in χ².
-const PENALTY: f64 = 3.0;
 /// Effects that may be combined.
 const MOST: usize = 3;
 /// Excess of the misfit over the middle null beyond which something is still missing.
@@ -334,7 +332,7 @@ fn conclude(evidence: &Evidence<'_, '_>) -> Result<(Verdict, (Hypothesis, Fitted
     // An interface stands for what no effect of the library has; it has no scale of its own and needs a clear gain.
     let free = located.iter().filter(|c| c.fitted.is_some()).min_by(|a, b| a.chi_square().total_cmp(&b.chi_square()));
     let free_excess = free.map_or(f64::INFINITY, |c| null.excess(c.chi_square() / count));
-    let scale = null.scales.iter().map(|s| s.1).fold(PENALTY * 3.0, f64::max);
+    let scale = null.scales.iter().map(|s| s.1).fold(3.0 * LEAST_SCALE, f64::max);
     let free_statistic = free.map_or(0.0, |c| c.gain / scale / free_excess);
     if !evidence.significant {
         let clear = free_statistic > 2.0 * LEAST_STATISTIC && null.p_value(free_statistic) < ALPHA;
@@ -460,6 +458,5 @@ fn another(
 
 /// `closed` = 1 − (after² − floor²)/(before² − floor²); `None` where the gap before is at the floor, or the floor is not known.
 pub fn closed(before: &[Part], after: &[Part]) -> Option<f64> {
-    let (g0, g1, floor) = (gap_over(before)?, gap_over(after)?, floor_over(before)?);
-    (g0 > floor).then(|| 1.0 - (g1 * g1 - floor * floor) / (g0 * g0 - floor * floor))
+    share_closed(gap_over(before)?, gap_over(after)?, floor_over(before)?)
 }

@@ -1,5 +1,7 @@
 //! From data to estimates, whatever the data: search, repeats, certainty.
 
+use rayon::prelude::*;
+
 use super::bootstrap::{Bootstrap, Drawn, bootstrap};
 use super::combination::{Combination, combinations};
 use super::problem::Problem;
@@ -62,15 +64,13 @@ pub(super) fn estimate<P: Problem>(problem: &P, machine: &Machine, plan: &Plan, 
     if free.is_empty() {
         return Err(ObjectiveError::Data("no parameter is left to identify; freeze fewer, or give one fit = \"always\"".into()));
     }
-    let mut runs: Vec<(Repeat, Vec<f64>)> = Vec::new();
-    for repeat in 0..plan.repeats.max(1) {
+    // Side by side, since the end of each, the simplex, goes step by step.
+    let one = |repeat: usize| {
         let seed = plan.seed.wrapping_add(1_000_003 * repeat as u64);
         let (found, place) = control.kept(&format!("search {seed}"), || one_search(problem, plan, seed, control));
-        runs.push((Repeat { seed, found }, place));
-        if control.stopped() {
-            break;
-        }
-    }
+        (Repeat { seed, found }, place)
+    };
+    let mut runs: Vec<(Repeat, Vec<f64>)> = (0..plan.repeats.max(1)).into_par_iter().map(one).collect();
     runs.sort_by(|a, b| a.0.found.cost.total_cmp(&b.0.found.cost));
     let place = runs[0].1.clone();
     let repeats: Vec<Repeat> = runs.into_iter().map(|r| r.0).collect();

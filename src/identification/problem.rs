@@ -46,6 +46,10 @@ impl Cost for ModeObjective<'_> {
     fn at(&self, place: &[f64]) -> f64 {
         self.cost(&self.parameters(place))
     }
+
+    fn at_most(&self, place: &[f64], limit: f64) -> f64 {
+        self.cost_at_most(&self.parameters(place), limit)
+    }
 }
 
 impl Problem for ModeObjective<'_> {

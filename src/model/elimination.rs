@@ -3,8 +3,6 @@
 use std::collections::BTreeSet;
 use std::ops::{AddAssign, Mul, SubAssign};
 
-use num_complex::Complex64;
-
 /// A number that can be eliminated: real without damping, complex with.
 pub trait Scalar: Copy + AddAssign + SubAssign + Mul<Output = Self> {
     /// 1/x.
@@ -14,13 +12,6 @@ pub trait Scalar: Copy + AddAssign + SubAssign + Mul<Output = Self> {
 impl Scalar for f64 {
     fn inverse(self) -> Self {
         1.0 / self
-    }
-}
-
-impl Scalar for Complex64 {
-    fn inverse(self) -> Self {
-        let scale = 1.0 / self.norm_sqr();
-        Complex64::new(self.re * scale, -self.im * scale)
     }
 }
 

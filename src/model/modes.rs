@@ -1,5 +1,6 @@
 //! Undamped natural frequencies: counted, isolated, refined.
 
+use super::lanes::{Complexes, Reals};
 use super::network::{Network, Workspace};
 use crate::numeric::root::{Bracket, refine};
 use crate::unit::omega_rad_s;
@@ -77,9 +78,10 @@ fn shaped(network: &Network, frequency: f64, work: &mut Workspace) -> Mode {
 impl Network {
     /// ζ = (φᵀ·Im D·φ) / (−ω·φᵀ·(dD/dω)·φ): the first-order damping ratio of an undamped mode.
     fn modal_damping(&self, omega_rad_s: f64, shape: &[f64]) -> Option<f64> {
-        let complex: Vec<num_complex::Complex64> = shape.iter().map(|x| (*x).into()).collect();
-        let rods = self.rod_entries(omega_rad_s);
-        let inertia = -self.bilinear_slope(omega_rad_s, &rods, &complex, &complex).re * omega_rad_s;
+        let complex: Vec<Complexes> = shape.iter().map(|x| Complexes::splat((*x).into())).collect();
+        let at = Reals::splat(omega_rad_s);
+        let slope = self.bilinear_slope(at, &self.rod_entries(at), &complex, &complex);
+        let inertia = -slope.apart()[0].re * omega_rad_s;
         let mut lost = 0.0;
         for (joint, on) in self.joints.iter().zip(&self.structure.joints) {
             let stretch: f64 = on.iter().map(|&(i, c)| shape[i] * c).sum();

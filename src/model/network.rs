@@ -5,7 +5,8 @@ use std::sync::Arc;
 
 use num_complex::Complex64;
 
-use super::rod::{Rod, RodEntries, loss};
+use super::lanes::{Complexes, LANES, Reals};
+use super::rod::{Rod, RodLanes, loss};
 use super::structure::{Rods, Structure};
 use crate::machine::{Machine, Operating};
 
@@ -52,16 +53,18 @@ pub struct Network {
     stiffness: Vec<f64>,
     damping: Vec<f64>,
     loss: Vec<f64>,
+    /// Whether any joint has a loss factor.
+    loses: bool,
 }
 
-/// Room for one evaluation; keep it and no evaluation allocates.
+/// Room for evaluations at some frequencies at once; keep it and none allocates.
 #[derive(Debug, Clone)]
 pub struct Workspace {
-    real: Vec<f64>,
-    complex: Vec<Complex64>,
-    rods: Vec<RodEntries>,
-    at_excitation: Vec<Complex64>,
-    at_response: Vec<Complex64>,
+    real: Vec<Reals>,
+    complex: Vec<Complexes>,
+    rods: Vec<RodLanes>,
+    at_excitation: Vec<Complexes>,
+    at_response: Vec<Complexes>,
 }
 
 /// A receptance at one frequency.
@@ -86,7 +89,7 @@ impl Point {
 
 impl Workspace {
     /// Displacements under a unit force at the excitation and at the response, and the rods' entries, of the last solution.
-    pub(super) fn solutions(&self, shape: &Structure) -> (&[Complex64], &[Complex64], &[RodEntries]) {
+    pub(super) fn solutions(&self, shape: &Structure) -> (&[Complexes], &[Complexes], &[RodLanes]) {
         let at_response = if shape.response == shape.excitation { &self.at_excitation } else { &self.at_response };
         (&self.at_excitation, at_response, &self.rods)
     }
@@ -95,13 +98,12 @@ impl Workspace {
 impl Structure {
     /// Room for evaluations of this structure.
     pub fn workspace(&self) -> Workspace {
-        let zero = Complex64::new(0.0, 0.0);
         Workspace {
-            real: vec![0.0; self.elimination.slots()],
-            complex: vec![zero; self.elimination.slots()],
+            real: vec![Reals::ZERO; self.elimination.slots()],
+            complex: vec![Complexes::ZERO; self.elimination.slots()],
             rods: Vec::with_capacity(self.rods.len()),
-            at_excitation: vec![zero; self.size()],
-            at_response: vec![zero; self.size()],
+            at_excitation: vec![Complexes::ZERO; self.size()],
+            at_response: vec![Complexes::ZERO; self.size()],
         }
     }
 
@@ -116,6 +118,7 @@ impl Structure {
             stiffness: vec![0.0; slots],
             damping: vec![0.0; slots],
             loss: vec![0.0; slots],
+            loses: false,
         }
     }
 }
@@ -176,76 +179,102 @@ impl Network {
                 }
             }
         }
+        self.loses = self.loss.iter().any(|h| *h != 0.0);
     }
 
-    /// Assembles D(ω) without damping and factors it; gives the number of negative pivots and of rod poles below ω.
-    fn factor_undamped(&self, omega_rad_s: f64, entries: &mut [f64]) -> usize {
+    /// Assembles D(ω) without damping and factors it; gives the numbers of negative pivots and of rod poles below each ω.
+    fn factor_undamped(&self, omega_rad_s: Reals, entries: &mut [Reals]) -> [usize; LANES] {
         let pattern = &self.structure.elimination;
-        entries.copy_from_slice(&self.stiffness);
+        for (entry, k) in entries.iter_mut().zip(&self.stiffness) {
+            *entry = Reals::splat(*k);
+        }
         let square = omega_rad_s * omega_rad_s;
         for (slot, m) in self.structure.diagonal.iter().zip(&self.inertia) {
-            entries[*slot] -= square * m;
+            entries[*slot] -= square * Reals::splat(*m);
         }
-        let mut below = 0;
+        let mut below = Reals::ZERO;
         for (rod, slots) in self.rods.iter().zip(&self.structure.rod_slots) {
-            below += rod.clamped_modes_below(omega_rad_s);
-            let (direct, cross) = rod.undamped(omega_rad_s);
+            below += rod.clamped_modes_below_each(omega_rad_s);
+            let (direct, cross) = rod.undamped_each(omega_rad_s);
             for (slot, entry) in slots.iter().zip([direct, direct, cross]) {
                 if let Some(slot) = *slot {
                     entries[slot] += entry;
                 }
             }
         }
-        pattern.factor(entries, |d| below += usize::from(d.is_sign_negative()));
-        below
+        pattern.factor(entries, |d| below += d.is_sign_negative() & Reals::ONE);
+        below.to_array().map(|count| count as usize)
     }
 
     /// Number of undamped natural frequencies below ω, rigid-body modes included.
     ///
     /// # Source  Wittrick and Williams, Q. J. Mech. Appl. Math. 24 (1971) 263–284: J = J₀ + s{D}.
     pub fn modes_below(&self, omega_rad_s: f64, work: &mut Workspace) -> usize {
-        self.factor_undamped(omega_rad_s, &mut work.real)
+        self.factor_undamped(Reals::splat(omega_rad_s), &mut work.real)[0]
+    }
+
+    /// As [`Network::modes_below`], at some frequencies.
+    pub fn modes_below_each(&self, omega_rad_s: &[f64], work: &mut Workspace, below: &mut Vec<usize>) {
+        below.clear();
+        for (omega, count) in lanes_of(omega_rad_s) {
+            below.extend(&self.factor_undamped(omega, &mut work.real)[..count]);
+        }
     }
 
     /// Displacements of all coordinates under a unit force at the response, without damping.
     pub(super) fn undamped_shape(&self, omega_rad_s: f64, force: &[f64], work: &mut Workspace) -> Vec<f64> {
-        self.factor_undamped(omega_rad_s, &mut work.real);
-        let mut x = force.to_vec();
+        self.factor_undamped(Reals::splat(omega_rad_s), &mut work.real);
+        let mut x: Vec<Reals> = force.iter().map(|f| Reals::splat(*f)).collect();
         self.structure.elimination.solve(&work.real, &mut x);
-        x
+        x.into_iter().map(|x| x.to_array()[0]).collect()
     }
 
     /// Assembles D(ω) with damping and factors it; gives the direction of its determinant.
-    fn factor_damped(&self, omega_rad_s: f64, work: &mut Workspace) -> Complex64 {
+    fn factor_damped(&self, omega_rad_s: Reals, work: &mut Workspace) -> Complexes {
         let shape = &self.structure;
         let pattern = &shape.elimination;
         let square = omega_rad_s * omega_rad_s;
-        let (added, _) = loss(omega_rad_s);
         let spring_dampers = self.stiffness.iter().zip(&self.damping).zip(&self.loss);
-        for (entry, ((k, c), h)) in work.complex.iter_mut().zip(spring_dampers) {
-            *entry = Complex64::new(*k + h * added.re, omega_rad_s * c + h);
+        if self.loses {
+            let added = Complexes::each(|lane| loss(omega_rad_s.to_array()[lane]).0);
+            for (entry, ((k, c), h)) in work.complex.iter_mut().zip(spring_dampers) {
+                let (k, c, h) = (Reals::splat(*k), Reals::splat(*c), Reals::splat(*h));
+                *entry = Complexes::new(k + h * added.re, omega_rad_s * c + h);
+            }
+        } else {
+            for (entry, ((k, c), _)) in work.complex.iter_mut().zip(spring_dampers) {
+                *entry = Complexes::new(Reals::splat(*k), omega_rad_s * Reals::splat(*c));
+            }
         }
         for (slot, m) in shape.diagonal.iter().zip(&self.inertia) {
-            work.complex[*slot].re -= square * m;
+            work.complex[*slot].re -= square * Reals::splat(*m);
         }
-        let mut determinant = Complex64::new(1.0, 0.0);
+        let mut determinant = Complexes::real(Reals::ONE);
         work.rods.clear();
         for (rod, slots) in self.rods.iter().zip(&shape.rod_slots) {
-            let entries = rod.damped(omega_rad_s);
-            work.rods.push(entries);
+            let entries = rod.damped_each(omega_rad_s);
             if entries.lossless {
-                determinant *= entries.sin.re;
+                determinant = determinant * entries.sin.re;
+                for (slot, entry) in slots.iter().zip([entries.direct, entries.direct, entries.cross]) {
+                    if let Some(slot) = *slot {
+                        work.complex[slot].re += entry.re;
+                    }
+                }
             } else {
                 determinant *= entries.sin;
-            }
-            for (slot, entry) in slots.iter().zip([entries.direct, entries.direct, entries.cross]) {
-                if let Some(slot) = *slot {
-                    work.complex[slot] += entry;
+                for (slot, entry) in slots.iter().zip([entries.direct, entries.direct, entries.cross]) {
+                    if let Some(slot) = *slot {
+                        work.complex[slot] += entry;
+                    }
                 }
             }
+            work.rods.push(entries);
         }
         for (joint, on) in self.joints.iter().zip(&shape.joints).filter(|(j, _)| j.relaxation_stiffness.is_some()) {
-            let damper = joint.dynamic(omega_rad_s).0 - joint.spring(omega_rad_s).0;
+            let damper = Complexes::each(|lane| {
+                let omega = omega_rad_s.to_array()[lane];
+                joint.dynamic(omega).0 - joint.spring(omega).0
+            });
             for (at, &(i, a)) in on.iter().enumerate() {
                 for &(j, b) in &on[..=at] {
                     work.complex[pattern.entry(i, j)] += damper * (a * b);
@@ -253,87 +282,133 @@ impl Network {
             }
         }
         pattern.factor(&mut work.complex, |d| {
-            determinant *= d * (1.0 / (d.re.abs() + d.im.abs()));
+            determinant *= d * (Reals::ONE / (d.re.abs() + d.im.abs()));
         });
         determinant
     }
 
     /// Factors D(ω) and fills in the displacements under a unit force at the excitation.
-    fn displace(&self, omega_rad_s: f64, work: &mut Workspace) -> (Complex64, Complex64) {
+    fn displace(&self, omega_rad_s: Reals, work: &mut Workspace) -> Complexes {
         let shape = &self.structure;
         let determinant = self.factor_damped(omega_rad_s, work);
-        work.at_excitation.fill(Complex64::new(0.0, 0.0));
-        work.at_excitation[shape.excitation] = Complex64::new(1.0, 0.0);
+        work.at_excitation.fill(Complexes::ZERO);
+        work.at_excitation[shape.excitation] = Complexes::real(Reals::ONE);
         shape.elimination.solve_last(&work.complex, &mut work.at_excitation);
-        (work.at_excitation[shape.response], determinant)
+        determinant
     }
 
     /// Receptance at one frequency, alone.
     pub fn receptance(&self, omega_rad_s: f64, work: &mut Workspace) -> Complex64 {
-        self.displace(omega_rad_s, work).0
+        self.receptances(Reals::splat(omega_rad_s), work).apart()[0]
     }
 
-    /// Receptance, with the displacements under unit forces at the excitation and at the response left in `work`.
-    pub(super) fn solve(&self, omega_rad_s: f64, work: &mut Workspace) -> Complex64 {
-        let (receptance, _) = self.displace(omega_rad_s, work);
+    /// Receptances at some frequencies.
+    pub fn receptances(&self, omega_rad_s: Reals, work: &mut Workspace) -> Complexes {
+        let shape = &self.structure;
+        self.factor_damped(omega_rad_s, work);
+        // What is eliminated last needs no way back: its pivot is the dynamic stiffness there.
+        if shape.response == shape.excitation {
+            return work.complex[shape.diagonal[shape.excitation]];
+        }
+        work.at_excitation.fill(Complexes::ZERO);
+        work.at_excitation[shape.excitation] = Complexes::real(Reals::ONE);
+        shape.elimination.solve_last(&work.complex, &mut work.at_excitation);
+        work.at_excitation[shape.response]
+    }
+
+    /// Receptances, with the displacements under unit forces at the excitation and at the response left in `work`.
+    pub(super) fn solve(&self, omega_rad_s: Reals, work: &mut Workspace) -> Complexes {
+        self.displace(omega_rad_s, work);
         self.displace_response(work);
-        receptance
+        work.at_excitation[self.structure.response]
     }
 
     fn displace_response(&self, work: &mut Workspace) {
         let shape = &self.structure;
         if shape.response != shape.excitation {
-            work.at_response.fill(Complex64::new(0.0, 0.0));
-            work.at_response[shape.response] = Complex64::new(1.0, 0.0);
+            work.at_response.fill(Complexes::ZERO);
+            work.at_response[shape.response] = Complexes::real(Reals::ONE);
             shape.elimination.solve(&work.complex, &mut work.at_response);
         }
     }
 
     /// Receptance, its slope and the direction of the determinant at one frequency.
     pub fn at(&self, omega_rad_s: f64, work: &mut Workspace) -> Point {
-        let (receptance, determinant) = self.displace(omega_rad_s, work);
-        self.displace_response(work);
-        let (at_excitation, at_response, rods) = work.solutions(&self.structure);
-        let slope = -self.bilinear_slope(omega_rad_s, rods, at_response, at_excitation);
-        Point { omega_rad_s, receptance, slope, determinant }
+        let mut points = Vec::with_capacity(1);
+        self.at_each(&[omega_rad_s], work, &mut points);
+        points[0]
+    }
+
+    /// As [`Network::at`], at some frequencies; `points` are replaced.
+    pub fn at_each(&self, omega_rad_s: &[f64], work: &mut Workspace, points: &mut Vec<Point>) {
+        points.clear();
+        for (omega, count) in lanes_of(omega_rad_s) {
+            let determinant = self.displace(omega, work);
+            self.displace_response(work);
+            let (at_excitation, at_response, rods) = work.solutions(&self.structure);
+            let receptance = at_excitation[self.structure.response].apart();
+            let slope = self.bilinear_slope(omega, rods, at_response, at_excitation).apart();
+            let (omega, determinant) = (omega.to_array(), determinant.apart());
+            points.extend((0..count).map(|lane| Point {
+                omega_rad_s: omega[lane],
+                receptance: receptance[lane],
+                slope: -slope[lane],
+                determinant: determinant[lane],
+            }));
+        }
     }
 
     /// Entries of all rods at ω.
-    pub(super) fn rod_entries(&self, omega_rad_s: f64) -> Vec<RodEntries> {
-        self.rods.iter().map(|r| r.damped(omega_rad_s)).collect()
+    pub(super) fn rod_entries(&self, omega_rad_s: Reals) -> Vec<RodLanes> {
+        self.rods.iter().map(|r| r.damped_each(omega_rad_s)).collect()
     }
 
     /// aᵀ·(dD/dω)·b.
     /// `rods` are the entries of all rods at ω.
-    pub(super) fn bilinear_slope(&self, omega_rad_s: f64, rods: &[RodEntries], a: &[Complex64], b: &[Complex64]) -> Complex64 {
+    pub(super) fn bilinear_slope(&self, omega_rad_s: Reals, rods: &[RodLanes], a: &[Complexes], b: &[Complexes]) -> Complexes {
         let shape = &self.structure;
-        let zero = Complex64::new(0.0, 0.0);
-        let mut sum = zero;
-        for ((m, x), y) in self.inertia.iter().zip(a).zip(b) {
-            sum -= x * y * (2.0 * omega_rad_s * m);
+        let mut sum = Complexes::ZERO;
+        for ((m, x), y) in self.inertia.iter().zip(a).zip(b).filter(|((m, _), _)| **m != 0.0) {
+            sum -= *x * *y * (omega_rad_s * Reals::splat(2.0 * m));
         }
         for (joint, on) in self.joints.iter().zip(&shape.joints) {
-            let x: Complex64 = on.iter().map(|&(i, c)| a[i] * c).sum();
-            let y: Complex64 = on.iter().map(|&(i, c)| b[i] * c).sum();
-            let product = x * y;
-            sum += match joint.relaxation_stiffness {
-                None => Complex64::new(-product.im * joint.damping, product.re * joint.damping) + product * joint.spring(omega_rad_s).1,
-                Some(_) => product * joint.dynamic(omega_rad_s).1,
-            };
+            if joint.damping == 0.0 && joint.loss_factor == 0.0 {
+                continue;
+            }
+            let of = |x: &[Complexes]| on.iter().fold(Complexes::ZERO, |sum, &(i, c)| sum + x[i] * c);
+            let product = of(a) * of(b);
+            if joint.relaxation_stiffness.is_none() && joint.loss_factor == 0.0 {
+                sum += product.turned() * joint.damping;
+            } else {
+                sum += product * Complexes::each(|lane| joint.dynamic(omega_rad_s.to_array()[lane]).1);
+            }
         }
         for ((entries, rod), rod_shape) in rods.iter().zip(&self.rods).zip(&shape.rods) {
+            let end = |x: &[Complexes], at: Option<usize>| at.map_or(Complexes::ZERO, |at| x[at]);
             let (i, j) = (rod_shape.along[0], rod_shape.along[1]);
-            let (xi, xj) = (i.map_or(zero, |i| a[i]), j.map_or(zero, |j| a[j]));
-            let (yi, yj) = (i.map_or(zero, |i| b[i]), j.map_or(zero, |j| b[j]));
+            let (xi, xj, yi, yj) = (end(a, i), end(a, j), end(b, i), end(b, j));
             let (direct, cross) = (xi * yi + xj * yj, xi * yj + xj * yi);
             sum += if entries.lossless {
                 direct * entries.direct_slope.re + cross * entries.cross_slope.re
             } else {
                 let (by_direct, by_cross) = entries.by_material(omega_rad_s);
-                let drift = loss(omega_rad_s).1 * rod.loss_factor / rod.material(omega_rad_s);
+                let drift = Complexes::each(|lane| {
+                    let omega = omega_rad_s.to_array()[lane];
+                    loss(omega).1 * rod.loss_factor / rod.material(omega)
+                });
                 direct * (entries.direct_slope + by_direct * drift) + cross * (entries.cross_slope + by_cross * drift)
             };
         }
         sum
     }
+}
+
+/// Frequencies side by side, and how many of each group count; the last is filled up.
+fn lanes_of(omega_rad_s: &[f64]) -> impl Iterator<Item = (Reals, usize)> {
+    omega_rad_s.chunks(LANES).map(|some| (filled(some), some.len()))
+}
+
+/// Up to as many numbers as stand side by side, the last one repeated.
+pub fn filled(some: &[f64]) -> Reals {
+    Reals::from(std::array::from_fn(|lane| some[lane.min(some.len() - 1)]))
 }

@@ -11,7 +11,8 @@
 
 use num_complex::Complex64;
 
-use super::network::{Network, Point, Workspace};
+use super::lanes::{Complexes, LANES, Reals};
+use super::network::{Network, Point, Workspace, filled};
 use crate::unit::{frequency_hz, omega_rad_s};
 
 /// Cosine of the largest turn of the phase of det D between neighbouring nodes (2.2 rad).
@@ -22,6 +23,8 @@ const FORETOLD: f64 = 5e-4;
 const SLIGHT: f64 = 1e-6;
 /// Intervals narrower than this share of their frequency are not split further.
 const NARROWEST: f64 = 1e-9;
+/// Places at which an interpolant is looked at: six even ones, five about each of its three features, and the middle node.
+const SAMPLES: usize = 22;
 /// Intervals the band is first cut into.
 const FIRST_CUTS: usize = 7;
 
@@ -49,9 +52,14 @@ pub struct PeakSearch {
     pub omega_power: i32,
 }
 
-/// Nodes in rising frequency, each with the log-slope of the sought quantity.
-struct Nodes {
-    points: Vec<(Point, f64)>,
+/// A frequency at which the receptance is known.
+#[derive(Clone, Copy)]
+struct Node {
+    point: Point,
+    /// Log-slope of the sought quantity.
+    slope: f64,
+    /// Undamped natural frequencies below it.
+    below: usize,
 }
 
 /// The rational interpolant of type \[1/2\] on t ∈ \[−1, 1\].
@@ -90,14 +98,15 @@ impl Rational {
         (value, (self.b - value * (self.c + self.d * (2.0 * t))) * q)
     }
 
-    /// d ln|H|/dt at t times the returned positive weight: a quotient without the division.
-    fn weighted_log_slope(&self, t: f64) -> (f64, f64) {
-        let n = self.a + self.b * t;
-        let q = 1.0 + self.c * t + self.d * (t * t);
-        let q_slope = self.c + self.d * (2.0 * t);
+    /// d ln|H|/dt at some t times the returned positive weights: quotients without the division.
+    fn weighted_log_slopes(&self, t: Reals) -> (Reals, Reals) {
+        let [a, b, c, d] = [self.a, self.b, self.c, self.d].map(Complexes::splat);
+        let n = a + b * t;
+        let q = Complexes::real(Reals::ONE) + c * t + d * (t * t);
+        let q_slope = c + d * (t + t);
         let (n2, q2) = (n.norm_sqr(), q.norm_sqr());
-        let re = |x: Complex64, y: Complex64| x.re * y.re + x.im * y.im;
-        (re(self.b, n) * q2 - re(q_slope, q) * n2, n2 * q2)
+        let re = |x: Complexes, y: Complexes| x.re * y.re + x.im * y.im;
+        (re(b, n) * q2 - re(q_slope, q) * n2, n2 * q2)
     }
 
     /// Its two poles and its zero.
@@ -129,53 +138,104 @@ struct Search<'a> {
     work: &'a mut Workspace,
     settings: PeakSearch,
     evaluations: usize,
+    /// Room for frequencies asked for together, and for what is found there.
+    omegas: Vec<f64>,
+    points: Vec<Point>,
+    below: Vec<usize>,
+}
+
+/// An interval not yet accepted, with what decides where it is split.
+struct Interval {
+    low: Node,
+    high: Node,
+    rational: Option<Rational>,
+    /// Where it is looked at, from −1 to 1.
+    split: f64,
+}
+
+impl Interval {
+    fn between(low: Node, high: Node) -> Self {
+        let half = 0.5 * (high.point.omega_rad_s - low.point.omega_rad_s);
+        let of = |node: &Node| (node.point.receptance, node.point.slope * half);
+        let rational = Rational::through(of(&low), of(&high));
+        let split = if high.below > low.below { rational.as_ref().and_then(Rational::pole).unwrap_or(0.0) } else { 0.0 };
+        Interval { low, high, rational, split }
+    }
+
+    fn half(&self) -> f64 {
+        0.5 * (self.high.point.omega_rad_s - self.low.point.omega_rad_s)
+    }
+
+    fn middle_omega(&self) -> f64 {
+        self.low.point.omega_rad_s + self.half() * (1.0 + self.split)
+    }
 }
 
 impl Search<'_> {
-    fn at(&mut self, omega: f64) -> (Point, f64) {
-        self.evaluations += 1;
-        let point = self.network.at(omega, self.work);
-        (point, point.log_slope_s() + f64::from(self.settings.omega_power) / omega)
+    fn log_slope(&self, point: &Point) -> f64 {
+        point.log_slope_s() + f64::from(self.settings.omega_power) / point.omega_rad_s
     }
 
-    fn below(&mut self, omega: f64) -> usize {
-        self.network.modes_below(omega, self.work)
+    /// Evaluates all frequencies asked for.
+    fn evaluate(&mut self) {
+        self.evaluations += self.omegas.len();
+        self.network.at_each(&self.omegas, self.work, &mut self.points);
     }
 
-    /// Adds nodes after `low` up to and with `high`.
-    fn resolve(&mut self, nodes: &mut Nodes, low: (Point, f64, usize), high: (Point, f64, usize)) {
-        let mut pending = vec![(low, high)];
-        while let Some((low, high)) = pending.pop() {
-            let (from, to) = (low.0.omega_rad_s, high.0.omega_rad_s);
-            let half = 0.5 * (to - from);
-            let narrow = half < NARROWEST * to;
-            let rational = Rational::through((low.0.receptance, low.0.slope * half), (high.0.receptance, high.0.slope * half));
-            let split = if high.2 > low.2 { rational.as_ref().and_then(Rational::pole).unwrap_or(0.0) } else { 0.0 };
-            let middle_omega = from + half * (1.0 + split);
-            let (middle, middle_slope) = self.at(middle_omega);
-            let turns_little = |a: &Point, b: &Point| {
-                let turn = b.determinant * a.determinant.conj();
-                turn.re >= COS_TURN * turn.norm_sqr().sqrt()
-            };
-            let accepted = narrow
-                || (high.2 <= low.2 + 1
-                    && turns_little(&low.0, &middle)
-                    && turns_little(&middle, &high.0)
-                    && rational.as_ref().is_some_and(|r| {
-                        let middle = (split, &middle, middle_slope);
-                        self.is_foretold(r, half, middle) && (half < SLIGHT * to || self.hides_nothing(r, (&low, &high), half, middle))
-                    }));
-            if accepted {
-                nodes.points.push((middle, middle_slope));
-                nodes.points.push((high.0, high.1));
-            } else {
+    /// All nodes between and at the cuts, in rising frequency: interval by interval is looked at in its middle, all of a round together.
+    fn resolve(&mut self, cuts: &[Node]) -> Vec<Node> {
+        let mut nodes = cuts.to_vec();
+        let mut pending: Vec<Interval> = cuts.windows(2).map(|pair| Interval::between(pair[0], pair[1])).collect();
+        let mut split: Vec<(Interval, Node)> = Vec::new();
+        while !pending.is_empty() {
+            self.omegas.clear();
+            self.omegas.extend(pending.iter().map(Interval::middle_omega));
+            self.evaluate();
+            self.omegas.clear();
+            for (at, interval) in pending.drain(..).enumerate() {
+                let point = self.points[at];
+                let middle = Node { point, slope: self.log_slope(&point), below: interval.low.below };
+                if self.is_accepted(&interval, &middle) {
+                    nodes.push(middle);
+                    continue;
+                }
                 // The count never falls: between equal counts it needs no evaluation.
-                let below = if high.2 == low.2 { low.2 } else { self.below(middle_omega) };
-                let middle = (middle, middle_slope, below);
-                pending.push((middle, high));
-                pending.push((low, middle));
+                if interval.high.below != interval.low.below {
+                    self.omegas.push(point.omega_rad_s);
+                }
+                split.push((interval, middle));
+            }
+            self.network.modes_below_each(&self.omegas, self.work, &mut self.below);
+            let mut counts = self.below.iter();
+            for (interval, mut middle) in split.drain(..) {
+                if interval.high.below != interval.low.below {
+                    middle.below = counts.next().copied().unwrap_or(middle.below);
+                }
+                nodes.push(middle);
+                pending.push(Interval::between(interval.low, middle));
+                pending.push(Interval::between(middle, interval.high));
             }
         }
+        nodes.sort_unstable_by(|a, b| a.point.omega_rad_s.total_cmp(&b.point.omega_rad_s));
+        nodes
+    }
+
+    /// Whether the interpolant of an interval can be trusted, now that its middle is known.
+    fn is_accepted(&self, interval: &Interval, middle: &Node) -> bool {
+        let (low, high, half) = (&interval.low, &interval.high, interval.half());
+        let to = high.point.omega_rad_s;
+        let turns_little = |a: &Point, b: &Point| {
+            let turn = b.determinant * a.determinant.conj();
+            turn.re >= COS_TURN * turn.norm_sqr().sqrt()
+        };
+        half < NARROWEST * to
+            || (high.below <= low.below + 1
+                && turns_little(&low.point, &middle.point)
+                && turns_little(&middle.point, &high.point)
+                && interval.rational.as_ref().is_some_and(|r| {
+                    let middle = (interval.split, &middle.point, middle.slope);
+                    self.is_foretold(r, half, middle) && (half < SLIGHT * to || self.hides_nothing(r, (low, high), half, middle))
+                }))
     }
 
     /// Whether the interpolant matches value and slope at the middle node (t, point, log-slope).
@@ -188,35 +248,31 @@ impl Search<'_> {
 
     /// Whether the log-slope changes its sign between nodes only as often as it must, as far as the interpolant can tell: it is
     /// sampled evenly and around its poles and its zero, and must be further from zero than it errs at the middle.
-    fn hides_nothing(
-        &self,
-        rational: &Rational,
-        ends: (&(Point, f64, usize), &(Point, f64, usize)),
-        half: f64,
-        middle: (f64, &Point, f64),
-    ) -> bool {
-        let power = f64::from(self.settings.omega_power);
-        let from = ends.0.0.omega_rad_s;
-        // The slope of the sought quantity, times its weight, and the weight.
-        let slope_at = |t: f64| {
-            let (slope, weight) = rational.weighted_log_slope(t);
-            (slope + weight * power * half / (from + half * (1.0 + t)), weight)
-        };
-        let (slope, weight) = slope_at(middle.0);
-        let doubt = 10.0 * (slope / weight - middle.2 * half).abs();
-        let mut samples = [f64::INFINITY; 21];
+    fn hides_nothing(&self, rational: &Rational, ends: (&Node, &Node), half: f64, middle: (f64, &Point, f64)) -> bool {
+        let mut samples = [f64::INFINITY; SAMPLES];
         samples[..6].copy_from_slice(&[-0.75, -0.5, -0.25, 0.25, 0.5, 0.75]);
         for (at, feature) in rational.features().into_iter().enumerate() {
             for (side, sample) in [-2.0, -0.7, 0.0, 0.7, 2.0].iter().zip(&mut samples[6 + 5 * at..]) {
                 *sample = feature.re + side * feature.im.abs();
             }
         }
-        [(-1.0, middle.0, ends.0.1, middle.2), (middle.0, 1.0, middle.2, ends.1.1)].iter().all(|&(start, stop, left, right)| {
+        samples[21] = middle.0;
+        // The slope of the sought quantity, times its weight, and the weight.
+        let (power, from) = (Reals::splat(f64::from(self.settings.omega_power) * half), Reals::splat(ends.0.point.omega_rad_s));
+        let (mut slopes, mut weights) = ([0.0; SAMPLES], [0.0; SAMPLES]);
+        for (at, some) in samples.chunks(LANES).enumerate() {
+            let t = filled(some);
+            let (slope, weight) = rational.weighted_log_slopes(t);
+            let slope = slope + weight * power / (from + Reals::splat(half) * (Reals::ONE + t));
+            slopes[at * LANES..][..some.len()].copy_from_slice(&slope.to_array()[..some.len()]);
+            weights[at * LANES..][..some.len()].copy_from_slice(&weight.to_array()[..some.len()]);
+        }
+        let doubt = 10.0 * (slopes[21] / weights[21] - middle.2 * half).abs();
+        [(-1.0, middle.0, ends.0.slope, middle.2), (middle.0, 1.0, middle.2, ends.1.slope)].iter().all(|&(start, stop, left, right)| {
             let turns = left.is_sign_positive() != right.is_sign_positive();
             // Where the sign of the left end was last seen, and that of the right end first.
             let (mut last_left, mut first_right) = (start, stop);
-            for t in samples.iter().copied().filter(|t| *t > start && *t < stop) {
-                let (slope, weight) = slope_at(t);
+            for ((&t, slope), weight) in samples[..21].iter().zip(slopes).zip(weights).filter(|((t, _), _)| **t > start && **t < stop) {
                 if !turns {
                     if slope * left.signum() <= doubt * weight {
                         return false;
@@ -231,36 +287,70 @@ impl Search<'_> {
         })
     }
 
-    /// The maximum between two nodes whose log-slopes are positive and negative.
-    ///
-    /// First the real part of the complex pole as seen from the better end, then the secant through the two latest slopes; a
-    /// step that leaves the bracket, or every fifth, halves it. Ends where the next step would be shorter than the precision.
-    fn maximum(&mut self, mut low: (Point, f64), mut high: (Point, f64)) -> Point {
-        let (mut best, mut before) = if low.0.receptance.norm_sqr() > high.0.receptance.norm_sqr() { (low, high) } else { (high, low) };
+    /// The maxima between pairs of nodes whose log-slopes are positive and negative, all looked for in step.
+    fn maxima(&mut self, mut open: Vec<Maximum>) -> Vec<Point> {
         for step in 0..80 {
-            let (a, b) = (low.0.omega_rad_s, high.0.omega_rad_s);
-            let reach = self.settings.precision * b;
-            if b - a <= reach {
+            self.omegas.clear();
+            for maximum in open.iter_mut().filter(|m| !m.done) {
+                match maximum.next(step, self.settings.precision) {
+                    Some(omega) => self.omegas.push(omega),
+                    None => maximum.done = true,
+                }
+            }
+            if self.omegas.is_empty() {
                 break;
             }
-            let here = best.0.omega_rad_s;
-            let newton = here + (best.0.receptance / best.0.slope).re;
-            let secant = here - best.1 * (here - before.0.omega_rad_s) / (best.1 - before.1);
-            let guess = if step == 0 { newton } else { secant };
-            let inside = guess > a - reach && guess < b + reach;
-            if step > 0 && inside && (guess - here).abs() <= reach {
-                break;
-            }
-            let x = if inside && step % 5 != 4 { guess.clamp(a + 0.2 * reach, b - 0.2 * reach) } else { 0.5 * (a + b) };
-            before = best;
-            best = self.at(x);
-            if best.1 > 0.0 {
-                low = best;
-            } else {
-                high = best;
-            }
+            self.evaluate();
+            let slopes = self.points.iter().map(|point| (*point, self.log_slope(point)));
+            open.iter_mut().filter(|m| !m.done).zip(slopes).for_each(|(maximum, found)| maximum.take(found));
         }
-        best.0
+        open.into_iter().map(|maximum| maximum.best.0).collect()
+    }
+}
+
+/// A maximum on its way to be found between two points, each with its log-slope.
+struct Maximum {
+    low: (Point, f64),
+    high: (Point, f64),
+    best: (Point, f64),
+    before: (Point, f64),
+    done: bool,
+}
+
+impl Maximum {
+    fn between(low: &Node, high: &Node) -> Self {
+        let (low, high) = ((low.point, low.slope), (high.point, high.slope));
+        let (best, before) = if low.0.receptance.norm_sqr() > high.0.receptance.norm_sqr() { (low, high) } else { (high, low) };
+        Maximum { low, high, best, before, done: false }
+    }
+
+    /// Where to look next: first at the real part of the complex pole as seen from the better end, then where the secant through the two latest slopes
+    /// leads; a step that leaves the bracket, or every fifth, halves it. `None` where the next step would be shorter than the precision.
+    fn next(&self, step: usize, precision: f64) -> Option<f64> {
+        let (a, b) = (self.low.0.omega_rad_s, self.high.0.omega_rad_s);
+        let reach = precision * b;
+        if b - a <= reach {
+            return None;
+        }
+        let here = self.best.0.omega_rad_s;
+        let newton = here + (self.best.0.receptance / self.best.0.slope).re;
+        let secant = here - self.best.1 * (here - self.before.0.omega_rad_s) / (self.best.1 - self.before.1);
+        let guess = if step == 0 { newton } else { secant };
+        let inside = guess > a - reach && guess < b + reach;
+        if step > 0 && inside && (guess - here).abs() <= reach {
+            return None;
+        }
+        Some(if inside && step % 5 != 4 { guess.clamp(a + 0.2 * reach, b - 0.2 * reach) } else { 0.5 * (a + b) })
+    }
+
+    fn take(&mut self, found: (Point, f64)) {
+        self.before = self.best;
+        self.best = found;
+        if found.1 > 0.0 {
+            self.low = found;
+        } else {
+            self.high = found;
+        }
     }
 }
 
@@ -271,36 +361,36 @@ pub fn peaks(network: &Network, settings: PeakSearch, work: &mut Workspace) -> V
 
 /// As [`peaks`], with the number of receptances evaluated.
 pub fn peaks_counted(network: &Network, settings: PeakSearch, work: &mut Workspace) -> (Vec<Peak>, usize) {
-    let mut search = Search { network, work, settings, evaluations: 0 };
+    let (omegas, points, below) = (Vec::new(), Vec::new(), Vec::new());
+    let mut search = Search { network, work, settings, evaluations: 0, omegas, points, below };
     let (from, to) = (omega_rad_s(settings.from_hz), omega_rad_s(settings.to_hz));
-    let first = search.at(from);
-    let mut nodes = Nodes { points: vec![first] };
-    let mut low = (first.0, first.1, search.below(from));
-    for cut in 1..=FIRST_CUTS {
-        // Cuts even in the square root of frequency: finer where modes of heavy tables lie.
-        let share = cut as f64 / FIRST_CUTS as f64;
-        let omega = if cut == FIRST_CUTS { to } else { (from.sqrt() + share * (to.sqrt() - from.sqrt())).powi(2) };
-        let node = search.at(omega);
-        let high = (node.0, node.1, search.below(omega));
-        search.resolve(&mut nodes, low, high);
-        low = high;
-    }
-    let points = nodes.points;
-    let size = |p: &Point| p.receptance.norm_sqr().sqrt() * p.omega_rad_s.powi(settings.omega_power);
-    let mut peaks: Vec<(Peak, usize)> = Vec::new();
-    for (at, pair) in points.windows(2).enumerate() {
-        if pair[0].1 > 0.0 && pair[1].1 <= 0.0 {
-            let top = search.maximum(pair[0], pair[1]);
-            peaks.push((Peak { frequency_hz: frequency_hz(top.omega_rad_s), amplitude: size(&top), prominence: 1.0 }, at));
+    // Cuts even in the square root of frequency: finer where modes of heavy tables lie.
+    let cut = |at: usize| (from.sqrt() + at as f64 / FIRST_CUTS as f64 * (to.sqrt() - from.sqrt())).powi(2);
+    search.omegas.extend((0..=FIRST_CUTS).map(|at| {
+        if at == 0 {
+            from
+        } else if at == FIRST_CUTS {
+            to
+        } else {
+            cut(at)
         }
-    }
-    let ends: Vec<usize> = peaks.iter().map(|(_, at)| *at).collect();
-    for (index, (peak, at)) in peaks.iter_mut().enumerate() {
-        let before = if index == 0 { 0 } else { ends[index - 1] + 1 };
-        let after = ends.get(index + 1).map_or(points.len() - 1, |next| *next);
-        let lowest = |range: &[(Point, f64)]| range.iter().map(|(p, _)| size(p)).fold(f64::INFINITY, f64::min);
-        let valley = lowest(&points[before..=*at]).max(lowest(&points[*at + 1..=after]));
-        peak.prominence = (peak.amplitude / valley).max(1.0);
-    }
-    (peaks.into_iter().map(|(peak, _)| peak).collect(), search.evaluations)
+    }));
+    search.evaluate();
+    network.modes_below_each(&search.omegas, search.work, &mut search.below);
+    let cuts: Vec<Node> =
+        search.points.iter().zip(&search.below).map(|(p, below)| Node { point: *p, slope: search.log_slope(p), below: *below }).collect();
+    let nodes = search.resolve(&cuts);
+    let tops: Vec<usize> = (1..nodes.len()).filter(|at| nodes[at - 1].slope > 0.0 && nodes[*at].slope <= 0.0).collect();
+    let found = search.maxima(tops.iter().map(|at| Maximum::between(&nodes[at - 1], &nodes[*at])).collect());
+    let size = |p: &Point| p.receptance.norm_sqr().sqrt() * p.omega_rad_s.powi(settings.omega_power);
+    let lowest = |range: &[Node]| range.iter().map(|n| size(&n.point)).fold(f64::INFINITY, f64::min);
+    let peak = |(index, top): (usize, &Point)| {
+        let at = tops[index];
+        let before = if index == 0 { 0 } else { tops[index - 1] };
+        let after = tops.get(index + 1).map_or(nodes.len(), |next| *next);
+        let valley = lowest(&nodes[before..at]).max(lowest(&nodes[at..after]));
+        let amplitude = size(top);
+        Peak { frequency_hz: frequency_hz(top.omega_rad_s), amplitude, prominence: (amplitude / valley).max(1.0) }
+    };
+    (found.iter().enumerate().map(peak).collect(), search.evaluations)
 }

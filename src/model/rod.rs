@@ -2,6 +2,8 @@
 
 use num_complex::Complex64;
 
+use super::lanes::{Complexes, Reals};
+
 /// The dynamic stiffness of a uniform free–free rod at its two ends.
 ///
 /// ```text
@@ -63,6 +65,11 @@ fn cos_sin(phase: f64) -> (f64, f64) {
     if sin.abs() < 1e-13 { (cos, 1e-13_f64.copysign(if sin == 0.0 { cos } else { sin })) } else { (cos, sin) }
 }
 
+/// Whether any of some sin φ is so near 0 that it must be kept away from it.
+fn near_pole(sin: Reals) -> bool {
+    sin.abs().simd_lt(Reals::splat(1e-13)).any()
+}
+
 impl Rod {
     /// 1 + η·(i + 2/π·ln(ω/ω₀)).
     pub(super) fn material(&self, omega_rad_s: f64) -> Complex64 {
@@ -117,6 +124,59 @@ impl Rod {
             sin,
             lossless: false,
         }
+    }
+
+    /// [`Rod::undamped`] at some frequencies.
+    #[inline]
+    pub fn undamped_each(&self, omega_rad_s: Reals) -> (Reals, Reals) {
+        if self.elements == 0 {
+            let phase = omega_rad_s * Reals::splat(self.transit_s);
+            let (sin, cos) = phase.sin_cos();
+            if !near_pole(sin) {
+                let scale = Reals::splat(self.stiffness) * phase / sin;
+                return (scale * cos, -scale);
+            }
+        }
+        let each = omega_rad_s.to_array().map(|omega| self.undamped(omega));
+        (Reals::from(each.map(|e| e.0)), Reals::from(each.map(|e| e.1)))
+    }
+
+    /// [`Rod::damped`] at some frequencies.
+    #[inline]
+    pub fn damped_each(&self, omega_rad_s: Reals) -> RodLanes {
+        if self.elements == 0 && self.loss_factor == 0.0 {
+            let phase = omega_rad_s * Reals::splat(self.transit_s);
+            let (sin, cos) = phase.sin_cos();
+            if !near_pole(sin) {
+                let csc = Reals::ONE / sin;
+                let cot = cos * csc;
+                let k_csc = Reals::splat(self.stiffness) * csc;
+                let slope = k_csc * Reals::splat(self.transit_s);
+                return RodLanes {
+                    direct: Complexes::real(k_csc * phase * cos),
+                    cross: Complexes::real(-(k_csc * phase)),
+                    direct_slope: Complexes::real(slope * (cos - phase * csc)),
+                    cross_slope: Complexes::real(-(slope * (Reals::ONE - phase * cot))),
+                    sin: Complexes::real(sin),
+                    lossless: true,
+                };
+            }
+        }
+        let each = omega_rad_s.to_array().map(|omega| self.damped(omega));
+        let of = |part: fn(&RodEntries) -> Complex64| Complexes::each(|lane| part(&each[lane]));
+        RodLanes {
+            direct: of(|e| e.direct),
+            cross: of(|e| e.cross),
+            direct_slope: of(|e| e.direct_slope),
+            cross_slope: of(|e| e.cross_slope),
+            sin: of(|e| e.sin),
+            lossless: each.iter().all(|e| e.lossless),
+        }
+    }
+
+    /// [`Rod::clamped_modes_below`] at some frequencies.
+    pub fn clamped_modes_below_each(&self, omega_rad_s: Reals) -> Reals {
+        Reals::from(omega_rad_s.to_array().map(|omega| self.clamped_modes_below(omega) as f64))
     }
 
     /// φ/(2n) of a chain, kept away from 1, where all its masses move against their neighbours.
@@ -207,7 +267,7 @@ pub struct RodEntries {
     pub direct: Complex64,
     /// Cross entry.
     pub cross: Complex64,
-    /// d(direct)/dω with the material as it is at ω; what the material's own change adds is [`RodEntries::by_material`].
+    /// d(direct)/dω with the material as it is at ω; what the material's own change adds is [`RodLanes::by_material`].
     pub direct_slope: Complex64,
     /// d(cross)/dω likewise.
     pub cross_slope: Complex64,
@@ -217,10 +277,28 @@ pub struct RodEntries {
     pub lossless: bool,
 }
 
-impl RodEntries {
+/// [`RodEntries`] at some frequencies.
+#[derive(Debug, Clone, Copy)]
+pub struct RodLanes {
+    /// Direct entry.
+    pub direct: Complexes,
+    /// Cross entry.
+    pub cross: Complexes,
+    /// d(direct)/dω with the material as it is at ω.
+    pub direct_slope: Complexes,
+    /// d(cross)/dω likewise.
+    pub cross_slope: Complexes,
+    /// sin φ.
+    pub sin: Complexes,
+    /// All of it is real.
+    pub lossless: bool,
+}
+
+impl RodLanes {
     /// What entries change by d(material)/material: as the stiffness itself, and through φ = ω·t/√material.
-    pub fn by_material(&self, omega_rad_s: f64) -> (Complex64, Complex64) {
-        (self.direct - self.direct_slope * (0.5 * omega_rad_s), self.cross - self.cross_slope * (0.5 * omega_rad_s))
+    pub fn by_material(&self, omega_rad_s: Reals) -> (Complexes, Complexes) {
+        let half = omega_rad_s * Reals::splat(0.5);
+        (self.direct - self.direct_slope * half, self.cross - self.cross_slope * half)
     }
 }
 
@@ -246,7 +324,8 @@ mod tests {
                 let direct = (high.direct - low.direct) / (2.0 * step);
                 let cross = (high.cross - low.cross) / (2.0 * step);
                 let drift = loss(omega).1 * loss_factor / rod.material(omega);
-                let (by_direct, by_cross) = here.by_material(omega);
+                let lanes = rod.damped_each(Reals::splat(omega)).by_material(Reals::splat(omega));
+                let (by_direct, by_cross) = (lanes.0.apart()[0], lanes.1.apart()[0]);
                 let (direct_slope, cross_slope) = (here.direct_slope + by_direct * drift, here.cross_slope + by_cross * drift);
                 assert!((direct - direct_slope).norm() < 1e-4 * direct_slope.norm());
                 // The cross entry of a single spring does not depend on ω.
@@ -296,6 +375,27 @@ mod tests {
             let omega = 10.0 / 3e-4 * (f64::from(mode) * std::f64::consts::PI / 10.0).sin();
             assert_eq!(rod.clamped_modes_below(omega * (1.0 - 1e-9)), mode as usize - 1);
             assert_eq!(rod.clamped_modes_below(omega * (1.0 + 1e-9)), mode as usize);
+        }
+    }
+
+    #[test]
+    fn limit_side_by_side_is_one_by_one() {
+        for (loss_factor, elements) in [(0.0, 0), (0.02, 0), (0.0, 4), (0.02, 4)] {
+            let rod = Rod { stiffness: 2e8, transit_s: 3e-4, loss_factor, elements };
+            // The third lies at a pole of the rod.
+            let omegas = [12.0, 3000.0, std::f64::consts::PI / 3e-4, 2e5];
+            let each = rod.damped_each(Reals::from(omegas));
+            let (direct, cross) = rod.undamped_each(Reals::from(omegas));
+            for (lane, omega) in omegas.into_iter().enumerate() {
+                let one = rod.damped(omega);
+                let near = |a: Complex64, b: Complex64| assert!((a - b).norm() <= 1e-11 * b.norm(), "{elements} {omega}: {a} {b}");
+                near(each.direct.apart()[lane], one.direct);
+                near(each.cross.apart()[lane], one.cross);
+                near(each.direct_slope.apart()[lane], one.direct_slope);
+                near(each.cross_slope.apart()[lane], one.cross_slope);
+                near(direct.to_array()[lane].into(), rod.undamped(omega).0.into());
+                near(cross.to_array()[lane].into(), rod.undamped(omega).1.into());
+            }
         }
     }
 

@@ -11,8 +11,9 @@
 
 use num_complex::Complex64;
 
+use super::lanes::{Complexes, Reals};
 use super::network::{Network, Workspace};
-use super::rod::{RodEntries, loss};
+use super::rod::{Rod, RodLanes, loss};
 use crate::machine::{Machine, Operating};
 
 /// A number that the dynamic stiffness is made of.
@@ -123,8 +124,8 @@ impl Network {
         Sensitivity { entries }
     }
 
-    /// Receptance at a frequency and its derivatives with the columns of a [`Sensitivity`], which are added into `gradient`.
-    pub fn gradient(&self, omega_rad_s: f64, sensitivity: &Sensitivity, work: &mut Workspace, gradient: &mut [Complex64]) -> Complex64 {
+    /// Receptances at some frequencies and their derivatives with the columns of a [`Sensitivity`], which are added into `gradient`.
+    pub fn gradient(&self, omega_rad_s: Reals, sensitivity: &Sensitivity, work: &mut Workspace, gradient: &mut [Complexes]) -> Complexes {
         let receptance = self.solve(omega_rad_s, work);
         let (xe, xr, rods) = work.solutions(&self.structure);
         for &(element, column, slope) in &sensitivity.entries {
@@ -134,62 +135,69 @@ impl Network {
     }
 
     /// aᵀ·(∂D/∂element)·b.
-    fn element_product(&self, element: Element, omega: f64, rods: &[RodEntries], a: &[Complex64], b: &[Complex64]) -> Complex64 {
+    fn element_product(&self, element: Element, omega: Reals, rods: &[RodLanes], a: &[Complexes], b: &[Complexes]) -> Complexes {
         let across = |joint: usize| {
             let on = &self.structure.joints[joint];
-            let x: Complex64 = on.iter().map(|&(i, c)| a[i] * c).sum();
-            let y: Complex64 = on.iter().map(|&(i, c)| b[i] * c).sum();
-            x * y
+            let of = |x: &[Complexes]| on.iter().fold(Complexes::ZERO, |sum, &(i, c)| sum + x[i] * c);
+            of(a) * of(b)
         };
+        // What only some machines have is worked out one frequency at a time.
+        let each = |of: &dyn Fn(f64) -> Complex64| Complexes::each(|lane| of(omega.to_array()[lane]));
         let i = Complex64::i();
         match element {
-            Element::Inertia(at) => -a[at] * b[at] * (omega * omega),
-            Element::Stiffness(joint) => across(joint) * (1.0 + loss(omega).0 * self.joints[joint].loss_factor),
-            Element::Loss(joint) => across(joint) * (loss(omega).0 * self.joints[joint].stiffness),
+            Element::Inertia(at) => -(a[at] * b[at] * (omega * omega)),
+            Element::Stiffness(joint) => match self.joints[joint].loss_factor {
+                0.0 => across(joint),
+                eta => across(joint) * each(&|omega| 1.0 + loss(omega).0 * eta),
+            },
+            Element::Loss(joint) => across(joint) * each(&|omega| loss(omega).0 * self.joints[joint].stiffness),
             Element::Damping(joint) => {
                 let numbers = &self.joints[joint];
-                let share =
-                    numbers.relaxation_stiffness.map_or(Complex64::new(1.0, 0.0), |k| (1.0 + i * (omega * numbers.damping / k)).inv());
-                across(joint) * (i * omega) * share * share
+                let turned = across(joint).turned() * omega;
+                match numbers.relaxation_stiffness {
+                    None => turned,
+                    Some(k) => turned * each(&|omega| (1.0 + i * (omega * numbers.damping / k)).inv().powi(2)),
+                }
             }
             Element::Relaxation(joint) => {
                 let numbers = &self.joints[joint];
-                let Some(k) = numbers.relaxation_stiffness else { return Complex64::new(0.0, 0.0) };
-                let damper = i * (omega * numbers.damping);
-                let share = damper / (k + damper);
-                across(joint) * share * share
+                let Some(k) = numbers.relaxation_stiffness else { return Complexes::ZERO };
+                let share = |omega: f64| {
+                    let damper = i * (omega * numbers.damping);
+                    (damper / (k + damper)).powi(2)
+                };
+                across(joint) * each(&share)
             }
-            Element::RodStiffness(rod) => self.rod_product(rod, omega, rods, a, b, Element::RodStiffness),
-            Element::RodTransit(rod) => self.rod_product(rod, omega, rods, a, b, Element::RodTransit),
-            Element::RodLoss(rod) => self.rod_product(rod, omega, rods, a, b, Element::RodLoss),
+            Element::RodStiffness(rod) => {
+                self.rod_product(rod, rods, a, b, |entry, rod| (entry.direct * (1.0 / rod.stiffness), entry.cross * (1.0 / rod.stiffness)))
+            }
+            Element::RodTransit(rod) => self.rod_product(rod, rods, a, b, |entry, rod| {
+                let scale = omega * Reals::splat(1.0 / rod.transit_s);
+                (entry.direct_slope * scale, entry.cross_slope * scale)
+            }),
+            Element::RodLoss(rod) => self.rod_product(rod, rods, a, b, |entry, rod| {
+                let scale = each(&|omega| loss(omega).0 / rod.material(omega));
+                let (direct, cross) = entry.by_material(omega);
+                (direct * scale, cross * scale)
+            }),
         }
     }
 
+    /// aᵀ·(∂D/∂x)·b for a number x of a rod, of whose direct and cross entry the derivatives are given.
     fn rod_product(
         &self,
         index: usize,
-        omega: f64,
-        entries: &[RodEntries],
-        a: &[Complex64],
-        b: &[Complex64],
-        which: fn(usize) -> Element,
-    ) -> Complex64 {
-        let (shape, rod) = (&self.structure.rods[index], &self.rods[index]);
-        let zero = Complex64::new(0.0, 0.0);
-        let end = |x: &[Complex64], at: Option<usize>| at.map_or(zero, |at| x[at]);
+        entries: &[RodLanes],
+        a: &[Complexes],
+        b: &[Complexes],
+        derivatives: impl Fn(&RodLanes, &Rod) -> (Complexes, Complexes),
+    ) -> Complexes {
+        let shape = &self.structure.rods[index];
+        let end = |x: &[Complexes], at: Option<usize>| at.map_or(Complexes::ZERO, |at| x[at]);
         let (ai, aj) = (end(a, shape.along[0]), end(a, shape.along[1]));
         let (bi, bj) = (end(b, shape.along[0]), end(b, shape.along[1]));
         let (direct, cross) = (ai * bi + aj * bj, ai * bj + aj * bi);
-        let entry = &entries[index];
-        let (of_direct, of_cross) = match which(index) {
-            Element::RodStiffness(_) => (entry.direct / rod.stiffness, entry.cross / rod.stiffness),
-            Element::RodTransit(_) => (entry.direct_slope * (omega / rod.transit_s), entry.cross_slope * (omega / rod.transit_s)),
-            _ => {
-                let scale = loss(omega).0 / rod.material(omega);
-                let (direct, cross) = entry.by_material(omega);
-                (direct * scale, cross * scale)
-            }
-        };
+        let (of_direct, of_cross) = derivatives(&entries[index], &self.rods[index]);
         direct * of_direct + cross * of_cross
     }
 }

@@ -9,7 +9,7 @@ use super::record::{Record, check_overlap, operating, record, wrapped};
 use super::{GAIN_RANGE, ObjectiveError, free_parameters, point_named};
 use crate::machine::{Chain, FitRule, Machine, Operating};
 use crate::measurement::{FitSet, Gain, HoldOutSet, MeasurementSet};
-use crate::model::{Network, Rods, Structure, Workspace};
+use crate::model::{Complexes, LANES, Network, Reals, Rods, Structure, Workspace};
 use crate::numeric::statistics::root_mean_square;
 
 /// Weights and options of an FRF objective.
@@ -91,7 +91,8 @@ impl Here {
 pub(super) struct Scratch {
     pub(super) network: Network,
     pub(super) work: Workspace,
-    pub(super) row: Vec<Complex64>,
+    /// Derivatives of the receptances with the columns.
+    pub(super) row: Vec<Complexes>,
 }
 
 /// Distance between predicted and measured FRFs, as a function of a machine's free parameters and, where it is unknown, the gain.
@@ -267,11 +268,17 @@ impl<'m> FrfObjective<'m> {
         let mut scratch = self.borrow(record.structure);
         scratch.network.update(self.machine, &here.parameters, &operating);
         let chain = self.machine.chain.at(&here.parameters, &operating);
-        for line in lines {
-            let omega = record.omega_rad_s[line];
-            let predicted = scratch.network.receptance(omega, &mut scratch.work);
-            let factor = Chain::log_factor(chain, omega) + here.log_factor(record, omega) - here.log_gain;
-            each(line, wrapped((record.measured[line] / predicted).ln() - factor));
+        let mut lines = lines.fuse();
+        loop {
+            let some: [Option<usize>; LANES] = std::array::from_fn(|_| lines.next());
+            let Some(first) = some[0] else { break };
+            let omega = Reals::from(some.map(|line| record.omega_rad_s[line.unwrap_or(first)]));
+            let predicted = scratch.network.receptances(omega, &mut scratch.work).ln().apart();
+            for (line, predicted) in some.into_iter().flatten().zip(predicted) {
+                let omega = record.omega_rad_s[line];
+                let factor = Chain::log_factor(chain, omega) + here.log_factor(record, omega) - here.log_gain;
+                each(line, wrapped(record.log_measured[line] - predicted - factor));
+            }
         }
         self.give_back(record.structure, scratch);
     }
@@ -305,7 +312,7 @@ impl<'m> FrfObjective<'m> {
     pub fn shifted(&self, by: &[Vec<Complex64>]) -> FrfObjective<'m> {
         let mut other = self.resampled(&self.lines().iter().map(|n| vec![1.0; *n]).collect::<Vec<_>>());
         for (record, by) in other.records.iter_mut().zip(by) {
-            record.measured.iter_mut().zip(by).for_each(|(h, by)| *h *= by.exp());
+            record.log_measured.iter_mut().zip(by).for_each(|(h, by)| *h += by);
         }
         other
     }
@@ -450,7 +457,7 @@ impl<'m> FrfObjective<'m> {
         for record in &mut thin.records {
             let stride = record.omega_rad_s.len().div_ceil(most);
             record.omega_rad_s = record.omega_rad_s.iter().step_by(stride).copied().collect();
-            record.measured = record.measured.iter().step_by(stride).copied().collect();
+            record.log_measured = record.log_measured.iter().step_by(stride).copied().collect();
             record.weight = record.weight.iter().step_by(stride).copied().collect();
             record.noise_sd = record.noise_sd.iter().step_by(stride).copied().collect();
         }

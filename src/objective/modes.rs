@@ -213,31 +213,40 @@ impl<'m> ModeObjective<'m> {
 
     /// Predictions for all positions with the given parameters.
     pub fn predict(&self, parameters: &[f64]) -> Vec<PositionPrediction> {
+        self.predict_while(parameters, |_| true)
+    }
+
+    /// Predictions for one position after another, as long as those so far are worth going on.
+    fn predict_while(&self, parameters: &[f64], mut go_on: impl FnMut(&[PositionPrediction]) -> bool) -> Vec<PositionPrediction> {
         let pooled = self.pool.lock().ok().and_then(|mut pool| pool.pop());
         let mut scratch = pooled.unwrap_or_else(|| Scratch { network: self.structure.network(), work: self.structure.workspace() });
-        let predictions = self
-            .positions
-            .iter()
-            .map(|p| {
-                scratch.network.update(self.machine, parameters, &p.operating);
-                let peaks = peaks(&scratch.network, self.search, &mut scratch.work);
-                let predicted_hz: Vec<f64> = peaks.iter().map(|p| p.frequency_hz).collect();
-                let alone: Vec<f64> = peaks.iter().map(|p| if self.unexpected(p) { MISSING } else { 0.0 }).collect();
-                let deviations = pair(&p.measured_hz, &predicted_hz, &alone)
-                    .into_iter()
-                    .map(|Pair { measured, predicted }| Deviation {
-                        observed: measured.map(|i| p.observed[i]),
-                        predicted: predicted.map(|i| peaks[i]),
-                        unexpected: measured.is_none() && predicted.is_some_and(|i| self.unexpected(&peaks[i])),
-                    })
-                    .collect();
-                PositionPrediction { position: p.index, peaks, deviations }
-            })
-            .collect();
+        let mut predictions = Vec::with_capacity(self.positions.len());
+        for position in &self.positions {
+            predictions.push(self.predict_one(position, parameters, &mut scratch));
+            if !go_on(&predictions) {
+                break;
+            }
+        }
         if let Ok(mut pool) = self.pool.lock() {
             pool.push(scratch);
         }
         predictions
+    }
+
+    fn predict_one(&self, p: &PositionData, parameters: &[f64], scratch: &mut Scratch) -> PositionPrediction {
+        scratch.network.update(self.machine, parameters, &p.operating);
+        let peaks = peaks(&scratch.network, self.search, &mut scratch.work);
+        let predicted_hz: Vec<f64> = peaks.iter().map(|p| p.frequency_hz).collect();
+        let alone: Vec<f64> = peaks.iter().map(|p| if self.unexpected(p) { MISSING } else { 0.0 }).collect();
+        let deviations = pair(&p.measured_hz, &predicted_hz, &alone)
+            .into_iter()
+            .map(|Pair { measured, predicted }| Deviation {
+                observed: measured.map(|i| p.observed[i]),
+                predicted: predicted.map(|i| peaks[i]),
+                unexpected: measured.is_none() && predicted.is_some_and(|i| self.unexpected(&peaks[i])),
+            })
+            .collect();
+        PositionPrediction { position: p.index, peaks, deviations }
     }
 
     /// Whether a predicted peak without a partner should have been seen.
@@ -352,11 +361,27 @@ impl<'m> ModeObjective<'m> {
 
     /// The objective at these parameters; always finite.
     pub fn cost(&self, parameters: &[f64]) -> f64 {
-        let predictions = self.predict(parameters);
-        let gain = self.amplitude_fit(&predictions).gain;
+        self.cost_of(&self.predict(parameters), parameters)
+    }
+
+    /// The objective at these parameters where it is at most `limit`, otherwise something above it. With the gain at its best for the positions so
+    /// far, a sum of squares can only grow with every further one.
+    pub fn cost_at_most(&self, parameters: &[f64], limit: f64) -> f64 {
+        let mut cost = 0.0;
+        self.predict_while(parameters, |predictions| {
+            cost = self.cost_of(predictions, parameters);
+            // Eq. 26 is no sum of squares with its gain at its best: no part of it tells of the whole.
+            self.settings.objective == Objective::Eq26 || cost <= limit * (1.0 + 1e-9)
+        });
+        cost
+    }
+
+    /// The objective of predictions for some positions.
+    fn cost_of(&self, predictions: &[PositionPrediction], parameters: &[f64]) -> f64 {
+        let gain = self.amplitude_fit(predictions).gain;
         match self.settings.objective {
             Objective::LeastSquares | Objective::Frequencies => {
-                let data: f64 = self.residuals(&predictions, gain).iter().map(|r| r * r).sum();
+                let data: f64 = self.residuals(predictions, gain).iter().map(|r| r * r).sum();
                 data + self.prior(parameters).iter().map(|r| r * r).sum::<f64>()
             }
             Objective::Eq26 => {

@@ -23,8 +23,8 @@ pub struct Record {
     pub(super) group: usize,
     pub(super) structure: usize,
     pub(super) omega_rad_s: Vec<f64>,
-    /// As a receptance.
-    pub(super) measured: Vec<Complex64>,
+    /// ln of what was measured, as a receptance.
+    pub(super) log_measured: Vec<Complex64>,
     /// 1/s² of one component of ln H.
     pub(super) weight: Vec<f64>,
     /// s of the noise alone, where it is known.
@@ -44,7 +44,7 @@ impl Record {
 
     /// Magnitudes of its lines, as a receptance.
     pub fn magnitudes(&self) -> Vec<f64> {
-        self.measured.iter().map(|h| h.norm()).collect()
+        self.log_measured.iter().map(|h| h.re.exp()).collect()
     }
 }
 
@@ -88,7 +88,7 @@ pub(super) fn record(
         group: 0,
         structure,
         omega_rad_s: Vec::new(),
-        measured: Vec::new(),
+        log_measured: Vec::new(),
         weight: Vec::new(),
         noise_sd: Vec::new(),
     };
@@ -107,7 +107,7 @@ pub(super) fn record(
             return Err(ObjectiveError::Data(format!("{}: {fault}", frf.source)));
         }
         record.omega_rad_s.push(omega);
-        record.measured.push(line.value / frf.quantity.from_receptance(omega));
+        record.log_measured.push((line.value / frf.quantity.from_receptance(omega)).ln());
         record.weight.push(1.0 / (sd * sd));
         record.noise_sd.push(noise_sd);
     }

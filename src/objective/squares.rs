@@ -8,6 +8,7 @@ use super::frf::{Here, SPAN};
 use super::record::{Record, pieces, wrapped};
 use super::{FrfObjective, GAIN_RANGE, ModeObjective};
 use crate::machine::Chain;
+use crate::model::{Complexes, LANES, Reals};
 use crate::optimizer::{LeastSquares, Normal};
 
 /// Step of the central differences in the unit interval.
@@ -116,37 +117,44 @@ impl FrfObjective<'_> {
             *slope = self.machine.parameters[*i].unit_slope(parameters[*i]);
         }
         nut.into_iter().for_each(|column| unit[column] = SPAN * self.settings.nut_sd_m);
-        let zero = Complex64::new(0.0, 0.0);
+        let lines: Vec<usize> = lines.collect();
         let (mut re, mut im) = (vec![0.0; dimension], vec![0.0; dimension]);
-        for line in lines {
-            let omega = record.omega_rad_s[line];
+        for some in lines.chunks(LANES) {
+            let omegas: [f64; LANES] = std::array::from_fn(|lane| record.omega_rad_s[some[lane.min(some.len() - 1)]]);
             scratch.row.clear();
-            scratch.row.resize(dimension, zero);
-            let predicted = scratch.network.gradient(omega, &sensitivity, &mut scratch.work, &mut scratch.row);
-            let residual =
-                wrapped((record.measured[line] / predicted).ln() - Chain::log_factor(chain, omega) - here.log_factor(record, omega));
-            let inverse = predicted.inv();
-            scratch.row.iter_mut().for_each(|d| *d *= inverse);
-            for &(which, column, slope) in &chain_slopes {
-                scratch.row[column] += slope
-                    * match which {
-                        0 => Complex64::new(1.0 / chain.0, 0.0),
-                        1 => Complex64::new(0.0, -omega),
-                        _ => Complex64::new(omega.ln(), std::f64::consts::FRAC_PI_2),
-                    };
+            scratch.row.resize(dimension, Complexes::ZERO);
+            let predicted = scratch.network.gradient(Reals::from(omegas), &sensitivity, &mut scratch.work, &mut scratch.row);
+            let log_predicted = predicted.ln().apart();
+            let inverse = predicted.inverse();
+            let slopes: Vec<[Complex64; LANES]> = scratch.row.iter().map(|d| (*d * inverse).apart()).collect();
+            for (lane, &line) in some.iter().enumerate() {
+                let omega = omegas[lane];
+                let factor = Chain::log_factor(chain, omega) + here.log_factor(record, omega);
+                let residual = wrapped(record.log_measured[line] - log_predicted[lane] - factor);
+                for (column, (slope, all)) in unit.iter().zip(&slopes).enumerate() {
+                    (re[column], im[column]) = (-all[lane].re * slope, -all[lane].im * slope);
+                }
+                for &(which, column, slope) in &chain_slopes {
+                    let by = slope
+                        * unit[column]
+                        * match which {
+                            0 => Complex64::new(1.0 / chain.0, 0.0),
+                            1 => Complex64::new(0.0, -omega),
+                            _ => Complex64::new(omega.ln(), std::f64::consts::FRAC_PI_2),
+                        };
+                    re[column] -= by.re;
+                    im[column] -= by.im;
+                }
+                if let Some(column) = self.gain_column() {
+                    (re[column], im[column]) = (-(GAIN_RANGE.1 / GAIN_RANGE.0).ln(), 0.0);
+                }
+                if let Some(column) = self.channel_column(record.structure) {
+                    (re[column], im[column]) = (-SPAN * self.settings.channel_sd.0, 0.0);
+                    (re[column + 1], im[column + 1]) = (0.0, omega * SPAN * self.settings.channel_sd.1);
+                }
+                each(record.weight[line], residual.re, &re);
+                each(record.weight[line], residual.im, &im);
             }
-            for (column, slope) in unit.iter().enumerate() {
-                (re[column], im[column]) = (-scratch.row[column].re * slope, -scratch.row[column].im * slope);
-            }
-            if let Some(column) = self.gain_column() {
-                (re[column], im[column]) = (-(GAIN_RANGE.1 / GAIN_RANGE.0).ln(), 0.0);
-            }
-            if let Some(column) = self.channel_column(record.structure) {
-                (re[column], im[column]) = (-SPAN * self.settings.channel_sd.0, 0.0);
-                (re[column + 1], im[column + 1]) = (0.0, omega * SPAN * self.settings.channel_sd.1);
-            }
-            each(record.weight[line], residual.re, &re);
-            each(record.weight[line], residual.im, &im);
         }
         self.give_back(record.structure, scratch);
     }

@@ -16,7 +16,9 @@ pub enum Progressed<'w> {
     Stage(&'w str),
     /// A search.
     Generation {
-        /// Generations of it that are done.
+        /// Which search; several may go on at once.
+        search: usize,
+        /// Generations of it that are done; all there can be once it has ended.
         done: u64,
         /// Most there will be; it may converge before.
         most: u64,

@@ -48,8 +48,11 @@ pub struct DifferentialEvolution {
     #[serde(skip)]
     stop: Arc<AtomicBool>,
     #[serde(skip)]
-    watcher: Option<Box<dyn FnMut(&DifferentialEvolution) + Send>>,
+    watcher: Option<Observer>,
 }
+
+/// Is shown the population after every generation.
+type Observer = Box<dyn FnMut(&DifferentialEvolution) + Send>;
 
 /// A place to be evaluated, and the cost above which its exact value is not asked for.
 #[derive(Debug, Clone, PartialEq)]
@@ -332,6 +335,42 @@ mod tests {
             assert!(cost < 1e-6, "{strategy:?}: {cost}");
             assert!(place.iter().all(|x| (x - 0.3).abs() < 1e-3), "{strategy:?}: {place:?}");
         }
+    }
+
+    #[test]
+    fn written_and_read_back_it_goes_on_as_if_nothing_had_happened() {
+        for strategy in [Strategy::Rand1Bin, Strategy::Best1Bin, Strategy::CurrentToPbest] {
+            let run = |solver: DifferentialEvolution, generations| {
+                Executor::new(Bowl, solver).configure(|s| s.max_iters(generations)).run().unwrap()
+            };
+            let whole = run(DifferentialEvolution::new(strategy, 4, 40, 1e-12, 5), 60).solver;
+            let half = run(DifferentialEvolution::new(strategy, 4, 40, 1e-12, 5), 23).solver;
+            let text = serde_json::to_string(&half).unwrap();
+            let rest = run(serde_json::from_str(&text).unwrap(), 37).solver;
+            assert_eq!(rest.population(), whole.population());
+            assert_eq!((rest.trace(), rest.evaluations()), (whole.trace(), whole.evaluations()));
+        }
+    }
+
+    /// A bowl that says no more than that it is above the limit.
+    struct Curt;
+
+    impl CostFunction for Curt {
+        type Param = Trial;
+        type Output = f64;
+        fn cost(&self, trial: &Trial) -> Result<f64, Error> {
+            let cost = Bowl.cost(trial)?;
+            Ok(if cost <= trial.limit { cost } else { trial.limit * 1.5 + 1.0 })
+        }
+    }
+
+    #[test]
+    fn what_is_above_the_limit_need_not_be_known() {
+        let run = |solver: DifferentialEvolution| Executor::new(Curt, solver).configure(|s| s.max_iters(80)).run().unwrap().solver;
+        let curt = run(DifferentialEvolution::new(Strategy::CurrentToPbest, 4, 40, 1e-12, 9));
+        let solver = DifferentialEvolution::new(Strategy::CurrentToPbest, 4, 40, 1e-12, 9);
+        let whole = Executor::new(Bowl, solver).configure(|s| s.max_iters(80)).run().unwrap().solver;
+        assert_eq!(curt.population(), whole.population());
     }
 
     #[test]

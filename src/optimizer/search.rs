@@ -1,7 +1,7 @@
 //! A whole search: differential evolution from a seed, then the polish.
 
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
 use argmin::core::{CostFunction, Error, Executor};
 use serde::{Deserialize, Serialize};
@@ -79,11 +79,14 @@ impl<C: Cost> CostFunction for Finite<'_, C> {
     }
 }
 
+/// Searches begun, to tell them apart where several go on at once.
+static BEGUN: AtomicUsize = AtomicUsize::new(0);
+
 /// Searches the unit cube for the least cost. A search that an earlier run has not finished goes on from its last population.
 pub fn search<C: Cost>(cost: &C, settings: SearchSettings, control: &Control) -> Found {
     let piece = format!("population {settings:?}");
     let mut states = control.states(&piece);
-    let (told, most) = (control.clone(), settings.generations);
+    let (told, most, number) = (control.clone(), settings.generations, BEGUN.fetch_add(1, Ordering::Relaxed));
     let solver = control
         .last_state(&piece)
         .unwrap_or_else(|| {
@@ -92,7 +95,8 @@ pub fn search<C: Cost>(cost: &C, settings: SearchSettings, control: &Control) ->
         .stopping_when(Arc::clone(control.stop()))
         .watched_by(move |solver: &DifferentialEvolution| {
             let trace = solver.trace();
-            told.tell(Progressed::Generation { done: trace.len() as u64, most, best: trace.last().copied().unwrap_or(f64::MAX) });
+            let best = trace.last().copied().unwrap_or(f64::MAX);
+            told.tell(Progressed::Generation { search: number, done: trace.len() as u64, most, best });
             // A generation that was cut short is none.
             if !told.stopped() {
                 states(solver);
@@ -126,6 +130,7 @@ pub fn search<C: Cost>(cost: &C, settings: SearchSettings, control: &Control) ->
         (place, best) = (polished, value);
         evaluations += spent;
     }
+    control.tell(Progressed::Generation { search: number, done: most, most, best });
     let generations = trace.len() as u64;
     Found { place, cost: best, evaluations, generations, trace, population, complete: !control.stopped() }
 }

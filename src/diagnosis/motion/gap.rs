@@ -7,6 +7,7 @@ use rand_xoshiro::Xoshiro256PlusPlus;
 use super::data::MotionData;
 use super::free::free_shapes;
 use super::noise::{Noise, repeated};
+use crate::diagnosis::domain::share_closed;
 use crate::inverse_dynamics::{Motion, Projected, Rigid, prediction};
 use crate::machine::Machine;
 use crate::numeric::statistics::quantile;
@@ -97,11 +98,6 @@ pub(super) fn floor_of(noise: &[Vec<f64>], parts: &[MotionPart]) -> Option<f64> 
     (force > 0.0).then(|| (noise.iter().map(|n| square(n)).sum::<f64>() / force).sqrt())
 }
 
-/// `closed` = 1 − (after² − floor²)/(before² − floor²); `None` where the gap before is at the floor.
-pub fn closed(before: f64, after: f64, floor: f64) -> Option<f64> {
-    (before > floor).then(|| 1.0 - (after * after - floor * floor) / (before * before - floor * floor))
-}
-
 /// 95 % interval of `closed`: blocks of time are drawn anew from residuals before and after and from the noise together, for longer than what
 /// the fit leaves is correlated. What the fitted parameters vary by is small beside it and left out.
 pub fn closed_interval(before: &[MotionPart], after: &[MotionPart], noise: &[Vec<f64>], draws: usize, seed: u64) -> Option<(f64, f64)> {
@@ -126,7 +122,7 @@ pub fn closed_interval(before: &[MotionPart], after: &[MotionPart], noise: &[Vec
                     }
                 }
             }
-            closed(g0.sqrt(), g1.sqrt(), floor.sqrt())
+            share_closed(g0.sqrt(), g1.sqrt(), floor.sqrt())
         })
         .collect();
     (drawn.len() > draws / 2).then(|| Some((quantile(drawn.iter().copied(), 0.025)?, quantile(drawn.iter().copied(), 0.975)?)))?

@@ -17,7 +17,7 @@ mod verdict;
 
 pub use cell::{Cell, CellKind, cells};
 pub use data::{MotionData, Nuisance};
-pub use gap::{MotionPart, closed, closed_interval, gap_of, part};
+pub use gap::{MotionPart, closed_interval, gap_of, part};
 pub use record::{Contradiction, RecordShift, shifts};
 pub use survey::{MotionCandidate, Null, Ranked, Survey};
 pub use verdict::{LocatedMotion, MotionDiagnosis, MotionSettings, TriedMotion, diagnose_motion};

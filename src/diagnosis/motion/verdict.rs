@@ -5,12 +5,13 @@ use rayon::prelude::*;
 use super::cell::{Cell, cells};
 use super::conclude::{Evidence, conclude};
 use super::data::MotionData;
-use super::gap::{MotionPart, closed, closed_interval, floor_of, gap_of, noise_of, part};
+use super::gap::{MotionPart, closed_interval, floor_of, gap_of, noise_of, part};
 use super::record::{Contradiction, RecordShift, contradictions, shifts};
 use super::survey::{Ground, Null, Ranked, Survey, start_of};
+use crate::diagnosis::domain::share_closed;
 use crate::diagnosis::{Hypothesis, Status, Verdict, VerdictKind};
 use crate::inverse_dynamics::{Fit, InverseError, Motion, Rigid, estimate, free_parameters};
-use crate::machine::{Data, Effect, FitRule, Machine};
+use crate::machine::{Data, Effect, Machine};
 use crate::optimizer::Control;
 
 /// How a diagnosis is made.
@@ -93,7 +94,7 @@ pub struct MotionDiagnosis {
 impl MotionDiagnosis {
     /// `closed` with some prediction of the held-out records.
     pub fn closed(&self, after: &[MotionPart]) -> Option<f64> {
-        closed(gap_of(&self.held_out)?, gap_of(after)?, self.floor?)
+        share_closed(gap_of(&self.held_out)?, gap_of(after)?, self.floor?)
     }
 }
 
@@ -340,25 +341,16 @@ impl Work<'_> {
     fn hypotheses(&self, from: &Hypothesis, names: &[String]) -> (Vec<Hypothesis>, Vec<(String, Status)>) {
         let (mut apply, mut others) = (Vec::new(), Vec::new());
         for effect in self.effects.iter().filter(|e| !names.contains(&e.id)) {
-            let not = |why: String| (effect.id.clone(), Status::NotApplicable(why));
-            if !effect.data.contains(&Data::Motion) {
-                others.push(not("it shows in frequency responses and modes alone".into()));
-            } else if from.machine.effects.contains(&effect.id) {
-                others.push(not("the machine contains it already".into()));
-            } else if let Some(name) = from.machine.lacks(effect) {
-                others.push(not(format!("the machine has no «{name}»")));
-            } else {
-                match from.with(effect) {
-                    Ok(hypothesis) => apply.push(only_added(hypothesis, from)),
-                    Err(error) => others.push(not(error.to_string())),
-                }
+            let applied = match from.obstacle(effect, Data::Motion) {
+                Some(why) => Err(why),
+                None => from.with(effect).map_err(|error| error.to_string()),
+            };
+            match applied {
+                Ok(hypothesis) => apply.push(only_added(hypothesis, from)),
+                Err(why) => others.push((effect.id.clone(), Status::NotApplicable(why))),
             }
         }
-        for (index, parameter) in from.machine.parameters.iter().enumerate() {
-            if (self.frozen.contains(&parameter.id) || parameter.fit == FitRule::Never) && !names.contains(&parameter.id) {
-                apply.push(from.releasing(index));
-            }
-        }
+        apply.extend(from.releases(&from.machine, self.frozen, names));
         (apply, others)
     }
 

@@ -1,0 +1,367 @@
+//! How the time of each kind of work grows with its size: `cargo bench --bench growth [-- [WORD] [--threads N]]`.
+//!
+//! Each row of the table is one kind of work done in growing sizes, all sizes in turn and over again; the time of a size is the least of its
+//! runs, which is what other work on the machine disturbs least. The exponent is d ln t / d ln n, by least squares over all sizes and between the
+//! two largest: 1 is linear. A WORD leaves out rows whose name does not contain it. On one thread, unless said otherwise, so that what grows
+//! is the work.
+
+mod support;
+
+use std::hint::black_box;
+use std::io::Cursor;
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+use clap::Parser;
+use jointid::config::{effect_library, read_machine, read_machine_text};
+use jointid::diagnosis::{Domain, Settings, diagnose, fitter};
+use jointid::identification::{Plan, identify};
+use jointid::machine::{Machine, Operating};
+use jointid::measurement::universal::{Abscissa, Axis, ByteOrder, Encoding, Location, Record, UniversalWriter, read};
+use jointid::measurement::{Gain, MeasurementSet, ModeObservation, ModeTable, Quantity, read_set};
+use jointid::model::{PeakSearch, Rods, Structure, peaks};
+use jointid::objective::{FrfObjective, FrfSettings, ModeObjective, ModeSettings};
+use jointid::optimizer::{Control, Cost, LeastSquares, SearchSettings, search};
+use jointid::unit::omega_rad_s;
+use num_complex::Complex64;
+use support::simulated_frfs;
+
+/// Runs of a size end when they have taken this long, and after this many.
+const ENOUGH: (Duration, usize) = (Duration::from_millis(100), 1000);
+/// Times that all sizes of a row take turns, unless they have taken so long.
+const TURNS: (usize, Duration) = (4, Duration::from_secs(3));
+
+/// The least time of one run (s).
+fn least_seconds<T>(mut work: impl FnMut() -> T) -> f64 {
+    let begin = Instant::now();
+    let mut least = f64::INFINITY;
+    for _ in 0..ENOUGH.1 {
+        let run = Instant::now();
+        black_box(work());
+        least = least.min(run.elapsed().as_secs_f64());
+        if begin.elapsed() > ENOUGH.0 {
+            break;
+        }
+    }
+    least
+}
+
+/// Slope of ln(seconds) over ln(size) by least squares.
+fn exponent(times: &[(usize, f64)]) -> f64 {
+    let logs: Vec<(f64, f64)> = times.iter().map(|(n, t)| ((*n as f64).ln(), t.ln())).collect();
+    let mean = |of: fn(&(f64, f64)) -> f64| logs.iter().map(of).sum::<f64>() / logs.len() as f64;
+    let (x, y) = (mean(|l| l.0), mean(|l| l.1));
+    logs.iter().map(|l| (l.0 - x) * (l.1 - y)).sum::<f64>() / logs.iter().map(|l| (l.0 - x).powi(2)).sum::<f64>()
+}
+
+/// The rows that were asked for, printed as they are measured.
+struct Table {
+    word: String,
+}
+
+impl Table {
+    /// Measures one kind of work; `seconds` gives the time of a size.
+    fn row(&self, name: &str, unit: &str, sizes: &[usize], mut seconds: impl FnMut(usize) -> f64) {
+        if !name.contains(&self.word) {
+            return;
+        }
+        let mut times: Vec<(usize, f64)> = sizes.iter().map(|n| (*n, f64::INFINITY)).collect();
+        let begin = Instant::now();
+        for _ in 0..TURNS.0 {
+            times.iter_mut().for_each(|(n, least)| *least = least.min(seconds(*n)));
+            if begin.elapsed() > TURNS.1 {
+                break;
+            }
+        }
+        let told: Vec<String> = times.iter().map(|(n, t)| format!("{n}: {}", duration(*t))).collect();
+        let all = exponent(&times);
+        let last = exponent(&times[times.len().saturating_sub(2)..]);
+        println!("| {name} | {unit} | {} | {all:.2} | {last:.2} |", told.join(", "));
+    }
+}
+
+fn duration(seconds: f64) -> String {
+    match seconds {
+        s if s < 1e-3 => format!("{:.1} µs", s * 1e6),
+        s if s < 1.0 => format!("{:.1} ms", s * 1e3),
+        s => format!("{s:.1} s"),
+    }
+}
+
+fn bench() -> Machine {
+    read_machine("configs/tian.toml", &[], &[]).expect("the embedded bench").machine
+}
+
+/// Nut positions spread over the stroke of the bench (m).
+fn nuts_m(count: usize) -> Vec<Option<f64>> {
+    (0..count).map(|i| Some(0.6 + 1.3 * (i as f64 + 0.5) / count as f64)).collect()
+}
+
+/// Frequencies spread over the band of the bench (Hz).
+fn frequencies_hz(count: usize) -> Vec<f64> {
+    (0..count).map(|i| 6.0 + 1000.0 * i as f64 / count as f64).collect()
+}
+
+/// So many masses in a row, each tied to the next, and every fourth to the table at their end; the stiffnesses and dampings of the joints are
+/// so many parameters in turn.
+fn row_of_masses(points: usize, parameters: usize) -> Machine {
+    use std::fmt::Write;
+    let mut text = "title = \"a row of masses\"\n".to_string();
+    for i in 0..points {
+        let name = if i + 1 == points { "table".into() } else { format!("p{i}") };
+        writeln!(text, "[[point]]\nname = \"{name}\"\nmotion = \"translation\"\nmass_kg = {}", 2.0 + i as f64 / 8.0).expect("text");
+    }
+    let name = |i: usize| if i + 1 == points { "table".into() } else { format!("p{i}") };
+    let springs = parameters / 2;
+    let mut joint = |at: usize, from: String, to: String| {
+        let of = at % springs;
+        writeln!(text, "[[joint]]\nname = \"j{at}\"\nbetween = [\"{from}\", \"{to}\"]\nstiffness = \"k{of}\"\ndamping = \"c{of}\"")
+            .expect("text");
+    };
+    joint(0, "p0".into(), "ground".into());
+    (1..points).for_each(|i| joint(i, name(i - 1), name(i)));
+    (0..points.saturating_sub(2)).step_by(4).for_each(|i| joint(points + i, name(i), name(points - 1)));
+    for i in 0..springs {
+        writeln!(
+            text,
+            "[parameter.k{i}]\nunit = \"N/m\"\nstart = {}\nlower = 1e6\nupper = 1e9\nsource = \"bench\"",
+            2e7 * (1.0 + i as f64)
+        )
+        .expect("text");
+        writeln!(
+            text,
+            "[parameter.c{i}]\nunit = \"N*s/m\"\nstart = {}\nlower = 10\nupper = 1e5\nsource = \"bench\"",
+            4e2 * (1.0 + i as f64)
+        )
+        .expect("text");
+    }
+    read_machine_text("a row of masses", &text, &[], &[]).expect("a machine").machine
+}
+
+/// The modes a machine shows at its start values, at nut positions of the bench.
+fn simulated_modes(machine: &Machine, count: usize) -> MeasurementSet {
+    let table = machine.point("table").expect("a table");
+    let structure = Arc::new(Structure::new(machine, table, table, Rods::Exact).expect("a table that moves"));
+    let (mut network, mut work) = (structure.network(), structure.workspace());
+    let mut set = simulated_frfs(machine, ("table", "table"), &nuts_m(count), &[100.0]);
+    set.frfs.clear();
+    set.quantity = Some(Quantity::Mobility);
+    set.gain = Gain::Unknown;
+    (set.response, set.excitation) = (Some("table".into()), Some("table".into()));
+    let band = PeakSearch { from_hz: 10.0, to_hz: 1000.0, precision: 1e-7, omega_power: Quantity::Mobility.power() };
+    let observed = |position: usize| -> Vec<ModeObservation> {
+        network.update(machine, &machine.start(), &Operating::at(set.positions[position].nut_m));
+        let peaks = peaks(&network, band, &mut work);
+        let observation = |(at, peak): (usize, &jointid::model::Peak)| ModeObservation {
+            order: at as u32 + 1,
+            frequency_hz: Some(peak.frequency_hz),
+            amplitude: Some(peak.amplitude),
+        };
+        peaks.iter().enumerate().map(observation).collect()
+    };
+    set.modes = Some(ModeTable { positions: (0..count).map(observed).collect(), resolution_hz: Some(1.0) });
+    set
+}
+
+/// The FRF of a machine without a nut.
+fn one_frf(machine: &Machine, lines: usize) -> MeasurementSet {
+    simulated_frfs(machine, ("table", "table"), &[None], &frequencies_hz(lines))
+}
+
+/// Time of one generation of the default differential evolution.
+fn generation_seconds(cost: &impl Cost) -> f64 {
+    const GENERATIONS: u64 = 4;
+    let settings =
+        SearchSettings { generations: GENERATIONS, spread: 0.0, simplex: false, ..SearchSettings::for_dimension(cost.dimension(), 1) };
+    // The first population is a generation, too.
+    least_seconds(|| search(cost, settings, &Control::default())) / (GENERATIONS + 1) as f64
+}
+
+fn with_modes<T>(machine: &Machine, set: &MeasurementSet, work: impl FnOnce(&ModeObjective<'_>) -> T) -> T {
+    let (fit, _) = set.split(None, &[]).expect("all of it");
+    work(&ModeObjective::new(machine, &fit, ModeSettings::default(), &[]).expect("an objective"))
+}
+
+fn with_frfs<T>(machine: &Machine, set: &MeasurementSet, work: impl FnOnce(&FrfObjective<'_>) -> T) -> T {
+    let (fit, _) = set.split(None, &[]).expect("all of it");
+    work(&FrfObjective::new(machine, &fit, FrfSettings::default(), &[]).expect("an objective"))
+}
+
+fn chi_square_seconds(machine: &Machine, set: &MeasurementSet) -> f64 {
+    with_frfs(machine, set, |objective| {
+        let place = vec![0.4; LeastSquares::dimension(objective)];
+        least_seconds(|| objective.chi_square(black_box(&place)))
+    })
+}
+
+fn normal_seconds(machine: &Machine, set: &MeasurementSet) -> f64 {
+    with_frfs(machine, set, |objective| {
+        let place = vec![0.4; LeastSquares::dimension(objective)];
+        least_seconds(|| objective.normal(black_box(&place)))
+    })
+}
+
+/// One search, without intervals by profile: those have their own cost.
+fn identify_seconds(machine: &Machine, set: &MeasurementSet, frf: bool) -> f64 {
+    let (fit, held_out) = set.split(None, &[]).expect("a split");
+    let plan = Plan { repeats: 1, profile: false, frf: frf.then(FrfSettings::default), ..Plan::default() };
+    let begin = Instant::now();
+    let found = identify(machine, &fit, &held_out, &plan, &Control::default());
+    black_box(&found).as_ref().expect("a result");
+    begin.elapsed().as_secs_f64()
+}
+
+/// So many FRFs of so many lines as a universal file.
+fn universal(records: usize, lines: usize, encoding: Encoding) -> Vec<u8> {
+    let mut writer = UniversalWriter::new(Cursor::new(Vec::new()));
+    for node in 1..=records as i64 {
+        let place = Location { node, direction: 3, ..Location::default() };
+        let values = (0..lines).map(|i| Complex64::new(1e-7 / (1.0 + i as f64), -1e-9 * i as f64)).collect();
+        let abscissa = Abscissa::Even { first: 0.0, step: 0.25, count: lines };
+        let record = Record::frequency_response(place.clone(), place, Axis::new(8, "Displacement", "m"), abscissa, values);
+        writer.record(&record, encoding).expect("a record");
+    }
+    writer.finish().expect("a file").into_inner()
+}
+
+fn receptances(table: &Table) {
+    let per_line = |machine: &Machine, nut_m: Option<f64>, lines: usize| {
+        let at = machine.point("table").expect("a table");
+        let structure = Arc::new(Structure::new(machine, at, at, Rods::Exact).expect("a table that moves"));
+        let (mut network, mut work) = (structure.network(), structure.workspace());
+        network.update(machine, &machine.start(), &Operating::at(nut_m));
+        let omegas: Vec<f64> = frequencies_hz(lines).into_iter().map(omega_rad_s).collect();
+        least_seconds(|| {
+            for &omega in &omegas {
+                black_box(network.receptance(black_box(omega), &mut work));
+            }
+        })
+    };
+    table.row("receptance", "lines of the bench", &[100, 1000, 10_000, 100_000], |n| per_line(&bench(), Some(1.0), n));
+    table.row("receptance, 1,000 lines", "points", &[4, 8, 16, 32, 64], |n| per_line(&row_of_masses(n, 4), None, 1000));
+}
+
+fn objectives(table: &Table) {
+    let machine = bench();
+    let positions = [1, 3, 6, 12, 24];
+    table.row("objective, modes", "positions", &positions, |n| {
+        with_modes(&machine, &simulated_modes(&machine, n), |objective| {
+            let place = vec![0.4; objective.free.len()];
+            least_seconds(|| objective.at(black_box(&place)))
+        })
+    });
+    table.row("objective, FRFs of 1,000 lines", "positions", &positions, |n| {
+        chi_square_seconds(&machine, &simulated_frfs(&machine, ("table", "table"), &nuts_m(n), &frequencies_hz(1000)))
+    });
+    let of_lines = |n: usize| simulated_frfs(&machine, ("table", "table"), &[Some(1.0)], &frequencies_hz(n));
+    let lines = [100, 1000, 10_000, 100_000];
+    table.row("objective, one FRF", "lines", &lines, |n| chi_square_seconds(&machine, &of_lines(n)));
+    table.row("normal equations, one FRF", "lines", &lines, |n| normal_seconds(&machine, &of_lines(n)));
+    let points = [4, 8, 16, 32, 64];
+    table.row("objective, one FRF of 1,000 lines", "points", &points, |n| {
+        let machine = row_of_masses(n, 4);
+        chi_square_seconds(&machine, &one_frf(&machine, 1000))
+    });
+    table.row("normal equations, one FRF of 1,000 lines", "points", &points, |n| {
+        let machine = row_of_masses(n, 4);
+        normal_seconds(&machine, &one_frf(&machine, 1000))
+    });
+    table.row("normal equations, one FRF of 1,000 lines, 16 points", "free parameters", &[4, 8, 12, 16], |n| {
+        let machine = row_of_masses(16, n);
+        normal_seconds(&machine, &one_frf(&machine, 1000))
+    });
+}
+
+fn generations(table: &Table) {
+    let machine = bench();
+    table.row("generation, modes", "positions", &[1, 3, 6, 12, 24], |n| {
+        with_modes(&machine, &simulated_modes(&machine, n), |objective| generation_seconds(objective))
+    });
+    // The population grows with the parameters.
+    table.row("generation, one FRF of 120 lines, 16 points", "free parameters", &[4, 8, 12, 16], |n| {
+        let machine = row_of_masses(16, n);
+        with_frfs(&machine, &one_frf(&machine, 120), |objective| generation_seconds(objective))
+    });
+}
+
+fn identifications(table: &Table) {
+    let machine = bench();
+    table.row("identification, modes", "positions", &[3, 8, 24], |n| {
+        let mut set = simulated_modes(&machine, n + 1);
+        // One is left to be foretold.
+        set.split = Some(set.positions[..n].iter().map(|p| p.name.clone()).collect());
+        identify_seconds(&machine, &set, false)
+    });
+    table.row("identification, FRFs at three positions", "lines", &[100, 1000, 10_000], |n| {
+        let mut set = simulated_frfs(&machine, ("table", "table"), &nuts_m(4), &frequencies_hz(n));
+        set.split = Some(set.positions[..3].iter().map(|p| p.name.clone()).collect());
+        identify_seconds(&machine, &set, true)
+    });
+    table.row("identification, one FRF of 1,000 lines, 16 points", "free parameters", &[4, 8, 12, 16], |n| {
+        let machine = row_of_masses(16, n);
+        let mut set = simulated_frfs(&machine, ("table", "table"), &[None, None], &frequencies_hz(1000));
+        set.split = Some(vec!["p0".into()]);
+        identify_seconds(&machine, &set, true)
+    });
+}
+
+/// The bench described without its rotor hold, its null simulated beforehand, as the command keeps it.
+fn diagnoses(table: &Table) {
+    let without = ["rotor-hold".to_string()];
+    let machine = read_machine("configs/tian.toml", &[], &without).expect("the embedded bench").machine;
+    let set = read_set("measurements/tian").expect("the embedded bench");
+    let (fit, held_out) = set.split(None, &[]).expect("its split");
+    let library = effect_library().expect("the library");
+    let fitter = fitter(&fit, Domain::Modes(ModeSettings::default()), &[], &[]);
+    let run = |effects: usize, settings: &Settings| {
+        let begin = Instant::now();
+        let found = diagnose(&machine, &library[..effects], &fitter, &held_out, settings, &Control::default()).expect("a diagnosis");
+        (begin.elapsed().as_secs_f64(), found.null)
+    };
+    // Of all effects, once: what a diagnosis costs where the null is there.
+    let mut null = None;
+    table.row("diagnosis, modes, null known", "effects", &[1, 4, 12], |n| {
+        let known = null.get_or_insert_with(|| run(12, &Settings { seed: 1, draws: 2, null: None }).1);
+        run(n, &Settings { seed: 1, draws: 2, null: Some(known.clone()) }).0
+    });
+}
+
+fn files(table: &Table) {
+    for (name, encoding) in [("text", Encoding::Ascii), ("binary", Encoding::Binary(ByteOrder::Little))] {
+        let reading = |records, lines| {
+            let bytes = universal(records, lines, encoding);
+            least_seconds(|| read(black_box(&bytes)).expect("a universal file"))
+        };
+        table.row(&format!("universal file, {name}, 1,000 lines"), "records", &[1, 4, 16, 64], |n| reading(n, 1000));
+        table.row(&format!("universal file, {name}, one record"), "lines", &[100, 1000, 10_000, 100_000], |n| reading(1, n));
+    }
+}
+
+#[derive(Parser)]
+struct Arguments {
+    /// Only rows whose name contains it.
+    #[arg(default_value = "")]
+    word: String,
+    /// Threads.
+    #[arg(long, default_value_t = 1)]
+    threads: usize,
+    /// What cargo passes to every bench.
+    #[arg(long, hide = true)]
+    bench: bool,
+}
+
+fn main() {
+    let arguments = Arguments::parse();
+    let table = Table { word: arguments.word };
+    println!("threads: {}\n", arguments.threads);
+    println!("| work | size n | least time | exponent | between the two largest |\n|---|---|---|---|---|");
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(arguments.threads).build().expect("threads");
+    pool.install(|| {
+        receptances(&table);
+        objectives(&table);
+        generations(&table);
+        identifications(&table);
+        diagnoses(&table);
+        files(&table);
+    });
+}

@@ -1,0 +1,376 @@
+//! Our side of `benches/side_by_side.py`: does one task a number of times and prints one line of JSON, its time in it.
+//!
+//! Without a task, as `cargo bench` calls it, it says how it is used.
+
+mod support;
+
+use std::fs::File;
+use std::hint::black_box;
+use std::io::BufWriter;
+use std::path::{Path, PathBuf};
+use std::sync::{Arc, Mutex};
+use std::time::Instant;
+
+use clap::{Parser, Subcommand};
+use jointid::config::{read_machine, read_machine_text};
+use jointid::identification::{Plan, identify};
+use jointid::machine::{Machine, Operating};
+use jointid::measurement::universal::{Abscissa, Axis, ByteOrder, Encoding, Location, Ordinate, Record, UniversalWriter, read_path};
+use jointid::measurement::{MeasurementSet, read_set};
+use jointid::model::coupling::coupled_receptances;
+use jointid::model::{Network, Rods, Structure, matrices};
+use jointid::objective::{FrfObjective, FrfSettings, ModeObjective, ModeSettings};
+use jointid::optimizer::{Control, Cost, LeastSquares, Progressed, SearchSettings, search};
+use jointid::unit::omega_rad_s;
+use num_complex::Complex64;
+use serde_json::{Value, json};
+use support::simulated_frfs;
+
+/// Nut positions l1, l3 and l5 of the bench (m).
+const FITTED_M: [f64; 3] = [0.6, 1.0, 1.6];
+
+/// A screw between two bearings, nothing else: the smallest coupling problem.
+const SCREW: &str = r#"
+title = "a screw between its bearings"
+point = [{ name = "left", motion = "translation" }, { name = "table", motion = "translation" }, { name = "right", motion = "translation" }]
+joint = [
+    { name = "left", between = ["left", "ground"], stiffness = 5e7, damping = 1e3 },
+    { name = "right", between = ["right", "ground"], stiffness = 5e7, damping = 1e3 },
+]
+[[shaft]]
+name = "screw"
+length_m = 2.6
+diameter_m = 0.040
+youngs_modulus_pa = 2e11
+shear_modulus_pa = 7.75e10
+density_kg_m3 = 7850.0
+station = [{ at = "start", axial = "left" }, { at = "nut", axial = "table" }, { at = "end", axial = "right" }]
+"#;
+
+#[derive(Parser)]
+#[command(about = "Tasks that benches/side_by_side.py compares with other programs")]
+struct Arguments {
+    #[command(subcommand)]
+    task: Option<Task>,
+    /// Threads.
+    #[arg(long, global = true, default_value_t = 1)]
+    threads: usize,
+    /// How often the task is done.
+    #[arg(long, global = true, default_value_t = 1)]
+    repeats: usize,
+    /// What cargo passes to every bench.
+    #[arg(long, hide = true)]
+    bench: bool,
+}
+
+#[derive(Subcommand)]
+enum Task {
+    /// Receptances of the bench's table at places of its ten free parameters: the three fitted positions, 1–2000 Hz.
+    Receptances {
+        /// JSON list of places in the unit cube.
+        places: PathBuf,
+    },
+    /// The objective on modes of three positions, at places of its eight free parameters.
+    Modes {
+        /// JSON list of places in the unit cube.
+        places: PathBuf,
+        /// Also the peaks of each place.
+        #[arg(long)]
+        peaks: bool,
+    },
+    /// Differential evolution on that objective.
+    Search {
+        /// Members.
+        #[arg(long, default_value_t = 120)]
+        population: usize,
+        /// Generations after the first.
+        #[arg(long, default_value_t = 200)]
+        generations: u64,
+        /// Seed.
+        #[arg(long, default_value_t = 1)]
+        seed: u64,
+    },
+    /// χ² of whole FRFs, three positions × 1,000 lines, at places of ten free parameters.
+    Frfs {
+        /// JSON list of places in the unit cube.
+        places: PathBuf,
+    },
+    /// Substructures coupled at 1,000 lines: the bench or the bare screw.
+    Coupling {
+        /// `bench` or `screw`.
+        machine: String,
+        /// All receptances by receptance coupling, not one by elimination.
+        #[arg(long)]
+        all: bool,
+    },
+    /// The bench with its rods as chains, 1,000 lines.
+    Lumped {
+        /// Springs of each rod.
+        lumps: usize,
+        /// Also the matrices, by which another program can compute the same.
+        #[arg(long)]
+        matrices: bool,
+    },
+    /// Writes 60 FRFs of 6,401 lines as a universal file.
+    WriteUniversal {
+        /// The file.
+        file: PathBuf,
+        /// Dataset 58b.
+        #[arg(long)]
+        binary: bool,
+    },
+    /// Reads a universal file.
+    ReadUniversal {
+        /// The file.
+        file: PathBuf,
+    },
+    /// The default identification of the bench.
+    Identify,
+}
+
+fn main() {
+    let arguments = Arguments::parse();
+    let Some(task) = arguments.task else {
+        println!("side_by_side: run by benches/side_by_side.py, which compares it with other programs; --help lists its tasks");
+        return;
+    };
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(arguments.threads).build().expect("threads");
+    println!("{}", pool.install(|| run(&task, arguments.repeats)));
+}
+
+/// The time on the wall and, on Linux, the time this thread was given a processor for: on a shared machine that of one thread's work.
+struct Clock {
+    begin: Instant,
+    given_ns: Option<u64>,
+}
+
+impl Clock {
+    fn start() -> Self {
+        Clock { begin: Instant::now(), given_ns: Self::given_ns() }
+    }
+
+    /// Source: proc(5), schedstat: nanoseconds spent on the processor.
+    fn given_ns() -> Option<u64> {
+        std::fs::read_to_string("/proc/thread-self/schedstat").ok()?.split(' ').next()?.parse().ok()
+    }
+
+    /// Seconds on the wall.
+    fn wall(&self) -> f64 {
+        self.begin.elapsed().as_secs_f64()
+    }
+
+    /// Seconds of one thread's work; those on the wall where the system does not tell, or several threads work.
+    fn work(&self) -> f64 {
+        let alone = rayon::current_num_threads() == 1;
+        let given = self.given_ns.filter(|_| alone).and_then(|before| Some(Self::given_ns()? - before));
+        given.map_or_else(|| self.wall(), |ns| ns as f64 * 1e-9)
+    }
+}
+
+/// Does `work` so often; `evaluations` are those of one repetition.
+fn timed(repeats: usize, evaluations: usize, mut work: impl FnMut()) -> Value {
+    let clock = Clock::start();
+    (0..repeats).for_each(|_| work());
+    json!({ "seconds": clock.work(), "wall": clock.wall(), "evaluations": repeats * evaluations })
+}
+
+/// A JSON object with the time in it.
+fn with(mut result: Value, timing: Value) -> Value {
+    if let (Value::Object(result), Value::Object(timing)) = (&mut result, timing) {
+        result.extend(timing);
+    }
+    result
+}
+
+fn bench() -> (Machine, MeasurementSet) {
+    (read_machine("configs/tian.toml", &[], &[]).expect("the bench").machine, read_set("measurements/tian").expect("the bench's modes"))
+}
+
+fn places(file: &Path) -> Vec<Vec<f64>> {
+    serde_json::from_reader(File::open(file).expect("the file of places")).expect("a JSON list of lists of numbers")
+}
+
+fn pairs(values: &[Complex64]) -> Vec<[f64; 2]> {
+    values.iter().map(|z| [z.re, z.im]).collect()
+}
+
+/// The table's network over itself, at the start values and a nut position.
+fn table_network(machine: &Machine, nut_m: f64, rods: Rods) -> (Arc<Structure>, Network) {
+    let table = machine.point("table").expect("a table");
+    let structure = Arc::new(Structure::new(machine, table, table, rods).expect("a table that moves"));
+    let mut network = structure.network();
+    network.update(machine, &machine.start(), &Operating::at_nut(nut_m));
+    (structure, network)
+}
+
+/// 1,000 lines, 6–1005 Hz (rad/s).
+fn thousand_lines() -> Vec<f64> {
+    (6..1006).map(|f| omega_rad_s(f64::from(f))).collect()
+}
+
+fn run(task: &Task, repeats: usize) -> Value {
+    match task {
+        Task::Receptances { places: file } => receptances(&places(file)),
+        Task::Modes { places: file, peaks } => modes(&places(file), *peaks, repeats),
+        Task::Search { population, generations, seed } => searched(*population, *generations, *seed),
+        Task::Frfs { places: file } => frfs(&places(file), repeats),
+        Task::Coupling { machine, all } => coupling(machine, *all, repeats),
+        Task::Lumped { lumps, matrices } => lumped(*lumps, *matrices, repeats),
+        Task::WriteUniversal { file, binary } => write_universal(file, *binary),
+        Task::ReadUniversal { file } => read_universal(file, repeats),
+        Task::Identify => identified(repeats),
+    }
+}
+
+fn receptances(places: &[Vec<f64>]) -> Value {
+    let (machine, _) = bench();
+    let (structure, mut network) = table_network(&machine, FITTED_M[0], Rods::Exact);
+    let mut work = structure.workspace();
+    let mut all = Vec::new();
+    for place in places {
+        let parameters: Vec<f64> = machine.parameters.iter().zip(place).map(|(p, u)| p.from_unit(*u)).collect();
+        for nut_m in FITTED_M {
+            network.update(&machine, &parameters, &Operating::at_nut(nut_m));
+            all.extend((1..=2000).map(|f| network.receptance(omega_rad_s(f64::from(f)), &mut work)));
+        }
+    }
+    json!({ "receptances": pairs(&all), "parameters": machine.parameters.iter().map(|p| &p.id).collect::<Vec<_>>() })
+}
+
+fn modes(places: &[Vec<f64>], with_peaks: bool, repeats: usize) -> Value {
+    let (machine, set) = bench();
+    let (fit, _) = set.split(None, &[]).expect("its split");
+    let objective = ModeObjective::new(&machine, &fit, ModeSettings::default(), &[]).expect("an objective");
+    let mut costs = vec![0.0; places.len()];
+    let timing = timed(repeats, places.len(), || {
+        costs.iter_mut().zip(places).for_each(|(cost, place)| *cost = objective.at(black_box(place)));
+    });
+    let peaks = |place: &Vec<f64>| -> Vec<Vec<[f64; 3]>> {
+        let predictions = objective.predict(&objective.parameters(place));
+        predictions.iter().map(|p| p.peaks.iter().map(|p| [p.frequency_hz, p.amplitude, p.prominence]).collect()).collect()
+    };
+    let peaks: Vec<_> = places.iter().filter(|_| with_peaks).map(peaks).collect();
+    with(json!({ "costs": costs, "peaks": peaks }), timing)
+}
+
+fn searched(population: usize, generations: u64, seed: u64) -> Value {
+    let (machine, set) = bench();
+    let (fit, _) = set.split(None, &[]).expect("its split");
+    let objective = ModeObjective::new(&machine, &fit, ModeSettings::default(), &[]).expect("an objective");
+    let settings = SearchSettings {
+        population,
+        generations,
+        spread: 0.0,
+        simplex: false,
+        ..SearchSettings::for_dimension(objective.dimension(), seed)
+    };
+    let trace = Arc::new(Mutex::new(Vec::new()));
+    let clock = Arc::new(Clock::start());
+    let watcher = {
+        let (trace, clock) = (Arc::clone(&trace), Arc::clone(&clock));
+        Arc::new(move |progressed: Progressed<'_>| {
+            if let Progressed::Generation { best, .. } = progressed {
+                trace.lock().expect("the trace").push((clock.work(), best));
+            }
+        })
+    };
+    let found = search(&objective, settings, &Control::new(Arc::default(), Some(watcher)));
+    let (seconds, wall) = (clock.work(), clock.wall());
+    let trace = trace.lock().expect("the trace").clone();
+    json!({ "seconds": seconds, "wall": wall, "evaluations": found.evaluations, "cost": found.cost, "place": found.place, "trace": trace })
+}
+
+fn frfs(places: &[Vec<f64>], repeats: usize) -> Value {
+    let (machine, _) = bench();
+    let lines: Vec<f64> = (6..1006).map(f64::from).collect();
+    let set = simulated_frfs(&machine, ("table", "table"), &FITTED_M.map(Some), &lines);
+    let (fit, _) = set.split(None, &[]).expect("all of it");
+    let objective = FrfObjective::new(&machine, &fit, FrfSettings::default(), &[]).expect("an objective");
+    let mut costs = vec![0.0; places.len()];
+    let timing = timed(repeats, places.len(), || {
+        costs.iter_mut().zip(places).for_each(|(cost, place)| *cost = objective.chi_square(black_box(place)));
+    });
+    with(json!({ "costs": costs }), timing)
+}
+
+fn coupling(name: &str, all: bool, repeats: usize) -> Value {
+    let machine = if name == "screw" { read_machine_text("screw", SCREW, &[], &[]).expect("a screw").machine } else { bench().0 };
+    let (structure, network) = table_network(&machine, FITTED_M[1], Rods::Exact);
+    let mut work = structure.workspace();
+    let omegas = thousand_lines();
+    let table = machine.point("table").expect("a table");
+    let mut values = vec![Complex64::default(); omegas.len()];
+    let timing = timed(repeats, omegas.len(), || {
+        for (value, &omega) in values.iter_mut().zip(&omegas) {
+            *value = if all {
+                coupled_receptances(&network, &machine, black_box(omega)).expect("inertia everywhere")[(table, table)]
+            } else {
+                network.receptance(black_box(omega), &mut work)
+            };
+        }
+    });
+    with(json!({ "receptances": pairs(&values) }), timing)
+}
+
+fn lumped(lumps: usize, with_matrices: bool, repeats: usize) -> Value {
+    let (machine, _) = bench();
+    let (structure, mut network) = table_network(&machine, FITTED_M[1], Rods::Lumped(lumps));
+    let mut work = structure.workspace();
+    let omegas = thousand_lines();
+    let (start, operating) = (machine.start(), Operating::at_nut(FITTED_M[1]));
+    let mut values = vec![Complex64::default(); omegas.len()];
+    let timing = timed(repeats, omegas.len(), || {
+        network.update(&machine, black_box(&start), &operating);
+        values.iter_mut().zip(&omegas).for_each(|(value, omega)| *value = network.receptance(black_box(*omega), &mut work));
+    });
+    let rows = |m: &nalgebra::DMatrix<f64>| -> Vec<Vec<f64>> { m.row_iter().map(|r| r.iter().copied().collect()).collect() };
+    let described = with_matrices.then(|| {
+        let m = matrices(&machine, &start, &operating, lumps).expect("matrices");
+        let table = m.names.iter().position(|n| n == "table");
+        json!({ "mass": rows(&m.mass), "damping": rows(&m.damping), "stiffness": rows(&m.stiffness), "table": table })
+    });
+    with(json!({ "receptances": pairs(&values), "matrices": described }), timing)
+}
+
+fn write_universal(file: &Path, binary: bool) -> Value {
+    let mut writer = UniversalWriter::new(BufWriter::new(File::create(file).expect("a file")));
+    let encoding = if binary { Encoding::Binary(ByteOrder::Little) } else { Encoding::Ascii };
+    for node in 1..=60_i32 {
+        // A resonance that moves from record to record.
+        let value = |i: usize| {
+            let share = i as f64 / (3000.0 + 10.0 * f64::from(node));
+            Complex64::new(1e-7, 0.0) / Complex64::new(1.0 - share * share, 0.02 * share)
+        };
+        let place = |node: i32| Location { node: node.into(), direction: 3, ..Location::default() };
+        let abscissa = Abscissa::Even { first: 0.0, step: 0.25, count: 6401 };
+        let record =
+            Record::frequency_response(place(node), place(1), Axis::new(8, "Displacement", "m"), abscissa, (0..6401).map(value).collect());
+        writer.record(&record, encoding).expect("a record");
+    }
+    writer.finish().expect("a file");
+    json!({ "bytes": std::fs::metadata(file).expect("the file").len() })
+}
+
+fn read_universal(file: &Path, repeats: usize) -> Value {
+    let mut read = None;
+    let timing = timed(repeats, 1, || read = Some(read_path(black_box(file)).expect("a universal file")));
+    let functions = read.map(|r| r.functions).unwrap_or_default();
+    let sum_of = |ordinate: &Ordinate| match ordinate {
+        Ordinate::Complex(values) => values.iter().sum::<Complex64>(),
+        Ordinate::Real(values) => values.iter().sum::<f64>().into(),
+    };
+    let sum: Complex64 = functions.iter().map(|f| sum_of(&f.ordinate)).sum();
+    with(json!({ "records": functions.len(), "sum": [sum.re, sum.im] }), timing)
+}
+
+fn identified(repeats: usize) -> Value {
+    let (machine, set) = bench();
+    let (fit, held_out) = set.split(None, &[]).expect("its split");
+    let (mut cost, mut evaluations) = (f64::NAN, 0);
+    let timing = timed(repeats, 0, || {
+        let found = identify(&machine, &fit, &held_out, &Plan::default(), &Control::default()).expect("a result");
+        cost = found.cost;
+        evaluations += found.evaluations;
+    });
+    with(timing, json!({ "evaluations": evaluations, "cost": cost }))
+}

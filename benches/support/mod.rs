@@ -1,0 +1,42 @@
+//! Measurement sets for the benches: what a machine of known parameters would show.
+
+use std::sync::Arc;
+
+use jointid::machine::{Machine, Operating};
+use jointid::measurement::{Condition, Frf, Gain, Line, MeasurementSet, Noise, Position, Quantity};
+use jointid::model::{Rods, Structure};
+use jointid::unit::omega_rad_s;
+
+/// Receptances of a machine at its start values, without noise but said to have 2 %: one FRF for each nut position, at these frequencies.
+/// `None` stands for a machine without a nut.
+pub fn simulated_frfs(machine: &Machine, channel: (&str, &str), nuts_m: &[Option<f64>], frequencies_hz: &[f64]) -> MeasurementSet {
+    let index = |name| machine.point(name).expect("a point of the machine");
+    let structure = Arc::new(Structure::new(machine, index(channel.0), index(channel.1), Rods::Exact).expect("points that move"));
+    let (mut network, mut work) = (structure.network(), structure.workspace());
+    let mut set = MeasurementSet::none();
+    set.gain = Gain::Known(1.0);
+    for (position, &nut_m) in nuts_m.iter().enumerate() {
+        network.update(machine, &machine.start(), &Operating::at(nut_m));
+        let lines = frequencies_hz
+            .iter()
+            .map(|&frequency_hz| {
+                let value = network.receptance(omega_rad_s(frequency_hz), &mut work);
+                Line { frequency_hz, value, noise: Some(Noise::RelativeSd(0.02)) }
+            })
+            .collect();
+        set.positions.push(Position { name: format!("p{position}"), nut_m });
+        set.frfs.push(Frf {
+            position: Some(position),
+            record: None,
+            response: channel.0.into(),
+            excitation: channel.1.into(),
+            quantity: Quantity::Receptance,
+            condition: Condition::default(),
+            averages: None,
+            source: "bench".into(),
+            lines,
+            rejected: 0,
+        });
+    }
+    set
+}

@@ -1,0 +1,148 @@
+//! Four frequencies at once: numbers side by side, so that the processor's vector units work on all of them.
+
+use std::ops::{Add, AddAssign, Mul, MulAssign, Neg, Sub, SubAssign};
+
+use num_complex::Complex64;
+pub use wide::f64x4 as Reals;
+
+use super::elimination::Scalar;
+
+/// Numbers side by side.
+pub const LANES: usize = 4;
+
+/// Complex numbers side by side.
+#[derive(Debug, Clone, Copy)]
+pub struct Complexes {
+    /// Real parts.
+    pub re: Reals,
+    /// Imaginary parts.
+    pub im: Reals,
+}
+
+impl Complexes {
+    /// Noughts.
+    pub const ZERO: Complexes = Complexes { re: Reals::ZERO, im: Reals::ZERO };
+
+    /// From real and imaginary parts.
+    pub fn new(re: Reals, im: Reals) -> Self {
+        Complexes { re, im }
+    }
+
+    /// Real numbers.
+    pub fn real(re: Reals) -> Self {
+        Complexes { re, im: Reals::ZERO }
+    }
+
+    /// The same number in every lane.
+    pub fn splat(z: Complex64) -> Self {
+        Complexes { re: Reals::splat(z.re), im: Reals::splat(z.im) }
+    }
+
+    /// From one number for each lane.
+    pub fn each(of: impl Fn(usize) -> Complex64) -> Self {
+        let z: [Complex64; LANES] = std::array::from_fn(of);
+        Complexes { re: Reals::from(z.map(|z| z.re)), im: Reals::from(z.map(|z| z.im)) }
+    }
+
+    /// The numbers one by one.
+    pub fn apart(self) -> [Complex64; LANES] {
+        let (re, im) = (self.re.to_array(), self.im.to_array());
+        std::array::from_fn(|lane| Complex64::new(re[lane], im[lane]))
+    }
+
+    /// |z|².
+    pub fn norm_sqr(self) -> Reals {
+        self.re * self.re + self.im * self.im
+    }
+
+    /// 1/z.
+    pub fn inverse(self) -> Self {
+        Scalar::inverse(self)
+    }
+
+    /// ln z, its imaginary part between −π and π.
+    pub fn ln(self) -> Self {
+        Complexes { re: self.norm_sqr().ln() * Reals::splat(0.5), im: self.im.atan2(self.re) }
+    }
+
+    /// i·z.
+    pub fn turned(self) -> Self {
+        Complexes { re: -self.im, im: self.re }
+    }
+}
+
+impl Add for Complexes {
+    type Output = Self;
+    #[inline]
+    fn add(self, z: Self) -> Self {
+        Complexes { re: self.re + z.re, im: self.im + z.im }
+    }
+}
+
+impl Sub for Complexes {
+    type Output = Self;
+    #[inline]
+    fn sub(self, z: Self) -> Self {
+        Complexes { re: self.re - z.re, im: self.im - z.im }
+    }
+}
+
+impl Mul for Complexes {
+    type Output = Self;
+    #[inline(always)]
+    fn mul(self, z: Self) -> Self {
+        Complexes { re: self.re * z.re - self.im * z.im, im: self.re * z.im + self.im * z.re }
+    }
+}
+
+impl Mul<Reals> for Complexes {
+    type Output = Self;
+    fn mul(self, x: Reals) -> Self {
+        Complexes { re: self.re * x, im: self.im * x }
+    }
+}
+
+impl Mul<f64> for Complexes {
+    type Output = Self;
+    fn mul(self, x: f64) -> Self {
+        self * Reals::splat(x)
+    }
+}
+
+impl Neg for Complexes {
+    type Output = Self;
+    fn neg(self) -> Self {
+        Complexes { re: -self.re, im: -self.im }
+    }
+}
+
+impl AddAssign for Complexes {
+    fn add_assign(&mut self, z: Self) {
+        *self = *self + z;
+    }
+}
+
+impl SubAssign for Complexes {
+    fn sub_assign(&mut self, z: Self) {
+        *self = *self - z;
+    }
+}
+
+impl MulAssign for Complexes {
+    fn mul_assign(&mut self, z: Self) {
+        *self = Mul::<Complexes>::mul(*self, z);
+    }
+}
+
+impl Scalar for Reals {
+    fn inverse(self) -> Self {
+        Reals::ONE / self
+    }
+}
+
+impl Scalar for Complexes {
+    fn inverse(self) -> Self {
+        let scale = Reals::ONE / self.norm_sqr();
+        Complexes { re: self.re * scale, im: -(self.im * scale) }
+    }
+}
