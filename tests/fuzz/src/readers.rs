@@ -20,7 +20,10 @@ pub const READERS: [(&str, Reader); 6] =
     [("machine", machine), ("set", set), ("tables", tables), ("universal", universal), ("documents", documents), ("page", page)];
 
 /// Whether a reader takes bytes, and does not refuse them.
-pub const UNDERSTOOD: [(&str, fn(&[u8]) -> bool); 5] = [
+pub type Understands = fn(&[u8]) -> bool;
+
+/// The same by name, for those that refuse.
+pub const UNDERSTOOD: [(&str, Understands); 5] = [
     ("machine", |bytes| machine_of(bytes).is_some_and(|read| read.is_ok())),
     ("set", |bytes| set_of(bytes).is_ok()),
     ("tables", |bytes| {
