@@ -205,26 +205,47 @@ pub fn set_stamp(schema: &str, set: &MeasurementSet, warnings: Vec<String>) -> S
     }
 }
 
-/// The folder results go to, made sure of before the work begins.
+/// The folder results go to, made sure of before the work begins, and this run's alone until its end.
 pub fn prepare(output: &Output) -> Result<Option<OutputFolder>, String> {
-    output.out.as_deref().map(OutputFolder::prepare).transpose()
+    output.out.as_deref().map(OutputFolder::claim).transpose()
 }
 
 /// Delivers a document: as JSON alone, or as text for a person; and as a file where a folder was named.
 pub fn deliver<T: Serialize>(output: &Output, folder: Option<&OutputFolder>, file: &str, document: &T, text: &str) -> Result<(), String> {
+    deliver_with(output, folder, (file, &[]), document, text)
+}
+
+/// As [`deliver`], with other files `beside` the document: all are written, or none.
+pub fn deliver_with<T: Serialize>(
+    output: &Output,
+    folder: Option<&OutputFolder>,
+    (file, beside): (&str, &[(&str, String)]),
+    document: &T,
+    text: &str,
+) -> Result<(), String> {
     let json = to_json(document)?;
-    let written = folder.map(|folder| folder.write(file, json.as_bytes())).transpose()?;
-    print_out(if output.json { &json } else { text })?;
-    if let Some(path) = written.filter(|_| !output.json && !output.quiet) {
-        eprintln!("written: {}", path.display());
+    if let Some(folder) = folder {
+        let beside = beside.iter().map(|(name, text)| (*name, text.as_str()));
+        write_told(output, folder, &std::iter::once((file, json.as_str())).chain(beside).collect::<Vec<_>>())?;
     }
+    print_out(if output.json { &json } else { text })?;
     talk::background(output, &serde_json::from_str(&json).unwrap_or_default());
+    Ok(())
+}
+
+/// Writes files, all or none, and says where they are.
+pub fn write_told(output: &Output, folder: &OutputFolder, files: &[(&str, &str)]) -> Result<(), String> {
+    folder.write_all(files.iter().copied())?;
+    if !output.json && !output.quiet {
+        files.iter().for_each(|(name, _)| eprintln!("written: {}", folder.file(name).display()));
+    }
     Ok(())
 }
 
 /// Prints to stdout; a closed pipe is no error.
 pub fn print_out(text: &str) -> Result<(), String> {
-    match std::io::stdout().lock().write_all(text.as_bytes()) {
+    let mut stdout = std::io::stdout().lock();
+    match stdout.write_all(text.as_bytes()).and_then(|()| stdout.flush()) {
         Err(error) if error.kind() != std::io::ErrorKind::BrokenPipe => Err(format!("stdout: cannot be written: {error}")),
         _ => Ok(()),
     }
@@ -317,14 +338,16 @@ pub fn on_threads<T: Send>(threads: Option<u16>, work: impl FnOnce() -> T + Send
     }
 }
 
-/// Reads a JSON document.
-pub fn read_document<T: serde::de::DeserializeOwned>(path: &Path) -> Result<T, String> {
-    let text = std::fs::read_to_string(path).map_err(|e| match e.kind() {
+/// Reads a JSON document; it is an input of another, by the digest of the very bytes that were read.
+pub fn read_document<T: serde::de::DeserializeOwned>(path: &Path) -> Result<(T, Input), String> {
+    let bytes = std::fs::read(path).map_err(|e| match e.kind() {
         std::io::ErrorKind::NotFound => format!("{}: there is no such file; run identify with --out first", path.display()),
         _ if path.is_dir() => format!("{}: is a folder; name the identification.json in it", path.display()),
         _ => format!("{}: {e}", path.display()),
     })?;
-    serde_json::from_str(&text).map_err(|e| format!("{}, line {}: is no result of identify: {e}", path.display(), e.line()))
+    let document = serde_json::from_slice(&bytes);
+    let document = document.map_err(|e| format!("{}, line {}: is no result of identify: {e}", path.display(), e.line()))?;
+    Ok((document, Input { path: path.display().to_string(), sha256: digest(&bytes) }))
 }
 
 /// A result document as an input of another.

@@ -6,10 +6,10 @@ use std::path::{Path, PathBuf};
 use super::arguments::{ExportArguments, ImportArguments, QuantityName};
 use super::common::{CommandResult, Outcome, print_out, told};
 use super::talk;
-use crate::measurement::import::{ImportedFrf, Placement, frf_from_csv, frfs_from_universal, set_files};
+use crate::measurement::import::{ImportedFrf, Placement, frf_from_csv, frfs_from_universal, is_of_frf, set_files};
 use crate::measurement::universal::{
     Abscissa, Axis, ByteOrder, Encoding, FileHeader, Location, Record, Units, UniversalWriter, Warning, data_type, read_headers_path,
-    read_path,
+    read_path_where,
 };
 use crate::measurement::{Frf, Quantity, read_set};
 use crate::report::{OutputFolder, wrapped};
@@ -42,12 +42,12 @@ pub fn import(given: &ImportArguments) -> CommandResult {
             let text = std::fs::read_to_string(path).map_err(|e| unreadable(path, &e))?;
             frfs.push(frf_from_csv(&source, &stem, &text, asked)?);
         } else {
-            let file = read_path(path).map_err(|e| format!("{source}: {e}"))?;
+            let file = read_path_where(path, is_of_frf).map_err(|e| format!("{source}: {e}"))?;
             let cut = file.functions.iter().flat_map(|f| &f.header.warnings).find(|w| matches!(w, Warning::Truncated { .. }));
             if let Some(cut) = cut.filter(|_| !given.accept_truncated) {
                 return Err(format!("{source}: {cut}, or take what is there with --accept-truncated"));
             }
-            let (found, said) = frfs_from_universal(&source, &stem, &file, asked)?;
+            let (found, said) = frfs_from_universal(&source, &stem, file, asked)?;
             if found.is_empty() {
                 return Err(format!("{source}: holds no FRF (dataset 58, function type 4); look with --list"));
             }
@@ -71,13 +71,11 @@ pub fn import(given: &ImportArguments) -> CommandResult {
     }
     let title =
         given.title.clone().unwrap_or_else(|| out.file_name().map_or_else(|| "imported".into(), |n| n.to_string_lossy().into_owned()));
-    let folder = OutputFolder::prepare(out)?;
+    let folder = OutputFolder::claim(out)?;
     if out.join("manifest.toml").exists() {
         return Err(format!("{}: holds a manifest.toml already; name an empty folder with --out", out.display()));
     }
-    for (path, content) in set_files(&title, &placed, &nuts_m, given.averages) {
-        folder.write(&path, content.as_bytes())?;
-    }
+    folder.write_all(set_files(&title, &placed, &nuts_m, given.averages))?;
     if !given.quiet {
         notes.iter().for_each(|n| talk::warning(n));
     }

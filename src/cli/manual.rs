@@ -16,21 +16,22 @@ pub fn completions(given: &CompletionsArguments) -> CommandResult {
 
 /// Writes the manual pages of the program and of every command.
 pub fn man(given: &ManArguments) -> CommandResult {
-    let folder = OutputFolder::prepare(&given.out)?;
+    let folder = OutputFolder::claim(&given.out)?;
     let mut root = Arguments::command();
     root.build();
-    let mut count = 0;
-    write(&root, &folder, &mut count)?;
-    eprintln!("written: {count} pages into {}", given.out.display());
+    let mut pages = Vec::new();
+    draw(&root, &mut pages)?;
+    folder.write_all(pages.iter().map(|(name, text)| (name, text)))?;
+    eprintln!("written: {} pages into {}", pages.len(), given.out.display());
     Ok(Outcome::Done)
 }
 
-fn write(command: &clap::Command, folder: &OutputFolder, count: &mut usize) -> Result<(), String> {
+/// Name and text of the pages of a command and all below it.
+fn draw(command: &clap::Command, pages: &mut Vec<(String, Vec<u8>)>) -> Result<(), String> {
     // The name of a page is one word: jointid-simulate-modes.
     let name = command.get_display_name().unwrap_or_else(|| command.get_name());
     let mut text = Vec::new();
     clap_mangen::Man::new(command.clone()).render(&mut text).map_err(|e| format!("{name}.1: {e}"))?;
-    folder.write(&format!("{name}.1"), &text)?;
-    *count += 1;
-    command.get_subcommands().filter(|c| c.get_name() != "help" && !c.is_hide_set()).try_for_each(|sub| write(sub, folder, count))
+    pages.push((format!("{name}.1"), text));
+    command.get_subcommands().filter(|c| c.get_name() != "help" && !c.is_hide_set()).try_for_each(|sub| draw(sub, pages))
 }

@@ -8,7 +8,7 @@ use std::sync::atomic::Ordering;
 use clap::Args;
 
 use super::arguments::{LoadArguments, Output, Sources};
-use super::common::{CommandResult, Loaded, Outcome, load_machine, prepare, print_out, stamp, stop_flag, told, warn};
+use super::common::{CommandResult, Loaded, Outcome, load_machine, prepare, print_out, stamp, stop_flag, told, warn, write_told};
 use super::simulate::operating;
 use crate::machine::{Machine, Motion};
 use crate::measurement::{SourceFile, read_reference};
@@ -104,12 +104,7 @@ pub fn run(given: &MotionArguments) -> CommandResult {
     let csv = table(&document, machine);
     let json = to_json(&document)?;
     if let Some(folder) = &folder {
-        for (name, text) in [("motion.json", &json), ("motion.csv", &csv)] {
-            let path = folder.write(name, text.as_bytes())?;
-            if !given.output.json && !given.output.quiet {
-                eprintln!("written: {}", path.display());
-            }
-        }
+        write_told(&given.output, folder, &[("motion.json", &json), ("motion.csv", &csv)])?;
     }
     print_out(if given.output.json { &json } else { &csv })?;
     if !given.output.json && !given.output.quiet {

@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 use rayon::prelude::*;
 
 use super::arguments::PeaksArguments;
-use super::common::{CommandResult, Outcome, deliver, prepare, print_out, set_stamp, told};
+use super::common::{CommandResult, Outcome, deliver_with, prepare, print_out, set_stamp, told};
 use crate::measurement::{Frf, MeasurementSet, read_set};
 use crate::modal::{AmplitudeKind, Curve, Fit, FitOptions, ModalFit, TrackOptions, TrackRecord, track};
 use crate::report::document::{EvidenceRow, PeakFitRow, PeakModeRow, PeakRow, Peaks};
@@ -92,13 +92,8 @@ pub fn run(given: &PeaksArguments) -> CommandResult {
         .collect();
     let document = Peaks { stamp: set_stamp("peaks", &set, Vec::new()), modes, fits };
     let folder = prepare(&given.output)?;
-    deliver(&given.output, folder.as_ref(), "peaks.json", &document, &peaks_table(&document, given.all))?;
-    if let Some(folder) = &folder {
-        let path = folder.write("modes.csv", modes_csv(&set, &named, &document).as_bytes())?;
-        if !given.output.quiet && !given.output.json {
-            eprintln!("written: {}", path.display());
-        }
-    }
+    let beside = [("modes.csv", modes_csv(&set, &named, &document))];
+    deliver_with(&given.output, folder.as_ref(), ("peaks.json", &beside), &document, &peaks_table(&document, given.all))?;
     if !given.output.json && !given.all && document.modes.iter().any(|m| !m.regular) {
         let spurious = document.modes.iter().filter(|m| !m.regular).count();
         print_out(&format!("{spurious} without regularity are not shown; --all shows them with the reasons\n"))?;

@@ -1,7 +1,7 @@
 //! `jointid plan`.
 
 use super::arguments::{DataName, PlanArguments};
-use super::common::{CommandResult, Loaded, Outcome, deliver, document_input, load, prepare, read_document, rods, stamp, told};
+use super::common::{CommandResult, Loaded, Outcome, deliver, load, prepare, read_document, rods, stamp, told};
 use super::validate::{check_identification, identified_values};
 use crate::identification::{Choice, Design, FrfPlan};
 use crate::objective::{FrfSettings, ModeSettings};
@@ -18,9 +18,9 @@ pub fn run(given: &PlanArguments) -> CommandResult {
     let mut values = machine.start();
     let mut inputs = Vec::new();
     if let Some(path) = &given.result {
-        let identified: Identification = read_document(path)?;
+        let (identified, input): (Identification, _) = read_document(path)?;
         check_identification(path, &identified)?;
-        inputs.push(document_input(path)?);
+        inputs.push(input);
         values = identified_values(path, &identified, &loaded.config)?;
     }
     let frfs = given.data.map_or(!loaded.set.frfs.is_empty(), |d| d == DataName::Frf);

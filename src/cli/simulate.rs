@@ -6,15 +6,13 @@ use std::sync::Arc;
 
 use super::arguments::Sources;
 use super::arguments::{FrfArguments, LoadArguments, ModesArguments, SimulateArguments, Simulation};
-use super::common::{
-    CommandResult, Loaded, Outcome, deliver, document_input, load, load_machine, prepare, read_document, rods, stamp, told, warn,
-};
+use super::common::{CommandResult, Loaded, Outcome, deliver, load, load_machine, prepare, read_document, rods, stamp, told, warn};
 use super::import::quantity;
 use super::validate::{check_identification, identified_values};
 use super::{motion, published, sweep};
 use crate::machine::{Chain, Machine, Operating};
 use crate::model::{Rods, Structure, undamped_modes};
-use crate::report::document::{Frfs, Identification};
+use crate::report::document::{Frfs, Identification, Input};
 use crate::report::simulation::{ModeRow, Modes};
 use crate::unit::omega_rad_s;
 
@@ -149,7 +147,7 @@ fn frf(given: &FrfArguments) -> CommandResult {
     }
     let lines = steps as usize + 1;
     // A result carries the machine it is for.
-    let identified: Option<Identification> = given.result.as_deref().map(read_document).transpose()?;
+    let (identified, input): (Option<Identification>, Option<Input>) = given.result.as_deref().map(read_document).transpose()?.unzip();
     let loaded = match &identified {
         None => load_machine(&given.sources)?,
         Some(identified) => load(&Sources {
@@ -186,11 +184,9 @@ fn frf(given: &FrfArguments) -> CommandResult {
         }
     }
     let mut values = machine.start();
-    let mut inputs = Vec::new();
     let mut representation = Rods::Exact;
     if let (Some(path), Some(identified)) = (&given.result, &identified) {
         check_identification(path, identified)?;
-        inputs.push(document_input(path)?);
         representation = identified.settings.lumps.map_or(Rods::Exact, Rods::Lumped);
         values = identified_values(path, identified, &loaded.config)?;
     }
@@ -219,7 +215,7 @@ fn frf(given: &FrfArguments) -> CommandResult {
             let warnings = load_warnings(machine, &given.load);
             warn(&given.output, &warnings);
             let mut stamp = stamp("frf", 0, true, &loaded, warnings);
-            stamp.inputs.extend(inputs);
+            stamp.inputs.extend(input);
             stamp
         },
         quantity: quantity.word().into(),

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::path::Path;
 
 use super::arguments::{Sources, ValidateArguments};
-use super::common::{CommandResult, Outcome, deliver, document_input, load, prepare, read_document, stamp, told, warn};
+use super::common::{CommandResult, Outcome, deliver, load, prepare, read_document, stamp, told, warn};
 use super::rows;
 use crate::config::MachineConfig;
 use crate::measurement::{FitSet, HoldOutSet};
@@ -18,7 +18,7 @@ pub fn run(given: &ValidateArguments) -> CommandResult {
     if let Some(limit) = given.fail_above.filter(|l| !(*l > 0.0)) {
         return Err(format!("--fail-above {limit}: write a share above 0, such as 0.03"));
     }
-    let identified: Identification = read_document(&given.result)?;
+    let (identified, input): (Identification, _) = read_document(&given.result)?;
     check_identification(&given.result, &identified)?;
     let settings = &identified.settings;
     let sources = Sources {
@@ -37,7 +37,7 @@ pub fn run(given: &ValidateArguments) -> CommandResult {
     }
     let values = identified_values(&given.result, &identified, &loaded.config)?;
     if super::inverse_dynamics::applies(&loaded.set) {
-        return super::inverse_dynamics::validate(given, &identified, &loaded, &values, warnings);
+        return super::inverse_dynamics::validate(given, (&identified, input), &loaded, &values, warnings);
     }
     let folder = prepare(&given.output)?;
     let whole_frfs = settings.objective == "frf";
@@ -94,7 +94,7 @@ pub fn run(given: &ValidateArguments) -> CommandResult {
     let largest = positions.values().filter_map(|p| p.largest_error(MISSING)).reduce(f64::max);
     let largest_gap = positions.values().filter_map(|p| p.gap).reduce(f64::max);
     let mut stamped = stamp("validation", identified.stamp.seed, true, &loaded, warnings);
-    stamped.inputs.push(document_input(&given.result)?);
+    stamped.inputs.push(input);
     let document = Validation { stamp: stamped, positions, largest_error: largest, largest_gap };
     let mut text = if whole_frfs { gaps_table(&document.positions) } else { positions_table(&document.positions) };
     if let Some(largest) = largest {
@@ -132,6 +132,9 @@ pub fn check_identification(path: &Path, identified: &Identification) -> Result<
             path.display(),
             identified.stamp.schema
         ));
+    }
+    if let Some(lumps) = identified.settings.lumps.filter(|lumps| !(1..=500).contains(lumps)) {
+        return Err(format!("{}: settings.lumps is {lumps}; there are 1 to 500 lumps per rod; identify again", path.display()));
     }
     for (id, row) in &identified.parameters {
         // A hair beyond the range is rounding.

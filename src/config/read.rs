@@ -1,6 +1,7 @@
 //! Configurations read: from a file or from those that come with the program, with overrides.
 
 use std::path::Path;
+use std::sync::OnceLock;
 
 use serde::de::DeserializeOwned;
 
@@ -31,9 +32,15 @@ pub struct MachineConfig {
 ///
 /// # Errors  never in a released program: a test reads it.
 pub fn effect_library() -> Result<Vec<Effect>, ConfigError> {
+    static LIBRARY: OnceLock<Vec<Effect>> = OnceLock::new();
+    if let Some(library) = LIBRARY.get() {
+        return Ok(library.clone());
+    }
     let path = "configs/effects.toml";
     let file: LibraryFile = parse(path, EFFECTS, &[])?;
-    file.effect.into_iter().map(|e| e.effect().map_err(|fault| ConfigError::Content { path: path.into(), fault })).collect()
+    let content = |fault| ConfigError::Content { path: path.into(), fault };
+    let library = file.effect.into_iter().map(|e| e.effect().map_err(content)).collect::<Result<Vec<_>, _>>()?;
+    Ok(LIBRARY.get_or_init(|| library).clone())
 }
 
 /// Reads a machine from a file; if there is none of that name, from those that come with the program.

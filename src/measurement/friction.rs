@@ -1,8 +1,7 @@
 //! Friction measured at constant velocities: a table of runs.
 
-use super::MeasurementError;
-use super::set::SourceFile;
 use super::table::Table;
+use super::{MeasurementError, SourceFile};
 
 /// What was recorded of the friction.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -41,31 +40,32 @@ pub struct FrictionTable {
 ///
 /// # Errors  the file cannot be read, a column is missing, unknown or there twice, a cell is no number.
 pub fn read_friction(path: &str) -> Result<FrictionTable, MeasurementError> {
-    let bytes = std::fs::read(path).map_err(|error| {
-        let fault = match error.kind() {
-            std::io::ErrorKind::NotFound => "there is no such file".to_string(),
-            std::io::ErrorKind::PermissionDenied => "reading it is not permitted".into(),
-            _ if std::path::Path::new(path).is_dir() => "is a folder; name a .csv file".into(),
-            _ => error.to_string(),
+    FrictionTable::of(SourceFile::read(path, "")?)
+}
+
+impl FrictionTable {
+    /// As [`read_friction`], of a file that was read.
+    ///
+    /// # Errors  as [`read_friction`].
+    pub fn of(file: SourceFile) -> Result<Self, MeasurementError> {
+        let path = &file.path;
+        let columns = ["force_n", "force_sd_n", "torque_nm", "torque_sd_nm"];
+        let table = Table::read(path, file.text()?, &["velocity_m_s"], &columns)?;
+        let (unit, column, sd) = match (table.has("force_n"), table.has("torque_nm")) {
+            (true, false) => (FrictionUnit::Force, "force_n", "force_sd_n"),
+            (false, true) => (FrictionUnit::Torque, "torque_nm", "torque_sd_nm"),
+            (true, true) => return Err(MeasurementError::line(path, 1, "has both force_n and torque_nm; keep one of them")),
+            (false, false) => return Err(MeasurementError::line(path, 1, "has neither force_n nor torque_nm; write one of them")),
         };
-        MeasurementError::file(path, fault)
-    })?;
-    let text = String::from_utf8(bytes.clone()).map_err(|_| MeasurementError::file(path, "is not text in UTF-8"))?;
-    let table = Table::read(path, &text, &["velocity_m_s"], &["force_n", "force_sd_n", "torque_nm", "torque_sd_nm"])?;
-    let (unit, column, sd) = match (table.has("force_n"), table.has("torque_nm")) {
-        (true, false) => (FrictionUnit::Force, "force_n", "force_sd_n"),
-        (false, true) => (FrictionUnit::Torque, "torque_nm", "torque_sd_nm"),
-        (true, true) => return Err(MeasurementError::line(path, 1, "has both force_n and torque_nm; keep one of them")),
-        (false, false) => return Err(MeasurementError::line(path, 1, "has neither force_n nor torque_nm; write one of them")),
-    };
-    let mut runs = Vec::new();
-    for row in table.rows() {
-        runs.push(FrictionRun {
-            line: row.line(),
-            velocity_m_s: row.number("velocity_m_s")?,
-            value: row.number(column)?,
-            sd: row.optional_number(sd)?,
-        });
+        let mut runs = Vec::new();
+        for row in table.rows() {
+            runs.push(FrictionRun {
+                line: row.line(),
+                velocity_m_s: row.number("velocity_m_s")?,
+                value: row.number(column)?,
+                sd: row.optional_number(sd)?,
+            });
+        }
+        Ok(FrictionTable { unit, runs, file })
     }
-    Ok(FrictionTable { unit, runs, file: SourceFile { path: path.into(), bytes } })
 }

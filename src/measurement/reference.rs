@@ -1,9 +1,8 @@
 //! A commanded motion from a table.
 
-use super::MeasurementError;
 use super::motion::step;
-use super::set::SourceFile;
 use super::table::Table;
+use super::{MeasurementError, SourceFile};
 
 /// A command, sampled evenly.
 #[derive(Debug, Clone, PartialEq)]
@@ -22,25 +21,24 @@ pub struct Reference {
 ///
 /// # Errors  the file cannot be read; a column is missing, a cell is no number; time stamps repeat, run backward, are uneven or leave a gap.
 pub fn read_reference(path: &str) -> Result<Reference, MeasurementError> {
-    let bytes = std::fs::read(path).map_err(|error| {
-        let fault = match error.kind() {
-            std::io::ErrorKind::NotFound => "there is no such file; write s-curve, sine or the name of a .csv file".to_string(),
-            std::io::ErrorKind::PermissionDenied => "reading it is not permitted".into(),
-            _ if std::path::Path::new(path).is_dir() => "is a folder; name a .csv file".into(),
-            _ => error.to_string(),
-        };
-        MeasurementError::file(path, fault)
-    })?;
-    let text = String::from_utf8(bytes.clone()).map_err(|_| MeasurementError::file(path, "is not text in UTF-8"))?;
-    let table = Table::read_open(path, &text, &["time_s", "command_m"], &["pulse_v"])?;
-    let (mut lines, mut time_s, mut command_m, mut added_v) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
-    for row in table.rows() {
-        lines.push(row.line());
-        time_s.push(row.number("time_s")?);
-        command_m.push(row.number("command_m")?);
-        if table.has("pulse_v") {
-            added_v.push(row.number("pulse_v")?);
+    Reference::of(SourceFile::read(path, "write s-curve, sine or the name of a .csv file")?)
+}
+
+impl Reference {
+    /// As [`read_reference`], of a file that was read.
+    ///
+    /// # Errors  as [`read_reference`].
+    pub fn of(file: SourceFile) -> Result<Self, MeasurementError> {
+        let table = Table::read_open(&file.path, file.text()?, &["time_s", "command_m"], &["pulse_v"])?;
+        let (mut lines, mut time_s, mut command_m, mut added_v) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
+        for row in table.rows() {
+            lines.push(row.line());
+            time_s.push(row.number("time_s")?);
+            command_m.push(row.number("command_m")?);
+            if table.has("pulse_v") {
+                added_v.push(row.number("pulse_v")?);
+            }
         }
+        Ok(Reference { step_s: step(&file.path, &time_s, &lines)?, command_m, added_v, file })
     }
-    Ok(Reference { step_s: step(path, &time_s, &lines)?, command_m, added_v, file: SourceFile { path: path.into(), bytes } })
 }

@@ -1,5 +1,6 @@
 //! A measurement set: a folder with `manifest.toml`, read and checked.
 
+use std::io::{self, ErrorKind};
 use std::path::Path;
 
 use super::embedded::embedded_file;
@@ -8,7 +9,7 @@ use super::manifest::{FrfFile, GainFile, Manifest, parse};
 use super::modes::{ModeTable, read_modes};
 use super::motion::{MotionRecord, read_motion};
 use super::table::Table;
-use super::{MeasurementError, Quantity};
+use super::{MeasurementError, Quantity, SourceFile};
 
 /// A named position of the machine.
 #[derive(Debug, Clone, PartialEq)]
@@ -26,15 +27,6 @@ pub enum Gain {
     Known(f64),
     /// One positive factor of the set, estimated along.
     Unknown,
-}
-
-/// A file that was read, with its bytes for a digest.
-#[derive(Debug, Clone, PartialEq)]
-pub struct SourceFile {
-    /// Path.
-    pub path: String,
-    /// Content.
-    pub bytes: Vec<u8>,
 }
 
 /// One published prediction.
@@ -125,39 +117,31 @@ impl MeasurementSet {
     }
 }
 
-/// Reads files of a set, from its folder or from those that come with the program.
-struct Folder<'p> {
-    path: &'p str,
+/// Reads files of a set, and keeps them.
+struct Folder<'f> {
+    path: &'f str,
+    read: &'f dyn Fn(&str) -> io::Result<Vec<u8>>,
     files: Vec<SourceFile>,
 }
 
 impl Folder<'_> {
     fn text(&mut self, file: &str) -> Result<String, MeasurementError> {
-        let full = Path::new(self.path).join(file);
-        let name = full.display().to_string();
-        let bytes = match std::fs::read(&full) {
-            Ok(bytes) => bytes,
-            Err(error) => match embedded_file(self.path, file).filter(|_| !Path::new(self.path).exists()) {
-                Some(text) => text.as_bytes().to_vec(),
-                None => {
-                    let fault = match error.kind() {
-                        std::io::ErrorKind::NotFound if !Path::new(self.path).exists() => {
-                            return Err(MeasurementError::file(self.path, "there is no such folder; name one with a manifest.toml"));
-                        }
-                        std::io::ErrorKind::NotFound => "there is no such file".to_string(),
-                        std::io::ErrorKind::PermissionDenied => "reading it is not permitted".into(),
-                        std::io::ErrorKind::NotADirectory => {
-                            return Err(MeasurementError::file(self.path, "is a file; name the folder that holds manifest.toml"));
-                        }
-                        _ if full.is_dir() => "is a folder where a file is needed".into(),
-                        _ => error.to_string(),
-                    };
-                    return Err(MeasurementError::file(&name, fault));
-                }
-            },
-        };
-        let text = String::from_utf8(bytes.clone()).map_err(|_| MeasurementError::file(&name, "is not text in UTF-8"))?;
-        self.files.push(SourceFile { path: name, bytes });
+        let name = self.name(file);
+        let bytes = (self.read)(file).map_err(|error| {
+            let here = Path::new(self.path);
+            let (path, fault) = match error.kind() {
+                ErrorKind::NotFound if !here.exists() => (self.path, "there is no such folder; name one with a manifest.toml".into()),
+                ErrorKind::NotADirectory => (self.path, "is a file; name the folder that holds manifest.toml".into()),
+                ErrorKind::NotFound => (name.as_str(), "there is no such file".to_string()),
+                ErrorKind::PermissionDenied => (name.as_str(), "reading it is not permitted".into()),
+                _ if here.join(file).is_dir() => (name.as_str(), "is a folder where a file is needed".into()),
+                _ => (name.as_str(), error.to_string()),
+            };
+            MeasurementError::file(path, fault)
+        })?;
+        let file = SourceFile { path: name, bytes };
+        let text = file.text()?.to_string();
+        self.files.push(file);
         Ok(text)
     }
 
@@ -170,7 +154,17 @@ impl Folder<'_> {
 ///
 /// # Errors  a file is missing or unreadable, a key is unknown or missing, a cell is no number, a position stands twice, nothing was observed.
 pub fn read_set(path: &str) -> Result<MeasurementSet, MeasurementError> {
-    let mut folder = Folder { path, files: Vec::new() };
+    read_set_with(path, |file| match std::fs::read(Path::new(path).join(file)) {
+        Err(error) => embedded_file(path, file).filter(|_| !Path::new(path).exists()).map(|text| text.as_bytes().to_vec()).ok_or(error),
+        bytes => bytes,
+    })
+}
+
+/// As [`read_set`], with a way to read a file by the name that the manifest gives it.
+///
+/// # Errors  as [`read_set`].
+pub fn read_set_with(path: &str, read: impl Fn(&str) -> io::Result<Vec<u8>>) -> Result<MeasurementSet, MeasurementError> {
+    let mut folder = Folder { path, read: &read, files: Vec::new() };
     let manifest_path = folder.name("manifest.toml");
     let fault = |fault: String| MeasurementError::file(&manifest_path, fault);
     let text = folder.text("manifest.toml")?;

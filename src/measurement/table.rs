@@ -40,6 +40,12 @@ impl<'p> Table<'p> {
             MeasurementError::line(path, line, format!("is not a CSV line: {error}"))
         };
         let header = reader.headers().map_err(at_line)?.clone();
+        if let Some(separator) = header.get(0).filter(|_| header.len() == 1).and_then(|only| only.chars().find(|c| [';', '\t'].contains(c)))
+        {
+            let what = if separator == ';' { "semicolons" } else { "tabs" };
+            let fault = format!("its columns are separated by {what}; separate them by commas, and write points for decimal commas");
+            return Err(MeasurementError::line(path, 1, fault));
+        }
         let mut columns = HashMap::new();
         for (at, name) in header.iter().enumerate() {
             let name = name.trim_start_matches('\u{feff}');
@@ -108,7 +114,10 @@ impl Row<'_> {
         let cell = self.text(column)?;
         match cell.parse::<f64>() {
             Ok(x) if x.is_finite() => Ok(x),
-            _ => Err(self.fault(format!("{column} is «{cell}»; write a finite number such as 12.5 or 1e-6"))),
+            _ => {
+                let hint = if cell.contains(',') { ", with a point for the comma" } else { "" };
+                Err(self.fault(format!("{column} is «{cell}»; write a finite number such as 12.5 or 1e-6{hint}")))
+            }
         }
     }
 

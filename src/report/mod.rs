@@ -1,5 +1,6 @@
 //! Saying it: result documents with their provenance, written whole or not at all, and tables for the terminal.
 
+mod claim;
 pub mod diagnosis;
 pub mod document;
 pub mod motion;

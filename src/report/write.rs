@@ -3,9 +3,12 @@
 use std::fs;
 use std::io::Write;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use serde::Serialize;
 use sha2::{Digest, Sha256};
+
+use super::claim::{Claim, make_folder, remove_folders};
 
 /// SHA-256 of bytes, in hexadecimal.
 pub fn digest(bytes: &[u8]) -> String {
@@ -25,6 +28,8 @@ pub fn to_json<T: Serialize>(document: &T) -> Result<String, String> {
 #[derive(Debug, Clone)]
 pub struct OutputFolder {
     path: PathBuf,
+    /// Kept while anybody writes into the folder.
+    _claim: Option<Arc<Claim>>,
 }
 
 impl OutputFolder {
@@ -34,23 +39,33 @@ impl OutputFolder {
     pub fn prepare(path: &Path) -> Result<Self, String> {
         let told = |e: std::io::Error| {
             let fault = match e.kind() {
-                std::io::ErrorKind::PermissionDenied => "writing there is not permitted; name another folder with --out".to_string(),
-                std::io::ErrorKind::AlreadyExists | std::io::ErrorKind::NotADirectory => "is a file; name a folder with --out".into(),
+                std::io::ErrorKind::PermissionDenied => "writing there is not permitted; name another folder".to_string(),
+                std::io::ErrorKind::AlreadyExists | std::io::ErrorKind::NotADirectory => "is a file; name a folder".into(),
                 _ => e.to_string(),
             };
             format!("{}: {fault}", path.display())
         };
         if path.is_file() {
-            return Err(format!("{}: is a file; name a folder with --out", path.display()));
+            return Err(format!("{}: is a file; name a folder", path.display()));
         }
         // Nothing is made before there is something to write: the nearest folder that exists must take a file.
         let near = path.ancestors().find(|p| p.exists()).filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
         if near.is_file() {
-            return Err(format!("{}: is a file; name a folder with --out", near.display()));
+            return Err(format!("{}: is a file; name a folder", near.display()));
         }
         let probe = near.join(format!(".jointid-{}", std::process::id()));
         fs::write(&probe, b"").and_then(|()| fs::remove_file(&probe)).map_err(told)?;
-        Ok(OutputFolder { path: path.into() })
+        Ok(OutputFolder { path: path.into(), _claim: None })
+    }
+
+    /// As [`OutputFolder::prepare`], for one run alone: until the folder is dropped, another run that claims it is refused.
+    ///
+    /// The folder is made, and is gone again if nothing is written into it.
+    ///
+    /// # Errors  as [`OutputFolder::prepare`]; another run has claimed it.
+    pub fn claim(path: &Path) -> Result<Self, String> {
+        let folder = Self::prepare(path)?;
+        Ok(OutputFolder { _claim: Some(Arc::new(Claim::new(path)?)), ..folder })
     }
 
     /// The folder.
@@ -62,18 +77,67 @@ impl OutputFolder {
     ///
     /// # Errors  the disk is full, or writing is not permitted.
     pub fn write(&self, name: &str, content: &[u8]) -> Result<PathBuf, String> {
-        let target = self.path.join(name);
+        self.write_all([(name, content)])?;
+        Ok(self.file(name))
+    }
+
+    /// Path of a file of the folder.
+    pub fn file(&self, name: &str) -> PathBuf {
+        self.path.join(name)
+    }
+
+    /// Writes files that belong together, all of them or none: each to a temporary name, and all renamed at the end.
+    ///
+    /// # Errors  the disk is full, or writing is not permitted.
+    pub fn write_all<N: AsRef<str>, C: AsRef<[u8]>>(&self, files: impl IntoIterator<Item = (N, C)>) -> Result<(), String> {
+        let mut batch = Batch::default();
+        for (name, content) in files {
+            let target = self.path.join(name.as_ref());
+            let told = |e: std::io::Error| format!("{}: cannot be written: {e}", target.display());
+            batch.add(&target, content.as_ref()).map_err(told)?;
+        }
+        batch.rename()
+    }
+}
+
+/// Files under temporary names; those that were not renamed are taken away at the end.
+#[derive(Default)]
+struct Batch {
+    /// Temporary and final name.
+    files: Vec<(PathBuf, PathBuf)>,
+    /// Folders made for them.
+    made: Vec<PathBuf>,
+}
+
+impl Batch {
+    fn add(&mut self, target: &Path, content: &[u8]) -> std::io::Result<()> {
+        self.made.extend(make_folder(target.parent().unwrap_or(Path::new("")))?);
         let file = target.file_name().map_or_else(|| "result".into(), |f| f.to_string_lossy().into_owned());
         let temporary = target.with_file_name(format!(".{file}.{}", std::process::id()));
-        let made = fs::create_dir_all(target.parent().unwrap_or(&self.path));
-        let written = made
-            .and_then(|()| fs::File::create(&temporary))
-            .and_then(|mut file| file.write_all(content).and_then(|()| file.sync_all()))
-            .and_then(|()| fs::rename(&temporary, &target));
-        if let Err(error) = written {
-            let _ = fs::remove_file(&temporary);
-            return Err(format!("{}: cannot be written: {error}", target.display()));
+        self.files.push((temporary.clone(), target.into()));
+        let mut file = fs::File::create(temporary)?;
+        file.write_all(content).and_then(|()| file.sync_all())
+    }
+
+    fn rename(mut self) -> Result<(), String> {
+        // What cannot be replaced is known before anything is.
+        if let Some((_, folder)) = self.files.iter().find(|(_, target)| target.is_dir()) {
+            return Err(format!("{}: is a folder where a file is written; take it away", folder.display()));
         }
-        Ok(target)
+        while let Some((temporary, target)) = self.files.first() {
+            fs::rename(temporary, target).map_err(|e| format!("{}: cannot be written: {e}", target.display()))?;
+            self.files.remove(0);
+        }
+        self.made.clear();
+        Ok(())
+    }
+}
+
+impl Drop for Batch {
+    fn drop(&mut self) {
+        for (temporary, _) in &self.files {
+            let _ = fs::remove_file(temporary);
+        }
+        remove_folders(&self.made);
     }
 }

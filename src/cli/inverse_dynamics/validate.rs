@@ -3,18 +3,18 @@
 use std::collections::BTreeMap;
 
 use super::super::arguments::ValidateArguments;
-use super::super::common::{CommandResult, Loaded, Outcome, deliver, document_input, prepare, stamp, stop_flag, told, warn};
+use super::super::common::{CommandResult, Loaded, Outcome, deliver, prepare, stamp, stop_flag, told, warn};
 use super::identify::positions;
 use crate::identification::simulated_gaps;
 use crate::measurement::MotionRecord;
 use crate::optimizer::Control;
-use crate::report::document::{Identification, Validation};
+use crate::report::document::{Identification, Input, Validation};
 use crate::report::record::{RecordRow, records_table};
 
 /// Runs the command.
 pub fn validate(
     given: &ValidateArguments,
-    identified: &Identification,
+    (identified, input): (&Identification, Input),
     loaded: &Loaded,
     values: &[f64],
     warnings: Vec<String>,
@@ -68,7 +68,7 @@ pub fn validate(
     let positions = positions(&records, |r| if simulated { r.simulated_force_error } else { Some(r.force_error) });
     let largest_gap = positions.values().filter_map(|p| p.gap).reduce(f64::max);
     let mut stamped = stamp("validation", identified.stamp.seed, complete, loaded, warnings);
-    stamped.inputs.push(document_input(&given.result)?);
+    stamped.inputs.push(input);
     let document = Validation { stamp: stamped, positions, largest_error: None, largest_gap };
     warn(&given.output, &document.stamp.warnings);
     deliver(&given.output, folder.as_ref(), "validation.json", &document, &records_table(&records))?;

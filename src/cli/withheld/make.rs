@@ -88,8 +88,7 @@ pub fn make(folder: &Path, generator: &Generator, stop: &Flag, quiet: bool) -> R
     let whole = OutputFolder::prepare(folder)?;
     let moved = fs::rename(aside.join("cases"), folder.join("cases"));
     moved.map_err(|e| format!("{}: cannot be moved to its place: {e}", aside.display()))?;
-    whole.write("labels.json", labels.as_bytes())?;
-    whole.write("seal.json", to_json(&seal)?.as_bytes())?;
+    whole.write_all([("labels.json", &labels), ("seal.json", &to_json(&seal)?)])?;
     fs::remove_dir_all(&aside).map_err(|e| format!("{}: {e}", aside.display()))?;
     Ok(Some(seal))
 }

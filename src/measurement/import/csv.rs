@@ -47,8 +47,8 @@ fn unit(name: &str) -> Option<&str> {
     let open = name.find(['(', '['])?;
     let inside = name[open + 1..].trim_end().trim_end_matches([')', ']']);
     // A pair of brackets inside belongs to the unit.
-    let inside =
-        if inside.contains('(') && !inside.contains(')') { &name[open + 1..name.rfind([')', ']']).unwrap_or(name.len())] } else { inside };
+    let close = name[open + 1..].rfind([')', ']']).map_or(name.len(), |at| open + 1 + at);
+    let inside = if inside.contains('(') && !inside.contains(')') { &name[open + 1..close] } else { inside };
     (!inside.trim().is_empty()).then_some(inside.trim())
 }
 

@@ -10,7 +10,7 @@ use num_complex::Complex64;
 use super::Quantity;
 
 pub use csv::frf_from_csv;
-pub use record::frfs_from_universal;
+pub use record::{frfs_from_universal, is_of_frf};
 pub use write::{Placement, set_files};
 
 /// An FRF as imported, in SI units.

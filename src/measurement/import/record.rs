@@ -4,10 +4,15 @@ use num_complex::Complex64;
 
 use super::{ImportedFrf, label};
 use crate::measurement::Quantity;
-use crate::measurement::universal::{Axis, Location, Ordinate, Record, UniversalFile, data_type, function_type};
+use crate::measurement::universal::{Axis, Location, Ordinate, Record, RecordHeader, UniversalFile, data_type, function_type};
 
 /// Largest difference of two abscissas that are the same, relative.
 const SAME: f64 = 1e-6;
+
+/// Whether a record belongs to an FRF: it is one, or the coherence of one.
+pub fn is_of_frf(header: &RecordHeader) -> bool {
+    [function_type::FREQUENCY_RESPONSE, function_type::COHERENCE].contains(&header.function_type)
+}
 
 /// The FRFs of a universal file, each with its coherence where the file holds one; and what was passed over.
 ///
@@ -17,27 +22,30 @@ const SAME: f64 = 1e-6;
 pub fn frfs_from_universal(
     source: &str,
     stem: &str,
-    file: &UniversalFile,
+    file: UniversalFile,
     asked: Option<Quantity>,
 ) -> Result<(Vec<ImportedFrf>, Vec<String>), String> {
     let mut notes: Vec<String> = file.warnings.iter().map(|w| format!("{source}: {w}")).collect();
+    let mut passed = file.functions.iter().filter(|r| !is_of_frf(&r.header)).count() as u64;
     for skipped in &file.skipped {
-        notes.push(format!("{source}: dataset {} is not read ({} ×)", skipped.number, skipped.times));
+        match skipped.number {
+            58 => passed += skipped.times,
+            number => notes.push(format!("{source}: dataset {number} is not read ({} ×)", skipped.times)),
+        }
     }
-    let wanted: Vec<&Record> = file.functions.iter().filter(|r| r.header.function_type == function_type::FREQUENCY_RESPONSE).collect();
-    for other in
-        file.functions.iter().filter(|r| ![function_type::FREQUENCY_RESPONSE, function_type::COHERENCE].contains(&r.header.function_type))
-    {
-        notes.push(format!("{source}: a record of function type {} is no FRF and is passed over", other.header.function_type));
+    if passed > 0 {
+        notes.push(format!("{source}: {passed} records of dataset 58 are no FRFs (function type 4) and are passed over"));
     }
-    let coherences: Vec<&Record> = file.functions.iter().filter(|r| r.header.function_type == function_type::COHERENCE).collect();
-    let mut frfs = Vec::new();
-    for (at, record) in wanted.iter().enumerate() {
-        let name = if wanted.len() == 1 { stem.to_string() } else { format!("{stem}-{}", at + 1) };
-        let frf = one(source, name, record, &coherences, asked);
-        frfs.push(frf.map_err(|e| if e.starts_with(source) { e } else { format!("{source}, record {e}") })?);
+    let (coherences, frfs): (Vec<Record>, Vec<Record>) =
+        file.functions.into_iter().filter(|r| is_of_frf(&r.header)).partition(|r| r.header.function_type == function_type::COHERENCE);
+    let alone = frfs.len() == 1;
+    let mut imported = Vec::new();
+    for (at, record) in frfs.into_iter().enumerate() {
+        let name = if alone { stem.to_string() } else { format!("{stem}-{}", at + 1) };
+        let frf = one(source, name, &record, &coherences, asked);
+        imported.push(frf.map_err(|e| if e.starts_with(source) { e } else { format!("{source}, record {e}") })?);
     }
-    Ok((frfs, notes))
+    Ok((imported, notes))
 }
 
 /// Point, sign and axis, for example `7:+Z`, after the entity's name where it has one.
@@ -63,7 +71,7 @@ fn point(location: &Location) -> String {
     if axis.is_empty() { format!("{entity}{}", location.node) } else { format!("{entity}{}:{sign}{axis}", location.node) }
 }
 
-fn one(source: &str, name: String, record: &Record, coherences: &[&Record], asked: Option<Quantity>) -> Result<ImportedFrf, String> {
+fn one(source: &str, name: String, record: &Record, coherences: &[Record], asked: Option<Quantity>) -> Result<ImportedFrf, String> {
     let header = &record.header;
     let mut warnings: Vec<String> = header.warnings.iter().map(|w| format!("{name}: {w}")).collect();
     let (quantity, scale) = quantity_and_scale(&name, record, asked, &mut warnings)?;
@@ -71,7 +79,7 @@ fn one(source: &str, name: String, record: &Record, coherences: &[&Record], aske
         return Err(format!("{name}: the FRF is stored as real numbers, without phase; export it as complex"));
     };
     let frequency_hz = record.abscissa.values();
-    let same = |other: &&&Record| {
+    let same = |other: &&Record| {
         let h = &other.header;
         h.response == header.response
             && h.reference.node == header.reference.node

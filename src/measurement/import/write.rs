@@ -26,13 +26,14 @@ fn file_name(name: &str) -> String {
     name.chars().map(|c| if c.is_alphanumeric() || "-_.".contains(c) { c } else { '-' }).collect()
 }
 
-/// Path and content of every file of the set. `nuts_m` are nut positions by position name; `averages` goes with coherence.
+/// Path and content of every file of the set, each made when it is asked for. `nuts_m` are nut positions by position name; `averages` goes
+/// with coherence.
 pub fn set_files(
     title: &str,
     frfs: &[(ImportedFrf, Placement)],
     nuts_m: &BTreeMap<String, f64>,
     averages: Option<u32>,
-) -> Vec<(String, String)> {
+) -> impl Iterator<Item = (String, String)> {
     let mut manifest = format!("title = {}\ngain = 1.0\nexcitation_unit = \"N\"\n", quoted(title));
     if let Some(averages) = averages {
         let _ = writeln!(manifest, "averages = {averages}");
@@ -52,7 +53,7 @@ pub fn set_files(
             None => manifest += "# nut_m = 0.6               # nut position from the left bearing: fill in\n",
         }
     }
-    let mut files = Vec::new();
+    let mut paths = Vec::new();
     let mut taken: BTreeMap<String, usize> = BTreeMap::new();
     for (frf, placement) in frfs {
         let stem = file_name(&frf.name);
@@ -74,18 +75,22 @@ pub fn set_files(
             quoted(excitation),
             frf.quantity.word()
         );
-        let with_coherence = frf.coherence.as_ref().filter(|_| averages.is_some());
-        let mut text =
-            String::from(if with_coherence.is_some() { "frequency_hz,real,imag,coherence\n" } else { "frequency_hz,real,imag\n" });
-        for (at, (f, h)) in frf.frequency_hz.iter().zip(&frf.values).enumerate() {
-            let _ = write!(text, "{f:?},{:e},{:e}", h.re, h.im);
-            if let Some(coherence) = with_coherence {
-                let _ = write!(text, ",{}", coherence[at]);
-            }
-            text.push('\n');
-        }
-        files.push((path, text));
+        paths.push(path);
     }
-    files.push(("manifest.toml".into(), manifest));
-    files
+    let tables = paths.into_iter().zip(frfs).map(move |(path, (frf, _))| (path, table(frf, averages.is_some())));
+    tables.chain([("manifest.toml".into(), manifest)])
+}
+
+/// The lines of an FRF.
+fn table(frf: &ImportedFrf, averaged: bool) -> String {
+    let coherence = frf.coherence.as_ref().filter(|_| averaged);
+    let mut text = String::from(if coherence.is_some() { "frequency_hz,real,imag,coherence\n" } else { "frequency_hz,real,imag\n" });
+    for (at, (f, h)) in frf.frequency_hz.iter().zip(&frf.values).enumerate() {
+        let _ = write!(text, "{f:?},{:e},{:e}", h.re, h.im);
+        if let Some(coherence) = coherence {
+            let _ = write!(text, ",{}", coherence[at]);
+        }
+        text.push('\n');
+    }
+    text
 }

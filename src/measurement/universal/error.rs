@@ -17,6 +17,9 @@ pub enum UniversalError {
         /// Reason.
         source: io::Error,
     },
+    /// The file changed between its first and its last byte.
+    #[error("the file changed while it was read; read it again when it is complete")]
+    Changed,
     /// Not a universal file.
     #[error("no dataset found: a universal file has a line `    -1`, then a line with a dataset number; is this another format?")]
     NoDataset,

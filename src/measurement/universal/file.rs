@@ -51,6 +51,30 @@ pub fn read_path(path: impl AsRef<Path>) -> Result<UniversalFile, UniversalError
     collect(UniversalReader::open(path)?, UniversalReader::next_dataset)
 }
 
+/// Reads a universal file, of its functions those alone whose header is `wanted`; the others are skipped, their data never in memory.
+///
+/// # Errors     as [`read_path`], of the functions wanted; the file changes while it is read
+pub fn read_path_where(path: impl AsRef<Path>, wanted: impl Fn(&RecordHeader) -> bool) -> Result<UniversalFile, UniversalError> {
+    let path = path.as_ref();
+    let state =
+        || std::fs::metadata(path).and_then(|m| Ok((m.len(), m.modified()?))).map_err(UniversalError::io(&path.display().to_string()));
+    let before = state()?;
+    let file = collect(UniversalReader::open(path)?, |reader| {
+        let dataset = reader.next_header()?;
+        Some(dataset.and_then(|dataset| match dataset {
+            Dataset::Function(header) if wanted(&header) => reader.record(&header).map(|record| Dataset::Function(Box::new(record))),
+            Dataset::Function(header) => Ok(Dataset::Skipped(Skipped { number: 58, place: header.place, times: 1 })),
+            Dataset::Header(header) => Ok(Dataset::Header(header)),
+            Dataset::Units(units) => Ok(Dataset::Units(units)),
+            Dataset::Nodes(nodes) => Ok(Dataset::Nodes(nodes)),
+            Dataset::TraceLines(lines) => Ok(Dataset::TraceLines(lines)),
+            Dataset::Skipped(skipped) => Ok(Dataset::Skipped(skipped)),
+        }))
+    });
+    // A file that is still being written would be half read, and nobody would know.
+    if state()? != before { Err(UniversalError::Changed) } else { file }
+}
+
 /// Reads the headers of a universal file, without loading its data.
 ///
 /// # Errors     the file cannot be read, or the first header that is refused
@@ -58,10 +82,11 @@ pub fn read_headers_path(path: impl AsRef<Path>) -> Result<UniversalFile<RecordH
     collect(UniversalReader::open(path)?, UniversalReader::next_header)
 }
 
-/// Gives the next dataset of a reader.
-type Next<R, F> = fn(&mut UniversalReader<R>) -> Option<Result<Dataset<F>, UniversalError>>;
-
-fn collect<R: Read + Seek, F>(mut reader: UniversalReader<R>, next: Next<R, F>) -> Result<UniversalFile<F>, UniversalError> {
+/// All that `next` gives of a reader.
+fn collect<R: Read + Seek, F>(
+    mut reader: UniversalReader<R>,
+    next: impl Fn(&mut UniversalReader<R>) -> Option<Result<Dataset<F>, UniversalError>>,
+) -> Result<UniversalFile<F>, UniversalError> {
     let (mut headers, mut units, mut nodes) = (Vec::new(), Vec::new(), Vec::new());
     let (mut trace_lines, mut functions) = (Vec::new(), Vec::new());
     let mut skipped: BTreeMap<u32, Skipped> = BTreeMap::new();

@@ -1,0 +1,155 @@
+//! Every reader of the program, given bytes: it reads or refuses them, and what it reads holds together.
+
+use std::collections::BTreeMap;
+use std::io::{Error, ErrorKind};
+
+use jointid::config::{ConfigError, MachineConfig, read_machine_text};
+use jointid::measurement::import::{ImportedFrf, Placement, frf_from_csv, frfs_from_universal, set_files};
+use jointid::measurement::universal::{read, read_headers};
+use jointid::measurement::{FrictionTable, MeasurementError, MeasurementSet, Quantity, Reference, SourceFile, read_motion, read_set_with};
+use jointid::report::page::{Page, html};
+use jointid::truth::Label;
+use jointid::withheld::{Run, Seal};
+use serde_json::{Value, from_slice};
+
+/// Reads bytes; panics where the reader does.
+pub type Reader = fn(&[u8]);
+
+/// All readers by name.
+pub const READERS: [(&str, Reader); 6] =
+    [("machine", machine), ("set", set), ("tables", tables), ("universal", universal), ("documents", documents), ("page", page)];
+
+/// Whether a reader takes bytes, and does not refuse them.
+pub type Understands = fn(&[u8]) -> bool;
+
+/// The same by name, for those that refuse.
+pub const UNDERSTOOD: [(&str, Understands); 5] = [
+    ("machine", |bytes| machine_of(bytes).is_some_and(|read| read.is_ok())),
+    ("set", |bytes| set_of(bytes).is_ok()),
+    ("tables", |bytes| {
+        let file = SourceFile { path: "table.csv".into(), bytes: bytes.to_vec() };
+        let text = std::str::from_utf8(bytes).unwrap_or("");
+        let frf = [Quantity::Receptance, Quantity::Accelerance].iter().any(|q| frf_from_csv("table.csv", "table", text, Some(*q)).is_ok());
+        frf || Reference::of(file.clone()).is_ok() || FrictionTable::of(file).is_ok()
+    }),
+    ("universal", |bytes| read(bytes).is_ok() && read_headers(bytes).is_ok()),
+    ("documents", |bytes| document_of(bytes).is_some()),
+];
+
+/// A machine's TOML; lines at its end that begin with `--set ` are overrides.
+fn machine_of(bytes: &[u8]) -> Option<Result<MachineConfig, ConfigError>> {
+    let text = std::str::from_utf8(bytes).ok()?;
+    let (text, overrides) = text.split_once("\n--set ").unwrap_or((text, ""));
+    let overrides: Vec<String> = overrides.split("\n--set ").filter(|line| !line.is_empty()).map(String::from).collect();
+    Some(read_machine_text("machine.toml", text, &overrides, &[]))
+}
+
+fn machine(bytes: &[u8]) {
+    if let Some(Ok(config)) = machine_of(bytes) {
+        assert!(!config.machine.points.is_empty());
+        assert!(config.machine.parameters.iter().all(|p| p.start.is_finite() && p.lower < p.upper), "{:?}", config.machine.parameters);
+    }
+}
+
+/// A whole measurement set: files one after another, each but the first, `manifest.toml`, below a line `#### NAME`.
+fn set_of(bytes: &[u8]) -> Result<MeasurementSet, MeasurementError> {
+    let text = String::from_utf8_lossy(bytes);
+    let mut parts = text.split("\n#### ");
+    let manifest = ("manifest.toml", parts.next().unwrap_or(""));
+    let others = parts.filter_map(|part| part.split_once('\n'));
+    let files: BTreeMap<&str, &str> = others.chain([manifest]).collect();
+    let file = |name: &str| files.get(name).map(|text| text.as_bytes().to_vec()).ok_or_else(|| Error::from(ErrorKind::NotFound));
+    read_set_with("set", file)
+}
+
+fn set(bytes: &[u8]) {
+    if let Ok(set) = set_of(bytes) {
+        assert!(set.modes.is_some() || !set.frfs.is_empty() || !set.motions.is_empty());
+        for line in set.frfs.iter().flat_map(|frf| &frf.lines) {
+            assert!(line.frequency_hz > 0.0 && line.value.re.is_finite() && line.value.im.is_finite());
+        }
+        for frf in &set.frfs {
+            assert!(frf.lines.iter().all(|line| frf.component_sd(line).is_none_or(|sd| sd >= 0.0)));
+        }
+        _ = set.split(None, &[]);
+    }
+}
+
+/// Tables in CSV, by their columns: friction runs, commands and time records, FRFs of other programs.
+fn tables(bytes: &[u8]) {
+    let file = SourceFile { path: "table.csv".into(), bytes: bytes.to_vec() };
+    let Ok(text) = file.text() else { return };
+    if text.contains("velocity_m_s") {
+        _ = FrictionTable::of(file);
+    } else if text.contains("time_s") {
+        if let Ok(record) = read_motion("table.csv", "record", text) {
+            assert!(record.step_s > 0.0 && record.step_s.is_finite(), "{}", record.step_s);
+            assert!(record.time_s.len() == record.load.samples().len());
+        }
+        if let Ok(reference) = Reference::of(file) {
+            assert!(reference.step_s > 0.0 && reference.step_s.is_finite(), "{}", reference.step_s);
+        }
+    } else {
+        let quantity = if text.contains("s^2") { Quantity::Accelerance } else { Quantity::Receptance };
+        if let Ok(frf) = frf_from_csv("table.csv", "table", text, Some(quantity)) {
+            made_a_set(vec![frf]);
+        }
+    }
+}
+
+/// A universal file: all of it, its headers, its FRFs.
+fn universal(bytes: &[u8]) {
+    _ = read_headers(bytes);
+    let Ok(file) = read(bytes) else { return };
+    for record in &file.functions {
+        assert_eq!(record.header.count, record.ordinate.len());
+        assert_eq!(record.abscissa.len(), record.ordinate.len());
+    }
+    if let Ok((frfs, _)) = frfs_from_universal("file.uff", "file", file, Some(Quantity::Receptance)) {
+        made_a_set(frfs);
+    }
+}
+
+/// What was imported is read again, every line of it.
+fn made_a_set(frfs: Vec<ImportedFrf>) {
+    if frfs.is_empty() {
+        return;
+    }
+    let counts: Vec<usize> = frfs.iter().map(|f| f.frequency_hz.len()).collect();
+    let placed: Vec<_> = frfs.into_iter().map(|f| (f, Placement::default())).collect();
+    let files: BTreeMap<String, String> = set_files("imported", &placed, &BTreeMap::new(), Some(2)).collect();
+    let file = |name: &str| files.get(name).map(|text| text.as_bytes().to_vec()).ok_or_else(|| Error::from(ErrorKind::NotFound));
+    match read_set_with("imported", file) {
+        Ok(set) => assert!(set.frfs.iter().zip(counts).all(|(f, count)| f.lines.len() + f.rejected == count)),
+        // All its lines may be 0, or of low coherence: that is said as it is read.
+        Err(fault) => assert!(fault.to_string().contains("no line"), "{fault}"),
+    }
+}
+
+/// Result documents, by their schema; seals, runs and labels of the blind check.
+fn documents(bytes: &[u8]) {
+    _ = document_of(bytes);
+}
+
+fn document_of(bytes: &[u8]) -> Option<Page> {
+    let mut page = Page::default();
+    let schema = from_slice::<Value>(bytes).ok()?.get("schema").and_then(Value::as_str).unwrap_or("").to_string();
+    match schema.as_str() {
+        "jointid/identification/1" => page.identification = Some(from_slice(bytes).ok()?),
+        "jointid/validation/1" => page.validation = Some(from_slice(bytes).ok()?),
+        "jointid/comparison/1" => page.comparison = Some(from_slice(bytes).ok()?),
+        "jointid/peaks/1" => page.peaks = Some(from_slice(bytes).ok()?),
+        "jointid/diagnosis/1" => page.diagnosis = Some(from_slice(bytes).ok()?),
+        "jointid/withheld-seal/1" => _ = from_slice::<Seal>(bytes).ok()?,
+        "" => _ = from_slice::<Vec<Label>>(bytes).ok()?,
+        _ => _ = from_slice::<Run>(bytes).ok()?,
+    }
+    Some(page)
+}
+
+/// The page that is drawn of a result document.
+fn page(bytes: &[u8]) {
+    if let Some(page) = document_of(bytes) {
+        _ = html(&page);
+    }
+}

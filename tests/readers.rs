@@ -1,0 +1,173 @@
+//! Every reader on the seeds of its fuzzing, on every input that broke one, and on millions bent from them.
+//!
+//! ```sh
+//! cargo test --test main ten_million -- --ignored --nocapture
+//! ```
+//!
+//! bends seeds without a look at what they reach; `tests/fuzz` does look, and what it collects in `tests/fuzz/corpus/READER` (not kept) is bent
+//! as well where it is there.
+
+use std::fs;
+use std::panic::catch_unwind;
+use std::path::Path;
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::time::{Duration, Instant};
+
+use crate::support::Draws;
+
+#[path = "fuzz/src/readers.rs"]
+mod fuzzed;
+
+/// Files of a folder of `tests/fuzz`, in the order of their names.
+fn files(folder: &str, reader: &str) -> Vec<(String, Vec<u8>)> {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/fuzz").join(folder).join(reader);
+    let Ok(entries) = fs::read_dir(path) else { return Vec::new() };
+    let mut files: Vec<_> = entries.map(|e| e.unwrap().path()).map(|p| (p.display().to_string(), fs::read(&p).unwrap())).collect();
+    files.sort();
+    files
+}
+
+#[test]
+fn regress_what_broke_a_reader_is_read_or_refused() {
+    for (name, read) in fuzzed::READERS {
+        // The page is drawn of the documents.
+        let seeds = files("seeds", if name == "page" { "documents" } else { name });
+        assert!(!seeds.is_empty(), "{name}");
+        for (path, bytes) in seeds.into_iter().chain(files("found", name)) {
+            println!("{path}");
+            read(&bytes);
+        }
+    }
+}
+
+/// A seed that is refused at once is none.
+#[test]
+fn the_seeds_of_the_fuzzing_are_understood() {
+    for (name, understood) in fuzzed::UNDERSTOOD {
+        for (path, bytes) in files("seeds", name) {
+            assert!(understood(&bytes), "{path}");
+        }
+    }
+}
+
+/// Every cut of a seed, and every byte of it made another: what a transfer that broke off leaves, or a bad disk.
+#[test]
+fn refuse_every_cut_and_bend_of_a_seed_in_peace() {
+    for (name, read) in fuzzed::READERS.into_iter().filter(|(name, _)| *name != "page") {
+        for (_, bytes) in files("seeds", name) {
+            let step = 1 + bytes.len() / 400;
+            for at in (0..bytes.len()).step_by(step) {
+                read(&bytes[..at]);
+                for put in [0, b'9', b'-', 0xff] {
+                    let mut bent = bytes.clone();
+                    bent[at] = put;
+                    read(&bent);
+                }
+            }
+        }
+    }
+}
+
+/// Pieces that mean something to one of the readers, and numbers at the ends of their types.
+const PIECES: &str = include_str!("fuzz/words.dict");
+
+/// Bends bytes in up to eight places: bits, bytes, numbers, words, lines and pieces of another input taken out, put in, doubled, or cut.
+fn bend(bytes: &mut Vec<u8>, other: &[u8], words: &[Vec<u8>], draws: &mut Draws) {
+    let mut below = |n: usize| ((draws.next() * n as f64) as usize).min(n.saturating_sub(1));
+    for _ in 0..=below(8) {
+        let at = below(bytes.len() + 1);
+        let to = at + below((bytes.len() - at).min(64) + 1);
+        let line = |bytes: &[u8], at: usize| {
+            let from = bytes[..at].iter().rposition(|b| *b == b'\n').map_or(0, |i| i + 1);
+            (from, bytes[at..].iter().position(|b| *b == b'\n').map_or(bytes.len(), |i| at + i + 1))
+        };
+        match below(12) {
+            0 if at < bytes.len() => bytes[at] ^= 1 << below(8),
+            1 if at < bytes.len() => bytes[at] = below(256) as u8,
+            2 => drop(bytes.drain(at..to)),
+            3 => {
+                let piece = bytes[at..to].to_vec();
+                let place = below(bytes.len() + 1);
+                bytes.splice(place..place, piece);
+            }
+            4 | 5 => drop(bytes.splice(at..at, words[below(words.len())].iter().copied())),
+            // A number becomes another word, a word another.
+            6 | 7 => {
+                let word = |b: &u8| b.is_ascii_alphanumeric() || b"+-._".contains(b);
+                let from = bytes[..at].iter().rposition(|b| !word(b)).map_or(0, |i| i + 1);
+                let end = bytes[at..].iter().position(|b| !word(b)).map_or(bytes.len(), |i| at + i);
+                drop(bytes.splice(from..end, words[below(words.len())].iter().copied()));
+            }
+            8 => drop(bytes.drain(line(bytes, at).0..line(bytes, at).1)),
+            9 => {
+                let (from, end) = line(bytes, at);
+                let twice = bytes[from..end].to_vec();
+                bytes.splice(from..from, twice);
+            }
+            10 if !other.is_empty() => {
+                let from = below(other.len());
+                let piece = other[from..from + below((other.len() - from).min(256) + 1)].to_vec();
+                bytes.splice(at..to, piece);
+            }
+            11 if below(8) == 0 => bytes.truncate(at),
+            // Brackets in brackets.
+            _ if below(50) == 0 => drop(bytes.splice(at..at, [b'[', b'{', b'('][below(3)..][..1].repeat(1 + below(3000)))),
+            _ => {}
+        }
+    }
+    bytes.truncate(20_000);
+}
+
+/// Bends seeds `count` times and reads each; a panic, or more than a second, is told with the input that did it.
+fn read_bent(name: &str, count: u64) {
+    let (_, read) = fuzzed::READERS.into_iter().find(|(reader, _)| *reader == name).unwrap();
+    let begun = Instant::now();
+    let words: Vec<Vec<u8>> = PIECES.lines().map(|w| w.trim_matches('"').replace("\\x0A", "\n").into_bytes()).collect();
+    let kept = if name == "page" { "documents" } else { name };
+    let seeds: Vec<Vec<u8>> = ["seeds", "corpus"].iter().flat_map(|folder| files(folder, kept)).map(|f| f.1).collect();
+    let next = AtomicU64::new(0);
+    let threads = std::thread::available_parallelism().map_or(1, usize::from);
+    std::thread::scope(|scope| {
+        let work = || {
+            loop {
+                let block = next.fetch_add(1, Ordering::Relaxed);
+                if block * 1000 >= count {
+                    return;
+                }
+                let mut draws = Draws(block);
+                for at in 0..1000 {
+                    let mut pick = || &seeds[(draws.next() * seeds.len() as f64) as usize % seeds.len()];
+                    let (mut bytes, other) = (pick().clone(), pick());
+                    bend(&mut bytes, other, &words, &mut draws);
+                    // A slow one is slow each time, not once, when the machine was busy.
+                    let quick = || {
+                        let start = Instant::now();
+                        catch_unwind(|| read(&bytes)).map(|()| start.elapsed() < Duration::from_secs(1))
+                    };
+                    let fine = (0..3).map(|_| quick()).find(|read| !matches!(read, Ok(false)));
+                    if !matches!(fine, Some(Ok(true))) {
+                        let path = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("{name}-{block}-{at}"));
+                        fs::write(&path, &bytes).unwrap();
+                        panic!("{name}: panics, or takes more than a second, at the input kept in {}", path.display());
+                    }
+                }
+            }
+        };
+        (0..threads).for_each(|_| drop(scope.spawn(work)));
+    });
+    let peak = fs::read_to_string("/proc/self/status").unwrap_or_default();
+    let peak = peak.lines().find(|l| l.starts_with("VmHWM")).unwrap_or("").split_whitespace().collect::<Vec<_>>().join(" ");
+    println!("{name}: {count} inputs bent from {} in {:.0} s, {peak}", seeds.len(), begun.elapsed().as_secs_f64());
+}
+
+#[test]
+fn refuse_thousands_of_bent_inputs_in_peace() {
+    ["machine", "set", "tables", "universal", "documents"].into_iter().for_each(|name| read_bent(name, 4000));
+}
+
+#[test]
+#[ignore = "a quarter of an hour; see the top of the file"]
+fn ten_million_bent_inputs_of_each_reader() {
+    ["machine", "set", "tables", "universal", "documents"].into_iter().for_each(|name| read_bent(name, 10_000_000));
+    read_bent("page", 100_000);
+}
