@@ -232,9 +232,7 @@ fn receptances(table: &Table) {
         network.update(machine, &machine.start(), &Operating::at(nut_m));
         let omegas: Vec<f64> = frequencies_hz(lines).into_iter().map(omega_rad_s).collect();
         least_seconds(|| {
-            for &omega in &omegas {
-                black_box(network.receptance(black_box(omega), &mut work));
-            }
+            black_box(network.sweep(black_box(&omegas), &mut work));
         })
     };
     table.row("receptance", "lines of the bench", &[100, 1000, 10_000, 100_000], |n| per_line(&bench(), Some(1.0), n));

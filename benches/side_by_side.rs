@@ -301,12 +301,12 @@ fn coupling(name: &str, all: bool, repeats: usize) -> Value {
     let table = machine.point("table").expect("a table");
     let mut values = vec![Complex64::default(); omegas.len()];
     let timing = timed(repeats, omegas.len(), || {
+        if !all {
+            values = network.sweep(black_box(&omegas), &mut work);
+            return;
+        }
         for (value, &omega) in values.iter_mut().zip(&omegas) {
-            *value = if all {
-                coupled_receptances(&network, &machine, black_box(omega)).expect("inertia everywhere")[(table, table)]
-            } else {
-                network.receptance(black_box(omega), &mut work)
-            };
+            *value = coupled_receptances(&network, &machine, black_box(omega)).expect("inertia everywhere")[(table, table)];
         }
     });
     with(json!({ "receptances": pairs(&values) }), timing)
@@ -321,7 +321,7 @@ fn lumped(lumps: usize, with_matrices: bool, repeats: usize) -> Value {
     let mut values = vec![Complex64::default(); omegas.len()];
     let timing = timed(repeats, omegas.len(), || {
         network.update(&machine, black_box(&start), &operating);
-        values.iter_mut().zip(&omegas).for_each(|(value, omega)| *value = network.receptance(black_box(*omega), &mut work));
+        values = network.sweep(black_box(&omegas), &mut work);
     });
     let rows = |m: &nalgebra::DMatrix<f64>| -> Vec<Vec<f64>> { m.row_iter().map(|r| r.iter().copied().collect()).collect() };
     let described = with_matrices.then(|| {

@@ -201,10 +201,10 @@ fn frf(given: &FrfArguments) -> CommandResult {
         network.update(machine, &values, &operating);
         let chain = machine.chain.at(&values, &operating);
         let mut row = Vec::with_capacity(lines);
-        for &f in &frequency_hz {
-            let omega = omega_rad_s(f);
+        let omegas: Vec<f64> = frequency_hz.iter().copied().map(omega_rad_s).collect();
+        for ((&f, &omega), receptance) in frequency_hz.iter().zip(&omegas).zip(network.sweep(&omegas, &mut work)) {
             let recorded = Chain::log_factor(chain, omega).exp();
-            let h = network.receptance(omega, &mut work) * quantity.from_receptance(omega) * recorded;
+            let h = receptance * quantity.from_receptance(omega) * recorded;
             let _ = writeln!(text, "{name},{f},{:e},{:e}", h.re, h.im);
             row.push([h.re, h.im]);
         }

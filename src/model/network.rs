@@ -302,7 +302,13 @@ impl Network {
         self.receptances(Reals::splat(omega_rad_s), work).apart()[0]
     }
 
-    /// Receptances at some frequencies.
+    /// Receptances at any number of frequencies.
+    pub fn sweep(&self, omega_rad_s: &[f64], work: &mut Workspace) -> Vec<Complex64> {
+        let some = |(omega, count): (Reals, usize)| self.receptances(omega, work).apart().into_iter().take(count);
+        lanes_of(omega_rad_s).flat_map(some).collect()
+    }
+
+    /// Receptances at frequencies side by side.
     pub fn receptances(&self, omega_rad_s: Reals, work: &mut Workspace) -> Complexes {
         let shape = &self.structure;
         self.factor_damped(omega_rad_s, work);

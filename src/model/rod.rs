@@ -137,6 +137,10 @@ impl Rod {
                 return (scale * cos, -scale);
             }
         }
+        if let Some(chain) = self.chain_each(omega_rad_s) {
+            let scale = chain.sin_step / chain.sin;
+            return (scale * chain.cos, -scale);
+        }
         let each = omega_rad_s.to_array().map(|omega| self.undamped(omega));
         (Reals::from(each.map(|e| e.0)), Reals::from(each.map(|e| e.1)))
     }
@@ -162,6 +166,19 @@ impl Rod {
                 };
             }
         }
+        if let Some(chain) = self.chain_each(omega_rad_s).filter(|_| self.loss_factor == 0.0) {
+            let csc = Reals::ONE / chain.sin;
+            let cot = chain.cos * csc;
+            let slope = chain.slope * csc;
+            return RodLanes {
+                direct: Complexes::real(chain.sin_step * cot),
+                cross: Complexes::real(-(chain.sin_step * csc)),
+                direct_slope: Complexes::real(slope * (chain.cos_step * chain.cos - chain.turns * csc)),
+                cross_slope: Complexes::real(-(slope * (chain.cos_step - chain.turns * cot))),
+                sin: Complexes::real(chain.sin),
+                lossless: true,
+            };
+        }
         let each = omega_rad_s.to_array().map(|omega| self.damped(omega));
         let of = |part: fn(&RodEntries) -> Complex64| Complexes::each(|lane| part(&each[lane]));
         RodLanes {
@@ -172,6 +189,31 @@ impl Rod {
             sin: of(|e| e.sin),
             lossless: each.iter().all(|e| e.lossless),
         }
+    }
+
+    /// A chain without loss at some frequencies, all of which it passes on and none of which is at a pole of it.
+    #[inline]
+    fn chain_each(&self, omega_rad_s: Reals) -> Option<ChainLanes> {
+        if self.elements == 0 {
+            return None;
+        }
+        let n = self.elements as f64;
+        let x = omega_rad_s * Reals::splat(0.5 * self.transit_s / n);
+        if !x.simd_lt(Reals::splat(1.0 - 1e-9)).all() {
+            return None;
+        }
+        let root = (Reals::ONE - x * x).sqrt();
+        let (sin, cos) = (x.asin() * Reals::splat(2.0 * n)).sin_cos();
+        let k = Reals::splat(self.stiffness * n);
+        let step = (x + x) * root;
+        (!near_pole(sin)).then(|| ChainLanes {
+            sin,
+            cos,
+            sin_step: k * step,
+            cos_step: Reals::ONE - (x + x) * x,
+            slope: Reals::splat(self.stiffness * self.transit_s) / root,
+            turns: Reals::splat(n) * step,
+        })
     }
 
     /// [`Rod::clamped_modes_below`] at some frequencies.
@@ -275,6 +317,16 @@ pub struct RodEntries {
     pub sin: Complex64,
     /// All of it is real.
     pub lossless: bool,
+}
+
+/// What [`Rod::chain_each`] gives: sin and cos of nμ, k·n·sin μ, cos μ, d(k·n·sin μ)/dω over cos μ, and n·sin μ.
+struct ChainLanes {
+    sin: Reals,
+    cos: Reals,
+    sin_step: Reals,
+    cos_step: Reals,
+    slope: Reals,
+    turns: Reals,
 }
 
 /// [`RodEntries`] at some frequencies.

@@ -191,11 +191,9 @@ impl Model {
         let (mut network, mut work) = (structure.network(), structure.workspace());
         network.update(machine, &self.values, operating);
         let chain = machine.chain.at(&self.values, operating);
-        let at = |f: f64| {
-            let omega = omega_rad_s(f);
-            let recorded = Chain::log_factor(chain, omega).exp();
-            network.receptance(omega, &mut work) * quantity.from_receptance(omega) * recorded * scale
-        };
-        Ok(lines.iter().copied().zip(lines.iter().copied().map(at)).filter(|(_, h)| h.is_finite()).collect())
+        let omegas: Vec<f64> = lines.iter().copied().map(omega_rad_s).collect();
+        let recorded = |omega: f64| quantity.from_receptance(omega) * Chain::log_factor(chain, omega).exp() * scale;
+        let all = network.sweep(&omegas, &mut work).into_iter().zip(&omegas).map(|(h, omega)| h * recorded(*omega));
+        Ok(lines.iter().copied().zip(all).filter(|(_, h)| h.is_finite()).collect())
     }
 }

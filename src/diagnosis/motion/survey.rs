@@ -285,14 +285,16 @@ impl Survey {
             .into_par_iter()
             .filter(|_| !control.stopped())
             .map(|draw| {
-                let mut random = Xoshiro256PlusPlus::seed_from_u64(seed.wrapping_mul(0x9E37_79B9).wrapping_add(draw as u64));
-                let mut y = &self.base.shift + noise.draw(draw % 2 == 1, &mut random);
-                for nuisance in &self.nuisances {
-                    y += normal(&mut random) * &nuisance.column;
-                }
-                let mut gains = vec![0.0; self.candidates.len()];
-                self.rank(data, &y).iter().for_each(|r| gains[r.candidate] = strength(r.gain));
-                gains
+                control.kept(&format!("null {draw} {seed}"), || {
+                    let mut random = Xoshiro256PlusPlus::seed_from_u64(seed.wrapping_mul(0x9E37_79B9).wrapping_add(draw as u64));
+                    let mut y = &self.base.shift + noise.draw(draw % 2 == 1, &mut random);
+                    for nuisance in &self.nuisances {
+                        y += normal(&mut random) * &nuisance.column;
+                    }
+                    let mut gains = vec![0.0; self.candidates.len()];
+                    self.rank(data, &y).iter().for_each(|r| gains[r.candidate] = strength(r.gain));
+                    gains
+                })
             })
             .collect();
         let of = |at: usize| gains.iter().map(move |g| g[at]);
