@@ -31,6 +31,9 @@ impl Chain {
 
     /// ln(H_recorded/H) of its numbers at a frequency.
     pub fn log_factor((gain, delay_s, power): (f64, f64, f64), omega_rad_s: f64) -> Complex64 {
-        Complex64::new(gain.ln() + power * omega_rad_s.ln(), -omega_rad_s * delay_s + power * std::f64::consts::FRAC_PI_2)
+        // A plain chain costs no logarithm: this is asked line by line.
+        let log_gain = if gain == 1.0 { 0.0 } else { gain.ln() };
+        let log_power = if power == 0.0 { 0.0 } else { power * omega_rad_s.ln() };
+        Complex64::new(log_gain + log_power, -omega_rad_s * delay_s + power * std::f64::consts::FRAC_PI_2)
     }
 }

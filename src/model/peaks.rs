@@ -60,6 +60,8 @@ struct Node {
     slope: f64,
     /// Undamped natural frequencies below it.
     below: usize,
+    /// The node of the next higher frequency.
+    next: usize,
 }
 
 /// The rational interpolant of type \[1/2\] on t ∈ \[−1, 1\].
@@ -144,30 +146,25 @@ struct Search<'a> {
     below: Vec<usize>,
 }
 
-/// An interval not yet accepted, with what decides where it is split.
+/// An interval between two neighbouring nodes that is not yet accepted, with what decides where it is split.
 struct Interval {
-    low: Node,
-    high: Node,
+    low: usize,
+    high: usize,
     rational: Option<Rational>,
+    /// Half its width (rad/s).
+    half: f64,
     /// Where it is looked at, from −1 to 1.
     split: f64,
 }
 
 impl Interval {
-    fn between(low: Node, high: Node) -> Self {
-        let half = 0.5 * (high.point.omega_rad_s - low.point.omega_rad_s);
+    fn between(nodes: &[Node], low: usize, high: usize) -> Self {
+        let (a, b) = (&nodes[low], &nodes[high]);
+        let half = 0.5 * (b.point.omega_rad_s - a.point.omega_rad_s);
         let of = |node: &Node| (node.point.receptance, node.point.slope * half);
-        let rational = Rational::through(of(&low), of(&high));
-        let split = if high.below > low.below { rational.as_ref().and_then(Rational::pole).unwrap_or(0.0) } else { 0.0 };
-        Interval { low, high, rational, split }
-    }
-
-    fn half(&self) -> f64 {
-        0.5 * (self.high.point.omega_rad_s - self.low.point.omega_rad_s)
-    }
-
-    fn middle_omega(&self) -> f64 {
-        self.low.point.omega_rad_s + self.half() * (1.0 + self.split)
+        let rational = Rational::through(of(a), of(b));
+        let split = if b.below > a.below { rational.as_ref().and_then(Rational::pole).unwrap_or(0.0) } else { 0.0 };
+        Interval { low, high, rational, half, split }
     }
 }
 
@@ -182,47 +179,56 @@ impl Search<'_> {
         self.network.at_each(&self.omegas, self.work, &mut self.points);
     }
 
-    /// All nodes between and at the cuts, in rising frequency: interval by interval is looked at in its middle, all of a round together.
-    fn resolve(&mut self, cuts: &[Node]) -> Vec<Node> {
-        let mut nodes = cuts.to_vec();
-        let mut pending: Vec<Interval> = cuts.windows(2).map(|pair| Interval::between(pair[0], pair[1])).collect();
-        let mut split: Vec<(Interval, Node)> = Vec::new();
+    /// All nodes between and at the cuts, in rising frequency: every interval is looked at in its middle, all of a round together.
+    fn resolve(&mut self, mut nodes: Vec<Node>) -> Vec<Node> {
+        let mut pending: Vec<Interval> = (1..nodes.len()).map(|high| Interval::between(&nodes, high - 1, high)).collect();
+        // Of what is to be split: the interval and its middle.
+        let mut split: Vec<(usize, usize)> = Vec::new();
         while !pending.is_empty() {
             self.omegas.clear();
-            self.omegas.extend(pending.iter().map(Interval::middle_omega));
+            self.omegas.extend(pending.iter().map(|i| nodes[i.low].point.omega_rad_s + i.half * (1.0 + i.split)));
             self.evaluate();
             self.omegas.clear();
-            for (at, interval) in pending.drain(..).enumerate() {
+            split.clear();
+            for (at, interval) in pending.iter().enumerate() {
                 let point = self.points[at];
-                let middle = Node { point, slope: self.log_slope(&point), below: interval.low.below };
-                if self.is_accepted(&interval, &middle) {
-                    nodes.push(middle);
-                    continue;
+                let (low, high, here) = (nodes[interval.low], nodes[interval.high], nodes.len());
+                let middle = Node { point, slope: self.log_slope(&point), below: low.below, next: interval.high };
+                nodes.push(middle);
+                nodes[interval.low].next = here;
+                if !self.is_accepted(interval, (&low, &middle, &high)) {
+                    // The count never falls: between equal counts it needs no evaluation.
+                    if high.below != low.below {
+                        self.omegas.push(point.omega_rad_s);
+                    }
+                    split.push((at, here));
                 }
-                // The count never falls: between equal counts it needs no evaluation.
-                if interval.high.below != interval.low.below {
-                    self.omegas.push(point.omega_rad_s);
-                }
-                split.push((interval, middle));
             }
             self.network.modes_below_each(&self.omegas, self.work, &mut self.below);
             let mut counts = self.below.iter();
-            for (interval, mut middle) in split.drain(..) {
-                if interval.high.below != interval.low.below {
-                    middle.below = counts.next().copied().unwrap_or(middle.below);
+            let mut next = Vec::with_capacity(2 * split.len());
+            for &(at, middle) in &split {
+                let Interval { low, high, .. } = pending[at];
+                if nodes[high].below != nodes[low].below {
+                    nodes[middle].below = counts.next().copied().unwrap_or(nodes[low].below);
                 }
-                nodes.push(middle);
-                pending.push(Interval::between(interval.low, middle));
-                pending.push(Interval::between(middle, interval.high));
+                next.push(Interval::between(&nodes, low, middle));
+                next.push(Interval::between(&nodes, middle, high));
             }
+            pending = next;
         }
-        nodes.sort_unstable_by(|a, b| a.point.omega_rad_s.total_cmp(&b.point.omega_rad_s));
-        nodes
+        let mut at = 0;
+        let mut rising = Vec::with_capacity(nodes.len());
+        while let Some(node) = nodes.get(at) {
+            rising.push(*node);
+            at = node.next;
+        }
+        rising
     }
 
     /// Whether the interpolant of an interval can be trusted, now that its middle is known.
-    fn is_accepted(&self, interval: &Interval, middle: &Node) -> bool {
-        let (low, high, half) = (&interval.low, &interval.high, interval.half());
+    fn is_accepted(&self, interval: &Interval, (low, middle, high): (&Node, &Node, &Node)) -> bool {
+        let half = interval.half;
         let to = high.point.omega_rad_s;
         let turns_little = |a: &Point, b: &Point| {
             let turn = b.determinant * a.determinant.conj();
@@ -377,9 +383,16 @@ pub fn peaks_counted(network: &Network, settings: PeakSearch, work: &mut Workspa
     }));
     search.evaluate();
     network.modes_below_each(&search.omegas, search.work, &mut search.below);
-    let cuts: Vec<Node> =
-        search.points.iter().zip(&search.below).map(|(p, below)| Node { point: *p, slope: search.log_slope(p), below: *below }).collect();
-    let nodes = search.resolve(&cuts);
+    // The last one has no next: none has so high a number.
+    let next = |at: usize| if at == FIRST_CUTS { usize::MAX } else { at + 1 };
+    let of = |(at, (point, below)): (usize, (&Point, &usize))| Node {
+        point: *point,
+        slope: search.log_slope(point),
+        below: *below,
+        next: next(at),
+    };
+    let cuts: Vec<Node> = search.points.iter().zip(&search.below).enumerate().map(of).collect();
+    let nodes = search.resolve(cuts);
     let tops: Vec<usize> = (1..nodes.len()).filter(|at| nodes[at - 1].slope > 0.0 && nodes[*at].slope <= 0.0).collect();
     let found = search.maxima(tops.iter().map(|at| Maximum::between(&nodes[at - 1], &nodes[*at])).collect());
     let size = |p: &Point| p.receptance.norm_sqr().sqrt() * p.omega_rad_s.powi(settings.omega_power);
