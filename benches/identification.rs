@@ -1,5 +1,7 @@
 //! Receptance per frequency line, one objective evaluation, a whole identification: `cargo bench`.
 
+mod support;
+
 use std::hint::black_box;
 use std::sync::Arc;
 
@@ -7,11 +9,11 @@ use criterion::{Criterion, criterion_group, criterion_main};
 use jointid::config::read_machine;
 use jointid::identification::{Plan, identify};
 use jointid::machine::Operating;
-use jointid::measurement::{Condition, Frf, Gain, Line, Noise, Quantity, read_set};
+use jointid::measurement::read_set;
 use jointid::model::{Rods, Structure};
 use jointid::objective::{FrfObjective, FrfSettings, ModeObjective, ModeSettings};
 use jointid::optimizer::{Control, Cost, LeastSquares};
-use jointid::unit::omega_rad_s;
+use support::simulated_frfs;
 
 fn bench(criterion: &mut Criterion) {
     let config = read_machine("configs/tian.toml", &[], &[]).expect("the embedded bench");
@@ -31,29 +33,9 @@ fn bench(criterion: &mut Criterion) {
     criterion.bench_function("objective, 3 positions × 4 orders", |b| b.iter(|| objective.at(black_box(&place))));
 
     // Whole FRFs: 3 positions × 1,000 lines of the bench itself.
-    let frf = |position: usize| -> Frf {
-        let operating = Operating::at(set.positions[position].nut_m);
-        network.update(machine, &machine.start(), &operating);
-        let line = |i: u32| {
-            let frequency_hz = f64::from(i) + 5.0;
-            let value = network.receptance(omega_rad_s(frequency_hz), &mut work);
-            Line { frequency_hz, value, noise: Some(Noise::RelativeSd(0.02)) }
-        };
-        Frf {
-            position: Some(position),
-            record: None,
-            response: "table".into(),
-            excitation: "table".into(),
-            quantity: Quantity::Receptance,
-            condition: Condition::default(),
-            averages: None,
-            source: "bench".into(),
-            lines: (0..1000).map(line).collect(),
-            rejected: 0,
-        }
-    };
-    let mut whole = set.clone();
-    (whole.frfs, whole.gain) = ([0, 2, 4].map(frf).to_vec(), Gain::Known(1.0));
+    let nuts_m = [0, 2, 4].map(|position: usize| set.positions[position].nut_m);
+    let frequencies_hz: Vec<f64> = (0..1000).map(|i| f64::from(i) + 5.0).collect();
+    let whole = simulated_frfs(machine, ("table", "table"), &nuts_m, &frequencies_hz);
     let (frf_fit, _) = whole.split(None, &[]).expect("its split");
     let frfs = FrfObjective::new(machine, &frf_fit, FrfSettings::default(), &[]).expect("an objective");
     let place = vec![0.4; LeastSquares::dimension(&frfs)];

@@ -91,19 +91,15 @@ fn refuse_pieces_of_other_work() {
     let mut child = begun(&out, "2", 3).expect("still at work");
     child.kill().expect("a kill");
     child.wait().expect("an end");
-    let other = Command::new(env!("CARGO_BIN_EXE_jointid"))
-        .args(["identify", "--positions", "l1,l3,l5", "--seed", "4", "--repeats", "1", "--out"])
-        .arg(&out)
-        .output()
-        .expect("a run");
-    assert!(other.status.success());
-    assert!(!String::from_utf8_lossy(&other.stderr).contains("goes on"), "another seed is other work");
+    let other = |out: &Path| {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_jointid"));
+        command.args(["identify", "--positions", "l1,l3,l5", "--seed", "4", "--repeats", "1", "--out"]).arg(out);
+        let ran = command.output().expect("a run");
+        assert!(ran.status.success());
+        String::from_utf8_lossy(&ran.stderr).into_owned()
+    };
+    assert!(!other(&out).contains("goes on"), "another seed is other work");
     let fresh = folder.path().join("fresh");
-    let again = Command::new(env!("CARGO_BIN_EXE_jointid"))
-        .args(["identify", "--positions", "l1,l3,l5", "--seed", "4", "--repeats", "1", "--out"])
-        .arg(&fresh)
-        .output()
-        .expect("a run");
-    assert!(again.status.success());
+    other(&fresh);
     assert!(result(&out) == result(&fresh));
 }

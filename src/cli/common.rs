@@ -229,7 +229,7 @@ pub fn deliver_with<T: Serialize>(
         write_told(output, folder, &std::iter::once((file, json.as_str())).chain(beside).collect::<Vec<_>>())?;
     }
     print_out(if output.json { &json } else { text })?;
-    talk::background(output, &serde_json::from_str(&json).unwrap_or_default());
+    talk::background(output, &json);
     Ok(())
 }
 

@@ -35,10 +35,11 @@ fn labelled(label: &str, style: Style, text: &str) {
 }
 
 /// With `--verbose`: what a result rests on, how it was set, how its searches went, how long it took.
-pub fn background(output: &Output, document: &Value) {
+pub fn background(output: &Output, json: &str) {
     if !output.verbose {
         return;
     }
+    let document: Value = serde_json::from_str(json).unwrap_or_default();
     let list = |key: &str| document[key].as_array().cloned().unwrap_or_default();
     let word = |value: &Value| value.as_str().map_or_else(|| value.to_string(), str::to_string);
     for input in list("inputs") {

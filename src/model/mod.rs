@@ -25,7 +25,7 @@ pub use energy::EnergyShare;
 pub use lanes::{Complexes, LANES, Reals};
 pub use matrices::{Matrices, matrices};
 pub use modes::{Mode, undamped_modes};
-pub use network::{Network, Point as FrequencyPoint, Workspace, filled};
+pub use network::{Network, Point as FrequencyPoint, Workspace};
 pub use peaks::{Peak, PeakSearch, peaks, peaks_counted};
 pub use sensitivity::Sensitivity;
 pub use structure::{ModelError, Rods, Structure};

@@ -255,17 +255,12 @@ impl Network {
             let entries = rod.damped_each(omega_rad_s);
             if entries.lossless {
                 determinant = determinant * entries.sin.re;
-                for (slot, entry) in slots.iter().zip([entries.direct, entries.direct, entries.cross]) {
-                    if let Some(slot) = *slot {
-                        work.complex[slot].re += entry.re;
-                    }
-                }
             } else {
                 determinant *= entries.sin;
-                for (slot, entry) in slots.iter().zip([entries.direct, entries.direct, entries.cross]) {
-                    if let Some(slot) = *slot {
-                        work.complex[slot] += entry;
-                    }
+            }
+            for (slot, entry) in slots.iter().zip([entries.direct, entries.direct, entries.cross]) {
+                if let Some(slot) = *slot {
+                    work.complex[slot] += entry;
                 }
             }
             work.rods.push(entries);
@@ -311,14 +306,12 @@ impl Network {
     /// Receptances at frequencies side by side.
     pub fn receptances(&self, omega_rad_s: Reals, work: &mut Workspace) -> Complexes {
         let shape = &self.structure;
-        self.factor_damped(omega_rad_s, work);
         // What is eliminated last needs no way back: its pivot is the dynamic stiffness there.
         if shape.response == shape.excitation {
+            self.factor_damped(omega_rad_s, work);
             return work.complex[shape.diagonal[shape.excitation]];
         }
-        work.at_excitation.fill(Complexes::ZERO);
-        work.at_excitation[shape.excitation] = Complexes::real(Reals::ONE);
-        shape.elimination.solve_last(&work.complex, &mut work.at_excitation);
+        self.displace(omega_rad_s, work);
         work.at_excitation[shape.response]
     }
 
@@ -415,6 +408,6 @@ fn lanes_of(omega_rad_s: &[f64]) -> impl Iterator<Item = (Reals, usize)> {
 }
 
 /// Up to as many numbers as stand side by side, the last one repeated.
-pub fn filled(some: &[f64]) -> Reals {
+pub(super) fn filled(some: &[f64]) -> Reals {
     Reals::from(std::array::from_fn(|lane| some[lane.min(some.len() - 1)]))
 }

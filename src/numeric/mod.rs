@@ -1,5 +1,6 @@
-//! Leaf mathematics that knows nothing of machines: bracketed roots, filters and small statistics.
+//! Leaf mathematics that knows nothing of machines: bracketed roots, filters, small statistics and digests.
 
+pub mod digest;
 pub mod filter;
 pub mod random;
 pub mod root;

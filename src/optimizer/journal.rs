@@ -9,7 +9,8 @@ use std::sync::Mutex;
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
-use sha2::{Digest, Sha256};
+
+use crate::numeric::digest::digest;
 
 const SCHEMA: &str = "jointid/unfinished/1";
 
@@ -52,7 +53,7 @@ impl Journal {
     ///
     /// # Errors  the file is there and cannot be read.
     pub fn open(path: &Path, work: &str) -> io::Result<Journal> {
-        let head = Head { schema: SCHEMA.into(), work: digest(work) };
+        let head = Head { schema: SCHEMA.into(), work: digest(work.as_bytes()) };
         let text = match std::fs::read(path) {
             Ok(bytes) => String::from_utf8_lossy(&bytes).into_owned(),
             Err(error) if error.kind() == io::ErrorKind::NotFound => String::new(),
@@ -77,12 +78,14 @@ impl Journal {
 
     /// A piece that an earlier run has written.
     pub fn read<T: DeserializeOwned>(&self, piece: &str) -> Option<T> {
-        serde_json::from_value(self.known.get(&digest(piece))?.clone()).ok()
+        serde_json::from_value(self.known.get(&digest(piece.as_bytes()))?.clone()).ok()
     }
 
     /// Writes a piece; the last one of a name counts. What cannot be written costs time at a later run, not the result: from then on nothing is.
     pub fn write<T: Serialize>(&self, piece: &str, found: &T) {
-        let line = serde_json::to_value(found).map_err(io::Error::from).and_then(|found| to_line(&Line { piece: digest(piece), found }));
+        let line = serde_json::to_value(found)
+            .map_err(io::Error::from)
+            .and_then(|found| to_line(&Line { piece: digest(piece.as_bytes()), found }));
         let Ok(mut sink) = self.sink.lock() else { return };
         let written = line.and_then(|line| {
             if let Sink::Nowhere(first) = &*sink {
@@ -127,10 +130,6 @@ impl Journal {
 
 fn to_line<T: Serialize>(value: &T) -> io::Result<String> {
     Ok(serde_json::to_string(value)? + "\n")
-}
-
-fn digest(text: &str) -> String {
-    Sha256::digest(text.as_bytes()).iter().take(12).map(|byte| format!("{byte:02x}")).collect()
 }
 
 #[cfg(test)]

@@ -11,9 +11,10 @@ pub mod simulation;
 mod table;
 mod write;
 
+pub use crate::numeric::digest::digest;
 pub use schema::{SCHEMAS, schema};
 pub use table::{
     bootstrap_table, columns, derived_table, frfs_table, gap_summary_table, gaps_table, objectives_table, parameters_table, peaks_table,
     plan_table, positions_table, summary_table, wrapped,
 };
-pub use write::{OutputFolder, digest, to_json};
+pub use write::{OutputFolder, to_json};

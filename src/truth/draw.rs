@@ -47,6 +47,18 @@ impl Draw {
         ((self.unit() * count as f64) as usize).min(count.saturating_sub(1))
     }
 
+    /// Puts things into a random order.
+    pub fn shuffle<T>(&mut self, things: &mut [T]) {
+        for last in (1..things.len()).rev() {
+            things.swap(last, self.index(last + 1));
+        }
+    }
+
+    /// A factor between two limits above 1, or as far below 1.
+    pub fn factor(&mut self, low: f64, high: f64) -> f64 {
+        if self.chance(0.5) { self.between(low, high) } else { 1.0 / self.between(low, high) }
+    }
+
     /// +1 or −1.
     pub fn sign(&mut self) -> f64 {
         if self.unit() < 0.5 { 1.0 } else { -1.0 }

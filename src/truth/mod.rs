@@ -20,6 +20,7 @@ mod error;
 pub mod hammer;
 pub mod machine;
 pub mod motion;
+mod sizing;
 
 #[cfg(test)]
 mod tests;

@@ -11,9 +11,13 @@ use super::fit::Fit;
 use super::subject::Subject;
 use super::survey::Survey;
 use crate::truth::TruthError;
+use crate::truth::sizing::Sizing;
 
 /// Relative error of a line that a careful test reproduces.
 const REPRODUCED: f64 = 0.01;
+
+/// How the size of an effect is looked for.
+const SIZING: Sizing = Sizing { start: 0.1, trials: 40, close: 0.02, steps: [3.0, 3.0], narrow: 1e-7, leap: 0.0 };
 
 /// Lines, weights and projection of one test of one machine.
 pub struct Gauge {
@@ -112,40 +116,10 @@ impl Gauge {
         let Some(effect) = subject.effects.first().cloned() else {
             return Ok(0.0);
         };
-        let largest = effect.kind.largest();
-        let at = |size: f64| -> Result<f64, TruthError> {
+        SIZING.size_for(effect.kind.id(), effect.kind.largest(), wanted, |size| {
             let sized = Subject { effects: vec![effect.sized(size)], ..subject.clone() };
             Ok(self.left(&sized)?.noncentrality)
-        };
-        let (mut low, mut high) = (f64::NEG_INFINITY, largest.ln());
-        let mut trial = 0.1f64.min(0.5 * largest).ln();
-        let mut reached = 0.0;
-        for _ in 0..40 {
-            let value = at(trial.exp())?;
-            let error = (value / wanted).ln();
-            if error.abs() < 0.02 {
-                return Ok(trial.exp());
-            }
-            reached = if value > reached { value } else { reached };
-            if error < 0.0 {
-                low = trial;
-            } else {
-                high = trial;
-            }
-            if high - low < 1e-7 {
-                break;
-            }
-            // Non-centrality grows with the square of a small effect; bisection where that leaves the bracket.
-            let next = trial - (0.5 * error).clamp(-3.0, 3.0);
-            trial = if next > low && next < high {
-                next
-            } else if low.is_finite() {
-                0.5 * (low + high)
-            } else {
-                high - 3.0
-            };
-        }
-        Err(TruthError::TooWeak { effect: effect.kind.id().to_owned(), reached, wanted })
+        })
     }
 }
 

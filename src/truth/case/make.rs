@@ -151,26 +151,12 @@ fn labelled(slot: &Slot, index: usize, attempt: usize, choice: &Choice) -> Label
     let subject = &choice.subject;
     let machine = subject.nuisance.applied(&subject.drawn);
     Label {
-        case: format!("case-{:04}", index + 1),
-        index,
-        kind: slot.kind,
         effects: slot.effects.iter().map(|effect| effect.id().to_owned()).collect(),
         alternatives: slot.partner.iter().map(|effect| effect.id().to_owned()).collect(),
-        strength: slot.strength,
-        noncentrality: Vec::new(),
         values: subject.effects.iter().map(|effect| effect.values(&machine)).collect(),
         places: subject.effects.iter().map(Effect::place).collect(),
-        band_hz: None,
-        phases: Vec::new(),
-        gap: Gap::default(),
         joints: subject.drawn.joints.clone(),
-        wrong_parameter: None,
-        frozen: Vec::new(),
-        fault: None,
-        faulty_records: Vec::new(),
-        hammer: None,
-        refused: attempt,
-        exact: Vec::new(),
+        ..Label::begun(index, slot.kind, slot.strength, attempt)
     }
 }
 
@@ -185,7 +171,7 @@ struct Misled {
 impl Misled {
     fn drawn(subject: &Subject, draw: &mut Draw) -> Self {
         let name = ["k_al", "k_ar", "k_n", "k_m"][draw.index(4)];
-        let factor = if draw.chance(0.5) { draw.between(1.6, 3.0) } else { 1.0 / draw.between(1.6, 3.0) };
+        let factor = draw.factor(1.6, 3.0);
         let (lower, upper) =
             subject.drawn.description.parameter(name).map_or((0.0, f64::INFINITY), |parameter| (parameter.lower, parameter.upper));
         let start = round_to(subject.drawn.joints[name] * factor, 2).clamp(lower, upper);

@@ -174,9 +174,7 @@ impl Plan {
             let strength = Some(clear[index % 4]);
             slots.push(Slot { effects: vec![first, second], strength, ..one(Kind::Double, first, index) });
         }
-        for last in (1..slots.len()).rev() {
-            slots.swap(last, draw.index(last + 1));
-        }
+        draw.shuffle(&mut slots);
         Self { slots }
     }
 

@@ -2,8 +2,9 @@
 
 use std::fmt::Write;
 
-use super::catalogue::{Drawn, round_to};
+use super::catalogue::Drawn;
 use super::run::Side;
+use crate::truth::machine::catalogue::round_to;
 
 /// An unknown parameter.
 #[derive(Clone, Debug, PartialEq)]

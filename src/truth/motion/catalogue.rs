@@ -4,6 +4,7 @@ use super::drive::Drive;
 use super::plant::{Axis, Contact, Friction, Growth, Spring, Wave};
 use super::run::Machine;
 use crate::truth::draw::Draw;
+use crate::truth::machine::catalogue::round_to;
 
 /// How an axis is driven.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -115,9 +116,4 @@ pub fn directions(machine: &Machine, stroke_m: f64) -> Vec<Machine> {
     moved(&|m| m.drive.dead_time_s += 1e-5);
     moved(&|m| m.axis.coupling.stiffness_n_m *= 0.8);
     out
-}
-
-/// A value rounded to a number of significant digits.
-pub fn round_to(value: f64, digits: i32) -> f64 {
-    format!("{value:.*e}", (digits - 1).max(0) as usize).parse().unwrap_or(value)
 }

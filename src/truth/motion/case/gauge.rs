@@ -16,12 +16,16 @@ use crate::truth::motion::effect::Effect;
 use crate::truth::motion::path::Path;
 use crate::truth::motion::phase::Phase;
 use crate::truth::motion::run::{COARSE_S, Log, Machine, Sensors};
+use crate::truth::sizing::Sizing;
 
 /// Relative error of the force that a careful test reproduces.
 const REPRODUCED: f64 = 0.015;
 
 /// One standard deviation of a weighed mass, relative.
 const WEIGHED: f64 = 0.01;
+
+/// How the size of an effect is looked for. A stop more or less makes its strength leap: the nearest side of the leap will do.
+const SIZING: Sizing = Sizing { start: 0.3, trials: 25, close: 0.05, steps: [2.5, 2.0], narrow: 1e-3, leap: 0.7 };
 
 /// A test: motions, sensors, what the engineer believes.
 #[derive(Clone, Debug)]
@@ -183,43 +187,11 @@ impl Gauge {
 
     /// Size at which an effect has a non-centrality.
     pub fn size_for(&self, effect: &Effect, machine: &Machine, usage: &Use, wanted: f64) -> Result<f64, TruthError> {
-        let largest = effect.kind.largest();
-        let at = |size: f64| {
+        SIZING.size_for(effect.kind.id(), effect.kind.largest(), wanted, |size| {
             let mut with = machine.clone();
             effect.sized(size).put_into(&mut with, usage);
-            self.left(&with).noncentrality
-        };
-        let (mut low, mut high) = (f64::NEG_INFINITY, largest.ln());
-        let (mut trial, mut reached): (f64, f64) = (0.3f64.min(0.5 * largest).ln(), 0.0);
-        for _ in 0..25 {
-            let value = at(trial.exp());
-            let error = (value / wanted).ln();
-            if error.abs() < 0.05 {
-                return Ok(trial.exp());
-            }
-            reached = if value > reached { value } else { reached };
-            if error < 0.0 {
-                low = trial;
-            } else {
-                high = trial;
-            }
-            if high - low < 1e-3 {
-                // A stop more or less makes it leap: the nearest side of the leap will do.
-                if error.abs() < 0.7 {
-                    return Ok(trial.exp());
-                }
-                break;
-            }
-            let next = trial - (0.5 * error).clamp(-2.5, 2.5);
-            trial = if next > low && next < high {
-                next
-            } else if low.is_finite() {
-                0.5 * (low + high)
-            } else {
-                high - 2.0
-            };
-        }
-        Err(TruthError::TooWeak { effect: effect.kind.id().to_owned(), reached, wanted })
+            Ok(self.left(&with).noncentrality)
+        })
     }
 }
 

@@ -13,8 +13,9 @@ use super::tour::{HELD_OUT, Tour, tour};
 use crate::truth::TruthError;
 use crate::truth::case::{Gap, Kind, Label, Strength};
 use crate::truth::draw::Draw;
+use crate::truth::machine::catalogue::round_to;
 use crate::truth::motion::belief::{Belief, IDS};
-use crate::truth::motion::catalogue::{Drawn, Use, drawn, round_to};
+use crate::truth::motion::catalogue::{Drawn, Use, drawn};
 use crate::truth::motion::effect::{Effect, EffectKind};
 use crate::truth::motion::phase::Phase;
 use crate::truth::motion::run::{Machine, STEP_S, Sensors, Side};
@@ -263,26 +264,12 @@ fn labelled(slot: &Slot, index: usize, attempt: usize, choice: &Choice, gauge: &
     let known = IDS.into_iter().zip(gauge.best.parameters).filter(|(id, _)| choice.test.belief.has(id));
     let values = |effect: &Effect| -> BTreeMap<String, f64> { effect.values(&choice.drawn.machine, &choice.drawn.usage) };
     Label {
-        case: format!("case-{:04}", index + 1),
-        index,
-        kind: slot.kind,
         effects: slot.effects.iter().map(|effect| effect.id().to_owned()).collect(),
         alternatives: slot.partner.into_iter().chain(twins).map(|effect| effect.id().to_owned()).collect(),
-        strength: slot.strength,
-        noncentrality: Vec::new(),
         values: choice.effects.iter().map(values).collect(),
         places: slot.effects.iter().map(|effect| effect.place()).collect(),
-        band_hz: None,
-        phases: Vec::new(),
-        gap: Gap::default(),
         joints: known.map(|(id, value)| (id.to_owned(), value)).collect(),
-        wrong_parameter: None,
-        frozen: Vec::new(),
-        fault: None,
-        faulty_records: Vec::new(),
-        hammer: None,
-        refused: attempt,
-        exact: Vec::new(),
+        ..Label::begun(index, slot.kind, slot.strength, attempt)
     }
 }
 
@@ -297,7 +284,7 @@ struct Misled {
 impl Misled {
     fn drawn(gauge: &Gauge, draw: &mut Draw) -> Self {
         let at = draw.index(3);
-        let factor = if draw.chance(0.5) { draw.between(1.6, 3.0) } else { 1.0 / draw.between(1.6, 3.0) };
+        let factor = draw.factor(1.6, 3.0);
         Self { at, start: round_to(gauge.best.parameters[at] * factor, 2), factor, is_frozen: draw.chance(0.5) }
     }
 

@@ -112,9 +112,7 @@ impl Plan {
             let side = first.side().or(second.side()).unwrap_or(side(index));
             slots.push(Slot { kind: Kind::Double, effects: vec![first, second], side, ..Slot::single(first, clear[index % 2], side) });
         }
-        for last in (1..slots.len()).rev() {
-            slots.swap(last, draw.index(last + 1));
-        }
+        draw.shuffle(&mut slots);
         Self { slots }
     }
 
