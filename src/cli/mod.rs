@@ -1,12 +1,15 @@
 //! The command line: arguments, one file per command, progress, exit codes.
 
 mod arguments;
+mod bode;
 mod common;
 mod compare;
 mod convergence;
 mod diagnose;
 mod file_arguments;
 mod friction;
+mod gain;
+mod hold;
 mod identify;
 mod import;
 mod init;

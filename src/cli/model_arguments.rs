@@ -5,6 +5,9 @@ use std::path::PathBuf;
 use clap::{Args, Subcommand, ValueEnum};
 
 use super::arguments::{ModelName, Output, QuantityName, SearchArguments, Sources};
+use super::bode::BodeArguments;
+use super::gain::GainArguments;
+use super::hold::HoldArguments;
 use super::motion::MotionArguments;
 
 /// What loads the machine.
@@ -208,6 +211,17 @@ pub enum Simulation {
         after_help = "Example:\n  jointid simulate motion --config configs/emps.toml --reference s-curve --and-back > motion.csv\n  jointid simulate motion --config configs/emps.toml --measurements emps --record sweep --out results"
     )]
     Motion(MotionArguments),
+    /// From command to position by frequency: linearised, and simulated with a sine
+    #[command(after_help = "Example:\n  jointid simulate bode --config configs/servo-axis.toml --response slide")]
+    Bode(BodeArguments),
+    /// Time, static error, energy and cost of gains of the position loop
+    #[command(after_help = "Example:\n  jointid simulate gain --config configs/servo-axis.toml --response slide")]
+    Gain(GainArguments),
+    /// The drive's loops as a spring and a damper at the point they hold, or an identified hold as gains
+    #[command(
+        after_help = "Example:\n  jointid simulate hold --config configs/servo-axis.toml\n  jointid simulate hold --result results/identification.json --constant 1.0 --lead-m 0.04"
+    )]
+    Hold(HoldArguments),
     /// Every figure that the papers of the models print, beside ours
     #[command(after_help = "Example:\n  jointid simulate published --markdown")]
     Published(PublishedArguments),
@@ -270,6 +284,9 @@ pub struct FrfArguments {
     /// Point that is excited; that of the measurement set by default
     #[arg(long, value_name = "POINT")]
     pub excitation: Option<String>,
+    /// With the loops of the drive closed, which hold the machine
+    #[arg(long)]
+    pub closed_loop: bool,
     /// Quantity
     #[arg(long, value_enum, default_value = "receptance")]
     pub quantity: QuantityName,

@@ -1,17 +1,21 @@
 //! `jointid simulate`.
 
 use std::collections::BTreeMap;
+use std::collections::btree_map::Entry;
 use std::fmt::Write;
 use std::sync::Arc;
+
+use num_complex::Complex64;
 
 use super::arguments::Sources;
 use super::arguments::{FrfArguments, LoadArguments, ModesArguments, SimulateArguments, Simulation};
 use super::common::{CommandResult, Loaded, Outcome, deliver, load, load_machine, prepare, read_document, rods, stamp, told, warn};
 use super::import::quantity;
 use super::validate::{check_identification, identified_values};
-use super::{motion, published, sweep};
+use super::{bode, gain, hold, motion, published, sweep};
 use crate::machine::{Chain, Machine, Operating};
 use crate::model::{Rods, Structure, undamped_modes};
+use crate::motion::Hold;
 use crate::report::document::{Frfs, Identification, Input};
 use crate::report::simulation::{ModeRow, Modes};
 use crate::unit::omega_rad_s;
@@ -25,6 +29,9 @@ pub fn run(given: &SimulateArguments) -> CommandResult {
         Simulation::Stiffness(given) => sweep::stiffness(given),
         Simulation::Sensitivity(given) => sweep::sensitivity(given),
         Simulation::Motion(given) => motion::run(given),
+        Simulation::Bode(given) => bode::run(given),
+        Simulation::Gain(given) => gain::run(given),
+        Simulation::Hold(given) => hold::run(given),
         Simulation::Published(given) => published::run(given),
     }
 }
@@ -202,7 +209,11 @@ fn frf(given: &FrfArguments) -> CommandResult {
         let chain = machine.chain.at(&values, &operating);
         let mut row = Vec::with_capacity(lines);
         let omegas: Vec<f64> = frequency_hz.iter().copied().map(omega_rad_s).collect();
-        for ((&f, &omega), receptance) in frequency_hz.iter().zip(&omegas).zip(network.sweep(&omegas, &mut work)) {
+        let receptances = match given.closed_loop {
+            false => network.sweep(&omegas, &mut work),
+            true => closed(machine, &values, &operating, (response, excitation, representation), &omegas)?,
+        };
+        for ((&f, &omega), receptance) in frequency_hz.iter().zip(&omegas).zip(receptances) {
             let recorded = Chain::log_factor(chain, omega).exp();
             let h = receptance * quantity.from_receptance(omega) * recorded;
             let _ = writeln!(text, "{name},{f},{:e},{:e}", h.re, h.im);
@@ -221,9 +232,35 @@ fn frf(given: &FrfArguments) -> CommandResult {
         quantity: quantity.word().into(),
         response: machine.points[response].name.clone(),
         excitation: machine.points[excitation].name.clone(),
+        closed_loop: given.closed_loop,
         frequency_hz,
         positions,
     };
     deliver(&given.output, folder.as_ref(), "frf.json", &document, &text)?;
     Ok(Outcome::Done)
+}
+
+/// Receptances with the loops of the drive closed.
+fn closed(
+    machine: &Machine,
+    values: &[f64],
+    operating: &Operating,
+    (response, excitation, rods): (usize, usize, Rods),
+    omega_rad_s: &[f64],
+) -> Result<Vec<Complex64>, String> {
+    let hold = Hold::new(machine, values, operating).map_err(|e| format!("--closed-loop: {e}"))?;
+    let mut open = BTreeMap::new();
+    let among: Vec<usize> = hold.points().into_iter().chain([response]).collect();
+    for &at in &among {
+        for force in [hold.on, excitation] {
+            if let Entry::Vacant(place) = open.entry((at, force)) {
+                let structure = Arc::new(Structure::new(machine, at, force, rods).map_err(told)?);
+                let mut network = structure.network();
+                network.update(machine, values, operating);
+                place.insert(network.sweep(omega_rad_s, &mut structure.workspace()));
+            }
+        }
+    }
+    let at = |(line, omega): (usize, &f64)| hold.close(*omega, response, excitation, |point, force| open[&(point, force)][line]);
+    Ok(omega_rad_s.iter().enumerate().map(at).collect())
 }

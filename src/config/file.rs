@@ -9,6 +9,7 @@ use super::contact::{ContactDefaults, ContactFile, FrictionFile, RuleFile, Segme
 use super::motion::{DriveFile, FrictionForceFile, LeadErrorFile};
 use super::number::{Number, source};
 use super::rescale::RescaleFile;
+use super::servo::ServoFile;
 use crate::machine::{
     Data, DerivedPatch, Effect, FitRule, JointPatch, Motion, Parameter, Patch, Place, PointPatch, Scale, ShaftPatch, Source,
 };
@@ -144,6 +145,8 @@ pub struct JointFile {
     on: Option<BTreeMap<String, f64>>,
     stiffness: Option<Number>,
     damping: Option<Number>,
+    /// Instead of both: the loops of a drive that holds a point.
+    servo: Option<ServoFile>,
     loss_factor: Option<Number>,
     relaxation_stiffness: Option<Number>,
     friction: Option<FrictionForceFile>,
@@ -363,16 +366,21 @@ fn joint(file: JointFile) -> Result<JointPatch, String> {
         angles.push(screw.angle.clone());
         on.push((screw.angle, -travel_per_radian_m(screw.lead_m)));
     }
-    if file.stiffness.is_none() && file.damping.is_none() && file.friction.is_none() {
-        return Err(format!("joint.{name}: has neither stiffness nor damping nor friction; write at least one"));
-    }
+    let (stiffness, damping) = match file.servo {
+        None if file.stiffness.is_none() && file.damping.is_none() && file.friction.is_none() => {
+            return Err(format!("joint.{name}: has neither stiffness nor damping nor friction; write at least one"));
+        }
+        None => (source(file.stiffness), source(file.damping)),
+        Some(servo) if file.stiffness.is_none() && file.damping.is_none() => servo.stiffness_and_damping(&name)?,
+        Some(_) => return Err(format!("joint.{name}.servo: gives stiffness and damping; leave those out")),
+    };
     Ok(JointPatch {
         name,
         on,
         alike,
         angles,
-        stiffness: source(file.stiffness),
-        damping: source(file.damping),
+        stiffness,
+        damping,
         loss_factor: source(file.loss_factor),
         relaxation_stiffness: file.relaxation_stiffness.map(Source::from),
         friction: file.friction.unwrap_or_default().into(),

@@ -10,6 +10,7 @@ mod number;
 mod read;
 mod rescale;
 mod schema;
+mod servo;
 
 pub use beginning::MACHINE_BEGINNING;
 pub use embedded::{BENCH, embedded_config};

@@ -2,8 +2,8 @@
 
 use super::check::{MachineError, fault, listing};
 use super::{
-    CurrentLoop, Drive, Encoder, Friction, Inverter, Joint, LeadError, Machine, Motion, Motor, Operating, PositionLoop, Source, Tachometry, Value,
-    VelocityLoop, Wave,
+    CurrentLoop, Drive, Encoder, Friction, Inverter, Joint, LeadError, Machine, Motion, Motor, Operating, PositionLoop, Source, Tachometry,
+    Value, VelocityLoop, Wave,
 };
 
 /// A wave a patch adds; fields as in [`Wave`].
@@ -294,8 +294,7 @@ impl Machine {
             let may_be_infinite = ["saturation", "integral_time_s", "dc_link_v"].contains(&key);
             let any_sign = ["offset", "viscous_asymmetry", "cosine", "sine", "growth"].contains(&key);
             let electric = ["inductance_h", "inductance_d_h", "dc_link_v"].contains(&key);
-            let above_zero =
-                electric || ["saturation", "integral_time_s", "stribeck_exponent", "constant", "force_factor"].contains(&key);
+            let above_zero = electric || ["saturation", "integral_time_s", "stribeck_exponent", "constant", "force_factor"].contains(&key);
             if x.is_nan() || (x.is_infinite() && !may_be_infinite) {
                 return Err(fault(part, format!("is {x}; write a finite number")));
             }

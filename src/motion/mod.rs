@@ -11,11 +11,15 @@
 //! which a mode ends (a velocity or a gap changes sign, a holding force passes its limit) or whose parabola is too coarse is halved: that finds
 //! each event to 2⁻³² of the period. Energy is kept account of: the drive's work is what is stored and what is lost.
 
+mod bode;
 mod control;
 mod element;
 mod error;
 mod flow;
+mod gain;
+mod hold;
 mod inverter;
+mod linear;
 mod plant;
 mod record;
 mod reference;
@@ -26,7 +30,11 @@ mod state;
 mod step;
 mod trace;
 
+pub use bode::{SineResponse, sine_response};
 pub use error::MotionError;
+pub use gain::{GainRow, gain_study};
+pub use hold::{Hold, gains_of};
+pub use linear::{LinearLoops, Pole, smooth};
 pub use record::{RecordGap, simulate_record};
 pub use reference::{Course, SCurve, Sine};
 pub use run::simulate;

@@ -119,7 +119,8 @@ fn parts(settings: &Settings, period_s: f64) -> Result<usize, MotionError> {
     let Some(step_s) = settings.step_s else { return Ok(1) };
     let parts = period_s / step_s;
     if !(step_s > 0.0 && parts > 1.0 - 1e-6) {
-        let fault = format!("a step of {step_s} s is too long for the period of {period_s} s of the innermost loop; write a whole part of it");
+        let fault =
+            format!("a step of {step_s} s is too long for the period of {period_s} s of the innermost loop; write a whole part of it");
         return Err(MotionError::Input(fault));
     }
     if (parts - parts.round()).abs() > 1e-6 * parts || parts > 1e6 {

@@ -156,6 +156,10 @@ impl Runner {
             }
         };
         self.energy.supplied_j += work;
+        let force = plant.winding.map_or(self.input[0], |w| w.force(&stepper.half));
+        if force * stepper.half[plant.size + plant.drive] > 0.0 {
+            self.energy.driving_j += work;
+        }
         self.energy.turned_over_j += work.abs();
         self.y.copy_from_slice(&stepper.end);
         let sizes = self.y.iter().zip(&self.finest);

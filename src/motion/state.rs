@@ -33,7 +33,10 @@ fn ladder(step: Option<i16>) -> f64 {
 impl Plant {
     /// Whether everything is linear between events.
     pub fn is_linear(&self) -> bool {
-        self.winding.is_none_or(|w| w.d.is_none()) && self.ripple.is_flat() && self.leads.is_empty() && self.rubs.iter().all(|r| r.is_level() && r.bristle.is_none())
+        self.winding.is_none_or(|w| w.d.is_none())
+            && self.ripple.is_flat()
+            && self.leads.is_empty()
+            && self.rubs.iter().all(|r| r.is_level() && r.bristle.is_none())
     }
 
     /// Travel of the axis per unit of the drive's point, by the encoder that sits there: a torque over it is the force along the axis.

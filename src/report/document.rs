@@ -484,6 +484,9 @@ pub struct Frfs {
     pub response: String,
     /// Point that is excited.
     pub excitation: String,
+    /// Whether the loops of the drive were closed.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub closed_loop: bool,
     /// Frequencies (Hz).
     pub frequency_hz: Vec<f64>,
     /// Real and imaginary parts by position.

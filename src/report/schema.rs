@@ -2,10 +2,10 @@
 
 use schemars::{Schema, schema_for};
 
-use super::{diagnosis, document, motion, simulation};
+use super::{diagnosis, document, loops, motion, simulation};
 
 /// Names of the documents that have a schema: those of their files.
-pub const SCHEMAS: [&str; 17] = [
+pub const SCHEMAS: [&str; 20] = [
     "identification",
     "validation",
     "comparison",
@@ -17,6 +17,9 @@ pub const SCHEMAS: [&str; 17] = [
     "modes",
     "matrices",
     "motion",
+    "bode",
+    "gain",
+    "hold",
     "stiffness",
     "sensitivity",
     "friction",
@@ -39,6 +42,9 @@ pub fn schema(name: &str) -> Option<Schema> {
         "modes" => schema_for!(simulation::Modes),
         "matrices" => schema_for!(simulation::MatricesDocument),
         "motion" => schema_for!(motion::MotionDocument),
+        "bode" => schema_for!(loops::Bode),
+        "gain" => schema_for!(loops::GainStudy),
+        "hold" => schema_for!(loops::HoldDocument),
         "stiffness" => schema_for!(simulation::Sweep),
         "sensitivity" => schema_for!(simulation::SensitivityDocument),
         "friction" => schema_for!(simulation::FrictionDocument),

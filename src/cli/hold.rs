@@ -1,0 +1,117 @@
+//! `jointid simulate hold`.
+
+use std::path::PathBuf;
+
+use clap::Args;
+
+use super::arguments::{LoadArguments, Output, Sources};
+use super::common::{CommandResult, Outcome, deliver, load_machine, prepare, read_document, stamp, told, warn};
+use super::simulate::operating;
+use crate::machine::Motion;
+use crate::motion::{Hold, gains_of};
+use crate::report::columns;
+use crate::report::document::Identification;
+use crate::report::loops::{HoldDocument, HoldGains, HoldRow};
+use crate::unit::omega_rad_s;
+
+/// `simulate hold`.
+#[derive(Debug, Args)]
+pub struct HoldArguments {
+    #[command(flatten)]
+    pub sources: Sources,
+    /// Frequencies (Hz)
+    #[arg(long, value_name = "F", value_delimiter = ',', default_value = "1,2,5,10,20,50,100,200,500")]
+    pub at_hz: Vec<f64>,
+    /// An identification.json whose k_s and c_s are told as gains
+    #[arg(long, value_name = "FILE", requires = "constant", requires = "lead_m")]
+    pub result: Option<PathBuf>,
+    /// With --result: torque per output of the velocity loop (N·m/A or N·m/V)
+    #[arg(long, value_name = "G")]
+    pub constant: Option<f64>,
+    /// With --result: lead of the screw (m per turn)
+    #[arg(long, value_name = "M")]
+    pub lead_m: Option<f64>,
+    /// With --result: ids of the stiffness and of the damping of the hold
+    #[arg(long, value_name = "IDS", value_delimiter = ',', default_value = "k_s,c_s")]
+    pub ids: Vec<String>,
+    #[command(flatten)]
+    pub output: Output,
+}
+
+/// Runs the command.
+pub fn run(given: &HoldArguments) -> CommandResult {
+    match &given.result {
+        Some(path) => from_result(given, path),
+        None => from_gains(given),
+    }
+}
+
+fn from_gains(given: &HoldArguments) -> CommandResult {
+    let loaded = load_machine(&given.sources)?;
+    let machine = &loaded.config.machine;
+    let at_rest = LoadArguments { velocity_m_s: None, acceleration_m_s2: None, force_n: None };
+    let operating = operating(&loaded, None, None, &at_rest)?;
+    let hold = Hold::new(machine, &machine.start(), &operating).map_err(|e| format!("{}: {e}", loaded.config.path))?;
+    if let Some(f) = given.at_hz.iter().find(|f| !(**f > 0.0 && f.is_finite())) {
+        return Err(format!("--at-hz {f}: write frequencies above 0 Hz"));
+    }
+    let folder = prepare(&given.output)?;
+    let row = |&frequency_hz: &f64| {
+        let omega = omega_rad_s(frequency_hz);
+        let z = hold.at_driven_point(omega).map_err(told)?;
+        Ok(HoldRow { frequency_hz, stiffness: z.re, damping: z.im / omega, phase_deg: z.arg().to_degrees() })
+    };
+    let rows = given.at_hz.iter().map(row).collect::<Result<Vec<_>, String>>()?;
+    let point = &machine.points[hold.on];
+    let turns = point.motion == Motion::Rotation;
+    let (k, c) = if turns { ("N·m/rad", "N·m·s/rad") } else { ("N/m", "N·s/m") };
+    let heads = ["frequency Hz".into(), format!("k_s {k}"), format!("c_s {c}"), "phase °".into()];
+    let cells = |r: &HoldRow| {
+        vec![format!("{}", r.frequency_hz), format!("{:.4e}", r.stiffness), format!("{:.4e}", r.damping), format!("{:.2}", r.phase_deg)]
+    };
+    let text = format!("the drive holds «{}» as a spring and a damper\n{}", point.name, columns(&heads, rows.iter().map(cells)));
+    let document = HoldDocument { stamp: stamp("hold", 0, true, &loaded, Vec::new()), point: Some(point.name.clone()), rows, gains: None };
+    deliver(&given.output, folder.as_ref(), "hold.json", &document, &text)?;
+    Ok(Outcome::Done)
+}
+
+fn from_result(given: &HoldArguments, path: &std::path::Path) -> CommandResult {
+    let (identified, input): (Identification, _) = read_document(path)?;
+    let [k, c] = given.ids.as_slice() else {
+        return Err(format!("--ids {}: write two, of the stiffness and of the damping", given.ids.join(",")));
+    };
+    let value = |id: &String| {
+        identified.parameters.get(id).map(|p| (p.value, p.identifiable)).ok_or_else(|| {
+            let known: Vec<&str> = identified.parameters.keys().map(String::as_str).collect();
+            format!("{}: has no parameter «{id}»; it has {}; name others by --ids", path.display(), known.join(", "))
+        })
+    };
+    let ((stiffness, sure_k), (damping, sure_c)) = (value(k)?, value(c)?);
+    let (constant, lead_m) = (given.constant.unwrap_or(f64::NAN), given.lead_m.unwrap_or(f64::NAN));
+    for (key, x) in [("--constant", constant), ("--lead-m", lead_m), (k, stiffness), (c, damping)] {
+        if !(x > 0.0 && x.is_finite()) {
+            return Err(format!("{key} {x}: gains need a number above 0"));
+        }
+    }
+    let folder = prepare(&given.output)?;
+    let (position_gain_per_s, velocity_gain) = gains_of(stiffness, damping, constant, lead_m);
+    let loaded = load_machine(&given.sources)?;
+    let mut stamp = stamp("hold", 0, true, &loaded, Vec::new());
+    for (id, sure) in [(k, sure_k), (c, sure_c)] {
+        if sure != Some(true) {
+            stamp
+                .warnings
+                .push(format!("{id} was not identified by these data: the gains rest on its start value or on the range it was given"));
+        }
+    }
+    stamp.inputs.push(input);
+    warn(&given.output, &stamp.warnings);
+    let text = format!(
+        "{k} {stiffness:.4e} N·m/rad and {c} {damping:.4e} N·m·s/rad hold like the gains\nposition loop {position_gain_per_s:.4} 1/s ({:.1} 1/min)\nvelocity loop {velocity_gain:.4} per m/s\n",
+        60.0 * position_gain_per_s
+    );
+    let gains = Some(HoldGains { stiffness, damping, position_gain_per_s, velocity_gain });
+    let document = HoldDocument { stamp, point: None, rows: Vec::new(), gains };
+    deliver(&given.output, folder.as_ref(), "hold.json", &document, &text)?;
+    Ok(Outcome::Done)
+}

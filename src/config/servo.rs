@@ -1,0 +1,69 @@
+//! The words of a configuration file for a drive that holds a point, entered as a spring and a damper.
+
+use schemars::JsonSchema;
+use serde::Deserialize;
+
+use super::number::Number;
+use crate::machine::Source;
+use crate::unit::travel_per_radian_m;
+
+/// A drive whose loops hold a point: proportional in position and velocity, fast against the vibration. With integrals, delays and currents
+/// describe it as [drive] and ask for closed loops.
+#[derive(Debug, Clone, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct ServoFile {
+    /// Force or torque per output of the velocity loop (N/A, N·m/A or per V).
+    constant: f64,
+    /// Travel per turn (m) where the point turns and the gains are those of a travel.
+    lead_m: Option<f64>,
+    /// Gain of the position loop (1/s).
+    position_gain_per_s: Number,
+    /// Gain of the velocity loop (output per m/s, or per rad/s without lead_m).
+    velocity_gain: Number,
+}
+
+/// base·factor.
+fn times(base: Source, factor: &Number, joint: &str, key: &str) -> Result<Source, String> {
+    match (factor, base) {
+        (Number::Fixed(x), Source::Number(b)) => Ok(Source::Number(b * x)),
+        // A number first, so that parameters multiply it.
+        (Number::Named(id), base) => Ok(Source::Times(Box::new(base), id.clone())),
+        (Number::Fixed(x), Source::Times(inner, id)) => Ok(Source::Times(Box::new(times(*inner, &Number::Fixed(*x), joint, key)?), id)),
+        _ => Err(format!("joint.{joint}.servo.{key}: write a number, or the name of a parameter")),
+    }
+}
+
+impl ServoFile {
+    /// k = G·k_v·k_p·i and c = G·k_v·i, i = lead/2π.
+    ///
+    /// # Source  the loops of [`crate::machine::PositionLoop`] and [`crate::machine::VelocityLoop`] without integral and delay
+    pub fn stiffness_and_damping(self, joint: &str) -> Result<(Source, Source), String> {
+        for (key, x) in [("constant", Some(self.constant)), ("lead_m", self.lead_m)] {
+            if let Some(x) = x.filter(|x| !(*x > 0.0 && x.is_finite())) {
+                return Err(format!("joint.{joint}.servo.{key}: is {x}; write a number above 0"));
+            }
+        }
+        let base = Source::Number(self.constant * self.lead_m.map_or(1.0, travel_per_radian_m));
+        let damping = times(base, &self.velocity_gain, joint, "velocity_gain")?;
+        let stiffness = times(damping.clone(), &self.position_gain_per_s, joint, "position_gain_per_s")?;
+        Ok((stiffness, damping))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn limit_gains_are_stiffness_and_damping() {
+        let number = |x| Number::Fixed(x);
+        let servo = |position, velocity| ServoFile { constant: 2.0, lead_m: None, position_gain_per_s: position, velocity_gain: velocity };
+        let (k, c) = servo(number(50.0), number(3.0)).stiffness_and_damping("hold").unwrap();
+        assert_eq!((k, c), (Source::Number(300.0), Source::Number(6.0)));
+        let named = servo(number(50.0), Number::Named("k_v".into())).stiffness_and_damping("hold").unwrap();
+        let times = |base, id: &str| Source::Times(Box::new(Source::Number(base)), id.into());
+        assert_eq!(named, (times(100.0, "k_v"), times(2.0, "k_v")));
+        let series = Number::Series(toml::from_str("series = [1.0, 2.0]").unwrap());
+        assert!(servo(series, number(1.0)).stiffness_and_damping("hold").unwrap_err().contains("position_gain_per_s"));
+    }
+}
