@@ -41,6 +41,7 @@ pub fn force_n(nominal: &Nominal, shift_m: f64, rate_m_s: f64) -> (f64, f64) {
 }
 
 /// Elastic energy of both flanks at a shift, J.
+#[cfg(test)]
 pub fn energy_j(nominal: &Nominal, shift_m: f64) -> f64 {
     if nominal.backlash_m == 0.0 {
         return 0.5 * nominal.axial_n_m * shift_m * shift_m;

@@ -22,7 +22,7 @@ pub struct Integral {
 impl Integral {
     /// Output for an error before any limit. `share` is T/T_i.
     ///
-    /// # Source     Ma et al., section 2.3.
+    /// # Source     Symmetry 11 (2019) 1156, section 2.3.
     fn output(&self, gain: f64, share: f64, error: f64) -> f64 {
         gain * (error + share * (self.sum + error))
     }

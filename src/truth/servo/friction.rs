@@ -25,12 +25,6 @@ impl Friction {
         Self { coulomb_n: 0.0, excess_n: 0.0, stribeck_m_s: 0.01, viscous_n_s_m: 0.0 }
     }
 
-    /// Least of its coefficients.
-    pub(super) fn least(&self) -> f64 {
-        // NaN must not hide behind `min`.
-        [self.coulomb_n, self.excess_n, self.viscous_n_s_m].into_iter().fold(0.0, |a, b| if b >= a { a } else { b })
-    }
-
     fn level_n(&self, speed_m_s: f64) -> f64 {
         if self.excess_n == 0.0 { self.coulomb_n } else { self.coulomb_n + self.excess_n * (-speed_m_s.abs() / self.stribeck_m_s).exp() }
     }

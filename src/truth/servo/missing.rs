@@ -28,18 +28,13 @@ pub struct Missing {
 }
 
 impl Default for Missing {
-    /// The usual sizes.
+    /// Everything at its usual size: 50 µm/m, 0.8 µm, 0.1 and 0.15 N·m, 5 µm; the strain there from the start.
     fn default() -> Self {
-        Self::usual()
+        Self { growth: 5e-5, lead_error_m: 0.8e-6, ripple_nm: [0.1, 0.15], presliding_m: 5e-6, ..Self::none() }
     }
 }
 
 impl Missing {
-    /// The usual sizes.
-    pub fn usual() -> Self {
-        Self { growth: 5e-5, lead_error_m: 0.8e-6, ripple_nm: [0.1, 0.15], presliding_m: 5e-6, ..Self::none() }
-    }
-
     /// Nothing is missing: the truth and the analytical model differ by their methods only.
     pub fn none() -> Self {
         Self {
@@ -60,6 +55,7 @@ impl Missing {
     }
 
     /// Energy stored in it, J: Σ A/n cos(n θ + φ).
+    #[cfg(test)]
     pub(super) fn cogging_j(&self, angle_rad: f64) -> f64 {
         self.cogging(angle_rad, |times, angle| angle.cos() / times)
     }

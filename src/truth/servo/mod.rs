@@ -15,7 +15,7 @@
 //! write     records as measurement sets
 //! ```
 //!
-//! The axis is that of Ma et al., Symmetry 11 (2019) 1156, Table 2, with masses, stiffnesses and friction of our own choice, which the
+//! The axis is that of Symmetry 11 (2019) 1156, Table 2, with masses, stiffnesses and friction of our own choice, which the
 //! paper does not print.
 
 mod contact;

@@ -6,7 +6,7 @@ use super::nominal::Nominal;
 ///
 /// u_d = R i_d + L_d i_d′ − ω_e L_q i_q,  u_q = R i_q + L_q i_q′ + ω_e (L_d i_d + ψ),  ω_e = p ω
 ///
-/// # Source     Ma et al., section 2.4.
+/// # Source     Symmetry 11 (2019) 1156, section 2.4.
 pub fn rates_a_s(nominal: &Nominal, current_a: [f64; 2], speed_rad_s: f64, voltage_v: [f64; 2]) -> [f64; 2] {
     let ([d, q], [inductance_d, inductance_q]) = (current_a, nominal.inductance_h);
     let electric = nominal.pole_pairs * speed_rad_s;
@@ -23,6 +23,7 @@ pub fn torque_nm(nominal: &Nominal, [d, q]: [f64; 2]) -> f64 {
 }
 
 /// Energy of the currents' field, J: 3/4 (L_d i_d² + L_q i_q²).
+#[cfg(test)]
 pub fn field_j(nominal: &Nominal, [d, q]: [f64; 2]) -> f64 {
     0.75 * (nominal.inductance_h[0] * d * d + nominal.inductance_h[1] * q * q)
 }

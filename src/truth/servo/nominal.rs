@@ -21,7 +21,7 @@ pub struct Loops {
     pub position_gain_1_s: f64,
     /// Share of the command's speed that is fed forward.
     pub feed_forward: f64,
-    /// Velocity periods over which the encoder's difference is taken. More than one is quieter and later: this axis bears two at most.
+    /// Velocity periods over which the encoder's difference is taken. More are quieter and later.
     pub speed_periods: usize,
 }
 
@@ -152,12 +152,12 @@ pub struct Axis {
 impl Axis {
     /// The first axis with everything that is missing, at its usual size.
     pub fn x() -> Self {
-        Self { nominal: Nominal::x(), missing: Missing::usual() }
+        Self { nominal: Nominal::x(), missing: Missing::default() }
     }
 
     /// The second axis: as the first, but its waves have phases of their own.
     pub fn y() -> Self {
-        let missing = Missing { lead_phase_rad: 3.9, ripple_phase_rad: [5.2, 0.3], ..Missing::usual() };
+        let missing = Missing { lead_phase_rad: 3.9, ripple_phase_rad: [5.2, 0.3], ..Missing::default() };
         Self { nominal: Nominal::y(), missing }
     }
 
@@ -168,7 +168,8 @@ impl Axis {
         let (n, l, m) = (&self.nominal, &self.nominal.loops, &self.missing);
         let positive = [
             ("pole_pairs", n.pole_pairs),
-            ("inductance_h", n.inductance_h[0].min(n.inductance_h[1])),
+            ("inductance_h", n.inductance_h[0]),
+            ("inductance_h", n.inductance_h[1]),
             ("torque_constant_nm_a", n.torque_constant_nm_a),
             ("link_v", n.link_v),
             ("current_limit_a", n.current_limit_a),
@@ -178,7 +179,8 @@ impl Axis {
             ("table_kg", n.table_kg),
             ("torsion_nm_rad", n.torsion_nm_rad),
             ("axial_n_m", n.axial_n_m),
-            ("stribeck_m_s", n.table_friction.stribeck_m_s.min(n.screw_friction.stribeck_m_s)),
+            ("stribeck_m_s", n.table_friction.stribeck_m_s),
+            ("stribeck_m_s", n.screw_friction.stribeck_m_s),
             ("current_time_s", l.current_time_s),
             ("velocity_time_s", l.velocity_time_s),
             ("speed_periods", l.speed_periods as f64),
@@ -189,10 +191,15 @@ impl Axis {
             ("torsion_nm_s_rad", n.torsion_nm_s_rad),
             ("axial_n_s_m", n.axial_n_s_m),
             ("backlash_m", n.backlash_m),
-            ("table_friction", n.table_friction.least()),
-            ("screw_friction", n.screw_friction.least()),
+            ("coulomb_n", n.table_friction.coulomb_n),
+            ("excess_n", n.table_friction.excess_n),
+            ("viscous_n_s_m", n.table_friction.viscous_n_s_m),
+            ("coulomb_n", n.screw_friction.coulomb_n),
+            ("excess_n", n.screw_friction.excess_n),
+            ("viscous_n_s_m", n.screw_friction.viscous_n_s_m),
             ("lead_error_m", m.lead_error_m),
-            ("ripple_nm", m.ripple_nm[0].min(m.ripple_nm[1])),
+            ("ripple_nm", m.ripple_nm[0]),
+            ("ripple_nm", m.ripple_nm[1]),
             ("presliding_m", m.presliding_m),
             ("growth_time_s", m.growth_time_s),
         ];
@@ -204,7 +211,8 @@ impl Axis {
             ("growth", m.growth),
             ("anchor_m", m.anchor_m),
             ("lead_phase_rad", m.lead_phase_rad),
-            ("ripple_phase_rad", m.ripple_phase_rad[0] + m.ripple_phase_rad[1]),
+            ("ripple_phase_rad", m.ripple_phase_rad[0]),
+            ("ripple_phase_rad", m.ripple_phase_rad[1]),
         ];
         refuse(&positive, "a positive number", |value| value > 0.0)?;
         refuse(&not_negative, "zero or a positive number", |value| value >= 0.0)?;

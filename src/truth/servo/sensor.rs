@@ -21,16 +21,11 @@ pub struct Sensors {
 impl Default for Sensors {
     /// The usual sizes.
     fn default() -> Self {
-        Self::usual()
+        Self { encoder_steps: 1_048_576.0, scale_noise_m: 0.1e-6, scale_step_m: 50e-9, scale_late_s: 10e-6, torque_noise_nm: 0.05 }
     }
 }
 
 impl Sensors {
-    /// The usual sizes.
-    pub fn usual() -> Self {
-        Self { encoder_steps: 1_048_576.0, scale_noise_m: 0.1e-6, scale_step_m: 50e-9, scale_late_s: 10e-6, torque_noise_nm: 0.05 }
-    }
-
     /// Sensors without errors.
     pub fn perfect() -> Self {
         Self { encoder_steps: 0.0, scale_noise_m: 0.0, scale_step_m: 0.0, scale_late_s: 0.0, torque_noise_nm: 0.0 }

@@ -71,23 +71,23 @@ fn a_sum_waits_at_the_limit() {
     assert_eq!(pi.limited(2.0, 0.1, 0.5, 5.0), 2.0 * (0.5 + 0.1 * -0.5));
 }
 
-/// A jump of 20 mm drives voltage and current to their limits and no further, and the axis arrives.
+/// A jump of 2 mm drives voltage and current to their limits and no further, and the axis arrives.
 #[test]
 fn voltage_and_current_keep_their_limits() {
     let axis = Axis::x();
     let limit = 560.0 / 3f64.sqrt();
-    let mut machine = Machine::at_rest(&axis, &Sensors::usual());
+    let mut machine = Machine::at_rest(&axis, &Sensors::default());
     let (mut volts, mut amperes, mut furthest) = (0.0f64, 0.0f64, 0.0f64);
     for _ in 0..600 * POSITION_TICKS {
-        machine.advance(0.02, PARTS);
+        machine.advance(0.002, PARTS);
         volts = volts.max(machine.voltage_v[0].hypot(machine.voltage_v[1]));
         amperes = amperes.max(machine.plant.current_a()[1].abs());
         furthest = furthest.max(machine.plant.table_m());
     }
     assert!(volts <= limit * (1.0 + 1e-12) && volts > 0.999 * limit, "{volts} of {limit}");
     assert!(amperes < 1.05 * axis.nominal.current_limit_a && amperes > 0.5 * axis.nominal.current_limit_a, "{amperes}");
-    assert!((machine.plant.table_m() - 0.02).abs() < 2e-5, "{}", machine.plant.table_m());
-    assert!(furthest < 0.022, "{furthest}");
+    assert!((machine.plant.table_m() - 0.002).abs() < 2e-5, "{}", machine.plant.table_m());
+    assert!(furthest < 0.0022, "{furthest}");
 }
 
 #[test]
@@ -132,14 +132,14 @@ fn a_circle_closes() {
 fn nonsense_is_refused_by_name() {
     let mut axis = Axis::x();
     axis.nominal.table_kg = f64::NAN;
-    assert!(matches!(run(&axis, &Sensors::usual(), &[0.0], 1), Err(TruthError::Refused { key: "table_kg", .. })));
-    let sensors = Sensors { scale_step_m: -1.0, ..Sensors::usual() };
+    assert!(matches!(run(&axis, &Sensors::default(), &[0.0], 1), Err(TruthError::Refused { key: "table_kg", .. })));
+    let sensors = Sensors { scale_step_m: -1.0, ..Sensors::default() };
     assert!(matches!(run(&Axis::x(), &sensors, &[0.0], 1), Err(TruthError::Refused { key: "scale_step_m", .. })));
     assert!(matches!(Feed::of(0.0).commands_m(), Err(TruthError::Refused { key: "feed_mm_min", .. })));
     let mut axis = Axis::x();
     axis.nominal.table_friction.viscous_n_s_m = f64::NAN;
-    assert!(matches!(axis.check(), Err(TruthError::Refused { key: "table_friction", .. })));
+    assert!(matches!(axis.check(), Err(TruthError::Refused { key: "viscous_n_s_m", .. })));
     let mut axis = Axis::x();
     axis.nominal.loops.position_gain_1_s = -120.0;
-    assert!(matches!(run(&axis, &Sensors::usual(), &ramp(0.1, 2.0), 1), Err(TruthError::Diverged { .. })));
+    assert!(matches!(run(&axis, &Sensors::default(), &ramp(0.1, 2.0), 1), Err(TruthError::Diverged { .. })));
 }

@@ -59,12 +59,12 @@ fn limit_table_on_a_held_screw_is_an_oscillator() {
 
 #[test]
 fn what_the_voltages_give_is_stored_or_spent() {
-    let mut axis = with(Missing { growth_time_s: 0.5, ..Missing::usual() });
+    let mut axis = with(Missing { growth_time_s: 0.5, ..Missing::default() });
     axis.nominal.inductance_h = [2.0e-3, 2.6e-3];
     axis.nominal.screw_friction = Friction { coulomb_n: 40.0, excess_n: 10.0, stribeck_m_s: 0.02, viscous_n_s_m: 100.0 };
     let command = Feed { amplitude_m: 0.01, ramp_s: 0.2, periods: 2, ..Feed::of(3000.0) }.commands_m().unwrap();
     let balance = |parts: usize| {
-        let mut machine = Machine::at_rest(&axis, &Sensors::usual());
+        let mut machine = Machine::at_rest(&axis, &Sensors::default());
         let before = machine.plant.stored_j(&axis);
         let mut worst: f64 = 0.0;
         for &command in &command {

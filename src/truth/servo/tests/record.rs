@@ -11,7 +11,7 @@ use crate::truth::servo::write::{write_circles, write_sines};
 #[test]
 fn a_seed_says_all() {
     let command = ramp(0.05, 0.4);
-    let record = |seed| run(&Axis::x(), &Sensors::usual(), &command, seed).unwrap();
+    let record = |seed| run(&Axis::x(), &Sensors::default(), &command, seed).unwrap();
     assert_eq!(record(3), record(3));
     let (one, other) = (record(3), record(4));
     assert_ne!(one.table_m, other.table_m);
@@ -30,7 +30,7 @@ fn sensors_err_by_their_sizes() {
     let sd = |a: &[f64], b: &[f64]| (a.iter().zip(b).map(|(a, b)| (a - b) * (a - b)).sum::<f64>() / a.len() as f64).sqrt();
     assert!((sd(&exact.table_m, &noisy.table_m) / 1e-7 - 1.0).abs() < 0.1);
     assert!((sd(&exact.torque_nm, &noisy.torque_nm) / 0.05 - 1.0).abs() < 0.1);
-    let usual = run(&axis, &Sensors::usual(), &command, 1).unwrap();
+    let usual = run(&axis, &Sensors::default(), &command, 1).unwrap();
     let on_grid = |value: f64, step: f64| ((value / step).round() * step - value).abs() < 1e-6 * step;
     assert!(usual.table_m.iter().all(|value| on_grid(*value, 50e-9)));
     assert!(usual.position_m.iter().all(|value| on_grid(*value, 0.016 / 1_048_576.0)));
@@ -42,7 +42,7 @@ fn sets_hold_their_records() {
     let folder = tempfile::tempdir().unwrap();
     let short = |feed: f64| Feed { amplitude_m: 0.002, ramp_s: 0.1, periods: 1, ..Feed::of(feed) };
     let feeds = [short(1000.0), short(2500.0), short(6000.0)];
-    write_sines(folder.path(), &Axis::x(), &Sensors::usual(), &feeds, 5).unwrap();
+    write_sines(folder.path(), &Axis::x(), &Sensors::default(), &feeds, 5).unwrap();
     let manifest = std::fs::read_to_string(folder.path().join("manifest.toml")).unwrap();
     let manifest: toml::Table = manifest.parse().unwrap();
     assert_eq!(manifest["split"]["fit"], toml::Value::from(vec!["F1000", "F6000"]));
@@ -60,7 +60,7 @@ fn sets_hold_their_records() {
     }
 
     let circles = [Circle { radius_m: 0.005, ramp_s: 0.1, turns: 1, ..Circle::of(600.0) }];
-    write_circles(&folder.path().join("circle"), [&Axis::x(), &Axis::y()], &Sensors::usual(), &circles, 5).unwrap();
+    write_circles(&folder.path().join("circle"), [&Axis::x(), &Axis::y()], &Sensors::default(), &circles, 5).unwrap();
     let rows = |axis: &str| std::fs::read_to_string(folder.path().join(format!("circle/{axis}/motion/circle-600.csv"))).unwrap();
     assert_eq!(rows("x").lines().count(), rows("y").lines().count());
     assert_ne!(rows("x"), rows("y"));
