@@ -4,6 +4,7 @@ use std::f64::consts::TAU;
 
 use super::{largest, linear, ramp, seen, with};
 use crate::truth::draw::Draw;
+use crate::truth::servo::contact::{energy_j, force_n};
 use crate::truth::servo::drive::POSITION_TICKS;
 use crate::truth::servo::friction::{Film, Friction};
 use crate::truth::servo::missing::Missing;
@@ -80,17 +81,17 @@ fn what_the_voltages_give_is_stored_or_spent() {
     let spent = plant.spent_j();
     assert!(spent.iter().all(|part| *part > 1e-4), "{spent:?}");
     assert!(plant.current_a()[0] != 0.0);
-    assert!(worst < 1e-6 * plant.given_j(), "{worst} J of {} J", plant.given_j());
+    assert!(worst < 1e-10 * plant.given_j(), "{worst} J of {} J", plant.given_j());
     assert!(balance(4 * PARTS).0 < 0.2 * worst, "the rest is the integrator's");
 }
 
 #[test]
-fn half_the_step_moves_the_table_by_less_than_ten_nanometres() {
+fn half_the_step_moves_the_table_by_less_than_a_tenth_of_a_nanometre() {
     for axis in [Axis::x(), Axis::y(), with(Missing::none())] {
         let command = Feed { amplitude_m: 0.02, ramp_s: 0.2, ..Feed::of(6000.0) }.commands_m().unwrap();
         let went = |parts| run_in(&axis, &Sensors::perfect(), &command, &mut Draw::new(0), parts).unwrap().table_m;
         let off = largest(went(PARTS).iter().zip(&went(2 * PARTS)).map(|(a, b)| a - b));
-        assert!(off > 0.0 && off < 1e-8, "{off}");
+        assert!(off > 0.0 && off < 1e-10, "{off}");
     }
 }
 
@@ -115,6 +116,26 @@ fn limit_constant_speed_shows_friction_play_and_stiffness() {
             let lag = (record.position_m[at] - record.table_m[at]) * sign;
             assert!((lag - behind).abs() < 1e-8, "{lag} for {behind} at {speed}");
         }
+    }
+}
+
+/// A nut gives nothing in its play, never pulls, stores what its force does, and is a spring beyond.
+#[test]
+fn limit_nut_only_pushes() {
+    let nominal = Axis::x().nominal;
+    assert_eq!(force_n(&nominal, 8.2e-6, 0.1), (0.0, 0.0));
+    for side in [1.0, -1.0] {
+        let (_, elastic) = force_n(&nominal, side * 10.5e-6, 0.0);
+        assert!((elastic / (side * 1.474e8 * 2e-6) - 1.0).abs() < 1e-12);
+        let (pressed, _) = force_n(&nominal, side * 10.5e-6, side * 0.01);
+        assert!((pressed * side - 1.474e8 * 2e-6 - 6000.0 * 0.01 * 2.0 / 2.1).abs() < 1e-6, "{pressed}");
+        assert_eq!(force_n(&nominal, side * 8.6e-6, side * -0.5).0, 0.0, "parting");
+    }
+    for k in -200..200 {
+        let (shift, d) = (f64::from(k) * 0.1e-6, 1e-10);
+        let slope = (energy_j(&nominal, shift + d) - energy_j(&nominal, shift - d)) / (2.0 * d);
+        let elastic = force_n(&nominal, shift, 0.0).1;
+        assert!((slope - elastic).abs() < 0.01 + 1e-3 * elastic.abs(), "{slope} for {elastic} at {shift}");
     }
 }
 
