@@ -12,6 +12,7 @@ pub fn embedded_config(path: &str) -> Option<&'static str> {
         "configs/emps.toml" => Some(include_str!("../../configs/emps.toml")),
         "configs/twin-ball-screw.toml" => Some(include_str!("../../configs/twin-ball-screw.toml")),
         "configs/servo-axis.toml" => Some(include_str!("../../configs/servo-axis.toml")),
+        "configs/hybrid-axis.toml" => Some(include_str!("../../configs/hybrid-axis.toml")),
         "configs/vertical-axis.toml" => Some(include_str!("../../configs/vertical-axis.toml")),
         _ => None,
     }

@@ -5,7 +5,8 @@ use serde::Deserialize;
 
 use super::number::{Number, source};
 use crate::machine::{
-    DrivePatch, EncoderPatch, FrictionPatch, LeadErrorPatch, PositionLoopPatch, Source, Tachometry, VelocityLoopPatch, WavePatch,
+    CurrentLoopPatch, DrivePatch, EncoderPatch, FrictionPatch, Inverter, LeadErrorPatch, MotorPatch, PositionLoopPatch, Source, Tachometry,
+    VelocityLoopPatch, WavePatch,
 };
 
 /// A wave over the travel, of amplitude √(cosine² + sine²).
@@ -92,7 +93,7 @@ impl From<LeadErrorFile> for LeadErrorPatch {
 pub struct DriveFile {
     /// The point the motor moves.
     on: String,
-    /// Force or torque per unit of what the velocity loop gives (N/V or N·m/V).
+    /// Force or torque per unit of what the velocity loop gives (N/V or N·m/V); with a motor per current (N/A or N·m/A).
     constant: Number,
     /// From a sample to the force it makes (s).
     delay_s: Option<Number>,
@@ -100,8 +101,77 @@ pub struct DriveFile {
     saturation: Option<Number>,
     /// Ripple of force or torque over the travel of `on`.
     ripple: Option<WaveFile>,
+    /// Winding of the motor; without one the force follows the loops at once.
+    motor: Option<MotorFile>,
+    /// Loop of its current; without one the velocity loop gives the motor's voltage.
+    current: Option<CurrentFile>,
     position: PositionFile,
     velocity: VelocityFile,
+}
+
+/// The winding of a motor: direct current, or with pole_pairs synchronous in dq axes.
+#[derive(Debug, Clone, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct MotorFile {
+    /// Of the armature, or of a phase.
+    resistance_ohm: Number,
+    /// Of the armature, or along the q axis.
+    inductance_h: Number,
+    /// Along the d axis; inductance_h by default.
+    inductance_d_h: Option<Number>,
+    /// Pole pairs of a synchronous motor; direct current by default.
+    pole_pairs: Option<u32>,
+    /// Voltage of the supply (V); without limit by default.
+    dc_link_v: Option<Number>,
+}
+
+/// The current loop: V = gain·(e + ∫e dt/integral_time_s), e = i_ref − i.
+#[derive(Debug, Clone, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct CurrentFile {
+    /// V/A.
+    gain: Number,
+    /// None by default: proportional alone.
+    integral_time_s: Option<Number>,
+    /// Period of the loop (s); the velocity loop's is a multiple of it.
+    period_s: f64,
+    /// `averaged` over a period (default), or `switching` by space vectors.
+    #[serde(default)]
+    inverter: InverterFile,
+}
+
+#[derive(Debug, Clone, Copy, Default, Deserialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
+enum InverterFile {
+    #[default]
+    Averaged,
+    Switching,
+}
+
+impl From<MotorFile> for MotorPatch {
+    fn from(file: MotorFile) -> Self {
+        MotorPatch {
+            resistance_ohm: file.resistance_ohm.into(),
+            inductance_h: file.inductance_h.into(),
+            inductance_d_h: file.inductance_d_h.map(Source::from),
+            pole_pairs: file.pole_pairs,
+            dc_link_v: file.dc_link_v.map(Source::from),
+        }
+    }
+}
+
+impl From<CurrentFile> for CurrentLoopPatch {
+    fn from(file: CurrentFile) -> Self {
+        CurrentLoopPatch {
+            gain: file.gain.into(),
+            integral_time_s: file.integral_time_s.map(Source::from),
+            period_s: file.period_s,
+            inverter: match file.inverter {
+                InverterFile::Averaged => Inverter::Averaged,
+                InverterFile::Switching => Inverter::Switching,
+            },
+        }
+    }
 }
 
 /// The position loop: v_ref = gain·(command − position) + feed_forward·(rate of the command).
@@ -135,7 +205,7 @@ pub struct VelocityFile {
     measured: MeasuredFile,
     /// Time (s) over which readings are differenced, a multiple of the loop's period; one period by default.
     over_s: Option<f64>,
-    /// V per m/s (or rad/s).
+    /// V (or A) per m/s (or rad/s).
     gain: Number,
     /// None by default: proportional alone.
     integral_time_s: Option<Number>,
@@ -169,6 +239,8 @@ impl From<DriveFile> for DrivePatch {
             delay_s: source(file.delay_s),
             saturation: file.saturation.map(Source::from),
             ripple: file.ripple.unwrap_or_default().into(),
+            motor: file.motor.map(MotorPatch::from),
+            current: file.current.map(CurrentLoopPatch::from),
             position: PositionLoopPatch {
                 encoder: position,
                 gain_per_s: p.gain_per_s.into(),

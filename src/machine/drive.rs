@@ -1,7 +1,7 @@
 //! The drive of an axis: motor, encoders, position and velocity loop.
 
 use super::friction::numbers;
-use super::{Value, Wave};
+use super::{CurrentLoop, Motor, Value, Wave};
 
 /// What a loop measures.
 #[derive(Debug, Clone, PartialEq)]
@@ -36,14 +36,15 @@ pub enum Tachometry {
     Direct,
 }
 
-/// The velocity loop, proportional and integral: u = k_v·(e + ∫e dt/T_i) + a·r̈, e = v_ref − v.
+/// The velocity loop, proportional and integral: u = k_v·(e + ∫e dt/T_i) + a·r̈, e = v_ref − v. What it gives is a current (A) where a motor with a
+/// current loop follows, else a voltage (V).
 #[derive(Debug, Clone, PartialEq)]
 pub struct VelocityLoop {
     /// What it measures.
     pub encoder: Encoder,
     /// How it comes to the velocity.
     pub tachometry: Tachometry,
-    /// k_v (V per m/s, or per rad/s).
+    /// k_v (V or A per m/s, or per rad/s).
     pub gain: Value,
     /// T_i (s); infinite for a loop that is proportional alone.
     pub integral_time_s: Value,
@@ -53,15 +54,16 @@ pub struct VelocityLoop {
     pub period_s: f64,
 }
 
-/// A drive: the sampled loops, and a motor whose force follows their output at once, held between samples.
+/// A drive: the sampled loops, and a motor whose force follows their output at once, held between samples, or through its winding.
 ///
 /// ```text
 /// F = (1 + e)·G·u(t − τ) + wave(x),     |u| ≤ saturation
 /// ```
 ///
-/// The force recorded of it is G·u. A motor with loops for its currents would stand between u and G.
+/// The force recorded of it is G·u. With a [`Motor`] F = (1 + e)·G·i + wave(x), recorded is G·i, and the output of the loops is a voltage, or with a
+/// [`CurrentLoop`] the current it has to bring about.
 ///
-/// # Units      u in V (or what else the loops give), G in N/V or N·m/V
+/// # Units      u in V (or what else the loops give), G in N/V or N·m/V; with a winding in N/A or N·m/A
 /// # Source     EMPS data set (Janot, Gautier, Brunot 2019): P position and P velocity loop; lumped servo axis, Fig. 3: PI and feed-forward.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Drive {
@@ -77,6 +79,10 @@ pub struct Drive {
     pub saturation: Value,
     /// Ripple of force or torque over the travel of `on`.
     pub ripple: Wave,
+    /// Winding of the motor; `None` where force follows the loops at once.
+    pub motor: Option<Motor>,
+    /// Loop of its current; `None` where the velocity loop gives the voltage.
+    pub current: Option<CurrentLoop>,
     /// Position loop.
     pub position: PositionLoop,
     /// Velocity loop.
@@ -98,4 +104,12 @@ numbers!(Drive:
     "velocity.gain" velocity.gain,
     "velocity.integral_time_s" velocity.integral_time_s,
     "velocity.acceleration_feed_forward" velocity.acceleration_feed_forward,
+    ; motor, current
 );
+
+impl Drive {
+    /// The shortest period of its loops (s).
+    pub fn period_s(&self) -> f64 {
+        self.current.as_ref().map_or(self.velocity.period_s, |c| c.period_s)
+    }
+}

@@ -96,16 +96,22 @@ impl Default for Friction {
     }
 }
 
-/// The numbers of a part under their configuration keys, to be read and to be changed.
+/// The numbers of a part, and of parts of it that may be absent, under their configuration keys, to be read and to be changed.
 macro_rules! numbers {
-    ($part:ty: $($key:literal $field:ident $(. $inner:ident)*,)+) => {
+    ($part:ty: $($key:literal $field:ident $(. $inner:ident)*,)+ $(; $($option:ident),+)?) => {
         impl $part {
             pub(super) fn values(&self) -> Vec<(&'static str, &Value)> {
-                vec![$(($key, &self.$field$(.$inner)*)),+]
+                let own = vec![$(($key, &self.$field$(.$inner)*)),+];
+                let all = own.into_iter();
+                $($(let all = all.chain(self.$option.iter().flat_map(|part| part.values()));)+)?
+                all.collect()
             }
 
             pub(super) fn values_mut(&mut self) -> Vec<(&'static str, &mut Value)> {
-                vec![$(($key, &mut self.$field$(.$inner)*)),+]
+                let own = vec![$(($key, &mut self.$field$(.$inner)*)),+];
+                let all = own.into_iter();
+                $($(let all = all.chain(self.$option.iter_mut().flat_map(|part| part.values_mut()));)+)?
+                all.collect()
             }
         }
     };

@@ -17,6 +17,7 @@ mod effect;
 mod friction;
 mod joint;
 mod motion;
+mod motor;
 mod operating;
 mod parameter;
 mod point;
@@ -33,7 +34,10 @@ pub use drive::{Drive, Encoder, PositionLoop, Tachometry, VelocityLoop};
 pub use effect::{Data, DerivedPatch, Effect, JointPatch, Patch, PointPatch, Rescale, ShaftPatch, Source};
 pub use friction::{Friction, LeadError, Wave};
 pub use joint::Joint;
-pub use motion::{DrivePatch, EncoderPatch, FrictionPatch, LeadErrorPatch, PositionLoopPatch, VelocityLoopPatch, WavePatch};
+pub use motion::{
+    CurrentLoopPatch, DrivePatch, EncoderPatch, FrictionPatch, LeadErrorPatch, MotorPatch, PositionLoopPatch, VelocityLoopPatch, WavePatch,
+};
+pub use motor::{CurrentLoop, Inverter, Motor};
 pub use operating::{Circumstance, Operating};
 pub use parameter::{FitRule, Parameter, Scale};
 pub use point::{Motion, Point};

@@ -2,7 +2,8 @@
 
 use super::check::{MachineError, fault, listing};
 use super::{
-    Drive, Encoder, Friction, Joint, LeadError, Machine, Motion, Operating, PositionLoop, Source, Tachometry, Value, VelocityLoop, Wave,
+    CurrentLoop, Drive, Encoder, Friction, Inverter, Joint, LeadError, Machine, Motion, Motor, Operating, PositionLoop, Source, Tachometry, Value,
+    VelocityLoop, Wave,
 };
 
 /// A wave a patch adds; fields as in [`Wave`].
@@ -93,6 +94,34 @@ pub struct VelocityLoopPatch {
     pub period_s: f64,
 }
 
+/// A motor's winding a patch adds; fields as in [`Motor`].
+#[derive(Debug, Clone, PartialEq)]
+pub struct MotorPatch {
+    /// R.
+    pub resistance_ohm: Source,
+    /// L.
+    pub inductance_h: Source,
+    /// L_d; L where it is absent.
+    pub inductance_d_h: Option<Source>,
+    /// p.
+    pub pole_pairs: Option<u32>,
+    /// Supply; without limit where it is absent.
+    pub dc_link_v: Option<Source>,
+}
+
+/// A current loop a patch adds; fields as in [`CurrentLoop`].
+#[derive(Debug, Clone, PartialEq)]
+pub struct CurrentLoopPatch {
+    /// k_c.
+    pub gain: Source,
+    /// T_i; none where it is absent.
+    pub integral_time_s: Option<Source>,
+    /// Period (s).
+    pub period_s: f64,
+    /// How the voltage is made.
+    pub inverter: Inverter,
+}
+
 /// A drive a patch adds; fields as in [`Drive`].
 #[derive(Debug, Clone, PartialEq)]
 pub struct DrivePatch {
@@ -106,6 +135,10 @@ pub struct DrivePatch {
     pub saturation: Option<Source>,
     /// Ripple.
     pub ripple: WavePatch,
+    /// Winding.
+    pub motor: Option<MotorPatch>,
+    /// Current loop.
+    pub current: Option<CurrentLoopPatch>,
     /// Position loop.
     pub position: PositionLoopPatch,
     /// Velocity loop.
@@ -172,6 +205,25 @@ impl Machine {
             Some(source) => value(key, source),
         };
         let (position, velocity) = (&patch.position, &patch.velocity);
+        let motor = match &patch.motor {
+            None => None,
+            Some(motor) => Some(Motor {
+                resistance_ohm: value("motor.resistance_ohm", &motor.resistance_ohm)?,
+                inductance_h: value("motor.inductance_h", &motor.inductance_h)?,
+                inductance_d_h: value("motor.inductance_d_h", motor.inductance_d_h.as_ref().unwrap_or(&motor.inductance_h))?,
+                pole_pairs: motor.pole_pairs,
+                dc_link_v: optional("motor.dc_link_v", &motor.dc_link_v)?,
+            }),
+        };
+        let current = match &patch.current {
+            None => None,
+            Some(current) => Some(CurrentLoop {
+                gain: value("current.gain", &current.gain)?,
+                integral_time_s: optional("current.integral_time_s", &current.integral_time_s)?,
+                period_s: current.period_s,
+                inverter: current.inverter,
+            }),
+        };
         Ok(Drive {
             on: self.named_point("drive.on", &patch.on)?,
             constant: value("constant", &patch.constant)?,
@@ -179,6 +231,8 @@ impl Machine {
             delay_s: value("delay_s", &patch.delay_s)?,
             saturation: optional("saturation", &patch.saturation)?,
             ripple: self.resolve_wave("drive.ripple", &patch.ripple)?,
+            motor,
+            current,
             position: PositionLoop {
                 encoder: self.resolve_encoder("drive.position", &position.encoder)?,
                 gain_per_s: value("position.gain_per_s", &position.gain_per_s)?,
@@ -237,9 +291,11 @@ impl Machine {
         for (part, value) in self.motion_values() {
             let x = at(value);
             let key = part.rsplit('.').next().unwrap_or_default();
-            let may_be_infinite = ["saturation", "integral_time_s"].contains(&key);
+            let may_be_infinite = ["saturation", "integral_time_s", "dc_link_v"].contains(&key);
             let any_sign = ["offset", "viscous_asymmetry", "cosine", "sine", "growth"].contains(&key);
-            let above_zero = ["saturation", "integral_time_s", "stribeck_exponent", "constant", "force_factor"].contains(&key);
+            let electric = ["inductance_h", "inductance_d_h", "dc_link_v"].contains(&key);
+            let above_zero =
+                electric || ["saturation", "integral_time_s", "stribeck_exponent", "constant", "force_factor"].contains(&key);
             if x.is_nan() || (x.is_infinite() && !may_be_infinite) {
                 return Err(fault(part, format!("is {x}; write a finite number")));
             }
@@ -265,19 +321,28 @@ impl Machine {
         }
         let Some(drive) = &self.drive else { return Ok(()) };
         check_wave("drive.ripple", &drive.ripple, &at)?;
-        let (position_s, velocity_s) = (drive.position.period_s, drive.velocity.period_s);
-        for (key, period_s) in [("position", position_s), ("velocity", velocity_s)] {
+        let periods = [
+            ("current", drive.current.as_ref().map(|c| c.period_s)),
+            ("velocity", Some(drive.velocity.period_s)),
+            ("position", Some(drive.position.period_s)),
+        ];
+        let mut inner: Option<(&str, f64)> = None;
+        for (key, period_s) in periods.into_iter().filter_map(|(key, period_s)| Some((key, period_s?))) {
             if !(period_s > 0.0 && period_s.is_finite()) {
                 return Err(fault(format!("drive.{key}.period_s"), format!("is {period_s}; write the loop's period in s")));
             }
+            if let Some((within, inner_s)) = inner {
+                let ratio = period_s / inner_s;
+                if !(ratio > 0.999_999 && (ratio - ratio.round()).abs() < 1e-6 * ratio) {
+                    return Err(fault(
+                        format!("drive.{key}.period_s"),
+                        format!("{period_s} s is no multiple of the {within} loop's period of {inner_s} s; write one that is"),
+                    ));
+                }
+            }
+            inner = Some((key, period_s));
         }
-        let ratio = position_s / velocity_s;
-        if !(ratio > 0.999_999 && (ratio - ratio.round()).abs() < 1e-6 * ratio) {
-            return Err(fault(
-                "drive.position.period_s",
-                format!("{position_s} s is no multiple of the velocity loop's period of {velocity_s} s; write one that is"),
-            ));
-        }
+        self.check_motor(drive)?;
         if drive.velocity.tachometry == Tachometry::Difference(0) {
             return Err(fault("drive.velocity.over_s", "is no multiple of the loop's period; write one that is, or leave it out"));
         }
@@ -286,6 +351,39 @@ impl Machine {
                 let known = listing(self.points.iter().filter(|p| !p.fixed).map(|p| p.name.as_str()));
                 return Err(fault(format!("drive.{key}"), format!("«{}» does not move; {known}", self.points[point].name)));
             }
+        }
+        Ok(())
+    }
+}
+
+impl Machine {
+    fn check_motor(&self, drive: &Drive) -> Result<(), MachineError> {
+        let Some(motor) = &drive.motor else {
+            return match drive.current {
+                None => Ok(()),
+                Some(_) => Err(fault("drive.current", "there is no winding whose current it could control; describe one as [drive.motor]")),
+            };
+        };
+        let Some(pairs) = motor.pole_pairs else {
+            return match &drive.current {
+                Some(current) if current.inverter == Inverter::Switching => {
+                    Err(fault("drive.current.inverter", "a motor without pole_pairs has no three phases to switch; leave it out"))
+                }
+                _ => Ok(()),
+            };
+        };
+        if pairs == 0 {
+            return Err(fault("drive.motor.pole_pairs", "is 0; write the number of pole pairs, or leave it out for direct current"));
+        }
+        if self.points[drive.on].motion != Motion::Rotation {
+            return Err(fault("drive.motor.pole_pairs", format!("«{}» does not turn; leave pole_pairs out", self.points[drive.on].name)));
+        }
+        let Some(current) = &drive.current else {
+            return Err(fault("drive.motor", "a motor with pole_pairs needs a loop for its currents; describe one as [drive.current]"));
+        };
+        let endless = motor.dc_link_v == Value::number(f64::INFINITY);
+        if current.inverter == Inverter::Switching && endless {
+            return Err(fault("drive.motor.dc_link_v", "is missing; an inverter that switches needs its voltage"));
         }
         Ok(())
     }

@@ -95,7 +95,17 @@ impl Rub {
         }
         let stribeck = match self.stribeck {
             0.0 => 0.0,
-            excess => excess * (-(velocity.abs() / self.velocity).powf(self.exponent)).exp(),
+            excess => {
+                let x = velocity.abs() / self.velocity;
+                let power = if self.exponent == 1.0 {
+                    x
+                } else if self.exponent == 2.0 {
+                    x * x
+                } else {
+                    x.powf(self.exponent)
+                };
+                excess * (-power).exp()
+            }
         };
         (self.coulomb + stribeck + self.wave.at(position).0 + self.load_share * load.abs()).max(0.0)
     }
@@ -131,4 +141,50 @@ pub struct Relaxing {
     pub at: usize,
     pub stiffness: f64,
     pub damping: f64,
+}
+
+/// What the drive puts into a plant, held between its samples: its force, or with a winding the voltages along q and d.
+pub type Input = [f64; 2];
+
+/// The winding of the motor.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Winding {
+    /// Places of the currents in the state: along q (or of the armature), and along d.
+    pub q: usize,
+    pub d: Option<usize>,
+    pub resistance: f64,
+    pub inductance_q: f64,
+    pub inductance_d: f64,
+    /// True force per current.
+    pub constant: f64,
+    /// Pole pairs; 0 for direct current.
+    pub pairs: f64,
+}
+
+impl Winding {
+    /// Share of u·i that is power: 3/2 for amplitudes of three phases.
+    pub fn phases(&self) -> f64 {
+        if self.d.is_some() { 1.5 } else { 1.0 }
+    }
+
+    /// (i_q, i_d).
+    pub fn currents(&self, y: &[f64]) -> (f64, f64) {
+        (y[self.q], self.d.map_or(0.0, |d| y[d]))
+    }
+
+    /// Force per the product of both currents.
+    pub fn reluctance(&self) -> f64 {
+        1.5 * self.pairs * (self.inductance_d - self.inductance_q)
+    }
+
+    /// Force on the driven point.
+    pub fn force(&self, y: &[f64]) -> f64 {
+        let (q, d) = self.currents(y);
+        self.constant * q + self.reluctance() * q * d
+    }
+
+    /// Voltage per rate of the driven point.
+    pub fn induced(&self) -> f64 {
+        self.constant / self.phases()
+    }
 }

@@ -47,12 +47,16 @@ pub fn add_product(a: &[f64], x: &[f64], y: &mut [f64]) {
     }
 }
 
-/// y += a·x, for an x of which little is not 0.
-pub fn add_sparse(a: &[f64], x: &[f64], y: &mut [f64]) {
-    let n = x.len();
-    for (j, x) in x.iter().enumerate().filter(|(_, x)| **x != 0.0) {
-        y.iter_mut().enumerate().for_each(|(i, y)| *y += a[i * n + j] * x);
+/// y += a·x, for a by columns: what of x is 0 costs nothing, and columns run side by side.
+pub fn add_columns(a: &[f64], x: &[f64], y: &mut [f64]) {
+    for (column, x) in a.chunks_exact(x.len()).zip(x).filter(|(_, x)| **x != 0.0) {
+        y.iter_mut().zip(column).for_each(|(y, a)| *y += a * x);
     }
+}
+
+/// A square matrix by columns.
+pub fn columns(a: &[f64], n: usize) -> Square {
+    (0..n * n).map(|at| a[at % n * n + at / n]).collect()
 }
 
 impl Flow {

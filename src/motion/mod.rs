@@ -4,9 +4,10 @@
 //! as laws that change form: sliding forward or backward, sticking; in contact or free. Within one such **mode** the motion follows a linear
 //! equation, whose exact solution over a step is a matrix; where something smooth is not linear (a Stribeck curve, presliding, a wave over the
 //! travel, lead error), it enters that solution as a parabola through the step's beginning, middle and end, found by iteration: fourth order,
-//! and exact without it. The force of the drive is held between samples of its loops, as the drive does.
+//! and exact without it. The force of the drive, or the voltage of its motor, is held between samples of its loops, as the drive does; the
+//! currents of the motor are coordinates beside the machine's.
 //!
-//! Steps are a period of the velocity loop halved again and again, so that the matrices of 2⁻ᵏ of it, once made, serve always. A step in
+//! Steps are a period of the innermost loop halved again and again, so that the matrices of 2⁻ᵏ of it, once made, serve always. A step in
 //! which a mode ends (a velocity or a gap changes sign, a holding force passes its limit) or whose parabola is too coarse is halved: that finds
 //! each event to 2⁻³² of the period. Energy is kept account of: the drive's work is what is stored and what is lost.
 
@@ -14,6 +15,7 @@ mod control;
 mod element;
 mod error;
 mod flow;
+mod inverter;
 mod plant;
 mod record;
 mod reference;

@@ -4,7 +4,7 @@ use std::f64::consts::TAU;
 
 use nalgebra::DMatrix;
 
-use super::element::{Along, Bristle, Gap, Lead, Load, Relaxing, Rub, Wave, pull};
+use super::element::{Along, Bristle, Gap, Lead, Load, Relaxing, Rub, Wave, Winding, pull};
 use super::{MotionError, Settings};
 use crate::machine::{Drive, Encoder, Joint, Machine, Motion, Value};
 use crate::model::{Matrices, matrices};
@@ -30,7 +30,7 @@ impl Reading {
 pub struct Plant {
     /// Coordinates.
     pub size: usize,
-    /// Places in the state: q, q̇, bristles and relaxing forces.
+    /// Places in the state: q, q̇, bristles, relaxing forces and currents.
     pub states: usize,
     pub names: Vec<String>,
     pub mass: Vec<f64>,
@@ -46,6 +46,7 @@ pub struct Plant {
     /// Force on each coordinate that is always the same.
     pub constant: Vec<f64>,
     pub drive: usize,
+    pub winding: Option<Winding>,
     pub ripple: Wave,
     pub position: Reading,
     pub velocity: Reading,
@@ -78,6 +79,18 @@ impl Plant {
         plant.position = reading(&plant, &drive.position.encoder, "the position loop's encoder")?;
         plant.velocity = reading(&plant, &drive.velocity.encoder, "the velocity loop's encoder")?;
         plant.ripple = wave(&drive.ripple, &at);
+        if let Some(motor) = &drive.motor {
+            let q = plant.state();
+            plant.winding = Some(Winding {
+                q,
+                d: motor.pole_pairs.map(|_| plant.state()),
+                resistance: at(&motor.resistance_ohm),
+                inductance_q: at(&motor.inductance_h),
+                inductance_d: at(&motor.inductance_d_h),
+                constant: at(&drive.constant) * at(&drive.force_factor),
+                pairs: motor.pole_pairs.map_or(0.0, f64::from),
+            });
+        }
         if machine.joints.iter().any(|j| at(&j.loss_factor) > 0.0) || machine.shafts.iter().any(|s| at(&s.loss_factor) > 0.0) {
             plant
                 .warnings
@@ -104,6 +117,7 @@ impl Plant {
             relaxing: Vec::new(),
             constant: vec![0.0; size],
             drive: drive.on,
+            winding: None,
             ripple: Wave::default(),
             position: nowhere,
             velocity: nowhere,

@@ -1,6 +1,10 @@
 //! A motion from its beginning to its end.
 
+use std::collections::VecDeque;
+
 use super::control::{Loops, Output};
+use super::element::Input;
+use super::inverter::{LEVELS, pulses};
 use super::plant::Plant;
 use super::reference::Course;
 use super::runner::Runner;
@@ -33,15 +37,19 @@ pub fn simulate(
     let mut loops = Loops::new(drive, &plant, values, &settings.operating, course.start_velocity.unwrap_or(0.0), &y);
     let parts = parts(settings, loops.period_s)?;
     let step_s = loops.period_s / parts as f64;
-    // The force follows its sample by whole periods and a rest, which lies in one of the steps.
+    // What the drive gives follows its sample by whole periods and a rest, which lies in one of the steps.
     let delay = loops.delay_s / loops.period_s;
     let (behind, rest) = (delay.floor() as usize, delay.fract() * parts as f64);
     let (rest_at, rest) = (rest.floor() as usize, rest.fract());
     let units = if rest > 1e-9 { vec![step_s, rest * step_s, (1.0 - rest) * step_s] } else { vec![step_s] };
+    if loops.switching_v.is_some() && (parts > 1 || delay.fract() > 1e-9) {
+        let fault = "an inverter that switches has its own steps, and delays of whole periods of the current loop; leave out the step, or average it";
+        return Err(MotionError::Input(fault.into()));
+    }
     let mut runner = Runner::new(Stepper::new(plant, units), y, settings.tolerance);
     let bound = settings.bound.unwrap_or_else(|| bound(course));
-    let periods = (course.duration_s() / loops.period_s + 1e-6) as usize;
-    let size = runner.stepper.plant.size;
+    let periods = (course.duration_s() / (loops.period_s * loops.to_velocity as f64) + 1e-6) as usize;
+    let (size, driven) = (runner.stepper.plant.size, runner.stepper.plant.drive);
     let mut trace = Trace {
         points: names,
         samples: Vec::with_capacity(periods + 1),
@@ -51,43 +59,49 @@ pub fn simulate(
         complete: true,
         warnings,
     };
-    let mut signals: Vec<f64> = Vec::with_capacity(periods + 1);
-    for period in 0..=periods {
-        let time_s = period as f64 * loops.period_s;
-        let Output { command, position, velocity, signal } = loops.sample(course, &runner.y, size);
-        trace.samples.push(Sample {
-            time_s,
-            command,
-            position,
-            velocity,
-            force: loops.constant * signal,
-            points: points.iter().map(|(_, c)| runner.y[*c]).collect(),
-        });
-        if !((command - position).abs() <= bound) {
-            trace.unstable = Some((time_s, (command - position).abs()));
+    // Inputs, the newest first.
+    let mut inputs: VecDeque<Input> = VecDeque::with_capacity(behind + 3);
+    for tick in 0..=periods * loops.to_velocity {
+        let time_s = tick as f64 * loops.period_s;
+        if let Some(Output { command, position, velocity, force }) = loops.sample(course, &runner.y, size) {
+            let points = points.iter().map(|(_, c)| runner.y[*c]).collect();
+            trace.samples.push(Sample { time_s, command, position, velocity, force, points });
+            if !((command - position).abs() <= bound) {
+                trace.unstable = Some((time_s, (command - position).abs()));
+                trace.complete = false;
+                break;
+            }
+            runner.begin_period(time_s);
+        }
+        if tick == periods * loops.to_velocity {
+            break;
+        }
+        if tick % 1024 == 0 && !go_on() {
             trace.complete = false;
             break;
         }
-        signals.push(signal);
-        if period == periods {
-            break;
-        }
-        if period % 1024 == 0 && !go_on() {
-            trace.complete = false;
-            break;
-        }
+        inputs.push_front(loops.input(&runner.y));
+        inputs.truncate(behind + 2);
         // Before the beginning it was as it is then.
-        let force = |late: usize| loops.constant * loops.factor * signals[period.saturating_sub(late)];
-        let (old, new) = (force(behind + 1), force(behind));
-        runner.begin_period(time_s);
+        let input = |late: usize| inputs[late.min(inputs.len() - 1)];
+        let (old, new) = (input(behind + 1), input(behind));
+        if let Some(dc_link_v) = loops.switching_v {
+            let turning = loops.turning(&runner.y, driven, size);
+            for pulse in pulses(new, dc_link_v, turning, tick % 2 == 1) {
+                for (level, from) in pulse.pieces() {
+                    runner.advance((0, level), time_s + f64::from(from) / f64::from(1 << LEVELS) * step_s, pulse.input)?;
+                }
+            }
+            continue;
+        }
         for part in 0..parts {
             let at_s = time_s + part as f64 * step_s;
             if units_of(&runner) == 1 || part != rest_at {
                 let late = part < rest_at || (part == rest_at && units_of(&runner) == 3);
-                runner.advance(0, at_s, if late { old } else { new })?;
+                runner.advance((0, 0), at_s, if late { old } else { new })?;
             } else {
-                runner.advance(1, at_s, old)?;
-                runner.advance(2, at_s + rest * step_s, new)?;
+                runner.advance((1, 0), at_s, old)?;
+                runner.advance((2, 0), at_s + rest * step_s, new)?;
             }
         }
     }
@@ -100,17 +114,17 @@ fn units_of(runner: &Runner) -> usize {
     runner.stepper.units_s.len()
 }
 
-/// Steps to a period of the velocity loop.
+/// Steps to the shortest period of the loops.
 fn parts(settings: &Settings, period_s: f64) -> Result<usize, MotionError> {
     let Some(step_s) = settings.step_s else { return Ok(1) };
     let parts = period_s / step_s;
     if !(step_s > 0.0 && parts > 1.0 - 1e-6) {
-        let fault = format!("a step of {step_s} s is too long for the velocity loop's period of {period_s} s; write a whole part of it");
+        let fault = format!("a step of {step_s} s is too long for the period of {period_s} s of the innermost loop; write a whole part of it");
         return Err(MotionError::Input(fault));
     }
     if (parts - parts.round()).abs() > 1e-6 * parts || parts > 1e6 {
         let fault = format!(
-            "a step of {step_s} s is no whole part of the velocity loop's period of {period_s} s; write one, such as {}",
+            "a step of {step_s} s is no whole part of the period of {period_s} s of the innermost loop; write one, such as {}",
             period_s / parts.ceil()
         );
         return Err(MotionError::Input(fault));

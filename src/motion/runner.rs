@@ -1,7 +1,8 @@
 //! A motion on its way: steps, events, energy.
 
 use super::MotionError;
-use super::element::along;
+use super::element::{Input, along};
+use super::plant::Plant;
 use super::state::Mode;
 use super::step::Stepper;
 use super::trace::{Energy, Event, EventKind};
@@ -16,9 +17,14 @@ const MOST_EVENTS: usize = 2000;
 /// Share of the largest rate so far, and of a play, that is rounding.
 const GRAIN: f64 = 1e-10;
 
-/// Sizes below which states are small: µm and 0.1 mm/s.
-fn scale_at_start(states: usize, n: usize) -> impl Iterator<Item = f64> {
-    (0..states).map(move |i| if (n..2 * n).contains(&i) { 1e-4 } else { 1e-6 })
+/// Sizes below which states are small: µm, 0.1 mm/s and mA.
+fn scale_at_start(plant: &Plant) -> impl Iterator<Item = f64> {
+    let current = |i: usize| plant.winding.is_some_and(|w| w.q == i || w.d == Some(i));
+    (0..plant.states).map(move |i| match i {
+        _ if (plant.size..2 * plant.size).contains(&i) => 1e-4,
+        _ if current(i) => 1e-3,
+        _ => 1e-6,
+    })
 }
 
 /// A motion on its way.
@@ -27,7 +33,7 @@ pub struct Runner {
     mode: Mode,
     number: usize,
     pub y: Vec<f64>,
-    drive_n: f64,
+    input: Input,
     scale: Vec<f64>,
     /// Largest scale of each state: a thousand times the velocity over which a friction's level falls.
     finest: Vec<f64>,
@@ -39,6 +45,8 @@ pub struct Runner {
     usual: u8,
     energy: Energy,
     stored_at_start: f64,
+    /// Room for margins at the start, middle and end of a step.
+    room: [Vec<(f64, f64)>; 3],
 }
 
 impl Runner {
@@ -54,14 +62,14 @@ impl Runner {
         for rub in plant.rubs.iter().filter(|r| r.stribeck > 0.0) {
             rub.along.iter().for_each(|&(i, c)| finest[n + i] = finest[n + i].min(1e3 * rub.velocity / c.abs()));
         }
-        let scale: Vec<f64> = scale_at_start(plant.states, n).zip(&finest).map(|(s, f)| s.min(*f)).collect();
+        let scale: Vec<f64> = scale_at_start(plant).zip(&finest).map(|(s, f)| s.min(*f)).collect();
         let stored_at_start = plant.stored_j(&mode, &y);
         let mut runner = Runner {
             stepper,
             mode,
             number: 0,
             y,
-            drive_n: 0.0,
+            input: [0.0; 2],
             scale,
             finest,
             tolerance,
@@ -71,6 +79,7 @@ impl Runner {
             usual: 0,
             energy: Energy::default(),
             stored_at_start,
+            room: Default::default(),
         };
         runner.energy.turned_over_j = stored_at_start.abs();
         runner.number = runner.stepper.mode(&runner.mode);
@@ -85,11 +94,11 @@ impl Runner {
         Energy { stored_j: self.stepper.plant.stored_j(&self.mode, &self.y) - self.stored_at_start, ..self.energy }
     }
 
-    /// Over one unit with one force of the drive.
-    pub fn advance(&mut self, unit: u8, time_s: f64, drive_n: f64) -> Result<(), MotionError> {
-        self.drive_n = drive_n;
+    /// Over 2^−level of a unit with one input of the drive.
+    pub fn advance(&mut self, (unit, level): (u8, u8), time_s: f64, input: Input) -> Result<(), MotionError> {
+        self.input = input;
         self.settle(time_s)?;
-        self.piece(unit, 0, time_s)
+        self.piece(unit, level, time_s)
     }
 
     /// Over 2^−level of a unit, in halves where that is too long.
@@ -100,7 +109,7 @@ impl Runner {
         let tau = self.stepper.units_s[usize::from(unit)] * 0.5_f64.powi(i32::from(level));
         if !self.mode.relaxing.is_empty() {
             let mut steps = std::mem::take(&mut self.mode.relaxing);
-            self.stepper.plant.ladder_steps(&self.y, self.drive_n, tau, &mut steps);
+            self.stepper.plant.ladder_steps(&self.y, self.input, tau, &mut steps);
             self.mode.relaxing = steps;
             self.number = self.stepper.mode(&self.mode);
         }
@@ -110,12 +119,13 @@ impl Runner {
             self.change(time_s)?;
             start = self.margins(At::Start);
         }
-        let off = self.stepper.step(self.number, &self.mode, &self.y, self.drive_n, (unit, level), &self.scale);
+        let off = self.stepper.step(self.number, &self.mode, &self.y, self.input, (unit, level), &self.scale);
         if off > self.tolerance && level < BENT {
             self.usual = level + 1;
             return self.halves(unit, level, time_s);
         }
         let ends = self.ends(&start);
+        self.room[At::Start as usize] = start;
         if ends && level < FINEST {
             return self.halves(unit, level, time_s);
         }
@@ -135,10 +145,16 @@ impl Runner {
     fn accept(&mut self, tau: f64) {
         let stepper = &self.stepper;
         let plant = &stepper.plant;
-        let lost = |y: &[f64]| plant.lost_w(&self.mode, y, self.drive_n);
+        let lost = |y: &[f64]| plant.lost_w(&self.mode, y, self.input);
         self.energy.lost_j += tau / 6.0 * (lost(&self.y) + 4.0 * lost(&stepper.half) + lost(&stepper.end));
         self.energy.lost_j += plant.rubbed_j(&self.mode, &self.y, &stepper.end);
-        let work = self.drive_n * (stepper.end[plant.drive] - self.y[plant.drive]);
+        let work = match &plant.winding {
+            None => self.input[0] * (stepper.end[plant.drive] - self.y[plant.drive]),
+            Some(_) => {
+                let power = |y: &[f64]| plant.supplied_w(y, self.input);
+                tau / 6.0 * (power(&self.y) + 4.0 * power(&stepper.half) + power(&stepper.end))
+            }
+        };
         self.energy.supplied_j += work;
         self.energy.turned_over_j += work.abs();
         self.y.copy_from_slice(&stepper.end);
@@ -149,19 +165,22 @@ impl Runner {
     /// Whether the mode ends in the step just made: a margin is used up at its middle or end, or may have been between.
     fn ends(&mut self, start: &[(f64, f64)]) -> bool {
         let (half, end) = (self.margins(At::Half), self.margins(At::End));
-        start.iter().zip(&half).zip(&end).any(|(((a, _), (m, _)), (b, grain))| {
+        let ends = start.iter().zip(&half).zip(&end).any(|(((a, _), (m, _)), (b, grain))| {
             // Least value of the parabola through the three, inside the step.
             let (slope, bend) = (4.0 * m - 3.0 * a - b, 2.0 * (a - 2.0 * m + b));
             let at = -slope / (2.0 * bend);
             let least = if bend > 0.0 && at > 0.0 && at < 1.0 { a + slope * at + bend * at * at } else { *b };
             least.min(*m).min(*b) < -grain
-        })
+        });
+        (self.room[At::Half as usize], self.room[At::End as usize]) = (half, end);
+        ends
     }
 
     /// Margins by which each law keeps its form, and by how much less than nothing they are used up: rates of what slides, depths of plays,
     /// forces left to what sticks.
     fn margins(&mut self, at: At) -> Vec<(f64, f64)> {
-        let mut margins = Vec::with_capacity(self.mode.rubs.len() + self.mode.gaps.len());
+        let mut margins = std::mem::take(&mut self.room[at as usize]);
+        margins.clear();
         let y = match at {
             At::Start => std::mem::take(&mut self.y),
             At::Half => std::mem::take(&mut self.stepper.half),
@@ -172,12 +191,12 @@ impl Runner {
         self.stepper.sliding(&self.mode, &y, |rub, rate| margins.push((rate, GRAIN * fastest(rub))));
         self.stepper.playing(&self.mode, &y, |gap, depth| margins.push((depth, GRAIN * plant.gaps[gap].half)));
         let mut held = Vec::new();
-        self.stepper.held(self.number, &self.mode, &y, self.drive_n, |rub, force| held.push((rub, force)));
+        self.stepper.held(self.number, &self.mode, &y, self.input, |rub, force| held.push((rub, force)));
         for (rub, force) in held {
             let plant = &self.stepper.plant;
             let rub = &plant.rubs[rub];
-            let slack = plant.slack(rub, &y, self.drive_n);
-            margins.push((plant.level(rub, &y, self.drive_n) + slack - force.abs(), 0.1 * slack));
+            let slack = plant.slack(rub, &y, self.input);
+            margins.push((plant.level(rub, &y, self.input) + slack - force.abs(), 0.1 * slack));
         }
         match at {
             At::Start => self.y = y,
@@ -252,11 +271,11 @@ impl Runner {
         for _ in 0..=self.mode.rubs.len() {
             let y = std::mem::take(&mut self.y);
             let mut held = Vec::new();
-            self.stepper.held(self.number, &self.mode, &y, self.drive_n, |rub, force| held.push((rub, force)));
+            self.stepper.held(self.number, &self.mode, &y, self.input, |rub, force| held.push((rub, force)));
             let plant = &self.stepper.plant;
             let over = |(rub, force): &(usize, f64)| {
                 let rub = &plant.rubs[*rub];
-                force.abs() - plant.level(rub, &y, self.drive_n) - plant.slack(rub, &y, self.drive_n)
+                force.abs() - plant.level(rub, &y, self.input) - plant.slack(rub, &y, self.input)
             };
             let worst = held.into_iter().filter(|h| over(h) > 0.0).max_by(|a, b| over(a).total_cmp(&over(b)));
             self.y = y;

@@ -2,8 +2,8 @@
 
 use std::collections::HashMap;
 
-use super::element::along;
-use super::flow::{Flow, add_product, add_sparse};
+use super::element::{Input, along};
+use super::flow::{Flow, Square, add_columns, add_product, columns};
 use super::plant::Plant;
 use super::state::{Mode, Part};
 
@@ -13,24 +13,33 @@ const ITERATIONS: usize = 12;
 /// Change of a state in one iteration, relative to its scale, below which the parabola is found.
 const FOUND: f64 = 1e-10;
 
-/// A mode's linear equations ẏ = A·y + constant + drive·F, and what holds those that stick.
+/// A mode's linear equations ẏ = A·y + constant + drive·input, and what holds those that stick.
 #[derive(Debug, Clone)]
 struct Equations {
     a: Vec<f64>,
     constant: Vec<f64>,
-    drive: Vec<f64>,
+    drive: [Vec<f64>; 2],
     /// Which frictions stick, and the rows that give the force on each from the forces on the coordinates.
     held: Vec<usize>,
     holding: Vec<f64>,
-    /// Steps by unit and level.
-    steps: HashMap<(u8, u8), Step>,
+    /// Steps by unit and level: [`place`].
+    steps: Vec<Option<Step>>,
 }
 
 #[derive(Debug, Clone)]
 struct Step {
-    flow: Flow,
+    /// Φ and P₁, P₂, P₃ by columns.
+    phi: Square,
+    forced: [Square; 3],
     constant: Vec<f64>,
-    drive: Vec<f64>,
+    drive: [Vec<f64>; 2],
+}
+
+/// Levels kept of each unit.
+const LEVELS: usize = 40;
+
+fn place(unit: u8, level: u8) -> usize {
+    usize::from(unit) * LEVELS + usize::from(level)
 }
 
 /// A plant with the equations of every mode it has been in.
@@ -43,7 +52,7 @@ pub struct Stepper {
     pub units_s: Vec<f64>,
     linear: bool,
     force: Vec<f64>,
-    scratch: [Vec<f64>; 6],
+    scratch: [Vec<f64>; 8],
     pub half: Vec<f64>,
     pub end: Vec<f64>,
 }
@@ -81,24 +90,24 @@ impl Stepper {
         let mut equations = Equations {
             a: vec![0.0; s * s],
             constant: Vec::new(),
-            drive: Vec::new(),
+            drive: [Vec::new(), Vec::new()],
             holding: self.holding(&held),
             held,
-            steps: HashMap::new(),
+            steps: Vec::new(),
         };
         let mut force = vec![0.0; n];
-        let mut at = |y: &[f64], drive_n: f64| {
+        let mut at = |y: &[f64], input: Input| {
             let mut rate = vec![0.0; s];
-            self.rate_of(&equations, mode, y, drive_n, Part::Linear, &mut force, &mut rate);
+            self.rate_of(&equations, mode, y, input, Part::Linear, &mut force, &mut rate);
             rate
         };
         let mut y = vec![0.0; s];
-        let constant = at(&y, 0.0);
-        let drive: Vec<f64> = at(&y, 1.0).iter().zip(&constant).map(|(a, b)| a - b).collect();
+        let constant = at(&y, [0.0; 2]);
+        let drive = [[1.0, 0.0], [0.0, 1.0]].map(|one| at(&y, one).iter().zip(&constant).map(|(a, b)| a - b).collect());
         let mut a = vec![0.0; s * s];
         for j in 0..s {
             y[j] = 1.0;
-            for (i, (x, c)) in at(&y, 0.0).iter().zip(&constant).enumerate() {
+            for (i, (x, c)) in at(&y, [0.0; 2]).iter().zip(&constant).enumerate() {
                 a[i * s + j] = x - c;
             }
             y[j] = 0.0;
@@ -129,13 +138,15 @@ impl Stepper {
 
     /// ẏ of a mode.
     #[expect(clippy::too_many_arguments, reason = "state, mode and room for the result")]
-    fn rate_of(&self, equations: &Equations, mode: &Mode, y: &[f64], drive_n: f64, part: Part, force: &mut [f64], rate: &mut [f64]) {
+    fn rate_of(&self, equations: &Equations, mode: &Mode, y: &[f64], input: Input, part: Part, force: &mut [f64], rate: &mut [f64]) {
         let n = self.plant.size;
-        self.plant.forces(mode, y, drive_n, part, force, rate);
-        let holding: Vec<f64> =
-            equations.holding.chunks_exact(n.max(1)).map(|row| row.iter().zip(force.iter()).map(|(r, f)| r * f).sum()).collect();
-        for (at, holding) in equations.held.iter().zip(holding) {
-            self.plant.rubs[*at].along.iter().for_each(|&(j, c)| force[j] += c * holding);
+        self.plant.forces(mode, y, input, part, force, rate);
+        if !equations.held.is_empty() {
+            let rows = equations.holding.chunks_exact(n.max(1));
+            let holding: Vec<f64> = rows.map(|row| row.iter().zip(force.iter()).map(|(r, f)| r * f).sum()).collect();
+            for (at, holding) in equations.held.iter().zip(holding) {
+                self.plant.rubs[*at].along.iter().for_each(|&(j, c)| force[j] += c * holding);
+            }
         }
         for i in 0..n {
             rate[i] = if part == Part::Bent { 0.0 } else { y[n + i] };
@@ -144,10 +155,13 @@ impl Stepper {
     }
 
     /// Force on each friction that sticks, as the friction gives it, by friction.
-    pub fn held(&mut self, number: usize, mode: &Mode, y: &[f64], drive_n: f64, mut each: impl FnMut(usize, f64)) {
+    pub fn held(&mut self, number: usize, mode: &Mode, y: &[f64], input: Input, mut each: impl FnMut(usize, f64)) {
+        if self.equations[number].held.is_empty() {
+            return;
+        }
         let mut force = std::mem::take(&mut self.force);
         let mut rate = std::mem::take(&mut self.scratch[0]);
-        self.plant.forces(mode, y, drive_n, Part::Whole, &mut force, &mut rate);
+        self.plant.forces(mode, y, input, Part::Whole, &mut force, &mut rate);
         let equations = &self.equations[number];
         for (at, row) in equations.held.iter().zip(equations.holding.chunks_exact(self.plant.size.max(1))) {
             each(*at, -row.iter().zip(&force).map(|(r, f)| r * f).sum::<f64>());
@@ -169,29 +183,37 @@ impl Stepper {
     fn prepare(&mut self, number: usize, unit: u8, level: u8) {
         let (s, tau) = (self.plant.states, self.units_s[usize::from(unit)] * 0.5_f64.powi(i32::from(level)));
         let equations = &mut self.equations[number];
-        if !equations.steps.contains_key(&(unit, level)) {
+        let at = place(unit, level);
+        if equations.steps.len() <= at {
+            equations.steps.resize(at + 1, None);
+        }
+        if equations.steps[at].is_none() {
             let flow = Flow::new(&equations.a, s, tau);
             let by = |x: &[f64]| {
                 let mut y = vec![0.0; s];
                 add_product(&flow.forced[0], x, &mut y);
                 y
             };
-            let step = Step { constant: by(&equations.constant), drive: by(&equations.drive), flow };
-            equations.steps.insert((unit, level), step);
+            let (constant, drive) = (by(&equations.constant), [by(&equations.drive[0]), by(&equations.drive[1])]);
+            let forced = flow.forced.each_ref().map(|p| columns(p, s));
+            equations.steps[at] = Some(Step { phi: columns(&flow.phi, s), forced, constant, drive });
         }
     }
 
     /// Steps over 2^−level of a unit; leaves the middle in `half` and the end in `end`. Gives what the parabola may be off, relative to
     /// `scale`; infinite where it was not found.
-    pub fn step(&mut self, number: usize, mode: &Mode, y: &[f64], drive_n: f64, (unit, level): (u8, u8), scale: &[f64]) -> f64 {
+    pub fn step(&mut self, number: usize, mode: &Mode, y: &[f64], input: Input, (unit, level): (u8, u8), scale: &[f64]) -> f64 {
         self.prepare(number, unit, level);
         self.prepare(number, unit, level + 1);
-        let (mut half, mut end) = (std::mem::take(&mut self.half), std::mem::take(&mut self.end));
         let equations = &self.equations[number];
-        let (whole, part) = (&equations.steps[&(unit, level)], &equations.steps[&(unit, level + 1)]);
+        let (Some(whole), Some(part)) = (&equations.steps[place(unit, level)], &equations.steps[place(unit, level + 1)]) else {
+            return f64::INFINITY;
+        };
+        let (mut half, mut end) = (std::mem::take(&mut self.half), std::mem::take(&mut self.end));
         let plain = |step: &Step, from: &[f64], to: &mut [f64]| {
-            to.iter_mut().zip(step.constant.iter().zip(&step.drive)).for_each(|(y, (c, d))| *y = c + d * drive_n);
-            add_product(&step.flow.phi, from, to);
+            let forced = step.drive[0].iter().zip(&step.drive[1]).map(|(a, b)| a * input[0] + b * input[1]);
+            to.iter_mut().zip(step.constant.iter().zip(forced)).for_each(|(y, (c, d))| *y = c + d);
+            add_columns(&step.phi, from, to);
         };
         plain(part, y, &mut half);
         if self.linear {
@@ -203,13 +225,14 @@ impl Stepper {
         let tau = self.units_s[usize::from(unit)] * 0.5_f64.powi(i32::from(level));
         let mut force = std::mem::take(&mut self.force);
         let mut scratch = std::mem::take(&mut self.scratch);
-        let [start, middle, last, next, f1, f2] = &mut scratch;
-        let mut bent = |y: &[f64], into: &mut Vec<f64>| self.rate_of(equations, mode, y, drive_n, Part::Bent, &mut force, into);
+        let [start, middle, last, next, f1, f2, straight_half, straight_end] = &mut scratch;
+        let mut bent = |y: &[f64], into: &mut Vec<f64>| self.rate_of(equations, mode, y, input, Part::Bent, &mut force, into);
         bent(y, start);
         // What the force at the beginning does stays; the first guess is that it goes on.
-        add_sparse(&part.flow.forced[0], start, &mut half);
-        add_sparse(&whole.flow.forced[0], start, &mut end);
-        let straight = (half.clone(), end.clone());
+        add_columns(&part.forced[0], start, &mut half);
+        add_columns(&whole.forced[0], start, &mut end);
+        straight_half.copy_from_slice(&half);
+        straight_end.copy_from_slice(&end);
         let mut off = f64::INFINITY;
         for _ in 0..ITERATIONS {
             bent(&half, middle);
@@ -220,10 +243,10 @@ impl Stepper {
                 f2[i] = 4.0 * (start[i] - 2.0 * middle[i] + last[i]) / (tau * tau);
             }
             let mut moved: f64 = 0.0;
-            for (step, straight, to) in [(part, &straight.0, &mut half), (whole, &straight.1, &mut end)] {
+            for (step, straight, to) in [(part, &*straight_half, &mut half), (whole, &*straight_end, &mut end)] {
                 next.copy_from_slice(straight);
-                add_sparse(&step.flow.forced[1], f1, next);
-                add_sparse(&step.flow.forced[2], f2, next);
+                add_columns(&step.forced[1], f1, next);
+                add_columns(&step.forced[2], f2, next);
                 moved = next.iter().zip(to.iter()).zip(scale).map(|((a, b), s)| (a - b).abs() / s).fold(moved, f64::max);
                 to.copy_from_slice(next);
             }
@@ -232,7 +255,7 @@ impl Stepper {
             }
             if moved < FOUND {
                 next.fill(0.0);
-                add_sparse(&whole.flow.forced[2], f2, next);
+                add_columns(&whole.forced[2], f2, next);
                 off = next.iter().zip(scale).map(|(x, s)| x.abs() / s).fold(0.0, f64::max);
                 break;
             }

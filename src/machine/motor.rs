@@ -1,0 +1,68 @@
+//! The motor's winding and the loop of its current.
+
+use super::Value;
+use super::friction::numbers;
+
+/// The winding of a motor, which stands between the loops and the force.
+///
+/// ```text
+/// direct current       L·i̇ = u − R·i − G·v                              F = G·i
+/// dq axes, p pole      L_q·i̇_q = u_q − R·i_q − ω·(L_d·i_d + ψ)          F = G·i_q + 3/2·p·(L_d − L_q)·i_d·i_q
+/// pairs                L_d·i̇_d = u_d − R·i_d + ω·L_q·i_q                ω = p·v,  ψ = 2·G/(3·p)
+/// ```
+///
+/// v is the rate of the driven point and G the drive's constant: what the winding induces follows from its force, since neither makes energy.
+///
+/// # Units      Ω, H, V, A; amplitudes of the phases, so that power is 3/2·(u_d·i_d + u_q·i_q)
+/// # Source     lumped servo axis, Eq. 1 (direct current); hybrid multi-domain, Eq. 16–20 (dq axes), with Eq. 18 and 19 as ψ_d = L_d·i_d + ψ, ψ_q = L_q·i_q
+/// # Deviation  the lumped paper has k_e beside k_T: as numbers in SI they are one. Losses in iron are left out: the paper names them without a number.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Motor {
+    /// R (Ω) of the armature, or of a phase.
+    pub resistance_ohm: Value,
+    /// L (H) of the armature, or L_q.
+    pub inductance_h: Value,
+    /// L_d (H).
+    pub inductance_d_h: Value,
+    /// p of a synchronous motor; `None` for one with direct current.
+    pub pole_pairs: Option<u32>,
+    /// Voltage of the supply (V): the armature's |u| stays below it, the length of (u_d, u_q) below it over √3.
+    pub dc_link_v: Value,
+}
+
+/// The current loop, proportional and integral: u = k_c·(e + ∫e dt/T_i), e = i_ref − i; i_ref = 0 along the d axis.
+///
+/// # Source     hybrid multi-domain, Eq. 15 and Tab. 2
+/// # Deviation  the sum of Eq. 15 counts errors up to the sample before
+#[derive(Debug, Clone, PartialEq)]
+pub struct CurrentLoop {
+    /// k_c (V/A).
+    pub gain: Value,
+    /// T_i (s); infinite for a loop that is proportional alone.
+    pub integral_time_s: Value,
+    /// Its period (s), of which the velocity loop's is a multiple.
+    pub period_s: f64,
+    /// Whether the inverter switches (space vectors, [`Inverter`]) or gives its mean over a period.
+    pub inverter: Inverter,
+}
+
+/// How the inverter makes the voltage of a period.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Inverter {
+    /// Its mean over the period, held in the dq axes.
+    Averaged,
+    /// By space vectors, a half of the carrier's period each: zero, two neighbours of the wanted vector, zero; and back.
+    Switching,
+}
+
+numbers!(Motor:
+    "motor.resistance_ohm" resistance_ohm,
+    "motor.inductance_h" inductance_h,
+    "motor.inductance_d_h" inductance_d_h,
+    "motor.dc_link_v" dc_link_v,
+);
+
+numbers!(CurrentLoop:
+    "current.gain" gain,
+    "current.integral_time_s" integral_time_s,
+);
