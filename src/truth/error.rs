@@ -55,6 +55,22 @@ pub enum TruthError {
         /// Cases in the plan.
         count: usize,
     },
+    /// A number that no axis, drive or sensor can have.
+    #[error("`{key}` is {found}; write {wanted}")]
+    Refused {
+        /// Its name.
+        key: &'static str,
+        /// What was found.
+        found: f64,
+        /// What to write instead.
+        wanted: &'static str,
+    },
+    /// The axis no longer follows its command.
+    #[error("the axis runs away {time_s} s after its start: its loops are not stable; lower their gains")]
+    Diverged {
+        /// When.
+        time_s: f64,
+    },
     /// A file could not be written.
     #[error("{path}: {source}")]
     Write {

@@ -7,6 +7,7 @@
 //! hammer    the test in time: pulse, response, converter, noise, windows, averages, H1 and coherence
 //! case      plans of cases, strength by non-centrality, sealed labels, measurement sets on disk
 //! motion    the same for a driven axis in motion: its own mechanics, drive, sensors and cases
+//! servo     a servo axis with its electrics, whose records the analytical model of it is held against
 //! ```
 //!
 //! Nothing here may import from the rest of the crate, and the models under test may not import from here: a check of a model
@@ -20,6 +21,7 @@ mod error;
 pub mod hammer;
 pub mod machine;
 pub mod motion;
+pub mod servo;
 mod sizing;
 
 #[cfg(test)]
