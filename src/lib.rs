@@ -53,6 +53,8 @@ pub mod inverse_dynamics;
 
 pub mod optimizer;
 
+pub mod network;
+
 pub mod diagnosis;
 pub mod identification;
 

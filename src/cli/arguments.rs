@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 
 pub use super::file_arguments::{CompletionsArguments, InitArguments, ManArguments, ReportArguments, SchemaArguments};
+pub use super::hybrid::HybridArguments;
 pub use super::model_arguments::{
     Along, ConvergenceArguments, FrfArguments, FrictionArguments, LoadArguments, MatricesArguments, ModesArguments, NoiseName,
     PublishedArguments, SensitivityArguments, SimulateArguments, Simulation, StiffnessArguments,
@@ -85,6 +86,11 @@ pub enum Command {
     /// Compute modes, FRFs, stiffness and sensitivity of a machine
     #[command(after_help = "Example:\n  jointid simulate modes --config configs/tian-as-published.toml --position l1")]
     Simulate(SimulateArguments),
+    /// Foretell a record's motion by the model, by a network on what it leaves, and by what was named
+    #[command(
+        after_help = "Example:\n  jointid simulate machine --out machine\n  jointid hybrid --config configs/hybrid-axis.toml --measurements machine/sines\n  jointid hybrid --config configs/hybrid-axis.toml --measurements machine/circles/x --beside machine/circles/y"
+    )]
+    Hybrid(HybridArguments),
     /// Check the diagnosis blindly on cases whose causes are sealed
     #[command(
         after_help = "Example:\n  jointid withheld --out blind --cases quick\n  jointid withheld --out moved --arm motion\n  jointid withheld --out blind --ablation '--exclude table-mass'"
@@ -104,7 +110,7 @@ pub struct SplitArguments {
 }
 
 /// The machine and its measurements.
-#[derive(Debug, Args)]
+#[derive(Debug, Clone, Args)]
 pub struct Sources {
     /// Machine configuration (.toml); the published bench by default
     #[arg(long, value_name = "FILE", default_value = crate::config::BENCH)]

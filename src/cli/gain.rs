@@ -19,13 +19,13 @@ pub struct GainArguments {
     #[command(flatten)]
     pub sources: Sources,
     /// Smallest gain of the position loop (1/min)
-    #[arg(long, value_name = "K", default_value_t = 1000.0)]
+    #[arg(long, value_name = "K", default_value_t = 500.0)]
     pub from_per_min: f64,
     /// Largest gain of the position loop (1/min)
-    #[arg(long, value_name = "K", default_value_t = 5000.0)]
+    #[arg(long, value_name = "K", default_value_t = 12_000.0)]
     pub to_per_min: f64,
     /// Gains
-    #[arg(long, value_name = "N", default_value_t = 17, value_parser = clap::value_parser!(u16).range(2..=1000))]
+    #[arg(long, value_name = "N", default_value_t = 24, value_parser = clap::value_parser!(u16).range(2..=1000))]
     pub points: u16,
     /// Point whose position is judged; by default what the position encoder reads
     #[arg(long, value_name = "POINT")]

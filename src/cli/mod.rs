@@ -10,6 +10,7 @@ mod file_arguments;
 mod friction;
 mod gain;
 mod hold;
+mod hybrid;
 mod identify;
 mod import;
 mod init;
@@ -24,6 +25,7 @@ mod published;
 mod report;
 mod rows;
 mod schema;
+mod servo_machine;
 mod simulate;
 mod sweep;
 mod talk;
@@ -58,6 +60,7 @@ pub fn run() -> ExitCode {
         Command::Completions(given) => manual::completions(&given),
         Command::Man(given) => manual::man(&given),
         Command::Simulate(given) => simulate::run(&given),
+        Command::Hybrid(given) => hybrid::run(&given),
         Command::Withheld(given) => withheld::run(&given),
     };
     match outcome {

@@ -9,6 +9,7 @@ use super::bode::BodeArguments;
 use super::gain::GainArguments;
 use super::hold::HoldArguments;
 use super::motion::MotionArguments;
+use super::servo_machine::MachineArguments;
 
 /// What loads the machine.
 #[derive(Debug, Clone, Copy, Args)]
@@ -222,6 +223,11 @@ pub enum Simulation {
         after_help = "Example:\n  jointid simulate hold --config configs/servo-axis.toml\n  jointid simulate hold --result results/identification.json --constant 1.0 --lead-m 0.04"
     )]
     Hold(HoldArguments),
+    /// Records of a «machine» that has what the model of configs/hybrid-axis.toml lacks, made by equations of its own
+    #[command(
+        after_help = "Example:\n  jointid simulate machine --out machine\n  jointid hybrid --config configs/hybrid-axis.toml --measurements machine/sines"
+    )]
+    Machine(MachineArguments),
     /// Every figure that the papers of the models print, beside ours
     #[command(after_help = "Example:\n  jointid simulate published --markdown")]
     Published(PublishedArguments),

@@ -47,8 +47,8 @@ pub fn sine_response(
     go_on: &dyn Fn() -> bool,
 ) -> Result<SineResponse, MotionError> {
     let (frequency_hz, samples) = fitting_hz(frequency_hz, loops.period_s);
-    let slowest = loops.poles().iter().map(|p| -p.growth_per_s).fold(f64::INFINITY, f64::min);
-    let wait = ((-SETTLED.0.ln() / slowest).clamp(0.0, SETTLED.1) / loops.period_s).ceil() as usize;
+    let slowest = loops.poles().iter().map(|p| -p.growth_per_s).fold(f64::INFINITY, f64::min).max(f64::MIN_POSITIVE);
+    let wait = ((-SETTLED.0.ln() / slowest).min(SETTLED.1) / loops.period_s).ceil() as usize;
     let command = (0..=wait + samples).map(|k| amplitude * (TAU * frequency_hz * loops.period_s * k as f64).sin()).collect();
     let trace = simulate(machine, values, &Course::new(loops.period_s, command), settings, go_on)?;
     if !trace.complete {

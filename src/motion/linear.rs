@@ -218,6 +218,13 @@ impl LinearLoops {
             let halfway = &before.0 * &rows.plant + &before.1 * old;
             rows.plant = &after.0 * halfway + &after.1 * new;
         }
+        // An integral that nothing adds to is no state.
+        if at(&drive.velocity.integral_time_s).is_infinite() {
+            rows.speed.fill(0.0);
+        }
+        if drive.current.as_ref().is_none_or(|c| at(&c.integral_time_s).is_infinite()) {
+            rows.currents.fill(0.0);
+        }
         let all = rows.stacked();
         let count = all.nrows();
         Ok(LinearLoops {

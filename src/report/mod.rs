@@ -3,6 +3,7 @@
 mod claim;
 pub mod diagnosis;
 pub mod document;
+pub mod hybrid;
 pub mod loops;
 pub mod motion;
 pub mod page;

@@ -2,10 +2,10 @@
 
 use schemars::{Schema, schema_for};
 
-use super::{diagnosis, document, loops, motion, simulation};
+use super::{diagnosis, document, hybrid, loops, motion, simulation};
 
 /// Names of the documents that have a schema: those of their files.
-pub const SCHEMAS: [&str; 20] = [
+pub const SCHEMAS: [&str; 21] = [
     "identification",
     "validation",
     "comparison",
@@ -20,6 +20,7 @@ pub const SCHEMAS: [&str; 20] = [
     "bode",
     "gain",
     "hold",
+    "hybrid",
     "stiffness",
     "sensitivity",
     "friction",
@@ -45,6 +46,7 @@ pub fn schema(name: &str) -> Option<Schema> {
         "bode" => schema_for!(loops::Bode),
         "gain" => schema_for!(loops::GainStudy),
         "hold" => schema_for!(loops::HoldDocument),
+        "hybrid" => schema_for!(hybrid::Hybrid),
         "stiffness" => schema_for!(simulation::Sweep),
         "sensitivity" => schema_for!(simulation::SensitivityDocument),
         "friction" => schema_for!(simulation::FrictionDocument),
