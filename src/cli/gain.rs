@@ -91,7 +91,7 @@ pub fn run(given: &GainArguments) -> CommandResult {
     let unstable: Vec<String> = found.iter().filter(|r| !r.stable).map(|r| format!("{:.0}", 60.0 * r.gain_per_s)).collect();
     let mut warnings = Vec::new();
     if complete && !unstable.is_empty() {
-        warnings.push(format!("at {} 1/min the loops left their bounds: those gains have no cost", unstable.join(", ")));
+        warnings.push(format!("at {} 1/min the loops are unstable: those gains have no figures", unstable.join(", ")));
     }
     let best = found.iter().filter(|r| r.cost.is_some()).min_by(|a, b| a.cost.unwrap_or(0.0).total_cmp(&b.cost.unwrap_or(0.0)));
     let optimum_per_s = best.map(|r| r.gain_per_s);
@@ -121,8 +121,8 @@ pub fn run(given: &GainArguments) -> CommandResult {
         vec![
             format!("{:.0}", r.gain_per_min),
             cell(r.time_s, 4),
-            format!("{:.3}", 1e6 * r.static_error),
-            format!("{:.3}", r.energy_j),
+            cell(r.static_error.map(|x| 1e6 * x), 3),
+            cell(r.energy_j, 3),
             cell(r.cost, 4),
             if Some(r.gain_per_s) == optimum_per_s { "least".into() } else { String::new() },
         ]

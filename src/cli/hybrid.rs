@@ -12,7 +12,7 @@ use super::progress::Progress;
 use super::validate::{check_identification, identified_values};
 use crate::machine::Machine;
 use crate::measurement::MotionRecord;
-use crate::motion::{Settings, simulate_record};
+use crate::motion::{Settings, contour_error, simulate_record};
 use crate::network::{Example, Network, Trained};
 use crate::numeric::statistics::quantile;
 use crate::optimizer::Control;
@@ -262,7 +262,7 @@ fn contours(first: &Axis, second: &Axis) -> BTreeMap<String, ContourRow> {
     let pair = |r: &'_ Foretold| second.records.iter().find(|s| s.name == r.name && s.measured.len() == r.measured.len());
     let row = |x: &Foretold, y: &Foretold| {
         let (a, b, radius) = circle(&x.command, &y.command)?;
-        let error = |x: &[f64], y: &[f64]| -> Vec<f64> { x.iter().zip(y).map(|(x, y)| (x - a).hypot(y - b) - radius).collect() };
+        let error = |x: &[f64], y: &[f64]| contour_error(x, y, [a, b], radius);
         // The points of the command lie on the circle; else there is none.
         let largest = |e: &[f64]| e.iter().fold(0.0_f64, |m, e| m.max(e.abs()));
         if largest(&error(&x.command, &y.command)) > 1e-3 * radius {

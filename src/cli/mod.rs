@@ -2,6 +2,7 @@
 
 mod arguments;
 mod bode;
+mod circle;
 mod common;
 mod compare;
 mod convergence;

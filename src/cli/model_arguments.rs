@@ -6,6 +6,7 @@ use clap::{Args, Subcommand, ValueEnum};
 
 use super::arguments::{ModelName, Output, QuantityName, SearchArguments, Sources};
 use super::bode::BodeArguments;
+use super::circle::CircleArguments;
 use super::gain::GainArguments;
 use super::hold::HoldArguments;
 use super::motion::MotionArguments;
@@ -223,6 +224,11 @@ pub enum Simulation {
         after_help = "Example:\n  jointid simulate hold --config configs/servo-axis.toml\n  jointid simulate hold --result results/identification.json --constant 1.0 --lead-m 0.04"
     )]
     Hold(HoldArguments),
+    /// Two axes on a circle: contour error by speed
+    #[command(
+        after_help = "Example:\n  jointid simulate circle --config configs/hybrid-axis.toml --response table --beside-set parameter.moving_mass.start=210"
+    )]
+    Circle(CircleArguments),
     /// Records of a «machine» that has what the model of configs/hybrid-axis.toml lacks, made by equations of its own
     #[command(
         after_help = "Example:\n  jointid simulate machine --out machine\n  jointid hybrid --config configs/hybrid-axis.toml --measurements machine/sines"

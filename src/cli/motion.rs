@@ -12,7 +12,7 @@ use super::common::{CommandResult, Loaded, Outcome, load_machine, prepare, print
 use super::simulate::operating;
 use crate::machine::{Machine, Motion};
 use crate::measurement::{SourceFile, read_reference};
-use crate::motion::{Course, EventKind, RecordGap, SCurve, Settings, Sine, Trace, simulate, simulate_record};
+use crate::motion::{Course, EventKind, LinearLoops, RecordGap, SCurve, Settings, Sine, Trace, simulate, simulate_record};
 use crate::report::document::Input;
 use crate::report::motion::{EnergyBalance, EventRow, Instability, MotionDocument, RecordRow};
 use crate::report::{digest, to_json};
@@ -99,6 +99,11 @@ pub fn run(given: &MotionArguments) -> CommandResult {
             (word, trace, None)
         }
     };
+    let mut trace = trace;
+    let pole = LinearLoops::new(machine, &values, &settings).ok().and_then(|loops| loops.unstable());
+    trace
+        .warnings
+        .extend(pole.map(|pole| format!("the loops are unstable, without friction, play and limits: {}", super::bode::said(&pole))));
     warn(&given.output, &trace.warnings);
     let document = document(given, &loaded, &word, &settings, &trace, gap, file.as_ref());
     let csv = table(&document, machine);

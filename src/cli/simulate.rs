@@ -12,7 +12,7 @@ use super::arguments::{FrfArguments, LoadArguments, ModesArguments, SimulateArgu
 use super::common::{CommandResult, Loaded, Outcome, deliver, load, load_machine, prepare, read_document, rods, stamp, told, warn};
 use super::import::quantity;
 use super::validate::{check_identification, identified_values};
-use super::{bode, gain, hold, motion, published, servo_machine, sweep};
+use super::{bode, circle, gain, hold, motion, published, servo_machine, sweep};
 use crate::machine::{Chain, Machine, Operating};
 use crate::model::{Rods, Structure, undamped_modes};
 use crate::motion::Hold;
@@ -32,6 +32,7 @@ pub fn run(given: &SimulateArguments) -> CommandResult {
         Simulation::Bode(given) => bode::run(given),
         Simulation::Gain(given) => gain::run(given),
         Simulation::Hold(given) => hold::run(given),
+        Simulation::Circle(given) => circle::run(given),
         Simulation::Machine(given) => servo_machine::run(given),
         Simulation::Published(given) => published::run(given),
     }

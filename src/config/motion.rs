@@ -186,6 +186,8 @@ pub struct PositionFile {
     encoder_step: Option<Number>,
     gain_per_s: Number,
     feed_forward: Option<Number>,
+    /// Ends of the stroke (m or rad, as the encoder reads it), which no command may leave.
+    limits_m: Option<[f64; 2]>,
     /// Period of the loop (s).
     period_s: f64,
 }
@@ -245,6 +247,7 @@ impl From<DriveFile> for DrivePatch {
                 encoder: position,
                 gain_per_s: p.gain_per_s.into(),
                 feed_forward: source(p.feed_forward),
+                limits: p.limits_m,
                 period_s: p.period_s,
             },
             velocity: VelocityLoopPatch {

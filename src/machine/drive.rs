@@ -23,6 +23,8 @@ pub struct PositionLoop {
     pub gain_per_s: Value,
     /// f: share of the command's velocity that is fed forward.
     pub feed_forward: Value,
+    /// Ends of the stroke as the encoder reads it, which no command may leave; `None` where they are not known.
+    pub limits: Option<[f64; 2]>,
     /// Its period (s).
     pub period_s: f64,
 }

@@ -73,6 +73,8 @@ pub struct PositionLoopPatch {
     pub gain_per_s: Source,
     /// f.
     pub feed_forward: Source,
+    /// Ends of the stroke.
+    pub limits: Option<[f64; 2]>,
     /// Period (s).
     pub period_s: f64,
 }
@@ -237,6 +239,7 @@ impl Machine {
                 encoder: self.resolve_encoder("drive.position", &position.encoder)?,
                 gain_per_s: value("position.gain_per_s", &position.gain_per_s)?,
                 feed_forward: value("position.feed_forward", &position.feed_forward)?,
+                limits: position.limits,
                 period_s: position.period_s,
             },
             velocity: VelocityLoop {
@@ -340,6 +343,12 @@ impl Machine {
                 }
             }
             inner = Some((key, period_s));
+        }
+        if let Some([lower, upper]) = drive.position.limits.filter(|[a, b]| !(a < b)) {
+            return Err(fault(
+                "drive.position.limits_m",
+                format!("is [{lower}, {upper}]; write the lower end of the stroke, then the upper"),
+            ));
         }
         self.check_motor(drive)?;
         if drive.velocity.tachometry == Tachometry::Difference(0) {

@@ -84,13 +84,13 @@ impl Hold {
         let n = &self.numbers;
         let s = Complex64::new(0.0, omega_rad_s);
         let rate = n.differenced.map_or(s, |over_s| (1.0 - (-s * over_s).exp()) / over_s);
-        let speed = n.velocity_gain * (1.0 + (s * n.integral_time_s).inv()) * held(omega_rad_s, n.periods_s.1) * (-s * n.delay_s).exp();
+        let speed = n.velocity_gain * (1.0 + n.integral_time_s.recip() / s) * held(omega_rad_s, n.periods_s.1) * (-s * n.delay_s).exp();
         let (share, induced) = match (n.winding, n.current) {
             // Force per output of the velocity loop, and per rate of the driven point.
             (None, _) => (Complex64::from(n.constant), Complex64::ZERO),
             (Some((r, l, k)), None) => (n.constant / (r + s * l), n.constant * k / (r + s * l)),
             (Some((r, l, k)), Some((gain, time_s, period_s))) => {
-                let loops = gain * (1.0 + (s * time_s).inv()) * held(omega_rad_s, period_s);
+                let loops = gain * (1.0 + time_s.recip() / s) * held(omega_rad_s, period_s);
                 (n.constant * loops / (r + s * l + loops), n.constant * k / (r + s * l + loops))
             }
         };

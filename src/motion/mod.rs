@@ -36,7 +36,7 @@ pub use gain::{GainRow, gain_study};
 pub use hold::{Hold, gains_of};
 pub use linear::{LinearLoops, Pole, smooth};
 pub use record::{RecordGap, simulate_record};
-pub use reference::{Course, SCurve, Sine};
+pub use reference::{Circle, Course, SCurve, Sine, contour_error};
 pub use run::simulate;
 pub use settings::Settings;
 pub use trace::{Energy, Event, EventKind, Sample, Trace};

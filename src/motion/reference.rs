@@ -184,6 +184,56 @@ impl Sine {
     }
 }
 
+/// A circle of two axes through the origin, x = R·sin φ, y = R·(1 − cos φ): from rest along x, at full speed after `rise_s`, and to its end there.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Circle {
+    /// Radius R (m).
+    pub radius: f64,
+    /// Speed of the angle (rad/s).
+    pub speed_rad_s: f64,
+    /// Turns at full speed.
+    pub turns: f64,
+    /// Time (s) in which the speed rises, as 3s² − 2s³.
+    pub rise_s: f64,
+}
+
+impl Circle {
+    /// Centre (m).
+    pub fn centre(&self) -> [f64; 2] {
+        [0.0, self.radius]
+    }
+
+    /// Courses of both axes.
+    ///
+    /// # Errors  a radius, speed, number of turns or rise that is not above 0; fewer than ten samples to a turn.
+    pub fn courses(&self, step_s: f64) -> Result<[Course; 2], MotionError> {
+        let given = [("radius", self.radius), ("speed", self.speed_rad_s), ("number of turns", self.turns), ("rise", self.rise_s)];
+        if let Some((what, x)) = given.into_iter().find(|(_, x)| !(*x > 0.0 && x.is_finite())) {
+            return Err(MotionError::Input(format!("circle: the {what} is {x}; write a number above 0")));
+        }
+        if self.speed_rad_s * step_s > 0.1 * TAU {
+            return Err(MotionError::Input(format!(
+                "circle: {} rad/s has fewer than ten samples of {step_s} s to a turn; go slower",
+                self.speed_rad_s
+            )));
+        }
+        let whole_s = self.rise_s + TAU * self.turns / self.speed_rad_s;
+        let samples = (whole_s / step_s).ceil() as usize + 1;
+        let angle = |at: usize| {
+            let time_s = at as f64 * step_s;
+            let s = (time_s / self.rise_s).min(1.0);
+            self.speed_rad_s * (self.rise_s * s * s * s * (1.0 - 0.5 * s) + (time_s - self.rise_s).max(0.0))
+        };
+        let course = |of: &dyn Fn(f64) -> f64| Course::new(step_s, (0..samples).map(|at| self.radius * of(angle(at))).collect());
+        Ok([course(&f64::sin), course(&|a| 1.0 - a.cos())])
+    }
+}
+
+/// How far points of two axes are outside (above 0) or inside a circle (m).
+pub fn contour_error(x: &[f64], y: &[f64], [a, b]: [f64; 2], radius: f64) -> Vec<f64> {
+    x.iter().zip(y).map(|(x, y)| (x - a).hypot(y - b) - radius).collect()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

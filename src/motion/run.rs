@@ -138,6 +138,17 @@ fn check_stroke(machine: &Machine, course: &Course, settings: &Settings) -> Resu
     if course.command.len() < 2 || !(course.step_s > 0.0) || course.command.iter().chain(&course.added).any(|x| !x.is_finite()) {
         return Err(MotionError::Input("the reference needs at least two samples, all finite".into()));
     }
+    if let Some([lower, upper]) = machine.drive.as_ref().and_then(|d| d.position.limits) {
+        let beyond = course.command.iter().position(|x| !(lower..=upper).contains(x));
+        if let Some(at) = beyond {
+            let fault = format!(
+                "at {:.4} s the reference is {:.4}, beyond the stroke from {lower} to {upper} (drive.position.limits_m); travel less",
+                at as f64 * course.step_s,
+                course.command[at]
+            );
+            return Err(MotionError::Input(fault));
+        }
+    }
     let (Some(stroke_m), Some(nut_m)) = (machine.stroke_m(), settings.operating.nut_m) else { return Ok(()) };
     for (at, x) in course.command.iter().enumerate() {
         let nut_m = nut_m + x - course.command[0];

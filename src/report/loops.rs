@@ -64,10 +64,10 @@ pub struct GainStudyRow {
     pub gain_per_min: f64,
     /// To 99 % of the travel (s); `null` where it is not reached.
     pub time_s: Option<f64>,
-    /// Mean |command − position| at rest (m or rad).
-    pub static_error: f64,
-    /// What the drive puts in while it drives (J).
-    pub energy_j: f64,
+    /// Mean |command − position| at rest (m or rad); `null` where the loop is unstable.
+    pub static_error: Option<f64>,
+    /// What the drive puts in while it drives (J); `null` where the loop is unstable.
+    pub energy_j: Option<f64>,
     /// C; `null` where the loop is unstable or does not arrive.
     pub cost: Option<f64>,
 }
@@ -125,4 +125,31 @@ pub struct HoldDocument {
     /// Gains, from an identified hold.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub gains: Option<HoldGains>,
+}
+
+/// A circle at one speed.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct CircleRow {
+    /// Speed of the angle (rad/min).
+    pub speed_rad_min: f64,
+    /// Largest |distance from the circle| (m).
+    pub largest_m: f64,
+    /// Its mean: above 0 outside (m).
+    pub mean_m: f64,
+    /// Largest |distance from the mean| just after an axis has turned (m).
+    pub largest_at_quadrants_m: f64,
+}
+
+/// `circle.json`.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct Circles {
+    /// Stamp.
+    #[serde(flatten)]
+    pub stamp: Stamp,
+    /// Point whose travel is judged; `null` for what the position encoders read.
+    pub response: Option<String>,
+    /// Radius (m).
+    pub radius_m: f64,
+    /// By speed.
+    pub rows: Vec<CircleRow>,
 }

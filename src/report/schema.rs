@@ -5,7 +5,7 @@ use schemars::{Schema, schema_for};
 use super::{diagnosis, document, hybrid, loops, motion, simulation};
 
 /// Names of the documents that have a schema: those of their files.
-pub const SCHEMAS: [&str; 21] = [
+pub const SCHEMAS: [&str; 22] = [
     "identification",
     "validation",
     "comparison",
@@ -21,6 +21,7 @@ pub const SCHEMAS: [&str; 21] = [
     "gain",
     "hold",
     "hybrid",
+    "circle",
     "stiffness",
     "sensitivity",
     "friction",
@@ -46,6 +47,7 @@ pub fn schema(name: &str) -> Option<Schema> {
         "bode" => schema_for!(loops::Bode),
         "gain" => schema_for!(loops::GainStudy),
         "hold" => schema_for!(loops::HoldDocument),
+        "circle" => schema_for!(loops::Circles),
         "hybrid" => schema_for!(hybrid::Hybrid),
         "stiffness" => schema_for!(simulation::Sweep),
         "sensitivity" => schema_for!(simulation::SensitivityDocument),

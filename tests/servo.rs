@@ -1,0 +1,383 @@
+//! The whole drive: motors with windings, loops by frequency, gains, closed-loop FRFs, circles, network; against closed forms and each other.
+
+use std::f64::consts::TAU;
+
+use assert_cmd::Command;
+use jointid::config::{embedded_config, read_machine_text};
+use jointid::machine::{Machine, Operating};
+use jointid::motion::{
+    Circle, Course, GainRow, Hold, LinearLoops, SCurve, Settings, Trace, contour_error, gain_study, simulate, sine_response, smooth,
+};
+use num_complex::Complex64;
+use serde_json::Value;
+
+fn machine(text: &str) -> Machine {
+    read_machine_text("axis.toml", text, &[], &[]).unwrap_or_else(|e| panic!("{e}")).machine
+}
+
+fn refused(text: &str) -> String {
+    read_machine_text("axis.toml", text, &[], &[]).map(|_| ()).unwrap_err().to_string()
+}
+
+fn embedded(name: &str, set: &[&str]) -> Machine {
+    let path = format!("configs/{name}.toml");
+    let set: Vec<String> = set.iter().map(|s| s.to_string()).collect();
+    read_machine_text(&path, embedded_config(&path).unwrap(), &set, &[]).unwrap_or_else(|e| panic!("{e}")).machine
+}
+
+fn run(machine: &Machine, course: &Course) -> Trace {
+    let settings = Settings { bound: Some(f64::INFINITY), ..Settings::default() };
+    simulate(machine, &machine.start(), course, &settings, &|| true).unwrap_or_else(|e| panic!("{e}"))
+}
+
+/// A flywheel with a winding; what the course adds is its voltage.
+fn flywheel(motor: &str, more: &str) -> String {
+    format!(
+        "title = \"flywheel\"\n[[point]]\nname = \"rotor\"\nmotion = \"rotation\"\ninertia_kg_m2 = 5e-3\n[[joint]]\nname = \"bearing\"\nbetween = [\"rotor\", \"ground\"]\ndamping = 2e-3\n\
+         [drive]\non = \"rotor\"\nconstant = 0.9\n{motor}\n{more}\n[drive.position]\ngain_per_s = 0.0\nperiod_s = 1e-3\n[drive.velocity]\ngain = 0.0\nperiod_s = 1e-3\n"
+    )
+}
+
+const DIRECT: &str = "[drive.motor]\nresistance_ohm = 0.6\ninductance_h = 4e-3\n";
+
+/// A motor with direct current at a voltage that steps: L·i̇ = u − R·i − k·ω, J·ω̇ = k·i − d·ω, by its two poles.
+#[test]
+fn limit_a_motor_at_a_voltage_is_its_closed_form() {
+    let machine = machine(&flywheel(DIRECT, ""));
+    let (j, d, k, r, l, u) = (5e-3, 2e-3, 0.9, 0.6, 4e-3, 24.0);
+    let course = Course { added: vec![u; 400], ..Course::new(1e-3, vec![0.0; 400]) };
+    let trace = run(&machine, &course);
+    // ω(t) of two real or complex poles from rest: ω∞·(1 + (s₂·e^{s₁t} − s₁·e^{s₂t})/(s₁ − s₂)).
+    let (a, b) = (r / l + d / j, (r * d + k * k) / (l * j));
+    let root = Complex64::new(0.25 * a * a - b, 0.0).sqrt();
+    let (s1, s2) = (-0.5 * a + root, -0.5 * a - root);
+    let last = k * u / (r * d + k * k);
+    for pair in trace.samples.windows(2) {
+        let t = pair[1].time_s;
+        let speed = last * (1.0 + ((s2 * (s1 * t).exp() - s1 * (s2 * t).exp()) / (s1 - s2)).re);
+        // i from the torque that is recorded; ω from the torque balance J·ω̇ + d·ω = k·i.
+        let slope = last * ((s1 * s2 * ((s1 * t).exp() - (s2 * t).exp())) / (s1 - s2)).re;
+        let torque = j * slope + d * speed;
+        assert!((pair[1].force - torque).abs() < 1e-9 * k * u / r, "{t}: {} against {torque}", pair[1].force);
+    }
+    let e = trace.energy;
+    assert!(e.imbalance() < 1e-6 && e.supplied_j > 1.0, "{e:?}");
+}
+
+/// Direct current and dq axes are the same motor where the d axis has no current: the force per current and the power agree.
+#[test]
+fn energy_of_windings_closes_and_switching_gives_what_averaging_does() {
+    let curve = SCurve { from: 0.0, to: 0.02, velocity: 0.1, acceleration: 2.0, jerk: 100.0 };
+    let course = curve.course(1e-3, 0.02, true).unwrap();
+    let averaged = run(&embedded("hybrid-axis", &[]), &course);
+    let switching = run(&embedded("hybrid-axis", &["drive.current.inverter=\"switching\""]), &course);
+    for trace in [&averaged, &switching] {
+        let e = trace.energy;
+        assert!(trace.complete && e.imbalance() < 1e-6 && e.supplied_j > 0.5, "{e:?}");
+        assert!(e.driving_j > 0.0 && e.driving_j <= e.turned_over_j, "{e:?}");
+    }
+    let table = averaged.points.iter().position(|p| p == "table").unwrap();
+    let off = averaged.samples.iter().zip(&switching.samples).map(|(a, b)| (a.points[table] - b.points[table]).abs()).fold(0.0, f64::max);
+    // They are not the same, and hardly differ: pulses are placed to 2⁻¹⁰ of a period.
+    assert!(off > 1e-12 && off < 1e-6, "{off:e}");
+    let largest = |trace: &Trace| trace.samples.iter().map(|s| s.force.abs()).fold(0.0, f64::max);
+    assert!((largest(&averaged) / largest(&switching) - 1.0).abs() < 0.05);
+}
+
+/// Currents and voltages keep to their limits: at a step that asks for more the torque is that of the largest current, or less where the voltage does
+/// not suffice.
+#[test]
+fn limit_current_and_voltage_are_kept() {
+    let far = Course::new(1e-3, [vec![0.0; 3], vec![0.05; 200]].concat());
+    let torque = |set: &[&str]| run(&embedded("hybrid-axis", set), &far).samples.iter().map(|s| s.force).fold(0.0, f64::max);
+    let plain = torque(&[]);
+    // The loop of the current overshoots a little.
+    assert!(plain > 0.95 * 1.018 * 53.0 && plain < 1.1 * 1.018 * 53.0, "{plain}");
+    let weak = torque(&["drive.motor.dc_link_v=40.0"]);
+    assert!(weak < 0.9 * plain, "{weak} of {plain}");
+    // Held fast, u/√3 over the resistance is the most that flows.
+    let mut held = embedded("hybrid-axis", &["drive.motor.dc_link_v=5.0"]);
+    held.points[0].inertia = jointid::machine::Value::number(1e6);
+    let most = run(&held, &far).samples.iter().map(|s| s.force).fold(0.0, f64::max);
+    let limit = 1.018 * 5.0 / 3.0_f64.sqrt() / 0.184;
+    assert!((most / limit - 1.0).abs() < 1e-3, "{most} of {limit}");
+}
+
+/// No load, no friction: with loops ever faster the response is that of the second order, ω² = k_v·k_p/m, 2ζω = k_v/m, to first order in their period.
+#[test]
+fn limit_fast_loops_are_of_the_second_order() {
+    let (mass, position, velocity): (f64, f64, f64) = (80.0, 60.0, 1.6e4);
+    let off = |period_s: f64| {
+        let text = format!(
+            "title = \"m\"\n[[point]]\nname = \"table\"\nmotion = \"translation\"\nmass_kg = {mass}\n[[joint]]\nname = \"guide\"\nbetween = [\"table\", \"ground\"]\ndamping = 0.0\n\
+             [drive]\non = \"table\"\nconstant = 1.0\n[drive.position]\ngain_per_s = {position}\nperiod_s = {period_s}\n[drive.velocity]\nmeasured = \"tachometer\"\ngain = {velocity}\nperiod_s = {period_s}\n"
+        );
+        let samples = (0.2 / period_s).round() as usize;
+        let trace = run(&machine(&text), &Course::new(period_s, vec![1.0; samples]).from_rest_at(0.0));
+        let (wn, a): (f64, f64) = ((velocity * position / mass).sqrt(), 0.5 * velocity / mass);
+        let wd = (wn * wn - a * a).sqrt();
+        trace
+            .samples
+            .iter()
+            .map(|s| (s.position - (1.0 - (-a * s.time_s).exp() * ((wd * s.time_s).cos() + a / wd * (wd * s.time_s).sin()))).abs())
+            .fold(0.0, f64::max)
+    };
+    let (coarse, fine) = (off(1e-4), off(1e-5));
+    assert!(fine < 1e-3 && (5.0..20.0).contains(&(coarse / fine)), "{coarse:e} {fine:e}");
+}
+
+trait FromRest {
+    fn from_rest_at(self, position: f64) -> Self;
+}
+
+impl FromRest for Course {
+    fn from_rest_at(self, position: f64) -> Self {
+        Course { start_position: Some(position), ..self }
+    }
+}
+
+/// A sine, simulated, is what the linear loops foretell, up to half the velocity loop's rate: rigid, flexible with direct current, synchronous with
+/// three rates; also with a delay that is no whole period.
+#[test]
+fn limit_bode_by_simulation_is_bode_by_linearisation() {
+    let cases: [(&str, &[&str]); 4] = [
+        ("emps", &[]),
+        ("servo-axis", &["drive.position.encoder_step=0.0"]),
+        ("servo-axis", &["drive.position.encoder_step=0.0", "drive.delay_s=3.1e-4", "drive.velocity.acceleration_feed_forward=0.5"]),
+        ("hybrid-axis", &["drive.position.encoder_step=0.0"]),
+    ];
+    for (name, set) in cases {
+        let axis = smooth(&embedded(name, set));
+        let settings = Settings::default();
+        let loops = LinearLoops::new(&axis, &axis.start(), &settings).unwrap();
+        assert_eq!(loops.unstable(), None, "{name}");
+        let nyquist = 0.5 / axis.drive.as_ref().unwrap().velocity.period_s;
+        for share in [0.002, 0.02, 0.11, 0.43, 0.93] {
+            let wanted = (share * nyquist).max(2.0);
+            let found = sine_response(&axis, &axis.start(), &loops, (wanted, 1e-5), None, &settings, &|| true).unwrap();
+            let (simulated, linear) = (found.ratio.unwrap(), loops.response(found.frequency_hz, None));
+            let off = (simulated / linear).norm() - 1.0;
+            let turned = (simulated / linear).arg().to_degrees();
+            assert!(off.abs() < 1e-3 && turned.abs() < 0.1, "{name} {set:?} at {wanted} Hz: {off:e} {turned:e}°");
+        }
+    }
+}
+
+/// Poles of the linear loops are where the closed-loop FRF has its peak; at low frequency the hold is G·k_v·k_p·i, and its receptance 1/k.
+#[test]
+fn limit_closed_loops_hold_like_their_stiffness() {
+    // No integral: a spring at rest. Fast loops, so that nothing is late.
+    let set = [
+        "drive.motor={resistance_ohm=0.4,inductance_h=1e-3}",
+        "drive.current={gain=20.0,period_s=1e-5}",
+        "drive.velocity={gain=290.0,period_s=1e-5}",
+        "drive.position={lead_m=0.02,gain_per_s=50.0,period_s=1e-5}",
+    ];
+    let axis = smooth(&embedded("servo-axis", &set));
+    let values = axis.start();
+    let hold = Hold::new(&axis, &values, &Operating::default()).unwrap();
+    let i = 0.02 / TAU;
+    let share = 20.0 / 20.4;
+    let z = hold.at_driven_point(1e-3).unwrap();
+    assert!((z.re / (share * 290.0 * 50.0 * i) - 1.0).abs() < 1e-3, "{z}");
+    let point = |name: &str| axis.point(name).unwrap();
+    let (motor, slide) = (point("motor"), point("slide"));
+    let open = |at: usize, force: usize, omega: f64| {
+        let structure = std::sync::Arc::new(jointid::model::Structure::new(&axis, at, force, jointid::model::Rods::Exact).unwrap());
+        let mut network = structure.network();
+        network.update(&axis, &values, &Operating::default());
+        network.sweep(&[omega], &mut structure.workspace())[0]
+    };
+    let closed = |omega: f64, at: usize| hold.close(omega, at, at, |a, b| open(a, b, omega));
+    let still = closed(TAU * 0.01, motor);
+    assert!((still.norm() * z.norm() - 1.0).abs() < 0.02, "{still} {z}");
+    let loops = LinearLoops::new(&axis, &values, &Settings::default()).unwrap();
+    let pole = loops
+        .poles()
+        .into_iter()
+        .filter(|p| p.frequency_hz > 100.0 && p.frequency_hz < 250.0)
+        .max_by(|a, b| a.growth_per_s.total_cmp(&b.growth_per_s));
+    let pole = pole.unwrap();
+    let peak = (0..2000)
+        .map(|n| 100.0 + 0.075 * n as f64)
+        .max_by(|a, b| closed(TAU * a, slide).norm().total_cmp(&closed(TAU * b, slide).norm()))
+        .unwrap();
+    let damped = pole.frequency_hz;
+    assert!((peak / damped - 1.0).abs() < 0.02, "peak {peak} Hz, pole {damped} Hz, ζ {}", pole.damping_ratio());
+}
+
+/// A servo entered by its gains is the spring and damper they make, also where gains are parameters.
+#[test]
+fn limit_a_servo_joint_is_its_spring_and_damper() {
+    let text = |hold: &str| {
+        format!(
+            "title = \"s\"\n[[point]]\nname = \"rotor\"\nmotion = \"rotation\"\ninertia_kg_m2 = 5e-3\n[[joint]]\nname = \"hold\"\nbetween = [\"rotor\", \"ground\"]\n{hold}\n"
+        )
+    };
+    let receptance = |machine: &Machine| {
+        let structure = std::sync::Arc::new(jointid::model::Structure::new(machine, 0, 0, jointid::model::Rods::Exact).unwrap());
+        let mut network = structure.network();
+        network.update(machine, &machine.start(), &Operating::default());
+        network.sweep(&[TAU * 12.0], &mut structure.workspace())[0]
+    };
+    let i = 0.04 / TAU;
+    let (k, c) = (1.2 * 300.0 * 40.0 * i, 1.2 * 300.0 * i);
+    let spring = receptance(&machine(&text(&format!("stiffness = {k}\ndamping = {c}"))));
+    let servo = receptance(&machine(&text("servo = { constant = 1.2, lead_m = 0.04, position_gain_per_s = 40.0, velocity_gain = 300.0 }")));
+    let named = text("servo = { constant = 1.2, lead_m = 0.04, position_gain_per_s = \"k_p\", velocity_gain = \"k_v\" }")
+        + "[parameter.k_p]\nunit = \"1/s\"\nstart = 40.0\nlower = 1.0\nupper = 1e3\nsource = \"drive\"\n[parameter.k_v]\nunit = \"A*s/m\"\nstart = 300.0\nlower = 1.0\nupper = 1e4\nsource = \"drive\"\n";
+    let named = receptance(&machine(&named));
+    assert!((servo / spring - 1.0).norm() < 1e-12 && (named / spring - 1.0).norm() < 1e-12);
+    assert!(
+        refused(&text("stiffness = 1.0\nservo = { constant = 1.2, position_gain_per_s = 40.0, velocity_gain = 300.0 }"))
+            .contains("leave those out")
+    );
+}
+
+#[test]
+fn gains_have_the_cost_of_the_paper() {
+    let axis = embedded("servo-axis", &[]);
+    let curve = SCurve { from: 0.0, to: 0.05, velocity: 0.3, acceleration: 5.0, jerk: 200.0 };
+    let course = curve.course(1e-3, 0.1, false).unwrap();
+    let gains = [10.0, 30.0, 90.0, 2000.0];
+    let rows = gain_study(&axis, &axis.start(), &gains, (&course, 0.1), None, &Settings::default(), &|| true).unwrap();
+    let largest = |of: fn(&GainRow) -> Option<f64>| rows.iter().filter_map(of).fold(0.0, f64::max);
+    let (e, energy, tau) = (largest(|r| r.static_error), largest(|r| r.energy_j), largest(|r| r.time_s));
+    let with_cost: Vec<&GainRow> = rows.iter().filter(|r| r.cost.is_some()).collect();
+    assert!(with_cost.len() >= 2 && rows.last().unwrap().cost.is_none(), "{rows:?}");
+    for r in with_cost {
+        let cost = r.static_error.unwrap() / e - (1.0 - r.energy_j.unwrap() / energy) - (1.0 - r.time_s.unwrap() / tau);
+        assert!((r.cost.unwrap() - cost).abs() < 1e-12 && (-2.0..=1.0).contains(&cost), "{r:?}");
+    }
+    // Slower loops come later.
+    assert!(rows[1].time_s.unwrap() > rows[2].time_s.unwrap());
+}
+
+/// Two equal linear axes with a proportional position loop draw a circle that is smaller by 1 − |H|, everywhere alike.
+#[test]
+fn limit_two_equal_axes_draw_a_smaller_circle() {
+    let axis = smooth(&embedded("hybrid-axis", &["drive.position.encoder_step=0.0"]));
+    let circle = Circle { radius: 0.02, speed_rad_s: 2.0, turns: 1.5, rise_s: 0.5 };
+    let [x, y] = circle.courses(1e-3).unwrap();
+    let (x, y) = (run(&axis, &x), run(&axis, &y));
+    let positions = |t: &Trace| t.samples.iter().filter(|s| s.time_s > 2.0).map(|s| s.position).collect::<Vec<f64>>();
+    let error = contour_error(&positions(&x), &positions(&y), circle.centre(), circle.radius);
+    let loops = LinearLoops::new(&axis, &axis.start(), &Settings::default()).unwrap();
+    let expected = circle.radius * (loops.response(circle.speed_rad_s / TAU, None).norm() - 1.0);
+    let off = error.iter().map(|e| (e - expected).abs()).fold(0.0, f64::max);
+    assert!(expected < -1e-7 && off < 0.02 * expected.abs(), "{expected:e} {off:e}");
+}
+
+#[test]
+fn refuse_drives_that_cannot_be() {
+    let with = |motor: &str, more: &str| refused(&flywheel(motor, more));
+    let synchronous = format!("{DIRECT}pole_pairs = 4\n");
+    assert!(with(&synchronous, "").contains("[drive.current]"));
+    assert!(with("", "[drive.current]\ngain = 1.0\nperiod_s = 1e-4").contains("[drive.motor]"));
+    let uneven = with(&synchronous, "[drive.current]\ngain = 1.0\nperiod_s = 3e-4");
+    assert!(uneven.contains("drive.velocity.period_s") && uneven.contains("current loop's period of 0.0003 s"), "{uneven}");
+    assert!(with(&synchronous, "[drive.current]\ngain = 1.0\nperiod_s = 1e-4\ninverter = \"switching\"").contains("dc_link_v"));
+    assert!(with(DIRECT, "[drive.current]\ngain = 1.0\nperiod_s = 1e-4\ninverter = \"switching\"").contains("three phases"));
+    assert!(with("[drive.motor]\nresistance_ohm = 1.0\ninductance_h = 0.0\n", "").contains("inductance_h"));
+    assert!(
+        with(&synchronous.replace('4', "0").replace("0e-3", "4e-3"), "[drive.current]\ngain = 1.0\nperiod_s = 1e-4").contains("pole_pairs")
+    );
+}
+
+fn jointid(arguments: &[&str]) -> (i32, String, String) {
+    let output = Command::cargo_bin("jointid").unwrap().args(arguments).output().unwrap();
+    let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
+    (output.status.code().unwrap(), text(&output.stdout), text(&output.stderr))
+}
+
+fn json(arguments: &[&str]) -> Value {
+    let (code, out, err) = jointid(&[arguments, &["--json"]].concat());
+    assert_eq!(code, 0, "{err}");
+    serde_json::from_str(&out).unwrap()
+}
+
+/// An unstable setting is told by its pole; a command beyond the stroke by its time; both end with 2.
+#[test]
+fn commands_name_what_cannot_be() {
+    let servo = ["--config", "configs/servo-axis.toml"];
+    let (code, _, err) = jointid(&[&["simulate", "bode"], &servo[..], &["--set", "drive.velocity.gain=5000.0"]].concat());
+    assert!(code == 2 && err.contains("unstable") && err.contains("Hz") && err.contains("damping ratio -0."), "{err}");
+    let (code, _, err) = jointid(&[&["simulate", "circle"], &servo[..], &["--radius-m", "0.6"]].concat());
+    assert!(code == 2 && err.contains("beyond the stroke") && err.contains("limits_m"), "{err}");
+    let (code, _, err) = jointid(&[&["simulate", "bode"], &servo[..], &["--to-hz", "1e5"]].concat());
+    assert!(code == 2 && err.contains("half the velocity loop's rate"), "{err}");
+    let (code, _, err) = jointid(&["simulate", "hold"]);
+    assert!(code == 2 && err.contains("[drive]"), "{err}");
+    let (code, _, err) = jointid(&["simulate", "frf", "--closed-loop", "--position", "l1", "--to-hz", "5"]);
+    assert!(code == 2 && err.contains("[drive]"), "{err}");
+    let (code, _, err) = jointid(&["hybrid", "--config", "configs/hybrid-axis.toml"]);
+    assert!(code == 2 && err.contains("[[motion]]"), "{err}");
+    // A motion that leaves its bounds is told with the pole, and ends with 3.
+    let unstable =
+        ["simulate", "motion", "--reference", "s-curve", "--set", "drive.velocity.gain=5000.0", "--set", "drive.motor.dc_link_v=1e9"];
+    let (code, _, err) = jointid(&[&unstable, &servo[..]].concat());
+    assert!(code == 3 && err.contains("grows e-fold"), "{err}");
+}
+
+#[test]
+fn commands_of_the_drive_fulfil_their_schemas() {
+    let folder = tempfile::tempdir().unwrap();
+    let servo = ["--config", "configs/servo-axis.toml", "--quiet"];
+    let calls: [(&str, Vec<&str>); 4] = [
+        ("bode", [&["simulate", "bode", "--points", "4", "--to-hz", "200", "--response", "slide"], &servo[..]].concat()),
+        ("gain", [&["simulate", "gain", "--points", "2", "--response", "slide", "--travel-m", "0.02"], &servo[..]].concat()),
+        ("hold", [&["simulate", "hold"], &servo[..]].concat()),
+        ("circle", [&["simulate", "circle", "--speed-rad-min", "120", "--turns", "0.3"], &servo[..]].concat()),
+    ];
+    for (name, call) in calls {
+        let found = json(&call);
+        let schema: Value = serde_json::from_str(&jointid(&["schema", name]).1).unwrap();
+        assert_eq!(found["schema"], format!("jointid/{name}/1"));
+        assert!(jsonschema::is_valid(&schema, &found), "{name}: {found}");
+        let out = folder.path().join(name);
+        let (code, _, err) = jointid(&[&call[..], &["--out", out.to_str().unwrap()]].concat());
+        assert!(code == 0 && out.join(format!("{name}.json")).is_file(), "{err}");
+    }
+    // A hold that was identified, told as gains, holds alike.
+    let bench = folder.path().join("bench");
+    let bench = bench.to_str().unwrap();
+    let (code, _, err) = jointid(&["identify", "--positions", "l1,l3,l5", "--freeze", "k_s,c_s", "--seed", "1", "--quiet", "--out", bench]);
+    assert_eq!(code, 0, "{err}");
+    let result = format!("{bench}/identification.json");
+    let told = json(&["simulate", "hold", "--result", &result, "--constant", "1.5", "--lead-m", "0.04", "--quiet"]);
+    let gains = &told["gains"];
+    let of = |key: &str| gains[key].as_f64().unwrap();
+    let i = 0.04 / TAU;
+    assert!((1.5 * of("velocity_gain") * i / of("damping") - 1.0).abs() < 1e-9);
+    assert!((of("position_gain_per_s") * of("damping") / of("stiffness") - 1.0).abs() < 1e-9);
+    assert!(told["warnings"].as_array().unwrap().iter().any(|w| w.as_str().unwrap().contains("k_s was not identified")));
+}
+
+/// On records of an independent machine the model alone errs by what it lacks, and the network learns most of that from other speeds.
+#[test]
+fn recover_what_can_be_learnt_of_an_independent_machine() {
+    let folder = tempfile::tempdir().unwrap();
+    let place = |name: &str| folder.path().join(name).to_str().unwrap().to_string();
+    use jointid::truth::servo::{Axis, Feed, Missing, Sensors, write_sines};
+    let feeds: Vec<Feed> = [2000.0, 4000.0, 6000.0].map(|f| Feed { amplitude_m: 0.02, periods: 1, ..Feed::of(f) }).to_vec();
+    let write = |name: &str, missing: Missing| {
+        let axis = Axis { missing, ..Axis::x() };
+        write_sines(folder.path().join(name).as_path(), &axis, &Sensors::default(), &feeds, 3).unwrap();
+    };
+    write("same", Missing::none());
+    // A shorter travel shows less of a growth: more of it.
+    write("other", Missing { growth: 2.5e-4, ..Missing::default() });
+    let of = |name: &str| {
+        let call = ["hybrid", "--config", "configs/hybrid-axis.toml", "--positions", "F2000,F6000", "--quiet", "--measurements"];
+        json(&[&call[..], &[&place(name)]].concat())
+    };
+    let rmse = |found: &Value, what: &str| found["records"]["F4000"][what]["rmse_m"].as_f64().unwrap();
+    let same = of("same");
+    assert!(rmse(&same, "analytical") < 0.8e-6, "{same}");
+    let other = of("other");
+    assert_eq!(other["records"]["F4000"]["role"], "held_out");
+    assert!(rmse(&other, "analytical") > 3.0 * rmse(&same, "analytical"), "{other}");
+    assert!(rmse(&other, "hybrid") < 0.5 * rmse(&other, "analytical"), "{other}");
+    let schema: Value = serde_json::from_str(&jointid(&["schema", "hybrid"]).1).unwrap();
+    assert!(jsonschema::is_valid(&schema, &other));
+}
