@@ -20,6 +20,7 @@ use jointid::machine::{Machine, Operating};
 use jointid::measurement::universal::{Abscissa, Axis, ByteOrder, Encoding, Location, Record, UniversalWriter, read};
 use jointid::measurement::{Gain, MeasurementSet, ModeObservation, ModeTable, Quantity, read_set};
 use jointid::model::{PeakSearch, Rods, Structure, peaks};
+use jointid::motion::{Sine, simulate};
 use jointid::objective::{FrfObjective, FrfSettings, ModeObjective, ModeSettings};
 use jointid::optimizer::{Control, Cost, LeastSquares, SearchSettings, search};
 use jointid::unit::omega_rad_s;
@@ -348,6 +349,16 @@ struct Arguments {
     bench: bool,
 }
 
+/// A sine of the hybrid axis: synchronous motor, current loop of 31.25 µs, play and friction.
+fn motions(table: &Table) {
+    let axis = read_machine("configs/hybrid-axis.toml", &[], &[]).expect("shipped").machine;
+    table.row("motion of the hybrid axis", "ms", &[1000, 2500, 5000, 10_000], |milliseconds| {
+        let sine = Sine { centre: 0.0, amplitude: 0.1, frequency_hz: 0.159_15, periods: milliseconds as f64 * 0.159_15e-3 };
+        let course = sine.course(1e-3).expect("a sine");
+        least_seconds(|| simulate(&axis, &axis.start(), &course, &jointid::motion::Settings::default(), &|| true).expect("an axis"))
+    });
+}
+
 fn main() {
     let arguments = Arguments::parse();
     let table = Table { word: arguments.word };
@@ -361,5 +372,6 @@ fn main() {
         identifications(&table);
         diagnoses(&table);
         files(&table);
+        motions(&table);
     });
 }

@@ -36,7 +36,9 @@ fn a_flexible_axis_moves_as_told_and_its_document_holds_its_schema() {
     assert_eq!(document["schema"], "jointid/motion/1");
     assert_eq!(document["complete"], true);
     let column = |name: &str| document["columns"][name].as_array().unwrap_or_else(|| panic!("{name}"));
-    assert!((column("slide_m").last().unwrap().as_f64().unwrap() - 0.2).abs() < 1e-6);
+    // Friction at the screw keeps it from the last micrometres.
+    let off = (column("slide_m").last().unwrap().as_f64().unwrap() - 0.2).abs();
+    assert!(off > 1e-7 && off < 3e-5, "{off:e}");
     assert_eq!(column("time_s").len(), column("torque_nm").len());
     assert!(document["energy"]["imbalance"].as_f64().unwrap() < 1e-6);
     let schema = Command::cargo_bin("jointid").unwrap().args(["schema", "motion"]).output().unwrap().stdout;
@@ -83,7 +85,7 @@ fn refuse_motions_that_cannot_be() {
     emps(&["--reference", "s-curve", "--travel-m", "0"], &["s-curve", "no travel"]);
     emps(&["--reference", "s-curve", "--jerk-m-s3=-1"], &["jerk is -1"]);
     emps(&["--reference", "sine", "--frequency-hz", "400"], &["fewer than ten samples"]);
-    emps(&["--reference", "s-curve", "--step-s", "2e-3"], &["too long for the velocity loop's period of 0.001 s"]);
+    emps(&["--reference", "s-curve", "--step-s", "2e-3"], &["too long for the period of 0.001 s of the innermost loop"]);
     emps(&["--reference", "s-curve", "--step-s", "3e-4"], &["no whole part", "such as 0.00025"]);
     emps(&["--reference", "s-curve", "--set", "drive.velocity.period_s=3e-4"], &["drive.position.period_s", "no multiple"]);
     emps(&["--reference", "s-curve", "--set", "drive.on=\"slide\""], &["drive.on", "«slide»", "table"]);

@@ -10,7 +10,7 @@ use super::arguments::{LoadArguments, Output, Sources};
 use super::common::{CommandResult, Outcome, deliver, load_machine, prepare, stamp, stop_flag, told, warn};
 use super::progress::Progress;
 use super::simulate::operating;
-use crate::machine::Machine;
+use crate::machine::{Machine, Motion};
 use crate::motion::{LinearLoops, Pole, Settings, SineResponse, sine_response};
 use crate::report::loops::{Bode, BodeRow, PoleRow};
 
@@ -93,6 +93,9 @@ pub fn run(given: &BodeArguments) -> CommandResult {
             Some(loops.names.iter().position(|n| n == name).ok_or_else(|| format!("--response {name}: has no inertia; name another"))?)
         }
     };
+    // A point that turns travels as the position encoder reads it.
+    let turns = point.and_then(|name| machine.point(name)).is_some_and(|at| machine.points[at].motion == Motion::Rotation);
+    let travel = if turns { drive.position.encoder.travel } else { 1.0 };
     let count = usize::from(given.points);
     let wanted = |i: usize| given.from_hz * (to_hz / given.from_hz).powf(i as f64 / (count - 1) as f64);
     let simulated = if given.smooth { crate::motion::smooth(machine) } else { machine.clone() };
@@ -118,12 +121,12 @@ pub fn run(given: &BodeArguments) -> CommandResult {
     let rows: Vec<BodeRow> = found
         .iter()
         .map(|f| {
-            let linear = loops.response(f.frequency_hz, coordinate);
+            let linear = loops.response(f.frequency_hz, coordinate) * travel;
             BodeRow {
                 frequency_hz: f.frequency_hz,
                 magnitude: linear.norm(),
                 phase_deg: linear.arg().to_degrees(),
-                simulated_magnitude: f.ratio.map(|r| r.norm()),
+                simulated_magnitude: f.ratio.map(|r| r.norm() * travel),
                 simulated_phase_deg: f.ratio.map(|r| r.arg().to_degrees()),
             }
         })

@@ -33,9 +33,13 @@ pub fn run(given: &ReportArguments) -> CommandResult {
     page.comparison = read(folder, "comparison.json", &mut files)?;
     page.peaks = read(folder, "peaks.json", &mut files)?;
     page.diagnosis = read(folder, "diagnosis.json", &mut files)?;
+    page.hybrid = read(folder, "hybrid.json", &mut files)?;
+    page.bode = read(folder, "bode.json", &mut files)?;
+    page.gain = read(folder, "gain.json", &mut files)?;
+    page.circle = read(folder, "circle.json", &mut files)?;
     if files.is_empty() {
         return Err(format!(
-            "{}: holds no result document; run identify, validate, compare, peaks or diagnose with --out {0} first",
+            "{}: holds no result document; run identify, validate, compare, peaks, diagnose, hybrid or simulate with --out {0} first",
             folder.display()
         ));
     }

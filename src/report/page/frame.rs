@@ -2,7 +2,7 @@
 
 use super::chart::library;
 use super::text::{TextTable, escape, paragraph, section};
-use super::{Page, comparison, curve, motion, parameter, peak, position, shape, verdict};
+use super::{Page, comparison, curve, loops, motion, parameter, peak, position, shape, verdict};
 use crate::report::document::{Identification, Stamp};
 use crate::report::table::percent;
 
@@ -72,6 +72,18 @@ fn sections(page: &Page) -> Vec<(&'static str, &'static str, String)> {
     if let Some(of) = &page.peaks {
         out.push(("peaks", "Peaks of the FRFs", peak::content(page, of)));
     }
+    if let Some(of) = &page.hybrid {
+        out.push(("hybrid", "Model, network and physics", loops::hybrid(of)));
+    }
+    if let Some(of) = &page.bode {
+        out.push(("bode", "From command to position", loops::bode(of)));
+    }
+    if let Some(of) = &page.gain {
+        out.push(("gains", "Gain of the position loop", loops::gain(of)));
+    }
+    if let Some(of) = &page.circle {
+        out.push(("circles", "Circles", loops::circle(of)));
+    }
     if let Some(of) = &page.identification {
         out.push(("searches", "Convergence", parameter::convergence(of)));
     }
@@ -114,6 +126,10 @@ fn provenance(page: &Page) -> String {
         ("comparison.json", page.comparison.as_ref().map(|d| &d.stamp)),
         ("peaks.json", page.peaks.as_ref().map(|d| &d.stamp)),
         ("diagnosis.json", page.diagnosis.as_ref().map(|d| &d.stamp)),
+        ("hybrid.json", page.hybrid.as_ref().map(|d| &d.stamp)),
+        ("bode.json", page.bode.as_ref().map(|d| &d.stamp)),
+        ("gain.json", page.gain.as_ref().map(|d| &d.stamp)),
+        ("circle.json", page.circle.as_ref().map(|d| &d.stamp)),
     ]
     .into_iter()
     .filter_map(|(name, stamp)| Some((name, stamp?)))

@@ -4,6 +4,7 @@ mod chart;
 mod comparison;
 mod curve;
 mod frame;
+mod loops;
 mod motion;
 mod parameter;
 mod peak;
@@ -21,6 +22,8 @@ use std::collections::BTreeMap;
 
 use super::diagnosis::Diagnosis;
 use super::document::{Comparison, Identification, Peaks, Validation};
+use super::hybrid::Hybrid;
+use super::loops::{Bode, Circles, GainStudy};
 
 /// What a page says. What is absent is left out.
 #[derive(Debug, Clone, Default)]
@@ -37,6 +40,14 @@ pub struct Page {
     pub peaks: Option<Peaks>,
     /// `diagnosis.json`.
     pub diagnosis: Option<Diagnosis>,
+    /// `bode.json`.
+    pub bode: Option<Bode>,
+    /// `gain.json`.
+    pub gain: Option<GainStudy>,
+    /// `circle.json`.
+    pub circle: Option<Circles>,
+    /// `hybrid.json`.
+    pub hybrid: Option<Hybrid>,
     /// Measured and predicted FRFs.
     pub curves: Vec<Curve>,
     /// What a diagnosis was made on: measured, before and after.

@@ -1,0 +1,130 @@
+//! The loops of a drive: frequency response, gains, circles, and a model beside its network.
+
+use plotly::common::{Marker, Mode};
+use plotly::layout::{AxisType, BarMode};
+use plotly::{Bar, Scatter};
+
+use super::chart::{Chart, axis, colour, layout, line, log_axis};
+use super::text::{TextTable, cell, escape, paragraph, rounded};
+use crate::report::hybrid::{Hybrid, HybridRow};
+use crate::report::loops::{Bode, BodeRow, Circles, GainStudy, GainStudyRow};
+
+/// Frequency response from command to position.
+pub fn bode(of: &Bode) -> String {
+    let to = of.response.as_deref().unwrap_or("what the position encoder reads");
+    let chart = |id: &str, label: &str, title: &str, log: bool, pick: fn(&BodeRow) -> (Option<f64>, Option<f64>)| {
+        let y = if log { log_axis(title) } else { axis(title) };
+        let caption = format!("From the command to {}.", escape(to));
+        let mut chart = Chart::new(id, label, &caption, 300, layout().show_legend(true).x_axis(log_axis("frequency (Hz)")).y_axis(y));
+        let both: [(&str, Vec<(f64, Option<f64>)>); 2] = [
+            ("linearised", of.rows.iter().map(|r| (r.frequency_hz, pick(r).0)).collect()),
+            ("simulated", of.rows.iter().map(|r| (r.frequency_hz, pick(r).1)).collect()),
+        ];
+        for (n, (name, points)) in both.into_iter().enumerate() {
+            let (x, y): (Vec<f64>, Vec<f64>) = points.into_iter().filter_map(|(x, y)| Some((x, y?))).unzip();
+            if !x.is_empty() {
+                let mode = if n == 0 { Mode::Lines } else { Mode::Markers };
+                let drawn =
+                    Scatter::new(x, y).mode(mode).name(name).line(line(colour(n), 1.5)).marker(Marker::new().color(colour(n)).size(5));
+                chart.trace(drawn.hover_template("%{x:.4~g} Hz: %{y:.4~g}"));
+            }
+        }
+        chart.html()
+    };
+    let magnitude = chart("bode-magnitude", "Magnitude", "magnitude", true, |r| (Some(r.magnitude), r.simulated_magnitude));
+    let phase = chart("bode-phase", "Phase", "phase (°)", false, |r| (Some(r.phase_deg), r.simulated_phase_deg));
+    let mut poles = TextTable::new("Poles of the closed loops, the least damped first", 1, ["Frequency (Hz)", "Damping (%)", "Most at"]);
+    of.poles
+        .iter()
+        .take(8)
+        .for_each(|p| poles.row([format!("{:.1}", p.frequency_hz), format!("{:.1}", 100.0 * p.damping_ratio), p.point.clone()]));
+    let told = of.bandwidth_hz.map(|hz| paragraph(&format!("The magnitude falls below −3 dB for good at {hz:.1} Hz."))).unwrap_or_default();
+    format!("{told}{magnitude}{phase}{}", poles.html())
+}
+
+/// Gains of the position loop.
+pub fn gain(of: &GainStudy) -> String {
+    let mut table = TextTable::new("Gains of the position loop", 1, ["1/min", "Time (s)", "Static error (µm)", "Energy (J)", "Cost"]);
+    for r in &of.rows {
+        let um = r.static_error.map(|e| 1e6 * e);
+        table.row([
+            format!("{:.0}", r.gain_per_min),
+            cell(r.time_s, |x| format!("{x:.4}")),
+            cell(um, |x| rounded(x, 4).to_string()),
+            cell(r.energy_j, |x| rounded(x, 5).to_string()),
+            cell(r.cost, |x| format!("{x:.4}")),
+        ]);
+    }
+    let caption = "Each relative to its largest; the cost is the error's share, less what is gained of energy and time.";
+    let axes = layout().show_legend(true).x_axis(axis("gain of the position loop (1/min)")).y_axis(axis("share, and cost"));
+    let mut chart = Chart::new("gain", "What a gain costs", caption, 320, axes);
+    let picks: [(&str, fn(&GainStudyRow) -> Option<f64>); 4] =
+        [("time", |r| r.time_s), ("static error", |r| r.static_error), ("energy", |r| r.energy_j), ("cost", |r| r.cost)];
+    for (n, (name, pick)) in picks.into_iter().enumerate() {
+        let largest = if name == "cost" { Some(1.0) } else { of.rows.iter().filter_map(pick).reduce(f64::max) };
+        let points = of.rows.iter().filter_map(|r| Some((r.gain_per_min, pick(r)? / largest?)));
+        let (x, y): (Vec<f64>, Vec<f64>) = points.unzip();
+        chart.trace(
+            Scatter::new(x, y).mode(Mode::LinesMarkers).name(name).line(line(colour(n), 1.5)).hover_template("%{x:.0f} 1/min: %{y:.4~g}"),
+        );
+    }
+    let told = of.optimum_per_s.map(|k| paragraph(&format!("The least cost is at {:.0} 1/min.", 60.0 * k))).unwrap_or_default();
+    format!("{told}{}{}", chart.html(), table.html())
+}
+
+/// A model beside a network on what it leaves.
+pub fn hybrid(of: &Hybrid) -> String {
+    let um = |x: f64| format!("{:.2}", 1e6 * x);
+    let physics = of.records.values().any(|r| r.physics.is_some());
+    let mut table = TextTable::new(
+        "Error of the foretold travel: root mean square (µm)",
+        2,
+        ["Record", "", "Model", "With network", "With what was named"],
+    );
+    for (name, r) in &of.records {
+        table.row([
+            name.clone(),
+            r.role.replace('_', " "),
+            um(r.analytical.rmse_m),
+            um(r.hybrid.rmse_m),
+            cell(r.physics.map(|p| p.rmse_m), um),
+        ]);
+    }
+    let axes =
+        layout().show_legend(true).bar_mode(BarMode::Group).x_axis(axis("record").type_(AxisType::Category)).y_axis(axis("RMSE (µm)"));
+    let mut chart = Chart::new("hybrid", "Model, network, physics", "", 300, axes);
+    let mut bars = |name: &str, n: usize, pick: &dyn Fn(&HybridRow) -> Option<f64>| {
+        let (x, y): (Vec<String>, Vec<f64>) = of.records.iter().filter_map(|(name, r)| Some((escape(name), 1e6 * pick(r)?))).unzip();
+        chart.trace(Bar::new(x, y).name(name).marker(Marker::new().color(colour(n))));
+    };
+    bars("model", 4, &|r| Some(r.analytical.rmse_m));
+    bars("with network", 1, &|r| Some(r.hybrid.rmse_m));
+    if physics {
+        bars("with what was named", 0, &|r| r.physics.map(|p| p.rmse_m));
+    }
+    let mut told = of
+        .median_ratio
+        .map(|r| format!("Held out, median: the network leaves {:.0} % of the model's error.", 100.0 * r))
+        .unwrap_or_default();
+    if let Some(r) = of.median_physics_to_hybrid {
+        told += &format!(" What was named leaves {:.0} % of what the network leaves.", 100.0 * r);
+    }
+    let mut contours =
+        TextTable::new("Largest contour errors (µm)", 2, ["Circle", "", "Measured", "Model off by", "With network", "With what was named"]);
+    for (name, c) in &of.contours {
+        let physics = cell(c.physics_off_m, um);
+        contours.row([name.clone(), c.role.replace('_', " "), um(c.measured_m), um(c.analytical_off_m), um(c.hybrid_off_m), physics]);
+    }
+    let contours = if of.contours.is_empty() { String::new() } else { contours.html() };
+    format!("{}{}{}{contours}", paragraph(&told), chart.html(), table.html())
+}
+
+/// Circles of two axes.
+pub fn circle(of: &Circles) -> String {
+    let mut table = TextTable::new("Contour error (µm)", 1, ["Speed (rad/min)", "Largest", "Mean", "Just after a quadrant"]);
+    let um = |x: f64| format!("{:.3}", 1e6 * x);
+    of.rows
+        .iter()
+        .for_each(|r| table.row([rounded(r.speed_rad_min, 4).to_string(), um(r.largest_m), um(r.mean_m), um(r.largest_at_quadrants_m)]));
+    table.html()
+}
