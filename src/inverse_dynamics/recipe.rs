@@ -1,6 +1,7 @@
 //! A record made ready: filtered, differentiated, thinned.
 
 use super::error::InverseError;
+use super::further::Further;
 use super::phase::{Phase, phases};
 use crate::measurement::MotionRecord;
 use crate::numeric::filter::{LowPass, central_differences, decimated};
@@ -74,6 +75,8 @@ pub struct Motion {
     pub recipe: Recipe,
     /// Samples after which the command repeats, where it does, of the thinned record.
     pub period: Option<usize>,
+    /// What further points of the machine read, where the record has it.
+    pub further: Vec<Further>,
 }
 
 impl Motion {
@@ -103,6 +106,7 @@ impl Motion {
             load_column: record.load.column(),
             recipe,
             period: None,
+            further: Vec::new(),
         };
         motion.moves = moving(&motion);
         motion.load = motion.thinned(record.load.samples()).ok_or_else(short)?;
@@ -125,6 +129,7 @@ impl Motion {
         for at in (0..edge.min(last)).chain(last.saturating_sub(edge)..last) {
             self.moves[at] = false;
             self.load[at] = 0.0;
+            self.further.iter_mut().for_each(|f| f.counts[at] = false);
         }
         self
     }
