@@ -27,4 +27,5 @@ mod records;
 mod recovery;
 mod refusals;
 mod resume;
+mod transmission;
 mod withheld;

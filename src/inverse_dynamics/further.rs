@@ -19,10 +19,12 @@ pub struct Further {
     pub column: String,
     /// m or rad.
     pub unit: &'static str,
-    /// Transmission error, thinned: the reading less that of the rigid machine for the encoder's position, with an offset of its own.
+    /// Transmission error, thinned: the reading less that of the rigid machine for the encoder's position.
     pub error: Vec<f64>,
-    /// Command less reading, thinned, likewise; in the point's unit.
+    /// Command less reading, thinned, in the point's unit.
     pub tracking: Vec<f64>,
+    /// Velocity of the encoder (m/s), thinned.
+    pub velocity_m_s: Vec<f64>,
     /// Whether each thinned sample counts: it moves, and has gone on far enough since the last turn for play and wind-up to be over to the other
     /// side.
     pub counts: Vec<bool>,
@@ -38,7 +40,10 @@ const RESTS: f64 = 0.005;
 const MOST: f64 = 0.2;
 
 impl Further {
-    /// A column of the record's rate, thinned, weighed, without its mean; 0 where it does not count.
+    /// A column of the record's rate, thinned, weighed, without what says nothing of the transmission; 0 where it does not count.
+    ///
+    /// Two scales do not begin at one zero, drift apart with time, and are not read at one instant: a constant, what grows with time and what is in
+    /// proportion to the velocity are taken out of what is recorded and of what is predicted alike, as least squares with all three free.
     pub fn thinned(&self, recipe: &Recipe, column: &[f64]) -> Option<Vec<f64>> {
         Some(self.weighed(&decimated(&column[recipe.dropped..], recipe.factor)?))
     }
@@ -49,21 +54,35 @@ impl Further {
     }
 
     fn weighed(&self, thinned: &[f64]) -> Vec<f64> {
-        self.centred(thinned).into_iter().map(|x| self.weight * x).collect()
+        let velocity = self.velocity_m_s.iter().copied();
+        let time = (0..thinned.len()).map(|i| i as f64);
+        let mut taken: Vec<Vec<f64>> = Vec::new();
+        let without = |mut x: Vec<f64>, taken: &[Vec<f64>]| {
+            for unit in taken {
+                let share: f64 = unit.iter().zip(&x).map(|(u, x)| u * x).sum();
+                x.iter_mut().zip(unit).for_each(|(x, u)| *x -= share * u);
+            }
+            x
+        };
+        for column in [vec![1.0; thinned.len()], time.collect(), velocity.collect()] {
+            let own = without(self.counted(&column), &taken);
+            let length = own.iter().map(|x| x * x).sum::<f64>().sqrt();
+            if length > 1e-9 * column.iter().map(|x| x * x).sum::<f64>().sqrt() {
+                taken.push(own.into_iter().map(|x| x / length).collect());
+            }
+        }
+        without(self.counted(thinned), &taken).into_iter().map(|x| self.weight * x).collect()
     }
 
-    /// Without the mean of what counts: two scales do not begin at one zero.
-    fn centred(&self, x: &[f64]) -> Vec<f64> {
-        let counted = || x.iter().zip(&self.counts).filter(|(_, c)| **c).map(|(x, _)| *x);
-        let mean = counted().sum::<f64>() / counted().count().max(1) as f64;
-        x.iter().zip(&self.counts).map(|(x, c)| if *c { x - mean } else { 0.0 }).collect()
+    fn counted(&self, x: &[f64]) -> Vec<f64> {
+        x.iter().zip(&self.counts).map(|(x, counts)| if *counts { *x } else { 0.0 }).collect()
     }
 
     /// Root mean square of what is tracked badly: command less reading, without its mean.
     pub fn tracking_rms(&self) -> f64 {
-        let centred = self.centred(&self.tracking);
-        let counted = centred.iter().zip(&self.counts).filter(|(_, c)| **c).map(|(x, _)| *x);
-        root_mean_square(counted).unwrap_or(0.0)
+        let counted = || self.tracking.iter().zip(&self.counts).filter(|(_, c)| **c).map(|(x, _)| *x);
+        let mean = counted().sum::<f64>() / counted().count().max(1) as f64;
+        root_mean_square(counted().map(|x| x - mean)).unwrap_or(0.0)
     }
 }
 
@@ -95,6 +114,9 @@ fn named(machine: &Machine, record: &MotionRecord, column: &str) -> Result<Named
 impl Motion {
     /// With the columns of a record that name further points of a machine (`<point>_m`, `<point>_rad`), and what is to be said of others.
     ///
+    /// After a turn, until play and wind-up are over to the other side, neither they nor the force are those of the rigid motion: these samples
+    /// count for nothing.
+    ///
     /// # Errors  a column has the unit of the other kind of point, or is constant; the machine's springs leave something loose.
     pub fn with_points(mut self, record: &MotionRecord, machine: &Machine, rigid: &Rigid) -> Result<(Self, Vec<String>), InverseError> {
         let mut warnings = Vec::new();
@@ -125,6 +147,12 @@ impl Motion {
             let fault = "the machine's springs leave a part of it loose, so that the error of its transmission does not follow";
             return Err(InverseError::NotRigid { fault: fault.into() });
         }
+        for at in 0..self.load.len() {
+            if self.further.iter().any(|f| !f.counts[at]) {
+                self.moves[at] = false;
+                self.load[at] = 0.0;
+            }
+        }
         Ok((self, warnings))
     }
 
@@ -139,8 +167,16 @@ impl Motion {
         let turning = self.turning((high - low) / ratio.abs());
         let unit = if machine.points[point].motion == Kind::Translation { "m" } else { "rad" };
         let counts: Vec<bool> = self.kept().zip(&self.moves).map(|(at, moves)| *moves && !turning[at]).collect();
-        let mut further =
-            Further { point, column: column.into(), unit, error: thin(&error)?, tracking: thin(&tracking)?, counts, weight: 1.0 };
+        let mut further = Further {
+            point,
+            column: column.into(),
+            unit,
+            error: thin(&error)?,
+            tracking: thin(&tracking)?,
+            velocity_m_s: thin(&self.velocity_m_s)?,
+            counts,
+            weight: 1.0,
+        };
         let (force, own) = (root_mean_square(self.load.iter().copied()), root_mean_square(further.recorded().into_iter()));
         further.weight = force.zip(own).filter(|(_, own)| *own > 0.0).map_or(1.0, |(force, own)| force / own);
         Ok(further)

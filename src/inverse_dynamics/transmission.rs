@@ -91,8 +91,8 @@ impl Rigid {
     /// # Units      m (rad where the point turns)
     /// # Limits     stiff springs without play and lead error: 0; of first order in the compliance: no vibration, no free flight through a play;
     ///   with several springs side by side the side of a play is that of the load without the others' play
-    /// # Source     quasi-static wind-up of a feed drive: Altintas et al., CIRP Annals 60 (2011) 779–796; signs as in
-    ///   [`simulate`](crate::motion::simulate)
+    /// # Source     quasi-static wind-up of a feed drive: Altintas et al., CIRP Annals 60 (2011) 779–796; signs as of
+    ///   the simulator of motions
     pub fn transmission(&self, machine: &Machine, values: &[f64], motion: &Motion) -> Vec<Vec<f64>> {
         if motion.further.is_empty() {
             return Vec::new();
@@ -133,6 +133,26 @@ impl Rigid {
                 error.iter_mut().zip(place).for_each(|(e, x)| *e += share * x);
             }
             error
+        };
+        motion.further.iter().map(|f| of(f.point)).collect()
+    }
+
+    /// What each further point of a motion gives way per force (or torque) that the drive has to add where the most rubbing joint rubs more.
+    pub fn rubbed(&self, machine: &Machine, values: &[f64], motion: &Motion) -> Vec<f64> {
+        let at = Operating::at(machine.stroke_m().map(|s| 0.5 * s));
+        let balance = self.balance(machine, values, motion);
+        let work =
+            |(joint, force): &(usize, Vec<f64>)| self.ratio(&machine.joints[*joint].on).abs() * force.iter().map(|f| f.abs()).sum::<f64>();
+        let most = balance.rubbing.iter().max_by(|a, b| work(a).total_cmp(&work(b)));
+        let drive = machine.drive.as_ref().map(|d| d.on);
+        let (Some(statics), Some((joint, _)), Some(drive)) = (Statics::new(machine, values, &at), most, drive) else {
+            return vec![0.0; motion.further.len()];
+        };
+        let on = &machine.joints[*joint].on;
+        let of = |point: usize| {
+            let compliance = statics.compliance(&[(point, 1.0)]);
+            let share = |on: &[(usize, f64)]| statics.row(on).rows(0, statics.size).dot(&compliance);
+            share(&[(drive, 1.0)]) - share(on) * self.point_ratio(drive) / self.ratio(on)
         };
         motion.further.iter().map(|f| of(f.point)).collect()
     }

@@ -2,7 +2,7 @@
 
 use super::record::Contradiction;
 use super::survey::releases;
-use super::verdict::{ALPHA, Chosen, LocatedMotion, Stage, Work};
+use super::verdict::{ALPHA, Chosen, LocatedMotion, NEARLY_ALL, RARE, Stage, Work};
 use crate::diagnosis::{Verdict, VerdictKind};
 use crate::inverse_dynamics::Fit;
 
@@ -10,9 +10,6 @@ use crate::inverse_dynamics::Fit;
 const DOUBT: f64 = 0.5;
 /// Least gain of a free shape that is called something.
 const LEAST_FREE: f64 = 0.2;
-/// Gain of a free shape that leaves so little that one null of twenty is rare enough.
-const NEARLY_ALL: f64 = 0.8;
-const RARE: f64 = 0.05;
 
 /// What the verdict rests on.
 pub(super) struct Evidence<'e> {

@@ -65,6 +65,20 @@ impl<'m> MotionData<'m> {
         DVector::from_vec(all)
     }
 
+    /// A column of friction in units of the drive's force, with what further points give way under it.
+    fn rubbing(&self, of: impl Fn(&Motion) -> Vec<f64>, rigid: &Rigid, machine: &Machine, fit: &Fit) -> DVector<f64> {
+        let mut sum = self.column(&of);
+        for column in &self.columns {
+            let gives = |m: &Motion| {
+                let at = m.further.iter().position(|f| f.column == *column);
+                let gives = at.map_or(0.0, |at| rigid.rubbed(machine, &fit.values, m)[at]);
+                of(m).into_iter().map(|f| gives * f).collect::<Vec<f64>>()
+            };
+            sum += self.channel(Some(column), gives);
+        }
+        sum
+    }
+
     /// All channels: the force, and columns of further points.
     pub fn channels(&self) -> impl Iterator<Item = Option<&str>> {
         std::iter::once(None).chain(self.columns.iter().map(|c| Some(c.as_str())))
@@ -102,9 +116,8 @@ const ALONG: f64 = 0.015;
 const DRIFT: f64 = 0.01;
 /// Standard deviation of the force by which a change of direction is blurred, early or late, as a share of the force's root mean square.
 const TURN: f64 = 0.3;
-/// Standard deviations of the time between two encoders, in samples of the record, and of a scale's error along the travel and with time (m).
-const LATCHED: f64 = 0.1;
-const SCALE_M: f64 = 1e-6;
+/// Standard deviation of a scale's error along the travel, per travel.
+const SCALE: f64 = 2e-6;
 
 impl MotionData<'_> {
     /// What is ordinarily a little wrong: synchrony of force and position, the blur of filter and differences, also where
@@ -146,7 +159,7 @@ impl MotionData<'_> {
         for n in [1.0, 2.0, 3.0] {
             let wave = |m: &Motion| m.position_m.iter().map(|x| ALONG * level * angle(*x, n).cos()).collect::<Vec<f64>>();
             let turned = |m: &Motion| wave(m).iter().zip(direction(m)).map(|(w, s)| w * s).collect::<Vec<f64>>();
-            all.push(Nuisance { name: format!("~friction along {n}"), column: self.column(turned) });
+            all.push(Nuisance { name: format!("~friction along {n}"), column: self.rubbing(turned, rigid, machine, fit) });
             all.push(Nuisance { name: format!("~force along {n}"), column: self.column(wave) });
         }
         let drift = |m: &Motion| {
@@ -154,28 +167,27 @@ impl MotionData<'_> {
             (0..m.position_m.len()).map(|i| DRIFT * level * (2.0 * i as f64 / count - 1.0)).collect::<Vec<f64>>()
         };
         let turned = |m: &Motion| drift(m).iter().zip(direction(m)).map(|(w, s)| w * s).collect::<Vec<f64>>();
-        all.push(Nuisance { name: "~drift of friction".into(), column: self.column(turned) });
+        all.push(Nuisance { name: "~drift of friction".into(), column: self.rubbing(turned, rigid, machine, fit) });
         all.push(Nuisance { name: "~drift of force".into(), column: self.column(drift) });
         self.columns.iter().for_each(|column| self.further_nuisances(column, rigid, angle, &mut all));
         all
     }
 
-    /// What is ordinarily a little wrong of a further point: the time between its scale and the encoder, its drift with warmth, errors of both
-    /// scales and of the way that vary smoothly along the travel.
+    /// What is ordinarily a little wrong of a further point beside what [`Further::thinned`](crate::inverse_dynamics::Further::thinned) takes out:
+    /// errors of both scales and of the way that vary smoothly along the travel.
     ///
-    /// # Source  widths: two inputs of one control are latched within a tenth of its period; scales of a tool machine are good to some 1 µm over their
-    /// length, as is a machine's warmth within a record.
+    /// # Source  width: linear scales of machine tools are sold as good to ±3 µm (some to ±5 µm) per metre
     fn further_nuisances(&self, column: &str, rigid: &Rigid, angle: impl Fn(f64, f64) -> f64, all: &mut Vec<Nuisance>) {
-        // A micrometre of the travel, in the unit of the point.
         let ratio = |m: &Motion| m.further.iter().find(|f| f.column == column).map_or(0.0, |f| rigid.point_ratio(f.point));
-        let mut add = |name: &str, of: &dyn Fn(&Motion, usize) -> f64| {
-            let made = |m: &Motion| (0..m.position_m.len()).map(|i| ratio(m) * of(m, i)).collect::<Vec<f64>>();
-            all.push(Nuisance { name: format!("~{name} of {column}"), column: self.channel(Some(column), made) });
+        let travel = |m: &Motion| {
+            m.position_m.iter().fold(f64::NEG_INFINITY, |a, x| a.max(*x)) - m.position_m.iter().fold(f64::INFINITY, |a, x| a.min(*x))
         };
-        add("synchrony", &|m, i| LATCHED * m.step_s * m.velocity_m_s[i]);
-        add("drift", &|m, i| SCALE_M * (2.0 * i as f64 / m.position_m.len() as f64 - 1.0));
         for n in [1.0, 2.0, 3.0] {
-            add(&format!("scale along {n}"), &|m, i| SCALE_M * angle(m.position_m[i], n).cos());
+            let wave = |m: &Motion| {
+                let size = ratio(m) * SCALE * travel(m);
+                m.position_m.iter().map(|x| size * angle(*x, n).cos()).collect::<Vec<f64>>()
+            };
+            all.push(Nuisance { name: format!("~scale of {column} along {n}"), column: self.channel(Some(column), wave) });
         }
     }
 

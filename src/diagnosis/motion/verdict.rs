@@ -105,6 +105,9 @@ impl MotionDiagnosis {
 pub(super) const ALPHA: f64 = 0.005;
 const LEAST: f64 = 0.10;
 const LEAST_MORE: f64 = 0.25;
+/// Gain that leaves so little that one null of twenty is rare enough.
+pub(super) const NEARLY_ALL: f64 = 0.8;
+pub(super) const RARE: f64 = 0.05;
 /// Effects that may be combined.
 const MOST: usize = 3;
 /// Share of the best gain within which another explains as much; a wider share where parts left out do not tell the two apart (90 %, one-sided).
@@ -289,6 +292,8 @@ pub(super) struct Stage {
     pub survey: Survey,
     pub ranked: Vec<Ranked>,
     pub null: Null,
+    /// Further points were recorded.
+    further: bool,
 }
 
 impl Stage {
@@ -302,7 +307,10 @@ impl Stage {
     }
 
     fn significant(&self, least: f64) -> bool {
-        self.best_effect().is_some_and(|at| self.ranked[at].gain >= least && self.null.p_value(&self.ranked[at]) < ALPHA)
+        self.best_effect().is_some_and(|at| {
+            let (gain, p) = (self.ranked[at].gain, self.null.p_value(&self.ranked[at]));
+            (gain >= least && p < ALPHA) || (self.further && gain >= NEARLY_ALL && p < RARE)
+        })
     }
 
     /// Places of the effects that explain as much as the best, that one first.
@@ -343,7 +351,7 @@ impl Work<'_> {
         // What a wave of any period gains by accident does not stand before what is no accident.
         ranked.sort_by_key(|r| survey.candidates[r.candidate].free.is_none() && null.p_value(r) >= ALPHA);
         simplest_first(&survey, &null, &mut ranked);
-        Some(Stage { survey, ranked, null })
+        Some(Stage { survey, ranked, null, further: !self.data.columns.is_empty() })
     }
 
     fn hypotheses(&self, from: &Hypothesis, names: &[String]) -> (Vec<Hypothesis>, Vec<(String, Status)>) {
