@@ -28,7 +28,7 @@ pub fn prediction(rigid: &Rigid, machine: &Machine, values: &[f64], motions: &[&
     for m in motions {
         all.extend(m.thinned(&rigid.force(machine, values, m)).unwrap_or_default());
         for (further, error) in m.further.iter().zip(rigid.transmission(machine, values, m)) {
-            all.extend(further.thinned(&m.recipe, &error).unwrap_or_default());
+            all.extend(further.thinned(m, &error).unwrap_or_default());
         }
     }
     DVector::from_vec(all)
@@ -74,14 +74,17 @@ impl Columns {
     pub fn new(rigid: &Rigid, machine: &Machine, values: &[f64], free: &[usize], motions: &[&Motion]) -> Self {
         let here = prediction(rigid, machine, values, motions);
         let mut derivatives = DMatrix::zeros(here.len(), free.len());
-        for (column, &index) in free.iter().enumerate() {
+        for (column, (&index, inverse)) in free.iter().zip(inverse(machine, free)).enumerate() {
             let parameter = &machine.parameters[index];
             let unit = parameter.to_unit(values[index]);
             let beside = parameter.from_unit(if unit + STEP <= 1.0 { unit + STEP } else { unit - STEP });
             let mut moved = values.to_vec();
             moved[index] = beside;
             let there = prediction(rigid, machine, &moved, motions);
-            derivatives.set_column(column, &((there - &here) / (beside - values[index])));
+            // Of a stiffness the inverse is linear: d/dp = −1/p²·d/d(1/p).
+            let x = values[index];
+            let step = if inverse { -x * x * (1.0 / beside - 1.0 / x) } else { beside - x };
+            derivatives.set_column(column, &((there - &here) / step));
         }
         Columns { prediction: here, derivatives }
     }

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use super::error::InverseError;
 use super::force::Rigid;
-use super::recipe::{Motion, Recipe};
+use super::recipe::Motion;
 use crate::machine::{Machine, Motion as Kind};
 use crate::measurement::MotionRecord;
 use crate::numeric::filter::{LowPass, decimated};
@@ -23,10 +23,9 @@ pub struct Further {
     pub error: Vec<f64>,
     /// Command less reading, thinned, in the point's unit.
     pub tracking: Vec<f64>,
-    /// Velocity of the encoder (m/s), thinned.
-    pub velocity_m_s: Vec<f64>,
-    /// Whether each thinned sample counts: it moves, and has gone on far enough since the last turn for play and wind-up to be over to the other
-    /// side.
+    /// Thinned likewise: a constant, the time, and the velocity of the encoder.
+    pub beside: Vec<Vec<f64>>,
+    /// Whether each thinned sample counts: it moves, and is far enough from turns and rests for play and wind-up to be over to their side.
     pub counts: Vec<bool>,
     /// Force (N or N·m) that its unit weighs as much as, in sums of both.
     pub weight: f64,
@@ -44,8 +43,8 @@ impl Further {
     ///
     /// Two scales do not begin at one zero, drift apart with time, and are not read at one instant: a constant, what grows with time and what is in
     /// proportion to the velocity are taken out of what is recorded and of what is predicted alike, as least squares with all three free.
-    pub fn thinned(&self, recipe: &Recipe, column: &[f64]) -> Option<Vec<f64>> {
-        Some(self.weighed(&decimated(&column[recipe.dropped..], recipe.factor)?))
+    pub fn thinned(&self, motion: &Motion, column: &[f64]) -> Option<Vec<f64>> {
+        Some(self.weighed(&decimated(&motion.spoken(column)[motion.recipe.dropped..], motion.recipe.factor)?))
     }
 
     /// The transmission error as recorded, likewise.
@@ -54,8 +53,6 @@ impl Further {
     }
 
     fn weighed(&self, thinned: &[f64]) -> Vec<f64> {
-        let velocity = self.velocity_m_s.iter().copied();
-        let time = (0..thinned.len()).map(|i| i as f64);
         let mut taken: Vec<Vec<f64>> = Vec::new();
         let without = |mut x: Vec<f64>, taken: &[Vec<f64>]| {
             for unit in taken {
@@ -64,8 +61,8 @@ impl Further {
             }
             x
         };
-        for column in [vec![1.0; thinned.len()], time.collect(), velocity.collect()] {
-            let own = without(self.counted(&column), &taken);
+        for column in &self.beside {
+            let own = without(self.counted(column), &taken);
             let length = own.iter().map(|x| x * x).sum::<f64>().sqrt();
             if length > 1e-9 * column.iter().map(|x| x * x).sum::<f64>().sqrt() {
                 taken.push(own.into_iter().map(|x| x / length).collect());
@@ -114,12 +111,12 @@ fn named(machine: &Machine, record: &MotionRecord, column: &str) -> Result<Named
 impl Motion {
     /// With the columns of a record that name further points of a machine (`<point>_m`, `<point>_rad`), and what is to be said of others.
     ///
-    /// After a turn, until play and wind-up are over to the other side, neither they nor the force are those of the rigid motion: these samples
+    /// About a turn or a rest, where play and wind-up go over to the other side, neither they nor the force are those of the rigid motion: these samples
     /// count for nothing.
     ///
     /// # Errors  a column has the unit of the other kind of point, or is constant; the machine's springs leave something loose.
     pub fn with_points(mut self, record: &MotionRecord, machine: &Machine, rigid: &Rigid) -> Result<(Self, Vec<String>), InverseError> {
-        let mut warnings = Vec::new();
+        let (mut found, mut warnings) = (Vec::new(), Vec::new());
         let encoder = machine.drive.as_ref().ok_or(InverseError::NoDrive)?.position.encoder.at;
         for (column, samples) in &record.others {
             let point = match named(machine, record, column)? {
@@ -141,48 +138,62 @@ impl Motion {
                 );
                 return Err(InverseError::Data(fault));
             }
-            self.further.push(self.read(point, column, samples, ratio, machine)?);
+            found.push((point, column.clone(), self.filtered(column, samples)?, ratio));
         }
-        if !self.further.is_empty() && !Rigid::holds(machine, &machine.start()) {
+        if found.is_empty() {
+            return Ok((self, warnings));
+        }
+        if !Rigid::holds(machine, &machine.start()) {
             let fault = "the machine's springs leave a part of it loose, so that the error of its transmission does not follow";
             return Err(InverseError::NotRigid { fault: fault.into() });
         }
-        for at in 0..self.load.len() {
-            if self.further.iter().any(|f| !f.counts[at]) {
-                self.moves[at] = false;
-                self.load[at] = 0.0;
-            }
+        let mut turning = vec![false; self.position_m.len()];
+        for (_, _, reading, ratio) in &found {
+            let error = || reading.iter().zip(&self.position_m).map(|(y, x)| y / ratio - x);
+            let (low, high) = error().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), x| (l.min(x), h.max(x)));
+            turning.iter_mut().zip(self.turning(high - low)).for_each(|(all, own)| *all |= own);
+        }
+        self.silent.iter_mut().zip(&turning).for_each(|(silent, turning)| *silent |= turning);
+        self.moves = self.kept().zip(&self.moves).map(|(at, moves)| *moves && !turning[at]).collect();
+        let short = || InverseError::Data(format!("{}: is shorter than its filters need; record for longer", self.source));
+        self.load = self.thinned(record.load.samples()).ok_or_else(short)?;
+        for (point, column, reading, ratio) in found {
+            let further = self.read(point, column, &reading, ratio, machine).ok_or_else(short)?;
+            self.further.push(further);
         }
         Ok((self, warnings))
     }
 
-    fn read(&self, point: usize, column: &str, samples: &[f64], ratio: f64, machine: &Machine) -> Result<Further, InverseError> {
+    fn filtered(&self, column: &str, samples: &[f64]) -> Result<Vec<f64>, InverseError> {
         let short = || InverseError::Data(format!("{}: {column} is shorter than its filters need; record for longer", self.source));
-        let low_pass = LowPass::butterworth(self.recipe.order, 2.0 * self.recipe.cutoff_hz * self.step_s);
-        let reading = low_pass.forward_backward(samples).ok_or_else(short)?;
-        let error: Vec<f64> = reading.iter().zip(&self.position_m).map(|(y, x)| y - ratio * x).collect();
-        let tracking: Vec<f64> = reading.iter().zip(&self.command_m).map(|(y, r)| ratio * r - y).collect();
-        let thin = |x: &[f64]| decimated(&x[self.recipe.dropped..], self.recipe.factor).ok_or_else(short);
-        let (low, high) = error.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), x| (l.min(*x), h.max(*x)));
-        let turning = self.turning((high - low) / ratio.abs());
-        let unit = if machine.points[point].motion == Kind::Translation { "m" } else { "rad" };
-        let counts: Vec<bool> = self.kept().zip(&self.moves).map(|(at, moves)| *moves && !turning[at]).collect();
-        let mut further = Further {
-            point,
-            column: column.into(),
-            unit,
-            error: thin(&error)?,
-            tracking: thin(&tracking)?,
-            velocity_m_s: thin(&self.velocity_m_s)?,
-            counts,
-            weight: 1.0,
-        };
-        let (force, own) = (root_mean_square(self.load.iter().copied()), root_mean_square(further.recorded().into_iter()));
-        further.weight = force.zip(own).filter(|(_, own)| *own > 0.0).map_or(1.0, |(force, own)| force / own);
-        Ok(further)
+        LowPass::butterworth(self.recipe.order, 2.0 * self.recipe.cutoff_hz * self.step_s).forward_backward(samples).ok_or_else(short)
     }
 
-    /// Samples around a turn (and the beginning) until the encoder has gone on by a travel (m), and the filters' blur.
+    fn read(&self, point: usize, column: String, reading: &[f64], ratio: f64, machine: &Machine) -> Option<Further> {
+        // Two scales do not begin at one zero: it is taken out here, too, lest it drown the rest.
+        let level = reading[0] - ratio * self.position_m[0];
+        let error: Vec<f64> = reading.iter().zip(&self.position_m).map(|(y, x)| y - ratio * x - level).collect();
+        let tracking: Vec<f64> = reading.iter().zip(&self.command_m).map(|(y, r)| ratio * r - y).collect();
+        let thin = |x: &[f64]| decimated(&self.spoken(x)[self.recipe.dropped..], self.recipe.factor);
+        let count = self.position_m.len();
+        let time: Vec<f64> = (0..count).map(|i| i as f64 / count as f64).collect();
+        let mut further = Further {
+            point,
+            column,
+            unit: if machine.points[point].motion == Kind::Translation { "m" } else { "rad" },
+            error: thin(&error)?,
+            tracking: self.kept().map(|at| tracking[at]).collect(),
+            beside: vec![thin(&vec![1.0; count])?, thin(&time)?, thin(&self.velocity_m_s)?],
+            counts: self.moves.clone(),
+            weight: 1.0,
+        };
+        let (force, own) = (root_mean_square(self.load.iter().copied()), root_mean_square(further.recorded()));
+        further.weight = force.zip(own).filter(|(_, own)| *own > 0.0).map_or(1.0, |(force, own)| force / own);
+        Some(further)
+    }
+
+    /// Samples around a turn or a rest (and the beginning): until the encoder has gone on by a travel (m), and the filters' blur; before it as far, where
+    /// the table may stand while the motor goes on.
     fn turning(&self, travel_m: f64) -> Vec<bool> {
         let (v, x) = (&self.velocity_m_s, &self.position_m);
         let (low, high) = x.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), x| (l.min(*x), h.max(*x)));
@@ -192,11 +203,14 @@ impl Motion {
         let mut turning = vec![false; v.len()];
         let (mut direction, mut last, mut until) = (0.0, 0, None::<(usize, f64)>);
         for at in 0..v.len() {
-            if v[at].abs() > rest {
+            if self.silent[at] {
+                direction = 0.0;
+            } else if v[at].abs() > rest {
                 if v[at].signum() != direction {
                     direction = v[at].signum();
                     let turn = x[last..=at].iter().copied().fold(x[at], |a, b| if direction > 0.0 { a.min(b) } else { a.max(b) });
-                    turning[last.saturating_sub(around)..at].fill(true);
+                    let before = (0..last).rev().take_while(|i| (x[*i] - turn).abs() < travel_m).count();
+                    turning[last.saturating_sub(before.max(around))..at].fill(true);
                     until = Some((at + around, turn));
                 }
                 last = at;

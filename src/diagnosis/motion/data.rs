@@ -59,7 +59,7 @@ impl<'m> MotionData<'m> {
             all.extend(if column.is_none() { m.thinned(&made).unwrap_or_else(nothing) } else { nothing() });
             for further in &m.further {
                 let own = column == Some(further.column.as_str());
-                all.extend(if own { further.thinned(&m.recipe, &made).unwrap_or_else(nothing) } else { nothing() });
+                all.extend(if own { further.thinned(m, &made).unwrap_or_else(nothing) } else { nothing() });
             }
         }
         DVector::from_vec(all)
