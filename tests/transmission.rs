@@ -48,7 +48,7 @@ friction = { offset = "friction_offset" }
 on = "motor"
 constant = 1.0
 position = { lead_m = 0.02, gain_per_s = 40.0, feed_forward = 1.0, period_s = 1e-3 }
-velocity = { gain = 190.0, measured = "tachometer", period_s = 5e-4 }
+velocity = { gain = 190.0, measured = "tachometer", period_s = 1e-3 }
 [parameter.moving_mass]
 unit = "kg"
 start = 40.0
@@ -135,10 +135,11 @@ fn limit_simulated_transmissions_are_given_back() {
     };
     let wave = format!("lead_error = {{ wave = {{ cosine = \"c\", sine = \"s\", period = 0.02 }} }}\n{}{}", waved("c"), waved("s"));
     let play = format!("lead_error = {{ growth = \"growth\" }}\n{PLAY}{GROWTH}");
+    // The force is held from a sample to the next, half a sample late: what is taken for viscous friction has a share of that.
     // Where friction is above what its mass asks for, a table with play leaves its flank where it turns alone; else it flies, which is not told.
     for (nut, coulomb, truth, tolerances) in [
-        (play, 600.0, vec![("k_nut", 4e7), ("play", 1.7e-5), ("growth", 4e-5)], vec![0.015, 0.02, 0.01]),
-        (wave, 80.0, vec![("k_nut", 4e7), ("c", 8e-6), ("s", -5e-6)], vec![0.015, 0.01, 0.01]),
+        (play, 600.0, vec![("k_nut", 4e7), ("play", 1.7e-5), ("growth", 4e-5)], vec![0.005, 0.005, 0.005]),
+        (wave, 80.0, vec![("k_nut", 4e7), ("c", 8e-6), ("s", -5e-6)], vec![0.01, 0.02, 0.02]),
     ] {
         let config = config(&nut);
         let machine = &config.machine;
@@ -150,10 +151,10 @@ fn limit_simulated_transmissions_are_given_back() {
         let trace = simulate(machine, &values, &Course::new(1e-3, course(4)), &Settings::default(), &|| true).unwrap();
         assert!(trace.complete);
         let table = trace.points.iter().position(|p| p == "table").unwrap();
-        let samples: Vec<_> = trace.samples.iter().step_by(2).map(|s| (s.command, s.position, s.points[table], s.force)).collect();
+        let samples: Vec<_> = trace.samples.iter().map(|s| (s.command, s.position, s.points[table], s.force)).collect();
         let mut motions = [made_ready(&config, &record("simulated", &samples))];
         let (fit, _) = identified(&config, &mut motions);
-        for ((id, value), tolerance) in truth.iter().zip(tolerances).chain(known.iter().zip([0.01; 3])) {
+        for ((id, value), tolerance) in truth.iter().zip(tolerances).chain(known.iter().zip([0.005, 0.005, 0.03])) {
             let found = fit.values[machine.parameter(id).unwrap()];
             println!("{id}: {found:.5e} for {value:.5e}");
             assert!((found / value - 1.0).abs() < tolerance, "{id}: {found} for {value}");

@@ -4,7 +4,7 @@ use nalgebra::{DMatrix, DVector, Dyn, LU};
 
 use super::force::{Balance, Rigid, Waved};
 use super::recipe::Motion;
-use crate::machine::{Machine, Motion as Kind, Operating, Value};
+use crate::machine::{Joint, Machine, Motion as Kind, Operating, Value};
 use crate::model::matrices;
 
 /// Lumps of each rod.
@@ -104,12 +104,11 @@ impl Rigid {
         };
         let balance = self.balance(machine, values, motion);
         // Where each joint's combination is unstrained.
-        let mut unstrained: Vec<(&[(usize, f64)], f64, Vec<f64>)> = Vec::new();
+        let mut unstrained: Vec<(&Joint, Vec<f64>)> = Vec::new();
         for joint in &machine.joints {
             let (half, growth) = (0.5 * number(&joint.gap), number(&joint.lead_error.growth));
             let wave = Waved::new(&joint.lead_error.wave, &number);
-            let stiffness = number(&joint.stiffness);
-            if !(stiffness > 0.0) || (half == 0.0 && growth == 0.0 && wave.is_none()) {
+            if !(number(&joint.stiffness) > 0.0) || (half == 0.0 && growth == 0.0 && wave.is_none()) {
                 continue;
             }
             let mut place = vec![0.0; motion.position_m.len()];
@@ -123,13 +122,13 @@ impl Rigid {
                     *e += c * growth * ratio * x + wave.as_ref().map_or(0.0, |w| w.at(ratio * x));
                 }
             }
-            unstrained.push((&joint.on, stiffness, place));
+            unstrained.push((joint, place));
         }
         let of = |point: usize| {
             let compliance = statics.compliance(&[(point, 1.0)]);
             let mut error = statics.deflection(&compliance, machine, &balance, motion);
-            for (on, stiffness, place) in &unstrained {
-                let share = stiffness * statics.row(on).rows(0, statics.size).dot(&compliance);
+            for (joint, place) in &unstrained {
+                let share = number(&joint.stiffness) * statics.row(&joint.on).rows(0, statics.size).dot(&compliance);
                 error.iter_mut().zip(place).for_each(|(e, x)| *e += share * x);
             }
             error
