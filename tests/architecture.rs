@@ -16,7 +16,7 @@ fn allowed() -> BTreeMap<&'static str, Vec<&'static str>> {
         ("model", vec!["machine"]),
         ("objective", vec!["measurement", "machine", "model", "optimizer"]),
         ("motion", vec!["measurement", "machine", "model"]),
-        ("inverse_dynamics", vec!["measurement", "machine"]),
+        ("inverse_dynamics", vec!["measurement", "machine", "model"]),
         ("optimizer", vec![]),
         ("network", vec!["optimizer"]),
         ("identification", vec!["measurement", "machine", "model", "motion", "objective", "inverse_dynamics", "optimizer"]),

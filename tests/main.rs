@@ -28,4 +28,5 @@ mod recovery;
 mod refusals;
 mod resume;
 mod servo;
+mod transmission;
 mod withheld;

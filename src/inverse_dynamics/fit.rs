@@ -1,9 +1,10 @@
-//! Least squares of the force that a machine needs against the force that was recorded.
+//! Least squares of the force that a machine needs against the force that was recorded, and of its transmission error where it was.
 
 use nalgebra::{DMatrix, DVector};
 
 use super::error::InverseError;
 use super::force::Rigid;
+use super::further::weights;
 use super::interval::{Interval, intervals};
 use super::recipe::Motion;
 use crate::machine::{FitRule, Machine};
@@ -20,15 +21,40 @@ pub fn free_parameters(machine: &Machine, frozen: &[String]) -> Result<Vec<usize
     Ok((0..machine.parameters.len()).filter(free).collect())
 }
 
-/// The force of a machine along motions, thinned, one record after another.
+/// The force of a machine along motions, thinned, one record after another; after that of each record the transmission error at its further
+/// points, weighed.
 pub fn prediction(rigid: &Rigid, machine: &Machine, values: &[f64], motions: &[&Motion]) -> DVector<f64> {
-    let each = motions.iter().flat_map(|m| m.thinned(&rigid.force(machine, values, m)).unwrap_or_default());
-    DVector::from_iterator(motions.iter().map(|m| m.load.len()).sum(), each)
+    let mut all = Vec::with_capacity(samples(motions));
+    for m in motions {
+        all.extend(m.thinned(&rigid.force(machine, values, m)).unwrap_or_default());
+        for (further, error) in m.further.iter().zip(rigid.transmission(machine, values, m)) {
+            all.extend(further.thinned(m, &error).unwrap_or_default());
+        }
+    }
+    DVector::from_vec(all)
 }
 
-/// The recorded force, thinned, one record after another.
+/// The recorded force, and the transmission error of further points, as in [`prediction`].
 pub fn recorded(motions: &[&Motion]) -> DVector<f64> {
-    DVector::from_iterator(motions.iter().map(|m| m.load.len()).sum(), motions.iter().flat_map(|m| m.load.iter().copied()))
+    let mut all = Vec::with_capacity(samples(motions));
+    for m in motions {
+        all.extend_from_slice(&m.load);
+        m.further.iter().for_each(|f| all.extend(f.recorded()));
+    }
+    DVector::from_vec(all)
+}
+
+fn samples(motions: &[&Motion]) -> usize {
+    motions.iter().flat_map(|m| m.channels()).map(|(length, _)| length).sum()
+}
+
+/// Free parameters on which records with further points do not depend at all.
+pub fn unseen(rigid: &Rigid, machine: &Machine, free: &[usize], motions: &[&Motion]) -> Vec<usize> {
+    if motions.iter().all(|m| m.further.is_empty()) {
+        return Vec::new();
+    }
+    let columns = Columns::new(rigid, machine, &machine.start(), free, motions);
+    free.iter().zip(columns.derivatives.column_iter()).filter(|(_, c)| c.norm() == 0.0).map(|(i, _)| *i).collect()
 }
 
 /// Step of differences, as a share of a parameter's range.
@@ -48,14 +74,17 @@ impl Columns {
     pub fn new(rigid: &Rigid, machine: &Machine, values: &[f64], free: &[usize], motions: &[&Motion]) -> Self {
         let here = prediction(rigid, machine, values, motions);
         let mut derivatives = DMatrix::zeros(here.len(), free.len());
-        for (column, &index) in free.iter().enumerate() {
+        for (column, (&index, inverse)) in free.iter().zip(inverse(machine, free)).enumerate() {
             let parameter = &machine.parameters[index];
             let unit = parameter.to_unit(values[index]);
             let beside = parameter.from_unit(if unit + STEP <= 1.0 { unit + STEP } else { unit - STEP });
             let mut moved = values.to_vec();
             moved[index] = beside;
             let there = prediction(rigid, machine, &moved, motions);
-            derivatives.set_column(column, &((there - &here) / (beside - values[index])));
+            // Of a stiffness the inverse is linear: d/dp = −1/p²·d/d(1/p).
+            let x = values[index];
+            let step = if inverse { -x * x * (1.0 / beside - 1.0 / x) } else { beside - x };
+            derivatives.set_column(column, &((there - &here) / step));
         }
         Columns { prediction: here, derivatives }
     }
@@ -118,20 +147,26 @@ pub fn estimate(rigid: &Rigid, machine: &Machine, start: &[f64], free: &[usize],
     let y = recorded(motions);
     let mut values = start.to_vec();
     let mut evaluations = 0;
+    let inverse = inverse(machine, free);
     let mut columns = Columns::new(rigid, machine, &values, free, motions);
     let mut residual = &y - &columns.prediction;
     for _ in 0..STEPS {
         evaluations += 1 + free.len() as u64;
         let squares = residual.norm_squared();
-        let step = bounded_step(machine, &values, free, &columns.derivatives, &residual)
-            .ok_or_else(|| dependent(machine, free, &columns.derivatives))?;
+        let places: Vec<(f64, f64, f64)> = free.iter().zip(&inverse).map(|(i, inverse)| place(machine, &values, *i, *inverse)).collect();
+        // d/d(1/p) = −p²·d/dp.
+        let mut derivatives = columns.derivatives.clone();
+        for ((mut column, &index), _) in derivatives.column_iter_mut().zip(free).zip(&inverse).filter(|(_, inverse)| **inverse) {
+            column *= -values[index] * values[index];
+        }
+        let step = step_within(&places, &derivatives, &residual).ok_or_else(|| dependent(machine, free, &columns.derivatives))?;
         let mut gained = None;
         let mut share = 1.0;
         for _ in 0..10 {
             let mut next = values.clone();
-            for (&index, delta) in free.iter().zip(step.iter()) {
-                let p = &machine.parameters[index];
-                next[index] = (next[index] + share * delta).clamp(p.lower, p.upper);
+            for ((&index, delta), (&(at, lower, upper), inverse)) in free.iter().zip(step.iter()).zip(places.iter().zip(&inverse)) {
+                let there = (at + share * delta).clamp(lower, upper);
+                next[index] = if *inverse { 1.0 / there } else { there };
             }
             evaluations += 1;
             let left = &y - prediction(rigid, machine, &next, motions);
@@ -153,6 +188,50 @@ pub fn estimate(rigid: &Rigid, machine: &Machine, start: &[f64], free: &[usize],
     Ok(Fit { values, squares, residual, derivatives: columns.derivatives, evaluations })
 }
 
+/// Rounds of fit and weights.
+const ROUNDS: usize = 4;
+
+/// As [`estimate`] from a machine's start on the `fitted` of some motions, all of whose further points are weighed anew by what is left, until
+/// each channel counts in units of its own misfit.
+///
+/// # Errors  as [`estimate`].
+pub fn estimate_weighed(
+    rigid: &Rigid,
+    machine: &Machine,
+    free: &[usize],
+    motions: &mut [Motion],
+    fitted: &[usize],
+) -> Result<Fit, InverseError> {
+    let mut values = machine.start();
+    let mut evaluations = 0;
+    for round in 0.. {
+        let own: Vec<&Motion> = fitted.iter().map(|i| &motions[*i]).collect();
+        let mut fit = estimate(rigid, machine, &values, free, &own)?;
+        evaluations += fit.evaluations;
+        if round == ROUNDS || own.iter().all(|m| m.further.is_empty()) {
+            fit.evaluations = evaluations;
+            return Ok(fit);
+        }
+        let weights = weights(fit.residual.as_slice(), &own);
+        motions.iter_mut().for_each(|m| m.weigh(&weights));
+        values = fit.values;
+    }
+    unreachable!("the last round returns")
+}
+
+/// Whether a parameter's inverse is what a motion is linear in: that of a stiffness, whose wind-up it divides.
+pub fn inverse(machine: &Machine, free: &[usize]) -> Vec<bool> {
+    let mut stiff = vec![false; machine.parameters.len()];
+    machine.joints.iter().flat_map(|j| j.stiffness.depends_on()).for_each(|i| stiff[i] = true);
+    free.iter().map(|i| stiff[*i] && machine.parameters[*i].lower > 0.0).collect()
+}
+
+/// Where a parameter stands, and its ends; of its inverse.
+fn place(machine: &Machine, values: &[f64], index: usize, inverse: bool) -> (f64, f64, f64) {
+    let (p, x) = (&machine.parameters[index], values[index]);
+    if inverse { (1.0 / x, 1.0 / p.upper, 1.0 / p.lower) } else { (x, p.lower, p.upper) }
+}
+
 /// A Gauss–Newton step; parameters that it would take out of their range go to its end and the others are solved again.
 pub fn bounded_step(
     machine: &Machine,
@@ -161,18 +240,23 @@ pub fn bounded_step(
     derivatives: &DMatrix<f64>,
     residual: &DVector<f64>,
 ) -> Option<Vec<f64>> {
-    let mut step = vec![0.0; free.len()];
-    let mut open: Vec<usize> = (0..free.len()).collect();
+    let places: Vec<(f64, f64, f64)> = free.iter().map(|i| place(machine, values, *i, false)).collect();
+    step_within(&places, derivatives, residual)
+}
+
+/// The same of numbers with their ends.
+fn step_within(places: &[(f64, f64, f64)], derivatives: &DMatrix<f64>, residual: &DVector<f64>) -> Option<Vec<f64>> {
+    let mut step = vec![0.0; places.len()];
+    let mut open: Vec<usize> = (0..places.len()).collect();
     let mut left = residual.clone();
     while !open.is_empty() {
         let columns = derivatives.select_columns(&open);
         let solved = Projected::new(&columns, &left)?;
         let mut held = Vec::new();
         for (&at, delta) in open.iter().zip(solved.coefficients.iter()) {
-            let parameter = &machine.parameters[free[at]];
-            let value = values[free[at]];
+            let (value, lower, upper) = places[at];
             let wanted = value + delta;
-            let kept = wanted.clamp(parameter.lower, parameter.upper);
+            let kept = wanted.clamp(lower, upper);
             step[at] = kept - value;
             if kept != wanted {
                 held.push(at);
@@ -227,7 +311,7 @@ pub struct Estimated {
 impl Fit {
     /// The free parameters with intervals that respect coloured and repeating residuals.
     pub fn estimates(&self, machine: &Machine, free: &[usize], motions: &[&Motion]) -> Vec<Estimated> {
-        let records: Vec<(usize, Option<usize>)> = motions.iter().map(|m| (m.load.len(), m.period)).collect();
+        let records: Vec<(usize, Option<usize>)> = motions.iter().flat_map(|m| m.channels()).collect();
         self.estimates_of(machine, free, &records)
     }
 

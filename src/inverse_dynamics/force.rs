@@ -115,49 +115,77 @@ impl Rigid {
     /// r_d·F(t) = Σ mᵢ·rᵢ²·a + Σ rⱼ·( cⱼ·rⱼ·v + frictionⱼ(rⱼ·v, rⱼ·x) )        recorded(t) = ( F(t + τ) − ripple ) / (1 + e)
     /// ```
     ///
-    /// rᵢ the rate of a point, rⱼ that of a joint's combination, r_d of the driven point. Play and errors of the lead are not in it: they move parts
-    /// against each other.
+    /// rᵢ the rate of a point, rⱼ that of a joint's combination, r_d of the driven point. Springs, play and errors of the lead are not in it: they move
+    /// parts against each other, which [`Rigid::transmission`] tells.
     ///
     /// # Units      m, s, N (or rad, N·m at a driven angle)
     /// # Errors     none; parameters out of their range give what they give
     pub fn force(&self, machine: &Machine, values: &[f64], motion: &Motion) -> Vec<f64> {
         let number = |value: &Value| value.at(values, &Operating::default());
         let Some(drive) = &machine.drive else { return vec![0.0; motion.position_m.len()] };
+        let mut force = self.balance(machine, values, motion).force;
+        if let Some(ripple) = Waved::new(&drive.ripple, &number) {
+            force.iter_mut().zip(&motion.position_m).for_each(|(f, x)| *f -= ripple.at(self.driven * x));
+        }
+        let factor = number(&drive.force_factor);
+        force.iter_mut().for_each(|f| *f /= factor);
+        advanced(&force, number(&drive.delay_s) / motion.step_s)
+    }
+
+    /// What moves a machine along a motion, and what resists.
+    pub(super) fn balance(&self, machine: &Machine, values: &[f64], motion: &Motion) -> Balance {
+        let number = |value: &Value| value.at(values, &Operating::default());
         let inertia = self.driven * self.inertia(machine, values);
         let mut sum: Vec<f64> = motion.acceleration_m_s2.iter().map(|a| inertia * a).collect();
         let mut load_share = Vec::new();
-        for joint in &machine.joints {
-            let ratio: f64 = joint.on.iter().map(|(point, c)| c * self.ratios[*point]).sum();
+        let mut rubbing = Vec::new();
+        for (at, joint) in machine.joints.iter().enumerate() {
+            let ratio = self.ratio(&joint.on);
             if ratio.abs() < 1e-12 {
                 continue;
             }
             let damping = number(&joint.damping);
             let law = Law::new(&joint.friction, &number);
             let travel = Travel { ratio, motion };
-            let friction = law.along(&travel);
-            for ((sum, v), friction) in sum.iter_mut().zip(&motion.velocity_m_s).zip(friction) {
-                *sum += ratio * (damping * ratio * v + friction);
+            let mut against = law.along(&travel);
+            for ((sum, v), force) in sum.iter_mut().zip(&motion.velocity_m_s).zip(&mut against) {
+                *force += damping * ratio * v;
+                *sum += ratio * *force;
             }
             if law.load_share > 0.0 && joint.friction.load_of.is_none() {
-                load_share.push((ratio.abs() * law.load_share, ratio.signum()));
+                load_share.push((rubbing.len(), ratio, law.load_share));
             }
+            rubbing.push((at, against));
         }
         // Friction in proportion to the drive's force: F = rest + µ·|F|·sgn(v), solved for F.
-        for (share, sense) in load_share {
-            for (sum, v) in sum.iter_mut().zip(&motion.velocity_m_s) {
-                let against = sign(sense * v) * sum.signum();
-                *sum /= 1.0 - share * against;
+        for (own, ratio, share) in load_share {
+            for ((sum, v), force) in sum.iter_mut().zip(&motion.velocity_m_s).zip(&mut rubbing[own].1) {
+                let against = sign(ratio.signum() * v) * sum.signum();
+                let before = *sum;
+                *sum /= 1.0 - ratio.abs() * share * against;
+                *force += (*sum - before) / ratio;
             }
         }
-        let ripple = Waved::new(&drive.ripple, &number);
-        let factor = number(&drive.force_factor);
-        let mut force: Vec<f64> = sum.iter().map(|f| f / self.driven).collect();
-        if let Some(ripple) = ripple {
-            force.iter_mut().zip(&motion.position_m).for_each(|(f, x)| *f -= ripple.at(self.driven * x));
-        }
-        force.iter_mut().for_each(|f| *f /= factor);
-        advanced(&force, number(&drive.delay_s) / motion.step_s)
+        Balance { rubbing, force: sum.iter().map(|f| f / self.driven).collect() }
     }
+
+    /// Rate of a joint's combination over that of the reading.
+    pub(super) fn ratio(&self, on: &[(usize, f64)]) -> f64 {
+        on.iter().map(|(point, c)| c * self.ratios[*point]).sum()
+    }
+
+    /// Rate of a point over that of the reading.
+    pub fn point_ratio(&self, point: usize) -> f64 {
+        self.ratios[point]
+    }
+}
+
+/// What moves a machine along a motion, and what resists, sample by sample.
+pub(super) struct Balance {
+    /// Joints (index) whose combination moves, and the force of damper and friction along it.
+    pub rubbing: Vec<(usize, Vec<f64>)>,
+    /// True force (N) or torque (N·m) at the driven point, its ripple included.
+    pub force: Vec<f64>,
 }
 
 fn sign(x: f64) -> f64 {
@@ -182,7 +210,7 @@ fn advanced(x: &[f64], samples: f64) -> Vec<f64> {
 }
 
 /// A wave with its numbers.
-struct Waved {
+pub(super) struct Waved {
     cosine: f64,
     sine: f64,
     wave_number: f64,
@@ -190,12 +218,12 @@ struct Waved {
 
 impl Waved {
     /// `None` where it has no height.
-    fn new(wave: &Wave, number: &impl Fn(&Value) -> f64) -> Option<Self> {
+    pub fn new(wave: &Wave, number: &impl Fn(&Value) -> f64) -> Option<Self> {
         let (cosine, sine, period) = (number(&wave.cosine), number(&wave.sine), number(&wave.period));
         ((cosine != 0.0 || sine != 0.0) && period > 0.0).then(|| Waved { cosine, sine, wave_number: std::f64::consts::TAU / period })
     }
 
-    fn at(&self, x: f64) -> f64 {
+    pub fn at(&self, x: f64) -> f64 {
         let (sin, cos) = (self.wave_number * x).sin_cos();
         self.cosine * cos + self.sine * sin
     }

@@ -1,19 +1,27 @@
 //! Inverse dynamics: from a measured motion the force that a rigid machine needs, set against the force its drive gave.
 //!
 //! Position is filtered and differentiated, the machine's force predicted along it, both thinned alike; parameters follow by least squares.
+//! Where further points of the machine were recorded, what their springs, plays and leads put between them and the encoder is fitted along,
+//! each channel in units of its noise.
 
 mod curve;
 mod error;
 mod fit;
 mod force;
+mod further;
 mod interval;
 mod phase;
 mod recipe;
+mod transmission;
 
 pub use curve::{CurvePoint, friction_curve};
 pub use error::InverseError;
-pub use fit::{Columns, Estimated, Fit, Projected, bounded_step, correlation, dependent, estimate, free_parameters, prediction, recorded};
+pub use fit::{
+    Columns, Estimated, Fit, Projected, bounded_step, correlation, dependent, estimate, estimate_weighed, free_parameters, inverse,
+    prediction, recorded, unseen,
+};
 pub use force::Rigid;
+pub use further::{Further, weights};
 pub use interval::{Interval, hac_covariance, intervals};
 pub use phase::{Phase, phases};
 pub use recipe::{Motion, Recipe};

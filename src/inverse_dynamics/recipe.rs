@@ -1,6 +1,7 @@
 //! A record made ready: filtered, differentiated, thinned.
 
 use super::error::InverseError;
+use super::further::Further;
 use super::phase::{Phase, phases};
 use crate::measurement::MotionRecord;
 use crate::numeric::filter::{LowPass, central_differences, decimated};
@@ -68,12 +69,17 @@ pub struct Motion {
     /// Whether each thinned sample moves. At rest friction takes any force up to its level, so that force does not follow from motion: those
     /// samples, and 50 ms before and after, count for nothing in a column.
     pub moves: Vec<bool>,
+    /// Samples at the record's rate that are nothing before thinning, so that the filter carries nothing of them into others: it rests, or has turned
+    /// just now where further points were recorded.
+    pub silent: Vec<bool>,
     /// Column it stood in.
     pub load_column: &'static str,
     /// How it was made.
     pub recipe: Recipe,
     /// Samples after which the command repeats, where it does, of the thinned record.
     pub period: Option<usize>,
+    /// What further points of the machine read, where the record has it.
+    pub further: Vec<Further>,
 }
 
 impl Motion {
@@ -100,10 +106,13 @@ impl Motion {
             command_m: record.command_m.clone(),
             load: Vec::new(),
             moves: Vec::new(),
+            silent: Vec::new(),
             load_column: record.load.column(),
             recipe,
             period: None,
+            further: Vec::new(),
         };
+        motion.silent = phases(&motion).into_iter().map(|phase| phase == Phase::Dwell).collect();
         motion.moves = moving(&motion);
         motion.load = motion.thinned(record.load.samples()).ok_or_else(short)?;
         motion.period = period(&record.command_m, recipe.factor);
@@ -112,9 +121,14 @@ impl Motion {
 
     /// A column of the record's rate without its beginning, thinned; 0 where the axis rests.
     pub fn thinned(&self, column: &[f64]) -> Option<Vec<f64>> {
-        let mut thinned = decimated(&column[self.recipe.dropped..], self.recipe.factor)?;
+        let mut thinned = decimated(&self.spoken(column)[self.recipe.dropped..], self.recipe.factor)?;
         thinned.iter_mut().zip(&self.moves).filter(|(_, moves)| !**moves).for_each(|(x, _)| *x = 0.0);
         Some(thinned)
+    }
+
+    /// A column of the record's rate, 0 where it is silent.
+    pub(super) fn spoken(&self, column: &[f64]) -> Vec<f64> {
+        column.iter().zip(&self.silent).map(|(x, silent)| if *silent { 0.0 } else { *x }).collect()
     }
 
     /// The same, of which the first and last 50 ms count for nothing: filters know nothing of what was before and after.
@@ -125,6 +139,7 @@ impl Motion {
         for at in (0..edge.min(last)).chain(last.saturating_sub(edge)..last) {
             self.moves[at] = false;
             self.load[at] = 0.0;
+            self.further.iter_mut().for_each(|f| f.counts[at] = false);
         }
         self
     }
@@ -148,11 +163,9 @@ const CARRIED_S: f64 = 0.05;
 fn moving(motion: &Motion) -> Vec<bool> {
     let around = (CARRIED_S / motion.step_s).ceil() as usize;
     let mut rests = vec![false; motion.position_m.len()];
-    for (at, phase) in phases(motion).into_iter().enumerate() {
-        if phase == Phase::Dwell {
-            let (from, to) = (at.saturating_sub(around), (at + around + 1).min(rests.len()));
-            rests[from..to].fill(true);
-        }
+    for at in (0..rests.len()).filter(|at| motion.silent[*at]) {
+        let (from, to) = (at.saturating_sub(around), (at + around + 1).min(rests.len()));
+        rests[from..to].fill(true);
     }
     motion.kept().map(|at| !rests[at]).collect()
 }

@@ -24,6 +24,9 @@ pub struct RecordRow {
     /// Force error by phase of the motion, each over the rms of the whole record.
     #[serde(default)]
     pub by_phase: BTreeMap<String, f64>,
+    /// Further points, by column.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub transmission: BTreeMap<String, TransmissionRow>,
     /// Samples read.
     pub samples: usize,
     /// Samples compared, after thinning.
@@ -31,6 +34,35 @@ pub struct RecordRow {
     /// Time after which the command repeats (s).
     #[serde(default)]
     pub period_s: Option<f64>,
+}
+
+/// What is left of the transmission error at a further point: its reading less that of the rigid machine at the encoder's position.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct TransmissionRow {
+    /// m or rad.
+    pub unit: String,
+    /// rms(predicted − measured) in that unit, without an offset.
+    pub left: f64,
+    /// The same over rms(measured).
+    pub gap: f64,
+    /// rms(predicted − measured)/rms(measured) of the tracking error there, command less reading, without its mean.
+    #[serde(default)]
+    pub tracking_gap: Option<f64>,
+    /// Samples compared: those that move, but for what follows a turn.
+    pub compared: usize,
+}
+
+/// A further point in a record of a diagnosis.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct ChannelRow {
+    /// Record.
+    pub record: String,
+    /// Column.
+    pub column: String,
+    /// With the machine as described.
+    pub before: TransmissionRow,
+    /// With the chosen model.
+    pub after: TransmissionRow,
 }
 
 /// How records were filtered.
@@ -67,6 +99,9 @@ pub struct CurveRow {
 pub struct CellRow {
     /// Record.
     pub record: String,
+    /// Column of a further point; absent for the force.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub column: Option<String>,
     /// `phase`, `speed_m_s` or `position_m`.
     pub by: String,
     /// Phase, where it is made by phases.
@@ -79,11 +114,11 @@ pub struct CellRow {
     pub direction: String,
     /// Samples.
     pub samples: usize,
-    /// Root mean square of the misfit there over that of the record's force.
+    /// Root mean square of the misfit there over that of the record's force (transmission error of a further point).
     pub gap: f64,
-    /// Share of the record's squared misfit.
+    /// Share of the squared misfit of the record's channel.
     pub share: f64,
-    /// Mean of measured less predicted (N or N·m).
+    /// Mean of measured less predicted (N or N·m; m or rad of a further point).
     pub mean: f64,
 }
 
@@ -142,6 +177,9 @@ pub struct MotionRows {
     pub phases: Vec<String>,
     /// Force over time.
     pub traces: Vec<TraceRow>,
+    /// Further points. The gaps of the document are then those of force and transmission errors together, each in units of its own noise.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub transmission: Vec<ChannelRow>,
 }
 
 fn percent(x: f64) -> String {
@@ -179,7 +217,8 @@ pub fn motion_diagnosis_text(document: &Diagnosis) -> String {
     text += &motion.contradictions.iter().map(|c| wrapped(&format!("measurement: {c}"))).collect::<String>();
     text.push('\n');
     text += &wrapped(&format!(
-        "how far — force error of what was held out: {} before, {} after, noise leaves {}; closed {}{}",
+        "how far — {} of what was held out: {} before, {} after, noise leaves {}; closed {}{}",
+        if motion.transmission.is_empty() { "force error" } else { "error of force and transmission, each in units of its noise," },
         optional(document.gap.held_out),
         optional(document.chosen.gap_held_out),
         optional(document.noise_floor),
@@ -203,17 +242,35 @@ pub fn motion_diagnosis_text(document: &Diagnosis) -> String {
             text += &wrapped(&format!("{words}{}", ids.join(", ")));
         }
     }
+    if !motion.transmission.is_empty() {
+        text += "\ntransmission — what is left at further points (µm or µrad), and of their tracking error\n";
+        let rows = motion.transmission.iter().map(|c| {
+            let left = |r: &TransmissionRow| format!("{:.2}", 1e6 * r.left);
+            let tracking = |r: &TransmissionRow| optional(r.tracking_gap);
+            vec![c.record.clone(), c.column.clone(), left(&c.before), left(&c.after), tracking(&c.before), tracking(&c.after)]
+        });
+        text += &columns(&["record", "column", "before", "after", "tracking before", "after"].map(String::from), rows);
+    }
     text += "\nwhere — share of the squared misfit of the machine as described, by phase\n";
     let phases = motion.cells.iter().filter(|c| c.by == "phase" && c.direction == "both").map(|c| {
-        let mean = motion.cells.iter().filter(|d| d.record == c.record && d.phase == c.phase && d.direction != "both");
-        let sides: Vec<String> = mean.map(|d| format!("{:+.2} {}", d.mean, d.direction)).collect();
+        let same = |d: &&CellRow| d.record == c.record && d.column == c.column && d.phase == c.phase && d.direction != "both";
+        let (scale, unit) = if c.column.is_some() { (1e6, " µm (µrad)") } else { (1.0, "") };
+        let mean = |d: &CellRow| format!("{:+.2}{unit} {}", scale * d.mean, d.direction);
+        let sides: Vec<String> = motion.cells.iter().filter(same).map(mean).collect();
         let name = c.phase.clone().unwrap_or_default();
-        vec![c.record.clone(), name, format!("{:.0} %", 100.0 * c.share), percent(c.gap), sides.join(", ")]
+        vec![
+            c.column.as_ref().map_or(c.record.clone(), |column| format!("{} {column}", c.record)),
+            name,
+            format!("{:.0} %", 100.0 * c.share),
+            percent(c.gap),
+            sides.join(", "),
+        ]
     });
     let left = format!("mean left ({})", motion.unit);
     text += &columns(&["record", "phase", "share", "error", left.as_str()].map(String::from), phases);
     let rows = document.places.iter().take(3).map(|p| vec![p.interface.clone(), p.shape.clone(), format!("{:.1} %", 100.0 * p.takes)]);
-    text += "\na force that is any smooth function of one thing would take\n";
+    let of = if motion.transmission.is_empty() { "force" } else { "force or transmission error" };
+    text += &format!("\na {of} that is any smooth function of one thing would take\n");
     text += &columns(&["of", "like", "taken"].map(String::from), rows);
     text
 }

@@ -3,6 +3,7 @@
 pub mod axis;
 pub mod bench_equations;
 pub mod finite_elements;
+pub mod two_masses;
 
 use std::sync::Arc;
 

@@ -11,7 +11,7 @@ use crate::diagnosis::{Status, VerdictKind};
 use crate::inverse_dynamics::{Motion, Phase, phases};
 use crate::machine::Effect;
 use crate::report::diagnosis as document;
-use crate::report::record::{CellRow, ChainRow, MotionRows, TraceRow, motion_diagnosis_text};
+use crate::report::record::{CellRow, ChainRow, ChannelRow, MotionRows, TraceRow, motion_diagnosis_text};
 
 /// Nulls of motion records for each that `--nulls` asks for: they cost little.
 const NULLS: usize = 10;
@@ -25,8 +25,7 @@ pub fn diagnose(given: &DiagnoseArguments, loaded: &Loaded) -> CommandResult {
     check_frozen(loaded, &plan.frozen)?;
     let effects = chosen_effects(given, &loaded.config.effects)?;
     let (fit, held_out) = loaded.set.split_motions(given.split.positions.as_deref(), &given.split.hold_out).map_err(told)?;
-    let motions = super::motions(&loaded.set)?;
-    super::rigid(loaded, &motions)?;
+    let (motions, _, told_of) = super::prepared(loaded)?;
     let folder = prepare(&given.output)?;
     let of = |records: &[usize]| records.iter().map(|i| &motions[*i]).collect::<Vec<&Motion>>();
     let (fitted, left) = (of(&fit), of(&held_out));
@@ -36,7 +35,8 @@ pub fn diagnose(given: &DiagnoseArguments, loaded: &Loaded) -> CommandResult {
     let ran = on_threads(given.search.threads, || diagnose_motion(machine, &effects, &plan.frozen, (&fitted, &left), settings, &control))?;
     progress.end();
     let found = ran.map_err(told)?;
-    let document = to_document(given, loaded, (&fitted, &left), &found, &effects)?;
+    let mut document = to_document(given, loaded, (&fitted, &left), &found, &effects)?;
+    document.stamp.warnings.splice(0..0, told_of);
     warn(&given.output, &document.stamp.warnings);
     let text = format!("{}\n{}", machine.title, motion_diagnosis_text(&document));
     deliver(&given.output, folder.as_ref(), "diagnosis.json", &document, &text)?;
@@ -92,7 +92,7 @@ fn to_document(
         .located
         .iter()
         .map(|l| document::WhereRow {
-            interface: format!("{driven}, over {}", l.over),
+            interface: format!("{}, over {}", l.column.as_deref().unwrap_or(driven), l.over),
             shape: l.shape.into(),
             takes: l.gain.max(0.0),
             gap_held_out: None,
@@ -156,7 +156,8 @@ fn by_phase(cells: &[Cell], of: &[&Motion]) -> BTreeMap<String, f64> {
     let mut found: BTreeMap<String, Vec<(f64, usize)>> = BTreeMap::new();
     for cell in cells.iter().filter(|c| c.direction == 0 && of.iter().any(|m| m.name == c.record)) {
         if let CellKind::Phase(phase) = cell.kind {
-            found.entry(phase.word().into()).or_default().push((cell.gap, cell.samples));
+            let of = cell.column.as_ref().map_or(String::new(), |column| format!(" of {column}"));
+            found.entry(format!("{}{of}", phase.word())).or_default().push((cell.gap, cell.samples));
         }
     }
     let mean = |parts: Vec<(f64, usize)>| crate::numeric::statistics::root_mean_square_of_parts(parts);
@@ -166,12 +167,17 @@ fn by_phase(cells: &[Cell], of: &[&Motion]) -> BTreeMap<String, f64> {
 /// Force errors of each record, before and after.
 fn plain(found: &MotionDiagnosis) -> Vec<document::Plain> {
     let pairs = found.fit.iter().zip(&found.chosen_fit).chain(found.held_out.iter().zip(&found.chosen_held_out));
-    pairs.map(|(b, a)| document::Plain { figure: format!("force error of {}", b.name), before: b.gap(), after: a.gap() }).collect()
+    let channels = pairs.flat_map(|(b, a)| b.channels().zip(a.channels()));
+    let row = |(b, a): (&MotionPart, &MotionPart)| match b.tracking_gap().zip(a.tracking_gap()) {
+        Some((before, after)) => document::Plain { figure: format!("tracking error of {} in {}", b.column, b.name), before, after },
+        None => document::Plain { figure: format!("force error of {}", b.name), before: b.own_gap(), after: a.own_gap() },
+    };
+    channels.map(row).collect()
 }
 
 fn motion_rows(loaded: &Loaded, (fit, held_out): (&[&Motion], &[&Motion]), found: &MotionDiagnosis) -> Result<MotionRows, String> {
     let machine = &found.chosen.0.machine;
-    let rigid = super::rigid(loaded, &[])?;
+    let rigid = super::rigid(loaded)?;
     let all: Vec<&Motion> = fit.iter().chain(held_out).copied().collect();
     let befores: Vec<&MotionPart> = found.fit.iter().chain(&found.held_out).collect();
     let afters: Vec<&MotionPart> = found.chosen_fit.iter().chain(&found.chosen_held_out).collect();
@@ -184,6 +190,7 @@ fn motion_rows(loaded: &Loaded, (fit, held_out): (&[&Motion], &[&Motion]), found
         };
         CellRow {
             record: c.record.clone(),
+            column: c.column.clone(),
             by: by.into(),
             phase,
             range,
@@ -195,7 +202,7 @@ fn motion_rows(loaded: &Loaded, (fit, held_out): (&[&Motion], &[&Motion]), found
         }
     });
     let records = found.shifts.iter().map(|s| {
-        let gap = |parts: &[&MotionPart]| parts.iter().find(|p| p.name == s.name).map_or(f64::NAN, |p| p.gap());
+        let gap = |parts: &[&MotionPart]| parts.iter().find(|p| p.name == s.name).map_or(f64::NAN, |p| p.own_gap());
         ChainRow {
             record: s.name.clone(),
             role: role(&s.name).into(),
@@ -207,6 +214,12 @@ fn motion_rows(loaded: &Loaded, (fit, held_out): (&[&Motion], &[&Motion]), found
             factor: s.gain.exp(),
         }
     });
+    let transmission = befores.iter().zip(&afters).zip(&all).flat_map(|((before, after), motion)| {
+        let rows = super::transmission_rows(before, motion).into_iter().zip(super::transmission_rows(after, motion).into_values());
+        let record = motion.name.clone();
+        rows.map(move |((column, before), after)| ChannelRow { record: record.clone(), column, before, after })
+    });
+    let transmission = transmission.collect();
     let traces = all.iter().zip(befores.iter().zip(&afters)).map(|(motion, (before, after))| trace(motion, before, after));
     Ok(MotionRows {
         unit: if all.first().is_some_and(|m| m.load_column == "torque_nm") { "N*m" } else { "N" }.into(),
@@ -216,6 +229,7 @@ fn motion_rows(loaded: &Loaded, (fit, held_out): (&[&Motion], &[&Motion]), found
         friction_curve: super::curve_rows(&rigid, machine, &found.chosen.1, fit),
         phases: super::phase_names(),
         traces: traces.collect(),
+        transmission,
     })
 }
 

@@ -7,7 +7,7 @@ use super::super::common::{CommandResult, Loaded, control, deliver, ended, on_th
 use super::super::diagnose::check_frozen;
 use super::super::progress::Progress;
 use crate::identification::{output_error, simulated_gaps};
-use crate::inverse_dynamics::{Estimated, Fit, Motion, correlation, estimate, free_parameters, recorded};
+use crate::inverse_dynamics::{Estimated, Fit, Motion, correlation, estimate_weighed, free_parameters, recorded, unseen};
 use crate::measurement::MotionRecord;
 use crate::report::document::{Identification, ParameterRow, PositionRow, Settings};
 use crate::report::record::RecordRow;
@@ -26,18 +26,19 @@ pub fn identify(given: &IdentifyArguments, loaded: &Loaded) -> CommandResult {
     let machine = &loaded.config.machine;
     check_frozen(loaded, &plan.frozen)?;
     let (fit, held_out) = loaded.set.split_motions(given.split.positions.as_deref(), &given.split.hold_out).map_err(told)?;
-    let motions = super::motions(&loaded.set)?;
-    let rigid = super::rigid(loaded, &motions)?;
+    let (mut motions, rigid, mut warnings) = super::prepared(loaded)?;
     let folder = prepare(&given.output)?;
-    let fitted: Vec<&Motion> = fit.iter().map(|i| &motions[*i]).collect();
-    let free = free_parameters(machine, &plan.frozen).map_err(told)?;
+    let asked = free_parameters(machine, &plan.frozen).map_err(told)?;
+    let unseen = unseen(&rigid, machine, &asked, &fit.iter().map(|i| &motions[*i]).collect::<Vec<&Motion>>());
+    let free: Vec<usize> = asked.into_iter().filter(|i| !unseen.contains(i)).collect();
     if free.is_empty() {
         return Err("--freeze: keeps every parameter of the machine; leave one free".into());
     }
     let progress = Progress::begin(given.output.quiet, "identify");
     let control = control(&given.output, folder.as_ref(), &progress, loaded)?;
     let ran = on_threads(given.search.threads, || {
-        let mut found = estimate(&rigid, machine, &machine.start(), &free, &fitted)?;
+        let mut found = estimate_weighed(&rigid, machine, &free, &mut motions, &fit)?;
+        let fitted: Vec<&Motion> = fit.iter().map(|i| &motions[*i]).collect();
         let mut complete = true;
         let mut estimates = found.estimates(machine, &free, &fitted);
         if simulated {
@@ -58,7 +59,10 @@ pub fn identify(given: &IdentifyArguments, loaded: &Loaded) -> CommandResult {
         }
         Ok::<_, crate::inverse_dynamics::InverseError>((found, estimates, complete))
     })?;
-    let (found, estimates, mut complete) = ran.map_err(told)?;
+    let (found, mut estimates, mut complete) = ran.map_err(told)?;
+    let fitted: Vec<&Motion> = fit.iter().map(|i| &motions[*i]).collect();
+    let shown_nowhere = |i: &usize| Estimated { parameter: *i, value: found.values[*i], interval: None, at_bound: false };
+    estimates.extend(unseen.iter().map(shown_nowhere));
     let values = &found.values;
     let role = |at: &usize| if fit.contains(at) { "fit" } else { "held_out" };
     let mut records: BTreeMap<String, RecordRow> = (0..motions.len())
@@ -85,7 +89,10 @@ pub fn identify(given: &IdentifyArguments, loaded: &Loaded) -> CommandResult {
     } else {
         recorded(&fitted).norm_squared()
     };
-    let mut warnings = Vec::new();
+    if !unseen.is_empty() {
+        let ids: Vec<&str> = unseen.iter().map(|i| machine.parameters[*i].id.as_str()).collect();
+        warnings.push(format!("neither the force nor a further point shows {}: left at the start", ids.join(", ")));
+    }
     for e in estimates.iter().filter(|e| e.at_bound) {
         let p = &machine.parameters[e.parameter];
         warnings.push(format!("{} stands at an end of its range, {} … {} {}", p.id, p.lower, p.upper, p.unit));

@@ -13,11 +13,11 @@ use std::collections::BTreeMap;
 use rayon::prelude::*;
 
 use super::common::{Loaded, told};
-use crate::diagnosis::motion::{CellKind, cells, part};
-use crate::inverse_dynamics::{CurvePoint, Motion, Phase, Recipe, Rigid, friction_curve};
+use crate::diagnosis::motion::{CellKind, MotionPart, cells, part};
+use crate::inverse_dynamics::{CurvePoint, Further, Motion, Phase, Recipe, Rigid, friction_curve};
 use crate::machine::Machine;
 use crate::measurement::MeasurementSet;
-use crate::report::record::{CurveRow, RecipeRow, RecordRow};
+use crate::report::record::{CurveRow, RecipeRow, RecordRow, TransmissionRow};
 
 /// Whether a set is one of motions: records, and neither FRFs nor modes.
 pub fn applies(set: &MeasurementSet) -> bool {
@@ -29,18 +29,42 @@ fn names(set: &MeasurementSet, records: &[usize]) -> Vec<String> {
     records.iter().map(|i| set.motions[*i].name.clone()).collect()
 }
 
-/// All records made ready, in the order of the set.
-fn motions(set: &MeasurementSet) -> Result<Vec<Motion>, String> {
-    let made: Result<Vec<Motion>, _> = set.motions.par_iter().map(|r| Motion::new(r, Recipe::usual(r.step_s))).collect();
-    made.map_err(told)
+/// All records made ready, in the order of the set, the rigid machine that they suit, and what is to be said of their columns.
+fn prepared(loaded: &Loaded) -> Result<(Vec<Motion>, Rigid, Vec<String>), String> {
+    let records = &loaded.set.motions;
+    let made: Result<Vec<Motion>, _> = records.par_iter().map(|r| Motion::new(r, Recipe::usual(r.step_s))).collect();
+    let made = made.map_err(told)?;
+    let rigid = rigid(loaded)?;
+    let machine = &loaded.config.machine;
+    made.iter().try_for_each(|m| rigid.check(machine, m)).map_err(told)?;
+    let (mut motions, mut warnings) = (Vec::new(), Vec::new());
+    for (motion, record) in made.into_iter().zip(records) {
+        let (motion, told_of) = motion.with_points(record, machine, &rigid).map_err(told)?;
+        motions.push(motion);
+        warnings.extend(told_of);
+    }
+    Ok((motions, rigid, warnings))
 }
 
-/// A rigid machine and records that suit it.
-fn rigid(loaded: &Loaded, motions: &[Motion]) -> Result<Rigid, String> {
+/// The rigid motion of a machine.
+fn rigid(loaded: &Loaded) -> Result<Rigid, String> {
     let machine = &loaded.config.machine;
-    let rigid = Rigid::new(machine, &machine.start()).map_err(|e| format!("{}: {e}", loaded.config.path))?;
-    motions.iter().try_for_each(|m| rigid.check(machine, m)).map_err(told)?;
-    Ok(rigid)
+    Rigid::new(machine, &machine.start()).map_err(|e| format!("{}: {e}", loaded.config.path))
+}
+
+/// What is left of further points.
+fn transmission_rows(part: &MotionPart, motion: &Motion) -> BTreeMap<String, TransmissionRow> {
+    let row = |(part, further): (&MotionPart, &Further)| {
+        let row = TransmissionRow {
+            unit: further.unit.into(),
+            left: part.left(),
+            gap: part.own_gap(),
+            tracking_gap: part.tracking_gap(),
+            compared: part.samples,
+        };
+        (further.column.clone(), row)
+    };
+    part.further.iter().zip(&motion.further).map(row).collect()
 }
 
 fn recipe_row(recipe: &Recipe) -> RecipeRow {
@@ -52,7 +76,7 @@ fn record_row(rigid: &Rigid, machine: &Machine, values: &[f64], motion: &Motion,
     let part = part(rigid, machine, values, motion);
     let by_phase: BTreeMap<String, f64> = cells(motion, &part)
         .iter()
-        .filter(|c| c.direction == 0)
+        .filter(|c| c.direction == 0 && c.column.is_none())
         .filter_map(|c| match c.kind {
             CellKind::Phase(phase) => Some((phase.word().to_string(), c.gap)),
             _ => None,
@@ -60,10 +84,11 @@ fn record_row(rigid: &Rigid, machine: &Machine, values: &[f64], motion: &Motion,
         .collect();
     RecordRow {
         role: role.into(),
-        force_error: part.gap(),
+        force_error: part.own_gap(),
         simulated_force_error: None,
         noise_floor: part.noise_floor(),
         by_phase,
+        transmission: transmission_rows(&part, motion),
         samples,
         compared: motion.load.len(),
         period_s: motion.period.map(|p| p as f64 * motion.thinned_step_s()),

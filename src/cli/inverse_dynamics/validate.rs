@@ -43,8 +43,8 @@ pub fn validate(
         None if !left.is_empty() => left,
         None => all,
     };
-    let motions = super::motions(&loaded.set)?;
-    let rigid = super::rigid(loaded, &motions)?;
+    let (motions, rigid, told_of) = super::prepared(loaded)?;
+    let warnings: Vec<String> = warnings.into_iter().chain(told_of).collect();
     let folder = prepare(&given.output)?;
     let control = Control::new(stop_flag(), None);
     let mut records: BTreeMap<String, RecordRow> = chosen

@@ -19,17 +19,19 @@ pub enum CellKind {
 pub struct Cell {
     /// Record.
     pub record: String,
+    /// Column of a further point, none for the force.
+    pub column: Option<String>,
     /// What it is made by.
     pub kind: CellKind,
     /// 1 forward, −1 backward, 0 both.
     pub direction: i8,
     /// Samples.
     pub samples: usize,
-    /// Root mean square of the misfit there over that of the record's force.
+    /// Root mean square of the misfit there over that of the record's force (transmission error of a further point).
     pub gap: f64,
     /// Share of the record's squared misfit.
     pub share: f64,
-    /// Mean of recorded less predicted force (N or N·m).
+    /// Mean of recorded less predicted force (N or N·m; m or rad of a further point).
     pub mean: f64,
 }
 
@@ -38,16 +40,25 @@ const BANDS: usize = 5;
 
 /// The cells of a record that hold samples. At rest a rigid drive's force does not follow from its motion: no cell holds those samples.
 pub fn cells(motion: &Motion, part: &MotionPart) -> Vec<Cell> {
+    let mut found = cells_of(motion, part, (None, &motion.moves, 1.0));
+    for (further, part) in motion.further.iter().zip(&part.further) {
+        found.extend(cells_of(motion, part, (Some(&further.column), &further.counts, further.weight)));
+    }
+    found
+}
+
+/// The same of one channel, with what counts of it and its weight.
+fn cells_of(motion: &Motion, part: &MotionPart, (column, counts, weight): (Option<&String>, &[bool], f64)) -> Vec<Cell> {
     let kept: Vec<usize> = motion.kept().collect();
     let all = phases(motion);
-    let moving = motion.moves.iter().filter(|m| **m).count();
+    let moving = counts.iter().filter(|m| **m).count();
     let force = (part.recorded.iter().map(|x| x * x).sum::<f64>() / moving.max(1) as f64).sqrt();
     let total: f64 = part.residual.iter().map(|e| e * e).sum();
     let cell = |kind: CellKind, direction: i8, inside: &dyn Fn(usize) -> bool| {
         let own: Vec<f64> = kept
             .iter()
             .zip(&part.residual)
-            .zip(&motion.moves)
+            .zip(counts)
             .filter(|((at, _), moves)| {
                 **moves && inside(**at) && (direction == 0 || motion.velocity_m_s[**at] * f64::from(direction) > 0.0)
             })
@@ -56,12 +67,13 @@ pub fn cells(motion: &Motion, part: &MotionPart) -> Vec<Cell> {
         let square: f64 = own.iter().map(|e| e * e).sum();
         (!own.is_empty()).then(|| Cell {
             record: motion.name.clone(),
+            column: column.cloned(),
             kind,
             direction,
             samples: own.len(),
             gap: (square / own.len() as f64).sqrt() / force,
             share: square / total.max(f64::MIN_POSITIVE),
-            mean: own.iter().sum::<f64>() / own.len() as f64,
+            mean: own.iter().sum::<f64>() / own.len() as f64 / weight,
         })
     };
     let mut found: Vec<Cell> = Vec::new();

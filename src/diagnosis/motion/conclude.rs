@@ -2,7 +2,7 @@
 
 use super::record::Contradiction;
 use super::survey::releases;
-use super::verdict::{ALPHA, Chosen, LocatedMotion, Stage, Work};
+use super::verdict::{ALPHA, Chosen, LocatedMotion, NEARLY_ALL, RARE, Stage, Work};
 use crate::diagnosis::{Verdict, VerdictKind};
 use crate::inverse_dynamics::Fit;
 
@@ -10,9 +10,6 @@ use crate::inverse_dynamics::Fit;
 const DOUBT: f64 = 0.5;
 /// Least gain of a free shape that is called something.
 const LEAST_FREE: f64 = 0.2;
-/// Gain of a free shape that leaves so little that one null of twenty is rare enough.
-const NEARLY_ALL: f64 = 0.8;
-const RARE: f64 = 0.05;
 
 /// What the verdict rests on.
 pub(super) struct Evidence<'e> {
@@ -39,8 +36,10 @@ pub(super) fn conclude(evidence: &Evidence<'_>) -> Verdict {
     let left = |of: &Fit| of.squares / base.1.squares;
     let free = first.best_free();
     let free_loss = free.map_or(f64::INFINITY, |f| 1.0 - f.gain);
-    let place = located.first().map_or("?", |l| l.over);
-    let listen = || Some(format!("the same motion at other speeds and loads: the force left depends on {place}"));
+    let place =
+        located.first().map_or("?".into(), |l| l.column.as_ref().map_or(l.over.to_string(), |column| format!("{} in {column}", l.over)));
+    let what = if located.first().is_some_and(|l| l.column.is_some()) { "the transmission error" } else { "the force" };
+    let listen = || Some(format!("the same motion at other speeds and loads: {what} left depends on {place}"));
     let Some(best) = first.best_effect() else {
         return say(VerdictKind::Unknown, Vec::new(), "no candidate applies to this machine and these records".into(), None);
     };
@@ -106,7 +105,7 @@ pub(super) fn conclude(evidence: &Evidence<'_>) -> Verdict {
         } else {
             String::new()
         }
-    );
+    ) + &amounts(work, chosen);
     let rest: String = names[1..].iter().map(|n| format!("+{n}")).collect();
     let alternatives: Vec<String> = std::iter::once(names[0].clone())
         .chain(same.iter().map(|at| first.id(*at).to_string()).filter(|id| !names.contains(id)))
@@ -118,6 +117,24 @@ pub(super) fn conclude(evidence: &Evidence<'_>) -> Verdict {
     let reason = format!("{reason}; these data cannot tell it from {}", alternatives[1..].join(", "));
     let next = same.iter().find_map(|at| work.effects.iter().find(|e| e.id == first.id(*at))).and_then(|e| e.separates.clone());
     say(VerdictKind::Ambiguous, alternatives, reason, next)
+}
+
+/// How much the chosen effects are, where further points tell it: lengths in µm.
+fn amounts(work: &Work<'_>, (hypothesis, fit): &Chosen) -> String {
+    if work.data.columns.is_empty() {
+        return String::new();
+    }
+    let amount = |i: &usize| {
+        let (p, x) = (&hypothesis.machine.parameters[*i], fit.values[*i]);
+        match (p.unit.as_str(), x.abs() < 1e-3) {
+            ("m", true) => format!("{} is {:.1} µm", p.id, 1e6 * x),
+            ("1", true) => format!("{} is {:.1} µm per m", p.id, 1e6 * x),
+            ("m", false) => format!("{} is {:.2} mm", p.id, 1e3 * x),
+            _ => format!("{} is {x:.4e} {}", p.id, p.unit),
+        }
+    };
+    let all: Vec<String> = hypothesis.added.iter().map(amount).collect();
+    if all.is_empty() { String::new() } else { format!("; {}", all.join(", ")) }
 }
 
 fn p_text(p: f64) -> String {

@@ -12,8 +12,10 @@ const PARTS: usize = 12;
 pub struct MotionData<'m> {
     /// Their motions.
     pub motions: Vec<&'m Motion>,
-    /// Recorded force, thinned, record after record.
+    /// Recorded force, thinned, and the transmission error of further points, record after record.
     pub y: DVector<f64>,
+    /// Columns of further points, each once.
+    pub columns: Vec<String>,
     /// The part that each sample belongs to.
     pub part: Vec<usize>,
     /// Number of parts.
@@ -26,10 +28,16 @@ impl<'m> MotionData<'m> {
     pub fn new(motions: Vec<&'m Motion>) -> Self {
         let mut part = Vec::new();
         for (at, motion) in motions.iter().enumerate() {
-            let (samples, cycle) = (motion.load.len(), motion.period.unwrap_or(motion.load.len()));
-            part.extend((0..samples).map(|i| at * PARTS + (i % cycle) * PARTS / cycle));
+            // All channels of a time are left out together.
+            for (samples, period) in motion.channels() {
+                let cycle = period.unwrap_or(samples);
+                part.extend((0..samples).map(|i| at * PARTS + (i % cycle) * PARTS / cycle));
+            }
         }
-        MotionData { y: recorded(&motions), parts: PARTS * motions.len(), part, motions }
+        let mut columns: Vec<String> = motions.iter().flat_map(|m| &m.further).map(|f| f.column.clone()).collect();
+        columns.sort();
+        columns.dedup();
+        MotionData { y: recorded(&motions), columns, parts: PARTS * motions.len(), part, motions }
     }
 
     /// Samples.
@@ -37,15 +45,58 @@ impl<'m> MotionData<'m> {
         self.y.len()
     }
 
-    /// A column made record by record, thinned.
+    /// A column of force made record by record, thinned.
     pub fn column(&self, of: impl Fn(&Motion) -> Vec<f64>) -> DVector<f64> {
-        let each = self.motions.iter().flat_map(|m| m.thinned(&of(m)).unwrap_or_default());
-        DVector::from_iterator(self.samples(), each)
+        self.channel(None, of)
     }
 
-    /// Lengths and periods of the records, in thinned samples.
+    /// The same of one channel, the force or a column of a further point; nothing in the others.
+    pub fn channel(&self, column: Option<&str>, of: impl Fn(&Motion) -> Vec<f64>) -> DVector<f64> {
+        let mut all = Vec::with_capacity(self.samples());
+        for m in &self.motions {
+            let made = of(m);
+            let nothing = || vec![0.0; m.load.len()];
+            all.extend(if column.is_none() { m.thinned(&made).unwrap_or_else(nothing) } else { nothing() });
+            for further in &m.further {
+                let own = column == Some(further.column.as_str());
+                all.extend(if own { further.thinned(m, &made).unwrap_or_else(nothing) } else { nothing() });
+            }
+        }
+        DVector::from_vec(all)
+    }
+
+    /// A column of friction in units of the drive's force, with what further points give way under it.
+    fn rubbing(&self, of: impl Fn(&Motion) -> Vec<f64>, rigid: &Rigid, machine: &Machine, fit: &Fit) -> DVector<f64> {
+        let mut sum = self.column(&of);
+        for column in &self.columns {
+            let gives = |m: &Motion| {
+                let at = m.further.iter().position(|f| f.column == *column);
+                let gives = at.map_or(0.0, |at| rigid.rubbed(machine, &fit.values, m)[at]);
+                of(m).into_iter().map(|f| gives * f).collect::<Vec<f64>>()
+            };
+            sum += self.channel(Some(column), gives);
+        }
+        sum
+    }
+
+    /// All channels: the force, and columns of further points.
+    pub fn channels(&self) -> impl Iterator<Item = Option<&str>> {
+        std::iter::once(None).chain(self.columns.iter().map(|c| Some(c.as_str())))
+    }
+
+    /// Root mean square of the recorded force over all of its samples.
+    fn level(&self) -> f64 {
+        let (mut squares, mut samples) = (0.0, 0);
+        for m in &self.motions {
+            squares += m.load.iter().map(|x| x * x).sum::<f64>();
+            samples += m.load.len();
+        }
+        (squares / samples.max(1) as f64).sqrt()
+    }
+
+    /// Lengths and periods of the records' channels, in thinned samples.
     pub fn records(&self) -> Vec<(usize, Option<usize>)> {
-        self.motions.iter().map(|m| (m.load.len(), m.period)).collect()
+        self.motions.iter().flat_map(|m| m.channels()).collect()
     }
 }
 
@@ -65,6 +116,8 @@ const ALONG: f64 = 0.015;
 const DRIFT: f64 = 0.01;
 /// Standard deviation of the force by which a change of direction is blurred, early or late, as a share of the force's root mean square.
 const TURN: f64 = 0.3;
+/// Standard deviation of a scale's error along the travel, per travel.
+const SCALE: f64 = 2e-6;
 
 impl MotionData<'_> {
     /// What is ordinarily a little wrong: synchrony of force and position, the blur of filter and differences, also where
@@ -74,7 +127,7 @@ impl MotionData<'_> {
     /// # Source  widths: a drive holds its force for a sample, which comes half a sample late; guides are ground to a few percent of preload; friction of a
     /// warm axis changes by percents within a record.
     pub fn nuisances(&self, rigid: &Rigid, machine: &Machine, fit: &Fit) -> Vec<Nuisance> {
-        let level = (self.y.norm_squared() / self.samples() as f64).sqrt();
+        let level = if self.columns.is_empty() { (self.y.norm_squared() / self.samples() as f64).sqrt() } else { self.level() };
         let force = |m: &Motion| rigid.force(machine, &fit.values, m);
         let slope = |x: &[f64]| crate::numeric::filter::central_differences(x);
         let direction = |m: &Motion| m.velocity_m_s.iter().map(|v| if *v == 0.0 { 0.0 } else { v.signum() }).collect::<Vec<f64>>();
@@ -106,7 +159,7 @@ impl MotionData<'_> {
         for n in [1.0, 2.0, 3.0] {
             let wave = |m: &Motion| m.position_m.iter().map(|x| ALONG * level * angle(*x, n).cos()).collect::<Vec<f64>>();
             let turned = |m: &Motion| wave(m).iter().zip(direction(m)).map(|(w, s)| w * s).collect::<Vec<f64>>();
-            all.push(Nuisance { name: format!("~friction along {n}"), column: self.column(turned) });
+            all.push(Nuisance { name: format!("~friction along {n}"), column: self.rubbing(turned, rigid, machine, fit) });
             all.push(Nuisance { name: format!("~force along {n}"), column: self.column(wave) });
         }
         let drift = |m: &Motion| {
@@ -114,9 +167,28 @@ impl MotionData<'_> {
             (0..m.position_m.len()).map(|i| DRIFT * level * (2.0 * i as f64 / count - 1.0)).collect::<Vec<f64>>()
         };
         let turned = |m: &Motion| drift(m).iter().zip(direction(m)).map(|(w, s)| w * s).collect::<Vec<f64>>();
-        all.push(Nuisance { name: "~drift of friction".into(), column: self.column(turned) });
+        all.push(Nuisance { name: "~drift of friction".into(), column: self.rubbing(turned, rigid, machine, fit) });
         all.push(Nuisance { name: "~drift of force".into(), column: self.column(drift) });
+        self.columns.iter().for_each(|column| self.further_nuisances(column, rigid, angle, &mut all));
         all
+    }
+
+    /// What is ordinarily a little wrong of a further point beside what [`Further::thinned`](crate::inverse_dynamics::Further::thinned) takes out:
+    /// errors of both scales and of the way that vary smoothly along the travel.
+    ///
+    /// # Source  width: linear scales of machine tools are sold as good to ±3 µm (some to ±5 µm) per metre
+    fn further_nuisances(&self, column: &str, rigid: &Rigid, angle: impl Fn(f64, f64) -> f64, all: &mut Vec<Nuisance>) {
+        let ratio = |m: &Motion| m.further.iter().find(|f| f.column == column).map_or(0.0, |f| rigid.point_ratio(f.point));
+        let travel = |m: &Motion| {
+            m.position_m.iter().fold(f64::NEG_INFINITY, |a, x| a.max(*x)) - m.position_m.iter().fold(f64::INFINITY, |a, x| a.min(*x))
+        };
+        for n in [1.0, 2.0, 3.0] {
+            let wave = |m: &Motion| {
+                let size = ratio(m) * SCALE * travel(m);
+                m.position_m.iter().map(|x| size * angle(*x, n).cos()).collect::<Vec<f64>>()
+            };
+            all.push(Nuisance { name: format!("~scale of {column} along {n}"), column: self.channel(Some(column), wave) });
+        }
     }
 
     /// Free parameters of a machine.

@@ -1,4 +1,4 @@
-//! Free shapes: a force that is any smooth function of speed, position, acceleration or travel since the last reversal. They say where something
+//! Free shapes: a force, or an error of a further point, that is any smooth function of speed, position, acceleration or travel since the last reversal. They say where something
 //! is missing, not what.
 
 use nalgebra::DMatrix;
@@ -9,6 +9,8 @@ use crate::inverse_dynamics::Motion;
 /// A free shape.
 #[derive(Debug, Clone)]
 pub(super) struct FreeShape {
+    /// Column of a further point whose error it is, none for the force.
+    pub column: Option<String>,
     /// What the force may depend on.
     pub over: &'static str,
     /// The shape of dynamic stiffness it resembles.
@@ -26,31 +28,35 @@ pub(super) fn free_shapes(data: &MotionData<'_>) -> Vec<FreeShape> {
     let one = |_: &Motion| None::<Vec<f64>>;
     let turned = |m: &Motion| Some(m.velocity_m_s.iter().map(|v| direction(*v)).collect::<Vec<f64>>());
     let mut shapes = Vec::new();
-    let mut add = |over, shape, of: &dyn Fn(&Motion) -> Vec<f64>, times: &dyn Fn(&Motion) -> Option<Vec<f64>>| {
-        let knots = knots(data.motions.iter().flat_map(|m| of(m)).collect());
-        if knots.len() < 3 {
-            return;
-        }
-        let columns: Vec<_> = (0..knots.len())
-            .map(|at| {
-                data.column(|m| {
-                    let hat = of(m).into_iter().map(|x| hat(&knots, at, x));
-                    match times(m) {
-                        None => hat.collect(),
-                        Some(factor) => hat.zip(factor).map(|(h, f)| h * f).collect(),
-                    }
+    for channel in data.channels() {
+        let mut add = |over, shape, of: &dyn Fn(&Motion) -> Vec<f64>, times: &dyn Fn(&Motion) -> Option<Vec<f64>>| {
+            let knots = knots(data.motions.iter().flat_map(|m| of(m)).collect());
+            if knots.len() < 3 {
+                return;
+            }
+            let columns: Vec<_> = (0..knots.len())
+                .map(|at| {
+                    data.channel(channel, |m| {
+                        let hat = of(m).into_iter().map(|x| hat(&knots, at, x));
+                        match times(m) {
+                            None => hat.collect(),
+                            Some(factor) => hat.zip(factor).map(|(h, f)| h * f).collect(),
+                        }
+                    })
                 })
-            })
-            .filter(|c| c.norm() > 0.0)
-            .collect();
-        shapes.push(FreeShape { over, shape, columns: DMatrix::from_columns(&columns) });
-    };
-    add("speed", "damping", &|m| m.velocity_m_s.clone(), &one);
-    add("position", "stiffness", &|m| m.position_m.clone(), &one);
-    add("position and direction", "other", &|m| m.position_m.clone(), &turned);
-    add("acceleration", "mass", &|m| m.acceleration_m_s2.clone(), &one);
-    add("acceleration and direction", "loss", &|m| m.acceleration_m_s2.clone(), &turned);
-    add("travel since reversal", "relaxation", &|m| since_reversal(m), &turned);
+                .filter(|c| c.norm() > 0.0)
+                .collect();
+            if !columns.is_empty() {
+                shapes.push(FreeShape { column: channel.map(str::to_string), over, shape, columns: DMatrix::from_columns(&columns) });
+            }
+        };
+        add("speed", "damping", &|m| m.velocity_m_s.clone(), &one);
+        add("position", "stiffness", &|m| m.position_m.clone(), &one);
+        add("position and direction", "other", &|m| m.position_m.clone(), &turned);
+        add("acceleration", "mass", &|m| m.acceleration_m_s2.clone(), &one);
+        add("acceleration and direction", "loss", &|m| m.acceleration_m_s2.clone(), &turned);
+        add("travel since reversal", "relaxation", &|m| since_reversal(m), &turned);
+    }
     shapes
 }
 

@@ -5,10 +5,10 @@ use rand::{RngExt, SeedableRng};
 use rand_xoshiro::Xoshiro256PlusPlus;
 
 use super::data::MotionData;
-use super::free::free_shapes;
 use super::noise::{Noise, repeated};
+use super::weight::smooth_taken;
 use crate::diagnosis::domain::share_closed;
-use crate::inverse_dynamics::{Motion, Projected, Rigid, prediction};
+use crate::inverse_dynamics::{Motion, Rigid, prediction};
 use crate::machine::Machine;
 use crate::numeric::statistics::quantile;
 
@@ -17,7 +17,9 @@ use crate::numeric::statistics::quantile;
 pub struct MotionPart {
     /// Record.
     pub name: String,
-    /// Recorded force (N or N·m), thinned.
+    /// Column: that of the force, or of a further point.
+    pub column: String,
+    /// Recorded force (N or N·m), thinned; of a further point its transmission error, weighed as force.
     pub recorded: Vec<f64>,
     /// Recorded less predicted.
     pub residual: Vec<f64>,
@@ -25,19 +27,54 @@ pub struct MotionPart {
     pub period: Option<usize>,
     /// Time between samples (s).
     pub step_s: f64,
+    /// Samples that count.
+    pub samples: usize,
+    /// What a unit of it weighs; 1 for the force.
+    pub weight: f64,
+    /// Root mean square of the command less the reading (m or rad) of a further point, without its mean.
+    pub tracking: Option<f64>,
+    /// Further points.
+    pub further: Vec<MotionPart>,
 }
 
 impl MotionPart {
-    /// rms(recorded − predicted)/rms(recorded).
+    /// rms(recorded − predicted)/rms(recorded), of all channels together.
     pub fn gap(&self) -> f64 {
+        let sum = |of: fn(&MotionPart) -> &Vec<f64>| self.channels().map(|c| square(of(c))).sum::<f64>();
+        sum(|c| &c.residual).sqrt() / sum(|c| &c.recorded).sqrt()
+    }
+
+    /// The same of this channel alone.
+    pub fn own_gap(&self) -> f64 {
         square(&self.residual).sqrt() / square(&self.recorded).sqrt()
     }
 
-    /// The gap that noise alone leaves, where the command repeats: what the residual does not repeat.
+    /// The force and further points.
+    pub fn channels(&self) -> impl Iterator<Item = &MotionPart> {
+        std::iter::once(self).chain(&self.further)
+    }
+
+    /// Root mean square of what is left of this channel, in its unit.
+    pub fn left(&self) -> f64 {
+        (square(&self.residual) / self.samples.max(1) as f64).sqrt() / self.weight
+    }
+
+    /// rms(predicted − measured)/rms(measured) of the tracking error at a further point, the prediction being the encoder's position with the
+    /// predicted transmission error.
+    pub fn tracking_gap(&self) -> Option<f64> {
+        self.tracking.filter(|t| *t > 0.0).map(|t| self.left() / t)
+    }
+
+    /// The gap of this channel that noise alone leaves, where the command repeats: what the residual does not repeat.
     pub fn noise_floor(&self) -> Option<f64> {
         let noise = not_repeating(&self.residual, self.period?);
         Some(square(&noise).sqrt() / square(&self.recorded).sqrt())
     }
+}
+
+/// All channels of records.
+fn flat(parts: &[MotionPart]) -> impl Iterator<Item = &MotionPart> {
+    parts.iter().flat_map(MotionPart::channels)
 }
 
 fn square(x: &[f64]) -> f64 {
@@ -54,47 +91,56 @@ fn not_repeating(residual: &[f64], period: usize) -> Vec<f64> {
 /// A record with the prediction of a machine.
 pub fn part(rigid: &Rigid, machine: &Machine, values: &[f64], motion: &Motion) -> MotionPart {
     let predicted = prediction(rigid, machine, values, &[motion]);
-    MotionPart {
+    let mut channels = predicted.as_slice().chunks_exact(motion.load.len().max(1));
+    let mut of = |column: &str, recorded: Vec<f64>| MotionPart {
         name: motion.name.clone(),
-        residual: motion.load.iter().zip(predicted.iter()).map(|(m, p)| m - p).collect(),
-        recorded: motion.load.clone(),
+        column: column.into(),
+        residual: recorded.iter().zip(channels.next().unwrap_or_default()).map(|(m, p)| m - p).collect(),
+        recorded,
         period: motion.period,
         step_s: motion.thinned_step_s(),
-    }
+        samples: motion.moves.iter().filter(|m| **m).count(),
+        weight: 1.0,
+        tracking: None,
+        further: Vec::new(),
+    };
+    let force = of(motion.load_column, motion.load.clone());
+    let further = motion.further.iter().map(|f| MotionPart {
+        samples: f.counts.iter().filter(|c| **c).count(),
+        weight: f.weight,
+        tracking: Some(f.tracking_rms()),
+        ..of(&f.column, f.recorded())
+    });
+    MotionPart { further: further.collect(), ..force }
 }
 
 /// Gap over records together.
 pub fn gap_of(parts: &[MotionPart]) -> Option<f64> {
-    let force: f64 = parts.iter().map(|p| square(&p.recorded)).sum();
-    (force > 0.0).then(|| (parts.iter().map(|p| square(&p.residual)).sum::<f64>() / force).sqrt())
+    let force: f64 = flat(parts).map(|p| square(&p.recorded)).sum();
+    (force > 0.0).then(|| (flat(parts).map(|p| square(&p.residual)).sum::<f64>() / force).sqrt())
 }
 
-/// What the noise alone leaves of each record, sample by sample: where a command repeats, what the residual of the chosen model does not repeat,
+/// What the noise alone leaves of each channel of each record, sample by sample: where a command repeats, what the residual of the chosen model does not repeat,
 /// scaled for the mean taken out; else what smooth functions of speed, position and travel since reversal leave of it.
 pub(super) fn noise_of(after: &[MotionPart], motions: &[&Motion]) -> Vec<Vec<f64>> {
     after
         .iter()
         .zip(motions)
-        .map(|(part, motion)| {
+        .flat_map(|(part, motion)| {
             if let Some(period) = part.period {
-                return not_repeating(&part.residual, period);
+                return part.channels().map(|c| not_repeating(&c.residual, period)).collect();
             }
             let data = MotionData::new(vec![*motion]);
-            let mut left = DVector::from_vec(part.residual.clone());
-            for shape in free_shapes(&data) {
-                let kept: Vec<usize> = (0..shape.columns.ncols().saturating_sub(1)).collect();
-                if let Some(fit) = Projected::new(&shape.columns.select_columns(&kept), &left) {
-                    left = fit.residual;
-                }
-            }
-            left.iter().copied().collect()
+            let all = DVector::from_iterator(data.samples(), part.channels().flat_map(|c| c.residual.iter().copied()));
+            let left = smooth_taken(&data, all);
+            left.as_slice().chunks(motion.load.len().max(1)).map(<[f64]>::to_vec).collect::<Vec<Vec<f64>>>()
         })
         .collect()
 }
 
 /// Gap that the noise alone leaves over records together.
 pub(super) fn floor_of(noise: &[Vec<f64>], parts: &[MotionPart]) -> Option<f64> {
-    let force: f64 = parts.iter().map(|p| square(&p.recorded)).sum();
+    let force: f64 = flat(parts).map(|p| square(&p.recorded)).sum();
     (force > 0.0).then(|| (noise.iter().map(|n| square(n)).sum::<f64>() / force).sqrt())
 }
 
@@ -103,7 +149,7 @@ pub(super) fn floor_of(noise: &[Vec<f64>], parts: &[MotionPart]) -> Option<f64> 
 pub fn closed_interval(before: &[MotionPart], after: &[MotionPart], noise: &[Vec<f64>], draws: usize, seed: u64) -> Option<(f64, f64)> {
     let mut random = Xoshiro256PlusPlus::seed_from_u64(seed);
     let mut all = Vec::new();
-    for ((b, a), n) in before.iter().zip(after).zip(noise) {
+    for ((b, a), n) in flat(before).zip(flat(after)).zip(noise) {
         let residual = DVector::from_vec(a.residual.clone());
         let block = Noise::new(&residual, &[(b.residual.len(), b.period)]).block().max((0.25 / b.step_s) as usize);
         all.push((b, a, n, block));

@@ -54,7 +54,7 @@ fn shift(rigid: &Rigid, machine: &Machine, values: &[f64], motion: &Motion) -> O
         delay_half95_s: half[0].half95,
         gain: (1.0 + fit.coefficients[1]).max(1e-6).ln(),
         gain_half95: half[1].half95,
-        gap: as_is.gap(),
+        gap: as_is.own_gap(),
         gap_own: fit.residual.norm() / scale,
     })
 }

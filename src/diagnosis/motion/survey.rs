@@ -12,8 +12,8 @@ use super::design::{Design, Solved};
 use super::free::free_shapes;
 use super::noise::Noise;
 use crate::diagnosis::{Hypothesis, Kind, Status};
-use crate::inverse_dynamics::{Columns, Fit, Projected, Rigid, prediction};
-use crate::machine::{Machine, Parameter, Scale};
+use crate::inverse_dynamics::{Columns, Fit, Projected, Rigid, inverse, prediction};
+use crate::machine::{Machine, Motion, Parameter, Scale};
 use crate::numeric::random::normal;
 use crate::numeric::statistics::quantile;
 use crate::optimizer::Control;
@@ -28,6 +28,8 @@ pub struct MotionCandidate {
     pub hypothesis: Option<Hypothesis>,
     /// For a free shape: what the force may depend on, and the shape it resembles.
     pub free: Option<(&'static str, &'static str)>,
+    /// For a free shape of a further point: its column.
+    pub column: Option<String>,
     lattice: Vec<Place>,
 }
 
@@ -35,9 +37,34 @@ pub struct MotionCandidate {
 struct Place {
     /// Indices of parameters and their values.
     values: Vec<(usize, f64)>,
-    /// Parameters that stand in the added columns.
-    linear: Vec<usize>,
+    /// What stands in the added columns.
+    linear: Vec<Linear>,
     design: Arc<Design>,
+}
+
+/// A parameter (index) that is linear, or whose inverse is.
+#[derive(Clone, Copy)]
+struct Linear {
+    index: usize,
+    inverse: bool,
+}
+
+impl Linear {
+    /// What is linear of a value, and the value of what is linear.
+    fn of(self, x: f64) -> f64 {
+        if self.inverse { 1.0 / x } else { x }
+    }
+
+    /// Its ends.
+    fn ends(self, parameter: &Parameter) -> (f64, f64) {
+        let (a, b) = (self.of(parameter.lower), self.of(parameter.upper));
+        (a.min(b), a.max(b))
+    }
+
+    /// The value at which it does nothing, or next to it.
+    fn nothing(self, parameter: &Parameter) -> f64 {
+        if self.inverse { parameter.upper } else { 0.0_f64.clamp(parameter.lower, parameter.upper) }
+    }
 }
 
 /// A candidate's figures on one force.
@@ -170,29 +197,31 @@ impl Survey {
                     (values[index], prediction(rigid, of, &values, &data.motions))
                 };
                 let (mut linear, mut curved) = (Vec::new(), Vec::new());
-                for &index in added {
+                for (&index, inverse) in added.iter().zip(inverse(of, added)) {
+                    let coordinate = Linear { index, inverse };
                     let unit = of.parameters[index].to_unit(amid[index]);
                     let ((a, fa), (b, fb)) = (moved(index, 0.5 * unit), moved(index, 0.25 * unit));
-                    let (da, db) = ((&fa - &around) / (a - amid[index]), (&fb - &around) / (b - amid[index]));
+                    let (a, b, here) = (coordinate.of(a), coordinate.of(b), coordinate.of(amid[index]));
+                    let (da, db) = ((&fa - &around) / (a - here), (&fb - &around) / (b - here));
                     let size = da.norm().max(db.norm());
-                    if size * (a - amid[index]).abs() <= 1e-9 * around.norm() {
+                    if size * (a - here).abs() <= 1e-9 * around.norm() {
                         continue;
                     }
-                    if (da - db).norm() <= 1e-6 * size { linear.push(index) } else { curved.push(index) }
+                    if (da - db).norm() <= 1e-6 * size { linear.push(coordinate) } else { curved.push(index) }
                 }
                 if linear.is_empty() && curved.is_empty() {
                     let why = "the force of a rigid drive with the effects it has does not depend on it";
                     return without(hypothesis.id, Status::NotApplicable(why.into()));
                 }
-                let places: Vec<Vec<(usize, f64)>> = lattice(of, &curved, data);
+                let places: Vec<Vec<(usize, f64)>> = lattice(of, &curved, data, rigid);
                 let mut seen: f64 = 0.0;
                 let lattice: Vec<Place> = places
                     .into_iter()
                     .filter_map(|values| {
                         let mut at = start.clone();
-                        linear.iter().for_each(|i| at[*i] = nothing(&of.parameters[*i]));
+                        linear.iter().for_each(|l| at[l.index] = l.nothing(&of.parameters[l.index]));
                         values.iter().for_each(|(i, x)| at[*i] = *x);
-                        let more = Columns::new(rigid, of, &at, &linear, &data.motions);
+                        let more = added_columns(rigid, of, (&at, &amid), &linear, data);
                         let change = &more.prediction - &columns.prediction;
                         // With nothing of what is linear the force is mostly the machine's own.
                         let own = if change.norm() > 1e-9 * columns.prediction.norm() {
@@ -203,10 +232,14 @@ impl Survey {
                         };
                         more.derivatives.column_iter().for_each(|c| seen = seen.max(base.visible(&c.clone_owned())));
                         let from = free.len() + nuisances.len();
-                        let bounds =
-                            linear.iter().enumerate().map(|(k, i)| (from + k, of.parameters[*i].lower, of.parameters[*i].upper)).collect();
+                        let bounds = linear
+                            .iter()
+                            .enumerate()
+                            .map(|(k, l)| (from + k, l.ends(&of.parameters[l.index])))
+                            .map(|(k, (a, b))| (k, a, b))
+                            .collect();
                         // The shift of the added columns: their coefficients count from nothing.
-                        let zero: DVector<f64> = DVector::from_iterator(linear.len(), linear.iter().map(|i| at[*i]));
+                        let zero: DVector<f64> = DVector::from_iterator(linear.len(), linear.iter().map(|l| l.of(at[l.index])));
                         let mut own = own;
                         own.prediction -= &more.derivatives * zero;
                         let extra = (!linear.is_empty()).then_some(&more.derivatives);
@@ -218,7 +251,14 @@ impl Survey {
                     let why = "these records cannot show it: the machine's own parameters stand for what it does";
                     return without(hypothesis.id, Status::NotApplicable(why.into()));
                 }
-                MotionCandidate { id: hypothesis.id.clone(), status: Status::Tried, hypothesis: Some(hypothesis), free: None, lattice }
+                MotionCandidate {
+                    id: hypothesis.id.clone(),
+                    status: Status::Tried,
+                    hypothesis: Some(hypothesis),
+                    free: None,
+                    column: None,
+                    lattice,
+                }
             })
             .collect();
         let mut candidates = made;
@@ -234,7 +274,8 @@ impl Survey {
                 let place = Place { values: Vec::new(), linear: Vec::new(), design: Arc::new(design) };
                 let free = Some((shape.over, shape.shape));
                 candidates.push(MotionCandidate {
-                    id: shape.over.into(),
+                    id: shape.column.as_ref().map_or(shape.over.into(), |column| format!("{} of {column}", shape.over)),
+                    column: shape.column,
                     status: Status::Tried,
                     hypothesis: None,
                     free,
@@ -263,7 +304,7 @@ impl Survey {
                 let (place, best): (usize, Solved) = solved.min_by(|a, b| a.1.loss().total_cmp(&b.1.loss()))?;
                 let at = &c.lattice[place];
                 let mut added = at.values.clone();
-                added.extend(at.linear.iter().enumerate().map(|(k, i)| (*i, best.coefficients[self.base_columns + k])));
+                added.extend(at.linear.iter().enumerate().map(|(k, l)| (l.index, l.of(best.coefficients[self.base_columns + k]))));
                 Some(Ranked { candidate, gain: 1.0 - best.loss() / before, left_out: best.left_out, place, added })
             })
             .collect();
@@ -314,7 +355,20 @@ impl Survey {
 }
 
 fn without(id: String, status: Status) -> MotionCandidate {
-    MotionCandidate { id, status, hypothesis: None, free: None, lattice: Vec::new() }
+    MotionCandidate { id, status, hypothesis: None, free: None, column: None, lattice: Vec::new() }
+}
+
+/// Prediction at a place, and its derivatives with what is linear; those of inverses between that place and one amid the ranges.
+fn added_columns(rigid: &Rigid, machine: &Machine, (at, amid): (&[f64], &[f64]), linear: &[Linear], data: &MotionData<'_>) -> Columns {
+    let indices: Vec<usize> = linear.iter().map(|l| l.index).collect();
+    let mut columns = Columns::new(rigid, machine, at, &indices, &data.motions);
+    for (k, l) in linear.iter().enumerate().filter(|(_, l)| l.inverse) {
+        let mut there = at.to_vec();
+        there[l.index] = amid[l.index];
+        let change = prediction(rigid, machine, &there, &data.motions) - &columns.prediction;
+        columns.derivatives.set_column(k, &(change / (l.of(there[l.index]) - l.of(at[l.index]))));
+    }
+    columns
 }
 
 /// Values of a machine with effects, from those of the machine without.
@@ -331,19 +385,18 @@ fn amid(machine: &Machine, start: &[f64], added: &[usize]) -> Vec<f64> {
     values
 }
 
-/// The value at which a linear parameter does nothing: 0, or the end nearest to it.
-fn nothing(parameter: &Parameter) -> f64 {
-    0.0_f64.clamp(parameter.lower, parameter.upper)
-}
-
 /// Places over the ranges of parameters that are not linear. A period is looked for from a sixtieth
-/// of the travel to the travel: longer waves are what ordinarily varies along it.
-fn lattice(machine: &Machine, curved: &[usize], data: &MotionData<'_>) -> Vec<Vec<(usize, f64)>> {
+/// of the travel to the travel: longer waves are what ordinarily varies along it. Of a drive that turns, waves of its turn are likely, many
+/// to the travel: places half a wave apart over it.
+fn lattice(machine: &Machine, curved: &[usize], data: &MotionData<'_>, rigid: &Rigid) -> Vec<Vec<(usize, f64)>> {
+    let turning = machine.drive.as_ref().map(|d| d.on).filter(|p| machine.points[*p].motion == Motion::Rotation);
     let range = |index: usize| {
         let p = &machine.parameters[index];
         let period = p.id.ends_with("period");
         let (low, high) =
             data.motions.iter().flat_map(|m| &m.position_m).fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), x| (l.min(*x), h.max(*x)));
+        let travel = turning.filter(|_| p.unit.contains("rad")).map_or(1.0, |point| rigid.point_ratio(point).abs());
+        let (low, high) = (travel * low, travel * high);
         if period && p.unit.contains('m') {
             (p.lower.max((high - low) / 60.0), p.upper.min(high - low), true)
         } else {
@@ -357,7 +410,14 @@ fn lattice(machine: &Machine, curved: &[usize], data: &MotionData<'_>) -> Vec<Ve
     match curved {
         [] => vec![Vec::new()],
         [one] => {
-            let count = if machine.parameters[*one].id.ends_with("period") { PLACES.1 } else { PLACES.0 };
+            let period = machine.parameters[*one].id.ends_with("period");
+            if period && turning.is_some() {
+                let (low, high, _) = range(*one);
+                let count = (2.0 * high / low).clamp(1.0, 2.0 * PLACES.1 as f64) as usize;
+                let waves = |k: usize| 1.0 / high + (k as f64 + 0.5) / count as f64 * (1.0 / low - 1.0 / high);
+                return (0..count).map(|k| vec![(*one, 1.0 / waves(k))]).collect();
+            }
+            let count = if period { PLACES.1 } else { PLACES.0 };
             // From the end where it does next to nothing outward; that end itself says nothing.
             (1..=count).map(|k| vec![(*one, value(*one, (k as f64 - 0.5) / count as f64))]).collect()
         }

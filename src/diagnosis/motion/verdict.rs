@@ -8,9 +8,10 @@ use super::data::MotionData;
 use super::gap::{MotionPart, closed_interval, floor_of, gap_of, noise_of, part};
 use super::record::{Contradiction, RecordShift, contradictions, shifts};
 use super::survey::{Ground, Null, Ranked, Survey, start_of};
+use super::weight::weigh;
 use crate::diagnosis::domain::share_closed;
 use crate::diagnosis::{Hypothesis, Status, Verdict, VerdictKind};
-use crate::inverse_dynamics::{Fit, InverseError, Motion, Rigid, estimate, free_parameters};
+use crate::inverse_dynamics::{Fit, InverseError, Motion, Rigid, estimate, free_parameters, unseen};
 use crate::machine::{Data, Effect, Machine};
 use crate::optimizer::Control;
 
@@ -43,6 +44,8 @@ pub struct TriedMotion {
 /// A free shape with its figures.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LocatedMotion {
+    /// Column of a further point whose transmission error it is, none for the force.
+    pub column: Option<String>,
     /// What the force may depend on.
     pub over: &'static str,
     /// The shape of dynamic stiffness that this resembles.
@@ -102,6 +105,9 @@ impl MotionDiagnosis {
 pub(super) const ALPHA: f64 = 0.005;
 const LEAST: f64 = 0.10;
 const LEAST_MORE: f64 = 0.25;
+/// Gain that leaves so little that one null of twenty is rare enough.
+pub(super) const NEARLY_ALL: f64 = 0.8;
+pub(super) const RARE: f64 = 0.05;
 /// Effects that may be combined.
 const MOST: usize = 3;
 /// Share of the best gain within which another explains as much; a wider share where parts left out do not tell the two apart (90 %, one-sided).
@@ -117,7 +123,7 @@ pub(super) type Chosen = (Hypothesis, Fit);
 
 /// What does not change from one effect to the next.
 pub(super) struct Work<'w> {
-    data: MotionData<'w>,
+    pub data: MotionData<'w>,
     rigid: Rigid,
     frozen: &'w [String],
     pub effects: &'w [Effect],
@@ -125,7 +131,7 @@ pub(super) struct Work<'w> {
     control: &'w Control,
 }
 
-/// Diagnoses motions of a rigid drive.
+/// Diagnoses motions of a drive by the force of its rigid motion, and by the transmission errors of further points where they were recorded.
 ///
 /// # Errors  the machine is not one rigid axis, a record gives force for torque or the reverse, a frozen parameter is unknown. Records that do not
 /// determine the machine's own parameters are no error but the verdict «insufficient».
@@ -139,17 +145,21 @@ pub fn diagnose_motion(
 ) -> Result<MotionDiagnosis, InverseError> {
     let rigid = Rigid::new(machine, &machine.start())?;
     let without_edges = |motions: &[&Motion]| motions.iter().map(|m| (*m).clone().without_edges()).collect::<Vec<Motion>>();
-    let (fit_motions, held_out) = (without_edges(fit_motions), without_edges(held_out));
-    let (fit_motions, held_out): (Vec<&Motion>, Vec<&Motion>) = (fit_motions.iter().collect(), held_out.iter().collect());
+    let (mut all, fitted) = (without_edges(&[fit_motions, held_out].concat()), fit_motions.len());
+    all.iter().try_for_each(|motion| rigid.check(machine, motion))?;
+    let asked = free_parameters(machine, frozen)?;
+    // What neither channel shows stays where it is.
+    let unseen = unseen(&rigid, machine, &asked, fit_motions);
+    let free: Vec<usize> = asked.into_iter().filter(|i| !unseen.contains(i)).collect();
+    let frozen: Vec<String> = frozen.iter().cloned().chain(unseen.iter().map(|i| machine.parameters[*i].id.clone())).collect();
+    let frozen = frozen.as_slice();
+    let weighed = weigh(&rigid, machine, &free, &mut all, fitted);
+    let (fit_motions, held_out): (Vec<&Motion>, Vec<&Motion>) = (all[..fitted].iter().collect(), all[fitted..].iter().collect());
     let (fit_motions, held_out) = (fit_motions.as_slice(), held_out.as_slice());
-    for motion in fit_motions.iter().chain(held_out) {
-        rigid.check(machine, motion)?;
-    }
-    let free = free_parameters(machine, frozen)?;
     let nominal = Hypothesis::nominal(machine.clone());
     let data = MotionData::new(fit_motions.to_vec());
     let work = Work { data, rigid, frozen, effects, settings, control };
-    let fit = match estimate(&work.rigid, machine, &machine.start(), &free, fit_motions) {
+    let fit = match weighed.and_then(|()| estimate(&work.rigid, machine, &machine.start(), &free, fit_motions)) {
         Ok(fit) => fit,
         Err(InverseError::Data(why)) => return Ok(insufficient(&work, nominal, fit_motions, held_out, why)),
         Err(other) => return Err(other),
@@ -230,8 +240,9 @@ pub fn diagnose_motion(
         .ranked
         .iter()
         .filter_map(|r| {
-            let (over, shape) = first.survey.candidates[r.candidate].free?;
-            Some(LocatedMotion { over, shape, gain: r.gain, p_value: first.null.p_value_free(r) })
+            let candidate = &first.survey.candidates[r.candidate];
+            let (over, shape) = candidate.free?;
+            Some(LocatedMotion { column: candidate.column.clone(), over, shape, gain: r.gain, p_value: first.null.p_value_free(r) })
         })
         .collect();
     let shifted = |motions: &[&Motion]| shifts(&work.rigid, &chosen.0.machine, &chosen.1.values, motions);
@@ -281,6 +292,8 @@ pub(super) struct Stage {
     pub survey: Survey,
     pub ranked: Vec<Ranked>,
     pub null: Null,
+    /// Further points were recorded.
+    further: bool,
 }
 
 impl Stage {
@@ -294,7 +307,10 @@ impl Stage {
     }
 
     fn significant(&self, least: f64) -> bool {
-        self.best_effect().is_some_and(|at| self.ranked[at].gain >= least && self.null.p_value(&self.ranked[at]) < ALPHA)
+        self.best_effect().is_some_and(|at| {
+            let (gain, p) = (self.ranked[at].gain, self.null.p_value(&self.ranked[at]));
+            (gain >= least && p < ALPHA) || (self.further && gain >= NEARLY_ALL && p < RARE)
+        })
     }
 
     /// Places of the effects that explain as much as the best, that one first.
@@ -335,7 +351,7 @@ impl Work<'_> {
         // What a wave of any period gains by accident does not stand before what is no accident.
         ranked.sort_by_key(|r| survey.candidates[r.candidate].free.is_none() && null.p_value(r) >= ALPHA);
         simplest_first(&survey, &null, &mut ranked);
-        Some(Stage { survey, ranked, null })
+        Some(Stage { survey, ranked, null, further: !self.data.columns.is_empty() })
     }
 
     fn hypotheses(&self, from: &Hypothesis, names: &[String]) -> (Vec<Hypothesis>, Vec<(String, Status)>) {

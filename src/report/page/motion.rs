@@ -89,7 +89,7 @@ fn phases(of: &MotionRows) -> String {
             .y_axis(axis("share").tick_format(".0%")),
     );
     for (n, trace) in of.traces.iter().enumerate() {
-        let own = of.cells.iter().filter(|c| c.by == "phase" && c.direction == "both" && c.record == trace.record);
+        let own = of.cells.iter().filter(|c| c.by == "phase" && c.direction == "both" && c.record == trace.record && c.column.is_none());
         let (x, y): (Vec<String>, Vec<f64>) = own.map(|c| (c.phase.clone().unwrap_or_default(), rounded(c.share, 4))).unzip();
         if !x.is_empty() {
             let bars = Bar::new(x, y).name(escape(&trace.record)).marker(Marker::new().color(colour(n)));
@@ -105,7 +105,7 @@ fn cells(of: &MotionRows) -> String {
         3,
         ["Record", "Where", "Direction", "Error", "Share", "Mean left"],
     );
-    for c in of.cells.iter().filter(|c| c.by != "phase") {
+    for c in of.cells.iter().filter(|c| c.by != "phase" && c.column.is_none()) {
         let [from, to] = c.range.unwrap_or([f64::NAN; 2]);
         let place = if c.by == "speed_m_s" { format!("{from:.3} … {to:.3} m/s") } else { format!("{from:.3} … {to:.3} m") };
         let mean = format!("{:+.2} {}", c.mean, of.unit);

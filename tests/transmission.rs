@@ -1,0 +1,257 @@
+//! Encoders at motor and table: what of the drive train between them is identified and named.
+
+use std::collections::BTreeMap;
+
+use jointid::config::{MachineConfig, read_machine_text};
+use jointid::diagnosis::VerdictKind;
+use jointid::diagnosis::motion::{MotionDiagnosis, MotionSettings, diagnose_motion};
+use jointid::inverse_dynamics::{Fit, Motion, Recipe, Rigid, estimate_weighed, free_parameters, unseen};
+use jointid::measurement::{Load, MotionRecord};
+use jointid::motion::{Course, Settings, simulate};
+use jointid::optimizer::Control;
+
+use crate::support::axis::course;
+use crate::support::two_masses::TwoMasses;
+
+/// Motor, coupling, screw and nut: stiffness of the nut and friction of the guide are free; growth and play as named.
+const AXIS: &str = r#"
+title = "ball screw with two encoders"
+effects = ["coulomb-friction", "viscous-friction"]
+[[point]]
+name = "motor"
+motion = "rotation"
+inertia_kg_m2 = 4.042847e-3
+[[point]]
+name = "screw"
+motion = "rotation"
+inertia_kg_m2 = 1e-5
+[[point]]
+name = "table"
+motion = "translation"
+mass_kg = "moving_mass"
+[[joint]]
+name = "coupling"
+between = ["motor", "screw"]
+stiffness = 1e4
+damping = 0.02
+[[joint]]
+name = "nut"
+on = { table = 1.0, screw = -3.183098861837907e-3 }
+stiffness = "k_nut"
+damping = 5e3
+NUT
+[[joint]]
+name = "guide"
+between = ["table", "ground"]
+friction = { offset = "friction_offset" }
+[drive]
+on = "motor"
+constant = 1.0
+position = { lead_m = 0.02, gain_per_s = 40.0, feed_forward = 1.0, period_s = 1e-3 }
+velocity = { gain = 190.0, measured = "tachometer", period_s = 1e-3 }
+[parameter.moving_mass]
+unit = "kg"
+start = 40.0
+lower = 5.0
+upper = 2000.0
+source = "a decade about"
+[parameter.friction_offset]
+unit = "N"
+start = 0.0
+lower = -200.0
+upper = 200.0
+source = "a slope"
+[parameter.k_nut]
+unit = "N/m"
+start = 1e9
+lower = 1e6
+upper = 5e9
+source = "nuts"
+"#;
+
+const PLAY: &str =
+    "gap = \"play\"\n[parameter.play]\nunit = \"m\"\nstart = 0.0\nlower = 0.0\nupper = 5e-4\nscale = \"linear\"\nsource = \"play\"\n";
+const GROWTH: &str = "[parameter.growth]\nunit = \"1\"\nstart = 0.0\nlower = -1e-3\nupper = 1e-3\nscale = \"linear\"\nsource = \"heat\"\n";
+
+fn config(nut: &str) -> MachineConfig {
+    let (keys, tables) = nut.split_once("[parameter").map_or((nut, String::new()), |(a, b)| (a, format!("[parameter{b}")));
+    let text = AXIS.replace(
+        "NUT
+", keys,
+    ) + &tables;
+    read_machine_text("axis.toml", &text, &[], &[]).unwrap_or_else(|e| panic!("{e}"))
+}
+
+/// The same with a nut that is known, of 1e9 N/m.
+fn stiff() -> MachineConfig {
+    let (text, _) = AXIS.split_once("[parameter.k_nut]").unwrap();
+    let text = text
+        .replace(
+            "NUT
+", "",
+        )
+        .replace("\"k_nut\"", "1e9");
+    read_machine_text("axis.toml", &text, &[], &[]).unwrap_or_else(|e| panic!("{e}"))
+}
+
+fn record(name: &str, samples: &[(f64, f64, f64, f64)]) -> MotionRecord {
+    let of = |f: fn(&(f64, f64, f64, f64)) -> f64| samples.iter().map(f).collect::<Vec<f64>>();
+    MotionRecord {
+        name: name.into(),
+        source: format!("{name}.csv"),
+        step_s: 1e-3,
+        time_s: (0..samples.len()).map(|i| 1e-3 * i as f64).collect(),
+        command_m: of(|s| s.0),
+        position_m: of(|s| s.1),
+        load: Load::Torque(of(|s| s.3)),
+        others: BTreeMap::from([("table_m".to_string(), of(|s| s.2))]),
+    }
+}
+
+fn made_ready(config: &MachineConfig, record: &MotionRecord) -> Motion {
+    let machine = &config.machine;
+    let rigid = Rigid::new(machine, &machine.start()).unwrap();
+    let motion = Motion::new(record, Recipe::usual(record.step_s)).unwrap();
+    rigid.check(machine, &motion).unwrap();
+    let (motion, warnings) = motion.with_points(record, machine, &rigid).unwrap();
+    assert!(warnings.is_empty() && motion.further.len() == 1);
+    motion
+}
+
+fn identified(config: &MachineConfig, motions: &mut [Motion]) -> (Fit, Rigid) {
+    let machine = &config.machine;
+    let rigid = Rigid::new(machine, &machine.start()).unwrap();
+    let free = free_parameters(machine, &[]).unwrap();
+    assert!(unseen(&rigid, machine, &free, &motions.iter().collect::<Vec<_>>()).is_empty());
+    let all: Vec<usize> = (0..motions.len()).collect();
+    (estimate_weighed(&rigid, machine, &free, motions, &all).unwrap(), rigid)
+}
+
+/// Records simulated without noise by the library's own simulator, from far starts: signs and sizes of every part of the transmission error.
+#[test]
+fn limit_simulated_transmissions_are_given_back() {
+    let waved = |key: &str| {
+        format!("[parameter.{key}]\nunit = \"m\"\nstart = 0.0\nlower = -1e-4\nupper = 1e-4\nscale = \"linear\"\nsource = \"lead\"\n")
+    };
+    let wave = format!("lead_error = {{ wave = {{ cosine = \"c\", sine = \"s\", period = 0.02 }} }}\n{}{}", waved("c"), waved("s"));
+    let play = format!("lead_error = {{ growth = \"growth\" }}\n{PLAY}{GROWTH}");
+    // The force is held from a sample to the next, half a sample late: what is taken for viscous friction has a share of that.
+    // Where friction is above what its mass asks for, a table with play leaves its flank where it turns alone; else it flies, which is not told.
+    for (nut, coulomb, truth, tolerances) in [
+        (play, 600.0, vec![("k_nut", 4e7), ("play", 1.7e-5), ("growth", 4e-5)], vec![0.005, 0.005, 0.005]),
+        (wave, 80.0, vec![("k_nut", 4e7), ("c", 8e-6), ("s", -5e-6)], vec![0.01, 0.02, 0.02]),
+    ] {
+        let config = config(&nut);
+        let machine = &config.machine;
+        let mut values = machine.start();
+        let known = [("moving_mass", 150.0), ("coulomb_friction", coulomb), ("viscous_friction", 400.0)];
+        for (id, value) in truth.iter().chain(&known) {
+            values[machine.parameter(id).unwrap()] = *value;
+        }
+        let trace = simulate(machine, &values, &Course::new(1e-3, course(4)), &Settings::default(), &|| true).unwrap();
+        assert!(trace.complete);
+        let table = trace.points.iter().position(|p| p == "table").unwrap();
+        let samples: Vec<_> = trace.samples.iter().map(|s| (s.command, s.position, s.points[table], s.force)).collect();
+        let mut motions = [made_ready(&config, &record("simulated", &samples))];
+        let (fit, _) = identified(&config, &mut motions);
+        for ((id, value), tolerance) in truth.iter().zip(tolerances).chain(known.iter().zip([0.005, 0.005, 0.03])) {
+            let found = fit.values[machine.parameter(id).unwrap()];
+            println!("{id}: {found:.5e} for {value:.5e}");
+            assert!((found / value - 1.0).abs() < tolerance, "{id}: {found} for {value}");
+        }
+    }
+}
+
+fn diagnosed(config: &MachineConfig, axis: &TwoMasses, seed: u64) -> MotionDiagnosis {
+    let made = |name: &str, seed: u64| made_ready(config, &record(name, &axis.run(&course(seed), seed)));
+    let (fit, held_out) = (made("fit", seed), made("held-out", seed + 1000));
+    let settings = MotionSettings { seed: 1, draws: 240 };
+    let found = diagnose_motion(&config.machine, &config.effects, &[], (&[&fit], &[&held_out]), settings, &Control::default()).unwrap();
+    println!("{:?} {:?}: {}", found.verdict.kind, found.verdict.effects, found.verdict.reason);
+    found
+}
+
+/// The first effect of a verdict.
+fn first(found: &MotionDiagnosis) -> Vec<&str> {
+    found.verdict.effects.iter().filter_map(|e| e.split('+').next()).collect()
+}
+
+/// What another model has and the description lacks is named, and its size told.
+#[test]
+fn recover_what_lies_between_two_encoders() {
+    let usual = TwoMasses::usual();
+    let axis = config("");
+    let stiff = stiff();
+    // A wave of the lead shakes the table, too, which the force of the rigid motion does not know.
+    for (effect, id, size, least, config, made) in [
+        ("backlash", "backlash_width", 1.2e-5, 0.9, &axis, TwoMasses { play_m: 1.2e-5, ..usual }),
+        ("lead-growth", "lead_growth", 6e-5, 0.9, &axis, TwoMasses { growth: 6e-5, ..usual }),
+        ("lead-error", "lead_error_period", 0.02, 0.5, &axis, TwoMasses { wave_m: (6e-6, 0.02), ..usual }),
+        // i²/k_drive with the nut's 1/1e9 and the coupling's i²/1e4 m/N is 1/4e7, i = lead/2π.
+        ("drive-flexibility", "k_drive", 441.0, 0.8, &stiff, usual),
+    ] {
+        let found = diagnosed(config, &made, 3);
+        assert!(matches!(found.verdict.kind, VerdictKind::Effect | VerdictKind::Ambiguous), "{effect}");
+        assert!(first(&found).contains(&effect), "{effect}");
+        let (hypothesis, values) = &found.chosen;
+        let value = values[hypothesis.machine.parameter(id).unwrap()];
+        println!("{id}: {value:.4e} for {size:.4e}");
+        assert!((value / size - 1.0).abs() < 0.1, "{id}: {value} for {size}");
+        let closed = found.closed(&found.chosen_held_out).unwrap();
+        println!("closed {closed:.3}");
+        assert!(closed > least, "{effect}: {closed}");
+    }
+}
+
+/// Columns that cannot be used are told before anything is written; one that names nothing is kept and said.
+#[test]
+fn refuse_columns_of_the_wrong_kind() {
+    let folder = tempfile::tempdir().unwrap();
+    let config = folder.path().join("axis.toml");
+    std::fs::write(&config, AXIS.replace("NUT\n", "")).unwrap();
+    let samples = TwoMasses::usual().run(&course(2)[..9000], 2);
+    std::fs::write(folder.path().join("manifest.toml"), "title = \"two encoders\"\n[[motion]]\nname = \"a\"\nfile = \"a.csv\"\n").unwrap();
+    let run = |column: &str, of: fn(f64) -> f64, words: &str, code: i32| {
+        let mut text = format!("time_s,command_m,position_m,torque_nm,{column}\n");
+        for (i, (r, x, y, t)) in samples.iter().enumerate() {
+            text += &format!("{:.3},{r:.9},{x:.9},{t:.6},{:.9}\n", 1e-3 * i as f64, of(*y));
+        }
+        std::fs::write(folder.path().join("a.csv"), text).unwrap();
+        let out = folder.path().join(format!("out-{column}-{code}"));
+        let mut command = assert_cmd::Command::cargo_bin("jointid").unwrap();
+        command.args(["identify", "--json", "--config"]).arg(&config).arg("--measurements").arg(folder.path()).arg("--out").arg(&out);
+        command.args(["--freeze", if code == 0 && words.contains("names no point") { "k_nut" } else { "friction_offset" }]);
+        let ran = command.output().unwrap();
+        let told = String::from_utf8_lossy(&ran.stderr).into_owned();
+        assert_eq!(ran.status.code(), Some(code), "{told}");
+        assert!(told.contains(words), "{told}");
+        assert_eq!(out.exists(), code == 0);
+        String::from_utf8_lossy(&ran.stdout).into_owned()
+    };
+    run("table_rad", |y| y, "a.csv: column table_rad: point «table» moves along; write it as table_m", 2);
+    run("screw_m", |y| y, "a.csv: column screw_m: point «screw» turns; write it as screw_rad", 2);
+    run("table_m", |_| 0.1, "a.csv: table_m is constant (0.1)", 2);
+    run("slide_m", |y| y, "column slide_m names no point of the machine", 0);
+    let document: serde_json::Value = serde_json::from_str(&run("table_m", |y| y, "", 0)).unwrap();
+    let row = &document["records"]["a"]["transmission"]["table_m"];
+    assert!(row["left"].as_f64().unwrap() < 2e-6 && row["tracking_gap"].as_f64().unwrap() < 0.1, "{row}");
+    assert_eq!(document["parameters"]["k_nut"]["identifiable"], true);
+}
+
+/// Axes as described: flexible, measured with noise, a drifting and late scale.
+#[test]
+fn recover_nothing_between_two_encoders() {
+    let axis = config("");
+    let mut named = Vec::new();
+    for seed in 0..6 {
+        let found = diagnosed(&axis, &TwoMasses::usual(), seed);
+        let value = |id: &str| found.nominal.1[found.nominal.0.machine.parameter(id).unwrap()];
+        let (mass, nut, coulomb) = (value("moving_mass"), value("k_nut"), value("coulomb_friction"));
+        println!("mass {mass}, nut {nut:.3e}, friction {coulomb}");
+        // The nut in series with the coupling is the spring of the other model.
+        assert!((mass / 150.0 - 1.0).abs() < 0.01 && (nut / 4.169e7 - 1.0).abs() < 0.01 && (coulomb / 80.5 - 1.0).abs() < 0.01);
+        named.extend(found.verdict.effects);
+    }
+    println!("named on axes as described: {named:?}");
+    assert!(named.is_empty(), "{named:?}");
+}
