@@ -547,3 +547,20 @@ fn published_force_errors_of_emps_in_closed_loop() {
         }
     }
 }
+
+/// A nut with play whose lead errs, too: the table rests against a flank that wanders, and energy closes; far from the flanks nothing is felt.
+#[test]
+fn energy_of_play_with_an_erring_lead_closes() {
+    let lead = "lead_error = { wave = { cosine = 4e-6, sine = 3e-6, period = 5e-3 } }\n";
+    let text = TWO_MASSES.replace("stiffness = 4e7\n", &format!("stiffness = 4e7\ngap = 2e-5\n{lead}"));
+    let sine = Sine { centre: 0.0, amplitude: 0.01, frequency_hz: 1.0, periods: 2.0 }.course(1e-3).unwrap();
+    let own = |text: &str| {
+        run(&machine(&text.replace("[drive.position]\nat = \"table\"", "[drive.position]\nat = \"motor\"\nlead_m = 0.02")), &sine)
+    };
+    let (with, without) = (own(&text), own(&text.replace(lead, "")));
+    assert!(with.energy.imbalance() < 1e-6 && times(&with, EventKind::Closes).len() >= 2, "{:e}", with.energy.imbalance());
+    // Where both are in contact on one side the tables differ by the error of the lead.
+    let difference = with.samples.iter().zip(&without.samples).skip(6000).map(|(a, b)| a.points[1] - b.points[1]);
+    let largest = difference.fold(0.0_f64, |m, x| m.max(x.abs()));
+    assert!((largest / 5e-6 - 1.0).abs() < 0.3, "{largest:e}");
+}

@@ -120,6 +120,16 @@ pub struct Gap {
     pub half: f64,
     pub stiffness: f64,
     pub damping: f64,
+    /// Error of its lead along a coordinate; flat for none.
+    pub travel: usize,
+    pub wave: Wave,
+}
+
+impl Gap {
+    /// How far it is from its middle: the lead's error moves that.
+    pub fn stretch(&self, q: &[f64]) -> f64 {
+        along(&self.along, q) - self.wave.at(q[self.travel]).0
+    }
 }
 
 /// A joint whose lead has an error that repeats.

@@ -151,20 +151,15 @@ impl Plant {
             (at(&joint.stiffness), at(&joint.damping) + machine.stiffness_proportional_damping_s * at(&joint.stiffness));
         let (half, error) = (0.5 * at(&joint.gap), wave(&joint.lead_error.wave, at));
         if half > 0.0 {
-            if joint.relaxation_stiffness.is_some() || !error.is_flat() {
-                let fault = format!(
-                    "joint «{}» has play, and a relaxing damper or a lead error that repeats; describe them as two joints",
-                    joint.name
-                );
+            if joint.relaxation_stiffness.is_some() {
+                let fault = format!("joint «{}» has play and a relaxing damper; describe them as two joints", joint.name);
                 return Err(MotionError::Input(fault));
             }
+            let travel = if error.is_flat() { 0 } else { self.travel(machine, held)? };
             let along = self.along(machine, held)?;
-            self.gaps.push(Gap { name: joint.name.clone(), along, half, stiffness, damping });
-        }
-        if !error.is_flat() {
-            let travel = held.on.iter().find(|(p, _)| machine.points[*p].motion == Motion::Translation).map(|(p, _)| *p);
-            let travel = travel.ok_or_else(|| MotionError::Input(format!("joint «{}» has a lead error, but no travel", joint.name)))?;
-            let travel = self.point(machine, travel, &format!("joint «{}»", joint.name))?;
+            self.gaps.push(Gap { name: joint.name.clone(), along, half, stiffness, damping, travel, wave: error });
+        } else if !error.is_flat() {
+            let travel = self.travel(machine, held)?;
             let along = self.along(machine, held)?;
             self.leads.push(Lead { along, travel, stiffness, damping, wave: error });
         }
@@ -174,6 +169,13 @@ impl Plant {
             self.relaxing.push(Relaxing { along, at: at_state, stiffness: at(series), damping: at(&joint.damping) });
         }
         self.add_friction(machine, joint, at)
+    }
+
+    /// The coordinate along which a joint's lead errs: its first translation.
+    fn travel(&self, machine: &Machine, joint: &Joint) -> Result<usize, MotionError> {
+        let travel = joint.on.iter().find(|(p, _)| machine.points[*p].motion == Motion::Translation).map(|(p, _)| *p);
+        let travel = travel.ok_or_else(|| MotionError::Input(format!("joint «{}» has a lead error, but no travel", joint.name)))?;
+        self.point(machine, travel, &format!("joint «{}»", joint.name))
     }
 
     fn add_friction(&mut self, machine: &Machine, joint: &Joint, at: &impl Fn(&Value) -> f64) -> Result<(), MotionError> {

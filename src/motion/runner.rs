@@ -55,7 +55,7 @@ impl Runner {
         let moving = |velocity: f64| if velocity.abs() < 1e-12 { 0 } else { velocity.signum() as i8 };
         let rubs = plant.rubs.iter().map(|r| if r.bristle.is_some() { 0 } else { moving(along(&r.along, &y[plant.size..])) }).collect();
         let side = |stretch: f64, half: f64| if stretch > half { 1 } else { -i8::from(stretch < -half) };
-        let gaps = plant.gaps.iter().map(|g| side(along(&g.along, &y[..plant.size]), g.half)).collect();
+        let gaps = plant.gaps.iter().map(|g| side(g.stretch(&y[..plant.size]), g.half)).collect();
         let mode = Mode { rubs, gaps, relaxing: vec![None; plant.rubs.iter().filter(|r| r.bristle.is_some()).count()] };
         let n = plant.size;
         let mut finest = vec![f64::INFINITY; plant.states];
@@ -227,7 +227,7 @@ impl Runner {
         });
         for gap in left {
             let plant = &self.stepper.plant;
-            let stretch = along(&plant.gaps[gap].along, &self.y[..plant.size]);
+            let stretch = plant.gaps[gap].stretch(&self.y[..plant.size]);
             self.mode.gaps[gap] = if self.mode.gaps[gap] == 0 { stretch.signum() as i8 } else { 0 };
             let side = self.mode.gaps[gap];
             let kind = if side == 0 { EventKind::Opens } else { EventKind::Closes };

@@ -36,6 +36,7 @@ impl Plant {
         self.winding.is_none_or(|w| w.d.is_none())
             && self.ripple.is_flat()
             && self.leads.is_empty()
+            && self.gaps.iter().all(|g| g.wave.is_flat())
             && self.rubs.iter().all(|r| r.is_level() && r.bristle.is_none())
     }
 
@@ -164,6 +165,14 @@ impl Plant {
             rate[w.q] -= turning * w.inductance_d * y[d] / w.inductance_q;
             rate[d] += turning * w.inductance_q * y[w.q] / w.inductance_d;
         }
+        for (gap, side) in self.gaps.iter().zip(&mode.gaps).filter(|(gap, side)| **side != 0 && !gap.wave.is_flat()) {
+            let (error, slope) = gap.wave.at(q[gap.travel]);
+            let more = gap.stiffness * error + gap.damping * slope * v[gap.travel];
+            let beyond = gap.stretch(q) - f64::from(*side) * gap.half;
+            let true_force = gap.stiffness * beyond + gap.damping * (along(&gap.along, v) - slope * v[gap.travel]);
+            pull(&gap.along, -more, force);
+            force[gap.travel] += slope * true_force;
+        }
         for lead in &self.leads {
             let ((error, slope), plain) = (lead.wave.at(q[lead.travel]), (along(&lead.along, q), along(&lead.along, v)));
             let linear = lead.stiffness * plain.0 + lead.damping * plain.1;
@@ -191,7 +200,7 @@ impl Plant {
             twice += self.mass[i] * v[i] * v[i] + q[i] * k.iter().zip(q).map(|(k, q)| k * q).sum::<f64>() - 2.0 * self.constant[i] * q[i];
         }
         for (gap, side) in self.gaps.iter().zip(&mode.gaps).filter(|(_, side)| **side != 0) {
-            twice += gap.stiffness * (along(&gap.along, q) - f64::from(*side) * gap.half).powi(2);
+            twice += gap.stiffness * (gap.stretch(q) - f64::from(*side) * gap.half).powi(2);
         }
         twice += self.rubs.iter().filter_map(|r| r.bristle).map(|b| b.stiffness * y[b.at].powi(2)).sum::<f64>();
         twice += self.relaxing.iter().map(|r| y[r.at].powi(2) / r.stiffness).sum::<f64>();
@@ -217,7 +226,7 @@ impl Plant {
             lost += v[i] * c.iter().zip(v).map(|(c, v)| c * v).sum::<f64>();
         }
         for (gap, _) in self.gaps.iter().zip(&mode.gaps).filter(|(_, side)| **side != 0) {
-            lost += gap.damping * along(&gap.along, v).powi(2);
+            lost += gap.damping * (along(&gap.along, v) - gap.wave.at(q[gap.travel]).1 * v[gap.travel]).powi(2);
         }
         for (rub, sign) in self.rubs.iter().zip(&mode.rubs) {
             let velocity = along(&rub.along, v);

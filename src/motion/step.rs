@@ -274,7 +274,7 @@ impl Stepper {
     /// How far each play is inside its state: depth of contact, or distance to the nearer side.
     pub fn playing(&self, mode: &Mode, y: &[f64], mut each: impl FnMut(usize, f64)) {
         for (at, (gap, side)) in self.plant.gaps.iter().zip(&mode.gaps).enumerate() {
-            let stretch = along(&gap.along, &y[..self.plant.size]);
+            let stretch = gap.stretch(&y[..self.plant.size]);
             each(at, if *side == 0 { gap.half - stretch.abs() } else { f64::from(*side) * stretch - gap.half });
         }
     }
