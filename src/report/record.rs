@@ -52,6 +52,21 @@ pub struct TransmissionRow {
     pub compared: usize,
 }
 
+/// What a network, trained on what the machine leaves of the fitted records, leaves of those held out: physics is set against it.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct LearnableRow {
+    /// Column of a further point.
+    pub column: String,
+    /// m or rad.
+    pub unit: String,
+    /// Root mean square of what the machine as described leaves of the transmission error, held out.
+    pub before: f64,
+    /// The same with the network.
+    pub with_network: f64,
+    /// The same of the chosen model.
+    pub after: f64,
+}
+
 /// A further point in a record of a diagnosis.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct ChannelRow {
@@ -180,6 +195,9 @@ pub struct MotionRows {
     /// Further points. The gaps of the document are then those of force and transmission errors together, each in units of its own noise.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub transmission: Vec<ChannelRow>,
+    /// What of them can be learnt at all, where records were held out.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub learnable: Vec<LearnableRow>,
 }
 
 fn percent(x: f64) -> String {
@@ -250,6 +268,20 @@ pub fn motion_diagnosis_text(document: &Diagnosis) -> String {
             vec![c.record.clone(), c.column.clone(), left(&c.before), left(&c.after), tracking(&c.before), tracking(&c.after)]
         });
         text += &columns(&["record", "column", "before", "after", "tracking before", "after"].map(String::from), rows);
+    }
+    for l in &motion.learnable {
+        let um = |x: f64| format!("{:.2}", 1e6 * x);
+        let said = match l.after <= 1.2 * l.with_network {
+            true => "physics leaves it nothing to win",
+            false => "what it wins is an effect that is still missing",
+        };
+        text += &wrapped(&format!(
+            "{}, held out: {} µm (µrad) with the machine as described, {} with a network that has learnt it, {} with the chosen model: {said}",
+            l.column,
+            um(l.before),
+            um(l.with_network),
+            um(l.after)
+        ));
     }
     text += "\nwhere — share of the squared misfit of the machine as described, by phase\n";
     let phases = motion.cells.iter().filter(|c| c.by == "phase" && c.direction == "both").map(|c| {

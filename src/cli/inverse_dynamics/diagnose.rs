@@ -6,6 +6,7 @@ use super::super::arguments::DiagnoseArguments;
 use super::super::common::{CommandResult, Loaded, control, deliver, ended, on_threads, plan, prepare, stamp, told, warn};
 use super::super::diagnose::{check_frozen, chosen_effects};
 use super::super::progress::Progress;
+use super::learnable::learnable;
 use crate::diagnosis::motion::{Cell, CellKind, MotionDiagnosis, MotionPart, MotionSettings, diagnose_motion, gap_of};
 use crate::diagnosis::{Status, VerdictKind};
 use crate::inverse_dynamics::{Motion, Phase, phases};
@@ -36,6 +37,12 @@ pub fn diagnose(given: &DiagnoseArguments, loaded: &Loaded) -> CommandResult {
     progress.end();
     let found = ran.map_err(told)?;
     let mut document = to_document(given, loaded, (&fitted, &left), &found, &effects)?;
+    if let Some(rows) = &mut document.motion {
+        let all: Vec<&Motion> = fitted.iter().chain(&left).copied().collect();
+        let before: Vec<&MotionPart> = found.fit.iter().chain(&found.held_out).collect();
+        let after: Vec<&MotionPart> = found.chosen_fit.iter().chain(&found.chosen_held_out).collect();
+        rows.learnable = learnable(&all, (&before, &after), fitted.len(), plan.seed, control.stop());
+    }
     document.stamp.warnings.splice(0..0, told_of);
     warn(&given.output, &document.stamp.warnings);
     let text = format!("{}\n{}", machine.title, motion_diagnosis_text(&document));
@@ -230,6 +237,7 @@ fn motion_rows(loaded: &Loaded, (fit, held_out): (&[&Motion], &[&Motion]), found
         phases: super::phase_names(),
         traces: traces.collect(),
         transmission,
+        learnable: Vec::new(),
     })
 }
 

@@ -2,6 +2,7 @@
 
 mod diagnose;
 mod identify;
+mod learnable;
 mod validate;
 
 pub use diagnose::diagnose;

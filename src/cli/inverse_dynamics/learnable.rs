@@ -1,0 +1,56 @@
+//! What a network learns of the transmission error that a machine leaves: the ceiling physics is set against.
+
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
+
+use crate::diagnosis::motion::MotionPart;
+use crate::inverse_dynamics::Motion;
+use crate::network::{Example, Network};
+use crate::report::record::LearnableRow;
+
+/// Most examples, spread evenly, and beginnings of a training.
+const EXAMPLES: usize = 8000;
+const BEGINNINGS: usize = 4;
+
+/// Column by column of further points: trained on what the machine as described leaves of the records that were fitted, from command and position;
+/// set beside what the chosen model leaves, where something was held out.
+pub fn learnable(
+    motions: &[&Motion],
+    (before, after): (&[&MotionPart], &[&MotionPart]),
+    fitted: usize,
+    seed: u64,
+    stop: &Arc<AtomicBool>,
+) -> Vec<LearnableRow> {
+    let Some(first) = motions.first().filter(|_| fitted < motions.len()) else { return Vec::new() };
+    let row = |(at, further): (usize, &crate::inverse_dynamics::Further)| {
+        let samples = |record: usize, parts: &[&MotionPart]| -> Option<Vec<Example>> {
+            let (motion, part) = (motions[record], parts[record].further.get(at)?);
+            let counts = &motion.further.get(at)?.counts;
+            let all = motion.kept().zip(counts).zip(&part.residual).filter(|((_, counts), _)| **counts);
+            let example = |((i, _), residual): ((usize, &bool), &f64)| Example {
+                command: motion.command_m[i],
+                modelled: motion.position_m[i],
+                deviation: residual / part.weight,
+            };
+            Some(all.map(example).collect())
+        };
+        let of = |records: std::ops::Range<usize>, parts: &[&MotionPart]| -> Option<Vec<Example>> {
+            Some(records.map(|r| samples(r, parts)).collect::<Option<Vec<_>>>()?.concat())
+        };
+        let lesson = of(0..fitted, before)?;
+        let thin: Vec<Example> = lesson.iter().step_by(lesson.len().div_ceil(EXAMPLES).max(1)).copied().collect();
+        let network = Network::train(&thin, seed, BEGINNINGS, stop).ok()?.network;
+        let (unseen, chosen) = (of(fitted..motions.len(), before)?, of(fitted..motions.len(), after)?);
+        let rms = |of: &dyn Fn(&Example) -> f64, all: &[Example]| {
+            (all.iter().map(|e| of(e).powi(2)).sum::<f64>() / all.len().max(1) as f64).sqrt()
+        };
+        Some(LearnableRow {
+            column: further.column.clone(),
+            unit: further.unit.into(),
+            before: rms(&|e| e.deviation, &unseen),
+            with_network: rms(&|e| e.deviation - network.deviation(e.command, e.modelled), &unseen),
+            after: rms(&|e| e.deviation, &chosen),
+        })
+    };
+    first.further.iter().enumerate().filter_map(row).collect()
+}
