@@ -97,7 +97,14 @@ pub fn run(given: &BodeArguments) -> CommandResult {
     let turns = point.and_then(|name| machine.point(name)).is_some_and(|at| machine.points[at].motion == Motion::Rotation);
     let travel = if turns { drive.position.encoder.travel } else { 1.0 };
     let count = usize::from(given.points);
-    let wanted = |i: usize| given.from_hz * (to_hz / given.from_hz).powf(i as f64 / (count - 1) as f64);
+    let even = |i: usize| given.from_hz * (to_hz / given.from_hz).powf(i as f64 / (count - 1) as f64);
+    // Where a sine is nothing, or its own image, at the samples of the position loop, it has no response: beside it, by more than whole periods in
+    // whole samples round it off.
+    let half_hz = 0.5 / drive.position.period_s;
+    let wanted = |i: usize| {
+        let (hz, n) = (even(i), (even(i) / half_hz).round());
+        if n >= 1.0 && (hz / half_hz - n).abs() < 0.0055 * n { 0.992 * n * half_hz } else { hz }
+    };
     let simulated = if given.smooth { crate::motion::smooth(machine) } else { machine.clone() };
     let stop = stop_flag();
     let go_on = || !stop.load(Ordering::Relaxed);
@@ -132,6 +139,7 @@ pub fn run(given: &BodeArguments) -> CommandResult {
         })
         .collect();
     let complete = given.linear || found.iter().all(|f| f.ratio.is_some());
+    let step = drive.position.encoder.step.at(&values, &settings.operating);
     let left_out = machine.left_out_of_frequency_responses().join(", ");
     let warnings: Vec<String> = (!left_out.is_empty())
         .then(|| {
@@ -140,9 +148,16 @@ pub fn run(given: &BodeArguments) -> CommandResult {
             )
         })
         .into_iter()
+        .chain((!given.linear && 10.0 * step > given.amplitude_m).then(|| {
+            format!(
+                "the encoder's step, {step:e}, is no longer small beside the amplitude, {:e}: what is simulated is rounding",
+                given.amplitude_m
+            )
+        }))
         .collect();
     warn(&given.output, &warnings);
-    let bode = document(given, stamp("bode", 0, complete, &loaded, warnings), rows, &loops);
+    let magnitude = |hz: f64| loops.response(hz, coordinate).norm() * travel;
+    let bode = document(given, stamp("bode", 0, complete, &loaded, warnings), rows, &loops, magnitude);
     deliver(&given.output, folder.as_ref(), "bode.json", &bode, &text(&bode))?;
     Ok(if complete { Outcome::Done } else { Outcome::Stopped })
 }
@@ -155,7 +170,22 @@ pub(super) fn known<'m>(machine: &'m Machine, name: &str) -> Result<&'m str, Str
     })
 }
 
-fn document(given: &BodeArguments, stamp: crate::report::document::Stamp, rows: Vec<BodeRow>, loops: &LinearLoops) -> Bode {
+/// Where a magnitude falls below 1/√2, between two frequencies, by halving.
+fn crossing_hz(mut low: f64, mut high: f64, magnitude: impl Fn(f64) -> f64) -> f64 {
+    for _ in 0..50 {
+        let middle = 0.5 * (low + high);
+        if magnitude(middle) >= 0.5_f64.sqrt() { low = middle } else { high = middle }
+    }
+    0.5 * (low + high)
+}
+
+fn document(
+    given: &BodeArguments,
+    stamp: crate::report::document::Stamp,
+    rows: Vec<BodeRow>,
+    loops: &LinearLoops,
+    magnitude: impl Fn(f64) -> f64,
+) -> Bode {
     let mut poles = loops.poles();
     poles.retain(|p| p.frequency_hz > 1e-3);
     poles.sort_by(|a, b| a.damping_ratio().total_cmp(&b.damping_ratio()));
@@ -169,7 +199,7 @@ fn document(given: &BodeArguments, stamp: crate::report::document::Stamp, rows: 
             .iter()
             .map(|p| PoleRow { frequency_hz: p.frequency_hz, damping_ratio: p.damping_ratio(), point: p.point.clone() })
             .collect(),
-        bandwidth_hz: last_above.and_then(|at| Some(0.5 * (rows[at].frequency_hz + rows.get(at + 1)?.frequency_hz))),
+        bandwidth_hz: last_above.and_then(|at| Some(crossing_hz(rows[at].frequency_hz, rows.get(at + 1)?.frequency_hz, magnitude))),
         largest_difference: difference(&|r| Some((r.simulated_magnitude? / r.magnitude - 1.0).abs())),
         largest_phase_difference_deg: difference(&|r| {
             let off = (r.simulated_phase_deg? - r.phase_deg).rem_euclid(360.0);

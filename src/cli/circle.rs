@@ -25,13 +25,13 @@ pub struct CircleArguments {
     #[arg(long, value_name = "KEY=VALUE")]
     pub beside_set: Vec<String>,
     /// Speeds (rad/min)
-    #[arg(long, value_name = "W", value_delimiter = ',', default_value = "60,80,100,120")]
+    #[arg(long, value_name = "W", value_delimiter = ',', default_value = "60,80,100,120", allow_negative_numbers = true)]
     pub speed_rad_min: Vec<f64>,
     /// Radius (m)
-    #[arg(long, value_name = "M", default_value_t = 0.05)]
+    #[arg(long, value_name = "M", default_value_t = 0.05, allow_negative_numbers = true)]
     pub radius_m: f64,
     /// Turns at full speed
-    #[arg(long, value_name = "N", default_value_t = 2.0)]
+    #[arg(long, value_name = "N", default_value_t = 2.0, allow_negative_numbers = true)]
     pub turns: f64,
     /// Point whose travel is judged; by default what the position encoders read
     #[arg(long, value_name = "POINT")]
@@ -71,6 +71,12 @@ pub fn run(given: &CircleArguments) -> CommandResult {
         .par_iter()
         .map(|speed| {
             let circle = Circle { radius: given.radius_m, speed_rad_s: speed / 60.0, turns: given.turns, rise_s: 1.0 };
+            if circle.turns * std::f64::consts::TAU <= 2.0 * SETTLED_S * circle.speed_rad_s {
+                return Err(format!(
+                    "--turns {}: at {speed} rad/min that is over before the axes have settled; write more turns",
+                    given.turns
+                ));
+            }
             let [x, y] = circle.courses(x_s).map_err(told)?;
             let travel = |loaded: &Loaded, course| {
                 let machine = &loaded.config.machine;
@@ -78,7 +84,7 @@ pub fn run(given: &CircleArguments) -> CommandResult {
                 run.map(|trace| (travel(&trace, given.response.as_deref()), trace)).map_err(|e| format!("{}: {e}", loaded.config.path))
             };
             let ((x, x_trace), (y, y_trace)) = (travel(&first, &x)?, travel(&second, &y)?);
-            Ok((x_trace.complete && y_trace.complete).then(|| row(*speed, &circle, (&x, &y), &x_trace, &y_trace)))
+            Ok((x_trace.complete && y_trace.complete).then(|| row(*speed, &circle, x_s, (&x, &y), &x_trace, &y_trace)))
         })
         .collect();
     let rows = rows?;
@@ -93,7 +99,9 @@ pub fn run(given: &CircleArguments) -> CommandResult {
         Circles { stamp, response: given.response.clone(), radius_m: given.radius_m, rows: rows.into_iter().flatten().collect() };
     let heads = ["rad/min", "largest contour error µm", "mean µm", "after a quadrant µm"].map(String::from);
     let um = |x: f64| format!("{:.3}", 1e6 * x);
-    let cells = |r: &CircleRow| vec![format!("{}", r.speed_rad_min), um(r.largest_m), um(r.mean_m), um(r.largest_at_quadrants_m)];
+    let cells = |r: &CircleRow| {
+        vec![format!("{}", r.speed_rad_min), um(r.largest_m), um(r.mean_m), r.largest_at_quadrants_m.map_or_else(|| "–".into(), um)]
+    };
     deliver(&given.output, folder.as_ref(), "circle.json", &document, &columns(&heads, document.rows.iter().map(cells)))?;
     Ok(if complete { Outcome::Done } else { Outcome::Stopped })
 }
@@ -108,13 +116,15 @@ fn travel(trace: &Trace, point: Option<&str>) -> Vec<f64> {
 /// Angle (rad) after a change of quadrant that counts as its neighbourhood.
 const NEAR: f64 = 0.2;
 
-fn row(speed_rad_min: f64, circle: &Circle, (x, y): (&[f64], &[f64]), first: &Trace, second: &Trace) -> CircleRow {
-    // At full speed alone, and at the samples that both axes have.
-    let times: Vec<f64> = first.samples.iter().map(|s| s.time_s).collect();
-    let every = (first.samples.len() as f64 / second.samples.len() as f64).max(1.0).round() as usize;
-    let other = (second.samples.len() as f64 / first.samples.len() as f64).max(1.0).round() as usize;
-    let pairs = x.iter().step_by(every).zip(y.iter().step_by(other)).zip(times.iter().step_by(every));
-    let steady: Vec<(f64, f64)> = pairs.filter(|(_, t)| **t > circle.rise_s + 0.5).map(|((x, y), _)| (*x, *y)).collect();
+/// Time (s) at full speed after which a circle is judged.
+const SETTLED_S: f64 = 0.5;
+
+fn row(speed_rad_min: f64, circle: &Circle, position_s: f64, (x, y): (&[f64], &[f64]), first: &Trace, second: &Trace) -> CircleRow {
+    // At full speed alone, and at the samples of the position loop, which both axes have.
+    let step = |trace: &Trace| (position_s / (trace.samples[1].time_s - trace.samples[0].time_s)).round().max(1.0) as usize;
+    let times = first.samples.iter().step_by(step(first)).map(|s| s.time_s);
+    let pairs = x.iter().step_by(step(first)).zip(y.iter().step_by(step(second))).zip(times);
+    let steady: Vec<(f64, f64)> = pairs.filter(|(_, t)| *t > circle.rise_s + SETTLED_S).map(|((x, y), _)| (*x, *y)).collect();
     let (x, y): (Vec<f64>, Vec<f64>) = steady.into_iter().unzip();
     let error = contour_error(&x, &y, circle.centre(), circle.radius);
     let largest = |of: &mut dyn Iterator<Item = f64>| of.fold(0.0_f64, |m, e| m.max(e.abs()));
@@ -127,6 +137,6 @@ fn row(speed_rad_min: f64, circle: &Circle, (x, y): (&[f64], &[f64]), first: &Tr
         speed_rad_min,
         largest_m: largest(&mut error.iter().copied()),
         mean_m: mean,
-        largest_at_quadrants_m: largest(&mut error.iter().enumerate().filter(|(i, _)| near(*i)).map(|(_, e)| e - mean)),
+        largest_at_quadrants_m: error.iter().enumerate().filter(|(i, _)| near(*i)).map(|(_, e)| (e - mean).abs()).reduce(f64::max),
     }
 }

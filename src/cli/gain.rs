@@ -62,8 +62,9 @@ pub fn run(given: &GainArguments) -> CommandResult {
     if !(from > 0.0 && from < to && to.is_finite()) {
         return Err(format!("--from-per-min {from} --to-per-min {to}: write two gains above 0, the smaller first"));
     }
-    if !(given.rest_s > 0.0 && given.rest_s.is_finite()) {
-        return Err(format!("--rest-s {}: write a time above 0 s, in which the axis comes to rest", given.rest_s));
+    if !(0.2 * given.rest_s >= 5.0 * drive.position.period_s && given.rest_s.is_finite()) {
+        let least = 25.0 * drive.position.period_s;
+        return Err(format!("--rest-s {}: write {least} s or more, in which the axis comes to rest", given.rest_s));
     }
     // A point that turns travels as the position encoder reads it.
     let point = given.response.as_deref().map(|name| known(machine, name)).transpose()?;

@@ -20,16 +20,16 @@ pub struct HoldArguments {
     #[command(flatten)]
     pub sources: Sources,
     /// Frequencies (Hz)
-    #[arg(long, value_name = "F", value_delimiter = ',', default_value = "1,2,5,10,20,50,100,200,500")]
+    #[arg(long, value_name = "F", value_delimiter = ',', default_value = "1,2,5,10,20,50,100,200,400")]
     pub at_hz: Vec<f64>,
     /// An identification.json whose k_s and c_s are told as gains
     #[arg(long, value_name = "FILE", requires = "constant", requires = "lead_m")]
     pub result: Option<PathBuf>,
     /// With --result: torque per output of the velocity loop (N·m/A or N·m/V)
-    #[arg(long, value_name = "G")]
+    #[arg(long, value_name = "G", requires = "result", allow_negative_numbers = true)]
     pub constant: Option<f64>,
     /// With --result: lead of the screw (m per turn)
-    #[arg(long, value_name = "M")]
+    #[arg(long, value_name = "M", requires = "result", allow_negative_numbers = true)]
     pub lead_m: Option<f64>,
     /// With --result: ids of the stiffness and of the damping of the hold
     #[arg(long, value_name = "IDS", value_delimiter = ',', default_value = "k_s,c_s")]
@@ -55,6 +55,12 @@ fn from_gains(given: &HoldArguments) -> CommandResult {
     if let Some(f) = given.at_hz.iter().find(|f| !(**f > 0.0 && f.is_finite())) {
         return Err(format!("--at-hz {f}: write frequencies above 0 Hz"));
     }
+    if let Some(f) = given.at_hz.iter().find(|f| **f > hold.highest_hz()) {
+        return Err(format!(
+            "--at-hz {f}: above {} Hz, half the slowest sampling rate, the loops are no stiffness; write no more",
+            hold.highest_hz()
+        ));
+    }
     let folder = prepare(&given.output)?;
     let row = |&frequency_hz: &f64| {
         let omega = omega_rad_s(frequency_hz);
@@ -69,7 +75,10 @@ fn from_gains(given: &HoldArguments) -> CommandResult {
     let cells = |r: &HoldRow| {
         vec![format!("{}", r.frequency_hz), format!("{:.4e}", r.stiffness), format!("{:.4e}", r.damping), format!("{:.2}", r.phase_deg)]
     };
-    let text = format!("the drive holds «{}» as a spring and a damper\n{}", point.name, columns(&heads, rows.iter().map(cells)));
+    let mut text = format!("the drive at «{}», as a spring and a damper\n{}", point.name, columns(&heads, rows.iter().map(cells)));
+    if rows.iter().any(|r| r.damping < 0.0) {
+        text += "where c_s is below 0 the loops, late or integrating, drive: they are no damper there\n";
+    }
     let document = HoldDocument { stamp: stamp("hold", 0, true, &loaded, Vec::new()), point: Some(point.name.clone()), rows, gains: None };
     deliver(&given.output, folder.as_ref(), "hold.json", &document, &text)?;
     Ok(Outcome::Done)

@@ -61,7 +61,7 @@ pub struct MotionArguments {
     /// Lumps per rod
     #[arg(long, value_name = "N", default_value_t = 4, value_parser = clap::value_parser!(u16).range(1..=50))]
     pub lumps: u16,
-    /// Longest step (s), a whole part of the velocity loop's period
+    /// Longest step (s), a whole part of the innermost loop's period
     #[arg(long, value_name = "S")]
     pub step_s: Option<f64>,
     #[command(flatten)]

@@ -15,7 +15,7 @@ use super::validate::{check_identification, identified_values};
 use super::{bode, circle, gain, hold, motion, published, servo_machine, sweep};
 use crate::machine::{Chain, Machine, Operating};
 use crate::model::{Rods, Structure, undamped_modes};
-use crate::motion::Hold;
+use crate::motion::{Hold, LinearLoops, MotionError, Settings};
 use crate::report::document::{Frfs, Identification, Input};
 use crate::report::simulation::{ModeRow, Modes};
 use crate::unit::omega_rad_s;
@@ -250,7 +250,16 @@ fn closed(
     (response, excitation, rods): (usize, usize, Rods),
     omega_rad_s: &[f64],
 ) -> Result<Vec<Complex64>, String> {
-    let hold = Hold::new(machine, values, operating).map_err(|e| format!("--closed-loop: {e}"))?;
+    let fault = |e: MotionError| format!("--closed-loop: {e}");
+    let hold = Hold::new(machine, values, operating).map_err(fault)?;
+    let settings = Settings { operating: *operating, ..Settings::default() };
+    if let Some(pole) = LinearLoops::new(machine, values, &settings).map_err(fault)?.unstable() {
+        return Err(format!("--closed-loop: the loops are unstable: {}", bode::said(&pole)));
+    }
+    let highest_hz = hold.highest_hz();
+    if omega_rad_s.iter().any(|omega| *omega > crate::unit::omega_rad_s(highest_hz)) {
+        return Err(format!("--to-hz: closed loops are told up to {highest_hz} Hz, half the slowest sampling rate; write no more"));
+    }
     let mut open = BTreeMap::new();
     let among: Vec<usize> = hold.points().into_iter().chain([response]).collect();
     for &at in &among {

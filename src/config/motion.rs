@@ -95,7 +95,7 @@ pub struct DriveFile {
     on: String,
     /// Force or torque per unit of what the velocity loop gives (N/V or N·m/V); with a motor per current (N/A or N·m/A).
     constant: Number,
-    /// From a sample to the force it makes (s).
+    /// From a sample to the force it makes (s); with a motor, to its voltage.
     delay_s: Option<Number>,
     /// Largest size of what the velocity loop gives (V); without limit by default.
     saturation: Option<Number>,

@@ -43,6 +43,13 @@ impl ServoFile {
                 return Err(format!("joint.{joint}.servo.{key}: is {x}; write a number above 0"));
             }
         }
+        for (key, gain) in [("position_gain_per_s", &self.position_gain_per_s), ("velocity_gain", &self.velocity_gain)] {
+            if let Number::Fixed(x) = gain
+                && !(*x >= 0.0 && x.is_finite())
+            {
+                return Err(format!("joint.{joint}.servo.{key}: is {x}; write 0 or a number above it"));
+            }
+        }
         let base = Source::Number(self.constant * self.lead_m.map_or(1.0, travel_per_radian_m));
         let damping = times(base, &self.velocity_gain, joint, "velocity_gain")?;
         let stiffness = times(damping.clone(), &self.position_gain_per_s, joint, "position_gain_per_s")?;

@@ -147,6 +147,9 @@ pub struct DrivePatch {
     pub velocity: VelocityLoopPatch,
 }
 
+/// Most periods of a loop that a delay or a difference may take.
+const MOST_PERIODS: f64 = 1000.0;
+
 impl Machine {
     fn resolve_wave(&self, part: &str, patch: &WavePatch) -> Result<Wave, MachineError> {
         let value = |key: &str, source| self.value(&format!("{part}.{key}"), source);
@@ -351,6 +354,17 @@ impl Machine {
             ));
         }
         self.check_motor(drive)?;
+        let (delay_s, inner_s) = (at(&drive.delay_s), drive.period_s());
+        if !(delay_s <= MOST_PERIODS * inner_s) {
+            let told = format!("is {delay_s} s, more than {MOST_PERIODS} periods of the innermost loop; write a shorter one");
+            return Err(fault("drive.delay_s", told));
+        }
+        if !(inner_s >= 1e-7) {
+            return Err(fault("drive", format!("its innermost loop has a period of {inner_s} s; write 1e-7 s or more")));
+        }
+        if matches!(drive.velocity.tachometry, Tachometry::Difference(periods) if periods as f64 > MOST_PERIODS) {
+            return Err(fault("drive.velocity.over_s", format!("is more than {MOST_PERIODS} periods of the loop; write a shorter time")));
+        }
         if drive.velocity.tachometry == Tachometry::Difference(0) {
             return Err(fault("drive.velocity.over_s", "is no multiple of the loop's period; write one that is, or leave it out"));
         }
@@ -380,8 +394,11 @@ impl Machine {
                 _ => Ok(()),
             };
         };
-        if pairs == 0 {
-            return Err(fault("drive.motor.pole_pairs", "is 0; write the number of pole pairs, or leave it out for direct current"));
+        if !(1..=1000).contains(&pairs) {
+            return Err(fault(
+                "drive.motor.pole_pairs",
+                format!("is {pairs}; write the number of pole pairs, or leave it out for direct current"),
+            ));
         }
         if self.points[drive.on].motion != Motion::Rotation {
             return Err(fault("drive.motor.pole_pairs", format!("«{}» does not turn; leave pole_pairs out", self.points[drive.on].name)));

@@ -10,13 +10,13 @@ use crate::machine::{Drive, Machine, Operating, Tachometry, Value};
 /// What a drive that holds its position does to the machine: a force −Σ Z·q on the driven point, each Z from the coordinate q of one point.
 ///
 /// ```text
-/// F = −S(ω)·[ G·k_v·(1 + 1/(T_i·iω))·( k_p·x_p·s_p + D·x_v )·s_v ]       k_s = Re Z,  c_s = Im Z/ω
+/// F = −S(ω)·k_v·(1 + 1/(T_i·iω))·( k_p·x_p·s_p + D·x_v·s_v )             k_s = Re Z,  c_s = Im Z/ω
 /// D  = (1 − e^{−iωPT})/(P·T) for differences over P periods, iω for a tachometer
 /// s  = e^{−iωT/2}·sin(ωT/2)/(ωT/2), the mean delay of a value held over a period T
-/// S  = e^{−iωτ}, with a winding times C/(R + iωL + C), to which C/(…) → 0 without current loop adds the voltage that motion induces
+/// S  = G·e^{−iωτ}; with a winding G·e^{−iωτ}/(R + iωL); with a current loop, whose voltage is late, G·C·e^{−iωτ}/(R + iωL + C·e^{−iωτ}·s_c)
 /// ```
 ///
-/// At low frequency, without integral: k_s = G·k_v·k_p·i, c_s = G·k_v·i with i = lead/2π.
+/// A winding adds what motion induces, G·k·iω over the same denominator. At low frequency, without integral: k_s = G·k_v·k_p·i, c_s = G·k_v·i with i = lead/2π.
 ///
 /// # Units      N/m or N·m/rad (force of the driven point per coordinate of the other)
 /// # Limits     below half the loops' sampling rates; what aliases from above is left out (poles of [`super::LinearLoops`] have it)
@@ -84,14 +84,17 @@ impl Hold {
         let n = &self.numbers;
         let s = Complex64::new(0.0, omega_rad_s);
         let rate = n.differenced.map_or(s, |over_s| (1.0 - (-s * over_s).exp()) / over_s);
-        let speed = n.velocity_gain * (1.0 + n.integral_time_s.recip() / s) * held(omega_rad_s, n.periods_s.1) * (-s * n.delay_s).exp();
+        let late = (-s * n.delay_s).exp();
+        let speed = n.velocity_gain * (1.0 + n.integral_time_s.recip() / s) * held(omega_rad_s, n.periods_s.1);
         let (share, induced) = match (n.winding, n.current) {
             // Force per output of the velocity loop, and per rate of the driven point.
-            (None, _) => (Complex64::from(n.constant), Complex64::ZERO),
-            (Some((r, l, k)), None) => (n.constant / (r + s * l), n.constant * k / (r + s * l)),
+            (None, _) => (n.constant * late, Complex64::ZERO),
+            (Some((r, l, k)), None) => (n.constant * late / (r + s * l), n.constant * k / (r + s * l)),
             (Some((r, l, k)), Some((gain, time_s, period_s))) => {
-                let loops = gain * (1.0 + time_s.recip() / s) * held(omega_rad_s, period_s);
-                (n.constant * loops / (r + s * l + loops), n.constant * k / (r + s * l + loops))
+                // Its own hold is within that of the velocity loop, which samples at its samples, but not on the way around.
+                let loops = gain * (1.0 + time_s.recip() / s) * late;
+                let whole = r + s * l + loops * held(omega_rad_s, period_s);
+                (n.constant * loops / whole, n.constant * k / whole)
             }
         };
         // The velocity loop samples faster than the position loop holds: the hold of the latter within that of the former counts once.
@@ -123,6 +126,11 @@ impl Hold {
         let stiffness = self.stiffness(omega_rad_s);
         let by = |force: usize| stiffness.iter().map(|&(point, z)| z * open(point, force)).sum::<Complex64>();
         open(response, excitation) - open(response, self.on) * by(excitation) / (1.0 + by(self.on))
+    }
+
+    /// Half the slowest sampling rate (Hz): above it a held sample is no mean delay.
+    pub fn highest_hz(&self) -> f64 {
+        0.5 / self.numbers.periods_s.0.max(self.numbers.periods_s.1)
     }
 
     /// Points (index) whose receptances [`Hold::close`] asks for, beside the response: encoders and driven point.

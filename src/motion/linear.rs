@@ -161,6 +161,7 @@ impl LinearLoops {
         let tick_s = position_s / in_position as f64;
         let (a, b) = equations(&plant);
         let delay = at(&drive.delay_s) / tick_s;
+        let delay = if (delay - delay.round()).abs() < 1e-9 { delay.round() } else { delay };
         let behind = delay.floor() as usize;
         let late = delay.fract() * tick_s;
         let (before, after) = (held(&a, &b, late), held(&a, &b, tick_s - late));

@@ -130,7 +130,7 @@ impl SCurve {
         let times = self.times_s()?;
         let leg_s = times.2 + rest_s;
         let legs = if and_back { 2.0 } else { 1.0 };
-        let samples = ((rest_s + legs * leg_s) / step_s).ceil() as usize + 1;
+        let samples = samples("s-curve", rest_s + legs * leg_s, step_s)?;
         let command = |at: usize| {
             let time_s = at as f64 * step_s - rest_s;
             let mut share = Self::share(time_s.min(times.2), times);
@@ -141,6 +141,20 @@ impl SCurve {
         };
         Ok(Course::new(step_s, (0..samples).map(command).collect()))
     }
+}
+
+/// Most samples of a command.
+const MOST_SAMPLES: f64 = 2e7;
+
+/// Samples of a command that takes so long.
+fn samples(what: &str, whole_s: f64, step_s: f64) -> Result<usize, MotionError> {
+    let count = (whole_s / step_s).ceil() + 1.0;
+    if count <= MOST_SAMPLES {
+        return Ok(count as usize);
+    }
+    Err(MotionError::Input(format!(
+        "{what}: takes {whole_s:.3e} s, more than {MOST_SAMPLES:e} samples of {step_s} s; go faster, or less far"
+    )))
 }
 
 /// A sine about a centre, whose amplitude grows over the first period, so that it begins at rest.
@@ -173,7 +187,7 @@ impl Sine {
             );
             return Err(MotionError::Input(fault));
         }
-        let samples = (self.periods / (self.frequency_hz * step_s)).ceil() as usize + 1;
+        let samples = samples("sine", self.periods / self.frequency_hz, step_s)?;
         let command = |at: usize| {
             let turns = at as f64 * step_s * self.frequency_hz;
             // 3s² − 2s³ of the first period.
@@ -218,7 +232,7 @@ impl Circle {
             )));
         }
         let whole_s = self.rise_s + TAU * self.turns / self.speed_rad_s;
-        let samples = (whole_s / step_s).ceil() as usize + 1;
+        let samples = samples("circle", whole_s, step_s)?;
         let angle = |at: usize| {
             let time_s = at as f64 * step_s;
             let s = (time_s / self.rise_s).min(1.0);

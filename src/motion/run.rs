@@ -39,6 +39,7 @@ pub fn simulate(
     let step_s = loops.period_s / parts as f64;
     // What the drive gives follows its sample by whole periods and a rest, which lies in one of the steps.
     let delay = loops.delay_s / loops.period_s;
+    let delay = if (delay - delay.round()).abs() < 1e-9 { delay.round() } else { delay };
     let (behind, rest) = (delay.floor() as usize, delay.fract() * parts as f64);
     let (rest_at, rest) = (rest.floor() as usize, rest.fract());
     let units = if rest > 1e-9 { vec![step_s, rest * step_s, (1.0 - rest) * step_s] } else { vec![step_s] };
@@ -142,7 +143,7 @@ fn check_stroke(machine: &Machine, course: &Course, settings: &Settings) -> Resu
         let beyond = course.command.iter().position(|x| !(lower..=upper).contains(x));
         if let Some(at) = beyond {
             let fault = format!(
-                "at {:.4} s the reference is {:.4}, beyond the stroke from {lower} to {upper} (drive.position.limits_m); travel less",
+                "at {:.4} s the reference is {:.4e}, beyond the stroke from {lower} to {upper} (drive.position.limits_m); travel less",
                 at as f64 * course.step_s,
                 course.command[at]
             );

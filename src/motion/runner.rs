@@ -157,7 +157,7 @@ impl Runner {
         };
         self.energy.supplied_j += work;
         let force = plant.winding.map_or(self.input[0], |w| w.force(&stepper.half));
-        if force * stepper.half[plant.size + plant.drive] > 0.0 {
+        if force * stepper.half[plant.size + plant.drive] >= 0.0 {
             self.energy.driving_j += work;
         }
         self.energy.turned_over_j += work.abs();

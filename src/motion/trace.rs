@@ -50,7 +50,7 @@ pub struct Sample {
 pub struct Energy {
     /// Work of the drive.
     pub supplied_j: f64,
-    /// What of it was put in while the drive's force went with its motion: it drives, and is not dragged.
+    /// What of it was put in while the drive's force did not go against its motion: it drives or holds, and is not dragged.
     pub driving_j: f64,
     /// Stored at the end less stored at the start.
     pub stored_j: f64,

@@ -136,8 +136,8 @@ pub struct CircleRow {
     pub largest_m: f64,
     /// Its mean: above 0 outside (m).
     pub mean_m: f64,
-    /// Largest |distance from the mean| just after an axis has turned (m).
-    pub largest_at_quadrants_m: f64,
+    /// Largest |distance from the mean| just after an axis has turned (m); `null` where none turned.
+    pub largest_at_quadrants_m: Option<f64>,
 }
 
 /// `circle.json`.

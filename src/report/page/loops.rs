@@ -123,8 +123,8 @@ pub fn hybrid(of: &Hybrid) -> String {
 pub fn circle(of: &Circles) -> String {
     let mut table = TextTable::new("Contour error (µm)", 1, ["Speed (rad/min)", "Largest", "Mean", "Just after a quadrant"]);
     let um = |x: f64| format!("{:.3}", 1e6 * x);
-    of.rows
-        .iter()
-        .for_each(|r| table.row([rounded(r.speed_rad_min, 4).to_string(), um(r.largest_m), um(r.mean_m), um(r.largest_at_quadrants_m)]));
+    of.rows.iter().for_each(|r| {
+        table.row([rounded(r.speed_rad_min, 4).to_string(), um(r.largest_m), um(r.mean_m), cell(r.largest_at_quadrants_m, um)])
+    });
     table.html()
 }
