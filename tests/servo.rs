@@ -118,7 +118,7 @@ fn limit_fast_loops_are_of_the_second_order() {
              [drive]\non = \"table\"\nconstant = 1.0\n[drive.position]\ngain_per_s = {position}\nperiod_s = {period_s}\n[drive.velocity]\nmeasured = \"tachometer\"\ngain = {velocity}\nperiod_s = {period_s}\n"
         );
         let samples = (0.2 / period_s).round() as usize;
-        let trace = run(&machine(&text), &Course::new(period_s, vec![1.0; samples]).from_rest_at(0.0));
+        let trace = run(&machine(&text), &Course { start_position: Some(0.0), ..Course::new(period_s, vec![1.0; samples]) });
         let (wn, a): (f64, f64) = ((velocity * position / mass).sqrt(), 0.5 * velocity / mass);
         let wd = (wn * wn - a * a).sqrt();
         trace
@@ -129,16 +129,6 @@ fn limit_fast_loops_are_of_the_second_order() {
     };
     let (coarse, fine) = (off(1e-4), off(1e-5));
     assert!(fine < 1e-3 && (5.0..20.0).contains(&(coarse / fine)), "{coarse:e} {fine:e}");
-}
-
-trait FromRest {
-    fn from_rest_at(self, position: f64) -> Self;
-}
-
-impl FromRest for Course {
-    fn from_rest_at(self, position: f64) -> Self {
-        Course { start_position: Some(position), ..self }
-    }
 }
 
 /// A sine, simulated, is what the linear loops foretell, up to half the velocity loop's rate: rigid, flexible with direct current, synchronous with

@@ -16,9 +16,9 @@ pub fn bode(of: &Bode) -> String {
         let y = if log { log_axis(title) } else { axis(title) };
         let caption = format!("From the command to {}.", escape(to));
         let mut chart = Chart::new(id, label, &caption, 300, layout().show_legend(true).x_axis(log_axis("frequency (Hz)")).y_axis(y));
-        let both: [(&str, Vec<(f64, Option<f64>)>); 2] = [
-            ("linearised", of.rows.iter().map(|r| (r.frequency_hz, pick(r).0)).collect()),
-            ("simulated", of.rows.iter().map(|r| (r.frequency_hz, pick(r).1)).collect()),
+        let both = [
+            ("linearised", of.rows.iter().map(|r| (r.frequency_hz, pick(r).0)).collect::<Vec<_>>()),
+            ("simulated", of.rows.iter().map(|r| (r.frequency_hz, pick(r).1)).collect::<Vec<_>>()),
         ];
         for (n, (name, points)) in both.into_iter().enumerate() {
             let (x, y): (Vec<f64>, Vec<f64>) = points.into_iter().filter_map(|(x, y)| Some((x, y?))).unzip();
@@ -58,7 +58,8 @@ pub fn gain(of: &GainStudy) -> String {
     let caption = "Each relative to its largest; the cost is the error's share, less what is gained of energy and time.";
     let axes = layout().show_legend(true).x_axis(axis("gain of the position loop (1/min)")).y_axis(axis("share, and cost"));
     let mut chart = Chart::new("gain", "What a gain costs", caption, 320, axes);
-    let picks: [(&str, fn(&GainStudyRow) -> Option<f64>); 4] =
+    type Pick = fn(&GainStudyRow) -> Option<f64>;
+    let picks: [(&str, Pick); 4] =
         [("time", |r| r.time_s), ("static error", |r| r.static_error), ("energy", |r| r.energy_j), ("cost", |r| r.cost)];
     for (n, (name, pick)) in picks.into_iter().enumerate() {
         let largest = if name == "cost" { Some(1.0) } else { of.rows.iter().filter_map(pick).reduce(f64::max) };
