@@ -170,7 +170,7 @@ impl Rigid {
     }
 
     /// Rate of a joint's combination over that of the reading.
-    pub(super) fn ratio(&self, on: &[(usize, f64)]) -> f64 {
+    pub fn ratio(&self, on: &[(usize, f64)]) -> f64 {
         on.iter().map(|(point, c)| c * self.ratios[*point]).sum()
     }
 

@@ -3,7 +3,7 @@
 use nalgebra::{DMatrix, DVector};
 
 use crate::inverse_dynamics::{Fit, InverseError, Motion, Rigid, free_parameters, recorded};
-use crate::machine::Machine;
+use crate::machine::{Machine, Operating, Value};
 
 /// Parts of a record that are left out one after another.
 const PARTS: usize = 12;
@@ -116,13 +116,16 @@ const ALONG: f64 = 0.015;
 const DRIFT: f64 = 0.01;
 /// Standard deviation of the force by which a change of direction is blurred, early or late, as a share of the force's root mean square.
 const TURN: f64 = 0.3;
+/// Travels (m) over which friction ordinarily builds up before it slides, the wind-up of the parts that carry it included, and the standard
+/// deviation of its share that does.
+const REACHES: [(f64, f64); 2] = [(1e-6, 1.0), (4e-6, 0.5)];
 /// Standard deviation of a scale's error along the travel, per travel.
 const SCALE: f64 = 2e-6;
 
 impl MotionData<'_> {
     /// What is ordinarily a little wrong: synchrony of force and position, the blur of filter and differences, also where
     /// the axis turns, friction and force that vary
-    /// smoothly along the travel, their drift.
+    /// smoothly along the travel, their drift, and the micrometres that rolling elements and seals give way before they slide.
     ///
     /// # Source  widths: a drive holds its force for a sample, which comes half a sample late; guides are ground to a few percent of preload; friction of a
     /// warm axis changes by percents within a record.
@@ -156,6 +159,14 @@ impl MotionData<'_> {
         };
         all.push(Nuisance { name: "~turn late".into(), column: self.column(late) });
         all.push(Nuisance { name: "~turn blurred".into(), column: self.column(blurred) });
+        for (reach_m, sd) in REACHES {
+            let elastic = elastic(machine, &fit.values, rigid, reach_m);
+            let change = |m: &Motion| {
+                let (soft, stiff) = (rigid.force(&elastic, &fit.values, m), force(m));
+                soft.iter().zip(stiff).map(|(a, b)| sd * (a - b)).collect::<Vec<f64>>()
+            };
+            all.push(Nuisance { name: format!("~slides after {:.0} µm", 1e6 * reach_m), column: self.column(change) });
+        }
         for n in [1.0, 2.0, 3.0] {
             let wave = |m: &Motion| m.position_m.iter().map(|x| ALONG * level * angle(*x, n).cos()).collect::<Vec<f64>>();
             let turned = |m: &Motion| wave(m).iter().zip(direction(m)).map(|(w, s)| w * s).collect::<Vec<f64>>();
@@ -197,6 +208,19 @@ impl MotionData<'_> {
     pub fn free(&self, machine: &Machine, frozen: &[String]) -> Result<Vec<usize>, InverseError> {
         free_parameters(machine, frozen)
     }
+}
+
+/// The machine with dry friction that builds up over a travel (m of the reading) where it is described to be there at once.
+fn elastic(machine: &Machine, values: &[f64], rigid: &Rigid, reach_m: f64) -> Machine {
+    let mut elastic = machine.clone();
+    for joint in &mut elastic.joints {
+        let number = |value: &Value| value.at(values, &Operating::default());
+        let (level, way) = (number(&joint.friction.coulomb), rigid.ratio(&joint.on).abs() * reach_m);
+        if level > 0.0 && way > 0.0 && number(&joint.friction.presliding_stiffness) == 0.0 {
+            joint.friction.presliding_stiffness = Value::number(level / way);
+        }
+    }
+    elastic
 }
 
 /// Columns beside one another.
