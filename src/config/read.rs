@@ -105,6 +105,7 @@ pub fn read_machine_text(path: &str, text: &str, overrides: Overrides<'_>, witho
     let patch = file.patch().map_err(content)?;
     let empty = Machine { title, stiffness_proportional_damping_s: share_s, ..Machine::default() };
     let mut machine = empty.with(&patch).map_err(|e| content(e.to_string()))?;
+    let effects = one_of_each(effects, &machine);
     for id in contained.iter().filter(|id| !without.contains(id)) {
         let effect = effects.iter().find(|e| e.id == *id).ok_or_else(|| {
             let known: Vec<&str> = effects.iter().map(|e| e.id.as_str()).collect();
@@ -121,6 +122,19 @@ pub fn read_machine_text(path: &str, text: &str, overrides: Overrides<'_>, witho
         .map(|id| format!("{path}: nothing uses [parameter.{id}]; name it in a joint, point or shaft, or take it out"))
         .collect();
     Ok(MachineConfig { warnings, path: path.into(), text: text.into(), machine, effects })
+}
+
+/// Of effects with one id, made for machines described in different words, the first that a machine has what it needs for.
+fn one_of_each(effects: Vec<Effect>, machine: &Machine) -> Vec<Effect> {
+    let mut kept: Vec<Effect> = Vec::with_capacity(effects.len());
+    for effect in effects {
+        match kept.iter_mut().find(|e| e.id == effect.id) {
+            None => kept.push(effect),
+            Some(before) if machine.lacks(before).is_some() && machine.lacks(&effect).is_none() => *before = effect,
+            Some(_) => {}
+        }
+    }
+    kept
 }
 
 /// Parses TOML; errors carry file and line. Overrides are applied to the keys before they are understood.

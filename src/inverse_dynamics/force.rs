@@ -2,6 +2,7 @@
 
 use nalgebra::DMatrix;
 
+use super::beyond::Beyond;
 use super::error::InverseError;
 use super::recipe::Motion;
 use crate::machine::{Friction, Machine, Motion as Kind, Operating, Value, Wave};
@@ -78,18 +79,24 @@ impl Rigid {
 
     /// Force (N) or torque (N·m) of the drive per acceleration of the reading (m/s²).
     pub fn inertia(&self, machine: &Machine, values: &[f64]) -> f64 {
+        self.inertia_of(machine, values, &|_| true) / self.driven
+    }
+
+    /// Mass (kg) felt at the reading of some of the points, with the shafts between them.
+    pub(super) fn inertia_of(&self, machine: &Machine, values: &[f64], counts: &dyn Fn(usize) -> bool) -> f64 {
         let at = Operating::default();
-        let mut inertia: f64 = machine.points.iter().zip(&self.ratios).map(|(p, r)| p.inertia.at(values, &at) * r * r).sum();
+        let own = machine.points.iter().zip(&self.ratios).enumerate().filter(|(i, _)| counts(*i));
+        let mut inertia: f64 = own.map(|(_, (p, r))| p.inertia.at(values, &at) * r * r).sum();
         for shaft in &machine.shafts {
             for (kind, point) in [
                 (Kind::Translation, shaft.stations.iter().find_map(|s| s.axial)),
                 (Kind::Rotation, shaft.stations.iter().find_map(|s| s.torsion)),
             ] {
-                let ratio = point.map_or(0.0, |p| self.ratios[p]);
+                let ratio = point.filter(|p| counts(*p)).map_or(0.0, |p| self.ratios[p]);
                 inertia += shaft.inertia(kind, values, &at) * ratio * ratio;
             }
         }
-        inertia / self.driven
+        inertia
     }
 
     /// Force or torque of the drive at a constant velocity (m/s), without what depends on the position.
@@ -115,8 +122,9 @@ impl Rigid {
     /// r_d·F(t) = Σ mᵢ·rᵢ²·a + Σ rⱼ·( cⱼ·rⱼ·v + frictionⱼ(rⱼ·v, rⱼ·x) )        recorded(t) = ( F(t + τ) − ripple ) / (1 + e)
     /// ```
     ///
-    /// rᵢ the rate of a point, rⱼ that of a joint's combination, r_d of the driven point. Springs, play and errors of the lead are not in it: they move
-    /// parts against each other, which [`Rigid::transmission`] tells.
+    /// rᵢ the rate of a point, rⱼ that of a joint's combination, r_d of the driven point. Springs and errors of the lead are not in it: they move
+    /// parts against each other, which [`Rigid::transmission`] tells. Where one joint has play, or an effect puts a spring in series with it, what is
+    /// beyond it follows the encoder by its own equation of motion; not so where further points were recorded, whose turns count for nothing.
     ///
     /// # Units      m, s, N (or rad, N·m at a driven angle)
     /// # Errors     none; parameters out of their range give what they give
@@ -135,13 +143,18 @@ impl Rigid {
     /// What moves a machine along a motion, and what resists.
     pub(super) fn balance(&self, machine: &Machine, values: &[f64], motion: &Motion) -> Balance {
         let number = |value: &Value| value.at(values, &Operating::default());
-        let inertia = self.driven * self.inertia(machine, values);
+        let beyond = if motion.further.is_empty() { Beyond::new(self, machine, values) } else { None };
+        let carried = beyond.as_ref().map(|beyond| beyond.follow(self, values, motion));
+        let inertia = self.inertia_of(machine, values, &|p| beyond.as_ref().is_none_or(|b| !b.holds(&[(p, 1.0)])));
         let mut sum: Vec<f64> = motion.acceleration_m_s2.iter().map(|a| inertia * a).collect();
+        if let Some(carried) = carried {
+            sum.iter_mut().zip(carried).for_each(|(sum, force)| *sum += force);
+        }
         let mut load_share = Vec::new();
         let mut rubbing = Vec::new();
         for (at, joint) in machine.joints.iter().enumerate() {
             let ratio = self.ratio(&joint.on);
-            if ratio.abs() < 1e-12 {
+            if ratio.abs() < 1e-12 || beyond.as_ref().is_some_and(|b| b.holds(&joint.on)) {
                 continue;
             }
             let damping = number(&joint.damping);
@@ -236,21 +249,21 @@ struct Travel<'m> {
 }
 
 /// A friction law with its numbers.
-struct Law {
+pub(super) struct Law {
     coulomb: f64,
     offset: f64,
     asymmetry: f64,
     stribeck: f64,
     velocity: f64,
     exponent: f64,
-    stiffness: f64,
+    pub stiffness: f64,
     damping: f64,
     wave: Option<Waved>,
     load_share: f64,
 }
 
 impl Law {
-    fn new(friction: &Friction, number: &impl Fn(&Value) -> f64) -> Self {
+    pub fn new(friction: &Friction, number: &impl Fn(&Value) -> f64) -> Self {
         Law {
             coulomb: number(&friction.coulomb),
             offset: number(&friction.offset),
@@ -289,20 +302,29 @@ impl Law {
             .velocity_m_s
             .iter()
             .zip(&motion.position_m)
-            .map(|(v, x)| {
-                let (v, x) = (travel.ratio * v, travel.ratio * x);
-                let level = self.level(v, x);
-                let rubbing = if self.stiffness > 0.0 {
-                    let held = level.max(1e-12) / self.stiffness;
-                    let settled = sign(v) * held;
-                    let before = deflection;
-                    deflection = settled + (before - settled) * (-v.abs() * motion.step_s / held).exp();
-                    self.stiffness * deflection + self.damping * (deflection - before) / motion.step_s
-                } else {
-                    sign(v) * level
-                };
-                rubbing + self.asymmetry * v.abs() + self.offset
-            })
+            .map(|(v, x)| self.slide(&mut deflection, travel.ratio * v, travel.ratio * x, motion.step_s))
             .collect()
+    }
+
+    /// Its force at a velocity and a position, after a step of that velocity.
+    pub fn slide(&self, deflection: &mut f64, v: f64, x: f64, step_s: f64) -> f64 {
+        let level = self.level(v, x);
+        let rubbing = if self.stiffness > 0.0 {
+            let held = level.max(1e-12) / self.stiffness;
+            let settled = sign(v) * held;
+            let before = *deflection;
+            *deflection = settled + (before - settled) * (-v.abs() * step_s / held).exp();
+            self.stiffness * *deflection + self.damping * (*deflection - before) / step_s
+        } else {
+            sign(v) * level
+        };
+        rubbing + self.asymmetry * v.abs() + self.offset
+    }
+
+    /// Has it build up over a travel where it is described to be there at once.
+    pub fn build_up_over(&mut self, travel: f64) {
+        if self.stiffness == 0.0 {
+            self.stiffness = self.level(0.0, 0.0).max(0.0) / travel;
+        }
     }
 }

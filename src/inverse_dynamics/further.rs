@@ -7,7 +7,7 @@ use super::force::Rigid;
 use super::recipe::Motion;
 use crate::machine::{Machine, Motion as Kind};
 use crate::measurement::MotionRecord;
-use crate::numeric::filter::{LowPass, decimated};
+use crate::numeric::filter::decimated;
 use crate::numeric::statistics::root_mean_square;
 
 /// What one further point of a machine reads along a motion.
@@ -166,7 +166,7 @@ impl Motion {
 
     fn filtered(&self, column: &str, samples: &[f64]) -> Result<Vec<f64>, InverseError> {
         let short = || InverseError::Data(format!("{}: {column} is shorter than its filters need; record for longer", self.source));
-        LowPass::butterworth(self.recipe.order, 2.0 * self.recipe.cutoff_hz * self.step_s).forward_backward(samples).ok_or_else(short)
+        self.recipe.low_pass(self.step_s).forward_backward(samples).ok_or_else(short)
     }
 
     fn read(&self, point: usize, column: String, reading: &[f64], ratio: f64, machine: &Machine) -> Option<Further> {

@@ -4,6 +4,7 @@
 //! Where further points of the machine were recorded, what their springs, plays and leads put between them and the encoder is fitted along,
 //! each channel in units of its noise.
 
+mod beyond;
 mod curve;
 mod error;
 mod fit;

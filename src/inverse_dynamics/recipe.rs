@@ -41,6 +41,11 @@ impl Recipe {
         }
     }
 
+    /// The position's filter at a sampling step (s).
+    pub(super) fn low_pass(&self, step_s: f64) -> LowPass {
+        LowPass::butterworth(self.order, 2.0 * self.cutoff_hz * step_s)
+    }
+
     /// Fewest samples of a record.
     fn needed(&self) -> usize {
         self.dropped + 20 * self.factor.max(2) + 3 * 8 + 1
@@ -91,7 +96,7 @@ impl Motion {
         if record.samples() < recipe.needed() {
             return Err(short());
         }
-        let low_pass = LowPass::butterworth(recipe.order, 2.0 * recipe.cutoff_hz * record.step_s);
+        let low_pass = recipe.low_pass(record.step_s);
         let position_m = low_pass.forward_backward(&record.position_m).ok_or_else(short)?;
         let slope = |x: &[f64]| central_differences(x).into_iter().map(|d| d / record.step_s).collect::<Vec<f64>>();
         let velocity_m_s = slope(&position_m);

@@ -18,6 +18,8 @@ pub(super) struct Evidence<'e> {
     pub base: &'e Chosen,
     pub chosen: &'e Chosen,
     pub names: &'e [String],
+    /// What they leave of what the machine fails to foretell of parts left out.
+    pub loss: f64,
     pub same: &'e [usize],
     pub located: &'e [LocatedMotion],
     pub faulty: Vec<Contradiction>,
@@ -25,7 +27,7 @@ pub(super) struct Evidence<'e> {
 
 /// The verdict.
 pub(super) fn conclude(evidence: &Evidence<'_>) -> Verdict {
-    let Evidence { work, first, base, chosen, names, same, located, faulty } = evidence;
+    let Evidence { work, first, base, chosen, names, loss: chosen_loss, same, located, faulty } = evidence;
     let say = |kind: VerdictKind, effects: Vec<String>, reason: String, next: Option<String>| Verdict { kind, effects, reason, next };
     if !faulty.is_empty() {
         let reason = faulty.iter().map(|f| f.says.clone()).collect::<Vec<_>>().join("; ");
@@ -85,10 +87,9 @@ pub(super) fn conclude(evidence: &Evidence<'_>) -> Verdict {
         return say(VerdictKind::WrongParameter, Vec::new(), reason, next);
     }
     // What the chosen effects leave, beside what the best free shape leaves.
-    let chosen_loss = left(&chosen.1);
-    if free_loss < DOUBT * chosen_loss && chosen_loss > DOUBT * DOUBT {
+    if free_loss < DOUBT * chosen_loss && *chosen_loss > DOUBT * DOUBT {
         let reason = format!(
-            "the best of the library, {}, leaves {:.0} % of the squared misfit; a free function of {place} leaves {:.0} %",
+            "the best of the library, {}, leaves {:.0} % of what the machine fails to foretell of parts left out; a free function of {place} leaves {:.0} %",
             names.join("+"),
             100.0 * chosen_loss,
             100.0 * free_loss
@@ -101,7 +102,7 @@ pub(super) fn conclude(evidence: &Evidence<'_>) -> Verdict {
         100.0 * gain,
         p_text(first.null.p_value(&first.ranked[best])),
         if names.len() > 1 {
-            format!("; with {} {:.0} % of the squared misfit are gone", names[1..].join(" and "), 100.0 * (1.0 - chosen_loss))
+            format!("; with {} {:.0} % of the squared misfit are gone", names[1..].join(" and "), 100.0 * (1.0 - left(&chosen.1)))
         } else {
             String::new()
         }

@@ -110,12 +110,12 @@ pub struct Nuisance {
 }
 
 /// Standard deviation of the time between force and position, in samples of the record.
-const SKEW: f64 = 0.5;
+const SKEW: f64 = 0.25;
 /// Standard deviations of friction and force that vary smoothly along the travel, and drift with time, as shares of the force's root mean square.
 const ALONG: f64 = 0.015;
+/// Half waves along the travel that are ordinary; those of more than three the less, the shorter they are.
+const WAVES: u32 = 7;
 const DRIFT: f64 = 0.01;
-/// Standard deviation of the force by which a change of direction is blurred, early or late, as a share of the force's root mean square.
-const TURN: f64 = 0.3;
 /// Travels (m) over which friction ordinarily builds up before it slides, the wind-up of the parts that carry it included, and the standard
 /// deviation of its share that does.
 const REACHES: [(f64, f64); 2] = [(1e-6, 1.0), (4e-6, 0.5)];
@@ -123,8 +123,7 @@ const REACHES: [(f64, f64); 2] = [(1e-6, 1.0), (4e-6, 0.5)];
 const SCALE: f64 = 2e-6;
 
 impl MotionData<'_> {
-    /// What is ordinarily a little wrong: synchrony of force and position, the blur of filter and differences, also where
-    /// the axis turns, friction and force that vary
+    /// What is ordinarily a little wrong: synchrony of force and position, the blur of filter and differences, friction and force that vary
     /// smoothly along the travel, their drift, and the micrometres that rolling elements and seals give way before they slide.
     ///
     /// # Source  widths: a drive holds its force for a sample, which comes half a sample late; guides are ground to a few percent of preload; friction of a
@@ -142,23 +141,6 @@ impl MotionData<'_> {
             Nuisance { name: "~synchrony".into(), column: self.column(|m| slope(&force(m)).iter().map(|d| SKEW * d).collect()) },
             Nuisance { name: "~blur".into(), column: self.column(|m| slope(&slope(&force(m)))) },
         ];
-        // The filter lets the velocity change its sign a little before or after the force does, where the axis sticks as it turns.
-        let turn = |m: &Motion| (1.0 / (m.recipe.cutoff_hz * m.step_s)).round().max(1.0) as usize;
-        let late = |m: &Motion| {
-            let (s, width) = (direction(m), turn(m));
-            let at = |i: usize| s[i.min(s.len() - 1)];
-            (0..s.len()).map(|i| 0.5 * TURN * level * (at(i + width) - at(i.saturating_sub(width)))).collect::<Vec<f64>>()
-        };
-        let blurred = |m: &Motion| {
-            let (s, width) = (direction(m), turn(m));
-            let mean = |i: usize| {
-                let around = &s[i.saturating_sub(width)..(i + width + 1).min(s.len())];
-                around.iter().sum::<f64>() / around.len() as f64
-            };
-            (0..s.len()).map(|i| TURN * level * (mean(i) - s[i])).collect::<Vec<f64>>()
-        };
-        all.push(Nuisance { name: "~turn late".into(), column: self.column(late) });
-        all.push(Nuisance { name: "~turn blurred".into(), column: self.column(blurred) });
         for (reach_m, sd) in REACHES {
             let elastic = elastic(machine, &fit.values, rigid, reach_m);
             let change = |m: &Motion| {
@@ -167,8 +149,9 @@ impl MotionData<'_> {
             };
             all.push(Nuisance { name: format!("~slides after {:.0} µm", 1e6 * reach_m), column: self.column(change) });
         }
-        for n in [1.0, 2.0, 3.0] {
-            let wave = |m: &Motion| m.position_m.iter().map(|x| ALONG * level * angle(*x, n).cos()).collect::<Vec<f64>>();
+        for n in (1..=WAVES).map(f64::from) {
+            let size = ALONG * level * (3.0 / n).min(1.0);
+            let wave = |m: &Motion| m.position_m.iter().map(|x| size * angle(*x, n).cos()).collect::<Vec<f64>>();
             let turned = |m: &Motion| wave(m).iter().zip(direction(m)).map(|(w, s)| w * s).collect::<Vec<f64>>();
             all.push(Nuisance { name: format!("~friction along {n}"), column: self.rubbing(turned, rigid, machine, fit) });
             all.push(Nuisance { name: format!("~force along {n}"), column: self.column(wave) });

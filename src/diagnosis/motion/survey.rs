@@ -151,7 +151,12 @@ impl Survey {
     pub(super) fn new(ground: &Ground<'_>, hypotheses: Vec<Hypothesis>, others: Vec<(String, Status)>, control: &Control) -> Option<Self> {
         let Ground { data, rigid, nominal, fit, frozen } = ground;
         let machine = &nominal.machine;
-        let free = data.free(machine, frozen).ok()?;
+        // What stands at an end of its range is held there: no candidate is to gain by taking it farther, or to lose to one that does.
+        let inside = |i: &usize| {
+            let (p, x) = (&machine.parameters[*i], fit.values[*i]);
+            x > p.lower && x < p.upper
+        };
+        let free: Vec<usize> = data.free(machine, frozen).ok()?.into_iter().filter(inside).collect();
         let columns = Columns::new(rigid, machine, &fit.values, &free, &data.motions);
         let nuisances = data.nuisances(rigid, machine, fit);
         let nuisances: Vec<Nuisance> = nuisances.into_iter().filter(|n| n.column.norm() > 0.0).collect();
@@ -214,10 +219,10 @@ impl Survey {
                     return without(hypothesis.id, Status::NotApplicable(why.into()));
                 }
                 let places: Vec<Vec<(usize, f64)>> = lattice(of, &curved, data, rigid);
-                let mut seen: f64 = 0.0;
-                let lattice: Vec<Place> = places
-                    .into_iter()
+                let lattice: Vec<(Place, f64)> = places
+                    .into_par_iter()
                     .filter_map(|values| {
+                        let mut seen: f64 = 0.0;
                         let mut at = start.clone();
                         linear.iter().for_each(|l| at[l.index] = l.nothing(&of.parameters[l.index]));
                         values.iter().for_each(|(i, x)| at[*i] = *x);
@@ -244,9 +249,11 @@ impl Survey {
                         own.prediction -= &more.derivatives * zero;
                         let extra = (!linear.is_empty()).then_some(&more.derivatives);
                         let design = design(&own, &at, &free, extra, bounds)?;
-                        Some(Place { values, linear: linear.clone(), design: Arc::new(design) })
+                        Some((Place { values, linear: linear.clone(), design: Arc::new(design) }, seen))
                     })
                     .collect();
+                let seen = lattice.iter().map(|(_, seen)| *seen).fold(0.0, f64::max);
+                let lattice: Vec<Place> = lattice.into_iter().map(|(place, _)| place).collect();
                 if seen < SEEN || lattice.is_empty() {
                     let why = "these records cannot show it: the machine's own parameters stand for what it does";
                     return without(hypothesis.id, Status::NotApplicable(why.into()));
@@ -419,7 +426,10 @@ fn lattice(machine: &Machine, curved: &[usize], data: &MotionData<'_>, rigid: &R
             }
             let count = if period { PLACES.1 } else { PLACES.0 };
             // From the end where it does next to nothing outward; that end itself says nothing.
-            (1..=count).map(|k| vec![(*one, value(*one, (k as f64 - 0.5) / count as f64))]).collect()
+            // A size that begins at nothing is told by its share: closer together where it is small.
+            let (low, _, logarithmic) = range(*one);
+            let unit = |k: usize| ((k as f64 - 0.5) / count as f64).powi(if low == 0.0 && !logarithmic { 2 } else { 1 });
+            (1..=count).map(|k| vec![(*one, value(*one, unit(k)))]).collect()
         }
         several => {
             let halton = |mut i: usize, base: usize| {

@@ -172,11 +172,15 @@ pub fn diagnose_motion(
     };
     let mut names: Vec<String> = Vec::new();
     let mut chosen = base.clone();
+    // What the chosen effects leave of what the machine fails to foretell of parts left out.
+    let mut loss = 1.0;
     let same = first.class();
     if first.significant(LEAST)
         && let Some(next) = work.refined(&first, &first.ranked[first.best_effect().unwrap_or(0)], &base)
     {
-        names.push(first.id(first.best_effect().unwrap_or(0)).to_string());
+        let at = first.best_effect().unwrap_or(0);
+        names.push(first.id(at).to_string());
+        loss *= 1.0 - first.ranked[at].gain;
         chosen = next;
     }
     // One effect more, as long as it is no accident.
@@ -189,6 +193,7 @@ pub fn diagnose_motion(
         let Some(next) = work.refined(&second, &second.ranked[at], &chosen) else { break };
         let id = second.id(at);
         names.push(id.rsplit('+').next().unwrap_or(id).to_string());
+        loss *= 1.0 - second.ranked[at].gain;
         chosen = next;
     }
     if names.len() > 1 {
@@ -256,6 +261,7 @@ pub fn diagnose_motion(
         base: &base,
         chosen: &chosen,
         names: &names,
+        loss,
         same: &same,
         located: &located,
         faulty,
@@ -383,7 +389,13 @@ impl Work<'_> {
         let frozen: Vec<String> =
             self.frozen.iter().filter(|id| !whole.added.iter().any(|i| machine.parameters[*i].id == **id)).cloned().collect();
         let free = free_parameters(machine, &frozen).ok()?;
-        let fit = estimate(&self.rigid, machine, &start, &free, &self.data.motions).ok()?;
+        let fitted = |free: &[usize]| estimate(&self.rigid, machine, &start, free, &self.data.motions).ok();
+        let fit = fitted(&free).or_else(|| {
+            // What the machine has at an end of its range may be what the effect stands for.
+            let inside = |i: &usize| machine.parameters[*i].lower < start[*i] && start[*i] < machine.parameters[*i].upper;
+            let free: Vec<usize> = free.iter().copied().filter(|i| inside(i) || *i >= from.1.values.len()).collect();
+            fitted(&free)
+        })?;
         Some((whole, fit))
     }
 
