@@ -58,7 +58,7 @@ fn a_set_of_motions_goes_through_all_commands() {
     let ran = on_set(jointid().args(["diagnose", "--nulls", "24"]));
     assert!(ran.status.success(), "{}", String::from_utf8_lossy(&ran.stderr));
     let found = read(&ran.stdout);
-    assert_eq!((found["domain"].as_str(), found["verdict"]["kind"].as_str()), (Some("motion"), Some("effect")));
+    assert_eq!((found["domain"].as_str(), found["verdict"]["kind"].as_str()), (Some("motion"), Some("effect")), "{:#}", found["effects"]);
     for phase in ["reversal", "acceleration", "constant-speed"] {
         assert!(found["gap"]["by_phase"][phase].is_number(), "{phase}");
     }

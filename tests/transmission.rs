@@ -203,6 +203,37 @@ fn recover_what_lies_between_two_encoders() {
     }
 }
 
+/// With the motor's encoder alone, force and friction still tell that something between motor and table gives way: play or wind-up, which of them no
+/// single encoder says. A stiff drive train without play is called neither.
+#[test]
+fn recover_what_one_encoder_shows_of_a_soft_transmission() {
+    let usual = TwoMasses::usual();
+    let stiff = stiff();
+    let quiet = TwoMasses { table_kg: 400.0, noise: (0.5, 1e-7), ..usual };
+    let of = |axis: &TwoMasses, name: &str, seed: u64| {
+        let mut record = record(name, &axis.run(&course(seed), seed));
+        record.others.clear();
+        Motion::new(&record, Recipe::usual(record.step_s)).unwrap()
+    };
+    for (what, axis, named) in [
+        ("play", TwoMasses { play_m: 6e-5, stiffness: 2e8, ..quiet }, true),
+        ("wind-up", TwoMasses { stiffness: 1e7, ..quiet }, true),
+        ("neither", TwoMasses { stiffness: 4e8, ..quiet }, false),
+    ] {
+        let (fit, held_out) = (of(&axis, "fit", 5), of(&axis, "held-out", 1005));
+        let settings = MotionSettings { seed: 1, draws: 240 };
+        let machine = &stiff.machine;
+        let found = diagnose_motion(machine, &stiff.effects, &[], (&[&fit], &[&held_out]), settings, &Control::default()).unwrap();
+        println!("{what}: {:?} {:?}: {}", found.verdict.kind, found.verdict.effects, found.verdict.reason);
+        for t in found.tried.iter().filter(|t| ["backlash", "drive-flexibility", "presliding-friction", "stribeck-friction"].contains(&t.id.as_str())) {
+            println!("    {} {:?} {:.3} {:?} {:?}", t.id, t.status, t.gain, t.p_value, t.parameters);
+        }
+        let first = first(&found);
+        let soft = ["backlash", "drive-flexibility"].iter().any(|id| first.contains(id));
+        assert_eq!(soft, named, "{what}: {first:?}");
+    }
+}
+
 /// Columns that cannot be used are told before anything is written; one that names nothing is kept and said.
 #[test]
 fn refuse_columns_of_the_wrong_kind() {

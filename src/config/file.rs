@@ -204,6 +204,9 @@ pub struct EffectFile {
     says: String,
     signature: Option<String>,
     separates: Option<String>,
+    /// Effects that force and one encoder do not tell it from, whatever they explain: what they share rests on numbers that no record holds.
+    #[serde(default)]
+    like: Vec<String>,
     #[serde(default)]
     needs: Vec<String>,
     /// Data it can show in; FRFs (and modes) where it says nothing.
@@ -443,6 +446,7 @@ impl EffectFile {
             says: self.says,
             signature: self.signature,
             separates: self.separates,
+            like: self.like,
             needs: self.needs,
             data: self.data.into_iter().map(Data::from).collect(),
         })

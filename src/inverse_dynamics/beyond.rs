@@ -154,8 +154,9 @@ impl Body {
                 self.speed -= step_s * self.friction(before, middle, step_s) / self.mass;
                 self.position += 0.5 * step_s * (before + self.speed);
                 let (at, speed) = between(motion, i, (k as f64 + 1.0) / steps as f64);
-                if (at - self.position).abs() >= half {
-                    side = (at - self.position).signum();
+                let apart = at - self.position;
+                if apart.abs() >= half && (speed - self.speed) * apart > 0.0 {
+                    side = apart.signum();
                     blows[i] = self.mass * (speed - self.speed) / motion.step_s;
                     break;
                 }

@@ -177,6 +177,8 @@ pub struct Effect {
     pub signature: Option<String>,
     /// The measurement that tells it from its look-alikes, where that was written down.
     pub separates: Option<String>,
+    /// Effects (ids) that force and one encoder do not tell it from.
+    pub like: Vec<String>,
     /// The points, joints or shafts a machine must have for it to apply, by name; «drive» stands for its drive.
     pub needs: Vec<String>,
     /// Data it can show in.

@@ -58,6 +58,13 @@ pub(super) fn conclude(evidence: &Evidence<'_>) -> Verdict {
             );
             return say(VerdictKind::Unknown, Vec::new(), reason, listen());
         }
+        if first.null.p_value(&first.ranked[best]) < ALPHA {
+            let reason = format!(
+                "{id} takes {:.0} % of what parts left out leave beside what is ordinarily wrong, but fitted alone it ends next to nothing",
+                100.0 * gain.max(0.0)
+            );
+            return say(VerdictKind::None, Vec::new(), reason, None);
+        }
         let reason = format!(
             "what is left is no more than nulls of this machine and these motions show (most is gained by {id}, {:.0} % of what parts left out leave, \
              {})",

@@ -98,6 +98,8 @@ pub struct Survey {
 pub struct Null {
     /// −ln(1 − gain) of each candidate that nine nulls of ten stay below.
     pub scales: Vec<f64>,
+    /// Largest −ln(1 − gain) of each candidate in any null.
+    pub most: Vec<f64>,
     /// Largest −ln(1 − gain) of any effect over its scale, of each draw, rising.
     pub effects: Vec<f64>,
     /// The same of free shapes.
@@ -106,16 +108,26 @@ pub struct Null {
 
 /// Least scale of a candidate.
 const LEAST_SCALE: f64 = 0.01;
+/// What a candidate must gain over the most that it gained in any null, to be no accident whatever others gained.
+const BEYOND: f64 = 1.25;
 
 impl Null {
-    /// Share of draws in which some effect gains as much.
+    /// Share of draws in which some effect gains as much; that of none where it gains clearly more than itself in any.
     pub fn p_value(&self, ranked: &Ranked) -> f64 {
-        share_above(&self.effects, strength(ranked.gain) / self.scales[ranked.candidate])
+        self.p_among(&self.effects, ranked)
     }
 
     /// The same of free shapes.
     pub fn p_value_free(&self, ranked: &Ranked) -> f64 {
-        share_above(&self.free, strength(ranked.gain) / self.scales[ranked.candidate])
+        self.p_among(&self.free, ranked)
+    }
+
+    fn p_among(&self, all: &[f64], ranked: &Ranked) -> f64 {
+        let own = strength(ranked.gain);
+        if own > BEYOND * self.most[ranked.candidate].max(LEAST_SCALE) {
+            return 1.0 / (all.len() + 1) as f64;
+        }
+        share_above(all, own / self.scales[ranked.candidate])
     }
 }
 
@@ -131,6 +143,8 @@ fn share_above(sorted: &[f64], gain: f64) -> f64 {
 
 /// Places of a lattice over one number that is not linear, over a period, and over several.
 const PLACES: (usize, usize, usize) = (24, 60, 48);
+/// Share of the force by which it must change to count as moved.
+const MOVES: f64 = 1e-3;
 /// A column that the machine's own parameters can stand for to this share is not seen.
 const SEEN: f64 = 0.05;
 
@@ -218,15 +232,52 @@ impl Survey {
                     let why = "the force of a rigid drive with the effects it has does not depend on it";
                     return without(hypothesis.id, Status::NotApplicable(why.into()));
                 }
-                let places: Vec<Vec<(usize, f64)>> = lattice(of, &curved, data, rigid);
+                let mut places: Vec<Vec<(usize, f64)>> = lattice(of, &curved, data, rigid);
+                // Over decades: as many places again over those of them at which anything moves.
+                if let [one] = curved[..]
+                    && of.parameters[one].scale == Scale::Logarithmic
+                    && !of.parameters[one].id.ends_with("period")
+                {
+                    let moves = |place: &&Vec<(usize, f64)>| {
+                        let mut values = start.clone();
+                        values[one] = place[0].1;
+                        (prediction(rigid, of, &values, &data.motions) - &columns.prediction).norm() > MOVES * columns.prediction.norm()
+                    };
+                    let moved: Vec<f64> = places.par_iter().filter(moves).map(|place| place[0].1).collect();
+                    if let (Some(from), Some(to)) = (moved.iter().copied().reduce(f64::min), moved.iter().copied().reduce(f64::max)) {
+                        let last = (places.len() - 1) as f64;
+                        (0..places.len()).for_each(|k| places[k][0].1 = from * (to / from).powf(k as f64 / last));
+                    }
+                }
+                // Each place stands for itself and, of one number other than a wave's period, for what lies between it and its neighbours: there the force
+                // is taken to be straight.
+                let straight = matches!(curved[..], [one] if !of.parameters[one].id.ends_with("period"));
+                let near = |at: usize| {
+                    let value = |at: usize| places.get(at).map(|p| p[0].1);
+                    let here = places[at][0].1;
+                    (at.checked_sub(1).and_then(value).unwrap_or(here), value(at + 1).unwrap_or(here))
+                };
                 let lattice: Vec<(Place, f64)> = places
-                    .into_par_iter()
-                    .filter_map(|values| {
+                    .par_iter()
+                    .enumerate()
+                    .flat_map_iter(|(at, values)| [(at, values, false), (at, values, true)])
+                    .filter(|(_, _, slopes)| straight || !slopes)
+                    .filter_map(|(at_place, values, slopes)| {
+                        let values = values.clone();
                         let mut seen: f64 = 0.0;
                         let mut at = start.clone();
                         linear.iter().for_each(|l| at[l.index] = l.nothing(&of.parameters[l.index]));
+                        let (mut linear, mut toward) = (linear.clone(), amid.clone());
+                        let mut ends: Vec<(f64, f64)> = linear.iter().map(|l| l.ends(&of.parameters[l.index])).collect();
+                        if slopes {
+                            let slope = Linear { index: curved[0], inverse: of.parameters[curved[0]].scale == Scale::Logarithmic };
+                            let (a, b) = near(at_place);
+                            linear.push(slope);
+                            ends.push((slope.of(a).min(slope.of(b)), slope.of(a).max(slope.of(b))));
+                            toward[curved[0]] = if b == values[0].1 { a } else { b };
+                        }
                         values.iter().for_each(|(i, x)| at[*i] = *x);
-                        let more = added_columns(rigid, of, (&at, &amid), &linear, data);
+                        let more = added_columns(rigid, of, (&at, &toward), &linear, data);
                         let change = &more.prediction - &columns.prediction;
                         // With nothing of what is linear the force is mostly the machine's own.
                         let own = if change.norm() > 1e-9 * columns.prediction.norm() {
@@ -237,19 +288,14 @@ impl Survey {
                         };
                         more.derivatives.column_iter().for_each(|c| seen = seen.max(base.visible(&c.clone_owned())));
                         let from = free.len() + nuisances.len();
-                        let bounds = linear
-                            .iter()
-                            .enumerate()
-                            .map(|(k, l)| (from + k, l.ends(&of.parameters[l.index])))
-                            .map(|(k, (a, b))| (k, a, b))
-                            .collect();
+                        let bounds = ends.iter().enumerate().map(|(k, (a, b))| (from + k, *a, *b)).collect();
                         // The shift of the added columns: their coefficients count from nothing.
                         let zero: DVector<f64> = DVector::from_iterator(linear.len(), linear.iter().map(|l| l.of(at[l.index])));
                         let mut own = own;
                         own.prediction -= &more.derivatives * zero;
                         let extra = (!linear.is_empty()).then_some(&more.derivatives);
                         let design = design(&own, &at, &free, extra, bounds)?;
-                        Some((Place { values, linear: linear.clone(), design: Arc::new(design) }, seen))
+                        Some((Place { values, linear, design: Arc::new(design) }, seen))
                     })
                     .collect();
                 let seen = lattice.iter().map(|(_, seen)| *seen).fold(0.0, f64::max);
@@ -347,6 +393,7 @@ impl Survey {
             .collect();
         let of = |at: usize| gains.iter().map(move |g| g[at]);
         let scales: Vec<f64> = (0..self.candidates.len()).map(|at| quantile(of(at), 0.9).unwrap_or(0.0).max(LEAST_SCALE)).collect();
+        let most: Vec<f64> = (0..self.candidates.len()).map(|at| of(at).fold(0.0, f64::max)).collect();
         let largest = |free: bool| {
             let own = |g: &Vec<f64>| {
                 let over = g.iter().zip(&scales).zip(&self.candidates).filter(|(_, c)| c.free.is_some() == free).map(|((g, s), _)| g / s);
@@ -357,7 +404,7 @@ impl Survey {
             all
         };
         let (effects, free) = (largest(false), largest(true));
-        Null { scales, effects, free }
+        Null { scales, most, effects, free }
     }
 }
 

@@ -114,8 +114,12 @@ const MOST: usize = 3;
 const ALIKE: f64 = 0.1;
 const PERHAPS: f64 = 0.3;
 const APART: f64 = 1.36;
+/// What another may leave of parts left out over what the best leaves: with more it is no rival, however few parts say so.
+const COMPARABLE: f64 = 3.0;
 /// Share of the misfit by which a combination may be worse without one of its effects, for that one to be dropped.
 const SPARED: f64 = 0.03;
+/// Share of what an effect gains of parts left out that the fit of everything must show at least, lest it end where the effect does nothing.
+const HELD: f64 = 0.02;
 /// Draws of the bootstrap of `closed`.
 const BOOTSTRAP: usize = 400;
 
@@ -174,11 +178,12 @@ pub fn diagnose_motion(
     let mut chosen = base.clone();
     // What the chosen effects leave of what the machine fails to foretell of parts left out.
     let mut loss = 1.0;
-    let same = first.class();
+    let same = first.class(work.effects);
     if first.significant(LEAST)
-        && let Some(next) = work.refined(&first, &first.ranked[first.best_effect().unwrap_or(0)], &base)
+        && let Some(at) = first.best_effect()
+        && let Some(next) = work.refined(&first, &first.ranked[at], &base)
+        && next.1.squares < (1.0 - HELD * first.ranked[at].gain) * base.1.squares
     {
-        let at = first.best_effect().unwrap_or(0);
         names.push(first.id(at).to_string());
         loss *= 1.0 - first.ranked[at].gain;
         chosen = next;
@@ -191,6 +196,9 @@ pub fn diagnose_motion(
         }
         let at = second.best_effect().unwrap_or(0);
         let Some(next) = work.refined(&second, &second.ranked[at], &chosen) else { break };
+        if next.1.squares >= (1.0 - HELD * second.ranked[at].gain) * chosen.1.squares {
+            break;
+        }
         let id = second.id(at);
         names.push(id.rsplit('+').next().unwrap_or(id).to_string());
         loss *= 1.0 - second.ranked[at].gain;
@@ -319,8 +327,8 @@ impl Stage {
         })
     }
 
-    /// Places of the effects that explain as much as the best, that one first.
-    fn class(&self) -> Vec<usize> {
+    /// Places of the effects that explain as much as the best, or are known to be told from it by a further point alone; the best first.
+    fn class(&self, effects: &[Effect]) -> Vec<usize> {
         let Some(best) = self.best_effect() else { return Vec::new() };
         let most = &self.ranked[best];
         let alike = |r: &Ranked| {
@@ -331,10 +339,14 @@ impl Stage {
             let losses: f64 = r.left_out.iter().sum::<f64>() / most.left_out.iter().sum::<f64>();
             // Where little is left, a small share of the gain is much of what is left.
             let close = most.gain - r.gain <= ALIKE * most.gain && losses < 1.0 + PERHAPS;
-            close || (most.gain - r.gain <= PERHAPS * most.gain && mean < APART * spread)
+            close || (most.gain - r.gain <= PERHAPS * most.gain && losses < COMPARABLE && mean < APART * spread)
+        };
+        let like = |at: usize| {
+            let told = effects.iter().find(|e| e.id == self.id(best)).is_some_and(|e| e.like.iter().any(|id| id == self.id(at)));
+            told && !self.further
         };
         (best..self.ranked.len())
-            .filter(|at| self.survey.candidates[self.ranked[*at].candidate].free.is_none() && alike(&self.ranked[*at]))
+            .filter(|at| self.survey.candidates[self.ranked[*at].candidate].free.is_none() && (alike(&self.ranked[*at]) || like(*at)))
             .collect()
     }
 
@@ -471,7 +483,7 @@ fn insufficient(work: &Work<'_>, nominal: Hypothesis, fit: &[&Motion], held_out:
         held_out,
         tried: Vec::new(),
         located: Vec::new(),
-        null: Null { scales: Vec::new(), effects: Vec::new(), free: Vec::new() },
+        null: Null { scales: Vec::new(), most: Vec::new(), effects: Vec::new(), free: Vec::new() },
         floor: None,
         floor_fit: None,
         closed95: None,
