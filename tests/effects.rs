@@ -110,7 +110,7 @@ fn limit_an_effect_of_nothing_changes_nothing() {
         ("nut-flange-compliance", &[("k_flange", 1e18), ("m_nut", 1e-6)]),
         ("nut-stiffness-position", &[("nut_slope", 0.0)]),
         ("bearing-stiffness-position", &[("bearing_slope_left", 0.0), ("bearing_slope_right", 0.0)]),
-        ("coupling-inertia", &[("j_hub", 1e-15)]),
+        ("coupling-inertia", &[("hub_factor", 1.0)]),
         ("drive-flexibility", &[("k_drive", 1e18)]),
         ("screw-diameter", &[("diameter_change", 0.0)]),
         ("table-rocking", &[("k_rock", 1e18)]),

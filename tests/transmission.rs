@@ -225,7 +225,11 @@ fn recover_what_one_encoder_shows_of_a_soft_transmission() {
         let machine = &stiff.machine;
         let found = diagnose_motion(machine, &stiff.effects, &[], (&[&fit], &[&held_out]), settings, &Control::default()).unwrap();
         println!("{what}: {:?} {:?}: {}", found.verdict.kind, found.verdict.effects, found.verdict.reason);
-        for t in found.tried.iter().filter(|t| ["backlash", "drive-flexibility", "presliding-friction", "stribeck-friction"].contains(&t.id.as_str())) {
+        for t in found
+            .tried
+            .iter()
+            .filter(|t| ["backlash", "drive-flexibility", "presliding-friction", "stribeck-friction"].contains(&t.id.as_str()))
+        {
             println!("    {} {:?} {:.3} {:?} {:?}", t.id, t.status, t.gain, t.p_value, t.parameters);
         }
         let first = first(&found);

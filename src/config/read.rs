@@ -8,7 +8,7 @@ use serde::de::DeserializeOwned;
 use super::embedded::{EFFECTS, embedded_config};
 use super::error::ConfigError;
 use super::file::{LibraryFile, MachineFile};
-use crate::machine::{Effect, Machine};
+use crate::machine::{Data, Effect, Machine};
 
 /// Overrides `key.path=value` of a configuration, in order.
 pub type Overrides<'a> = &'a [String];
@@ -124,17 +124,20 @@ pub fn read_machine_text(path: &str, text: &str, overrides: Overrides<'_>, witho
     Ok(MachineConfig { warnings, path: path.into(), text: text.into(), machine, effects })
 }
 
-/// Of effects with one id, made for machines described in different words, the first that a machine has what it needs for.
+/// Of effects with one id, written for machines described in different words, the one for each kind of data that a machine has most of what it needs for.
 fn one_of_each(effects: Vec<Effect>, machine: &Machine) -> Vec<Effect> {
-    let mut kept: Vec<Effect> = Vec::with_capacity(effects.len());
-    for effect in effects {
-        match kept.iter_mut().find(|e| e.id == effect.id) {
-            None => kept.push(effect),
-            Some(before) if machine.lacks(before).is_some() && machine.lacks(&effect).is_none() => *before = effect,
-            Some(_) => {}
-        }
-    }
-    kept
+    let fits = |e: &Effect| if machine.lacks(e).is_none() { 1 + e.needs.len() } else { 0 };
+    let better = |effect: &Effect, at: usize, data: &Data| {
+        effects.iter().enumerate().any(|(other, e)| {
+            let rival = other != at && e.id == effect.id && e.data.contains(data);
+            rival && (fits(e) > fits(effect) || (fits(e) == fits(effect) && other < at))
+        })
+    };
+    let kept = effects.iter().enumerate().filter_map(|(at, effect)| {
+        let data: Vec<Data> = effect.data.iter().copied().filter(|data| !better(effect, at, data)).collect();
+        (!data.is_empty()).then(|| Effect { data, ..effect.clone() })
+    });
+    kept.collect()
 }
 
 /// Parses TOML; errors carry file and line. Overrides are applied to the keys before they are understood.

@@ -51,6 +51,8 @@ enum LawFile {
     Replace,
     InSeries,
     Added,
+    Less,
+    Times,
 }
 
 impl RescaleFile {
@@ -87,6 +89,8 @@ impl RescaleFile {
             LawFile::Replace => Rescale::Replace,
             LawFile::InSeries => Rescale::InSeries,
             LawFile::Added => Rescale::Added,
+            LawFile::Less => Rescale::Less,
+            LawFile::Times => Rescale::Times,
         };
         Ok((target, law, self.by))
     }

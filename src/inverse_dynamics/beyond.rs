@@ -74,7 +74,10 @@ impl<'m> Beyond<'m> {
         let soft = &self.machine.joints[self.joint];
         let mass = rigid.inertia_of(self.machine, values, &|p| !self.near[p]);
         let square = self.rate * self.rate;
-        let spring = Spring { stiffness: (square * number(&soft.stiffness)).min(mass * STIFFEST * STIFFEST), damping: square * number(&soft.damping) };
+        let spring = Spring {
+            stiffness: (square * number(&soft.stiffness)).min(mass * STIFFEST * STIFFEST),
+            damping: square * number(&soft.damping),
+        };
         let half = 0.5 * number(&soft.gap) / self.rate.abs();
         let mut fastest = (spring.stiffness / mass).sqrt().max(spring.damping / mass);
         let mut slides: Vec<Slide> = Vec::new();

@@ -118,9 +118,20 @@ pub enum Rescale {
     InSeries,
     /// Plus the parameter.
     Added,
+    /// Less the parameter, which is elsewhere.
+    Less,
+    /// Times the parameter.
+    Times,
 }
 
 impl Effect {
+    /// Effects of which a kind of data is to be asked: of those with one id, which are for machines described in different words, what is for other data
+    /// is left out.
+    pub fn asked_of(effects: &[Effect], data: Data) -> impl Iterator<Item = &Effect> {
+        let shows = move |e: &Effect| e.data.contains(&data);
+        effects.iter().filter(move |e| shows(e) || !effects.iter().any(|other| other.id == e.id && shows(other)))
+    }
+
     /// What must differ between data for the effect to show, where it is a change with the operating condition.
     pub fn circumstance(&self) -> Option<Circumstance> {
         self.patch.rescales.iter().find_map(|(_, rescale, _)| match rescale {

@@ -107,6 +107,8 @@ impl Machine {
                 Rescale::Relative => value.laws.push(Law::Relative(index)),
                 Rescale::InSeries => value.laws.push(Law::InSeries(index)),
                 Rescale::Added => value.laws.push(Law::Added(index)),
+                Rescale::Less => value.laws.push(Law::Less(index)),
+                Rescale::Times => value.laws.push(Law::Times(index)),
                 Rescale::With(circumstance) => value.laws.push(Law::With(index, circumstance)),
                 Rescale::AlongStroke | Rescale::MidStroke => {
                     let stroke_m = stroke_m.ok_or_else(|| fault(&part, "the machine has no shaft with a nut"))?;

@@ -45,6 +45,8 @@ pub enum Law {
     InSeries(usize),
     /// x + p.
     Added(usize),
+    /// x − p, a hundredth of x at least.
+    Less(usize),
 }
 
 impl Law {
@@ -61,6 +63,7 @@ impl Law {
             | Law::MidStroke(index, _)
             | Law::With(index, _)
             | Law::InSeries(index)
+            | Law::Less(index)
             | Law::Added(index) => index,
         }
     }
@@ -71,6 +74,8 @@ impl Law {
         match *self {
             Law::Relative(_) => (x * (1.0 + p), 1.0 + p, x),
             Law::Added(_) => (x + p, 1.0, 1.0),
+            Law::Less(_) if p < 0.99 * x => (x - p, 1.0, -1.0),
+            Law::Less(_) => (0.01 * x, 0.01, 0.0),
             Law::Times(_) => (x * p, p, x),
             Law::AlongStroke(_, stroke_m) | Law::MidStroke(_, stroke_m) => {
                 let along = 2.0 * operating.nut_m.unwrap_or(0.5 * stroke_m) / stroke_m - 1.0;

@@ -374,7 +374,7 @@ impl Work<'_> {
 
     fn hypotheses(&self, from: &Hypothesis, names: &[String]) -> (Vec<Hypothesis>, Vec<(String, Status)>) {
         let (mut apply, mut others) = (Vec::new(), Vec::new());
-        for effect in self.effects.iter().filter(|e| !names.contains(&e.id)) {
+        for effect in Effect::asked_of(self.effects, Data::Motion).filter(|e| !names.contains(&e.id)) {
             let applied = match from.obstacle(effect, Data::Motion) {
                 Some(why) => Err(why),
                 None => from.with(effect).map_err(|error| error.to_string()),
