@@ -14,7 +14,7 @@ use crate::diagnosis::{
     Ablation, Candidate, Diagnosis, Domain, Fitted, Hypothesis, Kind, Part, Settings, Status, VerdictKind, closed, closed_interval,
     diagnose, fitter, floor_over, gap_over, peak_errors, values_of,
 };
-use crate::machine::Effect;
+use crate::machine::{Data, Effect};
 use crate::measurement::{FitSet, HoldOutSet};
 use crate::objective::FrfObjective;
 use crate::report::diagnosis as document;
@@ -61,7 +61,7 @@ pub fn run(given: &DiagnoseArguments) -> CommandResult {
     let machine = &loaded.config.machine;
     let whole = fits_frfs(&given.search, &loaded.set);
     check_frozen(&loaded, &plan.frozen)?;
-    let effects = chosen_effects(given, &loaded.config.effects)?;
+    let effects = chosen_effects(given, &loaded.config.effects, Data::Frf)?;
     let blocks = if whole { fit.groups().len() } else { fit.positions.len() };
     if blocks < 2 && (!whole || machine.stroke_m().is_some()) {
         return Err(format!(
@@ -116,8 +116,8 @@ pub(super) fn check_frozen(loaded: &Loaded, frozen: &[String]) -> Result<(), Str
     }
 }
 
-/// The candidates asked for.
-pub(super) fn chosen_effects(given: &DiagnoseArguments, all: &[Effect]) -> Result<Vec<Effect>, String> {
+/// The candidates asked for, of those with one id the one for this data.
+pub(super) fn chosen_effects(given: &DiagnoseArguments, all: &[Effect], data: Data) -> Result<Vec<Effect>, String> {
     for (key, ids) in [("--effects", &given.effects), ("--exclude", &given.exclude)] {
         if let Some(id) = ids.iter().find(|id| !all.iter().any(|e| e.id == **id)) {
             let known: Vec<&str> = all.iter().map(|e| e.id.as_str()).collect();
@@ -125,7 +125,7 @@ pub(super) fn chosen_effects(given: &DiagnoseArguments, all: &[Effect]) -> Resul
         }
     }
     let wanted = |e: &&Effect| (given.effects.is_empty() || given.effects.contains(&e.id)) && !given.exclude.contains(&e.id);
-    Ok(all.iter().filter(wanted).cloned().collect())
+    Ok(Effect::asked_of(all, data).filter(wanted).cloned().collect())
 }
 
 /// Folder and file where the null of this machine, layout and program is kept; `None` where nothing is to be kept.
@@ -230,6 +230,7 @@ fn to_document(
         .filter_map(|l| match &l.candidate.fitted.as_ref()?.0.kind {
             Kind::Interface { interface, shape } => Some(document::WhereRow {
                 interface: interface.clone(),
+                over: None,
                 shape: shape.word().into(),
                 takes: l.candidate.gain / base_chi_square,
                 gap_held_out: gap_over(&l.held_out),

@@ -182,6 +182,21 @@ impl Rigid {
         Balance { rubbing, force: sum.iter().map(|f| f / self.driven).collect() }
     }
 
+    /// The point that weighs most at the reading.
+    pub fn heaviest(&self, machine: &Machine, values: &[f64]) -> Option<usize> {
+        let weight = |i: &usize| self.inertia_of(machine, values, &|p| p == *i);
+        (0..machine.points.len()).max_by(|a, b| weight(a).total_cmp(&weight(b)))
+    }
+
+    /// The joint (index) whose damper and friction take most work along a motion.
+    pub fn rubs_most(&self, machine: &Machine, values: &[f64], motion: &Motion) -> Option<usize> {
+        let balance = self.balance(machine, values, motion);
+        let work =
+            |(joint, force): &(usize, Vec<f64>)| self.ratio(&machine.joints[*joint].on).abs() * force.iter().map(|f| f.abs()).sum::<f64>();
+        let most = balance.rubbing.iter().max_by(|a, b| work(a).total_cmp(&work(b)))?;
+        (work(most) > 0.0).then_some(most.0)
+    }
+
     /// Rate of a joint's combination over that of the reading.
     pub fn ratio(&self, on: &[(usize, f64)]) -> f64 {
         on.iter().map(|(point, c)| c * self.ratios[*point]).sum()

@@ -139,15 +139,12 @@ impl Rigid {
     /// What each further point of a motion gives way per force (or torque) that the drive has to add where the most rubbing joint rubs more.
     pub fn rubbed(&self, machine: &Machine, values: &[f64], motion: &Motion) -> Vec<f64> {
         let at = Operating::at(machine.stroke_m().map(|s| 0.5 * s));
-        let balance = self.balance(machine, values, motion);
-        let work =
-            |(joint, force): &(usize, Vec<f64>)| self.ratio(&machine.joints[*joint].on).abs() * force.iter().map(|f| f.abs()).sum::<f64>();
-        let most = balance.rubbing.iter().max_by(|a, b| work(a).total_cmp(&work(b)));
+        let most = self.rubs_most(machine, values, motion);
         let drive = machine.drive.as_ref().map(|d| d.on);
-        let (Some(statics), Some((joint, _)), Some(drive)) = (Statics::new(machine, values, &at), most, drive) else {
+        let (Some(statics), Some(joint), Some(drive)) = (Statics::new(machine, values, &at), most, drive) else {
             return vec![0.0; motion.further.len()];
         };
-        let on = &machine.joints[*joint].on;
+        let on = &machine.joints[joint].on;
         let of = |point: usize| {
             let compliance = statics.compliance(&[(point, 1.0)]);
             let share = |on: &[(usize, f64)]| statics.row(on).rows(0, statics.size).dot(&compliance);

@@ -132,6 +132,12 @@ impl Effect {
         effects.iter().filter(move |e| shows(e) || !effects.iter().any(|other| other.id == e.id && shows(other)))
     }
 
+    /// Where it sits: the point, joint or shaft that it changes first, or the joint it adds; «drive» and «measurement» for what is none.
+    pub fn place(&self) -> Option<String> {
+        let changed = self.patch.rescales.first().map(|(target, _, _)| target.part().to_string());
+        changed.or_else(|| self.patch.joints.first().map(|joint| joint.name.clone()))
+    }
+
     /// What must differ between data for the effect to show, where it is a change with the operating condition.
     pub fn circumstance(&self) -> Option<Circumstance> {
         self.patch.rescales.iter().find_map(|(_, rescale, _)| match rescale {

@@ -36,6 +36,26 @@ pub enum Target {
     ChainPower,
 }
 
+impl Target {
+    /// The point, joint or shaft; «drive» and «measurement» for what is none.
+    pub fn part(&self) -> &str {
+        match self {
+            Target::PointInertia(name)
+            | Target::JointStiffness(name)
+            | Target::JointDamping(name)
+            | Target::JointLossFactor(name)
+            | Target::Gap(name)
+            | Target::Friction(name, _)
+            | Target::LeadError(name, _)
+            | Target::ShaftDiameter(name)
+            | Target::ShaftLossFactor(name)
+            | Target::ShaftModulus(name) => name,
+            Target::Drive(_) => "drive",
+            Target::ChainGain | Target::ChainDelay | Target::ChainPower => "measurement",
+        }
+    }
+}
+
 /// The number of that key.
 fn keyed<'v>(part: &str, key: &str, mut values: Vec<(&'static str, &'v mut Value)>) -> Result<&'v mut Value, MachineError> {
     match values.iter().position(|(k, _)| *k == key) {

@@ -148,6 +148,9 @@ pub struct DeltaZ {
 pub struct WhereRow {
     /// Point or joint.
     pub interface: String,
+    /// What the force or transmission error left depends on; of motion.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub over: Option<String>,
     /// Shape.
     pub shape: String,
     /// Share of χ² of the fitted data that it takes away.
@@ -155,6 +158,13 @@ pub struct WhereRow {
     pub takes: f64,
     /// Held-out gap with it.
     pub gap_held_out: Option<f64>,
+}
+
+impl WhereRow {
+    /// Where, in words.
+    pub fn says(&self) -> String {
+        self.over.as_ref().map_or_else(|| self.interface.clone(), |over| format!("{}, over {over}", self.interface))
+    }
 }
 
 /// A candidate.
@@ -300,12 +310,8 @@ pub fn diagnosis_text(document: &Diagnosis) -> String {
         text += &wrapped(&format!("do not apply to this machine: {}", others.join(", ")));
     }
     text += "\nwhere — free shapes at interfaces, best first\n";
-    let rows: Vec<Vec<String>> = document
-        .places
-        .iter()
-        .take(5)
-        .map(|i| vec![i.interface.clone(), i.shape.clone(), percent(Some(i.takes)), percent(i.gap_held_out)])
-        .collect();
+    let rows: Vec<Vec<String>> =
+        document.places.iter().take(5).map(|i| vec![i.says(), i.shape.clone(), percent(Some(i.takes)), percent(i.gap_held_out)]).collect();
     text += &columns(&["interface", "shape", "χ² taken", "held-out gap"].map(String::from), rows.into_iter());
     for ratio in &document.ratio {
         text += &wrapped(&format!("measured over modelled, {}: {}", ratio.channel, ratio.looks_like));

@@ -300,7 +300,7 @@ pub fn motion_diagnosis_text(document: &Diagnosis) -> String {
     });
     let left = format!("mean left ({})", motion.unit);
     text += &columns(&["record", "phase", "share", "error", left.as_str()].map(String::from), phases);
-    let rows = document.places.iter().take(3).map(|p| vec![p.interface.clone(), p.shape.clone(), format!("{:.1} %", 100.0 * p.takes)]);
+    let rows = document.places.iter().take(3).map(|p| vec![p.says(), p.shape.clone(), format!("{:.1} %", 100.0 * p.takes)]);
     let of = if motion.transmission.is_empty() { "force" } else { "force or transmission error" };
     text += &format!("\na {of} that is any smooth function of one thing would take\n");
     text += &columns(&["of", "like", "taken"].map(String::from), rows);

@@ -10,7 +10,7 @@ use super::learnable::learnable;
 use crate::diagnosis::motion::{Cell, CellKind, MotionDiagnosis, MotionPart, MotionSettings, diagnose_motion, gap_of};
 use crate::diagnosis::{Status, VerdictKind};
 use crate::inverse_dynamics::{Motion, Phase, phases};
-use crate::machine::Effect;
+use crate::machine::{Data, Effect};
 use crate::report::diagnosis as document;
 use crate::report::record::{CellRow, ChainRow, ChannelRow, MotionRows, TraceRow, motion_diagnosis_text};
 
@@ -24,7 +24,7 @@ pub fn diagnose(given: &DiagnoseArguments, loaded: &Loaded) -> CommandResult {
     let plan = plan(&given.search, &loaded.set)?;
     let machine = &loaded.config.machine;
     check_frozen(loaded, &plan.frozen)?;
-    let effects = chosen_effects(given, &loaded.config.effects)?;
+    let effects = chosen_effects(given, &loaded.config.effects, Data::Motion)?;
     let (fit, held_out) = loaded.set.split_motions(given.split.positions.as_deref(), &given.split.hold_out).map_err(told)?;
     let (motions, _, told_of) = super::prepared(loaded)?;
     let folder = prepare(&given.output)?;
@@ -94,18 +94,24 @@ fn to_document(
             }
         })
         .collect();
-    let driven = loaded.config.machine.drive.as_ref().map_or("drive", |d| loaded.config.machine.points[d.on].name.as_str());
     let places: Vec<document::WhereRow> = found
         .located
         .iter()
         .map(|l| document::WhereRow {
-            interface: format!("{}, over {}", l.column.as_deref().unwrap_or(driven), l.over),
+            interface: l.interface.clone(),
+            over: Some(match &l.column {
+                None => l.over.into(),
+                Some(column) => format!("{} of {column}", l.over),
+            }),
             shape: l.shape.into(),
             takes: l.gain.max(0.0),
             gap_held_out: None,
         })
         .collect();
     let something = found.verdict.kind != VerdictKind::None;
+    // What is named says itself where it sits.
+    let first = found.verdict.effects.first().and_then(|e| e.split('+').next());
+    let named = first.and_then(|id| effects.iter().find(|e| e.id == id)).and_then(Effect::place);
     let kind = found.verdict.kind;
     let chosen = &found.chosen;
     let is_named = matches!(kind, VerdictKind::Effect | VerdictKind::Ambiguous | VerdictKind::WrongParameter);
@@ -137,7 +143,7 @@ fn to_document(
             effects: found.verdict.effects.clone(),
             reason: found.verdict.reason.clone(),
             next_measurement: found.verdict.next.clone(),
-            place: places.first().filter(|_| something).map(|i| i.interface.clone()),
+            place: named.or_else(|| places.first().map(|i| i.interface.clone())).filter(|_| something),
             band_hz: None,
         },
         places,

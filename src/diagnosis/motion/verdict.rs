@@ -44,6 +44,8 @@ pub struct TriedMotion {
 /// A free shape with its figures.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LocatedMotion {
+    /// The joint or point of the machine where such a force arises.
+    pub interface: String,
     /// Column of a further point whose transmission error it is, none for the force.
     pub column: Option<String>,
     /// What the force may depend on.
@@ -255,7 +257,15 @@ pub fn diagnose_motion(
         .filter_map(|r| {
             let candidate = &first.survey.candidates[r.candidate];
             let (over, shape) = candidate.free?;
-            Some(LocatedMotion { column: candidate.column.clone(), over, shape, gain: r.gain, p_value: first.null.p_value_free(r) })
+            let interface = arises(&work.rigid, &base.0.machine, (&base.1.values, fit_motions), (over, candidate.column.as_deref()));
+            Some(LocatedMotion {
+                interface,
+                column: candidate.column.clone(),
+                over,
+                shape,
+                gain: r.gain,
+                p_value: first.null.p_value_free(r),
+            })
         })
         .collect();
     let shifted = |motions: &[&Motion]| shifts(&work.rigid, &chosen.0.machine, &chosen.1.values, motions);
@@ -436,6 +446,20 @@ impl Work<'_> {
             }
         }
     }
+}
+
+/// Where a force that depends on something arises: what depends on the acceleration at the point that is heaviest beside the encoder, what stands in a
+/// further point's column at that point, all else at the joint that rubs most, or where none rubs at the driven point.
+fn arises(rigid: &Rigid, machine: &Machine, (values, motions): (&[f64], &[&Motion]), (over, column): (&str, Option<&str>)) -> String {
+    let further = |name: &str| motions.iter().flat_map(|m| &m.further).find(|f| f.column == name).map(|f| f.point);
+    let point = match column {
+        Some(column) => further(column),
+        None if over == "acceleration" => rigid.heaviest(machine, values),
+        None => None,
+    };
+    let rubs = || motions.iter().find_map(|m| rigid.rubs_most(machine, values, m)).map(|joint| machine.joints[joint].name.clone());
+    let driven = || machine.drive.as_ref().map_or("drive".into(), |d| machine.points[d.on].name.clone());
+    point.map(|p| machine.points[p].name.clone()).or_else(rubs).unwrap_or_else(driven)
 }
 
 /// Of effects that leave as much as the best but for a few percent, the one with the fewest parameters comes first.

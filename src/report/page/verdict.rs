@@ -14,7 +14,7 @@ use crate::report::table::{figure, percent};
 pub fn sentence(of: &Diagnosis) -> String {
     let verdict = &of.verdict;
     let effects = |last: &str| listed(&verdict.effects, last);
-    let place = of.places.first().map(|w| format!(" at «{}»", w.interface)).unwrap_or_default();
+    let place = of.places.first().map(|w| format!(" at «{}»", w.says())).unwrap_or_default();
     match verdict.kind.as_str() {
         "none" => "The model explains the measurements: there is no gap beyond the noise.".into(),
         "effect" => format!("What the model leaves out is {}.", effects("and").replace('+', " together with ")),
@@ -192,7 +192,7 @@ fn places(of: &Diagnosis) -> String {
     );
     if !known.is_empty() {
         let (names, left): (Vec<String>, Vec<f64>) =
-            known.iter().map(|(w, g)| (escape(&format!("{}, {}", w.interface, w.shape)), rounded(*g, 4))).unzip();
+            known.iter().map(|(w, g)| (escape(&format!("{}, {}", w.says(), w.shape)), rounded(*g, 4))).unzip();
         let shapes: Vec<String> = known.iter().map(|(w, _)| escape(&w.shape)).collect();
         let ends: Vec<String> = names.first().into_iter().chain(names.last()).cloned().collect();
         let bars = Bar::new(left, names).orientation(Orientation::Horizontal).text_array(shapes).marker(Marker::new().color(colour(0)));
