@@ -4,7 +4,8 @@
 use nalgebra::DMatrix;
 
 use super::data::MotionData;
-use crate::inverse_dynamics::Motion;
+use crate::inverse_dynamics::{Motion, Rigid};
+use crate::machine::Machine;
 
 /// A free shape.
 #[derive(Debug, Clone)]
@@ -102,4 +103,23 @@ fn hat(knots: &[f64], at: usize, x: f64) -> f64 {
     } else {
         ((knots[at + 1] - x) / (knots[at + 1] - knots[at])).max(0.0)
     }
+}
+
+/// Where a force that depends on something arises: what depends on the acceleration at the point that is heaviest beside the encoder, what stands in a
+/// further point's column at that point, all else at the joint that rubs most, or where none rubs at the driven point.
+pub(super) fn arises(
+    rigid: &Rigid,
+    machine: &Machine,
+    (values, motions): (&[f64], &[&Motion]),
+    (over, column): (&str, Option<&str>),
+) -> String {
+    let further = |name: &str| motions.iter().flat_map(|m| &m.further).find(|f| f.column == name).map(|f| f.point);
+    let point = match column {
+        Some(column) => further(column),
+        None if over == "acceleration" => rigid.heaviest(machine, values),
+        None => None,
+    };
+    let rubs = || motions.iter().find_map(|m| rigid.rubs_most(machine, values, m)).map(|joint| machine.joints[joint].name.clone());
+    let driven = || machine.drive.as_ref().map_or("drive".into(), |d| machine.points[d.on].name.clone());
+    point.map(|p| machine.points[p].name.clone()).or_else(rubs).unwrap_or_else(driven)
 }

@@ -99,3 +99,16 @@ pub(super) fn contradictions(fit: &[RecordShift], others: &[RecordShift], step_s
         })
         .collect()
 }
+
+/// Fitted records that contradict the others: the one, or where there are but two, both.
+pub(super) fn faulty(shifts: &[RecordShift], step_s: f64) -> Vec<Contradiction> {
+    if shifts.len() < 2 {
+        return Vec::new();
+    }
+    let against_others = |at: usize| {
+        let others: Vec<RecordShift> = shifts.iter().enumerate().filter(|(i, _)| *i != at).map(|(_, s)| s.clone()).collect();
+        let much = 1.0 - (shifts[at].gap_own / shifts[at].gap).powi(2) > 0.5;
+        contradictions(&others, std::slice::from_ref(&shifts[at]), step_s).into_iter().filter(move |_| much)
+    };
+    (0..shifts.len()).flat_map(against_others).collect()
+}

@@ -5,8 +5,9 @@ use rayon::prelude::*;
 use super::cell::{Cell, cells};
 use super::conclude::{Evidence, conclude};
 use super::data::MotionData;
+use super::free::arises;
 use super::gap::{MotionPart, closed_interval, floor_of, gap_of, noise_of, part};
-use super::record::{Contradiction, RecordShift, contradictions, shifts};
+use super::record::{Contradiction, RecordShift, contradictions, faulty, shifts};
 use super::survey::{Ground, Null, Ranked, Survey, start_of};
 use super::weight::weigh;
 use crate::diagnosis::domain::share_closed;
@@ -448,20 +449,6 @@ impl Work<'_> {
     }
 }
 
-/// Where a force that depends on something arises: what depends on the acceleration at the point that is heaviest beside the encoder, what stands in a
-/// further point's column at that point, all else at the joint that rubs most, or where none rubs at the driven point.
-fn arises(rigid: &Rigid, machine: &Machine, (values, motions): (&[f64], &[&Motion]), (over, column): (&str, Option<&str>)) -> String {
-    let further = |name: &str| motions.iter().flat_map(|m| &m.further).find(|f| f.column == name).map(|f| f.point);
-    let point = match column {
-        Some(column) => further(column),
-        None if over == "acceleration" => rigid.heaviest(machine, values),
-        None => None,
-    };
-    let rubs = || motions.iter().find_map(|m| rigid.rubs_most(machine, values, m)).map(|joint| machine.joints[joint].name.clone());
-    let driven = || machine.drive.as_ref().map_or("drive".into(), |d| machine.points[d.on].name.clone());
-    point.map(|p| machine.points[p].name.clone()).or_else(rubs).unwrap_or_else(driven)
-}
-
 /// Of effects that leave as much as the best but for a few percent, the one with the fewest parameters comes first.
 fn simplest_first(survey: &Survey, null: &Null, ranked: &mut [Ranked]) {
     let added = |r: &Ranked| survey.candidates[r.candidate].hypothesis.as_ref().map(|h| h.added.len()).filter(|_| null.p_value(r) < ALPHA);
@@ -477,19 +464,6 @@ fn simplest_first(survey: &Survey, null: &Null, ranked: &mut [Ranked]) {
 fn only_added(mut hypothesis: Hypothesis, from: &Hypothesis) -> Hypothesis {
     hypothesis.added = (from.machine.parameters.len()..hypothesis.machine.parameters.len()).collect();
     hypothesis
-}
-
-/// Fitted records that contradict the others: the one, or where there are but two, both.
-fn faulty(shifts: &[RecordShift], step_s: f64) -> Vec<Contradiction> {
-    if shifts.len() < 2 {
-        return Vec::new();
-    }
-    let against_others = |at: usize| {
-        let others: Vec<RecordShift> = shifts.iter().enumerate().filter(|(i, _)| *i != at).map(|(_, s)| s.clone()).collect();
-        let much = 1.0 - (shifts[at].gap_own / shifts[at].gap).powi(2) > 0.5;
-        contradictions(&others, std::slice::from_ref(&shifts[at]), step_s).into_iter().filter(move |_| much)
-    };
-    (0..shifts.len()).flat_map(against_others).collect()
 }
 
 /// What is said where the records do not determine the machine's own parameters.
