@@ -1,7 +1,7 @@
 //! The library of effects: every one applies to the bench, does nothing where its amplitude is nothing, and does what it says.
 
 use jointid::config::effect_library;
-use jointid::machine::{Data, Machine, Operating};
+use jointid::machine::{Data, Effect, Machine, Operating};
 use jointid::model::{Rods, undamped_modes};
 
 use crate::support::{config, table_structure};
@@ -96,6 +96,44 @@ fn receptance(machine: &Machine, set: &[(&str, f64)], hz: f64) -> num_complex::C
     let mut network = structure.network();
     network.update(machine, &values, &Operating::at_nut(1.0));
     network.receptance(std::f64::consts::TAU * hz, &mut structure.workspace())
+}
+
+/// Of an effect written for machines in different words, a machine gets the one of which it has most, in front of what else is asked of other data.
+#[test]
+fn an_effect_of_several_ways_is_the_one_that_fits_the_machine() {
+    let added = |machine: &Machine, effects: &[Effect]| {
+        let effect = effects.iter().find(|e| e.id == "drive-flexibility").unwrap();
+        let with = machine.with_effect(effect).unwrap();
+        with.parameters[machine.parameters.len()..].iter().map(|p| (p.id.clone(), p.unit.clone())).collect::<Vec<_>>()
+    };
+    let names = |some: &[(&str, &str)]| some.iter().map(|(a, b)| (a.to_string(), b.to_string())).collect::<Vec<_>>();
+    let bench = config("configs/tian.toml");
+    let stage = names(&[("c_stage", "N*m*s/rad"), ("j_stage", "kg*m^2"), ("k_stage", "N*m/rad")]);
+    assert_eq!(added(&bench.machine, &bench.effects), stage);
+    // Named in the configuration it is the same one.
+    let text = std::fs::read_to_string("configs/tian.toml").unwrap();
+    let text = text.replace(r#"effects = ["rotor-hold"]"#, r#"effects = ["rotor-hold", "drive-flexibility"]"#);
+    let with = jointid::config::read_machine_text("bench", &text, &[], &[]).unwrap().machine;
+    assert!(with.points.iter().any(|p| p.name == "drive-stage"));
+    // A rigid drive without a coupling has its spring at the nut.
+    let text = r#"
+title = "a drive at its nut"
+[[point]]
+name = "motor"
+motion = "rotation"
+inertia_kg_m2 = 0.01
+[[point]]
+name = "table"
+motion = "translation"
+mass_kg = 100.0
+[[joint]]
+name = "nut"
+between = ["table", "ground"]
+screw = { angle = "motor", lead_m = 0.01 }
+stiffness = 1e8
+"#;
+    let drive = jointid::config::read_machine_text("drive", text, &[], &[]).unwrap();
+    assert_eq!(added(&drive.machine, &drive.effects), names(&[("k_drive", "N/m")]));
 }
 
 /// Each effect with an amplitude of nothing gives the machine without it.

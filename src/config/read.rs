@@ -1,5 +1,6 @@
 //! Configurations read: from a file or from those that come with the program, with overrides.
 
+use std::cmp::Reverse;
 use std::path::Path;
 use std::sync::OnceLock;
 
@@ -124,20 +125,22 @@ pub fn read_machine_text(path: &str, text: &str, overrides: Overrides<'_>, witho
     Ok(MachineConfig { warnings, path: path.into(), text: text.into(), machine, effects })
 }
 
-/// Of effects with one id, written for machines described in different words, the one for each kind of data that a machine has most of what it needs for.
+/// Of effects with one id, written for machines described in different words, the one for each kind of data that a machine has most of what it needs for;
+/// where that leaves more than one, the one it has most of in front.
 fn one_of_each(effects: Vec<Effect>, machine: &Machine) -> Vec<Effect> {
     let fits = |e: &Effect| if machine.lacks(e).is_none() { 1 + e.needs.len() } else { 0 };
-    let better = |effect: &Effect, at: usize, data: &Data| {
-        effects.iter().enumerate().any(|(other, e)| {
-            let rival = other != at && e.id == effect.id && e.data.contains(data);
-            rival && (fits(e) > fits(effect) || (fits(e) == fits(effect) && other < at))
-        })
-    };
-    let kept = effects.iter().enumerate().filter_map(|(at, effect)| {
-        let data: Vec<Data> = effect.data.iter().copied().filter(|data| !better(effect, at, data)).collect();
-        (!data.is_empty()).then(|| Effect { data, ..effect.clone() })
-    });
-    kept.collect()
+    let first = |id: &str| effects.iter().position(|e| e.id == id);
+    let mut ordered: Vec<&Effect> = effects.iter().collect();
+    ordered.sort_by_key(|e| (first(&e.id), Reverse(fits(e))));
+    let mut kept: Vec<Effect> = Vec::with_capacity(ordered.len());
+    for effect in ordered {
+        let served = |data: &Data| kept.iter().any(|e| e.id == effect.id && e.data.contains(data));
+        let data: Vec<Data> = effect.data.iter().copied().filter(|data| !served(data)).collect();
+        if !data.is_empty() {
+            kept.push(Effect { data, ..effect.clone() });
+        }
+    }
+    kept
 }
 
 /// Parses TOML; errors carry file and line. Overrides are applied to the keys before they are understood.
