@@ -176,7 +176,7 @@ pub fn hypotheses(
     frozen: &[String],
 ) -> (Vec<Hypothesis>, Vec<Candidate>) {
     let (mut apply, mut others) = (Vec::new(), Vec::new());
-    for effect in Effect::asked_of(effects, Data::Frf) {
+    for effect in effects {
         let obstacle = nominal.obstacle(effect, Data::Frf).or_else(|| {
             let circumstance = effect.circumstance().filter(|c| !fitter.varies(*c))?;
             Some(format!("the data to fit are all of one {}", circumstance.words()))

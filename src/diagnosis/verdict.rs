@@ -146,7 +146,7 @@ const BETTER: f64 = 0.7;
 /// Excess at which a released parameter is all that is wrong.
 const RIGHT: f64 = 4.0;
 
-/// Diagnoses.
+/// Diagnoses; of effects with one id that for FRFs ([`Effect::asked_of`]).
 ///
 /// # Errors  as [`Fitter::objective`].
 pub fn diagnose(

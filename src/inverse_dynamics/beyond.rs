@@ -8,7 +8,7 @@ use crate::machine::{Law as Scaled, Machine, Operating, Value};
 pub(super) struct Beyond<'m> {
     machine: &'m Machine,
     /// The joint (index).
-    pub joint: usize,
+    joint: usize,
     /// Whether each point is on the encoder's side.
     near: Vec<bool>,
     /// Rate of the joint's combination over that of the encoder's side, what is beyond at rest.

@@ -317,12 +317,7 @@ impl Fit {
 
     /// As [`Fit::estimates`], with the lengths and periods of the records that the residual runs over.
     pub fn estimates_of(&self, machine: &Machine, free: &[usize], records: &[(usize, Option<usize>)]) -> Vec<Estimated> {
-        let inside: Vec<usize> = (0..free.len())
-            .filter(|at| {
-                let (p, x) = (&machine.parameters[free[*at]], self.values[free[*at]]);
-                x > p.lower && x < p.upper
-            })
-            .collect();
+        let inside: Vec<usize> = (0..free.len()).filter(|at| machine.parameters[free[*at]].holds_inside(self.values[free[*at]])).collect();
         let found = intervals(&self.derivatives.select_columns(&inside), &self.residual, records);
         free.iter()
             .enumerate()

@@ -53,6 +53,11 @@ impl Parameter {
         }
     }
 
+    /// Whether a value lies within its range and at neither end.
+    pub fn holds_inside(&self, value: f64) -> bool {
+        value > self.lower && value < self.upper
+    }
+
     /// Derivative of the value with its place in the unit interval.
     pub fn unit_slope(&self, value: f64) -> f64 {
         match self.scale {

@@ -5,6 +5,7 @@ use std::f64::consts::TAU;
 use nalgebra::{Complex, DMatrix, DVector, RowDVector, Schur};
 
 use super::plant::Plant;
+use super::run::periods;
 use super::{MotionError, Settings};
 use crate::machine::{Drive, Friction, LeadError, Machine, Tachometry, Value, Wave};
 
@@ -160,8 +161,7 @@ impl LinearLoops {
         let in_position = in_velocity * times(position_s, velocity_s);
         let tick_s = position_s / in_position as f64;
         let (a, b) = equations(&plant);
-        let delay = at(&drive.delay_s) / tick_s;
-        let delay = if (delay - delay.round()).abs() < 1e-9 { delay.round() } else { delay };
+        let delay = periods(at(&drive.delay_s), tick_s);
         let behind = delay.floor() as usize;
         let late = delay.fract() * tick_s;
         let (before, after) = (held(&a, &b, late), held(&a, &b, tick_s - late));

@@ -38,8 +38,7 @@ pub fn simulate(
     let parts = parts(settings, loops.period_s)?;
     let step_s = loops.period_s / parts as f64;
     // What the drive gives follows its sample by whole periods and a rest, which lies in one of the steps.
-    let delay = loops.delay_s / loops.period_s;
-    let delay = if (delay - delay.round()).abs() < 1e-9 { delay.round() } else { delay };
+    let delay = periods(loops.delay_s, loops.period_s);
     let (behind, rest) = (delay.floor() as usize, delay.fract() * parts as f64);
     let (rest_at, rest) = (rest.floor() as usize, rest.fract());
     let units = if rest > 1e-9 { vec![step_s, rest * step_s, (1.0 - rest) * step_s] } else { vec![step_s] };
@@ -132,6 +131,12 @@ fn parts(settings: &Settings, period_s: f64) -> Result<usize, MotionError> {
         return Err(MotionError::Input(fault));
     }
     Ok(parts.round() as usize)
+}
+
+/// A delay in periods: whole where it is so but for rounding.
+pub(super) fn periods(delay_s: f64, period_s: f64) -> f64 {
+    let periods = delay_s / period_s;
+    if (periods - periods.round()).abs() < 1e-9 { periods.round() } else { periods }
 }
 
 /// Refuses a command that leaves the stroke.

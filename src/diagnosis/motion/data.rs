@@ -141,13 +141,11 @@ impl MotionData<'_> {
             Nuisance { name: "~synchrony".into(), column: self.column(|m| slope(&force(m)).iter().map(|d| SKEW * d).collect()) },
             Nuisance { name: "~blur".into(), column: self.column(|m| slope(&slope(&force(m)))) },
         ];
+        let described = self.column(force);
         for (reach_m, sd) in REACHES {
             let elastic = elastic(machine, &fit.values, rigid, reach_m);
-            let change = |m: &Motion| {
-                let (soft, stiff) = (rigid.force(&elastic, &fit.values, m), force(m));
-                soft.iter().zip(stiff).map(|(a, b)| sd * (a - b)).collect::<Vec<f64>>()
-            };
-            all.push(Nuisance { name: format!("~slides after {:.0} µm", 1e6 * reach_m), column: self.column(change) });
+            let column = sd * (self.column(|m| rigid.force(&elastic, &fit.values, m)) - &described);
+            all.push(Nuisance { name: format!("~slides after {:.0} µm", 1e6 * reach_m), column });
         }
         for n in (1..=WAVES).map(f64::from) {
             let size = ALONG * level * (3.0 / n).min(1.0);

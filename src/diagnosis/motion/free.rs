@@ -105,21 +105,32 @@ fn hat(knots: &[f64], at: usize, x: f64) -> f64 {
     }
 }
 
-/// Where a force that depends on something arises: what depends on the acceleration at the point that is heaviest beside the encoder, what stands in a
-/// further point's column at that point, all else at the joint that rubs most, or where none rubs at the driven point.
-pub(super) fn arises(
-    rigid: &Rigid,
-    machine: &Machine,
-    (values, motions): (&[f64], &[&Motion]),
-    (over, column): (&str, Option<&str>),
-) -> String {
-    let further = |name: &str| motions.iter().flat_map(|m| &m.further).find(|f| f.column == name).map(|f| f.point);
-    let point = match column {
-        Some(column) => further(column),
-        None if over == "acceleration" => rigid.heaviest(machine, values),
-        None => None,
-    };
-    let rubs = || motions.iter().find_map(|m| rigid.rubs_most(machine, values, m)).map(|joint| machine.joints[joint].name.clone());
-    let driven = || machine.drive.as_ref().map_or("drive".into(), |d| machine.points[d.on].name.clone());
-    point.map(|p| machine.points[p].name.clone()).or_else(rubs).unwrap_or_else(driven)
+/// Where forces arise in a machine, by the names of its parts.
+pub(super) struct Places<'p> {
+    machine: &'p Machine,
+    motions: &'p [&'p Motion],
+    /// The joint that rubs most, or where none rubs the driven point.
+    rubs: String,
+    /// The point that is heaviest at the encoder.
+    heaviest: Option<usize>,
+}
+
+impl<'p> Places<'p> {
+    /// Of a machine with these values along motions.
+    pub fn new(rigid: &Rigid, machine: &'p Machine, values: &[f64], motions: &'p [&'p Motion]) -> Self {
+        let rubs = motions.iter().find_map(|m| rigid.rubs_most(machine, values, m)).map(|joint| machine.joints[joint].name.clone());
+        let driven = || machine.drive.as_ref().map_or("drive".into(), |d| machine.points[d.on].name.clone());
+        Places { machine, motions, rubs: rubs.unwrap_or_else(driven), heaviest: rigid.heaviest(machine, values) }
+    }
+
+    /// What stands in a further point's column arises at that point, a force that depends on the acceleration at the heaviest, all else where it rubs most.
+    pub fn of(&self, over: &str, column: Option<&str>) -> String {
+        let further = |name: &str| self.motions.iter().flat_map(|m| &m.further).find(|f| f.column == name).map(|f| f.point);
+        let point = match column {
+            Some(column) => further(column),
+            None if over == "acceleration" => self.heaviest,
+            None => None,
+        };
+        point.map_or_else(|| self.rubs.clone(), |p| self.machine.points[p].name.clone())
+    }
 }

@@ -166,10 +166,7 @@ impl Survey {
         let Ground { data, rigid, nominal, fit, frozen } = ground;
         let machine = &nominal.machine;
         // What stands at an end of its range is held there: no candidate is to gain by taking it farther, or to lose to one that does.
-        let inside = |i: &usize| {
-            let (p, x) = (&machine.parameters[*i], fit.values[*i]);
-            x > p.lower && x < p.upper
-        };
+        let inside = |i: &usize| machine.parameters[*i].holds_inside(fit.values[*i]);
         let free: Vec<usize> = data.free(machine, frozen).ok()?.into_iter().filter(inside).collect();
         let columns = Columns::new(rigid, machine, &fit.values, &free, &data.motions);
         let nuisances = data.nuisances(rigid, machine, fit);

@@ -5,7 +5,7 @@ use rayon::prelude::*;
 use super::cell::{Cell, cells};
 use super::conclude::{Evidence, conclude};
 use super::data::MotionData;
-use super::free::arises;
+use super::free::Places;
 use super::gap::{MotionPart, closed_interval, floor_of, gap_of, noise_of, part};
 use super::record::{Contradiction, RecordShift, contradictions, faulty, shifts};
 use super::survey::{Ground, Null, Ranked, Survey, start_of};
@@ -138,7 +138,8 @@ pub(super) struct Work<'w> {
     control: &'w Control,
 }
 
-/// Diagnoses motions of a drive by the force of its rigid motion, and by the transmission errors of further points where they were recorded.
+/// Diagnoses motions of a drive by the force of its rigid motion, and by the transmission errors of further points where they were recorded; of effects
+/// with one id that for motion ([`Effect::asked_of`]).
 ///
 /// # Errors  the machine is not one rigid axis, a record gives force for torque or the reverse, a frozen parameter is unknown. Records that do not
 /// determine the machine's own parameters are no error but the verdict «insufficient».
@@ -185,7 +186,7 @@ pub fn diagnose_motion(
     if first.significant(LEAST)
         && let Some(at) = first.best_effect()
         && let Some(next) = work.refined(&first, &first.ranked[at], &base)
-        && next.1.squares < (1.0 - HELD * first.ranked[at].gain) * base.1.squares
+        && held(&next, &base, first.ranked[at].gain)
     {
         names.push(first.id(at).to_string());
         loss *= 1.0 - first.ranked[at].gain;
@@ -199,7 +200,7 @@ pub fn diagnose_motion(
         }
         let at = second.best_effect().unwrap_or(0);
         let Some(next) = work.refined(&second, &second.ranked[at], &chosen) else { break };
-        if next.1.squares >= (1.0 - HELD * second.ranked[at].gain) * chosen.1.squares {
+        if !held(&next, &chosen, second.ranked[at].gain) {
             break;
         }
         let id = second.id(at);
@@ -252,13 +253,14 @@ pub fn diagnose_motion(
             });
         }
     }
+    let places = Places::new(&work.rigid, &base.0.machine, &base.1.values, fit_motions);
     let located: Vec<LocatedMotion> = first
         .ranked
         .iter()
         .filter_map(|r| {
             let candidate = &first.survey.candidates[r.candidate];
             let (over, shape) = candidate.free?;
-            let interface = arises(&work.rigid, &base.0.machine, (&base.1.values, fit_motions), (over, candidate.column.as_deref()));
+            let interface = places.of(over, candidate.column.as_deref());
             Some(LocatedMotion {
                 interface,
                 column: candidate.column.clone(),
@@ -352,10 +354,8 @@ impl Stage {
             let close = most.gain - r.gain <= ALIKE * most.gain && losses < 1.0 + PERHAPS;
             close || (most.gain - r.gain <= PERHAPS * most.gain && losses < COMPARABLE && mean < APART * spread)
         };
-        let like = |at: usize| {
-            let told = effects.iter().find(|e| e.id == self.id(best)).is_some_and(|e| e.like.iter().any(|id| id == self.id(at)));
-            told && !self.further
-        };
+        let known = effects.iter().find(|e| e.id == self.id(best) && !self.further).map_or(&[][..], |e| &e.like);
+        let like = |at: usize| known.iter().any(|id| id == self.id(at));
         (best..self.ranked.len())
             .filter(|at| self.survey.candidates[self.ranked[*at].candidate].free.is_none() && (alike(&self.ranked[*at]) || like(*at)))
             .collect()
@@ -385,7 +385,7 @@ impl Work<'_> {
 
     fn hypotheses(&self, from: &Hypothesis, names: &[String]) -> (Vec<Hypothesis>, Vec<(String, Status)>) {
         let (mut apply, mut others) = (Vec::new(), Vec::new());
-        for effect in Effect::asked_of(self.effects, Data::Motion).filter(|e| !names.contains(&e.id)) {
+        for effect in self.effects.iter().filter(|e| !names.contains(&e.id)) {
             let applied = match from.obstacle(effect, Data::Motion) {
                 Some(why) => Err(why),
                 None => from.with(effect).map_err(|error| error.to_string()),
@@ -415,8 +415,8 @@ impl Work<'_> {
         let fitted = |free: &[usize]| estimate(&self.rigid, machine, &start, free, &self.data.motions).ok();
         let fit = fitted(&free).or_else(|| {
             // What the machine has at an end of its range may be what the effect stands for.
-            let inside = |i: &usize| machine.parameters[*i].lower < start[*i] && start[*i] < machine.parameters[*i].upper;
-            let free: Vec<usize> = free.iter().copied().filter(|i| inside(i) || *i >= from.1.values.len()).collect();
+            let kept = |i: &usize| machine.parameters[*i].holds_inside(start[*i]) || *i >= from.1.values.len();
+            let free: Vec<usize> = free.iter().copied().filter(kept).collect();
             fitted(&free)
         })?;
         Some((whole, fit))
@@ -447,6 +447,11 @@ impl Work<'_> {
             }
         }
     }
+}
+
+/// Whether the fit of everything shows an effect that gained so much of parts left out.
+fn held(next: &Chosen, before: &Chosen, gain: f64) -> bool {
+    next.1.squares < (1.0 - HELD * gain) * before.1.squares
 }
 
 /// Of effects that leave as much as the best but for a few percent, the one with the fewest parameters comes first.
