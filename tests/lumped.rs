@@ -255,7 +255,7 @@ fn limit_derivatives_through_a_series_of_contacts() {
     let mut found = vec![Complexes::ZERO; column.len()];
     network.update(&machine, &machine.start(), &here);
     let sensitivity = network.sensitivity(&machine, &machine.start(), &here, &column, None);
-    network.gradient(Reals::splat(omega), &sensitivity, &mut work, &mut found);
+    network.gradient(&[Reals::splat(omega)], &sensitivity, &mut work, &mut found);
     let exact: Vec<_> = found.iter().map(|d| d.apart()[0]).collect();
     for index in 0..column.len() {
         let mut at = |factor: f64| {

@@ -1,17 +1,32 @@
 //! Symmetric elimination with a fixed sparse pattern: the shape is worked out once, the numbers many times.
 
+use std::cell::Cell;
 use std::collections::BTreeSet;
-use std::ops::{AddAssign, Mul, SubAssign};
+use std::ops::Mul;
+
+use super::lanes::ABREAST;
 
 /// A number that can be eliminated: real without damping, complex with.
-pub trait Scalar: Copy + AddAssign + SubAssign + Mul<Output = Self> {
+pub trait Scalar: Copy + Mul<Output = Self> {
+    /// Nought.
+    const ZERO: Self;
+
     /// 1/x.
     fn inverse(self) -> Self;
+
+    /// x − a·b.
+    fn less(self, a: Self, b: Self) -> Self;
 }
 
 impl Scalar for f64 {
+    const ZERO: Self = 0.0;
+
     fn inverse(self) -> Self {
         1.0 / self
+    }
+
+    fn less(self, a: Self, b: Self) -> Self {
+        self - a * b
     }
 }
 
@@ -117,55 +132,71 @@ impl Elimination {
         slot
     }
 
-    /// Factors in place. Diagonal slots then hold 1/d; `on_pivot` sees each d before.
+    /// Factors `abreast` matrices in place, at most [`ABREAST`]; entry s of matrix w stands at s·abreast + w. Diagonal slots then hold 1/d; `on_pivot` sees
+    /// w, d and 1/d of each.
     #[inline]
-    pub fn factor<T: Scalar>(&self, entries: &mut [T], mut on_pivot: impl FnMut(T)) {
+    pub fn factor<T: Scalar>(&self, abreast: usize, entries: &mut [T], mut on_pivot: impl FnMut(usize, T, T)) {
+        let cells = Cell::from_mut(entries).as_slice_of_cells();
+        let of = |slot: usize| &cells[slot * abreast..][..abreast];
+        let mut scaled = [T::ZERO; ABREAST];
         for pivot in &self.pivots {
-            let d = entries[pivot.diagonal];
-            on_pivot(d);
-            let inverse = d.inverse();
-            entries[pivot.diagonal] = inverse;
+            let inverse = of(pivot.diagonal);
+            for (w, d) in inverse.iter().enumerate() {
+                let (value, inverse) = (d.get(), d.get().inverse());
+                on_pivot(w, value, inverse);
+                d.set(inverse);
+            }
             let near = &self.neighbours[pivot.neighbours.0..pivot.neighbours.1];
-            let mut target = pivot.targets;
-            for (at, &(_, slot_a)) in near.iter().enumerate() {
-                let l = entries[slot_a] * inverse;
-                for &(_, slot_b) in &near[..=at] {
-                    let product = l * entries[slot_b];
-                    entries[self.targets[target]] -= product;
-                    target += 1;
+            let mut targets = self.targets[pivot.targets..].iter();
+            for (at, &(_, slot)) in near.iter().enumerate() {
+                for ((l, entry), inverse) in scaled.iter_mut().zip(of(slot)).zip(inverse) {
+                    *l = entry.get() * inverse.get();
+                }
+                for (&(_, slot), &target) in near[..=at].iter().zip(&mut targets) {
+                    for ((target, l), entry) in of(target).iter().zip(&scaled).zip(of(slot)) {
+                        target.set(target.get().less(*l, entry.get()));
+                    }
                 }
             }
         }
     }
 
-    /// Solves A·x = b for factored entries; `x` holds b on entry.
+    /// Solves A·x = b for `abreast` factored matrices; `x` holds b on entry, coordinate i of matrix w at i·abreast + w.
     #[inline]
-    pub fn solve<T: Scalar>(&self, entries: &[T], x: &mut [T]) {
+    pub fn solve<T: Scalar>(&self, abreast: usize, entries: &[T], x: &mut [T]) {
+        let x = Cell::from_mut(x).as_slice_of_cells();
+        let of = |row: usize| &x[row * abreast..][..abreast];
         for pivot in &self.pivots {
-            let scaled = x[pivot.row] * entries[pivot.diagonal];
+            let inverse = &entries[pivot.diagonal * abreast..][..abreast];
             for &(a, slot) in &self.neighbours[pivot.neighbours.0..pivot.neighbours.1] {
-                let product = entries[slot] * scaled;
-                x[a] -= product;
+                let entries = &entries[slot * abreast..][..abreast];
+                for (((a, x), entry), inverse) in of(a).iter().zip(of(pivot.row)).zip(entries).zip(inverse) {
+                    a.set(a.get().less(x.get() * *inverse, *entry));
+                }
             }
         }
-        self.solve_back(entries, x);
+        self.back(abreast, entries, x);
     }
 
-    /// Solves A·x = b where b is zero but at the coordinate eliminated last; `x` holds b on entry.
+    /// Solves A·x = b where b is zero but at the coordinate eliminated last; as [`Elimination::solve`].
     #[inline]
-    pub fn solve_last<T: Scalar>(&self, entries: &[T], x: &mut [T]) {
-        self.solve_back(entries, x);
+    pub fn solve_last<T: Scalar>(&self, abreast: usize, entries: &[T], x: &mut [T]) {
+        self.back(abreast, entries, Cell::from_mut(x).as_slice_of_cells());
     }
 
     #[inline]
-    fn solve_back<T: Scalar>(&self, entries: &[T], x: &mut [T]) {
+    fn back<T: Scalar>(&self, abreast: usize, entries: &[T], x: &[Cell<T>]) {
+        let of = |row: usize| &x[row * abreast..][..abreast];
         for pivot in self.pivots.iter().rev() {
-            let mut sum = x[pivot.row];
+            let here = of(pivot.row);
             for &(a, slot) in &self.neighbours[pivot.neighbours.0..pivot.neighbours.1] {
-                let product = entries[slot] * x[a];
-                sum -= product;
+                for ((x, a), entry) in here.iter().zip(of(a)).zip(&entries[slot * abreast..][..abreast]) {
+                    x.set(x.get().less(a.get(), *entry));
+                }
             }
-            x[pivot.row] = sum * entries[pivot.diagonal];
+            for (x, inverse) in here.iter().zip(&entries[pivot.diagonal * abreast..]) {
+                x.set(x.get() * *inverse);
+            }
         }
     }
 }
@@ -188,12 +219,12 @@ mod tests {
             entries[pattern.entry(i, j)] = value(i, j);
         }
         let mut count = 0;
-        pattern.factor(&mut entries, |_| count += 1);
+        pattern.factor(1, &mut entries, |_, _, _| count += 1);
         assert_eq!(count, 5);
         for column in 0..5 {
             let mut x = vec![0.0; 5];
             x[column] = 1.0;
-            pattern.solve(&entries, &mut x);
+            pattern.solve(1, &entries, &mut x);
             for i in 0..5 {
                 let mut sum = value(i, i) * x[i];
                 for (a, b) in pairs {

@@ -1,5 +1,6 @@
 //! Where a mode keeps its strain energy.
 
+use super::lanes::{Complexes, Reals};
 use super::network::Network;
 use crate::machine::{Machine, Operating};
 
@@ -48,12 +49,14 @@ impl Network {
         for (at, shaft) in machine.shafts.iter().enumerate() {
             let mut energy = 0.0;
             for (rod, rod_shape) in self.rods.iter().zip(&self.structure.rods).filter(|(_, s)| s.shaft == at) {
-                let entries = rod.damped(omega_rad_s);
+                let at = Reals::splat(omega_rad_s);
+                let entries = rod.damped_each(at);
+                let slopes = rod.slopes_each(at, &entries);
                 let end = |c: Option<usize>| c.map_or(0.0, |i| shape[i]);
                 let (a, b) = (end(rod_shape.along[0]), end(rod_shape.along[1]));
-                let form = |direct: f64, cross: f64| direct * (a * a + b * b) + 2.0 * cross * a * b;
-                energy +=
-                    form(entries.direct.re, entries.cross.re) - 0.5 * omega_rad_s * form(entries.direct_slope.re, entries.cross_slope.re);
+                let form =
+                    |(direct, cross): (Complexes, Complexes)| direct.apart()[0].re * (a * a + b * b) + 2.0 * cross.apart()[0].re * a * b;
+                energy += form((entries.direct, entries.cross)) - 0.5 * omega_rad_s * form(slopes);
             }
             rows.push(EnergyShare { name: shaft.name.clone(), deformation: None, share: energy });
         }

@@ -10,6 +10,9 @@ use super::elimination::Scalar;
 /// Numbers side by side.
 pub const LANES: usize = 4;
 
+/// Most groups of numbers side by side that are worked on in turn: what one group waits for, the others do not.
+pub const ABREAST: usize = 8;
+
 /// Complex numbers side by side.
 #[derive(Debug, Clone, Copy)]
 pub struct Complexes {
@@ -56,8 +59,15 @@ impl Complexes {
     }
 
     /// 1/z.
+    #[inline]
     pub fn inverse(self) -> Self {
         Scalar::inverse(self)
+    }
+
+    /// Its complex conjugate.
+    #[inline]
+    pub fn conj(self) -> Self {
+        Complexes { re: self.re, im: -self.im }
     }
 
     /// ln z, its imaginary part between −π and π.
@@ -91,12 +101,13 @@ impl Mul for Complexes {
     type Output = Self;
     #[inline(always)]
     fn mul(self, z: Self) -> Self {
-        Complexes { re: self.re * z.re - self.im * z.im, im: self.re * z.im + self.im * z.re }
+        Complexes { re: self.im.mul_neg_add(z.im, self.re * z.re), im: self.re.mul_add(z.im, self.im * z.re) }
     }
 }
 
 impl Mul<Reals> for Complexes {
     type Output = Self;
+    #[inline]
     fn mul(self, x: Reals) -> Self {
         Complexes { re: self.re * x, im: self.im * x }
     }
@@ -104,6 +115,7 @@ impl Mul<Reals> for Complexes {
 
 impl Mul<f64> for Complexes {
     type Output = Self;
+    #[inline]
     fn mul(self, x: f64) -> Self {
         self * Reals::splat(x)
     }
@@ -111,36 +123,56 @@ impl Mul<f64> for Complexes {
 
 impl Neg for Complexes {
     type Output = Self;
+    #[inline]
     fn neg(self) -> Self {
         Complexes { re: -self.re, im: -self.im }
     }
 }
 
 impl AddAssign for Complexes {
+    #[inline]
     fn add_assign(&mut self, z: Self) {
         *self = *self + z;
     }
 }
 
 impl SubAssign for Complexes {
+    #[inline]
     fn sub_assign(&mut self, z: Self) {
         *self = *self - z;
     }
 }
 
 impl MulAssign for Complexes {
+    #[inline]
     fn mul_assign(&mut self, z: Self) {
         *self = Mul::<Complexes>::mul(*self, z);
     }
 }
 
 impl Scalar for Reals {
+    const ZERO: Self = Reals::ZERO;
+
+    #[inline(always)]
     fn inverse(self) -> Self {
         Reals::ONE / self
+    }
+
+    #[inline(always)]
+    fn less(self, a: Self, b: Self) -> Self {
+        a.mul_neg_add(b, self)
     }
 }
 
 impl Scalar for Complexes {
+    const ZERO: Self = Complexes::ZERO;
+
+    #[inline(always)]
+    fn less(self, a: Self, b: Self) -> Self {
+        Complexes { re: a.im.mul_add(b.im, a.re.mul_neg_add(b.re, self.re)), im: a.im.mul_neg_add(b.re, a.re.mul_neg_add(b.im, self.im)) }
+    }
+
+    #[inline(always)]
     fn inverse(self) -> Self {
         let scale = Reals::ONE / self.norm_sqr();
         Complexes { re: self.re * scale, im: -(self.im * scale) }

@@ -2,6 +2,7 @@
 
 use super::lanes::{Complexes, Reals};
 use super::network::{Network, Workspace};
+use super::solution::Solution;
 use crate::numeric::root::{Bracket, refine};
 use crate::unit::omega_rad_s;
 
@@ -80,8 +81,9 @@ impl Network {
     fn modal_damping(&self, omega_rad_s: f64, shape: &[f64]) -> Option<f64> {
         let complex: Vec<Complexes> = shape.iter().map(|x| Complexes::splat((*x).into())).collect();
         let at = Reals::splat(omega_rad_s);
-        let slope = self.bilinear_slope(at, &self.rod_entries(at), &complex, &complex);
-        let inertia = -slope.apart()[0].re * omega_rad_s;
+        let (rods, mut slope) = (self.rod_entries(at), [Complexes::ZERO]);
+        self.bilinear_slopes(Solution { omega_rad_s: &[at], at_excitation: &complex, at_response: &complex, rods: &rods }, &mut slope);
+        let inertia = -slope[0].apart()[0].re * omega_rad_s;
         let mut lost = 0.0;
         for (joint, on) in self.joints.iter().zip(&self.structure.joints) {
             let stretch: f64 = on.iter().map(|&(i, c)| shape[i] * c).sum();

@@ -5,8 +5,10 @@ use std::sync::Arc;
 
 use num_complex::Complex64;
 
-use super::lanes::{Complexes, LANES, Reals};
+use super::lanes::{ABREAST, Complexes, LANES, Reals};
+use super::lines::Lines;
 use super::rod::{Rod, RodLanes, loss};
+use super::solution::Solution;
 use super::structure::{Rods, Structure};
 use crate::machine::{Machine, Operating};
 
@@ -57,7 +59,7 @@ pub struct Network {
     loses: bool,
 }
 
-/// Room for evaluations at some frequencies at once; keep it and none allocates.
+/// Room for evaluations at some frequencies at once; keep it and none allocates. What is kept for each of some groups of frequencies stands side by side.
 #[derive(Debug, Clone)]
 pub struct Workspace {
     real: Vec<Reals>,
@@ -87,23 +89,15 @@ impl Point {
     }
 }
 
-impl Workspace {
-    /// Displacements under a unit force at the excitation and at the response, and the rods' entries, of the last solution.
-    pub(super) fn solutions(&self, shape: &Structure) -> (&[Complexes], &[Complexes], &[RodLanes]) {
-        let at_response = if shape.response == shape.excitation { &self.at_excitation } else { &self.at_response };
-        (&self.at_excitation, at_response, &self.rods)
-    }
-}
-
 impl Structure {
     /// Room for evaluations of this structure.
     pub fn workspace(&self) -> Workspace {
         Workspace {
-            real: vec![Reals::ZERO; self.elimination.slots()],
-            complex: vec![Complexes::ZERO; self.elimination.slots()],
-            rods: Vec::with_capacity(self.rods.len()),
-            at_excitation: vec![Complexes::ZERO; self.size()],
-            at_response: vec![Complexes::ZERO; self.size()],
+            real: vec![Reals::ZERO; self.elimination.slots() * ABREAST],
+            complex: vec![Complexes::ZERO; self.elimination.slots() * ABREAST],
+            rods: Vec::with_capacity(self.rods.len() * ABREAST),
+            at_excitation: vec![Complexes::ZERO; self.size() * ABREAST],
+            at_response: vec![Complexes::ZERO; self.size() * ABREAST],
         }
     }
 
@@ -183,152 +177,214 @@ impl Network {
     }
 
     /// Assembles D(ω) without damping and factors it; gives the numbers of negative pivots and of rod poles below each ω.
-    fn factor_undamped(&self, omega_rad_s: Reals, entries: &mut [Reals]) -> [usize; LANES] {
-        let pattern = &self.structure.elimination;
-        for (entry, k) in entries.iter_mut().zip(&self.stiffness) {
-            *entry = Reals::splat(*k);
+    fn factor_undamped(&self, omega_rad_s: &[Reals], entries: &mut [Reals]) -> [Reals; ABREAST] {
+        let (pattern, abreast) = (&self.structure.elimination, omega_rad_s.len());
+        let entries = &mut entries[..pattern.slots() * abreast];
+        for (entries, k) in entries.chunks_exact_mut(abreast).zip(&self.stiffness) {
+            entries.fill(Reals::splat(*k));
         }
-        let square = omega_rad_s * omega_rad_s;
-        for (slot, m) in self.structure.diagonal.iter().zip(&self.inertia) {
-            entries[*slot] -= square * Reals::splat(*m);
+        for (slot, m) in self.structure.diagonal.iter().zip(&self.inertia).filter(|(_, m)| **m != 0.0) {
+            for (entry, omega) in entries[slot * abreast..].iter_mut().zip(omega_rad_s) {
+                *entry -= *omega * *omega * Reals::splat(*m);
+            }
         }
-        let mut below = Reals::ZERO;
+        let mut below = [Reals::ZERO; ABREAST];
         for (rod, slots) in self.rods.iter().zip(&self.structure.rod_slots) {
-            below += rod.clamped_modes_below_each(omega_rad_s);
-            let (direct, cross) = rod.undamped_each(omega_rad_s);
-            for (slot, entry) in slots.iter().zip([direct, direct, cross]) {
-                if let Some(slot) = *slot {
-                    entries[slot] += entry;
+            for (w, (omega, below)) in omega_rad_s.iter().zip(&mut below).enumerate() {
+                *below += rod.clamped_modes_below_each(*omega);
+                let (direct, cross) = rod.undamped_each(*omega);
+                for (slot, entry) in slots.iter().zip([direct, direct, cross]) {
+                    if let Some(slot) = *slot {
+                        entries[slot * abreast + w] += entry;
+                    }
                 }
             }
         }
-        pattern.factor(entries, |d| below += d.is_sign_negative() & Reals::ONE);
-        below.to_array().map(|count| count as usize)
+        pattern.factor(abreast, entries, |w, d, _| below[w] += d.is_sign_negative() & Reals::ONE);
+        below
     }
 
     /// Number of undamped natural frequencies below ω, rigid-body modes included.
     ///
     /// # Source  Wittrick and Williams, Q. J. Mech. Appl. Math. 24 (1971) 263–284: J = J₀ + s{D}.
     pub fn modes_below(&self, omega_rad_s: f64, work: &mut Workspace) -> usize {
-        self.factor_undamped(Reals::splat(omega_rad_s), &mut work.real)[0]
+        self.factor_undamped(&[Reals::splat(omega_rad_s)], &mut work.real)[0].to_array()[0] as usize
     }
 
     /// As [`Network::modes_below`], at some frequencies.
     pub fn modes_below_each(&self, omega_rad_s: &[f64], work: &mut Workspace, below: &mut Vec<usize>) {
         below.clear();
-        for (omega, count) in lanes_of(omega_rad_s) {
-            below.extend(&self.factor_undamped(omega, &mut work.real)[..count]);
+        for some in omega_rad_s.chunks(ABREAST * LANES) {
+            let (omegas, abreast) = grouped(some);
+            let counts = self.factor_undamped(&omegas[..abreast], &mut work.real);
+            below.extend(counts.iter().flat_map(|c| c.to_array()).take(some.len()).map(|c| c as usize));
         }
     }
 
     /// Displacements of all coordinates under a unit force at the response, without damping.
     pub(super) fn undamped_shape(&self, omega_rad_s: f64, force: &[f64], work: &mut Workspace) -> Vec<f64> {
-        self.factor_undamped(Reals::splat(omega_rad_s), &mut work.real);
+        self.factor_undamped(&[Reals::splat(omega_rad_s)], &mut work.real);
         let mut x: Vec<Reals> = force.iter().map(|f| Reals::splat(*f)).collect();
-        self.structure.elimination.solve(&work.real, &mut x);
+        self.structure.elimination.solve(1, &work.real, &mut x);
         x.into_iter().map(|x| x.to_array()[0]).collect()
     }
 
-    /// Assembles D(ω) with damping and factors it; gives the direction of its determinant.
-    fn factor_damped(&self, omega_rad_s: Reals, work: &mut Workspace) -> Complexes {
-        let shape = &self.structure;
-        let pattern = &shape.elimination;
-        let square = omega_rad_s * omega_rad_s;
+    /// Assembles D(ω) with damping in `work.complex`, but for the rods.
+    fn assemble(&self, omega_rad_s: &[Reals], entries: &mut [Complexes]) {
+        let (shape, abreast) = (&self.structure, omega_rad_s.len());
         let spring_dampers = self.stiffness.iter().zip(&self.damping).zip(&self.loss);
-        if self.loses {
-            let added = Complexes::each(|lane| loss(omega_rad_s.to_array()[lane]).0);
-            for (entry, ((k, c), h)) in work.complex.iter_mut().zip(spring_dampers) {
-                let (k, c, h) = (Reals::splat(*k), Reals::splat(*c), Reals::splat(*h));
-                *entry = Complexes::new(k + h * added.re, omega_rad_s * c + h);
+        let added: [Reals; ABREAST] = match self.loses {
+            true => {
+                std::array::from_fn(|w| omega_rad_s.get(w).map_or(Reals::ZERO, |omega| Reals::from(omega.to_array().map(|o| loss(o).0.re))))
             }
-        } else {
-            for (entry, ((k, c), _)) in work.complex.iter_mut().zip(spring_dampers) {
-                *entry = Complexes::new(Reals::splat(*k), omega_rad_s * Reals::splat(*c));
+            false => [Reals::ZERO; ABREAST],
+        };
+        for (entries, ((k, c), h)) in entries.chunks_exact_mut(abreast).zip(spring_dampers) {
+            let (k, c, h) = (Reals::splat(*k), Reals::splat(*c), Reals::splat(*h));
+            for ((entry, omega), added) in entries.iter_mut().zip(omega_rad_s).zip(&added) {
+                *entry = Complexes::new(h.mul_add(*added, k), omega.mul_add(c, h));
             }
         }
-        for (slot, m) in shape.diagonal.iter().zip(&self.inertia) {
-            work.complex[*slot].re -= square * Reals::splat(*m);
-        }
-        let mut determinant = Complexes::real(Reals::ONE);
-        work.rods.clear();
-        for (rod, slots) in self.rods.iter().zip(&shape.rod_slots) {
-            let entries = rod.damped_each(omega_rad_s);
-            if entries.lossless {
-                determinant = determinant * entries.sin.re;
-            } else {
-                determinant *= entries.sin;
+        for (slot, m) in shape.diagonal.iter().zip(&self.inertia).filter(|(_, m)| **m != 0.0) {
+            for (entry, omega) in entries[slot * abreast..].iter_mut().zip(omega_rad_s) {
+                entry.re -= *omega * *omega * Reals::splat(*m);
             }
-            for (slot, entry) in slots.iter().zip([entries.direct, entries.direct, entries.cross]) {
-                if let Some(slot) = *slot {
-                    work.complex[slot] += entry;
-                }
-            }
-            work.rods.push(entries);
         }
         for (joint, on) in self.joints.iter().zip(&shape.joints).filter(|(j, _)| j.relaxation_stiffness.is_some()) {
-            let damper = Complexes::each(|lane| {
-                let omega = omega_rad_s.to_array()[lane];
-                joint.dynamic(omega).0 - joint.spring(omega).0
-            });
-            for (at, &(i, a)) in on.iter().enumerate() {
-                for &(j, b) in &on[..=at] {
-                    work.complex[pattern.entry(i, j)] += damper * (a * b);
+            for (w, omega) in omega_rad_s.iter().enumerate() {
+                let damper = Complexes::each(|lane| {
+                    let omega = omega.to_array()[lane];
+                    joint.dynamic(omega).0 - joint.spring(omega).0
+                });
+                for (at, &(i, a)) in on.iter().enumerate() {
+                    for &(j, b) in &on[..=at] {
+                        entries[shape.elimination.entry(i, j) * abreast + w] += damper * (a * b);
+                    }
                 }
             }
         }
-        pattern.factor(&mut work.complex, |d| {
-            determinant *= d * (Reals::ONE / (d.re.abs() + d.im.abs()));
+    }
+
+    /// Assembles D(ω) with damping and factors it, with the rods' entries left in `work`; gives the direction of its determinant.
+    fn factor_damped(&self, omega_rad_s: &[Reals], work: &mut Workspace) -> [Complexes; ABREAST] {
+        let (shape, abreast) = (&self.structure, omega_rad_s.len());
+        let entries = &mut work.complex[..shape.elimination.slots() * abreast];
+        self.assemble(omega_rad_s, entries);
+        let mut determinant = [Complexes::real(Reals::ONE); ABREAST];
+        work.rods.clear();
+        for (rod, slots) in self.rods.iter().zip(&shape.rod_slots) {
+            for (w, (omega, determinant)) in omega_rad_s.iter().zip(&mut determinant).enumerate() {
+                let of = rod.damped_each(*omega);
+                *determinant *= of.sin;
+                for (slot, entry) in slots.iter().zip([of.direct, of.direct, of.cross]) {
+                    if let Some(slot) = *slot {
+                        entries[slot * abreast + w] += entry;
+                    }
+                }
+                work.rods.push(of);
+            }
+        }
+        shape.elimination.factor(abreast, entries, |w, d, inverse| {
+            determinant[w] *= d * (inverse.re.abs() + inverse.im.abs());
         });
         determinant
     }
 
-    /// Factors D(ω) and fills in the displacements under a unit force at the excitation.
-    fn displace(&self, omega_rad_s: Reals, work: &mut Workspace) -> Complexes {
-        let shape = &self.structure;
+    /// Factors D(ω) and fills in the displacements under unit forces at the excitation and at the response.
+    fn displace(&self, omega_rad_s: &[Reals], work: &mut Workspace) -> [Complexes; ABREAST] {
+        let (shape, abreast) = (&self.structure, omega_rad_s.len());
         let determinant = self.factor_damped(omega_rad_s, work);
-        work.at_excitation.fill(Complexes::ZERO);
-        work.at_excitation[shape.excitation] = Complexes::real(Reals::ONE);
-        shape.elimination.solve_last(&work.complex, &mut work.at_excitation);
+        let unit = |x: &mut Vec<Complexes>, at: usize| {
+            x[..shape.size() * abreast].fill(Complexes::ZERO);
+            x[at * abreast..][..abreast].fill(Complexes::real(Reals::ONE));
+        };
+        unit(&mut work.at_excitation, shape.excitation);
+        shape.elimination.solve_last(abreast, &work.complex, &mut work.at_excitation);
+        if shape.response != shape.excitation {
+            unit(&mut work.at_response, shape.response);
+            shape.elimination.solve(abreast, &work.complex, &mut work.at_response);
+        }
         determinant
+    }
+
+    /// What [`Network::displace`] left behind.
+    fn solution<'w>(&self, omega_rad_s: &'w [Reals], work: &'w Workspace) -> Solution<'w> {
+        let at_response = if self.structure.response == self.structure.excitation { &work.at_excitation } else { &work.at_response };
+        Solution { omega_rad_s, at_excitation: &work.at_excitation, at_response, rods: &work.rods }
+    }
+
+    /// Displacement of the response under a unit force at the excitation.
+    fn response<'w>(&self, abreast: usize, work: &'w Workspace) -> &'w [Complexes] {
+        &work.at_excitation[self.structure.response * abreast..][..abreast]
     }
 
     /// Receptance at one frequency, alone.
     pub fn receptance(&self, omega_rad_s: f64, work: &mut Workspace) -> Complex64 {
-        self.receptances(Reals::splat(omega_rad_s), work).apart()[0]
+        self.receptances(&[Reals::splat(omega_rad_s)], work)[0].apart()[0]
     }
 
     /// Receptances at any number of frequencies.
     pub fn sweep(&self, omega_rad_s: &[f64], work: &mut Workspace) -> Vec<Complex64> {
-        let some = |(omega, count): (Reals, usize)| self.receptances(omega, work).apart().into_iter().take(count);
-        lanes_of(omega_rad_s).flat_map(some).collect()
+        let mut values = Vec::with_capacity(omega_rad_s.len());
+        for some in omega_rad_s.chunks(ABREAST * LANES) {
+            let (omegas, abreast) = grouped(some);
+            let found = self.receptances(&omegas[..abreast], work);
+            values.extend(found.iter().flat_map(|h| h.apart()).take(some.len()));
+        }
+        values
     }
 
-    /// Receptances at frequencies side by side.
-    pub fn receptances(&self, omega_rad_s: Reals, work: &mut Workspace) -> Complexes {
-        let shape = &self.structure;
+    /// Receptances at up to [`ABREAST`] groups of frequencies.
+    pub fn receptances<'w>(&self, omega_rad_s: &[Reals], work: &'w mut Workspace) -> &'w [Complexes] {
+        self.receptances_with(omega_rad_s, |_, _| None, work)
+    }
+
+    /// Receptances at up to [`ABREAST`] groups of some lines, with what is known of rods there.
+    pub fn receptances_on<'w>(&self, lines: &Lines, groups: std::ops::Range<usize>, work: &'w mut Workspace) -> &'w [Complexes] {
+        let from = groups.start;
+        self.receptances_with(&lines.omega_rad_s()[groups], |at, rod| lines.known(at, rod).map(|known| &known[from..]), work)
+    }
+
+    #[inline]
+    fn receptances_with<'w, 'k>(
+        &self,
+        omega_rad_s: &[Reals],
+        known: impl Fn(usize, &Rod) -> Option<&'k [(Reals, Reals)]>,
+        work: &'w mut Workspace,
+    ) -> &'w [Complexes] {
+        let (shape, abreast) = (&self.structure, omega_rad_s.len());
+        let entries = &mut work.complex[..shape.elimination.slots() * abreast];
+        self.assemble(omega_rad_s, entries);
+        for (at, (rod, slots)) in self.rods.iter().zip(&shape.rod_slots).enumerate() {
+            let [left, right, cross] = slots.map(|slot| slot.map(|slot| slot * abreast));
+            if let Some(known) = known(at, rod) {
+                for (w, (of_direct, of_cross)) in known[..abreast].iter().enumerate() {
+                    left.into_iter().chain(right).for_each(|slot| entries[slot + w].re += *of_direct);
+                    cross.into_iter().for_each(|slot| entries[slot + w].re += *of_cross);
+                }
+                continue;
+            }
+            for (w, omega) in omega_rad_s.iter().enumerate() {
+                let of = rod.damped_each(*omega);
+                left.into_iter().chain(right).for_each(|slot| entries[slot + w] += of.direct);
+                cross.into_iter().for_each(|slot| entries[slot + w] += of.cross);
+            }
+        }
+        shape.elimination.factor(abreast, entries, |_, _, _| ());
         // What is eliminated last needs no way back: its pivot is the dynamic stiffness there.
         if shape.response == shape.excitation {
-            self.factor_damped(omega_rad_s, work);
-            return work.complex[shape.diagonal[shape.excitation]];
+            return &work.complex[shape.diagonal[shape.excitation] * abreast..][..abreast];
         }
-        self.displace(omega_rad_s, work);
-        work.at_excitation[shape.response]
+        work.at_excitation[..shape.size() * abreast].fill(Complexes::ZERO);
+        work.at_excitation[shape.excitation * abreast..][..abreast].fill(Complexes::real(Reals::ONE));
+        shape.elimination.solve_last(abreast, &work.complex, &mut work.at_excitation);
+        self.response(abreast, work)
     }
 
-    /// Receptances, with the displacements under unit forces at the excitation and at the response left in `work`.
-    pub(super) fn solve(&self, omega_rad_s: Reals, work: &mut Workspace) -> Complexes {
+    /// Receptances at some groups of frequencies, and the solution they were read from.
+    pub(super) fn solve<'w>(&self, omega_rad_s: &'w [Reals], work: &'w mut Workspace) -> (&'w [Complexes], Solution<'w>) {
         self.displace(omega_rad_s, work);
-        self.displace_response(work);
-        work.at_excitation[self.structure.response]
-    }
-
-    fn displace_response(&self, work: &mut Workspace) {
-        let shape = &self.structure;
-        if shape.response != shape.excitation {
-            work.at_response.fill(Complexes::ZERO);
-            work.at_response[shape.response] = Complexes::real(Reals::ONE);
-            shape.elimination.solve(&work.complex, &mut work.at_response);
-        }
+        (self.response(omega_rad_s.len(), work), self.solution(omega_rad_s, work))
     }
 
     /// Receptance, its slope and the direction of the determinant at one frequency.
@@ -341,70 +397,37 @@ impl Network {
     /// As [`Network::at`], at some frequencies; `points` are replaced.
     pub fn at_each(&self, omega_rad_s: &[f64], work: &mut Workspace, points: &mut Vec<Point>) {
         points.clear();
-        for (omega, count) in lanes_of(omega_rad_s) {
-            let determinant = self.displace(omega, work);
-            self.displace_response(work);
-            let (at_excitation, at_response, rods) = work.solutions(&self.structure);
-            let receptance = at_excitation[self.structure.response].apart();
-            let slope = self.bilinear_slope(omega, rods, at_response, at_excitation).apart();
-            let (omega, determinant) = (omega.to_array(), determinant.apart());
-            points.extend((0..count).map(|lane| Point {
-                omega_rad_s: omega[lane],
-                receptance: receptance[lane],
-                slope: -slope[lane],
-                determinant: determinant[lane],
+        for some in omega_rad_s.chunks(ABREAST * LANES) {
+            let (omegas, abreast) = grouped(some);
+            let omegas = &omegas[..abreast];
+            let determinants = self.displace(omegas, work);
+            let mut slopes = [Complexes::ZERO; ABREAST];
+            self.bilinear_slopes(self.solution(omegas, work), &mut slopes[..abreast]);
+            let groups = self.response(abreast, work).iter().zip(&slopes).zip(&determinants);
+            let each = groups.flat_map(|((h, slope), d)| {
+                let (h, slope, d) = (h.apart(), slope.apart(), d.apart());
+                (0..LANES).map(move |lane| (h[lane], slope[lane], d[lane]))
+            });
+            points.extend(some.iter().zip(each).map(|(&omega_rad_s, (receptance, slope, determinant))| Point {
+                omega_rad_s,
+                receptance,
+                slope: -slope,
+                determinant,
             }));
         }
     }
 
-    /// Entries of all rods at ω.
-    pub(super) fn rod_entries(&self, omega_rad_s: Reals) -> Vec<RodLanes> {
-        self.rods.iter().map(|r| r.damped_each(omega_rad_s)).collect()
-    }
-
-    /// aᵀ·(dD/dω)·b.
-    /// `rods` are the entries of all rods at ω.
-    pub(super) fn bilinear_slope(&self, omega_rad_s: Reals, rods: &[RodLanes], a: &[Complexes], b: &[Complexes]) -> Complexes {
-        let shape = &self.structure;
-        let mut sum = Complexes::ZERO;
-        for ((m, x), y) in self.inertia.iter().zip(a).zip(b).filter(|((m, _), _)| **m != 0.0) {
-            sum -= *x * *y * (omega_rad_s * Reals::splat(2.0 * m));
-        }
-        for (joint, on) in self.joints.iter().zip(&shape.joints) {
-            if joint.damping == 0.0 && joint.loss_factor == 0.0 {
-                continue;
-            }
-            let of = |x: &[Complexes]| on.iter().fold(Complexes::ZERO, |sum, &(i, c)| sum + x[i] * c);
-            let product = of(a) * of(b);
-            if joint.relaxation_stiffness.is_none() && joint.loss_factor == 0.0 {
-                sum += product.turned() * joint.damping;
-            } else {
-                sum += product * Complexes::each(|lane| joint.dynamic(omega_rad_s.to_array()[lane]).1);
-            }
-        }
-        for ((entries, rod), rod_shape) in rods.iter().zip(&self.rods).zip(&shape.rods) {
-            let end = |x: &[Complexes], at: Option<usize>| at.map_or(Complexes::ZERO, |at| x[at]);
-            let (i, j) = (rod_shape.along[0], rod_shape.along[1]);
-            let (xi, xj, yi, yj) = (end(a, i), end(a, j), end(b, i), end(b, j));
-            let (direct, cross) = (xi * yi + xj * yj, xi * yj + xj * yi);
-            sum += if entries.lossless {
-                direct * entries.direct_slope.re + cross * entries.cross_slope.re
-            } else {
-                let (by_direct, by_cross) = entries.by_material(omega_rad_s);
-                let drift = Complexes::each(|lane| {
-                    let omega = omega_rad_s.to_array()[lane];
-                    loss(omega).1 * rod.loss_factor / rod.material(omega)
-                });
-                direct * (entries.direct_slope + by_direct * drift) + cross * (entries.cross_slope + by_cross * drift)
-            };
-        }
-        sum
+    /// Whether a rod has the same numbers here and in another network of the same structure.
+    pub fn has_rod_of(&self, other: &Network, rod: usize) -> bool {
+        self.rods[rod] == other.rods[rod]
     }
 }
 
-/// Frequencies side by side, and how many of each group count; the last is filled up.
-fn lanes_of(omega_rad_s: &[f64]) -> impl Iterator<Item = (Reals, usize)> {
-    omega_rad_s.chunks(LANES).map(|some| (filled(some), some.len()))
+/// Up to [`ABREAST`] groups of frequencies side by side, and how many they are; the last frequency is repeated where the last group has room.
+fn grouped(omega_rad_s: &[f64]) -> ([Reals; ABREAST], usize) {
+    let abreast = omega_rad_s.len().div_ceil(LANES);
+    let group = |w: usize| if w < abreast { filled(&omega_rad_s[w * LANES..omega_rad_s.len().min((w + 1) * LANES)]) } else { Reals::ONE };
+    (std::array::from_fn(group), abreast)
 }
 
 /// Up to as many numbers as stand side by side, the last one repeated.

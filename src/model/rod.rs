@@ -27,7 +27,7 @@ use super::lanes::{Complexes, Reals};
 ///
 /// # Source     inverse of Tian et al., Eq. 1–2 and 10–12. Deviation: cot for the printed cos. The chain: solution sin(jμ) of
 /// u(j−1) − (2 − ω²·m/k)·u(j) + u(j+1) = 0, with halves of m at both ends.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Rod {
     /// A/L (N/m or N·m/rad).
     pub stiffness: f64,
@@ -88,7 +88,7 @@ impl Rod {
         (scale * cos, -scale)
     }
 
-    /// Direct and cross entry of D, their slopes with ω, and sin φ.
+    /// Direct and cross entry of D, and sin φ.
     #[inline]
     pub fn damped(&self, omega_rad_s: f64) -> RodEntries {
         if self.elements > 0 {
@@ -97,33 +97,14 @@ impl Rod {
         if self.loss_factor == 0.0 {
             let phase = omega_rad_s * self.transit_s;
             let (cos, sin) = cos_sin(phase);
-            let csc = 1.0 / sin;
-            let cot = cos * csc;
-            let k = self.stiffness;
-            return RodEntries {
-                direct: (k * phase * cot).into(),
-                cross: (-k * phase * csc).into(),
-                direct_slope: (k * self.transit_s * (cot - phase * csc * csc)).into(),
-                cross_slope: (-k * self.transit_s * csc * (1.0 - phase * cot)).into(),
-                sin: sin.into(),
-                lossless: true,
-            };
+            let scale = self.stiffness * phase / sin;
+            return RodEntries { direct: (scale * cos).into(), cross: (-scale).into(), sin: sin.into(), lossless: true };
         }
         let material = self.material(omega_rad_s);
-        let transit_s = self.transit_s / material.sqrt();
-        let k = self.stiffness * material;
-        let phase = transit_s * omega_rad_s;
+        let phase = self.transit_s / material.sqrt() * omega_rad_s;
         let (sin, cos) = (phase.sin(), phase.cos());
-        let csc = sin.inv();
-        let cot = cos * csc;
-        RodEntries {
-            direct: k * phase * cot,
-            cross: -k * phase * csc,
-            direct_slope: k * transit_s * (cot - phase * csc * csc),
-            cross_slope: -k * transit_s * csc * (1.0 - phase * cot),
-            sin,
-            lossless: false,
-        }
+        let scale = self.stiffness * material * phase / sin;
+        RodEntries { direct: scale * cos, cross: -scale, sin, lossless: false }
     }
 
     /// [`Rod::undamped`] at some frequencies.
@@ -152,43 +133,51 @@ impl Rod {
             let phase = omega_rad_s * Reals::splat(self.transit_s);
             let (sin, cos) = phase.sin_cos();
             if !near_pole(sin) {
-                let csc = Reals::ONE / sin;
-                let cot = cos * csc;
-                let k_csc = Reals::splat(self.stiffness) * csc;
-                let slope = k_csc * Reals::splat(self.transit_s);
-                return RodLanes {
-                    direct: Complexes::real(k_csc * phase * cos),
-                    cross: Complexes::real(-(k_csc * phase)),
-                    direct_slope: Complexes::real(slope * (cos - phase * csc)),
-                    cross_slope: Complexes::real(-(slope * (Reals::ONE - phase * cot))),
-                    sin: Complexes::real(sin),
-                    lossless: true,
-                };
+                let scale = Reals::splat(self.stiffness) * phase / sin;
+                return RodLanes::real(scale * cos, -scale, sin);
             }
         }
         if let Some(chain) = self.chain_each(omega_rad_s).filter(|_| self.loss_factor == 0.0) {
-            let csc = Reals::ONE / chain.sin;
-            let cot = chain.cos * csc;
-            let slope = chain.slope * csc;
-            return RodLanes {
-                direct: Complexes::real(chain.sin_step * cot),
-                cross: Complexes::real(-(chain.sin_step * csc)),
-                direct_slope: Complexes::real(slope * (chain.cos_step * chain.cos - chain.turns * csc)),
-                cross_slope: Complexes::real(-(slope * (chain.cos_step - chain.turns * cot))),
-                sin: Complexes::real(chain.sin),
-                lossless: true,
-            };
+            let scale = chain.sin_step / chain.sin;
+            return RodLanes::real(scale * chain.cos, -scale, chain.sin);
         }
         let each = omega_rad_s.to_array().map(|omega| self.damped(omega));
         let of = |part: fn(&RodEntries) -> Complex64| Complexes::each(|lane| part(&each[lane]));
-        RodLanes {
-            direct: of(|e| e.direct),
-            cross: of(|e| e.cross),
-            direct_slope: of(|e| e.direct_slope),
-            cross_slope: of(|e| e.cross_slope),
-            sin: of(|e| e.sin),
-            lossless: each.iter().all(|e| e.lossless),
+        RodLanes { direct: of(|e| e.direct), cross: of(|e| e.cross), sin: of(|e| e.sin), lossless: each.iter().all(|e| e.lossless) }
+    }
+
+    /// d(direct)/dω and d(cross)/dω of entries at ω, with the material as it is there; what the material's own change adds is [`RodLanes::by_material`].
+    ///
+    /// # Source  sin² + cos² = 1 in the derivatives of the entries, with x = φ/(2n), and x = 0 for the rod itself:
+    ///
+    /// ```text
+    /// ω·d(direct)/dω = (2 − y)·direct − y·cross²/k        ω·d(cross)/dω = cross·(2 − y − y·direct/k)        y = 1/(1 − x²)
+    /// ```
+    #[inline]
+    pub fn slopes_each(&self, omega_rad_s: Reals, entries: &RodLanes) -> (Complexes, Complexes) {
+        let per_omega = Reals::ONE / omega_rad_s;
+        let per_k = Reals::splat(1.0 / self.stiffness);
+        if entries.lossless {
+            let (direct, cross) = (entries.direct.re, entries.cross.re);
+            let (alpha, beta) = if self.elements == 0 {
+                (per_omega, per_omega * per_k)
+            } else {
+                let y = Reals::from(omega_rad_s.to_array().map(|omega| 1.0 / (1.0 - self.half_step(omega).powi(2))));
+                ((Reals::splat(2.0) - y) * per_omega, y * per_omega * per_k)
+            };
+            return (Complexes::real(alpha * direct - beta * cross * cross), Complexes::real(cross * (alpha - beta * direct)));
         }
+        let material = Complexes::each(|lane| self.material(omega_rad_s.to_array()[lane]));
+        let y = match self.elements {
+            0 => Complexes::real(Reals::ONE),
+            _ => Complexes::each(|lane| {
+                let omega = omega_rad_s.to_array()[lane];
+                (1.0 - self.half_step(omega).powi(2) / self.material(omega)).inv()
+            }),
+        };
+        let alpha = (Complexes::real(Reals::splat(2.0)) - y) * per_omega;
+        let beta = y * material.inverse() * (per_omega * per_k);
+        (alpha * entries.direct - beta * entries.cross * entries.cross, entries.cross * (alpha - beta * entries.direct))
     }
 
     /// A chain without loss at some frequencies, all of which it passes on and none of which is at a pole of it.
@@ -206,14 +195,7 @@ impl Rod {
         let (sin, cos) = (x.asin() * Reals::splat(2.0 * n)).sin_cos();
         let k = Reals::splat(self.stiffness * n);
         let step = (x + x) * root;
-        (!near_pole(sin)).then(|| ChainLanes {
-            sin,
-            cos,
-            sin_step: k * step,
-            cos_step: Reals::ONE - (x + x) * x,
-            slope: Reals::splat(self.stiffness * self.transit_s) / root,
-            turns: Reals::splat(n) * step,
-        })
+        (!near_pole(sin)).then(|| ChainLanes { sin, cos, sin_step: k * step })
     }
 
     /// [`Rod::clamped_modes_below`] at some frequencies.
@@ -246,26 +228,13 @@ impl Rod {
         let n = self.elements as f64;
         let x = self.half_step(omega_rad_s);
         if self.loss_factor == 0.0 && x < 1.0 {
-            let root = (1.0 - x * x).sqrt();
-            let (cos_step, sin_step) = (1.0 - 2.0 * x * x, 2.0 * x * root);
             let (cos, sin) = cos_sin(2.0 * n * x.asin());
-            let csc = 1.0 / sin;
-            let cot = cos * csc;
-            let k = self.stiffness * n;
-            let slope = k * self.transit_s / (n * root);
-            return RodEntries {
-                direct: (k * sin_step * cot).into(),
-                cross: (-k * sin_step * csc).into(),
-                direct_slope: (slope * (cos_step * cot - n * sin_step * csc * csc)).into(),
-                cross_slope: (-slope * csc * (cos_step - n * sin_step * cot)).into(),
-                sin: sin.into(),
-                lossless: true,
-            };
+            let scale = self.stiffness * n * 2.0 * x * (1.0 - x * x).sqrt() / sin;
+            return RodEntries { direct: (scale * cos).into(), cross: (-scale).into(), sin: sin.into(), lossless: true };
         }
         let material = self.material(omega_rad_s);
         let x = x / material.sqrt();
-        let root = (1.0 - x * x).sqrt();
-        let (cos_step, sin_step) = (1.0 - x * x * 2.0, x * root * 2.0);
+        let sin_step = x * (1.0 - x * x).sqrt() * 2.0;
         let angle = x.asin() * (2.0 * n);
         // Far from the real axis sin and cos are too large for numbers, their quotient is ±i.
         let (csc, cot, turn) = if angle.im.abs() > 300.0 {
@@ -277,18 +246,10 @@ impl Rod {
             (sin.inv(), cos / sin, sin)
         };
         let k = material * (self.stiffness * n);
-        let slope = k * (self.transit_s / n) / (root * material.sqrt());
         let lossless = self.loss_factor == 0.0;
         let real = |z: Complex64| if lossless { Complex64::new(z.re, 0.0) } else { z };
         let turn = turn / sin_step;
-        RodEntries {
-            direct: real(k * sin_step * cot),
-            cross: real(-k * sin_step * csc),
-            direct_slope: real(slope * (cos_step * cot - sin_step * csc * csc * n)),
-            cross_slope: real(-slope * csc * (cos_step - sin_step * cot * n)),
-            sin: real(turn / turn.norm()),
-            lossless,
-        }
+        RodEntries { direct: real(k * sin_step * cot), cross: real(-k * sin_step * csc), sin: real(turn / turn.norm()), lossless }
     }
 
     /// Number of clamped–clamped natural frequencies of the rod below ω: the poles of D.
@@ -309,24 +270,17 @@ pub struct RodEntries {
     pub direct: Complex64,
     /// Cross entry.
     pub cross: Complex64,
-    /// d(direct)/dω with the material as it is at ω; what the material's own change adds is [`RodLanes::by_material`].
-    pub direct_slope: Complex64,
-    /// d(cross)/dω likewise.
-    pub cross_slope: Complex64,
     /// sin φ, which cancels the poles in the determinant.
     pub sin: Complex64,
     /// All of it is real.
     pub lossless: bool,
 }
 
-/// What [`Rod::chain_each`] gives: sin and cos of nμ, k·n·sin μ, cos μ, d(k·n·sin μ)/dω over cos μ, and n·sin μ.
+/// What [`Rod::chain_each`] gives: sin and cos of nμ, and k·n·sin μ.
 struct ChainLanes {
     sin: Reals,
     cos: Reals,
     sin_step: Reals,
-    cos_step: Reals,
-    slope: Reals,
-    turns: Reals,
 }
 
 /// [`RodEntries`] at some frequencies.
@@ -336,10 +290,6 @@ pub struct RodLanes {
     pub direct: Complexes,
     /// Cross entry.
     pub cross: Complexes,
-    /// d(direct)/dω with the material as it is at ω.
-    pub direct_slope: Complexes,
-    /// d(cross)/dω likewise.
-    pub cross_slope: Complexes,
     /// sin φ.
     pub sin: Complexes,
     /// All of it is real.
@@ -347,10 +297,15 @@ pub struct RodLanes {
 }
 
 impl RodLanes {
-    /// What entries change by d(material)/material: as the stiffness itself, and through φ = ω·t/√material.
-    pub fn by_material(&self, omega_rad_s: Reals) -> (Complexes, Complexes) {
+    #[inline]
+    fn real(direct: Reals, cross: Reals, sin: Reals) -> Self {
+        RodLanes { direct: Complexes::real(direct), cross: Complexes::real(cross), sin: Complexes::real(sin), lossless: true }
+    }
+
+    /// What entries of these slopes change by d(material)/material: as the stiffness itself, and through φ = ω·t/√material.
+    pub fn by_material(&self, omega_rad_s: Reals, (direct_slope, cross_slope): (Complexes, Complexes)) -> (Complexes, Complexes) {
         let half = omega_rad_s * Reals::splat(0.5);
-        (self.direct - self.direct_slope * half, self.cross - self.cross_slope * half)
+        (self.direct - direct_slope * half, self.cross - cross_slope * half)
     }
 }
 
@@ -372,13 +327,15 @@ mod tests {
             let rod = Rod { stiffness: 2e8, transit_s: 3e-4, loss_factor, elements };
             for omega in [200.0, 3000.0, 9000.0, 20000.0] {
                 let step = 1e-4 * omega;
-                let (low, here, high) = (rod.damped(omega - step), rod.damped(omega), rod.damped(omega + step));
+                let (low, high) = (rod.damped(omega - step), rod.damped(omega + step));
                 let direct = (high.direct - low.direct) / (2.0 * step);
                 let cross = (high.cross - low.cross) / (2.0 * step);
                 let drift = loss(omega).1 * loss_factor / rod.material(omega);
-                let lanes = rod.damped_each(Reals::splat(omega)).by_material(Reals::splat(omega));
-                let (by_direct, by_cross) = (lanes.0.apart()[0], lanes.1.apart()[0]);
-                let (direct_slope, cross_slope) = (here.direct_slope + by_direct * drift, here.cross_slope + by_cross * drift);
+                let (at, entries) = (Reals::splat(omega), rod.damped_each(Reals::splat(omega)));
+                let slopes = rod.slopes_each(at, &entries);
+                let changes = entries.by_material(at, slopes);
+                let with = |slope: Complexes, by: Complexes| slope.apart()[0] + by.apart()[0] * drift;
+                let (direct_slope, cross_slope) = (with(slopes.0, changes.0), with(slopes.1, changes.1));
                 assert!((direct - direct_slope).norm() < 1e-4 * direct_slope.norm());
                 // The cross entry of a single spring does not depend on ω.
                 assert!((cross - cross_slope).norm() < 1e-4 * cross_slope.norm() + 1e-8 * direct_slope.norm());
@@ -443,8 +400,6 @@ mod tests {
                 let near = |a: Complex64, b: Complex64| assert!((a - b).norm() <= 1e-11 * b.norm(), "{elements} {omega}: {a} {b}");
                 near(each.direct.apart()[lane], one.direct);
                 near(each.cross.apart()[lane], one.cross);
-                near(each.direct_slope.apart()[lane], one.direct_slope);
-                near(each.cross_slope.apart()[lane], one.cross_slope);
                 near(direct.to_array()[lane].into(), rod.undamped(omega).0.into());
                 near(cross.to_array()[lane].into(), rod.undamped(omega).1.into());
             }
@@ -455,8 +410,9 @@ mod tests {
     fn limit_a_vanishing_loss_is_no_loss() {
         let with = Rod { stiffness: 2e8, transit_s: 3e-4, loss_factor: 1e-14, elements: 0 };
         let without = Rod { loss_factor: 0.0, ..with };
-        let (a, b) = (with.damped(5000.0), without.damped(5000.0));
-        assert!((a.direct - b.direct).norm() < 1e-10 * b.direct.norm());
-        assert!((a.cross_slope - b.cross_slope).norm() < 1e-10 * b.cross_slope.norm());
+        let at = Reals::splat(5000.0);
+        let (a, b) = (with.damped_each(at), without.damped_each(at));
+        let near = |a: Complexes, b: Complexes| (a - b).apart()[0].norm() < 1e-10 * b.apart()[0].norm();
+        assert!(near(a.direct, b.direct) && near(with.slopes_each(at, &a).1, without.slopes_each(at, &b).1));
     }
 }

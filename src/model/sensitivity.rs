@@ -13,7 +13,8 @@ use num_complex::Complex64;
 
 use super::lanes::{Complexes, Reals};
 use super::network::{Network, Workspace};
-use super::rod::{Rod, RodLanes, loss};
+use super::rod::loss;
+use super::solution::Solution;
 use crate::machine::{Machine, Operating};
 
 /// A number that the dynamic stiffness is made of.
@@ -124,28 +125,41 @@ impl Network {
         Sensitivity { entries }
     }
 
-    /// Receptances at some frequencies and their derivatives with the columns of a [`Sensitivity`], which are added into `gradient`.
-    pub fn gradient(&self, omega_rad_s: Reals, sensitivity: &Sensitivity, work: &mut Workspace, gradient: &mut [Complexes]) -> Complexes {
-        let receptance = self.solve(omega_rad_s, work);
-        let (xe, xr, rods) = work.solutions(&self.structure);
+    /// Receptances at up to [`ABREAST`](super::ABREAST) groups of frequencies and their derivatives with the columns of a [`Sensitivity`], which are
+    /// added into `gradient`: column c of group w at c·groups + w.
+    pub fn gradient<'w>(
+        &self,
+        omega_rad_s: &'w [Reals],
+        sensitivity: &Sensitivity,
+        work: &'w mut Workspace,
+        gradient: &mut [Complexes],
+    ) -> &'w [Complexes] {
+        let (receptances, solution) = self.solve(omega_rad_s, work);
         for &(element, column, slope) in &sensitivity.entries {
-            gradient[column] -= self.element_product(element, omega_rad_s, rods, xr, xe) * slope;
+            for (w, sum) in gradient[column * omega_rad_s.len()..][..omega_rad_s.len()].iter_mut().enumerate() {
+                *sum -= self.element_product(element, &solution, w) * slope;
+            }
         }
-        receptance
+        receptances
     }
 
-    /// aᵀ·(∂D/∂element)·b.
-    fn element_product(&self, element: Element, omega: Reals, rods: &[RodLanes], a: &[Complexes], b: &[Complexes]) -> Complexes {
+    /// aᵀ·(∂D/∂element)·b for one group of frequencies.
+    #[inline]
+    fn element_product(&self, element: Element, of: &Solution<'_>, w: usize) -> Complexes {
+        let omega = of.omega_rad_s[w];
         let across = |joint: usize| {
             let on = &self.structure.joints[joint];
-            let of = |x: &[Complexes]| on.iter().fold(Complexes::ZERO, |sum, &(i, c)| sum + x[i] * c);
-            of(a) * of(b)
+            of.across(of.at_response, on, w) * of.across(of.at_excitation, on, w)
         };
         // What only some machines have is worked out one frequency at a time.
         let each = |of: &dyn Fn(f64) -> Complex64| Complexes::each(|lane| of(omega.to_array()[lane]));
+        let rod = |rod: usize| (&self.rods[rod], &of.rods[rod * of.omega_rad_s.len() + w], of.along(self.structure.rods[rod].along, w));
         let i = Complex64::i();
         match element {
-            Element::Inertia(at) => -(a[at] * b[at] * (omega * omega)),
+            Element::Inertia(at) => {
+                let at = at * of.omega_rad_s.len() + w;
+                -(of.at_response[at] * of.at_excitation[at] * (omega * omega))
+            }
             Element::Stiffness(joint) => match self.joints[joint].loss_factor {
                 0.0 => across(joint),
                 eta => across(joint) * each(&|omega| 1.0 + loss(omega).0 * eta),
@@ -168,36 +182,20 @@ impl Network {
                 };
                 across(joint) * each(&share)
             }
-            Element::RodStiffness(rod) => {
-                self.rod_product(rod, rods, a, b, |entry, rod| (entry.direct * (1.0 / rod.stiffness), entry.cross * (1.0 / rod.stiffness)))
+            Element::RodStiffness(at) => {
+                let (rod, entries, (direct, cross)) = rod(at);
+                (direct * entries.direct + cross * entries.cross) * (1.0 / rod.stiffness)
             }
-            Element::RodTransit(rod) => self.rod_product(rod, rods, a, b, |entry, rod| {
-                let scale = omega * Reals::splat(1.0 / rod.transit_s);
-                (entry.direct_slope * scale, entry.cross_slope * scale)
-            }),
-            Element::RodLoss(rod) => self.rod_product(rod, rods, a, b, |entry, rod| {
-                let scale = each(&|omega| loss(omega).0 / rod.material(omega));
-                let (direct, cross) = entry.by_material(omega);
-                (direct * scale, cross * scale)
-            }),
+            Element::RodTransit(at) => {
+                let (rod, entries, (direct, cross)) = rod(at);
+                let slopes = rod.slopes_each(omega, entries);
+                (direct * slopes.0 + cross * slopes.1) * (omega * Reals::splat(1.0 / rod.transit_s))
+            }
+            Element::RodLoss(at) => {
+                let (rod, entries, (direct, cross)) = rod(at);
+                let (by_direct, by_cross) = entries.by_material(omega, rod.slopes_each(omega, entries));
+                (direct * by_direct + cross * by_cross) * each(&|omega| loss(omega).0 / rod.material(omega))
+            }
         }
-    }
-
-    /// aᵀ·(∂D/∂x)·b for a number x of a rod, of whose direct and cross entry the derivatives are given.
-    fn rod_product(
-        &self,
-        index: usize,
-        entries: &[RodLanes],
-        a: &[Complexes],
-        b: &[Complexes],
-        derivatives: impl Fn(&RodLanes, &Rod) -> (Complexes, Complexes),
-    ) -> Complexes {
-        let shape = &self.structure.rods[index];
-        let end = |x: &[Complexes], at: Option<usize>| at.map_or(Complexes::ZERO, |at| x[at]);
-        let (ai, aj) = (end(a, shape.along[0]), end(a, shape.along[1]));
-        let (bi, bj) = (end(b, shape.along[0]), end(b, shape.along[1]));
-        let (direct, cross) = (ai * bi + aj * bj, ai * bj + aj * bi);
-        let (of_direct, of_cross) = derivatives(&entries[index], &self.rods[index]);
-        direct * of_direct + cross * of_cross
     }
 }

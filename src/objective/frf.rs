@@ -1,15 +1,15 @@
 //! Objective on whole FRFs: the complex logarithm of measured over predicted, line by line.
 
-use std::sync::{Arc, Mutex};
+use std::sync::{Arc, Mutex, OnceLock};
 
 use num_complex::Complex64;
 use rayon::prelude::*;
 
-use super::record::{Record, check_overlap, operating, record, wrapped};
+use super::record::{Factor, Here, Record, check_overlap, operating, record, wrapped};
 use super::{GAIN_RANGE, ObjectiveError, free_parameters, point_named};
-use crate::machine::{Chain, FitRule, Machine, Operating};
+use crate::machine::{FitRule, Machine};
 use crate::measurement::{FitSet, Gain, HoldOutSet, MeasurementSet};
-use crate::model::{Complexes, LANES, Network, Reals, Rods, Structure, Workspace};
+use crate::model::{ABREAST, Complexes, LANES, Lines, Network, Reals, Rods, Structure, Workspace};
 use crate::numeric::statistics::root_mean_square;
 
 /// Weights and options of an FRF objective.
@@ -63,30 +63,6 @@ pub struct FrfGap {
 /// Standard deviations of a nut position, or of a channel's gain or delay, from one end of its coordinate to the other.
 pub(super) const SPAN: f64 = 20.0;
 
-/// What a place of the unit cube means.
-pub(super) struct Here {
-    pub(super) parameters: Vec<f64>,
-    pub(super) log_gain: f64,
-    /// Shift of each nut position (m).
-    pub(super) nut_shift_m: Vec<f64>,
-    /// ln(gain) and delay (s) of each channel.
-    pub(super) channels: Vec<(f64, f64)>,
-}
-
-impl Here {
-    /// The operating condition of a record.
-    pub(super) fn operating(&self, record: &Record) -> Operating {
-        let shift_m = self.nut_shift_m.get(record.nut).copied().unwrap_or(0.0);
-        Operating { nut_m: record.operating.nut_m.map(|nut_m| nut_m + shift_m), ..record.operating }
-    }
-
-    /// ln(recorded/true) of a record's channel and the gain of the set.
-    pub(super) fn log_factor(&self, record: &Record, omega_rad_s: f64) -> Complex64 {
-        let (log_gain, delay_s) = self.channels.get(record.structure).copied().unwrap_or((0.0, 0.0));
-        Complex64::new(self.log_gain + log_gain, -omega_rad_s * delay_s)
-    }
-}
-
 /// Room for one evaluation.
 pub(super) struct Scratch {
     pub(super) network: Network,
@@ -111,6 +87,8 @@ pub struct FrfObjective<'m> {
     pub free: Vec<usize>,
     base: Vec<f64>,
     pools: Vec<Mutex<Vec<Scratch>>>,
+    /// Records of few lines, made when they are first asked for.
+    few: OnceLock<Vec<Record>>,
 }
 
 impl<'m> FrfObjective<'m> {
@@ -176,7 +154,25 @@ impl<'m> FrfObjective<'m> {
         check_overlap(set, &records)?;
         let pools = structures.iter().map(|_| Mutex::new(Vec::new())).collect();
         let nuts = if settings.nut_sd_m > 0.0 { nuts_m.len() } else { 0 };
-        Ok(FrfObjective { machine, structures, settings, records, gain: set.gain, nuts, free, base: machine.start(), pools })
+        let few = OnceLock::new();
+        let mut objective =
+            FrfObjective { machine, structures, settings, records, gain: set.gain, nuts, free, base: machine.start(), pools, few };
+        let records = std::mem::take(&mut objective.records);
+        objective.records = objective.laid(records);
+        Ok(objective)
+    }
+
+    /// Records with the entries of those rods kept that neither free parameters nor nut positions change.
+    fn laid(&self, mut records: Vec<Record>) -> Vec<Record> {
+        let place = |u: f64| self.here(&vec![u; self.free.len() + 1 + self.nuts + 2 * self.channels()]);
+        let places = [0.3, 0.7].map(place);
+        for record in &mut records {
+            let [mut network, mut other] = [(); 2].map(|()| self.structures[record.structure].network());
+            network.update(self.machine, &places[0].parameters, &places[0].operating(record));
+            other.update(self.machine, &places[1].parameters, &places[1].operating(record));
+            record.lines = Arc::new(Lines::new(&record.omega_rad_s).with_rods(&network, |rod| network.has_rod_of(&other, rod)));
+        }
+        records
     }
 
     /// The FRFs compared.
@@ -262,22 +258,20 @@ impl<'m> FrfObjective<'m> {
         }
     }
 
-    /// Calls `each(line, residual)` for the lines of a record, with r = ln(measured/predicted) before the set's gain is taken off.
-    pub(super) fn visit(&self, record: &Record, here: &Here, lines: impl Iterator<Item = usize>, mut each: impl FnMut(usize, Complex64)) {
+    /// Calls `each(line, residuals)` for every four lines of a record from a multiple of four on, with r = ln(measured/predicted) before the set's gain is
+    /// taken off; past the last line, those of the last.
+    pub(super) fn visit(&self, record: &Record, here: &Here, lines: std::ops::Range<usize>, mut each: impl FnMut(usize, Complexes)) {
         let operating = here.operating(record);
         let mut scratch = self.borrow(record.structure);
         scratch.network.update(self.machine, &here.parameters, &operating);
-        let chain = self.machine.chain.at(&here.parameters, &operating);
-        let mut lines = lines.fuse();
-        loop {
-            let some: [Option<usize>; LANES] = std::array::from_fn(|_| lines.next());
-            let Some(first) = some[0] else { break };
-            let omega = Reals::from(some.map(|line| record.omega_rad_s[line.unwrap_or(first)]));
-            let predicted = scratch.network.receptances(omega, &mut scratch.work).ln().apart();
-            for (line, predicted) in some.into_iter().flatten().zip(predicted) {
-                let omega = record.omega_rad_s[line];
-                let factor = Chain::log_factor(chain, omega) + here.log_factor(record, omega) - here.log_gain;
-                each(line, wrapped(record.log_measured[line] - predicted - factor));
+        let factor = Factor::new(self.machine.chain.at(&here.parameters, &operating), here.channel(record));
+        let groups = lines.start / LANES..lines.end.div_ceil(LANES);
+        for from in groups.clone().step_by(ABREAST) {
+            let some = from..groups.end.min(from + ABREAST);
+            let predicted = scratch.network.receptances_on(&record.lines, some.clone(), &mut scratch.work);
+            for ((at, predicted), omega) in some.clone().zip(predicted).zip(&record.lines.omega_rad_s()[some]) {
+                let residual = record.measured(at * LANES) - predicted.ln() - factor.log(*omega);
+                each(at * LANES, wrapped(residual));
             }
         }
         self.give_back(record.structure, scratch);
@@ -310,7 +304,7 @@ impl<'m> FrfObjective<'m> {
     /// The same lines and weights with every residual at a place changed by what is given: data another machine would have made.
     #[must_use]
     pub fn shifted(&self, by: &[Vec<Complex64>]) -> FrfObjective<'m> {
-        let mut other = self.resampled(&self.lines().iter().map(|n| vec![1.0; *n]).collect::<Vec<_>>());
+        let mut other = self.resampled(&[]);
         for (record, by) in other.records.iter_mut().zip(by) {
             record.log_measured.iter_mut().zip(by).for_each(|(h, by)| *h += by);
         }
@@ -322,7 +316,10 @@ impl<'m> FrfObjective<'m> {
             .par_iter()
             .map(|record| {
                 let mut residuals = Vec::with_capacity(record.omega_rad_s.len());
-                self.visit(record, here, 0..record.omega_rad_s.len(), |_, r| residuals.push(r - here.log_gain));
+                let count = record.omega_rad_s.len();
+                self.visit(record, here, 0..count, |line, r| {
+                    residuals.extend(r.apart().iter().take(count - line).map(|r| r - here.log_gain));
+                });
                 residuals
             })
             .collect()
@@ -352,16 +349,17 @@ impl<'m> FrfObjective<'m> {
     /// wide because no line weighs more than another.
     pub fn coarse(&self, place: &[f64]) -> f64 {
         let here = self.here(place);
-        let (mut count, mut sum, mut square) = (0, 0.0, 0.0);
-        for record in &self.records {
-            let stride = record.omega_rad_s.len().div_ceil(COARSE_LINES);
-            self.visit(record, &here, (0..record.omega_rad_s.len()).step_by(stride), |_, r| {
-                count += 1;
-                sum += r.re;
-                square += r.norm_sqr();
+        let (mut lines, mut sum, mut square) = (0, Reals::ZERO, Reals::ZERO);
+        for record in self.few.get_or_init(|| self.laid(self.records.iter().map(|r| r.thinned(COARSE_LINES)).collect())) {
+            let count = record.omega_rad_s.len();
+            lines += count;
+            self.visit(record, &here, 0..count, |line, r| {
+                let counted = Reals::from(std::array::from_fn::<_, LANES, _>(|lane| f64::from(u8::from(line + lane < count))));
+                sum += r.re * counted;
+                square += r.norm_sqr() * counted;
             });
         }
-        let count = f64::from(count);
+        let (count, sum, square) = (lines as f64, sum.reduce_add(), square.reduce_add());
         let gain = match self.gain {
             Gain::Known(gain) => gain.ln(),
             Gain::Unknown => sum / count,
@@ -377,14 +375,14 @@ impl<'m> FrfObjective<'m> {
             return gain;
         }
         let here = Here { parameters: parameters.to_vec(), log_gain: 0.0, nut_shift_m: Vec::new(), channels: Vec::new() };
-        let (mut weights, mut sum) = (0.0, 0.0);
+        let (mut weights, mut sum) = (Reals::ZERO, Reals::ZERO);
         for record in &self.records {
             self.visit(record, &here, 0..record.omega_rad_s.len(), |line, r| {
-                weights += record.weight[line];
-                sum += record.weight[line] * r.re;
+                weights += record.weights(line);
+                sum += record.weights(line) * r.re;
             });
         }
-        f64::exp(sum / weights)
+        f64::exp(sum.reduce_add() / weights.reduce_add())
     }
 
     /// A place of the free parameters, with the best coordinate of the gain added where that is unknown, and nut positions as stated.
@@ -427,7 +425,7 @@ impl<'m> FrfObjective<'m> {
         1.0 + 2.0 * sum
     }
 
-    /// The same data with the lines of each record counted `counts[record][line]` times: a bootstrap sample.
+    /// The same data with the lines of each record counted `counts[record][line]` times, once where nothing is given: a bootstrap sample.
     #[must_use]
     pub fn resampled(&self, counts: &[Vec<f64>]) -> FrfObjective<'m> {
         let mut records = self.records.clone();
@@ -446,21 +444,15 @@ impl<'m> FrfObjective<'m> {
             free: self.free.clone(),
             base,
             pools,
+            few: OnceLock::new(),
         }
     }
 
     /// The same data with at most so many lines of each record.
     #[must_use]
     pub fn thinned(&self, most: usize) -> FrfObjective<'m> {
-        let counts: Vec<Vec<f64>> = self.lines().iter().map(|n| vec![1.0; *n]).collect();
-        let mut thin = self.resampled(&counts);
-        for record in &mut thin.records {
-            let stride = record.omega_rad_s.len().div_ceil(most);
-            record.omega_rad_s = record.omega_rad_s.iter().step_by(stride).copied().collect();
-            record.log_measured = record.log_measured.iter().step_by(stride).copied().collect();
-            record.weight = record.weight.iter().step_by(stride).copied().collect();
-            record.noise_sd = record.noise_sd.iter().step_by(stride).copied().collect();
-        }
+        let mut thin = self.resampled(&[]);
+        thin.records = self.laid(self.records.iter().map(|r| r.thinned(most)).collect());
         thin
     }
 

@@ -1,10 +1,13 @@
 //! An FRF made ready to be compared.
 
+use std::sync::Arc;
+
 use num_complex::Complex64;
 
 use super::{FrfSettings, ObjectiveError};
 use crate::machine::Operating;
 use crate::measurement::{Frf, Line, MeasurementSet};
+use crate::model::{Complexes, LANES, Lines, Reals};
 use crate::numeric::statistics::median;
 use crate::unit::{frequency_hz, omega_rad_s};
 
@@ -23,6 +26,8 @@ pub struct Record {
     pub(super) group: usize,
     pub(super) structure: usize,
     pub(super) omega_rad_s: Vec<f64>,
+    /// The same, with what a model knows of them beforehand.
+    pub(super) lines: Arc<Lines>,
     /// ln of what was measured, as a receptance.
     pub(super) log_measured: Vec<Complex64>,
     /// 1/s² of one component of ln H.
@@ -35,6 +40,33 @@ impl Record {
     /// Standard deviation of one component of ln H that noise alone causes, line by line, where it is known.
     pub fn noise(&self) -> &[Option<f64>] {
         &self.noise_sd
+    }
+
+    /// The same with every so manieth line, at most `most`; of the lines nothing is known beforehand.
+    pub(super) fn thinned(&self, most: usize) -> Record {
+        fn every<T: Clone>(stride: usize, all: &[T]) -> Vec<T> {
+            all.iter().step_by(stride).cloned().collect()
+        }
+        let stride = self.omega_rad_s.len().div_ceil(most);
+        let omega_rad_s = every(stride, &self.omega_rad_s);
+        Record {
+            lines: Arc::new(Lines::new(&omega_rad_s)),
+            omega_rad_s,
+            log_measured: every(stride, &self.log_measured),
+            weight: every(stride, &self.weight),
+            noise_sd: every(stride, &self.noise_sd),
+            ..*self
+        }
+    }
+
+    /// ln of what was measured at four lines from one on; past the last, that of the last.
+    pub(super) fn measured(&self, line: usize) -> Complexes {
+        Complexes::each(|lane| self.log_measured[(line + lane).min(self.log_measured.len() - 1)])
+    }
+
+    /// Weights of four lines from one on; past the last, nought.
+    pub(super) fn weights(&self, line: usize) -> Reals {
+        Reals::from(std::array::from_fn::<_, LANES, _>(|lane| self.weight.get(line + lane).copied().unwrap_or(0.0)))
     }
 
     /// Frequencies of its lines (Hz).
@@ -58,10 +90,53 @@ pub fn operating(set: &MeasurementSet, frf: &Frf) -> Operating {
     }
 }
 
-/// The imaginary part brought into (−π, π].
-pub(super) fn wrapped(z: Complex64) -> Complex64 {
-    let turns = (z.im / std::f64::consts::TAU).round();
-    Complex64::new(z.re, z.im - turns * std::f64::consts::TAU)
+/// What a place of the unit cube means.
+pub(super) struct Here {
+    pub(super) parameters: Vec<f64>,
+    pub(super) log_gain: f64,
+    /// Shift of each nut position (m).
+    pub(super) nut_shift_m: Vec<f64>,
+    /// ln(gain) and delay (s) of each channel.
+    pub(super) channels: Vec<(f64, f64)>,
+}
+
+impl Here {
+    /// The operating condition of a record.
+    pub(super) fn operating(&self, record: &Record) -> Operating {
+        let shift_m = self.nut_shift_m.get(record.nut).copied().unwrap_or(0.0);
+        Operating { nut_m: record.operating.nut_m.map(|nut_m| nut_m + shift_m), ..record.operating }
+    }
+
+    /// ln(gain) and delay (s) of a record's channel.
+    pub(super) fn channel(&self, record: &Record) -> (f64, f64) {
+        self.channels.get(record.structure).copied().unwrap_or((0.0, 0.0))
+    }
+}
+
+/// ln(recorded/receptance) of the chain of a measurement and a channel's own gain and delay.
+pub(super) struct Factor {
+    log_gain: f64,
+    delay_s: f64,
+    power: f64,
+}
+
+impl Factor {
+    pub fn new((gain, delay_s, power): (f64, f64, f64), channel: (f64, f64)) -> Self {
+        Factor { log_gain: gain.ln() + channel.0, delay_s: delay_s + channel.1, power }
+    }
+
+    pub fn log(&self, omega_rad_s: Reals) -> Complexes {
+        // A plain chain costs no logarithm: this is asked line by line.
+        let log_power = if self.power == 0.0 { Reals::ZERO } else { omega_rad_s.ln() * self.power };
+        let turn = Reals::splat(self.power * std::f64::consts::FRAC_PI_2);
+        Complexes::new(log_power + self.log_gain, turn - omega_rad_s * self.delay_s)
+    }
+}
+
+/// The imaginary part brought between −π and π.
+pub(super) fn wrapped(z: Complexes) -> Complexes {
+    let turn = Reals::splat(std::f64::consts::TAU);
+    Complexes::new(z.re, (z.im / turn).round().mul_neg_add(turn, z.im))
 }
 
 /// Pieces of all records, in order: record and lines.
@@ -88,6 +163,7 @@ pub(super) fn record(
         group: 0,
         structure,
         omega_rad_s: Vec::new(),
+        lines: Arc::new(Lines::new(&[])),
         log_measured: Vec::new(),
         weight: Vec::new(),
         noise_sd: Vec::new(),

@@ -4,11 +4,10 @@ use nalgebra::{DMatrix, DVector};
 use num_complex::Complex64;
 use rayon::prelude::*;
 
-use super::frf::{Here, SPAN};
-use super::record::{Record, pieces, wrapped};
+use super::frf::SPAN;
+use super::record::{Factor, Here, Record, pieces, wrapped};
 use super::{FrfObjective, GAIN_RANGE, ModeObjective};
-use crate::machine::Chain;
-use crate::model::{Complexes, LANES, Reals};
+use crate::model::{ABREAST, Complexes, LANES, Reals};
 use crate::optimizer::{LeastSquares, Normal};
 
 /// Step of the central differences in the unit interval.
@@ -117,43 +116,48 @@ impl FrfObjective<'_> {
             *slope = self.machine.parameters[*i].unit_slope(parameters[*i]);
         }
         nut.into_iter().for_each(|column| unit[column] = SPAN * self.settings.nut_sd_m);
-        let lines: Vec<usize> = lines.collect();
+        let factor = Factor::new(chain, here.channel(record));
         let (mut re, mut im) = (vec![0.0; dimension], vec![0.0; dimension]);
-        for some in lines.chunks(LANES) {
-            let omegas: [f64; LANES] = std::array::from_fn(|lane| record.omega_rad_s[some[lane.min(some.len() - 1)]]);
+        let mut slopes = vec![[Complex64::default(); LANES]; dimension];
+        let groups = lines.start / LANES..lines.end.div_ceil(LANES);
+        for from in groups.clone().step_by(ABREAST) {
+            let omegas = &record.lines.omega_rad_s()[from..groups.end.min(from + ABREAST)];
             scratch.row.clear();
-            scratch.row.resize(dimension, Complexes::ZERO);
-            let predicted = scratch.network.gradient(Reals::from(omegas), &sensitivity, &mut scratch.work, &mut scratch.row);
-            let log_predicted = predicted.ln().apart();
-            let inverse = predicted.inverse();
-            let slopes: Vec<[Complex64; LANES]> = scratch.row.iter().map(|d| (*d * inverse).apart()).collect();
-            for (lane, &line) in some.iter().enumerate() {
-                let omega = omegas[lane];
-                let factor = Chain::log_factor(chain, omega) + here.log_factor(record, omega);
-                let residual = wrapped(record.log_measured[line] - log_predicted[lane] - factor);
-                for (column, (slope, all)) in unit.iter().zip(&slopes).enumerate() {
-                    (re[column], im[column]) = (-all[lane].re * slope, -all[lane].im * slope);
+            scratch.row.resize(dimension * omegas.len(), Complexes::ZERO);
+            let predicted = scratch.network.gradient(omegas, &sensitivity, &mut scratch.work, &mut scratch.row);
+            for (w, (predicted, omega)) in predicted.iter().zip(omegas).enumerate() {
+                let first = (from + w) * LANES;
+                let residuals = wrapped(record.measured(first) - predicted.ln() - factor.log(*omega)).apart();
+                let inverse = predicted.inverse();
+                for (slopes, row) in slopes.iter_mut().zip(scratch.row[w..].iter().step_by(omegas.len())) {
+                    *slopes = (*row * inverse).apart();
                 }
-                for &(which, column, slope) in &chain_slopes {
-                    let by = slope
-                        * unit[column]
-                        * match which {
-                            0 => Complex64::new(1.0 / chain.0, 0.0),
-                            1 => Complex64::new(0.0, -omega),
-                            _ => Complex64::new(omega.ln(), std::f64::consts::FRAC_PI_2),
-                        };
-                    re[column] -= by.re;
-                    im[column] -= by.im;
+                for (lane, line) in (first..lines.end.min(first + LANES)).enumerate() {
+                    let (omega, residual) = (record.omega_rad_s[line], residuals[lane]);
+                    for (column, (slope, all)) in unit.iter().zip(&slopes).enumerate() {
+                        (re[column], im[column]) = (-all[lane].re * slope, -all[lane].im * slope);
+                    }
+                    for &(which, column, slope) in &chain_slopes {
+                        let by = slope
+                            * unit[column]
+                            * match which {
+                                0 => Complex64::new(1.0 / chain.0, 0.0),
+                                1 => Complex64::new(0.0, -omega),
+                                _ => Complex64::new(omega.ln(), std::f64::consts::FRAC_PI_2),
+                            };
+                        re[column] -= by.re;
+                        im[column] -= by.im;
+                    }
+                    if let Some(column) = self.gain_column() {
+                        (re[column], im[column]) = (-(GAIN_RANGE.1 / GAIN_RANGE.0).ln(), 0.0);
+                    }
+                    if let Some(column) = self.channel_column(record.structure) {
+                        (re[column], im[column]) = (-SPAN * self.settings.channel_sd.0, 0.0);
+                        (re[column + 1], im[column + 1]) = (0.0, omega * SPAN * self.settings.channel_sd.1);
+                    }
+                    each(record.weight[line], residual.re - here.log_gain, &re);
+                    each(record.weight[line], residual.im, &im);
                 }
-                if let Some(column) = self.gain_column() {
-                    (re[column], im[column]) = (-(GAIN_RANGE.1 / GAIN_RANGE.0).ln(), 0.0);
-                }
-                if let Some(column) = self.channel_column(record.structure) {
-                    (re[column], im[column]) = (-SPAN * self.settings.channel_sd.0, 0.0);
-                    (re[column + 1], im[column + 1]) = (0.0, omega * SPAN * self.settings.channel_sd.1);
-                }
-                each(record.weight[line], residual.re, &re);
-                each(record.weight[line], residual.im, &im);
             }
         }
         self.give_back(record.structure, scratch);
@@ -197,9 +201,9 @@ impl LeastSquares for FrfObjective<'_> {
             .par_iter()
             .map(|(record, lines)| {
                 let record = &self.records[*record];
-                let mut sum = 0.0;
-                self.visit(record, &here, lines.clone(), |line, r| sum += record.weight[line] * (r - here.log_gain).norm_sqr());
-                sum
+                let (mut sum, gain) = (Reals::ZERO, Complexes::real(Reals::splat(here.log_gain)));
+                self.visit(record, &here, lines.clone(), |line, r| sum += record.weights(line) * (r - gain).norm_sqr());
+                sum.reduce_add()
             })
             .collect();
         let chi_square = sums.iter().sum::<f64>() + self.prior(&here);

@@ -1,0 +1,75 @@
+//! What is read from the displacements of a solved machine.
+
+use super::lanes::{Complexes, Reals};
+use super::network::Network;
+use super::rod::{RodLanes, loss};
+
+/// Displacements under a unit force at the excitation and at the response, and the rods' entries, of a solution.
+#[derive(Clone, Copy)]
+pub(super) struct Solution<'w> {
+    pub omega_rad_s: &'w [Reals],
+    pub at_excitation: &'w [Complexes],
+    pub at_response: &'w [Complexes],
+    pub rods: &'w [RodLanes],
+}
+
+impl Solution<'_> {
+    /// Σ cᵢ·xᵢ of displacements, for one group of frequencies.
+    #[inline]
+    pub fn across(&self, x: &[Complexes], on: &[(usize, f64)], w: usize) -> Complexes {
+        on.iter().fold(Complexes::ZERO, |sum, &(i, c)| sum + x[i * self.omega_rad_s.len() + w] * c)
+    }
+
+    /// What the direct and what the cross entry of a rod between two coordinates are multiplied by, for one group of frequencies.
+    #[inline]
+    pub fn along(&self, ends: [Option<usize>; 2], w: usize) -> (Complexes, Complexes) {
+        let of = |x: &[Complexes], at: Option<usize>| at.map_or(Complexes::ZERO, |at| x[at * self.omega_rad_s.len() + w]);
+        let [a, b] = ends.map(|end| (of(self.at_response, end), of(self.at_excitation, end)));
+        (a.0 * a.1 + b.0 * b.1, a.0 * b.1 + b.0 * a.1)
+    }
+}
+
+impl Network {
+    /// Entries of all rods at ω.
+    pub(super) fn rod_entries(&self, omega_rad_s: Reals) -> Vec<RodLanes> {
+        self.rods.iter().map(|r| r.damped_each(omega_rad_s)).collect()
+    }
+
+    /// aᵀ·(dD/dω)·b for the displacements of a solution, added to the sums of its groups.
+    pub(super) fn bilinear_slopes(&self, of: Solution<'_>, sums: &mut [Complexes]) {
+        let (shape, omega_rad_s, abreast) = (&self.structure, of.omega_rad_s, sums.len());
+        for (at, m) in self.inertia.iter().enumerate().filter(|(_, m)| **m != 0.0) {
+            let (a, b) = (&of.at_response[at * abreast..], &of.at_excitation[at * abreast..]);
+            for (((sum, omega), a), b) in sums.iter_mut().zip(omega_rad_s).zip(a).zip(b) {
+                *sum -= *a * *b * (*omega * Reals::splat(2.0 * m));
+            }
+        }
+        for (joint, on) in self.joints.iter().zip(&shape.joints).filter(|(j, _)| j.damping != 0.0 || j.loss_factor != 0.0) {
+            let plain = joint.relaxation_stiffness.is_none() && joint.loss_factor == 0.0;
+            for (w, sum) in sums.iter_mut().enumerate() {
+                let product = of.across(of.at_response, on, w) * of.across(of.at_excitation, on, w);
+                *sum += if plain {
+                    product.turned() * joint.damping
+                } else {
+                    product * Complexes::each(|lane| joint.dynamic(omega_rad_s[w].to_array()[lane]).1)
+                };
+            }
+        }
+        for ((entries, rod), rod_shape) in of.rods.chunks_exact(abreast).zip(&self.rods).zip(&shape.rods) {
+            for (w, ((sum, omega), entries)) in sums.iter_mut().zip(omega_rad_s).zip(entries).enumerate() {
+                let (direct, cross) = of.along(rod_shape.along, w);
+                let slopes = rod.slopes_each(*omega, entries);
+                *sum += if entries.lossless {
+                    direct * slopes.0.re + cross * slopes.1.re
+                } else {
+                    let (by_direct, by_cross) = entries.by_material(*omega, slopes);
+                    let drift = Complexes::each(|lane| {
+                        let omega = omega.to_array()[lane];
+                        loss(omega).1 * rod.loss_factor / rod.material(omega)
+                    });
+                    direct * (slopes.0 + by_direct * drift) + cross * (slopes.1 + by_cross * drift)
+                };
+            }
+        }
+    }
+}
