@@ -2,7 +2,7 @@
 
 use jointid::machine::Operating;
 use jointid::model::coupling::coupled_receptances;
-use jointid::model::{Complexes, Reals, Rods, Structure, undamped_modes};
+use jointid::model::{Complexes, LANES, Lines, Reals, Rods, Structure, undamped_modes};
 use std::sync::Arc;
 
 use crate::support::bench_equations::{TAB_3, h_all};
@@ -52,6 +52,30 @@ fn limit_an_evaluation_allocates_nothing() {
     all();
     let counted = allocation_counter::measure(all);
     assert_eq!(counted.count_total, 0, "{counted:?}");
+}
+
+/// What is kept of rods changes no receptance, and is not used where a rod has changed since.
+#[test]
+fn limit_lines_that_know_their_rods_give_the_same() {
+    let config = config("configs/tian.toml");
+    let (machine, values) = (&config.machine, config.machine.start());
+    for names in [("table", "table"), ("rotor", "table")] {
+        let [response, excitation] = [names.0, names.1].map(|name| machine.point(name).unwrap());
+        let structure = Arc::new(Structure::new(machine, response, excitation, Rods::Exact).unwrap());
+        let (mut network, mut work) = (structure.network(), structure.workspace());
+        let omegas: Vec<f64> = (1..=70).map(|i| omega(12.7 * f64::from(i))).collect();
+        network.update(machine, &values, &Operating::at_nut(0.6));
+        let lines = Lines::new(&omegas).with_rods(&network, |rod| rod != 1);
+        for nut_m in [0.6, 1.3] {
+            network.update(machine, &values, &Operating::at_nut(nut_m));
+            let plain = network.sweep(&omegas, &mut work);
+            for groups in [0..5, 10..lines.omega_rad_s().len()] {
+                let known = network.receptances_on(&lines, groups.clone(), &mut work);
+                let each = known.iter().flat_map(|h| h.apart()).zip(&plain[groups.start * LANES..]);
+                each.for_each(|(a, b)| assert!((a - b).norm() < 1e-12 * b.norm(), "{a} against {b}"));
+            }
+        }
+    }
 }
 
 /// Direct assembly, receptance coupling and the paper's equations written out: the same receptances.
