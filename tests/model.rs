@@ -65,7 +65,8 @@ fn limit_lines_that_know_their_rods_give_the_same() {
         let (mut network, mut work) = (structure.network(), structure.workspace());
         let omegas: Vec<f64> = (1..=70).map(|i| omega(12.7 * f64::from(i))).collect();
         network.update(machine, &values, &Operating::at_nut(0.6));
-        let lines = Lines::new(&omegas).with_rods(&network, |rod| rod != 1);
+        let mut lines = Lines::new(&omegas);
+        lines.keep_rods(&network, |rod| rod != 1);
         for nut_m in [0.6, 1.3] {
             network.update(machine, &values, &Operating::at_nut(nut_m));
             let plain = network.sweep(&omegas, &mut work);

@@ -24,10 +24,9 @@ impl Lines {
         Lines { omega_rad_s: omega_rad_s.chunks(LANES).map(filled).collect(), rods: Vec::new() }
     }
 
-    /// The same with the entries of a network's rods kept, where `stays` says that a rod (by number) will not change and it has no loss. A rod that has
-    /// changed all the same is computed anew.
-    #[must_use]
-    pub fn with_rods(mut self, network: &Network, stays: impl Fn(usize) -> bool) -> Self {
+    /// Keeps the entries of a network's rods, where `stays` says that a rod (by number) will not change and it has no loss. A rod that has changed all the
+    /// same is computed anew.
+    pub fn keep_rods(&mut self, network: &Network, stays: impl Fn(usize) -> bool) {
         let known = |(at, rod): (usize, &Rod)| {
             let entries = |omega: &Reals| {
                 let of = rod.damped_each(*omega);
@@ -37,7 +36,6 @@ impl Lines {
             Known { rod: *rod, entries: if kept { self.omega_rad_s.iter().map(entries).collect() } else { Vec::new() } }
         };
         self.rods = network.rods.iter().enumerate().map(known).collect();
-        self
     }
 
     /// Its frequencies (rad/s); the last group is filled up with the last one.

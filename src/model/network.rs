@@ -101,6 +101,12 @@ impl Structure {
         }
     }
 
+    /// A unit force at a coordinate, for some groups of frequencies.
+    fn unit_force(&self, at: usize, abreast: usize, force: &mut [Complexes]) {
+        force[..self.size() * abreast].fill(Complexes::ZERO);
+        force[at * abreast..][..abreast].fill(Complexes::real(Reals::ONE));
+    }
+
     /// An empty network to be filled by [`Network::update`].
     pub fn network(self: &Arc<Self>) -> Network {
         let slots = self.elimination.slots();
@@ -294,14 +300,10 @@ impl Network {
     fn displace(&self, omega_rad_s: &[Reals], work: &mut Workspace) -> [Complexes; ABREAST] {
         let (shape, abreast) = (&self.structure, omega_rad_s.len());
         let determinant = self.factor_damped(omega_rad_s, work);
-        let unit = |x: &mut Vec<Complexes>, at: usize| {
-            x[..shape.size() * abreast].fill(Complexes::ZERO);
-            x[at * abreast..][..abreast].fill(Complexes::real(Reals::ONE));
-        };
-        unit(&mut work.at_excitation, shape.excitation);
+        shape.unit_force(shape.excitation, abreast, &mut work.at_excitation);
         shape.elimination.solve_last(abreast, &work.complex, &mut work.at_excitation);
         if shape.response != shape.excitation {
-            unit(&mut work.at_response, shape.response);
+            shape.unit_force(shape.response, abreast, &mut work.at_response);
             shape.elimination.solve(abreast, &work.complex, &mut work.at_response);
         }
         determinant
@@ -375,8 +377,7 @@ impl Network {
         if shape.response == shape.excitation {
             return &work.complex[shape.diagonal[shape.excitation] * abreast..][..abreast];
         }
-        work.at_excitation[..shape.size() * abreast].fill(Complexes::ZERO);
-        work.at_excitation[shape.excitation * abreast..][..abreast].fill(Complexes::real(Reals::ONE));
+        shape.unit_force(shape.excitation, abreast, &mut work.at_excitation);
         shape.elimination.solve_last(abreast, &work.complex, &mut work.at_excitation);
         self.response(abreast, work)
     }

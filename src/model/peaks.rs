@@ -87,6 +87,16 @@ struct Interval {
     split: f64,
 }
 
+/// Interpolants between pairs of points, ω at their lower ends and half the width of each.
+fn interpolants<'p>(pair: impl Fn(usize) -> (&'p Point, &'p Point)) -> (Rationals, (Reals, Reals)) {
+    let pairs: [_; LANES] = std::array::from_fn(pair);
+    let from = Reals::from(pairs.map(|(low, _)| low.omega_rad_s));
+    let half = (Reals::from(pairs.map(|(_, high)| high.omega_rad_s)) - from) * Reals::splat(0.5);
+    let end =
+        |points: [&Point; LANES]| (Complexes::each(|lane| points[lane].receptance), Complexes::each(|lane| points[lane].slope) * half);
+    (Rationals::through(end(pairs.map(|(low, _)| low)), end(pairs.map(|(_, high)| high))), (from, half))
+}
+
 /// Up to four intervals, the last one repeated where there are fewer, with what decides where they are split.
 struct Group {
     intervals: [Interval; LANES],
@@ -97,15 +107,11 @@ struct Group {
 impl Group {
     /// Of intervals between pairs of nodes.
     fn new(nodes: &[Node], pairs: &[(usize, usize)]) -> Self {
-        let mut intervals: [Interval; LANES] = std::array::from_fn(|lane| {
-            let (low, high) = pairs[lane.min(pairs.len() - 1)];
-            Interval { low, high, half: 0.5 * (nodes[high].point.omega_rad_s - nodes[low].point.omega_rad_s), split: 0.0 }
-        });
-        let end = |at: fn(&Interval) -> usize| {
-            let receptance = Complexes::each(|lane| nodes[at(&intervals[lane])].point.receptance);
-            (receptance, Complexes::each(|lane| nodes[at(&intervals[lane])].point.slope * intervals[lane].half))
-        };
-        let rationals = Rationals::through(end(|i| i.low), end(|i| i.high));
+        let pair = |lane: usize| pairs[lane.min(pairs.len() - 1)];
+        let (rationals, (_, half)) = interpolants(|lane| (&nodes[pair(lane).0].point, &nodes[pair(lane).1].point));
+        let half = half.to_array();
+        let mut intervals: [Interval; LANES] =
+            std::array::from_fn(|lane| Interval { low: pair(lane).0, high: pair(lane).1, half: half[lane], split: 0.0 });
         if intervals.iter().any(|i| nodes[i.high].below > nodes[i.low].below) {
             for (interval, pole) in intervals.iter_mut().zip(rationals.poles().to_array()) {
                 interval.split = if nodes[interval.high].below > nodes[interval.low].below { pole } else { 0.0 };
@@ -262,12 +268,7 @@ impl Turn {
     fn foretold(some: &[Turn], omega_power: i32) -> [f64; LANES] {
         let of = |lane: usize| &some[lane.min(some.len() - 1)];
         let each = |what: fn(&Turn) -> f64| Reals::from(std::array::from_fn::<_, LANES, _>(|lane| what(of(lane))));
-        let from = each(|t| t.low.0.omega_rad_s);
-        let half = (each(|t| t.high.0.omega_rad_s) - from) * Reals::splat(0.5);
-        let end = |what: fn(&Turn) -> &Point| {
-            (Complexes::each(|lane| what(of(lane)).receptance), Complexes::each(|lane| what(of(lane)).slope) * half)
-        };
-        let rationals = Rationals::through(end(|t| &t.low.0), end(|t| &t.high.0));
+        let (rationals, (from, half)) = interpolants(|lane| (&of(lane).low.0, &of(lane).high.0));
         let slopes = (each(|t| t.low.1) * half, each(|t| t.high.1) * half);
         let t = rationals.turn(f64::from(omega_power), (from, half), slopes);
         (from + half * (Reals::ONE + t)).to_array()

@@ -5,11 +5,11 @@ use std::sync::{Arc, Mutex, OnceLock};
 use num_complex::Complex64;
 use rayon::prelude::*;
 
-use super::record::{Factor, Here, Record, check_overlap, operating, record, wrapped};
+use super::record::{Here, Record, check_overlap, log_factor, operating, record, wrapped};
 use super::{GAIN_RANGE, ObjectiveError, free_parameters, point_named};
 use crate::machine::{FitRule, Machine};
 use crate::measurement::{FitSet, Gain, HoldOutSet, MeasurementSet};
-use crate::model::{ABREAST, Complexes, LANES, Lines, Network, Reals, Rods, Structure, Workspace};
+use crate::model::{ABREAST, Complexes, LANES, Network, Reals, Rods, Structure, Workspace};
 use crate::numeric::statistics::root_mean_square;
 
 /// Weights and options of an FRF objective.
@@ -154,12 +154,9 @@ impl<'m> FrfObjective<'m> {
         check_overlap(set, &records)?;
         let pools = structures.iter().map(|_| Mutex::new(Vec::new())).collect();
         let nuts = if settings.nut_sd_m > 0.0 { nuts_m.len() } else { 0 };
-        let few = OnceLock::new();
-        let mut objective =
-            FrfObjective { machine, structures, settings, records, gain: set.gain, nuts, free, base: machine.start(), pools, few };
-        let records = std::mem::take(&mut objective.records);
-        objective.records = objective.laid(records);
-        Ok(objective)
+        let (base, few) = (machine.start(), OnceLock::new());
+        let empty = FrfObjective { machine, structures, settings, records: Vec::new(), gain: set.gain, nuts, free, base, pools, few };
+        Ok(FrfObjective { records: empty.laid(records), ..empty })
     }
 
     /// Records with the entries of those rods kept that neither free parameters nor nut positions change.
@@ -170,7 +167,7 @@ impl<'m> FrfObjective<'m> {
             let [mut network, mut other] = [(); 2].map(|()| self.structures[record.structure].network());
             network.update(self.machine, &places[0].parameters, &places[0].operating(record));
             other.update(self.machine, &places[1].parameters, &places[1].operating(record));
-            record.lines = Arc::new(Lines::new(&record.omega_rad_s).with_rods(&network, |rod| network.has_rod_of(&other, rod)));
+            Arc::make_mut(&mut record.lines).keep_rods(&network, |rod| network.has_rod_of(&other, rod));
         }
         records
     }
@@ -264,13 +261,13 @@ impl<'m> FrfObjective<'m> {
         let operating = here.operating(record);
         let mut scratch = self.borrow(record.structure);
         scratch.network.update(self.machine, &here.parameters, &operating);
-        let factor = Factor::new(self.machine.chain.at(&here.parameters, &operating), here.channel(record));
+        let (chain, channel) = (self.machine.chain.at(&here.parameters, &operating), here.channel(record));
         let groups = lines.start / LANES..lines.end.div_ceil(LANES);
         for from in groups.clone().step_by(ABREAST) {
             let some = from..groups.end.min(from + ABREAST);
             let predicted = scratch.network.receptances_on(&record.lines, some.clone(), &mut scratch.work);
             for ((at, predicted), omega) in some.clone().zip(predicted).zip(&record.lines.omega_rad_s()[some]) {
-                let residual = record.measured(at * LANES) - predicted.ln() - factor.log(*omega);
+                let residual = record.measured(at * LANES) - predicted.ln() - log_factor(chain, channel, *omega);
                 each(at * LANES, wrapped(residual));
             }
         }

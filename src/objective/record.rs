@@ -5,7 +5,7 @@ use std::sync::Arc;
 use num_complex::Complex64;
 
 use super::{FrfSettings, ObjectiveError};
-use crate::machine::Operating;
+use crate::machine::{Chain, Operating};
 use crate::measurement::{Frf, Line, MeasurementSet};
 use crate::model::{Complexes, LANES, Lines, Reals};
 use crate::numeric::statistics::median;
@@ -113,24 +113,10 @@ impl Here {
     }
 }
 
-/// ln(recorded/receptance) of the chain of a measurement and a channel's own gain and delay.
-pub(super) struct Factor {
-    log_gain: f64,
-    delay_s: f64,
-    power: f64,
-}
-
-impl Factor {
-    pub fn new((gain, delay_s, power): (f64, f64, f64), channel: (f64, f64)) -> Self {
-        Factor { log_gain: gain.ln() + channel.0, delay_s: delay_s + channel.1, power }
-    }
-
-    pub fn log(&self, omega_rad_s: Reals) -> Complexes {
-        // A plain chain costs no logarithm: this is asked line by line.
-        let log_power = if self.power == 0.0 { Reals::ZERO } else { omega_rad_s.ln() * self.power };
-        let turn = Reals::splat(self.power * std::f64::consts::FRAC_PI_2);
-        Complexes::new(log_power + self.log_gain, turn - omega_rad_s * self.delay_s)
-    }
+/// ln(recorded/receptance) of the numbers of a chain and a channel's own ln(gain) and delay.
+pub(super) fn log_factor(chain: (f64, f64, f64), channel: (f64, f64), omega_rad_s: Reals) -> Complexes {
+    let omegas = omega_rad_s.to_array();
+    Complexes::each(|lane| Chain::log_factor(chain, omegas[lane]) + Complex64::new(channel.0, -omegas[lane] * channel.1))
 }
 
 /// The imaginary part brought between −π and π.
@@ -156,21 +142,22 @@ pub(super) fn record(
     structure: usize,
     settings: FrfSettings,
 ) -> Result<Record, ObjectiveError> {
+    let in_band = |(_, l): &(usize, &Line)| (settings.band_hz.0..=settings.band_hz.1).contains(&l.frequency_hz);
+    let omegas: Vec<f64> = frf.lines.iter().enumerate().filter(in_band).map(|(_, l)| omega_rad_s(l.frequency_hz)).collect();
     let mut record = Record {
         frf: index,
         operating,
         nut: usize::MAX,
         group: 0,
         structure,
-        omega_rad_s: Vec::new(),
-        lines: Arc::new(Lines::new(&[])),
+        lines: Arc::new(Lines::new(&omegas)),
+        omega_rad_s: omegas,
         log_measured: Vec::new(),
         weight: Vec::new(),
         noise_sd: Vec::new(),
     };
     let around = if settings.of_level { levels(frf) } else { Vec::new() };
     let stated = frf.lines.iter().any(|l| frf.component_sd(l).is_some());
-    let in_band = |(_, l): &(usize, &Line)| (settings.band_hz.0..=settings.band_hz.1).contains(&l.frequency_hz);
     let mut model_errors = Vec::new();
     for (at, line) in frf.lines.iter().enumerate().filter(in_band) {
         let model_error = settings.model_error * around.get(at).map_or(1.0, |level| (level / line.value.norm()).max(1.0));
@@ -182,7 +169,6 @@ pub(super) fn record(
             let fault = "nothing is known of the noise of its lines; give a model error above 0 with --frf-model-error";
             return Err(ObjectiveError::Data(format!("{}: {fault}", frf.source)));
         }
-        record.omega_rad_s.push(omega);
         record.log_measured.push((line.value / frf.quantity.from_receptance(omega)).ln());
         record.weight.push(1.0 / (sd * sd));
         record.noise_sd.push(noise_sd);

@@ -5,7 +5,7 @@ use num_complex::Complex64;
 use rayon::prelude::*;
 
 use super::frf::SPAN;
-use super::record::{Factor, Here, Record, pieces, wrapped};
+use super::record::{Here, Record, log_factor, pieces, wrapped};
 use super::{FrfObjective, GAIN_RANGE, ModeObjective};
 use crate::model::{ABREAST, Complexes, LANES, Reals};
 use crate::optimizer::{LeastSquares, Normal};
@@ -116,7 +116,7 @@ impl FrfObjective<'_> {
             *slope = self.machine.parameters[*i].unit_slope(parameters[*i]);
         }
         nut.into_iter().for_each(|column| unit[column] = SPAN * self.settings.nut_sd_m);
-        let factor = Factor::new(chain, here.channel(record));
+        let channel = here.channel(record);
         let (mut re, mut im) = (vec![0.0; dimension], vec![0.0; dimension]);
         let mut slopes = vec![[Complex64::default(); LANES]; dimension];
         let groups = lines.start / LANES..lines.end.div_ceil(LANES);
@@ -127,7 +127,7 @@ impl FrfObjective<'_> {
             let predicted = scratch.network.gradient(omegas, &sensitivity, &mut scratch.work, &mut scratch.row);
             for (w, (predicted, omega)) in predicted.iter().zip(omegas).enumerate() {
                 let first = (from + w) * LANES;
-                let residuals = wrapped(record.measured(first) - predicted.ln() - factor.log(*omega)).apart();
+                let residuals = wrapped(record.measured(first) - predicted.ln() - log_factor(chain, channel, *omega)).apart();
                 let inverse = predicted.inverse();
                 for (slopes, row) in slopes.iter_mut().zip(scratch.row[w..].iter().step_by(omegas.len())) {
                     *slopes = (*row * inverse).apart();
