@@ -332,6 +332,7 @@ pub fn on_threads<T: Send>(threads: Option<u16>, work: impl FnOnce() -> T + Send
     match threads {
         None => Ok(work()),
         Some(count) => {
+            talk::THREADS.get_or_init(|| usize::from(count));
             let pool = rayon::ThreadPoolBuilder::new().num_threads(usize::from(count)).build().map_err(told)?;
             Ok(pool.install(work))
         }

@@ -1,6 +1,6 @@
 //! What is said beside the results: on stderr, wrapped to 80 columns, coloured on a terminal unless NO_COLOR is set.
 
-use std::sync::LazyLock;
+use std::sync::{LazyLock, OnceLock};
 use std::time::Instant;
 
 use anstyle::{AnsiColor, Style};
@@ -11,6 +11,8 @@ use crate::report::wrapped;
 
 /// When the program began.
 pub static BEGUN: LazyLock<Instant> = LazyLock::new(Instant::now);
+/// On how many threads it was asked to work.
+pub static THREADS: OnceLock<usize> = OnceLock::new();
 
 /// A warning: what is the matter, and what to do about it.
 pub fn warning(text: &str) {
@@ -59,5 +61,6 @@ pub fn background(output: &Output, json: &str) {
         let cost = search["cost"].as_f64().unwrap_or(f64::NAN);
         eprintln!("search with seed {}: cost {cost:.6} after {} evaluations", search["seed"], search["evaluations"]);
     }
-    eprintln!("{:.1} s on {} threads, seed {}", BEGUN.elapsed().as_secs_f64(), rayon::current_num_threads(), document["seed"]);
+    let threads = THREADS.get().copied().unwrap_or_else(rayon::current_num_threads);
+    eprintln!("{:.1} s on {threads} threads, seed {}", BEGUN.elapsed().as_secs_f64(), document["seed"]);
 }
