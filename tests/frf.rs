@@ -157,7 +157,9 @@ says = "for the test"
 rescale = [
     { part = "shaft-loss-factor", name = "screw", law = "replace", by = "eta" },
     { part = "shaft-diameter", name = "screw", law = "relative", by = "thick" },
+    { part = "shaft-bore", name = "screw", law = "replace", by = "bore" },
     { part = "shaft-modulus", name = "screw", law = "relative", by = "modulus" },
+    { part = "shaft-shear-modulus", name = "screw", law = "relative", by = "shear" },
     { part = "point-inertia", name = "table", law = "relative", by = "mass" },
     { part = "joint-stiffness", name = "nut", law = "added", by = "slope" },
     { part = "joint-stiffness", name = "coupling", law = "in-series", by = "k_flange" },
@@ -174,8 +176,10 @@ loss_factor = "eta_pad"
 relaxation_stiffness = "k_pad"
 [effect.parameter]
 eta = { unit = "1", start = 0.01, lower = 0.0, upper = 0.1 }
+bore = { unit = "1", start = 0.3, lower = 0.0, upper = 0.8 }
 thick = { unit = "1", start = 0.02, lower = -0.1, upper = 0.1 }
 modulus = { unit = "1", start = 0.01, lower = -0.1, upper = 0.1, sd = 0.02 }
+shear = { unit = "1", start = -0.01, lower = -0.1, upper = 0.1, sd = 0.02 }
 mass = { unit = "1", start = -0.03, lower = -0.2, upper = 0.2 }
 slope = { unit = "N/m", start = 0.2, lower = -1e8, upper = 1e8 }
 k_flange = { unit = "N*m/rad", start = 1e4, lower = 1e3, upper = 1e6 }

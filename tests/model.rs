@@ -146,6 +146,29 @@ fn limit_every_entry_by_both_routes() {
     }
 }
 
+/// A bored screw with the core that was taken out fixed in it is the solid screw.
+#[test]
+fn limit_a_bored_screw_and_its_core_are_the_solid_one() {
+    let solid = config("configs/tian.toml").machine;
+    let mut nested = solid.clone();
+    let mut core = nested.shafts[0].clone();
+    nested.shafts[0].bore_ratio = jointid::machine::Value::number(0.6);
+    core.name = "core".into();
+    core.diameter = jointid::machine::Value::number(0.6 * core.diameter.at(&solid.start(), &Operating::default()));
+    nested.shafts.push(core);
+    let at = |machine: &jointid::machine::Machine, f: f64| {
+        let [r, e] = ["table", "rotor"].map(|name| machine.point(name).unwrap());
+        let structure = Arc::new(Structure::new(machine, r, e, Rods::Exact).unwrap());
+        let mut network = structure.network();
+        network.update(machine, &machine.start(), &Operating::at_nut(0.6));
+        network.at(omega(f), &mut structure.workspace()).receptance
+    };
+    for f in [3.0, 24.0, 117.0, 545.0, 1700.0] {
+        let (ours, whole) = (at(&nested, f), at(&solid, f));
+        assert!((ours - whole).norm() <= 1e-10 * whole.norm(), "{f} Hz: {ours} against {whole}");
+    }
+}
+
 /// Consistent elements come from above at second order, lumped ones from below: both to the exact roots.
 #[test]
 fn limit_finite_elements_and_lumps_converge_at_second_order() {

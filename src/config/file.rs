@@ -108,6 +108,8 @@ pub struct ShaftFile {
     name: String,
     length_m: Number,
     diameter_m: Number,
+    /// Bore over diameter of a hollow shaft; solid where it is absent.
+    bore_ratio: Option<Number>,
     youngs_modulus_pa: Number,
     shear_modulus_pa: Number,
     density_kg_m3: Number,
@@ -341,6 +343,7 @@ fn shaft(file: ShaftFile) -> Result<ShaftPatch, String> {
         name: file.name,
         length: file.length_m.into(),
         diameter: file.diameter_m.into(),
+        bore_ratio: source(file.bore_ratio),
         youngs_modulus: file.youngs_modulus_pa.into(),
         shear_modulus: file.shear_modulus_pa.into(),
         density: file.density_kg_m3.into(),

@@ -94,8 +94,10 @@ impl Machine {
     /// The numbers that frequency responses and modes depend on.
     fn linear_values(&self) -> impl Iterator<Item = &Value> {
         let points = self.points.iter().map(|p| &p.inertia);
-        let shafts =
-            self.shafts.iter().flat_map(|s| [&s.length, &s.diameter, &s.youngs_modulus, &s.shear_modulus, &s.density, &s.loss_factor]);
+        let shafts = self
+            .shafts
+            .iter()
+            .flat_map(|s| [&s.length, &s.diameter, &s.bore_ratio, &s.youngs_modulus, &s.shear_modulus, &s.density, &s.loss_factor]);
         let joints =
             self.joints.iter().flat_map(|j| [&j.stiffness, &j.damping, &j.loss_factor].into_iter().chain(j.relaxation_stiffness.as_ref()));
         points.chain(shafts).chain(joints).chain([&self.chain.gain, &self.chain.delay, &self.chain.power])
@@ -108,7 +110,15 @@ impl Machine {
     fn values_mut(&mut self) -> impl Iterator<Item = &mut Value> {
         let points = self.points.iter_mut().map(|p| &mut p.inertia);
         let shafts = self.shafts.iter_mut().flat_map(|s| {
-            [&mut s.length, &mut s.diameter, &mut s.youngs_modulus, &mut s.shear_modulus, &mut s.density, &mut s.loss_factor]
+            [
+                &mut s.length,
+                &mut s.diameter,
+                &mut s.bore_ratio,
+                &mut s.youngs_modulus,
+                &mut s.shear_modulus,
+                &mut s.density,
+                &mut s.loss_factor,
+            ]
         });
         let joints = self.joints.iter_mut().flat_map(|j| {
             let own = [&mut j.stiffness, &mut j.damping, &mut j.loss_factor, &mut j.gap].into_iter().chain(j.relaxation_stiffness.as_mut());
@@ -172,6 +182,7 @@ impl Machine {
             name: patch.name.clone(),
             length: value("length_m", &patch.length)?,
             diameter: value("diameter_m", &patch.diameter)?,
+            bore_ratio: value("bore_ratio", &patch.bore_ratio)?,
             youngs_modulus: value("youngs_modulus_pa", &patch.youngs_modulus)?,
             shear_modulus: value("shear_modulus_pa", &patch.shear_modulus)?,
             density: value("density_kg_m3", &patch.density)?,

@@ -66,6 +66,10 @@ impl Machine {
             let part = |key: &str| format!("shaft.{}.{key}", s.name);
             positive(part("length_m"), &s.length)?;
             positive(part("diameter_m"), &s.diameter)?;
+            let bore = at(&s.bore_ratio);
+            if !(0.0..1.0).contains(&bore) {
+                return Err(fault(part("bore_ratio"), format!("is {bore:?}; write bore over diameter, from 0 to below 1")));
+            }
             positive(part("youngs_modulus_pa"), &s.youngs_modulus)?;
             positive(part("shear_modulus_pa"), &s.shear_modulus)?;
             positive(part("density_kg_m3"), &s.density)?;

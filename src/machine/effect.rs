@@ -62,6 +62,8 @@ pub struct ShaftPatch {
     pub length: Source,
     /// Diameter (m).
     pub diameter: Source,
+    /// Bore over diameter.
+    pub bore_ratio: Source,
     /// E (Pa).
     pub youngs_modulus: Source,
     /// G (Pa).
@@ -110,6 +112,10 @@ pub enum Rescale {
     AlongStroke,
     /// Times exp(p·(1 − (2·s − 1)²)): a hump at mid-stroke.
     MidStroke,
+    /// An inertia becomes the stiffness of a beam of that inertia over the shaft's free length left of the nut.
+    LeftSpan,
+    /// The same right of the nut.
+    RightSpan,
     /// Times exp(p·x) with the size x of a circumstance.
     With(Circumstance),
     /// Becomes the parameter itself.

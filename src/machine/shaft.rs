@@ -35,6 +35,8 @@ pub struct Shaft {
     pub length: Value,
     /// Diameter (m).
     pub diameter: Value,
+    /// Bore over diameter, 0 where it is solid.
+    pub bore_ratio: Value,
     /// Young's modulus E (Pa).
     pub youngs_modulus: Value,
     /// Shear modulus G (Pa).
@@ -58,15 +60,19 @@ impl Shaft {
         }
     }
 
+    /// Area of the section (m²) and its polar moment (m⁴).
+    pub fn section(&self, parameters: &[f64], operating: &Operating) -> (f64, f64) {
+        let (diameter_m, bore) = (self.diameter.at(parameters, operating), self.bore_ratio.at(parameters, operating));
+        let solid_m2 = std::f64::consts::FRAC_PI_4 * diameter_m * diameter_m;
+        (solid_m2 * (1.0 - bore.powi(2)), solid_m2 * diameter_m * diameter_m / 8.0 * (1.0 - bore.powi(4)))
+    }
+
     /// Mass (kg) of the shaft, or its moment of inertia (kg·m²) about its axis.
     pub fn inertia(&self, motion: Motion, parameters: &[f64], operating: &Operating) -> f64 {
         let at = |value: &Value| value.at(parameters, operating);
-        let diameter_m = at(&self.diameter);
-        let mass_kg = at(&self.density) * at(&self.length) * std::f64::consts::FRAC_PI_4 * diameter_m * diameter_m;
-        match motion {
-            Motion::Translation => mass_kg,
-            Motion::Rotation => mass_kg * diameter_m * diameter_m / 8.0,
-        }
+        let (area_m2, polar_m4) = self.section(parameters, operating);
+        let section = if motion == Motion::Translation { area_m2 } else { polar_m4 };
+        at(&self.density) * at(&self.length) * section
     }
 
     /// Whether a point moves with one of its stations.

@@ -22,10 +22,14 @@ pub enum Target {
     LeadError(String, String),
     /// Diameter of the shaft of that name.
     ShaftDiameter(String),
+    /// Bore over diameter of the shaft of that name.
+    ShaftBore(String),
     /// Loss factor of the shaft of that name.
     ShaftLossFactor(String),
     /// Young's modulus, and with it the shear modulus, of the shaft of that name.
     ShaftModulus(String),
+    /// Shear modulus alone of the shaft of that name.
+    ShaftShearModulus(String),
     /// Key of a number of the drive.
     Drive(String),
     /// Gain of the measuring chain.
@@ -48,8 +52,10 @@ impl Target {
             | Target::Friction(name, _)
             | Target::LeadError(name, _)
             | Target::ShaftDiameter(name)
+            | Target::ShaftBore(name)
             | Target::ShaftLossFactor(name)
-            | Target::ShaftModulus(name) => name,
+            | Target::ShaftModulus(name)
+            | Target::ShaftShearModulus(name) => name,
             Target::Drive(_) => "drive",
             Target::ChainGain | Target::ChainDelay | Target::ChainPower => "measurement",
         }
@@ -93,6 +99,10 @@ impl Machine {
                 let at = shaft(name).ok_or_else(|| missing(name))?;
                 vec![&mut self.shafts[at].diameter]
             }
+            Target::ShaftBore(name) => {
+                let at = shaft(name).ok_or_else(|| missing(name))?;
+                vec![&mut self.shafts[at].bore_ratio]
+            }
             Target::ShaftLossFactor(name) => {
                 let at = shaft(name).ok_or_else(|| missing(name))?;
                 vec![&mut self.shafts[at].loss_factor]
@@ -101,6 +111,10 @@ impl Machine {
                 let at = shaft(name).ok_or_else(|| missing(name))?;
                 let shaft = &mut self.shafts[at];
                 vec![&mut shaft.youngs_modulus, &mut shaft.shear_modulus]
+            }
+            Target::ShaftShearModulus(name) => {
+                let at = shaft(name).ok_or_else(|| missing(name))?;
+                vec![&mut self.shafts[at].shear_modulus]
             }
             Target::Gap(name) => {
                 let at = joint(name).ok_or_else(|| missing(name))?;
@@ -130,9 +144,14 @@ impl Machine {
                 Rescale::Less => value.laws.push(Law::Less(index)),
                 Rescale::Times => value.laws.push(Law::Times(index)),
                 Rescale::With(circumstance) => value.laws.push(Law::With(index, circumstance)),
-                Rescale::AlongStroke | Rescale::MidStroke => {
+                Rescale::AlongStroke | Rescale::MidStroke | Rescale::LeftSpan | Rescale::RightSpan => {
                     let stroke_m = stroke_m.ok_or_else(|| fault(&part, "the machine has no shaft with a nut"))?;
-                    let law = if rescale == Rescale::MidStroke { Law::MidStroke } else { Law::AlongStroke };
+                    let law = match rescale {
+                        Rescale::LeftSpan => Law::LeftSpan,
+                        Rescale::RightSpan => Law::RightSpan,
+                        Rescale::MidStroke => Law::MidStroke,
+                        _ => Law::AlongStroke,
+                    };
                     value.laws.push(law(index, stroke_m));
                 }
                 Rescale::Replace => value.base = Base::Parameter(index),

@@ -39,6 +39,11 @@ pub enum Law {
     AlongStroke(usize, f64),
     /// exp(p·(1 − (2·s − 1)²)): a hump at mid-stroke, such as wear leaves.
     MidStroke(usize, f64),
+    /// (2π·p)²·(L/2ℓ)⁴ with ℓ from the left end to the nut: a mass becomes the stiffness on which it swings like a beam of length ℓ, whose natural
+    /// frequency is p where ℓ is half of L. Source: Euler–Bernoulli beam, f ∝ 1/ℓ².
+    LeftSpan(usize, f64),
+    /// The same with ℓ from the nut to the right end.
+    RightSpan(usize, f64),
     /// exp(p·x) with the size x of a circumstance: for the force level its power p.
     With(usize, Circumstance),
     /// x becomes x·p/(x + p): a spring p in series with a spring x.
@@ -61,6 +66,8 @@ impl Law {
             | Law::Times(index)
             | Law::AlongStroke(index, _)
             | Law::MidStroke(index, _)
+            | Law::LeftSpan(index, _)
+            | Law::RightSpan(index, _)
             | Law::With(index, _)
             | Law::InSeries(index)
             | Law::Less(index)
@@ -82,6 +89,13 @@ impl Law {
                 let shape = if matches!(self, Law::MidStroke(..)) { 1.0 - along * along } else { along };
                 let factor = (p * shape).exp();
                 (x * factor, factor, x * factor * shape)
+            }
+            Law::LeftSpan(_, stroke_m) | Law::RightSpan(_, stroke_m) => {
+                let nut_m = operating.nut_m.unwrap_or(0.5 * stroke_m);
+                let free_m = if matches!(self, Law::LeftSpan(..)) { nut_m } else { stroke_m - nut_m };
+                // Next to its bearing the screw does not bend.
+                let span = (0.5 * stroke_m / free_m.max(0.02 * stroke_m)).powi(4) * std::f64::consts::TAU.powi(2);
+                (x * p * p * span, p * p * span, 2.0 * x * p * span)
             }
             Law::With(_, circumstance) => {
                 let size = circumstance.size(operating);
@@ -194,7 +208,15 @@ mod tests {
 
     #[test]
     fn gradients_are_those_of_finite_differences() {
-        let laws = vec![Law::Relative(1), Law::InSeries(2), Law::AlongStroke(3, 2.0), Law::MidStroke(3, 2.0), Law::Times(4), Law::Added(1)];
+        let laws = vec![
+            Law::Relative(1),
+            Law::InSeries(2),
+            Law::AlongStroke(3, 2.0),
+            Law::MidStroke(3, 2.0),
+            Law::Times(4),
+            Law::RightSpan(1, 2.0),
+            Law::Added(1),
+        ];
         let single = Value { base: Base::Parameter(0), laws };
         let other = Value { base: Base::Number(4.0), laws: vec![Law::Times(1)] };
         let series = vec![("a".to_string(), single.clone()), ("b".into(), other), ("c".into(), Value::parameter(0))];

@@ -1,6 +1,5 @@
 //! The numbers on a [`Structure`]: dynamic stiffness, receptance and its slope, count of modes.
 
-use std::f64::consts::PI;
 use std::sync::Arc;
 
 use num_complex::Complex64;
@@ -141,11 +140,10 @@ impl Network {
             let shaft = &machine.shafts[rod_shape.shaft];
             let place = |p| shaft.place_m(p, parameters, operating).unwrap_or(f64::NAN);
             let length_m = place(rod_shape.places.1) - place(rod_shape.places.0);
-            let diameter_m = shaft.diameter.at(parameters, operating);
-            let area_m2 = PI * diameter_m * diameter_m / 4.0;
+            let (area_m2, polar_m4) = shaft.section(parameters, operating);
             let density = shaft.density.at(parameters, operating);
             let (modulus, section) = if rod_shape.torsional {
-                (shaft.shear_modulus.at(parameters, operating), area_m2 * diameter_m * diameter_m / 8.0)
+                (shaft.shear_modulus.at(parameters, operating), polar_m4)
             } else {
                 (shaft.youngs_modulus.at(parameters, operating), area_m2)
             };

@@ -88,7 +88,7 @@ impl Network {
             let shaft = &machine.shafts[rod_shape.shaft];
             let place = |p| shaft.place_m(p, parameters, operating).unwrap_or(f64::NAN);
             let length_m = place(rod_shape.places.1) - place(rod_shape.places.0);
-            // d ln(stiffness) and d ln(transit) with length, diameter, modulus and density.
+            // d ln(stiffness) and d ln(transit) with length, section, modulus and density.
             let (k, t) = (rod.stiffness, rod.transit_s);
             let mut push = |column: usize, dk: f64, dt: f64| {
                 if dk != 0.0 {
@@ -115,6 +115,13 @@ impl Network {
                 let share = with_end * shaft.length.at(parameters, operating) / length_m;
                 with(&shaft.length, -share, share);
             }
+            let (bore, power) = (shaft.bore_ratio.at(parameters, operating), if rod_shape.torsional { 4 } else { 2 });
+            let by_bore = -f64::from(power) * bore.powi(power - 1) / (1.0 - bore.powi(power));
+            shaft.bore_ratio.gradient(parameters, operating, |p, d| {
+                if let Some(c) = column[p] {
+                    push(c, by_bore * k * d, 0.0);
+                }
+            });
             let at_nut = |p| f64::from(u8::from(matches!(p, crate::machine::Place::Nut | crate::machine::Place::BesideNut(_))));
             if let Some(nut) = nut {
                 let share = (at_nut(rod_shape.places.1) - at_nut(rod_shape.places.0)) / length_m;
