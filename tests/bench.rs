@@ -84,6 +84,23 @@ fn limit_an_objective_that_may_stop_early_decides_as_the_whole_one() {
     }
 }
 
+/// Once there is room for its peaks, an evaluation allocates nothing, wherever the parameters are.
+#[test]
+fn limit_an_objective_on_modes_allocates_nothing() {
+    let config = config("configs/tian.toml");
+    let set = read_set("measurements/tian").unwrap();
+    let (fit, _) = set.split(None, &[]).unwrap();
+    let problem = ModeObjective::new(&config.machine, &fit, ModeSettings::default(), &[]).unwrap();
+    let mut random = Xoshiro256PlusPlus::seed_from_u64(5);
+    let places: Vec<Vec<f64>> = (0..40).map(|_| problem.free.iter().map(|_| random.random()).collect()).collect();
+    let all = || places.iter().map(|place| problem.at_most(place, f64::INFINITY)).sum::<f64>();
+    let once = all();
+    let mut again = 0.0;
+    let counted = allocation_counter::measure(|| again = all());
+    assert_eq!(counted.count_total, 0, "{counted:?}");
+    assert_eq!(again.to_bits(), once.to_bits());
+}
+
 /// Over l2, l4, l6, three positions predict better than any one of them (published: 4.63 % against 5.60 and 14.19 %).
 #[test]
 fn published_multi_position_is_better_than_single() {

@@ -44,11 +44,11 @@ impl Cost for ModeObjective<'_> {
     }
 
     fn at(&self, place: &[f64]) -> f64 {
-        self.cost(&self.parameters(place))
+        self.cost_at(place, f64::INFINITY)
     }
 
     fn at_most(&self, place: &[f64], limit: f64) -> f64 {
-        self.cost_at_most(&self.parameters(place), limit)
+        self.cost_at(place, limit)
     }
 }
 

@@ -6,6 +6,7 @@ use super::lanes::{Complexes, Reals};
 const FORETOLD: f64 = 2e-3;
 
 /// (a + b·t)/(1 + c·t + d·t²) of some intervals.
+#[derive(Debug, Clone, Copy)]
 pub(super) struct Rationals {
     a: Complexes,
     b: Complexes,

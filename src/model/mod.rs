@@ -30,6 +30,6 @@ pub use lines::Lines;
 pub use matrices::{Matrices, matrices};
 pub use modes::{Mode, undamped_modes};
 pub use network::{Network, Point as FrequencyPoint, Workspace};
-pub use peaks::{Peak, PeakSearch, peaks, peaks_counted};
+pub use peaks::{Peak, PeakSearch, peaks, peaks_into};
 pub use sensitivity::Sensitivity;
 pub use structure::{ModelError, Rods, Structure};

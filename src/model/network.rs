@@ -6,6 +6,7 @@ use num_complex::Complex64;
 
 use super::lanes::{ABREAST, Complexes, LANES, Reals};
 use super::lines::Lines;
+use super::peaks;
 use super::rod::{Rod, RodLanes, loss};
 use super::solution::Solution;
 use super::structure::{Rods, Structure};
@@ -66,6 +67,8 @@ pub struct Workspace {
     rods: Vec<RodLanes>,
     at_excitation: Vec<Complexes>,
     at_response: Vec<Complexes>,
+    /// Room for a search of peaks.
+    pub(super) peaks: peaks::Room,
 }
 
 /// A receptance at one frequency.
@@ -97,6 +100,7 @@ impl Structure {
             rods: Vec::with_capacity(self.rods.len() * ABREAST),
             at_excitation: vec![Complexes::ZERO; self.size() * ABREAST],
             at_response: vec![Complexes::ZERO; self.size() * ABREAST],
+            peaks: peaks::Room::default(),
         }
     }
 

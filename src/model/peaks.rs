@@ -53,8 +53,29 @@ pub struct PeakSearch {
     pub omega_power: i32,
 }
 
+/// Room for a search; kept, a later one takes none.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Room {
+    /// Frequencies asked for together, and what is found there.
+    omegas: Vec<f64>,
+    points: Vec<Point>,
+    below: Vec<usize>,
+    /// What is known, as it came, and in rising frequency.
+    known: Vec<Node>,
+    nodes: Vec<Node>,
+    pairs: Vec<(usize, usize)>,
+    groups: Vec<Group>,
+    /// Maxima or valleys on their way, where they are foretold, and between which nodes they lie.
+    open: Vec<Turn>,
+    places: Vec<f64>,
+    tops: Vec<usize>,
+    dips: Vec<usize>,
+    found: Vec<Point>,
+    sizes: Vec<f64>,
+}
+
 /// A frequency at which the receptance is known.
-#[derive(Clone, Copy)]
+#[derive(Debug, Clone, Copy)]
 struct Node {
     point: Point,
     /// Log-slope of the sought quantity.
@@ -70,14 +91,11 @@ struct Search<'a> {
     work: &'a mut Workspace,
     settings: PeakSearch,
     evaluations: usize,
-    /// Room for frequencies asked for together, and for what is found there.
-    omegas: Vec<f64>,
-    points: Vec<Point>,
-    below: Vec<usize>,
+    room: Room,
 }
 
 /// An interval between two neighbouring nodes that is not yet accepted.
-#[derive(Clone, Copy)]
+#[derive(Debug, Clone, Copy)]
 struct Interval {
     low: usize,
     high: usize,
@@ -98,6 +116,7 @@ fn interpolants<'p>(pair: impl Fn(usize) -> (&'p Point, &'p Point)) -> (Rational
 }
 
 /// Up to four intervals, the last one repeated where there are fewer, with what decides where they are split.
+#[derive(Debug, Clone, Copy)]
 struct Group {
     intervals: [Interval; LANES],
     count: usize,
@@ -169,80 +188,150 @@ impl Search<'_> {
 
     /// Evaluates all frequencies asked for.
     fn evaluate(&mut self) {
-        self.evaluations += self.omegas.len();
-        self.network.at_each(&self.omegas, self.work, &mut self.points);
+        self.evaluations += self.room.omegas.len();
+        self.network.at_each(&self.room.omegas, self.work, &mut self.room.points);
+    }
+
+    /// Counts the undamped modes below all frequencies asked for.
+    fn count(&mut self) {
+        self.network.modes_below_each(&self.room.omegas, self.work, &mut self.room.below);
+    }
+
+    /// The cuts of the band, even in the square root of frequency: finer where modes of heavy tables lie.
+    fn cut(&mut self) {
+        let (from, to) = (omega_rad_s(self.settings.from_hz), omega_rad_s(self.settings.to_hz));
+        let between = |at: usize| (from.sqrt() + at as f64 / FIRST_CUTS as f64 * (to.sqrt() - from.sqrt())).powi(2);
+        self.room.omegas.clear();
+        self.room.omegas.push(from);
+        self.room.omegas.extend((1..FIRST_CUTS).map(between));
+        self.room.omegas.push(to);
+        self.evaluate();
+        self.count();
+        self.room.known.clear();
+        for at in 0..=FIRST_CUTS {
+            let point = self.room.points[at];
+            // The last one has no next: none has so high a number.
+            let next = if at == FIRST_CUTS { usize::MAX } else { at + 1 };
+            self.room.known.push(Node { point, slope: self.log_slope(&point), below: self.room.below[at], next });
+        }
     }
 
     /// All nodes between and at the cuts, in rising frequency: every interval is looked at in its middle, all of a round together.
-    fn resolve(&mut self, mut nodes: Vec<Node>) -> Vec<Node> {
-        let mut pairs: Vec<(usize, usize)> = (1..nodes.len()).map(|high| (high - 1, high)).collect();
-        let mut groups: Vec<Group> = Vec::new();
-        while !pairs.is_empty() {
+    fn resolve(&mut self) {
+        self.room.pairs.clear();
+        self.room.pairs.extend((1..self.room.known.len()).map(|high| (high - 1, high)));
+        let power = f64::from(self.settings.omega_power);
+        while !self.room.pairs.is_empty() {
+            let Room { omegas, known, pairs, groups, .. } = &mut self.room;
             groups.clear();
-            groups.extend(pairs.chunks(LANES).map(|pairs| Group::new(&nodes, pairs)));
-            self.omegas.clear();
-            self.omegas.extend(groups.iter().flat_map(|group| group.places(&nodes)));
+            groups.extend(pairs.chunks(LANES).map(|pairs| Group::new(known, pairs)));
+            omegas.clear();
+            omegas.extend(groups.iter().flat_map(|group| group.places(known)));
             self.evaluate();
-            self.omegas.clear();
+            let Room { omegas, points, known, pairs, groups, .. } = &mut self.room;
+            omegas.clear();
             pairs.clear();
-            let mut points = self.points.iter();
-            for group in &groups {
-                let first = nodes.len();
+            let mut points = points.iter();
+            for group in groups.iter() {
+                let first = known.len();
                 for (interval, point) in group.intervals[..group.count].iter().zip(&mut points) {
-                    let here = nodes.len();
-                    nodes.push(Node { point: *point, slope: self.log_slope(point), below: nodes[interval.low].below, next: interval.high });
-                    nodes[interval.low].next = here;
+                    let here = known.len();
+                    let slope = point.log_slope_s() + power / point.omega_rad_s;
+                    known.push(Node { point: *point, slope, below: known[interval.low].below, next: interval.high });
+                    known[interval.low].next = here;
                 }
-                let accepted = group.accepted(&nodes, &nodes[first..], f64::from(self.settings.omega_power));
+                let accepted = group.accepted(known, &known[first..], power);
                 for (lane, interval) in group.intervals[..group.count].iter().enumerate().filter(|(lane, _)| !accepted[*lane]) {
                     // The count never falls: between equal counts it needs no evaluation.
-                    if nodes[interval.high].below != nodes[interval.low].below {
-                        self.omegas.push(nodes[first + lane].point.omega_rad_s);
+                    if known[interval.high].below != known[interval.low].below {
+                        omegas.push(known[first + lane].point.omega_rad_s);
                     }
                     pairs.extend([(interval.low, first + lane), (first + lane, interval.high)]);
                 }
             }
-            self.network.modes_below_each(&self.omegas, self.work, &mut self.below);
-            let mut counts = self.below.iter();
+            self.count();
+            let Room { below, known, pairs, .. } = &mut self.room;
+            let mut counts = below.iter();
             for halves in pairs.chunks_exact(2) {
                 let ((low, middle), (_, high)) = (halves[0], halves[1]);
-                if nodes[high].below != nodes[low].below {
-                    nodes[middle].below = counts.next().copied().unwrap_or(nodes[low].below);
+                if known[high].below != known[low].below {
+                    known[middle].below = counts.next().copied().unwrap_or(known[low].below);
                 }
             }
         }
+        let Room { known, nodes, .. } = &mut self.room;
+        nodes.clear();
         let mut at = 0;
-        let mut rising = Vec::with_capacity(nodes.len());
-        while let Some(node) = nodes.get(at) {
-            rising.push(*node);
+        while let Some(node) = known.get(at) {
+            nodes.push(*node);
             at = node.next;
         }
-        rising
     }
 
-    /// Where the sought quantity turns between pairs of nodes whose log-slopes have different signs, all looked for in step.
-    fn turns(&mut self, mut open: Vec<Turn>, precision: f64) -> Vec<Point> {
-        let mut places = Vec::with_capacity(open.len());
+    /// Finds where the sought quantity turns in all that is open, whose ends have log-slopes of different signs, in step.
+    fn turn(&mut self, precision: f64) {
         for step in 0..80 {
+            let Room { omegas, open, places, .. } = &mut self.room;
             places.clear();
             for some in open.chunks(LANES) {
                 places.extend(&Turn::foretold(some, self.settings.omega_power)[..some.len()]);
             }
-            self.omegas.clear();
-            for (turn, foretold) in open.iter_mut().zip(&places).filter(|(t, _)| !t.done) {
+            omegas.clear();
+            for (turn, foretold) in open.iter_mut().zip(places).filter(|(t, _)| !t.done) {
                 match turn.next(step, *foretold, precision) {
-                    Some(omega) => self.omegas.push(omega),
+                    Some(omega) => omegas.push(omega),
                     None => turn.done = true,
                 }
             }
-            if self.omegas.is_empty() {
+            if omegas.is_empty() {
                 break;
             }
             self.evaluate();
-            let slopes = self.points.iter().map(|point| (*point, self.log_slope(point)));
-            open.iter_mut().filter(|t| !t.done).zip(slopes).for_each(|(turn, found)| turn.take(found));
+            let power = f64::from(self.settings.omega_power);
+            let Room { points, open, .. } = &mut self.room;
+            let found = points.iter().map(|point| (*point, point.log_slope_s() + power / point.omega_rad_s));
+            open.iter_mut().filter(|t| !t.done).zip(found).for_each(|(turn, found)| turn.take(found));
         }
-        open.into_iter().map(|turn| turn.best.0).collect()
+    }
+
+    /// All peaks, in rising frequency.
+    fn peaks(&mut self, found: &mut Vec<Peak>) {
+        self.cut();
+        self.resolve();
+        let omega_power = self.settings.omega_power;
+        let Room { nodes, open, tops, .. } = &mut self.room;
+        tops.clear();
+        tops.extend((1..nodes.len()).filter(|at| nodes[at - 1].slope > 0.0 && nodes[*at].slope <= 0.0));
+        open.clear();
+        open.extend(tops.iter().map(|at| Turn::between(&nodes[at - 1], &nodes[*at])));
+        self.turn(self.settings.precision);
+        let Room { nodes, open, dips, found: maxima, .. } = &mut self.room;
+        maxima.clear();
+        maxima.extend(open.iter().map(|turn| turn.best.0));
+        // The least |H|·ω^p between each node and the next, where it falls and rises again.
+        dips.clear();
+        dips.extend((1..nodes.len()).filter(|at| nodes[at - 1].slope < 0.0 && nodes[*at].slope > 0.0).map(|at| at - 1));
+        open.clear();
+        open.extend(dips.iter().map(|at| Turn::between(&nodes[*at], &nodes[at + 1])));
+        self.turn(OF_VALLEYS);
+        let Room { nodes, open, dips, tops, found: maxima, sizes, .. } = &mut self.room;
+        let size = |p: &Point| p.receptance.norm_sqr().sqrt() * p.omega_rad_s.powi(omega_power);
+        sizes.clear();
+        sizes.extend(nodes.iter().map(|n| size(&n.point)));
+        for (at, valley) in dips.iter().zip(open) {
+            sizes[*at] = sizes[*at].min(size(&valley.best.0));
+        }
+        let lowest = |range: std::ops::Range<usize>| sizes[range].iter().copied().fold(f64::INFINITY, f64::min);
+        let peak = |(index, top): (usize, &Point)| {
+            let at = tops[index];
+            let before = if index == 0 { 0 } else { tops[index - 1] };
+            let after = tops.get(index + 1).map_or(nodes.len(), |next| *next);
+            let valley = lowest(before..at).max(lowest(at..after));
+            let amplitude = size(top);
+            Peak { frequency_hz: frequency_hz(top.omega_rad_s), amplitude, prominence: (amplitude / valley).max(1.0) }
+        };
+        found.clear();
+        found.extend(maxima.iter().enumerate().map(peak));
     }
 }
 
@@ -250,6 +339,7 @@ impl Search<'_> {
 type Sloped = (Point, f64);
 
 /// A maximum or a minimum on its way to be found between two points.
+#[derive(Debug, Clone, Copy)]
 struct Turn {
     low: Sloped,
     high: Sloped,
@@ -298,55 +388,17 @@ impl Turn {
 
 /// All peaks of |H|·ω^p inside a band, in rising frequency.
 pub fn peaks(network: &Network, settings: PeakSearch, work: &mut Workspace) -> Vec<Peak> {
-    peaks_counted(network, settings, work).0
+    let mut found = Vec::new();
+    peaks_into(network, settings, work, &mut found);
+    found
 }
 
-/// As [`peaks`], with the number of receptances evaluated.
-pub fn peaks_counted(network: &Network, settings: PeakSearch, work: &mut Workspace) -> (Vec<Peak>, usize) {
-    let (omegas, points, below) = (Vec::new(), Vec::new(), Vec::new());
-    let mut search = Search { network, work, settings, evaluations: 0, omegas, points, below };
-    let (from, to) = (omega_rad_s(settings.from_hz), omega_rad_s(settings.to_hz));
-    // Cuts even in the square root of frequency: finer where modes of heavy tables lie.
-    let cut = |at: usize| (from.sqrt() + at as f64 / FIRST_CUTS as f64 * (to.sqrt() - from.sqrt())).powi(2);
-    search.omegas.extend((0..=FIRST_CUTS).map(|at| {
-        if at == 0 {
-            from
-        } else if at == FIRST_CUTS {
-            to
-        } else {
-            cut(at)
-        }
-    }));
-    search.evaluate();
-    network.modes_below_each(&search.omegas, search.work, &mut search.below);
-    // The last one has no next: none has so high a number.
-    let next = |at: usize| if at == FIRST_CUTS { usize::MAX } else { at + 1 };
-    let of = |(at, (point, below)): (usize, (&Point, &usize))| Node {
-        point: *point,
-        slope: search.log_slope(point),
-        below: *below,
-        next: next(at),
-    };
-    let cuts: Vec<Node> = search.points.iter().zip(&search.below).enumerate().map(of).collect();
-    let nodes = search.resolve(cuts);
-    let tops: Vec<usize> = (1..nodes.len()).filter(|at| nodes[at - 1].slope > 0.0 && nodes[*at].slope <= 0.0).collect();
-    let found = search.turns(tops.iter().map(|at| Turn::between(&nodes[at - 1], &nodes[*at])).collect(), settings.precision);
-    let size = |p: &Point| p.receptance.norm_sqr().sqrt() * p.omega_rad_s.powi(settings.omega_power);
-    // The least |H|·ω^p between each node and the next, where it falls and rises again.
-    let dips: Vec<usize> = (1..nodes.len()).filter(|at| nodes[at - 1].slope < 0.0 && nodes[*at].slope > 0.0).map(|at| at - 1).collect();
-    let valleys = search.turns(dips.iter().map(|at| Turn::between(&nodes[*at], &nodes[at + 1])).collect(), OF_VALLEYS);
-    let mut sizes: Vec<f64> = nodes.iter().map(|n| size(&n.point)).collect();
-    for (at, valley) in dips.iter().zip(&valleys) {
-        sizes[*at] = sizes[*at].min(size(valley));
-    }
-    let lowest = |range: std::ops::Range<usize>| sizes[range].iter().copied().fold(f64::INFINITY, f64::min);
-    let peak = |(index, top): (usize, &Point)| {
-        let at = tops[index];
-        let before = if index == 0 { 0 } else { tops[index - 1] };
-        let after = tops.get(index + 1).map_or(nodes.len(), |next| *next);
-        let valley = lowest(before..at).max(lowest(at..after));
-        let amplitude = size(top);
-        Peak { frequency_hz: frequency_hz(top.omega_rad_s), amplitude, prominence: (amplitude / valley).max(1.0) }
-    };
-    (found.iter().enumerate().map(peak).collect(), search.evaluations)
+/// As [`peaks`], into a list, with the number of receptances evaluated; once workspace and list have room, nothing is allocated.
+pub fn peaks_into(network: &Network, settings: PeakSearch, work: &mut Workspace, found: &mut Vec<Peak>) -> usize {
+    let room = std::mem::take(&mut work.peaks);
+    let mut search = Search { network, work, settings, evaluations: 0, room };
+    search.peaks(found);
+    let Search { work, evaluations, room, .. } = search;
+    work.peaks = room;
+    evaluations
 }

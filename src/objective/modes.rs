@@ -2,11 +2,11 @@
 
 use std::sync::{Arc, Mutex};
 
-use super::pairing::{MISSING, Pair, VISIBLE, pair};
+use super::pairing::{MISSING, Pair, VISIBLE, pair_into};
 use super::{GAIN_RANGE, ObjectiveError, free_parameters, point_named};
 use crate::machine::{FitRule, Machine, Operating};
 use crate::measurement::{FitSet, Gain, HoldOutSet, MeasurementSet, ModeObservation};
-use crate::model::{Network, Peak, PeakSearch, Rods, Structure, Workspace, peaks};
+use crate::model::{Network, Peak, PeakSearch, Rods, Structure, Workspace, peaks_into};
 
 /// Which function of the deviations is made least.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -51,7 +51,7 @@ pub struct Deviation {
 }
 
 /// The prediction for a position beside its measurement.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Default)]
 pub struct PositionPrediction {
     /// Index of the position in the set.
     pub position: usize,
@@ -70,10 +70,17 @@ pub struct AmplitudeFit {
     pub count: usize,
 }
 
-/// Room for one evaluation.
+/// Room for one evaluation; kept, a later one allocates nothing.
 struct Scratch {
     network: Network,
     work: Workspace,
+    parameters: Vec<f64>,
+    predictions: Vec<PositionPrediction>,
+    /// Frequencies predicted, and what each counts for without a partner.
+    predicted_hz: Vec<f64>,
+    alone: Vec<f64>,
+    least: Vec<f64>,
+    pairs: Vec<Pair>,
 }
 
 struct PositionData {
@@ -188,11 +195,16 @@ impl<'m> ModeObjective<'m> {
 
     /// Parameters of the machine, in its order, for a place of the free ones in the unit cube.
     pub fn parameters(&self, place: &[f64]) -> Vec<f64> {
-        let mut parameters = self.base.clone();
+        let mut parameters = Vec::new();
+        self.parameters_into(place, &mut parameters);
+        parameters
+    }
+
+    fn parameters_into(&self, place: &[f64], parameters: &mut Vec<f64>) {
+        parameters.clone_from(&self.base);
         for (&index, &u) in self.free.iter().zip(place) {
             parameters[index] = self.machine.parameters[index].from_unit(u.clamp(0.0, 1.0));
         }
-        parameters
     }
 
     /// Number of frequencies and amplitudes that are compared.
@@ -211,42 +223,55 @@ impl<'m> ModeObjective<'m> {
             && self.positions.iter().any(|p| p.observed.iter().any(|m| m.amplitude.is_some()))
     }
 
-    /// Predictions for all positions with the given parameters.
-    pub fn predict(&self, parameters: &[f64]) -> Vec<PositionPrediction> {
-        self.predict_while(parameters, |_| true)
-    }
-
-    /// Predictions for one position after another, as long as those so far are worth going on.
-    fn predict_while(&self, parameters: &[f64], mut go_on: impl FnMut(&[PositionPrediction]) -> bool) -> Vec<PositionPrediction> {
+    /// Calls `work` with room for an evaluation.
+    fn with_room<T>(&self, work: impl FnOnce(&mut Scratch) -> T) -> T {
         let pooled = self.pool.lock().ok().and_then(|mut pool| pool.pop());
-        let mut scratch = pooled.unwrap_or_else(|| Scratch { network: self.structure.network(), work: self.structure.workspace() });
-        let mut predictions = Vec::with_capacity(self.positions.len());
-        for position in &self.positions {
-            predictions.push(self.predict_one(position, parameters, &mut scratch));
-            if !go_on(&predictions) {
-                break;
-            }
-        }
+        let mut scratch = pooled.unwrap_or_else(|| Scratch {
+            network: self.structure.network(),
+            work: self.structure.workspace(),
+            parameters: Vec::new(),
+            predictions: vec![PositionPrediction::default(); self.positions.len()],
+            predicted_hz: Vec::new(),
+            alone: Vec::new(),
+            least: Vec::new(),
+            pairs: Vec::new(),
+        });
+        let result = work(&mut scratch);
         if let Ok(mut pool) = self.pool.lock() {
             pool.push(scratch);
         }
-        predictions
+        result
     }
 
-    fn predict_one(&self, p: &PositionData, parameters: &[f64], scratch: &mut Scratch) -> PositionPrediction {
-        scratch.network.update(self.machine, parameters, &p.operating);
-        let peaks = peaks(&scratch.network, self.search, &mut scratch.work);
-        let predicted_hz: Vec<f64> = peaks.iter().map(|p| p.frequency_hz).collect();
-        let alone: Vec<f64> = peaks.iter().map(|p| if self.unexpected(p) { MISSING } else { 0.0 }).collect();
-        let deviations = pair(&p.measured_hz, &predicted_hz, &alone)
-            .into_iter()
-            .map(|Pair { measured, predicted }| Deviation {
-                observed: measured.map(|i| p.observed[i]),
-                predicted: predicted.map(|i| peaks[i]),
-                unexpected: measured.is_none() && predicted.is_some_and(|i| self.unexpected(&peaks[i])),
-            })
-            .collect();
-        PositionPrediction { position: p.index, peaks, deviations }
+    /// Predictions for all positions with the given parameters.
+    pub fn predict(&self, parameters: &[f64]) -> Vec<PositionPrediction> {
+        self.with_room(|scratch| {
+            scratch.parameters.clear();
+            scratch.parameters.extend(parameters);
+            (0..self.positions.len()).for_each(|at| self.predict_one(at, scratch));
+            scratch.predictions.clone()
+        })
+    }
+
+    /// The prediction for one position.
+    fn predict_one(&self, at: usize, scratch: &mut Scratch) {
+        let p = &self.positions[at];
+        let Scratch { network, work, parameters, predictions, predicted_hz, alone, least, pairs } = scratch;
+        network.update(self.machine, parameters, &p.operating);
+        let PositionPrediction { position, peaks, deviations } = &mut predictions[at];
+        *position = p.index;
+        peaks_into(network, self.search, work, peaks);
+        predicted_hz.clear();
+        predicted_hz.extend(peaks.iter().map(|p| p.frequency_hz));
+        alone.clear();
+        alone.extend(peaks.iter().map(|p| if self.unexpected(p) { MISSING } else { 0.0 }));
+        pair_into(&p.measured_hz, predicted_hz, alone, least, pairs);
+        deviations.clear();
+        deviations.extend(pairs.iter().map(|Pair { measured, predicted }| Deviation {
+            observed: measured.map(|i| p.observed[i]),
+            predicted: predicted.map(|i| peaks[i]),
+            unexpected: measured.is_none() && predicted.is_some_and(|i| self.unexpected(&peaks[i])),
+        }));
     }
 
     /// Whether a predicted peak without a partner should have been seen.
@@ -284,40 +309,33 @@ impl<'m> ModeObjective<'m> {
     /// Residuals, weighted, in a fixed order: for each position the frequencies, then the amplitudes, then a last one for peaks that
     /// have no partner.
     pub fn residuals(&self, predictions: &[PositionPrediction], gain: f64) -> Vec<f64> {
-        let missing = MISSING / self.settings.frequency_model_error.max(1e-6);
         let mut residuals = Vec::new();
-        for prediction in predictions {
-            let mut amplitudes = Vec::new();
-            let mut extra = 0.0;
-            for deviation in &prediction.deviations {
-                match (deviation.observed, deviation.predicted) {
-                    (Some(observed), Some(peak)) => {
-                        let measured_hz = observed.frequency_hz.unwrap_or(peak.frequency_hz);
-                        residuals.push((peak.frequency_hz / measured_hz - 1.0) / self.frequency_sd(measured_hz));
-                        if let Some(amplitude) = observed.amplitude {
-                            amplitudes.push((gain * peak.amplitude / amplitude).ln() / self.settings.amplitude_sd);
-                        }
-                    }
-                    (Some(observed), None) => {
-                        residuals.push(missing);
-                        amplitudes.extend(observed.amplitude.map(|_| 0.0));
-                    }
-                    (None, Some(peak)) => extra += if self.unexpected(&peak) { missing * missing } else { 0.0 },
-                    (None, None) => {}
-                }
-            }
-            if self.settings.objective != Objective::Frequencies {
-                residuals.append(&mut amplitudes);
-            }
-            residuals.push(f64::sqrt(extra));
-        }
+        self.each_residual(predictions, gain, |residual| residuals.push(residual));
         residuals
     }
 
+    fn each_residual(&self, predictions: &[PositionPrediction], gain: f64, mut each: impl FnMut(f64)) {
+        let missing = MISSING / self.settings.frequency_model_error.max(1e-6);
+        for deviations in predictions.iter().map(|p| &p.deviations) {
+            for (observed, predicted) in deviations.iter().filter_map(|d| Some((d.observed?, d.predicted))) {
+                each(predicted.map_or(missing, |peak| {
+                    let measured_hz = observed.frequency_hz.unwrap_or(peak.frequency_hz);
+                    (peak.frequency_hz / measured_hz - 1.0) / self.frequency_sd(measured_hz)
+                }));
+            }
+            if self.settings.objective != Objective::Frequencies {
+                for (amplitude, predicted) in deviations.iter().filter_map(|d| Some((d.observed?.amplitude?, d.predicted))) {
+                    each(predicted.map_or(0.0, |peak| (gain * peak.amplitude / amplitude).ln() / self.settings.amplitude_sd));
+                }
+            }
+            each(missing * f64::sqrt(deviations.iter().filter(|d| d.unexpected).count() as f64));
+        }
+    }
+
     /// Deviations of free parameters from what is known of them beforehand, over its standard deviation.
-    pub fn prior(&self, parameters: &[f64]) -> Vec<f64> {
+    fn known<'p>(&'p self, parameters: &'p [f64]) -> impl Iterator<Item = f64> + 'p {
         let described = |i: &usize| &self.machine.parameters[*i];
-        self.free.iter().filter_map(|i| Some((parameters[*i] - described(i).start) / described(i).sd?)).collect()
+        self.free.iter().filter_map(move |i| Some((parameters[*i] - described(i).start) / described(i).sd?))
     }
 
     /// A place of the free parameters, with the best coordinate of the gain added where that is unknown.
@@ -343,7 +361,7 @@ impl<'m> ModeObjective<'m> {
     pub fn residuals_at(&self, place: &[f64]) -> Vec<f64> {
         let parameters = self.parameters(place);
         let mut residuals = self.residuals(&self.predict(&parameters), self.gain(place));
-        residuals.extend(self.prior(&parameters));
+        residuals.extend(self.known(&parameters));
         residuals
     }
 
@@ -361,18 +379,34 @@ impl<'m> ModeObjective<'m> {
 
     /// The objective at these parameters; always finite.
     pub fn cost(&self, parameters: &[f64]) -> f64 {
-        self.cost_of(&self.predict(parameters), parameters)
+        self.with_room(|scratch| {
+            scratch.parameters.clear();
+            scratch.parameters.extend(parameters);
+            self.cost_at_most(scratch, f64::INFINITY)
+        })
     }
 
-    /// The objective at these parameters where it is at most `limit`, otherwise something above it. With the gain at its best for the positions so
-    /// far, a sum of squares can only grow with every further one.
-    pub fn cost_at_most(&self, parameters: &[f64], limit: f64) -> f64 {
+    /// The objective at a place where it is at most `limit`, otherwise something above it.
+    pub fn cost_at(&self, place: &[f64], limit: f64) -> f64 {
+        self.with_room(|scratch| {
+            self.parameters_into(place, &mut scratch.parameters);
+            self.cost_at_most(scratch, limit)
+        })
+    }
+
+    /// With the gain at its best for the positions so far, a sum of squares can only grow with every further one; of Eq. 26 no part tells of the whole.
+    fn cost_at_most(&self, scratch: &mut Scratch, limit: f64) -> f64 {
+        let may_end = limit < f64::INFINITY && self.settings.objective != Objective::Eq26;
         let mut cost = 0.0;
-        self.predict_while(parameters, |predictions| {
-            cost = self.cost_of(predictions, parameters);
-            // Eq. 26 is no sum of squares with its gain at its best: no part of it tells of the whole.
-            self.settings.objective == Objective::Eq26 || cost <= limit * (1.0 + 1e-9)
-        });
+        for at in 0..self.positions.len() {
+            self.predict_one(at, scratch);
+            if may_end || at + 1 == self.positions.len() {
+                cost = self.cost_of(&scratch.predictions[..=at], &scratch.parameters);
+            }
+            if may_end && cost > limit * (1.0 + 1e-9) {
+                break;
+            }
+        }
         cost
     }
 
@@ -381,8 +415,9 @@ impl<'m> ModeObjective<'m> {
         let gain = self.amplitude_fit(predictions).gain;
         match self.settings.objective {
             Objective::LeastSquares | Objective::Frequencies => {
-                let data: f64 = self.residuals(predictions, gain).iter().map(|r| r * r).sum();
-                data + self.prior(parameters).iter().map(|r| r * r).sum::<f64>()
+                let mut data = 0.0;
+                self.each_residual(predictions, gain, |residual| data += residual * residual);
+                data + self.known(parameters).map(|r| r * r).sum::<f64>()
             }
             Objective::Eq26 => {
                 let mut sum = 0.0;

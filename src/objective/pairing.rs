@@ -19,10 +19,18 @@ pub struct Pair {
 ///
 /// The order is kept, so that no two pairs cross.
 pub fn pair(measured_hz: &[f64], predicted_hz: &[f64], alone: &[f64]) -> Vec<Pair> {
+    let mut pairs = Vec::new();
+    pair_into(measured_hz, predicted_hz, alone, &mut Vec::new(), &mut pairs);
+    pairs
+}
+
+/// As [`pair`], with room of its caller.
+pub(super) fn pair_into(measured_hz: &[f64], predicted_hz: &[f64], alone: &[f64], least: &mut Vec<f64>, pairs: &mut Vec<Pair>) {
     let (m, n) = (measured_hz.len(), predicted_hz.len());
     // least[i][j]: first i measured and first j predicted.
     let width = n + 1;
-    let mut least = vec![0.0; (m + 1) * width];
+    least.clear();
+    least.resize((m + 1) * width, 0.0);
     for i in 0..=m {
         for j in 0..=n {
             if i == 0 && j == 0 {
@@ -43,7 +51,7 @@ pub fn pair(measured_hz: &[f64], predicted_hz: &[f64], alone: &[f64]) -> Vec<Pai
         }
     }
     let (mut i, mut j) = (m, n);
-    let mut pairs = Vec::with_capacity(m.max(n));
+    pairs.clear();
     while i > 0 || j > 0 {
         let here = least[i * width + j];
         if i > 0 && j > 0 {
@@ -64,7 +72,6 @@ pub fn pair(measured_hz: &[f64], predicted_hz: &[f64], alone: &[f64]) -> Vec<Pai
         }
     }
     pairs.reverse();
-    pairs
 }
 
 #[cfg(test)]
