@@ -18,6 +18,11 @@ fn diagnosed(arguments: &[&str]) -> Value {
 
 /// A case of the independent truth, as its folder of files is diagnosed, and what is behind it.
 fn withheld(wanted: impl Fn(&Kind, &[String], Option<&str>) -> bool) -> (Value, Label) {
+    withheld_where(wanted, |_| ())
+}
+
+/// The same with something done to its folder.
+fn withheld_where(wanted: impl Fn(&Kind, &[String], Option<&str>) -> bool, done: impl Fn(&Path)) -> (Value, Label) {
     let plan = Plan::from_counts(&Counts::QUICK, 1);
     let names = |at: usize| plan.slots[at].effects.iter().map(|e| e.id().to_string()).collect::<Vec<_>>();
     let strength = |at: usize| plan.slots[at].strength.map(|s| format!("{s:?}"));
@@ -26,6 +31,7 @@ fn withheld(wanted: impl Fn(&Kind, &[String], Option<&str>) -> bool) -> (Value, 
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("case");
     write_case(&path, &case).unwrap();
+    done(&path);
     let machine = path.join("machine.toml");
     (diagnosed(&["--config", machine.to_str().unwrap(), "--measurements", path.to_str().unwrap()]), label)
 }
@@ -53,6 +59,24 @@ fn recover_a_withheld_relaxation_and_how_far_it_closes_the_gap() {
 fn recover_a_misread_quantity() {
     let (found, _) = withheld(|kind, effects, _| *kind == Kind::Single && effects == ["frf-quantity"]);
     assert_eq!(found["verdict"]["effects"][0], "frf-quantity", "{:#}", found["verdict"]);
+}
+
+/// Records filed under each other's positions, fitted ones and held-out ones.
+#[test]
+fn recover_records_that_were_exchanged() {
+    for (a, b) in [("l1", "l3"), ("l2", "l6")] {
+        let exchange = |path: &Path| {
+            let file = |name: &str| path.join(format!("frf/{name}.csv"));
+            std::fs::rename(file(a), file("kept")).unwrap();
+            std::fs::rename(file(b), file(a)).unwrap();
+            std::fs::rename(file("kept"), file(b)).unwrap();
+        };
+        let (found, _) = withheld_where(|kind, _, _| *kind == Kind::Null, exchange);
+        let verdict = &found["verdict"];
+        assert_eq!(verdict["kind"], "measurement", "{verdict:#}");
+        let reason = verdict["reason"].as_str().unwrap();
+        assert!([a, b, "are exchanged"].iter().all(|word| reason.contains(word)), "{reason}");
+    }
 }
 
 /// The paper's bench with its rotor hold withheld: modes alone name it, and on 1 and on 2 threads alike.

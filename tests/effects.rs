@@ -1,8 +1,10 @@
 //! The library of effects: every one applies to the bench, does nothing where its amplitude is nothing, and does what it says.
 
+use std::sync::Arc;
+
 use jointid::config::effect_library;
 use jointid::machine::{Data, Effect, Machine, Operating};
-use jointid::model::{Rods, undamped_modes};
+use jointid::model::{Rods, Structure, undamped_modes};
 
 use crate::support::{config, table_structure};
 
@@ -19,7 +21,7 @@ fn every_effect_applies_to_the_bench_and_says_what_it_is() {
         let with = machine.with_effect(effect).unwrap_or_else(|e| panic!("{}: {e}", effect.id));
         assert!(with.effects.contains(&effect.id) && effect.says.len() > 20, "{}", effect.id);
         let added = with.parameters.len() - machine.parameters.len();
-        assert!((1..=3).contains(&added), "{} adds {added} parameters", effect.id);
+        assert!((1..=4).contains(&added), "{} adds {added} parameters", effect.id);
         assert!(with.parameters[machine.parameters.len()..].iter().all(|p| !p.source.is_empty()), "{}", effect.id);
     }
 }
@@ -152,7 +154,7 @@ fn limit_an_effect_of_nothing_changes_nothing() {
         ("drive-flexibility", &[("k_drive", 1e18)]),
         ("screw-diameter", &[("diameter_change", 0.0)]),
         ("table-rocking", &[("k_rock", 1e18)]),
-        ("screw-bending", &[("m_bend", 1e-9)]),
+        ("screw-bending", &[("m_bend_left", 1e-9), ("m_bend_right", 1e-9)]),
         ("table-relaxation", &[("c_relax", 1e-6)]),
         ("frf-gain", &[]),
         ("measurement-delay", &[]),
@@ -168,6 +170,28 @@ fn limit_an_effect_of_nothing_changes_nothing() {
             let start = receptance(&with, &[], hz);
             assert!((a - start).norm() < 1e-2 * a.norm(), "{id} at {hz} Hz: {a} against {start} at its start");
         }
+    }
+}
+
+/// Where a free length of the screw swings, the screw stands still at the nut: at a frequency that goes with the inverse square of that length.
+#[test]
+fn limit_a_bending_screw_absorbs_at_the_frequency_of_its_free_length() {
+    let machine = config("configs/tian.toml").machine;
+    let library = effect_library().unwrap();
+    let with = machine.with_effect(library.iter().find(|e| e.id == "screw-bending").unwrap()).unwrap();
+    let (stroke_m, nut_m, hz) = (machine.stroke_m().unwrap(), 0.8, 90.0);
+    let screw = with.point("screw").unwrap();
+    let structure = Arc::new(Structure::new(&with, screw, screw, Rods::Exact).unwrap());
+    for (mass, free_m) in [("m_bend_left", nut_m), ("m_bend_right", stroke_m - nut_m)] {
+        let mut values = with.start();
+        for (id, value) in [(mass, 2.0), ("f_bend", hz), ("eta_bend", 1e-9)] {
+            values[with.parameter(id).unwrap()] = value;
+        }
+        let mut network = structure.network();
+        network.update(&with, &values, &Operating::at_nut(nut_m));
+        let at = |hz: f64| network.receptance(std::f64::consts::TAU * hz, &mut structure.workspace()).norm();
+        let swings = hz * (0.5 * stroke_m / free_m).powi(2);
+        assert!(at(swings) < 1e-6 * at(1.2 * swings), "{mass} at {swings} Hz: {:e} beside {:e}", at(swings), at(1.2 * swings));
     }
 }
 

@@ -191,7 +191,10 @@ impl<'s> Fitter<'s> {
         control.kept_or_failed(&piece, || self.scatter_anew(hypothesis, base, control))
     }
 
-    fn scatter_anew(&self, hypothesis: &Hypothesis, base: &Fitted, control: &Control) -> Result<Option<Fitted>, ObjectiveError> {
+    /// As [`Fitter::scatter`], of what no other run has kept.
+    ///
+    /// # Errors  as [`Fitter::scatter`].
+    pub(super) fn scatter_anew(&self, hypothesis: &Hypothesis, base: &Fitted, control: &Control) -> Result<Option<Fitted>, ObjectiveError> {
         let objective = self.objective(hypothesis)?;
         let Some(few) = objective.coarse(self.lines_of_one(SCATTER_LINES)).filter(|_| !control.stopped()) else { return Ok(None) };
         let centre = start_of(hypothesis, base, &[]);
@@ -290,28 +293,42 @@ fn read_back(objective: &Compared<'_>, from: &Fitted, place: &[f64], chi_square:
 
 /// Frequencies (Hz) at which a resonance is looked for, lowest and highest, and how many.
 const RESONANCES_HZ: (f64, f64, u32) = (8.0, 1600.0, 26);
+/// Places of a mass in its range at which it is looked for.
+const SHARES: [f64; 3] = [0.3, 0.6, 0.85];
 
-/// Places of a mass, a spring and a damper that resonate all over the band: their three ranges together hold mostly resonances where nothing is
-/// measured. `None` where the parameters are no such three.
+/// Places of masses that resonate all over the band, each alone and both where there are two, with a spring and a damper, or with the frequency itself
+/// among the parameters: the ranges together hold mostly resonances where nothing is measured. `None` where the parameters are no such ones.
 fn resonances(described: &[&Parameter]) -> Option<Vec<Vec<f64>>> {
-    let of = |units: [&str; 2]| described.iter().position(|p| units.contains(&p.unit.as_str()));
-    let (mass, spring, damper) = (of(["kg", "kg*m^2"])?, of(["N/m", "N*m/rad"])?, of(["N*s/m", "N*m*s/rad"])?);
-    if described.len() != 3 {
-        return None;
-    }
+    let of = |units: &[&str]| (0..described.len()).filter(|at| units.contains(&described[*at].unit.as_str())).collect::<Vec<usize>>();
+    let (masses, springs, dampers) = (of(&["kg", "kg*m^2"]), of(&["N/m", "N*m/rad"]), of(&["N*s/m", "N*m*s/rad"]));
+    let natural = of(&["Hz"]);
+    let clamped = |at: usize, x: f64| described[at].to_unit(x.clamp(described[at].lower, described[at].upper));
     let (low, high, count) = RESONANCES_HZ;
+    let frequencies = (0..count).map(|at| low * (high / low).powf(f64::from(at) / f64::from(count - 1)));
+    let start: Vec<f64> = described.iter().map(|p| p.to_unit(p.start)).collect();
     let mut places = Vec::new();
-    for share in [0.3, 0.6] {
-        let m = described[mass].from_unit(share);
-        for at in 0..count {
-            let omega = std::f64::consts::TAU * low * (high / low).powf(f64::from(at) / f64::from(count - 1));
-            let k = m * omega * omega;
-            let c = 2.0 * 0.03 * m * omega;
-            let mut place = vec![0.5; 3];
-            place[mass] = share;
-            place[spring] = described[spring].to_unit(k.clamp(described[spring].lower, described[spring].upper));
-            place[damper] = described[damper].to_unit(c.clamp(described[damper].lower, described[damper].upper));
-            places.push(place);
+    for hz in frequencies {
+        for share in SHARES {
+            match (masses.as_slice(), springs.as_slice(), dampers.as_slice(), natural.as_slice()) {
+                (&[mass], &[spring], &[damper], []) if described.len() == 3 => {
+                    let (m, omega) = (described[mass].from_unit(share), std::f64::consts::TAU * hz);
+                    let mut place = start.clone();
+                    place[mass] = share;
+                    place[spring] = clamped(spring, m * omega * omega);
+                    place[damper] = clamped(damper, 2.0 * 0.03 * m * omega);
+                    places.push(place);
+                }
+                (masses, [], [], natural) if !masses.is_empty() && !natural.is_empty() => {
+                    let each = masses.iter().map(std::slice::from_ref).chain((masses.len() > 1).then_some(masses));
+                    for some in each {
+                        let mut place = start.clone();
+                        natural.iter().for_each(|at| place[*at] = clamped(*at, hz));
+                        some.iter().for_each(|mass| place[*mass] = share);
+                        places.push(place);
+                    }
+                }
+                _ => return None,
+            }
         }
     }
     Some(places)

@@ -157,7 +157,7 @@ fn nuisance_parameter(id: String, start: f64, sd: f64) -> Parameter {
 /// The machine with what is ordinarily a little wrong in every description: diameters, moduli and loss of shafts, loss of joints (whose damping
 /// is not all viscous), the largest inertias, gain and delay of the measuring chain; each an unknown with the standard deviation of what is known beforehand.
 ///
-/// # Source  widths by the scatter of catalogues and of hammer tests: effective diameter ±0.2 %, ends ±1.5 % of the shaft's inertia (journals), E ±0.3 %, mass ±1 %,
+/// # Source  widths by the scatter of catalogues and of hammer tests: effective diameter ±0.2 %, ends ±1.5 % of the shaft's inertia (journals), E ±0.3 %, G/E ±0.4 %, mass ±1 %,
 /// rotor inertia ±2 %, calibration ±0.4 %, delay ±2 µs.
 ///
 /// # Errors  none for a machine that was checked.
@@ -172,6 +172,10 @@ pub fn with_nuisances(machine: &Machine) -> Result<Machine, MachineError> {
         let name = &shaft.name;
         add(Target::ShaftDiameter(name.clone()), Rescale::Relative, nuisance_parameter(format!("~diameter {name}"), 0.0, 0.002));
         add(Target::ShaftModulus(name.clone()), Rescale::Relative, nuisance_parameter(format!("~modulus {name}"), 0.0, 0.003));
+        // Axial and torsional stiffness part: Poisson's ratio, and a thread that carries tension otherwise than torsion.
+        if shaft.stations.iter().any(|s| s.axial.is_some()) && shaft.stations.iter().any(|s| s.torsion.is_some()) {
+            add(Target::ShaftShearModulus(name.clone()), Rescale::Relative, nuisance_parameter(format!("~shear {name}"), 0.0, 0.004));
+        }
         let loss = Parameter { lower: 0.0, upper: 0.012, ..nuisance_parameter(format!("~loss {name}"), 1e-3, 2e-3) };
         add(Target::ShaftLossFactor(name.clone()), Rescale::Added, loss);
         for (motion, point) in ends(shaft) {

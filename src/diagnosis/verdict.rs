@@ -4,7 +4,7 @@ use super::domain::{Domain, Part, floor_over, gap_over, share_closed};
 use super::fit::{Ablation, Fitted, Fitter, values_of};
 use super::hypothesis::{Hypothesis, Kind};
 use super::null::{LEAST_SCALE, Null, simulate};
-use super::record::{contradicting, faulty_record};
+use super::record::{Fault, fault, held_out_fault};
 use super::run::{Candidate, Status, Survey, again_from, hypotheses, left_out, locate, nominal, nominal_fits, survey};
 use crate::machine::{Effect, Machine};
 use crate::measurement::HoldOutSet;
@@ -122,8 +122,11 @@ pub struct Settings {
 
 /// Share of nulls that may be called something.
 const ALPHA: f64 = 0.001;
-/// Smallest statistic that is called something, whatever the null says.
-const LEAST_STATISTIC: f64 = 8.0;
+/// Smallest statistic that is called something, whatever the null says; of a free shape at an interface, which has no scale of its own.
+const LEAST_STATISTIC: f64 = 5.0;
+const LEAST_FREE: f64 = 16.0;
+/// What a candidate must gain of χ² to be preferred, over its scale under the null.
+const PENALTY: f64 = 8.0;
 /// What the data can tell apart, in χ² (an error rate of 7 %), and as a share of the gain: the model is no better than that.
 const APART: f64 = 9.0;
 const APART_SHARE: f64 = 0.1;
@@ -137,8 +140,8 @@ const EXCESS: f64 = 2.0;
 const FAR: f64 = 5.0;
 /// Share of χ² that a released parameter must take away to be all that is wrong.
 const MOSTLY: f64 = 0.75;
-/// Share of χ² that an effect must take away where much stays unexplained.
-const LITTLE: f64 = 0.35;
+/// Share of χ² that an effect must take away where much stays unexplained: one that does what no free shape can, and another.
+const LITTLE: (f64, f64) = (0.35, 0.5);
 /// Excess beyond which a named effect must hold its own against a free shape at an interface.
 const DOUBT: f64 = 1.5;
 /// Share of what the best effect leaves below which a free shape is the better explanation.
@@ -197,11 +200,15 @@ pub fn diagnose(
     let nominal_held_out = fitter.gaps(&surveyed.nominal, &base, held_out)?;
     // A record that an effect makes agree with the others is no faulty one.
     let best = tried.first().filter(|_| significant).and_then(|t| t.candidate.fitted.as_ref());
-    let restored = best.map(|(hypothesis, fitted)| fitter.gaps(hypothesis, fitted, held_out)).transpose()?;
+    let still = |(hypothesis, fitted): &(Hypothesis, Fitted)| {
+        held_out_fault(fitter, held_out, (hypothesis, fitted), &fitter.gaps(hypothesis, fitted, held_out)?)
+    };
+    let restored = best.map(still).transpose()?;
     let agrees = best.is_some_and(|(_, fitted)| null.excess(fitted.chi_square / count) <= EXCESS);
-    let faulty = match contradicting(&nominal_held_out) {
-        Some(frf) if restored.is_none_or(|gaps| contradicting(&gaps) == Some(frf)) => Some(frf),
-        _ if !agrees && (before > EXCESS || significant) => faulty_record(fitter, &surveyed, &null, control)?,
+    let as_described = (&surveyed.nominal, &base);
+    let faulty = match held_out_fault(fitter, held_out, as_described, &nominal_held_out)? {
+        Some(found) if restored.is_none_or(|still| still == Some(found)) => Some(found),
+        _ if !agrees && (before > EXCESS || significant) => fault(fitter, held_out, as_described, &null, control)?,
         _ => None,
     };
     let (verdict, chosen) = conclude(&Evidence {
@@ -271,7 +278,7 @@ fn judge(survey: &Survey, null: &Null, count: f64) -> Vec<Tried> {
 /// for (another quantity that is none) comes last.
 fn penalised(tried: &Tried) -> f64 {
     let Tried { candidate, statistic, .. } = tried;
-    if candidate.gain == 0.0 { f64::INFINITY } else { candidate.chi_square() + LEAST_STATISTIC * candidate.gain / statistic }
+    if candidate.gain == 0.0 { f64::INFINITY } else { candidate.chi_square() + PENALTY * candidate.gain / statistic }
 }
 
 /// Indices of the candidates that the data cannot tell from the best.
@@ -308,7 +315,7 @@ struct Evidence<'e, 's> {
     significant: bool,
     same: &'e [usize],
     located: &'e [Candidate],
-    faulty: Option<usize>,
+    faulty: Option<Fault>,
     nominal_left_out: f64,
     control: &'e Control,
 }
@@ -323,11 +330,9 @@ fn conclude(evidence: &Evidence<'_, '_>) -> Result<(Verdict, (Hypothesis, Fitted
         let next = Some("more modes or more positions, or a whole FRF at each".to_string());
         return Ok((say(VerdictKind::Insufficient, Vec::new(), reason, next), nothing));
     }
-    if let Some(frf) = evidence.faulty {
-        let source = &evidence.fitter.fit.set.frfs[frf].source;
-        let reason = format!("{source} contradicts the other records, which agree with the model without it");
-        let next = Some(format!("measure {source} again; check sensor, mounting and cable of that channel"));
-        return Ok((say(VerdictKind::Measurement, Vec::new(), reason, next), nothing));
+    if let Some(fault) = evidence.faulty {
+        let (reason, next) = fault.told(evidence.fitter.fit.set);
+        return Ok((say(VerdictKind::Measurement, Vec::new(), reason, Some(next)), nothing));
     }
     // An interface stands for what no effect of the library has; it has no scale of its own and needs a clear gain.
     let free = located.iter().filter(|c| c.fitted.is_some()).min_by(|a, b| a.chi_square().total_cmp(&b.chi_square()));
@@ -335,7 +340,7 @@ fn conclude(evidence: &Evidence<'_, '_>) -> Result<(Verdict, (Hypothesis, Fitted
     let scale = null.scales.iter().map(|s| s.1).fold(3.0 * LEAST_SCALE, f64::max);
     let free_statistic = free.map_or(0.0, |c| c.gain / scale / free_excess);
     if !evidence.significant {
-        let clear = free_statistic > 2.0 * LEAST_STATISTIC && null.p_value(free_statistic) < ALPHA;
+        let clear = free_statistic > LEAST_FREE && null.p_value(free_statistic) < ALPHA;
         if let Some(found) = free.filter(|_| clear || before > FAR) {
             let reason = format!(
                 "what is left is {before:.1} times what nulls show and no effect of the library explains it; most is gained by a free shape at {}",
@@ -396,7 +401,8 @@ fn conclude(evidence: &Evidence<'_, '_>) -> Result<(Verdict, (Hypothesis, Fitted
     let rest: String = names[1..].iter().map(|n| format!("+{n}")).collect();
     let stands = same.iter().map(|at| &tried[*at].candidate.id).filter(|id| !names[1..].contains(id));
     let alternatives: Vec<String> = stands.map(|id| format!("{id}{rest}")).collect();
-    let little = chosen.1.chi_square > (1.0 - LITTLE) * surveyed.base.chi_square;
+    let least = if after < BETTER * free_excess { LITTLE.0 } else { LITTLE.1 };
+    let little = chosen.1.chi_square > (1.0 - least) * surveyed.base.chi_square;
     if (after > FAR && little) || (after > DOUBT && free_excess < BETTER * after) {
         let place = free.map_or("?", |c| named(&c.id));
         let reason = format!(
