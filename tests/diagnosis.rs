@@ -88,7 +88,10 @@ fn published_bench_without_its_rotor_hold() {
     let named: Vec<&str> = found["verdict"]["effects"].as_array().unwrap().iter().filter_map(Value::as_str).collect();
     assert!(named.contains(&"rotor-hold"), "{:#}", found["verdict"]);
     let row = found["effects"].as_array().unwrap().iter().find(|e| e["id"] == "rotor-hold").unwrap();
-    assert!(row["closed"].as_f64().unwrap() > 0.95, "{row:#}");
+    let closed = row["closed"].as_f64().unwrap();
+    assert!(closed > 0.95, "{row:#}");
+    let [low, high] = [0, 1].map(|end| row["closed95"][end].as_f64().unwrap());
+    assert!(low > 0.9 && low < closed && closed < high && high < 1.1, "{low} to {high} for {closed}");
     assert_eq!(found["where"][0]["interface"], "rotor");
     assert_eq!(found, diagnosed(&[&arguments[..], &["--threads", "2"]].concat()));
 }

@@ -5,20 +5,23 @@ use rand_xoshiro::Xoshiro256PlusPlus;
 use rayon::prelude::*;
 
 use super::domain::{Compared, Domain, Part};
-use super::fit::{Fitted, Fitter, place_of};
+use super::fit::{Fitted, Fitter, place_of, values_of};
 use super::hypothesis::Hypothesis;
 use super::null::another_machine;
 use super::verdict::closed;
-use crate::measurement::{FitSet, HoldOutSet};
-use crate::objective::{FrfGap, FrfObjective};
+use crate::measurement::{FitSet, HoldOutSet, MeasurementSet, ModeTable};
+use crate::numeric::random::normal;
+use crate::numeric::statistics::root_mean_square;
+use crate::objective::{FrfGap, FrfObjective, FrfSettings, ModeObjective, ModeSettings};
 use crate::optimizer::{Control, least_squares_within};
 
 /// Lines of one FRF in a draw, and steps of its fits.
 const LINES: usize = 80;
 const STEPS: u64 = 10;
 
-/// 95 % interval of `closed`: machines a little richer than the chosen one are drawn about its fit, the nominal and the chosen model are fitted to
-/// their fit positions, and both predict the held-out ones. `None` for modes, or where too few draws give a figure.
+/// 95 % interval of `closed`: machines a little richer than the chosen one (of modes, what it predicts with as much scatter as it leaves) are drawn about
+/// its fit, the nominal and the chosen model are fitted to their fit positions, and both predict the held-out ones. `None` where too few draws give a
+/// figure.
 pub fn closed_interval(
     fitter: &Fitter<'_>,
     held_out: &HoldOutSet<'_>,
@@ -27,26 +30,13 @@ pub fn closed_interval(
     (estimate, draws, seed): (f64, usize, u64),
     control: &Control,
 ) -> Option<(f64, f64)> {
-    let Domain::Frf(settings) = fitter.domain else { return None };
-    let far = fitter.on(FitSet { set: held_out.set, positions: held_out.positions.clone(), frfs: held_out.frfs.clone() });
     let step = control.steps("draws", draws);
     let one = |draw: usize| -> Option<f64> {
         let random = Xoshiro256PlusPlus::seed_from_u64(seed.wrapping_mul(0xD1B5_4A33).wrapping_add(draw as u64));
-        // The same seed draws the same machine for both.
-        let near_by = another_machine(fitter, chosen.0, chosen.1, settings, LINES, (1.0, random.clone()))?;
-        let far_by = another_machine(&far, chosen.0, chosen.1, settings, LINES, (1.0, random))?;
-        let gap = |(hypothesis, fitted): (&Hypothesis, &Fitted)| -> Option<Vec<Part>> {
-            let own = coarse(fitter, hypothesis)?.shifted(&near_by);
-            let start = {
-                let compared = fitter.objective(hypothesis).ok()?;
-                place_of(&compared, fitted)
-            };
-            let polished = least_squares_within(&own, &start, &[], (STEPS, 1e-3), control.stop());
-            let there = coarse(&far, hypothesis)?.shifted(&far_by);
-            let part = |g: FrfGap| Part { position: None, frf: Some(g.frf), gap: g.gap, floor: g.noise_floor, count: g.lines };
-            Some(there.gaps(&own.parameters(&polished.place), own.gain(&polished.place)).into_iter().map(part).collect())
-        };
-        closed(&gap(nominal)?, &gap(chosen)?)
+        match fitter.domain {
+            Domain::Frf(settings) => drawn_frfs(fitter, held_out, (nominal, chosen), settings, random, control),
+            Domain::Modes(settings) => drawn_modes(fitter, held_out, (nominal, chosen), settings, random, control),
+        }
     };
     let piece = fitter.piece("closed", chosen.0, &[nominal.1.clone(), chosen.1.clone()]);
     let drawn: Vec<f64> = (0..draws)
@@ -66,6 +56,84 @@ pub fn closed_interval(
     // The spread of the draws about the figure of the data, wide enough to hold their mean.
     let half = 1.96 * spread;
     Some((estimate.min(mean) - half, estimate.max(mean) + half))
+}
+
+type Model<'m> = (&'m Hypothesis, &'m Fitted);
+
+/// `closed` of FRFs of a machine drawn about the chosen model.
+fn drawn_frfs(
+    fitter: &Fitter<'_>,
+    held_out: &HoldOutSet<'_>,
+    (nominal, chosen): (Model<'_>, Model<'_>),
+    settings: FrfSettings,
+    random: Xoshiro256PlusPlus,
+    control: &Control,
+) -> Option<f64> {
+    let far = fitter.on(FitSet { set: held_out.set, positions: held_out.positions.clone(), frfs: held_out.frfs.clone() });
+    // The same seed draws the same machine for both.
+    let near_by = another_machine(fitter, chosen.0, chosen.1, settings, LINES, (1.0, random.clone()))?;
+    let far_by = another_machine(&far, chosen.0, chosen.1, settings, LINES, (1.0, random))?;
+    let gap = |(hypothesis, fitted): Model<'_>| -> Option<Vec<Part>> {
+        let own = coarse(fitter, hypothesis)?.shifted(&near_by);
+        let start = place_of(&fitter.objective(hypothesis).ok()?, fitted);
+        let polished = least_squares_within(&own, &start, &[], (STEPS, 1e-3), control.stop());
+        let there = coarse(&far, hypothesis)?.shifted(&far_by);
+        let part = |g: FrfGap| Part { position: None, frf: Some(g.frf), gap: g.gap, floor: g.noise_floor, count: g.lines };
+        Some(there.gaps(&own.parameters(&polished.place), own.gain(&polished.place)).into_iter().map(part).collect())
+    };
+    closed(&gap(nominal)?, &gap(chosen)?)
+}
+
+/// `closed` of modes that the chosen model predicts, with as much scatter as it leaves where it was fitted, and rounded as the measured ones.
+fn drawn_modes(
+    fitter: &Fitter<'_>,
+    held_out: &HoldOutSet<'_>,
+    (nominal, chosen): (Model<'_>, Model<'_>),
+    settings: ModeSettings,
+    mut random: Xoshiro256PlusPlus,
+    control: &Control,
+) -> Option<f64> {
+    let set = modes_like(fitter, held_out, chosen, settings, &mut random)?;
+    let there = HoldOutSet { set: &set, ..held_out.clone() };
+    let again = Fitter { fit: FitSet { set: &set, ..fitter.fit.clone() }, ..fitter.clone() };
+    let gap = |(hypothesis, fitted): Model<'_>| -> Option<Vec<Part>> {
+        let found = again.descend(&again.objective(hypothesis).ok()?, fitted, STEPS, control);
+        again.gaps(hypothesis, &found, &there).ok()
+    };
+    closed(&gap(nominal)?, &gap(chosen)?)
+}
+
+/// The set with modes drawn about what a model predicts.
+fn modes_like(
+    fitter: &Fitter<'_>,
+    held_out: &HoldOutSet<'_>,
+    (hypothesis, fitted): Model<'_>,
+    settings: ModeSettings,
+    random: &mut Xoshiro256PlusPlus,
+) -> Option<MeasurementSet> {
+    let mut set = fitter.fit.set.clone();
+    let own = fitter.objective(hypothesis).ok()?;
+    let (gain, values) = (own.gain(&place_of(&own, fitted)), values_of(hypothesis, fitted));
+    let all = [fitter.fit.positions.clone(), held_out.positions.clone()].concat();
+    let all = HoldOutSet { set: fitter.fit.set, positions: all, frfs: Vec::new() };
+    let predictions = ModeObjective::held_out(&hypothesis.machine, &all, settings, None).ok()?.predict(&values);
+    // What the model leaves where it was fitted, of frequencies and of amplitudes.
+    let fitted_here = || predictions.iter().filter(|p| fitter.fit.positions.contains(&p.position)).flat_map(|p| &p.deviations);
+    let pairs = || fitted_here().filter_map(|d| Some((d.observed?, d.predicted?)));
+    let frequency_sd = root_mean_square(pairs().filter_map(|(o, p)| Some(p.frequency_hz / o.frequency_hz? - 1.0)))?;
+    let amplitude_sd = root_mean_square(pairs().filter_map(|(o, p)| Some((gain * p.amplitude / o.amplitude?).ln()))).unwrap_or(0.0);
+    let ModeTable { positions, resolution_hz } = set.modes.as_mut()?;
+    for prediction in &predictions {
+        for deviation in &prediction.deviations {
+            let (Some(observed), Some(peak)) = (deviation.observed, deviation.predicted) else { continue };
+            let mode = positions[prediction.position].iter_mut().find(|m| m.order == observed.order)?;
+            let drawn_hz = peak.frequency_hz * (1.0 + frequency_sd * normal(random));
+            mode.frequency_hz = Some(resolution_hz.filter(|step| *step > 0.0).map_or(drawn_hz, |step| (drawn_hz / step).round() * step));
+            let drawn = gain * peak.amplitude * (amplitude_sd * normal(random)).exp();
+            mode.amplitude = mode.amplitude.map(|_| drawn);
+        }
+    }
+    Some(set)
 }
 
 fn coarse<'h>(fitter: &Fitter<'_>, hypothesis: &'h Hypothesis) -> Option<FrfObjective<'h>> {
