@@ -349,7 +349,8 @@ fn conclude(evidence: &Evidence<'_, '_>) -> Result<(Verdict, (Hypothesis, Fitted
             let next = Some("an accelerometer at that place, struck there, too".to_string());
             return Ok((say(VerdictKind::Unknown, Vec::new(), reason, next), nothing));
         }
-        let best = tried.first().map_or("nothing".to_string(), |t| format!("{} with p = {:.2}", t.candidate.id, t.p_value));
+        let best = tried.iter().max_by(|a, b| a.statistic.total_cmp(&b.statistic));
+        let best = best.map_or("nothing".to_string(), |t| format!("{} with p = {:.2}", t.candidate.id, t.p_value));
         let reason = format!("what is left is no more than nulls of this machine and layout show (most is gained by {best})");
         return Ok((say(VerdictKind::None, Vec::new(), reason, None), nothing));
     }
