@@ -95,7 +95,7 @@ fn drawn_modes(
 ) -> Option<f64> {
     let set = modes_like(fitter, held_out, chosen, settings, &mut random)?;
     let there = HoldOutSet { set: &set, ..held_out.clone() };
-    let again = Fitter { fit: FitSet { set: &set, ..fitter.fit.clone() }, ..fitter.clone() };
+    let again = fitter.on(FitSet { set: &set, ..fitter.fit.clone() });
     let gap = |(hypothesis, fitted): Model<'_>| -> Option<Vec<Part>> {
         let found = again.descend(&again.objective(hypothesis).ok()?, fitted, STEPS, control);
         again.gaps(hypothesis, &found, &there).ok()

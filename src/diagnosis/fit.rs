@@ -191,7 +191,7 @@ impl<'s> Fitter<'s> {
         control.kept_or_failed(&piece, || self.scatter_anew(hypothesis, base, control))
     }
 
-    /// As [`Fitter::scatter`], of what no other run has kept.
+    /// As [`Fitter::scatter`], without a look into the journal: for data whose piece of work would be called like that of others.
     ///
     /// # Errors  as [`Fitter::scatter`].
     pub(super) fn scatter_anew(&self, hypothesis: &Hypothesis, base: &Fitted, control: &Control) -> Result<Option<Fitted>, ObjectiveError> {
@@ -304,34 +304,38 @@ fn resonances(described: &[&Parameter]) -> Option<Vec<Vec<f64>>> {
     let natural = of(&["Hz"]);
     let clamped = |at: usize, x: f64| described[at].to_unit(x.clamp(described[at].lower, described[at].upper));
     let (low, high, count) = RESONANCES_HZ;
-    let frequencies = (0..count).map(|at| low * (high / low).powf(f64::from(at) / f64::from(count - 1)));
     let start: Vec<f64> = described.iter().map(|p| p.to_unit(p.start)).collect();
-    let mut places = Vec::new();
-    for hz in frequencies {
-        for share in SHARES {
-            match (masses.as_slice(), springs.as_slice(), dampers.as_slice(), natural.as_slice()) {
-                (&[mass], &[spring], &[damper], []) if described.len() == 3 => {
-                    let (m, omega) = (described[mass].from_unit(share), std::f64::consts::TAU * hz);
-                    let mut place = start.clone();
-                    place[mass] = share;
-                    place[spring] = clamped(spring, m * omega * omega);
-                    place[damper] = clamped(damper, 2.0 * 0.03 * m * omega);
-                    places.push(place);
-                }
-                (masses, [], [], natural) if !masses.is_empty() && !natural.is_empty() => {
-                    let each = masses.iter().map(std::slice::from_ref).chain((masses.len() > 1).then_some(masses));
-                    for some in each {
-                        let mut place = start.clone();
-                        natural.iter().for_each(|at| place[*at] = clamped(*at, hz));
-                        some.iter().for_each(|mass| place[*mass] = share);
-                        places.push(place);
-                    }
-                }
-                _ => return None,
-            }
+    let frequencies = (0..count).map(|at| low * (high / low).powf(f64::from(at) / f64::from(count - 1)));
+    let tried = frequencies.flat_map(|hz| SHARES.map(|share| (hz, share)));
+    match (masses.as_slice(), springs.as_slice(), dampers.as_slice(), natural.as_slice()) {
+        (&[mass], &[spring], &[damper], []) if described.len() == 3 => {
+            let place = |(hz, share): (f64, f64)| {
+                let (m, omega) = (described[mass].from_unit(share), std::f64::consts::TAU * hz);
+                let mut place = start.clone();
+                place[mass] = share;
+                place[spring] = clamped(spring, m * omega * omega);
+                place[damper] = clamped(damper, 2.0 * 0.03 * m * omega);
+                place
+            };
+            Some(tried.map(place).collect())
         }
+        (masses, [], [], natural) if !masses.is_empty() && !natural.is_empty() => {
+            let each: Vec<&[usize]> = masses.iter().map(std::slice::from_ref).chain((masses.len() > 1).then_some(masses)).collect();
+            let place = |hz: f64, share: f64, some: &[usize]| {
+                let mut place = start.clone();
+                natural.iter().for_each(|at| place[*at] = clamped(*at, hz));
+                some.iter().for_each(|mass| place[*mass] = share);
+                place
+            };
+            Some(
+                tried
+                    .flat_map(|(hz, share)| each.iter().map(move |some| (hz, share, *some)))
+                    .map(|(hz, share, some)| place(hz, share, some))
+                    .collect(),
+            )
+        }
+        _ => None,
     }
-    Some(places)
 }
 
 /// A nominal fit with the added parameters at given places.

@@ -137,22 +137,22 @@ fn exchanged(
         .into_par_iter()
         .map(|pair| {
             let other = with_exchanged(set, pair);
-            let right = Fitter { fit: FitSet { set: &other, ..fitter.fit.clone() }, ..fitter.clone() };
+            let right = fitter.on(FitSet { set: &other, ..fitter.fit.clone() });
             let fitted = right.descend(&right.objective(nominal)?, base, STEPS, control);
             Ok((pair, fitted.chi_square))
         })
         .collect();
     let mut fits = fits?;
     fits.sort_by(|a, b| a.1.total_cmp(&b.1));
+    let count = fitter.objective(nominal)?.observations() as f64;
+    let reach = AGREES + RESTORED.1 * null.excess(base.chi_square / count);
     // Records at wrong positions lead the joints far astray: the likeliest pairs are looked at from all over the ranges.
     for (pair, chi_square) in fits.into_iter().take(LIKELIEST) {
         let other = with_exchanged(set, pair);
-        let right = Fitter { fit: FitSet { set: &other, ..fitter.fit.clone() }, ..fitter.clone() };
+        let right = fitter.on(FitSet { set: &other, ..fitter.fit.clone() });
         let again = right.scatter_anew(nominal, base, control)?.map_or(f64::INFINITY, |fitted| fitted.chi_square);
         let least = again.min(chi_square);
-        let count = right.objective(nominal)?.observations() as f64;
-        let [before, after] = [base.chi_square, least].map(|chi_square| null.excess(chi_square / count));
-        if least <= RESTORED.0 * base.chi_square && after <= AGREES + RESTORED.1 * before {
+        if least <= RESTORED.0 * base.chi_square && null.excess(least / count) <= reach {
             return Ok(Some(pair));
         }
     }

@@ -74,7 +74,7 @@ impl Machine {
     pub(super) fn rescale(&mut self, target: &Target, rescale: Rescale, parameter: &str) -> Result<(), MachineError> {
         let part = format!("rescale {target:?}");
         let index = self.parameter(parameter).ok_or_else(|| fault(&part, format!("no parameter is called «{parameter}»")))?;
-        let stroke_m = self.stroke_m();
+        let stroke_m = self.stroke_m().ok_or_else(|| fault(&part, "the machine has no shaft with a nut"));
         let joint = |name: &String| self.joints.iter().position(|j| j.name == *name);
         let shaft = |name: &String| self.shafts.iter().position(|s| s.name == *name);
         let missing = |name: &String| fault(&part, format!("the machine has no «{name}»"));
@@ -144,16 +144,10 @@ impl Machine {
                 Rescale::Less => value.laws.push(Law::Less(index)),
                 Rescale::Times => value.laws.push(Law::Times(index)),
                 Rescale::With(circumstance) => value.laws.push(Law::With(index, circumstance)),
-                Rescale::AlongStroke | Rescale::MidStroke | Rescale::LeftSpan | Rescale::RightSpan => {
-                    let stroke_m = stroke_m.ok_or_else(|| fault(&part, "the machine has no shaft with a nut"))?;
-                    let law = match rescale {
-                        Rescale::LeftSpan => Law::LeftSpan,
-                        Rescale::RightSpan => Law::RightSpan,
-                        Rescale::MidStroke => Law::MidStroke,
-                        _ => Law::AlongStroke,
-                    };
-                    value.laws.push(law(index, stroke_m));
-                }
+                Rescale::AlongStroke => value.laws.push(Law::AlongStroke(index, stroke_m.clone()?)),
+                Rescale::MidStroke => value.laws.push(Law::MidStroke(index, stroke_m.clone()?)),
+                Rescale::LeftSpan => value.laws.push(Law::LeftSpan(index, stroke_m.clone()?)),
+                Rescale::RightSpan => value.laws.push(Law::RightSpan(index, stroke_m.clone()?)),
                 Rescale::Replace => value.base = Base::Parameter(index),
             }
         }

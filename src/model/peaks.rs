@@ -53,6 +53,13 @@ pub struct PeakSearch {
     pub omega_power: i32,
 }
 
+impl PeakSearch {
+    /// d ln(|H|·ω^p)/dω (s): zero where the sought quantity turns.
+    fn log_slope_s(&self, point: &Point) -> f64 {
+        point.log_slope_s() + f64::from(self.omega_power) / point.omega_rad_s
+    }
+}
+
 /// Room for a search; kept, a later one takes none.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Room {
@@ -182,10 +189,6 @@ impl Group {
 }
 
 impl Search<'_> {
-    fn log_slope(&self, point: &Point) -> f64 {
-        point.log_slope_s() + f64::from(self.settings.omega_power) / point.omega_rad_s
-    }
-
     /// Evaluates all frequencies asked for.
     fn evaluate(&mut self) {
         self.evaluations += self.room.omegas.len();
@@ -212,7 +215,7 @@ impl Search<'_> {
             let point = self.room.points[at];
             // The last one has no next: none has so high a number.
             let next = if at == FIRST_CUTS { usize::MAX } else { at + 1 };
-            self.room.known.push(Node { point, slope: self.log_slope(&point), below: self.room.below[at], next });
+            self.room.known.push(Node { point, slope: self.settings.log_slope_s(&point), below: self.room.below[at], next });
         }
     }
 
@@ -220,7 +223,7 @@ impl Search<'_> {
     fn resolve(&mut self) {
         self.room.pairs.clear();
         self.room.pairs.extend((1..self.room.known.len()).map(|high| (high - 1, high)));
-        let power = f64::from(self.settings.omega_power);
+        let settings = self.settings;
         while !self.room.pairs.is_empty() {
             let Room { omegas, known, pairs, groups, .. } = &mut self.room;
             groups.clear();
@@ -236,11 +239,15 @@ impl Search<'_> {
                 let first = known.len();
                 for (interval, point) in group.intervals[..group.count].iter().zip(&mut points) {
                     let here = known.len();
-                    let slope = point.log_slope_s() + power / point.omega_rad_s;
-                    known.push(Node { point: *point, slope, below: known[interval.low].below, next: interval.high });
+                    known.push(Node {
+                        point: *point,
+                        slope: settings.log_slope_s(point),
+                        below: known[interval.low].below,
+                        next: interval.high,
+                    });
                     known[interval.low].next = here;
                 }
-                let accepted = group.accepted(known, &known[first..], power);
+                let accepted = group.accepted(known, &known[first..], f64::from(settings.omega_power));
                 for (lane, interval) in group.intervals[..group.count].iter().enumerate().filter(|(lane, _)| !accepted[*lane]) {
                     // The count never falls: between equal counts it needs no evaluation.
                     if known[interval.high].below != known[interval.low].below {
@@ -287,9 +294,9 @@ impl Search<'_> {
                 break;
             }
             self.evaluate();
-            let power = f64::from(self.settings.omega_power);
+            let settings = self.settings;
             let Room { points, open, .. } = &mut self.room;
-            let found = points.iter().map(|point| (*point, point.log_slope_s() + power / point.omega_rad_s));
+            let found = points.iter().map(|point| (*point, settings.log_slope_s(point)));
             open.iter_mut().filter(|t| !t.done).zip(found).for_each(|(turn, found)| turn.take(found));
         }
     }

@@ -8,7 +8,7 @@ mod squares;
 
 pub use frf::{COARSE_LINES, FrfGap, FrfObjective, FrfSettings};
 pub use modes::{AmplitudeFit, Deviation, ModeObjective, ModeSettings, Objective, PositionPrediction};
-pub use pairing::{MISSING, Pair, VISIBLE, pair};
+pub use pairing::{MISSING, VISIBLE};
 pub use record::{Record, operating};
 pub use squares::ModeSquares;
 

@@ -377,16 +377,7 @@ impl<'m> ModeObjective<'m> {
         self.settings.objective != Objective::Eq26
     }
 
-    /// The objective at these parameters; always finite.
-    pub fn cost(&self, parameters: &[f64]) -> f64 {
-        self.with_room(|scratch| {
-            scratch.parameters.clear();
-            scratch.parameters.extend(parameters);
-            self.cost_at_most(scratch, f64::INFINITY)
-        })
-    }
-
-    /// The objective at a place where it is at most `limit`, otherwise something above it.
+    /// The objective at a place, always finite, where it is at most `limit`; otherwise something above that.
     pub fn cost_at(&self, place: &[f64], limit: f64) -> f64 {
         self.with_room(|scratch| {
             self.parameters_into(place, &mut scratch.parameters);

@@ -18,13 +18,8 @@ pub struct Pair {
 /// [`MISSING`] for a measured mode alone, `alone[j]` for the predicted peak j alone.
 ///
 /// The order is kept, so that no two pairs cross.
-pub fn pair(measured_hz: &[f64], predicted_hz: &[f64], alone: &[f64]) -> Vec<Pair> {
-    let mut pairs = Vec::new();
-    pair_into(measured_hz, predicted_hz, alone, &mut Vec::new(), &mut pairs);
-    pairs
-}
-
-/// As [`pair`], with room of its caller.
+///
+/// `least` is room for its work.
 pub(super) fn pair_into(measured_hz: &[f64], predicted_hz: &[f64], alone: &[f64], least: &mut Vec<f64>, pairs: &mut Vec<Pair>) {
     let (m, n) = (measured_hz.len(), predicted_hz.len());
     // least[i][j]: first i measured and first j predicted.
@@ -77,6 +72,12 @@ pub(super) fn pair_into(measured_hz: &[f64], predicted_hz: &[f64], alone: &[f64]
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    fn pair(measured_hz: &[f64], predicted_hz: &[f64], alone: &[f64]) -> Vec<Pair> {
+        let mut pairs = Vec::new();
+        pair_into(measured_hz, predicted_hz, alone, &mut Vec::new(), &mut pairs);
+        pairs
+    }
 
     #[test]
     fn a_missing_mode_does_not_shift_the_others() {
