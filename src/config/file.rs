@@ -209,6 +209,9 @@ pub struct EffectFile {
     /// Effects that force and one encoder do not tell it from, whatever they explain: what they share rests on numbers that no record holds.
     #[serde(default)]
     like: Vec<String>,
+    /// Effects that no motion tells it from in which inertia takes next to no force.
+    #[serde(default)]
+    like_slow: Vec<String>,
     #[serde(default)]
     needs: Vec<String>,
     /// Data it can show in; FRFs (and modes) where it says nothing.
@@ -450,6 +453,7 @@ impl EffectFile {
             signature: self.signature,
             separates: self.separates,
             like: self.like,
+            like_slow: self.like_slow,
             needs: self.needs,
             data: self.data.into_iter().map(Data::from).collect(),
         })

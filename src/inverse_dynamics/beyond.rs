@@ -2,7 +2,9 @@
 
 use super::force::{Law, Rigid};
 use super::recipe::Motion;
+use super::transmission::sides;
 use crate::machine::{Law as Scaled, Machine, Operating, Value};
+use crate::numeric::filter::central_differences;
 
 /// A joint with play, or made softer than described, and what the encoder moves through it alone.
 pub(super) struct Beyond<'m> {
@@ -13,6 +15,8 @@ pub(super) struct Beyond<'m> {
     near: Vec<bool>,
     /// Rate of the joint's combination over that of the encoder's side, what is beyond at rest.
     rate: f64,
+    /// So many times as far as described it gives way.
+    times: f64,
 }
 
 /// Largest angular frequency (rad/s) that what is beyond may have on its joint: above, the recorded motion cannot tell the joint from a rigid one.
@@ -21,11 +25,14 @@ const STIFFEST: f64 = 1e4;
 const ANGLE: f64 = 0.25;
 /// Most steps between two samples.
 const STEPS: usize = 60;
-/// Travel (m) over which friction beyond the joint builds up where none is described.
-const REACH: f64 = 1e-6;
+
+impl Rigid {
+    /// Travel (m) over which friction beyond a joint that gives way builds up where none is described.
+    pub const BUILDS_UP_M: f64 = 1e-6;
+}
 
 impl<'m> Beyond<'m> {
-    /// The one joint that gives way, with the encoder and the drive on one side of it; `None` where there is none, or more than one.
+    /// Behind the one joint that an effect makes give way, with the encoder and the drive on one side of it; `None` where there is none, or more than one.
     pub fn new(rigid: &Rigid, machine: &'m Machine, values: &[f64]) -> Option<Self> {
         let number = |value: &Value| value.at(values, &Operating::default());
         let gives = |j: &crate::machine::Joint| {
@@ -33,7 +40,17 @@ impl<'m> Beyond<'m> {
             number(&j.stiffness) > 0.0 && (softened || number(&j.gap) > 0.0)
         };
         let mut soft = machine.joints.iter().enumerate().filter(|(_, j)| gives(j));
-        let (Some((joint, soft)), None) = (soft.next(), soft.next()) else { return None };
+        let (Some((joint, _)), None) = (soft.next(), soft.next()) else { return None };
+        Self::behind(joint, rigid, machine, values)
+    }
+
+    /// The same behind a joint (index) with a spring; `None` where it does not part the drive from something.
+    pub fn behind(joint: usize, rigid: &Rigid, machine: &'m Machine, values: &[f64]) -> Option<Self> {
+        let number = |value: &Value| value.at(values, &Operating::default());
+        let soft = &machine.joints[joint];
+        if !(number(&soft.stiffness) > 0.0) {
+            return None;
+        }
         let drive = machine.drive.as_ref()?;
         let mut near = vec![false; machine.points.len()];
         near[drive.position.encoder.at] = true;
@@ -52,7 +69,13 @@ impl<'m> Beyond<'m> {
             ties.swap_remove(tie).into_iter().for_each(|p| near[p] = true);
         }
         let rate: f64 = soft.on.iter().filter(|(p, _)| near[*p]).map(|(p, c)| c * rigid.point_ratio(*p)).sum();
-        (near[drive.on] && rate.abs() > 1e-9).then_some(Beyond { machine, joint, near, rate })
+        let parts = soft.on.iter().any(|(p, _)| !near[*p] && !machine.points[*p].fixed);
+        (near[drive.on] && parts && rate.abs() > 1e-9).then_some(Beyond { machine, joint, near, rate, times: 1.0 })
+    }
+
+    /// The same, giving way so many times as far.
+    pub fn softer(self, times: f64) -> Self {
+        Beyond { times, ..self }
     }
 
     /// Whether a combination of points lies beyond.
@@ -69,13 +92,19 @@ impl<'m> Beyond<'m> {
     ///
     /// All per reading x of the encoder, κ the rate of the joint. Semi-implicit steps, x between samples by cubic Hermite. With play the flanks are rigid and
     /// their blow plastic: the momentum it gives goes through the filter that the recorded acceleration went through.
+    ///
+    /// Where the position of what is beyond was recorded, T follows from it at once, and the encoder's side moves before it:
+    ///
+    /// ```text
+    /// x = y + T/(κ²·k) ± ½·gap/κ, with that side's own mass times ẍ − ÿ added to T
+    /// ```
     pub fn follow(&self, rigid: &Rigid, values: &[f64], motion: &Motion) -> Vec<f64> {
         let number = |value: &Value| value.at(values, &Operating::default());
         let soft = &self.machine.joints[self.joint];
         let mass = rigid.inertia_of(self.machine, values, &|p| !self.near[p]);
         let square = self.rate * self.rate;
         let spring = Spring {
-            stiffness: (square * number(&soft.stiffness)).min(mass * STIFFEST * STIFFEST),
+            stiffness: (square * number(&soft.stiffness) / self.times).min(mass * STIFFEST * STIFFEST),
             damping: square * number(&soft.damping),
         };
         let half = 0.5 * number(&soft.gap) / self.rate.abs();
@@ -87,12 +116,16 @@ impl<'m> Beyond<'m> {
                 continue;
             }
             let mut law = Law::new(&joint.friction, &number);
-            law.build_up_over(REACH * ratio.abs());
+            law.build_up_over(Rigid::BUILDS_UP_M * ratio.abs());
             fastest = fastest.max((law.stiffness * ratio * ratio / mass).sqrt());
             slides.push(Slide { ratio, viscous: number(&joint.damping), law, deflection: 0.0 });
         }
         let steps = ((motion.step_s * fastest / ANGLE).ceil() as usize).clamp(1, STEPS);
         let mut body = Body { mass, slides, position: motion.position_m[0], speed: motion.velocity_m_s[0] };
+        if motion.point.is_some_and(|p| !self.near[p]) {
+            let before = rigid.inertia_of(self.machine, values, &|p| self.near[p]);
+            return body.before_spring(&spring, half, before, motion);
+        }
         if half > 0.0 { body.behind_play(half, motion, steps) } else { body.behind_spring(&spring, motion, steps) }
     }
 }
@@ -120,16 +153,31 @@ impl Body {
         let (x, v, step_s) = (&motion.position_m, &motion.velocity_m_s, motion.step_s / steps as f64);
         let force = |x: f64, v: f64, y: f64, u: f64| spring.stiffness * (x - y) + spring.damping * (v - u);
         let mut through = Vec::with_capacity(x.len());
+        let mut acceleration = 0.0;
         for i in 0..x.len() {
             through.push(force(x[i], v[i], self.position, self.speed));
             for k in 0..if i + 1 < x.len() { steps } else { 0 } {
                 let (at, speed) = between(motion, i, (k as f64 + 0.5) / steps as f64);
-                let (before, middle) = (self.speed, self.position + 0.5 * step_s * self.speed);
-                let against = self.friction(before, middle, step_s);
-                self.speed += step_s * (force(at, speed, middle, before) - against) / self.mass;
-                self.position += 0.5 * step_s * (before + self.speed);
+                // Amid the step, with the acceleration of the one before: else a steady acceleration would take too little force, by (ω·step)²/8 and by the
+                // damping times half a step.
+                let gained = 0.5 * step_s * acceleration;
+                let (amid, middle) = (self.speed + gained, self.position + 0.5 * step_s * (self.speed + 0.5 * gained));
+                let against = self.friction(amid, middle, step_s);
+                acceleration = (force(at, speed, middle, amid) - against) / self.mass;
+                self.position += step_s * (self.speed + 0.5 * step_s * acceleration);
+                self.speed += step_s * acceleration;
             }
         }
+        through
+    }
+
+    fn before_spring(&mut self, spring: &Spring, half: f64, before: f64, motion: &Motion) -> Vec<f64> {
+        let (x, v, a) = (&motion.position_m, &motion.velocity_m_s, &motion.acceleration_m_s2);
+        let mut through: Vec<f64> = (0..x.len()).map(|i| self.mass * a[i] + self.friction(v[i], x[i], motion.step_s)).collect();
+        let given: Vec<f64> = sides(&through).into_iter().zip(&through).map(|(side, t)| t / spring.stiffness + half * side).collect();
+        let given = motion.recipe.low_pass(motion.step_s).forward_backward(&given).unwrap_or(given);
+        let second = central_differences(&central_differences(&given));
+        through.iter_mut().zip(second).for_each(|(t, d)| *t += before * d / (motion.step_s * motion.step_s));
         through
     }
 

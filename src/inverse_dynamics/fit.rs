@@ -22,12 +22,16 @@ pub fn free_parameters(machine: &Machine, frozen: &[String]) -> Result<Vec<usize
 }
 
 /// The force of a machine along motions, thinned, one record after another; after that of each record the transmission error at its further
-/// points, weighed.
+/// points, weighed; of one told by the loops with what the force does to it.
 pub fn prediction(rigid: &Rigid, machine: &Machine, values: &[f64], motions: &[&Motion]) -> DVector<f64> {
     let mut all = Vec::with_capacity(samples(motions));
     for m in motions {
-        all.extend(m.thinned(&rigid.force(machine, values, m)).unwrap_or_default());
-        for (further, error) in m.further.iter().zip(rigid.transmission(machine, values, m)) {
+        let force = rigid.force(machine, values, m);
+        all.extend(m.thinned(&force).unwrap_or_default());
+        for (further, mut error) in m.further.iter().zip(rigid.transmission(machine, values, m)) {
+            if let Some(behind) = further.of_force(&force) {
+                error.iter_mut().zip(behind).for_each(|(error, behind)| *error += behind);
+            }
             all.extend(further.thinned(m, &error).unwrap_or_default());
         }
     }

@@ -129,9 +129,25 @@ impl Rigid {
     /// # Units      m, s, N (or rad, N·m at a driven angle)
     /// # Errors     none; parameters out of their range give what they give
     pub fn force(&self, machine: &Machine, values: &[f64], motion: &Motion) -> Vec<f64> {
+        let recorded = motion.further.iter().any(|f| !f.is_told());
+        let beyond = if recorded { None } else { Beyond::new(self, machine, values) };
+        self.force_before(beyond.as_ref(), machine, values, motion)
+    }
+
+    /// The same where a joint (index) gives way, so many times as far as it is described to; `None` where that makes no difference to the drive, or another
+    /// gives way already.
+    pub fn force_giving_way(&self, (joint, times): (usize, f64), machine: &Machine, values: &[f64], motion: &Motion) -> Option<Vec<f64>> {
+        if motion.further.iter().any(|f| !f.is_told()) || Beyond::new(self, machine, values).is_some() {
+            return None;
+        }
+        let beyond = Beyond::behind(joint, self, machine, values)?.softer(times);
+        Some(self.force_before(Some(&beyond), machine, values, motion))
+    }
+
+    fn force_before(&self, beyond: Option<&Beyond<'_>>, machine: &Machine, values: &[f64], motion: &Motion) -> Vec<f64> {
         let number = |value: &Value| value.at(values, &Operating::default());
         let Some(drive) = &machine.drive else { return vec![0.0; motion.position_m.len()] };
-        let mut force = self.balance(machine, values, motion).force;
+        let mut force = self.balance(beyond, machine, values, motion).force;
         if let Some(ripple) = Waved::new(&drive.ripple, &number) {
             force.iter_mut().zip(&motion.position_m).for_each(|(f, x)| *f -= ripple.at(self.driven * x));
         }
@@ -140,12 +156,11 @@ impl Rigid {
         advanced(&force, number(&drive.delay_s) / motion.step_s)
     }
 
-    /// What moves a machine along a motion, and what resists.
-    pub(super) fn balance(&self, machine: &Machine, values: &[f64], motion: &Motion) -> Balance {
+    /// What moves a machine along a motion, and what resists, perhaps with something behind a joint that gives way.
+    pub(super) fn balance(&self, beyond: Option<&Beyond<'_>>, machine: &Machine, values: &[f64], motion: &Motion) -> Balance {
         let number = |value: &Value| value.at(values, &Operating::default());
-        let beyond = if motion.further.is_empty() { Beyond::new(self, machine, values) } else { None };
-        let carried = beyond.as_ref().map(|beyond| beyond.follow(self, values, motion));
-        let inertia = self.inertia_of(machine, values, &|p| beyond.as_ref().is_none_or(|b| !b.holds(&[(p, 1.0)])));
+        let carried = beyond.map(|beyond| beyond.follow(self, values, motion));
+        let inertia = self.inertia_of(machine, values, &|p| beyond.is_none_or(|b| !b.holds(&[(p, 1.0)])));
         let mut sum: Vec<f64> = motion.acceleration_m_s2.iter().map(|a| inertia * a).collect();
         if let Some(carried) = carried {
             sum.iter_mut().zip(carried).for_each(|(sum, force)| *sum += force);
@@ -154,7 +169,7 @@ impl Rigid {
         let mut rubbing = Vec::new();
         for (at, joint) in machine.joints.iter().enumerate() {
             let ratio = self.ratio(&joint.on);
-            if ratio.abs() < 1e-12 || beyond.as_ref().is_some_and(|b| b.holds(&joint.on)) {
+            if ratio.abs() < 1e-12 || beyond.is_some_and(|b| b.holds(&joint.on)) {
                 continue;
             }
             let damping = number(&joint.damping);
@@ -190,7 +205,7 @@ impl Rigid {
 
     /// The joint (index) whose damper and friction take most work along a motion.
     pub fn rubs_most(&self, machine: &Machine, values: &[f64], motion: &Motion) -> Option<usize> {
-        let balance = self.balance(machine, values, motion);
+        let balance = self.balance(None, machine, values, motion);
         let work =
             |(joint, force): &(usize, Vec<f64>)| self.ratio(&machine.joints[*joint].on).abs() * force.iter().map(|f| f.abs()).sum::<f64>();
         let most = balance.rubbing.iter().max_by(|a, b| work(a).total_cmp(&work(b)))?;

@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use super::error::InverseError;
 use super::force::Rigid;
 use super::recipe::Motion;
+use super::told::Told;
 use crate::machine::{Machine, Motion as Kind};
 use crate::measurement::MotionRecord;
 use crate::numeric::filter::decimated;
@@ -29,6 +30,8 @@ pub struct Further {
     pub counts: Vec<bool>,
     /// Force (N or N·m) that its unit weighs as much as, in sums of both.
     pub weight: f64,
+    /// How the loops tell the encoder's side of it, where that was not recorded.
+    pub told: Option<Told>,
 }
 
 /// Periods of the filter's cut-off around a turn that count for nothing.
@@ -158,7 +161,7 @@ impl Motion {
         let short = || InverseError::Data(format!("{}: is shorter than its filters need; record for longer", self.source));
         self.load = self.thinned(record.load.samples()).ok_or_else(short)?;
         for (point, column, reading, ratio) in found {
-            let further = self.read(point, column, &reading, ratio, machine).ok_or_else(short)?;
+            let further = self.read(point, column, &reading, (&self.position_m, ratio), machine).ok_or_else(short)?;
             self.further.push(further);
         }
         Ok((self, warnings))
@@ -169,10 +172,18 @@ impl Motion {
         self.recipe.low_pass(self.step_s).forward_backward(samples).ok_or_else(short)
     }
 
-    fn read(&self, point: usize, column: String, reading: &[f64], ratio: f64, machine: &Machine) -> Option<Further> {
+    /// A further point's reading beside that of the loop's encoder, by which the point moves in a ratio.
+    pub(super) fn read(
+        &self,
+        point: usize,
+        column: String,
+        reading: &[f64],
+        (encoder, ratio): (&[f64], f64),
+        machine: &Machine,
+    ) -> Option<Further> {
         // Two scales do not begin at one zero: it is taken out here, too, lest it drown the rest.
-        let level = reading[0] - ratio * self.position_m[0];
-        let error: Vec<f64> = reading.iter().zip(&self.position_m).map(|(y, x)| y - ratio * x - level).collect();
+        let level = reading[0] - ratio * encoder[0];
+        let error: Vec<f64> = reading.iter().zip(encoder).map(|(y, x)| y - ratio * x - level).collect();
         let tracking: Vec<f64> = reading.iter().zip(&self.command_m).map(|(y, r)| ratio * r - y).collect();
         let thin = |x: &[f64]| decimated(&self.spoken(x)[self.recipe.dropped..], self.recipe.factor);
         let count = self.position_m.len();
@@ -186,6 +197,7 @@ impl Motion {
             beside: vec![thin(&vec![1.0; count])?, thin(&time)?, thin(&self.velocity_m_s)?],
             counts: self.moves.clone(),
             weight: 1.0,
+            told: None,
         };
         let (force, own) = (root_mean_square(self.load.iter().copied()), root_mean_square(further.recorded()));
         further.weight = force.zip(own).filter(|(_, own)| *own > 0.0).map_or(1.0, |(force, own)| force / own);
@@ -194,7 +206,7 @@ impl Motion {
 
     /// Samples around a turn or a rest (and the beginning): until the encoder has gone on by a travel (m), and the filters' blur; before it as far, where
     /// the table may stand while the motor goes on.
-    fn turning(&self, travel_m: f64) -> Vec<bool> {
+    pub(super) fn turning(&self, travel_m: f64) -> Vec<bool> {
         let (v, x) = (&self.velocity_m_s, &self.position_m);
         let (low, high) = x.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), x| (l.min(*x), h.max(*x)));
         let travel_m = travel_m.min(MOST * (high - low));

@@ -13,6 +13,7 @@ mod further;
 mod interval;
 mod phase;
 mod recipe;
+mod told;
 mod transmission;
 
 pub use curve::{CurvePoint, friction_curve};
@@ -26,3 +27,4 @@ pub use further::{Further, weights};
 pub use interval::{Interval, hac_covariance, intervals};
 pub use phase::{Phase, phases};
 pub use recipe::{Motion, Recipe};
+pub use told::Told;

@@ -61,6 +61,8 @@ pub struct Motion {
     pub source: String,
     /// Time between samples (s).
     pub step_s: f64,
+    /// The point (index) whose position it is; `None` for that of the position loop's encoder.
+    pub point: Option<usize>,
     /// Position (m), filtered.
     pub position_m: Vec<f64>,
     /// Velocity (m/s).
@@ -105,6 +107,7 @@ impl Motion {
             name: record.name.clone(),
             source: record.source.clone(),
             step_s: record.step_s,
+            point: None,
             position_m,
             velocity_m_s,
             acceleration_m_s2,
@@ -118,7 +121,7 @@ impl Motion {
             further: Vec::new(),
         };
         motion.silent = phases(&motion).into_iter().map(|phase| phase == Phase::Dwell).collect();
-        motion.moves = moving(&motion);
+        motion.moves = motion.around(&motion.silent, 0.0).into_iter().map(|rests| !rests).collect();
         motion.load = motion.thinned(record.load.samples()).ok_or_else(short)?;
         motion.period = period(&record.command_m, recipe.factor);
         Ok(motion)
@@ -149,6 +152,17 @@ impl Motion {
         self
     }
 
+    /// Thinned samples within the filters' reach of some of the record's, or within a time after them (s).
+    pub(super) fn around(&self, some: &[bool], after_s: f64) -> Vec<bool> {
+        let samples = |time_s: f64| (time_s / self.step_s).ceil() as usize;
+        let (before, after) = (samples(CARRIED_S), samples(CARRIED_S.max(after_s)));
+        let mut all = vec![false; some.len()];
+        for at in (0..some.len()).filter(|at| some[*at]) {
+            all[at.saturating_sub(before)..(at + after + 1).min(some.len())].fill(true);
+        }
+        self.kept().map(|at| all[at]).collect()
+    }
+
     /// Sample of the record that each thinned one stands for.
     pub fn kept(&self) -> impl Iterator<Item = usize> + '_ {
         let (dropped, factor, samples) = (self.recipe.dropped, self.recipe.factor, self.position_m.len());
@@ -163,17 +177,6 @@ impl Motion {
 
 /// Time around a rest (s) into which the filters carry its force.
 const CARRIED_S: f64 = 0.05;
-
-/// Whether each thinned sample moves.
-fn moving(motion: &Motion) -> Vec<bool> {
-    let around = (CARRIED_S / motion.step_s).ceil() as usize;
-    let mut rests = vec![false; motion.position_m.len()];
-    for at in (0..rests.len()).filter(|at| motion.silent[*at]) {
-        let (from, to) = (at.saturating_sub(around), (at + around + 1).min(rests.len()));
-        rests[from..to].fill(true);
-    }
-    motion.kept().map(|at| !rests[at]).collect()
-}
 
 /// Share of a command's range within which it counts as repeating.
 const REPEATS: f64 = 1e-6;

@@ -102,7 +102,7 @@ impl Rigid {
         let Some(statics) = Statics::new(machine, values, &at) else {
             return vec![vec![0.0; motion.position_m.len()]; motion.further.len()];
         };
-        let balance = self.balance(machine, values, motion);
+        let balance = self.balance(None, machine, values, motion);
         // Where each joint's combination is unstrained.
         let mut unstrained: Vec<(&Joint, Vec<f64>)> = Vec::new();
         for joint in &machine.joints {
@@ -160,7 +160,7 @@ impl Rigid {
 }
 
 /// The side (1 or −1) on which a play lies under a force.
-fn sides(force: &[f64]) -> Vec<f64> {
+pub(super) fn sides(force: &[f64]) -> Vec<f64> {
     let level = LEAVES * (force.iter().map(|f| f * f).sum::<f64>() / force.len().max(1) as f64).sqrt();
     let mut side = force.iter().find(|f| f.abs() > level).map_or(0.0, |f| f.signum());
     force

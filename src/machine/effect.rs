@@ -202,6 +202,8 @@ pub struct Effect {
     pub separates: Option<String>,
     /// Effects (ids) that force and one encoder do not tell it from.
     pub like: Vec<String>,
+    /// Effects (ids) that no motion tells it from in which inertia takes next to no force.
+    pub like_slow: Vec<String>,
     /// The points, joints or shafts a machine must have for it to apply, by name; «drive» stands for its drive.
     pub needs: Vec<String>,
     /// Data it can show in.

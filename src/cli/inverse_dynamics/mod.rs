@@ -41,7 +41,7 @@ fn prepared(loaded: &Loaded) -> Result<(Vec<Motion>, Rigid, Vec<String>), String
     let (mut motions, mut warnings) = (Vec::new(), Vec::new());
     for (motion, record) in made.into_iter().zip(records) {
         let (motion, told_of) = motion.with_points(record, machine, &rigid).map_err(told)?;
-        motions.push(motion);
+        motions.push(motion.read_at(loaded.set.response.as_deref(), record, machine, &rigid).map_err(told)?);
         warnings.extend(told_of);
     }
     Ok((motions, rigid, warnings))

@@ -1,8 +1,9 @@
 //! From figures to a verdict.
 
 use super::record::Contradiction;
+use super::stage::Stage;
 use super::survey::releases;
-use super::verdict::{ALPHA, Chosen, LocatedMotion, NEARLY_ALL, RARE, Stage, Work};
+use super::verdict::{ALPHA, Chosen, LocatedMotion, NEARLY_ALL, RARE, Work};
 use crate::diagnosis::{Verdict, VerdictKind};
 use crate::inverse_dynamics::Fit;
 
@@ -116,7 +117,12 @@ pub(super) fn conclude(evidence: &Evidence<'_>) -> Verdict {
     ) + &amounts(work, chosen);
     let rest: String = names[1..].iter().map(|n| format!("+{n}")).collect();
     let alternatives: Vec<String> = std::iter::once(names[0].clone())
-        .chain(same.iter().map(|at| first.id(*at).to_string()).filter(|id| !names.contains(id)))
+        .chain(
+            same.iter()
+                .map(|at| first.id(*at).to_string())
+                .chain(first.like_unseen(work.effects, &names[0]))
+                .filter(|id| !names.contains(id)),
+        )
         .map(|id| format!("{id}{rest}"))
         .collect();
     if alternatives.len() == 1 {

@@ -10,6 +10,8 @@ pub(super) struct Noise {
     records: Vec<Part>,
     /// Samples within which it keeps its sign, about.
     block: usize,
+    /// By how much a mean varies more than that of white noise.
+    inflation: f64,
 }
 
 #[derive(Debug, Clone)]
@@ -39,12 +41,17 @@ impl Noise {
             .collect();
         let shortest = records.iter().map(|r| r.1.unwrap_or(r.0)).min().unwrap_or(SHORTEST);
         let block = (2 * correlated(residual)).max(SHORTEST).min((shortest / 8).max(2));
-        Noise { records: parts, block }
+        Noise { inflation: inflation(residual, block), records: parts, block }
     }
 
-    /// Samples over which a sum of residuals grows as if it were one: 1 for white noise.
+    /// Samples within which it keeps its sign, about.
     pub fn block(&self) -> usize {
         self.block
+    }
+
+    /// Variance of a mean over that of white noise of its size, at least 1.
+    pub fn inflation(&self) -> f64 {
+        self.inflation
     }
 
     /// Draws noise: moved in time block by block, which keeps its colour, or left in its place with the sign of each block drawn, which keeps where
@@ -86,6 +93,16 @@ pub(super) fn repeated(part: &[f64], period: usize) -> Vec<f64> {
             same.iter().sum::<f64>() / same.len().max(1) as f64
         })
         .collect()
+}
+
+/// 1 + 2·Σ (1 − k/(K+1))·ρ_k, at least 1.
+///
+/// # Source  Newey and West, Econometrica 55 (1987) 703–708
+fn inflation(residual: &DVector<f64>, reach: usize) -> f64 {
+    let (square, count) = (residual.norm_squared(), residual.len());
+    let rho = |lag: usize| residual.rows(lag, count - lag).dot(&residual.rows(0, count - lag)) / square;
+    let sum: f64 = (1..=reach.min(count / 4)).map(|lag| (1.0 - lag as f64 / (reach + 1) as f64) * rho(lag)).sum();
+    (1.0 + 2.0 * sum).max(1.0)
 }
 
 /// Samples after which the autocorrelation has first fallen below a tenth.

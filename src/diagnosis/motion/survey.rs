@@ -2,20 +2,22 @@
 
 use std::sync::Arc;
 
-use nalgebra::{DMatrix, DVector};
+use nalgebra::{Cholesky, DMatrix, DVector};
 use rand::SeedableRng;
 use rand_xoshiro::Xoshiro256PlusPlus;
 use rayon::prelude::*;
 
-use super::data::{MotionData, Nuisance, beside};
-use super::design::{Design, Solved};
+use super::data::{MotionData, beside};
+use super::design::{Design, Forces, Rows, Solved, penalised, rows};
 use super::free::free_shapes;
+use super::lattice::lattice;
 use super::noise::Noise;
+use super::nuisance::{Nuisance, nuisances};
+use super::null::{Null, strength};
 use crate::diagnosis::{Hypothesis, Kind, Status};
 use crate::inverse_dynamics::{Columns, Fit, Projected, Rigid, inverse, prediction};
-use crate::machine::{Machine, Motion, Parameter, Scale};
+use crate::machine::{Machine, Parameter, Scale};
 use crate::numeric::random::normal;
-use crate::numeric::statistics::quantile;
 use crate::optimizer::Control;
 
 /// A candidate and its lattice of designs.
@@ -30,6 +32,8 @@ pub struct MotionCandidate {
     pub free: Option<(&'static str, &'static str)>,
     /// For a free shape of a further point: its column.
     pub column: Option<String>,
+    /// It applies, but the machine's own parameters and what is ordinarily wrong stand for what it does to these records.
+    pub unseen: bool,
     lattice: Vec<Place>,
 }
 
@@ -88,65 +92,21 @@ pub struct Survey {
     base_columns: usize,
     /// Candidates.
     pub candidates: Vec<MotionCandidate>,
-    /// Names of nuisances.
+    /// What is ordinarily wrong.
     pub nuisances: Vec<Nuisance>,
+    /// Variance of the noise, as a mean of its samples varies.
+    variance: f64,
 }
 
-/// What nulls show. Some candidates gain much by accident (a wave of any period), others little: −ln(1 − gain) is told in units of what each
-/// gains in one null of ten, and the largest of a draw stands for the whole library.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Null {
-    /// −ln(1 − gain) of each candidate that nine nulls of ten stay below.
-    pub scales: Vec<f64>,
-    /// Largest −ln(1 − gain) of each candidate in any null.
-    pub most: Vec<f64>,
-    /// Largest −ln(1 − gain) of any effect over its scale, of each draw, rising.
-    pub effects: Vec<f64>,
-    /// The same of free shapes.
-    pub free: Vec<f64>,
-}
-
-/// Least scale of a candidate.
-const LEAST_SCALE: f64 = 0.01;
-/// What a candidate must gain over the most that it gained in any null, to be no accident whatever others gained.
-const BEYOND: f64 = 1.25;
-
-impl Null {
-    /// Share of draws in which some effect gains as much; that of none where it gains clearly more than itself in any.
-    pub fn p_value(&self, ranked: &Ranked) -> f64 {
-        self.p_among(&self.effects, ranked)
-    }
-
-    /// The same of free shapes.
-    pub fn p_value_free(&self, ranked: &Ranked) -> f64 {
-        self.p_among(&self.free, ranked)
-    }
-
-    fn p_among(&self, all: &[f64], ranked: &Ranked) -> f64 {
-        let own = strength(ranked.gain);
-        if own > BEYOND * self.most[ranked.candidate].max(LEAST_SCALE) {
-            return 1.0 / (all.len() + 1) as f64;
-        }
-        share_above(all, own / self.scales[ranked.candidate])
-    }
-}
-
-/// ln of what the machine fails to foretell over what a candidate does.
-fn strength(gain: f64) -> f64 {
-    -(1.0 - gain.clamp(0.0, 1.0)).max(1e-12).ln()
-}
-
-fn share_above(sorted: &[f64], gain: f64) -> f64 {
-    let above = sorted.len() - sorted.partition_point(|x| *x < gain);
-    (above + 1) as f64 / (sorted.len() + 1) as f64
-}
-
-/// Places of a lattice over one number that is not linear, over a period, and over several.
-const PLACES: (usize, usize, usize) = (24, 60, 48);
 /// Share of the force by which it must change to count as moved.
 const MOVES: f64 = 1e-3;
 /// A column that the machine's own parameters can stand for to this share is not seen.
 const SEEN: f64 = 0.05;
+
+/// Standard deviations within which what is ordinarily wrong is taken to be in nulls.
+const ORDINARY: f64 = 2.0;
+/// Nulls that are solved together.
+const TOGETHER: usize = 50;
 
 /// Everything a survey is made of.
 pub(super) struct Ground<'g> {
@@ -165,36 +125,47 @@ impl Survey {
     pub(super) fn new(ground: &Ground<'_>, hypotheses: Vec<Hypothesis>, others: Vec<(String, Status)>, control: &Control) -> Option<Self> {
         let Ground { data, rigid, nominal, fit, frozen } = ground;
         let machine = &nominal.machine;
-        // What stands at an end of its range is held there: no candidate is to gain by taking it farther, or to lose to one that does.
-        let inside = |i: &usize| machine.parameters[*i].holds_inside(fit.values[*i]);
-        let free: Vec<usize> = data.free(machine, frozen).ok()?.into_iter().filter(inside).collect();
-        let columns = Columns::new(rigid, machine, &fit.values, &free, &data.motions);
-        let nuisances = data.nuisances(rigid, machine, fit);
-        let nuisances: Vec<Nuisance> = nuisances.into_iter().filter(|n| n.column.norm() > 0.0).collect();
+        let asked = data.free(machine, frozen).ok()?;
+        let all = Columns::new(rigid, machine, &fit.values, &asked, &data.motions);
+        let nuisances = nuisances(data, rigid, machine, &fit.values);
         let wrong = DMatrix::from_columns(&nuisances.iter().map(|n| n.column.clone()).collect::<Vec<_>>());
         // What smooth functions leave of the residual is noise, whatever is missing; coloured, it counts for fewer samples.
         let shapes = free_shapes(data);
         let mut left = fit.residual.clone();
-        for part in std::iter::once(&columns.derivatives).chain([&wrong]).chain(shapes.iter().map(|s| &s.columns)) {
+        for part in std::iter::once(&all.derivatives).chain([&wrong]).chain(shapes.iter().map(|s| &s.columns)) {
             let apart = part.select_columns(&(0..part.ncols().saturating_sub(usize::from(part.ncols() > 4))).collect::<Vec<_>>());
             left = Projected::new(&apart, &left).map_or(left, |p| p.residual);
         }
         let noise = Noise::new(&left, &data.records());
-        let variance = left.norm_squared() / data.samples() as f64 * noise.block() as f64;
-        let mut penalty = vec![0.0; free.len()];
-        penalty.resize(free.len() + nuisances.len(), variance);
-        let design = |columns: &Columns, values: &[f64], free: &[usize], extra: Option<&DMatrix<f64>>, bounds: Vec<(usize, f64, f64)>| {
-            let at = DVector::from_iterator(free.len(), free.iter().map(|i| values[*i]));
-            let shift = &columns.prediction - &columns.derivatives * at;
-            let all = match extra {
-                None => beside(&[&columns.derivatives, &wrong]),
-                Some(extra) => beside(&[&columns.derivatives, &wrong, extra]),
-            };
-            let mut penalty = penalty.clone();
-            penalty.resize(all.ncols(), 0.0);
-            Design::new(data, shift, all, &penalty, bounds)
+        let variance = left.norm_squared() / data.samples() as f64 * noise.inflation();
+        let penalties = |free: usize| [vec![0.0; free], vec![variance; nuisances.len()]].concat();
+        // What would leave its range beside what is ordinarily wrong is held at its end: no candidate is to gain by taking it farther, or to lose to one
+        // that does.
+        let step = penalised(&beside(&[&all.derivatives, &wrong]), &penalties(asked.len()), &fit.residual)?;
+        let inside = |at: &usize| {
+            let (p, x) = (&machine.parameters[asked[*at]], fit.values[asked[*at]]);
+            p.holds_inside(x) || (p.lower..=p.upper).contains(&(x + step[*at]))
         };
-        let base = Arc::new(design(&columns, &fit.values, &free, None, Vec::new())?);
+        let free: Vec<usize> = (0..asked.len()).filter(inside).map(|at| asked[at]).collect();
+        let columns = if free.len() == asked.len() { all } else { Columns::new(rigid, machine, &fit.values, &free, &data.motions) };
+        let penalty = penalties(free.len());
+        // The machine's own columns with what is ordinarily wrong; many candidates leave them as they are.
+        let common = |columns: &Columns| Arc::new(rows(data, &beside(&[&columns.derivatives, &wrong])));
+        let shift = |columns: &Columns, values: &[f64]| {
+            &columns.prediction - &columns.derivatives * DVector::from_iterator(free.len(), free.iter().map(|i| values[*i]))
+        };
+        let design = |shift: &DVector<f64>, common: Rows, extra: Option<&DMatrix<f64>>, bounds: Vec<(usize, f64, f64)>, ridge: f64| {
+            let extra = extra.map_or_else(|| DMatrix::zeros(0, data.samples()), |extra| rows(data, extra));
+            let mut penalty = penalty.clone();
+            penalty.resize(common.nrows() + extra.nrows(), ridge);
+            Design::new(data, shift, (common, extra), &penalty, bounds)
+        };
+        let base = Arc::new(design(&shift(&columns, &fit.values), common(&columns), None, Vec::new(), 0.0)?);
+        // Share of a change that the machine's own parameters cannot stand for.
+        let shows = |change: &DVector<f64>| {
+            let left = Projected::new(&columns.derivatives, change);
+            left.map_or(1.0, |left| left.residual.norm() / change.norm())
+        };
         let made: Vec<MotionCandidate> = hypotheses
             .into_par_iter()
             .map(|hypothesis| {
@@ -277,21 +248,23 @@ impl Survey {
                         let more = added_columns(rigid, of, (&at, &toward), &linear, data);
                         let change = &more.prediction - &columns.prediction;
                         // With nothing of what is linear the force is mostly the machine's own.
-                        let own = if change.norm() > 1e-9 * columns.prediction.norm() {
-                            seen = seen.max(base.visible(&change));
-                            Columns::new(rigid, of, &at, &free, &data.motions)
+                        let (mut own, first) = if change.norm() > 1e-9 * columns.prediction.norm() {
+                            seen = seen.max(shows(&change));
+                            let own = Columns::new(rigid, of, &at, &free, &data.motions);
+                            let same = (&own.derivatives - &columns.derivatives).norm() <= 1e-9 * columns.derivatives.norm();
+                            let first = if same { base.common.clone() } else { common(&own) };
+                            (own, first)
                         } else {
-                            columns.clone()
+                            (columns.clone(), base.common.clone())
                         };
-                        more.derivatives.column_iter().for_each(|c| seen = seen.max(base.visible(&c.clone_owned())));
+                        more.derivatives.column_iter().for_each(|c| seen = seen.max(shows(&c.clone_owned())));
                         let from = free.len() + nuisances.len();
                         let bounds = ends.iter().enumerate().map(|(k, (a, b))| (from + k, *a, *b)).collect();
                         // The shift of the added columns: their coefficients count from nothing.
                         let zero: DVector<f64> = DVector::from_iterator(linear.len(), linear.iter().map(|l| l.of(at[l.index])));
-                        let mut own = own;
                         own.prediction -= &more.derivatives * zero;
                         let extra = (!linear.is_empty()).then_some(&more.derivatives);
-                        let design = design(&own, &at, &free, extra, bounds)?;
+                        let design = design(&shift(&own, &at), first, extra, bounds, 0.0)?;
                         Some((Place { values, linear, design: Arc::new(design) }, seen))
                     })
                     .collect();
@@ -299,7 +272,7 @@ impl Survey {
                 let lattice: Vec<Place> = lattice.into_iter().map(|(place, _)| place).collect();
                 if seen < SEEN || lattice.is_empty() {
                     let why = "these records cannot show it: the machine's own parameters stand for what it does";
-                    return without(hypothesis.id, Status::NotApplicable(why.into()));
+                    return MotionCandidate { unseen: true, ..without(hypothesis.id, Status::NotApplicable(why.into())) };
                 }
                 MotionCandidate {
                     id: hypothesis.id.clone(),
@@ -307,6 +280,7 @@ impl Survey {
                     hypothesis: Some(hypothesis),
                     free: None,
                     column: None,
+                    unseen: false,
                     lattice,
                 }
             })
@@ -315,17 +289,13 @@ impl Survey {
         for shape in shapes {
             // Knots add up to what the machine has already (a constant, a direction): a little ridge keeps them apart.
             let ridge = 1e-3 * shape.columns.norm_squared() / shape.columns.ncols() as f64;
-            let at = DVector::from_iterator(free.len(), free.iter().map(|i| fit.values[*i]));
-            let shift = &columns.prediction - &columns.derivatives * at;
-            let all = beside(&[&columns.derivatives, &wrong, &shape.columns]);
-            let mut penalty = penalty.clone();
-            penalty.resize(all.ncols(), ridge);
-            if let Some(design) = Design::new(data, shift, all, &penalty, Vec::new()) {
+            if let Some(design) = design(&shift(&columns, &fit.values), base.common.clone(), Some(&shape.columns), Vec::new(), ridge) {
                 let place = Place { values: Vec::new(), linear: Vec::new(), design: Arc::new(design) };
                 let free = Some((shape.over, shape.shape));
                 candidates.push(MotionCandidate {
                     id: shape.column.as_ref().map_or(shape.over.into(), |column| format!("{} of {column}", shape.over)),
                     column: shape.column,
+                    unseen: false,
                     status: Status::Tried,
                     hypothesis: None,
                     free,
@@ -334,79 +304,98 @@ impl Survey {
             }
         }
         candidates.extend(others.into_iter().map(|(id, status)| without(id, status)));
-        Some(Survey { base, base_columns: free.len() + nuisances.len(), candidates, nuisances })
-    }
-
-    /// What the machine alone leaves of parts foretold without them.
-    pub fn base_loss(&self, data: &MotionData<'_>, y: &DVector<f64>) -> f64 {
-        self.base.solve(data, y).map_or(f64::INFINITY, |s| s.loss())
+        Some(Survey { base, base_columns: free.len() + nuisances.len(), candidates, nuisances, variance })
     }
 
     /// Figures of every candidate on a force, the largest gain first.
     pub fn rank(&self, data: &MotionData<'_>, y: &DVector<f64>) -> Vec<Ranked> {
-        let before = self.base_loss(data, y);
-        let mut ranked: Vec<Ranked> = self
-            .candidates
-            .iter()
-            .enumerate()
-            .filter_map(|(candidate, c)| {
-                let solved = c.lattice.iter().enumerate().filter_map(|(at, p)| Some((at, p.design.solve(data, y)?)));
-                let (place, best): (usize, Solved) = solved.min_by(|a, b| a.1.loss().total_cmp(&b.1.loss()))?;
-                let at = &c.lattice[place];
-                let mut added = at.values.clone();
-                added.extend(at.linear.iter().enumerate().map(|(k, l)| (l.index, l.of(best.coefficients[self.base_columns + k]))));
-                Some(Ranked { candidate, gain: 1.0 - best.loss() / before, left_out: best.left_out, place, added })
-            })
-            .collect();
+        let forces = Forces::new(data, std::slice::from_ref(y), &self.base);
+        let before = self.base_loss(data, &forces)[0];
+        let best = |candidate: usize| {
+            let c = &self.candidates[candidate];
+            let (place, best) = self.best(candidate, data, &forces).swap_remove(0)?;
+            let at = &c.lattice[place];
+            let mut added = at.values.clone();
+            added.extend(at.linear.iter().enumerate().map(|(k, l)| (l.index, l.of(best.coefficients[self.base_columns + k]))));
+            Some(Ranked { candidate, gain: 1.0 - best.loss() / before, left_out: best.left_out, place, added })
+        };
+        let mut ranked: Vec<Ranked> = (0..self.candidates.len()).into_par_iter().filter_map(best).collect();
         ranked.sort_by(|a, b| b.gain.total_cmp(&a.gain));
         ranked
     }
 
-    /// What the machine, or a candidate, leaves of a force.
-    pub fn residual(&self, data: &MotionData<'_>, y: &DVector<f64>, of: Option<&Ranked>) -> DVector<f64> {
-        let design = of.map_or(&self.base, |r| &self.candidates[r.candidate].lattice[r.place].design);
-        design.solve(data, y).map_or_else(|| y.clone(), |solved| design.residual(y, &solved))
+    /// What the machine alone leaves of parts of each force foretold without them.
+    fn base_loss(&self, data: &MotionData<'_>, forces: &Forces) -> Vec<f64> {
+        self.base.solve(data, forces).into_iter().map(|s| s.map_or(f64::INFINITY, |s| s.loss())).collect()
     }
 
-    /// Nulls: the machine with nuisances drawn from what is known of them and noise of the colour of `left`, half of the draws moved in time, half
-    /// in place with drawn signs.
-    pub fn null(&self, data: &MotionData<'_>, left: &DVector<f64>, draws: usize, seed: u64, control: &Control) -> Null {
-        let noise = Noise::new(left, &data.records());
-        let gains: Vec<Vec<f64>> = (0..draws)
-            .into_par_iter()
-            .filter(|_| !control.stopped())
-            .map(|draw| {
-                control.kept(&format!("null {draw} {seed}"), || {
-                    let mut random = Xoshiro256PlusPlus::seed_from_u64(seed.wrapping_mul(0x9E37_79B9).wrapping_add(draw as u64));
-                    let mut y = &self.base.shift + noise.draw(draw % 2 == 1, &mut random);
-                    for nuisance in &self.nuisances {
-                        y += normal(&mut random) * &nuisance.column;
-                    }
-                    let mut gains = vec![0.0; self.candidates.len()];
-                    self.rank(data, &y).iter().for_each(|r| gains[r.candidate] = strength(r.gain));
-                    gains
-                })
-            })
-            .collect();
-        let of = |at: usize| gains.iter().map(move |g| g[at]);
-        let scales: Vec<f64> = (0..self.candidates.len()).map(|at| quantile(of(at), 0.9).unwrap_or(0.0).max(LEAST_SCALE)).collect();
-        let most: Vec<f64> = (0..self.candidates.len()).map(|at| of(at).fold(0.0, f64::max)).collect();
-        let largest = |free: bool| {
-            let own = |g: &Vec<f64>| {
-                let over = g.iter().zip(&scales).zip(&self.candidates).filter(|(_, c)| c.free.is_some() == free).map(|((g, s), _)| g / s);
-                over.fold(0.0, f64::max)
-            };
-            let mut all: Vec<f64> = gains.iter().map(own).collect();
-            all.sort_by(f64::total_cmp);
-            all
+    /// The place of a candidate's lattice that leaves least of each force.
+    fn best(&self, candidate: usize, data: &MotionData<'_>, forces: &Forces) -> Vec<Option<(usize, Solved)>> {
+        let places = self.candidates[candidate].lattice.iter().enumerate();
+        let all = places.map(|(at, place)| place.design.solve(data, forces).into_iter().map(|s| s.map(|s| (at, s))).collect::<Vec<_>>());
+        let better = |a: Option<(usize, Solved)>, b: Option<(usize, Solved)>| match (a, b) {
+            (Some(a), Some(b)) => Some(if b.1.loss() < a.1.loss() { b } else { a }),
+            (a, b) => a.or(b),
         };
-        let (effects, free) = (largest(false), largest(true));
-        Null { scales, most, effects, free }
+        all.reduce(|a, b| a.into_iter().zip(b).map(|(a, b)| better(a, b)).collect()).unwrap_or_else(|| vec![None; forces.count()])
+    }
+
+    /// The machine, or a candidate, fitted to a force: its coefficients, and what it leaves.
+    fn fitted(&self, data: &MotionData<'_>, y: &DVector<f64>, of: Option<&Ranked>) -> Option<(&Design, DVector<f64>, DVector<f64>)> {
+        let design = of.map_or(&self.base, |r| &self.candidates[r.candidate].lattice[r.place].design);
+        let solved = design.solve(data, &Forces::new(data, std::slice::from_ref(y), &self.base)).swap_remove(0)?;
+        let left = y - design.force(data, &solved.coefficients);
+        Some((design, solved.coefficients, left))
+    }
+
+    /// Nulls: the machine with what is ordinarily wrong drawn from what these records tell of it beside the candidate that explains most, and noise of
+    /// the colour of what that leaves, half of the draws moved in time, half in place with drawn signs.
+    pub fn null(&self, data: &MotionData<'_>, y: &DVector<f64>, best: Option<&Ranked>, draws: usize, seed: u64, control: &Control) -> Null {
+        let gains = self.fitted(data, y, best).map_or_else(Vec::new, |fitted| self.gains_of_nulls(data, fitted, draws, seed, control));
+        Null::new(&gains, &self.candidates.iter().map(|c| c.free.is_some()).collect::<Vec<bool>>())
+    }
+
+    /// −ln(1 − gain) of every candidate in each draw.
+    fn gains_of_nulls(
+        &self,
+        data: &MotionData<'_>,
+        (design, coefficients, left): (&Design, DVector<f64>, DVector<f64>),
+        draws: usize,
+        seed: u64,
+        control: &Control,
+    ) -> Vec<Vec<f64>> {
+        let noise = Noise::new(&left, &data.records());
+        let (from, count) = (self.base_columns - self.nuisances.len(), self.nuisances.len());
+        let known = coefficients.rows(from, count).map(|size| size.clamp(-ORDINARY, ORDINARY));
+        let scatter = design.covariance(from, count) * self.variance;
+        let scatter = Cholesky::new(scatter).map_or_else(|| DMatrix::zeros(count, count), |c| c.unpack());
+        let machine = self.base.force(data, &DVector::zeros(self.base_columns));
+        let drawn = |draw: usize| {
+            let mut random = Xoshiro256PlusPlus::seed_from_u64(seed.wrapping_mul(0x9E37_79B9).wrapping_add(draw as u64));
+            let mut y = &machine + noise.draw(draw % 2 == 1, &mut random);
+            let wrong = &known + &scatter * DVector::from_fn(count, |_, _| normal(&mut random));
+            self.nuisances.iter().zip(wrong.iter()).for_each(|(nuisance, size)| y.axpy(*size, &nuisance.column, 1.0));
+            y
+        };
+        let together = |from: usize| {
+            let forces = Forces::new(data, &(from..draws.min(from + TOGETHER)).map(drawn).collect::<Vec<_>>(), &self.base);
+            let before = self.base_loss(data, &forces);
+            let mut gains = vec![Vec::with_capacity(self.candidates.len()); before.len()];
+            for candidate in 0..self.candidates.len() {
+                for ((own, before), best) in gains.iter_mut().zip(&before).zip(self.best(candidate, data, &forces)) {
+                    own.push(best.map_or(0.0, |(_, solved)| strength(1.0 - solved.loss() / before)));
+                }
+            }
+            gains
+        };
+        let chunks: Vec<usize> = (0..draws).step_by(TOGETHER).collect();
+        let of = |from: usize| control.kept(&format!("nulls from {from} {seed}"), || together(from));
+        chunks.into_par_iter().filter(|_| !control.stopped()).flat_map_iter(of).collect()
     }
 }
 
 fn without(id: String, status: Status) -> MotionCandidate {
-    MotionCandidate { id, status, hypothesis: None, free: None, column: None, lattice: Vec::new() }
+    MotionCandidate { id, status, hypothesis: None, free: None, column: None, unseen: false, lattice: Vec::new() }
 }
 
 /// Prediction at a place, and its derivatives with what is linear; those of inverses between that place and one amid the ranges.
@@ -434,61 +423,6 @@ fn amid(machine: &Machine, start: &[f64], added: &[usize]) -> Vec<f64> {
         values[index] = machine.parameters[index].from_unit(0.55 + 0.07 * (k % 5) as f64);
     }
     values
-}
-
-/// Places over the ranges of parameters that are not linear. A period is looked for from a sixtieth
-/// of the travel to the travel: longer waves are what ordinarily varies along it. Of a drive that turns, waves of its turn are likely, many
-/// to the travel: places half a wave apart over it.
-fn lattice(machine: &Machine, curved: &[usize], data: &MotionData<'_>, rigid: &Rigid) -> Vec<Vec<(usize, f64)>> {
-    let turning = machine.drive.as_ref().map(|d| d.on).filter(|p| machine.points[*p].motion == Motion::Rotation);
-    let range = |index: usize| {
-        let p = &machine.parameters[index];
-        let period = p.id.ends_with("period");
-        let (low, high) =
-            data.motions.iter().flat_map(|m| &m.position_m).fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), x| (l.min(*x), h.max(*x)));
-        let travel = turning.filter(|_| p.unit.contains("rad")).map_or(1.0, |point| rigid.point_ratio(point).abs());
-        let (low, high) = (travel * low, travel * high);
-        if period && p.unit.contains('m') {
-            (p.lower.max((high - low) / 60.0), p.upper.min(high - low), true)
-        } else {
-            (p.lower, p.upper, p.scale == Scale::Logarithmic)
-        }
-    };
-    let value = |index: usize, unit: f64| {
-        let (low, high, logarithmic) = range(index);
-        if logarithmic && low > 0.0 { low * (high / low).powf(unit) } else { low + unit * (high - low) }
-    };
-    match curved {
-        [] => vec![Vec::new()],
-        [one] => {
-            let period = machine.parameters[*one].id.ends_with("period");
-            if period && turning.is_some() {
-                let (low, high, _) = range(*one);
-                let count = (2.0 * high / low).clamp(1.0, 2.0 * PLACES.1 as f64) as usize;
-                let waves = |k: usize| 1.0 / high + (k as f64 + 0.5) / count as f64 * (1.0 / low - 1.0 / high);
-                return (0..count).map(|k| vec![(*one, 1.0 / waves(k))]).collect();
-            }
-            let count = if period { PLACES.1 } else { PLACES.0 };
-            // From the end where it does next to nothing outward; that end itself says nothing.
-            // A size that begins at nothing is told by its share: closer together where it is small.
-            let (low, _, logarithmic) = range(*one);
-            let unit = |k: usize| ((k as f64 - 0.5) / count as f64).powi(if low == 0.0 && !logarithmic { 2 } else { 1 });
-            (1..=count).map(|k| vec![(*one, value(*one, unit(k)))]).collect()
-        }
-        several => {
-            let halton = |mut i: usize, base: usize| {
-                let (mut f, mut x) = (1.0, 0.0);
-                while i > 0 {
-                    f /= base as f64;
-                    x += f * (i % base) as f64;
-                    i /= base;
-                }
-                x
-            };
-            let primes = [2, 3, 5, 7];
-            (1..=PLACES.2).map(|k| several.iter().enumerate().map(|(d, i)| (*i, value(*i, halton(k, primes[d % 4])))).collect()).collect()
-        }
-    }
 }
 
 /// Whether a candidate releases a frozen parameter.

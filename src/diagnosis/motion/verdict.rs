@@ -7,8 +7,10 @@ use super::conclude::{Evidence, conclude};
 use super::data::MotionData;
 use super::free::Places;
 use super::gap::{MotionPart, closed_interval, floor_of, gap_of, noise_of, part};
+use super::null::Null;
 use super::record::{Contradiction, RecordShift, contradictions, faulty, shifts};
-use super::survey::{Ground, Null, Ranked, Survey, start_of};
+use super::stage::{Stage, simplest_first};
+use super::survey::{Ground, Ranked, Survey, start_of};
 use super::weight::weigh;
 use crate::diagnosis::domain::share_closed;
 use crate::diagnosis::{Hypothesis, Status, Verdict, VerdictKind};
@@ -106,23 +108,19 @@ impl MotionDiagnosis {
 
 /// Share of nulls that may be called something, and the least gain that is: of the first effect, and of one more.
 pub(super) const ALPHA: f64 = 0.005;
-const LEAST: f64 = 0.10;
+const LEAST: f64 = 0.06;
 const LEAST_MORE: f64 = 0.25;
 /// Gain that leaves so little that one null of twenty is rare enough.
 pub(super) const NEARLY_ALL: f64 = 0.8;
 pub(super) const RARE: f64 = 0.05;
 /// Effects that may be combined.
 const MOST: usize = 3;
-/// Share of the best gain within which another explains as much; a wider share where parts left out do not tell the two apart (90 %, one-sided).
-const ALIKE: f64 = 0.1;
-const PERHAPS: f64 = 0.3;
-const APART: f64 = 1.36;
-/// What another may leave of parts left out over what the best leaves: with more it is no rival, however few parts say so.
-const COMPARABLE: f64 = 3.0;
 /// Share of the misfit by which a combination may be worse without one of its effects, for that one to be dropped.
 const SPARED: f64 = 0.03;
 /// Share of what an effect gains of parts left out that the fit of everything must show at least, lest it end where the effect does nothing.
 const HELD: f64 = 0.02;
+/// Share of the force that inertia takes at least, root mean square, for acceleration to tell anything.
+const SLOW: f64 = 0.2;
 /// Draws of the bootstrap of `closed`.
 const BOOTSTRAP: usize = 400;
 
@@ -274,7 +272,10 @@ pub fn diagnose_motion(
     let shifted = |motions: &[&Motion]| shifts(&work.rigid, &chosen.0.machine, &chosen.1.values, motions);
     let (fit_shifts, other_shifts) = (shifted(fit_motions), shifted(held_out));
     let step_s = fit_motions.iter().map(|m| m.step_s).fold(0.0, f64::max);
-    let faulty = faulty(&fit_shifts, step_s);
+    // An effect that delays the force of all records must not hide the one whose force is late alone.
+    let delays = chosen.0.machine.drive.as_ref().is_some_and(|d| d.delay_s.depends_on().any(|i| chosen.0.added.contains(&i)));
+    let unhidden = if delays { shifts(&work.rigid, &base.0.machine, &base.1.values, fit_motions) } else { fit_shifts.clone() };
+    let faulty = faulty(&unhidden, step_s);
     let contradictions = contradictions(&fit_shifts, &other_shifts, step_s);
     let verdict = conclude(&Evidence {
         work: &work,
@@ -314,59 +315,6 @@ pub fn diagnose_motion(
     })
 }
 
-/// A survey with what nulls show of it.
-pub(super) struct Stage {
-    pub survey: Survey,
-    pub ranked: Vec<Ranked>,
-    pub null: Null,
-    /// Further points were recorded.
-    further: bool,
-}
-
-impl Stage {
-    pub fn id(&self, at: usize) -> &str {
-        &self.survey.candidates[self.ranked[at].candidate].id
-    }
-
-    /// The best effect or release, by its place among the ranked.
-    pub fn best_effect(&self) -> Option<usize> {
-        self.ranked.iter().position(|r| self.survey.candidates[r.candidate].free.is_none())
-    }
-
-    fn significant(&self, least: f64) -> bool {
-        self.best_effect().is_some_and(|at| {
-            let (gain, p) = (self.ranked[at].gain, self.null.p_value(&self.ranked[at]));
-            (gain >= least && p < ALPHA) || (self.further && gain >= NEARLY_ALL && p < RARE)
-        })
-    }
-
-    /// Places of the effects that explain as much as the best, or are known to be told from it by a further point alone; the best first.
-    fn class(&self, effects: &[Effect]) -> Vec<usize> {
-        let Some(best) = self.best_effect() else { return Vec::new() };
-        let most = &self.ranked[best];
-        let alike = |r: &Ranked| {
-            let behind: Vec<f64> = r.left_out.iter().zip(&most.left_out).map(|(a, b)| a - b).collect();
-            let count = behind.len() as f64;
-            let mean = behind.iter().sum::<f64>() / count;
-            let spread = (behind.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / (count - 1.0) / count).sqrt();
-            let losses: f64 = r.left_out.iter().sum::<f64>() / most.left_out.iter().sum::<f64>();
-            // Where little is left, a small share of the gain is much of what is left.
-            let close = most.gain - r.gain <= ALIKE * most.gain && losses < 1.0 + PERHAPS;
-            close || (most.gain - r.gain <= PERHAPS * most.gain && losses < COMPARABLE && mean < APART * spread)
-        };
-        let known = effects.iter().find(|e| e.id == self.id(best) && !self.further).map_or(&[][..], |e| &e.like);
-        let like = |at: usize| known.iter().any(|id| id == self.id(at));
-        (best..self.ranked.len())
-            .filter(|at| self.survey.candidates[self.ranked[*at].candidate].free.is_none() && (alike(&self.ranked[*at]) || like(*at)))
-            .collect()
-    }
-
-    /// The free shape that leaves least.
-    pub fn best_free(&self) -> Option<&Ranked> {
-        self.ranked.iter().find(|r| self.survey.candidates[r.candidate].free.is_some())
-    }
-}
-
 impl Work<'_> {
     /// All candidates beside a model that has the named effects already, and nulls of it.
     fn survey(&self, from: &Chosen, names: &[String]) -> Option<Stage> {
@@ -375,12 +323,22 @@ impl Work<'_> {
         let survey = Survey::new(&ground, apply, others, self.control)?;
         let mut ranked = survey.rank(&self.data, &self.data.y);
         let best = ranked.iter().find(|r| survey.candidates[r.candidate].free.is_none());
-        let left = survey.residual(&self.data, &self.data.y, best);
-        let null = survey.null(&self.data, &left, self.settings.draws, self.settings.seed.wrapping_add(names.len() as u64), self.control);
+        let seed = self.settings.seed.wrapping_add(names.len() as u64);
+        let null = survey.null(&self.data, &self.data.y, best, self.settings.draws, seed, self.control);
         // What a wave of any period gains by accident does not stand before what is no accident.
         ranked.sort_by_key(|r| survey.candidates[r.candidate].free.is_none() && null.p_value(r) >= ALPHA);
         simplest_first(&survey, &null, &mut ranked);
-        Some(Stage { survey, ranked, null, further: !self.data.columns.is_empty() })
+        let further = self.data.motions.iter().flat_map(|m| &m.further).any(|f| !f.is_told());
+        Some(Stage { survey, ranked, null, further, slow: self.slow(from) })
+    }
+
+    /// Whether inertia takes next to no force in these records.
+    fn slow(&self, from: &Chosen) -> bool {
+        let inertia = self.rigid.inertia(&from.0.machine, &from.1.values);
+        let mean = |squares: &mut dyn Iterator<Item = f64>| squares.fold((0.0, 0), |(s, n), x| (s + x * x, n + 1));
+        let (force, samples) = mean(&mut self.data.motions.iter().flat_map(|m| m.load.iter().copied()));
+        let (moved, all) = mean(&mut self.data.motions.iter().flat_map(|m| m.acceleration_m_s2.iter().map(|a| inertia * a)));
+        moved / (all.max(1) as f64) < SLOW * SLOW * force / samples.max(1) as f64
     }
 
     fn hypotheses(&self, from: &Hypothesis, names: &[String]) -> (Vec<Hypothesis>, Vec<(String, Status)>) {
@@ -452,17 +410,6 @@ impl Work<'_> {
 /// Whether the fit of everything shows an effect that gained so much of parts left out.
 fn held(next: &Chosen, before: &Chosen, gain: f64) -> bool {
     next.1.squares < (1.0 - HELD * gain) * before.1.squares
-}
-
-/// Of effects that leave as much as the best but for a few percent, the one with the fewest parameters comes first.
-fn simplest_first(survey: &Survey, null: &Null, ranked: &mut [Ranked]) {
-    let added = |r: &Ranked| survey.candidates[r.candidate].hypothesis.as_ref().map(|h| h.added.len()).filter(|_| null.p_value(r) < ALPHA);
-    let Some(best) = ranked.iter().position(|r| added(r).is_some()) else { return };
-    let reach = 1.0 - (1.0 + ALIKE) * (1.0 - ranked[best].gain);
-    let close = ranked.iter().enumerate().skip(best).filter(|(_, r)| r.gain >= reach && added(r).is_some());
-    if let Some(at) = close.min_by_key(|(_, r)| added(r)).map(|(at, _)| at) {
-        ranked[best..=at].rotate_right(1);
-    }
 }
 
 /// A hypothesis whose added parameters are those of the last effect alone: the others are free in what it starts from.

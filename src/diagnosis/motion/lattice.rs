@@ -1,0 +1,62 @@
+//! Where candidates are tried: places over the ranges of what the force is not linear in.
+
+use super::data::MotionData;
+use crate::inverse_dynamics::Rigid;
+use crate::machine::{Machine, Motion, Scale};
+
+/// Places of a lattice over one number that is not linear; most waves to the travel, two places each; places over several numbers.
+const PLACES: (usize, usize, usize) = (24, 80, 48);
+
+/// Places over the ranges of parameters that are not linear. A period is looked for from an eightieth of the travel to the travel, at places half a wave
+/// apart over it: longer waves are what ordinarily varies along it.
+pub(super) fn lattice(machine: &Machine, curved: &[usize], data: &MotionData<'_>, rigid: &Rigid) -> Vec<Vec<(usize, f64)>> {
+    let turning = machine.drive.as_ref().map(|d| d.on).filter(|p| machine.points[*p].motion == Motion::Rotation);
+    let range = |index: usize| {
+        let p = &machine.parameters[index];
+        let period = p.id.ends_with("period");
+        let (low, high) =
+            data.motions.iter().flat_map(|m| &m.position_m).fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), x| (l.min(*x), h.max(*x)));
+        let travel = turning.filter(|_| p.unit.contains("rad")).map_or(1.0, |point| rigid.point_ratio(point).abs());
+        let (low, high) = (travel * low, travel * high);
+        if period && p.unit.contains('m') {
+            (p.lower.max((high - low) / PLACES.1 as f64), p.upper.min(high - low), true)
+        } else {
+            (p.lower, p.upper, p.scale == Scale::Logarithmic)
+        }
+    };
+    let value = |index: usize, unit: f64| {
+        let (low, high, logarithmic) = range(index);
+        if logarithmic && low > 0.0 { low * (high / low).powf(unit) } else { low + unit * (high - low) }
+    };
+    match curved {
+        [] => vec![Vec::new()],
+        [one] => {
+            let period = machine.parameters[*one].id.ends_with("period");
+            if period {
+                let (low, high, _) = range(*one);
+                let count = (2.0 * high / low).clamp(1.0, 2.0 * PLACES.1 as f64) as usize;
+                let waves = |k: usize| 1.0 / high + (k as f64 + 0.5) / count as f64 * (1.0 / low - 1.0 / high);
+                return (0..count).map(|k| vec![(*one, 1.0 / waves(k))]).collect();
+            }
+            let count = PLACES.0;
+            // From the end where it does next to nothing outward; that end itself says nothing.
+            // A size that begins at nothing is told by its share: closer together where it is small.
+            let (low, _, logarithmic) = range(*one);
+            let unit = |k: usize| ((k as f64 - 0.5) / count as f64).powi(if low == 0.0 && !logarithmic { 2 } else { 1 });
+            (1..=count).map(|k| vec![(*one, value(*one, unit(k)))]).collect()
+        }
+        several => {
+            let halton = |mut i: usize, base: usize| {
+                let (mut f, mut x) = (1.0, 0.0);
+                while i > 0 {
+                    f /= base as f64;
+                    x += f * (i % base) as f64;
+                    i /= base;
+                }
+                x
+            };
+            let primes = [2, 3, 5, 7];
+            (1..=PLACES.2).map(|k| several.iter().enumerate().map(|(d, i)| (*i, value(*i, halton(k, primes[d % 4])))).collect()).collect()
+        }
+    }
+}
