@@ -162,6 +162,61 @@ fn limit_simulated_transmissions_are_given_back() {
     }
 }
 
+/// The table's scale alone, the loops closed on the motor: what command and force tell of the motor gives growth of the screw back, and friction and mass are
+/// those of the force. Not told is wind-up, a small share of what the force itself does to the tracking error.
+#[test]
+fn limit_a_tracking_error_is_told_by_the_loops() {
+    let config = config(&format!("lead_error = {{ growth = \"growth\" }}\n{GROWTH}"));
+    let machine = &config.machine;
+    let mut values = machine.start();
+    let truth = [("growth", 4e-5), ("moving_mass", 150.0), ("coulomb_friction", 80.0), ("viscous_friction", 400.0)];
+    for (id, value) in truth.into_iter().chain([("k_nut", 4e7)]) {
+        values[machine.parameter(id).unwrap()] = value;
+    }
+    let trace = simulate(machine, &values, &Course::new(1e-3, course(4)), &Settings::default(), &|| true).unwrap();
+    let table = trace.points.iter().position(|p| p == "table").unwrap();
+    let samples: Vec<_> = trace.samples.iter().map(|s| (s.command, s.points[table], s.points[table], s.force)).collect();
+    let record = MotionRecord { others: BTreeMap::new(), ..record("simulated", &samples) };
+    let rigid = Rigid::new(machine, &machine.start()).unwrap();
+    let motion = || Motion::new(&record, Recipe::usual(record.step_s)).unwrap();
+    let at = |response: Option<&str>| motion().read_at(response, &record, machine, &rigid).unwrap();
+    assert!(at(None).further.is_empty() && at(Some("motor")).further.is_empty());
+    let mut motions = [at(Some("table"))];
+    assert!(motions[0].further.len() == 1 && motions[0].further[0].is_told());
+    let free = free_parameters(machine, &[]).unwrap();
+    let fit = estimate_weighed(&rigid, machine, &free, &mut motions, &[0]).unwrap();
+    for ((id, value), tolerance) in truth.into_iter().zip([0.02, 0.02, 0.02, 0.05]) {
+        let found = fit.values[machine.parameter(id).unwrap()];
+        println!("{id}: {found:.5e} for {value:.5e}");
+        assert!((found / value - 1.0).abs() < tolerance, "{id}: {found} for {value}");
+    }
+}
+
+/// Force of the drive along a sine, what lies beyond the nut following by its own equation of motion: m·a/(1 − ω²·m/k) beside the motor's own, and where
+/// the table is read m·a + M·a·(1 − ω²·m/k).
+#[test]
+fn limit_what_lies_beyond_a_spring_takes_its_force() {
+    let text = "title = \"axis\"\n[[point]]\nname = \"motor\"\nmotion = \"translation\"\nmass_kg = 40.0\n[[point]]\nname = \"table\"\nmotion = \
+         \"translation\"\nmass_kg = 100.0\n[[joint]]\nname = \"nut\"\nbetween = [\"motor\", \"table\"]\nstiffness = 4e7\ndamping = 1e4\n[drive]\non = \
+         \"motor\"\nconstant = 1.0\nposition = { gain_per_s = 40.0, period_s = 1e-3 }\nvelocity = { gain = 190.0, period_s = 1e-3 }\n";
+    let config = read_machine_text("axis.toml", text, &[], &[]).unwrap_or_else(|e| panic!("{e}"));
+    let machine = &config.machine;
+    let rigid = Rigid::new(machine, &machine.start()).unwrap();
+    let (omega, ratio) = (std::f64::consts::TAU * 8.0, 100.0 / 4e7);
+    let x: Vec<f64> = (0..3000).map(|i| 0.01 * (omega * 1e-3 * f64::from(i)).sin()).collect();
+    let samples: Vec<_> = x.iter().map(|x| (*x, *x, *x, 0.0)).collect();
+    let record = MotionRecord { others: BTreeMap::new(), load: Load::Force(vec![1.0; x.len()]), ..record("sine", &samples) };
+    let motor = Motion::new(&record, Recipe::usual(1e-3)).unwrap();
+    let table = motor.clone().read_at(Some("table"), &record, machine, &rigid).unwrap();
+    let soft = omega * omega * ratio;
+    for (motion, mass) in [(&motor, 40.0 + 100.0 / (1.0 - soft)), (&table, 100.0 + 40.0 * (1.0 - soft))] {
+        let force = rigid.force_giving_way((0, 1.0), machine, &machine.start(), motion).unwrap();
+        let sums = force.iter().zip(&x).skip(1000).take(1000).fold((0.0, 0.0), |(a, b), (f, x)| (a - f * x, b + omega * omega * x * x));
+        assert!((sums.0 / sums.1 / mass - 1.0).abs() < 1e-3, "{} for {mass}", sums.0 / sums.1);
+        assert!(((mass / 140.0 - 1.0).abs()) > 1.5e-3);
+    }
+}
+
 fn diagnosed(config: &MachineConfig, axis: &TwoMasses, seed: u64) -> MotionDiagnosis {
     let made = |name: &str, seed: u64| made_ready(config, &record(name, &axis.run(&course(seed), seed)));
     let (fit, held_out) = (made("fit", seed), made("held-out", seed + 1000));

@@ -5,7 +5,7 @@ use super::recipe::Motion;
 use super::{InverseError, Rigid};
 use crate::machine::{Drive, Machine, Motion as Kind, Operating, Value};
 use crate::measurement::MotionRecord;
-use crate::numeric::filter::central_differences;
+use crate::numeric::filter::{central_differences, decimated};
 
 /// Share of the drive's largest output from which the loop may have been cut off.
 const CUT_OFF: f64 = 0.99;
@@ -88,9 +88,7 @@ pub struct Told {
     rests: Vec<bool>,
     /// Reading (m) where the force recorded is a standard deviation more than what the loops give, at the record's rate.
     pub factor_m: Vec<f64>,
-    /// Reading (m) where the loops take theirs the periods of both late, the velocity's share left out.
-    pub late_m: Vec<f64>,
-    /// Those periods (s).
+    /// Periods of both loops (s).
     pub periods_s: f64,
 }
 
@@ -139,14 +137,16 @@ impl Motion {
         let (commanded, whole) = (encoder(&at_rest).ok_or_else(short)?, encoder(force).ok_or_else(short)?);
         let factor_m: Vec<f64> = force.iter().map(|f| FACTOR * f / stiffness).collect();
         let factor_m = low_pass.forward_backward(&lagging(&factor_m, 0.0, lag)).ok_or_else(short)?;
-        let late_m = self.acceleration_m_s2.iter().map(|a| a * loops.periods_s / loops.position).collect();
         let mut further = self.read(point, "position_m".into(), &self.position_m, (&commanded, 1.0), machine).ok_or_else(short)?;
+        // The loops take their readings late, by times that no record tells: beside what is in proportion to the velocity, the acceleration with the lag.
+        let late = lagging(&self.acceleration_m_s2, 0.0, lag);
+        further.beside.push(decimated(&self.spoken(&late)[self.recipe.dropped..], self.recipe.factor).ok_or_else(short)?);
         let apart = || self.position_m.iter().zip(&whole).map(|(x, e)| x - e);
         let turning = self.turning(apart().fold(f64::NEG_INFINITY, f64::max) - apart().fold(f64::INFINITY, f64::min));
         let uncounted: Vec<bool> = turning.iter().zip(&self.silent).map(|(turning, rests)| *turning || *rests).collect();
         let uncounted = self.around(&uncounted, LAGS / loops.position);
         further.counts.iter_mut().zip(uncounted).for_each(|(counts, not)| *counts &= !not);
-        further.told = Some(Told { lag, stiffness, rests: self.silent.clone(), factor_m, late_m, periods_s: loops.periods_s });
+        further.told = Some(Told { lag, stiffness, rests: self.silent.clone(), factor_m, periods_s: loops.periods_s });
         self.further.push(further);
         Ok(self)
     }

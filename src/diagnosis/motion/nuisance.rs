@@ -226,7 +226,7 @@ impl<'o> Ordinary<'o> {
         (1..=3).map(of).collect()
     }
 
-    /// What is ordinarily wrong of a further point that the loops tell of: their factor and the times of their readings; wind-up, which is described in part,
+    /// What is ordinarily wrong of a further point that the loops tell of: their factor; wind-up, which is described in part,
     /// and on which side of it friction sits.
     fn told(&self, column: &str) -> Vec<Nuisance> {
         let told = |m: &Motion| m.further.iter().position(|f| f.column == column && f.is_told());
@@ -243,10 +243,8 @@ impl<'o> Ordinary<'o> {
             direction(m).into_iter().map(|s| WINDS * self.dry * gives * s).collect()
         };
         let factor = |m: &Motion, at: usize| m.further[at].told.as_ref().map_or_else(Vec::new, |t| t.factor_m.clone());
-        let late = |m: &Motion, at: usize| m.further[at].told.as_ref().map_or_else(Vec::new, |t| t.late_m.clone());
         vec![
             channel(format!("~factor of the loops of {column}"), &factor),
-            channel(format!("~readings of the loops of {column}"), &late),
             channel(format!("~wind-up of {column}"), &winds),
             channel(format!("~side of friction in {column}"), &sides),
         ]
