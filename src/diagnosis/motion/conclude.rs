@@ -3,7 +3,7 @@
 use super::record::Contradiction;
 use super::stage::Stage;
 use super::survey::releases;
-use super::verdict::{ALPHA, Chosen, LocatedMotion, NEARLY_ALL, RARE, Work};
+use super::verdict::{ALPHA, Chosen, LEAST, LocatedMotion, NEARLY_ALL, RARE, Work};
 use crate::diagnosis::{Verdict, VerdictKind};
 use crate::inverse_dynamics::Fit;
 
@@ -60,10 +60,13 @@ pub(super) fn conclude(evidence: &Evidence<'_>) -> Verdict {
             return say(VerdictKind::Unknown, Vec::new(), reason, listen());
         }
         if first.null.p_value(&first.ranked[best]) < ALPHA {
-            let reason = format!(
-                "{id} takes {:.0} % of what parts left out leave beside what is ordinarily wrong, but fitted alone it ends next to nothing",
-                100.0 * gain.max(0.0)
-            );
+            let but = if gain < LEAST {
+                format!("less than {:.0} % is no more than machines leave that are as described", 100.0 * LEAST)
+            } else {
+                "but fitted alone it ends next to nothing".into()
+            };
+            let reason =
+                format!("{id} takes {:.0} % of what parts left out leave beside what is ordinarily wrong, {but}", 100.0 * gain.max(0.0));
             return say(VerdictKind::None, Vec::new(), reason, None);
         }
         let reason = format!(

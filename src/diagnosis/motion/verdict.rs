@@ -108,7 +108,7 @@ impl MotionDiagnosis {
 
 /// Share of nulls that may be called something, and the least gain that is: of the first effect, and of one more.
 pub(super) const ALPHA: f64 = 0.005;
-const LEAST: f64 = 0.06;
+pub(super) const LEAST: f64 = 0.06;
 const LEAST_MORE: f64 = 0.25;
 /// Gain that leaves so little that one null of twenty is rare enough.
 pub(super) const NEARLY_ALL: f64 = 0.8;
