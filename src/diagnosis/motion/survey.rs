@@ -32,7 +32,7 @@ pub struct MotionCandidate {
     pub free: Option<(&'static str, &'static str)>,
     /// For a free shape of a further point: its column.
     pub column: Option<String>,
-    /// It applies, but the machine's own parameters and what is ordinarily wrong stand for what it does to these records.
+    /// It applies, but the machine's own parameters stand for what it does to these records.
     pub unseen: bool,
     lattice: Vec<Place>,
 }
