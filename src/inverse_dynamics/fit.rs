@@ -29,8 +29,8 @@ pub fn prediction(rigid: &Rigid, machine: &Machine, values: &[f64], motions: &[&
         let force = rigid.force(machine, values, m);
         all.extend(m.thinned(&force).unwrap_or_default());
         for (further, mut error) in m.further.iter().zip(rigid.transmission(machine, values, m)) {
-            if let Some(behind) = further.of_force(&force) {
-                error.iter_mut().zip(behind).for_each(|(error, behind)| *error += behind);
+            if let Some(told) = &further.told {
+                error.iter_mut().zip(told.behind(&force, m)).for_each(|(error, behind)| *error += behind);
             }
             all.extend(further.thinned(m, &error).unwrap_or_default());
         }

@@ -129,15 +129,14 @@ impl Rigid {
     /// # Units      m, s, N (or rad, N·m at a driven angle)
     /// # Errors     none; parameters out of their range give what they give
     pub fn force(&self, machine: &Machine, values: &[f64], motion: &Motion) -> Vec<f64> {
-        let recorded = motion.further.iter().any(|f| !f.is_told());
-        let beyond = if recorded { None } else { Beyond::new(self, machine, values) };
+        let beyond = if motion.records_points() { None } else { Beyond::new(self, machine, values) };
         self.force_before(beyond.as_ref(), machine, values, motion)
     }
 
     /// The same where a joint (index) gives way, so many times as far as it is described to; `None` where that makes no difference to the drive, or another
     /// gives way already.
     pub fn force_giving_way(&self, (joint, times): (usize, f64), machine: &Machine, values: &[f64], motion: &Motion) -> Option<Vec<f64>> {
-        if motion.further.iter().any(|f| !f.is_told()) || Beyond::new(self, machine, values).is_some() {
+        if motion.records_points() || Beyond::new(self, machine, values).is_some() {
             return None;
         }
         let beyond = Beyond::behind(joint, self, machine, values)?.softer(times);
@@ -231,7 +230,7 @@ pub(super) struct Balance {
     pub force: Vec<f64>,
 }
 
-fn sign(x: f64) -> f64 {
+pub(super) fn sign(x: f64) -> f64 {
     if x > 0.0 {
         1.0
     } else if x < 0.0 {

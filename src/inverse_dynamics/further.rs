@@ -8,8 +8,7 @@ use super::recipe::Motion;
 use super::told::Told;
 use crate::machine::{Machine, Motion as Kind};
 use crate::measurement::MotionRecord;
-use crate::numeric::filter::decimated;
-use crate::numeric::statistics::root_mean_square;
+use crate::numeric::statistics::{extremes, root_mean_square};
 
 /// What one further point of a machine reads along a motion.
 #[derive(Debug, Clone, PartialEq)]
@@ -47,7 +46,7 @@ impl Further {
     /// Two scales do not begin at one zero, drift apart with time, and are not read at one instant: a constant, what grows with time and what is in
     /// proportion to the velocity are taken out of what is recorded and of what is predicted alike, as least squares with all three free.
     pub fn thinned(&self, motion: &Motion, column: &[f64]) -> Option<Vec<f64>> {
-        Some(self.weighed(&decimated(&motion.spoken(column)[motion.recipe.dropped..], motion.recipe.factor)?))
+        Some(self.weighed(&motion.decimated(column)?))
     }
 
     /// The transmission error as recorded, likewise.
@@ -152,8 +151,8 @@ impl Motion {
         }
         let mut turning = vec![false; self.position_m.len()];
         for (_, _, reading, ratio) in &found {
-            let error = || reading.iter().zip(&self.position_m).map(|(y, x)| y / ratio - x);
-            let (low, high) = error().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), x| (l.min(x), h.max(x)));
+            let error: Vec<f64> = reading.iter().zip(&self.position_m).map(|(y, x)| y / ratio - x).collect();
+            let (low, high) = extremes(&error);
             turning.iter_mut().zip(self.turning(high - low)).for_each(|(all, own)| *all |= own);
         }
         self.silent.iter_mut().zip(&turning).for_each(|(silent, turning)| *silent |= turning);
@@ -185,16 +184,15 @@ impl Motion {
         let level = reading[0] - ratio * encoder[0];
         let error: Vec<f64> = reading.iter().zip(encoder).map(|(y, x)| y - ratio * x - level).collect();
         let tracking: Vec<f64> = reading.iter().zip(&self.command_m).map(|(y, r)| ratio * r - y).collect();
-        let thin = |x: &[f64]| decimated(&self.spoken(x)[self.recipe.dropped..], self.recipe.factor);
         let count = self.position_m.len();
         let time: Vec<f64> = (0..count).map(|i| i as f64 / count as f64).collect();
         let mut further = Further {
             point,
             column,
             unit: if machine.points[point].motion == Kind::Translation { "m" } else { "rad" },
-            error: thin(&error)?,
+            error: self.decimated(&error)?,
             tracking: self.kept().map(|at| tracking[at]).collect(),
-            beside: vec![thin(&vec![1.0; count])?, thin(&time)?, thin(&self.velocity_m_s)?],
+            beside: vec![self.decimated(&vec![1.0; count])?, self.decimated(&time)?, self.decimated(&self.velocity_m_s)?],
             counts: self.moves.clone(),
             weight: 1.0,
             told: None,
@@ -208,7 +206,7 @@ impl Motion {
     /// the table may stand while the motor goes on.
     pub(super) fn turning(&self, travel_m: f64) -> Vec<bool> {
         let (v, x) = (&self.velocity_m_s, &self.position_m);
-        let (low, high) = x.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), x| (l.min(*x), h.max(*x)));
+        let (low, high) = extremes(x);
         let travel_m = travel_m.min(MOST * (high - low));
         let rest = RESTS * v.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
         let around = (BLURRED / (self.recipe.cutoff_hz * self.step_s)).ceil() as usize;

@@ -1,10 +1,12 @@
 //! A record made ready: filtered, differentiated, thinned.
 
 use super::error::InverseError;
+use super::force::sign;
 use super::further::Further;
 use super::phase::{Phase, phases};
 use crate::measurement::MotionRecord;
 use crate::numeric::filter::{LowPass, central_differences, decimated};
+use crate::numeric::statistics::extremes;
 
 /// How records are filtered and thinned.
 ///
@@ -129,14 +131,25 @@ impl Motion {
 
     /// A column of the record's rate without its beginning, thinned; 0 where the axis rests.
     pub fn thinned(&self, column: &[f64]) -> Option<Vec<f64>> {
-        let mut thinned = decimated(&self.spoken(column)[self.recipe.dropped..], self.recipe.factor)?;
+        let mut thinned = self.decimated(column)?;
         thinned.iter_mut().zip(&self.moves).filter(|(_, moves)| !**moves).for_each(|(x, _)| *x = 0.0);
         Some(thinned)
     }
 
-    /// A column of the record's rate, 0 where it is silent.
-    pub(super) fn spoken(&self, column: &[f64]) -> Vec<f64> {
-        column.iter().zip(&self.silent).map(|(x, silent)| if *silent { 0.0 } else { *x }).collect()
+    /// The same, 0 where it is silent before thinning.
+    pub(super) fn decimated(&self, column: &[f64]) -> Option<Vec<f64>> {
+        let spoken: Vec<f64> = column.iter().zip(&self.silent).map(|(x, silent)| if *silent { 0.0 } else { *x }).collect();
+        decimated(&spoken[self.recipe.dropped..], self.recipe.factor)
+    }
+
+    /// The direction of its velocity: 1, −1, or 0.
+    pub fn direction(&self) -> Vec<f64> {
+        self.velocity_m_s.iter().map(|v| sign(*v)).collect()
+    }
+
+    /// Whether further points were recorded beside the encoder, none of them told by the loops.
+    pub fn records_points(&self) -> bool {
+        self.further.iter().any(|f| f.told.is_none())
     }
 
     /// The same, of which the first and last 50 ms count for nothing: filters know nothing of what was before and after.
@@ -183,7 +196,7 @@ const REPEATS: f64 = 1e-6;
 
 /// The shortest time after which a command repeats at least twice within the record, a whole number of thinned samples.
 fn period(command_m: &[f64], factor: usize) -> Option<usize> {
-    let (low, high) = command_m.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), x| (l.min(*x), h.max(*x)));
+    let (low, high) = extremes(command_m);
     let tolerance = REPEATS * (high - low);
     if !(tolerance > 0.0) {
         return None;

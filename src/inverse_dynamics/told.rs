@@ -5,7 +5,8 @@ use super::recipe::Motion;
 use super::{InverseError, Rigid};
 use crate::machine::{Drive, Machine, Motion as Kind, Operating, Value};
 use crate::measurement::MotionRecord;
-use crate::numeric::filter::{central_differences, decimated};
+use crate::numeric::filter::central_differences;
+use crate::numeric::statistics::extremes;
 
 /// Share of the drive's largest output from which the loop may have been cut off.
 const CUT_OFF: f64 = 0.99;
@@ -84,8 +85,6 @@ pub struct Told {
     lag: f64,
     /// G·k_v·k_p (N/m).
     stiffness: f64,
-    /// Whether the axis rests, sample by sample: there friction takes any force, and the one recorded stands for it.
-    rests: Vec<bool>,
     /// Reading (m) where the force recorded is a standard deviation more than what the loops give, at the record's rate.
     pub factor_m: Vec<f64>,
     /// Periods of both loops (s).
@@ -93,10 +92,11 @@ pub struct Told {
 }
 
 impl Told {
-    /// By how much (m) the point lies behind what the command alone would have, for a force (N) of the drive while it moves.
-    pub fn behind(&self, force: &[f64]) -> Vec<f64> {
-        let moved: Vec<f64> = force.iter().zip(&self.rests).map(|(f, rests)| if *rests { 0.0 } else { -f / self.stiffness }).collect();
-        lagging(&moved, 0.0, self.lag)
+    /// By how much (m) the point lies behind what the command alone would have, for a force (N) of the drive along a motion. While that rests
+    /// friction takes any force, and the one recorded stands for it in the reading.
+    pub fn behind(&self, force: &[f64], motion: &Motion) -> Vec<f64> {
+        let moved = |(f, rests): (&f64, &bool)| if *rests { 0.0 } else { -f / self.stiffness };
+        lagging(&force.iter().zip(&motion.silent).map(moved).collect::<Vec<f64>>(), 0.0, self.lag)
     }
 }
 
@@ -140,13 +140,14 @@ impl Motion {
         let mut further = self.read(point, "position_m".into(), &self.position_m, (&commanded, 1.0), machine).ok_or_else(short)?;
         // The loops take their readings late, by times that no record tells: beside what is in proportion to the velocity, the acceleration with the lag.
         let late = lagging(&self.acceleration_m_s2, 0.0, lag);
-        further.beside.push(decimated(&self.spoken(&late)[self.recipe.dropped..], self.recipe.factor).ok_or_else(short)?);
-        let apart = || self.position_m.iter().zip(&whole).map(|(x, e)| x - e);
-        let turning = self.turning(apart().fold(f64::NEG_INFINITY, f64::max) - apart().fold(f64::INFINITY, f64::min));
+        further.beside.push(self.decimated(&late).ok_or_else(short)?);
+        let apart: Vec<f64> = self.position_m.iter().zip(&whole).map(|(x, e)| x - e).collect();
+        let (low, high) = extremes(&apart);
+        let turning = self.turning(high - low);
         let uncounted: Vec<bool> = turning.iter().zip(&self.silent).map(|(turning, rests)| *turning || *rests).collect();
         let uncounted = self.around(&uncounted, LAGS / loops.position);
         further.counts.iter_mut().zip(uncounted).for_each(|(counts, not)| *counts &= !not);
-        further.told = Some(Told { lag, stiffness, rests: self.silent.clone(), factor_m, periods_s: loops.periods_s });
+        further.told = Some(Told { lag, stiffness, factor_m, periods_s: loops.periods_s });
         self.further.push(further);
         Ok(self)
     }
@@ -156,10 +157,5 @@ impl Further {
     /// Whether the encoder's side of it was not recorded, but follows from the loops.
     pub fn is_told(&self) -> bool {
         self.told.is_some()
-    }
-
-    /// What it makes of a force of the drive, and of a transmission error, at the record's rate.
-    pub fn of_force(&self, force: &[f64]) -> Option<Vec<f64>> {
-        Some(self.told.as_ref()?.behind(force))
     }
 }

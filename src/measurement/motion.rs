@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use super::MeasurementError;
 use super::table::Table;
-use crate::numeric::statistics::median;
+use crate::numeric::statistics::{extremes, median};
 
 /// What drives the axis.
 #[derive(Debug, Clone, PartialEq)]
@@ -145,7 +145,7 @@ pub(super) fn step(path: &str, time_s: &[f64], lines: &[u64]) -> Result<f64, Mea
 
 /// Where a channel stays at its largest or smallest value for long: sample, count, value.
 fn saturated(channel: &[f64]) -> Option<(usize, usize, f64)> {
-    let (low, high) = channel.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), x| (l.min(*x), h.max(*x)));
+    let (low, high) = extremes(channel);
     let mut begin = 0;
     for at in 0..=channel.len() {
         if at == channel.len() || channel[at] != channel[begin] {

@@ -12,6 +12,7 @@ use super::step::Stepper;
 use super::trace::{Energy, Sample, Trace};
 use super::{MotionError, Settings};
 use crate::machine::Machine;
+use crate::numeric::statistics::extremes;
 
 /// Simulates a driven machine on a course. `go_on` is asked now and then; where it says no, the motion ends there, incomplete.
 ///
@@ -171,7 +172,7 @@ fn check_stroke(machine: &Machine, course: &Course, settings: &Settings) -> Resu
 
 /// |command − position| beyond which a loop is unstable: ten times what the command covers.
 fn bound(course: &Course) -> f64 {
-    let (low, high) = course.command.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), x| (l.min(*x), h.max(*x)));
+    let (low, high) = extremes(&course.command);
     let away = course.start_position.map_or(0.0, |x| (x - course.command[0]).abs());
     10.0 * (high - low + away).max(1e-6)
 }

@@ -18,6 +18,11 @@ pub fn root_sum_square(values: impl IntoIterator<Item = f64>) -> Option<f64> {
     (count > 0).then_some(sum.sqrt())
 }
 
+/// Least and largest; ∞ and −∞ for nothing.
+pub fn extremes<'v>(values: impl IntoIterator<Item = &'v f64>) -> (f64, f64) {
+    values.into_iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), x| (low.min(*x), high.max(*x)))
+}
+
 /// Median; `None` for nothing. NaN counts as largest.
 pub fn median(values: impl IntoIterator<Item = f64>) -> Option<f64> {
     quantile(values, 0.5)

@@ -2,6 +2,7 @@
 
 use super::gap::MotionPart;
 use crate::inverse_dynamics::{Motion, Phase, phases};
+use crate::numeric::statistics::extremes;
 
 /// What a cell is made by.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -83,7 +84,7 @@ fn cells_of(motion: &Motion, part: &MotionPart, (column, counts, weight): (Optio
         }
     }
     let fastest = motion.velocity_m_s.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
-    let (low, high) = motion.position_m.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), x| (l.min(*x), h.max(*x)));
+    let (low, high) = extremes(&motion.position_m);
     for band in 0..BANDS {
         let edge = |from: f64, to: f64, k: usize| from + (to - from) * k as f64 / BANDS as f64;
         let last = band + 1 == BANDS;

@@ -2,8 +2,7 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use crate::inverse_dynamics::{InverseError, Motion, free_parameters, recorded};
-use crate::machine::Machine;
+use crate::inverse_dynamics::{Further, Motion, recorded};
 
 /// Parts of the records that are left out one after another, and pieces of each in a record, between which lie pieces of the others.
 const PARTS: usize = 12;
@@ -19,8 +18,6 @@ pub struct MotionData<'m> {
     pub columns: Vec<String>,
     /// Samples in the order of the parts they belong to.
     pub order: Vec<usize>,
-    /// Number of parts.
-    pub parts: usize,
     /// Where each part begins in that order, and where the last ends.
     begins: Vec<usize>,
 }
@@ -43,7 +40,12 @@ impl<'m> MotionData<'m> {
         let begins = (0..=PARTS).map(|p| part.iter().filter(|own| **own < p).count()).collect();
         let mut order: Vec<usize> = (0..part.len()).collect();
         order.sort_by_key(|row| part[*row]);
-        MotionData { y: recorded(&motions), columns, order, parts: PARTS, begins, motions }
+        MotionData { y: recorded(&motions), columns, order, begins, motions }
+    }
+
+    /// Number of parts.
+    pub fn parts(&self) -> usize {
+        self.begins.len() - 1
     }
 
     /// Where a part begins in the order of the parts, and its samples.
@@ -63,28 +65,30 @@ impl<'m> MotionData<'m> {
 
     /// The same of the recorded force alone.
     pub fn recorded_force(&self, of: impl Fn(&Motion) -> Vec<f64>) -> DVector<f64> {
-        let mut all = Vec::with_capacity(self.samples());
-        for m in &self.motions {
-            all.extend(m.thinned(&of(m)).unwrap_or_else(|| vec![0.0; m.load.len()]));
-            m.further.iter().for_each(|_| all.extend(vec![0.0; m.load.len()]));
-        }
-        DVector::from_vec(all)
+        self.made(of, true, |_, _, _| None)
     }
 
     /// The same of one channel, the force or a column of a further point, the latter nothing in the others.
     pub fn channel(&self, column: Option<&str>, of: impl Fn(&Motion) -> Vec<f64>) -> DVector<f64> {
+        self.made(of, column.is_none(), |further, m, made| match column {
+            None => further.thinned(m, &further.told.as_ref()?.behind(made, m)),
+            Some(column) => (column == further.column).then(|| further.thinned(m, made))?,
+        })
+    }
+
+    /// What is made record by record, in the force's channel or not, and in those of further points as they say.
+    fn made(
+        &self,
+        of: impl Fn(&Motion) -> Vec<f64>,
+        force: bool,
+        further: impl Fn(&Further, &Motion, &[f64]) -> Option<Vec<f64>>,
+    ) -> DVector<f64> {
         let mut all = Vec::with_capacity(self.samples());
         for m in &self.motions {
             let made = of(m);
-            let nothing = || vec![0.0; m.load.len()];
-            all.extend(if column.is_none() { m.thinned(&made).unwrap_or_else(nothing) } else { nothing() });
-            for further in &m.further {
-                let own = match column {
-                    None => further.of_force(&made).and_then(|behind| further.thinned(m, &behind)),
-                    Some(column) if column == further.column => further.thinned(m, &made),
-                    Some(_) => None,
-                };
-                all.extend(own.unwrap_or_else(nothing));
+            let own = if force { m.thinned(&made) } else { None };
+            for channel in std::iter::once(own).chain(m.further.iter().map(|f| further(f, m, &made))) {
+                all.extend(channel.unwrap_or_else(|| vec![0.0; m.load.len()]));
             }
         }
         DVector::from_vec(all)
@@ -98,15 +102,6 @@ impl<'m> MotionData<'m> {
     /// Lengths and periods of the records' channels, in thinned samples.
     pub fn records(&self) -> Vec<(usize, Option<usize>)> {
         self.motions.iter().flat_map(|m| m.channels()).collect()
-    }
-}
-
-impl MotionData<'_> {
-    /// Free parameters of a machine.
-    ///
-    /// # Errors  as [`free_parameters`].
-    pub fn free(&self, machine: &Machine, frozen: &[String]) -> Result<Vec<usize>, InverseError> {
-        free_parameters(machine, frozen)
     }
 }
 

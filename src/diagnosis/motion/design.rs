@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use nalgebra::{Cholesky, DMatrix, DVector};
 
-use super::data::MotionData;
+use super::data::{MotionData, beside};
 
 /// Forces to be fitted: one recorded, or many drawn.
 pub(super) struct Forces {
@@ -22,11 +22,11 @@ impl Forces {
     /// Of forces in the order of the records, for designs that share the columns of one.
     pub fn new(data: &MotionData<'_>, forces: &[DVector<f64>], design: &Design) -> Self {
         let sorted = DMatrix::from_fn(data.samples(), forces.len(), |row, at| forces[at][data.order[row]]);
-        let squares = DMatrix::from_fn(data.parts, forces.len(), |part, at| {
+        let squares = DMatrix::from_fn(data.parts(), forces.len(), |part, at| {
             let (from, count) = data.rows_of(part);
             sorted.view((from, at), (count, 1)).norm_squared()
         });
-        let products = (0..data.parts).map(|part| product(data, part, &design.common, &sorted)).collect();
+        let products = (0..data.parts()).map(|part| product(data, part, &design.common, &sorted)).collect();
         Forces { sorted, squares, common: design.common.clone(), products }
     }
 
@@ -97,24 +97,19 @@ impl Design {
         penalty: &[f64],
         bounds: Vec<(usize, f64, f64)>,
     ) -> Option<Self> {
-        let (first, count) = (common.nrows(), common.nrows() + own.nrows());
+        let count = common.nrows() + own.nrows();
         let lengths: Vec<f64> = common.row_iter().chain(own.row_iter()).map(|row| row.norm()).collect();
         if lengths.iter().any(|l| !(*l > 0.0 && l.is_finite())) {
             return None;
         }
         let shift = DVector::from_fn(shift.len(), |row, _| shift[data.order[row]]);
         let (mut gram, mut shift_squares, mut shift_products) = (Vec::new(), Vec::new(), Vec::new());
-        for part in 0..data.parts {
+        for part in 0..data.parts() {
             let (from, samples) = data.rows_of(part);
             let (a, b, s) = (common.columns(from, samples), own.columns(from, samples), shift.rows(from, samples));
             let (at, bt) = (a.transpose(), b.transpose());
-            let mut of = DMatrix::zeros(count, count);
-            of.view_mut((0, 0), (first, first)).copy_from(&(a * &at));
             let cross = b * &at;
-            of.view_mut((first, 0), (count - first, first)).copy_from(&cross);
-            of.view_mut((0, first), (first, count - first)).copy_from(&cross.transpose());
-            of.view_mut((first, first), (count - first, count - first)).copy_from(&(b * &bt));
-            gram.push(of);
+            gram.push(beside(&[&stacked(&(a * &at), &cross), &stacked(&cross.transpose(), &(b * &bt))]));
             shift_squares.push(s.norm_squared());
             let (a, b) = (a * s, b * s);
             shift_products.push(DVector::from_iterator(count, a.iter().chain(b.iter()).copied()));
@@ -131,7 +126,7 @@ impl Design {
     pub fn solve(&self, data: &MotionData<'_>, forces: &Forces) -> Vec<Option<Solved>> {
         let given = forces.count();
         let mut all = DMatrix::zeros(self.solve.nrows(), given);
-        let products: Vec<DMatrix<f64>> = (0..data.parts)
+        let products: Vec<DMatrix<f64>> = (0..data.parts())
             .map(|part| {
                 let own = product(data, part, &self.own, &forces.sorted);
                 let mut product = if Arc::ptr_eq(&self.common, &forces.common) {
@@ -152,7 +147,7 @@ impl Design {
             return solved;
         }
         let sums = all.select_columns(&inside);
-        let mut left_out = DMatrix::zeros(data.parts, inside.len());
+        let mut left_out = DMatrix::zeros(data.parts(), inside.len());
         for (part, product) in products.iter().enumerate() {
             let (from, samples) = data.rows_of(part);
             let product = product.select_columns(&inside);

@@ -25,9 +25,8 @@ const KNOTS: usize = 9;
 
 /// All of them. Functions are made of straight pieces between knots at even shares of the samples.
 pub(super) fn free_shapes(data: &MotionData<'_>) -> Vec<FreeShape> {
-    let direction = |v: f64| if v == 0.0 { 0.0 } else { v.signum() };
     let one = |_: &Motion| None::<Vec<f64>>;
-    let turned = |m: &Motion| Some(m.velocity_m_s.iter().map(|v| direction(*v)).collect::<Vec<f64>>());
+    let turned = |m: &Motion| Some(m.direction());
     let mut shapes = Vec::new();
     for channel in data.channels() {
         let mut add = |over, shape, of: &dyn Fn(&Motion) -> Vec<f64>, times: &dyn Fn(&Motion) -> Option<Vec<f64>>| {

@@ -3,6 +3,7 @@
 use super::data::MotionData;
 use crate::inverse_dynamics::Rigid;
 use crate::machine::{Machine, Motion, Scale};
+use crate::numeric::statistics::extremes;
 
 /// Places of a lattice over one number that is not linear; most waves to the travel, two places each; places over several numbers.
 const PLACES: (usize, usize, usize) = (24, 80, 48);
@@ -14,8 +15,7 @@ pub(super) fn lattice(machine: &Machine, curved: &[usize], data: &MotionData<'_>
     let range = |index: usize| {
         let p = &machine.parameters[index];
         let period = p.id.ends_with("period");
-        let (low, high) =
-            data.motions.iter().flat_map(|m| &m.position_m).fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), x| (l.min(*x), h.max(*x)));
+        let (low, high) = extremes(data.motions.iter().flat_map(|m| &m.position_m));
         let travel = turning.filter(|_| p.unit.contains("rad")).map_or(1.0, |point| rigid.point_ratio(point).abs());
         let (low, high) = (travel * low, travel * high);
         if period && p.unit.contains('m') {

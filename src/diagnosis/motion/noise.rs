@@ -99,15 +99,18 @@ pub(super) fn repeated(part: &[f64], period: usize) -> Vec<f64> {
 ///
 /// # Source  Newey and West, Econometrica 55 (1987) 703–708
 fn inflation(residual: &DVector<f64>, reach: usize) -> f64 {
-    let (square, count) = (residual.norm_squared(), residual.len());
-    let rho = |lag: usize| residual.rows(lag, count - lag).dot(&residual.rows(0, count - lag)) / square;
-    let sum: f64 = (1..=reach.min(count / 4)).map(|lag| (1.0 - lag as f64 / (reach + 1) as f64) * rho(lag)).sum();
+    let weight = |lag: usize| 1.0 - lag as f64 / (reach + 1) as f64;
+    let sum: f64 = (1..=reach.min(residual.len() / 4)).map(|lag| weight(lag) * autocorrelation(residual, lag)).sum();
     (1.0 + 2.0 * sum).max(1.0)
 }
 
 /// Samples after which the autocorrelation has first fallen below a tenth.
 fn correlated(residual: &DVector<f64>) -> usize {
-    let square = residual.norm_squared();
-    let count = residual.len();
-    (1..count / 4).find(|lag| residual.rows(*lag, count - lag).dot(&residual.rows(0, count - lag)) < 0.1 * square).unwrap_or(count / 4)
+    let last = residual.len() / 4;
+    (1..last).find(|lag| autocorrelation(residual, *lag) < 0.1).unwrap_or(last)
+}
+
+fn autocorrelation(residual: &DVector<f64>, lag: usize) -> f64 {
+    let count = residual.len() - lag;
+    residual.rows(lag, count).dot(&residual.rows(0, count)) / residual.norm_squared()
 }

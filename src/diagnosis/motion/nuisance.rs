@@ -6,6 +6,7 @@ use super::data::MotionData;
 use crate::inverse_dynamics::{Further, Motion, Rigid};
 use crate::machine::{Machine, Operating, Value};
 use crate::numeric::filter::central_differences;
+use crate::numeric::statistics::{extremes, root_mean_square};
 
 /// Something that is ordinarily a little wrong: what one standard deviation of it does to all channels.
 #[derive(Debug, Clone, PartialEq)]
@@ -64,30 +65,21 @@ struct Ordinary<'o> {
     travel: (f64, f64),
 }
 
-fn direction(m: &Motion) -> Vec<f64> {
-    m.velocity_m_s.iter().map(|v| if *v == 0.0 { 0.0 } else { v.signum() }).collect()
-}
-
 fn turned(m: &Motion, force: Vec<f64>) -> Vec<f64> {
-    force.into_iter().zip(direction(m)).map(|(f, s)| f * s).collect()
+    force.into_iter().zip(m.direction()).map(|(f, s)| f * s).collect()
 }
 
 fn nothing(m: &Motion) -> Vec<f64> {
     vec![0.0; m.position_m.len()]
 }
 
-fn ends(positions: impl Iterator<Item = f64>) -> (f64, f64) {
-    positions.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), x| (low.min(x), high.max(x)))
-}
-
 impl<'o> Ordinary<'o> {
     fn new(data: &'o MotionData<'o>, rigid: &'o Rigid, machine: &'o Machine, values: &'o [f64]) -> Self {
-        let loads = || data.motions.iter().flat_map(|m| &m.load);
-        let level = (loads().map(|x| x * x).sum::<f64>() / loads().count().max(1) as f64).sqrt();
+        let level = root_mean_square(data.motions.iter().flat_map(|m| m.load.iter().copied())).unwrap_or(0.0);
         let fastest = data.motions.iter().flat_map(|m| &m.velocity_m_s).fold(0.0_f64, |f, v| f.max(v.abs()));
         let creeping = |direction: f64| rigid.steady(machine, values, direction * 1e-9 * fastest);
         let dry = 0.5 * (creeping(1.0) - creeping(-1.0)).abs();
-        let travel = ends(data.motions.iter().flat_map(|m| m.position_m.iter().copied()));
+        let travel = extremes(data.motions.iter().flat_map(|m| &m.position_m));
         Ordinary { data, rigid, machine, values, level, dry, fastest, travel }
     }
 
@@ -162,22 +154,20 @@ impl<'o> Ordinary<'o> {
     /// Joints that give way, and what stands in series with them.
     fn giving_way(&self) -> Vec<Nuisance> {
         // Where something gives way, friction builds up beyond it: not what that does by itself.
-        let sliding = self.elastic(Rigid::BUILDS_UP_M);
-        let of = |(joint, described): (usize, &crate::machine::Joint)| {
-            let giving = move |m: &Motion, times: f64| self.rigid.force_giving_way((joint, times), self.machine, self.values, m);
-            let sliding = sliding.clone();
-            let less =
-                move |m: &Motion, at: usize| at.checked_sub(1).map_or_else(|| Some(self.force(&sliding, m)), |at| giving(m, GIVES[at]));
-            let name = described.name.clone();
-            GIVES.into_iter().enumerate().map(move |(at, times)| {
-                let extra = |m: &Motion| match (giving(m, times), less(m, at)) {
-                    (Some(gives), Some(less)) => gives.iter().zip(less).map(|(g, f)| g - f).collect(),
-                    _ => nothing(m),
-                };
-                self.nuisance(format!("~{name} gives way {times} times"), extra)
-            })
-        };
-        self.machine.joints.iter().enumerate().flat_map(of).collect()
+        let building_up = self.elastic(Rigid::BUILDS_UP_M);
+        let sliding = |m: &Motion| self.force(&building_up, m);
+        let none = self.data.column(sliding);
+        let mut all = Vec::new();
+        for (joint, described) in self.machine.joints.iter().enumerate() {
+            let mut less = none.clone();
+            for times in GIVES {
+                let gives = |m: &Motion| self.rigid.force_giving_way((joint, times), self.machine, self.values, m);
+                let more = self.data.column(|m| gives(m).unwrap_or_else(|| sliding(m)));
+                all.push(Nuisance { name: format!("~{} gives way {times} times", described.name), column: &more - &less });
+                less = more;
+            }
+        }
+        all
     }
 
     /// Friction that rises a little towards rest.
@@ -217,7 +207,7 @@ impl<'o> Ordinary<'o> {
     fn scale(&self, column: &str) -> Vec<Nuisance> {
         let of = |n: u32| {
             let wave = |m: &Motion| {
-                let (low, high) = ends(m.position_m.iter().copied());
+                let (low, high) = extremes(&m.position_m);
                 further(m, column)
                     .map_or_else(|| nothing(m), |f| self.wave(m, f64::from(n), self.rigid.point_ratio(f.point) * SCALE * (high - low)))
             };
@@ -240,7 +230,7 @@ impl<'o> Ordinary<'o> {
         };
         let sides = |m: &Motion, at: usize| {
             let gives = self.rigid.rubbed(self.machine, self.values, m)[at];
-            direction(m).into_iter().map(|s| WINDS * self.dry * gives * s).collect()
+            m.direction().into_iter().map(|s| WINDS * self.dry * gives * s).collect()
         };
         let factor = |m: &Motion, at: usize| m.further[at].told.as_ref().map_or_else(Vec::new, |t| t.factor_m.clone());
         vec![

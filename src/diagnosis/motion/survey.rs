@@ -15,7 +15,7 @@ use super::noise::Noise;
 use super::nuisance::{Nuisance, nuisances};
 use super::null::{Null, strength};
 use crate::diagnosis::{Hypothesis, Kind, Status};
-use crate::inverse_dynamics::{Columns, Fit, Projected, Rigid, inverse, prediction};
+use crate::inverse_dynamics::{Columns, Fit, Projected, Rigid, free_parameters, inverse, prediction};
 use crate::machine::{Machine, Parameter, Scale};
 use crate::numeric::random::normal;
 use crate::optimizer::Control;
@@ -125,7 +125,7 @@ impl Survey {
     pub(super) fn new(ground: &Ground<'_>, hypotheses: Vec<Hypothesis>, others: Vec<(String, Status)>, control: &Control) -> Option<Self> {
         let Ground { data, rigid, nominal, fit, frozen } = ground;
         let machine = &nominal.machine;
-        let asked = data.free(machine, frozen).ok()?;
+        let asked = free_parameters(machine, frozen).ok()?;
         let all = Columns::new(rigid, machine, &fit.values, &asked, &data.motions);
         let nuisances = nuisances(data, rigid, machine, &fit.values);
         let wrong = DMatrix::from_columns(&nuisances.iter().map(|n| n.column.clone()).collect::<Vec<_>>());

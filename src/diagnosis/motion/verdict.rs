@@ -16,6 +16,7 @@ use crate::diagnosis::domain::share_closed;
 use crate::diagnosis::{Hypothesis, Status, Verdict, VerdictKind};
 use crate::inverse_dynamics::{Fit, InverseError, Motion, Rigid, estimate, free_parameters, unseen};
 use crate::machine::{Data, Effect, Machine};
+use crate::numeric::statistics::root_mean_square;
 use crate::optimizer::Control;
 
 /// How a diagnosis is made.
@@ -328,17 +329,16 @@ impl Work<'_> {
         // What a wave of any period gains by accident does not stand before what is no accident.
         ranked.sort_by_key(|r| survey.candidates[r.candidate].free.is_none() && null.p_value(r) >= ALPHA);
         simplest_first(&survey, &null, &mut ranked);
-        let further = self.data.motions.iter().flat_map(|m| &m.further).any(|f| !f.is_told());
+        let further = self.data.motions.iter().any(|m| m.records_points());
         Some(Stage { survey, ranked, null, further, slow: self.slow(from) })
     }
 
     /// Whether inertia takes next to no force in these records.
     fn slow(&self, from: &Chosen) -> bool {
         let inertia = self.rigid.inertia(&from.0.machine, &from.1.values);
-        let mean = |squares: &mut dyn Iterator<Item = f64>| squares.fold((0.0, 0), |(s, n), x| (s + x * x, n + 1));
-        let (force, samples) = mean(&mut self.data.motions.iter().flat_map(|m| m.load.iter().copied()));
-        let (moved, all) = mean(&mut self.data.motions.iter().flat_map(|m| m.acceleration_m_s2.iter().map(|a| inertia * a)));
-        moved / (all.max(1) as f64) < SLOW * SLOW * force / samples.max(1) as f64
+        let force = root_mean_square(self.data.motions.iter().flat_map(|m| m.load.iter().copied()));
+        let moved = root_mean_square(self.data.motions.iter().flat_map(|m| m.acceleration_m_s2.iter().map(|a| inertia * a)));
+        moved.zip(force).is_some_and(|(moved, force)| moved < SLOW * force)
     }
 
     fn hypotheses(&self, from: &Hypothesis, names: &[String]) -> (Vec<Hypothesis>, Vec<(String, Status)>) {
