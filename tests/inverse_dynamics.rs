@@ -5,7 +5,7 @@ use std::path::Path;
 use jointid::config::read_machine;
 use jointid::diagnosis::motion::{MotionDiagnosis, MotionSettings, diagnose_motion, gap_of};
 use jointid::diagnosis::{Status, VerdictKind};
-use jointid::inverse_dynamics::{Motion, Recipe, Rigid, estimate, free_parameters, prediction, recorded};
+use jointid::inverse_dynamics::{Motion, Phase, Recipe, Rigid, estimate, free_parameters, prediction, recorded};
 use jointid::measurement::{Load, MotionRecord, read_set};
 use jointid::optimizer::Control;
 
@@ -179,6 +179,26 @@ fn recover_effects_of_another_model() {
         assert!(found.verdict.effects.iter().any(|e| e.split('+').next() == Some(effect)), "{effect}");
         assert!(found.closed(&found.chosen_held_out).unwrap() > 0.9, "{effect}");
     }
+}
+
+/// A force that is recorded 2 % too large, on an axis of known mass whose guide is uneven by as much: a fit of everything without what is ordinarily wrong
+/// would not show it. It shows where the axis turns or changes speed.
+#[test]
+fn recover_a_force_gain_beside_an_uneven_guide() {
+    let axis = Axis { uneven: 0.02, drift: 0.01, ..Axis::usual() };
+    let scaled = |name: &str, seed: u64| {
+        let mut motion = made(name, &axis, seed);
+        motion.load.iter_mut().for_each(|force| *force *= 1.02);
+        motion
+    };
+    let weighed = ["lower=79.9", "start=80.0", "upper=80.1"].map(|s| format!("parameter.moving_mass.{s}"));
+    let config = read_machine(CONFIG, &weighed, &[]).unwrap();
+    let (fit, held_out) = (scaled("fit", 4), scaled("held-out", 1004));
+    let settings = MotionSettings { seed: 1, draws: 240 };
+    let found = diagnose_motion(&config.machine, &config.effects, &[], (&[&fit], &[&held_out]), settings, &Control::default()).unwrap();
+    println!("{:?} {:?}: {} ({:?})", found.verdict.kind, found.verdict.effects, found.verdict.reason, found.phase);
+    assert!(matches!(found.verdict.kind, VerdictKind::Effect | VerdictKind::Ambiguous) && names(&found, "force-gain"));
+    assert!(matches!(found.phase, Some(Phase::Reversal | Phase::Acceleration)));
 }
 
 /// What the library does not know is not given a name of it, and is told where: a spring that holds the table acts along its position.

@@ -267,6 +267,7 @@ fn to_document(
             next_measurement: found.verdict.next.clone(),
             place: interfaces.first().filter(|_| something).map(|i| i.interface.clone()),
             band_hz: worst.filter(|_| something),
+            phase: None,
         },
         places: interfaces,
         ratio: ratios(&map),

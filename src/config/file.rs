@@ -212,6 +212,9 @@ pub struct EffectFile {
     /// Effects that no motion tells it from in which inertia takes next to no force.
     #[serde(default)]
     like_slow: Vec<String>,
+    /// Of what it does to motion machines have a little ordinarily: it takes more of it to be named.
+    #[serde(default)]
+    ordinary: bool,
     #[serde(default)]
     needs: Vec<String>,
     /// Data it can show in; FRFs (and modes) where it says nothing.
@@ -454,6 +457,7 @@ impl EffectFile {
             separates: self.separates,
             like: self.like,
             like_slow: self.like_slow,
+            ordinary: self.ordinary,
             needs: self.needs,
             data: self.data.into_iter().map(Data::from).collect(),
         })

@@ -204,6 +204,8 @@ pub struct Effect {
     pub like: Vec<String>,
     /// Effects (ids) that no motion tells it from in which inertia takes next to no force.
     pub like_slow: Vec<String>,
+    /// Of what it does to motion machines have a little ordinarily: it takes more of it to be named.
+    pub ordinary: bool,
     /// The points, joints or shafts a machine must have for it to apply, by name; «drive» stands for its drive.
     pub needs: Vec<String>,
     /// Data it can show in.

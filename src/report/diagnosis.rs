@@ -256,6 +256,9 @@ pub struct VerdictRow {
     /// The band where most is missing, where something is.
     #[serde(default)]
     pub band_hz: Option<[f64; 2]>,
+    /// The phase of a motion in which what is said shows most.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub phase: Option<String>,
 }
 
 fn percent(x: Option<f64>) -> String {

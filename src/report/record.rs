@@ -233,6 +233,9 @@ pub fn motion_diagnosis_text(document: &Diagnosis) -> String {
         text += &wrapped(&format!("next: {next}"));
     }
     text += &motion.contradictions.iter().map(|c| wrapped(&format!("measurement: {c}"))).collect::<String>();
+    if let Some(phase) = &document.verdict.phase {
+        text += &wrapped(&format!("shows most in: {phase}"));
+    }
     text.push('\n');
     text += &wrapped(&format!(
         "how far — {} of what was held out: {} before, {} after, noise leaves {}; closed {}{}",

@@ -145,6 +145,7 @@ fn to_document(
             next_measurement: found.verdict.next.clone(),
             place: named.or_else(|| places.first().map(|i| i.interface.clone())).filter(|_| something),
             band_hz: None,
+            phase: found.phase.map(|phase| phase.word().into()),
         },
         places,
         ratio: Vec::new(),

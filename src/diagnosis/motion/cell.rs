@@ -104,3 +104,23 @@ fn cells_of(motion: &Motion, part: &MotionPart, (column, counts, weight): (Optio
     }
     found
 }
+
+/// The phase in which some amount is largest in the mean, known sample by sample: that of the force, record after record, each followed by its further
+/// points.
+pub(super) fn largest_phase(motions: &[&Motion], amount: &[f64]) -> Option<Phase> {
+    let mut sums = [(0.0, 0_usize); Phase::ALL.len()];
+    let mut amounts = amount.iter();
+    for motion in motions {
+        let (kept, all): (Vec<usize>, _) = (motion.kept().collect(), phases(motion));
+        for counts in std::iter::once(&motion.moves).chain(motion.further.iter().map(|f| &f.counts)) {
+            for ((at, counts), amount) in kept.iter().zip(counts).zip(&mut amounts) {
+                if *counts && let Some((sum, count)) = Phase::ALL.iter().position(|p| *p == all[*at]).map(|p| &mut sums[p]) {
+                    *sum += amount;
+                    *count += 1;
+                }
+            }
+        }
+    }
+    let means = Phase::ALL.into_iter().zip(sums).filter(|(_, (sum, count))| *count > 0 && *sum > 0.0);
+    means.max_by(|a, b| (a.1.0 / a.1.1 as f64).total_cmp(&(b.1.0 / b.1.1 as f64))).map(|(phase, _)| phase)
+}

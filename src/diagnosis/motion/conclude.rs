@@ -3,7 +3,7 @@
 use super::record::Contradiction;
 use super::stage::Stage;
 use super::survey::releases;
-use super::verdict::{ALPHA, Chosen, LEAST, LocatedMotion, NEARLY_ALL, RARE, Work};
+use super::verdict::{ALPHA, Chosen, LocatedMotion, NEARLY_ALL, RARE, Work, least};
 use crate::diagnosis::{Verdict, VerdictKind};
 use crate::inverse_dynamics::Fit;
 
@@ -60,8 +60,9 @@ pub(super) fn conclude(evidence: &Evidence<'_>) -> Verdict {
             return say(VerdictKind::Unknown, Vec::new(), reason, listen());
         }
         if first.null.p_value(&first.ranked[best]) < ALPHA {
-            let but = if gain < LEAST {
-                format!("less than {:.0} % is no more than machines leave that are as described", 100.0 * LEAST)
+            let least = least(work.effects, id);
+            let but = if gain < least {
+                format!("less than {:.0} % is no more than machines leave that are as described", 100.0 * least)
             } else {
                 "but fitted alone it ends next to nothing".into()
             };

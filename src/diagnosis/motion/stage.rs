@@ -33,10 +33,11 @@ impl Stage {
         self.ranked.iter().position(|r| self.survey.candidates[r.candidate].free.is_none())
     }
 
-    pub fn significant(&self, least: f64) -> bool {
+    /// Whether the best effect is no accident, and gains the least that counts of it.
+    pub fn significant(&self, least: impl Fn(&str) -> f64) -> bool {
         self.best_effect().is_some_and(|at| {
             let (gain, p) = (self.ranked[at].gain, self.null.p_value(&self.ranked[at]));
-            (gain >= least && p < ALPHA) || (self.further && gain >= NEARLY_ALL && p < RARE)
+            (gain >= least(self.id(at)) && p < ALPHA) || (self.further && gain >= NEARLY_ALL && p < RARE)
         })
     }
 

@@ -94,6 +94,8 @@ pub struct Survey {
     pub candidates: Vec<MotionCandidate>,
     /// What is ordinarily wrong.
     pub nuisances: Vec<Nuisance>,
+    /// Parameters of the machine that are free beside it.
+    free: Vec<usize>,
     /// Variance of the noise, as a mean of its samples varies.
     variance: f64,
 }
@@ -128,7 +130,7 @@ impl Survey {
         let asked = free_parameters(machine, frozen).ok()?;
         let all = Columns::new(rigid, machine, &fit.values, &asked, &data.motions);
         let nuisances = nuisances(data, rigid, machine, &fit.values);
-        let wrong = DMatrix::from_columns(&nuisances.iter().map(|n| n.column.clone()).collect::<Vec<_>>());
+        let wrong = together(&nuisances);
         // What smooth functions leave of the residual is noise, whatever is missing; coloured, it counts for fewer samples.
         let shapes = free_shapes(data);
         let mut left = fit.residual.clone();
@@ -304,7 +306,18 @@ impl Survey {
             }
         }
         candidates.extend(others.into_iter().map(|(id, status)| without(id, status)));
-        Some(Survey { base, base_columns: free.len() + nuisances.len(), candidates, nuisances, variance })
+        Some(Survey { base, base_columns: free.len() + nuisances.len(), candidates, nuisances, free, variance })
+    }
+
+    /// What a machine leaves beside what is ordinarily wrong, with what the latter costs; what an effect adds stays at these values.
+    pub fn squares(&self, data: &MotionData<'_>, rigid: &Rigid, machine: &Machine, values: &[f64]) -> Option<f64> {
+        let own = Columns::new(rigid, machine, values, &self.free, &data.motions);
+        let columns = beside(&[&own.derivatives, &together(&self.nuisances)]);
+        let penalty = [vec![0.0; self.free.len()], vec![self.variance; self.nuisances.len()]].concat();
+        let left = &data.y - own.prediction;
+        let step = penalised(&columns, &penalty, &left)?;
+        let prior: f64 = step.iter().zip(&penalty).map(|(size, p)| p * size * size).sum();
+        Some((left - columns * step).norm_squared() + prior)
     }
 
     /// Figures of every candidate on a force, the largest gain first.
@@ -346,6 +359,13 @@ impl Survey {
         let solved = design.solve(data, &Forces::new(data, std::slice::from_ref(y), &self.base)).swap_remove(0)?;
         let left = y - design.force(data, &solved.coefficients);
         Some((design, solved.coefficients, left))
+    }
+
+    /// By how much less squared misfit a candidate leaves than the machine, beside what is ordinarily wrong, sample by sample.
+    pub fn taken(&self, data: &MotionData<'_>, of: &Ranked) -> Option<DVector<f64>> {
+        let (_, _, before) = self.fitted(data, &data.y, None)?;
+        let (_, _, after) = self.fitted(data, &data.y, Some(of))?;
+        Some(before.zip_map(&after, |before, after| before * before - after * after))
     }
 
     /// Nulls: the machine with what is ordinarily wrong drawn from what these records tell of it beside the candidate that explains most, and noise of
@@ -392,6 +412,10 @@ impl Survey {
         let of = |from: usize| control.kept(&format!("nulls from {from} {seed}"), || together(from));
         chunks.into_par_iter().filter(|_| !control.stopped()).flat_map_iter(of).collect()
     }
+}
+
+fn together(nuisances: &[Nuisance]) -> DMatrix<f64> {
+    DMatrix::from_columns(&nuisances.iter().map(|n| n.column.clone()).collect::<Vec<_>>())
 }
 
 fn without(id: String, status: Status) -> MotionCandidate {

@@ -2,7 +2,7 @@
 
 use rayon::prelude::*;
 
-use super::cell::{Cell, cells};
+use super::cell::{Cell, cells, largest_phase};
 use super::conclude::{Evidence, conclude};
 use super::data::MotionData;
 use super::free::Places;
@@ -14,7 +14,7 @@ use super::survey::{Ground, Ranked, Survey, start_of};
 use super::weight::weigh;
 use crate::diagnosis::domain::share_closed;
 use crate::diagnosis::{Hypothesis, Status, Verdict, VerdictKind};
-use crate::inverse_dynamics::{Fit, InverseError, Motion, Rigid, estimate, free_parameters, unseen};
+use crate::inverse_dynamics::{Fit, InverseError, Motion, Phase, Rigid, estimate, free_parameters, unseen};
 use crate::machine::{Data, Effect, Machine};
 use crate::numeric::statistics::root_mean_square;
 use crate::optimizer::Control;
@@ -96,6 +96,8 @@ pub struct MotionDiagnosis {
     pub contradictions: Vec<Contradiction>,
     /// The verdict.
     pub verdict: Verdict,
+    /// The phase of the motion in which what the verdict tells of shows most.
+    pub phase: Option<Phase>,
     /// Ran to its end.
     pub complete: bool,
 }
@@ -107,9 +109,11 @@ impl MotionDiagnosis {
     }
 }
 
-/// Share of nulls that may be called something, and the least gain that is: of the first effect, and of one more.
+/// Share of nulls that may be called something, and the least gain that is: of the first effect, of one that machines ordinarily have a little of, and of
+/// one more.
 pub(super) const ALPHA: f64 = 0.005;
-pub(super) const LEAST: f64 = 0.06;
+const LEAST: f64 = 0.03;
+const LEAST_ORDINARY: f64 = 0.06;
 const LEAST_MORE: f64 = 0.25;
 /// Gain that leaves so little that one null of twenty is rare enough.
 pub(super) const NEARLY_ALL: f64 = 0.8;
@@ -118,14 +122,20 @@ pub(super) const RARE: f64 = 0.05;
 const MOST: usize = 3;
 /// Share of the misfit by which a combination may be worse without one of its effects, for that one to be dropped.
 const SPARED: f64 = 0.03;
-/// Share of what an effect gains of parts left out that the fit of everything must show at least, lest it end where the effect does nothing.
-const HELD: f64 = 0.02;
+/// Shares of what an effect gains of parts left out one of which it must take where the fit of everything ends, lest that be where it does nothing: by
+/// itself, and beside what is ordinarily wrong.
+const HELD: (f64, f64) = (0.02, 0.25);
 /// Share of the force that inertia takes at least, root mean square, for acceleration to tell anything.
 const SLOW: f64 = 0.2;
 /// Draws of the bootstrap of `closed`.
 const BOOTSTRAP: usize = 400;
 
 pub(super) type Chosen = (Hypothesis, Fit);
+
+/// Gain below which an effect is not named first.
+pub(super) fn least(effects: &[Effect], id: &str) -> f64 {
+    if effects.iter().any(|e| e.id == id && e.ordinary) { LEAST_ORDINARY } else { LEAST }
+}
 
 /// What does not change from one effect to the next.
 pub(super) struct Work<'w> {
@@ -182,10 +192,10 @@ pub fn diagnose_motion(
     // What the chosen effects leave of what the machine fails to foretell of parts left out.
     let mut loss = 1.0;
     let same = first.class(work.effects);
-    if first.significant(LEAST)
+    if first.significant(|id| least(work.effects, id))
         && let Some(at) = first.best_effect()
         && let Some(next) = work.refined(&first, &first.ranked[at], &base)
-        && held(&next, &base, first.ranked[at].gain)
+        && work.held(&first, &next, &base, first.ranked[at].gain)
     {
         names.push(first.id(at).to_string());
         loss *= 1.0 - first.ranked[at].gain;
@@ -194,12 +204,12 @@ pub fn diagnose_motion(
     // One effect more, as long as it is no accident.
     while !names.is_empty() && names.len() < MOST && !control.stopped() {
         let Some(second) = work.survey(&chosen, &names) else { break };
-        if !second.significant(LEAST_MORE) {
+        if !second.significant(|_| LEAST_MORE) {
             break;
         }
         let at = second.best_effect().unwrap_or(0);
         let Some(next) = work.refined(&second, &second.ranked[at], &chosen) else { break };
-        if !held(&next, &chosen, second.ranked[at].gain) {
+        if !work.held(&second, &next, &chosen, second.ranked[at].gain) {
             break;
         }
         let id = second.id(at);
@@ -295,7 +305,14 @@ pub fn diagnose_motion(
     } else {
         verdict
     };
+    let shows = match verdict.kind {
+        VerdictKind::Effect | VerdictKind::Ambiguous | VerdictKind::WrongParameter => first.best_effect().map(|at| &first.ranked[at]),
+        VerdictKind::Unknown => first.best_free(),
+        _ => None,
+    };
+    let taken = shows.and_then(|ranked| first.survey.taken(&work.data, ranked));
     Ok(MotionDiagnosis {
+        phase: taken.and_then(|taken| largest_phase(&work.data.motions, taken.as_slice())),
         cells: fit_motions.iter().zip(&base_fit).chain(held_out.iter().zip(&base_held_out)).flat_map(|(m, p)| cells(m, p)).collect(),
         nominal: (base.0, base.1.values),
         fit: base_fit,
@@ -380,6 +397,13 @@ impl Work<'_> {
         Some((whole, fit))
     }
 
+    /// Whether the fit of everything ends where an effect shows that gained so much of parts left out, by itself or beside what is ordinarily wrong.
+    fn held(&self, stage: &Stage, next: &Chosen, before: &Chosen, gain: f64) -> bool {
+        let beside = |of: &Chosen| stage.survey.squares(&self.data, &self.rigid, &of.0.machine, &of.1.values);
+        let shows = |after: f64, before: f64, share: f64| after < (1.0 - share * gain) * before;
+        shows(next.1.squares, before.1.squares, HELD.0) || beside(next).zip(beside(before)).is_some_and(|(a, b)| shows(a, b, HELD.1))
+    }
+
     /// Takes effects out of a combination that it hardly misses.
     fn drop_what_is_not_needed(&self, base: &Chosen, names: &mut Vec<String>, chosen: &mut Chosen) {
         for at in (0..names.len() - 1).rev() {
@@ -405,11 +429,6 @@ impl Work<'_> {
             }
         }
     }
-}
-
-/// Whether the fit of everything shows an effect that gained so much of parts left out.
-fn held(next: &Chosen, before: &Chosen, gain: f64) -> bool {
-    next.1.squares < (1.0 - HELD * gain) * before.1.squares
 }
 
 /// A hypothesis whose added parameters are those of the last effect alone: the others are free in what it starts from.
@@ -441,6 +460,7 @@ fn insufficient(work: &Work<'_>, nominal: Hypothesis, fit: &[&Motion], held_out:
         shifts: Vec::new(),
         contradictions: Vec::new(),
         verdict: Verdict { kind: VerdictKind::Insufficient, effects: Vec::new(), reason: why, next },
+        phase: None,
         complete: true,
     }
 }

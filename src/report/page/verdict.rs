@@ -41,6 +41,9 @@ pub fn summary(of: &Diagnosis) -> String {
     if of.verdict.kind == "ambiguous" && !of.verdict.effects.is_empty() {
         out += &paragraph(&format!("Could not be told apart: {}.", listed(&of.verdict.effects, "and")));
     }
+    if let Some(phase) = &of.verdict.phase {
+        out += &paragraph(&format!("It shows most at this phase of the motion: {phase}."));
+    }
     if let Some(next) = &of.verdict.next_measurement {
         out += &format!("<p><strong>Measure next:</strong> {}</p>\n", escape(next));
     }
