@@ -300,7 +300,11 @@ fn refuse_columns_of_the_wrong_kind() {
     let config = folder.path().join("axis.toml");
     std::fs::write(&config, AXIS.replace("NUT\n", "")).unwrap();
     let samples = TwoMasses::usual().run(&course(2)[..9000], 2);
-    std::fs::write(folder.path().join("manifest.toml"), "title = \"two encoders\"\n[[motion]]\nname = \"a\"\nfile = \"a.csv\"\n").unwrap();
+    let manifest = |response: &str| {
+        let text = format!("title = \"two encoders\"\n{response}[[motion]]\nname = \"a\"\nfile = \"a.csv\"\n");
+        std::fs::write(folder.path().join("manifest.toml"), text).unwrap();
+    };
+    manifest("");
     let run = |column: &str, of: fn(f64) -> f64, words: &str, code: i32| {
         let mut text = format!("time_s,command_m,position_m,torque_nm,{column}\n");
         for (i, (r, x, y, t)) in samples.iter().enumerate() {
@@ -326,6 +330,8 @@ fn refuse_columns_of_the_wrong_kind() {
     let row = &document["records"]["a"]["transmission"]["table_m"];
     assert!(row["left"].as_f64().unwrap() < 2e-6 && row["tracking_gap"].as_f64().unwrap() < 0.1, "{row}");
     assert_eq!(document["parameters"]["k_nut"]["identifiable"], true);
+    manifest("response = \"tabel\"\n");
+    run("slide_m", |y| y, "response = \"tabel\" is no point of the machine; it has", 2);
 }
 
 /// Axes as described: flexible, measured with noise, a drifting and late scale.

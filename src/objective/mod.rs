@@ -35,7 +35,7 @@ pub enum ObjectiveError {
 }
 
 /// A point of the machine that a measurement names.
-fn point_named(machine: &Machine, source: &str, key: &str, name: &str) -> Result<usize, ObjectiveError> {
+pub(crate) fn point_named(machine: &Machine, source: &str, key: &str, name: &str) -> Result<usize, ObjectiveError> {
     machine.point(name).ok_or_else(|| {
         let known: Vec<&str> = machine.points.iter().map(|p| p.name.as_str()).collect();
         ObjectiveError::Data(format!("{source}: {key} = \"{name}\" is no point of the machine; it has {}", known.join(", ")))

@@ -18,6 +18,7 @@ use crate::diagnosis::motion::{CellKind, MotionPart, cells, part};
 use crate::inverse_dynamics::{CurvePoint, Further, Motion, Phase, Recipe, Rigid, friction_curve};
 use crate::machine::Machine;
 use crate::measurement::MeasurementSet;
+use crate::objective::point_named;
 use crate::report::record::{CurveRow, RecipeRow, RecordRow, TransmissionRow};
 
 /// Whether a set is one of motions: records, and neither FRFs nor modes.
@@ -38,10 +39,12 @@ fn prepared(loaded: &Loaded) -> Result<(Vec<Motion>, Rigid, Vec<String>), String
     let rigid = rigid(loaded)?;
     let machine = &loaded.config.machine;
     made.iter().try_for_each(|m| rigid.check(machine, m)).map_err(told)?;
+    let response = loaded.set.response.as_deref();
+    response.map(|name| point_named(machine, &loaded.set.path, "response", name)).transpose().map_err(told)?;
     let (mut motions, mut warnings) = (Vec::new(), Vec::new());
     for (motion, record) in made.into_iter().zip(records) {
         let (motion, told_of) = motion.with_points(record, machine, &rigid).map_err(told)?;
-        motions.push(motion.read_at(loaded.set.response.as_deref(), record, machine, &rigid).map_err(told)?);
+        motions.push(motion.read_at(response, record, machine, &rigid).map_err(told)?);
         warnings.extend(told_of);
     }
     Ok((motions, rigid, warnings))
