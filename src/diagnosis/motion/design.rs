@@ -1,5 +1,12 @@
-//! Least squares of a candidate, with everything that does not depend on the recorded force worked out beforehand: nulls are many, and are solved
-//! together.
+//! Least squares of candidates beside columns that they share. All that does not depend on the recorded force is worked out beforehand, nulls are solved
+//! together, and a candidate keeps what it adds alone: its columns border the normal equations of those shared.
+//!
+//! ```text
+//! ┌ A   B ┐ ┌c┐   ┌a┐      U = A⁻¹·B     S = C − Bᵀ·U      z = S⁻¹·(b − Uᵀ·a)      c = A⁻¹·a − U·z
+//! └ Bᵀ  C ┘ └z┘ = └b┘
+//! ```
+//!
+//! # Source  the inverse of a bordered matrix: Golub and Van Loan, Matrix Computations, 4th ed. (2013), 3.2.11.
 
 use std::sync::Arc;
 
@@ -7,27 +14,73 @@ use nalgebra::{Cholesky, DMatrix, DVector};
 
 use super::data::{MotionData, beside};
 
-/// Forces to be fitted: one recorded, or many drawn.
+/// Columns that designs share, with what is known of their coefficients.
+#[derive(Debug)]
+pub(super) struct Base {
+    /// Columns, each a row, their samples in the order of the parts.
+    rows: DMatrix<f64>,
+    penalty: Vec<f64>,
+    /// Products of the columns in each part.
+    gram: Vec<DMatrix<f64>>,
+    /// Inverses of the normal equations without each part, and last with all.
+    inverses: Vec<DMatrix<f64>>,
+}
+
+impl Base {
+    /// Of columns in the order of the records. `penalty` is added to the diagonal of the normal equations, column by column: 0, or the noise's variance over
+    /// that of the coefficient. `None` where columns are not independent.
+    pub fn new(data: &MotionData<'_>, columns: &DMatrix<f64>, penalty: Vec<f64>) -> Option<Self> {
+        let rows = sorted(data, columns).transpose();
+        let lengths = lengths(columns)?;
+        let gram: Vec<DMatrix<f64>> = (0..data.parts())
+            .map(|part| {
+                let (from, samples) = data.rows_of(part);
+                let own = rows.columns(from, samples);
+                own * own.transpose()
+            })
+            .collect();
+        let all: DMatrix<f64> = gram.iter().sum();
+        let inverse = |normal: DMatrix<f64>| inverse(normal, &penalty, &lengths);
+        let inverses: Option<Vec<DMatrix<f64>>> = gram.iter().map(|part| &all - part).chain([all.clone()]).map(inverse).collect();
+        Some(Base { inverses: inverses?, rows, penalty, gram })
+    }
+}
+
+/// Forces to be fitted, one recorded or many drawn, with what fits beside shared columns make of them; one force a column.
 pub(super) struct Forces {
-    /// One force a column, its samples in the order of the parts that are left out.
+    /// Their samples in the order of the parts that are left out.
     sorted: DMatrix<f64>,
-    /// Sum of squares of each part (row) of each force.
+    /// Sum of squares of each part (row).
     squares: DMatrix<f64>,
-    /// The columns that designs have in common, and products of each part with them.
-    common: Rows,
+    beside: Vec<Beside>,
+}
+
+/// Products with shared columns in each part and in all, and coefficients of each fit of them alone; those times the products of the part left out.
+struct Beside {
+    base: Arc<Base>,
     products: Vec<DMatrix<f64>>,
+    sums: DMatrix<f64>,
+    coefficients: Vec<DMatrix<f64>>,
+    bent: Vec<DMatrix<f64>>,
 }
 
 impl Forces {
-    /// Of forces in the order of the records, for designs that share the columns of one.
-    pub fn new(data: &MotionData<'_>, forces: &[DVector<f64>], design: &Design) -> Self {
-        let sorted = DMatrix::from_fn(data.samples(), forces.len(), |row, at| forces[at][data.order[row]]);
+    /// Of forces in the order of the records, for designs beside some columns.
+    pub fn new(data: &MotionData<'_>, forces: &[DVector<f64>], bases: &[Arc<Base>]) -> Self {
+        let sorted = sorted(data, &DMatrix::from_columns(forces));
         let squares = DMatrix::from_fn(data.parts(), forces.len(), |part, at| {
             let (from, count) = data.rows_of(part);
             sorted.view((from, at), (count, 1)).norm_squared()
         });
-        let products = (0..data.parts()).map(|part| product(data, part, &design.common, &sorted)).collect();
-        Forces { sorted, squares, common: design.common.clone(), products }
+        let of = |base: &Arc<Base>| {
+            let products = with_shared(data, base, &sorted);
+            let sums: DMatrix<f64> = products.iter().sum();
+            let rests = products.iter().map(|part| &sums - part).chain([sums.clone()]);
+            let coefficients: Vec<DMatrix<f64>> = base.inverses.iter().zip(rests).map(|(inverse, rest)| inverse * rest).collect();
+            let bent = base.gram.iter().zip(&coefficients).map(|(gram, c)| gram * c).collect();
+            Beside { base: base.clone(), products, sums, coefficients, bent }
+        };
+        Forces { beside: bases.iter().map(of).collect(), sorted, squares }
     }
 
     /// How many there are.
@@ -36,37 +89,53 @@ impl Forces {
     }
 }
 
-fn product(data: &MotionData<'_>, part: usize, columns: &DMatrix<f64>, forces: &DMatrix<f64>) -> DMatrix<f64> {
-    let (from, samples) = data.rows_of(part);
-    columns.columns(from, samples) * forces.rows(from, samples)
+/// Products of shared columns with others in each part.
+fn with_shared(data: &MotionData<'_>, base: &Base, columns: &DMatrix<f64>) -> Vec<DMatrix<f64>> {
+    let product = |(from, samples)| base.rows.columns(from, samples) * columns.rows(from, samples);
+    (0..data.parts()).map(|part| product(data.rows_of(part))).collect()
 }
 
-/// Columns, each a row, their samples in the order of the parts.
-pub(super) type Rows = Arc<DMatrix<f64>>;
+/// Products of a few columns with others in each part: one after another, which for so few is faster than by blocks.
+fn products(data: &MotionData<'_>, few: &DMatrix<f64>, columns: &DMatrix<f64>) -> Vec<DMatrix<f64>> {
+    let product = |(from, samples)| few.rows(from, samples).tr_mul(&columns.rows(from, samples));
+    (0..data.parts()).map(|part| product(data.rows_of(part))).collect()
+}
 
-/// Linear columns with what is known of their coefficients.
+/// Linear columns beside shared ones. Coefficients stand in this order: shared, own.
 #[derive(Debug, Clone)]
 pub(super) struct Design {
-    /// Force with all coefficients at nothing, its samples in the order of the parts.
-    shift: DVector<f64>,
-    /// Sum of squares of each of its parts, and its products with all columns.
-    shift_squares: Vec<f64>,
-    shift_products: Vec<DVector<f64>>,
-    /// The first columns, which many designs have in common.
-    pub common: Rows,
-    /// The others.
+    base: Arc<Base>,
+    /// Force with all coefficients at nothing, its samples in the order of the parts; and beside it the own columns.
     own: DMatrix<f64>,
     /// Ends of the coefficients that the candidate adds, by column.
-    pub bounds: Vec<(usize, f64, f64)>,
-    penalty: Vec<f64>,
-    gram: Vec<DMatrix<f64>>,
-    solve_without: Vec<DMatrix<f64>>,
-    solve: DMatrix<f64>,
+    bounds: Vec<(usize, f64, f64)>,
+    ridge: f64,
+    /// Fits without each part, and last with all.
+    fits: Vec<Border>,
+    parts: Vec<Part>,
 }
 
-/// Columns in the order of the records, each made a row in the order of the parts.
-pub(super) fn rows(data: &MotionData<'_>, columns: &DMatrix<f64>) -> DMatrix<f64> {
-    DMatrix::from_fn(columns.ncols(), columns.nrows(), |i, row| columns[(data.order[row], i)])
+/// What the own columns add to a fit.
+#[derive(Debug, Clone)]
+struct Border {
+    /// U, and the inverse of S.
+    stand_for: DMatrix<f64>,
+    inverse: DMatrix<f64>,
+    /// Coefficients of the shared columns for the force at nothing.
+    nothing: DVector<f64>,
+}
+
+/// What the own columns and the force at nothing are in a part that is left out.
+#[derive(Debug, Clone)]
+struct Part {
+    /// Products of shared and own columns with the force at nothing, its squares; products with [`Border::nothing`].
+    shared: DVector<f64>,
+    added: DVector<f64>,
+    squares: f64,
+    bent: DVector<f64>,
+    /// Products of what the shared columns do not stand for of the own: with the shared, and with itself.
+    across: DMatrix<f64>,
+    own: DMatrix<f64>,
 }
 
 /// What a design makes of a force.
@@ -88,99 +157,129 @@ impl Solved {
 }
 
 impl Design {
-    /// `penalty` is added to the diagonal of the normal equations, column by column: 0, or the noise's variance over that of the coefficient.
-    /// `None` where columns are not independent.
+    /// With own columns in the order of the records, and a ridge that keeps them apart. `None` where columns are not independent.
     pub fn new(
         data: &MotionData<'_>,
+        base: &Arc<Base>,
         shift: &DVector<f64>,
-        (common, own): (Rows, DMatrix<f64>),
-        penalty: &[f64],
+        own: &DMatrix<f64>,
+        ridge: f64,
         bounds: Vec<(usize, f64, f64)>,
     ) -> Option<Self> {
-        let count = common.nrows() + own.nrows();
-        let lengths: Vec<f64> = common.row_iter().chain(own.row_iter()).map(|row| row.norm()).collect();
-        if lengths.iter().any(|l| !(*l > 0.0 && l.is_finite())) {
-            return None;
-        }
-        let shift = DVector::from_fn(shift.len(), |row, _| shift[data.order[row]]);
-        let (mut gram, mut shift_squares, mut shift_products) = (Vec::new(), Vec::new(), Vec::new());
-        for part in 0..data.parts() {
-            let (from, samples) = data.rows_of(part);
-            let (a, b, s) = (common.columns(from, samples), own.columns(from, samples), shift.rows(from, samples));
-            let (at, bt) = (a.transpose(), b.transpose());
-            let cross = b * &at;
-            gram.push(beside(&[&stacked(&(a * &at), &cross), &stacked(&cross.transpose(), &(b * &bt))]));
-            shift_squares.push(s.norm_squared());
-            let (a, b) = (a * s, b * s);
-            shift_products.push(DVector::from_iterator(count, a.iter().chain(b.iter()).copied()));
-        }
-        let all: DMatrix<f64> = gram.iter().fold(DMatrix::zeros(count, count), |s, g| s + g);
-        let inverse = |normal: DMatrix<f64>| inverse(normal, penalty, &lengths);
-        let solve = inverse(all.clone())?;
-        let solve_without: Option<Vec<DMatrix<f64>>> = gram.iter().map(|g| inverse(&all - g)).collect();
-        let (solve_without, penalty) = (solve_without?, penalty.to_vec());
-        Some(Design { shift, shift_squares, shift_products, common, own, bounds, penalty, gram, solve_without, solve })
+        let lengths = lengths(own)?;
+        let shift = sorted(data, &DMatrix::from_columns(std::slice::from_ref(shift)));
+        let own = sorted(data, own);
+        let across = with_shared(data, base, &own);
+        let among = products(data, &own, &own);
+        let first = |products: Vec<DMatrix<f64>>| products.iter().map(|p| p.column(0).into_owned()).collect::<Vec<DVector<f64>>>();
+        let (shared, added) = (first(with_shared(data, base, &shift)), first(products(data, &own, &shift)));
+        let (all_across, all_among): (DMatrix<f64>, DMatrix<f64>) = (across.iter().sum(), among.iter().sum());
+        let all_shared: DVector<f64> = shared.iter().sum();
+        let border = |(fit, normal): (usize, &DMatrix<f64>)| {
+            let without = |all: &DMatrix<f64>, parts: &[DMatrix<f64>]| parts.get(fit).map_or_else(|| all.clone(), |part| all - part);
+            let across = without(&all_across, &across);
+            let stand_for = normal * &across;
+            let left = without(&all_among, &among) - across.tr_mul(&stand_for);
+            let nothing = normal * shared.get(fit).map_or_else(|| all_shared.clone(), |part| &all_shared - part);
+            Some(Border { inverse: inverse(left, &vec![ridge; lengths.len()], &lengths)?, stand_for, nothing })
+        };
+        let fits = base.inverses.iter().enumerate().map(border).collect::<Option<Vec<Border>>>()?;
+        let parts = fits.iter().zip(&base.gram).zip(across.into_iter().zip(among)).zip(shared.into_iter().zip(added)).enumerate();
+        let part = |(at, (((fit, gram), (across, own)), (shared, added)))| {
+            let fit: &Border = fit;
+            let (from, samples) = data.rows_of(at);
+            let of_own: DMatrix<f64> = fit.stand_for.tr_mul(&across);
+            let across: DMatrix<f64> = across - gram * &fit.stand_for;
+            let own = own - of_own - across.tr_mul(&fit.stand_for);
+            let squares = shift.rows(from, samples).norm_squared();
+            Part { shared, added, squares, bent: gram * &fit.nothing, across, own }
+        };
+        let parts = parts.map(part).collect();
+        Some(Design { base: base.clone(), own: beside(&[&shift, &own]), bounds, ridge, fits, parts })
     }
 
     /// Fits forces, and foretells each part from a fit without it. `None` where what the candidate adds would leave its range.
     pub fn solve(&self, data: &MotionData<'_>, forces: &Forces) -> Vec<Option<Solved>> {
-        let given = forces.count();
-        let mut all = DMatrix::zeros(self.solve.nrows(), given);
-        let products: Vec<DMatrix<f64>> = (0..data.parts())
-            .map(|part| {
-                let own = product(data, part, &self.own, &forces.sorted);
-                let mut product = if Arc::ptr_eq(&self.common, &forces.common) {
-                    stacked(&forces.products[part], &own)
-                } else {
-                    stacked(&product(data, part, &self.common, &forces.sorted), &own)
-                };
-                product.column_iter_mut().for_each(|mut column| column -= &self.shift_products[part]);
-                all += &product;
-                product
-            })
-            .collect();
-        let coefficients = &self.solve * &all;
-        let inside = |at: &usize| self.bounds.iter().all(|&(i, lower, upper)| (lower..=upper).contains(&coefficients[(i, *at)]));
-        let inside: Vec<usize> = (0..given).filter(inside).collect();
-        let mut solved = vec![None; given];
-        if inside.is_empty() {
-            return solved;
+        let Some(shared) = forces.beside.iter().find(|b| Arc::ptr_eq(&b.base, &self.base)) else { return vec![None; forces.count()] };
+        let (size, count) = (self.base.rows.nrows(), self.own.ncols() - 1);
+        // Of what each force is beyond the force at nothing: first its product with that.
+        let mut products = products(data, &self.own, &forces.sorted);
+        let mut all = DMatrix::zeros(count, forces.count());
+        for (product, part) in products.iter_mut().zip(&self.parts) {
+            product.rows_mut(1, count).column_iter_mut().for_each(|mut column| column -= &part.added);
+            all += product.rows(1, count);
         }
-        let sums = all.select_columns(&inside);
-        let mut left_out = DMatrix::zeros(data.parts(), inside.len());
-        for (part, product) in products.iter().enumerate() {
-            let (from, samples) = data.rows_of(part);
-            let product = product.select_columns(&inside);
-            let kept = &self.solve_without[part] * (&sums - &product);
-            let bent = &self.gram[part] * &kept;
-            let shift = self.shift.rows(from, samples);
-            for (k, &at) in inside.iter().enumerate() {
-                let force = forces.sorted.view((from, at), (samples, 1));
-                let own = forces.squares[(part, at)] - 2.0 * force.dot(&shift) + self.shift_squares[part];
-                left_out[(part, k)] = own + kept.column(k).dot(&(bent.column(k) - 2.0 * product.column(k)));
+        let nothing: DVector<f64> = self.parts.iter().map(|part| &part.shared).sum();
+        let whole = &self.fits[data.parts()];
+        let sums = less(&shared.sums, &nothing);
+        let own = &whole.inverse * (&all - whole.stand_for.tr_mul(&sums));
+        let first = less(&shared.coefficients[data.parts()], &whole.nothing) - &whole.stand_for * &own;
+        let inside = |at: &usize| self.bounds.iter().all(|&(i, lower, upper)| (lower..=upper).contains(&own[(i - size, *at)]));
+        let inside: Vec<usize> = (0..forces.count()).filter(inside).collect();
+        let mut solved = vec![None; forces.count()];
+        for &at in &inside {
+            let coefficients = DVector::from_iterator(size + count, first.column(at).iter().chain(own.column(at).iter()).copied());
+            let known = self.base.penalty.iter().copied().chain(std::iter::repeat_n(self.ridge, count));
+            let prior = coefficients.iter().zip(known).map(|(c, p)| p * c * c).sum();
+            solved[at] = Some(Solved { coefficients, left_out: Vec::with_capacity(data.parts()), prior });
+        }
+        let all = all.select_columns(&inside);
+        let sums = sums.select_columns(&inside);
+        for (at, (fit, part)) in self.fits.iter().zip(&self.parts).enumerate() {
+            let chosen = |of: &DMatrix<f64>, nothing: &DVector<f64>| less(&of.select_columns(&inside), nothing);
+            let product = chosen(&shared.products[at], &part.shared);
+            let coefficients = chosen(&shared.coefficients[at], &fit.nothing);
+            let bent = chosen(&shared.bent[at], &part.bent);
+            let own_product = products[at].select_columns(&inside);
+            let here = own_product.rows(1, count);
+            let own = &fit.inverse * (&all - here - fit.stand_for.tr_mul(&(&sums - &product)));
+            let beyond = here - fit.stand_for.tr_mul(&product) - part.across.tr_mul(&coefficients);
+            let bent_own = &part.own * &own;
+            for (k, force) in inside.iter().enumerate() {
+                let squares = forces.squares[(at, *force)] - 2.0 * own_product[(0, k)] + part.squares;
+                let alone = squares + coefficients.column(k).dot(&(bent.column(k) - 2.0 * product.column(k)));
+                let left = alone + own.column(k).dot(&(bent_own.column(k) - 2.0 * beyond.column(k)));
+                if let Some(solved) = &mut solved[*force] {
+                    solved.left_out.push(left);
+                }
             }
-        }
-        for (k, at) in inside.into_iter().enumerate() {
-            let coefficients = coefficients.column(at).clone_owned();
-            let prior = coefficients.iter().zip(&self.penalty).map(|(c, p)| p * c * c).sum();
-            solved[at] = Some(Solved { coefficients, left_out: left_out.column(k).iter().copied().collect(), prior });
         }
         solved
     }
 
     /// The force with these coefficients, in the order of the records.
     pub fn force(&self, data: &MotionData<'_>, coefficients: &DVector<f64>) -> DVector<f64> {
-        let (first, own) = (self.common.nrows(), self.own.nrows());
-        let sorted = &self.shift + self.common.tr_mul(&coefficients.rows(0, first)) + self.own.tr_mul(&coefficients.rows(first, own));
+        let size = self.base.rows.nrows();
+        let own = coefficients.rows(size, coefficients.len() - size).insert_row(0, 1.0);
+        let sorted = self.base.rows.tr_mul(&coefficients.rows(0, size)) + &self.own * own;
         let mut force = DVector::zeros(sorted.len());
         data.order.iter().zip(sorted.iter()).for_each(|(row, x)| force[*row] = *x);
         force
     }
 
-    /// Covariance of coefficients over the variance of the noise, where all is known of them that `penalty` says.
-    pub fn covariance(&self, from: usize, count: usize) -> DMatrix<f64> {
-        self.solve.view((from, from), (count, count)).clone_owned()
+    /// Covariance of the first coefficients over the variance of the noise, where all is known of them that their penalty says.
+    pub fn covariance(&self, count: usize) -> DMatrix<f64> {
+        let (Some(inverse), Some(whole)) = (self.base.inverses.last(), self.fits.last()) else { return DMatrix::zeros(count, count) };
+        let stand_for = whole.stand_for.rows(0, count);
+        inverse.view((0, 0), (count, count)) + stand_for * &whole.inverse * stand_for.transpose()
     }
+}
+
+/// The columns of a matrix, less a vector.
+fn less(of: &DMatrix<f64>, vector: &DVector<f64>) -> DMatrix<f64> {
+    let mut all = of.clone();
+    all.column_iter_mut().for_each(|mut column| column -= vector);
+    all
+}
+
+/// Columns in the order of the records, their samples put in the order of the parts.
+fn sorted(data: &MotionData<'_>, columns: &DMatrix<f64>) -> DMatrix<f64> {
+    columns.select_rows(&data.order)
+}
+
+/// Lengths of columns; `None` where one has none.
+fn lengths(columns: &DMatrix<f64>) -> Option<Vec<f64>> {
+    columns.column_iter().map(|column| Some(column.norm()).filter(|l| *l > 0.0 && l.is_finite())).collect()
 }
 
 /// Inverse of normal equations with a penalty, through columns of length one, so that it is exact where units differ; `None` where columns are not
@@ -201,9 +300,65 @@ pub(super) fn penalised(columns: &DMatrix<f64>, penalty: &[f64], y: &DVector<f64
     Some(inverse(columns.tr_mul(columns), penalty, &lengths)? * columns.tr_mul(y))
 }
 
-fn stacked(a: &DMatrix<f64>, b: &DMatrix<f64>) -> DMatrix<f64> {
-    let mut all = DMatrix::zeros(a.nrows() + b.nrows(), a.ncols());
-    all.rows_mut(0, a.nrows()).copy_from(a);
-    all.rows_mut(a.nrows(), b.nrows()).copy_from(b);
-    all
+#[cfg(test)]
+mod tests {
+    use rand::{RngExt, SeedableRng};
+    use rand_xoshiro::Xoshiro256PlusPlus;
+
+    use super::*;
+    use crate::inverse_dynamics::{Motion, Recipe};
+    use crate::measurement::{Load, MotionRecord};
+
+    /// Columns that border those shared are columns as all others: fits of every column at once, without each part and with all, say the same.
+    #[test]
+    fn limit_bordered_is_the_whole() {
+        let swings = |i: usize| 0.1 * (1e-3 * i as f64).sin();
+        let record = MotionRecord {
+            name: "sine".into(),
+            source: "sine.csv".into(),
+            step_s: 1e-3,
+            time_s: (0..9000).map(|i| 1e-3 * i as f64).collect(),
+            command_m: (0..9000).map(swings).collect(),
+            position_m: (0..9000).map(swings).collect(),
+            load: Load::Force(vec![1.0; 9000]),
+            others: Default::default(),
+        };
+        let motion = Motion::new(&record, Recipe::usual(1e-3)).unwrap();
+        let data = MotionData::new(vec![&motion]);
+        let mut random = Xoshiro256PlusPlus::seed_from_u64(1);
+        let mut columns = |count: usize| DMatrix::from_fn(data.samples(), count, |_, _| random.random::<f64>() - 0.3);
+        for (ridge, count) in [(0.0, 3), (0.2, 7), (0.0, 0)] {
+            let (shared, own, shift, forces) = (columns(6), columns(count), columns(1), columns(2));
+            let penalty = [vec![0.0; 2], vec![3.0; 4]].concat();
+            let base = Arc::new(Base::new(&data, &shared, penalty.clone()).unwrap());
+            let shift = shift.column(0).into_owned();
+            let design = Design::new(&data, &base, &shift, &own, ridge, Vec::new()).unwrap();
+            let forces: Vec<DVector<f64>> = forces.column_iter().map(|c| c.into_owned()).collect();
+            let solved = design.solve(&data, &Forces::new(&data, &forces, &[base]));
+            let all = beside(&[&shared, &own]);
+            let known = DVector::from_iterator(6 + count, penalty.into_iter().chain(std::iter::repeat_n(ridge, count)));
+            for (force, solved) in forces.iter().zip(solved) {
+                let (y, solved) = (force - &shift, solved.unwrap());
+                let fit = |rows: &[usize]| {
+                    let (a, y) = (all.select_rows(rows), y.select_rows(rows));
+                    let normal = a.tr_mul(&a) + DMatrix::from_diagonal(&known);
+                    (normal.clone().try_inverse().unwrap(), normal.lu().solve(&a.tr_mul(&y)).unwrap())
+                };
+                for (part, left) in solved.left_out.iter().enumerate() {
+                    let (from, samples) = data.rows_of(part);
+                    let (out, kept): (Vec<usize>, Vec<usize>) = (
+                        data.order[from..from + samples].to_vec(),
+                        data.order[..from].iter().chain(&data.order[from + samples..]).copied().collect(),
+                    );
+                    let expected = (y.select_rows(&out) - all.select_rows(&out) * fit(&kept).1).norm_squared();
+                    assert!((left / expected - 1.0).abs() < 1e-10, "{left} {expected}");
+                }
+                let (inverse, coefficients) = fit(&data.order);
+                assert!((&solved.coefficients - &coefficients).norm() < 1e-10 * coefficients.norm());
+                assert!((solved.prior - coefficients.component_mul(&coefficients).dot(&known)).abs() < 1e-10);
+                assert!((design.covariance(6) - inverse.view((0, 0), (6, 6))).norm() < 1e-10 * inverse.norm());
+                assert!((design.force(&data, &coefficients) - &all * &coefficients - &shift).norm() < 1e-10 * force.norm());
+            }
+        }
+    }
 }

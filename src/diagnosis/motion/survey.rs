@@ -8,7 +8,7 @@ use rand_xoshiro::Xoshiro256PlusPlus;
 use rayon::prelude::*;
 
 use super::data::{MotionData, beside};
-use super::design::{Design, Forces, Rows, Solved, penalised, rows};
+use super::design::{Base, Design, Forces, Solved, penalised};
 use super::free::free_shapes;
 use super::lattice::lattice;
 use super::noise::Noise;
@@ -43,7 +43,7 @@ struct Place {
     values: Vec<(usize, f64)>,
     /// What stands in the added columns.
     linear: Vec<Linear>,
-    design: Arc<Design>,
+    design: Design,
 }
 
 /// A parameter (index) that is linear, or whose inverse is.
@@ -88,7 +88,9 @@ pub struct Ranked {
 
 /// The machine, what is ordinarily wrong of it, and all candidates.
 pub struct Survey {
-    base: Arc<Design>,
+    /// What is ordinarily wrong with the machine's own columns, and without.
+    bases: [Arc<Base>; 2],
+    nominal: Design,
     base_columns: usize,
     /// Candidates.
     pub candidates: Vec<MotionCandidate>,
@@ -150,19 +152,15 @@ impl Survey {
         };
         let free: Vec<usize> = (0..asked.len()).filter(inside).map(|at| asked[at]).collect();
         let columns = if free.len() == asked.len() { all } else { Columns::new(rigid, machine, &fit.values, &free, &data.motions) };
-        let penalty = penalties(free.len());
-        // The machine's own columns with what is ordinarily wrong; many candidates leave them as they are.
-        let common = |columns: &Columns| Arc::new(rows(data, &beside(&[&columns.derivatives, &wrong])));
+        // What is ordinarily wrong, with the machine's own columns, which many candidates leave as they are, and without.
+        let known = vec![variance; nuisances.len()];
+        let whole = Base::new(data, &beside(&[&wrong, &columns.derivatives]), [known.clone(), vec![0.0; free.len()]].concat())?;
+        let bases = [Arc::new(whole), Arc::new(Base::new(data, &wrong, known)?)];
         let shift = |columns: &Columns, values: &[f64]| {
             &columns.prediction - &columns.derivatives * DVector::from_iterator(free.len(), free.iter().map(|i| values[*i]))
         };
-        let design = |shift: &DVector<f64>, common: Rows, extra: Option<&DMatrix<f64>>, bounds: Vec<(usize, f64, f64)>, ridge: f64| {
-            let extra = extra.map_or_else(|| DMatrix::zeros(0, data.samples()), |extra| rows(data, extra));
-            let mut penalty = penalty.clone();
-            penalty.resize(common.nrows() + extra.nrows(), ridge);
-            Design::new(data, shift, (common, extra), &penalty, bounds)
-        };
-        let base = Arc::new(design(&shift(&columns, &fit.values), common(&columns), None, Vec::new(), 0.0)?);
+        let here = shift(&columns, &fit.values);
+        let nominal_design = Design::new(data, &bases[0], &here, &DMatrix::zeros(data.samples(), 0), 0.0, Vec::new())?;
         // Share of a change that the machine's own parameters cannot stand for.
         let shows = |change: &DVector<f64>| {
             let left = Projected::new(&columns.derivatives, change);
@@ -250,24 +248,25 @@ impl Survey {
                         let more = added_columns(rigid, of, (&at, &toward), &linear, data);
                         let change = &more.prediction - &columns.prediction;
                         // With nothing of what is linear the force is mostly the machine's own.
-                        let (mut own, first) = if change.norm() > 1e-9 * columns.prediction.norm() {
+                        let changed = (change.norm() > 1e-9 * columns.prediction.norm()).then(|| {
                             seen = seen.max(shows(&change));
-                            let own = Columns::new(rigid, of, &at, &free, &data.motions);
-                            let same = (&own.derivatives - &columns.derivatives).norm() <= 1e-9 * columns.derivatives.norm();
-                            let first = if same { base.common.clone() } else { common(&own) };
-                            (own, first)
-                        } else {
-                            (columns.clone(), base.common.clone())
-                        };
+                            Columns::new(rigid, of, &at, &free, &data.motions)
+                        });
+                        let mut own = changed.unwrap_or_else(|| columns.clone());
+                        let same = (&own.derivatives - &columns.derivatives).norm() <= 1e-9 * columns.derivatives.norm();
                         more.derivatives.column_iter().for_each(|c| seen = seen.max(shows(&c.clone_owned())));
                         let from = free.len() + nuisances.len();
                         let bounds = ends.iter().enumerate().map(|(k, (a, b))| (from + k, *a, *b)).collect();
                         // The shift of the added columns: their coefficients count from nothing.
                         let zero: DVector<f64> = DVector::from_iterator(linear.len(), linear.iter().map(|l| l.of(at[l.index])));
                         own.prediction -= &more.derivatives * zero;
-                        let extra = (!linear.is_empty()).then_some(&more.derivatives);
-                        let design = design(&shift(&own, &at), first, extra, bounds, 0.0)?;
-                        Some((Place { values, linear, design: Arc::new(design) }, seen))
+                        let shift = shift(&own, &at);
+                        let design = if same {
+                            Design::new(data, &bases[0], &shift, &more.derivatives, 0.0, bounds)?
+                        } else {
+                            Design::new(data, &bases[1], &shift, &beside(&[&own.derivatives, &more.derivatives]), 0.0, bounds)?
+                        };
+                        Some((Place { values, linear, design }, seen))
                     })
                     .collect();
                 let seen = lattice.iter().map(|(_, seen)| *seen).fold(0.0, f64::max);
@@ -291,8 +290,8 @@ impl Survey {
         for shape in shapes {
             // Knots add up to what the machine has already (a constant, a direction): a little ridge keeps them apart.
             let ridge = 1e-3 * shape.columns.norm_squared() / shape.columns.ncols() as f64;
-            if let Some(design) = design(&shift(&columns, &fit.values), base.common.clone(), Some(&shape.columns), Vec::new(), ridge) {
-                let place = Place { values: Vec::new(), linear: Vec::new(), design: Arc::new(design) };
+            if let Some(design) = Design::new(data, &bases[0], &here, &shape.columns, ridge, Vec::new()) {
+                let place = Place { values: Vec::new(), linear: Vec::new(), design };
                 let free = Some((shape.over, shape.shape));
                 candidates.push(MotionCandidate {
                     id: shape.column.as_ref().map_or(shape.over.into(), |column| format!("{} of {column}", shape.over)),
@@ -306,7 +305,7 @@ impl Survey {
             }
         }
         candidates.extend(others.into_iter().map(|(id, status)| without(id, status)));
-        Some(Survey { base, base_columns: free.len() + nuisances.len(), candidates, nuisances, free, variance })
+        Some(Survey { bases, nominal: nominal_design, base_columns: free.len() + nuisances.len(), candidates, nuisances, free, variance })
     }
 
     /// What a machine leaves beside what is ordinarily wrong, with what the latter costs; what an effect adds stays at these values.
@@ -322,7 +321,7 @@ impl Survey {
 
     /// Figures of every candidate on a force, the largest gain first.
     pub fn rank(&self, data: &MotionData<'_>, y: &DVector<f64>) -> Vec<Ranked> {
-        let forces = Forces::new(data, std::slice::from_ref(y), &self.base);
+        let forces = Forces::new(data, std::slice::from_ref(y), &self.bases);
         let before = self.base_loss(data, &forces)[0];
         let best = |candidate: usize| {
             let c = &self.candidates[candidate];
@@ -339,7 +338,7 @@ impl Survey {
 
     /// What the machine alone leaves of parts of each force foretold without them.
     fn base_loss(&self, data: &MotionData<'_>, forces: &Forces) -> Vec<f64> {
-        self.base.solve(data, forces).into_iter().map(|s| s.map_or(f64::INFINITY, |s| s.loss())).collect()
+        self.nominal.solve(data, forces).into_iter().map(|s| s.map_or(f64::INFINITY, |s| s.loss())).collect()
     }
 
     /// The place of a candidate's lattice that leaves least of each force.
@@ -355,8 +354,8 @@ impl Survey {
 
     /// The machine, or a candidate, fitted to a force: its coefficients, and what it leaves.
     fn fitted(&self, data: &MotionData<'_>, y: &DVector<f64>, of: Option<&Ranked>) -> Option<(&Design, DVector<f64>, DVector<f64>)> {
-        let design = of.map_or(&self.base, |r| &self.candidates[r.candidate].lattice[r.place].design);
-        let solved = design.solve(data, &Forces::new(data, std::slice::from_ref(y), &self.base)).swap_remove(0)?;
+        let design = of.map_or(&self.nominal, |r| &self.candidates[r.candidate].lattice[r.place].design);
+        let solved = design.solve(data, &Forces::new(data, std::slice::from_ref(y), &self.bases)).swap_remove(0)?;
         let left = y - design.force(data, &solved.coefficients);
         Some((design, solved.coefficients, left))
     }
@@ -385,11 +384,11 @@ impl Survey {
         control: &Control,
     ) -> Vec<Vec<f64>> {
         let noise = Noise::new(&left, &data.records());
-        let (from, count) = (self.base_columns - self.nuisances.len(), self.nuisances.len());
-        let known = coefficients.rows(from, count).map(|size| size.clamp(-ORDINARY, ORDINARY));
-        let scatter = design.covariance(from, count) * self.variance;
+        let count = self.nuisances.len();
+        let known = coefficients.rows(0, count).map(|size| size.clamp(-ORDINARY, ORDINARY));
+        let scatter = design.covariance(count) * self.variance;
         let scatter = Cholesky::new(scatter).map_or_else(|| DMatrix::zeros(count, count), |c| c.unpack());
-        let machine = self.base.force(data, &DVector::zeros(self.base_columns));
+        let machine = self.nominal.force(data, &DVector::zeros(self.base_columns));
         let drawn = |draw: usize| {
             let mut random = Xoshiro256PlusPlus::seed_from_u64(seed.wrapping_mul(0x9E37_79B9).wrapping_add(draw as u64));
             let mut y = &machine + noise.draw(draw % 2 == 1, &mut random);
@@ -398,7 +397,7 @@ impl Survey {
             y
         };
         let together = |from: usize| {
-            let forces = Forces::new(data, &(from..draws.min(from + TOGETHER)).map(drawn).collect::<Vec<_>>(), &self.base);
+            let forces = Forces::new(data, &(from..draws.min(from + TOGETHER)).map(drawn).collect::<Vec<_>>(), &self.bases);
             let before = self.base_loss(data, &forces);
             let mut gains = vec![Vec::with_capacity(self.candidates.len()); before.len()];
             for candidate in 0..self.candidates.len() {
