@@ -248,31 +248,28 @@ pub fn bounded_step(
     step_within(&places, derivatives, residual)
 }
 
-/// The same of numbers with their ends.
+/// The same of numbers with their ends. Where some would leave their ranges, the one that would be at its end first is held there, and the others are
+/// looked at anew: of two that do nearly the same, the one in the narrow range stays.
 fn step_within(places: &[(f64, f64, f64)], derivatives: &DMatrix<f64>, residual: &DVector<f64>) -> Option<Vec<f64>> {
     let mut step = vec![0.0; places.len()];
     let mut open: Vec<usize> = (0..places.len()).collect();
     let mut left = residual.clone();
     while !open.is_empty() {
-        let columns = derivatives.select_columns(&open);
-        let solved = Projected::new(&columns, &left)?;
-        let mut held = Vec::new();
-        for (&at, delta) in open.iter().zip(solved.coefficients.iter()) {
+        let solved = Projected::new(&derivatives.select_columns(&open), &left)?;
+        let mut first: Option<(f64, usize)> = None;
+        for (&at, &delta) in open.iter().zip(solved.coefficients.iter()) {
             let (value, lower, upper) = places[at];
             let wanted = value + delta;
             let kept = wanted.clamp(lower, upper);
             step[at] = kept - value;
-            if kept != wanted {
-                held.push(at);
+            let share = step[at] / delta;
+            if kept != wanted && first.is_none_or(|(least, _)| share < least) {
+                first = Some((share, at));
             }
         }
-        if held.is_empty() {
-            break;
-        }
-        for &at in &held {
-            left -= step[at] * derivatives.column(at);
-        }
-        open.retain(|at| !held.contains(at));
+        let Some((_, held)) = first else { break };
+        left -= step[held] * derivatives.column(held);
+        open.retain(|at| *at != held);
     }
     Some(step)
 }
@@ -339,4 +336,23 @@ pub fn correlation(columns: &DMatrix<f64>) -> Vec<Vec<f64>> {
     let Some(inverse) = (columns.transpose() * columns).cholesky().map(|c| c.inverse()) else { return Vec::new() };
     let sd = |i: usize| inverse[(i, i)].sqrt();
     (0..inverse.nrows()).map(|i| (0..inverse.ncols()).map(|j| inverse[(i, j)] / (sd(i) * sd(j))).collect()).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Two columns that are nearly one: the number known within a narrow range ends at it, and the other takes what is left.
+    #[test]
+    fn limit_what_is_known_narrowly_is_held_first() {
+        let wave = |n: f64, i: usize| (n * i as f64 / 50.0).sin();
+        let columns = DMatrix::from_fn(400, 2, |i, column| wave(1.0, i) + 1e-3 * column as f64 * wave(3.0, i));
+        let y = DVector::from_fn(400, |i, _| 0.2 * wave(1.0, i) - 0.05 * wave(3.0, i));
+        let places = [(1.0, 0.97, 1.03), (0.0, -0.5, 0.5)];
+        let step = step_within(&places, &columns, &y).unwrap();
+        let left = |step: &[f64]| (&y - &columns * DVector::from_column_slice(step)).norm();
+        let grid = (0..=60).flat_map(|a| (0..=1000).map(move |b| [-0.03 + 1e-3 * f64::from(a), -0.5 + 1e-3 * f64::from(b)]));
+        let least = grid.map(|step| left(&step)).fold(f64::INFINITY, f64::min);
+        assert!(left(&step) < least + 1e-3, "{step:?}: {} for {least}", left(&step));
+    }
 }
