@@ -179,7 +179,7 @@ fn limit_a_tracking_error_is_told_by_the_loops() {
     let record = MotionRecord { others: BTreeMap::new(), ..record("simulated", &samples) };
     let rigid = Rigid::new(machine, &machine.start()).unwrap();
     let motion = || Motion::new(&record, Recipe::usual(record.step_s)).unwrap();
-    let at = |response: Option<&str>| motion().read_at(response, &record, machine, &rigid).unwrap();
+    let at = |response: Option<&str>| motion().read_at(response.and_then(|name| machine.point(name)), &record, machine, &rigid).unwrap();
     assert!(at(None).further.is_empty() && at(Some("motor")).further.is_empty());
     let mut motions = [at(Some("table"))];
     assert!(motions[0].further.len() == 1 && motions[0].further[0].is_told());
@@ -207,7 +207,7 @@ fn limit_what_lies_beyond_a_spring_takes_its_force() {
     let samples: Vec<_> = x.iter().map(|x| (*x, *x, *x, 0.0)).collect();
     let record = MotionRecord { others: BTreeMap::new(), load: Load::Force(vec![1.0; x.len()]), ..record("sine", &samples) };
     let motor = Motion::new(&record, Recipe::usual(1e-3)).unwrap();
-    let table = motor.clone().read_at(Some("table"), &record, machine, &rigid).unwrap();
+    let table = motor.clone().read_at(machine.point("table"), &record, machine, &rigid).unwrap();
     let soft = omega * omega * ratio;
     for (motion, mass) in [(&motor, 40.0 + 100.0 / (1.0 - soft)), (&table, 100.0 + 40.0 * (1.0 - soft))] {
         let force = rigid.force_giving_way((0, 1.0), machine, &machine.start(), motion).unwrap();

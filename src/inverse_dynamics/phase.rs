@@ -20,7 +20,7 @@ pub enum Phase {
 }
 
 impl Phase {
-    /// All of them.
+    /// All of them, in their order.
     pub const ALL: [Phase; 6] =
         [Phase::Dwell, Phase::Breakaway, Phase::Reversal, Phase::Acceleration, Phase::ConstantSpeed, Phase::Settling];
 

@@ -110,14 +110,14 @@ impl Motion {
     /// # Errors     as [`Motion::new`]
     pub fn read_at(
         mut self,
-        response: Option<&str>,
+        response: Option<usize>,
         record: &MotionRecord,
         machine: &Machine,
         rigid: &Rigid,
     ) -> Result<Self, InverseError> {
         let Some(drive) = &machine.drive else { return Ok(self) };
         let along = |p: &usize| machine.points[*p].motion == Kind::Translation && (rigid.point_ratio(*p) - 1.0).abs() < 1e-9;
-        let Some(point) = response.and_then(|name| machine.point(name)).filter(|p| *p != drive.position.encoder.at).filter(along) else {
+        let Some(point) = response.filter(|p| *p != drive.position.encoder.at).filter(along) else {
             return Ok(self);
         };
         self.point = Some(point);

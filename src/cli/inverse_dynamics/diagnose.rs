@@ -9,7 +9,7 @@ use super::super::progress::Progress;
 use super::learnable::learnable;
 use crate::diagnosis::motion::{Cell, CellKind, MotionDiagnosis, MotionPart, MotionSettings, diagnose_motion, gap_of};
 use crate::diagnosis::{Status, VerdictKind};
-use crate::inverse_dynamics::{Motion, Phase, phases};
+use crate::inverse_dynamics::{Motion, phases};
 use crate::machine::{Data, Effect};
 use crate::report::diagnosis as document;
 use crate::report::record::{CellRow, ChainRow, ChannelRow, MotionRows, TraceRow, motion_diagnosis_text};
@@ -256,13 +256,12 @@ fn trace(motion: &Motion, before: &MotionPart, after: &MotionPart) -> TraceRow {
     let kept: Vec<usize> = motion.kept().collect();
     let at: Vec<usize> = (0..whole).step_by(every).collect();
     let rounded = |x: &[f64]| at.iter().map(|i| (1e4 * x[*i]).round() / 1e4).collect::<Vec<f64>>();
-    let place = |phase: Phase| Phase::ALL.iter().position(|p| *p == phase).unwrap_or(0) as u8;
     TraceRow {
         record: motion.name.clone(),
         time_s: at.iter().map(|i| (1e6 * kept[*i] as f64 * motion.step_s).round() / 1e6).collect(),
         measured: rounded(&before.recorded),
         before: rounded(&before.residual),
         after: rounded(&after.residual),
-        phase: at.iter().map(|i| place(phases[kept[*i]])).collect(),
+        phase: at.iter().map(|i| phases[kept[*i]] as u8).collect(),
     }
 }

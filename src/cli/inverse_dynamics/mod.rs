@@ -39,8 +39,8 @@ fn prepared(loaded: &Loaded) -> Result<(Vec<Motion>, Rigid, Vec<String>), String
     let rigid = rigid(loaded)?;
     let machine = &loaded.config.machine;
     made.iter().try_for_each(|m| rigid.check(machine, m)).map_err(told)?;
-    let response = loaded.set.response.as_deref();
-    response.map(|name| point_named(machine, &loaded.set.path, "response", name)).transpose().map_err(told)?;
+    let named = |name: &String| point_named(machine, &loaded.set.path, "response", name);
+    let response = loaded.set.response.as_ref().map(named).transpose().map_err(told)?;
     let (mut motions, mut warnings) = (Vec::new(), Vec::new());
     for (motion, record) in made.into_iter().zip(records) {
         let (motion, told_of) = motion.with_points(record, machine, &rigid).map_err(told)?;

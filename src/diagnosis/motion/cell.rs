@@ -114,7 +114,8 @@ pub(super) fn largest_phase(motions: &[&Motion], amount: &[f64]) -> Option<Phase
         let (kept, all): (Vec<usize>, _) = (motion.kept().collect(), phases(motion));
         for counts in std::iter::once(&motion.moves).chain(motion.further.iter().map(|f| &f.counts)) {
             for ((at, counts), amount) in kept.iter().zip(counts).zip(&mut amounts) {
-                if *counts && let Some((sum, count)) = Phase::ALL.iter().position(|p| *p == all[*at]).map(|p| &mut sums[p]) {
+                if *counts {
+                    let (sum, count) = &mut sums[all[*at] as usize];
                     *sum += amount;
                     *count += 1;
                 }

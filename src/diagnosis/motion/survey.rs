@@ -132,7 +132,7 @@ impl Survey {
         let asked = free_parameters(machine, frozen).ok()?;
         let all = Columns::new(rigid, machine, &fit.values, &asked, &data.motions);
         let nuisances = nuisances(data, rigid, machine, &fit.values);
-        let wrong = together(&nuisances);
+        let wrong = columns_of(&nuisances);
         // What smooth functions leave of the residual is noise, whatever is missing; coloured, it counts for fewer samples.
         let shapes = free_shapes(data);
         let mut left = fit.residual.clone();
@@ -252,20 +252,20 @@ impl Survey {
                             seen = seen.max(shows(&change));
                             Columns::new(rigid, of, &at, &free, &data.motions)
                         });
+                        let differs = |own: &Columns| (&own.derivatives - &columns.derivatives).norm() > 1e-9 * columns.derivatives.norm();
+                        let same = !changed.as_ref().is_some_and(differs);
                         let mut own = changed.unwrap_or_else(|| columns.clone());
-                        let same = (&own.derivatives - &columns.derivatives).norm() <= 1e-9 * columns.derivatives.norm();
                         more.derivatives.column_iter().for_each(|c| seen = seen.max(shows(&c.clone_owned())));
                         let from = free.len() + nuisances.len();
                         let bounds = ends.iter().enumerate().map(|(k, (a, b))| (from + k, *a, *b)).collect();
                         // The shift of the added columns: their coefficients count from nothing.
                         let zero: DVector<f64> = DVector::from_iterator(linear.len(), linear.iter().map(|l| l.of(at[l.index])));
                         own.prediction -= &more.derivatives * zero;
-                        let shift = shift(&own, &at);
-                        let design = if same {
-                            Design::new(data, &bases[0], &shift, &more.derivatives, 0.0, bounds)?
-                        } else {
-                            Design::new(data, &bases[1], &shift, &beside(&[&own.derivatives, &more.derivatives]), 0.0, bounds)?
+                        let (base, extra) = match same {
+                            true => (&bases[0], more.derivatives),
+                            false => (&bases[1], beside(&[&own.derivatives, &more.derivatives])),
                         };
+                        let design = Design::new(data, base, &shift(&own, &at), &extra, 0.0, bounds)?;
                         Some((Place { values, linear, design }, seen))
                     })
                     .collect();
@@ -311,7 +311,7 @@ impl Survey {
     /// What a machine leaves beside what is ordinarily wrong, with what the latter costs; what an effect adds stays at these values.
     pub fn squares(&self, data: &MotionData<'_>, rigid: &Rigid, machine: &Machine, values: &[f64]) -> Option<f64> {
         let own = Columns::new(rigid, machine, values, &self.free, &data.motions);
-        let columns = beside(&[&own.derivatives, &together(&self.nuisances)]);
+        let columns = beside(&[&own.derivatives, &columns_of(&self.nuisances)]);
         let penalty = [vec![0.0; self.free.len()], vec![self.variance; self.nuisances.len()]].concat();
         let left = &data.y - own.prediction;
         let step = penalised(&columns, &penalty, &left)?;
@@ -413,7 +413,7 @@ impl Survey {
     }
 }
 
-fn together(nuisances: &[Nuisance]) -> DMatrix<f64> {
+fn columns_of(nuisances: &[Nuisance]) -> DMatrix<f64> {
     DMatrix::from_columns(&nuisances.iter().map(|n| n.column.clone()).collect::<Vec<_>>())
 }
 
