@@ -48,7 +48,12 @@ fn recover_a_withheld_relaxation_and_how_far_it_closes_the_gap() {
     let (found, label) =
         withheld(|kind, effects, strength| *kind == Kind::Single && effects == ["table-relaxation"] && strength == Some("Strong"));
     assert_eq!(found["verdict"]["effects"][0], "table-relaxation", "{:#}", found["verdict"]);
-    assert_eq!(found["where"][0]["interface"], "table");
+    // Where it acts, and in a band that has to do with where it changes the truth's response.
+    assert_eq!((&found["where"][0]["interface"], &found["where"][0]["shape"]), (&"table".into(), &"other".into()));
+    assert_eq!(found["verdict"]["where"], "table");
+    let (band, [from, to]) = (&found["verdict"]["band_hz"], label.band_hz.unwrap());
+    let [low, high] = [0, 1].map(|end| band[end].as_f64().unwrap());
+    assert!(low < high && low < to && high > from, "{low} to {high} Hz, in truth {from} to {to}");
     let row = &found["effects"][0];
     let (closed, truth) = (row["closed"].as_f64().unwrap(), label.gap.closed.unwrap());
     assert!((closed - truth).abs() < 0.1, "closed {closed}, in truth {truth}");
@@ -59,6 +64,7 @@ fn recover_a_withheld_relaxation_and_how_far_it_closes_the_gap() {
 fn recover_a_misread_quantity() {
     let (found, _) = withheld(|kind, effects, _| *kind == Kind::Single && effects == ["frf-quantity"]);
     assert_eq!(found["verdict"]["effects"][0], "frf-quantity", "{:#}", found["verdict"]);
+    assert_eq!(found["verdict"]["where"], "measurement");
 }
 
 /// Records filed under each other's positions, fitted ones and held-out ones.
@@ -92,7 +98,9 @@ fn published_bench_without_its_rotor_hold() {
     assert!(closed > 0.95, "{row:#}");
     let [low, high] = [0, 1].map(|end| row["closed95"][end].as_f64().unwrap());
     assert!(low > 0.9 && low < closed && closed < high && high < 1.1, "{low} to {high} for {closed}");
-    assert_eq!(found["where"][0]["interface"], "rotor");
+    assert_eq!((&found["where"][0]["interface"], &found["verdict"]["where"]), (&"rotor".into(), &"rotor".into()));
+    // Modes have no lines.
+    assert!(found["verdict"]["band_hz"].is_null());
     assert_eq!(found, diagnosed(&[&arguments[..], &["--threads", "2"]].concat()));
 }
 

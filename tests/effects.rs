@@ -21,9 +21,46 @@ fn every_effect_applies_to_the_bench_and_says_what_it_is() {
         let with = machine.with_effect(effect).unwrap_or_else(|e| panic!("{}: {e}", effect.id));
         assert!(with.effects.contains(&effect.id) && effect.says.len() > 20, "{}", effect.id);
         let added = with.parameters.len() - machine.parameters.len();
-        assert!((1..=4).contains(&added), "{} adds {added} parameters", effect.id);
+        assert!((1..=5).contains(&added), "{} adds {added} parameters", effect.id);
         assert!(with.parameters[machine.parameters.len()..].iter().all(|p| !p.source.is_empty()), "{}", effect.id);
     }
+}
+
+/// What an effect changes is where a person looks for it, by the names of the machine.
+#[test]
+fn effects_sit_where_they_act() {
+    let library = effect_library().unwrap();
+    let machine = bench_without_hold();
+    let expected = [
+        ("rotor-hold", "rotor"),
+        ("guide-stiffness", "table"),
+        ("table-mass", "table"),
+        ("bed-compliance", "bearing-left"),
+        ("nut-flange-compliance", "nut"),
+        ("bearing-stiffness-position", "bearing-left"),
+        ("coupling-inertia", "left-angle"),
+        ("screw-diameter", "screw"),
+        ("table-rocking", "table"),
+        ("screw-bending", "screw"),
+        ("frf-gain", "measurement"),
+    ];
+    for (id, place) in expected {
+        let effect = library.iter().find(|e| e.id == id).unwrap();
+        assert_eq!(effect.place().as_deref(), Some(place), "{id}");
+    }
+    let parts: Vec<&str> = (machine.points.iter().map(|p| &p.name))
+        .chain(machine.joints.iter().map(|j| &j.name))
+        .chain(machine.shafts.iter().map(|s| &s.name))
+        .map(String::as_str)
+        .chain(["measurement"])
+        .collect();
+    for effect in library.iter().filter(|e| e.data.contains(&Data::Frf) && machine.lacks(e).is_none()) {
+        let places = effect.places();
+        assert!(!places.is_empty() && places.iter().all(|(place, _)| parts.contains(&place.as_str())), "{}: {places:?}", effect.id);
+    }
+    // Of two bearings each has its own parameter.
+    let bearings = library.iter().find(|e| e.id == "bearing-stiffness-position").unwrap().places();
+    assert_eq!(bearings[1], ("bearing-right".into(), Some("bearing_slope_right".into())));
 }
 
 /// What only motion shows applies to an axis with guide, nut and drive, adds its own numbers, and leaves every frequency response as it was.
@@ -98,6 +135,107 @@ fn receptance(machine: &Machine, set: &[(&str, f64)], hz: f64) -> num_complex::C
     let mut network = structure.network();
     network.update(machine, &values, &Operating::at_nut(1.0));
     network.receptance(std::f64::consts::TAU * hz, &mut structure.workspace())
+}
+
+/// A rigid table that turns about its centre, held by its nut below it, struck and read at two other heights: the effect against the body's own
+/// equations, and its derivatives with both arms against differences.
+#[test]
+fn published_rigid_table_on_arms() {
+    let text = r#"
+title = "a table and its nut"
+[[point]]
+name = "table"
+motion = "translation"
+mass_kg = 300.0
+[[joint]]
+name = "nut"
+between = ["table", "ground"]
+stiffness = 2e8
+damping = 4e3
+"#;
+    let plain = jointid::config::read_machine_text("table.toml", text, &[], &[]).unwrap().machine;
+    let library = effect_library().unwrap();
+    let machine = plain.with_effect(library.iter().find(|e| e.id == "table-rocking").unwrap()).unwrap();
+    // Inertia, stiffness and damping about the centre; heights of sensor and hammer over it, depth of the nut below it.
+    let (mass_kg, inertia, stiffness, damping) = (300.0, 9.0, 3e7, 2e3);
+    let (nut_k, nut_c) = (2e8, 4e3);
+    for (sensor_m, hammer_m, nut_m) in [(0.12, 0.12, 0.08), (0.12, -0.05, 0.08), (-0.2, 0.03, 0.15)] {
+        let rocking = [
+            ("m_rock", inertia / (nut_m * nut_m)),
+            ("k_rock", stiffness / (nut_m * nut_m)),
+            ("c_rock", damping / (nut_m * nut_m)),
+            ("r_sensor", -sensor_m / nut_m),
+            ("r_hammer", -hammer_m / nut_m),
+        ];
+        let mut values = machine.start();
+        rocking.iter().for_each(|(id, x)| values[machine.parameter(id).unwrap()] = *x);
+        let structure = table_structure(&machine, Rods::Exact);
+        let (mut network, mut work) = (structure.network(), structure.workspace());
+        let receptance = |network: &mut jointid::model::Network, work: &mut _, values: &[f64], hz: f64| {
+            network.update(&machine, values, &Operating::default());
+            network.receptance(std::f64::consts::TAU * hz, work)
+        };
+        for hz in [20.0, 130.0, 290.0, 700.0] {
+            let omega = std::f64::consts::TAU * hz;
+            let i = num_complex::Complex64::i();
+            let nut = nut_k + i * omega * nut_c;
+            // Shift x and turn φ of the centre; the nut moves by x − nut_m·φ.
+            let (xx, xt) = (nut - omega * omega * mass_kg, -nut * nut_m);
+            let tt = nut * nut_m * nut_m + stiffness + i * omega * damping - omega * omega * inertia;
+            let determinant = xx * tt - xt * xt;
+            let [x, turn] = [(tt - xt * hammer_m) / determinant, (xx * hammer_m - xt) / determinant];
+            let expected = x + sensor_m * turn;
+            let found = receptance(&mut network, &mut work, &values, hz);
+            assert!((found - expected).norm() < 1e-12 * expected.norm(), "{hz} Hz: {found} against {expected}");
+            let columns: Vec<Option<usize>> = (0..values.len()).map(Some).collect();
+            let sensitivity = network.sensitivity(&machine, &values, &Operating::default(), &columns, None);
+            let mut slopes = vec![jointid::model::Complexes::ZERO; values.len()];
+            network.gradient(&[jointid::model::Reals::splat(omega)], &sensitivity, &mut work, &mut slopes);
+            for (id, x) in rocking {
+                let at = machine.parameter(id).unwrap();
+                let step = 1e-5 * x;
+                let [low, high] = [-step, step].map(|by| {
+                    let mut moved = values.clone();
+                    moved[at] += by;
+                    receptance(&mut network, &mut work, &moved, hz)
+                });
+                let (exact, difference) = (slopes[at].apart()[0] * x, (high - low) / (2.0 * step) * x);
+                assert!((exact - difference).norm() < 1e-6 * expected.norm(), "{hz} Hz, {id}: {exact} against {difference}");
+            }
+        }
+    }
+}
+
+/// What arms may stand on: points of the machine that move, and no point by itself.
+#[test]
+fn arms_on_nothing_are_refused() {
+    let refused = |lever: &str| {
+        let text = std::fs::read_to_string("configs/tian.toml").unwrap()
+            + &format!(
+                r#"
+[[effect]]
+id = "arm"
+says = "the sensor sits on an arm"
+lever = [{lever}]
+[effect.parameter.r_arm]
+unit = "1"
+start = 0.0
+lower = -1.0
+upper = 1.0
+source = "drawing"
+"#
+            );
+        let set = ["effects=[\"rotor-hold\", \"arm\"]".to_string()];
+        jointid::config::read_machine_text("arm.toml", &text, &set, &[]).unwrap_err().to_string()
+    };
+    for (lever, told) in [
+        (r#"{ at = "table", with = "saddle", read = "r_arm", struck = 0.0 }"#, "no point is called «saddle»"),
+        (r#"{ at = "table", with = "table", read = "r_arm", struck = 0.0 }"#, "«table» is no arm of itself"),
+        (r#"{ at = "table", with = "screw", read = "r", struck = 0.0 }"#, "no parameter is called «r»"),
+    ] {
+        let message = refused(lever);
+        assert!(message.contains(told) && message.contains("arm"), "{message}");
+    }
 }
 
 /// Of an effect written for machines in different words, a machine gets the one of which it has most, in front of what else is asked of other data.

@@ -146,7 +146,8 @@ fn cache_file(given: &DiagnoseArguments, loaded: &Loaded, effects: &[Effect], fi
         given.search.frf_model_error
     );
     key += &format!("{:?}", given.ablate);
-    key += &effects.iter().map(|e| e.id.as_str()).collect::<Vec<_>>().join(",");
+    // What the effects are, not their names alone: ranges count, too.
+    key += &format!("{effects:?}");
     for &frf in &fit.frfs {
         let frf = &loaded.set.frfs[frf];
         let noise: f64 = frf.lines.iter().filter_map(|l| frf.component_sd(l)).sum::<f64>() / frf.lines.len().max(1) as f64;
@@ -182,7 +183,6 @@ fn to_document(
     let before = gap_over(&found.held_out);
     let base_chi_square = found.nominal.1.chi_square;
     let map = residual_map(loaded, (fit, held_out), found)?;
-    let something = found.verdict.kind != VerdictKind::None;
     let mut warnings = Vec::new();
     if !whole {
         warnings.push("natural frequencies and amplitudes alone: dampings and shapes are hardly seen, so that much that FRFs tell apart stays together".into());
@@ -224,10 +224,18 @@ fn to_document(
             }
         })
         .collect();
-    let interfaces: Vec<document::WhereRow> = found
-        .located
-        .iter()
-        .filter_map(|l| match &l.candidate.fitted.as_ref()?.0.kind {
+    // What is named stands first, in the place where it acts.
+    let is_named = matches!(found.verdict.kind, VerdictKind::Effect | VerdictKind::Ambiguous | VerdictKind::WrongParameter);
+    let named = found.place.interface.clone().filter(|_| is_named).map(|interface| document::WhereRow {
+        interface,
+        over: None,
+        shape: document::NAMED.into(),
+        takes: 1.0 - found.chosen.1.chi_square / base_chi_square,
+        gap_held_out: gap_over(&found.chosen_held_out),
+    });
+    let interfaces: Vec<document::WhereRow> = named
+        .into_iter()
+        .chain(found.located.iter().filter_map(|l| match &l.candidate.fitted.as_ref()?.0.kind {
             Kind::Interface { interface, shape } => Some(document::WhereRow {
                 interface: interface.clone(),
                 over: None,
@@ -236,13 +244,12 @@ fn to_document(
                 gap_held_out: gap_over(&l.held_out),
             }),
             _ => None,
-        })
+        }))
         .collect();
     let ceiling =
         found.located.iter().filter_map(|l| closed(&found.held_out, &l.held_out)).chain(closed(&found.held_out, &found.chosen_held_out));
     let chosen_values = values_of(&found.chosen.0, &found.chosen.1);
     let by_band = by_band(&map);
-    let worst = by_band.iter().max_by(|a, b| a.gap.total_cmp(&b.gap)).map(|b| [b.from_hz, b.to_hz]);
     Ok(document::Diagnosis {
         stamp: stamp("diagnosis", given.search.seed, found.complete, loaded, warnings),
         domain: if whole { "frf" } else { "modes" }.into(),
@@ -265,8 +272,8 @@ fn to_document(
             effects: found.verdict.effects.clone(),
             reason: found.verdict.reason.clone(),
             next_measurement: found.verdict.next.clone(),
-            place: interfaces.first().filter(|_| something).map(|i| i.interface.clone()),
-            band_hz: worst.filter(|_| something),
+            place: found.place.interface.clone(),
+            band_hz: found.place.band_hz,
             phase: None,
         },
         places: interfaces,

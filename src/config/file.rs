@@ -217,6 +217,8 @@ pub struct EffectFile {
     ordinary: bool,
     #[serde(default)]
     needs: Vec<String>,
+    /// Where it sits in a person's eyes, where that is not what it changes first.
+    at: Option<String>,
     /// Data it can show in; FRFs (and modes) where it says nothing.
     #[serde(default = "frf_alone")]
     data: Vec<DataFile>,
@@ -232,6 +234,8 @@ pub struct EffectFile {
     reattach: Vec<ReattachFile>,
     #[serde(default)]
     attach: Vec<AttachFile>,
+    #[serde(default)]
+    lever: Vec<LeverFile>,
 }
 
 /// Kinds of data.
@@ -271,6 +275,20 @@ struct AttachFile {
     joint: String,
     to: String,
     times: f64,
+}
+
+/// An arm on which sensor and hammer sit.
+#[derive(Debug, Clone, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+struct LeverFile {
+    /// The point at which the data are said to be taken.
+    at: String,
+    /// The point whose motion is felt there, too.
+    with: String,
+    /// How much of it the sensor feels.
+    read: Number,
+    /// How much of it the hammer drives.
+    struck: Number,
 }
 
 /// A quantity to be reported: one of four kinds.
@@ -431,6 +449,7 @@ impl MachineFile {
             rescales: Vec::new(),
             reattached: Vec::new(),
             attached: Vec::new(),
+            levers: Vec::new(),
             derived: self.derived.into_iter().map(|(name, d)| (name, d.into())).collect(),
         })
     }
@@ -449,6 +468,7 @@ impl EffectFile {
                 rescales: self.rescale.into_iter().map(RescaleFile::rescale).collect::<Result<_, _>>().map_err(named)?,
                 reattached: self.reattach.into_iter().map(|r| (r.joint, r.from, r.to)).collect(),
                 attached: self.attach.into_iter().map(|a| (a.joint, a.to, a.times)).collect(),
+                levers: self.lever.into_iter().map(|l| (l.at, l.with, [l.read, l.struck].map(|x| source(Some(x))))).collect(),
                 ..Patch::default()
             },
             id: self.id,
@@ -459,6 +479,7 @@ impl EffectFile {
             like_slow: self.like_slow,
             ordinary: self.ordinary,
             needs: self.needs,
+            at: self.at,
             data: self.data.into_iter().map(Data::from).collect(),
         })
     }

@@ -23,8 +23,10 @@ pub struct Fitted {
     pub agrees: bool,
 }
 
-/// Best starts that are followed down, and how far a linear step is believed in the unit interval.
-const FOLLOWED: usize = 4;
+/// Best starts that are followed down, so many and so many more for each added parameter; how far apart they must be in the unit interval of some
+/// parameter, and how far a linear step is believed there.
+const FOLLOWED: (usize, usize) = (2, 2);
+const ASUNDER: f64 = 0.045;
 const PROMISE: f64 = 0.1;
 /// Lines of all FRFs on which starts are tried, and most and fewest of one.
 const COARSE: (usize, usize, usize) = (800, 40, 80);
@@ -167,8 +169,16 @@ impl<'s> Fitter<'s> {
             .collect();
         let nothing = starts.remove(0).1;
         starts.sort_by(|a, b| a.0.total_cmp(&b.0));
-        starts.truncate(FOLLOWED);
-        let mut ends: Vec<Fitted> = starts.iter().map(|(_, start)| self.descend(few, start, COARSE_STEPS, control)).collect();
+        // Neighbours end in one place.
+        let most = FOLLOWED.0 + FOLLOWED.1 * hypothesis.added.len();
+        let mut followed: Vec<Fitted> = Vec::new();
+        for (_, start) in starts {
+            let asunder = |other: &Fitted| other.units.iter().zip(&start.units).any(|(a, b)| (a - b).abs() > ASUNDER);
+            if followed.len() < most && followed.iter().all(asunder) {
+                followed.push(start);
+            }
+        }
+        let mut ends: Vec<Fitted> = followed.iter().map(|start| self.descend(few, start, COARSE_STEPS, control)).collect();
         ends.sort_by(|a, b| a.chi_square.total_cmp(&b.chi_square));
         let agrees = ends.len() < 2 || ends[1].chi_square <= ends[0].chi_square * 1.01 + 1.0;
         let near = self.descend(&objective, &nothing, STEPS, control);
@@ -295,9 +305,12 @@ fn read_back(objective: &Compared<'_>, from: &Fitted, place: &[f64], chi_square:
 const RESONANCES_HZ: (f64, f64, u32) = (8.0, 1600.0, 26);
 /// Places of a mass in its range at which it is looked for.
 const SHARES: [f64; 3] = [0.3, 0.6, 0.85];
+/// Pairs of numbers without unit at which it is looked for, where it has such: arms on which it is felt and struck, to either side.
+const ARMS: [[f64; 2]; 5] = [[0.0, 0.0], [1.0, 1.0], [1.0, -1.0], [-1.0, 1.0], [-1.0, -1.0]];
 
 /// Places of masses that resonate all over the band, each alone and both where there are two, with a spring and a damper, or with the frequency itself
-/// among the parameters: the ranges together hold mostly resonances where nothing is measured. `None` where the parameters are no such ones.
+/// among the parameters, or with two arms beside: the ranges together hold mostly resonances where nothing is measured. `None` where the parameters are
+/// no such ones.
 fn resonances(described: &[&Parameter]) -> Option<Vec<Vec<f64>>> {
     let of = |units: &[&str]| (0..described.len()).filter(|at| units.contains(&described[*at].unit.as_str())).collect::<Vec<usize>>();
     let (masses, springs, dampers) = (of(&["kg", "kg*m^2"]), of(&["N/m", "N*m/rad"]), of(&["N*s/m", "N*m*s/rad"]));
@@ -307,17 +320,20 @@ fn resonances(described: &[&Parameter]) -> Option<Vec<Vec<f64>>> {
     let start: Vec<f64> = described.iter().map(|p| p.to_unit(p.start)).collect();
     let frequencies = (0..count).map(|at| low * (high / low).powf(f64::from(at) / f64::from(count - 1)));
     let tried = frequencies.flat_map(|hz| SHARES.map(|share| (hz, share)));
+    let plain = of(&["1"]);
     match (masses.as_slice(), springs.as_slice(), dampers.as_slice(), natural.as_slice()) {
-        (&[mass], &[spring], &[damper], []) if described.len() == 3 => {
-            let place = |(hz, share): (f64, f64)| {
+        (&[mass], &[spring], &[damper], []) if described.len() == 3 + plain.len() && [0, 2].contains(&plain.len()) => {
+            let arms = if plain.is_empty() { &ARMS[..1] } else { &ARMS };
+            let place = |((hz, share), arms): ((f64, f64), [f64; 2])| {
                 let (m, omega) = (described[mass].from_unit(share), std::f64::consts::TAU * hz);
                 let mut place = start.clone();
                 place[mass] = share;
                 place[spring] = clamped(spring, m * omega * omega);
                 place[damper] = clamped(damper, 2.0 * 0.03 * m * omega);
+                plain.iter().zip(arms).for_each(|(at, arm)| place[*at] = clamped(*at, arm));
                 place
             };
-            Some(tried.map(place).collect())
+            Some(tried.flat_map(|resonance| arms.iter().map(move |some| (resonance, *some))).map(place).collect())
         }
         (masses, [], [], natural) if !masses.is_empty() && !natural.is_empty() => {
             let each: Vec<&[usize]> = masses.iter().map(std::slice::from_ref).chain((masses.len() > 1).then_some(masses)).collect();

@@ -4,6 +4,7 @@ use super::domain::{Domain, Part, floor_over, gap_over, share_closed};
 use super::fit::{Ablation, Fitted, Fitter, values_of};
 use super::hypothesis::{Hypothesis, Kind};
 use super::null::{LEAST_SCALE, Null, simulate};
+use super::place::Where;
 use super::record::{Fault, fault, held_out_fault};
 use super::run::{Candidate, Status, Survey, again_from, hypotheses, left_out, locate, nominal, nominal_fits, survey};
 use crate::machine::{Effect, Machine};
@@ -105,6 +106,8 @@ pub struct Diagnosis {
     pub chosen_held_out: Vec<Part>,
     /// The verdict.
     pub verdict: Verdict,
+    /// Where it points to.
+    pub place: Where,
     /// Ran to its end.
     pub complete: bool,
 }
@@ -123,13 +126,17 @@ pub struct Settings {
 /// Share of nulls that may be called something.
 const ALPHA: f64 = 0.001;
 /// Smallest statistic that is called something, whatever the null says; of a free shape at an interface, which has no scale of its own.
-const LEAST_STATISTIC: f64 = 5.0;
+const LEAST_STATISTIC: f64 = 2.5;
 const LEAST_FREE: f64 = 16.0;
 /// What a candidate must gain of χ² to be preferred, over its scale under the null.
 const PENALTY: f64 = 8.0;
 /// What the data can tell apart, in χ² (an error rate of 7 %), and as a share of the gain: the model is no better than that.
 const APART: f64 = 9.0;
 const APART_SHARE: f64 = 0.1;
+/// Share of the best's gain that a rival must gain.
+const HALF: f64 = 0.5;
+/// Share of what the best leaves that one with more parameters may leave to be its rival.
+const LESS: f64 = 0.9;
 /// Share of what the best foretells of positions left out that another may lack.
 const FORETOLD: f64 = 0.2;
 /// Effects that may be combined.
@@ -146,6 +153,9 @@ const LITTLE: (f64, f64) = (0.35, 0.5);
 const DOUBT: f64 = 1.5;
 /// Share of what the best effect leaves below which a free shape is the better explanation.
 const BETTER: f64 = 0.7;
+/// What a named effect may leave of what the machine without it fails to foretell of positions left out; and the share of what it fails to foretell
+/// itself below which a free shape that fits better is the better explanation.
+const FORETELLS: (f64, f64) = (1.02, 0.65);
 /// Excess at which a released parameter is all that is wrong.
 const RIGHT: f64 = 4.0;
 
@@ -227,6 +237,7 @@ pub fn diagnose(
         nominal_left_out,
         control,
     })?;
+    let place = Where::of(&verdict, fitter, as_described, (&chosen.0, &chosen.1), (effects, &located))?;
     let all = HoldOutSet { set: fitter.fit.set, positions: fitter.fit.positions.clone(), frfs: fitter.fit.frfs.clone() };
     let told = |(hypothesis, fitted): &(Hypothesis, Fitted)| fitter.gaps(hypothesis, fitted, held_out);
     for t in tried.iter_mut() {
@@ -255,6 +266,7 @@ pub fn diagnose(
         excess: before,
         chosen,
         verdict,
+        place,
         complete: !control.stopped(),
     })
 }
@@ -281,12 +293,17 @@ fn penalised(tried: &Tried) -> f64 {
     if candidate.gain == 0.0 { f64::INFINITY } else { candidate.chi_square() + PENALTY * candidate.gain / statistic }
 }
 
-/// Indices of the candidates that the data cannot tell from the best.
+/// Indices of the candidates that the data cannot tell from the best. One with more parameters is no rival where it leaves hardly less: what the
+/// simpler one explains needs no more.
 fn class(tried: &[Tried], null: &Null, count: f64) -> Vec<usize> {
     let Some(best) = tried.first() else { return Vec::new() };
     let unit = null.excess(best.candidate.chi_square() / count);
     let reach = penalised(best) + APART * unit + APART_SHARE * best.candidate.gain;
-    (0..tried.len()).filter(|at| penalised(&tried[*at]) <= reach).collect()
+    let added = |t: &Tried| t.candidate.fitted.as_ref().map_or(0, |(hypothesis, _)| hypothesis.added.len());
+    let as_simple = |t: &Tried| added(t) <= added(best) || t.candidate.chi_square() < LESS * best.candidate.chi_square();
+    let explains = |t: &Tried| t.candidate.gain >= HALF * best.candidate.gain;
+    let rival = |t: &Tried| penalised(t) <= reach && explains(t) && as_simple(t);
+    (0..tried.len()).filter(|at| rival(&tried[*at])).collect()
 }
 
 /// Of candidates that fit alike, those that foretell positions left out much worse than the best of them are no explanation: they go behind it.
@@ -404,17 +421,29 @@ fn conclude(evidence: &Evidence<'_, '_>) -> Result<(Verdict, (Hypothesis, Fitted
     let alternatives: Vec<String> = stands.map(|id| format!("{id}{rest}")).collect();
     let least = if after < BETTER * free_excess { LITTLE.0 } else { LITTLE.1 };
     let little = chosen.1.chi_square > (1.0 - least) * surveyed.base.chi_square;
-    if (after > FAR && little) || (after > DOUBT && free_excess < BETTER * after) {
+    // What is named must foretell positions left out: better than nothing does, and not much worse than a free shape that fits better, too.
+    let foretold = match names.len() {
+        1 => best.candidate.left_out,
+        _ => left_out(evidence.fitter, &chosen.0, &chosen.1, evidence.control).ok(),
+    };
+    let in_vain = |lost: f64| lost > FORETELLS.0 * evidence.nominal_left_out;
+    let beaten = |lost: f64| {
+        let better = |c: &Candidate| c.chi_square() < chosen.1.chi_square && c.left_out.is_some_and(|free| free < FORETELLS.1 * lost);
+        located.iter().any(better)
+    };
+    let fails = foretold.is_some_and(|lost| in_vain(lost) || beaten(lost)) && !evidence.fitter.lacks(Ablation::InSample);
+    if (after > FAR && little) || (after > DOUBT && free_excess < BETTER * after) || fails {
         let place = free.map_or("?", |c| named(&c.id));
+        let fails = if fails { " and foretells positions left out worse than it fits" } else { "" };
         let reason = format!(
-            "the best of the library, {}, leaves {after:.1} times what nulls show; a free shape at {place} leaves {free_excess:.1} times",
+            "the best of the library, {}, leaves {after:.1} times what nulls show{fails}; a free shape at {place} leaves {free_excess:.1} times",
             names.join("+")
         );
         let next = Some("an accelerometer at that place, struck there, too".to_string());
         return Ok((say(VerdictKind::Unknown, Vec::new(), reason, next), chosen));
     }
     let p = if best.p_value < 1e-4 { "p < 0.0001".to_string() } else { format!("p = {:.4}", best.p_value) };
-    let lost = best.candidate.left_out.map_or(String::new(), |l| {
+    let lost = foretold.map_or(String::new(), |l| {
         let share = 100.0 * (1.0 - l / evidence.nominal_left_out);
         if share > 0.0 { format!(", and {share:.0} % of that of positions left out") } else { String::new() }
     });

@@ -1,8 +1,8 @@
 //! Patches applied: names resolved, numbers put in their places.
 
 use super::check::{MachineError, check_parameter, fault, listing};
-use super::effect::{DerivedPatch, JointPatch, Patch, PointPatch, ShaftPatch};
-use super::{Derivation, Derived, Effect, Joint, Machine, Point, Shaft, Station, Value};
+use super::effect::{DerivedPatch, JointPatch, Patch, PointPatch, ShaftPatch, Source};
+use super::{Derivation, Derived, Effect, Joint, Lever, Machine, Point, Shaft, Station, Value};
 
 impl Machine {
     /// The machine with a patch applied, checked.
@@ -38,6 +38,9 @@ impl Machine {
         }
         for (joint, point, coefficient) in &patch.attached {
             machine.attach(joint, point, *coefficient)?;
+        }
+        for (point, on, arms) in &patch.levers {
+            machine.add_lever(point, on, arms)?;
         }
         for (target, rescale, parameter) in &patch.rescales {
             machine.rescale(target, *rescale, parameter)?;
@@ -100,7 +103,8 @@ impl Machine {
             .flat_map(|s| [&s.length, &s.diameter, &s.bore_ratio, &s.youngs_modulus, &s.shear_modulus, &s.density, &s.loss_factor]);
         let joints =
             self.joints.iter().flat_map(|j| [&j.stiffness, &j.damping, &j.loss_factor].into_iter().chain(j.relaxation_stiffness.as_ref()));
-        points.chain(shafts).chain(joints).chain([&self.chain.gain, &self.chain.delay, &self.chain.power])
+        let levers = self.chain.levers.iter().flat_map(|l| [&l.read, &l.struck]);
+        points.chain(shafts).chain(joints).chain([&self.chain.gain, &self.chain.delay, &self.chain.power]).chain(levers)
     }
 
     fn values(&self) -> impl Iterator<Item = &Value> {
@@ -125,7 +129,9 @@ impl Machine {
             own.chain(j.friction.values_mut().into_iter().chain(j.lead_error.values_mut()).map(|(_, value)| value))
         });
         let drive = self.drive.iter_mut().flat_map(super::Drive::values_mut).map(|(_, value)| value);
-        points.chain(shafts).chain(joints).chain(drive).chain([&mut self.chain.gain, &mut self.chain.delay, &mut self.chain.power])
+        let super::Chain { gain, delay, power, levers } = &mut self.chain;
+        let chain = [gain, delay, power].into_iter().chain(levers.iter_mut().flat_map(|l| [&mut l.read, &mut l.struck]));
+        points.chain(shafts).chain(joints).chain(drive).chain(chain)
     }
 
     /// Whether frequency responses and modes depend on each parameter; the others show in motion alone.
@@ -233,6 +239,21 @@ impl Machine {
             gap: value("gap", &patch.gap)?,
             lead_error: self.resolve_lead_error_patch(&part, &patch.lead_error)?,
         })
+    }
+
+    /// Lets what is read and struck at a point feel another motion, too.
+    fn add_lever(&mut self, point: &str, on: &str, [read, struck]: &[Source; 2]) -> Result<(), MachineError> {
+        let part = format!("lever {point}");
+        let [at, felt] = [self.named_point(&part, point)?, self.named_point(&part, on)?];
+        if at == felt {
+            return Err(fault(part, format!("«{point}» is no arm of itself; name another point")));
+        }
+        if self.points[at].fixed || self.points[felt].fixed {
+            return Err(fault(part, "a point that is held does not move; name points that do"));
+        }
+        let [read, struck] = [self.value(&format!("{part}.read"), read)?, self.value(&format!("{part}.struck"), struck)?];
+        self.chain.levers.push(Lever { point: at, on: felt, read, struck });
+        Ok(())
     }
 
     pub(super) fn joint_named(&self, part: &str, name: &str) -> Result<usize, MachineError> {

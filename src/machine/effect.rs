@@ -138,10 +138,24 @@ impl Effect {
         effects.iter().filter(move |e| shows(e) || !effects.iter().any(|other| other.id == e.id && shows(other)))
     }
 
-    /// Where it sits: the point, joint or shaft that it changes first, or the joint it adds; «drive» and «measurement» for what is none.
+    /// Where it sits: points, joints and shafts that it changes, each with the parameter by which, where there is one; else where it adds joints;
+    /// «drive» and «measurement» for what is none.
+    pub fn places(&self) -> Vec<(String, Option<String>)> {
+        if let Some(at) = &self.at {
+            return vec![(at.clone(), None)];
+        }
+        let Patch { points, joints, rescales, reattached, attached, .. } = &self.patch;
+        let is_new = |name: &str| points.iter().any(|p| p.name == name) || joints.iter().any(|j| j.name == name);
+        let scaled = rescales.iter().map(|(target, _, parameter)| (target.part().to_string(), Some(parameter.clone())));
+        let moved = reattached.iter().map(|r| &r.0).chain(attached.iter().map(|a| &a.0)).map(|joint| (joint.clone(), None));
+        let on = joints.iter().flat_map(|joint| joint.on.iter().map(|(point, _)| (point.clone(), None)));
+        let changed: Vec<_> = scaled.chain(moved).filter(|(name, _)| !is_new(name)).collect();
+        if changed.is_empty() { on.filter(|(name, _)| !is_new(name)).collect() } else { changed }
+    }
+
+    /// The first of them.
     pub fn place(&self) -> Option<String> {
-        let changed = self.patch.rescales.first().map(|(target, _, _)| target.part().to_string());
-        changed.or_else(|| self.patch.joints.first().map(|joint| joint.name.clone()))
+        self.places().into_iter().next().map(|(place, _)| place)
     }
 
     /// What must differ between data for the effect to show, where it is a change with the operating condition.
@@ -176,6 +190,8 @@ pub struct Patch {
     pub reattached: Vec<(String, String, String)>,
     /// Points that joints act on from now on, too: joint, point, coefficient.
     pub attached: Vec<(String, String, f64)>,
+    /// Arms on which sensor and hammer sit: point, the one whose motion is felt there, too, and how much by either.
+    pub levers: Vec<(String, String, [Source; 2])>,
     /// Quantities to be reported: name and how they follow.
     pub derived: Vec<(String, DerivedPatch)>,
 }
@@ -208,6 +224,8 @@ pub struct Effect {
     pub ordinary: bool,
     /// The points, joints or shafts a machine must have for it to apply, by name; «drive» stands for its drive.
     pub needs: Vec<String>,
+    /// Where it sits in a person's eyes, where that is not what it changes first.
+    pub at: Option<String>,
     /// Data it can show in.
     pub data: Vec<Data>,
     /// What it adds.

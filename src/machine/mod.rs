@@ -26,7 +26,7 @@ mod shaft;
 mod target;
 mod value;
 
-pub use chain::Chain;
+pub use chain::{Chain, Lever};
 pub use check::MachineError;
 pub use contact::{LoadedPair, PairState};
 pub use derived::{Derivation, Derived};

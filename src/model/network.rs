@@ -57,6 +57,8 @@ pub struct Network {
     loss: Vec<f64>,
     /// Whether any joint has a loss factor.
     loses: bool,
+    /// r of sensor and hammer of each lever of the machine.
+    levers: Vec<[f64; 2]>,
 }
 
 /// Room for evaluations at some frequencies at once; keep it and none allocates. What is kept for each of some groups of frequencies stands side by side.
@@ -67,8 +69,19 @@ pub struct Workspace {
     rods: Vec<RodLanes>,
     at_excitation: Vec<Complexes>,
     at_response: Vec<Complexes>,
+    /// What is read on an arm.
+    on_arm: Vec<Complexes>,
     /// Room for a search of peaks.
     pub(super) peaks: peaks::Room,
+}
+
+/// Where is read and where is struck.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum End {
+    /// The response.
+    Response,
+    /// The excitation.
+    Excitation,
 }
 
 /// A receptance at one frequency.
@@ -100,14 +113,14 @@ impl Structure {
             rods: Vec::with_capacity(self.rods.len() * ABREAST),
             at_excitation: vec![Complexes::ZERO; self.size() * ABREAST],
             at_response: vec![Complexes::ZERO; self.size() * ABREAST],
+            on_arm: vec![Complexes::ZERO; ABREAST],
             peaks: peaks::Room::default(),
         }
     }
 
-    /// A unit force at a coordinate, for some groups of frequencies.
-    fn unit_force(&self, at: usize, abreast: usize, force: &mut [Complexes]) {
-        force[..self.size() * abreast].fill(Complexes::ZERO);
-        force[at * abreast..][..abreast].fill(Complexes::real(Reals::ONE));
+    /// Whether response and excitation differ: points, or arms at them.
+    fn has_two_ends(&self) -> bool {
+        self.response != self.excitation || !self.read.is_empty()
     }
 
     /// An empty network to be filled by [`Network::update`].
@@ -122,6 +135,7 @@ impl Structure {
             damping: vec![0.0; slots],
             loss: vec![0.0; slots],
             loses: false,
+            levers: Vec::new(),
         }
     }
 }
@@ -182,6 +196,28 @@ impl Network {
             }
         }
         self.loses = self.loss.iter().any(|h| *h != 0.0);
+        self.levers.clear();
+        self.levers.extend(machine.chain.levers.iter().map(|l| [&l.read, &l.struck].map(|r| r.at(parameters, operating))));
+    }
+
+    /// Displacements under a unit force at the excitation, or at the response, with its arms, for some groups of frequencies, once D is factored.
+    fn displaced_by(&self, end: End, abreast: usize, (entries, x): (&[Complexes], &mut [Complexes])) {
+        let shape = &self.structure;
+        let (at, arms) = match end {
+            End::Response => (shape.response, &shape.read),
+            End::Excitation => (shape.excitation, &shape.struck),
+        };
+        x[..shape.size() * abreast].fill(Complexes::ZERO);
+        x[at * abreast..][..abreast].fill(Complexes::real(Reals::ONE));
+        for (lever, on) in arms {
+            x[on * abreast..][..abreast].fill(Complexes::real(Reals::splat(self.levers[*lever][end as usize])));
+        }
+        if arms.is_empty() && end == End::Excitation {
+            // The force acts where is eliminated last.
+            shape.elimination.solve_last(abreast, entries, x);
+        } else {
+            shape.elimination.solve(abreast, entries, x);
+        }
     }
 
     /// Assembles D(ω) without damping and factors it; gives the numbers of negative pivots and of rod poles below each ω.
@@ -302,23 +338,38 @@ impl Network {
     fn displace(&self, omega_rad_s: &[Reals], work: &mut Workspace) -> [Complexes; ABREAST] {
         let (shape, abreast) = (&self.structure, omega_rad_s.len());
         let determinant = self.factor_damped(omega_rad_s, work);
-        shape.unit_force(shape.excitation, abreast, &mut work.at_excitation);
-        shape.elimination.solve_last(abreast, &work.complex, &mut work.at_excitation);
-        if shape.response != shape.excitation {
-            shape.unit_force(shape.response, abreast, &mut work.at_response);
-            shape.elimination.solve(abreast, &work.complex, &mut work.at_response);
+        self.displaced_by(End::Excitation, abreast, (&work.complex, &mut work.at_excitation));
+        if shape.has_two_ends() {
+            self.displaced_by(End::Response, abreast, (&work.complex, &mut work.at_response));
         }
+        self.read_on_arm(abreast, work);
         determinant
     }
 
     /// What [`Network::displace`] left behind.
     fn solution<'w>(&self, omega_rad_s: &'w [Reals], work: &'w Workspace) -> Solution<'w> {
-        let at_response = if self.structure.response == self.structure.excitation { &work.at_excitation } else { &work.at_response };
+        let at_response = if self.structure.has_two_ends() { &work.at_response } else { &work.at_excitation };
         Solution { omega_rad_s, at_excitation: &work.at_excitation, at_response, rods: &work.rods }
+    }
+
+    /// Works out what is read on the response's arms.
+    fn read_on_arm(&self, abreast: usize, work: &mut Workspace) {
+        let shape = &self.structure;
+        if shape.read.is_empty() {
+            return;
+        }
+        for (w, sum) in work.on_arm[..abreast].iter_mut().enumerate() {
+            let arms =
+                shape.read.iter().map(|(lever, on)| work.at_excitation[on * abreast + w] * self.levers[*lever][End::Response as usize]);
+            *sum = arms.fold(work.at_excitation[shape.response * abreast + w], |sum, x| sum + x);
+        }
     }
 
     /// Displacement of the response under a unit force at the excitation.
     fn response<'w>(&self, abreast: usize, work: &'w Workspace) -> &'w [Complexes] {
+        if !self.structure.read.is_empty() {
+            return &work.on_arm[..abreast];
+        }
         &work.at_excitation[self.structure.response * abreast..][..abreast]
     }
 
@@ -376,11 +427,11 @@ impl Network {
         }
         shape.elimination.factor(abreast, entries, |_, _, _| ());
         // What is eliminated last needs no way back: its pivot is the dynamic stiffness there.
-        if shape.response == shape.excitation {
+        if !shape.has_two_ends() {
             return &work.complex[shape.diagonal[shape.excitation] * abreast..][..abreast];
         }
-        shape.unit_force(shape.excitation, abreast, &mut work.at_excitation);
-        shape.elimination.solve_last(abreast, &work.complex, &mut work.at_excitation);
+        self.displaced_by(End::Excitation, abreast, (&work.complex, &mut work.at_excitation));
+        self.read_on_arm(abreast, work);
         self.response(abreast, work)
     }
 

@@ -4,6 +4,8 @@
 //! ∂H_rv/∂a = − x_rᵀ·(∂D/∂a)·x_e        x_r, x_e: displacements under a unit force at the response and at the excitation
 //! ```
 //!
+//! and, on an arm of length r of either, ∂H/∂r is the other's displacement at the motion felt there.
+//!
 //! D depends on a few elements (a stiffness, an inertia, a rod's transit time …) and those on the parameters; the second step is
 //! worked out once per operating condition, the first at each frequency.
 //!
@@ -12,7 +14,7 @@
 use num_complex::Complex64;
 
 use super::lanes::{Complexes, Reals};
-use super::network::{Network, Workspace};
+use super::network::{End, Network, Workspace};
 use super::rod::loss;
 use super::solution::Solution;
 use crate::machine::{Machine, Operating};
@@ -36,6 +38,8 @@ enum Element {
     RodTransit(usize),
     /// Loss factor of a rod.
     RodLoss(usize),
+    /// r of a lever, of its sensor or hammer.
+    Lever(usize, End),
 }
 
 /// How the elements of a network depend on some of the parameters, for one operating condition and one set of parameters.
@@ -129,6 +133,11 @@ impl Network {
             }
             shaft.loss_factor.gradient(parameters, operating, |p, d| entries.extend(column[p].map(|c| (Element::RodLoss(index), c, d))));
         }
+        for (index, lever) in machine.chain.levers.iter().enumerate() {
+            for (end, arm) in [(End::Response, &lever.read), (End::Excitation, &lever.struck)] {
+                arm.gradient(parameters, operating, |p, d| entries.extend(column[p].map(|c| (Element::Lever(index, end), c, d))));
+            }
+        }
         Sensitivity { entries }
     }
 
@@ -202,6 +211,15 @@ impl Network {
                 let (rod, entries, (direct, cross)) = rod(at);
                 let (by_direct, by_cross) = entries.by_material(omega, rod.slopes_each(omega, entries));
                 (direct * by_direct + cross * by_cross) * each(&|omega| loss(omega).0 / rod.material(omega))
+            }
+            // No part of D: H = f_rᵀ·D⁻¹·f_e changes with the forces.
+            Element::Lever(lever, end) => {
+                let (arms, x) = match end {
+                    End::Response => (&self.structure.read, of.at_excitation),
+                    End::Excitation => (&self.structure.struck, of.at_response),
+                };
+                let felt = arms.iter().filter(|(own, _)| *own == lever);
+                felt.fold(Complexes::ZERO, |sum, (_, on)| sum - x[on * of.omega_rad_s.len() + w])
             }
         }
     }

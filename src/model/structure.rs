@@ -68,6 +68,9 @@ pub struct Structure {
     pub(super) joints: Vec<Vec<(usize, f64)>>,
     pub(super) response: usize,
     pub(super) excitation: usize,
+    /// Arms of the response and of the excitation: which of the machine's levers, and the coordinate felt.
+    pub(super) read: Vec<(usize, usize)>,
+    pub(super) struck: Vec<(usize, usize)>,
     /// How rods are represented.
     pub representation: Rods,
 }
@@ -102,6 +105,11 @@ impl Structure {
                 fault: "is held to the ground and has no receptance; name a point that moves",
             })
         };
+        let arms = |point: usize| -> Result<Vec<(usize, usize)>, ModelError> {
+            let levers = machine.chain.levers.iter().enumerate().filter(|(_, l)| l.point == point);
+            levers.map(|(at, lever)| Ok((at, moving(lever.on)?))).collect()
+        };
+        let (read, struck) = (arms(response)?, arms(excitation)?);
         let (response, excitation) = (moving(response)?, moving(excitation)?);
         let last: Vec<usize> = if response == excitation { vec![response] } else { vec![response, excitation] };
         let rod_pairs = rods.iter().filter_map(|r| Some((r.along[0]?, r.along[1]?)));
@@ -115,7 +123,7 @@ impl Structure {
                 [i.map(|i| diagonal[i]), j.map(|j| diagonal[j]), i.zip(j).map(|(i, j)| elimination.entry(i, j))]
             })
             .collect();
-        Ok(Structure { elimination, coordinate, rods, diagonal, rod_slots, joints, response, excitation, representation })
+        Ok(Structure { elimination, coordinate, rods, diagonal, rod_slots, joints, response, excitation, read, struck, representation })
     }
 
     /// Coordinate of a point (by index); `None` where it is held.

@@ -6,6 +6,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::document::Stamp;
+use super::table::figure;
 use super::{columns, wrapped};
 
 /// `diagnosis.json`.
@@ -143,6 +144,9 @@ pub struct DeltaZ {
     pub imag: Vec<f64>,
 }
 
+/// The shape of a [`WhereRow`] that stands for what the verdict names.
+pub const NAMED: &str = "other";
+
 /// An interface at which something may be missing.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct WhereRow {
@@ -151,7 +155,7 @@ pub struct WhereRow {
     /// What the force or transmission error left depends on; of motion.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub over: Option<String>,
-    /// Shape.
+    /// Shape of a free dynamic stiffness; `other` for what the verdict names, in the place where that acts.
     pub shape: String,
     /// Share of χ² of the fitted data that it takes away.
     #[serde(default)]
@@ -164,6 +168,11 @@ impl WhereRow {
     /// Where, in words.
     pub fn says(&self) -> String {
         self.over.as_ref().map_or_else(|| self.interface.clone(), |over| format!("{}, over {over}", self.interface))
+    }
+
+    /// What, in words.
+    pub fn is_like(&self) -> &str {
+        if self.shape == NAMED { "what is named" } else { &self.shape }
     }
 }
 
@@ -312,9 +321,16 @@ pub fn diagnosis_text(document: &Diagnosis) -> String {
     if !others.is_empty() {
         text += &wrapped(&format!("do not apply to this machine: {}", others.join(", ")));
     }
-    text += "\nwhere — free shapes at interfaces, best first\n";
-    let rows: Vec<Vec<String>> =
-        document.places.iter().take(5).map(|i| vec![i.says(), i.shape.clone(), percent(Some(i.takes)), percent(i.gap_held_out)]).collect();
+    text += "\nwhere — what is named, then free shapes at interfaces, best first\n";
+    if let Some([from_hz, to_hz]) = v.band_hz {
+        text += &wrapped(&format!("what it changes lies most from {} to {} Hz", figure(from_hz), figure(to_hz)));
+    }
+    let rows: Vec<Vec<String>> = document
+        .places
+        .iter()
+        .take(5)
+        .map(|i| vec![i.says(), i.is_like().into(), percent(Some(i.takes)), percent(i.gap_held_out)])
+        .collect();
     text += &columns(&["interface", "shape", "χ² taken", "held-out gap"].map(String::from), rows.into_iter());
     for ratio in &document.ratio {
         text += &wrapped(&format!("measured over modelled, {}: {}", ratio.channel, ratio.looks_like));

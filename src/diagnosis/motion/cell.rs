@@ -105,6 +105,9 @@ fn cells_of(motion: &Motion, part: &MotionPart, (column, counts, weight): (Optio
     found
 }
 
+/// Share of the samples that count below which a phase is too short for its mean to say anything.
+const LEAST_SAMPLES: f64 = 0.01;
+
 /// The phase in which some amount is largest in the mean, known sample by sample: that of the force, record after record, each followed by its further
 /// points.
 pub(super) fn largest_phase(motions: &[&Motion], amount: &[f64]) -> Option<Phase> {
@@ -122,6 +125,7 @@ pub(super) fn largest_phase(motions: &[&Motion], amount: &[f64]) -> Option<Phase
             }
         }
     }
-    let means = Phase::ALL.into_iter().zip(sums).filter(|(_, (sum, count))| *count > 0 && *sum > 0.0);
+    let least = LEAST_SAMPLES * sums.iter().map(|(_, count)| *count as f64).sum::<f64>();
+    let means = Phase::ALL.into_iter().zip(sums).filter(|(_, (sum, count))| *count > 0 && *count as f64 >= least && *sum > 0.0);
     means.max_by(|a, b| (a.1.0 / a.1.1 as f64).total_cmp(&(b.1.0 / b.1.1 as f64))).map(|(phase, _)| phase)
 }

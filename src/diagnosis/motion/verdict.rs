@@ -110,10 +110,11 @@ impl MotionDiagnosis {
 }
 
 /// Share of nulls that may be called something, and the least gain that is: of the first effect, of one that machines ordinarily have a little of, and of
-/// one more.
+/// a second; of one more, and of one that is known, or found, to be mistaken for the first: what an imperfect first one leaves, its likes take best.
 pub(super) const ALPHA: f64 = 0.005;
 const LEAST: f64 = 0.03;
 const LEAST_ORDINARY: f64 = 0.06;
+const LEAST_SECOND: f64 = 0.11;
 const LEAST_MORE: f64 = 0.25;
 /// Gain that leaves so little that one null of twenty is rare enough.
 pub(super) const NEARLY_ALL: f64 = 0.8;
@@ -145,6 +146,11 @@ pub(super) struct Work<'w> {
     pub effects: &'w [Effect],
     settings: MotionSettings,
     control: &'w Control,
+}
+
+/// The effect that a combination was made with last.
+fn last_of(id: &str) -> &str {
+    id.rsplit('+').next().unwrap_or(id)
 }
 
 /// Diagnoses motions of a drive by the force of its rigid motion, and by the transmission errors of further points where they were recorded; of effects
@@ -204,7 +210,9 @@ pub fn diagnose_motion(
     // One effect more, as long as it is no accident.
     while !names.is_empty() && names.len() < MOST && !control.stopped() {
         let Some(second) = work.survey(&chosen, &names) else { break };
-        if !second.significant(|_| LEAST_MORE) {
+        let alike: Vec<&str> = same.iter().map(|at| first.id(*at)).collect();
+        let least_of = |id: &str| if names.len() > 1 || alike.contains(&last_of(id)) { LEAST_MORE } else { LEAST_SECOND };
+        if !second.significant(least_of) {
             break;
         }
         let at = second.best_effect().unwrap_or(0);
@@ -212,8 +220,7 @@ pub fn diagnose_motion(
         if !work.held(&second, &next, &chosen, second.ranked[at].gain) {
             break;
         }
-        let id = second.id(at);
-        names.push(id.rsplit('+').next().unwrap_or(id).to_string());
+        names.push(last_of(second.id(at)).to_string());
         loss *= 1.0 - second.ranked[at].gain;
         chosen = next;
     }

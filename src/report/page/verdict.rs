@@ -186,7 +186,7 @@ fn places(of: &Diagnosis) -> String {
     let mut chart = Chart::new(
         "where",
         "Gap left when one interface may change freely",
-        "The shorter the bar, the better a change at this interface alone explains the measurements. Line: the gap as it is.",
+        "What the verdict names stands first, in its place. The shorter the bar, the better a change at this interface alone explains the measurements. Line: the gap as it is.",
         110 + 30 * known.len(),
         layout()
             .show_legend(false)
@@ -195,8 +195,8 @@ fn places(of: &Diagnosis) -> String {
     );
     if !known.is_empty() {
         let (names, left): (Vec<String>, Vec<f64>) =
-            known.iter().map(|(w, g)| (escape(&format!("{}, {}", w.says(), w.shape)), rounded(*g, 4))).unzip();
-        let shapes: Vec<String> = known.iter().map(|(w, _)| escape(&w.shape)).collect();
+            known.iter().map(|(w, g)| (escape(&format!("{}, {}", w.says(), w.is_like())), rounded(*g, 4))).unzip();
+        let shapes: Vec<String> = known.iter().map(|(w, _)| escape(w.is_like())).collect();
         let ends: Vec<String> = names.first().into_iter().chain(names.last()).cloned().collect();
         let bars = Bar::new(left, names).orientation(Orientation::Horizontal).text_array(shapes).marker(Marker::new().color(colour(0)));
         chart.trace(bars.hover_template("%{y}: %{x:.1%}, like %{text}<extra></extra>"));
