@@ -36,7 +36,8 @@ fn diagnosis(kind: &str) -> Value {
                 "by_mode": [], "by_phase": {}},
         "where": [{"interface": "rotor", "gap_held_out": 0.02, "shape": "stiffness"}, {"interface": "<b>nut", "gap_held_out": 0.1, "shape": "other"}],
         "effects": [effect("rotor-hold", 0.97), effect("drive-flexibility", 0.95), effect("table-mass", 0.1)],
-        "verdict": {"kind": kind, "effects": ["rotor-hold", "drive-flexibility"], "reason": "both close it", "next_measurement": "rotor/table at l1"},
+        "verdict": {"kind": kind, "effects": ["rotor-hold", "drive-flexibility"], "reason": "both close it", "next_measurement": "rotor/table at l1",
+                    "where": "rotor", "band_hz": [5.0, 50.0]},
         "residual_map": [cell(1, 5.0, 50.0), cell(1, 50.0, 500.0), cell(2, 5.0, 50.0)],
         "delta_z": [{"interface": "rotor", "frequency_hz": [5.0, 50.0], "real": [900.0, 890.0], "imag": [1.0, 10.0]}],
     })
@@ -52,6 +53,7 @@ fn a_report_is_one_file_with_everything_in_it() {
     for part in [
         "these data cannot tell which",
         "rotor-hold or drive-flexibility",
+        "It acts at «rotor»; what it changes lies most from 5.000 to 50.00 Hz.",
         "Measure next:",
         "id=\"curves\"",
         "id=\"frequency-position\"",

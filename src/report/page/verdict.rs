@@ -41,6 +41,13 @@ pub fn summary(of: &Diagnosis) -> String {
     if of.verdict.kind == "ambiguous" && !of.verdict.effects.is_empty() {
         out += &paragraph(&format!("Could not be told apart: {}.", listed(&of.verdict.effects, "and")));
     }
+    if let (Some(place), "effect" | "ambiguous" | "wrong-parameter") = (&of.verdict.place, of.verdict.kind.as_str()) {
+        let band = of
+            .verdict
+            .band_hz
+            .map_or(String::new(), |[from, to]| format!("; what it changes lies most from {} to {} Hz", figure(from), figure(to)));
+        out += &paragraph(&format!("It acts at «{place}»{band}."));
+    }
     if let Some(phase) = &of.verdict.phase {
         out += &paragraph(&format!("It shows most at this phase of the motion: {phase}."));
     }
