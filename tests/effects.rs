@@ -167,14 +167,6 @@ damping = 4e3
             ("r_sensor", -sensor_m / nut_m),
             ("r_hammer", -hammer_m / nut_m),
         ];
-        let mut values = machine.start();
-        rocking.iter().for_each(|(id, x)| values[machine.parameter(id).unwrap()] = *x);
-        let structure = table_structure(&machine, Rods::Exact);
-        let (mut network, mut work) = (structure.network(), structure.workspace());
-        let receptance = |network: &mut jointid::model::Network, work: &mut _, values: &[f64], hz: f64| {
-            network.update(&machine, values, &Operating::default());
-            network.receptance(std::f64::consts::TAU * hz, work)
-        };
         for hz in [20.0, 130.0, 290.0, 700.0] {
             let omega = std::f64::consts::TAU * hz;
             let i = num_complex::Complex64::i();
@@ -185,20 +177,22 @@ damping = 4e3
             let determinant = xx * tt - xt * xt;
             let [x, turn] = [(tt - xt * hammer_m) / determinant, (xx * hammer_m - xt) / determinant];
             let expected = x + sensor_m * turn;
-            let found = receptance(&mut network, &mut work, &values, hz);
+            let found = receptance(&machine, &rocking, hz);
             assert!((found - expected).norm() < 1e-12 * expected.norm(), "{hz} Hz: {found} against {expected}");
+            let mut values = machine.start();
+            rocking.iter().for_each(|(id, x)| values[machine.parameter(id).unwrap()] = *x);
+            let structure = table_structure(&machine, Rods::Exact);
+            let mut network = structure.network();
+            network.update(&machine, &values, &Operating::default());
             let columns: Vec<Option<usize>> = (0..values.len()).map(Some).collect();
             let sensitivity = network.sensitivity(&machine, &values, &Operating::default(), &columns, None);
             let mut slopes = vec![jointid::model::Complexes::ZERO; values.len()];
-            network.gradient(&[jointid::model::Reals::splat(omega)], &sensitivity, &mut work, &mut slopes);
+            network.gradient(&[jointid::model::Reals::splat(omega)], &sensitivity, &mut structure.workspace(), &mut slopes);
             for (id, x) in rocking {
                 let at = machine.parameter(id).unwrap();
                 let step = 1e-5 * x;
-                let [low, high] = [-step, step].map(|by| {
-                    let mut moved = values.clone();
-                    moved[at] += by;
-                    receptance(&mut network, &mut work, &moved, hz)
-                });
+                let [low, high] = [-step, step]
+                    .map(|by| receptance(&machine, &rocking.map(|(other, y)| (other, if other == id { y + by } else { y })), hz));
                 let (exact, difference) = (slopes[at].apart()[0] * x, (high - low) / (2.0 * step) * x);
                 assert!((exact - difference).norm() < 1e-6 * expected.norm(), "{hz} Hz, {id}: {exact} against {difference}");
             }

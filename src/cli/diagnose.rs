@@ -11,8 +11,8 @@ use super::common::{CommandResult, Loaded, control, deliver, ended, fits_frfs, l
 use super::progress::Progress;
 use super::rows;
 use crate::diagnosis::{
-    Ablation, Candidate, Diagnosis, Domain, Fitted, Hypothesis, Kind, Part, Settings, Status, VerdictKind, closed, closed_interval,
-    diagnose, fitter, floor_over, gap_over, peak_errors, values_of,
+    Ablation, Candidate, Diagnosis, Domain, Fitted, Hypothesis, Kind, Part, Settings, Status, closed, closed_interval, diagnose, fitter,
+    floor_over, gap_over, peak_errors, values_of,
 };
 use crate::machine::{Data, Effect};
 use crate::measurement::{FitSet, HoldOutSet};
@@ -84,7 +84,7 @@ pub fn run(given: &DiagnoseArguments) -> CommandResult {
     let ran = on_threads(given.search.threads, || -> Result<_, crate::objective::ObjectiveError> {
         let found = diagnose(machine, &effects, &fitter, &held_out, &settings, &control)?;
         let estimate = closed(&found.held_out, &found.chosen_held_out);
-        let named = matches!(found.verdict.kind, VerdictKind::Effect | VerdictKind::Ambiguous | VerdictKind::WrongParameter);
+        let named = found.verdict.kind.explains();
         let interval = estimate.filter(|_| named).and_then(|estimate| {
             control.begin("6/6 interval of what closes");
             let (nominal, chosen) = ((&found.nominal.0, &found.nominal.1), (&found.chosen.0, &found.chosen.1));
@@ -225,8 +225,7 @@ fn to_document(
         })
         .collect();
     // What is named stands first, in the place where it acts.
-    let is_named = matches!(found.verdict.kind, VerdictKind::Effect | VerdictKind::Ambiguous | VerdictKind::WrongParameter);
-    let named = found.place.interface.clone().filter(|_| is_named).map(|interface| document::WhereRow {
+    let named = found.place.interface.clone().filter(|_| found.verdict.kind.explains()).map(|interface| document::WhereRow {
         interface,
         over: None,
         shape: document::NAMED.into(),

@@ -174,8 +174,11 @@ impl<'s> Fitter<'s> {
         let mut followed: Vec<Fitted> = Vec::new();
         for (_, start) in starts {
             let asunder = |other: &Fitted| other.units.iter().zip(&start.units).any(|(a, b)| (a - b).abs() > ASUNDER);
-            if followed.len() < most && followed.iter().all(asunder) {
+            if followed.iter().all(asunder) {
                 followed.push(start);
+            }
+            if followed.len() == most {
+                break;
             }
         }
         let mut ends: Vec<Fitted> = followed.iter().map(|start| self.descend(few, start, COARSE_STEPS, control)).collect();

@@ -10,6 +10,7 @@ mod peaks;
 mod place;
 mod record;
 mod run;
+mod said;
 mod verdict;
 
 pub use bootstrap::closed_interval;
@@ -20,4 +21,5 @@ pub use null::{Null, simulate};
 pub use peaks::{PeakErrors, peak_errors};
 pub use place::Where;
 pub use run::{Candidate, Status, Survey, fitter, hypotheses, left_out, locate, nominal, nominal_fits, survey};
-pub use verdict::{Diagnosis, Located, Settings, Tried, Verdict, VerdictKind, closed, diagnose};
+pub use said::{Verdict, VerdictKind};
+pub use verdict::{Diagnosis, Located, Settings, Tried, closed, diagnose};

@@ -4,8 +4,8 @@ use super::domain::Compared;
 use super::fit::{Fitted, Fitter, place_of};
 use super::hypothesis::{Hypothesis, Kind};
 use super::run::Candidate;
-use super::verdict::{Verdict, VerdictKind};
-use crate::machine::{Effect, Machine, Value};
+use super::said::{Verdict, VerdictKind};
+use crate::machine::{Effect, Value};
 use crate::objective::ObjectiveError;
 
 /// Share of all that changes which a band holds.
@@ -42,10 +42,9 @@ impl Where {
             VerdictKind::Unknown => (free_place(), free.map(|(hypothesis, fitted)| (hypothesis, fitted))),
             VerdictKind::WrongParameter => (released_at(chosen.0), Some(chosen)),
             VerdictKind::Effect | VerdictKind::Ambiguous => {
-                let first = verdict.effects.first().and_then(|names| names.split('+').next());
                 // Of effects with one id, for machines described in different words, the one that was put in.
                 let is_in = |e: &Effect| e.patch.parameters.iter().all(|p| chosen.0.machine.parameters.iter().any(|own| own.id == p.id));
-                let effect = first.and_then(|id| effects.iter().find(|e| e.id == id && is_in(e)));
+                let effect = verdict.first_effect().and_then(|id| effects.iter().find(|e| e.id == id && is_in(e)));
                 (effect.and_then(|e| effect_at(e, chosen.0, chosen.1)), Some(chosen))
             }
         };
@@ -69,7 +68,7 @@ fn effect_at(effect: &Effect, hypothesis: &Hypothesis, fitted: &Fitted) -> Optio
 /// The joint, point or shaft that a released parameter belongs to.
 fn released_at(hypothesis: &Hypothesis) -> Option<String> {
     let parameter = *hypothesis.added.first()?;
-    let machine: &Machine = &hypothesis.machine;
+    let machine = &hypothesis.machine;
     let on = |value: &Value| value.depends_on().any(|p| p == parameter);
     let joint = machine.joints.iter().find(|j| on(&j.stiffness) || on(&j.damping) || on(&j.loss_factor)).map(|j| &j.name);
     let point = || machine.points.iter().find(|p| on(&p.inertia)).map(|p| &p.name);

@@ -7,57 +7,11 @@ use super::null::{LEAST_SCALE, Null, simulate};
 use super::place::Where;
 use super::record::{Fault, fault, held_out_fault};
 use super::run::{Candidate, Status, Survey, again_from, hypotheses, left_out, locate, nominal, nominal_fits, survey};
+use super::said::{Verdict, VerdictKind, last_of};
 use crate::machine::{Effect, Machine};
 use crate::measurement::HoldOutSet;
 use crate::objective::ObjectiveError;
 use crate::optimizer::Control;
-
-/// Kinds of verdicts.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum VerdictKind {
-    /// Model and data agree within what ordinary nuisances and noise leave.
-    None,
-    /// One effect, or one combination, explains the gap.
-    Effect,
-    /// Several explain it, and the data cannot tell them apart.
-    Ambiguous,
-    /// Something is missing, but no effect of the library.
-    Unknown,
-    /// A frozen parameter is wrong.
-    WrongParameter,
-    /// A record contradicts the others.
-    Measurement,
-    /// The data are too few to say anything.
-    Insufficient,
-}
-
-impl VerdictKind {
-    /// The word for it.
-    pub fn word(self) -> &'static str {
-        match self {
-            VerdictKind::None => "none",
-            VerdictKind::Effect => "effect",
-            VerdictKind::Ambiguous => "ambiguous",
-            VerdictKind::Unknown => "unknown",
-            VerdictKind::WrongParameter => "wrong-parameter",
-            VerdictKind::Measurement => "measurement",
-            VerdictKind::Insufficient => "insufficient",
-        }
-    }
-}
-
-/// The verdict.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Verdict {
-    /// Kind.
-    pub kind: VerdictKind,
-    /// Effects or combinations; empty for the kinds that name none.
-    pub effects: Vec<String>,
-    /// Why, in a sentence or two.
-    pub reason: String,
-    /// What to measure next.
-    pub next: Option<String>,
-}
 
 /// A candidate with its figures.
 #[derive(Debug, Clone, PartialEq)]
@@ -484,7 +438,7 @@ fn another(
     let best = second.candidates.into_iter().filter(|c| c.status == Status::Tried).max_by(|a, b| a.gain.total_cmp(&b.gain));
     let Some((id, gain, (hypothesis, fitted))) = best.and_then(|c| Some((c.id.clone(), c.gain, c.fitted?))) else { return Ok(None) };
     let after = null.excess(fitted.chi_square / count);
-    let last = id.rsplit('+').next().unwrap_or(&id).to_string();
+    let last = last_of(&id).to_string();
     // What gained nothing alone has shown no scale of its own.
     let scale = if tried.iter().any(|t| t.candidate.id == last && t.statistic > 0.0) { null.scale(&last) } else { LEAST_SCALE };
     let statistic = gain / scale / after;

@@ -270,6 +270,13 @@ pub struct VerdictRow {
     pub phase: Option<String>,
 }
 
+impl VerdictRow {
+    /// The band, in words.
+    pub fn band_says(&self) -> Option<String> {
+        self.band_hz.map(|[from, to]| format!("what it changes lies most from {} to {} Hz", figure(from), figure(to)))
+    }
+}
+
 fn percent(x: Option<f64>) -> String {
     x.map_or("–".into(), |x| format!("{:.1} %", 100.0 * x))
 }
@@ -322,9 +329,7 @@ pub fn diagnosis_text(document: &Diagnosis) -> String {
         text += &wrapped(&format!("do not apply to this machine: {}", others.join(", ")));
     }
     text += "\nwhere — what is named, then free shapes at interfaces, best first\n";
-    if let Some([from_hz, to_hz]) = v.band_hz {
-        text += &wrapped(&format!("what it changes lies most from {} to {} Hz", figure(from_hz), figure(to_hz)));
-    }
+    text += &v.band_says().map_or(String::new(), |band| wrapped(&band));
     let rows: Vec<Vec<String>> = document
         .places
         .iter()

@@ -110,11 +110,10 @@ fn to_document(
         .collect();
     let something = found.verdict.kind != VerdictKind::None;
     // What is named says itself where it sits.
-    let first = found.verdict.effects.first().and_then(|e| e.split('+').next());
-    let named = first.and_then(|id| effects.iter().find(|e| e.id == id)).and_then(Effect::place);
+    let named = found.verdict.first_effect().and_then(|id| effects.iter().find(|e| e.id == id)).and_then(Effect::place);
     let kind = found.verdict.kind;
     let chosen = &found.chosen;
-    let is_named = matches!(kind, VerdictKind::Effect | VerdictKind::Ambiguous | VerdictKind::WrongParameter);
+    let is_named = kind.explains();
     let ceiling = found.tried.iter().filter(|t| !t.held_out.is_empty()).filter_map(|t| found.closed(&t.held_out)).chain(closed);
     Ok(document::Diagnosis {
         stamp: stamp("diagnosis", given.search.seed, found.complete, loaded, warnings),

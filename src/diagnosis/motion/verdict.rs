@@ -13,6 +13,7 @@ use super::stage::{Stage, simplest_first};
 use super::survey::{Ground, Ranked, Survey, start_of};
 use super::weight::weigh;
 use crate::diagnosis::domain::share_closed;
+use crate::diagnosis::said::last_of;
 use crate::diagnosis::{Hypothesis, Status, Verdict, VerdictKind};
 use crate::inverse_dynamics::{Fit, InverseError, Motion, Phase, Rigid, estimate, free_parameters, unseen};
 use crate::machine::{Data, Effect, Machine};
@@ -148,11 +149,6 @@ pub(super) struct Work<'w> {
     control: &'w Control,
 }
 
-/// The effect that a combination was made with last.
-fn last_of(id: &str) -> &str {
-    id.rsplit('+').next().unwrap_or(id)
-}
-
 /// Diagnoses motions of a drive by the force of its rigid motion, and by the transmission errors of further points where they were recorded; of effects
 /// with one id that for motion ([`Effect::asked_of`]).
 ///
@@ -207,10 +203,10 @@ pub fn diagnose_motion(
         loss *= 1.0 - first.ranked[at].gain;
         chosen = next;
     }
+    let alike: Vec<&str> = same.iter().map(|at| first.id(*at)).collect();
     // One effect more, as long as it is no accident.
     while !names.is_empty() && names.len() < MOST && !control.stopped() {
         let Some(second) = work.survey(&chosen, &names) else { break };
-        let alike: Vec<&str> = same.iter().map(|at| first.id(*at)).collect();
         let least_of = |id: &str| if names.len() > 1 || alike.contains(&last_of(id)) { LEAST_MORE } else { LEAST_SECOND };
         if !second.significant(least_of) {
             break;
@@ -313,7 +309,7 @@ pub fn diagnose_motion(
         verdict
     };
     let shows = match verdict.kind {
-        VerdictKind::Effect | VerdictKind::Ambiguous | VerdictKind::WrongParameter => first.best_effect().map(|at| &first.ranked[at]),
+        kind if kind.explains() => first.best_effect().map(|at| &first.ranked[at]),
         VerdictKind::Unknown => first.best_free(),
         _ => None,
     };

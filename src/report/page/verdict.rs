@@ -42,10 +42,7 @@ pub fn summary(of: &Diagnosis) -> String {
         out += &paragraph(&format!("Could not be told apart: {}.", listed(&of.verdict.effects, "and")));
     }
     if let (Some(place), "effect" | "ambiguous" | "wrong-parameter") = (&of.verdict.place, of.verdict.kind.as_str()) {
-        let band = of
-            .verdict
-            .band_hz
-            .map_or(String::new(), |[from, to]| format!("; what it changes lies most from {} to {} Hz", figure(from), figure(to)));
+        let band = of.verdict.band_says().map_or(String::new(), |band| format!("; {band}"));
         out += &paragraph(&format!("It acts at «{place}»{band}."));
     }
     if let Some(phase) = &of.verdict.phase {
@@ -193,7 +190,8 @@ fn places(of: &Diagnosis) -> String {
     let mut chart = Chart::new(
         "where",
         "Gap left when one interface may change freely",
-        "What the verdict names stands first, in its place. The shorter the bar, the better a change at this interface alone explains the measurements. Line: the gap as it is.",
+        "What the verdict names stands first, in its place. The shorter the bar, the better a change at this interface alone explains the \
+         measurements. Line: the gap as it is.",
         110 + 30 * known.len(),
         layout()
             .show_legend(false)
