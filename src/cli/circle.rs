@@ -10,6 +10,7 @@ use super::bode::known;
 use super::common::{CommandResult, Loaded, Outcome, deliver, inputs, load_machine, prepare, stamp, stop_flag, told, warn};
 use crate::machine::Motion;
 use crate::motion::{Circle, Settings, Trace, contour_error, simulate};
+use crate::numeric::parallel::OrFirstError;
 use crate::report::columns;
 use crate::report::loops::{CircleRow, Circles};
 
@@ -86,7 +87,7 @@ pub fn run(given: &CircleArguments) -> CommandResult {
             let ((x, x_trace), (y, y_trace)) = (travel(&first, &x)?, travel(&second, &y)?);
             Ok((x_trace.complete && y_trace.complete).then(|| row(*speed, &circle, x_s, (&x, &y), &x_trace, &y_trace)))
         })
-        .collect();
+        .or_first_error();
     let rows = rows?;
     let complete = rows.iter().all(Option::is_some);
     let mut stamp = stamp("circle", 0, complete, &first, Vec::new());

@@ -14,6 +14,7 @@ use crate::machine::Machine;
 use crate::measurement::MotionRecord;
 use crate::motion::{Settings, contour_error, simulate_record};
 use crate::network::{Example, Network, Trained};
+use crate::numeric::parallel::OrFirstError;
 use crate::numeric::statistics::quantile;
 use crate::optimizer::Control;
 use crate::report::columns;
@@ -191,7 +192,7 @@ fn axis(
                 physics,
             })
         })
-        .collect();
+        .or_first_error();
     let mut records = records?;
     let examples: Vec<Example> = records
         .iter()

@@ -8,6 +8,7 @@ use super::arguments::PeaksArguments;
 use super::common::{CommandResult, Outcome, deliver_with, prepare, print_out, set_stamp, told};
 use crate::measurement::{Frf, MeasurementSet, read_set};
 use crate::modal::{AmplitudeKind, Curve, Fit, FitOptions, ModalFit, TrackOptions, TrackRecord, track};
+use crate::numeric::parallel::OrFirstError;
 use crate::report::document::{EvidenceRow, PeakFitRow, PeakModeRow, PeakRow, Peaks};
 use crate::report::peaks_table;
 use crate::unit::omega_rad_s;
@@ -36,7 +37,7 @@ pub fn run(given: &PeaksArguments) -> CommandResult {
             let fitted = fit(frf, &options, given).map_err(|e| format!("{}: {e}", frf.source))?;
             Ok(Named { name, frf, nut_m: frf.position.and_then(|p| set.positions[p].nut_m), fitted })
         })
-        .collect();
+        .or_first_error();
     let named = fitted?;
     let series: Vec<String> = named.iter().map(|n| format!("{}/{} {}", n.frf.response, n.frf.excitation, n.frf.quantity.word())).collect();
     let records: Vec<TrackRecord> = named

@@ -15,6 +15,7 @@ use super::domain::{Compared, Domain};
 use super::fit::{Fitted, Fitter, amplitudes, place_of, start_of};
 use super::hypothesis::Hypothesis;
 use crate::machine::{FitRule, Joint, Law, Machine, Motion, Parameter, Place, Point, Scale, Shaft, Station, Value};
+use crate::numeric::parallel::OrFirstError;
 use crate::numeric::random::normal;
 use crate::objective::{FrfSettings, ObjectiveError};
 use crate::optimizer::{Control, least_squares_within};
@@ -184,14 +185,14 @@ pub fn simulate(
     let place = place_of(few, base);
     let here = few.residuals(&place);
     let projection = Projection::at(few, &place);
-    let directions: Vec<Directions> = candidates
+    let directions = candidates
         .par_iter()
-        .map(|(hypothesis, end)| {
+        .map(|(hypothesis, end)| -> Result<Directions, ObjectiveError> {
             let own = fitter.objective(hypothesis)?;
             let coarse = own.coarse(LINES);
             Ok(Directions::of(&projection, coarse.as_ref().unwrap_or(&own), hypothesis, base, end, &here))
         })
-        .collect::<Result<_, ObjectiveError>>()?;
+        .or_first_error()?;
     // A draw stands for all lines: what is left of a model's error grows with their number.
     let share = objective.observations() as f64 / few.observations() as f64;
     let step = control.steps("nulls", draws);

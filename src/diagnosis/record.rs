@@ -7,6 +7,7 @@ use super::fit::{Fitted, Fitter};
 use super::hypothesis::Hypothesis;
 use super::null::Null;
 use crate::measurement::{FitSet, HoldOutSet, MeasurementSet};
+use crate::numeric::parallel::OrFirstError;
 use crate::numeric::statistics::quantile;
 use crate::objective::ObjectiveError;
 use crate::optimizer::Control;
@@ -94,7 +95,7 @@ fn faulty(
             let count = own.objective(nominal)?.observations() as f64;
             Ok((*left, part.chi_square / objective.observations() as f64, own.loss(nominal, &part)? / count))
         })
-        .collect();
+        .or_first_error();
     let mut without = without?;
     without.sort_by(|a, b| a.1.total_cmp(&b.1));
     let (worst, rest, own) = without[0];
@@ -141,7 +142,7 @@ fn exchanged(
             let fitted = right.descend(&right.objective(nominal)?, base, STEPS, control);
             Ok((pair, fitted.chi_square))
         })
-        .collect();
+        .or_first_error();
     let mut fits = fits?;
     fits.sort_by(|a, b| a.1.total_cmp(&b.1));
     let count = fitter.objective(nominal)?.observations() as f64;

@@ -8,6 +8,7 @@ use super::hypothesis::{CHANNEL_SD, Hypothesis, NUT_SD_M, interfaces, with_nuisa
 use crate::identification::{Plan, identify};
 use crate::machine::{Base, Data, Effect, Machine};
 use crate::measurement::{FitSet, HoldOutSet};
+use crate::numeric::parallel::OrFirstError;
 use crate::objective::{FrfSettings, ObjectiveError};
 use crate::optimizer::Control;
 
@@ -163,7 +164,7 @@ fn left_out_anew(fitter: &Fitter<'_>, hypothesis: &Hypothesis, fitted: &Fitted, 
             let part = kept.descend(&objective, fitted, LEFT_OUT_STEPS, control);
             fitter.on(left).loss(hypothesis, &part)
         })
-        .collect();
+        .or_first_error();
     Ok(parts?.into_iter().sum())
 }
 

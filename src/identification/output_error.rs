@@ -7,6 +7,7 @@ use crate::inverse_dynamics::{InverseError, bounded_step, dependent};
 use crate::machine::Machine;
 use crate::measurement::MotionRecord;
 use crate::motion::{MotionError, RecordGap, Settings, simulate_record};
+use crate::numeric::parallel::OrFirstError;
 use crate::optimizer::Control;
 
 /// What the output error gave.
@@ -62,7 +63,7 @@ pub fn output_error(
                 moved[index] = beside(index);
                 Ok(simulated(&moved)?.map(|there| (there - &force) / (moved[index] - values[index])))
             })
-            .collect();
+            .or_first_error();
         evaluations += free.len() as u64;
         let Some(columns) = columns.map_err(told)?.into_iter().collect::<Option<Vec<_>>>() else { break };
         derivatives = DMatrix::from_columns(&columns);
@@ -130,5 +131,5 @@ pub fn simulated_gaps(
     control: &Control,
 ) -> Result<Vec<Option<RecordGap>>, MotionError> {
     let each = |record: &&MotionRecord| Ok(simulate_record(machine, values, record, &Settings::default(), &|| !control.stopped())?.1);
-    records.par_iter().map(each).collect()
+    records.par_iter().map(each).or_first_error()
 }

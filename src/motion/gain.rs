@@ -6,6 +6,7 @@ use super::run::simulate;
 use super::trace::Trace;
 use super::{MotionError, Settings};
 use crate::machine::{Machine, Value};
+use crate::numeric::parallel::OrFirstError;
 
 /// What a gain gives.
 #[derive(Debug, Clone, PartialEq)]
@@ -49,7 +50,7 @@ pub fn gain_study(
     go_on: &(dyn Fn() -> bool + Sync),
 ) -> Result<Vec<GainRow>, MotionError> {
     use rayon::prelude::*;
-    let row = |gain_per_s: &f64| {
+    let row = |gain_per_s: &f64| -> Result<GainRow, MotionError> {
         let mut machine = machine.clone();
         let drive = machine.drive.as_mut().ok_or(MotionError::NoDrive)?;
         drive.position.gain_per_s = Value::number(*gain_per_s);
@@ -60,7 +61,7 @@ pub fn gain_study(
         let at = point.and_then(|(p, travel)| Some((trace.points.iter().position(|n| *n == machine.points[p].name)?, travel)));
         Ok(of(*gain_per_s, &trace, course, rest_s, at))
     };
-    let mut rows = gains_per_s.par_iter().map(row).collect::<Result<Vec<_>, MotionError>>()?;
+    let mut rows = gains_per_s.par_iter().map(row).or_first_error()?;
     let largest =
         |rows: &[GainRow], of: fn(&GainRow) -> Option<f64>| rows.iter().filter(|r| r.time_s.is_some()).filter_map(of).reduce(f64::max);
     let (e, energy, tau) = (largest(&rows, |r| r.static_error), largest(&rows, |r| r.energy_j), largest(&rows, |r| r.time_s));

@@ -18,6 +18,7 @@ use crate::diagnosis::motion::{CellKind, MotionPart, cells, part};
 use crate::inverse_dynamics::{CurvePoint, Further, Motion, Phase, Recipe, Rigid, friction_curve};
 use crate::machine::Machine;
 use crate::measurement::MeasurementSet;
+use crate::numeric::parallel::OrFirstError;
 use crate::objective::point_named;
 use crate::report::record::{CurveRow, RecipeRow, RecordRow, TransmissionRow};
 
@@ -34,7 +35,7 @@ fn names(set: &MeasurementSet, records: &[usize]) -> Vec<String> {
 /// All records made ready, in the order of the set, the rigid machine that they suit, and what is to be said of their columns.
 fn prepared(loaded: &Loaded) -> Result<(Vec<Motion>, Rigid, Vec<String>), String> {
     let records = &loaded.set.motions;
-    let made: Result<Vec<Motion>, _> = records.par_iter().map(|r| Motion::new(r, Recipe::usual(r.step_s))).collect();
+    let made: Result<Vec<Motion>, _> = records.par_iter().map(|r| Motion::new(r, Recipe::usual(r.step_s))).or_first_error();
     let made = made.map_err(told)?;
     let rigid = rigid(loaded)?;
     let machine = &loaded.config.machine;

@@ -13,6 +13,7 @@ use super::super::arguments::WithheldArguments;
 use super::super::common::told;
 use super::super::progress::Progress;
 use super::make::Flag;
+use crate::numeric::parallel::OrFirstError;
 use crate::report::{OutputFolder, digest, to_json};
 use crate::withheld::{Answer, Run, Seal, SealedCase, files_of};
 
@@ -76,7 +77,7 @@ impl Asking {
                 Ok(Some((case.name.clone(), run.answer(&files_of(&self.cases.join(&case.name))?))))
             };
             // One after another from a common queue: neighbours may take very different times.
-            seal.cases.par_iter().with_max_len(1).map(ask).collect()
+            seal.cases.par_iter().with_max_len(1).map(ask).or_first_error()
         });
         progress.end();
         Ok(answers?.into_iter().flatten().collect())

@@ -10,6 +10,7 @@ use rayon::prelude::*;
 use super::super::common::told;
 use super::super::progress::Progress;
 use super::own::own_case;
+use crate::numeric::parallel::OrFirstError;
 use crate::report::{OutputFolder, to_json};
 use crate::truth::{Counts, Label, Plan, TruthError, generate_one, labels_json, motion, write_case};
 use crate::withheld::{Generator, Seal, SealedCase, folder_digest};
@@ -60,7 +61,7 @@ pub fn make(folder: &Path, generator: &Generator, stop: &Flag, quiet: bool) -> R
     let progress = Progress::counted(quiet, "make cases", generator.cases);
     let made: Vec<Option<Made>> = (0..generator.cases)
         .into_par_iter()
-        .map(|index| {
+        .map(|index| -> Result<Option<Made>, String> {
             if stop.load(Ordering::Relaxed) {
                 return Ok(None);
             }
@@ -68,7 +69,7 @@ pub fn make(folder: &Path, generator: &Generator, stop: &Flag, quiet: bool) -> R
             progress.step();
             Ok(Some(made))
         })
-        .collect::<Result<_, String>>()?;
+        .or_first_error()?;
     progress.end();
     let Some(made) = made.into_iter().collect::<Option<Vec<Made>>>() else {
         return Ok(None);

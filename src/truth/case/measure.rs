@@ -130,6 +130,8 @@ pub fn on_lines(
             }
             Ok(values)
         })
+        .collect::<Vec<_>>()
+        .into_iter()
         .collect()
 }
 

@@ -90,8 +90,12 @@ fn logarithms(
 ) -> Result<Vec<Complex64>, TruthError> {
     let axis = axis(lines_hz);
     let stations: Vec<(usize, f64)> = positions.iter().flat_map(|&position| levels.iter().map(move |&level| (position, level))).collect();
-    let parts: Result<Vec<Vec<Vec<Complex64>>>, TruthError> =
-        stations.into_par_iter().map(|(position, level)| subject.receptances(position, level, channels, &axis)).collect();
+    let parts: Result<Vec<Vec<Vec<Complex64>>>, TruthError> = stations
+        .into_par_iter()
+        .map(|(position, level)| subject.receptances(position, level, channels, &axis))
+        .collect::<Vec<_>>()
+        .into_iter()
+        .collect();
     let misread: Vec<Complex64> = axis.iter().map(|s| s.ln() * subject.misread_power()).collect();
     let mut out = Vec::with_capacity(positions.len() * levels.len() * channels.len() * lines_hz.len());
     for values in parts?.into_iter().flatten() {

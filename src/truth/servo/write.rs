@@ -47,7 +47,7 @@ fn drive(axis: &Axis, sensors: &Sensors, commands: &[(String, Vec<f64>)], draw: 
         let record = run_in(axis, sensors, command, &mut draw.branch(number as u64), PARTS)?;
         Ok((name.clone(), record))
     };
-    commands.par_iter().enumerate().map(one).collect()
+    commands.par_iter().enumerate().map(one).collect::<Vec<_>>().into_iter().collect()
 }
 
 fn put_set(folder: &Path, title: &str, records: &[(String, Record)]) -> Result<(), TruthError> {
