@@ -62,7 +62,7 @@ impl Rationals {
 
     /// Their two poles and their zero.
     fn features(&self) -> [Complexes; 3] {
-        let root = square_root(self.c * self.c - self.d * 4.0);
+        let root = (self.c * self.c - self.d * 4.0).sqrt();
         let per_d = (self.d + self.d).inverse();
         [(root - self.c) * per_d, -(root + self.c) * per_d, -self.a * self.b.inverse()]
     }
@@ -165,28 +165,11 @@ impl Part {
     }
 }
 
-/// Square roots of complex numbers, without angles.
-fn square_root(z: Complexes) -> Complexes {
-    let re = ((z.norm_sqr().sqrt() + z.re.abs()) * Reals::splat(0.5)).sqrt();
-    let im = re.simd_gt(Reals::ZERO).select(z.im * Reals::splat(0.5) / re, Reals::ZERO);
-    let negative = z.re.is_sign_negative();
-    let turned = z.im.is_sign_negative().select(-re, re);
-    Complexes::new(negative.select(im.abs(), re), negative.select(turned, im))
-}
-
 #[cfg(test)]
 mod tests {
     use num_complex::Complex64;
 
     use super::*;
-
-    #[test]
-    fn limit_square_roots_squared_are_the_numbers() {
-        for z in [(3.0, 4.0), (-3.0, 4.0), (-3.0, -4.0), (5.0, 0.0), (-5.0, 0.0), (0.0, 0.0), (0.0, -2.0)] {
-            let root = square_root(Complexes::splat(Complex64::new(z.0, z.1))).apart()[0];
-            assert!((root * root - Complex64::new(z.0, z.1)).norm() < 1e-14, "{z:?}: {root}");
-        }
-    }
 
     /// A function of this very type is told from its ends: its value, its pole, and that its slope turns where it does.
     #[test]

@@ -75,11 +75,42 @@ impl Complexes {
         Complexes { re: self.norm_sqr().ln() * Reals::splat(0.5), im: self.im.atan2(self.re) }
     }
 
+    /// √z, its real part not negative; without angles.
+    pub fn sqrt(self) -> Self {
+        let re = ((self.norm_sqr().sqrt() + self.re.abs()) * Reals::splat(0.5)).sqrt();
+        let im = re.simd_gt(Reals::ZERO).select(self.im * Reals::splat(0.5) / re, Reals::ZERO);
+        let negative = self.re.is_sign_negative();
+        let turned = self.im.is_sign_negative().select(-re, re);
+        Complexes::new(negative.select(im.abs(), re), negative.select(turned, im))
+    }
+
+    /// sin z and cos z.
+    pub fn sin_cos(self) -> (Self, Self) {
+        let (sin, cos) = self.re.sin_cos();
+        let (sinh, cosh) = sinh_cosh(self.im);
+        (Complexes::new(sin * cosh, cos * sinh), Complexes::new(cos * cosh, -(sin * sinh)))
+    }
+
     /// i·z.
     pub fn turned(self) -> Self {
         Complexes { re: -self.im, im: self.re }
     }
 }
+
+/// sinh x and cosh x; sinh of small x by its series, so that it keeps all its digits.
+fn sinh_cosh(x: Reals) -> (Reals, Reals) {
+    let size = x.abs();
+    let grows = size.exp();
+    let falls = Reals::ONE / grows;
+    let square = x * x;
+    let series = SINH.iter().fold(Reals::ZERO, |sum, c| sum.mul_add(square, Reals::splat(*c))) * x;
+    let far = (grows - falls) * Reals::splat(0.5);
+    let sinh = size.simd_lt(Reals::splat(0.3)).select(series, x.is_sign_negative().select(-far, far));
+    (sinh, (grows + falls) * Reals::splat(0.5))
+}
+
+/// 1/11!, 1/9!, … 1: what is left out is below 1e-16 of sinh x where |x| < 0.3.
+const SINH: [f64; 6] = [1.0 / 39_916_800.0, 1.0 / 362_880.0, 1.0 / 5_040.0, 1.0 / 120.0, 1.0 / 6.0, 1.0];
 
 impl Add for Complexes {
     type Output = Self;
@@ -176,5 +207,31 @@ impl Scalar for Complexes {
     fn inverse(self) -> Self {
         let scale = Reals::ONE / self.norm_sqr();
         Complexes { re: self.re * scale, im: -(self.im * scale) }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn limit_square_roots_squared_are_the_numbers() {
+        for z in [(3.0, 4.0), (-3.0, 4.0), (-3.0, -4.0), (5.0, 0.0), (-5.0, 0.0), (0.0, 0.0), (0.0, -2.0)] {
+            let root = Complexes::splat(Complex64::new(z.0, z.1)).sqrt().apart()[0];
+            assert!((root * root - Complex64::new(z.0, z.1)).norm() < 1e-14, "{z:?}: {root}");
+        }
+    }
+
+    /// Beside those of single numbers, on both sides of where the series ends, and where the imaginary part is all there is.
+    #[test]
+    fn limit_sines_and_cosines_are_those_of_single_numbers() {
+        for re in [0.0, 1e-9, 0.7, std::f64::consts::PI, 9.0, 40.0] {
+            for im in [0.0, 1e-12, -1e-4, 0.05, 0.299, -0.301, 1.5, -12.0] {
+                let z = Complex64::new(re, im);
+                let (sin, cos) = Complexes::splat(z).sin_cos();
+                let near = |a: Complex64, b: Complex64| (a - b).norm() <= 4e-15 * b.norm() + 1e-24;
+                assert!(near(sin.apart()[1], z.sin()) && near(cos.apart()[2], z.cos()), "{z}: {:?} {:?}", sin.apart()[1], z.sin());
+            }
+        }
     }
 }

@@ -7,7 +7,7 @@ use num_complex::Complex64;
 use super::lanes::{ABREAST, Complexes, LANES, Reals};
 use super::lines::Lines;
 use super::peaks;
-use super::rod::{Rod, RodLanes, loss};
+use super::rod::{Rod, RodLanes, loss, loss_each};
 use super::solution::Solution;
 use super::structure::{Rods, Structure};
 use crate::machine::{Machine, Operating};
@@ -22,6 +22,19 @@ pub(super) struct JointNumbers {
 }
 
 impl JointNumbers {
+    /// 1/(1 + iωc/k) of a damper in line with its relaxation spring, at some frequencies; 1 without one.
+    #[inline]
+    pub(super) fn share_each(&self, omega_rad_s: Reals) -> Complexes {
+        let ratio = self.relaxation_stiffness.map_or(Reals::ZERO, |k| omega_rad_s * Reals::splat(self.damping / k));
+        Complexes::new(Reals::ONE, ratio).inverse()
+    }
+
+    /// iωc through its relaxation spring, where it has one.
+    #[inline]
+    pub(super) fn damper_each(&self, omega_rad_s: Reals) -> Complexes {
+        (self.share_each(omega_rad_s) * (omega_rad_s * Reals::splat(self.damping))).turned()
+    }
+
     /// Stiffness with its loss, k·(1 + η·(i + 2/π·ln(ω/ω₀))), and its slope with ω.
     fn spring(&self, omega_rad_s: f64) -> (Complex64, f64) {
         let (added, slope) = loss(omega_rad_s);
@@ -76,7 +89,7 @@ pub struct Workspace {
 }
 
 /// Where is read and where is struck.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) enum End {
     /// The response.
     Response,
@@ -278,9 +291,7 @@ impl Network {
         let (shape, abreast) = (&self.structure, omega_rad_s.len());
         let spring_dampers = self.stiffness.iter().zip(&self.damping).zip(&self.loss);
         let added: [Reals; ABREAST] = match self.loses {
-            true => {
-                std::array::from_fn(|w| omega_rad_s.get(w).map_or(Reals::ZERO, |omega| Reals::from(omega.to_array().map(|o| loss(o).0.re))))
-            }
+            true => std::array::from_fn(|w| omega_rad_s.get(w).map_or(Reals::ZERO, |omega| loss_each(*omega).0.re)),
             false => [Reals::ZERO; ABREAST],
         };
         for (entries, ((k, c), h)) in entries.chunks_exact_mut(abreast).zip(spring_dampers) {
@@ -296,10 +307,7 @@ impl Network {
         }
         for (joint, on) in self.joints.iter().zip(&shape.joints).filter(|(j, _)| j.relaxation_stiffness.is_some()) {
             for (w, omega) in omega_rad_s.iter().enumerate() {
-                let damper = Complexes::each(|lane| {
-                    let omega = omega.to_array()[lane];
-                    joint.dynamic(omega).0 - joint.spring(omega).0
-                });
+                let damper = joint.damper_each(*omega);
                 for (at, &(i, a)) in on.iter().enumerate() {
                     for &(j, b) in &on[..=at] {
                         entries[shape.elimination.entry(i, j) * abreast + w] += damper * (a * b);

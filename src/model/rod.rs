@@ -59,6 +59,15 @@ pub(super) fn loss(omega_rad_s: f64) -> (Complex64, f64) {
     (Complex64::new(std::f64::consts::FRAC_2_PI * (omega / LOSS_REFERENCE_RAD_S).ln(), 1.0), slope)
 }
 
+/// [`loss`] at some frequencies.
+#[inline]
+pub(super) fn loss_each(omega_rad_s: Reals) -> (Complexes, Reals) {
+    let lowest = Reals::splat(LOWEST_RAD_S);
+    let slope = omega_rad_s.simd_gt(lowest).select(Reals::splat(std::f64::consts::FRAC_2_PI) / omega_rad_s, Reals::ZERO);
+    let share = omega_rad_s.fast_max(lowest) * Reals::splat(1.0 / LOSS_REFERENCE_RAD_S);
+    (Complexes::new(share.ln() * Reals::splat(std::f64::consts::FRAC_2_PI), Reals::ONE), slope)
+}
+
 /// (cos φ, sin φ) kept away from the poles at sin φ = 0, where the rod's dynamic stiffness is infinite.
 fn cos_sin(phase: f64) -> (f64, f64) {
     let (sin, cos) = phase.sin_cos();
@@ -74,6 +83,12 @@ impl Rod {
     /// 1 + η·(i + 2/π·ln(ω/ω₀)).
     pub(super) fn material(&self, omega_rad_s: f64) -> Complex64 {
         1.0 + loss(omega_rad_s).0 * self.loss_factor
+    }
+
+    /// [`Rod::material`] at some frequencies.
+    #[inline]
+    pub(super) fn material_each(&self, omega_rad_s: Reals) -> Complexes {
+        Complexes::real(Reals::ONE) + loss_each(omega_rad_s).0 * self.loss_factor
     }
 
     /// Direct and cross entry of D without loss.
@@ -136,6 +151,12 @@ impl Rod {
                 let scale = Reals::splat(self.stiffness) * phase / sin;
                 return RodLanes::real(scale * cos, -scale, sin);
             }
+        } else if self.elements == 0 {
+            let root = self.material_each(omega_rad_s).sqrt();
+            let phase = omega_rad_s * Reals::splat(self.transit_s);
+            let (sin, cos) = (root.inverse() * phase).sin_cos();
+            let scale = root * sin.inverse() * (phase * Reals::splat(self.stiffness));
+            return RodLanes { direct: scale * cos, cross: -scale, sin, lossless: false };
         }
         if let Some(chain) = self.chain_each(omega_rad_s).filter(|_| self.loss_factor == 0.0) {
             let scale = chain.sin_step / chain.sin;
@@ -167,7 +188,7 @@ impl Rod {
             };
             return (Complexes::real(alpha * direct - beta * cross * cross), Complexes::real(cross * (alpha - beta * direct)));
         }
-        let material = Complexes::each(|lane| self.material(omega_rad_s.to_array()[lane]));
+        let material = self.material_each(omega_rad_s);
         let y = match self.elements {
             0 => Complexes::real(Reals::ONE),
             _ => Complexes::each(|lane| {

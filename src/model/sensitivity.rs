@@ -11,16 +11,14 @@
 //!
 //! # Source  derivative of the inverse of a symmetric matrix, d(D⁻¹) = −D⁻¹·dD·D⁻¹.
 
-use num_complex::Complex64;
-
-use super::lanes::{Complexes, Reals};
+use super::lanes::{ABREAST, Complexes, Reals};
 use super::network::{End, Network, Workspace};
-use super::rod::loss;
+use super::rod::loss_each;
 use super::solution::Solution;
 use crate::machine::{Machine, Operating};
 
 /// A number that the dynamic stiffness is made of.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 enum Element {
     /// Inertia at a coordinate.
     Inertia(usize),
@@ -45,7 +43,7 @@ enum Element {
 /// How the elements of a network depend on some of the parameters, for one operating condition and one set of parameters.
 #[derive(Debug, Clone, Default)]
 pub struct Sensitivity {
-    /// Element, column, d(element)/d(parameter of the column).
+    /// Element, column, d(element)/d(parameter of the column); those of one element stand together.
     entries: Vec<(Element, usize, f64)>,
 }
 
@@ -138,6 +136,7 @@ impl Network {
                 arm.gradient(parameters, operating, |p, d| entries.extend(column[p].map(|c| (Element::Lever(index, end), c, d))));
             }
         }
+        entries.sort_by_key(|(element, _, _)| *element);
         Sensitivity { entries }
     }
 
@@ -151,10 +150,16 @@ impl Network {
         gradient: &mut [Complexes],
     ) -> &'w [Complexes] {
         let (receptances, solution) = self.solve(omega_rad_s, work);
+        let mut products = [Complexes::ZERO; ABREAST];
+        let mut of = None;
         for &(element, column, slope) in &sensitivity.entries {
-            for (w, sum) in gradient[column * omega_rad_s.len()..][..omega_rad_s.len()].iter_mut().enumerate() {
-                *sum -= self.element_product(element, &solution, w) * slope;
+            if of.replace(element) != Some(element) {
+                products.iter_mut().take(omega_rad_s.len()).enumerate().for_each(|(w, product)| {
+                    *product = self.element_product(element, &solution, w);
+                });
             }
+            let sums = gradient[column * omega_rad_s.len()..][..omega_rad_s.len()].iter_mut();
+            sums.zip(&products).for_each(|(sum, product)| *sum -= *product * slope);
         }
         receptances
     }
@@ -167,10 +172,7 @@ impl Network {
             let on = &self.structure.joints[joint];
             of.across(of.at_response, on, w) * of.across(of.at_excitation, on, w)
         };
-        // What only some machines have is worked out one frequency at a time.
-        let each = |of: &dyn Fn(f64) -> Complex64| Complexes::each(|lane| of(omega.to_array()[lane]));
         let rod = |rod: usize| (&self.rods[rod], &of.rods[rod * of.omega_rad_s.len() + w], of.along(self.structure.rods[rod].along, w));
-        let i = Complex64::i();
         match element {
             Element::Inertia(at) => {
                 let at = at * of.omega_rad_s.len() + w;
@@ -178,25 +180,17 @@ impl Network {
             }
             Element::Stiffness(joint) => match self.joints[joint].loss_factor {
                 0.0 => across(joint),
-                eta => across(joint) * each(&|omega| 1.0 + loss(omega).0 * eta),
+                eta => across(joint) * (Complexes::real(Reals::ONE) + loss_each(omega).0 * eta),
             },
-            Element::Loss(joint) => across(joint) * each(&|omega| loss(omega).0 * self.joints[joint].stiffness),
+            Element::Loss(joint) => across(joint) * loss_each(omega).0 * self.joints[joint].stiffness,
             Element::Damping(joint) => {
-                let numbers = &self.joints[joint];
-                let turned = across(joint).turned() * omega;
-                match numbers.relaxation_stiffness {
-                    None => turned,
-                    Some(k) => turned * each(&|omega| (1.0 + i * (omega * numbers.damping / k)).inv().powi(2)),
-                }
+                let share = self.joints[joint].share_each(omega);
+                across(joint).turned() * omega * (share * share)
             }
             Element::Relaxation(joint) => {
-                let numbers = &self.joints[joint];
-                let Some(k) = numbers.relaxation_stiffness else { return Complexes::ZERO };
-                let share = |omega: f64| {
-                    let damper = i * (omega * numbers.damping);
-                    (damper / (k + damper)).powi(2)
-                };
-                across(joint) * each(&share)
+                let Some(k) = self.joints[joint].relaxation_stiffness else { return Complexes::ZERO };
+                let share = self.joints[joint].damper_each(omega) * (1.0 / k);
+                across(joint) * (share * share)
             }
             Element::RodStiffness(at) => {
                 let (rod, entries, (direct, cross)) = rod(at);
@@ -210,7 +204,7 @@ impl Network {
             Element::RodLoss(at) => {
                 let (rod, entries, (direct, cross)) = rod(at);
                 let (by_direct, by_cross) = entries.by_material(omega, rod.slopes_each(omega, entries));
-                (direct * by_direct + cross * by_cross) * each(&|omega| loss(omega).0 / rod.material(omega))
+                (direct * by_direct + cross * by_cross) * (loss_each(omega).0 * rod.material_each(omega).inverse())
             }
             // No part of D: H = f_rᵀ·D⁻¹·f_e changes with the forces.
             Element::Lever(lever, end) => {

@@ -2,7 +2,7 @@
 
 use super::lanes::{Complexes, Reals};
 use super::network::Network;
-use super::rod::{RodLanes, loss};
+use super::rod::{RodLanes, loss_each};
 
 /// Displacements under a unit force at the excitation and at the response, and the rods' entries, of a solution.
 #[derive(Clone, Copy)]
@@ -45,14 +45,18 @@ impl Network {
             }
         }
         for (joint, on) in self.joints.iter().zip(&shape.joints).filter(|(j, _)| j.damping != 0.0 || j.loss_factor != 0.0) {
-            let plain = joint.relaxation_stiffness.is_none() && joint.loss_factor == 0.0;
             for (w, sum) in sums.iter_mut().enumerate() {
                 let product = of.across(of.at_response, on, w) * of.across(of.at_excitation, on, w);
-                *sum += if plain {
-                    product.turned() * joint.damping
-                } else {
-                    product * Complexes::each(|lane| joint.dynamic(omega_rad_s[w].to_array()[lane]).1)
+                *sum += match joint.relaxation_stiffness {
+                    None => product.turned() * joint.damping,
+                    Some(_) => {
+                        let share = joint.share_each(omega_rad_s[w]);
+                        (product * share * share).turned() * joint.damping
+                    }
                 };
+                if joint.loss_factor != 0.0 {
+                    *sum += product * (loss_each(omega_rad_s[w]).1 * Reals::splat(joint.stiffness * joint.loss_factor));
+                }
             }
         }
         for ((entries, rod), rod_shape) in of.rods.chunks_exact(abreast).zip(&self.rods).zip(&shape.rods) {
@@ -63,10 +67,7 @@ impl Network {
                     direct * slopes.0.re + cross * slopes.1.re
                 } else {
                     let (by_direct, by_cross) = entries.by_material(*omega, slopes);
-                    let drift = Complexes::each(|lane| {
-                        let omega = omega.to_array()[lane];
-                        loss(omega).1 * rod.loss_factor / rod.material(omega)
-                    });
+                    let drift = rod.material_each(*omega).inverse() * (loss_each(*omega).1 * Reals::splat(rod.loss_factor));
                     direct * (slopes.0 + by_direct * drift) + cross * (slopes.1 + by_cross * drift)
                 };
             }

@@ -5,7 +5,7 @@ use std::sync::{Arc, Mutex, OnceLock};
 use num_complex::Complex64;
 use rayon::prelude::*;
 
-use super::record::{Here, Record, check_overlap, log_factor, operating, record, wrapped};
+use super::record::{Here, Record, check_overlap, factor, log_factor, operating, record, wrapped};
 use super::{GAIN_RANGE, ObjectiveError, free_parameters, point_named};
 use crate::machine::{FitRule, Machine};
 use crate::measurement::{FitSet, Gain, HoldOutSet, MeasurementSet};
@@ -261,13 +261,13 @@ impl<'m> FrfObjective<'m> {
         let operating = here.operating(record);
         let mut scratch = self.borrow(record.structure);
         scratch.network.update(self.machine, &here.parameters, &operating);
-        let (chain, channel) = (self.machine.chain.at(&here.parameters, &operating), here.channel(record));
+        let factor = factor(self.machine.chain.at(&here.parameters, &operating), here.channel(record));
         let groups = lines.start / LANES..lines.end.div_ceil(LANES);
         for from in groups.clone().step_by(ABREAST) {
             let some = from..groups.end.min(from + ABREAST);
             let predicted = scratch.network.receptances_on(&record.lines, some.clone(), &mut scratch.work);
             for ((at, predicted), omega) in some.clone().zip(predicted).zip(&record.lines.omega_rad_s()[some]) {
-                let residual = record.measured(at * LANES) - predicted.ln() - log_factor(chain, channel, *omega);
+                let residual = record.measured(at * LANES) - predicted.ln() - log_factor(factor, *omega);
                 each(at * LANES, wrapped(residual));
             }
         }
@@ -467,14 +467,5 @@ impl<'m> FrfObjective<'m> {
     /// Lines of each record.
     pub fn lines(&self) -> Vec<usize> {
         self.records.iter().map(|r| r.omega_rad_s.len()).collect()
-    }
-
-    /// Column of each machine parameter, where it is free.
-    pub(super) fn columns(&self) -> Vec<Option<usize>> {
-        let mut columns = vec![None; self.base.len()];
-        for (at, &parameter) in self.free.iter().enumerate() {
-            columns[parameter] = Some(at);
-        }
-        columns
     }
 }

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use num_complex::Complex64;
 
 use super::{FrfSettings, ObjectiveError};
-use crate::machine::{Chain, Operating};
+use crate::machine::Operating;
 use crate::measurement::{Frf, Line, MeasurementSet};
 use crate::model::{Complexes, LANES, Lines, Reals};
 use crate::numeric::statistics::median;
@@ -113,10 +113,16 @@ impl Here {
     }
 }
 
-/// ln(recorded/receptance) of the numbers of a chain and a channel's own ln(gain) and delay.
-pub(super) fn log_factor(chain: (f64, f64, f64), channel: (f64, f64), omega_rad_s: Reals) -> Complexes {
-    let omegas = omega_rad_s.to_array();
-    Complexes::each(|lane| Chain::log_factor(chain, omegas[lane]) + Complex64::new(channel.0, -omegas[lane] * channel.1))
+/// ln(gain), delay (s) and power of iω of the numbers of a chain and of a channel's own ln(gain) and delay together.
+pub(super) fn factor((gain, delay_s, power): (f64, f64, f64), (log_gain, late_s): (f64, f64)) -> (f64, f64, f64) {
+    (gain.ln() + log_gain, delay_s + late_s, power)
+}
+
+/// ln(recorded/receptance) of a [`factor`], as [`crate::machine::Chain::log_factor`].
+pub(super) fn log_factor((log_gain, delay_s, power): (f64, f64, f64), omega_rad_s: Reals) -> Complexes {
+    let by_power = if power == 0.0 { Reals::ZERO } else { omega_rad_s.ln() * Reals::splat(power) };
+    let turned = omega_rad_s.mul_neg_add(Reals::splat(delay_s), Reals::splat(power * std::f64::consts::FRAC_PI_2));
+    Complexes::new(by_power + Reals::splat(log_gain), turned)
 }
 
 /// The imaginary part brought between −π and π.

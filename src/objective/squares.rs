@@ -1,11 +1,10 @@
 //! Objectives as sums of squares: FRFs with exact derivatives; modes by central differences, since peaks of |H| have no closed form.
 
 use nalgebra::{DMatrix, DVector};
-use num_complex::Complex64;
 use rayon::prelude::*;
 
 use super::frf::SPAN;
-use super::record::{Here, Record, log_factor, pieces, wrapped};
+use super::record::{Here, Record, factor, log_factor, pieces, wrapped};
 use super::{FrfObjective, GAIN_RANGE, ModeObjective};
 use crate::model::{ABREAST, Complexes, LANES, Reals};
 use crate::optimizer::{LeastSquares, Normal};
@@ -67,6 +66,21 @@ impl LeastSquares for ModeSquares<'_, '_> {
     }
 }
 
+/// What the coordinates of the unit cube stand for.
+struct Columns {
+    /// Column of each parameter of the machine, where it is free.
+    of: Vec<Option<usize>>,
+    /// d(parameter or nut position)/d(coordinate), column by column; nought for gains and delays.
+    unit: Vec<f64>,
+}
+
+/// Re Σ a*·b, lane by lane.
+#[inline]
+fn product(a: &[Complexes], b: &[Complexes]) -> Reals {
+    let (re, im) = a.iter().zip(b).fold((Reals::ZERO, Reals::ZERO), |(re, im), (a, b)| (a.re.mul_add(b.re, re), a.im.mul_add(b.im, im)));
+    re + im
+}
+
 impl FrfObjective<'_> {
     /// Column of the gain, where it is unknown.
     fn gain_column(&self) -> Option<usize> {
@@ -83,99 +97,134 @@ impl FrfObjective<'_> {
         (channel < self.channels()).then(|| self.free.len() + usize::from(self.estimates_gain()) + self.nuts + 2 * channel)
     }
 
+    /// Columns of the machine's parameters and of the data's own numbers here.
+    fn columns(&self, here: &Here) -> Columns {
+        let mut of = vec![None; here.parameters.len()];
+        let mut unit = vec![0.0; LeastSquares::dimension(self)];
+        for (column, (&parameter, slope)) in self.free.iter().zip(&mut unit).enumerate() {
+            of[parameter] = Some(column);
+            *slope = self.machine.parameters[parameter].unit_slope(here.parameters[parameter]);
+        }
+        (0..self.nuts).filter_map(|nut| self.nut_column(nut)).for_each(|column| unit[column] = SPAN * self.settings.nut_sd_m);
+        Columns { of, unit }
+    }
+
     /// Normal equations of some lines of a record, in coordinates of the unit cube.
-    fn piece(&self, record: &Record, here: &Here, columns: &[Option<usize>], lines: std::ops::Range<usize>) -> Normal {
-        let mut normal = Normal::zero(LeastSquares::dimension(self));
-        self.rows(record, here, columns, lines, |weight, residual, slopes| normal.add(weight, residual, slopes));
+    fn piece(&self, record: &Record, here: &Here, columns: &Columns, lines: std::ops::Range<usize>) -> Normal {
+        let dimension = columns.unit.len();
+        let mut chi_square = Reals::ZERO;
+        let mut gradient = vec![Reals::ZERO; dimension];
+        // The lower half, row by row.
+        let mut information = vec![Reals::ZERO; dimension * (dimension + 1) / 2];
+        self.weighted_rows(record, here, columns, lines, |_, residuals, slopes| {
+            let abreast = residuals.len();
+            chi_square += product(residuals, residuals);
+            let mut sums = information.iter_mut();
+            for (row, slope) in slopes.chunks_exact(abreast).zip(&mut gradient).enumerate() {
+                let (a, slope) = slope;
+                *slope += product(a, residuals);
+                slopes.chunks_exact(abreast).take(row + 1).zip(&mut sums).for_each(|(b, sum)| *sum += product(a, b));
+            }
+        });
+        let mut normal = Normal::zero(dimension);
+        normal.chi_square = chi_square.reduce_add();
+        normal.gradient.iter_mut().zip(gradient).for_each(|(slope, sum)| *slope = sum.reduce_add());
+        let mut sums = information.into_iter();
+        for row in 0..dimension {
+            (0..=row).zip(&mut sums).for_each(|(column, sum)| normal.information[(row, column)] = sum.reduce_add());
+        }
         normal
     }
 
-    /// Calls `each(weight, residual, slopes)` for real and imaginary part of some lines of a record, in coordinates of the unit cube.
-    fn rows(
+    /// Calls `each(line, residuals, slopes)` for some groups of lines of a record from a line on: residuals group by group, and their derivatives with the
+    /// coordinates of the unit cube, column c of group w at c·groups + w; both times the square root of the weight, nought past the last line.
+    fn weighted_rows(
         &self,
         record: &Record,
         here: &Here,
-        columns: &[Option<usize>],
+        columns: &Columns,
         lines: std::ops::Range<usize>,
-        mut each: impl FnMut(f64, f64, &[f64]),
+        mut each: impl FnMut(usize, &[Complexes], &[Complexes]),
     ) {
-        let dimension = LeastSquares::dimension(self);
+        let Columns { of: columns, unit } = columns;
+        let dimension = unit.len();
         let mut scratch = self.borrow(record.structure);
         let (parameters, operating) = (&here.parameters, here.operating(record));
         let nut = self.nut_column(record.nut);
         scratch.network.update(self.machine, parameters, &operating);
         let sensitivity = scratch.network.sensitivity(self.machine, parameters, &operating, columns, nut);
         let chain = self.machine.chain.at(parameters, &operating);
-        let mut chain_slopes: Vec<(usize, usize, f64)> = Vec::new();
+        // What ln of gain, delay and power of the chain change with a coordinate.
+        let mut chain_slopes: Vec<(usize, [f64; 3])> = Vec::new();
         for (which, value) in [&self.machine.chain.gain, &self.machine.chain.delay, &self.machine.chain.power].into_iter().enumerate() {
-            value.gradient(parameters, &operating, |p, d| chain_slopes.extend(columns[p].map(|c| (which, c, d))));
+            value.gradient(parameters, &operating, |p, d| {
+                let by = if which == 0 { d / chain.0 } else { d };
+                chain_slopes.extend(columns[p].map(|c| (c, std::array::from_fn(|at| if at == which { by * unit[c] } else { 0.0 }))));
+            });
         }
-        // From parameters to the unit cube.
-        let mut unit = vec![0.0; dimension];
-        for (slope, i) in unit.iter_mut().zip(&self.free) {
-            *slope = self.machine.parameters[*i].unit_slope(parameters[*i]);
+        // Of the data's own coordinates.
+        chain_slopes.extend(self.gain_column().map(|column| (column, [(GAIN_RANGE.1 / GAIN_RANGE.0).ln(), 0.0, 0.0])));
+        if let Some(column) = self.channel_column(record.structure) {
+            let (gain, delay_s) = self.settings.channel_sd;
+            chain_slopes.extend([(column, [SPAN * gain, 0.0, 0.0]), (column + 1, [0.0, SPAN * delay_s, 0.0])]);
         }
-        nut.into_iter().for_each(|column| unit[column] = SPAN * self.settings.nut_sd_m);
-        let channel = here.channel(record);
-        let (mut re, mut im) = (vec![0.0; dimension], vec![0.0; dimension]);
-        let mut slopes = vec![[Complex64::default(); LANES]; dimension];
+        let factor = factor(chain, here.channel(record));
+        let log_gain = Complexes::real(Reals::splat(here.log_gain));
+        let mut residuals = [Complexes::ZERO; ABREAST];
         let groups = lines.start / LANES..lines.end.div_ceil(LANES);
         for from in groups.clone().step_by(ABREAST) {
             let omegas = &record.lines.omega_rad_s()[from..groups.end.min(from + ABREAST)];
+            let abreast = omegas.len();
             scratch.row.clear();
-            scratch.row.resize(dimension * omegas.len(), Complexes::ZERO);
+            scratch.row.resize(dimension * abreast, Complexes::ZERO);
             let predicted = scratch.network.gradient(omegas, &sensitivity, &mut scratch.work, &mut scratch.row);
             for (w, (predicted, omega)) in predicted.iter().zip(omegas).enumerate() {
-                let first = (from + w) * LANES;
-                let residuals = wrapped(record.measured(first) - predicted.ln() - log_factor(chain, channel, *omega)).apart();
-                let inverse = predicted.inverse();
-                for (slopes, row) in slopes.iter_mut().zip(scratch.row[w..].iter().step_by(omegas.len())) {
-                    *slopes = (*row * inverse).apart();
+                let line = (from + w) * LANES;
+                let root = record.weights(line).sqrt();
+                let residual = wrapped(record.measured(line) - predicted.ln() - log_factor(factor, *omega));
+                residuals[w] = (residual - log_gain) * root;
+                let scaled = predicted.inverse() * -root;
+                for (slope, unit) in scratch.row[w..].iter_mut().step_by(abreast).zip(unit) {
+                    *slope = *slope * scaled * *unit;
                 }
-                for (lane, line) in (first..lines.end.min(first + LANES)).enumerate() {
-                    let (omega, residual) = (record.omega_rad_s[line], residuals[lane]);
-                    for (column, (slope, all)) in unit.iter().zip(&slopes).enumerate() {
-                        (re[column], im[column]) = (-all[lane].re * slope, -all[lane].im * slope);
-                    }
-                    for &(which, column, slope) in &chain_slopes {
-                        let by = slope
-                            * unit[column]
-                            * match which {
-                                0 => Complex64::new(1.0 / chain.0, 0.0),
-                                1 => Complex64::new(0.0, -omega),
-                                _ => Complex64::new(omega.ln(), std::f64::consts::FRAC_PI_2),
-                            };
-                        re[column] -= by.re;
-                        im[column] -= by.im;
-                    }
-                    if let Some(column) = self.gain_column() {
-                        (re[column], im[column]) = (-(GAIN_RANGE.1 / GAIN_RANGE.0).ln(), 0.0);
-                    }
-                    if let Some(column) = self.channel_column(record.structure) {
-                        (re[column], im[column]) = (-SPAN * self.settings.channel_sd.0, 0.0);
-                        (re[column + 1], im[column + 1]) = (0.0, omega * SPAN * self.settings.channel_sd.1);
-                    }
-                    each(record.weight[line], residual.re - here.log_gain, &re);
-                    each(record.weight[line], residual.im, &im);
+                for (column, [gain, delay_s, power]) in &chain_slopes {
+                    let by = Complexes::new(
+                        if *power == 0.0 { Reals::splat(*gain) } else { omega.ln().mul_add(Reals::splat(*power), Reals::splat(*gain)) },
+                        omega.mul_neg_add(Reals::splat(*delay_s), Reals::splat(power * std::f64::consts::FRAC_PI_2)),
+                    );
+                    scratch.row[column * abreast + w] -= by * root;
                 }
             }
+            each(from * LANES, &residuals[..abreast], &scratch.row);
         }
         self.give_back(record.structure, scratch);
     }
 
     /// Weighted residuals of all lines, real and imaginary parts in turn, and their derivatives with the place, row by row.
     pub fn weighted(&self, place: &[f64]) -> (DVector<f64>, DMatrix<f64>) {
-        let (here, columns) = (self.here(place), self.columns());
+        let here = self.here(place);
+        let columns = self.columns(&here);
         let dimension = LeastSquares::dimension(self);
-        let (mut residuals, mut slopes) = (Vec::new(), Vec::new());
+        let count = 2 * self.records.iter().map(|r| r.omega_rad_s.len()).sum::<usize>();
+        let (mut all, mut slopes) = (DVector::zeros(count), DMatrix::zeros(count, dimension));
+        let mut first = 0;
         for record in &self.records {
-            self.rows(record, &here, &columns, 0..record.omega_rad_s.len(), |weight, residual, row| {
-                residuals.push(weight.sqrt() * residual);
-                slopes.extend(row.iter().map(|d| weight.sqrt() * d));
+            let lines = record.omega_rad_s.len();
+            self.weighted_rows(record, &here, &columns, 0..lines, |from, residuals, derivatives| {
+                let abreast = residuals.len();
+                let fill = |column: &mut [f64], groups: &[Complexes]| {
+                    let numbers = groups.iter().flat_map(|group| group.apart()).flat_map(|z| [z.re, z.im]);
+                    column[2 * (first + from)..2 * (first + lines)].iter_mut().zip(numbers).for_each(|(entry, number)| *entry = number);
+                };
+                fill(all.as_mut_slice(), residuals);
+                slopes
+                    .column_iter_mut()
+                    .zip(derivatives.chunks_exact(abreast))
+                    .for_each(|(mut column, groups)| fill(column.as_mut_slice(), groups));
             });
+            first += lines;
         }
-        let count = residuals.len();
-        (DVector::from_vec(residuals), DMatrix::from_row_slice(count, dimension, &slopes))
+        (all, slopes)
     }
 
     /// Weighted residuals alone.
@@ -212,7 +261,7 @@ impl LeastSquares for FrfObjective<'_> {
 
     fn normal(&self, place: &[f64]) -> Normal {
         let here = self.here(place);
-        let columns = self.columns();
+        let columns = self.columns(&here);
         let parts: Vec<Normal> = pieces(&self.records)
             .par_iter()
             .map(|(record, lines)| self.piece(&self.records[*record], &here, &columns, lines.clone()))
@@ -221,9 +270,9 @@ impl LeastSquares for FrfObjective<'_> {
         let mut normal = Normal::zero(dimension);
         parts.iter().for_each(|part| normal.merge(part));
         let mut known = |column: usize, residual: f64, slope: f64| {
-            let mut row = vec![0.0; dimension];
-            row[column] = slope;
-            normal.add(1.0, residual, &row);
+            normal.chi_square += residual * residual;
+            normal.gradient[column] += residual * slope;
+            normal.information[(column, column)] += slope * slope;
         };
         for (column, &index) in self.free.iter().enumerate() {
             let parameter = &self.machine.parameters[index];

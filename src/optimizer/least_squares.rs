@@ -191,22 +191,32 @@ impl Normal {
 }
 
 /// A step none of whose coordinates is longer than `longest`: what the sum of squares hardly feels is held back by a ridge on the information,
-/// which leaves the step of all others as it is.
+/// which leaves the step of all others as it is. The ridge is the least of 1e-6, 1e-5, … that does, found by halving: a larger one makes a shorter step.
 ///
 /// # Source  Levenberg's damping as a trust region in the unit cube: Nocedal and Wright, Numerical Optimization, 2nd ed., §4.3.
 fn within(longest: f64, solve: impl Fn(f64) -> Option<DVector<f64>>) -> Option<DVector<f64>> {
-    let mut step = solve(0.0)?;
-    let mut ridge = 0.0;
-    for _ in 0..60 {
+    let step = solve(0.0)?;
+    if step.amax() <= longest {
+        return Some(step);
+    }
+    // Powers of ten: the largest that is too small, the least that is enough, and the one to try.
+    let (mut too_small, mut enough, mut power): (i32, Option<(i32, DVector<f64>)>, i32) = (-7, None, -2);
+    loop {
+        let step = solve(10_f64.powi(power))?;
         let reach = step.amax();
         if reach <= longest {
-            return Some(step);
+            enough = Some((power, step));
+        } else if power > 50 {
+            return Some(step * (longest / reach));
+        } else {
+            too_small = power;
         }
-        ridge = if ridge == 0.0 { 1e-6 } else { 10.0 * ridge };
-        step = solve(ridge)?;
+        power = match &enough {
+            None => too_small + 4,
+            Some((least, _)) if *least > too_small + 1 => (least + too_small).div_euclid(2),
+            Some(_) => return enough.map(|(_, step)| step),
+        };
     }
-    let reach = step.amax();
-    Some(step * (longest / reach.max(longest)))
 }
 
 impl<O> Solver<O, PolishState> for LevenbergMarquardt
