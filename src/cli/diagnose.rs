@@ -17,9 +17,10 @@ use crate::diagnosis::{
 use crate::machine::{Data, Effect};
 use crate::measurement::{FitSet, HoldOutSet};
 use crate::objective::FrfObjective;
+use crate::optimizer::{found_in, kept_as};
 use crate::report::diagnosis as document;
 use crate::report::diagnosis::diagnosis_text;
-use crate::report::{OutputFolder, digest, to_json};
+use crate::report::{OutputFolder, digest};
 
 /// Draws of the bootstrap of `closed`.
 const BOOTSTRAP: usize = 24;
@@ -76,7 +77,7 @@ pub fn run(given: &DiagnoseArguments) -> CommandResult {
     let ablated: Vec<Ablation> = given.ablate.iter().map(|part| part.ablation()).collect();
     let fitter = fitter(&fit, domain, &plan.frozen, &ablated);
     let cache = cache_file(given, &loaded, &effects, &fit);
-    let null = cache.as_ref().and_then(|(folder, file)| serde_json::from_slice(&std::fs::read(folder.join(file)).ok()?).ok());
+    let null = cache.as_ref().and_then(|(folder, file)| found_in(&std::fs::read_to_string(folder.join(file)).ok()?, file));
     let cached = null.is_some();
     let settings = Settings { seed: plan.seed, draws: usize::from(given.nulls), null };
     let progress = Progress::begin(given.output.quiet, "diagnose");
@@ -96,7 +97,8 @@ pub fn run(given: &DiagnoseArguments) -> CommandResult {
     let (found, interval) = ran?.map_err(told)?;
     if let Some((folder, file)) = cache.filter(|_| !cached && found.complete) {
         // A cache that cannot be written costs time, not the result.
-        let _ = OutputFolder::prepare(&folder).and_then(|folder| folder.write(&file, to_json(&found.null)?.as_bytes()));
+        let _ =
+            OutputFolder::prepare(&folder).and_then(|folder| folder.write(&file, kept_as(&file, &found.null).map_err(told)?.as_bytes()));
     }
     let document = to_document(given, &loaded, (&fit, &held_out), &found, interval, &effects)?;
     warn(&given.output, &document.stamp.warnings);

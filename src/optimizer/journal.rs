@@ -12,7 +12,7 @@ use serde_json::Value;
 
 use crate::numeric::digest::digest;
 
-const SCHEMA: &str = "jointid/unfinished/1";
+const SCHEMA: &str = "jointid/unfinished/2";
 
 /// The first line: whose work it is.
 #[derive(PartialEq, Serialize, Deserialize)]
@@ -25,13 +25,41 @@ struct Head {
 /// A piece that is finished, or the last state of one that is not.
 #[derive(Serialize, Deserialize)]
 struct Line {
+    /// Digest of its name.
     piece: String,
     found: Value,
+    /// Digest of both.
+    whole: String,
+}
+
+impl Line {
+    fn new(piece: String, found: Value) -> Self {
+        Line { whole: digest(format!("{piece} {found}").as_bytes()), piece, found }
+    }
+
+    /// A line as it was written; what a torn write or a bad disk has made of one is none.
+    fn read(line: &str) -> Option<Self> {
+        let Line { piece, found, whole } = serde_json::from_str(line).ok()?;
+        Some(Line::new(piece, found)).filter(|line| line.whole == whole)
+    }
+}
+
+/// A result under its name as one line of JSON that [`found_in`] takes only as it was written.
+///
+/// # Errors  it cannot be written as JSON.
+pub fn kept_as<T: Serialize>(name: &str, found: &T) -> io::Result<String> {
+    to_line(&Line::new(digest(name.as_bytes()), serde_json::to_value(found)?))
+}
+
+/// What [`kept_as`] has written under a name.
+pub fn found_in<T: DeserializeOwned>(line: &str, name: &str) -> Option<T> {
+    let line = Line::read(line).filter(|line| line.piece == digest(name.as_bytes()))?;
+    serde_json::from_value(line.found).ok()
 }
 
 /// Pieces of work by their names, one JSON object per line.
 ///
-/// A line is written whole or, where the process was killed in it, is no JSON and is left out. Numbers are written so that they are read as the
+/// A line carries its digest: one that is not as it was written, because the process was killed in it or a disk has changed it, is left out. Numbers are written so that they are read as the
 /// very same, and pieces depend on nothing but their name and the work: with pieces read back a run ends as it would have without a stop.
 pub struct Journal {
     path: PathBuf,
@@ -61,12 +89,12 @@ impl Journal {
         };
         let mut lines = text.lines();
         let same = lines.next().and_then(|line| serde_json::from_str::<Head>(line).ok()).is_some_and(|found| found == head);
-        let kept = lines.filter(|_| same).filter_map(|line| serde_json::from_str::<Line>(line).ok());
+        let kept = lines.filter(|_| same).filter_map(Line::read);
         let known: HashMap<String, Value> = kept.map(|line| (line.piece, line.found)).collect();
         // It will be written anew: without torn lines, each piece once.
         let mut first = to_line(&head)?;
         for (piece, found) in &known {
-            first += &to_line(&Line { piece: piece.clone(), found: found.clone() })?;
+            first += &to_line(&Line::new(piece.clone(), found.clone()))?;
         }
         Ok(Journal { path: path.into(), known, sink: Mutex::new(Sink::Nowhere(first)) })
     }
@@ -83,9 +111,7 @@ impl Journal {
 
     /// Writes a piece; the last one of a name counts. What cannot be written costs time at a later run, not the result: from then on nothing is.
     pub fn write<T: Serialize>(&self, piece: &str, found: &T) {
-        let line = serde_json::to_value(found)
-            .map_err(io::Error::from)
-            .and_then(|found| to_line(&Line { piece: digest(piece.as_bytes()), found }));
+        let line = kept_as(piece, found);
         let Ok(mut sink) = self.sink.lock() else { return };
         let written = line.and_then(|line| {
             if let Sink::Nowhere(first) = &*sink {
@@ -177,6 +203,30 @@ mod tests {
             assert!(journal.read::<u64>("b").is_none_or(|b| b == 1 || b == 2));
         }
         assert_eq!(most, 2);
+    }
+
+    /// A bit turned anywhere leaves each piece as it was written, or none.
+    #[test]
+    fn limit_bent_anywhere_it_gives_no_other_pieces() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("unfinished.jsonl");
+        write_two(&path);
+        let whole = std::fs::read(&path).unwrap();
+        let mut left_out = 0;
+        for at in 0..whole.len() {
+            for bit in [0, 3, 6] {
+                let mut bent = whole.clone();
+                bent[at] ^= 1 << bit;
+                std::fs::write(&path, &bent).unwrap();
+                let journal = Journal::open(&path, "work").unwrap();
+                let a = journal.read::<Vec<f64>>("a");
+                assert!(a.as_ref().is_none_or(|a| *a == [0.1 + 0.2, f64::MAX, 5e-324]), "byte {at}, bit {bit}: {a:?}");
+                assert!(journal.read::<u64>("b").is_none_or(|b| b == 1 || b == 2), "byte {at}, bit {bit}");
+                left_out += usize::from(a.is_none());
+            }
+        }
+        // Its own line and the first, which says whose work it is.
+        assert!(left_out > whole.len());
     }
 
     #[test]

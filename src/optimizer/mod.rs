@@ -13,7 +13,7 @@ mod search;
 
 pub use control::{Control, Progressed, Watcher};
 pub use differential_evolution::{DifferentialEvolution, Strategy, Trial};
-pub use journal::Journal;
+pub use journal::{Journal, found_in, kept_as};
 pub use least_squares::{LeastSquares, LevenbergMarquardt, Normal, Polished, least_squares, least_squares_within};
 pub use search::{Found, SearchSettings, search};
 
