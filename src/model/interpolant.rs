@@ -49,15 +49,33 @@ impl Rationals {
         (value, (self.b - value * (self.c + self.d * (t + t))) * q)
     }
 
-    /// d ln|H|/dt times the returned positive weight: a quotient without the division.
-    #[inline]
-    fn weighted_log_slope(&self, t: Reals) -> (Reals, Reals) {
-        let n = self.a + self.b * t;
-        let q_slope = self.c + self.d * (t + t);
-        let q = Complexes::real(Reals::ONE) + (self.c + self.d * t) * t;
-        let (n2, q2) = (n.norm_sqr(), q.norm_sqr());
+    /// d ln|H·ω^power|/dt as a quotient of real polynomials. With |n|² = n and |q|² = q of numerator and denominator, d ln|H|/dt = ½·(n′·q − n·q′)/(n·q).
+    fn log_slope(&self, power: f64, (from, half): (Reals, Reals)) -> LogSlope {
         let re = |x: Complexes, y: Complexes| x.re.mul_add(y.re, x.im * y.im);
-        (re(q_slope, q).mul_neg_add(n2, re(self.b, n) * q2), n2 * q2)
+        let two = Reals::splat(2.0);
+        let n = [self.a.norm_sqr(), re(self.a, self.b) * two, self.b.norm_sqr()];
+        let q = [Reals::ONE, self.c.re * two, self.d.re.mul_add(two, self.c.norm_sqr()), re(self.c, self.d) * two, self.d.norm_sqr()];
+        let mut slope = [Reals::ZERO; 7];
+        let mut weight = [Reals::ZERO; 7];
+        for (i, n) in n.into_iter().enumerate() {
+            for (j, q) in q.into_iter().enumerate() {
+                let product = n * q;
+                weight[i + j] += product;
+                if i != j {
+                    slope[i + j - 1] = product.mul_add(Reals::splat(0.5 * (i as f64 - j as f64)), slope[i + j - 1]);
+                }
+            }
+        }
+        if power == 0.0 {
+            return LogSlope { slope, weight, omega: None };
+        }
+        // Both times ω, which grows evenly.
+        let (middle, power) = (from + half, half * Reals::splat(power));
+        for at in (0..7).rev() {
+            let below = if at == 0 { Reals::ZERO } else { slope[at - 1] };
+            slope[at] = slope[at] * middle + below * half + weight[at] * power;
+        }
+        LogSlope { slope, weight, omega: Some((middle, half)) }
     }
 
     /// Their two poles and their zero.
@@ -83,22 +101,25 @@ impl Rationals {
         self.exist & of_value & of_slope
     }
 
-    /// Where the log-slope of ω^power·H, of different signs at −1 and 1, passes through zero: by the chord rule, the weight of an end that stays
-    /// halved. `span` as in [`Rationals::hide_nothing`].
-    pub fn turn(&self, power: f64, (from, half): (Reals, Reals), (low, high): (Reals, Reals)) -> Reals {
-        let power = half * Reals::splat(power);
+    /// Where the log-slope of ω^power·H, of different signs at −1 and 1, passes through zero: by Newton's rule from where a straight line would, halved
+    /// where that leads out. `span` as in [`Rationals::hide_nothing`].
+    pub fn turn(&self, power: f64, span: (Reals, Reals), (low, high): (Reals, Reals)) -> Reals {
+        let log_slope = self.log_slope(power, span);
         let (mut a, mut b) = (Reals::splat(-1.0), Reals::ONE);
-        let (mut at_a, mut at_b) = (low, high);
-        let mut t = Reals::ZERO;
-        for _ in 0..12 {
-            t = a + (b - a) * at_a / (at_a - at_b);
-            let (slope, weight) = self.weighted_log_slope(t);
-            let slope = slope / weight + power / (Reals::ONE + t).mul_add(half, from);
+        let mut t = (low + high) / (low - high);
+        for _ in 0..30 {
+            let (slope, change) = log_slope.with_change(t);
             let beyond = slope.is_sign_negative() ^ low.is_sign_negative();
-            at_b = beyond.select(slope, at_b * Reals::splat(0.5));
-            at_a = beyond.select(at_a * Reals::splat(0.5), slope);
             a = beyond.select(a, t);
             b = beyond.select(t, b);
+            let next = t - slope / change;
+            let inside = next.simd_ge(a) & next.simd_le(b);
+            let next = inside.select(next, (a + b) * Reals::splat(0.5));
+            let settled = (next - t).abs().simd_le(Reals::splat(1e-11)) | !self.exist;
+            t = next;
+            if settled.all() {
+                break;
+            }
         }
         self.exist.select(t, Reals::splat(f64::NAN))
     }
@@ -107,19 +128,15 @@ impl Rationals {
     /// sampled evenly and around the poles and the zero, and must be further from zero than it errs at the middle. `from` is ω at −1, `half` its change
     /// over a unit of t.
     pub fn hide_nothing(&self, power: f64, (from, half): (Reals, Reals), middle: Reals, slopes: &Slopes) -> Reals {
-        let power = half * Reals::splat(power);
-        let evaluate = |t: Reals| {
-            let (slope, weight) = self.weighted_log_slope(t);
-            (slope + weight * power / (Reals::ONE + t).mul_add(half, from), weight)
-        };
-        let (slope, weight) = evaluate(middle);
+        let log_slope = self.log_slope(power, (from, half));
+        let (slope, weight) = log_slope.at(middle);
         let doubt = (slope / weight - slopes.middle).abs() * Reals::splat(30.0);
         let mut parts = [
             Part::new((Reals::splat(-1.0), middle), (slopes.low, slopes.middle)),
             Part::new((middle, Reals::ONE), (slopes.middle, slopes.high)),
         ];
         let mut look = |t: Reals| {
-            let (slope, weight) = evaluate(t);
+            let (slope, weight) = log_slope.at(t);
             parts.iter_mut().for_each(|part| part.see(t, slope, doubt * weight));
         };
         [-0.75, -0.5, -0.25, 0.25, 0.5, 0.75].into_iter().for_each(|t| look(Reals::splat(t)));
@@ -128,6 +145,32 @@ impl Rationals {
             [-2.0, -0.7, 0.0, 0.7, 2.0].into_iter().for_each(|side| look(reach.mul_add(Reals::splat(side), feature.re)));
         }
         parts[0].plain() & parts[1].plain()
+    }
+}
+
+/// The log-slope of some rational functions as a polynomial over a positive one, coefficients from the constant on.
+struct LogSlope {
+    slope: [Reals; 7],
+    /// The positive one, without its factor ω.
+    weight: [Reals; 7],
+    /// ω at t = 0 and its change over a unit of t, where the positive one has it as a factor.
+    omega: Option<(Reals, Reals)>,
+}
+
+impl LogSlope {
+    /// The log-slope times the weight, and the weight, at t.
+    #[inline]
+    fn at(&self, t: Reals) -> (Reals, Reals) {
+        let horner = |of: &[Reals; 7]| of.iter().rev().fold(Reals::ZERO, |sum, c| sum.mul_add(t, *c));
+        let (slope, weight) = (horner(&self.slope), horner(&self.weight));
+        (slope, self.omega.map_or(weight, |(middle, half)| weight * t.mul_add(half, middle)))
+    }
+
+    /// The log-slope times the weight, and its change over t.
+    #[inline]
+    fn with_change(&self, t: Reals) -> (Reals, Reals) {
+        let step = |(value, change): (Reals, Reals), c: &Reals| (value.mul_add(t, *c), change.mul_add(t, value));
+        self.slope.iter().rev().fold((Reals::ZERO, Reals::ZERO), step)
     }
 }
 

@@ -220,7 +220,11 @@ impl Rod {
     }
 
     /// [`Rod::clamped_modes_below`] at some frequencies.
+    #[inline]
     pub fn clamped_modes_below_each(&self, omega_rad_s: Reals) -> Reals {
+        if self.elements == 0 {
+            return (omega_rad_s * Reals::splat(self.transit_s) / Reals::splat(std::f64::consts::PI)).floor().fast_max(Reals::ZERO);
+        }
         Reals::from(omega_rad_s.to_array().map(|omega| self.clamped_modes_below(omega) as f64))
     }
 
