@@ -14,23 +14,28 @@ use std::time::{Duration, Instant};
 
 use clap::Parser;
 use jointid::config::{effect_library, read_machine, read_machine_text};
-use jointid::diagnosis::{Domain, Settings, diagnose, fitter};
+use jointid::diagnosis::{Domain, Null, Settings, closed, closed_interval, diagnose, fitter};
 use jointid::identification::{Plan, identify};
 use jointid::machine::{Machine, Operating};
 use jointid::measurement::universal::{Abscissa, Axis, ByteOrder, Encoding, Location, Record, UniversalWriter, read};
 use jointid::measurement::{Gain, MeasurementSet, ModeObservation, ModeTable, Quantity, read_set};
 use jointid::model::{PeakSearch, Rods, Structure, peaks};
 use jointid::motion::{Sine, simulate};
+use jointid::numeric::random::normal;
 use jointid::objective::{FrfObjective, FrfSettings, ModeObjective, ModeSettings};
 use jointid::optimizer::{Control, Cost, LeastSquares, SearchSettings, search};
 use jointid::unit::omega_rad_s;
 use num_complex::Complex64;
+use rand::SeedableRng;
+use rand_xoshiro::Xoshiro256PlusPlus;
 use support::simulated_frfs;
 
 /// Runs of a size end when they have taken this long, and after this many.
 const ENOUGH: (Duration, usize) = (Duration::from_millis(100), 1000);
 /// Times that all sizes of a row take turns, unless they have taken so long.
 const TURNS: (usize, Duration) = (4, Duration::from_secs(3));
+/// Draws of the null of a diagnosis, as the command has them.
+const NULLS: usize = 60;
 
 /// The least time of one run (s).
 fn least_seconds<T>(mut work: impl FnMut() -> T) -> f64 {
@@ -323,6 +328,46 @@ fn diagnoses(table: &Table) {
         let known = null.get_or_insert_with(|| run(12, &Settings { seed: 1, draws: 2, null: None }).1);
         run(n, &Settings { seed: 1, draws: 2, null: Some(known.clone()) }).0
     });
+    for held in [false, true] {
+        let title = format!("diagnosis, six FRFs, {}", if held { "none missing" } else { "the rotor hold missing" });
+        let mut nulls = std::collections::BTreeMap::new();
+        table.row(&format!("{title}, null simulated"), "lines", &[250, 1000], |n| {
+            let (seconds, null) = frf_diagnosis_seconds(n, held, None);
+            nulls.insert(n, null);
+            seconds
+        });
+        table.row(&format!("{title}, null known"), "lines", &[250, 1000], |n| {
+            let known = nulls.entry(n).or_insert_with(|| frf_diagnosis_seconds(n, held, None).1);
+            frf_diagnosis_seconds(n, held, Some(known.clone())).0
+        });
+    }
+}
+
+/// A diagnosis of six FRFs of the bench with 1.4 % noise, three of them fitted, with every effect of the library and, where an effect is named, the interval
+/// of what it closes; and its null. The machine is described with its rotor held, as it was measured, or without.
+fn frf_diagnosis_seconds(lines: usize, held: bool, null: Option<Null>) -> (f64, Null) {
+    let read = |without: &[String]| read_machine("configs/tian.toml", &[], without).expect("the embedded bench").machine;
+    let without = ["rotor-hold".to_string()];
+    let machine = read(if held { &[] } else { &without });
+    let bench = read_set("measurements/tian").expect("the embedded bench");
+    let nuts_m: Vec<Option<f64>> = bench.positions.iter().map(|p| p.nut_m).collect();
+    let frequencies_hz: Vec<f64> = (0..lines).map(|at| 5.0 + 1000.0 * at as f64 / lines as f64).collect();
+    let mut set = simulated_frfs(&read(&[]), ("table", "table"), &nuts_m, &frequencies_hz);
+    let mut random = Xoshiro256PlusPlus::seed_from_u64(1);
+    for line in set.frfs.iter_mut().flat_map(|frf| &mut frf.lines) {
+        line.value *= 1.0 + 0.014 * Complex64::new(normal(&mut random), normal(&mut random));
+    }
+    set.split = Some(set.positions.iter().step_by(2).map(|p| p.name.clone()).collect());
+    let (fit, held_out) = set.split(None, &[]).expect("its split");
+    let (library, control) = (effect_library().expect("the library"), Control::default());
+    let fitter = fitter(&fit, Domain::Frf(FrfSettings::default()), &[], &[]);
+    let begin = Instant::now();
+    let found = diagnose(&machine, &library, &fitter, &held_out, &Settings { seed: 1, draws: NULLS, null }, &control).expect("a diagnosis");
+    if let Some(estimate) = closed(&found.held_out, &found.chosen_held_out).filter(|_| found.verdict.kind.explains()) {
+        let (nominal, chosen) = ((&found.nominal.0, &found.nominal.1), (&found.chosen.0, &found.chosen.1));
+        black_box(closed_interval(&fitter, &held_out, nominal, chosen, (estimate, 24, 1), &control));
+    }
+    (begin.elapsed().as_secs_f64(), found.null)
 }
 
 fn files(table: &Table) {
