@@ -61,6 +61,11 @@ fn effects_sit_where_they_act() {
     // Of two bearings each has its own parameter.
     let bearings = library.iter().find(|e| e.id == "bearing-stiffness-position").unwrap().places();
     assert_eq!(bearings[1], ("bearing-right".into(), Some("bearing_slope_right".into())));
+    // One that is said to sit where the machine has nothing does not apply to it.
+    let mut rocking = library.iter().find(|e| e.id == "table-rocking").unwrap().clone();
+    assert_eq!(machine.lacks(&rocking), None);
+    rocking.at = Some("saddle".into());
+    assert_eq!(machine.lacks(&rocking), Some("saddle"));
 }
 
 /// What only motion shows applies to an axis with guide, nut and drive, adds its own numbers, and leaves every frequency response as it was.

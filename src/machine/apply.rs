@@ -141,11 +141,12 @@ impl Machine {
         linear
     }
 
-    /// The first thing an effect needs that the machine lacks.
+    /// The first thing an effect needs, or is said to sit at, that the machine lacks.
     pub fn lacks<'e>(&self, effect: &'e Effect) -> Option<&'e str> {
         effect
             .needs
             .iter()
+            .chain(effect.at.as_ref().filter(|at| *at != "measurement"))
             .find(|name| {
                 let driven = **name == "drive" && self.drive.is_some();
                 let named = self.joints.iter().any(|j| j.name == **name) || self.shafts.iter().any(|s| s.name == **name);

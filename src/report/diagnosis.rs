@@ -328,7 +328,8 @@ pub fn diagnosis_text(document: &Diagnosis) -> String {
     if !others.is_empty() {
         text += &wrapped(&format!("do not apply to this machine: {}", others.join(", ")));
     }
-    text += "\nwhere — what is named, then free shapes at interfaces, best first\n";
+    let first = if document.places.first().is_some_and(|place| place.shape == NAMED) { "what is named, then " } else { "" };
+    text += &format!("\nwhere — {first}free shapes at interfaces, best first\n");
     text += &v.band_says().map_or(String::new(), |band| wrapped(&band));
     let rows: Vec<Vec<String>> = document
         .places
