@@ -6,7 +6,7 @@ use rayon::prelude::*;
 
 use super::domain::{Compared, Domain, Part};
 use super::fit::{Fitted, Fitter, place_of, values_of};
-use super::hypothesis::Hypothesis;
+use super::hypothesis::{Hypothesis, is_nuisance};
 use super::null::another_machine;
 use super::verdict::closed;
 use crate::measurement::{FitSet, HoldOutSet, MeasurementSet, ModeTable};
@@ -18,10 +18,12 @@ use crate::optimizer::{Control, least_squares_within};
 /// Lines of one FRF in a draw, and steps of its fits.
 const LINES: usize = 80;
 const STEPS: u64 = 10;
+/// Steps of the fits of plain machines.
+const PLAIN_STEPS: u64 = 40;
 
 /// 95 % interval of `closed`: machines a little richer than the chosen one (of modes, what it predicts with as much scatter as it leaves) are drawn about
-/// its fit, the nominal and the chosen model are fitted to their fit positions, and both predict the held-out ones. `None` where too few draws give a
-/// figure.
+/// its fit, the nominal and the chosen model are fitted to their fit positions, and both predict the held-out ones. Of FRFs the interval holds the figure of
+/// machines without nuisances, too. `None` where too few draws give a figure.
 pub fn closed_interval(
     fitter: &Fitter<'_>,
     held_out: &HoldOutSet<'_>,
@@ -53,9 +55,28 @@ pub fn closed_interval(
     let count = drawn.len() as f64;
     let mean = drawn.iter().sum::<f64>() / count;
     let spread = (drawn.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / (count - 1.0)).sqrt();
-    // The spread of the draws about the figure of the data, wide enough to hold their mean.
+    // The spread of the draws about the figure of the data, wide enough to hold their mean and the figure of the plain machines.
     let half = 1.96 * spread;
-    Some((estimate.min(mean) - half, estimate.max(mean) + half))
+    let plain = plainly_closed(fitter, held_out, nominal, chosen, control).unwrap_or(estimate);
+    Some((estimate.min(mean).min(plain) - half, estimate.max(mean).max(plain) + half))
+}
+
+/// `closed` of FRFs where nothing that is ordinarily a little wrong is fitted along: whether that belongs to the gap is a matter of words, and what is left
+/// beside the effect may lie on either side.
+fn plainly_closed(fitter: &Fitter<'_>, held_out: &HoldOutSet<'_>, nominal: Model<'_>, chosen: Model<'_>, control: &Control) -> Option<f64> {
+    let Domain::Frf(settings) = fitter.domain else { return None };
+    let nuisances = nominal.0.machine.parameters.iter().filter(|p| is_nuisance(p)).map(|p| p.id.clone());
+    let plain = Fitter {
+        frozen: fitter.frozen.iter().cloned().chain(nuisances).collect(),
+        domain: Domain::Frf(FrfSettings { nut_sd_m: 0.0, channel_sd: (0.0, 0.0), ..settings }),
+        ..fitter.clone()
+    };
+    let gap = |(hypothesis, fitted): Model<'_>| -> Option<Vec<Part>> {
+        let objective = plain.objective(hypothesis).ok()?;
+        let found = plain.descend(&objective, fitted, PLAIN_STEPS, control);
+        plain.gaps(hypothesis, &found, held_out).ok()
+    };
+    closed(&gap(nominal)?, &gap(chosen)?)
 }
 
 type Model<'m> = (&'m Hypothesis, &'m Fitted);
