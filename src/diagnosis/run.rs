@@ -6,7 +6,7 @@ use super::domain::Domain;
 use super::fit::{Ablation, Fitted, Fitter, at_start, values_of};
 use super::hypothesis::{CHANNEL_SD, Hypothesis, NUT_SD_M, interfaces, with_nuisances};
 use crate::identification::{Plan, identify};
-use crate::machine::{Base, Data, Effect, Machine};
+use crate::machine::{Base, Data, Effect, Lever, Machine, Value};
 use crate::measurement::{FitSet, HoldOutSet};
 use crate::numeric::parallel::OrFirstError;
 use crate::objective::{FrfSettings, ObjectiveError};
@@ -72,6 +72,8 @@ const MUCH: (f64, f64) = (1.5, 0.1);
 const CLEARLY: f64 = 0.85;
 /// A power of iω nearer to 0 than this is no other quantity.
 const LEAST_POWER: f64 = 0.6;
+/// Arms both shorter than this, in lengths of the one at which the nut feels a motion, are none: what is found then is a resonator on the way of the force.
+const LEAST_ARM: f64 = 0.3;
 
 /// The fitter of a diagnosis: for FRFs nut positions, gains and delays of channels are known to a standard deviation, and the model's error is a
 /// share of the level around a line.
@@ -299,12 +301,20 @@ pub fn again_from(survey: &mut Survey, located: &[Candidate], fitter: &Fitter<'_
     survey.candidates.sort_by(|a, b| b.gain.total_cmp(&a.gain));
 }
 
-/// Whether what was fitted is what the effect says: another quantity is another power of iω, not a slight slope.
+/// Whether what was fitted is what the effect says: another quantity is another power of iω, not a slight slope, and what is felt on arms is felt by the
+/// sensor or the hammer.
 fn tells(hypothesis: &Hypothesis, fitted: &Fitted) -> bool {
-    match hypothesis.machine.chain.power.base {
-        Base::Parameter(index) if hypothesis.added.contains(&index) => values_of(hypothesis, fitted)[index].abs() > LEAST_POWER,
-        _ => true,
-    }
+    let values = values_of(hypothesis, fitted);
+    // Numbers without unit alone have a size of their own.
+    let plain = |index: usize| hypothesis.added.contains(&index) && hypothesis.machine.parameters[index].unit == "1";
+    let added = |value: &Value| match value.base {
+        Base::Parameter(index) if plain(index) => Some(values[index].abs()),
+        _ => None,
+    };
+    let chain = &hypothesis.machine.chain;
+    let felt =
+        |lever: &Lever| [&lever.read, &lever.struck].into_iter().filter_map(added).reduce(f64::max).is_none_or(|arm| arm > LEAST_ARM);
+    added(&chain.power).is_none_or(|power| power > LEAST_POWER) && chain.levers.iter().all(felt)
 }
 
 /// Every interface and shape, ranked by χ² of positions that were left out, best first: where something is missing. The most promising by one step
@@ -336,4 +346,29 @@ pub fn locate(survey: &Survey, fitter: &Fitter<'_>, most: usize, control: &Contr
         }
     }
     Ok(found)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::config::{effect_library, read_machine};
+
+    #[test]
+    fn arms_that_neither_sensor_nor_hammer_feels_tell_of_no_rocking() {
+        let machine = read_machine("configs/tian.toml", &[], &[]).unwrap().machine;
+        let library = effect_library().unwrap();
+        let rocking = library.iter().find(|e| e.id == "table-rocking").unwrap();
+        let hypothesis = Hypothesis::nominal(machine).with(rocking).unwrap();
+        for (sensor, hammer, told) in [(0.0, 0.0, false), (0.1, -0.2, false), (0.1, 0.5, true), (-1.2, 0.0, true)] {
+            let mut fitted = at_start(&hypothesis);
+            for (parameter, unit) in hypothesis.machine.parameters.iter().zip(&mut fitted.units) {
+                match parameter.id.as_str() {
+                    "r_sensor" => *unit = parameter.to_unit(sensor),
+                    "r_hammer" => *unit = parameter.to_unit(hammer),
+                    _ => {}
+                }
+            }
+            assert_eq!(tells(&hypothesis, &fitted), told, "{sensor} {hammer}");
+        }
+    }
 }
