@@ -14,7 +14,7 @@ use std::time::{Duration, Instant};
 
 use clap::Parser;
 use jointid::config::{effect_library, read_machine, read_machine_text};
-use jointid::diagnosis::{Domain, Null, Settings, closed, closed_interval, diagnose, fitter};
+use jointid::diagnosis::{Domain, Null, Settings, closed_interval, diagnose, fitter};
 use jointid::identification::{Plan, identify};
 use jointid::machine::{Machine, Operating};
 use jointid::measurement::universal::{Abscissa, Axis, ByteOrder, Encoding, Location, Record, UniversalWriter, read};
@@ -363,10 +363,7 @@ fn frf_diagnosis_seconds(lines: usize, held: bool, null: Option<Null>) -> (f64, 
     let fitter = fitter(&fit, Domain::Frf(FrfSettings::default()), &[], &[]);
     let begin = Instant::now();
     let found = diagnose(&machine, &library, &fitter, &held_out, &Settings { seed: 1, draws: NULLS, null }, &control).expect("a diagnosis");
-    if let Some(estimate) = closed(&found.held_out, &found.chosen_held_out).filter(|_| found.verdict.kind.explains()) {
-        let (nominal, chosen) = ((&found.nominal.0, &found.nominal.1), (&found.chosen.0, &found.chosen.1));
-        black_box(closed_interval(&fitter, &held_out, nominal, chosen, (estimate, 24, 1), &control));
-    }
+    black_box(closed_interval(&fitter, &held_out, &found, 1, &control));
     (begin.elapsed().as_secs_f64(), found.null)
 }
 

@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use jointid::config::effect_library;
+use jointid::diagnosis::{Hypothesis, at_start, tells};
 use jointid::machine::{Data, Effect, Machine, Operating};
 use jointid::model::{Rods, Structure, undamped_modes};
 
@@ -23,6 +24,24 @@ fn every_effect_applies_to_the_bench_and_says_what_it_is() {
         let added = with.parameters.len() - machine.parameters.len();
         assert!((1..=5).contains(&added), "{} adds {added} parameters", effect.id);
         assert!(with.parameters[machine.parameters.len()..].iter().all(|p| !p.source.is_empty()), "{}", effect.id);
+    }
+}
+
+#[test]
+fn arms_that_neither_sensor_nor_hammer_feels_tell_of_no_rocking() {
+    let library = effect_library().unwrap();
+    let rocking = library.iter().find(|e| e.id == "table-rocking").unwrap();
+    let hypothesis = Hypothesis::nominal(bench_without_hold()).with(rocking).unwrap();
+    for (sensor, hammer, told) in [(0.0, 0.0, false), (0.1, -0.2, false), (0.1, 0.5, true), (-1.2, 0.0, true)] {
+        let mut fitted = at_start(&hypothesis);
+        for (parameter, unit) in hypothesis.machine.parameters.iter().zip(&mut fitted.units) {
+            match parameter.id.as_str() {
+                "r_sensor" => *unit = parameter.to_unit(sensor),
+                "r_hammer" => *unit = parameter.to_unit(hammer),
+                _ => {}
+            }
+        }
+        assert_eq!(tells(&hypothesis, &fitted), told, "{sensor} {hammer}");
     }
 }
 

@@ -22,8 +22,6 @@ use crate::report::diagnosis as document;
 use crate::report::diagnosis::diagnosis_text;
 use crate::report::{OutputFolder, digest};
 
-/// Draws of the bootstrap of `closed`.
-const BOOTSTRAP: usize = 24;
 /// Bands of the residual map.
 const BANDS: usize = 12;
 
@@ -84,13 +82,7 @@ pub fn run(given: &DiagnoseArguments) -> CommandResult {
     let control = control(&given.output, folder.as_ref(), &progress, &loaded)?;
     let ran = on_threads(given.search.threads, || -> Result<_, crate::objective::ObjectiveError> {
         let found = diagnose(machine, &effects, &fitter, &held_out, &settings, &control)?;
-        let estimate = closed(&found.held_out, &found.chosen_held_out);
-        let named = found.verdict.kind.explains();
-        let interval = estimate.filter(|_| named).and_then(|estimate| {
-            control.begin("6/6 interval of what closes");
-            let (nominal, chosen) = ((&found.nominal.0, &found.nominal.1), (&found.chosen.0, &found.chosen.1));
-            closed_interval(&fitter, &held_out, nominal, chosen, (estimate, BOOTSTRAP, settings.seed), &control)
-        });
+        let interval = closed_interval(&fitter, &held_out, &found, settings.seed, &control);
         Ok((found, interval))
     });
     progress.end();

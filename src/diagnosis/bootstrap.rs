@@ -8,7 +8,7 @@ use super::domain::{Compared, Domain, Part};
 use super::fit::{Fitted, Fitter, place_of, values_of};
 use super::hypothesis::{Hypothesis, is_nuisance};
 use super::null::another_machine;
-use super::verdict::closed;
+use super::verdict::{Diagnosis, closed};
 use crate::measurement::{FitSet, HoldOutSet, MeasurementSet, ModeTable};
 use crate::numeric::random::normal;
 use crate::numeric::statistics::root_mean_square;
@@ -21,18 +21,23 @@ const STEPS: u64 = 10;
 /// Steps of the fits of plain machines.
 const PLAIN_STEPS: u64 = 40;
 
+/// Draws.
+const DRAWS: usize = 24;
+
 /// 95 % interval of `closed`: machines a little richer than the chosen one (of modes, what it predicts with as much scatter as it leaves) are drawn about
 /// its fit, the nominal and the chosen model are fitted to their fit positions, and both predict the held-out ones. Of FRFs the interval holds the figure of
-/// machines without nuisances, too. `None` where too few draws give a figure.
+/// machines without nuisances, too. `None` where nothing is named, or too few draws give a figure.
 pub fn closed_interval(
     fitter: &Fitter<'_>,
     held_out: &HoldOutSet<'_>,
-    nominal: (&Hypothesis, &Fitted),
-    chosen: (&Hypothesis, &Fitted),
-    (estimate, draws, seed): (f64, usize, u64),
+    found: &Diagnosis,
+    seed: u64,
     control: &Control,
 ) -> Option<(f64, f64)> {
-    let step = control.steps("draws", draws);
+    let estimate = closed(&found.held_out, &found.chosen_held_out).filter(|_| found.verdict.kind.explains())?;
+    let (nominal, chosen) = ((&found.nominal.0, &found.nominal.1), (&found.chosen.0, &found.chosen.1));
+    control.begin("6/6 interval of what closes");
+    let step = control.steps("draws", DRAWS);
     let one = |draw: usize| -> Option<f64> {
         let random = Xoshiro256PlusPlus::seed_from_u64(seed.wrapping_mul(0xD1B5_4A33).wrapping_add(draw as u64));
         match fitter.domain {
@@ -41,7 +46,7 @@ pub fn closed_interval(
         }
     };
     let piece = fitter.piece("closed", chosen.0, &[nominal.1.clone(), chosen.1.clone()]);
-    let drawn: Vec<f64> = (0..draws)
+    let drawn: Vec<f64> = (0..DRAWS)
         .into_par_iter()
         .filter_map(|draw| {
             let closed = control.kept(&format!("{piece} {draw} {seed}"), || one(draw));
@@ -49,7 +54,7 @@ pub fn closed_interval(
             closed
         })
         .collect();
-    if drawn.len() < draws / 2 || drawn.len() < 8 {
+    if drawn.len() < DRAWS / 2 || drawn.len() < 8 {
         return None;
     }
     let count = drawn.len() as f64;
@@ -68,7 +73,7 @@ fn plainly_closed(fitter: &Fitter<'_>, held_out: &HoldOutSet<'_>, nominal: Model
     let nuisances = nominal.0.machine.parameters.iter().filter(|p| is_nuisance(p)).map(|p| p.id.clone());
     let plain = Fitter {
         frozen: fitter.frozen.iter().cloned().chain(nuisances).collect(),
-        domain: Domain::Frf(FrfSettings { nut_sd_m: 0.0, channel_sd: (0.0, 0.0), ..settings }),
+        domain: Domain::Frf(settings.as_stated()),
         ..fitter.clone()
     };
     let gap = |(hypothesis, fitted): Model<'_>| -> Option<Vec<Part>> {

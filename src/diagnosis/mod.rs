@@ -20,6 +20,6 @@ pub use hypothesis::{CHANNEL_SD, Hypothesis, Kind, NUT_SD_M, Shape, interfaces, 
 pub use null::{Null, simulate};
 pub use peaks::{PeakErrors, peak_errors};
 pub use place::Where;
-pub use run::{Candidate, Status, Survey, fitter, hypotheses, left_out, locate, nominal, nominal_fits, survey};
+pub use run::{Candidate, Status, Survey, fitter, hypotheses, left_out, locate, nominal, nominal_fits, survey, tells};
 pub use said::{Verdict, VerdictKind};
 pub use verdict::{Diagnosis, Located, Settings, Tried, closed, diagnose};

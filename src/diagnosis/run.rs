@@ -111,7 +111,7 @@ pub fn nominal_fits(
     let repeats = if matches!(fitter.domain, Domain::Frf(_)) { 1 } else { 2 };
     let mut plan = Plan { frozen: fitter.frozen.clone(), seed, repeats, profile: false, ..Plan::default() };
     match fitter.domain {
-        Domain::Frf(settings) => plan.frf = Some(FrfSettings { nut_sd_m: 0.0, channel_sd: (0.0, 0.0), ..settings }),
+        Domain::Frf(settings) => plan.frf = Some(settings.as_stated()),
         Domain::Modes(settings) => plan.settings = settings,
     }
     let mut starts = vec![at_start(nominal)];
@@ -303,7 +303,8 @@ pub fn again_from(survey: &mut Survey, located: &[Candidate], fitter: &Fitter<'_
 
 /// Whether what was fitted is what the effect says: another quantity is another power of iω, not a slight slope, and what is felt on arms is felt by the
 /// sensor or the hammer.
-fn tells(hypothesis: &Hypothesis, fitted: &Fitted) -> bool {
+#[must_use]
+pub fn tells(hypothesis: &Hypothesis, fitted: &Fitted) -> bool {
     let values = values_of(hypothesis, fitted);
     // Numbers without unit alone have a size of their own.
     let plain = |index: usize| hypothesis.added.contains(&index) && hypothesis.machine.parameters[index].unit == "1";
@@ -346,29 +347,4 @@ pub fn locate(survey: &Survey, fitter: &Fitter<'_>, most: usize, control: &Contr
         }
     }
     Ok(found)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::config::{effect_library, read_machine};
-
-    #[test]
-    fn arms_that_neither_sensor_nor_hammer_feels_tell_of_no_rocking() {
-        let machine = read_machine("configs/tian.toml", &[], &[]).unwrap().machine;
-        let library = effect_library().unwrap();
-        let rocking = library.iter().find(|e| e.id == "table-rocking").unwrap();
-        let hypothesis = Hypothesis::nominal(machine).with(rocking).unwrap();
-        for (sensor, hammer, told) in [(0.0, 0.0, false), (0.1, -0.2, false), (0.1, 0.5, true), (-1.2, 0.0, true)] {
-            let mut fitted = at_start(&hypothesis);
-            for (parameter, unit) in hypothesis.machine.parameters.iter().zip(&mut fitted.units) {
-                match parameter.id.as_str() {
-                    "r_sensor" => *unit = parameter.to_unit(sensor),
-                    "r_hammer" => *unit = parameter.to_unit(hammer),
-                    _ => {}
-                }
-            }
-            assert_eq!(tells(&hypothesis, &fitted), told, "{sensor} {hammer}");
-        }
-    }
 }

@@ -22,17 +22,28 @@ pub(super) struct JointNumbers {
 }
 
 impl JointNumbers {
-    /// 1/(1 + iωc/k) of a damper in line with its relaxation spring, at some frequencies; 1 without one.
+    /// 1/(1 + iωc/k) of a damper in line with a relaxation spring, at some frequencies.
     #[inline]
-    pub(super) fn share_each(&self, omega_rad_s: Reals) -> Complexes {
-        let ratio = self.relaxation_stiffness.map_or(Reals::ZERO, |k| omega_rad_s * Reals::splat(self.damping / k));
-        Complexes::new(Reals::ONE, ratio).inverse()
+    fn share_each(&self, relaxation_stiffness: f64, omega_rad_s: Reals) -> Complexes {
+        Complexes::new(Reals::ONE, omega_rad_s * Reals::splat(self.damping / relaxation_stiffness)).inverse()
     }
 
-    /// iωc through its relaxation spring, where it has one.
+    /// iωc in line with a relaxation spring.
     #[inline]
-    pub(super) fn damper_each(&self, omega_rad_s: Reals) -> Complexes {
-        (self.share_each(omega_rad_s) * (omega_rad_s * Reals::splat(self.damping))).turned()
+    pub(super) fn damper_each(&self, relaxation_stiffness: f64, omega_rad_s: Reals) -> Complexes {
+        (self.share_each(relaxation_stiffness, omega_rad_s) * (omega_rad_s * Reals::splat(self.damping))).turned()
+    }
+
+    /// A product times what the complex stiffness changes by a change of iωc, over i: less than all where the damper has its relaxation spring.
+    #[inline]
+    pub(super) fn by_damper_each(&self, product: Complexes, omega_rad_s: Reals) -> Complexes {
+        match self.relaxation_stiffness {
+            None => product.turned(),
+            Some(k) => {
+                let share = self.share_each(k, omega_rad_s);
+                (product * share * share).turned()
+            }
+        }
     }
 
     /// Stiffness with its loss, k·(1 + η·(i + 2/π·ln(ω/ω₀))), and its slope with ω.
@@ -305,9 +316,10 @@ impl Network {
                 entry.re -= *omega * *omega * Reals::splat(*m);
             }
         }
-        for (joint, on) in self.joints.iter().zip(&shape.joints).filter(|(j, _)| j.relaxation_stiffness.is_some()) {
+        for (joint, on) in self.joints.iter().zip(&shape.joints) {
+            let Some(k) = joint.relaxation_stiffness else { continue };
             for (w, omega) in omega_rad_s.iter().enumerate() {
-                let damper = joint.damper_each(*omega);
+                let damper = joint.damper_each(k, *omega);
                 for (at, &(i, a)) in on.iter().enumerate() {
                     for &(j, b) in &on[..=at] {
                         entries[shape.elimination.entry(i, j) * abreast + w] += damper * (a * b);

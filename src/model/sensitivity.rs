@@ -183,13 +183,10 @@ impl Network {
                 eta => across(joint) * (Complexes::real(Reals::ONE) + loss_each(omega).0 * eta),
             },
             Element::Loss(joint) => across(joint) * loss_each(omega).0 * self.joints[joint].stiffness,
-            Element::Damping(joint) => {
-                let share = self.joints[joint].share_each(omega);
-                across(joint).turned() * omega * (share * share)
-            }
+            Element::Damping(joint) => self.joints[joint].by_damper_each(across(joint), omega) * omega,
             Element::Relaxation(joint) => {
                 let Some(k) = self.joints[joint].relaxation_stiffness else { return Complexes::ZERO };
-                let share = self.joints[joint].damper_each(omega) * (1.0 / k);
+                let share = self.joints[joint].damper_each(k, omega) * (1.0 / k);
                 across(joint) * (share * share)
             }
             Element::RodStiffness(at) => {

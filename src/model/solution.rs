@@ -47,13 +47,7 @@ impl Network {
         for (joint, on) in self.joints.iter().zip(&shape.joints).filter(|(j, _)| j.damping != 0.0 || j.loss_factor != 0.0) {
             for (w, sum) in sums.iter_mut().enumerate() {
                 let product = of.across(of.at_response, on, w) * of.across(of.at_excitation, on, w);
-                *sum += match joint.relaxation_stiffness {
-                    None => product.turned() * joint.damping,
-                    Some(_) => {
-                        let share = joint.share_each(omega_rad_s[w]);
-                        (product * share * share).turned() * joint.damping
-                    }
-                };
+                *sum += joint.by_damper_each(product, omega_rad_s[w]) * joint.damping;
                 if joint.loss_factor != 0.0 {
                     *sum += product * (loss_each(omega_rad_s[w]).1 * Reals::splat(joint.stiffness * joint.loss_factor));
                 }

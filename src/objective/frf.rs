@@ -30,6 +30,14 @@ pub struct FrfSettings {
     pub rods: Rods,
 }
 
+impl FrfSettings {
+    /// The same with nut positions, gains and delays as they are stated.
+    #[must_use]
+    pub fn as_stated(self) -> Self {
+        FrfSettings { nut_sd_m: 0.0, channel_sd: (0.0, 0.0), ..self }
+    }
+}
+
 impl Default for FrfSettings {
     /// One percent and all lines: the repeatability of a hammer test that was set up anew.
     fn default() -> Self {

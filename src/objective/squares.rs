@@ -6,6 +6,7 @@ use rayon::prelude::*;
 use super::frf::SPAN;
 use super::record::{Here, Record, factor, log_factor, pieces, wrapped};
 use super::{FrfObjective, GAIN_RANGE, ModeObjective};
+use crate::machine::Value;
 use crate::model::{ABREAST, Complexes, LANES, Reals};
 use crate::optimizer::{LeastSquares, Normal};
 
@@ -120,8 +121,7 @@ impl FrfObjective<'_> {
             let abreast = residuals.len();
             chi_square += product(residuals, residuals);
             let mut sums = information.iter_mut();
-            for (row, slope) in slopes.chunks_exact(abreast).zip(&mut gradient).enumerate() {
-                let (a, slope) = slope;
+            for (row, (a, slope)) in slopes.chunks_exact(abreast).zip(&mut gradient).enumerate() {
                 *slope += product(a, residuals);
                 slopes.chunks_exact(abreast).take(row + 1).zip(&mut sums).for_each(|(b, sum)| *sum += product(a, b));
             }
@@ -155,18 +155,19 @@ impl FrfObjective<'_> {
         let sensitivity = scratch.network.sensitivity(self.machine, parameters, &operating, columns, nut);
         let chain = self.machine.chain.at(parameters, &operating);
         // What ln of gain, delay and power of the chain change with a coordinate.
-        let mut chain_slopes: Vec<(usize, [f64; 3])> = Vec::new();
-        for (which, value) in [&self.machine.chain.gain, &self.machine.chain.delay, &self.machine.chain.power].into_iter().enumerate() {
-            value.gradient(parameters, &operating, |p, d| {
-                let by = if which == 0 { d / chain.0 } else { d };
-                chain_slopes.extend(columns[p].map(|c| (c, std::array::from_fn(|at| if at == which { by * unit[c] } else { 0.0 }))));
-            });
-        }
+        let mut chain_slopes: Vec<(usize, (f64, f64, f64))> = Vec::new();
+        let numbers = &self.machine.chain;
+        let mut push = |value: &Value, slope: &dyn Fn(f64, f64) -> (f64, f64, f64)| {
+            value.gradient(parameters, &operating, |p, d| chain_slopes.extend(columns[p].map(|c| (c, slope(d, unit[c])))));
+        };
+        push(&numbers.gain, &|d, unit| (d / chain.0 * unit, 0.0, 0.0));
+        push(&numbers.delay, &|d, unit| (0.0, d * unit, 0.0));
+        push(&numbers.power, &|d, unit| (0.0, 0.0, d * unit));
         // Of the data's own coordinates.
-        chain_slopes.extend(self.gain_column().map(|column| (column, [(GAIN_RANGE.1 / GAIN_RANGE.0).ln(), 0.0, 0.0])));
+        chain_slopes.extend(self.gain_column().map(|column| (column, ((GAIN_RANGE.1 / GAIN_RANGE.0).ln(), 0.0, 0.0))));
         if let Some(column) = self.channel_column(record.structure) {
             let (gain, delay_s) = self.settings.channel_sd;
-            chain_slopes.extend([(column, [SPAN * gain, 0.0, 0.0]), (column + 1, [0.0, SPAN * delay_s, 0.0])]);
+            chain_slopes.extend([(column, (SPAN * gain, 0.0, 0.0)), (column + 1, (0.0, SPAN * delay_s, 0.0))]);
         }
         let factor = factor(chain, here.channel(record));
         let log_gain = Complexes::real(Reals::splat(here.log_gain));
@@ -187,12 +188,8 @@ impl FrfObjective<'_> {
                 for (slope, unit) in scratch.row[w..].iter_mut().step_by(abreast).zip(unit) {
                     *slope = *slope * scaled * *unit;
                 }
-                for (column, [gain, delay_s, power]) in &chain_slopes {
-                    let by = Complexes::new(
-                        if *power == 0.0 { Reals::splat(*gain) } else { omega.ln().mul_add(Reals::splat(*power), Reals::splat(*gain)) },
-                        omega.mul_neg_add(Reals::splat(*delay_s), Reals::splat(power * std::f64::consts::FRAC_PI_2)),
-                    );
-                    scratch.row[column * abreast + w] -= by * root;
+                for (column, slopes) in &chain_slopes {
+                    scratch.row[column * abreast + w] -= log_factor(*slopes, *omega) * root;
                 }
             }
             each(from * LANES, &residuals[..abreast], &scratch.row);

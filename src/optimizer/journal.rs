@@ -59,11 +59,11 @@ pub fn found_in<T: DeserializeOwned>(line: &str, name: &str) -> Option<T> {
 
 /// Pieces of work by their names, one JSON object per line.
 ///
-/// A line carries its digest: one that is not as it was written, because the process was killed in it or a disk has changed it, is left out. Numbers are written so that they are read as the
-/// very same, and pieces depend on nothing but their name and the work: with pieces read back a run ends as it would have without a stop.
+/// A line carries its digest: one that is not as it was written, because the process was killed in it or a disk has changed it, is left out. Numbers are
+/// written so that they are read as the very same, and pieces depend on nothing but their name and the work: with pieces read back a run ends as it would have without a stop.
 pub struct Journal {
     path: PathBuf,
-    known: HashMap<String, Value>,
+    known: HashMap<String, Line>,
     sink: Mutex<Sink>,
 }
 
@@ -90,11 +90,11 @@ impl Journal {
         let mut lines = text.lines();
         let same = lines.next().and_then(|line| serde_json::from_str::<Head>(line).ok()).is_some_and(|found| found == head);
         let kept = lines.filter(|_| same).filter_map(Line::read);
-        let known: HashMap<String, Value> = kept.map(|line| (line.piece, line.found)).collect();
+        let known: HashMap<String, Line> = kept.map(|line| (line.piece.clone(), line)).collect();
         // It will be written anew: without torn lines, each piece once.
         let mut first = to_line(&head)?;
-        for (piece, found) in &known {
-            first += &to_line(&Line::new(piece.clone(), found.clone()))?;
+        for line in known.values() {
+            first += &to_line(line)?;
         }
         Ok(Journal { path: path.into(), known, sink: Mutex::new(Sink::Nowhere(first)) })
     }
@@ -106,7 +106,7 @@ impl Journal {
 
     /// A piece that an earlier run has written.
     pub fn read<T: DeserializeOwned>(&self, piece: &str) -> Option<T> {
-        serde_json::from_value(self.known.get(&digest(piece.as_bytes()))?.clone()).ok()
+        serde_json::from_value(self.known.get(&digest(piece.as_bytes()))?.found.clone()).ok()
     }
 
     /// Writes a piece; the last one of a name counts. What cannot be written costs time at a later run, not the result: from then on nothing is.
