@@ -11,6 +11,7 @@ mod derived;
 mod elimination;
 mod energy;
 mod interpolant;
+mod joint;
 mod lanes;
 mod lines;
 mod matrices;
