@@ -26,7 +26,7 @@ const LINES: usize = 100;
 const STAGES: u8 = 4;
 const STAGE_STEPS: u64 = 8;
 const STEPS: u64 = 30;
-/// The gain that noise alone gives a candidate is about the number of its parameters; no scale is taken below this.
+/// Least scale of a gain for each parameter a candidate adds, in units of what noise alone gives a parameter.
 pub(super) const LEAST_SCALE: f64 = 3.0;
 
 /// What candidates gain where nothing is missing.
@@ -234,18 +234,22 @@ pub fn simulate(
         .collect();
     let gains: Vec<Vec<f64>> = drawn.par_iter().map(|(left, _)| directions.iter().map(|d| share * d.gain(left)).collect()).collect();
     let count = gains.len().max(1) as f64;
-    let scales: Vec<(String, f64)> = (0..candidates.len())
-        .map(|c| {
-            (
-                candidates[c].0.id.clone(),
-                (gains.iter().map(|g| g[c]).sum::<f64>() / count).max(LEAST_SCALE * candidates[c].0.added.len().max(1) as f64),
-            )
+    let mut misfit: Vec<f64> = drawn.into_iter().map(|d| d.1).collect();
+    misfit.sort_by(f64::total_cmp);
+    // Where lines are known better than their weights say, noise gives less.
+    let known = nominal.machine.parameters.iter().filter(|p| p.sd.is_some()).count();
+    let freedom = few.observations().saturating_sub(few.free().len().saturating_sub(known)).max(1) as f64;
+    let variance = misfit.get(misfit.len() / 2).map_or(1.0, |middle| middle * few.observations() as f64 / freedom).min(1.0);
+    let scales: Vec<(String, f64)> = candidates
+        .iter()
+        .enumerate()
+        .map(|(c, (hypothesis, _))| {
+            let mean = gains.iter().map(|g| g[c]).sum::<f64>() / count;
+            (hypothesis.id.clone(), mean.max(LEAST_SCALE * variance * hypothesis.added.len().max(1) as f64))
         })
         .collect();
     let mut largest: Vec<f64> = gains.iter().map(|g| g.iter().zip(&scales).map(|(g, (_, s))| g / s).fold(0.0, f64::max)).collect();
     largest.sort_by(f64::total_cmp);
-    let mut misfit: Vec<f64> = drawn.into_iter().map(|d| d.1).collect();
-    misfit.sort_by(f64::total_cmp);
     Ok(Null { scales, largest, misfit })
 }
 

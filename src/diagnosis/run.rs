@@ -72,8 +72,9 @@ const MUCH: (f64, f64) = (1.5, 0.1);
 const CLEARLY: f64 = 0.85;
 /// A power of iω nearer to 0 than this is no other quantity.
 const LEAST_POWER: f64 = 0.6;
-/// Arms both shorter than this, in lengths of the one at which the nut feels a motion, are none: what is found then is a resonator on the way of the force.
-const LEAST_ARM: f64 = 0.3;
+/// Arms both shorter than the first, in lengths of the one at which the nut feels a motion, are none: what is found then is a resonator on the way of the
+/// force. No table has one longer than the second: there a mass that hardly rocks stands for something else.
+const ARMS: (f64, f64) = (0.3, 8.0);
 
 /// The fitter of a diagnosis: for FRFs nut positions, gains and delays of channels are known to a standard deviation, and the model's error is a
 /// share of the level around a line.
@@ -302,7 +303,7 @@ pub fn again_from(survey: &mut Survey, located: &[Candidate], fitter: &Fitter<'_
 }
 
 /// Whether what was fitted is what the effect says: another quantity is another power of iω, not a slight slope, and what is felt on arms is felt by the
-/// sensor or the hammer.
+/// sensor or the hammer, on one that a table may have.
 #[must_use]
 pub fn tells(hypothesis: &Hypothesis, fitted: &Fitted) -> bool {
     let values = values_of(hypothesis, fitted);
@@ -313,8 +314,10 @@ pub fn tells(hypothesis: &Hypothesis, fitted: &Fitted) -> bool {
         _ => None,
     };
     let chain = &hypothesis.machine.chain;
-    let felt =
-        |lever: &Lever| [&lever.read, &lever.struck].into_iter().filter_map(added).reduce(f64::max).is_none_or(|arm| arm > LEAST_ARM);
+    let felt = |lever: &Lever| {
+        let longest = [&lever.read, &lever.struck].into_iter().filter_map(added).reduce(f64::max);
+        longest.is_none_or(|arm| arm > ARMS.0 && arm < ARMS.1)
+    };
     added(&chain.power).is_none_or(|power| power > LEAST_POWER) && chain.levers.iter().all(felt)
 }
 

@@ -102,7 +102,7 @@ const FAR: f64 = 5.0;
 /// Share of χ² that a released parameter must take away to be all that is wrong.
 const MOSTLY: f64 = 0.75;
 /// Share of χ² that an effect must take away where much stays unexplained: one that does what no free shape can, and another.
-const LITTLE: (f64, f64) = (0.35, 0.5);
+const LITTLE: (f64, f64) = (0.4, 0.5);
 /// Excess beyond which a named effect must hold its own against a free shape at an interface.
 const DOUBT: f64 = 1.5;
 /// Share of what the best effect leaves below which a free shape is the better explanation.
