@@ -21,7 +21,7 @@ const STEPS: u64 = 10;
 /// Steps of the fits of plain machines.
 const PLAIN_STEPS: u64 = 40;
 
-/// Draws.
+/// Draws of the bootstrap of `closed`.
 const DRAWS: usize = 24;
 
 /// 95 % interval of `closed`: machines a little richer than the chosen one (of modes, what it predicts with as much scatter as it leaves) are drawn about

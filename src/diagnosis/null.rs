@@ -59,7 +59,7 @@ impl Null {
 
     /// Misfit over that of the middle draw; 1 where it is less.
     pub fn excess(&self, misfit: f64) -> f64 {
-        let middle = self.misfit.get(self.misfit.len() / 2).copied().unwrap_or(misfit);
+        let middle = middle(&self.misfit).unwrap_or(misfit);
         (misfit / middle).max(1.0)
     }
 
@@ -67,6 +67,11 @@ impl Null {
     pub fn p_value(&self, statistic: f64) -> f64 {
         upper_tail(&self.largest, statistic)
     }
+}
+
+/// The middle one of numbers in rising order.
+fn middle(rising: &[f64]) -> Option<f64> {
+    rising.get(rising.len() / 2).copied()
 }
 
 /// Share above a value of a law whose logarithm is normal, with mean and standard deviation of the draws, those of a small sample widened.
@@ -237,9 +242,8 @@ pub fn simulate(
     let mut misfit: Vec<f64> = drawn.into_iter().map(|d| d.1).collect();
     misfit.sort_by(f64::total_cmp);
     // Where lines are known better than their weights say, noise gives less.
-    let known = nominal.machine.parameters.iter().filter(|p| p.sd.is_some()).count();
-    let freedom = few.observations().saturating_sub(few.free().len().saturating_sub(known)).max(1) as f64;
-    let variance = misfit.get(misfit.len() / 2).map_or(1.0, |middle| middle * few.observations() as f64 / freedom).min(1.0);
+    let freedom = few.observations().saturating_sub(few.unknowns(nominal)).max(1) as f64;
+    let variance = middle(&misfit).map_or(1.0, |middle| middle * few.observations() as f64 / freedom).min(1.0);
     let scales: Vec<(String, f64)> = candidates
         .iter()
         .enumerate()

@@ -136,9 +136,7 @@ pub fn diagnose(
     let located: Vec<Candidate> = locate(&surveyed, fitter, 5, control)?;
     again_from(&mut surveyed, &located, fitter, control);
     let objective = fitter.objective(&surveyed.nominal)?;
-    // What is known beforehand of a nuisance counts as a number measured.
-    let known = surveyed.nominal.machine.parameters.iter().filter(|p| p.sd.is_some()).count();
-    let (count, unknowns) = (objective.observations() as f64, objective.free().len().saturating_sub(known));
+    let (count, unknowns) = (objective.observations() as f64, objective.unknowns(&surveyed.nominal));
     let fitted: Vec<(&Hypothesis, &Fitted)> = surveyed.candidates.iter().filter_map(|c| c.fitted.as_ref().map(|(h, f)| (h, f))).collect();
     control.begin("4/6 nulls");
     let null = match &settings.null {
