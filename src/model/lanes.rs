@@ -58,6 +58,12 @@ impl Complexes {
         self.re * self.re + self.im * self.im
     }
 
+    /// z·a + b.
+    #[inline(always)]
+    pub fn mul_add(self, a: Self, b: Self) -> Self {
+        Complexes { re: self.re.mul_add(a.re, self.im.mul_neg_add(a.im, b.re)), im: self.re.mul_add(a.im, self.im.mul_add(a.re, b.im)) }
+    }
+
     /// 1/z.
     #[inline]
     pub fn inverse(self) -> Self {

@@ -11,11 +11,21 @@ pub struct Lines {
     rods: Vec<Known>,
 }
 
-/// Direct and cross entries of a rod at all lines; none where it is not known.
+/// Direct and cross entries of a rod at all lines, and sin φ; none where it is not known.
 #[derive(Debug, Clone)]
 struct Known {
     rod: Rod,
     entries: Vec<(Reals, Reals)>,
+    sines: Vec<Reals>,
+}
+
+/// What is known of a rod at some lines, group by group.
+#[derive(Clone, Copy)]
+pub(super) struct KnownRod<'k> {
+    /// Direct and cross entries.
+    pub entries: &'k [(Reals, Reals)],
+    /// sin φ.
+    pub sines: &'k [Reals],
 }
 
 impl Lines {
@@ -28,12 +38,11 @@ impl Lines {
     /// same is computed anew.
     pub fn keep_rods(&mut self, network: &Network, stays: impl Fn(usize) -> bool) {
         let known = |(at, rod): (usize, &Rod)| {
-            let entries = |omega: &Reals| {
-                let of = rod.damped_each(*omega);
-                (of.direct.re, of.cross.re)
-            };
             let kept = rod.loss_factor == 0.0 && stays(at);
-            Known { rod: *rod, entries: if kept { self.omega_rad_s.iter().map(entries).collect() } else { Vec::new() } }
+            let lines = if kept { self.omega_rad_s.as_slice() } else { &[] };
+            let (entries, sines) =
+                lines.iter().map(|omega| rod.damped_each(*omega)).map(|of| ((of.direct.re, of.cross.re), of.sin.re)).unzip();
+            Known { rod: *rod, entries, sines }
         };
         self.rods = network.rods.iter().enumerate().map(known).collect();
     }
@@ -43,8 +52,9 @@ impl Lines {
         &self.omega_rad_s
     }
 
-    /// Direct and cross entries of a rod, group by group, where they are known.
-    pub(super) fn known(&self, at: usize, rod: &Rod) -> Option<&[(Reals, Reals)]> {
-        self.rods.get(at).filter(|known| known.rod == *rod && !known.entries.is_empty()).map(|known| known.entries.as_slice())
+    /// A rod at some groups of lines, where it is known.
+    pub(super) fn known(&self, at: usize, rod: &Rod, groups: std::ops::Range<usize>) -> Option<KnownRod<'_>> {
+        let known = self.rods.get(at).filter(|known| known.rod == *rod && !known.entries.is_empty())?;
+        Some(KnownRod { entries: &known.entries[groups.clone()], sines: &known.sines[groups] })
     }
 }

@@ -10,7 +10,7 @@ pub mod coupling;
 mod derived;
 mod elimination;
 mod energy;
-mod interpolant;
+mod fraction;
 mod joint;
 mod lanes;
 mod lines;
@@ -20,6 +20,7 @@ mod network;
 mod peaks;
 mod rod;
 mod sensitivity;
+mod sight;
 mod solution;
 mod structure;
 

@@ -6,7 +6,7 @@ use num_complex::Complex64;
 
 use super::joint::JointNumbers;
 use super::lanes::{ABREAST, Complexes, LANES, Reals};
-use super::lines::Lines;
+use super::lines::{KnownRod, Lines};
 use super::peaks;
 use super::rod::{Rod, RodLanes, loss_each};
 use super::solution::Solution;
@@ -63,8 +63,6 @@ pub struct Point {
     pub receptance: Complex64,
     /// dH/dω.
     pub slope: Complex64,
-    /// Direction of det D in the complex plane, without the poles of the rods; its length means nothing.
-    pub determinant: Complex64,
 }
 
 impl Point {
@@ -275,17 +273,15 @@ impl Network {
         }
     }
 
-    /// Assembles D(ω) with damping and factors it, with the rods' entries left in `work`; gives the direction of its determinant.
-    fn factor_damped(&self, omega_rad_s: &[Reals], work: &mut Workspace) -> [Complexes; ABREAST] {
+    /// Factors D(ω), with the rods' entries left in `work`, and fills in the displacements under unit forces at the excitation and at the response.
+    fn displace(&self, omega_rad_s: &[Reals], work: &mut Workspace) {
         let (shape, abreast) = (&self.structure, omega_rad_s.len());
         let entries = &mut work.complex[..shape.elimination.slots() * abreast];
         self.assemble(omega_rad_s, entries);
-        let mut determinant = [Complexes::real(Reals::ONE); ABREAST];
         work.rods.clear();
         for (rod, slots) in self.rods.iter().zip(&shape.rod_slots) {
-            for (w, (omega, determinant)) in omega_rad_s.iter().zip(&mut determinant).enumerate() {
+            for (w, omega) in omega_rad_s.iter().enumerate() {
                 let of = rod.damped_each(*omega);
-                *determinant *= of.sin;
                 for (slot, entry) in slots.iter().zip([of.direct, of.direct, of.cross]) {
                     if let Some(slot) = *slot {
                         entries[slot * abreast + w] += entry;
@@ -294,22 +290,12 @@ impl Network {
                 work.rods.push(of);
             }
         }
-        shape.elimination.factor(abreast, entries, |w, d, inverse| {
-            determinant[w] *= d * (inverse.re.abs() + inverse.im.abs());
-        });
-        determinant
-    }
-
-    /// Factors D(ω) and fills in the displacements under unit forces at the excitation and at the response.
-    fn displace(&self, omega_rad_s: &[Reals], work: &mut Workspace) -> [Complexes; ABREAST] {
-        let (shape, abreast) = (&self.structure, omega_rad_s.len());
-        let determinant = self.factor_damped(omega_rad_s, work);
+        shape.elimination.factor(abreast, entries, |_, _, _| ());
         self.displaced_by(End::Excitation, abreast, (&work.complex, &mut work.at_excitation));
         if shape.has_two_ends() {
             self.displaced_by(End::Response, abreast, (&work.complex, &mut work.at_response));
         }
         self.read_on_arm(abreast, work);
-        determinant
     }
 
     /// What [`Network::displace`] left behind.
@@ -357,41 +343,87 @@ impl Network {
 
     /// Receptances at up to [`ABREAST`] groups of frequencies.
     pub fn receptances<'w>(&self, omega_rad_s: &[Reals], work: &'w mut Workspace) -> &'w [Complexes] {
-        self.receptances_with(omega_rad_s, |_, _| None, work)
+        self.solved(omega_rad_s, |_, _| None, work, None);
+        self.displaced(omega_rad_s.len(), work)
     }
 
     /// Receptances at up to [`ABREAST`] groups of some lines, with what is known of rods there.
     pub fn receptances_on<'w>(&self, lines: &Lines, groups: std::ops::Range<usize>, work: &'w mut Workspace) -> &'w [Complexes] {
-        let from = groups.start;
-        self.receptances_with(&lines.omega_rad_s()[groups], |at, rod| lines.known(at, rod).map(|known| &known[from..]), work)
+        let omega_rad_s = &lines.omega_rad_s()[groups.clone()];
+        self.solved(omega_rad_s, |at, rod| lines.known(at, rod, groups.clone()), work, None);
+        self.displaced(omega_rad_s.len(), work)
     }
 
-    #[inline]
-    fn receptances_with<'w, 'k>(
+    /// Numerator and denominator of the receptance at up to [`ABREAST`] groups of frequencies, with what is known of rods there: N = H·Δ and
+    /// Δ = det D·Π sin φ, neither of which has a pole, in one scale for all of a call.
+    pub(super) fn fractions<'k>(
         &self,
         omega_rad_s: &[Reals],
-        known: impl Fn(usize, &Rod) -> Option<&'k [(Reals, Reals)]>,
-        work: &'w mut Workspace,
-    ) -> &'w [Complexes] {
+        known: impl Fn(usize, &Rod) -> Option<KnownRod<'k>>,
+        work: &mut Workspace,
+    ) -> [(Complexes, Complexes); ABREAST] {
+        let mut denominators = [Complexes::real(Reals::ONE); ABREAST];
+        self.solved(omega_rad_s, known, work, Some(&mut denominators));
+        let mut fractions = denominators.map(|d| (d, d));
+        for ((n, _), h) in fractions.iter_mut().zip(self.displaced(omega_rad_s.len(), work)) {
+            *n *= *h;
+        }
+        fractions
+    }
+
+    /// Assembles D(ω) with damping and factors it; multiplies what is given by its determinant without the poles of the rods, in one scale.
+    #[inline]
+    fn solved<'k>(
+        &self,
+        omega_rad_s: &[Reals],
+        known: impl Fn(usize, &Rod) -> Option<KnownRod<'k>>,
+        work: &mut Workspace,
+        mut determinants: Option<&mut [Complexes; ABREAST]>,
+    ) {
         let (shape, abreast) = (&self.structure, omega_rad_s.len());
         let entries = &mut work.complex[..shape.elimination.slots() * abreast];
         self.assemble(omega_rad_s, entries);
         for (at, (rod, slots)) in self.rods.iter().zip(&shape.rod_slots).enumerate() {
-            let [left, right, cross] = slots.map(|slot| slot.map(|slot| slot * abreast));
+            let [left, right, cross] = slots.map(|slot| slot.map(|slot| slot * abreast..(slot + 1) * abreast));
             if let Some(known) = known(at, rod) {
-                for (w, (of_direct, of_cross)) in known[..abreast].iter().enumerate() {
-                    left.into_iter().chain(right).for_each(|slot| entries[slot + w].re += *of_direct);
-                    cross.into_iter().for_each(|slot| entries[slot + w].re += *of_cross);
+                for slots in left.into_iter().chain(right) {
+                    entries[slots].iter_mut().zip(known.entries).for_each(|(entry, of)| entry.re += of.0);
+                }
+                if let Some(slots) = cross {
+                    entries[slots].iter_mut().zip(known.entries).for_each(|(entry, of)| entry.re += of.1);
+                }
+                if let Some(determinants) = &mut determinants {
+                    determinants.iter_mut().zip(known.sines).for_each(|(d, sin)| *d = *d * *sin);
                 }
                 continue;
             }
             for (w, omega) in omega_rad_s.iter().enumerate() {
                 let of = rod.damped_each(*omega);
-                left.into_iter().chain(right).for_each(|slot| entries[slot + w] += of.direct);
-                cross.into_iter().for_each(|slot| entries[slot + w] += of.cross);
+                for (slots, entry) in [&left, &right, &cross].into_iter().zip([of.direct, of.direct, of.cross]) {
+                    slots.iter().for_each(|slots| entries[slots.start + w] += entry);
+                }
+                if let Some(determinants) = &mut determinants {
+                    determinants[w] *= of.sin;
+                }
             }
         }
-        shape.elimination.factor(abreast, entries, |_, _, _| ());
+        let Some(determinants) = determinants else {
+            shape.elimination.factor(abreast, entries, |_, _, _| ());
+            return;
+        };
+        let mut scale = Reals::ONE;
+        shape.elimination.factor(abreast, entries, |w, d, inverse| {
+            if w == 0 {
+                scale = Reals::splat((inverse.re.abs() + inverse.im.abs()).to_array()[0]);
+            }
+            determinants[w] *= d * scale;
+        });
+    }
+
+    /// Displacement of the response under a unit force at the excitation, once D is factored.
+    #[inline]
+    fn displaced<'w>(&self, abreast: usize, work: &'w mut Workspace) -> &'w [Complexes] {
+        let shape = &self.structure;
         // What is eliminated last needs no way back: its pivot is the dynamic stiffness there.
         if !shape.has_two_ends() {
             return &work.complex[shape.diagonal[shape.excitation] * abreast..][..abreast];
@@ -407,7 +439,7 @@ impl Network {
         (self.response(omega_rad_s.len(), work), self.solution(omega_rad_s, work))
     }
 
-    /// Receptance, its slope and the direction of the determinant at one frequency.
+    /// Receptance and its slope at one frequency.
     pub fn at(&self, omega_rad_s: f64, work: &mut Workspace) -> Point {
         let mut points = Vec::with_capacity(1);
         self.at_each(&[omega_rad_s], work, &mut points);
@@ -420,19 +452,18 @@ impl Network {
         for some in omega_rad_s.chunks(ABREAST * LANES) {
             let (omegas, abreast) = grouped(some);
             let omegas = &omegas[..abreast];
-            let determinants = self.displace(omegas, work);
+            self.displace(omegas, work);
             let mut slopes = [Complexes::ZERO; ABREAST];
             self.bilinear_slopes(self.solution(omegas, work), &mut slopes[..abreast]);
-            let groups = self.response(abreast, work).iter().zip(&slopes).zip(&determinants);
-            let each = groups.flat_map(|((h, slope), d)| {
-                let (h, slope, d) = (h.apart(), slope.apart(), d.apart());
-                (0..LANES).map(move |lane| (h[lane], slope[lane], d[lane]))
+            let groups = self.response(abreast, work).iter().zip(&slopes);
+            let each = groups.flat_map(|(h, slope)| {
+                let (h, slope) = (h.apart(), slope.apart());
+                (0..LANES).map(move |lane| (h[lane], slope[lane]))
             });
-            points.extend(some.iter().zip(each).map(|(&omega_rad_s, (receptance, slope, determinant))| Point {
+            points.extend(some.iter().zip(each).map(|(&omega_rad_s, (receptance, slope))| Point {
                 omega_rad_s,
                 receptance,
                 slope: -slope,
-                determinant,
             }));
         }
     }

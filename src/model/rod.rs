@@ -160,7 +160,7 @@ impl Rod {
         }
         if let Some(chain) = self.chain_each(omega_rad_s).filter(|_| self.loss_factor == 0.0) {
             let scale = chain.sin_step / chain.sin;
-            return RodLanes::real(scale * chain.cos, -scale, chain.sin);
+            return RodLanes::real(scale * chain.cos, -scale, chain.sin / chain.step);
         }
         let each = omega_rad_s.to_array().map(|omega| self.damped(omega));
         let of = |part: fn(&RodEntries) -> Complex64| Complexes::each(|lane| part(&each[lane]));
@@ -216,7 +216,7 @@ impl Rod {
         let (sin, cos) = (x.asin() * Reals::splat(2.0 * n)).sin_cos();
         let k = Reals::splat(self.stiffness * n);
         let step = (x + x) * root;
-        (!near_pole(sin)).then(|| ChainLanes { sin, cos, sin_step: k * step })
+        (!near_pole(sin)).then(|| ChainLanes { sin, cos, step, sin_step: k * step })
     }
 
     /// [`Rod::clamped_modes_below`] at some frequencies.
@@ -255,14 +255,15 @@ impl Rod {
         if self.loss_factor == 0.0 && x < 1.0 {
             let (cos, sin) = cos_sin(2.0 * n * x.asin());
             let scale = self.stiffness * n * 2.0 * x * (1.0 - x * x).sqrt() / sin;
-            return RodEntries { direct: (scale * cos).into(), cross: (-scale).into(), sin: sin.into(), lossless: true };
+            let step = 2.0 * x * (1.0 - x * x).sqrt();
+            return RodEntries { direct: (scale * cos).into(), cross: (-scale).into(), sin: (sin / step).into(), lossless: true };
         }
         let material = self.material(omega_rad_s);
         let x = x / material.sqrt();
         let sin_step = x * (1.0 - x * x).sqrt() * 2.0;
         let angle = x.asin() * (2.0 * n);
         // Far from the real axis sin and cos are too large for numbers, their quotient is ±i.
-        let (csc, cot, turn) = if angle.im.abs() > 300.0 {
+        let (csc, cot, sin) = if angle.im.abs() > 300.0 {
             let quotient = Complex64::new(0.0, -angle.im.signum());
             let turn = Complex64::new(0.0, -angle.re * angle.im.signum()).exp() * quotient;
             (Complex64::new(0.0, 0.0), quotient, turn.conj())
@@ -273,8 +274,7 @@ impl Rod {
         let k = material * (self.stiffness * n);
         let lossless = self.loss_factor == 0.0;
         let real = |z: Complex64| if lossless { Complex64::new(z.re, 0.0) } else { z };
-        let turn = turn / sin_step;
-        RodEntries { direct: real(k * sin_step * cot), cross: real(-k * sin_step * csc), sin: real(turn / turn.norm()), lossless }
+        RodEntries { direct: real(k * sin_step * cot), cross: real(-k * sin_step * csc), sin: real(sin / sin_step), lossless }
     }
 
     /// Number of clamped–clamped natural frequencies of the rod below ω: the poles of D.
@@ -295,16 +295,17 @@ pub struct RodEntries {
     pub direct: Complex64,
     /// Cross entry.
     pub cross: Complex64,
-    /// sin φ, which cancels the poles in the determinant.
+    /// sin φ, of a chain sin nμ/sin μ, which cancels the poles in the determinant.
     pub sin: Complex64,
     /// All of it is real.
     pub lossless: bool,
 }
 
-/// What [`Rod::chain_each`] gives: sin and cos of nμ, and k·n·sin μ.
+/// What [`Rod::chain_each`] gives: sin and cos of nμ, sin μ, and k·n·sin μ.
 struct ChainLanes {
     sin: Reals,
     cos: Reals,
+    step: Reals,
     sin_step: Reals,
 }
 
@@ -315,7 +316,7 @@ pub struct RodLanes {
     pub direct: Complexes,
     /// Cross entry.
     pub cross: Complexes,
-    /// sin φ.
+    /// As [`RodEntries::sin`].
     pub sin: Complexes,
     /// All of it is real.
     pub lossless: bool,

@@ -6,7 +6,7 @@ use super::pairing::{MISSING, Pair, VISIBLE, pair_into};
 use super::{GAIN_RANGE, ObjectiveError, free_parameters, point_named};
 use crate::machine::{FitRule, Machine, Operating};
 use crate::measurement::{FitSet, Gain, HoldOutSet, MeasurementSet, ModeObservation};
-use crate::model::{Network, Peak, PeakSearch, Rods, Structure, Workspace, peaks_into};
+use crate::model::{Lines, Network, Peak, PeakSearch, Rods, Structure, Workspace, peaks_into};
 
 /// Which function of the deviations is made least.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -88,6 +88,8 @@ struct PositionData {
     operating: Operating,
     observed: Vec<ModeObservation>,
     measured_hz: Vec<f64>,
+    /// Where the search for peaks begins, with the rods that no free parameter changes.
+    lines: Lines,
 }
 
 /// Distance between predicted peaks and measured modes of some positions, as a function of a machine's free parameters.
@@ -165,7 +167,7 @@ impl<'m> ModeObjective<'m> {
             machine.check_operating(&format!("{}: position {}", set.path, set.positions[index].name), &operating)?;
             let observed: Vec<ModeObservation> = table.positions[index].iter().filter(|m| m.frequency_hz.is_some()).copied().collect();
             let measured_hz = observed.iter().filter_map(|m| m.frequency_hz).collect();
-            data.push(PositionData { index, operating, observed, measured_hz });
+            data.push(PositionData { index, operating, observed, measured_hz, lines: Lines::new(&[]) });
         }
         // The band of these positions alone: what is held out must not reach the fit.
         let all =
@@ -178,7 +180,7 @@ impl<'m> ModeObjective<'m> {
             omega_power: set.quantity.map_or(0, |q| q.power()),
         };
         let free = free_parameters(machine, frozen, |rule| rule == FitRule::Always)?;
-        Ok(ModeObjective {
+        let mut objective = ModeObjective {
             machine,
             structure,
             settings,
@@ -190,7 +192,23 @@ impl<'m> ModeObjective<'m> {
             free,
             base: machine.start(),
             pool: Mutex::new(Vec::new()),
-        })
+        };
+        objective.lay_lines();
+        Ok(objective)
+    }
+
+    /// Lays out where searches for peaks begin, and keeps rods that free parameters leave as they are.
+    fn lay_lines(&mut self) {
+        let places = [0.3, 0.7].map(|u| self.parameters(&vec![u; self.free.len()]));
+        for position in &mut self.positions {
+            let [network, other] = [0, 1].map(|at| {
+                let mut network = self.structure.network();
+                network.update(self.machine, &places[at], &position.operating);
+                network
+            });
+            position.lines = self.search.lines();
+            position.lines.keep_rods(&network, |rod| network.has_rod_of(&other, rod));
+        }
     }
 
     /// Parameters of the machine, in its order, for a place of the free ones in the unit cube.
@@ -260,7 +278,7 @@ impl<'m> ModeObjective<'m> {
         network.update(self.machine, parameters, &p.operating);
         let PositionPrediction { position, peaks, deviations } = &mut predictions[at];
         *position = p.index;
-        peaks_into(network, self.search, work, peaks);
+        peaks_into(network, (self.search, &p.lines), work, peaks);
         predicted_hz.clear();
         predicted_hz.extend(peaks.iter().map(|p| p.frequency_hz));
         alone.clear();
