@@ -214,6 +214,22 @@ def frfs(sides, table, rounds):
     repeats = max(1, round(0.3 / exact["wall"]))
     ours, theirs = in_turn(rounds, lambda _: sides.ours("frfs", file, repeats=repeats), lambda _: sides.theirs("frfs", places=places))
     table.ratios(f"objective on whole FRFs, {POSITIONS} × {LINES} lines", "NumPy, closed form", column(ours, "each"), column(theirs, "seconds"), "12")
+    if missing("scipy", table):
+        return
+    cost = lambda found: sides.theirs("frf_cost", values=found["values"])["cost"]
+    target = 1.01 * cost(sides.ours("identify-frfs"))
+    ours, theirs = in_turn(
+        rounds,
+        lambda seed: sides.ours("identify-frfs", "--seed", seed + 1),
+        lambda seed: sides.theirs("frf_search", target=target, generations=1000, seed=seed + 1),
+    )
+    if not all(cost(found) <= target for found in ours):
+        raise SystemExit("our identifications from whole FRFs do not all come to the same χ²")
+    there = [(a["seconds"], b["seconds"]) for a, b in zip(ours, theirs) if b["cost"] <= target]
+    evaluations = statistics.median(column(theirs, "evaluations"))
+    table.note(f"SciPy came to 1.01 times our χ² of {target / 1.01:.1f} in {len(there)} of {rounds} searches, of {evaluations:,.0f} evaluations in the middle")
+    if there:
+        table.ratios("search and intervals from whole FRFs", "SciPy, differential evolution to the same χ²", *map(list, zip(*there)), "12")
 
 
 def coupling(sides, table, rounds):

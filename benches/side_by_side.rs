@@ -126,6 +126,12 @@ enum Task {
     },
     /// The default identification of the bench.
     Identify,
+    /// One search of the bench with its intervals, from whole FRFs with noise, three positions × 1,000 lines.
+    IdentifyFrfs {
+        /// Seed.
+        #[arg(long, default_value_t = 1)]
+        seed: u64,
+    },
 }
 
 fn main() {
@@ -219,6 +225,7 @@ fn run(task: &Task, repeats: usize) -> Value {
         Task::WriteUniversal { file, binary } => write_universal(file, *binary),
         Task::ReadUniversal { file } => read_universal(file, repeats),
         Task::Identify => identified(repeats),
+        Task::IdentifyFrfs { seed } => identified_from_frfs(*seed),
     }
 }
 
@@ -373,4 +380,23 @@ fn identified(repeats: usize) -> Value {
         evaluations += found.evaluations;
     });
     with(timing, json!({ "evaluations": evaluations, "cost": cost }))
+}
+
+fn identified_from_frfs(seed: u64) -> Value {
+    let (machine, _) = bench();
+    let lines: Vec<f64> = (6..1006).map(f64::from).collect();
+    let mut set = simulated_frfs(&machine, ("table", "table"), &FITTED_M.map(Some), &lines);
+    // What stands for noise of 2 % is the same in another language.
+    for (at, line) in set.frfs.iter_mut().flat_map(|frf| &mut frf.lines).enumerate() {
+        let turn = (at * at) as f64;
+        line.value *= Complex64::new(1.0 + 0.02 * turn.cos(), 0.02 * (1.1 * turn).sin());
+    }
+    let (fit, held_out) = set.split(None, &[]).expect("all of it");
+    let plan = Plan { seed, repeats: 1, frf: Some(FrfSettings::default()), ..Plan::default() };
+    let mut found = None;
+    let timing = timed(1, 0, || found = identify(&machine, &fit, &held_out, &plan, &Control::default()).ok());
+    let found = found.expect("a result");
+    let values: serde_json::Map<_, _> =
+        machine.parameters.iter().zip(&found.values).map(|(p, value)| (p.id.clone(), json!(value))).collect();
+    with(timing, json!({ "evaluations": found.evaluations, "values": values }))
 }

@@ -255,18 +255,28 @@ def _parabola(x, y, at):
 
 
 class FrfObjective:
-    """χ² of whole FRFs, three positions × 1,000 lines: what the product calls 2 % noise and 1 % model error, measured = the start values' own."""
+    """χ² of whole FRFs, three positions × 1,000 lines: what the product calls 2 % noise and 1 % model error, measured = the start values' own.
 
-    def __init__(self, bench):
+    `noise` is what stands for noise of 2 % in benches/side_by_side.rs, too.
+    """
+
+    def __init__(self, bench, noise=False):
         self.bench = bench
         self.names = list(bench.start)
         self.lines = Lines(bench, np.arange(6.0, 1006.0)[None, :], bench.nuts[:, None])
         self.measured = self.lines.receptance(bench.start)
+        if noise:
+            turn = np.arange(self.measured.size, dtype=float).reshape(self.measured.shape) ** 2
+            self.measured = self.measured * (1 + 0.02 * np.cos(turn) + 0.02j * np.sin(1.1 * turn))
         self.weight = 1 / (0.02**2 / 2 + 0.01**2)
 
     def at(self, place):
         """At one place: 3,000 lines fit the cache, more would not."""
-        above, below = self.lines.fraction(self.bench.parameters(self.names, np.reshape(place, (-1, 1))))
+        return self.of(self.bench.parameters(self.names, np.reshape(place, (-1, 1))))
+
+    def of(self, parameters):
+        """Of values by name."""
+        above, below = self.lines.fraction(parameters)
         ratio = self.measured * below / above
         # The principal value needs no unwrapping; ln of a real and arctan2 are faster than ln of a complex number.
         size = 0.5 * np.log(ratio.real**2 + ratio.imag**2)

@@ -81,6 +81,22 @@ def frfs(places):
     return {"costs": [float(c) for c in work()], **timed(work, len(places))}
 
 
+def frf_cost(values):
+    return {"cost": float(FrfObjective(Bench(), noise=True).of(values))}
+
+
+def frf_search(target, generations, seed):
+    """SciPy's differential evolution as it comes, from whole FRFs, until χ² is at most `target` or so many generations are over."""
+    from scipy.optimize import differential_evolution
+
+    made = FrfObjective(Bench(), noise=True)
+    bounds = [(0.0, 1.0)] * len(made.names)
+    reached = lambda intermediate_result: intermediate_result.fun <= target
+    begin = time.thread_time()
+    found = differential_evolution(made.at, bounds, maxiter=generations, tol=0, polish=False, rng=seed, callback=reached)
+    return {"seconds": time.thread_time() - begin, "evaluations": found.nfev, "cost": float(found.fun)}
+
+
 def substructures(machine):
     """Receptances of the free sub-structures (line, i, i), the signed Boolean B, and the receptance of each joint in its rows (line, row)."""
     bench = Bench()
