@@ -25,6 +25,7 @@ import statistics
 import subprocess
 import sys
 import tempfile
+from concurrent.futures import ThreadPoolExecutor
 
 ROOT = pathlib.Path(__file__).resolve().parents[1]
 PINNED = {name: "1" for name in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")}
@@ -156,22 +157,33 @@ def modes(sides, table, rounds):
         return
     generations, popsize = 200, 15
     target = 1.01 * sides.ours("identify")["cost"]
-    aims = {"grid": "10", "refined": "100", "fine-grid": "100"}
-    for form, words in forms.items():
+
+    def searches(form, *threads):
+        """Ours on as many threads as the first number says and theirs on those of the others, in turn; how many evaluations."""
         # A run of the fine grid takes minutes: fewer generations of it tell the time of one evaluation as well.
         count = 10 if form == "fine-grid" else generations
-        ours, theirs = in_turn(
+        runs = in_turn(
             rounds,
-            lambda seed: sides.ours("search", "--population", popsize * 8, "--generations", count, "--seed", seed + 1),
-            lambda seed: sides.theirs("search", form=form, popsize=popsize, generations=count, seed=seed + 1),
+            lambda seed: sides.ours("search", "--population", popsize * 8, "--generations", count, "--seed", seed + 1, threads=threads[0]),
+            *(
+                lambda seed, n=n: sides.theirs("search", form=form, popsize=popsize, generations=count, seed=seed + 1, threads=n)
+                for n in threads[1:]
+            ),
         )
-        evaluations = {r["evaluations"] for r in ours + theirs}
+        evaluations = {r["evaluations"] for run in runs for r in run}
         if len(evaluations) != 1:
             raise SystemExit(f"the searches differ in their evaluations: {evaluations}")
-        work = f"search of {evaluations.pop():,} evaluations"
-        table.ratios(work, f"SciPy, {words}", column(ours, "seconds"), column(theirs, "seconds"), aims[form])
+        return f"search of {evaluations.pop():,} evaluations", runs
+
+    for form, words in forms.items():
+        work, (ours, theirs) = searches(form, 1, 1)
+        table.ratios(work, f"SciPy, {words}", column(ours, "seconds"), column(theirs, "seconds"))
         if form != "fine-grid":
             reached(sides, table, words, target, ours, theirs)
+    for form, aim in (("grid", "10"), ("fine-grid", "100")):
+        work, (ours, one, two) = searches(form, 2, 1, 2)
+        table.ratios(f"{work}, on two threads", f"SciPy, {forms[form]}", column(ours, "wall"), column(one, "wall"), aim)
+        table.ratios("the same", f"SciPy, {forms[form]}, half of the members on each of two threads", column(ours, "wall"), column(two, "wall"))
 
 
 def peak_errors(exact, found):
@@ -291,6 +303,11 @@ def threads(sides, table, rounds):
         raise SystemExit("the result depends on the number of threads")
     work = f"identify, default plan, {one[0]['evaluations']:,} evaluations, on two threads"
     table.ratios(work, "ours on one thread", column(two, "wall"), column(one, "wall"), "1.8")
+    # What the machine allows: two runs at once that know nothing of each other.
+    with ThreadPoolExecutor(2) as pool:
+        pair = lambda: list(pool.map(lambda _: sides.ours("identify", threads=1), range(2)))
+        both, alone = in_turn(rounds, lambda _: max(column(pair(), "wall")) / 2, lambda _: sides.ours("identify", threads=1)["wall"])
+    table.ratios("half of two such runs at once, one thread each: what the machine allows", "one of them alone", both, alone)
 
 
 COMPARISONS = {"modes": modes, "frfs": frfs, "coupling": coupling, "lumped": lumped, "universal": universal, "threads": threads}

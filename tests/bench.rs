@@ -61,7 +61,16 @@ fn regress_same_bits_and_effort_on_one_and_two_threads() {
     }
 }
 
-const EVALUATIONS_AT_SEED_7: u64 = 6_908;
+const EVALUATIONS_AT_SEED_7: u64 = 7_099;
+
+/// What errs by 1e-7 in a frequency keeps populations from converging: they then take up to four times as many evaluations.
+#[test]
+fn limit_searches_from_any_seed_converge() {
+    for seed in 1..=6 {
+        let (_, found) = run_on(&["l1", "l3", "l5"], &Plan { seed, repeats: 1, ..Plan::default() });
+        assert!(found.evaluations < 10_000, "seed {seed}: {} evaluations", found.evaluations);
+    }
+}
 
 /// Below the limit it is the objective itself, above it something above the limit: a search that asks so finds the same.
 #[test]

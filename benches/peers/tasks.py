@@ -6,6 +6,7 @@
 import json
 import sys
 import time
+from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 
@@ -50,19 +51,22 @@ def modes(places, form, peaks=False):
     return out
 
 
-def search(form, popsize, generations, seed):
-    """SciPy's differential evolution in the unit cube; `nfev` counts calls there, so evaluations are counted here."""
+def search(form, popsize, generations, seed, threads=1):
+    """SciPy's differential evolution in the unit cube, a generation's members shared among some threads; `nfev` counts calls, so evaluations are counted."""
     from scipy.optimize import differential_evolution
 
     made = objective(form)
+    pool = ThreadPoolExecutor(threads)
     count, trace = 0, []
 
     def cost(places):
         nonlocal count
         count += places.shape[1]
-        return made.at(places)
+        if threads == 1:
+            return made.at(places)
+        return np.concatenate(list(pool.map(made.at, np.array_split(places, threads, axis=1))))
 
-    begin = time.thread_time()
+    begin, wall = time.thread_time(), time.perf_counter()
 
     def callback(intermediate_result):
         trace.append((time.thread_time() - begin, float(intermediate_result.fun), intermediate_result.x.tolist()))
@@ -71,7 +75,8 @@ def search(form, popsize, generations, seed):
     found = differential_evolution(
         cost, bounds, popsize=popsize, maxiter=generations, tol=0, polish=False, vectorized=True, updating="deferred", rng=seed, callback=callback
     )
-    return {"seconds": time.thread_time() - begin, "evaluations": count, "cost": float(found.fun), "place": found.x.tolist(), "trace": trace}
+    times = {"seconds": time.thread_time() - begin, "wall": time.perf_counter() - wall}
+    return {**times, "evaluations": count, "cost": float(found.fun), "place": found.x.tolist(), "trace": trace}
 
 
 def frfs(places):

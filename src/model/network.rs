@@ -42,7 +42,7 @@ pub struct Workspace {
     /// What is read on an arm.
     on_arm: Vec<Complexes>,
     /// Room for a search of peaks.
-    pub(super) peaks: peaks::Room,
+    pub(super) peaks: Option<Box<peaks::Room>>,
 }
 
 /// Where is read and where is struck.
@@ -82,7 +82,7 @@ impl Structure {
             at_excitation: vec![Complexes::ZERO; self.size() * ABREAST],
             at_response: vec![Complexes::ZERO; self.size() * ABREAST],
             on_arm: vec![Complexes::ZERO; ABREAST],
-            peaks: peaks::Room::default(),
+            peaks: None,
         }
     }
 

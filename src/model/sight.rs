@@ -22,12 +22,15 @@ const LEAST_REACH: f64 = 1e-8;
 const ASIDE: f64 = 0.05;
 /// Where roots are looked at, in units of their distance from the band.
 const SIDES: [f64; 5] = [-2.0, -0.7, 0.0, 0.7, 2.0];
+/// How deep a parabola through three looks of one sign must dip for another look there, as a share of the middle one, and how often that is asked.
+const DIP: (f64, usize) = (0.5, 3);
 /// Relative precision of the frequencies of valleys, of which only the depth is asked.
 const OF_VALLEYS: f64 = 1e-6;
 /// Relative change of |H| over the last step to a turn, of which half is accounted for.
 pub(super) const LITTLE: f64 = 1e-5;
 
 /// Where a piece is looked at before its roots are known.
+#[derive(Debug)]
 struct Grid {
     /// −1 … 1, dense at both ends and alike on both sides of 0.
     places: [f64; GRID],
@@ -45,11 +48,6 @@ static PLACES: LazyLock<Grid> = LazyLock::new(|| {
     };
     Grid { places, upper: std::array::from_fn(upper) }
 });
-
-/// The grid of every piece.
-fn grid() -> &'static Grid {
-    &PLACES
-}
 
 /// What is seen at a place of a piece.
 #[derive(Debug, Clone, Copy)]
@@ -98,6 +96,7 @@ pub(super) struct Turn {
 /// What is seen of the piece at hand; room for it.
 #[derive(Debug, Clone)]
 pub(super) struct Sight {
+    grid: &'static Grid,
     /// G on the grid, real and imaginary part of Δ.
     rise: [f64; GRID],
     denominator: [[f64; GRID]; 2],
@@ -112,13 +111,8 @@ pub(super) struct Sight {
 impl Default for Sight {
     fn default() -> Self {
         let (roots, asked, about, brackets) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
-        Sight { rise: [0.0; GRID], denominator: [[0.0; GRID]; 2], roots, asked, about, brackets }
+        Sight { grid: &PLACES, rise: [0.0; GRID], denominator: [[0.0; GRID]; 2], roots, asked, about, brackets }
     }
-}
-
-/// Frequencies of the grid over a piece but for its upper end (rad/s).
-pub(super) fn grid_rad_s(of: &Fraction) -> impl Iterator<Item = f64> + '_ {
-    grid().places[..GRID - 1].iter().map(|t| of.omega_rad_s(*t))
 }
 
 /// |z|² and its first and second derivative.
@@ -131,7 +125,12 @@ fn square([z, slope, half_bend]: [Complexes; 3]) -> [Reals; 3] {
 impl Sight {
     /// What is seen at a place of the grid.
     fn look(&self, at: usize) -> Look {
-        Look { t: grid().places[at], rise: self.rise[at], denominator: (self.denominator[0][at], self.denominator[1][at]) }
+        Look { t: self.grid.places[at], rise: self.rise[at], denominator: (self.denominator[0][at], self.denominator[1][at]) }
+    }
+
+    /// Frequencies of the grid over a piece but for its upper end (rad/s).
+    pub fn grid_rad_s(&self, of: &Fraction) -> impl Iterator<Item = f64> {
+        self.grid.places[..GRID - 1].iter().map(|t| of.omega_rad_s(*t))
     }
 
     /// Whether the sought quantity rises at the upper end.
@@ -153,7 +152,7 @@ impl Sight {
     pub fn survey(&mut self, of: &Fraction, settings: &PeakSearch) -> bool {
         self.roots.clear();
         let (mut least, mut most) = ([Reals::splat(f64::MAX); 2], [Reals::ZERO; 2]);
-        for (group, (t, apart)) in grid().upper.iter().enumerate() {
+        for (group, (t, apart)) in self.grid.upper.iter().enumerate() {
             for (found, (t, upper)) in of.slopes_on_both_sides(*t).iter().zip([(*t, true), (-*t, false)]) {
                 for ([value, slope], (least, (most, pole))) in
                     [found.0, found.1].into_iter().zip(least.iter_mut().zip(most.iter_mut().zip([false, true])))
@@ -194,13 +193,23 @@ impl Sight {
     /// Looks about the roots near the piece, and where G changes its sign, `rising` below the piece; whether neighbouring looks are near enough.
     pub fn look_closer(&mut self, of: &Fraction, settings: &PeakSearch, rising: Option<bool>) -> bool {
         self.root(of);
-        self.look_at_roots(of, settings);
-        self.walk(rising)
+        self.about.clear();
+        self.look_about_roots();
+        for _ in 0..DIP.1 {
+            self.look_there(of, settings);
+            if !self.walk(rising) {
+                return false;
+            }
+            if self.asked.is_empty() {
+                break;
+            }
+        }
+        true
     }
 
     /// Refines roots from where they are foretold; keeps each once, in rising order, and those on the piece alone.
     fn root(&mut self, of: &Fraction) {
-        let places = &grid().places;
+        let places = &self.grid.places;
         let roots = &mut self.roots;
         for some in roots.chunks_mut(LANES) {
             let each =
@@ -244,46 +253,75 @@ impl Sight {
         roots.truncate(kept);
     }
 
-    /// Looks about all roots.
-    fn look_at_roots(&mut self, of: &Fraction, settings: &PeakSearch) {
-        let Sight { roots, asked, about, .. } = self;
+    /// Asks for looks about all roots.
+    fn look_about_roots(&mut self) {
+        let Sight { roots, asked, .. } = self;
         asked.clear();
         for root in roots.iter() {
             let reach = root.reach.abs().max(LEAST_REACH);
             asked.extend(SIDES.iter().map(|side| root.re + side * reach).filter(|t| t.abs() < 1.0));
         }
-        asked.sort_unstable_by(f64::total_cmp);
-        about.clear();
+    }
+
+    /// Looks where that is asked for.
+    fn look_there(&mut self, of: &Fraction, settings: &PeakSearch) {
+        let Sight { asked, about, .. } = self;
         for some in asked.chunks(LANES) {
             let t = filled(some);
             let found = of.slopes(t);
             let (rise, re, im) = (rise_of(of, settings, t, &found).to_array(), found.1[0].re.to_array(), found.1[0].im.to_array());
             about.extend(some.iter().enumerate().map(|(lane, t)| Look { t: *t, rise: rise[lane], denominator: (re[lane], im[lane]) }));
         }
+        about.sort_unstable_by(|a, b| a.t.total_cmp(&b.t));
     }
 
-    /// Walks over all looks in rising order; whether neighbours are near enough.
+    /// Walks over all looks in rising order, and asks for those that are missing; whether neighbours are near enough.
     fn walk(&mut self, rising: Option<bool>) -> bool {
-        let mut brackets = std::mem::take(&mut self.brackets);
-        brackets.clear();
+        let changes = self.changes();
+        let mut way = Way { near: true, asked: std::mem::take(&mut self.asked), brackets: std::mem::take(&mut self.brackets) };
+        way.asked.clear();
+        way.brackets.clear();
         let first = self.look(0);
         if rising.is_some_and(|rising| rising != (first.rise > 0.0)) {
             let at = (first.t, first.rise);
-            brackets.push(Bracket { low: at, high: at, top: first.rise <= 0.0 });
+            way.brackets.push(Bracket { low: at, high: at, top: first.rise <= 0.0 });
         }
-        let mut before = first;
         let mut about = self.about.iter().peekable();
-        let mut near = true;
-        for look in (1..GRID).map(|at| self.look(at)) {
-            while let Some(here) = about.next_if(|here| here.t < look.t) {
-                near &= between(&before, here, &mut brackets);
-                before = *here;
+        let (mut last, mut crowded, mut left_out) = ([first; 2], false, false);
+        for at in 1..GRID {
+            let t = self.grid.places[at];
+            let here_too = about.peek().is_some_and(|here| here.t < t);
+            // Where no root is near, neighbours on the grid have been compared all at once.
+            if !here_too && !crowded && changes >> (at - 1) & 1 == 0 {
+                left_out = true;
+                continue;
             }
-            near &= between(&before, &look, &mut brackets);
-            before = look;
+            if left_out {
+                last = [self.look(at.saturating_sub(2)), self.look(at - 1)];
+            }
+            while let Some(here) = about.next_if(|here| here.t < t) {
+                last = way.step(last, *here);
+            }
+            last = way.step(last, self.look(at));
+            (crowded, left_out) = (here_too, false);
         }
-        self.brackets = brackets;
-        near
+        (self.asked, self.brackets) = (way.asked, way.brackets);
+        way.near
+    }
+
+    /// Places of the grid, as bits, after which there is something to be done: up to the next G changes its sign or the phase of Δ turns far, or |G| is
+    /// less there than on both sides.
+    fn changes(&self) -> u32 {
+        let Sight { rise, denominator: [re, im], .. } = self;
+        let four = |of: &[f64; GRID], from: usize| Reals::from(std::array::from_fn::<_, LANES, _>(|lane| of[from + lane]));
+        let after = |from: usize| {
+            let [a, b] = [from, from + 1].map(|at| (four(rise, at), Complexes::new(four(re, at), four(im, at))));
+            let signs = a.0.simd_gt(Reals::ZERO) ^ b.0.simd_gt(Reals::ZERO);
+            let before = Reals::from(std::array::from_fn::<_, LANES, _>(|lane| rise[(from + lane).saturating_sub(1)]));
+            let low = a.0.abs().simd_lt(b.0.abs()) & a.0.abs().simd_lt(before.abs());
+            (signs | low | far(a.1, b.1)).to_bitmask()
+        };
+        (0..GRID - 1).step_by(LANES).map(|from| from.min(GRID - 1 - LANES)).fold(0, |bits, from| bits | after(from) << from)
     }
 
     /// Finds where the sought quantity turns in all brackets of a piece.
@@ -357,12 +395,43 @@ fn rise_of(of: &Fraction, settings: &PeakSearch, t: Reals, (n, d): &([Complexes;
     (re(n[0], n[1]) * d2 - n2 * re(d[0], d[1])).mul_add(omega, steady)
 }
 
-/// From one look to the next: what turns between them is noted; whether the phase of Δ turns little.
-fn between(before: &Look, here: &Look, brackets: &mut Vec<Bracket>) -> bool {
-    if (before.rise > 0.0) != (here.rise > 0.0) {
-        brackets.push(Bracket { low: (before.t, before.rise), high: (here.t, here.rise), top: before.rise > 0.0 });
+/// What is found on the way over all looks.
+struct Way {
+    /// Whether neighbours are near enough.
+    near: bool,
+    /// Where another look is worth it.
+    asked: Vec<f64>,
+    brackets: Vec<Bracket>,
+}
+
+impl Way {
+    /// From the last two looks to the next: what turns there is noted.
+    fn step(&mut self, [before, last]: [Look; 2], here: Look) -> [Look; 2] {
+        if (last.rise > 0.0) != (here.rise > 0.0) {
+            self.brackets.push(Bracket { low: (last.t, last.rise), high: (here.t, here.rise), top: last.rise > 0.0 });
+        }
+        let (a, b) = (last.denominator, here.denominator);
+        let along = a.0 * b.0 + a.1 * b.1;
+        self.near &= along >= 0.0 || along * along <= COS_TURN * COS_TURN * (a.0 * a.0 + a.1 * a.1) * (b.0 * b.0 + b.1 * b.1);
+        self.asked.extend(dip(before, last, here));
+        [last, here]
     }
-    let (a, b) = (before.denominator, here.denominator);
-    let along = a.0 * b.0 + a.1 * b.1;
-    along >= 0.0 || along * along <= COS_TURN * COS_TURN * (a.0 * a.0 + a.1 * a.1) * (b.0 * b.0 + b.1 * b.1)
+}
+
+/// Where the parabola through three looks of one sign, of which the middle one is the least, comes near the other sign.
+fn dip(before: Look, last: Look, here: Look) -> Option<f64> {
+    let [a, b, c] = [before, last, here].map(|look| look.rise * last.rise.signum());
+    if !(b < a && b < c && b > 0.0) {
+        return None;
+    }
+    let (falls, rises) = ((b - a) / (last.t - before.t), (c - b) / (here.t - last.t));
+    let bend = (rises - falls) / (here.t - before.t);
+    let slope = falls + bend * (last.t - before.t);
+    (slope * slope > 4.0 * (1.0 - DIP.0) * b * bend).then_some(last.t - 0.5 * slope / bend)
+}
+
+/// Where the phase turns far, as in [`Way::step`].
+fn far(a: Complexes, b: Complexes) -> Reals {
+    let along = a.re.mul_add(b.re, a.im * b.im);
+    along.simd_lt(Reals::ZERO) & (along * along).simd_gt(Reals::splat(COS_TURN * COS_TURN) * a.norm_sqr() * b.norm_sqr())
 }

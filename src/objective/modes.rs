@@ -176,7 +176,7 @@ impl<'m> ModeObjective<'m> {
         let search = PeakSearch {
             from_hz: 0.5 * band_hz.0,
             to_hz: 1.35 * band_hz.1,
-            precision: 1e-7,
+            precision: 1e-9,
             omega_power: set.quantity.map_or(0, |q| q.power()),
         };
         let free = free_parameters(machine, frozen, |rule| rule == FitRule::Always)?;
@@ -299,7 +299,7 @@ impl<'m> ModeObjective<'m> {
 
     /// Standard deviation of a relative frequency error.
     fn frequency_sd(&self, frequency_hz: f64) -> f64 {
-        (0.29 * self.resolution_hz / frequency_hz).hypot(self.settings.frequency_model_error)
+        ((0.29 * self.resolution_hz / frequency_hz).powi(2) + self.settings.frequency_model_error.powi(2)).sqrt()
     }
 
     /// The gain that suits the predictions best, in the sense of the objective.
