@@ -68,6 +68,10 @@ pub(super) fn loss_each(omega_rad_s: Reals) -> (Complexes, Reals) {
     (Complexes::new(share.ln() * Reals::splat(std::f64::consts::FRAC_2_PI), Reals::ONE), slope)
 }
 
+/// Elements of a chain that are few, and how far above the highest frequency that these pass on they are still worked out side by side.
+const FEW: usize = 4;
+const FAR: f64 = 1e3;
+
 /// (cos φ, sin φ) kept away from the poles at sin φ = 0, where the rod's dynamic stiffness is infinite.
 fn cos_sin(phase: f64) -> (f64, f64) {
     let (sin, cos) = phase.sin_cos();
@@ -134,8 +138,7 @@ impl Rod {
             }
         }
         if let Some(chain) = self.chain_each(omega_rad_s) {
-            let scale = chain.sin_step / chain.sin;
-            return (scale * chain.cos, -scale);
+            return (chain.scale * chain.cos, -chain.scale);
         }
         let each = omega_rad_s.to_array().map(|omega| self.undamped(omega));
         (Reals::from(each.map(|e| e.0)), Reals::from(each.map(|e| e.1)))
@@ -159,8 +162,7 @@ impl Rod {
             return RodLanes { direct: scale * cos, cross: -scale, sin, lossless: false };
         }
         if let Some(chain) = self.chain_each(omega_rad_s).filter(|_| self.loss_factor == 0.0) {
-            let scale = chain.sin_step / chain.sin;
-            return RodLanes::real(scale * chain.cos, -scale, chain.sin / chain.step);
+            return RodLanes::real(chain.scale * chain.cos, -chain.scale, chain.turn);
         }
         let each = omega_rad_s.to_array().map(|omega| self.damped(omega));
         let of = |part: fn(&RodEntries) -> Complex64| Complexes::each(|lane| part(&each[lane]));
@@ -201,22 +203,27 @@ impl Rod {
         (alpha * entries.direct - beta * entries.cross * entries.cross, entries.cross * (alpha - beta * entries.direct))
     }
 
-    /// A chain without loss at some frequencies, all of which it passes on and none of which is at a pole of it.
+    /// A chain without loss at some frequencies: of a few elements at any, of more where it passes all of them on; none next to a pole of it.
+    ///
+    /// # Source  cos nμ and sin nμ/sin μ are Chebyshev polynomials in cos μ = 1 − 2x², x = φ/(2n), of the first and of the second kind.
     #[inline]
     fn chain_each(&self, omega_rad_s: Reals) -> Option<ChainLanes> {
-        if self.elements == 0 {
+        let n = self.elements;
+        let x = omega_rad_s * Reals::splat(0.5 * self.transit_s / n as f64);
+        let (cos, turn) = if (1..=FEW).contains(&n) && x.simd_lt(Reals::splat(FAR)).all() {
+            let twice = (x * x).mul_add(Reals::splat(-4.0), Reals::splat(2.0));
+            let (mut before, mut here) = ([Reals::ONE, Reals::ZERO], [twice * Reals::splat(0.5), Reals::ONE]);
+            for _ in 1..n {
+                (before, here) = (here, [0, 1].map(|kind| twice.mul_add(here[kind], -before[kind])));
+            }
+            (here[0], here[1])
+        } else if n > FEW && x.simd_lt(Reals::splat(1.0 - 1e-9)).all() {
+            let (sin, cos) = (x.asin() * Reals::splat(2.0 * n as f64)).sin_cos();
+            (cos, sin / ((x + x) * (Reals::ONE - x * x).sqrt()))
+        } else {
             return None;
-        }
-        let n = self.elements as f64;
-        let x = omega_rad_s * Reals::splat(0.5 * self.transit_s / n);
-        if !x.simd_lt(Reals::splat(1.0 - 1e-9)).all() {
-            return None;
-        }
-        let root = (Reals::ONE - x * x).sqrt();
-        let (sin, cos) = (x.asin() * Reals::splat(2.0 * n)).sin_cos();
-        let k = Reals::splat(self.stiffness * n);
-        let step = (x + x) * root;
-        (!near_pole(sin)).then(|| ChainLanes { sin, cos, step, sin_step: k * step })
+        };
+        (!near_pole(turn)).then(|| ChainLanes { cos, turn, scale: Reals::splat(self.stiffness * n as f64) / turn })
     }
 
     /// [`Rod::clamped_modes_below`] at some frequencies.
@@ -301,12 +308,11 @@ pub struct RodEntries {
     pub lossless: bool,
 }
 
-/// What [`Rod::chain_each`] gives: sin and cos of nμ, sin μ, and k·n·sin μ.
+/// What [`Rod::chain_each`] gives: cos nμ, sin nμ/sin μ, and k·n over that.
 struct ChainLanes {
-    sin: Reals,
     cos: Reals,
-    step: Reals,
-    sin_step: Reals,
+    turn: Reals,
+    scale: Reals,
 }
 
 /// [`RodEntries`] at some frequencies.
@@ -415,7 +421,7 @@ mod tests {
 
     #[test]
     fn limit_side_by_side_is_one_by_one() {
-        for (loss_factor, elements) in [(0.0, 0), (0.02, 0), (0.0, 4), (0.02, 4)] {
+        for (loss_factor, elements) in [(0.0, 0), (0.02, 0), (0.0, 1), (0.0, 2), (0.0, 4), (0.0, 7), (0.02, 4)] {
             let rod = Rod { stiffness: 2e8, transit_s: 3e-4, loss_factor, elements };
             // The third lies at a pole of the rod.
             let omegas = [12.0, 3000.0, std::f64::consts::PI / 3e-4, 2e5];
