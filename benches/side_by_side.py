@@ -230,18 +230,21 @@ def frfs(sides, table, rounds):
         return
     cost = lambda found: sides.theirs("frf_cost", values=found["values"])["cost"]
     target = 1.01 * cost(sides.ours("identify-frfs"))
-    ours, theirs = in_turn(
+    ours, profiled, theirs = in_turn(
         rounds,
         lambda seed: sides.ours("identify-frfs", "--seed", seed + 1),
+        lambda seed: sides.ours("identify-frfs", "--seed", seed + 1, "--profile"),
         lambda seed: sides.theirs("frf_search", target=target, generations=1000, seed=seed + 1),
     )
-    if not all(cost(found) <= target for found in ours):
+    if not all(cost(found) <= target for found in ours + profiled):
         raise SystemExit("our identifications from whole FRFs do not all come to the same χ²")
-    there = [(a["seconds"], b["seconds"]) for a, b in zip(ours, theirs) if b["cost"] <= target]
+    there = [(a["seconds"], p["seconds"], b["seconds"]) for a, p, b in zip(ours, profiled, theirs) if b["cost"] <= target]
     evaluations = statistics.median(column(theirs, "evaluations"))
     table.note(f"SciPy came to 1.01 times our χ² of {target / 1.01:.1f} in {len(there)} of {rounds} searches, of {evaluations:,.0f} evaluations in the middle")
     if there:
-        table.ratios("search and intervals from whole FRFs", "SciPy, differential evolution to the same χ²", *map(list, zip(*there)), "12")
+        alone, with_intervals, others = map(list, zip(*there))
+        table.ratios("identification from whole FRFs", "SciPy, differential evolution to the same χ²", alone, others, "12")
+        table.ratios("the same with intervals by profile likelihood", "SciPy, which tells none", with_intervals, others)
 
 
 def coupling(sides, table, rounds):

@@ -126,11 +126,14 @@ enum Task {
     },
     /// The default identification of the bench.
     Identify,
-    /// One search of the bench with its intervals, from whole FRFs with noise, three positions × 1,000 lines.
+    /// One search of the bench, from whole FRFs with noise, three positions × 1,000 lines, with the covariance of what it finds.
     IdentifyFrfs {
         /// Seed.
         #[arg(long, default_value_t = 1)]
         seed: u64,
+        /// With intervals by profile likelihood, too.
+        #[arg(long)]
+        profile: bool,
     },
 }
 
@@ -225,7 +228,7 @@ fn run(task: &Task, repeats: usize) -> Value {
         Task::WriteUniversal { file, binary } => write_universal(file, *binary),
         Task::ReadUniversal { file } => read_universal(file, repeats),
         Task::Identify => identified(repeats),
-        Task::IdentifyFrfs { seed } => identified_from_frfs(*seed),
+        Task::IdentifyFrfs { seed, profile } => identified_from_frfs(*seed, *profile),
     }
 }
 
@@ -382,7 +385,7 @@ fn identified(repeats: usize) -> Value {
     with(timing, json!({ "evaluations": evaluations, "cost": cost }))
 }
 
-fn identified_from_frfs(seed: u64) -> Value {
+fn identified_from_frfs(seed: u64, profile: bool) -> Value {
     let (machine, _) = bench();
     let lines: Vec<f64> = (6..1006).map(f64::from).collect();
     let mut set = simulated_frfs(&machine, ("table", "table"), &FITTED_M.map(Some), &lines);
@@ -392,7 +395,7 @@ fn identified_from_frfs(seed: u64) -> Value {
         line.value *= Complex64::new(1.0 + 0.02 * turn.cos(), 0.02 * (1.1 * turn).sin());
     }
     let (fit, held_out) = set.split(None, &[]).expect("all of it");
-    let plan = Plan { seed, repeats: 1, frf: Some(FrfSettings::default()), ..Plan::default() };
+    let plan = Plan { seed, repeats: 1, profile, frf: Some(FrfSettings::default()), ..Plan::default() };
     let mut found = None;
     let timing = timed(1, 0, || found = identify(&machine, &fit, &held_out, &plan, &Control::default()).ok());
     let found = found.expect("a result");
