@@ -158,16 +158,16 @@ def modes(sides, table, rounds):
     generations, popsize = 200, 15
     target = 1.01 * sides.ours("identify")["cost"]
 
-    def searches(form, *threads):
-        """Ours on as many threads as the first number says and theirs on those of the others, in turn; how many evaluations."""
+    def searches(form, our_threads, *their_threads):
+        """Ours and theirs in turn, theirs once for each number of threads; how many evaluations they take."""
         # A run of the fine grid takes minutes: fewer generations of it tell the time of one evaluation as well.
         count = 10 if form == "fine-grid" else generations
         runs = in_turn(
             rounds,
-            lambda seed: sides.ours("search", "--population", popsize * 8, "--generations", count, "--seed", seed + 1, threads=threads[0]),
+            lambda seed: sides.ours("search", "--population", popsize * 8, "--generations", count, "--seed", seed + 1, threads=our_threads),
             *(
                 lambda seed, n=n: sides.theirs("search", form=form, popsize=popsize, generations=count, seed=seed + 1, threads=n)
-                for n in threads[1:]
+                for n in their_threads
             ),
         )
         evaluations = {r["evaluations"] for run in runs for r in run}

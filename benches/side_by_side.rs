@@ -290,10 +290,15 @@ fn searched(population: usize, generations: u64, seed: u64) -> Value {
     json!({ "seconds": seconds, "wall": wall, "evaluations": found.evaluations, "cost": found.cost, "place": found.place, "trace": trace })
 }
 
+/// The table's FRFs at three positions, 6–1005 Hz, at the start values.
+fn table_frfs(machine: &Machine) -> MeasurementSet {
+    let lines: Vec<f64> = (6..1006).map(f64::from).collect();
+    simulated_frfs(machine, ("table", "table"), &FITTED_M.map(Some), &lines)
+}
+
 fn frfs(places: &[Vec<f64>], repeats: usize) -> Value {
     let (machine, _) = bench();
-    let lines: Vec<f64> = (6..1006).map(f64::from).collect();
-    let set = simulated_frfs(&machine, ("table", "table"), &FITTED_M.map(Some), &lines);
+    let set = table_frfs(&machine);
     let (fit, _) = set.split(None, &[]).expect("all of it");
     let objective = FrfObjective::new(&machine, &fit, FrfSettings::default(), &[]).expect("an objective");
     let mut costs = vec![0.0; places.len()];
@@ -387,8 +392,7 @@ fn identified(repeats: usize) -> Value {
 
 fn identified_from_frfs(seed: u64, profile: bool) -> Value {
     let (machine, _) = bench();
-    let lines: Vec<f64> = (6..1006).map(f64::from).collect();
-    let mut set = simulated_frfs(&machine, ("table", "table"), &FITTED_M.map(Some), &lines);
+    let mut set = table_frfs(&machine);
     // What stands for noise of 2 % is the same in another language.
     for (at, line) in set.frfs.iter_mut().flat_map(|frf| &mut frf.lines).enumerate() {
         let turn = (at * at) as f64;

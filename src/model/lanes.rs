@@ -58,6 +58,12 @@ impl Complexes {
         self.re * self.re + self.im * self.im
     }
 
+    /// The real part of z·conj a.
+    #[inline(always)]
+    pub fn dot(self, a: Self) -> Reals {
+        self.re.mul_add(a.re, self.im * a.im)
+    }
+
     /// z·a + b.
     #[inline(always)]
     pub fn mul_add(self, a: Self, b: Self) -> Self {

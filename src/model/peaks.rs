@@ -114,14 +114,13 @@ struct Search<'a> {
     room: &'a mut Room,
     /// Whether the sought quantity rises at the end of what is done.
     rising: Option<bool>,
-    /// |H|·ω^p at the lower and at the upper end of what is done.
-    ends: (f64, f64),
 }
 
 impl Search<'_> {
-    /// |N|/|Δ|·ω^p.
-    fn size(&self, (n2, d2): (f64, f64), omega: f64) -> f64 {
-        (n2 / d2).sqrt() * omega.powi(self.settings.omega_power)
+    /// |H|·ω^p at an end of a piece.
+    fn size(&self, of: &Fraction, t: f64) -> f64 {
+        let (n, d) = of.slopes(Reals::splat(t));
+        (n[0].norm_sqr() / d[0].norm_sqr()).to_array()[0].sqrt() * of.omega_rad_s(t).powi(self.settings.omega_power)
     }
 
     /// Whether so many poles are seen as undamped natural frequencies lie on the piece, or these are apart.
@@ -150,15 +149,6 @@ impl Search<'_> {
             return false;
         }
         self.room.sight.turns(of, &self.settings, &mut self.room.turns);
-        for (t, low) in [(-1.0, true), (1.0, false)] {
-            let (n, d) = of.slopes(Reals::splat(t));
-            let size = self.size((n[0].norm_sqr().to_array()[0], d[0].norm_sqr().to_array()[0]), of.omega_rad_s(t));
-            if !low {
-                self.ends.1 = size;
-            } else if self.rising.is_none() {
-                self.ends.0 = size;
-            }
-        }
         self.rising = Some(self.room.sight.rises());
         true
     }
@@ -241,9 +231,10 @@ impl Search<'_> {
                 self.room.pieces.push(Piece { to: middle, below: (piece.below.0, below), halved, ..piece });
             }
         }
+        let [low, high] = [(&first[0], -1.0), (&first[PIECES - 1], 1.0)].map(|(of, end)| self.size(of, end));
         self.room.first = first;
         self.settle();
-        let mut valley = self.ends.0;
+        let mut valley = low;
         for turn in &self.room.turns {
             if turn.top {
                 let peak = Peak { frequency_hz: frequency_hz(turn.omega_rad_s), amplitude: turn.size, prominence: turn.size / valley };
@@ -254,7 +245,7 @@ impl Search<'_> {
                 beside(found, valley);
             }
         }
-        beside(found, valley.min(self.ends.1));
+        beside(found, valley.min(high));
         found.retain(|peak| peak.prominence > 1.0 + FAINT);
     }
 }
@@ -276,7 +267,7 @@ pub fn peaks(network: &Network, settings: PeakSearch, work: &mut Workspace) -> V
 /// As [`peaks`], into a list, with [`PeakSearch::lines`], which may know rods; once workspace and list have room, nothing is allocated.
 pub fn peaks_into(network: &Network, (settings, lines): (PeakSearch, &Lines), work: &mut Workspace, found: &mut Vec<Peak>) {
     let mut room = work.peaks.take().unwrap_or_default();
-    let mut search = Search { network, work, settings, lines, room: &mut room, rising: None, ends: (f64::INFINITY, f64::INFINITY) };
+    let mut search = Search { network, work, settings, lines, room: &mut room, rising: None };
     search.peaks(found);
     work.peaks = Some(room);
 }

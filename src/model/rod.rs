@@ -261,8 +261,8 @@ impl Rod {
         let x = self.half_step(omega_rad_s);
         if self.loss_factor == 0.0 && x < 1.0 {
             let (cos, sin) = cos_sin(2.0 * n * x.asin());
-            let scale = self.stiffness * n * 2.0 * x * (1.0 - x * x).sqrt() / sin;
             let step = 2.0 * x * (1.0 - x * x).sqrt();
+            let scale = self.stiffness * n * step / sin;
             return RodEntries { direct: (scale * cos).into(), cross: (-scale).into(), sin: (sin / step).into(), lossless: true };
         }
         let material = self.material(omega_rad_s);

@@ -118,8 +118,7 @@ impl Default for Sight {
 /// |z|² and its first and second derivative.
 fn square([z, slope, half_bend]: [Complexes; 3]) -> [Reals; 3] {
     let two = Reals::splat(2.0);
-    let re = |a: Complexes, b: Complexes| a.re.mul_add(b.re, a.im * b.im);
-    [z.norm_sqr(), two * re(z, slope), two * (slope.norm_sqr() + two * re(z, half_bend))]
+    [z.norm_sqr(), two * z.dot(slope), two * (slope.norm_sqr() + two * z.dot(half_bend))]
 }
 
 impl Sight {
@@ -388,11 +387,10 @@ impl Sight {
 /// G over a piece.
 #[inline(always)]
 fn rise_of(of: &Fraction, settings: &PeakSearch, t: Reals, (n, d): &([Complexes; 2], [Complexes; 2])) -> Reals {
-    let re = |a: Complexes, b: Complexes| a.re.mul_add(b.re, a.im * b.im);
     let (n2, d2) = (n[0].norm_sqr(), d[0].norm_sqr());
     let omega = t.mul_add(Reals::splat(of.half), Reals::splat(of.middle));
     let steady = Reals::splat(of.half * f64::from(settings.omega_power)) * n2 * d2;
-    (re(n[0], n[1]) * d2 - n2 * re(d[0], d[1])).mul_add(omega, steady)
+    (n[0].dot(n[1]) * d2 - n2 * d[0].dot(d[1])).mul_add(omega, steady)
 }
 
 /// What is found on the way over all looks.
@@ -432,6 +430,6 @@ fn dip(before: Look, last: Look, here: Look) -> Option<f64> {
 
 /// Where the phase turns far, as in [`Way::step`].
 fn far(a: Complexes, b: Complexes) -> Reals {
-    let along = a.re.mul_add(b.re, a.im * b.im);
+    let along = a.dot(b);
     along.simd_lt(Reals::ZERO) & (along * along).simd_gt(Reals::splat(COS_TURN * COS_TURN) * a.norm_sqr() * b.norm_sqr())
 }

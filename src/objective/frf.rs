@@ -6,7 +6,7 @@ use num_complex::Complex64;
 use rayon::prelude::*;
 
 use super::record::{Here, Record, check_overlap, factor, log_factor, operating, record, wrapped};
-use super::{GAIN_RANGE, ObjectiveError, free_parameters, point_named};
+use super::{GAIN_RANGE, ObjectiveError, free_parameters, keep_rods, point_named};
 use crate::machine::{FitRule, Machine};
 use crate::measurement::{FitSet, Gain, HoldOutSet, MeasurementSet};
 use crate::model::{ABREAST, Complexes, LANES, Network, Reals, Rods, Structure, Workspace};
@@ -172,10 +172,8 @@ impl<'m> FrfObjective<'m> {
         let place = |u: f64| self.here(&vec![u; self.free.len() + 1 + self.nuts + 2 * self.channels()]);
         let places = [0.3, 0.7].map(place);
         for record in &mut records {
-            let [mut network, mut other] = [(); 2].map(|()| self.structures[record.structure].network());
-            network.update(self.machine, &places[0].parameters, &places[0].operating(record));
-            other.update(self.machine, &places[1].parameters, &places[1].operating(record));
-            Arc::make_mut(&mut record.lines).keep_rods(&network, |rod| network.has_rod_of(&other, rod));
+            let at = places.each_ref().map(|here| (here.parameters.as_slice(), here.operating(record)));
+            keep_rods(Arc::make_mut(&mut record.lines), (self.machine, &self.structures[record.structure]), at);
         }
         records
     }

@@ -12,10 +12,12 @@ pub use pairing::{MISSING, VISIBLE};
 pub use record::{Record, operating};
 pub use squares::ModeSquares;
 
+use std::sync::Arc;
+
 use thiserror::Error;
 
-use crate::machine::{FitRule, Machine, MachineError};
-use crate::model::ModelError;
+use crate::machine::{FitRule, Machine, MachineError, Operating};
+use crate::model::{Lines, ModelError, Structure};
 
 /// Range of an unknown gain.
 pub const GAIN_RANGE: (f64, f64) = (1e-9, 1e9);
@@ -53,4 +55,14 @@ fn free_parameters(machine: &Machine, frozen: &[String], fitted: impl Fn(FitRule
     let linear = machine.linear_parameters();
     let free = |i: &usize| linear[*i] && fitted(machine.parameters[*i].fit) && !frozen.contains(&machine.parameters[*i].id);
     Ok((0..machine.parameters.len()).filter(free).collect())
+}
+
+/// Keeps with some lines the entries of those rods that are the same at two places of the free parameters, each with its operating condition.
+fn keep_rods(lines: &mut Lines, (machine, structure): (&Machine, &Arc<Structure>), places: [(&[f64], Operating); 2]) {
+    let [network, other] = places.map(|(parameters, operating)| {
+        let mut network = structure.network();
+        network.update(machine, parameters, &operating);
+        network
+    });
+    lines.keep_rods(&network, |rod| network.has_rod_of(&other, rod));
 }

@@ -3,7 +3,7 @@
 use std::sync::{Arc, Mutex};
 
 use super::pairing::{MISSING, Pair, VISIBLE, pair_into};
-use super::{GAIN_RANGE, ObjectiveError, free_parameters, point_named};
+use super::{GAIN_RANGE, ObjectiveError, free_parameters, keep_rods, point_named};
 use crate::machine::{FitRule, Machine, Operating};
 use crate::measurement::{FitSet, Gain, HoldOutSet, MeasurementSet, ModeObservation};
 use crate::model::{Lines, Network, Peak, PeakSearch, Rods, Structure, Workspace, peaks_into};
@@ -201,13 +201,8 @@ impl<'m> ModeObjective<'m> {
     fn lay_lines(&mut self) {
         let places = [0.3, 0.7].map(|u| self.parameters(&vec![u; self.free.len()]));
         for position in &mut self.positions {
-            let [network, other] = [0, 1].map(|at| {
-                let mut network = self.structure.network();
-                network.update(self.machine, &places[at], &position.operating);
-                network
-            });
             position.lines = self.search.lines();
-            position.lines.keep_rods(&network, |rod| network.has_rod_of(&other, rod));
+            keep_rods(&mut position.lines, (self.machine, &self.structure), places.each_ref().map(|p| (p.as_slice(), position.operating)));
         }
     }
 
