@@ -1,5 +1,7 @@
 //! Which combinations of parameters the data determine where they do not determine each.
 
+use rayon::prelude::*;
+
 use super::uncertainty::Certainty;
 use crate::machine::{Parameter, Scale};
 
@@ -44,24 +46,20 @@ pub fn combinations(
     parameters: &[&Parameter],
     values: &[f64],
     certainty: &Certainty,
-    valley: impl Fn(usize, f64) -> Option<Vec<f64>>,
+    valley: impl Fn(usize, f64) -> Option<Vec<f64>> + Sync,
 ) -> Vec<Combination> {
-    let mut found = Vec::new();
-    for i in 0..parameters.len() {
-        for j in 0..i {
-            let correlation = certainty.correlation[i][j];
-            let both_sure = certainty.identifiable[i] && certainty.identifiable[j];
-            let logarithmic = [i, j].iter().all(|k| parameters[*k].scale == Scale::Logarithmic);
-            if both_sure || !logarithmic {
-                continue;
-            }
-            // Far from a straight valley, as where one of two springs in series is all but rigid, correlations say nothing.
-            let kind = (parameters[i].unit == parameters[j].unit).then(|| kept((j, i), values, certainty, &valley)).flatten();
-            if kind.is_some() || correlation.abs() >= CORRELATED {
-                found.push(combination(parameters, values, certainty, (j, i), kind));
-            }
-        }
-    }
+    let worth = |&(j, i): &(usize, usize)| {
+        let both_sure = certainty.identifiable[i] && certainty.identifiable[j];
+        !both_sure && [i, j].iter().all(|k| parameters[*k].scale == Scale::Logarithmic)
+    };
+    let pairs: Vec<(usize, usize)> = (0..parameters.len()).flat_map(|i| (0..i).map(move |j| (j, i))).filter(worth).collect();
+    let of_pair = |&(j, i): &(usize, usize)| {
+        // Far from a straight valley, as where one of two springs in series is all but rigid, correlations say nothing.
+        let kind = (parameters[i].unit == parameters[j].unit).then(|| kept((j, i), values, certainty, &valley)).flatten();
+        let told = kind.is_some() || certainty.correlation[i][j].abs() >= CORRELATED;
+        told.then(|| combination(parameters, values, certainty, (j, i), kind))
+    };
+    let mut found: Vec<Combination> = pairs.par_iter().filter_map(of_pair).collect();
     // A combination that is hardly known itself is not worth a sentence.
     found.retain(|c| c.sd < WORTH_TELLING);
     found.sort_by(|a, b| a.sd.total_cmp(&b.sd));
@@ -80,14 +78,15 @@ fn kept(
     (i, j): (usize, usize),
     values: &[f64],
     certainty: &Certainty,
-    valley: &impl Fn(usize, f64) -> Option<Vec<f64>>,
+    valley: &(impl Fn(usize, f64) -> Option<Vec<f64>> + Sync),
 ) -> Option<(Kind, f64)> {
     let here = sums(values[i], values[j]);
     let (mut moved, mut sum, mut harmonic) = (0.0_f64, 0.0_f64, 0.0_f64);
     // The one that is known less is moved, the other follows.
     let column = if certainty.sd[i] >= certainty.sd[j] { i } else { j };
     let farthest = |sign: f64| MOVES.into_iter().find_map(|by| valley(column, sign * by));
-    for there in [farthest(1.0), farthest(-1.0)].into_iter().flatten() {
+    let (up, down) = rayon::join(|| farthest(1.0), || farthest(-1.0));
+    for there in [up, down].into_iter().flatten() {
         let now = sums(there[i], there[j]);
         moved = moved.max((there[i] / values[i]).ln().abs().min((there[j] / values[j]).ln().abs()));
         sum = sum.max((now.0 / here.0).ln().abs());

@@ -1,5 +1,7 @@
 //! Profile likelihood: how far a parameter can go while the others make up for it.
 
+use rayon::prelude::*;
+
 use super::uncertainty::Certainty;
 use crate::optimizer::{Control, LeastSquares, Polished, least_squares};
 
@@ -21,16 +23,12 @@ pub fn profiles(
     misfit: f64,
     control: &Control,
 ) -> Option<Vec<(f64, f64)>> {
-    use rayon::prelude::*;
-    let ends: Vec<(f64, f64)> = (0..best.place.len())
-        .into_par_iter()
-        .map(|coordinate| {
-            let reach = 1.96 * certainty.sd[coordinate];
-            let end = |edge: f64| profile_end(squares, best, coordinate, edge, reach, CHI_SQUARE_95 * misfit, control);
-            (end(0.0), end(1.0))
-        })
-        .collect();
-    (!control.stopped()).then_some(ends)
+    let end = |at: usize| {
+        let (coordinate, edge) = (at / 2, (at % 2) as f64);
+        profile_end(squares, best, coordinate, edge, 1.96 * certainty.sd[coordinate], CHI_SQUARE_95 * misfit, control)
+    };
+    let ends: Vec<f64> = (0..2 * best.place.len()).into_par_iter().map(end).collect();
+    (!control.stopped()).then(|| ends.chunks_exact(2).map(|ends| (ends[0], ends[1])).collect())
 }
 
 /// The end of the interval on the way to a face of the unit cube.

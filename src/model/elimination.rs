@@ -16,6 +16,30 @@ pub trait Scalar: Copy + Mul<Output = Self> {
 
     /// x − a·b.
     fn less(self, a: Self, b: Self) -> Self;
+
+    /// 1/x of a real x.
+    #[inline(always)]
+    fn inverse_real(self) -> Self {
+        self.inverse()
+    }
+
+    /// x·a for a real a.
+    #[inline(always)]
+    fn times_real(self, a: Self) -> Self {
+        self * a
+    }
+
+    /// x − a·b for a real b.
+    #[inline(always)]
+    fn less_real(self, a: Self, b: Self) -> Self {
+        self.less(a, b)
+    }
+
+    /// x − a·b for real a and b.
+    #[inline(always)]
+    fn less_reals(self, a: Self, b: Self) -> Self {
+        self.less(a, b)
+    }
 }
 
 impl Scalar for f64 {
@@ -132,29 +156,75 @@ impl Elimination {
         slot
     }
 
-    /// Factors `abreast` matrices in place, at most [`ABREAST`]; entry s of matrix w stands at s·abreast + w. Diagonal slots then hold 1/d; `on_pivot` sees
-    /// w, d and 1/d of each.
+    /// Of a matrix whose entries are real where `real` says so, by slot: leaves there which of them stay real while it is factored.
+    pub fn stay_real(&self, real: &mut [bool]) {
+        for pivot in &self.pivots {
+            let near = &self.neighbours[pivot.neighbours.0..pivot.neighbours.1];
+            let mut targets = self.targets[pivot.targets..].iter();
+            for (at, &(_, a)) in near.iter().enumerate() {
+                for (&(_, b), &target) in near[..=at].iter().zip(&mut targets) {
+                    real[target] &= real[pivot.diagonal] && real[a] && real[b];
+                }
+            }
+        }
+    }
+
+    /// Factors `abreast` matrices in place, at most [`ABREAST`]; entry s of matrix w stands at s·abreast + w and is real throughout where `real` says so
+    /// ([`Elimination::stay_real`]). Diagonal slots then hold 1/d; `on_pivot` sees w, d and 1/d of each.
     #[inline]
-    pub fn factor<T: Scalar>(&self, abreast: usize, entries: &mut [T], mut on_pivot: impl FnMut(usize, T, T)) {
+    pub fn factor<T: Scalar>(&self, abreast: usize, entries: &mut [T], real: &[bool], mut on_pivot: impl FnMut(usize, T, T)) {
         let cells = Cell::from_mut(entries).as_slice_of_cells();
         let of = |slot: usize| &cells[slot * abreast..][..abreast];
         let mut scaled = [T::ZERO; ABREAST];
         for pivot in &self.pivots {
-            let inverse = of(pivot.diagonal);
+            let (inverse, pivot_real) = (of(pivot.diagonal), real[pivot.diagonal]);
+            let near = &self.neighbours[pivot.neighbours.0..pivot.neighbours.1];
+            let mut targets = self.targets[pivot.targets..].iter();
+            // A single neighbour, as most have, takes what it takes from the pivot at once.
+            if let &[(_, slot)] = near {
+                let (entry, target) = (of(slot), of(self.targets[pivot.targets]));
+                let mut take = |invert: fn(T) -> T, less: fn(T, T, T) -> T| {
+                    for (w, ((d, entry), target)) in inverse.iter().zip(entry).zip(target).enumerate() {
+                        let (value, inverse) = (d.get(), invert(d.get()));
+                        on_pivot(w, value, inverse);
+                        d.set(inverse);
+                        target.set(less(target.get(), inverse, entry.get()));
+                    }
+                };
+                match (pivot_real, real[slot]) {
+                    (true, true) => take(T::inverse_real, |t, inverse, e| t.less_reals(inverse.times_real(e), e)),
+                    (true, false) => take(T::inverse_real, |t, inverse, e| t.less(e.times_real(inverse), e)),
+                    (false, true) => take(T::inverse, |t, inverse, e| t.less_real(inverse.times_real(e), e)),
+                    (false, false) => take(T::inverse, |t, inverse, e| t.less(inverse * e, e)),
+                }
+                continue;
+            }
             for (w, d) in inverse.iter().enumerate() {
-                let (value, inverse) = (d.get(), d.get().inverse());
+                let value = d.get();
+                let inverse = if pivot_real { value.inverse_real() } else { value.inverse() };
                 on_pivot(w, value, inverse);
                 d.set(inverse);
             }
-            let near = &self.neighbours[pivot.neighbours.0..pivot.neighbours.1];
-            let mut targets = self.targets[pivot.targets..].iter();
             for (at, &(_, slot)) in near.iter().enumerate() {
-                for ((l, entry), inverse) in scaled.iter_mut().zip(of(slot)).zip(inverse) {
-                    *l = entry.get() * inverse.get();
+                let scale = |scaled: &mut [T], product: fn(T, T) -> T| {
+                    scaled.iter_mut().zip(of(slot)).zip(inverse).for_each(|((l, entry), inverse)| *l = product(entry.get(), inverse.get()));
+                };
+                match (real[slot], pivot_real) {
+                    (true, _) => scale(&mut scaled, |entry, inverse| inverse.times_real(entry)),
+                    (_, true) => scale(&mut scaled, T::times_real),
+                    _ => scale(&mut scaled, T::mul),
                 }
+                let l_real = pivot_real && real[slot];
                 for (&(_, slot), &target) in near[..=at].iter().zip(&mut targets) {
-                    for ((target, l), entry) in of(target).iter().zip(&scaled).zip(of(slot)) {
-                        target.set(target.get().less(*l, entry.get()));
+                    let take = |less: fn(T, T, T) -> T| {
+                        let each = of(target).iter().zip(&scaled).zip(of(slot));
+                        each.for_each(|((target, l), entry)| target.set(less(target.get(), *l, entry.get())));
+                    };
+                    match (l_real, real[slot]) {
+                        (true, true) => take(T::less_reals),
+                        (true, false) => take(|target, l, entry| target.less_real(entry, l)),
+                        (false, true) => take(T::less_real),
+                        (false, false) => take(T::less),
                     }
                 }
             }
@@ -203,6 +273,9 @@ impl Elimination {
 
 #[cfg(test)]
 mod tests {
+    use num_complex::Complex64;
+
+    use super::super::lanes::Complexes;
     use super::*;
 
     /// A dense matrix through the sparse path: every entry of the inverse times the matrix is the identity.
@@ -219,7 +292,7 @@ mod tests {
             entries[pattern.entry(i, j)] = value(i, j);
         }
         let mut count = 0;
-        pattern.factor(1, &mut entries, |_, _, _| count += 1);
+        pattern.factor(1, &mut entries, &vec![true; pattern.slots()], |_, _, _| count += 1);
         assert_eq!(count, 5);
         for column in 0..5 {
             let mut x = vec![0.0; 5];
@@ -237,6 +310,36 @@ mod tests {
                 }
                 let identity = if i == column { 1.0 } else { 0.0 };
                 assert!((sum - identity).abs() < 1e-12);
+            }
+        }
+    }
+
+    /// Every way in which real and complex entries meet, in a chain and in a ring with a chord: as if all were complex.
+    #[test]
+    fn limit_real_entries_are_complex_ones_without_imaginary_part() {
+        let (chain, ring) = ([(0, 1), (1, 2), (2, 3), (3, 4)], [(0, 1), (1, 2), (2, 3), (3, 4), (4, 0), (1, 4)]);
+        for pairs in [&chain[..], &ring] {
+            let pattern = Elimination::new(5, pairs.iter().copied(), &[2]);
+            let stored: Vec<usize> = (0..5).map(|i| (i, i)).chain(pairs.iter().copied()).map(|(i, j)| pattern.entry(i, j)).collect();
+            for of_real in 0..1_usize << stored.len() {
+                let mut real = vec![true; pattern.slots()];
+                let mut entries = vec![Complexes::ZERO; 3 * pattern.slots()];
+                for (at, &slot) in stored.iter().enumerate() {
+                    real[slot] = of_real >> at & 1 == 1;
+                    for w in 0..3 {
+                        let im = if real[slot] { 0.0 } else { 0.4 + 0.1 * at as f64 };
+                        let re = if at < 5 { 5.0 } else { -1.0 } + 0.3 * (at + w) as f64;
+                        entries[3 * slot + w] = Complexes::splat(Complex64::new(re, im));
+                    }
+                }
+                let mut as_complex = entries.clone();
+                pattern.stay_real(&mut real);
+                pattern.factor(3, &mut entries, &real, |_, _, _| ());
+                pattern.factor(3, &mut as_complex, &vec![false; pattern.slots()], |_, _, _| ());
+                for (slot, (a, b)) in entries.iter().zip(&as_complex).enumerate() {
+                    let (a, b) = (a.apart()[0], b.apart()[0]);
+                    assert!((a - b).norm() <= 1e-14 * b.norm() && (a.im == 0.0 || !real[slot / 3]), "{of_real:b}, slot {slot}: {a} {b}");
+                }
             }
         }
     }

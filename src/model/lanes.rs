@@ -98,7 +98,7 @@ impl Complexes {
 
     /// sin z and cos z.
     pub fn sin_cos(self) -> (Self, Self) {
-        let (sin, cos) = self.re.sin_cos();
+        let [[sin, cos]] = sin_cos([self.re]);
         let (sinh, cosh) = sinh_cosh(self.im);
         (Complexes::new(sin * cosh, cos * sinh), Complexes::new(cos * cosh, -(sin * sinh)))
     }
@@ -108,6 +108,65 @@ impl Complexes {
         Complexes { re: -self.im, im: self.re }
     }
 }
+
+/// sin x and cos x of some numbers at once: as [`Reals::sin_cos`], which makes whole numbers of the quarter turns one by one
+/// where a processor has no vectors of them. What is read for one of the numbers is there for the others, too.
+///
+/// # Source  Moshier's polynomials (Cephes, sin.c) at x less the next multiple of π/2, in the three parts of Cody and Waite (1980).
+#[inline(always)]
+pub(super) fn sin_cos<const N: usize>(x: [Reals; N]) -> [[Reals; 2]; N] {
+    if !x.iter().all(|x| x.abs().simd_lt(Reals::splat(MANY_TURNS)).all()) {
+        return x.map(|x| x.sin_cos().into());
+    }
+    let quarters = x.map(|x| (x * Reals::splat(std::f64::consts::FRAC_2_PI)).round_ties_even());
+    let mut rest = x;
+    for part in QUARTER {
+        rest = std::array::from_fn(|n| quarters[n].mul_neg_add(Reals::splat(part), rest[n]));
+    }
+    let square = rest.map(|x| x * x);
+    let series = |coefficients: [f64; 6]| {
+        let mut sum = [Reals::splat(coefficients[0]); N];
+        for c in &coefficients[1..] {
+            sum = std::array::from_fn(|n| sum[n].mul_add(square[n], Reals::splat(*c)));
+        }
+        sum
+    };
+    let (sin, cos) = (series(SIN), series(COS));
+    std::array::from_fn(|n| {
+        let sin = (sin[n] * square[n]).mul_add(rest[n], rest[n]);
+        let cos = cos[n].mul_add(square[n] * square[n], square[n].mul_neg_add(Reals::splat(0.5), Reals::ONE));
+        // Of four quarters the second and the last swap both; sin is negative in the last two, cos in the middle ones.
+        let halves = quarters[n] * Reals::splat(0.5);
+        let whole = halves.floor();
+        let swap = whole.simd_ne(halves);
+        let late = (whole * Reals::splat(0.5)).floor().simd_ne(whole * Reals::splat(0.5));
+        let minus = Reals::splat(-0.0);
+        [swap.select(cos, sin) ^ (late & minus), swap.select(sin, cos) ^ ((late ^ swap) & minus)]
+    })
+}
+
+/// Below this, multiples of the parts of π/2 lose nothing.
+const MANY_TURNS: f64 = 1e5;
+/// π/2 in three parts, the first two of 33 bits.
+const QUARTER: [f64; 3] = [1.570_796_326_734_125_6, 6.077_100_506_303_966e-11, 2.022_266_248_795_950_6e-21];
+/// Of x¹³, x¹¹, … x³ in sin x.
+const SIN: [f64; 6] = [
+    1.589_623_015_765_465_7e-10,
+    -2.505_074_776_285_780_7e-8,
+    2.755_731_362_138_572_5e-6,
+    -1.984_126_982_958_954e-4,
+    8.333_333_333_322_118e-3,
+    -0.166_666_666_666_666_3,
+];
+/// Of x¹⁴, x¹², … x⁴ in cos x.
+const COS: [f64; 6] = [
+    -1.135_853_652_138_768_2e-11,
+    2.087_570_084_197_473e-9,
+    -2.755_731_417_929_674e-7,
+    2.480_158_728_885_170_5e-5,
+    -1.388_888_888_887_305_6e-3,
+    4.166_666_666_666_659e-2,
+];
 
 /// sinh x and cosh x; sinh of small x by its series, so that it keeps all its digits.
 fn sinh_cosh(x: Reals) -> (Reals, Reals) {
@@ -220,11 +279,47 @@ impl Scalar for Complexes {
         let scale = Reals::ONE / self.norm_sqr();
         Complexes { re: self.re * scale, im: -(self.im * scale) }
     }
+
+    #[inline(always)]
+    fn inverse_real(self) -> Self {
+        Complexes { re: Reals::ONE / self.re, ..self }
+    }
+
+    #[inline(always)]
+    fn times_real(self, a: Self) -> Self {
+        self * a.re
+    }
+
+    #[inline(always)]
+    fn less_real(self, a: Self, b: Self) -> Self {
+        Complexes { re: a.re.mul_neg_add(b.re, self.re), im: a.im.mul_neg_add(b.re, self.im) }
+    }
+
+    #[inline(always)]
+    fn less_reals(self, a: Self, b: Self) -> Self {
+        Complexes { re: a.re.mul_neg_add(b.re, self.re), ..self }
+    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// Beside those of single numbers, about multiples of π/2, far out, and where there are too many turns or none.
+    #[test]
+    fn limit_sines_are_those_of_single_numbers() {
+        let near = |x: f64, a: f64, b: f64| assert!((a - b).abs() <= 2e-16 + 3e-16 * b.abs() || a.is_nan() && b.is_nan(), "{x}: {a} {b}");
+        let quarters = (-70_000..70_000).step_by(97).map(|n| f64::from(n) * std::f64::consts::FRAC_PI_2);
+        let beside = quarters.flat_map(|x| [-0.78, -1e-3, -1e-9, 0.0, 1e-9, 0.3, 0.7].map(|d| x + d));
+        for x in beside.chain([1e-300, -0.0, 1e7, -1e12, f64::NAN, f64::INFINITY]) {
+            let [[sin, cos], _] = sin_cos([Reals::from([x, -x, 0.5 * x, 2.0]), Reals::ONE]);
+            for (lane, x) in [x, -x, 0.5 * x].into_iter().enumerate() {
+                near(x, sin.to_array()[lane], x.sin());
+                near(x, cos.to_array()[lane], x.cos());
+            }
+        }
+        assert_eq!(sin_cos([Reals::splat(1e-300)])[0][0].to_array()[0], 1e-300);
+    }
 
     #[test]
     fn limit_square_roots_squared_are_the_numbers() {

@@ -6,6 +6,7 @@
 //! slopes, the count of undamped modes below a frequency, the modes and the peaks of |H|.
 
 mod along;
+mod assembly;
 pub mod coupling;
 mod derived;
 mod elimination;

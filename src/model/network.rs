@@ -8,7 +8,7 @@ use super::joint::JointNumbers;
 use super::lanes::{ABREAST, Complexes, LANES, Reals};
 use super::lines::{KnownRod, Lines};
 use super::peaks;
-use super::rod::{Rod, RodLanes, loss_each};
+use super::rod::{Rod, RodLanes};
 use super::solution::Solution;
 use super::structure::{Rods, Structure};
 use crate::machine::{Machine, Operating};
@@ -22,11 +22,13 @@ pub struct Network {
     /// Lumped inertia of each coordinate.
     pub(super) inertia: Vec<f64>,
     /// K, C and ηK of everything but rods and relaxing dampers, by slot.
-    stiffness: Vec<f64>,
-    damping: Vec<f64>,
-    loss: Vec<f64>,
+    pub(super) stiffness: Vec<f64>,
+    pub(super) damping: Vec<f64>,
+    pub(super) loss: Vec<f64>,
+    /// Which slots hold real numbers while D is factored.
+    pub(super) real: Vec<bool>,
     /// Whether any joint has a loss factor.
-    loses: bool,
+    pub(super) loses: bool,
     /// r of sensor and hammer of each lever of the machine.
     levers: Vec<[f64; 2]>,
 }
@@ -34,8 +36,8 @@ pub struct Network {
 /// Room for evaluations at some frequencies at once; keep it and none allocates. What is kept for each of some groups of frequencies stands side by side.
 #[derive(Debug, Clone)]
 pub struct Workspace {
-    real: Vec<Reals>,
-    complex: Vec<Complexes>,
+    pub(super) real: Vec<Reals>,
+    pub(super) complex: Vec<Complexes>,
     rods: Vec<RodLanes>,
     at_excitation: Vec<Complexes>,
     at_response: Vec<Complexes>,
@@ -102,6 +104,7 @@ impl Structure {
             stiffness: vec![0.0; slots],
             damping: vec![0.0; slots],
             loss: vec![0.0; slots],
+            real: vec![false; slots],
             loses: false,
             levers: Vec::new(),
         }
@@ -163,6 +166,7 @@ impl Network {
                 }
             }
         }
+        self.find_real();
         self.loses = self.loss.iter().any(|h| *h != 0.0);
         self.levers.clear();
         self.levers.extend(machine.chain.levers.iter().map(|l| [&l.read, &l.struck].map(|r| r.at(parameters, operating))));
@@ -186,34 +190,6 @@ impl Network {
         } else {
             shape.elimination.solve(abreast, entries, x);
         }
-    }
-
-    /// Assembles D(ω) without damping and factors it; gives the numbers of negative pivots and of rod poles below each ω.
-    fn factor_undamped(&self, omega_rad_s: &[Reals], entries: &mut [Reals]) -> [Reals; ABREAST] {
-        let (pattern, abreast) = (&self.structure.elimination, omega_rad_s.len());
-        let entries = &mut entries[..pattern.slots() * abreast];
-        for (entries, k) in entries.chunks_exact_mut(abreast).zip(&self.stiffness) {
-            entries.fill(Reals::splat(*k));
-        }
-        for (slot, m) in self.structure.diagonal.iter().zip(&self.inertia).filter(|(_, m)| **m != 0.0) {
-            for (entry, omega) in entries[slot * abreast..].iter_mut().zip(omega_rad_s) {
-                *entry -= *omega * *omega * Reals::splat(*m);
-            }
-        }
-        let mut below = [Reals::ZERO; ABREAST];
-        for (rod, slots) in self.rods.iter().zip(&self.structure.rod_slots) {
-            for (w, (omega, below)) in omega_rad_s.iter().zip(&mut below).enumerate() {
-                *below += rod.clamped_modes_below_each(*omega);
-                let (direct, cross) = rod.undamped_each(*omega);
-                for (slot, entry) in slots.iter().zip([direct, direct, cross]) {
-                    if let Some(slot) = *slot {
-                        entries[slot * abreast + w] += entry;
-                    }
-                }
-            }
-        }
-        pattern.factor(abreast, entries, |w, d, _| below[w] += d.is_sign_negative() & Reals::ONE);
-        below
     }
 
     /// Number of undamped natural frequencies below ω, rigid-body modes included.
@@ -241,38 +217,6 @@ impl Network {
         x.into_iter().map(|x| x.to_array()[0]).collect()
     }
 
-    /// Assembles D(ω) with damping in `work.complex`, but for the rods.
-    fn assemble(&self, omega_rad_s: &[Reals], entries: &mut [Complexes]) {
-        let (shape, abreast) = (&self.structure, omega_rad_s.len());
-        let spring_dampers = self.stiffness.iter().zip(&self.damping).zip(&self.loss);
-        let added: [Reals; ABREAST] = match self.loses {
-            true => std::array::from_fn(|w| omega_rad_s.get(w).map_or(Reals::ZERO, |omega| loss_each(*omega).0.re)),
-            false => [Reals::ZERO; ABREAST],
-        };
-        for (entries, ((k, c), h)) in entries.chunks_exact_mut(abreast).zip(spring_dampers) {
-            let (k, c, h) = (Reals::splat(*k), Reals::splat(*c), Reals::splat(*h));
-            for ((entry, omega), added) in entries.iter_mut().zip(omega_rad_s).zip(&added) {
-                *entry = Complexes::new(h.mul_add(*added, k), omega.mul_add(c, h));
-            }
-        }
-        for (slot, m) in shape.diagonal.iter().zip(&self.inertia).filter(|(_, m)| **m != 0.0) {
-            for (entry, omega) in entries[slot * abreast..].iter_mut().zip(omega_rad_s) {
-                entry.re -= *omega * *omega * Reals::splat(*m);
-            }
-        }
-        for (joint, on) in self.joints.iter().zip(&shape.joints) {
-            let Some(k) = joint.relaxation_stiffness else { continue };
-            for (w, omega) in omega_rad_s.iter().enumerate() {
-                let damper = joint.damper_each(k, *omega);
-                for (at, &(i, a)) in on.iter().enumerate() {
-                    for &(j, b) in &on[..=at] {
-                        entries[shape.elimination.entry(i, j) * abreast + w] += damper * (a * b);
-                    }
-                }
-            }
-        }
-    }
-
     /// Factors D(ω), with the rods' entries left in `work`, and fills in the displacements under unit forces at the excitation and at the response.
     fn displace(&self, omega_rad_s: &[Reals], work: &mut Workspace) {
         let (shape, abreast) = (&self.structure, omega_rad_s.len());
@@ -290,7 +234,7 @@ impl Network {
                 work.rods.push(of);
             }
         }
-        shape.elimination.factor(abreast, entries, |_, _, _| ());
+        shape.elimination.factor(abreast, entries, &self.real, |_, _, _| ());
         self.displaced_by(End::Excitation, abreast, (&work.complex, &mut work.at_excitation));
         if shape.has_two_ends() {
             self.displaced_by(End::Response, abreast, (&work.complex, &mut work.at_response));
@@ -369,55 +313,6 @@ impl Network {
             *n *= *h;
         }
         fractions
-    }
-
-    /// Assembles D(ω) with damping and factors it; multiplies what is given by its determinant without the poles of the rods, in one scale.
-    #[inline]
-    fn solved<'k>(
-        &self,
-        omega_rad_s: &[Reals],
-        known: impl Fn(usize, &Rod) -> Option<KnownRod<'k>>,
-        work: &mut Workspace,
-        mut determinants: Option<&mut [Complexes; ABREAST]>,
-    ) {
-        let (shape, abreast) = (&self.structure, omega_rad_s.len());
-        let entries = &mut work.complex[..shape.elimination.slots() * abreast];
-        self.assemble(omega_rad_s, entries);
-        for (at, (rod, slots)) in self.rods.iter().zip(&shape.rod_slots).enumerate() {
-            let [left, right, cross] = slots.map(|slot| slot.map(|slot| slot * abreast..(slot + 1) * abreast));
-            if let Some(known) = known(at, rod) {
-                for slots in left.into_iter().chain(right) {
-                    entries[slots].iter_mut().zip(known.entries).for_each(|(entry, of)| entry.re += of.0);
-                }
-                if let Some(slots) = cross {
-                    entries[slots].iter_mut().zip(known.entries).for_each(|(entry, of)| entry.re += of.1);
-                }
-                if let Some(determinants) = &mut determinants {
-                    determinants.iter_mut().zip(known.sines).for_each(|(d, sin)| *d = *d * *sin);
-                }
-                continue;
-            }
-            for (w, omega) in omega_rad_s.iter().enumerate() {
-                let of = rod.damped_each(*omega);
-                for (slots, entry) in [&left, &right, &cross].into_iter().zip([of.direct, of.direct, of.cross]) {
-                    slots.iter().for_each(|slots| entries[slots.start + w] += entry);
-                }
-                if let Some(determinants) = &mut determinants {
-                    determinants[w] *= of.sin;
-                }
-            }
-        }
-        let Some(determinants) = determinants else {
-            shape.elimination.factor(abreast, entries, |_, _, _| ());
-            return;
-        };
-        let mut scale = Reals::ONE;
-        shape.elimination.factor(abreast, entries, |w, d, inverse| {
-            if w == 0 {
-                scale = Reals::splat((inverse.re.abs() + inverse.im.abs()).to_array()[0]);
-            }
-            determinants[w] *= d * scale;
-        });
     }
 
     /// Displacement of the response under a unit force at the excitation, once D is factored.

@@ -2,7 +2,7 @@
 
 use num_complex::Complex64;
 
-use super::lanes::{Complexes, Reals};
+use super::lanes::{Complexes, Reals, sin_cos};
 
 /// The dynamic stiffness of a uniform free–free rod at its two ends.
 ///
@@ -126,19 +126,35 @@ impl Rod {
         RodEntries { direct: scale * cos, cross: -scale, sin, lossless: false }
     }
 
+    /// Direct and cross entry of D without loss, and sin φ, at some frequencies; none next to a pole, and none of a long chain above what it passes on.
+    #[inline(always)]
+    pub(super) fn lossless_each<const N: usize>(&self, omega_rad_s: [Reals; N]) -> Option<[[Reals; 3]; N]> {
+        let mut each = [[Reals::ZERO; 3]; N];
+        if self.elements == 0 {
+            let phase = omega_rad_s.map(|omega| omega * Reals::splat(self.transit_s));
+            for ((of, phase), [sin, cos]) in each.iter_mut().zip(phase).zip(sin_cos(phase)) {
+                *of = [Reals::splat(self.stiffness) * phase, cos, sin];
+            }
+        } else {
+            for (of, omega) in each.iter_mut().zip(omega_rad_s) {
+                let [cos, turn] = self.chain_each(omega)?;
+                *of = [Reals::splat(self.stiffness * self.elements as f64), cos, turn];
+            }
+        }
+        if each.iter().any(|[_, _, sin]| near_pole(*sin)) {
+            return None;
+        }
+        Some(each.map(|[scale, cos, sin]| {
+            let scale = scale / sin;
+            [scale * cos, -scale, sin]
+        }))
+    }
+
     /// [`Rod::undamped`] at some frequencies.
     #[inline]
     pub fn undamped_each(&self, omega_rad_s: Reals) -> (Reals, Reals) {
-        if self.elements == 0 {
-            let phase = omega_rad_s * Reals::splat(self.transit_s);
-            let (sin, cos) = phase.sin_cos();
-            if !near_pole(sin) {
-                let scale = Reals::splat(self.stiffness) * phase / sin;
-                return (scale * cos, -scale);
-            }
-        }
-        if let Some(chain) = self.chain_each(omega_rad_s) {
-            return (chain.scale * chain.cos, -chain.scale);
+        if let Some([[direct, cross, _]]) = self.lossless_each([omega_rad_s]) {
+            return (direct, cross);
         }
         let each = omega_rad_s.to_array().map(|omega| self.undamped(omega));
         (Reals::from(each.map(|e| e.0)), Reals::from(each.map(|e| e.1)))
@@ -147,12 +163,9 @@ impl Rod {
     /// [`Rod::damped`] at some frequencies.
     #[inline]
     pub fn damped_each(&self, omega_rad_s: Reals) -> RodLanes {
-        if self.elements == 0 && self.loss_factor == 0.0 {
-            let phase = omega_rad_s * Reals::splat(self.transit_s);
-            let (sin, cos) = phase.sin_cos();
-            if !near_pole(sin) {
-                let scale = Reals::splat(self.stiffness) * phase / sin;
-                return RodLanes::real(scale * cos, -scale, sin);
+        if self.loss_factor == 0.0 {
+            if let Some([[direct, cross, sin]]) = self.lossless_each([omega_rad_s]) {
+                return RodLanes::real(direct, cross, sin);
             }
         } else if self.elements == 0 {
             let root = self.material_each(omega_rad_s).sqrt();
@@ -160,9 +173,6 @@ impl Rod {
             let (sin, cos) = (root.inverse() * phase).sin_cos();
             let scale = root * sin.inverse() * (phase * Reals::splat(self.stiffness));
             return RodLanes { direct: scale * cos, cross: -scale, sin, lossless: false };
-        }
-        if let Some(chain) = self.chain_each(omega_rad_s).filter(|_| self.loss_factor == 0.0) {
-            return RodLanes::real(chain.scale * chain.cos, -chain.scale, chain.turn);
         }
         let each = omega_rad_s.to_array().map(|omega| self.damped(omega));
         let of = |part: fn(&RodEntries) -> Complex64| Complexes::each(|lane| part(&each[lane]));
@@ -203,27 +213,26 @@ impl Rod {
         (alpha * entries.direct - beta * entries.cross * entries.cross, entries.cross * (alpha - beta * entries.direct))
     }
 
-    /// A chain without loss at some frequencies: of a few elements at any, of more where it passes all of them on; none next to a pole of it.
+    /// cos nμ and sin nμ/sin μ of a chain without loss at some frequencies: of a few elements at any, of more where it passes all of them on.
     ///
     /// # Source  cos nμ and sin nμ/sin μ are Chebyshev polynomials in cos μ = 1 − 2x², x = φ/(2n), of the first and of the second kind.
     #[inline]
-    fn chain_each(&self, omega_rad_s: Reals) -> Option<ChainLanes> {
+    fn chain_each(&self, omega_rad_s: Reals) -> Option<[Reals; 2]> {
         let n = self.elements;
         let x = omega_rad_s * Reals::splat(0.5 * self.transit_s / n as f64);
-        let (cos, turn) = if (1..=FEW).contains(&n) && x.simd_lt(Reals::splat(FAR)).all() {
+        if (1..=FEW).contains(&n) && x.simd_lt(Reals::splat(FAR)).all() {
             let twice = (x * x).mul_add(Reals::splat(-4.0), Reals::splat(2.0));
             let (mut before, mut here) = ([Reals::ONE, Reals::ZERO], [twice * Reals::splat(0.5), Reals::ONE]);
             for _ in 1..n {
                 (before, here) = (here, [0, 1].map(|kind| twice.mul_add(here[kind], -before[kind])));
             }
-            (here[0], here[1])
+            Some(here)
         } else if n > FEW && x.simd_lt(Reals::splat(1.0 - 1e-9)).all() {
-            let (sin, cos) = (x.asin() * Reals::splat(2.0 * n as f64)).sin_cos();
-            (cos, sin / ((x + x) * (Reals::ONE - x * x).sqrt()))
+            let [[sin, cos]] = sin_cos([x.asin() * Reals::splat(2.0 * n as f64)]);
+            Some([cos, sin / ((x + x) * (Reals::ONE - x * x).sqrt())])
         } else {
-            return None;
-        };
-        (!near_pole(turn)).then(|| ChainLanes { cos, turn, scale: Reals::splat(self.stiffness * n as f64) / turn })
+            None
+        }
     }
 
     /// [`Rod::clamped_modes_below`] at some frequencies.
@@ -306,13 +315,6 @@ pub struct RodEntries {
     pub sin: Complex64,
     /// All of it is real.
     pub lossless: bool,
-}
-
-/// What [`Rod::chain_each`] gives: cos nμ, sin nμ/sin μ, and k·n over that.
-struct ChainLanes {
-    cos: Reals,
-    turn: Reals,
-    scale: Reals,
 }
 
 /// [`RodEntries`] at some frequencies.

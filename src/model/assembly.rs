@@ -1,0 +1,149 @@
+//! The dynamic stiffness D(ω) of a network: assembled from its numbers, and factored.
+
+use super::lanes::{ABREAST, Complexes, Reals};
+use super::lines::KnownRod;
+use super::network::{Network, Workspace};
+use super::rod::{Rod, loss_each};
+
+impl Network {
+    /// Finds which slots hold real numbers: without a damper or loss, and not reached by one while D is factored.
+    pub(super) fn find_real(&mut self) {
+        let shape = &self.structure;
+        for (real, (c, h)) in self.real.iter_mut().zip(self.damping.iter().zip(&self.loss)) {
+            *real = *c == 0.0 && *h == 0.0;
+        }
+        for slots in self.rods.iter().zip(&shape.rod_slots).filter(|(rod, _)| rod.loss_factor != 0.0).map(|(_, slots)| slots) {
+            slots.iter().flatten().for_each(|slot| self.real[*slot] = false);
+        }
+        for on in self.joints.iter().zip(&shape.joints).filter(|(joint, _)| joint.relaxation_stiffness.is_some()).map(|(_, on)| on) {
+            for (at, (i, _)) in on.iter().enumerate() {
+                on[..=at].iter().for_each(|(j, _)| self.real[shape.elimination.entry(*i, *j)] = false);
+            }
+        }
+        shape.elimination.stay_real(&mut self.real);
+    }
+
+    /// Assembles D(ω) without damping and factors it; gives the numbers of negative pivots and of rod poles below each ω.
+    pub(super) fn factor_undamped(&self, omega_rad_s: &[Reals], entries: &mut [Reals]) -> [Reals; ABREAST] {
+        let (pattern, abreast) = (&self.structure.elimination, omega_rad_s.len());
+        let entries = &mut entries[..pattern.slots() * abreast];
+        for (entries, k) in entries.chunks_exact_mut(abreast).zip(&self.stiffness) {
+            entries.fill(Reals::splat(*k));
+        }
+        for (slot, m) in self.structure.diagonal.iter().zip(&self.inertia).filter(|(_, m)| **m != 0.0) {
+            for (entry, omega) in entries[slot * abreast..].iter_mut().zip(omega_rad_s) {
+                *entry -= *omega * *omega * Reals::splat(*m);
+            }
+        }
+        let mut below = [Reals::ZERO; ABREAST];
+        for (rod, slots) in self.rods.iter().zip(&self.structure.rod_slots) {
+            for (w, (omega, below)) in omega_rad_s.iter().zip(&mut below).enumerate() {
+                *below += rod.clamped_modes_below_each(*omega);
+                let (direct, cross) = rod.undamped_each(*omega);
+                for (slot, entry) in slots.iter().zip([direct, direct, cross]) {
+                    if let Some(slot) = *slot {
+                        entries[slot * abreast + w] += entry;
+                    }
+                }
+            }
+        }
+        pattern.factor(abreast, entries, &self.real, |w, d, _| below[w] += d.is_sign_negative() & Reals::ONE);
+        below
+    }
+
+    /// Assembles D(ω) with damping in `work.complex`, but for the rods.
+    pub(super) fn assemble(&self, omega_rad_s: &[Reals], entries: &mut [Complexes]) {
+        let (shape, abreast) = (&self.structure, omega_rad_s.len());
+        let spring_dampers = self.stiffness.iter().zip(&self.damping).zip(&self.loss);
+        let added: [Reals; ABREAST] = match self.loses {
+            true => std::array::from_fn(|w| omega_rad_s.get(w).map_or(Reals::ZERO, |omega| loss_each(*omega).0.re)),
+            false => [Reals::ZERO; ABREAST],
+        };
+        for (entries, ((k, c), h)) in entries.chunks_exact_mut(abreast).zip(spring_dampers) {
+            let (k, c) = (Reals::splat(*k), Reals::splat(*c));
+            entries.iter_mut().zip(omega_rad_s).for_each(|(entry, omega)| *entry = Complexes::new(k, *omega * c));
+            if *h != 0.0 {
+                let h = Reals::splat(*h);
+                for (entry, added) in entries.iter_mut().zip(&added) {
+                    *entry += Complexes::new(h * *added, h);
+                }
+            }
+        }
+        for (slot, m) in shape.diagonal.iter().zip(&self.inertia).filter(|(_, m)| **m != 0.0) {
+            for (entry, omega) in entries[slot * abreast..].iter_mut().zip(omega_rad_s) {
+                entry.re -= *omega * *omega * Reals::splat(*m);
+            }
+        }
+        for (joint, on) in self.joints.iter().zip(&shape.joints) {
+            let Some(k) = joint.relaxation_stiffness else { continue };
+            for (w, omega) in omega_rad_s.iter().enumerate() {
+                let damper = joint.damper_each(k, *omega);
+                for (at, &(i, a)) in on.iter().enumerate() {
+                    for &(j, b) in &on[..=at] {
+                        entries[shape.elimination.entry(i, j) * abreast + w] += damper * (a * b);
+                    }
+                }
+            }
+        }
+    }
+
+    /// Assembles D(ω) with damping and factors it; multiplies what is given by its determinant without the poles of the rods, in one scale.
+    #[inline]
+    pub(super) fn solved<'k>(
+        &self,
+        omega_rad_s: &[Reals],
+        known: impl Fn(usize, &Rod) -> Option<KnownRod<'k>>,
+        work: &mut Workspace,
+        mut determinants: Option<&mut [Complexes; ABREAST]>,
+    ) {
+        let (shape, abreast) = (&self.structure, omega_rad_s.len());
+        let entries = &mut work.complex[..shape.elimination.slots() * abreast];
+        self.assemble(omega_rad_s, entries);
+        for (at, (rod, slots)) in self.rods.iter().zip(&shape.rod_slots).enumerate() {
+            let [left, right, cross] = slots.map(|slot| slot.map(|slot| slot * abreast..(slot + 1) * abreast));
+            if let Some(known) = known(at, rod) {
+                for slots in left.into_iter().chain(right) {
+                    entries[slots].iter_mut().zip(known.entries).for_each(|(entry, of)| entry.re += of.0);
+                }
+                if let Some(slots) = cross {
+                    entries[slots].iter_mut().zip(known.entries).for_each(|(entry, of)| entry.re += of.1);
+                }
+                if let Some(determinants) = &mut determinants {
+                    determinants.iter_mut().zip(known.sines).for_each(|(d, sin)| *d = *d * *sin);
+                }
+                continue;
+            }
+            for (pair, omegas) in omega_rad_s.chunks(2).enumerate() {
+                let first = 2 * pair;
+                let lossless = (rod.loss_factor == 0.0).then(|| rod.lossless_each([omegas[0], omegas[omegas.len() - 1]])).flatten();
+                if let Some(pair) = lossless {
+                    for (w, [direct, cross_entry, sin]) in (first..abreast).zip(pair) {
+                        for (slots, entry) in [&left, &right, &cross].into_iter().zip([direct, direct, cross_entry]) {
+                            slots.iter().for_each(|slots| entries[slots.start + w].re += entry);
+                        }
+                        determinants.iter_mut().for_each(|d| d[w] = d[w] * sin);
+                    }
+                    continue;
+                }
+                for (w, omega) in (first..).zip(omegas) {
+                    let of = rod.damped_each(*omega);
+                    for (slots, entry) in [&left, &right, &cross].into_iter().zip([of.direct, of.direct, of.cross]) {
+                        slots.iter().for_each(|slots| entries[slots.start + w] += entry);
+                    }
+                    determinants.iter_mut().for_each(|d| d[w] *= of.sin);
+                }
+            }
+        }
+        let Some(determinants) = determinants else {
+            shape.elimination.factor(abreast, entries, &self.real, |_, _, _| ());
+            return;
+        };
+        let mut scale = Reals::ONE;
+        shape.elimination.factor(abreast, entries, &self.real, |w, d, inverse| {
+            if w == 0 {
+                scale = Reals::splat((inverse.re.abs() + inverse.im.abs()).to_array()[0]);
+            }
+            determinants[w] *= d * scale;
+        });
+    }
+}
