@@ -32,8 +32,8 @@ impl<C: Cost> CostFunction for Scaled<'_, C> {
     }
 }
 
-/// Improves a place; gives place, cost and the number of evaluations.
-pub(super) fn polish<C: Cost>(cost: &C, start: (&[f64], f64), edge: f64, iterations: u64) -> (Vec<f64>, f64, u64) {
+/// Improves a place by a simplex of this edge, until its costs differ by this share; gives place, cost and the number of evaluations.
+pub(super) fn polish<C: Cost>(cost: &C, start: (&[f64], f64), (edge, spread): (f64, f64), iterations: u64) -> (Vec<f64>, f64, u64) {
     let (place, value) = start;
     let mut simplex = vec![place.to_vec()];
     for d in 0..place.len() {
@@ -42,7 +42,7 @@ pub(super) fn polish<C: Cost>(cost: &C, start: (&[f64], f64), edge: f64, iterati
         simplex.push(corner);
     }
     let problem = Scaled { cost, scale: value.abs().max(1e-300) };
-    let solver = NelderMead::new(simplex).with_sd_tolerance(1e-12);
+    let solver = NelderMead::new(simplex).with_sd_tolerance(spread);
     let run = solver.and_then(|solver| Executor::new(problem, solver).configure(|s| s.max_iters(iterations)).timer(false).run());
     match run {
         Ok(result) => {

@@ -79,6 +79,9 @@ impl<C: Cost> CostFunction for Finite<'_, C> {
     }
 }
 
+/// Edges of the simplices of the polish one after another, and the relative spread of costs at which each ends: the first only has to come near.
+const POLISHES: [(f64, f64); 2] = [(0.02, 1e-6), (0.002, 1e-12)];
+
 /// Searches begun, to tell them apart where several go on at once.
 static BEGUN: AtomicUsize = AtomicUsize::new(0);
 
@@ -122,11 +125,11 @@ pub fn search<C: Cost>(cost: &C, settings: SearchSettings, control: &Control) ->
     let population = result.solver.population().into_iter().map(|m| m.0).collect();
     let mut place = result.state.best_individual.unwrap_or(middle);
     let mut best = result.state.best_cost;
-    for edge in [0.02, 0.002] {
+    for (edge, spread) in POLISHES {
         if control.stopped() || !settings.simplex {
             break;
         }
-        let (polished, value, spent) = polish(cost, (&place, best), edge, 400 + 150 * cost.dimension() as u64);
+        let (polished, value, spent) = polish(cost, (&place, best), (edge, spread), 400 + 150 * cost.dimension() as u64);
         (place, best) = (polished, value);
         evaluations += spent;
     }

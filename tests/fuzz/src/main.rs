@@ -1,22 +1,30 @@
-//! One reader under AFL++ (stable Rust; `cargo install cargo-afl --locked && cargo afl config --build` once):
+//! One reader under libFuzzer, whose instrumentation stable Rust has; `corpus/READER` keeps what reached something new:
 //!
 //! ```sh
-//! cd tests/fuzz
-//! cargo afl build --release
-//! cargo afl fuzz -t 1000 -m 500 -x words.dict -i seeds/machine -o /dev/shm/machine target/release/jointid-fuzz machine
+//! cd tests/fuzz && mkdir -p corpus/machine
+//! RUSTFLAGS="-C passes=sancov-module -C llvm-args=-sanitizer-coverage-level=4 -C llvm-args=-sanitizer-coverage-inline-8bit-counters -C llvm-args=-sanitizer-coverage-pc-table -C llvm-args=-sanitizer-coverage-trace-compares" \
+//!     cargo build --release --target "$(rustc --print host-tuple)"
+//! READER=machine target/*/release/jointid-fuzz -runs=10000000 -timeout=1 -rss_limit_mb=500 -dict=words.dict corpus/machine seeds/machine
 //! ```
 //!
-//! An input of more than 1 s or 500 MB is kept as a hang or crash. What is found goes to `found/READER`, where `tests/readers.rs` reads it
+//! An input of more than 1 s or 500 MB ends the run as a crash does. What is found goes to `found/READER`, where `tests/readers.rs` reads it
 //! in every test run. Readers: see `READERS`.
+
+#![no_main]
 
 mod readers;
 
-fn main() {
-    let name = std::env::args().nth(1).unwrap_or_default();
+use std::sync::LazyLock;
+
+/// The reader that the environment names.
+static READ: LazyLock<readers::Reader> = LazyLock::new(|| {
+    let name = std::env::var("READER").unwrap_or_default();
     let Some((_, read)) = readers::READERS.iter().find(|(reader, _)| *reader == name) else {
         let names: Vec<&str> = readers::READERS.iter().map(|(reader, _)| *reader).collect();
-        eprintln!("name a reader: {}", names.join(", "));
+        eprintln!("name a reader, as READER={}", names.join("|"));
         std::process::exit(2);
     };
-    afl::fuzz!(|data: &[u8]| read(data));
-}
+    *read
+});
+
+libfuzzer_sys::fuzz_target!(|data: &[u8]| READ(data));
