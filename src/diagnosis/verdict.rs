@@ -155,9 +155,7 @@ pub fn diagnose(
             tried[at].candidate.left_out = left_out(fitter, &hypothesis, &fitted, control).ok();
         }
     }
-    if !fitter.lacks(Ablation::InSample) {
-        keep_what_foretells(&mut tried, &mut same, nominal_left_out);
-    }
+    let outdone = if fitter.lacks(Ablation::InSample) { 0..0 } else { keep_what_foretells(&mut tried, &mut same, nominal_left_out) };
     let significant = tried.first().is_some_and(|t| t.p_value < ALPHA && t.statistic >= LEAST_STATISTIC);
     let nominal_held_out = fitter.gaps(&surveyed.nominal, &base, held_out)?;
     // A record that an effect makes agree with the others is no faulty one.
@@ -184,6 +182,7 @@ pub fn diagnose(
         unknowns,
         significant,
         same: &same,
+        outdone: &tried[outdone],
         located: &located,
         faulty,
         nominal_left_out,
@@ -258,18 +257,20 @@ fn class(tried: &[Tried], null: &Null, count: f64) -> Vec<usize> {
     (0..tried.len()).filter(|at| rival(&tried[*at])).collect()
 }
 
-/// Of candidates that fit alike, those that foretell positions left out much worse than the best of them are no explanation: they go behind it.
-fn keep_what_foretells(tried: &mut [Tried], same: &mut Vec<usize>, nominal: f64) {
+/// Of candidates that fit alike, those that foretell positions left out much worse than the best of them are no explanation: they go behind it, where
+/// the range that is given back says.
+fn keep_what_foretells(tried: &mut [Tried], same: &mut Vec<usize>, nominal: f64) -> std::ops::Range<usize> {
     let lost = |at: usize, tried: &[Tried]| tried[at].candidate.left_out.unwrap_or(f64::INFINITY);
     let least = same.iter().map(|at| lost(*at, tried)).fold(f64::INFINITY, f64::min);
     let reach = least + FORETOLD * (nominal - least).max(0.0) + APART;
     let (kept, dropped): (Vec<Tried>, Vec<Tried>) =
         same.iter().map(|at| tried[*at].clone()).partition(|t| t.candidate.left_out.is_none_or(|l| l <= reach));
-    let count = kept.len();
+    let (count, all) = (kept.len(), same.len());
     for (slot, t) in kept.into_iter().chain(dropped).enumerate() {
         tried[slot] = t;
     }
     *same = (0..count).collect();
+    count..all
 }
 
 struct Evidence<'e, 's> {
@@ -283,6 +284,8 @@ struct Evidence<'e, 's> {
     unknowns: usize,
     significant: bool,
     same: &'e [usize],
+    /// What fits as well, but foretells much worse.
+    outdone: &'e [Tried],
     located: &'e [Candidate],
     faulty: Option<Fault>,
     nominal_left_out: f64,
@@ -395,12 +398,17 @@ fn conclude(evidence: &Evidence<'_, '_>) -> Result<(Verdict, (Hypothesis, Fitted
         return Ok((say(VerdictKind::Unknown, Vec::new(), reason, next), chosen));
     }
     let p = if best.p_value < 1e-4 { "p < 0.0001".to_string() } else { format!("p = {:.4}", best.p_value) };
-    let lost = foretold.map_or(String::new(), |l| {
-        let share = 100.0 * (1.0 - l / evidence.nominal_left_out);
-        if share > 0.0 { format!(", and {share:.0} % of that of positions left out") } else { String::new() }
-    });
+    let share = |lost: f64| 100.0 * (1.0 - lost / evidence.nominal_left_out).max(0.0);
+    let lost = foretold.map(share).filter(|share| *share > 0.0);
+    let lost = lost.map_or(String::new(), |share| format!(", and {share:.0} % of that of positions left out"));
     let gained = 100.0 * (1.0 - chosen.1.chi_square / surveyed.base.chi_square);
-    let reason = format!("{} takes {gained:.0} % of χ² away{lost} ({p})", names.join(" and "));
+    let others: Vec<String> =
+        evidence.outdone.iter().filter_map(|t| Some(format!("{} ({:.0} %)", t.candidate.id, share(t.candidate.left_out?)))).collect();
+    let others = match others.len() {
+        0 => String::new(),
+        _ => format!("; as good a fit, but worse at foretelling positions left out: {}", others.join(", ")),
+    };
+    let reason = format!("{} takes {gained:.0} % of χ² away{lost} ({p}){others}", names.join(" and "));
     let verdict = if alternatives.len() < 2 {
         let next = None;
         say(VerdictKind::Effect, vec![names.join("+")], reason, next)
