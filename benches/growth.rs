@@ -177,8 +177,7 @@ fn one_frf(machine: &Machine, lines: usize) -> MeasurementSet {
 /// Time of one generation of the default differential evolution.
 fn generation_seconds(cost: &impl Cost) -> f64 {
     const GENERATIONS: u64 = 4;
-    let settings =
-        SearchSettings { generations: GENERATIONS, spread: 0.0, simplex: false, ..SearchSettings::for_dimension(cost.dimension(), 1) };
+    let settings = SearchSettings { generations: GENERATIONS, spread: 0.0, ..SearchSettings::for_dimension(cost.dimension(), 1) };
     // The first population is a generation, too.
     least_seconds(|| search(cost, settings, &Control::default())) / (GENERATIONS + 1) as f64
 }

@@ -267,13 +267,7 @@ fn searched(population: usize, generations: u64, seed: u64) -> Value {
     let (machine, set) = bench();
     let (fit, _) = set.split(None, &[]).expect("its split");
     let objective = ModeObjective::new(&machine, &fit, ModeSettings::default(), &[]).expect("an objective");
-    let settings = SearchSettings {
-        population,
-        generations,
-        spread: 0.0,
-        simplex: false,
-        ..SearchSettings::for_dimension(objective.dimension(), seed)
-    };
+    let settings = SearchSettings { population, generations, spread: 0.0, ..SearchSettings::for_dimension(objective.dimension(), seed) };
     let trace = Arc::new(Mutex::new(Vec::new()));
     let clock = Arc::new(Clock::start());
     let watcher = {

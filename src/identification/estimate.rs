@@ -37,23 +37,41 @@ const POLISH: u64 = 100;
 /// Distance from an end of the unit interval that counts as being there.
 const AT_BOUND: f64 = 1e-3;
 
-/// One search from a seed: differential evolution, then the polish of the problem. The place has the gain added.
-fn one_search<P: Problem>(problem: &P, plan: &Plan, seed: u64, control: &Control) -> (Found, Vec<f64>) {
-    if let Some(near) = &plan.near {
-        let polished = problem.squares(None, |squares| least_squares(squares, near, &[], POLISH, control.stop()));
-        let (place, cost) = (polished.place[..problem.dimension()].to_vec(), polished.normal.chi_square);
-        let (trace, population) = (Vec::new(), Vec::new());
-        let found =
-            Found { place, cost, evaluations: polished.evaluations, generations: 0, trace, population, complete: !control.stopped() };
-        return (found, polished.place);
-    }
-    let usual = SearchSettings { strategy: plan.strategy, ..SearchSettings::for_dimension(problem.dimension(), seed) };
-    let mut found = search(problem, problem.settings(usual), control);
-    let (place, cost, spent) = problem.polish(&found, control);
-    (found.place, found.cost) = (place[..found.place.len()].to_vec(), cost);
-    found.evaluations += spent;
-    found.population.clear();
-    (found, place)
+/// Least squares from a place nearby, the gain its last coordinate.
+fn polished_near<P: Problem>(problem: &P, near: &[f64], control: &Control) -> (Found, Vec<f64>) {
+    let polished = problem.squares(None, |squares| least_squares(squares, near, &[], POLISH, control.stop()));
+    let (place, cost) = (polished.place[..problem.dimension()].to_vec(), polished.normal.chi_square);
+    let (trace, population) = (Vec::new(), Vec::new());
+    let found = Found { place, cost, evaluations: polished.evaluations, generations: 0, trace, population, complete: !control.stopped() };
+    (found, polished.place)
+}
+
+/// Searches from as many seeds as the plan asks for, each a differential evolution and then the polish of the problem; places have the gain added.
+fn searches<P: Problem>(problem: &P, plan: &Plan, control: &Control) -> Vec<(Repeat, Vec<f64>)> {
+    let (repeats, threads) = (plan.repeats.max(1), rayon::current_num_threads());
+    let seed = |repeat: usize| plan.seed.wrapping_add(1_000_003 * repeat as u64);
+    let explored = |repeat: usize| {
+        let usual = SearchSettings { strategy: plan.strategy, ..SearchSettings::for_dimension(problem.dimension(), seed(repeat)) };
+        control.kept(&format!("search {}", seed(repeat)), || search(problem, problem.settings(usual), control))
+    };
+    let polished = |repeat: usize, mut found: Found| {
+        let (place, cost, spent) = control.kept(&format!("polish {}", seed(repeat)), || problem.polish(&found, control));
+        (found.place, found.cost) = (place[..found.place.len()].to_vec(), cost);
+        found.evaluations += spent;
+        found.population.clear();
+        found.complete &= !control.stopped();
+        (Repeat { seed: seed(repeat), found }, place)
+    };
+    // All threads share a population, but a simplex goes step by step on one. Those of the last searches wait for the last population, so that in
+    // the end there is one for each thread; the others go on beside populations.
+    let begun: Vec<Result<(Repeat, Vec<f64>), Found>> = (0..repeats)
+        .into_par_iter()
+        .map(|repeat| {
+            let found = explored(repeat);
+            if repeat + threads < repeats { Ok(polished(repeat, found)) } else { Err(found) }
+        })
+        .collect();
+    begun.into_par_iter().enumerate().map(|(repeat, begun)| begun.unwrap_or_else(|found| polished(repeat, found))).collect()
 }
 
 /// Fits a problem and tells how sure the result is.
@@ -64,13 +82,13 @@ pub(super) fn estimate<P: Problem>(problem: &P, machine: &Machine, plan: &Plan, 
     if free.is_empty() {
         return Err(ObjectiveError::Data("no parameter is left to identify; freeze fewer, or give one fit = \"always\"".into()));
     }
-    // Side by side, since the end of each, the simplex, goes step by step.
-    let one = |repeat: usize| {
-        let seed = plan.seed.wrapping_add(1_000_003 * repeat as u64);
-        let (found, place) = control.kept(&format!("search {seed}"), || one_search(problem, plan, seed, control));
-        (Repeat { seed, found }, place)
+    let mut runs = match &plan.near {
+        Some(near) => {
+            let (found, place) = control.kept("polish", || polished_near(problem, near, control));
+            vec![(Repeat { seed: plan.seed, found }, place)]
+        }
+        None => searches(problem, plan, control),
     };
-    let mut runs: Vec<(Repeat, Vec<f64>)> = (0..plan.repeats.max(1)).into_par_iter().map(one).collect();
     runs.sort_by(|a, b| a.0.found.cost.total_cmp(&b.0.found.cost));
     let place = runs[0].1.clone();
     let repeats: Vec<Repeat> = runs.into_iter().map(|r| r.0).collect();

@@ -3,11 +3,14 @@
 use rayon::prelude::*;
 
 use crate::objective::{COARSE_LINES, FrfObjective, ModeObjective, ModeSquares};
-use crate::optimizer::{Control, Cost, Found, LeastSquares, Polished, SearchSettings, least_squares};
+use crate::optimizer::{Control, Cost, Found, LeastSquares, Polished, SearchSettings, least_squares, simplex};
 
 /// Members of the last population that least squares starts from, and how far apart in some coordinate they are.
 const STARTS: usize = 30;
 const APART: f64 = 0.03;
+/// Edge of a simplex and the relative spread of costs at which it ends: of one that only has to come near, and of the last.
+const NEAR: (f64, f64) = (0.02, 1e-6);
+const LAST: (f64, f64) = (0.002, 1e-12);
 /// Most steps of least squares on some lines, and on all.
 const THIN_STEPS: u64 = 80;
 const STEPS: u64 = 200;
@@ -68,9 +71,17 @@ impl Problem for ModeObjective<'_> {
     fn settings(&self, usual: SearchSettings) -> SearchSettings {
         usual
     }
-    /// The simplex has polished it already.
-    fn polish(&self, found: &Found, _control: &Control) -> (Vec<f64>, f64, u64) {
-        (self.extended(&found.place), found.cost, 0)
+    /// A simplex from the best member comes near; what ends it is least squares, or where the cost is no sum of squares another simplex.
+    fn polish(&self, found: &Found, control: &Control) -> (Vec<f64>, f64, u64) {
+        let (place, cost, spent) = simplex(self, (&found.place, found.cost), NEAR, control);
+        if self.is_likelihood() {
+            let last = self.squares(None, |squares| least_squares(squares, &self.extended(&place), &[], STEPS, control.stop()));
+            let better = Cost::at(self, &last.place[..self.free.len()]);
+            let spent = spent + last.evaluations + 1;
+            return if better <= cost { (last.place, better, spent) } else { (self.extended(&place), cost, spent) };
+        }
+        let (place, cost, last) = simplex(self, (&place, cost), LAST, control);
+        (self.extended(&place), cost, spent + last)
     }
     fn is_likelihood(&self) -> bool {
         self.is_likelihood()
@@ -112,7 +123,7 @@ impl Problem for FrfObjective<'_> {
     /// A large population for a few generations: the basins are enough, least squares finds their floors. (A longer run of fewer members
     /// gathers in one basin, which need not be the deepest.)
     fn settings(&self, usual: SearchSettings) -> SearchSettings {
-        SearchSettings { simplex: false, spread: 0.05, generations: 30, population: 2 * usual.population, ..usual }
+        SearchSettings { spread: 0.05, generations: 30, population: 2 * usual.population, ..usual }
     }
     /// Least squares on some lines from several members, then on all lines from the best.
     fn polish(&self, found: &Found, control: &Control) -> (Vec<f64>, f64, u64) {

@@ -15,6 +15,7 @@ pub use control::{Control, Progressed, Watcher};
 pub use differential_evolution::{DifferentialEvolution, Strategy, Trial};
 pub use journal::{Journal, found_in, kept_as};
 pub use least_squares::{LeastSquares, LevenbergMarquardt, Normal, Polished, least_squares, least_squares_within};
+pub use polish::simplex;
 pub use search::{Found, SearchSettings, search};
 
 /// A function on the unit cube, finite everywhere.

@@ -3,7 +3,11 @@
 use argmin::core::{CostFunction, Error, Executor};
 use argmin::solver::neldermead::NelderMead;
 
-use super::Cost;
+use super::{Control, Cost};
+
+/// Most steps of a simplex: so many, and so many for each coordinate.
+const STEPS: u64 = 400;
+const STEPS_PER_COORDINATE: u64 = 150;
 
 /// The cost scaled to O(1), with points outside the unit cube mirrored into it: argmin's Nelder–Mead knows no bounds and
 /// takes its tolerance as absolute.
@@ -32,18 +36,23 @@ impl<C: Cost> CostFunction for Scaled<'_, C> {
     }
 }
 
-/// Improves a place by a simplex of this edge, until its costs differ by this share; gives place, cost and the number of evaluations.
-pub(super) fn polish<C: Cost>(cost: &C, start: (&[f64], f64), (edge, spread): (f64, f64), iterations: u64) -> (Vec<f64>, f64, u64) {
+/// Improves a place of known cost by Nelder and Mead's simplex of this edge, until its costs differ by this share; gives place, cost and the number
+/// of evaluations. It goes step by step, on one thread.
+pub fn simplex<C: Cost>(cost: &C, start: (&[f64], f64), (edge, spread): (f64, f64), control: &Control) -> (Vec<f64>, f64, u64) {
     let (place, value) = start;
-    let mut simplex = vec![place.to_vec()];
+    if control.stopped() {
+        return (place.to_vec(), value, 0);
+    }
+    let mut corners = vec![place.to_vec()];
     for d in 0..place.len() {
         let mut corner = place.to_vec();
         corner[d] += if corner[d] > 0.5 { -edge } else { edge };
-        simplex.push(corner);
+        corners.push(corner);
     }
     let problem = Scaled { cost, scale: value.abs().max(1e-300) };
-    let solver = NelderMead::new(simplex).with_sd_tolerance(spread);
-    let run = solver.and_then(|solver| Executor::new(problem, solver).configure(|s| s.max_iters(iterations)).timer(false).run());
+    let most = STEPS + STEPS_PER_COORDINATE * place.len() as u64;
+    let solver = NelderMead::new(corners).with_sd_tolerance(spread);
+    let run = solver.and_then(|solver| Executor::new(problem, solver).configure(|s| s.max_iters(most)).timer(false).run());
     match run {
         Ok(result) => {
             let evaluations = result.problem.counts.get("cost_count").copied().unwrap_or(0);

@@ -1,4 +1,4 @@
-//! A whole search: differential evolution from a seed, then the polish.
+//! A global search: differential evolution from a seed.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
@@ -7,7 +7,6 @@ use argmin::core::{CostFunction, Error, Executor};
 use serde::{Deserialize, Serialize};
 
 use super::differential_evolution::Trial;
-use super::polish::polish;
 use super::{Control, Cost, DifferentialEvolution, Progressed, Strategy};
 
 /// Settings of a search.
@@ -21,8 +20,6 @@ pub struct SearchSettings {
     pub generations: u64,
     /// Relative spread of the costs at which the population has converged.
     pub spread: f64,
-    /// Whether the best member is polished by Nelder and Mead's simplex.
-    pub simplex: bool,
     /// Seed of the random numbers.
     pub seed: u64,
 }
@@ -30,14 +27,7 @@ pub struct SearchSettings {
 impl SearchSettings {
     /// Settings that suit `dimension` unknowns.
     pub fn for_dimension(dimension: usize, seed: u64) -> Self {
-        SearchSettings {
-            strategy: Strategy::CurrentToPbest,
-            population: (6 * dimension).max(24),
-            generations: 400,
-            spread: 1e-3,
-            simplex: true,
-            seed,
-        }
+        SearchSettings { strategy: Strategy::CurrentToPbest, population: (6 * dimension).max(24), generations: 400, spread: 1e-3, seed }
     }
 }
 
@@ -79,9 +69,6 @@ impl<C: Cost> CostFunction for Finite<'_, C> {
     }
 }
 
-/// Edges of the simplices of the polish one after another, and the relative spread of costs at which each ends: the first only has to come near.
-const POLISHES: [(f64, f64); 2] = [(0.02, 1e-6), (0.002, 1e-12)];
-
 /// Searches begun, to tell them apart where several go on at once.
 static BEGUN: AtomicUsize = AtomicUsize::new(0);
 
@@ -120,19 +107,11 @@ pub fn search<C: Cost>(cost: &C, settings: SearchSettings, control: &Control) ->
             complete: false,
         };
     };
-    let mut evaluations = result.solver.evaluations();
+    let evaluations = result.solver.evaluations();
     let trace = result.solver.trace().to_vec();
     let population = result.solver.population().into_iter().map(|m| m.0).collect();
-    let mut place = result.state.best_individual.unwrap_or(middle);
-    let mut best = result.state.best_cost;
-    for (edge, spread) in POLISHES {
-        if control.stopped() || !settings.simplex {
-            break;
-        }
-        let (polished, value, spent) = polish(cost, (&place, best), (edge, spread), 400 + 150 * cost.dimension() as u64);
-        (place, best) = (polished, value);
-        evaluations += spent;
-    }
+    let place = result.state.best_individual.unwrap_or(middle);
+    let best = result.state.best_cost;
     control.tell(Progressed::Generation { search: number, done: most, most, best });
     let generations = trace.len() as u64;
     Found { place, cost: best, evaluations, generations, trace, population, complete: !control.stopped() }
