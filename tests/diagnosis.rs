@@ -85,20 +85,24 @@ fn recover_records_that_were_exchanged() {
     }
 }
 
-/// The paper's bench with its rotor hold withheld: modes alone name it, and on 1 and on 2 threads alike.
+/// The paper's bench with its rotor hold withheld: of modes alone a plausible spring of the guide does as well, so that both are told, whatever
+/// the seed; on 1 and on 2 threads alike.
 #[test]
 fn published_bench_without_its_rotor_hold() {
     let arguments = ["--without", "rotor-hold", "--positions", "l1,l3,l5"];
     let found = diagnosed(&[&arguments[..], &["--threads", "1"]].concat());
     assert_eq!(found["domain"], "modes");
     let named: Vec<&str> = found["verdict"]["effects"].as_array().unwrap().iter().filter_map(Value::as_str).collect();
-    assert!(named.contains(&"rotor-hold"), "{:#}", found["verdict"]);
-    let row = found["effects"].as_array().unwrap().iter().find(|e| e["id"] == "rotor-hold").unwrap();
-    let closed = row["closed"].as_f64().unwrap();
-    assert!(closed > 0.95, "{row:#}");
-    let [low, high] = [0, 1].map(|end| row["closed95"][end].as_f64().unwrap());
-    assert!(low > 0.9 && low < closed && closed < high && high < 1.1, "{low} to {high} for {closed}");
-    assert_eq!((&found["where"][0]["interface"], &found["verdict"]["where"]), (&"rotor".into(), &"rotor".into()));
+    assert!(named.contains(&"rotor-hold") && named.contains(&"guide-stiffness"), "{:#}", found["verdict"]);
+    assert_eq!(found["verdict"]["kind"], "ambiguous");
+    for effect in ["rotor-hold", "guide-stiffness"] {
+        let row = found["effects"].as_array().unwrap().iter().find(|e| e["id"] == effect).unwrap();
+        assert!(row["closed"].as_f64().unwrap() > 0.95, "{row:#}");
+    }
+    let closed = found["chosen"]["closed"].as_f64().unwrap();
+    let [low, high] = [0, 1].map(|end| found["chosen"]["closed95"][end].as_f64().unwrap());
+    assert!(low > 0.5 && low < closed && closed < high && high < 1.5, "{low} to {high} for {closed}");
+    assert_eq!(found["where"][0]["interface"], found["verdict"]["where"]);
     // Modes have no lines.
     assert!(found["verdict"]["band_hz"].is_null());
     assert_eq!(found, diagnosed(&[&arguments[..], &["--threads", "2"]].concat()));

@@ -53,7 +53,7 @@ fn a_report_is_one_file_with_everything_in_it() {
     for part in [
         "these data cannot tell which",
         "rotor-hold or drive-flexibility",
-        "It acts at «rotor»; what it changes lies most from 5.000 to 50.00 Hz.",
+        "The first of them acts at «rotor»; what it changes lies most from 5.000 to 50.00 Hz.",
         "Measure next:",
         "id=\"curves\"",
         "id=\"frequency-position\"",

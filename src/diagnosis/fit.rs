@@ -35,11 +35,11 @@ const COARSE_STEPS: u64 = 40;
 const STEPS: u64 = 40;
 /// Relative gain of χ² at which a descent ends.
 const TOLERANCE: f64 = 1e-4;
-/// Starts all over the ranges, on how few lines and by how many steps each is followed; then the best of them go on.
-const SCATTERED: usize = 32;
+/// Starts all over the ranges, and how many of them go on from where a few steps on few lines have led them; so many for each position left out.
+pub(super) const SCATTERED: (usize, usize) = (32, 6);
+pub(super) const SCATTERED_WITHOUT_ONE: (usize, usize) = (16, 3);
 const SCATTER_LINES: (usize, usize, usize) = (300, 16, 60);
 const SCATTER_STEPS: u64 = 8;
-const BEST_SCATTERED: usize = 6;
 
 /// A part of the method that can be left out, to see what it is worth.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -196,21 +196,31 @@ impl<'s> Fitter<'s> {
     }
 
     /// Fits a hypothesis from places all over the ranges of its parameters and around a fit: where what is missing has led the joints into a wrong
-    /// basin, no path leads out of it. `None` for modes, whose derivatives are dear.
+    /// basin, no path leads out of it.
     ///
     /// # Errors  as [`Compared::new`].
-    pub fn scatter(&self, hypothesis: &Hypothesis, base: &Fitted, control: &Control) -> Result<Option<Fitted>, ObjectiveError> {
+    pub fn scatter(&self, hypothesis: &Hypothesis, base: &Fitted, control: &Control) -> Result<Fitted, ObjectiveError> {
         let piece = self.piece("scatter", hypothesis, std::slice::from_ref(base));
-        control.kept_or_failed(&piece, || self.scatter_anew(hypothesis, base, control))
+        control.kept_or_failed(&piece, || self.scatter_anew(hypothesis, base, SCATTERED, control))
     }
 
-    /// As [`Fitter::scatter`], without a look into the journal: for data whose piece of work would be called like that of others.
+    /// As [`Fitter::scatter`] from so many starts, without a look into the journal: for data whose piece of work would be called like that of others.
     ///
     /// # Errors  as [`Fitter::scatter`].
-    pub(super) fn scatter_anew(&self, hypothesis: &Hypothesis, base: &Fitted, control: &Control) -> Result<Option<Fitted>, ObjectiveError> {
+    pub(super) fn scatter_anew(
+        &self,
+        hypothesis: &Hypothesis,
+        base: &Fitted,
+        (scattered, followed): (usize, usize),
+        control: &Control,
+    ) -> Result<Fitted, ObjectiveError> {
         let objective = self.objective(hypothesis)?;
-        let Some(few) = objective.coarse(self.lines_of_one(SCATTER_LINES)).filter(|_| !control.stopped()) else { return Ok(None) };
         let centre = start_of(hypothesis, base, &[]);
+        if control.stopped() {
+            return Ok(centre);
+        }
+        let coarse = objective.coarse(self.lines_of_one(SCATTER_LINES));
+        let few = coarse.as_ref().unwrap_or(&objective);
         let described = &hypothesis.machine.parameters;
         let varied = objective.free().iter().filter(|i| hypothesis.added.contains(i) || !is_nuisance(&described[**i]));
         let varied: Vec<usize> = varied.copied().collect();
@@ -223,12 +233,12 @@ impl<'s> Fitter<'s> {
             start
         };
         let mut ends: Vec<Fitted> =
-            (1..=SCATTERED).into_par_iter().map(|index| self.descend(&few, &start(index), SCATTER_STEPS, control)).collect();
+            (1..=scattered).into_par_iter().map(|index| self.descend(few, &start(index), SCATTER_STEPS, control)).collect();
         ends.sort_by(|a, b| a.chi_square.total_cmp(&b.chi_square));
-        ends.truncate(BEST_SCATTERED);
-        let ends: Vec<Fitted> = ends.par_iter().map(|end| self.descend(&few, end, COARSE_STEPS, control)).collect();
+        ends.truncate(followed);
+        let ends: Vec<Fitted> = ends.par_iter().map(|end| self.descend(few, end, COARSE_STEPS, control)).collect();
         let best = ends.iter().min_by(|a, b| a.chi_square.total_cmp(&b.chi_square));
-        Ok(best.map(|end| self.descend(&objective, end, STEPS, control)))
+        Ok(best.map_or(centre, |end| self.descend(&objective, end, STEPS, control)))
     }
 
     /// The least χ² that one linear step from any amplitude promises, on few lines.

@@ -3,7 +3,7 @@
 use rayon::prelude::*;
 
 use super::domain::{Domain, Part};
-use super::fit::{Fitted, Fitter};
+use super::fit::{Fitted, Fitter, SCATTERED};
 use super::hypothesis::Hypothesis;
 use super::null::Null;
 use crate::measurement::{FitSet, HoldOutSet, MeasurementSet};
@@ -151,7 +151,7 @@ fn exchanged(
     for (pair, chi_square) in fits.into_iter().take(LIKELIEST) {
         let other = with_exchanged(set, pair);
         let right = fitter.on(FitSet { set: &other, ..fitter.fit.clone() });
-        let again = right.scatter_anew(nominal, base, control)?.map_or(f64::INFINITY, |fitted| fitted.chi_square);
+        let again = right.scatter_anew(nominal, base, SCATTERED, control)?.chi_square;
         let least = again.min(chi_square);
         if least <= RESTORED.0 * base.chi_square && null.excess(least / count) <= reach {
             return Ok(Some(pair));

@@ -3,7 +3,7 @@
 use rayon::prelude::*;
 
 use super::domain::Domain;
-use super::fit::{Ablation, Fitted, Fitter, at_start, values_of};
+use super::fit::{Ablation, Fitted, Fitter, SCATTERED_WITHOUT_ONE, at_start, values_of};
 use super::hypothesis::{CHANNEL_SD, Hypothesis, NUT_SD_M, interfaces, with_nuisances};
 use crate::identification::{Plan, identify};
 use crate::machine::{Base, Data, Effect, Lever, Machine, Value};
@@ -108,9 +108,7 @@ pub fn nominal_fits(
     control: &Control,
 ) -> Result<Vec<Fitted>, ObjectiveError> {
     let none = HoldOutSet { set: fitter.fit.set, positions: Vec::new(), frfs: Vec::new() };
-    // FRFs are looked at from all over their ranges besides; modes are not.
-    let repeats = if matches!(fitter.domain, Domain::Frf(_)) { 1 } else { 2 };
-    let mut plan = Plan { frozen: fitter.frozen.clone(), seed, repeats, profile: false, ..Plan::default() };
+    let mut plan = Plan { frozen: fitter.frozen.clone(), seed, repeats: 1, profile: false, ..Plan::default() };
     match fitter.domain {
         Domain::Frf(settings) => plan.frf = Some(settings.as_stated()),
         Domain::Modes(settings) => plan.settings = settings,
@@ -129,10 +127,9 @@ pub fn nominal_fits(
     let objective = fitter.objective(nominal)?;
     let mut fits: Vec<Fitted> = starts.par_iter().map(|s| fitter.descend(&objective, s, NOMINAL_STEPS, control)).collect();
     fits.sort_by(|a, b| a.chi_square.total_cmp(&b.chi_square));
-    if let Some(other) = fitter.scatter(nominal, &fits[0], control)? {
-        fits.push(fitter.descend(&objective, &other, NOMINAL_STEPS, control));
-        fits.sort_by(|a, b| a.chi_square.total_cmp(&b.chi_square));
-    }
+    let other = fitter.scatter(nominal, &fits[0], control)?;
+    fits.push(fitter.descend(&objective, &other, NOMINAL_STEPS, control));
+    fits.sort_by(|a, b| a.chi_square.total_cmp(&b.chi_square));
     // A search that ended far above the best is no place to start from.
     let best = fits[0].chi_square;
     fits.retain(|f| f.chi_square <= 1.5 * best + 10.0);
@@ -164,7 +161,12 @@ fn left_out_anew(fitter: &Fitter<'_>, hypothesis: &Hypothesis, fitted: &Fitted, 
         .map(|(kept, left)| {
             let kept = fitter.on(kept);
             let objective = kept.objective(hypothesis)?;
-            let part = kept.descend(&objective, fitted, LEFT_OUT_STEPS, control);
+            let mut part = kept.descend(&objective, fitted, LEFT_OUT_STEPS, control);
+            // Of few numbers the deepest basin may be another one.
+            if matches!(fitter.domain, Domain::Modes(_)) {
+                let other = kept.scatter_anew(hypothesis, fitted, SCATTERED_WITHOUT_ONE, control)?;
+                part = if other.chi_square < part.chi_square { other } else { part };
+            }
             fitter.on(left).loss(hypothesis, &part)
         })
         .or_first_error();
@@ -251,10 +253,11 @@ pub fn survey(
         fits = fits.into_iter().zip(second).map(|(a, b)| better(a, b)).collect();
     }
     let least = fits.iter().filter_map(|f| f.as_ref().ok()).map(|f| f.chi_square).fold(base.chi_square, f64::min);
-    if least > (MUCH.0 * objective.noise_share() + MUCH.1) * objective.observations() as f64 {
-        let scattered = |h: &Hypothesis| fitter.scatter(h, &base, control).transpose();
-        let third: Vec<Option<Fit>> = hypotheses.par_iter().map(scattered).collect();
-        fits = fits.into_iter().zip(third).map(|(a, b)| if let Some(b) = b { better(a, b) } else { a }).collect();
+    let much = |chi_square: f64| chi_square > (MUCH.0 * objective.noise_share() + MUCH.1) * objective.observations() as f64;
+    // Of few numbers any candidate takes most away: one basin is no better than another unless all are looked for.
+    if much(least) || (much(base.chi_square) && matches!(fitter.domain, Domain::Modes(_))) {
+        let third: Vec<Fit> = hypotheses.par_iter().map(|h| fitter.scatter(h, &base, control)).collect();
+        fits = fits.into_iter().zip(third).map(|(a, b)| better(a, b)).collect();
     }
     let mut candidates: Vec<Candidate> = hypotheses
         .into_iter()

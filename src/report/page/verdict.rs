@@ -27,7 +27,7 @@ pub fn sentence(of: &Diagnosis) -> String {
     }
 }
 
-/// What stands under the verdict: reason, what could not be told apart, next measurement.
+/// What stands under the verdict: reason, place, next measurement.
 pub fn summary(of: &Diagnosis) -> String {
     let mut out = String::new();
     let without = of.stamp.without.iter().map(|id| format!("without {id}"));
@@ -38,12 +38,10 @@ pub fn summary(of: &Diagnosis) -> String {
     if !of.verdict.reason.is_empty() {
         out += &paragraph(&of.verdict.reason);
     }
-    if of.verdict.kind == "ambiguous" && !of.verdict.effects.is_empty() {
-        out += &paragraph(&format!("Could not be told apart: {}.", listed(&of.verdict.effects, "and")));
-    }
     if let (Some(place), "effect" | "ambiguous" | "wrong-parameter") = (&of.verdict.place, of.verdict.kind.as_str()) {
         let band = of.verdict.band_says().map_or(String::new(), |band| format!("; {band}"));
-        out += &paragraph(&format!("It acts at «{place}»{band}."));
+        let what = if of.verdict.kind == "ambiguous" { "The first of them" } else { "It" };
+        out += &paragraph(&format!("{what} acts at «{place}»{band}."));
     }
     if let Some(phase) = &of.verdict.phase {
         out += &paragraph(&format!("It shows most at this phase of the motion: {phase}."));
