@@ -165,7 +165,7 @@ fn simulated_modes(machine: &Machine, count: usize) -> MeasurementSet {
         };
         peaks.iter().enumerate().map(observation).collect()
     };
-    set.modes = Some(ModeTable { positions: (0..count).map(observed).collect(), resolution_hz: Some(1.0) });
+    set.modes = Some(ModeTable { positions: (0..count).map(observed).collect(), resolution_hz: Some(1.0), ..ModeTable::default() });
     set
 }
 

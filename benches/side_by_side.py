@@ -252,7 +252,7 @@ def coupling(sides, table, rounds):
     forms = {"pinv": "LM-FBS with pinv", "solve": "LM-FBS with solve", "one": "LM-FBS with solve, one entry"}
     for machine in ("screw", "bench"):
         exact = sides.ours("coupling", machine)["receptances"]
-        works = [lambda _: sides.ours("coupling", machine, repeats=500), lambda _: sides.ours("coupling", machine, "--all", repeats=50)]
+        works = [lambda _: sides.ours("coupling", machine, repeats=5000), lambda _: sides.ours("coupling", machine, "--all", repeats=500)]
         works += [lambda _, f=f, p=p: sides.theirs("coupling", p, machine=machine, form=f) for f in forms for p in (True, False)]
         runs = in_turn(rounds, *works)
         found = runs[2][0]
@@ -274,7 +274,7 @@ def lumped(sides, table, rounds):
     for lumps in (1, 5, 10, 20):
         exact = sides.ours("lumped", lumps, "--matrices")
         ask = exact["matrices"]
-        works = [lambda _: sides.ours("lumped", lumps, repeats=500)]
+        works = [lambda _: sides.ours("lumped", lumps, repeats=5000)]
         works += [lambda _, f=f, p=p: sides.theirs("lumped", p, **ask, form=f) for f in ("solve", "modes") for p in (True, False)]
         runs = in_turn(rounds, *works)
         for at, form in ((1, "solve"), (3, "modes")):

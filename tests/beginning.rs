@@ -254,12 +254,6 @@ fn quickly(command: &str) -> &'static str {
     }
 }
 
-/// Effects of an ambiguous verdict as they are told.
-fn alternatives(verdict: &Value) -> String {
-    let effects = verdict["effects"].as_array().unwrap();
-    effects.iter().map(|e| e.as_str().unwrap()).collect::<Vec<_>>().join(" or ")
-}
-
 /// The page on an effect of one's own, with its effect appended to the bench: the diagnosis names it.
 #[cfg(unix)]
 #[test]
@@ -272,14 +266,11 @@ fn the_effect_of_the_guide_is_found() {
     fs::write(folder.path().join("axis.toml"), format!("{bench}\n{effect}")).unwrap();
     run_page(page, folder.path(), quickly);
     let document: Value = serde_json::from_str(&fs::read_to_string(folder.path().join("brake/diagnosis.json")).unwrap()).unwrap();
-    assert_eq!(document["verdict"]["kind"], "ambiguous");
-    assert!(text.contains(&format!("«ambiguous: {}»", alternatives(&document["verdict"]))), "{}", document["verdict"]);
+    assert_eq!(document["verdict"]["effects"], serde_json::json!(["holding-brake"]), "{}", document["verdict"]);
     assert!(document["chosen"]["closed"].as_f64().unwrap() > 0.98);
     // The page draws it over the peaks, before and after.
     let page = fs::read_to_string(folder.path().join("brake/report.html")).unwrap();
-    assert!(
-        page.contains("id=\"diagnosis-curves\"") && page.contains(&format!("with {}", document["verdict"]["effects"][0].as_str().unwrap()))
-    );
+    assert!(page.contains("id=\"diagnosis-curves\"") && page.contains("with holding-brake"));
     assert!(!page.contains("is not drawn"));
 }
 
@@ -292,8 +283,8 @@ fn the_verdict_of_the_guide_is_the_program_s() {
     run_page(page, folder.path(), quickly);
     let document: Value = serde_json::from_str(&fs::read_to_string(folder.path().join("rotor/diagnosis.json")).unwrap()).unwrap();
     let text = fs::read_to_string(page).unwrap();
-    assert_eq!(document["verdict"]["kind"], "ambiguous");
-    assert!(text.contains(&format!("verdict — ambiguous: {}\n", alternatives(&document["verdict"]))), "{}", document["verdict"]);
+    assert_eq!(document["verdict"]["kind"], "effect");
+    assert!(text.contains("verdict — effect: rotor-hold") && document["verdict"]["effects"] == serde_json::json!(["rotor-hold"]));
     let percent = |x: &Value| format!("{:.1} %", 100.0 * x.as_f64().unwrap());
     assert!(text.contains(&format!("{} before", percent(&document["gap"]["held_out"]))));
     assert!(text.contains(&format!("{} after", percent(&document["chosen"]["gap_held_out"]))));

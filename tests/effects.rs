@@ -45,6 +45,20 @@ fn arms_that_no_table_has_tell_of_no_rocking() {
     }
 }
 
+#[test]
+fn a_stage_heavier_than_the_rotor_it_is_part_of_tells_of_no_elastic_drive() {
+    let library = effect_library().unwrap();
+    let with_rotor = library.iter().find(|e| e.id == "drive-flexibility" && e.patch.points.len() == 1).unwrap();
+    let hypothesis = Hypothesis::nominal(bench_without_hold()).with(with_rotor).unwrap();
+    let stage = hypothesis.machine.parameters.iter().position(|p| p.id == "j_stage").unwrap();
+    // The rotor has 1e-3 kg m².
+    for (inertia, told) in [(1e-4, true), (9e-4, true), (2e-3, false), (5e-2, false)] {
+        let mut fitted = at_start(&hypothesis);
+        fitted.units[stage] = hypothesis.machine.parameters[stage].to_unit(inertia);
+        assert_eq!(tells(&hypothesis, &fitted), told, "{inertia}");
+    }
+}
+
 /// What an effect changes is where a person looks for it, by the names of the machine.
 #[test]
 fn effects_sit_where_they_act() {

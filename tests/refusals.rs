@@ -78,6 +78,7 @@ fn refuse_numbers_that_make_no_sense() {
     refuse_set("manifest.toml", "nut_m = 0.6", "nut_m = 2.6", &["l1", "outside the screw", "2.6"]);
     refuse_set("manifest.toml", "nut_m = 0.6", "nut_m = -0.6", &["l1", "outside the screw"]);
     refuse_set("manifest.toml", "frequency_resolution_hz = 1.0", "frequency_resolution_hz = -1.0", &["frequency_resolution_hz", "-1"]);
+    refuse_set("manifest.toml", "least_prominence = 1.25", "least_prominence = 0.8", &["least_prominence", "0.8", "above 1"]);
     refused(&["identify", "--amplitude-sd", "0"], &["--amplitude-sd", "above 0"]);
 }
 

@@ -13,7 +13,6 @@ import numpy as np
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 MISSING = 0.3  # relative frequency error of a mode without a partner
-VISIBLE = 2.0  # prominence from which a peak should have been seen
 FREQUENCY_MODEL_ERROR, AMPLITUDE_SD = 0.01, 0.13
 ZOOM = 9  # points between the neighbours of a grid's maximum
 
@@ -37,6 +36,7 @@ class Bench:
         self.free_for_modes = [name for name, p in described.items() if p.get("fit") != "frf"]
         manifest = tomllib.loads((ROOT / "measurements/tian/manifest.toml").read_text())
         self.resolution = manifest["frequency_resolution_hz"]
+        self.least_prominence = manifest["least_prominence"]  # from which a peak should have been seen
         nuts = {p["name"]: p["nut_m"] for p in manifest["position"]}
         self.fitted = manifest["split"]["fit"]
         self.nuts = np.array([nuts[name] for name in self.fitted])
@@ -188,7 +188,7 @@ class ModeObjective:
         frequency, amplitude, prominence = self.peaks(places)
         bench = self.bench
         count, positions, found = frequency.shape
-        unexpected = (prominence >= VISIBLE) & (frequency >= self.low) & (frequency <= self.high)
+        unexpected = (prominence >= bench.least_prominence) & (frequency >= self.low) & (frequency <= self.high)
         alone = np.where(unexpected, MISSING, 0.0) ** 2
         missing = (MISSING / FREQUENCY_MODEL_ERROR) ** 2
         # Order-keeping alignment of least summed squares; every state carries: that sum, cost, pairs, Σ ln ratio, Σ (ln ratio)².

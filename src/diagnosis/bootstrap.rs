@@ -148,7 +148,7 @@ fn modes_like(
     let pairs = || fitted_here().filter_map(|d| Some((d.observed?, d.predicted?)));
     let frequency_sd = root_mean_square(pairs().filter_map(|(o, p)| Some(p.frequency_hz / o.frequency_hz? - 1.0)))?;
     let amplitude_sd = root_mean_square(pairs().filter_map(|(o, p)| Some((gain * p.amplitude / o.amplitude?).ln()))).unwrap_or(0.0);
-    let ModeTable { positions, resolution_hz } = set.modes.as_mut()?;
+    let ModeTable { positions, resolution_hz, .. } = set.modes.as_mut()?;
     for prediction in &predictions {
         for deviation in &prediction.deviations {
             let (Some(observed), Some(peak)) = (deviation.observed, deviation.predicted) else { continue };

@@ -6,7 +6,7 @@ use super::domain::Domain;
 use super::fit::{Ablation, Fitted, Fitter, SCATTERED_WITHOUT_ONE, at_start, values_of};
 use super::hypothesis::{CHANNEL_SD, Hypothesis, NUT_SD_M, interfaces, with_nuisances};
 use crate::identification::{Plan, identify};
-use crate::machine::{Base, Data, Effect, Lever, Machine, Value};
+use crate::machine::{Base, Data, Effect, Lever, Machine, Operating, Value};
 use crate::measurement::{FitSet, HoldOutSet};
 use crate::numeric::parallel::OrFirstError;
 use crate::objective::{FrfSettings, ObjectiveError};
@@ -306,7 +306,7 @@ pub fn again_from(survey: &mut Survey, located: &[Candidate], fitter: &Fitter<'_
 }
 
 /// Whether what was fitted is what the effect says: another quantity is another power of iω, not a slight slope, and what is felt on arms is felt by the
-/// sensor or the hammer, on one that a table may have.
+/// sensor or the hammer, on one that a table may have; and no part of an inertia is larger than the whole.
 #[must_use]
 pub fn tells(hypothesis: &Hypothesis, fitted: &Fitted) -> bool {
     let values = values_of(hypothesis, fitted);
@@ -321,7 +321,9 @@ pub fn tells(hypothesis: &Hypothesis, fitted: &Fitted) -> bool {
         let longest = [&lever.read, &lever.struck].into_iter().filter_map(added).reduce(f64::max);
         longest.is_none_or(|arm| arm > ARMS.0 && arm < ARMS.1)
     };
-    added(&chain.power).is_none_or(|power| power > LEAST_POWER) && chain.levers.iter().all(felt)
+    let there = Operating::default();
+    let exhausted = hypothesis.machine.points.iter().any(|point| point.inertia.is_exhausted(&values, &there));
+    !exhausted && added(&chain.power).is_none_or(|power| power > LEAST_POWER) && chain.levers.iter().all(felt)
 }
 
 /// Every interface and shape, ranked by χ² of positions that were left out, best first: where something is missing. The most promising by one step

@@ -121,13 +121,14 @@ impl Design {
         let structure = structure(machine, channel, settings.rods)?;
         let power = set.quantity.map_or(0, Quantity::power);
         let search = PeakSearch { from_hz: band_hz.0, to_hz: band_hz.1, precision: 1e-7, omega_power: power };
-        let mut table = ModeTable { positions: Vec::new(), resolution_hz: set.modes.as_ref().and_then(|m| m.resolution_hz) };
+        let mut table = ModeTable { positions: Vec::new(), ..set.modes.clone().unwrap_or_default() };
+        let least = table.least_prominence.unwrap_or(VISIBLE);
         for place in &set.positions {
             let operating = Operating { nut_m: place.nut_m, ..Operating::default() };
             machine.check_operating(&format!("{}: position {}", set.path, place.name), &operating)?;
             let mut network = structure.network();
             network.update(machine, values, &operating);
-            let seen = peaks(&network, search, &mut structure.workspace()).into_iter().filter(|p| p.prominence >= VISIBLE);
+            let seen = peaks(&network, search, &mut structure.workspace()).into_iter().filter(|p| p.prominence >= least);
             let observed = |(order, p): (usize, crate::model::Peak)| ModeObservation {
                 order: order as u32 + 1,
                 frequency_hz: Some(p.frequency_hz),

@@ -126,6 +126,16 @@ impl Value {
         self.laws.iter().fold(self.base_at(parameters, operating), |x, law| law.apply(x, parameters, operating).0)
     }
 
+    /// Whether more is taken away from it than there is.
+    pub fn is_exhausted(&self, parameters: &[f64], operating: &Operating) -> bool {
+        let mut x = self.base_at(parameters, operating);
+        self.laws.iter().any(|law| {
+            let (left, _, taken) = law.apply(x, parameters, operating);
+            x = left;
+            matches!(law, Law::Less(_)) && taken == 0.0
+        })
+    }
+
     fn base_at(&self, parameters: &[f64], operating: &Operating) -> f64 {
         match &self.base {
             Base::Number(number) => *number,

@@ -17,6 +17,7 @@ pub(super) struct Manifest {
     pub averages: Option<u32>,
     pub modes: Option<String>,
     pub frequency_resolution_hz: Option<f64>,
+    pub least_prominence: Option<f64>,
     pub published: Option<String>,
     pub split: Option<Split>,
     #[serde(default)]

@@ -21,6 +21,8 @@ pub struct ModeTable {
     pub positions: Vec<Vec<ModeObservation>>,
     /// Step to which the frequencies were rounded (Hz); `None` where they were not.
     pub resolution_hz: Option<f64>,
+    /// Prominence (height of a peak over the higher of the valleys beside it) from which a peak was taken for one; `None` where it is not told.
+    pub least_prominence: Option<f64>,
 }
 
 /// Reads `position,order,frequency_hz,amplitude`; an empty cell is «not observed».

@@ -191,6 +191,11 @@ pub fn read_set_with(path: &str, read: impl Fn(&str) -> io::Result<Vec<u8>>) -> 
     if let Some(step) = manifest.frequency_resolution_hz.filter(|s| !(*s > 0.0 && s.is_finite())) {
         return Err(fault(format!("frequency_resolution_hz: is {step}; write a number above 0, or leave it out")));
     }
+    if let Some(least) = manifest.least_prominence.filter(|p| !(*p > 1.0 && p.is_finite())) {
+        return Err(fault(format!(
+            "least_prominence: is {least}; write by how much the least peak that was read stands out, above 1 (2: twice as high as the valley beside it), or leave it out"
+        )));
+    }
     let mut modes = None;
     if let Some(file) = &manifest.modes {
         let text = folder.text(file)?;
@@ -203,7 +208,8 @@ pub fn read_set_with(path: &str, read: impl Fn(&str) -> io::Result<Vec<u8>>) -> 
                 "has modes but no `response` and `excitation`; write the points of the machine they were measured at".into(),
             ));
         }
-        modes = Some(ModeTable { positions: table, resolution_hz: manifest.frequency_resolution_hz });
+        let (resolution_hz, least_prominence) = (manifest.frequency_resolution_hz, manifest.least_prominence);
+        modes = Some(ModeTable { positions: table, resolution_hz, least_prominence });
     }
     let mut frfs = Vec::new();
     for (at, entry) in manifest.frf.iter().enumerate() {

@@ -100,6 +100,7 @@ pub struct ModeObjective<'m> {
     positions: Vec<PositionData>,
     gain: Gain,
     resolution_hz: f64,
+    least_prominence: f64,
     search: PeakSearch,
     /// Lowest and highest measured frequency of these positions (Hz).
     pub band_hz: (f64, f64),
@@ -187,6 +188,7 @@ impl<'m> ModeObjective<'m> {
             positions: data,
             gain: set.gain,
             resolution_hz: table.resolution_hz.unwrap_or(0.0),
+            least_prominence: table.least_prominence.unwrap_or(VISIBLE),
             search,
             band_hz,
             free,
@@ -289,7 +291,7 @@ impl<'m> ModeObjective<'m> {
 
     /// Whether a predicted peak without a partner should have been seen.
     fn unexpected(&self, peak: &Peak) -> bool {
-        peak.prominence >= VISIBLE && peak.frequency_hz >= 0.9 * self.band_hz.0 && peak.frequency_hz <= 1.1 * self.band_hz.1
+        peak.prominence >= self.least_prominence && peak.frequency_hz >= 0.9 * self.band_hz.0 && peak.frequency_hz <= 1.1 * self.band_hz.1
     }
 
     /// Standard deviation of a relative frequency error.

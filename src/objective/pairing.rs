@@ -2,7 +2,7 @@
 
 /// Relative frequency error that a mode without a partner counts as.
 pub const MISSING: f64 = 0.3;
-/// Prominence from which a predicted peak should have been seen in a measurement.
+/// Prominence from which a predicted peak should have been seen in a measurement that does not tell.
 pub const VISIBLE: f64 = 2.0;
 
 /// One row of an alignment: a measured mode, a predicted peak, or both (by index).
