@@ -7,7 +7,9 @@ use clap::ValueEnum;
 use num_complex::Complex64;
 
 use super::arguments::DiagnoseArguments;
-use super::common::{CommandResult, Loaded, control, deliver, ended, fits_frfs, load, on_threads, plan, prepare, stamp, told, warn};
+use super::common::{
+    CommandResult, Loaded, control, deliver, ended, fits_frfs, inputs, load, on_threads, plan, prepare, stamp, told, warn,
+};
 use super::progress::Progress;
 use super::rows;
 use crate::diagnosis::{
@@ -122,16 +124,15 @@ pub(super) fn chosen_effects(given: &DiagnoseArguments, all: &[Effect], data: Da
     Ok(Effect::asked_of(all, data).filter(wanted).cloned().collect())
 }
 
-/// Folder and file where the null of this machine, layout and program is kept; `None` where nothing is to be kept.
+/// Folder and file where the null of this machine, these data and this program is kept; `None` where nothing is to be kept.
 fn cache_file(given: &DiagnoseArguments, loaded: &Loaded, effects: &[Effect], fit: &FitSet<'_>) -> Option<(PathBuf, String)> {
     if given.no_cache {
         return None;
     }
     let folder = given.cache.clone().or_else(default_cache)?;
     let mut key = format!(
-        "{} {} {:?} {:?} {:?} {} {} {}",
+        "{} {:?} {:?} {:?} {} {} {}",
         env!("CARGO_PKG_VERSION"),
-        loaded.config.text,
         loaded.overrides,
         loaded.without,
         given.search.freeze,
@@ -142,15 +143,9 @@ fn cache_file(given: &DiagnoseArguments, loaded: &Loaded, effects: &[Effect], fi
     key += &format!("{:?}", given.ablate);
     // What the effects are, not their names alone: ranges count, too.
     key += &format!("{effects:?}");
-    for &frf in &fit.frfs {
-        let frf = &loaded.set.frfs[frf];
-        let noise: f64 = frf.lines.iter().filter_map(|l| frf.component_sd(l)).sum::<f64>() / frf.lines.len().max(1) as f64;
-        // Layout and level of noise, not the data themselves.
-        key += &format!("{:?} {} {} {} {:.1e}", frf.position, frf.response, frf.excitation, frf.lines.len(), noise);
-    }
-    for &position in &fit.positions {
-        key += &format!("{:?}", loaded.set.positions[position].nut_m);
-    }
+    // The data, too: nulls are drawn about the machine that is fitted to them.
+    inputs(loaded).iter().for_each(|input| key += &format!(" {}", input.sha256));
+    key += &format!("{:?} {:?}", fit.positions, fit.frfs);
     Some((folder, format!("null-{}.json", &digest(key.as_bytes())[..24])))
 }
 

@@ -97,8 +97,8 @@ fn drawn_frfs(
 ) -> Option<f64> {
     let far = fitter.on(FitSet { set: held_out.set, positions: held_out.positions.clone(), frfs: held_out.frfs.clone() });
     // The same seed draws the same machine for both.
-    let near_by = another_machine(fitter, chosen.0, chosen.1, settings, LINES, (1.0, random.clone()))?;
-    let far_by = another_machine(&far, chosen.0, chosen.1, settings, LINES, (1.0, random))?;
+    let (near_by, _) = another_machine(fitter, chosen.0, chosen.1, settings, LINES, random.clone())?;
+    let (far_by, _) = another_machine(&far, chosen.0, chosen.1, settings, LINES, random)?;
     let gap = |(hypothesis, fitted): Model<'_>| -> Option<Vec<Part>> {
         let own = coarse(fitter, hypothesis)?.shifted(&near_by);
         let start = place_of(&fitter.objective(hypothesis).ok()?, fitted);

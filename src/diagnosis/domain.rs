@@ -8,10 +8,10 @@ use crate::numeric::statistics::root_mean_square_of_parts;
 use crate::objective::{FrfObjective, FrfSettings, MISSING, ModeObjective, ModeSettings, ModeSquares, ObjectiveError, PositionPrediction};
 use crate::optimizer::LeastSquares;
 
-/// Most and fewest lines of one FRF that are looked at, and lines of all together: more would say the same again, since a model's error changes
-/// slowly along the frequency.
-const LINES: (usize, usize) = (60, 250);
-const ALL_LINES: usize = 2400;
+/// Fewest and most lines of one FRF that are looked at, and lines of all together: what a model's error hides no line more would tell, but noise is less
+/// of so many.
+const LINES: (usize, usize) = (60, 1000);
+const ALL_LINES: usize = 3600;
 /// Step in the unit interval of derivatives of modes.
 const STEP: f64 = 2e-4;
 
@@ -175,12 +175,19 @@ impl<'h> Compared<'h> {
         }
     }
 
-    /// As [`Compared::residuals`], with their derivatives.
-    pub fn linear(&self, place: &[f64]) -> (DVector<f64>, DMatrix<f64>) {
+    /// All that χ² is the sum of squares of: weighted residuals, then what is known beforehand.
+    pub fn rows(&self, place: &[f64]) -> DVector<f64> {
         match self {
-            Compared::Frf(o) => o.weighted(place),
+            Compared::Frf(o) => o.rows(place),
+            Compared::Modes(o) => DVector::from_vec(o.residuals_at(place)),
+        }
+    }
+
+    /// Derivatives of [`Compared::rows`] with the place.
+    pub fn slopes(&self, place: &[f64]) -> DMatrix<f64> {
+        match self {
+            Compared::Frf(o) => o.slopes(place),
             Compared::Modes(_) => {
-                let here = self.residuals(place);
                 let columns: Vec<DVector<f64>> = (0..place.len())
                     .map(|column| {
                         let shifted = |by: f64| {
@@ -189,11 +196,10 @@ impl<'h> Compared<'h> {
                             other
                         };
                         let (low, high) = (shifted(-STEP), shifted(STEP));
-                        (self.residuals(&high) - self.residuals(&low)) / (high[column] - low[column])
+                        (self.rows(&high) - self.rows(&low)) / (high[column] - low[column])
                     })
                     .collect();
-                let count = here.len();
-                (here, if columns.is_empty() { DMatrix::zeros(count, 0) } else { DMatrix::from_columns(&columns) })
+                if columns.is_empty() { DMatrix::zeros(self.rows(place).len(), 0) } else { DMatrix::from_columns(&columns) }
             }
         }
     }

@@ -184,14 +184,18 @@ impl<'s> Fitter<'s> {
         let mut ends: Vec<Fitted> = followed.iter().map(|start| self.descend(few, start, COARSE_STEPS, control)).collect();
         ends.sort_by(|a, b| a.chi_square.total_cmp(&b.chi_square));
         let agrees = ends.len() < 2 || ends[1].chi_square <= ends[0].chi_square * 1.01 + 1.0;
-        let near = self.descend(&objective, &nothing, STEPS, control);
-        let best = match ends.first() {
-            None => near,
-            Some(end) => {
-                let far = if linear { self.descend(&objective, end, STEPS, control) } else { end.clone() };
-                if far.chi_square < near.chi_square { far } else { near }
-            }
+        let near = self.descend(few, &nothing, COARSE_STEPS, control);
+        let mut best = match ends.into_iter().next() {
+            Some(end) if end.chi_square < near.chi_square => end,
+            _ => near,
         };
+        if linear {
+            best = self.descend(&objective, &best, STEPS, control);
+            if best.chi_square > bases[0].chi_square {
+                let near = self.descend(&objective, &nothing, STEPS, control);
+                best = if near.chi_square < best.chi_square { near } else { best };
+            }
+        }
         Ok(Fitted { agrees, ..best })
     }
 

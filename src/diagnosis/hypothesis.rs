@@ -185,6 +185,8 @@ pub fn with_nuisances(machine: &Machine) -> Result<Machine, MachineError> {
                 unit: if motion == Motion::Translation { "kg" } else { "kg*m^2" }.into(),
                 ..nuisance_parameter(format!("~end {name}"), 0.0, 0.015 * inertia)
             };
+            // Journals take away; what nuts and rings on them add is little beside it.
+            let parameter = Parameter { upper: 0.2 * 0.015 * inertia, ..parameter };
             add(Target::PointInertia(name.clone()), Rescale::Added, parameter);
         }
     }

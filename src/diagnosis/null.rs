@@ -20,12 +20,15 @@ use crate::numeric::random::normal;
 use crate::objective::{FrfSettings, ObjectiveError};
 use crate::optimizer::{Control, least_squares_within};
 
-/// Lines of one FRF in a draw.
-const LINES: usize = 100;
-/// Stages in which a draw moves away from the nominal machine, steps of the fit in each, and in the last.
-const STAGES: u8 = 4;
-const STAGE_STEPS: u64 = 8;
+/// Share of a change that joints and nuisances cannot do, from which on it is a direction of its own.
+const OWN: f64 = 0.01;
+/// Steps of the fit of a draw.
 const STEPS: u64 = 30;
+/// Lines of one FRF on which a draw is fitted from several starts.
+const LINES: usize = 100;
+/// Further starts of a draw that fits badly, and their standard deviation about what was drawn, in the unit interval of a parameter.
+const AGAIN: usize = 12;
+const ASIDE: f64 = 0.08;
 /// Least scale of a gain for each parameter a candidate adds, in units of what noise alone gives a parameter.
 pub(super) const LEAST_SCALE: f64 = 3.0;
 
@@ -117,7 +120,7 @@ impl Directions {
     /// Of the end of a candidate's fit and of amplitudes all over its range.
     fn of(
         projection: &Projection,
-        few: &Compared<'_>,
+        objective: &Compared<'_>,
         hypothesis: &Hypothesis,
         base: &Fitted,
         end: &Fitted,
@@ -129,13 +132,12 @@ impl Directions {
         let all = starts
             .chain(std::iter::once(start_of(hypothesis, base, &added)))
             .filter_map(|start| {
-                let place = place_of(few, &start);
-                let change = few.residuals(&place) - here;
+                let change = objective.rows(&place_of(objective, &start)) - here;
                 let size = change.norm();
                 let projected = projection.apply(&change);
                 let left = projected.norm();
                 // What nominal parameters do as well is no direction of its own.
-                (size > 1e-9 && left > 0.02 * size).then(|| projected / left)
+                (size > 1e-9 && left > OWN * size).then(|| projected / left)
             })
             .collect();
         Directions(all)
@@ -154,10 +156,9 @@ struct Projection {
 }
 
 impl Projection {
-    fn at(few: &Compared<'_>, place: &[f64]) -> Projection {
-        let (_, slopes) = few.linear(place);
-        let normal = few.squares(|squares| squares.normal(place));
-        let mut information = normal.information;
+    fn at(objective: &Compared<'_>, place: &[f64]) -> Projection {
+        let slopes = objective.slopes(place);
+        let mut information = slopes.transpose() * &slopes;
         let largest = (0..information.nrows()).map(|d| information[(d, d)]).fold(f64::MIN_POSITIVE, f64::max);
         for d in 0..information.nrows() {
             information[(d, d)] += 1e-12 * largest + 1e-9;
@@ -185,38 +186,42 @@ pub fn simulate(
     control: &Control,
 ) -> Result<Null, ObjectiveError> {
     let objective = fitter.objective(nominal)?;
-    let coarse = objective.coarse(LINES);
-    let few = coarse.as_ref().unwrap_or(&objective);
-    let place = place_of(few, base);
-    let here = few.residuals(&place);
-    let projection = Projection::at(few, &place);
+    let place = place_of(&objective, base);
+    let here = objective.rows(&place);
+    let projection = Projection::at(&objective, &place);
     let directions = candidates
         .par_iter()
         .map(|(hypothesis, end)| -> Result<Directions, ObjectiveError> {
-            let own = fitter.objective(hypothesis)?;
-            let coarse = own.coarse(LINES);
-            Ok(Directions::of(&projection, coarse.as_ref().unwrap_or(&own), hypothesis, base, end, &here))
+            Ok(Directions::of(&projection, &fitter.objective(hypothesis)?, hypothesis, base, end, &here))
         })
         .or_first_error()?;
-    // A draw stands for all lines: what is left of a model's error grows with their number.
-    let share = objective.observations() as f64 / few.observations() as f64;
+    let gains = |left: &DVector<f64>| -> Vec<f64> { directions.iter().map(|d| d.gain(left)).collect() };
     let step = control.steps("nulls", draws);
     let one = |draw: usize| -> Option<(Vec<f64>, f64)> {
         let random = Xoshiro256PlusPlus::seed_from_u64(seed.wrapping_mul(0x9E37_79B9).wrapping_add(draw as u64));
-        match few {
+        match &objective {
             Compared::Frf(objective) => {
                 let Domain::Frf(settings) = fitter.domain else { return None };
-                // From the nominal machine to the richer one in stages, the fit following: resonances that moved far are not jumped over.
-                let mut here = place.clone();
-                for stage in 1..STAGES {
-                    let part = f64::from(stage) / f64::from(STAGES);
-                    let by = another_machine(fitter, nominal, base, settings, LINES, (part, random.clone()))?;
-                    let data = objective.shifted(&by);
-                    here = least_squares_within(&data, &here, &[], (STAGE_STEPS, 1e-2), control.stop()).place;
+                let (by, drawn) = another_machine(fitter, nominal, base, settings, usize::MAX, random.clone())?;
+                let data = objective.shifted(&by);
+                let few = data.thinned(LINES);
+                let end = |from: &[f64]| least_squares_within(&few, from, &[], (STEPS, 1e-3), control.stop());
+                let mut best = end(&drawn);
+                // What fits worse than the lines' weights say may lie beside its valley; a fit that ended there would look like something missing.
+                if best.normal.chi_square > few.observations() as f64 {
+                    let mut random = random;
+                    let varied = objective.free.len();
+                    for _ in 0..AGAIN {
+                        let near = drawn.iter().enumerate().map(|(at, x)| if at < varied { x + ASIDE * normal(&mut random) } else { *x });
+                        let other = end(&near.map(|x| x.clamp(0.0, 1.0)).collect::<Vec<f64>>());
+                        if other.normal.chi_square < best.normal.chi_square {
+                            best = other;
+                        }
+                    }
                 }
-                let data = objective.shifted(&another_machine(fitter, nominal, base, settings, LINES, (1.0, random))?);
-                let fitted = least_squares_within(&data, &here, &[], (STEPS, 1e-3), control.stop());
-                Some((data.weighted_residuals(&fitted.place).as_slice().to_vec(), fitted.normal.chi_square / data.observations() as f64))
+                let fitted = least_squares_within(&data, &best.place, &[], (STEPS, 1e-3), control.stop());
+                let misfit = fitted.normal.chi_square / data.observations() as f64;
+                Some((gains(&data.rows(&fitted.place)), misfit))
             }
             Compared::Modes(_) => {
                 let mut random = random;
@@ -225,25 +230,23 @@ pub fn simulate(
                 let spread = (here.norm_squared() / (count.saturating_sub(place.len()).max(1)) as f64).clamp(1.0, 2.5).sqrt();
                 let noise = DVector::from_fn(count, |_, _| spread * normal(&mut random));
                 let left = projection.apply(&noise);
-                let misfit = left.norm_squared() / count as f64;
-                Some((left.as_slice().to_vec(), misfit))
+                Some((gains(&left), left.norm_squared() / objective.observations() as f64))
             }
         }
     };
-    let piece = fitter.piece("null", nominal, std::slice::from_ref(base));
-    let drawn: Vec<(DVector<f64>, f64)> = (0..draws)
+    let ids: Vec<&str> = candidates.iter().map(|(hypothesis, _)| hypothesis.id.as_str()).collect();
+    let piece = format!("{} {}", fitter.piece("null", nominal, std::slice::from_ref(base)), ids.join(" "));
+    let drawn: Vec<(Vec<f64>, f64)> = (0..draws)
         .into_par_iter()
         .filter_map(|draw| control.kept(&format!("{piece} {draw} {seed}"), || one(draw)))
-        .map(|(left, misfit)| (DVector::from_vec(left), misfit))
         .inspect(|_| step())
         .collect();
-    let gains: Vec<Vec<f64>> = drawn.par_iter().map(|(left, _)| directions.iter().map(|d| share * d.gain(left)).collect()).collect();
+    let (gains, mut misfit): (Vec<Vec<f64>>, Vec<f64>) = drawn.into_iter().unzip();
     let count = gains.len().max(1) as f64;
-    let mut misfit: Vec<f64> = drawn.into_iter().map(|d| d.1).collect();
     misfit.sort_by(f64::total_cmp);
     // Where lines are known better than their weights say, noise gives less.
-    let freedom = few.observations().saturating_sub(few.unknowns(nominal)).max(1) as f64;
-    let variance = middle(&misfit).map_or(1.0, |middle| middle * few.observations() as f64 / freedom).min(1.0);
+    let freedom = objective.observations().saturating_sub(objective.unknowns(nominal)).max(1) as f64;
+    let variance = middle(&misfit).map_or(1.0, |middle| middle * objective.observations() as f64 / freedom).min(1.0);
     let scales: Vec<(String, f64)> = candidates
         .iter()
         .enumerate()
@@ -257,35 +260,35 @@ pub fn simulate(
     Ok(Null { scales, largest, misfit })
 }
 
-/// By what the logarithms of measured FRFs must change to be those of a richer machine about a fit, with the noise of the lines; only a part of the
-/// way there. `lines` of each record, as its objective thinned to so many has them.
+/// By what the logarithms of measured FRFs must change to be those of a richer machine about a fit, with the noise of the lines, and the
+/// place in the objective's coordinates that was drawn. `lines` of each record, as its objective thinned to so many has them.
 pub(super) fn another_machine(
     fitter: &Fitter<'_>,
     hypothesis: &Hypothesis,
     base: &Fitted,
     settings: FrfSettings,
     lines: usize,
-    (part, mut random): (f64, Xoshiro256PlusPlus),
-) -> Option<Vec<Vec<Complex64>>> {
+    mut random: Xoshiro256PlusPlus,
+) -> Option<(Vec<Vec<Complex64>>, Vec<f64>)> {
     let random = &mut random;
     let parameters = &hypothesis.machine.parameters;
     let mut units = base.units.clone();
     for (unit, parameter) in units.iter_mut().zip(parameters) {
         if let Some(sd) = parameter.sd {
             let ends = parameter.id.starts_with("~end");
-            let value = parameter.start + if ends { 0.0 } else { part * sd * normal(random) };
+            let value = parameter.start + if ends { 0.0 } else { sd * normal(random) };
             // A loss is never below nothing: it is mirrored there.
             let value = if parameter.lower >= 0.0 { value.abs() } else { value };
             *unit = parameter.to_unit(value.clamp(parameter.lower, parameter.upper));
         }
     }
-    let richer = Hypothesis { machine: richer(&hypothesis.machine, part, random), ..hypothesis.clone() };
+    let richer = Hypothesis { machine: richer(&hypothesis.machine, random), ..hypothesis.clone() };
     // The very lines of the objective that is shifted.
     let compared = fitter.objective(&richer).ok()?.coarse(lines)?;
     let mut place = place_of(&compared, &Fitted { units, ..base.clone() });
     let known_within = compared.nut_coordinates().start..place.len();
     // Nut positions and channels: a standard deviation is a twentieth of their coordinate.
-    place[known_within].iter_mut().for_each(|u| *u = 0.5 + part * normal(random) / 20.0);
+    place[known_within].iter_mut().for_each(|u| *u = 0.5 + normal(random) / 20.0);
     let Compared::Frf(theirs) = compared else { return None };
     let by: Vec<Vec<Complex64>> = theirs
         .residuals_at(&place)
@@ -296,22 +299,22 @@ pub(super) fn another_machine(
             r.iter().zip(record.noise()).map(|(r, sd)| -r + noise(sd.unwrap_or(settings.model_error))).collect()
         })
         .collect();
-    by.iter().flatten().all(|z| z.re.is_finite() && z.im.is_finite()).then_some(by)
+    by.iter().flatten().all(|z| z.re.is_finite() && z.im.is_finite()).then_some((by, place))
 }
 
 /// The machine with journals at the ends of its shafts, and nuts that hold their screw at two places.
-fn richer(machine: &Machine, part: f64, random: &mut Xoshiro256PlusPlus) -> Machine {
+fn richer(machine: &Machine, random: &mut Xoshiro256PlusPlus) -> Machine {
     let mut richer = machine.clone();
     let start = machine.start();
     let length_m = |shaft: &Shaft| shaft.length.at(&start, &crate::machine::Operating::default());
     let mut between = |low: f64, high: f64| random.random_range(low..high);
     for index in 0..machine.shafts.len() {
         let length_m = length_m(&machine.shafts[index]);
-        let half_nut_m = part * length_m * between(0.008, 0.025);
+        let half_nut_m = length_m * between(0.008, 0.025);
         distribute_nut(&mut richer, index, half_nut_m);
         for right in [false, true] {
             let journal_m = length_m * between(0.03, 0.08);
-            let thinner = part * between(0.05, 0.15);
+            let thinner = between(0.05, 0.15);
             journal(&mut richer, index, right, (length_m, journal_m), thinner);
         }
     }

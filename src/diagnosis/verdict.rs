@@ -110,6 +110,9 @@ const BETTER: f64 = 0.7;
 /// What a named effect may leave of what the machine without it fails to foretell of positions left out; and the share of what it fails to foretell
 /// itself below which a free shape that fits better is the better explanation.
 const FORETELLS: (f64, f64) = (1.02, 0.65);
+/// Most numbers a free shape has, and the share of its gain by which an effect with more must do better.
+const SHAPE_NUMBERS: usize = 3;
+const PLAINER: f64 = 0.01;
 /// Excess at which a released parameter is all that is wrong.
 const RIGHT: f64 = 4.0;
 
@@ -387,6 +390,20 @@ fn conclude(evidence: &Evidence<'_, '_>) -> Result<(Verdict, (Hypothesis, Fitted
         located.iter().any(better)
     };
     let fails = foretold.is_some_and(|lost| in_vain(lost) || beaten(lost)) && !evidence.fitter.lacks(Ablation::InSample);
+    // An effect with more numbers than any free shape must do what none of them does; one with fewer may well be such a shape.
+    let reach = chosen.1.chi_square + APART * after + PLAINER * (surveyed.base.chi_square - chosen.1.chi_square);
+    let flexible = names.len() == 1 && chosen.0.added.len() > SHAPE_NUMBERS;
+    let plainer = located.iter().filter(|c| flexible && c.fitted.is_some() && c.chi_square() <= reach);
+    if let Some(plain) = plainer.min_by(|a, b| a.chi_square().total_cmp(&b.chi_square())) {
+        let shape = plain.id.rsplit_once(':').map_or("shape", |(_, shape)| shape);
+        let reason = format!(
+            "a plain {shape} at {} does what {} does, with fewer numbers: something of that kind sits there, which effect it is these data do not tell",
+            named(&plain.id),
+            names[0]
+        );
+        let next = Some("an accelerometer at that place, struck there, too".to_string());
+        return Ok((say(VerdictKind::Unknown, Vec::new(), reason, next), chosen));
+    }
     if (after > FAR && little) || (after > DOUBT && free_excess < BETTER * after) || fails {
         let place = free.map_or("?", |c| named(&c.id));
         let fails = if fails { " and foretells positions left out worse than it fits" } else { "" };

@@ -280,20 +280,6 @@ impl<'m> FrfObjective<'m> {
         self.give_back(record.structure, scratch);
     }
 
-    /// The sum of the squared deviations from what is known of parameters beforehand, at these values.
-    pub(super) fn prior(&self, here: &Here) -> f64 {
-        let parameters = &here.parameters;
-        let known =
-            self.free.iter().filter_map(|i| Some((parameters[*i] - self.machine.parameters[*i].start) / self.machine.parameters[*i].sd?));
-        known.map(|r| r * r).sum::<f64>()
-            + here.nut_shift_m.iter().map(|x| (x / self.settings.nut_sd_m).powi(2)).sum::<f64>()
-            + here
-                .channels
-                .iter()
-                .map(|c| (c.0 / self.settings.channel_sd.0).powi(2) + (c.1 / self.settings.channel_sd.1).powi(2))
-                .sum::<f64>()
-    }
-
     /// Residuals of all records at these parameters and gain, nut positions as they are stated.
     pub fn residuals(&self, parameters: &[f64], gain: f64) -> Vec<Vec<Complex64>> {
         self.residuals_here(&Here { parameters: parameters.to_vec(), log_gain: gain.ln(), nut_shift_m: Vec::new(), channels: Vec::new() })
@@ -368,7 +354,8 @@ impl<'m> FrfObjective<'m> {
             Gain::Unknown => sum / count,
         };
         let gap = 0.5 * (square / count - 2.0 * gain * sum / count + gain * gain);
-        let cost = gap + 0.5 * self.prior(&here) * self.settings.model_error.powi(2) / count;
+        let cost =
+            gap + 0.5 * self.known(&here).map(|k| k.deviation * k.deviation).sum::<f64>() * self.settings.model_error.powi(2) / count;
         if cost.is_finite() { cost } else { f64::MAX }
     }
 

@@ -3,7 +3,7 @@
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
-use super::frf::SPAN;
+use super::frf::{FrfSettings, SPAN};
 use super::record::{Here, Record, factor, log_factor, pieces, wrapped};
 use super::{FrfObjective, GAIN_RANGE, ModeObjective};
 use crate::machine::Value;
@@ -75,6 +75,13 @@ struct Columns {
     unit: Vec<f64>,
 }
 
+/// What is known beforehand of a coordinate: its deviation over the standard deviation, and what that changes with the coordinate.
+pub(super) struct Known {
+    column: usize,
+    pub(super) deviation: f64,
+    slope: f64,
+}
+
 /// Re Σ a*·b, lane by lane.
 #[inline]
 fn product(a: &[Complexes], b: &[Complexes]) -> Reals {
@@ -108,6 +115,20 @@ impl FrfObjective<'_> {
         }
         (0..self.nuts).filter_map(|nut| self.nut_column(nut)).for_each(|column| unit[column] = SPAN * self.settings.nut_sd_m);
         Columns { of, unit }
+    }
+
+    /// What is known beforehand of free parameters, nut positions, and gains and delays of channels.
+    pub(super) fn known<'h>(&'h self, here: &'h Here) -> impl Iterator<Item = Known> + 'h {
+        let FrfSettings { nut_sd_m, channel_sd: (gain_sd, delay_sd_s), .. } = self.settings;
+        let parameters = self.free.iter().enumerate().filter_map(move |(column, &index)| {
+            let (parameter, value) = (&self.machine.parameters[index], here.parameters[index]);
+            let sd = parameter.sd?;
+            Some(Known { column, deviation: (value - parameter.start) / sd, slope: parameter.unit_slope(value) / sd })
+        });
+        let channels = here.channels.iter().flat_map(move |(log_gain, delay_s)| [log_gain / gain_sd, delay_s / delay_sd_s]);
+        let own = here.nut_shift_m.iter().map(move |shift_m| shift_m / nut_sd_m).chain(channels);
+        let first = self.free.len() + usize::from(self.estimates_gain());
+        parameters.chain(own.enumerate().map(move |(at, deviation)| Known { column: first + at, deviation, slope: SPAN }))
     }
 
     /// Normal equations of some lines of a record, in coordinates of the unit cube.
@@ -197,34 +218,37 @@ impl FrfObjective<'_> {
         self.give_back(record.structure, scratch);
     }
 
-    /// Weighted residuals of all lines, real and imaginary parts in turn, and their derivatives with the place, row by row.
-    pub fn weighted(&self, place: &[f64]) -> (DVector<f64>, DMatrix<f64>) {
+    /// All that χ² is the sum of squares of: weighted residuals of all lines, real and imaginary parts in turn, then what is known beforehand.
+    pub fn rows(&self, place: &[f64]) -> DVector<f64> {
+        let here = self.here(place);
+        let known = self.known(&here).map(|k| k.deviation);
+        DVector::from_vec(self.weighted_residuals(place).iter().copied().chain(known).collect())
+    }
+
+    /// Derivatives of [`FrfObjective::rows`] with the place.
+    pub fn slopes(&self, place: &[f64]) -> DMatrix<f64> {
         let here = self.here(place);
         let columns = self.columns(&here);
-        let dimension = LeastSquares::dimension(self);
-        let count = 2 * self.records.iter().map(|r| r.omega_rad_s.len()).sum::<usize>();
-        let (mut all, mut slopes) = (DVector::zeros(count), DMatrix::zeros(count, dimension));
+        let count = 2 * self.lines().iter().sum::<usize>();
+        let known: Vec<Known> = self.known(&here).collect();
+        let mut slopes = DMatrix::zeros(count + known.len(), LeastSquares::dimension(self));
+        (count..).zip(known).for_each(|(row, k)| slopes[(row, k.column)] = k.slope);
         let mut first = 0;
         for record in &self.records {
             let lines = record.omega_rad_s.len();
             self.weighted_rows(record, &here, &columns, 0..lines, |from, residuals, derivatives| {
-                let abreast = residuals.len();
-                let fill = |column: &mut [f64], groups: &[Complexes]| {
+                for (mut column, groups) in slopes.column_iter_mut().zip(derivatives.chunks_exact(residuals.len())) {
                     let numbers = groups.iter().flat_map(|group| group.apart()).flat_map(|z| [z.re, z.im]);
-                    column[2 * (first + from)..2 * (first + lines)].iter_mut().zip(numbers).for_each(|(entry, number)| *entry = number);
-                };
-                fill(all.as_mut_slice(), residuals);
-                slopes
-                    .column_iter_mut()
-                    .zip(derivatives.chunks_exact(abreast))
-                    .for_each(|(mut column, groups)| fill(column.as_mut_slice(), groups));
+                    let place = &mut column.as_mut_slice()[2 * (first + from)..2 * (first + lines)];
+                    place.iter_mut().zip(numbers).for_each(|(entry, number)| *entry = number);
+                }
             });
             first += lines;
         }
-        (all, slopes)
+        slopes
     }
 
-    /// Weighted residuals alone.
+    /// Weighted residuals of all lines alone.
     pub fn weighted_residuals(&self, place: &[f64]) -> DVector<f64> {
         let residuals = self.residuals_at(place);
         let parts = self
@@ -252,7 +276,7 @@ impl LeastSquares for FrfObjective<'_> {
                 sum.reduce_add()
             })
             .collect();
-        let chi_square = sums.iter().sum::<f64>() + self.prior(&here);
+        let chi_square = sums.iter().sum::<f64>() + self.known(&here).map(|k| k.deviation * k.deviation).sum::<f64>();
         if chi_square.is_finite() { chi_square } else { f64::MAX }
     }
 
@@ -266,26 +290,10 @@ impl LeastSquares for FrfObjective<'_> {
         let dimension = LeastSquares::dimension(self);
         let mut normal = Normal::zero(dimension);
         parts.iter().for_each(|part| normal.merge(part));
-        let mut known = |column: usize, residual: f64, slope: f64| {
-            normal.chi_square += residual * residual;
-            normal.gradient[column] += residual * slope;
+        for Known { column, deviation, slope } in self.known(&here) {
+            normal.chi_square += deviation * deviation;
+            normal.gradient[column] += deviation * slope;
             normal.information[(column, column)] += slope * slope;
-        };
-        for (column, &index) in self.free.iter().enumerate() {
-            let parameter = &self.machine.parameters[index];
-            if let Some(sd) = parameter.sd {
-                let value = here.parameters[index];
-                known(column, (value - parameter.start) / sd, parameter.unit_slope(value) / sd);
-            }
-        }
-        for (nut, shift_m) in here.nut_shift_m.iter().enumerate() {
-            self.nut_column(nut).into_iter().for_each(|column| known(column, shift_m / self.settings.nut_sd_m, SPAN));
-        }
-        for (channel, (log_gain, delay_s)) in here.channels.iter().enumerate() {
-            if let Some(column) = self.channel_column(channel) {
-                known(column, log_gain / self.settings.channel_sd.0, SPAN);
-                known(column + 1, delay_s / self.settings.channel_sd.1, SPAN);
-            }
         }
         normal.mirror();
         normal
