@@ -144,6 +144,25 @@ fn struck(machine: &[&str], gain: f64, noise: f64, draw: &mut Draw) -> String {
     text
 }
 
+/// An effect: something that swings on a point, a mass on a spring and a damper.
+fn resonator(id: &str, point: &str, [mass_kg, stiffness, damping]: [&str; 3]) -> String {
+    format!(
+        r#"
+[[effect]]
+id = "{id}"
+says = "something on the {point} swings: a mass on a spring"
+needs = ["{point}"]
+point = [{{ name = "swinging", motion = "translation", mass_kg = "m_swing" }}]
+joint = [{{ name = "swing", between = ["swinging", "{point}"], stiffness = "k_swing", damping = "c_swing" }}]
+
+[effect.parameter]
+m_swing = {{ unit = "kg", start = {mass_kg}, lower = 1e-3, upper = 100.0, source = "covers, cable chains" }}
+k_swing = {{ unit = "N/m", start = {stiffness}, lower = 1e2, upper = 1e9, source = "modes from 10 to 1,000 Hz" }}
+c_swing = {{ unit = "N*s/m", start = {damping}, lower = 1e-2, upper = 1e5, source = "damping ratios of 0.1 to 30 %" }}
+"#
+    )
+}
+
 /// The bench's description with something more in its file, struck at its table at six positions, three of them fitted, diagnosed as described.
 fn struck_bench(more: &str, gain: f64, noise: f64) -> Value {
     let bench = std::fs::read_to_string("configs/tian.toml").unwrap();
@@ -182,20 +201,7 @@ fn recover_nothing_from_a_calibration_a_little_off() {
 /// A plain resonator on the table is no rocking table, though that, with two numbers more, does all it does.
 #[test]
 fn recover_a_resonator_where_no_effect_is_one() {
-    let absorber = r#"
-[[effect]]
-id = "more"
-says = "something swings on the table"
-needs = ["table"]
-point = [{ name = "swinging", motion = "translation", mass_kg = "m_swing" }]
-joint = [{ name = "swing", between = ["swinging", "table"], stiffness = "k_swing", damping = "c_swing" }]
-
-[effect.parameter]
-m_swing = { unit = "kg", start = 15.0, lower = 1e-3, upper = 100.0, source = "covers" }
-k_swing = { unit = "N/m", start = 1.3e7, lower = 1e2, upper = 1e9, source = "modes from 10 to 1,000 Hz" }
-c_swing = { unit = "N*s/m", start = 800.0, lower = 1e-2, upper = 1e5, source = "damping ratios of 0.1 to 30 %" }
-"#;
-    let found = struck_bench(absorber, 1.0, 0.01);
+    let found = struck_bench(&resonator("more", "table", ["15.0", "1.3e7", "800.0"]), 1.0, 0.01);
     assert_eq!(found["verdict"]["kind"], "unknown", "{:#}", found["verdict"]);
     assert_eq!((&found["where"][0]["interface"], &found["where"][0]["shape"]), (&"table".into(), &"resonator".into()));
     assert!(found["verdict"]["reason"].as_str().unwrap().contains("resonator at table"), "{:#}", found["verdict"]);
@@ -221,26 +227,12 @@ hub = { unit = "1", start = 2.5, lower = 0.5, upper = 10.0, source = "a brake di
 /// The servo axis of the papers has one mode near 152 Hz where its real machine showed two: FRFs of the axis with something that swings on its slide.
 #[test]
 fn recover_what_swings_on_the_servo_axis() {
-    let swing = r#"
-[[effect]]
-id = "slide-resonator"
-says = "something on the slide swings: a mass on a spring"
-needs = ["slide"]
-point = [{ name = "swinging", motion = "translation", mass_kg = "m_swing" }]
-joint = [{ name = "swing", between = ["swinging", "slide"], stiffness = "k_swing", damping = "c_swing" }]
-
-[effect.parameter]
-m_swing = { unit = "kg", start = 1e-3, lower = 1e-3, upper = 100.0, source = "covers, cable chains" }
-k_swing = { unit = "N/m", start = 1e3, lower = 1e2, upper = 1e9, source = "modes from 10 to 1,000 Hz" }
-c_swing = { unit = "N*s/m", start = 1.0, lower = 1e-2, upper = 1e5, source = "damping ratios of 0.1 to 30 %" }
-"#;
     let axis = std::fs::read_to_string("configs/servo-axis.toml").unwrap();
     let folder = tempfile::tempdir().unwrap();
     let path = |name: &str| folder.path().join(name).to_str().unwrap().to_string();
+    let swing = resonator("slide-resonator", "slide", ["1e-3", "1e3", "1.0"]);
     std::fs::write(path("own.toml"), format!("{axis}{swing}")).unwrap();
-    let values = [("1e-3,", "12.0,"), ("1e3,", "1.05e7,"), ("1.0,", "500.0,")]
-        .map(|(from, to)| (format!("start = {from}"), format!("start = {to}")));
-    let swinging = values.iter().fold(swing.to_string(), |text, (from, to)| text.replace(from, to));
+    let swinging = resonator("slide-resonator", "slide", ["12.0", "1.05e7", "500.0"]);
     std::fs::write(path("truth.toml"), format!("effects = [\"slide-resonator\"]\n{axis}{swinging}")).unwrap();
     let mut manifest = "title = \"axis\"\nquantity = \"receptance\"\n[split]\nfit = [\"a\", \"b\"]\n".to_string();
     let mut draw = Draw::new(1);

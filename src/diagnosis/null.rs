@@ -261,7 +261,7 @@ pub fn simulate(
 }
 
 /// By what the logarithms of measured FRFs must change to be those of a richer machine about a fit, with the noise of the lines, and the
-/// place in the objective's coordinates that was drawn. `lines` of each record, as its objective thinned to so many has them.
+/// place in the objective's coordinates that was drawn. `lines` of each record, as its objective thinned to so many has them; all for `usize::MAX`.
 pub(super) fn another_machine(
     fitter: &Fitter<'_>,
     hypothesis: &Hypothesis,
