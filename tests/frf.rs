@@ -43,7 +43,7 @@ fn set_of(
                 averages: None,
                 source: format!("{name}-{}-{}", channel.0, channel.1),
                 lines,
-                rejected: 0,
+                rejected: Vec::new(),
             });
         }
     }
@@ -149,7 +149,7 @@ fn place_of(machine: &Machine, objective: &FrfObjective<'_>, values: &[f64]) -> 
 #[test]
 fn exact_derivatives_are_those_of_finite_differences() {
     let text = std::fs::read_to_string("configs/tian.toml").unwrap();
-    // A machine whose parameters reach every kind of element: loss, relaxation, shaft, inertia, chain, laws.
+    // A machine whose parameters reach every kind of element: loss, integral action, relaxation, shaft, inertia, chain, laws.
     let more = r#"
 [[effect]]
 id = "everything"
@@ -173,6 +173,7 @@ between = ["table", "ground"]
 stiffness = 1e6
 damping = "c_pad"
 loss_factor = "eta_pad"
+integral_rate = "w_pad"
 relaxation_stiffness = "k_pad"
 [effect.parameter]
 eta = { unit = "1", start = 0.01, lower = 0.0, upper = 0.1 }
@@ -188,6 +189,7 @@ factor = { unit = "1", start = 0.1, lower = -0.5, upper = 0.5 }
 power = { unit = "1", start = 0.1, lower = -1.0, upper = 1.0 }
 c_pad = { unit = "N*s/m", start = 3e3, lower = 10.0, upper = 1e5 }
 eta_pad = { unit = "1", start = 0.1, lower = 0.01, upper = 1.0 }
+w_pad = { unit = "1/s", start = 5.0, lower = 0.0, upper = 50.0 }
 k_pad = { unit = "N/m", start = 2e6, lower = 1e5, upper = 1e8 }
 "#;
     let text = text.replace("effects = [\"rotor-hold\"]", "effects = [\"rotor-hold\", \"everything\"]") + more;

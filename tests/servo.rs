@@ -1,10 +1,12 @@
 //! The whole drive: motors with windings, loops by frequency, gains, closed-loop FRFs, circles, network; against closed forms and each other.
 
 use std::f64::consts::TAU;
+use std::sync::Arc;
 
 use assert_cmd::Command;
 use jointid::config::{embedded_config, read_machine_text};
 use jointid::machine::{Machine, Operating};
+use jointid::model::{Rods, Structure, matrices};
 use jointid::motion::{
     Circle, Course, GainRow, Hold, LinearLoops, SCurve, Settings, Trace, contour_error, gain_study, simulate, sine_response, smooth,
 };
@@ -398,4 +400,29 @@ fn recover_what_can_be_learnt_of_an_independent_machine() {
     assert!(rmse(&other, "hybrid") < 0.5 * rmse(&other, "analytical"), "{other}");
     let schema: Value = serde_json::from_str(&jointid(&["schema", "hybrid"]).1).unwrap();
     assert!(jsonschema::is_valid(&schema, &other));
+}
+
+/// A rotor that a drive holds with integral action: H = 1/(k·(1 + ω_i/(iω)) + iωc − ω²J), its slope by differences; its matrices are refused.
+#[test]
+fn limit_a_hold_that_integrates_is_its_closed_form() {
+    let text = "title = \"held\"\n[[point]]\nname = \"rotor\"\nmotion = \"rotation\"\ninertia_kg_m2 = 5e-3\n[[joint]]\nname = \"hold\"\nbetween = [\"rotor\", \"ground\"]\n\
+                stiffness = 800.0\ndamping = 0.3\nloss_factor = 0.02\nintegral_rate = 25.0\n";
+    let machine = machine(text);
+    let structure = Arc::new(Structure::new(&machine, 0, 0, Rods::Exact).unwrap());
+    let (mut network, mut work) = (structure.network(), structure.workspace());
+    network.update(&machine, &[], &Operating::default());
+    for hz in [2.0, 5.0, 60.0, 400.0] {
+        let omega = TAU * hz;
+        let loss = 0.02 * Complex64::new((omega / (TAU * 100.0)).ln() * 2.0 / std::f64::consts::PI, 1.0);
+        let closed = 800.0 * (1.0 + loss + Complex64::new(0.0, -25.0 / omega)) + Complex64::new(-omega * omega * 5e-3, omega * 0.3);
+        let at = network.at(omega, &mut work);
+        assert!((at.receptance * closed - 1.0).norm() < 1e-12, "{hz} Hz");
+        let step = 1e-5 * omega;
+        let mut beside = |by: f64| network.receptance(omega + by, &mut work);
+        let slope = (beside(step) - beside(-step)) / (2.0 * step);
+        assert!((at.slope - slope).norm() < 1e-7 * slope.norm(), "{hz} Hz: {} {slope}", at.slope);
+    }
+    let refusal = matrices(&machine, &[], &Operating::default(), 4).unwrap_err().to_string();
+    assert!(refusal.contains("hold") && refusal.contains("integral action"), "{refusal}");
+    assert!(refused(&text.replace("25.0", "-1.0")).contains("integral_rate"));
 }

@@ -35,7 +35,7 @@ pub fn simulated_frfs(machine: &Machine, channel: (&str, &str), nuts_m: &[Option
             averages: None,
             source: "bench".into(),
             lines,
-            rejected: 0,
+            rejected: Vec::new(),
         });
     }
     set

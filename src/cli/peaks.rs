@@ -6,7 +6,7 @@ use rayon::prelude::*;
 
 use super::arguments::PeaksArguments;
 use super::common::{CommandResult, Outcome, deliver_with, prepare, print_out, set_stamp, told};
-use crate::measurement::{Frf, MeasurementSet, read_set};
+use crate::measurement::{Frf, Line, MeasurementSet, read_set};
 use crate::modal::{AmplitudeKind, Curve, Fit, FitOptions, ModalFit, TrackOptions, TrackRecord, track};
 use crate::numeric::parallel::OrFirstError;
 use crate::report::document::{EvidenceRow, PeakFitRow, PeakModeRow, PeakRow, Peaks};
@@ -133,10 +133,11 @@ fn band_of(frf: &Frf, given: &PeaksArguments) -> (f64, f64) {
 fn fit(frf: &Frf, options: &FitOptions, given: &PeaksArguments) -> Result<ModalFit, crate::modal::ModalError> {
     let (from, to) = band_of(frf, given);
     // A local fit sees the lines beside its band; a full one only those inside.
-    let lines: Vec<_> = frf.lines.iter().filter(|l| given.local || (from..=to).contains(&l.frequency_hz)).collect();
-    let frequency_hz: Vec<f64> = lines.iter().map(|l| l.frequency_hz).collect();
-    let receptance: Vec<_> = lines.iter().map(|l| l.value / frf.quantity.from_receptance(omega_rad_s(l.frequency_hz))).collect();
-    let component_sd: Option<Vec<f64>> = lines.iter().map(|l| frf.component_sd(l)).collect();
+    let seen = |l: &Line| given.local || (from..=to).contains(&l.frequency_hz);
+    let lines: Vec<_> = frf.lines.iter().zip(frf.component_sds()).filter(|(l, _)| seen(l)).collect();
+    let frequency_hz: Vec<f64> = lines.iter().map(|(l, _)| l.frequency_hz).collect();
+    let receptance: Vec<_> = lines.iter().map(|(l, _)| l.value / frf.quantity.from_receptance(omega_rad_s(l.frequency_hz))).collect();
+    let component_sd: Option<Vec<f64>> = lines.iter().map(|(_, sd)| *sd).collect();
     let curve = Curve {
         frequency_hz: &frequency_hz,
         receptance: &receptance,

@@ -123,7 +123,7 @@ pub fn frfs(set: &MeasurementSet, gaps: &[FrfGap], role: &str) -> Vec<FrfRow> {
                 gap: gap.gap,
                 noise_floor: gap.noise_floor,
                 lines: gap.lines,
-                accepted_share: frf.lines.len() as f64 / (frf.lines.len() + frf.rejected) as f64,
+                accepted_share: frf.lines.len() as f64 / (frf.lines.len() + frf.rejected.len()) as f64,
             }
         })
         .collect()
@@ -209,11 +209,11 @@ pub fn passivity_warnings(machine: &Machine, set: &MeasurementSet) -> Vec<String
     let mut shown: Vec<String> = Vec::new();
     for frf in set.frfs.iter().filter(|f| f.response == f.excitation) {
         // Noise alone makes Im positive where it is small: only what exceeds three standard deviations counts.
-        let active = |l: &&Line| {
+        let active = |(l, sd): &(&Line, Option<f64>)| {
             let receptance = l.value / frf.quantity.from_receptance(omega_rad_s(l.frequency_hz));
-            receptance.im > 3.0 * frf.component_sd(l).unwrap_or(UNKNOWN_SD) * receptance.norm()
+            receptance.im > 3.0 * sd.unwrap_or(UNKNOWN_SD) * receptance.norm()
         };
-        let share = frf.lines.iter().filter(active).count() as f64 / frf.lines.len() as f64;
+        let share = frf.lines.iter().zip(frf.component_sds()).filter(active).count() as f64 / frf.lines.len() as f64;
         if share > ACTIVE_SHARE {
             shown.push(format!("{} ({:.0} %)", frf.source, 100.0 * share));
         }

@@ -150,6 +150,8 @@ pub struct JointFile {
     /// Instead of both: the loops of a drive that holds a point.
     servo: Option<ServoFile>,
     loss_factor: Option<Number>,
+    /// Integral action of a servo that holds: stiffness times 1 + rate/(iω).
+    integral_rate: Option<Number>,
     relaxation_stiffness: Option<Number>,
     friction: Option<FrictionForceFile>,
     /// Width of the dead zone (m or rad).
@@ -412,6 +414,7 @@ fn joint(file: JointFile) -> Result<JointPatch, String> {
         stiffness,
         damping,
         loss_factor: source(file.loss_factor),
+        integral_rate: source(file.integral_rate),
         relaxation_stiffness: file.relaxation_stiffness.map(Source::from),
         friction: file.friction.unwrap_or_default().into(),
         gap: source(file.gap),

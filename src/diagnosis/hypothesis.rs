@@ -1,8 +1,8 @@
 //! What could be missing from a machine: one hypothesis is one patched machine.
 
 use crate::machine::{
-    Data, Effect, FitRule, JointPatch, Machine, MachineError, Motion, Operating, Parameter, Patch, PointPatch, Rescale, Scale, Shaft,
-    Source, Station, Target,
+    Data, Effect, FitRule, Joint, JointPatch, Machine, MachineError, Motion, Operating, Parameter, Patch, PointPatch, Rescale, Scale,
+    Shaft, Source, Station, Target,
 };
 use crate::numeric::statistics::quantile;
 
@@ -193,6 +193,12 @@ pub fn with_nuisances(machine: &Machine) -> Result<Machine, MachineError> {
     for joint in machine.joints.iter().filter(|j| j.on.len() > 1 || j.stiffness.depends_on().next().is_some()) {
         let loss = Parameter { lower: 0.0, upper: 0.15, ..nuisance_parameter(format!("~loss {}", joint.name), 0.0, 0.02) };
         add(Target::JointLossFactor(joint.name.clone()), Rescale::Added, loss);
+    }
+    // A servo that holds also integrates, over 20 to 100 ms with a position loop of 10 to 50 1/s.
+    let holds = |j: &&Joint| matches!(j.on[..], [(point, _)] if machine.points[point].motion == Motion::Rotation);
+    for joint in machine.joints.iter().filter(holds).filter(|j| j.stiffness.depends_on().next().is_some()) {
+        let rate = Parameter { unit: "1/s".into(), lower: 0.0, ..nuisance_parameter(format!("~integral {}", joint.name), 0.0, 10.0) };
+        add(Target::JointIntegralRate(joint.name.clone()), Rescale::Added, rate);
     }
     for (motion, sd) in [(Motion::Translation, 0.01), (Motion::Rotation, 0.02)] {
         let size = |p: &crate::machine::Point| p.inertia.at(&start, &Operating::default());

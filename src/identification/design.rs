@@ -240,7 +240,7 @@ fn predicted_frf(
         averages: None,
         source: format!("plan: {response}/{excitation}"),
         lines,
-        rejected: 0,
+        rejected: Vec::new(),
     })
 }
 

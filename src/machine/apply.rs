@@ -101,8 +101,10 @@ impl Machine {
             .shafts
             .iter()
             .flat_map(|s| [&s.length, &s.diameter, &s.bore_ratio, &s.youngs_modulus, &s.shear_modulus, &s.density, &s.loss_factor]);
-        let joints =
-            self.joints.iter().flat_map(|j| [&j.stiffness, &j.damping, &j.loss_factor].into_iter().chain(j.relaxation_stiffness.as_ref()));
+        let joints = self
+            .joints
+            .iter()
+            .flat_map(|j| [&j.stiffness, &j.damping, &j.loss_factor, &j.integral_rate].into_iter().chain(j.relaxation_stiffness.as_ref()));
         let levers = self.chain.levers.iter().flat_map(|l| [&l.read, &l.struck]);
         points.chain(shafts).chain(joints).chain([&self.chain.gain, &self.chain.delay, &self.chain.power]).chain(levers)
     }
@@ -125,7 +127,8 @@ impl Machine {
             ]
         });
         let joints = self.joints.iter_mut().flat_map(|j| {
-            let own = [&mut j.stiffness, &mut j.damping, &mut j.loss_factor, &mut j.gap].into_iter().chain(j.relaxation_stiffness.as_mut());
+            let own = [&mut j.stiffness, &mut j.damping, &mut j.loss_factor, &mut j.integral_rate, &mut j.gap];
+            let own = own.into_iter().chain(j.relaxation_stiffness.as_mut());
             own.chain(j.friction.values_mut().into_iter().chain(j.lead_error.values_mut()).map(|(_, value)| value))
         });
         let drive = self.drive.iter_mut().flat_map(super::Drive::values_mut).map(|(_, value)| value);
@@ -235,6 +238,7 @@ impl Machine {
             stiffness: value("stiffness", &patch.stiffness)?,
             damping: value("damping", &patch.damping)?,
             loss_factor: value("loss_factor", &patch.loss_factor)?,
+            integral_rate: value("integral_rate", &patch.integral_rate)?,
             relaxation_stiffness: patch.relaxation_stiffness.as_ref().map(|s| value("relaxation_stiffness", s)).transpose()?,
             friction: self.resolve_friction_patch(&part, &patch.friction)?,
             gap: value("gap", &patch.gap)?,

@@ -81,6 +81,7 @@ impl Machine {
             not_negative(format!("joint.{}.stiffness", j.name), &j.stiffness)?;
             not_negative(format!("joint.{}.damping", j.name), &j.damping)?;
             not_negative(format!("joint.{}.loss_factor", j.name), &j.loss_factor)?;
+            not_negative(format!("joint.{}.integral_rate", j.name), &j.integral_rate)?;
             if let Some(relaxation) = &j.relaxation_stiffness {
                 positive(format!("joint.{}.relaxation_stiffness", j.name), relaxation)?;
             }

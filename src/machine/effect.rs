@@ -93,6 +93,8 @@ pub struct JointPatch {
     pub damping: Source,
     /// η.
     pub loss_factor: Source,
+    /// ω_i.
+    pub integral_rate: Source,
     /// Stiffness in series with the damper.
     pub relaxation_stiffness: Option<Source>,
     /// Friction.

@@ -19,6 +19,8 @@ pub struct Joint {
     pub damping: Value,
     /// Loss factor η: k times 1 + η·(i + 2/π·ln(ω/ω₀)), ω₀ = 2π·100 rad/s, the causal form of 1 + iη.
     pub loss_factor: Value,
+    /// Integral action ω_i (1/s) of a servo that holds: k times 1 + ω_i/(iω), which feeds slow motion. Frequency responses alone know of it.
+    pub integral_rate: Value,
     /// Relaxation stiffness (N/m or N·m/rad) in series with the damper: c acts through it. `None`: a plain damper.
     pub relaxation_stiffness: Option<Value>,
     /// Friction beside it. Frequency responses and modes know nothing of it: they are those of the joint as it moves without reversal.

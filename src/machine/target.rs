@@ -14,6 +14,8 @@ pub enum Target {
     JointDamping(String),
     /// Loss factor of the joint of that name.
     JointLossFactor(String),
+    /// Integral action of the joint of that name.
+    JointIntegralRate(String),
     /// Play of the joint of that name.
     Gap(String),
     /// Friction of the joint of that name, and the key of the number.
@@ -48,6 +50,7 @@ impl Target {
             | Target::JointStiffness(name)
             | Target::JointDamping(name)
             | Target::JointLossFactor(name)
+            | Target::JointIntegralRate(name)
             | Target::Gap(name)
             | Target::Friction(name, _)
             | Target::LeadError(name, _)
@@ -94,6 +97,10 @@ impl Machine {
             Target::JointLossFactor(name) => {
                 let at = joint(name).ok_or_else(|| missing(name))?;
                 vec![&mut self.joints[at].loss_factor]
+            }
+            Target::JointIntegralRate(name) => {
+                let at = joint(name).ok_or_else(|| missing(name))?;
+                vec![&mut self.joints[at].integral_rate]
             }
             Target::ShaftDiameter(name) => {
                 let at = shaft(name).ok_or_else(|| missing(name))?;

@@ -15,7 +15,7 @@ impl Network {
         for slots in self.rods.iter().zip(&shape.rod_slots).filter(|(rod, _)| rod.loss_factor != 0.0).map(|(_, slots)| slots) {
             slots.iter().flatten().for_each(|slot| self.real[*slot] = false);
         }
-        for on in self.joints.iter().zip(&shape.joints).filter(|(joint, _)| joint.relaxation_stiffness.is_some()).map(|(_, on)| on) {
+        for (_, on) in self.joints.iter().zip(&shape.joints).filter(|(joint, _)| joint.is_apart()) {
             for (at, (i, _)) in on.iter().enumerate() {
                 on[..=at].iter().for_each(|(j, _)| self.real[shape.elimination.entry(*i, *j)] = false);
             }
@@ -75,9 +75,14 @@ impl Network {
             }
         }
         for (joint, on) in self.joints.iter().zip(&shape.joints) {
-            let Some(k) = joint.relaxation_stiffness else { continue };
+            if !joint.is_apart() {
+                continue;
+            }
             for (w, omega) in omega_rad_s.iter().enumerate() {
-                let damper = joint.damper_each(k, *omega);
+                let mut damper = joint.relaxation_stiffness.map_or(Complexes::ZERO, |k| joint.damper_each(k, *omega));
+                if joint.integral_rate != 0.0 {
+                    damper.im += joint.integral_each(*omega);
+                }
                 for (at, &(i, a)) in on.iter().enumerate() {
                     for &(j, b) in &on[..=at] {
                         entries[shape.elimination.entry(i, j) * abreast + w] += damper * (a * b);

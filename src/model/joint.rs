@@ -11,10 +11,16 @@ pub(super) struct JointNumbers {
     pub stiffness: f64,
     pub damping: f64,
     pub loss_factor: f64,
+    pub integral_rate: f64,
     pub relaxation_stiffness: Option<f64>,
 }
 
 impl JointNumbers {
+    /// Whether its dynamic stiffness is more than spring, viscous damper and loss, which are summed over all joints.
+    pub(super) fn is_apart(&self) -> bool {
+        self.relaxation_stiffness.is_some() || self.integral_rate != 0.0
+    }
+
     /// 1/(1 + iωc/k) of a damper in line with a relaxation spring, at some frequencies.
     #[inline]
     fn share_each(&self, relaxation_stiffness: f64, omega_rad_s: Reals) -> Complexes {
@@ -39,18 +45,24 @@ impl JointNumbers {
         }
     }
 
-    /// Stiffness with its loss, k·(1 + η·(i + 2/π·ln(ω/ω₀))), and its slope with ω.
-    fn spring(&self, omega_rad_s: f64) -> (Complex64, f64) {
+    /// −k·ω_i/ω: the integral action k·ω_i/(iω) over i.
+    #[inline]
+    pub(super) fn integral_each(&self, omega_rad_s: Reals) -> Reals {
+        -Reals::splat(self.stiffness * self.integral_rate) / omega_rad_s
+    }
+
+    /// Stiffness with its loss and integral action, k·(1 + η·(i + 2/π·ln(ω/ω₀)) + ω_i/(iω)), and its slope with ω.
+    fn spring(&self, omega_rad_s: f64) -> (Complex64, Complex64) {
         let (added, slope) = loss(omega_rad_s);
-        let h = self.stiffness * self.loss_factor;
-        (self.stiffness + added * h, slope * h)
+        let (h, integral) = (self.stiffness * self.loss_factor, Complex64::new(0.0, -self.stiffness * self.integral_rate / omega_rad_s));
+        (self.stiffness + added * h + integral, slope * h - integral / omega_rad_s)
     }
 
     /// Complex stiffness: spring with its loss, and iωc, the damper through its relaxation spring where it has one; and its slope with ω.
     pub(super) fn dynamic(&self, omega_rad_s: f64) -> (Complex64, Complex64) {
         let (spring, spring_slope) = self.spring(omega_rad_s);
         match self.relaxation_stiffness {
-            None => (spring + Complex64::new(0.0, omega_rad_s * self.damping), Complex64::new(spring_slope, self.damping)),
+            None => (spring + Complex64::new(0.0, omega_rad_s * self.damping), spring_slope + Complex64::new(0.0, self.damping)),
             Some(series) => {
                 let damper = Complex64::new(0.0, omega_rad_s * self.damping);
                 let share = (1.0 + damper / series).inv();

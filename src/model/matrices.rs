@@ -30,10 +30,16 @@ pub struct Matrices {
 ///
 /// Loss factors have no place in them and are left out.
 ///
-/// # Errors  a joint has a relaxing damper, which no damping matrix holds; the machine has no point that moves.
+/// # Errors  a joint has a relaxing damper or integral action, which no damping matrix holds; the machine has no point that moves.
 pub fn matrices(machine: &Machine, parameters: &[f64], operating: &Operating, lumps: usize) -> Result<Matrices, ModelError> {
     if let Some(joint) = machine.joints.iter().find(|j| j.relaxation_stiffness.is_some()) {
         return Err(ModelError::Point { name: joint.name.clone(), fault: "has a relaxing damper, which no damping matrix holds" });
+    }
+    if let Some(joint) = machine.joints.iter().find(|j| j.integral_rate.at(parameters, operating) != 0.0) {
+        return Err(ModelError::Point {
+            name: joint.name.clone(),
+            fault: "has integral action, which no damping matrix holds; leave integral_rate out, and describe loops in time under [drive]",
+        });
     }
     let moving = machine.points.iter().position(|p| !p.fixed);
     let moving = moving

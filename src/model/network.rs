@@ -153,6 +153,7 @@ impl Network {
                 stiffness,
                 damping: joint.damping.at(parameters, operating) + share_s * stiffness,
                 loss_factor: joint.loss_factor.at(parameters, operating),
+                integral_rate: joint.integral_rate.at(parameters, operating),
                 relaxation_stiffness: joint.relaxation_stiffness.as_ref().map(|k| k.at(parameters, operating)),
             };
             for (at, &(i, a)) in on.iter().enumerate() {

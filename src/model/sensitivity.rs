@@ -28,6 +28,8 @@ enum Element {
     Damping(usize),
     /// Loss factor of a joint.
     Loss(usize),
+    /// Integral action of a joint.
+    Integral(usize),
     /// Relaxation stiffness of a joint.
     Relaxation(usize),
     /// A/L of a rod.
@@ -82,6 +84,7 @@ impl Network {
             };
             push(Element::Damping(index), &joint.damping);
             push(Element::Loss(index), &joint.loss_factor);
+            push(Element::Integral(index), &joint.integral_rate);
             if let Some(relaxation) = &joint.relaxation_stiffness {
                 push(Element::Relaxation(index), relaxation);
             }
@@ -178,10 +181,16 @@ impl Network {
                 let at = at * of.omega_rad_s.len() + w;
                 -(of.at_response[at] * of.at_excitation[at] * (omega * omega))
             }
-            Element::Stiffness(joint) => match self.joints[joint].loss_factor {
-                0.0 => across(joint),
-                eta => across(joint) * (Complexes::real(Reals::ONE) + loss_each(omega).0 * eta),
-            },
+            Element::Stiffness(joint) => {
+                let of = &self.joints[joint];
+                if of.loss_factor == 0.0 && of.integral_rate == 0.0 {
+                    return across(joint);
+                }
+                let mut factor = Complexes::real(Reals::ONE) + loss_each(omega).0 * of.loss_factor;
+                factor.im -= Reals::splat(of.integral_rate) / omega;
+                across(joint) * factor
+            }
+            Element::Integral(joint) => -(across(joint).turned() * (Reals::splat(self.joints[joint].stiffness) / omega)),
             Element::Loss(joint) => across(joint) * loss_each(omega).0 * self.joints[joint].stiffness,
             Element::Damping(joint) => self.joints[joint].by_damper_each(across(joint), omega) * omega,
             Element::Relaxation(joint) => {

@@ -44,10 +44,15 @@ impl Network {
                 *sum -= *a * *b * (*omega * Reals::splat(2.0 * m));
             }
         }
-        for (joint, on) in self.joints.iter().zip(&shape.joints).filter(|(j, _)| j.damping != 0.0 || j.loss_factor != 0.0) {
+        for (joint, on) in
+            self.joints.iter().zip(&shape.joints).filter(|(j, _)| j.damping != 0.0 || j.loss_factor != 0.0 || j.integral_rate != 0.0)
+        {
             for (w, sum) in sums.iter_mut().enumerate() {
                 let product = of.across(of.at_response, on, w) * of.across(of.at_excitation, on, w);
                 *sum += joint.by_damper_each(product, omega_rad_s[w]) * joint.damping;
+                if joint.integral_rate != 0.0 {
+                    *sum -= product.turned() * (joint.integral_each(omega_rad_s[w]) / omega_rad_s[w]);
+                }
                 if joint.loss_factor != 0.0 {
                     *sum += product * (loss_each(omega_rad_s[w]).1 * Reals::splat(joint.stiffness * joint.loss_factor));
                 }

@@ -323,7 +323,7 @@ impl<'m> FrfObjective<'m> {
             .iter()
             .zip(residuals)
             .map(|(record, residuals)| {
-                let noise: Option<Vec<f64>> = record.noise_sd.iter().copied().collect();
+                let noise: Option<Vec<f64>> = record.stated_sd.iter().copied().collect();
                 FrfGap {
                     frf: record.frf,
                     gap: (residuals.iter().map(|r| 0.5 * r.norm_sqr()).sum::<f64>() / residuals.len() as f64).sqrt(),

@@ -32,8 +32,10 @@ pub struct Record {
     pub(super) log_measured: Vec<Complex64>,
     /// 1/s² of one component of ln H.
     pub(super) weight: Vec<f64>,
-    /// s of the noise alone, where it is known.
+    /// s of the noise alone, where it is known, told by the lines together.
     pub(super) noise_sd: Vec<Option<f64>>,
+    /// s of the noise alone as each line states it, for the gap that noise leaves.
+    pub(super) stated_sd: Vec<Option<f64>>,
 }
 
 impl Record {
@@ -55,6 +57,7 @@ impl Record {
             log_measured: every(stride, &self.log_measured),
             weight: every(stride, &self.weight),
             noise_sd: every(stride, &self.noise_sd),
+            stated_sd: every(stride, &self.stated_sd),
             ..*self
         }
     }
@@ -161,15 +164,17 @@ pub(super) fn record(
         log_measured: Vec::new(),
         weight: Vec::new(),
         noise_sd: Vec::new(),
+        stated_sd: Vec::new(),
     };
     let around = if settings.of_level { levels(frf) } else { Vec::new() };
-    let stated = frf.lines.iter().any(|l| frf.component_sd(l).is_some());
+    let noise_sds = frf.component_sds();
+    let stated = noise_sds.iter().any(Option::is_some);
     let mut model_errors = Vec::new();
     for (at, line) in frf.lines.iter().enumerate().filter(in_band) {
         let model_error = settings.model_error * around.get(at).map_or(1.0, |level| (level / line.value.norm()).max(1.0));
         model_errors.push(model_error);
         let omega = omega_rad_s(line.frequency_hz);
-        let noise_sd = frf.component_sd(line);
+        let noise_sd = noise_sds[at];
         let sd = noise_sd.unwrap_or(0.0).hypot(model_error);
         if !(sd > 0.0) && !stated {
             let fault = "nothing is known of the noise of its lines; give a model error above 0 with --frf-model-error";
@@ -178,6 +183,7 @@ pub(super) fn record(
         record.log_measured.push((line.value / frf.quantity.from_receptance(omega)).ln());
         record.weight.push(1.0 / (sd * sd));
         record.noise_sd.push(noise_sd);
+        record.stated_sd.push(frf.component_sd(line));
     }
     // A line whose noise is not stated is as noisy as the middle one of its record, not free of noise.
     if let Some(middle) = median(record.noise_sd.iter().flatten().copied()) {

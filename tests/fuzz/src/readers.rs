@@ -120,7 +120,7 @@ fn made_a_set(frfs: Vec<ImportedFrf>) {
     let files: BTreeMap<String, String> = set_files("imported", &placed, &BTreeMap::new(), Some(2)).collect();
     let file = |name: &str| files.get(name).map(|text| text.as_bytes().to_vec()).ok_or_else(|| Error::from(ErrorKind::NotFound));
     match read_set_with("imported", file) {
-        Ok(set) => assert!(set.frfs.iter().zip(counts).all(|(f, count)| f.lines.len() + f.rejected == count)),
+        Ok(set) => assert!(set.frfs.iter().zip(counts).all(|(f, count)| f.lines.len() + f.rejected.len() == count)),
         // All its lines may be 0, or of low coherence: that is said as it is read.
         Err(fault) => assert!(fault.to_string().contains("no line"), "{fault}"),
     }
