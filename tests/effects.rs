@@ -175,6 +175,36 @@ fn receptance(machine: &Machine, set: &[(&str, f64)], hz: f64) -> num_complex::C
     network.receptance(std::f64::consts::TAU * hz, &mut structure.workspace())
 }
 
+/// A nut that holds its screw at two places stretches a screw between two rigid ends as two halves of its force do, and no mass comes or goes.
+#[test]
+fn limit_a_nut_over_a_length_is_a_load_at_two_places() {
+    let machine = bench_without_hold().with_effect(effect_library().unwrap().iter().find(|e| e.id == "rotor-hold").unwrap()).unwrap();
+    let nut_m = 1.0;
+    let held = jointid::diagnosis::with_nuisances(&machine, &[nut_m]).unwrap();
+    let (length_m, axial_n) = (2.6, 2e11 * std::f64::consts::FRAC_PI_4 * 0.04_f64.powi(2));
+    // Bearings that do not give way, a screw that does not turn: the bearing's damping counts for nothing at rest.
+    let stiff = [("k_al", 5e8), ("k_ar", 5e8), ("k_n", 5e9), ("k_m", 1e5), ("k_s", 1e6), ("c_n", 1e3)];
+    let compliance = |machine: &Machine, by: &[(&str, f64)]| receptance(machine, &[&stiff[..], by].concat(), 0.05).re;
+    let mut before = f64::INFINITY;
+    for factor in [0.3, 1.0, 2.0] {
+        // 1.2 leads of 40 mm to either side.
+        let half_m = factor * 1.2 * 0.04;
+        let at = |a: f64, b: f64| {
+            // Two springs in a row with the screw between; what a force at b moves at a.
+            let (left, right) = (1.0 / 5e8, 1.0 / 5e8);
+            let (low, high) = (left + a.min(b) / axial_n, right + (length_m - a.max(b)) / axial_n);
+            low * high / (left + right + length_m / axial_n)
+        };
+        let (a, b) = (nut_m - half_m, nut_m + half_m);
+        let mean = 0.25 * (at(a, a) + 2.0 * at(a, b) + at(b, b));
+        let expected = mean - at(nut_m, nut_m);
+        let found = compliance(&held, &[("~nut screw", factor)]) - compliance(&machine, &[]);
+        assert!((found / expected - 1.0).abs() < 0.02, "{factor}: {found:e} against {expected:e}");
+        assert!(found < before && found < 0.0, "{factor}");
+        before = found;
+    }
+}
+
 /// A rigid table that turns about its centre, held by its nut below it, struck and read at two other heights: the effect against the body's own
 /// equations, and its derivatives with both arms against differences.
 #[test]

@@ -200,6 +200,8 @@ k_pad = { unit = "N/m", start = 2e6, lower = 1e5, upper = 1e8 }
         Complex64::new(1e-8, -2e-9) * (1.0 + Complex64::new(0.0, omega * 1e-4)).inv()
     });
     set.gain = Gain::Unknown;
+    // And to what is ordinarily a little wrong: the length over which the nut holds its screw.
+    let machine = &jointid::diagnosis::with_nuisances(machine, &set.nuts_m()).unwrap();
     let (fit, _) = set.split(None, &[]).unwrap();
     for rods in [Rods::Exact, Rods::Lumped(5)] {
         let objective =

@@ -236,7 +236,7 @@ fn to_document(
         .collect();
     let ceiling =
         found.located.iter().filter_map(|l| closed(&found.held_out, &l.held_out)).chain(closed(&found.held_out, &found.chosen_held_out));
-    let chosen_values = values_of(&found.chosen.0, &found.chosen.1);
+    let chosen_values = values_of(&found.explained.0, &found.explained.1);
     let by_band = by_band(&map);
     Ok(document::Diagnosis {
         stamp: stamp("diagnosis", given.search.seed, found.complete, loaded, warnings),
@@ -271,13 +271,15 @@ fn to_document(
         motion: None,
         effects: rows,
         described: {
-            let (hypothesis, fitted) = &found.nominal;
+            let (hypothesis, fitted) = &found.described;
             hypothesis.machine.parameters.iter().map(|p| p.id.clone()).zip(values_of(hypothesis, fitted)).collect()
         },
         chosen: document::Chosen {
             id: found.chosen.0.id.clone(),
-            parameters: found.chosen.0.machine.parameters.iter().map(|p| p.id.clone()).zip(chosen_values).collect(),
+            parameters: found.explained.0.machine.parameters.iter().map(|p| p.id.clone()).zip(chosen_values).collect(),
             gap_held_out: gap_over(&found.chosen_held_out),
+            misfit_over_null: Some(found.excess_left),
+            gap_held_out_beside_ordinary: whole.then(|| found.beside_ordinary.each_ref().map(|parts| gap_over(parts))),
             closed: closed(&found.held_out, &found.chosen_held_out),
             closed95: interval.map(|(a, b)| [a, b]),
             ceiling: ceiling.reduce(f64::max),
@@ -307,7 +309,7 @@ fn residual_map(
     found: &Diagnosis,
 ) -> Result<Vec<document::ResidualCell>, String> {
     let Domain::Frf(settings) = found.domain else { return Ok(Vec::new()) };
-    let (hypothesis, fitted) = &found.nominal;
+    let (hypothesis, fitted) = &found.described;
     let all = HoldOutSet { set: fit.set, positions: Vec::new(), frfs: fit.frfs.iter().chain(&held_out.frfs).copied().collect() };
     let objective = FrfObjective::held_out(&hypothesis.machine, &all, settings).map_err(told)?;
     let values = values_of(hypothesis, fitted);
@@ -447,7 +449,7 @@ fn plain(held_out: &HoldOutSet<'_>, found: &Diagnosis) -> Result<Vec<document::P
         return Ok(Vec::new());
     }
     let errors = |(hypothesis, fitted): &(Hypothesis, Fitted)| peak_errors(hypothesis, fitted, held_out, settings).map_err(told);
-    let (Some(before), Some(after)) = (errors(&found.nominal)?, errors(&found.chosen)?) else { return Ok(Vec::new()) };
+    let (Some(before), Some(after)) = (errors(&found.described)?, errors(&found.explained)?) else { return Ok(Vec::new()) };
     let row = |what: &str, before: f64, after: f64| document::Plain { figure: format!("{what}, held out, rms error"), before, after };
     let mut rows = vec![row("frequency of the highest resonance", before.frequency, after.frequency)];
     rows.extend(before.damping.zip(after.damping).map(|(before, after)| row("its damping ratio", before, after)));

@@ -6,7 +6,7 @@ use rayon::prelude::*;
 
 use super::domain::{Compared, Domain, Part};
 use super::fit::{Fitted, Fitter, place_of, values_of};
-use super::hypothesis::{Hypothesis, is_nuisance};
+use super::hypothesis::Hypothesis;
 use super::null::another_machine;
 use super::verdict::{Diagnosis, closed};
 use crate::measurement::{FitSet, HoldOutSet, MeasurementSet, ModeTable};
@@ -18,15 +18,12 @@ use crate::optimizer::{Control, least_squares_within};
 /// Lines of one FRF in a draw, and steps of its fits.
 const LINES: usize = 80;
 const STEPS: u64 = 10;
-/// Steps of the fits of plain machines.
-const PLAIN_STEPS: u64 = 40;
-
 /// Draws of the bootstrap of `closed`.
 const DRAWS: usize = 24;
 
 /// 95 % interval of `closed`: machines a little richer than the chosen one (of modes, what it predicts with as much scatter as it leaves) are drawn about
-/// its fit, the nominal and the chosen model are fitted to their fit positions, and both predict the held-out ones. Of FRFs the interval holds the figure of
-/// machines without nuisances, too. `None` where nothing is named, or too few draws give a figure.
+/// its fit, the machine as described and with what is chosen are fitted to their fit positions, and both predict the held-out ones. Of FRFs the interval holds
+/// the figure where what is ordinarily a little wrong is fitted along, too. `None` where nothing is named, or too few draws give a figure.
 pub fn closed_interval(
     fitter: &Fitter<'_>,
     held_out: &HoldOutSet<'_>,
@@ -35,17 +32,18 @@ pub fn closed_interval(
     control: &Control,
 ) -> Option<(f64, f64)> {
     let estimate = closed(&found.held_out, &found.chosen_held_out).filter(|_| found.verdict.kind.explains())?;
-    let (nominal, chosen) = ((&found.nominal.0, &found.nominal.1), (&found.chosen.0, &found.chosen.1));
-    control.begin("6/6 interval of what closes");
+    let chosen = (&found.chosen.0, &found.chosen.1);
+    let compared = [&found.described, &found.explained].map(|(hypothesis, fitted)| (hypothesis, fitted));
+    control.begin("7/7 interval of what closes");
     let step = control.steps("draws", DRAWS);
     let one = |draw: usize| -> Option<f64> {
         let random = Xoshiro256PlusPlus::seed_from_u64(seed.wrapping_mul(0xD1B5_4A33).wrapping_add(draw as u64));
         match fitter.domain {
-            Domain::Frf(settings) => drawn_frfs(fitter, held_out, (nominal, chosen), settings, random, control),
-            Domain::Modes(settings) => drawn_modes(fitter, held_out, (nominal, chosen), settings, random, control),
+            Domain::Frf(settings) => drawn_frfs(fitter, held_out, chosen, compared, settings, random, control),
+            Domain::Modes(settings) => drawn_modes(fitter, held_out, compared, settings, random, control),
         }
     };
-    let piece = fitter.piece("closed", chosen.0, &[nominal.1.clone(), chosen.1.clone()]);
+    let piece = fitter.piece("closed", chosen.0, &[found.nominal.1.clone(), chosen.1.clone()]);
     let drawn: Vec<f64> = (0..DRAWS)
         .into_par_iter()
         .filter_map(|draw| {
@@ -60,28 +58,12 @@ pub fn closed_interval(
     let count = drawn.len() as f64;
     let mean = drawn.iter().sum::<f64>() / count;
     let spread = (drawn.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / (count - 1.0)).sqrt();
-    // The spread of the draws about the figure of the data, wide enough to hold their mean and the figure of the plain machines.
+    // The spread of the draws about the figure of the data, wide enough to hold their mean, and the figure where what is ordinary is fitted along: whether
+    // that belongs to the gap is a matter of words.
     let half = 1.96 * spread;
-    let plain = plainly_closed(fitter, held_out, nominal, chosen, control).unwrap_or(estimate);
-    Some((estimate.min(mean).min(plain) - half, estimate.max(mean).max(plain) + half))
-}
-
-/// `closed` of FRFs where nothing that is ordinarily a little wrong is fitted along: whether that belongs to the gap is a matter of words, and what is left
-/// beside the effect may lie on either side.
-fn plainly_closed(fitter: &Fitter<'_>, held_out: &HoldOutSet<'_>, nominal: Model<'_>, chosen: Model<'_>, control: &Control) -> Option<f64> {
-    let Domain::Frf(settings) = fitter.domain else { return None };
-    let nuisances = nominal.0.machine.parameters.iter().filter(|p| is_nuisance(p)).map(|p| p.id.clone());
-    let plain = Fitter {
-        frozen: fitter.frozen.iter().cloned().chain(nuisances).collect(),
-        domain: Domain::Frf(settings.as_stated()),
-        ..fitter.clone()
-    };
-    let gap = |(hypothesis, fitted): Model<'_>| -> Option<Vec<Part>> {
-        let objective = plain.objective(hypothesis).ok()?;
-        let found = plain.descend(&objective, fitted, PLAIN_STEPS, control);
-        plain.gaps(hypothesis, &found, held_out).ok()
-    };
-    closed(&gap(nominal)?, &gap(chosen)?)
+    let [before, after] = &found.beside_ordinary;
+    let beside = closed(before, after).unwrap_or(estimate);
+    Some((estimate.min(mean).min(beside) - half, estimate.max(mean).max(beside) + half))
 }
 
 type Model<'m> = (&'m Hypothesis, &'m Fitted);
@@ -90,7 +72,8 @@ type Model<'m> = (&'m Hypothesis, &'m Fitted);
 fn drawn_frfs(
     fitter: &Fitter<'_>,
     held_out: &HoldOutSet<'_>,
-    (nominal, chosen): (Model<'_>, Model<'_>),
+    chosen: Model<'_>,
+    [before, after]: [Model<'_>; 2],
     settings: FrfSettings,
     random: Xoshiro256PlusPlus,
     control: &Control,
@@ -99,34 +82,35 @@ fn drawn_frfs(
     // The same seed draws the same machine for both.
     let (near_by, _) = another_machine(fitter, chosen.0, chosen.1, settings, LINES, random.clone())?;
     let (far_by, _) = another_machine(&far, chosen.0, chosen.1, settings, LINES, random)?;
+    let (plain, far) = (fitter.plainly(), far.plainly());
     let gap = |(hypothesis, fitted): Model<'_>| -> Option<Vec<Part>> {
-        let own = coarse(fitter, hypothesis)?.shifted(&near_by);
-        let start = place_of(&fitter.objective(hypothesis).ok()?, fitted);
+        let own = coarse(&plain, hypothesis)?.shifted(&near_by);
+        let start = place_of(&plain.objective(hypothesis).ok()?, fitted);
         let polished = least_squares_within(&own, &start, &[], (STEPS, 1e-3), control.stop());
         let there = coarse(&far, hypothesis)?.shifted(&far_by);
         let part = |g: FrfGap| Part { position: None, frf: Some(g.frf), gap: g.gap, floor: g.noise_floor, count: g.lines };
         Some(there.gaps(&own.parameters(&polished.place), own.gain(&polished.place)).into_iter().map(part).collect())
     };
-    closed(&gap(nominal)?, &gap(chosen)?)
+    closed(&gap(before)?, &gap(after)?)
 }
 
 /// `closed` of modes that the chosen model predicts, with as much scatter as it leaves where it was fitted, and rounded as the measured ones.
 fn drawn_modes(
     fitter: &Fitter<'_>,
     held_out: &HoldOutSet<'_>,
-    (nominal, chosen): (Model<'_>, Model<'_>),
+    [before, after]: [Model<'_>; 2],
     settings: ModeSettings,
     mut random: Xoshiro256PlusPlus,
     control: &Control,
 ) -> Option<f64> {
-    let set = modes_like(fitter, held_out, chosen, settings, &mut random)?;
+    let set = modes_like(fitter, held_out, after, settings, &mut random)?;
     let there = HoldOutSet { set: &set, ..held_out.clone() };
     let again = fitter.on(FitSet { set: &set, ..fitter.fit.clone() });
     let gap = |(hypothesis, fitted): Model<'_>| -> Option<Vec<Part>> {
         let found = again.descend(&again.objective(hypothesis).ok()?, fitted, STEPS, control);
         again.gaps(hypothesis, &found, &there).ok()
     };
-    closed(&gap(nominal)?, &gap(chosen)?)
+    closed(&gap(before)?, &gap(after)?)
 }
 
 /// The set with modes drawn about what a model predicts.

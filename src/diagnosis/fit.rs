@@ -87,6 +87,21 @@ impl<'s> Fitter<'s> {
         high - low > 1e-3
     }
 
+    /// The same without what is ordinarily a little wrong: nut positions, gains and delays as they are stated.
+    #[must_use]
+    pub(super) fn plainly(&self) -> Self {
+        let domain = match self.domain {
+            Domain::Frf(settings) if self.has_nuisances() => Domain::Frf(settings.as_stated()),
+            same => same,
+        };
+        Fitter { domain, ..self.clone() }
+    }
+
+    /// Whether what is ordinarily a little wrong is fitted along: modes are too few for it.
+    pub(super) fn has_nuisances(&self) -> bool {
+        matches!(self.domain, Domain::Frf(_)) && !self.lacks(Ablation::NoNuisances)
+    }
+
     /// The same for other data of the set.
     #[must_use]
     pub fn on(&self, fit: FitSet<'s>) -> Self {

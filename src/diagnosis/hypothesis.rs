@@ -1,5 +1,6 @@
 //! What could be missing from a machine: one hypothesis is one patched machine.
 
+use super::richer::{hold_over_length, journal_share};
 use crate::machine::{
     Data, Effect, FitRule, Joint, JointPatch, Machine, MachineError, Motion, Operating, Parameter, Patch, PointPatch, Rescale, Scale,
     Shaft, Source, Station, Target,
@@ -140,7 +141,7 @@ pub(super) fn is_nuisance(parameter: &Parameter) -> bool {
     parameter.id.starts_with('~')
 }
 
-fn nuisance_parameter(id: String, start: f64, sd: f64) -> Parameter {
+pub(super) fn nuisance_parameter(id: String, start: f64, sd: f64) -> Parameter {
     Parameter {
         id,
         unit: "1".into(),
@@ -156,12 +157,16 @@ fn nuisance_parameter(id: String, start: f64, sd: f64) -> Parameter {
 
 /// The machine with what is ordinarily a little wrong in every description: diameters, moduli and loss of shafts, loss of joints (whose damping
 /// is not all viscous), the largest inertias, gain and delay of the measuring chain; each an unknown with the standard deviation of what is known beforehand.
+/// Nuts, which stand at `nuts_m` (m), hold their screw over a length.
 ///
-/// # Source  widths by the scatter of catalogues and of hammer tests: effective diameter ±0.2 %, ends ±1.5 % of the shaft's inertia (journals), E ±0.3 %, G/E ±0.4 %, mass ±1 %,
+/// # Source  widths by the scatter of catalogues and of hammer tests: effective diameter ±0.2 %, ends ±0.45 diameters of the shaft (journals), E ±0.3 %, G/E ±0.4 %, mass ±1 %,
 /// rotor inertia ±2 %, calibration ±0.4 %, delay ±2 µs.
 ///
 /// # Errors  none for a machine that was checked.
-pub fn with_nuisances(machine: &Machine) -> Result<Machine, MachineError> {
+pub fn with_nuisances(machine: &Machine, nuts_m: &[f64]) -> Result<Machine, MachineError> {
+    let mut machine = machine.clone();
+    hold_over_length(&mut machine, nuts_m);
+    let machine = &machine;
     let start = machine.start();
     let mut patch = Patch::default();
     let mut add = |target: Target, rescale: Rescale, parameter: Parameter| {
@@ -178,15 +183,16 @@ pub fn with_nuisances(machine: &Machine) -> Result<Machine, MachineError> {
         }
         let loss = Parameter { lower: 0.0, upper: 0.012, ..nuisance_parameter(format!("~loss {name}"), 1e-3, 2e-3) };
         add(Target::ShaftLossFactor(name.clone()), Rescale::Added, loss);
+        let share = journal_share(machine, shaft);
         for (motion, point) in ends(shaft) {
             let inertia = shaft.inertia(motion, &start, &Operating::default());
             let name = &machine.points[point].name;
             let parameter = Parameter {
                 unit: if motion == Motion::Translation { "kg" } else { "kg*m^2" }.into(),
-                ..nuisance_parameter(format!("~end {name}"), 0.0, 0.015 * inertia)
+                ..nuisance_parameter(format!("~end {name}"), 0.0, share * inertia)
             };
             // Journals take away; what nuts and rings on them add is little beside it.
-            let parameter = Parameter { upper: 0.2 * 0.015 * inertia, ..parameter };
+            let parameter = Parameter { upper: 0.2 * share * inertia, ..parameter };
             add(Target::PointInertia(name.clone()), Rescale::Added, parameter);
         }
     }
@@ -237,8 +243,12 @@ type Across = (String, Vec<(String, f64)>, Motion);
 pub fn interfaces(nominal: &Hypothesis) -> Vec<Hypothesis> {
     let machine = &nominal.machine;
     let mut all = Vec::new();
-    let grounded: Vec<Across> =
-        machine.points.iter().filter(|p| !p.fixed).map(|p| (p.name.clone(), vec![(p.name.clone(), 1.0)], p.motion)).collect();
+    let grounded: Vec<Across> = machine
+        .points
+        .iter()
+        .filter(|p| !p.fixed && !p.name.starts_with('~'))
+        .map(|p| (p.name.clone(), vec![(p.name.clone(), 1.0)], p.motion))
+        .collect();
     let across: Vec<Across> = machine
         .joints
         .iter()

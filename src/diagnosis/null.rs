@@ -6,7 +6,7 @@
 
 use nalgebra::{DMatrix, DVector};
 use num_complex::Complex64;
-use rand::{RngExt, SeedableRng};
+use rand::SeedableRng;
 use rand_xoshiro::Xoshiro256PlusPlus;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -14,7 +14,7 @@ use serde::{Deserialize, Serialize};
 use super::domain::{Compared, Domain};
 use super::fit::{Fitted, Fitter, amplitudes, place_of, start_of};
 use super::hypothesis::Hypothesis;
-use crate::machine::{FitRule, Joint, Law, Machine, Motion, Parameter, Place, Point, Scale, Shaft, Station, Value};
+use super::richer::another;
 use crate::numeric::parallel::OrFirstError;
 use crate::numeric::random::normal;
 use crate::objective::{FrfSettings, ObjectiveError};
@@ -29,8 +29,10 @@ const LINES: usize = 100;
 /// Further starts of a draw that fits badly, and their standard deviation about what was drawn, in the unit interval of a parameter.
 const AGAIN: usize = 12;
 const ASIDE: f64 = 0.08;
-/// Least scale of a gain for each parameter a candidate adds, in units of what noise alone gives a parameter.
+/// Least scale of a gain, in units of what noise alone gives a parameter; and its factor of the square of the number of parameters a candidate adds: a null is
+/// looked at along single directions, a fit turns in all of them, and where one is a frequency it looks everywhere.
 pub(super) const LEAST_SCALE: f64 = 3.0;
+const EACH_SCALE: f64 = 0.6;
 
 /// What candidates gain where nothing is missing.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -252,7 +254,7 @@ pub fn simulate(
         .enumerate()
         .map(|(c, (hypothesis, _))| {
             let mean = gains.iter().map(|g| g[c]).sum::<f64>() / count;
-            (hypothesis.id.clone(), mean.max(LEAST_SCALE * variance * hypothesis.added.len().max(1) as f64))
+            (hypothesis.id.clone(), mean.max(variance * LEAST_SCALE.max(EACH_SCALE * (hypothesis.added.len() as f64).powi(2))))
         })
         .collect();
     let mut largest: Vec<f64> = gains.iter().map(|g| g.iter().zip(&scales).map(|(g, (_, s))| g / s).fold(0.0, f64::max)).collect();
@@ -282,7 +284,7 @@ pub(super) fn another_machine(
             *unit = parameter.to_unit(value.clamp(parameter.lower, parameter.upper));
         }
     }
-    let richer = Hypothesis { machine: richer(&hypothesis.machine, random), ..hypothesis.clone() };
+    let richer = Hypothesis { machine: another(&hypothesis.machine, random), ..hypothesis.clone() };
     // The very lines of the objective that is shifted.
     let compared = fitter.objective(&richer).ok()?.coarse(lines)?;
     let mut place = place_of(&compared, &Fitted { units, ..base.clone() });
@@ -300,103 +302,4 @@ pub(super) fn another_machine(
         })
         .collect();
     by.iter().flatten().all(|z| z.re.is_finite() && z.im.is_finite()).then_some((by, place))
-}
-
-/// The machine with journals at the ends of its shafts, and nuts that hold their screw at two places.
-fn richer(machine: &Machine, random: &mut Xoshiro256PlusPlus) -> Machine {
-    let mut richer = machine.clone();
-    let start = machine.start();
-    let length_m = |shaft: &Shaft| shaft.length.at(&start, &crate::machine::Operating::default());
-    let mut between = |low: f64, high: f64| random.random_range(low..high);
-    for index in 0..machine.shafts.len() {
-        let length_m = length_m(&machine.shafts[index]);
-        let half_nut_m = length_m * between(0.008, 0.025);
-        distribute_nut(&mut richer, index, half_nut_m);
-        for right in [false, true] {
-            let journal_m = length_m * between(0.03, 0.08);
-            let thinner = between(0.05, 0.15);
-            journal(&mut richer, index, right, (length_m, journal_m), thinner);
-        }
-    }
-    richer
-}
-
-fn massless(machine: &mut Machine, name: String, motion: Motion) -> usize {
-    machine.points.push(Point { name, motion, inertia: Value::number(0.0), fixed: false });
-    machine.points.len() - 1
-}
-
-/// A fixed number as a parameter, so that a law can refer to it.
-fn constant(machine: &mut Machine, id: String, number: f64) -> usize {
-    let (lower, upper) = (number - 1.0, number + 1.0);
-    let (unit, source) = ("1".into(), String::new());
-    machine.parameters.push(Parameter {
-        id,
-        unit,
-        start: number,
-        lower,
-        upper,
-        scale: Scale::Linear,
-        fit: FitRule::Never,
-        sd: None,
-        source,
-    });
-    machine.parameters.len() - 1
-}
-
-/// Cuts the end of a shaft off as a shaft of its own, thinner.
-fn journal(machine: &mut Machine, index: usize, right: bool, (length_m, journal_m): (f64, f64), thinner: f64) {
-    let shaft = machine.shafts[index].clone();
-    let Some(end) = (if right { shaft.stations.last() } else { shaft.stations.first() }).copied() else { return };
-    let at = Place::At(if right { length_m - journal_m } else { journal_m });
-    let name = format!("~journal {index} {right}");
-    let axial = end.axial.map(|_| massless(machine, format!("{name} axial"), Motion::Translation));
-    let torsion = end.torsion.map(|_| massless(machine, format!("{name} torsion"), Motion::Rotation));
-    let seam = Station { place: at, axial, torsion };
-    let mut own = shaft;
-    let by = constant(machine, name.clone(), 1.0 - thinner);
-    own.diameter.laws.push(Law::Times(by));
-    own.name = name;
-    own.stations = if right { vec![seam, end] } else { vec![end, seam] };
-    let stations = &mut machine.shafts[index].stations;
-    if let Some(station) = if right { stations.last_mut() } else { stations.first_mut() } {
-        *station = seam;
-    }
-    machine.shafts.push(own);
-}
-
-/// Lets every joint at the nut of a shaft act at two places beside it, half each.
-fn distribute_nut(machine: &mut Machine, index: usize, half_m: f64) {
-    let stations = machine.shafts[index].stations.clone();
-    let Some(at) = stations.iter().position(|s| s.place == Place::Nut) else { return };
-    let nut = stations[at];
-    let touched = |joint: &Joint| joint.on.iter().any(|(p, _)| Some(*p) == nut.axial || Some(*p) == nut.torsion);
-    let joints: Vec<usize> = (0..machine.joints.len()).filter(|j| touched(&machine.joints[*j])).collect();
-    if joints.is_empty() {
-        return;
-    }
-    let half = constant(machine, format!("~half {index}"), 0.5);
-    let mut beside = Vec::new();
-    for (side, offset_m) in [("before", -half_m), ("after", half_m)] {
-        let axial = nut.axial.map(|_| massless(machine, format!("~nut {index} {side} axial"), Motion::Translation));
-        let torsion = nut.torsion.map(|_| massless(machine, format!("~nut {index} {side} torsion"), Motion::Rotation));
-        beside.push(Station { place: Place::BesideNut(offset_m), axial, torsion });
-    }
-    for joint in joints {
-        machine.joints[joint].stiffness.laws.push(Law::Times(half));
-        machine.joints[joint].damping.laws.push(Law::Times(half));
-        let mut other = machine.joints[joint].clone();
-        other.name = format!("~{} after", other.name);
-        for (joint, station) in [(&mut machine.joints[joint], beside[0]), (&mut other, beside[1])] {
-            for (point, _) in &mut joint.on {
-                if Some(*point) == nut.axial {
-                    *point = station.axial.unwrap_or(*point);
-                } else if Some(*point) == nut.torsion {
-                    *point = station.torsion.unwrap_or(*point);
-                }
-            }
-        }
-        machine.joints.push(other);
-    }
-    machine.shafts[index].stations.splice(at..=at, [beside[0], nut, beside[1]]);
 }

@@ -91,8 +91,9 @@ pub fn fitter<'s>(fit: &FitSet<'s>, domain: Domain, frozen: &[String], ablated: 
 ///
 /// # Errors  as [`with_nuisances`].
 pub fn nominal(machine: &Machine, fitter: &Fitter<'_>) -> Result<Hypothesis, ObjectiveError> {
+    let nuts_m = fitter.fit.set.nuts_m();
     Ok(Hypothesis::nominal(match fitter.domain {
-        Domain::Frf(_) if !fitter.lacks(Ablation::NoNuisances) => with_nuisances(machine)?,
+        Domain::Frf(_) if fitter.has_nuisances() => with_nuisances(machine, &nuts_m)?,
         _ => machine.clone(),
     }))
 }

@@ -1,15 +1,19 @@
 //! What is said: none, an effect, effects that the data cannot tell apart, a wrong parameter, a faulty record, or something unknown and where.
 
+use rayon::prelude::*;
+
 use super::domain::{Domain, Part, floor_over, gap_over, share_closed};
 use super::fit::{Ablation, Fitted, Fitter, values_of};
 use super::hypothesis::{Hypothesis, Kind};
 use super::null::{LEAST_SCALE, Null, simulate};
 use super::place::Where;
+use super::plain::Plain;
 use super::record::{Fault, fault, held_out_fault};
 use super::run::{Candidate, Status, Survey, again_from, hypotheses, left_out, locate, nominal, nominal_fits, survey};
 use super::said::{Verdict, VerdictKind, last_of};
 use crate::machine::{Effect, Machine};
 use crate::measurement::HoldOutSet;
+use crate::numeric::parallel::OrFirstError;
 use crate::objective::ObjectiveError;
 use crate::optimizer::Control;
 
@@ -22,7 +26,7 @@ pub struct Tried {
     pub statistic: f64,
     /// Share of nulls with a statistic as large, whatever the candidate.
     pub p_value: f64,
-    /// Held-out gaps with it.
+    /// Held-out gaps of the machine as described with it.
     pub held_out: Vec<Part>,
 }
 
@@ -40,9 +44,11 @@ pub struct Located {
 pub struct Diagnosis {
     /// FRFs or modes.
     pub domain: Domain,
-    /// The nominal machine and its fit.
+    /// The nominal machine, with what is ordinarily a little wrong of FRFs, and its fit.
     pub nominal: (Hypothesis, Fitted),
-    /// Gaps of the fitted data with it.
+    /// The machine as described and its fit.
+    pub described: (Hypothesis, Fitted),
+    /// Gaps of the fitted data with the machine as described.
     pub fit: Vec<Part>,
     /// Gaps of the held-out data with it.
     pub held_out: Vec<Part>,
@@ -54,10 +60,16 @@ pub struct Diagnosis {
     pub null: Null,
     /// Misfit of the nominal fit over that of the middle null.
     pub excess: f64,
+    /// The same of what is chosen.
+    pub excess_left: f64,
     /// The model that explains most: the named effect or combination, or else the nominal machine.
     pub chosen: (Hypothesis, Fitted),
+    /// The machine as described with what is chosen.
+    pub explained: (Hypothesis, Fitted),
     /// Held-out gaps with it.
     pub chosen_held_out: Vec<Part>,
+    /// Held-out gaps where what is ordinarily a little wrong is fitted along: without and with what is chosen.
+    pub beside_ordinary: [Vec<Part>; 2],
     /// The verdict.
     pub verdict: Verdict,
     /// Where it points to.
@@ -78,13 +90,14 @@ pub struct Settings {
 }
 
 /// Share of nulls that may be called something.
-const ALPHA: f64 = 0.001;
+const ALPHA: f64 = 0.005;
 /// Smallest statistic that is called something, whatever the null says; of a free shape at an interface, which has no scale of its own.
 const LEAST_STATISTIC: f64 = 2.5;
 const LEAST_FREE: f64 = 16.0;
 /// What a candidate must gain of χ² to be preferred, over its scale under the null.
 const PENALTY: f64 = 8.0;
-/// What the data can tell apart, in χ² (an error rate of 7 %), and as a share of the gain: the model is no better than that.
+/// What the data can tell apart, in χ² (an error rate of 7 %); and as a share of the gain where the best leaves as much beyond nulls: the model is no better
+/// than that.
 const APART: f64 = 9.0;
 const APART_SHARE: f64 = 0.1;
 /// Share of the best's gain that a rival must gain.
@@ -95,10 +108,13 @@ const LESS: f64 = 0.9;
 const FORETOLD: f64 = 0.2;
 /// Effects that may be combined.
 const MOST: usize = 3;
-/// Excess of the misfit over the middle null beyond which something is still missing.
+/// Excess of the misfit over the middle null beyond which something is still missing, and a named effect that explains little is not it.
 const EXCESS: f64 = 2.0;
-/// Excess beyond which something is missing even where no candidate helps, and a named effect explains too little.
-const FAR: f64 = 5.0;
+/// Excess beyond which one effect more is looked for; the share of what is left that it must take, and that it must take where it leaves more than that excess;
+/// and the share of all at least, since the form of the first is not known better than to some six percent.
+const MORE: (f64, (f64, f64), f64) = (1.2, (0.25, 0.5), 0.004);
+/// Excess beyond which something is missing even where no candidate helps; and that several effects together leave where none of them is it.
+const FAR: (f64, f64) = (5.0, 10.0);
 /// Share of χ² that a released parameter must take away to be all that is wrong.
 const MOSTLY: f64 = 0.75;
 /// Share of χ² that an effect must take away where much stays unexplained: one that does what no free shape can, and another.
@@ -128,26 +144,26 @@ pub fn diagnose(
     control: &Control,
 ) -> Result<Diagnosis, ObjectiveError> {
     let domain = fitter.domain;
-    control.begin("1/6 the machine as described");
+    control.begin("1/7 the machine as described");
     let start = nominal(machine, fitter)?;
     let bases = nominal_fits(machine, fitter, &start, settings.seed, control)?;
     let candidates = hypotheses(fitter, machine, &start, effects, &fitter.frozen);
-    control.begin(&format!("2/6 {} candidates", candidates.0.len()));
+    control.begin(&format!("2/7 {} candidates", candidates.0.len()));
     let mut surveyed = survey(fitter, start, bases, candidates, control)?;
     // Interfaces say where; they are looked at in any case, since they also tell whether an effect of the library does what can be done.
-    control.begin("3/6 interfaces");
+    control.begin("3/7 interfaces");
     let located: Vec<Candidate> = locate(&surveyed, fitter, 5, control)?;
     again_from(&mut surveyed, &located, fitter, control);
     let objective = fitter.objective(&surveyed.nominal)?;
     let (count, unknowns) = (objective.observations() as f64, objective.unknowns(&surveyed.nominal));
     let fitted: Vec<(&Hypothesis, &Fitted)> = surveyed.candidates.iter().filter_map(|c| c.fitted.as_ref().map(|(h, f)| (h, f))).collect();
-    control.begin("4/6 nulls");
+    control.begin("4/7 nulls");
     let null = match &settings.null {
         Some(known) => known.clone(),
         None if fitter.lacks(Ablation::ChiSquare) => Null::of_tables(&fitted, settings.seed),
         None => simulate(fitter, &surveyed.nominal, &surveyed.base, &fitted, settings.draws, settings.seed, control)?,
     };
-    control.begin("5/6 positions left out");
+    control.begin("5/7 positions left out");
     let mut tried = judge(&surveyed, &null, count);
     let nominal_left_out = left_out(fitter, &surveyed.nominal, &surveyed.base, control)?;
     let base = surveyed.base.clone();
@@ -193,31 +209,35 @@ pub fn diagnose(
     })?;
     let place = Where::of(&verdict, fitter, as_described, (&chosen.0, &chosen.1), (effects, &located))?;
     let all = HoldOutSet { set: fitter.fit.set, positions: fitter.fit.positions.clone(), frfs: fitter.fit.frfs.clone() };
-    let told = |(hypothesis, fitted): &(Hypothesis, Fitted)| fitter.gaps(hypothesis, fitted, held_out);
-    for t in tried.iter_mut() {
-        if let Some(pair) = &t.candidate.fitted {
-            t.held_out = told(pair)?;
-        }
-    }
-    let located: Result<Vec<Located>, ObjectiveError> = located
-        .into_iter()
-        .map(|candidate| {
-            let held_out = candidate.fitted.as_ref().map(told).transpose()?.unwrap_or_default();
-            Ok(Located { candidate, held_out })
-        })
-        .collect();
+    control.begin("6/7 gaps of the machine as described");
+    let plain = Plain::new(machine, effects, fitter, as_described, control)?;
+    let told = |candidate: &Candidate| -> Result<Vec<Part>, ObjectiveError> {
+        let Some((hypothesis, fitted)) = &candidate.fitted else { return Ok(Vec::new()) };
+        plain.gaps(plain.of((hypothesis, fitted), control)?.as_ref(), held_out)
+    };
+    let each: Vec<Vec<Part>> = tried.par_iter().map(|t| told(&t.candidate)).or_first_error()?;
+    tried.iter_mut().zip(each).for_each(|(t, held_out)| t.held_out = held_out);
+    let each: Vec<Vec<Part>> = located.par_iter().map(told).or_first_error()?;
+    let located = located.into_iter().zip(each).map(|(candidate, held_out)| Located { candidate, held_out }).collect();
+    let described = plain.of(as_described, control)?.unwrap_or_else(|| (surveyed.nominal.clone(), base.clone()));
+    let explained = plain.of((&chosen.0, &chosen.1), control)?.unwrap_or_else(|| described.clone());
     let not_tried = surveyed.candidates.iter().filter(|c| c.fitted.is_none());
     tried.extend(not_tried.map(|c| Tried { candidate: c.clone(), statistic: 0.0, p_value: 1.0, held_out: Vec::new() }));
+    let excess_left = null.excess(chosen.1.chi_square / count);
     Ok(Diagnosis {
         domain,
-        fit: fitter.gaps(&surveyed.nominal, &base, &all)?,
-        held_out: nominal_held_out,
-        chosen_held_out: told(&chosen)?,
+        fit: plain.gaps(Some(&described), &all)?,
+        held_out: plain.gaps(Some(&described), held_out)?,
+        chosen_held_out: plain.gaps(Some(&explained), held_out)?,
+        beside_ordinary: [nominal_held_out, fitter.gaps(&chosen.0, &chosen.1, held_out)?],
+        described,
+        explained,
         nominal: (surveyed.nominal, base),
-        located: located?,
+        located,
         tried,
         null,
         excess: before,
+        excess_left,
         chosen,
         verdict,
         place,
@@ -252,7 +272,8 @@ fn penalised(tried: &Tried) -> f64 {
 fn class(tried: &[Tried], null: &Null, count: f64) -> Vec<usize> {
     let Some(best) = tried.first() else { return Vec::new() };
     let unit = null.excess(best.candidate.chi_square() / count);
-    let reach = penalised(best) + APART * unit + APART_SHARE * best.candidate.gain;
+    let beyond_nulls = best.candidate.chi_square() * (1.0 - 1.0 / unit);
+    let reach = penalised(best) + APART * unit + beyond_nulls.min(APART_SHARE * best.candidate.gain);
     let added = |t: &Tried| t.candidate.fitted.as_ref().map_or(0, |(hypothesis, _)| hypothesis.added.len());
     let as_simple = |t: &Tried| added(t) <= added(best) || t.candidate.chi_square() < LESS * best.candidate.chi_square();
     let explains = |t: &Tried| t.candidate.gain >= HALF * best.candidate.gain;
@@ -316,7 +337,7 @@ fn conclude(evidence: &Evidence<'_, '_>) -> Result<(Verdict, (Hypothesis, Fitted
     let free_statistic = free.map_or(0.0, |c| c.gain / scale / free_excess);
     if !evidence.significant {
         let clear = free_statistic > LEAST_FREE && null.p_value(free_statistic) < ALPHA;
-        if let Some(found) = free.filter(|_| clear || before > FAR) {
+        if let Some(found) = free.filter(|_| clear || before > FAR.0) {
             let reason = format!(
                 "what is left is {before:.1} times what nulls show and no effect of the library explains it; most is gained by a free shape at {}",
                 named(&found.id)
@@ -356,7 +377,7 @@ fn conclude(evidence: &Evidence<'_, '_>) -> Result<(Verdict, (Hypothesis, Fitted
     let mut names = vec![best.candidate.id.clone()];
     let mut after = null.excess(chosen.1.chi_square / count);
     // One effect more, as long as it explains much of what is left and is no accident.
-    while after > EXCESS && names.len() < MOST {
+    while after > MORE.0 && names.len() < MOST {
         let Some(more) = another(evidence, &chosen, &names)? else { break };
         names.push(more.0);
         chosen = (more.1, more.2);
@@ -390,21 +411,23 @@ fn conclude(evidence: &Evidence<'_, '_>) -> Result<(Verdict, (Hypothesis, Fitted
         located.iter().any(better)
     };
     let fails = foretold.is_some_and(|lost| in_vain(lost) || beaten(lost)) && !evidence.fitter.lacks(Ablation::InSample);
-    // An effect with more numbers than any free shape must do what none of them does; one with fewer may well be such a shape.
-    let reach = chosen.1.chi_square + APART * after + PLAINER * (surveyed.base.chi_square - chosen.1.chi_square);
-    let flexible = names.len() == 1 && chosen.0.added.len() > SHAPE_NUMBERS;
+    // Effects with more numbers than any free shape must do what none of them does; those with fewer may well be such a shape.
+    let beyond_nulls = chosen.1.chi_square * (1.0 - 1.0 / after);
+    let reach = chosen.1.chi_square + APART * after + beyond_nulls.min(PLAINER * (surveyed.base.chi_square - chosen.1.chi_square));
+    let flexible = chosen.0.added.len() > SHAPE_NUMBERS;
     let plainer = located.iter().filter(|c| flexible && c.fitted.is_some() && c.chi_square() <= reach);
     if let Some(plain) = plainer.min_by(|a, b| a.chi_square().total_cmp(&b.chi_square())) {
         let shape = plain.id.rsplit_once(':').map_or("shape", |(_, shape)| shape);
         let reason = format!(
-            "a plain {shape} at {} does what {} does, with fewer numbers: something of that kind sits there, which effect it is these data do not tell",
+            "a plain {shape} at {} does what {} would, with fewer numbers: something of that kind sits there, which effect it is these data do not tell",
             named(&plain.id),
-            names[0]
+            names.join(" and ")
         );
         let next = Some("an accelerometer at that place, struck there, too".to_string());
         return Ok((say(VerdictKind::Unknown, Vec::new(), reason, next), chosen));
     }
-    if (after > FAR && little) || (after > DOUBT && free_excess < BETTER * after) || fails {
+    let several = names.len() > 1 && after > FAR.1;
+    if several || (after > EXCESS && little) || (after > DOUBT && free_excess < BETTER * after) || fails {
         let place = free.map_or("?", |c| named(&c.id));
         let fails = if fails { " and foretells positions left out worse than it fits" } else { "" };
         let reason = format!(
@@ -454,7 +477,7 @@ fn another(
     chosen: &(Hypothesis, Fitted),
     names: &[String],
 ) -> Result<Option<(String, Hypothesis, Fitted)>, ObjectiveError> {
-    let Evidence { fitter, machine, effects, null, count, control, tried, .. } = evidence;
+    let Evidence { fitter, machine, effects, surveyed, null, count, control, tried, .. } = evidence;
     let others: Vec<Effect> = effects.iter().filter(|e| !names.contains(&e.id)).cloned().collect();
     let (apply, _) = hypotheses(fitter, machine, &chosen.0, &others, &[]);
     let second = survey(fitter, chosen.0.clone(), vec![chosen.1.clone()], (apply, Vec::new()), control)?;
@@ -465,7 +488,8 @@ fn another(
     // What gained nothing alone has shown no scale of its own.
     let scale = if tried.iter().any(|t| t.candidate.id == last && t.statistic > 0.0) { null.scale(&last) } else { LEAST_SCALE };
     let statistic = gain / scale / after;
-    let much = gain >= 0.4 * chosen.1.chi_square;
+    let least = if after <= MORE.0 { MORE.1.0 } else { MORE.1.1 };
+    let much = gain >= least * chosen.1.chi_square && gain >= MORE.2 * surveyed.base.chi_square;
     Ok((much && statistic >= LEAST_STATISTIC && null.p_value(statistic) < ALPHA).then_some((last, hypothesis, fitted)))
 }
 

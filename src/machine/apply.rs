@@ -97,10 +97,9 @@ impl Machine {
     /// The numbers that frequency responses and modes depend on.
     fn linear_values(&self) -> impl Iterator<Item = &Value> {
         let points = self.points.iter().map(|p| &p.inertia);
-        let shafts = self
-            .shafts
-            .iter()
-            .flat_map(|s| [&s.length, &s.diameter, &s.bore_ratio, &s.youngs_modulus, &s.shear_modulus, &s.density, &s.loss_factor]);
+        let shafts = self.shafts.iter().flat_map(|s| {
+            [&s.length, &s.diameter, &s.bore_ratio, &s.youngs_modulus, &s.shear_modulus, &s.density, &s.loss_factor, &s.beside_nut]
+        });
         let joints = self
             .joints
             .iter()
@@ -124,6 +123,7 @@ impl Machine {
                 &mut s.shear_modulus,
                 &mut s.density,
                 &mut s.loss_factor,
+                &mut s.beside_nut,
             ]
         });
         let joints = self.joints.iter_mut().flat_map(|j| {
@@ -197,6 +197,7 @@ impl Machine {
             shear_modulus: value("shear_modulus_pa", &patch.shear_modulus)?,
             density: value("density_kg_m3", &patch.density)?,
             loss_factor: value("loss_factor", &patch.loss_factor)?,
+            beside_nut: Value::number(1.0),
             stations,
         })
     }

@@ -9,7 +9,7 @@ pub enum Place {
     At(f64),
     /// At the nut, wherever that is.
     Nut,
-    /// At a distance (m) from the nut, towards the right end.
+    /// At a distance (m) from the nut, towards the right end, times the shaft's factor.
     BesideNut(f64),
     /// At the shaft's right end.
     End,
@@ -45,6 +45,8 @@ pub struct Shaft {
     pub density: Value,
     /// Loss factor η of the material: E and G times 1 + η·(i + 2/π·ln(ω/ω₀)), ω₀ = 2π·100 rad/s, the causal form of 1 + iη.
     pub loss_factor: Value,
+    /// Factor of the distances of stations beside the nut.
+    pub beside_nut: Value,
     /// Stations from left to right.
     pub stations: Vec<Station>,
 }
@@ -55,7 +57,7 @@ impl Shaft {
         match place {
             Place::At(distance_m) => Some(distance_m),
             Place::Nut => operating.nut_m,
-            Place::BesideNut(offset_m) => operating.nut_m.map(|nut_m| nut_m + offset_m),
+            Place::BesideNut(offset_m) => operating.nut_m.map(|nut_m| nut_m + offset_m * self.beside_nut.at(parameters, operating)),
             Place::End => Some(self.length.at(parameters, operating)),
         }
     }

@@ -96,6 +96,11 @@ pub struct MeasurementSet {
 }
 
 impl MeasurementSet {
+    /// Where the nut stands at each position that says so, from the left bearing (m).
+    pub fn nuts_m(&self) -> Vec<f64> {
+        self.positions.iter().filter_map(|p| p.nut_m).collect()
+    }
+
     /// A set without any observation or position: for machines of which nothing was measured.
     pub fn none() -> Self {
         MeasurementSet {

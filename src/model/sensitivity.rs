@@ -132,6 +132,13 @@ impl Network {
                 let share = (at_nut(rod_shape.places.1) - at_nut(rod_shape.places.0)) / length_m;
                 push(nut, -k * share, t * share);
             }
+            let beside = |p| if let crate::machine::Place::BesideNut(offset_m) = p { offset_m } else { 0.0 };
+            let farther = (beside(rod_shape.places.1) - beside(rod_shape.places.0)) / length_m;
+            shaft.beside_nut.gradient(parameters, operating, |p, d| {
+                if let Some(c) = column[p] {
+                    push(c, -k * farther * d, t * farther * d);
+                }
+            });
             shaft.loss_factor.gradient(parameters, operating, |p, d| entries.extend(column[p].map(|c| (Element::RodLoss(index), c, d))));
         }
         for (index, lever) in machine.chain.levers.iter().enumerate() {

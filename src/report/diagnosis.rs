@@ -50,7 +50,7 @@ pub struct Diagnosis {
     pub delta_z: Vec<DeltaZ>,
     /// All candidates, best first.
     pub effects: Vec<EffectRow>,
-    /// Parameters of the machine as described, at its fit, nuisances among them (their names begin with ~).
+    /// Parameters of the machine as described, at its fit.
     #[serde(default)]
     pub described: BTreeMap<String, f64>,
     /// What motion records say beside.
@@ -203,7 +203,7 @@ pub struct EffectRow {
     /// Share of χ² of the fitted data that it takes away.
     #[serde(default)]
     pub takes: f64,
-    /// Values of its parameters.
+    /// Values of its parameters, found beside what is ordinarily a little wrong.
     #[serde(default)]
     pub parameters: BTreeMap<String, f64>,
     /// Whether the verdict names it.
@@ -218,11 +218,17 @@ pub struct EffectRow {
 pub struct Chosen {
     /// Id, or combination; `nominal` where nothing is added.
     pub id: String,
-    /// All its parameters, nuisances among them (their names begin with ~).
+    /// All its parameters.
     #[serde(default)]
     pub parameters: BTreeMap<String, f64>,
     /// Held-out gap.
     pub gap_held_out: Option<f64>,
+    /// Misfit over that of the middle null with it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub misfit_over_null: Option<f64>,
+    /// Of FRFs: held-out gaps without and with it, where what is ordinarily a little wrong is fitted along.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub gap_held_out_beside_ordinary: Option<[Option<f64>; 2]>,
     /// Share of the gap above the floor that it closes.
     pub closed: Option<f64>,
     /// 95 % interval by parametric bootstrap.
@@ -300,6 +306,10 @@ pub fn diagnosis_text(document: &Diagnosis) -> String {
         document.chosen.closed95.map_or(String::new(), |[a, b]| format!(" ({:.0} to {:.0} %)", 100.0 * a, 100.0 * b)),
         percent(document.chosen.ceiling)
     ));
+    if let Some([before, after]) = document.chosen.gap_held_out_beside_ordinary {
+        let (before, after) = (percent(before), percent(after));
+        text += &wrapped(&format!("  with what is ordinarily a little wrong fitted along: {before} before, {after} after"));
+    }
     for plain in &document.chosen.plain {
         text += &wrapped(&format!("  {}: {:.2} % before, {:.2} % after", plain.figure, 100.0 * plain.before, 100.0 * plain.after));
     }

@@ -156,6 +156,8 @@ fn to_document(
             id: chosen.0.id.clone(),
             parameters: chosen.0.machine.parameters.iter().map(|p| p.id.clone()).zip(chosen.1.iter().copied()).collect(),
             gap_held_out: after,
+            misfit_over_null: None,
+            gap_held_out_beside_ordinary: None,
             closed: closed.filter(|_| is_named),
             closed95: found.closed95.filter(|_| is_named).map(|(a, b)| [a, b]),
             ceiling: ceiling.reduce(f64::max),

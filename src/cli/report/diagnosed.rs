@@ -6,7 +6,6 @@ use super::super::arguments::Sources;
 use super::super::common::{Loaded, load, stamp, told};
 use super::changed;
 use super::curves::{Model, Overlay};
-use crate::diagnosis::with_nuisances;
 use crate::machine::{Effect, Machine};
 use crate::model::Rods;
 use crate::report::diagnosis::Diagnosis;
@@ -29,9 +28,9 @@ pub(super) fn draw(of: &Diagnosis, page: &mut Page) -> Result<(), String> {
         return Ok(());
     }
     let Loaded { config, set, .. } = &loaded;
-    let described = if of.domain == "frf" { with_nuisances(&config.machine).map_err(told)? } else { config.machine.clone() };
+    let described = &config.machine;
     let before = model(described.clone(), &of.described);
-    let after = with_chosen(&described, &of.chosen.id, &config.effects).and_then(|machine| model(machine, &of.chosen.parameters));
+    let after = with_chosen(described, &of.chosen.id, &config.effects).and_then(|machine| model(machine, &of.chosen.parameters));
     let models: Vec<Model> = before.into_iter().chain(after.filter(|_| of.chosen.id != "nominal")).collect();
     if models.is_empty() {
         return Err("the diagnosis does not say at which values of the parameters; diagnose again with this version".into());

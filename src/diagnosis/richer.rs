@@ -1,0 +1,152 @@
+//! What every machine has beside its description: a nut that holds its screw over a length, and journals thinner than the screw.
+
+use std::f64::consts::TAU;
+
+use rand::RngExt;
+use rand_xoshiro::Xoshiro256PlusPlus;
+
+use super::hypothesis::nuisance_parameter;
+use crate::machine::{FitRule, Law, Machine, Motion, Operating, Parameter, Place, Point, Scale, Shaft, Station, Value};
+
+/// Half the distance of the two places at which a nut is taken to hold its screw, in leads: a load spread evenly stretches the screw as one at two places a third
+/// of its length to either side does. Of a nut whose lead is not told, in diameters of the screw.
+///
+/// # Source  catalogues of ball nuts: two to four loaded turns, preloaded ones in two bodies of so many.
+const HALF_NUT: (f64, f64) = (1.2, 0.5);
+/// The same at most, of the screw's length, and of the distance of a nut to the nearest end.
+const HALF_NUT_MOST: (f64, f64) = (0.05, 0.4);
+/// Standard deviation of its factor, and the ends of that.
+const HALF_NUT_FACTOR: (f64, [f64; 2]) = (0.35, [0.3, 2.0]);
+/// Length of a journal in diameters of the screw, and by how much thinner it is.
+///
+/// # Source  catalogues of machined screw ends: bearing seats of 0.85 to 0.95 of the screw's diameter, with collar and nut one to two and a half long.
+const JOURNAL: ([f64; 2], [f64; 2]) = ([1.0, 2.5], [0.05, 0.15]);
+/// A journal at most, of the screw's length.
+const JOURNAL_MOST: f64 = 0.1;
+/// How far the middle of a nut's load may lie from its own, in half lengths.
+const ASIDE: f64 = 0.3;
+
+fn size(value: &Value, machine: &Machine) -> f64 {
+    value.at(&machine.start(), &Operating::default())
+}
+
+/// Standard deviation of what a journal takes from the inertia of a shaft, as a share of it: a length of 0.45 diameters of the whole section.
+pub(super) fn journal_share(machine: &Machine, shaft: &Shaft) -> f64 {
+    (0.45 * size(&shaft.diameter, machine) / size(&shaft.length, machine)).min(JOURNAL_MOST)
+}
+
+/// Lets joints at a nut hold their shaft at two places beside it, half each, for nuts that stand at given places (m): how far apart is a
+/// nuisance.
+pub(super) fn hold_over_length(machine: &mut Machine, nuts_m: &[f64]) {
+    for index in 0..machine.shafts.len() {
+        let shaft = &machine.shafts[index];
+        let Some(at) = shaft.stations.iter().position(|s| s.place == Place::Nut) else { continue };
+        let nut = shaft.stations[at];
+        let joints: Vec<usize> = (0..machine.joints.len())
+            .filter(|j| machine.joints[*j].on.iter().any(|(p, _)| Some(*p) == nut.axial || Some(*p) == nut.torsion))
+            .collect();
+        let coefficient =
+            |joint: usize, point: Option<usize>| machine.joints[joint].on.iter().find(|(p, _)| Some(*p) == point).map(|(_, c)| *c);
+        let lead_m = joints.iter().find_map(|j| Some(TAU * (coefficient(*j, nut.torsion)? / coefficient(*j, nut.axial)?).abs()));
+        let length_m = size(&shaft.length, machine);
+        let usual_m = lead_m.map_or(HALF_NUT.1 * size(&shaft.diameter, machine), |lead_m| HALF_NUT.0 * lead_m);
+        let free_m = nuts_m.iter().map(|x| x.min(length_m - x)).fold(0.5 * length_m, f64::min);
+        let half_m = usual_m.min(HALF_NUT_MOST.0 * length_m).min(HALF_NUT_MOST.1 * free_m);
+        if joints.is_empty() || !(half_m > 0.0) {
+            continue;
+        }
+        machine.shafts[index].beside_nut = Value::parameter(machine.parameters.len());
+        let (sd, [lower, upper]) = HALF_NUT_FACTOR;
+        let parameter = nuisance_parameter(format!("~nut {}", machine.shafts[index].name), 1.0, sd);
+        machine.parameters.push(Parameter { lower, upper, ..parameter });
+        let beside = [("before", -half_m), ("after", half_m)].map(|(side, offset_m)| {
+            let axial = nut.axial.map(|_| massless(machine, format!("~nut {index} {side} axial"), Motion::Translation));
+            let torsion = nut.torsion.map(|_| massless(machine, format!("~nut {index} {side} torsion"), Motion::Rotation));
+            Station { place: Place::BesideNut(offset_m), axial, torsion }
+        });
+        for joint in joints {
+            let on = &mut machine.joints[joint].on;
+            *on = on
+                .iter()
+                .flat_map(|&(point, c)| {
+                    let of = |station: &Station| match point {
+                        p if Some(p) == nut.axial => station.axial,
+                        p if Some(p) == nut.torsion => station.torsion,
+                        _ => None,
+                    };
+                    match [of(&beside[0]), of(&beside[1])] {
+                        [Some(before), Some(after)] => vec![(before, 0.5 * c), (after, 0.5 * c)],
+                        _ => vec![(point, c)],
+                    }
+                })
+                .collect();
+        }
+        machine.shafts[index].stations.splice(at..=at, [beside[0], nut, beside[1]]);
+    }
+}
+
+/// The machine with journals at the ends of its shafts, and nuts whose load lies off their middle.
+pub(super) fn another(machine: &Machine, random: &mut Xoshiro256PlusPlus) -> Machine {
+    let mut richer = machine.clone();
+    let mut between = |[low, high]: [f64; 2]| random.random_range(low..high);
+    for index in 0..machine.shafts.len() {
+        let shaft = &machine.shafts[index];
+        let (length_m, diameter_m) = (size(&shaft.length, machine), size(&shaft.diameter, machine));
+        let aside = between([-ASIDE, ASIDE]);
+        for station in &mut richer.shafts[index].stations {
+            if let Place::BesideNut(offset_m) = &mut station.place {
+                *offset_m += aside * offset_m.abs();
+            }
+        }
+        for right in [false, true] {
+            let journal_m = (diameter_m * between(JOURNAL.0)).min(JOURNAL_MOST * length_m);
+            let thinner = between(JOURNAL.1);
+            journal(&mut richer, index, right, (length_m, journal_m), thinner);
+        }
+    }
+    richer
+}
+
+fn massless(machine: &mut Machine, name: String, motion: Motion) -> usize {
+    machine.points.push(Point { name, motion, inertia: Value::number(0.0), fixed: false });
+    machine.points.len() - 1
+}
+
+/// A fixed number as a parameter, so that a law can refer to it.
+fn constant(machine: &mut Machine, id: String, number: f64) -> usize {
+    let (lower, upper) = (number - 1.0, number + 1.0);
+    let (unit, source) = ("1".into(), String::new());
+    machine.parameters.push(Parameter {
+        id,
+        unit,
+        start: number,
+        lower,
+        upper,
+        scale: Scale::Linear,
+        fit: FitRule::Never,
+        sd: None,
+        source,
+    });
+    machine.parameters.len() - 1
+}
+
+/// Cuts the end of a shaft off as a shaft of its own, thinner.
+fn journal(machine: &mut Machine, index: usize, right: bool, (length_m, journal_m): (f64, f64), thinner: f64) {
+    let shaft = machine.shafts[index].clone();
+    let Some(end) = (if right { shaft.stations.last() } else { shaft.stations.first() }).copied() else { return };
+    let at = Place::At(if right { length_m - journal_m } else { journal_m });
+    let name = format!("~journal {index} {right}");
+    let axial = end.axial.map(|_| massless(machine, format!("{name} axial"), Motion::Translation));
+    let torsion = end.torsion.map(|_| massless(machine, format!("{name} torsion"), Motion::Rotation));
+    let seam = Station { place: at, axial, torsion };
+    let mut own = shaft;
+    let by = constant(machine, name.clone(), 1.0 - thinner);
+    own.diameter.laws.push(Law::Times(by));
+    own.name = name;
+    own.stations = if right { vec![seam, end] } else { vec![end, seam] };
+    let stations = &mut machine.shafts[index].stations;
+    if let Some(station) = if right { stations.last_mut() } else { stations.first_mut() } {
+        *station = seam;
+    }
+    machine.shafts.push(own);
+}
