@@ -145,8 +145,13 @@ impl<'s> Fitter<'s> {
 
     /// Follows χ² down from a place.
     pub fn descend(&self, objective: &Compared<'_>, from: &Fitted, steps: u64, control: &Control) -> Fitted {
+        self.descend_to(objective, from, (steps, TOLERANCE), control)
+    }
+
+    /// The same until a step gains less than this share of χ²: valleys of joints in series are long.
+    pub(super) fn descend_to(&self, objective: &Compared<'_>, from: &Fitted, end: (u64, f64), control: &Control) -> Fitted {
         let place = place_of(objective, from);
-        let polished = objective.squares(|squares| least_squares_within(squares, &place, &[], (steps, TOLERANCE), control.stop()));
+        let polished = objective.squares(|squares| least_squares_within(squares, &place, &[], end, control.stop()));
         read_back(objective, from, &polished.place, polished.normal.chi_square)
     }
 
@@ -230,13 +235,29 @@ impl<'s> Fitter<'s> {
         &self,
         hypothesis: &Hypothesis,
         base: &Fitted,
-        (scattered, followed): (usize, usize),
+        starts: (usize, usize),
         control: &Control,
     ) -> Result<Fitted, ObjectiveError> {
         let objective = self.objective(hypothesis)?;
+        let ends = self.scattered(hypothesis, base, starts, control)?;
+        let best = ends.iter().min_by(|a, b| a.chi_square.total_cmp(&b.chi_square));
+        Ok(best.map_or_else(|| start_of(hypothesis, base, &[]), |end| self.descend(&objective, end, STEPS, control)))
+    }
+
+    /// Where some starts all over the ranges end on few lines, the best of them.
+    ///
+    /// # Errors  as [`Fitter::scatter`].
+    pub(super) fn scattered(
+        &self,
+        hypothesis: &Hypothesis,
+        base: &Fitted,
+        (scattered, followed): (usize, usize),
+        control: &Control,
+    ) -> Result<Vec<Fitted>, ObjectiveError> {
+        let objective = self.objective(hypothesis)?;
         let centre = start_of(hypothesis, base, &[]);
         if control.stopped() {
-            return Ok(centre);
+            return Ok(Vec::new());
         }
         let coarse = objective.coarse(self.lines_of_one(SCATTER_LINES));
         let few = coarse.as_ref().unwrap_or(&objective);
@@ -255,9 +276,7 @@ impl<'s> Fitter<'s> {
             (1..=scattered).into_par_iter().map(|index| self.descend(few, &start(index), SCATTER_STEPS, control)).collect();
         ends.sort_by(|a, b| a.chi_square.total_cmp(&b.chi_square));
         ends.truncate(followed);
-        let ends: Vec<Fitted> = ends.par_iter().map(|end| self.descend(few, end, COARSE_STEPS, control)).collect();
-        let best = ends.iter().min_by(|a, b| a.chi_square.total_cmp(&b.chi_square));
-        Ok(best.map_or(centre, |end| self.descend(&objective, end, STEPS, control)))
+        Ok(ends.par_iter().map(|end| self.descend(few, end, COARSE_STEPS, control)).collect())
     }
 
     /// The least χ² that one linear step from any amplitude promises, on few lines.

@@ -60,10 +60,12 @@ pub struct Survey {
     pub candidates: Vec<Candidate>,
 }
 
-/// Steps of the nominal fits.
-const NOMINAL_STEPS: u64 = 120;
+/// Steps of the nominal fits, and the relative gain of χ² at which they end.
+const NOMINAL_STEPS: (u64, f64) = (400, 1e-7);
 /// Steps of a fit without one position.
 const LEFT_OUT_STEPS: u64 = 12;
+/// Starts of them all over the ranges, and how many go on.
+const NOMINAL_SCATTERED: (usize, usize) = (48, 4);
 /// Candidates whose nominal parameters the others start from, too.
 const SHARED: usize = 2;
 /// χ² per number beyond which the best candidate leaves too much to be the end: this multiple of the noise's share, and this.
@@ -126,10 +128,11 @@ pub fn nominal_fits(
         }
     }
     let objective = fitter.objective(nominal)?;
-    let mut fits: Vec<Fitted> = starts.par_iter().map(|s| fitter.descend(&objective, s, NOMINAL_STEPS, control)).collect();
+    let mut fits: Vec<Fitted> = starts.par_iter().map(|s| fitter.descend_to(&objective, s, NOMINAL_STEPS, control)).collect();
     fits.sort_by(|a, b| a.chi_square.total_cmp(&b.chi_square));
-    let other = fitter.scatter(nominal, &fits[0], control)?;
-    fits.push(fitter.descend(&objective, &other, NOMINAL_STEPS, control));
+    // Basins that few lines hardly tell apart are told apart by all: what is wrong here looks like something missing.
+    let ends = fitter.scattered(nominal, &fits[0], NOMINAL_SCATTERED, control)?;
+    fits.par_extend(ends.par_iter().map(|end| fitter.descend_to(&objective, end, NOMINAL_STEPS, control)));
     fits.sort_by(|a, b| a.chi_square.total_cmp(&b.chi_square));
     // A search that ended far above the best is no place to start from.
     let best = fits[0].chi_square;
@@ -243,7 +246,7 @@ pub fn survey(
     }
     let mut base = bases[0].clone();
     if !shared.is_empty() && !fitter.lacks(Ablation::FrozenNominal) {
-        let again: Vec<Fitted> = shared.par_iter().map(|s| fitter.descend(&objective, s, NOMINAL_STEPS, control)).collect();
+        let again: Vec<Fitted> = shared.par_iter().map(|s| fitter.descend_to(&objective, s, NOMINAL_STEPS, control)).collect();
         for fitted in again {
             if fitted.chi_square < base.chi_square {
                 base = fitted;

@@ -90,7 +90,7 @@ pub struct Settings {
 }
 
 /// Share of nulls that may be called something.
-const ALPHA: f64 = 0.005;
+const ALPHA: f64 = 0.002;
 /// Smallest statistic that is called something, whatever the null says; of a free shape at an interface, which has no scale of its own.
 const LEAST_STATISTIC: f64 = 2.5;
 const LEAST_FREE: f64 = 16.0;
