@@ -258,6 +258,11 @@ pub fn warn(output: &Output, warnings: &[String]) {
     }
 }
 
+/// This build of the program: length and time of its file.
+pub fn build() -> Option<(u64, std::time::SystemTime)> {
+    std::env::current_exe().and_then(std::fs::metadata).and_then(|m| Ok((m.len(), m.modified()?))).ok()
+}
+
 /// What long work is told and asked: its progress, Ctrl-C, and what an earlier run of the same command has finished, kept beside the results.
 /// Where no folder is named, nothing is kept.
 ///
@@ -267,8 +272,7 @@ pub fn control(output: &Output, folder: Option<&OutputFolder>, progress: &Progre
         .map(|folder| {
             let path = folder.path().join(UNFINISHED);
             // Another build may find other numbers.
-            let build = std::env::current_exe().and_then(std::fs::metadata).and_then(|m| Ok((m.len(), m.modified()?))).ok();
-            let mut work = format!("{} {build:?} {}", env!("CARGO_PKG_VERSION"), same_work(std::env::args()).join("\u{1f}"));
+            let mut work = format!("{} {:?} {}", env!("CARGO_PKG_VERSION"), build(), same_work(std::env::args()).join("\u{1f}"));
             inputs(loaded).iter().for_each(|input| work += &format!(" {}", input.sha256));
             let journal = Journal::open(&path, &work).map_err(|e| format!("{}: cannot be read: {e}; remove it", path.display()))?;
             if journal.taken_over() > 0 && !output.quiet {

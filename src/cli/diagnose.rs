@@ -8,7 +8,7 @@ use num_complex::Complex64;
 
 use super::arguments::DiagnoseArguments;
 use super::common::{
-    CommandResult, Loaded, control, deliver, ended, fits_frfs, inputs, load, on_threads, plan, prepare, stamp, told, warn,
+    CommandResult, Loaded, build, control, deliver, ended, fits_frfs, inputs, load, on_threads, plan, prepare, stamp, told, warn,
 };
 use super::progress::Progress;
 use super::rows;
@@ -140,7 +140,7 @@ fn cache_file(given: &DiagnoseArguments, loaded: &Loaded, effects: &[Effect], fi
         given.search.seed,
         given.search.frf_model_error
     );
-    key += &format!("{:?}", given.ablate);
+    key += &format!("{:?} {:?}", given.ablate, build());
     // What the effects are, not their names alone: ranges count, too.
     key += &format!("{effects:?}");
     // The data, too: nulls are drawn about the machine that is fitted to them.
@@ -279,7 +279,8 @@ fn to_document(
             parameters: found.explained.0.machine.parameters.iter().map(|p| p.id.clone()).zip(chosen_values).collect(),
             gap_held_out: gap_over(&found.chosen_held_out),
             misfit_over_null: Some(found.excess_left),
-            gap_held_out_beside_ordinary: whole.then(|| found.beside_ordinary.each_ref().map(|parts| gap_over(parts))),
+            gap_held_out_beside_ordinary: (whole && !given.ablate.iter().any(|part| matches!(part, MethodPart::NoNuisances)))
+                .then(|| found.beside_ordinary.each_ref().map(|parts| gap_over(parts))),
             closed: closed(&found.held_out, &found.chosen_held_out),
             closed95: interval.map(|(a, b)| [a, b]),
             ceiling: ceiling.reduce(f64::max),

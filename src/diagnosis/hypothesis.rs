@@ -192,7 +192,8 @@ pub fn with_nuisances(machine: &Machine, nuts_m: &[f64]) -> Result<Machine, Mach
                 ..nuisance_parameter(format!("~end {name}"), 0.0, share * inertia)
             };
             // Journals take away; what nuts and rings on them add is little beside it.
-            let parameter = Parameter { upper: 0.2 * share * inertia, ..parameter };
+            // A shaft keeps most of its inertia, however short.
+            let parameter = Parameter { lower: -(6.0 * share).min(0.24) * inertia, upper: 0.2 * share * inertia, ..parameter };
             add(Target::PointInertia(name.clone()), Rescale::Added, parameter);
         }
     }

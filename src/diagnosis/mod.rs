@@ -4,6 +4,7 @@ mod bootstrap;
 mod domain;
 mod fit;
 mod hypothesis;
+mod limit;
 pub mod motion;
 mod null;
 mod peaks;

@@ -29,10 +29,19 @@ const LINES: usize = 100;
 /// Further starts of a draw that fits badly, and their standard deviation about what was drawn, in the unit interval of a parameter.
 const AGAIN: usize = 12;
 const ASIDE: f64 = 0.08;
-/// Least scale of a gain, in units of what noise alone gives a parameter; and its factor of the square of the number of parameters a candidate adds: a null is
+/// Least scale of a gain, in units of what noise alone gives a parameter (of modes: for each); and, of FRFs, its factor of the square of the number of parameters a candidate adds: a null is
 /// looked at along single directions, a fit turns in all of them, and where one is a frequency it looks everywhere.
 pub(super) const LEAST_SCALE: f64 = 3.0;
 const EACH_SCALE: f64 = 0.6;
+
+/// Least scale of the gain of a candidate that adds so many parameters.
+fn least_scale(objective: &Compared<'_>, added: usize) -> f64 {
+    let added = added.max(1) as f64;
+    match objective {
+        Compared::Frf(_) => LEAST_SCALE.max(EACH_SCALE * added * added),
+        Compared::Modes(_) => LEAST_SCALE * added,
+    }
+}
 
 /// What candidates gain where nothing is missing.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -254,7 +263,7 @@ pub fn simulate(
         .enumerate()
         .map(|(c, (hypothesis, _))| {
             let mean = gains.iter().map(|g| g[c]).sum::<f64>() / count;
-            (hypothesis.id.clone(), mean.max(variance * LEAST_SCALE.max(EACH_SCALE * (hypothesis.added.len() as f64).powi(2))))
+            (hypothesis.id.clone(), mean.max(variance * least_scale(&objective, hypothesis.added.len())))
         })
         .collect();
     let mut largest: Vec<f64> = gains.iter().map(|g| g.iter().zip(&scales).map(|(g, (_, s))| g / s).fold(0.0, f64::max)).collect();

@@ -2,15 +2,15 @@
 //! the effect into the description and identifies it again would find it.
 
 use super::domain::Part;
-use super::fit::{Fitted, Fitter};
+use super::fit::{Fitted, Fitter, at_start};
 use super::hypothesis::{Hypothesis, Kind, interfaces};
 use crate::machine::{Effect, Machine};
 use crate::measurement::HoldOutSet;
 use crate::objective::ObjectiveError;
 use crate::optimizer::Control;
 
-/// Steps of the fits.
-const STEPS: u64 = 40;
+/// Steps of the fits, and the relative gain of χ² at which they end.
+const STEPS: (u64, f64) = (200, 1e-6);
 
 /// Plain machines, fitted to the data of a diagnosis. Modes carry no nuisances: there they are the ones diagnosed.
 pub(super) struct Plain<'p, 's> {
@@ -36,6 +36,8 @@ impl<'p, 's> Plain<'p, 's> {
         let machine = Hypothesis::nominal(machine.clone());
         let shapes = interfaces(&machine);
         let mut plain = Plain { fitter: fitter.clone(), effects, machine, shapes, base: None };
+        plain.base = plain.of(nominal, control)?.map(|(_, fitted)| fitted);
+        // From where it ends without effects, too, which may be lower down the valley than the first.
         plain.base = plain.of(nominal, control)?.map(|(_, fitted)| fitted);
         Ok(plain)
     }
@@ -73,13 +75,16 @@ impl<'p, 's> Plain<'p, 's> {
         let units: Vec<f64> = parameters.iter().map(|p| found(&p.id).unwrap_or_else(|| p.to_unit(p.start))).collect();
         let near = Fitted { units, tail: Vec::new(), chi_square: f64::INFINITY, agrees: true };
         let own = self.machine.machine.parameters.len();
-        let beside = self.base.as_ref().map(|base| {
-            let units = base.units.iter().take(own).chain(near.units.iter().skip(own)).copied().collect();
-            Fitted { units, ..near.clone() }
-        });
+        let from_base = |added: &Fitted| {
+            let base = self.base.as_ref()?;
+            let units = base.units.iter().take(own).chain(added.units.iter().skip(own)).copied().collect();
+            Some(Fitted { units, ..near.clone() })
+        };
+        // With what is added as it was found, and at nothing: with it the fit can only be better than without.
+        let (beside, nothing) = (from_base(&near), from_base(&at_start(&like)));
         let fitter = self.fitter.plainly();
         let objective = fitter.objective(&like)?;
-        let ends = [Some(near), beside].into_iter().flatten().map(|start| fitter.descend(&objective, &start, STEPS, control));
+        let ends = [Some(near), beside, nothing].into_iter().flatten().map(|start| fitter.descend_to(&objective, &start, STEPS, control));
         let best = ends.min_by(|a, b| a.chi_square.total_cmp(&b.chi_square));
         Ok(best.map(|best| (like.clone(), best)))
     }

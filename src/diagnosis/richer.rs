@@ -13,8 +13,8 @@ use crate::machine::{FitRule, Law, Machine, Motion, Operating, Parameter, Place,
 ///
 /// # Source  catalogues of ball nuts: two to four loaded turns, preloaded ones in two bodies of so many.
 const HALF_NUT: (f64, f64) = (1.2, 0.5);
-/// The same at most, of the screw's length, and of the distance of a nut to the nearest end.
-const HALF_NUT_MOST: (f64, f64) = (0.05, 0.4);
+/// The same at most, of the screw's length, and of the distance of a nut to the nearest other station.
+const HALF_NUT_MOST: (f64, f64) = (0.05, 0.35);
 /// Standard deviation of its factor, and the ends of that.
 const HALF_NUT_FACTOR: (f64, [f64; 2]) = (0.35, [0.3, 2.0]);
 /// Length of a journal in diameters of the screw, and by how much thinner it is.
@@ -43,6 +43,7 @@ pub(super) fn hold_over_length(machine: &mut Machine, nuts_m: &[f64]) {
         let Some(at) = shaft.stations.iter().position(|s| s.place == Place::Nut) else { continue };
         let nut = shaft.stations[at];
         let joints: Vec<usize> = (0..machine.joints.len())
+            .filter(|j| machine.joints[*j].on.len() > 1)
             .filter(|j| machine.joints[*j].on.iter().any(|(p, _)| Some(*p) == nut.axial || Some(*p) == nut.torsion))
             .collect();
         let coefficient =
@@ -50,7 +51,14 @@ pub(super) fn hold_over_length(machine: &mut Machine, nuts_m: &[f64]) {
         let lead_m = joints.iter().find_map(|j| Some(TAU * (coefficient(*j, nut.torsion)? / coefficient(*j, nut.axial)?).abs()));
         let length_m = size(&shaft.length, machine);
         let usual_m = lead_m.map_or(HALF_NUT.1 * size(&shaft.diameter, machine), |lead_m| HALF_NUT.0 * lead_m);
-        let free_m = nuts_m.iter().map(|x| x.min(length_m - x)).fold(0.5 * length_m, f64::min);
+        // A nut stands between other stations; where one of the set does not, its record is refused elsewhere.
+        let (Some(before), Some(after)) = (at.checked_sub(1).and_then(|b| shaft.stations.get(b)), shaft.stations.get(at + 1)) else {
+            continue;
+        };
+        let place_m = |station: &Station| shaft.place_m(station.place, &machine.start(), &Operating::default());
+        let (low_m, high_m) = (place_m(before).unwrap_or(0.0), place_m(after).unwrap_or(length_m));
+        let inside = nuts_m.iter().filter(|x| (low_m..high_m).contains(*x));
+        let free_m = inside.map(|x| (x - low_m).min(high_m - x)).fold(0.5 * length_m, f64::min);
         let half_m = usual_m.min(HALF_NUT_MOST.0 * length_m).min(HALF_NUT_MOST.1 * free_m);
         if joints.is_empty() || !(half_m > 0.0) {
             continue;

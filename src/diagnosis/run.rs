@@ -2,7 +2,7 @@
 
 use rayon::prelude::*;
 
-use super::domain::Domain;
+use super::domain::{Compared, Domain};
 use super::fit::{Ablation, Fitted, Fitter, SCATTERED_WITHOUT_ONE, at_start, values_of};
 use super::hypothesis::{CHANNEL_SD, Hypothesis, NUT_SD_M, interfaces, with_nuisances};
 use crate::identification::{Plan, identify};
@@ -60,11 +60,11 @@ pub struct Survey {
     pub candidates: Vec<Candidate>,
 }
 
-/// Steps of the nominal fits, and the relative gain of χ² at which they end.
-const NOMINAL_STEPS: (u64, f64) = (400, 1e-7);
+/// Steps of the nominal fits, and the relative gain of χ² at which they end: of FRFs, whose valleys are long and known well, and of modes.
+const NOMINAL_STEPS: [(u64, f64); 2] = [(400, 1e-7), (120, 1e-4)];
 /// Steps of a fit without one position.
 const LEFT_OUT_STEPS: u64 = 12;
-/// Starts of them all over the ranges, and how many go on.
+/// Starts of them all over the ranges, and how many go on, of FRFs.
 const NOMINAL_SCATTERED: (usize, usize) = (48, 4);
 /// Candidates whose nominal parameters the others start from, too.
 const SHARED: usize = 2;
@@ -128,17 +128,26 @@ pub fn nominal_fits(
         }
     }
     let objective = fitter.objective(nominal)?;
-    let mut fits: Vec<Fitted> = starts.par_iter().map(|s| fitter.descend_to(&objective, s, NOMINAL_STEPS, control)).collect();
+    let mut fits: Vec<Fitted> = starts.par_iter().map(|s| to_the_floor(fitter, &objective, s, control)).collect();
     fits.sort_by(|a, b| a.chi_square.total_cmp(&b.chi_square));
     // Basins that few lines hardly tell apart are told apart by all: what is wrong here looks like something missing.
-    let ends = fitter.scattered(nominal, &fits[0], NOMINAL_SCATTERED, control)?;
-    fits.par_extend(ends.par_iter().map(|end| fitter.descend_to(&objective, end, NOMINAL_STEPS, control)));
+    let ends = match fitter.domain {
+        Domain::Frf(_) => fitter.scattered(nominal, &fits[0], NOMINAL_SCATTERED, control)?,
+        Domain::Modes(_) => vec![fitter.scatter(nominal, &fits[0], control)?],
+    };
+    fits.par_extend(ends.par_iter().map(|end| to_the_floor(fitter, &objective, end, control)));
     fits.sort_by(|a, b| a.chi_square.total_cmp(&b.chi_square));
     // A search that ended far above the best is no place to start from.
     let best = fits[0].chi_square;
     fits.retain(|f| f.chi_square <= 1.5 * best + 10.0);
     fits.dedup_by(|a, b| close(&a.units, &b.units));
     Ok(fits)
+}
+
+/// Follows χ² of a nominal machine down from a place.
+fn to_the_floor(fitter: &Fitter<'_>, objective: &Compared<'_>, from: &Fitted, control: &Control) -> Fitted {
+    let [frf, modes] = NOMINAL_STEPS;
+    fitter.descend_to(objective, from, if matches!(fitter.domain, Domain::Frf(_)) { frf } else { modes }, control)
 }
 
 fn close(a: &[f64], b: &[f64]) -> bool {
@@ -246,7 +255,7 @@ pub fn survey(
     }
     let mut base = bases[0].clone();
     if !shared.is_empty() && !fitter.lacks(Ablation::FrozenNominal) {
-        let again: Vec<Fitted> = shared.par_iter().map(|s| fitter.descend_to(&objective, s, NOMINAL_STEPS, control)).collect();
+        let again: Vec<Fitted> = shared.par_iter().map(|s| to_the_floor(fitter, &objective, s, control)).collect();
         for fitted in again {
             if fitted.chi_square < base.chi_square {
                 base = fitted;

@@ -59,6 +59,17 @@ impl Verdict {
     }
 }
 
+/// Where nothing could be tried.
+pub(super) fn nothing_fitted(before: f64) -> Verdict {
+    let reason = format!("no candidate could be fitted; the misfit is {before:.1} times that of the middle null");
+    Verdict { kind: VerdictKind::Unknown, effects: Vec::new(), reason, next: None }
+}
+
+/// The interface of an id such as «rotor:stiffness».
+pub(super) fn named(id: &str) -> &str {
+    id.rsplit_once(':').map_or(id, |(interface, _)| interface)
+}
+
 /// The effect that a combination was made with last.
 pub(super) fn last_of(id: &str) -> &str {
     id.rsplit('+').next().unwrap_or(id)

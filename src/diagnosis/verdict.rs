@@ -5,12 +5,13 @@ use rayon::prelude::*;
 use super::domain::{Domain, Part, floor_over, gap_over, share_closed};
 use super::fit::{Ablation, Fitted, Fitter, values_of};
 use super::hypothesis::{Hypothesis, Kind};
+use super::limit::Limits;
 use super::null::{LEAST_SCALE, Null, simulate};
 use super::place::Where;
 use super::plain::Plain;
 use super::record::{Fault, fault, held_out_fault};
 use super::run::{Candidate, Status, Survey, again_from, hypotheses, left_out, locate, nominal, nominal_fits, survey};
-use super::said::{Verdict, VerdictKind, last_of};
+use super::said::{Verdict, VerdictKind, last_of, named, nothing_fitted};
 use crate::machine::{Effect, Machine};
 use crate::measurement::HoldOutSet;
 use crate::numeric::parallel::OrFirstError;
@@ -89,8 +90,6 @@ pub struct Settings {
     pub null: Option<Null>,
 }
 
-/// Share of nulls that may be called something.
-const ALPHA: f64 = 0.002;
 /// Smallest statistic that is called something, whatever the null says; of a free shape at an interface, which has no scale of its own.
 const LEAST_STATISTIC: f64 = 2.5;
 const LEAST_FREE: f64 = 16.0;
@@ -108,13 +107,10 @@ const LESS: f64 = 0.9;
 const FORETOLD: f64 = 0.2;
 /// Effects that may be combined.
 const MOST: usize = 3;
-/// Excess of the misfit over the middle null beyond which something is still missing, and a named effect that explains little is not it.
+/// Excess of the misfit over the middle null beyond which something is still missing.
 const EXCESS: f64 = 2.0;
-/// Excess beyond which one effect more is looked for; the share of what is left that it must take, and that it must take where it leaves more than that excess;
-/// and the share of all at least, since the form of the first is not known better than to some six percent.
-const MORE: (f64, (f64, f64), f64) = (1.2, (0.25, 0.5), 0.004);
-/// Excess beyond which something is missing even where no candidate helps; and that several effects together leave where none of them is it.
-const FAR: (f64, f64) = (5.0, 10.0);
+/// Excess beyond which something is missing even where no candidate helps.
+const FAR: f64 = 5.0;
 /// Share of χ² that a released parameter must take away to be all that is wrong.
 const MOSTLY: f64 = 0.75;
 /// Share of χ² that an effect must take away where much stays unexplained: one that does what no free shape can, and another.
@@ -168,14 +164,14 @@ pub fn diagnose(
     let nominal_left_out = left_out(fitter, &surveyed.nominal, &surveyed.base, control)?;
     let base = surveyed.base.clone();
     let before = null.excess(base.chi_square / count);
-    let mut same = class(&tried, &null, count);
+    let mut same = class(&tried, &null, count, Limits::of(domain));
     for at in 0..same.len().max(3).min(tried.len()) {
         if let Some((hypothesis, fitted)) = tried[at].candidate.fitted.clone() {
             tried[at].candidate.left_out = left_out(fitter, &hypothesis, &fitted, control).ok();
         }
     }
     let outdone = if fitter.lacks(Ablation::InSample) { 0..0 } else { keep_what_foretells(&mut tried, &mut same, nominal_left_out) };
-    let significant = tried.first().is_some_and(|t| t.p_value < ALPHA && t.statistic >= LEAST_STATISTIC);
+    let significant = tried.first().is_some_and(|t| t.p_value < Limits::of(domain).alpha && t.statistic >= LEAST_STATISTIC);
     let nominal_held_out = fitter.gaps(&surveyed.nominal, &base, held_out)?;
     // A record that an effect makes agree with the others is no faulty one.
     let best = tried.first().filter(|_| significant).and_then(|t| t.candidate.fitted.as_ref());
@@ -269,11 +265,10 @@ fn penalised(tried: &Tried) -> f64 {
 
 /// Indices of the candidates that the data cannot tell from the best. One with more parameters is no rival where it leaves hardly less: what the
 /// simpler one explains needs no more.
-fn class(tried: &[Tried], null: &Null, count: f64) -> Vec<usize> {
+fn class(tried: &[Tried], null: &Null, count: f64, limits: Limits) -> Vec<usize> {
     let Some(best) = tried.first() else { return Vec::new() };
     let unit = null.excess(best.candidate.chi_square() / count);
-    let beyond_nulls = best.candidate.chi_square() * (1.0 - 1.0 / unit);
-    let reach = penalised(best) + APART * unit + beyond_nulls.min(APART_SHARE * best.candidate.gain);
+    let reach = penalised(best) + APART * unit + limits.apart(APART_SHARE * best.candidate.gain, best.candidate.chi_square(), unit);
     let added = |t: &Tried| t.candidate.fitted.as_ref().map_or(0, |(hypothesis, _)| hypothesis.added.len());
     let as_simple = |t: &Tried| added(t) <= added(best) || t.candidate.chi_square() < LESS * best.candidate.chi_square();
     let explains = |t: &Tried| t.candidate.gain >= HALF * best.candidate.gain;
@@ -318,6 +313,7 @@ struct Evidence<'e, 's> {
 
 fn conclude(evidence: &Evidence<'_, '_>) -> Result<(Verdict, (Hypothesis, Fitted)), ObjectiveError> {
     let Evidence { surveyed, tried, null, count, same, located, .. } = evidence;
+    let limits = Limits::of(evidence.fitter.domain);
     let nothing = (surveyed.nominal.clone(), surveyed.base.clone());
     let before = null.excess(surveyed.base.chi_square / count);
     let say = |kind: VerdictKind, effects: Vec<String>, reason: String, next: Option<String>| Verdict { kind, effects, reason, next };
@@ -336,8 +332,8 @@ fn conclude(evidence: &Evidence<'_, '_>) -> Result<(Verdict, (Hypothesis, Fitted
     let scale = null.scales.iter().map(|s| s.1).fold(3.0 * LEAST_SCALE, f64::max);
     let free_statistic = free.map_or(0.0, |c| c.gain / scale / free_excess);
     if !evidence.significant {
-        let clear = free_statistic > LEAST_FREE && null.p_value(free_statistic) < ALPHA;
-        if let Some(found) = free.filter(|_| clear || before > FAR.0) {
+        let clear = free_statistic > LEAST_FREE && null.p_value(free_statistic) < limits.alpha;
+        if let Some(found) = free.filter(|_| clear || before > FAR) {
             let reason = format!(
                 "what is left is {before:.1} times what nulls show and no effect of the library explains it; most is gained by a free shape at {}",
                 named(&found.id)
@@ -372,12 +368,12 @@ fn conclude(evidence: &Evidence<'_, '_>) -> Result<(Verdict, (Hypothesis, Fitted
         let next = Some(format!("identify without --freeze {}", found.candidate.id));
         return Ok((say(VerdictKind::WrongParameter, Vec::new(), reason, next), (hypothesis.clone(), fitted.clone())));
     }
-    let Some((hypothesis, fitted)) = best.candidate.fitted.clone() else { return Ok((none_of(before), nothing)) };
+    let Some((hypothesis, fitted)) = best.candidate.fitted.clone() else { return Ok((nothing_fitted(before), nothing)) };
     let mut chosen = (hypothesis, fitted);
     let mut names = vec![best.candidate.id.clone()];
     let mut after = null.excess(chosen.1.chi_square / count);
     // One effect more, as long as it explains much of what is left and is no accident.
-    while after > MORE.0 && names.len() < MOST {
+    while after > limits.more && names.len() < MOST {
         let Some(more) = another(evidence, &chosen, &names)? else { break };
         names.push(more.0);
         chosen = (more.1, more.2);
@@ -394,9 +390,10 @@ fn conclude(evidence: &Evidence<'_, '_>) -> Result<(Verdict, (Hypothesis, Fitted
         let next = Some(format!("identify without --freeze {}, then diagnose again", names[0]));
         return Ok((say(VerdictKind::WrongParameter, Vec::new(), reason, next), chosen));
     }
-    // What stands for the first stands for it in the combination, too.
+    // What stands for the first stands for it in the combination, too; a parameter that is released is no effect.
     let rest: String = names[1..].iter().map(|n| format!("+{n}")).collect();
-    let stands = same.iter().map(|at| &tried[*at].candidate.id).filter(|id| !names[1..].contains(id));
+    let is_effect = |t: &&Tried| t.candidate.fitted.as_ref().is_some_and(|f| f.0.kind == Kind::Effect);
+    let stands = same.iter().map(|at| &tried[*at]).filter(is_effect).map(|t| &t.candidate.id).filter(|id| !names[1..].contains(id));
     let alternatives: Vec<String> = stands.map(|id| format!("{id}{rest}")).collect();
     let least = if after < BETTER * free_excess { LITTLE.0 } else { LITTLE.1 };
     let little = chosen.1.chi_square > (1.0 - least) * surveyed.base.chi_square;
@@ -412,9 +409,9 @@ fn conclude(evidence: &Evidence<'_, '_>) -> Result<(Verdict, (Hypothesis, Fitted
     };
     let fails = foretold.is_some_and(|lost| in_vain(lost) || beaten(lost)) && !evidence.fitter.lacks(Ablation::InSample);
     // Effects with more numbers than any free shape must do what none of them does; those with fewer may well be such a shape.
-    let beyond_nulls = chosen.1.chi_square * (1.0 - 1.0 / after);
-    let reach = chosen.1.chi_square + APART * after + beyond_nulls.min(PLAINER * (surveyed.base.chi_square - chosen.1.chi_square));
-    let flexible = chosen.0.added.len() > SHAPE_NUMBERS;
+    let gained = PLAINER * (surveyed.base.chi_square - chosen.1.chi_square);
+    let reach = chosen.1.chi_square + APART * after + limits.apart(gained, chosen.1.chi_square, after);
+    let flexible = chosen.0.added.len() > SHAPE_NUMBERS && (limits.several_like_one || names.len() == 1);
     let plainer = located.iter().filter(|c| flexible && c.fitted.is_some() && c.chi_square() <= reach);
     if let Some(plain) = plainer.min_by(|a, b| a.chi_square().total_cmp(&b.chi_square())) {
         let shape = plain.id.rsplit_once(':').map_or("shape", |(_, shape)| shape);
@@ -426,8 +423,8 @@ fn conclude(evidence: &Evidence<'_, '_>) -> Result<(Verdict, (Hypothesis, Fitted
         let next = Some("an accelerometer at that place, struck there, too".to_string());
         return Ok((say(VerdictKind::Unknown, Vec::new(), reason, next), chosen));
     }
-    let several = names.len() > 1 && after > FAR.1;
-    if several || (after > EXCESS && little) || (after > DOUBT && free_excess < BETTER * after) || fails {
+    let several = names.len() > 1 && after > limits.none_of_them;
+    if several || (after > limits.little_from && little) || (after > DOUBT && free_excess < BETTER * after) || fails {
         let place = free.map_or("?", |c| named(&c.id));
         let fails = if fails { " and foretells positions left out worse than it fits" } else { "" };
         let reason = format!(
@@ -461,16 +458,6 @@ fn conclude(evidence: &Evidence<'_, '_>) -> Result<(Verdict, (Hypothesis, Fitted
     Ok((verdict, chosen))
 }
 
-fn none_of(before: f64) -> Verdict {
-    let reason = format!("no candidate could be fitted; the misfit is {before:.1} times that of the middle null");
-    Verdict { kind: VerdictKind::Unknown, effects: Vec::new(), reason, next: None }
-}
-
-/// The interface of an id such as «rotor:stiffness».
-fn named(id: &str) -> &str {
-    id.rsplit_once(':').map_or(id, |(interface, _)| interface)
-}
-
 /// The effect that explains most of what an explanation leaves, where it is no accident: its id, hypothesis and fit.
 fn another(
     evidence: &Evidence<'_, '_>,
@@ -488,9 +475,10 @@ fn another(
     // What gained nothing alone has shown no scale of its own.
     let scale = if tried.iter().any(|t| t.candidate.id == last && t.statistic > 0.0) { null.scale(&last) } else { LEAST_SCALE };
     let statistic = gain / scale / after;
-    let least = if after <= MORE.0 { MORE.1.0 } else { MORE.1.1 };
-    let much = gain >= least * chosen.1.chi_square && gain >= MORE.2 * surveyed.base.chi_square;
-    Ok((much && statistic >= LEAST_STATISTIC && null.p_value(statistic) < ALPHA).then_some((last, hypothesis, fitted)))
+    let limits = Limits::of(fitter.domain);
+    let least = if after <= limits.more { limits.much.0 } else { limits.much.1 };
+    let much = gain >= least * chosen.1.chi_square && gain >= limits.form * surveyed.base.chi_square;
+    Ok((much && statistic >= LEAST_STATISTIC && null.p_value(statistic) < limits.alpha).then_some((last, hypothesis, fitted)))
 }
 
 /// `closed` = 1 − (after² − floor²)/(before² − floor²); `None` where the gap before is at the floor, or the floor is not known.
