@@ -279,8 +279,7 @@ fn to_document(
             parameters: found.explained.0.machine.parameters.iter().map(|p| p.id.clone()).zip(chosen_values).collect(),
             gap_held_out: gap_over(&found.chosen_held_out),
             misfit_over_null: Some(found.excess_left),
-            gap_held_out_beside_ordinary: (whole && !given.ablate.iter().any(|part| matches!(part, MethodPart::NoNuisances)))
-                .then(|| found.beside_ordinary.each_ref().map(|parts| gap_over(parts))),
+            gap_held_out_beside_ordinary: found.beside_ordinary.as_ref().map(|each| each.each_ref().map(|parts| gap_over(parts))),
             closed: closed(&found.held_out, &found.chosen_held_out),
             closed95: interval.map(|(a, b)| [a, b]),
             ceiling: ceiling.reduce(f64::max),

@@ -61,8 +61,7 @@ pub fn closed_interval(
     // The spread of the draws about the figure of the data, wide enough to hold their mean, and the figure where what is ordinary is fitted along: whether
     // that belongs to the gap is a matter of words.
     let half = 1.96 * spread;
-    let [before, after] = &found.beside_ordinary;
-    let beside = closed(before, after).unwrap_or(estimate);
+    let beside = found.beside_ordinary.as_ref().and_then(|[before, after]| closed(before, after)).unwrap_or(estimate);
     Some((estimate.min(mean).min(beside) - half, estimate.max(mean).max(beside) + half))
 }
 

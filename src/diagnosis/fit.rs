@@ -239,28 +239,26 @@ impl<'s> Fitter<'s> {
         control: &Control,
     ) -> Result<Fitted, ObjectiveError> {
         let objective = self.objective(hypothesis)?;
-        let ends = self.scattered(hypothesis, base, starts, control)?;
+        let ends = self.scattered(&objective, hypothesis, base, starts, control);
         let best = ends.iter().min_by(|a, b| a.chi_square.total_cmp(&b.chi_square));
         Ok(best.map_or_else(|| start_of(hypothesis, base, &[]), |end| self.descend(&objective, end, STEPS, control)))
     }
 
     /// Where some starts all over the ranges end on few lines, the best of them.
-    ///
-    /// # Errors  as [`Fitter::scatter`].
     pub(super) fn scattered(
         &self,
+        objective: &Compared<'_>,
         hypothesis: &Hypothesis,
         base: &Fitted,
         (scattered, followed): (usize, usize),
         control: &Control,
-    ) -> Result<Vec<Fitted>, ObjectiveError> {
-        let objective = self.objective(hypothesis)?;
+    ) -> Vec<Fitted> {
         let centre = start_of(hypothesis, base, &[]);
         if control.stopped() {
-            return Ok(Vec::new());
+            return Vec::new();
         }
         let coarse = objective.coarse(self.lines_of_one(SCATTER_LINES));
-        let few = coarse.as_ref().unwrap_or(&objective);
+        let few = coarse.as_ref().unwrap_or(objective);
         let described = &hypothesis.machine.parameters;
         let varied = objective.free().iter().filter(|i| hypothesis.added.contains(i) || !is_nuisance(&described[**i]));
         let varied: Vec<usize> = varied.copied().collect();
@@ -276,7 +274,7 @@ impl<'s> Fitter<'s> {
             (1..=scattered).into_par_iter().map(|index| self.descend(few, &start(index), SCATTER_STEPS, control)).collect();
         ends.sort_by(|a, b| a.chi_square.total_cmp(&b.chi_square));
         ends.truncate(followed);
-        Ok(ends.par_iter().map(|end| self.descend(few, end, COARSE_STEPS, control)).collect())
+        ends.par_iter().map(|end| self.descend(few, end, COARSE_STEPS, control)).collect()
     }
 
     /// The least χ² that one linear step from any amplitude promises, on few lines.

@@ -17,32 +17,14 @@ pub(super) struct Limits {
     pub little_from: f64,
     /// Excess that several effects together leave where none of them is it.
     pub none_of_them: f64,
-    /// Whether what several effects do together must be more than a free shape does.
-    pub several_like_one: bool,
-    /// Whether a model is known better than to a share of what it gains, where it leaves no more than nulls show.
+    /// Whether models are known better than to a share of what they gain: what fits as nulls do excludes what does not, and what several effects do together must be
+    /// more than a free shape does.
     pub known: bool,
 }
 
-const FRF: Limits = Limits {
-    alpha: 0.002,
-    more: 1.2,
-    much: (0.25, 0.5),
-    form: 0.004,
-    little_from: 2.0,
-    none_of_them: 10.0,
-    several_like_one: true,
-    known: true,
-};
-const MODES: Limits = Limits {
-    alpha: 0.001,
-    more: 2.0,
-    much: (0.4, 0.4),
-    form: 0.0,
-    little_from: 5.0,
-    none_of_them: f64::INFINITY,
-    several_like_one: false,
-    known: false,
-};
+const FRF: Limits = Limits { alpha: 0.002, more: 1.2, much: (0.25, 0.5), form: 0.004, little_from: 2.0, none_of_them: 10.0, known: true };
+const MODES: Limits =
+    Limits { alpha: 0.001, more: 2.0, much: (0.4, 0.4), form: 0.0, little_from: 5.0, none_of_them: f64::INFINITY, known: false };
 
 impl Limits {
     /// Of a kind of data.

@@ -29,9 +29,10 @@ const LINES: usize = 100;
 /// Further starts of a draw that fits badly, and their standard deviation about what was drawn, in the unit interval of a parameter.
 const AGAIN: usize = 12;
 const ASIDE: f64 = 0.08;
-/// Least scale of a gain, in units of what noise alone gives a parameter (of modes: for each); and, of FRFs, its factor of the square of the number of parameters a candidate adds: a null is
-/// looked at along single directions, a fit turns in all of them, and where one is a frequency it looks everywhere.
+/// Least scale of a gain, in units of what noise alone gives a parameter; of modes for each parameter that a candidate adds.
 pub(super) const LEAST_SCALE: f64 = 3.0;
+/// Its factor of the square of their number, of FRFs: a null is looked at along single directions, a fit turns in all of them, and where one is a frequency it
+/// looks everywhere.
 const EACH_SCALE: f64 = 0.6;
 
 /// Least scale of the gain of a candidate that adds so many parameters.

@@ -42,9 +42,7 @@ impl Where {
             VerdictKind::Unknown => (free_place(), free.map(|(hypothesis, fitted)| (hypothesis, fitted))),
             VerdictKind::WrongParameter => (released_at(chosen.0), Some(chosen)),
             VerdictKind::Effect | VerdictKind::Ambiguous => {
-                // Of effects with one id, for machines described in different words, the one that was put in.
-                let is_in = |e: &Effect| e.patch.parameters.iter().all(|p| chosen.0.machine.parameters.iter().any(|own| own.id == p.id));
-                let effect = verdict.first_effect().and_then(|id| effects.iter().find(|e| e.id == id && is_in(e)));
+                let effect = verdict.first_effect().and_then(|id| Effect::put_in(effects, id, &chosen.0.machine));
                 (effect.and_then(|e| effect_at(e, chosen.0, chosen.1)), Some(chosen))
             }
         };

@@ -2,7 +2,7 @@
 //! the effect into the description and identifies it again would find it.
 
 use super::domain::Part;
-use super::fit::{Fitted, Fitter, at_start};
+use super::fit::{Fitted, Fitter, at_start, start_of};
 use super::hypothesis::{Hypothesis, Kind, interfaces};
 use crate::machine::{Effect, Machine};
 use crate::measurement::HoldOutSet;
@@ -15,17 +15,19 @@ const STEPS: (u64, f64) = (200, 1e-6);
 /// Plain machines, fitted to the data of a diagnosis. Modes carry no nuisances: there they are the ones diagnosed.
 pub(super) struct Plain<'p, 's> {
     fitter: Fitter<'s>,
+    /// Whether plain machines are others than those diagnosed.
+    others: bool,
     effects: &'p [Effect],
-    /// The machine as described.
-    machine: Hypothesis,
-    /// Free shapes at its interfaces.
+    /// Free shapes at interfaces of the machine as described.
     shapes: Vec<Hypothesis>,
-    /// Its fit.
-    base: Option<Fitted>,
+    /// The machine as described and its fit.
+    described: (Hypothesis, Fitted),
 }
 
 impl<'p, 's> Plain<'p, 's> {
     /// Of a machine, with the fit that a diagnosis begins with.
+    ///
+    /// # Errors  as [`Fitter::objective`].
     pub fn new(
         machine: &Machine,
         effects: &'p [Effect],
@@ -33,66 +35,75 @@ impl<'p, 's> Plain<'p, 's> {
         nominal: (&Hypothesis, &Fitted),
         control: &Control,
     ) -> Result<Self, ObjectiveError> {
-        let machine = Hypothesis::nominal(machine.clone());
-        let shapes = interfaces(&machine);
-        let mut plain = Plain { fitter: fitter.clone(), effects, machine, shapes, base: None };
-        plain.base = plain.of(nominal, control)?.map(|(_, fitted)| fitted);
-        // From where it ends without effects, too, which may be lower down the valley than the first.
-        plain.base = plain.of(nominal, control)?.map(|(_, fitted)| fitted);
-        Ok(plain)
+        let (others, fitter) = (fitter.has_nuisances(), fitter.plainly());
+        let machine = if others { Hypothesis::nominal(machine.clone()) } else { nominal.0.clone() };
+        let mut fitted = nominal.1.clone();
+        if others {
+            let objective = fitter.objective(&machine)?;
+            let start = carried_over(&machine, nominal);
+            // A second time from where it ends: fresh steps go on down a valley.
+            fitted = fitter.descend_to(&objective, &start, STEPS, control);
+            fitted = fitter.descend_to(&objective, &fitted, STEPS, control);
+        }
+        Ok(Plain { fitter, others, effects, shapes: interfaces(&machine), described: (machine, fitted) })
+    }
+
+    /// The machine as described and its fit.
+    pub fn described(&self) -> &(Hypothesis, Fitted) {
+        &self.described
     }
 
     /// The plain machine with what a hypothesis adds; `None` for what it cannot have.
     fn like(&self, of: &Hypothesis) -> Option<Hypothesis> {
         match &of.kind {
-            Kind::Nominal => Some(self.machine.clone()),
+            Kind::Nominal => Some(self.described.0.clone()),
             Kind::Interface { .. } => self.shapes.iter().find(|shape| shape.id == of.id).cloned(),
-            Kind::Effect | Kind::Release => of.id.split('+').try_fold(self.machine.clone(), |machine, id| {
-                if let Some(parameter) = machine.machine.parameters.iter().position(|p| p.id == id) {
+            Kind::Effect | Kind::Release => of.id.split('+').try_fold(self.described.0.clone(), |machine, id| {
+                if let Some(parameter) = machine.machine.parameter(id) {
                     return Some(machine.releasing(parameter));
                 }
-                // Of effects with one id, for machines described in different words, the one that was put in.
-                let is_in = |e: &&Effect| e.patch.parameters.iter().all(|p| of.machine.parameters.iter().any(|own| own.id == p.id));
-                machine.with(self.effects.iter().filter(|e| e.id == id).find(is_in)?).ok()
+                machine.with(Effect::put_in(self.effects, id, &of.machine)?).ok()
             }),
         }
     }
 
-    /// A hypothesis and its fit without nuisances: from the values that were found with them, and from the fit of the machine as described.
+    /// What a hypothesis adds to the machine as described, and its fit: from the values that were found with nuisances, and from the fit of the machine as
+    /// described with what is added as it was found and at nothing, so that it can only be better than without.
     ///
     /// # Errors  as [`Fitter::objective`].
-    pub fn of(
-        &self,
-        (hypothesis, fitted): (&Hypothesis, &Fitted),
-        control: &Control,
-    ) -> Result<Option<(Hypothesis, Fitted)>, ObjectiveError> {
-        if !self.fitter.has_nuisances() {
-            return Ok(Some((hypothesis.clone(), fitted.clone())));
+    pub fn of(&self, found: (&Hypothesis, &Fitted), control: &Control) -> Result<Option<(Hypothesis, Fitted)>, ObjectiveError> {
+        if !self.others {
+            return Ok(Some((found.0.clone(), found.1.clone())));
         }
-        let Some(like) = self.like(hypothesis) else { return Ok(None) };
-        let found = |id: &str| hypothesis.machine.parameters.iter().position(|p| p.id == id).map(|at| fitted.units[at]);
-        let parameters = &like.machine.parameters;
-        let units: Vec<f64> = parameters.iter().map(|p| found(&p.id).unwrap_or_else(|| p.to_unit(p.start))).collect();
-        let near = Fitted { units, tail: Vec::new(), chi_square: f64::INFINITY, agrees: true };
-        let own = self.machine.machine.parameters.len();
-        let from_base = |added: &Fitted| {
-            let base = self.base.as_ref()?;
-            let units = base.units.iter().take(own).chain(added.units.iter().skip(own)).copied().collect();
-            Some(Fitted { units, ..near.clone() })
-        };
-        // With what is added as it was found, and at nothing: with it the fit can only be better than without.
-        let (beside, nothing) = (from_base(&near), from_base(&at_start(&like)));
-        let fitter = self.fitter.plainly();
-        let objective = fitter.objective(&like)?;
-        let ends = [Some(near), beside, nothing].into_iter().flatten().map(|start| fitter.descend_to(&objective, &start, STEPS, control));
+        if found.0.kind == Kind::Nominal {
+            return Ok(Some(self.described.clone()));
+        }
+        let Some(like) = self.like(found.0) else { return Ok(None) };
+        let near = carried_over(&like, found);
+        let base = &self.described.1;
+        let added: Vec<f64> = like.added.iter().map(|at| near.units[*at]).collect();
+        let objective = self.fitter.objective(&like)?;
+        let starts = [near, start_of(&like, base, &added), start_of(&like, base, &[])];
+        let ends = starts.iter().map(|start| self.fitter.descend_to(&objective, start, STEPS, control));
         let best = ends.min_by(|a, b| a.chi_square.total_cmp(&b.chi_square));
         Ok(best.map(|best| (like.clone(), best)))
     }
 
-    /// Gaps of data with a plain machine; none where there is no such machine.
+    /// Gaps of data with a plain machine.
     ///
     /// # Errors  as [`Fitter::gaps`].
-    pub fn gaps(&self, of: Option<&(Hypothesis, Fitted)>, data: &HoldOutSet<'_>) -> Result<Vec<Part>, ObjectiveError> {
-        of.map_or(Ok(Vec::new()), |(hypothesis, fitted)| self.fitter.plainly().gaps(hypothesis, fitted, data))
+    pub fn gaps(&self, (hypothesis, fitted): &(Hypothesis, Fitted), data: &HoldOutSet<'_>) -> Result<Vec<Part>, ObjectiveError> {
+        self.fitter.gaps(hypothesis, fitted, data)
     }
+}
+
+/// The values of a fit in another machine, by the ids of its parameters; the start of those that it has beside them.
+fn carried_over(machine: &Hypothesis, (hypothesis, fitted): (&Hypothesis, &Fitted)) -> Fitted {
+    let mut start = at_start(machine);
+    for (unit, parameter) in start.units.iter_mut().zip(&machine.machine.parameters) {
+        if let Some(at) = hypothesis.machine.parameter(&parameter.id) {
+            *unit = fitted.units[at];
+        }
+    }
+    start
 }

@@ -6,7 +6,7 @@ use rand::RngExt;
 use rand_xoshiro::Xoshiro256PlusPlus;
 
 use super::hypothesis::nuisance_parameter;
-use crate::machine::{FitRule, Law, Machine, Motion, Operating, Parameter, Place, Point, Scale, Shaft, Station, Value};
+use crate::machine::{FitRule, Joint, Law, Machine, Motion, Operating, Parameter, Place, Point, Scale, Shaft, Station, Value};
 
 /// Half the distance of the two places at which a nut is taken to hold its screw, in leads: a load spread evenly stretches the screw as one at two places a third
 /// of its length to either side does. Of a nut whose lead is not told, in diameters of the screw.
@@ -39,58 +39,52 @@ pub(super) fn journal_share(machine: &Machine, shaft: &Shaft) -> f64 {
 /// nuisance.
 pub(super) fn hold_over_length(machine: &mut Machine, nuts_m: &[f64]) {
     for index in 0..machine.shafts.len() {
-        let shaft = &machine.shafts[index];
-        let Some(at) = shaft.stations.iter().position(|s| s.place == Place::Nut) else { continue };
-        let nut = shaft.stations[at];
-        let joints: Vec<usize> = (0..machine.joints.len())
-            .filter(|j| machine.joints[*j].on.len() > 1)
-            .filter(|j| machine.joints[*j].on.iter().any(|(p, _)| Some(*p) == nut.axial || Some(*p) == nut.torsion))
-            .collect();
-        let coefficient =
-            |joint: usize, point: Option<usize>| machine.joints[joint].on.iter().find(|(p, _)| Some(*p) == point).map(|(_, c)| *c);
-        let lead_m = joints.iter().find_map(|j| Some(TAU * (coefficient(*j, nut.torsion)? / coefficient(*j, nut.axial)?).abs()));
-        let length_m = size(&shaft.length, machine);
-        let usual_m = lead_m.map_or(HALF_NUT.1 * size(&shaft.diameter, machine), |lead_m| HALF_NUT.0 * lead_m);
-        // A nut stands between other stations; where one of the set does not, its record is refused elsewhere.
-        let (Some(before), Some(after)) = (at.checked_sub(1).and_then(|b| shaft.stations.get(b)), shaft.stations.get(at + 1)) else {
-            continue;
-        };
-        let place_m = |station: &Station| shaft.place_m(station.place, &machine.start(), &Operating::default());
-        let (low_m, high_m) = (place_m(before).unwrap_or(0.0), place_m(after).unwrap_or(length_m));
-        let inside = nuts_m.iter().filter(|x| (low_m..high_m).contains(*x));
-        let free_m = inside.map(|x| (x - low_m).min(high_m - x)).fold(0.5 * length_m, f64::min);
-        let half_m = usual_m.min(HALF_NUT_MOST.0 * length_m).min(HALF_NUT_MOST.1 * free_m);
-        if joints.is_empty() || !(half_m > 0.0) {
-            continue;
-        }
+        let Some(at) = machine.shafts[index].stations.iter().position(|s| s.place == Place::Nut) else { continue };
+        let nut = machine.shafts[index].stations[at];
+        let is_at_nut =
+            |joint: &Joint| joint.on.len() > 1 && joint.on.iter().any(|(p, _)| Some(*p) == nut.axial || Some(*p) == nut.torsion);
+        let joints: Vec<usize> = (0..machine.joints.len()).filter(|j| is_at_nut(&machine.joints[*j])).collect();
+        let half_m = half_nut_m(machine, &machine.shafts[index], at, &joints, nuts_m);
+        let Some(half_m) = half_m.filter(|half_m| *half_m > 0.0 && !joints.is_empty()) else { continue };
         machine.shafts[index].beside_nut = Value::parameter(machine.parameters.len());
         let (sd, [lower, upper]) = HALF_NUT_FACTOR;
         let parameter = nuisance_parameter(format!("~nut {}", machine.shafts[index].name), 1.0, sd);
         machine.parameters.push(Parameter { lower, upper, ..parameter });
-        let beside = [("before", -half_m), ("after", half_m)].map(|(side, offset_m)| {
+        let [before, after] = [("before", -half_m), ("after", half_m)].map(|(side, offset_m)| {
             let axial = nut.axial.map(|_| massless(machine, format!("~nut {index} {side} axial"), Motion::Translation));
             let torsion = nut.torsion.map(|_| massless(machine, format!("~nut {index} {side} torsion"), Motion::Rotation));
             Station { place: Place::BesideNut(offset_m), axial, torsion }
         });
+        let both = |point: Option<usize>, points: [Option<usize>; 2]| Some((point?, [points[0]?, points[1]?]));
+        let moved = [both(nut.axial, [before.axial, after.axial]), both(nut.torsion, [before.torsion, after.torsion])];
         for joint in joints {
-            let on = &mut machine.joints[joint].on;
-            *on = on
-                .iter()
-                .flat_map(|&(point, c)| {
-                    let of = |station: &Station| match point {
-                        p if Some(p) == nut.axial => station.axial,
-                        p if Some(p) == nut.torsion => station.torsion,
-                        _ => None,
-                    };
-                    match [of(&beside[0]), of(&beside[1])] {
-                        [Some(before), Some(after)] => vec![(before, 0.5 * c), (after, 0.5 * c)],
-                        _ => vec![(point, c)],
-                    }
-                })
-                .collect();
+            for (point, beside) in moved.into_iter().flatten() {
+                let on = &mut machine.joints[joint].on;
+                if let Some(place) = on.iter().position(|(p, _)| *p == point) {
+                    let half = 0.5 * on[place].1;
+                    on.splice(place..=place, beside.map(|p| (p, half)));
+                }
+            }
         }
-        machine.shafts[index].stations.splice(at..=at, [beside[0], nut, beside[1]]);
+        machine.shafts[index].stations.splice(at..=at, [before, nut, after]);
     }
+}
+
+/// Half the distance (m) of the two places at which a nut, a station of a shaft with joints, holds it; `None` at an end of the shaft.
+fn half_nut_m(machine: &Machine, shaft: &Shaft, at: usize, joints: &[usize], nuts_m: &[f64]) -> Option<f64> {
+    let nut = shaft.stations[at];
+    let coefficient = |joint: &Joint, point: Option<usize>| joint.on.iter().find(|(p, _)| Some(*p) == point).map(|(_, c)| *c);
+    let lead_of = |joint: &Joint| Some(TAU * (coefficient(joint, nut.torsion)? / coefficient(joint, nut.axial)?).abs());
+    let lead_m = joints.iter().find_map(|j| lead_of(&machine.joints[*j]));
+    let length_m = size(&shaft.length, machine);
+    let usual_m = lead_m.map_or(HALF_NUT.1 * size(&shaft.diameter, machine), |lead_m| HALF_NUT.0 * lead_m);
+    // A nut stands between other stations; where one of the set does not, its record is refused elsewhere.
+    let (before, after) = (shaft.stations.get(at.checked_sub(1)?)?, shaft.stations.get(at + 1)?);
+    let place_m = |station: &Station| shaft.place_m(station.place, &machine.start(), &Operating::default());
+    let (low_m, high_m) = (place_m(before).unwrap_or(0.0), place_m(after).unwrap_or(length_m));
+    let inside = nuts_m.iter().filter(|x| (low_m..high_m).contains(*x));
+    let free_m = inside.map(|x| (x - low_m).min(high_m - x)).fold(0.5 * length_m, f64::min);
+    Some(usual_m.min(HALF_NUT_MOST.0 * length_m).min(HALF_NUT_MOST.1 * free_m))
 }
 
 /// The machine with journals at the ends of its shafts, and nuts whose load lies off their middle.

@@ -132,7 +132,7 @@ pub fn nominal_fits(
     fits.sort_by(|a, b| a.chi_square.total_cmp(&b.chi_square));
     // Basins that few lines hardly tell apart are told apart by all: what is wrong here looks like something missing.
     let ends = match fitter.domain {
-        Domain::Frf(_) => fitter.scattered(nominal, &fits[0], NOMINAL_SCATTERED, control)?,
+        Domain::Frf(_) => fitter.scattered(&objective, nominal, &fits[0], NOMINAL_SCATTERED, control),
         Domain::Modes(_) => vec![fitter.scatter(nominal, &fits[0], control)?],
     };
     fits.par_extend(ends.par_iter().map(|end| to_the_floor(fitter, &objective, end, control)));

@@ -69,8 +69,8 @@ pub struct Diagnosis {
     pub explained: (Hypothesis, Fitted),
     /// Held-out gaps with it.
     pub chosen_held_out: Vec<Part>,
-    /// Held-out gaps where what is ordinarily a little wrong is fitted along: without and with what is chosen.
-    pub beside_ordinary: [Vec<Part>; 2],
+    /// Held-out gaps where what is ordinarily a little wrong is fitted along: without and with what is chosen. `None` where it is not.
+    pub beside_ordinary: Option<[Vec<Part>; 2]>,
     /// The verdict.
     pub verdict: Verdict,
     /// Where it points to.
@@ -140,6 +140,7 @@ pub fn diagnose(
     control: &Control,
 ) -> Result<Diagnosis, ObjectiveError> {
     let domain = fitter.domain;
+    let limits = Limits::of(domain);
     control.begin("1/7 the machine as described");
     let start = nominal(machine, fitter)?;
     let bases = nominal_fits(machine, fitter, &start, settings.seed, control)?;
@@ -164,14 +165,14 @@ pub fn diagnose(
     let nominal_left_out = left_out(fitter, &surveyed.nominal, &surveyed.base, control)?;
     let base = surveyed.base.clone();
     let before = null.excess(base.chi_square / count);
-    let mut same = class(&tried, &null, count, Limits::of(domain));
+    let mut same = class(&tried, &null, count, limits);
     for at in 0..same.len().max(3).min(tried.len()) {
         if let Some((hypothesis, fitted)) = tried[at].candidate.fitted.clone() {
             tried[at].candidate.left_out = left_out(fitter, &hypothesis, &fitted, control).ok();
         }
     }
     let outdone = if fitter.lacks(Ablation::InSample) { 0..0 } else { keep_what_foretells(&mut tried, &mut same, nominal_left_out) };
-    let significant = tried.first().is_some_and(|t| t.p_value < Limits::of(domain).alpha && t.statistic >= LEAST_STATISTIC);
+    let significant = tried.first().is_some_and(|t| t.p_value < limits.alpha && t.statistic >= LEAST_STATISTIC);
     let nominal_held_out = fitter.gaps(&surveyed.nominal, &base, held_out)?;
     // A record that an effect makes agree with the others is no faulty one.
     let best = tried.first().filter(|_| significant).and_then(|t| t.candidate.fitted.as_ref());
@@ -188,6 +189,7 @@ pub fn diagnose(
     };
     let (verdict, chosen) = conclude(&Evidence {
         fitter,
+        limits,
         machine,
         effects,
         surveyed: &surveyed,
@@ -209,23 +211,25 @@ pub fn diagnose(
     let plain = Plain::new(machine, effects, fitter, as_described, control)?;
     let told = |candidate: &Candidate| -> Result<Vec<Part>, ObjectiveError> {
         let Some((hypothesis, fitted)) = &candidate.fitted else { return Ok(Vec::new()) };
-        plain.gaps(plain.of((hypothesis, fitted), control)?.as_ref(), held_out)
+        plain.of((hypothesis, fitted), control)?.map_or(Ok(Vec::new()), |found| plain.gaps(&found, held_out))
     };
     let each: Vec<Vec<Part>> = tried.par_iter().map(|t| told(&t.candidate)).or_first_error()?;
     tried.iter_mut().zip(each).for_each(|(t, held_out)| t.held_out = held_out);
     let each: Vec<Vec<Part>> = located.par_iter().map(told).or_first_error()?;
     let located = located.into_iter().zip(each).map(|(candidate, held_out)| Located { candidate, held_out }).collect();
-    let described = plain.of(as_described, control)?.unwrap_or_else(|| (surveyed.nominal.clone(), base.clone()));
+    let described = plain.described().clone();
     let explained = plain.of((&chosen.0, &chosen.1), control)?.unwrap_or_else(|| described.clone());
     let not_tried = surveyed.candidates.iter().filter(|c| c.fitted.is_none());
     tried.extend(not_tried.map(|c| Tried { candidate: c.clone(), statistic: 0.0, p_value: 1.0, held_out: Vec::new() }));
+    let chosen_beside = fitter.gaps(&chosen.0, &chosen.1, held_out)?;
+    let beside_ordinary = fitter.has_nuisances().then_some([nominal_held_out, chosen_beside]);
     let excess_left = null.excess(chosen.1.chi_square / count);
     Ok(Diagnosis {
         domain,
-        fit: plain.gaps(Some(&described), &all)?,
-        held_out: plain.gaps(Some(&described), held_out)?,
-        chosen_held_out: plain.gaps(Some(&explained), held_out)?,
-        beside_ordinary: [nominal_held_out, fitter.gaps(&chosen.0, &chosen.1, held_out)?],
+        fit: plain.gaps(&described, &all)?,
+        held_out: plain.gaps(&described, held_out)?,
+        chosen_held_out: plain.gaps(&explained, held_out)?,
+        beside_ordinary,
         described,
         explained,
         nominal: (surveyed.nominal, base),
@@ -294,6 +298,7 @@ fn keep_what_foretells(tried: &mut [Tried], same: &mut Vec<usize>, nominal: f64)
 
 struct Evidence<'e, 's> {
     fitter: &'e Fitter<'s>,
+    limits: Limits,
     machine: &'e Machine,
     effects: &'e [Effect],
     surveyed: &'e Survey,
@@ -312,8 +317,7 @@ struct Evidence<'e, 's> {
 }
 
 fn conclude(evidence: &Evidence<'_, '_>) -> Result<(Verdict, (Hypothesis, Fitted)), ObjectiveError> {
-    let Evidence { surveyed, tried, null, count, same, located, .. } = evidence;
-    let limits = Limits::of(evidence.fitter.domain);
+    let Evidence { limits, surveyed, tried, null, count, same, located, .. } = evidence;
     let nothing = (surveyed.nominal.clone(), surveyed.base.clone());
     let before = null.excess(surveyed.base.chi_square / count);
     let say = |kind: VerdictKind, effects: Vec<String>, reason: String, next: Option<String>| Verdict { kind, effects, reason, next };
@@ -409,9 +413,9 @@ fn conclude(evidence: &Evidence<'_, '_>) -> Result<(Verdict, (Hypothesis, Fitted
     };
     let fails = foretold.is_some_and(|lost| in_vain(lost) || beaten(lost)) && !evidence.fitter.lacks(Ablation::InSample);
     // Effects with more numbers than any free shape must do what none of them does; those with fewer may well be such a shape.
-    let gained = PLAINER * (surveyed.base.chi_square - chosen.1.chi_square);
-    let reach = chosen.1.chi_square + APART * after + limits.apart(gained, chosen.1.chi_square, after);
-    let flexible = chosen.0.added.len() > SHAPE_NUMBERS && (limits.several_like_one || names.len() == 1);
+    let plainer = PLAINER * (surveyed.base.chi_square - chosen.1.chi_square);
+    let reach = chosen.1.chi_square + APART * after + limits.apart(plainer, chosen.1.chi_square, after);
+    let flexible = chosen.0.added.len() > SHAPE_NUMBERS && (limits.known || names.len() == 1);
     let plainer = located.iter().filter(|c| flexible && c.fitted.is_some() && c.chi_square() <= reach);
     if let Some(plain) = plainer.min_by(|a, b| a.chi_square().total_cmp(&b.chi_square())) {
         let shape = plain.id.rsplit_once(':').map_or("shape", |(_, shape)| shape);
@@ -464,7 +468,7 @@ fn another(
     chosen: &(Hypothesis, Fitted),
     names: &[String],
 ) -> Result<Option<(String, Hypothesis, Fitted)>, ObjectiveError> {
-    let Evidence { fitter, machine, effects, surveyed, null, count, control, tried, .. } = evidence;
+    let Evidence { fitter, limits, machine, effects, surveyed, null, count, control, tried, .. } = evidence;
     let others: Vec<Effect> = effects.iter().filter(|e| !names.contains(&e.id)).cloned().collect();
     let (apply, _) = hypotheses(fitter, machine, &chosen.0, &others, &[]);
     let second = survey(fitter, chosen.0.clone(), vec![chosen.1.clone()], (apply, Vec::new()), control)?;
@@ -475,7 +479,6 @@ fn another(
     // What gained nothing alone has shown no scale of its own.
     let scale = if tried.iter().any(|t| t.candidate.id == last && t.statistic > 0.0) { null.scale(&last) } else { LEAST_SCALE };
     let statistic = gain / scale / after;
-    let limits = Limits::of(fitter.domain);
     let least = if after <= limits.more { limits.much.0 } else { limits.much.1 };
     let much = gain >= least * chosen.1.chi_square && gain >= limits.form * surveyed.base.chi_square;
     Ok((much && statistic >= LEAST_STATISTIC && null.p_value(statistic) < limits.alpha).then_some((last, hypothesis, fitted)))

@@ -3,7 +3,7 @@
 //! A machine's own description is a patch of the empty machine; an effect is a patch of a machine.
 //! A patch names points, shafts and joints; [`Machine::with`](super::Machine::with) resolves the names.
 
-use super::{Circumstance, DrivePatch, FrictionPatch, LeadErrorPatch, LoadedPair, Motion, Parameter, Place, Segment, Target};
+use super::{Circumstance, DrivePatch, FrictionPatch, LeadErrorPatch, LoadedPair, Machine, Motion, Parameter, Place, Segment, Target};
 
 /// A number in a patch: fixed, or a parameter by id.
 #[derive(Debug, Clone, PartialEq)]
@@ -138,6 +138,13 @@ impl Effect {
     pub fn asked_of(effects: &[Effect], data: Data) -> impl Iterator<Item = &Effect> {
         let shows = move |e: &Effect| e.data.contains(&data);
         effects.iter().filter(move |e| shows(e) || !effects.iter().any(|other| other.id == e.id && shows(other)))
+    }
+
+    /// The effect of an id that a machine was put together with: of those with one id, which are for machines described in different words, the one whose
+    /// parameters it has.
+    pub fn put_in<'e>(effects: &'e [Effect], id: &str, machine: &Machine) -> Option<&'e Effect> {
+        let has = |e: &Effect| e.patch.parameters.iter().all(|p| machine.parameter(&p.id).is_some());
+        effects.iter().find(|e| e.id == id && has(e))
     }
 
     /// Where it sits: points, joints and shafts that it changes, each with the parameter by which, where there is one; else where it adds joints;
