@@ -209,6 +209,30 @@ fn recover_an_unknown_place() {
     assert_eq!((found.located[0].over, found.located[0].shape), ("position", "stiffness"));
 }
 
+/// An axis whose force is late in all records has an effect; one record that is later than the others has a fault.
+#[test]
+fn recover_the_record_that_is_late_among_late_ones() {
+    let axis = |delay_s: f64| Axis { delay_s, uneven: 0.005, drift: 0.002, ..Axis::usual() };
+    let (a, b, held_out) = (made("a", &axis(4e-3), 3), made("b", &axis(4e-3), 13), made("held-out", &axis(4e-3), 1003));
+    let alike = diagnosed(&[&a, &b, &made("c", &axis(4e-3), 23)], &[&held_out], &[], &[]);
+    assert!(names(&alike, "control-delay"));
+    let later = diagnosed(&[&a, &b, &made("c", &axis(7e-3), 23)], &[&held_out], &[], &[]);
+    assert_eq!(later.verdict.kind, VerdictKind::Measurement);
+    assert!(later.verdict.reason.starts_with("c "), "{}", later.verdict.reason);
+}
+
+/// A held-out record whose force was recorded in another range is named where nothing else is; it is no «none».
+#[test]
+fn recover_a_held_out_record_in_another_range() {
+    let axis = Axis { uneven: 0.005, drift: 0.002, ..Axis::usual() };
+    let (fit, mut held_out) = (made("fit", &axis, 1), made("held-out", &axis, 1001));
+    assert_eq!(diagnosed(&[&fit], &[&held_out], &[], &[]).verdict.kind, VerdictKind::None);
+    held_out.load.iter_mut().for_each(|force| *force *= 1.2);
+    let found = diagnosed(&[&fit], &[&held_out], &[], &[]);
+    assert_eq!(found.verdict.kind, VerdictKind::Measurement);
+    assert!(found.verdict.reason.starts_with("held-out contradicts"), "{}", found.verdict.reason);
+}
+
 /// A frozen wrong parameter is released, not explained by an effect.
 #[test]
 fn recover_a_frozen_parameter() {

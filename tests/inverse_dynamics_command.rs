@@ -107,3 +107,22 @@ fn faults_are_told() {
     assert_eq!(ran.status.code(), Some(2));
     assert!(String::from_utf8_lossy(&ran.stderr).contains("no [drive]"));
 }
+
+/// A cable chain that pulls along the travel, which no effect of the library does, could pass for a force along the travel if that were four times as large as
+/// it ordinarily is: then it is none.
+#[test]
+fn recover_what_is_more_than_ordinary() {
+    use jointid::truth::motion::{Plan, QUICK, generate_one, write_case};
+    let (seed, index) = (97, 78);
+    let (case, label) = generate_one(seed, &Plan::from_counts(&QUICK, seed), index).unwrap();
+    assert_eq!(label.effects, ["cable-chain"]);
+    let folder = tempfile::tempdir().unwrap();
+    write_case(folder.path(), &case).unwrap();
+    let set = folder.path().to_str().unwrap();
+    let machine = format!("{set}/machine.toml");
+    let output = jointid().args(["diagnose", "--config", &machine, "--measurements", set, "--json", "--quiet"]).output().unwrap();
+    let found: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert_eq!(found["verdict"]["kind"], "unknown", "{:#}", found["verdict"]);
+    assert!(found["verdict"]["reason"].as_str().unwrap().contains("force along 1"), "{:#}", found["verdict"]);
+    assert_eq!(found["where"][0]["over"], "position", "{:#}", found["where"][0]);
+}

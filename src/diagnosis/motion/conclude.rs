@@ -3,14 +3,15 @@
 use super::record::Contradiction;
 use super::stage::Stage;
 use super::survey::releases;
-use super::verdict::{ALPHA, Chosen, LocatedMotion, NEARLY_ALL, RARE, Work, least};
+use super::verdict::{ALPHA, LocatedMotion, NEARLY_ALL, RARE, least};
+use super::work::{Chosen, Work};
 use crate::diagnosis::{Verdict, VerdictKind};
 use crate::inverse_dynamics::Fit;
 
 /// What a free shape must leave of what the chosen effects leave, for these to be doubted.
 const DOUBT: f64 = 0.5;
-/// Least gain of a free shape that is called something.
-const LEAST_FREE: f64 = 0.2;
+/// Least gain of a free shape that is called something, and of an effect that shows and yet is not it.
+const LEAST_FREE: f64 = 0.1;
 
 /// What the verdict rests on.
 pub(super) struct Evidence<'e> {
@@ -21,21 +22,33 @@ pub(super) struct Evidence<'e> {
     pub names: &'e [String],
     /// What they leave of what the machine fails to foretell of parts left out.
     pub loss: f64,
+    /// The best effect takes something of the misfit where the fit of everything with it ends.
+    pub shows: bool,
     pub same: &'e [usize],
     pub located: &'e [LocatedMotion],
     pub faulty: Vec<Contradiction>,
+    /// Held-out records that contradict the fitted ones.
+    pub contradictions: &'e [Contradiction],
 }
 
 /// The verdict.
 pub(super) fn conclude(evidence: &Evidence<'_>) -> Verdict {
-    let Evidence { work, first, base, chosen, names, loss: chosen_loss, same, located, faulty } = evidence;
+    let Evidence { work, first, base, chosen, names, loss: chosen_loss, shows, same, located, faulty, contradictions } = evidence;
     let say = |kind: VerdictKind, effects: Vec<String>, reason: String, next: Option<String>| Verdict { kind, effects, reason, next };
-    if !faulty.is_empty() {
-        let reason = faulty.iter().map(|f| f.says.clone()).collect::<Vec<_>>().join("; ");
-        let which = faulty.iter().map(|f| f.name.as_str()).collect::<Vec<_>>().join(" or ");
+    let at_fault = |records: &[Contradiction]| {
+        let reason = records.iter().map(|f| f.says.clone()).collect::<Vec<_>>().join("; ");
+        let which = records.iter().map(|f| f.name.as_str()).collect::<Vec<_>>().join(" or ");
         let next = Some(format!("record {which} again, force and position by one clock; hold it out until then"));
-        return say(VerdictKind::Measurement, Vec::new(), reason, next);
+        say(VerdictKind::Measurement, Vec::new(), reason, next)
+    };
+    if !faulty.is_empty() {
+        return at_fault(faulty);
     }
+    // Nothing is missing where a record says otherwise: then that record is at fault.
+    let nothing = |reason: String| match contradictions.is_empty() {
+        true => say(VerdictKind::None, Vec::new(), reason, None),
+        false => at_fault(contradictions),
+    };
     let left = |of: &Fit| of.squares / base.1.squares;
     let free = first.best_free();
     let free_loss = free.map_or(f64::INFINITY, |f| 1.0 - f.gain);
@@ -59,25 +72,36 @@ pub(super) fn conclude(evidence: &Evidence<'_>) -> Verdict {
             );
             return say(VerdictKind::Unknown, Vec::new(), reason, listen());
         }
-        if first.null.p_value(&first.ranked[best]) < ALPHA {
-            let least = least(work.effects, id);
-            let but = if gain < least {
-                format!("less than {:.0} % is no more than machines leave that are as described", 100.0 * least)
-            } else {
-                "but fitted alone it ends next to nothing".into()
-            };
-            let reason =
-                format!("{id} takes {:.0} % of what parts left out leave beside what is ordinarily wrong, {but}", 100.0 * gain.max(0.0));
-            return say(VerdictKind::None, Vec::new(), reason, None);
+        let (p, least) = (first.null.p_value(&first.ranked[best]), least(work.effects, first, id));
+        let takes = format!("{id} takes {:.0} % of what parts left out leave beside what is ordinarily wrong", 100.0 * gain.max(0.0));
+        let not_it = format!("{takes}, but the fit of everything with it ends where it does little of that by itself");
+        if p < ALPHA && gain >= least.max(LEAST_FREE) && *shows {
+            return say(VerdictKind::Unknown, Vec::new(), not_it, listen());
+        }
+        if let Some((wrong, size)) = &first.stretched {
+            let reason = format!(
+                "what is ordinarily a little wrong explains it only at {size:.1} standard deviations ({wrong}), and no effect of the library stands for \
+                 it (most {id}, {:.0} %)",
+                100.0 * gain.max(0.0)
+            );
+            return say(VerdictKind::Unknown, Vec::new(), reason, listen());
+        }
+        if p < ALPHA && gain >= least {
+            return nothing(not_it);
+        }
+        if p < ALPHA {
+            let reason = format!("{takes}, less than {:.0} % is no more than machines leave that are as described", 100.0 * least);
+            return nothing(reason);
         }
         let reason = format!(
             "what is left is no more than nulls of this machine and these motions show (most is gained by {id}, {:.0} % of what parts left out leave, \
              {})",
             100.0 * gain.max(0.0),
-            p_text(first.null.p_value(&first.ranked[best]))
+            p_text(p)
         );
-        return say(VerdictKind::None, Vec::new(), reason, None);
+        return nothing(reason);
     }
+    let best = same.iter().copied().find(|at| first.id(*at) == names[0]).unwrap_or(best);
     let gain = first.ranked[best].gain;
     let release = same.iter().find(|at| releases(&first.survey.candidates[first.ranked[**at].candidate]));
     if let Some(&at) = release {

@@ -19,6 +19,7 @@ mod stage;
 mod survey;
 mod verdict;
 mod weight;
+mod work;
 
 pub use cell::{Cell, CellKind, cells};
 pub use data::MotionData;

@@ -11,6 +11,9 @@ const PERHAPS: f64 = 0.3;
 const APART: f64 = 1.36;
 /// What another may leave of parts left out over what the best leaves: with more it is no rival, however few parts say so.
 const COMPARABLE: f64 = 3.0;
+/// Share of the best gain from which another is a rival whose fit without what is ordinary takes more of the misfit than the best one's, and how many
+/// times as much; and the least share that counts.
+const BY_ITSELF: (f64, f64, f64) = (0.5, 2.0, 0.2);
 
 /// A survey with what nulls show of it.
 pub(super) struct Stage {
@@ -21,6 +24,8 @@ pub(super) struct Stage {
     pub further: bool,
     /// Inertia takes next to no force.
     pub slow: bool,
+    /// What is ordinarily wrong that is not enough by far, and how many standard deviations of it would be.
+    pub stretched: Option<(String, f64)>,
 }
 
 impl Stage {
@@ -41,8 +46,9 @@ impl Stage {
         })
     }
 
-    /// Places of the effects that explain as much as the best, or are known to be told from it by a further point alone; the best first.
-    pub fn class(&self, effects: &[Effect]) -> Vec<usize> {
+    /// Places of the effects that explain as much as the best, beside what is ordinarily wrong or by themselves, or are known to be told from it by a further
+    /// point alone; the best first. `takes` is the share of the misfit that the fit of everything with one takes.
+    pub fn class(&self, effects: &[Effect], takes: impl Fn(usize) -> f64) -> Vec<usize> {
         let Some(best) = self.best_effect() else { return Vec::new() };
         let most = &self.ranked[best];
         let alike = |r: &Ranked| {
@@ -57,8 +63,16 @@ impl Stage {
         };
         let known = self.like(effects, self.id(best));
         let like = |at: usize| known.iter().any(|id| id == self.id(at));
+        let by_itself = |at: usize| {
+            let (share, times, least) = BY_ITSELF;
+            let gains = self.ranked[at].gain > share * most.gain && self.null.p_value(&self.ranked[at]) < ALPHA;
+            gains && takes(at) > (times * takes(best)).max(least)
+        };
         (best..self.ranked.len())
-            .filter(|at| self.survey.candidates[self.ranked[*at].candidate].free.is_none() && (alike(&self.ranked[*at]) || like(*at)))
+            .filter(|at| {
+                self.survey.candidates[self.ranked[*at].candidate].free.is_none()
+                    && (alike(&self.ranked[*at]) || like(*at) || by_itself(*at))
+            })
             .collect()
     }
 

@@ -336,6 +336,13 @@ impl Survey {
         ranked
     }
 
+    /// What is ordinarily wrong that the machine as described needs most of, and how many standard deviations of it.
+    pub fn stretched(&self, data: &MotionData<'_>) -> Option<(&str, f64)> {
+        let (_, coefficients, _) = self.fitted(data, &data.y, None)?;
+        let sizes = self.nuisances.iter().zip(coefficients.iter()).map(|(nuisance, size)| (nuisance.name.as_str(), size.abs()));
+        sizes.max_by(|a, b| a.1.total_cmp(&b.1))
+    }
+
     /// What the machine alone leaves of parts of each force foretold without them.
     fn base_loss(&self, data: &MotionData<'_>, forces: &Forces) -> Vec<f64> {
         self.nominal.solve(data, forces).into_iter().map(|s| s.map_or(f64::INFINITY, |s| s.loss())).collect()

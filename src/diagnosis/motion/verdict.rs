@@ -9,15 +9,14 @@ use super::free::Places;
 use super::gap::{MotionPart, closed_interval, floor_of, gap_of, noise_of, part};
 use super::null::Null;
 use super::record::{Contradiction, RecordShift, contradictions, faulty, shifts};
-use super::stage::{Stage, simplest_first};
-use super::survey::{Ground, Ranked, Survey, start_of};
+use super::stage::Stage;
 use super::weight::weigh;
+use super::work::{Chosen, Work};
 use crate::diagnosis::domain::share_closed;
 use crate::diagnosis::said::last_of;
 use crate::diagnosis::{Hypothesis, Status, Verdict, VerdictKind};
-use crate::inverse_dynamics::{Fit, InverseError, Motion, Phase, Rigid, estimate, free_parameters, unseen};
-use crate::machine::{Data, Effect, Machine};
-use crate::numeric::statistics::root_mean_square;
+use crate::inverse_dynamics::{InverseError, Motion, Phase, Rigid, estimate, free_parameters, unseen};
+use crate::machine::{Effect, Machine};
 use crate::optimizer::Control;
 
 /// How a diagnosis is made.
@@ -122,31 +121,12 @@ pub(super) const NEARLY_ALL: f64 = 0.8;
 pub(super) const RARE: f64 = 0.05;
 /// Effects that may be combined.
 const MOST: usize = 3;
-/// Share of the misfit by which a combination may be worse without one of its effects, for that one to be dropped.
-const SPARED: f64 = 0.03;
-/// Shares of what an effect gains of parts left out one of which it must take where the fit of everything ends, lest that be where it does nothing: by
-/// itself, and beside what is ordinarily wrong.
-const HELD: (f64, f64) = (0.02, 0.25);
-/// Share of the force that inertia takes at least, root mean square, for acceleration to tell anything.
-const SLOW: f64 = 0.2;
 /// Draws of the bootstrap of `closed`.
 const BOOTSTRAP: usize = 400;
 
-pub(super) type Chosen = (Hypothesis, Fit);
-
-/// Gain below which an effect is not named first.
-pub(super) fn least(effects: &[Effect], id: &str) -> f64 {
-    if effects.iter().any(|e| e.id == id && e.ordinary) { LEAST_ORDINARY } else { LEAST }
-}
-
-/// What does not change from one effect to the next.
-pub(super) struct Work<'w> {
-    pub data: MotionData<'w>,
-    rigid: Rigid,
-    frozen: &'w [String],
-    pub effects: &'w [Effect],
-    settings: MotionSettings,
-    control: &'w Control,
+/// Gain below which an effect is not named first. Where what is ordinary is not enough, an effect that machines have a little of needs no more than others.
+pub(super) fn least(effects: &[Effect], stage: &Stage, id: &str) -> f64 {
+    if stage.stretched.is_none() && effects.iter().any(|e| e.id == id && e.ordinary) { LEAST_ORDINARY } else { LEAST }
 }
 
 /// Diagnoses motions of a drive by the force of its rigid motion, and by the transmission errors of further points where they were recorded; of effects
@@ -193,11 +173,14 @@ pub fn diagnose_motion(
     let mut chosen = base.clone();
     // What the chosen effects leave of what the machine fails to foretell of parts left out.
     let mut loss = 1.0;
-    let same = first.class(work.effects);
-    if first.significant(|id| least(work.effects, id))
-        && let Some(at) = first.best_effect()
-        && let Some(next) = work.refined(&first, &first.ranked[at], &base)
-        && work.held(&first, &next, &base, first.ranked[at].gain)
+    let plain = work.plain_fits(&first, &base);
+    let same = first.class(work.effects, |at| plain[at].as_ref().map_or(0.0, |fitted| 1.0 - fitted.1.squares / base.1.squares));
+    let shows = first.best_effect().is_some_and(|at| plain[at].as_ref().is_some_and(|next| work.shows(&first, at, next, &base)));
+    // The best that holds of those that are not told apart.
+    let holds = |at: &usize| plain[*at].as_ref().is_some_and(|next| work.held(&first, *at, next, &base));
+    if first.significant(|id| least(work.effects, &first, id))
+        && let Some(at) = same.iter().copied().find(holds)
+        && let Some(next) = plain[at].clone()
     {
         names.push(first.id(at).to_string());
         loss *= 1.0 - first.ranked[at].gain;
@@ -213,7 +196,7 @@ pub fn diagnose_motion(
         }
         let at = second.best_effect().unwrap_or(0);
         let Some(next) = work.refined(&second, &second.ranked[at], &chosen) else { break };
-        if !work.held(&second, &next, &chosen, second.ranked[at].gain) {
+        if !work.held(&second, at, &next, &chosen) {
             break;
         }
         names.push(last_of(second.id(at)).to_string());
@@ -237,10 +220,10 @@ pub fn diagnose_motion(
     let mut tried: Vec<TriedMotion> = first
         .ranked
         .par_iter()
-        .filter(|r| first.survey.candidates[r.candidate].free.is_none())
-        .map(|ranked| {
+        .zip(&plain)
+        .filter(|(r, _)| first.survey.candidates[r.candidate].free.is_none())
+        .map(|(ranked, refined)| {
             let candidate = &first.survey.candidates[ranked.candidate];
-            let refined = work.refined(&first, ranked, &base);
             let (parameters, held_out) = refined.as_ref().map_or((Vec::new(), Vec::new()), |(h, f)| {
                 let id = |i: &usize| (h.machine.parameters[*i].id.clone(), f.values[*i]);
                 (h.added.iter().map(id).collect(), parts((h, &f.values), held_out))
@@ -287,9 +270,7 @@ pub fn diagnose_motion(
     let (fit_shifts, other_shifts) = (shifted(fit_motions), shifted(held_out));
     let step_s = fit_motions.iter().map(|m| m.step_s).fold(0.0, f64::max);
     // An effect that delays the force of all records must not hide the one whose force is late alone.
-    let delays = chosen.0.machine.drive.as_ref().is_some_and(|d| d.delay_s.depends_on().any(|i| chosen.0.added.contains(&i)));
-    let unhidden = if delays { shifts(&work.rigid, &base.0.machine, &base.1.values, fit_motions) } else { fit_shifts.clone() };
-    let faulty = faulty(&unhidden, step_s);
+    let faulty = faulty(&shifts(&work.rigid, &chosen.0.machine, &at_once(&chosen), fit_motions), step_s);
     let contradictions = contradictions(&fit_shifts, &other_shifts, step_s);
     let verdict = conclude(&Evidence {
         work: &work,
@@ -298,9 +279,11 @@ pub fn diagnose_motion(
         chosen: &chosen,
         names: &names,
         loss,
+        shows,
         same: &same,
         located: &located,
         faulty,
+        contradictions: &contradictions,
     });
     let verdict = if control.stopped() {
         let reason = "stopped early, before enough nulls were drawn to tell what is no accident".to_string();
@@ -308,12 +291,12 @@ pub fn diagnose_motion(
     } else {
         verdict
     };
-    let shows = match verdict.kind {
-        kind if kind.explains() => first.best_effect().map(|at| &first.ranked[at]),
+    let told = match verdict.kind {
+        kind if kind.explains() => same.iter().find(|at| names.first().is_some_and(|n| first.id(**at) == n)).map(|at| &first.ranked[*at]),
         VerdictKind::Unknown => first.best_free(),
         _ => None,
     };
-    let taken = shows.and_then(|ranked| first.survey.taken(&work.data, ranked));
+    let taken = told.and_then(|ranked| first.survey.taken(&work.data, ranked));
     Ok(MotionDiagnosis {
         phase: taken.and_then(|taken| largest_phase(&work.data.motions, taken.as_slice())),
         cells: fit_motions.iter().zip(&base_fit).chain(held_out.iter().zip(&base_held_out)).flat_map(|(m, p)| cells(m, p)).collect(),
@@ -336,108 +319,15 @@ pub fn diagnose_motion(
     })
 }
 
-impl Work<'_> {
-    /// All candidates beside a model that has the named effects already, and nulls of it.
-    fn survey(&self, from: &Chosen, names: &[String]) -> Option<Stage> {
-        let (apply, others) = self.hypotheses(&from.0, names);
-        let ground = Ground { data: &self.data, rigid: &self.rigid, nominal: &from.0, fit: &from.1, frozen: self.frozen };
-        let survey = Survey::new(&ground, apply, others, self.control)?;
-        let mut ranked = survey.rank(&self.data, &self.data.y);
-        let best = ranked.iter().find(|r| survey.candidates[r.candidate].free.is_none());
-        let seed = self.settings.seed.wrapping_add(names.len() as u64);
-        let null = survey.null(&self.data, &self.data.y, best, self.settings.draws, seed, self.control);
-        // What a wave of any period gains by accident does not stand before what is no accident.
-        ranked.sort_by_key(|r| survey.candidates[r.candidate].free.is_none() && null.p_value(r) >= ALPHA);
-        simplest_first(&survey, &null, &mut ranked);
-        let further = self.data.motions.iter().any(|m| m.records_points());
-        Some(Stage { survey, ranked, null, further, slow: self.slow(from) })
+/// Values of a fit whose force comes as late as the machine as described says: what an effect delays it by is nothing.
+fn at_once((hypothesis, fit): &Chosen) -> Vec<f64> {
+    let mut values = fit.values.clone();
+    let delays = hypothesis.machine.drive.iter().flat_map(|d| d.delay_s.depends_on());
+    for index in delays.filter(|i| hypothesis.added.contains(i)) {
+        let parameter = &hypothesis.machine.parameters[index];
+        values[index] = 0.0_f64.clamp(parameter.lower, parameter.upper);
     }
-
-    /// Whether inertia takes next to no force in these records.
-    fn slow(&self, from: &Chosen) -> bool {
-        let inertia = self.rigid.inertia(&from.0.machine, &from.1.values);
-        let force = root_mean_square(self.data.motions.iter().flat_map(|m| m.load.iter().copied()));
-        let moved = root_mean_square(self.data.motions.iter().flat_map(|m| m.acceleration_m_s2.iter().map(|a| inertia * a)));
-        moved.zip(force).is_some_and(|(moved, force)| moved < SLOW * force)
-    }
-
-    fn hypotheses(&self, from: &Hypothesis, names: &[String]) -> (Vec<Hypothesis>, Vec<(String, Status)>) {
-        let (mut apply, mut others) = (Vec::new(), Vec::new());
-        for effect in self.effects.iter().filter(|e| !names.contains(&e.id)) {
-            let applied = match from.obstacle(effect, Data::Motion) {
-                Some(why) => Err(why),
-                None => from.with(effect).map_err(|error| error.to_string()),
-            };
-            match applied {
-                Ok(hypothesis) => apply.push(only_added(hypothesis, from)),
-                Err(why) => others.push((effect.id.clone(), Status::NotApplicable(why))),
-            }
-        }
-        apply.extend(from.releases(&from.machine, self.frozen, names));
-        (apply, others)
-    }
-
-    /// A candidate fitted with everything, from where the survey found it.
-    pub fn refined(&self, stage: &Stage, ranked: &Ranked, from: &Chosen) -> Option<Chosen> {
-        let hypothesis = stage.survey.candidates[ranked.candidate].hypothesis.as_ref()?;
-        let machine = &hypothesis.machine;
-        let mut start = start_of(machine, &from.1.values);
-        for (index, value) in &ranked.added {
-            start[*index] = value.clamp(machine.parameters[*index].lower, machine.parameters[*index].upper);
-        }
-        let mut whole = hypothesis.clone();
-        whole.added = from.0.added.iter().chain(&hypothesis.added).copied().collect();
-        let frozen: Vec<String> =
-            self.frozen.iter().filter(|id| !whole.added.iter().any(|i| machine.parameters[*i].id == **id)).cloned().collect();
-        let free = free_parameters(machine, &frozen).ok()?;
-        let fitted = |free: &[usize]| estimate(&self.rigid, machine, &start, free, &self.data.motions).ok();
-        let fit = fitted(&free).or_else(|| {
-            // What the machine has at an end of its range may be what the effect stands for.
-            let kept = |i: &usize| machine.parameters[*i].holds_inside(start[*i]) || *i >= from.1.values.len();
-            let free: Vec<usize> = free.iter().copied().filter(kept).collect();
-            fitted(&free)
-        })?;
-        Some((whole, fit))
-    }
-
-    /// Whether the fit of everything ends where an effect shows that gained so much of parts left out, by itself or beside what is ordinarily wrong.
-    fn held(&self, stage: &Stage, next: &Chosen, before: &Chosen, gain: f64) -> bool {
-        let beside = |of: &Chosen| stage.survey.squares(&self.data, &self.rigid, &of.0.machine, &of.1.values);
-        let shows = |after: f64, before: f64, share: f64| after < (1.0 - share * gain) * before;
-        shows(next.1.squares, before.1.squares, HELD.0) || beside(next).zip(beside(before)).is_some_and(|(a, b)| shows(a, b, HELD.1))
-    }
-
-    /// Takes effects out of a combination that it hardly misses.
-    fn drop_what_is_not_needed(&self, base: &Chosen, names: &mut Vec<String>, chosen: &mut Chosen) {
-        for at in (0..names.len() - 1).rev() {
-            let kept: Vec<&String> = names.iter().enumerate().filter(|(i, _)| *i != at).map(|(_, n)| n).collect();
-            let effects: Option<Vec<&Effect>> = kept.iter().map(|id| self.effects.iter().find(|e| e.id == **id)).collect();
-            let Some(effects) = effects else { continue };
-            let hypothesis = effects.iter().try_fold(base.0.clone(), |h, e| h.with(e));
-            let Ok(hypothesis) = hypothesis else { continue };
-            let machine = &hypothesis.machine;
-            let mut start = start_of(machine, &base.1.values);
-            for (index, p) in machine.parameters.iter().enumerate() {
-                if let Some(known) = chosen.0.machine.parameter(&p.id) {
-                    start[index] = chosen.1.values[known];
-                }
-            }
-            let Ok(free) = free_parameters(machine, self.frozen) else { continue };
-            if let Ok(fit) = estimate(&self.rigid, machine, &start, &free, &self.data.motions)
-                && fit.squares <= (1.0 + SPARED) * chosen.1.squares
-            {
-                *chosen = (hypothesis, fit);
-                names.remove(at);
-                return;
-            }
-        }
-    }
-}
-
-/// A hypothesis whose added parameters are those of the last effect alone: the others are free in what it starts from.
-fn only_added(mut hypothesis: Hypothesis, from: &Hypothesis) -> Hypothesis {
-    hypothesis.added = (from.machine.parameters.len()..hypothesis.machine.parameters.len()).collect();
-    hypothesis
+    values
 }
 
 /// What is said where the records do not determine the machine's own parameters.
