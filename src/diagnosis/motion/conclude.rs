@@ -3,7 +3,7 @@
 use super::record::Contradiction;
 use super::stage::Stage;
 use super::survey::releases;
-use super::verdict::{ALPHA, LocatedMotion, NEARLY_ALL, RARE, least};
+use super::verdict::{ALPHA, LocatedMotion, NEARLY_ALL, RARE};
 use super::work::{Chosen, Work};
 use crate::diagnosis::{Verdict, VerdictKind};
 use crate::inverse_dynamics::Fit;
@@ -22,8 +22,10 @@ pub(super) struct Evidence<'e> {
     pub names: &'e [String],
     /// What they leave of what the machine fails to foretell of parts left out.
     pub loss: f64,
-    /// The best effect takes something of the misfit where the fit of everything with it ends.
-    pub shows: bool,
+    /// Fits of everything with each of the ranked effects.
+    pub plain: &'e [Option<Chosen>],
+    /// Place of the effect that is named first, if it is one of those that are not told apart.
+    pub named: Option<usize>,
     pub same: &'e [usize],
     pub located: &'e [LocatedMotion],
     pub faulty: Vec<Contradiction>,
@@ -33,7 +35,7 @@ pub(super) struct Evidence<'e> {
 
 /// The verdict.
 pub(super) fn conclude(evidence: &Evidence<'_>) -> Verdict {
-    let Evidence { work, first, base, chosen, names, loss: chosen_loss, shows, same, located, faulty, contradictions } = evidence;
+    let Evidence { work, first, base, chosen, names, loss: chosen_loss, plain, named, same, located, faulty, contradictions } = evidence;
     let say = |kind: VerdictKind, effects: Vec<String>, reason: String, next: Option<String>| Verdict { kind, effects, reason, next };
     let at_fault = |records: &[Contradiction]| {
         let reason = records.iter().map(|f| f.says.clone()).collect::<Vec<_>>().join("; ");
@@ -72,10 +74,11 @@ pub(super) fn conclude(evidence: &Evidence<'_>) -> Verdict {
             );
             return say(VerdictKind::Unknown, Vec::new(), reason, listen());
         }
-        let (p, least) = (first.null.p_value(&first.ranked[best]), least(work.effects, first, id));
+        let (p, least) = (first.null.p_value(&first.ranked[best]), work.least(first, id));
+        let shows = plain[best].as_ref().is_some_and(|next| work.shows(first, best, next, base));
         let takes = format!("{id} takes {:.0} % of what parts left out leave beside what is ordinarily wrong", 100.0 * gain.max(0.0));
         let not_it = format!("{takes}, but the fit of everything with it ends where it does little of that by itself");
-        if p < ALPHA && gain >= least.max(LEAST_FREE) && *shows {
+        if p < ALPHA && gain >= least.max(LEAST_FREE) && shows {
             return say(VerdictKind::Unknown, Vec::new(), not_it, listen());
         }
         if let Some((wrong, size)) = &first.stretched {
@@ -101,14 +104,12 @@ pub(super) fn conclude(evidence: &Evidence<'_>) -> Verdict {
         );
         return nothing(reason);
     }
-    let best = same.iter().copied().find(|at| first.id(*at) == names[0]).unwrap_or(best);
+    let best = named.unwrap_or(best);
     let gain = first.ranked[best].gain;
     let release = same.iter().find(|at| releases(&first.survey.candidates[first.ranked[**at].candidate]));
     if let Some(&at) = release {
         let ranked = &first.ranked[at];
-        let found = work.refined(first, ranked, base);
-        let hypothesis = found.as_ref().map(|f| (&f.0, &f.1));
-        let told = hypothesis.map_or(String::new(), |(h, f)| {
+        let told = plain[at].as_ref().map_or(String::new(), |(h, f)| {
             let index = h.added[0];
             let p = &h.machine.parameters[index];
             format!("{} was held at {:.4e} {}; free, it becomes {:.4e}", p.id, p.start, p.unit, f.values[index])

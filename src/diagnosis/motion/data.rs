@@ -43,6 +43,11 @@ impl<'m> MotionData<'m> {
         MotionData { y: recorded(&motions), columns, order, begins, motions }
     }
 
+    /// Whether loops tell of a further point where the encoder is.
+    pub fn is_told(&self) -> bool {
+        self.motions.iter().flat_map(|m| &m.further).any(Further::is_told)
+    }
+
     /// Number of parts.
     pub fn parts(&self) -> usize {
         self.begins.len() - 1

@@ -44,7 +44,8 @@ const SCALE: f64 = 2e-6;
 ///
 /// # Source  widths: a drive holds its force for a sample, which comes half a sample late; guides are ground to a few percent of preload; friction of a
 /// warm axis changes by percents within a record; the friction of a film grows with less than the speed (in rolling bearings with its 2/3 power, after
-/// Palmgren); bearings, screw and coupling together give way one to four times as far as the nut that a plain description has; linear scales of machine tools are sold as good to ±3 µm (some to ±5 µm) per metre.
+/// Palmgren); bearings, screw and coupling together give way one to four times as far as the nut that a plain description has; linear scales of machine
+/// tools are sold as good to ±3 µm (some to ±5 µm) per metre.
 pub(super) fn nuisances(data: &MotionData<'_>, rigid: &Rigid, machine: &Machine, values: &[f64]) -> Vec<Nuisance> {
     let of = Ordinary::new(data, rigid, machine, values);
     let mut all = [of.chain(), of.building_up(), of.giving_way(), of.slow(), of.thinning(), of.along(), of.drifting()].concat();
@@ -72,6 +73,11 @@ fn turned(m: &Motion, force: Vec<f64>) -> Vec<f64> {
     force.into_iter().zip(m.direction()).map(|(f, s)| f * s).collect()
 }
 
+/// Half of what a steady speed forward takes more than the same backward (N or N·m).
+fn sliding(rigid: &Rigid, machine: &Machine, values: &[f64], speed_m_s: f64) -> f64 {
+    0.5 * (rigid.steady(machine, values, speed_m_s) - rigid.steady(machine, values, -speed_m_s))
+}
+
 fn nothing(m: &Motion) -> Vec<f64> {
     vec![0.0; m.position_m.len()]
 }
@@ -80,8 +86,7 @@ impl<'o> Ordinary<'o> {
     fn new(data: &'o MotionData<'o>, rigid: &'o Rigid, machine: &'o Machine, values: &'o [f64]) -> Self {
         let level = root_mean_square(data.motions.iter().flat_map(|m| m.load.iter().copied())).unwrap_or(0.0);
         let fastest = data.motions.iter().flat_map(|m| &m.velocity_m_s).fold(0.0_f64, |f, v| f.max(v.abs()));
-        let creeping = |direction: f64| rigid.steady(machine, values, direction * 1e-9 * fastest);
-        let dry = 0.5 * (creeping(1.0) - creeping(-1.0)).abs();
+        let dry = sliding(rigid, machine, values, 1e-9 * fastest).abs();
         let travel = extremes(data.motions.iter().flat_map(|m| &m.position_m));
         Ordinary { data, rigid, machine, values, level, dry, fastest, travel }
     }
@@ -124,7 +129,7 @@ impl<'o> Ordinary<'o> {
             slope(m).iter().map(|d| (SKEW + periods_s / m.step_s) * d).collect::<Vec<f64>>()
         };
         let mut all = vec![self.nuisance("~synchrony", late), self.nuisance("~blur", |m| central_differences(&slope(m)))];
-        if self.data.motions.iter().flat_map(|m| &m.further).any(Further::is_told) {
+        if self.data.is_told() {
             all.push(Nuisance { name: "~clock".into(), column: self.data.recorded_force(clock) });
         }
         all
@@ -187,8 +192,7 @@ impl<'o> Ordinary<'o> {
 
     /// A film of oil whose viscosity falls with the speed at which it is sheared.
     fn thinning(&self) -> Vec<Nuisance> {
-        let at = |velocity_m_s: f64| self.rigid.steady(self.machine, self.values, velocity_m_s);
-        let film = 0.5 * (at(self.fastest) - at(-self.fastest)) - self.dry;
+        let film = sliding(self.rigid, self.machine, self.values, self.fastest) - self.dry;
         let of = |m: &Motion| turned(m, m.velocity_m_s.iter().map(|v| -THINS * film * (v / self.fastest).powi(2)).collect());
         vec![self.rubbing("~film thins".into(), of)]
     }

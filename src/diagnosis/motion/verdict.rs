@@ -9,7 +9,6 @@ use super::free::Places;
 use super::gap::{MotionPart, closed_interval, floor_of, gap_of, noise_of, part};
 use super::null::Null;
 use super::record::{Contradiction, RecordShift, contradictions, faulty, shifts};
-use super::stage::Stage;
 use super::weight::weigh;
 use super::work::{Chosen, Work};
 use crate::diagnosis::domain::share_closed;
@@ -109,11 +108,8 @@ impl MotionDiagnosis {
     }
 }
 
-/// Share of nulls that may be called something, and the least gain that is: of the first effect, of one that machines ordinarily have a little of, and of
-/// a second; of one more, and of one that is known, or found, to be mistaken for the first: what an imperfect first one leaves, its likes take best.
+/// Share of nulls that may be called something, and the least gain that is: of a second effect; of one more, and of one that is known, or found, to be mistaken for the first: what an imperfect first one leaves, its likes take best.
 pub(super) const ALPHA: f64 = 0.005;
-const LEAST: f64 = 0.03;
-const LEAST_ORDINARY: f64 = 0.06;
 const LEAST_SECOND: f64 = 0.11;
 const LEAST_MORE: f64 = 0.25;
 /// Gain that leaves so little that one null of twenty is rare enough.
@@ -123,11 +119,6 @@ pub(super) const RARE: f64 = 0.05;
 const MOST: usize = 3;
 /// Draws of the bootstrap of `closed`.
 const BOOTSTRAP: usize = 400;
-
-/// Gain below which an effect is not named first. Where what is ordinary is not enough, an effect that machines have a little of needs no more than others.
-pub(super) fn least(effects: &[Effect], stage: &Stage, id: &str) -> f64 {
-    if stage.stretched.is_none() && effects.iter().any(|e| e.id == id && e.ordinary) { LEAST_ORDINARY } else { LEAST }
-}
 
 /// Diagnoses motions of a drive by the force of its rigid motion, and by the transmission errors of further points where they were recorded; of effects
 /// with one id that for motion ([`Effect::asked_of`]).
@@ -175,10 +166,9 @@ pub fn diagnose_motion(
     let mut loss = 1.0;
     let plain = work.plain_fits(&first, &base);
     let same = first.class(work.effects, |at| plain[at].as_ref().map_or(0.0, |fitted| 1.0 - fitted.1.squares / base.1.squares));
-    let shows = first.best_effect().is_some_and(|at| plain[at].as_ref().is_some_and(|next| work.shows(&first, at, next, &base)));
     // The best that holds of those that are not told apart.
     let holds = |at: &usize| plain[*at].as_ref().is_some_and(|next| work.held(&first, *at, next, &base));
-    if first.significant(|id| least(work.effects, &first, id))
+    if first.significant(|id| work.least(&first, id))
         && let Some(at) = same.iter().copied().find(holds)
         && let Some(next) = plain[at].clone()
     {
@@ -206,6 +196,7 @@ pub fn diagnose_motion(
     if names.len() > 1 {
         work.drop_what_is_not_needed(&base, &mut names, &mut chosen);
     }
+    let named = names.first().and_then(|name| same.iter().copied().find(|at| first.id(*at) == name));
     let parts = |(hypothesis, values): (&Hypothesis, &[f64]), motions: &[&Motion]| -> Vec<MotionPart> {
         motions.iter().map(|m| part(&work.rigid, &hypothesis.machine, values, m)).collect()
     };
@@ -270,7 +261,8 @@ pub fn diagnose_motion(
     let (fit_shifts, other_shifts) = (shifted(fit_motions), shifted(held_out));
     let step_s = fit_motions.iter().map(|m| m.step_s).fold(0.0, f64::max);
     // An effect that delays the force of all records must not hide the one whose force is late alone.
-    let faulty = faulty(&shifts(&work.rigid, &chosen.0.machine, &at_once(&chosen), fit_motions), step_s);
+    let unhidden = at_once(&chosen).map(|values| shifts(&work.rigid, &chosen.0.machine, &values, fit_motions));
+    let faulty = faulty(unhidden.as_ref().unwrap_or(&fit_shifts), step_s);
     let contradictions = contradictions(&fit_shifts, &other_shifts, step_s);
     let verdict = conclude(&Evidence {
         work: &work,
@@ -279,7 +271,8 @@ pub fn diagnose_motion(
         chosen: &chosen,
         names: &names,
         loss,
-        shows,
+        plain: &plain,
+        named,
         same: &same,
         located: &located,
         faulty,
@@ -292,7 +285,7 @@ pub fn diagnose_motion(
         verdict
     };
     let told = match verdict.kind {
-        kind if kind.explains() => same.iter().find(|at| names.first().is_some_and(|n| first.id(**at) == n)).map(|at| &first.ranked[*at]),
+        kind if kind.explains() => named.map(|at| &first.ranked[at]),
         VerdictKind::Unknown => first.best_free(),
         _ => None,
     };
@@ -319,15 +312,17 @@ pub fn diagnose_motion(
     })
 }
 
-/// Values of a fit whose force comes as late as the machine as described says: what an effect delays it by is nothing.
-fn at_once((hypothesis, fit): &Chosen) -> Vec<f64> {
+/// Values of a fit whose force comes as late as the machine as described says: what effects delay it by is nothing. `None` where none does.
+fn at_once((hypothesis, fit): &Chosen) -> Option<Vec<f64>> {
+    let delays = hypothesis.machine.drive.as_ref()?.delay_s.depends_on().filter(|i| hypothesis.added.contains(i));
     let mut values = fit.values.clone();
-    let delays = hypothesis.machine.drive.iter().flat_map(|d| d.delay_s.depends_on());
-    for index in delays.filter(|i| hypothesis.added.contains(i)) {
+    let mut delayed = false;
+    for index in delays {
         let parameter = &hypothesis.machine.parameters[index];
         values[index] = 0.0_f64.clamp(parameter.lower, parameter.upper);
+        delayed = true;
     }
-    values
+    delayed.then_some(values)
 }
 
 /// What is said where the records do not determine the machine's own parameters.

@@ -8,11 +8,14 @@ use super::survey::{Ground, Ranked, Survey, start_of};
 use super::verdict::{ALPHA, MotionSettings};
 use crate::diagnosis::said::last_of;
 use crate::diagnosis::{Hypothesis, Status};
-use crate::inverse_dynamics::{Fit, Further, Rigid, estimate, free_parameters};
+use crate::inverse_dynamics::{Fit, Rigid, estimate, free_parameters};
 use crate::machine::{Data, Effect};
 use crate::numeric::statistics::root_mean_square;
 use crate::optimizer::Control;
 
+/// Least gain of the first effect that is called something, and of one that machines ordinarily have a little of.
+const LEAST: f64 = 0.03;
+const LEAST_ORDINARY: f64 = 0.06;
 /// Share of the misfit by which a combination may be worse without one of its effects, for that one to be dropped.
 const SPARED: f64 = 0.03;
 /// Shares of what an effect gains of parts left out one of which it must take where the fit of everything ends, lest that be where it does nothing: by
@@ -51,8 +54,7 @@ impl Work<'_> {
         ranked.sort_by_key(|r| survey.candidates[r.candidate].free.is_none() && null.p_value(r) >= ALPHA);
         simplest_first(&survey, &null, &mut ranked);
         let further = self.data.motions.iter().any(|m| m.records_points());
-        let told = self.data.motions.iter().flat_map(|m| &m.further).any(Further::is_told);
-        let stretched = survey.stretched(&self.data).filter(|(_, size)| *size > STRETCHED && !told);
+        let stretched = survey.stretched(&self.data).filter(|(_, size)| *size > STRETCHED && !self.data.is_told());
         let stretched = stretched.map(|(name, size)| (name.trim_start_matches('~').to_string(), size));
         Some(Stage { survey, ranked, null, further, slow: self.slow(from), stretched })
     }
@@ -104,6 +106,16 @@ impl Work<'_> {
         Some((whole, fit))
     }
 
+    /// Whether machines have a little of an effect ordinarily.
+    fn is_ordinary(&self, id: &str) -> bool {
+        self.effects.iter().any(|e| e.ordinary && e.id == id)
+    }
+
+    /// Gain below which an effect is not named first. Where what is ordinary is not enough, an effect that machines have a little of needs no more than others.
+    pub fn least(&self, stage: &Stage, id: &str) -> f64 {
+        if stage.stretched.is_none() && self.is_ordinary(id) { LEAST_ORDINARY } else { LEAST }
+    }
+
     /// Fits of everything with each of the ranked effects.
     pub fn plain_fits(&self, stage: &Stage, from: &Chosen) -> Vec<Option<Chosen>> {
         stage.ranked.par_iter().map(|ranked| self.refined(stage, ranked, from)).collect()
@@ -113,7 +125,7 @@ impl Work<'_> {
     /// ordinarily, beside what is ordinarily wrong.
     pub fn held(&self, stage: &Stage, at: usize, next: &Chosen, before: &Chosen) -> bool {
         let gain = stage.ranked[at].gain;
-        let ordinary = self.effects.iter().any(|e| e.ordinary && e.id == last_of(stage.id(at)));
+        let ordinary = self.is_ordinary(last_of(stage.id(at)));
         let beside = |of: &Chosen| stage.survey.squares(&self.data, &self.rigid, &of.0.machine, &of.1.values);
         takes(next.1.squares, before.1.squares, gain, if ordinary { HELD.1 } else { HELD.0 })
             || (!ordinary && beside(next).zip(beside(before)).is_some_and(|(after, before)| takes(after, before, gain, HELD.1)))
