@@ -16,7 +16,7 @@ const HALF_NUT: (f64, f64) = (1.2, 0.5);
 /// The same at most, of the screw's length, and of the distance of a nut to the nearest other station.
 const HALF_NUT_MOST: (f64, f64) = (0.05, 0.35);
 /// Standard deviation of its factor, and the ends of that.
-const HALF_NUT_FACTOR: (f64, [f64; 2]) = (0.35, [0.3, 2.0]);
+const HALF_NUT_FACTOR: (f64, [f64; 2]) = (0.35, [0.02, 2.0]);
 /// Length of a journal in diameters of the screw, and by how much thinner it is.
 ///
 /// # Source  catalogues of machined screw ends: bearing seats of 0.85 to 0.95 of the screw's diameter, with collar and nut one to two and a half long.
