@@ -402,6 +402,30 @@ fn recover_what_can_be_learnt_of_an_independent_machine() {
     assert!(jsonschema::is_valid(&schema, &other));
 }
 
+/// Of an independent machine's sines both its lead errors are named and told, though its stiffnesses and its creeping friction cannot be told beside them.
+#[test]
+fn recover_lead_errors_beside_what_the_records_do_not_tell() {
+    use jointid::truth::servo::{Axis, Feed, Sensors, write_sines};
+    let folder = tempfile::tempdir().unwrap();
+    write_sines(folder.path(), &Axis::x(), &Sensors::default(), &[2000.0, 4000.0, 6000.0].map(Feed::of), 1).unwrap();
+    let found = json(&[
+        "diagnose",
+        "--config",
+        "configs/hybrid-axis.toml",
+        "--positions",
+        "F2000,F6000",
+        "--quiet",
+        "--measurements",
+        folder.path().to_str().unwrap(),
+    ]);
+    assert_eq!(found["verdict"]["effects"], serde_json::json!(["lead-growth+lead-error"]), "{:#}", found["verdict"]);
+    let value = |id: &str| found["chosen"]["parameters"][id].as_f64().unwrap();
+    assert!((value("lead_growth") - 50e-6).abs() < 0.5e-6, "{:#}", found["chosen"]);
+    let amplitude_m = value("lead_error_cosine").hypot(value("lead_error_sine"));
+    assert!((amplitude_m - 0.8e-6).abs() < 0.05e-6, "{:#}", found["chosen"]);
+    assert!(found["chosen"]["closed"].as_f64().unwrap() > 0.98, "{:#}", found["chosen"]);
+}
+
 /// A rotor that a drive holds with integral action: H = 1/(k·(1 + ω_i/(iω)) + iωc − ω²J), its slope by differences; its matrices are refused.
 #[test]
 fn limit_a_hold_that_integrates_is_its_closed_form() {

@@ -27,6 +27,14 @@ pub enum InverseError {
         /// What moves.
         fault: String,
     },
+    /// A parameter that records do not tell beside the others.
+    #[error("{why}")]
+    Untold {
+        /// Index in the machine.
+        parameter: usize,
+        /// In words.
+        why: String,
+    },
     /// Force recorded for a torque, or the reverse.
     #[error("{path}: gives {given}, but the drive moves «{point}», which takes {wanted}; write that column")]
     Load {

@@ -277,20 +277,18 @@ fn step_within(places: &[(f64, f64, f64)], derivatives: &DMatrix<f64>, residual:
 /// Which parameter the others stand for.
 pub fn dependent(machine: &Machine, free: &[usize], derivatives: &DMatrix<f64>) -> InverseError {
     let id = |at: usize| machine.parameters[free[at]].id.as_str();
+    let untold = |at: usize, why: String| InverseError::Untold { parameter: free[at], why };
     for at in 0..free.len() {
         if !(derivatives.column(at).norm() > 0.0) {
-            return InverseError::Data(format!("these records do not depend on {}; freeze it, or record a motion that shows it", id(at)));
+            return untold(at, format!("these records do not depend on {}; freeze it, or record a motion that shows it", id(at)));
         }
         let before: Vec<usize> = (0..=at).collect();
         let own = derivatives.column(at).clone_owned();
         let all = derivatives.select_columns(&before);
         if at > 0 && Projected::new(&all, &own).is_none() {
             let others: Vec<&str> = (0..at).map(id).collect();
-            return InverseError::Data(format!(
-                "these records cannot tell {} from {} together; freeze one, or record a motion that tells them apart",
-                id(at),
-                others.join(", ")
-            ));
+            let why = "freeze one, or record a motion that tells them apart";
+            return untold(at, format!("these records cannot tell {} from {} together; {why}", id(at), others.join(", ")));
         }
     }
     InverseError::Data("these records do not determine the parameters".into())

@@ -62,6 +62,8 @@ fn shift(rigid: &Rigid, machine: &Machine, values: &[f64], motion: &Motion) -> O
 /// Share of a record's squared gap that its own delay and factor must take away to be told, and by how much they must differ: the delay in
 /// steps of the record beside the intervals of both.
 const TAKES: f64 = 0.1;
+/// The same of what the machine as described leaves.
+const TAKES_OF_ALL: f64 = 0.25;
 const STEPS: f64 = 0.1;
 const GAIN: f64 = 0.03;
 
@@ -100,14 +102,17 @@ pub(super) fn contradictions(fit: &[RecordShift], others: &[RecordShift], step_s
         .collect()
 }
 
-/// Fitted records that contradict the others: the one, or where there are but two, both.
-pub(super) fn faulty(shifts: &[RecordShift], step_s: f64) -> Vec<Contradiction> {
+/// Fitted records that contradict the others: the one, or where there are but two, both. Of what the machine as described leaves of a record (`before`) its
+/// delay and factor must take their share, too: what an imperfect form of a large effect leaves is no fault of a record.
+pub(super) fn faulty(shifts: &[RecordShift], before: &[MotionPart], step_s: f64) -> Vec<Contradiction> {
     if shifts.len() < 2 {
         return Vec::new();
     }
     let against_others = |at: usize| {
         let others: Vec<RecordShift> = shifts.iter().enumerate().filter(|(i, _)| *i != at).map(|(_, s)| s.clone()).collect();
-        let much = 1.0 - (shifts[at].gap_own / shifts[at].gap).powi(2) > 0.5;
+        let taken = shifts[at].gap.powi(2) - shifts[at].gap_own.powi(2);
+        let gap = before.iter().find(|part| part.name == shifts[at].name).map_or(0.0, MotionPart::own_gap);
+        let much = taken > 0.5 * shifts[at].gap.powi(2) && taken > TAKES_OF_ALL * gap.powi(2);
         contradictions(&others, std::slice::from_ref(&shifts[at]), step_s).into_iter().filter(move |_| much)
     };
     (0..shifts.len()).flat_map(against_others).collect()

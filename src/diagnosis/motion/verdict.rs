@@ -151,7 +151,9 @@ pub fn diagnose_motion(
     let work = Work { data, rigid, frozen, effects, settings, control };
     let fit = match weighed.and_then(|()| estimate(&work.rigid, machine, &machine.start(), &free, fit_motions)) {
         Ok(fit) => fit,
-        Err(InverseError::Data(why)) => return Ok(insufficient(&work, nominal, fit_motions, held_out, why)),
+        Err(InverseError::Data(why) | InverseError::Untold { why, .. }) => {
+            return Ok(insufficient(&work, nominal, fit_motions, held_out, why));
+        }
         Err(other) => return Err(other),
     };
     let base = (nominal.clone(), fit);
@@ -262,7 +264,7 @@ pub fn diagnose_motion(
     let step_s = fit_motions.iter().map(|m| m.step_s).fold(0.0, f64::max);
     // An effect that delays the force of all records must not hide the one whose force is late alone.
     let unhidden = at_once(&chosen).map(|values| shifts(&work.rigid, &chosen.0.machine, &values, fit_motions));
-    let faulty = faulty(unhidden.as_ref().unwrap_or(&fit_shifts), step_s);
+    let faulty = faulty(unhidden.as_ref().unwrap_or(&fit_shifts), &base_fit, step_s);
     let contradictions = contradictions(&fit_shifts, &other_shifts, step_s);
     let verdict = conclude(&Evidence {
         work: &work,

@@ -8,7 +8,7 @@ use super::survey::{Ground, Ranked, Survey, start_of};
 use super::verdict::{ALPHA, MotionSettings};
 use crate::diagnosis::said::last_of;
 use crate::diagnosis::{Hypothesis, Status};
-use crate::inverse_dynamics::{Fit, Rigid, estimate, free_parameters};
+use crate::inverse_dynamics::{Fit, InverseError, Rigid, estimate, free_parameters};
 use crate::machine::{Data, Effect};
 use crate::numeric::statistics::root_mean_square;
 use crate::optimizer::Control;
@@ -96,7 +96,17 @@ impl Work<'_> {
         let frozen: Vec<String> =
             self.frozen.iter().filter(|id| !whole.added.iter().any(|i| machine.parameters[*i].id == **id)).cloned().collect();
         let free = free_parameters(machine, &frozen).ok()?;
-        let fitted = |free: &[usize]| estimate(&self.rigid, machine, &start, free, &self.data.motions).ok();
+        // What the machine's own records do not tell beside the effect stays where the machine's fit has it.
+        let fitted = |free: &[usize]| {
+            let mut free = free.to_vec();
+            loop {
+                match estimate(&self.rigid, machine, &start, &free, &self.data.motions) {
+                    Ok(fit) => return Some(fit),
+                    Err(InverseError::Untold { parameter, .. }) if !whole.added.contains(&parameter) => free.retain(|i| *i != parameter),
+                    Err(_) => return None,
+                }
+            }
+        };
         let fit = fitted(&free).or_else(|| {
             // What the machine has at an end of its range may be what the effect stands for.
             let kept = |i: &usize| machine.parameters[*i].holds_inside(start[*i]) || *i >= from.1.values.len();
