@@ -87,6 +87,13 @@ fn an_override_changes_the_machine() {
     let usual = json(&["simulate", "modes", "--position", "l1"]);
     let first = |d: &Value| d["modes"][0]["frequency_hz"].as_f64().unwrap();
     assert!(first(&heavier) < 0.8 * first(&usual));
+    // One key of a parameter that an effect of the library brings; the others are the library's.
+    let with = |more: &[&str]| {
+        json(&[&["simulate", "modes", "--position", "l1", "--set", r#"effects=["rotor-hold","table-mass"]"#], more].concat())
+    };
+    let (none, half) = (with(&[]), with(&["--set", "parameter.table_mass_change.start=0.5"]));
+    assert_eq!(none["modes"], usual["modes"]);
+    assert!(first(&half) < 0.9 * first(&usual) && first(&half) > first(&heavier));
 }
 
 #[test]

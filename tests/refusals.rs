@@ -138,6 +138,9 @@ fn refuse_overrides_that_do_not_fit() {
     refused(&["identify", "--set", "parameter.k_x.start=3"], &["--set parameter.k_x.start=3", "k_x", "k_al"]);
     refused(&["identify", "--set", "point.table.mass_kg"], &["--set", "key.path=value"]);
     refused(&["identify", "--set", "point.table.mass=3"], &["--set", "mass"]);
+    refused(&["identify", "--set", "parameter.table_mass_change.start=0.1"], &["table_mass_change", "table-mass", "effects"]);
+    let contained = r#"effects=["drive-flexibility"]"#;
+    refused(&["identify", "--set", contained, "--set", "parameter.k_drive.start=1e4"], &["k_drive", "unit", "declare it"]);
     refused(&["identify", "--without", "backlash"], &["backlash", "rotor-hold"]);
     refused(&["identify", "--freeze", "k_x"], &["k_x", "k_al"]);
 }

@@ -183,6 +183,11 @@ fn set(table: &mut toml::Table, given: &str) -> Result<(), String> {
         .unwrap_or_else(|| toml::Value::String(text.to_string()));
     let keys: Vec<&str> = path.trim().split('.').collect();
     let (last, parents) = keys.split_last().ok_or("write key.path=value")?;
+    if let [section, id] = parents
+        && *section == "parameter"
+    {
+        bring_parameter(table, id)?;
+    }
     let mut here = table;
     let mut index = 0;
     while index < parents.len() {
@@ -207,6 +212,33 @@ fn set(table: &mut toml::Table, given: &str) -> Result<(), String> {
         index += 1;
     }
     here.insert((*last).to_string(), value);
+    Ok(())
+}
+
+/// Writes the parameter of an effect of the library that a machine contains into its table, as the library has it, where the table does not have it: then one
+/// key of it can be set. Effects of one id for machines described in different words may have it in different units; then it is to be declared.
+fn bring_parameter(table: &mut toml::Table, id: &str) -> Result<(), String> {
+    let declared = table.get("parameter").is_some_and(|parameters| parameters.get(id).is_some());
+    let Some(library) = toml::from_str::<toml::Table>(EFFECTS).ok().filter(|_| !declared) else { return Ok(()) };
+    let effects = library.get("effect").and_then(toml::Value::as_array).into_iter().flatten();
+    let all: Vec<(&toml::Value, &toml::Value)> = effects.filter_map(|e| Some((e.get("id")?, e.get("parameter")?.get(id)?))).collect();
+    let contained = table.get("effects").and_then(toml::Value::as_array);
+    let mut told = all.iter().filter(|(effect, _)| contained.is_some_and(|c| c.contains(effect))).map(|(_, p)| *p);
+    let Some(first) = told.next() else {
+        let Some((effect, _)) = all.first() else { return Ok(()) };
+        return Err(format!(
+            "«{id}» is a parameter of the effect {effect}, which the machine does not contain; write that into effects first"
+        ));
+    };
+    if told.any(|other| other != first) {
+        return Err(format!(
+            "«{id}» has another unit for each kind of machine; declare it: parameter.{id}={{unit=…,start=…,lower=…,upper=…,source=…}}"
+        ));
+    }
+    let parameters = table.entry("parameter").or_insert_with(|| toml::Table::new().into());
+    if let Some(parameters) = parameters.as_table_mut() {
+        parameters.insert(id.to_string(), first.clone());
+    }
     Ok(())
 }
 
