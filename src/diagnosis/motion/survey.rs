@@ -51,6 +51,8 @@ struct Place {
 struct Linear {
     index: usize,
     inverse: bool,
+    /// What it does is taken between two places, not at one.
+    chord: bool,
 }
 
 impl Linear {
@@ -185,7 +187,7 @@ impl Survey {
                 };
                 let (mut linear, mut curved) = (Vec::new(), Vec::new());
                 for (&index, inverse) in added.iter().zip(inverse(of, added)) {
-                    let coordinate = Linear { index, inverse };
+                    let coordinate = Linear { index, inverse, chord: inverse };
                     let unit = of.parameters[index].to_unit(amid[index]);
                     let ((a, fa), (b, fb)) = (moved(index, 0.5 * unit), moved(index, 0.25 * unit));
                     let (a, b, here) = (coordinate.of(a), coordinate.of(b), coordinate.of(amid[index]));
@@ -199,6 +201,17 @@ impl Survey {
                 if linear.is_empty() && curved.is_empty() {
                     let why = "the force of a rigid drive with the effects it has does not depend on it";
                     return without(hypothesis.id, Status::NotApplicable(why.into()));
+                }
+                // Amplitudes that are not linear all over their ranges, for a play beyond which others count, are next to it where they are small: a lattice over
+                // several would miss that.
+                let mut toward = amid.clone();
+                if curved.len() > 1 {
+                    curved.retain(|&index| {
+                        let small = small(rigid, of, &start, index, data);
+                        linear.extend(small.map(|_| Linear { index, inverse: false, chord: true }));
+                        toward[index] = small.unwrap_or(toward[index]);
+                        small.is_none()
+                    });
                 }
                 let mut places: Vec<Vec<(usize, f64)>> = lattice(of, &curved, data, rigid);
                 // Over decades: as many places again over those of them at which anything moves.
@@ -235,10 +248,11 @@ impl Survey {
                         let mut seen: f64 = 0.0;
                         let mut at = start.clone();
                         linear.iter().for_each(|l| at[l.index] = l.nothing(&of.parameters[l.index]));
-                        let (mut linear, mut toward) = (linear.clone(), amid.clone());
+                        let (mut linear, mut toward) = (linear.clone(), toward.clone());
                         let mut ends: Vec<(f64, f64)> = linear.iter().map(|l| l.ends(&of.parameters[l.index])).collect();
                         if slopes {
-                            let slope = Linear { index: curved[0], inverse: of.parameters[curved[0]].scale == Scale::Logarithmic };
+                            let inverse = of.parameters[curved[0]].scale == Scale::Logarithmic;
+                            let slope = Linear { index: curved[0], inverse, chord: inverse };
                             let (a, b) = near(at_place);
                             linear.push(slope);
                             ends.push((slope.of(a).min(slope.of(b)), slope.of(a).max(slope.of(b))));
@@ -428,17 +442,36 @@ fn without(id: String, status: Status) -> MotionCandidate {
     MotionCandidate { id, status, hypothesis: None, free: None, column: None, unseen: false, lattice: Vec::new() }
 }
 
-/// Prediction at a place, and its derivatives with what is linear; those of inverses between that place and one amid the ranges.
-fn added_columns(rigid: &Rigid, machine: &Machine, (at, amid): (&[f64], &[f64]), linear: &[Linear], data: &MotionData<'_>) -> Columns {
+/// Prediction at a place, and its derivatives with what is linear; those of inverses and small amplitudes between that place and another.
+fn added_columns(rigid: &Rigid, machine: &Machine, (at, toward): (&[f64], &[f64]), linear: &[Linear], data: &MotionData<'_>) -> Columns {
     let indices: Vec<usize> = linear.iter().map(|l| l.index).collect();
     let mut columns = Columns::new(rigid, machine, at, &indices, &data.motions);
-    for (k, l) in linear.iter().enumerate().filter(|(_, l)| l.inverse) {
+    for (k, l) in linear.iter().enumerate().filter(|(_, l)| l.chord) {
         let mut there = at.to_vec();
-        there[l.index] = amid[l.index];
+        there[l.index] = toward[l.index];
         let change = prediction(rigid, machine, &there, &data.motions) - &columns.prediction;
         columns.derivatives.set_column(k, &(change / (l.of(there[l.index]) - l.of(at[l.index]))));
     }
     columns
+}
+
+/// Share of the force that a small amplitude moves.
+const SMALL: f64 = 0.05;
+
+/// A small value of an amplitude; `None` where a parameter is none.
+fn small(rigid: &Rigid, machine: &Machine, start: &[f64], index: usize, data: &MotionData<'_>) -> Option<f64> {
+    let parameter = &machine.parameters[index];
+    if parameter.scale == Scale::Logarithmic || !(parameter.lower < 0.0 && 0.0 < parameter.upper) {
+        return None;
+    }
+    let force = |x: f64| {
+        let mut values = start.to_vec();
+        values[index] = x;
+        prediction(rigid, machine, &values, &data.motions)
+    };
+    let (none, most) = (force(0.0), parameter.upper.min(-parameter.lower));
+    let first = 1e-2 * most;
+    Some((SMALL * none.norm() * first / (force(first) - &none).norm()).min(most))
 }
 
 /// Values of a machine with effects, from those of the machine without.
