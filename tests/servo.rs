@@ -11,6 +11,7 @@ use jointid::motion::{
     Circle, Course, GainRow, Hold, LinearLoops, SCurve, Settings, Trace, contour_error, gain_study, simulate, sine_response, smooth,
 };
 use num_complex::Complex64;
+use rand::{RngExt, SeedableRng};
 use serde_json::Value;
 
 fn machine(text: &str) -> Machine {
@@ -424,6 +425,68 @@ fn recover_lead_errors_beside_what_the_records_do_not_tell() {
     let amplitude_m = value("lead_error_cosine").hypot(value("lead_error_sine"));
     assert!((amplitude_m - 0.8e-6).abs() < 0.05e-6, "{:#}", found["chosen"]);
     assert!(found["chosen"]["closed"].as_f64().unwrap() > 0.98, "{:#}", found["chosen"]);
+}
+
+/// Records of the simulated hybrid axis as a controller keeps them: each millisecond, the torque as its mean over that with noise, readings to 0.1 µm.
+fn logged(folder: &std::path::Path, sets: &[&str]) {
+    let references = [
+        ("a", "--reference s-curve --travel-m 0.2 --velocity-m-s 0.2 --acceleration-m-s2 2 --and-back"),
+        ("b", "--reference sine --amplitude-m 0.05 --frequency-hz 0.4 --periods 3"),
+        ("c", "--reference s-curve --travel-m 0.15 --velocity-m-s 0.05 --and-back"),
+    ];
+    let mut random = rand_xoshiro::Xoshiro256PlusPlus::seed_from_u64(5);
+    let mut manifest = "title = \"hybrid axis, simulated\"\n[split]\nfit = [\"a\", \"b\"]\n".to_string();
+    for (name, reference) in references {
+        let mut call = vec!["simulate", "motion", "--config", "configs/hybrid-axis.toml", "--quiet"];
+        call.extend(reference.split(' '));
+        call.extend(sets.iter().flat_map(|set| ["--set", set]));
+        let (code, table, err) = jointid(&call);
+        assert_eq!(code, 0, "{err}");
+        let mut lines = table.lines();
+        let head: Vec<&str> = lines.next().unwrap().split(',').collect();
+        let column = |name: &str| head.iter().position(|h| *h == name).unwrap();
+        let [torque, position, table] = ["torque_nm", "position_m", "table_m"].map(column);
+        let rows: Vec<Vec<f64>> = lines.map(|line| line.split(',').map(|x| x.parse().unwrap()).collect()).collect();
+        let mut text = "time_s,command_m,position_m,torque_nm,table_m\n".to_string();
+        for i in (8..rows.len() - 8).step_by(8) {
+            let mean = rows[i - 4..=i + 4].iter().map(|row| row[torque]).sum::<f64>() - 0.5 * (rows[i - 4][torque] + rows[i + 4][torque]);
+            let read = |column: usize| 1e-7 * (rows[i][column] / 1e-7).round();
+            text += &format!(
+                "{:.6},{},{:.7},{:.6},{:.7}\n",
+                rows[i][0],
+                rows[i][1],
+                read(position),
+                mean / 8.0 + random.random_range(-0.05..0.05),
+                read(table)
+            );
+        }
+        std::fs::write(folder.join(format!("{name}.csv")), text).unwrap();
+        manifest += &format!("[[motion]]\nname = \"{name}\"\nfile = \"{name}.csv\"\n");
+    }
+    std::fs::write(folder.join("manifest.toml"), manifest).unwrap();
+}
+
+/// Behind a play the table's reading flips with the force: of an axis as described nothing is named, and of one with more friction the kind and size are.
+#[test]
+fn recover_friction_behind_a_play() {
+    let contained = |more: &str| format!(r#"effects=["coulomb-friction","viscous-friction","stribeck-friction","backlash"{more}]"#);
+    let of = |effect: &str, sets: &[&str]| {
+        let folder = tempfile::tempdir().unwrap();
+        logged(folder.path(), &[&[effect][..], sets].concat());
+        let set = folder.path().to_str().unwrap();
+        // Coupling and nut wind up under the same force.
+        json(&["diagnose", "--config", "configs/hybrid-axis.toml", "--freeze", "k_t", "--quiet", "--measurements", set])
+    };
+    let none = of(&contained(""), &[]);
+    assert_eq!(none["verdict"]["kind"], "none", "{:#}", none["verdict"]);
+    let uneven =
+        of(&contained(r#","friction-asymmetry""#), &["parameter.viscous_asymmetry.start=150", "parameter.friction_offset.start=30"]);
+    assert_eq!(uneven["verdict"]["effects"], serde_json::json!(["friction-asymmetry"]), "{:#}", uneven["verdict"]);
+    let value = |id: &str| uneven["chosen"]["parameters"][id].as_f64().unwrap();
+    assert!((value("viscous_asymmetry") - 150.0).abs() < 20.0 && (value("friction_offset") - 30.0).abs() < 3.0, "{:#}", uneven["chosen"]);
+    // The machine's own fit ends where its creeping friction is nothing, and its speed untold: no reason to say nothing.
+    let loaded = of(&contained(r#","load-friction""#), &["parameter.load_friction_share.start=0.15"]);
+    assert_eq!(loaded["verdict"]["effects"], serde_json::json!(["load-friction"]), "{:#}", loaded["verdict"]);
 }
 
 /// A rotor that a drive holds with integral action: H = 1/(k·(1 + ω_i/(iω)) + iωc − ω²J), its slope by differences; its matrices are refused.

@@ -154,16 +154,26 @@ pub fn estimate(rigid: &Rigid, machine: &Machine, start: &[f64], free: &[usize],
     let inverse = inverse(machine, free);
     let mut columns = Columns::new(rigid, machine, &values, free, motions);
     let mut residual = &y - &columns.prediction;
-    for _ in 0..STEPS {
+    for round in 0..STEPS {
         evaluations += 1 + free.len() as u64;
         let squares = residual.norm_squared();
+        // What does nothing at the start is untold; what does nothing where another came to its end (a speed over which no friction falls) stays.
+        if round == 0 && idle(&columns.derivatives).next().is_some() {
+            return Err(dependent(machine, free, &columns.derivatives));
+        }
         let places: Vec<(f64, f64, f64)> = free.iter().zip(&inverse).map(|(i, inverse)| place(machine, &values, *i, *inverse)).collect();
         // d/d(1/p) = −p²·d/dp.
         let mut derivatives = columns.derivatives.clone();
         for ((mut column, &index), _) in derivatives.column_iter_mut().zip(free).zip(&inverse).filter(|(_, inverse)| **inverse) {
             column *= -values[index] * values[index];
         }
-        let step = step_within(&places, &derivatives, &residual).ok_or_else(|| dependent(machine, free, &columns.derivatives))?;
+        let mut live: Vec<usize> = (0..free.len()).collect();
+        idle(&derivatives).for_each(|at| live.retain(|other| *other != at));
+        let moving: Vec<(f64, f64, f64)> = live.iter().map(|at| places[*at]).collect();
+        let solved = step_within(&moving, &derivatives.select_columns(&live), &residual);
+        let mut step = vec![0.0; free.len()];
+        let solved = solved.ok_or_else(|| dependent(machine, free, &columns.derivatives))?;
+        live.into_iter().zip(solved).for_each(|(at, moved)| step[at] = moved);
         let mut gained = None;
         let mut share = 1.0;
         for _ in 0..10 {
@@ -274,6 +284,11 @@ fn step_within(places: &[(f64, f64, f64)], derivatives: &DMatrix<f64>, residual:
     Some(step)
 }
 
+/// Columns that are nothing.
+fn idle(derivatives: &DMatrix<f64>) -> impl Iterator<Item = usize> + '_ {
+    derivatives.column_iter().enumerate().filter(|(_, column)| !(column.norm() > 0.0)).map(|(at, _)| at)
+}
+
 /// Which parameter the others stand for.
 pub fn dependent(machine: &Machine, free: &[usize], derivatives: &DMatrix<f64>) -> InverseError {
     let id = |at: usize| machine.parameters[free[at]].id.as_str();
@@ -316,14 +331,21 @@ impl Fit {
 
     /// As [`Fit::estimates`], with the lengths and periods of the records that the residual runs over.
     pub fn estimates_of(&self, machine: &Machine, free: &[usize], records: &[(usize, Option<usize>)]) -> Vec<Estimated> {
-        let inside: Vec<usize> = (0..free.len()).filter(|at| machine.parameters[free[*at]].holds_inside(self.values[free[*at]])).collect();
+        let mut inside: Vec<usize> =
+            (0..free.len()).filter(|at| machine.parameters[free[*at]].holds_inside(self.values[free[*at]])).collect();
+        idle(&self.derivatives).for_each(|at| inside.retain(|other| *other != at));
         let found = intervals(&self.derivatives.select_columns(&inside), &self.residual, records);
         free.iter()
             .enumerate()
             .map(|(at, &parameter)| {
                 let place = inside.iter().position(|i| *i == at);
                 let sd = place.and_then(|p| found.as_ref()?.get(p).copied());
-                Estimated { parameter, value: self.values[parameter], interval: sd, at_bound: place.is_none() }
+                Estimated {
+                    parameter,
+                    value: self.values[parameter],
+                    interval: sd,
+                    at_bound: !machine.parameters[parameter].holds_inside(self.values[parameter]),
+                }
             })
             .collect()
     }

@@ -1,7 +1,7 @@
 //! Where candidates are tried: places over the ranges of what the force is not linear in.
 
 use super::data::MotionData;
-use crate::inverse_dynamics::Rigid;
+use crate::inverse_dynamics::{Rigid, prediction};
 use crate::machine::{Machine, Motion, Scale};
 use crate::numeric::statistics::extremes;
 
@@ -59,4 +59,23 @@ pub(super) fn lattice(machine: &Machine, curved: &[usize], data: &MotionData<'_>
             (1..=PLACES.2).map(|k| several.iter().enumerate().map(|(d, i)| (*i, value(*i, halton(k, primes[d % 4])))).collect()).collect()
         }
     }
+}
+
+/// Share of the force that a small amplitude moves.
+const SMALL: f64 = 0.05;
+
+/// A small value of an amplitude; `None` where a parameter is none.
+pub(super) fn small(rigid: &Rigid, machine: &Machine, start: &[f64], index: usize, data: &MotionData<'_>) -> Option<f64> {
+    let parameter = &machine.parameters[index];
+    if parameter.scale == Scale::Logarithmic || !(parameter.lower < 0.0 && 0.0 < parameter.upper) {
+        return None;
+    }
+    let force = |x: f64| {
+        let mut values = start.to_vec();
+        values[index] = x;
+        prediction(rigid, machine, &values, &data.motions)
+    };
+    let (none, most) = (force(0.0), parameter.upper.min(-parameter.lower));
+    let first = 1e-2 * most;
+    Some((SMALL * none.norm() * first / (force(first) - &none).norm()).min(most))
 }

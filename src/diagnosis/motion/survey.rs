@@ -10,7 +10,7 @@ use rayon::prelude::*;
 use super::data::{MotionData, beside};
 use super::design::{Base, Design, Forces, Solved, penalised};
 use super::free::free_shapes;
-use super::lattice::lattice;
+use super::lattice::{lattice, small};
 use super::noise::Noise;
 use super::nuisance::{Nuisance, nuisances};
 use super::null::{Null, strength};
@@ -131,9 +131,18 @@ impl Survey {
     pub(super) fn new(ground: &Ground<'_>, hypotheses: Vec<Hypothesis>, others: Vec<(String, Status)>, control: &Control) -> Option<Self> {
         let Ground { data, rigid, nominal, fit, frozen } = ground;
         let machine = &nominal.machine;
-        let asked = free_parameters(machine, frozen).ok()?;
-        let all = Columns::new(rigid, machine, &fit.values, &asked, &data.motions);
+        let mut asked = free_parameters(machine, frozen).ok()?;
+        let mut all = Columns::new(rigid, machine, &fit.values, &asked, &data.motions);
+        // What does nothing where the fit ended stays there.
+        let live: Vec<usize> = (0..asked.len()).filter(|at| all.derivatives.column(*at).norm() > 0.0).collect();
+        if live.len() < asked.len() {
+            all.derivatives = all.derivatives.select_columns(&live);
+            asked = live.into_iter().map(|at| asked[at]).collect();
+        }
         let nuisances = nuisances(data, rigid, machine, &fit.values);
+        if nuisances.is_empty() {
+            return None;
+        }
         let wrong = columns_of(&nuisances);
         // What smooth functions leave of the residual is noise, whatever is missing; coloured, it counts for fewer samples.
         let shapes = free_shapes(data);
@@ -453,25 +462,6 @@ fn added_columns(rigid: &Rigid, machine: &Machine, (at, toward): (&[f64], &[f64]
         columns.derivatives.set_column(k, &(change / (l.of(there[l.index]) - l.of(at[l.index]))));
     }
     columns
-}
-
-/// Share of the force that a small amplitude moves.
-const SMALL: f64 = 0.05;
-
-/// A small value of an amplitude; `None` where a parameter is none.
-fn small(rigid: &Rigid, machine: &Machine, start: &[f64], index: usize, data: &MotionData<'_>) -> Option<f64> {
-    let parameter = &machine.parameters[index];
-    if parameter.scale == Scale::Logarithmic || !(parameter.lower < 0.0 && 0.0 < parameter.upper) {
-        return None;
-    }
-    let force = |x: f64| {
-        let mut values = start.to_vec();
-        values[index] = x;
-        prediction(rigid, machine, &values, &data.motions)
-    };
-    let (none, most) = (force(0.0), parameter.upper.min(-parameter.lower));
-    let first = 1e-2 * most;
-    Some((SMALL * none.norm() * first / (force(first) - &none).norm()).min(most))
 }
 
 /// Values of a machine with effects, from those of the machine without.
