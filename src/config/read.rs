@@ -218,8 +218,10 @@ fn set(table: &mut toml::Table, given: &str) -> Result<(), String> {
 /// Writes the parameter of an effect of the library that a machine contains into its table, as the library has it, where the table does not have it: then one
 /// key of it can be set. Effects of one id for machines described in different words may have it in different units; then it is to be declared.
 fn bring_parameter(table: &mut toml::Table, id: &str) -> Result<(), String> {
-    let declared = table.get("parameter").is_some_and(|parameters| parameters.get(id).is_some());
-    let Some(library) = toml::from_str::<toml::Table>(EFFECTS).ok().filter(|_| !declared) else { return Ok(()) };
+    if table.get("parameter").is_some_and(|parameters| parameters.get(id).is_some()) {
+        return Ok(());
+    }
+    let Ok(library) = toml::from_str::<toml::Table>(EFFECTS) else { return Ok(()) };
     let effects = library.get("effect").and_then(toml::Value::as_array).into_iter().flatten();
     let all: Vec<(&toml::Value, &toml::Value)> = effects.filter_map(|e| Some((e.get("id")?, e.get("parameter")?.get(id)?))).collect();
     let contained = table.get("effects").and_then(toml::Value::as_array);

@@ -158,7 +158,8 @@ pub fn estimate(rigid: &Rigid, machine: &Machine, start: &[f64], free: &[usize],
         evaluations += 1 + free.len() as u64;
         let squares = residual.norm_squared();
         // What does nothing at the start is untold; what does nothing where another came to its end (a speed over which no friction falls) stays.
-        if round == 0 && idle(&columns.derivatives).next().is_some() {
+        let live = live(&columns.derivatives);
+        if round == 0 && live.len() < free.len() {
             return Err(dependent(machine, free, &columns.derivatives));
         }
         let places: Vec<(f64, f64, f64)> = free.iter().zip(&inverse).map(|(i, inverse)| place(machine, &values, *i, *inverse)).collect();
@@ -167,13 +168,11 @@ pub fn estimate(rigid: &Rigid, machine: &Machine, start: &[f64], free: &[usize],
         for ((mut column, &index), _) in derivatives.column_iter_mut().zip(free).zip(&inverse).filter(|(_, inverse)| **inverse) {
             column *= -values[index] * values[index];
         }
-        let mut live: Vec<usize> = (0..free.len()).collect();
-        idle(&derivatives).for_each(|at| live.retain(|other| *other != at));
         let moving: Vec<(f64, f64, f64)> = live.iter().map(|at| places[*at]).collect();
-        let solved = step_within(&moving, &derivatives.select_columns(&live), &residual);
+        let moved = step_within(&moving, &derivatives.select_columns(&live), &residual)
+            .ok_or_else(|| dependent(machine, free, &columns.derivatives))?;
         let mut step = vec![0.0; free.len()];
-        let solved = solved.ok_or_else(|| dependent(machine, free, &columns.derivatives))?;
-        live.into_iter().zip(solved).for_each(|(at, moved)| step[at] = moved);
+        live.into_iter().zip(moved).for_each(|(at, moved)| step[at] = moved);
         let mut gained = None;
         let mut share = 1.0;
         for _ in 0..10 {
@@ -284,9 +283,9 @@ fn step_within(places: &[(f64, f64, f64)], derivatives: &DMatrix<f64>, residual:
     Some(step)
 }
 
-/// Columns that are nothing.
-fn idle(derivatives: &DMatrix<f64>) -> impl Iterator<Item = usize> + '_ {
-    derivatives.column_iter().enumerate().filter(|(_, column)| !(column.norm() > 0.0)).map(|(at, _)| at)
+/// Columns that are not nothing.
+pub fn live(derivatives: &DMatrix<f64>) -> Vec<usize> {
+    (0..derivatives.ncols()).filter(|at| derivatives.column(*at).norm() > 0.0).collect()
 }
 
 /// Which parameter the others stand for.
@@ -331,9 +330,8 @@ impl Fit {
 
     /// As [`Fit::estimates`], with the lengths and periods of the records that the residual runs over.
     pub fn estimates_of(&self, machine: &Machine, free: &[usize], records: &[(usize, Option<usize>)]) -> Vec<Estimated> {
-        let mut inside: Vec<usize> =
-            (0..free.len()).filter(|at| machine.parameters[free[*at]].holds_inside(self.values[free[*at]])).collect();
-        idle(&self.derivatives).for_each(|at| inside.retain(|other| *other != at));
+        let mut inside = live(&self.derivatives);
+        inside.retain(|at| machine.parameters[free[*at]].holds_inside(self.values[free[*at]]));
         let found = intervals(&self.derivatives.select_columns(&inside), &self.residual, records);
         free.iter()
             .enumerate()

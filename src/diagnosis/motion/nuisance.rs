@@ -235,6 +235,9 @@ impl<'o> Ordinary<'o> {
 
     /// A play that is crossed later than the force through it turns: parts fly freely over it, and rebound.
     fn flying(&self, column: &str) -> Vec<Nuisance> {
+        if self.machine.joints.iter().all(|joint| joint.gap.at(self.values, &Operating::default()) == 0.0) {
+            return Vec::new();
+        }
         let mut tight = self.machine.clone();
         tight.joints.iter_mut().for_each(|joint| joint.gap = Value::number(0.0));
         let later = |times: f64| {

@@ -62,10 +62,10 @@ fn shift(rigid: &Rigid, machine: &Machine, values: &[f64], motion: &Motion) -> O
 /// Share of a record's squared gap that its own delay and factor must take away to be told, and by how much they must differ: the delay in
 /// steps of the record beside the intervals of both.
 const TAKES: f64 = 0.1;
-/// The same of what the machine as described leaves.
-const TAKES_OF_ALL: f64 = 0.25;
 const STEPS: f64 = 0.1;
 const GAIN: f64 = 0.03;
+/// Share that they must take of what the machine as described leaves of a fitted record.
+const TAKES_OF_ALL: f64 = 0.25;
 
 /// Records whose delay or factor is not that of the fitted ones.
 pub(super) fn contradictions(fit: &[RecordShift], others: &[RecordShift], step_s: f64) -> Vec<Contradiction> {

@@ -15,7 +15,7 @@ use super::noise::Noise;
 use super::nuisance::{Nuisance, nuisances};
 use super::null::{Null, strength};
 use crate::diagnosis::{Hypothesis, Kind, Status};
-use crate::inverse_dynamics::{Columns, Fit, Projected, Rigid, free_parameters, inverse, prediction};
+use crate::inverse_dynamics::{Columns, Fit, Projected, Rigid, free_parameters, inverse, live, prediction};
 use crate::machine::{Machine, Parameter, Scale};
 use crate::numeric::random::normal;
 use crate::optimizer::Control;
@@ -134,7 +134,7 @@ impl Survey {
         let mut asked = free_parameters(machine, frozen).ok()?;
         let mut all = Columns::new(rigid, machine, &fit.values, &asked, &data.motions);
         // What does nothing where the fit ended stays there.
-        let live: Vec<usize> = (0..asked.len()).filter(|at| all.derivatives.column(*at).norm() > 0.0).collect();
+        let live = live(&all.derivatives);
         if live.len() < asked.len() {
             all.derivatives = all.derivatives.select_columns(&live);
             asked = live.into_iter().map(|at| asked[at]).collect();
