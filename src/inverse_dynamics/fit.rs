@@ -169,8 +169,10 @@ pub fn estimate(rigid: &Rigid, machine: &Machine, start: &[f64], free: &[usize],
             column *= -values[index] * values[index];
         }
         let moving: Vec<(f64, f64, f64)> = live.iter().map(|at| places[*at]).collect();
-        let moved = step_within(&moving, &derivatives.select_columns(&live), &residual)
-            .ok_or_else(|| dependent(machine, free, &columns.derivatives))?;
+        let moved = step_within(&moving, &derivatives.select_columns(&live), &residual).ok_or_else(|| {
+            let moving: Vec<usize> = live.iter().map(|at| free[*at]).collect();
+            dependent(machine, &moving, &columns.derivatives.select_columns(&live))
+        })?;
         let mut step = vec![0.0; free.len()];
         live.into_iter().zip(moved).for_each(|(at, moved)| step[at] = moved);
         let mut gained = None;
@@ -199,6 +201,28 @@ pub fn estimate(rigid: &Rigid, machine: &Machine, start: &[f64], free: &[usize],
     }
     let squares = residual.norm_squared();
     Ok(Fit { values, squares, residual, derivatives: columns.derivatives, evaluations })
+}
+
+/// As [`estimate`], but what the motions do not tell beside the others stays where it starts, one parameter after another, if it `may`; with the fit
+/// those that did not stay.
+///
+/// # Errors  as [`estimate`], of parameters that may not stay.
+pub fn estimate_told(
+    rigid: &Rigid,
+    machine: &Machine,
+    start: &[f64],
+    free: &[usize],
+    motions: &[&Motion],
+    may: impl Fn(usize) -> bool,
+) -> Result<(Fit, Vec<usize>), InverseError> {
+    let mut free = free.to_vec();
+    loop {
+        match estimate(rigid, machine, start, &free, motions) {
+            Ok(fit) => return Ok((fit, free)),
+            Err(InverseError::Untold { parameter, .. }) if may(parameter) => free.retain(|i| *i != parameter),
+            Err(error) => return Err(error),
+        }
+    }
 }
 
 /// Rounds of fit and weights.

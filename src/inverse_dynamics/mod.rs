@@ -19,8 +19,8 @@ mod transmission;
 pub use curve::{CurvePoint, friction_curve};
 pub use error::InverseError;
 pub use fit::{
-    Columns, Estimated, Fit, Projected, bounded_step, correlation, dependent, estimate, estimate_weighed, free_parameters, inverse, live,
-    prediction, recorded, unseen,
+    Columns, Estimated, Fit, Projected, bounded_step, correlation, dependent, estimate, estimate_told, estimate_weighed, free_parameters,
+    inverse, live, prediction, recorded, unseen,
 };
 pub use force::Rigid;
 pub use further::{Further, weights};

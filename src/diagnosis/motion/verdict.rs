@@ -14,7 +14,7 @@ use super::work::{Chosen, Work};
 use crate::diagnosis::domain::share_closed;
 use crate::diagnosis::said::last_of;
 use crate::diagnosis::{Hypothesis, Status, Verdict, VerdictKind};
-use crate::inverse_dynamics::{InverseError, Motion, Phase, Rigid, estimate, free_parameters, unseen};
+use crate::inverse_dynamics::{InverseError, Motion, Phase, Rigid, estimate_told, free_parameters, inverse, unseen};
 use crate::machine::{Effect, Machine};
 use crate::optimizer::Control;
 
@@ -141,26 +141,27 @@ pub fn diagnose_motion(
     // What neither channel shows stays where it is.
     let unseen = unseen(&rigid, machine, &asked, fit_motions);
     let free: Vec<usize> = asked.into_iter().filter(|i| !unseen.contains(i)).collect();
-    let frozen: Vec<String> = frozen.iter().cloned().chain(unseen.iter().map(|i| machine.parameters[*i].id.clone())).collect();
-    let frozen = frozen.as_slice();
-    let weighed = weigh(&rigid, machine, &free, &mut all, fitted);
+    // Springs in series that wind up alike are not told apart, and no verdict needs them apart.
+    let spring = |parameter: usize| inverse(machine, &[parameter])[0];
+    let weighed = weigh(&rigid, machine, &free, spring, &mut all, fitted);
     let (fit_motions, held_out): (Vec<&Motion>, Vec<&Motion>) = (all[..fitted].iter().collect(), all[fitted..].iter().collect());
     let (fit_motions, held_out) = (fit_motions.as_slice(), held_out.as_slice());
     let nominal = Hypothesis::nominal(machine.clone());
-    let data = MotionData::new(fit_motions.to_vec());
-    let work = Work { data, rigid, frozen, effects, settings, control };
-    let fit = match weighed.and_then(|()| estimate(&work.rigid, machine, &machine.start(), &free, fit_motions)) {
+    let (fit, told) = match weighed.and_then(|()| estimate_told(&rigid, machine, &machine.start(), &free, fit_motions, spring)) {
         Ok(fit) => fit,
         Err(InverseError::Data(why) | InverseError::Untold { why, .. }) => {
-            return Ok(insufficient(&work, nominal, fit_motions, held_out, why));
+            return Ok(insufficient(&rigid, nominal, fit_motions, held_out, why));
         }
         Err(other) => return Err(other),
     };
+    let held = unseen.iter().chain(free.iter().filter(|i| !told.contains(i)));
+    let frozen: Vec<String> = frozen.iter().cloned().chain(held.map(|i| machine.parameters[*i].id.clone())).collect();
+    let work = Work { data: MotionData::new(fit_motions.to_vec()), rigid, frozen: &frozen, effects, settings, control };
     let base = (nominal.clone(), fit);
     let Some(first) = work.survey(&base, &[]) else {
         let why =
             "the parts of these records do not each determine the machine's parameters; record for longer, or more motions".to_string();
-        return Ok(insufficient(&work, nominal, fit_motions, held_out, why));
+        return Ok(insufficient(&work.rigid, nominal, fit_motions, held_out, why));
     };
     let mut names: Vec<String> = Vec::new();
     let mut chosen = base.clone();
@@ -328,9 +329,9 @@ fn at_once((hypothesis, fit): &Chosen) -> Option<Vec<f64>> {
 }
 
 /// What is said where the records do not determine the machine's own parameters.
-fn insufficient(work: &Work<'_>, nominal: Hypothesis, fit: &[&Motion], held_out: &[&Motion], why: String) -> MotionDiagnosis {
+fn insufficient(rigid: &Rigid, nominal: Hypothesis, fit: &[&Motion], held_out: &[&Motion], why: String) -> MotionDiagnosis {
     let values = nominal.machine.start();
-    let parts = |motions: &[&Motion]| motions.iter().map(|m| part(&work.rigid, &nominal.machine, &values, m)).collect::<Vec<_>>();
+    let parts = |motions: &[&Motion]| motions.iter().map(|m| part(rigid, &nominal.machine, &values, m)).collect::<Vec<_>>();
     let (fit, held_out) = (parts(fit), parts(held_out));
     let next = Some("a motion with reversals, several speeds and accelerations over the whole travel".to_string());
     MotionDiagnosis {

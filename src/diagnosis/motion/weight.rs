@@ -4,7 +4,7 @@ use nalgebra::DVector;
 
 use super::data::MotionData;
 use super::free::free_shapes;
-use crate::inverse_dynamics::{InverseError, Motion, Projected, Rigid, estimate, weights};
+use crate::inverse_dynamics::{InverseError, Motion, Projected, Rigid, estimate_told, weights};
 use crate::machine::Machine;
 
 /// Rounds of fit and weights.
@@ -13,14 +13,21 @@ const ROUNDS: usize = 2;
 /// Weighs the further points of motions, of which the first `fitted` are fitted, by what smooth functions leave of a fit: what is missing of the
 /// machine is no noise.
 ///
-/// # Errors  as [`estimate`].
-pub(super) fn weigh(rigid: &Rigid, machine: &Machine, free: &[usize], motions: &mut [Motion], fitted: usize) -> Result<(), InverseError> {
+/// # Errors  as [`estimate_told`].
+pub(super) fn weigh(
+    rigid: &Rigid,
+    machine: &Machine,
+    free: &[usize],
+    may: impl Fn(usize) -> bool,
+    motions: &mut [Motion],
+    fitted: usize,
+) -> Result<(), InverseError> {
     if motions.iter().all(|m| m.further.is_empty()) {
         return Ok(());
     }
     for _ in 0..ROUNDS {
         let data = MotionData::new(motions[..fitted].iter().collect());
-        let fit = estimate(rigid, machine, &machine.start(), free, &data.motions)?;
+        let (fit, _) = estimate_told(rigid, machine, &machine.start(), free, &data.motions, &may)?;
         let left = smooth_taken(&data, fit.residual);
         let weights = weights(left.as_slice(), &data.motions);
         motions.iter_mut().for_each(|m| m.weigh(&weights));

@@ -8,8 +8,8 @@ use super::survey::{Ground, Ranked, Survey, start_of};
 use super::verdict::{ALPHA, MotionSettings};
 use crate::diagnosis::said::last_of;
 use crate::diagnosis::{Hypothesis, Status};
-use crate::inverse_dynamics::{Fit, InverseError, Rigid, estimate, free_parameters};
-use crate::machine::{Data, Effect};
+use crate::inverse_dynamics::{Fit, Rigid, estimate_told, free_parameters};
+use crate::machine::{Data, Effect, Machine};
 use crate::numeric::statistics::root_mean_square;
 use crate::optimizer::Control;
 
@@ -96,17 +96,7 @@ impl Work<'_> {
         let frozen: Vec<String> =
             self.frozen.iter().filter(|id| !whole.added.iter().any(|i| machine.parameters[*i].id == **id)).cloned().collect();
         let free = free_parameters(machine, &frozen).ok()?;
-        // What the machine's own records do not tell beside the effect stays where the machine's fit has it.
-        let fitted = |free: &[usize]| {
-            let mut free = free.to_vec();
-            loop {
-                match estimate(&self.rigid, machine, &start, &free, &self.data.motions) {
-                    Ok(fit) => return Some(fit),
-                    Err(InverseError::Untold { parameter, .. }) if !whole.added.contains(&parameter) => free.retain(|i| *i != parameter),
-                    Err(_) => return None,
-                }
-            }
-        };
+        let fitted = |free: &[usize]| self.fitted(machine, &start, free, &whole.added);
         let fit = fitted(&free).or_else(|| {
             // What the machine has at an end of its range may be what the effect stands for.
             let kept = |i: &usize| machine.parameters[*i].holds_inside(start[*i]) || *i >= from.1.values.len();
@@ -114,6 +104,12 @@ impl Work<'_> {
             fitted(&free)
         })?;
         Some((whole, fit))
+    }
+
+    /// A fit in which what the records do not tell beside the effects' own parameters stays where the machine's fit has it.
+    fn fitted(&self, machine: &Machine, start: &[f64], free: &[usize], added: &[usize]) -> Option<Fit> {
+        let may = |parameter: usize| !added.contains(&parameter);
+        estimate_told(&self.rigid, machine, start, free, &self.data.motions, may).ok().map(|(fit, _)| fit)
     }
 
     /// Whether machines have a little of an effect ordinarily.
@@ -162,7 +158,7 @@ impl Work<'_> {
                 }
             }
             let Ok(free) = free_parameters(machine, self.frozen) else { continue };
-            if let Ok(fit) = estimate(&self.rigid, machine, &start, &free, &self.data.motions)
+            if let Some(fit) = self.fitted(machine, &start, &free, &hypothesis.added)
                 && fit.squares <= (1.0 + SPARED) * chosen.1.squares
             {
                 *chosen = (hypothesis, fit);
