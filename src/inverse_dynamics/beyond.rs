@@ -78,6 +78,11 @@ impl<'m> Beyond<'m> {
         Beyond { times, ..self }
     }
 
+    /// Acceleration (m/s²) of the joint's combination per force (N) through it that is not there.
+    pub fn yields(&self, rigid: &Rigid, values: &[f64]) -> f64 {
+        self.rate * self.rate / rigid.inertia_of(self.machine, values, &|p| !self.near[p])
+    }
+
     /// Whether a combination of points lies beyond.
     pub fn holds(&self, on: &[(usize, f64)]) -> bool {
         on.iter().all(|(p, _)| !self.near[*p])

@@ -129,6 +129,8 @@ impl Projected {
 pub struct Fit {
     /// Values of all parameters of the machine.
     pub values: Vec<f64>,
+    /// Indices of those that were fitted.
+    pub free: Vec<usize>,
     /// Recorded less predicted force, thinned, record after record.
     pub residual: DVector<f64>,
     /// Sum of its squares.
@@ -200,11 +202,10 @@ pub fn estimate(rigid: &Rigid, machine: &Machine, start: &[f64], free: &[usize],
         }
     }
     let squares = residual.norm_squared();
-    Ok(Fit { values, squares, residual, derivatives: columns.derivatives, evaluations })
+    Ok(Fit { values, free: free.to_vec(), squares, residual, derivatives: columns.derivatives, evaluations })
 }
 
-/// As [`estimate`], but what the motions do not tell beside the others stays where it starts, one parameter after another, if it `may`; with the fit
-/// those that did not stay.
+/// As [`estimate`], but what the motions do not tell beside the others stays where it starts, one parameter after another, if it `may`.
 ///
 /// # Errors  as [`estimate`], of parameters that may not stay.
 pub fn estimate_told(
@@ -214,13 +215,12 @@ pub fn estimate_told(
     free: &[usize],
     motions: &[&Motion],
     may: impl Fn(usize) -> bool,
-) -> Result<(Fit, Vec<usize>), InverseError> {
+) -> Result<Fit, InverseError> {
     let mut free = free.to_vec();
     loop {
         match estimate(rigid, machine, start, &free, motions) {
-            Ok(fit) => return Ok((fit, free)),
             Err(InverseError::Untold { parameter, .. }) if may(parameter) => free.retain(|i| *i != parameter),
-            Err(error) => return Err(error),
+            found => return found,
         }
     }
 }

@@ -2,6 +2,7 @@
 
 use nalgebra::{DMatrix, DVector, Dyn, LU};
 
+use super::beyond::Beyond;
 use super::force::{Balance, Rigid, Waved};
 use super::recipe::Motion;
 use crate::machine::{Joint, Machine, Motion as Kind, Operating, Value};
@@ -85,11 +86,12 @@ impl Rigid {
     /// ```
     ///
     /// The springs are in equilibrium with the forces of the rigid motion (r per reading) while the encoder is held: g_p, the row of the compliance
-    /// at the point. Rⱼ is damper and friction of joint j along its combination cⱼ, F the drive's force at d. A play is on the side to which the
-    /// force through it points, and stays there while less than a tenth of its root mean square points to the other.
+    /// at the point. Rⱼ is damper and friction of joint j along its combination cⱼ, F the drive's force at d. A play goes over to the side to which the
+    /// force through it points in free flight; one that does not part the drive from something is there at once, and stays there while less than a
+    /// tenth of the force's root mean square points to the other.
     ///
     /// # Units      m (rad where the point turns)
-    /// # Limits     stiff springs without play and lead error: 0; of first order in the compliance: no vibration, no free flight through a play;
+    /// # Limits     stiff springs without play and lead error: 0; of first order in the compliance: no vibration, no rebound of a play;
     ///   with several springs side by side the side of a play is that of the load without the others' play
     /// # Source     quasi-static wind-up of a feed drive: Altintas et al., CIRP Annals 60 (2011) 779–796; signs as of
     ///   the simulator of motions
@@ -105,7 +107,7 @@ impl Rigid {
         let balance = self.balance(None, machine, values, motion);
         // Where each joint's combination is unstrained.
         let mut unstrained: Vec<(&Joint, Vec<f64>)> = Vec::new();
-        for joint in &machine.joints {
+        for (index, joint) in machine.joints.iter().enumerate() {
             let (half, growth) = (0.5 * number(&joint.gap), number(&joint.lead_error.growth));
             let wave = Waved::new(&joint.lead_error.wave, &number);
             if !(number(&joint.stiffness) > 0.0) || (half == 0.0 && growth == 0.0 && wave.is_none()) {
@@ -113,8 +115,12 @@ impl Rigid {
             }
             let mut place = vec![0.0; motion.position_m.len()];
             if half != 0.0 {
-                let force = statics.deflection(&statics.compliance(&joint.on), machine, &balance, motion);
-                place.iter_mut().zip(sides(&force)).for_each(|(e, side)| *e += half * side);
+                let given = statics.deflection(&statics.compliance(&joint.on), machine, &balance, motion);
+                let moved = match Beyond::behind(index, self, machine, values) {
+                    Some(beyond) => flight(&given, half, number(&joint.stiffness) * beyond.yields(self, values), motion.step_s),
+                    None => sides(&given).into_iter().map(|side| half * side).collect(),
+                };
+                place.iter_mut().zip(moved).for_each(|(e, x)| *e += x);
             }
             if let Some((point, c)) = joint.on.iter().find(|(p, _)| machine.points[*p].motion == Kind::Translation) {
                 let ratio = self.point_ratio(*point);
@@ -157,6 +163,26 @@ impl Rigid {
     pub(super) fn holds(machine: &Machine, values: &[f64]) -> bool {
         Statics::new(machine, values, &Operating::at(machine.stroke_m().map(|s| 0.5 * s))).is_some()
     }
+}
+
+/// Where a play lies along a motion: pressed against one side or the other, ± `half`, or between them, where what lies beyond flies freely, `yields` (1/s²) times
+/// as fast as the joint would give way under the force that is missing. Blows are plastic.
+fn flight(given: &[f64], half: f64, yields: f64, step_s: f64) -> Vec<f64> {
+    let first = sides(given).first().copied().unwrap_or(0.0);
+    let (mut place, mut speed) = (half * first, 0.0);
+    given
+        .iter()
+        .map(|given| {
+            let here = place;
+            let gained = step_s * yields * given;
+            place += step_s * (speed + 0.5 * gained);
+            speed += gained;
+            if place.abs() >= half {
+                (place, speed) = (half * place.signum(), 0.0);
+            }
+            here
+        })
+        .collect()
 }
 
 /// The side (1 or −1) on which a play lies under a force.

@@ -51,6 +51,7 @@ pub fn identify(given: &IdentifyArguments, loaded: &Loaded) -> CommandResult {
             found = Fit {
                 squares: closed.residual.norm_squared(),
                 values: closed.values,
+                free: free.clone(),
                 residual: closed.residual,
                 derivatives: closed.derivatives,
                 evaluations: found.evaluations + closed.evaluations,

@@ -26,6 +26,6 @@ pub use data::MotionData;
 pub use gap::{MotionPart, closed_interval, gap_of, part};
 pub use nuisance::Nuisance;
 pub use null::Null;
-pub use record::{Contradiction, RecordShift, shifts};
+pub use record::{Contradiction, RecordShift};
 pub use survey::{MotionCandidate, Ranked, Survey};
 pub use verdict::{LocatedMotion, MotionDiagnosis, MotionSettings, TriedMotion, diagnose_motion};

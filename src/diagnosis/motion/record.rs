@@ -1,9 +1,11 @@
 //! What a record says of its own measuring chain: a delay between force and position and a factor of the force that the others do not have.
 
-use nalgebra::{DMatrix, DVector};
+use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 
-use super::gap::{MotionPart, part};
-use crate::inverse_dynamics::{Motion, Projected, Rigid, intervals};
+use super::data::beside;
+use super::gap::{MotionPart, noise_of, part};
+use super::noise::Noise;
+use crate::inverse_dynamics::{Columns, Fit, Motion, Projected, Rigid, intervals};
 use crate::machine::Machine;
 use crate::numeric::filter::central_differences;
 
@@ -22,7 +24,11 @@ pub struct RecordShift {
     pub gain_half95: f64,
     /// Gap of the record with the model.
     pub gap: f64,
-    /// The same with its own delay and factor.
+    /// What is left of it where what is open of the model has moved as far as it may.
+    pub gap_open: f64,
+    /// What noise leaves.
+    pub floor: f64,
+    /// The same with its own delay and factor, too.
     pub gap_own: f64,
 }
 
@@ -35,18 +41,57 @@ pub struct Contradiction {
     pub says: String,
 }
 
-/// Delay and factor of each record that suit a model best.
-pub fn shifts(rigid: &Rigid, machine: &Machine, values: &[f64], motions: &[&Motion]) -> Vec<RecordShift> {
-    motions.iter().filter_map(|motion| shift(rigid, machine, values, motion)).collect()
+/// A rigid drive, its machine and the values of the machine's parameters.
+type Model<'m> = (&'m Rigid, &'m Machine, &'m [f64]);
+
+/// How far the fitted records leave a model's parameters open.
+pub(super) struct Open {
+    /// Indices of parameters.
+    parameters: Vec<usize>,
+    /// Each column moves them by a standard deviation.
+    root: DMatrix<f64>,
 }
 
-fn shift(rigid: &Rigid, machine: &Machine, values: &[f64], motion: &Motion) -> Option<RecordShift> {
+impl Open {
+    /// Of a fit: (Jᵀ·J/s² + 1/range²)⁻¹, s² the variance of what it leaves, as far as that is independent.
+    pub fn new(fit: &Fit, machine: &Machine, motions: &[&Motion]) -> Option<Self> {
+        let records: Vec<(usize, Option<usize>)> = motions.iter().flat_map(|m| m.channels()).collect();
+        let variance = independent(&fit.residual, &records);
+        let ranges = DMatrix::from_diagonal(&DVector::from_iterator(
+            fit.free.len(),
+            fit.free.iter().map(|i| machine.parameters[*i].upper - machine.parameters[*i].lower),
+        ));
+        let columns = &fit.derivatives * &ranges;
+        let normal = columns.tr_mul(&columns) / variance + DMatrix::identity(columns.ncols(), columns.ncols());
+        let root = normal.cholesky()?.l().transpose().try_inverse()?;
+        Some(Open { parameters: fit.free.clone(), root: ranges * root })
+    }
+
+    /// What that leaves open of the force of a motion, column by column.
+    fn moves(&self, (rigid, machine, values): Model<'_>, motion: &Motion) -> DMatrix<f64> {
+        let columns = Columns::new(rigid, machine, values, &self.parameters, &[motion]).derivatives;
+        columns.rows(0, motion.load.len()) * &self.root
+    }
+}
+
+/// Delay and factor of each record that suit a model best, beside what is open of it.
+pub(super) fn shifts(model: Model<'_>, motions: &[&Motion], open: Option<&Open>) -> Vec<RecordShift> {
+    motions.iter().filter_map(|motion| shift(model, motion, open)).collect()
+}
+
+fn shift(model: Model<'_>, motion: &Motion, open: Option<&Open>) -> Option<RecordShift> {
+    let (rigid, machine, values) = model;
     let as_is: MotionPart = part(rigid, machine, values, motion);
     let force = rigid.force(machine, values, motion);
     let rising: Vec<f64> = central_differences(&force).into_iter().map(|d| d / motion.step_s).collect();
     let columns = DMatrix::from_columns(&[DVector::from_vec(motion.thinned(&rising)?), DVector::from_vec(motion.thinned(&force)?)]);
-    let fit = Projected::new(&columns, &DVector::from_vec(as_is.residual.clone()))?;
-    let half = intervals(&columns, &fit.residual, &[(motion.load.len(), motion.period)])?;
+    let left = DMatrix::from_columns(&[DVector::from_vec(as_is.residual.clone())]);
+    let records = [(motion.load.len(), motion.period)];
+    let given = open.and_then(|open| Given::new(open.moves(model, motion), &columns, &left, &records));
+    let without = |x: &DMatrix<f64>| given.as_ref().map_or_else(|| x.clone(), |given| given.without(x));
+    let (columns, left) = (without(&columns), without(&left).column(0).into_owned());
+    let fit = Projected::new(&columns, &left)?;
+    let half = intervals(&columns, &fit.residual, &records)?;
     let scale = as_is.recorded.iter().map(|x| x * x).sum::<f64>().sqrt();
     Some(RecordShift {
         name: motion.name.clone(),
@@ -55,13 +100,48 @@ fn shift(rigid: &Rigid, machine: &Machine, values: &[f64], motion: &Motion) -> O
         gain: (1.0 + fit.coefficients[1]).max(1e-6).ln(),
         gain_half95: half[1].half95,
         gap: as_is.own_gap(),
+        gap_open: left.norm() / scale,
+        floor: noise_of(std::slice::from_ref(&as_is), &[motion]).first().map_or(0.0, |n| DVector::from_column_slice(n).norm() / scale),
         gap_own: fit.residual.norm() / scale,
     })
 }
 
-/// Share of a record's squared gap that its own delay and factor must take away to be told, and by how much they must differ: the delay in
-/// steps of the record beside the intervals of both.
-const TAKES: f64 = 0.1;
+/// Variance of what is left of records, as a mean of it varies.
+fn independent(left: &DVector<f64>, records: &[(usize, Option<usize>)]) -> f64 {
+    left.norm_squared() / left.len() as f64 * Noise::new(left, records).inflation()
+}
+
+/// Singular value, of columns of length one, below which they are alike.
+const ALIKE: f64 = 1e-6;
+
+/// What parameters that are known to a standard deviation take of columns: Bᵀ·B + s²·1, s² the variance of what nothing takes, as far as it is independent.
+struct Given {
+    moves: DMatrix<f64>,
+    normal: Cholesky<f64, Dyn>,
+}
+
+impl Given {
+    fn new(moves: DMatrix<f64>, columns: &DMatrix<f64>, left: &DMatrix<f64>, records: &[(usize, Option<usize>)]) -> Option<Self> {
+        let all = beside(&[&moves, columns]);
+        let units = all.column_iter().filter(|c| c.norm() > 0.0).map(|c| c.normalize()).collect::<Vec<_>>();
+        let all = DMatrix::from_columns(&units);
+        let y = left.column(0).into_owned();
+        // A factor of the force is what some of its parameters do together.
+        let noise = &y - &all * all.clone().svd(true, true).solve(&y, ALIKE).ok()?;
+        let variance = independent(&noise, records);
+        let normal = (moves.tr_mul(&moves) + DMatrix::identity(moves.ncols(), moves.ncols()) * variance).cholesky()?;
+        Some(Given { moves, normal })
+    }
+
+    /// Columns without that.
+    fn without(&self, columns: &DMatrix<f64>) -> DMatrix<f64> {
+        columns - &self.moves * self.normal.solve(&self.moves.tr_mul(columns))
+    }
+}
+
+/// Share of a record's squared gap, and of what noise does not leave of it, that its own delay and factor must take away to be told, and by how much they
+/// must differ: the delay in steps of the record beside the intervals of both.
+const TAKES: (f64, f64) = (0.1, 0.5);
 const STEPS: f64 = 0.1;
 const GAIN: f64 = 0.03;
 /// Share that they must take of what the machine as described leaves of a fitted record.
@@ -75,12 +155,14 @@ pub(super) fn contradictions(fit: &[RecordShift], others: &[RecordShift], step_s
     others
         .iter()
         .filter_map(|record| {
-            let takes = 1.0 - (record.gap_own / record.gap).powi(2);
+            let square = record.gap.powi(2);
+            let taken = record.gap_open.powi(2) - record.gap_own.powi(2);
+            let much = taken > (TAKES.0 * square).max(TAKES.1 * (square - record.floor.powi(2)));
             let late = record.delay_s - delay_s;
             let more = record.gain - gain;
             let delayed = late.abs() > STEPS * step_s + record.delay_half95_s.hypot(sure(|r| r.delay_half95_s));
             let scaled = more.abs() > GAIN + record.gain_half95.hypot(sure(|r| r.gain_half95));
-            if takes < TAKES || !(delayed || scaled) {
+            if !much || !(delayed || scaled) {
                 return None;
             }
             let mut what = Vec::new();
@@ -95,7 +177,7 @@ pub(super) fn contradictions(fit: &[RecordShift], others: &[RecordShift], step_s
                 record.name,
                 what.join(", and "),
                 100.0 * record.gap_own,
-                100.0 * record.gap
+                100.0 * record.gap_open
             );
             Some(Contradiction { name: record.name.clone(), says })
         })

@@ -8,7 +8,7 @@ use super::data::MotionData;
 use super::free::Places;
 use super::gap::{MotionPart, closed_interval, floor_of, gap_of, noise_of, part};
 use super::null::Null;
-use super::record::{Contradiction, RecordShift, contradictions, faulty, shifts};
+use super::record::{Contradiction, Open, RecordShift, contradictions, faulty, shifts};
 use super::weight::weigh;
 use super::work::{Chosen, Work};
 use crate::diagnosis::domain::share_closed;
@@ -147,14 +147,14 @@ pub fn diagnose_motion(
     let (fit_motions, held_out): (Vec<&Motion>, Vec<&Motion>) = (all[..fitted].iter().collect(), all[fitted..].iter().collect());
     let (fit_motions, held_out) = (fit_motions.as_slice(), held_out.as_slice());
     let nominal = Hypothesis::nominal(machine.clone());
-    let (fit, told) = match weighed.and_then(|()| estimate_told(&rigid, machine, &machine.start(), &free, fit_motions, spring)) {
+    let fit = match weighed.and_then(|()| estimate_told(&rigid, machine, &machine.start(), &free, fit_motions, spring)) {
         Ok(fit) => fit,
         Err(InverseError::Data(why) | InverseError::Untold { why, .. }) => {
             return Ok(insufficient(&rigid, nominal, fit_motions, held_out, why));
         }
         Err(other) => return Err(other),
     };
-    let held = unseen.iter().chain(free.iter().filter(|i| !told.contains(i)));
+    let held = unseen.iter().chain(free.iter().filter(|i| !fit.free.contains(i)));
     let frozen: Vec<String> = frozen.iter().cloned().chain(held.map(|i| machine.parameters[*i].id.clone())).collect();
     let work = Work { data: MotionData::new(fit_motions.to_vec()), rigid, frozen: &frozen, effects, settings, control };
     let base = (nominal.clone(), fit);
@@ -260,11 +260,12 @@ pub fn diagnose_motion(
             })
         })
         .collect();
-    let shifted = |motions: &[&Motion]| shifts(&work.rigid, &chosen.0.machine, &chosen.1.values, motions);
-    let (fit_shifts, other_shifts) = (shifted(fit_motions), shifted(held_out));
+    let model = (&work.rigid, &chosen.0.machine, chosen.1.values.as_slice());
+    let fit_shifts = shifts(model, fit_motions, None);
+    let other_shifts = shifts(model, held_out, Open::new(&chosen.1, &chosen.0.machine, fit_motions).as_ref());
     let step_s = fit_motions.iter().map(|m| m.step_s).fold(0.0, f64::max);
     // An effect that delays the force of all records must not hide the one whose force is late alone.
-    let unhidden = at_once(&chosen).map(|values| shifts(&work.rigid, &chosen.0.machine, &values, fit_motions));
+    let unhidden = at_once(&chosen).map(|values| shifts((&work.rigid, &chosen.0.machine, &values), fit_motions, None));
     let faulty = faulty(unhidden.as_ref().unwrap_or(&fit_shifts), &base_fit, step_s);
     let contradictions = contradictions(&fit_shifts, &other_shifts, step_s);
     let verdict = conclude(&Evidence {

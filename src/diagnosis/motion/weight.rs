@@ -27,7 +27,7 @@ pub(super) fn weigh(
     }
     for _ in 0..ROUNDS {
         let data = MotionData::new(motions[..fitted].iter().collect());
-        let (fit, _) = estimate_told(rigid, machine, &machine.start(), free, &data.motions, &may)?;
+        let fit = estimate_told(rigid, machine, &machine.start(), free, &data.motions, &may)?;
         let left = smooth_taken(&data, fit.residual);
         let weights = weights(left.as_slice(), &data.motions);
         motions.iter_mut().for_each(|m| m.weigh(&weights));

@@ -109,7 +109,7 @@ impl Work<'_> {
     /// A fit in which what the records do not tell beside the effects' own parameters stays where the machine's fit has it.
     fn fitted(&self, machine: &Machine, start: &[f64], free: &[usize], added: &[usize]) -> Option<Fit> {
         let may = |parameter: usize| !added.contains(&parameter);
-        estimate_told(&self.rigid, machine, start, free, &self.data.motions, may).ok().map(|(fit, _)| fit)
+        estimate_told(&self.rigid, machine, start, free, &self.data.motions, may).ok()
     }
 
     /// Whether machines have a little of an effect ordinarily.
