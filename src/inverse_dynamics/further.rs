@@ -269,6 +269,22 @@ pub fn weights(left: &[f64], motions: &[&Motion]) -> BTreeMap<String, f64> {
 }
 
 impl Motion {
+    /// Leaves out of its further points what is read while a play of the machine is crossed, and comes to rest; where that is more than half of what
+    /// counts, nothing. Whether anything was left out.
+    pub fn leave_crossings_out(&mut self, rigid: &Rigid, machine: &Machine, values: &[f64]) -> bool {
+        let crossed = self.around(&rigid.crossing(machine, values, self), 0.0);
+        let mut left_out = false;
+        for further in &mut self.further {
+            let kept: Vec<bool> = further.counts.iter().zip(&crossed).map(|(counts, crossed)| *counts && !crossed).collect();
+            let count = |of: &[bool]| of.iter().filter(|counts| **counts).count();
+            if kept != further.counts && 2 * count(&kept) >= count(&further.counts) {
+                further.counts = kept;
+                left_out = true;
+            }
+        }
+        left_out
+    }
+
     /// Gives its further points these weights.
     pub fn weigh(&mut self, weights: &BTreeMap<String, f64>) {
         for further in &mut self.further {

@@ -115,11 +115,7 @@ impl Rigid {
             }
             let mut place = vec![0.0; motion.position_m.len()];
             if half != 0.0 {
-                let given = statics.deflection(&statics.compliance(&joint.on), machine, &balance, motion);
-                let moved = match Beyond::behind(index, self, machine, values) {
-                    Some(beyond) => flight(&given, half, number(&joint.stiffness) * beyond.yields(self, values), motion.step_s),
-                    None => sides(&given).into_iter().map(|side| half * side).collect(),
-                };
+                let moved = self.lies(index, &statics, &balance, (machine, values), motion);
                 place.iter_mut().zip(moved).for_each(|(e, x)| *e += x);
             }
             if let Some((point, c)) = joint.on.iter().find(|(p, _)| machine.points[*p].motion == Kind::Translation) {
@@ -140,6 +136,34 @@ impl Rigid {
             error
         };
         motion.further.iter().map(|f| of(f.point)).collect()
+    }
+
+    /// Where the play of a joint (index) lies along a motion, from the middle.
+    fn lies(&self, joint: usize, statics: &Statics, balance: &Balance, (machine, values): (&Machine, &[f64]), motion: &Motion) -> Vec<f64> {
+        let number = |value: &Value| value.at(values, &Operating::default());
+        let of = &machine.joints[joint];
+        let half = 0.5 * number(&of.gap);
+        let given = statics.deflection(&statics.compliance(&of.on), machine, balance, motion);
+        match Beyond::behind(joint, self, machine, values) {
+            Some(beyond) => flight(&given, half, number(&of.stiffness) * beyond.yields(self, values), motion.step_s),
+            None => sides(&given).into_iter().map(|side| half * side).collect(),
+        }
+    }
+
+    /// Whether a play of the machine is on its way from one side to the other, sample by sample.
+    pub fn crossing(&self, machine: &Machine, values: &[f64], motion: &Motion) -> Vec<bool> {
+        let at = Operating::at(machine.stroke_m().map(|s| 0.5 * s));
+        let mut crossing = vec![false; motion.position_m.len()];
+        let Some(statics) = Statics::new(machine, values, &at) else { return crossing };
+        let balance = self.balance(None, machine, values, motion);
+        for (index, joint) in machine.joints.iter().enumerate() {
+            let half = 0.5 * joint.gap.at(values, &at);
+            if half > 0.0 && joint.stiffness.at(values, &at) > 0.0 {
+                let lies = self.lies(index, &statics, &balance, (machine, values), motion);
+                crossing.iter_mut().zip(lies).for_each(|(crossing, place)| *crossing |= place.abs() < half);
+            }
+        }
+        crossing
     }
 
     /// What each further point of a motion gives way per force (or torque) that the drive has to add where the most rubbing joint rubs more.

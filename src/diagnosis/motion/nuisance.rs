@@ -37,8 +37,6 @@ const THINS: f64 = 0.03;
 const GIVES: [f64; 3] = [1.0, 2.0, 4.0];
 /// Standard deviations of wind-up, and of friction on the other side of it, beside what is described.
 const WINDS: f64 = 2.0;
-/// By how many times a free flight over a play, at the record's acceleration, parts come late to its other side; each to a standard deviation of once.
-const FLIGHTS: [f64; 4] = [0.5, 1.0, 2.0, 4.0];
 /// Standard deviation of a scale's error along the travel, per travel.
 const SCALE: f64 = 2e-6;
 
@@ -51,7 +49,7 @@ const SCALE: f64 = 2e-6;
 pub(super) fn nuisances(data: &MotionData<'_>, rigid: &Rigid, machine: &Machine, values: &[f64]) -> Vec<Nuisance> {
     let of = Ordinary::new(data, rigid, machine, values);
     let mut all = [of.chain(), of.building_up(), of.giving_way(), of.slow(), of.thinning(), of.along(), of.drifting()].concat();
-    data.columns.iter().for_each(|column| all.extend([of.scale(column), of.flying(column), of.told(column)].concat()));
+    data.columns.iter().for_each(|column| all.extend([of.scale(column), of.told(column)].concat()));
     all.retain(|n| n.column.norm() > 0.0);
     all
 }
@@ -231,29 +229,6 @@ impl<'o> Ordinary<'o> {
             Nuisance { name: format!("~scale of {column} along {n}"), column: self.data.channel(Some(column), wave) }
         };
         (1..=3).map(of).collect()
-    }
-
-    /// A play that is crossed later than the force through it turns: parts fly freely over it, and rebound.
-    fn flying(&self, column: &str) -> Vec<Nuisance> {
-        if self.machine.joints.iter().all(|joint| joint.gap.at(self.values, &Operating::default()) == 0.0) {
-            return Vec::new();
-        }
-        let mut tight = self.machine.clone();
-        tight.joints.iter_mut().for_each(|joint| joint.gap = Value::number(0.0));
-        let later = |times: f64| {
-            let of = |m: &Motion| {
-                let Some(at) = m.further.iter().position(|f| f.column == column) else { return nothing(m) };
-                let errors = |machine: &Machine| self.rigid.transmission(machine, self.values, m).swap_remove(at);
-                let side: Vec<f64> = errors(self.machine).iter().zip(errors(&tight)).map(|(with, without)| with - without).collect();
-                let width = extremes(&side).1 - extremes(&side).0;
-                let acceleration = root_mean_square(m.acceleration_m_s2.iter().copied()).unwrap_or(0.0);
-                let flight_s = (2.0 * width / (self.rigid.point_ratio(m.further[at].point) * acceleration).abs()).sqrt();
-                let late = if flight_s.is_finite() { (times * flight_s / m.step_s).round() as usize } else { 0 };
-                (0..side.len()).map(|i| side[i.saturating_sub(late)] - side[i]).collect()
-            };
-            Nuisance { name: format!("~play of {column} crossed {times} flights late"), column: self.data.channel(Some(column), of) }
-        };
-        FLIGHTS.into_iter().map(later).collect()
     }
 
     /// What is ordinarily wrong of a further point that the loops tell of: their factor; wind-up, which is described in part,

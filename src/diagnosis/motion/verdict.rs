@@ -143,11 +143,18 @@ pub fn diagnose_motion(
     let free: Vec<usize> = asked.into_iter().filter(|i| !unseen.contains(i)).collect();
     // Springs in series that wind up alike are not told apart, and no verdict needs them apart.
     let spring = |parameter: usize| inverse(machine, &[parameter])[0];
-    let weighed = weigh(&rigid, machine, &free, spring, &mut all, fitted);
+    let fit_of = |all: &mut [Motion]| {
+        weigh(&rigid, machine, &free, spring, all, fitted)?;
+        estimate_told(&rigid, machine, &machine.start(), &free, &all[..fitted].iter().collect::<Vec<_>>(), spring)
+    };
+    let fit = fit_of(&mut all).and_then(|first| {
+        let left_out = all.iter_mut().fold(false, |any, motion| motion.leave_crossings_out(&rigid, machine, &first.values) || any);
+        if left_out { fit_of(&mut all) } else { Ok(first) }
+    });
     let (fit_motions, held_out): (Vec<&Motion>, Vec<&Motion>) = (all[..fitted].iter().collect(), all[fitted..].iter().collect());
     let (fit_motions, held_out) = (fit_motions.as_slice(), held_out.as_slice());
     let nominal = Hypothesis::nominal(machine.clone());
-    let fit = match weighed.and_then(|()| estimate_told(&rigid, machine, &machine.start(), &free, fit_motions, spring)) {
+    let fit = match fit {
         Ok(fit) => fit,
         Err(InverseError::Data(why) | InverseError::Untold { why, .. }) => {
             return Ok(insufficient(&rigid, nominal, fit_motions, held_out, why));
