@@ -229,7 +229,7 @@ pub fn estimate_told(
 const ROUNDS: usize = 4;
 
 /// As [`estimate`] from a machine's start on the `fitted` of some motions, all of whose further points are weighed anew by what is left, until
-/// each channel counts in units of its own misfit.
+/// each channel counts in units of its own misfit. What is read while a play is crossed counts for nothing from the first fit on.
 ///
 /// # Errors  as [`estimate`].
 pub fn estimate_weighed(
@@ -248,6 +248,11 @@ pub fn estimate_weighed(
         if round == ROUNDS || own.iter().all(|m| m.further.is_empty()) {
             fit.evaluations = evaluations;
             return Ok(fit);
+        }
+        if round == 0 {
+            motions.iter_mut().for_each(|m| _ = m.leave_crossings_out(rigid, machine, &fit.values));
+            values = fit.values;
+            continue;
         }
         let weights = weights(fit.residual.as_slice(), &own);
         motions.iter_mut().for_each(|m| m.weigh(&weights));

@@ -148,8 +148,8 @@ pub fn diagnose_motion(
         estimate_told(&rigid, machine, &machine.start(), &free, &all[..fitted].iter().collect::<Vec<_>>(), spring)
     };
     let fit = fit_of(&mut all).and_then(|first| {
-        let left_out = all.iter_mut().fold(false, |any, motion| motion.leave_crossings_out(&rigid, machine, &first.values) || any);
-        if left_out { fit_of(&mut all) } else { Ok(first) }
+        let left_out = |motion: &mut Motion| motion.leave_crossings_out(&rigid, machine, &first.values);
+        if all.iter_mut().filter_map(|motion| left_out(motion).then_some(())).count() > 0 { fit_of(&mut all) } else { Ok(first) }
     });
     let (fit_motions, held_out): (Vec<&Motion>, Vec<&Motion>) = (all[..fitted].iter().collect(), all[fitted..].iter().collect());
     let (fit_motions, held_out) = (fit_motions.as_slice(), held_out.as_slice());

@@ -106,10 +106,19 @@ impl Work<'_> {
         Some((whole, fit))
     }
 
-    /// A fit in which what the records do not tell beside the effects' own parameters stays where the machine's fit has it.
+    /// The best fit in which what the records do not tell beside the effects' own parameters stays where the machine's fit has it. What that fit took to an
+    /// end of its range, to stand for what is missing, need not find back from there: it starts as described, too.
     fn fitted(&self, machine: &Machine, start: &[f64], free: &[usize], added: &[usize]) -> Option<Fit> {
         let may = |parameter: usize| !added.contains(&parameter);
-        estimate_told(&self.rigid, machine, start, free, &self.data.motions, may).ok()
+        let fit = |start: &[f64]| estimate_told(&self.rigid, machine, start, free, &self.data.motions, may).ok();
+        let described = machine.start();
+        let back = |(index, x): (usize, &f64)| {
+            let astray = free.contains(&index) && !added.contains(&index) && !machine.parameters[index].holds_inside(*x);
+            if astray { described[index] } else { *x }
+        };
+        let again: Vec<f64> = start.iter().enumerate().map(back).collect();
+        let others = if again == start { None } else { fit(&again) };
+        fit(start).into_iter().chain(others).min_by(|a, b| a.squares.total_cmp(&b.squares))
     }
 
     /// Whether machines have a little of an effect ordinarily.
