@@ -2,7 +2,6 @@
 
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 
-use super::data::beside;
 use super::gap::{MotionPart, noise_of, part};
 use super::noise::Noise;
 use crate::inverse_dynamics::{Columns, Fit, Motion, Projected, Rigid, intervals};
@@ -24,12 +23,12 @@ pub struct RecordShift {
     pub gain_half95: f64,
     /// Gap of the record with the model.
     pub gap: f64,
-    /// What is left of it where what is open of the model has moved as far as it may.
-    pub gap_open: f64,
-    /// What noise leaves.
-    pub floor: f64,
-    /// The same with its own delay and factor, too.
+    /// The same with its own delay and factor.
     pub gap_own: f64,
+    /// What delay and factor take of its square where what is open of the model has moved as far as it may.
+    pub taken: f64,
+    /// Gap that noise leaves.
+    pub floor: f64,
 }
 
 /// A record that contradicts the others.
@@ -53,10 +52,10 @@ pub(super) struct Open {
 }
 
 impl Open {
-    /// Of a fit: (Jᵀ·J/s² + 1/range²)⁻¹, s² the variance of what it leaves, as far as that is independent.
+    /// Of a fit: (Jᵀ·J/s² + 1/range²)⁻¹, s² the variance of what it leaves, as a mean of that varies.
     pub fn new(fit: &Fit, machine: &Machine, motions: &[&Motion]) -> Option<Self> {
         let records: Vec<(usize, Option<usize>)> = motions.iter().flat_map(|m| m.channels()).collect();
-        let variance = independent(&fit.residual, &records);
+        let variance = fit.residual.norm_squared() / fit.residual.len() as f64 * Noise::new(&fit.residual, &records).inflation();
         let ranges = DMatrix::from_diagonal(&DVector::from_iterator(
             fit.free.len(),
             fit.free.iter().map(|i| machine.parameters[*i].upper - machine.parameters[*i].lower),
@@ -74,7 +73,7 @@ impl Open {
     }
 }
 
-/// Delay and factor of each record that suit a model best, beside what is open of it.
+/// Delay and factor of each record that suit a model best, and what they take beside what is open of it.
 pub(super) fn shifts(model: Model<'_>, motions: &[&Motion], open: Option<&Open>) -> Vec<RecordShift> {
     motions.iter().filter_map(|motion| shift(model, motion, open)).collect()
 }
@@ -87,11 +86,17 @@ fn shift(model: Model<'_>, motion: &Motion, open: Option<&Open>) -> Option<Recor
     let columns = DMatrix::from_columns(&[DVector::from_vec(motion.thinned(&rising)?), DVector::from_vec(motion.thinned(&force)?)]);
     let left = DMatrix::from_columns(&[DVector::from_vec(as_is.residual.clone())]);
     let records = [(motion.load.len(), motion.period)];
-    let given = open.and_then(|open| Given::new(open.moves(model, motion), &columns, &left, &records));
-    let without = |x: &DMatrix<f64>| given.as_ref().map_or_else(|| x.clone(), |given| given.without(x));
-    let (columns, left) = (without(&columns), without(&left).column(0).into_owned());
-    let fit = Projected::new(&columns, &left)?;
+    let plain = left.column(0).into_owned();
+    let fit = Projected::new(&columns, &plain)?;
     let half = intervals(&columns, &fit.residual, &records)?;
+    let given = open.and_then(|open| Given::new(open.moves(model, motion), &left));
+    let taken = match given {
+        None => plain.norm_squared() - fit.residual.norm_squared(),
+        Some(given) => {
+            let left = given.without(&left).column(0).into_owned();
+            left.norm_squared() - Projected::new(&given.without(&columns), &left)?.residual.norm_squared()
+        }
+    };
     let scale = as_is.recorded.iter().map(|x| x * x).sum::<f64>().sqrt();
     Some(RecordShift {
         name: motion.name.clone(),
@@ -100,37 +105,34 @@ fn shift(model: Model<'_>, motion: &Motion, open: Option<&Open>) -> Option<Recor
         gain: (1.0 + fit.coefficients[1]).max(1e-6).ln(),
         gain_half95: half[1].half95,
         gap: as_is.own_gap(),
-        gap_open: left.norm() / scale,
         floor: noise_of(std::slice::from_ref(&as_is), &[motion]).first().map_or(0.0, |n| DVector::from_column_slice(n).norm() / scale),
         gap_own: fit.residual.norm() / scale,
+        taken: taken / (scale * scale),
     })
 }
 
-/// Variance of what is left of records, as a mean of it varies.
-fn independent(left: &DVector<f64>, records: &[(usize, Option<usize>)]) -> f64 {
-    left.norm_squared() / left.len() as f64 * Noise::new(left, records).inflation()
-}
+/// Standard deviations, root mean square, by which what is open of a model may move.
+const MOVES: f64 = 2.0;
 
-/// Singular value, of columns of length one, below which they are alike.
-const ALIKE: f64 = 1e-6;
-
-/// What parameters that are known to a standard deviation take of columns: Bᵀ·B + s²·1, s² the variance of what nothing takes, as far as it is independent.
+/// Least squares of a few columns whose coefficients are bounded: (Bᵀ·B + λ·1), λ the least for which those of what is left of a record move no farther than
+/// they may.
 struct Given {
     moves: DMatrix<f64>,
     normal: Cholesky<f64, Dyn>,
 }
 
 impl Given {
-    fn new(moves: DMatrix<f64>, columns: &DMatrix<f64>, left: &DMatrix<f64>, records: &[(usize, Option<usize>)]) -> Option<Self> {
-        let all = beside(&[&moves, columns]);
-        let units = all.column_iter().filter(|c| c.norm() > 0.0).map(|c| c.normalize()).collect::<Vec<_>>();
-        let all = DMatrix::from_columns(&units);
-        let y = left.column(0).into_owned();
-        // A factor of the force is what some of its parameters do together.
-        let noise = &y - &all * all.clone().svd(true, true).solve(&y, ALIKE).ok()?;
-        let variance = independent(&noise, records);
-        let normal = (moves.tr_mul(&moves) + DMatrix::identity(moves.ncols(), moves.ncols()) * variance).cholesky()?;
-        Some(Given { moves, normal })
+    fn new(moves: DMatrix<f64>, left: &DMatrix<f64>) -> Option<Self> {
+        let (normal, wanted) = (moves.tr_mul(&moves), moves.tr_mul(left));
+        let mut ridge = 1e-9 * normal.trace();
+        while ridge > 0.0 && ridge.is_finite() {
+            let normal = (&normal + DMatrix::identity(moves.ncols(), moves.ncols()) * ridge).cholesky()?;
+            if normal.solve(&wanted).norm_squared() <= MOVES * MOVES * moves.ncols() as f64 {
+                return Some(Given { moves, normal });
+            }
+            ridge *= 2.0;
+        }
+        None
     }
 
     /// Columns without that.
@@ -156,8 +158,7 @@ pub(super) fn contradictions(fit: &[RecordShift], others: &[RecordShift], step_s
         .iter()
         .filter_map(|record| {
             let square = record.gap.powi(2);
-            let taken = record.gap_open.powi(2) - record.gap_own.powi(2);
-            let much = taken > (TAKES.0 * square).max(TAKES.1 * (square - record.floor.powi(2)));
+            let much = record.taken > (TAKES.0 * square).max(TAKES.1 * (square - record.floor.powi(2)));
             let late = record.delay_s - delay_s;
             let more = record.gain - gain;
             let delayed = late.abs() > STEPS * step_s + record.delay_half95_s.hypot(sure(|r| r.delay_half95_s));
@@ -177,7 +178,7 @@ pub(super) fn contradictions(fit: &[RecordShift], others: &[RecordShift], step_s
                 record.name,
                 what.join(", and "),
                 100.0 * record.gap_own,
-                100.0 * record.gap_open
+                100.0 * record.gap
             );
             Some(Contradiction { name: record.name.clone(), says })
         })
