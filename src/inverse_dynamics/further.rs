@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use super::error::InverseError;
 use super::force::Rigid;
-use super::recipe::Motion;
+use super::recipe::{CARRIED_S, Motion};
 use super::told::Told;
 use crate::machine::{Machine, Motion as Kind};
 use crate::measurement::MotionRecord;
@@ -37,6 +37,8 @@ pub struct Further {
 const BLURRED: f64 = 2.0;
 /// Share of the fastest speed below which a direction is none.
 const RESTS: f64 = 0.005;
+/// Share of a play by which it lies aside of its ends while it is crossed.
+const ASIDE: f64 = 1e-6;
 /// Largest share of the travel that is left out after a turn.
 const MOST: f64 = 0.2;
 
@@ -269,20 +271,35 @@ pub fn weights(left: &[f64], motions: &[&Motion]) -> BTreeMap<String, f64> {
 }
 
 impl Motion {
-    /// Leaves out of its further points what is read while a play of the machine is crossed, and comes to rest; where that is more than half of what
-    /// counts, nothing. Whether anything was left out.
+    /// Leaves out of its further points what is read while a play of the machine is crossed, and comes to rest: where the machine foretells it, and where
+    /// the reading goes on by half of the play within the filters' reach; where both are more than half of what counts, the first alone, or nothing.
+    /// Whether anything was left out.
     pub fn leave_crossings_out(&mut self, rigid: &Rigid, machine: &Machine, values: &[f64]) -> bool {
-        let crossed = self.around(&rigid.crossing(machine, values, self), 0.0);
+        let Some(played) = rigid.played(machine, values, self) else { return false };
         let mut left_out = false;
-        for further in &mut self.further {
-            let kept: Vec<bool> = further.counts.iter().zip(&crossed).map(|(counts, crossed)| *counts && !crossed).collect();
+        for (at, played) in played.into_iter().enumerate() {
+            let (low, high) = extremes(&played);
+            let between = |place: &f64| (low + ASIDE * (high - low)..high - ASIDE * (high - low)).contains(place);
+            let foretold = self.around(&played.iter().map(between).collect::<Vec<bool>>(), 0.0);
+            let jumps = self.jumps(&self.further[at].error, 0.5 * (high - low));
+            let further = &mut self.further[at];
+            let without = |crossed: &dyn Fn(usize) -> bool| -> Vec<bool> {
+                further.counts.iter().enumerate().map(|(i, counts)| *counts && !crossed(i)).collect()
+            };
             let count = |of: &[bool]| of.iter().filter(|counts| **counts).count();
-            if kept != further.counts && 2 * count(&kept) >= count(&further.counts) {
-                further.counts = kept;
-                left_out = true;
-            }
+            let kept = [without(&|i| foretold[i] || jumps[i]), without(&|i| foretold[i])];
+            let Some(kept) = kept.into_iter().find(|kept| 2 * count(kept) >= count(&further.counts)) else { continue };
+            left_out |= kept != further.counts;
+            further.counts = kept;
         }
         left_out
+    }
+
+    /// Thinned samples around which a thinned column goes on by more than `most` within the filters' reach.
+    fn jumps(&self, column: &[f64], most: f64) -> Vec<bool> {
+        let around = (CARRIED_S / self.thinned_step_s()).ceil() as usize;
+        let near = |i: usize| &column[i.saturating_sub(around)..(i + around + 1).min(column.len())];
+        (0..column.len()).map(|i| extremes(near(i))).map(|(low, high)| high - low > most).collect()
     }
 
     /// Gives its further points these weights.

@@ -189,7 +189,7 @@ impl Motion {
 }
 
 /// Time around a rest (s) into which the filters carry its force.
-const CARRIED_S: f64 = 0.05;
+pub(super) const CARRIED_S: f64 = 0.05;
 
 /// Share of a command's range within which it counts as repeating.
 const REPEATS: f64 = 1e-6;

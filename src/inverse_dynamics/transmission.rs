@@ -150,20 +150,17 @@ impl Rigid {
         }
     }
 
-    /// Whether a play of the machine is on its way from one side to the other, sample by sample.
-    pub fn crossing(&self, machine: &Machine, values: &[f64], motion: &Motion) -> Vec<bool> {
-        let at = Operating::at(machine.stroke_m().map(|s| 0.5 * s));
-        let mut crossing = vec![false; motion.position_m.len()];
-        let Some(statics) = Statics::new(machine, values, &at) else { return crossing };
-        let balance = self.balance(None, machine, values, motion);
-        for (index, joint) in machine.joints.iter().enumerate() {
-            let half = 0.5 * joint.gap.at(values, &at);
-            if half > 0.0 && joint.stiffness.at(values, &at) > 0.0 {
-                let lies = self.lies(index, &statics, &balance, (machine, values), motion);
-                crossing.iter_mut().zip(lies).for_each(|(crossing, place)| *crossing |= place.abs() < half);
-            }
+    /// What the plays of a machine add to the transmission error at each further point of a motion; `None` where it has none.
+    pub(super) fn played(&self, machine: &Machine, values: &[f64], motion: &Motion) -> Option<Vec<Vec<f64>>> {
+        let loose = |joint: &Joint| joint.gap.at(values, &Operating::default()) != 0.0;
+        if !machine.joints.iter().any(loose) {
+            return None;
         }
-        crossing
+        let mut tight = machine.clone();
+        tight.joints.iter_mut().for_each(|joint| joint.gap = Value::number(0.0));
+        let errors = [machine, &tight].map(|machine| self.transmission(machine, values, motion));
+        let without = |(with, without): (&Vec<f64>, &Vec<f64>)| with.iter().zip(without).map(|(with, without)| with - without).collect();
+        Some(errors[0].iter().zip(&errors[1]).map(without).collect())
     }
 
     /// What each further point of a motion gives way per force (or torque) that the drive has to add where the most rubbing joint rubs more.
@@ -222,4 +219,26 @@ pub(super) fn sides(force: &[f64]) -> Vec<f64> {
             side
         })
         .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Under a steady force the other side is reached after √(2·gap/(k·yields·given)); a force that turns before that brings it back.
+    #[test]
+    fn limit_a_flight_under_a_steady_force_is_a_parabola() {
+        let (half, yields, given, step_s) = (8e-6, 1e6, 2e-6, 1e-4);
+        let force: Vec<f64> = (0..200).map(|i| if i < 20 { -given } else { given }).collect();
+        let lies = flight(&force, half, yields, step_s);
+        let after_s = (4.0 * half / (yields * given)).sqrt();
+        for (i, place) in lies.iter().enumerate() {
+            let t = step_s * (i as f64 - 20.0);
+            let expected = if t < 0.0 { -half } else { (0.5 * yields * given * t * t - half).min(half) };
+            assert!((place - expected).abs() < 1e-9 * half, "{i}: {place} for {expected}");
+        }
+        assert_eq!(lies[21 + (after_s / step_s).ceil() as usize], half);
+        let brief: Vec<f64> = (0..200).map(|i| if (20..40).contains(&i) { given } else { -given }).collect();
+        assert!(flight(&brief, half, yields, step_s).iter().all(|place| *place < half));
+    }
 }

@@ -4,11 +4,11 @@ use rayon::prelude::*;
 
 use super::data::MotionData;
 use super::stage::{Stage, simplest_first};
-use super::survey::{Ground, Ranked, Survey, start_of};
+use super::survey::{Ground, Ranked, SEEN, Survey, start_of};
 use super::verdict::{ALPHA, MotionSettings};
 use crate::diagnosis::said::last_of;
 use crate::diagnosis::{Hypothesis, Status};
-use crate::inverse_dynamics::{Fit, Rigid, estimate_told, free_parameters};
+use crate::inverse_dynamics::{Fit, Projected, Rigid, estimate_told, free_parameters, live};
 use crate::machine::{Data, Effect, Machine};
 use crate::numeric::statistics::root_mean_square;
 use crate::optimizer::Control;
@@ -103,7 +103,7 @@ impl Work<'_> {
             let free: Vec<usize> = free.iter().copied().filter(kept).collect();
             fitted(&free)
         })?;
-        Some((whole, fit))
+        shows(&fit, &hypothesis.added).then_some((whole, fit))
     }
 
     /// The best fit in which what the records do not tell beside the effects' own parameters stays where the machine's fit has it. What that fit took to an
@@ -176,6 +176,16 @@ impl Work<'_> {
             }
         }
     }
+}
+
+/// Whether what some of the added parameters do where a fit ended is not what the others do, too.
+fn shows(fit: &Fit, added: &[usize]) -> bool {
+    let (own, others): (Vec<usize>, Vec<usize>) = live(&fit.derivatives).into_iter().partition(|at| added.contains(&fit.free[*at]));
+    let others = fit.derivatives.select_columns(&others);
+    own.into_iter().any(|at| {
+        let column = fit.derivatives.column(at).clone_owned();
+        Projected::new(&others, &column).is_none_or(|left| left.residual.norm() > SEEN * column.norm())
+    })
 }
 
 /// Whether a fit takes such a share of a gain of what one before it leaves.
