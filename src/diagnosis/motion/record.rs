@@ -25,7 +25,7 @@ pub struct RecordShift {
     pub gap: f64,
     /// The same with its own delay and factor.
     pub gap_own: f64,
-    /// What delay and factor take of its square where what is open of the model has moved as far as it may.
+    /// What delay and factor take of its square, and of what is left of it where what is open of the model has moved as far as it may: the lesser.
     pub taken: f64,
     /// Gap that noise leaves.
     pub floor: f64,
@@ -90,13 +90,11 @@ fn shift(model: Model<'_>, motion: &Motion, open: Option<&Open>) -> Option<Recor
     let fit = Projected::new(&columns, &plain)?;
     let half = intervals(&columns, &fit.residual, &records)?;
     let given = open.and_then(|open| Given::new(open.moves(model, motion), &left));
-    let taken = match given {
-        None => plain.norm_squared() - fit.residual.norm_squared(),
-        Some(given) => {
-            let left = given.without(&left).column(0).into_owned();
-            left.norm_squared() - Projected::new(&given.without(&columns), &left)?.residual.norm_squared()
-        }
-    };
+    let mut taken = plain.norm_squared() - fit.residual.norm_squared();
+    if let Some(given) = given {
+        let left = given.without(&left).column(0).into_owned();
+        taken = taken.min(left.norm_squared() - Projected::new(&given.without(&columns), &left)?.residual.norm_squared());
+    }
     let scale = as_is.recorded.iter().map(|x| x * x).sum::<f64>().sqrt();
     Some(RecordShift {
         name: motion.name.clone(),
