@@ -427,17 +427,23 @@ fn recover_lead_errors_beside_what_the_records_do_not_tell() {
     assert!(found["chosen"]["closed"].as_f64().unwrap() > 0.98, "{:#}", found["chosen"]);
 }
 
-/// Records of the simulated hybrid axis as a controller keeps them: each millisecond, the torque as its mean over that with noise, readings to 0.1 µm.
-fn logged(folder: &std::path::Path, sets: &[&str]) {
+/// An axis, the column of its table, and samples of its simulation in a millisecond.
+struct Logged(&'static str, &'static str, usize);
+
+const HYBRID: Logged = Logged("configs/hybrid-axis.toml", "table_m", 8);
+const SERVO: Logged = Logged("configs/servo-axis.toml", "slide_m", 4);
+
+/// Records of a simulated axis as a controller keeps them: each millisecond, the torque as its mean over that with noise, readings to 0.1 µm.
+fn logged(folder: &std::path::Path, &Logged(config, table_column, every): &Logged, sets: &[&str]) {
     let references = [
         ("a", "--reference s-curve --travel-m 0.2 --velocity-m-s 0.2 --acceleration-m-s2 2 --and-back"),
         ("b", "--reference sine --amplitude-m 0.05 --frequency-hz 0.4 --periods 3"),
         ("c", "--reference s-curve --travel-m 0.15 --velocity-m-s 0.05 --and-back"),
     ];
     let mut random = rand_xoshiro::Xoshiro256PlusPlus::seed_from_u64(5);
-    let mut manifest = "title = \"hybrid axis, simulated\"\n[split]\nfit = [\"a\", \"b\"]\n".to_string();
+    let mut manifest = "title = \"axis, simulated\"\n[split]\nfit = [\"a\", \"b\"]\n".to_string();
     for (name, reference) in references {
-        let mut call = vec!["simulate", "motion", "--config", "configs/hybrid-axis.toml", "--quiet"];
+        let mut call = vec!["simulate", "motion", "--config", config, "--quiet"];
         call.extend(reference.split(' '));
         call.extend(sets.iter().flat_map(|set| ["--set", set]));
         let (code, table, err) = jointid(&call);
@@ -445,18 +451,20 @@ fn logged(folder: &std::path::Path, sets: &[&str]) {
         let mut lines = table.lines();
         let head: Vec<&str> = lines.next().unwrap().split(',').collect();
         let column = |name: &str| head.iter().position(|h| *h == name).unwrap();
-        let [torque, position, table] = ["torque_nm", "position_m", "table_m"].map(column);
+        let [torque, position, table] = ["torque_nm", "position_m", table_column].map(column);
         let rows: Vec<Vec<f64>> = lines.map(|line| line.split(',').map(|x| x.parse().unwrap()).collect()).collect();
-        let mut text = "time_s,command_m,position_m,torque_nm,table_m\n".to_string();
-        for i in (8..rows.len() - 8).step_by(8) {
-            let mean = rows[i - 4..=i + 4].iter().map(|row| row[torque]).sum::<f64>() - 0.5 * (rows[i - 4][torque] + rows[i + 4][torque]);
+        let mut text = format!("time_s,command_m,position_m,torque_nm,{table_column}\n");
+        let half = every / 2;
+        for i in (every..rows.len() - every).step_by(every) {
+            let (from, to) = (i - half, i + half);
+            let sum = rows[from..=to].iter().map(|row| row[torque]).sum::<f64>() - 0.5 * (rows[from][torque] + rows[to][torque]);
             let read = |column: usize| 1e-7 * (rows[i][column] / 1e-7).round();
             text += &format!(
                 "{:.6},{},{:.7},{:.6},{:.7}\n",
                 rows[i][0],
                 rows[i][1],
                 read(position),
-                mean / 8.0 + random.random_range(-0.05..0.05),
+                sum / every as f64 + random.random_range(-0.05..0.05),
                 read(table)
             );
         }
@@ -466,10 +474,10 @@ fn logged(folder: &std::path::Path, sets: &[&str]) {
     std::fs::write(folder.join("manifest.toml"), manifest).unwrap();
 }
 
-/// What a diagnosis of logged records of the hybrid axis says; coupling and nut, which wind up under the same force, need not be told apart.
-fn told_of_logs(folder: &std::path::Path, more: &[&str]) -> Value {
+/// What a diagnosis of logged records says; springs that wind up under the same force need not be told apart.
+fn told_of_logs(folder: &std::path::Path, axis: &Logged, more: &[&str]) -> Value {
     let set = folder.to_str().unwrap();
-    json(&[&["diagnose", "--config", "configs/hybrid-axis.toml", "--quiet", "--measurements", set], more].concat())
+    json(&[&["diagnose", "--config", axis.0, "--quiet", "--measurements", set], more].concat())
 }
 
 /// Behind a play the table's reading flips with the force: of an axis with more friction the kind and size are named.
@@ -478,8 +486,8 @@ fn recover_friction_behind_a_play() {
     let of = |effect: &str, sets: &[&str]| {
         let folder = tempfile::tempdir().unwrap();
         let contained = format!(r#"effects=["coulomb-friction","viscous-friction","stribeck-friction","backlash","{effect}"]"#);
-        logged(folder.path(), &[&[contained.as_str()][..], sets].concat());
-        let found = told_of_logs(folder.path(), &[]);
+        logged(folder.path(), &HYBRID, &[&[contained.as_str()][..], sets].concat());
+        let found = told_of_logs(folder.path(), &HYBRID, &[]);
         assert_eq!(found["verdict"]["effects"], serde_json::json!([effect]), "{:#}", found["verdict"]);
         let parameters = found["chosen"]["parameters"].clone();
         move |id: &str| parameters[id].as_f64().unwrap()
@@ -495,21 +503,32 @@ fn recover_friction_behind_a_play() {
 #[test]
 fn recover_what_a_description_with_play_leaves_out() {
     let folder = tempfile::tempdir().unwrap();
-    logged(folder.path(), &[]);
-    let none = told_of_logs(folder.path(), &[]);
+    logged(folder.path(), &HYBRID, &[]);
+    let none = told_of_logs(folder.path(), &HYBRID, &[]);
     assert_eq!(none["verdict"]["kind"], "none", "{:#}", none["verdict"]);
     for (effect, parameter, value, by) in [
         ("backlash", "backlash_width", 17e-6, 1e-6),
         ("stribeck-friction", "stribeck_friction", 60.0, 6.0),
         ("viscous-friction", "viscous_friction", 800.0, 40.0),
     ] {
-        let found = told_of_logs(folder.path(), &["--without", effect]);
+        let found = told_of_logs(folder.path(), &HYBRID, &["--without", effect]);
         let named = found["verdict"]["effects"][0].as_str().unwrap_or("nothing");
         assert!(named.split('+').next() == Some(effect), "{:#}", found["verdict"]);
         let is = found["chosen"]["parameters"][parameter].as_f64().unwrap();
         assert!((is - value).abs() < by, "{:#}", found["chosen"]);
         assert!(found["chosen"]["closed"].as_f64().unwrap() > 0.8, "{:#}", found["chosen"]);
     }
+}
+
+/// Five springs in series wind up under nearly one force: which gives way how far two encoders do not tell, and what else is missing they do.
+#[test]
+fn recover_the_lead_behind_springs_in_series() {
+    let folder = tempfile::tempdir().unwrap();
+    logged(folder.path(), &SERVO, &[r#"effects=["lead-growth"]"#, "parameter.lead_growth.start=4e-5"]);
+    let found = told_of_logs(folder.path(), &SERVO, &[]);
+    assert_eq!(found["verdict"]["effects"], serde_json::json!(["lead-growth"]), "{:#}", found["verdict"]);
+    let growth = found["chosen"]["parameters"]["lead_growth"].as_f64().unwrap();
+    assert!((growth - 4e-5).abs() < 0.05e-5 && found["chosen"]["closed"].as_f64().unwrap() > 0.98, "{:#}", found["chosen"]);
 }
 
 /// A rotor that a drive holds with integral action: H = 1/(k·(1 + ω_i/(iω)) + iωc − ω²J), its slope by differences; its matrices are refused.
