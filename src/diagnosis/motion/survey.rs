@@ -107,7 +107,7 @@ pub struct Survey {
 /// Share of the force by which it must change to count as moved.
 const MOVES: f64 = 1e-3;
 /// A column that the machine's own parameters can stand for to this share is not seen.
-pub(super) const SEEN: f64 = 0.05;
+const SEEN: f64 = 0.05;
 
 /// Standard deviations within which what is ordinarily wrong is taken to be in nulls.
 const ORDINARY: f64 = 2.0;

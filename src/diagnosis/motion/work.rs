@@ -4,7 +4,7 @@ use rayon::prelude::*;
 
 use super::data::MotionData;
 use super::stage::{Stage, simplest_first};
-use super::survey::{Ground, Ranked, SEEN, Survey, start_of};
+use super::survey::{Ground, Ranked, Survey, start_of};
 use super::verdict::{ALPHA, MotionSettings};
 use crate::diagnosis::said::last_of;
 use crate::diagnosis::{Hypothesis, Status};
@@ -21,6 +21,8 @@ const SPARED: f64 = 0.03;
 /// Shares of what an effect gains of parts left out one of which it must take where the fit of everything ends, lest that be where it does nothing: by
 /// itself, and beside what is ordinarily wrong. One that machines have a little of must take the second by itself; if it takes the first, something is there.
 const HELD: (f64, f64) = (0.02, 0.25);
+/// Share of what an added parameter does where a fit ended that the others must not do.
+const APART: f64 = 0.01;
 /// Share of the force that inertia takes at least, root mean square, for acceleration to tell anything.
 const SLOW: f64 = 0.2;
 /// Standard deviations of what is ordinarily wrong beyond which a machine is not as described. Where loops tell of a point nothing is said: their force
@@ -96,14 +98,14 @@ impl Work<'_> {
         let frozen: Vec<String> =
             self.frozen.iter().filter(|id| !whole.added.iter().any(|i| machine.parameters[*i].id == **id)).cloned().collect();
         let free = free_parameters(machine, &frozen).ok()?;
-        let fitted = |free: &[usize]| self.fitted(machine, &start, free, &whole.added);
+        let fitted = |free: &[usize]| self.fitted(machine, &start, free, &whole.added).filter(|fit| shows(fit, &hypothesis.added));
         let fit = fitted(&free).or_else(|| {
             // What the machine has at an end of its range may be what the effect stands for.
             let kept = |i: &usize| machine.parameters[*i].holds_inside(start[*i]) || *i >= from.1.values.len();
             let free: Vec<usize> = free.iter().copied().filter(kept).collect();
             fitted(&free)
         })?;
-        shows(&fit, &hypothesis.added).then_some((whole, fit))
+        Some((whole, fit))
     }
 
     /// The best fit in which what the records do not tell beside the effects' own parameters stays where the machine's fit has it. What that fit took to an
@@ -184,7 +186,7 @@ fn shows(fit: &Fit, added: &[usize]) -> bool {
     let others = fit.derivatives.select_columns(&others);
     own.into_iter().any(|at| {
         let column = fit.derivatives.column(at).clone_owned();
-        Projected::new(&others, &column).is_none_or(|left| left.residual.norm() > SEEN * column.norm())
+        Projected::new(&others, &column).is_none_or(|left| left.residual.norm() > APART * column.norm())
     })
 }
 
