@@ -4,7 +4,7 @@ use nalgebra::{DMatrix, DVector};
 
 use super::error::InverseError;
 use super::force::Rigid;
-use super::further::weights;
+use super::further::{leave_crossings_out, weights};
 use super::interval::{Interval, intervals};
 use super::recipe::Motion;
 use crate::machine::{FitRule, Machine};
@@ -249,13 +249,10 @@ pub fn estimate_weighed(
             fit.evaluations = evaluations;
             return Ok(fit);
         }
-        if round == 0 {
-            motions.iter_mut().for_each(|m| _ = m.leave_crossings_out(rigid, machine, &fit.values));
-            values = fit.values;
-            continue;
-        }
         let weights = weights(fit.residual.as_slice(), &own);
-        motions.iter_mut().for_each(|m| m.weigh(&weights));
+        if round > 0 || !leave_crossings_out(motions, rigid, machine, &fit.values) {
+            motions.iter_mut().for_each(|m| m.weigh(&weights));
+        }
         values = fit.values;
     }
     unreachable!("the last round returns")

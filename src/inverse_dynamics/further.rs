@@ -270,11 +270,16 @@ pub fn weights(left: &[f64], motions: &[&Motion]) -> BTreeMap<String, f64> {
     found.filter(|(_, weight)| *weight > 0.0 && weight.is_finite()).collect()
 }
 
+/// Leaves out of the further points of motions what is read while a play of the machine is crossed; whether anything was.
+pub fn leave_crossings_out(motions: &mut [Motion], rigid: &Rigid, machine: &Machine, values: &[f64]) -> bool {
+    motions.iter_mut().fold(false, |any, motion| any | motion.leave_crossings_out(rigid, machine, values))
+}
+
 impl Motion {
     /// Leaves out of its further points what is read while a play of the machine is crossed, and comes to rest: where the machine foretells it, and where
     /// the reading goes on by half of the play within the filters' reach; where both are more than half of what counts, the first alone, or nothing.
     /// Whether anything was left out.
-    pub fn leave_crossings_out(&mut self, rigid: &Rigid, machine: &Machine, values: &[f64]) -> bool {
+    fn leave_crossings_out(&mut self, rigid: &Rigid, machine: &Machine, values: &[f64]) -> bool {
         let Some(played) = rigid.played(machine, values, self) else { return false };
         let mut left_out = false;
         for (at, played) in played.into_iter().enumerate() {

@@ -23,7 +23,7 @@ pub use fit::{
     inverse, live, prediction, recorded, unseen,
 };
 pub use force::Rigid;
-pub use further::{Further, weights};
+pub use further::{Further, leave_crossings_out, weights};
 pub use interval::{Interval, hac_covariance, intervals};
 pub use phase::{Phase, phases};
 pub use recipe::{Motion, Recipe};

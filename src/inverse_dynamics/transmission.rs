@@ -115,7 +115,11 @@ impl Rigid {
             }
             let mut place = vec![0.0; motion.position_m.len()];
             if half != 0.0 {
-                let moved = self.lies(index, &statics, &balance, (machine, values), motion);
+                let given = statics.deflection(&statics.compliance(&joint.on), machine, &balance, motion);
+                let moved = match Beyond::behind(index, self, machine, values) {
+                    Some(beyond) => flight(&given, half, number(&joint.stiffness) * beyond.yields(self, values), motion.step_s),
+                    None => sides(&given).into_iter().map(|side| half * side).collect(),
+                };
                 place.iter_mut().zip(moved).for_each(|(e, x)| *e += x);
             }
             if let Some((point, c)) = joint.on.iter().find(|(p, _)| machine.points[*p].motion == Kind::Translation) {
@@ -136,18 +140,6 @@ impl Rigid {
             error
         };
         motion.further.iter().map(|f| of(f.point)).collect()
-    }
-
-    /// Where the play of a joint (index) lies along a motion, from the middle.
-    fn lies(&self, joint: usize, statics: &Statics, balance: &Balance, (machine, values): (&Machine, &[f64]), motion: &Motion) -> Vec<f64> {
-        let number = |value: &Value| value.at(values, &Operating::default());
-        let of = &machine.joints[joint];
-        let half = 0.5 * number(&of.gap);
-        let given = statics.deflection(&statics.compliance(&of.on), machine, balance, motion);
-        match Beyond::behind(joint, self, machine, values) {
-            Some(beyond) => flight(&given, half, number(&of.stiffness) * beyond.yields(self, values), motion.step_s),
-            None => sides(&given).into_iter().map(|side| half * side).collect(),
-        }
     }
 
     /// What the plays of a machine add to the transmission error at each further point of a motion; `None` where it has none.

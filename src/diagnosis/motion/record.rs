@@ -84,15 +84,14 @@ fn shift(model: Model<'_>, motion: &Motion, open: Option<&Open>) -> Option<Recor
     let force = rigid.force(machine, values, motion);
     let rising: Vec<f64> = central_differences(&force).into_iter().map(|d| d / motion.step_s).collect();
     let columns = DMatrix::from_columns(&[DVector::from_vec(motion.thinned(&rising)?), DVector::from_vec(motion.thinned(&force)?)]);
-    let left = DMatrix::from_columns(&[DVector::from_vec(as_is.residual.clone())]);
     let records = [(motion.load.len(), motion.period)];
-    let plain = left.column(0).into_owned();
-    let fit = Projected::new(&columns, &plain)?;
+    let left = DVector::from_vec(as_is.residual.clone());
+    let fit = Projected::new(&columns, &left)?;
     let half = intervals(&columns, &fit.residual, &records)?;
     let given = open.and_then(|open| Given::new(open.moves(model, motion), &left));
-    let mut taken = plain.norm_squared() - fit.residual.norm_squared();
+    let mut taken = left.norm_squared() - fit.residual.norm_squared();
     if let Some(given) = given {
-        let left = given.without(&left).column(0).into_owned();
+        let left = given.without(&DMatrix::from_columns(&[left])).column(0).into_owned();
         taken = taken.min(left.norm_squared() - Projected::new(&given.without(&columns), &left)?.residual.norm_squared());
     }
     let scale = as_is.recorded.iter().map(|x| x * x).sum::<f64>().sqrt();
@@ -120,7 +119,7 @@ struct Given {
 }
 
 impl Given {
-    fn new(moves: DMatrix<f64>, left: &DMatrix<f64>) -> Option<Self> {
+    fn new(moves: DMatrix<f64>, left: &DVector<f64>) -> Option<Self> {
         let (normal, wanted) = (moves.tr_mul(&moves), moves.tr_mul(left));
         let mut ridge = 1e-9 * normal.trace();
         while ridge > 0.0 && ridge.is_finite() {

@@ -14,7 +14,7 @@ use super::work::{Chosen, Work};
 use crate::diagnosis::domain::share_closed;
 use crate::diagnosis::said::last_of;
 use crate::diagnosis::{Hypothesis, Status, Verdict, VerdictKind};
-use crate::inverse_dynamics::{InverseError, Motion, Phase, Rigid, estimate_told, free_parameters, inverse, unseen};
+use crate::inverse_dynamics::{InverseError, Motion, Phase, Rigid, estimate_told, free_parameters, inverse, leave_crossings_out, unseen};
 use crate::machine::{Effect, Machine};
 use crate::optimizer::Control;
 
@@ -147,10 +147,8 @@ pub fn diagnose_motion(
         weigh(&rigid, machine, &free, spring, all, fitted)?;
         estimate_told(&rigid, machine, &machine.start(), &free, &all[..fitted].iter().collect::<Vec<_>>(), spring)
     };
-    let fit = fit_of(&mut all).and_then(|first| {
-        let left_out = |motion: &mut Motion| motion.leave_crossings_out(&rigid, machine, &first.values);
-        if all.iter_mut().filter_map(|motion| left_out(motion).then_some(())).count() > 0 { fit_of(&mut all) } else { Ok(first) }
-    });
+    let fit = fit_of(&mut all)
+        .and_then(|first| if leave_crossings_out(&mut all, &rigid, machine, &first.values) { fit_of(&mut all) } else { Ok(first) });
     let (fit_motions, held_out): (Vec<&Motion>, Vec<&Motion>) = (all[..fitted].iter().collect(), all[fitted..].iter().collect());
     let (fit_motions, held_out) = (fit_motions.as_slice(), held_out.as_slice());
     let nominal = Hypothesis::nominal(machine.clone());

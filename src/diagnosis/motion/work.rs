@@ -98,7 +98,7 @@ impl Work<'_> {
         let frozen: Vec<String> =
             self.frozen.iter().filter(|id| !whole.added.iter().any(|i| machine.parameters[*i].id == **id)).cloned().collect();
         let free = free_parameters(machine, &frozen).ok()?;
-        let fitted = |free: &[usize]| self.fitted(machine, &start, free, &whole.added).filter(|fit| shows(fit, &hypothesis.added));
+        let fitted = |free: &[usize]| self.fitted(machine, &start, free, &whole.added).filter(|fit| is_told(fit, &hypothesis.added));
         let fit = fitted(&free).or_else(|| {
             // What the machine has at an end of its range may be what the effect stands for.
             let kept = |i: &usize| machine.parameters[*i].holds_inside(start[*i]) || *i >= from.1.values.len();
@@ -181,7 +181,7 @@ impl Work<'_> {
 }
 
 /// Whether what some of the added parameters do where a fit ended is not what the others do, too.
-fn shows(fit: &Fit, added: &[usize]) -> bool {
+fn is_told(fit: &Fit, added: &[usize]) -> bool {
     let (own, others): (Vec<usize>, Vec<usize>) = live(&fit.derivatives).into_iter().partition(|at| added.contains(&fit.free[*at]));
     let others = fit.derivatives.select_columns(&others);
     own.into_iter().any(|at| {
