@@ -146,7 +146,7 @@ fn modes_like(
 }
 
 fn coarse<'h>(fitter: &Fitter<'_>, hypothesis: &'h Hypothesis) -> Option<FrfObjective<'h>> {
-    match fitter.objective(hypothesis).ok()?.coarse(LINES)? {
+    match fitter.objective(hypothesis).ok()?.thinned(LINES)? {
         Compared::Frf(objective) => Some(objective),
         Compared::Modes(_) => None,
     }

@@ -354,6 +354,10 @@ fn read_back(objective: &Compared<'_>, from: &Fitted, place: &[f64], chi_square:
 const RESONANCES_HZ: (f64, f64, u32) = (8.0, 1600.0, 26);
 /// Places of a mass in its range at which it is looked for.
 const SHARES: [f64; 3] = [0.3, 0.6, 0.85];
+/// Where the frequency itself is a parameter it is looked for all along its range, at so many places, with masses at these places of theirs and a loss that is
+/// wide enough for none to be missed between two.
+const NATURAL_COUNT: u32 = 60;
+const NATURAL: ([f64; 2], f64) = ([0.55, 0.75], 0.1);
 /// Pairs of numbers without unit at which it is looked for, where it has such: arms on which it is felt and struck, to either side.
 const ARMS: [[f64; 2]; 5] = [[0.0, 0.0], [1.0, 1.0], [1.0, -1.0], [-1.0, 1.0], [-1.0, -1.0]];
 
@@ -386,16 +390,20 @@ fn resonances(described: &[&Parameter]) -> Option<Vec<Vec<f64>>> {
         }
         (masses, [], [], natural) if !masses.is_empty() && !natural.is_empty() => {
             let each: Vec<&[usize]> = masses.iter().map(std::slice::from_ref).chain((masses.len() > 1).then_some(masses)).collect();
-            let place = |hz: f64, share: f64, some: &[usize]| {
+            let (shares, loss) = NATURAL;
+            let place = |along: f64, share: f64, some: &[usize]| {
                 let mut place = start.clone();
-                natural.iter().for_each(|at| place[*at] = clamped(*at, hz));
+                natural.iter().for_each(|at| place[*at] = along);
+                plain.iter().for_each(|at| place[*at] = clamped(*at, loss));
                 some.iter().for_each(|mass| place[*mass] = share);
                 place
             };
+            let along = (0..NATURAL_COUNT).map(|at| (f64::from(at) + 0.5) / f64::from(NATURAL_COUNT));
+            let tried = along.flat_map(|along| shares.map(|share| (along, share)));
             Some(
                 tried
-                    .flat_map(|(hz, share)| each.iter().map(move |some| (hz, share, *some)))
-                    .map(|(hz, share, some)| place(hz, share, some))
+                    .flat_map(|(along, share)| each.iter().map(move |some| (along, share, *some)))
+                    .map(|(along, share, some)| place(along, share, some))
                     .collect(),
             )
         }

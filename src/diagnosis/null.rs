@@ -216,7 +216,7 @@ pub fn simulate(
                 let Domain::Frf(settings) = fitter.domain else { return None };
                 let (by, drawn) = another_machine(fitter, nominal, base, settings, usize::MAX, random.clone())?;
                 let data = objective.shifted(&by);
-                let few = data.thinned(LINES);
+                let few = data.telling(LINES);
                 let end = |from: &[f64]| least_squares_within(&few, from, &[], (STEPS, 1e-3), control.stop());
                 let mut best = end(&drawn);
                 // What fits worse than the lines' weights say may lie beside its valley; a fit that ended there would look like something missing.
@@ -296,7 +296,7 @@ pub(super) fn another_machine(
     }
     let richer = Hypothesis { machine: another(&hypothesis.machine, random), ..hypothesis.clone() };
     // The very lines of the objective that is shifted.
-    let compared = fitter.objective(&richer).ok()?.coarse(lines)?;
+    let compared = fitter.objective(&richer).ok()?.thinned(lines)?;
     let mut place = place_of(&compared, &Fitted { units, ..base.clone() });
     let known_within = compared.nut_coordinates().start..place.len();
     // Nut positions and channels: a standard deviation is a twentieth of their coordinate.

@@ -441,9 +441,20 @@ impl<'m> FrfObjective<'m> {
     /// The same data with at most so many lines of each record.
     #[must_use]
     pub fn thinned(&self, most: usize) -> FrfObjective<'m> {
-        let mut thin = self.resampled(&[]);
-        thin.records = self.laid(self.records.iter().map(|r| r.thinned(most)).collect());
-        thin
+        self.with_records(|record| record.thinned(most))
+    }
+
+    /// The same with at most `most` lines of each record, closest where its curve turns and weighed by how many they stand for: to look around, since their
+    /// χ² has more scatter than its weights say.
+    #[must_use]
+    pub fn telling(&self, most: usize) -> FrfObjective<'m> {
+        self.with_records(|record| record.telling(most))
+    }
+
+    fn with_records(&self, each: impl Fn(&Record) -> Record) -> FrfObjective<'m> {
+        let mut other = self.resampled(&[]);
+        other.records = self.laid(self.records.iter().map(each).collect());
+        other
     }
 
     /// χ² that the noise of the lines alone leaves, per number compared.

@@ -1,5 +1,6 @@
 //! An FRF made ready to be compared.
 
+use std::f64::consts::{PI, TAU};
 use std::sync::Arc;
 
 use num_complex::Complex64;
@@ -46,18 +47,63 @@ impl Record {
 
     /// The same with every so manieth line, at most `most`; of the lines nothing is known beforehand.
     pub(super) fn thinned(&self, most: usize) -> Record {
-        fn every<T: Clone>(stride: usize, all: &[T]) -> Vec<T> {
-            all.iter().step_by(stride).cloned().collect()
+        let stride = self.omega_rad_s.len().div_ceil(most.max(1)).max(1);
+        self.with((0..self.omega_rad_s.len()).step_by(stride).collect())
+    }
+
+    /// The same with at most `most` lines, close where the curve turns and nowhere far apart, each weighed by how many it stands for: a narrow resonance, between
+    /// two of lines evenly apart, stays to be seen. A third of them each follow the number of lines, the logarithm of the frequency and the length of the curve
+    /// ln H in units of its noise.
+    pub(super) fn telling(&self, most: usize) -> Record {
+        let count = self.omega_rad_s.len();
+        if count <= most.max(2) {
+            return self.clone();
         }
-        let stride = self.omega_rad_s.len().div_ceil(most);
-        let omega_rad_s = every(stride, &self.omega_rad_s);
+        let turned = |at: usize| {
+            let change = self.log_measured[at] - self.log_measured[at - 1];
+            let turn = (change.im + PI).rem_euclid(TAU) - PI;
+            change.re.hypot(turn) * self.weight[at].min(self.weight[at - 1]).sqrt()
+        };
+        let kinds = [
+            vec![1.0; count - 1],
+            (1..count).map(|at| (self.omega_rad_s[at] / self.omega_rad_s[at - 1]).ln()).collect(),
+            (1..count).map(turned).collect::<Vec<f64>>(),
+        ];
+        let sums = kinds.each_ref().map(|kind| kind.iter().sum::<f64>().max(f64::MIN_POSITIVE));
+        // How far each line is along, from 0 to 1.
+        let mut along = vec![0.0; count];
+        for at in 1..count {
+            let step: f64 = kinds.iter().zip(sums).map(|(kind, sum)| kind[at - 1] / sum).sum();
+            along[at] = along[at - 1] + step / kinds.len() as f64;
+        }
+        let mut chosen: Vec<usize> =
+            (0..most).map(|k| along.partition_point(|a| *a < (k as f64 + 0.5) / most as f64).min(count - 1)).collect();
+        chosen.dedup();
+        // Each line stands for those that are nearer to it than to another.
+        let ends: Vec<usize> = chosen.windows(2).map(|pair| (pair[0] + pair[1]) / 2 + 1).chain([count]).collect();
+        let mean = count as f64 / chosen.len() as f64;
+        let mut record = self.with(chosen);
+        let mut from = 0;
+        for (weight, end) in record.weight.iter_mut().zip(ends) {
+            *weight *= (end - from) as f64 / mean;
+            from = end;
+        }
+        record
+    }
+
+    /// The same with some lines alone.
+    fn with(&self, lines: Vec<usize>) -> Record {
+        fn each<T: Clone>(lines: &[usize], all: &[T]) -> Vec<T> {
+            lines.iter().map(|at| all[*at].clone()).collect()
+        }
+        let omega_rad_s = each(&lines, &self.omega_rad_s);
         Record {
             lines: Arc::new(Lines::new(&omega_rad_s)),
             omega_rad_s,
-            log_measured: every(stride, &self.log_measured),
-            weight: every(stride, &self.weight),
-            noise_sd: every(stride, &self.noise_sd),
-            stated_sd: every(stride, &self.stated_sd),
+            log_measured: each(&lines, &self.log_measured),
+            weight: each(&lines, &self.weight),
+            noise_sd: each(&lines, &self.noise_sd),
+            stated_sd: each(&lines, &self.stated_sd),
             ..*self
         }
     }
