@@ -3,12 +3,12 @@
 use rayon::prelude::*;
 
 use super::domain::{Compared, Domain};
-use super::fit::{Ablation, Fitted, Fitter, SCATTERED_WITHOUT_ONE, at_start, values_of};
+use super::fit::{Ablation, Fitted, Fitter, at_start, values_of};
+use super::left_out::left_out;
 use super::hypothesis::{CHANNEL_SD, Hypothesis, NUT_SD_M, interfaces, with_nuisances};
 use crate::identification::{Plan, identify};
 use crate::machine::{Base, Data, Effect, Lever, Machine, Operating, Value};
 use crate::measurement::{FitSet, HoldOutSet};
-use crate::numeric::parallel::OrFirstError;
 use crate::objective::{FrfSettings, ObjectiveError};
 use crate::optimizer::Control;
 
@@ -62,8 +62,6 @@ pub struct Survey {
 
 /// Steps of the nominal fits, and the relative gain of χ² at which they end: of FRFs, whose valleys are long and known well, and of modes.
 const NOMINAL_STEPS: [(u64, f64); 2] = [(400, 1e-7), (120, 1e-4)];
-/// Steps of a fit without one position.
-const LEFT_OUT_STEPS: u64 = 12;
 /// Starts of them all over the ranges, and how many go on, of FRFs.
 const NOMINAL_SCATTERED: (usize, usize) = (48, 4);
 /// Candidates whose nominal parameters the others start from, too.
@@ -152,38 +150,6 @@ fn to_the_floor(fitter: &Fitter<'_>, objective: &Compared<'_>, from: &Fitted, co
 
 fn close(a: &[f64], b: &[f64]) -> bool {
     a.iter().zip(b).all(|(a, b)| (a - b).abs() < 0.02)
-}
-
-/// χ² of each position (or record) predicted by a fit without it, summed.
-///
-/// # Errors  as [`Fitter::objective`].
-pub fn left_out(fitter: &Fitter<'_>, hypothesis: &Hypothesis, fitted: &Fitted, control: &Control) -> Result<f64, ObjectiveError> {
-    let blocks = fitter.blocks();
-    // One record alone leaves nothing to fit.
-    if blocks.len() < 2 {
-        return Ok(0.0);
-    }
-    let piece = fitter.piece("left out", hypothesis, std::slice::from_ref(fitted));
-    control.kept_or_failed(&piece, || left_out_anew(fitter, hypothesis, fitted, control))
-}
-
-fn left_out_anew(fitter: &Fitter<'_>, hypothesis: &Hypothesis, fitted: &Fitted, control: &Control) -> Result<f64, ObjectiveError> {
-    let blocks = fitter.blocks();
-    let parts: Result<Vec<f64>, ObjectiveError> = blocks
-        .into_par_iter()
-        .map(|(kept, left)| {
-            let kept = fitter.on(kept);
-            let objective = kept.objective(hypothesis)?;
-            let mut part = kept.descend(&objective, fitted, LEFT_OUT_STEPS, control);
-            // Of few numbers the deepest basin may be another one.
-            if matches!(fitter.domain, Domain::Modes(_)) {
-                let other = kept.scatter_anew(hypothesis, fitted, SCATTERED_WITHOUT_ONE, control)?;
-                part = if other.chi_square < part.chi_square { other } else { part };
-            }
-            fitter.on(left).loss(hypothesis, &part)
-        })
-        .or_first_error();
-    Ok(parts?.into_iter().sum())
 }
 
 /// Hypotheses of all effects that apply, of frozen parameters released, and candidates that do not apply.

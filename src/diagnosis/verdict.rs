@@ -5,12 +5,13 @@ use rayon::prelude::*;
 use super::domain::{Domain, Part, floor_over, gap_over, share_closed};
 use super::fit::{Ablation, Fitted, Fitter, values_of};
 use super::hypothesis::{Hypothesis, Kind};
+use super::left_out::left_out;
 use super::limit::Limits;
 use super::null::{LEAST_SCALE, Null, simulate};
 use super::place::Where;
 use super::plain::Plain;
 use super::record::{Fault, fault, held_out_fault};
-use super::run::{Candidate, Status, Survey, again_from, hypotheses, left_out, locate, nominal, nominal_fits, survey};
+use super::run::{Candidate, Status, Survey, again_from, hypotheses, locate, nominal, nominal_fits, survey};
 use super::said::{Verdict, VerdictKind, last_of, named, nothing_fitted};
 use crate::machine::{Effect, Machine};
 use crate::measurement::HoldOutSet;
@@ -408,7 +409,8 @@ fn conclude(evidence: &Evidence<'_, '_>) -> Result<(Verdict, (Hypothesis, Fitted
     };
     let in_vain = |lost: f64| lost > FORETELLS.0 * evidence.nominal_left_out;
     let beaten = |lost: f64| {
-        let better = |c: &Candidate| c.chi_square() < chosen.1.chi_square && c.left_out.is_some_and(|free| free < FORETELLS.1 * lost);
+        let foretells = |free: f64| free < FORETELLS.1 * lost && free < lost - APART * after;
+        let better = |c: &Candidate| c.chi_square() < chosen.1.chi_square && c.left_out.is_some_and(foretells);
         located.iter().any(better)
     };
     let fails = foretold.is_some_and(|lost| in_vain(lost) || beaten(lost)) && !evidence.fitter.lacks(Ablation::InSample);
