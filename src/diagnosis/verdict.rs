@@ -409,7 +409,9 @@ fn conclude(evidence: &Evidence<'_, '_>) -> Result<(Verdict, (Hypothesis, Fitted
     };
     let in_vain = |lost: f64| lost > FORETELLS.0 * evidence.nominal_left_out;
     let beaten = |lost: f64| {
-        let foretells = |free: f64| free < FORETELLS.1 * lost && free < lost - APART * after;
+        // Of modes what is left out is foretold by few numbers: a share of it as for effects.
+        let apart = |free: f64| APART * after + if limits.known { 0.0 } else { FORETOLD * (evidence.nominal_left_out - free).max(0.0) };
+        let foretells = |free: f64| free < FORETELLS.1 * lost && free < lost - apart(free);
         let better = |c: &Candidate| c.chi_square() < chosen.1.chi_square && c.left_out.is_some_and(foretells);
         located.iter().any(better)
     };
