@@ -225,6 +225,49 @@ hub = { unit = "1", start = 2.5, lower = 0.5, upper = 10.0, source = "a brake di
 }
 
 /// The servo axis of the papers has one mode near 152 Hz where its real machine showed two: FRFs of the axis with something that swings on its slide.
+/// A bending screw moves narrow peaks with the nut: its frequency is looked for all along its range, and one position alone tells how much of the right side couples in.
+#[test]
+fn recover_a_bending_screw() {
+    let bending = |side: &str| {
+        format!(
+            r#"
+[[effect.point]]
+name = "bending-{side}"
+motion = "translation"
+mass_kg = "m_{side}"
+
+[[effect.joint]]
+name = "bending-{side}"
+between = ["bending-{side}", "screw"]
+stiffness = "m_{side}"
+loss_factor = "eta"
+"#
+        )
+    };
+    let parameter = |id: &str, unit: &str, start: &str, [lower, upper]: [&str; 2]| {
+        format!("{id} = {{ unit = \"{unit}\", start = {start}, lower = {lower}, upper = {upper}, source = \"truth\" }}\n")
+    };
+    let truth = [
+        "\n[[effect]]\nid = \"more\"\nsays = \"the screw bends\"\nneeds = [\"screw\"]\nrescale = [\n",
+        "{ part = \"joint-stiffness\", name = \"bending-left\", law = \"left-span\", by = \"f\" },\n",
+        "{ part = \"joint-stiffness\", name = \"bending-right\", law = \"right-span\", by = \"f\" },\n]\n",
+        &bending("left"),
+        &bending("right"),
+        "\n[effect.parameter]\n",
+        &parameter("f", "Hz", "90.0", ["5.0", "1000.0"]),
+        &parameter("m_left", "kg", "0.3", ["1e-5", "50.0"]),
+        &parameter("m_right", "kg", "0.2", ["1e-5", "50.0"]),
+        &parameter("eta", "1", "0.02", ["0.002", "0.5"]),
+    ]
+    .concat();
+    let found = struck_bench(&truth, 1.0, 0.005);
+    assert_eq!(found["verdict"]["effects"], serde_json::json!(["screw-bending"]), "{:#}", found["verdict"]);
+    for (id, value, within) in [("f_bend", 90.0, 0.01), ("m_bend_left", 0.3, 0.1), ("m_bend_right", 0.2, 0.1), ("eta_bend", 0.02, 0.15)] {
+        let had = found["chosen"]["parameters"][id].as_f64().unwrap();
+        assert!((had / value - 1.0).abs() < within, "{id}: {had} for {value}");
+    }
+}
+
 #[test]
 fn recover_what_swings_on_the_servo_axis() {
     let axis = std::fs::read_to_string("configs/servo-axis.toml").unwrap();

@@ -309,3 +309,28 @@ fn the_condition_of_a_record_is_that_of_its_prediction() {
     let (down, up) = per_line(&set);
     assert!(down > 0.1 && up > 0.1, "{down} {up}");
 }
+
+/// Few lines where the curve turns tell χ² of all nearly as well as all; as many evenly apart step over narrow resonances.
+#[test]
+fn limit_few_telling_lines_stand_for_all() {
+    let config = config("configs/tian.toml");
+    let machine = &config.machine;
+    let truth = truth_of(machine);
+    let lines: Vec<f64> = (10..1000).map(f64::from).collect();
+    let set = own_set(machine, &truth, &lines, 0.005, &mut Draws(4));
+    let (fit, _) = set.split(None, &[]).unwrap();
+    let objective = FrfObjective::new(machine, &fit, FrfSettings::default(), &[]).unwrap();
+    let (even, telling) = (objective.thinned(60), objective.telling(60));
+    assert!(telling.lines().iter().all(|count| *count <= 60));
+    let place = place_of(machine, &objective, &truth);
+    let (mut of_even, mut of_telling) = (0.0_f64, 0.0_f64);
+    for coordinate in 0..objective.free.len() {
+        let mut moved = place.clone();
+        moved[coordinate] += 0.002;
+        let each = |o: &FrfObjective<'_>| o.chi_square(&moved) / o.observations() as f64;
+        let off = |o: &FrfObjective<'_>| (each(o) / each(&objective)).ln().abs();
+        of_even = of_even.max(off(&even));
+        of_telling = of_telling.max(off(&telling));
+    }
+    assert!(of_telling < 0.3 && of_telling < 0.5 * of_even, "off by {of_telling:.2}, evenly apart by {of_even:.2}");
+}

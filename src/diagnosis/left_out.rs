@@ -53,15 +53,12 @@ fn left_out_anew(fitter: &Fitter<'_>, hypothesis: &Hypothesis, fitted: &Fitted, 
     Ok(parts?.into_iter().sum())
 }
 
-/// −2 ln of the density of one part of the data, but for what its weights give, where the parameters are as a fit to the others leaves them: the least
-/// of χ² and of what it costs to move them, and how much of them was open (Laplace's approximation).
-///
-/// # Source  MacKay, Information Theory, Inference, and Learning Algorithms, §27–28 (evidence of a further datum).
+/// How badly a fit to what is kept foretells what is left: see [`foretold`].
 fn surprise((kept, left): (&Compared<'_>, &Compared<'_>), part: &Fitted, control: &Control) -> f64 {
     let told = kept.squares(|squares| squares.normal(&place_of(kept, part)).information);
-    let place = place_of(left, part);
     // Coordinates of both: parameters and gain, and the channels; nut positions are each part's own.
-    let shared = |of: &Compared<'_>| -> Vec<usize> { (0..of.nut_coordinates().start).chain(of.nut_coordinates().end..of.dimension()).collect() };
+    let shared =
+        |of: &Compared<'_>| -> Vec<usize> { (0..of.nut_coordinates().start).chain(of.nut_coordinates().end..of.dimension()).collect() };
     let (mut there, mut here) = (shared(kept), shared(left));
     if there.len() != here.len() {
         there.truncate(kept.nut_coordinates().start);
@@ -71,15 +68,23 @@ fn surprise((kept, left): (&Compared<'_>, &Compared<'_>), part: &Fitted, control
     let known = DMatrix::from_fn(size, size, |a, b| told[(a, b)] + if a == b { IN_RANGE } else { 0.0 });
     let Some(open) = known.try_inverse() else { return f64::INFINITY };
     let open = DMatrix::from_fn(there.len(), there.len(), |a, b| open[(there[a], there[b])]);
-    let Some(precision) = open.clone().try_inverse() else { return f64::INFINITY };
-    left.squares(|squares| {
-        let within = Within { squares, centre: &place, coordinates: &here, precision };
-        let found = least_squares_within(&within, &place, &[], OPEN_STEPS, control.stop());
-        let felt = squares.normal(&found.place).information;
-        let felt = DMatrix::from_fn(here.len(), here.len(), |a, b| felt[(here[a], here[b])]);
-        let opened = (DMatrix::identity(here.len(), here.len()) + open * felt).determinant();
-        found.normal.chi_square + opened.max(1.0).ln()
-    })
+    let place = place_of(left, part);
+    left.squares(|squares| foretold(squares, &place, &here, open, control).unwrap_or(f64::INFINITY))
+}
+
+/// −2 ln of the density of data, but for what their weights give, where some coordinates are known to lie about a place with a covariance: the least of χ² and
+/// of what it costs to move them, and how much of them was open. Exact where residuals are linear.
+///
+/// # Source  MacKay, Information Theory, Inference, and Learning Algorithms, §27–28 (Laplace's approximation of the evidence).
+fn foretold(squares: &dyn LeastSquares, place: &[f64], coordinates: &[usize], open: DMatrix<f64>, control: &Control) -> Option<f64> {
+    let precision = open.clone().try_inverse()?;
+    let within = Within { squares, centre: place, coordinates, precision };
+    let found = least_squares_within(&within, place, &[], OPEN_STEPS, control.stop());
+    let felt = squares.normal(&found.place).information;
+    let count = coordinates.len();
+    let felt = DMatrix::from_fn(count, count, |a, b| felt[(coordinates[a], coordinates[b])]);
+    let opened = (DMatrix::identity(count, count) + open * felt).determinant();
+    Some(found.normal.chi_square + opened.max(1.0).ln())
 }
 
 /// A sum of squares beside what is known of some coordinates.
@@ -118,5 +123,44 @@ impl LeastSquares for Within<'_> {
             }
         }
         normal
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Two readings r = A·(place − truth), of which the second sees the second coordinate alone.
+    struct Linear(DMatrix<f64>, DVector<f64>);
+
+    impl LeastSquares for Linear {
+        fn dimension(&self) -> usize {
+            self.0.ncols()
+        }
+        fn chi_square(&self, place: &[f64]) -> f64 {
+            (&self.0 * (DVector::from_column_slice(place) - &self.1)).norm_squared()
+        }
+        fn normal(&self, place: &[f64]) -> Normal {
+            let residuals = &self.0 * (DVector::from_column_slice(place) - &self.1);
+            let gradient = self.0.transpose() * &residuals;
+            Normal { chi_square: residuals.norm_squared(), gradient, information: self.0.transpose() * &self.0 }
+        }
+    }
+
+    /// Of linear residuals: rᵀ·S⁻¹·r + ln det S with S = 1 + A·V·Aᵀ, written out.
+    #[test]
+    fn limit_what_is_foretold_of_linear_residuals_is_their_density() {
+        let slopes = DMatrix::from_row_slice(3, 2, &[3.0, -1.0, 0.0, 20.0, 5.0, 2.0]);
+        let linear = Linear(slopes.clone(), DVector::from_column_slice(&[0.52, 0.43]));
+        let open = DMatrix::from_row_slice(2, 2, &[4e-4, 1e-4, 1e-4, 9e-3]);
+        let place = [0.5, 0.5];
+        let residuals = &slopes * (DVector::from_column_slice(&place) - &linear.1);
+        let spread = DMatrix::identity(3, 3) + &slopes * &open * slopes.transpose();
+        let exact = residuals.dot(&(spread.clone().try_inverse().unwrap() * &residuals)) + spread.determinant().ln();
+        let found = foretold(&linear, &place, &[0, 1], open, &Control::default()).unwrap();
+        assert!((found - exact).abs() < 1e-6 * exact, "{found} instead of {exact}");
+        // With the place for certain it is χ².
+        let certain = foretold(&linear, &place, &[0, 1], DMatrix::identity(2, 2) * 1e-14, &Control::default()).unwrap();
+        assert!((certain - residuals.norm_squared()).abs() < 1e-6);
     }
 }

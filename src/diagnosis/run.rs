@@ -4,8 +4,8 @@ use rayon::prelude::*;
 
 use super::domain::{Compared, Domain};
 use super::fit::{Ablation, Fitted, Fitter, at_start, values_of};
-use super::left_out::left_out;
 use super::hypothesis::{CHANNEL_SD, Hypothesis, NUT_SD_M, interfaces, with_nuisances};
+use super::left_out::left_out;
 use crate::identification::{Plan, identify};
 use crate::machine::{Base, Data, Effect, Lever, Machine, Operating, Value};
 use crate::measurement::{FitSet, HoldOutSet};
