@@ -4,9 +4,10 @@ use std::sync::{Arc, Mutex};
 
 use super::pairing::{MISSING, Pair, VISIBLE, pair_into};
 use super::{GAIN_RANGE, ObjectiveError, free_parameters, keep_rods, point_named};
-use crate::machine::{FitRule, Machine, Operating};
+use crate::machine::{Chain, FitRule, Machine, Operating};
 use crate::measurement::{FitSet, Gain, HoldOutSet, MeasurementSet, ModeObservation};
 use crate::model::{Lines, Network, Peak, PeakSearch, Rods, Structure, Workspace, peaks_into};
+use crate::unit::omega_rad_s;
 
 /// Which function of the deviations is made least.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -276,6 +277,9 @@ impl<'m> ModeObjective<'m> {
         let PositionPrediction { position, peaks, deviations } = &mut predictions[at];
         *position = p.index;
         peaks_into(network, (self.search, &p.lines), work, peaks);
+        // What the measuring chain makes of an amplitude; that the peak of another quantity lies elsewhere by some ζ² is left out.
+        let made = self.machine.chain.at(parameters, &p.operating);
+        peaks.iter_mut().for_each(|peak| peak.amplitude *= Chain::log_factor(made, omega_rad_s(peak.frequency_hz)).re.exp());
         predicted_hz.clear();
         predicted_hz.extend(peaks.iter().map(|p| p.frequency_hz));
         alone.clear();
