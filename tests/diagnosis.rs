@@ -68,6 +68,20 @@ fn recover_a_misread_quantity() {
     assert_eq!(found["verdict"]["where"], "measurement");
 }
 
+/// The paper prints the amplitudes of its bench "in m", which they cannot be: taken so, modes alone tell that another quantity was read.
+#[test]
+fn published_amplitudes_are_no_receptances() {
+    let folder = tempfile::tempdir().unwrap();
+    for name in ["manifest.toml", "modes.csv", "published.csv"] {
+        let text = std::fs::read_to_string(format!("measurements/tian/{name}")).unwrap();
+        std::fs::write(folder.path().join(name), text.replace("quantity = \"mobility\"", "quantity = \"receptance\"")).unwrap();
+    }
+    let found = diagnosed(&["--measurements", folder.path().to_str().unwrap(), "--positions", "l1,l3,l5"]);
+    assert_eq!(found["verdict"]["effects"][0], "frf-quantity", "{:#}", found["verdict"]);
+    let power = found["effects"][0]["parameters"]["quantity_power"].as_f64().unwrap();
+    assert!(power > 0.5 && power < 2.5, "{power}");
+}
+
 /// Records filed under each other's positions, fitted ones and held-out ones.
 #[test]
 fn recover_records_that_were_exchanged() {

@@ -287,6 +287,18 @@ fn percent(x: Option<f64>) -> String {
     x.map_or("–".into(), |x| format!("{:.1} %", 100.0 * x))
 }
 
+/// Width of an interval of what is closed, in gaps, from which on it tells nothing.
+const OPEN: f64 = 2.0;
+
+/// The interval of what is closed in brackets, after its name.
+pub(super) fn interval_says(interval: Option<[f64; 2]>, name: &str) -> String {
+    match interval {
+        None => String::new(),
+        Some([low, high]) if high - low > OPEN => " (these data leave it open)".into(),
+        Some([low, high]) => format!(" ({name}{:.0} to {:.0} %)", 100.0 * low, 100.0 * high),
+    }
+}
+
 /// The diagnosis for a person: the verdict first.
 pub fn diagnosis_text(document: &Diagnosis) -> String {
     let v = &document.verdict;
@@ -303,7 +315,7 @@ pub fn diagnosis_text(document: &Diagnosis) -> String {
         percent(document.gap.held_out),
         percent(document.chosen.gap_held_out),
         percent(document.chosen.closed),
-        document.chosen.closed95.map_or(String::new(), |[a, b]| format!(" ({:.0} to {:.0} %)", 100.0 * a, 100.0 * b)),
+        interval_says(document.chosen.closed95, ""),
         percent(document.chosen.ceiling)
     ));
     if let Some([before, after]) = document.chosen.gap_held_out_beside_ordinary {

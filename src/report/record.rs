@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::diagnosis::Diagnosis;
+use super::diagnosis::{Diagnosis, interval_says};
 use super::{columns, wrapped};
 
 /// One record of an identification.
@@ -244,7 +244,7 @@ pub fn motion_diagnosis_text(document: &Diagnosis) -> String {
         optional(document.chosen.gap_held_out),
         optional(document.noise_floor),
         document.chosen.closed.map_or("–".into(), |c| format!("{:.0} %", 100.0 * c)),
-        document.chosen.closed95.map_or(String::new(), |[a, b]| format!(" ({:.0} to {:.0} %)", 100.0 * a, 100.0 * b)),
+        interval_says(document.chosen.closed95, ""),
     ));
     text += "\nwhich — candidates, best first; taken: of what is not foretold of parts left out\n";
     let tried = document.effects.iter().filter(|e| e.status == "tried").take(10).map(|e| {

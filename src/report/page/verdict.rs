@@ -7,7 +7,7 @@ use plotly::{Bar, HeatMap, Scatter};
 use super::chart::{Chart, Switches, axis, colour, layout, line, log_axis};
 use super::curve::{self, Curve};
 use super::text::{TextTable, cell, escape, listed, paragraph, rounded};
-use crate::report::diagnosis::{Diagnosis, EffectRow};
+use crate::report::diagnosis::{Diagnosis, EffectRow, interval_says};
 use crate::report::table::{figure, percent};
 
 /// The verdict in one sentence.
@@ -79,7 +79,7 @@ fn change(of: &Diagnosis) -> String {
         table.row(["gap".to_string(), cell(of.gap.held_out, percent), cell(chosen.gap_held_out, percent)]);
     }
     chosen.plain.iter().for_each(|p| table.row([p.figure.clone(), percent(p.before), percent(p.after)]));
-    let interval = chosen.closed95.map_or_else(String::new, |[a, b]| format!(" (95 %: {} to {})", percent(a), percent(b)));
+    let interval = interval_says(chosen.closed95, "95 %: ");
     let ceiling =
         chosen.ceiling.map_or_else(String::new, |c| format!(" The best free change at one interface would close {}.", percent(c)));
     let closed = chosen
