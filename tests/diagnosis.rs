@@ -238,7 +238,6 @@ hub = { unit = "1", start = 2.5, lower = 0.5, upper = 10.0, source = "a brake di
     assert!(found["verdict"]["effects"].as_array().unwrap().contains(&"coupling-inertia".into()), "{:#}", found["verdict"]);
 }
 
-/// The servo axis of the papers has one mode near 152 Hz where its real machine showed two: FRFs of the axis with something that swings on its slide.
 /// A bending screw moves narrow peaks with the nut: its frequency is looked for all along its range, and one position alone tells how much of the right side couples in.
 #[test]
 fn recover_a_bending_screw() {
@@ -282,6 +281,7 @@ loss_factor = "eta"
     }
 }
 
+/// The servo axis of the papers has one mode near 152 Hz where its real machine showed two: FRFs of the axis with something that swings on its slide.
 #[test]
 fn recover_what_swings_on_the_servo_axis() {
     let axis = std::fs::read_to_string("configs/servo-axis.toml").unwrap();

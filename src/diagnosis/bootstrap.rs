@@ -146,8 +146,8 @@ fn modes_like(
 }
 
 fn coarse<'h>(fitter: &Fitter<'_>, hypothesis: &'h Hypothesis) -> Option<FrfObjective<'h>> {
-    match fitter.objective(hypothesis).ok()?.thinned(LINES)? {
-        Compared::Frf(objective) => Some(objective),
+    match fitter.objective(hypothesis).ok()? {
+        Compared::Frf(objective) => Some(objective.thinned(LINES)),
         Compared::Modes(_) => None,
     }
 }

@@ -78,15 +78,6 @@ impl<'h> Compared<'h> {
         })
     }
 
-    /// The same with few lines evenly apart.
-    #[must_use]
-    pub fn thinned(&self, lines: usize) -> Option<Compared<'h>> {
-        match self {
-            Compared::Frf(o) => Some(Compared::Frf(o.thinned(lines))),
-            Compared::Modes(_) => None,
-        }
-    }
-
     /// The same with few lines, to look around.
     #[must_use]
     pub fn coarse(&self, lines: usize) -> Option<Compared<'h>> {

@@ -65,9 +65,8 @@ fn surprise((kept, left): (&Compared<'_>, &Compared<'_>), part: &Fitted, control
         here.truncate(left.nut_coordinates().start);
     }
     let size = told.nrows();
-    let known = DMatrix::from_fn(size, size, |a, b| told[(a, b)] + if a == b { IN_RANGE } else { 0.0 });
-    let Some(open) = known.try_inverse() else { return f64::INFINITY };
-    let open = DMatrix::from_fn(there.len(), there.len(), |a, b| open[(there[a], there[b])]);
+    let Some(open) = (told + DMatrix::identity(size, size) * IN_RANGE).try_inverse() else { return f64::INFINITY };
+    let open = open.select_rows(&there).select_columns(&there);
     let place = place_of(left, part);
     left.squares(|squares| foretold(squares, &place, &here, open, control).unwrap_or(f64::INFINITY))
 }
@@ -81,9 +80,8 @@ fn foretold(squares: &dyn LeastSquares, place: &[f64], coordinates: &[usize], op
     let within = Within { squares, centre: place, coordinates, precision };
     let found = least_squares_within(&within, place, &[], OPEN_STEPS, control.stop());
     let felt = squares.normal(&found.place).information;
-    let count = coordinates.len();
-    let felt = DMatrix::from_fn(count, count, |a, b| felt[(coordinates[a], coordinates[b])]);
-    let opened = (DMatrix::identity(count, count) + open * felt).determinant();
+    let felt = felt.select_rows(coordinates).select_columns(coordinates);
+    let opened = (DMatrix::identity(open.nrows(), open.nrows()) + open * felt).determinant();
     Some(found.normal.chi_square + opened.max(1.0).ln())
 }
 

@@ -295,13 +295,14 @@ pub(super) fn another_machine(
         }
     }
     let richer = Hypothesis { machine: another(&hypothesis.machine, random), ..hypothesis.clone() };
-    // The very lines of the objective that is shifted.
-    let compared = fitter.objective(&richer).ok()?.thinned(lines)?;
+    let compared = fitter.objective(&richer).ok()?;
     let mut place = place_of(&compared, &Fitted { units, ..base.clone() });
     let known_within = compared.nut_coordinates().start..place.len();
     // Nut positions and channels: a standard deviation is a twentieth of their coordinate.
     place[known_within].iter_mut().for_each(|u| *u = 0.5 + normal(random) / 20.0);
     let Compared::Frf(theirs) = compared else { return None };
+    // The very lines of the objective that is shifted.
+    let theirs = theirs.thinned(lines);
     let by: Vec<Vec<Complex64>> = theirs
         .residuals_at(&place)
         .iter()
