@@ -74,3 +74,12 @@ pub(super) fn named(id: &str) -> &str {
 pub(super) fn last_of(id: &str) -> &str {
     id.rsplit('+').next().unwrap_or(id)
 }
+
+/// A share of nulls, as it is told.
+pub(super) fn told_p(p_value: f64) -> String {
+    match p_value {
+        p if p < 1e-4 => "p < 0.0001".into(),
+        p if p < 0.01 => format!("p = {p:.4}"),
+        p => format!("p = {p:.2}"),
+    }
+}

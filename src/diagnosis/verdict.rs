@@ -12,7 +12,7 @@ use super::place::Where;
 use super::plain::Plain;
 use super::record::{Fault, fault, held_out_fault};
 use super::run::{Candidate, Status, Survey, again_from, hypotheses, locate, nominal, nominal_fits, survey};
-use super::said::{Verdict, VerdictKind, last_of, named, nothing_fitted};
+use super::said::{Verdict, VerdictKind, last_of, named, nothing_fitted, told_p};
 use crate::machine::{Effect, Machine};
 use crate::measurement::HoldOutSet;
 use crate::numeric::parallel::OrFirstError;
@@ -172,8 +172,11 @@ pub fn diagnose(
             tried[at].candidate.left_out = left_out(fitter, &hypothesis, &fitted, control).ok();
         }
     }
-    let outdone = if fitter.lacks(Ablation::InSample) { 0..0 } else { keep_what_foretells(&mut tried, &mut same, nominal_left_out) };
-    let significant = tried.first().is_some_and(|t| t.p_value < limits.alpha && t.statistic >= LEAST_STATISTIC);
+    let outdone =
+        if fitter.lacks(Ablation::InSample) { 0..0 } else { keep_what_foretells(&mut tried, &mut same, nominal_left_out, &null, count) };
+    // Where no more is left than nulls show, what gains there by itself must foretell positions left out, too.
+    let foretells = |t: &Tried| !limits.known || before > 1.0 || t.candidate.left_out.is_none_or(|lost| lost < nominal_left_out);
+    let significant = tried.first().is_some_and(|t| t.p_value < limits.alpha && t.statistic >= LEAST_STATISTIC && foretells(t));
     let nominal_held_out = fitter.gaps(&surveyed.nominal, &base, held_out)?;
     // A record that an effect makes agree with the others is no faulty one.
     let best = tried.first().filter(|_| significant).and_then(|t| t.candidate.fitted.as_ref());
@@ -282,17 +285,19 @@ fn class(tried: &[Tried], null: &Null, count: f64, limits: Limits) -> Vec<usize>
 }
 
 /// Of candidates that fit alike, those that foretell positions left out much worse than the best of them are no explanation: they go behind it, where
-/// the range that is given back says.
-fn keep_what_foretells(tried: &mut [Tried], same: &mut Vec<usize>, nominal: f64) -> std::ops::Range<usize> {
-    let lost = |at: usize, tried: &[Tried]| tried[at].candidate.left_out.unwrap_or(f64::INFINITY);
-    let least = same.iter().map(|at| lost(*at, tried)).fold(f64::INFINITY, f64::min);
-    let reach = least + FORETOLD * (nominal - least).max(0.0) + APART;
-    let (kept, dropped): (Vec<Tried>, Vec<Tried>) =
-        same.iter().map(|at| tried[*at].clone()).partition(|t| t.candidate.left_out.is_none_or(|l| l <= reach));
+/// the range that is given back says. One that fits clearly better than what foretells best stays beside it.
+fn keep_what_foretells(tried: &mut [Tried], same: &mut Vec<usize>, nominal: f64, null: &Null, count: f64) -> std::ops::Range<usize> {
+    let lost = |t: &Tried| t.candidate.left_out.unwrap_or(f64::INFINITY);
+    let Some(foretells) = same.iter().map(|at| &tried[*at]).min_by(|a, b| lost(a).total_cmp(&lost(b))) else { return 0..0 };
+    let reach = lost(foretells) + FORETOLD * (nominal - lost(foretells)).max(0.0) + APART;
+    let apart = APART * null.excess(tried[0].candidate.chi_square() / count);
+    let fits = penalised(&tried[0]) + apart < penalised(foretells);
+    let stays = |at: usize| tried[at].candidate.left_out.is_none_or(|l| l <= reach) || (at == 0 && fits);
+    let (kept, dropped): (Vec<usize>, Vec<usize>) = same.iter().partition(|at| stays(**at));
     let (count, all) = (kept.len(), same.len());
-    for (slot, t) in kept.into_iter().chain(dropped).enumerate() {
-        tried[slot] = t;
-    }
+    let others = (0..tried.len()).filter(|at| !same.contains(at));
+    let ordered: Vec<Tried> = kept.into_iter().chain(dropped).chain(others).map(|at| tried[at].clone()).collect();
+    tried.clone_from_slice(&ordered);
     *same = (0..count).collect();
     count..all
 }
@@ -347,7 +352,9 @@ fn conclude(evidence: &Evidence<'_, '_>) -> Result<(Verdict, (Hypothesis, Fitted
             return Ok((say(VerdictKind::Unknown, Vec::new(), reason, next), nothing));
         }
         let best = tried.iter().max_by(|a, b| a.statistic.total_cmp(&b.statistic));
-        let best = best.map_or("nothing".to_string(), |t| format!("{} with p = {:.2}", t.candidate.id, t.p_value));
+        let worse = |t: &Tried| t.p_value < limits.alpha && t.candidate.left_out.is_some_and(|lost| lost >= evidence.nominal_left_out);
+        let vain = |t: &Tried| if worse(t) { "; it foretells positions left out no better" } else { "" };
+        let best = best.map_or("nothing".to_string(), |t| format!("{} with {}{}", t.candidate.id, told_p(t.p_value), vain(t)));
         let reason = format!("what is left is no more than nulls of this machine and layout show (most is gained by {best})");
         return Ok((say(VerdictKind::None, Vec::new(), reason, None), nothing));
     }
@@ -442,7 +449,6 @@ fn conclude(evidence: &Evidence<'_, '_>) -> Result<(Verdict, (Hypothesis, Fitted
         let next = Some("an accelerometer at that place, struck there, too".to_string());
         return Ok((say(VerdictKind::Unknown, Vec::new(), reason, next), chosen));
     }
-    let p = if best.p_value < 1e-4 { "p < 0.0001".to_string() } else { format!("p = {:.4}", best.p_value) };
     let share = |lost: f64| 100.0 * (1.0 - lost / evidence.nominal_left_out).max(0.0);
     let lost = foretold.map(share).filter(|share| *share > 0.0);
     let lost = lost.map_or(String::new(), |share| format!(", and {share:.0} % of that of positions left out"));
@@ -453,7 +459,7 @@ fn conclude(evidence: &Evidence<'_, '_>) -> Result<(Verdict, (Hypothesis, Fitted
         0 => String::new(),
         _ => format!("; as good a fit, but worse at foretelling positions left out: {}", others.join(", ")),
     };
-    let reason = format!("{} takes {gained:.0} % of χ² away{lost} ({p}){others}", names.join(" and "));
+    let reason = format!("{} takes {gained:.0} % of χ² away{lost} ({}){others}", names.join(" and "), told_p(best.p_value));
     let verdict = if alternatives.len() < 2 {
         let next = None;
         say(VerdictKind::Effect, vec![names.join("+")], reason, next)

@@ -5,6 +5,7 @@ use super::stage::Stage;
 use super::survey::releases;
 use super::verdict::{ALPHA, LocatedMotion, NEARLY_ALL, RARE};
 use super::work::{Chosen, Work};
+use crate::diagnosis::said::told_p;
 use crate::diagnosis::{Verdict, VerdictKind};
 use crate::inverse_dynamics::Fit;
 
@@ -69,7 +70,7 @@ pub(super) fn conclude(evidence: &Evidence<'_>) -> Verdict {
                 "a free function of {place} takes {:.0} % of what the machine fails to foretell of parts left out ({}), and no effect of the library \
                  does as much as nulls show (most {id}, {:.0} %)",
                 100.0 * free.gain,
-                p_text(first.null.p_value_free(free)),
+                told_p(first.null.p_value_free(free)),
                 100.0 * gain.max(0.0)
             );
             return say(VerdictKind::Unknown, Vec::new(), reason, listen());
@@ -100,7 +101,7 @@ pub(super) fn conclude(evidence: &Evidence<'_>) -> Verdict {
             "what is left is no more than nulls of this machine and these motions show (most is gained by {id}, {:.0} % of what parts left out leave, \
              {})",
             100.0 * gain.max(0.0),
-            p_text(p)
+            told_p(p)
         );
         return nothing(reason);
     }
@@ -137,7 +138,7 @@ pub(super) fn conclude(evidence: &Evidence<'_>) -> Verdict {
         "{} takes {:.0} % of what the machine fails to foretell of parts left out away ({}){}",
         names[0],
         100.0 * gain,
-        p_text(first.null.p_value(&first.ranked[best])),
+        told_p(first.null.p_value(&first.ranked[best])),
         if names.len() > 1 {
             format!("; with {} {:.0} % of the squared misfit are gone", names[1..].join(" and "), 100.0 * (1.0 - left(&chosen.1)))
         } else {
@@ -178,8 +179,4 @@ fn amounts(work: &Work<'_>, (hypothesis, fit): &Chosen) -> String {
     };
     let all: Vec<String> = hypothesis.added.iter().map(amount).collect();
     if all.is_empty() { String::new() } else { format!("; {}", all.join(", ")) }
-}
-
-fn p_text(p: f64) -> String {
-    format!("p = {p:.4}")
 }
