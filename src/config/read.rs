@@ -99,12 +99,13 @@ pub fn read_machine_text(path: &str, text: &str, overrides: Overrides<'_>, witho
     if !(share_s >= 0.0 && share_s.is_finite()) {
         return Err(content(format!("stiffness_proportional_damping_s: is {share_s}; write 0 or a time in s")));
     }
+    let tolerance = file.tolerance.tolerance().map_err(content)?;
     let contained = std::mem::take(&mut file.effects);
     if file.point.is_empty() {
         return Err(content("describes no [[point]]; a machine needs at least one".into()));
     }
     let patch = file.patch().map_err(content)?;
-    let empty = Machine { title, stiffness_proportional_damping_s: share_s, ..Machine::default() };
+    let empty = Machine { title, stiffness_proportional_damping_s: share_s, tolerance, ..Machine::default() };
     let mut machine = empty.with(&patch).map_err(|e| content(e.to_string()))?;
     let effects = one_of_each(effects, &machine);
     for id in contained.iter().filter(|id| !without.contains(id)) {

@@ -159,14 +159,14 @@ pub(super) fn nuisance_parameter(id: String, start: f64, sd: f64) -> Parameter {
 /// is not all viscous), the largest inertias, gain and delay of the measuring chain; each an unknown with the standard deviation of what is known beforehand.
 /// Nuts, which stand at `nuts_m` (m), hold their screw over a length.
 ///
-/// # Source  widths by the scatter of catalogues and of hammer tests: effective diameter ±0.2 %, ends ±0.45 diameters of the shaft (journals), E ±0.3 %, G/E ±0.4 %, mass ±1 %,
-/// rotor inertia ±2 %, calibration ±0.4 %, delay ±2 µs.
+/// # Source  widths are the machine's [`Tolerance`](crate::machine::Tolerance); losses by the scatter of catalogues.
 ///
 /// # Errors  none for a machine that was checked.
 pub fn with_nuisances(machine: &Machine, nuts_m: &[f64]) -> Result<Machine, MachineError> {
     let mut machine = machine.clone();
     hold_over_length(&mut machine, nuts_m);
     let machine = &machine;
+    let known = machine.tolerance;
     let start = machine.start();
     let mut patch = Patch::default();
     let mut add = |target: Target, rescale: Rescale, parameter: Parameter| {
@@ -175,11 +175,19 @@ pub fn with_nuisances(machine: &Machine, nuts_m: &[f64]) -> Result<Machine, Mach
     };
     for shaft in &machine.shafts {
         let name = &shaft.name;
-        add(Target::ShaftDiameter(name.clone()), Rescale::Relative, nuisance_parameter(format!("~diameter {name}"), 0.0, 0.002));
-        add(Target::ShaftModulus(name.clone()), Rescale::Relative, nuisance_parameter(format!("~modulus {name}"), 0.0, 0.003));
+        add(Target::ShaftDiameter(name.clone()), Rescale::Relative, nuisance_parameter(format!("~diameter {name}"), 0.0, known.diameter));
+        add(
+            Target::ShaftModulus(name.clone()),
+            Rescale::Relative,
+            nuisance_parameter(format!("~modulus {name}"), 0.0, known.youngs_modulus),
+        );
         // Axial and torsional stiffness part: Poisson's ratio, and a thread that carries tension otherwise than torsion.
         if shaft.stations.iter().any(|s| s.axial.is_some()) && shaft.stations.iter().any(|s| s.torsion.is_some()) {
-            add(Target::ShaftShearModulus(name.clone()), Rescale::Relative, nuisance_parameter(format!("~shear {name}"), 0.0, 0.004));
+            add(
+                Target::ShaftShearModulus(name.clone()),
+                Rescale::Relative,
+                nuisance_parameter(format!("~shear {name}"), 0.0, known.shear_modulus),
+            );
         }
         let loss = Parameter { lower: 0.0, upper: 0.012, ..nuisance_parameter(format!("~loss {name}"), 1e-3, 2e-3) };
         add(Target::ShaftLossFactor(name.clone()), Rescale::Added, loss);
@@ -207,7 +215,7 @@ pub fn with_nuisances(machine: &Machine, nuts_m: &[f64]) -> Result<Machine, Mach
         let rate = Parameter { unit: "1/s".into(), lower: 0.0, ..nuisance_parameter(format!("~integral {}", joint.name), 0.0, 10.0) };
         add(Target::JointIntegralRate(joint.name.clone()), Rescale::Added, rate);
     }
-    for (motion, sd) in [(Motion::Translation, 0.01), (Motion::Rotation, 0.02)] {
+    for (motion, sd) in [(Motion::Translation, known.mass), (Motion::Rotation, known.inertia)] {
         let size = |p: &crate::machine::Point| p.inertia.at(&start, &Operating::default());
         let largest = machine.points.iter().filter(|p| p.motion == motion && size(p) > 0.0).max_by(|a, b| size(a).total_cmp(&size(b)));
         if let Some(point) = largest {
@@ -217,11 +225,6 @@ pub fn with_nuisances(machine: &Machine, nuts_m: &[f64]) -> Result<Machine, Mach
     }
     machine.with(&patch)
 }
-
-/// Standard deviation of a nut position read from a scale (m).
-pub const NUT_SD_M: f64 = 5e-4;
-/// Standard deviations of ln(gain) and delay (s) of a channel: calibration and synchrony.
-pub const CHANNEL_SD: (f64, f64) = (0.004, 2e-6);
 
 fn amplitude(id: &str, unit: &str, range: (f64, f64)) -> Parameter {
     Parameter {

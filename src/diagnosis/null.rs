@@ -14,7 +14,7 @@ use serde::{Deserialize, Serialize};
 use super::domain::{Compared, Domain};
 use super::fit::{Fitted, Fitter, amplitudes, place_of, start_of};
 use super::hypothesis::Hypothesis;
-use super::richer::another;
+use super::richer::{another, drawn};
 use crate::numeric::parallel::OrFirstError;
 use crate::numeric::random::normal;
 use crate::objective::{FrfSettings, ObjectiveError};
@@ -286,12 +286,8 @@ pub(super) fn another_machine(
     let parameters = &hypothesis.machine.parameters;
     let mut units = base.units.clone();
     for (unit, parameter) in units.iter_mut().zip(parameters) {
-        if let Some(sd) = parameter.sd {
-            let ends = parameter.id.starts_with("~end");
-            let value = parameter.start + if ends { 0.0 } else { sd * normal(random) };
-            // A loss is never below nothing: it is mirrored there.
-            let value = if parameter.lower >= 0.0 { value.abs() } else { value };
-            *unit = parameter.to_unit(value.clamp(parameter.lower, parameter.upper));
+        if let Some(value) = drawn(parameter, random) {
+            *unit = parameter.to_unit(value);
         }
     }
     let richer = Hypothesis { machine: another(&hypothesis.machine, random), ..hypothesis.clone() };

@@ -2,11 +2,11 @@
 
 use std::f64::consts::TAU;
 
-use rand::RngExt;
-use rand_xoshiro::Xoshiro256PlusPlus;
+use rand::{Rng, RngExt};
 
 use super::hypothesis::nuisance_parameter;
-use crate::machine::{FitRule, Joint, Law, Machine, Motion, Operating, Parameter, Place, Point, Scale, Shaft, Station, Value};
+use crate::machine::{FitRule, Joint, Law, Machine, Motion, Operating, Parameter, Place, Point, Scale, Shaft, Station, Tolerance, Value};
+use crate::numeric::random::normal;
 
 /// Half the distance of the two places at which a nut is taken to hold its screw, in leads: a load spread evenly stretches the screw as one at two places a third
 /// of its length to either side does. Of a nut whose lead is not told, in diameters of the screw.
@@ -30,9 +30,9 @@ fn size(value: &Value, machine: &Machine) -> f64 {
     value.at(&machine.start(), &Operating::default())
 }
 
-/// Standard deviation of what a journal takes from the inertia of a shaft, as a share of it: a length of 0.45 diameters of the whole section.
+/// Standard deviation of what a journal takes from the inertia of a shaft, as a share of it: some diameters' length of the whole section.
 pub(super) fn journal_share(machine: &Machine, shaft: &Shaft) -> f64 {
-    (0.45 * size(&shaft.diameter, machine) / size(&shaft.length, machine)).min(JOURNAL_MOST)
+    (machine.tolerance.end_diameters * size(&shaft.diameter, machine) / size(&shaft.length, machine)).min(JOURNAL_MOST)
 }
 
 /// Lets joints at a nut hold their shaft at two places beside it, half each, for nuts that stand at given places (m): how far apart is a
@@ -87,9 +87,22 @@ fn half_nut_m(machine: &Machine, shaft: &Shaft, at: usize, joints: &[usize], nut
     Some(usual_m.min(HALF_NUT_MOST.0 * length_m).min(HALF_NUT_MOST.1 * free_m))
 }
 
+/// A value of a nuisance by what is known of it beforehand; `None` for a parameter of which nothing is.
+pub fn drawn(nuisance: &Parameter, random: &mut impl Rng) -> Option<f64> {
+    let sd = nuisance.sd?;
+    // What ends of shafts weigh less by is [`another`]'s to say.
+    let ends = nuisance.id.starts_with("~end");
+    let value = nuisance.start + if ends { 0.0 } else { sd * normal(random) };
+    // A loss is never below nothing: it is mirrored there.
+    let value = if nuisance.lower >= 0.0 { value.abs() } else { value };
+    Some(value.clamp(nuisance.lower, nuisance.upper))
+}
+
 /// The machine with journals at the ends of its shafts, and nuts whose load lies off their middle.
-pub(super) fn another(machine: &Machine, random: &mut Xoshiro256PlusPlus) -> Machine {
+pub fn another(machine: &Machine, random: &mut impl Rng) -> Machine {
     let mut richer = machine.clone();
+    // Journals of which more is known than usual are shorter than usual.
+    let known = machine.tolerance.end_diameters / Tolerance::default().end_diameters;
     let mut between = |[low, high]: [f64; 2]| random.random_range(low..high);
     for index in 0..machine.shafts.len() {
         let shaft = &machine.shafts[index];
@@ -101,7 +114,7 @@ pub(super) fn another(machine: &Machine, random: &mut Xoshiro256PlusPlus) -> Mac
             }
         }
         for right in [false, true] {
-            let journal_m = (diameter_m * between(JOURNAL.0)).min(JOURNAL_MOST * length_m);
+            let journal_m = (known * diameter_m * between(JOURNAL.0)).min(JOURNAL_MOST * length_m);
             let thinner = between(JOURNAL.1);
             journal(&mut richer, index, right, (length_m, journal_m), thinner);
         }

@@ -4,11 +4,11 @@ use rayon::prelude::*;
 
 use super::domain::{Compared, Domain};
 use super::fit::{Ablation, Fitted, Fitter, at_start, values_of};
-use super::hypothesis::{CHANNEL_SD, Hypothesis, NUT_SD_M, interfaces, with_nuisances};
+use super::hypothesis::{Hypothesis, interfaces, with_nuisances};
 use super::left_out::left_out;
 use crate::identification::{Plan, identify};
 use crate::machine::{Base, Data, Effect, Lever, Machine, Operating, Value};
-use crate::measurement::{FitSet, HoldOutSet};
+use crate::measurement::{FitSet, HoldOutSet, Tolerance};
 use crate::objective::{FrfSettings, ObjectiveError};
 use crate::optimizer::Control;
 
@@ -79,9 +79,10 @@ const ARMS: (f64, f64) = (0.3, 8.0);
 /// The fitter of a diagnosis: for FRFs nut positions, gains and delays of channels are known to a standard deviation, and the model's error is a
 /// share of the level around a line.
 pub fn fitter<'s>(fit: &FitSet<'s>, domain: Domain, frozen: &[String], ablated: &[Ablation]) -> Fitter<'s> {
+    let Tolerance { gain, delay_s, nut_m } = fit.set.tolerance;
     let domain = match domain {
         Domain::Frf(settings) if ablated.contains(&Ablation::NoNuisances) => Domain::Frf(FrfSettings { of_level: true, ..settings }),
-        Domain::Frf(settings) => Domain::Frf(FrfSettings { nut_sd_m: NUT_SD_M, channel_sd: CHANNEL_SD, of_level: true, ..settings }),
+        Domain::Frf(settings) => Domain::Frf(FrfSettings { nut_sd_m: nut_m, channel_sd: (gain, delay_s), of_level: true, ..settings }),
         modes @ Domain::Modes(_) => modes,
     };
     Fitter { fit: fit.clone(), domain, frozen: frozen.to_vec(), ablated: ablated.to_vec() }

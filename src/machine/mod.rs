@@ -24,6 +24,7 @@ mod point;
 mod segment;
 mod shaft;
 mod target;
+mod tolerance;
 mod value;
 
 pub use chain::{Chain, Lever};
@@ -44,6 +45,7 @@ pub use point::{Motion, Point};
 pub use segment::{Segment, SegmentEnd, Twist};
 pub use shaft::{Place, Shaft, Station};
 pub use target::Target;
+pub use tolerance::Tolerance;
 pub use value::{Base, Law, Value};
 
 use std::sync::Arc;
@@ -77,6 +79,8 @@ pub struct Machine {
     ///
     /// # Source  lumped servo-axis paper: B = b·K with b = 2ζ/ω₁.
     pub stiffness_proportional_damping_s: f64,
+    /// How well it is known.
+    pub tolerance: Tolerance,
 }
 
 impl Machine {

@@ -21,6 +21,8 @@ pub(super) struct Manifest {
     pub published: Option<String>,
     pub split: Option<Split>,
     #[serde(default)]
+    pub tolerance: ToleranceFile,
+    #[serde(default)]
     pub position: Vec<PositionFile>,
     #[serde(default)]
     pub frf: Vec<FrfFile>,
@@ -45,6 +47,18 @@ pub(super) enum UnknownWord {
 #[serde(deny_unknown_fields)]
 pub(super) struct Split {
     pub fit: Vec<String>,
+}
+
+/// Standard deviations of what a hammer test takes for known; the ordinary ones where they are left out.
+#[derive(Debug, Default, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(super) struct ToleranceFile {
+    /// Calibration of each channel, relative (0.004).
+    pub gain: Option<f64>,
+    /// Synchrony of each channel (2e-6 s).
+    pub delay_s: Option<f64>,
+    /// Nut positions (5e-4 m).
+    pub nut_m: Option<f64>,
 }
 
 #[derive(Debug, Deserialize, JsonSchema)]

@@ -27,6 +27,6 @@ pub use modes::{ModeObservation, ModeTable};
 pub use motion::{Load, MotionRecord, read_motion};
 pub use quantity::Quantity;
 pub use reference::{Reference, read_reference};
-pub use set::{Gain, MeasurementSet, Position, Published, PublishedRow, read_set, read_set_with};
+pub use set::{Gain, MeasurementSet, Position, Published, PublishedRow, Tolerance, read_set, read_set_with};
 pub use source::SourceFile;
 pub use split::{FitSet, HoldOutSet};

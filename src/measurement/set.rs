@@ -5,7 +5,7 @@ use std::path::Path;
 
 use super::embedded::embedded_file;
 use super::frf::{Condition, Frf, read_lines};
-use super::manifest::{FrfFile, GainFile, Manifest, parse};
+use super::manifest::{FrfFile, GainFile, Manifest, ToleranceFile, parse};
 use super::modes::{ModeTable, read_modes};
 use super::motion::{MotionRecord, read_motion};
 use super::table::Table;
@@ -62,6 +62,25 @@ impl Published {
     }
 }
 
+/// Standard deviations of what a hammer test takes for known.
+///
+/// # Source  the defaults by calibration of force and acceleration sensors, synchrony of analyser channels, and reading of a scale.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Tolerance {
+    /// Calibration of each channel: of ln(gain).
+    pub gain: f64,
+    /// Delay of each channel against the force (s).
+    pub delay_s: f64,
+    /// Nut positions (m).
+    pub nut_m: f64,
+}
+
+impl Default for Tolerance {
+    fn default() -> Self {
+        Tolerance { gain: 0.004, delay_s: 2e-6, nut_m: 5e-4 }
+    }
+}
+
 /// What was observed on one machine.
 #[derive(Debug, Clone, PartialEq)]
 pub struct MeasurementSet {
@@ -87,6 +106,8 @@ pub struct MeasurementSet {
     pub motions: Vec<MotionRecord>,
     /// Names of positions or records to fit, where the set says so.
     pub split: Option<Vec<String>>,
+    /// How well channels and positions are known.
+    pub tolerance: Tolerance,
     /// Published predictions, where there are any.
     pub published: Published,
     /// Files read.
@@ -115,11 +136,28 @@ impl MeasurementSet {
             frfs: Vec::new(),
             motions: Vec::new(),
             split: None,
+            tolerance: Tolerance::default(),
             published: Published::default(),
             files: Vec::new(),
             warnings: Vec::new(),
         }
     }
+}
+
+/// What of the measuring chain is stated, each within its least and most.
+fn tolerance(file: &ToleranceFile) -> Result<Tolerance, String> {
+    let ordinary = Tolerance::default();
+    let known = |key: &str, stated: Option<f64>, ordinary: f64, most: f64| match stated {
+        Some(sd) if !(sd > 0.0 && sd < most) => Err(format!(
+            "tolerance.{key}: is {sd}; write a standard deviation between 0 and {most} (ordinarily {ordinary:e}), or leave it out"
+        )),
+        stated => Ok(stated.unwrap_or(ordinary)),
+    };
+    Ok(Tolerance {
+        gain: known("gain", file.gain, ordinary.gain, 1.0)?,
+        delay_s: known("delay_s", file.delay_s, ordinary.delay_s, 1e-2)?,
+        nut_m: known("nut_m", file.nut_m, ordinary.nut_m, 0.1)?,
+    })
 }
 
 /// Reads files of a set, and keeps them.
@@ -201,6 +239,7 @@ pub fn read_set_with(path: &str, read: impl Fn(&str) -> io::Result<Vec<u8>>) -> 
             "least_prominence: is {least}; write by how much the least peak that was read stands out, above 1 (2: twice as high as the valley beside it), or leave it out"
         )));
     }
+    let tolerance = tolerance(&manifest.tolerance).map_err(fault)?;
     let mut modes = None;
     if let Some(file) = &manifest.modes {
         let text = folder.text(file)?;
@@ -261,6 +300,7 @@ pub fn read_set_with(path: &str, read: impl Fn(&str) -> io::Result<Vec<u8>>) -> 
         frfs,
         motions,
         split,
+        tolerance,
         published,
         files: folder.files,
         warnings,

@@ -1,19 +1,25 @@
-//! Cases made by the models under test: the same machines and strengths, nulls and single effects of the library, without nuisances.
+//! Cases made by the models under test: the same machines and strengths, nulls and single effects of the library, and what a diagnosis itself
+//! takes for ordinary: nuisances drawn from its own priors (the tolerances that the case states), journals, nuts that hold a screw over a length, positions and channels a little off.
 //!
 //! A diagnosis that is scored on its own model's data is flattered. How much, these cases tell.
 
-use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use nalgebra::{Cholesky, DMatrix, DVector};
 use num_complex::Complex64;
+use rand::SeedableRng;
+use rand_xoshiro::Xoshiro256PlusPlus;
 
 use super::super::common::told;
 use crate::config::read_machine_text;
-use crate::machine::{Chain, Data, Effect, Machine, Operating};
+use crate::diagnosis::{another, drawn, with_nuisances};
+use crate::machine::{Chain, Data, Effect, FitRule, Machine, Operating};
 use crate::model::{Rods, Structure};
+use crate::numeric::random::normal;
 use crate::truth::draw::Draw;
 use crate::truth::effect::Place;
+use crate::truth::machine::nuisance::{DELAY_SD_S, GAIN_SD, NUT_SD_M};
+use crate::truth::machine::point::Channel;
 use crate::truth::{Case, Gap, Kind, Label, Plan, Strength, generate_one};
 use crate::unit::omega_rad_s;
 
@@ -22,6 +28,10 @@ const REPRODUCED: f64 = 0.01;
 
 /// Lines of a record that strength is counted on.
 const FEW_LINES: usize = 60;
+
+/// Steps of derivatives: of ln(parameter), and of what is known, in standard deviations.
+const STEP: f64 = 1e-3;
+const STEP_SD: f64 = 0.05;
 
 /// Amplitudes drawn of one effect before the case is given up.
 const ATTEMPTS: usize = 30;
@@ -32,29 +42,33 @@ pub fn own_case(seed: u64, plan: &Plan, index: usize) -> Result<(Case, Label), S
     case.follow_up = None;
     let mut draw = Draw::new(seed).branch(0x006f_776e).branch(index as u64);
     let config = read_machine_text("machine.toml", &case.description.to_toml(), &[], &[]).map_err(told)?;
-    let mut machine = config.machine;
-    let mut values = truth_of(&machine, &label);
+    let nuts_m: Vec<f64> = case.positions.iter().map(|p| p.nut_m).collect();
+    let described = with_nuisances(&config.machine, &nuts_m).map_err(told)?;
+    let seed = draw.index(1 << 32) as u64;
+    let mut truth = Truth::new(&described, &case, &label, seed);
     label.kind = match label.kind {
         Kind::Null | Kind::HardNullBadChannel => Kind::Null,
         Kind::HardNullWrongParameter => Kind::HardNullWrongParameter,
         Kind::Single | Kind::LookAlike | Kind::Double | Kind::Unknown => Kind::Single,
     };
     if label.kind == Kind::Single {
-        let gauge = Gauge::new(&machine, &values, &case)?;
-        let effect = chosen(&machine, &config.effects, &label, &mut draw)?;
-        let with = machine.with_effect(effect).map_err(told)?;
+        let effect = chosen(&described, &config.effects, &label, &mut draw)?;
         let wanted = match label.strength {
             Some(Strength::Faint) => 9.0,
             Some(Strength::Weak) => 25.0,
             Some(Strength::Strong) => 400.0,
             _ => 100.0,
         };
-        let (found, reached) = amplitude(&gauge, &with, &machine, &values, &effect.id, wanted, &case, &mut draw)?;
-        let own: BTreeMap<String, f64> = with.parameters.iter().zip(&found).skip(values.len()).map(|(p, v)| (p.id.clone(), *v)).collect();
+        let gauge = Gauge::new(&truth, &described, &case)?;
+        let patched = described.with_effect(effect).map_err(told)?;
+        let added = described.parameters.len()..patched.parameters.len();
+        let with = truth.with(&patched, described.parameters.len(), seed);
+        let reached;
+        (truth, reached) = sized(&gauge, with, added.clone(), &effect.id, wanted, &case, &mut draw)?;
+        let values = added.map(|at| (truth.machine.parameters[at].id.clone(), truth.values[at])).collect();
         label.places = vec![place(effect, &label)];
         label.effects = vec![effect.id.clone()];
-        (label.noncentrality, label.values) = (vec![reached], vec![own]);
-        (machine, values) = (with, found);
+        (label.noncentrality, label.values) = (vec![reached], vec![values]);
     } else {
         label.effects.clear();
     }
@@ -68,7 +82,7 @@ pub fn own_case(seed: u64, plan: &Plan, index: usize) -> Result<(Case, Label), S
         exact: Vec::new(),
         ..label
     };
-    let responses = responses(&machine, &values, &case, 1)?;
+    let responses = truth.responses(&case, 1)?;
     let averages = case.averages;
     for (record, exact) in case.records.iter_mut().zip(responses) {
         for (line, exact) in record.lines.iter_mut().zip(exact) {
@@ -79,9 +93,67 @@ pub fn own_case(seed: u64, plan: &Plan, index: usize) -> Result<(Case, Label), S
     Ok((case, label))
 }
 
-/// True values of the machine's parameters.
-fn truth_of(machine: &Machine, label: &Label) -> Vec<f64> {
-    machine.parameters.iter().map(|p| label.joints.get(&p.id).copied().unwrap_or(p.start)).collect()
+/// A machine as it is built and measured, in terms of the models under test.
+#[derive(Clone)]
+struct Truth {
+    machine: Machine,
+    values: Vec<f64>,
+    /// How far each nut position is off (m).
+    off_m: Vec<f64>,
+    /// ln(gain) and delay (s) of each channel.
+    channels: Vec<(Channel, [f64; 2])>,
+}
+
+impl Truth {
+    /// About a description with nuisances: joints as the label has them, all else drawn.
+    fn new(described: &Machine, case: &Case, label: &Label, seed: u64) -> Self {
+        let random = &mut Xoshiro256PlusPlus::seed_from_u64(seed);
+        let value = |p: &crate::machine::Parameter, random: &mut Xoshiro256PlusPlus| {
+            label.joints.get(&p.id).copied().or_else(|| drawn(p, random)).unwrap_or(p.start)
+        };
+        let values = described.parameters.iter().map(|p| value(p, random)).collect();
+        let off_m = case.positions.iter().map(|_| NUT_SD_M * normal(random)).collect();
+        let mut channels: Vec<(Channel, [f64; 2])> = Vec::new();
+        for record in &case.records {
+            if !channels.iter().any(|(channel, _)| *channel == record.channel) {
+                channels.push((record.channel, [GAIN_SD * normal(random), DELAY_SD_S * normal(random)]));
+            }
+        }
+        let none = Truth { machine: Machine::default(), values, off_m, channels };
+        none.with(described, described.parameters.len(), seed)
+    }
+
+    /// With another machine, whose first parameters are those of this one; journals are those of the seed.
+    fn with(&self, machine: &Machine, shared: usize, seed: u64) -> Self {
+        let machine = another(machine, &mut Xoshiro256PlusPlus::seed_from_u64(!seed));
+        let further = machine.parameters[shared..].iter().map(|p| p.start);
+        let values = self.values[..shared].iter().copied().chain(further).collect();
+        Truth { machine, values, ..self.clone() }
+    }
+
+    /// Responses of a case's records in their quantity, on every n-th line.
+    fn responses(&self, case: &Case, nth: usize) -> Result<Vec<Vec<Complex64>>, String> {
+        let mut out = Vec::with_capacity(case.records.len());
+        for record in &case.records {
+            let point = |name: &str| self.machine.point(name).ok_or_else(|| format!("the machine has no point «{name}»"));
+            let (response, excitation) = (point(record.channel.response.name())?, point(record.channel.excitation.name())?);
+            let structure = Arc::new(Structure::new(&self.machine, response, excitation, Rods::Exact).map_err(told)?);
+            let (mut network, mut work) = (structure.network(), structure.workspace());
+            let nut_m = case.positions.iter().zip(&self.off_m).find(|(p, _)| p.name == record.position).map(|(p, off_m)| p.nut_m + off_m);
+            let operating = Operating::at(nut_m);
+            network.update(&self.machine, &self.values, &operating);
+            let chain = self.machine.chain.at(&self.values, &operating);
+            let [gain, delay_s] = self.channels.iter().find(|(channel, _)| *channel == record.channel).map_or([0.0; 2], |(_, own)| *own);
+            let lines = record.lines.iter().step_by(nth).map(|line| {
+                let omega = omega_rad_s(line.frequency_hz);
+                let own = Complex64::new(gain, -omega * delay_s);
+                let recorded = (Chain::log_factor(chain, omega) + own).exp() * case.quantity.factor(line.frequency_hz);
+                network.receptance(omega, &mut work) * recorded
+            });
+            out.push(lines.collect());
+        }
+        Ok(out)
+    }
 }
 
 /// The effect of the label if the library has it and the machine can have it, else any that can be had.
@@ -103,39 +175,43 @@ fn place(effect: &Effect, label: &Label) -> Place {
     })
 }
 
-/// Draws an effect's values in their ranges and brings them so near to the start, where it does nothing, that it has the strength wanted.
-#[expect(clippy::too_many_arguments, reason = "one place calls it")]
-fn amplitude(
+/// Draws an effect's values, parameters `added` of a truth, in their ranges and brings them so near to the start, where it does nothing, that it has the
+/// strength wanted.
+fn sized(
     gauge: &Gauge,
-    with: &Machine,
-    machine: &Machine,
-    values: &[f64],
+    with: Truth,
+    added: std::ops::Range<usize>,
     id: &str,
     wanted: f64,
     case: &Case,
     draw: &mut Draw,
-) -> Result<(Vec<f64>, f64), String> {
-    let added = &with.parameters[machine.parameters.len()..];
-    let strength = |values: &[f64]| gauge.noncentrality(with, values, case);
-    let at = |places: &[f64]| -> Vec<f64> {
-        values.iter().copied().chain(added.iter().zip(places).map(|(p, place)| p.from_unit(*place))).collect()
+) -> Result<(Truth, f64), String> {
+    let parameters = with.machine.parameters[added.clone()].to_vec();
+    let at = |places: &[f64]| -> Truth {
+        let mut truth = with.clone();
+        for ((value, parameter), place) in truth.values[added.clone()].iter_mut().zip(&parameters).zip(places) {
+            *value = parameter.from_unit(*place);
+        }
+        truth
     };
+    let strength = |truth: &Truth| gauge.noncentrality(truth, case);
     // Where the effect does nothing: at its start, or for one that starts at a usual size (a drive that holds) far below its range.
-    let mut least: Vec<f64> = added.iter().map(|p| p.to_unit(p.start)).collect();
+    let mut least: Vec<f64> = parameters.iter().map(|p| p.to_unit(p.start)).collect();
     if strength(&at(&least))? > wanted {
-        least = vec![-1.0; added.len()];
+        least = vec![-1.0; parameters.len()];
     }
-    let every = |share: f64, target: &[f64]| -> Vec<f64> {
+    let every = |share: f64, target: &[f64]| -> Truth {
         at(&least.iter().zip(target).map(|(from, to)| from + share * (to - from)).collect::<Vec<f64>>())
     };
     let mut reached: f64 = 0.0;
     for _ in 0..ATTEMPTS {
-        let mut target: Vec<f64> = added.iter().map(|_| draw.unit()).collect();
+        let mut target: Vec<f64> = parameters.iter().map(|_| draw.unit()).collect();
         if id == "frf-quantity" {
             // Taken for its neighbour, or not: there is nothing between.
-            target = added.iter().map(|p| p.to_unit(draw.sign())).collect();
-            let values = every(1.0, &target);
-            return Ok((values.clone(), strength(&values)?));
+            target = parameters.iter().map(|p| p.to_unit(draw.sign())).collect();
+            let truth = every(1.0, &target);
+            let value = strength(&truth)?;
+            return Ok((truth, value));
         }
         let largest = strength(&every(1.0, &target))?;
         reached = reached.max(largest);
@@ -145,36 +221,15 @@ fn amplitude(
         let (mut low, mut high) = (0.0, 1.0);
         for _ in 0..40 {
             let middle = 0.5 * (low + high);
-            let value = strength(&every(middle, &target))?;
+            let truth = every(middle, &target);
+            let value = strength(&truth)?;
             if (value / wanted).ln().abs() < 0.05 {
-                return Ok((every(middle, &target), value));
+                return Ok((truth, value));
             }
             (low, high) = if value < wanted { (middle, high) } else { (low, middle) };
         }
     }
     Err(format!("{id}: no amplitude drawn has a non-centrality of {wanted}; {reached:.1} is the largest met"))
-}
-
-/// Responses of a case's records in their quantity, on every n-th line.
-fn responses(machine: &Machine, values: &[f64], case: &Case, nth: usize) -> Result<Vec<Vec<Complex64>>, String> {
-    let mut out = Vec::with_capacity(case.records.len());
-    for record in &case.records {
-        let point = |name: &str| machine.point(name).ok_or_else(|| format!("the machine has no point «{name}»"));
-        let (response, excitation) = (point(record.channel.response.name())?, point(record.channel.excitation.name())?);
-        let structure = Arc::new(Structure::new(machine, response, excitation, Rods::Exact).map_err(told)?);
-        let (mut network, mut work) = (structure.network(), structure.workspace());
-        let nut_m = case.positions.iter().find(|p| p.name == record.position).map(|p| p.nut_m);
-        let operating = Operating::at(nut_m);
-        network.update(machine, values, &operating);
-        let chain = machine.chain.at(values, &operating);
-        let lines = record.lines.iter().step_by(nth).map(|line| {
-            let omega = omega_rad_s(line.frequency_hz);
-            let recorded = Chain::log_factor(chain, omega).exp() * case.quantity.factor(line.frequency_hz);
-            network.receptance(omega, &mut work) * recorded
-        });
-        out.push(lines.collect());
-    }
-    Ok(out)
 }
 
 /// Standard deviation of each component of ln H.
@@ -183,7 +238,7 @@ fn component_sd(coherence: f64, averages: usize) -> f64 {
     ((1.0 - coherence) / (2.0 * averages as f64 * coherence)).sqrt()
 }
 
-/// What is left of a change after the machine's own parameters explain what they can, in units of noise.
+/// What is left of a change after joints and all that is ordinary explain what they can, in units of noise.
 struct Gauge {
     nth: usize,
     base: Vec<Vec<Complex64>>,
@@ -194,24 +249,19 @@ struct Gauge {
 }
 
 impl Gauge {
-    fn new(machine: &Machine, values: &[f64], case: &Case) -> Result<Self, String> {
+    fn new(truth: &Truth, described: &Machine, case: &Case) -> Result<Self, String> {
         let most = case.records.iter().map(|record| record.lines.len()).max().unwrap_or(0);
         let nth = most.div_ceil(FEW_LINES).max(1);
-        let base = responses(machine, values, case, nth)?;
+        let base = truth.responses(case, nth)?;
         let weight = |coherence: f64| {
             let sd = component_sd(coherence, case.averages).hypot(REPRODUCED);
             if coherence >= 0.8 { (nth as f64).sqrt() / sd } else { 0.0 }
         };
         let weights: Vec<Vec<f64>> =
             case.records.iter().map(|record| record.lines.iter().step_by(nth).map(|line| weight(line.coherence)).collect()).collect();
-        let step = 1e-3;
         let mut columns = Vec::new();
-        for at in 0..values.len() {
-            let mut moved = values.to_vec();
-            moved[at] *= f64::exp(step);
-            let change = whitened(&responses(machine, &moved, case, nth)?, &base, &weights);
-            // One decade for one standard deviation: the ranges of machine descriptions.
-            columns.push(DVector::from_vec(change) * (10f64.ln() / step));
+        for (moved, step) in moved(truth, described) {
+            columns.push(DVector::from_vec(whitened(&moved.responses(case, nth)?, &base, &weights)) / step);
         }
         let rows = columns.first().map_or(0, DVector::len);
         let columns = if columns.is_empty() { DMatrix::zeros(rows, 0) } else { DMatrix::from_columns(&columns) };
@@ -220,11 +270,37 @@ impl Gauge {
         Ok(Self { nth, base, weights, columns, normal })
     }
 
-    fn noncentrality(&self, machine: &Machine, values: &[f64], case: &Case) -> Result<f64, String> {
-        let change = DVector::from_vec(whitened(&responses(machine, values, case, self.nth)?, &self.base, &self.weights));
+    fn noncentrality(&self, truth: &Truth, case: &Case) -> Result<f64, String> {
+        let change = DVector::from_vec(whitened(&truth.responses(case, self.nth)?, &self.base, &self.weights));
         let explained = &self.columns * self.normal.solve(&(self.columns.transpose() * &change));
         Ok(change.dot(&(&change - explained)).max(0.0))
     }
+}
+
+/// One copy for each thing that is not known, and by how many standard deviations it is moved; of a joint that is one decade: the ranges of
+/// machine descriptions.
+fn moved(truth: &Truth, described: &Machine) -> Vec<(Truth, f64)> {
+    let mut out = Vec::new();
+    let mut one = |step: f64, change: &dyn Fn(&mut Truth)| {
+        let mut copy = truth.clone();
+        change(&mut copy);
+        out.push((copy, step));
+    };
+    for (at, parameter) in described.parameters.iter().enumerate() {
+        match parameter.sd {
+            Some(sd) => one(STEP_SD, &|t| t.values[at] += STEP_SD * sd),
+            None if parameter.fit == FitRule::Never => {}
+            None => one(STEP / 10f64.ln(), &|t| t.values[at] *= STEP.exp()),
+        }
+    }
+    for at in 0..truth.off_m.len() {
+        one(STEP_SD, &|t| t.off_m[at] += STEP_SD * NUT_SD_M);
+    }
+    for at in 0..truth.channels.len() {
+        one(STEP_SD, &|t| t.channels[at].1[0] += STEP_SD * GAIN_SD);
+        one(STEP_SD, &|t| t.channels[at].1[1] += STEP_SD * DELAY_SD_S);
+    }
+    out
 }
 
 fn whitened(changed: &[Vec<Complex64>], base: &[Vec<Complex64>], weights: &[Vec<f64>]) -> Vec<f64> {

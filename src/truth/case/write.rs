@@ -7,6 +7,7 @@ use std::path::Path;
 use super::label::Label;
 use super::record::Case;
 use crate::truth::TruthError;
+use crate::truth::machine::nuisance::{DELAY_SD_S, GAIN_SD, NUT_SD_M};
 
 /// Writes a case as a measurement set with its machine: `manifest.toml`, `frf/*.csv`, `machine.toml`. Nothing of the label is in it;
 /// a follow-up is a case of its own, written by a call of its own.
@@ -46,6 +47,7 @@ fn manifest(case: &Case) -> String {
         case.averages,
         fit.join(", ")
     );
+    let _ = writeln!(out, "[tolerance]\ngain = {GAIN_SD}\ndelay_s = {DELAY_SD_S:e}\nnut_m = {NUT_SD_M:e}\n");
     for position in &case.positions {
         let _ = writeln!(out, "[[position]]\nname = \"{}\"\nnut_m = {}\n", position.name, position.nut_m);
     }

@@ -8,6 +8,19 @@ use super::point::{Channel, Point};
 use crate::truth::draw::Draw;
 use crate::truth::element::law::Loss;
 
+/// Standard deviation of E and of G as they are drawn here, which the engineer knows and states, relative.
+pub const MODULUS_SD: f64 = 0.0017;
+/// What journals take of the torsional inertia of a screw at each end, root mean square of what is drawn here, as a share of the screw's.
+pub const END_SHARE: f64 = 0.0055;
+/// Of masses and inertias, relative.
+pub const INERTIA_SD: f64 = 0.0029;
+/// Of nut positions (m).
+pub const NUT_SD_M: f64 = 2.9e-4;
+/// Of gains of channels, relative.
+pub const GAIN_SD: f64 = 0.0023;
+/// Of delays of channels (s).
+pub const DELAY_SD_S: f64 = 0.87e-6;
+
 /// One draw of all nuisances.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Nuisance {
@@ -140,8 +153,8 @@ impl Nuisance {
             change(&mut copy);
             out.push(copy);
         };
-        moved(&|n| n.youngs += 0.0017);
-        moved(&|n| n.shear += 0.0017);
+        moved(&|n| n.youngs += MODULUS_SD);
+        moved(&|n| n.shear += MODULUS_SD);
         moved(&|n| n.screw_loss += 7e-4);
         moved(&|n| n.joint_loss += 4e-3);
         moved(&|n| n.left_ratio -= 0.03);
@@ -152,14 +165,14 @@ impl Nuisance {
         moved(&|n| n.integral_per_s += 0.6);
         moved(&|n| n.lag_share += 0.06);
         for index in 0..self.masses.len() {
-            moved(&|n| n.masses[index] += 0.0029);
+            moved(&|n| n.masses[index] += INERTIA_SD);
         }
         for index in 0..self.offsets_m.len() {
-            moved(&|n| n.offsets_m[index] += 2.9e-4);
+            moved(&|n| n.offsets_m[index] += NUT_SD_M);
         }
         for channel in channels {
-            moved(&|n| n.channels.entry(*channel).or_default().0 += 0.0023);
-            moved(&|n| n.channels.entry(*channel).or_default().1 += 0.87e-6);
+            moved(&|n| n.channels.entry(*channel).or_default().0 += GAIN_SD);
+            moved(&|n| n.channels.entry(*channel).or_default().1 += DELAY_SD_S);
         }
         out
     }
