@@ -11,6 +11,7 @@ mod null;
 mod peaks;
 mod place;
 mod plain;
+mod plainer;
 mod record;
 mod richer;
 mod run;

@@ -10,6 +10,7 @@ use super::limit::Limits;
 use super::null::{LEAST_SCALE, Null, simulate};
 use super::place::Where;
 use super::plain::Plain;
+use super::plainer::{Named, plainer};
 use super::record::{Fault, fault, held_out_fault};
 use super::run::{Candidate, Status, Survey, again_from, hypotheses, locate, nominal, nominal_fits, survey};
 use super::said::{Verdict, VerdictKind, last_of, named, nothing_fitted, told_p};
@@ -123,9 +124,6 @@ const BETTER: f64 = 0.7;
 /// What a named effect may leave of what the machine without it fails to foretell of positions left out; and the share of what it fails to foretell
 /// itself below which a free shape that fits better is the better explanation.
 const FORETELLS: (f64, f64) = (1.02, 0.65);
-/// Most numbers a free shape has, and the share of its gain by which an effect with more must do better.
-const SHAPE_NUMBERS: usize = 3;
-const PLAINER: f64 = 0.01;
 /// Excess at which a released parameter is all that is wrong.
 const RIGHT: f64 = 4.0;
 
@@ -423,15 +421,12 @@ fn conclude(evidence: &Evidence<'_, '_>) -> Result<(Verdict, (Hypothesis, Fitted
         located.iter().any(better)
     };
     let fails = foretold.is_some_and(|lost| in_vain(lost) || beaten(lost)) && !evidence.fitter.lacks(Ablation::InSample);
-    // Effects with more numbers than any free shape must do what none of them does; those with fewer may well be such a shape.
-    let plainer = PLAINER * (surveyed.base.chi_square - chosen.1.chi_square);
-    let reach = chosen.1.chi_square + APART * after + limits.apart(plainer, chosen.1.chi_square, after);
-    let flexible = chosen.0.added.len() > SHAPE_NUMBERS && (limits.known || names.len() == 1);
-    let plainer = located.iter().filter(|c| flexible && c.fitted.is_some() && c.chi_square() <= reach);
-    if let Some(plain) = plainer.min_by(|a, b| a.chi_square().total_cmp(&b.chi_square())) {
+    let (gain, apart) = (surveyed.base.chi_square - chosen.1.chi_square, APART * after);
+    let about = Named { hypothesis: &chosen.0, fitted: &chosen.1, effects: names.len(), before, after, gain, apart };
+    if let Some((plain, how)) = plainer(&about, located, null, *count, *limits) {
         let shape = plain.id.rsplit_once(':').map_or("shape", |(_, shape)| shape);
         let reason = format!(
-            "a plain {shape} at {} does what {} would, with fewer numbers: something of that kind sits there, which effect it is these data do not tell",
+            "a plain {shape} at {} does {how} {} would: something of that kind sits there, which effect it is these data do not tell",
             named(&plain.id),
             names.join(" and ")
         );
