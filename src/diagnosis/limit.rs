@@ -5,8 +5,9 @@ use super::domain::Domain;
 /// Limits of one kind of data. Of FRFs nulls tell how well a right model fits; the weights of modes are an error of the model that nobody knows well.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Limits {
-    /// Share of nulls that may be called something.
+    /// Share of nulls that may be called something; and of those that may where it foretells positions left out, too.
     pub alpha: f64,
+    pub foretold_alpha: f64,
     /// Excess of the misfit over the middle null beyond which one effect more is looked for.
     pub more: f64,
     /// Share of what is left that it must take: where no more than that excess is left then, and where there is.
@@ -22,9 +23,26 @@ pub(super) struct Limits {
     pub known: bool,
 }
 
-const FRF: Limits = Limits { alpha: 0.002, more: 1.2, much: (0.25, 0.5), form: 0.004, little_from: 2.0, none_of_them: 10.0, known: true };
-const MODES: Limits =
-    Limits { alpha: 0.001, more: 2.0, much: (0.4, 0.4), form: 0.0, little_from: 5.0, none_of_them: f64::INFINITY, known: false };
+const FRF: Limits = Limits {
+    alpha: 0.002,
+    foretold_alpha: 0.01,
+    more: 1.2,
+    much: (0.25, 0.5),
+    form: 0.004,
+    little_from: 2.0,
+    none_of_them: 10.0,
+    known: true,
+};
+const MODES: Limits = Limits {
+    alpha: 0.001,
+    foretold_alpha: 0.001,
+    more: 2.0,
+    much: (0.4, 0.4),
+    form: 0.0,
+    little_from: 5.0,
+    none_of_them: f64::INFINITY,
+    known: false,
+};
 
 impl Limits {
     /// Of a kind of data.

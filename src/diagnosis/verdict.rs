@@ -173,8 +173,10 @@ pub fn diagnose(
     let outdone =
         if fitter.lacks(Ablation::InSample) { 0..0 } else { keep_what_foretells(&mut tried, &mut same, nominal_left_out, &null, count) };
     // Where no more is left than nulls show, what gains there by itself must foretell positions left out, too.
-    let foretells = |t: &Tried| !limits.known || before > 1.0 || t.candidate.left_out.is_none_or(|lost| lost < nominal_left_out);
-    let significant = tried.first().is_some_and(|t| t.p_value < limits.alpha && t.statistic >= LEAST_STATISTIC && foretells(t));
+    let foretells = |t: &Tried| t.candidate.left_out.is_none_or(|lost| lost < nominal_left_out);
+    let enough = |t: &Tried| t.p_value < limits.alpha && (!limits.known || before > 1.0);
+    let seen = |t: &Tried| enough(t) || (t.p_value < limits.foretold_alpha && foretells(t));
+    let significant = tried.first().is_some_and(|t| seen(t) && t.statistic >= LEAST_STATISTIC);
     let nominal_held_out = fitter.gaps(&surveyed.nominal, &base, held_out)?;
     // A record that an effect makes agree with the others is no faulty one.
     let best = tried.first().filter(|_| significant).and_then(|t| t.candidate.fitted.as_ref());
@@ -350,7 +352,8 @@ fn conclude(evidence: &Evidence<'_, '_>) -> Result<(Verdict, (Hypothesis, Fitted
             return Ok((say(VerdictKind::Unknown, Vec::new(), reason, next), nothing));
         }
         let best = tried.iter().max_by(|a, b| a.statistic.total_cmp(&b.statistic));
-        let worse = |t: &Tried| t.p_value < limits.alpha && t.candidate.left_out.is_some_and(|lost| lost >= evidence.nominal_left_out);
+        let worse =
+            |t: &Tried| t.p_value < limits.foretold_alpha && t.candidate.left_out.is_some_and(|lost| lost >= evidence.nominal_left_out);
         let vain = |t: &Tried| if worse(t) { "; it foretells positions left out no better" } else { "" };
         let best = best.map_or("nothing".to_string(), |t| format!("{} with {}{}", t.candidate.id, told_p(t.p_value), vain(t)));
         let reason = format!("what is left is no more than nulls of this machine and layout show (most is gained by {best})");
