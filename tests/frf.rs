@@ -59,6 +59,7 @@ fn set_of(
         frfs,
         motions: Vec::new(),
         split: None,
+        tolerance: jointid::measurement::Tolerance::default(),
         published: Default::default(),
         files: Vec::new(),
         warnings: Vec::new(),

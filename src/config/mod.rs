@@ -11,6 +11,7 @@ mod read;
 mod rescale;
 mod schema;
 mod servo;
+mod tolerance;
 
 pub use beginning::MACHINE_BEGINNING;
 pub use embedded::{BENCH, embedded_config};

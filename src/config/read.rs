@@ -189,6 +189,10 @@ fn set(table: &mut toml::Table, given: &str) -> Result<(), String> {
     {
         bring_parameter(table, id)?;
     }
+    if parents == ["tolerance"] {
+        // Ordinarily left out.
+        table.entry("tolerance").or_insert_with(|| toml::Table::new().into());
+    }
     let mut here = table;
     let mut index = 0;
     while index < parents.len() {

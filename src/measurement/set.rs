@@ -154,9 +154,9 @@ fn tolerance(file: &ToleranceFile) -> Result<Tolerance, String> {
         stated => Ok(stated.unwrap_or(ordinary)),
     };
     Ok(Tolerance {
-        gain: known("gain", file.gain, ordinary.gain, 1.0)?,
-        delay_s: known("delay_s", file.delay_s, ordinary.delay_s, 1e-2)?,
-        nut_m: known("nut_m", file.nut_m, ordinary.nut_m, 0.1)?,
+        gain: known("gain", file.gain, ordinary.gain, 0.3)?,
+        delay_s: known("delay_s", file.delay_s, ordinary.delay_s, 1e-3)?,
+        nut_m: known("nut_m", file.nut_m, ordinary.nut_m, 0.01)?,
     })
 }
 
