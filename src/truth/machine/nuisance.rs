@@ -10,8 +10,6 @@ use crate::truth::element::law::Loss;
 
 /// Standard deviation of E and of G as they are drawn here, which the engineer knows and states, relative.
 pub const MODULUS_SD: f64 = 0.0017;
-/// What journals take of the torsional inertia of a screw at each end, root mean square of what is drawn here, as a share of the screw's.
-pub const END_SHARE: f64 = 0.0055;
 /// Of masses and inertias, relative.
 pub const INERTIA_SD: f64 = 0.0029;
 /// Of nut positions (m).
