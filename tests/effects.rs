@@ -328,7 +328,7 @@ fn an_effect_of_several_ways_is_the_one_that_fits_the_machine() {
     };
     let names = |some: &[(&str, &str)]| some.iter().map(|(a, b)| (a.to_string(), b.to_string())).collect::<Vec<_>>();
     let bench = config("configs/tian.toml");
-    let stage = names(&[("c_stage", "N*m*s/rad"), ("j_stage", "kg*m^2"), ("k_stage", "N*m/rad")]);
+    let stage = names(&[("eta_stage", "1"), ("j_stage", "kg*m^2"), ("k_stage", "N*m/rad")]);
     assert_eq!(added(&bench.machine, &bench.effects), stage);
     // Named in the configuration it is the same one.
     let text = std::fs::read_to_string("configs/tian.toml").unwrap();

@@ -374,19 +374,27 @@ fn resonances(described: &[&Parameter]) -> Option<Vec<Vec<f64>>> {
     let frequencies = (0..count).map(|at| low * (high / low).powf(f64::from(at) / f64::from(count - 1)));
     let tried = frequencies.flat_map(|hz| SHARES.map(|share| (hz, share)));
     let plain = of(&["1"]);
+    let resonant = |mass: usize, spring: usize, (hz, share): (f64, f64)| {
+        let (m, omega) = (described[mass].from_unit(share), std::f64::consts::TAU * hz);
+        let mut place = start.clone();
+        place[mass] = share;
+        place[spring] = clamped(spring, m * omega * omega);
+        (place, m * omega)
+    };
     match (masses.as_slice(), springs.as_slice(), dampers.as_slice(), natural.as_slice()) {
         (&[mass], &[spring], &[damper], []) if described.len() == 3 + plain.len() && [0, 2].contains(&plain.len()) => {
             let arms = if plain.is_empty() { &ARMS[..1] } else { &ARMS };
-            let place = |((hz, share), arms): ((f64, f64), [f64; 2])| {
-                let (m, omega) = (described[mass].from_unit(share), std::f64::consts::TAU * hz);
-                let mut place = start.clone();
-                place[mass] = share;
-                place[spring] = clamped(spring, m * omega * omega);
-                place[damper] = clamped(damper, 2.0 * 0.03 * m * omega);
+            let place = |(resonance, arms): ((f64, f64), [f64; 2])| {
+                let (mut place, impedance) = resonant(mass, spring, resonance);
+                place[damper] = clamped(damper, 2.0 * 0.03 * impedance);
                 plain.iter().zip(arms).for_each(|(at, arm)| place[*at] = clamped(*at, arm));
                 place
             };
             Some(tried.flat_map(|resonance| arms.iter().map(move |some| (resonance, *some))).map(place).collect())
+        }
+        // A mass behind a spring with a loss factor, which stays where it starts.
+        (&[mass], &[spring], [], []) if described.len() == 3 && plain.len() == 1 => {
+            Some(tried.map(|resonance| resonant(mass, spring, resonance).0).collect())
         }
         (masses, [], [], natural) if !masses.is_empty() && !natural.is_empty() => {
             let each: Vec<&[usize]> = masses.iter().map(std::slice::from_ref).chain((masses.len() > 1).then_some(masses)).collect();

@@ -148,7 +148,14 @@ impl Machine {
                 Rescale::Relative => value.laws.push(Law::Relative(index)),
                 Rescale::InSeries => value.laws.push(Law::InSeries(index)),
                 Rescale::Added => value.laws.push(Law::Added(index)),
-                Rescale::Less => value.laws.push(Law::Less(index)),
+                Rescale::Less => {
+                    // No more can be taken away than there is.
+                    if let Some(number) = value.described() {
+                        let taken = &mut self.parameters[index];
+                        taken.upper = taken.upper.min(0.98 * number).max(taken.lower);
+                    }
+                    value.laws.push(Law::Less(index));
+                }
                 Rescale::Times => value.laws.push(Law::Times(index)),
                 Rescale::With(circumstance) => value.laws.push(Law::With(index, circumstance)),
                 Rescale::AlongStroke => value.laws.push(Law::AlongStroke(index, stroke_m.clone()?)),

@@ -126,6 +126,11 @@ impl Value {
         self.laws.iter().fold(self.base_at(parameters, operating), |x, law| law.apply(x, parameters, operating).0)
     }
 
+    /// Its number as described, before any law; `None` where parameters tell it.
+    pub fn described(&self) -> Option<f64> {
+        if let Base::Number(number) = self.base { Some(number) } else { None }
+    }
+
     /// Whether more is taken away from it than there is.
     pub fn is_exhausted(&self, parameters: &[f64], operating: &Operating) -> bool {
         let mut x = self.base_at(parameters, operating);
