@@ -69,7 +69,7 @@ const SHARED: usize = 2;
 /// χ² per number beyond which the best candidate leaves too much to be the end: this multiple of the noise's share, and this.
 const MUCH: (f64, f64) = (1.5, 0.1);
 /// Share of the best candidate's χ² below which a free shape knows better where the joints are.
-const CLEARLY: f64 = 0.85;
+const CLEARLY: f64 = 0.99;
 /// A power of iω nearer to 0 than this is no other quantity.
 const LEAST_POWER: f64 = 0.6;
 /// Arms both shorter than the first, in lengths of the one at which the nut feels a motion, are none: what is found then is a resonator on the way of the
