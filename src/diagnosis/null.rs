@@ -138,13 +138,19 @@ impl Directions {
         end: &Fitted,
         here: &DVector<f64>,
     ) -> Directions {
+        // What is known beforehand of the effect itself has no row where it is not.
+        let described = &hypothesis.machine.parameters;
+        let first = objective.residuals(&place_of(objective, end)).len();
+        let known = objective.free().iter().filter(|i| described[**i].sd.is_some());
+        let own: Vec<usize> = known.enumerate().filter(|(_, i)| hypothesis.added.contains(i)).map(|(at, _)| first + at).collect();
+        let rows = |start: &Fitted| objective.rows(&place_of(objective, start)).remove_rows_at(&own);
         let starts = amplitudes(hypothesis).into_iter().map(|added| start_of(hypothesis, base, &added));
         // The candidate's own end, with the nominal parameters of the base: the direction of its amplitude there.
         let added: Vec<f64> = hypothesis.added.iter().map(|i| end.units[*i]).collect();
         let all = starts
             .chain(std::iter::once(start_of(hypothesis, base, &added)))
             .filter_map(|start| {
-                let change = objective.rows(&place_of(objective, &start)) - here;
+                let change = rows(&start) - here;
                 let size = change.norm();
                 let projected = projection.apply(&change);
                 let left = projected.norm();
