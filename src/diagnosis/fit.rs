@@ -361,9 +361,9 @@ const NATURAL: ([f64; 2], f64) = ([0.55, 0.75], 0.1);
 /// Pairs of numbers without unit at which it is looked for, where it has such: arms on which it is felt and struck, to either side.
 const ARMS: [[f64; 2]; 5] = [[0.0, 0.0], [1.0, 1.0], [1.0, -1.0], [-1.0, 1.0], [-1.0, -1.0]];
 
-/// Places of masses that resonate all over the band, each alone and both where there are two, with a spring and a damper, or with the frequency itself
-/// among the parameters, or with two arms beside: the ranges together hold mostly resonances where nothing is measured. `None` where the parameters are
-/// no such ones.
+/// Places of masses that resonate all over the band, each alone and both where there are two, with a spring and a damper or a loss factor, or with the
+/// frequency itself among the parameters, or with two arms beside: the ranges together hold mostly resonances where nothing is measured. `None` where the
+/// parameters are no such ones.
 fn resonances(described: &[&Parameter]) -> Option<Vec<Vec<f64>>> {
     let of = |units: &[&str]| (0..described.len()).filter(|at| units.contains(&described[*at].unit.as_str())).collect::<Vec<usize>>();
     let (masses, springs, dampers) = (of(&["kg", "kg*m^2"]), of(&["N/m", "N*m/rad"]), of(&["N*s/m", "N*m*s/rad"]));

@@ -126,7 +126,12 @@ fn erfc(x: f64) -> f64 {
 }
 
 /// Directions in which a candidate can change the residuals, whitened, orthogonal to what nominal parameters and nuisances can do.
-struct Directions(Vec<DVector<f64>>);
+struct Directions {
+    /// Changes by amplitudes all over its range.
+    each: Vec<DVector<f64>>,
+    /// What small changes about its end span, orthonormal.
+    about_end: Vec<DVector<f64>>,
+}
 
 impl Directions {
     /// Of the end of a candidate's fit and of amplitudes all over its range.
@@ -142,12 +147,12 @@ impl Directions {
         let described = &hypothesis.machine.parameters;
         let first = objective.residuals(&place_of(objective, end)).len();
         let known = objective.free().iter().filter(|i| described[**i].sd.is_some());
-        let own: Vec<usize> = known.enumerate().filter(|(_, i)| hypothesis.added.contains(i)).map(|(at, _)| first + at).collect();
-        let rows = |start: &Fitted| objective.rows(&place_of(objective, start)).remove_rows_at(&own);
+        let its_own: Vec<usize> = known.enumerate().filter(|(_, i)| hypothesis.added.contains(i)).map(|(at, _)| first + at).collect();
+        let rows = |start: &Fitted| objective.rows(&place_of(objective, start)).remove_rows_at(&its_own);
         let starts = amplitudes(hypothesis).into_iter().map(|added| start_of(hypothesis, base, &added));
         // The candidate's own end, with the nominal parameters of the base: the direction of its amplitude there.
         let added: Vec<f64> = hypothesis.added.iter().map(|i| end.units[*i]).collect();
-        let all = starts
+        let each = starts
             .chain(std::iter::once(start_of(hypothesis, base, &added)))
             .filter_map(|start| {
                 let change = rows(&start) - here;
@@ -158,13 +163,32 @@ impl Directions {
                 (size > 1e-9 && left > OWN * size).then(|| projected / left)
             })
             .collect();
-        Directions(all)
+        Directions { each, about_end: about_end(objective, hypothesis, end, &its_own) }
     }
 
-    /// The largest decrease of χ² along one of them.
+    /// The largest decrease of χ² along one of them, or by all small changes together.
     fn gain(&self, residuals: &DVector<f64>) -> f64 {
-        self.0.iter().map(|d| d.dot(residuals).powi(2)).fold(0.0, f64::max)
+        let squared = |d: &DVector<f64>| d.dot(residuals).powi(2);
+        self.each.iter().map(squared).fold(self.about_end.iter().map(squared).sum(), f64::max)
     }
+}
+
+/// What small changes of a candidate's own parameters about the end of its fit do that all others cannot do there. There a shift of a resonance by less than
+/// its width is what it is: a small effect gains by what it spares others that are known beforehand.
+fn about_end(objective: &Compared<'_>, hypothesis: &Hypothesis, end: &Fitted, its_own: &[usize]) -> Vec<DVector<f64>> {
+    let slopes = objective.slopes(&place_of(objective, end)).remove_rows_at(its_own);
+    let added: Vec<usize> = (0..objective.free().len()).filter(|column| hypothesis.added.contains(&objective.free()[*column])).collect();
+    let others = Projection::of(slopes.clone().remove_columns_at(&added));
+    let mut span: Vec<DVector<f64>> = Vec::new();
+    for column in added {
+        let change = slopes.column(column).into_owned();
+        let own = span.iter().fold(others.apply(&change), |left, d| &left - d * d.dot(&left));
+        let size = own.norm();
+        if size > OWN * change.norm() && size > 1e-9 {
+            span.push(own / size);
+        }
+    }
+    span
 }
 
 /// Takes out what nominal parameters and nuisances can do, to first order, nuisances within what is known of them.
@@ -175,7 +199,10 @@ struct Projection {
 
 impl Projection {
     fn at(objective: &Compared<'_>, place: &[f64]) -> Projection {
-        let slopes = objective.slopes(place);
+        Projection::of(objective.slopes(place))
+    }
+
+    fn of(slopes: DMatrix<f64>) -> Projection {
         let mut information = slopes.transpose() * &slopes;
         let largest = (0..information.nrows()).map(|d| information[(d, d)]).fold(f64::MIN_POSITIVE, f64::max);
         for d in 0..information.nrows() {

@@ -290,11 +290,16 @@ fn percent(x: Option<f64>) -> String {
 /// Width of an interval of what is closed, in gaps, from which on it tells nothing.
 const OPEN: f64 = 2.0;
 
+/// Whether an interval of what is closed is so wide that it tells nothing.
+pub(super) fn is_open([low, high]: [f64; 2]) -> bool {
+    high - low > OPEN
+}
+
 /// The interval of what is closed in brackets, after its name.
 pub(super) fn interval_says(interval: Option<[f64; 2]>, name: &str) -> String {
     match interval {
         None => String::new(),
-        Some([low, high]) if high - low > OPEN => " (these data leave it open)".into(),
+        Some(wide) if is_open(wide) => " (these data leave it open)".into(),
         Some([low, high]) => format!(" ({name}{:.0} to {:.0} %)", 100.0 * low, 100.0 * high),
     }
 }

@@ -70,6 +70,14 @@ fn names_from_files_are_text_everywhere() {
 }
 
 #[test]
+fn intervals_that_tell_nothing_are_told_as_such() {
+    let mut found = diagnosis();
+    found.effects[1].closed95 = Some([-63.83, 52.36]);
+    let made = html(&Page { title: "open".into(), diagnosis: Some(found), ..Page::default() });
+    assert!(made.contains("left open") && made.contains("80.0 % … 100.0 %") && !made.contains("-6383") && !made.contains("−6383"));
+}
+
+#[test]
 fn many_lines_make_no_heavy_page() {
     let page = Page { title: "many".into(), curves: curves(6, 6, 10_000), ..Page::default() };
     let made = html(&page);

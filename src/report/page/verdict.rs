@@ -7,7 +7,7 @@ use plotly::{Bar, HeatMap, Scatter};
 use super::chart::{Chart, Switches, axis, colour, layout, line, log_axis};
 use super::curve::{self, Curve};
 use super::text::{TextTable, cell, escape, listed, paragraph, rounded};
-use crate::report::diagnosis::{Diagnosis, EffectRow, interval_says};
+use crate::report::diagnosis::{Diagnosis, EffectRow, interval_says, is_open};
 use crate::report::table::{figure, percent};
 
 /// The verdict in one sentence.
@@ -238,7 +238,8 @@ fn effects(of: &Diagnosis) -> String {
         layout().show_legend(false).x_axis(axis("share closed").tick_format(".0%")).y_axis(axis("").type_(AxisType::Category)),
     );
     for (effect, closed) in &rows {
-        let [low, high] = effect.closed95.unwrap_or([*closed; 2]);
+        let interval = effect.closed95.filter(|interval| !is_open(*interval));
+        let [low, high] = interval.unwrap_or([*closed; 2]);
         let spread = ErrorData::new(ErrorType::Data)
             .array(vec![(high - closed).max(0.0)])
             .array_minus(vec![(closed - low).max(0.0)])
@@ -248,7 +249,7 @@ fn effects(of: &Diagnosis) -> String {
             .orientation(Orientation::Horizontal)
             .marker(Marker::new().color(colour(usize::from(in_verdict(of, effect)))))
             .hover_template(format!("{}: %{{x:.1%}}<extra></extra>", escape(&effect.id)));
-        chart.trace(if effect.closed95.is_some() { bar.error_x(spread) } else { bar });
+        chart.trace(if interval.is_some() { bar.error_x(spread) } else { bar });
     }
     let header = ["Effect", "", "Gap before", "Gap after", "Closed", "95 % interval", "p"];
     let mut table = TextTable::new("All effects, best first; p: the share of simulated machines without it that show as much", 2, header);
@@ -267,7 +268,11 @@ fn effects(of: &Diagnosis) -> String {
                 cell(effect.gap_held_out_before.filter(|_| effect.status == "tried"), percent),
                 cell(effect.gap_held_out_after, percent),
                 cell(effect.closed.map(|c| if c.abs() < 5e-5 { 0.0 } else { c }), percent),
-                effect.closed95.map_or_else(|| "–".into(), |[a, b]| format!("{} … {}", percent(a), percent(b))),
+                match effect.closed95 {
+                    None => "–".into(),
+                    Some(wide) if is_open(wide) => "left open".into(),
+                    Some([a, b]) => format!("{} … {}", percent(a), percent(b)),
+                },
                 cell(effect.p_value, probability),
             ],
         );
