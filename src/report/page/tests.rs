@@ -74,7 +74,7 @@ fn intervals_that_tell_nothing_are_told_as_such() {
     let mut found = diagnosis();
     found.effects[1].closed95 = Some([-63.83, 52.36]);
     let made = html(&Page { title: "open".into(), diagnosis: Some(found), ..Page::default() });
-    assert!(made.contains("left open") && made.contains("80.0 % … 100.0 %") && !made.contains("-6383") && !made.contains("−6383"));
+    assert!(made.contains("left open") && made.contains("80.00 % … 100.00 %") && !made.contains("-6383") && !made.contains("−6383"));
 }
 
 #[test]
