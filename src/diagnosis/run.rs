@@ -69,7 +69,7 @@ const SHARED: usize = 2;
 /// χ² per number beyond which the best candidate leaves too much to be the end: this multiple of the noise's share, and this.
 const MUCH: (f64, f64) = (1.5, 0.1);
 /// Share of the best candidate's χ² below which a free shape knows better where the joints are.
-const CLEARLY: f64 = 0.99;
+const KNOWS_BETTER: f64 = 0.99;
 /// A power of iω nearer to 0 than this is no other quantity.
 const LEAST_POWER: f64 = 0.6;
 /// Arms both shorter than the first, in lengths of the one at which the nut feels a motion, are none: what is found then is a resonator on the way of the
@@ -260,13 +260,13 @@ pub fn survey(
     Ok(Survey { nominal, base, candidates })
 }
 
-/// Fits every candidate again from the nominal parameters of free shapes, where those explain much more than the best candidate does: they know where
+/// Fits every candidate again from the nominal parameters of free shapes, where those explain more than the best candidate does: they know where
 /// the joints are once what is missing is there.
 pub fn again_from(survey: &mut Survey, located: &[Candidate], fitter: &Fitter<'_>, control: &Control) {
     let least = survey.candidates.iter().map(Candidate::chi_square).fold(survey.base.chi_square, f64::min);
     let own = survey.nominal.machine.parameters.len();
     let fits = located.iter().filter_map(|c| c.fitted.as_ref()).map(|(_, fitted)| fitted);
-    let better = fits.filter(|fitted| fitted.chi_square < CLEARLY * least);
+    let better = fits.filter(|fitted| fitted.chi_square < KNOWS_BETTER * least);
     let bases: Vec<Fitted> = better.take(SHARED).map(|f| Fitted { units: f.units[..own].to_vec(), ..f.clone() }).collect();
     if bases.is_empty() || fitter.lacks(Ablation::FrozenNominal) {
         return;

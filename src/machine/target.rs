@@ -149,10 +149,10 @@ impl Machine {
                 Rescale::InSeries => value.laws.push(Law::InSeries(index)),
                 Rescale::Added => value.laws.push(Law::Added(index)),
                 Rescale::Less => {
-                    // No more can be taken away than there is.
-                    if let Some(number) = value.described() {
-                        let taken = &mut self.parameters[index];
-                        taken.upper = taken.upper.min(0.98 * number).max(taken.lower);
+                    // No more can be taken away than there is. Where an effect starts beyond that its range stays, and nothing it finds there is told.
+                    let taken = &mut self.parameters[index];
+                    if let Some(most) = value.described().map(|number| 0.98 * number).filter(|most| *most > taken.start.max(taken.lower)) {
+                        taken.upper = taken.upper.min(most);
                     }
                     value.laws.push(Law::Less(index));
                 }
