@@ -280,7 +280,8 @@ fn sealed() -> tempfile::TempDir {
     let labels = labels_json(&[label(Kind::Null, &[], &[])]).unwrap();
     let generator =
         Generator { version: "0".into(), arm: "frf".into(), truth: "independent".into(), seed: 1, counts: Counts::QUICK, cases: 1 };
-    let cases = vec![SealedCase { name: "case-0001".into(), sha256: folder_digest(&case).unwrap(), freeze: Vec::new() }];
+    let cases =
+        vec![SealedCase { name: "case-0001".into(), sha256: folder_digest(&case).unwrap(), freeze: Vec::new(), quiet_sha256: None }];
     let seal = Seal::new(generator, &labels, cases, Vec::new()).unwrap();
     fs::write(folder.path().join("labels.json"), labels).unwrap();
     fs::write(folder.path().join("seal.json"), to_json(&seal).unwrap()).unwrap();

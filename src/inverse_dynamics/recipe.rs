@@ -129,6 +129,16 @@ impl Motion {
         Ok(motion)
     }
 
+    /// The same with the rests of another record of the same motion; `record` is the one it was made of.
+    ///
+    /// # Errors  as [`Motion::new`].
+    pub fn resting_as(mut self, other: &Motion, record: &MotionRecord) -> Result<Self, InverseError> {
+        (self.silent, self.moves) = (other.silent.clone(), other.moves.clone());
+        let short = || InverseError::Short { path: record.source.clone(), samples: record.samples(), needed: self.recipe.needed() };
+        self.load = self.thinned(record.load.samples()).ok_or_else(short)?;
+        Ok(self)
+    }
+
     /// A column of the record's rate without its beginning, thinned; 0 where the axis rests.
     pub fn thinned(&self, column: &[f64]) -> Option<Vec<f64>> {
         let mut thinned = self.decimated(column)?;

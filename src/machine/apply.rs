@@ -1,5 +1,7 @@
 //! Patches applied: names resolved, numbers put in their places.
 
+use std::collections::BTreeMap;
+
 use super::check::{MachineError, check_parameter, fault, listing};
 use super::effect::{DerivedPatch, JointPatch, Patch, PointPatch, ShaftPatch, Source};
 use super::{Derivation, Derived, Effect, Joint, Lever, Machine, Point, Shaft, Station, Value};
@@ -51,6 +53,22 @@ impl Machine {
         }
         machine.check()?;
         Ok(machine)
+    }
+
+    /// The machine with what a diagnosis chose, ids joined with `+`; `None` where one is no effect of these that applies, nor a parameter that was released.
+    pub fn with_chosen(&self, chosen: &str, effects: &[Effect]) -> Option<Machine> {
+        chosen.split('+').filter(|id| *id != "nominal").try_fold(self.clone(), |machine, id| {
+            // What was released is a parameter of the machine as it is.
+            if machine.parameters.iter().any(|p| p.id == id) {
+                return Some(machine);
+            }
+            machine.with_effect(effects.iter().find(|e| e.id == id)?).ok()
+        })
+    }
+
+    /// Values of its parameters in their order, by their ids; `None` where one is missing.
+    pub fn values_of(&self, values: &BTreeMap<String, f64>) -> Option<Vec<f64>> {
+        self.parameters.iter().map(|p| values.get(&p.id).copied()).collect()
     }
 
     /// The machine with an effect applied and listed among its effects.

@@ -74,6 +74,9 @@ pub struct ChannelRow {
     pub record: String,
     /// Column.
     pub column: String,
+    /// Force (N or N·m) that its unit weighs as much as in gaps of force and column together.
+    #[serde(default)]
+    pub weight: f64,
     /// With the machine as described.
     pub before: TransmissionRow,
     /// With the chosen model.

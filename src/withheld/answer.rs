@@ -101,6 +101,35 @@ pub struct GapAnswer {
     pub by_phase: BTreeMap<String, Option<f64>>,
 }
 
+/// The model that is chosen.
+#[derive(Debug, Clone, Default, PartialEq, Deserialize)]
+pub struct ChosenAnswer {
+    /// Ids joined with `+`.
+    #[serde(default)]
+    pub id: String,
+    /// Its parameters.
+    #[serde(default)]
+    pub parameters: BTreeMap<String, f64>,
+}
+
+/// What motion records say beside.
+#[derive(Debug, Clone, Default, PartialEq, Deserialize)]
+pub struct MotionAnswer {
+    /// Further points of each record.
+    #[serde(default)]
+    pub transmission: Vec<ChannelAnswer>,
+}
+
+/// A further point in a record.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+pub struct ChannelAnswer {
+    /// Column.
+    pub column: String,
+    /// Force (N or N·m) that its unit weighs as much as.
+    #[serde(default)]
+    pub weight: f64,
+}
+
 /// The parts of diagnosis.json that are scored.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 pub struct Diagnosis {
@@ -120,8 +149,24 @@ pub struct Diagnosis {
     /// Candidates, best first.
     #[serde(default)]
     pub effects: Vec<EffectAnswer>,
+    /// Parameters of the machine as described.
+    #[serde(default)]
+    pub described: BTreeMap<String, f64>,
+    /// The model that is chosen.
+    #[serde(default)]
+    pub chosen: ChosenAnswer,
+    /// What motion records say beside.
+    #[serde(default)]
+    pub motion: Option<MotionAnswer>,
     /// Verdict.
     pub verdict: Verdict,
+}
+
+impl Diagnosis {
+    /// Force that the unit of each column weighs as much as in its gaps.
+    pub fn weights(&self) -> BTreeMap<String, f64> {
+        self.motion.iter().flat_map(|m| &m.transmission).map(|c| (c.column.clone(), c.weight)).collect()
+    }
 }
 
 /// One run of the diagnosis, as it is kept in `diagnoses`.

@@ -18,9 +18,9 @@ mod score;
 mod seal;
 mod text;
 
-pub use answer::{Answer, Diagnosis, EffectAnswer, GapAnswer, Place, Run, Verdict};
+pub use answer::{Answer, ChannelAnswer, ChosenAnswer, Diagnosis, EffectAnswer, GapAnswer, MotionAnswer, Place, Run, Verdict};
 pub use document::{CaseRow, SealRow, Withheld};
 pub use judge::{Judgement, judge};
 pub use score::{Confusion, Proportion, Scores, Spread, scores};
-pub use seal::{FOLLOW_UP, Generator, Seal, SealedCase, files_of, folder_digest, label_of};
+pub use seal::{CASES, FOLLOW_UP, Generator, QUIET, Seal, SealedCase, files_of, folder_digest, label_of};
 pub use text::{confusion_text, scores_text};

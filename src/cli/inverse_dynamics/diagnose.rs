@@ -10,7 +10,7 @@ use super::learnable::learnable;
 use crate::diagnosis::motion::{Cell, CellKind, MotionDiagnosis, MotionPart, MotionSettings, diagnose_motion, gap_of};
 use crate::diagnosis::{Status, VerdictKind};
 use crate::inverse_dynamics::{Motion, phases};
-use crate::machine::{Data, Effect};
+use crate::machine::{Data, Effect, Machine};
 use crate::report::diagnosis as document;
 use crate::report::record::{CellRow, ChainRow, ChannelRow, MotionRows, TraceRow, motion_diagnosis_text};
 
@@ -118,8 +118,7 @@ fn to_document(
     Ok(document::Diagnosis {
         stamp: stamp("diagnosis", given.search.seed, found.complete, loaded, warnings),
         domain: "motion".into(),
-        // Its parameters stand with what motion records say beside.
-        described: BTreeMap::new(),
+        described: named_values(&found.nominal.0.machine, &found.nominal.1),
         config: given.sources.config.clone(),
         measurements: given.sources.measurements.clone(),
         fit_positions: fit.iter().map(|m| m.name.clone()).collect(),
@@ -154,7 +153,7 @@ fn to_document(
         effects: rows,
         chosen: document::Chosen {
             id: chosen.0.id.clone(),
-            parameters: chosen.0.machine.parameters.iter().map(|p| p.id.clone()).zip(chosen.1.iter().copied()).collect(),
+            parameters: named_values(&chosen.0.machine, &chosen.1),
             gap_held_out: after,
             misfit_over_null: None,
             gap_held_out_beside_ordinary: None,
@@ -164,6 +163,11 @@ fn to_document(
             plain: plain(found),
         },
     })
+}
+
+/// Values of a machine's parameters by their ids.
+fn named_values(machine: &Machine, values: &[f64]) -> BTreeMap<String, f64> {
+    machine.parameters.iter().map(|p| p.id.clone()).zip(values.iter().copied()).collect()
 }
 
 /// Gap by phase over records together: of what was held out, else of what was fitted.
@@ -231,8 +235,12 @@ fn motion_rows(loaded: &Loaded, (fit, held_out): (&[&Motion], &[&Motion]), found
     });
     let transmission = befores.iter().zip(&afters).zip(&all).flat_map(|((before, after), motion)| {
         let rows = super::transmission_rows(before, motion).into_iter().zip(super::transmission_rows(after, motion).into_values());
+        let weights: BTreeMap<&str, f64> = before.further.iter().map(|f| (f.column.as_str(), f.weight)).collect();
         let record = motion.name.clone();
-        rows.map(move |((column, before), after)| ChannelRow { record: record.clone(), column, before, after })
+        rows.map(move |((column, before), after)| {
+            let weight = weights.get(column.as_str()).copied().unwrap_or_default();
+            ChannelRow { record: record.clone(), column, weight, before, after }
+        })
     });
     let transmission = transmission.collect();
     let traces = all.iter().zip(befores.iter().zip(&afters)).map(|(motion, (before, after))| trace(motion, before, after));

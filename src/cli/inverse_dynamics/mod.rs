@@ -36,7 +36,12 @@ fn names(set: &MeasurementSet, records: &[usize]) -> Vec<String> {
 fn prepared(loaded: &Loaded) -> Result<(Vec<Motion>, Rigid, Vec<String>), String> {
     let records = &loaded.set.motions;
     let made: Result<Vec<Motion>, _> = records.par_iter().map(|r| Motion::new(r, Recipe::usual(r.step_s))).or_first_error();
-    let made = made.map_err(told)?;
+    ready(loaded, made.map_err(told)?)
+}
+
+/// The same of motions made already.
+pub(super) fn ready(loaded: &Loaded, made: Vec<Motion>) -> Result<(Vec<Motion>, Rigid, Vec<String>), String> {
+    let records = &loaded.set.motions;
     let rigid = rigid(loaded)?;
     let machine = &loaded.config.machine;
     made.iter().try_for_each(|m| rigid.check(machine, m)).map_err(told)?;

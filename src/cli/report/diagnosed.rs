@@ -6,7 +6,7 @@ use super::super::arguments::Sources;
 use super::super::common::{Loaded, load, stamp, told};
 use super::changed;
 use super::curves::{Model, Overlay};
-use crate::machine::{Effect, Machine};
+use crate::machine::Machine;
 use crate::model::Rods;
 use crate::report::diagnosis::Diagnosis;
 use crate::report::page::Page;
@@ -30,7 +30,7 @@ pub(super) fn draw(of: &Diagnosis, page: &mut Page) -> Result<(), String> {
     let Loaded { config, set, .. } = &loaded;
     let described = &config.machine;
     let before = model(described.clone(), &of.described);
-    let after = with_chosen(described, &of.chosen.id, &config.effects).and_then(|machine| model(machine, &of.chosen.parameters));
+    let after = described.with_chosen(&of.chosen.id, &config.effects).and_then(|machine| model(machine, &of.chosen.parameters));
     let models: Vec<Model> = before.into_iter().chain(after.filter(|_| of.chosen.id != "nominal")).collect();
     if models.is_empty() {
         return Err("the diagnosis does not say at which values of the parameters; diagnose again with this version".into());
@@ -41,18 +41,6 @@ pub(super) fn draw(of: &Diagnosis, page: &mut Page) -> Result<(), String> {
     Ok(())
 }
 
-/// The machine with the effects that were chosen; `None` where the choice is none of effects alone.
-fn with_chosen(described: &Machine, chosen: &str, effects: &[Effect]) -> Option<Machine> {
-    chosen.split('+').filter(|id| *id != "nominal").try_fold(described.clone(), |machine, id| {
-        // What was released is a parameter of the machine as it is.
-        if machine.parameters.iter().any(|p| p.id == id) {
-            return Some(machine);
-        }
-        machine.with_effect(effects.iter().find(|e| e.id == id)?).ok()
-    })
-}
-
 fn model(machine: Machine, values: &BTreeMap<String, f64>) -> Option<Model> {
-    let values: Option<Vec<f64>> = machine.parameters.iter().map(|p| values.get(&p.id).copied()).collect();
-    Some(Model { values: values?, machine, rods: Rods::Exact, gain: None })
+    Some(Model { values: machine.values_of(values)?, machine, rods: Rods::Exact, gain: None })
 }

@@ -15,7 +15,7 @@ use super::super::progress::Progress;
 use super::make::Flag;
 use crate::numeric::parallel::OrFirstError;
 use crate::report::{OutputFolder, digest, to_json};
-use crate::withheld::{Answer, Run, Seal, SealedCase, files_of};
+use crate::withheld::{Answer, CASES, Run, Seal, SealedCase, files_of};
 
 /// Longest part of what a diagnosis said on stderr that is kept.
 const SAID: usize = 2000;
@@ -49,7 +49,7 @@ impl Asking {
         Ok(Self {
             program,
             program_sha256,
-            cases: folder.join("cases"),
+            cases: folder.join(CASES),
             results: OutputFolder::prepare(&kept)?,
             kept,
             seed: seal.generator.seed,

@@ -13,7 +13,7 @@ use super::own::own_case;
 use crate::numeric::parallel::OrFirstError;
 use crate::report::{OutputFolder, to_json};
 use crate::truth::{Counts, Label, Plan, TruthError, generate_one, labels_json, motion, write_case};
-use crate::withheld::{Generator, Seal, SealedCase, folder_digest};
+use crate::withheld::{CASES, Generator, QUIET, Seal, SealedCase, folder_digest};
 
 /// Set by Ctrl-C.
 pub type Flag = Arc<AtomicBool>;
@@ -87,8 +87,10 @@ pub fn make(folder: &Path, generator: &Generator, stop: &Flag, quiet: bool) -> R
     let labels = labels_json(&labels).map_err(told)?;
     let seal = Seal::new(generator.clone(), &labels, cases, not_made)?;
     let whole = OutputFolder::prepare(folder)?;
-    let moved = fs::rename(aside.join("cases"), folder.join("cases"));
-    moved.map_err(|e| format!("{}: cannot be moved to its place: {e}", aside.display()))?;
+    for part in [CASES, QUIET].into_iter().filter(|part| aside.join(part).exists()) {
+        let moved = fs::rename(aside.join(part), folder.join(part));
+        moved.map_err(|e| format!("{}: cannot be moved to its place: {e}", aside.display()))?;
+    }
     whole.write_all([("labels.json", &labels), ("seal.json", &to_json(&seal)?)])?;
     fs::remove_dir_all(&aside).map_err(|e| format!("{}: {e}", aside.display()))?;
     Ok(Some(seal))
@@ -101,10 +103,16 @@ fn one(out: &OutputFolder, aside: &Path, generator: &Generator, plan: &Plans, in
         return Ok(made);
     }
     let mut folders = Vec::new();
-    let mut seal = |name: &str, freeze: &[String], write: &dyn Fn(&Path) -> Result<(), TruthError>| -> Result<(), String> {
-        let path = aside.join("cases").join(name);
-        write(&path).map_err(told)?;
-        folders.push(SealedCase { name: name.into(), sha256: folder_digest(&path)?, freeze: freeze.to_vec() });
+    type Write<'w> = &'w dyn Fn(&Path) -> Result<(), TruthError>;
+    let mut seal = |name: &str, freeze: &[String], write: Write<'_>, quiet: Option<Write<'_>>| -> Result<(), String> {
+        let written = |whole: &str, write: Write<'_>| {
+            let path = aside.join(whole).join(name);
+            write(&path).map_err(told)?;
+            folder_digest(&path)
+        };
+        let sha256 = written(CASES, write)?;
+        let quiet_sha256 = quiet.map(|write| written(QUIET, write)).transpose()?;
+        folders.push(SealedCase { name: name.into(), sha256, freeze: freeze.to_vec(), quiet_sha256 });
         Ok(())
     };
     let seed = generator.seed;
@@ -116,12 +124,17 @@ fn one(out: &OutputFolder, aside: &Path, generator: &Generator, plan: &Plans, in
             };
             made.map(|(case, label)| {
                 let mut both = std::iter::once(&case).chain(case.follow_up.as_deref());
-                both.try_for_each(|case| seal(&case.name, &case.freeze, &|path| write_case(path, case))).map(|()| label)
+                both.try_for_each(|case| seal(&case.name, &case.freeze, &|path| write_case(path, case), None)).map(|()| label)
             })
         }
         Plans::Motion(plan) => motion::generate_one(seed, plan, index).map_err(told).map(|(case, label)| {
             let mut both = std::iter::once(&case).chain(case.follow_up.as_deref());
-            both.try_for_each(|case| seal(&case.name, &case.freeze, &|path| motion::write_case(path, case))).map(|()| label)
+            both.try_for_each(|case| {
+                let quiet: Write<'_> = &|path| motion::write_quiet(path, case);
+                let quiet = (!label.effects.is_empty()).then_some(quiet);
+                seal(&case.name, &case.freeze, &|path| motion::write_case(path, case), quiet)
+            })
+            .map(|()| label)
         }),
     };
     let made = match label {

@@ -2,18 +2,24 @@
 
 pub mod arguments;
 mod ask;
+mod closing;
 mod make;
 mod own;
 
 use std::path::{Path, PathBuf};
 use std::sync::atomic::Ordering;
 
+use rayon::prelude::*;
+
 use self::arguments::{ArmName, CasesAsked, TruthName, WithheldArguments};
 use super::common::{CommandResult, Outcome, deliver, document_input, on_threads, prepare, print_out, stop_flag, told, warn};
+use crate::numeric::parallel::OrFirstError;
 use crate::report::document::Stamp;
 use crate::report::to_json;
 use crate::truth::{Counts, Label, motion};
-use crate::withheld::{Answer, CaseRow, FOLLOW_UP, Generator, Judgement, Seal, SealRow, Withheld, judge, scores, scores_text};
+use crate::withheld::{
+    Answer, CASES, CaseRow, FOLLOW_UP, Generator, Judgement, QUIET, Seal, SealRow, Withheld, judge, scores, scores_text,
+};
 
 /// Runs the command.
 pub fn run(given: &WithheldArguments) -> CommandResult {
@@ -46,7 +52,18 @@ pub fn run(given: &WithheldArguments) -> CommandResult {
     // Labels are read now, and only if nothing was changed while the cases were diagnosed.
     let (seal, labels) = Seal::verified(folder.path())?;
     let complete = !stop.load(Ordering::Relaxed) && answers.len() == seal.cases.len();
-    let judged: Vec<(String, Judgement)> = answers.iter().filter_map(|(name, answer)| judged(&labels, name, answer)).collect();
+    let judged: Result<Vec<Option<(String, Judgement)>>, String> = answers
+        .par_iter()
+        .map(|(name, answer)| {
+            let Some((name, mut judgement)) = judged(&labels, name, answer) else { return Ok(None) };
+            let has_quiet = seal.cases.iter().any(|case| case.name == name && case.quiet_sha256.is_some());
+            if let Some(diagnosis) = answer.diagnosis.as_ref().ok().filter(|_| has_quiet && judgement.closed.is_some()) {
+                judgement.closed_truth = closing::closed(folder.path(), &name, diagnosis)?;
+            }
+            Ok(Some((name, judgement)))
+        })
+        .or_first_error();
+    let judged: Vec<(String, Judgement)> = judged?.into_iter().flatten().collect();
     let judgements: Vec<Judgement> = judged.iter().map(|(_, j)| j.clone()).collect();
     let document = Withheld {
         stamp: Stamp {
@@ -161,7 +178,7 @@ fn sealed(given: &WithheldArguments, folder: &Path, stop: &make::Flag) -> Result
         return Err("--truth own: the models' own cases are hammer tests alone; leave --arm motion or --truth away".into());
     }
     let (counts, cases) = planned(arm, given.cases.unwrap_or(CasesAsked::Quick), seed)?;
-    if ["seal.json", "labels.json", "cases"].iter().any(|name| folder.join(name).exists()) {
+    if ["seal.json", "labels.json", CASES, QUIET].iter().any(|name| folder.join(name).exists()) {
         let (seal, _) = Seal::verified(folder)?;
         let there = &seal.generator;
         let other = given.seed.is_some_and(|seed| seed != there.seed)

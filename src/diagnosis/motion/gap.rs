@@ -4,9 +4,8 @@ use nalgebra::DVector;
 use rand::{RngExt, SeedableRng};
 use rand_xoshiro::Xoshiro256PlusPlus;
 
-use super::data::MotionData;
+use super::floor::Noise as Floor;
 use super::noise::{Noise, repeated};
-use super::weight::smooth_taken;
 use crate::diagnosis::domain::share_closed;
 use crate::inverse_dynamics::{Motion, Rigid, prediction};
 use crate::machine::Machine;
@@ -73,16 +72,16 @@ impl MotionPart {
 }
 
 /// All channels of records.
-fn flat(parts: &[MotionPart]) -> impl Iterator<Item = &MotionPart> {
+pub(super) fn flat(parts: &[MotionPart]) -> impl Iterator<Item = &MotionPart> {
     parts.iter().flat_map(MotionPart::channels)
 }
 
-fn square(x: &[f64]) -> f64 {
+pub(super) fn square(x: &[f64]) -> f64 {
     x.iter().map(|x| x * x).sum()
 }
 
 /// What does not repeat, scaled for the mean taken out.
-fn not_repeating(residual: &[f64], period: usize) -> Vec<f64> {
+pub(super) fn not_repeating(residual: &[f64], period: usize) -> Vec<f64> {
     let mean = repeated(residual, period);
     let scale = (residual.len() as f64 / (residual.len() - period) as f64).sqrt();
     residual.iter().enumerate().map(|(i, e)| scale * (e - mean[i % period])).collect()
@@ -120,33 +119,9 @@ pub fn gap_of(parts: &[MotionPart]) -> Option<f64> {
     (force > 0.0).then(|| (flat(parts).map(|p| square(&p.residual)).sum::<f64>() / force).sqrt())
 }
 
-/// What the noise alone leaves of each channel of each record, sample by sample: where a command repeats, what the residual of the chosen model does not repeat,
-/// scaled for the mean taken out; else what smooth functions of speed, position and travel since reversal leave of it.
-pub(super) fn noise_of(after: &[MotionPart], motions: &[&Motion]) -> Vec<Vec<f64>> {
-    after
-        .iter()
-        .zip(motions)
-        .flat_map(|(part, motion)| {
-            if let Some(period) = part.period {
-                return part.channels().map(|c| not_repeating(&c.residual, period)).collect();
-            }
-            let data = MotionData::new(vec![*motion]);
-            let all = DVector::from_iterator(data.samples(), part.channels().flat_map(|c| c.residual.iter().copied()));
-            let left = smooth_taken(&data, all);
-            left.as_slice().chunks(motion.load.len().max(1)).map(<[f64]>::to_vec).collect::<Vec<Vec<f64>>>()
-        })
-        .collect()
-}
-
-/// Gap that the noise alone leaves over records together.
-pub(super) fn floor_of(noise: &[Vec<f64>], parts: &[MotionPart]) -> Option<f64> {
-    let force: f64 = flat(parts).map(|p| square(&p.recorded)).sum();
-    (force > 0.0).then(|| (noise.iter().map(|n| square(n)).sum::<f64>() / force).sqrt())
-}
-
 /// 95 % interval of `closed`: blocks of time are drawn anew from residuals before and after and from the noise together, for longer than what
-/// the fit leaves is correlated. What the fitted parameters vary by is small beside it and left out.
-pub fn closed_interval(before: &[MotionPart], after: &[MotionPart], noise: &[Vec<f64>], draws: usize, seed: u64) -> Option<(f64, f64)> {
+/// the fit leaves is correlated; of a noise known by its level each draw takes that of another time. It is of what these models leave, at these parameters.
+pub(super) fn closed_interval(before: &[MotionPart], after: &[MotionPart], noise: &[Floor], draws: usize, seed: u64) -> Option<(f64, f64)> {
     let mut random = Xoshiro256PlusPlus::seed_from_u64(seed);
     let mut all = Vec::new();
     for ((b, a), n) in flat(before).zip(flat(after)).zip(noise) {
@@ -158,13 +133,13 @@ pub fn closed_interval(before: &[MotionPart], after: &[MotionPart], noise: &[Vec
         .filter_map(|_| {
             let (mut g0, mut g1, mut floor) = (0.0, 0.0, 0.0);
             for (b, a, n, block) in &all {
-                let count = b.residual.len();
+                let (count, lag) = (b.residual.len(), random.random::<f64>());
                 for _ in 0..count.div_ceil(*block) {
                     let from = random.random_range(0..count);
                     for i in (from..from + block).map(|i| i % count) {
                         g0 += b.residual[i] * b.residual[i];
                         g1 += a.residual[i] * a.residual[i];
-                        floor += n[i] * n[i];
+                        floor += n.square(i, lag);
                     }
                 }
             }

@@ -8,6 +8,7 @@ mod cell;
 mod conclude;
 mod data;
 mod design;
+mod floor;
 mod free;
 mod gap;
 mod lattice;
@@ -23,7 +24,7 @@ mod work;
 
 pub use cell::{Cell, CellKind, cells};
 pub use data::MotionData;
-pub use gap::{MotionPart, closed_interval, gap_of, part};
+pub use gap::{MotionPart, gap_of, part};
 pub use nuisance::Nuisance;
 pub use null::Null;
 pub use record::{Contradiction, RecordShift};

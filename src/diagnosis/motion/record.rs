@@ -2,7 +2,8 @@
 
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 
-use super::gap::{MotionPart, noise_of, part};
+use super::floor::not_systematic;
+use super::gap::{MotionPart, part, square};
 use super::noise::Noise;
 use crate::inverse_dynamics::{Columns, Fit, Motion, Projected, Rigid, intervals};
 use crate::machine::Machine;
@@ -102,7 +103,7 @@ fn shift(model: Model<'_>, motion: &Motion, open: Option<&Open>) -> Option<Recor
         gain: (1.0 + fit.coefficients[1]).max(1e-6).ln(),
         gain_half95: half[1].half95,
         gap: as_is.own_gap(),
-        floor: noise_of(std::slice::from_ref(&as_is), &[motion]).first().map_or(0.0, |n| DVector::from_column_slice(n).norm() / scale),
+        floor: not_systematic(&as_is, motion).first().map_or(0.0, |n| square(n).sqrt() / scale),
         gap_own: fit.residual.norm() / scale,
         taken: taken / (scale * scale),
     })

@@ -25,7 +25,7 @@ pub mod phase;
 pub mod plant;
 pub mod run;
 
-pub use case::{Case, FULL, Plan, QUICK, generate, generate_one, write_case};
+pub use case::{Case, FULL, Plan, QUICK, generate, generate_one, write_case, write_quiet};
 
 #[cfg(test)]
 mod tests;

@@ -130,6 +130,11 @@ impl Sensors {
         Log { command_m: track.command_m.clone(), position_m: position_m.clone(), force_n: track.force_n.clone() }
     }
 
+    /// The same sensors without what differs from one reading to the next: no noise, no jitter, no rounding.
+    pub fn quiet(&self) -> Self {
+        Self { quantum_m: 0.0, jitter_s: 0.0, noise_m: 0.0, noise_n: 0.0, ..self.clone() }
+    }
+
     /// The record of a track; `spoil` is what a bad channel does to it before it is noisy and rounded.
     pub fn read(&self, track: &Track, spoil: impl Fn(&mut Log), draw: &mut Draw) -> Log {
         let mut log = self.exact(track);

@@ -17,6 +17,7 @@ use crate::truth::machine::catalogue::round_to;
 use crate::truth::motion::belief::{Belief, IDS};
 use crate::truth::motion::catalogue::{Drawn, Use, drawn};
 use crate::truth::motion::effect::{Effect, EffectKind};
+use crate::truth::motion::path::Path;
 use crate::truth::motion::phase::Phase;
 use crate::truth::motion::run::{Machine, STEP_S, Sensors, Side};
 
@@ -100,7 +101,7 @@ impl Choice {
 }
 
 impl Test {
-    fn of(paths: Vec<(&'static str, crate::truth::motion::path::Path)>, sensors: Sensors, belief: Belief) -> Self {
+    fn of(paths: Vec<(&'static str, Path)>, sensors: Sensors, belief: Belief) -> Self {
         let held_out = paths.iter().map(|(name, _)| HELD_OUT.contains(name)).collect();
         Self { paths, held_out, sensors, belief }
     }
@@ -149,6 +150,7 @@ fn attempted(slot: &Slot, index: usize, attempt: usize, draw: &mut Draw) -> Resu
         belief: choice.test.belief.clone(),
         records: recorded(&machine, &choice.test, trouble, &draw.branch(1)),
         fit: names(&choice.test, false),
+        quiet: quiet(&machine, &choice.test),
         freeze: Vec::new(),
         follow_up: None,
     };
@@ -159,7 +161,8 @@ fn attempted(slot: &Slot, index: usize, attempt: usize, draw: &mut Draw) -> Resu
     if slot.kind == Kind::LookAlike {
         let test = choice.test.with_more(&choice.drawn.usage, &mut draw.branch(8));
         let records = recorded(&machine, &test, None, &draw.branch(2));
-        case.follow_up = Some(Box::new(Case { name: format!("{}-more", case.name), records, fit: names(&test, false), ..case.clone() }));
+        let (name, fit) = (format!("{}-more", case.name), names(&test, false));
+        case.follow_up = Some(Box::new(Case { name, records, fit, quiet: quiet(&machine, &test), ..case.clone() }));
     }
     if let Some(misled) = misled {
         misled.write(&mut case, &mut label);
@@ -173,7 +176,7 @@ fn names(test: &Test, held_out: bool) -> Vec<String> {
 
 /// Moves the machine: rounded encoders, an unrest of the motor of a third of the force's noise, noise of each record from its own branch.
 fn recorded(machine: &Machine, test: &Test, trouble: Option<(usize, Trouble)>, draw: &Draw) -> Vec<Record> {
-    let one = |(k, (name, path)): (usize, &(&'static str, crate::truth::motion::path::Path))| {
+    let one = |(k, (name, path)): (usize, &(&'static str, Path))| {
         let own = draw.branch(k as u64);
         let track = machine.run(path, STEP_S, Some((0.3 * test.sensors.noise_n, 30.0, &mut own.branch(1))));
         let spoil = |log: &mut _| {
@@ -184,6 +187,19 @@ fn recorded(machine: &Machine, test: &Test, trouble: Option<(usize, Trouble)>, d
         Record { name: (*name).to_owned(), log: test.sensors.read(&track, spoil, &mut own.branch(2)) }
     };
     test.paths.par_iter().enumerate().map(one).collect()
+}
+
+/// The held-out records without what a second test would read otherwise: the encoder is exact and the motor at peace, while sensors stay late.
+fn quiet(machine: &Machine, test: &Test) -> Vec<Record> {
+    let mut exact = machine.clone();
+    exact.drive.quantum_m = 0.0;
+    let sensors = test.sensors.quiet();
+    let one = |(name, path): &(&'static str, Path)| {
+        let log = sensors.read(&exact.run(path, STEP_S, None), |_| {}, &mut Draw::new(0));
+        Record { name: (*name).to_owned(), log }
+    };
+    let held_out: Vec<_> = test.paths.iter().zip(&test.held_out).filter(|(_, out)| **out).map(|(path, _)| path).collect();
+    held_out.into_par_iter().map(one).collect()
 }
 
 /// Gives each effect the size that its strength asks for; returns the non-centralities, each effect alone.

@@ -13,7 +13,7 @@ mod write;
 pub use make::{generate, generate_one};
 pub use plan::{FULL, Plan, QUICK, Slot};
 pub use record::{Case, Record};
-pub use write::write_case;
+pub use write::{write_case, write_quiet};
 
 #[cfg(test)]
 pub(super) use {gauge::Gauge, make::Choice};

@@ -23,6 +23,8 @@ pub struct Case {
     pub records: Vec<Record>,
     /// Names of the records to fit; the others are held out.
     pub fit: Vec<String>,
+    /// The held-out records as they would be without noise, unrest, jitter and rounding: to judge by, never given away.
+    pub quiet: Vec<Record>,
     /// Parameters that the user declares known and keeps at their start values.
     pub freeze: Vec<String>,
     /// A second measurement of the same axis with more records.
