@@ -409,8 +409,57 @@ fn cases_in_motion_are_sealed_and_scored_alike() {
         assert_eq!(row["phase_right"], json!(phase), "{row}");
         assert_eq!(row["right"], json!(label.effects == ["backlash"] && label.kind == Kind::Single), "{row}");
     }
+    share_closed_of_quiet_records(out, &seal, &labels);
     assert!(refused(&["--out", out, "--arm", "frf"]).contains("arm motion"));
     assert!(refused(&["--arm", "motion", "--truth", "own"]).contains("--truth own"));
+}
+
+/// Where something was withheld, the held-out records without noise lie aside, and tell what the parameters of an answer close of them: those of the
+/// truth most of the force, none of them nothing.
+fn share_closed_of_quiet_records(out: &str, seal: &Seal, labels: &[Label]) {
+    let mut judged = 0;
+    for case in &seal.cases {
+        let label = labels.iter().find(|label| label.case == case.name.trim_end_matches("-more")).unwrap();
+        assert_eq!(case.quiet_sha256.is_some(), !label.effects.is_empty(), "{}", case.name);
+        if case.quiet_sha256.is_none() {
+            continue;
+        }
+        let sets = ["cases", "quiet"].map(|part| jointid::measurement::read_set(&format!("{out}/{part}/{}", case.name)).unwrap());
+        let (fitted, held_out) = sets[0].split_motions(None, &[]).unwrap();
+        assert_eq!(sets[1].motions.len(), held_out.len());
+        for quiet in &sets[1].motions {
+            let noisy = held_out.iter().map(|i| &sets[0].motions[*i]).find(|record| record.name == quiet.name).unwrap();
+            assert!(fitted.iter().all(|i| sets[0].motions[*i].name != quiet.name));
+            assert_ne!(quiet.load.samples(), noisy.load.samples());
+            // The force of a command is nearly that of the record.
+            let less: f64 = quiet.load.samples().iter().zip(noisy.load.samples()).map(|(a, b)| (a - b).powi(2)).sum();
+            let whole: f64 = noisy.load.samples().iter().map(|x| x * x).sum();
+            assert!(less < 0.25 * whole, "{}: {less} of {whole}", case.name);
+        }
+        let kept = format!("{out}/diagnoses/{}.json", case.name);
+        let mut run: Value = serde_json::from_str(&fs::read_to_string(&kept).unwrap()).unwrap();
+        let nothing: serde_json::Map<String, Value> = label.joints.keys().map(|id| (id.clone(), json!(0.0))).collect();
+        let document = &mut run["diagnosis"];
+        (document["described"], document["chosen"]) = (json!(nothing), json!({"id": "nominal", "parameters": label.joints}));
+        (document["effects"][0]["closed"], document["effects"][0]["closed95"]) = (json!(0.9), json!([0.8, 1.0]));
+        fs::write(&kept, run.to_string()).unwrap();
+        judged += 1;
+    }
+    assert!(judged > 0);
+    let output = jointid().args(["withheld", "--out", out, "--json", "-q"]).output().unwrap();
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let document: Value = serde_json::from_slice(&output.stdout).unwrap();
+    for row in document["cases"].as_array().unwrap().iter().filter(|row| row["closed"].is_number()) {
+        let closed = row["closed_truth"].as_f64();
+        assert_eq!(closed.is_some(), seal.cases.iter().any(|case| row["name"] == case.name && case.quiet_sha256.is_some()), "{row}");
+        assert!(closed.is_none_or(|closed| (0.8..1.0).contains(&closed)), "{row}");
+    }
+    let changed = seal.cases.iter().find(|case| case.quiet_sha256.is_some()).unwrap();
+    let manifest = format!("{out}/quiet/{}/manifest.toml", changed.name);
+    let kept = fs::read_to_string(&manifest).unwrap();
+    fs::write(&manifest, format!("{kept}\n")).unwrap();
+    assert!(refused(&["--out", out]).contains("its digest is not the sealed one"));
+    fs::write(&manifest, kept).unwrap();
 }
 
 /// From seed to scores in motion: a case whose diagnosis fails is counted as failed and never as right.

@@ -8,6 +8,7 @@ use super::work::{Chosen, Work};
 use crate::diagnosis::said::told_p;
 use crate::diagnosis::{Verdict, VerdictKind};
 use crate::inverse_dynamics::Fit;
+use crate::machine::Parameter;
 
 /// What a free shape must leave of what the chosen effects leave, for these to be doubted.
 const DOUBT: f64 = 0.5;
@@ -168,15 +169,18 @@ fn amounts(work: &Work<'_>, (hypothesis, fit): &Chosen) -> String {
     if work.data.columns.is_empty() {
         return String::new();
     }
-    let amount = |i: &usize| {
-        let (p, x) = (&hypothesis.machine.parameters[*i], fit.values[*i]);
-        match (p.unit.as_str(), x.abs() < 1e-3) {
-            ("m", true) => format!("{} is {:.1} µm", p.id, 1e6 * x),
-            ("1", true) => format!("{} is {:.1} µm per m", p.id, 1e6 * x),
-            ("m", false) => format!("{} is {:.2} mm", p.id, 1e3 * x),
-            _ => format!("{} is {x:.4e} {}", p.id, p.unit),
-        }
-    };
-    let all: Vec<String> = hypothesis.added.iter().map(amount).collect();
+    let of = |i: &usize| amount(&hypothesis.machine.parameters[*i], fit.values[*i]);
+    let all: Vec<String> = hypothesis.added.iter().map(of).collect();
     if all.is_empty() { String::new() } else { format!("; {}", all.join(", ")) }
+}
+
+/// How much a parameter is, short lengths in µm.
+pub(super) fn amount(p: &Parameter, x: f64) -> String {
+    match (p.unit.as_str(), x.abs() < 1e-3) {
+        ("m", true) => format!("{} is {:.1} µm", p.id, 1e6 * x),
+        ("1", true) => format!("{} is {:.1} µm per m", p.id, 1e6 * x),
+        ("m", false) => format!("{} is {:.2} mm", p.id, 1e3 * x),
+        ("s", true) => format!("{} is {:.2} ms", p.id, 1e3 * x),
+        _ => format!("{} is {x:.4e} {}", p.id, p.unit),
+    }
 }

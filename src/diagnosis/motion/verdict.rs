@@ -3,13 +3,14 @@
 use rayon::prelude::*;
 
 use super::cell::{Cell, cells, largest_phase};
-use super::conclude::{Evidence, conclude};
+use super::conclude::{Evidence, amount, conclude};
 use super::data::MotionData;
 use super::floor::{floor_of, noise_of};
 use super::free::Places;
 use super::gap::{MotionPart, closed_interval, gap_of, part};
 use super::null::Null;
 use super::record::{Contradiction, Open, RecordShift, contradictions, faulty, shifts};
+use super::stage::Stage;
 use super::weight::weigh;
 use super::work::{Chosen, Work};
 use crate::diagnosis::domain::share_closed;
@@ -118,6 +119,8 @@ pub(super) const NEARLY_ALL: f64 = 0.8;
 pub(super) const RARE: f64 = 0.05;
 /// Effects that may be combined.
 const MOST: usize = 3;
+/// Share of the held-out gap that something ordinary must close for sure to be told.
+const SURELY: f64 = 0.2;
 /// Draws of the bootstrap of `closed`.
 const BOOTSTRAP: usize = 400;
 
@@ -288,6 +291,10 @@ pub fn diagnose_motion(
         faulty,
         contradictions: &contradictions,
     });
+    let verdict = match ordinary_cause(&work, &first, &plain, (&base_held_out, held_out)) {
+        Some(cause) if verdict.kind == VerdictKind::None => Verdict { reason: format!("{}; {cause}", verdict.reason), ..verdict },
+        _ => verdict,
+    };
     let verdict = if control.stopped() {
         let reason = "stopped early, before enough nulls were drawn to tell what is no accident".to_string();
         Verdict { kind: VerdictKind::Insufficient, effects: Vec::new(), reason, next: None }
@@ -320,6 +327,36 @@ pub fn diagnose_motion(
         verdict,
         complete: !control.stopped(),
     })
+}
+
+/// What of that which machines ordinarily have a little of closes most of the held-out gap, with how much, where it surely closes something.
+fn ordinary_cause(
+    work: &Work<'_>,
+    first: &Stage,
+    plain: &[Option<Chosen>],
+    (before, held_out): (&[MotionPart], &[&Motion]),
+) -> Option<String> {
+    // That of the machine as described, as in the list of all candidates.
+    let noise = noise_of(before, held_out);
+    let of = |at: usize| -> Option<(f64, String)> {
+        let (id, (hypothesis, fit)) = (first.id(at), plain[at].as_ref()?);
+        if !work.is_ordinary(last_of(id)) {
+            return None;
+        }
+        let after: Vec<MotionPart> = held_out.iter().map(|m| part(&work.rigid, &hypothesis.machine, &fit.values, m)).collect();
+        let closed = share_closed(gap_of(before)?, gap_of(&after)?, floor_of(&noise, &after)?)?;
+        let (low, high) = closed_interval(before, &after, &noise, BOOTSTRAP, work.settings.seed).filter(|(low, _)| *low > SURELY)?;
+        let amounts: Vec<String> = hypothesis.added.iter().map(|i| amount(&hypothesis.machine.parameters[*i], fit.values[*i])).collect();
+        let says = format!(
+            "{id}, which machines ordinarily have a little of, closes {:.0} % of the held-out gap ({:.0}–{:.0}): {}",
+            100.0 * closed,
+            100.0 * low,
+            100.0 * high,
+            amounts.join(", ")
+        );
+        Some((closed, says))
+    };
+    (0..first.ranked.len()).filter_map(of).max_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, says)| says)
 }
 
 /// Values of a fit whose force comes as late as the machine as described says: what effects delay it by is nothing. `None` where none does.

@@ -124,7 +124,7 @@ impl Work<'_> {
     }
 
     /// Whether machines have a little of an effect ordinarily.
-    fn is_ordinary(&self, id: &str) -> bool {
+    pub fn is_ordinary(&self, id: &str) -> bool {
         self.effects.iter().any(|e| e.ordinary && e.id == id)
     }
 
