@@ -110,6 +110,12 @@ pub struct ChosenAnswer {
     /// Its parameters.
     #[serde(default)]
     pub parameters: BTreeMap<String, f64>,
+    /// Share of the gap that it closes on held-out positions.
+    #[serde(default)]
+    pub closed: Option<f64>,
+    /// Its 95 % interval.
+    #[serde(default, deserialize_with = "both_ends")]
+    pub closed95: Option<[f64; 2]>,
 }
 
 /// What motion records say beside.
@@ -140,6 +146,12 @@ pub struct Diagnosis {
     /// Files it rests on.
     #[serde(default)]
     pub inputs: Vec<Input>,
+    /// Parts of the machine that were set otherwise.
+    #[serde(default)]
+    pub overrides: Vec<String>,
+    /// Effects that were taken out of it.
+    #[serde(default)]
+    pub without: Vec<String>,
     /// Gaps.
     #[serde(default)]
     pub gap: GapAnswer,

@@ -60,7 +60,7 @@ pub struct CaseRow {
     pub place_right: Option<bool>,
     /// The phase is right; absent for data without phases.
     pub phase_right: Option<bool>,
-    /// What the truth can close.
+    /// What the truth can close; in motion what the chosen model closes without noise.
     pub closed_truth: Option<f64>,
     /// What the named effect closes.
     pub closed: Option<f64>,

@@ -2,7 +2,7 @@
 
 use crate::truth::{Kind, Label, Strength};
 
-use super::answer::{Answer, Diagnosis, EffectAnswer, Verdict};
+use super::answer::{Answer, Diagnosis, Verdict};
 
 /// What one answer is worth. A question that a case does not ask, or that only an answer could settle and there is none, is absent.
 #[derive(Debug, Clone, PartialEq)]
@@ -45,7 +45,7 @@ pub struct Judgement {
     pub phase_right: Option<bool>,
     /// Overlap of bands over their union, on the logarithmic axis, where both are known.
     pub band_overlap: Option<f64>,
-    /// What the truth can close.
+    /// What the truth can close; in motion what the chosen model closes without noise.
     pub closed_truth: Option<f64>,
     /// What the named effect closes.
     pub closed: Option<f64>,
@@ -108,8 +108,8 @@ pub fn judge(label: &Label, follow_up: bool, answer: &Answer) -> Judgement {
         }),
         band_overlap: verdict.band_hz.zip(label.band_hz).and_then(|(a, b)| overlap(a, b)),
         closed_truth: label.gap.closed,
-        closed: chosen.and_then(|row| row.closed),
-        closed95: chosen.and_then(|row| row.closed95),
+        closed: chosen.and_then(|(closed, _)| closed),
+        closed95: chosen.and_then(|(_, closed95)| closed95),
         seconds: answer.seconds,
         verdict,
     }
@@ -135,15 +135,15 @@ fn first_three(diagnosis: &Diagnosis) -> Vec<&str> {
     ids
 }
 
-/// The row of the effects that the verdict names: that of all of them together, else that of the first.
-fn chosen<'a>(diagnosis: &'a Diagnosis, named: &[&str]) -> Option<&'a EffectAnswer> {
-    let row_of = |names: &[&str]| {
-        diagnosis.effects.iter().find(|row| {
-            let ids: Vec<&str> = row.id.split('+').map(str::trim).collect();
-            ids.len() == names.len() && names.iter().all(|name| ids.contains(name))
-        })
+/// What the effects that the verdict names close, and its interval: all of them together, as a row of the list or as the model chosen, else the first.
+fn chosen(diagnosis: &Diagnosis, named: &[&str]) -> Option<(Option<f64>, Option<[f64; 2]>)> {
+    let is = |id: &str, names: &[&str]| {
+        let ids: Vec<&str> = id.split('+').map(str::trim).collect();
+        ids.len() == names.len() && names.iter().all(|name| ids.contains(name))
     };
-    row_of(named).or_else(|| row_of(named.get(..1)?))
+    let row_of = |names: &[&str]| diagnosis.effects.iter().find(|row| is(&row.id, names)).map(|row| (row.closed, row.closed95));
+    let model = || is(&diagnosis.chosen.id, named).then_some((diagnosis.chosen.closed, diagnosis.chosen.closed95));
+    row_of(named).or_else(model).or_else(|| row_of(named.get(..1)?))
 }
 
 /// The place that the verdict states, else the first of the list.

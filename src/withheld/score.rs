@@ -86,9 +86,9 @@ pub struct Location {
 pub struct Closing {
     /// Share closed.
     pub closed: Spread,
-    /// Distance from what the truth can close.
+    /// Distance from what the truth can close, in motion from what the chosen model closes without noise.
     pub error: Spread,
-    /// Intervals that hold what the truth can close.
+    /// Intervals that hold that.
     pub covered: Proportion,
 }
 

@@ -37,7 +37,7 @@ pub struct SealedCase {
     pub sha256: String,
     /// Parameters that its user declares known.
     pub freeze: Vec<String>,
-    /// Digest of the same measurements without noise, in `quiet`, by which shares closed are judged; absent where nothing was withheld and in hammer tests.
+    /// Digest of the same measurements without noise, in `quiet`, by which shares closed are judged; absent in hammer tests.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub quiet_sha256: Option<String>,
 }

@@ -63,8 +63,8 @@ pub fn scores_text(scores: &Scores) -> String {
     });
     section(&mut text, "Share of the held-out gap closed, right verdicts", &|text| {
         spread(text, "closed", &scores.closing.closed, 3);
-        spread(text, "distance from what can be closed", &scores.closing.error, 3);
-        line(text, "interval holds what can be closed", &scores.closing.covered);
+        spread(text, "distance from the truth", &scores.closing.error, 3);
+        line(text, "interval holds the truth", &scores.closing.covered);
     });
     section(&mut text, "Runs", &|text| {
         line(text, "failed: no verdict", &scores.failed);

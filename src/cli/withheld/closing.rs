@@ -19,7 +19,7 @@ use crate::withheld::{CASES, Diagnosis, QUIET};
 pub fn closed(folder: &Path, case: &str, of: &Diagnosis) -> Result<Option<f64>, String> {
     let path = |whole: &str| folder.join(whole).join(case).to_string_lossy().into_owned();
     let config = format!("{}/machine.toml", path(CASES));
-    let loaded = load(&Sources { config, measurements: path(QUIET), set: Vec::new(), without: Vec::new() })?;
+    let loaded = load(&Sources { config, measurements: path(QUIET), set: of.overrides.clone(), without: of.without.clone() })?;
     let noisy = read_set(&path(CASES)).map_err(told)?;
     let made = |quiet: &MotionRecord| -> Result<Motion, String> {
         // An exact encoder shows an axis that settles creep for long: what counts as rest is what the noisy one shows.

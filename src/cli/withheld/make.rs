@@ -130,9 +130,8 @@ fn one(out: &OutputFolder, aside: &Path, generator: &Generator, plan: &Plans, in
         Plans::Motion(plan) => motion::generate_one(seed, plan, index).map_err(told).map(|(case, label)| {
             let mut both = std::iter::once(&case).chain(case.follow_up.as_deref());
             both.try_for_each(|case| {
-                let quiet: Write<'_> = &|path| motion::write_quiet(path, case);
-                let quiet = (!label.effects.is_empty()).then_some(quiet);
-                seal(&case.name, &case.freeze, &|path| motion::write_case(path, case), quiet)
+                // Of all of them: which have one says nothing.
+                seal(&case.name, &case.freeze, &|path| motion::write_case(path, case), Some(&|path| motion::write_quiet(path, case)))
             })
             .map(|()| label)
         }),

@@ -56,9 +56,10 @@ pub fn run(given: &WithheldArguments) -> CommandResult {
         .par_iter()
         .map(|(name, answer)| {
             let Some((name, mut judgement)) = judged(&labels, name, answer) else { return Ok(None) };
-            let has_quiet = seal.cases.iter().any(|case| case.name == name && case.quiet_sha256.is_some());
-            if let Some(diagnosis) = answer.diagnosis.as_ref().ok().filter(|_| has_quiet && judgement.closed.is_some()) {
-                judgement.closed_truth = closing::closed(folder.path(), &name, diagnosis)?;
+            if seal.generator.arm == "motion" {
+                let has_quiet = seal.cases.iter().any(|case| case.name == name && case.quiet_sha256.is_some());
+                let asked = answer.diagnosis.as_ref().ok().filter(|_| has_quiet && judgement.closed.is_some());
+                judgement.closed_truth = asked.map(|of| closing::closed(folder.path(), &name, of)).transpose()?.flatten();
             }
             Ok(Some((name, judgement)))
         })

@@ -8,8 +8,8 @@ use super::weight::smooth_taken;
 use crate::inverse_dynamics::Motion;
 use crate::numeric::statistics::median;
 
-/// Thinned samples between which noise is looked at: further apart misfit differs, too.
-const LAGS: std::ops::RangeInclusive<usize> = 1..=6;
+/// Longest time (s) over which noise is looked at: further apart misfit differs, too.
+const APART_S: f64 = 0.06;
 /// Fewest differences that tell a level.
 const FEWEST: usize = 30;
 /// Standard deviation of a normal variable over the median of its size.
@@ -53,26 +53,36 @@ impl Noise {
     }
 
     /// Where a record does not repeat: misfit shows at turns and is the same for a while elsewhere, noise everywhere. Hence the median size of
-    /// differences over some hundredths of a second, of samples all of which count between.
-    fn level(residual: &[f64], counts: &[bool]) -> Option<Self> {
-        let of = |lag: usize| -> Option<f64> {
+    /// differences over some hundredths of a second, of samples all of which count between; of a misfit that swings, the differences tell more than there
+    /// is, hence at most what smooth functions leave. A channel too short to tell has what these leave.
+    fn of(channel: &MotionPart, counts: &[bool], not_smooth: Vec<f64>) -> Self {
+        let residual = &channel.residual;
+        let most = (square(&not_smooth) / counts.iter().filter(|c| **c).count().max(1) as f64).sqrt();
+        let level = |lag: usize| -> Option<f64> {
             let whole = |at: &usize| counts[at - lag..=*at].iter().all(|c| *c);
             let differences: Vec<f64> = (lag..residual.len()).filter(whole).map(|at| (residual[at] - residual[at - lag]).abs()).collect();
-            (differences.len() >= FEWEST).then(|| OVER_MEDIAN * median(differences).unwrap_or(0.0) / std::f64::consts::SQRT_2)
+            let level = OVER_MEDIAN * median(differences.iter().copied())? / std::f64::consts::SQRT_2;
+            (differences.len() >= FEWEST).then_some(level.min(most))
         };
-        let by_lag: Option<Vec<f64>> = LAGS.map(of).collect();
-        Some(Noise::Level { by_lag: by_lag?, counts: counts.to_vec() })
+        let longest = ((APART_S / channel.step_s).round() as usize).max(1);
+        match (1..=longest).map(level).collect() {
+            Some(by_lag) => Noise::Level { by_lag, counts: counts.to_vec() },
+            None => Noise::Sampled(not_smooth),
+        }
     }
 }
 
 /// Noise of each channel of each record: where a command repeats, what the residual of the chosen model does not repeat, scaled for the mean taken
-/// out; else its level; of a record too short to tell that, what smooth functions leave.
+/// out; else its level.
 pub(super) fn noise_of(after: &[MotionPart], motions: &[&Motion]) -> Vec<Noise> {
     let of = |(part, motion): (&MotionPart, &&Motion)| -> Vec<Noise> {
         let counts = std::iter::once(&motion.moves).chain(motion.further.iter().map(|f| &f.counts));
-        let level = |(c, counts): (&MotionPart, &Vec<bool>)| Noise::level(&c.residual, counts);
-        let levels = part.period.is_none().then(|| part.channels().zip(counts).map(level).collect::<Option<Vec<Noise>>>());
-        levels.flatten().unwrap_or_else(|| not_systematic(part, motion).into_iter().map(Noise::Sampled).collect())
+        let left = not_systematic(part, motion);
+        let one = |((channel, counts), left): ((&MotionPart, &Vec<bool>), Vec<f64>)| match part.period {
+            Some(_) => Noise::Sampled(left),
+            None => Noise::of(channel, counts, left),
+        };
+        part.channels().zip(counts).zip(left).map(one).collect()
     };
     after.iter().zip(motions).flat_map(of).collect()
 }
@@ -111,20 +121,47 @@ mod tests {
         noise.enumerate().map(|(at, noise)| noise + turn(at) + 0.5 * (0.02 * at as f64).sin()).collect()
     }
 
-    fn level_of(residual: &[f64], counts: &[bool]) -> Option<f64> {
-        Noise::level(residual, counts).map(|noise| (noise.squares() / counts.iter().filter(|c| **c).count() as f64).sqrt())
+    fn noise_of(residual: Vec<f64>, counts: &[bool], not_smooth: Vec<f64>) -> Noise {
+        let part = MotionPart {
+            name: "record".into(),
+            column: "force_n".into(),
+            recorded: Vec::new(),
+            residual,
+            period: None,
+            step_s: 0.01,
+            samples: counts.len(),
+            weight: 1.0,
+            tracking: None,
+            further: Vec::new(),
+        };
+        Noise::of(&part, counts, not_smooth)
+    }
+
+    fn level_of(noise: &Noise, counts: &[bool]) -> f64 {
+        (noise.squares() / counts.iter().filter(|c| **c).count() as f64).sqrt()
     }
 
     #[test]
     fn limit_noise_is_told_from_what_happens_at_turns() {
         for (blur, turns) in [(1, false), (1, true), (3, false), (3, true)] {
             let residual = residual(blur, turns);
-            let level = level_of(&residual, &vec![true; residual.len()]).unwrap();
+            let all = (square(&residual) / residual.len() as f64).sqrt();
+            let counts = vec![true; residual.len()];
+            let level = level_of(&noise_of(residual.clone(), &counts, residual), &counts);
             // Peaks take part in every second of the longer differences, which the median sees as a little more noise.
             assert!((0.9..1.25).contains(&level), "{level} for noise of 1 over {blur} samples");
-            let all = (square(&residual) / residual.len() as f64).sqrt();
             assert!(!turns || all > 2.0, "{all}");
         }
+    }
+
+    #[test]
+    fn limit_a_wave_is_at_most_what_smooth_functions_leave() {
+        // Differences of a wave of 10 Hz tell 1.7 of its root mean square.
+        let wave: Vec<f64> = (0..2000).map(|at| 3.0 * (0.2 * std::f64::consts::PI * at as f64).sin()).collect();
+        let counts = vec![true; wave.len()];
+        let half: Vec<f64> = wave.iter().map(|x| 0.5 * x).collect();
+        assert!(level_of(&noise_of(wave.clone(), &counts, wave.clone()), &counts) < 3.0 / std::f64::consts::SQRT_2 + 1e-9);
+        assert!(level_of(&noise_of(wave, &counts, half), &counts) < 1.5 / std::f64::consts::SQRT_2 + 1e-9);
     }
 
     #[test]
@@ -132,11 +169,12 @@ mod tests {
         let mut residual = residual(1, false);
         let counts: Vec<bool> = (0..residual.len()).map(|at| at % 100 >= 30).collect();
         residual.iter_mut().zip(&counts).filter(|(_, c)| !**c).for_each(|(x, _)| *x = 0.0);
-        let level = level_of(&residual, &counts).unwrap();
-        assert!((0.9..1.1).contains(&level), "{level}");
-        assert_eq!(Noise::level(&residual, &vec![false; residual.len()]), None);
-        let noise = Noise::level(&residual, &counts).unwrap();
+        let noise = noise_of(residual.clone(), &counts, residual.clone());
+        assert!((0.9..1.1).contains(&level_of(&noise, &counts)));
         assert_eq!(noise.square(0, 0.5), 0.0);
         assert!((0.8..1.3).contains(&noise.square(50, 0.999)));
+        // Nothing that lasts long enough: what smooth functions leave.
+        let few: Vec<bool> = (0..residual.len()).map(|at| at % 4 != 0).collect();
+        assert_eq!(noise_of(residual.clone(), &few, residual.clone()), Noise::Sampled(residual));
     }
 }

@@ -119,7 +119,7 @@ pub(super) const NEARLY_ALL: f64 = 0.8;
 pub(super) const RARE: f64 = 0.05;
 /// Effects that may be combined.
 const MOST: usize = 3;
-/// Share of the held-out gap that something ordinary must close for sure to be told.
+/// Share of the misfit that something ordinary must take, and close for sure of the held-out gap, to be told.
 const SURELY: f64 = 0.2;
 /// Draws of the bootstrap of `closed`.
 const BOOTSTRAP: usize = 400;
@@ -291,7 +291,7 @@ pub fn diagnose_motion(
         faulty,
         contradictions: &contradictions,
     });
-    let verdict = match ordinary_cause(&work, &first, &plain, (&base_held_out, held_out)) {
+    let verdict = match ordinary_cause(&work, &first, (&plain, base.1.squares), (&base_held_out, held_out)) {
         Some(cause) if verdict.kind == VerdictKind::None => Verdict { reason: format!("{}; {cause}", verdict.reason), ..verdict },
         _ => verdict,
     };
@@ -329,34 +329,42 @@ pub fn diagnose_motion(
     })
 }
 
-/// What of that which machines ordinarily have a little of closes most of the held-out gap, with how much, where it surely closes something.
+/// What machines ordinarily have a little of and takes most of the fitted records' misfit, where it surely closes part of the held-out gap, and more than
+/// what it needs to be described at all (springs that give way as described) closes without it.
 fn ordinary_cause(
     work: &Work<'_>,
     first: &Stage,
-    plain: &[Option<Chosen>],
+    (plain, squares): (&[Option<Chosen>], f64),
     (before, held_out): (&[MotionPart], &[&Motion]),
 ) -> Option<String> {
-    // That of the machine as described, as in the list of all candidates.
+    let is_ordinary = |at: &usize| work.is_ordinary(last_of(first.id(*at)));
+    let best = (0..first.ranked.len())
+        .filter(is_ordinary)
+        .filter_map(|at| Some((at, plain[at].as_ref()?)))
+        .min_by(|a, b| a.1.1.squares.total_cmp(&b.1.1.squares))
+        .filter(|(_, (_, fit))| fit.squares < (1.0 - SURELY) * squares);
+    let (at, (hypothesis, fit)) = best?;
+    let machine = &hypothesis.machine;
+    let parts = |values: &[f64]| held_out.iter().map(|m| part(&work.rigid, machine, values, m)).collect::<Vec<MotionPart>>();
+    let mut without = fit.values.clone();
+    hypothesis.added.iter().for_each(|i| without[*i] = machine.parameters[*i].start);
+    let (after, without) = (parts(&fit.values), parts(&without));
     let noise = noise_of(before, held_out);
-    let of = |at: usize| -> Option<(f64, String)> {
-        let (id, (hypothesis, fit)) = (first.id(at), plain[at].as_ref()?);
-        if !work.is_ordinary(last_of(id)) {
-            return None;
-        }
-        let after: Vec<MotionPart> = held_out.iter().map(|m| part(&work.rigid, &hypothesis.machine, &fit.values, m)).collect();
-        let closed = share_closed(gap_of(before)?, gap_of(&after)?, floor_of(&noise, &after)?)?;
-        let (low, high) = closed_interval(before, &after, &noise, BOOTSTRAP, work.settings.seed).filter(|(low, _)| *low > SURELY)?;
-        let amounts: Vec<String> = hypothesis.added.iter().map(|i| amount(&hypothesis.machine.parameters[*i], fit.values[*i])).collect();
-        let says = format!(
-            "{id}, which machines ordinarily have a little of, closes {:.0} % of the held-out gap ({:.0}–{:.0}): {}",
-            100.0 * closed,
-            100.0 * low,
-            100.0 * high,
-            amounts.join(", ")
-        );
-        Some((closed, says))
-    };
-    (0..first.ranked.len()).filter_map(of).max_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, says)| says)
+    let share = |after: &[MotionPart]| share_closed(gap_of(before)?, gap_of(after)?, floor_of(&noise, before)?);
+    let closed = share(&after)?;
+    let (low, high) = closed_interval(before, &after, &noise, BOOTSTRAP, work.settings.seed)?;
+    if low < SURELY || closed - share(&without)? < SURELY {
+        return None;
+    }
+    let amounts: Vec<String> = hypothesis.added.iter().map(|i| amount(&machine.parameters[*i], fit.values[*i])).collect();
+    Some(format!(
+        "{}, which machines ordinarily have a little of, closes {:.0} % of the held-out gap ({:.0}–{:.0}): {}",
+        first.id(at),
+        100.0 * closed.min(1.0),
+        100.0 * low,
+        100.0 * high.min(1.0),
+        amounts.join(", ")
+    ))
 }
 
 /// Values of a fit whose force comes as late as the machine as described says: what effects delay it by is nothing. `None` where none does.
