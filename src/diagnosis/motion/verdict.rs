@@ -291,9 +291,10 @@ pub fn diagnose_motion(
         faulty,
         contradictions: &contradictions,
     });
-    let verdict = match ordinary_cause(&work, &first, (&plain, base.1.squares), (&base_held_out, held_out)) {
-        Some(cause) if verdict.kind == VerdictKind::None => Verdict { reason: format!("{}; {cause}", verdict.reason), ..verdict },
-        _ => verdict,
+    let cause = || ordinary_cause(&work, &first, (&plain, base.1.squares), (&base_held_out, held_out));
+    let verdict = match (verdict.kind == VerdictKind::None).then(cause).flatten() {
+        Some(cause) => Verdict { reason: format!("{}; {cause}", verdict.reason), ..verdict },
+        None => verdict,
     };
     let verdict = if control.stopped() {
         let reason = "stopped early, before enough nulls were drawn to tell what is no accident".to_string();
