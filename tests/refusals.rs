@@ -189,10 +189,11 @@ enum Slip {
 use Slip::{Command as Typed, Machine, Set};
 
 const FRF: &str = "title = \"x\"\nquantity = \"receptance\"\nresponse = \"table\"\nexcitation = \"table\"\n[[position]]\nname = \"l1\"\nnut_m = 0.6\n[[frf]]\nposition = \"l1\"\nfile = \"l1.csv\"\n";
+const BRAKE: &str = "[[effect]]\nid = \"brake\"\nsays = \"the brake grips\"\n[[effect.joint]]\nname = \"brake\"\nbetween = [\"rotr\", \"ground\"]\nstiffness = 1e4\n\n[[joint]]";
 const HEADED: &str = "frequency_hz,real,imag\n";
 
 /// The mistakes that are likeliest when a machine of one's own is described, measured and identified, in the order of the work.
-const MISTAKES: [(&str, Slip); 36] = [
+const MISTAKES: [(&str, Slip); 37] = [
     ("`init` where something is already", Typed(&["init", "$"], &[("machine.toml", "mine")])),
     ("a `nan` is left in the machine", Machine("mass_kg = 272.0", "mass_kg = nan")),
     ("a comma for the decimal point", Machine("mass_kg = 272.0", "mass_kg = 272,0")),
@@ -202,6 +203,7 @@ const MISTAKES: [(&str, Slip); 36] = [
     ("a joint names a parameter that is not there", Machine("stiffness = \"k_al\"", "stiffness = \"k_la\"")),
     ("a joint names a point that is not there", Machine("between = [\"left\", \"ground\"]", "between = [\"lft\", \"ground\"]")),
     ("an effect is misspelt", Machine("effects = [\"rotor-hold\"]", "effects = [\"rotor-hlod\"]")),
+    ("an effect of one's own acts at a point that is not there", Machine("[[joint]]", BRAKE)),
     ("a range ends below its beginning", Machine("upper = 5e8", "upper = 5e6")),
     ("the start lies outside the range", Machine("start = 5e7", "start = 5e9")),
     ("the nut's position in mm", Set("manifest.toml", "nut_m = 0.6", "nut_m = 600")),

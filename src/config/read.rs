@@ -81,6 +81,7 @@ pub fn read_machine_text(path: &str, text: &str, overrides: Overrides<'_>, witho
     }
     let mut file: MachineFile = parse(path, text, overrides)?;
     let mut effects = effect_library()?;
+    let of_library = effects.len();
     for own in std::mem::take(&mut file.effect) {
         let own = own.effect().map_err(content)?;
         if effects.iter().any(|e| e.id == own.id) {
@@ -94,6 +95,7 @@ pub fn read_machine_text(path: &str, text: &str, overrides: Overrides<'_>, witho
             return Err(content(format!("--without {id}: the machine does not contain this effect; it contains {known}")));
         }
     }
+    let own = effects[of_library..].to_vec();
     let title = file.title.clone();
     let share_s = file.stiffness_proportional_damping_s;
     if !(share_s >= 0.0 && share_s.is_finite()) {
@@ -114,6 +116,14 @@ pub fn read_machine_text(path: &str, text: &str, overrides: Overrides<'_>, witho
             content(format!("effects: no effect is called «{id}»; there are {}", known.join(", ")))
         })?;
         machine = machine.with_effect(effect).map_err(|e| content(e.to_string()))?;
+    }
+    // An effect that was taken out may have had what another needs.
+    for effect in own.iter().filter(|effect| without.is_empty() && !machine.effects.contains(&effect.id)) {
+        let elsewhere = machine.lacks(&Effect { at: None, ..effect.clone() }).is_some();
+        if let Some(fault) = machine.with_effect(effect).err().filter(|_| !elsewhere) {
+            let id = &effect.id;
+            return Err(content(format!("effect «{id}»: {fault}; or write into its needs what only other machines have")));
+        }
     }
     let taken_out: Vec<&str> =
         effects.iter().filter(|e| without.contains(&e.id)).flat_map(|e| e.patch.parameters.iter().map(|p| p.id.as_str())).collect();
