@@ -250,7 +250,7 @@ fn recover_what_lies_between_two_encoders() {
         assert!(first(&found).contains(&effect), "{effect}");
         let (hypothesis, values) = &found.chosen;
         let value = values[hypothesis.machine.parameter(id).unwrap()];
-        println!("{id}: {value:.4e} for {size:.4e}");
+        println!("{}: {id} {value:.4e} for {size:.4e}", hypothesis.id);
         assert!((value / size - 1.0).abs() < 0.1, "{id}: {value} for {size}");
         let closed = found.closed(&found.chosen_held_out).unwrap();
         println!("closed {closed:.3}");
