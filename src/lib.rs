@@ -32,42 +32,17 @@
 //!
 //! A step further are [`diagnosis::diagnose`], which looks for what the machine lacks, and [`report::page`], which draws it.
 
-pub mod numeric;
-pub mod unit;
-
-pub mod measurement;
-
-pub mod modal;
-
-pub mod contact;
-
-pub mod machine;
-
-pub mod model;
-
-pub mod motion;
-
-pub mod objective;
-
-pub mod inverse_dynamics;
-
-pub mod optimizer;
-
-pub mod network;
-
-pub mod diagnosis;
-pub mod identification;
-
-pub mod validation;
-
-pub mod report;
-
-pub mod config;
-
-pub mod truth;
-
-pub mod withheld;
-
-pub mod cli;
+pub use cli;
+pub use config;
+pub use diagnosis;
+pub use dynamics::{inverse_dynamics, model, motion};
+pub use identification::{self, network, objective, validation};
+pub use machine::{self, contact};
+pub use measurement::{self, modal};
+pub use numeric::{self, unit};
+pub use optimizer;
+pub use reference_simulator;
+pub use report;
+pub use withheld;
 
 pub mod guide;

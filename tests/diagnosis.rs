@@ -3,8 +3,8 @@
 use std::path::Path;
 
 use assert_cmd::Command;
-use jointid::truth::draw::Draw;
-use jointid::truth::{Counts, Kind, Label, Plan, generate_one, write_case};
+use jointid::reference_simulator::draw::Draw;
+use jointid::reference_simulator::{Counts, Kind, Label, Plan, generate_one, write_case};
 use serde_json::Value;
 
 fn output(arguments: &[&str]) -> std::process::Output {
@@ -131,11 +131,7 @@ fn published_bench_without_its_rotor_hold() {
 /// The real bench with two inertias: each of its two effects, withheld, is named; record B is held out.
 #[test]
 fn published_two_inertia_bench_without_an_effect() {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/realdata/two-inertia-bench");
-    if !folder.exists() {
-        println!("skipped: no data");
-        return;
-    }
+    let Some(folder) = test_data::shared("realdata/two-inertia-bench") else { return };
     for (effect, least) in [("measurement-delay", 0.5), ("drive-flexibility", 0.99)] {
         let arguments = ["--config", "configs/two-inertia.toml", "--measurements", folder.to_str().unwrap(), "--without", effect];
         let found = diagnosed(&arguments);

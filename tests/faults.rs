@@ -57,7 +57,7 @@ fn mounted(script: &str, folder: &Path) -> Option<Output> {
     match output {
         Ok(output) if output.status.code() != Some(99) && output.status.code() != Some(1) => Some(output),
         _ => {
-            println!("skipped: no mounting here");
+            test_data::skipped("no mounting here");
             None
         }
     }
@@ -93,7 +93,7 @@ fn small_set(folder: &Path) {
 #[test]
 fn refuse_a_full_stdout() {
     if !Path::new("/dev/full").exists() {
-        println!("skipped: no /dev/full");
+        test_data::skipped("no /dev/full");
         return;
     }
     for words in ["simulate modes --json", "schema machine", "completions bash", "simulate published"] {

@@ -11,12 +11,7 @@ fn jointid() -> Command {
 }
 
 fn real_files() -> Option<PathBuf> {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/realdata/uff");
-    if folder.is_dir() {
-        return Some(folder);
-    }
-    println!("skipped: no data");
-    None
+    test_data::shared("realdata/uff")
 }
 
 /// A set with two FRFs, written by hand.

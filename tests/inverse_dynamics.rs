@@ -1,7 +1,5 @@
 //! Motion records by the library: identified and diagnosed, real ones and ones made by another model.
 
-use std::path::Path;
-
 use jointid::config::read_machine;
 use jointid::diagnosis::motion::{MotionDiagnosis, MotionSettings, diagnose_motion, gap_of};
 use jointid::diagnosis::{Status, VerdictKind};
@@ -11,15 +9,10 @@ use jointid::optimizer::Control;
 
 use crate::support::axis::{Axis, course};
 
-const EMPS: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../shared/realdata/emps");
 const CONFIG: &str = "configs/emps.toml";
 
 fn real() -> Option<Vec<Motion>> {
-    if !Path::new(EMPS).exists() {
-        println!("skipped: no data at ../shared/realdata/emps");
-        return None;
-    }
-    let set = read_set(EMPS).unwrap();
+    let set = read_set(test_data::shared("realdata/emps")?.to_str().unwrap()).unwrap();
     Some(set.motions.iter().map(|r| Motion::new(r, Recipe::usual(r.step_s)).unwrap()).collect())
 }
 

@@ -113,7 +113,7 @@ fn faults_are_told() {
 /// it ordinarily is: then it is none.
 #[test]
 fn recover_what_is_more_than_ordinary() {
-    use jointid::truth::motion::{Plan, QUICK, generate_one, write_case};
+    use jointid::reference_simulator::motion::{Plan, QUICK, generate_one, write_case};
     let (seed, index) = (97, 78);
     let (case, label) = generate_one(seed, &Plan::from_counts(&QUICK, seed), index).unwrap();
     assert_eq!(label.effects, ["cable-chain"]);

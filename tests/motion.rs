@@ -1,7 +1,6 @@
 //! Motion in time: against closed forms, exact events, energy, and the records of a real axis.
 
 use std::f64::consts::{PI, TAU};
-use std::path::Path;
 
 use jointid::config::read_machine_text;
 use jointid::machine::{Machine, Operating};
@@ -504,11 +503,7 @@ period_s = 5e-4
 /// EMPS in closed loop, with the parameters that its authors publish.
 #[test]
 fn published_force_errors_of_emps_in_closed_loop() {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/realdata/emps/motion");
-    if !folder.exists() {
-        println!("skipped: no data of EMPS");
-        return;
-    }
+    let Some(folder) = test_data::shared("realdata/emps/motion") else { return };
     let text = std::fs::read_to_string("configs/emps.toml").unwrap();
     let library = jointid::config::effect_library().unwrap();
     let symmetric = machine(&text);

@@ -1,7 +1,6 @@
 //! `simulate motion` as it is run: table, document, exit codes, bad input.
 
 use std::fs;
-use std::path::Path;
 
 use assert_cmd::Command;
 use serde_json::Value;
@@ -103,11 +102,7 @@ fn refuse_motions_that_cannot_be() {
 /// The published parameters on the records themselves, by the command.
 #[test]
 fn published_record_of_emps_by_the_command() {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/realdata/emps");
-    if !folder.exists() {
-        println!("skipped: no data of EMPS");
-        return;
-    }
+    let Some(folder) = test_data::shared("realdata/emps") else { return };
     let set: Vec<String> =
         [("moving_mass", 95.1089), ("viscous_friction", 203.5034), ("coulomb_friction", 20.3935), ("friction_offset", -3.1648)]
             .iter()

@@ -166,12 +166,11 @@ struct Browser {
 }
 
 impl Browser {
-    /// The browser of this machine; says by name which test is skipped where there is none.
-    fn find(test: &str) -> Option<Browser> {
+    /// The browser of this machine; says that the test is skipped where there is none.
+    fn find() -> Option<Browser> {
         let program = chromium();
-        match &program {
-            None => println!("{test} skipped: no Chromium"),
-            Some(program) => println!("{test} runs in {}", program.display()),
+        if program.is_none() {
+            test_data::skipped("no Chromium");
         }
         Some(Browser { program: program?, folder: tempfile::tempdir().unwrap() })
     }
@@ -205,7 +204,7 @@ impl Browser {
 /// The page in a browser: it draws, it asks for nothing, a switch takes a position away and brings it back.
 #[test]
 fn a_report_works_in_chromium() {
-    let Some(browser) = Browser::find("a_report_works_in_chromium") else { return };
+    let Some(browser) = Browser::find() else { return };
     let folder = tempfile::tempdir().unwrap();
     let out = results(folder.path());
     jointid().arg("report").arg(&out).assert().success();
@@ -240,7 +239,7 @@ fn a_report_of_many_lines_works_in_chromium() {
     assert!(made.len() < MOST_BYTES, "{} bytes", made.len());
     let path = Path::new(env!("CARGO_TARGET_TMPDIR")).join("many-lines.html");
     fs::write(&path, made).unwrap();
-    let Some(browser) = Browser::find("a_report_of_many_lines_works_in_chromium") else { return };
+    let Some(browser) = Browser::find() else { return };
     let told = browser.self_test(&path);
     assert_eq!(told["traces"], 36 * 4, "{told}");
 }

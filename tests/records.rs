@@ -29,12 +29,7 @@ fn refused(arguments: &[&str], expected: &[&str]) {
 
 /// The real bench with two inertias, if it is there.
 fn two_inertia() -> Option<PathBuf> {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/realdata/two-inertia-bench");
-    if folder.exists() {
-        return Some(folder);
-    }
-    println!("skipped: no data");
-    None
+    test_data::shared("realdata/two-inertia-bench")
 }
 
 /// Frequencies, ratio of inertia and delay of the real bench, from either record.
@@ -123,11 +118,7 @@ fn plan_ranks_the_subsets_of_the_bench() {
 /// The six natural frequencies of a real beam, in all three of its FRFs, and no other peak taken for a mode.
 #[test]
 fn published_frequencies_of_a_beam() {
-    let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/realdata/uff/measurement.uff");
-    if !file.exists() {
-        println!("skipped: no data");
-        return;
-    }
+    let Some(file) = test_data::shared("realdata/uff/measurement.uff") else { return };
     let folder = tempfile::tempdir().unwrap();
     let (set, out) = (folder.path().join("beam"), folder.path().join("peaks"));
     let (set, out) = (set.to_str().unwrap(), out.to_str().unwrap());

@@ -379,7 +379,7 @@ fn commands_of_the_drive_fulfil_their_schemas() {
 fn recover_what_can_be_learnt_of_an_independent_machine() {
     let folder = tempfile::tempdir().unwrap();
     let place = |name: &str| folder.path().join(name).to_str().unwrap().to_string();
-    use jointid::truth::servo::{Axis, Feed, Missing, Sensors, write_sines};
+    use jointid::reference_simulator::servo::{Axis, Feed, Missing, Sensors, write_sines};
     let feeds: Vec<Feed> = [2000.0, 4000.0, 6000.0].map(|f| Feed { amplitude_m: 0.02, periods: 1, ..Feed::of(f) }).to_vec();
     let write = |name: &str, missing: Missing| {
         let axis = Axis { missing, ..Axis::x() };
@@ -406,7 +406,7 @@ fn recover_what_can_be_learnt_of_an_independent_machine() {
 /// Of an independent machine's sines both its lead errors are named and told, though its stiffnesses and its creeping friction cannot be told beside them.
 #[test]
 fn recover_lead_errors_beside_what_the_records_do_not_tell() {
-    use jointid::truth::servo::{Axis, Feed, Sensors, write_sines};
+    use jointid::reference_simulator::servo::{Axis, Feed, Sensors, write_sines};
     let folder = tempfile::tempdir().unwrap();
     write_sines(folder.path(), &Axis::x(), &Sensors::default(), &[2000.0, 4000.0, 6000.0].map(Feed::of), 1).unwrap();
     let found = json(&[

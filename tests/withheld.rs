@@ -8,14 +8,14 @@ use std::sync::Arc;
 use assert_cmd::Command;
 use jointid::machine::Operating;
 use jointid::model::{Rods, Structure};
+use jointid::reference_simulator::draw::Draw;
+use jointid::reference_simulator::effect::Place;
+use jointid::reference_simulator::machine::assembly::Assembly;
+use jointid::reference_simulator::machine::catalogue::{any_size, bench};
+use jointid::reference_simulator::machine::point::{Channel, Point};
+use jointid::reference_simulator::{Counts, Gap, Kind, Label, Strength, labels_json};
 use jointid::report::document::Input;
 use jointid::report::{digest, to_json};
-use jointid::truth::draw::Draw;
-use jointid::truth::effect::Place;
-use jointid::truth::machine::assembly::Assembly;
-use jointid::truth::machine::catalogue::{any_size, bench};
-use jointid::truth::machine::point::{Channel, Point};
-use jointid::truth::{Counts, Gap, Kind, Label, Strength, labels_json};
 use jointid::withheld::{
     Answer, Confusion, Generator, Judgement, Proportion, Run, Seal, SealedCase, confusion_text, files_of, folder_digest, judge, scores,
     scores_text,
@@ -250,7 +250,7 @@ fn second_measurements_count_apart() {
 
 #[test]
 fn the_matrix_and_the_scores_fit_eighty_columns() {
-    use jointid::truth::effect::EffectKind;
+    use jointid::reference_simulator::effect::EffectKind;
     let mut confusion = Confusion { rows: BTreeMap::new() };
     let kinds = ["none", "unknown", "wrong-parameter", "measurement", "insufficient", "failed"];
     let answers: Vec<&str> = EffectKind::LISTED.iter().map(|e| e.id()).chain(kinds).chain(["nut-load-stiffness"]).collect();

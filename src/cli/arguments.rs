@@ -113,10 +113,10 @@ pub struct SplitArguments {
 #[derive(Debug, Clone, Args)]
 pub struct Sources {
     /// Machine configuration (.toml); the published bench by default
-    #[arg(long, value_name = "FILE", default_value = crate::config::BENCH)]
+    #[arg(long, value_name = "FILE", default_value = config::BENCH)]
     pub config: String,
     /// Folder of the measurement set; the published bench by default
-    #[arg(long, value_name = "DIR", default_value = crate::measurement::BENCH)]
+    #[arg(long, value_name = "DIR", default_value = measurement::BENCH)]
     pub measurements: String,
     /// Override one key of the configuration, e.g. parameter.k_s.start=1e5
     #[arg(long = "set", value_name = "KEY=VALUE")]

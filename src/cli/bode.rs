@@ -10,9 +10,9 @@ use super::arguments::{LoadArguments, Output, Sources};
 use super::common::{CommandResult, Outcome, deliver, load_machine, prepare, stamp, stop_flag, told, warn};
 use super::progress::Progress;
 use super::simulate::operating;
-use crate::machine::{Machine, Motion};
-use crate::motion::{LinearLoops, Pole, Settings, SineResponse, sine_response};
-use crate::report::loops::{Bode, BodeRow, PoleRow};
+use dynamics::motion::{LinearLoops, Pole, Settings, SineResponse, sine_response};
+use machine::{Machine, Motion};
+use report::loops::{Bode, BodeRow, PoleRow};
 
 /// `simulate bode`.
 #[derive(Debug, Args)]
@@ -105,7 +105,7 @@ pub fn run(given: &BodeArguments) -> CommandResult {
         let (hz, n) = (even(i), (even(i) / half_hz).round());
         if n >= 1.0 && (hz / half_hz - n).abs() < 0.0055 * n { 0.992 * n * half_hz } else { hz }
     };
-    let simulated = if given.smooth { crate::motion::smooth(machine) } else { machine.clone() };
+    let simulated = if given.smooth { dynamics::motion::smooth(machine) } else { machine.clone() };
     let stop = stop_flag();
     let go_on = || !stop.load(Ordering::Relaxed);
     let progress = Progress::counted(given.output.quiet || given.linear, "bode", count);
@@ -181,7 +181,7 @@ fn crossing_hz(mut low: f64, mut high: f64, magnitude: impl Fn(f64) -> f64) -> f
 
 fn document(
     given: &BodeArguments,
-    stamp: crate::report::document::Stamp,
+    stamp: report::document::Stamp,
     rows: Vec<BodeRow>,
     loops: &LinearLoops,
     magnitude: impl Fn(f64) -> f64,

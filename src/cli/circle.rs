@@ -8,11 +8,11 @@ use rayon::prelude::*;
 use super::arguments::{Output, Sources};
 use super::bode::known;
 use super::common::{CommandResult, Loaded, Outcome, deliver, inputs, load_machine, prepare, stamp, stop_flag, told, warn};
-use crate::machine::Motion;
-use crate::motion::{Circle, Settings, Trace, contour_error, simulate};
-use crate::numeric::parallel::OrFirstError;
-use crate::report::columns;
-use crate::report::loops::{CircleRow, Circles};
+use dynamics::motion::{Circle, Settings, Trace, contour_error, simulate};
+use machine::Motion;
+use numeric::parallel::OrFirstError;
+use report::columns;
+use report::loops::{CircleRow, Circles};
 
 /// `simulate circle`.
 #[derive(Debug, Args)]

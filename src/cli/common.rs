@@ -10,14 +10,14 @@ use serde::Serialize;
 use super::arguments::{ModelName, ObjectiveName, Output, SearchArguments, Sources};
 use super::progress::Progress;
 use super::talk;
-use crate::config::{MachineConfig, read_machine};
-use crate::identification::Plan;
-use crate::measurement::{MeasurementSet, read_set};
-use crate::model::Rods;
-use crate::objective::{FrfSettings, ModeSettings, Objective};
-use crate::optimizer::{Control, Journal, Strategy};
-use crate::report::document::{Input, Settings, Stamp};
-use crate::report::{OutputFolder, digest, to_json};
+use config::{MachineConfig, read_machine};
+use dynamics::model::Rods;
+use identification::Plan;
+use identification::objective::{FrfSettings, ModeSettings, Objective};
+use measurement::{MeasurementSet, read_set};
+use optimizer::{Control, Journal, Strategy};
+use report::document::{Input, Settings, Stamp};
+use report::{OutputFolder, digest, to_json};
 
 /// How a command ended.
 pub enum Outcome {
@@ -59,7 +59,7 @@ pub fn load(sources: &Sources) -> Result<Loaded, String> {
 /// As [`load`], for commands that need a machine and at most the positions of its set: the published bench's set stands in for no other machine.
 pub fn load_machine(sources: &Sources) -> Result<Loaded, String> {
     let config = read_machine(&sources.config, &sources.set, &sources.without).map_err(told)?;
-    let other = sources.measurements == crate::measurement::BENCH && !config.path.contains("tian");
+    let other = sources.measurements == measurement::BENCH && !config.path.contains("tian");
     let set = if other { MeasurementSet::none() } else { read_set(&sources.measurements).map_err(told)? };
     Ok(Loaded { config, set, overrides: sources.set.clone(), without: sources.without.clone() })
 }

@@ -6,14 +6,14 @@ use super::arguments::CompareArguments;
 use super::common::{CommandResult, Loaded, control, deliver, ended, load, objective_word, on_threads, plan, prepare, stamp, told, warn};
 use super::progress::Progress;
 use super::rows;
-use crate::identification::{Plan, identify};
-use crate::measurement::FitSet;
-use crate::numeric::statistics::root_sum_square;
-use crate::objective::Objective;
-use crate::optimizer::Control;
-use crate::report::document::{Comparison, ComparisonRun, ObjectiveRow, Objectives, OrderRow};
-use crate::report::{gap_summary_table, objectives_table, summary_table};
-use crate::validation::leave_one_out;
+use identification::objective::Objective;
+use identification::validation::leave_one_out;
+use identification::{Plan, identify};
+use measurement::FitSet;
+use numeric::statistics::root_sum_square;
+use optimizer::Control;
+use report::document::{Comparison, ComparisonRun, ObjectiveRow, Objectives, OrderRow};
+use report::{gap_summary_table, objectives_table, summary_table};
 
 /// Runs the command.
 pub fn run(given: &CompareArguments) -> CommandResult {

@@ -7,13 +7,13 @@ use super::arguments::ConvergenceArguments;
 use super::common::{CommandResult, Loaded, control, deliver, ended, load, on_threads, plan, prepare, stamp, told, warn};
 use super::progress::Progress;
 use super::rows;
-use crate::identification::{Plan, identify};
-use crate::machine::{Machine, Operating};
-use crate::measurement::{FitSet, HoldOutSet};
-use crate::model::{Rods, Structure, undamped_modes};
-use crate::optimizer::Control;
-use crate::report::simulation::{Convergence, ConvergenceRow};
-use crate::report::{columns, wrapped};
+use dynamics::model::{Rods, Structure, undamped_modes};
+use identification::{Plan, identify};
+use machine::{Machine, Operating};
+use measurement::{FitSet, HoldOutSet};
+use optimizer::Control;
+use report::simulation::{Convergence, ConvergenceRow};
+use report::{columns, wrapped};
 
 /// Highest frequency that is compared (Hz).
 const HIGHEST_HZ: f64 = 2000.0;

@@ -12,17 +12,17 @@ use super::common::{
 };
 use super::progress::Progress;
 use super::rows;
-use crate::diagnosis::{
+use diagnosis::{
     Ablation, Candidate, Diagnosis, Domain, Fitted, Hypothesis, Kind, Part, Settings, Status, closed, closed_interval, diagnose, fitter,
     floor_over, gap_over, peak_errors, values_of,
 };
-use crate::machine::{Data, Effect};
-use crate::measurement::{FitSet, HoldOutSet};
-use crate::objective::FrfObjective;
-use crate::optimizer::{found_in, kept_as};
-use crate::report::diagnosis as document;
-use crate::report::diagnosis::diagnosis_text;
-use crate::report::{OutputFolder, digest};
+use identification::objective::FrfObjective;
+use machine::{Data, Effect};
+use measurement::{FitSet, HoldOutSet};
+use optimizer::{found_in, kept_as};
+use report::diagnosis as document;
+use report::diagnosis::diagnosis_text;
+use report::{OutputFolder, digest};
 
 /// Bands of the residual map.
 const BANDS: usize = 12;
@@ -82,7 +82,7 @@ pub fn run(given: &DiagnoseArguments) -> CommandResult {
     let settings = Settings { seed: plan.seed, draws: usize::from(given.nulls), null };
     let progress = Progress::begin(given.output.quiet, "diagnose");
     let control = control(&given.output, folder.as_ref(), &progress, &loaded)?;
-    let ran = on_threads(given.search.threads, || -> Result<_, crate::objective::ObjectiveError> {
+    let ran = on_threads(given.search.threads, || -> Result<_, identification::objective::ObjectiveError> {
         let found = diagnose(machine, &effects, &fitter, &held_out, &settings, &control)?;
         let interval = closed_interval(&fitter, &held_out, &found, settings.seed, &control);
         Ok((found, interval))

@@ -6,11 +6,11 @@ use std::fmt::Write;
 use super::arguments::{FrictionArguments, NoiseName};
 use super::common::{CommandResult, Outcome, deliver, prepare, told};
 use super::talk;
-use crate::contact::{ContactError, Estimate, FitOptions, Noise, Observation, ScrewDrive, fit_stribeck};
-use crate::measurement::{FrictionTable, FrictionUnit, read_friction};
-use crate::report::digest;
-use crate::report::document::{Input, Stamp};
-use crate::report::simulation::{FrictionDocument, FrictionParameter, FrictionRow};
+use machine::contact::{ContactError, Estimate, FitOptions, Noise, Observation, ScrewDrive, fit_stribeck};
+use measurement::{FrictionTable, FrictionUnit, read_friction};
+use report::digest;
+use report::document::{Input, Stamp};
+use report::simulation::{FrictionDocument, FrictionParameter, FrictionRow};
 
 /// Runs the command.
 pub fn run(given: &FrictionArguments) -> CommandResult {
@@ -94,7 +94,7 @@ fn observations(given: &FrictionArguments, table: &FrictionTable) -> Result<Vec<
             ScrewDrive::new(lead_m, given.efficiency).map_err(|e| format!("--lead-m, --efficiency: {e}"))?.force_n(1.0)
         }
     };
-    let observation = |run: &crate::measurement::FrictionRun| Observation {
+    let observation = |run: &measurement::FrictionRun| Observation {
         velocity_m_per_s: run.velocity_m_s,
         force_n: factor * run.value,
         sd_n: run.sd.map(|sd| factor * sd),

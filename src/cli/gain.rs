@@ -8,10 +8,10 @@ use super::arguments::{LoadArguments, Output, Sources};
 use super::bode::known;
 use super::common::{CommandResult, Outcome, deliver, load_machine, prepare, stamp, stop_flag, told, warn};
 use super::simulate::operating;
-use crate::machine::Motion;
-use crate::motion::{SCurve, Settings, gain_study};
-use crate::report::columns;
-use crate::report::loops::{GainStudy, GainStudyRow};
+use dynamics::motion::{SCurve, Settings, gain_study};
+use machine::Motion;
+use report::columns;
+use report::loops::{GainStudy, GainStudyRow};
 
 /// `simulate gain`.
 #[derive(Debug, Args)]

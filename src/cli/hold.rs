@@ -7,12 +7,12 @@ use clap::Args;
 use super::arguments::{LoadArguments, Output, Sources};
 use super::common::{CommandResult, Outcome, deliver, load_machine, prepare, read_document, stamp, told, warn};
 use super::simulate::operating;
-use crate::machine::Motion;
-use crate::motion::{Hold, gains_of};
-use crate::report::columns;
-use crate::report::document::Identification;
-use crate::report::loops::{HoldDocument, HoldGains, HoldRow};
-use crate::unit::omega_rad_s;
+use dynamics::motion::{Hold, gains_of};
+use machine::Motion;
+use numeric::unit::omega_rad_s;
+use report::columns;
+use report::document::Identification;
+use report::loops::{HoldDocument, HoldGains, HoldRow};
 
 /// `simulate hold`.
 #[derive(Debug, Args)]

@@ -10,16 +10,16 @@ use super::arguments::{Output, Sources, SplitArguments};
 use super::common::{CommandResult, Loaded, control, deliver, ended, inputs, load, prepare, read_document, stamp, told, warn};
 use super::progress::Progress;
 use super::validate::{check_identification, identified_values};
-use crate::machine::Machine;
-use crate::measurement::MotionRecord;
-use crate::motion::{Settings, contour_error, simulate_record};
-use crate::network::{Example, Network, Trained};
-use crate::numeric::parallel::OrFirstError;
-use crate::numeric::statistics::quantile;
-use crate::optimizer::Control;
-use crate::report::columns;
-use crate::report::document::Identification;
-use crate::report::hybrid::{ContourRow, Hybrid, HybridRow, NetworkRow, Score};
+use dynamics::motion::{Settings, contour_error, simulate_record};
+use identification::network::{Example, Network, Trained};
+use machine::Machine;
+use measurement::MotionRecord;
+use numeric::parallel::OrFirstError;
+use numeric::statistics::quantile;
+use optimizer::Control;
+use report::columns;
+use report::document::Identification;
+use report::hybrid::{ContourRow, Hybrid, HybridRow, NetworkRow, Score};
 
 /// Every how many samples of a record are examples.
 const EXAMPLES: usize = 4;
@@ -133,7 +133,7 @@ pub fn run(given: &HybridArguments) -> CommandResult {
 struct Physics {
     machine: Machine,
     values: Vec<f64>,
-    input: crate::report::document::Input,
+    input: report::document::Input,
 }
 
 fn identified(path: &std::path::Path, given: &HybridArguments, beside: &Loaded) -> Result<Physics, String> {
@@ -163,7 +163,7 @@ fn axis(
         return Err(format!("{}: holds no [[motion]] record; name a set that does with --measurements", set.path));
     }
     let (fit, _) = set.split_motions(given.split.positions.as_deref(), &given.split.hold_out).map_err(told)?;
-    let column = |p: &&crate::machine::Point| set.motions.iter().all(|m| m.others.contains_key(&format!("{}_m", p.name)));
+    let column = |p: &&machine::Point| set.motions.iter().all(|m| m.others.contains_key(&format!("{}_m", p.name)));
     let point = machine.points.iter().find(column).ok_or_else(|| {
         let names: Vec<String> = machine.points.iter().filter(|p| !p.fixed).map(|p| format!("{}_m", p.name)).collect();
         format!("{}: its records have no column of a point's own travel, such as {}", set.path, names.join(" or "))

@@ -4,11 +4,11 @@ use super::arguments::IdentifyArguments;
 use super::common::{CommandResult, Loaded, control, deliver, ended, load, on_threads, plan, prepare, settings, stamp, told, warn};
 use super::progress::Progress;
 use super::rows;
-use crate::identification::{Identification, identify};
-use crate::objective::ObjectiveError;
-use crate::report::document::{self, Settings};
-use crate::report::{bootstrap_table, derived_table, frfs_table, parameters_table, positions_table, wrapped};
-use crate::validation::left_out;
+use identification::objective::ObjectiveError;
+use identification::validation::left_out;
+use identification::{Identification, identify};
+use report::document::{self, Settings};
+use report::{bootstrap_table, derived_table, frfs_table, parameters_table, positions_table, wrapped};
 
 /// Runs the command.
 pub fn run(given: &IdentifyArguments) -> CommandResult {

@@ -6,13 +6,13 @@ use std::path::{Path, PathBuf};
 use super::arguments::{ExportArguments, ImportArguments, QuantityName};
 use super::common::{CommandResult, Outcome, print_out, told};
 use super::talk;
-use crate::measurement::import::{ImportedFrf, Placement, frf_from_csv, frfs_from_universal, is_of_frf, set_files};
-use crate::measurement::universal::{
+use measurement::import::{ImportedFrf, Placement, frf_from_csv, frfs_from_universal, is_of_frf, set_files};
+use measurement::universal::{
     Abscissa, Axis, ByteOrder, Encoding, FileHeader, Location, Record, Units, UniversalWriter, Warning, data_type, read_headers_path,
     read_path_where,
 };
-use crate::measurement::{Frf, Quantity, read_set};
-use crate::report::{OutputFolder, wrapped};
+use measurement::{Frf, Quantity, read_set};
+use report::{OutputFolder, wrapped};
 
 /// The quantity asked for.
 pub fn quantity(name: QuantityName) -> Quantity {
@@ -221,7 +221,7 @@ pub fn export(given: &ExportArguments) -> CommandResult {
         }
     };
     let mut writer = UniversalWriter::new(Vec::new());
-    let fault = |e: crate::measurement::universal::WriteError| format!("{}: {e}", given.out.display());
+    let fault = |e: measurement::universal::WriteError| format!("{}: {e}", given.out.display());
     writer.header(&FileHeader { model_name: set.title.clone(), ..FileHeader::default() }).map_err(fault)?;
     writer.units(&Units::si()).map_err(fault)?;
     let encoding = if given.binary { Encoding::Binary(ByteOrder::Little) } else { Encoding::Ascii };

@@ -2,9 +2,9 @@
 
 use super::arguments::InitArguments;
 use super::common::{CommandResult, Outcome};
-use crate::config::MACHINE_BEGINNING;
-use crate::measurement::SET_BEGINNING;
-use crate::report::OutputFolder;
+use config::MACHINE_BEGINNING;
+use measurement::SET_BEGINNING;
+use report::OutputFolder;
 
 /// Runs the command: writes all files, or none where one of them is there already.
 pub fn run(given: &InitArguments) -> CommandResult {

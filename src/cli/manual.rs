@@ -4,7 +4,7 @@ use clap::CommandFactory;
 
 use super::arguments::{Arguments, CompletionsArguments, ManArguments};
 use super::common::{CommandResult, Outcome, print_out};
-use crate::report::OutputFolder;
+use report::OutputFolder;
 
 /// Prints completions.
 pub fn completions(given: &CompletionsArguments) -> CommandResult {

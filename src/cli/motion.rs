@@ -10,12 +10,12 @@ use clap::Args;
 use super::arguments::{LoadArguments, Output, Sources};
 use super::common::{CommandResult, Loaded, Outcome, load_machine, prepare, print_out, stamp, stop_flag, told, warn, write_told};
 use super::simulate::operating;
-use crate::machine::{Machine, Motion};
-use crate::measurement::{SourceFile, read_reference};
-use crate::motion::{Course, EventKind, LinearLoops, RecordGap, SCurve, Settings, Sine, Trace, simulate, simulate_record};
-use crate::report::document::Input;
-use crate::report::motion::{EnergyBalance, EventRow, Instability, MotionDocument, RecordRow};
-use crate::report::{digest, to_json};
+use dynamics::motion::{Course, EventKind, LinearLoops, RecordGap, SCurve, Settings, Sine, Trace, simulate, simulate_record};
+use machine::{Machine, Motion};
+use measurement::{SourceFile, read_reference};
+use report::document::Input;
+use report::motion::{EnergyBalance, EventRow, Instability, MotionDocument, RecordRow};
+use report::{digest, to_json};
 
 /// `simulate motion`.
 #[derive(Debug, Args)]

@@ -6,12 +6,12 @@ use rayon::prelude::*;
 
 use super::arguments::PeaksArguments;
 use super::common::{CommandResult, Outcome, deliver_with, prepare, print_out, set_stamp, told};
-use crate::measurement::{Frf, Line, MeasurementSet, read_set};
-use crate::modal::{AmplitudeKind, Curve, Fit, FitOptions, ModalFit, TrackOptions, TrackRecord, track};
-use crate::numeric::parallel::OrFirstError;
-use crate::report::document::{EvidenceRow, PeakFitRow, PeakModeRow, PeakRow, Peaks};
-use crate::report::peaks_table;
-use crate::unit::omega_rad_s;
+use measurement::modal::{AmplitudeKind, Curve, Fit, FitOptions, ModalFit, TrackOptions, TrackRecord, track};
+use measurement::{Frf, Line, MeasurementSet, read_set};
+use numeric::parallel::OrFirstError;
+use numeric::unit::omega_rad_s;
+use report::document::{EvidenceRow, PeakFitRow, PeakModeRow, PeakRow, Peaks};
+use report::peaks_table;
 
 /// An FRF with its name among the records.
 struct Named<'s> {
@@ -130,7 +130,7 @@ fn band_of(frf: &Frf, given: &PeaksArguments) -> (f64, f64) {
     }
 }
 
-fn fit(frf: &Frf, options: &FitOptions, given: &PeaksArguments) -> Result<ModalFit, crate::modal::ModalError> {
+fn fit(frf: &Frf, options: &FitOptions, given: &PeaksArguments) -> Result<ModalFit, measurement::modal::ModalError> {
     let (from, to) = band_of(frf, given);
     // A local fit sees the lines beside its band; a full one only those inside.
     let seen = |l: &Line| given.local || (from..=to).contains(&l.frequency_hz);
@@ -144,7 +144,7 @@ fn fit(frf: &Frf, options: &FitOptions, given: &PeaksArguments) -> Result<ModalF
         component_sd: component_sd.as_deref(),
         omega_power: frf.quantity.power(),
     };
-    crate::modal::fit_curve(&curve, options)
+    measurement::modal::fit_curve(&curve, options)
 }
 
 /// A name for each FRF: its position or record; with what else it takes to tell it from the others.

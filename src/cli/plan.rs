@@ -3,10 +3,10 @@
 use super::arguments::{DataName, PlanArguments};
 use super::common::{CommandResult, Loaded, Outcome, deliver, load, prepare, read_document, rods, stamp, told};
 use super::validate::{check_identification, identified_values};
-use crate::identification::{Choice, Design, FrfPlan};
-use crate::objective::{FrfSettings, ModeSettings};
-use crate::report::document::{ChoiceRow, Identification, Plan, PlanRanking};
-use crate::report::plan_table;
+use identification::objective::{FrfSettings, ModeSettings};
+use identification::{Choice, Design, FrfPlan};
+use report::document::{ChoiceRow, Identification, Plan, PlanRanking};
+use report::plan_table;
 
 /// Most choices that are ranked one by one.
 const MOST_CHOICES: f64 = 200_000.0;

@@ -6,7 +6,7 @@ use std::time::Duration;
 
 use indicatif::{ProgressBar, ProgressStyle};
 
-use crate::optimizer::{Progressed, Watcher};
+use optimizer::{Progressed, Watcher};
 
 const STEPS: &str = "{prefix}  {bar:24} {pos}/{len}  {elapsed}, {eta} left";
 const SEARCHES: &str = "{prefix}  {bar:24} {elapsed}, at most {eta} left  {msg}";

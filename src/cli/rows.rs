@@ -3,13 +3,13 @@
 use std::collections::BTreeMap;
 
 use super::common::Loaded;
-use crate::identification::{Combination, CombinationKind, Drawn, Identification};
-use crate::machine::Machine;
-use crate::measurement::{Line, MeasurementSet};
-use crate::numeric::statistics::{root_mean_square, root_mean_square_of_parts, root_sum_square};
-use crate::objective::{FrfGap, GAIN_RANGE, MISSING, PositionPrediction};
-use crate::report::document::{BootstrapRow, CombinationRow, FrfRow, LonePeak, OrderRow, ParameterRow, PositionRow};
-use crate::unit::omega_rad_s;
+use identification::objective::{FrfGap, GAIN_RANGE, MISSING, PositionPrediction};
+use identification::{Combination, CombinationKind, Drawn, Identification};
+use machine::Machine;
+use measurement::{Line, MeasurementSet};
+use numeric::statistics::{root_mean_square, root_mean_square_of_parts, root_sum_square};
+use numeric::unit::omega_rad_s;
+use report::document::{BootstrapRow, CombinationRow, FrfRow, LonePeak, OrderRow, ParameterRow, PositionRow};
 
 /// Parameters by id, with the gain where amplitudes were compared.
 pub fn parameters(machine: &Machine, found: &Identification) -> BTreeMap<String, ParameterRow> {

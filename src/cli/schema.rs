@@ -2,10 +2,10 @@
 
 use super::arguments::SchemaArguments;
 use super::common::{CommandResult, Outcome, print_out};
-use crate::config::{effects_schema, machine_schema};
-use crate::measurement::manifest_schema;
-use crate::report::{self, to_json};
-use crate::withheld::Withheld;
+use config::{effects_schema, machine_schema};
+use measurement::manifest_schema;
+use report::{self, to_json};
+use withheld::Withheld;
 
 /// Runs the command.
 pub fn run(given: &SchemaArguments) -> CommandResult {

@@ -13,12 +13,12 @@ use super::common::{CommandResult, Loaded, Outcome, deliver, load, load_machine,
 use super::import::quantity;
 use super::validate::{check_identification, identified_values};
 use super::{bode, circle, gain, hold, motion, published, servo_machine, sweep};
-use crate::machine::{Chain, Machine, Operating};
-use crate::model::{Rods, Structure, undamped_modes};
-use crate::motion::{Hold, LinearLoops, MotionError, Settings};
-use crate::report::document::{Frfs, Identification, Input};
-use crate::report::simulation::{ModeRow, Modes};
-use crate::unit::omega_rad_s;
+use dynamics::model::{Rods, Structure, undamped_modes};
+use dynamics::motion::{Hold, LinearLoops, MotionError, Settings};
+use machine::{Chain, Machine, Operating};
+use numeric::unit::omega_rad_s;
+use report::document::{Frfs, Identification, Input};
+use report::simulation::{ModeRow, Modes};
 
 /// Runs the command.
 pub fn run(given: &SimulateArguments) -> CommandResult {
@@ -257,7 +257,7 @@ fn closed(
         return Err(format!("--closed-loop: the loops are unstable: {}", bode::said(&pole)));
     }
     let highest_hz = hold.highest_hz();
-    if omega_rad_s.iter().any(|omega| *omega > crate::unit::omega_rad_s(highest_hz)) {
+    if omega_rad_s.iter().any(|omega| *omega > numeric::unit::omega_rad_s(highest_hz)) {
         return Err(format!("--to-hz: closed loops are told up to {highest_hz} Hz, half the slowest sampling rate; write no more"));
     }
     let mut open = BTreeMap::new();

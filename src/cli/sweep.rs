@@ -7,12 +7,12 @@ use std::sync::Arc;
 use super::arguments::{Along, MatricesArguments, SensitivityArguments, StiffnessArguments};
 use super::common::{CommandResult, Loaded, Outcome, deliver, load_machine, prepare, stamp, told, warn};
 use super::simulate::{load_warnings, operating};
-use crate::machine::{FitRule, Law, LoadedPair, Machine, Operating, Parameter, Scale};
-use crate::model::{Matrices, Rods, Structure, elastic_frequencies_hz, undamped_modes};
-use crate::numeric::root::{Bracket, refine};
-use crate::report::columns;
-use crate::report::simulation::{ContactRow, MatricesDocument, SensitivityDocument, SensitivityRow, Separation, Sweep, SweepRow};
-use crate::unit::omega_rad_s;
+use dynamics::model::{Matrices, Rods, Structure, elastic_frequencies_hz, undamped_modes};
+use machine::{FitRule, Law, LoadedPair, Machine, Operating, Parameter, Scale};
+use numeric::root::{Bracket, refine};
+use numeric::unit::omega_rad_s;
+use report::columns;
+use report::simulation::{ContactRow, MatricesDocument, SensitivityDocument, SensitivityRow, Separation, Sweep, SweepRow};
 
 /// Most columns of a matrix that fit a terminal.
 const WIDEST: usize = 6;
@@ -23,7 +23,7 @@ pub fn matrices(given: &MatricesArguments) -> CommandResult {
     let machine = &loaded.config.machine;
     let operating = operating(&loaded, given.nut_m, None, &given.load)?;
     let folder = prepare(&given.output)?;
-    let mut found = crate::model::matrices(machine, &machine.start(), &operating, usize::from(given.lumps)).map_err(told)?;
+    let mut found = dynamics::model::matrices(machine, &machine.start(), &operating, usize::from(given.lumps)).map_err(told)?;
     if given.condense {
         found = found.condensed().map_err(told)?;
     }
@@ -155,7 +155,7 @@ fn known_point(machine: &Machine, name: &str) -> Result<usize, String> {
 
 /// Static stiffness at a point.
 pub(super) fn static_stiffness(machine: &Machine, operating: &Operating, point: &str) -> Result<f64, String> {
-    let found: Matrices = crate::model::matrices(machine, &machine.start(), operating, 1).map_err(told)?;
+    let found: Matrices = dynamics::model::matrices(machine, &machine.start(), operating, 1).map_err(told)?;
     found.static_stiffness(point).map_err(told)
 }
 

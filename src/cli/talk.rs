@@ -7,7 +7,7 @@ use anstyle::{AnsiColor, Style};
 use serde_json::Value;
 
 use super::arguments::Output;
-use crate::report::wrapped;
+use report::wrapped;
 
 /// When the program began.
 pub static BEGUN: LazyLock<Instant> = LazyLock::new(Instant::now);

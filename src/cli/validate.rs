@@ -6,12 +6,12 @@ use std::path::Path;
 use super::arguments::{Sources, ValidateArguments};
 use super::common::{CommandResult, Outcome, deliver, load, prepare, read_document, stamp, told, warn};
 use super::rows;
-use crate::config::MachineConfig;
-use crate::measurement::{FitSet, HoldOutSet};
-use crate::model::Rods;
-use crate::objective::{FrfObjective, FrfSettings, MISSING, ModeObjective, ModeSettings, PositionPrediction};
-use crate::report::document::{Identification, Validation};
-use crate::report::{gaps_table, positions_table};
+use config::MachineConfig;
+use dynamics::model::Rods;
+use identification::objective::{FrfObjective, FrfSettings, MISSING, ModeObjective, ModeSettings, PositionPrediction};
+use measurement::{FitSet, HoldOutSet};
+use report::document::{Identification, Validation};
+use report::{gaps_table, positions_table};
 
 /// Runs the command.
 pub fn run(given: &ValidateArguments) -> CommandResult {

@@ -5,11 +5,11 @@ use std::collections::BTreeMap;
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use crate::contact::{
+use machine::contact::{
     AngularContactBearing, BALL_PRESSURE_LIMIT_PA, Balls, BearingData, ContactError, Nut, NutData, Pair, Printed, Rule, Side, Stiffness,
     StribeckCurve,
 };
-use crate::machine::{LoadedPair, Segment, SegmentEnd, Twist};
+use machine::{LoadedPair, Segment, SegmentEnd, Twist};
 
 /// A friction curve: Duan et al., Eq. 11.
 #[derive(Debug, Clone, Copy, Deserialize, JsonSchema)]

@@ -11,10 +11,8 @@ use super::number::{Number, source};
 use super::rescale::RescaleFile;
 use super::servo::ServoFile;
 use super::tolerance::ToleranceFile;
-use crate::machine::{
-    Data, DerivedPatch, Effect, FitRule, JointPatch, Motion, Parameter, Patch, Place, PointPatch, Scale, ShaftPatch, Source,
-};
-use crate::unit::travel_per_radian_m;
+use machine::{Data, DerivedPatch, Effect, FitRule, JointPatch, Motion, Parameter, Patch, Place, PointPatch, Scale, ShaftPatch, Source};
+use numeric::unit::travel_per_radian_m;
 
 /// A machine configuration.
 #[derive(Debug, Clone, Deserialize, JsonSchema)]

@@ -4,7 +4,7 @@ use schemars::JsonSchema;
 use serde::Deserialize;
 
 use super::number::{Number, source};
-use crate::machine::{
+use machine::{
     CurrentLoopPatch, DrivePatch, EncoderPatch, FrictionPatch, Inverter, LeadErrorPatch, MotorPatch, PositionLoopPatch, Source, Tachometry,
     VelocityLoopPatch, WavePatch,
 };

@@ -3,7 +3,7 @@
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use crate::machine::Source;
+use machine::Source;
 
 /// A number, a parameter by id, or a stiffness that is made of something.
 #[derive(Debug, Clone, Deserialize, JsonSchema)]

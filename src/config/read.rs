@@ -9,7 +9,7 @@ use serde::de::DeserializeOwned;
 use super::embedded::{EFFECTS, embedded_config};
 use super::error::ConfigError;
 use super::file::{LibraryFile, MachineFile};
-use crate::machine::{Data, Effect, Machine};
+use machine::{Data, Effect, Machine};
 
 /// Overrides `key.path=value` of a configuration, in order.
 pub type Overrides<'a> = &'a [String];

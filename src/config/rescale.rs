@@ -3,7 +3,7 @@
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use crate::machine::{Circumstance, Rescale, Target};
+use machine::{Circumstance, Rescale, Target};
 
 /// A number that an effect scales.
 #[derive(Debug, Clone, Deserialize, JsonSchema)]

@@ -4,8 +4,8 @@ use schemars::JsonSchema;
 use serde::Deserialize;
 
 use super::number::Number;
-use crate::machine::Source;
-use crate::unit::travel_per_radian_m;
+use machine::Source;
+use numeric::unit::travel_per_radian_m;
 
 /// A drive whose loops hold a point: proportional in position and velocity, fast against the vibration. With integrals, delays and currents
 /// describe it as [drive] and ask for closed loops.
@@ -36,7 +36,7 @@ fn times(base: Source, factor: &Number, joint: &str, key: &str) -> Result<Source
 impl ServoFile {
     /// k = G·k_v·k_p·i and c = G·k_v·i, i = lead/2π.
     ///
-    /// # Source  the loops of [`crate::machine::PositionLoop`] and [`crate::machine::VelocityLoop`] without integral and delay
+    /// # Source  the loops of [`machine::PositionLoop`] and [`machine::VelocityLoop`] without integral and delay
     pub fn stiffness_and_damping(self, joint: &str) -> Result<(Source, Source), String> {
         for (key, x) in [("constant", Some(self.constant)), ("lead_m", self.lead_m)] {
             if let Some(x) = x.filter(|x| !(*x > 0.0 && x.is_finite())) {

@@ -3,7 +3,7 @@
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use crate::machine::Tolerance;
+use machine::Tolerance;
 
 /// Standard deviations of stated numbers, relative unless it says otherwise; the ordinary ones where they are left out.
 #[derive(Debug, Clone, Default, Deserialize, JsonSchema)]

@@ -9,11 +9,11 @@ use super::fit::{Fitted, Fitter, place_of, values_of};
 use super::hypothesis::Hypothesis;
 use super::null::another_machine;
 use super::verdict::{Diagnosis, closed};
-use crate::measurement::{FitSet, HoldOutSet, MeasurementSet, ModeTable};
-use crate::numeric::random::normal;
-use crate::numeric::statistics::root_mean_square;
-use crate::objective::{FrfGap, FrfObjective, FrfSettings, ModeObjective, ModeSettings};
-use crate::optimizer::{Control, least_squares_within};
+use identification::objective::{FrfGap, FrfObjective, FrfSettings, ModeObjective, ModeSettings};
+use measurement::{FitSet, HoldOutSet, MeasurementSet, ModeTable};
+use numeric::random::normal;
+use numeric::statistics::root_mean_square;
+use optimizer::{Control, least_squares_within};
 
 /// Lines of one FRF in a draw, and steps of its fits.
 const LINES: usize = 80;

@@ -3,10 +3,12 @@
 use nalgebra::{DMatrix, DVector};
 
 use super::hypothesis::Hypothesis;
-use crate::measurement::{FitSet, HoldOutSet};
-use crate::numeric::statistics::root_mean_square_of_parts;
-use crate::objective::{FrfObjective, FrfSettings, MISSING, ModeObjective, ModeSettings, ModeSquares, ObjectiveError, PositionPrediction};
-use crate::optimizer::LeastSquares;
+use identification::objective::{
+    FrfObjective, FrfSettings, MISSING, ModeObjective, ModeSettings, ModeSquares, ObjectiveError, PositionPrediction,
+};
+use measurement::{FitSet, HoldOutSet};
+use numeric::statistics::root_mean_square_of_parts;
+use optimizer::LeastSquares;
 
 /// Fewest and most lines of one FRF that are looked at, and lines of all together: what a model's error hides no line more would tell, but noise is less
 /// of so many.
@@ -221,7 +223,7 @@ pub fn gaps(
                 return Ok(Vec::new());
             }
             let objective = FrfObjective::held_out(&hypothesis.machine, data, settings)?;
-            let part = |g: crate::objective::FrfGap| Part {
+            let part = |g: identification::objective::FrfGap| Part {
                 position: data.set.frfs[g.frf].position,
                 frf: Some(g.frf),
                 gap: g.gap,

@@ -5,10 +5,10 @@ use serde::{Deserialize, Serialize};
 
 use super::domain::{Compared, Domain, Part, gaps};
 use super::hypothesis::{Hypothesis, is_nuisance};
-use crate::machine::{Circumstance, Parameter};
-use crate::measurement::{FitSet, HoldOutSet};
-use crate::objective::{ObjectiveError, operating};
-use crate::optimizer::{Control, least_squares_within};
+use identification::objective::{ObjectiveError, operating};
+use machine::{Circumstance, Parameter};
+use measurement::{FitSet, HoldOutSet};
+use optimizer::{Control, least_squares_within};
 
 /// A fitted hypothesis: a place for each parameter of its machine, and for what belongs to the data (gain, nut positions).
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]

@@ -1,11 +1,11 @@
 //! What could be missing from a machine: one hypothesis is one patched machine.
 
 use super::richer::{hold_over_length, journal_share};
-use crate::machine::{
+use machine::{
     Data, Effect, FitRule, Joint, JointPatch, Machine, MachineError, Motion, Operating, Parameter, Patch, PointPatch, Rescale, Scale,
     Shaft, Source, Station, Target,
 };
-use crate::numeric::statistics::quantile;
+use numeric::statistics::quantile;
 
 /// What kind of thing a hypothesis adds.
 #[derive(Debug, Clone, PartialEq)]
@@ -159,7 +159,7 @@ pub(super) fn nuisance_parameter(id: String, start: f64, sd: f64) -> Parameter {
 /// is not all viscous), the largest inertias, gain and delay of the measuring chain; each an unknown with the standard deviation of what is known beforehand.
 /// Nuts, which stand at `nuts_m` (m), hold their screw over a length.
 ///
-/// # Source  widths are the machine's [`Tolerance`](crate::machine::Tolerance); losses by the scatter of catalogues.
+/// # Source  widths are the machine's [`Tolerance`](machine::Tolerance); losses by the scatter of catalogues.
 ///
 /// # Errors  none for a machine that was checked.
 pub fn with_nuisances(machine: &Machine, nuts_m: &[f64]) -> Result<Machine, MachineError> {
@@ -216,7 +216,7 @@ pub fn with_nuisances(machine: &Machine, nuts_m: &[f64]) -> Result<Machine, Mach
         add(Target::JointIntegralRate(joint.name.clone()), Rescale::Added, rate);
     }
     for (motion, sd) in [(Motion::Translation, known.mass), (Motion::Rotation, known.inertia)] {
-        let size = |p: &crate::machine::Point| p.inertia.at(&start, &Operating::default());
+        let size = |p: &machine::Point| p.inertia.at(&start, &Operating::default());
         let largest = machine.points.iter().filter(|p| p.motion == motion && size(p) > 0.0).max_by(|a, b| size(a).total_cmp(&size(b)));
         if let Some(point) = largest {
             let parameter = nuisance_parameter(format!("~inertia {}", point.name), 0.0, sd);

@@ -6,9 +6,9 @@ use rayon::prelude::*;
 use super::domain::{Compared, Domain};
 use super::fit::{Fitted, Fitter, SCATTERED_WITHOUT_ONE, place_of};
 use super::hypothesis::Hypothesis;
-use crate::numeric::parallel::OrFirstError;
-use crate::objective::ObjectiveError;
-use crate::optimizer::{Control, LeastSquares, Normal, least_squares_within};
+use identification::objective::ObjectiveError;
+use numeric::parallel::OrFirstError;
+use optimizer::{Control, LeastSquares, Normal, least_squares_within};
 
 /// Steps of a fit without one position.
 const STEPS: u64 = 12;

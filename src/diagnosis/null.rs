@@ -15,10 +15,10 @@ use super::domain::{Compared, Domain};
 use super::fit::{Fitted, Fitter, amplitudes, place_of, start_of};
 use super::hypothesis::Hypothesis;
 use super::richer::{another, drawn};
-use crate::numeric::parallel::OrFirstError;
-use crate::numeric::random::normal;
-use crate::objective::{FrfSettings, ObjectiveError};
-use crate::optimizer::{Control, least_squares_within};
+use identification::objective::{FrfSettings, ObjectiveError};
+use numeric::parallel::OrFirstError;
+use numeric::random::normal;
+use optimizer::{Control, least_squares_within};
 
 /// Share of a change that joints and nuisances cannot do, from which on it is a direction of its own.
 const OWN: f64 = 0.01;

@@ -2,9 +2,9 @@
 
 use super::fit::{Fitted, values_of};
 use super::hypothesis::Hypothesis;
-use crate::measurement::HoldOutSet;
-use crate::numeric::statistics::root_mean_square;
-use crate::objective::{FrfObjective, FrfSettings, ObjectiveError};
+use identification::objective::{FrfObjective, FrfSettings, ObjectiveError};
+use measurement::HoldOutSet;
+use numeric::statistics::root_mean_square;
 
 /// A maximum must stand out of what is around it by this factor to be a resonance.
 const STANDS_OUT: f64 = 1.5;

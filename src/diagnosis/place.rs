@@ -5,8 +5,8 @@ use super::fit::{Fitted, Fitter, place_of};
 use super::hypothesis::{Hypothesis, Kind};
 use super::run::Candidate;
 use super::said::{Verdict, VerdictKind};
-use crate::machine::{Effect, Value};
-use crate::objective::ObjectiveError;
+use identification::objective::ObjectiveError;
+use machine::{Effect, Value};
 
 /// Share of all that changes which a band holds.
 const SHARE: f64 = 0.7;

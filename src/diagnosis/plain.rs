@@ -4,10 +4,10 @@
 use super::domain::Part;
 use super::fit::{Fitted, Fitter, at_start, start_of};
 use super::hypothesis::{Hypothesis, Kind, interfaces};
-use crate::machine::{Effect, Machine};
-use crate::measurement::HoldOutSet;
-use crate::objective::ObjectiveError;
-use crate::optimizer::Control;
+use identification::objective::ObjectiveError;
+use machine::{Effect, Machine};
+use measurement::HoldOutSet;
+use optimizer::Control;
 
 /// Steps of the fits, and the relative gain of χ² at which they end.
 const STEPS: (u64, f64) = (200, 1e-6);

@@ -6,11 +6,11 @@ use super::domain::{Domain, Part};
 use super::fit::{Fitted, Fitter, SCATTERED};
 use super::hypothesis::Hypothesis;
 use super::null::Null;
-use crate::measurement::{FitSet, HoldOutSet, MeasurementSet};
-use crate::numeric::parallel::OrFirstError;
-use crate::numeric::statistics::quantile;
-use crate::objective::ObjectiveError;
-use crate::optimizer::Control;
+use identification::objective::ObjectiveError;
+use measurement::{FitSet, HoldOutSet, MeasurementSet};
+use numeric::parallel::OrFirstError;
+use numeric::statistics::quantile;
+use optimizer::Control;
 
 /// What is wrong with the records.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -5,8 +5,8 @@ use std::f64::consts::TAU;
 use rand::{Rng, RngExt};
 
 use super::hypothesis::nuisance_parameter;
-use crate::machine::{FitRule, Joint, Law, Machine, Motion, Operating, Parameter, Place, Point, Scale, Shaft, Station, Tolerance, Value};
-use crate::numeric::random::normal;
+use machine::{FitRule, Joint, Law, Machine, Motion, Operating, Parameter, Place, Point, Scale, Shaft, Station, Tolerance, Value};
+use numeric::random::normal;
 
 /// Half the distance of the two places at which a nut is taken to hold its screw, in leads: a load spread evenly stretches the screw as one at two places a third
 /// of its length to either side does. Of a nut whose lead is not told, in diameters of the screw.

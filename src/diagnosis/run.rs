@@ -6,11 +6,11 @@ use super::domain::{Compared, Domain};
 use super::fit::{Ablation, Fitted, Fitter, at_start, values_of};
 use super::hypothesis::{Hypothesis, interfaces, with_nuisances};
 use super::left_out::left_out;
-use crate::identification::{Plan, identify};
-use crate::machine::{Base, Data, Effect, Lever, Machine, Operating, Value};
-use crate::measurement::{FitSet, HoldOutSet, Tolerance};
-use crate::objective::{FrfSettings, ObjectiveError};
-use crate::optimizer::Control;
+use identification::objective::{FrfSettings, ObjectiveError};
+use identification::{Plan, identify};
+use machine::{Base, Data, Effect, Lever, Machine, Operating, Value};
+use measurement::{FitSet, HoldOutSet, Tolerance};
+use optimizer::Control;
 
 /// What became of a candidate.
 #[derive(Debug, Clone, PartialEq)]

@@ -14,11 +14,11 @@ use super::plainer::{Named, plainer};
 use super::record::{Fault, fault, held_out_fault};
 use super::run::{Candidate, Status, Survey, again_from, hypotheses, locate, nominal, nominal_fits, survey};
 use super::said::{Verdict, VerdictKind, last_of, named, nothing_fitted, told_p};
-use crate::machine::{Effect, Machine};
-use crate::measurement::HoldOutSet;
-use crate::numeric::parallel::OrFirstError;
-use crate::objective::ObjectiveError;
-use crate::optimizer::Control;
+use identification::objective::ObjectiveError;
+use machine::{Effect, Machine};
+use measurement::HoldOutSet;
+use numeric::parallel::OrFirstError;
+use optimizer::Control;
 
 /// A candidate with its figures.
 #[derive(Debug, Clone, PartialEq)]

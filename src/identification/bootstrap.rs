@@ -5,8 +5,8 @@ use rand_xoshiro::Xoshiro256PlusPlus;
 use rayon::prelude::*;
 
 use super::problem::Problem;
-use crate::numeric::statistics::quantile;
-use crate::optimizer::{Control, least_squares};
+use numeric::statistics::quantile;
+use optimizer::{Control, least_squares};
 
 /// What is drawn anew.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -3,7 +3,7 @@
 use rayon::prelude::*;
 
 use super::uncertainty::Certainty;
-use crate::machine::{Parameter, Scale};
+use machine::{Parameter, Scale};
 
 /// How two parameters make up for each other.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -144,8 +144,8 @@ fn combination(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::identification::uncertainty::certainty;
-    use crate::machine::FitRule;
+    use crate::uncertainty::certainty;
+    use machine::FitRule;
     use nalgebra::DMatrix;
 
     fn parameter(id: &str) -> Parameter {

@@ -5,12 +5,12 @@ use std::sync::Arc;
 use nalgebra::DMatrix;
 
 use super::uncertainty::{NARROWING, RANGE_SD, certainty};
-use crate::machine::{Chain, Machine, Operating};
-use crate::measurement::{Condition, FitSet, Frf, Line, MeasurementSet, ModeObservation, ModeTable, Noise, Quantity};
-use crate::model::{PeakSearch, Structure, peaks};
 use crate::objective::{FrfObjective, FrfSettings, ModeObjective, ModeSettings, ModeSquares, ObjectiveError, VISIBLE};
-use crate::optimizer::LeastSquares;
-use crate::unit::omega_rad_s;
+use dynamics::model::{PeakSearch, Structure, peaks};
+use machine::{Chain, Machine, Operating};
+use measurement::{Condition, FitSet, Frf, Line, MeasurementSet, ModeObservation, ModeTable, Noise, Quantity};
+use numeric::unit::omega_rad_s;
+use optimizer::LeastSquares;
 
 /// A measurement that could be made.
 #[derive(Debug, Clone, PartialEq)]
@@ -129,7 +129,7 @@ impl Design {
             let mut network = structure.network();
             network.update(machine, values, &operating);
             let seen = peaks(&network, search, &mut structure.workspace()).into_iter().filter(|p| p.prominence >= least);
-            let observed = |(order, p): (usize, crate::model::Peak)| ModeObservation {
+            let observed = |(order, p): (usize, dynamics::model::Peak)| ModeObservation {
                 order: order as u32 + 1,
                 frequency_hz: Some(p.frequency_hz),
                 amplitude: Some(p.amplitude),
@@ -198,7 +198,7 @@ fn without_known(mut information: DMatrix<f64>, known: &[f64]) -> DMatrix<f64> {
     information
 }
 
-fn structure(machine: &Machine, channel: &(String, String), rods: crate::model::Rods) -> Result<Arc<Structure>, ObjectiveError> {
+fn structure(machine: &Machine, channel: &(String, String), rods: dynamics::model::Rods) -> Result<Arc<Structure>, ObjectiveError> {
     let named = |name: &String| {
         machine.point(name).ok_or_else(|| {
             let known: Vec<&str> = machine.points.iter().map(|p| p.name.as_str()).collect();
@@ -215,7 +215,7 @@ fn predicted_frf(
     (response, excitation): (&String, &String),
     plan: FrfPlan,
 ) -> Result<Frf, ObjectiveError> {
-    let structure = structure(machine, &(response.clone(), excitation.clone()), crate::model::Rods::Exact)?;
+    let structure = structure(machine, &(response.clone(), excitation.clone()), dynamics::model::Rods::Exact)?;
     let operating = Operating { nut_m, ..Operating::default() };
     machine.check_operating("plan", &operating)?;
     let (mut network, mut work) = (structure.network(), structure.workspace());

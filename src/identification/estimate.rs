@@ -8,9 +8,9 @@ use super::problem::Problem;
 use super::profile::{CHI_SQUARE_95, profiles};
 use super::run::{Estimate, Plan, Repeat};
 use super::uncertainty::{Certainty, NARROWING, RANGE_SD, certainty};
-use crate::machine::{Machine, Parameter};
 use crate::objective::{GAIN_RANGE, ObjectiveError};
-use crate::optimizer::{Control, Found, Polished, SearchSettings, least_squares, search};
+use machine::{Machine, Parameter};
+use optimizer::{Control, Found, Polished, SearchSettings, least_squares, search};
 
 /// What is known of the parameters after a fit.
 pub(super) struct Estimation {

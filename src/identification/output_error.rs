@@ -3,12 +3,12 @@
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
-use crate::inverse_dynamics::{InverseError, bounded_step, dependent};
-use crate::machine::Machine;
-use crate::measurement::MotionRecord;
-use crate::motion::{MotionError, RecordGap, Settings, simulate_record};
-use crate::numeric::parallel::OrFirstError;
-use crate::optimizer::Control;
+use dynamics::inverse_dynamics::{InverseError, bounded_step, dependent};
+use dynamics::motion::{MotionError, RecordGap, Settings, simulate_record};
+use machine::Machine;
+use measurement::MotionRecord;
+use numeric::parallel::OrFirstError;
+use optimizer::Control;
 
 /// What the output error gave.
 #[derive(Debug, Clone, PartialEq)]

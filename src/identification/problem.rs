@@ -3,7 +3,7 @@
 use rayon::prelude::*;
 
 use crate::objective::{COARSE_LINES, FrfObjective, ModeObjective, ModeSquares};
-use crate::optimizer::{Control, Cost, Found, LeastSquares, Polished, SearchSettings, least_squares, simplex};
+use optimizer::{Control, Cost, Found, LeastSquares, Polished, SearchSettings, least_squares, simplex};
 
 /// Members of the last population that least squares starts from, and how far apart in some coordinate they are.
 const STARTS: usize = 30;

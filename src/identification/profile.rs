@@ -3,7 +3,7 @@
 use rayon::prelude::*;
 
 use super::uncertainty::Certainty;
-use crate::optimizer::{Control, LeastSquares, Polished, least_squares};
+use optimizer::{Control, LeastSquares, Polished, least_squares};
 
 /// χ² rise at the ends of a 95 % interval of one parameter: the 95 % point of χ² with one degree of freedom.
 pub const CHI_SQUARE_95: f64 = 3.841_458_820_694_124;
@@ -89,8 +89,8 @@ fn profile_end(squares: &dyn LeastSquares, best: &Polished, coordinate: usize, e
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::identification::uncertainty::certainty;
-    use crate::optimizer::Normal;
+    use crate::uncertainty::certainty;
+    use optimizer::Normal;
 
     /// r = ((x − 0.5)/0.05, (x + y − 1)/0.01): y follows x.
     struct Pair;

@@ -4,11 +4,11 @@ use super::bootstrap::Bootstrap;
 use super::combination::Combination;
 use super::estimate::{Estimation, estimate};
 use super::uncertainty::Certainty;
-use crate::machine::{Machine, Operating};
-use crate::measurement::{FitSet, HoldOutSet};
-use crate::model::derived;
 use crate::objective::{AmplitudeFit, FrfGap, FrfObjective, FrfSettings, ModeObjective, ModeSettings, ObjectiveError, PositionPrediction};
-use crate::optimizer::{Control, Found, Strategy};
+use dynamics::model::derived;
+use machine::{Machine, Operating};
+use measurement::{FitSet, HoldOutSet};
+use optimizer::{Control, Found, Strategy};
 
 /// How an identification is run.
 #[derive(Debug, Clone, PartialEq)]

@@ -196,7 +196,7 @@ impl Machine {
                 return Err(fault(format!("{part}.lead_m"), format!("is {lead_m}; write the travel per turn in m")));
             }
         }
-        let travel = patch.lead_m.map_or(1.0, crate::unit::travel_per_radian_m);
+        let travel = patch.lead_m.map_or(1.0, numeric::unit::travel_per_radian_m);
         Ok(Encoder { at, travel, step: self.value(&format!("{part}.encoder_step"), &patch.step)? })
     }
 

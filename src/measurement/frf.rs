@@ -163,7 +163,7 @@ pub(super) fn read_lines(path: &str, text: &str) -> Result<(Vec<Line>, Vec<Line>
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::measurement::Quantity;
+    use crate::Quantity;
     use rand::{RngExt, SeedableRng};
     use rand_xoshiro::Xoshiro256PlusPlus;
 

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use super::MeasurementError;
 use super::table::Table;
-use crate::numeric::statistics::{extremes, median};
+use numeric::statistics::{extremes, median};
 
 /// What drives the axis.
 #[derive(Debug, Clone, PartialEq)]

@@ -9,7 +9,7 @@ use rand::{RngExt, SeedableRng};
 use rand_xoshiro::Xoshiro256PlusPlus;
 use serde::{Deserialize, Serialize};
 
-use crate::numeric::random::normal;
+use numeric::random::normal;
 
 /// How a trial is made from the population.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]

@@ -10,7 +10,7 @@ use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
-use crate::numeric::digest::digest;
+use numeric::digest::digest;
 
 const SCHEMA: &str = "jointid/unfinished/2";
 

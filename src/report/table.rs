@@ -6,7 +6,7 @@ use comfy_table::presets;
 use comfy_table::{CellAlignment, ContentArrangement, LineStyle, Table};
 
 use super::document::{BootstrapRow, ChoiceRow, Comparison, FrfRow, Objectives, ParameterRow, Peaks, Plan, PositionRow};
-use crate::numeric::statistics::median;
+use numeric::statistics::median;
 
 /// A table whose cells wrap before it is wider than 80 columns.
 fn table(header: &[&str]) -> Table {

@@ -7,7 +7,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Deserializer, Serialize};
 use serde_json::Value;
 
-use crate::report::document::Input;
+use report::document::Input;
 
 /// Two numbers; an end that is none (null stands for what is not finite) makes the whole unknown.
 fn both_ends<'de, D: Deserializer<'de>>(source: D) -> Result<Option<[f64; 2]>, D::Error> {

@@ -3,8 +3,8 @@
 use schemars::JsonSchema;
 use serde::Serialize;
 
-use crate::report::document::Stamp;
-use crate::truth::{Kind, Strength};
+use reference_simulator::{Kind, Strength};
+use report::document::Stamp;
 
 use super::answer::Verdict;
 use super::judge::Judgement;

@@ -1,6 +1,6 @@
 //! One answer against one label.
 
-use crate::truth::{Kind, Label, Strength};
+use reference_simulator::{Kind, Label, Strength};
 
 use super::answer::{Answer, Diagnosis, Verdict};
 

@@ -5,8 +5,8 @@ use std::collections::BTreeMap;
 use schemars::JsonSchema;
 use serde::Serialize;
 
-use crate::numeric::statistics::{clopper_pearson, median, quantile};
-use crate::truth::{Kind, Strength};
+use numeric::statistics::{clopper_pearson, median, quantile};
+use reference_simulator::{Kind, Strength};
 
 use super::judge::Judgement;
 

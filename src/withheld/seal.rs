@@ -6,9 +6,9 @@ use std::path::Path;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use crate::report::document::Input;
-use crate::report::{digest, to_json};
-use crate::truth::{Counts, Label};
+use reference_simulator::{Counts, Label};
+use report::document::Input;
+use report::{digest, to_json};
 
 /// What makes the cases: the same generator makes the same files again.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]

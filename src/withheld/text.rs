@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
 
-use crate::report::columns;
+use report::columns;
 
 use super::score::{Confusion, Location, Proportion, Scores, Spread};
 

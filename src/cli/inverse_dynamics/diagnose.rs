@@ -7,12 +7,12 @@ use super::super::common::{CommandResult, Loaded, control, deliver, ended, on_th
 use super::super::diagnose::{check_frozen, chosen_effects};
 use super::super::progress::Progress;
 use super::learnable::learnable;
-use crate::diagnosis::motion::{Cell, CellKind, MotionDiagnosis, MotionPart, MotionSettings, diagnose_motion, gap_of};
-use crate::diagnosis::{Status, VerdictKind};
-use crate::inverse_dynamics::{Motion, phases};
-use crate::machine::{Data, Effect, Machine};
-use crate::report::diagnosis as document;
-use crate::report::record::{CellRow, ChainRow, ChannelRow, MotionRows, TraceRow, motion_diagnosis_text};
+use diagnosis::motion::{Cell, CellKind, MotionDiagnosis, MotionPart, MotionSettings, diagnose_motion, gap_of};
+use diagnosis::{Status, VerdictKind};
+use dynamics::inverse_dynamics::{Motion, phases};
+use machine::{Data, Effect, Machine};
+use report::diagnosis as document;
+use report::record::{CellRow, ChainRow, ChannelRow, MotionRows, TraceRow, motion_diagnosis_text};
 
 /// Nulls of motion records for each that `--nulls` asks for: they cost little.
 const NULLS: usize = 10;
@@ -179,7 +179,7 @@ fn by_phase(cells: &[Cell], of: &[&Motion]) -> BTreeMap<String, f64> {
             found.entry(format!("{}{of}", phase.word())).or_default().push((cell.gap, cell.samples));
         }
     }
-    let mean = |parts: Vec<(f64, usize)>| crate::numeric::statistics::root_mean_square_of_parts(parts);
+    let mean = |parts: Vec<(f64, usize)>| numeric::statistics::root_mean_square_of_parts(parts);
     found.into_iter().filter_map(|(name, parts)| Some((name, mean(parts)?))).collect()
 }
 

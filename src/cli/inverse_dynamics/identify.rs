@@ -6,12 +6,12 @@ use super::super::arguments::{IdentifyArguments, ObjectiveName};
 use super::super::common::{CommandResult, Loaded, control, deliver, ended, on_threads, plan, prepare, settings, stamp, told, warn};
 use super::super::diagnose::check_frozen;
 use super::super::progress::Progress;
-use crate::identification::{output_error, simulated_gaps};
-use crate::inverse_dynamics::{Estimated, Fit, Motion, correlation, estimate_weighed, free_parameters, recorded, unseen};
-use crate::measurement::MotionRecord;
-use crate::report::document::{Identification, ParameterRow, PositionRow, Settings};
-use crate::report::record::RecordRow;
-use crate::report::{parameters_table, wrapped};
+use dynamics::inverse_dynamics::{Estimated, Fit, Motion, correlation, estimate_weighed, free_parameters, recorded, unseen};
+use identification::{output_error, simulated_gaps};
+use measurement::MotionRecord;
+use report::document::{Identification, ParameterRow, PositionRow, Settings};
+use report::record::RecordRow;
+use report::{parameters_table, wrapped};
 
 /// Runs the command.
 pub fn identify(given: &IdentifyArguments, loaded: &Loaded) -> CommandResult {
@@ -58,7 +58,7 @@ pub fn identify(given: &IdentifyArguments, loaded: &Loaded) -> CommandResult {
             };
             estimates = found.estimates_of(machine, &free, &lengths);
         }
-        Ok::<_, crate::inverse_dynamics::InverseError>((found, estimates, complete))
+        Ok::<_, dynamics::inverse_dynamics::InverseError>((found, estimates, complete))
     })?;
     let (found, mut estimates, mut complete) = ran.map_err(told)?;
     let fitted: Vec<&Motion> = fit.iter().map(|i| &motions[*i]).collect();
@@ -133,7 +133,7 @@ pub fn identify(given: &IdentifyArguments, loaded: &Loaded) -> CommandResult {
 
 fn parameter_rows(loaded: &Loaded, values: &[f64], estimates: &[Estimated]) -> BTreeMap<String, ParameterRow> {
     let parameters = &loaded.config.machine.parameters;
-    let row = |(at, p): (usize, &crate::machine::Parameter)| {
+    let row = |(at, p): (usize, &machine::Parameter)| {
         let found = estimates.iter().find(|e| e.parameter == at);
         let interval = found.and_then(|e| e.interval).map(|i| [values[at] - i.half95, values[at] + i.half95]);
         // Seen where the interval is narrower than the range.
@@ -173,7 +173,7 @@ pub(super) fn positions(records: &BTreeMap<String, RecordRow>, error: impl Fn(&R
 fn derived(records: &BTreeMap<String, RecordRow>, error: impl Fn(&RecordRow) -> Option<f64>) -> BTreeMap<String, f64> {
     let over = |role: &str| {
         let own = records.values().filter(|r| r.role == role).filter_map(|r| Some((error(r)?, r.compared)));
-        crate::numeric::statistics::root_mean_square_of_parts(own)
+        numeric::statistics::root_mean_square_of_parts(own)
     };
     [("gap_fit", over("fit")), ("gap_held_out", over("held_out"))].into_iter().filter_map(|(k, x)| Some((k.to_string(), x?))).collect()
 }
@@ -185,7 +185,7 @@ fn text(loaded: &Loaded, document: &Identification) -> String {
         loaded.config.machine.title,
         wrapped(&format!("fitted on {} by {}, held out {held_out}", document.fit_positions.join(", "), document.settings.objective)),
         parameters_table(&document.parameters),
-        crate::report::record::records_table(&document.records)
+        report::record::records_table(&document.records)
     );
     if !document.stamp.complete {
         text += "stopped early: this is what was known\n";

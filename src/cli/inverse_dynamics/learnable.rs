@@ -3,10 +3,10 @@
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
-use crate::diagnosis::motion::MotionPart;
-use crate::inverse_dynamics::Motion;
-use crate::network::{Example, Network};
-use crate::report::record::LearnableRow;
+use diagnosis::motion::MotionPart;
+use dynamics::inverse_dynamics::Motion;
+use identification::network::{Example, Network};
+use report::record::LearnableRow;
 
 /// Most examples, spread evenly, and beginnings of a training.
 const EXAMPLES: usize = 8000;
@@ -22,7 +22,7 @@ pub fn learnable(
     stop: &Arc<AtomicBool>,
 ) -> Vec<LearnableRow> {
     let Some(first) = motions.first().filter(|_| fitted < motions.len()) else { return Vec::new() };
-    let row = |(at, further): (usize, &crate::inverse_dynamics::Further)| {
+    let row = |(at, further): (usize, &dynamics::inverse_dynamics::Further)| {
         let samples = |record: usize, parts: &[&MotionPart]| -> Option<Vec<Example>> {
             let (motion, part) = (motions[record], parts[record].further.get(at)?);
             let counts = &motion.further.get(at)?.counts;

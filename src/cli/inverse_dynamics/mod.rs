@@ -14,13 +14,13 @@ use std::collections::BTreeMap;
 use rayon::prelude::*;
 
 use super::common::{Loaded, told};
-use crate::diagnosis::motion::{CellKind, MotionPart, cells, part};
-use crate::inverse_dynamics::{CurvePoint, Further, Motion, Phase, Recipe, Rigid, friction_curve};
-use crate::machine::Machine;
-use crate::measurement::MeasurementSet;
-use crate::numeric::parallel::OrFirstError;
-use crate::objective::point_named;
-use crate::report::record::{CurveRow, RecipeRow, RecordRow, TransmissionRow};
+use diagnosis::motion::{CellKind, MotionPart, cells, part};
+use dynamics::inverse_dynamics::{CurvePoint, Further, Motion, Phase, Recipe, Rigid, friction_curve};
+use identification::objective::point_named;
+use machine::Machine;
+use measurement::MeasurementSet;
+use numeric::parallel::OrFirstError;
+use report::record::{CurveRow, RecipeRow, RecordRow, TransmissionRow};
 
 /// Whether a set is one of motions: records, and neither FRFs nor modes.
 pub fn applies(set: &MeasurementSet) -> bool {

@@ -5,11 +5,11 @@ use std::collections::BTreeMap;
 use super::super::arguments::ValidateArguments;
 use super::super::common::{CommandResult, Loaded, Outcome, deliver, prepare, stamp, stop_flag, told, warn};
 use super::identify::positions;
-use crate::identification::simulated_gaps;
-use crate::measurement::MotionRecord;
-use crate::optimizer::Control;
-use crate::report::document::{Identification, Input, Validation};
-use crate::report::record::{RecordRow, records_table};
+use identification::simulated_gaps;
+use measurement::MotionRecord;
+use optimizer::Control;
+use report::document::{Identification, Input, Validation};
+use report::record::{RecordRow, records_table};
 
 /// Runs the command.
 pub fn validate(

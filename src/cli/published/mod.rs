@@ -8,11 +8,11 @@ use std::fmt::Write;
 
 use super::arguments::PublishedArguments;
 use super::common::{CommandResult, Outcome, deliver, prepare, told};
-use crate::config::{embedded_config, read_machine_text};
-use crate::machine::Machine;
-use crate::report::document::{Input, Stamp};
-use crate::report::simulation::{PublishedDocument, PublishedFigure};
-use crate::report::{digest, wrapped};
+use config::{embedded_config, read_machine_text};
+use machine::Machine;
+use report::document::{Input, Stamp};
+use report::simulation::{PublishedDocument, PublishedFigure};
+use report::{digest, wrapped};
 
 /// The configurations the figures are computed from.
 const CONFIGS: [&str; 3] = ["configs/twin-ball-screw.toml", "configs/servo-axis.toml", "configs/vertical-axis.toml"];

@@ -1,11 +1,11 @@
 //! The lumped servo axis.
 
 use super::{Source, compared, machine, stated};
-use crate::cli::sweep::mode_energy;
-use crate::machine::{Machine, Operating};
-use crate::model::elastic_frequencies_hz;
-use crate::motion::{SCurve, Settings, gain_study};
-use crate::report::simulation::PublishedFigure;
+use crate::sweep::mode_energy;
+use dynamics::model::elastic_frequencies_hz;
+use dynamics::motion::{SCurve, Settings, gain_study};
+use machine::{Machine, Operating};
+use report::simulation::PublishedFigure;
 
 const CONFIG: &str = super::CONFIGS[1];
 

@@ -3,21 +3,21 @@
 use std::sync::Arc;
 
 use super::{Source, compared, machine, stated, unreachable};
-use crate::cli::common::told;
-use crate::cli::sweep::{separations, static_stiffness};
-use crate::contact::published::{
+use crate::common::told;
+use crate::sweep::{separations, static_stiffness};
+use dynamics::model::elastic_frequencies_hz;
+use identification::{Plan, identify};
+use machine::contact::published::{
     BEARING_PAIR_STIFFNESS_N_PER_M, BEARING_PRELOAD_N, LEAD_M, MOTOR_EFFICIENCY, NUT_BALLS, NUT_PRELOAD_N, NUT_STIFFNESS_N_PER_M, bearing,
     friction_axis_1, friction_axis_2, nut,
 };
-use crate::contact::{
+use machine::contact::{
     AngularContactBearing, Balls, FitOptions, Noise, Nut, Observation, ScrewDrive, Stiffness, StribeckCurve, fit_stribeck,
 };
-use crate::identification::{Plan, identify};
-use crate::machine::{Machine, Operating};
-use crate::measurement::read_set;
-use crate::model::elastic_frequencies_hz;
-use crate::optimizer::Control;
-use crate::report::simulation::PublishedFigure;
+use machine::{Machine, Operating};
+use measurement::read_set;
+use optimizer::Control;
+use report::simulation::PublishedFigure;
 
 /// Step of velocity (m/s) in which the least frequency is sought: 0.2 m/min.
 const STEP_M_S: f64 = 1e-2 / 3.0;

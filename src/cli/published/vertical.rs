@@ -1,11 +1,11 @@
 //! The vertical axis under acceleration. The paper prints no value of any quantity: its equations stand against ours.
 
 use super::{Source, compared, machine, ours_alone, stated};
-use crate::cli::common::told;
-use crate::cli::sweep::{separations, static_stiffness};
-use crate::machine::{Machine, Operating};
-use crate::model::elastic_frequencies_hz;
-use crate::report::simulation::PublishedFigure;
+use crate::common::told;
+use crate::sweep::{separations, static_stiffness};
+use dynamics::model::elastic_frequencies_hz;
+use machine::{Machine, Operating};
+use report::simulation::PublishedFigure;
 
 const CONFIG: &str = super::CONFIGS[2];
 const AS_PRINTED: [&str; 4] =

@@ -4,12 +4,12 @@ use std::sync::Arc;
 
 use num_complex::Complex64;
 
-use crate::machine::{Chain, Machine, Motion, Operating};
-use crate::measurement::{FitSet, Frf, Gain, HoldOutSet, MeasurementSet, Quantity};
-use crate::model::{Rods, Structure};
-use crate::objective::{FrfObjective, FrfSettings, ModeObjective, ModeSettings, operating};
-use crate::report::page::{Curve, PeakMark};
-use crate::unit::omega_rad_s;
+use dynamics::model::{Rods, Structure};
+use identification::objective::{FrfObjective, FrfSettings, ModeObjective, ModeSettings, operating};
+use machine::{Chain, Machine, Motion, Operating};
+use measurement::{FitSet, Frf, Gain, HoldOutSet, MeasurementSet, Quantity};
+use numeric::unit::omega_rad_s;
+use report::page::{Curve, PeakMark};
 
 use super::super::common::told;
 

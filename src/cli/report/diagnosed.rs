@@ -6,10 +6,10 @@ use super::super::arguments::Sources;
 use super::super::common::{Loaded, load, stamp, told};
 use super::changed;
 use super::curves::{Model, Overlay};
-use crate::machine::Machine;
-use crate::model::Rods;
-use crate::report::diagnosis::Diagnosis;
-use crate::report::page::Page;
+use dynamics::model::Rods;
+use machine::Machine;
+use report::diagnosis::Diagnosis;
+use report::page::Page;
 
 /// Draws the machine as described and as chosen, each at its fit, over what was measured, if all inputs are still what they were.
 pub(super) fn draw(of: &Diagnosis, page: &mut Page) -> Result<(), String> {

@@ -13,11 +13,11 @@ use super::arguments::{ReportArguments, Sources};
 use super::common::{CommandResult, Loaded, Outcome, load, stamp, told};
 use super::talk;
 use super::validate::{check_identification, identified_values};
-use crate::measurement::read_set;
-use crate::model::Rods;
-use crate::report::document::{Identification, Input};
-use crate::report::page::{self, Page};
-use crate::report::{OutputFolder, digest};
+use dynamics::model::Rods;
+use measurement::read_set;
+use report::document::{Identification, Input};
+use report::page::{self, Page};
+use report::{OutputFolder, digest};
 
 /// Runs the command.
 pub fn run(given: &ReportArguments) -> CommandResult {

@@ -3,9 +3,9 @@
 use std::sync::Arc;
 
 use super::Ground;
-use crate::machine::{Motion, Operating};
-use crate::model::{Structure, undamped_modes};
-use crate::report::page::{Deflection, ModeShape, ShapeGroup};
+use dynamics::model::{Structure, undamped_modes};
+use machine::{Motion, Operating};
+use report::page::{Deflection, ModeShape, ShapeGroup};
 
 /// Modes shown of each position.
 const MODES: usize = 7;

@@ -13,9 +13,9 @@ use super::super::arguments::WithheldArguments;
 use super::super::common::told;
 use super::super::progress::Progress;
 use super::make::Flag;
-use crate::numeric::parallel::OrFirstError;
-use crate::report::{OutputFolder, digest, to_json};
-use crate::withheld::{Answer, CASES, Run, Seal, SealedCase, files_of};
+use numeric::parallel::OrFirstError;
+use report::{OutputFolder, digest, to_json};
+use withheld::{Answer, CASES, Run, Seal, SealedCase, files_of};
 
 /// Longest part of what a diagnosis said on stderr that is kept.
 const SAID: usize = 2000;

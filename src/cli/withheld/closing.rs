@@ -6,11 +6,11 @@ use std::path::Path;
 use super::super::arguments::Sources;
 use super::super::common::{load, told};
 use super::super::inverse_dynamics::ready;
-use crate::diagnosis::motion::{MotionPart, gap_of, part};
-use crate::inverse_dynamics::{Motion, Recipe, leave_crossings_out};
-use crate::machine::Machine;
-use crate::measurement::{MotionRecord, read_set};
-use crate::withheld::{CASES, Diagnosis, QUIET};
+use diagnosis::motion::{MotionPart, gap_of, part};
+use dynamics::inverse_dynamics::{Motion, Recipe, leave_crossings_out};
+use machine::Machine;
+use measurement::{MotionRecord, read_set};
+use withheld::{CASES, Diagnosis, QUIET};
 
 /// 1 − after²/before², the channels weighed as in the diagnosis; absent where its document does not say at which values of the parameters, or nothing
 /// is left before.

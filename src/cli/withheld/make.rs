@@ -10,10 +10,10 @@ use rayon::prelude::*;
 use super::super::common::told;
 use super::super::progress::Progress;
 use super::own::own_case;
-use crate::numeric::parallel::OrFirstError;
-use crate::report::{OutputFolder, to_json};
-use crate::truth::{Counts, Label, Plan, TruthError, generate_one, labels_json, motion, write_case};
-use crate::withheld::{CASES, Generator, QUIET, Seal, SealedCase, folder_digest};
+use numeric::parallel::OrFirstError;
+use reference_simulator::{Counts, Label, Plan, TruthError, generate_one, labels_json, motion, write_case};
+use report::{OutputFolder, to_json};
+use withheld::{CASES, Generator, QUIET, Seal, SealedCase, folder_digest};
 
 /// Set by Ctrl-C.
 pub type Flag = Arc<AtomicBool>;

@@ -13,13 +13,11 @@ use rayon::prelude::*;
 
 use self::arguments::{ArmName, CasesAsked, TruthName, WithheldArguments};
 use super::common::{CommandResult, Outcome, deliver, document_input, on_threads, prepare, print_out, stop_flag, told, warn};
-use crate::numeric::parallel::OrFirstError;
-use crate::report::document::Stamp;
-use crate::report::to_json;
-use crate::truth::{Counts, Label, motion};
-use crate::withheld::{
-    Answer, CASES, CaseRow, FOLLOW_UP, Generator, Judgement, QUIET, Seal, SealRow, Withheld, judge, scores, scores_text,
-};
+use numeric::parallel::OrFirstError;
+use reference_simulator::{Counts, Label, motion};
+use report::document::Stamp;
+use report::to_json;
+use withheld::{Answer, CASES, CaseRow, FOLLOW_UP, Generator, Judgement, QUIET, Seal, SealRow, Withheld, judge, scores, scores_text};
 
 /// Runs the command.
 pub fn run(given: &WithheldArguments) -> CommandResult {
@@ -96,7 +94,7 @@ pub fn run(given: &WithheldArguments) -> CommandResult {
 }
 
 fn judged(labels: &[Label], name: &str, answer: &Answer) -> Option<(String, Judgement)> {
-    let label = crate::withheld::label_of(labels, name)?;
+    let label = withheld::label_of(labels, name)?;
     Some((name.to_string(), judge(label, name.ends_with(FOLLOW_UP), answer)))
 }
 

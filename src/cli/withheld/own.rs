@@ -11,17 +11,17 @@ use rand::SeedableRng;
 use rand_xoshiro::Xoshiro256PlusPlus;
 
 use super::super::common::told;
-use crate::config::read_machine_text;
-use crate::diagnosis::{another, drawn, with_nuisances};
-use crate::machine::{Chain, Data, Effect, FitRule, Machine, Operating};
-use crate::model::{Rods, Structure};
-use crate::numeric::random::normal;
-use crate::truth::draw::Draw;
-use crate::truth::effect::Place;
-use crate::truth::machine::nuisance::{DELAY_SD_S, GAIN_SD, NUT_SD_M};
-use crate::truth::machine::point::Channel;
-use crate::truth::{Case, Gap, Kind, Label, Plan, Strength, generate_one};
-use crate::unit::omega_rad_s;
+use config::read_machine_text;
+use diagnosis::{another, drawn, with_nuisances};
+use dynamics::model::{Rods, Structure};
+use machine::{Chain, Data, Effect, FitRule, Machine, Operating};
+use numeric::random::normal;
+use numeric::unit::omega_rad_s;
+use reference_simulator::draw::Draw;
+use reference_simulator::effect::Place;
+use reference_simulator::machine::nuisance::{DELAY_SD_S, GAIN_SD, NUT_SD_M};
+use reference_simulator::machine::point::Channel;
+use reference_simulator::{Case, Gap, Kind, Label, Plan, Strength, generate_one};
 
 /// Relative error of a line that a careful test reproduces, beside its noise.
 const REPRODUCED: f64 = 0.01;
@@ -108,7 +108,7 @@ impl Truth {
     /// About a description with nuisances: joints as the label has them, all else drawn.
     fn new(described: &Machine, case: &Case, label: &Label, seed: u64) -> Self {
         let random = &mut Xoshiro256PlusPlus::seed_from_u64(seed);
-        let value = |p: &crate::machine::Parameter, random: &mut Xoshiro256PlusPlus| {
+        let value = |p: &machine::Parameter, random: &mut Xoshiro256PlusPlus| {
             label.joints.get(&p.id).copied().or_else(|| drawn(p, random)).unwrap_or(p.start)
         };
         let values = described.parameters.iter().map(|p| value(p, random)).collect();

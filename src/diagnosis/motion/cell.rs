@@ -1,8 +1,8 @@
 //! Where the misfit lies: by phase of the motion, by speed, by position, and by direction.
 
 use super::gap::MotionPart;
-use crate::inverse_dynamics::{Motion, Phase, phases};
-use crate::numeric::statistics::extremes;
+use dynamics::inverse_dynamics::{Motion, Phase, phases};
+use numeric::statistics::extremes;
 
 /// What a cell is made by.
 #[derive(Debug, Clone, Copy, PartialEq)]

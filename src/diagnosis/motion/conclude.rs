@@ -5,10 +5,10 @@ use super::stage::Stage;
 use super::survey::releases;
 use super::verdict::{ALPHA, LocatedMotion, NEARLY_ALL, RARE};
 use super::work::{Chosen, Work};
-use crate::diagnosis::said::told_p;
-use crate::diagnosis::{Verdict, VerdictKind};
-use crate::inverse_dynamics::Fit;
-use crate::machine::Parameter;
+use crate::said::told_p;
+use crate::{Verdict, VerdictKind};
+use dynamics::inverse_dynamics::Fit;
+use machine::Parameter;
 
 /// What a free shape must leave of what the chosen effects leave, for these to be doubted.
 const DOUBT: f64 = 0.5;

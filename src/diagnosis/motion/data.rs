@@ -2,7 +2,7 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use crate::inverse_dynamics::{Further, Motion, recorded};
+use dynamics::inverse_dynamics::{Further, Motion, recorded};
 
 /// Parts of the records that are left out one after another, and pieces of each in a record, between which lie pieces of the others.
 const PARTS: usize = 12;

@@ -306,8 +306,8 @@ mod tests {
     use rand_xoshiro::Xoshiro256PlusPlus;
 
     use super::*;
-    use crate::inverse_dynamics::{Motion, Recipe};
-    use crate::measurement::{Load, MotionRecord};
+    use dynamics::inverse_dynamics::{Motion, Recipe};
+    use measurement::{Load, MotionRecord};
 
     /// Columns that border those shared are columns as all others: fits of every column at once, without each part and with all, say the same.
     #[test]

@@ -5,8 +5,8 @@ use nalgebra::DVector;
 use super::data::MotionData;
 use super::gap::{MotionPart, flat, not_repeating, square};
 use super::weight::smooth_taken;
-use crate::inverse_dynamics::Motion;
-use crate::numeric::statistics::median;
+use dynamics::inverse_dynamics::Motion;
+use numeric::statistics::median;
 
 /// Longest time (s) over which noise is looked at: further apart misfit differs, too.
 const APART_S: f64 = 0.06;

@@ -4,8 +4,8 @@
 use nalgebra::DMatrix;
 
 use super::data::MotionData;
-use crate::inverse_dynamics::{Motion, Rigid};
-use crate::machine::Machine;
+use dynamics::inverse_dynamics::{Motion, Rigid};
+use machine::Machine;
 
 /// A free shape.
 #[derive(Debug, Clone)]

@@ -6,10 +6,10 @@ use rand_xoshiro::Xoshiro256PlusPlus;
 
 use super::floor::Noise as Floor;
 use super::noise::{Noise, repeated};
-use crate::diagnosis::domain::share_closed;
-use crate::inverse_dynamics::{Motion, Rigid, prediction};
-use crate::machine::Machine;
-use crate::numeric::statistics::quantile;
+use crate::domain::share_closed;
+use dynamics::inverse_dynamics::{Motion, Rigid, prediction};
+use machine::Machine;
+use numeric::statistics::quantile;
 
 /// One record with a prediction of it.
 #[derive(Debug, Clone, PartialEq)]

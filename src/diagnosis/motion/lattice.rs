@@ -1,9 +1,9 @@
 //! Where candidates are tried: places over the ranges of what the force is not linear in.
 
 use super::data::MotionData;
-use crate::inverse_dynamics::{Rigid, prediction};
-use crate::machine::{Machine, Motion, Scale};
-use crate::numeric::statistics::extremes;
+use dynamics::inverse_dynamics::{Rigid, prediction};
+use machine::{Machine, Motion, Scale};
+use numeric::statistics::extremes;
 
 /// Places of a lattice over one number that is not linear; most waves to the travel, two places each; places over several numbers.
 const PLACES: (usize, usize, usize) = (24, 80, 48);

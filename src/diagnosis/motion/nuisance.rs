@@ -3,10 +3,10 @@
 use nalgebra::DVector;
 
 use super::data::MotionData;
-use crate::inverse_dynamics::{Further, Motion, Rigid};
-use crate::machine::{Machine, Operating, Value};
-use crate::numeric::filter::central_differences;
-use crate::numeric::statistics::{extremes, root_mean_square};
+use dynamics::inverse_dynamics::{Further, Motion, Rigid};
+use machine::{Machine, Operating, Value};
+use numeric::filter::central_differences;
+use numeric::statistics::{extremes, root_mean_square};
 
 /// Something that is ordinarily a little wrong: what one standard deviation of it does to all channels.
 #[derive(Debug, Clone, PartialEq)]
@@ -218,7 +218,7 @@ impl<'o> Ordinary<'o> {
     }
 
     /// Errors of both scales of a further point and of the way that vary smoothly along the travel, beside what
-    /// [`Further::thinned`](crate::inverse_dynamics::Further::thinned) takes out.
+    /// [`Further::thinned`](dynamics::inverse_dynamics::Further::thinned) takes out.
     fn scale(&self, column: &str) -> Vec<Nuisance> {
         let of = |n: u32| {
             let wave = |m: &Motion| {

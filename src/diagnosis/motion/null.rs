@@ -1,7 +1,7 @@
 //! What nulls show: how much candidates gain where nothing is missing.
 
 use super::survey::Ranked;
-use crate::numeric::statistics::quantile;
+use numeric::statistics::quantile;
 
 /// What nulls show. Some candidates gain much by accident (a wave of any period), others little: −ln(1 − gain) is told in units of what each
 /// gains in one null of ten, and the largest of a draw stands for the whole library.

@@ -5,9 +5,9 @@ use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 use super::floor::not_systematic;
 use super::gap::{MotionPart, part, square};
 use super::noise::Noise;
-use crate::inverse_dynamics::{Columns, Fit, Motion, Projected, Rigid, intervals};
-use crate::machine::Machine;
-use crate::numeric::filter::central_differences;
+use dynamics::inverse_dynamics::{Columns, Fit, Motion, Projected, Rigid, intervals};
+use machine::Machine;
+use numeric::filter::central_differences;
 
 /// Delay and factor of one record, beside a model fitted to the records.
 #[derive(Debug, Clone, PartialEq)]
@@ -149,7 +149,7 @@ const TAKES_OF_ALL: f64 = 0.25;
 
 /// Records whose delay or factor is not that of the fitted ones.
 pub(super) fn contradictions(fit: &[RecordShift], others: &[RecordShift], step_s: f64) -> Vec<Contradiction> {
-    let middle = |of: fn(&RecordShift) -> f64| crate::numeric::statistics::median(fit.iter().map(of)).unwrap_or(0.0);
+    let middle = |of: fn(&RecordShift) -> f64| numeric::statistics::median(fit.iter().map(of)).unwrap_or(0.0);
     let (delay_s, gain) = (middle(|r| r.delay_s), middle(|r| r.gain));
     let sure = |of: fn(&RecordShift) -> f64| fit.iter().map(of).fold(0.0, f64::max);
     others

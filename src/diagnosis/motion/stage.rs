@@ -3,7 +3,7 @@
 use super::null::Null;
 use super::survey::{Ranked, Survey};
 use super::verdict::{ALPHA, NEARLY_ALL, RARE};
-use crate::machine::Effect;
+use machine::Effect;
 
 /// Share of the best gain within which another explains as much; a wider share where parts left out do not tell the two apart (90 %, one-sided).
 const ALIKE: f64 = 0.1;

@@ -14,11 +14,11 @@ use super::lattice::{lattice, small};
 use super::noise::Noise;
 use super::nuisance::{Nuisance, nuisances};
 use super::null::{Null, strength};
-use crate::diagnosis::{Hypothesis, Kind, Status};
-use crate::inverse_dynamics::{Columns, Fit, Projected, Rigid, free_parameters, inverse, live, prediction};
-use crate::machine::{Machine, Parameter, Scale};
-use crate::numeric::random::normal;
-use crate::optimizer::Control;
+use crate::{Hypothesis, Kind, Status};
+use dynamics::inverse_dynamics::{Columns, Fit, Projected, Rigid, free_parameters, inverse, live, prediction};
+use machine::{Machine, Parameter, Scale};
+use numeric::random::normal;
+use optimizer::Control;
 
 /// A candidate and its lattice of designs.
 pub struct MotionCandidate {

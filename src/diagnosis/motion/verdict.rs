@@ -13,12 +13,14 @@ use super::record::{Contradiction, Open, RecordShift, contradictions, faulty, sh
 use super::stage::Stage;
 use super::weight::weigh;
 use super::work::{Chosen, Work};
-use crate::diagnosis::domain::share_closed;
-use crate::diagnosis::said::last_of;
-use crate::diagnosis::{Hypothesis, Status, Verdict, VerdictKind};
-use crate::inverse_dynamics::{InverseError, Motion, Phase, Rigid, estimate_told, free_parameters, inverse, leave_crossings_out, unseen};
-use crate::machine::{Effect, Machine};
-use crate::optimizer::Control;
+use crate::domain::share_closed;
+use crate::said::last_of;
+use crate::{Hypothesis, Status, Verdict, VerdictKind};
+use dynamics::inverse_dynamics::{
+    InverseError, Motion, Phase, Rigid, estimate_told, free_parameters, inverse, leave_crossings_out, unseen,
+};
+use machine::{Effect, Machine};
+use optimizer::Control;
 
 /// How a diagnosis is made.
 #[derive(Debug, Clone, Copy, PartialEq)]

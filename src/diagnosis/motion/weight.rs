@@ -4,8 +4,8 @@ use nalgebra::DVector;
 
 use super::data::MotionData;
 use super::free::free_shapes;
-use crate::inverse_dynamics::{InverseError, Motion, Projected, Rigid, estimate_told, weights};
-use crate::machine::Machine;
+use dynamics::inverse_dynamics::{InverseError, Motion, Projected, Rigid, estimate_told, weights};
+use machine::Machine;
 
 /// Rounds of fit and weights.
 const ROUNDS: usize = 2;

@@ -6,12 +6,12 @@ use super::data::MotionData;
 use super::stage::{Stage, simplest_first};
 use super::survey::{Ground, Ranked, Survey, start_of};
 use super::verdict::{ALPHA, MotionSettings};
-use crate::diagnosis::said::last_of;
-use crate::diagnosis::{Hypothesis, Status};
-use crate::inverse_dynamics::{Fit, Projected, Rigid, estimate_told, free_parameters, live};
-use crate::machine::{Data, Effect, Machine};
-use crate::numeric::statistics::root_mean_square;
-use crate::optimizer::Control;
+use crate::said::last_of;
+use crate::{Hypothesis, Status};
+use dynamics::inverse_dynamics::{Fit, Projected, Rigid, estimate_told, free_parameters, live};
+use machine::{Data, Effect, Machine};
+use numeric::statistics::root_mean_square;
+use optimizer::Control;
 
 /// Least gain of the first effect that is called something, and of one that machines ordinarily have a little of.
 const LEAST: f64 = 0.03;

@@ -3,7 +3,7 @@
 use num_complex::Complex64;
 
 use super::{ImportedFrf, label};
-use crate::measurement::Quantity;
+use crate::Quantity;
 
 /// What a column holds, by the usual names.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

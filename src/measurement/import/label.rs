@@ -1,6 +1,6 @@
 //! What the text of a unit says.
 
-use crate::measurement::Quantity;
+use crate::Quantity;
 
 /// A response unit: its quantity and its size in SI units.
 pub(super) fn response(label: &str) -> Option<(Quantity, f64)> {

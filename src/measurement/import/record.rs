@@ -3,8 +3,8 @@
 use num_complex::Complex64;
 
 use super::{ImportedFrf, label};
-use crate::measurement::Quantity;
-use crate::measurement::universal::{Axis, Location, Ordinate, Record, RecordHeader, UniversalFile, data_type, function_type};
+use crate::Quantity;
+use crate::universal::{Axis, Location, Ordinate, Record, RecordHeader, UniversalFile, data_type, function_type};
 
 /// Largest difference of two abscissas that are the same, relative.
 const SAME: f64 = 1e-6;

@@ -45,14 +45,14 @@ pub enum Dataset<F = Record> {
 /// Reads a universal file dataset by dataset, with no more than one record in memory.
 ///
 /// ```no_run
-/// # use jointid::measurement::universal::{Dataset, UniversalReader};
+/// # use jointid_measurement::universal::{Dataset, UniversalReader};
 /// let mut reader = UniversalReader::open("beam.uff")?;
 /// while let Some(dataset) = reader.next_header() {
 ///     if let Dataset::Function(header) = dataset? {
 ///         println!("{}: {} values", header.id_lines[0], header.count);
 ///     }
 /// }
-/// # Ok::<(), jointid::measurement::universal::UniversalError>(())
+/// # Ok::<(), jointid_measurement::universal::UniversalError>(())
 /// ```
 ///
 /// After a refused record the next call goes on with the next dataset; after a failure of the file itself it ends.

@@ -6,8 +6,8 @@ use plotly::layout::{AxisType, BarMode};
 
 use super::chart::{Chart, axis, colour, layout};
 use super::text::{TextTable, cell, escape};
-use crate::report::document::Comparison;
-use crate::report::table::{figure, percent};
+use crate::document::Comparison;
+use crate::table::{figure, percent};
 
 /// The section.
 pub fn content(of: &Comparison) -> String {
@@ -16,7 +16,7 @@ pub fn content(of: &Comparison) -> String {
     let caption = if gaps { "Gaps at the positions held out" } else { "Overall frequency errors at the positions held out" };
     let mut table = TextTable::new(caption, 2, header.chain(["together".to_string()]));
     for run in of.runs.values() {
-        let line = |pick: &dyn Fn(&crate::report::document::PositionRow) -> String| -> Vec<String> {
+        let line = |pick: &dyn Fn(&crate::document::PositionRow) -> String| -> Vec<String> {
             of.common_positions.iter().map(|p| run.positions.get(p).map_or_else(|| "–".into(), pick)).collect()
         };
         let mut row = |first: String, what: &str, middle: Vec<String>, last: String| {
@@ -44,7 +44,7 @@ pub fn content(of: &Comparison) -> String {
             .x_axis(axis("fitted on").type_(AxisType::Category))
             .y_axis(axis(if gaps { "gap, together" } else { "error, together" }).tick_format(if gaps { "" } else { ".0%" })),
     );
-    let mut bars = |name: &str, n: usize, pick: &dyn Fn(&crate::report::document::ComparisonRun) -> Option<f64>| {
+    let mut bars = |name: &str, n: usize, pick: &dyn Fn(&crate::document::ComparisonRun) -> Option<f64>| {
         let points = of.runs.values().filter_map(|r| Some((escape(&r.fit_positions.join(", ")), pick(r)?)));
         let (x, y): (Vec<String>, Vec<f64>) = points.unzip();
         if !x.is_empty() {

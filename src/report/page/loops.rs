@@ -6,8 +6,8 @@ use plotly::{Bar, Scatter};
 
 use super::chart::{Chart, axis, colour, layout, line, log_axis};
 use super::text::{TextTable, cell, escape, paragraph, rounded};
-use crate::report::hybrid::{Hybrid, HybridRow};
-use crate::report::loops::{Bode, BodeRow, Circles, GainStudy, GainStudyRow};
+use crate::hybrid::{Hybrid, HybridRow};
+use crate::loops::{Bode, BodeRow, Circles, GainStudy, GainStudyRow};
 
 /// Frequency response from command to position.
 pub fn bode(of: &Bode) -> String {

@@ -6,10 +6,10 @@ use plotly::{Bar, Scatter};
 
 use super::chart::{Chart, Switches, axis, colour, layout, line};
 use super::text::{TextTable, cell, escape, rounded};
-use crate::report::diagnosis::Diagnosis;
-use crate::report::document::Identification;
-use crate::report::record::{CurveRow, MotionRows};
-use crate::report::table::percent;
+use crate::diagnosis::Diagnosis;
+use crate::document::Identification;
+use crate::record::{CurveRow, MotionRows};
+use crate::table::percent;
 
 /// The part of a diagnosis that is one of motion.
 pub fn content(of: &Diagnosis) -> String {

@@ -9,8 +9,8 @@ use plotly::layout::{AxisType, HoverMode};
 use super::Page;
 use super::chart::{Chart, axis, colour, layout, line, with_y_axis};
 use super::text::{TextTable, cell, escape, rounded};
-use crate::report::document::{FrfRow, OrderRow, PositionRow};
-use crate::report::table::{figure, percent};
+use crate::document::{FrfRow, OrderRow, PositionRow};
+use crate::table::{figure, percent};
 
 /// Charts over the position.
 pub fn charts(page: &Page) -> String {

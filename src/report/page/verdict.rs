@@ -7,8 +7,8 @@ use plotly::{Bar, HeatMap, Scatter};
 use super::chart::{Chart, Switches, axis, colour, layout, line, log_axis};
 use super::curve::{self, Curve};
 use super::text::{TextTable, cell, escape, listed, paragraph, rounded};
-use crate::report::diagnosis::{Diagnosis, EffectRow, interval_says, is_open};
-use crate::report::table::{figure, percent};
+use crate::diagnosis::{Diagnosis, EffectRow, interval_says, is_open};
+use crate::table::{figure, percent};
 
 /// The verdict in one sentence.
 pub fn sentence(of: &Diagnosis) -> String {
@@ -151,7 +151,7 @@ fn residual_map(of: &Diagnosis) -> String {
     edges.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.total_cmp(&b.1)));
     edges.dedup();
     let mut names: Vec<String> = Vec::new();
-    let name = |c: &crate::report::diagnosis::ResidualCell| format!("{} {}", c.position, c.channel);
+    let name = |c: &crate::diagnosis::ResidualCell| format!("{} {}", c.position, c.channel);
     for c in &of.residual_map {
         if !names.contains(&name(c)) {
             names.push(name(c));

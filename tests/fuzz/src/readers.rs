@@ -7,8 +7,8 @@ use jointid::config::{ConfigError, MachineConfig, read_machine_text};
 use jointid::measurement::import::{ImportedFrf, Placement, frf_from_csv, frfs_from_universal, set_files};
 use jointid::measurement::universal::{read, read_headers};
 use jointid::measurement::{FrictionTable, MeasurementError, MeasurementSet, Quantity, Reference, SourceFile, read_motion, read_set_with};
+use jointid::reference_simulator::Label;
 use jointid::report::page::{Page, html};
-use jointid::truth::Label;
 use jointid::withheld::{Run, Seal};
 use serde_json::{Value, from_slice};
 

@@ -6,12 +6,7 @@ use super::*;
 
 /// The folder of real files, if it is there.
 fn folder() -> Option<PathBuf> {
-    let folder = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../shared/realdata/uff");
-    if !folder.is_dir() {
-        println!("skipped: no data ({} is absent)", folder.display());
-        return None;
-    }
-    Some(folder)
+    test_data::shared("realdata/uff")
 }
 
 #[test]

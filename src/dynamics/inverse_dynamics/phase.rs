@@ -1,0 +1,80 @@
+//! Phases of a motion.
+
+use super::recipe::Motion;
+
+/// What a motion does.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Phase {
+    /// At rest.
+    Dwell,
+    /// The first 50 ms after a rest.
+    Breakaway,
+    /// Within 50 ms of a change of direction.
+    Reversal,
+    /// Changing speed.
+    Acceleration,
+    /// At constant speed.
+    ConstantSpeed,
+    /// The command rests, the axis not yet.
+    Settling,
+}
+
+impl Phase {
+    /// All of them, in their order.
+    pub const ALL: [Phase; 6] =
+        [Phase::Dwell, Phase::Breakaway, Phase::Reversal, Phase::Acceleration, Phase::ConstantSpeed, Phase::Settling];
+
+    /// Its name.
+    pub fn word(self) -> &'static str {
+        match self {
+            Phase::Dwell => "dwell",
+            Phase::Breakaway => "breakaway",
+            Phase::Reversal => "reversal",
+            Phase::Acceleration => "acceleration",
+            Phase::ConstantSpeed => "constant-speed",
+            Phase::Settling => "settling",
+        }
+    }
+}
+
+/// Time around a reversal and after a rest (s).
+const AROUND_S: f64 = 0.05;
+/// Share of the largest speed below which the axis rests, and of the largest acceleration below which its speed is constant.
+const RESTS: f64 = 0.005;
+const STEADY: f64 = 0.05;
+/// Shortest rest (s).
+const REST_S: f64 = 0.05;
+
+/// The phase of each sample of a motion, at the record's rate.
+pub fn phases(motion: &Motion) -> Vec<Phase> {
+    let (v, a) = (&motion.velocity_m_s, &motion.acceleration_m_s2);
+    let largest = |x: &[f64]| x.iter().fold(0.0_f64, |m, x| m.max(x.abs()));
+    let (rest, steady) = (RESTS * largest(v), STEADY * largest(a));
+    let around = (AROUND_S / motion.step_s).round().max(1.0) as usize;
+    let mut phases: Vec<Phase> = a.iter().map(|a| if a.abs() > steady { Phase::Acceleration } else { Phase::ConstantSpeed }).collect();
+    let commanded = numeric::filter::central_differences(&motion.command_m);
+    for i in 0..v.len() {
+        if commanded[i].abs() / motion.step_s <= rest && v[i].abs() > rest {
+            phases[i] = Phase::Settling;
+        }
+    }
+    for i in 1..v.len() {
+        if v[i] * v[i - 1] < 0.0 || (v[i] == 0.0 && v[i - 1] != 0.0) {
+            let last = (i + around).min(v.len());
+            phases[i.saturating_sub(around)..last].fill(Phase::Reversal);
+        }
+    }
+    let shortest = (REST_S / motion.step_s).round().max(1.0) as usize;
+    let mut from = 0;
+    for i in 0..=v.len() {
+        if i == v.len() || v[i].abs() > rest {
+            if i - from >= shortest {
+                phases[from..i].fill(Phase::Dwell);
+                let last = (i + around).min(v.len());
+                phases[i..last].fill(Phase::Breakaway);
+            }
+            from = i + 1;
+        }
+    }
+    phases
+}

@@ -1,0 +1,236 @@
+//! What stands between the encoder of a drive and another point of its machine: wind-up, play, errors of the lead.
+
+use nalgebra::{DMatrix, DVector, Dyn, LU};
+
+use super::beyond::Beyond;
+use super::force::{Balance, Rigid, Waved};
+use super::recipe::Motion;
+use crate::model::matrices;
+use machine::{Joint, Machine, Motion as Kind, Operating, Value};
+
+/// Lumps of each rod.
+const LUMPS: usize = 4;
+/// Share of the root mean square of the force through a play that must stand against a side before it is left: while less is transmitted the
+/// parts stay where they are.
+const LEAVES: f64 = 0.1;
+
+/// Springs of a machine in equilibrium with its encoder held.
+struct Statics {
+    /// Place of each point among the coordinates; none of a fixed one.
+    place: Vec<Option<usize>>,
+    size: usize,
+    /// K with the encoder's row and column beside it, over `scale`.
+    system: LU<f64, Dyn, Dyn>,
+    scale: f64,
+    /// M·r, r the rigid motion per reading.
+    inertia: DVector<f64>,
+}
+
+impl Statics {
+    /// `None` where something is loose, or has a spring that no matrix holds.
+    fn new(machine: &Machine, values: &[f64], at: &Operating) -> Option<Self> {
+        let relaxing = machine.joints.iter().any(|j| j.relaxation_stiffness.is_some());
+        let plain = relaxing.then(|| {
+            let mut plain = machine.clone();
+            plain.joints.iter_mut().for_each(|j| j.relaxation_stiffness = None);
+            plain
+        });
+        let of = matrices(plain.as_ref().unwrap_or(machine), values, at, LUMPS).ok()?;
+        let place: Vec<Option<usize>> = machine.points.iter().map(|p| of.names.iter().position(|n| *n == p.name)).collect();
+        let encoder = &machine.drive.as_ref()?.position.encoder;
+        let (held, size) = (place[encoder.at]?, of.names.len());
+        let scale = of.stiffness.amax();
+        let mut system = DMatrix::zeros(size + 1, size + 1);
+        system.view_mut((0, 0), (size, size)).copy_from(&(&of.stiffness / scale));
+        system[(size, held)] = encoder.travel;
+        system[(held, size)] = encoder.travel;
+        let system = system.lu();
+        let mut reads = DVector::zeros(size + 1);
+        reads[size] = 1.0;
+        let rigid = system.solve(&reads).filter(|x| x.iter().all(|x| x.is_finite()))?.rows(0, size).clone_owned();
+        Some(Statics { place, size, system, scale, inertia: &of.mass * rigid })
+    }
+
+    fn row(&self, on: &[(usize, f64)]) -> DVector<f64> {
+        let mut row = DVector::zeros(self.size + 1);
+        on.iter().filter_map(|(point, c)| Some((self.place[*point]?, c))).for_each(|(at, c)| row[at] += c);
+        row
+    }
+
+    /// What a combination of points gives way per force on each coordinate.
+    fn compliance(&self, on: &[(usize, f64)]) -> DVector<f64> {
+        self.system.solve(&(self.row(on) / self.scale)).map_or_else(|| DVector::zeros(self.size), |g| g.rows(0, self.size).clone_owned())
+    }
+
+    /// By how much a combination of points gives way along a motion: −g·(M·r·a + Σ cⱼ·(damper and friction)ⱼ) + g_d·F.
+    fn deflection(&self, compliance: &DVector<f64>, machine: &Machine, balance: &Balance, motion: &Motion) -> Vec<f64> {
+        let share = |on: &[(usize, f64)]| self.row(on).rows(0, self.size).dot(compliance);
+        let inertia = self.inertia.dot(compliance);
+        let driven = machine.drive.as_ref().map_or(0.0, |d| share(&[(d.on, 1.0)]));
+        let mut sum: Vec<f64> = motion.acceleration_m_s2.iter().zip(&balance.force).map(|(a, f)| driven * f - inertia * a).collect();
+        for (joint, against) in &balance.rubbing {
+            let share = share(&machine.joints[*joint].on);
+            if share != 0.0 {
+                sum.iter_mut().zip(against).for_each(|(sum, f)| *sum -= share * f);
+            }
+        }
+        sum
+    }
+}
+
+impl Rigid {
+    /// The transmission error at each further point of a motion: what the point reads less what the rigid machine has it read, sample by sample.
+    ///
+    /// ```text
+    /// e_p(t) = g_p·( d·F(t) − M·r·a(t) − Σ cⱼ·Rⱼ(t) ) + Σ kⱼ·(g_p·cⱼ)·( ½·gapⱼ·sideⱼ(t) + γⱼ·xⱼ(t) + waveⱼ(xⱼ(t)) )
+    /// ```
+    ///
+    /// The springs are in equilibrium with the forces of the rigid motion (r per reading) while the encoder is held: g_p, the row of the compliance
+    /// at the point. Rⱼ is damper and friction of joint j along its combination cⱼ, F the drive's force at d. A play goes over to the side to which the
+    /// force through it points in free flight; one that does not part the drive from something is there at once, and stays there while less than a
+    /// tenth of the force's root mean square points to the other.
+    ///
+    /// # Units      m (rad where the point turns)
+    /// # Limits     stiff springs without play and lead error: 0; of first order in the compliance: no vibration, no rebound of a play;
+    ///   with several springs side by side the side of a play is that of the load without the others' play
+    /// # Source     quasi-static wind-up of a feed drive: Altintas et al., CIRP Annals 60 (2011) 779–796; signs as of
+    ///   the simulator of motions
+    pub fn transmission(&self, machine: &Machine, values: &[f64], motion: &Motion) -> Vec<Vec<f64>> {
+        if motion.further.is_empty() {
+            return Vec::new();
+        }
+        let at = Operating::at(machine.stroke_m().map(|s| 0.5 * s));
+        let number = |value: &Value| value.at(values, &at);
+        let Some(statics) = Statics::new(machine, values, &at) else {
+            return vec![vec![0.0; motion.position_m.len()]; motion.further.len()];
+        };
+        let balance = self.balance(None, machine, values, motion);
+        // Where each joint's combination is unstrained.
+        let mut unstrained: Vec<(&Joint, Vec<f64>)> = Vec::new();
+        for (index, joint) in machine.joints.iter().enumerate() {
+            let (half, growth) = (0.5 * number(&joint.gap), number(&joint.lead_error.growth));
+            let wave = Waved::new(&joint.lead_error.wave, &number);
+            if !(number(&joint.stiffness) > 0.0) || (half == 0.0 && growth == 0.0 && wave.is_none()) {
+                continue;
+            }
+            let mut place = vec![0.0; motion.position_m.len()];
+            if half != 0.0 {
+                let given = statics.deflection(&statics.compliance(&joint.on), machine, &balance, motion);
+                let moved = match Beyond::behind(index, self, machine, values) {
+                    Some(beyond) => flight(&given, half, number(&joint.stiffness) * beyond.yields(self, values), motion.step_s),
+                    None => sides(&given).into_iter().map(|side| half * side).collect(),
+                };
+                place.iter_mut().zip(moved).for_each(|(e, x)| *e += x);
+            }
+            if let Some((point, c)) = joint.on.iter().find(|(p, _)| machine.points[*p].motion == Kind::Translation) {
+                let ratio = self.point_ratio(*point);
+                for (e, x) in place.iter_mut().zip(&motion.position_m) {
+                    *e += c * growth * ratio * x + wave.as_ref().map_or(0.0, |w| w.at(ratio * x));
+                }
+            }
+            unstrained.push((joint, place));
+        }
+        let of = |point: usize| {
+            let compliance = statics.compliance(&[(point, 1.0)]);
+            let mut error = statics.deflection(&compliance, machine, &balance, motion);
+            for (joint, place) in &unstrained {
+                let share = number(&joint.stiffness) * statics.row(&joint.on).rows(0, statics.size).dot(&compliance);
+                error.iter_mut().zip(place).for_each(|(e, x)| *e += share * x);
+            }
+            error
+        };
+        motion.further.iter().map(|f| of(f.point)).collect()
+    }
+
+    /// What the plays of a machine add to the transmission error at each further point of a motion; `None` where it has none.
+    pub(super) fn played(&self, machine: &Machine, values: &[f64], motion: &Motion) -> Option<Vec<Vec<f64>>> {
+        let loose = |joint: &Joint| joint.gap.at(values, &Operating::default()) != 0.0;
+        if !machine.joints.iter().any(loose) {
+            return None;
+        }
+        let mut tight = machine.clone();
+        tight.joints.iter_mut().for_each(|joint| joint.gap = Value::number(0.0));
+        let errors = [machine, &tight].map(|machine| self.transmission(machine, values, motion));
+        let without = |(with, without): (&Vec<f64>, &Vec<f64>)| with.iter().zip(without).map(|(with, without)| with - without).collect();
+        Some(errors[0].iter().zip(&errors[1]).map(without).collect())
+    }
+
+    /// What each further point of a motion gives way per force (or torque) that the drive has to add where the most rubbing joint rubs more.
+    pub fn rubbed(&self, machine: &Machine, values: &[f64], motion: &Motion) -> Vec<f64> {
+        let at = Operating::at(machine.stroke_m().map(|s| 0.5 * s));
+        let most = self.rubs_most(machine, values, motion);
+        let drive = machine.drive.as_ref().map(|d| d.on);
+        let (Some(statics), Some(joint), Some(drive)) = (Statics::new(machine, values, &at), most, drive) else {
+            return vec![0.0; motion.further.len()];
+        };
+        let on = &machine.joints[joint].on;
+        let of = |point: usize| {
+            let compliance = statics.compliance(&[(point, 1.0)]);
+            let share = |on: &[(usize, f64)]| statics.row(on).rows(0, statics.size).dot(&compliance);
+            share(&[(drive, 1.0)]) - share(on) * self.point_ratio(drive) / self.ratio(on)
+        };
+        motion.further.iter().map(|f| of(f.point)).collect()
+    }
+
+    /// Whether the springs of a machine hold it together with its encoder held.
+    pub(super) fn holds(machine: &Machine, values: &[f64]) -> bool {
+        Statics::new(machine, values, &Operating::at(machine.stroke_m().map(|s| 0.5 * s))).is_some()
+    }
+}
+
+/// Where a play lies along a motion: pressed against one side or the other, ± `half`, or between them, where what lies beyond flies freely, `yields` (1/s²) times
+/// as fast as the joint would give way under the force that is missing. Blows are plastic.
+fn flight(given: &[f64], half: f64, yields: f64, step_s: f64) -> Vec<f64> {
+    let first = sides(given).first().copied().unwrap_or(0.0);
+    let (mut place, mut speed) = (half * first, 0.0);
+    given
+        .iter()
+        .map(|given| {
+            let here = place;
+            let gained = step_s * yields * given;
+            place += step_s * (speed + 0.5 * gained);
+            speed += gained;
+            if place.abs() >= half {
+                (place, speed) = (half * place.signum(), 0.0);
+            }
+            here
+        })
+        .collect()
+}
+
+/// The side (1 or −1) on which a play lies under a force.
+pub(super) fn sides(force: &[f64]) -> Vec<f64> {
+    let level = LEAVES * (force.iter().map(|f| f * f).sum::<f64>() / force.len().max(1) as f64).sqrt();
+    let mut side = force.iter().find(|f| f.abs() > level).map_or(0.0, |f| f.signum());
+    force
+        .iter()
+        .map(|f| {
+            if f.abs() > level {
+                side = f.signum();
+            }
+            side
+        })
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Under a steady force the other side is reached after √(2·gap/(k·yields·given)); a force that turns before that brings it back.
+    #[test]
+    fn limit_a_flight_under_a_steady_force_is_a_parabola() {
+        let (half, yields, given, step_s) = (8e-6, 1e6, 2e-6, 1e-4);
+        let force: Vec<f64> = (0..200).map(|i| if i < 20 { -given } else { given }).collect();
+        let lies = flight(&force, half, yields, step_s);
+        let after_s = (4.0 * half / (yields * given)).sqrt();
+        for (i, place) in lies.iter().enumerate() {
+            let t = step_s * (i as f64 - 20.0);
+            let expected = if t < 0.0 { -half } else { (0.5 * yields * given * t * t - half).min(half) };
+            assert!((place - expected).abs() < 1e-9 * half, "{i}: {place} for {expected}");
+        }
+        assert_eq!(lies[21 + (after_s / step_s).ceil() as usize], half);
+        let brief: Vec<f64> = (0..200).map(|i| if (20..40).contains(&i) { given } else { -given }).collect();
+        assert!(flight(&brief, half, yields, step_s).iter().all(|place| *place < half));
+    }
+}

@@ -1,0 +1,69 @@
+//! Where a mode keeps its strain energy.
+
+use super::lanes::{Complexes, Reals};
+use super::network::Network;
+use machine::{Machine, Operating};
+
+/// What a joint, a spring of a series in a joint, or a shaft has of a mode.
+#[derive(Debug, Clone, PartialEq)]
+pub struct EnergyShare {
+    /// Name of the joint (`joint`), of a spring in it (`joint/spring`), or of the shaft.
+    pub name: String,
+    /// Deformation Σ cᵢ·qᵢ of the joint or spring (m or rad) for the shape given; `None` for a shaft.
+    pub deformation: Option<f64>,
+    /// Its share of the strain energy of all joints and shafts.
+    pub share: f64,
+}
+
+impl Network {
+    /// How the strain energy of an undamped mode is spread over joints and shafts; springs of a series follow their joint, and are
+    /// contained in it.
+    ///
+    /// A joint holds V = ½·k·(Σ cᵢ·qᵢ)², a rod V = ½·(qᵀ·D·q − ½·ω·qᵀ·(dD/dω)·q), which holds for the exact rod and for the chain:
+    /// qᵀ·D·q is twice potential less kinetic energy, and −dD/d(ω²) its mass matrix at ω.
+    ///
+    /// The share is twice the sensitivity of the frequency: d ln f/d ln k = V_k/(2·V).
+    ///
+    /// # Source  Rayleigh's quotient; lumped servo-axis paper, Fig. 9 («modal deformations of the springs»).
+    pub fn strain_energy(
+        &self,
+        machine: &Machine,
+        parameters: &[f64],
+        operating: &Operating,
+        omega_rad_s: f64,
+        shape: &[f64],
+    ) -> Vec<EnergyShare> {
+        if shape.is_empty() {
+            return Vec::new();
+        }
+        let mut rows: Vec<EnergyShare> = Vec::new();
+        for ((described, joint), on) in machine.joints.iter().zip(&self.joints).zip(&self.structure.joints) {
+            let stretch: f64 = on.iter().map(|&(i, c)| shape[i] * c).sum();
+            let energy = joint.stiffness * stretch * stretch;
+            rows.push(EnergyShare { name: described.name.clone(), deformation: Some(stretch), share: energy });
+            for (spring, part) in described.stiffness.compliance_shares(parameters, operating) {
+                let name = format!("{}/{spring}", described.name);
+                rows.push(EnergyShare { name, deformation: Some(stretch * part), share: energy * part });
+            }
+        }
+        for (at, shaft) in machine.shafts.iter().enumerate() {
+            let mut energy = 0.0;
+            for (rod, rod_shape) in self.rods.iter().zip(&self.structure.rods).filter(|(_, s)| s.shaft == at) {
+                let at = Reals::splat(omega_rad_s);
+                let entries = rod.damped_each(at);
+                let slopes = rod.slopes_each(at, &entries);
+                let end = |c: Option<usize>| c.map_or(0.0, |i| shape[i]);
+                let (a, b) = (end(rod_shape.along[0]), end(rod_shape.along[1]));
+                let form =
+                    |(direct, cross): (Complexes, Complexes)| direct.apart()[0].re * (a * a + b * b) + 2.0 * cross.apart()[0].re * a * b;
+                energy += form((entries.direct, entries.cross)) - 0.5 * omega_rad_s * form(slopes);
+            }
+            rows.push(EnergyShare { name: shaft.name.clone(), deformation: None, share: energy });
+        }
+        let whole: f64 = rows.iter().filter(|row| !row.name.contains('/')).map(|row| row.share).sum();
+        if whole > 0.0 {
+            rows.iter_mut().for_each(|row| row.share /= whole);
+        }
+        rows
+    }
+}

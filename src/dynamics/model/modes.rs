@@ -1,0 +1,100 @@
+//! Undamped natural frequencies: counted, isolated, refined.
+
+use super::lanes::{Complexes, Reals};
+use super::network::{Network, Workspace};
+use super::solution::Solution;
+use numeric::root::{Bracket, refine};
+use numeric::unit::omega_rad_s;
+
+/// An undamped natural mode.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Mode {
+    /// Natural frequency (Hz); 0 for a rigid-body mode.
+    pub frequency_hz: f64,
+    /// Deflection of each coordinate of the structure, scaled so that the largest is 1. Empty for rigid-body modes
+    /// of which there are several.
+    pub shape: Vec<f64>,
+    /// Modal mass-normalised damping ζ = φᵀCφ/(2ω·φᵀMφ) of a lightly damped mode; `None` at 0 Hz.
+    pub damping_ratio: Option<f64>,
+}
+
+/// Below this a natural frequency is that of a rigid body (Hz).
+const RIGID_HZ: f64 = 1e-3;
+/// Relative width to which a natural frequency is refined.
+const WIDTH: f64 = 1e-11;
+
+/// All undamped natural frequencies up to `max_hz`, rigid-body modes first.
+///
+/// Every mode is isolated by the Wittrick–Williams count, so that none is missed; frequencies that coincide to
+/// 1e-11 (relative) are given as often as they count.
+pub fn undamped_modes(network: &Network, max_hz: f64, work: &mut Workspace) -> Vec<Mode> {
+    let count = |f: f64, work: &mut Workspace| network.modes_below(omega_rad_s(f), work);
+    let rigid = count(RIGID_HZ, work);
+    let mut modes: Vec<Mode> = (0..rigid).map(|_| Mode { frequency_hz: 0.0, shape: Vec::new(), damping_ratio: None }).collect();
+    if let [only] = modes.as_mut_slice() {
+        only.shape = shaped(network, RIGID_HZ, work).shape;
+    }
+    let mut pending = vec![(RIGID_HZ, rigid, max_hz, count(max_hz, work))];
+    while let Some((low, below_low, high, below_high)) = pending.pop() {
+        let inside = below_high.saturating_sub(below_low);
+        if inside == 0 {
+            continue;
+        }
+        if inside == 1 || high - low <= WIDTH * high {
+            let frequency = if inside == 1 { isolated(network, low, below_low, high, work) } else { 0.5 * (low + high) };
+            modes.extend((0..inside).map(|_| shaped(network, frequency, work)));
+            continue;
+        }
+        let middle = 0.5 * (low + high);
+        let below = count(middle, work);
+        pending.push((middle, below, high, below_high));
+        pending.push((low, below_low, middle, below));
+    }
+    modes
+}
+
+/// The one natural frequency (Hz) between `low` and `high`, by the sign of the count: halving, exact to 1e-11 (relative).
+fn isolated(network: &Network, low: f64, below_low: usize, high: f64, work: &mut Workspace) -> f64 {
+    let side = |f: f64, work: &mut Workspace| if network.modes_below(omega_rad_s(f), work) > below_low { 1.0 } else { -1.0 };
+    refine(Bracket { lower: (low, -1.0), upper: (high, 1.0) }, WIDTH, |f| side(f, work))
+}
+
+/// Deflection by inverse iteration just beside the natural frequency, and its damping ratio.
+fn shaped(network: &Network, frequency: f64, work: &mut Workspace) -> Mode {
+    let size = network.structure.size();
+    let beside = omega_rad_s(frequency * (1.0 + 1e-9));
+    let mut shape: Vec<f64> = (0..size).map(|i| 1.0 + 0.1 * ((i * 7919) % 13) as f64).collect();
+    for _ in 0..3 {
+        shape = network.undamped_shape(beside, &shape, work);
+        let largest = shape.iter().copied().fold(0.0, |m: f64, x| if x.abs() > m.abs() { x } else { m });
+        if largest == 0.0 || !largest.is_finite() {
+            break;
+        }
+        shape.iter_mut().for_each(|x| *x /= largest);
+    }
+    let damping_ratio = network.modal_damping(omega_rad_s(frequency), &shape);
+    Mode { frequency_hz: frequency, shape, damping_ratio }
+}
+
+impl Network {
+    /// ζ = (φᵀ·Im D·φ) / (−ω·φᵀ·(dD/dω)·φ): the first-order damping ratio of an undamped mode.
+    fn modal_damping(&self, omega_rad_s: f64, shape: &[f64]) -> Option<f64> {
+        let complex: Vec<Complexes> = shape.iter().map(|x| Complexes::splat((*x).into())).collect();
+        let at = Reals::splat(omega_rad_s);
+        let (rods, mut slope) = (self.rod_entries(at), [Complexes::ZERO]);
+        self.bilinear_slopes(Solution { omega_rad_s: &[at], at_excitation: &complex, at_response: &complex, rods: &rods }, &mut slope);
+        let inertia = -slope[0].apart()[0].re * omega_rad_s;
+        let mut lost = 0.0;
+        for (joint, on) in self.joints.iter().zip(&self.structure.joints) {
+            let stretch: f64 = on.iter().map(|&(i, c)| shape[i] * c).sum();
+            lost += joint.dynamic(omega_rad_s).0.im * stretch * stretch;
+        }
+        for (rod, rod_shape) in self.rods.iter().zip(&self.structure.rods).filter(|(r, _)| r.loss_factor > 0.0) {
+            let end = |c: Option<usize>| c.map_or(0.0, |i| shape[i]);
+            let entries = rod.damped(omega_rad_s);
+            let (a, b) = (end(rod_shape.along[0]), end(rod_shape.along[1]));
+            lost += entries.direct.im * (a * a + b * b) + 2.0 * entries.cross.im * a * b;
+        }
+        (inertia > 0.0).then(|| lost / inertia)
+    }
+}

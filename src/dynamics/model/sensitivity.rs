@@ -1,0 +1,233 @@
+//! Exact derivatives of a receptance with a machine's parameters.
+//!
+//! ```text
+//! ∂H_rv/∂a = − x_rᵀ·(∂D/∂a)·x_e        x_r, x_e: displacements under a unit force at the response and at the excitation
+//! ```
+//!
+//! and, on an arm of length r of either, ∂H/∂r is the other's displacement at the motion felt there.
+//!
+//! D depends on a few elements (a stiffness, an inertia, a rod's transit time …) and those on the parameters; the second step is
+//! worked out once per operating condition, the first at each frequency.
+//!
+//! # Source  derivative of the inverse of a symmetric matrix, d(D⁻¹) = −D⁻¹·dD·D⁻¹.
+
+use super::lanes::{ABREAST, Complexes, Reals};
+use super::network::{End, Network, Workspace};
+use super::rod::loss_each;
+use super::solution::Solution;
+use machine::{Machine, Operating};
+
+/// A number that the dynamic stiffness is made of.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+enum Element {
+    /// Inertia at a coordinate.
+    Inertia(usize),
+    /// Stiffness of a joint.
+    Stiffness(usize),
+    /// Damping of a joint.
+    Damping(usize),
+    /// Loss factor of a joint.
+    Loss(usize),
+    /// Integral action of a joint.
+    Integral(usize),
+    /// Relaxation stiffness of a joint.
+    Relaxation(usize),
+    /// A/L of a rod.
+    RodStiffness(usize),
+    /// Transit time of a rod.
+    RodTransit(usize),
+    /// Loss factor of a rod.
+    RodLoss(usize),
+    /// r of a lever, of its sensor or hammer.
+    Lever(usize, End),
+}
+
+/// How the elements of a network depend on some of the parameters, for one operating condition and one set of parameters.
+#[derive(Debug, Clone, Default)]
+pub struct Sensitivity {
+    /// Element, column, d(element)/d(parameter of the column); those of one element stand together.
+    entries: Vec<(Element, usize, f64)>,
+}
+
+impl Network {
+    /// How the elements depend on the parameters; `column[i]` is the column of the machine's parameter i, where it is asked for, and
+    /// `nut` that of the nut position.
+    pub fn sensitivity(
+        &self,
+        machine: &Machine,
+        parameters: &[f64],
+        operating: &Operating,
+        column: &[Option<usize>],
+        nut: Option<usize>,
+    ) -> Sensitivity {
+        let shape = &self.structure;
+        let mut entries = Vec::new();
+        for (point, coordinate) in machine.points.iter().zip(&shape.coordinate) {
+            if let Some(i) = *coordinate {
+                point.inertia.gradient(parameters, operating, |p, d| {
+                    entries.extend(column[p].map(|c| (Element::Inertia(i), c, d)));
+                });
+            }
+        }
+        let share_s = machine.stiffness_proportional_damping_s;
+        for (index, joint) in machine.joints.iter().enumerate() {
+            joint.stiffness.gradient(parameters, operating, |p, d| {
+                if let Some(c) = column[p] {
+                    entries.push((Element::Stiffness(index), c, d));
+                    if share_s != 0.0 {
+                        entries.push((Element::Damping(index), c, share_s * d));
+                    }
+                }
+            });
+            let mut push = |element, value: &machine::Value| {
+                value.gradient(parameters, operating, |p, d| entries.extend(column[p].map(|c| (element, c, d))));
+            };
+            push(Element::Damping(index), &joint.damping);
+            push(Element::Loss(index), &joint.loss_factor);
+            push(Element::Integral(index), &joint.integral_rate);
+            if let Some(relaxation) = &joint.relaxation_stiffness {
+                push(Element::Relaxation(index), relaxation);
+            }
+        }
+        for (index, (rod_shape, rod)) in shape.rods.iter().zip(&self.rods).enumerate() {
+            let shaft = &machine.shafts[rod_shape.shaft];
+            let place = |p| shaft.place_m(p, parameters, operating).unwrap_or(f64::NAN);
+            let length_m = place(rod_shape.places.1) - place(rod_shape.places.0);
+            // d ln(stiffness) and d ln(transit) with length, section, modulus and density.
+            let (k, t) = (rod.stiffness, rod.transit_s);
+            let mut push = |column: usize, dk: f64, dt: f64| {
+                if dk != 0.0 {
+                    entries.push((Element::RodStiffness(index), column, dk));
+                }
+                if dt != 0.0 {
+                    entries.push((Element::RodTransit(index), column, dt));
+                }
+            };
+            let mut with = |value: &machine::Value, dk: f64, dt: f64| {
+                let number = value.at(parameters, operating);
+                value.gradient(parameters, operating, |p, d| {
+                    if let Some(c) = column[p] {
+                        push(c, dk * k * d / number, dt * t * d / number);
+                    }
+                });
+            };
+            with(&shaft.diameter, if rod_shape.torsional { 4.0 } else { 2.0 }, 0.0);
+            with(if rod_shape.torsional { &shaft.shear_modulus } else { &shaft.youngs_modulus }, 1.0, -0.5);
+            with(&shaft.density, 0.0, 0.5);
+            let at_end = |p| f64::from(u8::from(p == machine::Place::End));
+            let with_end = at_end(rod_shape.places.1) - at_end(rod_shape.places.0);
+            if with_end != 0.0 {
+                let share = with_end * shaft.length.at(parameters, operating) / length_m;
+                with(&shaft.length, -share, share);
+            }
+            let (bore, power) = (shaft.bore_ratio.at(parameters, operating), if rod_shape.torsional { 4 } else { 2 });
+            let by_bore = -f64::from(power) * bore.powi(power - 1) / (1.0 - bore.powi(power));
+            shaft.bore_ratio.gradient(parameters, operating, |p, d| {
+                if let Some(c) = column[p] {
+                    push(c, by_bore * k * d, 0.0);
+                }
+            });
+            let at_nut = |p| f64::from(u8::from(matches!(p, machine::Place::Nut | machine::Place::BesideNut(_))));
+            if let Some(nut) = nut {
+                let share = (at_nut(rod_shape.places.1) - at_nut(rod_shape.places.0)) / length_m;
+                push(nut, -k * share, t * share);
+            }
+            let beside = |p| if let machine::Place::BesideNut(offset_m) = p { offset_m } else { 0.0 };
+            let farther = (beside(rod_shape.places.1) - beside(rod_shape.places.0)) / length_m;
+            shaft.beside_nut.gradient(parameters, operating, |p, d| {
+                if let Some(c) = column[p] {
+                    push(c, -k * farther * d, t * farther * d);
+                }
+            });
+            shaft.loss_factor.gradient(parameters, operating, |p, d| entries.extend(column[p].map(|c| (Element::RodLoss(index), c, d))));
+        }
+        for (index, lever) in machine.chain.levers.iter().enumerate() {
+            for (end, arm) in [(End::Response, &lever.read), (End::Excitation, &lever.struck)] {
+                arm.gradient(parameters, operating, |p, d| entries.extend(column[p].map(|c| (Element::Lever(index, end), c, d))));
+            }
+        }
+        entries.sort_by_key(|(element, _, _)| *element);
+        Sensitivity { entries }
+    }
+
+    /// Receptances at up to [`ABREAST`](super::ABREAST) groups of frequencies and their derivatives with the columns of a [`Sensitivity`], which are
+    /// added into `gradient`: column c of group w at c·groups + w.
+    pub fn gradient<'w>(
+        &self,
+        omega_rad_s: &'w [Reals],
+        sensitivity: &Sensitivity,
+        work: &'w mut Workspace,
+        gradient: &mut [Complexes],
+    ) -> &'w [Complexes] {
+        let (receptances, solution) = self.solve(omega_rad_s, work);
+        let mut products = [Complexes::ZERO; ABREAST];
+        let mut of = None;
+        for &(element, column, slope) in &sensitivity.entries {
+            if of.replace(element) != Some(element) {
+                products.iter_mut().take(omega_rad_s.len()).enumerate().for_each(|(w, product)| {
+                    *product = self.element_product(element, &solution, w);
+                });
+            }
+            let sums = gradient[column * omega_rad_s.len()..][..omega_rad_s.len()].iter_mut();
+            sums.zip(&products).for_each(|(sum, product)| *sum -= *product * slope);
+        }
+        receptances
+    }
+
+    /// aᵀ·(∂D/∂element)·b for one group of frequencies.
+    #[inline]
+    fn element_product(&self, element: Element, of: &Solution<'_>, w: usize) -> Complexes {
+        let omega = of.omega_rad_s[w];
+        let across = |joint: usize| {
+            let on = &self.structure.joints[joint];
+            of.across(of.at_response, on, w) * of.across(of.at_excitation, on, w)
+        };
+        let rod = |rod: usize| (&self.rods[rod], &of.rods[rod * of.omega_rad_s.len() + w], of.along(self.structure.rods[rod].along, w));
+        match element {
+            Element::Inertia(at) => {
+                let at = at * of.omega_rad_s.len() + w;
+                -(of.at_response[at] * of.at_excitation[at] * (omega * omega))
+            }
+            Element::Stiffness(joint) => {
+                let of = &self.joints[joint];
+                if of.loss_factor == 0.0 && of.integral_rate == 0.0 {
+                    return across(joint);
+                }
+                let mut factor = Complexes::real(Reals::ONE) + loss_each(omega).0 * of.loss_factor;
+                factor.im -= Reals::splat(of.integral_rate) / omega;
+                across(joint) * factor
+            }
+            Element::Integral(joint) => -(across(joint).turned() * (Reals::splat(self.joints[joint].stiffness) / omega)),
+            Element::Loss(joint) => across(joint) * loss_each(omega).0 * self.joints[joint].stiffness,
+            Element::Damping(joint) => self.joints[joint].by_damper_each(across(joint), omega) * omega,
+            Element::Relaxation(joint) => {
+                let Some(k) = self.joints[joint].relaxation_stiffness else { return Complexes::ZERO };
+                let share = self.joints[joint].damper_each(k, omega) * (1.0 / k);
+                across(joint) * (share * share)
+            }
+            Element::RodStiffness(at) => {
+                let (rod, entries, (direct, cross)) = rod(at);
+                (direct * entries.direct + cross * entries.cross) * (1.0 / rod.stiffness)
+            }
+            Element::RodTransit(at) => {
+                let (rod, entries, (direct, cross)) = rod(at);
+                let slopes = rod.slopes_each(omega, entries);
+                (direct * slopes.0 + cross * slopes.1) * (omega * Reals::splat(1.0 / rod.transit_s))
+            }
+            Element::RodLoss(at) => {
+                let (rod, entries, (direct, cross)) = rod(at);
+                let (by_direct, by_cross) = entries.by_material(omega, rod.slopes_each(omega, entries));
+                (direct * by_direct + cross * by_cross) * (loss_each(omega).0 * rod.material_each(omega).inverse())
+            }
+            // No part of D: H = f_rᵀ·D⁻¹·f_e changes with the forces.
+            Element::Lever(lever, end) => {
+                let (arms, x) = match end {
+                    End::Response => (&self.structure.read, of.at_excitation),
+                    End::Excitation => (&self.structure.struck, of.at_response),
+                };
+                let felt = arms.iter().filter(|(own, _)| *own == lever);
+                felt.fold(Complexes::ZERO, |sum, (_, on)| sum - x[on * of.omega_rad_s.len() + w])
+            }
+        }
+    }
+}

@@ -1,0 +1,250 @@
+//! A machine as equations of motion: matrices on the coordinates that have an inertia, and what acts between them.
+
+use std::f64::consts::TAU;
+
+use nalgebra::DMatrix;
+
+use super::element::{Along, Bristle, Gap, Lead, Load, Relaxing, Rub, Wave, Winding, pull};
+use super::{MotionError, Settings};
+use crate::model::{Matrices, matrices};
+use machine::{Drive, Encoder, Joint, Machine, Motion, Value};
+
+/// An encoder: what it reads is travel·q.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Reading {
+    pub at: usize,
+    pub travel: f64,
+    pub step: f64,
+}
+
+impl Reading {
+    /// What it reads, to its step.
+    pub fn of(&self, q: &[f64]) -> f64 {
+        let x = self.travel * q[self.at];
+        if self.step > 0.0 { (x / self.step).round() * self.step } else { x }
+    }
+}
+
+/// The equations of motion of a machine: M·q̈ + C·q̇ + K·q = forces of its elements and its drive.
+#[derive(Debug, Clone)]
+pub struct Plant {
+    /// Coordinates.
+    pub size: usize,
+    /// Places in the state: q, q̇, bristles, relaxing forces and currents.
+    pub states: usize,
+    pub names: Vec<String>,
+    pub mass: Vec<f64>,
+    /// By rows.
+    pub damping: Vec<f64>,
+    pub stiffness: Vec<f64>,
+    /// K with every play closed, for where the machine stands at the start.
+    pub closed: DMatrix<f64>,
+    pub rubs: Vec<Rub>,
+    pub gaps: Vec<Gap>,
+    pub leads: Vec<Lead>,
+    pub relaxing: Vec<Relaxing>,
+    /// Force on each coordinate that is always the same.
+    pub constant: Vec<f64>,
+    pub drive: usize,
+    pub winding: Option<Winding>,
+    pub ripple: Wave,
+    pub position: Reading,
+    pub velocity: Reading,
+    /// Points of the machine that are coordinates: which point, which coordinate.
+    pub points: Vec<(usize, usize)>,
+    pub warnings: Vec<String>,
+}
+
+impl Plant {
+    /// The plant of a machine with the given parameters.
+    ///
+    /// # Errors  no drive; friction, play, drive or encoder at a point without inertia; two frictions on one motion; a point that nothing holds.
+    pub fn new(machine: &Machine, values: &[f64], settings: &Settings) -> Result<Self, MotionError> {
+        let drive = machine.drive.as_ref().ok_or(MotionError::NoDrive)?;
+        let at = |value: &Value| value.at(values, &settings.operating);
+        let made = |machine: &Machine| matrices(machine, values, &settings.operating, settings.lumps)?.condensed();
+        let (open, closed) = linear(machine, &at);
+        let whole = made(&closed)?;
+        let matrices = made(&open)?;
+        let mut plant = Plant::empty(&matrices, whole, drive);
+        plant.points = machine.points.iter().enumerate().filter_map(|(i, p)| Some((i, plant.coordinate(&p.name)?))).collect();
+        for (joint, held) in machine.joints.iter().zip(&closed.joints) {
+            plant.add_joint(machine, joint, held, &at)?;
+        }
+        plant.drive = plant.point(machine, drive.on, "the drive")?;
+        let reading = |plant: &Plant, encoder: &Encoder, part: &str| {
+            let at_point = plant.point(machine, encoder.at, part)?;
+            Ok::<_, MotionError>(Reading { at: at_point, travel: encoder.travel, step: at(&encoder.step) })
+        };
+        plant.position = reading(&plant, &drive.position.encoder, "the position loop's encoder")?;
+        plant.velocity = reading(&plant, &drive.velocity.encoder, "the velocity loop's encoder")?;
+        plant.ripple = wave(&drive.ripple, &at);
+        if let Some(motor) = &drive.motor {
+            let q = plant.state();
+            plant.winding = Some(Winding {
+                q,
+                d: motor.pole_pairs.map(|_| plant.state()),
+                resistance: at(&motor.resistance_ohm),
+                inductance_q: at(&motor.inductance_h),
+                inductance_d: at(&motor.inductance_d_h),
+                constant: at(&drive.constant) * at(&drive.force_factor),
+                pairs: motor.pole_pairs.map_or(0.0, f64::from),
+            });
+        }
+        if machine.joints.iter().any(|j| at(&j.loss_factor) > 0.0) || machine.shafts.iter().any(|s| at(&s.loss_factor) > 0.0) {
+            plant
+                .warnings
+                .push("loss factors, which have no form in time, are left out: damp by viscous dampers what must not ring".into());
+        }
+        Ok(plant)
+    }
+
+    fn empty(matrices: &Matrices, whole: Matrices, drive: &Drive) -> Self {
+        let size = matrices.names.len();
+        let rows = |m: &DMatrix<f64>| m.transpose().as_slice().to_vec();
+        let nowhere = Reading { at: 0, travel: 1.0, step: 0.0 };
+        Plant {
+            size,
+            states: 2 * size,
+            names: matrices.names.clone(),
+            mass: matrices.mass.diagonal().as_slice().to_vec(),
+            damping: rows(&matrices.damping),
+            stiffness: rows(&matrices.stiffness),
+            closed: whole.stiffness,
+            rubs: Vec::new(),
+            gaps: Vec::new(),
+            leads: Vec::new(),
+            relaxing: Vec::new(),
+            constant: vec![0.0; size],
+            drive: drive.on,
+            winding: None,
+            ripple: Wave::default(),
+            position: nowhere,
+            velocity: nowhere,
+            points: Vec::new(),
+            warnings: Vec::new(),
+        }
+    }
+
+    fn coordinate(&self, name: &str) -> Option<usize> {
+        self.names.iter().position(|n| n == name)
+    }
+
+    fn point(&self, machine: &Machine, point: usize, part: &str) -> Result<usize, MotionError> {
+        let name = &machine.points[point].name;
+        self.coordinate(name).ok_or_else(|| MotionError::Massless { part: part.into(), point: name.clone() })
+    }
+
+    fn along(&self, machine: &Machine, joint: &Joint) -> Result<Along, MotionError> {
+        let moving = joint.on.iter().filter(|(p, _)| !machine.points[*p].fixed);
+        moving.map(|&(p, c)| Ok((self.point(machine, p, &format!("joint «{}»", joint.name))?, c))).collect()
+    }
+
+    fn state(&mut self) -> usize {
+        self.states += 1;
+        self.states - 1
+    }
+
+    /// What of a joint is no part of the matrices. `held` is the joint with the growth of its lead.
+    fn add_joint(&mut self, machine: &Machine, joint: &Joint, held: &Joint, at: &impl Fn(&Value) -> f64) -> Result<(), MotionError> {
+        let (stiffness, damping) =
+            (at(&joint.stiffness), at(&joint.damping) + machine.stiffness_proportional_damping_s * at(&joint.stiffness));
+        let (half, error) = (0.5 * at(&joint.gap), wave(&joint.lead_error.wave, at));
+        if half > 0.0 {
+            if joint.relaxation_stiffness.is_some() {
+                let fault = format!("joint «{}» has play and a relaxing damper; describe them as two joints", joint.name);
+                return Err(MotionError::Input(fault));
+            }
+            let travel = if error.is_flat() { 0 } else { self.travel(machine, held)? };
+            let along = self.along(machine, held)?;
+            self.gaps.push(Gap { name: joint.name.clone(), along, half, stiffness, damping, travel, wave: error });
+        } else if !error.is_flat() {
+            let travel = self.travel(machine, held)?;
+            let along = self.along(machine, held)?;
+            self.leads.push(Lead { along, travel, stiffness, damping, wave: error });
+        }
+        if let Some(series) = joint.relaxation_stiffness.as_ref().filter(|_| at(&joint.damping) > 0.0) {
+            let along = self.along(machine, held)?;
+            let at_state = self.state();
+            self.relaxing.push(Relaxing { along, at: at_state, stiffness: at(series), damping: at(&joint.damping) });
+        }
+        self.add_friction(machine, joint, at)
+    }
+
+    /// The coordinate along which a joint's lead errs: its first translation.
+    fn travel(&self, machine: &Machine, joint: &Joint) -> Result<usize, MotionError> {
+        let travel = joint.on.iter().find(|(p, _)| machine.points[*p].motion == Motion::Translation).map(|(p, _)| *p);
+        let travel = travel.ok_or_else(|| MotionError::Input(format!("joint «{}» has a lead error, but no travel", joint.name)))?;
+        self.point(machine, travel, &format!("joint «{}»", joint.name))
+    }
+
+    fn add_friction(&mut self, machine: &Machine, joint: &Joint, at: &impl Fn(&Value) -> f64) -> Result<(), MotionError> {
+        let f = &joint.friction;
+        let rub = Rub {
+            name: joint.name.clone(),
+            along: Vec::new(),
+            coulomb: at(&f.coulomb),
+            asymmetry: at(&f.viscous_asymmetry),
+            stribeck: at(&f.stribeck),
+            velocity: at(&f.stribeck_velocity),
+            exponent: at(&f.stribeck_exponent),
+            wave: wave(&f.position, at),
+            load_share: at(&f.load_share),
+            load: Load::Drive,
+            bristle: None,
+        };
+        let offset = at(&f.offset);
+        let rubs = !rub.is_level() || rub.coulomb != 0.0 || rub.asymmetry != 0.0;
+        if !rubs && offset == 0.0 {
+            return Ok(());
+        }
+        let along = self.along(machine, joint)?;
+        pull(&along, offset, &mut self.constant);
+        if !rubs {
+            return Ok(());
+        }
+        if let Some(other) = self.rubs.iter().find(|r| r.along == along) {
+            let fault = format!("joints «{}» and «{}» rub on one and the same motion; describe one friction there", other.name, joint.name);
+            return Err(MotionError::Input(fault));
+        }
+        let load = match f.load_of.filter(|_| rub.load_share > 0.0) {
+            None => Load::Drive,
+            Some(index) => {
+                let of = &machine.joints[index];
+                let (k, d) = (at(&of.stiffness), at(&of.damping) + machine.stiffness_proportional_damping_s * at(&of.stiffness));
+                Load::Joint(self.along(machine, of)?, k, d, 0.5 * at(&of.gap))
+            }
+        };
+        let (stiffness, damping) = (at(&f.presliding_stiffness), at(&f.presliding_damping));
+        let bristle = (stiffness > 0.0).then(|| Bristle { at: self.state(), stiffness, damping });
+        self.rubs.push(Rub { along, load, bristle, ..rub });
+        Ok(())
+    }
+}
+
+/// The machine without what its matrices do not hold (relaxing dampers, play that is open), and with every play closed; the lead of
+/// a screw as it has grown in both.
+fn linear(machine: &Machine, at: &impl Fn(&Value) -> f64) -> (Machine, Machine) {
+    let mut closed = machine.clone();
+    for joint in &mut closed.joints {
+        let growth = at(&joint.lead_error.growth);
+        let first = joint.on.iter().position(|(p, _)| machine.points[*p].motion == Motion::Translation);
+        if let Some(first) = first.filter(|_| growth != 0.0) {
+            joint.on[first].1 *= 1.0 - growth;
+        }
+        if joint.relaxation_stiffness.take().is_some() {
+            joint.damping = Value::number(0.0);
+        }
+    }
+    let mut open = closed.clone();
+    for joint in open.joints.iter_mut().filter(|j| at(&j.gap) > 0.0) {
+        joint.stiffness = Value::number(0.0);
+        joint.damping = Value::number(0.0);
+    }
+    (open, closed)
+}
+
+fn wave(wave: &machine::Wave, at: &impl Fn(&Value) -> f64) -> Wave {
+    let period = at(&wave.period);
+    Wave { cosine: at(&wave.cosine), sine: at(&wave.sine), rate: if period > 0.0 { TAU / period } else { 0.0 } }
+}

@@ -1,0 +1,450 @@
+//! Objectives on natural frequencies and amplitudes.
+
+use std::sync::{Arc, Mutex};
+
+use super::pairing::{MISSING, Pair, VISIBLE, pair_into};
+use super::{GAIN_RANGE, ObjectiveError, free_parameters, keep_rods, point_named};
+use dynamics::model::{Lines, Network, Peak, PeakSearch, Rods, Structure, Workspace, peaks_into};
+use machine::{Chain, FitRule, Machine, Operating};
+use measurement::{FitSet, Gain, HoldOutSet, MeasurementSet, ModeObservation};
+use numeric::unit::omega_rad_s;
+
+/// Which function of the deviations is made least.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Objective {
+    /// Σ r²: relative frequency errors over σ_f and ln-amplitude errors over σ_lnA.
+    LeastSquares,
+    /// √Σ[(Δf/f)² + (ΔA/A)²] as printed. Source: Tian et al., Eq. 26.
+    Eq26,
+    /// [`Objective::LeastSquares`] on the frequencies alone.
+    Frequencies,
+}
+
+/// Weights and options of a mode objective.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ModeSettings {
+    /// Which function.
+    pub objective: Objective,
+    /// Relative standard deviation of a frequency that the model itself causes.
+    pub frequency_model_error: f64,
+    /// Standard deviation of ln(amplitude).
+    pub amplitude_sd: f64,
+    /// How rods are represented.
+    pub rods: Rods,
+}
+
+impl Default for ModeSettings {
+    /// σ_f² = (0.29·resolution/f)² + (1 %)² and σ_lnA = 0.13: rounding and a model error, by the scatter of the published bench.
+    fn default() -> Self {
+        ModeSettings { objective: Objective::LeastSquares, frequency_model_error: 0.01, amplitude_sd: 0.13, rods: Rods::Exact }
+    }
+}
+
+/// Deviation of one order.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Deviation {
+    /// The observation; `None` for a predicted peak without a partner.
+    pub observed: Option<ModeObservation>,
+    /// The predicted peak; its amplitude in the measured quantity, without gain.
+    pub predicted: Option<Peak>,
+    /// A peak without a partner that should have been seen.
+    pub unexpected: bool,
+}
+
+/// The prediction for a position beside its measurement.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct PositionPrediction {
+    /// Index of the position in the set.
+    pub position: usize,
+    /// All predicted peaks of the band.
+    pub peaks: Vec<Peak>,
+    /// Orders and peaks, aligned, in rising frequency.
+    pub deviations: Vec<Deviation>,
+}
+
+/// How the gain came about and how well amplitudes agree.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct AmplitudeFit {
+    /// Factor from predicted to measured amplitudes.
+    pub gain: f64,
+    /// Amplitudes it rests on.
+    pub count: usize,
+}
+
+/// Room for one evaluation; kept, a later one allocates nothing.
+struct Scratch {
+    network: Network,
+    work: Workspace,
+    parameters: Vec<f64>,
+    predictions: Vec<PositionPrediction>,
+    /// Frequencies predicted, and what each counts for without a partner.
+    predicted_hz: Vec<f64>,
+    alone: Vec<f64>,
+    least: Vec<f64>,
+    pairs: Vec<Pair>,
+}
+
+struct PositionData {
+    index: usize,
+    operating: Operating,
+    observed: Vec<ModeObservation>,
+    measured_hz: Vec<f64>,
+    /// Where the search for peaks begins, with the rods that no free parameter changes.
+    lines: Lines,
+}
+
+/// Distance between predicted peaks and measured modes of some positions, as a function of a machine's free parameters.
+pub struct ModeObjective<'m> {
+    machine: &'m Machine,
+    structure: Arc<Structure>,
+    settings: ModeSettings,
+    positions: Vec<PositionData>,
+    gain: Gain,
+    resolution_hz: f64,
+    least_prominence: f64,
+    search: PeakSearch,
+    /// Lowest and highest measured frequency of these positions (Hz).
+    pub band_hz: (f64, f64),
+    /// Indices of the parameters that are free.
+    pub free: Vec<usize>,
+    base: Vec<f64>,
+    pool: Mutex<Vec<Scratch>>,
+}
+
+impl<'m> ModeObjective<'m> {
+    /// For the positions to be fitted; `frozen` parameters keep their start values.
+    ///
+    /// # Errors  the set has no modes there, names points the machine lacks, or lies outside the screw.
+    pub fn new(machine: &'m Machine, fit: &FitSet<'_>, settings: ModeSettings, frozen: &[String]) -> Result<Self, ObjectiveError> {
+        if fit.positions.is_empty() {
+            return Err(ObjectiveError::Data(format!(
+                "{}: no position is named to fit; write some into split.fit or --positions",
+                fit.set.path
+            )));
+        }
+        let objective = Self::over(machine, fit.set, &fit.positions, settings, frozen, None)?;
+        if objective.positions.iter().all(|p| p.measured_hz.is_empty()) {
+            return Err(ObjectiveError::Data("no mode was observed at the positions to fit; name others with --positions".into()));
+        }
+        Ok(objective)
+    }
+
+    /// For the held-out positions: to predict, not to fit; over the band of the fit, too, where that is given.
+    ///
+    /// # Errors  as [`ModeObjective::new`].
+    pub fn held_out(
+        machine: &'m Machine,
+        held_out: &HoldOutSet<'_>,
+        settings: ModeSettings,
+        fit_band_hz: Option<(f64, f64)>,
+    ) -> Result<Self, ObjectiveError> {
+        let objective = Self::over(machine, held_out.set, &held_out.positions, settings, &[], fit_band_hz)?;
+        if !objective.band_hz.0.is_finite() {
+            return Err(ObjectiveError::Data(format!(
+                "{}: no mode was observed at these positions; there is nothing to check",
+                held_out.set.path
+            )));
+        }
+        Ok(objective)
+    }
+
+    fn over(
+        machine: &'m Machine,
+        set: &MeasurementSet,
+        positions: &[usize],
+        settings: ModeSettings,
+        frozen: &[String],
+        wider: Option<(f64, f64)>,
+    ) -> Result<Self, ObjectiveError> {
+        let table = set
+            .modes
+            .as_ref()
+            .ok_or_else(|| ObjectiveError::Data(format!("{}: the set has no modes; write modes = \"…\" in its manifest", set.path)))?;
+        let named = |name: &Option<String>, key: &str| point_named(machine, &set.path, key, name.as_deref().unwrap_or_default());
+        let (response, excitation) = (named(&set.response, "response")?, named(&set.excitation, "excitation")?);
+        let structure = Arc::new(Structure::new(machine, response, excitation, settings.rods)?);
+        let mut data = Vec::new();
+        for &index in positions {
+            let operating = Operating::at(set.positions[index].nut_m);
+            machine.check_operating(&format!("{}: position {}", set.path, set.positions[index].name), &operating)?;
+            let observed: Vec<ModeObservation> = table.positions[index].iter().filter(|m| m.frequency_hz.is_some()).copied().collect();
+            let measured_hz = observed.iter().filter_map(|m| m.frequency_hz).collect();
+            data.push(PositionData { index, operating, observed, measured_hz, lines: Lines::new(&[]) });
+        }
+        // The band of these positions alone: what is held out must not reach the fit.
+        let all =
+            || data.iter().flat_map(|p: &PositionData| p.measured_hz.iter().copied()).chain(wider.into_iter().flat_map(|(a, b)| [a, b]));
+        let band_hz = (all().fold(f64::INFINITY, f64::min), all().fold(0.0, f64::max));
+        let search = PeakSearch {
+            from_hz: 0.5 * band_hz.0,
+            to_hz: 1.35 * band_hz.1,
+            precision: 1e-9,
+            omega_power: set.quantity.map_or(0, |q| q.power()),
+        };
+        let free = free_parameters(machine, frozen, |rule| rule == FitRule::Always)?;
+        let mut objective = ModeObjective {
+            machine,
+            structure,
+            settings,
+            positions: data,
+            gain: set.gain,
+            resolution_hz: table.resolution_hz.unwrap_or(0.0),
+            least_prominence: table.least_prominence.unwrap_or(VISIBLE),
+            search,
+            band_hz,
+            free,
+            base: machine.start(),
+            pool: Mutex::new(Vec::new()),
+        };
+        objective.lay_lines();
+        Ok(objective)
+    }
+
+    /// Lays out where searches for peaks begin, and keeps rods that free parameters leave as they are.
+    fn lay_lines(&mut self) {
+        let places = [0.3, 0.7].map(|u| self.parameters(&vec![u; self.free.len()]));
+        for position in &mut self.positions {
+            position.lines = self.search.lines();
+            keep_rods(&mut position.lines, (self.machine, &self.structure), places.each_ref().map(|p| (p.as_slice(), position.operating)));
+        }
+    }
+
+    /// Parameters of the machine, in its order, for a place of the free ones in the unit cube.
+    pub fn parameters(&self, place: &[f64]) -> Vec<f64> {
+        let mut parameters = Vec::new();
+        self.parameters_into(place, &mut parameters);
+        parameters
+    }
+
+    fn parameters_into(&self, place: &[f64], parameters: &mut Vec<f64>) {
+        parameters.clone_from(&self.base);
+        for (&index, &u) in self.free.iter().zip(place) {
+            parameters[index] = self.machine.parameters[index].from_unit(u.clamp(0.0, 1.0));
+        }
+    }
+
+    /// Number of frequencies and amplitudes that are compared.
+    pub fn observations(&self) -> usize {
+        let amplitudes = |p: &PositionData| p.observed.iter().filter(|m| m.amplitude.is_some()).count();
+        self.positions
+            .iter()
+            .map(|p| p.measured_hz.len() + if self.settings.objective == Objective::Frequencies { 0 } else { amplitudes(p) })
+            .sum()
+    }
+
+    /// Whether the gain is estimated along.
+    pub fn estimates_gain(&self) -> bool {
+        self.gain == Gain::Unknown
+            && self.settings.objective != Objective::Frequencies
+            && self.positions.iter().any(|p| p.observed.iter().any(|m| m.amplitude.is_some()))
+    }
+
+    /// Calls `work` with room for an evaluation.
+    fn with_room<T>(&self, work: impl FnOnce(&mut Scratch) -> T) -> T {
+        let pooled = self.pool.lock().ok().and_then(|mut pool| pool.pop());
+        let mut scratch = pooled.unwrap_or_else(|| Scratch {
+            network: self.structure.network(),
+            work: self.structure.workspace(),
+            parameters: Vec::new(),
+            predictions: vec![PositionPrediction::default(); self.positions.len()],
+            predicted_hz: Vec::new(),
+            alone: Vec::new(),
+            least: Vec::new(),
+            pairs: Vec::new(),
+        });
+        let result = work(&mut scratch);
+        if let Ok(mut pool) = self.pool.lock() {
+            pool.push(scratch);
+        }
+        result
+    }
+
+    /// Predictions for all positions with the given parameters.
+    pub fn predict(&self, parameters: &[f64]) -> Vec<PositionPrediction> {
+        self.with_room(|scratch| {
+            scratch.parameters.clear();
+            scratch.parameters.extend(parameters);
+            (0..self.positions.len()).for_each(|at| self.predict_one(at, scratch));
+            scratch.predictions.clone()
+        })
+    }
+
+    /// The prediction for one position.
+    fn predict_one(&self, at: usize, scratch: &mut Scratch) {
+        let p = &self.positions[at];
+        let Scratch { network, work, parameters, predictions, predicted_hz, alone, least, pairs } = scratch;
+        network.update(self.machine, parameters, &p.operating);
+        let PositionPrediction { position, peaks, deviations } = &mut predictions[at];
+        *position = p.index;
+        peaks_into(network, (self.search, &p.lines), work, peaks);
+        // What the measuring chain makes of an amplitude; that the peak of another quantity lies elsewhere by some ζ² is left out.
+        let made = self.machine.chain.at(parameters, &p.operating);
+        peaks.iter_mut().for_each(|peak| peak.amplitude *= Chain::log_factor(made, omega_rad_s(peak.frequency_hz)).re.exp());
+        predicted_hz.clear();
+        predicted_hz.extend(peaks.iter().map(|p| p.frequency_hz));
+        alone.clear();
+        alone.extend(peaks.iter().map(|p| if self.unexpected(p) { MISSING } else { 0.0 }));
+        pair_into(&p.measured_hz, predicted_hz, alone, least, pairs);
+        deviations.clear();
+        deviations.extend(pairs.iter().map(|Pair { measured, predicted }| Deviation {
+            observed: measured.map(|i| p.observed[i]),
+            predicted: predicted.map(|i| peaks[i]),
+            unexpected: measured.is_none() && predicted.is_some_and(|i| self.unexpected(&peaks[i])),
+        }));
+    }
+
+    /// Whether a predicted peak without a partner should have been seen.
+    fn unexpected(&self, peak: &Peak) -> bool {
+        peak.prominence >= self.least_prominence && peak.frequency_hz >= 0.9 * self.band_hz.0 && peak.frequency_hz <= 1.1 * self.band_hz.1
+    }
+
+    /// Standard deviation of a relative frequency error.
+    fn frequency_sd(&self, frequency_hz: f64) -> f64 {
+        ((0.29 * self.resolution_hz / frequency_hz).powi(2) + self.settings.frequency_model_error.powi(2)).sqrt()
+    }
+
+    /// The gain that suits the predictions best, in the sense of the objective.
+    pub fn amplitude_fit(&self, predictions: &[PositionPrediction]) -> AmplitudeFit {
+        if self.settings.objective == Objective::Frequencies {
+            return AmplitudeFit { gain: 1.0, count: 0 };
+        }
+        let ratios = predictions.iter().flat_map(|p| &p.deviations).filter_map(|d| Some((d.observed?.amplitude?, d.predicted?.amplitude)));
+        let (mut count, mut log_sum, mut sum, mut square) = (0, 0.0, 0.0, 0.0);
+        for (measured, predicted) in ratios {
+            count += 1;
+            log_sum += (measured / predicted).ln();
+            sum += predicted / measured;
+            square += (predicted / measured) * (predicted / measured);
+        }
+        let gain = match (self.gain, count, self.settings.objective) {
+            (Gain::Known(gain), _, _) => gain,
+            (Gain::Unknown, 0, _) => 1.0,
+            (Gain::Unknown, _, Objective::Eq26) => sum / square,
+            (Gain::Unknown, n, _) => (log_sum / n as f64).exp(),
+        };
+        AmplitudeFit { gain, count }
+    }
+
+    /// Residuals, weighted, in a fixed order: for each position the frequencies, then the amplitudes, then a last one for peaks that
+    /// have no partner.
+    pub fn residuals(&self, predictions: &[PositionPrediction], gain: f64) -> Vec<f64> {
+        let mut residuals = Vec::new();
+        self.each_residual(predictions, gain, |residual| residuals.push(residual));
+        residuals
+    }
+
+    fn each_residual(&self, predictions: &[PositionPrediction], gain: f64, mut each: impl FnMut(f64)) {
+        let missing = MISSING / self.settings.frequency_model_error.max(1e-6);
+        for deviations in predictions.iter().map(|p| &p.deviations) {
+            for (observed, predicted) in deviations.iter().filter_map(|d| Some((d.observed?, d.predicted))) {
+                each(predicted.map_or(missing, |peak| {
+                    let measured_hz = observed.frequency_hz.unwrap_or(peak.frequency_hz);
+                    (peak.frequency_hz / measured_hz - 1.0) / self.frequency_sd(measured_hz)
+                }));
+            }
+            if self.settings.objective != Objective::Frequencies {
+                for (amplitude, predicted) in deviations.iter().filter_map(|d| Some((d.observed?.amplitude?, d.predicted))) {
+                    each(predicted.map_or(0.0, |peak| (gain * peak.amplitude / amplitude).ln() / self.settings.amplitude_sd));
+                }
+            }
+            each(missing * f64::sqrt(deviations.iter().filter(|d| d.unexpected).count() as f64));
+        }
+    }
+
+    /// Deviations of free parameters from what is known of them beforehand, over its standard deviation.
+    fn known<'p>(&'p self, parameters: &'p [f64]) -> impl Iterator<Item = f64> + 'p {
+        let described = |i: &usize| &self.machine.parameters[*i];
+        self.free.iter().filter_map(move |i| Some((parameters[*i] - described(i).start) / described(i).sd?))
+    }
+
+    /// A place of the free parameters, with the best coordinate of the gain added where that is unknown.
+    pub fn extended(&self, place: &[f64]) -> Vec<f64> {
+        let mut extended = place.to_vec();
+        if self.estimates_gain() {
+            let gain = self.amplitude_fit(&self.predict(&self.parameters(place))).gain;
+            extended.push(((gain / GAIN_RANGE.0).ln() / (GAIN_RANGE.1 / GAIN_RANGE.0).ln()).clamp(0.0, 1.0));
+        }
+        extended
+    }
+
+    /// The gain at a place that was [`ModeObjective::extended`].
+    pub fn gain(&self, place: &[f64]) -> f64 {
+        match (self.gain, place.get(self.free.len())) {
+            (Gain::Known(gain), _) => gain,
+            (Gain::Unknown, Some(u)) => GAIN_RANGE.0 * (u * (GAIN_RANGE.1 / GAIN_RANGE.0).ln()).exp(),
+            (Gain::Unknown, None) => 1.0,
+        }
+    }
+
+    /// All weighted residuals at a place that was [`ModeObjective::extended`].
+    pub fn residuals_at(&self, place: &[f64]) -> Vec<f64> {
+        let parameters = self.parameters(place);
+        let mut residuals = self.residuals(&self.predict(&parameters), self.gain(place));
+        residuals.extend(self.known(&parameters));
+        residuals
+    }
+
+    /// Rows of [`ModeObjective::residuals`] of each position.
+    pub fn rows(&self) -> Vec<usize> {
+        let counts_amplitudes = self.settings.objective != Objective::Frequencies;
+        let amplitudes = |p: &PositionData| p.observed.iter().filter(|m| counts_amplitudes && m.amplitude.is_some()).count();
+        self.positions.iter().map(|p| p.measured_hz.len() + amplitudes(p) + 1).collect()
+    }
+
+    /// Whether the sum of its squared residuals is a likelihood, so that intervals can be told.
+    pub fn is_likelihood(&self) -> bool {
+        self.settings.objective != Objective::Eq26
+    }
+
+    /// The objective at a place, always finite, where it is at most `limit`; otherwise something above that.
+    pub fn cost_at(&self, place: &[f64], limit: f64) -> f64 {
+        self.with_room(|scratch| {
+            self.parameters_into(place, &mut scratch.parameters);
+            self.cost_at_most(scratch, limit)
+        })
+    }
+
+    /// With the gain at its best for the positions so far, a sum of squares can only grow with every further one; of Eq. 26 no part tells of the whole.
+    fn cost_at_most(&self, scratch: &mut Scratch, limit: f64) -> f64 {
+        let may_end = limit < f64::INFINITY && self.settings.objective != Objective::Eq26;
+        let mut cost = 0.0;
+        for at in 0..self.positions.len() {
+            self.predict_one(at, scratch);
+            if may_end || at + 1 == self.positions.len() {
+                cost = self.cost_of(&scratch.predictions[..=at], &scratch.parameters);
+            }
+            if may_end && cost > limit * (1.0 + 1e-9) {
+                break;
+            }
+        }
+        cost
+    }
+
+    /// The objective of predictions for some positions.
+    fn cost_of(&self, predictions: &[PositionPrediction], parameters: &[f64]) -> f64 {
+        let gain = self.amplitude_fit(predictions).gain;
+        match self.settings.objective {
+            Objective::LeastSquares | Objective::Frequencies => {
+                let mut data = 0.0;
+                self.each_residual(predictions, gain, |residual| data += residual * residual);
+                data + self.known(parameters).map(|r| r * r).sum::<f64>()
+            }
+            Objective::Eq26 => {
+                let mut sum = 0.0;
+                for deviation in predictions.iter().flat_map(|p| &p.deviations) {
+                    sum += match (deviation.observed, deviation.predicted) {
+                        (Some(observed), Some(peak)) => {
+                            let frequency = observed.frequency_hz.map_or(0.0, |f| peak.frequency_hz / f - 1.0);
+                            let amplitude = observed.amplitude.map_or(0.0, |a| (gain * peak.amplitude / a - 1.0).clamp(-1e3, 1e3));
+                            frequency * frequency + amplitude * amplitude
+                        }
+                        // A mode that is not predicted: both of its terms are 1.
+                        (Some(observed), None) => 1.0 + f64::from(u8::from(observed.amplitude.is_some())),
+                        _ => 0.0,
+                    };
+                }
+                f64::sqrt(sum)
+            }
+        }
+    }
+}

@@ -1,0 +1,284 @@
+//! An FRF made ready to be compared.
+
+use std::f64::consts::{PI, TAU};
+use std::sync::Arc;
+
+use num_complex::Complex64;
+
+use super::{FrfSettings, ObjectiveError};
+use dynamics::model::{Complexes, LANES, Lines, Reals};
+use machine::Operating;
+use measurement::{Frf, Line, MeasurementSet};
+use numeric::statistics::median;
+use numeric::unit::{frequency_hz, omega_rad_s};
+
+/// Lines that are summed in one piece; sums are made in the order of the pieces, whatever the number of threads.
+const PIECE: usize = 256;
+
+/// One FRF ready to be compared.
+#[derive(Debug, Clone)]
+pub struct Record {
+    /// Index of the FRF in the set.
+    pub frf: usize,
+    pub(super) operating: Operating,
+    /// Which nut position, of those of the objective; `usize::MAX` for none.
+    pub(super) nut: usize,
+    /// Which position (or record) of the objective.
+    pub(super) group: usize,
+    pub(super) structure: usize,
+    pub(super) omega_rad_s: Vec<f64>,
+    /// The same, with what a model knows of them beforehand.
+    pub(super) lines: Arc<Lines>,
+    /// ln of what was measured, as a receptance.
+    pub(super) log_measured: Vec<Complex64>,
+    /// 1/s² of one component of ln H.
+    pub(super) weight: Vec<f64>,
+    /// s of the noise alone, where it is known, told by the lines together.
+    pub(super) noise_sd: Vec<Option<f64>>,
+    /// s of the noise alone as each line states it, for the gap that noise leaves.
+    pub(super) stated_sd: Vec<Option<f64>>,
+}
+
+impl Record {
+    /// Standard deviation of one component of ln H that noise alone causes, line by line, where it is known.
+    pub fn noise(&self) -> &[Option<f64>] {
+        &self.noise_sd
+    }
+
+    /// The same with every so manieth line, at most `most`; of the lines nothing is known beforehand.
+    pub(super) fn thinned(&self, most: usize) -> Record {
+        let stride = self.omega_rad_s.len().div_ceil(most.max(1)).max(1);
+        self.with((0..self.omega_rad_s.len()).step_by(stride).collect())
+    }
+
+    /// The same with at most `most` lines, close where the curve turns and nowhere far apart, each weighed by how many it stands for: a narrow resonance, between
+    /// two of lines evenly apart, stays to be seen. A third of them each follow the number of lines, the logarithm of the frequency and the length of the curve
+    /// ln H in units of its noise.
+    pub(super) fn telling(&self, most: usize) -> Record {
+        let count = self.omega_rad_s.len();
+        if count <= most.max(2) {
+            return self.clone();
+        }
+        let turned = |at: usize| {
+            let change = self.log_measured[at] - self.log_measured[at - 1];
+            let turn = (change.im + PI).rem_euclid(TAU) - PI;
+            change.re.hypot(turn) * self.weight[at].min(self.weight[at - 1]).sqrt()
+        };
+        let kinds = [
+            vec![1.0; count - 1],
+            (1..count).map(|at| (self.omega_rad_s[at] / self.omega_rad_s[at - 1]).ln()).collect(),
+            (1..count).map(turned).collect::<Vec<f64>>(),
+        ];
+        let sums = kinds.each_ref().map(|kind| kind.iter().sum::<f64>().max(f64::MIN_POSITIVE));
+        // How far each line is along, from 0 to 1.
+        let mut along = vec![0.0; count];
+        for at in 1..count {
+            let step: f64 = kinds.iter().zip(sums).map(|(kind, sum)| kind[at - 1] / sum).sum();
+            along[at] = along[at - 1] + step / kinds.len() as f64;
+        }
+        let mut chosen: Vec<usize> =
+            (0..most).map(|k| along.partition_point(|a| *a < (k as f64 + 0.5) / most as f64).min(count - 1)).collect();
+        chosen.dedup();
+        // Each line stands for those that are nearer to it than to another.
+        let ends: Vec<usize> = chosen.windows(2).map(|pair| (pair[0] + pair[1]) / 2 + 1).chain([count]).collect();
+        let mean = count as f64 / chosen.len() as f64;
+        let mut record = self.with(chosen);
+        let mut from = 0;
+        for (weight, end) in record.weight.iter_mut().zip(ends) {
+            *weight *= (end - from) as f64 / mean;
+            from = end;
+        }
+        record
+    }
+
+    /// The same with some lines alone.
+    fn with(&self, lines: Vec<usize>) -> Record {
+        fn each<T: Clone>(lines: &[usize], all: &[T]) -> Vec<T> {
+            lines.iter().map(|at| all[*at].clone()).collect()
+        }
+        let omega_rad_s = each(&lines, &self.omega_rad_s);
+        Record {
+            lines: Arc::new(Lines::new(&omega_rad_s)),
+            omega_rad_s,
+            log_measured: each(&lines, &self.log_measured),
+            weight: each(&lines, &self.weight),
+            noise_sd: each(&lines, &self.noise_sd),
+            stated_sd: each(&lines, &self.stated_sd),
+            ..*self
+        }
+    }
+
+    /// ln of what was measured at four lines from one on; past the last, that of the last.
+    pub(super) fn measured(&self, line: usize) -> Complexes {
+        Complexes::each(|lane| self.log_measured[(line + lane).min(self.log_measured.len() - 1)])
+    }
+
+    /// Weights of four lines from one on; past the last, nought.
+    pub(super) fn weights(&self, line: usize) -> Reals {
+        Reals::from(std::array::from_fn::<_, LANES, _>(|lane| self.weight.get(line + lane).copied().unwrap_or(0.0)))
+    }
+
+    /// Frequencies of its lines (Hz).
+    pub fn frequencies_hz(&self) -> Vec<f64> {
+        self.omega_rad_s.iter().map(|omega| frequency_hz(*omega)).collect()
+    }
+
+    /// Magnitudes of its lines, as a receptance.
+    pub fn magnitudes(&self) -> Vec<f64> {
+        self.log_measured.iter().map(|h| h.re.exp()).collect()
+    }
+}
+
+/// The operating condition an FRF of a set was measured under.
+pub fn operating(set: &MeasurementSet, frf: &Frf) -> Operating {
+    Operating {
+        velocity_m_s: frf.condition.velocity_m_s,
+        acceleration_m_s2: frf.condition.acceleration_m_s2,
+        level_n: frf.condition.force_level_n,
+        ..Operating::at(frf.position.and_then(|p| set.positions[p].nut_m))
+    }
+}
+
+/// What a place of the unit cube means.
+pub(super) struct Here {
+    pub(super) parameters: Vec<f64>,
+    pub(super) log_gain: f64,
+    /// Shift of each nut position (m).
+    pub(super) nut_shift_m: Vec<f64>,
+    /// ln(gain) and delay (s) of each channel.
+    pub(super) channels: Vec<(f64, f64)>,
+}
+
+impl Here {
+    /// The operating condition of a record.
+    pub(super) fn operating(&self, record: &Record) -> Operating {
+        let shift_m = self.nut_shift_m.get(record.nut).copied().unwrap_or(0.0);
+        Operating { nut_m: record.operating.nut_m.map(|nut_m| nut_m + shift_m), ..record.operating }
+    }
+
+    /// ln(gain) and delay (s) of a record's channel.
+    pub(super) fn channel(&self, record: &Record) -> (f64, f64) {
+        self.channels.get(record.structure).copied().unwrap_or((0.0, 0.0))
+    }
+}
+
+/// ln(gain), delay (s) and power of iω of the numbers of a chain and of a channel's own ln(gain) and delay together.
+pub(super) fn factor((gain, delay_s, power): (f64, f64, f64), (log_gain, late_s): (f64, f64)) -> (f64, f64, f64) {
+    (gain.ln() + log_gain, delay_s + late_s, power)
+}
+
+/// ln(recorded/receptance) of a [`factor`], as [`machine::Chain::log_factor`].
+pub(super) fn log_factor((log_gain, delay_s, power): (f64, f64, f64), omega_rad_s: Reals) -> Complexes {
+    let by_power = if power == 0.0 { Reals::ZERO } else { omega_rad_s.ln() * Reals::splat(power) };
+    let turned = omega_rad_s.mul_neg_add(Reals::splat(delay_s), Reals::splat(power * std::f64::consts::FRAC_PI_2));
+    Complexes::new(by_power + Reals::splat(log_gain), turned)
+}
+
+/// The imaginary part brought between −π and π.
+pub(super) fn wrapped(z: Complexes) -> Complexes {
+    let turn = Reals::splat(std::f64::consts::TAU);
+    Complexes::new(z.re, (z.im / turn).round().mul_neg_add(turn, z.im))
+}
+
+/// Pieces of all records, in order: record and lines.
+pub(super) fn pieces(records: &[Record]) -> Vec<(usize, std::ops::Range<usize>)> {
+    let piece = |(at, r): (usize, &Record)| {
+        let count = r.omega_rad_s.len();
+        (0..count).step_by(PIECE).map(move |from| (at, from..(from + PIECE).min(count))).collect::<Vec<_>>()
+    };
+    records.iter().enumerate().flat_map(piece).collect()
+}
+
+/// An FRF made ready: lines of the band, as a receptance, with weights.
+pub(super) fn record(
+    frf: &Frf,
+    index: usize,
+    operating: Operating,
+    structure: usize,
+    settings: FrfSettings,
+) -> Result<Record, ObjectiveError> {
+    let in_band = |(_, l): &(usize, &Line)| (settings.band_hz.0..=settings.band_hz.1).contains(&l.frequency_hz);
+    let omegas: Vec<f64> = frf.lines.iter().enumerate().filter(in_band).map(|(_, l)| omega_rad_s(l.frequency_hz)).collect();
+    let mut record = Record {
+        frf: index,
+        operating,
+        nut: usize::MAX,
+        group: 0,
+        structure,
+        lines: Arc::new(Lines::new(&omegas)),
+        omega_rad_s: omegas,
+        log_measured: Vec::new(),
+        weight: Vec::new(),
+        noise_sd: Vec::new(),
+        stated_sd: Vec::new(),
+    };
+    let around = if settings.of_level { levels(frf) } else { Vec::new() };
+    let noise_sds = frf.component_sds();
+    let stated = noise_sds.iter().any(Option::is_some);
+    let mut model_errors = Vec::new();
+    for (at, line) in frf.lines.iter().enumerate().filter(in_band) {
+        let model_error = settings.model_error * around.get(at).map_or(1.0, |level| (level / line.value.norm()).max(1.0));
+        model_errors.push(model_error);
+        let omega = omega_rad_s(line.frequency_hz);
+        let noise_sd = noise_sds[at];
+        let sd = noise_sd.unwrap_or(0.0).hypot(model_error);
+        if !(sd > 0.0) && !stated {
+            let fault = "nothing is known of the noise of its lines; give a model error above 0 with --frf-model-error";
+            return Err(ObjectiveError::Data(format!("{}: {fault}", frf.source)));
+        }
+        record.log_measured.push((line.value / frf.quantity.from_receptance(omega)).ln());
+        record.weight.push(1.0 / (sd * sd));
+        record.noise_sd.push(noise_sd);
+        record.stated_sd.push(frf.component_sd(line));
+    }
+    // A line whose noise is not stated is as noisy as the middle one of its record, not free of noise.
+    if let Some(middle) = median(record.noise_sd.iter().flatten().copied()) {
+        for ((weight, noise_sd), model_error) in record.weight.iter_mut().zip(&record.noise_sd).zip(&model_errors) {
+            if noise_sd.is_none() {
+                *weight = 1.0 / (middle * middle + model_error * model_error);
+            }
+        }
+    }
+    if record.omega_rad_s.is_empty() {
+        let (from, to) = settings.band_hz;
+        return Err(ObjectiveError::Data(format!("{}: has no accepted line from {from} to {to} Hz; widen --band", frf.source)));
+    }
+    Ok(record)
+}
+
+/// Geometric mean of |H| over a third of an octave to either side of each line, in the quantity recorded.
+fn levels(frf: &Frf) -> Vec<f64> {
+    let lines = &frf.lines;
+    let (mut from, mut to, mut sum) = (0, 0, 0.0);
+    lines
+        .iter()
+        .map(|line| {
+            while to < lines.len() && lines[to].frequency_hz <= line.frequency_hz * f64::cbrt(2.0) {
+                sum += lines[to].value.norm().ln();
+                to += 1;
+            }
+            while lines[from].frequency_hz < line.frequency_hz / f64::cbrt(2.0) {
+                sum -= lines[from].value.norm().ln();
+                from += 1;
+            }
+            f64::exp(sum / (to - from) as f64)
+        })
+        .collect()
+}
+
+/// FRFs that are looked at together must share frequencies: else the one says nothing of the other.
+pub(super) fn check_overlap(set: &MeasurementSet, records: &[Record]) -> Result<(), ObjectiveError> {
+    let ends = |r: &Record| (r.omega_rad_s[0], r.omega_rad_s[r.omega_rad_s.len() - 1]);
+    for (at, a) in records.iter().enumerate() {
+        for b in &records[..at] {
+            let ((from_a, to_a), (from_b, to_b)) = (ends(a), ends(b));
+            if from_a > to_b || from_b > to_a {
+                return Err(ObjectiveError::Data(format!(
+                    "{} and {} have no frequency in common; fit them in two runs, or measure both over one band",
+                    set.frfs[b.frf].source, set.frfs[a.frf].source
+                )));
+            }
+        }
+    }
+    Ok(())
+}

@@ -1,0 +1,301 @@
+//! Objectives as sums of squares: FRFs with exact derivatives; modes by central differences, since peaks of |H| have no closed form.
+
+use nalgebra::{DMatrix, DVector};
+use rayon::prelude::*;
+
+use super::frf::{FrfSettings, SPAN};
+use super::record::{Here, Record, factor, log_factor, pieces, wrapped};
+use super::{FrfObjective, GAIN_RANGE, ModeObjective};
+use dynamics::model::{ABREAST, Complexes, LANES, Reals};
+use machine::Value;
+use optimizer::{LeastSquares, Normal};
+
+/// Step of the central differences in the unit interval.
+const STEP: f64 = 2e-4;
+
+/// A mode objective whose residuals count with weights, as in a bootstrap sample; without weights each counts once.
+pub struct ModeSquares<'o, 'm> {
+    objective: &'o ModeObjective<'m>,
+    /// Weight of the square of each residual.
+    weights: Option<Vec<f64>>,
+}
+
+impl<'o, 'm> ModeSquares<'o, 'm> {
+    /// Of an objective; `weights` one for each residual of [`ModeObjective::residuals_at`].
+    pub fn new(objective: &'o ModeObjective<'m>, weights: Option<Vec<f64>>) -> Self {
+        ModeSquares { objective, weights }
+    }
+
+    fn weight(&self, row: usize) -> f64 {
+        self.weights.as_ref().map_or(1.0, |w| w.get(row).copied().unwrap_or(1.0))
+    }
+}
+
+impl LeastSquares for ModeSquares<'_, '_> {
+    fn dimension(&self) -> usize {
+        self.objective.free.len() + usize::from(self.objective.estimates_gain())
+    }
+
+    fn chi_square(&self, place: &[f64]) -> f64 {
+        self.objective.residuals_at(place).iter().enumerate().map(|(row, r)| self.weight(row) * r * r).sum()
+    }
+
+    fn normal(&self, place: &[f64]) -> Normal {
+        let dimension = self.dimension();
+        let here = self.objective.residuals_at(place);
+        let columns: Vec<Vec<f64>> = (0..dimension)
+            .into_par_iter()
+            .map(|column| {
+                let shifted = |by: f64| {
+                    let mut other = place.to_vec();
+                    other[column] = (other[column] + by).clamp(0.0, 1.0);
+                    other
+                };
+                let (low, high) = (shifted(-STEP), shifted(STEP));
+                let width = high[column] - low[column];
+                let (from, to) = (self.objective.residuals_at(&low), self.objective.residuals_at(&high));
+                to.iter().zip(&from).map(|(b, a)| (b - a) / width).collect()
+            })
+            .collect();
+        let mut normal = Normal::zero(dimension);
+        for (row, residual) in here.iter().enumerate() {
+            let slopes: Vec<f64> = columns.iter().map(|c| c[row]).collect();
+            normal.add(self.weight(row), *residual, &slopes);
+        }
+        normal.mirror();
+        normal
+    }
+}
+
+/// What the coordinates of the unit cube stand for.
+struct Columns {
+    /// Column of each parameter of the machine, where it is free.
+    of: Vec<Option<usize>>,
+    /// d(parameter or nut position)/d(coordinate), column by column; nought for gains and delays.
+    unit: Vec<f64>,
+}
+
+/// What is known beforehand of a coordinate: its deviation over the standard deviation, and what that changes with the coordinate.
+pub(super) struct Known {
+    column: usize,
+    pub(super) deviation: f64,
+    slope: f64,
+}
+
+/// Re Σ a*·b, lane by lane.
+#[inline]
+fn product(a: &[Complexes], b: &[Complexes]) -> Reals {
+    let (re, im) = a.iter().zip(b).fold((Reals::ZERO, Reals::ZERO), |(re, im), (a, b)| (a.re.mul_add(b.re, re), a.im.mul_add(b.im, im)));
+    re + im
+}
+
+impl FrfObjective<'_> {
+    /// Column of the gain, where it is unknown.
+    fn gain_column(&self) -> Option<usize> {
+        self.estimates_gain().then_some(self.free.len())
+    }
+
+    /// Column of a nut position that is known only to a standard deviation.
+    fn nut_column(&self, nut: usize) -> Option<usize> {
+        (nut < self.nuts).then(|| self.free.len() + usize::from(self.estimates_gain()) + nut)
+    }
+
+    /// First of the two columns of a channel whose gain and delay are known only to a standard deviation.
+    fn channel_column(&self, channel: usize) -> Option<usize> {
+        (channel < self.channels()).then(|| self.free.len() + usize::from(self.estimates_gain()) + self.nuts + 2 * channel)
+    }
+
+    /// Columns of the machine's parameters and of the data's own numbers here.
+    fn columns(&self, here: &Here) -> Columns {
+        let mut of = vec![None; here.parameters.len()];
+        let mut unit = vec![0.0; LeastSquares::dimension(self)];
+        for (column, (&parameter, slope)) in self.free.iter().zip(&mut unit).enumerate() {
+            of[parameter] = Some(column);
+            *slope = self.machine.parameters[parameter].unit_slope(here.parameters[parameter]);
+        }
+        (0..self.nuts).filter_map(|nut| self.nut_column(nut)).for_each(|column| unit[column] = SPAN * self.settings.nut_sd_m);
+        Columns { of, unit }
+    }
+
+    /// What is known beforehand of free parameters, nut positions, and gains and delays of channels.
+    pub(super) fn known<'h>(&'h self, here: &'h Here) -> impl Iterator<Item = Known> + 'h {
+        let FrfSettings { nut_sd_m, channel_sd: (gain_sd, delay_sd_s), .. } = self.settings;
+        let parameters = self.free.iter().enumerate().filter_map(move |(column, &index)| {
+            let (parameter, value) = (&self.machine.parameters[index], here.parameters[index]);
+            let sd = parameter.sd?;
+            Some(Known { column, deviation: (value - parameter.start) / sd, slope: parameter.unit_slope(value) / sd })
+        });
+        let channels = here.channels.iter().flat_map(move |(log_gain, delay_s)| [log_gain / gain_sd, delay_s / delay_sd_s]);
+        let own = here.nut_shift_m.iter().map(move |shift_m| shift_m / nut_sd_m).chain(channels);
+        let first = self.free.len() + usize::from(self.estimates_gain());
+        parameters.chain(own.enumerate().map(move |(at, deviation)| Known { column: first + at, deviation, slope: SPAN }))
+    }
+
+    /// Normal equations of some lines of a record, in coordinates of the unit cube.
+    fn piece(&self, record: &Record, here: &Here, columns: &Columns, lines: std::ops::Range<usize>) -> Normal {
+        let dimension = columns.unit.len();
+        let mut chi_square = Reals::ZERO;
+        let mut gradient = vec![Reals::ZERO; dimension];
+        // The lower half, row by row.
+        let mut information = vec![Reals::ZERO; dimension * (dimension + 1) / 2];
+        self.weighted_rows(record, here, columns, lines, |_, residuals, slopes| {
+            let abreast = residuals.len();
+            chi_square += product(residuals, residuals);
+            let mut sums = information.iter_mut();
+            for (row, (a, slope)) in slopes.chunks_exact(abreast).zip(&mut gradient).enumerate() {
+                *slope += product(a, residuals);
+                slopes.chunks_exact(abreast).take(row + 1).zip(&mut sums).for_each(|(b, sum)| *sum += product(a, b));
+            }
+        });
+        let mut normal = Normal::zero(dimension);
+        normal.chi_square = chi_square.reduce_add();
+        normal.gradient.iter_mut().zip(gradient).for_each(|(slope, sum)| *slope = sum.reduce_add());
+        let mut sums = information.into_iter();
+        for row in 0..dimension {
+            (0..=row).zip(&mut sums).for_each(|(column, sum)| normal.information[(row, column)] = sum.reduce_add());
+        }
+        normal
+    }
+
+    /// Calls `each(line, residuals, slopes)` for some groups of lines of a record from a line on: residuals group by group, and their derivatives with the
+    /// coordinates of the unit cube, column c of group w at c·groups + w; both times the square root of the weight, nought past the last line.
+    fn weighted_rows(
+        &self,
+        record: &Record,
+        here: &Here,
+        columns: &Columns,
+        lines: std::ops::Range<usize>,
+        mut each: impl FnMut(usize, &[Complexes], &[Complexes]),
+    ) {
+        let Columns { of: columns, unit } = columns;
+        let dimension = unit.len();
+        let mut scratch = self.borrow(record.structure);
+        let (parameters, operating) = (&here.parameters, here.operating(record));
+        let nut = self.nut_column(record.nut);
+        scratch.network.update(self.machine, parameters, &operating);
+        let sensitivity = scratch.network.sensitivity(self.machine, parameters, &operating, columns, nut);
+        let chain = self.machine.chain.at(parameters, &operating);
+        // What ln of gain, delay and power of the chain change with a coordinate.
+        let mut chain_slopes: Vec<(usize, (f64, f64, f64))> = Vec::new();
+        let numbers = &self.machine.chain;
+        let mut push = |value: &Value, slope: &dyn Fn(f64, f64) -> (f64, f64, f64)| {
+            value.gradient(parameters, &operating, |p, d| chain_slopes.extend(columns[p].map(|c| (c, slope(d, unit[c])))));
+        };
+        push(&numbers.gain, &|d, unit| (d / chain.0 * unit, 0.0, 0.0));
+        push(&numbers.delay, &|d, unit| (0.0, d * unit, 0.0));
+        push(&numbers.power, &|d, unit| (0.0, 0.0, d * unit));
+        // Of the data's own coordinates.
+        chain_slopes.extend(self.gain_column().map(|column| (column, ((GAIN_RANGE.1 / GAIN_RANGE.0).ln(), 0.0, 0.0))));
+        if let Some(column) = self.channel_column(record.structure) {
+            let (gain, delay_s) = self.settings.channel_sd;
+            chain_slopes.extend([(column, (SPAN * gain, 0.0, 0.0)), (column + 1, (0.0, SPAN * delay_s, 0.0))]);
+        }
+        let factor = factor(chain, here.channel(record));
+        let log_gain = Complexes::real(Reals::splat(here.log_gain));
+        let mut residuals = [Complexes::ZERO; ABREAST];
+        let groups = lines.start / LANES..lines.end.div_ceil(LANES);
+        for from in groups.clone().step_by(ABREAST) {
+            let omegas = &record.lines.omega_rad_s()[from..groups.end.min(from + ABREAST)];
+            let abreast = omegas.len();
+            scratch.row.clear();
+            scratch.row.resize(dimension * abreast, Complexes::ZERO);
+            let predicted = scratch.network.gradient(omegas, &sensitivity, &mut scratch.work, &mut scratch.row);
+            for (w, (predicted, omega)) in predicted.iter().zip(omegas).enumerate() {
+                let line = (from + w) * LANES;
+                let root = record.weights(line).sqrt();
+                let residual = wrapped(record.measured(line) - predicted.ln() - log_factor(factor, *omega));
+                residuals[w] = (residual - log_gain) * root;
+                let scaled = predicted.inverse() * -root;
+                for (slope, unit) in scratch.row[w..].iter_mut().step_by(abreast).zip(unit) {
+                    *slope = *slope * scaled * *unit;
+                }
+                for (column, slopes) in &chain_slopes {
+                    scratch.row[column * abreast + w] -= log_factor(*slopes, *omega) * root;
+                }
+            }
+            each(from * LANES, &residuals[..abreast], &scratch.row);
+        }
+        self.give_back(record.structure, scratch);
+    }
+
+    /// All that χ² is the sum of squares of: weighted residuals of all lines, real and imaginary parts in turn, then what is known beforehand.
+    pub fn rows(&self, place: &[f64]) -> DVector<f64> {
+        let here = self.here(place);
+        let known = self.known(&here).map(|k| k.deviation);
+        DVector::from_vec(self.weighted_residuals(place).iter().copied().chain(known).collect())
+    }
+
+    /// Derivatives of [`FrfObjective::rows`] with the place.
+    pub fn slopes(&self, place: &[f64]) -> DMatrix<f64> {
+        let here = self.here(place);
+        let columns = self.columns(&here);
+        let count = 2 * self.lines().iter().sum::<usize>();
+        let known: Vec<Known> = self.known(&here).collect();
+        let mut slopes = DMatrix::zeros(count + known.len(), LeastSquares::dimension(self));
+        (count..).zip(known).for_each(|(row, k)| slopes[(row, k.column)] = k.slope);
+        let mut first = 0;
+        for record in &self.records {
+            let lines = record.omega_rad_s.len();
+            self.weighted_rows(record, &here, &columns, 0..lines, |from, residuals, derivatives| {
+                for (mut column, groups) in slopes.column_iter_mut().zip(derivatives.chunks_exact(residuals.len())) {
+                    let numbers = groups.iter().flat_map(|group| group.apart()).flat_map(|z| [z.re, z.im]);
+                    let place = &mut column.as_mut_slice()[2 * (first + from)..2 * (first + lines)];
+                    place.iter_mut().zip(numbers).for_each(|(entry, number)| *entry = number);
+                }
+            });
+            first += lines;
+        }
+        slopes
+    }
+
+    /// Weighted residuals of all lines alone.
+    pub fn weighted_residuals(&self, place: &[f64]) -> DVector<f64> {
+        let residuals = self.residuals_at(place);
+        let parts = self
+            .records
+            .iter()
+            .zip(&residuals)
+            .flat_map(|(record, r)| r.iter().zip(&record.weight).flat_map(|(r, weight)| [weight.sqrt() * r.re, weight.sqrt() * r.im]));
+        DVector::from_iterator(2 * residuals.iter().map(Vec::len).sum::<usize>(), parts)
+    }
+}
+
+impl LeastSquares for FrfObjective<'_> {
+    fn dimension(&self) -> usize {
+        self.free.len() + usize::from(self.estimates_gain()) + self.nuts + 2 * self.channels()
+    }
+
+    fn chi_square(&self, place: &[f64]) -> f64 {
+        let here = self.here(place);
+        let sums: Vec<f64> = pieces(&self.records)
+            .par_iter()
+            .map(|(record, lines)| {
+                let record = &self.records[*record];
+                let (mut sum, gain) = (Reals::ZERO, Complexes::real(Reals::splat(here.log_gain)));
+                self.visit(record, &here, lines.clone(), |line, r| sum += record.weights(line) * (r - gain).norm_sqr());
+                sum.reduce_add()
+            })
+            .collect();
+        let chi_square = sums.iter().sum::<f64>() + self.known(&here).map(|k| k.deviation * k.deviation).sum::<f64>();
+        if chi_square.is_finite() { chi_square } else { f64::MAX }
+    }
+
+    fn normal(&self, place: &[f64]) -> Normal {
+        let here = self.here(place);
+        let columns = self.columns(&here);
+        let parts: Vec<Normal> = pieces(&self.records)
+            .par_iter()
+            .map(|(record, lines)| self.piece(&self.records[*record], &here, &columns, lines.clone()))
+            .collect();
+        let dimension = LeastSquares::dimension(self);
+        let mut normal = Normal::zero(dimension);
+        parts.iter().for_each(|part| normal.merge(part));
+        for Known { column, deviation, slope } in self.known(&here) {
+            normal.chi_square += deviation * deviation;
+            normal.gradient[column] += deviation * slope;
+            normal.information[(column, column)] += slope * slope;
+        }
+        normal.mirror();
+        normal
+    }
+}

@@ -1,0 +1,85 @@
+//! Scores of predictions at positions that were not fitted.
+
+use crate::objective::{MISSING, Objective, ObjectiveError, PositionPrediction};
+use crate::{Plan, identify};
+use machine::Machine;
+use measurement::{FitSet, HoldOutSet};
+use numeric::statistics::root_mean_square;
+use optimizer::Control;
+
+/// How well an objective predicts positions that were left out.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ObjectiveScore {
+    /// The objective.
+    pub objective: Objective,
+    /// Root mean square of the relative frequency errors; a mode that is not predicted counts as [`MISSING`].
+    pub frequency_error: f64,
+    /// Root mean square of ln(predicted/measured amplitude), with the gain of the fitted positions.
+    pub ln_amplitude_error: Option<f64>,
+    /// Measured modes that were not predicted.
+    pub missing: usize,
+}
+
+/// Relative frequency errors of a prediction; `None` for a measured mode that is not predicted.
+pub fn frequency_errors(prediction: &PositionPrediction) -> Vec<Option<f64>> {
+    prediction
+        .deviations
+        .iter()
+        .filter_map(|d| Some((d.observed?.frequency_hz?, d.predicted)))
+        .map(|(measured, peak)| peak.map(|p| p.frequency_hz / measured - 1.0))
+        .collect()
+}
+
+/// Scores objectives by leaving out one of the fit positions after another. The held-out positions are not touched.
+///
+/// # Errors  as [`identify`]; fewer than two positions.
+pub fn leave_one_out(
+    machine: &Machine,
+    fit: &FitSet<'_>,
+    plan: &Plan,
+    objectives: &[Objective],
+    control: &Control,
+) -> Result<Vec<ObjectiveScore>, ObjectiveError> {
+    if fit.positions.len() < 2 {
+        return Err(ObjectiveError::Data("leaving one position out needs at least two to fit; name more with --positions".into()));
+    }
+    let mut scores = Vec::new();
+    for &objective in objectives {
+        let mut plan = plan.clone();
+        plan.settings.objective = objective;
+        let (mut frequency, mut amplitude, mut missing) = (Vec::new(), Vec::new(), 0);
+        for &left_out in &fit.positions {
+            let kept =
+                FitSet { set: fit.set, positions: fit.positions.iter().copied().filter(|p| *p != left_out).collect(), frfs: Vec::new() };
+            let rest = HoldOutSet { set: fit.set, positions: vec![left_out], frfs: Vec::new() };
+            let found = identify(machine, &kept, &rest, &plan, control)?;
+            if !found.complete {
+                // What was not finished is not scored.
+                scores.sort_by(|a: &ObjectiveScore, b| a.frequency_error.total_cmp(&b.frequency_error));
+                return Ok(scores);
+            }
+            for prediction in &found.held_out {
+                for error in frequency_errors(prediction) {
+                    missing += usize::from(error.is_none());
+                    frequency.push(error.unwrap_or(MISSING));
+                }
+                if found.gain.count > 0 && objective != Objective::Frequencies {
+                    amplitude.extend(
+                        prediction
+                            .deviations
+                            .iter()
+                            .filter_map(|d| Some((found.gain.gain * d.predicted?.amplitude / d.observed?.amplitude?).ln())),
+                    );
+                }
+            }
+        }
+        scores.push(ObjectiveScore {
+            objective,
+            frequency_error: root_mean_square(frequency).unwrap_or(0.0),
+            ln_amplitude_error: root_mean_square(amplitude),
+            missing,
+        });
+    }
+    scores.sort_by(|a, b| a.frequency_error.total_cmp(&b.frequency_error));
+    Ok(scores)
+}

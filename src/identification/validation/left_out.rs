@@ -1,0 +1,67 @@
+//! Figures of a set of which everything is fitted: each position (or record) predicted by a fit without it.
+
+use crate::objective::{FrfGap, ObjectiveError, PositionPrediction};
+use crate::{Identification, Plan, identify};
+use machine::Machine;
+use measurement::{FitSet, HoldOutSet, MeasurementSet};
+use optimizer::Control;
+
+/// Predictions of what each fit left out, in the order of the set.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct LeftOut {
+    /// Modes.
+    pub modes: Vec<PositionPrediction>,
+    /// FRFs.
+    pub frfs: Vec<FrfGap>,
+}
+
+/// Fits everything but one position (for FRFs without one: but one record) after another, from the best place of all, and predicts what was
+/// left out. `None` where there are fewer than two of them, or where it was stopped.
+///
+/// # Errors  as [`identify`].
+pub fn left_out(
+    machine: &Machine,
+    fit: &FitSet<'_>,
+    plan: &Plan,
+    found: &Identification,
+    control: &Control,
+) -> Result<Option<LeftOut>, ObjectiveError> {
+    let groups = groups(fit, plan.frf.is_some());
+    if groups.len() < 2 {
+        return Ok(None);
+    }
+    let plan = Plan { near: Some(found.place.clone()), repeats: 1, bootstrap: 0, profile: false, ..plan.clone() };
+    let mut all = LeftOut::default();
+    for (positions, frfs) in groups {
+        let without = |all: &[usize], left: &[usize]| all.iter().copied().filter(|i| !left.contains(i)).collect();
+        let kept = FitSet { set: fit.set, positions: without(&fit.positions, &positions), frfs: without(&fit.frfs, &frfs) };
+        let rest = HoldOutSet { set: fit.set, positions, frfs };
+        let part = identify(machine, &kept, &rest, &plan, control)?;
+        if control.stopped() {
+            return Ok(None);
+        }
+        // Each fit has its own gain; amplitudes are told with that of all.
+        let gain = part.gain.gain / found.gain.gain;
+        let mut modes = part.held_out;
+        for deviation in modes.iter_mut().flat_map(|p| &mut p.deviations) {
+            if let Some(peak) = &mut deviation.predicted {
+                peak.amplitude *= gain;
+            }
+        }
+        all.modes.extend(modes);
+        all.frfs.extend(part.held_out_frfs);
+    }
+    all.frfs.sort_by_key(|g| g.frf);
+    Ok(Some(all))
+}
+
+/// What is left out together: a position with all of its FRFs, or a record.
+fn groups(fit: &FitSet<'_>, whole_frfs: bool) -> Vec<(Vec<usize>, Vec<usize>)> {
+    let set: &MeasurementSet = fit.set;
+    if !whole_frfs {
+        let observed = |p: &usize| set.modes.as_ref().is_some_and(|m| m.positions[*p].iter().any(|m| m.frequency_hz.is_some()));
+        return fit.positions.iter().copied().filter(observed).map(|p| (vec![p], Vec::new())).collect();
+    }
+    let group = |frfs: Vec<usize>| (set.frfs[frfs[0]].position.into_iter().collect(), frfs);
+    fit.groups().into_iter().map(group).collect()
+}

@@ -1,0 +1,109 @@
+//! What is built: one description of a machine that feeds every model.
+//!
+//! A machine is a list of **points** (one coordinate each, a translation or a rotation), **shafts** (uniform
+//! rods between stations, axial and torsional), **joints** (spring–dampers on a combination of points)
+//! and **parameters** (the numbers that are not known, each with unit, plausible range and source). Joints may have
+//! friction and play, and a **drive** may move the machine: motion shows them, frequency responses do not.
+//! An **effect** is a patch of such a description: more points, joints and parameters, or laws that scale values.
+
+mod apply;
+mod chain;
+mod check;
+mod compose;
+pub mod contact;
+mod derived;
+mod drive;
+mod effect;
+mod friction;
+mod joint;
+mod loaded_pair;
+mod motion;
+mod motor;
+mod operating;
+mod parameter;
+mod point;
+mod segment;
+mod shaft;
+mod target;
+mod tolerance;
+mod value;
+
+pub use chain::{Chain, Lever};
+pub use check::MachineError;
+pub use derived::{Derivation, Derived};
+pub use drive::{Drive, Encoder, PositionLoop, Tachometry, VelocityLoop};
+pub use effect::{Data, DerivedPatch, Effect, JointPatch, Patch, PointPatch, Rescale, ShaftPatch, Source};
+pub use friction::{Friction, LeadError, Wave};
+pub use joint::Joint;
+pub use loaded_pair::{LoadedPair, PairState};
+pub use motion::{
+    CurrentLoopPatch, DrivePatch, EncoderPatch, FrictionPatch, LeadErrorPatch, MotorPatch, PositionLoopPatch, VelocityLoopPatch, WavePatch,
+};
+pub use motor::{CurrentLoop, Inverter, Motor};
+pub use operating::{Circumstance, Operating};
+pub use parameter::{FitRule, Parameter, Scale};
+pub use point::{Motion, Point};
+pub use segment::{Segment, SegmentEnd, Twist};
+pub use shaft::{Place, Shaft, Station};
+pub use target::Target;
+pub use tolerance::Tolerance;
+pub use value::{Base, Law, Value};
+
+use std::sync::Arc;
+
+/// A machine as it is described, checked: every name resolved, every range sensible.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Machine {
+    /// What a person calls it.
+    pub title: String,
+    /// Coordinates; joints and shafts refer to them by index.
+    pub points: Vec<Point>,
+    /// Uniform rods.
+    pub shafts: Vec<Shaft>,
+    /// Spring–dampers.
+    pub joints: Vec<Joint>,
+    /// The drive that moves it, where one is described.
+    pub drive: Option<Drive>,
+    /// Contacts that joints refer to.
+    pub contacts: Vec<Arc<LoadedPair>>,
+    /// Screw segments that joints refer to.
+    pub segments: Vec<Arc<Segment>>,
+    /// The measuring chain its FRFs went through.
+    pub chain: Chain,
+    /// Quantities that follow from the parameters and are reported with them.
+    pub derived: Vec<Derived>,
+    /// Numbers that are not known; values refer to them by index.
+    pub parameters: Vec<Parameter>,
+    /// Ids of the effects the description contains.
+    pub effects: Vec<String>,
+    /// Damping of every joint as a share b of its stiffness, c = b·k (s), beside its own; zero where there is none.
+    ///
+    /// # Source  lumped servo-axis paper: B = b·K with b = 2ζ/ω₁.
+    pub stiffness_proportional_damping_s: f64,
+    /// How well it is known.
+    pub tolerance: Tolerance,
+}
+
+impl Machine {
+    /// Index of a point by name.
+    pub fn point(&self, name: &str) -> Option<usize> {
+        self.points.iter().position(|p| p.name == name)
+    }
+
+    /// Index of a parameter by id.
+    pub fn parameter(&self, id: &str) -> Option<usize> {
+        self.parameters.iter().position(|p| p.id == id)
+    }
+
+    /// Start values of all parameters, in order, in their own units.
+    pub fn start(&self) -> Vec<f64> {
+        self.parameters.iter().map(|p| p.start).collect()
+    }
+
+    /// Length of the shaft, or of the segments, that carries the nut (m): the range of nut positions. `None` without such a shaft.
+    pub fn stroke_m(&self) -> Option<f64> {
+        let start = self.start();
+        let shaft = self.shafts.iter().find(|s| s.stations.iter().any(|t| t.place == Place::Nut));
+        shaft.map(|s| s.length.at(&start, &Operating::default())).or_else(|| self.segments.first().map(|s| s.length_m))
+    }
+}

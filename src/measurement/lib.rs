@@ -1,0 +1,33 @@
+//! What was observed: FRFs, modes and motions of a machine at named positions, as one measurement set.
+
+mod beginning;
+mod embedded;
+mod error;
+mod frf;
+mod friction;
+pub mod import;
+mod manifest;
+pub mod modal;
+mod modes;
+mod motion;
+mod quantity;
+mod reference;
+mod set;
+mod source;
+mod split;
+mod table;
+pub mod universal;
+
+pub use beginning::SET_BEGINNING;
+pub use embedded::BENCH;
+pub use error::MeasurementError;
+pub use frf::{Condition, Frf, Line, Noise};
+pub use friction::{FrictionRun, FrictionTable, FrictionUnit, read_friction};
+pub use manifest::manifest_schema;
+pub use modes::{ModeObservation, ModeTable};
+pub use motion::{Load, MotionRecord, read_motion};
+pub use quantity::Quantity;
+pub use reference::{Reference, read_reference};
+pub use set::{Gain, MeasurementSet, Position, Published, PublishedRow, Tolerance, read_set, read_set_with};
+pub use source::SourceFile;
+pub use split::{FitSet, HoldOutSet};

@@ -1,0 +1,9 @@
+//! Leaf mathematics that knows nothing of machines: bracketed roots, filters, small statistics, digests, and parallel work that ends alike on any number of threads.
+
+pub mod digest;
+pub mod filter;
+pub mod parallel;
+pub mod random;
+pub mod root;
+pub mod statistics;
+pub mod unit;

@@ -1,0 +1,80 @@
+//! Which responses are measured, and as what quantity.
+
+use num_complex::Complex64;
+use serde::{Deserialize, Serialize};
+
+use crate::machine::point::{Channel, Point};
+
+/// Which channels a measurement has.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Layout {
+    /// Table struck and measured.
+    Table,
+    /// Also the rotor struck and measured.
+    Rotor,
+    /// Also the rotor's answer to a blow on the table.
+    Cross,
+    /// Also the screw at nut and bearings, axial, with the table struck.
+    Axial,
+}
+
+impl Layout {
+    /// All of them.
+    pub const ALL: [Self; 4] = [Self::Table, Self::Rotor, Self::Cross, Self::Axial];
+
+    /// Its channels, the table's first.
+    pub fn channels(self) -> Vec<Channel> {
+        let all = [
+            Channel::direct(Point::Table),
+            Channel::direct(Point::Rotor),
+            Channel::new(Point::Rotor, Point::Table),
+            Channel::new(Point::Screw, Point::Table),
+            Channel::new(Point::Left, Point::Table),
+            Channel::new(Point::Right, Point::Table),
+        ];
+        let count = match self {
+            Self::Table => 1,
+            Self::Rotor => 2,
+            Self::Cross => 3,
+            Self::Axial => 6,
+        };
+        all[..count].to_vec()
+    }
+}
+
+/// What a frequency response is a response of.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Quantity {
+    /// Displacement over force.
+    Receptance,
+    /// Velocity over force.
+    Mobility,
+    /// Acceleration over force.
+    Accelerance,
+}
+
+impl Quantity {
+    /// All of them.
+    pub const ALL: [Self; 3] = [Self::Receptance, Self::Mobility, Self::Accelerance];
+
+    /// Name in a manifest.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Receptance => "receptance",
+            Self::Mobility => "mobility",
+            Self::Accelerance => "accelerance",
+        }
+    }
+
+    /// Factor from receptance at a frequency.
+    pub fn factor(self, frequency_hz: f64) -> Complex64 {
+        let s = Complex64::new(0.0, 2.0 * std::f64::consts::PI * frequency_hz);
+        match self {
+            Self::Receptance => Complex64::ONE,
+            Self::Mobility => s,
+            Self::Accelerance => s * s,
+        }
+    }
+}

@@ -1,0 +1,221 @@
+//! From a slot of the plan to a case and its label.
+
+use super::band::shortest_band;
+use super::fit::Fit;
+use super::gauge::Gauge;
+use super::label::{Gap, Kind, Label};
+use super::layout::Layout;
+use super::measure::decays;
+use super::plan::{Plan, Slot, Strength};
+use super::record::Case;
+use super::size::{quieted, set_sizes};
+use super::strike::measured;
+use super::subject::Subject;
+use super::survey::Survey;
+use crate::TruthError;
+use crate::draw::Draw;
+use crate::effect::Effect;
+use crate::hammer::setting::Setting;
+use crate::machine::catalogue::{any_size, bench, round_to};
+use crate::machine::nuisance::Nuisance;
+use crate::machine::point::Channel;
+
+/// Machines drawn for one case before it is given up.
+const ATTEMPTS: usize = 20;
+
+/// Force levels of a test at several levels, over the nominal force.
+const LEVELS: [f64; 3] = [0.3, 1.0, 3.0];
+
+/// All cases of a plan in its order. A case depends on seed, plan entry and number only.
+pub fn generate(seed: u64, plan: &Plan) -> impl Iterator<Item = Result<(Case, Label), TruthError>> {
+    (0..plan.len()).map(move |index| generate_one(seed, plan, index))
+}
+
+/// One case of a plan.
+pub fn generate_one(seed: u64, plan: &Plan, index: usize) -> Result<(Case, Label), TruthError> {
+    let slot = plan.slots.get(index).ok_or(TruthError::NoSuchCase { index, count: plan.len() })?;
+    let draw = Draw::new(seed).branch(index as u64);
+    let mut last = String::new();
+    for attempt in 0..ATTEMPTS {
+        match attempted(slot, index, attempt, &mut draw.branch(attempt as u64)) {
+            Ok(made) => return Ok(made),
+            Err(refusal) => last = refusal.to_string(),
+        }
+    }
+    Err(TruthError::NoMachine { index, attempts: ATTEMPTS, last })
+}
+
+/// What is decided about a case before anything is struck.
+pub(super) struct Choice {
+    /// Machine, nuisances, effects.
+    pub subject: Subject,
+    /// Settings of the test.
+    pub setting: Setting,
+    /// Channels of the first measurement.
+    pub layout: Layout,
+    /// Force levels.
+    pub levels: Vec<f64>,
+    /// Distance of lines over their frequency.
+    pub spacing: f64,
+    /// Nominal force.
+    pub force_n: f64,
+    /// Whether the machine is the published bench.
+    pub is_bench: bool,
+}
+
+fn attempted(slot: &Slot, index: usize, attempt: usize, draw: &mut Draw) -> Result<(Case, Label), TruthError> {
+    let mut choice = chosen(slot, attempt, draw);
+    let channels = choice.layout.channels();
+    let clean = choice.subject.without_effects();
+    decays(&clean, &choice.setting, &channels, choice.spacing)?;
+    let survey = Survey::new(&clean, &choice.setting, &channels, &choice.levels, choice.spacing)?;
+    let thin = survey.thinned();
+    let rough = Fit::of_chain(&clean.drawn, &thin);
+    let without = rough.run(&thin.base, &rough.truth())?;
+    let ratio = draw.between(1.12, 1.9);
+    quieted(&mut choice.setting, &thin, without.held_out, ratio);
+    let mut survey = survey.with_setting(&choice.setting);
+    let mut without = Fit::of_chain(&clean.drawn, &survey).run(&survey.base, &without.point)?;
+    if !(1.05..2.2).contains(&(without.held_out.hypot(survey.floor()) / survey.floor())) {
+        // All lines tell another gap than the few of the rough look.
+        quieted(&mut choice.setting, &survey, without.held_out, ratio);
+        survey = survey.with_setting(&choice.setting);
+        without = Fit::of_chain(&clean.drawn, &survey).run(&survey.base, &without.point)?;
+    }
+    let (mut noncentrality, mut band_hz) = (Vec::new(), None);
+    let mut strength = slot.strength;
+    if !choice.subject.effects.is_empty() {
+        let gauge = Gauge::new(&clean, survey.clone())?;
+        noncentrality = set_sizes(&mut choice.subject, slot, &gauge, &without.point, attempt, draw)?;
+        if let Some(reached) = until_it_decays(&mut choice, &channels, &gauge)? {
+            noncentrality = reached;
+            strength = noncentrality.first().map(|value| Strength::of(*value));
+        }
+        band_hz = shortest_band(&survey.lines_hz, &gauge.left(&choice.subject)?.by_line, 0.7);
+    }
+    let fit = Fit::of_chain(&clean.drawn, &survey);
+    let misled = (slot.kind == Kind::HardNullWrongParameter).then(|| Misled::drawn(&clean, draw));
+    let with = match &misled {
+        Some(misled) if misled.frozen => {
+            let frozen = Some((misled.name.to_owned(), misled.start));
+            Fit { frozen, ..Fit::of_chain(&clean.drawn, &survey) }.run(&survey.base, &without.point)?
+        }
+        _ if choice.subject.effects.is_empty() => without.clone(),
+        _ => fit.run(&survey.of(&choice.subject)?, &without.point)?,
+    };
+    let mut label = labelled(slot, index, attempt, &choice);
+    label.noncentrality = noncentrality;
+    label.strength = strength;
+    label.band_hz = band_hz;
+    label.gap = Gap {
+        floor_held_out: survey.floor(),
+        without_fit: without.fit,
+        without_held_out: without.held_out,
+        with_fit: with.fit,
+        with_held_out: with.held_out,
+        closed: (with.held_out > 1.02 * without.held_out).then(|| 1.0 - (without.held_out / with.held_out).powi(2)),
+    };
+    let mut case = measured(slot, &choice, &mut label, draw)?;
+    if let Some(misled) = misled {
+        misled.write(&mut case, &mut label);
+    }
+    Ok((case, label))
+}
+
+/// A weak spring to the ground makes a mode so slow that no block holds it: nobody could test that. The effects grow until one does; the
+/// non-centralities they have then, where they had to grow.
+fn until_it_decays(choice: &mut Choice, channels: &[Channel], gauge: &Gauge) -> Result<Option<Vec<f64>>, TruthError> {
+    let mut grown = false;
+    loop {
+        match decays(&choice.subject, &choice.setting, channels, choice.spacing) {
+            Ok(()) if !grown => return Ok(None),
+            Ok(()) => break,
+            Err(refusal) => {
+                let larger = |effect: &Effect| (3.0 * effect.size).min(effect.kind.largest());
+                if choice.subject.effects.iter().all(|effect| larger(effect) <= effect.size) {
+                    return Err(refusal);
+                }
+                for effect in &mut choice.subject.effects {
+                    effect.size = larger(effect);
+                }
+                grown = true;
+            }
+        }
+    }
+    let alone = |effect: &Effect| gauge.after_refit(&Subject { effects: vec![effect.clone()], ..choice.subject.clone() });
+    choice.subject.effects.iter().map(alone).collect::<Result<Vec<f64>, TruthError>>().map(Some)
+}
+
+/// A label with all that is known before the test.
+fn labelled(slot: &Slot, index: usize, attempt: usize, choice: &Choice) -> Label {
+    let subject = &choice.subject;
+    let machine = subject.nuisance.applied(&subject.drawn);
+    Label {
+        effects: slot.effects.iter().map(|effect| effect.id().to_owned()).collect(),
+        alternatives: slot.partner.iter().map(|effect| effect.id().to_owned()).collect(),
+        values: subject.effects.iter().map(|effect| effect.values(&machine)).collect(),
+        places: subject.effects.iter().map(Effect::place).collect(),
+        joints: subject.drawn.joints.clone(),
+        ..Label::begun(index, slot.kind, slot.strength, attempt)
+    }
+}
+
+/// One joint's start value, wrong by up to a factor of three and declared known in every other case.
+struct Misled {
+    name: &'static str,
+    start: f64,
+    factor: f64,
+    frozen: bool,
+}
+
+impl Misled {
+    fn drawn(subject: &Subject, draw: &mut Draw) -> Self {
+        let name = ["k_al", "k_ar", "k_n", "k_m"][draw.index(4)];
+        let factor = draw.factor(1.6, 3.0);
+        let (lower, upper) =
+            subject.drawn.description.parameter(name).map_or((0.0, f64::INFINITY), |parameter| (parameter.lower, parameter.upper));
+        let start = round_to(subject.drawn.joints[name] * factor, 2).clamp(lower, upper);
+        Self { name, start, factor, frozen: draw.chance(0.5) }
+    }
+
+    fn write(&self, case: &mut Case, label: &mut Label) {
+        for parameter in case.description.parameters.iter_mut().filter(|parameter| parameter.name == self.name) {
+            parameter.start = self.start;
+        }
+        if self.frozen {
+            case.freeze.push(self.name.to_owned());
+            label.frozen.push(self.name.to_owned());
+        }
+        label.wrong_parameter = Some((self.name.to_owned(), self.factor));
+    }
+}
+
+/// Draws machine, nuisances, effects of size 1 and settings.
+fn chosen(slot: &Slot, attempt: usize, draw: &mut Draw) -> Choice {
+    let needs = |held: bool| slot.effects.iter().chain(&slot.partner).any(|effect| !effect.fits(!held));
+    let held = needs(true) || (!needs(false) && draw.chance(0.75));
+    let is_bench = draw.chance(0.25);
+    let drawn = if is_bench { bench(held, draw) } else { any_size(held, draw) };
+    let nuisance = Nuisance::drawn(drawn.nut_m.len(), draw);
+    let effects = slot.effects.iter().map(|&kind| Effect::drawn(kind, &drawn, draw)).collect();
+    let setting = Setting {
+        rate_hz: Setting::rate_for(drawn.band_hz),
+        samples: 16384,
+        band_hz: drawn.band_hz,
+        lowest_hz: 6.0,
+        averages: 5 + draw.index(6),
+        width_s: 1.1 / drawn.band_hz * draw.between(0.9, 1.1),
+        spread: 0.15,
+        noise: draw.log_between(0.015, 0.05),
+        noise_corner_hz: draw.between(1.0, 5.0),
+        bits: 20,
+    };
+    let spacing = 1.0 / draw.between(120.0, 220.0);
+    let force_n = (500.0 * (drawn.description.table_mass_kg / 272.0).sqrt() / 50.0).round().max(1.0) * 50.0;
+    // An effect that a layout cannot show on any machine gets a richer one.
+    let place = Layout::ALL.iter().position(|&layout| layout == slot.layout).unwrap_or(0);
+    let layout =
+        if slot.kind == Kind::LookAlike { Layout::ALL[(place + attempt / 8).min(2)] } else { Layout::ALL[(place + attempt / 4).min(3)] };
+    let levels = if slot.levels { LEVELS.to_vec() } else { vec![1.0] };
+    Choice { subject: Subject { drawn, nuisance, effects }, setting, layout, levels, spacing, force_n, is_bench }
+}

@@ -1,0 +1,190 @@
+//! Which cases are made.
+
+use serde::{Deserialize, Serialize};
+
+use super::label::Kind;
+use super::layout::Layout;
+use crate::draw::Draw;
+use crate::effect::EffectKind;
+
+/// How strong an effect is made.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Strength {
+    /// Non-centrality 9: at the limit of the noise.
+    Faint,
+    /// Non-centrality 25.
+    Weak,
+    /// Non-centrality 100.
+    Clear,
+    /// Non-centrality 100 or more, such that the gap grows to 1.3–3 times what noise and ordinary nuisances leave.
+    Strong,
+}
+
+impl Strength {
+    /// The strength that is nearest to a non-centrality.
+    pub fn of(noncentrality: f64) -> Self {
+        match noncentrality {
+            d if d < 15.0 => Strength::Faint,
+            d if d < 50.0 => Strength::Weak,
+            d if d < 200.0 => Strength::Clear,
+            _ => Strength::Strong,
+        }
+    }
+}
+
+/// How many cases of each kind.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Counts {
+    /// Nulls with ordinary nuisances.
+    pub nulls: usize,
+    /// Nulls with a wrong start value.
+    pub wrong_parameters: usize,
+    /// Nulls with a bad channel.
+    pub bad_channels: usize,
+    /// Single cases of each listed effect, spread evenly over strengths and layouts.
+    pub singles_per_effect: usize,
+    /// Single cases of a dependence on the force level.
+    pub contact_levels: usize,
+    /// Cases of each truth of each look-alike pair.
+    pub look_alikes_per_truth: usize,
+    /// Doubles.
+    pub doubles: usize,
+    /// Cases of each effect outside the list.
+    pub unknowns_per_effect: usize,
+}
+
+/// One case to be made.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Slot {
+    /// Kind.
+    pub kind: Kind,
+    /// Effects, the dominant one first.
+    pub effects: Vec<EffectKind>,
+    /// The other member of a look-alike pair.
+    pub partner: Option<EffectKind>,
+    /// Strength of the dominant effect.
+    pub strength: Option<Strength>,
+    /// Layout of the first measurement.
+    pub layout: Layout,
+    /// Measured at three force levels.
+    pub levels: bool,
+}
+
+/// Cases to be made, in an order that says nothing about them.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Plan {
+    /// The cases.
+    pub slots: Vec<Slot>,
+}
+
+/// Pairs that a table response hardly tells apart.
+pub const LOOK_ALIKES: [(EffectKind, EffectKind); 10] = [
+    (EffectKind::RotorHold, EffectKind::GuideStiffness),
+    (EffectKind::TableMass, EffectKind::FrfGain),
+    (EffectKind::BedCompliance, EffectKind::TableRocking),
+    (EffectKind::CouplingInertia, EffectKind::ScrewDiameter),
+    (EffectKind::DriveFlexibility, EffectKind::CouplingInertia),
+    (EffectKind::NutStiffnessPosition, EffectKind::BearingStiffnessPosition),
+    (EffectKind::GuideViscous, EffectKind::TableRelaxation),
+    (EffectKind::NutFlangeCompliance, EffectKind::ScrewDiameter),
+    (EffectKind::ScrewBending, EffectKind::TableRocking),
+    (EffectKind::ScrewLossFactor, EffectKind::GuideViscous),
+];
+
+impl Counts {
+    /// The whole check: about 1300 cases.
+    pub const FULL: Self = Self {
+        nulls: 300,
+        wrong_parameters: 50,
+        bad_channels: 50,
+        singles_per_effect: 24,
+        contact_levels: 12,
+        look_alikes_per_truth: 10,
+        doubles: 100,
+        unknowns_per_effect: 15,
+    };
+
+    /// A quick check: about 120 cases.
+    pub const QUICK: Self = Self {
+        nulls: 30,
+        wrong_parameters: 6,
+        bad_channels: 6,
+        singles_per_effect: 2,
+        contact_levels: 2,
+        look_alikes_per_truth: 1,
+        doubles: 8,
+        unknowns_per_effect: 1,
+    };
+}
+
+impl Slot {
+    /// A case of one kind without effects.
+    pub fn plain(kind: Kind, layout: Layout) -> Self {
+        Self { kind, effects: Vec::new(), partner: None, strength: None, layout, levels: false }
+    }
+
+    /// A case of one listed effect.
+    pub fn single(effect: EffectKind, strength: Strength, layout: Layout) -> Self {
+        let levels = effect == EffectKind::ContactLevel;
+        let strength = if effect == EffectKind::FrfQuantity { Strength::Strong } else { strength };
+        Self { effects: vec![effect], strength: Some(strength), levels, ..Self::plain(Kind::Single, layout) }
+    }
+}
+
+impl Plan {
+    /// Spreads the counts over strengths and layouts and shuffles the cases.
+    pub fn from_counts(counts: &Counts, seed: u64) -> Self {
+        let strengths = [Strength::Faint, Strength::Weak, Strength::Strong, Strength::Clear, Strength::Strong, Strength::Strong];
+        let clear = [Strength::Strong, Strength::Strong, Strength::Strong, Strength::Clear];
+        let mut slots = Vec::new();
+        let plain = |kind, count: usize| {
+            (0..count).map(move |index| Slot { levels: kind == Kind::Null && index % 10 == 9, ..Slot::plain(kind, Layout::ALL[index % 4]) })
+        };
+        slots.extend(plain(Kind::Null, counts.nulls));
+        slots.extend(plain(Kind::HardNullWrongParameter, counts.wrong_parameters));
+        slots.extend(plain(Kind::HardNullBadChannel, counts.bad_channels));
+        let one =
+            |kind, effect, index: usize| Slot { kind, ..Slot::single(effect, strengths[index % 6], Layout::ALL[(index + index / 4) % 4]) };
+        for (number, effect) in EffectKind::LISTED.into_iter().enumerate() {
+            slots.extend((0..counts.singles_per_effect).map(|index| one(Kind::Single, effect, index + number)));
+        }
+        slots.extend((0..counts.contact_levels).map(|index| one(Kind::Single, EffectKind::ContactLevel, index + 2)));
+        for (number, effect) in EffectKind::OUTSIDE.into_iter().enumerate() {
+            slots.extend(
+                (0..counts.unknowns_per_effect)
+                    .map(|index| Slot { strength: Some(clear[(index + number) % 4]), ..one(Kind::Unknown, effect, index + number) }),
+            );
+        }
+        for (number, (first, second)) in LOOK_ALIKES.into_iter().enumerate() {
+            for (truth, partner) in [(first, second), (second, first)] {
+                slots.extend((0..counts.look_alikes_per_truth).map(|index| Slot {
+                    partner: Some(partner),
+                    strength: Some(clear[(index + number) % 4]),
+                    layout: Layout::Table,
+                    ..one(Kind::LookAlike, truth, index)
+                }));
+            }
+        }
+        let mut draw = Draw::new(seed).branch(0x706c_616e);
+        for index in 0..counts.doubles {
+            let first = EffectKind::LISTED[draw.index(17)];
+            let others: Vec<EffectKind> = EffectKind::LISTED[..17].iter().copied().filter(|&other| first.joins(other)).collect();
+            let second = others[draw.index(others.len())];
+            let strength = Some(clear[index % 4]);
+            slots.push(Slot { effects: vec![first, second], strength, ..one(Kind::Double, first, index) });
+        }
+        draw.shuffle(&mut slots);
+        Self { slots }
+    }
+
+    /// Number of cases.
+    pub fn len(&self) -> usize {
+        self.slots.len()
+    }
+
+    /// Whether there is none.
+    pub fn is_empty(&self) -> bool {
+        self.slots.is_empty()
+    }
+}

@@ -1,0 +1,102 @@
+//! How much of an effect a case gets, and how quiet its test is.
+
+use super::fit::Fit;
+use super::gauge::Gauge;
+use super::plan::{Slot, Strength};
+use super::subject::Subject;
+use super::survey::Survey;
+use crate::TruthError;
+use crate::draw::Draw;
+use crate::effect::EffectKind;
+use crate::hammer::setting::Setting;
+
+/// Attempts after which an effect that hardly shows is accepted as it is.
+const PATIENCE: usize = 8;
+
+/// Chooses the noise such that ordinary nuisances make the gap `ratio` times its floor, as far as sensors allow.
+pub fn quieted(setting: &mut Setting, survey: &Survey, null_gap: f64, ratio: f64) {
+    let wanted = null_gap / (ratio * ratio - 1.0).sqrt();
+    for _ in 0..4 {
+        setting.noise = (setting.noise * wanted / survey.with_setting(setting).floor()).clamp(0.0008, 0.06);
+    }
+}
+
+/// Gives each effect the size that its strength asks for; returns the non-centralities, each effect alone.
+pub fn set_sizes(
+    subject: &mut Subject,
+    slot: &Slot,
+    gauge: &Gauge,
+    start: &[f64],
+    attempt: usize,
+    draw: &mut Draw,
+) -> Result<Vec<f64>, TruthError> {
+    let mut wanted = match slot.strength {
+        Some(Strength::Faint) => 9.0,
+        Some(Strength::Weak) => 25.0,
+        Some(Strength::Clear | Strength::Strong) | None => 100.0,
+    };
+    let mut reached = Vec::new();
+    for index in 0..subject.effects.len() {
+        let mut alone = Subject { effects: vec![subject.effects[index].clone()], ..subject.clone() };
+        if alone.effects[0].kind != EffectKind::FrfQuantity {
+            alone.effects[0].size = match gauge.size_for(&alone, wanted) {
+                // The second of two effects may be smaller than was drawn.
+                Err(TruthError::TooWeak { reached, .. }) if index > 0 && reached > 0.2 * wanted => {
+                    wanted = 0.9 * reached;
+                    gauge.size_for(&alone, wanted)?
+                }
+                other => other?,
+            };
+            if index == 0 && slot.strength == Some(Strength::Strong) {
+                enlarge(&mut alone, gauge, start, attempt, draw)?;
+            }
+        }
+        let value = gauge.after_refit(&alone)?;
+        if index == 0 && value < 0.7 * wanted {
+            // The joints followed it on their curve, though not on a straight line.
+            return Err(TruthError::TooWeak { effect: alone.effects[0].kind.id().to_owned(), reached: value, wanted });
+        }
+        subject.effects[index].size = alone.effects[0].size;
+        reached.push(value);
+        wanted = value * draw.between(0.3, 0.7);
+    }
+    Ok(reached)
+}
+
+/// Enlarges the only effect of a subject, never below its size, until the refitted chain's gap with noise is 1.3 to 3 times that of
+/// the machine without it, or (every other time) to a size that is usual for its kind.
+fn enlarge(subject: &mut Subject, gauge: &Gauge, start: &[f64], attempt: usize, draw: &mut Draw) -> Result<(), TruthError> {
+    let survey = gauge.survey.thinned();
+    let fit = Fit::of_chain(&subject.drawn, &survey);
+    let before = fit.run(&survey.base, start)?.held_out.hypot(survey.floor());
+    let least = subject.effects[0].size;
+    let largest = subject.effects[0].kind.largest();
+    let usual = draw.log_between(0.4, 1.5).min(largest);
+    let (ratio, to_ratio) = (draw.between(1.3, 3.0), draw.chance(0.5));
+    let mut grown = |size: f64| -> Result<f64, TruthError> {
+        subject.effects[0].size = size;
+        Ok(fit.run(&survey.of(subject)?, start)?.held_out.hypot(survey.floor()) / before)
+    };
+    let mut size = if to_ratio { least } else { usual.max(least) };
+    let mut value = grown(size)?;
+    if to_ratio {
+        for _ in 0..8 {
+            if (value / ratio - 1.0).abs() < 0.05 || (value < ratio && size >= largest) {
+                break;
+            }
+            // The added gap grows about in proportion to the size.
+            let excess = (value * value - 1.0).max(0.01).sqrt();
+            let factor = ((ratio * ratio - 1.0).sqrt() / excess).clamp(0.2, 6.0);
+            let next = (size * factor.powf(0.8)).clamp(least, largest);
+            if (next / size - 1.0).abs() < 1e-3 {
+                break;
+            }
+            size = next;
+            value = grown(size)?;
+        }
+    }
+    if value < 1.15 && attempt < PATIENCE {
+        return Err(TruthError::TooWeak { effect: subject.effects[0].kind.id().to_owned(), reached: value, wanted: ratio });
+    }
+    Ok(())
+}

@@ -1,0 +1,124 @@
+//! A thinned look at a test before it is made: lines, noise-free logarithms and the variance to be expected.
+
+use num_complex::Complex64;
+use rayon::prelude::*;
+
+use super::subject::{Subject, axis};
+use crate::TruthError;
+use crate::hammer::series::{expected_coherence, noise_level};
+use crate::hammer::setting::Setting;
+use crate::machine::point::Channel;
+
+/// Lines of a test, every third or fewer, with what noise will do to them.
+#[derive(Clone, Debug)]
+pub struct Survey {
+    /// Lines of each record.
+    pub lines_hz: Vec<f64>,
+    /// Channels of each position and level.
+    pub channels: Vec<Channel>,
+    /// Force levels.
+    pub levels: Vec<f64>,
+    /// Share of the test's lines that is looked at.
+    pub share: f64,
+    /// ln H of the machine without effects: positions, then levels, then channels, then lines.
+    pub base: Vec<Complex64>,
+    /// Variance of each component of ln H; infinite where the line will be refused.
+    pub variance: Vec<f64>,
+}
+
+impl Survey {
+    /// Looks at a subject without its effects.
+    pub fn new(subject: &Subject, setting: &Setting, channels: &[Channel], levels: &[f64], spacing: f64) -> Result<Self, TruthError> {
+        let all = setting.frequencies(&setting.kept_lines(spacing));
+        let lines_hz: Vec<f64> = all.iter().copied().skip(1).step_by(3).collect();
+        let share = lines_hz.len() as f64 / all.len() as f64;
+        let base = logarithms(&subject.without_effects(), &all_positions(subject), &lines_hz, channels, levels)?;
+        let variance = variances(&base, &lines_hz, channels.len() * levels.len(), setting);
+        Ok(Self { lines_hz, channels: channels.to_vec(), levels: levels.to_vec(), share, base, variance })
+    }
+
+    /// The same with another noise.
+    pub fn with_setting(&self, setting: &Setting) -> Self {
+        let variance = variances(&self.base, &self.lines_hz, self.channels.len() * self.levels.len(), setting);
+        Self { variance, ..self.clone() }
+    }
+
+    /// Every third line of it.
+    pub fn thinned(&self) -> Self {
+        let count = self.lines_hz.len();
+        let kept = |index: usize| (index % count) % 3 == 1;
+        let lines_hz: Vec<f64> = (0..count).filter(|&index| kept(index)).map(|index| self.lines_hz[index]).collect();
+        let of = |index: &usize| kept(*index);
+        Self {
+            share: self.share * lines_hz.len() as f64 / count as f64,
+            lines_hz,
+            base: (0..self.base.len()).filter(of).map(|index| self.base[index]).collect(),
+            variance: (0..self.variance.len()).filter(of).map(|index| self.variance[index]).collect(),
+            channels: self.channels.clone(),
+            levels: self.levels.clone(),
+        }
+    }
+
+    /// ln H of a subject on these lines, all positions.
+    pub fn of(&self, subject: &Subject) -> Result<Vec<Complex64>, TruthError> {
+        self.at_positions(subject, &all_positions(subject))
+    }
+
+    /// ln H of a subject on these lines, some positions.
+    pub fn at_positions(&self, subject: &Subject, positions: &[usize]) -> Result<Vec<Complex64>, TruthError> {
+        logarithms(subject, positions, &self.lines_hz, &self.channels, &self.levels)
+    }
+
+    /// Gap that noise alone leaves: root of the mean variance of a component over the lines that are not refused.
+    pub fn floor(&self) -> f64 {
+        let kept: Vec<f64> = self.variance.iter().copied().filter(|value| value.is_finite()).collect();
+        (kept.iter().sum::<f64>() / kept.len().max(1) as f64).sqrt()
+    }
+}
+
+fn all_positions(subject: &Subject) -> Vec<usize> {
+    (0..subject.drawn.nut_m.len()).collect()
+}
+
+/// ln H of all records: positions, then levels, then channels, then lines.
+fn logarithms(
+    subject: &Subject,
+    positions: &[usize],
+    lines_hz: &[f64],
+    channels: &[Channel],
+    levels: &[f64],
+) -> Result<Vec<Complex64>, TruthError> {
+    let axis = axis(lines_hz);
+    let stations: Vec<(usize, f64)> = positions.iter().flat_map(|&position| levels.iter().map(move |&level| (position, level))).collect();
+    let parts: Result<Vec<Vec<Vec<Complex64>>>, TruthError> = stations
+        .into_par_iter()
+        .map(|(position, level)| subject.receptances(position, level, channels, &axis))
+        .collect::<Vec<_>>()
+        .into_iter()
+        .collect();
+    let misread: Vec<Complex64> = axis.iter().map(|s| s.ln() * subject.misread_power()).collect();
+    let mut out = Vec::with_capacity(positions.len() * levels.len() * channels.len() * lines_hz.len());
+    for values in parts?.into_iter().flatten() {
+        out.extend(values.into_iter().zip(&misread).map(|(value, misread)| value.ln() + misread));
+    }
+    Ok(out)
+}
+
+/// Variances of the components of ln H; `records` is the number of records of each position.
+fn variances(logarithms: &[Complex64], lines_hz: &[f64], records: usize, setting: &Setting) -> Vec<f64> {
+    let count = lines_hz.len();
+    let accelerance = |record: usize| -> Vec<Complex64> {
+        let values = &logarithms[record * count..(record + 1) * count];
+        values.iter().zip(lines_hz).map(|(value, hz)| value.exp() * (2.0 * std::f64::consts::PI * hz).powi(2)).collect()
+    };
+    let mut out = Vec::with_capacity(logarithms.len());
+    for record in 0..logarithms.len() / count {
+        // A sensor's noise is its own: that of the third position for all of them.
+        let noise = noise_level(setting, lines_hz, &accelerance(2 * records + record % records));
+        for coherence in expected_coherence(setting, lines_hz, &accelerance(record), noise) {
+            let accepted = coherence >= 0.8;
+            out.push(if accepted { (1.0 - coherence) / (2.0 * setting.averages as f64 * coherence) } else { f64::INFINITY });
+        }
+    }
+    out
+}

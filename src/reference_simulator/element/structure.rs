@@ -1,0 +1,146 @@
+//! A structure: kept degrees of freedom joined by branches, one-way links, rods and beams.
+
+use num_complex::Complex64;
+
+use super::Form;
+use super::beam::Beam;
+use super::dense::Dense;
+use super::law::{Law, Loss, Spot};
+use super::rod::Rod;
+use crate::TruthError;
+
+/// A linear structure, assembled line by line as dynamic stiffness.
+#[derive(Clone, Debug, Default)]
+pub struct Structure {
+    size: usize,
+    branches: Vec<(Form, Law)>,
+    links: Vec<(usize, usize, Law)>,
+    rods: Vec<(usize, usize, Rod)>,
+    beams: Vec<([usize; 4], Beam)>,
+    /// Material loss of rods.
+    pub rod_loss: Loss,
+    /// Material loss of beams.
+    pub beam_loss: Loss,
+}
+
+/// A response over an excitation, both as motions.
+#[derive(Clone, Debug)]
+pub struct Port {
+    /// What is measured.
+    pub response: Form,
+    /// Where the unit force or torque acts.
+    pub excitation: Form,
+}
+
+impl Structure {
+    /// A new degree of freedom.
+    pub fn freedom(&mut self) -> usize {
+        self.size += 1;
+        self.size - 1
+    }
+
+    /// Number of kept degrees of freedom.
+    pub fn size(&self) -> usize {
+        self.size
+    }
+
+    /// Adds z(s) v vᵀ.
+    pub fn branch(&mut self, form: Form, law: Law) {
+        self.branches.push((form, law));
+    }
+
+    /// Adds an inertia at one degree of freedom.
+    pub fn inertia(&mut self, freedom: usize, value: f64) {
+        self.branch(vec![(freedom, 1.0)], Law::Mass(value));
+    }
+
+    /// Adds z(s) at (row, column) alone: a force at `row` from the motion of `column`, as a controller makes.
+    pub fn link(&mut self, row: usize, column: usize, law: Law) {
+        self.links.push((row, column, law));
+    }
+
+    /// Adds a rod between two degrees of freedom.
+    pub fn rod(&mut self, start: usize, end: usize, rod: Rod) {
+        self.rods.push((start, end, rod));
+    }
+
+    /// Adds a beam over (w₁, φ₁, w₂, φ₂).
+    pub fn beam(&mut self, freedoms: [usize; 4], beam: Beam) {
+        self.beams.push((freedoms, beam));
+    }
+
+    /// Number of rod elements, axial and torsional together.
+    pub fn rod_elements(&self) -> usize {
+        self.rods.iter().map(|(_, _, rod)| rod.elements()).sum()
+    }
+
+    /// Assembles the dynamic stiffness at s.
+    pub fn assemble(&self, s: Complex64, z: &mut Dense) {
+        z.clear();
+        let spot = Spot::new(s);
+        let s2 = spot.s2;
+        for (form, law) in &self.branches {
+            let value = law.at(&spot);
+            for &(row, a) in form {
+                for &(column, b) in form {
+                    z.add(row, column, value * (a * b));
+                }
+            }
+        }
+        for (row, column, law) in &self.links {
+            z.add(*row, *column, law.at(&spot));
+        }
+        let modulus = self.rod_loss.at(&spot);
+        for (start, end, rod) in &self.rods {
+            let ends = rod.ends(s2, modulus);
+            z.add(*start, *start, ends.first);
+            z.add(*start, *end, ends.cross);
+            z.add(*end, *start, ends.cross);
+            z.add(*end, *end, ends.last);
+        }
+        let modulus = self.beam_loss.at(&spot);
+        for (freedoms, beam) in &self.beams {
+            let ends = beam.ends(s2, modulus);
+            for (row, values) in freedoms.iter().zip(&ends) {
+                for (column, value) in freedoms.iter().zip(values) {
+                    z.add(*row, *column, *value);
+                }
+            }
+        }
+    }
+
+    /// Receptances of the ports at each s: one vector of lines for each port.
+    pub fn receptances(&self, ports: &[Port], lines: &[Complex64]) -> Result<Vec<Vec<Complex64>>, TruthError> {
+        let mut z = Dense::zeros(self.size);
+        let mut out: Vec<Vec<Complex64>> = ports.iter().map(|_| Vec::with_capacity(lines.len())).collect();
+        let mut excitations: Vec<&Form> = Vec::new();
+        let mut column_of = Vec::with_capacity(ports.len());
+        for port in ports {
+            let column = excitations.iter().position(|known| **known == port.excitation).unwrap_or_else(|| {
+                excitations.push(&port.excitation);
+                excitations.len() - 1
+            });
+            column_of.push(column);
+        }
+        let mut solutions = vec![vec![Complex64::ZERO; self.size]; excitations.len()];
+        for &s in lines {
+            self.assemble(s, &mut z);
+            z.factor().map_err(|_| TruthError::Singular { frequency_hz: s.im / (2.0 * std::f64::consts::PI) })?;
+            for (solution, excitation) in solutions.iter_mut().zip(&excitations) {
+                solution.fill(Complex64::ZERO);
+                for &(row, weight) in excitation.iter() {
+                    solution[row] += weight;
+                }
+                z.solve(solution);
+            }
+            for ((port, &column), values) in ports.iter().zip(&column_of).zip(&mut out) {
+                let value: Complex64 = port.response.iter().map(|&(row, weight)| solutions[column][row] * weight).sum();
+                if !(value.re.is_finite() && value.im.is_finite()) {
+                    return Err(TruthError::Singular { frequency_hz: s.im / (2.0 * std::f64::consts::PI) });
+                }
+                values.push(value);
+            }
+        }
+        Ok(out)
+    }
+}

@@ -1,0 +1,174 @@
+//! Machines to draw from: the published bench and machines of any size, with plausible ranges that do not come from the drawn values.
+
+use std::collections::BTreeMap;
+use std::f64::consts::PI;
+
+use super::description::{Description, Parameter};
+use crate::draw::Draw;
+
+/// A description with the joint values the machine really has.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Drawn {
+    /// What the engineer believes.
+    pub description: Description,
+    /// True joint values by parameter name.
+    pub joints: BTreeMap<String, f64>,
+    /// Nominal nut positions l1 … l6 from the left bearing.
+    pub nut_m: [f64; 6],
+    /// Upper end of the measured band.
+    pub band_hz: f64,
+}
+
+/// The published bench with joint values close to those that explain its measured modes.
+pub fn bench(held: bool, draw: &mut Draw) -> Drawn {
+    let mut parameters = vec![
+        parameter("k_al", 5e7, 5e6, 5e8, "catalogue stiffness of angular-contact bearing sets for 30–50 mm journals"),
+        parameter("k_ar", 5e7, 5e6, 5e8, "as the left bearing"),
+        parameter("k_n", 7e8, 1e8, 5e9, "catalogue rigidity of preloaded nuts for 40 mm screws, with an allowance to either side"),
+        parameter("k_m", 3e3, 100.0, 1e5, "catalogue torsional stiffness of couplings of this size, elastomer to bellows"),
+        parameter("c_al", 1e3, 10.0, 1e5, "loss factor 0.0003 to 3 of the bearing stiffness near 500 Hz"),
+        parameter("c_ar", 1e3, 10.0, 1e5, "as the left bearing"),
+        parameter("c_n", 1e5, 1e3, 1e7, "loss factor 0.003 to 30 of the nut stiffness near 500 Hz"),
+        parameter("c_m", 0.1, 1e-3, 10.0, "loss factor 0.001 to 10 of the coupling stiffness near 500 Hz"),
+    ];
+    let hold = draw.log_between(1e3, 1e5);
+    let k_m = draw.log_between(4e2, 5e3);
+    let mut joints = BTreeMap::from([
+        ("k_al".to_owned(), 4.1e7 * draw.log_between(0.85, 1.18)),
+        ("k_ar".to_owned(), 2.7e7 * draw.log_between(0.85, 1.18)),
+        ("k_n".to_owned(), 7.9e8 * draw.log_between(0.85, 1.18)),
+        ("k_m".to_owned(), k_m),
+        ("c_al".to_owned(), draw.log_between(200.0, 2000.0)),
+        ("c_ar".to_owned(), draw.log_between(200.0, 2000.0)),
+        ("c_n".to_owned(), 4.2e4 * draw.log_between(0.7, 1.4)),
+        ("c_m".to_owned(), 0.045 * draw.log_between(0.8, 1.25) * (k_m / 4e2).sqrt()),
+    ]);
+    let hold_damping = 2.0 * draw.log_between(0.05, 0.3) * (hold * 1e-3).sqrt();
+    if held {
+        parameters.push(hold_parameter("k_s", 1e6, 10.0, 1e6));
+        parameters.push(hold_parameter("c_s", 1.0, 1e-4, 1e3));
+        joints.insert("k_s".to_owned(), hold);
+        joints.insert("c_s".to_owned(), hold_damping);
+    }
+    let description = Description {
+        title: "ball-screw feed drive".to_owned(),
+        effects: held.then(|| "rotor-hold".to_owned()).into_iter().collect(),
+        table_mass_kg: 272.0,
+        rotor_inertia_kg_m2: 1e-3,
+        hub_inertia_kg_m2: 1e-4,
+        screw_mass_kg: 0.25,
+        screw_inertia_kg_m2: 1e-4,
+        length_m: 2.6,
+        diameter_m: 0.040,
+        youngs_modulus_pa: 2e11,
+        shear_modulus_pa: 7.75e10,
+        density_kg_m3: 7850.0,
+        lead_m: 0.040,
+        parameters,
+    };
+    Drawn { description, joints, nut_m: [0.6, 0.8, 1.0, 1.3, 1.6, 1.9], band_hz: 1000.0 }
+}
+
+/// A machine of any size: lead 5–40 mm, length 0.4–3 m, diameter 16–63 mm, table 20–1500 kg, the rest scaled to it.
+pub fn any_size(held: bool, draw: &mut Draw) -> Drawn {
+    let diameter_mm = [16.0, 20.0, 25.0, 32.0, 40.0, 50.0, 63.0][draw.index(7)];
+    let leads: Vec<f64> =
+        [5.0, 8.0, 10.0, 16.0, 20.0, 25.0, 32.0, 40.0].into_iter().filter(|lead| (0.2..=1.3).contains(&(lead / diameter_mm))).collect();
+    let lead_mm = leads[draw.index(leads.len())];
+    let length_m = round_to((diameter_mm * 1e-3 * draw.log_between(20.0, 62.0)).clamp(0.4, 3.0), 2);
+    let size = diameter_mm / 40.0;
+    let table = round_to((20.0 * (diameter_mm / 16.0).powi(3) * draw.log_between(0.5, 2.0)).clamp(20.0, 1500.0), 2);
+    let rotor = round_to(1e-3 * size.powi(4) * draw.log_between(0.5, 2.0), 2);
+    let hub = round_to(1e-4 * size.powi(4) * draw.log_between(0.6, 1.6), 2);
+    let bearing = round_to(1e6 * diameter_mm, 1);
+    let nut = round_to(1.6e7 * diameter_mm, 1);
+    let coupling = round_to(2e3 * size.powi(3), 1);
+    let at_500 = 2.0 * PI * 500.0;
+    let bearing_damping = round_to(0.05 * bearing / at_500, 1);
+    let nut_damping = round_to(0.1 * nut / at_500, 1);
+    let coupling_damping = round_to(0.1 * coupling / at_500, 1);
+    let decade = |name, start: f64, factor: f64, source: &str| parameter(name, start, start / factor, start * factor, source);
+    let mut parameters = vec![
+        decade("k_al", bearing, 10.0, "catalogue stiffness of bearing sets for screws of this diameter"),
+        decade("k_ar", bearing, 10.0, "as the left bearing"),
+        decade("k_n", nut, 10.0, "catalogue rigidity of preloaded nuts for screws of this diameter"),
+        decade("k_m", coupling, 20.0, "catalogue torsional stiffness of couplings of this size, elastomer to bellows"),
+        decade("c_al", bearing_damping, 100.0, "loss factor 0.0005 to 5 of the bearing stiffness near 500 Hz"),
+        decade("c_ar", bearing_damping, 100.0, "as the left bearing"),
+        decade("c_n", nut_damping, 100.0, "loss factor 0.001 to 10 of the nut stiffness near 500 Hz"),
+        decade("c_m", coupling_damping, 100.0, "loss factor 0.001 to 10 of the coupling stiffness near 500 Hz"),
+    ];
+    let mut lossy = |stiffness: f64, low: f64, high: f64| stiffness * draw.log_between(low, high) / at_500;
+    let spread = [lossy(at_500, 0.5, 2.2), lossy(at_500, 0.5, 2.2), lossy(at_500, 0.5, 2.2), lossy(at_500, 0.3, 3.0)];
+    let [k_al, k_ar, k_n, k_m] = [bearing * spread[0], bearing * spread[1], nut * spread[2], coupling * spread[3]];
+    let mut joints = BTreeMap::from([
+        ("c_al".to_owned(), lossy(k_al, 0.02, 0.15)),
+        ("c_ar".to_owned(), lossy(k_ar, 0.02, 0.15)),
+        ("c_n".to_owned(), lossy(k_n, 0.03, 0.3)),
+        ("c_m".to_owned(), lossy(k_m, 0.04, 0.3)),
+        ("k_al".to_owned(), k_al),
+        ("k_ar".to_owned(), k_ar),
+        ("k_n".to_owned(), k_n),
+        ("k_m".to_owned(), k_m),
+    ]);
+    let hold = draw.log_between(2e3, 6e4) * size.powi(3);
+    let hold_damping = 2.0 * draw.log_between(0.05, 0.3) * (hold * rotor).sqrt();
+    if held {
+        parameters.push(hold_parameter(
+            "k_s",
+            round_to(100.0 * coupling, 1),
+            round_to(coupling / 100.0, 1),
+            round_to(1000.0 * coupling, 1),
+        ));
+        let damping = round_to(0.2 * (10.0 * coupling * rotor).sqrt(), 1);
+        parameters.push(hold_parameter("c_s", damping, damping / 1000.0, damping * 1000.0));
+        joints.insert("k_s".to_owned(), hold);
+        joints.insert("c_s".to_owned(), hold_damping);
+    }
+    let steel = [(2.06e11, 7.9e10), (2.1e11, 8.08e10), (2e11, 7.75e10)][draw.index(3)];
+    let description = Description {
+        title: "ball-screw feed drive".to_owned(),
+        effects: held.then(|| "rotor-hold".to_owned()).into_iter().collect(),
+        table_mass_kg: table,
+        rotor_inertia_kg_m2: rotor,
+        hub_inertia_kg_m2: hub,
+        screw_mass_kg: round_to(0.25 * size.powi(3), 2),
+        screw_inertia_kg_m2: round_to(1e-4 * size.powi(5), 2),
+        length_m,
+        diameter_m: diameter_mm * 1e-3,
+        youngs_modulus_pa: steel.0,
+        shear_modulus_pa: steel.1,
+        density_kg_m3: 7850.0,
+        lead_m: lead_mm * 1e-3,
+        parameters,
+    };
+    let nut_m = std::array::from_fn(|index| {
+        let fraction = 0.23 + 0.1 * index as f64 + draw.within(0.025);
+        (fraction * length_m * 200.0).round() / 200.0
+    });
+    let torsion_hz = (steel.1 / 7850.0f64).sqrt() / (2.0 * length_m);
+    Drawn { description, joints, nut_m, band_hz: round_to((1.7 * torsion_hz).clamp(800.0, 1600.0), 2) }
+}
+
+fn parameter(name: &'static str, start: f64, lower: f64, upper: f64, source: &str) -> Parameter {
+    let unit = match name {
+        "k_m" | "k_s" => "N*m/rad",
+        "c_m" | "c_s" => "N*m*s/rad",
+        _ if name.starts_with('k') => "N/m",
+        _ => "N*s/m",
+    };
+    Parameter { name, unit, start, lower, upper, frf_only: false, source: source.to_owned() }
+}
+
+fn hold_parameter(name: &'static str, start: f64, lower: f64, upper: f64) -> Parameter {
+    let source = if name == "k_s" { "position loop from slack to practically fixed" } else { "velocity loop from none to stiff" };
+    Parameter { frf_only: true, ..parameter(name, start, lower, upper, source) }
+}
+
+/// A value rounded to a number of significant digits.
+pub fn round_to(value: f64, digits: i32) -> f64 {
+    if value == 0.0 {
+        return 0.0;
+    }
+    format!("{value:.*e}", (digits - 1).max(0) as usize).parse().unwrap_or(value)
+}

@@ -1,0 +1,174 @@
+//! What the engineer writes down before anything is measured, and how it is written to a file.
+
+use std::fmt::Write;
+
+use super::nuisance::{INERTIA_SD, MODULUS_SD};
+use super::number::{Hold, Joint, Journal, Machine, Nut, Screw};
+use crate::element::law::Loss;
+
+/// An unknown joint parameter with its plausible range.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Parameter {
+    /// Name.
+    pub name: &'static str,
+    /// Unit.
+    pub unit: &'static str,
+    /// Value to start from.
+    pub start: f64,
+    /// Least plausible value.
+    pub lower: f64,
+    /// Largest plausible value.
+    pub upper: f64,
+    /// Fitted to frequency responses only.
+    pub frf_only: bool,
+    /// Where the range comes from.
+    pub source: String,
+}
+
+/// A machine as its engineer describes it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Description {
+    /// One line.
+    pub title: String,
+    /// Effects the description contains beside the bare chain.
+    pub effects: Vec<String>,
+    /// m_b
+    pub table_mass_kg: f64,
+    /// J_m
+    pub rotor_inertia_kg_m2: f64,
+    /// J_H
+    pub hub_inertia_kg_m2: f64,
+    /// m_s
+    pub screw_mass_kg: f64,
+    /// J_s
+    pub screw_inertia_kg_m2: f64,
+    /// L
+    pub length_m: f64,
+    /// d
+    pub diameter_m: f64,
+    /// E
+    pub youngs_modulus_pa: f64,
+    /// G
+    pub shear_modulus_pa: f64,
+    /// ρ
+    pub density_kg_m3: f64,
+    /// Travel for one turn.
+    pub lead_m: f64,
+    /// Joint parameters.
+    pub parameters: Vec<Parameter>,
+}
+
+impl Description {
+    /// Whether the description holds the rotor.
+    pub fn holds_rotor(&self) -> bool {
+        self.effects.iter().any(|effect| effect == "rotor-hold")
+    }
+
+    /// A parameter by name.
+    pub fn parameter(&self, name: &str) -> Option<&Parameter> {
+        self.parameters.iter().find(|parameter| parameter.name == name)
+    }
+
+    /// The machine exactly as believed, with the joints at their start values: uniform screw without loss, nut at one point.
+    pub fn as_believed(&self) -> Machine {
+        let joint = Joint { stiffness: 0.0, damping: 0.0, loss: 0.0 };
+        let mut machine = Machine {
+            screw: Screw {
+                length_m: self.length_m,
+                diameter_m: self.diameter_m,
+                bore_m: 0.0,
+                youngs_modulus_pa: self.youngs_modulus_pa,
+                shear_modulus_pa: self.shear_modulus_pa,
+                density_kg_m3: self.density_kg_m3,
+                loss: Loss::default(),
+                left: Journal::NONE,
+                right: Journal::NONE,
+                elements: 200,
+            },
+            lead_m: self.lead_m,
+            nut: Nut {
+                joint,
+                contacts: 1,
+                length_m: 0.0,
+                skew: 0.0,
+                screw_mass_kg: self.screw_mass_kg,
+                screw_inertia_kg_m2: self.screw_inertia_kg_m2,
+            },
+            bearing_left: joint,
+            bearing_right: joint,
+            coupling: joint,
+            hold: self.holds_rotor().then_some(Hold { stiffness: 0.0, damping: 0.0, integral: 0.0, lag_s: 0.0 }),
+            table_mass_kg: self.table_mass_kg,
+            rotor_inertia_kg_m2: self.rotor_inertia_kg_m2,
+            hub_inertia_kg_m2: self.hub_inertia_kg_m2,
+        };
+        for parameter in &self.parameters {
+            if let Some(value) = machine.joint_mut(parameter.name) {
+                *value = parameter.start;
+            }
+        }
+        machine
+    }
+
+    /// The description as a machine file.
+    pub fn to_toml(&self) -> String {
+        let mut out = String::new();
+        let effects: Vec<String> = self.effects.iter().map(|effect| format!("\"{effect}\"")).collect();
+        let _ = writeln!(out, "title = \"{}\"\neffects = [{}]\n", self.title, effects.join(", "));
+        let mut point = |name: &str, motion: &str, inertia: Option<(&str, f64)>| {
+            let _ = writeln!(out, "[[point]]\nname = \"{name}\"\nmotion = \"{motion}\"");
+            if let Some((key, value)) = inertia {
+                let _ = writeln!(out, "{key} = {value:e}");
+            }
+            out.push('\n');
+        };
+        point("table", "translation", Some(("mass_kg", self.table_mass_kg)));
+        point("rotor", "rotation", Some(("inertia_kg_m2", self.rotor_inertia_kg_m2)));
+        point("left", "translation", None);
+        point("left-angle", "rotation", Some(("inertia_kg_m2", self.hub_inertia_kg_m2)));
+        point("screw", "translation", Some(("mass_kg", self.screw_mass_kg)));
+        point("screw-angle", "rotation", Some(("inertia_kg_m2", self.screw_inertia_kg_m2)));
+        point("right", "translation", None);
+        point("right-angle", "rotation", None);
+        let _ = writeln!(
+            out,
+            "[[shaft]]\nname = \"screw\"\nlength_m = {:e}\ndiameter_m = {:e}\nyoungs_modulus_pa = {:e}\nshear_modulus_pa = {:e}\ndensity_kg_m3 = {:e}",
+            self.length_m, self.diameter_m, self.youngs_modulus_pa, self.shear_modulus_pa, self.density_kg_m3
+        );
+        out.push_str(STATIONS);
+        let mut joint = |name: &str, first: &str, second: &str, screw: Option<f64>, stiffness: &str, damping: &str| {
+            let _ = writeln!(out, "[[joint]]\nname = \"{name}\"\nbetween = [\"{first}\", \"{second}\"]");
+            if let Some(lead_m) = screw {
+                let _ = writeln!(out, "screw = {{ angle = \"screw-angle\", lead_m = {lead_m:e} }}");
+            }
+            let _ = writeln!(out, "stiffness = \"{stiffness}\"\ndamping = \"{damping}\"\n");
+        };
+        joint("bearing-left", "left", "ground", None, "k_al", "c_al");
+        joint("bearing-right", "right", "ground", None, "k_ar", "c_ar");
+        joint("nut", "table", "screw", Some(self.lead_m), "k_n", "c_n");
+        joint("coupling", "rotor", "left-angle", None, "k_m", "c_m");
+        // The table was weighed; of all that turns (journals, hub, nut) no one knows as much. Of G over E: both are off by as much, each on its own.
+        let shear = MODULUS_SD * std::f64::consts::SQRT_2;
+        let _ = writeln!(out, "[tolerance]\nyoungs_modulus = {MODULUS_SD}\nshear_modulus = {shear:.4}\nmass = {INERTIA_SD}\n");
+        for parameter in &self.parameters {
+            let _ = writeln!(
+                out,
+                "[parameter.{}]\nunit = \"{}\"\nstart = {:e}\nlower = {:e}\nupper = {:e}",
+                parameter.name, parameter.unit, parameter.start, parameter.lower, parameter.upper
+            );
+            if parameter.frf_only {
+                out.push_str("fit = \"frf\"\n");
+            }
+            let _ = writeln!(out, "source = \"{}\"\n", parameter.source);
+        }
+        out
+    }
+}
+
+const STATIONS: &str = r#"station = [
+    { at = "start", axial = "left", torsion = "left-angle" },
+    { at = "nut", axial = "screw", torsion = "screw-angle" },
+    { at = "end", axial = "right", torsion = "right-angle" },
+]
+
+"#;

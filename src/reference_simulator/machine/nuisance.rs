@@ -1,0 +1,182 @@
+//! Ordinary differences between a machine and its description. They are in every case and are no effect.
+
+use std::collections::BTreeMap;
+
+use super::catalogue::Drawn;
+use super::number::{Journal, Machine};
+use super::point::{Channel, Point};
+use crate::draw::Draw;
+use crate::element::law::Loss;
+
+/// Standard deviation of E and of G as they are drawn here, which the engineer knows and states, relative.
+pub const MODULUS_SD: f64 = 0.0017;
+/// Of masses and inertias, relative.
+pub const INERTIA_SD: f64 = 0.0029;
+/// Of nut positions (m).
+pub const NUT_SD_M: f64 = 2.9e-4;
+/// Of gains of channels, relative.
+pub const GAIN_SD: f64 = 0.0023;
+/// Of delays of channels (s).
+pub const DELAY_SD_S: f64 = 0.87e-6;
+
+/// One draw of all nuisances.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Nuisance {
+    /// Relative error of E.
+    pub youngs: f64,
+    /// Relative error of G.
+    pub shear: f64,
+    /// Material loss factor of the screw.
+    pub screw_loss: f64,
+    /// Loss factor of all joints, beside their dashpots.
+    pub joint_loss: f64,
+    /// Journal over screw diameter, left.
+    pub left_ratio: f64,
+    /// Journal over screw diameter, right.
+    pub right_ratio: f64,
+    /// Length of each journal over that of the screw.
+    pub journal_share: f64,
+    /// Length of the nut in leads.
+    pub turns: f64,
+    /// Contacts of the nut.
+    pub contacts: usize,
+    /// Uneven load along the nut.
+    pub skew: f64,
+    /// Relative errors of table, rotor, hub, mass and inertia at the nut.
+    pub masses: [f64; 5],
+    /// Integral action of the hold over its stiffness, 1/s.
+    pub integral_per_s: f64,
+    /// Lag of the hold over the ratio of its damping to its stiffness; from 1 on the hold would feed its motion.
+    pub lag_share: f64,
+    /// Error of each nut position.
+    pub offsets_m: Vec<f64>,
+    /// Relative gain error and delay of each channel.
+    pub channels: BTreeMap<Channel, (f64, f64)>,
+}
+
+/// Every channel a layout may contain.
+pub const CHANNELS: [Channel; 8] = [
+    Channel { response: Point::Table, excitation: Point::Table },
+    Channel { response: Point::Rotor, excitation: Point::Rotor },
+    Channel { response: Point::Rotor, excitation: Point::Table },
+    Channel { response: Point::Screw, excitation: Point::Table },
+    Channel { response: Point::Left, excitation: Point::Table },
+    Channel { response: Point::Right, excitation: Point::Table },
+    Channel { response: Point::Table, excitation: Point::Rotor },
+    Channel { response: Point::NutBody, excitation: Point::Table },
+];
+
+impl Nuisance {
+    /// None at all: the machine is as described, but for the values of its joints.
+    pub fn none(positions: usize) -> Self {
+        Self {
+            youngs: 0.0,
+            shear: 0.0,
+            screw_loss: 0.0,
+            joint_loss: 0.0,
+            left_ratio: 1.0,
+            right_ratio: 1.0,
+            journal_share: 0.0,
+            turns: 0.0,
+            contacts: 1,
+            skew: 0.0,
+            masses: [0.0; 5],
+            integral_per_s: 0.0,
+            lag_share: 0.0,
+            offsets_m: vec![0.0; positions],
+            channels: BTreeMap::new(),
+        }
+    }
+
+    /// Draws all of them.
+    pub fn drawn(positions: usize, draw: &mut Draw) -> Self {
+        Self {
+            youngs: draw.within(0.003),
+            shear: draw.within(0.003),
+            screw_loss: draw.log_between(3e-4, 3e-3),
+            joint_loss: draw.log_between(2e-3, 1.5e-2),
+            left_ratio: draw.between(0.85, 0.95),
+            right_ratio: draw.between(0.85, 0.95),
+            journal_share: draw.between(0.008, 0.022),
+            turns: draw.between(2.0, 4.0),
+            contacts: 3 + draw.index(3),
+            skew: draw.within(0.3),
+            masses: std::array::from_fn(|_| draw.within(0.005)),
+            integral_per_s: draw.between(0.0, 2.0),
+            lag_share: draw.between(0.0, 0.2),
+            offsets_m: (0..positions).map(|_| draw.within(5e-4)).collect(),
+            channels: CHANNELS.into_iter().map(|channel| (channel, (draw.within(0.004), draw.within(1.5e-6)))).collect(),
+        }
+    }
+
+    /// The machine as built: description, true joints and nuisances.
+    pub fn applied(&self, drawn: &Drawn) -> Machine {
+        let mut machine = drawn.description.as_believed();
+        for (name, value) in &drawn.joints {
+            if let Some(joint) = machine.joint_mut(name) {
+                *joint = *value;
+            }
+        }
+        let screw = &mut machine.screw;
+        screw.youngs_modulus_pa *= 1.0 + self.youngs;
+        screw.shear_modulus_pa *= 1.0 + self.shear;
+        screw.loss = Loss { factor: self.screw_loss };
+        let length_m = self.journal_share * screw.length_m;
+        screw.left = Journal { ratio: self.left_ratio, length_m };
+        screw.right = Journal { ratio: self.right_ratio, length_m };
+        machine.nut.contacts = self.contacts;
+        machine.nut.length_m = (self.turns * machine.lead_m).min(0.12 * machine.screw.length_m);
+        machine.nut.skew = self.skew;
+        machine.nut.joint.loss = self.joint_loss;
+        machine.bearing_left.loss = self.joint_loss;
+        machine.bearing_right.loss = self.joint_loss;
+        machine.coupling.loss = self.joint_loss;
+        machine.table_mass_kg *= 1.0 + self.masses[0];
+        machine.rotor_inertia_kg_m2 *= 1.0 + self.masses[1];
+        machine.hub_inertia_kg_m2 *= 1.0 + self.masses[2];
+        machine.nut.screw_mass_kg *= 1.0 + self.masses[3];
+        machine.nut.screw_inertia_kg_m2 *= 1.0 + self.masses[4];
+        if let Some(hold) = &mut machine.hold {
+            hold.integral = self.integral_per_s * hold.stiffness;
+            hold.lag_s = (self.lag_share * hold.damping / hold.stiffness).min(5e-5);
+        }
+        machine
+    }
+
+    /// One copy for each nuisance, moved by one standard deviation of its prior: the directions that a careful reader marginalises.
+    pub fn directions(&self, channels: &[Channel]) -> Vec<Self> {
+        let mut out = Vec::new();
+        let mut moved = |change: &dyn Fn(&mut Self)| {
+            let mut copy = self.clone();
+            change(&mut copy);
+            out.push(copy);
+        };
+        moved(&|n| n.youngs += MODULUS_SD);
+        moved(&|n| n.shear += MODULUS_SD);
+        moved(&|n| n.screw_loss += 7e-4);
+        moved(&|n| n.joint_loss += 4e-3);
+        moved(&|n| n.left_ratio -= 0.03);
+        moved(&|n| n.right_ratio -= 0.03);
+        moved(&|n| n.journal_share += 0.004);
+        moved(&|n| n.turns += 0.6);
+        moved(&|n| n.skew += 0.17);
+        moved(&|n| n.integral_per_s += 0.6);
+        moved(&|n| n.lag_share += 0.06);
+        for index in 0..self.masses.len() {
+            moved(&|n| n.masses[index] += INERTIA_SD);
+        }
+        for index in 0..self.offsets_m.len() {
+            moved(&|n| n.offsets_m[index] += NUT_SD_M);
+        }
+        for channel in channels {
+            moved(&|n| n.channels.entry(*channel).or_default().0 += GAIN_SD);
+            moved(&|n| n.channels.entry(*channel).or_default().1 += DELAY_SD_S);
+        }
+        out
+    }
+
+    /// Relative gain error and delay of a channel.
+    pub fn channel(&self, channel: Channel) -> (f64, f64) {
+        self.channels.get(&channel).copied().unwrap_or_default()
+    }
+}

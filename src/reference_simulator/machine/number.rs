@@ -1,0 +1,197 @@
+//! A machine in numbers, as built.
+
+use std::f64::consts::PI;
+
+use crate::element::law::{Law, Loss};
+
+/// A thinner end of the screw.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Journal {
+    /// Its diameter over that of the screw.
+    pub ratio: f64,
+    /// Its length, the taper into the screw included.
+    pub length_m: f64,
+}
+
+impl Journal {
+    /// No journal at all.
+    pub const NONE: Self = Self { ratio: 1.0, length_m: 0.0 };
+}
+
+/// The screw shaft.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Screw {
+    /// Distance of the bearings.
+    pub length_m: f64,
+    /// Effective outer diameter of the threaded part.
+    pub diameter_m: f64,
+    /// Bore through the whole length.
+    pub bore_m: f64,
+    /// E
+    pub youngs_modulus_pa: f64,
+    /// G
+    pub shear_modulus_pa: f64,
+    /// ρ
+    pub density_kg_m3: f64,
+    /// Material loss.
+    pub loss: Loss,
+    /// End at the drive.
+    pub left: Journal,
+    /// Far end.
+    pub right: Journal,
+    /// Elements over the whole length, at least.
+    pub elements: usize,
+}
+
+impl Screw {
+    /// Outer diameter at distance x from the left bearing: constant over 70 % of a journal, then a taper.
+    pub fn diameter_at(&self, x_m: f64) -> f64 {
+        let near = |journal: &Journal, distance: f64| {
+            if distance >= journal.length_m {
+                return 1.0;
+            }
+            let along = distance / journal.length_m;
+            if along <= 0.7 { journal.ratio } else { journal.ratio + (1.0 - journal.ratio) * (along - 0.7) / 0.3 }
+        };
+        self.diameter_m * near(&self.left, x_m).min(near(&self.right, self.length_m - x_m))
+    }
+
+    /// Cross section at an outer diameter.
+    pub fn area(&self, diameter_m: f64) -> f64 {
+        PI / 4.0 * (diameter_m.powi(2) - self.bore_m.powi(2))
+    }
+
+    /// Polar second moment at an outer diameter.
+    pub fn polar(&self, diameter_m: f64) -> f64 {
+        PI / 32.0 * (diameter_m.powi(4) - self.bore_m.powi(4))
+    }
+
+    /// Mass of a shaft of full diameter.
+    pub fn mass(&self) -> f64 {
+        self.density_kg_m3 * self.area(self.diameter_m) * self.length_m
+    }
+
+    /// Polar inertia of a shaft of full diameter.
+    pub fn polar_inertia(&self) -> f64 {
+        self.density_kg_m3 * self.polar(self.diameter_m) * self.length_m
+    }
+}
+
+/// A joint: spring, dashpot and loss factor side by side.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Joint {
+    /// k
+    pub stiffness: f64,
+    /// c
+    pub damping: f64,
+    /// η
+    pub loss: f64,
+}
+
+impl Joint {
+    /// As the law of a branch that carries `share` of the joint.
+    pub fn law(&self, share: f64) -> Law {
+        Law::Kelvin { stiffness: self.stiffness * share, damping: self.damping * share, loss: self.loss }
+    }
+}
+
+/// The nut: its contacts with the screw are spread over its length.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Nut {
+    /// All contacts together.
+    pub joint: Joint,
+    /// Number of contacts.
+    pub contacts: usize,
+    /// Distance between the outermost contacts.
+    pub length_m: f64,
+    /// Load of the last contact over the mean, minus 1; the shares change linearly along the nut.
+    pub skew: f64,
+    /// Mass on the screw at the nut.
+    pub screw_mass_kg: f64,
+    /// Inertia on the screw at the nut.
+    pub screw_inertia_kg_m2: f64,
+}
+
+impl Nut {
+    /// Offset from the nut's middle and share of each contact.
+    pub fn shares(&self) -> Vec<(f64, f64)> {
+        if self.contacts < 2 {
+            return vec![(0.0, 1.0)];
+        }
+        let last = (self.contacts - 1) as f64;
+        (0..self.contacts)
+            .map(|contact| {
+                let along = 2.0 * contact as f64 / last - 1.0;
+                (0.5 * self.length_m * along, (1.0 + self.skew * along) / self.contacts as f64)
+            })
+            .collect()
+    }
+}
+
+/// How the drive holds the rotor.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Hold {
+    /// k
+    pub stiffness: f64,
+    /// c
+    pub damping: f64,
+    /// k_i of the integral action.
+    pub integral: f64,
+    /// Lag of the drive.
+    pub lag_s: f64,
+}
+
+/// A ball-screw feed drive as built.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Machine {
+    /// The screw.
+    pub screw: Screw,
+    /// Travel for one turn.
+    pub lead_m: f64,
+    /// The nut.
+    pub nut: Nut,
+    /// Bearing at the drive.
+    pub bearing_left: Joint,
+    /// Bearing at the far end.
+    pub bearing_right: Joint,
+    /// Coupling between rotor and screw.
+    pub coupling: Joint,
+    /// Hold of the rotor, if the drive is on.
+    pub hold: Option<Hold>,
+    /// Worktable with all it carries.
+    pub table_mass_kg: f64,
+    /// Rotor of the motor.
+    pub rotor_inertia_kg_m2: f64,
+    /// Inertia at the screw's driven end.
+    pub hub_inertia_kg_m2: f64,
+}
+
+impl Machine {
+    /// Travel for one radian.
+    pub fn ratio_m(&self) -> f64 {
+        self.lead_m / (2.0 * PI)
+    }
+
+    /// A joint parameter by its name in machine descriptions.
+    pub fn joint(&self, name: &str) -> Option<f64> {
+        let mut copy = self.clone();
+        copy.joint_mut(name).map(|value| *value)
+    }
+
+    /// A joint parameter to be changed.
+    pub fn joint_mut(&mut self, name: &str) -> Option<&mut f64> {
+        Some(match name {
+            "k_al" => &mut self.bearing_left.stiffness,
+            "c_al" => &mut self.bearing_left.damping,
+            "k_ar" => &mut self.bearing_right.stiffness,
+            "c_ar" => &mut self.bearing_right.damping,
+            "k_n" => &mut self.nut.joint.stiffness,
+            "c_n" => &mut self.nut.joint.damping,
+            "k_m" => &mut self.coupling.stiffness,
+            "c_m" => &mut self.coupling.damping,
+            "k_s" => &mut self.hold.as_mut()?.stiffness,
+            "c_s" => &mut self.hold.as_mut()?.damping,
+            _ => return None,
+        })
+    }
+}

@@ -1,0 +1,161 @@
+//! What the engineer writes down of an axis before it is moved, and how it is written to a file.
+
+use std::fmt::Write;
+
+use super::catalogue::Drawn;
+use super::run::Side;
+use crate::machine::catalogue::round_to;
+
+/// An unknown parameter.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Parameter {
+    /// Identifier.
+    pub id: &'static str,
+    /// Unit.
+    pub unit: &'static str,
+    /// Value to start from.
+    pub start: f64,
+    /// Least plausible value.
+    pub lower: f64,
+    /// Largest plausible value.
+    pub upper: f64,
+    /// Whether it may be zero or negative.
+    pub is_linear: bool,
+    /// Where the range comes from.
+    pub source: &'static str,
+}
+
+/// Ids of the parameters, in the order of the columns of an inverse dynamics.
+pub const IDS: [&str; 4] = ["moving_mass", "viscous_friction", "coulomb_friction", "friction_offset"];
+
+/// An axis as its engineer describes it: one mass, or motor and table with the nut between them.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Belief {
+    /// Where the records' position is measured.
+    pub side: Side,
+    /// Motor, as felt along the travel, where it is described apart from the table, kg.
+    pub motor_kg: Option<f64>,
+    /// Stiffness between motor and table, N/m, and damping, N·s/m.
+    pub nut: [f64; 2],
+    /// Whether the moving mass was weighed.
+    pub is_weighed: bool,
+    /// N per V of the drive.
+    pub constant_n_v: f64,
+    /// Gain of the position loop, 1/s.
+    pub position_gain_1_s: f64,
+    /// Gain of the velocity loop, N·s/m.
+    pub velocity_gain_n_s_m: f64,
+    /// Period of both loops, s.
+    pub period_s: f64,
+    /// Largest force, N.
+    pub limit_n: f64,
+    /// Step of the motor's encoder, m.
+    pub quantum_m: f64,
+    /// Parameters, those of frictions that are left out left out.
+    pub parameters: Vec<Parameter>,
+}
+
+impl Belief {
+    /// Of an axis without effects; `without` names frictions that the description leaves out.
+    pub fn of(drawn: &Drawn, side: Side, is_rigid: bool, is_weighed: bool, without: &[&str]) -> Self {
+        let (axis, drive) = (&drawn.machine.axis, &drawn.machine.drive);
+        let motor_kg = (!is_rigid).then(|| round_to(axis.masses_kg[0], 3));
+        let series = |a: f64, b: f64| a * b / (a + b);
+        let stiffness = round_to(series(axis.coupling.stiffness_n_m, axis.nut.stiffness_n_m), 2);
+        let damping = round_to(series(axis.coupling.damping_n_s_m, axis.nut.damping_n_s_m), 1);
+        let mass = axis.moving_mass_kg() - motor_kg.unwrap_or(0.0);
+        let push = axis.moving_mass_kg() * drawn.usage.acceleration_m_s2;
+        let weighed = round_to(mass, 3);
+        let round = round_to(mass, 1);
+        let (start, lower, upper, source) = if is_weighed {
+            (weighed, 0.97 * weighed, 1.03 * weighed, "weighed, with an allowance of three per cent")
+        } else {
+            (round, 0.1 * round, 10.0 * round, "table and what moves with it, within a decade")
+        };
+        let scale = round_to(push, 1);
+        let linear = |id, unit, start, lower, upper, source| Parameter { id, unit, start, lower, upper, is_linear: true, source };
+        let film = scale / round_to(drawn.usage.speed_m_s, 1);
+        let parameters = [
+            Parameter { id: IDS[0], unit: "kg", start, lower, upper, is_linear: false, source },
+            linear(
+                IDS[1],
+                "N*s/m",
+                round_to(0.2 * film, 1),
+                0.0,
+                round_to(5.0 * film, 1),
+                "none to five times what accelerates the axis, at rapid speed",
+            ),
+            linear(IDS[2], "N", round_to(0.1 * scale, 1), 0.0, 2.0 * scale, "none to twice the force that accelerates the axis"),
+            linear(IDS[3], "N", 0.0, -scale, scale, "a slope of the guide, an offset of the amplifier"),
+        ];
+        Self {
+            side,
+            motor_kg,
+            nut: [stiffness, damping],
+            is_weighed,
+            constant_n_v: round_to(drive.limit_n / 10.0, 2),
+            position_gain_1_s: drive.position_gain_1_s,
+            velocity_gain_n_s_m: drive.velocity_gain_n_s_m,
+            period_s: drive.period_s,
+            limit_n: drive.limit_n,
+            quantum_m: drive.quantum_m,
+            parameters: parameters.into_iter().filter(|parameter| !without.contains(&parameter.id)).collect(),
+        }
+    }
+
+    /// Which of [`IDS`] it has.
+    pub fn has(&self, id: &str) -> bool {
+        self.parameters.iter().any(|parameter| parameter.id == id)
+    }
+
+    /// A parameter by id.
+    pub fn parameter_mut(&mut self, id: &str) -> Option<&mut Parameter> {
+        self.parameters.iter_mut().find(|parameter| parameter.id == id)
+    }
+
+    /// The description as a machine file.
+    pub fn to_toml(&self) -> String {
+        let mut out = String::new();
+        let contained = [("coulomb_friction", "coulomb-friction"), ("viscous_friction", "viscous-friction")];
+        let effects: Vec<String> = contained.iter().filter(|(id, _)| self.has(id)).map(|(_, effect)| format!("\"{effect}\"")).collect();
+        let _ = writeln!(out, "title = \"ball-screw axis\"\neffects = [{}]\n", effects.join(", "));
+        if let Some(motor_kg) = self.motor_kg {
+            let _ = writeln!(out, "[[point]]\nname = \"motor\"\nmotion = \"translation\"\nmass_kg = {motor_kg:e}\n");
+        }
+        out.push_str("[[point]]\nname = \"table\"\nmotion = \"translation\"\nmass_kg = \"moving_mass\"\n\n");
+        if self.motor_kg.is_some() {
+            let _ = writeln!(
+                out,
+                "[[joint]]\nname = \"nut\"\nbetween = [\"motor\", \"table\"]\nstiffness = {:e}\ndamping = {:e}\n",
+                self.nut[0], self.nut[1]
+            );
+        }
+        out.push_str("[[joint]]\nname = \"guide\"\nbetween = [\"table\", \"ground\"]\nfriction = { offset = \"friction_offset\" }\n\n");
+        let _ = writeln!(
+            out,
+            "[drive]\non = \"{}\"\nconstant = {:e}\nsaturation = {:e}\n",
+            if self.motor_kg.is_some() { "motor" } else { "table" },
+            self.constant_n_v,
+            self.limit_n / self.constant_n_v
+        );
+        let _ = writeln!(
+            out,
+            "[drive.position]\nencoder_step = {:e}\ngain_per_s = {:e}\nperiod_s = {:e}\n",
+            self.quantum_m, self.position_gain_1_s, self.period_s
+        );
+        let _ =
+            writeln!(out, "[drive.velocity]\ngain = {:e}\nperiod_s = {:e}\n", self.velocity_gain_n_s_m / self.constant_n_v, self.period_s);
+        for parameter in &self.parameters {
+            let _ = writeln!(
+                out,
+                "[parameter.{}]\nunit = \"{}\"\nstart = {:e}\nlower = {:e}\nupper = {:e}",
+                parameter.id, parameter.unit, parameter.start, parameter.lower, parameter.upper
+            );
+            if parameter.is_linear {
+                out.push_str("scale = \"linear\"\n");
+            }
+            let _ = writeln!(out, "source = \"{}\"\n", parameter.source);
+        }
+        out
+    }
+}

@@ -1,0 +1,128 @@
+//! Which cases are made.
+
+use serde::{Deserialize, Serialize};
+
+use super::tour::Tour;
+use crate::case::{Counts, Kind, Strength};
+use crate::draw::Draw;
+use crate::motion::effect::EffectKind;
+use crate::motion::run::Side;
+
+/// The whole check: about 700 cases.
+pub const FULL: Counts = Counts {
+    nulls: 200,
+    wrong_parameters: 40,
+    bad_channels: 40,
+    singles_per_effect: 15,
+    contact_levels: 0,
+    look_alikes_per_truth: 10,
+    doubles: 60,
+    unknowns_per_effect: 10,
+};
+
+/// A quick check: about 80 cases.
+pub const QUICK: Counts = Counts {
+    nulls: 20,
+    wrong_parameters: 6,
+    bad_channels: 6,
+    singles_per_effect: 2,
+    contact_levels: 0,
+    look_alikes_per_truth: 1,
+    doubles: 6,
+    unknowns_per_effect: 1,
+};
+
+/// One case to be made.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Slot {
+    /// Kind.
+    pub kind: Kind,
+    /// Effects, the dominant one first.
+    pub effects: Vec<EffectKind>,
+    /// The other member of a look-alike pair.
+    pub partner: Option<EffectKind>,
+    /// Strength of the dominant effect.
+    pub strength: Option<Strength>,
+    /// Where the position is measured, if the effects leave a choice.
+    pub side: Side,
+    /// Motions of the first measurement.
+    pub tour: Tour,
+}
+
+/// Cases to be made, in an order that says nothing about them.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Plan {
+    /// The cases.
+    pub slots: Vec<Slot>,
+}
+
+impl Slot {
+    /// A case of one kind without effects.
+    pub fn plain(kind: Kind, side: Side) -> Self {
+        Self { kind, effects: Vec::new(), partner: None, strength: None, side, tour: Tour::Usual }
+    }
+
+    /// A case of one listed effect.
+    pub fn single(effect: EffectKind, strength: Strength, side: Side) -> Self {
+        Self { effects: vec![effect], strength: Some(strength), ..Self::plain(Kind::Single, effect.side().unwrap_or(side)) }
+    }
+
+    /// A case of one of two effects that look alike in motions chosen for it.
+    pub fn look_alike(truth: EffectKind, partner: EffectKind, strength: Strength) -> Self {
+        // Slow turns move a table by the width of a gap or by what dry friction winds up; steady strokes hold it behind by a time.
+        let tour = if [truth, partner].contains(&EffectKind::Backlash) { Tour::Gentle } else { Tour::Flat };
+        Self { kind: Kind::LookAlike, partner: Some(partner), tour, ..Self::single(truth, strength, Side::Table) }
+    }
+}
+
+impl Plan {
+    /// Spreads the counts over strengths and sides and shuffles the cases. Axes have no force level: `contact_levels` counts nothing.
+    pub fn from_counts(counts: &Counts, seed: u64) -> Self {
+        let strengths = [Strength::Weak, Strength::Strong, Strength::Clear];
+        let clear = [Strength::Strong, Strength::Clear];
+        let side = |index: usize| if index % 3 == 2 { Side::Table } else { Side::Motor };
+        let mut slots = Vec::new();
+        for (kind, count) in [
+            (Kind::Null, counts.nulls),
+            (Kind::HardNullWrongParameter, counts.wrong_parameters),
+            (Kind::HardNullBadChannel, counts.bad_channels),
+        ] {
+            slots.extend((0..count).map(|index| Slot::plain(kind, side(index))));
+        }
+        for (number, effect) in EffectKind::LISTED.into_iter().enumerate() {
+            let one = |index: usize| Slot::single(effect, strengths[(index + number) % 3], side(index / 3 + index + number));
+            slots.extend((0..counts.singles_per_effect).map(one));
+        }
+        for (number, effect) in EffectKind::OUTSIDE.into_iter().enumerate() {
+            let one =
+                |index: usize| Slot { kind: Kind::Unknown, ..Slot::single(effect, clear[(index + number) % 2], side(index + number)) };
+            slots.extend((0..counts.unknowns_per_effect).map(one));
+        }
+        for (number, (first, second)) in EffectKind::LOOK_ALIKES.into_iter().enumerate() {
+            for (truth, partner) in [(first, second), (second, first)] {
+                let one = |index: usize| Slot::look_alike(truth, partner, clear[(index + number) % 2]);
+                slots.extend((0..counts.look_alikes_per_truth).map(one));
+            }
+        }
+        let mut draw = Draw::new(seed).branch(0x6d6f_7469_6f6e);
+        for index in 0..counts.doubles {
+            let first = EffectKind::LISTED[draw.index(EffectKind::LISTED.len())];
+            let others: Vec<EffectKind> = EffectKind::LISTED.into_iter().filter(|&other| first.joins(other)).collect();
+            let second = others[draw.index(others.len())];
+            let side = first.side().or(second.side()).unwrap_or(side(index));
+            slots.push(Slot { kind: Kind::Double, effects: vec![first, second], side, ..Slot::single(first, clear[index % 2], side) });
+        }
+        draw.shuffle(&mut slots);
+        Self { slots }
+    }
+
+    /// Number of cases.
+    pub fn len(&self) -> usize {
+        self.slots.len()
+    }
+
+    /// Whether there is none.
+    pub fn is_empty(&self) -> bool {
+        self.slots.is_empty()
+    }
+}

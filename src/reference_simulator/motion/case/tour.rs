@@ -1,0 +1,94 @@
+//! The motions of a test.
+
+use crate::draw::Draw;
+use crate::motion::catalogue::Use;
+use crate::motion::path::{Path, Piece};
+
+/// Which motions a test has.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, serde::Serialize, serde::Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Tour {
+    /// Strokes at several speeds, reversals, sines; other strokes held out.
+    Usual,
+    /// Slow reversals with hardly an acceleration.
+    Gentle,
+    /// Strokes at rapid speed with hardly an acceleration.
+    Flat,
+}
+
+/// Names of the motions that are held out.
+pub const HELD_OUT: [&str; 2] = ["mixed", "slow-mixed"];
+
+/// Motions by name.
+pub fn tour(which: Tour, usage: &Use, draw: &mut Draw) -> Vec<(&'static str, Path)> {
+    match which {
+        Tour::Usual => usual(usage, draw),
+        Tour::Gentle => gentle(usage, draw),
+        Tour::Flat => flat(usage, draw),
+    }
+}
+
+fn stroke(usage: &Use, to: f64, speed: f64, acceleration: f64) -> Piece {
+    Piece::Stroke {
+        to_m: to * usage.stroke_m,
+        speed_m_s: speed * usage.speed_m_s,
+        acceleration_m_s2: acceleration * usage.acceleration_m_s2,
+    }
+}
+
+fn usual(usage: &Use, draw: &mut Draw) -> Vec<(&'static str, Path)> {
+    let at = |to: f64, speed: f64| stroke(usage, to, speed, 1.0);
+    let strokes = vec![
+        at(0.98, 1.0),
+        Piece::Dwell(0.12),
+        at(0.55, draw.between(0.5, 0.65)),
+        at(0.62, draw.between(0.2, 0.3)),
+        at(0.58, 0.08),
+        at(0.05, draw.between(0.8, 0.95)),
+    ];
+    let mut reversals = Vec::new();
+    for speed in [0.5, 0.25, 0.1, 0.05] {
+        let reach = 0.5 + 0.12 * speed;
+        for _ in 0..2 {
+            reversals.extend([at(reach, speed), at(0.5, speed)]);
+        }
+    }
+    // Sines that reach part of both limits.
+    let sine = |share: f64, faster: f64, cycles| {
+        let omega = 0.8 * usage.acceleration_m_s2 / usage.speed_m_s;
+        let amplitude_m = (share * usage.speed_m_s / omega).min(0.4 * usage.stroke_m);
+        Piece::Sine { amplitude_m, frequency_hz: faster * omega / std::f64::consts::TAU, cycles }
+    };
+    let sines = vec![sine(0.8, 1.0, 2), sine(0.2, 2.0, 3)];
+    let mixed = vec![
+        at(0.9, draw.between(0.7, 0.8)),
+        at(0.5, draw.between(0.35, 0.45)),
+        at(0.56, 0.15),
+        at(0.53, 0.06),
+        at(0.7, 0.9),
+        at(0.1, 1.0),
+    ];
+    let from = |start: f64, pieces| Path { start_m: start * usage.stroke_m, pieces };
+    vec![("strokes", from(0.03, strokes)), ("reversals", from(0.5, reversals)), ("sines", from(0.5, sines)), ("mixed", from(0.05, mixed))]
+}
+
+fn gentle(usage: &Use, draw: &mut Draw) -> Vec<(&'static str, Path)> {
+    let mut turning = |name, start: f64, count: usize| {
+        let mut pieces = Vec::new();
+        for k in 0..count {
+            let reach = start + (0.06 + 0.02 * draw.unit()) * if k % 2 == 0 { 1.0 } else { -1.0 };
+            pieces.push(stroke(usage, reach, 0.12, 0.05));
+        }
+        (name, Path { start_m: start * usage.stroke_m, pieces })
+    };
+    vec![turning("slow-1", 0.3, 4), turning("slow-2", 0.7, 4), turning("slow-mixed", 0.5, 4)]
+}
+
+fn flat(usage: &Use, draw: &mut Draw) -> Vec<(&'static str, Path)> {
+    let mut going = |name, first: f64, back: f64| {
+        let speeds = [draw.between(0.5, 0.6), draw.between(0.3, 0.45)];
+        let pieces = vec![stroke(usage, back, speeds[0], 0.2), stroke(usage, first, speeds[1], 0.2)];
+        (name, Path { start_m: first * usage.stroke_m, pieces })
+    };
+    vec![going("slow-1", 0.03, 0.97), going("slow-2", 0.95, 0.05), going("slow-mixed", 0.1, 0.9)]
+}

@@ -1,0 +1,229 @@
+//! Numbers of the axis.
+
+use std::f64::consts::TAU;
+
+use super::friction::Friction;
+use super::missing::Missing;
+use crate::TruthError;
+
+/// Gains and times of the cascade; current and velocity by digital PI, u = k (e + T/T_i Σe), position by P.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Loops {
+    /// Gain of the current loop, V/A.
+    pub current_gain_v_a: f64,
+    /// Integral time of the current loop, s.
+    pub current_time_s: f64,
+    /// Gain of the velocity loop, A·s/rad.
+    pub velocity_gain_a_s_rad: f64,
+    /// Integral time of the velocity loop, s.
+    pub velocity_time_s: f64,
+    /// Gain of the position loop, 1/s.
+    pub position_gain_1_s: f64,
+    /// Share of the command's speed that is fed forward.
+    pub feed_forward: f64,
+    /// Velocity periods over which the encoder's difference is taken. More are quieter and later.
+    pub speed_periods: usize,
+}
+
+/// What an engineer knows of an axis.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Nominal {
+    /// Pairs of poles of the motor.
+    pub pole_pairs: f64,
+    /// Resistance of a phase, Ω.
+    pub resistance_ohm: f64,
+    /// Inductances along d and q, H.
+    pub inductance_h: [f64; 2],
+    /// Torque for one ampere of i_q (amplitude of the phase current), N·m/A.
+    pub torque_constant_nm_a: f64,
+    /// Voltage of the link, V.
+    pub link_v: f64,
+    /// Largest i_q demanded, A: three times the nominal current's amplitude.
+    pub current_limit_a: f64,
+    /// Inertia of the rotor, kg·m².
+    pub rotor_kg_m2: f64,
+    /// Inertia of the coupling, one half of which turns with the rotor and one with the screw, kg·m².
+    pub coupling_kg_m2: f64,
+    /// Inertia of the screw, kg·m².
+    pub screw_kg_m2: f64,
+    /// Lead of the screw, m per turn.
+    pub lead_m: f64,
+    /// Mass of the table, kg.
+    pub table_kg: f64,
+    /// Torsional stiffness between motor and screw, N·m/rad.
+    pub torsion_nm_rad: f64,
+    /// Damping beside it, N·m·s/rad.
+    pub torsion_nm_s_rad: f64,
+    /// Axial stiffness at the nut, N/m.
+    pub axial_n_m: f64,
+    /// Damping of the nut in full contact, N·s/m.
+    pub axial_n_s_m: f64,
+    /// Play of the nut from flank to flank, m.
+    pub backlash_m: f64,
+    /// Friction of the table.
+    pub table_friction: Friction,
+    /// Friction of the screw, as felt along the travel: its torque is this force times lead/2π.
+    pub screw_friction: Friction,
+    /// Loops of the drive.
+    pub loops: Loops,
+}
+
+impl Nominal {
+    /// The first axis, x, with a table of 150 kg.
+    pub fn x() -> Self {
+        Self::with_table(150.0)
+    }
+
+    /// The second axis, y, which carries the first: 1.4 times its table, its velocity gain set for that, all else alike.
+    pub fn y() -> Self {
+        Self::with_table(1.4 * 150.0)
+    }
+
+    fn with_table(table_kg: f64) -> Self {
+        let inductance = 2.3e-3;
+        let mut nominal = Self {
+            pole_pairs: 4.0,
+            resistance_ohm: 0.184,
+            inductance_h: [inductance; 2],
+            torque_constant_nm_a: 1.018,
+            link_v: 560.0,
+            current_limit_a: 53.0,
+            rotor_kg_m2: 5.3e-3,
+            coupling_kg_m2: 0.5e-3,
+            screw_kg_m2: 1.973e-3,
+            lead_m: 0.016,
+            table_kg,
+            torsion_nm_rad: 1.54e4,
+            torsion_nm_s_rad: 0.2,
+            axial_n_m: 1.474e8,
+            axial_n_s_m: 6000.0,
+            backlash_m: 17e-6,
+            table_friction: Friction { coulomb_n: 150.0, excess_n: 60.0, stribeck_m_s: 0.01, viscous_n_s_m: 800.0 },
+            screw_friction: Friction::none(),
+            loops: Loops {
+                current_gain_v_a: 5000.0 * inductance,
+                current_time_s: 9.8e-3,
+                velocity_gain_a_s_rad: 0.0,
+                velocity_time_s: 40e-3,
+                position_gain_1_s: 120.0,
+                feed_forward: 0.0,
+                speed_periods: 1,
+            },
+        };
+        nominal.loops.velocity_gain_a_s_rad = 800.0 * nominal.inertia_kg_m2() / nominal.torque_constant_nm_a;
+        nominal
+    }
+
+    /// Travel for one radian, m.
+    pub fn ratio_m(&self) -> f64 {
+        self.lead_m / TAU
+    }
+
+    /// Inertias of the two shafts: rotor and screw, each with its half of the coupling, kg·m².
+    pub fn shafts_kg_m2(&self) -> [f64; 2] {
+        [self.rotor_kg_m2, self.screw_kg_m2].map(|own| own + 0.5 * self.coupling_kg_m2)
+    }
+
+    /// Inertia of all that moves, at the motor, kg·m².
+    pub fn inertia_kg_m2(&self) -> f64 {
+        self.shafts_kg_m2().iter().sum::<f64>() + self.table_kg * self.ratio_m().powi(2)
+    }
+
+    /// Flux linkage of the magnets, Wb: torque constant over 3/2 of the pole pairs.
+    pub fn flux_wb(&self) -> f64 {
+        self.torque_constant_nm_a / (1.5 * self.pole_pairs)
+    }
+
+    /// Largest amplitude of the voltage that space vectors can give, V: link/√3.
+    pub fn voltage_limit_v(&self) -> f64 {
+        self.link_v / 3f64.sqrt()
+    }
+}
+
+/// A whole axis: what is known of it, and what is missing from that.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Axis {
+    /// Known numbers.
+    pub nominal: Nominal,
+    /// What only the truth has.
+    pub missing: Missing,
+}
+
+impl Axis {
+    /// The first axis with everything that is missing, at its usual size.
+    pub fn x() -> Self {
+        Self { nominal: Nominal::x(), missing: Missing::default() }
+    }
+
+    /// The second axis: as the first, but its waves have phases of their own.
+    pub fn y() -> Self {
+        let missing = Missing { lead_phase_rad: 3.9, ripple_phase_rad: [5.2, 0.3], ..Missing::default() };
+        Self { nominal: Nominal::y(), missing }
+    }
+
+    /// Refuses numbers that no axis has.
+    ///
+    /// # Errors     `TruthError::Refused` names the first one.
+    pub fn check(&self) -> Result<(), TruthError> {
+        let (n, l, m) = (&self.nominal, &self.nominal.loops, &self.missing);
+        let positive = [
+            ("pole_pairs", n.pole_pairs),
+            ("inductance_h", n.inductance_h[0]),
+            ("inductance_h", n.inductance_h[1]),
+            ("torque_constant_nm_a", n.torque_constant_nm_a),
+            ("link_v", n.link_v),
+            ("current_limit_a", n.current_limit_a),
+            ("rotor_kg_m2", n.rotor_kg_m2),
+            ("screw_kg_m2", n.screw_kg_m2),
+            ("lead_m", n.lead_m),
+            ("table_kg", n.table_kg),
+            ("torsion_nm_rad", n.torsion_nm_rad),
+            ("axial_n_m", n.axial_n_m),
+            ("stribeck_m_s", n.table_friction.stribeck_m_s),
+            ("stribeck_m_s", n.screw_friction.stribeck_m_s),
+            ("current_time_s", l.current_time_s),
+            ("velocity_time_s", l.velocity_time_s),
+            ("speed_periods", l.speed_periods as f64),
+        ];
+        let not_negative = [
+            ("resistance_ohm", n.resistance_ohm),
+            ("coupling_kg_m2", n.coupling_kg_m2),
+            ("torsion_nm_s_rad", n.torsion_nm_s_rad),
+            ("axial_n_s_m", n.axial_n_s_m),
+            ("backlash_m", n.backlash_m),
+            ("coulomb_n", n.table_friction.coulomb_n),
+            ("excess_n", n.table_friction.excess_n),
+            ("viscous_n_s_m", n.table_friction.viscous_n_s_m),
+            ("coulomb_n", n.screw_friction.coulomb_n),
+            ("excess_n", n.screw_friction.excess_n),
+            ("viscous_n_s_m", n.screw_friction.viscous_n_s_m),
+            ("lead_error_m", m.lead_error_m),
+            ("ripple_nm", m.ripple_nm[0]),
+            ("ripple_nm", m.ripple_nm[1]),
+            ("presliding_m", m.presliding_m),
+            ("growth_time_s", m.growth_time_s),
+        ];
+        let finite = [
+            ("current_gain_v_a", l.current_gain_v_a),
+            ("velocity_gain_a_s_rad", l.velocity_gain_a_s_rad),
+            ("position_gain_1_s", l.position_gain_1_s),
+            ("feed_forward", l.feed_forward),
+            ("growth", m.growth),
+            ("anchor_m", m.anchor_m),
+            ("lead_phase_rad", m.lead_phase_rad),
+            ("ripple_phase_rad", m.ripple_phase_rad[0]),
+            ("ripple_phase_rad", m.ripple_phase_rad[1]),
+        ];
+        refuse(&positive, "a positive number", |value| value > 0.0)?;
+        refuse(&not_negative, "zero or a positive number", |value| value >= 0.0)?;
+        refuse(&finite, "a finite number", |_| true)
+    }
+}
+
+/// Refuses the first of named numbers that is not finite or not as it must be.
+pub(super) fn refuse(numbers: &[(&'static str, f64)], wanted: &'static str, fine: impl Fn(f64) -> bool) -> Result<(), TruthError> {
+    match numbers.iter().find(|(_, value)| !(value.is_finite() && fine(*value))) {
+        Some(&(key, found)) => Err(TruthError::Refused { key, found, wanted }),
+        None => Ok(()),
+    }
+}

@@ -1,0 +1,79 @@
+//! An axis along a command.
+
+use std::f64::consts::TAU;
+
+use super::drive::{CURRENT_S, Drive, POSITION_TICKS};
+use super::nominal::Axis;
+use super::plant::Plant;
+use super::sensor::{Record, Sensors, stepped};
+use crate::TruthError;
+use crate::draw::Draw;
+
+/// Period of the records, s: that of the position loop.
+pub const RECORD_S: f64 = 1e-3;
+
+/// Steps of the integration in a current period: 7.8 µs each.
+pub(super) const PARTS: usize = 4;
+
+/// An axis with its drive and its encoder, under power.
+pub(super) struct Machine<'a> {
+    pub axis: &'a Axis,
+    pub plant: Plant,
+    pub drive: Drive,
+    pub voltage_v: [f64; 2],
+    encoder_rad: f64,
+}
+
+impl<'a> Machine<'a> {
+    /// At rest at zero.
+    pub fn at_rest(axis: &'a Axis, sensors: &Sensors) -> Self {
+        let encoder_rad = if sensors.encoder_steps > 0.0 { TAU / sensors.encoder_steps } else { 0.0 };
+        let drive = Drive::at_rest(&axis.nominal.loops);
+        Self { axis, plant: Plant::at_rest(axis), drive, voltage_v: [0.0; 2], encoder_rad }
+    }
+
+    /// Motor's angle as its encoder reads it, rad.
+    pub fn reading_rad(&self) -> f64 {
+        stepped(self.plant.motor_rad(), self.encoder_rad)
+    }
+
+    /// Goes on for one current period.
+    pub fn advance(&mut self, command_m: f64, parts: usize) {
+        self.voltage_v = self.drive.sample(&self.axis.nominal, command_m, self.reading_rad(), self.plant.current_a());
+        for _ in 0..parts {
+            self.plant.step(self.axis, CURRENT_S / parts as f64, self.voltage_v);
+        }
+    }
+}
+
+/// Drives an axis along commands, one for each millisecond, from rest at zero, and records it. Noise of the sensors comes from the seed.
+///
+/// # Errors     `TruthError::Refused` for numbers that no axis or sensor has, `TruthError::Diverged` where loops are not stable.
+pub fn run(axis: &Axis, sensors: &Sensors, command_m: &[f64], seed: u64) -> Result<Record, TruthError> {
+    run_in(axis, sensors, command_m, &mut Draw::new(seed), PARTS)
+}
+
+/// The same with a source of noise and a number of steps in a current period.
+pub(super) fn run_in(axis: &Axis, sensors: &Sensors, command_m: &[f64], draw: &mut Draw, parts: usize) -> Result<Record, TruthError> {
+    axis.check()?;
+    sensors.check()?;
+    let mut machine = Machine::at_rest(axis, sensors);
+    let mut record = Record::default();
+    for (k, &command) in command_m.iter().enumerate() {
+        let (time_s, plant) = (k as f64 * RECORD_S, &machine.plant);
+        let table_m = plant.table_m() - plant.table_m_s() * sensors.scale_late_s;
+        // Beyond a metre from its command, nothing follows any more.
+        if !((table_m - command).abs() < 1.0) {
+            return Err(TruthError::Diverged { time_s });
+        }
+        record.time_s.push(time_s);
+        record.command_m.push(command);
+        record.position_m.push(axis.nominal.ratio_m() * machine.reading_rad());
+        record.table_m.push(stepped(table_m + sensors.scale_noise_m * draw.normal(), sensors.scale_step_m));
+        record.torque_nm.push(axis.nominal.torque_constant_nm_a * plant.current_a()[1] + sensors.torque_noise_nm * draw.normal());
+        for _ in 0..POSITION_TICKS {
+            machine.advance(command, parts);
+        }
+    }
+    Ok(record)
+}

@@ -1,0 +1,79 @@
+//! Records as measurement sets.
+
+use std::fmt::Write as _;
+use std::fs;
+use std::path::Path;
+
+use rayon::prelude::*;
+
+use super::nominal::Axis;
+use super::path::{Circle, Feed};
+use super::run::{PARTS, run_in};
+use super::sensor::{Record, Sensors};
+use crate::TruthError;
+use crate::draw::Draw;
+
+/// Runs an axis along sines and writes the records as a measurement set, the first and the last to be fitted: of [`Feed::standard`], F1000
+/// and F6000.
+///
+/// # Errors     As [`run`](super::run()); `TruthError::Write` where a file cannot be written. Nothing is written before all runs are done.
+pub fn write_sines(folder: &Path, axis: &Axis, sensors: &Sensors, feeds: &[Feed], seed: u64) -> Result<(), TruthError> {
+    let commands = feeds.iter().map(|feed| Ok((feed.name(), feed.commands_m()?))).collect::<Result<Vec<_>, TruthError>>()?;
+    let records = drive(axis, sensors, &commands, &Draw::new(seed))?;
+    put_set(folder, "ball-screw axis, sines", &records)
+}
+
+/// Runs two axes, x and y, along circles and writes a measurement set of each, in the folders `x` and `y`; the first and the last circle
+/// are to be fitted: of [`Circle::standard`], the slowest and the fastest.
+///
+/// # Errors     As [`write_sines`].
+pub fn write_circles(folder: &Path, axes: [&Axis; 2], sensors: &Sensors, circles: &[Circle], seed: u64) -> Result<(), TruthError> {
+    let mut commands: [Vec<(String, Vec<f64>)>; 2] = Default::default();
+    for circle in circles {
+        for (all, one) in commands.iter_mut().zip(circle.commands_m()?) {
+            all.push((circle.name(), one));
+        }
+    }
+    let draw = Draw::new(seed);
+    let x = drive(axes[0], sensors, &commands[0], &draw.branch(0))?;
+    let y = drive(axes[1], sensors, &commands[1], &draw.branch(1))?;
+    put_set(&folder.join("x"), "ball-screw axis x, circles", &x)?;
+    put_set(&folder.join("y"), "ball-screw axis y, circles", &y)
+}
+
+/// Records of named commands, each with noise of its own.
+fn drive(axis: &Axis, sensors: &Sensors, commands: &[(String, Vec<f64>)], draw: &Draw) -> Result<Vec<(String, Record)>, TruthError> {
+    let one = |(number, (name, command)): (usize, &(String, Vec<f64>))| {
+        let record = run_in(axis, sensors, command, &mut draw.branch(number as u64), PARTS)?;
+        Ok((name.clone(), record))
+    };
+    commands.par_iter().enumerate().map(one).collect::<Vec<_>>().into_iter().collect()
+}
+
+fn put_set(folder: &Path, title: &str, records: &[(String, Record)]) -> Result<(), TruthError> {
+    let motion = folder.join("motion");
+    fs::create_dir_all(&motion).map_err(|source| TruthError::Write { path: motion.display().to_string(), source })?;
+    let ends: Vec<String> = records.first().into_iter().chain(records.last()).map(|(name, _)| format!("\"{name}\"")).collect();
+    let mut manifest = format!("title = \"{title}\"\n\n[split]\nfit = [{}]\n", ends.join(", "));
+    for (name, record) in records {
+        let _ = writeln!(manifest, "\n[[motion]]\nname = \"{name}\"\nfile = \"motion/{name}.csv\"");
+        put(&motion.join(format!("{name}.csv")), &rows(record))?;
+    }
+    put(&folder.join("manifest.toml"), &manifest)
+}
+
+fn rows(record: &Record) -> String {
+    let mut text = String::from("time_s,command_m,position_m,table_m,torque_nm\n");
+    for k in 0..record.time_s.len() {
+        let _ = writeln!(
+            text,
+            "{:.3},{:.9e},{:.9e},{:.9e},{:.6e}",
+            record.time_s[k], record.command_m[k], record.position_m[k], record.table_m[k], record.torque_nm[k]
+        );
+    }
+    text
+}
+
+fn put(path: &Path, text: &str) -> Result<(), TruthError> {
+    fs::write(path, text).map_err(|source| TruthError::Write { path: path.display().to_string(), source })
+}

@@ -1,0 +1,22 @@
+//! Saying it: result documents with their provenance, written whole or not at all, and tables for the terminal.
+
+mod claim;
+pub mod diagnosis;
+pub mod document;
+pub mod hybrid;
+pub mod loops;
+pub mod motion;
+pub mod page;
+pub mod record;
+mod schema;
+pub mod simulation;
+mod table;
+mod write;
+
+pub use numeric::digest::digest;
+pub use schema::{SCHEMAS, schema};
+pub use table::{
+    bootstrap_table, columns, derived_table, frfs_table, gap_summary_table, gaps_table, objectives_table, parameters_table, peaks_table,
+    plan_table, positions_table, summary_table, wrapped,
+};
+pub use write::{OutputFolder, to_json};
