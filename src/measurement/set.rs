@@ -9,16 +9,7 @@ use super::manifest::{FrfFile, GainFile, Manifest, ToleranceFile, parse};
 use super::modes::{ModeTable, read_modes};
 use super::motion::{MotionRecord, read_motion};
 use super::table::Table;
-use super::{MeasurementError, Quantity, SourceFile};
-
-/// A named position of the machine.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Position {
-    /// Name, for example `l1`.
-    pub name: String,
-    /// Nut position from the left bearing (m).
-    pub nut_m: Option<f64>,
-}
+use super::{MeasurementError, Position, Quantity, SourceFile};
 
 /// The factor between what was recorded and the quantity itself.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -7,11 +7,15 @@
 //! regularity". A mode may miss at a node (their third at l4).
 
 mod evidence;
+mod options;
 mod process;
+mod record;
 mod search;
 mod sighting;
 
 pub use evidence::Evidence;
+pub use options::TrackOptions;
+pub use record::TrackRecord;
 
 use super::noise::median;
 use super::{ModalError, Mode};
@@ -19,54 +23,6 @@ use sighting::Chain;
 
 /// Passes over a chain, each with the density of chance finds that the one before left.
 const ROUNDS: usize = 4;
-
-/// The modes of one record.
-#[derive(Debug, Clone, Copy)]
-pub struct TrackRecord<'a> {
-    /// Its name.
-    pub name: &'a str,
-    /// Nut position (m); records without one form a chain of their own, of modes that should not move.
-    pub nut_m: Option<f64>,
-    /// Records of the same response, excitation and quantity carry the same text: only their amplitudes are compared.
-    pub series: &'a str,
-    /// Band fitted (Hz).
-    pub band_hz: (f64, f64),
-    /// Its modes.
-    pub modes: &'a [Mode],
-}
-
-/// Limits of the decision.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct TrackOptions {
-    /// Share of the records covering a mode that must show it.
-    pub least_seen: f64,
-    /// False tracks allowed per set, on average.
-    pub false_alarms: f64,
-    /// Largest error of foretelling a frequency from the others, in standard deviations.
-    pub most_error_sd: f64,
-    /// Several records: least median share of orders at which the pole is stable; misfit that repeats in all records is below it.
-    pub least_track_stability: f64,
-    /// Single record: least share of orders at which the pole is stable.
-    pub least_stability: f64,
-    /// Single record: least contribution over the rest of H.
-    pub least_prominence: f64,
-    /// Single record: least signal-to-noise ratio.
-    pub least_signal_to_noise: f64,
-}
-
-impl Default for TrackOptions {
-    fn default() -> Self {
-        Self {
-            least_seen: 0.6,
-            false_alarms: 0.03,
-            most_error_sd: 4.0,
-            least_track_stability: 0.2,
-            least_stability: 0.3,
-            least_prominence: 0.1,
-            least_signal_to_noise: 10.0,
-        }
-    }
-}
 
 /// A mode over records.
 #[derive(Debug, Clone, PartialEq)]
