@@ -6,16 +6,10 @@ use std::fmt;
 pub mod function_type {
     /// Time response.
     pub const TIME: i64 = 1;
-    /// Auto spectrum.
-    pub const AUTO_SPECTRUM: i64 = 2;
-    /// Cross spectrum.
-    pub const CROSS_SPECTRUM: i64 = 3;
     /// Frequency response function.
     pub const FREQUENCY_RESPONSE: i64 = 4;
     /// Coherence.
     pub const COHERENCE: i64 = 6;
-    /// Power spectral density.
-    pub const POWER_SPECTRAL_DENSITY: i64 = 9;
 }
 
 /// Codes of what an axis holds (records 8 to 11, field 1) met in modal tests.
