@@ -1,68 +1,19 @@
 //! How far prediction and measurement are apart.
 
+mod error;
 mod frf;
 mod modes;
 mod pairing;
 mod record;
+mod settings;
+mod setup;
 mod squares;
 
-pub use frf::{COARSE_LINES, FrfGap, FrfObjective, FrfSettings};
+pub use error::ObjectiveError;
+pub use frf::{COARSE_LINES, FrfGap, FrfObjective};
 pub use modes::{AmplitudeFit, Deviation, ModeObjective, ModeSettings, Objective, PositionPrediction};
 pub use pairing::{MISSING, VISIBLE};
 pub use record::{Record, operating};
+pub use settings::FrfSettings;
+pub use setup::{GAIN_RANGE, point_named};
 pub use squares::ModeSquares;
-
-use std::sync::Arc;
-
-use thiserror::Error;
-
-use dynamics::model::{Lines, ModelError, Structure};
-use machine::{FitRule, Machine, MachineError, Operating};
-
-/// Range of an unknown gain.
-pub const GAIN_RANGE: (f64, f64) = (1e-9, 1e9);
-
-/// Why an objective cannot be made.
-#[derive(Debug, Error)]
-pub enum ObjectiveError {
-    /// The machine and the operating condition do not go together.
-    #[error(transparent)]
-    Machine(#[from] MachineError),
-    /// The machine cannot be computed.
-    #[error(transparent)]
-    Model(#[from] ModelError),
-    /// The measurements do not suffice or do not fit the machine.
-    #[error("{0}")]
-    Data(String),
-}
-
-/// A point of the machine that a measurement names.
-pub fn point_named(machine: &Machine, source: &str, key: &str, name: &str) -> Result<usize, ObjectiveError> {
-    machine.point(name).ok_or_else(|| {
-        let known: Vec<&str> = machine.points.iter().map(|p| p.name.as_str()).collect();
-        ObjectiveError::Data(format!("{source}: {key} = \"{name}\" is no point of the machine; it has {}", known.join(", ")))
-    })
-}
-
-/// Indices of the parameters that are fitted from data of a kind, without the frozen ones and those that show in motion alone.
-fn free_parameters(machine: &Machine, frozen: &[String], fitted: impl Fn(FitRule) -> bool) -> Result<Vec<usize>, ObjectiveError> {
-    for id in frozen {
-        if machine.parameter(id).is_none() {
-            let known: Vec<&str> = machine.parameters.iter().map(|p| p.id.as_str()).collect();
-            return Err(ObjectiveError::Data(format!("--freeze {id}: the machine has no such parameter; it has {}", known.join(", "))));
-        }
-    }
-    let linear = machine.linear_parameters();
-    let free = |i: &usize| linear[*i] && fitted(machine.parameters[*i].fit) && !frozen.contains(&machine.parameters[*i].id);
-    Ok((0..machine.parameters.len()).filter(free).collect())
-}
-
-/// Keeps with some lines the entries of those rods that are the same at two places of the free parameters, each with its operating condition.
-fn keep_rods(lines: &mut Lines, (machine, structure): (&Machine, &Arc<Structure>), places: [(&[f64], Operating); 2]) {
-    let [network, other] = places.map(|(parameters, operating)| {
-        let mut network = structure.network();
-        network.update(machine, parameters, &operating);
-        network
-    });
-    lines.keep_rods(&network, |rod| network.has_rod_of(&other, rod));
-}

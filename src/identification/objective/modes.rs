@@ -2,8 +2,9 @@
 
 use std::sync::{Arc, Mutex};
 
+use super::ObjectiveError;
 use super::pairing::{MISSING, Pair, VISIBLE, pair_into};
-use super::{GAIN_RANGE, ObjectiveError, free_parameters, keep_rods, point_named};
+use super::setup::{GAIN_RANGE, free_parameters, keep_rods, point_named};
 use dynamics::model::{Lines, Network, Peak, PeakSearch, Rods, Structure, Workspace, peaks_into};
 use machine::{Chain, FitRule, Machine, Operating};
 use measurement::{FitSet, Gain, HoldOutSet, MeasurementSet, ModeObservation};

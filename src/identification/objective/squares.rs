@@ -3,9 +3,9 @@
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
-use super::frf::{FrfSettings, SPAN};
+use super::frf::SPAN;
 use super::record::{Here, Record, factor, log_factor, pieces, wrapped};
-use super::{FrfObjective, GAIN_RANGE, ModeObjective};
+use super::{FrfObjective, FrfSettings, GAIN_RANGE, ModeObjective};
 use dynamics::model::{ABREAST, Complexes, LANES, Reals};
 use machine::Value;
 use optimizer::{LeastSquares, Normal};
