@@ -226,11 +226,7 @@ impl<'m> ModeObjective<'m> {
 
     /// Number of frequencies and amplitudes that are compared.
     pub fn observations(&self) -> usize {
-        let amplitudes = |p: &PositionData| p.observed.iter().filter(|m| m.amplitude.is_some()).count();
-        self.positions
-            .iter()
-            .map(|p| p.measured_hz.len() + if self.settings.objective == Objective::Frequencies { 0 } else { amplitudes(p) })
-            .sum()
+        self.rows().iter().map(|rows| rows - 1).sum()
     }
 
     /// Whether the gain is estimated along.
