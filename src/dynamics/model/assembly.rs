@@ -1,26 +1,27 @@
-//! The dynamic stiffness D(ω) of a network: assembled from its numbers, and factored.
+//! The dynamic stiffness D(ω) of a network: assembled from its numbers, and factored; the count of modes that follows.
 
-use super::lanes::{ABREAST, Complexes, Reals};
+use super::lanes::{ABREAST, Complexes, LANES, Reals, grouped};
 use super::lines::KnownRod;
-use super::network::{Network, Workspace};
+use super::network::Network;
 use super::rod::{Rod, loss_each};
+use super::workspace::Workspace;
 
 impl Network {
-    /// Finds which slots hold real numbers: without a damper or loss, and not reached by one while D is factored.
-    pub(super) fn find_real(&mut self) {
-        let shape = &self.structure;
-        for (real, (c, h)) in self.real.iter_mut().zip(self.damping.iter().zip(&self.loss)) {
-            *real = *c == 0.0 && *h == 0.0;
+    /// Number of undamped natural frequencies below ω, rigid-body modes included.
+    ///
+    /// # Source  Wittrick and Williams, Q. J. Mech. Appl. Math. 24 (1971) 263–284: J = J₀ + s{D}.
+    pub fn modes_below(&self, omega_rad_s: f64, work: &mut Workspace) -> usize {
+        self.factor_undamped(&[Reals::splat(omega_rad_s)], &mut work.real)[0].to_array()[0] as usize
+    }
+
+    /// As [`Network::modes_below`], at some frequencies.
+    pub fn modes_below_each(&self, omega_rad_s: &[f64], work: &mut Workspace, below: &mut Vec<usize>) {
+        below.clear();
+        for some in omega_rad_s.chunks(ABREAST * LANES) {
+            let (omegas, abreast) = grouped(some);
+            let counts = self.factor_undamped(&omegas[..abreast], &mut work.real);
+            below.extend(counts.iter().flat_map(|c| c.to_array()).take(some.len()).map(|c| c as usize));
         }
-        for slots in self.rods.iter().zip(&shape.rod_slots).filter(|(rod, _)| rod.loss_factor != 0.0).map(|(_, slots)| slots) {
-            slots.iter().flatten().for_each(|slot| self.real[*slot] = false);
-        }
-        for (_, on) in self.joints.iter().zip(&shape.joints).filter(|(joint, _)| joint.is_apart()) {
-            for (at, (i, _)) in on.iter().enumerate() {
-                on[..=at].iter().for_each(|(j, _)| self.real[shape.elimination.entry(*i, *j)] = false);
-            }
-        }
-        shape.elimination.stay_real(&mut self.real);
     }
 
     /// Assembles D(ω) without damping and factors it; gives the numbers of negative pivots and of rod poles below each ω.

@@ -2,57 +2,9 @@
 
 use std::cell::Cell;
 use std::collections::BTreeSet;
-use std::ops::Mul;
 
 use super::lanes::ABREAST;
-
-/// A number that can be eliminated: real without damping, complex with.
-pub trait Scalar: Copy + Mul<Output = Self> {
-    /// Nought.
-    const ZERO: Self;
-
-    /// 1/x.
-    fn inverse(self) -> Self;
-
-    /// x − a·b.
-    fn less(self, a: Self, b: Self) -> Self;
-
-    /// 1/x of a real x.
-    #[inline(always)]
-    fn inverse_real(self) -> Self {
-        self.inverse()
-    }
-
-    /// x·a for a real a.
-    #[inline(always)]
-    fn times_real(self, a: Self) -> Self {
-        self * a
-    }
-
-    /// x − a·b for a real b.
-    #[inline(always)]
-    fn less_real(self, a: Self, b: Self) -> Self {
-        self.less(a, b)
-    }
-
-    /// x − a·b for real a and b.
-    #[inline(always)]
-    fn less_reals(self, a: Self, b: Self) -> Self {
-        self.less(a, b)
-    }
-}
-
-impl Scalar for f64 {
-    const ZERO: Self = 0.0;
-
-    fn inverse(self) -> Self {
-        1.0 / self
-    }
-
-    fn less(self, a: Self, b: Self) -> Self {
-        self - a * b
-    }
-}
+use super::scalar::Scalar;
 
 /// One pivot: its own slot, its later neighbours, and which products are taken from which slots.
 #[derive(Debug, Clone)]
@@ -275,7 +227,7 @@ impl Elimination {
 mod tests {
     use num_complex::Complex64;
 
-    use super::super::lanes::Complexes;
+    use super::super::lanes::{Complexes, Reals};
     use super::*;
 
     /// A dense matrix through the sparse path: every entry of the inverse times the matrix is the identity.
@@ -284,20 +236,21 @@ mod tests {
         let pairs = [(0, 1), (1, 2), (2, 3), (3, 4), (4, 0), (1, 4)];
         let pattern = Elimination::new(5, pairs, &[2]);
         let value = |i: usize, j: usize| if i == j { 5.0 + i as f64 } else { -1.0 - 0.3 * ((i + j) as f64) };
-        let mut entries = vec![0.0; pattern.slots()];
+        let mut entries = vec![Reals::ZERO; pattern.slots()];
         for i in 0..5 {
-            entries[pattern.entry(i, i)] = value(i, i);
+            entries[pattern.entry(i, i)] = Reals::splat(value(i, i));
         }
         for (i, j) in pairs {
-            entries[pattern.entry(i, j)] = value(i, j);
+            entries[pattern.entry(i, j)] = Reals::splat(value(i, j));
         }
         let mut count = 0;
         pattern.factor(1, &mut entries, &vec![true; pattern.slots()], |_, _, _| count += 1);
         assert_eq!(count, 5);
         for column in 0..5 {
-            let mut x = vec![0.0; 5];
-            x[column] = 1.0;
+            let mut x = vec![Reals::ZERO; 5];
+            x[column] = Reals::ONE;
             pattern.solve(1, &entries, &mut x);
+            let x: Vec<f64> = x.into_iter().map(|x| x.to_array()[0]).collect();
             for i in 0..5 {
                 let mut sum = value(i, i) * x[i];
                 for (a, b) in pairs {

@@ -7,7 +7,6 @@ use std::f64::consts::PI;
 use std::sync::LazyLock;
 
 use super::lanes::{Complexes, LANES, Reals};
-use super::network::{Network, Workspace, filled};
 
 /// Frequencies that a piece is made of.
 pub(super) const NODES: usize = 16;
@@ -71,13 +70,6 @@ pub(super) struct Fraction {
 pub(super) type Jet = [Complexes; 3];
 
 impl Fraction {
-    /// Over the frequencies between two (rad/s).
-    pub fn new(network: &Network, ends: (f64, f64), work: &mut Workspace) -> Self {
-        let nodes = nodes(ends);
-        let omegas: [Reals; GROUPS] = std::array::from_fn(|w| filled(&nodes[w * LANES..][..LANES]));
-        Self::through(ends, &network.fractions(&omegas, |_, _| None, work)[..GROUPS])
-    }
-
     /// Through N and Δ at [`nodes`].
     pub fn through((from, to): (f64, f64), found: &[(Complexes, Complexes)]) -> Self {
         let basis = &*BASIS;

@@ -5,13 +5,25 @@ use std::ops::{Add, AddAssign, Mul, MulAssign, Neg, Sub, SubAssign};
 use num_complex::Complex64;
 pub use wide::f64x4 as Reals;
 
-use super::elimination::Scalar;
+use super::scalar::Scalar;
 
 /// Numbers side by side.
 pub const LANES: usize = 4;
 
 /// Most groups of numbers side by side that are worked on in turn: what one group waits for, the others do not.
 pub const ABREAST: usize = 8;
+
+/// Up to as many numbers as stand side by side, the last one repeated.
+pub(super) fn filled(some: &[f64]) -> Reals {
+    Reals::from(std::array::from_fn(|lane| some[lane.min(some.len() - 1)]))
+}
+
+/// Up to [`ABREAST`] groups of frequencies side by side, and how many they are; the last frequency is repeated where the last group has room.
+pub(super) fn grouped(omega_rad_s: &[f64]) -> ([Reals; ABREAST], usize) {
+    let abreast = omega_rad_s.len().div_ceil(LANES);
+    let group = |w: usize| if w < abreast { filled(&omega_rad_s[w * LANES..omega_rad_s.len().min((w + 1) * LANES)]) } else { Reals::ONE };
+    (std::array::from_fn(group), abreast)
+}
 
 /// Complex numbers side by side.
 #[derive(Debug, Clone, Copy)]

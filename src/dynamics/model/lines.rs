@@ -1,7 +1,7 @@
 //! Lines of a record, with what depends on them alone.
 
-use super::lanes::{LANES, Reals};
-use super::network::{Network, filled};
+use super::lanes::{LANES, Reals, filled};
+use super::network::Network;
 use super::rod::Rod;
 
 /// Frequencies at which receptances are asked for again and again, in groups side by side, with the entries of rods there.

@@ -1,8 +1,9 @@
 //! Undamped natural frequencies: counted, isolated, refined.
 
 use super::lanes::{Complexes, Reals};
-use super::network::{Network, Workspace};
+use super::network::Network;
 use super::solution::Solution;
+use super::workspace::Workspace;
 use numeric::root::{Bracket, refine};
 use numeric::unit::omega_rad_s;
 
@@ -77,11 +78,20 @@ fn shaped(network: &Network, frequency: f64, work: &mut Workspace) -> Mode {
 }
 
 impl Network {
+    /// Displacements of all coordinates under a unit force at the response, without damping.
+    fn undamped_shape(&self, omega_rad_s: f64, force: &[f64], work: &mut Workspace) -> Vec<f64> {
+        self.factor_undamped(&[Reals::splat(omega_rad_s)], &mut work.real);
+        let mut x: Vec<Reals> = force.iter().map(|f| Reals::splat(*f)).collect();
+        self.structure.elimination.solve(1, &work.real, &mut x);
+        x.into_iter().map(|x| x.to_array()[0]).collect()
+    }
+
     /// ζ = (φᵀ·Im D·φ) / (−ω·φᵀ·(dD/dω)·φ): the first-order damping ratio of an undamped mode.
     fn modal_damping(&self, omega_rad_s: f64, shape: &[f64]) -> Option<f64> {
         let complex: Vec<Complexes> = shape.iter().map(|x| Complexes::splat((*x).into())).collect();
         let at = Reals::splat(omega_rad_s);
-        let (rods, mut slope) = (self.rod_entries(at), [Complexes::ZERO]);
+        let rods: Vec<_> = self.rods.iter().map(|r| r.damped_each(at)).collect();
+        let mut slope = [Complexes::ZERO];
         self.bilinear_slopes(Solution { omega_rad_s: &[at], at_excitation: &complex, at_response: &complex, rods: &rods }, &mut slope);
         let inertia = -slope[0].apart()[0].re * omega_rad_s;
         let mut lost = 0.0;

@@ -18,14 +18,14 @@
 //! that stand out by 0.05 %. 87 of them are not found: 78 stand out by less than 1 %, two by 1 to 2 %, and seven lie more than six decades below the highest.
 
 use super::fraction::{Fraction, GROUPS, nodes};
-use super::lanes::{ABREAST, Reals};
+use super::lanes::{ABREAST, LANES, Reals, filled};
 use super::lines::Lines;
-use super::network::{Network, Point, Workspace};
-use super::sight::{LITTLE, Sight, Turn};
-use numeric::unit::{frequency_hz, omega_rad_s};
+use super::network::Network;
+use super::peak_search::{PIECES, PeakSearch};
+use super::sight::LITTLE;
+use super::workspace::{Piece, Room, Workspace};
+use numeric::unit::frequency_hz;
 
-/// Pieces the band is first cut into.
-const PIECES: usize = 4;
 /// How often a piece is halved at most.
 const DEEPEST: u32 = 12;
 /// How far from a peak, relative to its frequency, it may be foretold.
@@ -42,68 +42,6 @@ pub struct Peak {
     pub amplitude: f64,
     /// |H| at the peak over the larger of the two neighbouring minima (or ends of the band): how far it stands out.
     pub prominence: f64,
-}
-
-/// Band and precision of a search.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct PeakSearch {
-    /// Lower end of the band (Hz), above 0.
-    pub from_hz: f64,
-    /// Upper end of the band (Hz).
-    pub to_hz: f64,
-    /// Relative precision of the frequencies.
-    pub precision: f64,
-    /// Factor on |H|: ω to this power (0 receptance, 1 mobility, 2 accelerance), whose peaks are sought.
-    pub omega_power: i32,
-}
-
-impl PeakSearch {
-    /// Ends of the pieces that the band is first cut into, even in the square root of frequency: finer where modes of heavy tables lie.
-    fn cuts(&self) -> [f64; PIECES + 1] {
-        let (from, to) = (omega_rad_s(self.from_hz), omega_rad_s(self.to_hz));
-        std::array::from_fn(|at| match at {
-            0 => from,
-            PIECES => to,
-            _ => (from.sqrt() + at as f64 / PIECES as f64 * (to.sqrt() - from.sqrt())).powi(2),
-        })
-    }
-
-    /// Frequencies at which every search begins.
-    pub fn lines(&self) -> Lines {
-        let cuts = self.cuts();
-        Lines::new(&cuts.windows(2).flat_map(|ends| nodes((ends[0], ends[1]))).collect::<Vec<_>>())
-    }
-}
-
-/// Room for a search; kept, a later one takes none.
-#[derive(Debug, Clone, Default)]
-pub(super) struct Room {
-    /// Frequencies asked for together, and what is found there.
-    omegas: Vec<f64>,
-    points: Vec<Point>,
-    below: Vec<usize>,
-    /// What is still to be looked at, the lowest last.
-    pieces: Vec<Piece>,
-    /// The pieces that the band is first cut into.
-    first: Vec<Fraction>,
-    /// What is seen of the piece at hand.
-    sight: Sight,
-    /// Maxima and minima of the band so far, in rising frequency.
-    turns: Vec<Turn>,
-    /// Those of the maxima that are not yet found exactly.
-    open: Vec<usize>,
-}
-
-/// A piece of the band (rad/s).
-#[derive(Debug, Clone, Copy)]
-struct Piece {
-    from: f64,
-    to: f64,
-    /// At least so many undamped natural frequencies lie below its lower end, and this many below its upper one.
-    below: (usize, usize),
-    halved: u32,
-    /// Its number among those that the band is first cut into, unless halved.
-    first: usize,
 }
 
 struct Search<'a> {
@@ -180,6 +118,13 @@ impl Search<'_> {
         }
     }
 
+    /// The receptance over a piece that was halved.
+    fn halved(&mut self, ends: (f64, f64)) -> Fraction {
+        let nodes = nodes(ends);
+        let omegas: [Reals; GROUPS] = std::array::from_fn(|w| filled(&nodes[w * LANES..][..LANES]));
+        Fraction::through(ends, &self.network.fractions(&omegas, |_, _| None, self.work)[..GROUPS])
+    }
+
     /// Maxima are looked at in the receptance itself, until they stay.
     fn settle(&mut self) {
         let power = self.settings.omega_power;
@@ -219,7 +164,7 @@ impl Search<'_> {
             let of = match piece.halved {
                 0 => &first[piece.first],
                 _ => {
-                    half = Fraction::new(self.network, (piece.from, piece.to), self.work);
+                    half = self.halved((piece.from, piece.to));
                     &half
                 }
             };

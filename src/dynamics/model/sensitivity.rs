@@ -12,9 +12,11 @@
 //! # Source  derivative of the inverse of a symmetric matrix, d(D⁻¹) = −D⁻¹·dD·D⁻¹.
 
 use super::lanes::{ABREAST, Complexes, Reals};
-use super::network::{End, Network, Workspace};
+use super::network::Network;
+use super::receptance::End;
 use super::rod::loss_each;
 use super::solution::Solution;
+use super::workspace::Workspace;
 use machine::{Machine, Operating};
 
 /// A number that the dynamic stiffness is made of.

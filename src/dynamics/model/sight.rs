@@ -3,9 +3,8 @@
 use std::sync::LazyLock;
 
 use super::fraction::Fraction;
-use super::lanes::{Complexes, LANES, Reals};
-use super::network::filled;
-use super::peaks::PeakSearch;
+use super::lanes::{Complexes, LANES, Reals, filled};
+use super::peak_search::PeakSearch;
 
 /// Cosine of the largest turn of the phase of Δ between neighbouring looks (2.2 rad).
 const COS_TURN: f64 = -0.5885;

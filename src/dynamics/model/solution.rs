@@ -1,5 +1,7 @@
 //! What is read from the displacements of a solved machine.
 
+use num_complex::Complex64;
+
 use super::lanes::{Complexes, Reals};
 use super::network::Network;
 use super::rod::{RodLanes, loss_each};
@@ -29,12 +31,18 @@ impl Solution<'_> {
     }
 }
 
-impl Network {
-    /// Entries of all rods at ω.
-    pub(super) fn rod_entries(&self, omega_rad_s: Reals) -> Vec<RodLanes> {
-        self.rods.iter().map(|r| r.damped_each(omega_rad_s)).collect()
-    }
+/// A receptance at one frequency.
+#[derive(Debug, Clone, Copy)]
+pub struct Point {
+    /// Angular frequency (rad/s).
+    pub omega_rad_s: f64,
+    /// H = response / force (m/N, rad/N, …).
+    pub receptance: Complex64,
+    /// dH/dω.
+    pub slope: Complex64,
+}
 
+impl Network {
     /// aᵀ·(dD/dω)·b for the displacements of a solution, added to the sums of its groups.
     pub(super) fn bilinear_slopes(&self, of: Solution<'_>, sums: &mut [Complexes]) {
         let (shape, omega_rad_s, abreast) = (&self.structure, of.omega_rad_s, sums.len());
