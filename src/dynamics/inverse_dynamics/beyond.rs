@@ -1,8 +1,9 @@
 //! What lies beyond a joint that gives way: it follows the encoder by its own equation of motion.
 
-use super::force::{Law, Rigid};
+use super::friction::Law;
+use super::play::sides;
 use super::recipe::Motion;
-use super::transmission::sides;
+use super::rigid::Rigid;
 use machine::{Law as Scaled, Machine, Operating, Value};
 use numeric::filter::central_differences;
 

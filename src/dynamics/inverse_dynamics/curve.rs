@@ -1,7 +1,7 @@
 //! The friction curve from the constant speeds of a motion.
 
-use super::phase::{Phase, phases};
-use super::recipe::Motion;
+use super::phase::Phase;
+use super::recipe::{Motion, phases};
 use numeric::statistics::median;
 
 /// One stretch at constant speed.

@@ -5,26 +5,30 @@
 //! each channel in units of its noise.
 
 mod beyond;
+mod channel;
 mod curve;
 mod error;
 mod fit;
 mod force;
+mod friction;
 mod further;
 mod interval;
 mod phase;
+mod play;
 mod recipe;
+mod rigid;
 mod told;
 mod transmission;
 
+pub use channel::{Further, Told};
 pub use curve::{CurvePoint, friction_curve};
 pub use error::InverseError;
 pub use fit::{
     Columns, Estimated, Fit, Projected, bounded_step, correlation, dependent, estimate, estimate_told, estimate_weighed, free_parameters,
     inverse, live, prediction, recorded, unseen,
 };
-pub use force::Rigid;
-pub use further::{Further, leave_crossings_out, weights};
+pub use further::{leave_crossings_out, weights};
 pub use interval::{Interval, hac_covariance, intervals};
-pub use phase::{Phase, phases};
-pub use recipe::{Motion, Recipe};
-pub use told::Told;
+pub use phase::Phase;
+pub use recipe::{Motion, Recipe, phases};
+pub use rigid::Rigid;

@@ -1,7 +1,5 @@
 //! Phases of a motion.
 
-use super::recipe::Motion;
-
 /// What a motion does.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Phase {
@@ -45,16 +43,15 @@ const STEADY: f64 = 0.05;
 /// Shortest rest (s).
 const REST_S: f64 = 0.05;
 
-/// The phase of each sample of a motion, at the record's rate.
-pub fn phases(motion: &Motion) -> Vec<Phase> {
-    let (v, a) = (&motion.velocity_m_s, &motion.acceleration_m_s2);
+/// The phase of each sample of a motion with these velocities (m/s), accelerations (m/s²) and commands (m).
+pub(super) fn phases_along((v, a): (&[f64], &[f64]), command_m: &[f64], step_s: f64) -> Vec<Phase> {
     let largest = |x: &[f64]| x.iter().fold(0.0_f64, |m, x| m.max(x.abs()));
     let (rest, steady) = (RESTS * largest(v), STEADY * largest(a));
-    let around = (AROUND_S / motion.step_s).round().max(1.0) as usize;
+    let around = (AROUND_S / step_s).round().max(1.0) as usize;
     let mut phases: Vec<Phase> = a.iter().map(|a| if a.abs() > steady { Phase::Acceleration } else { Phase::ConstantSpeed }).collect();
-    let commanded = numeric::filter::central_differences(&motion.command_m);
+    let commanded = numeric::filter::central_differences(command_m);
     for i in 0..v.len() {
-        if commanded[i].abs() / motion.step_s <= rest && v[i].abs() > rest {
+        if commanded[i].abs() / step_s <= rest && v[i].abs() > rest {
             phases[i] = Phase::Settling;
         }
     }
@@ -64,7 +61,7 @@ pub fn phases(motion: &Motion) -> Vec<Phase> {
             phases[i.saturating_sub(around)..last].fill(Phase::Reversal);
         }
     }
-    let shortest = (REST_S / motion.step_s).round().max(1.0) as usize;
+    let shortest = (REST_S / step_s).round().max(1.0) as usize;
     let mut from = 0;
     for i in 0..=v.len() {
         if i == v.len() || v[i].abs() > rest {

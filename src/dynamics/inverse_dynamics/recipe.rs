@@ -1,9 +1,9 @@
 //! A record made ready: filtered, differentiated, thinned.
 
+use super::channel::Further;
 use super::error::InverseError;
-use super::force::sign;
-use super::further::Further;
-use super::phase::{Phase, phases};
+use super::friction::sign;
+use super::phase::{Phase, phases_along};
 use measurement::MotionRecord;
 use numeric::filter::{LowPass, central_differences, decimated};
 use numeric::statistics::extremes;
@@ -196,6 +196,11 @@ impl Motion {
     pub fn thinned_step_s(&self) -> f64 {
         self.step_s * self.recipe.factor as f64
     }
+}
+
+/// The phase of each sample of a motion, at the record's rate.
+pub fn phases(motion: &Motion) -> Vec<Phase> {
+    phases_along((&motion.velocity_m_s, &motion.acceleration_m_s2), &motion.command_m, motion.step_s)
 }
 
 /// Time around a rest (s) into which the filters carry its force.

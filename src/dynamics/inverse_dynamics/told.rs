@@ -1,8 +1,9 @@
 //! Where the position loop's encoder was while another point was recorded: the loop tells, since its output was recorded.
 
-use super::further::Further;
+use super::channel::Told;
+use super::error::InverseError;
 use super::recipe::Motion;
-use super::{InverseError, Rigid};
+use super::rigid::Rigid;
 use machine::{Drive, Machine, Motion as Kind, Operating, Value};
 use measurement::MotionRecord;
 use numeric::filter::central_differences;
@@ -78,19 +79,6 @@ fn lagging(of: &[f64], start: f64, h: f64) -> Vec<f64> {
     y
 }
 
-/// What a loop tells of its encoder.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Told {
-    /// k_p times the step of the record.
-    lag: f64,
-    /// G·k_v·k_p (N/m).
-    stiffness: f64,
-    /// Reading (m) where the force recorded is a standard deviation more than what the loops give, at the record's rate.
-    pub factor_m: Vec<f64>,
-    /// Periods of both loops (s).
-    pub periods_s: f64,
-}
-
 impl Told {
     /// By how much (m) the point lies behind what the command alone would have, for a force (N) of the drive along a motion. While that rests
     /// friction takes any force, and the one recorded stands for it in the reading.
@@ -150,12 +138,5 @@ impl Motion {
         further.told = Some(Told { lag, stiffness, factor_m, periods_s: loops.periods_s });
         self.further.push(further);
         Ok(self)
-    }
-}
-
-impl Further {
-    /// Whether the encoder's side of it was not recorded, but follows from the loops.
-    pub fn is_told(&self) -> bool {
-        self.told.is_some()
     }
 }

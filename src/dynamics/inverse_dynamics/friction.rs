@@ -1,0 +1,110 @@
+//! Friction and waves over the travel, with their numbers.
+
+use machine::{Friction, Value, Wave};
+
+/// The direction of a velocity: 1, −1, or 0.
+pub(super) fn sign(x: f64) -> f64 {
+    if x > 0.0 {
+        1.0
+    } else if x < 0.0 {
+        -1.0
+    } else {
+        0.0
+    }
+}
+
+/// A wave with its numbers.
+pub(super) struct Waved {
+    cosine: f64,
+    sine: f64,
+    wave_number: f64,
+}
+
+impl Waved {
+    /// `None` where it has no height.
+    pub fn new(wave: &Wave, number: &impl Fn(&Value) -> f64) -> Option<Self> {
+        let (cosine, sine, period) = (number(&wave.cosine), number(&wave.sine), number(&wave.period));
+        ((cosine != 0.0 || sine != 0.0) && period > 0.0).then(|| Waved { cosine, sine, wave_number: std::f64::consts::TAU / period })
+    }
+
+    pub fn at(&self, x: f64) -> f64 {
+        let (sin, cos) = (self.wave_number * x).sin_cos();
+        self.cosine * cos + self.sine * sin
+    }
+}
+
+/// A friction law with its numbers.
+pub(super) struct Law {
+    coulomb: f64,
+    pub offset: f64,
+    pub asymmetry: f64,
+    stribeck: f64,
+    velocity: f64,
+    exponent: f64,
+    pub stiffness: f64,
+    damping: f64,
+    pub wave: Option<Waved>,
+    pub load_share: f64,
+}
+
+impl Law {
+    pub fn new(friction: &Friction, number: &impl Fn(&Value) -> f64) -> Self {
+        Law {
+            coulomb: number(&friction.coulomb),
+            offset: number(&friction.offset),
+            asymmetry: number(&friction.viscous_asymmetry),
+            stribeck: number(&friction.stribeck),
+            velocity: number(&friction.stribeck_velocity),
+            exponent: number(&friction.stribeck_exponent),
+            stiffness: number(&friction.presliding_stiffness),
+            damping: number(&friction.presliding_damping),
+            wave: Waved::new(&friction.position, number),
+            load_share: number(&friction.load_share),
+        }
+    }
+
+    /// g(v, x): the level at which it slides.
+    pub fn level(&self, v: f64, x: f64) -> f64 {
+        let mut level = self.coulomb;
+        if self.stribeck != 0.0 && self.velocity > 0.0 {
+            level += self.stribeck * (-(v.abs() / self.velocity).powf(self.exponent)).exp();
+        }
+        if let Some(wave) = &self.wave {
+            level += wave.at(x);
+        }
+        level
+    }
+
+    /// Its force along a motion of what rubs at so many times these velocities and positions. Before sliding the deflection z follows
+    /// ż = v − σ₀·|v|/g·z, exact over a step of constant v.
+    pub fn along(&self, ratio: f64, velocity: &[f64], position: &[f64], step_s: f64) -> Vec<f64> {
+        let still = self.coulomb == 0.0 && self.stribeck == 0.0 && self.wave.is_none() && self.asymmetry == 0.0;
+        if still {
+            return vec![self.offset; velocity.len()];
+        }
+        let mut deflection = 0.0;
+        velocity.iter().zip(position).map(|(v, x)| self.slide(&mut deflection, ratio * v, ratio * x, step_s)).collect()
+    }
+
+    /// Its force at a velocity and a position, after a step of that velocity.
+    pub fn slide(&self, deflection: &mut f64, v: f64, x: f64, step_s: f64) -> f64 {
+        let level = self.level(v, x);
+        let rubbing = if self.stiffness > 0.0 {
+            let held = level.max(1e-12) / self.stiffness;
+            let settled = sign(v) * held;
+            let before = *deflection;
+            *deflection = settled + (before - settled) * (-v.abs() * step_s / held).exp();
+            self.stiffness * *deflection + self.damping * (*deflection - before) / step_s
+        } else {
+            sign(v) * level
+        };
+        rubbing + self.asymmetry * v.abs() + self.offset
+    }
+
+    /// Has it build up over a travel where it is described to be there at once.
+    pub fn build_up_over(&mut self, travel: f64) {
+        if self.stiffness == 0.0 {
+            self.stiffness = self.level(0.0, 0.0).max(0.0) / travel;
+        }
+    }
+}
