@@ -82,7 +82,7 @@ pub fn coupled_receptances(network: &Network, machine: &Machine, omega_rad_s: f6
     let mut joints: Vec<_> = network.joints.iter().zip(&shape.joints).collect();
     joints.sort_by_key(|(_, on)| on.len());
     for (joint, on) in joints {
-        let complex_stiffness = joint.dynamic(omega_rad_s).0;
+        let complex_stiffness = joint.dynamic(omega_rad_s);
         if complex_stiffness != zero && !on.is_empty() {
             let on: Vec<(usize, f64)> = on.iter().map(|&(c, w)| Ok((first(c)?, w))).collect::<Result<_, _>>()?;
             couple(&mut h, &on, complex_stiffness.inv());

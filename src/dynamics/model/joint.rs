@@ -51,23 +51,15 @@ impl JointNumbers {
         -Reals::splat(self.stiffness * self.integral_rate) / omega_rad_s
     }
 
-    /// Stiffness with its loss and integral action, k·(1 + η·(i + 2/π·ln(ω/ω₀)) + ω_i/(iω)), and its slope with ω.
-    fn spring(&self, omega_rad_s: f64) -> (Complex64, Complex64) {
-        let (added, slope) = loss(omega_rad_s);
-        let (h, integral) = (self.stiffness * self.loss_factor, Complex64::new(0.0, -self.stiffness * self.integral_rate / omega_rad_s));
-        (self.stiffness + added * h + integral, slope * h - integral / omega_rad_s)
-    }
-
-    /// Complex stiffness: spring with its loss, and iωc, the damper through its relaxation spring where it has one; and its slope with ω.
-    pub(super) fn dynamic(&self, omega_rad_s: f64) -> (Complex64, Complex64) {
-        let (spring, spring_slope) = self.spring(omega_rad_s);
+    /// Complex stiffness: spring with its loss and integral action, k·(1 + η·(i + 2/π·ln(ω/ω₀)) + ω_i/(iω)), and iωc, the damper through its relaxation
+    /// spring where it has one.
+    pub(super) fn dynamic(&self, omega_rad_s: f64) -> Complex64 {
+        let integral = Complex64::new(0.0, -self.stiffness * self.integral_rate / omega_rad_s);
+        let spring = self.stiffness + loss(omega_rad_s) * (self.stiffness * self.loss_factor) + integral;
+        let damper = Complex64::new(0.0, omega_rad_s * self.damping);
         match self.relaxation_stiffness {
-            None => (spring + Complex64::new(0.0, omega_rad_s * self.damping), spring_slope + Complex64::new(0.0, self.damping)),
-            Some(series) => {
-                let damper = Complex64::new(0.0, omega_rad_s * self.damping);
-                let share = (1.0 + damper / series).inv();
-                (spring + damper * share, spring_slope + Complex64::new(0.0, self.damping) * share * share)
-            }
+            None => spring + damper,
+            Some(series) => spring + damper * (1.0 + damper / series).inv(),
         }
     }
 }

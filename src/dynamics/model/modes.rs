@@ -97,7 +97,7 @@ impl Network {
         let mut lost = 0.0;
         for (joint, on) in self.joints.iter().zip(&self.structure.joints) {
             let stretch: f64 = on.iter().map(|&(i, c)| shape[i] * c).sum();
-            lost += joint.dynamic(omega_rad_s).0.im * stretch * stretch;
+            lost += joint.dynamic(omega_rad_s).im * stretch * stretch;
         }
         for (rod, rod_shape) in self.rods.iter().zip(&self.structure.rods).filter(|(r, _)| r.loss_factor > 0.0) {
             let end = |c: Option<usize>| c.map_or(0.0, |i| shape[i]);

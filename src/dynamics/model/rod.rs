@@ -43,7 +43,7 @@ pub struct Rod {
 const LOSS_REFERENCE_RAD_S: f64 = 200.0 * std::f64::consts::PI;
 const LOWEST_RAD_S: f64 = 0.01 * LOSS_REFERENCE_RAD_S;
 
-/// What a loss factor adds to 1: η times this, and its slope with ω.
+/// What a loss factor adds to 1: η times this.
 ///
 /// ```text
 /// k(ω) = k·(1 + η·(i + 2/π·ln(ω/ω₀))),      ω₀ = 2π·100 rad/s
@@ -52,14 +52,12 @@ const LOWEST_RAD_S: f64 = 0.01 * LOSS_REFERENCE_RAD_S;
 /// # Source  the causal hysteretic element, to first order in η: Makris, J. Eng. Mech. 123 (1997) 1209–1214. Deviation: k·(1 + iη) alone, as it is
 /// usually written, answers before it is loaded; a hammer test, which happens in time, sees the stiffness that grows with ω.
 #[inline]
-pub(super) fn loss(omega_rad_s: f64) -> (Complex64, f64) {
+pub(super) fn loss(omega_rad_s: f64) -> Complex64 {
     // Below 1 Hz, where no hammer reaches, the stiffness stays as it is there: ln has no end.
-    let (omega, slope) =
-        if omega_rad_s > LOWEST_RAD_S { (omega_rad_s, std::f64::consts::FRAC_2_PI / omega_rad_s) } else { (LOWEST_RAD_S, 0.0) };
-    (Complex64::new(std::f64::consts::FRAC_2_PI * (omega / LOSS_REFERENCE_RAD_S).ln(), 1.0), slope)
+    Complex64::new(std::f64::consts::FRAC_2_PI * (omega_rad_s.max(LOWEST_RAD_S) / LOSS_REFERENCE_RAD_S).ln(), 1.0)
 }
 
-/// [`loss`] at some frequencies.
+/// [`loss`] at some frequencies, and its slope with ω.
 #[inline]
 pub(super) fn loss_each(omega_rad_s: Reals) -> (Complexes, Reals) {
     let lowest = Reals::splat(LOWEST_RAD_S);
@@ -86,7 +84,7 @@ fn near_pole(sin: Reals) -> bool {
 impl Rod {
     /// 1 + η·(i + 2/π·ln(ω/ω₀)).
     pub(super) fn material(&self, omega_rad_s: f64) -> Complex64 {
-        1.0 + loss(omega_rad_s).0 * self.loss_factor
+        1.0 + loss(omega_rad_s) * self.loss_factor
     }
 
     /// [`Rod::material`] at some frequencies.
@@ -364,7 +362,7 @@ mod tests {
                 let (low, high) = (rod.damped(omega - step), rod.damped(omega + step));
                 let direct = (high.direct - low.direct) / (2.0 * step);
                 let cross = (high.cross - low.cross) / (2.0 * step);
-                let drift = loss(omega).1 * loss_factor / rod.material(omega);
+                let drift = loss_each(Reals::splat(omega)).1.to_array()[0] * loss_factor / rod.material(omega);
                 let (at, entries) = (Reals::splat(omega), rod.damped_each(Reals::splat(omega)));
                 let slopes = rod.slopes_each(at, &entries);
                 let changes = entries.by_material(at, slopes);

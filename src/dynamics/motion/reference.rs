@@ -83,11 +83,7 @@ impl SCurve {
     ///
     /// # Errors  a limit that is not above 0; no travel.
     fn times_s(&self) -> Result<(f64, f64, f64), MotionError> {
-        for (what, x) in [("velocity", self.velocity), ("acceleration", self.acceleration), ("jerk", self.jerk)] {
-            if !(x > 0.0 && x.is_finite()) {
-                return Err(MotionError::Input(format!("s-curve: the {what} is {x}; write a number above 0")));
-            }
-        }
+        above_0("s-curve", &[("velocity", self.velocity), ("acceleration", self.acceleration), ("jerk", self.jerk)])?;
         let travel = (self.to - self.from).abs();
         if !(travel > 0.0 && travel.is_finite()) {
             return Err(MotionError::Input(format!(
@@ -143,6 +139,14 @@ impl SCurve {
     }
 }
 
+/// Refuses what of a command is not above 0.
+fn above_0(command: &str, given: &[(&str, f64)]) -> Result<(), MotionError> {
+    match given.iter().find(|(_, x)| !(*x > 0.0 && x.is_finite())) {
+        Some((what, x)) => Err(MotionError::Input(format!("{command}: the {what} is {x}; write a number above 0"))),
+        None => Ok(()),
+    }
+}
+
 /// Most samples of a command.
 const MOST_SAMPLES: f64 = 2e7;
 
@@ -175,11 +179,7 @@ impl Sine {
     ///
     /// # Errors  an amplitude, frequency or number of periods that is not above 0; fewer than ten samples to a period.
     pub fn course(&self, step_s: f64) -> Result<Course, MotionError> {
-        for (what, x) in [("amplitude", self.amplitude), ("frequency", self.frequency_hz), ("number of periods", self.periods)] {
-            if !(x > 0.0 && x.is_finite()) {
-                return Err(MotionError::Input(format!("sine: the {what} is {x}; write a number above 0")));
-            }
-        }
+        above_0("sine", &[("amplitude", self.amplitude), ("frequency", self.frequency_hz), ("number of periods", self.periods)])?;
         if self.frequency_hz * step_s > 0.1 {
             let fault = format!(
                 "sine: {} Hz has fewer than ten samples of {step_s} s to a period; lower the frequency, or shorten the position loop's period",
@@ -222,9 +222,7 @@ impl Circle {
     /// # Errors  a radius, speed, number of turns or rise that is not above 0; fewer than ten samples to a turn.
     pub fn courses(&self, step_s: f64) -> Result<[Course; 2], MotionError> {
         let given = [("radius", self.radius), ("speed", self.speed_rad_s), ("number of turns", self.turns), ("rise", self.rise_s)];
-        if let Some((what, x)) = given.into_iter().find(|(_, x)| !(*x > 0.0 && x.is_finite())) {
-            return Err(MotionError::Input(format!("circle: the {what} is {x}; write a number above 0")));
-        }
+        above_0("circle", &given)?;
         if self.speed_rad_s * step_s > 0.1 * TAU {
             return Err(MotionError::Input(format!(
                 "circle: {} rad/s has fewer than ten samples of {step_s} s to a turn; go slower",
