@@ -384,19 +384,8 @@ impl<'m> FrfObjective<'m> {
             record.weight.iter_mut().zip(counts).for_each(|(w, c)| *w *= c);
         }
         let pools = self.structures.iter().map(|_| Mutex::new(Vec::new())).collect();
-        let (structures, base) = (self.structures.clone(), self.base.clone());
-        FrfObjective {
-            machine: self.machine,
-            structures,
-            settings: self.settings,
-            records,
-            gain: self.gain,
-            nuts: self.nuts,
-            free: self.free.clone(),
-            base,
-            pools,
-            few: OnceLock::new(),
-        }
+        let (structures, free, base) = (self.structures.clone(), self.free.clone(), self.base.clone());
+        FrfObjective { structures, records, free, base, pools, few: OnceLock::new(), ..*self }
     }
 
     /// The same data with at most so many lines of each record.
