@@ -3,7 +3,8 @@
 use jointid::config::read_machine;
 use jointid::diagnosis::motion::{MotionDiagnosis, MotionSettings, diagnose_motion, gap_of};
 use jointid::diagnosis::{Status, VerdictKind};
-use jointid::inverse_dynamics::{Motion, Phase, Recipe, Rigid, estimate, free_parameters, prediction, recorded};
+use jointid::identification::motion::estimate;
+use jointid::inverse_dynamics::{Motion, Phase, Recipe, Rigid, free_parameters, prediction, recorded};
 use jointid::measurement::{Load, MotionRecord, read_set};
 use jointid::optimizer::Control;
 

@@ -8,6 +8,7 @@ use super::hypothesis::{Hypothesis, is_nuisance};
 use identification::objective::{ObjectiveError, operating};
 use machine::{Circumstance, Parameter};
 use measurement::{FitSet, HoldOutSet};
+use numeric::halton::halton_point;
 use optimizer::{Control, least_squares_within};
 
 /// A fitted hypothesis: a place for each parameter of its machine, and for what belongs to the data (gain, nut positions).
@@ -110,28 +111,8 @@ impl<'s> Fitter<'s> {
 
     /// Positions (or records) that are left out one after another: what is kept, and what is left out.
     pub fn blocks(&self) -> Vec<(FitSet<'s>, FitSet<'s>)> {
-        let set = self.fit.set;
-        let without = |all: &[usize], left: &[usize]| all.iter().copied().filter(|i| !left.contains(i)).collect::<Vec<usize>>();
-        match self.domain {
-            Domain::Frf(_) => self
-                .fit
-                .groups()
-                .into_iter()
-                .map(|group| {
-                    let kept = FitSet { frfs: without(&self.fit.frfs, &group), ..self.fit.clone() };
-                    (kept, FitSet { frfs: group, ..self.fit.clone() })
-                })
-                .collect(),
-            Domain::Modes(_) => self
-                .fit
-                .positions
-                .iter()
-                .map(|p| {
-                    let kept = FitSet { positions: without(&self.fit.positions, &[*p]), ..self.fit.clone() };
-                    (kept, FitSet { set, positions: vec![*p], frfs: Vec::new() })
-                })
-                .collect(),
-        }
+        let parts = self.fit.leave_one_out(matches!(self.domain, Domain::Frf(_)));
+        parts.into_iter().map(|(kept, left)| (kept, FitSet { set: left.set, positions: left.positions, frfs: left.frfs })).collect()
     }
 
     /// The objective of a hypothesis. A parameter it releases is not frozen.
@@ -264,7 +245,7 @@ impl<'s> Fitter<'s> {
         let varied: Vec<usize> = varied.copied().collect();
         let start = |index: usize| {
             let mut start = centre.clone();
-            for (place, &parameter) in lattice_point(index, varied.len()).into_iter().zip(&varied) {
+            for (place, &parameter) in halton_point(index, varied.len()).into_iter().zip(&varied) {
                 let near = index % 2 == 1 && !hypothesis.added.contains(&parameter);
                 start.units[parameter] = if near { (centre.units[parameter] + 0.5 * (place - 0.5)).clamp(0.0, 1.0) } else { place };
             }
@@ -443,21 +424,6 @@ pub fn amplitudes(hypothesis: &Hypothesis) -> Vec<Vec<f64>> {
         2 => 20,
         _ => 40,
     };
-    let lattice = (1..=count).map(|index| lattice_point(index, described.len()));
+    let lattice = (1..=count).map(|index| halton_point(index, described.len()));
     std::iter::once(start).chain(lattice).collect()
-}
-
-/// A point of Halton's sequence in the unit cube, from 1.
-fn lattice_point(index: usize, dimension: usize) -> Vec<f64> {
-    const PRIMES: [usize; 16] = [2, 3, 5, 7, 11, 13, 17, 19, 23, 29, 31, 37, 41, 43, 47, 53];
-    let coordinate = |base: usize| {
-        let (mut i, mut f, mut x) = (index, 1.0, 0.0);
-        while i > 0 {
-            f /= base as f64;
-            x += f * (i % base) as f64;
-            i /= base;
-        }
-        x
-    };
-    (0..dimension).map(|d| coordinate(PRIMES[d % PRIMES.len()])).collect()
 }

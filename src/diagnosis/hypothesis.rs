@@ -34,8 +34,6 @@ pub enum Shape {
     Damping,
     /// −ω²m.
     Mass,
-    /// iηk of a joint.
-    Loss,
     /// An attached mass on a spring and damper.
     Resonator,
     /// A damper behind a spring.
@@ -49,7 +47,6 @@ impl Shape {
             Shape::Stiffness => "stiffness",
             Shape::Damping => "damping",
             Shape::Mass => "mass",
-            Shape::Loss => "loss",
             Shape::Resonator => "resonator",
             Shape::Relaxation => "relaxation",
         }
@@ -306,7 +303,7 @@ pub fn interfaces(nominal: &Hypothesis) -> Vec<Hypothesis> {
                     attached.on.push(("~mass".into(), -1.0));
                     patch.joints.push(attached);
                 }
-                Shape::Mass | Shape::Loss => continue,
+                Shape::Mass => continue,
             }
             if let Ok(with) = machine.with(&patch) {
                 let added = (machine.parameters.len()..with.parameters.len()).collect();

@@ -16,6 +16,7 @@ use super::fit::{Fitted, Fitter, amplitudes, place_of, start_of};
 use super::hypothesis::Hypothesis;
 use super::richer::{another, drawn};
 use identification::objective::{FrfSettings, ObjectiveError};
+use numeric::distribution::normal_upper_tail;
 use numeric::parallel::OrFirstError;
 use numeric::random::normal;
 use optimizer::{Control, least_squares_within};
@@ -99,30 +100,7 @@ fn upper_tail(draws: &[f64], value: f64) -> f64 {
     // Student's t with count − 1 degrees of freedom, by its normal approximation (Abramowitz and Stegun, 26.7.8).
     let freedom = (count - 1.0).max(1.0);
     let normal = z * (1.0 - 0.25 / freedom) / (1.0 + z * z / (2.0 * freedom)).sqrt();
-    0.5 * erfc(normal / std::f64::consts::SQRT_2)
-}
-
-/// Complementary error function to 1.2e-7.
-///
-/// # Source  Press et al., Numerical Recipes, 2nd ed., §6.2 (Chebyshev fit).
-fn erfc(x: f64) -> f64 {
-    let z = x.abs();
-    let t = 1.0 / (1.0 + 0.5 * z);
-    let terms = [
-        -1.265_512_23,
-        1.000_023_68,
-        0.374_091_96,
-        0.096_784_18,
-        -0.186_288_06,
-        0.278_868_07,
-        -1.135_203_98,
-        1.488_515_87,
-        -0.822_152_23,
-        0.170_872_77,
-    ];
-    let sum = terms.iter().rev().fold(0.0, |sum, c| sum * t + c);
-    let answer = t * (-z * z + sum).exp();
-    if x >= 0.0 { answer } else { 2.0 - answer }
+    normal_upper_tail(normal)
 }
 
 /// Directions in which a candidate can change the residuals, whitened, orthogonal to what nominal parameters and nuisances can do.

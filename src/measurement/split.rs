@@ -24,7 +24,25 @@ pub struct HoldOutSet<'s> {
     pub frfs: Vec<usize>,
 }
 
-impl FitSet<'_> {
+impl<'s> FitSet<'s> {
+    /// What a fit without each position keeps and leaves out: of modes positions at which some were observed; of whole FRFs positions with all of theirs,
+    /// and records where there is no position.
+    pub fn leave_one_out(&self, whole_frfs: bool) -> Vec<(FitSet<'s>, HoldOutSet<'s>)> {
+        let observed =
+            |p: &usize| self.set.modes.as_ref().is_some_and(|m| m.positions[*p].iter().any(|mode| mode.frequency_hz.is_some()));
+        let groups: Vec<(Vec<usize>, Vec<usize>)> = if whole_frfs {
+            self.groups().into_iter().map(|frfs| (self.set.frfs[frfs[0]].position.into_iter().collect(), frfs)).collect()
+        } else {
+            self.positions.iter().copied().filter(observed).map(|p| (vec![p], Vec::new())).collect()
+        };
+        let without = |all: &[usize], left: &[usize]| all.iter().copied().filter(|i| !left.contains(i)).collect();
+        let part = |(positions, frfs): (Vec<usize>, Vec<usize>)| {
+            let kept = FitSet { set: self.set, positions: without(&self.positions, &positions), frfs: without(&self.frfs, &frfs) };
+            (kept, HoldOutSet { set: self.set, positions, frfs })
+        };
+        groups.into_iter().map(part).collect()
+    }
+
     /// Its FRFs (by index) in groups that belong together: those of a position, or of a record where there is no position.
     pub fn groups(&self) -> Vec<Vec<usize>> {
         let same = |a: &Frf, b: &Frf| a.position == b.position && (a.position.is_some() || a.record == b.record);

@@ -1,7 +1,11 @@
 //! Leaf mathematics that knows nothing of machines: bracketed roots, filters, small statistics, digests, and parallel work that ends alike on any number of threads.
 
 pub mod digest;
+pub mod distribution;
 pub mod filter;
+pub mod halton;
+pub mod linear_fit;
+pub mod long_run;
 pub mod parallel;
 pub mod random;
 pub mod root;

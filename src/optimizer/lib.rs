@@ -1,11 +1,13 @@
 //! Search for the minimum of a function on the unit cube; knows no drives and no data.
 //!
 //! The global search is a differential evolution written as an argmin [`Solver`](argmin::core::Solver); the polish is argmin's
-//! Nelder–Mead, or for sums of squares a bounded Levenberg–Marquardt. Random numbers are drawn in sequence, costs are evaluated in parallel, so that the result does not depend on the number
+//! Nelder–Mead, or for sums of squares a bounded Levenberg–Marquardt; predictions that are nearly linear take a
+//! bounded Gauss–Newton. Random numbers are drawn in sequence, costs are evaluated in parallel, so that the result does not depend on the number
 //! of threads.
 
 mod control;
 mod differential_evolution;
+mod gauss_newton;
 mod journal;
 mod least_squares;
 mod polish;
@@ -13,6 +15,7 @@ mod search;
 
 pub use control::{Control, Progressed, Watcher};
 pub use differential_evolution::{DifferentialEvolution, Strategy, Trial};
+pub use gauss_newton::{Coordinate, GaussNewton, GaussNewtonError, GaussNewtonFit, Prediction, live_columns};
 pub use journal::{Journal, found_in, kept_as};
 pub use least_squares::{LeastSquares, LevenbergMarquardt, Normal, Polished, least_squares, least_squares_within};
 pub use polish::simplex;

@@ -5,7 +5,8 @@ use std::collections::BTreeMap;
 use schemars::JsonSchema;
 use serde::Serialize;
 
-use numeric::statistics::{clopper_pearson, median, quantile};
+use numeric::distribution::clopper_pearson;
+use numeric::statistics::{median, quantile};
 use reference_simulator::{Kind, Strength};
 
 use super::judge::Judgement;

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use super::super::arguments::ValidateArguments;
 use super::super::common::{CommandResult, Loaded, Outcome, deliver, prepare, stamp, stop_flag, told, warn};
 use super::identify::positions;
-use identification::simulated_gaps;
+use identification::motion::simulated_gaps;
 use measurement::MotionRecord;
 use optimizer::Control;
 use report::document::{Identification, Input, Validation};

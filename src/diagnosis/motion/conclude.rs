@@ -7,7 +7,7 @@ use super::verdict::{ALPHA, LocatedMotion, NEARLY_ALL, RARE};
 use super::work::{Chosen, Work};
 use crate::said::told_p;
 use crate::{Verdict, VerdictKind};
-use dynamics::inverse_dynamics::Fit;
+use identification::motion::Fit;
 use machine::Parameter;
 
 /// What a free shape must leave of what the chosen effects leave, for these to be doubted.

@@ -294,12 +294,6 @@ fn inverse(mut normal: DMatrix<f64>, penalty: &[f64], lengths: &[f64]) -> Option
     Some(DMatrix::from_fn(count, count, |i, j| inverse[(i, j)] / (lengths[i] * lengths[j])))
 }
 
-/// Penalised least squares; `None` where columns are not independent.
-pub(super) fn penalised(columns: &DMatrix<f64>, penalty: &[f64], y: &DVector<f64>) -> Option<DVector<f64>> {
-    let lengths: Vec<f64> = columns.column_iter().map(|c| c.norm()).collect();
-    Some(inverse(columns.tr_mul(columns), penalty, &lengths)? * columns.tr_mul(y))
-}
-
 #[cfg(test)]
 mod tests {
     use rand::{RngExt, SeedableRng};

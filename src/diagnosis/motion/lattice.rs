@@ -3,6 +3,7 @@
 use super::data::MotionData;
 use dynamics::inverse_dynamics::{Rigid, prediction};
 use machine::{Machine, Motion, Scale};
+use numeric::halton::halton_point;
 use numeric::statistics::extremes;
 
 /// Places of a lattice over one number that is not linear; most waves to the travel, two places each; places over several numbers.
@@ -46,17 +47,8 @@ pub(super) fn lattice(machine: &Machine, curved: &[usize], data: &MotionData<'_>
             (1..=count).map(|k| vec![(*one, value(*one, unit(k)))]).collect()
         }
         several => {
-            let halton = |mut i: usize, base: usize| {
-                let (mut f, mut x) = (1.0, 0.0);
-                while i > 0 {
-                    f /= base as f64;
-                    x += f * (i % base) as f64;
-                    i /= base;
-                }
-                x
-            };
-            let primes = [2, 3, 5, 7];
-            (1..=PLACES.2).map(|k| several.iter().enumerate().map(|(d, i)| (*i, value(*i, halton(k, primes[d % 4])))).collect()).collect()
+            let point = |k: usize| several.iter().zip(halton_point(k, several.len())).map(|(i, unit)| (*i, value(*i, unit))).collect();
+            (1..=PLACES.2).map(point).collect()
         }
     }
 }

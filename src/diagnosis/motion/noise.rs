@@ -1,6 +1,7 @@
 //! Noise that keeps the colour of what a fit leaves.
 
-use nalgebra::DVector;
+use nalgebra::{DMatrix, DVector};
+use numeric::long_run::long_run_covariance;
 use rand::RngExt;
 use rand_xoshiro::Xoshiro256PlusPlus;
 
@@ -95,13 +96,10 @@ pub(super) fn repeated(part: &[f64], period: usize) -> Vec<f64> {
         .collect()
 }
 
-/// 1 + 2·Σ (1 − k/(K+1))·ρ_k, at least 1.
-///
-/// # Source  Newey and West, Econometrica 55 (1987) 703–708
+/// Long-run variance over that of white noise, at least 1.
 fn inflation(residual: &DVector<f64>, reach: usize) -> f64 {
-    let weight = |lag: usize| 1.0 - lag as f64 / (reach + 1) as f64;
-    let sum: f64 = (1..=reach.min(residual.len() / 4)).map(|lag| weight(lag) * autocorrelation(residual, lag)).sum();
-    (1.0 + 2.0 * sum).max(1.0)
+    let series = DMatrix::from_column_slice(residual.len(), 1, residual.as_slice());
+    (long_run_covariance(&series, reach)[(0, 0)] / residual.norm_squared()).max(1.0)
 }
 
 /// Samples after which the autocorrelation has first fallen below a tenth.

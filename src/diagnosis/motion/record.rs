@@ -5,9 +5,11 @@ use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 use super::floor::not_systematic;
 use super::gap::{MotionPart, part, square};
 use super::noise::Noise;
-use dynamics::inverse_dynamics::{Columns, Fit, Motion, Projected, Rigid, intervals};
+use dynamics::inverse_dynamics::{Columns, Motion, Rigid};
+use identification::motion::{Fit, intervals};
 use machine::Machine;
 use numeric::filter::central_differences;
+use numeric::linear_fit::LinearFit;
 
 /// Delay and factor of one record, beside a model fitted to the records.
 #[derive(Debug, Clone, PartialEq)]
@@ -87,13 +89,13 @@ fn shift(model: Model<'_>, motion: &Motion, open: Option<&Open>) -> Option<Recor
     let columns = DMatrix::from_columns(&[DVector::from_vec(motion.thinned(&rising)?), DVector::from_vec(motion.thinned(&force)?)]);
     let records = [(motion.load.len(), motion.period)];
     let left = DVector::from_vec(as_is.residual.clone());
-    let fit = Projected::new(&columns, &left)?;
+    let fit = LinearFit::new(&columns, &left)?;
     let half = intervals(&columns, &fit.residual, &records)?;
     let given = open.and_then(|open| Given::new(open.moves(model, motion), &left));
     let mut taken = left.norm_squared() - fit.residual.norm_squared();
     if let Some(given) = given {
         let left = given.without(&DMatrix::from_columns(&[left])).column(0).into_owned();
-        taken = taken.min(left.norm_squared() - Projected::new(&given.without(&columns), &left)?.residual.norm_squared());
+        taken = taken.min(left.norm_squared() - LinearFit::new(&given.without(&columns), &left)?.residual.norm_squared());
     }
     let scale = as_is.recorded.iter().map(|x| x * x).sum::<f64>().sqrt();
     Some(RecordShift {

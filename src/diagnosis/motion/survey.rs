@@ -8,17 +8,20 @@ use rand_xoshiro::Xoshiro256PlusPlus;
 use rayon::prelude::*;
 
 use super::data::{MotionData, beside};
-use super::design::{Base, Design, Forces, Solved, penalised};
+use super::design::{Base, Design, Forces, Solved};
 use super::free::free_shapes;
 use super::lattice::{lattice, small};
 use super::noise::Noise;
 use super::nuisance::{Nuisance, nuisances};
 use super::null::{Null, strength};
 use crate::{Hypothesis, Kind, Status};
-use dynamics::inverse_dynamics::{Columns, Fit, Projected, Rigid, free_parameters, inverse, live, prediction};
+use dynamics::inverse_dynamics::{Columns, Rigid, free_parameters, inverse, prediction};
+use identification::motion::Fit;
 use machine::{Machine, Parameter, Scale};
+use numeric::linear_fit::LinearFit;
 use numeric::random::normal;
 use optimizer::Control;
+use optimizer::live_columns;
 
 /// A candidate and its lattice of designs.
 pub struct MotionCandidate {
@@ -134,7 +137,7 @@ impl Survey {
         let mut asked = free_parameters(machine, frozen).ok()?;
         let mut all = Columns::new(rigid, machine, &fit.values, &asked, &data.motions);
         // What does nothing where the fit ended stays there.
-        let live = live(&all.derivatives);
+        let live = live_columns(&all.derivatives);
         if live.len() < asked.len() {
             all.derivatives = all.derivatives.select_columns(&live);
             asked = live.into_iter().map(|at| asked[at]).collect();
@@ -149,14 +152,15 @@ impl Survey {
         let mut left = fit.residual.clone();
         for part in std::iter::once(&all.derivatives).chain([&wrong]).chain(shapes.iter().map(|s| &s.columns)) {
             let apart = part.select_columns(&(0..part.ncols().saturating_sub(usize::from(part.ncols() > 4))).collect::<Vec<_>>());
-            left = Projected::new(&apart, &left).map_or(left, |p| p.residual);
+            left = LinearFit::new(&apart, &left).map_or(left, |p| p.residual);
         }
         let noise = Noise::new(&left, &data.records());
         let variance = left.norm_squared() / data.samples() as f64 * noise.inflation();
         let penalties = |free: usize| [vec![0.0; free], vec![variance; nuisances.len()]].concat();
         // What would leave its range beside what is ordinarily wrong is held at its end: no candidate is to gain by taking it farther, or to lose to one
         // that does.
-        let step = penalised(&beside(&[&all.derivatives, &wrong]), &penalties(asked.len()), &fit.residual)?;
+        let beside_wrong = beside(&[&all.derivatives, &wrong]);
+        let step = LinearFit::penalised(&beside_wrong, &penalties(asked.len()), &fit.residual)?.coefficients;
         let inside = |at: &usize| {
             let (p, x) = (&machine.parameters[asked[*at]], fit.values[asked[*at]]);
             p.holds_inside(x) || (p.lower..=p.upper).contains(&(x + step[*at]))
@@ -174,7 +178,7 @@ impl Survey {
         let nominal_design = Design::new(data, &bases[0], &here, &DMatrix::zeros(data.samples(), 0), 0.0, Vec::new())?;
         // Share of a change that the machine's own parameters cannot stand for.
         let shows = |change: &DVector<f64>| {
-            let left = Projected::new(&columns.derivatives, change);
+            let left = LinearFit::new(&columns.derivatives, change);
             left.map_or(1.0, |left| left.residual.norm() / change.norm())
         };
         let made: Vec<MotionCandidate> = hypotheses
@@ -337,9 +341,9 @@ impl Survey {
         let columns = beside(&[&own.derivatives, &columns_of(&self.nuisances)]);
         let penalty = [vec![0.0; self.free.len()], vec![self.variance; self.nuisances.len()]].concat();
         let left = &data.y - own.prediction;
-        let step = penalised(&columns, &penalty, &left)?;
-        let prior: f64 = step.iter().zip(&penalty).map(|(size, p)| p * size * size).sum();
-        Some((left - columns * step).norm_squared() + prior)
+        let fit = LinearFit::penalised(&columns, &penalty, &left)?;
+        let prior: f64 = fit.coefficients.iter().zip(&penalty).map(|(size, p)| p * size * size).sum();
+        Some(fit.residual.norm_squared() + prior)
     }
 
     /// Figures of every candidate on a force, the largest gain first.

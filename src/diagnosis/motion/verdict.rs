@@ -16,9 +16,8 @@ use super::work::{Chosen, Work};
 use crate::domain::share_closed;
 use crate::said::last_of;
 use crate::{Hypothesis, Status, Verdict, VerdictKind};
-use dynamics::inverse_dynamics::{
-    InverseError, Motion, Phase, Rigid, estimate_told, free_parameters, inverse, leave_crossings_out, unseen,
-};
+use dynamics::inverse_dynamics::{InverseError, Motion, Phase, Rigid, free_parameters, inverse, leave_crossings_out, unseen};
+use identification::motion::estimate_told;
 use machine::{Effect, Machine};
 use optimizer::Control;
 

@@ -4,8 +4,10 @@ use nalgebra::DVector;
 
 use super::data::MotionData;
 use super::free::free_shapes;
-use dynamics::inverse_dynamics::{InverseError, Motion, Projected, Rigid, estimate_told, weights};
+use dynamics::inverse_dynamics::{InverseError, Motion, Rigid, weights};
+use identification::motion::estimate_told;
 use machine::Machine;
+use numeric::linear_fit::LinearFit;
 
 /// Rounds of fit and weights.
 const ROUNDS: usize = 2;
@@ -40,6 +42,6 @@ pub(super) fn smooth_taken(data: &MotionData<'_>, residual: DVector<f64>) -> DVe
     free_shapes(data).iter().fold(residual, |left, shape| {
         // Knots add up to a constant or a direction: one is left out.
         let kept: Vec<usize> = (0..shape.columns.ncols().saturating_sub(1)).collect();
-        Projected::new(&shape.columns.select_columns(&kept), &left).map_or(left, |fit| fit.residual)
+        LinearFit::new(&shape.columns.select_columns(&kept), &left).map_or(left, |fit| fit.residual)
     })
 }

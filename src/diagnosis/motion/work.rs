@@ -8,10 +8,13 @@ use super::survey::{Ground, Ranked, Survey, start_of};
 use super::verdict::{ALPHA, MotionSettings};
 use crate::said::last_of;
 use crate::{Hypothesis, Status};
-use dynamics::inverse_dynamics::{Fit, Projected, Rigid, estimate_told, free_parameters, live};
+use dynamics::inverse_dynamics::{Rigid, free_parameters};
+use identification::motion::{Fit, estimate_told};
 use machine::{Data, Effect, Machine};
+use numeric::linear_fit::LinearFit;
 use numeric::statistics::root_mean_square;
 use optimizer::Control;
+use optimizer::live_columns;
 
 /// Least gain of the first effect that is called something, and of one that machines ordinarily have a little of.
 const LEAST: f64 = 0.03;
@@ -182,11 +185,11 @@ impl Work<'_> {
 
 /// Whether what some of the added parameters do where a fit ended is not what the others do, too.
 fn is_told(fit: &Fit, added: &[usize]) -> bool {
-    let (own, others): (Vec<usize>, Vec<usize>) = live(&fit.derivatives).into_iter().partition(|at| added.contains(&fit.free[*at]));
+    let (own, others): (Vec<usize>, Vec<usize>) = live_columns(&fit.derivatives).into_iter().partition(|at| added.contains(&fit.free[*at]));
     let others = fit.derivatives.select_columns(&others);
     own.into_iter().any(|at| {
         let column = fit.derivatives.column(at).clone_owned();
-        Projected::new(&others, &column).is_none_or(|left| left.residual.norm() > APART * column.norm())
+        LinearFit::new(&others, &column).is_none_or(|left| left.residual.norm() > APART * column.norm())
     })
 }
 

@@ -3,7 +3,7 @@
 use super::beyond::Beyond;
 use super::friction::{Law, Waved, sign};
 use super::recipe::Motion;
-pub(super) use super::rigid::Rigid;
+use super::rigid::Rigid;
 use machine::{Machine, Operating, Value};
 
 impl Rigid {

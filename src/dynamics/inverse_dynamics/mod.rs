@@ -8,13 +8,12 @@ mod beyond;
 mod channel;
 mod curve;
 mod error;
-mod fit;
 mod force;
 mod friction;
 mod further;
-mod interval;
 mod phase;
 mod play;
+mod prediction;
 mod recipe;
 mod rigid;
 mod told;
@@ -23,12 +22,8 @@ mod transmission;
 pub use channel::{Further, Told};
 pub use curve::{CurvePoint, friction_curve};
 pub use error::InverseError;
-pub use fit::{
-    Columns, Estimated, Fit, Projected, bounded_step, correlation, dependent, estimate, estimate_told, estimate_weighed, free_parameters,
-    inverse, live, prediction, recorded, unseen,
-};
 pub use further::{leave_crossings_out, weights};
-pub use interval::{Interval, hac_covariance, intervals};
 pub use phase::Phase;
+pub use prediction::{Columns, derivatives, free_parameters, inverse, prediction, recorded, unseen};
 pub use recipe::{Motion, Recipe, phases};
 pub use rigid::Rigid;

@@ -3,7 +3,7 @@
 use crate::objective::{MISSING, Objective, ObjectiveError, PositionPrediction};
 use crate::{Plan, identify};
 use machine::Machine;
-use measurement::{FitSet, HoldOutSet};
+use measurement::FitSet;
 use numeric::statistics::root_mean_square;
 use optimizer::Control;
 
@@ -40,7 +40,8 @@ pub fn leave_one_out(
     objectives: &[Objective],
     control: &Control,
 ) -> Result<Vec<ObjectiveScore>, ObjectiveError> {
-    if fit.positions.len() < 2 {
+    let parts = fit.leave_one_out(false);
+    if parts.len() < 2 {
         return Err(ObjectiveError::Data("leaving one position out needs at least two to fit; name more with --positions".into()));
     }
     let mut scores = Vec::new();
@@ -48,11 +49,8 @@ pub fn leave_one_out(
         let mut plan = plan.clone();
         plan.settings.objective = objective;
         let (mut frequency, mut amplitude, mut missing) = (Vec::new(), Vec::new(), 0);
-        for &left_out in &fit.positions {
-            let kept =
-                FitSet { set: fit.set, positions: fit.positions.iter().copied().filter(|p| *p != left_out).collect(), frfs: Vec::new() };
-            let rest = HoldOutSet { set: fit.set, positions: vec![left_out], frfs: Vec::new() };
-            let found = identify(machine, &kept, &rest, &plan, control)?;
+        for (kept, rest) in &parts {
+            let found = identify(machine, kept, rest, &plan, control)?;
             if !found.complete {
                 // What was not finished is not scored.
                 scores.sort_by(|a: &ObjectiveScore, b| a.frequency_error.total_cmp(&b.frequency_error));

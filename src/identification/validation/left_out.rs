@@ -3,7 +3,7 @@
 use crate::objective::{FrfGap, ObjectiveError, PositionPrediction};
 use crate::{Identification, Plan, identify};
 use machine::Machine;
-use measurement::{FitSet, HoldOutSet, MeasurementSet};
+use measurement::FitSet;
 use optimizer::Control;
 
 /// Predictions of what each fit left out, in the order of the set.
@@ -26,16 +26,13 @@ pub fn left_out(
     found: &Identification,
     control: &Control,
 ) -> Result<Option<LeftOut>, ObjectiveError> {
-    let groups = groups(fit, plan.frf.is_some());
-    if groups.len() < 2 {
+    let parts = fit.leave_one_out(plan.frf.is_some());
+    if parts.len() < 2 {
         return Ok(None);
     }
     let plan = Plan { near: Some(found.place.clone()), repeats: 1, bootstrap: 0, profile: false, ..plan.clone() };
     let mut all = LeftOut::default();
-    for (positions, frfs) in groups {
-        let without = |all: &[usize], left: &[usize]| all.iter().copied().filter(|i| !left.contains(i)).collect();
-        let kept = FitSet { set: fit.set, positions: without(&fit.positions, &positions), frfs: without(&fit.frfs, &frfs) };
-        let rest = HoldOutSet { set: fit.set, positions, frfs };
+    for (kept, rest) in parts {
         let part = identify(machine, &kept, &rest, &plan, control)?;
         if control.stopped() {
             return Ok(None);
@@ -53,15 +50,4 @@ pub fn left_out(
     }
     all.frfs.sort_by_key(|g| g.frf);
     Ok(Some(all))
-}
-
-/// What is left out together: a position with all of its FRFs, or a record.
-fn groups(fit: &FitSet<'_>, whole_frfs: bool) -> Vec<(Vec<usize>, Vec<usize>)> {
-    let set: &MeasurementSet = fit.set;
-    if !whole_frfs {
-        let observed = |p: &usize| set.modes.as_ref().is_some_and(|m| m.positions[*p].iter().any(|m| m.frequency_hz.is_some()));
-        return fit.positions.iter().copied().filter(observed).map(|p| (vec![p], Vec::new())).collect();
-    }
-    let group = |frfs: Vec<usize>| (set.frfs[frfs[0]].position.into_iter().collect(), frfs);
-    fit.groups().into_iter().map(group).collect()
 }

@@ -3,7 +3,8 @@
 use super::error::positive;
 use super::interval::{self, Free};
 use super::projection::non_negative;
-use super::{ContactError, Estimate, Interval, StribeckCurve, t_quantile_95};
+use super::{ContactError, Estimate, Interval, StribeckCurve};
+use numeric::distribution::t_quantile_95;
 
 /// Parameters of the curve.
 const PARAMETERS: usize = 4;

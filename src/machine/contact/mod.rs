@@ -27,7 +27,6 @@ pub mod published;
 mod race;
 mod side;
 mod stribeck;
-mod student;
 
 pub use bearing::{AngularContactBearing, BearingData};
 pub use elliptic::{first_kind, second_kind};
@@ -40,4 +39,3 @@ pub use pair::{Pair, Printed, Rule, Share};
 pub use race::RaceContacts;
 pub use side::{Side, Stiffness};
 pub use stribeck::{ScrewDrive, StribeckCurve};
-pub use student::t_quantile_95;

@@ -3,12 +3,13 @@
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
-use dynamics::inverse_dynamics::{InverseError, bounded_step, dependent};
+use super::force_fit::{coordinates, unidentifiable};
+use dynamics::inverse_dynamics::InverseError;
 use dynamics::motion::{MotionError, RecordGap, Settings, simulate_record};
 use machine::Machine;
 use measurement::MotionRecord;
 use numeric::parallel::OrFirstError;
-use optimizer::Control;
+use optimizer::{Control, GaussNewton, GaussNewtonFit, Prediction};
 
 /// What the output error gave.
 #[derive(Debug, Clone, PartialEq)]
@@ -25,10 +26,38 @@ pub struct OutputError {
     pub complete: bool,
 }
 
-/// Most steps, the relative gain at which they end, and the step of differences as a share of a parameter's range.
-const STEPS: usize = 8;
-const GAIN: f64 = 1e-5;
+/// When it ends: a simulation is dear.
+const ENDS: GaussNewton = GaussNewton { steps: 8, lengths: 4, gain: 1e-5 };
+/// Step of differences, as a share of a parameter's range.
 const STEP: f64 = 1e-4;
+
+/// The simulated force of records as something to be fitted.
+struct Loop<'a> {
+    machine: &'a Machine,
+    free: &'a [usize],
+    records: &'a [&'a MotionRecord],
+    control: &'a Control,
+}
+
+impl Prediction for Loop<'_> {
+    type Error = InverseError;
+
+    fn at(&self, values: &[f64]) -> Result<Option<DVector<f64>>, InverseError> {
+        simulated(self.machine, values, self.records, self.control).map_err(|e| InverseError::Data(e.to_string()))
+    }
+
+    fn derivatives(&self, values: &[f64], here: &DVector<f64>) -> Result<Option<DMatrix<f64>>, InverseError> {
+        let column = |&index: &usize| {
+            let parameter = &self.machine.parameters[index];
+            let unit = parameter.to_unit(values[index]);
+            let mut moved = values.to_vec();
+            moved[index] = parameter.from_unit(if unit + STEP <= 1.0 { unit + STEP } else { unit - STEP });
+            Ok(self.at(&moved)?.map(|there| (there - here) / (moved[index] - values[index])))
+        };
+        let columns: Result<Vec<Option<DVector<f64>>>, InverseError> = self.free.par_iter().map(column).or_first_error();
+        Ok(columns?.into_iter().collect::<Option<Vec<_>>>().map(|columns| DMatrix::from_columns(&columns)))
+    }
+}
 
 /// Fits the free parameters from a place by Gauss–Newton steps, shortened where they do not gain.
 ///
@@ -40,65 +69,24 @@ pub fn output_error(
     records: &[&MotionRecord],
     control: &Control,
 ) -> Result<OutputError, InverseError> {
-    let simulated = |values: &[f64]| simulated(machine, values, records, control);
-    let told = |e: MotionError| InverseError::Data(e.to_string());
     let y =
         DVector::from_iterator(records.iter().map(|r| r.samples()).sum(), records.iter().flat_map(|r| r.load.samples().iter().copied()));
-    let stopped = || InverseError::Data("stopped before the first simulation had ended".into());
-    let mut values = start.to_vec();
-    let mut force = simulated(&values).map_err(told)?.ok_or_else(stopped)?;
-    let mut evaluations = 1;
-    let mut derivatives = DMatrix::zeros(y.len(), free.len());
-    let mut complete = false;
-    for _ in 0..STEPS {
-        let beside = |index: usize| {
-            let p = &machine.parameters[index];
-            let unit = p.to_unit(values[index]);
-            p.from_unit(if unit + STEP <= 1.0 { unit + STEP } else { unit - STEP })
-        };
-        let columns: Result<Vec<Option<DVector<f64>>>, MotionError> = free
-            .par_iter()
-            .map(|&index| {
-                let mut moved = values.clone();
-                moved[index] = beside(index);
-                Ok(simulated(&moved)?.map(|there| (there - &force) / (moved[index] - values[index])))
-            })
-            .or_first_error();
-        evaluations += free.len() as u64;
-        let Some(columns) = columns.map_err(told)?.into_iter().collect::<Option<Vec<_>>>() else { break };
-        derivatives = DMatrix::from_columns(&columns);
-        let residual = &y - &force;
-        let squares = residual.norm_squared();
-        let step = bounded_step(machine, &values, free, &derivatives, &residual).ok_or_else(|| dependent(machine, free, &derivatives))?;
-        let mut share = 1.0;
-        let mut next = None;
-        while next.is_none() && share > 0.1 && !control.stopped() {
-            let mut moved = values.clone();
-            for (&index, delta) in free.iter().zip(&step) {
-                let p = &machine.parameters[index];
-                moved[index] = (moved[index] + share * delta).clamp(p.lower, p.upper);
-            }
-            evaluations += 1;
-            // A loop that does not hold there is no better.
-            let there = simulated(&moved).ok().flatten();
-            next = there.filter(|there| (&y - there).norm_squared() < squares).map(|there| (moved, there));
-            share *= 0.5;
+    let simulated = Loop { machine, free, records, control };
+    let found = ENDS
+        .fit(&simulated, &y, start, &coordinates(machine, free, &vec![false; free.len()]))
+        .map_err(|e| unidentifiable(machine, free, e))?;
+    let GaussNewtonFit { values, residual, derivatives: last, mut evaluations, converged } = found;
+    let derivatives = match last {
+        Some(derivatives) => Some(derivatives),
+        None if control.stopped() => None,
+        None => {
+            evaluations += free.len() as u64;
+            simulated.derivatives(&values, &(&y - &residual))?
         }
-        if control.stopped() {
-            break;
-        }
-        let Some((moved, there)) = next else {
-            complete = true;
-            break;
-        };
-        let gain = squares - (&y - &there).norm_squared();
-        (values, force) = (moved, there);
-        if gain <= GAIN * squares {
-            complete = true;
-            break;
-        }
-    }
-    Ok(OutputError { values, residual: y - force, derivatives, evaluations, complete: complete && !control.stopped() })
+    };
+    let complete = converged && derivatives.is_some() && !control.stopped();
+    let derivatives = derivatives.unwrap_or_else(|| DMatrix::zeros(y.len(), free.len()));
+    Ok(OutputError { values, residual, derivatives, evaluations, complete })
 }
 
 /// Simulated force of records, one after another; `None` where it was stopped.

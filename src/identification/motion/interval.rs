@@ -2,6 +2,8 @@
 
 use nalgebra::{DMatrix, DVector};
 
+use numeric::long_run::{andrews_bandwidth, long_run_covariance};
+
 /// Half width of a 95 % interval and the standard deviation it comes from.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Interval {
@@ -14,15 +16,12 @@ pub struct Interval {
 /// Covariance of coefficients, and the bandwidth over the number of scores.
 ///
 /// ```text
-/// C = (XᵀX)⁻¹ · S · (XᵀX)⁻¹        S = Σ_k (1 − |k|/(m+1)) Σ_t u_t·u_{t−k}ᵀ        u_t = x_t·e_t
+/// C = (XᵀX)⁻¹ · S · (XᵀX)⁻¹        S the long-run covariance of        u_t = x_t·e_t
 /// ```
 ///
 /// Where a motion repeats, what a model leaves repeats with it, so that records do not gain by the root of their periods: scores of the same
-/// place in the period are added up first, and the sum over k runs over one period. `records` are lengths and periods, in samples.
-///
-/// # Source  Newey and West, Econometrica 55 (1987) 703–708; bandwidth m of Andrews, Econometrica 59 (1991) 817–858, AR(1) plug-in for Bartlett
-/// weights, with the largest autocorrelation of the scores.
-pub fn hac_covariance(columns: &DMatrix<f64>, residual: &DVector<f64>, records: &[(usize, Option<usize>)]) -> Option<(DMatrix<f64>, f64)> {
+/// place in the period are added up first, and S runs over one period. `records` are lengths and periods, in samples.
+fn covariance(columns: &DMatrix<f64>, residual: &DVector<f64>, records: &[(usize, Option<usize>)]) -> Option<(DMatrix<f64>, f64)> {
     let inverse = (columns.transpose() * columns).cholesky()?.inverse();
     let count = columns.ncols();
     let mut middle = DMatrix::zeros(count, count);
@@ -37,38 +36,18 @@ pub fn hac_covariance(columns: &DMatrix<f64>, residual: &DVector<f64>, records: 
             }
         }
         from += length;
-        let bandwidth = bandwidth(&scores);
+        let bandwidth = andrews_bandwidth(&scores);
         widest = widest.max(bandwidth as f64 / folded as f64);
-        for lag in 0..=bandwidth {
-            let weight = 1.0 - lag as f64 / (bandwidth + 1) as f64;
-            let (late, early) = (scores.rows(lag, folded - lag), scores.rows(0, folded - lag));
-            let product = late.transpose() * early;
-            middle += if lag == 0 { product } else { weight * (&product + product.transpose()) };
-        }
+        middle += long_run_covariance(&scores, bandwidth);
     }
     Some((&inverse * middle * &inverse, widest))
-}
-
-/// Andrews' bandwidth of scores, at most a third of their number.
-fn bandwidth(scores: &DMatrix<f64>) -> usize {
-    let count = scores.nrows();
-    let correlation = scores
-        .column_iter()
-        .map(|u| {
-            let square = u.norm_squared();
-            if square > 0.0 { u.rows(1, count - 1).dot(&u.rows(0, count - 1)) / square } else { 0.0 }
-        })
-        .fold(0.0_f64, f64::max)
-        .min(0.97);
-    let alpha = (2.0 * correlation / ((1.0 - correlation) * (1.0 + correlation))).powi(2);
-    ((1.1447 * (alpha * count as f64).cbrt()).ceil() as usize).min(count / 3)
 }
 
 /// 95 % intervals of the coefficients; `None` where columns are not independent.
 ///
 /// # Source  critical value of a test with bandwidth b·n: Kiefer and Vogelsang, Econometric Theory 21 (2005) 1130–1164, Bartlett weights.
 pub fn intervals(columns: &DMatrix<f64>, residual: &DVector<f64>, records: &[(usize, Option<usize>)]) -> Option<Vec<Interval>> {
-    let (covariance, b) = hac_covariance(columns, residual, records)?;
+    let (covariance, b) = covariance(columns, residual, records)?;
     let samples = columns.nrows() as f64;
     let spent = (samples / (samples - columns.ncols() as f64).max(1.0)).sqrt();
     let critical = 1.9600 + 2.9694 * b + 0.4160 * b * b - 0.5324 * b * b * b;
@@ -87,8 +66,8 @@ mod tests {
     use rand::SeedableRng;
     use rand_xoshiro::Xoshiro256PlusPlus;
 
-    use super::super::fit::Projected;
     use super::*;
+    use numeric::linear_fit::LinearFit;
     use numeric::random::normal;
 
     /// Share of 300 draws whose 95 % interval holds the truth of each of three coefficients, with noise of lag-one correlation `colour`, of
@@ -122,7 +101,7 @@ mod tests {
             let own = coloured(samples);
             let same = coloured(period);
             let y = DVector::from_fn(samples, |i, _| (1.0 - repeating) * own[i] + repeating * same[i % period]);
-            let fit = Projected::new(&columns, &y).unwrap();
+            let fit = LinearFit::new(&columns, &y).unwrap();
             let found = intervals(&columns, &fit.residual, &[(samples, (repeating > 0.0).then_some(period))]).unwrap();
             for (j, hit) in hits.iter_mut().enumerate() {
                 *hit += f64::from(u8::from(fit.coefficients[j].abs() <= found[j].half95)) / draws as f64;

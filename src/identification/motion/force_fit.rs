@@ -1,0 +1,210 @@
+//! Least squares of the force that a machine needs against the force that was recorded, and of its transmission error where it was.
+
+use nalgebra::{DMatrix, DVector};
+
+use super::interval::{Interval, intervals};
+use dynamics::inverse_dynamics::{
+    Columns, InverseError, Motion, Rigid, derivatives, inverse, leave_crossings_out, prediction, recorded, weights,
+};
+use machine::Machine;
+use numeric::linear_fit::LinearFit;
+use optimizer::{Coordinate, GaussNewton, GaussNewtonError, GaussNewtonFit, Prediction, live_columns};
+
+/// A fit.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Fit {
+    /// Values of all parameters of the machine.
+    pub values: Vec<f64>,
+    /// Indices of those that were fitted.
+    pub free: Vec<usize>,
+    /// Recorded less predicted force, thinned, record after record.
+    pub residual: DVector<f64>,
+    /// Sum of its squares.
+    pub squares: f64,
+    /// Derivatives of the prediction with the free parameters there.
+    pub derivatives: DMatrix<f64>,
+    /// Evaluations of the prediction.
+    pub evaluations: u64,
+}
+
+/// When the least squares of a force end.
+const ENDS: GaussNewton = GaussNewton { steps: 25, lengths: 10, gain: 1e-9 };
+
+/// The force along motions as something to be fitted.
+struct Force<'a> {
+    rigid: &'a Rigid,
+    machine: &'a Machine,
+    free: &'a [usize],
+    motions: &'a [&'a Motion],
+}
+
+impl Prediction for Force<'_> {
+    type Error = InverseError;
+
+    fn at(&self, values: &[f64]) -> Result<Option<DVector<f64>>, InverseError> {
+        Ok(Some(prediction(self.rigid, self.machine, values, self.motions)))
+    }
+
+    fn derivatives(&self, values: &[f64], here: &DVector<f64>) -> Result<Option<DMatrix<f64>>, InverseError> {
+        Ok(Some(derivatives(self.rigid, self.machine, values, self.free, self.motions, here)))
+    }
+}
+
+/// Fits parameters from a place: Gauss–Newton steps, kept within the ranges and shortened where they do not gain. A force that is linear in its
+/// parameters is there in one step.
+///
+/// # Errors  two parameters do the same to the force of these records, or one does nothing.
+pub fn estimate(rigid: &Rigid, machine: &Machine, start: &[f64], free: &[usize], motions: &[&Motion]) -> Result<Fit, InverseError> {
+    let force = Force { rigid, machine, free, motions };
+    let found = ENDS
+        .fit(&force, &recorded(motions), start, &coordinates(machine, free, &inverse(machine, free)))
+        .map_err(|e| unidentifiable(machine, free, e))?;
+    let GaussNewtonFit { values, residual, derivatives: last, mut evaluations, .. } = found;
+    let derivatives = last.unwrap_or_else(|| {
+        evaluations += 1 + free.len() as u64;
+        Columns::new(rigid, machine, &values, free, motions).derivatives
+    });
+    Ok(Fit { free: free.to_vec(), squares: residual.norm_squared(), values, residual, derivatives, evaluations })
+}
+
+/// Free parameters as coordinates of a fit, some by their inverse.
+pub(super) fn coordinates(machine: &Machine, free: &[usize], inverse: &[bool]) -> Vec<Coordinate> {
+    let of = |(&index, &inverse): (&usize, &bool)| {
+        let parameter = &machine.parameters[index];
+        Coordinate { index, range: (parameter.lower, parameter.upper), inverse }
+    };
+    free.iter().zip(inverse).map(of).collect()
+}
+
+/// Why a fit of free parameters failed.
+pub(super) fn unidentifiable(machine: &Machine, free: &[usize], error: GaussNewtonError<InverseError>) -> InverseError {
+    match error {
+        GaussNewtonError::Model(error) => error,
+        GaussNewtonError::Stopped => InverseError::Data("stopped before the first simulation had ended".into()),
+        GaussNewtonError::Dependent(moving, derivatives) => {
+            let moving: Vec<usize> = moving.into_iter().map(|at| free[at]).collect();
+            dependent(machine, &moving, &derivatives)
+        }
+    }
+}
+
+/// As [`estimate`], but what the motions do not tell beside the others stays where it starts, one parameter after another, if it `may`.
+///
+/// # Errors  as [`estimate`], of parameters that may not stay.
+pub fn estimate_told(
+    rigid: &Rigid,
+    machine: &Machine,
+    start: &[f64],
+    free: &[usize],
+    motions: &[&Motion],
+    may: impl Fn(usize) -> bool,
+) -> Result<Fit, InverseError> {
+    let mut free = free.to_vec();
+    loop {
+        match estimate(rigid, machine, start, &free, motions) {
+            Err(InverseError::Untold { parameter, .. }) if may(parameter) => free.retain(|i| *i != parameter),
+            found => return found,
+        }
+    }
+}
+
+/// Rounds of fit and weights.
+const ROUNDS: usize = 4;
+
+/// As [`estimate`] from a machine's start on the `fitted` of some motions, all of whose further points are weighed anew by what is left, until
+/// each channel counts in units of its own misfit. What is read while a play is crossed counts for nothing from the first fit on.
+///
+/// # Errors  as [`estimate`].
+pub fn estimate_weighed(
+    rigid: &Rigid,
+    machine: &Machine,
+    free: &[usize],
+    motions: &mut [Motion],
+    fitted: &[usize],
+) -> Result<Fit, InverseError> {
+    let mut values = machine.start();
+    let mut evaluations = 0;
+    for round in 0.. {
+        let own: Vec<&Motion> = fitted.iter().map(|i| &motions[*i]).collect();
+        let mut fit = estimate(rigid, machine, &values, free, &own)?;
+        evaluations += fit.evaluations;
+        if round == ROUNDS || own.iter().all(|m| m.further.is_empty()) {
+            fit.evaluations = evaluations;
+            return Ok(fit);
+        }
+        let weights = weights(fit.residual.as_slice(), &own);
+        if round > 0 || !leave_crossings_out(motions, rigid, machine, &fit.values) {
+            motions.iter_mut().for_each(|m| m.weigh(&weights));
+        }
+        values = fit.values;
+    }
+    unreachable!("the last round returns")
+}
+
+/// Which parameter the others stand for.
+fn dependent(machine: &Machine, free: &[usize], derivatives: &DMatrix<f64>) -> InverseError {
+    let id = |at: usize| machine.parameters[free[at]].id.as_str();
+    let untold = |at: usize, why: String| InverseError::Untold { parameter: free[at], why };
+    for at in 0..free.len() {
+        if !(derivatives.column(at).norm() > 0.0) {
+            return untold(at, format!("these records do not depend on {}; freeze it, or record a motion that shows it", id(at)));
+        }
+        let before: Vec<usize> = (0..=at).collect();
+        let own = derivatives.column(at).clone_owned();
+        let all = derivatives.select_columns(&before);
+        if at > 0 && LinearFit::new(&all, &own).is_none() {
+            let others: Vec<&str> = (0..at).map(id).collect();
+            let why = "freeze one, or record a motion that tells them apart";
+            return untold(at, format!("these records cannot tell {} from {} together; {why}", id(at), others.join(", ")));
+        }
+    }
+    InverseError::Data("these records do not determine the parameters".into())
+}
+
+/// A parameter with its interval.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Estimated {
+    /// Index in the machine.
+    pub parameter: usize,
+    /// Value.
+    pub value: f64,
+    /// Interval, where one can be told.
+    pub interval: Option<Interval>,
+    /// Stands at an end of its range.
+    pub at_bound: bool,
+}
+
+impl Fit {
+    /// The free parameters with intervals that respect coloured and repeating residuals.
+    pub fn estimates(&self, machine: &Machine, free: &[usize], motions: &[&Motion]) -> Vec<Estimated> {
+        let records: Vec<(usize, Option<usize>)> = motions.iter().flat_map(|m| m.channels()).collect();
+        self.estimates_of(machine, free, &records)
+    }
+
+    /// As [`Fit::estimates`], with the lengths and periods of the records that the residual runs over.
+    pub fn estimates_of(&self, machine: &Machine, free: &[usize], records: &[(usize, Option<usize>)]) -> Vec<Estimated> {
+        let mut inside = live_columns(&self.derivatives);
+        inside.retain(|at| machine.parameters[free[*at]].holds_inside(self.values[free[*at]]));
+        let found = intervals(&self.derivatives.select_columns(&inside), &self.residual, records);
+        free.iter()
+            .enumerate()
+            .map(|(at, &parameter)| {
+                let place = inside.iter().position(|i| *i == at);
+                let sd = place.and_then(|p| found.as_ref()?.get(p).copied());
+                Estimated {
+                    parameter,
+                    value: self.values[parameter],
+                    interval: sd,
+                    at_bound: !machine.parameters[parameter].holds_inside(self.values[parameter]),
+                }
+            })
+            .collect()
+    }
+}
+
+/// Correlations of the coefficients of columns; nothing where they are not independent.
+pub fn correlation(columns: &DMatrix<f64>) -> Vec<Vec<f64>> {
+    let Some(inverse) = (columns.transpose() * columns).cholesky().map(|c| c.inverse()) else { return Vec::new() };
+    let sd = |i: usize| inverse[(i, i)].sqrt();
+    (0..inverse.nrows()).map(|i| (0..inverse.ncols()).map(|j| inverse[(i, j)] / (sd(i) * sd(j))).collect()).collect()
+}

@@ -1,0 +1,114 @@
+//! Laws of probability that intervals and p-values are read from.
+
+use statrs::distribution::{Beta, ContinuousCDF, StudentsT};
+
+/// 97.5 % quantile of the standard normal distribution.
+const NORMAL: f64 = 1.959_963_984_540_054;
+
+/// Above this many degrees of freedom the expansion is good to 1e-13, and the root that `statrs` looks for is not, or is not found.
+const EXPAND_ABOVE: usize = 1000;
+
+/// Share of the standard normal distribution above a value.
+pub fn normal_upper_tail(value: f64) -> f64 {
+    0.5 * libm::erfc(value / std::f64::consts::SQRT_2)
+}
+
+/// The t with 95 % of Student's distribution between −t and t; the normal quantile for `None`, a variance that is known.
+///
+/// # Limits     ν → ∞ gives 1.95996; ν = 1 gives tan(0.475·π)
+/// # Source     above ν = 1000 the expansion of Abramowitz and Stegun, 26.7.5.
+pub fn t_quantile_95(degrees_of_freedom: Option<usize>) -> f64 {
+    match degrees_of_freedom {
+        None => NORMAL,
+        Some(count) if count > EXPAND_ABOVE => expansion(count as f64),
+        // No law has 0 degrees of freedom: nothing is known.
+        Some(count) => StudentsT::new(0.0, 1.0, count as f64).map_or(f64::INFINITY, |law| law.inverse_cdf(0.975)),
+    }
+}
+
+/// Abramowitz and Stegun, 26.7.5.
+fn expansion(count: f64) -> f64 {
+    let x = NORMAL;
+    let power = |exponent: i32| x.powi(exponent);
+    let terms = [
+        (power(3) + x) / 4.0,
+        (5.0 * power(5) + 16.0 * power(3) + 3.0 * x) / 96.0,
+        (3.0 * power(7) + 19.0 * power(5) + 17.0 * power(3) - 15.0 * x) / 384.0,
+        (79.0 * power(9) + 776.0 * power(7) + 1482.0 * power(5) - 1920.0 * power(3) - 945.0 * x) / 92_160.0,
+    ];
+    terms.into_iter().rev().fold(0.0, |sum, term| (sum + term) / count) + x
+}
+
+/// Exact interval of a proportion after Clopper and Pearson: `of` trials, `count` of them counted; `None` for no trials.
+///
+/// Each end leaves half of what `confidence` spares in one tail of the binomial law; the ends are quantiles of Beta laws.
+pub fn clopper_pearson(count: usize, of: usize, confidence: f64) -> Option<[f64; 2]> {
+    if of == 0 || count > of {
+        return None;
+    }
+    let spared = 0.5 * (1.0 - confidence);
+    let (yes, no) = (count as f64, (of - count) as f64);
+    let lower = if count == 0 { 0.0 } else { Beta::new(yes, no + 1.0).ok()?.inverse_cdf(spared) };
+    let upper = if count == of { 1.0 } else { Beta::new(yes + 1.0, no).ok()?.inverse_cdf(1.0 - spared) };
+    Some([lower, upper])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn published_table_of_student() {
+        for (count, t) in [
+            (1, 12.706_204_736),
+            (2, 4.302_652_730),
+            (3, 3.182_446_305),
+            (4, 2.776_445_105),
+            (5, 2.570_581_836),
+            (10, 2.228_138_852),
+            (29, 2.045_229_642),
+            (30, 2.042_272_456),
+            (60, 2.000_297_822),
+            (100, 1.983_971_519),
+            (120, 1.979_930_405),
+            (1000, 1.962_339_081),
+        ] {
+            assert!((t_quantile_95(Some(count)) - t).abs() < 1e-8 * t, "{count}: {}", t_quantile_95(Some(count)));
+        }
+        assert_eq!(t_quantile_95(Some(0)), f64::INFINITY);
+    }
+
+    #[test]
+    fn limit_closed_forms_and_the_two_branches_meet() {
+        assert!((t_quantile_95(Some(1)) / (0.475 * std::f64::consts::PI).tan() - 1.0).abs() < 1e-10);
+        assert!((t_quantile_95(Some(2)) / (0.95 * (2.0_f64 / (1.0 - 0.95 * 0.95)).sqrt()) - 1.0).abs() < 1e-10);
+        let (law, expanded) = (t_quantile_95(Some(EXPAND_ABOVE)), expansion(EXPAND_ABOVE as f64));
+        assert!((law - expanded).abs() < 1e-9, "{law} {expanded}");
+        assert!((t_quantile_95(Some(100_000_000)) - t_quantile_95(None)).abs() < 1e-7);
+        let all: Vec<f64> = (1..1200).map(|count| t_quantile_95(Some(count))).collect();
+        assert!(all.windows(2).all(|pair| pair[0] > pair[1]));
+    }
+
+    /// Values of the usual tables, far into the tail.
+    #[test]
+    fn published_tail_of_the_normal_law() {
+        for (value, share) in [(0.0, 0.5), (1.959_963_984_540_054, 0.025), (-1.0, 0.841_344_746_068_543), (6.0, 9.865_876_450_377e-10)] {
+            assert!((normal_upper_tail(value) / share - 1.0).abs() < 1e-11, "{value}: {}", normal_upper_tail(value));
+        }
+    }
+
+    /// Closed forms of the ends, and entries of the usual tables (10 of 20, 3 of 300).
+    #[test]
+    fn limit_exact_interval_of_a_proportion() {
+        assert_eq!(clopper_pearson(0, 0, 0.95), None);
+        let near = |found: Option<[f64; 2]>, low: f64, high: f64, apart: f64| {
+            let [a, b] = found.unwrap();
+            assert!((a - low).abs() < apart && (b - high).abs() < apart, "{a} … {b}");
+        };
+        near(clopper_pearson(0, 30, 0.95), 0.0, 1.0 - 0.025_f64.powf(1.0 / 30.0), 1e-12);
+        near(clopper_pearson(30, 30, 0.95), 0.025_f64.powf(1.0 / 30.0), 1.0, 1e-12);
+        near(clopper_pearson(10, 20, 0.95), 0.2720, 0.7280, 5e-5);
+        near(clopper_pearson(3, 300, 0.95), 0.0021, 0.0289, 5e-5);
+        near(clopper_pearson(600, 1300, 0.95), 0.4341, 0.4891, 5e-4);
+    }
+}

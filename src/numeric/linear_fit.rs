@@ -1,0 +1,69 @@
+//! Linear least squares.
+
+use nalgebra::{DMatrix, DVector};
+
+/// Below this share of its length a column is taken for a combination of those before it.
+const INDEPENDENT: f64 = 1e-9;
+
+/// Least squares of linear columns by QR, each column scaled to length one.
+#[derive(Debug, Clone, PartialEq)]
+pub struct LinearFit {
+    /// Coefficients.
+    pub coefficients: DVector<f64>,
+    /// What the columns leave.
+    pub residual: DVector<f64>,
+}
+
+impl LinearFit {
+    /// Minimises |y − X·c|². `None` where columns are not independent.
+    pub fn new(columns: &DMatrix<f64>, y: &DVector<f64>) -> Option<Self> {
+        Self::penalised(columns, &[], y)
+    }
+
+    /// Minimises |y − X·c|² + Σ p_j·c_j², as rows √p_j of their own below X. Without penalties it is [`LinearFit::new`]. `None` where columns are not
+    /// independent.
+    pub fn penalised(columns: &DMatrix<f64>, penalty: &[f64], y: &DVector<f64>) -> Option<Self> {
+        let lengths: Vec<f64> = columns.column_iter().map(|c| c.norm()).collect();
+        if lengths.iter().any(|l| !(*l > 0.0 && l.is_finite())) {
+            return None;
+        }
+        let (rows, known) = (columns.nrows(), penalty.len());
+        let scaled = DMatrix::from_fn(rows + known, columns.ncols(), |i, j| match i.checked_sub(rows) {
+            None => columns[(i, j)] / lengths[j],
+            Some(at) if at == j => penalty[at].sqrt() / lengths[j],
+            Some(_) => 0.0,
+        });
+        let right = DVector::from_iterator(rows + known, y.iter().copied().chain(std::iter::repeat_n(0.0, known)));
+        let qr = scaled.clone().qr();
+        let r = qr.r();
+        if (0..r.ncols()).any(|i| r[(i, i)].abs() < INDEPENDENT) {
+            return None;
+        }
+        let solved = r.solve_upper_triangular(&(qr.q().transpose() * &right))?;
+        let residual = (right - scaled * &solved).rows(0, rows).into_owned();
+        let coefficients = DVector::from_iterator(solved.len(), solved.iter().zip(&lengths).map(|(x, l)| x / l));
+        Some(LinearFit { coefficients, residual })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn limit_penalised_are_the_normal_equations() {
+        let columns = DMatrix::from_fn(40, 3, |i, j| [1.0, 1e4 * (0.3 * i as f64).sin(), 1e-3 * i as f64][j]);
+        let y = DVector::from_fn(40, |i, _| (0.1 * (i * i) as f64).cos() + 2.0);
+        for penalty in [[0.0, 0.0, 0.0], [3.0, 0.0, 1e-5]] {
+            let found = LinearFit::penalised(&columns, &penalty, &y).unwrap();
+            let normal = columns.tr_mul(&columns) + DMatrix::from_diagonal(&DVector::from_column_slice(&penalty));
+            let expected = normal.lu().solve(&columns.tr_mul(&y)).unwrap();
+            assert!(found.coefficients.iter().zip(&expected).all(|(a, b)| (a / b - 1.0).abs() < 1e-9), "{found:?} {expected}");
+            assert!((&found.residual - (&y - &columns * &expected)).norm() < 1e-9);
+        }
+        let free = LinearFit::new(&columns, &y).unwrap();
+        assert!((&free.coefficients - LinearFit::penalised(&columns, &[0.0; 3], &y).unwrap().coefficients).norm() < 1e-9);
+        let twice = DMatrix::from_fn(40, 2, |i, j| columns[(i, 2)] * (1.0 + j as f64));
+        assert_eq!(LinearFit::new(&twice, &y), None);
+    }
+}
