@@ -28,8 +28,7 @@ impl<'s> FitSet<'s> {
     /// What a fit without each position keeps and leaves out: of modes positions at which some were observed; of whole FRFs positions with all of theirs,
     /// and records where there is no position.
     pub fn leave_one_out(&self, whole_frfs: bool) -> Vec<(FitSet<'s>, HoldOutSet<'s>)> {
-        let observed =
-            |p: &usize| self.set.modes.as_ref().is_some_and(|m| m.positions[*p].iter().any(|mode| mode.frequency_hz.is_some()));
+        let observed = |p: &usize| self.set.modes.as_ref().is_some_and(|m| m.positions[*p].iter().any(|mode| mode.frequency_hz.is_some()));
         let groups: Vec<(Vec<usize>, Vec<usize>)> = if whole_frfs {
             self.groups().into_iter().map(|frfs| (self.set.frfs[frfs[0]].position.into_iter().collect(), frfs)).collect()
         } else {
