@@ -7,9 +7,9 @@ use std::sync::atomic::AtomicBool;
 
 use serde::Serialize;
 
-use super::arguments::{ModelName, ObjectiveName, Output, SearchArguments, Sources};
-use super::progress::Progress;
-use super::talk;
+use crate::arguments::{ModelName, ObjectiveName, Output, SearchArguments, Sources};
+use crate::progress::Progress;
+use crate::talk;
 use config::{MachineConfig, read_machine};
 use dynamics::model::Rods;
 use identification::Plan;
@@ -363,7 +363,7 @@ pub fn document_input(path: &Path) -> Result<Input, String> {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
+    use crate::*;
 
     #[test]
     fn work_is_the_same_whatever_does_not_touch_its_result() {

@@ -2,15 +2,48 @@
 
 use std::collections::BTreeMap;
 use std::fmt::Write;
+use std::path::PathBuf;
 
-use super::arguments::{FrictionArguments, NoiseName};
-use super::common::{CommandResult, Outcome, deliver, prepare, told};
-use super::talk;
+use clap::{Args, ValueEnum};
+
+use crate::arguments::Output;
+use crate::common::{CommandResult, Outcome, deliver, prepare, told};
+use crate::talk;
 use machine::contact::{ContactError, Estimate, FitOptions, Noise, Observation, ScrewDrive, fit_stribeck};
 use measurement::{FrictionTable, FrictionUnit, read_friction};
 use report::digest;
 use report::document::{Input, Stamp};
 use report::simulation::{FrictionDocument, FrictionParameter, FrictionRow};
+
+/// What is known of the scatter of friction measurements, by name.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum NoiseName {
+    /// Equal in all runs
+    Uniform,
+    /// In proportion to the friction
+    Proportional,
+    /// A column force_sd_n (or torque_sd_nm) gives it
+    Known,
+}
+
+/// `friction`.
+#[derive(Debug, Args)]
+pub struct FrictionArguments {
+    /// Table with the columns velocity_m_s and force_n, or torque_nm; one run at constant velocity a line
+    #[arg(long, value_name = "FILE")]
+    pub data: PathBuf,
+    /// Lead of the screw (m per turn); needed with torque_nm
+    #[arg(long, allow_negative_numbers = true, value_name = "M")]
+    pub lead_m: Option<f64>,
+    /// Efficiency between motor torque and screw
+    #[arg(long, allow_negative_numbers = true, value_name = "X", default_value_t = 1.0)]
+    pub efficiency: f64,
+    /// What is known of the scatter; known where the table gives it, else uniform
+    #[arg(long, value_enum)]
+    pub noise: Option<NoiseName>,
+    #[command(flatten)]
+    pub output: Output,
+}
 
 /// Runs the command.
 pub fn run(given: &FrictionArguments) -> CommandResult {

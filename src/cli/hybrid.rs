@@ -6,10 +6,10 @@ use std::path::PathBuf;
 use clap::Args;
 use rayon::prelude::*;
 
-use super::arguments::{Output, Sources, SplitArguments};
-use super::common::{CommandResult, Loaded, control, deliver, ended, inputs, load, prepare, read_document, stamp, told, warn};
-use super::progress::Progress;
-use super::validate::{check_identification, identified_values};
+use crate::arguments::{Output, Sources, SplitArguments};
+use crate::common::{CommandResult, Loaded, control, deliver, ended, inputs, load, prepare, read_document, stamp, told, warn};
+use crate::progress::Progress;
+use crate::validate::{check_identification, identified_values};
 use dynamics::motion::{Settings, contour_error, simulate_record};
 use identification::network::{Example, Network, Trained};
 use machine::Machine;

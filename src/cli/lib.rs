@@ -1,43 +1,34 @@
 //! The command line: arguments, one file per command, progress, exit codes.
 
 mod arguments;
-mod bode;
-mod circle;
+mod command_line;
 mod common;
 mod compare;
 mod convergence;
 mod diagnose;
-mod file_arguments;
 mod friction;
-mod gain;
-mod hold;
 mod hybrid;
 mod identify;
 mod import;
 mod init;
 mod inverse_dynamics;
 mod manual;
-mod model_arguments;
-mod motion;
 mod peaks;
 mod plan;
 mod progress;
-mod published;
 mod report;
 mod rows;
 mod schema;
-mod servo_machine;
 mod simulate;
-mod sweep;
 mod talk;
 mod validate;
 mod withheld;
 
 use std::process::ExitCode;
 
-use clap::Parser;
+use clap::{CommandFactory, Parser};
 
-use arguments::{Arguments, Command};
+use command_line::{Arguments, Command};
 use common::Outcome;
 
 /// Runs the command of this process and gives its exit code: 0 done, 1 a limit was not met, 2 could not run, 3 stopped early.
@@ -58,8 +49,8 @@ pub fn run() -> ExitCode {
         Command::Report(given) => report::run(&given),
         Command::Init(given) => init::run(&given),
         Command::Schema(given) => schema::run(&given),
-        Command::Completions(given) => manual::completions(&given),
-        Command::Man(given) => manual::man(&given),
+        Command::Completions(given) => manual::completions(&given, Arguments::command()),
+        Command::Man(given) => manual::man(&given, Arguments::command()),
         Command::Simulate(given) => simulate::run(&given),
         Command::Hybrid(given) => hybrid::run(&given),
         Command::Withheld(given) => withheld::run(&given),

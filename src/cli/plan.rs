@@ -1,12 +1,70 @@
 //! `jointid plan`.
 
-use super::arguments::{DataName, PlanArguments};
-use super::common::{CommandResult, Loaded, Outcome, deliver, load, prepare, read_document, rods, stamp, told};
-use super::validate::{check_identification, identified_values};
+use std::path::PathBuf;
+
+use clap::{Args, ValueEnum};
+
+use crate::arguments::{ModelName, Output, Sources};
+use crate::common::{CommandResult, Loaded, Outcome, deliver, load, prepare, read_document, rods, stamp, told};
+use crate::validate::{check_identification, identified_values};
 use identification::objective::{FrfSettings, ModeSettings};
 use identification::{Choice, Design, FrfPlan};
 use report::document::{ChoiceRow, Identification, Plan, PlanRanking};
 use report::plan_table;
+
+/// Kinds of data by name.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum DataName {
+    /// Natural frequencies and amplitudes
+    Modes,
+    /// Whole FRFs
+    Frf,
+}
+
+/// `plan`.
+#[derive(Debug, Args)]
+pub struct PlanArguments {
+    #[command(flatten)]
+    pub sources: Sources,
+    /// Parameter values from this identification.json instead of the start values
+    #[arg(long, value_name = "FILE")]
+    pub result: Option<PathBuf>,
+    /// What is measured; frf where the set has FRFs
+    #[arg(long, value_enum)]
+    pub data: Option<DataName>,
+    /// Measurements to choose at once; 2 and 3, or 1 beside those measured
+    #[arg(long, value_name = "N", value_delimiter = ',', value_parser = clap::value_parser!(u8).range(1..=8))]
+    pub choose: Vec<u8>,
+    /// Measurements made already: positions, or position:response/excitation
+    #[arg(long, value_name = "NAMES", value_delimiter = ',')]
+    pub measured: Vec<String>,
+    /// Responses and excitations to choose from; those of the set by default
+    #[arg(long, value_name = "POINT/POINT", value_delimiter = ',')]
+    pub channels: Vec<String>,
+    /// Relative standard deviation of an FRF line
+    #[arg(long, value_name = "SHARE", default_value_t = 0.02)]
+    pub noise: f64,
+    /// Lowest and highest frequency (Hz)
+    #[arg(long, value_name = "FROM,TO", value_delimiter = ',', num_args = 1)]
+    pub band: Vec<f64>,
+    /// Lines of an FRF
+    #[arg(long, value_name = "N", default_value_t = 400, value_parser = clap::value_parser!(u16).range(2..))]
+    pub lines: u16,
+    /// Keep these parameters at their values
+    #[arg(long, value_name = "PARAMETERS", value_delimiter = ',')]
+    pub freeze: Vec<String>,
+    /// How rods are represented
+    #[arg(long, value_enum, default_value = "receptance")]
+    pub model: ModelName,
+    /// Lumps per rod of the lumped model
+    #[arg(long, value_name = "N", default_value_t = 40, value_parser = clap::value_parser!(u16).range(1..=500))]
+    pub lumps: u16,
+    /// Choices shown of each ranking
+    #[arg(long, value_name = "N", default_value_t = 5)]
+    pub top: u16,
+    #[command(flatten)]
+    pub output: Output,
+}
 
 /// Most choices that are ranked one by one.
 const MOST_CHOICES: f64 = 200_000.0;

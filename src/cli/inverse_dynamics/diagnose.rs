@@ -2,11 +2,11 @@
 
 use std::collections::BTreeMap;
 
-use super::super::arguments::DiagnoseArguments;
-use super::super::common::{CommandResult, Loaded, control, deliver, ended, on_threads, plan, prepare, stamp, told, warn};
-use super::super::diagnose::{check_frozen, chosen_effects};
-use super::super::progress::Progress;
 use super::learnable::learnable;
+use crate::common::{CommandResult, Loaded, control, deliver, ended, on_threads, plan, prepare, stamp, told, warn};
+use crate::diagnose::arguments::DiagnoseArguments;
+use crate::diagnose::{check_frozen, chosen_effects};
+use crate::progress::Progress;
 use diagnosis::motion::{Cell, CellKind, MotionDiagnosis, MotionPart, MotionSettings, diagnose_motion, gap_of};
 use diagnosis::{Status, VerdictKind};
 use dynamics::inverse_dynamics::{Motion, phases};

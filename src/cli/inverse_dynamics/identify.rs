@@ -2,10 +2,11 @@
 
 use std::collections::BTreeMap;
 
-use super::super::arguments::{IdentifyArguments, ObjectiveName};
-use super::super::common::{CommandResult, Loaded, control, deliver, ended, on_threads, plan, prepare, settings, stamp, told, warn};
-use super::super::diagnose::check_frozen;
-use super::super::progress::Progress;
+use crate::arguments::ObjectiveName;
+use crate::common::{CommandResult, Loaded, control, deliver, ended, on_threads, plan, prepare, settings, stamp, told, warn};
+use crate::diagnose::check_frozen;
+use crate::identify::arguments::IdentifyArguments;
+use crate::progress::Progress;
 use dynamics::inverse_dynamics::{Estimated, Fit, Motion, correlation, estimate_weighed, free_parameters, recorded, unseen};
 use identification::{output_error, simulated_gaps};
 use measurement::MotionRecord;

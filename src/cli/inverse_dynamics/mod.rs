@@ -13,7 +13,7 @@ use std::collections::BTreeMap;
 
 use rayon::prelude::*;
 
-use super::common::{Loaded, told};
+use crate::common::{Loaded, told};
 use diagnosis::motion::{CellKind, MotionPart, cells, part};
 use dynamics::inverse_dynamics::{CurvePoint, Further, Motion, Phase, Recipe, Rigid, friction_curve};
 use identification::objective::point_named;

@@ -2,9 +2,9 @@
 
 use std::collections::BTreeMap;
 
-use super::super::arguments::ValidateArguments;
-use super::super::common::{CommandResult, Loaded, Outcome, deliver, prepare, stamp, stop_flag, told, warn};
 use super::identify::positions;
+use crate::common::{CommandResult, Loaded, Outcome, deliver, prepare, stamp, stop_flag, told, warn};
+use crate::validate::arguments::ValidateArguments;
 use identification::simulated_gaps;
 use measurement::MotionRecord;
 use optimizer::Control;

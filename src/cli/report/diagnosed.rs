@@ -2,10 +2,10 @@
 
 use std::collections::BTreeMap;
 
-use super::super::arguments::Sources;
-use super::super::common::{Loaded, load, stamp, told};
 use super::changed;
 use super::curves::{Model, Overlay};
+use crate::arguments::Sources;
+use crate::common::{Loaded, load, stamp, told};
 use dynamics::model::Rods;
 use machine::Machine;
 use report::diagnosis::Diagnosis;

@@ -4,20 +4,35 @@ mod curves;
 mod diagnosed;
 mod shapes;
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
+use clap::Args;
 use serde::de::DeserializeOwned;
 
 use self::curves::{Model, Overlay};
-use super::arguments::{ReportArguments, Sources};
-use super::common::{CommandResult, Loaded, Outcome, load, stamp, told};
-use super::talk;
-use super::validate::{check_identification, identified_values};
+use crate::arguments::Sources;
+use crate::common::{CommandResult, Loaded, Outcome, load, stamp, told};
+use crate::talk;
+use crate::validate::{check_identification, identified_values};
 use dynamics::model::Rods;
 use measurement::read_set;
 use report::document::{Identification, Input};
 use report::page::{self, Page};
 use report::{OutputFolder, digest};
+
+/// `report`.
+#[derive(Debug, Args)]
+pub struct ReportArguments {
+    /// Folder with result documents: identification.json, validation.json, comparison.json, peaks.json, diagnosis.json
+    #[arg(value_name = "DIR")]
+    pub folder: PathBuf,
+    /// The page; DIR/report.html by default
+    #[arg(long, value_name = "FILE")]
+    pub out: Option<PathBuf>,
+    /// Say nothing but errors
+    #[arg(short, long)]
+    pub quiet: bool,
+}
 
 /// Runs the command.
 pub fn run(given: &ReportArguments) -> CommandResult {
@@ -129,7 +144,7 @@ fn recompute(folder: &Path, identified: &Identification, page: &mut Page) -> Res
     let rods = identified.settings.lumps.map_or(Rods::Exact, Rods::Lumped);
     page.title = loaded.config.machine.title.clone();
     page.nut_m = loaded.set.positions.iter().filter_map(|p| Some((p.name.clone(), p.nut_m?))).collect();
-    if super::inverse_dynamics::applies(&loaded.set) {
+    if crate::inverse_dynamics::applies(&loaded.set) {
         return Ok(());
     }
     let ground = Ground { identified, loaded, values, rods };

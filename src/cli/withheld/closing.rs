@@ -3,9 +3,9 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use super::super::arguments::Sources;
-use super::super::common::{load, told};
-use super::super::inverse_dynamics::ready;
+use crate::arguments::Sources;
+use crate::common::{load, told};
+use crate::inverse_dynamics::ready;
 use diagnosis::motion::{MotionPart, gap_of, part};
 use dynamics::inverse_dynamics::{Motion, Recipe, leave_crossings_out};
 use machine::Machine;

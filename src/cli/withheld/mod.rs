@@ -12,7 +12,7 @@ use std::sync::atomic::Ordering;
 use rayon::prelude::*;
 
 use self::arguments::{ArmName, CasesAsked, TruthName, WithheldArguments};
-use super::common::{CommandResult, Outcome, deliver, document_input, on_threads, prepare, print_out, stop_flag, told, warn};
+use crate::common::{CommandResult, Outcome, deliver, document_input, on_threads, prepare, print_out, stop_flag, told, warn};
 use numeric::parallel::OrFirstError;
 use reference_simulator::{Counts, Label, motion};
 use report::document::Stamp;

@@ -6,8 +6,10 @@ mod vertical;
 
 use std::fmt::Write;
 
-use super::arguments::PublishedArguments;
-use super::common::{CommandResult, Outcome, deliver, prepare, told};
+use clap::Args;
+
+use crate::arguments::Output;
+use crate::common::{CommandResult, Outcome, deliver, prepare, told};
 use config::{embedded_config, read_machine_text};
 use machine::Machine;
 use report::document::{Input, Stamp};
@@ -16,6 +18,16 @@ use report::{digest, wrapped};
 
 /// The configurations the figures are computed from.
 const CONFIGS: [&str; 3] = ["configs/twin-ball-screw.toml", "configs/servo-axis.toml", "configs/vertical-axis.toml"];
+
+/// `simulate published`.
+#[derive(Debug, Args)]
+pub struct PublishedArguments {
+    /// Print the table as Markdown
+    #[arg(long)]
+    pub markdown: bool,
+    #[command(flatten)]
+    pub output: Output,
+}
 
 /// Runs the command.
 pub fn run(given: &PublishedArguments) -> CommandResult {

@@ -6,12 +6,13 @@ use std::sync::atomic::Ordering;
 use clap::Args;
 use rayon::prelude::*;
 
-use super::arguments::{LoadArguments, Output, Sources};
-use super::common::{CommandResult, Outcome, deliver, load_machine, prepare, stamp, stop_flag, told, warn};
-use super::progress::Progress;
-use super::simulate::operating;
-use dynamics::motion::{LinearLoops, Pole, Settings, SineResponse, sine_response};
-use machine::{Machine, Motion};
+use super::driven::{describe_pole, find_drive, find_response};
+use super::operating::{LoadArguments, find_operating};
+use crate::arguments::{Output, Sources};
+use crate::common::{CommandResult, Outcome, deliver, load_machine, prepare, stamp, stop_flag, told, warn};
+use crate::progress::Progress;
+use dynamics::motion::{LinearLoops, Settings, SineResponse, sine_response};
+use machine::Motion;
 use report::loops::{Bode, BodeRow, PoleRow};
 
 /// `simulate bode`.
@@ -50,24 +51,11 @@ pub struct BodeArguments {
     pub output: Output,
 }
 
-/// What an unstable loop is told as.
-pub fn said(pole: &Pole) -> String {
-    let every = 1.0 / pole.growth_per_s;
-    let frequency =
-        if pole.frequency_hz < 1e-3 { "a pole that does not swing".into() } else { format!("the pole at {:.1} Hz", pole.frequency_hz) };
-    format!(
-        "{frequency} grows e-fold every {every:.3e} s (damping ratio {:.3}), most at «{}»; lower the gains, the delay or the periods of its loops",
-        pole.damping_ratio(),
-        pole.point
-    )
-}
-
 /// Runs the command.
 pub fn run(given: &BodeArguments) -> CommandResult {
     let loaded = load_machine(&given.sources)?;
     let machine = &loaded.config.machine;
-    let path = &loaded.config.path;
-    let drive = machine.drive.as_ref().ok_or_else(|| format!("{path}: the machine has no drive; describe one as [drive]"))?;
+    let drive = find_drive(&loaded)?;
     let (lowest, highest) = (1e-3, 0.5 / drive.velocity.period_s);
     let to_hz = given.to_hz.unwrap_or(0.99 * highest);
     if !(given.from_hz >= lowest && given.from_hz < to_hz && to_hz <= highest) {
@@ -77,15 +65,14 @@ pub fn run(given: &BodeArguments) -> CommandResult {
     if !(given.amplitude_m > 0.0 && given.amplitude_m.is_finite()) {
         return Err(format!("--amplitude-m {}: write a number above 0", given.amplitude_m));
     }
-    let point = given.response.as_deref().map(|name| known(machine, name)).transpose()?;
-    let at_rest = LoadArguments { velocity_m_s: None, acceleration_m_s2: None, force_n: None };
-    let operating = operating(&loaded, given.nut_m, None, &at_rest)?;
+    let point = given.response.as_deref().map(|name| find_response(machine, name)).transpose()?;
+    let operating = find_operating(&loaded, given.nut_m, None, &LoadArguments::default())?;
     let settings = Settings { operating, lumps: usize::from(given.lumps), ..Settings::default() };
     let folder = prepare(&given.output)?;
     let values = machine.start();
     let loops = LinearLoops::new(machine, &values, &settings).map_err(told)?;
     if let Some(pole) = loops.unstable() {
-        return Err(format!("{path}: the loops are unstable: {}", said(&pole)));
+        return Err(format!("{}: the loops are unstable: {}", loaded.config.path, describe_pole(&pole)));
     }
     let coordinate = match point {
         None => None,
@@ -160,14 +147,6 @@ pub fn run(given: &BodeArguments) -> CommandResult {
     let bode = document(given, stamp("bode", 0, complete, &loaded, warnings), rows, &loops, magnitude);
     deliver(&given.output, folder.as_ref(), "bode.json", &bode, &text(&bode))?;
     Ok(if complete { Outcome::Done } else { Outcome::Stopped })
-}
-
-/// A point by name.
-pub(super) fn known<'m>(machine: &'m Machine, name: &str) -> Result<&'m str, String> {
-    machine.point(name).map(|at| machine.points[at].name.as_str()).ok_or_else(|| {
-        let known: Vec<&str> = machine.points.iter().filter(|p| !p.fixed).map(|p| p.name.as_str()).collect();
-        format!("--response {name}: no such point; the machine has {}", known.join(", "))
-    })
 }
 
 /// Where a magnitude falls below 1/√2, between two frequencies, by halving.

@@ -4,10 +4,10 @@ use std::sync::atomic::Ordering;
 
 use clap::Args;
 
-use super::arguments::{LoadArguments, Output, Sources};
-use super::bode::known;
-use super::common::{CommandResult, Outcome, deliver, load_machine, prepare, stamp, stop_flag, told, warn};
-use super::simulate::operating;
+use super::driven::{find_drive, find_response};
+use super::operating::{LoadArguments, find_operating};
+use crate::arguments::{Output, Sources};
+use crate::common::{CommandResult, Outcome, deliver, load_machine, prepare, stamp, stop_flag, told, warn};
 use dynamics::motion::{SCurve, Settings, gain_study};
 use machine::Motion;
 use report::columns;
@@ -56,8 +56,7 @@ pub struct GainArguments {
 pub fn run(given: &GainArguments) -> CommandResult {
     let loaded = load_machine(&given.sources)?;
     let machine = &loaded.config.machine;
-    let drive =
-        machine.drive.as_ref().ok_or_else(|| format!("{}: the machine has no drive; describe one as [drive]", loaded.config.path))?;
+    let drive = find_drive(&loaded)?;
     let (from, to) = (given.from_per_min, given.to_per_min);
     if !(from > 0.0 && from < to && to.is_finite()) {
         return Err(format!("--from-per-min {from} --to-per-min {to}: write two gains above 0, the smaller first"));
@@ -67,13 +66,12 @@ pub fn run(given: &GainArguments) -> CommandResult {
         return Err(format!("--rest-s {}: write {least} s or more, in which the axis comes to rest", given.rest_s));
     }
     // A point that turns travels as the position encoder reads it.
-    let point = given.response.as_deref().map(|name| known(machine, name)).transpose()?;
+    let point = given.response.as_deref().map(|name| find_response(machine, name)).transpose()?;
     let point = point.and_then(|name| machine.point(name)).map(|at| {
         let turns = machine.points[at].motion == Motion::Rotation;
         (at, if turns { drive.position.encoder.travel } else { 1.0 })
     });
-    let at_rest = LoadArguments { velocity_m_s: None, acceleration_m_s2: None, force_n: None };
-    let settings = Settings { operating: operating(&loaded, given.nut_m, None, &at_rest)?, ..Settings::default() };
+    let settings = Settings { operating: find_operating(&loaded, given.nut_m, None, &LoadArguments::default())?, ..Settings::default() };
     let curve = SCurve {
         from: 0.0,
         to: given.travel_m,

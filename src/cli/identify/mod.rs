@@ -1,9 +1,11 @@
 //! `jointid identify`.
 
-use super::arguments::IdentifyArguments;
-use super::common::{CommandResult, Loaded, control, deliver, ended, load, on_threads, plan, prepare, settings, stamp, told, warn};
-use super::progress::Progress;
-use super::rows;
+pub mod arguments;
+
+use self::arguments::IdentifyArguments;
+use crate::common::{CommandResult, Loaded, control, deliver, ended, load, on_threads, plan, prepare, settings, stamp, told, warn};
+use crate::progress::Progress;
+use crate::rows;
 use identification::objective::ObjectiveError;
 use identification::validation::left_out;
 use identification::{Identification, identify};
@@ -13,8 +15,8 @@ use report::{bootstrap_table, derived_table, frfs_table, parameters_table, posit
 /// Runs the command.
 pub fn run(given: &IdentifyArguments) -> CommandResult {
     let loaded = load(&given.sources)?;
-    if super::inverse_dynamics::applies(&loaded.set) {
-        return super::inverse_dynamics::identify(given, &loaded);
+    if crate::inverse_dynamics::applies(&loaded.set) {
+        return crate::inverse_dynamics::identify(given, &loaded);
     }
     let plan = plan(&given.search, &loaded.set)?;
     let (fit, held_out) = loaded.set.split(given.split.positions.as_deref(), &given.split.hold_out).map_err(told)?;

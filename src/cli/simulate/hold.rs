@@ -4,9 +4,9 @@ use std::path::PathBuf;
 
 use clap::Args;
 
-use super::arguments::{LoadArguments, Output, Sources};
-use super::common::{CommandResult, Outcome, deliver, load_machine, prepare, read_document, stamp, told, warn};
-use super::simulate::operating;
+use super::operating::{LoadArguments, find_operating};
+use crate::arguments::{Output, Sources};
+use crate::common::{CommandResult, Outcome, deliver, load_machine, prepare, read_document, stamp, told, warn};
 use dynamics::motion::{Hold, gains_of};
 use machine::Motion;
 use numeric::unit::omega_rad_s;
@@ -49,8 +49,7 @@ pub fn run(given: &HoldArguments) -> CommandResult {
 fn from_gains(given: &HoldArguments) -> CommandResult {
     let loaded = load_machine(&given.sources)?;
     let machine = &loaded.config.machine;
-    let at_rest = LoadArguments { velocity_m_s: None, acceleration_m_s2: None, force_n: None };
-    let operating = operating(&loaded, None, None, &at_rest)?;
+    let operating = find_operating(&loaded, None, None, &LoadArguments::default())?;
     let hold = Hold::new(machine, &machine.start(), &operating).map_err(|e| format!("{}: {e}", loaded.config.path))?;
     if let Some(f) = given.at_hz.iter().find(|f| !(**f > 0.0 && f.is_finite())) {
         return Err(format!("--at-hz {f}: write frequencies above 0 Hz"));

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use super::{Source, compared, machine, stated, unreachable};
 use crate::common::told;
-use crate::sweep::{separations, static_stiffness};
+use crate::simulate::stiffness::{separations, static_stiffness};
 use dynamics::model::elastic_frequencies_hz;
 use identification::{Plan, identify};
 use machine::contact::published::{

@@ -2,7 +2,7 @@
 
 use super::{Source, compared, machine, ours_alone, stated};
 use crate::common::told;
-use crate::sweep::{separations, static_stiffness};
+use crate::simulate::stiffness::{separations, static_stiffness};
 use dynamics::model::elastic_frequencies_hz;
 use machine::{Machine, Operating};
 use report::simulation::PublishedFigure;

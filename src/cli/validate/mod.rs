@@ -1,11 +1,14 @@
 //! `jointid validate`.
 
+pub mod arguments;
+
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use super::arguments::{Sources, ValidateArguments};
-use super::common::{CommandResult, Outcome, deliver, load, prepare, read_document, stamp, told, warn};
-use super::rows;
+use self::arguments::ValidateArguments;
+use crate::arguments::Sources;
+use crate::common::{CommandResult, Outcome, deliver, load, prepare, read_document, stamp, told, warn};
+use crate::rows;
 use config::MachineConfig;
 use dynamics::model::Rods;
 use identification::objective::{FrfObjective, FrfSettings, MISSING, ModeObjective, ModeSettings, PositionPrediction};
@@ -36,8 +39,8 @@ pub fn run(given: &ValidateArguments) -> CommandResult {
         }
     }
     let values = identified_values(&given.result, &identified, &loaded.config)?;
-    if super::inverse_dynamics::applies(&loaded.set) {
-        return super::inverse_dynamics::validate(given, (&identified, input), &loaded, &values, warnings);
+    if crate::inverse_dynamics::applies(&loaded.set) {
+        return crate::inverse_dynamics::validate(given, (&identified, input), &loaded, &values, warnings);
     }
     let folder = prepare(&given.output)?;
     let whole_frfs = settings.objective == "frf";

@@ -1,17 +1,18 @@
 //! `jointid diagnose`.
 
+pub mod arguments;
+
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 
-use clap::ValueEnum;
 use num_complex::Complex64;
 
-use super::arguments::DiagnoseArguments;
-use super::common::{
+use self::arguments::DiagnoseArguments;
+use crate::common::{
     CommandResult, Loaded, build, control, deliver, ended, fits_frfs, inputs, load, on_threads, plan, prepare, stamp, told, warn,
 };
-use super::progress::Progress;
-use super::rows;
+use crate::progress::Progress;
+use crate::rows;
 use diagnosis::{
     Ablation, Candidate, Diagnosis, Domain, Fitted, Hypothesis, Kind, Part, Settings, Status, closed, closed_interval, diagnose, fitter,
     floor_over, gap_over, peak_errors, values_of,
@@ -27,35 +28,11 @@ use report::{OutputFolder, digest};
 /// Bands of the residual map.
 const BANDS: usize = 12;
 
-/// A part of the method that can be left out.
-#[derive(Debug, Clone, Copy, ValueEnum)]
-pub enum MethodPart {
-    /// Thresholds from χ² tables instead of simulated nulls
-    ChiSquare,
-    /// Candidates fitted with the nominal parameters kept where the nominal fit left them
-    FrozenNominal,
-    /// Nothing that is ordinarily a little wrong is fitted along
-    NoNuisances,
-    /// Candidates ranked by the positions they were fitted to alone
-    InSample,
-}
-
-impl MethodPart {
-    fn ablation(self) -> Ablation {
-        match self {
-            MethodPart::ChiSquare => Ablation::ChiSquare,
-            MethodPart::FrozenNominal => Ablation::FrozenNominal,
-            MethodPart::NoNuisances => Ablation::NoNuisances,
-            MethodPart::InSample => Ablation::InSample,
-        }
-    }
-}
-
 /// Runs the command.
 pub fn run(given: &DiagnoseArguments) -> CommandResult {
     let loaded = load(&given.sources)?;
-    if super::inverse_dynamics::applies(&loaded.set) {
-        return super::inverse_dynamics::diagnose(given, &loaded);
+    if crate::inverse_dynamics::applies(&loaded.set) {
+        return crate::inverse_dynamics::diagnose(given, &loaded);
     }
     let plan = plan(&given.search, &loaded.set)?;
     let (fit, held_out) = loaded.set.split(given.split.positions.as_deref(), &given.split.hold_out).map_err(told)?;

@@ -5,9 +5,9 @@ use std::sync::atomic::Ordering;
 use clap::Args;
 use rayon::prelude::*;
 
-use super::arguments::{Output, Sources};
-use super::bode::known;
-use super::common::{CommandResult, Loaded, Outcome, deliver, inputs, load_machine, prepare, stamp, stop_flag, told, warn};
+use super::driven::find_response;
+use crate::arguments::{Output, Sources};
+use crate::common::{CommandResult, Loaded, Outcome, deliver, inputs, load_machine, prepare, stamp, stop_flag, told, warn};
 use dynamics::motion::{Circle, Settings, Trace, contour_error, simulate};
 use machine::Motion;
 use numeric::parallel::OrFirstError;
@@ -58,7 +58,7 @@ pub fn run(given: &CircleArguments) -> CommandResult {
     }
     if let Some(name) = &given.response {
         for l in [&first, &second] {
-            let point = known(&l.config.machine, name)?;
+            let point = find_response(&l.config.machine, name)?;
             if l.config.machine.points.iter().any(|p| p.name == point && p.motion == Motion::Rotation) {
                 return Err(format!("--response {name}: turns; name a point that travels"));
             }

@@ -2,14 +2,14 @@
 
 use std::collections::BTreeMap;
 use std::fmt::Write;
-
 use std::sync::atomic::Ordering;
 
 use clap::Args;
 
-use super::arguments::{LoadArguments, Output, Sources};
-use super::common::{CommandResult, Loaded, Outcome, load_machine, prepare, print_out, stamp, stop_flag, told, warn, write_told};
-use super::simulate::operating;
+use super::driven::{describe_pole, find_drive};
+use super::operating::{LoadArguments, find_operating};
+use crate::arguments::{Output, Sources};
+use crate::common::{CommandResult, Loaded, Outcome, load_machine, prepare, print_out, stamp, stop_flag, told, warn, write_told};
 use dynamics::motion::{Course, EventKind, LinearLoops, RecordGap, SCurve, Settings, Sine, Trace, simulate, simulate_record};
 use machine::{Machine, Motion};
 use measurement::{SourceFile, read_reference};
@@ -72,11 +72,9 @@ pub struct MotionArguments {
 pub fn run(given: &MotionArguments) -> CommandResult {
     let loaded = load_machine(&given.sources)?;
     let machine = &loaded.config.machine;
-    let drive =
-        machine.drive.as_ref().ok_or_else(|| format!("{}: the machine has no drive; describe one as [drive]", loaded.config.path))?;
-    let at_rest = LoadArguments { velocity_m_s: None, acceleration_m_s2: None, force_n: None };
+    let drive = find_drive(&loaded)?;
     let settings = Settings {
-        operating: operating(&loaded, given.nut_m, None, &at_rest)?,
+        operating: find_operating(&loaded, given.nut_m, None, &LoadArguments::default())?,
         lumps: usize::from(given.lumps),
         step_s: given.step_s,
         ..Settings::default()
@@ -101,9 +99,7 @@ pub fn run(given: &MotionArguments) -> CommandResult {
     };
     let mut trace = trace;
     let pole = LinearLoops::new(machine, &values, &settings).ok().and_then(|loops| loops.unstable());
-    trace
-        .warnings
-        .extend(pole.map(|pole| format!("the loops are unstable, without friction, play and limits: {}", super::bode::said(&pole))));
+    trace.warnings.extend(pole.map(|pole| format!("the loops are unstable, without friction, play and limits: {}", describe_pole(&pole))));
     warn(&given.output, &trace.warnings);
     let document = document(given, &loaded, &word, &settings, &trace, gap, file.as_ref());
     let csv = table(&document, machine);

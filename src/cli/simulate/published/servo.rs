@@ -1,7 +1,7 @@
 //! The lumped servo axis.
 
 use super::{Source, compared, machine, stated};
-use crate::sweep::mode_energy;
+use crate::simulate::sensitivity::mode_energy;
 use dynamics::model::elastic_frequencies_hz;
 use dynamics::motion::{SCurve, Settings, gain_study};
 use machine::{Machine, Operating};

@@ -1,0 +1,26 @@
+//! What can be said to `validate`.
+
+use std::path::PathBuf;
+
+use clap::Args;
+
+use crate::arguments::Output;
+
+/// `validate`.
+#[derive(Debug, Args)]
+pub struct ValidateArguments {
+    /// The identification.json to check
+    #[arg(long, value_name = "FILE")]
+    pub result: PathBuf,
+    /// Folder of the measurement set; that of the identification by default
+    #[arg(long, value_name = "DIR")]
+    pub measurements: Option<String>,
+    /// Positions to check; those held out by default
+    #[arg(long, value_name = "NAMES", value_delimiter = ',')]
+    pub positions: Option<Vec<String>>,
+    /// Exit with 1 if a relative frequency error, or for FRFs the gap of a record, is larger
+    #[arg(long, value_name = "SHARE")]
+    pub fail_above: Option<f64>,
+    #[command(flatten)]
+    pub output: Output,
+}
