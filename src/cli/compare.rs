@@ -5,9 +5,12 @@ use std::collections::BTreeMap;
 use clap::Args;
 
 use crate::arguments::{Output, SearchArguments, Sources};
-use crate::common::{CommandResult, Loaded, control, deliver, ended, load, objective_word, on_threads, plan, prepare, stamp, told, warn};
+use crate::delivery::{CommandResult, deliver, prepare, told, warn};
+use crate::long_work::{control, ended, on_threads};
 use crate::progress::Progress;
 use crate::rows;
+use crate::search::{objective_word, plan};
+use crate::sources::{Loaded, load, stamp};
 use identification::objective::Objective;
 use identification::validation::leave_one_out;
 use identification::{Plan, identify};

@@ -6,9 +6,12 @@ use std::sync::Arc;
 use clap::Args;
 
 use crate::arguments::{Output, SearchArguments, Sources};
-use crate::common::{CommandResult, Loaded, control, deliver, ended, load, on_threads, plan, prepare, stamp, told, warn};
+use crate::delivery::{CommandResult, deliver, prepare, told, warn};
+use crate::long_work::{control, ended, on_threads};
 use crate::progress::Progress;
 use crate::rows;
+use crate::search::plan;
+use crate::sources::{Loaded, load, stamp};
 use dynamics::model::{Rods, Structure, undamped_modes};
 use identification::{Plan, identify};
 use machine::{Machine, Operating};

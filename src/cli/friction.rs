@@ -7,7 +7,7 @@ use std::path::PathBuf;
 use clap::{Args, ValueEnum};
 
 use crate::arguments::Output;
-use crate::common::{CommandResult, Outcome, deliver, prepare, told};
+use crate::delivery::{CommandResult, Outcome, deliver, prepare, told};
 use crate::talk;
 use machine::contact::{ContactError, Estimate, FitOptions, Noise, Observation, ScrewDrive, fit_stribeck};
 use measurement::{FrictionTable, FrictionUnit, read_friction};

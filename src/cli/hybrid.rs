@@ -7,9 +7,11 @@ use clap::Args;
 use rayon::prelude::*;
 
 use crate::arguments::{Output, Sources, SplitArguments};
-use crate::common::{CommandResult, Loaded, control, deliver, ended, inputs, load, prepare, read_document, stamp, told, warn};
+use crate::delivery::{CommandResult, deliver, prepare, told, warn};
+use crate::identified::{check_identification, identified_values, read_identification};
+use crate::long_work::{control, ended};
 use crate::progress::Progress;
-use crate::validate::{check_identification, identified_values};
+use crate::sources::{Loaded, inputs, load, stamp};
 use dynamics::motion::{Settings, contour_error, simulate_record};
 use identification::network::{Example, Network, Trained};
 use machine::Machine;
@@ -18,7 +20,6 @@ use numeric::parallel::OrFirstError;
 use numeric::statistics::quantile;
 use optimizer::Control;
 use report::columns;
-use report::document::Identification;
 use report::hybrid::{ContourRow, Hybrid, HybridRow, NetworkRow, Score};
 
 /// Every how many samples of a record are examples.
@@ -137,7 +138,7 @@ struct Physics {
 }
 
 fn identified(path: &std::path::Path, given: &HybridArguments, beside: &Loaded) -> Result<Physics, String> {
-    let (found, input): (Identification, _) = read_document(path)?;
+    let (found, input) = read_identification(path)?;
     check_identification(path, &found)?;
     let loaded = load(&Sources {
         config: found.settings.config.clone(),

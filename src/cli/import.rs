@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 
 use crate::arguments::QuantityName;
-use crate::common::{CommandResult, Outcome, print_out, told};
+use crate::delivery::{CommandResult, Outcome, print_out, told};
 use crate::talk;
 use measurement::import::{ImportedFrf, Placement, frf_from_csv, frfs_from_universal, is_of_frf, set_files};
 use measurement::universal::{

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 
-use crate::common::{CommandResult, Outcome};
+use crate::delivery::{CommandResult, Outcome};
 use config::MACHINE_BEGINNING;
 use measurement::SET_BEGINNING;
 use report::OutputFolder;

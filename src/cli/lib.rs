@@ -1,8 +1,10 @@
-//! The command line: arguments, one file per command, progress, exit codes.
+//! The command line: arguments, commands, exit codes.
 
+// What is said to the program.
 mod arguments;
 mod command_line;
-mod common;
+
+// One file or folder per command, `completions` and `man` together, `export` with `import`.
 mod compare;
 mod convergence;
 mod diagnose;
@@ -15,21 +17,28 @@ mod inverse_dynamics;
 mod manual;
 mod peaks;
 mod plan;
-mod progress;
 mod report;
-mod rows;
 mod schema;
 mod simulate;
-mod talk;
 mod validate;
 mod withheld;
+
+// What commands share: what they read, how they search and work, what they deliver and say.
+mod delivery;
+mod identified;
+mod long_work;
+mod progress;
+mod rows;
+mod search;
+mod sources;
+mod talk;
 
 use std::process::ExitCode;
 
 use clap::{CommandFactory, Parser};
 
 use command_line::{Arguments, Command};
-use common::Outcome;
+use delivery::Outcome;
 
 /// Runs the command of this process and gives its exit code: 0 done, 1 a limit was not met, 2 could not run, 3 stopped early.
 pub fn run() -> ExitCode {

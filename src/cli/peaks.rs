@@ -6,7 +6,8 @@ use clap::Args;
 use rayon::prelude::*;
 
 use crate::arguments::Output;
-use crate::common::{CommandResult, Outcome, deliver_with, prepare, print_out, set_stamp, told};
+use crate::delivery::{CommandResult, Outcome, deliver_with, prepare, print_out, told};
+use crate::sources::set_stamp;
 use measurement::modal::{AmplitudeKind, Curve, Fit, FitOptions, ModalFit, TrackOptions, TrackRecord, track};
 use measurement::{Frf, Line, MeasurementSet, read_set};
 use numeric::parallel::OrFirstError;

@@ -5,11 +5,13 @@ use std::path::PathBuf;
 use clap::{Args, ValueEnum};
 
 use crate::arguments::{ModelName, Output, Sources};
-use crate::common::{CommandResult, Loaded, Outcome, deliver, load, prepare, read_document, rods, stamp, told};
-use crate::validate::{check_identification, identified_values};
+use crate::delivery::{CommandResult, Outcome, deliver, prepare, told};
+use crate::identified::{check_identification, identified_values, read_identification};
+use crate::search::rods;
+use crate::sources::{Loaded, load, stamp};
 use identification::objective::{FrfSettings, ModeSettings};
 use identification::{Choice, Design, FrfPlan};
-use report::document::{ChoiceRow, Identification, Plan, PlanRanking};
+use report::document::{ChoiceRow, Plan, PlanRanking};
 use report::plan_table;
 
 /// Kinds of data by name.
@@ -76,7 +78,7 @@ pub fn run(given: &PlanArguments) -> CommandResult {
     let mut values = machine.start();
     let mut inputs = Vec::new();
     if let Some(path) = &given.result {
-        let (identified, input): (Identification, _) = read_document(path)?;
+        let (identified, input) = read_identification(path)?;
         check_identification(path, &identified)?;
         inputs.push(input);
         values = identified_values(path, &identified, &loaded.config)?;

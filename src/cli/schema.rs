@@ -2,7 +2,7 @@
 
 use clap::Args;
 
-use crate::common::{CommandResult, Outcome, print_out};
+use crate::delivery::{CommandResult, Outcome, print_out};
 use config::{effects_schema, machine_schema};
 use measurement::manifest_schema;
 use report::{self, to_json};

@@ -8,11 +8,12 @@ use std::path::PathBuf;
 use num_complex::Complex64;
 
 use self::arguments::DiagnoseArguments;
-use crate::common::{
-    CommandResult, Loaded, build, control, deliver, ended, fits_frfs, inputs, load, on_threads, plan, prepare, stamp, told, warn,
-};
+use crate::delivery::{CommandResult, deliver, prepare, told, warn};
+use crate::long_work::{build, control, ended, on_threads};
 use crate::progress::Progress;
 use crate::rows;
+use crate::search::{check_frozen, fits_frfs, plan};
+use crate::sources::{Loaded, inputs, load, stamp};
 use diagnosis::{
     Ablation, Candidate, Diagnosis, Domain, Fitted, Hypothesis, Kind, Part, Settings, Status, closed, closed_interval, diagnose, fitter,
     floor_over, gap_over, peak_errors, values_of,
@@ -76,17 +77,6 @@ pub fn run(given: &DiagnoseArguments) -> CommandResult {
     let text = format!("{}\n{}", machine.title, diagnosis_text(&document));
     deliver(&given.output, folder.as_ref(), "diagnosis.json", &document, &text)?;
     Ok(ended(&given.output, &control, found.complete))
-}
-
-pub(super) fn check_frozen(loaded: &Loaded, frozen: &[String]) -> Result<(), String> {
-    let parameters = &loaded.config.machine.parameters;
-    match frozen.iter().find(|id| !parameters.iter().any(|p| p.id == **id)) {
-        None => Ok(()),
-        Some(id) => {
-            let known: Vec<&str> = parameters.iter().map(|p| p.id.as_str()).collect();
-            Err(format!("--freeze: the machine has no parameter «{id}»; there are {}", known.join(", ")))
-        }
-    }
 }
 
 /// The candidates asked for, of those with one id the one for this data.

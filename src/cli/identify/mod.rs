@@ -3,9 +3,12 @@
 pub mod arguments;
 
 use self::arguments::IdentifyArguments;
-use crate::common::{CommandResult, Loaded, control, deliver, ended, load, on_threads, plan, prepare, settings, stamp, told, warn};
+use crate::delivery::{CommandResult, deliver, prepare, told, warn};
+use crate::long_work::{control, ended, on_threads};
 use crate::progress::Progress;
 use crate::rows;
+use crate::search::{plan, settings};
+use crate::sources::{Loaded, load, stamp};
 use identification::objective::ObjectiveError;
 use identification::validation::left_out;
 use identification::{Identification, identify};

@@ -3,10 +3,13 @@
 use std::collections::BTreeMap;
 
 use super::learnable::learnable;
-use crate::common::{CommandResult, Loaded, control, deliver, ended, on_threads, plan, prepare, stamp, told, warn};
+use crate::delivery::{CommandResult, deliver, prepare, told, warn};
 use crate::diagnose::arguments::DiagnoseArguments;
-use crate::diagnose::{check_frozen, chosen_effects};
+use crate::diagnose::chosen_effects;
+use crate::long_work::{control, ended, on_threads};
 use crate::progress::Progress;
+use crate::search::{check_frozen, plan};
+use crate::sources::{Loaded, stamp};
 use diagnosis::motion::{Cell, CellKind, MotionDiagnosis, MotionPart, MotionSettings, diagnose_motion, gap_of};
 use diagnosis::{Status, VerdictKind};
 use dynamics::inverse_dynamics::{Motion, phases};

@@ -3,10 +3,12 @@
 use std::collections::BTreeMap;
 
 use crate::arguments::ObjectiveName;
-use crate::common::{CommandResult, Loaded, control, deliver, ended, on_threads, plan, prepare, settings, stamp, told, warn};
-use crate::diagnose::check_frozen;
+use crate::delivery::{CommandResult, deliver, prepare, told, warn};
 use crate::identify::arguments::IdentifyArguments;
+use crate::long_work::{control, ended, on_threads};
 use crate::progress::Progress;
+use crate::search::{check_frozen, plan, settings};
+use crate::sources::{Loaded, stamp};
 use dynamics::inverse_dynamics::{Estimated, Fit, Motion, correlation, estimate_weighed, free_parameters, recorded, unseen};
 use identification::{output_error, simulated_gaps};
 use measurement::MotionRecord;

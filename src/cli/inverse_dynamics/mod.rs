@@ -13,7 +13,8 @@ use std::collections::BTreeMap;
 
 use rayon::prelude::*;
 
-use crate::common::{Loaded, told};
+use crate::delivery::told;
+use crate::sources::Loaded;
 use diagnosis::motion::{CellKind, MotionPart, cells, part};
 use dynamics::inverse_dynamics::{CurvePoint, Further, Motion, Phase, Recipe, Rigid, friction_curve};
 use identification::objective::point_named;

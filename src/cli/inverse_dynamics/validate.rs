@@ -3,7 +3,9 @@
 use std::collections::BTreeMap;
 
 use super::identify::positions;
-use crate::common::{CommandResult, Loaded, Outcome, deliver, prepare, stamp, stop_flag, told, warn};
+use crate::delivery::{CommandResult, Outcome, deliver, prepare, told, warn};
+use crate::long_work::stop_flag;
+use crate::sources::{Loaded, stamp};
 use crate::validate::arguments::ValidateArguments;
 use identification::simulated_gaps;
 use measurement::MotionRecord;

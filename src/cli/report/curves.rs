@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use num_complex::Complex64;
 
-use crate::common::told;
+use crate::delivery::told;
 use dynamics::model::{Rods, Structure};
 use identification::objective::{FrfObjective, FrfSettings, ModeObjective, ModeSettings, operating};
 use machine::{Chain, Machine, Motion, Operating};

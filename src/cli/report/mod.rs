@@ -11,9 +11,10 @@ use serde::de::DeserializeOwned;
 
 use self::curves::{Model, Overlay};
 use crate::arguments::Sources;
-use crate::common::{CommandResult, Loaded, Outcome, load, stamp, told};
+use crate::delivery::{CommandResult, Outcome, told};
+use crate::identified::{check_identification, identified_values};
+use crate::sources::{Loaded, load, stamp};
 use crate::talk;
-use crate::validate::{check_identification, identified_values};
 use dynamics::model::Rods;
 use measurement::read_set;
 use report::document::{Identification, Input};

@@ -7,7 +7,9 @@ use rayon::prelude::*;
 
 use super::driven::find_response;
 use crate::arguments::{Output, Sources};
-use crate::common::{CommandResult, Loaded, Outcome, deliver, inputs, load_machine, prepare, stamp, stop_flag, told, warn};
+use crate::delivery::{CommandResult, Outcome, deliver, prepare, told, warn};
+use crate::long_work::stop_flag;
+use crate::sources::{Loaded, inputs, load_machine, stamp};
 use dynamics::motion::{Circle, Settings, Trace, contour_error, simulate};
 use machine::Motion;
 use numeric::parallel::OrFirstError;

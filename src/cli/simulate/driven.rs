@@ -1,6 +1,6 @@
 //! The drive of a machine, its loops, and the point whose travel is asked for.
 
-use crate::common::Loaded;
+use crate::sources::Loaded;
 use dynamics::motion::Pole;
 use machine::{Drive, Machine};
 

@@ -12,13 +12,14 @@ use num_complex::Complex64;
 use super::driven::describe_pole;
 use super::operating::{LoadArguments, find_operating, load_warnings, require_positive};
 use crate::arguments::{Output, QuantityName, Sources};
-use crate::common::{CommandResult, Outcome, deliver, load, load_machine, prepare, read_document, stamp, told, warn};
-use crate::validate::{check_identification, identified_values};
+use crate::delivery::{CommandResult, Outcome, deliver, prepare, told, warn};
+use crate::identified::{check_identification, identified_values, read_identification};
+use crate::sources::{load, load_machine, stamp};
 use dynamics::model::{Rods, Structure};
 use dynamics::motion::{Hold, LinearLoops, MotionError, Settings};
 use machine::{Chain, Machine, Operating};
 use numeric::unit::omega_rad_s;
-use report::document::{Frfs, Identification, Input};
+use report::document::Frfs;
 
 /// `simulate frf`.
 #[derive(Debug, Args)]
@@ -74,7 +75,7 @@ pub fn run(given: &FrfArguments) -> CommandResult {
     }
     let lines = steps as usize + 1;
     // A result carries the machine it is for.
-    let (identified, input): (Option<Identification>, Option<Input>) = given.result.as_deref().map(read_document).transpose()?.unzip();
+    let (identified, input) = given.result.as_deref().map(read_identification).transpose()?.unzip();
     let loaded = match &identified {
         None => load_machine(&given.sources)?,
         Some(identified) => load(&Sources {

@@ -6,12 +6,13 @@ use clap::Args;
 
 use super::operating::{LoadArguments, find_operating};
 use crate::arguments::{Output, Sources};
-use crate::common::{CommandResult, Outcome, deliver, load_machine, prepare, read_document, stamp, told, warn};
+use crate::delivery::{CommandResult, Outcome, deliver, prepare, told, warn};
+use crate::identified::read_identification;
+use crate::sources::{load_machine, stamp};
 use dynamics::motion::{Hold, gains_of};
 use machine::Motion;
 use numeric::unit::omega_rad_s;
 use report::columns;
-use report::document::Identification;
 use report::loops::{HoldDocument, HoldGains, HoldRow};
 
 /// `simulate hold`.
@@ -84,7 +85,7 @@ fn from_gains(given: &HoldArguments) -> CommandResult {
 }
 
 fn from_result(given: &HoldArguments, path: &std::path::Path) -> CommandResult {
-    let (identified, input): (Identification, _) = read_document(path)?;
+    let (identified, input) = read_identification(path)?;
     let [k, c] = given.ids.as_slice() else {
         return Err(format!("--ids {}: write two, of the stiffness and of the damping", given.ids.join(",")));
     };

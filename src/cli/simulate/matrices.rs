@@ -6,7 +6,8 @@ use clap::Args;
 
 use super::operating::{LoadArguments, find_operating, load_warnings};
 use crate::arguments::{Output, Sources};
-use crate::common::{CommandResult, Outcome, deliver, load_machine, prepare, stamp, told, warn};
+use crate::delivery::{CommandResult, Outcome, deliver, prepare, told, warn};
+use crate::sources::{load_machine, stamp};
 use report::simulation::MatricesDocument;
 
 /// Most columns of a matrix that fit a terminal.

@@ -17,7 +17,7 @@ mod stiffness;
 
 use clap::{Args, Subcommand};
 
-use crate::common::CommandResult;
+use crate::delivery::CommandResult;
 
 /// `simulate`.
 #[derive(Debug, Args)]

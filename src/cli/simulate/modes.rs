@@ -8,7 +8,9 @@ use clap::Args;
 
 use super::operating::{LoadArguments, find_operating, load_warnings, require_positive};
 use crate::arguments::{ModelName, Output, Sources};
-use crate::common::{CommandResult, Outcome, deliver, load_machine, prepare, rods, stamp, told, warn};
+use crate::delivery::{CommandResult, Outcome, deliver, prepare, told, warn};
+use crate::search::rods;
+use crate::sources::{load_machine, stamp};
 use dynamics::model::{Structure, undamped_modes};
 use machine::Machine;
 use numeric::unit::omega_rad_s;

@@ -2,7 +2,8 @@
 
 use clap::Args;
 
-use crate::common::{Loaded, told};
+use crate::delivery::told;
+use crate::sources::Loaded;
 use machine::{Machine, Operating};
 
 /// What loads the machine.

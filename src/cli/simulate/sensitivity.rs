@@ -8,7 +8,8 @@ use clap::Args;
 
 use super::operating::{LoadArguments, find_operating, load_warnings};
 use crate::arguments::{Output, Sources};
-use crate::common::{CommandResult, Outcome, deliver, load_machine, prepare, stamp, told, warn};
+use crate::delivery::{CommandResult, Outcome, deliver, prepare, told, warn};
+use crate::sources::{load_machine, stamp};
 use dynamics::model::{Rods, Structure, elastic_frequencies_hz, undamped_modes};
 use machine::{FitRule, Law, Machine, Operating, Parameter, Scale};
 use numeric::unit::omega_rad_s;

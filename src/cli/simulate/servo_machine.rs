@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
 
-use crate::common::{CommandResult, Outcome, told};
+use crate::delivery::{CommandResult, Outcome, told};
 use reference_simulator::servo::{Axis, Circle, Feed, Missing, Sensors, write_circles, write_sines};
 
 /// What the machine has and the model of `configs/hybrid-axis.toml` lacks.

@@ -7,7 +7,8 @@ use clap::{Args, ValueEnum};
 
 use super::operating::{LoadArguments, find_operating, load_warnings};
 use crate::arguments::{Output, Sources};
-use crate::common::{CommandResult, Outcome, deliver, load_machine, prepare, stamp, told, warn};
+use crate::delivery::{CommandResult, Outcome, deliver, prepare, told, warn};
+use crate::sources::{load_machine, stamp};
 use dynamics::model::{Matrices, elastic_frequencies_hz};
 use machine::{LoadedPair, Machine, Operating};
 use numeric::root::{Bracket, refine};

@@ -3,17 +3,17 @@
 pub mod arguments;
 
 use std::collections::BTreeMap;
-use std::path::Path;
 
 use self::arguments::ValidateArguments;
 use crate::arguments::Sources;
-use crate::common::{CommandResult, Outcome, deliver, load, prepare, read_document, stamp, told, warn};
+use crate::delivery::{CommandResult, Outcome, deliver, prepare, told, warn};
+use crate::identified::{check_identification, identified_values, read_identification};
 use crate::rows;
-use config::MachineConfig;
+use crate::sources::{load, stamp};
 use dynamics::model::Rods;
 use identification::objective::{FrfObjective, FrfSettings, MISSING, ModeObjective, ModeSettings, PositionPrediction};
 use measurement::{FitSet, HoldOutSet};
-use report::document::{Identification, Validation};
+use report::document::Validation;
 use report::{gaps_table, positions_table};
 
 /// Runs the command.
@@ -21,7 +21,7 @@ pub fn run(given: &ValidateArguments) -> CommandResult {
     if let Some(limit) = given.fail_above.filter(|l| !(*l > 0.0)) {
         return Err(format!("--fail-above {limit}: write a share above 0, such as 0.03"));
     }
-    let (identified, input): (Identification, _) = read_document(&given.result)?;
+    let (identified, input) = read_identification(&given.result)?;
     check_identification(&given.result, &identified)?;
     let settings = &identified.settings;
     let sources = Sources {
@@ -115,42 +115,4 @@ pub fn run(given: &ValidateArguments) -> CommandResult {
         }
         _ => Ok(Outcome::Done),
     }
-}
-
-/// Identified values of all parameters of a configured machine, in its order.
-pub fn identified_values(path: &Path, identified: &Identification, config: &MachineConfig) -> Result<Vec<f64>, String> {
-    let value = |id: &String| {
-        let row = identified.parameters.get(id);
-        row.map(|row| row.value)
-            .ok_or_else(|| format!("{}: has no parameter «{id}», which {} has; identify again", path.display(), config.path))
-    };
-    config.machine.parameters.iter().map(|p| value(&p.id)).collect()
-}
-
-/// Refuses a document of another form, and values outside their own ranges.
-pub fn check_identification(path: &Path, identified: &Identification) -> Result<(), String> {
-    if identified.stamp.schema != "jointid/identification/1" {
-        return Err(format!(
-            "{}: is a {}, not a jointid/identification/1; name the identification.json of identify",
-            path.display(),
-            identified.stamp.schema
-        ));
-    }
-    if let Some(lumps) = identified.settings.lumps.filter(|lumps| !(1..=500).contains(lumps)) {
-        return Err(format!("{}: settings.lumps is {lumps}; there are 1 to 500 lumps per rod; identify again", path.display()));
-    }
-    for (id, row) in &identified.parameters {
-        // A hair beyond the range is rounding.
-        let slack = 1e-9 * row.upper.abs().max(row.lower.abs());
-        if !(row.value >= row.lower - slack && row.value <= row.upper + slack) {
-            return Err(format!(
-                "{}: parameters.{id}.value is {}, outside {} … {}; identify again",
-                path.display(),
-                row.value,
-                row.lower,
-                row.upper
-            ));
-        }
-    }
-    Ok(())
 }

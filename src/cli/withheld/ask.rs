@@ -11,7 +11,7 @@ use serde_json::Value;
 
 use super::arguments::WithheldArguments;
 use super::make::Flag;
-use crate::common::told;
+use crate::delivery::told;
 use crate::progress::Progress;
 use numeric::parallel::OrFirstError;
 use report::{OutputFolder, digest, to_json};

@@ -4,8 +4,9 @@ use std::collections::BTreeMap;
 use std::path::Path;
 
 use crate::arguments::Sources;
-use crate::common::{load, told};
+use crate::delivery::told;
 use crate::inverse_dynamics::ready;
+use crate::sources::load;
 use diagnosis::motion::{MotionPart, gap_of, part};
 use dynamics::inverse_dynamics::{Motion, Recipe, leave_crossings_out};
 use machine::Machine;

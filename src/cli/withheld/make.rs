@@ -8,7 +8,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use rayon::prelude::*;
 
 use super::own::own_case;
-use crate::common::told;
+use crate::delivery::told;
 use crate::progress::Progress;
 use numeric::parallel::OrFirstError;
 use reference_simulator::{Counts, Label, Plan, TruthError, generate_one, labels_json, motion, write_case};

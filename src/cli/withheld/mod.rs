@@ -12,7 +12,9 @@ use std::sync::atomic::Ordering;
 use rayon::prelude::*;
 
 use self::arguments::{ArmName, CasesAsked, TruthName, WithheldArguments};
-use crate::common::{CommandResult, Outcome, deliver, document_input, on_threads, prepare, print_out, stop_flag, told, warn};
+use crate::delivery::{CommandResult, Outcome, deliver, prepare, print_out, told, warn};
+use crate::long_work::{on_threads, stop_flag};
+use crate::sources::document_input;
 use numeric::parallel::OrFirstError;
 use reference_simulator::{Counts, Label, motion};
 use report::document::Stamp;

@@ -9,7 +9,7 @@ use std::fmt::Write;
 use clap::Args;
 
 use crate::arguments::Output;
-use crate::common::{CommandResult, Outcome, deliver, prepare, told};
+use crate::delivery::{CommandResult, Outcome, deliver, prepare, told};
 use config::{embedded_config, read_machine_text};
 use machine::Machine;
 use report::document::{Input, Stamp};

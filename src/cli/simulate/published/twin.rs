@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use super::{Source, compared, machine, stated, unreachable};
-use crate::common::told;
+use crate::delivery::told;
 use crate::simulate::stiffness::{separations, static_stiffness};
 use dynamics::model::elastic_frequencies_hz;
 use identification::{Plan, identify};

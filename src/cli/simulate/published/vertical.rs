@@ -1,7 +1,7 @@
 //! The vertical axis under acceleration. The paper prints no value of any quantity: its equations stand against ours.
 
 use super::{Source, compared, machine, ours_alone, stated};
-use crate::common::told;
+use crate::delivery::told;
 use crate::simulate::stiffness::{separations, static_stiffness};
 use dynamics::model::elastic_frequencies_hz;
 use machine::{Machine, Operating};
