@@ -115,7 +115,7 @@ pub fn run(given: &PeaksArguments) -> CommandResult {
             (n.name.clone(), row)
         })
         .collect();
-    let document = Peaks { stamp: set_stamp("peaks", &set, Vec::new()), modes, fits };
+    let document = Peaks { stamp: set_stamp("peaks", &set), modes, fits };
     let folder = prepare(&given.output)?;
     let beside = [("modes.csv", modes_csv(&set, &named, &document))];
     deliver_with(&given.output, folder.as_ref(), ("peaks.json", &beside), &document, &peaks_table(&document, given.all))?;

@@ -28,6 +28,12 @@ pub fn load(sources: &Sources) -> Result<Loaded, String> {
     Ok(Loaded { config, set, overrides: sources.set.clone(), without: sources.without.clone() })
 }
 
+/// Reads what a document says it was made from.
+pub fn load_again(config: &str, measurements: &str, stamp: &Stamp) -> Result<Loaded, String> {
+    let (set, without) = (stamp.overrides.clone(), stamp.without.clone());
+    load(&Sources { config: config.into(), measurements: measurements.into(), set, without })
+}
+
 /// As [`load`], for commands that need a machine and at most the positions of its set: the published bench's set stands in for no other machine.
 pub fn load_machine(sources: &Sources) -> Result<Loaded, String> {
     let config = read_machine(&sources.config, &sources.set, &sources.without).map_err(told)?;
@@ -48,7 +54,7 @@ fn set_inputs(set: &MeasurementSet) -> Vec<Input> {
 
 /// The stamp of a document.
 pub fn stamp(schema: &str, seed: u64, complete: bool, loaded: &Loaded, warnings: Vec<String>) -> Stamp {
-    let alone = set_stamp(schema, &loaded.set, Vec::new());
+    let alone = set_stamp(schema, &loaded.set);
     Stamp {
         seed,
         complete,
@@ -61,16 +67,21 @@ pub fn stamp(schema: &str, seed: u64, complete: bool, loaded: &Loaded, warnings:
 }
 
 /// The stamp of a document that rests on measurements alone.
-pub fn set_stamp(schema: &str, set: &MeasurementSet, warnings: Vec<String>) -> Stamp {
+pub fn set_stamp(schema: &str, set: &MeasurementSet) -> Stamp {
+    bare_stamp(schema, set_inputs(set), set.warnings.clone())
+}
+
+/// The stamp of a document that rests on these files, without a seed.
+pub fn bare_stamp(schema: &str, inputs: Vec<Input>, warnings: Vec<String>) -> Stamp {
     Stamp {
         schema: format!("jointid/{schema}/1"),
         tool_version: env!("CARGO_PKG_VERSION").into(),
         seed: 0,
         complete: true,
-        inputs: set_inputs(set),
+        inputs,
         overrides: Vec::new(),
         without: Vec::new(),
-        warnings: set.warnings.iter().cloned().chain(warnings).collect(),
+        warnings,
     }
 }
 

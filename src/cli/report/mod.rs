@@ -13,6 +13,7 @@ use self::curves::{Model, Overlay};
 use crate::arguments::Sources;
 use crate::delivery::{CommandResult, Outcome, told};
 use crate::identified::{check_identification, identified_values};
+use crate::motion_records::holds_records_alone;
 use crate::sources::{Loaded, load, stamp};
 use crate::talk;
 use dynamics::model::Rods;
@@ -145,7 +146,7 @@ fn recompute(folder: &Path, identified: &Identification, page: &mut Page) -> Res
     let rods = identified.settings.lumps.map_or(Rods::Exact, Rods::Lumped);
     page.title = loaded.config.machine.title.clone();
     page.nut_m = loaded.set.positions.iter().filter_map(|p| Some((p.name.clone(), p.nut_m?))).collect();
-    if crate::inverse_dynamics::applies(&loaded.set) {
+    if holds_records_alone(&loaded.set) {
         return Ok(());
     }
     let ground = Ground { identified, loaded, values, rods };

@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use clap::Args;
 
 use crate::arguments::Output;
+use crate::delivery::Outcome;
 
 /// `validate`.
 #[derive(Debug, Args)]
@@ -23,4 +24,15 @@ pub struct ValidateArguments {
     pub fail_above: Option<f64>,
     #[command(flatten)]
     pub output: Output,
+}
+
+impl ValidateArguments {
+    /// Done, or the limit is not met, which is said.
+    pub fn judge(&self, what: &str, largest: Option<f64>) -> Outcome {
+        let Some((limit, largest)) = self.fail_above.zip(largest).filter(|(limit, largest)| largest > limit) else { return Outcome::Done };
+        if !self.output.quiet {
+            eprintln!("jointid: the largest {what}, {:.2} %, is above {:.2} %", 100.0 * largest, 100.0 * limit);
+        }
+        Outcome::LimitNotMet
+    }
 }

@@ -1,20 +1,17 @@
-//! `jointid validate` of an identification from motion records.
+//! `jointid validate` on motion records.
 
-use std::collections::BTreeMap;
-
-use super::identify::positions;
+use super::arguments::ValidateArguments;
 use crate::delivery::{CommandResult, Outcome, deliver, prepare, told, warn};
 use crate::long_work::stop_flag;
+use crate::motion_records::{add_simulated_gaps, position_rows, prepare_all, record_rows};
 use crate::sources::{Loaded, stamp};
-use crate::validate::arguments::ValidateArguments;
-use identification::simulated_gaps;
 use measurement::MotionRecord;
 use optimizer::Control;
 use report::document::{Identification, Input, Validation};
-use report::record::{RecordRow, records_table};
+use report::record::records_table;
 
 /// Runs the command.
-pub fn validate(
+pub fn run(
     given: &ValidateArguments,
     (identified, input): (&Identification, Input),
     loaded: &Loaded,
@@ -45,43 +42,19 @@ pub fn validate(
         None if !left.is_empty() => left,
         None => all,
     };
-    let (motions, rigid, told_of) = super::prepared(loaded)?;
+    let (motions, rigid, told_of) = prepare_all(loaded)?;
     let warnings: Vec<String> = warnings.into_iter().chain(told_of).collect();
     let folder = prepare(&given.output)?;
     let control = Control::new(stop_flag(), None);
-    let mut records: BTreeMap<String, RecordRow> = chosen
-        .iter()
-        .map(|at| {
-            let role = if fitted.contains(at) { "fit" } else { "held_out" };
-            let row = super::record_row(&rigid, machine, values, &motions[*at], loaded.set.motions[*at].samples(), role);
-            (motions[*at].name.clone(), row)
-        })
-        .collect();
-    let mut complete = true;
-    if simulated {
-        let own: Vec<&MotionRecord> = chosen.iter().map(|i| &loaded.set.motions[*i]).collect();
-        for (record, gap) in own.iter().zip(simulated_gaps(machine, values, &own, &control).map_err(told)?) {
-            complete &= gap.is_some();
-            if let (Some(row), Some(gap)) = (records.get_mut(&record.name), gap) {
-                row.simulated_force_error = Some(gap.force);
-            }
-        }
-    }
-    let positions = positions(&records, |r| if simulated { r.simulated_force_error } else { Some(r.force_error) });
+    let mut records = record_rows(loaded, (&rigid, values), &motions, chosen.iter().copied(), &fitted);
+    let own: Vec<&MotionRecord> = chosen.iter().map(|i| &loaded.set.motions[*i]).collect();
+    let complete = !simulated || add_simulated_gaps(&mut records, (machine, values), &own, &control)?;
+    let positions = position_rows(&records, |r| if simulated { r.simulated_force_error } else { Some(r.force_error) });
     let largest_gap = positions.values().filter_map(|p| p.gap).reduce(f64::max);
     let mut stamped = stamp("validation", identified.stamp.seed, complete, loaded, warnings);
     stamped.inputs.push(input);
     let document = Validation { stamp: stamped, positions, largest_error: None, largest_gap };
     warn(&given.output, &document.stamp.warnings);
     deliver(&given.output, folder.as_ref(), "validation.json", &document, &records_table(&records))?;
-    match (given.fail_above, largest_gap) {
-        _ if !complete => Ok(Outcome::Stopped),
-        (Some(limit), Some(largest)) if largest > limit => {
-            if !given.output.quiet {
-                eprintln!("jointid: the largest force error, {:.2} %, is above {:.2} %", 100.0 * largest, 100.0 * limit);
-            }
-            Ok(Outcome::LimitNotMet)
-        }
-        _ => Ok(Outcome::Done),
-    }
+    Ok(if complete { given.judge("force error", largest_gap) } else { Outcome::Stopped })
 }

@@ -2,17 +2,18 @@
 
 use std::collections::BTreeMap;
 
+use super::arguments::DiagnoseArguments;
+use super::effects::choose_effects;
 use super::learnable::learnable;
 use crate::delivery::{CommandResult, deliver, prepare, told, warn};
-use crate::diagnose::arguments::DiagnoseArguments;
-use crate::diagnose::chosen_effects;
 use crate::long_work::{control, ended, on_threads};
+use crate::motion_records::{curve_rows, prepare_all, rigid, transmission_rows};
 use crate::progress::Progress;
 use crate::search::{check_frozen, plan};
 use crate::sources::{Loaded, stamp};
 use diagnosis::motion::{Cell, CellKind, MotionDiagnosis, MotionPart, MotionSettings, diagnose_motion, gap_of};
 use diagnosis::{Status, VerdictKind};
-use dynamics::inverse_dynamics::{Motion, phases};
+use dynamics::inverse_dynamics::{Motion, Phase, phases};
 use machine::{Data, Effect, Machine};
 use report::diagnosis as document;
 use report::record::{CellRow, ChainRow, ChannelRow, MotionRows, TraceRow, motion_diagnosis_text};
@@ -23,13 +24,13 @@ const NULLS: usize = 10;
 const DRAWN: usize = 2500;
 
 /// Runs the command.
-pub fn diagnose(given: &DiagnoseArguments, loaded: &Loaded) -> CommandResult {
+pub fn run(given: &DiagnoseArguments, loaded: &Loaded) -> CommandResult {
     let plan = plan(&given.search, &loaded.set)?;
     let machine = &loaded.config.machine;
     check_frozen(loaded, &plan.frozen)?;
-    let effects = chosen_effects(given, &loaded.config.effects, Data::Motion)?;
+    let effects = choose_effects(given, &loaded.config.effects, Data::Motion)?;
     let (fit, held_out) = loaded.set.split_motions(given.split.positions.as_deref(), &given.split.hold_out).map_err(told)?;
-    let (motions, _, told_of) = super::prepared(loaded)?;
+    let (motions, _, told_of) = prepare_all(loaded)?;
     let folder = prepare(&given.output)?;
     let of = |records: &[usize]| records.iter().map(|i| &motions[*i]).collect::<Vec<&Motion>>();
     let (fitted, left) = (of(&fit), of(&held_out));
@@ -199,7 +200,7 @@ fn plain(found: &MotionDiagnosis) -> Vec<document::Plain> {
 
 fn motion_rows(loaded: &Loaded, (fit, held_out): (&[&Motion], &[&Motion]), found: &MotionDiagnosis) -> Result<MotionRows, String> {
     let machine = &found.chosen.0.machine;
-    let rigid = super::rigid(loaded)?;
+    let rigid = rigid(loaded)?;
     let all: Vec<&Motion> = fit.iter().chain(held_out).copied().collect();
     let befores: Vec<&MotionPart> = found.fit.iter().chain(&found.held_out).collect();
     let afters: Vec<&MotionPart> = found.chosen_fit.iter().chain(&found.chosen_held_out).collect();
@@ -237,7 +238,7 @@ fn motion_rows(loaded: &Loaded, (fit, held_out): (&[&Motion], &[&Motion]), found
         }
     });
     let transmission = befores.iter().zip(&afters).zip(&all).flat_map(|((before, after), motion)| {
-        let rows = super::transmission_rows(before, motion).into_iter().zip(super::transmission_rows(after, motion).into_values());
+        let rows = transmission_rows(before, motion).into_iter().zip(transmission_rows(after, motion).into_values());
         let weights: BTreeMap<&str, f64> = before.further.iter().map(|f| (f.column.as_str(), f.weight)).collect();
         let record = motion.name.clone();
         rows.map(move |((column, before), after)| {
@@ -252,8 +253,8 @@ fn motion_rows(loaded: &Loaded, (fit, held_out): (&[&Motion], &[&Motion]), found
         cells: cells.collect(),
         records: records.collect(),
         contradictions: found.contradictions.iter().map(|c| c.says.clone()).collect(),
-        friction_curve: super::curve_rows(&rigid, machine, &found.chosen.1, fit),
-        phases: super::phase_names(),
+        friction_curve: curve_rows(&rigid, machine, &found.chosen.1, fit),
+        phases: phase_names(),
         traces: traces.collect(),
         transmission,
         learnable: Vec::new(),
@@ -276,4 +277,9 @@ fn trace(motion: &Motion, before: &MotionPart, after: &MotionPart) -> TraceRow {
         after: rounded(&after.residual),
         phase: at.iter().map(|i| phases[kept[*i]] as u8).collect(),
     }
+}
+
+/// Names of phases in their order.
+fn phase_names() -> Vec<String> {
+    Phase::ALL.iter().map(|p| p.word().to_string()).collect()
 }

@@ -2,22 +2,27 @@
 
 use std::collections::BTreeMap;
 
+use super::arguments::IdentifyArguments;
 use crate::arguments::ObjectiveName;
 use crate::delivery::{CommandResult, deliver, prepare, told, warn};
-use crate::identify::arguments::IdentifyArguments;
 use crate::long_work::{control, ended, on_threads};
+use crate::motion_records::{add_simulated_gaps, curve_rows, names, position_rows, prepare_all, record_rows};
 use crate::progress::Progress;
 use crate::search::{check_frozen, plan, settings};
 use crate::sources::{Loaded, stamp};
-use dynamics::inverse_dynamics::{Estimated, Fit, Motion, correlation, estimate_weighed, free_parameters, recorded, unseen};
-use identification::{output_error, simulated_gaps};
+use dynamics::inverse_dynamics::{
+    Estimated, Fit, InverseError, Motion, Recipe, correlation, estimate_weighed, free_parameters, recorded, unseen,
+};
+use identification::output_error;
+use machine::Machine;
 use measurement::MotionRecord;
-use report::document::{Identification, ParameterRow, PositionRow, Settings};
-use report::record::RecordRow;
+use optimizer::Control;
+use report::document::{Identification, ParameterRow, Settings};
+use report::record::{RecipeRow, RecordRow};
 use report::{parameters_table, wrapped};
 
 /// Runs the command.
-pub fn identify(given: &IdentifyArguments, loaded: &Loaded) -> CommandResult {
+pub fn run(given: &IdentifyArguments, loaded: &Loaded) -> CommandResult {
     let simulated = match given.search.objective {
         None | Some(ObjectiveName::InverseDynamics) => false,
         Some(ObjectiveName::OutputError) => true,
@@ -29,7 +34,7 @@ pub fn identify(given: &IdentifyArguments, loaded: &Loaded) -> CommandResult {
     let machine = &loaded.config.machine;
     check_frozen(loaded, &plan.frozen)?;
     let (fit, held_out) = loaded.set.split_motions(given.split.positions.as_deref(), &given.split.hold_out).map_err(told)?;
-    let (mut motions, rigid, mut warnings) = super::prepared(loaded)?;
+    let (mut motions, rigid, mut warnings) = prepare_all(loaded)?;
     let folder = prepare(&given.output)?;
     let asked = free_parameters(machine, &plan.frozen).map_err(told)?;
     let unseen = unseen(&rigid, machine, &asked, &fit.iter().map(|i| &motions[*i]).collect::<Vec<&Motion>>());
@@ -40,52 +45,26 @@ pub fn identify(given: &IdentifyArguments, loaded: &Loaded) -> CommandResult {
     let progress = Progress::begin(given.output.quiet, "identify");
     let control = control(&given.output, folder.as_ref(), &progress, loaded)?;
     let ran = on_threads(given.search.threads, || {
-        let mut found = estimate_weighed(&rigid, machine, &free, &mut motions, &fit)?;
-        let fitted: Vec<&Motion> = fit.iter().map(|i| &motions[*i]).collect();
-        let mut complete = true;
-        let mut estimates = found.estimates(machine, &free, &fitted);
+        let found = estimate_weighed(&rigid, machine, &free, &mut motions, &fit)?;
         if simulated {
             progress.now("simulate");
-            let records: Vec<&MotionRecord> = fit.iter().map(|i| &loaded.set.motions[*i]).collect();
-            let closed = output_error(machine, &found.values, &free, &records, &control)?;
-            complete = closed.complete;
-            let length = |i: &usize| (loaded.set.motions[*i].samples(), motions[*i].period.map(|p| p * motions[*i].recipe.factor));
-            let lengths: Vec<(usize, Option<usize>)> = fit.iter().map(length).collect();
-            found = Fit {
-                squares: closed.residual.norm_squared(),
-                values: closed.values,
-                free: free.clone(),
-                residual: closed.residual,
-                derivatives: closed.derivatives,
-                evaluations: found.evaluations + closed.evaluations,
-            };
-            estimates = found.estimates_of(machine, &free, &lengths);
+            return refine_by_simulation(loaded, (&free, found), (&fit, &motions), &control);
         }
-        Ok::<_, dynamics::inverse_dynamics::InverseError>((found, estimates, complete))
+        let fitted: Vec<&Motion> = fit.iter().map(|i| &motions[*i]).collect();
+        let estimates = found.estimates(machine, &free, &fitted);
+        Ok((found, estimates, true))
     })?;
     let (found, mut estimates, mut complete) = ran.map_err(told)?;
-    let fitted: Vec<&Motion> = fit.iter().map(|i| &motions[*i]).collect();
     let shown_nowhere = |i: &usize| Estimated { parameter: *i, value: found.values[*i], interval: None, at_bound: false };
     estimates.extend(unseen.iter().map(shown_nowhere));
     let values = &found.values;
-    let role = |at: &usize| if fit.contains(at) { "fit" } else { "held_out" };
-    let mut records: BTreeMap<String, RecordRow> = (0..motions.len())
-        .map(|at| {
-            let row = super::record_row(&rigid, machine, values, &motions[at], loaded.set.motions[at].samples(), role(&at));
-            (motions[at].name.clone(), row)
-        })
-        .collect();
+    let mut records = record_rows(loaded, (&rigid, values), &motions, 0..motions.len(), &fit);
     if simulated {
         let all: Vec<&MotionRecord> = loaded.set.motions.iter().collect();
-        let gaps = on_threads(given.search.threads, || simulated_gaps(machine, values, &all, &control))?.map_err(told)?;
-        for (record, gap) in all.iter().zip(gaps) {
-            complete &= gap.is_some();
-            if let (Some(row), Some(gap)) = (records.get_mut(&record.name), gap) {
-                row.simulated_force_error = Some(gap.force);
-            }
-        }
+        complete &= on_threads(given.search.threads, || add_simulated_gaps(&mut records, (machine, values), &all, &control))??;
     }
     progress.end();
+    let fitted: Vec<&Motion> = fit.iter().map(|i| &motions[*i]).collect();
     let error = |r: &RecordRow| if simulated { r.simulated_force_error } else { Some(r.force_error) };
     let level = if simulated {
         let all = fit.iter().flat_map(|i| loaded.set.motions[*i].load.samples());
@@ -93,14 +72,7 @@ pub fn identify(given: &IdentifyArguments, loaded: &Loaded) -> CommandResult {
     } else {
         recorded(&fitted).norm_squared()
     };
-    if !unseen.is_empty() {
-        let ids: Vec<&str> = unseen.iter().map(|i| machine.parameters[*i].id.as_str()).collect();
-        warnings.push(format!("neither the force nor a further point shows {}: left at the start", ids.join(", ")));
-    }
-    for e in estimates.iter().filter(|e| e.at_bound) {
-        let p = &machine.parameters[e.parameter];
-        warnings.push(format!("{} stands at an end of its range, {} … {} {}", p.id, p.lower, p.upper, p.unit));
-    }
+    warnings.extend(parameter_warnings(machine, &unseen, &estimates));
     let document = Identification {
         stamp: stamp("identification", plan.seed, complete, loaded, warnings),
         settings: Settings {
@@ -121,17 +93,52 @@ pub fn identify(given: &IdentifyArguments, loaded: &Loaded) -> CommandResult {
         leave_one_out: false,
         fitted_parameters: free.iter().map(|i| machine.parameters[*i].id.clone()).collect(),
         correlation: correlation(&found.derivatives),
-        fit_positions: super::names(&loaded.set, &fit),
-        held_out_positions: super::names(&loaded.set, &held_out),
-        positions: positions(&records, error),
+        fit_positions: names(&loaded.set, &fit),
+        held_out_positions: names(&loaded.set, &held_out),
+        positions: position_rows(&records, error),
         frfs: Vec::new(),
-        recipe: motions.first().map(|m| super::recipe_row(&m.recipe)),
-        friction_curve: super::curve_rows(&rigid, machine, values, &fitted),
+        recipe: motions.first().map(|m| recipe_row(&m.recipe)),
+        friction_curve: curve_rows(&rigid, machine, values, &fitted),
         records,
     };
     warn(&given.output, &document.stamp.warnings);
     deliver(&given.output, folder.as_ref(), "identification.json", &document, &text(loaded, &document))?;
     Ok(ended(&given.output, &control, document.stamp.complete))
+}
+
+/// Refines what inverse dynamics found by simulating the closed loop; whether it came to its end.
+fn refine_by_simulation(
+    loaded: &Loaded,
+    (free, found): (&[usize], Fit),
+    (fit, motions): (&[usize], &[Motion]),
+    control: &Control,
+) -> Result<(Fit, Vec<Estimated>, bool), InverseError> {
+    let machine = &loaded.config.machine;
+    let records: Vec<&MotionRecord> = fit.iter().map(|i| &loaded.set.motions[*i]).collect();
+    let closed = output_error(machine, &found.values, free, &records, control)?;
+    let length = |i: &usize| (loaded.set.motions[*i].samples(), motions[*i].period.map(|p| p * motions[*i].recipe.factor));
+    let lengths: Vec<(usize, Option<usize>)> = fit.iter().map(length).collect();
+    let refined = Fit {
+        squares: closed.residual.norm_squared(),
+        values: closed.values,
+        free: free.to_vec(),
+        residual: closed.residual,
+        derivatives: closed.derivatives,
+        evaluations: found.evaluations + closed.evaluations,
+    };
+    let estimates = refined.estimates_of(machine, free, &lengths);
+    Ok((refined, estimates, closed.complete))
+}
+
+/// Warnings of parameters that nothing shows, and of those at an end of their range.
+fn parameter_warnings(machine: &Machine, unseen: &[usize], estimates: &[Estimated]) -> Vec<String> {
+    let ids: Vec<&str> = unseen.iter().map(|i| machine.parameters[*i].id.as_str()).collect();
+    let nowhere = (!ids.is_empty()).then(|| format!("neither the force nor a further point shows {}: left at the start", ids.join(", ")));
+    let at_end = estimates.iter().filter(|e| e.at_bound).map(|e| {
+        let p = &machine.parameters[e.parameter];
+        format!("{} stands at an end of its range, {} … {} {}", p.id, p.lower, p.upper, p.unit)
+    });
+    nowhere.into_iter().chain(at_end).collect()
 }
 
 fn parameter_rows(loaded: &Loaded, values: &[f64], estimates: &[Estimated]) -> BTreeMap<String, ParameterRow> {
@@ -155,24 +162,6 @@ fn parameter_rows(loaded: &Loaded, values: &[f64], estimates: &[Estimated]) -> B
     parameters.iter().enumerate().map(row).collect()
 }
 
-/// Records where documents have positions: their force error is their gap.
-pub(super) fn positions(records: &BTreeMap<String, RecordRow>, error: impl Fn(&RecordRow) -> Option<f64>) -> BTreeMap<String, PositionRow> {
-    let row = |(name, r): (&String, &RecordRow)| {
-        let row = PositionRow {
-            role: r.role.clone(),
-            overall_error: None,
-            overall_error_rounded: None,
-            overall_error_published: None,
-            orders: Vec::new(),
-            lone_peaks: Vec::new(),
-            gap: error(r),
-            noise_floor: r.noise_floor,
-        };
-        (name.clone(), row)
-    };
-    records.iter().map(row).collect()
-}
-
 fn derived(records: &BTreeMap<String, RecordRow>, error: impl Fn(&RecordRow) -> Option<f64>) -> BTreeMap<String, f64> {
     let over = |role: &str| {
         let own = records.values().filter(|r| r.role == role).filter_map(|r| Some((error(r)?, r.compared)));
@@ -194,4 +183,8 @@ fn text(loaded: &Loaded, document: &Identification) -> String {
         text += "stopped early: this is what was known\n";
     }
     text
+}
+
+fn recipe_row(recipe: &Recipe) -> RecipeRow {
+    RecipeRow { cutoff_hz: recipe.cutoff_hz, order: recipe.order, dropped: recipe.dropped, decimation: recipe.factor }
 }
