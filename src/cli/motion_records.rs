@@ -37,7 +37,7 @@ pub fn prepare_all(loaded: &Loaded) -> Result<(Vec<Motion>, Rigid, Vec<String>),
 /// The same of motions made already.
 pub fn make_ready(loaded: &Loaded, made: Vec<Motion>) -> Result<(Vec<Motion>, Rigid, Vec<String>), String> {
     let records = &loaded.set.motions;
-    let rigid = rigid(loaded)?;
+    let rigid = make_rigid(loaded)?;
     let machine = &loaded.config.machine;
     made.iter().try_for_each(|m| rigid.check(machine, m)).map_err(told)?;
     let named = |name: &String| point_named(machine, &loaded.set.path, "response", name);
@@ -52,7 +52,7 @@ pub fn make_ready(loaded: &Loaded, made: Vec<Motion>) -> Result<(Vec<Motion>, Ri
 }
 
 /// The rigid motion of a machine.
-pub fn rigid(loaded: &Loaded) -> Result<Rigid, String> {
+pub fn make_rigid(loaded: &Loaded) -> Result<Rigid, String> {
     let machine = &loaded.config.machine;
     Rigid::new(machine, &machine.start()).map_err(|e| format!("{}: {e}", loaded.config.path))
 }
@@ -82,7 +82,7 @@ fn record_row(rigid: &Rigid, machine: &Machine, values: &[f64], motion: &Motion,
 }
 
 /// Rows of these records beside a machine, by name.
-pub fn record_rows(
+pub fn list_records(
     loaded: &Loaded,
     (rigid, values): (&Rigid, &[f64]),
     motions: &[Motion],
@@ -115,7 +115,7 @@ pub fn add_simulated_gaps(
 }
 
 /// Records where documents have positions: their force error is their gap.
-pub fn position_rows(records: &BTreeMap<String, RecordRow>, error: impl Fn(&RecordRow) -> Option<f64>) -> BTreeMap<String, PositionRow> {
+pub fn list_positions(records: &BTreeMap<String, RecordRow>, error: impl Fn(&RecordRow) -> Option<f64>) -> BTreeMap<String, PositionRow> {
     let row = |(name, r): (&String, &RecordRow)| {
         let row = PositionRow {
             role: r.role.clone(),

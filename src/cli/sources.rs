@@ -68,11 +68,11 @@ pub fn stamp(schema: &str, seed: u64, complete: bool, loaded: &Loaded, warnings:
 
 /// The stamp of a document that rests on measurements alone.
 pub fn set_stamp(schema: &str, set: &MeasurementSet) -> Stamp {
-    bare_stamp(schema, set_inputs(set), set.warnings.clone())
+    stamp_files(schema, set_inputs(set), set.warnings.clone())
 }
 
 /// The stamp of a document that rests on these files, without a seed.
-pub fn bare_stamp(schema: &str, inputs: Vec<Input>, warnings: Vec<String>) -> Stamp {
+pub fn stamp_files(schema: &str, inputs: Vec<Input>, warnings: Vec<String>) -> Stamp {
     Stamp {
         schema: format!("jointid/{schema}/1"),
         tool_version: env!("CARGO_PKG_VERSION").into(),

@@ -3,16 +3,16 @@
 use std::collections::BTreeMap;
 
 use super::arguments::DiagnoseArguments;
-use super::effects::choose_effects;
+use super::effects::{choose_effects, names_effect, tell_status, tell_verdict};
 use super::learnable::learnable;
 use crate::delivery::{CommandResult, deliver, prepare, told, warn};
 use crate::long_work::{control, ended, on_threads};
-use crate::motion_records::{curve_rows, prepare_all, rigid, transmission_rows};
+use crate::motion_records::{curve_rows, make_rigid, prepare_all, transmission_rows};
 use crate::progress::Progress;
 use crate::search::{check_frozen, plan};
 use crate::sources::{Loaded, stamp};
+use diagnosis::VerdictKind;
 use diagnosis::motion::{Cell, CellKind, MotionDiagnosis, MotionPart, MotionSettings, diagnose_motion, gap_of};
-use diagnosis::{Status, VerdictKind};
 use dynamics::inverse_dynamics::{Motion, Phase, phases};
 use machine::{Data, Effect, Machine};
 use report::diagnosis as document;
@@ -69,55 +69,13 @@ fn to_document(
     if found.contradictions.iter().any(|_| found.verdict.kind != VerdictKind::Measurement) {
         warnings.push("the gap of a held-out record that contradicts the fitted ones holds what its measuring chain adds".into());
     }
-    let selected = |id: &str| found.verdict.effects.iter().any(|e| e.split('+').any(|part| part == id));
     let closed = after.filter(|_| !held_out.is_empty()).and_then(|_| found.closed(&found.chosen_held_out));
-    let rows: Vec<document::EffectRow> = found
-        .tried
-        .iter()
-        .map(|t| {
-            let (status, why) = match &t.status {
-                Status::Tried => ("tried", None),
-                Status::Failed(why) => ("failed", Some(why.clone())),
-                Status::NotApplicable(why) => ("not-applicable", Some(why.clone())),
-            };
-            let is_selected = selected(&t.id);
-            document::EffectRow {
-                id: t.id.clone(),
-                status: status.into(),
-                why,
-                gap_held_out_before: before,
-                gap_held_out_after: gap_of(&t.held_out),
-                closed: if t.held_out.is_empty() { None } else { found.closed(&t.held_out) },
-                closed95: found.closed95.filter(|_| found.verdict.effects.first() == Some(&t.id)).map(|(a, b)| [a, b]),
-                p_value: t.p_value,
-                statistic: t.gain,
-                takes: t.gain.max(0.0),
-                parameters: t.parameters.iter().cloned().collect(),
-                selected: is_selected,
-                says: effects.iter().find(|e| e.id == t.id).map(|e| e.says.clone()),
-            }
-        })
-        .collect();
-    let places: Vec<document::WhereRow> = found
-        .located
-        .iter()
-        .map(|l| document::WhereRow {
-            interface: l.interface.clone(),
-            over: Some(match &l.column {
-                None => l.over.into(),
-                Some(column) => format!("{} of {column}", l.over),
-            }),
-            shape: l.shape.into(),
-            takes: l.gain.max(0.0),
-            gap_held_out: None,
-        })
-        .collect();
-    let something = found.verdict.kind != VerdictKind::None;
+    let places = list_places(found);
     // What is named says itself where it sits.
     let named = found.verdict.first_effect().and_then(|id| effects.iter().find(|e| e.id == id)).and_then(Effect::place);
-    let kind = found.verdict.kind;
+    let place = named.or_else(|| places.first().map(|i| i.interface.clone())).filter(|_| found.verdict.kind != VerdictKind::None);
     let chosen = &found.chosen;
-    let is_named = kind.explains();
+    let is_named = found.verdict.kind.explains();
     let ceiling = found.tried.iter().filter(|t| !t.held_out.is_empty()).filter_map(|t| found.closed(&t.held_out)).chain(closed);
     Ok(document::Diagnosis {
         stamp: stamp("diagnosis", given.search.seed, found.complete, loaded, warnings),
@@ -140,21 +98,13 @@ fn to_document(
             (Some(gap), Some(floor)) if floor > 0.0 => (gap / floor).powi(2),
             _ => 0.0,
         },
-        verdict: document::VerdictRow {
-            kind: kind.word().into(),
-            effects: found.verdict.effects.clone(),
-            reason: found.verdict.reason.clone(),
-            next_measurement: found.verdict.next.clone(),
-            place: named.or_else(|| places.first().map(|i| i.interface.clone())).filter(|_| something),
-            band_hz: None,
-            phase: found.phase.map(|phase| phase.word().into()),
-        },
+        verdict: document::VerdictRow { phase: found.phase.map(|phase| phase.word().into()), ..tell_verdict(&found.verdict, place) },
         places,
         ratio: Vec::new(),
         residual_map: Vec::new(),
         delta_z: Vec::new(),
         motion: Some(motion_rows(loaded, (fit, held_out), found)?),
-        effects: rows,
+        effects: list_effects(found, effects),
         chosen: document::Chosen {
             id: chosen.0.id.clone(),
             parameters: named_values(&chosen.0.machine, &chosen.1),
@@ -167,6 +117,50 @@ fn to_document(
             plain: plain(found),
         },
     })
+}
+
+/// What became of each candidate.
+fn list_effects(found: &MotionDiagnosis, effects: &[Effect]) -> Vec<document::EffectRow> {
+    found
+        .tried
+        .iter()
+        .map(|t| {
+            let (status, why) = tell_status(&t.status);
+            document::EffectRow {
+                id: t.id.clone(),
+                status,
+                why,
+                gap_held_out_before: gap_of(&found.held_out),
+                gap_held_out_after: gap_of(&t.held_out),
+                closed: if t.held_out.is_empty() { None } else { found.closed(&t.held_out) },
+                closed95: found.closed95.filter(|_| found.verdict.effects.first() == Some(&t.id)).map(|(a, b)| [a, b]),
+                p_value: t.p_value,
+                statistic: t.gain,
+                takes: t.gain.max(0.0),
+                parameters: t.parameters.iter().cloned().collect(),
+                selected: names_effect(&found.verdict, &t.id),
+                says: effects.iter().find(|e| e.id == t.id).map(|e| e.says.clone()),
+            }
+        })
+        .collect()
+}
+
+/// Interfaces and columns where something free takes most of what is left.
+fn list_places(found: &MotionDiagnosis) -> Vec<document::WhereRow> {
+    found
+        .located
+        .iter()
+        .map(|l| document::WhereRow {
+            interface: l.interface.clone(),
+            over: Some(match &l.column {
+                None => l.over.into(),
+                Some(column) => format!("{} of {column}", l.over),
+            }),
+            shape: l.shape.into(),
+            takes: l.gain.max(0.0),
+            gap_held_out: None,
+        })
+        .collect()
 }
 
 /// Values of a machine's parameters by their ids.
@@ -200,7 +194,7 @@ fn plain(found: &MotionDiagnosis) -> Vec<document::Plain> {
 
 fn motion_rows(loaded: &Loaded, (fit, held_out): (&[&Motion], &[&Motion]), found: &MotionDiagnosis) -> Result<MotionRows, String> {
     let machine = &found.chosen.0.machine;
-    let rigid = rigid(loaded)?;
+    let rigid = make_rigid(loaded)?;
     let all: Vec<&Motion> = fit.iter().chain(held_out).copied().collect();
     let befores: Vec<&MotionPart> = found.fit.iter().chain(&found.held_out).collect();
     let afters: Vec<&MotionPart> = found.chosen_fit.iter().chain(&found.chosen_held_out).collect();

@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use num_complex::Complex64;
 
 use super::arguments::DiagnoseArguments;
-use super::effects::choose_effects;
+use super::effects::{choose_effects, names_effect, tell_status, tell_verdict};
 use crate::delivery::{CommandResult, deliver, prepare, told, warn};
 use crate::long_work::{build, control, ended, on_threads};
 use crate::progress::Progress;
@@ -14,8 +14,8 @@ use crate::rows;
 use crate::search::{check_frozen, fits_frfs, plan};
 use crate::sources::{Loaded, inputs, stamp};
 use diagnosis::{
-    Ablation, Candidate, Diagnosis, Domain, Fitted, Hypothesis, Kind, Part, Settings, Status, closed, closed_interval, diagnose, fitter,
-    floor_over, gap_over, peak_errors, values_of,
+    Ablation, Diagnosis, Domain, Fitted, Hypothesis, Kind, Part, Settings, closed, closed_interval, diagnose, fitter, floor_over, gap_over,
+    peak_errors, values_of,
 };
 use identification::objective::FrfObjective;
 use machine::{Data, Effect};
@@ -120,7 +120,6 @@ fn to_document(
     let whole = matches!(found.domain, Domain::Frf(_));
     let names = |positions: &[usize], frfs: &[usize]| rows::names(&loaded.set, positions, frfs, whole);
     let before = gap_over(&found.held_out);
-    let base_chi_square = found.nominal.1.chi_square;
     let map = residual_map(loaded, (fit, held_out), found)?;
     let mut warnings = Vec::new();
     if !whole {
@@ -129,65 +128,6 @@ fn to_document(
     if held_out.positions.is_empty() && held_out.frfs.is_empty() {
         warnings.push("nothing is held out: how far the gap closes is not told; hold positions or records out".into());
     }
-    let selected = |candidate: &Candidate| found.verdict.effects.iter().any(|e| e.split('+').any(|id| id == candidate.id));
-    let rows = found
-        .tried
-        .iter()
-        .map(|t| {
-            let (status, why) = match &t.candidate.status {
-                Status::Tried => ("tried", None),
-                Status::Failed(why) => ("failed", Some(why.clone())),
-                Status::NotApplicable(why) => ("not-applicable", Some(why.clone())),
-            };
-            let fitted = t.candidate.fitted.as_ref();
-            let is_selected = selected(&t.candidate);
-            document::EffectRow {
-                id: t.candidate.id.clone(),
-                status: status.into(),
-                why,
-                gap_held_out_before: before,
-                gap_held_out_after: gap_over(&t.held_out),
-                closed: fitted.and_then(|_| closed(&found.held_out, &t.held_out)),
-                closed95: interval.filter(|_| is_selected && found.verdict.effects.first() == Some(&t.candidate.id)).map(|(a, b)| [a, b]),
-                p_value: fitted.map(|_| t.p_value),
-                statistic: t.statistic,
-                takes: t.candidate.gain / base_chi_square,
-                parameters: fitted
-                    .map(|(hypothesis, fitted)| {
-                        let values = values_of(hypothesis, fitted);
-                        hypothesis.added.iter().map(|i| (hypothesis.machine.parameters[*i].id.clone(), values[*i])).collect()
-                    })
-                    .unwrap_or_default(),
-                selected: is_selected,
-                says: effects.iter().find(|e| e.id == t.candidate.id).map(|e| e.says.clone()),
-            }
-        })
-        .collect();
-    // What is named stands first, in the place where it acts.
-    let named = found.place.interface.clone().filter(|_| found.verdict.kind.explains()).map(|interface| document::WhereRow {
-        interface,
-        over: None,
-        shape: document::NAMED.into(),
-        takes: 1.0 - found.chosen.1.chi_square / base_chi_square,
-        gap_held_out: gap_over(&found.chosen_held_out),
-    });
-    let interfaces: Vec<document::WhereRow> = named
-        .into_iter()
-        .chain(found.located.iter().filter_map(|l| match &l.candidate.fitted.as_ref()?.0.kind {
-            Kind::Interface { interface, shape } => Some(document::WhereRow {
-                interface: interface.clone(),
-                over: None,
-                shape: shape.word().into(),
-                takes: l.candidate.gain / base_chi_square,
-                gap_held_out: gap_over(&l.held_out),
-            }),
-            _ => None,
-        }))
-        .collect();
-    let ceiling =
-        found.located.iter().filter_map(|l| closed(&found.held_out, &l.held_out)).chain(closed(&found.held_out, &found.chosen_held_out));
-    let chosen_values = values_of(&found.explained.0, &found.explained.1);
-    let by_band = by_band(&map);
     Ok(document::Diagnosis {
         stamp: stamp("diagnosis", given.search.seed, found.complete, loaded, warnings),
         domain: if whole { "frf" } else { "modes" }.into(),
@@ -200,41 +140,99 @@ fn to_document(
             fit: gap_over(&found.fit),
             held_out: before,
             by_position: by_position(loaded, found.fit.iter().chain(&found.held_out)),
-            by_band,
+            by_band: by_band(&map),
             by_mode: Vec::new(),
             by_phase: BTreeMap::new(),
         },
         misfit_over_null: found.excess,
-        verdict: document::VerdictRow {
-            kind: found.verdict.kind.word().into(),
-            effects: found.verdict.effects.clone(),
-            reason: found.verdict.reason.clone(),
-            next_measurement: found.verdict.next.clone(),
-            place: found.place.interface.clone(),
-            band_hz: found.place.band_hz,
-            phase: None,
-        },
-        places: interfaces,
+        verdict: document::VerdictRow { band_hz: found.place.band_hz, ..tell_verdict(&found.verdict, found.place.interface.clone()) },
+        places: list_places(found),
         ratio: ratios(&map),
         residual_map: map,
         delta_z: delta_z(found),
         motion: None,
-        effects: rows,
+        effects: list_effects(found, interval, effects),
         described: {
             let (hypothesis, fitted) = &found.described;
             hypothesis.machine.parameters.iter().map(|p| p.id.clone()).zip(values_of(hypothesis, fitted)).collect()
         },
-        chosen: document::Chosen {
-            id: found.chosen.0.id.clone(),
-            parameters: found.explained.0.machine.parameters.iter().map(|p| p.id.clone()).zip(chosen_values).collect(),
-            gap_held_out: gap_over(&found.chosen_held_out),
-            misfit_over_null: Some(found.excess_left),
-            gap_held_out_beside_ordinary: found.beside_ordinary.as_ref().map(|each| each.each_ref().map(|parts| gap_over(parts))),
-            closed: closed(&found.held_out, &found.chosen_held_out),
-            closed95: interval.map(|(a, b)| [a, b]),
-            ceiling: ceiling.reduce(f64::max),
-            plain: plain(held_out, found)?,
-        },
+        chosen: tell_chosen(held_out, found, interval)?,
+    })
+}
+
+/// What became of each candidate.
+fn list_effects(found: &Diagnosis, interval: Option<(f64, f64)>, effects: &[Effect]) -> Vec<document::EffectRow> {
+    found
+        .tried
+        .iter()
+        .map(|t| {
+            let (status, why) = tell_status(&t.candidate.status);
+            let fitted = t.candidate.fitted.as_ref();
+            let is_selected = names_effect(&found.verdict, &t.candidate.id);
+            document::EffectRow {
+                id: t.candidate.id.clone(),
+                status,
+                why,
+                gap_held_out_before: gap_over(&found.held_out),
+                gap_held_out_after: gap_over(&t.held_out),
+                closed: fitted.and_then(|_| closed(&found.held_out, &t.held_out)),
+                closed95: interval.filter(|_| is_selected && found.verdict.effects.first() == Some(&t.candidate.id)).map(|(a, b)| [a, b]),
+                p_value: fitted.map(|_| t.p_value),
+                statistic: t.statistic,
+                takes: t.candidate.gain / found.nominal.1.chi_square,
+                parameters: fitted
+                    .map(|(hypothesis, fitted)| {
+                        let values = values_of(hypothesis, fitted);
+                        hypothesis.added.iter().map(|i| (hypothesis.machine.parameters[*i].id.clone(), values[*i])).collect()
+                    })
+                    .unwrap_or_default(),
+                selected: is_selected,
+                says: effects.iter().find(|e| e.id == t.candidate.id).map(|e| e.says.clone()),
+            }
+        })
+        .collect()
+}
+
+/// Interfaces where something free takes most of the misfit.
+fn list_places(found: &Diagnosis) -> Vec<document::WhereRow> {
+    // What is named stands first, in the place where it acts.
+    let named = found.place.interface.clone().filter(|_| found.verdict.kind.explains()).map(|interface| document::WhereRow {
+        interface,
+        over: None,
+        shape: document::NAMED.into(),
+        takes: 1.0 - found.chosen.1.chi_square / found.nominal.1.chi_square,
+        gap_held_out: gap_over(&found.chosen_held_out),
+    });
+    named
+        .into_iter()
+        .chain(found.located.iter().filter_map(|l| match &l.candidate.fitted.as_ref()?.0.kind {
+            Kind::Interface { interface, shape } => Some(document::WhereRow {
+                interface: interface.clone(),
+                over: None,
+                shape: shape.word().into(),
+                takes: l.candidate.gain / found.nominal.1.chi_square,
+                gap_held_out: gap_over(&l.held_out),
+            }),
+            _ => None,
+        }))
+        .collect()
+}
+
+/// The chosen model, and how far it closes the gap.
+fn tell_chosen(held_out: &HoldOutSet<'_>, found: &Diagnosis, interval: Option<(f64, f64)>) -> Result<document::Chosen, String> {
+    let ceiling =
+        found.located.iter().filter_map(|l| closed(&found.held_out, &l.held_out)).chain(closed(&found.held_out, &found.chosen_held_out));
+    let chosen_values = values_of(&found.explained.0, &found.explained.1);
+    Ok(document::Chosen {
+        id: found.chosen.0.id.clone(),
+        parameters: found.explained.0.machine.parameters.iter().map(|p| p.id.clone()).zip(chosen_values).collect(),
+        gap_held_out: gap_over(&found.chosen_held_out),
+        misfit_over_null: Some(found.excess_left),
+        gap_held_out_beside_ordinary: found.beside_ordinary.as_ref().map(|each| each.each_ref().map(|parts| gap_over(parts))),
+        closed: closed(&found.held_out, &found.chosen_held_out),
+        closed95: interval.map(|(a, b)| [a, b]),
+        ceiling: ceiling.reduce(f64::max),
+        plain: plain(held_out, found)?,
     })
 }
 

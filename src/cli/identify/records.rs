@@ -6,7 +6,7 @@ use super::arguments::IdentifyArguments;
 use crate::arguments::ObjectiveName;
 use crate::delivery::{CommandResult, deliver, prepare, told, warn};
 use crate::long_work::{control, ended, on_threads};
-use crate::motion_records::{add_simulated_gaps, curve_rows, names, position_rows, prepare_all, record_rows};
+use crate::motion_records::{add_simulated_gaps, curve_rows, list_positions, list_records, names, prepare_all};
 use crate::progress::Progress;
 use crate::search::{check_frozen, plan, settings};
 use crate::sources::{Loaded, stamp};
@@ -58,7 +58,7 @@ pub fn run(given: &IdentifyArguments, loaded: &Loaded) -> CommandResult {
     let shown_nowhere = |i: &usize| Estimated { parameter: *i, value: found.values[*i], interval: None, at_bound: false };
     estimates.extend(unseen.iter().map(shown_nowhere));
     let values = &found.values;
-    let mut records = record_rows(loaded, (&rigid, values), &motions, 0..motions.len(), &fit);
+    let mut records = list_records(loaded, (&rigid, values), &motions, 0..motions.len(), &fit);
     if simulated {
         let all: Vec<&MotionRecord> = loaded.set.motions.iter().collect();
         complete &= on_threads(given.search.threads, || add_simulated_gaps(&mut records, (machine, values), &all, &control))??;
@@ -72,7 +72,7 @@ pub fn run(given: &IdentifyArguments, loaded: &Loaded) -> CommandResult {
     } else {
         recorded(&fitted).norm_squared()
     };
-    warnings.extend(parameter_warnings(machine, &unseen, &estimates));
+    warnings.extend(list_warnings(machine, &unseen, &estimates));
     let document = Identification {
         stamp: stamp("identification", plan.seed, complete, loaded, warnings),
         settings: Settings {
@@ -95,7 +95,7 @@ pub fn run(given: &IdentifyArguments, loaded: &Loaded) -> CommandResult {
         correlation: correlation(&found.derivatives),
         fit_positions: names(&loaded.set, &fit),
         held_out_positions: names(&loaded.set, &held_out),
-        positions: position_rows(&records, error),
+        positions: list_positions(&records, error),
         frfs: Vec::new(),
         recipe: motions.first().map(|m| recipe_row(&m.recipe)),
         friction_curve: curve_rows(&rigid, machine, values, &fitted),
@@ -131,7 +131,7 @@ fn refine_by_simulation(
 }
 
 /// Warnings of parameters that nothing shows, and of those at an end of their range.
-fn parameter_warnings(machine: &Machine, unseen: &[usize], estimates: &[Estimated]) -> Vec<String> {
+fn list_warnings(machine: &Machine, unseen: &[usize], estimates: &[Estimated]) -> Vec<String> {
     let ids: Vec<&str> = unseen.iter().map(|i| machine.parameters[*i].id.as_str()).collect();
     let nowhere = (!ids.is_empty()).then(|| format!("neither the force nor a further point shows {}: left at the start", ids.join(", ")));
     let at_end = estimates.iter().filter(|e| e.at_bound).map(|e| {

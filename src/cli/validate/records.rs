@@ -3,7 +3,7 @@
 use super::arguments::ValidateArguments;
 use crate::delivery::{CommandResult, Outcome, deliver, prepare, told, warn};
 use crate::long_work::stop_flag;
-use crate::motion_records::{add_simulated_gaps, position_rows, prepare_all, record_rows};
+use crate::motion_records::{add_simulated_gaps, list_positions, list_records, prepare_all};
 use crate::sources::{Loaded, stamp};
 use measurement::MotionRecord;
 use optimizer::Control;
@@ -46,10 +46,10 @@ pub fn run(
     let warnings: Vec<String> = warnings.into_iter().chain(told_of).collect();
     let folder = prepare(&given.output)?;
     let control = Control::new(stop_flag(), None);
-    let mut records = record_rows(loaded, (&rigid, values), &motions, chosen.iter().copied(), &fitted);
+    let mut records = list_records(loaded, (&rigid, values), &motions, chosen.iter().copied(), &fitted);
     let own: Vec<&MotionRecord> = chosen.iter().map(|i| &loaded.set.motions[*i]).collect();
     let complete = !simulated || add_simulated_gaps(&mut records, (machine, values), &own, &control)?;
-    let positions = position_rows(&records, |r| if simulated { r.simulated_force_error } else { Some(r.force_error) });
+    let positions = list_positions(&records, |r| if simulated { r.simulated_force_error } else { Some(r.force_error) });
     let largest_gap = positions.values().filter_map(|p| p.gap).reduce(f64::max);
     let mut stamped = stamp("validation", identified.stamp.seed, complete, loaded, warnings);
     stamped.inputs.push(input);
