@@ -8,11 +8,10 @@ use clap::{Args, ValueEnum};
 
 use crate::arguments::Output;
 use crate::delivery::{CommandResult, Outcome, deliver, prepare, told};
+use crate::sources::{digest_file, stamp_files};
 use crate::talk;
 use machine::contact::{ContactError, Estimate, FitOptions, Noise, Observation, ScrewDrive, fit_stribeck};
 use measurement::{FrictionTable, FrictionUnit, read_friction};
-use report::digest;
-use report::document::{Input, Stamp};
 use report::simulation::{FrictionDocument, FrictionParameter, FrictionRow};
 
 /// What is known of the scatter of friction measurements, by name.
@@ -82,16 +81,7 @@ pub fn run(given: &FrictionArguments) -> CommandResult {
         warnings.iter().for_each(|w| talk::warning(w));
     }
     let document = FrictionDocument {
-        stamp: Stamp {
-            schema: "jointid/friction/1".into(),
-            tool_version: env!("CARGO_PKG_VERSION").into(),
-            seed: 0,
-            complete: true,
-            inputs: vec![Input { path: table.file.path.clone(), sha256: digest(&table.file.bytes) }],
-            overrides: Vec::new(),
-            without: Vec::new(),
-            warnings,
-        },
+        stamp: stamp_files("friction", vec![digest_file(&table.file)], warnings),
         noise: word.into(),
         parameters,
         residual_scatter: fit.residual_scatter,

@@ -1,7 +1,7 @@
 //! Long work: on how many threads, how it is stopped, and what is kept of it until the same command goes on.
 
 use std::sync::Arc;
-use std::sync::atomic::AtomicBool;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 use crate::arguments::Output;
 use crate::delivery::{Outcome, told};
@@ -77,11 +77,17 @@ pub fn stop_flag() -> Arc<AtomicBool> {
     let handled = Arc::clone(&flag);
     // Where no handler can be set, Ctrl-C ends the process as usual.
     let _ = ctrlc::set_handler(move || {
-        if handled.swap(true, std::sync::atomic::Ordering::Relaxed) {
+        if handled.swap(true, Ordering::Relaxed) {
             std::process::exit(130);
         }
     });
     flag
+}
+
+/// Whether Ctrl-C was not pressed yet.
+pub fn watch_for_stop() -> impl Fn() -> bool + Sync {
+    let flag = stop_flag();
+    move || !flag.load(Ordering::Relaxed)
 }
 
 /// Runs work on the number of threads asked for.

@@ -5,7 +5,7 @@ use std::path::Path;
 use crate::arguments::Sources;
 use crate::delivery::told;
 use config::{MachineConfig, read_machine};
-use measurement::{MeasurementSet, read_set};
+use measurement::{MeasurementSet, SourceFile, read_set};
 use report::digest;
 use report::document::{Input, Stamp};
 
@@ -49,7 +49,12 @@ pub fn inputs(loaded: &Loaded) -> Vec<Input> {
 }
 
 fn set_inputs(set: &MeasurementSet) -> Vec<Input> {
-    set.files.iter().map(|f| Input { path: f.path.clone(), sha256: digest(&f.bytes) }).collect()
+    set.files.iter().map(digest_file).collect()
+}
+
+/// A file that was read, as an input.
+pub fn digest_file(file: &SourceFile) -> Input {
+    Input { path: file.path.clone(), sha256: digest(&file.bytes) }
 }
 
 /// The stamp of a document.

@@ -1,7 +1,6 @@
 //! `jointid simulate bode`.
 
 use std::fmt::Write;
-use std::sync::atomic::Ordering;
 
 use clap::Args;
 use rayon::prelude::*;
@@ -10,7 +9,7 @@ use super::driven::{describe_pole, find_drive, find_response};
 use super::operating::{LoadArguments, find_operating};
 use crate::arguments::{Output, Sources};
 use crate::delivery::{CommandResult, Outcome, deliver, prepare, told, warn};
-use crate::long_work::stop_flag;
+use crate::long_work::watch_for_stop;
 use crate::progress::Progress;
 use crate::sources::{load_machine, stamp};
 use dynamics::motion::{LinearLoops, Settings, SineResponse, sine_response};
@@ -95,8 +94,7 @@ pub fn run(given: &BodeArguments) -> CommandResult {
         if n >= 1.0 && (hz / half_hz - n).abs() < 0.0055 * n { 0.992 * n * half_hz } else { hz }
     };
     let simulated = if given.smooth { dynamics::motion::smooth(machine) } else { machine.clone() };
-    let stop = stop_flag();
-    let go_on = || !stop.load(Ordering::Relaxed);
+    let go_on = watch_for_stop();
     let progress = Progress::counted(given.output.quiet || given.linear, "bode", count);
     let found: Vec<Result<SineResponse, String>> = (0..count)
         .into_par_iter()

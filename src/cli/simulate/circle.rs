@@ -1,14 +1,12 @@
 //! `jointid simulate circle`.
 
-use std::sync::atomic::Ordering;
-
 use clap::Args;
 use rayon::prelude::*;
 
 use super::driven::find_response;
 use crate::arguments::{Output, Sources};
 use crate::delivery::{CommandResult, Outcome, deliver, prepare, told, warn};
-use crate::long_work::stop_flag;
+use crate::long_work::watch_for_stop;
 use crate::sources::{Loaded, inputs, load_machine, stamp};
 use dynamics::motion::{Circle, Settings, Trace, contour_error, simulate};
 use machine::Motion;
@@ -67,8 +65,7 @@ pub fn run(given: &CircleArguments) -> CommandResult {
         }
     }
     let folder = prepare(&given.output)?;
-    let stop = stop_flag();
-    let go_on = || !stop.load(Ordering::Relaxed);
+    let go_on = watch_for_stop();
     let rows: Result<Vec<Option<CircleRow>>, String> = given
         .speed_rad_min
         .par_iter()

@@ -1,14 +1,12 @@
 //! `jointid simulate gain`.
 
-use std::sync::atomic::Ordering;
-
 use clap::Args;
 
 use super::driven::{find_drive, find_response};
 use super::operating::{LoadArguments, find_operating};
 use crate::arguments::{Output, Sources};
 use crate::delivery::{CommandResult, Outcome, deliver, prepare, told, warn};
-use crate::long_work::stop_flag;
+use crate::long_work::watch_for_stop;
 use crate::sources::{load_machine, stamp};
 use dynamics::motion::{SCurve, Settings, gain_study};
 use machine::Motion;
@@ -85,8 +83,7 @@ pub fn run(given: &GainArguments) -> CommandResult {
     let folder = prepare(&given.output)?;
     let count = usize::from(given.points);
     let gains: Vec<f64> = (0..count).map(|i| (from + (to - from) * i as f64 / (count - 1) as f64) / 60.0).collect();
-    let stop = stop_flag();
-    let go_on = || !stop.load(Ordering::Relaxed);
+    let go_on = watch_for_stop();
     let found = gain_study(machine, &machine.start(), &gains, (&course, given.rest_s), point, &settings, &go_on).map_err(told)?;
     let complete = go_on();
     let unstable: Vec<String> = found.iter().filter(|r| !r.stable).map(|r| format!("{:.0}", 60.0 * r.gain_per_s)).collect();

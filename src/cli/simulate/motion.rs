@@ -2,7 +2,6 @@
 
 use std::collections::BTreeMap;
 use std::fmt::Write;
-use std::sync::atomic::Ordering;
 
 use clap::Args;
 
@@ -10,14 +9,13 @@ use super::driven::{describe_pole, find_drive};
 use super::operating::{LoadArguments, find_operating};
 use crate::arguments::{Output, Sources};
 use crate::delivery::{CommandResult, Outcome, prepare, print_out, told, warn, write_told};
-use crate::long_work::stop_flag;
-use crate::sources::{Loaded, load_machine, stamp};
+use crate::long_work::watch_for_stop;
+use crate::sources::{Loaded, digest_file, load_machine, stamp};
 use dynamics::motion::{Course, EventKind, LinearLoops, RecordGap, SCurve, Settings, Sine, Trace, simulate, simulate_record};
 use machine::{Machine, Motion};
 use measurement::{SourceFile, read_reference};
-use report::document::Input;
 use report::motion::{EnergyBalance, EventRow, Instability, MotionDocument, RecordRow};
-use report::{digest, to_json};
+use report::to_json;
 
 /// `simulate motion`.
 #[derive(Debug, Args)]
@@ -82,8 +80,7 @@ pub fn run(given: &MotionArguments) -> CommandResult {
         ..Settings::default()
     };
     let folder = prepare(&given.output)?;
-    let stop = stop_flag();
-    let go_on = || !stop.load(Ordering::Relaxed);
+    let go_on = watch_for_stop();
     let values = machine.start();
     let mut file = None;
     let (word, trace, gap) = match &given.record {
@@ -196,7 +193,7 @@ fn document(
         columns.insert(name, column.collect());
     }
     let mut stamp = stamp("motion", 0, trace.complete, loaded, trace.warnings.clone());
-    stamp.inputs.extend(file.map(|f| Input { path: f.path.clone(), sha256: digest(&f.bytes) }));
+    stamp.inputs.extend(file.map(digest_file));
     let energy = trace.energy;
     MotionDocument {
         stamp,

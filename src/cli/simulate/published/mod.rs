@@ -1,5 +1,6 @@
 //! `jointid simulate published`: figures that the papers of the lumped models print, beside ours.
 
+mod figure;
 mod servo;
 mod twin;
 mod vertical;
@@ -8,16 +9,14 @@ use std::fmt::Write;
 
 use clap::Args;
 
+use self::figure::CONFIGS;
 use crate::arguments::Output;
-use crate::delivery::{CommandResult, Outcome, deliver, prepare, told};
-use config::{embedded_config, read_machine_text};
-use machine::Machine;
+use crate::delivery::{CommandResult, Outcome, deliver, prepare};
+use crate::sources::stamp_files;
+use config::embedded_config;
 use report::document::{Input, Stamp};
 use report::simulation::{PublishedDocument, PublishedFigure};
 use report::{digest, wrapped};
-
-/// The configurations the figures are computed from.
-const CONFIGS: [&str; 3] = ["configs/twin-ball-screw.toml", "configs/servo-axis.toml", "configs/vertical-axis.toml"];
 
 /// `simulate published`.
 #[derive(Debug, Args)]
@@ -38,75 +37,11 @@ pub fn run(given: &PublishedArguments) -> CommandResult {
     let text = if given.markdown { markdown(&figures) } else { plain(&figures) };
     let input = |path: &&str| embedded_config(path).map(|text| Input { path: (*path).into(), sha256: digest(text.as_bytes()) });
     let document = PublishedDocument {
-        stamp: Stamp {
-            schema: "jointid/published/1".into(),
-            tool_version: env!("CARGO_PKG_VERSION").into(),
-            seed: 1,
-            complete: true,
-            inputs: CONFIGS.iter().filter_map(input).collect(),
-            overrides: Vec::new(),
-            without: Vec::new(),
-            warnings: Vec::new(),
-        },
+        stamp: Stamp { seed: 1, ..stamp_files("published", CONFIGS.iter().filter_map(input).collect(), Vec::new()) },
         figures,
     };
     deliver(&given.output, folder.as_ref(), "published.json", &document, &text)?;
     Ok(Outcome::Done)
-}
-
-/// A configuration that comes with the program, with overrides.
-fn machine(path: &str, overrides: &[&str]) -> Result<Machine, String> {
-    let text = embedded_config(path).ok_or_else(|| format!("{path}: does not come with the program"))?;
-    let overrides: Vec<String> = overrides.iter().map(|o| (*o).to_string()).collect();
-    Ok(read_machine_text(path, text, &overrides, &[]).map_err(told)?.machine)
-}
-
-/// Where a figure is printed.
-#[derive(Clone, Copy)]
-struct Source {
-    paper: &'static str,
-    place: &'static str,
-}
-
-/// A figure that both sides have.
-fn compared(source: Source, quantity: &str, unit: &str, (published, ours): (f64, f64), tolerance: f64, remark: &str) -> PublishedFigure {
-    let difference = ours / published - 1.0;
-    PublishedFigure {
-        paper: source.paper.into(),
-        place: source.place.into(),
-        quantity: quantity.into(),
-        unit: unit.into(),
-        published: Some(published),
-        ours: Some(ours),
-        relative_difference: Some(difference),
-        verdict: if difference.abs() <= tolerance { "agrees" } else { "differs" }.into(),
-        remark: remark.into(),
-    }
-}
-
-/// A figure that only we have: the paper prints a curve or a statement.
-fn stated(source: Source, quantity: &str, unit: &str, ours: f64, holds: bool, remark: &str) -> PublishedFigure {
-    PublishedFigure {
-        published: None,
-        relative_difference: None,
-        verdict: if holds { "agrees" } else { "differs" }.into(),
-        ..compared(source, quantity, unit, (1.0, ours), 0.0, remark)
-    }
-}
-
-/// A figure of ours for which the paper prints neither number nor statement.
-fn ours_alone(source: Source, quantity: &str, unit: &str, ours: f64, remark: &str) -> PublishedFigure {
-    PublishedFigure { verdict: "not printed".into(), ..stated(source, quantity, unit, ours, true, remark) }
-}
-
-/// A figure that only the paper has.
-fn unreachable(source: Source, quantity: &str, unit: &str, published: f64, remark: &str) -> PublishedFigure {
-    PublishedFigure {
-        ours: None,
-        relative_difference: None,
-        verdict: "not reproducible".into(),
-        ..compared(source, quantity, unit, (published, 1.0), 0.0, remark)
-    }
 }
 
 /// A number to four figures.

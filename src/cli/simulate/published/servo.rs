@@ -1,13 +1,13 @@
 //! The lumped servo axis.
 
-use super::{Source, compared, machine, stated};
+use super::figure::{CONFIGS, Source, compared, read_published, stated};
 use crate::simulate::sensitivity::mode_energy;
 use dynamics::model::elastic_frequencies_hz;
 use dynamics::motion::{SCurve, Settings, gain_study};
 use machine::{Machine, Operating};
 use report::simulation::PublishedFigure;
 
-const CONFIG: &str = super::CONFIGS[1];
+const CONFIG: &str = CONFIGS[1];
 
 fn at(place: &'static str) -> Source {
     Source { paper: "Lumped servo axis", place }
@@ -15,7 +15,7 @@ fn at(place: &'static str) -> Source {
 
 /// All figures of the paper that the mechanical model touches.
 pub fn figures() -> Result<Vec<PublishedFigure>, String> {
-    let axis = machine(CONFIG, &[])?;
+    let axis = read_published(CONFIG, &[])?;
     let rest = Operating::default();
     let all = elastic_frequencies_hz(&axis, 3, &axis.start(), &rest);
     let first = all.first().copied().ok_or("the servo axis has no natural frequency")?;
@@ -31,7 +31,7 @@ pub fn figures() -> Result<Vec<PublishedFigure>, String> {
     let ratio = reach("support") / others;
     let support = |factor: f64| -> Result<f64, String> {
         let k = axis.parameter("k_0a").map_or(f64::NAN, |i| axis.start()[i]) * factor;
-        let scaled = machine(CONFIG, &[&format!("parameter.k_0a.start={k}")])?;
+        let scaled = read_published(CONFIG, &[&format!("parameter.k_0a.start={k}")])?;
         elastic_frequencies_hz(&scaled, 1, &scaled.start(), &rest).first().copied().ok_or_else(|| "no frequency".into())
     };
     let (soft, stiff) = (support(0.5)?, support(1.5)?);

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use super::{Source, compared, machine, stated, unreachable};
+use super::figure::{CONFIGS, Source, compared, read_published, stated, unreachable};
 use crate::delivery::told;
 use crate::simulate::stiffness::{separations, static_stiffness};
 use dynamics::model::elastic_frequencies_hz;
@@ -21,7 +21,7 @@ use report::simulation::PublishedFigure;
 
 /// Step of velocity (m/s) in which the least frequency is sought: 0.2 m/min.
 const STEP_M_S: f64 = 1e-2 / 3.0;
-const CONFIG: &str = super::CONFIGS[0];
+const CONFIG: &str = CONFIGS[0];
 const AS_PRINTED: [&str; 2] = ["contact_rule=as-printed", "contact_stiffness=secant"];
 /// x/L, f_the and f_exp (Hz) of Tab. 5.
 const TABLE_5: [(f64, f64, f64); 5] = [(0.0, 51.4, 49.7), (0.25, 50.9, 48.3), (0.5, 50.3, 47.6), (0.75, 49.7, 45.1), (1.0, 48.9, 44.0)];
@@ -43,8 +43,8 @@ fn first_hz(machine: &Machine, operating: &Operating) -> Result<f64, String> {
 
 /// All figures of the paper.
 pub fn figures() -> Result<Vec<PublishedFigure>, String> {
-    let printed = machine(CONFIG, &AS_PRINTED)?;
-    let physics = machine(CONFIG, &[])?;
+    let printed = read_published(CONFIG, &AS_PRINTED)?;
+    let physics = read_published(CONFIG, &[])?;
     let mut figures = joints()?;
     figures.extend(friction()?);
     figures.extend(velocity(&printed, &physics)?);

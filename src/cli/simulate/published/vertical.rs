@@ -1,13 +1,13 @@
 //! The vertical axis under acceleration. The paper prints no value of any quantity: its equations stand against ours.
 
-use super::{Source, compared, machine, ours_alone, stated};
+use super::figure::{CONFIGS, Source, compared, ours_alone, read_published, stated};
 use crate::delivery::told;
 use crate::simulate::stiffness::{separations, static_stiffness};
 use dynamics::model::elastic_frequencies_hz;
 use machine::{Machine, Operating};
 use report::simulation::PublishedFigure;
 
-const CONFIG: &str = super::CONFIGS[2];
+const CONFIG: &str = CONFIGS[2];
 const AS_PRINTED: [&str; 4] =
     ["contact_rule=as-printed", "contact.nut.weight=0.9", "contact.bearing-upper.weight=0.81", "contact.bearing-lower.weight=0.81"];
 
@@ -33,8 +33,8 @@ fn equation_28(axis: &Machine, operating: &Operating) -> Result<f64, String> {
 
 /// All figures of the paper.
 pub fn figures() -> Result<Vec<PublishedFigure>, String> {
-    let printed = machine(CONFIG, &AS_PRINTED)?;
-    let physics = machine(CONFIG, &[])?;
+    let printed = read_published(CONFIG, &AS_PRINTED)?;
+    let physics = read_published(CONFIG, &[])?;
     let mut figures = Vec::new();
     let mass_kg = 150.0;
     let here = |a: f64, z: f64| Operating { acceleration_m_s2: Some(a), ..Operating::at_nut(z) };
