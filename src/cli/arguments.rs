@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
 
+use dynamics::model::Rods;
 use measurement::Quantity;
 
 /// What is fitted, and what is held out.
@@ -77,15 +78,32 @@ pub enum ModelName {
     Lumped,
 }
 
-/// How the search is run.
+/// How rods are represented.
 #[derive(Debug, Args)]
-pub struct SearchArguments {
+pub struct RodArguments {
     /// How rods are represented
     #[arg(long, value_enum, default_value = "receptance")]
     pub model: ModelName,
     /// Lumps per rod of the lumped model
     #[arg(long, value_name = "N", default_value_t = 40, value_parser = clap::value_parser!(u16).range(1..=500))]
     pub lumps: u16,
+}
+
+impl RodArguments {
+    /// Rods as asked for.
+    pub fn represent(&self) -> Rods {
+        match self.model {
+            ModelName::Receptance => Rods::Exact,
+            ModelName::Lumped => Rods::Lumped(usize::from(self.lumps)),
+        }
+    }
+}
+
+/// How the search is run.
+#[derive(Debug, Args)]
+pub struct SearchArguments {
+    #[command(flatten)]
+    pub rods: RodArguments,
     /// What is made least; frf where the set has FRFs, inverse-dynamics for motion records, else least-squares
     #[arg(long, value_enum)]
     pub objective: Option<ObjectiveName>,

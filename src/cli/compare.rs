@@ -2,8 +2,6 @@
 
 use std::collections::BTreeMap;
 
-use clap::Args;
-
 use crate::arguments::{Output, SearchArguments, Sources};
 use crate::delivery::{CommandResult, deliver, prepare, told, warn};
 use crate::long_work::{control, ended, on_threads};
@@ -21,7 +19,7 @@ use report::document::{Comparison, ComparisonRun, ObjectiveRow, Objectives, Orde
 use report::{gap_summary_table, objectives_table, summary_table};
 
 /// `compare`.
-#[derive(Debug, Args)]
+#[derive(Debug, clap::Args)]
 pub struct CompareArguments {
     #[command(flatten)]
     pub sources: Sources,

@@ -3,8 +3,6 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use clap::Args;
-
 use crate::arguments::{Output, SearchArguments, Sources};
 use crate::delivery::{CommandResult, deliver, prepare, told, warn};
 use crate::long_work::{control, ended, on_threads};
@@ -21,7 +19,7 @@ use report::simulation::{Convergence, ConvergenceRow};
 use report::{columns, wrapped};
 
 /// `convergence`.
-#[derive(Debug, Args)]
+#[derive(Debug, clap::Args)]
 pub struct ConvergenceArguments {
     #[command(flatten)]
     pub sources: Sources,

@@ -31,8 +31,8 @@ pub fn prepare(output: &Output) -> Result<Option<OutputFolder>, String> {
     output.out.as_deref().map(OutputFolder::claim).transpose()
 }
 
-/// Delivers a document: as JSON alone, or as text for a person; and as a file where a folder was named.
-pub fn deliver<T: Serialize>(output: &Output, folder: Option<&OutputFolder>, file: &str, document: &T, text: &str) -> Result<(), String> {
+/// Delivers a document: as JSON alone, or as text for a person; and as a file where a folder was named. That done, so is the command, unless it says otherwise.
+pub fn deliver<T: Serialize>(output: &Output, folder: Option<&OutputFolder>, file: &str, document: &T, text: &str) -> CommandResult {
     deliver_with(output, folder, (file, &[]), document, text)
 }
 
@@ -43,7 +43,7 @@ pub fn deliver_with<T: Serialize>(
     (file, beside): (&str, &[(&str, String)]),
     document: &T,
     text: &str,
-) -> Result<(), String> {
+) -> CommandResult {
     let json = to_json(document)?;
     if let Some(folder) = folder {
         let beside = beside.iter().map(|(name, text)| (*name, text.as_str()));
@@ -51,7 +51,7 @@ pub fn deliver_with<T: Serialize>(
     }
     print_out(if output.json { &json } else { text })?;
     talk::background(output, &json);
-    Ok(())
+    Ok(Outcome::Done)
 }
 
 /// Writes files, all or none, and says where they are.

@@ -4,10 +4,8 @@ use std::collections::BTreeMap;
 use std::fmt::Write;
 use std::path::PathBuf;
 
-use clap::{Args, ValueEnum};
-
 use crate::arguments::Output;
-use crate::delivery::{CommandResult, Outcome, deliver, prepare, told};
+use crate::delivery::{CommandResult, deliver, prepare, told};
 use crate::sources::{digest_file, stamp_files};
 use crate::talk;
 use machine::contact::{ContactError, Estimate, FitOptions, Noise, Observation, ScrewDrive, fit_stribeck};
@@ -15,7 +13,7 @@ use measurement::{FrictionTable, FrictionUnit, read_friction};
 use report::simulation::{FrictionDocument, FrictionParameter, FrictionRow};
 
 /// What is known of the scatter of friction measurements, by name.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
 pub enum NoiseName {
     /// Equal in all runs
     Uniform,
@@ -26,7 +24,7 @@ pub enum NoiseName {
 }
 
 /// `friction`.
-#[derive(Debug, Args)]
+#[derive(Debug, clap::Args)]
 pub struct FrictionArguments {
     /// Table with the columns velocity_m_s and force_n, or torque_nm; one run at constant velocity a line
     #[arg(long, value_name = "FILE")]
@@ -103,8 +101,7 @@ pub fn run(given: &FrictionArguments) -> CommandResult {
     }
     let _ =
         writeln!(text, "\nresidual scatter {:.4}, least friction at {:.6} m/s", fit.residual_scatter, document.least_friction_speed_m_s);
-    deliver(&given.output, folder.as_ref(), "friction.json", &document, &text)?;
-    Ok(Outcome::Done)
+    deliver(&given.output, folder.as_ref(), "friction.json", &document, &text)
 }
 
 /// The runs as forces.

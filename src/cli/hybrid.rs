@@ -3,7 +3,6 @@
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 
-use clap::Args;
 use rayon::prelude::*;
 
 use crate::arguments::{Output, Sources, SplitArguments};
@@ -40,7 +39,7 @@ const PUBLISHED_CIRCLES: [(&str, f64, f64); 4] =
     [("circle-60", 7.19, 6.57), ("circle-80", 8.62, 5.34), ("circle-100", 10.26, 4.10), ("circle-120", 12.54, 6.95)];
 
 /// `hybrid`.
-#[derive(Debug, Args)]
+#[derive(Debug, clap::Args)]
 pub struct HybridArguments {
     #[command(flatten)]
     pub sources: Sources,

@@ -3,8 +3,6 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use clap::Args;
-
 use crate::arguments::QuantityName;
 use crate::delivery::{CommandResult, Outcome, print_out, told};
 use crate::talk;
@@ -17,7 +15,7 @@ use measurement::{Frf, Quantity, read_set};
 use report::{OutputFolder, wrapped};
 
 /// `import`.
-#[derive(Debug, Args)]
+#[derive(Debug, clap::Args)]
 pub struct ImportArguments {
     /// Universal files (dataset 58, 58b) or tables (.csv, .tsv)
     #[arg(required = true, value_name = "FILE")]
@@ -64,7 +62,7 @@ pub struct ImportArguments {
 }
 
 /// `export`.
-#[derive(Debug, Args)]
+#[derive(Debug, clap::Args)]
 pub struct ExportArguments {
     /// Folder of the measurement set
     #[arg(long, value_name = "DIR")]

@@ -2,15 +2,13 @@
 
 use std::path::PathBuf;
 
-use clap::Args;
-
 use crate::delivery::{CommandResult, Outcome};
 use config::MACHINE_BEGINNING;
 use measurement::SET_BEGINNING;
 use report::OutputFolder;
 
 /// `init`.
-#[derive(Debug, Args)]
+#[derive(Debug, clap::Args)]
 pub struct InitArguments {
     /// Folder that is to hold machine.toml and measurements/
     #[arg(value_name = "DIR")]

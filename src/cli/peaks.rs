@@ -2,7 +2,6 @@
 
 use std::fmt::Write as _;
 
-use clap::Args;
 use rayon::prelude::*;
 
 use crate::arguments::Output;
@@ -16,7 +15,7 @@ use report::document::{EvidenceRow, PeakFitRow, PeakModeRow, PeakRow, Peaks};
 use report::peaks_table;
 
 /// `peaks`.
-#[derive(Debug, Args)]
+#[derive(Debug, clap::Args)]
 pub struct PeaksArguments {
     /// Folder of the measurement set
     #[arg(long, value_name = "DIR")]

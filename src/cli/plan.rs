@@ -2,12 +2,9 @@
 
 use std::path::PathBuf;
 
-use clap::{Args, ValueEnum};
-
-use crate::arguments::{ModelName, Output, Sources};
-use crate::delivery::{CommandResult, Outcome, deliver, prepare, told};
+use crate::arguments::{Output, RodArguments, Sources};
+use crate::delivery::{CommandResult, deliver, prepare, told};
 use crate::identified::{check_identification, identified_values, read_identification};
-use crate::search::rods;
 use crate::sources::{Loaded, load, stamp};
 use identification::objective::{FrfSettings, ModeSettings};
 use identification::{Choice, Design, FrfPlan};
@@ -15,7 +12,7 @@ use report::document::{ChoiceRow, Plan, PlanRanking};
 use report::plan_table;
 
 /// Kinds of data by name.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
 pub enum DataName {
     /// Natural frequencies and amplitudes
     Modes,
@@ -24,7 +21,7 @@ pub enum DataName {
 }
 
 /// `plan`.
-#[derive(Debug, Args)]
+#[derive(Debug, clap::Args)]
 pub struct PlanArguments {
     #[command(flatten)]
     pub sources: Sources,
@@ -55,12 +52,8 @@ pub struct PlanArguments {
     /// Keep these parameters at their values
     #[arg(long, value_name = "PARAMETERS", value_delimiter = ',')]
     pub freeze: Vec<String>,
-    /// How rods are represented
-    #[arg(long, value_enum, default_value = "receptance")]
-    pub model: ModelName,
-    /// Lumps per rod of the lumped model
-    #[arg(long, value_name = "N", default_value_t = 40, value_parser = clap::value_parser!(u16).range(1..=500))]
-    pub lumps: u16,
+    #[command(flatten)]
+    pub rods: RodArguments,
     /// Choices shown of each ranking
     #[arg(long, value_name = "N", default_value_t = 5)]
     pub top: u16,
@@ -152,8 +145,7 @@ pub fn run(given: &PlanArguments) -> CommandResult {
     };
     let folder = prepare(&given.output)?;
     let units = |id: &str| machine.parameter(id).map_or(1.0, |i| values[i].abs());
-    deliver(&given.output, folder.as_ref(), "plan.json", &document, &plan_table(&document, &units, usize::from(given.top)))?;
-    Ok(Outcome::Done)
+    deliver(&given.output, folder.as_ref(), "plan.json", &document, &plan_table(&document, &units, usize::from(given.top)))
 }
 
 /// The pairs of points to measure.
@@ -182,7 +174,7 @@ fn of_frfs(given: &PlanArguments, loaded: &Loaded, values: &[f64], channels: &[(
         return Err(format!("--noise {}: write a share above 0 and below 1, such as 0.02", given.noise));
     }
     let plan = FrfPlan { noise: given.noise, band_hz: (from, to), lines: usize::from(given.lines) };
-    let settings = FrfSettings { rods: rods(given.model, given.lumps), ..FrfSettings::default() };
+    let settings = FrfSettings { rods: given.rods.represent(), ..FrfSettings::default() };
     Design::of_frfs(&loaded.config.machine, values, &loaded.set, channels, plan, settings, &given.freeze).map_err(told)
 }
 
@@ -196,7 +188,7 @@ fn of_modes(given: &PlanArguments, loaded: &Loaded, values: &[f64], channels: &[
     let measured = loaded.set.modes.iter().flat_map(|m| m.positions.iter().flatten()).filter_map(|m| m.frequency_hz);
     let (low, high) = measured.fold((f64::INFINITY, 0.0_f64), |(a, b), f| (a.min(f), b.max(f)));
     let usual = if high > 0.0 { (0.5 * low, 1.1 * high) } else { (5.0, 1000.0) };
-    let settings = ModeSettings { rods: rods(given.model, given.lumps), ..ModeSettings::default() };
+    let settings = ModeSettings { rods: given.rods.represent(), ..ModeSettings::default() };
     let band_hz = band(given, usual)?;
     Design::of_modes(&loaded.config.machine, values, &loaded.set, channel, band_hz, settings, &given.freeze).map_err(told)
 }

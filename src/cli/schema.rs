@@ -1,7 +1,5 @@
 //! `jointid schema`.
 
-use clap::Args;
-
 use crate::delivery::{CommandResult, Outcome, print_out};
 use config::{effects_schema, machine_schema};
 use measurement::manifest_schema;
@@ -9,7 +7,7 @@ use report::{self, to_json};
 use withheld::Withheld;
 
 /// `schema`.
-#[derive(Debug, Args)]
+#[derive(Debug, clap::Args)]
 pub struct SchemaArguments {
     /// machine, effects, manifest, identification, diagnosis, …
     #[arg(value_name = "NAME", required_unless_present = "list")]

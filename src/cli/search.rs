@@ -2,20 +2,11 @@
 
 use crate::arguments::{ModelName, ObjectiveName, SearchArguments, Sources};
 use crate::sources::Loaded;
-use dynamics::model::Rods;
 use identification::Plan;
 use identification::objective::{FrfSettings, ModeSettings, Objective};
 use measurement::MeasurementSet;
 use optimizer::Strategy;
 use report::document::Settings;
-
-/// Rods as asked for.
-pub fn rods(model: ModelName, lumps: u16) -> Rods {
-    match model {
-        ModelName::Receptance => Rods::Exact,
-        ModelName::Lumped => Rods::Lumped(usize::from(lumps)),
-    }
-}
 
 /// Objective as asked for.
 pub fn objective(name: ObjectiveName) -> Objective {
@@ -70,7 +61,7 @@ pub fn plan(search: &SearchArguments, set: &MeasurementSet) -> Result<Plan, Stri
     let frf = FrfSettings {
         model_error: search.frf_model_error,
         band_hz: band_hz(search)?,
-        rods: rods(search.model, search.lumps),
+        rods: search.rods.represent(),
         ..FrfSettings::default()
     };
     Ok(Plan {
@@ -78,7 +69,7 @@ pub fn plan(search: &SearchArguments, set: &MeasurementSet) -> Result<Plan, Stri
             objective: search.objective.map_or(Objective::LeastSquares, objective),
             frequency_model_error: search.frequency_model_error,
             amplitude_sd: search.amplitude_sd,
-            rods: rods(search.model, search.lumps),
+            rods: search.rods.represent(),
         },
         frozen: search.freeze.clone(),
         seed: search.seed,
@@ -93,12 +84,12 @@ pub fn plan(search: &SearchArguments, set: &MeasurementSet) -> Result<Plan, Stri
 
 /// The settings of a run, to be kept with its result.
 pub fn settings(sources: &Sources, search: &SearchArguments, plan: &Plan) -> Settings {
-    let lumped = search.model == ModelName::Lumped;
+    let lumped = search.rods.model == ModelName::Lumped;
     Settings {
         config: sources.config.clone(),
         measurements: sources.measurements.clone(),
         model: if lumped { "lumped" } else { "receptance" }.into(),
-        lumps: lumped.then_some(usize::from(search.lumps)),
+        lumps: lumped.then_some(usize::from(search.rods.lumps)),
         objective: plan.frf.map_or_else(|| objective_word(plan.settings.objective), |_| "frf").into(),
         frf_model_error: search.frf_model_error,
         band_hz: plan.frf.map(|f| f.band_hz).filter(|b| *b != FrfSettings::default().band_hz).map(|b| [b.0, b.1.min(f64::MAX)]),

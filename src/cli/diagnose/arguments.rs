@@ -2,13 +2,11 @@
 
 use std::path::PathBuf;
 
-use clap::{Args, ValueEnum};
-
 use crate::arguments::{Output, SearchArguments, Sources, SplitArguments};
 use diagnosis::Ablation;
 
 /// A part of the method that can be left out.
-#[derive(Debug, Clone, Copy, ValueEnum)]
+#[derive(Debug, Clone, Copy, clap::ValueEnum)]
 pub enum MethodPart {
     /// Thresholds from χ² tables instead of simulated nulls
     ChiSquare,
@@ -33,7 +31,7 @@ impl MethodPart {
 }
 
 /// `diagnose`.
-#[derive(Debug, Args)]
+#[derive(Debug, clap::Args)]
 pub struct DiagnoseArguments {
     #[command(flatten)]
     pub sources: Sources,

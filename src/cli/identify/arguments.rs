@@ -1,11 +1,9 @@
 //! What can be said to `identify`.
 
-use clap::Args;
-
 use crate::arguments::{Output, SearchArguments, Sources, SplitArguments};
 
 /// `identify`.
-#[derive(Debug, Args)]
+#[derive(Debug, clap::Args)]
 pub struct IdentifyArguments {
     #[command(flatten)]
     pub sources: Sources,

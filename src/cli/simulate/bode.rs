@@ -2,7 +2,6 @@
 
 use std::fmt::Write;
 
-use clap::Args;
 use rayon::prelude::*;
 
 use super::driven::{describe_pole, find_drive, find_response};
@@ -17,7 +16,7 @@ use machine::Motion;
 use report::loops::{Bode, BodeRow, PoleRow};
 
 /// `simulate bode`.
-#[derive(Debug, Args)]
+#[derive(Debug, clap::Args)]
 pub struct BodeArguments {
     #[command(flatten)]
     pub sources: Sources,

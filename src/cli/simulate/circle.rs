@@ -1,6 +1,5 @@
 //! `jointid simulate circle`.
 
-use clap::Args;
 use rayon::prelude::*;
 
 use super::driven::find_response;
@@ -15,7 +14,7 @@ use report::columns;
 use report::loops::{CircleRow, Circles};
 
 /// `simulate circle`.
-#[derive(Debug, Args)]
+#[derive(Debug, clap::Args)]
 pub struct CircleArguments {
     #[command(flatten)]
     pub sources: Sources,

@@ -6,13 +6,12 @@ use std::fmt::Write;
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use clap::Args;
 use num_complex::Complex64;
 
 use super::driven::describe_pole;
 use super::operating::{LoadArguments, find_operating, load_warnings, require_positive};
 use crate::arguments::{Output, QuantityName, Sources};
-use crate::delivery::{CommandResult, Outcome, deliver, prepare, told, warn};
+use crate::delivery::{CommandResult, deliver, prepare, told, warn};
 use crate::identified::{check_identification, identified_values, read_identification};
 use crate::sources::{load, load_machine, stamp};
 use dynamics::model::{Rods, Structure};
@@ -22,7 +21,7 @@ use numeric::unit::omega_rad_s;
 use report::document::Frfs;
 
 /// `simulate frf`.
-#[derive(Debug, Args)]
+#[derive(Debug, clap::Args)]
 pub struct FrfArguments {
     #[command(flatten)]
     pub sources: Sources,
@@ -157,8 +156,7 @@ pub fn run(given: &FrfArguments) -> CommandResult {
         frequency_hz,
         positions,
     };
-    deliver(&given.output, folder.as_ref(), "frf.json", &document, &text)?;
-    Ok(Outcome::Done)
+    deliver(&given.output, folder.as_ref(), "frf.json", &document, &text)
 }
 
 /// Receptances with the loops of the drive closed.

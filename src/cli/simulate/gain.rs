@@ -1,7 +1,5 @@
 //! `jointid simulate gain`.
 
-use clap::Args;
-
 use super::driven::{find_drive, find_response};
 use super::operating::{LoadArguments, find_operating};
 use crate::arguments::{Output, Sources};
@@ -14,7 +12,7 @@ use report::columns;
 use report::loops::{GainStudy, GainStudyRow};
 
 /// `simulate gain`.
-#[derive(Debug, Args)]
+#[derive(Debug, clap::Args)]
 pub struct GainArguments {
     #[command(flatten)]
     pub sources: Sources,

@@ -2,11 +2,9 @@
 
 use std::path::PathBuf;
 
-use clap::Args;
-
 use super::operating::{LoadArguments, find_operating};
 use crate::arguments::{Output, Sources};
-use crate::delivery::{CommandResult, Outcome, deliver, prepare, told, warn};
+use crate::delivery::{CommandResult, deliver, prepare, told, warn};
 use crate::identified::read_identification;
 use crate::sources::{load_machine, stamp};
 use dynamics::motion::{Hold, gains_of};
@@ -16,7 +14,7 @@ use report::columns;
 use report::loops::{HoldDocument, HoldGains, HoldRow};
 
 /// `simulate hold`.
-#[derive(Debug, Args)]
+#[derive(Debug, clap::Args)]
 pub struct HoldArguments {
     #[command(flatten)]
     pub sources: Sources,
@@ -80,8 +78,7 @@ fn from_gains(given: &HoldArguments) -> CommandResult {
         text += "where c_s is below 0 the loops, late or integrating, drive: they are no damper there\n";
     }
     let document = HoldDocument { stamp: stamp("hold", 0, true, &loaded, Vec::new()), point: Some(point.name.clone()), rows, gains: None };
-    deliver(&given.output, folder.as_ref(), "hold.json", &document, &text)?;
-    Ok(Outcome::Done)
+    deliver(&given.output, folder.as_ref(), "hold.json", &document, &text)
 }
 
 fn from_result(given: &HoldArguments, path: &std::path::Path) -> CommandResult {
@@ -121,6 +118,5 @@ fn from_result(given: &HoldArguments, path: &std::path::Path) -> CommandResult {
     );
     let gains = Some(HoldGains { stiffness, damping, position_gain_per_s, velocity_gain });
     let document = HoldDocument { stamp, point: None, rows: Vec::new(), gains };
-    deliver(&given.output, folder.as_ref(), "hold.json", &document, &text)?;
-    Ok(Outcome::Done)
+    deliver(&given.output, folder.as_ref(), "hold.json", &document, &text)
 }

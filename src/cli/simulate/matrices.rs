@@ -2,11 +2,9 @@
 
 use std::fmt::Write;
 
-use clap::Args;
-
 use super::operating::{LoadArguments, find_operating, load_warnings};
 use crate::arguments::{Output, Sources};
-use crate::delivery::{CommandResult, Outcome, deliver, prepare, told, warn};
+use crate::delivery::{CommandResult, deliver, prepare, told, warn};
 use crate::sources::{load_machine, stamp};
 use report::simulation::MatricesDocument;
 
@@ -14,7 +12,7 @@ use report::simulation::MatricesDocument;
 const WIDEST: usize = 6;
 
 /// `simulate matrices`.
-#[derive(Debug, Args)]
+#[derive(Debug, clap::Args)]
 pub struct MatricesArguments {
     #[command(flatten)]
     pub sources: Sources,
@@ -65,6 +63,5 @@ pub fn run(given: &MatricesArguments) -> CommandResult {
         damping: rows(&found.damping),
         stiffness: rows(&found.stiffness),
     };
-    deliver(&given.output, folder.as_ref(), "matrices.json", &document, &text)?;
-    Ok(Outcome::Done)
+    deliver(&given.output, folder.as_ref(), "matrices.json", &document, &text)
 }

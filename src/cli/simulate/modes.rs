@@ -4,12 +4,9 @@ use std::collections::BTreeMap;
 use std::fmt::Write;
 use std::sync::Arc;
 
-use clap::Args;
-
 use super::operating::{LoadArguments, find_operating, load_warnings, require_positive};
-use crate::arguments::{ModelName, Output, Sources};
-use crate::delivery::{CommandResult, Outcome, deliver, prepare, told, warn};
-use crate::search::rods;
+use crate::arguments::{Output, RodArguments, Sources};
+use crate::delivery::{CommandResult, deliver, prepare, told, warn};
 use crate::sources::{load_machine, stamp};
 use dynamics::model::{Structure, undamped_modes};
 use machine::Machine;
@@ -17,7 +14,7 @@ use numeric::unit::omega_rad_s;
 use report::simulation::{ModeRow, Modes};
 
 /// `simulate modes`.
-#[derive(Debug, Args)]
+#[derive(Debug, clap::Args)]
 pub struct ModesArguments {
     #[command(flatten)]
     pub sources: Sources,
@@ -32,12 +29,8 @@ pub struct ModesArguments {
     /// Highest frequency (Hz)
     #[arg(long, value_name = "F", default_value_t = 1000.0)]
     pub max_hz: f64,
-    /// How rods are represented
-    #[arg(long, value_enum, default_value = "receptance")]
-    pub model: ModelName,
-    /// Lumps per rod of the lumped model
-    #[arg(long, value_name = "N", default_value_t = 40, value_parser = clap::value_parser!(u16).range(1..=500))]
-    pub lumps: u16,
+    #[command(flatten)]
+    pub rods: RodArguments,
     #[command(flatten)]
     pub output: Output,
 }
@@ -50,7 +43,7 @@ pub fn run(given: &ModesArguments) -> CommandResult {
     let operating = find_operating(&loaded, given.nut_m, given.position.as_deref(), &given.load)?;
     let folder = prepare(&given.output)?;
     let first = machine.points.iter().position(|p| !p.fixed).ok_or("the machine has no point that moves")?;
-    let structure = Arc::new(Structure::new(machine, first, first, rods(given.model, given.lumps)).map_err(told)?);
+    let structure = Arc::new(Structure::new(machine, first, first, given.rods.represent()).map_err(told)?);
     let mut network = structure.network();
     network.update(machine, &machine.start(), &operating);
     let modes: Vec<ModeRow> = undamped_modes(&network, max_hz, &mut structure.workspace())
@@ -98,8 +91,7 @@ pub fn run(given: &ModesArguments) -> CommandResult {
         let line = format!("{:>6}  {:>12.4}  {:>10}   {largest:<14} {strained}", mode.order, mode.frequency_hz, damping);
         let _ = writeln!(text, "{}", line.trim_end());
     }
-    deliver(&given.output, folder.as_ref(), "modes.json", &document, &text)?;
-    Ok(Outcome::Done)
+    deliver(&given.output, folder.as_ref(), "modes.json", &document, &text)
 }
 
 /// Deflection of every point of the machine.

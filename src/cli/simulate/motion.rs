@@ -3,8 +3,6 @@
 use std::collections::BTreeMap;
 use std::fmt::Write;
 
-use clap::Args;
-
 use super::driven::{describe_pole, find_drive};
 use super::operating::{LoadArguments, find_operating};
 use crate::arguments::{Output, Sources};
@@ -18,7 +16,7 @@ use report::motion::{EnergyBalance, EventRow, Instability, MotionDocument, Recor
 use report::to_json;
 
 /// `simulate motion`.
-#[derive(Debug, Args)]
+#[derive(Debug, clap::Args)]
 pub struct MotionArguments {
     #[command(flatten)]
     pub sources: Sources,

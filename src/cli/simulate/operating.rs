@@ -1,13 +1,11 @@
 //! The operating condition a simulation is asked for.
 
-use clap::Args;
-
 use crate::delivery::told;
 use crate::sources::Loaded;
 use machine::{Machine, Operating};
 
 /// What loads the machine.
-#[derive(Debug, Clone, Copy, Default, Args)]
+#[derive(Debug, Clone, Copy, Default, clap::Args)]
 pub struct LoadArguments {
     /// Velocity of the table (m/s), whose friction loads contacts
     #[arg(long, value_name = "V", allow_negative_numbers = true)]

@@ -4,11 +4,9 @@ use std::collections::BTreeMap;
 use std::fmt::Write;
 use std::sync::Arc;
 
-use clap::Args;
-
 use super::operating::{LoadArguments, find_operating, load_warnings};
 use crate::arguments::{Output, Sources};
-use crate::delivery::{CommandResult, Outcome, deliver, prepare, told, warn};
+use crate::delivery::{CommandResult, deliver, prepare, told, warn};
 use crate::sources::{load_machine, stamp};
 use dynamics::model::{Rods, Structure, elastic_frequencies_hz, undamped_modes};
 use machine::{FitRule, Law, Machine, Operating, Parameter, Scale};
@@ -16,7 +14,7 @@ use numeric::unit::omega_rad_s;
 use report::simulation::{SensitivityDocument, SensitivityRow};
 
 /// `simulate sensitivity`.
-#[derive(Debug, Args)]
+#[derive(Debug, clap::Args)]
 pub struct SensitivityArguments {
     #[command(flatten)]
     pub sources: Sources,
@@ -115,8 +113,7 @@ pub fn run(given: &SensitivityArguments) -> CommandResult {
         factors,
         joints,
     };
-    deliver(&given.output, folder.as_ref(), "sensitivity.json", &document, &text)?;
-    Ok(Outcome::Done)
+    deliver(&given.output, folder.as_ref(), "sensitivity.json", &document, &text)
 }
 
 /// The machine with a factor on the stiffness of a joint, as a parameter appended to the others.

@@ -2,13 +2,11 @@
 
 use std::path::PathBuf;
 
-use clap::{Args, ValueEnum};
-
 use crate::delivery::{CommandResult, Outcome, told};
 use reference_simulator::servo::{Axis, Circle, Feed, Missing, Sensors, write_circles, write_sines};
 
 /// What the machine has and the model of `configs/hybrid-axis.toml` lacks.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
 pub enum Lacking {
     /// The screw has grown by heat
     Growth,
@@ -21,7 +19,7 @@ pub enum Lacking {
 }
 
 /// `simulate machine`.
-#[derive(Debug, Args)]
+#[derive(Debug, clap::Args)]
 pub struct MachineArguments {
     /// Folder for the sets `sines`, `circles/x` and `circles/y`
     #[arg(long, value_name = "DIR")]

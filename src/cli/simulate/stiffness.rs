@@ -3,11 +3,9 @@
 use std::collections::BTreeMap;
 use std::fmt::Write;
 
-use clap::{Args, ValueEnum};
-
 use super::operating::{LoadArguments, find_operating, load_warnings};
 use crate::arguments::{Output, Sources};
-use crate::delivery::{CommandResult, Outcome, deliver, prepare, told, warn};
+use crate::delivery::{CommandResult, deliver, prepare, told, warn};
 use crate::sources::{load_machine, stamp};
 use dynamics::model::{Matrices, elastic_frequencies_hz};
 use machine::{LoadedPair, Machine, Operating};
@@ -16,7 +14,7 @@ use report::columns;
 use report::simulation::{ContactRow, Separation, Sweep, SweepRow};
 
 /// What is swept, by name.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
 pub enum Along {
     /// Nut position (m)
     Position,
@@ -29,7 +27,7 @@ pub enum Along {
 }
 
 /// `simulate stiffness`.
-#[derive(Debug, Args)]
+#[derive(Debug, clap::Args)]
 pub struct StiffnessArguments {
     #[command(flatten)]
     pub sources: Sources,
@@ -132,8 +130,7 @@ pub fn run(given: &StiffnessArguments) -> CommandResult {
         separations,
         rows,
     };
-    deliver(&given.output, folder.as_ref(), "stiffness.json", &document, &text)?;
-    Ok(Outcome::Done)
+    deliver(&given.output, folder.as_ref(), "stiffness.json", &document, &text)
 }
 
 /// The range that was asked for.

@@ -2,13 +2,11 @@
 
 use std::path::PathBuf;
 
-use clap::Args;
-
 use crate::arguments::Output;
 use crate::delivery::Outcome;
 
 /// `validate`.
-#[derive(Debug, Args)]
+#[derive(Debug, clap::Args)]
 pub struct ValidateArguments {
     /// The identification.json to check
     #[arg(long, value_name = "FILE")]

@@ -7,11 +7,9 @@ mod vertical;
 
 use std::fmt::Write;
 
-use clap::Args;
-
 use self::figure::CONFIGS;
 use crate::arguments::Output;
-use crate::delivery::{CommandResult, Outcome, deliver, prepare};
+use crate::delivery::{CommandResult, deliver, prepare};
 use crate::sources::stamp_files;
 use config::embedded_config;
 use report::document::{Input, Stamp};
@@ -19,7 +17,7 @@ use report::simulation::{PublishedDocument, PublishedFigure};
 use report::{digest, wrapped};
 
 /// `simulate published`.
-#[derive(Debug, Args)]
+#[derive(Debug, clap::Args)]
 pub struct PublishedArguments {
     /// Print the table as Markdown
     #[arg(long)]
@@ -40,8 +38,7 @@ pub fn run(given: &PublishedArguments) -> CommandResult {
         stamp: Stamp { seed: 1, ..stamp_files("published", CONFIGS.iter().filter_map(input).collect(), Vec::new()) },
         figures,
     };
-    deliver(&given.output, folder.as_ref(), "published.json", &document, &text)?;
-    Ok(Outcome::Done)
+    deliver(&given.output, folder.as_ref(), "published.json", &document, &text)
 }
 
 /// A number to four figures.
