@@ -5,9 +5,8 @@ use std::fmt::Write;
 use std::path::PathBuf;
 
 use crate::arguments::Output;
-use crate::delivery::{CommandResult, deliver, prepare, told};
+use crate::delivery::{CommandResult, deliver, prepare, told, warn};
 use crate::sources::{digest_file, stamp_files};
-use crate::talk;
 use machine::contact::{ContactError, Estimate, FitOptions, Noise, Observation, ScrewDrive, fit_stribeck};
 use measurement::{FrictionTable, FrictionUnit, read_friction};
 use report::simulation::{FrictionDocument, FrictionParameter, FrictionRow};
@@ -75,9 +74,7 @@ pub fn run(given: &FrictionArguments) -> CommandResult {
         .filter(|(_, _, e)| e.at_bound)
         .map(|(name, _, _)| format!("{name} is at a bound: these runs do not determine it; add runs where it acts"))
         .collect();
-    if !given.output.quiet {
-        warnings.iter().for_each(|w| talk::warning(w));
-    }
+    warn(&given.output, &warnings);
     let document = FrictionDocument {
         stamp: stamp_files("friction", vec![digest_file(&table.file)], warnings),
         noise: word.into(),

@@ -10,7 +10,7 @@ use crate::delivery::{CommandResult, deliver, prepare, told, warn};
 use crate::identified::{check_identification, identified_values, read_identification};
 use crate::long_work::{control, ended};
 use crate::progress::Progress;
-use crate::sources::{Loaded, inputs, load, stamp};
+use crate::sources::{Loaded, inputs, load, load_again, stamp};
 use dynamics::motion::{Settings, contour_error, simulate_record};
 use identification::network::{Example, Network, Trained};
 use machine::Machine;
@@ -139,12 +139,7 @@ struct Physics {
 fn identified(path: &std::path::Path, given: &HybridArguments, beside: &Loaded) -> Result<Physics, String> {
     let (found, input) = read_identification(path)?;
     check_identification(path, &found)?;
-    let loaded = load(&Sources {
-        config: found.settings.config.clone(),
-        measurements: beside.set.path.clone(),
-        set: found.stamp.overrides.iter().chain(&given.sources.set).cloned().collect(),
-        without: found.stamp.without.clone(),
-    })?;
+    let loaded = load_again(&found.settings.config, &beside.set.path, &found.stamp, (&given.sources.set, &[]))?;
     let values = identified_values(path, &found, &loaded.config)?;
     Ok(Physics { machine: loaded.config.machine, values, input })
 }

@@ -28,9 +28,9 @@ pub fn load(sources: &Sources) -> Result<Loaded, String> {
     Ok(Loaded { config, set, overrides: sources.set.clone(), without: sources.without.clone() })
 }
 
-/// Reads what a document says it was made from.
-pub fn load_again(config: &str, measurements: &str, stamp: &Stamp) -> Result<Loaded, String> {
-    let (set, without) = (stamp.overrides.clone(), stamp.without.clone());
+/// Reads what a document says it was made from, with further overrides and effects taken out.
+pub fn load_again(config: &str, measurements: &str, stamp: &Stamp, (set, without): (&[String], &[String])) -> Result<Loaded, String> {
+    let (set, without) = ([&stamp.overrides[..], set].concat(), [&stamp.without[..], without].concat());
     load(&Sources { config: config.into(), measurements: measurements.into(), set, without })
 }
 

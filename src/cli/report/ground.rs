@@ -5,7 +5,7 @@ use report::document::{Input, Stamp};
 
 /// Reads machine and measurements of a document again, if all of them are still what they were.
 pub(super) fn read_again(config: &str, measurements: &str, then: &Stamp, (of, again): (&str, &str)) -> Result<Loaded, String> {
-    let loaded = load_again(config, measurements, then);
+    let loaded = load_again(config, measurements, then, (&[], &[]));
     let loaded = loaded.map_err(|e| format!("{e} (paths are those of the {of}; run report where it was run)"))?;
     match changed(&then.inputs, &stamp(of, 0, true, &loaded, Vec::new()).inputs) {
         Some(path) => Err(format!("{path} is no longer what it was at the {of}; {again} again")),

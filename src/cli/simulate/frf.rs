@@ -13,7 +13,7 @@ use super::operating::{LoadArguments, find_operating, load_warnings, require_pos
 use crate::arguments::{Output, QuantityName, Sources};
 use crate::delivery::{CommandResult, deliver, prepare, told, warn};
 use crate::identified::{check_identification, identified_values, read_identification};
-use crate::sources::{load, load_machine, stamp};
+use crate::sources::{load_again, load_machine, stamp};
 use dynamics::model::{Rods, Structure};
 use dynamics::motion::{Hold, LinearLoops, MotionError, Settings};
 use machine::{Chain, Machine, Operating};
@@ -75,14 +75,10 @@ pub fn run(given: &FrfArguments) -> CommandResult {
     let lines = steps as usize + 1;
     // A result carries the machine it is for.
     let (identified, input) = given.result.as_deref().map(read_identification).transpose()?.unzip();
+    let Sources { measurements, set, without, .. } = &given.sources;
     let loaded = match &identified {
         None => load_machine(&given.sources)?,
-        Some(identified) => load(&Sources {
-            config: identified.settings.config.clone(),
-            measurements: given.sources.measurements.clone(),
-            set: identified.stamp.overrides.iter().chain(&given.sources.set).cloned().collect(),
-            without: identified.stamp.without.iter().chain(&given.sources.without).cloned().collect(),
-        })?,
+        Some(identified) => load_again(&identified.settings.config, measurements, &identified.stamp, (set, without))?,
     };
     let machine = &loaded.config.machine;
     let point = |own: &Option<String>, set: &Option<String>, key: &str| {

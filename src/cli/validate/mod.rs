@@ -19,7 +19,7 @@ pub fn run(given: &ValidateArguments) -> CommandResult {
     check_identification(&given.result, &identified)?;
     let settings = &identified.settings;
     let measurements = given.measurements.as_ref().unwrap_or(&settings.measurements);
-    let loaded = load_again(&settings.config, measurements, &identified.stamp)?;
+    let loaded = load_again(&settings.config, measurements, &identified.stamp, (&[], &[]))?;
     let mut warnings = Vec::new();
     for now in stamp("validation", 0, true, &loaded, Vec::new()).inputs {
         if identified.stamp.inputs.iter().any(|i| i.path == now.path && i.sha256 != now.sha256) {
