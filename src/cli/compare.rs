@@ -2,10 +2,13 @@
 
 use std::collections::BTreeMap;
 
-use super::arguments::CompareArguments;
-use super::common::{CommandResult, Loaded, control, deliver, ended, load, objective_word, on_threads, plan, prepare, stamp, told, warn};
-use super::progress::Progress;
-use super::rows;
+use crate::arguments::{Output, SearchArguments, Sources};
+use crate::delivery::{CommandResult, deliver, prepare, told, warn};
+use crate::long_work::{control, ended, on_threads};
+use crate::progress::Progress;
+use crate::rows;
+use crate::search::{objective_word, plan};
+use crate::sources::{Loaded, load, stamp};
 use identification::objective::Objective;
 use identification::validation::leave_one_out;
 use identification::{Plan, identify};
@@ -14,6 +17,26 @@ use numeric::statistics::root_sum_square;
 use optimizer::Control;
 use report::document::{Comparison, ComparisonRun, ObjectiveRow, Objectives, OrderRow};
 use report::{gap_summary_table, objectives_table, summary_table};
+
+/// `compare`.
+#[derive(Debug, clap::Args)]
+pub struct CompareArguments {
+    #[command(flatten)]
+    pub sources: Sources,
+    /// Positions of the multi-position identification
+    #[arg(long, value_name = "NAMES", value_delimiter = ',')]
+    pub positions: Option<Vec<String>>,
+    /// Positions identified each alone; by default the fit positions but the first, as the paper does
+    #[arg(long, value_name = "NAMES", value_delimiter = ',')]
+    pub single: Option<Vec<String>>,
+    /// Compare objectives instead, by leaving out one fit position after another
+    #[arg(long, conflicts_with = "single")]
+    pub objectives: bool,
+    #[command(flatten)]
+    pub search: SearchArguments,
+    #[command(flatten)]
+    pub output: Output,
+}
 
 /// Runs the command.
 pub fn run(given: &CompareArguments) -> CommandResult {

@@ -3,10 +3,13 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use super::arguments::ConvergenceArguments;
-use super::common::{CommandResult, Loaded, control, deliver, ended, load, on_threads, plan, prepare, stamp, told, warn};
-use super::progress::Progress;
-use super::rows;
+use crate::arguments::{Output, SearchArguments, Sources};
+use crate::delivery::{CommandResult, deliver, prepare, told, warn};
+use crate::long_work::{control, ended, on_threads};
+use crate::progress::Progress;
+use crate::rows;
+use crate::search::plan;
+use crate::sources::{Loaded, load, stamp};
 use dynamics::model::{Rods, Structure, undamped_modes};
 use identification::{Plan, identify};
 use machine::{Machine, Operating};
@@ -14,6 +17,23 @@ use measurement::{FitSet, HoldOutSet};
 use optimizer::Control;
 use report::simulation::{Convergence, ConvergenceRow};
 use report::{columns, wrapped};
+
+/// `convergence`.
+#[derive(Debug, clap::Args)]
+pub struct ConvergenceArguments {
+    #[command(flatten)]
+    pub sources: Sources,
+    /// Positions to fit; all others are held out
+    #[arg(long, value_name = "NAMES", value_delimiter = ',')]
+    pub positions: Option<Vec<String>>,
+    /// Numbers of lumps per rod
+    #[arg(long, value_name = "N", value_delimiter = ',', default_value = "5,10,20,40", value_parser = clap::value_parser!(u16).range(1..=500))]
+    pub counts: Vec<u16>,
+    #[command(flatten)]
+    pub search: SearchArguments,
+    #[command(flatten)]
+    pub output: Output,
+}
 
 /// Highest frequency that is compared (Hz).
 const HIGHEST_HZ: f64 = 2000.0;

@@ -2,15 +2,44 @@
 
 use std::collections::BTreeMap;
 use std::fmt::Write;
+use std::path::PathBuf;
 
-use super::arguments::{FrictionArguments, NoiseName};
-use super::common::{CommandResult, Outcome, deliver, prepare, told};
-use super::talk;
+use crate::arguments::Output;
+use crate::delivery::{CommandResult, deliver, prepare, told, warn};
+use crate::sources::{digest_file, stamp_files};
 use machine::contact::{ContactError, Estimate, FitOptions, Noise, Observation, ScrewDrive, fit_stribeck};
 use measurement::{FrictionTable, FrictionUnit, read_friction};
-use report::digest;
-use report::document::{Input, Stamp};
 use report::simulation::{FrictionDocument, FrictionParameter, FrictionRow};
+
+/// What is known of the scatter of friction measurements, by name.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
+pub enum NoiseName {
+    /// Equal in all runs
+    Uniform,
+    /// In proportion to the friction
+    Proportional,
+    /// A column force_sd_n (or torque_sd_nm) gives it
+    Known,
+}
+
+/// `friction`.
+#[derive(Debug, clap::Args)]
+pub struct FrictionArguments {
+    /// Table with the columns velocity_m_s and force_n, or torque_nm; one run at constant velocity a line
+    #[arg(long, value_name = "FILE")]
+    pub data: PathBuf,
+    /// Lead of the screw (m per turn); needed with torque_nm
+    #[arg(long, allow_negative_numbers = true, value_name = "M")]
+    pub lead_m: Option<f64>,
+    /// Efficiency between motor torque and screw
+    #[arg(long, allow_negative_numbers = true, value_name = "X", default_value_t = 1.0)]
+    pub efficiency: f64,
+    /// What is known of the scatter; known where the table gives it, else uniform
+    #[arg(long, value_enum)]
+    pub noise: Option<NoiseName>,
+    #[command(flatten)]
+    pub output: Output,
+}
 
 /// Runs the command.
 pub fn run(given: &FrictionArguments) -> CommandResult {
@@ -45,20 +74,9 @@ pub fn run(given: &FrictionArguments) -> CommandResult {
         .filter(|(_, _, e)| e.at_bound)
         .map(|(name, _, _)| format!("{name} is at a bound: these runs do not determine it; add runs where it acts"))
         .collect();
-    if !given.output.quiet {
-        warnings.iter().for_each(|w| talk::warning(w));
-    }
+    warn(&given.output, &warnings);
     let document = FrictionDocument {
-        stamp: Stamp {
-            schema: "jointid/friction/1".into(),
-            tool_version: env!("CARGO_PKG_VERSION").into(),
-            seed: 0,
-            complete: true,
-            inputs: vec![Input { path: table.file.path.clone(), sha256: digest(&table.file.bytes) }],
-            overrides: Vec::new(),
-            without: Vec::new(),
-            warnings,
-        },
+        stamp: stamp_files("friction", vec![digest_file(&table.file)], warnings),
         noise: word.into(),
         parameters,
         residual_scatter: fit.residual_scatter,
@@ -80,8 +98,7 @@ pub fn run(given: &FrictionArguments) -> CommandResult {
     }
     let _ =
         writeln!(text, "\nresidual scatter {:.4}, least friction at {:.6} m/s", fit.residual_scatter, document.least_friction_speed_m_s);
-    deliver(&given.output, folder.as_ref(), "friction.json", &document, &text)?;
-    Ok(Outcome::Done)
+    deliver(&given.output, folder.as_ref(), "friction.json", &document, &text)
 }
 
 /// The runs as forces.

@@ -3,13 +3,14 @@
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 
-use clap::Args;
 use rayon::prelude::*;
 
-use super::arguments::{Output, Sources, SplitArguments};
-use super::common::{CommandResult, Loaded, control, deliver, ended, inputs, load, prepare, read_document, stamp, told, warn};
-use super::progress::Progress;
-use super::validate::{check_identification, identified_values};
+use crate::arguments::{Output, Sources, SplitArguments};
+use crate::delivery::{CommandResult, deliver, prepare, told, warn};
+use crate::identified::{check_identification, identified_values, read_identification};
+use crate::long_work::{control, ended};
+use crate::progress::Progress;
+use crate::sources::{Loaded, inputs, load, load_again, stamp};
 use dynamics::motion::{Settings, contour_error, simulate_record};
 use identification::network::{Example, Network, Trained};
 use machine::Machine;
@@ -18,7 +19,6 @@ use numeric::parallel::OrFirstError;
 use numeric::statistics::quantile;
 use optimizer::Control;
 use report::columns;
-use report::document::Identification;
 use report::hybrid::{ContourRow, Hybrid, HybridRow, NetworkRow, Score};
 
 /// Every how many samples of a record are examples.
@@ -39,7 +39,7 @@ const PUBLISHED_CIRCLES: [(&str, f64, f64); 4] =
     [("circle-60", 7.19, 6.57), ("circle-80", 8.62, 5.34), ("circle-100", 10.26, 4.10), ("circle-120", 12.54, 6.95)];
 
 /// `hybrid`.
-#[derive(Debug, Args)]
+#[derive(Debug, clap::Args)]
 pub struct HybridArguments {
     #[command(flatten)]
     pub sources: Sources,
@@ -137,14 +137,9 @@ struct Physics {
 }
 
 fn identified(path: &std::path::Path, given: &HybridArguments, beside: &Loaded) -> Result<Physics, String> {
-    let (found, input): (Identification, _) = read_document(path)?;
+    let (found, input) = read_identification(path)?;
     check_identification(path, &found)?;
-    let loaded = load(&Sources {
-        config: found.settings.config.clone(),
-        measurements: beside.set.path.clone(),
-        set: found.stamp.overrides.iter().chain(&given.sources.set).cloned().collect(),
-        without: found.stamp.without.clone(),
-    })?;
+    let loaded = load_again(&found.settings.config, &beside.set.path, &found.stamp, (&given.sources.set, &[]))?;
     let values = identified_values(path, &found, &loaded.config)?;
     Ok(Physics { machine: loaded.config.machine, values, input })
 }

@@ -3,9 +3,9 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use super::arguments::{ExportArguments, ImportArguments, QuantityName};
-use super::common::{CommandResult, Outcome, print_out, told};
-use super::talk;
+use crate::arguments::QuantityName;
+use crate::delivery::{CommandResult, Outcome, print_out, told};
+use crate::talk;
 use measurement::import::{ImportedFrf, Placement, frf_from_csv, frfs_from_universal, is_of_frf, set_files};
 use measurement::universal::{
     Abscissa, Axis, ByteOrder, Encoding, FileHeader, Location, Record, Units, UniversalWriter, Warning, data_type, read_headers_path,
@@ -14,13 +14,65 @@ use measurement::universal::{
 use measurement::{Frf, Quantity, read_set};
 use report::{OutputFolder, wrapped};
 
-/// The quantity asked for.
-pub fn quantity(name: QuantityName) -> Quantity {
-    match name {
-        QuantityName::Receptance => Quantity::Receptance,
-        QuantityName::Mobility => Quantity::Mobility,
-        QuantityName::Accelerance => Quantity::Accelerance,
-    }
+/// `import`.
+#[derive(Debug, clap::Args)]
+pub struct ImportArguments {
+    /// Universal files (dataset 58, 58b) or tables (.csv, .tsv)
+    #[arg(required = true, value_name = "FILE")]
+    pub files: Vec<PathBuf>,
+    /// Folder of the new measurement set
+    #[arg(long, value_name = "DIR")]
+    pub out: Option<PathBuf>,
+    /// Show what the files hold, from their headers alone
+    #[arg(long)]
+    pub list: bool,
+    /// Take the values of a file that ends inside its data
+    #[arg(long)]
+    pub accept_truncated: bool,
+    /// Quantity, where the files do not say it
+    #[arg(long, value_enum)]
+    pub quantity: Option<QuantityName>,
+    /// Position of all records
+    #[arg(long, value_name = "NAME")]
+    pub position: Option<String>,
+    /// Position's name as {} in file names, ID lines or entities, e.g. 'pos {}'
+    #[arg(long, value_name = "TEXT")]
+    pub pattern: Option<String>,
+    /// Table record,position,response,excitation
+    #[arg(long, value_name = "FILE")]
+    pub map: Option<PathBuf>,
+    /// Nut position of a position, e.g. l1=0.6
+    #[arg(long, value_name = "NAME=M", value_delimiter = ',')]
+    pub nut_m: Vec<String>,
+    /// Point of the machine that responds, of all records
+    #[arg(long, value_name = "POINT")]
+    pub response: Option<String>,
+    /// Point of the machine that is excited, of all records
+    #[arg(long, value_name = "POINT")]
+    pub excitation: Option<String>,
+    /// Records averaged for each FRF; needed to use a coherence
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
+    pub averages: Option<u32>,
+    /// Title of the set
+    #[arg(long, value_name = "TEXT")]
+    pub title: Option<String>,
+    /// Say nothing but results and errors
+    #[arg(short, long)]
+    pub quiet: bool,
+}
+
+/// `export`.
+#[derive(Debug, clap::Args)]
+pub struct ExportArguments {
+    /// Folder of the measurement set
+    #[arg(long, value_name = "DIR")]
+    pub measurements: String,
+    /// File to write
+    #[arg(long, value_name = "FILE")]
+    pub out: PathBuf,
+    /// Dataset 58b, binary, instead of text
+    #[arg(long)]
+    pub binary: bool,
 }
 
 fn is_table(path: &Path) -> bool {
@@ -33,7 +85,7 @@ pub fn import(given: &ImportArguments) -> CommandResult {
         return list(given);
     }
     let out = given.out.as_ref().ok_or("import: name the folder of the new set with --out, or look with --list")?;
-    let asked = given.quantity.map(quantity);
+    let asked = given.quantity.map(QuantityName::quantity);
     let (mut frfs, mut notes) = (Vec::new(), Vec::new());
     for path in &given.files {
         let source = path.display().to_string();

@@ -1,10 +1,22 @@
 //! `jointid init`.
 
-use super::arguments::InitArguments;
-use super::common::{CommandResult, Outcome};
+use std::path::PathBuf;
+
+use crate::delivery::{CommandResult, Outcome};
 use config::MACHINE_BEGINNING;
 use measurement::SET_BEGINNING;
 use report::OutputFolder;
+
+/// `init`.
+#[derive(Debug, clap::Args)]
+pub struct InitArguments {
+    /// Folder that is to hold machine.toml and measurements/
+    #[arg(value_name = "DIR")]
+    pub folder: PathBuf,
+    /// Say nothing but errors
+    #[arg(short, long)]
+    pub quiet: bool,
+}
 
 /// Runs the command: writes all files, or none where one of them is there already.
 pub fn run(given: &InitArguments) -> CommandResult {

@@ -1,44 +1,44 @@
-//! The command line: arguments, one file per command, progress, exit codes.
+//! The command line: arguments, commands, exit codes.
 
+// What is said to the program.
 mod arguments;
-mod bode;
-mod circle;
-mod common;
+mod command_line;
+
+// One file or folder per command, `completions` and `man` together, `export` with `import`.
 mod compare;
 mod convergence;
 mod diagnose;
-mod file_arguments;
 mod friction;
-mod gain;
-mod hold;
 mod hybrid;
 mod identify;
 mod import;
 mod init;
-mod inverse_dynamics;
 mod manual;
-mod model_arguments;
-mod motion;
 mod peaks;
 mod plan;
-mod progress;
-mod published;
 mod report;
-mod rows;
 mod schema;
-mod servo_machine;
 mod simulate;
-mod sweep;
-mod talk;
 mod validate;
 mod withheld;
 
+// What commands share: what they read, how they search and work, what they deliver and say.
+mod delivery;
+mod identified;
+mod long_work;
+mod motion_records;
+mod progress;
+mod rows;
+mod search;
+mod sources;
+mod talk;
+
 use std::process::ExitCode;
 
-use clap::Parser;
+use clap::{CommandFactory, Parser};
 
-use arguments::{Arguments, Command};
-use common::Outcome;
+use command_line::{Arguments, Command};
+use delivery::Outcome;
 
 /// Runs the command of this process and gives its exit code: 0 done, 1 a limit was not met, 2 could not run, 3 stopped early.
 pub fn run() -> ExitCode {
@@ -58,8 +58,8 @@ pub fn run() -> ExitCode {
         Command::Report(given) => report::run(&given),
         Command::Init(given) => init::run(&given),
         Command::Schema(given) => schema::run(&given),
-        Command::Completions(given) => manual::completions(&given),
-        Command::Man(given) => manual::man(&given),
+        Command::Completions(given) => manual::completions(&given, Arguments::command()),
+        Command::Man(given) => manual::man(&given, Arguments::command()),
         Command::Simulate(given) => simulate::run(&given),
         Command::Hybrid(given) => hybrid::run(&given),
         Command::Withheld(given) => withheld::run(&given),

@@ -1,23 +1,40 @@
 //! `jointid completions` and `jointid man`: both of the definitions of the command line.
 
-use clap::CommandFactory;
+use std::path::PathBuf;
 
-use super::arguments::{Arguments, CompletionsArguments, ManArguments};
-use super::common::{CommandResult, Outcome, print_out};
+use clap::{Args, Command};
+use clap_complete::Shell;
+
+use crate::delivery::{CommandResult, Outcome, print_out};
 use report::OutputFolder;
 
+/// `completions`.
+#[derive(Debug, Args)]
+pub struct CompletionsArguments {
+    /// Shell
+    #[arg(value_enum)]
+    pub shell: Shell,
+}
+
+/// `man`.
+#[derive(Debug, Args)]
+pub struct ManArguments {
+    /// Folder for jointid.1, jointid-identify.1, …
+    #[arg(long, value_name = "DIR")]
+    pub out: PathBuf,
+}
+
 /// Prints completions.
-pub fn completions(given: &CompletionsArguments) -> CommandResult {
+pub fn completions(given: &CompletionsArguments, mut root: Command) -> CommandResult {
     let mut text = Vec::new();
-    clap_complete::generate(given.shell, &mut Arguments::command(), "jointid", &mut text);
+    clap_complete::generate(given.shell, &mut root, "jointid", &mut text);
     print_out(&String::from_utf8_lossy(&text))?;
     Ok(Outcome::Done)
 }
 
 /// Writes the manual pages of the program and of every command.
-pub fn man(given: &ManArguments) -> CommandResult {
+pub fn man(given: &ManArguments, mut root: Command) -> CommandResult {
     let folder = OutputFolder::claim(&given.out)?;
-    let mut root = Arguments::command();
     root.build();
     let mut pages = Vec::new();
     draw(&root, &mut pages)?;
@@ -27,7 +44,7 @@ pub fn man(given: &ManArguments) -> CommandResult {
 }
 
 /// Name and text of the pages of a command and all below it.
-fn draw(command: &clap::Command, pages: &mut Vec<(String, Vec<u8>)>) -> Result<(), String> {
+fn draw(command: &Command, pages: &mut Vec<(String, Vec<u8>)>) -> Result<(), String> {
     // The name of a page is one word: jointid-simulate-modes.
     let name = command.get_display_name().unwrap_or_else(|| command.get_name());
     let mut text = Vec::new();

@@ -4,14 +4,37 @@ use std::fmt::Write as _;
 
 use rayon::prelude::*;
 
-use super::arguments::PeaksArguments;
-use super::common::{CommandResult, Outcome, deliver_with, prepare, print_out, set_stamp, told};
+use crate::arguments::Output;
+use crate::delivery::{CommandResult, Outcome, deliver_with, prepare, print_out, told};
+use crate::sources::set_stamp;
 use measurement::modal::{AmplitudeKind, Curve, Fit, FitOptions, ModalFit, TrackOptions, TrackRecord, track};
 use measurement::{Frf, Line, MeasurementSet, read_set};
 use numeric::parallel::OrFirstError;
 use numeric::unit::omega_rad_s;
 use report::document::{EvidenceRow, PeakFitRow, PeakModeRow, PeakRow, Peaks};
 use report::peaks_table;
+
+/// `peaks`.
+#[derive(Debug, clap::Args)]
+pub struct PeaksArguments {
+    /// Folder of the measurement set
+    #[arg(long, value_name = "DIR")]
+    pub measurements: String,
+    /// Lowest and highest frequency (Hz)
+    #[arg(long, value_name = "FROM,TO", value_delimiter = ',', num_args = 1)]
+    pub band: Vec<f64>,
+    /// Fit the modes of --band alone, what lies outside as a background
+    #[arg(long)]
+    pub local: bool,
+    /// Highest polynomial order of the stabilisation diagram
+    #[arg(long, value_name = "N", default_value_t = 48, value_parser = clap::value_parser!(u8).range(8..=120))]
+    pub max_order: u8,
+    /// Show peaks without regularity, too, and why
+    #[arg(long)]
+    pub all: bool,
+    #[command(flatten)]
+    pub output: Output,
+}
 
 /// An FRF with its name among the records.
 struct Named<'s> {
@@ -91,7 +114,7 @@ pub fn run(given: &PeaksArguments) -> CommandResult {
             (n.name.clone(), row)
         })
         .collect();
-    let document = Peaks { stamp: set_stamp("peaks", &set, Vec::new()), modes, fits };
+    let document = Peaks { stamp: set_stamp("peaks", &set), modes, fits };
     let folder = prepare(&given.output)?;
     let beside = [("modes.csv", modes_csv(&set, &named, &document))];
     deliver_with(&given.output, folder.as_ref(), ("peaks.json", &beside), &document, &peaks_table(&document, given.all))?;

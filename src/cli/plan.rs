@@ -1,12 +1,65 @@
 //! `jointid plan`.
 
-use super::arguments::{DataName, PlanArguments};
-use super::common::{CommandResult, Loaded, Outcome, deliver, load, prepare, read_document, rods, stamp, told};
-use super::validate::{check_identification, identified_values};
+use std::path::PathBuf;
+
+use crate::arguments::{Output, RodArguments, Sources};
+use crate::delivery::{CommandResult, deliver, prepare, told};
+use crate::identified::{check_identification, identified_values, read_identification};
+use crate::sources::{Loaded, load, stamp};
 use identification::objective::{FrfSettings, ModeSettings};
 use identification::{Choice, Design, FrfPlan};
-use report::document::{ChoiceRow, Identification, Plan, PlanRanking};
+use report::document::{ChoiceRow, Plan, PlanRanking};
 use report::plan_table;
+
+/// Kinds of data by name.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
+pub enum DataName {
+    /// Natural frequencies and amplitudes
+    Modes,
+    /// Whole FRFs
+    Frf,
+}
+
+/// `plan`.
+#[derive(Debug, clap::Args)]
+pub struct PlanArguments {
+    #[command(flatten)]
+    pub sources: Sources,
+    /// Parameter values from this identification.json instead of the start values
+    #[arg(long, value_name = "FILE")]
+    pub result: Option<PathBuf>,
+    /// What is measured; frf where the set has FRFs
+    #[arg(long, value_enum)]
+    pub data: Option<DataName>,
+    /// Measurements to choose at once; 2 and 3, or 1 beside those measured
+    #[arg(long, value_name = "N", value_delimiter = ',', value_parser = clap::value_parser!(u8).range(1..=8))]
+    pub choose: Vec<u8>,
+    /// Measurements made already: positions, or position:response/excitation
+    #[arg(long, value_name = "NAMES", value_delimiter = ',')]
+    pub measured: Vec<String>,
+    /// Responses and excitations to choose from; those of the set by default
+    #[arg(long, value_name = "POINT/POINT", value_delimiter = ',')]
+    pub channels: Vec<String>,
+    /// Relative standard deviation of an FRF line
+    #[arg(long, value_name = "SHARE", default_value_t = 0.02)]
+    pub noise: f64,
+    /// Lowest and highest frequency (Hz)
+    #[arg(long, value_name = "FROM,TO", value_delimiter = ',', num_args = 1)]
+    pub band: Vec<f64>,
+    /// Lines of an FRF
+    #[arg(long, value_name = "N", default_value_t = 400, value_parser = clap::value_parser!(u16).range(2..))]
+    pub lines: u16,
+    /// Keep these parameters at their values
+    #[arg(long, value_name = "PARAMETERS", value_delimiter = ',')]
+    pub freeze: Vec<String>,
+    #[command(flatten)]
+    pub rods: RodArguments,
+    /// Choices shown of each ranking
+    #[arg(long, value_name = "N", default_value_t = 5)]
+    pub top: u16,
+    #[command(flatten)]
+    pub output: Output,
+}
 
 /// Most choices that are ranked one by one.
 const MOST_CHOICES: f64 = 200_000.0;
@@ -18,7 +71,7 @@ pub fn run(given: &PlanArguments) -> CommandResult {
     let mut values = machine.start();
     let mut inputs = Vec::new();
     if let Some(path) = &given.result {
-        let (identified, input): (Identification, _) = read_document(path)?;
+        let (identified, input) = read_identification(path)?;
         check_identification(path, &identified)?;
         inputs.push(input);
         values = identified_values(path, &identified, &loaded.config)?;
@@ -92,8 +145,7 @@ pub fn run(given: &PlanArguments) -> CommandResult {
     };
     let folder = prepare(&given.output)?;
     let units = |id: &str| machine.parameter(id).map_or(1.0, |i| values[i].abs());
-    deliver(&given.output, folder.as_ref(), "plan.json", &document, &plan_table(&document, &units, usize::from(given.top)))?;
-    Ok(Outcome::Done)
+    deliver(&given.output, folder.as_ref(), "plan.json", &document, &plan_table(&document, &units, usize::from(given.top)))
 }
 
 /// The pairs of points to measure.
@@ -122,7 +174,7 @@ fn of_frfs(given: &PlanArguments, loaded: &Loaded, values: &[f64], channels: &[(
         return Err(format!("--noise {}: write a share above 0 and below 1, such as 0.02", given.noise));
     }
     let plan = FrfPlan { noise: given.noise, band_hz: (from, to), lines: usize::from(given.lines) };
-    let settings = FrfSettings { rods: rods(given.model, given.lumps), ..FrfSettings::default() };
+    let settings = FrfSettings { rods: given.rods.represent(), ..FrfSettings::default() };
     Design::of_frfs(&loaded.config.machine, values, &loaded.set, channels, plan, settings, &given.freeze).map_err(told)
 }
 
@@ -136,7 +188,7 @@ fn of_modes(given: &PlanArguments, loaded: &Loaded, values: &[f64], channels: &[
     let measured = loaded.set.modes.iter().flat_map(|m| m.positions.iter().flatten()).filter_map(|m| m.frequency_hz);
     let (low, high) = measured.fold((f64::INFINITY, 0.0_f64), |(a, b), f| (a.min(f), b.max(f)));
     let usual = if high > 0.0 { (0.5 * low, 1.1 * high) } else { (5.0, 1000.0) };
-    let settings = ModeSettings { rods: rods(given.model, given.lumps), ..ModeSettings::default() };
+    let settings = ModeSettings { rods: given.rods.represent(), ..ModeSettings::default() };
     let band_hz = band(given, usual)?;
     Design::of_modes(&loaded.config.machine, values, &loaded.set, channel, band_hz, settings, &given.freeze).map_err(told)
 }

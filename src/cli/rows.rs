@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use super::common::Loaded;
+use crate::sources::Loaded;
 use identification::objective::{FrfGap, GAIN_RANGE, MISSING, PositionPrediction};
 use identification::{Combination, CombinationKind, Drawn, Identification};
 use machine::Machine;

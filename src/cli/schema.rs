@@ -1,11 +1,21 @@
 //! `jointid schema`.
 
-use super::arguments::SchemaArguments;
-use super::common::{CommandResult, Outcome, print_out};
+use crate::delivery::{CommandResult, Outcome, print_out};
 use config::{effects_schema, machine_schema};
 use measurement::manifest_schema;
 use report::{self, to_json};
 use withheld::Withheld;
+
+/// `schema`.
+#[derive(Debug, clap::Args)]
+pub struct SchemaArguments {
+    /// machine, effects, manifest, identification, diagnosis, …
+    #[arg(value_name = "NAME", required_unless_present = "list")]
+    pub name: Option<String>,
+    /// List the names
+    #[arg(long, conflicts_with = "name")]
+    pub list: bool,
+}
 
 /// Runs the command.
 pub fn run(given: &SchemaArguments) -> CommandResult {

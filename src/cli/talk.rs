@@ -6,7 +6,7 @@ use std::time::Instant;
 use anstyle::{AnsiColor, Style};
 use serde_json::Value;
 
-use super::arguments::Output;
+use crate::arguments::Output;
 use report::wrapped;
 
 /// When the program began.

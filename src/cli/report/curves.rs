@@ -4,14 +4,13 @@ use std::sync::Arc;
 
 use num_complex::Complex64;
 
+use crate::delivery::told;
 use dynamics::model::{Rods, Structure};
 use identification::objective::{FrfObjective, FrfSettings, ModeObjective, ModeSettings, operating};
 use machine::{Chain, Machine, Motion, Operating};
 use measurement::{FitSet, Frf, Gain, HoldOutSet, MeasurementSet, Quantity};
 use numeric::unit::omega_rad_s;
 use report::page::{Curve, PeakMark};
-
-use super::super::common::told;
 
 /// Lines of a predicted FRF where none was measured.
 const LINES: usize = 1500;

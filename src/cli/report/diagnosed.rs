@@ -2,10 +2,10 @@
 
 use std::collections::BTreeMap;
 
-use super::super::arguments::Sources;
-use super::super::common::{Loaded, load, stamp, told};
-use super::changed;
 use super::curves::{Model, Overlay};
+use super::ground::read_again;
+use crate::delivery::told;
+use crate::sources::Loaded;
 use dynamics::model::Rods;
 use machine::Machine;
 use report::diagnosis::Diagnosis;
@@ -13,17 +13,7 @@ use report::page::Page;
 
 /// Draws the machine as described and as chosen, each at its fit, over what was measured, if all inputs are still what they were.
 pub(super) fn draw(of: &Diagnosis, page: &mut Page) -> Result<(), String> {
-    let sources = Sources {
-        config: of.config.clone(),
-        measurements: of.measurements.clone(),
-        set: of.stamp.overrides.clone(),
-        without: of.stamp.without.clone(),
-    };
-    let loaded = load(&sources).map_err(|e| format!("{e} (paths are those of the diagnosis; run report where it was run)"))?;
-    let now = stamp("diagnosis", 0, true, &loaded, Vec::new()).inputs;
-    if let Some(path) = changed(&of.stamp.inputs, &now) {
-        return Err(format!("{path} is no longer what it was at the diagnosis; diagnose again"));
-    }
+    let loaded = read_again(&of.config, &of.measurements, &of.stamp, ("diagnosis", "diagnose"))?;
     if of.domain == "motion" {
         return Ok(());
     }

@@ -2,22 +2,38 @@
 
 mod curves;
 mod diagnosed;
+mod ground;
 mod shapes;
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use serde::de::DeserializeOwned;
 
 use self::curves::{Model, Overlay};
-use super::arguments::{ReportArguments, Sources};
-use super::common::{CommandResult, Loaded, Outcome, load, stamp, told};
-use super::talk;
-use super::validate::{check_identification, identified_values};
+use self::ground::read_again;
+use crate::delivery::{CommandResult, Outcome, told};
+use crate::identified::{check_identification, identified_values};
+use crate::motion_records::holds_records_alone;
+use crate::talk;
 use dynamics::model::Rods;
 use measurement::read_set;
-use report::document::{Identification, Input};
+use report::document::Identification;
 use report::page::{self, Page};
 use report::{OutputFolder, digest};
+
+/// `report`.
+#[derive(Debug, clap::Args)]
+pub struct ReportArguments {
+    /// Folder with result documents: identification.json, validation.json, comparison.json, peaks.json, diagnosis.json
+    #[arg(value_name = "DIR")]
+    pub folder: PathBuf,
+    /// The page; DIR/report.html by default
+    #[arg(long, value_name = "FILE")]
+    pub out: Option<PathBuf>,
+    /// Say nothing but errors
+    #[arg(short, long)]
+    pub quiet: bool,
+}
 
 /// Runs the command.
 pub fn run(given: &ReportArguments) -> CommandResult {
@@ -102,51 +118,24 @@ fn read<T: DeserializeOwned>(folder: &Path, name: &str, files: &mut Vec<(String,
     serde_json::from_value(value).map(Some).map_err(|e| fault(format!("is no {expected}: {e}")))
 }
 
-/// An identification with what it rests on, as it was.
-pub(super) struct Ground<'i> {
-    pub(super) identified: &'i Identification,
-    pub(super) loaded: Loaded,
-    pub(super) values: Vec<f64>,
-    pub(super) rods: Rods,
-}
-
 /// Predicts what was measured from the configuration and the identified values, if all inputs are still what they were.
 fn recompute(folder: &Path, identified: &Identification, page: &mut Page) -> Result<(), String> {
     let path = folder.join("identification.json");
     check_identification(&path, identified)?;
-    let sources = Sources {
-        config: identified.settings.config.clone(),
-        measurements: identified.settings.measurements.clone(),
-        set: identified.stamp.overrides.clone(),
-        without: identified.stamp.without.clone(),
-    };
-    let loaded = load(&sources).map_err(|e| format!("{e} (paths are those of the identification; run report where it was run)"))?;
-    let now = stamp("identification", 0, true, &loaded, Vec::new()).inputs;
-    if let Some(path) = changed(&identified.stamp.inputs, &now) {
-        return Err(format!("{path} is no longer what it was at the identification; identify again"));
-    }
+    let settings = &identified.settings;
+    let loaded = read_again(&settings.config, &settings.measurements, &identified.stamp, ("identification", "identify"))?;
     let values = identified_values(&path, identified, &loaded.config)?;
-    let rods = identified.settings.lumps.map_or(Rods::Exact, Rods::Lumped);
+    let rods = settings.lumps.map_or(Rods::Exact, Rods::Lumped);
     page.title = loaded.config.machine.title.clone();
     page.nut_m = loaded.set.positions.iter().filter_map(|p| Some((p.name.clone(), p.nut_m?))).collect();
-    if super::inverse_dynamics::applies(&loaded.set) {
+    if holds_records_alone(&loaded.set) {
         return Ok(());
     }
-    let ground = Ground { identified, loaded, values, rods };
-    page.curves = {
-        let Ground { identified, loaded, values, rods } = &ground;
-        let (fit, _) = loaded.set.split(identified.settings.positions.as_deref(), &identified.settings.hold_out).map_err(told)?;
-        let gain = identified.parameters.get("gain").map(|g| g.value);
-        let model = Model { machine: loaded.config.machine.clone(), values: values.clone(), rods: *rods, gain };
-        Overlay { set: &loaded.set, fit, models: &[model] }.curves()?
-    };
-    page.shapes = shapes::shapes(&ground)?;
+    let set = &loaded.set;
+    let (fit, _) = set.split(settings.positions.as_deref(), &settings.hold_out).map_err(told)?;
+    let gain = identified.parameters.get("gain").map(|g| g.value);
+    let model = Model { machine: loaded.config.machine.clone(), values, rods, gain };
+    page.curves = Overlay { set, fit, models: std::slice::from_ref(&model) }.curves()?;
+    page.shapes = shapes::shapes(set, &model)?;
     Ok(())
-}
-
-/// The first input that is not the same now.
-fn changed<'a>(then: &'a [Input], now: &'a [Input]) -> Option<&'a str> {
-    let missing = |list: &[Input], i: &Input| !list.iter().any(|other| other.path == i.path && other.sha256 == i.sha256);
-    let gone = then.iter().find(|i| missing(now, i));
-    gone.or_else(|| now.iter().find(|i| missing(then, i))).map(|i| i.path.as_str())
 }

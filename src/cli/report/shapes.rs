@@ -2,9 +2,10 @@
 
 use std::sync::Arc;
 
-use super::Ground;
+use super::curves::Model;
 use dynamics::model::{Structure, undamped_modes};
 use machine::{Motion, Operating};
+use measurement::MeasurementSet;
 use report::page::{Deflection, ModeShape, ShapeGroup};
 
 /// Modes shown of each position.
@@ -13,8 +14,8 @@ const MODES: usize = 7;
 const STEPS: usize = 24;
 
 /// The undamped modes at every position, up to a little above what was measured; none for a machine without shafts.
-pub(super) fn shapes(ground: &Ground<'_>) -> Result<Vec<ShapeGroup>, String> {
-    let (set, machine) = (&ground.loaded.set, &ground.loaded.config.machine);
+pub(super) fn shapes(set: &MeasurementSet, model: &Model) -> Result<Vec<ShapeGroup>, String> {
+    let machine = &model.machine;
     if machine.shafts.is_empty() {
         return Ok(Vec::new());
     }
@@ -24,9 +25,9 @@ pub(super) fn shapes(ground: &Ground<'_>) -> Result<Vec<ShapeGroup>, String> {
     let name = set.response.as_ref().or_else(|| set.frfs.first().map(|f| &f.response));
     let observed = name.and_then(|n| machine.point(n)).filter(|p| machine.points[*p].motion == Motion::Translation);
     let Some(first) = machine.points.iter().position(|p| !p.fixed) else { return Ok(Vec::new()) };
-    let structure = Arc::new(Structure::new(machine, first, first, ground.rods).map_err(|e| e.to_string())?);
+    let structure = Arc::new(Structure::new(machine, first, first, model.rods).map_err(|e| e.to_string())?);
     let (mut network, mut work) = (structure.network(), structure.workspace());
-    let start = &ground.values;
+    let start = &model.values;
     let mut groups = Vec::new();
     for position in &set.positions {
         let operating = Operating::at(position.nut_m);

@@ -2,7 +2,7 @@
 
 use clap::{Args, ValueEnum};
 
-use super::super::arguments::Output;
+use crate::arguments::Output;
 
 /// Origins of the cases by name.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]

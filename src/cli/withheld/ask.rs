@@ -9,10 +9,10 @@ use std::time::{Duration, Instant};
 use rayon::prelude::*;
 use serde_json::Value;
 
-use super::super::arguments::WithheldArguments;
-use super::super::common::told;
-use super::super::progress::Progress;
+use super::arguments::WithheldArguments;
 use super::make::Flag;
+use crate::delivery::told;
+use crate::progress::Progress;
 use numeric::parallel::OrFirstError;
 use report::{OutputFolder, digest, to_json};
 use withheld::{Answer, CASES, Run, Seal, SealedCase, files_of};

@@ -3,9 +3,10 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use super::super::arguments::Sources;
-use super::super::common::{load, told};
-use super::super::inverse_dynamics::ready;
+use crate::arguments::Sources;
+use crate::delivery::told;
+use crate::motion_records::make_ready;
+use crate::sources::load;
 use diagnosis::motion::{MotionPart, gap_of, part};
 use dynamics::inverse_dynamics::{Motion, Recipe, leave_crossings_out};
 use machine::Machine;
@@ -29,7 +30,7 @@ pub fn closed(folder: &Path, case: &str, of: &Diagnosis) -> Result<Option<f64>, 
         motion(quiet)?.resting_as(&motion(same)?, quiet).map_err(told)
     };
     let made: Result<Vec<Motion>, String> = loaded.set.motions.iter().map(made).collect();
-    let (motions, rigid, _) = ready(&loaded, made?)?;
+    let (motions, rigid, _) = make_ready(&loaded, made?)?;
     let mut motions: Vec<Motion> = motions.into_iter().map(Motion::without_edges).collect();
     motions.iter_mut().for_each(|motion| motion.weigh(&of.weights()));
     let described = &loaded.config.machine;

@@ -7,9 +7,9 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use rayon::prelude::*;
 
-use super::super::common::told;
-use super::super::progress::Progress;
 use super::own::own_case;
+use crate::delivery::told;
+use crate::progress::Progress;
 use numeric::parallel::OrFirstError;
 use reference_simulator::{Counts, Label, Plan, TruthError, generate_one, labels_json, motion, write_case};
 use report::{OutputFolder, to_json};

@@ -12,7 +12,9 @@ use std::sync::atomic::Ordering;
 use rayon::prelude::*;
 
 use self::arguments::{ArmName, CasesAsked, TruthName, WithheldArguments};
-use super::common::{CommandResult, Outcome, deliver, document_input, on_threads, prepare, print_out, stop_flag, told, warn};
+use crate::delivery::{CommandResult, Outcome, deliver, prepare, print_out, told, warn};
+use crate::long_work::{on_threads, stop_flag};
+use crate::sources::{document_input, stamp_files};
 use numeric::parallel::OrFirstError;
 use reference_simulator::{Counts, Label, motion};
 use report::document::Stamp;
@@ -64,20 +66,10 @@ pub fn run(given: &WithheldArguments) -> CommandResult {
         .or_first_error();
     let judged: Vec<(String, Judgement)> = judged?.into_iter().flatten().collect();
     let judgements: Vec<Judgement> = judged.iter().map(|(_, j)| j.clone()).collect();
+    let inputs = ["seal.json", "labels.json"].map(|name| document_input(&folder.path().join(name)));
+    let inputs = inputs.into_iter().collect::<Result<_, _>>()?;
     let document = Withheld {
-        stamp: Stamp {
-            schema: "jointid/withheld/1".into(),
-            tool_version: env!("CARGO_PKG_VERSION").into(),
-            seed: seal.generator.seed,
-            complete,
-            inputs: ["seal.json", "labels.json"]
-                .map(|name| document_input(&folder.path().join(name)))
-                .into_iter()
-                .collect::<Result<_, _>>()?,
-            overrides: Vec::new(),
-            without: Vec::new(),
-            warnings: warnings(&seal, &judgements),
-        },
+        stamp: Stamp { seed: seal.generator.seed, complete, ..stamp_files("withheld", inputs, warnings(&seal, &judgements)) },
         seal: SealRow::from(&seal),
         program_sha256: plan.program_sha256.clone(),
         ablation,

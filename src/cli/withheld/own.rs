@@ -10,7 +10,7 @@ use num_complex::Complex64;
 use rand::SeedableRng;
 use rand_xoshiro::Xoshiro256PlusPlus;
 
-use super::super::common::told;
+use crate::delivery::told;
 use config::read_machine_text;
 use diagnosis::{another, drawn, with_nuisances};
 use dynamics::model::{Rods, Structure};

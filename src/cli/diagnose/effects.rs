@@ -1,0 +1,45 @@
+//! Effects of a diagnosis: which are candidates, what became of them, and which the verdict names.
+
+use super::arguments::DiagnoseArguments;
+use diagnosis::{Status, Verdict};
+use machine::{Data, Effect};
+use report::diagnosis::VerdictRow;
+
+/// The candidates asked for, of those with one id the one for this data.
+pub fn choose_effects(given: &DiagnoseArguments, all: &[Effect], data: Data) -> Result<Vec<Effect>, String> {
+    for (key, ids) in [("--effects", &given.effects), ("--exclude", &given.exclude)] {
+        if let Some(id) = ids.iter().find(|id| !all.iter().any(|e| e.id == **id)) {
+            let known: Vec<&str> = all.iter().map(|e| e.id.as_str()).collect();
+            return Err(format!("{key}: no effect is called «{id}»; there are {}", known.join(", ")));
+        }
+    }
+    let wanted = |e: &&Effect| (given.effects.is_empty() || given.effects.contains(&e.id)) && !given.exclude.contains(&e.id);
+    Ok(Effect::asked_of(all, data).filter(wanted).cloned().collect())
+}
+
+/// A candidate's status in a word, and why it was not fitted.
+pub fn tell_status(status: &Status) -> (String, Option<String>) {
+    match status {
+        Status::Tried => ("tried".into(), None),
+        Status::Failed(why) => ("failed".into(), Some(why.clone())),
+        Status::NotApplicable(why) => ("not-applicable".into(), Some(why.clone())),
+    }
+}
+
+/// Whether a verdict names an effect, alone or in a combination.
+pub fn names_effect(verdict: &Verdict, id: &str) -> bool {
+    verdict.effects.iter().any(|e| e.split('+').any(|part| part == id))
+}
+
+/// A verdict as a row, with the place where it was found.
+pub fn tell_verdict(verdict: &Verdict, place: Option<String>) -> VerdictRow {
+    VerdictRow {
+        kind: verdict.kind.word().into(),
+        effects: verdict.effects.clone(),
+        reason: verdict.reason.clone(),
+        next_measurement: verdict.next.clone(),
+        place,
+        band_hz: None,
+        phase: None,
+    }
+}

@@ -1,0 +1,18 @@
+//! `jointid diagnose`: on FRFs or modes, or on motion records, by what the set holds.
+
+pub mod arguments;
+mod effects;
+mod learnable;
+mod records;
+mod responses;
+
+use self::arguments::DiagnoseArguments;
+use crate::delivery::CommandResult;
+use crate::motion_records::holds_records_alone;
+use crate::sources::load;
+
+/// Runs the command.
+pub fn run(given: &DiagnoseArguments) -> CommandResult {
+    let loaded = load(&given.sources)?;
+    if holds_records_alone(&loaded.set) { records::run(given, &loaded) } else { responses::run(given, &loaded) }
+}

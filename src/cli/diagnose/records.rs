@@ -1,0 +1,279 @@
+//! `jointid diagnose` on motion records.
+
+use std::collections::BTreeMap;
+
+use super::arguments::DiagnoseArguments;
+use super::effects::{choose_effects, names_effect, tell_status, tell_verdict};
+use super::learnable::learnable;
+use crate::delivery::{CommandResult, deliver, prepare, told, warn};
+use crate::long_work::{control, ended, on_threads};
+use crate::motion_records::{curve_rows, make_rigid, prepare_all, transmission_rows};
+use crate::progress::Progress;
+use crate::search::{check_frozen, plan};
+use crate::sources::{Loaded, stamp};
+use diagnosis::VerdictKind;
+use diagnosis::motion::{Cell, CellKind, MotionDiagnosis, MotionPart, MotionSettings, diagnose_motion, gap_of};
+use dynamics::inverse_dynamics::{Motion, Phase, phases};
+use machine::{Data, Effect, Machine};
+use report::diagnosis as document;
+use report::record::{CellRow, ChainRow, ChannelRow, MotionRows, TraceRow, motion_diagnosis_text};
+
+/// Nulls of motion records for each that `--nulls` asks for: they cost little.
+const NULLS: usize = 10;
+/// Samples of a record that is drawn.
+const DRAWN: usize = 2500;
+
+/// Runs the command.
+pub fn run(given: &DiagnoseArguments, loaded: &Loaded) -> CommandResult {
+    let plan = plan(&given.search, &loaded.set)?;
+    let machine = &loaded.config.machine;
+    check_frozen(loaded, &plan.frozen)?;
+    let effects = choose_effects(given, &loaded.config.effects, Data::Motion)?;
+    let (fit, held_out) = loaded.set.split_motions(given.split.positions.as_deref(), &given.split.hold_out).map_err(told)?;
+    let (motions, _, told_of) = prepare_all(loaded)?;
+    let folder = prepare(&given.output)?;
+    let of = |records: &[usize]| records.iter().map(|i| &motions[*i]).collect::<Vec<&Motion>>();
+    let (fitted, left) = (of(&fit), of(&held_out));
+    let settings = MotionSettings { seed: plan.seed, draws: NULLS * usize::from(given.nulls) };
+    let progress = Progress::begin(given.output.quiet, "diagnose");
+    let control = control(&given.output, folder.as_ref(), &progress, loaded)?;
+    let ran = on_threads(given.search.threads, || diagnose_motion(machine, &effects, &plan.frozen, (&fitted, &left), settings, &control))?;
+    progress.end();
+    let found = ran.map_err(told)?;
+    let mut document = to_document(given, loaded, (&fitted, &left), &found, &effects)?;
+    if let Some(rows) = &mut document.motion {
+        let all: Vec<&Motion> = fitted.iter().chain(&left).copied().collect();
+        let before: Vec<&MotionPart> = found.fit.iter().chain(&found.held_out).collect();
+        let after: Vec<&MotionPart> = found.chosen_fit.iter().chain(&found.chosen_held_out).collect();
+        rows.learnable = learnable(&all, (&before, &after), fitted.len(), plan.seed, control.stop());
+    }
+    document.stamp.warnings.splice(0..0, told_of);
+    warn(&given.output, &document.stamp.warnings);
+    let text = format!("{}\n{}", machine.title, motion_diagnosis_text(&document));
+    deliver(&given.output, folder.as_ref(), "diagnosis.json", &document, &text)?;
+    Ok(ended(&given.output, &control, found.complete))
+}
+
+fn to_document(
+    given: &DiagnoseArguments,
+    loaded: &Loaded,
+    (fit, held_out): (&[&Motion], &[&Motion]),
+    found: &MotionDiagnosis,
+    effects: &[Effect],
+) -> Result<document::Diagnosis, String> {
+    let (before, after) = (gap_of(&found.held_out), gap_of(&found.chosen_held_out));
+    let mut warnings: Vec<String> = found.contradictions.iter().map(|c| c.says.clone()).collect();
+    if held_out.is_empty() {
+        warnings.push("nothing is held out: how far the gap closes is not told; hold records out".into());
+    }
+    if found.contradictions.iter().any(|_| found.verdict.kind != VerdictKind::Measurement) {
+        warnings.push("the gap of a held-out record that contradicts the fitted ones holds what its measuring chain adds".into());
+    }
+    let closed = after.filter(|_| !held_out.is_empty()).and_then(|_| found.closed(&found.chosen_held_out));
+    let places = list_places(found);
+    // What is named says itself where it sits.
+    let named = found.verdict.first_effect().and_then(|id| effects.iter().find(|e| e.id == id)).and_then(Effect::place);
+    let place = named.or_else(|| places.first().map(|i| i.interface.clone())).filter(|_| found.verdict.kind != VerdictKind::None);
+    let chosen = &found.chosen;
+    let is_named = found.verdict.kind.explains();
+    let ceiling = found.tried.iter().filter(|t| !t.held_out.is_empty()).filter_map(|t| found.closed(&t.held_out)).chain(closed);
+    Ok(document::Diagnosis {
+        stamp: stamp("diagnosis", given.search.seed, found.complete, loaded, warnings),
+        domain: "motion".into(),
+        described: named_values(&found.nominal.0.machine, &found.nominal.1),
+        config: given.sources.config.clone(),
+        measurements: given.sources.measurements.clone(),
+        fit_positions: fit.iter().map(|m| m.name.clone()).collect(),
+        held_out_positions: held_out.iter().map(|m| m.name.clone()).collect(),
+        noise_floor: found.floor,
+        gap: document::GapRow {
+            fit: gap_of(&found.fit),
+            held_out: before,
+            by_position: found.fit.iter().chain(&found.held_out).map(|p| (p.name.clone(), p.gap())).collect(),
+            by_band: Vec::new(),
+            by_mode: Vec::new(),
+            by_phase: by_phase(&found.cells, if held_out.is_empty() { fit } else { held_out }),
+        },
+        misfit_over_null: match (gap_of(&found.fit), found.floor_fit) {
+            (Some(gap), Some(floor)) if floor > 0.0 => (gap / floor).powi(2),
+            _ => 0.0,
+        },
+        verdict: document::VerdictRow { phase: found.phase.map(|phase| phase.word().into()), ..tell_verdict(&found.verdict, place) },
+        places,
+        ratio: Vec::new(),
+        residual_map: Vec::new(),
+        delta_z: Vec::new(),
+        motion: Some(motion_rows(loaded, (fit, held_out), found)?),
+        effects: list_effects(found, effects),
+        chosen: document::Chosen {
+            id: chosen.0.id.clone(),
+            parameters: named_values(&chosen.0.machine, &chosen.1),
+            gap_held_out: after,
+            misfit_over_null: None,
+            gap_held_out_beside_ordinary: None,
+            closed: closed.filter(|_| is_named),
+            closed95: found.closed95.filter(|_| is_named).map(|(a, b)| [a, b]),
+            ceiling: ceiling.reduce(f64::max),
+            plain: plain(found),
+        },
+    })
+}
+
+/// What became of each candidate.
+fn list_effects(found: &MotionDiagnosis, effects: &[Effect]) -> Vec<document::EffectRow> {
+    found
+        .tried
+        .iter()
+        .map(|t| {
+            let (status, why) = tell_status(&t.status);
+            document::EffectRow {
+                id: t.id.clone(),
+                status,
+                why,
+                gap_held_out_before: gap_of(&found.held_out),
+                gap_held_out_after: gap_of(&t.held_out),
+                closed: if t.held_out.is_empty() { None } else { found.closed(&t.held_out) },
+                closed95: found.closed95.filter(|_| found.verdict.effects.first() == Some(&t.id)).map(|(a, b)| [a, b]),
+                p_value: t.p_value,
+                statistic: t.gain,
+                takes: t.gain.max(0.0),
+                parameters: t.parameters.iter().cloned().collect(),
+                selected: names_effect(&found.verdict, &t.id),
+                says: effects.iter().find(|e| e.id == t.id).map(|e| e.says.clone()),
+            }
+        })
+        .collect()
+}
+
+/// Interfaces and columns where something free takes most of what is left.
+fn list_places(found: &MotionDiagnosis) -> Vec<document::WhereRow> {
+    found
+        .located
+        .iter()
+        .map(|l| document::WhereRow {
+            interface: l.interface.clone(),
+            over: Some(match &l.column {
+                None => l.over.into(),
+                Some(column) => format!("{} of {column}", l.over),
+            }),
+            shape: l.shape.into(),
+            takes: l.gain.max(0.0),
+            gap_held_out: None,
+        })
+        .collect()
+}
+
+/// Values of a machine's parameters by their ids.
+fn named_values(machine: &Machine, values: &[f64]) -> BTreeMap<String, f64> {
+    machine.parameters.iter().map(|p| p.id.clone()).zip(values.iter().copied()).collect()
+}
+
+/// Gap by phase over records together: of what was held out, else of what was fitted.
+fn by_phase(cells: &[Cell], of: &[&Motion]) -> BTreeMap<String, f64> {
+    let mut found: BTreeMap<String, Vec<(f64, usize)>> = BTreeMap::new();
+    for cell in cells.iter().filter(|c| c.direction == 0 && of.iter().any(|m| m.name == c.record)) {
+        if let CellKind::Phase(phase) = cell.kind {
+            let of = cell.column.as_ref().map_or(String::new(), |column| format!(" of {column}"));
+            found.entry(format!("{}{of}", phase.word())).or_default().push((cell.gap, cell.samples));
+        }
+    }
+    let mean = |parts: Vec<(f64, usize)>| numeric::statistics::root_mean_square_of_parts(parts);
+    found.into_iter().filter_map(|(name, parts)| Some((name, mean(parts)?))).collect()
+}
+
+/// Force errors of each record, before and after.
+fn plain(found: &MotionDiagnosis) -> Vec<document::Plain> {
+    let pairs = found.fit.iter().zip(&found.chosen_fit).chain(found.held_out.iter().zip(&found.chosen_held_out));
+    let channels = pairs.flat_map(|(b, a)| b.channels().zip(a.channels()));
+    let row = |(b, a): (&MotionPart, &MotionPart)| match b.tracking_gap().zip(a.tracking_gap()) {
+        Some((before, after)) => document::Plain { figure: format!("tracking error of {} in {}", b.column, b.name), before, after },
+        None => document::Plain { figure: format!("force error of {}", b.name), before: b.own_gap(), after: a.own_gap() },
+    };
+    channels.map(row).collect()
+}
+
+fn motion_rows(loaded: &Loaded, (fit, held_out): (&[&Motion], &[&Motion]), found: &MotionDiagnosis) -> Result<MotionRows, String> {
+    let machine = &found.chosen.0.machine;
+    let rigid = make_rigid(loaded)?;
+    let all: Vec<&Motion> = fit.iter().chain(held_out).copied().collect();
+    let befores: Vec<&MotionPart> = found.fit.iter().chain(&found.held_out).collect();
+    let afters: Vec<&MotionPart> = found.chosen_fit.iter().chain(&found.chosen_held_out).collect();
+    let role = |name: &str| if fit.iter().any(|m| m.name == name) { "fit" } else { "held_out" };
+    let cells = found.cells.iter().map(|c| {
+        let (by, phase, range) = match c.kind {
+            CellKind::Phase(phase) => ("phase", Some(phase.word().to_string()), None),
+            CellKind::Speed(a, b) => ("speed_m_s", None, Some([a, b])),
+            CellKind::Position(a, b) => ("position_m", None, Some([a, b])),
+        };
+        CellRow {
+            record: c.record.clone(),
+            column: c.column.clone(),
+            by: by.into(),
+            phase,
+            range,
+            direction: ["backward", "both", "forward"][(c.direction + 1) as usize].into(),
+            samples: c.samples,
+            gap: c.gap,
+            share: c.share,
+            mean: c.mean,
+        }
+    });
+    let records = found.shifts.iter().map(|s| {
+        let gap = |parts: &[&MotionPart]| parts.iter().find(|p| p.name == s.name).map_or(f64::NAN, |p| p.own_gap());
+        ChainRow {
+            record: s.name.clone(),
+            role: role(&s.name).into(),
+            gap_before: gap(&befores),
+            gap_after: gap(&afters),
+            gap_own_chain: s.gap_own,
+            delay_s: s.delay_s,
+            delay95_s: [s.delay_s - s.delay_half95_s, s.delay_s + s.delay_half95_s],
+            factor: s.gain.exp(),
+        }
+    });
+    let transmission = befores.iter().zip(&afters).zip(&all).flat_map(|((before, after), motion)| {
+        let rows = transmission_rows(before, motion).into_iter().zip(transmission_rows(after, motion).into_values());
+        let weights: BTreeMap<&str, f64> = before.further.iter().map(|f| (f.column.as_str(), f.weight)).collect();
+        let record = motion.name.clone();
+        rows.map(move |((column, before), after)| {
+            let weight = weights.get(column.as_str()).copied().unwrap_or_default();
+            ChannelRow { record: record.clone(), column, weight, before, after }
+        })
+    });
+    let transmission = transmission.collect();
+    let traces = all.iter().zip(befores.iter().zip(&afters)).map(|(motion, (before, after))| trace(motion, before, after));
+    Ok(MotionRows {
+        unit: if all.first().is_some_and(|m| m.load_column == "torque_nm") { "N*m" } else { "N" }.into(),
+        cells: cells.collect(),
+        records: records.collect(),
+        contradictions: found.contradictions.iter().map(|c| c.says.clone()).collect(),
+        friction_curve: curve_rows(&rigid, machine, &found.chosen.1, fit),
+        phases: phase_names(),
+        traces: traces.collect(),
+        transmission,
+        learnable: Vec::new(),
+    })
+}
+
+/// A record to be drawn: one period where it repeats.
+fn trace(motion: &Motion, before: &MotionPart, after: &MotionPart) -> TraceRow {
+    let whole = motion.period.unwrap_or(motion.load.len());
+    let every = whole.div_ceil(DRAWN);
+    let phases = phases(motion);
+    let kept: Vec<usize> = motion.kept().collect();
+    let at: Vec<usize> = (0..whole).step_by(every).collect();
+    let rounded = |x: &[f64]| at.iter().map(|i| (1e4 * x[*i]).round() / 1e4).collect::<Vec<f64>>();
+    TraceRow {
+        record: motion.name.clone(),
+        time_s: at.iter().map(|i| (1e6 * kept[*i] as f64 * motion.step_s).round() / 1e6).collect(),
+        measured: rounded(&before.recorded),
+        before: rounded(&before.residual),
+        after: rounded(&after.residual),
+        phase: at.iter().map(|i| phases[kept[*i]] as u8).collect(),
+    }
+}
+
+/// Names of phases in their order.
+fn phase_names() -> Vec<String> {
+    Phase::ALL.iter().map(|p| p.word().to_string()).collect()
+}

@@ -1,0 +1,406 @@
+//! `jointid diagnose` on FRFs, or on the modes taken from them.
+
+use std::collections::BTreeMap;
+use std::path::PathBuf;
+
+use num_complex::Complex64;
+
+use super::arguments::DiagnoseArguments;
+use super::effects::{choose_effects, names_effect, tell_status, tell_verdict};
+use crate::delivery::{CommandResult, deliver, prepare, told, warn};
+use crate::long_work::{build, control, ended, on_threads};
+use crate::progress::Progress;
+use crate::rows;
+use crate::search::{check_frozen, fits_frfs, plan};
+use crate::sources::{Loaded, inputs, stamp};
+use diagnosis::{
+    Ablation, Diagnosis, Domain, Fitted, Hypothesis, Kind, Part, Settings, closed, closed_interval, diagnose, fitter, floor_over, gap_over,
+    peak_errors, values_of,
+};
+use identification::objective::FrfObjective;
+use machine::{Data, Effect};
+use measurement::{FitSet, HoldOutSet};
+use optimizer::{found_in, kept_as};
+use report::diagnosis as document;
+use report::diagnosis::diagnosis_text;
+use report::{OutputFolder, digest};
+
+/// Bands of the residual map.
+const BANDS: usize = 12;
+
+/// Runs the command.
+pub fn run(given: &DiagnoseArguments, loaded: &Loaded) -> CommandResult {
+    let plan = plan(&given.search, &loaded.set)?;
+    let (fit, held_out) = loaded.set.split(given.split.positions.as_deref(), &given.split.hold_out).map_err(told)?;
+    let machine = &loaded.config.machine;
+    let whole = fits_frfs(&given.search, &loaded.set);
+    check_frozen(loaded, &plan.frozen)?;
+    let effects = choose_effects(given, &loaded.config.effects, Data::Frf)?;
+    let blocks = if whole { fit.groups().len() } else { fit.positions.len() };
+    if blocks < 2 && (!whole || machine.stroke_m().is_some()) {
+        return Err(format!(
+            "{}: diagnosis needs at least two positions (or records) to fit, {blocks} {} named: at one place any interface can explain any FRF; \
+             write for example --positions l1,l3",
+            loaded.set.path,
+            if blocks == 1 { "is" } else { "are" }
+        ));
+    }
+    let folder = prepare(&given.output)?;
+    let domain = plan.frf.map_or(Domain::Modes(plan.settings), Domain::Frf);
+    let ablated: Vec<Ablation> = given.ablate.iter().map(|part| part.ablation()).collect();
+    let fitter = fitter(&fit, domain, &plan.frozen, &ablated);
+    let cache = cache_file(given, loaded, &effects, &fit);
+    let null = cache.as_ref().and_then(|(folder, file)| found_in(&std::fs::read_to_string(folder.join(file)).ok()?, file));
+    let cached = null.is_some();
+    let settings = Settings { seed: plan.seed, draws: usize::from(given.nulls), null };
+    let progress = Progress::begin(given.output.quiet, "diagnose");
+    let control = control(&given.output, folder.as_ref(), &progress, loaded)?;
+    let ran = on_threads(given.search.threads, || -> Result<_, identification::objective::ObjectiveError> {
+        let found = diagnose(machine, &effects, &fitter, &held_out, &settings, &control)?;
+        let interval = closed_interval(&fitter, &held_out, &found, settings.seed, &control);
+        Ok((found, interval))
+    });
+    progress.end();
+    let (found, interval) = ran?.map_err(told)?;
+    if let Some((folder, file)) = cache.filter(|_| !cached && found.complete) {
+        // A cache that cannot be written costs time, not the result.
+        let _ =
+            OutputFolder::prepare(&folder).and_then(|folder| folder.write(&file, kept_as(&file, &found.null).map_err(told)?.as_bytes()));
+    }
+    let document = to_document(given, loaded, (&fit, &held_out), &found, interval, &effects)?;
+    warn(&given.output, &document.stamp.warnings);
+    let text = format!("{}\n{}", machine.title, diagnosis_text(&document));
+    deliver(&given.output, folder.as_ref(), "diagnosis.json", &document, &text)?;
+    Ok(ended(&given.output, &control, found.complete))
+}
+
+/// Folder and file where the null of this machine, these data and this program is kept; `None` where nothing is to be kept.
+fn cache_file(given: &DiagnoseArguments, loaded: &Loaded, effects: &[Effect], fit: &FitSet<'_>) -> Option<(PathBuf, String)> {
+    if given.no_cache {
+        return None;
+    }
+    let folder = given.cache.clone().or_else(default_cache)?;
+    let mut key = format!(
+        "{} {:?} {:?} {:?} {} {} {}",
+        env!("CARGO_PKG_VERSION"),
+        loaded.overrides,
+        loaded.without,
+        given.search.freeze,
+        given.nulls,
+        given.search.seed,
+        given.search.frf_model_error
+    );
+    key += &format!("{:?} {:?}", given.ablate, build());
+    // What the effects are, not their names alone: ranges count, too.
+    key += &format!("{effects:?}");
+    // The data, too: nulls are drawn about the machine that is fitted to them.
+    inputs(loaded).iter().for_each(|input| key += &format!(" {}", input.sha256));
+    key += &format!("{:?} {:?}", fit.positions, fit.frfs);
+    Some((folder, format!("null-{}.json", &digest(key.as_bytes())[..24])))
+}
+
+/// The platform's folder for caches.
+fn default_cache() -> Option<PathBuf> {
+    let var = |name: &str| std::env::var_os(name).filter(|v| !v.is_empty()).map(PathBuf::from);
+    let base = var("XDG_CACHE_HOME").or_else(|| var("LOCALAPPDATA")).or_else(|| {
+        let home = var("HOME")?;
+        Some(if cfg!(target_os = "macos") { home.join("Library/Caches") } else { home.join(".cache") })
+    })?;
+    Some(base.join("jointid"))
+}
+
+fn to_document(
+    given: &DiagnoseArguments,
+    loaded: &Loaded,
+    (fit, held_out): (&FitSet<'_>, &HoldOutSet<'_>),
+    found: &Diagnosis,
+    interval: Option<(f64, f64)>,
+    effects: &[Effect],
+) -> Result<document::Diagnosis, String> {
+    let whole = matches!(found.domain, Domain::Frf(_));
+    let names = |positions: &[usize], frfs: &[usize]| rows::names(&loaded.set, positions, frfs, whole);
+    let before = gap_over(&found.held_out);
+    let map = residual_map(loaded, (fit, held_out), found)?;
+    let mut warnings = Vec::new();
+    if !whole {
+        warnings.push("natural frequencies and amplitudes alone: dampings and shapes are hardly seen, so that much that FRFs tell apart stays together".into());
+    }
+    if held_out.positions.is_empty() && held_out.frfs.is_empty() {
+        warnings.push("nothing is held out: how far the gap closes is not told; hold positions or records out".into());
+    }
+    Ok(document::Diagnosis {
+        stamp: stamp("diagnosis", given.search.seed, found.complete, loaded, warnings),
+        domain: if whole { "frf" } else { "modes" }.into(),
+        config: given.sources.config.clone(),
+        measurements: given.sources.measurements.clone(),
+        fit_positions: names(&fit.positions, &fit.frfs),
+        held_out_positions: names(&held_out.positions, &held_out.frfs),
+        noise_floor: floor_over(if found.held_out.is_empty() { &found.fit } else { &found.held_out }),
+        gap: document::GapRow {
+            fit: gap_over(&found.fit),
+            held_out: before,
+            by_position: by_position(loaded, found.fit.iter().chain(&found.held_out)),
+            by_band: by_band(&map),
+            by_mode: Vec::new(),
+            by_phase: BTreeMap::new(),
+        },
+        misfit_over_null: found.excess,
+        verdict: document::VerdictRow { band_hz: found.place.band_hz, ..tell_verdict(&found.verdict, found.place.interface.clone()) },
+        places: list_places(found),
+        ratio: ratios(&map),
+        residual_map: map,
+        delta_z: delta_z(found),
+        motion: None,
+        effects: list_effects(found, interval, effects),
+        described: {
+            let (hypothesis, fitted) = &found.described;
+            hypothesis.machine.parameters.iter().map(|p| p.id.clone()).zip(values_of(hypothesis, fitted)).collect()
+        },
+        chosen: tell_chosen(held_out, found, interval)?,
+    })
+}
+
+/// What became of each candidate.
+fn list_effects(found: &Diagnosis, interval: Option<(f64, f64)>, effects: &[Effect]) -> Vec<document::EffectRow> {
+    found
+        .tried
+        .iter()
+        .map(|t| {
+            let (status, why) = tell_status(&t.candidate.status);
+            let fitted = t.candidate.fitted.as_ref();
+            let is_selected = names_effect(&found.verdict, &t.candidate.id);
+            document::EffectRow {
+                id: t.candidate.id.clone(),
+                status,
+                why,
+                gap_held_out_before: gap_over(&found.held_out),
+                gap_held_out_after: gap_over(&t.held_out),
+                closed: fitted.and_then(|_| closed(&found.held_out, &t.held_out)),
+                closed95: interval.filter(|_| is_selected && found.verdict.effects.first() == Some(&t.candidate.id)).map(|(a, b)| [a, b]),
+                p_value: fitted.map(|_| t.p_value),
+                statistic: t.statistic,
+                takes: t.candidate.gain / found.nominal.1.chi_square,
+                parameters: fitted
+                    .map(|(hypothesis, fitted)| {
+                        let values = values_of(hypothesis, fitted);
+                        hypothesis.added.iter().map(|i| (hypothesis.machine.parameters[*i].id.clone(), values[*i])).collect()
+                    })
+                    .unwrap_or_default(),
+                selected: is_selected,
+                says: effects.iter().find(|e| e.id == t.candidate.id).map(|e| e.says.clone()),
+            }
+        })
+        .collect()
+}
+
+/// Interfaces where something free takes most of the misfit.
+fn list_places(found: &Diagnosis) -> Vec<document::WhereRow> {
+    // What is named stands first, in the place where it acts.
+    let named = found.place.interface.clone().filter(|_| found.verdict.kind.explains()).map(|interface| document::WhereRow {
+        interface,
+        over: None,
+        shape: document::NAMED.into(),
+        takes: 1.0 - found.chosen.1.chi_square / found.nominal.1.chi_square,
+        gap_held_out: gap_over(&found.chosen_held_out),
+    });
+    named
+        .into_iter()
+        .chain(found.located.iter().filter_map(|l| match &l.candidate.fitted.as_ref()?.0.kind {
+            Kind::Interface { interface, shape } => Some(document::WhereRow {
+                interface: interface.clone(),
+                over: None,
+                shape: shape.word().into(),
+                takes: l.candidate.gain / found.nominal.1.chi_square,
+                gap_held_out: gap_over(&l.held_out),
+            }),
+            _ => None,
+        }))
+        .collect()
+}
+
+/// The chosen model, and how far it closes the gap.
+fn tell_chosen(held_out: &HoldOutSet<'_>, found: &Diagnosis, interval: Option<(f64, f64)>) -> Result<document::Chosen, String> {
+    let ceiling =
+        found.located.iter().filter_map(|l| closed(&found.held_out, &l.held_out)).chain(closed(&found.held_out, &found.chosen_held_out));
+    let chosen_values = values_of(&found.explained.0, &found.explained.1);
+    Ok(document::Chosen {
+        id: found.chosen.0.id.clone(),
+        parameters: found.explained.0.machine.parameters.iter().map(|p| p.id.clone()).zip(chosen_values).collect(),
+        gap_held_out: gap_over(&found.chosen_held_out),
+        misfit_over_null: Some(found.excess_left),
+        gap_held_out_beside_ordinary: found.beside_ordinary.as_ref().map(|each| each.each_ref().map(|parts| gap_over(parts))),
+        closed: closed(&found.held_out, &found.chosen_held_out),
+        closed95: interval.map(|(a, b)| [a, b]),
+        ceiling: ceiling.reduce(f64::max),
+        plain: plain(held_out, found)?,
+    })
+}
+
+fn position_name(loaded: &Loaded, part: &Part) -> String {
+    let position = part.position.map(|p| loaded.set.positions[p].name.clone());
+    let record = || part.frf.and_then(|f| loaded.set.frfs[f].record.clone());
+    position.or_else(record).unwrap_or_else(|| "all".into())
+}
+
+fn by_position<'p>(loaded: &Loaded, parts: impl Iterator<Item = &'p Part>) -> BTreeMap<String, f64> {
+    let mut groups: BTreeMap<String, Vec<Part>> = BTreeMap::new();
+    for part in parts {
+        groups.entry(position_name(loaded, part)).or_default().push(part.clone());
+    }
+    groups.into_iter().filter_map(|(name, parts)| Some((name, gap_over(&parts)?))).collect()
+}
+
+/// Everything measured, over bands, with the machine as described at its fit.
+fn residual_map(
+    loaded: &Loaded,
+    (fit, held_out): (&FitSet<'_>, &HoldOutSet<'_>),
+    found: &Diagnosis,
+) -> Result<Vec<document::ResidualCell>, String> {
+    let Domain::Frf(settings) = found.domain else { return Ok(Vec::new()) };
+    let (hypothesis, fitted) = &found.described;
+    let all = HoldOutSet { set: fit.set, positions: Vec::new(), frfs: fit.frfs.iter().chain(&held_out.frfs).copied().collect() };
+    let objective = FrfObjective::held_out(&hypothesis.machine, &all, settings).map_err(told)?;
+    let values = values_of(hypothesis, fitted);
+    let residuals = objective.residuals(&values, objective.best_gain(&values));
+    let frequencies: Vec<Vec<f64>> = objective.records().iter().map(|r| r.frequencies_hz()).collect();
+    let (low, high) = (
+        frequencies.iter().filter_map(|f| f.first()).fold(f64::INFINITY, |m, f| m.min(*f)),
+        frequencies.iter().filter_map(|f| f.last()).fold(0.0_f64, |m, f| m.max(*f)),
+    );
+    let edge = |at: usize| low * (high / low).powf(at as f64 / BANDS as f64);
+    let mut cells = Vec::new();
+    for ((&frf, residuals), frequencies) in all.frfs.iter().zip(&residuals).zip(&frequencies) {
+        let frf = &loaded.set.frfs[frf];
+        for band in 0..BANDS {
+            let (from_hz, to_hz) = (edge(band), edge(band + 1));
+            let inside: Vec<Complex64> = frequencies
+                .iter()
+                .zip(residuals)
+                .filter(|(f, _)| **f >= from_hz && (**f < to_hz || band + 1 == BANDS))
+                .map(|(_, r)| *r)
+                .collect();
+            if inside.is_empty() {
+                continue;
+            }
+            let count = inside.len() as f64;
+            let mean = inside.iter().sum::<Complex64>() / count;
+            cells.push(document::ResidualCell {
+                position: frf.position.map_or_else(|| frf.record.clone().unwrap_or_default(), |p| loaded.set.positions[p].name.clone()),
+                channel: format!("{}/{}", frf.response, frf.excitation),
+                from_hz,
+                to_hz,
+                gap: (inside.iter().map(|r| 0.5 * r.norm_sqr()).sum::<f64>() / count).sqrt(),
+                log_ratio: mean.re,
+                phase_rad: mean.im,
+            });
+        }
+    }
+    Ok(cells)
+}
+
+fn by_band(map: &[document::ResidualCell]) -> Vec<document::BandGap> {
+    let mut bands: Vec<(f64, f64, f64, f64)> = Vec::new();
+    for cell in map {
+        match bands.iter_mut().find(|b| b.0 == cell.from_hz) {
+            Some(band) => (band.2, band.3) = (band.2 + cell.gap * cell.gap, band.3 + 1.0),
+            None => bands.push((cell.from_hz, cell.to_hz, cell.gap * cell.gap, 1.0)),
+        }
+    }
+    bands.sort_by(|a, b| a.0.total_cmp(&b.0));
+    bands.into_iter().map(|(from_hz, to_hz, sum, count)| document::BandGap { from_hz, to_hz, gap: (sum / count).sqrt() }).collect()
+}
+
+/// # Source  plant–model ratio: a flat magnitude is a gain, a phase in proportion to the frequency a delay (Selvanathan and Tangirala, J. Process
+/// Control 20 (2010)).
+fn ratios(map: &[document::ResidualCell]) -> Vec<document::Ratio> {
+    let mut channels: Vec<&String> = map.iter().map(|c| &c.channel).collect();
+    channels.sort();
+    channels.dedup();
+    channels
+        .into_iter()
+        .map(|channel| {
+            let cells: Vec<&document::ResidualCell> = map.iter().filter(|c| c.channel == *channel).collect();
+            let count = cells.len() as f64;
+            let mean = |of: &dyn Fn(&document::ResidualCell) -> f64| cells.iter().map(|c| of(c)).sum::<f64>() / count;
+            let log_f = |c: &document::ResidualCell| 0.5 * (c.from_hz * c.to_hz).ln();
+            let (x, y) = (mean(&log_f), mean(&|c| c.log_ratio));
+            let spread = mean(&|c| (log_f(c) - x).powi(2)).max(1e-12);
+            let power = mean(&|c| (log_f(c) - x) * (c.log_ratio - y)) / spread;
+            let omega = |c: &document::ResidualCell| std::f64::consts::TAU * (c.from_hz * c.to_hz).sqrt();
+            let delay_s = -mean(&|c| omega(c) * c.phase_rad) / mean(&|c| omega(c).powi(2));
+            let size = mean(&|c| c.gap * c.gap).sqrt();
+            let unexplained = |of: &dyn Fn(&document::ResidualCell) -> f64| mean(&|c| of(c).powi(2)).sqrt();
+            let looks_like = if size < 0.02 {
+                format!("agrees within {:.1} %", 100.0 * size)
+            } else if unexplained(&|c| c.log_ratio - y) < 0.3 * y.abs() && y.abs() > 0.02 {
+                format!("one factor of {:.3} throughout, as of a gain", y.exp())
+            } else if unexplained(&|c| c.phase_rad + omega(c) * delay_s) < 0.3 * unexplained(&|c| c.phase_rad)
+                && unexplained(&|c| c.log_ratio) < 0.5 * unexplained(&|c| c.phase_rad)
+            {
+                format!("a phase in proportion to the frequency, as of a delay of {:.1} µs", 1e6 * delay_s)
+            } else {
+                let worst = cells.iter().max_by(|a, b| a.gap.total_cmp(&b.gap));
+                worst.map_or(String::new(), |c| {
+                    format!("{:.0} % off, most at {} from {:.0} to {:.0} Hz", 100.0 * size, c.position, c.from_hz, c.to_hz)
+                })
+            };
+            document::Ratio { channel: channel.clone(), factor: y.exp(), power, delay_s, looks_like }
+        })
+        .collect()
+}
+
+/// The dynamic stiffness of what the best interfaces add, by their fitted shapes.
+fn delta_z(found: &Diagnosis) -> Vec<document::DeltaZ> {
+    let of = |id: &str, values: &BTreeMap<&str, f64>, omega: f64| -> Complex64 {
+        let get = |key: &str| values.get(key).copied().unwrap_or(0.0);
+        let i = Complex64::i();
+        let spring = get("~k") + i * omega * get("~c");
+        match id {
+            "mass" => Complex64::from(-omega * omega * get("~m")),
+            "resonator" => {
+                let inertia = -omega * omega * get("~m");
+                inertia * spring / (spring + inertia)
+            }
+            "relaxation" => {
+                let damper = i * omega * get("~c");
+                damper / (1.0 + damper / get("~k"))
+            }
+            _ => spring,
+        }
+    };
+    found
+        .located
+        .iter()
+        .take(3)
+        .filter_map(|l| {
+            let (hypothesis, fitted) = l.candidate.fitted.as_ref()?;
+            let Kind::Interface { interface, shape } = &hypothesis.kind else { return None };
+            let all = values_of(hypothesis, fitted);
+            let values: BTreeMap<&str, f64> =
+                hypothesis.added.iter().map(|i| (hypothesis.machine.parameters[*i].id.as_str(), all[*i])).collect();
+            let frequency_hz: Vec<f64> = (0..120).map(|at| 5.0 * 400.0_f64.powf(f64::from(at) / 119.0)).collect();
+            let z: Vec<Complex64> = frequency_hz.iter().map(|f| of(shape.word(), &values, std::f64::consts::TAU * f)).collect();
+            Some(document::DeltaZ {
+                interface: format!("{interface} ({})", shape.word()),
+                real: z.iter().map(|z| z.re).collect(),
+                imag: z.iter().map(|z| z.im).collect(),
+                frequency_hz,
+            })
+        })
+        .collect()
+}
+
+/// Errors of the highest resonance of held-out FRFs, before and after: frequency, damping, peak compliance.
+fn plain(held_out: &HoldOutSet<'_>, found: &Diagnosis) -> Result<Vec<document::Plain>, String> {
+    let Domain::Frf(settings) = found.domain else { return Ok(Vec::new()) };
+    if held_out.frfs.is_empty() {
+        return Ok(Vec::new());
+    }
+    let errors = |(hypothesis, fitted): &(Hypothesis, Fitted)| peak_errors(hypothesis, fitted, held_out, settings).map_err(told);
+    let (Some(before), Some(after)) = (errors(&found.described)?, errors(&found.explained)?) else { return Ok(Vec::new()) };
+    let row = |what: &str, before: f64, after: f64| document::Plain { figure: format!("{what}, held out, rms error"), before, after };
+    let mut rows = vec![row("frequency of the highest resonance", before.frequency, after.frequency)];
+    rows.extend(before.damping.zip(after.damping).map(|(before, after)| row("its damping ratio", before, after)));
+    rows.push(row("its peak compliance", before.height, after.height));
+    Ok(rows)
+}

@@ -1,0 +1,16 @@
+//! What can be said to `identify`.
+
+use crate::arguments::{Output, SearchArguments, Sources, SplitArguments};
+
+/// `identify`.
+#[derive(Debug, clap::Args)]
+pub struct IdentifyArguments {
+    #[command(flatten)]
+    pub sources: Sources,
+    #[command(flatten)]
+    pub split: SplitArguments,
+    #[command(flatten)]
+    pub search: SearchArguments,
+    #[command(flatten)]
+    pub output: Output,
+}

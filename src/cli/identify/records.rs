@@ -1,0 +1,188 @@
+//! `jointid identify` on motion records.
+
+use std::collections::BTreeMap;
+
+use super::arguments::IdentifyArguments;
+use crate::arguments::ObjectiveName;
+use crate::delivery::{CommandResult, deliver, prepare, told, warn};
+use crate::long_work::{control, ended, on_threads};
+use crate::motion_records::{add_simulated_gaps, curve_rows, list_positions, list_records, names, prepare_all};
+use crate::progress::Progress;
+use crate::search::{check_frozen, plan, settings};
+use crate::sources::{Loaded, stamp};
+use dynamics::inverse_dynamics::{InverseError, Motion, Recipe, free_parameters, recorded, unseen};
+use identification::motion::{Estimated, Fit, correlation, estimate_weighed, output_error};
+use machine::Machine;
+use measurement::MotionRecord;
+use optimizer::Control;
+use report::document::{Identification, ParameterRow, Settings};
+use report::record::{RecipeRow, RecordRow};
+use report::{parameters_table, wrapped};
+
+/// Runs the command.
+pub fn run(given: &IdentifyArguments, loaded: &Loaded) -> CommandResult {
+    let simulated = match given.search.objective {
+        None | Some(ObjectiveName::InverseDynamics) => false,
+        Some(ObjectiveName::OutputError) => true,
+        Some(_) => {
+            return Err(format!("--objective: {} holds motion records alone; write inverse-dynamics or output-error", loaded.set.path));
+        }
+    };
+    let plan = plan(&given.search, &loaded.set)?;
+    let machine = &loaded.config.machine;
+    check_frozen(loaded, &plan.frozen)?;
+    let (fit, held_out) = loaded.set.split_motions(given.split.positions.as_deref(), &given.split.hold_out).map_err(told)?;
+    let (mut motions, rigid, mut warnings) = prepare_all(loaded)?;
+    let folder = prepare(&given.output)?;
+    let asked = free_parameters(machine, &plan.frozen).map_err(told)?;
+    let unseen = unseen(&rigid, machine, &asked, &fit.iter().map(|i| &motions[*i]).collect::<Vec<&Motion>>());
+    let free: Vec<usize> = asked.into_iter().filter(|i| !unseen.contains(i)).collect();
+    if free.is_empty() {
+        return Err("--freeze: keeps every parameter of the machine; leave one free".into());
+    }
+    let progress = Progress::begin(given.output.quiet, "identify");
+    let control = control(&given.output, folder.as_ref(), &progress, loaded)?;
+    let ran = on_threads(given.search.threads, || {
+        let found = estimate_weighed(&rigid, machine, &free, &mut motions, &fit)?;
+        if simulated {
+            progress.now("simulate");
+            return refine_by_simulation(loaded, (&free, found), (&fit, &motions), &control);
+        }
+        let fitted: Vec<&Motion> = fit.iter().map(|i| &motions[*i]).collect();
+        let estimates = found.estimates(machine, &free, &fitted);
+        Ok((found, estimates, true))
+    })?;
+    let (found, mut estimates, mut complete) = ran.map_err(told)?;
+    let shown_nowhere = |i: &usize| Estimated { parameter: *i, value: found.values[*i], interval: None, at_bound: false };
+    estimates.extend(unseen.iter().map(shown_nowhere));
+    let values = &found.values;
+    let mut records = list_records(loaded, (&rigid, values), &motions, 0..motions.len(), &fit);
+    if simulated {
+        let all: Vec<&MotionRecord> = loaded.set.motions.iter().collect();
+        complete &= on_threads(given.search.threads, || add_simulated_gaps(&mut records, (machine, values), &all, &control))??;
+    }
+    progress.end();
+    let fitted: Vec<&Motion> = fit.iter().map(|i| &motions[*i]).collect();
+    let error = |r: &RecordRow| if simulated { r.simulated_force_error } else { Some(r.force_error) };
+    let level = if simulated {
+        let all = fit.iter().flat_map(|i| loaded.set.motions[*i].load.samples());
+        all.map(|x| x * x).sum::<f64>()
+    } else {
+        recorded(&fitted).norm_squared()
+    };
+    warnings.extend(list_warnings(machine, &unseen, &estimates));
+    let document = Identification {
+        stamp: stamp("identification", plan.seed, complete, loaded, warnings),
+        settings: Settings {
+            objective: if simulated { "output-error" } else { "inverse-dynamics" }.into(),
+            positions: given.split.positions.clone(),
+            hold_out: given.split.hold_out.clone(),
+            ..settings(&given.sources, &given.search, &plan)
+        },
+        parameters: parameter_rows(loaded, values, &estimates),
+        derived: derived(&records, error),
+        derived_interval95: BTreeMap::new(),
+        combinations: Vec::new(),
+        bootstrap: Vec::new(),
+        cost: found.squares / level,
+        evaluations: found.evaluations,
+        searches_agree: None,
+        searches: Vec::new(),
+        leave_one_out: false,
+        fitted_parameters: free.iter().map(|i| machine.parameters[*i].id.clone()).collect(),
+        correlation: correlation(&found.derivatives),
+        fit_positions: names(&loaded.set, &fit),
+        held_out_positions: names(&loaded.set, &held_out),
+        positions: list_positions(&records, error),
+        frfs: Vec::new(),
+        recipe: motions.first().map(|m| recipe_row(&m.recipe)),
+        friction_curve: curve_rows(&rigid, machine, values, &fitted),
+        records,
+    };
+    warn(&given.output, &document.stamp.warnings);
+    deliver(&given.output, folder.as_ref(), "identification.json", &document, &text(loaded, &document))?;
+    Ok(ended(&given.output, &control, document.stamp.complete))
+}
+
+/// Refines what inverse dynamics found by simulating the closed loop; whether it came to its end.
+fn refine_by_simulation(
+    loaded: &Loaded,
+    (free, found): (&[usize], Fit),
+    (fit, motions): (&[usize], &[Motion]),
+    control: &Control,
+) -> Result<(Fit, Vec<Estimated>, bool), InverseError> {
+    let machine = &loaded.config.machine;
+    let records: Vec<&MotionRecord> = fit.iter().map(|i| &loaded.set.motions[*i]).collect();
+    let closed = output_error(machine, &found.values, free, &records, control)?;
+    let length = |i: &usize| (loaded.set.motions[*i].samples(), motions[*i].period.map(|p| p * motions[*i].recipe.factor));
+    let lengths: Vec<(usize, Option<usize>)> = fit.iter().map(length).collect();
+    let refined = Fit {
+        squares: closed.residual.norm_squared(),
+        values: closed.values,
+        free: free.to_vec(),
+        residual: closed.residual,
+        derivatives: closed.derivatives,
+        evaluations: found.evaluations + closed.evaluations,
+    };
+    let estimates = refined.estimates_of(machine, free, &lengths);
+    Ok((refined, estimates, closed.complete))
+}
+
+/// Warnings of parameters that nothing shows, and of those at an end of their range.
+fn list_warnings(machine: &Machine, unseen: &[usize], estimates: &[Estimated]) -> Vec<String> {
+    let ids: Vec<&str> = unseen.iter().map(|i| machine.parameters[*i].id.as_str()).collect();
+    let nowhere = (!ids.is_empty()).then(|| format!("neither the force nor a further point shows {}: left at the start", ids.join(", ")));
+    let at_end = estimates.iter().filter(|e| e.at_bound).map(|e| {
+        let p = &machine.parameters[e.parameter];
+        format!("{} stands at an end of its range, {} … {} {}", p.id, p.lower, p.upper, p.unit)
+    });
+    nowhere.into_iter().chain(at_end).collect()
+}
+
+fn parameter_rows(loaded: &Loaded, values: &[f64], estimates: &[Estimated]) -> BTreeMap<String, ParameterRow> {
+    let parameters = &loaded.config.machine.parameters;
+    let row = |(at, p): (usize, &machine::Parameter)| {
+        let found = estimates.iter().find(|e| e.parameter == at);
+        let interval = found.and_then(|e| e.interval).map(|i| [values[at] - i.half95, values[at] + i.half95]);
+        // Seen where the interval is narrower than the range.
+        let seen = found.map(|_| interval.is_some_and(|[a, b]| b - a < 0.5 * (p.upper - p.lower)));
+        let row = ParameterRow {
+            value: values[at],
+            unit: p.unit.clone(),
+            lower: p.lower,
+            upper: p.upper,
+            interval95: interval,
+            identifiable: seen,
+            fitted: found.is_some(),
+        };
+        (p.id.clone(), row)
+    };
+    parameters.iter().enumerate().map(row).collect()
+}
+
+fn derived(records: &BTreeMap<String, RecordRow>, error: impl Fn(&RecordRow) -> Option<f64>) -> BTreeMap<String, f64> {
+    let over = |role: &str| {
+        let own = records.values().filter(|r| r.role == role).filter_map(|r| Some((error(r)?, r.compared)));
+        numeric::statistics::root_mean_square_of_parts(own)
+    };
+    [("gap_fit", over("fit")), ("gap_held_out", over("held_out"))].into_iter().filter_map(|(k, x)| Some((k.to_string(), x?))).collect()
+}
+
+fn text(loaded: &Loaded, document: &Identification) -> String {
+    let held_out = if document.held_out_positions.is_empty() { "nothing".into() } else { document.held_out_positions.join(", ") };
+    let mut text = format!(
+        "{}\n{}\n{}\n{}",
+        loaded.config.machine.title,
+        wrapped(&format!("fitted on {} by {}, held out {held_out}", document.fit_positions.join(", "), document.settings.objective)),
+        parameters_table(&document.parameters),
+        report::record::records_table(&document.records)
+    );
+    if !document.stamp.complete {
+        text += "stopped early: this is what was known\n";
+    }
+    text
+}
+
+fn recipe_row(recipe: &Recipe) -> RecipeRow {
+    RecipeRow { cutoff_hz: recipe.cutoff_hz, order: recipe.order, dropped: recipe.dropped, decimation: recipe.factor }
+}

@@ -1,0 +1,162 @@
+//! Motion records made ready, and results on them as rows of documents.
+
+use std::collections::BTreeMap;
+
+use rayon::prelude::*;
+
+use crate::delivery::told;
+use crate::sources::Loaded;
+use diagnosis::motion::{CellKind, MotionPart, cells, part};
+use dynamics::inverse_dynamics::{CurvePoint, Further, Motion, Recipe, Rigid, friction_curve};
+use identification::objective::point_named;
+use identification::motion::simulated_gaps;
+use machine::Machine;
+use measurement::{MeasurementSet, MotionRecord};
+use numeric::parallel::OrFirstError;
+use optimizer::Control;
+use report::document::PositionRow;
+use report::record::{CurveRow, RecordRow, TransmissionRow};
+
+/// Whether a set is one of motions: records, and neither FRFs nor modes.
+pub fn holds_records_alone(set: &MeasurementSet) -> bool {
+    !set.motions.is_empty() && set.frfs.is_empty() && set.modes.is_none()
+}
+
+/// Names of records.
+pub fn names(set: &MeasurementSet, records: &[usize]) -> Vec<String> {
+    records.iter().map(|i| set.motions[*i].name.clone()).collect()
+}
+
+/// All records made ready, in the order of the set, the rigid machine that they suit, and what is to be said of their columns.
+pub fn prepare_all(loaded: &Loaded) -> Result<(Vec<Motion>, Rigid, Vec<String>), String> {
+    let records = &loaded.set.motions;
+    let made: Result<Vec<Motion>, _> = records.par_iter().map(|r| Motion::new(r, Recipe::usual(r.step_s))).or_first_error();
+    make_ready(loaded, made.map_err(told)?)
+}
+
+/// The same of motions made already.
+pub fn make_ready(loaded: &Loaded, made: Vec<Motion>) -> Result<(Vec<Motion>, Rigid, Vec<String>), String> {
+    let records = &loaded.set.motions;
+    let rigid = make_rigid(loaded)?;
+    let machine = &loaded.config.machine;
+    made.iter().try_for_each(|m| rigid.check(machine, m)).map_err(told)?;
+    let named = |name: &String| point_named(machine, &loaded.set.path, "response", name);
+    let response = loaded.set.response.as_ref().map(named).transpose().map_err(told)?;
+    let (mut motions, mut warnings) = (Vec::new(), Vec::new());
+    for (motion, record) in made.into_iter().zip(records) {
+        let (motion, told_of) = motion.with_points(record, machine, &rigid).map_err(told)?;
+        motions.push(motion.read_at(response, record, machine, &rigid).map_err(told)?);
+        warnings.extend(told_of);
+    }
+    Ok((motions, rigid, warnings))
+}
+
+/// The rigid motion of a machine.
+pub fn make_rigid(loaded: &Loaded) -> Result<Rigid, String> {
+    let machine = &loaded.config.machine;
+    Rigid::new(machine, &machine.start()).map_err(|e| format!("{}: {e}", loaded.config.path))
+}
+
+/// A record beside a machine, by inverse dynamics.
+fn record_row(rigid: &Rigid, machine: &Machine, values: &[f64], motion: &Motion, samples: usize, role: &str) -> RecordRow {
+    let part = part(rigid, machine, values, motion);
+    let by_phase: BTreeMap<String, f64> = cells(motion, &part)
+        .iter()
+        .filter(|c| c.direction == 0 && c.column.is_none())
+        .filter_map(|c| match c.kind {
+            CellKind::Phase(phase) => Some((phase.word().to_string(), c.gap)),
+            _ => None,
+        })
+        .collect();
+    RecordRow {
+        role: role.into(),
+        force_error: part.own_gap(),
+        simulated_force_error: None,
+        noise_floor: part.noise_floor(),
+        by_phase,
+        transmission: transmission_rows(&part, motion),
+        samples,
+        compared: motion.load.len(),
+        period_s: motion.period.map(|p| p as f64 * motion.thinned_step_s()),
+    }
+}
+
+/// Rows of these records beside a machine, by name.
+pub fn list_records(
+    loaded: &Loaded,
+    (rigid, values): (&Rigid, &[f64]),
+    motions: &[Motion],
+    which: impl Iterator<Item = usize>,
+    fitted: &[usize],
+) -> BTreeMap<String, RecordRow> {
+    let row = |at: usize| {
+        let role = if fitted.contains(&at) { "fit" } else { "held_out" };
+        let row = record_row(rigid, &loaded.config.machine, values, &motions[at], loaded.set.motions[at].samples(), role);
+        (motions[at].name.clone(), row)
+    };
+    which.map(row).collect()
+}
+
+/// Simulates records in closed loop and writes the error of the force into their rows; whether all were simulated to their end.
+pub fn add_simulated_gaps(
+    rows: &mut BTreeMap<String, RecordRow>,
+    (machine, values): (&Machine, &[f64]),
+    records: &[&MotionRecord],
+    control: &Control,
+) -> Result<bool, String> {
+    let mut complete = true;
+    for (record, gap) in records.iter().zip(simulated_gaps(machine, values, records, control).map_err(told)?) {
+        complete &= gap.is_some();
+        if let (Some(row), Some(gap)) = (rows.get_mut(&record.name), gap) {
+            row.simulated_force_error = Some(gap.force);
+        }
+    }
+    Ok(complete)
+}
+
+/// Records where documents have positions: their force error is their gap.
+pub fn list_positions(records: &BTreeMap<String, RecordRow>, error: impl Fn(&RecordRow) -> Option<f64>) -> BTreeMap<String, PositionRow> {
+    let row = |(name, r): (&String, &RecordRow)| {
+        let row = PositionRow {
+            role: r.role.clone(),
+            overall_error: None,
+            overall_error_rounded: None,
+            overall_error_published: None,
+            orders: Vec::new(),
+            lone_peaks: Vec::new(),
+            gap: error(r),
+            noise_floor: r.noise_floor,
+        };
+        (name.clone(), row)
+    };
+    records.iter().map(row).collect()
+}
+
+/// What is left of further points.
+pub fn transmission_rows(part: &MotionPart, motion: &Motion) -> BTreeMap<String, TransmissionRow> {
+    let row = |(part, further): (&MotionPart, &Further)| {
+        let row = TransmissionRow {
+            unit: further.unit.into(),
+            left: part.left(),
+            gap: part.own_gap(),
+            tracking_gap: part.tracking_gap(),
+            compared: part.samples,
+        };
+        (further.column.clone(), row)
+    };
+    part.further.iter().zip(&motion.further).map(row).collect()
+}
+
+/// Friction curve of records, with what a machine predicts at each speed.
+pub fn curve_rows(rigid: &Rigid, machine: &Machine, values: &[f64], motions: &[&Motion]) -> Vec<CurveRow> {
+    let inertia = rigid.inertia(machine, values);
+    let all: Vec<CurvePoint> = motions.iter().flat_map(|m| friction_curve(m, inertia)).collect();
+    let row = |point: CurvePoint| CurveRow {
+        predicted: Some(rigid.steady(machine, values, point.velocity_m_s)),
+        record: point.record,
+        velocity_m_s: point.velocity_m_s,
+        load: point.load,
+        sd: point.sd,
+    };
+    all.into_iter().map(row).collect()
+}

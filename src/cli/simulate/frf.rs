@@ -1,0 +1,190 @@
+//! `jointid simulate frf`.
+
+use std::collections::BTreeMap;
+use std::collections::btree_map::Entry;
+use std::fmt::Write;
+use std::path::PathBuf;
+use std::sync::Arc;
+
+use num_complex::Complex64;
+
+use super::driven::describe_pole;
+use super::operating::{LoadArguments, find_operating, load_warnings, require_positive};
+use crate::arguments::{Output, QuantityName, Sources};
+use crate::delivery::{CommandResult, deliver, prepare, told, warn};
+use crate::identified::{check_identification, identified_values, read_identification};
+use crate::sources::{load_again, load_machine, stamp};
+use dynamics::model::{Rods, Structure};
+use dynamics::motion::{Hold, LinearLoops, MotionError, Settings};
+use machine::{Chain, Machine, Operating};
+use numeric::unit::omega_rad_s;
+use report::document::Frfs;
+
+/// `simulate frf`.
+#[derive(Debug, clap::Args)]
+pub struct FrfArguments {
+    #[command(flatten)]
+    pub sources: Sources,
+    /// Positions of the measurement set; all by default
+    #[arg(long, value_name = "NAMES", value_delimiter = ',', conflicts_with = "nut_m")]
+    pub position: Option<Vec<String>>,
+    /// Nut position from the left end of the screw (m)
+    #[arg(long, value_name = "M")]
+    pub nut_m: Option<f64>,
+    #[command(flatten)]
+    pub load: LoadArguments,
+    /// Parameter values from this identification.json instead of the start values
+    #[arg(long, value_name = "FILE")]
+    pub result: Option<PathBuf>,
+    /// Lowest frequency (Hz)
+    #[arg(long, value_name = "F", default_value_t = 1.0)]
+    pub from_hz: f64,
+    /// Highest frequency (Hz)
+    #[arg(long, value_name = "F", default_value_t = 1000.0)]
+    pub to_hz: f64,
+    /// Step (Hz)
+    #[arg(long, value_name = "F", default_value_t = 0.5)]
+    pub step_hz: f64,
+    /// Point that responds; that of the measurement set by default
+    #[arg(long, value_name = "POINT")]
+    pub response: Option<String>,
+    /// Point that is excited; that of the measurement set by default
+    #[arg(long, value_name = "POINT")]
+    pub excitation: Option<String>,
+    /// With the loops of the drive closed, which hold the machine
+    #[arg(long)]
+    pub closed_loop: bool,
+    /// Quantity
+    #[arg(long, value_enum, default_value = "receptance")]
+    pub quantity: QuantityName,
+    #[command(flatten)]
+    pub output: Output,
+}
+
+/// Runs the command.
+pub fn run(given: &FrfArguments) -> CommandResult {
+    let step = require_positive("--step-hz", given.step_hz)?;
+    let from = require_positive("--from-hz", given.from_hz)?;
+    if !(given.to_hz >= from && given.to_hz.is_finite()) {
+        return Err(format!("--to-hz {}: write a frequency from {from} Hz", given.to_hz));
+    }
+    let steps = ((given.to_hz - from) / step + 1e-9).floor();
+    if !(steps < 1e6) {
+        return Err(format!("--step-hz {step}: that makes {steps:e} lines, more than a million; choose a wider step"));
+    }
+    let lines = steps as usize + 1;
+    // A result carries the machine it is for.
+    let (identified, input) = given.result.as_deref().map(read_identification).transpose()?.unzip();
+    let Sources { measurements, set, without, .. } = &given.sources;
+    let loaded = match &identified {
+        None => load_machine(&given.sources)?,
+        Some(identified) => load_again(&identified.settings.config, measurements, &identified.stamp, (set, without))?,
+    };
+    let machine = &loaded.config.machine;
+    let point = |own: &Option<String>, set: &Option<String>, key: &str| {
+        let name = own.as_ref().or(set.as_ref()).ok_or_else(|| format!("{key}: name a point of the machine"))?;
+        machine.point(name).ok_or_else(|| {
+            let known: Vec<&str> = machine.points.iter().map(|p| p.name.as_str()).collect();
+            format!("{key} {name}: no such point; the machine has {}", known.join(", "))
+        })
+    };
+    let response = point(&given.response, &loaded.set.response, "--response")?;
+    let excitation = point(&given.excitation, &loaded.set.excitation, "--excitation")?;
+    let mut places = Vec::new();
+    match (&given.position, given.nut_m) {
+        (None, Some(nut_m)) => places.push((format!("{nut_m}"), find_operating(&loaded, Some(nut_m), None, &given.load)?)),
+        (names, _) => {
+            // A machine without a nut is the same at every position.
+            let positions = loaded.set.positions.iter().filter(|_| machine.stroke_m().is_some());
+            let all: Vec<String> = positions.map(|p| p.name.clone()).collect();
+            for name in names.as_ref().unwrap_or(&all) {
+                places.push((name.clone(), find_operating(&loaded, None, Some(name), &given.load)?));
+            }
+            if places.is_empty() {
+                let place = if machine.stroke_m().is_some() { "mid-stroke" } else { "machine" };
+                places.push((place.into(), find_operating(&loaded, None, None, &given.load)?));
+            }
+        }
+    }
+    let mut values = machine.start();
+    let mut representation = Rods::Exact;
+    if let (Some(path), Some(identified)) = (&given.result, &identified) {
+        check_identification(path, identified)?;
+        representation = identified.settings.lumps.map_or(Rods::Exact, Rods::Lumped);
+        values = identified_values(path, identified, &loaded.config)?;
+    }
+    let folder = prepare(&given.output)?;
+    let quantity = given.quantity.quantity();
+    let structure = Arc::new(Structure::new(machine, response, excitation, representation).map_err(told)?);
+    let (mut network, mut work) = (structure.network(), structure.workspace());
+    let frequency_hz: Vec<f64> = (0..lines).map(|i| from + step * i as f64).collect();
+    let mut positions = BTreeMap::new();
+    let mut text = String::from("position,frequency_hz,real,imag\n");
+    for (name, operating) in places {
+        network.update(machine, &values, &operating);
+        let chain = machine.chain.at(&values, &operating);
+        let mut row = Vec::with_capacity(lines);
+        let omegas: Vec<f64> = frequency_hz.iter().copied().map(omega_rad_s).collect();
+        let receptances = match given.closed_loop {
+            false => network.sweep(&omegas, &mut work),
+            true => closed(machine, &values, &operating, (response, excitation, representation), &omegas)?,
+        };
+        for ((&f, &omega), receptance) in frequency_hz.iter().zip(&omegas).zip(receptances) {
+            let recorded = Chain::log_factor(chain, omega).exp();
+            let h = receptance * quantity.from_receptance(omega) * recorded;
+            let _ = writeln!(text, "{name},{f},{:e},{:e}", h.re, h.im);
+            row.push([h.re, h.im]);
+        }
+        positions.insert(name, row);
+    }
+    let document = Frfs {
+        stamp: {
+            let warnings = load_warnings(machine, &given.load);
+            warn(&given.output, &warnings);
+            let mut stamp = stamp("frf", 0, true, &loaded, warnings);
+            stamp.inputs.extend(input);
+            stamp
+        },
+        quantity: quantity.word().into(),
+        response: machine.points[response].name.clone(),
+        excitation: machine.points[excitation].name.clone(),
+        closed_loop: given.closed_loop,
+        frequency_hz,
+        positions,
+    };
+    deliver(&given.output, folder.as_ref(), "frf.json", &document, &text)
+}
+
+/// Receptances with the loops of the drive closed.
+fn closed(
+    machine: &Machine,
+    values: &[f64],
+    operating: &Operating,
+    (response, excitation, rods): (usize, usize, Rods),
+    omega_rad_s: &[f64],
+) -> Result<Vec<Complex64>, String> {
+    let fault = |e: MotionError| format!("--closed-loop: {e}");
+    let hold = Hold::new(machine, values, operating).map_err(fault)?;
+    let settings = Settings { operating: *operating, ..Settings::default() };
+    if let Some(pole) = LinearLoops::new(machine, values, &settings).map_err(fault)?.unstable() {
+        return Err(format!("--closed-loop: the loops are unstable: {}", describe_pole(&pole)));
+    }
+    let highest_hz = hold.highest_hz();
+    if omega_rad_s.iter().any(|omega| *omega > numeric::unit::omega_rad_s(highest_hz)) {
+        return Err(format!("--to-hz: closed loops are told up to {highest_hz} Hz, half the slowest sampling rate; write no more"));
+    }
+    let mut open = BTreeMap::new();
+    let among: Vec<usize> = hold.points().into_iter().chain([response]).collect();
+    for &at in &among {
+        for force in [hold.on, excitation] {
+            if let Entry::Vacant(place) = open.entry((at, force)) {
+                let structure = Arc::new(Structure::new(machine, at, force, rods).map_err(told)?);
+                let mut network = structure.network();
+                network.update(machine, values, operating);
+                place.insert(network.sweep(omega_rad_s, &mut structure.workspace()));
+            }
+        }
+    }
+    let at = |(line, omega): (usize, &f64)| hold.close(*omega, response, excitation, |point, force| open[&(point, force)][line]);
+    Ok(omega_rad_s.iter().enumerate().map(at).collect())
+}

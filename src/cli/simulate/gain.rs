@@ -1,0 +1,128 @@
+//! `jointid simulate gain`.
+
+use super::driven::{find_drive, find_response};
+use super::operating::{LoadArguments, find_operating};
+use crate::arguments::{Output, Sources};
+use crate::delivery::{CommandResult, Outcome, deliver, prepare, told, warn};
+use crate::long_work::watch_for_stop;
+use crate::sources::{load_machine, stamp};
+use dynamics::motion::{SCurve, Settings, gain_study};
+use machine::Motion;
+use report::columns;
+use report::loops::{GainStudy, GainStudyRow};
+
+/// `simulate gain`.
+#[derive(Debug, clap::Args)]
+pub struct GainArguments {
+    #[command(flatten)]
+    pub sources: Sources,
+    /// Smallest gain of the position loop (1/min)
+    #[arg(long, value_name = "K", default_value_t = 500.0)]
+    pub from_per_min: f64,
+    /// Largest gain of the position loop (1/min)
+    #[arg(long, value_name = "K", default_value_t = 12_000.0)]
+    pub to_per_min: f64,
+    /// Gains
+    #[arg(long, value_name = "N", default_value_t = 24, value_parser = clap::value_parser!(u16).range(2..=1000))]
+    pub points: u16,
+    /// Point whose position is judged; by default what the position encoder reads
+    #[arg(long, value_name = "POINT")]
+    pub response: Option<String>,
+    /// Travel (m)
+    #[arg(long, value_name = "M", default_value_t = 0.3, allow_negative_numbers = true)]
+    pub travel_m: f64,
+    /// Largest velocity (m/s)
+    #[arg(long, value_name = "V", default_value_t = 0.5)]
+    pub velocity_m_s: f64,
+    /// Largest acceleration (m/s²)
+    #[arg(long, value_name = "A", default_value_t = 5.0)]
+    pub acceleration_m_s2: f64,
+    /// Largest jerk (m/s³)
+    #[arg(long, value_name = "J", default_value_t = 200.0)]
+    pub jerk_m_s3: f64,
+    /// Rest before and after (s)
+    #[arg(long, value_name = "S", default_value_t = 0.3)]
+    pub rest_s: f64,
+    /// Where the nut stands at the start, from the left end of the screw (m); mid-stroke by default
+    #[arg(long, value_name = "M", allow_negative_numbers = true)]
+    pub nut_m: Option<f64>,
+    #[command(flatten)]
+    pub output: Output,
+}
+
+/// Runs the command.
+pub fn run(given: &GainArguments) -> CommandResult {
+    let loaded = load_machine(&given.sources)?;
+    let machine = &loaded.config.machine;
+    let drive = find_drive(&loaded)?;
+    let (from, to) = (given.from_per_min, given.to_per_min);
+    if !(from > 0.0 && from < to && to.is_finite()) {
+        return Err(format!("--from-per-min {from} --to-per-min {to}: write two gains above 0, the smaller first"));
+    }
+    if !(0.2 * given.rest_s >= 5.0 * drive.position.period_s && given.rest_s.is_finite()) {
+        let least = 25.0 * drive.position.period_s;
+        return Err(format!("--rest-s {}: write {least} s or more, in which the axis comes to rest", given.rest_s));
+    }
+    // A point that turns travels as the position encoder reads it.
+    let point = given.response.as_deref().map(|name| find_response(machine, name)).transpose()?;
+    let point = point.and_then(|name| machine.point(name)).map(|at| {
+        let turns = machine.points[at].motion == Motion::Rotation;
+        (at, if turns { drive.position.encoder.travel } else { 1.0 })
+    });
+    let settings = Settings { operating: find_operating(&loaded, given.nut_m, None, &LoadArguments::default())?, ..Settings::default() };
+    let curve = SCurve {
+        from: 0.0,
+        to: given.travel_m,
+        velocity: given.velocity_m_s,
+        acceleration: given.acceleration_m_s2,
+        jerk: given.jerk_m_s3,
+    };
+    let course = curve.course(drive.position.period_s, given.rest_s, false).map_err(told)?;
+    let folder = prepare(&given.output)?;
+    let count = usize::from(given.points);
+    let gains: Vec<f64> = (0..count).map(|i| (from + (to - from) * i as f64 / (count - 1) as f64) / 60.0).collect();
+    let go_on = watch_for_stop();
+    let found = gain_study(machine, &machine.start(), &gains, (&course, given.rest_s), point, &settings, &go_on).map_err(told)?;
+    let complete = go_on();
+    let unstable: Vec<String> = found.iter().filter(|r| !r.stable).map(|r| format!("{:.0}", 60.0 * r.gain_per_s)).collect();
+    let mut warnings = Vec::new();
+    if complete && !unstable.is_empty() {
+        warnings.push(format!("at {} 1/min the loops are unstable: those gains have no figures", unstable.join(", ")));
+    }
+    let best = found.iter().filter(|r| r.cost.is_some()).min_by(|a, b| a.cost.unwrap_or(0.0).total_cmp(&b.cost.unwrap_or(0.0)));
+    let optimum_per_s = best.map(|r| r.gain_per_s);
+    if best.is_some_and(|b| b.gain_per_s == gains[0] || b.gain_per_s == gains[count - 1]) {
+        warnings.push("the least cost lies at an end of the table; widen it by --from-per-min or --to-per-min".into());
+    }
+    warn(&given.output, &warnings);
+    let study = GainStudy {
+        stamp: stamp("gain", 0, complete, &loaded, warnings),
+        response: given.response.clone(),
+        rows: found
+            .iter()
+            .map(|r| GainStudyRow {
+                gain_per_s: r.gain_per_s,
+                gain_per_min: 60.0 * r.gain_per_s,
+                time_s: r.time_s,
+                static_error: r.static_error,
+                energy_j: r.energy_j,
+                cost: r.cost,
+            })
+            .collect(),
+        optimum_per_s,
+    };
+    let heads = ["k_v 1/min", "time s", "static error µm", "energy J", "cost", ""].map(String::from);
+    let cell = |x: Option<f64>, digits: usize| x.map_or_else(|| "–".into(), |x| format!("{x:.digits$}"));
+    let row = |r: &GainStudyRow| {
+        vec![
+            format!("{:.0}", r.gain_per_min),
+            cell(r.time_s, 4),
+            cell(r.static_error.map(|x| 1e6 * x), 3),
+            cell(r.energy_j, 3),
+            cell(r.cost, 4),
+            if Some(r.gain_per_s) == optimum_per_s { "least".into() } else { String::new() },
+        ]
+    };
+    deliver(&given.output, folder.as_ref(), "gain.json", &study, &columns(&heads, study.rows.iter().map(row)))?;
+    Ok(if complete { Outcome::Done } else { Outcome::Stopped })
+}

@@ -1,0 +1,280 @@
+//! `jointid simulate motion`.
+
+use std::collections::BTreeMap;
+use std::fmt::Write;
+
+use super::driven::{describe_pole, find_drive};
+use super::operating::{LoadArguments, find_operating};
+use crate::arguments::{Output, Sources};
+use crate::delivery::{CommandResult, Outcome, prepare, print_out, told, warn, write_told};
+use crate::long_work::watch_for_stop;
+use crate::sources::{Loaded, digest_file, load_machine, stamp};
+use dynamics::motion::{Course, EventKind, LinearLoops, RecordGap, SCurve, Settings, Sine, Trace, simulate, simulate_record};
+use machine::{Machine, Motion};
+use measurement::{SourceFile, read_reference};
+use report::motion::{EnergyBalance, EventRow, Instability, MotionDocument, RecordRow};
+use report::to_json;
+
+/// `simulate motion`.
+#[derive(Debug, clap::Args)]
+pub struct MotionArguments {
+    #[command(flatten)]
+    pub sources: Sources,
+    /// What the axis is told to do: s-curve, sine, or a table with time_s and command_m
+    #[arg(long, value_name = "s-curve|sine|FILE", required_unless_present = "record", conflicts_with = "record")]
+    pub reference: Option<String>,
+    /// A record of the measurement set, simulated in closed loop and compared
+    #[arg(long, value_name = "NAME")]
+    pub record: Option<String>,
+    /// S-curve: travel (m)
+    #[arg(long, value_name = "M", default_value_t = 0.1, allow_negative_numbers = true)]
+    pub travel_m: f64,
+    /// S-curve: largest velocity (m/s)
+    #[arg(long, value_name = "V", default_value_t = 0.2)]
+    pub velocity_m_s: f64,
+    /// S-curve: largest acceleration (m/s²)
+    #[arg(long, value_name = "A", default_value_t = 2.0)]
+    pub acceleration_m_s2: f64,
+    /// S-curve: largest jerk (m/s³)
+    #[arg(long, value_name = "J", default_value_t = 50.0)]
+    pub jerk_m_s3: f64,
+    /// S-curve: rest before and after (s)
+    #[arg(long, value_name = "S", default_value_t = 0.2)]
+    pub rest_s: f64,
+    /// S-curve: and back again
+    #[arg(long)]
+    pub and_back: bool,
+    /// Sine: amplitude (m)
+    #[arg(long, value_name = "M", default_value_t = 0.01)]
+    pub amplitude_m: f64,
+    /// Sine: frequency (Hz)
+    #[arg(long, value_name = "F", default_value_t = 1.0)]
+    pub frequency_hz: f64,
+    /// Sine: periods
+    #[arg(long, value_name = "N", default_value_t = 3.0)]
+    pub periods: f64,
+    /// Where the nut stands at the start, from the left end of the screw (m); mid-stroke by default
+    #[arg(long, value_name = "M", allow_negative_numbers = true)]
+    pub nut_m: Option<f64>,
+    /// Lumps per rod
+    #[arg(long, value_name = "N", default_value_t = 4, value_parser = clap::value_parser!(u16).range(1..=50))]
+    pub lumps: u16,
+    /// Longest step (s), a whole part of the innermost loop's period
+    #[arg(long, value_name = "S")]
+    pub step_s: Option<f64>,
+    #[command(flatten)]
+    pub output: Output,
+}
+
+/// Runs the command.
+pub fn run(given: &MotionArguments) -> CommandResult {
+    let loaded = load_machine(&given.sources)?;
+    let machine = &loaded.config.machine;
+    let drive = find_drive(&loaded)?;
+    let settings = Settings {
+        operating: find_operating(&loaded, given.nut_m, None, &LoadArguments::default())?,
+        lumps: usize::from(given.lumps),
+        step_s: given.step_s,
+        ..Settings::default()
+    };
+    let folder = prepare(&given.output)?;
+    let go_on = watch_for_stop();
+    let values = machine.start();
+    let mut file = None;
+    let (word, trace, gap) = match &given.record {
+        Some(name) => {
+            let record = loaded.set.motions.iter().find(|m| m.name == *name).ok_or_else(|| no_record(&loaded, name))?;
+            let (trace, gap) = simulate_record(machine, &values, record, &settings, &go_on).map_err(told)?;
+            (format!("record {name}"), trace, gap)
+        }
+        None => {
+            let word = given.reference.clone().unwrap_or_default();
+            let course = course(given, &word, drive.position.period_s, &mut file)?;
+            let trace = simulate(machine, &values, &course, &settings, &go_on).map_err(|e| format!("--reference {word}: {e}"))?;
+            (word, trace, None)
+        }
+    };
+    let mut trace = trace;
+    let pole = LinearLoops::new(machine, &values, &settings).ok().and_then(|loops| loops.unstable());
+    trace.warnings.extend(pole.map(|pole| format!("the loops are unstable, without friction, play and limits: {}", describe_pole(&pole))));
+    warn(&given.output, &trace.warnings);
+    let document = document(given, &loaded, &word, &settings, &trace, gap, file.as_ref());
+    let csv = table(&document, machine);
+    let json = to_json(&document)?;
+    if let Some(folder) = &folder {
+        write_told(&given.output, folder, &[("motion.json", &json), ("motion.csv", &csv)])?;
+    }
+    print_out(if given.output.json { &json } else { &csv })?;
+    if !given.output.json && !given.output.quiet {
+        eprint!("{}", summary(&document));
+    }
+    Ok(if trace.complete { Outcome::Done } else { Outcome::Stopped })
+}
+
+fn no_record(loaded: &Loaded, name: &str) -> String {
+    let known: Vec<&str> = loaded.set.motions.iter().map(|m| m.name.as_str()).collect();
+    let known =
+        if known.is_empty() { "it has none; name a set with --measurements".to_string() } else { format!("it has {}", known.join(", ")) };
+    format!("--record {name}: {} has no such record; {known}", loaded.set.path)
+}
+
+/// The course that was asked for.
+fn course(given: &MotionArguments, word: &str, period_s: f64, file: &mut Option<SourceFile>) -> Result<Course, String> {
+    match word {
+        "s-curve" => {
+            if !(given.rest_s >= 0.0 && given.rest_s.is_finite()) {
+                return Err(format!("--rest-s {}: write 0 or a time in s", given.rest_s));
+            }
+            let curve = SCurve {
+                from: 0.0,
+                to: given.travel_m,
+                velocity: given.velocity_m_s,
+                acceleration: given.acceleration_m_s2,
+                jerk: given.jerk_m_s3,
+            };
+            curve.course(period_s, given.rest_s, given.and_back).map_err(told)
+        }
+        "sine" => {
+            let sine = Sine { centre: 0.0, amplitude: given.amplitude_m, frequency_hz: given.frequency_hz, periods: given.periods };
+            sine.course(period_s).map_err(told)
+        }
+        path => {
+            let read = read_reference(path).map_err(|e| format!("--reference {e}"))?;
+            *file = Some(read.file);
+            Ok(Course { added: read.added_v, ..Course::new(read.step_s, read.command_m) })
+        }
+    }
+}
+
+/// `_m` or `_rad`, by what the encoder reads, and the column of force or torque.
+fn units(machine: &Machine) -> (&'static str, &'static str) {
+    let Some(drive) = &machine.drive else { return ("m", "force_n") };
+    let encoder = &drive.position.encoder;
+    let angle = machine.points[encoder.at].motion == Motion::Rotation && encoder.travel == 1.0;
+    let turns = machine.points[drive.on].motion == Motion::Rotation;
+    (if angle { "rad" } else { "m" }, if turns { "torque_nm" } else { "force_n" })
+}
+
+/// Columns in the order of the table: their names and which part of a sample they are.
+fn order(machine: &Machine, points: impl Iterator<Item = String>) -> Vec<String> {
+    let (unit, load) = units(machine);
+    let fixed = ["time_s".into(), format!("command_{unit}"), format!("position_{unit}"), load.into(), format!("velocity_{unit}_s")];
+    fixed.into_iter().chain(points).collect()
+}
+
+fn point_column(machine: &Machine, name: &str) -> String {
+    let turns = machine.point(name).is_some_and(|p| machine.points[p].motion == Motion::Rotation);
+    format!("{name}_{}", if turns { "rad" } else { "m" })
+}
+
+fn document(
+    given: &MotionArguments,
+    loaded: &Loaded,
+    word: &str,
+    settings: &Settings,
+    trace: &Trace,
+    gap: Option<RecordGap>,
+    file: Option<&SourceFile>,
+) -> MotionDocument {
+    let machine = &loaded.config.machine;
+    let points: Vec<String> = trace.points.iter().map(|name| point_column(machine, name)).collect();
+    let mut columns: BTreeMap<String, Vec<f64>> = BTreeMap::new();
+    for (at, name) in order(machine, points.into_iter()).into_iter().enumerate() {
+        let column = trace.samples.iter().map(|s| match at {
+            0 => s.time_s,
+            1 => s.command,
+            2 => s.position,
+            3 => s.force,
+            4 => s.velocity,
+            point => s.points[point - 5],
+        });
+        columns.insert(name, column.collect());
+    }
+    let mut stamp = stamp("motion", 0, trace.complete, loaded, trace.warnings.clone());
+    stamp.inputs.extend(file.map(digest_file));
+    let energy = trace.energy;
+    MotionDocument {
+        stamp,
+        reference: word.into(),
+        nut_m: settings.operating.nut_m,
+        parameters: machine.parameters.iter().map(|p| (p.id.clone(), p.start)).collect(),
+        columns,
+        energy: EnergyBalance {
+            supplied_j: energy.supplied_j,
+            stored_j: energy.stored_j,
+            lost_j: energy.lost_j,
+            imbalance: energy.imbalance(),
+        },
+        events: trace
+            .events
+            .iter()
+            .map(|e| EventRow { time_s: e.time_s, kind: kind(e.kind).into(), joint: e.joint.clone(), direction: e.direction })
+            .collect(),
+        record: gap.map(|gap| RecordRow {
+            name: given.record.clone().unwrap_or_default(),
+            force_gap: gap.force,
+            tracking_gap: gap.tracking,
+        }),
+        unstable: trace.unstable.map(|(time_s, error)| Instability { time_s, error }),
+    }
+}
+
+fn kind(kind: EventKind) -> &'static str {
+    match kind {
+        EventKind::Sticks => "sticks",
+        EventKind::Slides => "slides",
+        EventKind::Reverses => "reverses",
+        EventKind::Closes => "closes",
+        EventKind::Opens => "opens",
+    }
+}
+
+/// The columns as a table.
+fn table(document: &MotionDocument, machine: &Machine) -> String {
+    let fixed = order(machine, std::iter::empty());
+    let points = document.columns.keys().filter(|name| !fixed.contains(name)).cloned();
+    let names = order(machine, points);
+    let columns: Vec<&Vec<f64>> = names.iter().filter_map(|name| document.columns.get(name)).collect();
+    let mut text = names.join(",") + "\n";
+    for row in 0..columns.first().map_or(0, |c| c.len()) {
+        for (at, column) in columns.iter().enumerate() {
+            let comma = if at == 0 { "" } else { "," };
+            // Times without the noise of their sum.
+            let _ = if at == 0 { write!(text, "{:.9}", column[row]) } else { write!(text, "{comma}{:e}", column[row]) };
+        }
+        text.push('\n');
+    }
+    text
+}
+
+/// What a person should know of it, in a few lines.
+fn summary(document: &MotionDocument) -> String {
+    let mut text = String::new();
+    let e = &document.energy;
+    let _ = writeln!(
+        text,
+        "energy: {:.6} J supplied, {:.6} J stored, {:.6} J lost; {:.1e} missing",
+        e.supplied_j, e.stored_j, e.lost_j, e.imbalance
+    );
+    let mut counts: BTreeMap<(&str, &str), usize> = BTreeMap::new();
+    document.events.iter().for_each(|e| *counts.entry((&e.joint, &e.kind)).or_default() += 1);
+    let counts: Vec<String> = counts.iter().map(|((joint, kind), count)| format!("{joint} {kind} {count} times")).collect();
+    let _ = writeln!(text, "events: {}", if counts.is_empty() { "none".to_string() } else { counts.join(", ") });
+    if let Some(record) = &document.record {
+        let _ = writeln!(
+            text,
+            "record {}: force off by {:.2} % (rms), tracking error by {:.2} %",
+            record.name,
+            100.0 * record.force_gap,
+            100.0 * record.tracking_gap
+        );
+    }
+    if let Some(unstable) = &document.unstable {
+        let _ = writeln!(
+            text,
+            "the loop left its bounds at {} s, {:.3e} m or rad behind its command: it is unstable; lower its gains, its delay or its periods",
+            unstable.time_s, unstable.error
+        );
+    }
+    text
+}

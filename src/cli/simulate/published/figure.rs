@@ -1,0 +1,73 @@
+//! A figure that a paper prints, beside ours, and the machines they are computed from.
+
+use crate::delivery::told;
+use config::{embedded_config, read_machine_text};
+use machine::Machine;
+use report::simulation::PublishedFigure;
+
+/// The configurations the figures are computed from.
+pub const CONFIGS: [&str; 3] = ["configs/twin-ball-screw.toml", "configs/servo-axis.toml", "configs/vertical-axis.toml"];
+
+/// A configuration that comes with the program, with overrides.
+pub fn read_published(path: &str, overrides: &[&str]) -> Result<Machine, String> {
+    let text = embedded_config(path).ok_or_else(|| format!("{path}: does not come with the program"))?;
+    let overrides: Vec<String> = overrides.iter().map(|o| (*o).to_string()).collect();
+    Ok(read_machine_text(path, text, &overrides, &[]).map_err(told)?.machine)
+}
+
+/// Where a figure is printed.
+#[derive(Clone, Copy)]
+pub struct Source {
+    /// The paper.
+    pub paper: &'static str,
+    /// The place in it.
+    pub place: &'static str,
+}
+
+/// A figure that both sides have.
+pub fn compared(
+    source: Source,
+    quantity: &str,
+    unit: &str,
+    (published, ours): (f64, f64),
+    tolerance: f64,
+    remark: &str,
+) -> PublishedFigure {
+    let difference = ours / published - 1.0;
+    PublishedFigure {
+        paper: source.paper.into(),
+        place: source.place.into(),
+        quantity: quantity.into(),
+        unit: unit.into(),
+        published: Some(published),
+        ours: Some(ours),
+        relative_difference: Some(difference),
+        verdict: if difference.abs() <= tolerance { "agrees" } else { "differs" }.into(),
+        remark: remark.into(),
+    }
+}
+
+/// A figure that only we have: the paper prints a curve or a statement.
+pub fn stated(source: Source, quantity: &str, unit: &str, ours: f64, holds: bool, remark: &str) -> PublishedFigure {
+    PublishedFigure {
+        published: None,
+        relative_difference: None,
+        verdict: if holds { "agrees" } else { "differs" }.into(),
+        ..compared(source, quantity, unit, (1.0, ours), 0.0, remark)
+    }
+}
+
+/// A figure of ours for which the paper prints neither number nor statement.
+pub fn ours_alone(source: Source, quantity: &str, unit: &str, ours: f64, remark: &str) -> PublishedFigure {
+    PublishedFigure { verdict: "not printed".into(), ..stated(source, quantity, unit, ours, true, remark) }
+}
+
+/// A figure that only the paper has.
+pub fn unreachable(source: Source, quantity: &str, unit: &str, published: f64, remark: &str) -> PublishedFigure {
+    PublishedFigure {
+        ours: None,
+        relative_difference: None,
+        verdict: "not reproducible".into(),
+        ..compared(source, quantity, unit, (published, 1.0), 0.0, remark)
+    }
+}

@@ -1,0 +1,88 @@
+//! `jointid validate` on FRFs, or on the modes taken from them.
+
+use std::collections::BTreeMap;
+
+use super::arguments::ValidateArguments;
+use crate::delivery::{CommandResult, deliver, prepare, told, warn};
+use crate::rows;
+use crate::sources::{Loaded, stamp};
+use dynamics::model::Rods;
+use identification::objective::{FrfObjective, FrfSettings, MISSING, ModeObjective, ModeSettings, PositionPrediction};
+use measurement::{FitSet, HoldOutSet};
+use report::document::{Identification, Input, Validation};
+use report::{gaps_table, positions_table};
+
+/// Runs the command.
+pub fn run(
+    given: &ValidateArguments,
+    (identified, input): (&Identification, Input),
+    loaded: &Loaded,
+    values: &[f64],
+    mut warnings: Vec<String>,
+) -> CommandResult {
+    let (settings, machine) = (&identified.settings, &loaded.config.machine);
+    let folder = prepare(&given.output)?;
+    let whole_frfs = settings.objective == "frf";
+    let same_set = given.measurements.is_none();
+    // What was fitted and what was held out of the same set.
+    let (fitted, left) =
+        loaded.set.split(if same_set { settings.positions.as_deref() } else { Some(&[]) }, &settings.hold_out).unwrap_or((
+            FitSet { set: &loaded.set, positions: Vec::new(), frfs: Vec::new() },
+            HoldOutSet { set: &loaded.set, positions: Vec::new(), frfs: Vec::new() },
+        ));
+    let held_out = match &given.positions {
+        Some(names) => {
+            let (chosen, _) = loaded.set.split(Some(names), &[]).map_err(told)?;
+            HoldOutSet { set: &loaded.set, positions: chosen.positions, frfs: chosen.frfs }
+        }
+        None if same_set && !(left.positions.is_empty() && left.frfs.is_empty()) => left,
+        None => HoldOutSet {
+            set: &loaded.set,
+            positions: (0..loaded.set.positions.len()).collect(),
+            frfs: (0..loaded.set.frfs.len()).collect(),
+        },
+    };
+    if whole_frfs && held_out.frfs.is_empty() {
+        return Err(format!("{}: holds no FRF to check there; the identification is one of whole FRFs", loaded.set.path));
+    }
+    let rods = settings.lumps.map_or(Rods::Exact, Rods::Lumped);
+    // The gain belongs to a measurement set: another set has its own.
+    let own_gain = if same_set { identified.parameters.get("gain").map(|g| g.value) } else { None };
+    let positions = if whole_frfs {
+        let band_hz = settings.band_hz.map_or(FrfSettings::default().band_hz, |[from, to]| (from, to));
+        let model_error = if settings.frf_model_error > 0.0 { settings.frf_model_error } else { FrfSettings::default().model_error };
+        let frf_settings = FrfSettings { rods, band_hz, model_error, ..FrfSettings::default() };
+        let objective = FrfObjective::held_out(machine, &held_out, frf_settings).map_err(told)?;
+        let gain = own_gain.unwrap_or_else(|| objective.best_gain(values));
+        let mut frfs = Vec::new();
+        for gap in objective.gaps(values, gain) {
+            frfs.extend(rows::frfs(&loaded.set, &[gap], if fitted.frfs.contains(&gap.frf) { "fit" } else { "held_out" }));
+        }
+        rows::gathered(&frfs)
+    } else {
+        let mode_settings = ModeSettings { rods, ..ModeSettings::default() };
+        let objective = ModeObjective::held_out(machine, &held_out, mode_settings, None).map_err(told)?;
+        let predictions = objective.predict(values);
+        let gain = own_gain.or_else(|| Some(objective.amplitude_fit(&predictions)).filter(|f| f.count > 0 && !same_set).map(|f| f.gain));
+        let row = |p: &PositionPrediction| {
+            let name = loaded.set.positions[p.position].name.clone();
+            let role = if fitted.positions.contains(&p.position) { "fit" } else { "held_out" };
+            let row = rows::position(&loaded.set, p, role, gain, &identified.fit_positions);
+            (name, row)
+        };
+        predictions.iter().map(row).collect::<BTreeMap<_, _>>()
+    };
+    warnings.extend(rows::pairing_warnings(&positions));
+    let largest = positions.values().filter_map(|p| p.largest_error(MISSING)).reduce(f64::max);
+    let largest_gap = positions.values().filter_map(|p| p.gap).reduce(f64::max);
+    let mut stamped = stamp("validation", identified.stamp.seed, true, loaded, warnings);
+    stamped.inputs.push(input);
+    let document = Validation { stamp: stamped, positions, largest_error: largest, largest_gap };
+    let mut text = if whole_frfs { gaps_table(&document.positions) } else { positions_table(&document.positions) };
+    if let Some(largest) = largest {
+        text += &format!("\nlargest frequency error: {:.2} %\n", 100.0 * largest);
+    }
+    warn(&given.output, &document.stamp.warnings);
+    deliver(&given.output, folder.as_ref(), "validation.json", &document, &text)?;
+    Ok(given.judge(if whole_frfs { "gap" } else { "frequency error" }, largest.or(largest_gap)))
+}
