@@ -1,45 +1,11 @@
-//! Tables for the terminal, at most 80 columns wide.
+//! Tables of result documents for the terminal.
 
 use std::collections::BTreeMap;
 
-use comfy_table::presets;
-use comfy_table::{CellAlignment, ContentArrangement, LineStyle, Table};
-
-use super::document::{BootstrapRow, ChoiceRow, Comparison, FrfRow, Objectives, ParameterRow, Peaks, Plan, PositionRow};
 use numeric::statistics::median;
 
-/// A table whose cells wrap before it is wider than 80 columns.
-fn table(header: &[&str]) -> Table {
-    let mut table = Table::new();
-    let style = presets::NOTHING.header_separator(LineStyle::none().fill('─'));
-    table.load_style(style).set_content_arrangement(ContentArrangement::Dynamic).set_width(80).set_header(header.to_vec());
-    for column in 1..header.len() {
-        if let Some(column) = table.column_mut(column) {
-            column.set_cell_alignment(CellAlignment::Right);
-        }
-    }
-    table
-}
-
-/// As text.
-fn plain(table: &Table) -> String {
-    table.to_string().lines().map(|l| format!("{}\n", l.trim_end())).collect()
-}
-
-/// Four significant figures, in powers of ten beyond 10⁻³ … 10⁵.
-pub(super) fn figure(x: f64) -> String {
-    let size = x.abs();
-    if size != 0.0 && !(1e-3..1e5).contains(&size) {
-        format!("{x:.3e}")
-    } else {
-        let digits = (3.0 - size.max(1e-9).log10().floor()).clamp(0.0, 6.0) as usize;
-        format!("{x:.digits$}")
-    }
-}
-
-pub(super) fn percent(x: f64) -> String {
-    format!("{:.2} %", 100.0 * x)
-}
+use super::document::{BootstrapRow, ChoiceRow, Comparison, FrfRow, Objectives, ParameterRow, Peaks, Plan, PositionRow};
+use super::terminal::{figure, percent, plain, table, wrapped};
 
 /// Parameters with interval and verdict (Tab. 3 and 5 of Tian et al.).
 pub fn parameters_table(parameters: &BTreeMap<String, ParameterRow>) -> String {
@@ -137,27 +103,6 @@ pub fn peaks_table(peaks: &Peaks, all: bool) -> String {
     text
 }
 
-/// Text in lines of at most 79 columns, indented as it begins, the later ones by four more.
-pub fn wrapped(text: &str) -> String {
-    let indent = text.len() - text.trim_start_matches(' ').len();
-    let mut out = " ".repeat(indent);
-    let mut width = indent;
-    for (at, word) in text.split_whitespace().enumerate() {
-        let length = word.chars().count();
-        if at > 0 && width + 1 + length > 79 {
-            out += &format!("\n{}", " ".repeat(indent + 4));
-            width = indent + 4;
-        } else if at > 0 {
-            out.push(' ');
-            width += 1;
-        }
-        out.push_str(word);
-        width += length;
-    }
-    out.push('\n');
-    out
-}
-
 /// Choices of measurements, the best `top` of each size, and how the set's split fares. `size` gives the size of a parameter's value.
 pub fn plan_table(plan: &Plan, size: &dyn Fn(&str) -> f64, top: usize) -> String {
     let mut text = String::new();
@@ -196,24 +141,6 @@ pub fn plan_table(plan: &Plan, size: &dyn Fn(&str) -> f64, top: usize) -> String
         text.push('\n');
     }
     text
-}
-
-/// Columns of numbers under heads that wrap, so that many fit 80 columns; names stand left.
-pub fn columns(header: &[String], rows: impl Iterator<Item = Vec<String>>) -> String {
-    let rows: Vec<Vec<String>> = rows.collect();
-    let names = rows.iter().any(|row| row.first().is_some_and(|cell| cell.trim().parse::<f64>().is_err()));
-    let mut out = Table::new();
-    out.load_style(presets::NOTHING).set_content_arrangement(ContentArrangement::Dynamic).set_width(80).set_header(header.to_vec());
-    for at in 0..header.len() {
-        if let Some(column) = out.column_mut(at) {
-            column.set_cell_alignment(if at == 0 && names { CellAlignment::Left } else { CellAlignment::Right });
-            column.set_padding((0, 1));
-        }
-    }
-    rows.into_iter().for_each(|row| {
-        out.add_row(row);
-    });
-    out.to_string().lines().map(|l| format!("{}\n", l.trim_end())).collect()
 }
 
 /// Gaps by position or record.

@@ -7,7 +7,7 @@ use plotly::{HeatMap, Scatter};
 use super::chart::{Chart, axis, colour, dash, layout, line, log_axis};
 use super::text::{TextTable, cell, escape, paragraph, rounded};
 use crate::document::Identification;
-use crate::table::figure;
+use crate::terminal::figure;
 
 /// Values with their intervals, and a chart that sets the intervals against the plausible ranges.
 pub fn values(of: &Identification) -> String {
