@@ -6,29 +6,9 @@ use num_complex::Complex64;
 use serde::{Deserialize, Serialize};
 
 use super::layout::Layout;
-use super::plan::Strength;
+use super::plan::{Kind, Strength};
 use crate::effect::Place;
 use crate::machine::point::Channel;
-
-/// What kind of case.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Kind {
-    /// Ordinary nuisances only.
-    Null,
-    /// As null; a start value is wrong by up to a factor of three, and frozen in every other case.
-    HardNullWrongParameter,
-    /// As null; one record comes from a faulty channel, or two records are exchanged.
-    HardNullBadChannel,
-    /// One listed effect.
-    Single,
-    /// One of two effects that the first measurement hardly tells apart; the follow-up should.
-    LookAlike,
-    /// Two listed effects.
-    Double,
-    /// An effect outside every list.
-    Unknown,
-}
 
 /// Gaps of the engineer's model, refitted to noise-free data: of FRFs in units of ln H per component, of motions over the measured force or
 /// tracking error. Where a wrong parameter is frozen,
