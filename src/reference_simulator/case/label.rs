@@ -29,6 +29,14 @@ pub struct Gap {
     pub closed: Option<f64>,
 }
 
+impl Gap {
+    /// Of the floor on held-out positions, and of what refits without and with the effect leave: fit, then held-out positions.
+    pub fn of(floor_held_out: f64, [without_fit, without_held_out]: [f64; 2], [with_fit, with_held_out]: [f64; 2]) -> Self {
+        let closed = (with_held_out > 1.02 * without_held_out).then(|| 1.0 - (without_held_out / with_held_out).powi(2));
+        Self { floor_held_out, without_fit, without_held_out, with_fit, with_held_out, closed }
+    }
+}
+
 /// Noise-free curves of one record, in the quantity the manifest states.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Exact {

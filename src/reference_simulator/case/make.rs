@@ -13,13 +13,11 @@ use super::strike::measured;
 use super::subject::Subject;
 use super::survey::Survey;
 use crate::TruthError;
+use crate::attempt::first_accepted;
 use crate::draw::Draw;
 use crate::effect::Effect;
 use crate::machine::catalogue::round_to;
 use crate::machine::point::Channel;
-
-/// Machines drawn for one case before it is given up.
-const ATTEMPTS: usize = 20;
 
 /// All cases of a plan in its order. A case depends on seed, plan entry and number only.
 pub fn generate(seed: u64, plan: &Plan) -> impl Iterator<Item = Result<(Case, Label), TruthError>> {
@@ -30,14 +28,7 @@ pub fn generate(seed: u64, plan: &Plan) -> impl Iterator<Item = Result<(Case, La
 pub fn generate_one(seed: u64, plan: &Plan, index: usize) -> Result<(Case, Label), TruthError> {
     let slot = plan.slots.get(index).ok_or(TruthError::NoSuchCase { index, count: plan.len() })?;
     let draw = Draw::new(seed).branch(index as u64);
-    let mut last = String::new();
-    for attempt in 0..ATTEMPTS {
-        match attempted(slot, index, attempt, &mut draw.branch(attempt as u64)) {
-            Ok(made) => return Ok(made),
-            Err(refusal) => last = refusal.to_string(),
-        }
-    }
-    Err(TruthError::NoMachine { index, attempts: ATTEMPTS, last })
+    first_accepted(index, &draw, |attempt, draw| attempted(slot, index, attempt, draw))
 }
 
 fn attempted(slot: &Slot, index: usize, attempt: usize, draw: &mut Draw) -> Result<(Case, Label), TruthError> {
@@ -84,14 +75,7 @@ fn attempted(slot: &Slot, index: usize, attempt: usize, draw: &mut Draw) -> Resu
     label.noncentrality = noncentrality;
     label.strength = strength;
     label.band_hz = band_hz;
-    label.gap = Gap {
-        floor_held_out: survey.floor(),
-        without_fit: without.fit,
-        without_held_out: without.held_out,
-        with_fit: with.fit,
-        with_held_out: with.held_out,
-        closed: (with.held_out > 1.02 * without.held_out).then(|| 1.0 - (without.held_out / with.held_out).powi(2)),
-    };
+    label.gap = Gap::of(survey.floor(), [without.fit, without.held_out], [with.fit, with.held_out]);
     let mut case = measured(slot, &choice, &mut label, draw)?;
     if let Some(misled) = misled {
         misled.write(&mut case, &mut label);

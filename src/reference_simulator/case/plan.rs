@@ -41,6 +41,15 @@ pub enum Strength {
 }
 
 impl Strength {
+    /// The non-centrality that is asked for.
+    pub fn noncentrality(self) -> f64 {
+        match self {
+            Strength::Faint => 9.0,
+            Strength::Weak => 25.0,
+            Strength::Clear | Strength::Strong => 100.0,
+        }
+    }
+
     /// The strength that is nearest to a non-centrality.
     pub fn of(noncentrality: f64) -> Self {
         match noncentrality {
