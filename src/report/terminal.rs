@@ -4,15 +4,14 @@ use comfy_table::presets;
 use comfy_table::{CellAlignment, ContentArrangement, LineStyle, Table};
 
 /// A table whose cells wrap before it is wider than 80 columns.
-pub(super) fn table(header: &[&str]) -> Table {
+pub(super) fn table(header: impl IntoIterator<Item = impl Into<String>>) -> Table {
+    let header: Vec<String> = header.into_iter().map(Into::into).collect();
     let mut table = Table::new();
     let style = presets::NOTHING.header_separator(LineStyle::none().fill('─'));
-    table.load_style(style).set_content_arrangement(ContentArrangement::Dynamic).set_width(80).set_header(header.to_vec());
-    for column in 1..header.len() {
-        if let Some(column) = table.column_mut(column) {
-            column.set_cell_alignment(CellAlignment::Right);
-        }
-    }
+    table.load_style(style).set_content_arrangement(ContentArrangement::Dynamic).set_width(80).set_header(header);
+    table.column_iter_mut().skip(1).for_each(|column| {
+        column.set_cell_alignment(CellAlignment::Right);
+    });
     table
 }
 
@@ -30,6 +29,11 @@ pub(super) fn figure(x: f64) -> String {
         let digits = (3.0 - size.max(1e-9).log10().floor()).clamp(0.0, 6.0) as usize;
         format!("{x:.digits$}")
     }
+}
+
+/// From one figure to another.
+pub(super) fn range([from, to]: [f64; 2]) -> String {
+    format!("{} … {}", figure(from), figure(to))
 }
 
 /// Per cent with two decimals.
@@ -64,11 +68,9 @@ pub fn columns(header: &[String], rows: impl Iterator<Item = Vec<String>>) -> St
     let names = rows.iter().any(|row| row.first().is_some_and(|cell| cell.trim().parse::<f64>().is_err()));
     let mut out = Table::new();
     out.load_style(presets::NOTHING).set_content_arrangement(ContentArrangement::Dynamic).set_width(80).set_header(header.to_vec());
-    for at in 0..header.len() {
-        if let Some(column) = out.column_mut(at) {
-            column.set_cell_alignment(if at == 0 && names { CellAlignment::Left } else { CellAlignment::Right });
-            column.set_padding((0, 1));
-        }
+    for (at, column) in out.column_iter_mut().enumerate() {
+        column.set_cell_alignment(if at == 0 && names { CellAlignment::Left } else { CellAlignment::Right });
+        column.set_padding((0, 1));
     }
     rows.into_iter().for_each(|row| {
         out.add_row(row);

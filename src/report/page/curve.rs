@@ -166,28 +166,23 @@ impl Drawing<'_> {
 
     /// How to read the chart.
     fn caption(&self, curves: &[Curve]) -> String {
-        let mut caption = Vec::new();
-        if curves.iter().any(|c| !c.measured.is_empty()) {
-            caption.push("Pale and wide: measured. Thin: predicted.".to_string());
-        }
-        if curves.iter().any(|c| !c.peaks.is_empty()) {
-            caption.push("Marks: measured peaks. Lines: predicted.".into());
-        }
-        if let Some(added) = self.added {
-            caption.push(format!("Dotted: the machine as described, at its best fit. Else: {added}."));
-        }
-        if curves.iter().any(|c| c.held_out) {
-            caption.push("Dashed lines and open marks: held out of the fit.".into());
-        }
-        caption.push("Drag to zoom, double click for the whole, point for the numbers.".into());
-        if self.dropped {
-            caption.push(format!(
-                "Lines that no one would miss are left out: straight lines between those drawn stay within {:.1} % of |H| and {:.2}° of the phase.",
-                100.0 * self.worst.max(1e-4),
-                self.worst.max(1e-4).to_degrees()
-            ));
-        }
-        caption.join(" ")
+        let any = |is: fn(&Curve) -> bool| curves.iter().any(is);
+        let worst = self.worst.max(1e-4);
+        let captions = [
+            any(|c| !c.measured.is_empty()).then(|| "Pale and wide: measured. Thin: predicted.".into()),
+            any(|c| !c.peaks.is_empty()).then(|| "Marks: measured peaks. Lines: predicted.".into()),
+            self.added.map(|added| format!("Dotted: the machine as described, at its best fit. Else: {added}.")),
+            any(|c| c.held_out).then(|| "Dashed lines and open marks: held out of the fit.".into()),
+            Some("Drag to zoom, double click for the whole, point for the numbers.".into()),
+            self.dropped.then(|| {
+                format!(
+                    "Lines that no one would miss are left out: straight lines between those drawn stay within {:.1} % of |H| and {:.2}° of the phase.",
+                    100.0 * worst,
+                    worst.to_degrees()
+                )
+            }),
+        ];
+        captions.into_iter().flatten().collect::<Vec<String>>().join(" ")
     }
 }
 
