@@ -70,7 +70,7 @@ pub struct HammerTest {
 }
 
 /// The truth behind a case.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Label {
     /// Name of the case.
     pub case: String,
@@ -119,27 +119,6 @@ pub struct Label {
 impl Label {
     /// Of the case of a number, after machines that were refused; what is true of it is still to be filled in.
     pub fn begun(index: usize, kind: Kind, strength: Option<Strength>, refused: usize) -> Self {
-        Self {
-            case: format!("case-{:04}", index + 1),
-            index,
-            kind,
-            effects: Vec::new(),
-            alternatives: Vec::new(),
-            strength,
-            noncentrality: Vec::new(),
-            values: Vec::new(),
-            places: Vec::new(),
-            band_hz: None,
-            phases: Vec::new(),
-            gap: Gap::default(),
-            joints: BTreeMap::new(),
-            wrong_parameter: None,
-            frozen: Vec::new(),
-            fault: None,
-            faulty_records: Vec::new(),
-            hammer: None,
-            refused,
-            exact: Vec::new(),
-        }
+        Self { case: format!("case-{:04}", index + 1), index, kind, strength, refused, ..Self::default() }
     }
 }

@@ -7,10 +7,11 @@ use crate::draw::Draw;
 use crate::effect::EffectKind;
 
 /// What kind of case.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Kind {
     /// Ordinary nuisances only.
+    #[default]
     Null,
     /// As null; a start value is wrong by up to a factor of three, and frozen in every other case.
     HardNullWrongParameter,

@@ -168,7 +168,7 @@ fn left_by_partner(gauge: &Gauge, choice: &Choice, truth: EffectKind, partner: E
     let change = |kind| {
         let effect = Effect::drawn(kind, &mut Draw::new(4));
         let size = gauge.size_for(&effect, machine, usage, 25.0).unwrap();
-        gauge.residual(&gauge.change(&choice.with([&effect.sized(size)])))
+        gauge.explained.residual(&gauge.change(&choice.with([&effect.sized(size)])))
     };
     let (truth, partner) = (change(truth), change(partner));
     1.0 - truth.dot(&partner).powi(2) / (truth.norm_squared() * partner.norm_squared())
