@@ -13,14 +13,17 @@
 //! Nothing here may import from the rest of the crate, and the models under test may not import from here: a check of a model
 //! against itself proves nothing. Responses are response / force with e^{+iωt}; SI units throughout.
 
+mod attempt;
 pub mod case;
 pub mod draw;
 pub mod effect;
 pub mod element;
 mod error;
+mod file;
 pub mod hammer;
 pub mod machine;
 pub mod motion;
+mod projection;
 pub mod servo;
 mod sizing;
 

@@ -1,6 +1,33 @@
-//! The size at which an effect has a strength.
+//! The size at which an effect has a strength, or makes a gap.
 
 use super::TruthError;
+
+/// Enlarges an effect from the least to the largest size until `grown`, the gap over that without it, is about `ratio`: the size, and
+/// what it gives.
+pub fn enlarged(
+    [least, largest]: [f64; 2],
+    ratio: f64,
+    trials: usize,
+    mut grown: impl FnMut(f64) -> Result<f64, TruthError>,
+) -> Result<(f64, f64), TruthError> {
+    let mut size = least;
+    let mut value = grown(size)?;
+    for _ in 0..trials {
+        if (value / ratio - 1.0).abs() < 0.05 || (value < ratio && size >= largest) {
+            break;
+        }
+        // The added gap grows about in proportion to the size.
+        let excess = (value * value - 1.0).max(0.01).sqrt();
+        let factor = ((ratio * ratio - 1.0).sqrt() / excess).clamp(0.2, 6.0);
+        let next = (size * factor.powf(0.8)).clamp(least, largest);
+        if (next / size - 1.0).abs() < 1e-3 {
+            break;
+        }
+        size = next;
+        value = grown(size)?;
+    }
+    Ok((size, value))
+}
 
 /// How a size is looked for, on a logarithmic scale.
 #[derive(Clone, Copy, Debug)]

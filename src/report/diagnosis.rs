@@ -6,8 +6,8 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::document::Stamp;
-use super::table::figure;
-use super::{columns, wrapped};
+use super::motion_row::MotionRows;
+use super::terminal::{columns, figure, wrapped};
 
 /// `diagnosis.json`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -55,7 +55,7 @@ pub struct Diagnosis {
     pub described: BTreeMap<String, f64>,
     /// What motion records say beside.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub motion: Option<super::record::MotionRows>,
+    pub motion: Option<MotionRows>,
     /// The model that is chosen, over what was held out.
     #[serde(default)]
     pub chosen: Chosen,
@@ -304,15 +304,16 @@ pub(super) fn interval_says(interval: Option<[f64; 2]>, name: &str) -> String {
     }
 }
 
+/// The verdict with its reason, and what to measure next.
+pub(super) fn verdict_says(v: &VerdictRow) -> String {
+    let subject = if v.effects.is_empty() { String::new() } else { format!(": {}", v.effects.join(" or ")) };
+    let next = v.next_measurement.as_ref().map_or(String::new(), |next| wrapped(&format!("next: {next}")));
+    wrapped(&format!("verdict — {}{subject}", v.kind)) + &wrapped(&v.reason) + &next
+}
+
 /// The diagnosis for a person: the verdict first.
 pub fn diagnosis_text(document: &Diagnosis) -> String {
-    let v = &document.verdict;
-    let subject = if v.effects.is_empty() { String::new() } else { format!(": {}", v.effects.join(" or ")) };
-    let mut text = wrapped(&format!("verdict — {}{subject}", v.kind));
-    text += &wrapped(&v.reason);
-    if let Some(next) = &v.next_measurement {
-        text += &wrapped(&format!("next: {next}"));
-    }
+    let mut text = verdict_says(&document.verdict);
     text.push('\n');
     let floor = document.noise_floor.map_or(String::new(), |f| format!(", noise leaves {:.1} %", 100.0 * f));
     text += &wrapped(&format!(
@@ -357,7 +358,7 @@ pub fn diagnosis_text(document: &Diagnosis) -> String {
     }
     let first = if document.places.first().is_some_and(|place| place.shape == NAMED) { "what is named, then " } else { "" };
     text += &format!("\nwhere — {first}free shapes at interfaces, best first\n");
-    text += &v.band_says().map_or(String::new(), |band| wrapped(&band));
+    text += &document.verdict.band_says().map_or(String::new(), |band| wrapped(&band));
     let rows: Vec<Vec<String>> = document
         .places
         .iter()

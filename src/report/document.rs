@@ -5,6 +5,8 @@ use std::collections::BTreeMap;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use super::motion_row::{CurveRow, RecipeRow, RecordRow};
+
 /// A file a result rests on.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Input {
@@ -274,13 +276,13 @@ pub struct Identification {
     pub frfs: Vec<FrfRow>,
     /// Time records by name, where motion was fitted; `positions` holds them, too, with their force error as gap.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
-    pub records: BTreeMap<String, super::record::RecordRow>,
+    pub records: BTreeMap<String, RecordRow>,
     /// How records were filtered.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub recipe: Option<super::record::RecipeRow>,
+    pub recipe: Option<RecipeRow>,
     /// The friction curve from constant speeds of the fitted records.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub friction_curve: Vec<super::record::CurveRow>,
+    pub friction_curve: Vec<CurveRow>,
 }
 
 /// `validation.json`.

@@ -6,17 +6,20 @@ pub mod document;
 pub mod hybrid;
 pub mod loops;
 pub mod motion;
+mod motion_row;
 pub mod page;
 pub mod record;
 mod schema;
 pub mod simulation;
 mod table;
+mod terminal;
 mod write;
 
 pub use numeric::digest::digest;
 pub use schema::{SCHEMAS, schema};
 pub use table::{
-    bootstrap_table, columns, derived_table, frfs_table, gap_summary_table, gaps_table, objectives_table, parameters_table, peaks_table,
-    plan_table, positions_table, summary_table, wrapped,
+    bootstrap_table, derived_table, frfs_table, gap_summary_table, gaps_table, objectives_table, parameters_table, peaks_table, plan_table,
+    positions_table, summary_table,
 };
+pub use terminal::{columns, wrapped};
 pub use write::{OutputFolder, to_json};

@@ -1,51 +1,17 @@
-//! Tables for the terminal, at most 80 columns wide.
+//! Tables of result documents for the terminal.
 
 use std::collections::BTreeMap;
 
-use comfy_table::presets;
-use comfy_table::{CellAlignment, ContentArrangement, LineStyle, Table};
-
-use super::document::{BootstrapRow, ChoiceRow, Comparison, FrfRow, Objectives, ParameterRow, Peaks, Plan, PositionRow};
 use numeric::statistics::median;
 
-/// A table whose cells wrap before it is wider than 80 columns.
-fn table(header: &[&str]) -> Table {
-    let mut table = Table::new();
-    let style = presets::NOTHING.header_separator(LineStyle::none().fill('─'));
-    table.load_style(style).set_content_arrangement(ContentArrangement::Dynamic).set_width(80).set_header(header.to_vec());
-    for column in 1..header.len() {
-        if let Some(column) = table.column_mut(column) {
-            column.set_cell_alignment(CellAlignment::Right);
-        }
-    }
-    table
-}
-
-/// As text.
-fn plain(table: &Table) -> String {
-    table.to_string().lines().map(|l| format!("{}\n", l.trim_end())).collect()
-}
-
-/// Four significant figures, in powers of ten beyond 10⁻³ … 10⁵.
-pub(super) fn figure(x: f64) -> String {
-    let size = x.abs();
-    if size != 0.0 && !(1e-3..1e5).contains(&size) {
-        format!("{x:.3e}")
-    } else {
-        let digits = (3.0 - size.max(1e-9).log10().floor()).clamp(0.0, 6.0) as usize;
-        format!("{x:.digits$}")
-    }
-}
-
-pub(super) fn percent(x: f64) -> String {
-    format!("{:.2} %", 100.0 * x)
-}
+use super::document::{BootstrapRow, ChoiceRow, Comparison, FrfRow, Objectives, ParameterRow, Peaks, Plan, PositionRow};
+use super::terminal::{figure, percent, plain, range, table, wrapped};
 
 /// Parameters with interval and verdict (Tab. 3 and 5 of Tian et al.).
 pub fn parameters_table(parameters: &BTreeMap<String, ParameterRow>) -> String {
-    let mut out = table(&["Parameter", "Value", "Unit", "95 % interval", "Seen by the data"]);
+    let mut out = table(["Parameter", "Value", "Unit", "95 % interval", "Seen by the data"]);
     for (id, p) in parameters {
-        let interval = p.interval95.map_or_else(|| "–".into(), |[a, b]| format!("{} … {}", figure(a), figure(b)));
+        let interval = p.interval95.map_or_else(|| "–".into(), range);
         let seen = match (p.fitted, p.identifiable) {
             (false, _) => "not fitted",
             (true, Some(true)) => "yes",
@@ -59,10 +25,8 @@ pub fn parameters_table(parameters: &BTreeMap<String, ParameterRow>) -> String {
 /// Measured and predicted frequencies in the layout of Tab. 4 and 6–9 of Tian et al.
 pub fn positions_table(positions: &BTreeMap<String, PositionRow>) -> String {
     let orders = positions.values().flat_map(|p| p.orders.iter().map(|o| o.order)).max().unwrap_or(0);
-    let mut header = vec!["Position".to_string(), "Hz".into()];
-    header.extend((1..=orders).map(|o| format!("Order {o}")));
-    header.push("Overall".into());
-    let mut out = table(&header.iter().map(String::as_str).collect::<Vec<_>>());
+    let header = ["Position".to_string(), "Hz".into()].into_iter().chain((1..=orders).map(|o| format!("Order {o}")));
+    let mut out = table(header.chain(["Overall".into()]));
     for (at, (name, p)) in positions.iter().enumerate() {
         if at > 0 {
             out.add_row([""]);
@@ -72,10 +36,7 @@ pub fn positions_table(positions: &BTreeMap<String, PositionRow>) -> String {
         };
         let role = if p.role == "fit" { "fitted" } else { "held out" };
         let mut row = |first: &str, what: &str, middle: Vec<String>, last: String| {
-            let mut row = vec![first.to_string(), what.into()];
-            row.extend(middle);
-            row.push(last);
-            out.add_row(row);
+            out.add_row([first.to_string(), what.into()].into_iter().chain(middle).chain([last]));
         };
         let overall = |x: Option<f64>| x.map_or_else(|| "–".into(), percent);
         row(name, "measured", cells(&|o| o.measured_hz.map(figure)), String::new());
@@ -90,7 +51,7 @@ pub fn positions_table(positions: &BTreeMap<String, PositionRow>) -> String {
 
 /// FRFs with their gaps.
 pub fn frfs_table(frfs: &[FrfRow]) -> String {
-    let mut out = table(&["FRF", "Response/excitation", "Role", "Lines", "Gap", "Noise alone"]);
+    let mut out = table(["FRF", "Response/excitation", "Role", "Lines", "Gap", "Noise alone"]);
     for row in frfs {
         let names: Vec<&str> = [&row.position, &row.record].into_iter().flatten().map(String::as_str).collect();
         let role = if row.role == "fit" { "fitted" } else { "held out" };
@@ -109,7 +70,7 @@ pub fn frfs_table(frfs: &[FrfRow]) -> String {
 /// Tracked modes, record by record; those without regularity only where asked for, with the reasons.
 pub fn peaks_table(peaks: &Peaks, all: bool) -> String {
     let mut text = String::new();
-    let mut out = table(&["Mode", "Record", "Hz", "±", "Damping", "±", "Amplitude"]);
+    let mut out = table(["Mode", "Record", "Hz", "±", "Damping", "±", "Amplitude"]);
     for mode in peaks.modes.iter().filter(|m| all || m.regular) {
         for (at, (name, row)) in mode.records.iter().enumerate() {
             let label = if mode.regular { format!("{}", mode.order) } else { format!("({})", mode.order) };
@@ -137,27 +98,6 @@ pub fn peaks_table(peaks: &Peaks, all: bool) -> String {
     text
 }
 
-/// Text in lines of at most 79 columns, indented as it begins, the later ones by four more.
-pub fn wrapped(text: &str) -> String {
-    let indent = text.len() - text.trim_start_matches(' ').len();
-    let mut out = " ".repeat(indent);
-    let mut width = indent;
-    for (at, word) in text.split_whitespace().enumerate() {
-        let length = word.chars().count();
-        if at > 0 && width + 1 + length > 79 {
-            out += &format!("\n{}", " ".repeat(indent + 4));
-            width = indent + 4;
-        } else if at > 0 {
-            out.push(' ');
-            width += 1;
-        }
-        out.push_str(word);
-        width += length;
-    }
-    out.push('\n');
-    out
-}
-
 /// Choices of measurements, the best `top` of each size, and how the set's split fares. `size` gives the size of a parameter's value.
 pub fn plan_table(plan: &Plan, size: &dyn Fn(&str) -> f64, top: usize) -> String {
     let mut text = String::new();
@@ -167,7 +107,7 @@ pub fn plan_table(plan: &Plan, size: &dyn Fn(&str) -> f64, top: usize) -> String
         let noun = if ranking.count == 1 { "measurement" } else { "measurements" };
         text += &wrapped(&format!("{} {noun}{beside}, best first ({} choices)", ranking.count, ranking.choices.len()));
         text.push('\n');
-        let mut out = table(&["Measure", "Range left", "Determined", "Median ±", "Not determined"]);
+        let mut out = table(["Measure", "Range left", "Determined", "Median ±", "Not determined"]);
         let mut add = |choice: &ChoiceRow| {
             let widths = choice.determined.iter().map(|id| half(choice, id));
             let open: Vec<&str> = plan.parameters.iter().filter(|id| !choice.determined.contains(id)).map(String::as_str).collect();
@@ -198,27 +138,9 @@ pub fn plan_table(plan: &Plan, size: &dyn Fn(&str) -> f64, top: usize) -> String
     text
 }
 
-/// Columns of numbers under heads that wrap, so that many fit 80 columns; names stand left.
-pub fn columns(header: &[String], rows: impl Iterator<Item = Vec<String>>) -> String {
-    let rows: Vec<Vec<String>> = rows.collect();
-    let names = rows.iter().any(|row| row.first().is_some_and(|cell| cell.trim().parse::<f64>().is_err()));
-    let mut out = Table::new();
-    out.load_style(presets::NOTHING).set_content_arrangement(ContentArrangement::Dynamic).set_width(80).set_header(header.to_vec());
-    for at in 0..header.len() {
-        if let Some(column) = out.column_mut(at) {
-            column.set_cell_alignment(if at == 0 && names { CellAlignment::Left } else { CellAlignment::Right });
-            column.set_padding((0, 1));
-        }
-    }
-    rows.into_iter().for_each(|row| {
-        out.add_row(row);
-    });
-    out.to_string().lines().map(|l| format!("{}\n", l.trim_end())).collect()
-}
-
 /// Gaps by position or record.
 pub fn gaps_table(positions: &BTreeMap<String, PositionRow>) -> String {
-    let mut out = table(&["Position", "Role", "Gap", "Noise alone"]);
+    let mut out = table(["Position", "Role", "Gap", "Noise alone"]);
     for (name, p) in positions {
         let role = if p.role == "fit" { "fitted" } else { "held out" };
         let cell = |x: Option<f64>| x.map_or_else(|| "–".into(), figure);
@@ -229,9 +151,9 @@ pub fn gaps_table(positions: &BTreeMap<String, PositionRow>) -> String {
 
 /// Quantities that follow from the parameters.
 pub fn derived_table(derived: &BTreeMap<String, f64>, intervals: &BTreeMap<String, [f64; 2]>, names: &[String]) -> String {
-    let mut out = table(&["Follows", "Value", "95 % interval"]);
+    let mut out = table(["Follows", "Value", "95 % interval"]);
     for name in names {
-        let interval = intervals.get(name).map_or_else(|| "–".into(), |[a, b]| format!("{} … {}", figure(*a), figure(*b)));
+        let interval = intervals.get(name).map_or_else(|| "–".into(), |ends| range(*ends));
         out.add_row([name.clone(), derived.get(name).map_or_else(|| "–".into(), |x| figure(*x)), interval]);
     }
     plain(&out)
@@ -239,43 +161,29 @@ pub fn derived_table(derived: &BTreeMap<String, f64>, intervals: &BTreeMap<Strin
 
 /// Bootstrap intervals.
 pub fn bootstrap_table(bootstraps: &[BootstrapRow]) -> String {
-    let mut header = vec!["Bootstrap".to_string()];
-    header.extend(bootstraps.iter().map(|b| format!("{} × {}", b.samples, b.drawn)));
-    let mut out = table(&header.iter().map(String::as_str).collect::<Vec<_>>());
+    let header = bootstraps.iter().map(|b| format!("{} × {}", b.samples, b.drawn));
+    let mut out = table(["Bootstrap".to_string()].into_iter().chain(header));
     for id in bootstraps.iter().flat_map(|b| b.interval95.keys()).collect::<std::collections::BTreeSet<_>>() {
-        let mut row = vec![id.clone()];
-        row.extend(
-            bootstraps.iter().map(|b| b.interval95.get(id).map_or_else(|| "–".into(), |[a, b]| format!("{} … {}", figure(*a), figure(*b)))),
-        );
-        out.add_row(row);
+        let cells = bootstraps.iter().map(|b| b.interval95.get(id).map_or_else(|| "–".into(), |ends| range(*ends)));
+        out.add_row([id.clone()].into_iter().chain(cells));
     }
     plain(&out)
 }
 
 /// Single- against multi-position over the held-out positions.
 pub fn summary_table(comparison: &Comparison) -> String {
-    let mut header = vec!["Fitted on".to_string(), String::new()];
-    header.extend(comparison.common_positions.iter().cloned());
-    header.push("together".into());
-    let mut out = table(&header.iter().map(String::as_str).collect::<Vec<_>>());
+    let header = ["Fitted on".to_string(), String::new()].into_iter().chain(comparison.common_positions.iter().cloned());
+    let mut out = table(header.chain(["together".into()]));
     for run in comparison.runs.values() {
         let overall = |x: Option<f64>| x.map_or_else(|| "–".to_string(), percent);
-        let line = |pick: &dyn Fn(&PositionRow) -> Option<f64>| -> Vec<String> {
-            comparison.common_positions.iter().map(|p| overall(run.positions.get(p).and_then(pick))).collect()
+        let mut row = |first: String, what: &str, pick: fn(&PositionRow) -> Option<f64>, last: String| {
+            let line = comparison.common_positions.iter().map(|p| overall(run.positions.get(p).and_then(pick)));
+            out.add_row([first, what.into()].into_iter().chain(line).chain([last]));
         };
-        let mut row = vec![run.fit_positions.join(","), "ours".into()];
-        row.extend(line(&|p| p.overall_error));
-        row.push(overall(run.common_error));
-        out.add_row(row);
+        row(run.fit_positions.join(","), "ours", |p| p.overall_error, overall(run.common_error));
         if run.common_error_published.is_some() {
-            let mut rounded = vec![String::new(), "rounded".into()];
-            rounded.extend(line(&|p| p.overall_error_rounded));
-            rounded.push(String::new());
-            out.add_row(rounded);
-            let mut published = vec![String::new(), "published".into()];
-            published.extend(line(&|p| p.overall_error_published));
-            published.push(overall(run.common_error_published));
-            out.add_row(published);
+            row(String::new(), "rounded", |p| p.overall_error_rounded, String::new());
+            row(String::new(), "published", |p| p.overall_error_published, overall(run.common_error_published));
         }
     }
     plain(&out)
@@ -283,23 +191,19 @@ pub fn summary_table(comparison: &Comparison) -> String {
 
 /// Single- against multi-position by the gap of FRFs.
 pub fn gap_summary_table(comparison: &Comparison) -> String {
-    let mut header = vec!["Fitted on".to_string()];
-    header.extend(comparison.common_positions.iter().cloned());
-    header.push("together".into());
-    let mut out = table(&header.iter().map(String::as_str).collect::<Vec<_>>());
+    let header = ["Fitted on".to_string()].into_iter().chain(comparison.common_positions.iter().cloned());
+    let mut out = table(header.chain(["together".into()]));
     for run in comparison.runs.values() {
         let cell = |x: Option<f64>| x.map_or_else(|| "–".to_string(), figure);
-        let mut row = vec![run.fit_positions.join(",")];
-        row.extend(comparison.common_positions.iter().map(|p| cell(run.positions.get(p).and_then(|p| p.gap))));
-        row.push(cell(run.common_gap));
-        out.add_row(row);
+        let gaps = comparison.common_positions.iter().map(|p| cell(run.positions.get(p).and_then(|p| p.gap)));
+        out.add_row([run.fit_positions.join(",")].into_iter().chain(gaps).chain([cell(run.common_gap)]));
     }
     plain(&out)
 }
 
 /// Objectives scored by leaving out one fit position after another.
 pub fn objectives_table(objectives: &Objectives) -> String {
-    let mut out = table(&["Objective", "Frequency rms", "ln amplitude rms", "Missing modes"]);
+    let mut out = table(["Objective", "Frequency rms", "ln amplitude rms", "Missing modes"]);
     for row in &objectives.objectives {
         let amplitude = row.ln_amplitude_error.map_or_else(|| "–".into(), figure);
         out.add_row([row.objective.clone(), percent(row.frequency_error), amplitude, row.missing.to_string()]);

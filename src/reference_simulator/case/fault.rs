@@ -1,6 +1,7 @@
 //! What goes wrong with one channel of a test.
 
-use super::measure::Bench;
+use num_complex::Complex64;
+
 use crate::TruthError;
 use crate::draw::Draw;
 use crate::hammer::series::{Fault, Line};
@@ -18,9 +19,9 @@ pub enum Trouble {
 }
 
 impl Trouble {
-    /// Draws one.
-    pub fn drawn(test: &Bench, band_hz: f64, draw: &mut Draw) -> Self {
-        let (station, channel) = (draw.index(test.stations.len()), draw.index(test.channels.len()));
+    /// Draws one for a test of so many stations and channels.
+    pub fn drawn(stations: usize, channels: usize, band_hz: f64, draw: &mut Draw) -> Self {
+        let (station, channel) = (draw.index(stations), draw.index(channels));
         match draw.index(4) {
             0 => Self::Bad(
                 station,
@@ -29,7 +30,7 @@ impl Trouble {
             ),
             1 => Self::Bad(station, channel, Fault::Clipped { share: draw.between(0.15, 0.4) }),
             2 => Self::Bad(station, channel, Fault::Dropouts { share: draw.between(0.1, 0.3) }),
-            _ => Self::Exchanged(channel, station, (station + 2 + draw.index(3)) % test.stations.len()),
+            _ => Self::Exchanged(channel, station, (station + 2 + draw.index(3)) % stations),
         }
     }
 
@@ -68,11 +69,11 @@ impl Trouble {
     }
 
     /// Refuses a trouble that changes the accepted lines of its records too little to be one.
-    pub fn shows(self, test: &Bench, lines: &[Vec<Vec<Line>>]) -> Result<(), TruthError> {
+    pub fn shows(self, exact: &[Vec<Vec<Complex64>>], lines: &[Vec<Vec<Line>>]) -> Result<(), TruthError> {
         let mut largest: f64 = 0.0;
         for (station, of_station) in lines.iter().enumerate() {
             for (channel, lines) in of_station.iter().enumerate().filter(|(channel, _)| self.concerns(station, *channel)) {
-                let accepted = lines.iter().zip(&test.exact[station][channel]).filter(|(line, _)| line.coherence >= 0.8);
+                let accepted = lines.iter().zip(&exact[station][channel]).filter(|(line, _)| line.coherence >= 0.8);
                 let changes: Vec<f64> = accepted.map(|(line, exact)| (line.response / exact).ln().norm_sqr() / 2.0).collect();
                 largest = largest.max((changes.iter().sum::<f64>() / changes.len().max(1) as f64).sqrt());
             }

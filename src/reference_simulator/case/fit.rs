@@ -174,7 +174,8 @@ fn soft_cost(residual: &[Complex64], weights: &[f64]) -> f64 {
     residual.iter().zip(weights).map(|(value, weight)| 2.0 * SOFT * ((1.0 + value.norm_sqr() * weight / SOFT).sqrt() - 1.0)).sum()
 }
 
-fn wrapped(value: Complex64) -> Complex64 {
+/// A logarithm with its angle within half a turn.
+pub fn wrapped(value: Complex64) -> Complex64 {
     let turn = 2.0 * std::f64::consts::PI;
     Complex64::new(value.re, value.im - turn * (value.im / turn).round())
 }

@@ -4,13 +4,14 @@
 //! was mounted anew. Without it the few lines with a coherence of 0.9999 would decide, and effects that nobody can claim would count.
 //! The projection is linear; for larger effects the joints are refitted first, and nuisances alone are followed on a straight line.
 
-use nalgebra::{DMatrix, DVector};
+use nalgebra::DVector;
 use num_complex::Complex64;
 
-use super::fit::Fit;
+use super::fit::{Fit, wrapped};
 use super::subject::Subject;
 use super::survey::Survey;
 use crate::TruthError;
+use crate::projection::Projection;
 use crate::sizing::Sizing;
 
 /// Relative error of a line that a careful test reproduces.
@@ -25,26 +26,6 @@ pub struct Gauge {
     pub survey: Survey,
     weights: Vec<f64>,
     explained: Projection,
-}
-
-/// Directions that explain a change, each scaled to one standard deviation of its prior.
-struct Projection {
-    columns: DMatrix<f64>,
-    normal: nalgebra::Cholesky<f64, nalgebra::Dyn>,
-}
-
-impl Projection {
-    fn new(columns: &[Vec<f64>]) -> Result<Self, TruthError> {
-        let rows = columns.first().map_or(0, Vec::len);
-        let columns = DMatrix::from_iterator(rows, columns.len(), columns.iter().flatten().copied());
-        let normal = columns.transpose() * &columns + DMatrix::identity(columns.ncols(), columns.ncols());
-        let normal = nalgebra::Cholesky::new(normal).ok_or(TruthError::Singular { frequency_hz: f64::NAN })?;
-        Ok(Self { columns, normal })
-    }
-
-    fn residual(&self, change: &DVector<f64>) -> DVector<f64> {
-        change - &self.columns * self.normal.solve(&(self.columns.transpose() * change))
-    }
 }
 
 /// What an effect leaves.
@@ -131,10 +112,8 @@ fn whitened(changed: &[Complex64], base: &[Complex64], weights: &[f64], share: f
         .zip(base)
         .zip(weights)
         .flat_map(|((a, b), weight)| {
-            let difference = a - b;
-            let turn = 2.0 * std::f64::consts::PI;
-            let angle = difference.im - turn * (difference.im / turn).round();
-            [difference.re * weight * up, angle * weight * up]
+            let difference = wrapped(a - b);
+            [difference.re * weight * up, difference.im * weight * up]
         })
         .collect()
 }

@@ -6,29 +6,9 @@ use num_complex::Complex64;
 use serde::{Deserialize, Serialize};
 
 use super::layout::Layout;
-use super::plan::Strength;
+use super::plan::{Kind, Strength};
 use crate::effect::Place;
 use crate::machine::point::Channel;
-
-/// What kind of case.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Kind {
-    /// Ordinary nuisances only.
-    Null,
-    /// As null; a start value is wrong by up to a factor of three, and frozen in every other case.
-    HardNullWrongParameter,
-    /// As null; one record comes from a faulty channel, or two records are exchanged.
-    HardNullBadChannel,
-    /// One listed effect.
-    Single,
-    /// One of two effects that the first measurement hardly tells apart; the follow-up should.
-    LookAlike,
-    /// Two listed effects.
-    Double,
-    /// An effect outside every list.
-    Unknown,
-}
 
 /// Gaps of the engineer's model, refitted to noise-free data: of FRFs in units of ln H per component, of motions over the measured force or
 /// tracking error. Where a wrong parameter is frozen,
@@ -47,6 +27,14 @@ pub struct Gap {
     pub with_held_out: f64,
     /// 1 − without² / with² on held-out positions: what a perfect model of the effect can close.
     pub closed: Option<f64>,
+}
+
+impl Gap {
+    /// Of the floor on held-out positions, and of what refits without and with the effect leave: fit, then held-out positions.
+    pub fn of(floor_held_out: f64, [without_fit, without_held_out]: [f64; 2], [with_fit, with_held_out]: [f64; 2]) -> Self {
+        let closed = (with_held_out > 1.02 * without_held_out).then(|| 1.0 - (without_held_out / with_held_out).powi(2));
+        Self { floor_held_out, without_fit, without_held_out, with_fit, with_held_out, closed }
+    }
 }
 
 /// Noise-free curves of one record, in the quantity the manifest states.
@@ -82,7 +70,7 @@ pub struct HammerTest {
 }
 
 /// The truth behind a case.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Label {
     /// Name of the case.
     pub case: String,
@@ -131,27 +119,6 @@ pub struct Label {
 impl Label {
     /// Of the case of a number, after machines that were refused; what is true of it is still to be filled in.
     pub fn begun(index: usize, kind: Kind, strength: Option<Strength>, refused: usize) -> Self {
-        Self {
-            case: format!("case-{:04}", index + 1),
-            index,
-            kind,
-            effects: Vec::new(),
-            alternatives: Vec::new(),
-            strength,
-            noncentrality: Vec::new(),
-            values: Vec::new(),
-            places: Vec::new(),
-            band_hz: None,
-            phases: Vec::new(),
-            gap: Gap::default(),
-            joints: BTreeMap::new(),
-            wrong_parameter: None,
-            frozen: Vec::new(),
-            fault: None,
-            faulty_records: Vec::new(),
-            hammer: None,
-            refused,
-            exact: Vec::new(),
-        }
+        Self { case: format!("case-{:04}", index + 1), index, kind, strength, refused, ..Self::default() }
     }
 }

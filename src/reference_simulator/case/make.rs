@@ -1,30 +1,23 @@
 //! From a slot of the plan to a case and its label.
 
 use super::band::shortest_band;
+use super::choice::Choice;
 use super::fit::Fit;
 use super::gauge::Gauge;
-use super::label::{Gap, Kind, Label};
-use super::layout::Layout;
+use super::label::{Gap, Label};
 use super::measure::decays;
-use super::plan::{Plan, Slot, Strength};
+use super::plan::{Kind, Plan, Slot, Strength};
 use super::record::Case;
 use super::size::{quieted, set_sizes};
 use super::strike::measured;
 use super::subject::Subject;
 use super::survey::Survey;
 use crate::TruthError;
+use crate::attempt::first_accepted;
 use crate::draw::Draw;
 use crate::effect::Effect;
-use crate::hammer::setting::Setting;
-use crate::machine::catalogue::{any_size, bench, round_to};
-use crate::machine::nuisance::Nuisance;
+use crate::machine::catalogue::round_to;
 use crate::machine::point::Channel;
-
-/// Machines drawn for one case before it is given up.
-const ATTEMPTS: usize = 20;
-
-/// Force levels of a test at several levels, over the nominal force.
-const LEVELS: [f64; 3] = [0.3, 1.0, 3.0];
 
 /// All cases of a plan in its order. A case depends on seed, plan entry and number only.
 pub fn generate(seed: u64, plan: &Plan) -> impl Iterator<Item = Result<(Case, Label), TruthError>> {
@@ -35,36 +28,11 @@ pub fn generate(seed: u64, plan: &Plan) -> impl Iterator<Item = Result<(Case, La
 pub fn generate_one(seed: u64, plan: &Plan, index: usize) -> Result<(Case, Label), TruthError> {
     let slot = plan.slots.get(index).ok_or(TruthError::NoSuchCase { index, count: plan.len() })?;
     let draw = Draw::new(seed).branch(index as u64);
-    let mut last = String::new();
-    for attempt in 0..ATTEMPTS {
-        match attempted(slot, index, attempt, &mut draw.branch(attempt as u64)) {
-            Ok(made) => return Ok(made),
-            Err(refusal) => last = refusal.to_string(),
-        }
-    }
-    Err(TruthError::NoMachine { index, attempts: ATTEMPTS, last })
-}
-
-/// What is decided about a case before anything is struck.
-pub(super) struct Choice {
-    /// Machine, nuisances, effects.
-    pub subject: Subject,
-    /// Settings of the test.
-    pub setting: Setting,
-    /// Channels of the first measurement.
-    pub layout: Layout,
-    /// Force levels.
-    pub levels: Vec<f64>,
-    /// Distance of lines over their frequency.
-    pub spacing: f64,
-    /// Nominal force.
-    pub force_n: f64,
-    /// Whether the machine is the published bench.
-    pub is_bench: bool,
+    first_accepted(index, &draw, |attempt, draw| attempted(slot, index, attempt, draw))
 }
 
 fn attempted(slot: &Slot, index: usize, attempt: usize, draw: &mut Draw) -> Result<(Case, Label), TruthError> {
-    let mut choice = chosen(slot, attempt, draw);
+    let mut choice = Choice::drawn(slot, attempt, draw);
     let channels = choice.layout.channels();
     let clean = choice.subject.without_effects();
     decays(&clean, &choice.setting, &channels, choice.spacing)?;
@@ -107,14 +75,7 @@ fn attempted(slot: &Slot, index: usize, attempt: usize, draw: &mut Draw) -> Resu
     label.noncentrality = noncentrality;
     label.strength = strength;
     label.band_hz = band_hz;
-    label.gap = Gap {
-        floor_held_out: survey.floor(),
-        without_fit: without.fit,
-        without_held_out: without.held_out,
-        with_fit: with.fit,
-        with_held_out: with.held_out,
-        closed: (with.held_out > 1.02 * without.held_out).then(|| 1.0 - (without.held_out / with.held_out).powi(2)),
-    };
+    label.gap = Gap::of(survey.floor(), [without.fit, without.held_out], [with.fit, with.held_out]);
     let mut case = measured(slot, &choice, &mut label, draw)?;
     if let Some(misled) = misled {
         misled.write(&mut case, &mut label);
@@ -149,7 +110,7 @@ fn until_it_decays(choice: &mut Choice, channels: &[Channel], gauge: &Gauge) -> 
 /// A label with all that is known before the test.
 fn labelled(slot: &Slot, index: usize, attempt: usize, choice: &Choice) -> Label {
     let subject = &choice.subject;
-    let machine = subject.nuisance.applied(&subject.drawn);
+    let machine = subject.nuisance.applied(subject.drawn.with_true_joints());
     Label {
         effects: slot.effects.iter().map(|effect| effect.id().to_owned()).collect(),
         alternatives: slot.partner.iter().map(|effect| effect.id().to_owned()).collect(),
@@ -188,34 +149,4 @@ impl Misled {
         }
         label.wrong_parameter = Some((self.name.to_owned(), self.factor));
     }
-}
-
-/// Draws machine, nuisances, effects of size 1 and settings.
-fn chosen(slot: &Slot, attempt: usize, draw: &mut Draw) -> Choice {
-    let needs = |held: bool| slot.effects.iter().chain(&slot.partner).any(|effect| !effect.fits(!held));
-    let held = needs(true) || (!needs(false) && draw.chance(0.75));
-    let is_bench = draw.chance(0.25);
-    let drawn = if is_bench { bench(held, draw) } else { any_size(held, draw) };
-    let nuisance = Nuisance::drawn(drawn.nut_m.len(), draw);
-    let effects = slot.effects.iter().map(|&kind| Effect::drawn(kind, &drawn, draw)).collect();
-    let setting = Setting {
-        rate_hz: Setting::rate_for(drawn.band_hz),
-        samples: 16384,
-        band_hz: drawn.band_hz,
-        lowest_hz: 6.0,
-        averages: 5 + draw.index(6),
-        width_s: 1.1 / drawn.band_hz * draw.between(0.9, 1.1),
-        spread: 0.15,
-        noise: draw.log_between(0.015, 0.05),
-        noise_corner_hz: draw.between(1.0, 5.0),
-        bits: 20,
-    };
-    let spacing = 1.0 / draw.between(120.0, 220.0);
-    let force_n = (500.0 * (drawn.description.table_mass_kg / 272.0).sqrt() / 50.0).round().max(1.0) * 50.0;
-    // An effect that a layout cannot show on any machine gets a richer one.
-    let place = Layout::ALL.iter().position(|&layout| layout == slot.layout).unwrap_or(0);
-    let layout =
-        if slot.kind == Kind::LookAlike { Layout::ALL[(place + attempt / 8).min(2)] } else { Layout::ALL[(place + attempt / 4).min(3)] };
-    let levels = if slot.levels { LEVELS.to_vec() } else { vec![1.0] };
-    Choice { subject: Subject { drawn, nuisance, effects }, setting, layout, levels, spacing, force_n, is_bench }
 }

@@ -1,6 +1,7 @@
 //! Cases of the blind check: what is measured, what is sealed, and how both are made.
 
 mod band;
+mod choice;
 mod fault;
 mod fit;
 mod gauge;
@@ -16,10 +17,10 @@ mod subject;
 mod survey;
 mod write;
 
-pub use label::{Exact, Gap, HammerTest, Kind, Label};
+pub use label::{Exact, Gap, HammerTest, Label};
 pub use layout::{Layout, Quantity};
 pub use make::{generate, generate_one};
-pub use plan::{Counts, LOOK_ALIKES, Plan, Slot, Strength};
+pub use plan::{Counts, Kind, LOOK_ALIKES, Plan, Slot, Strength};
 pub use record::{Case, Position, Record};
 pub use write::{labels_json, write_case};
 

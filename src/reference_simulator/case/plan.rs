@@ -2,10 +2,30 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::label::Kind;
 use super::layout::Layout;
 use crate::draw::Draw;
 use crate::effect::EffectKind;
+
+/// What kind of case.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Kind {
+    /// Ordinary nuisances only.
+    #[default]
+    Null,
+    /// As null; a start value is wrong by up to a factor of three, and frozen in every other case.
+    HardNullWrongParameter,
+    /// As null; one record comes from a faulty channel, or two records are exchanged.
+    HardNullBadChannel,
+    /// One listed effect.
+    Single,
+    /// One of two effects that the first measurement hardly tells apart; the follow-up should.
+    LookAlike,
+    /// Two listed effects.
+    Double,
+    /// An effect outside every list.
+    Unknown,
+}
 
 /// How strong an effect is made.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
@@ -22,6 +42,15 @@ pub enum Strength {
 }
 
 impl Strength {
+    /// The non-centrality that is asked for.
+    pub fn noncentrality(self) -> f64 {
+        match self {
+            Strength::Faint => 9.0,
+            Strength::Weak => 25.0,
+            Strength::Clear | Strength::Strong => 100.0,
+        }
+    }
+
     /// The strength that is nearest to a non-centrality.
     pub fn of(noncentrality: f64) -> Self {
         match noncentrality {

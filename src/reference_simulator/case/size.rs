@@ -9,6 +9,7 @@ use crate::TruthError;
 use crate::draw::Draw;
 use crate::effect::EffectKind;
 use crate::hammer::setting::Setting;
+use crate::sizing::enlarged;
 
 /// Attempts after which an effect that hardly shows is accepted as it is.
 const PATIENCE: usize = 8;
@@ -30,11 +31,7 @@ pub fn set_sizes(
     attempt: usize,
     draw: &mut Draw,
 ) -> Result<Vec<f64>, TruthError> {
-    let mut wanted = match slot.strength {
-        Some(Strength::Faint) => 9.0,
-        Some(Strength::Weak) => 25.0,
-        Some(Strength::Clear | Strength::Strong) | None => 100.0,
-    };
+    let mut wanted = slot.strength.unwrap_or(Strength::Clear).noncentrality();
     let mut reached = Vec::new();
     for index in 0..subject.effects.len() {
         let mut alone = Subject { effects: vec![subject.effects[index].clone()], ..subject.clone() };
@@ -77,24 +74,7 @@ fn enlarge(subject: &mut Subject, gauge: &Gauge, start: &[f64], attempt: usize, 
         subject.effects[0].size = size;
         Ok(fit.run(&survey.of(subject)?, start)?.held_out.hypot(survey.floor()) / before)
     };
-    let mut size = if to_ratio { least } else { usual.max(least) };
-    let mut value = grown(size)?;
-    if to_ratio {
-        for _ in 0..8 {
-            if (value / ratio - 1.0).abs() < 0.05 || (value < ratio && size >= largest) {
-                break;
-            }
-            // The added gap grows about in proportion to the size.
-            let excess = (value * value - 1.0).max(0.01).sqrt();
-            let factor = ((ratio * ratio - 1.0).sqrt() / excess).clamp(0.2, 6.0);
-            let next = (size * factor.powf(0.8)).clamp(least, largest);
-            if (next / size - 1.0).abs() < 1e-3 {
-                break;
-            }
-            size = next;
-            value = grown(size)?;
-        }
-    }
+    let value = if to_ratio { enlarged([least, largest], ratio, 8, grown)?.1 } else { grown(usual.max(least))? };
     if value < 1.15 && attempt < PATIENCE {
         return Err(TruthError::TooWeak { effect: subject.effects[0].kind.id().to_owned(), reached: value, wanted: ratio });
     }

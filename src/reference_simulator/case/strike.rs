@@ -2,12 +2,12 @@
 
 use num_complex::Complex64;
 
+use super::choice::Choice;
 use super::fault::Trouble;
-use super::label::{Exact, HammerTest, Kind, Label};
+use super::label::{Exact, HammerTest, Label};
 use super::layout::{Layout, Quantity};
-use super::make::Choice;
 use super::measure::{Bench, as_quantity, from_accelerance, on_lines};
-use super::plan::Slot;
+use super::plan::{Kind, Slot};
 use super::record::{Case, Position, Record};
 use super::subject::axis;
 use crate::TruthError;
@@ -32,7 +32,8 @@ pub(super) fn measured(slot: &Slot, choice: &Choice, label: &mut Label, draw: &m
         estimator_bias: test.bias,
     });
     label.exact = curves(choice, &test, quantity)?;
-    let trouble = (slot.kind == Kind::HardNullBadChannel).then(|| Trouble::drawn(&test, choice.setting.band_hz, draw));
+    let trouble = (slot.kind == Kind::HardNullBadChannel)
+        .then(|| Trouble::drawn(test.stations.len(), test.channels.len(), choice.setting.band_hz, draw));
     let records = struck(choice, &test, quantity, trouble, &draw.branch(1), label)?;
     let mut case = Case {
         name: label.case.clone(),
@@ -75,7 +76,7 @@ fn struck(
     let mut lines = test.records(trouble, draw);
     if let Some(trouble) = trouble {
         trouble.exchange(&mut lines);
-        trouble.shows(test, &lines)?;
+        trouble.shows(&test.exact, &lines)?;
         label.fault = Some(trouble.name().to_owned());
     }
     let misread = choice.subject.misread_power();

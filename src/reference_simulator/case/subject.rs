@@ -39,7 +39,7 @@ impl Subject {
         channels: &[Channel],
         lines: &[Complex64],
     ) -> Result<Vec<Vec<Complex64>>, TruthError> {
-        let machine = self.nuisance.applied(&self.drawn);
+        let machine = self.nuisance.applied(self.drawn.with_true_joints());
         let nut_m = self.drawn.nut_m[position] + self.nuisance.offsets_m[position];
         let assembly = Assembly::new(&machine, &self.effects, nut_m, level);
         let ports: Vec<_> = channels.iter().map(|&channel| assembly.port(channel)).collect();

@@ -1,19 +1,18 @@
 //! Cases and labels as files.
 
 use std::fmt::Write as _;
-use std::fs;
 use std::path::Path;
 
 use super::label::Label;
 use super::record::Case;
 use crate::TruthError;
+use crate::file::{made_folder, put, quoted};
 use crate::machine::nuisance::{DELAY_SD_S, GAIN_SD, NUT_SD_M};
 
 /// Writes a case as a measurement set with its machine: `manifest.toml`, `frf/*.csv`, `machine.toml`. Nothing of the label is in it;
 /// a follow-up is a case of its own, written by a call of its own.
 pub fn write_case(folder: &Path, case: &Case) -> Result<(), TruthError> {
-    let frf = folder.join("frf");
-    fs::create_dir_all(&frf).map_err(|source| TruthError::Write { path: frf.display().to_string(), source })?;
+    made_folder(folder, "frf")?;
     put(&folder.join("machine.toml"), &case.description.to_toml())?;
     put(&folder.join("manifest.toml"), &manifest(case))?;
     for record in &case.records {
@@ -33,19 +32,14 @@ pub fn labels_json(labels: &[Label]) -> Result<String, serde_json::Error> {
     Ok(text)
 }
 
-fn put(path: &Path, text: &str) -> Result<(), TruthError> {
-    fs::write(path, text).map_err(|source| TruthError::Write { path: path.display().to_string(), source })
-}
-
 fn manifest(case: &Case) -> String {
     let mut out = String::new();
-    let fit: Vec<String> = case.fit.iter().map(|name| format!("\"{name}\"")).collect();
     let _ = writeln!(
         out,
         "title = \"ball-screw feed drive, impact test\"\nquantity = \"{}\"\ngain = 1.0\nexcitation_unit = \"N\"\nresponse = \"table\"\nexcitation = \"table\"\naverages = {}\n\n[split]\nfit = [{}]\n",
         case.quantity.name(),
         case.averages,
-        fit.join(", ")
+        quoted(&case.fit)
     );
     let _ = writeln!(out, "[tolerance]\ngain = {GAIN_SD}\ndelay_s = {DELAY_SD_S:e}\nnut_m = {NUT_SD_M:e}\n");
     for position in &case.positions {

@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 use std::f64::consts::PI;
 
 use super::description::{Description, Parameter};
+use super::number::Machine;
 use crate::draw::Draw;
 
 /// A description with the joint values the machine really has.
@@ -17,6 +18,19 @@ pub struct Drawn {
     pub nut_m: [f64; 6],
     /// Upper end of the measured band.
     pub band_hz: f64,
+}
+
+impl Drawn {
+    /// The machine as described, with its true joints.
+    pub fn with_true_joints(&self) -> Machine {
+        let mut machine = self.description.as_believed();
+        for (name, value) in &self.joints {
+            if let Some(joint) = machine.joint_mut(name) {
+                *joint = *value;
+            }
+        }
+        machine
+    }
 }
 
 /// The published bench with joint values close to those that explain its measured modes.

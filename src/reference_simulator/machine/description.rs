@@ -5,6 +5,7 @@ use std::fmt::Write;
 use super::nuisance::{INERTIA_SD, MODULUS_SD};
 use super::number::{Hold, Joint, Journal, Machine, Nut, Screw};
 use crate::element::law::Loss;
+use crate::file::quoted;
 
 /// An unknown joint parameter with its plausible range.
 #[derive(Clone, Debug, PartialEq)]
@@ -113,8 +114,7 @@ impl Description {
     /// The description as a machine file.
     pub fn to_toml(&self) -> String {
         let mut out = String::new();
-        let effects: Vec<String> = self.effects.iter().map(|effect| format!("\"{effect}\"")).collect();
-        let _ = writeln!(out, "title = \"{}\"\neffects = [{}]\n", self.title, effects.join(", "));
+        let _ = writeln!(out, "title = \"{}\"\neffects = [{}]\n", self.title, quoted(&self.effects));
         let mut point = |name: &str, motion: &str, inertia: Option<(&str, f64)>| {
             let _ = writeln!(out, "[[point]]\nname = \"{name}\"\nmotion = \"{motion}\"");
             if let Some((key, value)) = inertia {

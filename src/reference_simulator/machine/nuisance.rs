@@ -2,7 +2,6 @@
 
 use std::collections::BTreeMap;
 
-use super::catalogue::Drawn;
 use super::number::{Journal, Machine};
 use super::point::{Channel, Point};
 use crate::draw::Draw;
@@ -109,14 +108,8 @@ impl Nuisance {
         }
     }
 
-    /// The machine as built: description, true joints and nuisances.
-    pub fn applied(&self, drawn: &Drawn) -> Machine {
-        let mut machine = drawn.description.as_believed();
-        for (name, value) in &drawn.joints {
-            if let Some(joint) = machine.joint_mut(name) {
-                *joint = *value;
-            }
-        }
+    /// A machine that is as described but for its joints, with all of them.
+    pub fn applied(&self, mut machine: Machine) -> Machine {
         let screw = &mut machine.screw;
         screw.youngs_modulus_pa *= 1.0 + self.youngs;
         screw.shear_modulus_pa *= 1.0 + self.shear;

@@ -1,7 +1,5 @@
 //! What only the truth has.
 
-use super::nominal::Nominal;
-
 /// Times per turn of the two ripples of the torque.
 const TIMES: [f64; 2] = [1.0, 24.0];
 
@@ -67,16 +65,15 @@ impl Missing {
         one(0) + one(1)
     }
 
-    /// Where the screw's thread carries the nut: x = r θ + γ(t) (r θ − a) + γ(0) a + e [sin(θ + φ) − sin φ].
-    pub(super) fn thread(&self, nominal: &Nominal, time_s: f64, angle_rad: f64) -> Thread {
-        let ratio = nominal.ratio_m();
-        let way = ratio * angle_rad;
-        let mut thread = Thread { at_m: way, per_rad_m: ratio, creep_m_s: 0.0 };
+    /// Where the screw's thread, of r = `ratio_m` for one radian, carries the nut: x = r θ + γ(t) (r θ − a) + γ(0) a + e [sin(θ + φ) − sin φ].
+    pub(super) fn thread(&self, ratio_m: f64, time_s: f64, angle_rad: f64) -> Thread {
+        let way = ratio_m * angle_rad;
+        let mut thread = Thread { at_m: way, per_rad_m: ratio_m, creep_m_s: 0.0 };
         if self.growth != 0.0 {
             let (start, rising) = if self.growth_time_s > 0.0 { (0.0, (-time_s / self.growth_time_s).exp()) } else { (self.growth, 0.0) };
             let strain = self.growth * (1.0 - rising);
             thread.at_m += strain * (way - self.anchor_m) + start * self.anchor_m;
-            thread.per_rad_m += strain * ratio;
+            thread.per_rad_m += strain * ratio_m;
             if rising > 0.0 {
                 thread.creep_m_s = self.growth * rising / self.growth_time_s * (way - self.anchor_m);
             }

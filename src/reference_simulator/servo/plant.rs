@@ -62,7 +62,7 @@ impl Plant {
 
         let twisting = state[MOTOR_SPEED] - state[SCREW_SPEED];
         let shaft = nominal.torsion_nm_rad * (state[MOTOR] - state[SCREW]) + nominal.torsion_nm_s_rad * twisting;
-        let thread = axis.missing.thread(nominal, time_s, state[SCREW]);
+        let thread = axis.missing.thread(ratio, time_s, state[SCREW]);
         let shifting = thread.per_rad_m * state[SCREW_SPEED] + thread.creep_m_s - state[TABLE_SPEED];
         let (push, elastic) = contact::force_n(nominal, thread.at_m - state[TABLE], shifting);
         let guide = self.guide.force_n(&nominal.table_friction, state[TABLE], state[TABLE_SPEED]);
@@ -125,7 +125,7 @@ impl Plant {
         let motion =
             0.5 * (rotor * state[MOTOR_SPEED].powi(2) + screw * state[SCREW_SPEED].powi(2) + nominal.table_kg * state[TABLE_SPEED].powi(2));
         let twist = 0.5 * nominal.torsion_nm_rad * (state[MOTOR] - state[SCREW]).powi(2);
-        let shift = axis.missing.thread(nominal, self.time_s, state[SCREW]).at_m - state[TABLE];
+        let shift = axis.missing.thread(nominal.ratio_m(), self.time_s, state[SCREW]).at_m - state[TABLE];
         motor::field_j(nominal, self.current_a())
             + motion
             + twist

@@ -1,7 +1,6 @@
 //! Records as measurement sets.
 
 use std::fmt::Write as _;
-use std::fs;
 use std::path::Path;
 
 use rayon::prelude::*;
@@ -12,6 +11,7 @@ use super::run::{PARTS, run_in};
 use super::sensor::{Record, Sensors};
 use crate::TruthError;
 use crate::draw::Draw;
+use crate::file::{made_folder, put, quoted};
 
 /// Runs an axis along sines and writes the records as a measurement set, the first and the last to be fitted: of [`Feed::standard`], F1000
 /// and F6000.
@@ -51,10 +51,9 @@ fn drive(axis: &Axis, sensors: &Sensors, commands: &[(String, Vec<f64>)], draw: 
 }
 
 fn put_set(folder: &Path, title: &str, records: &[(String, Record)]) -> Result<(), TruthError> {
-    let motion = folder.join("motion");
-    fs::create_dir_all(&motion).map_err(|source| TruthError::Write { path: motion.display().to_string(), source })?;
-    let ends: Vec<String> = records.first().into_iter().chain(records.last()).map(|(name, _)| format!("\"{name}\"")).collect();
-    let mut manifest = format!("title = \"{title}\"\n\n[split]\nfit = [{}]\n", ends.join(", "));
+    let motion = made_folder(folder, "motion")?;
+    let ends: Vec<String> = records.first().into_iter().chain(records.last()).map(|(name, _)| name.clone()).collect();
+    let mut manifest = format!("title = \"{title}\"\n\n[split]\nfit = [{}]\n", quoted(&ends));
     for (name, record) in records {
         let _ = writeln!(manifest, "\n[[motion]]\nname = \"{name}\"\nfile = \"motion/{name}.csv\"");
         put(&motion.join(format!("{name}.csv")), &rows(record))?;
@@ -72,8 +71,4 @@ fn rows(record: &Record) -> String {
         );
     }
     text
-}
-
-fn put(path: &Path, text: &str) -> Result<(), TruthError> {
-    fs::write(path, text).map_err(|source| TruthError::Write { path: path.display().to_string(), source })
 }

@@ -2,8 +2,8 @@
 
 use std::collections::BTreeSet;
 
-use super::{setting, subject};
-use crate::case::{Counts, Fit, Gauge, Kind, LOOK_ALIKES, Label, Layout, Plan, Quantity, Slot, Strength, Subject, Survey, labels_json};
+use super::{check_folder, check_label, setting, subject};
+use crate::case::{Counts, Fit, Gauge, Kind, LOOK_ALIKES, Layout, Plan, Quantity, Slot, Strength, Subject, Survey};
 use crate::draw::Draw;
 use crate::effect::{Effect, EffectKind};
 use crate::{generate, generate_one, write_case};
@@ -55,14 +55,8 @@ fn cases_hold_what_their_labels_say() {
     for (index, made) in generate(5, &plan).enumerate() {
         let (case, label) = made.unwrap();
         let slot = &plan.slots[index];
-        assert_eq!((label.kind, label.index, &label.case), (slot.kind, index, &case.name));
-        assert_eq!(label.effects.len(), slot.effects.len());
-        assert_eq!(label.places.len(), slot.effects.len());
-        assert_eq!(label.noncentrality.len(), slot.effects.len());
-        assert_eq!(case.follow_up.is_some(), slot.kind == Kind::LookAlike);
-        assert_eq!(label.fault.is_some(), slot.kind == Kind::HardNullBadChannel);
-        assert_eq!(label.faulty_records.is_empty(), slot.kind != Kind::HardNullBadChannel);
-        assert_eq!(label.wrong_parameter.is_some(), slot.kind == Kind::HardNullWrongParameter);
+        assert_eq!((label.index, &label.case), (index, &case.name));
+        check_label(&label, slot.kind, slot.effects.len(), case.follow_up.is_some());
         assert_eq!(label.band_hz.is_some(), !slot.effects.is_empty());
         assert_eq!(label.exact.len(), case.records.len());
         assert!(label.hammer.unwrap().estimator_bias < 0.01);
@@ -127,26 +121,12 @@ fn folders_tell_nothing_of_labels() {
         let (case, label) = generate_one(5, &plan, index).unwrap();
         let place = folder.join(&case.name);
         write_case(&place, &case).unwrap();
-        let mut names = BTreeSet::new();
-        for entry in std::fs::read_dir(&place).unwrap() {
-            names.insert(entry.unwrap().file_name().into_string().unwrap());
-        }
-        assert_eq!(names, ["frf", "machine.toml", "manifest.toml"].map(str::to_owned).into());
-        let manifest = std::fs::read_to_string(place.join("manifest.toml")).unwrap();
-        let machine = std::fs::read_to_string(place.join("machine.toml")).unwrap();
-        for text in [&manifest, &machine] {
-            for effect in &label.effects {
-                assert!(!text.contains(effect.as_str()), "{effect} in {text}");
-            }
-            assert!(!text.contains("seed") && !text.contains("size") || text.contains("of this size"));
-        }
+        let [manifest, machine] = check_folder(&place, "frf", &label);
         assert_eq!(manifest.matches("[[frf]]").count(), case.records.len());
         assert_eq!(machine.matches("[parameter.").count(), case.description.parameters.len());
         let text = std::fs::read_to_string(place.join(case.records[0].file())).unwrap();
         assert!(text.starts_with("frequency_hz,real,imag,coherence\n"));
         assert_eq!(text.lines().count(), case.records[0].lines.len() + 1);
-        let back: Vec<Label> = serde_json::from_str(&labels_json(std::slice::from_ref(&label)).unwrap()).unwrap();
-        assert_eq!(back[0], Label { exact: Vec::new(), ..label });
     }
     std::fs::remove_dir_all(&folder).unwrap();
 }

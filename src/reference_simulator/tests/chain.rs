@@ -74,7 +74,7 @@ fn deviation(machine: &Machine, nut_m: f64, channel: Channel, indices: (usize, u
 /// The machine of a subject without nuisances, joints at their true values.
 fn bare(seed: u64, elements: usize) -> (Machine, [f64; 6]) {
     let subject = subject(seed);
-    let mut machine = crate::machine::nuisance::Nuisance::none(6).applied(&subject.drawn);
+    let mut machine = crate::machine::nuisance::Nuisance::none(6).applied(subject.drawn.with_true_joints());
     machine.screw.elements = elements;
     (machine, subject.drawn.nut_m)
 }
@@ -112,7 +112,7 @@ fn usual_mesh_is_within_a_thousandth_at_the_table() {
 #[test]
 fn tapered_journals_and_a_long_nut_stay_on_the_screw() {
     let subject = subject(1);
-    let machine = subject.nuisance.applied(&subject.drawn);
+    let machine = subject.nuisance.applied(subject.drawn.with_true_joints());
     for (offset, _) in machine.nut.shares() {
         for nut_m in subject.drawn.nut_m {
             assert!((0.0..machine.screw.length_m).contains(&(nut_m + offset)));

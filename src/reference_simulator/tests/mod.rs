@@ -6,7 +6,10 @@ mod element;
 mod hammer;
 mod physics;
 
-use super::case::Subject;
+use std::collections::BTreeSet;
+use std::path::Path;
+
+use super::case::{Kind, Label, Subject, labels_json};
 use super::draw::Draw;
 use super::hammer::setting::Setting;
 use super::machine::catalogue::{any_size, bench};
@@ -34,4 +37,34 @@ fn setting(band_hz: f64) -> Setting {
         noise_corner_hz: 2.0,
         bits: 20,
     }
+}
+
+/// What must hold of every label, by the kind of the case and the number of its effects.
+pub(crate) fn check_label(label: &Label, kind: Kind, effects: usize, has_follow_up: bool) {
+    assert_eq!(label.kind, kind);
+    for count in [label.effects.len(), label.places.len(), label.noncentrality.len(), label.values.len()] {
+        assert_eq!(count, effects);
+    }
+    assert_eq!(has_follow_up, kind == Kind::LookAlike);
+    assert_eq!(label.fault.is_some(), kind == Kind::HardNullBadChannel);
+    assert_eq!(label.faulty_records.is_empty(), kind != Kind::HardNullBadChannel);
+    assert_eq!(label.wrong_parameter.is_some(), kind == Kind::HardNullWrongParameter);
+}
+
+/// A case's folder holds the records' folder and two files, which tell nothing of the label; the manifest and the machine. The label can be
+/// read back.
+pub(crate) fn check_folder(place: &Path, records: &str, label: &Label) -> [String; 2] {
+    let entries = std::fs::read_dir(place).unwrap();
+    let names: BTreeSet<String> = entries.map(|entry| entry.unwrap().file_name().into_string().unwrap()).collect();
+    assert_eq!(names, ["machine.toml", "manifest.toml", records].map(str::to_owned).into());
+    let texts = ["manifest.toml", "machine.toml"].map(|name| std::fs::read_to_string(place.join(name)).unwrap());
+    for text in &texts {
+        for effect in &label.effects {
+            assert!(!text.contains(effect.as_str()), "{effect} in {text}");
+        }
+        assert!(!text.contains("seed") && !text.replace("of this size", "").contains("size"));
+    }
+    let back: Vec<Label> = serde_json::from_str(&labels_json(std::slice::from_ref(label)).unwrap()).unwrap();
+    assert_eq!(back[0], Label { exact: Vec::new(), ..label.clone() });
+    texts
 }

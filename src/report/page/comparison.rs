@@ -7,7 +7,7 @@ use plotly::layout::{AxisType, BarMode};
 use super::chart::{Chart, axis, colour, layout};
 use super::text::{TextTable, cell, escape};
 use crate::document::Comparison;
-use crate::table::{figure, percent};
+use crate::terminal::{figure, percent};
 
 /// The section.
 pub fn content(of: &Comparison) -> String {

@@ -41,6 +41,12 @@ pub struct Curve {
     pub peaks: Vec<PeakMark>,
 }
 
+impl Curve {
+    fn role(&self) -> &'static str {
+        if self.held_out { "held out" } else { "fitted" }
+    }
+}
+
 /// Points of all curves together that a page can carry and a laptop can draw.
 const MOST_POINTS: usize = 90_000;
 /// Deviation in ln|H| and phase (rad) below which a line is not seen to be missing.
@@ -66,11 +72,7 @@ pub fn chart(id: &str, curves: &[Curve], after: &str) -> String {
     let positions = names(&|c| &c.position);
     let channels = names(&|c| &c.channel);
     let many: usize = curves.iter().map(|c| [&c.measured, &c.predicted, &c.before].iter().filter(|lines| !lines.is_empty()).count()).sum();
-    let most = (MOST_POINTS / many.max(1)).clamp(200, 3000);
-    let held_out = curves.iter().any(|c| c.held_out);
-    let measured = curves.iter().any(|c| !c.measured.is_empty());
     let compared = curves.iter().any(|c| !c.before.is_empty());
-    let marks = curves.iter().any(|c| !c.peaks.is_empty());
     // The vertical axis has the unit of the channel that is shown.
     let unit_of = |channel: &String| curves.iter().find(|c| c.channel == *channel).map(|c| escape(&c.unit)).unwrap_or_default();
     let titles: Vec<String> = channels.iter().map(unit_of).collect();
@@ -80,78 +82,14 @@ pub fn chart(id: &str, curves: &[Curve], after: &str) -> String {
         .x_axis(log_axis("frequency (Hz)").anchor("y2").show_spikes(true))
         .y_axis(log_axis(&titles[0]).domain(&[0.36, 1.0]))
         .y_axis2(axis("phase (°)").domain(&[0.0, 0.3]).range(vec![-185.0, 185.0]).tick_values(vec![-180.0, -90.0, 0.0, 90.0, 180.0]));
-    let mut worst: f64 = 0.0;
-    let mut dropped = false;
-    let mut traces: Vec<Layered> = Vec::new();
+    let mut drawing =
+        Drawing { most: (MOST_POINTS / many.max(1)).clamp(200, 3000), added: compared.then_some(after), ..Drawing::default() };
     for curve in curves {
         let at = positions.iter().position(|n| *n == curve.position).unwrap_or(0);
         let channel = channels.iter().position(|n| *n == curve.channel);
-        let key = |model: Option<usize>| vec![Some(at), channel, model];
-        let role = if curve.held_out { "held out" } else { "fitted" };
-        let unit = curve.unit.split(['(', ')']).nth(1).unwrap_or("");
-        let result = if compared { after } else { "predicted" };
-        for (lines, what, model) in
-            [(&curve.measured, "measured", None), (&curve.before, "as described", Some(0)), (&curve.predicted, result, Some(1))]
-        {
-            if lines.is_empty() {
-                continue;
-            }
-            let (f, h): (Vec<f64>, Vec<Complex64>) = lines.iter().copied().unzip();
-            let thinned = thin(&f, &h, UNSEEN, most);
-            worst = worst.max(thinned.deviation);
-            dropped |= thinned.kept.len() < f.len();
-            let hover = |y: &str| {
-                format!("{}, {} ({role})<br>%{{x:.6~g}} Hz<br>%{{y:.4~g}} {y}<extra></extra>", escape(&curve.position), escape(what))
-            };
-            let pen = match (model, curve.held_out) {
-                (None, _) => line(colour(at), 3.5),
-                (Some(0), _) => line(colour(at), 1.6).dash(DashType::Dot),
-                (_, false) => line(colour(at), 1.4).dash(if compared { DashType::Solid } else { dash(at) }),
-                (_, true) => line(colour(at), 1.4).dash(DashType::Dash),
-            };
-            let (level, opacity) = if model.is_none() { (0, 0.4) } else { (1, 1.0) };
-            let (x, size) = magnitude(&f, &h, &thinned);
-            let trace = Scatter::new(x, size).mode(Mode::Lines).opacity(opacity).name(escape(&curve.position));
-            traces.push((level, key(model), trace.line(pen.clone()).hover_template(hover(&escape(unit)))));
-            let (x, angle) = phase(&f, &h, &thinned);
-            let trace = Scatter::new(x, angle).mode(Mode::Lines).opacity(opacity).name(escape(&curve.position));
-            traces.push((level, key(model), trace.line(pen).hover_template(hover("°")).y_axis("y2")));
-        }
-        let seen: Vec<(f64, f64)> = curve.peaks.iter().filter_map(|p| Some((p.frequency_hz, p.amplitude?))).collect();
-        if !seen.is_empty() {
-            let (x, y): (Vec<f64>, Vec<Option<f64>>) = seen.into_iter().map(|(f, a)| (f, Some(rounded(a, 5)))).unzip();
-            let symbol = if curve.held_out { MarkerSymbol::DiamondOpen } else { MarkerSymbol::Circle };
-            let text = format!("{}, measured peak ({role})<br>%{{x:.6~g}} Hz<br>%{{y:.4~g}}<extra></extra>", escape(&curve.position));
-            let mark = Marker::new().color(colour(at)).size(9).symbol(symbol);
-            traces.push((
-                2,
-                key(None),
-                Scatter::new(x, y).mode(Mode::Markers).marker(mark).hover_template(text).name(escape(&curve.position)),
-            ));
-        }
+        drawing.draw(curve, at, channel);
     }
-    let mut caption = Vec::new();
-    if measured {
-        caption.push("Pale and wide: measured. Thin: predicted.".to_string());
-    }
-    if marks {
-        caption.push("Marks: measured peaks. Lines: predicted.".into());
-    }
-    if compared {
-        caption.push(format!("Dotted: the machine as described, at its best fit. Else: {after}."));
-    }
-    if held_out {
-        caption.push("Dashed lines and open marks: held out of the fit.".into());
-    }
-    caption.push("Drag to zoom, double click for the whole, point for the numbers.".into());
-    if dropped {
-        caption.push(format!(
-            "Lines that no one would miss are left out: straight lines between those drawn stay within {:.1} % of |H| and {:.2}° of the phase.",
-            100.0 * worst.max(1e-4),
-            worst.max(1e-4).to_degrees()
-        ));
-    }
-    let what = if measured { "measured and predicted" } else { "predicted" };
+    let what = if curves.iter().any(|c| !c.measured.is_empty()) { "measured and predicted" } else { "predicted" };
     let label = format!("Magnitude and phase of {} {what} frequency response functions", curves.len());
     let mut switches = vec![
         Switches { label: "Positions".into(), options: positions, many: true, coloured: true },
@@ -160,13 +98,92 @@ pub fn chart(id: &str, curves: &[Curve], after: &str) -> String {
     if compared {
         switches.push(Switches { label: "Model".into(), options: vec!["as described".into(), after.into()], many: true, coloured: false });
     }
-    let mut chart = Chart::new(id, &label, &caption.join(" "), 600, layout).switches(switches).titles(1, titles).log_switch();
+    let mut chart = Chart::new(id, &label, &drawing.caption(curves), 600, layout).switches(switches).titles(1, titles).log_switch();
     // What was predicted lies over what was measured at any position, marks over both.
-    traces.sort_by_key(|t| t.0);
-    for (_, key, trace) in traces {
+    drawing.traces.sort_by_key(|t| t.0);
+    for (_, key, trace) in drawing.traces {
         chart.trace_for(key, trace);
     }
     chart.html()
+}
+
+/// Curves as they are drawn one after another.
+#[derive(Default)]
+struct Drawing<'a> {
+    /// Points that a curve may have.
+    most: usize,
+    /// What was added to the model, where curves of before are set against it.
+    added: Option<&'a str>,
+    traces: Vec<Layered>,
+    /// Largest deviation of what is drawn from what was left out.
+    worst: f64,
+    /// Whether lines were left out.
+    dropped: bool,
+}
+
+impl Drawing<'_> {
+    /// Draws the lines and marks of a curve of a position and a channel, by number.
+    fn draw(&mut self, curve: &Curve, at: usize, channel: Option<usize>) {
+        let result = self.added.unwrap_or("predicted");
+        for (lines, what, model) in
+            [(&curve.measured, "measured", None), (&curve.before, "as described", Some(0)), (&curve.predicted, result, Some(1))]
+        {
+            if lines.is_empty() {
+                continue;
+            }
+            let (f, h): (Vec<f64>, Vec<Complex64>) = lines.iter().copied().unzip();
+            let thinned = thin(&f, &h, UNSEEN, self.most);
+            self.worst = self.worst.max(thinned.deviation);
+            self.dropped |= thinned.kept.len() < f.len();
+            let hover = |y: &str| {
+                let (position, what, role) = (escape(&curve.position), escape(what), curve.role());
+                format!("{position}, {what} ({role})<br>%{{x:.6~g}} Hz<br>%{{y:.4~g}} {y}<extra></extra>")
+            };
+            let pen = match (model, curve.held_out) {
+                (None, _) => line(colour(at), 3.5),
+                (Some(0), _) => line(colour(at), 1.6).dash(DashType::Dot),
+                (_, false) => line(colour(at), 1.4).dash(if self.added.is_some() { DashType::Solid } else { dash(at) }),
+                (_, true) => line(colour(at), 1.4).dash(DashType::Dash),
+            };
+            let (level, opacity) = if model.is_none() { (0, 0.4) } else { (1, 1.0) };
+            let trace = |(x, y)| Scatter::new(x, y).mode(Mode::Lines).opacity(opacity).name(escape(&curve.position)).line(pen.clone());
+            let key = vec![Some(at), channel, model];
+            let unit = curve.unit.split(['(', ')']).nth(1).unwrap_or("");
+            self.traces.push((level, key.clone(), trace(magnitude(&f, &h, &thinned)).hover_template(hover(&escape(unit)))));
+            self.traces.push((level, key, trace(phase(&f, &h, &thinned)).hover_template(hover("°")).y_axis("y2")));
+        }
+        let seen = curve.peaks.iter().filter_map(|p| Some((p.frequency_hz, Some(rounded(p.amplitude?, 5)))));
+        let (x, y): (Vec<f64>, Vec<Option<f64>>) = seen.unzip();
+        if !x.is_empty() {
+            let symbol = if curve.held_out { MarkerSymbol::DiamondOpen } else { MarkerSymbol::Circle };
+            let name = escape(&curve.position);
+            let text = format!("{name}, measured peak ({})<br>%{{x:.6~g}} Hz<br>%{{y:.4~g}}<extra></extra>", curve.role());
+            let mark = Marker::new().color(colour(at)).size(9).symbol(symbol);
+            let trace = Scatter::new(x, y).mode(Mode::Markers).marker(mark).hover_template(text).name(name);
+            self.traces.push((2, vec![Some(at), channel, None], trace));
+        }
+    }
+
+    /// How to read the chart.
+    fn caption(&self, curves: &[Curve]) -> String {
+        let any = |is: fn(&Curve) -> bool| curves.iter().any(is);
+        let worst = self.worst.max(1e-4);
+        let captions = [
+            any(|c| !c.measured.is_empty()).then(|| "Pale and wide: measured. Thin: predicted.".into()),
+            any(|c| !c.peaks.is_empty()).then(|| "Marks: measured peaks. Lines: predicted.".into()),
+            self.added.map(|added| format!("Dotted: the machine as described, at its best fit. Else: {added}.")),
+            any(|c| c.held_out).then(|| "Dashed lines and open marks: held out of the fit.".into()),
+            Some("Drag to zoom, double click for the whole, point for the numbers.".into()),
+            self.dropped.then(|| {
+                format!(
+                    "Lines that no one would miss are left out: straight lines between those drawn stay within {:.1} % of |H| and {:.2}° of the phase.",
+                    100.0 * worst,
+                    worst.to_degrees()
+                )
+            }),
+        ];
+        captions.into_iter().flatten().collect::<Vec<String>>().join(" ")
+    }
 }
 
 fn magnitude(f: &[f64], h: &[Complex64], thinned: &Thinned) -> (Vec<f64>, Vec<Option<f64>>) {

@@ -4,7 +4,7 @@ use super::chart::library;
 use super::text::{TextTable, escape, paragraph, section};
 use super::{Page, comparison, curve, loops, motion, parameter, peak, position, shape, verdict};
 use crate::document::{Identification, Stamp};
-use crate::table::percent;
+use crate::terminal::percent;
 
 /// Most bytes of a page: it is sent by mail and opened on a laptop.
 pub const MOST_BYTES: usize = 8 << 20;

@@ -9,7 +9,7 @@ use super::text::{TextTable, cell, escape, rounded};
 use crate::diagnosis::Diagnosis;
 use crate::document::Identification;
 use crate::record::{CurveRow, MotionRows};
-use crate::table::percent;
+use crate::terminal::percent;
 
 /// The part of a diagnosis that is one of motion.
 pub fn content(of: &Diagnosis) -> String {

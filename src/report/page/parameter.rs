@@ -7,13 +7,12 @@ use plotly::{HeatMap, Scatter};
 use super::chart::{Chart, axis, colour, dash, layout, line, log_axis};
 use super::text::{TextTable, cell, escape, paragraph, rounded};
 use crate::document::Identification;
-use crate::table::figure;
+use crate::terminal::{figure, range};
 
 /// Values with their intervals, and a chart that sets the intervals against the plausible ranges.
 pub fn values(of: &Identification) -> String {
     let mut table = TextTable::new("Parameters", 1, ["Parameter", "Value", "Unit", "95 % interval", "Plausible range", "Seen by the data"]);
     for (id, p) in &of.parameters {
-        let range = |[a, b]: [f64; 2]| format!("{} … {}", figure(a), figure(b));
         let seen = match (p.fitted, p.identifiable) {
             (false, _) => "not fitted",
             (true, Some(true)) => "yes",
@@ -24,7 +23,7 @@ pub fn values(of: &Identification) -> String {
     }
     let mut derived = TextTable::new("What follows from them", 1, ["Quantity", "Value", "95 % interval"]);
     for (name, x) in &of.derived {
-        let interval = of.derived_interval95.get(name).map_or_else(|| "–".into(), |[a, b]| format!("{} … {}", figure(*a), figure(*b)));
+        let interval = of.derived_interval95.get(name).map_or_else(|| "–".into(), |ends| range(*ends));
         derived.row([name.clone(), figure(*x), interval]);
     }
     let told: String = of.combinations.iter().map(|c| paragraph(&c.says)).collect();
@@ -46,7 +45,7 @@ fn intervals(of: &Identification) -> String {
     );
     for (name, (id, p)) in names.iter().zip(&rows) {
         let bar = |ends: [f64; 2], width: f64, colour: &str, what: &str| {
-            let hover = format!("{}, {what}<br>{} … {} {}<extra></extra>", escape(id), figure(ends[0]), figure(ends[1]), escape(&p.unit));
+            let hover = format!("{}, {what}<br>{} {}<extra></extra>", escape(id), range(ends), escape(&p.unit));
             Scatter::new(ends.map(|x| rounded(x / p.value, 5)).to_vec(), vec![name.clone(); 2])
                 .mode(Mode::Lines)
                 .line(line(colour, width))

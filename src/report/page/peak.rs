@@ -8,7 +8,7 @@ use super::Page;
 use super::chart::{Chart, axis, colour, layout, log_axis, symbol};
 use super::text::{TextTable, cell, escape, rounded};
 use crate::document::Peaks;
-use crate::table::{figure, percent};
+use crate::terminal::{figure, percent};
 
 /// The section.
 pub fn content(page: &Page, of: &Peaks) -> String {

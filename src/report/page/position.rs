@@ -10,7 +10,7 @@ use super::Page;
 use super::chart::{Chart, axis, colour, layout, line, with_y_axis};
 use super::text::{TextTable, cell, escape, rounded};
 use crate::document::{FrfRow, OrderRow, PositionRow};
-use crate::table::{figure, percent};
+use crate::terminal::{figure, percent};
 
 /// Charts over the position.
 pub fn charts(page: &Page) -> String {

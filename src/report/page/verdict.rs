@@ -8,7 +8,7 @@ use super::chart::{Chart, Switches, axis, colour, layout, line, log_axis};
 use super::curve::{self, Curve};
 use super::text::{TextTable, cell, escape, listed, paragraph, rounded};
 use crate::diagnosis::{Diagnosis, EffectRow, interval_says, is_open};
-use crate::table::{figure, percent};
+use crate::terminal::{figure, percent};
 
 /// The verdict in one sentence.
 pub fn sentence(of: &Diagnosis) -> String {

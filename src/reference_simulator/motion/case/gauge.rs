@@ -3,7 +3,7 @@
 //! The rows are those of the inverse dynamics of every record. Their noise is that of the test and, in quadrature, 1.5 per cent of the
 //! force: what a careful test reproduces. Neighbouring rows share noise; a filter of first order takes it out.
 
-use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
+use nalgebra::DVector;
 use rayon::prelude::*;
 
 use super::fit::{Blocks, Fitted, fitted};
@@ -16,6 +16,7 @@ use crate::motion::effect::Effect;
 use crate::motion::path::Path;
 use crate::motion::phase::Phase;
 use crate::motion::run::{COARSE_S, Log, Machine, Sensors};
+use crate::projection::Projection;
 use crate::sizing::Sizing;
 
 /// Relative error of the force that a careful test reproduces.
@@ -55,9 +56,9 @@ pub struct Gauge {
     pub base: Blocks,
     /// Its own best parameters.
     pub best: Fitted,
+    /// What parameters and nuisances explain.
+    pub explained: Projection,
     noise: Vec<Noise>,
-    columns: DMatrix<f64>,
-    normal: Cholesky<f64, Dyn>,
 }
 
 /// What an effect leaves.
@@ -153,11 +154,8 @@ impl Gauge {
             let there = residuals(&test.blocks(&moved), &best.parameters);
             columns.push(whitened(differences(there, &untouched), &noise));
         }
-        let height = columns.first().map_or(0, Vec::len);
-        let columns = DMatrix::from_iterator(height, columns.len(), columns.into_iter().flatten());
-        let normal = columns.transpose() * &columns + DMatrix::identity(columns.ncols(), columns.ncols());
-        let normal = Cholesky::new(normal).ok_or(TruthError::Singular { frequency_hz: f64::NAN })?;
-        Ok(Self { test, base, best, noise, columns, normal })
+        let explained = Projection::new(&columns)?;
+        Ok(Self { test, base, best, noise, explained })
     }
 
     /// Standard deviation of each kind of rows.
@@ -171,15 +169,10 @@ impl Gauge {
         DVector::from_vec(whitened(differences(there, &residuals(&self.base, &self.best.parameters)), &self.noise))
     }
 
-    /// What parameters and nuisances leave of a change.
-    pub fn residual(&self, change: &DVector<f64>) -> DVector<f64> {
-        change - &self.columns * self.normal.solve(&(self.columns.transpose() * change))
-    }
-
     /// What the effects of a machine leave.
     pub fn left(&self, machine: &Machine) -> Left {
         let change = self.change(machine);
-        let residual = self.residual(&change);
+        let residual = self.explained.residual(&change);
         let phases = self.base.iter().flatten().flat_map(|rows| rows.phases.iter().copied());
         let by_row = phases.zip(residual.iter().map(|value| value * value)).collect();
         Left { noncentrality: change.dot(&residual).max(0.0), by_row }

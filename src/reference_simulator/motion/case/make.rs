@@ -11,6 +11,7 @@ use super::plan::{Plan, Slot};
 use super::record::{Case, Record};
 use super::tour::{HELD_OUT, Tour, tour};
 use crate::TruthError;
+use crate::attempt::first_accepted;
 use crate::case::{Gap, Kind, Label, Strength};
 use crate::draw::Draw;
 use crate::machine::catalogue::round_to;
@@ -20,9 +21,7 @@ use crate::motion::effect::{Effect, EffectKind};
 use crate::motion::path::Path;
 use crate::motion::phase::Phase;
 use crate::motion::run::{Machine, STEP_S, Sensors, Side};
-
-/// Axes drawn for one case before it is given up.
-const ATTEMPTS: usize = 20;
+use crate::sizing;
 
 /// All cases of a plan in its order. A case depends on seed, plan entry and number only.
 pub fn generate(seed: u64, plan: &Plan) -> impl Iterator<Item = Result<(Case, Label), TruthError>> {
@@ -33,14 +32,7 @@ pub fn generate(seed: u64, plan: &Plan) -> impl Iterator<Item = Result<(Case, La
 pub fn generate_one(seed: u64, plan: &Plan, index: usize) -> Result<(Case, Label), TruthError> {
     let slot = plan.slots.get(index).ok_or(TruthError::NoSuchCase { index, count: plan.len() })?;
     let draw = Draw::new(seed).branch(0x6178_6973).branch(index as u64);
-    let mut last = String::new();
-    for attempt in 0..ATTEMPTS {
-        match attempted(slot, index, attempt, &mut draw.branch(attempt as u64)) {
-            Ok(made) => return Ok(made),
-            Err(refusal) => last = refusal.to_string(),
-        }
-    }
-    Err(TruthError::NoMachine { index, attempts: ATTEMPTS, last })
+    first_accepted(index, &draw, |attempt, draw| attempted(slot, index, attempt, draw))
 }
 
 /// What is decided about a case before anything is moved.
@@ -136,14 +128,7 @@ fn attempted(slot: &Slot, index: usize, attempt: usize, draw: &mut Draw) -> Resu
     let mut label = labelled(slot, index, attempt, &choice, &gauge);
     label.noncentrality = noncentrality;
     label.phases = if choice.effects.is_empty() { Vec::new() } else { phases_of(&gauge.left(&machine)) };
-    label.gap = Gap {
-        floor_held_out: floor,
-        without_fit: gauge.best.fit,
-        without_held_out: gauge.best.held_out,
-        with_fit: with.fit,
-        with_held_out: with.held_out,
-        closed: (with.held_out > 1.02 * gauge.best.held_out).then(|| 1.0 - (gauge.best.held_out / with.held_out).powi(2)),
-    };
+    label.gap = Gap::of(floor, [gauge.best.fit, gauge.best.held_out], [with.fit, with.held_out]);
     let trouble = (slot.kind == Kind::HardNullBadChannel).then(|| (draw.index(choice.test.paths.len()), Trouble::drawn(draw)));
     let mut case = Case {
         name: label.case.clone(),
@@ -204,11 +189,7 @@ fn quiet(machine: &Machine, test: &Test) -> Vec<Record> {
 
 /// Gives each effect the size that its strength asks for; returns the non-centralities, each effect alone.
 fn set_sizes(choice: &mut Choice, slot: &Slot, gauge: &Gauge, floor: f64, draw: &mut Draw) -> Result<Vec<f64>, TruthError> {
-    let mut wanted = match slot.strength {
-        Some(Strength::Faint) => 9.0,
-        Some(Strength::Weak) => 25.0,
-        Some(Strength::Clear | Strength::Strong) | None => 100.0,
-    };
+    let mut wanted = slot.strength.unwrap_or(Strength::Clear).noncentrality();
     let mut reached = Vec::new();
     for index in 0..choice.effects.len() {
         let effect = choice.effects[index].clone();
@@ -242,22 +223,9 @@ fn enlarged(choice: &Choice, effect: &Effect, least: f64, gauge: &Gauge, floor: 
     }
     let grown = |size: f64| {
         let rows = choice.test.blocks(&choice.with([&effect.sized(size)]));
-        fitted(&rows, &gauge.noise_n(), &choice.test.held_out, &choice.test.belief, None).held_out.hypot(floor) / before
+        Ok(fitted(&rows, &gauge.noise_n(), &choice.test.held_out, &choice.test.belief, None).held_out.hypot(floor) / before)
     };
-    let mut size = least;
-    for _ in 0..6 {
-        let value = grown(size);
-        if (value / ratio - 1.0).abs() < 0.05 || (value < ratio && size >= largest) {
-            break;
-        }
-        let excess = (value * value - 1.0).max(0.01).sqrt();
-        let next = (size * ((ratio * ratio - 1.0).sqrt() / excess).clamp(0.2, 6.0).powf(0.8)).clamp(least, largest);
-        if (next / size - 1.0).abs() < 1e-3 {
-            break;
-        }
-        size = next;
-    }
-    Ok(size)
+    Ok(sizing::enlarged([least, largest], ratio, 6, grown)?.0)
 }
 
 /// Phases in which an effect shows: those whose rows are moved at least half as much as the most moved ones, or hold a third of all.

@@ -1,18 +1,17 @@
 //! Cases as files.
 
 use std::fmt::Write as _;
-use std::fs;
 use std::path::Path;
 
 use super::record::{Case, Record};
 use crate::TruthError;
+use crate::file::{made_folder, put, quoted};
 use crate::motion::run::{RECORD_S, Side};
 
 /// Writes a case as a measurement set with its machine: `manifest.toml`, `motion/*.csv`, `machine.toml`. Nothing of the label is in it;
 /// a follow-up is a case of its own, written by a call of its own.
 pub fn write_case(folder: &Path, case: &Case) -> Result<(), TruthError> {
-    let motion = folder.join("motion");
-    fs::create_dir_all(&motion).map_err(|source| TruthError::Write { path: motion.display().to_string(), source })?;
+    made_folder(folder, "motion")?;
     put(&folder.join("machine.toml"), &case.belief.to_toml())?;
     put(&folder.join("manifest.toml"), &manifest(case, &case.records, &case.fit))?;
     put_records(folder, &case.records)
@@ -20,8 +19,7 @@ pub fn write_case(folder: &Path, case: &Case) -> Result<(), TruthError> {
 
 /// Writes the same set without noise, of the held-out records alone.
 pub fn write_quiet(folder: &Path, case: &Case) -> Result<(), TruthError> {
-    let motion = folder.join("motion");
-    fs::create_dir_all(&motion).map_err(|source| TruthError::Write { path: motion.display().to_string(), source })?;
+    made_folder(folder, "motion")?;
     put(&folder.join("manifest.toml"), &manifest(case, &case.quiet, &[]))?;
     put_records(folder, &case.quiet)
 }
@@ -38,19 +36,14 @@ fn put_records(folder: &Path, records: &[Record]) -> Result<(), TruthError> {
     Ok(())
 }
 
-fn put(path: &Path, text: &str) -> Result<(), TruthError> {
-    fs::write(path, text).map_err(|source| TruthError::Write { path: path.display().to_string(), source })
-}
-
 fn manifest(case: &Case, records: &[Record], fit: &[String]) -> String {
-    let fit: Vec<String> = fit.iter().map(|name| format!("\"{name}\"")).collect();
     let mut out = String::from("title = \"ball-screw axis, motion records\"\n");
     if case.belief.motor_kg.is_some() {
         let response = if case.belief.side == Side::Table { "table" } else { "motor" };
         let _ = writeln!(out, "response = \"{response}\"\nexcitation = \"motor\"");
     }
     if !fit.is_empty() {
-        let _ = writeln!(out, "\n[split]\nfit = [{}]", fit.join(", "));
+        let _ = writeln!(out, "\n[split]\nfit = [{}]", quoted(fit));
     }
     for record in records {
         let _ = writeln!(out, "\n[[motion]]\nname = \"{}\"\nfile = \"{}\"", record.name, record.file());

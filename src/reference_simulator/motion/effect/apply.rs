@@ -90,19 +90,17 @@ impl Effect {
             }
             Kind::ForceGain => machine.drive.strength *= 1.0 + 0.05 * size * self.sign,
             Kind::TorqueRipple => {
-                let lead_m = [0.005, 0.01, 0.016, 0.02][(self.shape[0] * 4.0) as usize % 4];
                 for (order, part) in [(1.0, 0.5), (2.0, 0.35), (6.0, 0.6)] {
                     let phase_rad = draw.within(PI);
-                    let per_m = order / lead_m;
+                    let per_m = order / self.lead_m();
                     axis.cogging.push(Wave { amplitude: 0.03 * size * part * push_n, per_m, phase_rad });
                     axis.ripple.push(Wave { amplitude: 0.01 * size * part, per_m, phase_rad: phase_rad + 1.0 });
                 }
             }
             Kind::LeadError => {
                 axis.pitch.extend(waves(4e-6 * size, usage.stroke_m, 3, &mut draw));
-                let lead_m = [0.005, 0.01, 0.016, 0.02][(self.shape[0] * 4.0) as usize % 4];
                 for (order, part) in [(1.0, 1.0), (2.0, 0.3)] {
-                    axis.pitch.push(Wave { amplitude: 2e-6 * size * part, per_m: order / lead_m, phase_rad: draw.within(PI) });
+                    axis.pitch.push(Wave { amplitude: 2e-6 * size * part, per_m: order / self.lead_m(), phase_rad: draw.within(PI) });
                 }
             }
             Kind::LeadGrowth => {
@@ -110,36 +108,49 @@ impl Effect {
                 axis.growth = Growth { strain: 6e-5 * size, time_s, begun_s: time_s, fixed_m };
             }
             Kind::MovingMass => axis.masses_kg[2] = (axis.masses_kg[2] + 0.05 * size * self.sign * mass_kg).max(0.3 * axis.masses_kg[2]),
-            Kind::CableChain => axis.outside.push(Outside::CableChain {
+            Kind::CableChain
+            | Kind::LoadPendulum
+            | Kind::GreaseLumps
+            | Kind::ScaleCogging
+            | Kind::AmplifierDeadZone
+            | Kind::RunningIn
+            | Kind::WiperCreep => axis.outside.extend(self.outside(usage, mass_kg, dry_n, &mut draw)),
+        }
+    }
+
+    /// Lead of the screw over whose turns waves repeat.
+    fn lead_m(&self) -> f64 {
+        [0.005, 0.01, 0.016, 0.02][(self.shape[0] * 4.0) as usize % 4]
+    }
+
+    /// What acts on the axis from outside every list, of an effect that does.
+    fn outside(&self, usage: &Use, mass_kg: f64, dry_n: f64, draw: &mut Draw) -> Option<Outside> {
+        let size = self.size;
+        Some(match self.kind {
+            Kind::CableChain => Outside::CableChain {
                 force_n: 0.4 * size * dry_n * self.sign,
                 at_m: self.scaled(0, 0.3, 0.7) * usage.stroke_m,
                 width_m: self.scaled(1, 0.1, 0.35) * usage.stroke_m,
-            }),
-            Kind::LoadPendulum => axis.outside.push(Outside::Pendulum {
+            },
+            Kind::LoadPendulum => Outside::Pendulum {
                 mass_kg: 0.05 * size * mass_kg,
                 omega_rad_s: TAU * self.scaled(0, 3.0, 12.0),
                 ratio: self.scaled(1, 0.02, 0.08),
-            }),
+            },
             Kind::GreaseLumps => {
-                let lump = |draw: &mut Draw| Lump {
+                let mut lump = || Lump {
                     at_m: draw.between(0.05, 0.95) * usage.stroke_m,
                     width_m: draw.between(0.02, 0.06) * usage.stroke_m,
                     force_n: 0.5 * size * dry_n * draw.between(0.5, 1.0),
                 };
-                let lumps = (0..4).map(|_| lump(&mut draw)).collect();
-                axis.outside.push(Outside::Grease { lumps, left: self.scaled(0, 0.6, 0.9) });
+                Outside::Grease { lumps: (0..4).map(|_| lump()).collect(), left: self.scaled(0, 0.6, 0.9) }
             }
-            Kind::ScaleCogging => {
-                axis.outside.push(Outside::ScaleCogging { amplitude_m: 8e-7 * size, period_m: self.scaled(0, 4e-4, 2e-3) })
-            }
-            Kind::AmplifierDeadZone => axis.outside.push(Outside::DeadZone { force_n: 0.15 * size * dry_n }),
-            Kind::RunningIn => {
-                axis.outside.push(Outside::RunningIn { rise: 0.3 * size, time_s: self.scaled(0, 0.8, 3.0) });
-            }
-            Kind::WiperCreep => {
-                axis.outside.push(Outside::WiperCreep { stiffness_n_m: 8.0 * size * dry_n, time_s: self.scaled(0, 0.05, 0.4) })
-            }
-        }
+            Kind::ScaleCogging => Outside::ScaleCogging { amplitude_m: 8e-7 * size, period_m: self.scaled(0, 4e-4, 2e-3) },
+            Kind::AmplifierDeadZone => Outside::DeadZone { force_n: 0.15 * size * dry_n },
+            Kind::RunningIn => Outside::RunningIn { rise: 0.3 * size, time_s: self.scaled(0, 0.8, 3.0) },
+            Kind::WiperCreep => Outside::WiperCreep { stiffness_n_m: 8.0 * size * dry_n, time_s: self.scaled(0, 0.05, 0.4) },
+            _ => return None,
+        })
     }
 
     /// Its physical values: what it changes, by name.

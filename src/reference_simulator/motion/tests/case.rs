@@ -4,12 +4,13 @@ use std::collections::BTreeSet;
 
 use nalgebra::{Matrix4, Vector4};
 
-use crate::case::{Kind, Label, Strength, labels_json};
+use crate::case::{Kind, Strength};
 use crate::draw::Draw;
 use crate::motion::case::{Case, Choice, FULL, Gauge, Plan, QUICK, Slot, generate, generate_one, write_case};
 use crate::motion::effect::{Effect, EffectKind};
 use crate::motion::phase::{Phase, phases};
 use crate::motion::run::{RECORD_S, Side};
+use crate::tests::{check_folder, check_label};
 
 fn small() -> Plan {
     let single = |effect, side| Slot::single(effect, Strength::Strong, side);
@@ -51,14 +52,8 @@ fn cases_hold_what_their_labels_say() {
     for (index, made) in generate(5, &plan).enumerate() {
         let (case, label) = made.unwrap();
         let slot = &plan.slots[index];
-        assert_eq!((label.kind, label.index, &label.case), (slot.kind, index, &case.name));
-        for count in [label.effects.len(), label.places.len(), label.noncentrality.len(), label.values.len()] {
-            assert_eq!(count, slot.effects.len());
-        }
-        assert_eq!(case.follow_up.is_some(), slot.kind == Kind::LookAlike);
-        assert_eq!(label.fault.is_some(), slot.kind == Kind::HardNullBadChannel);
-        assert_eq!(label.faulty_records.is_empty(), slot.kind != Kind::HardNullBadChannel);
-        assert_eq!(label.wrong_parameter.is_some(), slot.kind == Kind::HardNullWrongParameter);
+        assert_eq!((label.index, &label.case), (index, &case.name));
+        check_label(&label, slot.kind, slot.effects.len(), case.follow_up.is_some());
         assert_eq!(label.phases.is_empty(), slot.effects.is_empty());
         assert_eq!(case.belief.has("coulomb_friction"), !slot.effects.contains(&EffectKind::CoulombFriction));
         assert_eq!(case.fit.len() + 1, case.records.len());
@@ -173,7 +168,7 @@ fn left_by_partner(gauge: &Gauge, choice: &Choice, truth: EffectKind, partner: E
     let change = |kind| {
         let effect = Effect::drawn(kind, &mut Draw::new(4));
         let size = gauge.size_for(&effect, machine, usage, 25.0).unwrap();
-        gauge.residual(&gauge.change(&choice.with([&effect.sized(size)])))
+        gauge.explained.residual(&gauge.change(&choice.with([&effect.sized(size)])))
     };
     let (truth, partner) = (change(truth), change(partner));
     1.0 - truth.dot(&partner).powi(2) / (truth.norm_squared() * partner.norm_squared())
@@ -259,25 +254,13 @@ fn folders_tell_nothing_of_labels() {
         let (case, label) = generate_one(5, &plan, index).unwrap();
         let place = folder.join(&case.name);
         write_case(&place, &case).unwrap();
-        let names: BTreeSet<String> =
-            std::fs::read_dir(&place).unwrap().map(|entry| entry.unwrap().file_name().into_string().unwrap()).collect();
-        assert_eq!(names, ["machine.toml", "manifest.toml", "motion"].map(str::to_owned).into());
-        let manifest = std::fs::read_to_string(place.join("manifest.toml")).unwrap();
-        let machine = std::fs::read_to_string(place.join("machine.toml")).unwrap();
-        for text in [&manifest, &machine] {
-            for effect in &label.effects {
-                assert!(!text.contains(effect.as_str()), "{effect} in {text}");
-            }
-            assert!(!text.contains("seed") && !text.contains("size"));
-        }
+        let [manifest, machine] = check_folder(&place, "motion", &label);
         assert_eq!(manifest.matches("[[motion]]").count(), case.records.len());
         assert_eq!(machine.matches("[parameter.").count(), case.belief.parameters.len());
         assert_eq!(manifest.contains("response = \"table\""), case.belief.side == Side::Table);
         let text = std::fs::read_to_string(place.join(case.records[0].file())).unwrap();
         assert!(text.starts_with("time_s,command_m,position_m,force_n\n0.000,"));
         assert_eq!(text.lines().count(), case.records[0].log.command_m.len() + 1);
-        let back: Vec<Label> = serde_json::from_str(&labels_json(std::slice::from_ref(&label)).unwrap()).unwrap();
-        assert_eq!(back[0], label);
     }
     std::fs::remove_dir_all(&folder).unwrap();
 }
