@@ -1,8 +1,7 @@
 //! One nut or bearing under axial load.
 
 use super::ContactError;
-use super::error::positive;
-use super::hertz::check_pressure;
+use super::error::{check_pressure, positive};
 
 /// Which stiffness of a curved load–deflection line.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
