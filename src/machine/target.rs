@@ -1,7 +1,11 @@
 //! Numbers that a patch scales: which they are, and what becomes of them.
 
+use schemars::JsonSchema;
+use serde::Deserialize;
+
 use super::check::{MachineError, fault, listing};
-use super::{Base, Law, Machine, Rescale, Value};
+use super::schema::words_alone;
+use super::{Base, Circumstance, Law, Machine, Value};
 
 /// Which number of which part a patch scales.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -65,6 +69,39 @@ impl Target {
     }
 }
 
+/// How a patch scales a number.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(rename = "LawFile", rename_all = "kebab-case")]
+#[schemars(transform = words_alone)]
+pub enum Rescale {
+    /// Times 1 + p.
+    Relative,
+    /// Times exp(p·(2·s − 1)), s = nut position / stroke.
+    AlongStroke,
+    /// Times exp(p·(1 − (2·s − 1)²)): a hump at mid-stroke.
+    MidStroke,
+    /// An inertia becomes the stiffness of a beam of that inertia over the shaft's free length left of the nut.
+    LeftSpan,
+    /// The same right of the nut.
+    RightSpan,
+    /// Times exp(p·x) with the size x of the force level.
+    WithForceLevel,
+    /// The same with that of the speed.
+    WithSpeed,
+    /// The same with that of the acceleration.
+    WithAcceleration,
+    /// Becomes the parameter itself.
+    Replace,
+    /// With the parameter as a spring in series: x·p/(x + p).
+    InSeries,
+    /// Plus the parameter.
+    Added,
+    /// Less the parameter, which is elsewhere.
+    Less,
+    /// Times the parameter.
+    Times,
+}
+
 /// The number of that key.
 fn keyed<'v>(part: &str, key: &str, mut values: Vec<(&'static str, &'v mut Value)>) -> Result<&'v mut Value, MachineError> {
     match values.iter().position(|(k, _)| *k == key) {
@@ -126,7 +163,9 @@ impl Machine {
                 Rescale::InSeries => Law::InSeries(index),
                 Rescale::Added => Law::Added(index),
                 Rescale::Times => Law::Times(index),
-                Rescale::With(circumstance) => Law::With(index, circumstance),
+                Rescale::WithForceLevel => Law::With(index, Circumstance::ForceLevel),
+                Rescale::WithSpeed => Law::With(index, Circumstance::Speed),
+                Rescale::WithAcceleration => Law::With(index, Circumstance::Acceleration),
                 Rescale::AlongStroke => Law::AlongStroke(index, stroke_m.clone()?),
                 Rescale::MidStroke => Law::MidStroke(index, stroke_m.clone()?),
                 Rescale::LeftSpan => Law::LeftSpan(index, stroke_m.clone()?),
