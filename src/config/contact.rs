@@ -169,32 +169,25 @@ fn contact(
 }
 
 fn pair(name: &str, file: &ContactFile) -> Result<Pair, String> {
+    use KindFile::{BearingPair, DoubleNut, KnownPair};
     let kind = file.kind;
     let need = |key: &str, value: Option<f64>| value.ok_or_else(|| format!("contact.{name}: a {} needs {key}; write it", kind.word()));
     let told = |e: ContactError| format!("contact.{name}: {e}");
     // Keys that this kind has no use for would be a misunderstanding.
-    let unused: &[(&str, bool)] = match kind {
-        KindFile::DoubleNut => {
-            &[("tandem", file.tandem.is_some()), ("load_n", file.load_n.is_some()), ("deflection_m", file.deflection_m.is_some())]
-        }
-        KindFile::BearingPair => &[
-            ("lead_m", file.lead_m.is_some()),
-            ("loaded_turns", file.loaded_turns.is_some()),
-            ("load_n", file.load_n.is_some()),
-            ("deflection_m", file.deflection_m.is_some()),
-        ],
-        KindFile::KnownPair => &[
-            ("lead_m", file.lead_m.is_some()),
-            ("ball_diameter_m", file.ball_diameter_m.is_some()),
-            ("pitch_diameter_m", file.pitch_diameter_m.is_some()),
-            ("contact_angle_deg", file.contact_angle_deg.is_some()),
-            ("conformity", file.conformity.is_some()),
-            ("ball_count", file.ball_count.is_some()),
-            ("loaded_turns", file.loaded_turns.is_some()),
-            ("pressure_limit_pa", file.pressure_limit_pa.is_some()),
-        ],
-    };
-    if let Some((key, _)) = unused.iter().find(|(_, there)| *there) {
+    let useless: [(&str, bool, &[KindFile]); 11] = [
+        ("lead_m", file.lead_m.is_some(), &[BearingPair, KnownPair]),
+        ("ball_diameter_m", file.ball_diameter_m.is_some(), &[KnownPair]),
+        ("pitch_diameter_m", file.pitch_diameter_m.is_some(), &[KnownPair]),
+        ("contact_angle_deg", file.contact_angle_deg.is_some(), &[KnownPair]),
+        ("conformity", file.conformity.is_some(), &[KnownPair]),
+        ("ball_count", file.ball_count.is_some(), &[KnownPair]),
+        ("loaded_turns", file.loaded_turns.is_some(), &[BearingPair, KnownPair]),
+        ("pressure_limit_pa", file.pressure_limit_pa.is_some(), &[KnownPair]),
+        ("tandem", file.tandem.is_some(), &[DoubleNut]),
+        ("load_n", file.load_n.is_some(), &[DoubleNut, BearingPair]),
+        ("deflection_m", file.deflection_m.is_some(), &[DoubleNut, BearingPair]),
+    ];
+    if let Some((key, ..)) = useless.iter().find(|(_, there, kinds)| *there && kinds.contains(&kind)) {
         return Err(format!("contact.{name}.{key}: a {} has no use for it; take it out", kind.word()));
     }
     let conformity = match file.conformity {
@@ -207,7 +200,7 @@ fn pair(name: &str, file: &ContactFile) -> Result<Pair, String> {
         return Err(format!("contact.{name}.pressure_limit_pa: is {pressure_limit_pa}; write a pressure above 0"));
     }
     let made = match kind {
-        KindFile::DoubleNut => {
+        DoubleNut => {
             let balls = match (file.ball_count, file.loaded_turns) {
                 (Some(count), None) => Balls::Count(count),
                 (None, Some(turns)) => Balls::Turns(turns),
@@ -225,7 +218,7 @@ fn pair(name: &str, file: &ContactFile) -> Result<Pair, String> {
             let nut = Nut::new(&NutData { nut_conformity: nut, pressure_limit_pa, ..steel }).map_err(told)?;
             Pair::double_nut(nut.side(), file.preload_n)
         }
-        KindFile::BearingPair => {
+        BearingPair => {
             let count = need("ball_count", file.ball_count)?;
             if !(count >= 1.0 && count.fract() == 0.0) {
                 return Err(format!("contact.{name}.ball_count: is {count}; write a whole number from 1"));
@@ -242,7 +235,7 @@ fn pair(name: &str, file: &ContactFile) -> Result<Pair, String> {
             let [a, b] = file.tandem.unwrap_or([1, 1]);
             Pair::bearing_set(bearing.side(), a, b, file.preload_n)
         }
-        KindFile::KnownPair => {
+        KnownPair => {
             let side = Side::from_point(need("load_n", file.load_n)?, need("deflection_m", file.deflection_m)?).map_err(told)?;
             Pair::double_nut(side, file.preload_n)
         }
