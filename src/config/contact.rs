@@ -27,9 +27,9 @@ pub struct FrictionFile {
 pub struct ContactFile {
     kind: KindFile,
     preload_n: f64,
-    rule: Option<RuleFile>,
-    stiffness: Option<StiffnessFile>,
-    printed: Option<PrintedFile>,
+    rule: Option<Rule>,
+    stiffness: Option<Stiffness>,
+    printed: Option<Printed>,
     weight: Option<f64>,
     lead_m: Option<f64>,
     pitch_diameter_m: Option<f64>,
@@ -79,33 +79,6 @@ enum ConformityFile {
     Each([f64; 2]),
 }
 
-/// How a contact shares its load.
-#[derive(Debug, Clone, Copy, PartialEq, Deserialize, JsonSchema)]
-#[serde(rename_all = "kebab-case")]
-pub enum RuleFile {
-    /// Equilibrium, both sides in parallel.
-    Physics,
-    /// As the papers print it.
-    AsPrinted,
-}
-
-/// Which stiffness of a contact counts.
-#[derive(Debug, Clone, Copy, PartialEq, Deserialize, JsonSchema)]
-#[serde(rename_all = "lowercase")]
-pub enum StiffnessFile {
-    /// dP/dδ.
-    Tangent,
-    /// P/δ.
-    Secant,
-}
-
-#[derive(Debug, Clone, Copy, PartialEq, Deserialize, JsonSchema)]
-#[serde(rename_all = "lowercase")]
-enum PrintedFile {
-    Larger,
-    Series,
-}
-
 /// A screw segment between an end and the nut.
 #[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
@@ -114,16 +87,8 @@ pub struct SegmentFile {
     youngs_modulus_pa: f64,
     length_m: f64,
     #[serde(default)]
-    from: EndFile,
+    from: SegmentEnd,
     twist: Option<TwistFile>,
-}
-
-#[derive(Debug, Clone, Copy, Default, Deserialize, JsonSchema)]
-#[serde(rename_all = "lowercase")]
-enum EndFile {
-    #[default]
-    Start,
-    End,
 }
 
 #[derive(Debug, Clone, Copy, Deserialize, JsonSchema)]
@@ -137,9 +102,9 @@ struct TwistFile {
 #[derive(Debug, Clone, Copy)]
 pub struct ContactDefaults {
     /// `contact_rule` of the file.
-    pub rule: Option<RuleFile>,
+    pub rule: Option<Rule>,
     /// `contact_stiffness` of the file.
-    pub stiffness: Option<StiffnessFile>,
+    pub stiffness: Option<Stiffness>,
 }
 
 /// Segments of a file.
@@ -149,20 +114,12 @@ pub fn segments(files: BTreeMap<String, SegmentFile>) -> Result<Vec<Segment>, St
         let ((a, length_a), (b, length_b)) = (pair[0], pair[1]);
         return Err(format!("segment.{b}.length_m: is {length_b}, that of «{a}» {length_a}; one nut position needs screws of one length"));
     }
-    Ok(files
-        .into_iter()
-        .map(|(name, file)| Segment {
-            name,
-            diameter_m: file.diameter_m,
-            youngs_modulus_pa: file.youngs_modulus_pa,
-            length_m: file.length_m,
-            from: match file.from {
-                EndFile::Start => SegmentEnd::Start,
-                EndFile::End => SegmentEnd::End,
-            },
-            twist: file.twist.map(|t| Twist { shear_modulus_pa: t.shear_modulus_pa, lead_m: t.lead_m }),
-        })
-        .collect())
+    let twist = |t: TwistFile| Twist { shear_modulus_pa: t.shear_modulus_pa, lead_m: t.lead_m };
+    let segment = |(name, file): (String, SegmentFile)| {
+        let SegmentFile { diameter_m, youngs_modulus_pa, length_m, from, .. } = file;
+        Segment { name, diameter_m, youngs_modulus_pa, length_m, from, twist: file.twist.map(twist) }
+    };
+    Ok(files.into_iter().map(segment).collect())
 }
 
 /// Contacts of a file.
@@ -199,14 +156,8 @@ fn contact(
     };
     Ok(LoadedPair {
         pair,
-        rule: match file.rule.or(defaults.rule) {
-            None | Some(RuleFile::Physics) => Rule::Physics,
-            Some(RuleFile::AsPrinted) => Rule::AsPrinted,
-        },
-        stiffness: match file.stiffness.or(defaults.stiffness) {
-            None | Some(StiffnessFile::Tangent) => Stiffness::Tangent,
-            Some(StiffnessFile::Secant) => Stiffness::Secant,
-        },
+        rule: file.rule.or(defaults.rule).unwrap_or(Rule::Physics),
+        stiffness: file.stiffness.or(defaults.stiffness).unwrap_or(Stiffness::Tangent),
         weight: file.weight.unwrap_or(1.0),
         friction,
         moved_mass_kg: file.moved_mass_kg,
@@ -218,32 +169,25 @@ fn contact(
 }
 
 fn pair(name: &str, file: &ContactFile) -> Result<Pair, String> {
+    use KindFile::{BearingPair, DoubleNut, KnownPair};
     let kind = file.kind;
     let need = |key: &str, value: Option<f64>| value.ok_or_else(|| format!("contact.{name}: a {} needs {key}; write it", kind.word()));
     let told = |e: ContactError| format!("contact.{name}: {e}");
     // Keys that this kind has no use for would be a misunderstanding.
-    let unused: &[(&str, bool)] = match kind {
-        KindFile::DoubleNut => {
-            &[("tandem", file.tandem.is_some()), ("load_n", file.load_n.is_some()), ("deflection_m", file.deflection_m.is_some())]
-        }
-        KindFile::BearingPair => &[
-            ("lead_m", file.lead_m.is_some()),
-            ("loaded_turns", file.loaded_turns.is_some()),
-            ("load_n", file.load_n.is_some()),
-            ("deflection_m", file.deflection_m.is_some()),
-        ],
-        KindFile::KnownPair => &[
-            ("lead_m", file.lead_m.is_some()),
-            ("ball_diameter_m", file.ball_diameter_m.is_some()),
-            ("pitch_diameter_m", file.pitch_diameter_m.is_some()),
-            ("contact_angle_deg", file.contact_angle_deg.is_some()),
-            ("conformity", file.conformity.is_some()),
-            ("ball_count", file.ball_count.is_some()),
-            ("loaded_turns", file.loaded_turns.is_some()),
-            ("pressure_limit_pa", file.pressure_limit_pa.is_some()),
-        ],
-    };
-    if let Some((key, _)) = unused.iter().find(|(_, there)| *there) {
+    let useless: [(&str, bool, &[KindFile]); 11] = [
+        ("lead_m", file.lead_m.is_some(), &[BearingPair, KnownPair]),
+        ("ball_diameter_m", file.ball_diameter_m.is_some(), &[KnownPair]),
+        ("pitch_diameter_m", file.pitch_diameter_m.is_some(), &[KnownPair]),
+        ("contact_angle_deg", file.contact_angle_deg.is_some(), &[KnownPair]),
+        ("conformity", file.conformity.is_some(), &[KnownPair]),
+        ("ball_count", file.ball_count.is_some(), &[KnownPair]),
+        ("loaded_turns", file.loaded_turns.is_some(), &[BearingPair, KnownPair]),
+        ("pressure_limit_pa", file.pressure_limit_pa.is_some(), &[KnownPair]),
+        ("tandem", file.tandem.is_some(), &[DoubleNut]),
+        ("load_n", file.load_n.is_some(), &[DoubleNut, BearingPair]),
+        ("deflection_m", file.deflection_m.is_some(), &[DoubleNut, BearingPair]),
+    ];
+    if let Some((key, ..)) = useless.iter().find(|(_, there, kinds)| *there && kinds.contains(&kind)) {
         return Err(format!("contact.{name}.{key}: a {} has no use for it; take it out", kind.word()));
     }
     let conformity = match file.conformity {
@@ -256,7 +200,7 @@ fn pair(name: &str, file: &ContactFile) -> Result<Pair, String> {
         return Err(format!("contact.{name}.pressure_limit_pa: is {pressure_limit_pa}; write a pressure above 0"));
     }
     let made = match kind {
-        KindFile::DoubleNut => {
+        DoubleNut => {
             let balls = match (file.ball_count, file.loaded_turns) {
                 (Some(count), None) => Balls::Count(count),
                 (None, Some(turns)) => Balls::Turns(turns),
@@ -274,7 +218,7 @@ fn pair(name: &str, file: &ContactFile) -> Result<Pair, String> {
             let nut = Nut::new(&NutData { nut_conformity: nut, pressure_limit_pa, ..steel }).map_err(told)?;
             Pair::double_nut(nut.side(), file.preload_n)
         }
-        KindFile::BearingPair => {
+        BearingPair => {
             let count = need("ball_count", file.ball_count)?;
             if !(count >= 1.0 && count.fract() == 0.0) {
                 return Err(format!("contact.{name}.ball_count: is {count}; write a whole number from 1"));
@@ -291,15 +235,11 @@ fn pair(name: &str, file: &ContactFile) -> Result<Pair, String> {
             let [a, b] = file.tandem.unwrap_or([1, 1]);
             Pair::bearing_set(bearing.side(), a, b, file.preload_n)
         }
-        KindFile::KnownPair => {
+        KnownPair => {
             let side = Side::from_point(need("load_n", file.load_n)?, need("deflection_m", file.deflection_m)?).map_err(told)?;
             Pair::double_nut(side, file.preload_n)
         }
     }
     .map_err(told)?;
-    Ok(match file.printed {
-        None => made,
-        Some(PrintedFile::Larger) => made.printed(Printed::Larger),
-        Some(PrintedFile::Series) => made.printed(Printed::Series),
-    })
+    Ok(file.printed.map_or(made, |printed| made.printed(printed)))
 }

@@ -5,13 +5,15 @@ use std::collections::BTreeMap;
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use super::contact::{ContactDefaults, ContactFile, FrictionFile, RuleFile, SegmentFile, StiffnessFile, contacts, segments};
-use super::motion::{DriveFile, FrictionForceFile, LeadErrorFile};
-use super::number::{Number, source};
+use super::contact::{ContactDefaults, ContactFile, FrictionFile, SegmentFile, contacts, segments};
 use super::rescale::RescaleFile;
 use super::servo::ServoFile;
 use super::tolerance::ToleranceFile;
-use machine::{Data, DerivedPatch, Effect, FitRule, JointPatch, Motion, Parameter, Patch, Place, PointPatch, Scale, ShaftPatch, Source};
+use machine::contact::{Rule, Stiffness};
+use machine::{
+    AttachFile, Data, DerivedPatch, DriveFile, Effect, FitRule, FrictionForceFile, JointPatch, LeadErrorFile, LeverFile, Motion, Parameter,
+    Patch, PointPatch, ReattachFile, Scale, ShaftFile, Source,
+};
 use numeric::unit::travel_per_radian_m;
 
 /// A machine configuration.
@@ -41,9 +43,9 @@ pub struct MachineFile {
     #[serde(default)]
     pub contact: BTreeMap<String, ContactFile>,
     /// How contacts share their load, where they do not say it.
-    pub contact_rule: Option<RuleFile>,
+    pub contact_rule: Option<Rule>,
     /// Which stiffness of contacts counts, where they do not say it.
-    pub contact_stiffness: Option<StiffnessFile>,
+    pub contact_stiffness: Option<Stiffness>,
     /// Friction curves by name, which load contacts.
     #[serde(default)]
     pub friction: BTreeMap<String, FrictionFile>,
@@ -58,7 +60,7 @@ pub struct MachineFile {
     pub effect: Vec<EffectFile>,
     /// Quantities to be reported, by name.
     #[serde(default)]
-    pub derived: BTreeMap<String, DerivedFile>,
+    pub derived: BTreeMap<String, DerivedPatch>,
     /// How well numbers that are not fitted are known.
     #[serde(default)]
     pub tolerance: ToleranceFile,
@@ -72,24 +74,14 @@ pub struct LibraryFile {
     pub effect: Vec<EffectFile>,
 }
 
-/// `translation` or `rotation`.
-#[derive(Debug, Clone, Copy, Deserialize, JsonSchema)]
-#[serde(rename_all = "lowercase")]
-pub enum MotionFile {
-    /// Displacement (m).
-    Translation,
-    /// Angle (rad).
-    Rotation,
-}
-
 /// A point.
 #[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct PointFile {
     name: String,
-    motion: MotionFile,
-    mass_kg: Option<Number>,
-    inertia_kg_m2: Option<Number>,
+    motion: Motion,
+    mass_kg: Option<Source>,
+    inertia_kg_m2: Option<Source>,
     /// `free` (default) or `fixed`.
     #[serde(default)]
     boundary: Boundary,
@@ -103,39 +95,6 @@ enum Boundary {
     Fixed,
 }
 
-/// A shaft.
-#[derive(Debug, Clone, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct ShaftFile {
-    name: String,
-    length_m: Number,
-    diameter_m: Number,
-    /// Bore over diameter of a hollow shaft; solid where it is absent.
-    bore_ratio: Option<Number>,
-    youngs_modulus_pa: Number,
-    shear_modulus_pa: Number,
-    density_kg_m3: Number,
-    loss_factor: Option<Number>,
-    station: Vec<StationFile>,
-}
-
-#[derive(Debug, Clone, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-struct StationFile {
-    at: Option<PlaceFile>,
-    at_m: Option<f64>,
-    axial: Option<String>,
-    torsion: Option<String>,
-}
-
-#[derive(Debug, Clone, Copy, Deserialize, JsonSchema)]
-#[serde(rename_all = "lowercase")]
-enum PlaceFile {
-    Start,
-    Nut,
-    End,
-}
-
 /// A joint.
 #[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
@@ -147,17 +106,17 @@ pub struct JointFile {
     screw: Option<ScrewFile>,
     /// Or any combination of points.
     on: Option<BTreeMap<String, f64>>,
-    stiffness: Option<Number>,
-    damping: Option<Number>,
+    stiffness: Option<Source>,
+    damping: Option<Source>,
     /// Instead of both: the loops of a drive that holds a point.
     servo: Option<ServoFile>,
-    loss_factor: Option<Number>,
+    loss_factor: Option<Source>,
     /// Integral action of a servo that holds: stiffness times 1 + rate/(iω).
-    integral_rate: Option<Number>,
-    relaxation_stiffness: Option<Number>,
+    integral_rate: Option<Source>,
+    relaxation_stiffness: Option<Source>,
     friction: Option<FrictionForceFile>,
     /// Width of the dead zone (m or rad).
-    gap: Option<Number>,
+    gap: Option<Source>,
     lead_error: Option<LeadErrorFile>,
 }
 
@@ -177,28 +136,12 @@ pub struct ParameterFile {
     lower: f64,
     upper: f64,
     #[serde(default)]
-    scale: Option<ScaleFile>,
+    scale: Option<Scale>,
     #[serde(default)]
-    fit: FitFile,
+    fit: FitRule,
     sd: Option<f64>,
     #[serde(default)]
     source: String,
-}
-
-#[derive(Debug, Clone, Copy, Deserialize, JsonSchema)]
-#[serde(rename_all = "lowercase")]
-enum ScaleFile {
-    Logarithmic,
-    Linear,
-}
-
-#[derive(Debug, Clone, Copy, Default, Deserialize, JsonSchema)]
-#[serde(rename_all = "lowercase")]
-enum FitFile {
-    #[default]
-    Always,
-    Frf,
-    Never,
 }
 
 /// An effect.
@@ -225,7 +168,7 @@ pub struct EffectFile {
     at: Option<String>,
     /// Data it can show in; FRFs (and modes) where it says nothing.
     #[serde(default = "frf_alone")]
-    data: Vec<DataFile>,
+    data: Vec<Data>,
     #[serde(default)]
     point: Vec<PointFile>,
     #[serde(default)]
@@ -242,106 +185,12 @@ pub struct EffectFile {
     lever: Vec<LeverFile>,
 }
 
-/// Kinds of data.
-#[derive(Debug, Clone, Copy, Deserialize, JsonSchema)]
-#[serde(rename_all = "lowercase")]
-enum DataFile {
-    /// FRFs and modes.
-    Frf,
-    /// Time records.
-    Motion,
-}
-
-fn frf_alone() -> Vec<DataFile> {
-    vec![DataFile::Frf]
-}
-
-impl From<DataFile> for Data {
-    fn from(file: DataFile) -> Self {
-        match file {
-            DataFile::Frf => Data::Frf,
-            DataFile::Motion => Data::Motion,
-        }
-    }
-}
-
-#[derive(Debug, Clone, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-struct ReattachFile {
-    joint: String,
-    from: String,
-    to: String,
-}
-
-#[derive(Debug, Clone, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-struct AttachFile {
-    joint: String,
-    to: String,
-    times: f64,
-}
-
-/// An arm on which sensor and hammer sit.
-#[derive(Debug, Clone, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-struct LeverFile {
-    /// The point at which the data are said to be taken.
-    at: String,
-    /// The point whose motion is felt there, too.
-    with: String,
-    /// How much of it the sensor feels.
-    read: Number,
-    /// How much of it the hammer drives.
-    struck: Number,
-}
-
-/// A quantity to be reported: one of four kinds.
-#[derive(Debug, Clone, Deserialize, JsonSchema)]
-#[serde(
-    untagged,
-    expecting = "expected { natural_frequency = n }, { antiresonance = n, at = \"point\" }, { inertia = [\"a\", \"b\"] } or { parameter = \"id\" }"
-)]
-pub enum DerivedFile {
-    /// n-th undamped natural frequency above 0.
-    NaturalFrequency {
-        /// n.
-        natural_frequency: usize,
-    },
-    /// n-th antiresonance at a point.
-    Antiresonance {
-        /// n.
-        antiresonance: usize,
-        /// The point.
-        at: String,
-    },
-    /// Inertia of one point over that of another.
-    InertiaRatio {
-        /// The two points.
-        inertia: [String; 2],
-    },
-    /// A parameter.
-    Parameter {
-        /// Its id.
-        parameter: String,
-    },
-}
-
-impl From<DerivedFile> for DerivedPatch {
-    fn from(file: DerivedFile) -> Self {
-        match file {
-            DerivedFile::NaturalFrequency { natural_frequency } => DerivedPatch::NaturalFrequency(natural_frequency),
-            DerivedFile::Antiresonance { antiresonance, at } => DerivedPatch::Antiresonance(antiresonance, at),
-            DerivedFile::InertiaRatio { inertia: [a, b] } => DerivedPatch::InertiaRatio(a, b),
-            DerivedFile::Parameter { parameter } => DerivedPatch::Parameter(parameter),
-        }
-    }
+fn frf_alone() -> Vec<Data> {
+    vec![Data::Frf]
 }
 
 fn point(file: PointFile) -> Result<PointPatch, String> {
-    let motion = match file.motion {
-        MotionFile::Translation => Motion::Translation,
-        MotionFile::Rotation => Motion::Rotation,
-    };
+    let motion = file.motion;
     let (right, wrong, wrong_key) = match motion {
         Motion::Translation => (file.mass_kg, file.inertia_kg_m2, "inertia_kg_m2"),
         Motion::Rotation => (file.inertia_kg_m2, file.mass_kg, "mass_kg"),
@@ -349,35 +198,10 @@ fn point(file: PointFile) -> Result<PointPatch, String> {
     if wrong.is_some() {
         return Err(format!("point.{}: a {} has no {wrong_key}; write {}", file.name, motion.noun(), motion.inertia_key()));
     }
-    if let Some(Number::Fixed(0.0)) = right {
+    if let Some(Source::Number(0.0)) = right {
         return Err(format!("point.{}.{}: is 0; leave the key out where there is no inertia", file.name, motion.inertia_key()));
     }
-    Ok(PointPatch { inertia: source(right), motion, fixed: file.boundary == Boundary::Fixed, name: file.name })
-}
-
-fn shaft(file: ShaftFile) -> Result<ShaftPatch, String> {
-    let mut stations = Vec::new();
-    for station in file.station {
-        let place = match (station.at, station.at_m) {
-            (Some(PlaceFile::Start), None) => Place::At(0.0),
-            (Some(PlaceFile::Nut), None) => Place::Nut,
-            (Some(PlaceFile::End), None) => Place::End,
-            (None, Some(distance_m)) => Place::At(distance_m),
-            _ => return Err(format!("shaft.{}.station: write either at = \"start\", \"nut\" or \"end\", or at_m = a distance", file.name)),
-        };
-        stations.push((place, station.axial, station.torsion));
-    }
-    Ok(ShaftPatch {
-        name: file.name,
-        length: file.length_m.into(),
-        diameter: file.diameter_m.into(),
-        bore_ratio: source(file.bore_ratio),
-        youngs_modulus: file.youngs_modulus_pa.into(),
-        shear_modulus: file.shear_modulus_pa.into(),
-        density: file.density_kg_m3.into(),
-        loss_factor: source(file.loss_factor),
-        stations,
-    })
+    Ok(PointPatch { inertia: right.unwrap_or_default(), motion, fixed: file.boundary == Boundary::Fixed, name: file.name })
 }
 
 fn joint(file: JointFile) -> Result<JointPatch, String> {
@@ -404,7 +228,7 @@ fn joint(file: JointFile) -> Result<JointPatch, String> {
         None if file.stiffness.is_none() && file.damping.is_none() && file.friction.is_none() => {
             return Err(format!("joint.{name}: has neither stiffness nor damping nor friction; write at least one"));
         }
-        None => (source(file.stiffness), source(file.damping)),
+        None => (file.stiffness.unwrap_or_default(), file.damping.unwrap_or_default()),
         Some(servo) if file.stiffness.is_none() && file.damping.is_none() => servo.stiffness_and_damping(&name)?,
         Some(_) => return Err(format!("joint.{name}.servo: gives stiffness and damping; leave those out")),
     };
@@ -415,28 +239,19 @@ fn joint(file: JointFile) -> Result<JointPatch, String> {
         angles,
         stiffness,
         damping,
-        loss_factor: source(file.loss_factor),
-        integral_rate: source(file.integral_rate),
-        relaxation_stiffness: file.relaxation_stiffness.map(Source::from),
-        friction: file.friction.unwrap_or_default().into(),
-        gap: source(file.gap),
-        lead_error: file.lead_error.unwrap_or_default().into(),
+        loss_factor: file.loss_factor.unwrap_or_default(),
+        integral_rate: file.integral_rate.unwrap_or_default(),
+        relaxation_stiffness: file.relaxation_stiffness,
+        friction: file.friction.unwrap_or_default(),
+        gap: file.gap.unwrap_or_default(),
+        lead_error: file.lead_error.unwrap_or_default(),
     })
 }
 
 fn parameter((id, file): (String, ParameterFile)) -> Parameter {
-    let scale = match file.scale {
-        Some(ScaleFile::Logarithmic) => Scale::Logarithmic,
-        Some(ScaleFile::Linear) => Scale::Linear,
-        None if file.lower > 0.0 => Scale::Logarithmic,
-        None => Scale::Linear,
-    };
-    let fit = match file.fit {
-        FitFile::Always => FitRule::Always,
-        FitFile::Frf => FitRule::Frf,
-        FitFile::Never => FitRule::Never,
-    };
-    Parameter { id, unit: file.unit, start: file.start, lower: file.lower, upper: file.upper, scale, fit, sd: file.sd, source: file.source }
+    let ParameterFile { unit, start, lower, upper, scale, fit, sd, source } = file;
+    let scale = scale.unwrap_or(if lower > 0.0 { Scale::Logarithmic } else { Scale::Linear });
+    Parameter { id, unit, start, lower, upper, scale, fit, sd, source }
 }
 
 impl MachineFile {
@@ -447,15 +262,12 @@ impl MachineFile {
             contacts: contacts(self.contact, &self.friction, defaults)?,
             segments: segments(self.segment)?,
             points: self.point.into_iter().map(point).collect::<Result<_, _>>()?,
-            shafts: self.shaft.into_iter().map(shaft).collect::<Result<_, _>>()?,
+            shafts: self.shaft.into_iter().map(|s| s.places().map(|_| s)).collect::<Result<_, _>>().map_err(|e| e.to_string())?,
             joints: self.joint.into_iter().map(joint).collect::<Result<_, _>>()?,
-            drive: self.drive.map(Into::into),
+            drive: self.drive,
             parameters: self.parameter.into_iter().map(parameter).collect(),
-            rescales: Vec::new(),
-            reattached: Vec::new(),
-            attached: Vec::new(),
-            levers: Vec::new(),
-            derived: self.derived.into_iter().map(|(name, d)| (name, d.into())).collect(),
+            derived: self.derived,
+            ..Patch::default()
         })
     }
 }
@@ -471,9 +283,9 @@ impl EffectFile {
                 joints: self.joint.into_iter().map(joint).collect::<Result<_, _>>().map_err(named)?,
                 parameters: self.parameter.into_iter().map(parameter).collect(),
                 rescales: self.rescale.into_iter().map(RescaleFile::rescale).collect::<Result<_, _>>().map_err(named)?,
-                reattached: self.reattach.into_iter().map(|r| (r.joint, r.from, r.to)).collect(),
-                attached: self.attach.into_iter().map(|a| (a.joint, a.to, a.times)).collect(),
-                levers: self.lever.into_iter().map(|l| (l.at, l.with, [l.read, l.struck].map(|x| source(Some(x))))).collect(),
+                reattached: self.reattach,
+                attached: self.attach,
+                levers: self.lever,
                 ..Patch::default()
             },
             id: self.id,
@@ -485,7 +297,7 @@ impl EffectFile {
             ordinary: self.ordinary,
             needs: self.needs,
             at: self.at,
-            data: self.data.into_iter().map(Data::from).collect(),
+            data: self.data,
         })
     }
 }

@@ -5,8 +5,6 @@ mod contact;
 mod embedded;
 mod error;
 mod file;
-mod motion;
-mod number;
 mod read;
 mod rescale;
 mod schema;

@@ -3,7 +3,7 @@
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use machine::{Circumstance, Rescale, Target};
+use machine::{Rescale, Target};
 
 /// A number that an effect scales.
 #[derive(Debug, Clone, Deserialize, JsonSchema)]
@@ -16,7 +16,7 @@ pub struct RescaleFile {
     /// Which number of friction, lead error or drive.
     #[serde(default)]
     key: String,
-    law: LawFile,
+    law: Rescale,
     by: String,
 }
 
@@ -40,24 +40,6 @@ enum PartFile {
     ChainGain,
     ChainDelay,
     ChainPower,
-}
-
-#[derive(Debug, Clone, Copy, Deserialize, JsonSchema)]
-#[serde(rename_all = "kebab-case")]
-enum LawFile {
-    Relative,
-    AlongStroke,
-    MidStroke,
-    LeftSpan,
-    RightSpan,
-    WithForceLevel,
-    WithSpeed,
-    WithAcceleration,
-    Replace,
-    InSeries,
-    Added,
-    Less,
-    Times,
 }
 
 impl RescaleFile {
@@ -87,21 +69,6 @@ impl RescaleFile {
             PartFile::ChainDelay => Target::ChainDelay,
             PartFile::ChainPower => Target::ChainPower,
         };
-        let law = match self.law {
-            LawFile::Relative => Rescale::Relative,
-            LawFile::AlongStroke => Rescale::AlongStroke,
-            LawFile::MidStroke => Rescale::MidStroke,
-            LawFile::LeftSpan => Rescale::LeftSpan,
-            LawFile::RightSpan => Rescale::RightSpan,
-            LawFile::WithForceLevel => Rescale::With(Circumstance::ForceLevel),
-            LawFile::WithSpeed => Rescale::With(Circumstance::Speed),
-            LawFile::WithAcceleration => Rescale::With(Circumstance::Acceleration),
-            LawFile::Replace => Rescale::Replace,
-            LawFile::InSeries => Rescale::InSeries,
-            LawFile::Added => Rescale::Added,
-            LawFile::Less => Rescale::Less,
-            LawFile::Times => Rescale::Times,
-        };
-        Ok((target, law, self.by))
+        Ok((target, self.law, self.by))
     }
 }

@@ -3,7 +3,6 @@
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use super::number::Number;
 use machine::Source;
 use numeric::unit::travel_per_radian_m;
 
@@ -17,18 +16,18 @@ pub struct ServoFile {
     /// Travel per turn (m) where the point turns and the gains are those of a travel.
     lead_m: Option<f64>,
     /// Gain of the position loop (1/s).
-    position_gain_per_s: Number,
+    position_gain_per_s: Source,
     /// Gain of the velocity loop (output per m/s, or per rad/s without lead_m).
-    velocity_gain: Number,
+    velocity_gain: Source,
 }
 
 /// base·factor.
-fn times(base: Source, factor: &Number, joint: &str, key: &str) -> Result<Source, String> {
+fn times(base: Source, factor: &Source, joint: &str, key: &str) -> Result<Source, String> {
     match (factor, base) {
-        (Number::Fixed(x), Source::Number(b)) => Ok(Source::Number(b * x)),
+        (Source::Number(x), Source::Number(b)) => Ok(Source::Number(b * x)),
         // A number first, so that parameters multiply it.
-        (Number::Named(id), base) => Ok(Source::Times(Box::new(base), id.clone())),
-        (Number::Fixed(x), Source::Times(inner, id)) => Ok(Source::Times(Box::new(times(*inner, &Number::Fixed(*x), joint, key)?), id)),
+        (Source::Parameter(id), base) => Ok(Source::Times(Box::new(base), id.clone())),
+        (Source::Number(x), Source::Times(inner, id)) => Ok(Source::Times(Box::new(times(*inner, &Source::Number(*x), joint, key)?), id)),
         _ => Err(format!("joint.{joint}.servo.{key}: write a number, or the name of a parameter")),
     }
 }
@@ -44,7 +43,7 @@ impl ServoFile {
             }
         }
         for (key, gain) in [("position_gain_per_s", &self.position_gain_per_s), ("velocity_gain", &self.velocity_gain)] {
-            if let Number::Fixed(x) = gain
+            if let Source::Number(x) = gain
                 && !(*x >= 0.0 && x.is_finite())
             {
                 return Err(format!("joint.{joint}.servo.{key}: is {x}; write 0 or a number above it"));
@@ -63,14 +62,14 @@ mod tests {
 
     #[test]
     fn limit_gains_are_stiffness_and_damping() {
-        let number = |x| Number::Fixed(x);
+        let number = |x| Source::Number(x);
         let servo = |position, velocity| ServoFile { constant: 2.0, lead_m: None, position_gain_per_s: position, velocity_gain: velocity };
         let (k, c) = servo(number(50.0), number(3.0)).stiffness_and_damping("hold").unwrap();
         assert_eq!((k, c), (Source::Number(300.0), Source::Number(6.0)));
-        let named = servo(number(50.0), Number::Named("k_v".into())).stiffness_and_damping("hold").unwrap();
+        let named = servo(number(50.0), Source::Parameter("k_v".into())).stiffness_and_damping("hold").unwrap();
         let times = |base, id: &str| Source::Times(Box::new(Source::Number(base)), id.into());
         assert_eq!(named, (times(100.0, "k_v"), times(2.0, "k_v")));
-        let series = Number::Series(toml::from_str("series = [1.0, 2.0]").unwrap());
+        let series = Source::Series(toml::from_str("series = [1.0, 2.0]").unwrap());
         assert!(servo(series, number(1.0)).stiffness_and_damping("hold").unwrap_err().contains("position_gain_per_s"));
     }
 }

@@ -3,8 +3,11 @@
 use std::collections::BTreeMap;
 
 use super::check::{MachineError, check_parameter, fault, listing};
-use super::effect::{DerivedPatch, JointPatch, Patch, PointPatch, ShaftPatch, Source};
-use super::{Derivation, Derived, Effect, Joint, Lever, Machine, Point, Shaft, Station, Value};
+use super::effect::{AttachFile, LeverFile, ReattachFile};
+use super::{
+    Derivation, Derived, DerivedPatch, Effect, Joint, JointPatch, Lever, Machine, Patch, Point, PointPatch, Shaft, ShaftFile, Station,
+    Value,
+};
 
 impl Machine {
     /// The machine with a patch applied, checked.
@@ -35,15 +38,9 @@ impl Machine {
         if let Some(drive) = &patch.drive {
             machine.drive = Some(machine.resolve_drive_patch(drive)?);
         }
-        for (joint, from, to) in &patch.reattached {
-            machine.reattach(joint, from, to)?;
-        }
-        for (joint, point, coefficient) in &patch.attached {
-            machine.attach(joint, point, *coefficient)?;
-        }
-        for (point, on, arms) in &patch.levers {
-            machine.add_lever(point, on, arms)?;
-        }
+        patch.reattached.iter().try_for_each(|reattach| machine.reattach(reattach))?;
+        patch.attached.iter().try_for_each(|attach| machine.attach(attach))?;
+        patch.levers.iter().try_for_each(|lever| machine.add_lever(lever))?;
         for (target, rescale, parameter) in &patch.rescales {
             machine.rescale(target, *rescale, parameter)?;
         }
@@ -195,26 +192,27 @@ impl Machine {
         Ok(Point { name: patch.name.clone(), motion: patch.motion, inertia, fixed: patch.fixed })
     }
 
-    fn resolve_shaft_patch(&self, patch: &ShaftPatch) -> Result<Shaft, MachineError> {
+    fn resolve_shaft_patch(&self, patch: &ShaftFile) -> Result<Shaft, MachineError> {
         let part = format!("shaft.{}", patch.name);
         if self.shafts.iter().any(|s| s.name == patch.name) {
             return Err(fault(part, "this name is declared twice; give each shaft a name of its own"));
         }
         let value = |key: &str, source| self.value(&format!("{part}.{key}"), source);
+        let value_or_zero = |key: &str, source| self.value_or_zero(&format!("{part}.{key}"), source);
+        let point = |name: &Option<String>| name.as_ref().map(|n| self.named_point(&format!("{part}.station"), n)).transpose();
         let mut stations = Vec::new();
-        for (place, axial, torsion) in &patch.stations {
-            let point = |name: &Option<String>| name.as_ref().map(|n| self.named_point(&format!("{part}.station"), n)).transpose();
-            stations.push(Station { place: *place, axial: point(axial)?, torsion: point(torsion)? });
+        for (place, station) in patch.places()?.into_iter().zip(&patch.station) {
+            stations.push(Station { place, axial: point(&station.axial)?, torsion: point(&station.torsion)? });
         }
         Ok(Shaft {
             name: patch.name.clone(),
-            length: value("length_m", &patch.length)?,
-            diameter: value("diameter_m", &patch.diameter)?,
-            bore_ratio: value("bore_ratio", &patch.bore_ratio)?,
-            youngs_modulus: value("youngs_modulus_pa", &patch.youngs_modulus)?,
-            shear_modulus: value("shear_modulus_pa", &patch.shear_modulus)?,
-            density: value("density_kg_m3", &patch.density)?,
-            loss_factor: value("loss_factor", &patch.loss_factor)?,
+            length: value("length_m", &patch.length_m)?,
+            diameter: value("diameter_m", &patch.diameter_m)?,
+            bore_ratio: value_or_zero("bore_ratio", &patch.bore_ratio)?,
+            youngs_modulus: value("youngs_modulus_pa", &patch.youngs_modulus_pa)?,
+            shear_modulus: value("shear_modulus_pa", &patch.shear_modulus_pa)?,
+            density: value("density_kg_m3", &patch.density_kg_m3)?,
+            loss_factor: value_or_zero("loss_factor", &patch.loss_factor)?,
             beside_nut: Value::number(1.0),
             stations,
         })
@@ -266,16 +264,16 @@ impl Machine {
     }
 
     /// Lets what is read and struck at a point feel another motion, too.
-    fn add_lever(&mut self, point: &str, on: &str, [read, struck]: &[Source; 2]) -> Result<(), MachineError> {
-        let part = format!("lever {point}");
-        let [at, felt] = [self.named_point(&part, point)?, self.named_point(&part, on)?];
+    fn add_lever(&mut self, lever: &LeverFile) -> Result<(), MachineError> {
+        let part = format!("lever {}", lever.at);
+        let [at, felt] = [self.named_point(&part, &lever.at)?, self.named_point(&part, &lever.with)?];
         if at == felt {
-            return Err(fault(part, format!("«{point}» is no arm of itself; name another point")));
+            return Err(fault(part, format!("«{}» is no arm of itself; name another point", lever.at)));
         }
         if self.points[at].fixed || self.points[felt].fixed {
             return Err(fault(part, "a point that is held does not move; name points that do"));
         }
-        let [read, struck] = [self.value(&format!("{part}.read"), read)?, self.value(&format!("{part}.struck"), struck)?];
+        let [read, struck] = [self.value(&format!("{part}.read"), &lever.read)?, self.value(&format!("{part}.struck"), &lever.struck)?];
         self.chain.levers.push(Lever { point: at, on: felt, read, struck });
         Ok(())
     }
@@ -288,7 +286,7 @@ impl Machine {
     }
 
     /// Lets a joint act on `to` where it acted on `from`.
-    fn reattach(&mut self, joint: &str, from: &str, to: &str) -> Result<(), MachineError> {
+    fn reattach(&mut self, ReattachFile { joint, from, to }: &ReattachFile) -> Result<(), MachineError> {
         let part = format!("reattach {joint}");
         let at = self.joint_named(&part, joint)?;
         let to = self.named_point(&part, to)?;
@@ -309,17 +307,17 @@ impl Machine {
     }
 
     /// Lets a joint act on one point more.
-    fn attach(&mut self, joint: &str, point: &str, coefficient: f64) -> Result<(), MachineError> {
+    fn attach(&mut self, AttachFile { joint, to, times: coefficient }: &AttachFile) -> Result<(), MachineError> {
         let part = format!("attach {joint}");
         let at = self.joint_named(&part, joint)?;
-        let point = self.named_point(&part, point)?;
-        if !coefficient.is_finite() || coefficient == 0.0 {
+        let point = self.named_point(&part, to)?;
+        if !coefficient.is_finite() || *coefficient == 0.0 {
             return Err(fault(part, format!("times is {coefficient}; write a number other than 0")));
         }
         if self.joints[at].on.iter().any(|(p, _)| *p == point) {
             return Err(fault(part, format!("the joint acts on «{}» already", self.points[point].name)));
         }
-        self.joints[at].on.push((point, coefficient));
+        self.joints[at].on.push((point, *coefficient));
         Ok(())
     }
 
@@ -330,10 +328,14 @@ impl Machine {
             return Err(fault(part, "this name is declared twice; give each quantity a name of its own"));
         }
         Ok(match from {
-            DerivedPatch::NaturalFrequency(n) => Derivation::NaturalFrequency(order(*n)?),
-            DerivedPatch::Antiresonance(n, point) => Derivation::Antiresonance(order(*n)?, self.named_point(&part, point)?),
-            DerivedPatch::InertiaRatio(a, b) => Derivation::InertiaRatio(self.named_point(&part, a)?, self.named_point(&part, b)?),
-            DerivedPatch::Parameter(id) => {
+            DerivedPatch::NaturalFrequency { natural_frequency } => Derivation::NaturalFrequency(order(*natural_frequency)?),
+            DerivedPatch::Antiresonance { antiresonance, at } => {
+                Derivation::Antiresonance(order(*antiresonance)?, self.named_point(&part, at)?)
+            }
+            DerivedPatch::InertiaRatio { inertia: [a, b] } => {
+                Derivation::InertiaRatio(self.named_point(&part, a)?, self.named_point(&part, b)?)
+            }
+            DerivedPatch::Parameter { parameter: id } => {
                 let known = || listing(self.parameters.iter().map(|p| p.id.as_str()));
                 Derivation::Parameter(
                     self.parameter(id).ok_or_else(|| fault(&part, format!("no parameter is called «{id}»; {}", known())))?,

@@ -1,5 +1,8 @@
 //! Quantities that follow from a machine's parameters.
 
+use schemars::JsonSchema;
+use serde::Deserialize;
+
 /// A named quantity to be reported beside the parameters.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Derived {
@@ -21,4 +24,36 @@ pub enum Derivation {
     InertiaRatio(usize, usize),
     /// A parameter under another name.
     Parameter(usize),
+}
+
+/// A quantity to be reported: one of four kinds.
+#[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]
+#[serde(
+    rename = "DerivedFile",
+    untagged,
+    expecting = "expected { natural_frequency = n }, { antiresonance = n, at = \"point\" }, { inertia = [\"a\", \"b\"] } or { parameter = \"id\" }"
+)]
+pub enum DerivedPatch {
+    /// n-th undamped natural frequency above 0.
+    NaturalFrequency {
+        /// n.
+        natural_frequency: usize,
+    },
+    /// n-th antiresonance at a point.
+    Antiresonance {
+        /// n.
+        antiresonance: usize,
+        /// The point.
+        at: String,
+    },
+    /// Inertia of one point over that of another.
+    InertiaRatio {
+        /// The two points.
+        inertia: [String; 2],
+    },
+    /// A parameter.
+    Parameter {
+        /// Its id.
+        parameter: String,
+    },
 }

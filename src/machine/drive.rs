@@ -1,7 +1,10 @@
 //! The drive of an axis: motor, encoders, position and velocity loop.
 
+use schemars::JsonSchema;
+use serde::Deserialize;
+
 use super::friction::numbers;
-use super::{CurrentLoop, Motor, Value, Wave};
+use super::{CurrentFile, CurrentLoop, Motor, MotorFile, Source, Value, Wave, WaveFile};
 
 /// What a loop measures.
 #[derive(Debug, Clone, PartialEq)]
@@ -89,6 +92,90 @@ pub struct Drive {
     pub position: PositionLoop,
     /// Velocity loop.
     pub velocity: VelocityLoop,
+}
+
+/// The drive of an axis.
+#[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct DriveFile {
+    /// The point the motor moves.
+    pub(super) on: String,
+    /// Force or torque per unit of what the velocity loop gives (N/V or N·m/V); with a motor per current (N/A or N·m/A).
+    pub(super) constant: Source,
+    /// From a sample to the force it makes (s); with a motor, to its voltage.
+    pub(super) delay_s: Option<Source>,
+    /// Largest size of what the velocity loop gives (V); without limit by default.
+    pub(super) saturation: Option<Source>,
+    /// Ripple of force or torque over the travel of `on`.
+    pub(super) ripple: Option<WaveFile>,
+    /// Winding of the motor; without one the force follows the loops at once.
+    pub(super) motor: Option<MotorFile>,
+    /// Loop of its current; without one the velocity loop gives the motor's voltage.
+    pub(super) current: Option<CurrentFile>,
+    pub(super) position: PositionFile,
+    pub(super) velocity: VelocityFile,
+}
+
+/// The position loop: v_ref = gain·(command − position) + feed_forward·(rate of the command).
+#[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct PositionFile {
+    /// The point its encoder sits at; that of the motor by default.
+    pub(super) at: Option<String>,
+    /// Travel per turn (m) where that point turns and positions are in m.
+    pub(super) lead_m: Option<f64>,
+    /// Step of the encoder (m or rad, as it reads); none by default.
+    pub(super) encoder_step: Option<Source>,
+    pub(super) gain_per_s: Source,
+    pub(super) feed_forward: Option<Source>,
+    /// Ends of the stroke (m or rad, as the encoder reads it), which no command may leave.
+    pub(super) limits_m: Option<[f64; 2]>,
+    /// Period of the loop (s).
+    pub(super) period_s: f64,
+}
+
+/// The velocity loop: V = gain·(e + ∫e dt/integral_time_s) + acceleration_feed_forward·(second rate of the command), e = v_ref − velocity.
+#[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct VelocityFile {
+    /// The point its encoder sits at; that of the position loop by default.
+    pub(super) at: Option<String>,
+    /// Travel per turn (m) where that point turns and positions are in m; that of the position loop with its point.
+    pub(super) lead_m: Option<f64>,
+    /// Step of the encoder (m or rad, as it reads); that of the position loop with its point.
+    pub(super) encoder_step: Option<Source>,
+    /// `difference` of encoder readings (default), or a `tachometer`.
+    #[serde(default)]
+    measured: Measured,
+    /// Time (s) over which readings are differenced, a multiple of the loop's period; one period by default.
+    over_s: Option<f64>,
+    /// V (or A) per m/s (or rad/s).
+    pub(super) gain: Source,
+    /// None by default: proportional alone.
+    pub(super) integral_time_s: Option<Source>,
+    pub(super) acceleration_feed_forward: Option<Source>,
+    /// Period of the loop (s); the position loop's is a multiple of it.
+    pub(super) period_s: f64,
+}
+
+#[derive(Debug, Clone, Copy, Default, PartialEq, Deserialize, JsonSchema)]
+#[serde(rename = "MeasuredFile", rename_all = "lowercase")]
+enum Measured {
+    #[default]
+    Difference,
+    Tachometer,
+}
+
+impl VelocityFile {
+    /// How it comes to the velocity; by a difference over 0 periods where the time for it is no multiple of them, which the machine refuses.
+    pub(super) fn tachometry(&self) -> Tachometry {
+        if self.measured == Measured::Tachometer {
+            return Tachometry::Direct;
+        }
+        let ratio = self.over_s.unwrap_or(self.period_s) / self.period_s;
+        let whole = ratio.round();
+        Tachometry::Difference(if (ratio - whole).abs() < 1e-6 * whole && whole < 1e6 { whole as usize } else { 0 })
+    }
 }
 
 numbers!(Drive:

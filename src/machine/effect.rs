@@ -1,44 +1,19 @@
 //! Patches: what a description, or an effect, adds to a machine.
 //!
 //! A machine's own description is a patch of the empty machine; an effect is a patch of a machine.
-//! A patch names points, shafts and joints; [`Machine::with`](super::Machine::with) resolves the names.
+//! A patch names points, shafts and joints; [`Machine::with`](super::Machine::with) resolves the names. Its parts that are read as a configuration
+//! file writes them are called …File, as what is said of a wrong one calls them.
 
-use super::{Circumstance, DrivePatch, FrictionPatch, LeadErrorPatch, LoadedPair, Machine, Motion, Parameter, Place, Segment, Target};
+use std::collections::BTreeMap;
 
-/// A number in a patch: fixed, or a parameter by id.
-#[derive(Debug, Clone, PartialEq)]
-pub enum Source {
-    /// A fixed number.
-    Number(f64),
-    /// The parameter of that id.
-    Parameter(String),
-    /// The stiffness of the contact of that name.
-    Contact(String),
-    /// The stiffness of the screw segment of that name.
-    Segment(String),
-    /// Springs in series.
-    Series(Vec<Source>),
-    /// Another one times the parameter of that id.
-    Times(Box<Source>, String),
-}
+use schemars::JsonSchema;
+use serde::Deserialize;
 
-impl Source {
-    /// What a person calls it.
-    pub(super) fn label(&self) -> String {
-        match self {
-            Source::Number(number) => number.to_string(),
-            Source::Parameter(name) | Source::Contact(name) | Source::Segment(name) => name.clone(),
-            Source::Series(_) => "series".into(),
-            Source::Times(other, _) => other.label(),
-        }
-    }
-}
-
-impl Default for Source {
-    fn default() -> Self {
-        Source::Number(0.0)
-    }
-}
+use super::check::{MachineError, fault};
+use super::{
+    Circumstance, DerivedPatch, DriveFile, FrictionForceFile, LeadErrorFile, LoadedPair, Machine, Motion, Parameter, Place, Rescale,
+    Segment, Source, Target,
+};
 
 /// A point a patch adds.
 #[derive(Debug, Clone, PartialEq)]
@@ -53,27 +28,56 @@ pub struct PointPatch {
     pub fixed: bool,
 }
 
-/// A shaft a patch adds; fields as in [`Shaft`](super::Shaft).
-#[derive(Debug, Clone, PartialEq)]
-pub struct ShaftPatch {
-    /// Unique name.
-    pub name: String,
-    /// Length (m).
-    pub length: Source,
-    /// Diameter (m).
-    pub diameter: Source,
-    /// Bore over diameter.
-    pub bore_ratio: Source,
-    /// E (Pa).
-    pub youngs_modulus: Source,
-    /// G (Pa).
-    pub shear_modulus: Source,
-    /// ρ (kg/m³).
-    pub density: Source,
-    /// η.
-    pub loss_factor: Source,
-    /// Place, axial point, torsional point.
-    pub stations: Vec<(Place, Option<String>, Option<String>)>,
+/// A shaft.
+#[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct ShaftFile {
+    pub(super) name: String,
+    pub(super) length_m: Source,
+    pub(super) diameter_m: Source,
+    /// Bore over diameter of a hollow shaft; solid where it is absent.
+    pub(super) bore_ratio: Option<Source>,
+    pub(super) youngs_modulus_pa: Source,
+    pub(super) shear_modulus_pa: Source,
+    pub(super) density_kg_m3: Source,
+    pub(super) loss_factor: Option<Source>,
+    pub(super) station: Vec<StationFile>,
+}
+
+#[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(super) struct StationFile {
+    at: Option<PlaceName>,
+    at_m: Option<f64>,
+    pub(super) axial: Option<String>,
+    pub(super) torsion: Option<String>,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize, JsonSchema)]
+#[serde(rename = "PlaceFile", rename_all = "lowercase")]
+enum PlaceName {
+    Start,
+    Nut,
+    End,
+}
+
+impl ShaftFile {
+    /// The places of its stations.
+    ///
+    /// # Errors  one says neither or both of name and distance.
+    pub fn places(&self) -> Result<Vec<Place>, MachineError> {
+        let place = |station: &StationFile| match (station.at, station.at_m) {
+            (Some(PlaceName::Start), None) => Ok(Place::At(0.0)),
+            (Some(PlaceName::Nut), None) => Ok(Place::Nut),
+            (Some(PlaceName::End), None) => Ok(Place::End),
+            (None, Some(distance_m)) => Ok(Place::At(distance_m)),
+            _ => {
+                let mend = "write either at = \"start\", \"nut\" or \"end\", or at_m = a distance";
+                Err(fault(format!("shaft.{}.station", self.name), mend))
+            }
+        };
+        self.station.iter().map(place).collect()
+    }
 }
 
 /// A joint a patch adds; fields as in [`Joint`](super::Joint).
@@ -98,38 +102,11 @@ pub struct JointPatch {
     /// Stiffness in series with the damper.
     pub relaxation_stiffness: Option<Source>,
     /// Friction.
-    pub friction: FrictionPatch,
+    pub friction: FrictionForceFile,
     /// Play.
     pub gap: Source,
     /// Error of the lead.
-    pub lead_error: LeadErrorPatch,
-}
-
-/// How a patch scales a number.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Rescale {
-    /// Times 1 + p.
-    Relative,
-    /// Times exp(p·(2·s − 1)), s = nut position / stroke.
-    AlongStroke,
-    /// Times exp(p·(1 − (2·s − 1)²)): a hump at mid-stroke.
-    MidStroke,
-    /// An inertia becomes the stiffness of a beam of that inertia over the shaft's free length left of the nut.
-    LeftSpan,
-    /// The same right of the nut.
-    RightSpan,
-    /// Times exp(p·x) with the size x of a circumstance.
-    With(Circumstance),
-    /// Becomes the parameter itself.
-    Replace,
-    /// With the parameter as a spring in series: x·p/(x + p).
-    InSeries,
-    /// Plus the parameter.
-    Added,
-    /// Less the parameter, which is elsewhere.
-    Less,
-    /// Times the parameter.
-    Times,
+    pub lead_error: LeadErrorFile,
 }
 
 impl Effect {
@@ -156,7 +133,7 @@ impl Effect {
         let Patch { points, joints, rescales, reattached, attached, .. } = &self.patch;
         let is_new = |name: &str| points.iter().any(|p| p.name == name) || joints.iter().any(|j| j.name == name);
         let scaled = rescales.iter().map(|(target, _, parameter)| (target.part().to_string(), Some(parameter.clone())));
-        let moved = reattached.iter().map(|r| &r.0).chain(attached.iter().map(|a| &a.0)).map(|joint| (joint.clone(), None));
+        let moved = reattached.iter().map(|r| &r.joint).chain(attached.iter().map(|a| &a.joint)).map(|joint| (joint.clone(), None));
         let on = joints.iter().flat_map(|joint| joint.on.iter().map(|(point, _)| (point.clone(), None)));
         let changed: Vec<_> = scaled.chain(moved).filter(|(name, _)| !is_new(name)).collect();
         if changed.is_empty() { on.filter(|(name, _)| !is_new(name)).collect() } else { changed }
@@ -170,7 +147,9 @@ impl Effect {
     /// What must differ between data for the effect to show, where it is a change with the operating condition.
     pub fn circumstance(&self) -> Option<Circumstance> {
         self.patch.rescales.iter().find_map(|(_, rescale, _)| match rescale {
-            Rescale::With(circumstance) => Some(*circumstance),
+            Rescale::WithForceLevel => Some(Circumstance::ForceLevel),
+            Rescale::WithSpeed => Some(Circumstance::Speed),
+            Rescale::WithAcceleration => Some(Circumstance::Acceleration),
             _ => None,
         })
     }
@@ -182,11 +161,11 @@ pub struct Patch {
     /// Points it adds.
     pub points: Vec<PointPatch>,
     /// Shafts it adds.
-    pub shafts: Vec<ShaftPatch>,
+    pub shafts: Vec<ShaftFile>,
     /// Joints it adds.
     pub joints: Vec<JointPatch>,
     /// The drive, where it describes one.
-    pub drive: Option<DrivePatch>,
+    pub drive: Option<DriveFile>,
     /// Contacts it describes, to be used as stiffnesses.
     pub contacts: Vec<LoadedPair>,
     /// Screw segments it describes, to be used as stiffnesses.
@@ -195,22 +174,59 @@ pub struct Patch {
     pub parameters: Vec<Parameter>,
     /// Numbers it scales: which, how, by which parameter.
     pub rescales: Vec<(Target, Rescale, String)>,
-    /// Joints that act on one point (or the ground) and from now on act on another: joint, from, to.
-    pub reattached: Vec<(String, String, String)>,
-    /// Points that joints act on from now on, too: joint, point, coefficient.
-    pub attached: Vec<(String, String, f64)>,
-    /// Arms on which sensor and hammer sit: point, the one whose motion is felt there, too, and how much by either.
-    pub levers: Vec<(String, String, [Source; 2])>,
-    /// Quantities to be reported: name and how they follow.
-    pub derived: Vec<(String, DerivedPatch)>,
+    /// Joints that act on one point (or the ground) and from now on act on another.
+    pub reattached: Vec<ReattachFile>,
+    /// Points that joints act on from now on, too.
+    pub attached: Vec<AttachFile>,
+    /// Arms on which sensor and hammer sit.
+    pub levers: Vec<LeverFile>,
+    /// Quantities to be reported, by name.
+    pub derived: BTreeMap<String, DerivedPatch>,
+}
+
+/// A joint that acts on one point (or the ground) and from now on on another.
+#[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+#[schemars(description = "")]
+pub struct ReattachFile {
+    pub(super) joint: String,
+    pub(super) from: String,
+    pub(super) to: String,
+}
+
+/// A point that a joint acts on from now on, too.
+#[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+#[schemars(description = "")]
+pub struct AttachFile {
+    pub(super) joint: String,
+    pub(super) to: String,
+    pub(super) times: f64,
+}
+
+/// An arm on which sensor and hammer sit.
+#[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct LeverFile {
+    /// The point at which the data are said to be taken.
+    pub(super) at: String,
+    /// The point whose motion is felt there, too.
+    pub(super) with: String,
+    /// How much of it the sensor feels.
+    pub(super) read: Source,
+    /// How much of it the hammer drives.
+    pub(super) struck: Source,
 }
 
 /// Kinds of data that an effect can show in.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(rename = "DataFile", rename_all = "lowercase")]
+#[schemars(description = "Kinds of data.")]
 pub enum Data {
     /// FRFs and modes.
     Frf,
     /// Time records of a driven axis.
+    #[schemars(description = "Time records.")]
     Motion,
 }
 
@@ -239,17 +255,4 @@ pub struct Effect {
     pub data: Vec<Data>,
     /// What it adds.
     pub patch: Patch,
-}
-
-/// How a quantity follows; as [`Derivation`](super::Derivation), with names.
-#[derive(Debug, Clone, PartialEq)]
-pub enum DerivedPatch {
-    /// n-th natural frequency.
-    NaturalFrequency(usize),
-    /// n-th antiresonance at a point.
-    Antiresonance(usize, String),
-    /// Inertia of one point over that of another.
-    InertiaRatio(String, String),
-    /// A parameter.
-    Parameter(String),
 }

@@ -1,6 +1,9 @@
 //! What a joint does beside its spring and damper: friction, play, errors of its lead. Only motion shows it.
 
-use super::Value;
+use schemars::JsonSchema;
+use serde::Deserialize;
+
+use super::{Source, Value};
 
 /// A wave over the travel: c·cos(2π·x/p) + s·sin(2π·x/p), of amplitude √(c² + s²).
 #[derive(Debug, Clone, PartialEq)]
@@ -60,6 +63,54 @@ pub struct LeadError {
     pub growth: Value,
     /// What repeats along the travel.
     pub wave: Wave,
+}
+
+/// A wave over the travel, of amplitude √(cosine² + sine²).
+#[derive(Debug, Clone, Default, PartialEq, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct WaveFile {
+    pub(super) cosine: Option<Source>,
+    pub(super) sine: Option<Source>,
+    /// Travel after which it repeats (m or rad).
+    pub(super) period: Option<Source>,
+}
+
+/// Friction of a joint; forces in N (N·m on angles), travel in m (rad). Viscous friction is the joint's damping.
+#[derive(Debug, Clone, Default, PartialEq, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct FrictionForceFile {
+    /// Coulomb level.
+    pub(super) coulomb: Option<Source>,
+    /// Constant force: half the difference of the levels forward and backward.
+    pub(super) offset: Option<Source>,
+    /// What the viscous coefficient has more forward, and less backward.
+    pub(super) viscous_asymmetry: Option<Source>,
+    /// Static less Coulomb level.
+    pub(super) stribeck: Option<Source>,
+    /// Velocity over which the level falls.
+    pub(super) stribeck_velocity: Option<Source>,
+    /// Exponent n of exp(−(|v|/v_s)^n); 2 by default.
+    pub(super) stribeck_exponent: Option<Source>,
+    /// Stiffness before sliding (LuGre); none by default.
+    pub(super) presliding_stiffness: Option<Source>,
+    /// Damping before sliding.
+    pub(super) presliding_damping: Option<Source>,
+    /// Part of the level that depends on the position.
+    pub(super) position: Option<WaveFile>,
+    /// Share of the force of `load_of` that adds to the level.
+    pub(super) load_share: Option<Source>,
+    /// The joint, described before this one, whose force loads it; the drive's force by default.
+    pub(super) load_of: Option<String>,
+}
+
+/// Error of a screw's lead.
+#[derive(Debug, Clone, Default, PartialEq, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct LeadErrorFile {
+    /// Growth along the travel (m per m).
+    pub(super) growth: Option<Source>,
+    /// What repeats along the travel (m).
+    pub(super) wave: Option<WaveFile>,
 }
 
 fn zero() -> Value {

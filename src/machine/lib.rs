@@ -22,30 +22,30 @@ mod motor;
 mod operating;
 mod parameter;
 mod point;
+mod schema;
 mod segment;
 mod shaft;
+mod source;
 mod target;
 mod tolerance;
 mod value;
 
 pub use chain::{Chain, Lever};
 pub use check::MachineError;
-pub use derived::{Derivation, Derived};
-pub use drive::{Drive, Encoder, PositionLoop, Tachometry, VelocityLoop};
-pub use effect::{Data, DerivedPatch, Effect, JointPatch, Patch, PointPatch, Rescale, ShaftPatch, Source};
-pub use friction::{Friction, LeadError, Wave};
+pub use derived::{Derivation, Derived, DerivedPatch};
+pub use drive::{Drive, DriveFile, Encoder, PositionLoop, Tachometry, VelocityLoop};
+pub use effect::{AttachFile, Data, Effect, JointPatch, LeverFile, Patch, PointPatch, ReattachFile, ShaftFile};
+pub use friction::{Friction, FrictionForceFile, LeadError, LeadErrorFile, Wave, WaveFile};
 pub use joint::Joint;
 pub use loaded_pair::{LoadedPair, PairState};
-pub use motion::{
-    CurrentLoopPatch, DrivePatch, EncoderPatch, FrictionPatch, LeadErrorPatch, MotorPatch, PositionLoopPatch, VelocityLoopPatch, WavePatch,
-};
-pub use motor::{CurrentLoop, Inverter, Motor};
+pub use motor::{CurrentFile, CurrentLoop, Inverter, Motor, MotorFile};
 pub use operating::{Circumstance, Operating};
 pub use parameter::{FitRule, Parameter, Scale};
 pub use point::{Motion, Point};
 pub use segment::{Segment, SegmentEnd, Twist};
 pub use shaft::{Place, Shaft, Station};
-pub use target::Target;
+pub use source::Source;
+pub use target::{Rescale, Target};
 pub use tolerance::Tolerance;
 pub use value::{Base, Law, Value};
 

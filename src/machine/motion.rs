@@ -2,174 +2,34 @@
 
 use super::check::{MachineError, fault, listing};
 use super::{
-    CurrentLoop, Drive, Encoder, Friction, Inverter, Joint, LeadError, Machine, Motion, Motor, Operating, PositionLoop, Source, Tachometry,
-    Value, VelocityLoop, Wave,
+    CurrentLoop, Drive, DriveFile, Encoder, Friction, FrictionForceFile, Inverter, Joint, LeadError, LeadErrorFile, Machine, Motion, Motor,
+    Operating, PositionLoop, Source, Tachometry, Value, VelocityLoop, Wave, WaveFile,
 };
-
-/// A wave a patch adds; fields as in [`Wave`].
-#[derive(Debug, Clone, PartialEq, Default)]
-pub struct WavePatch {
-    /// c.
-    pub cosine: Source,
-    /// s.
-    pub sine: Source,
-    /// p.
-    pub period: Source,
-}
-
-/// Friction a patch adds; fields as in [`Friction`].
-#[derive(Debug, Clone, PartialEq, Default)]
-pub struct FrictionPatch {
-    /// F_c.
-    pub coulomb: Source,
-    /// o.
-    pub offset: Source,
-    /// d.
-    pub viscous_asymmetry: Source,
-    /// ΔF.
-    pub stribeck: Source,
-    /// v_s.
-    pub stribeck_velocity: Source,
-    /// n; 2 where it is absent.
-    pub stribeck_exponent: Option<Source>,
-    /// σ₀.
-    pub presliding_stiffness: Source,
-    /// σ₁.
-    pub presliding_damping: Source,
-    /// Part that depends on the position.
-    pub position: WavePatch,
-    /// µ.
-    pub load_share: Source,
-    /// The joint whose force loads it, by name.
-    pub load_of: Option<String>,
-}
-
-/// A lead error a patch adds; fields as in [`LeadError`].
-#[derive(Debug, Clone, PartialEq, Default)]
-pub struct LeadErrorPatch {
-    /// γ.
-    pub growth: Source,
-    /// What repeats.
-    pub wave: WavePatch,
-}
-
-/// An encoder a patch adds; fields as in [`Encoder`].
-#[derive(Debug, Clone, PartialEq)]
-pub struct EncoderPatch {
-    /// The point it sits at, by name.
-    pub at: String,
-    /// What it reads per unit of that point, and whether that point must turn.
-    pub lead_m: Option<f64>,
-    /// Its step.
-    pub step: Source,
-}
-
-/// A position loop a patch adds; fields as in [`PositionLoop`].
-#[derive(Debug, Clone, PartialEq)]
-pub struct PositionLoopPatch {
-    /// What it measures.
-    pub encoder: EncoderPatch,
-    /// k_p.
-    pub gain_per_s: Source,
-    /// f.
-    pub feed_forward: Source,
-    /// Ends of the stroke.
-    pub limits: Option<[f64; 2]>,
-    /// Period (s).
-    pub period_s: f64,
-}
-
-/// A velocity loop a patch adds; fields as in [`VelocityLoop`].
-#[derive(Debug, Clone, PartialEq)]
-pub struct VelocityLoopPatch {
-    /// What it measures.
-    pub encoder: EncoderPatch,
-    /// How.
-    pub tachometry: Tachometry,
-    /// k_v.
-    pub gain: Source,
-    /// T_i; none where it is absent.
-    pub integral_time_s: Option<Source>,
-    /// a.
-    pub acceleration_feed_forward: Source,
-    /// Period (s).
-    pub period_s: f64,
-}
-
-/// A motor's winding a patch adds; fields as in [`Motor`].
-#[derive(Debug, Clone, PartialEq)]
-pub struct MotorPatch {
-    /// R.
-    pub resistance_ohm: Source,
-    /// L.
-    pub inductance_h: Source,
-    /// L_d; L where it is absent.
-    pub inductance_d_h: Option<Source>,
-    /// p.
-    pub pole_pairs: Option<u32>,
-    /// Supply; without limit where it is absent.
-    pub dc_link_v: Option<Source>,
-}
-
-/// A current loop a patch adds; fields as in [`CurrentLoop`].
-#[derive(Debug, Clone, PartialEq)]
-pub struct CurrentLoopPatch {
-    /// k_c.
-    pub gain: Source,
-    /// T_i; none where it is absent.
-    pub integral_time_s: Option<Source>,
-    /// Period (s).
-    pub period_s: f64,
-    /// How the voltage is made.
-    pub inverter: Inverter,
-}
-
-/// A drive a patch adds; fields as in [`Drive`].
-#[derive(Debug, Clone, PartialEq)]
-pub struct DrivePatch {
-    /// The point the motor moves, by name.
-    pub on: String,
-    /// G.
-    pub constant: Source,
-    /// τ.
-    pub delay_s: Source,
-    /// Largest |u|; none where it is absent.
-    pub saturation: Option<Source>,
-    /// Ripple.
-    pub ripple: WavePatch,
-    /// Winding.
-    pub motor: Option<MotorPatch>,
-    /// Current loop.
-    pub current: Option<CurrentLoopPatch>,
-    /// Position loop.
-    pub position: PositionLoopPatch,
-    /// Velocity loop.
-    pub velocity: VelocityLoopPatch,
-}
 
 /// Most periods of a loop that a delay or a difference may take.
 const MOST_PERIODS: f64 = 1000.0;
 
 impl Machine {
-    fn resolve_wave(&self, part: &str, patch: &WavePatch) -> Result<Wave, MachineError> {
-        let value = |key: &str, source| self.value(&format!("{part}.{key}"), source);
+    fn resolve_wave(&self, part: &str, patch: &Option<WaveFile>) -> Result<Wave, MachineError> {
+        let Some(patch) = patch else { return Ok(Wave::default()) };
+        let value = |key: &str, source| self.value_or_zero(&format!("{part}.{key}"), source);
         Ok(Wave { cosine: value("cosine", &patch.cosine)?, sine: value("sine", &patch.sine)?, period: value("period", &patch.period)? })
     }
 
-    pub(super) fn resolve_friction_patch(&self, joint: &str, patch: &FrictionPatch) -> Result<Friction, MachineError> {
+    pub(super) fn resolve_friction_patch(&self, joint: &str, patch: &FrictionForceFile) -> Result<Friction, MachineError> {
         let part = format!("{joint}.friction");
         let load_of = match &patch.load_of {
             None => None,
             Some(name) => Some(self.joint_named(&format!("{part}.load_of"), name)?),
         };
-        let value = |key: &str, source| self.value(&format!("{part}.{key}"), source);
+        let value = |key: &str, source| self.value_or_zero(&format!("{part}.{key}"), source);
         Ok(Friction {
             coulomb: value("coulomb", &patch.coulomb)?,
             offset: value("offset", &patch.offset)?,
             viscous_asymmetry: value("viscous_asymmetry", &patch.viscous_asymmetry)?,
             stribeck: value("stribeck", &patch.stribeck)?,
             stribeck_velocity: value("stribeck_velocity", &patch.stribeck_velocity)?,
-            stribeck_exponent: value("stribeck_exponent", patch.stribeck_exponent.as_ref().unwrap_or(&Source::Number(2.0)))?,
+            stribeck_exponent: value("stribeck_exponent", &patch.stribeck_exponent.clone().or(Some(Source::Number(2.0))))?,
             presliding_stiffness: value("presliding_stiffness", &patch.presliding_stiffness)?,
             presliding_damping: value("presliding_damping", &patch.presliding_damping)?,
             position: self.resolve_wave(&format!("{part}.position"), &patch.position)?,
@@ -178,29 +38,29 @@ impl Machine {
         })
     }
 
-    pub(super) fn resolve_lead_error_patch(&self, joint: &str, patch: &LeadErrorPatch) -> Result<LeadError, MachineError> {
+    pub(super) fn resolve_lead_error_patch(&self, joint: &str, patch: &LeadErrorFile) -> Result<LeadError, MachineError> {
         let part = format!("{joint}.lead_error");
         Ok(LeadError {
-            growth: self.value(&format!("{part}.growth"), &patch.growth)?,
+            growth: self.value_or_zero(&format!("{part}.growth"), &patch.growth)?,
             wave: self.resolve_wave(&format!("{part}.wave"), &patch.wave)?,
         })
     }
 
-    fn resolve_encoder(&self, part: &str, patch: &EncoderPatch) -> Result<Encoder, MachineError> {
-        let at = self.named_point(&format!("{part}.at"), &patch.at)?;
-        if let Some(lead_m) = patch.lead_m {
+    fn resolve_encoder(&self, part: &str, name: &str, lead_m: Option<f64>, step: &Option<Source>) -> Result<Encoder, MachineError> {
+        let at = self.named_point(&format!("{part}.at"), name)?;
+        if let Some(lead_m) = lead_m {
             if self.points[at].motion != Motion::Rotation {
-                return Err(fault(format!("{part}.lead_m"), format!("«{}» does not turn; leave lead_m out", patch.at)));
+                return Err(fault(format!("{part}.lead_m"), format!("«{name}» does not turn; leave lead_m out")));
             }
             if !(lead_m.abs() > 0.0 && lead_m.is_finite()) {
                 return Err(fault(format!("{part}.lead_m"), format!("is {lead_m}; write the travel per turn in m")));
             }
         }
-        let travel = patch.lead_m.map_or(1.0, numeric::unit::travel_per_radian_m);
-        Ok(Encoder { at, travel, step: self.value(&format!("{part}.encoder_step"), &patch.step)? })
+        let travel = lead_m.map_or(1.0, numeric::unit::travel_per_radian_m);
+        Ok(Encoder { at, travel, step: self.value_or_zero(&format!("{part}.encoder_step"), step)? })
     }
 
-    pub(super) fn resolve_drive_patch(&self, patch: &DrivePatch) -> Result<Drive, MachineError> {
+    pub(super) fn resolve_drive_patch(&self, patch: &DriveFile) -> Result<Drive, MachineError> {
         if self.drive.is_some() {
             return Err(fault("drive", "the machine has a drive already; describe one"));
         }
@@ -209,7 +69,14 @@ impl Machine {
             None => Ok(Value::number(f64::INFINITY)),
             Some(source) => value(key, source),
         };
+        let value_or_zero = |key: &str, source| self.value_or_zero(&format!("drive.{key}"), source);
         let (position, velocity) = (&patch.position, &patch.velocity);
+        let position_at = position.at.as_ref().unwrap_or(&patch.on);
+        let velocity_at = velocity.at.as_ref().unwrap_or(position_at);
+        // What is said of one point holds for both loops.
+        let same = velocity_at == position_at;
+        let velocity_lead_m = velocity.lead_m.or(position.lead_m.filter(|_| same));
+        let velocity_step = if same && velocity.encoder_step.is_none() { &position.encoder_step } else { &velocity.encoder_step };
         let motor = match &patch.motor {
             None => None,
             Some(motor) => Some(Motor {
@@ -233,24 +100,24 @@ impl Machine {
             on: self.named_point("drive.on", &patch.on)?,
             constant: value("constant", &patch.constant)?,
             force_factor: Value::number(1.0),
-            delay_s: value("delay_s", &patch.delay_s)?,
+            delay_s: value_or_zero("delay_s", &patch.delay_s)?,
             saturation: optional("saturation", &patch.saturation)?,
             ripple: self.resolve_wave("drive.ripple", &patch.ripple)?,
             motor,
             current,
             position: PositionLoop {
-                encoder: self.resolve_encoder("drive.position", &position.encoder)?,
+                encoder: self.resolve_encoder("drive.position", position_at, position.lead_m, &position.encoder_step)?,
                 gain_per_s: value("position.gain_per_s", &position.gain_per_s)?,
-                feed_forward: value("position.feed_forward", &position.feed_forward)?,
-                limits: position.limits,
+                feed_forward: value_or_zero("position.feed_forward", &position.feed_forward)?,
+                limits: position.limits_m,
                 period_s: position.period_s,
             },
             velocity: VelocityLoop {
-                encoder: self.resolve_encoder("drive.velocity", &velocity.encoder)?,
-                tachometry: velocity.tachometry,
+                encoder: self.resolve_encoder("drive.velocity", velocity_at, velocity_lead_m, velocity_step)?,
+                tachometry: velocity.tachometry(),
                 gain: value("velocity.gain", &velocity.gain)?,
                 integral_time_s: optional("velocity.integral_time_s", &velocity.integral_time_s)?,
-                acceleration_feed_forward: value("velocity.acceleration_feed_forward", &velocity.acceleration_feed_forward)?,
+                acceleration_feed_forward: value_or_zero("velocity.acceleration_feed_forward", &velocity.acceleration_feed_forward)?,
                 period_s: velocity.period_s,
             },
         })

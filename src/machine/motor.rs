@@ -1,7 +1,11 @@
 //! The motor's winding and the loop of its current.
 
-use super::Value;
+use schemars::JsonSchema;
+use serde::Deserialize;
+
 use super::friction::numbers;
+use super::schema::words_alone;
+use super::{Source, Value};
 
 /// The winding of a motor, which stands between the loops and the force.
 ///
@@ -47,12 +51,46 @@ pub struct CurrentLoop {
 }
 
 /// How the inverter makes the voltage of a period.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize, JsonSchema)]
+#[serde(rename = "InverterFile", rename_all = "lowercase")]
+#[schemars(transform = words_alone)]
 pub enum Inverter {
     /// Its mean over the period, held in the dq axes.
+    #[default]
     Averaged,
     /// By space vectors, a half of the carrier's period each: zero, two neighbours of the wanted vector, zero; and back.
     Switching,
+}
+
+/// The winding of a motor: direct current, or with pole_pairs synchronous in dq axes.
+#[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct MotorFile {
+    /// Of the armature, or of a phase.
+    pub(super) resistance_ohm: Source,
+    /// Of the armature, or along the q axis.
+    pub(super) inductance_h: Source,
+    /// Along the d axis; inductance_h by default.
+    pub(super) inductance_d_h: Option<Source>,
+    /// Pole pairs of a synchronous motor; direct current by default.
+    pub(super) pole_pairs: Option<u32>,
+    /// Voltage of the supply (V); without limit by default.
+    pub(super) dc_link_v: Option<Source>,
+}
+
+/// The current loop: V = gain·(e + ∫e dt/integral_time_s), e = i_ref − i.
+#[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct CurrentFile {
+    /// V/A.
+    pub(super) gain: Source,
+    /// None by default: proportional alone.
+    pub(super) integral_time_s: Option<Source>,
+    /// Period of the loop (s); the velocity loop's is a multiple of it.
+    pub(super) period_s: f64,
+    /// `averaged` over a period (default), or `switching` by space vectors.
+    #[serde(default)]
+    pub(super) inverter: Inverter,
 }
 
 numbers!(Motor:

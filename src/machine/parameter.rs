@@ -1,7 +1,14 @@
 //! The numbers that are not known.
 
+use schemars::JsonSchema;
+use serde::Deserialize;
+
+use super::schema::words_alone;
+
 /// Whether a parameter is searched on a logarithmic or a linear scale.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(rename = "ScaleFile", rename_all = "lowercase")]
+#[schemars(transform = words_alone)]
 pub enum Scale {
     /// For positive quantities over decades: stiffness, damping.
     Logarithmic,
@@ -10,9 +17,12 @@ pub enum Scale {
 }
 
 /// From which data a parameter is fitted; otherwise it keeps its start value.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize, JsonSchema)]
+#[serde(rename = "FitFile", rename_all = "lowercase")]
+#[schemars(transform = words_alone)]
 pub enum FitRule {
     /// From modes and from whole FRFs.
+    #[default]
     Always,
     /// From whole FRFs alone: modes do not determine it.
     Frf,

@@ -1,13 +1,20 @@
 //! One coordinate of a machine.
 
+use schemars::JsonSchema;
+use serde::Deserialize;
+
 use super::Value;
 
 /// Whether a coordinate is a displacement (m) or an angle (rad).
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(rename = "MotionFile", rename_all = "lowercase")]
+#[schemars(description = "`translation` or `rotation`.")]
 pub enum Motion {
     /// Displacement along the axis (m); inertia is a mass (kg), stiffness N/m.
+    #[schemars(description = "Displacement (m).")]
     Translation,
     /// Angle about the axis (rad); inertia is a moment of inertia (kg·m²), stiffness N·m/rad.
+    #[schemars(description = "Angle (rad).")]
     Rotation,
 }
 

@@ -2,12 +2,19 @@
 
 use std::f64::consts::PI;
 
+use schemars::JsonSchema;
+use serde::Deserialize;
+
 use super::Operating;
+use super::schema::words_alone;
 
 /// From which end of the screw a segment reaches to the nut.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize, JsonSchema)]
+#[serde(rename = "EndFile", rename_all = "lowercase")]
+#[schemars(transform = words_alone)]
 pub enum SegmentEnd {
     /// From the left (lower) end: its length is the nut position.
+    #[default]
     Start,
     /// From the right (upper) end: its length is what is left of the screw.
     End,

@@ -1,7 +1,11 @@
 //! Numbers that a patch scales: which they are, and what becomes of them.
 
+use schemars::JsonSchema;
+use serde::Deserialize;
+
 use super::check::{MachineError, fault, listing};
-use super::{Base, Law, Machine, Rescale, Value};
+use super::schema::words_alone;
+use super::{Base, Circumstance, Law, Machine, Value};
 
 /// Which number of which part a patch scales.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -65,6 +69,39 @@ impl Target {
     }
 }
 
+/// How a patch scales a number.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(rename = "LawFile", rename_all = "kebab-case")]
+#[schemars(transform = words_alone)]
+pub enum Rescale {
+    /// Times 1 + p.
+    Relative,
+    /// Times exp(p·(2·s − 1)), s = nut position / stroke.
+    AlongStroke,
+    /// Times exp(p·(1 − (2·s − 1)²)): a hump at mid-stroke.
+    MidStroke,
+    /// An inertia becomes the stiffness of a beam of that inertia over the shaft's free length left of the nut.
+    LeftSpan,
+    /// The same right of the nut.
+    RightSpan,
+    /// Times exp(p·x) with the size x of the force level.
+    WithForceLevel,
+    /// The same with that of the speed.
+    WithSpeed,
+    /// The same with that of the acceleration.
+    WithAcceleration,
+    /// Becomes the parameter itself.
+    Replace,
+    /// With the parameter as a spring in series: x·p/(x + p).
+    InSeries,
+    /// Plus the parameter.
+    Added,
+    /// Less the parameter, which is elsewhere.
+    Less,
+    /// Times the parameter.
+    Times,
+}
+
 /// The number of that key.
 fn keyed<'v>(part: &str, key: &str, mut values: Vec<(&'static str, &'v mut Value)>) -> Result<&'v mut Value, MachineError> {
     match values.iter().position(|(k, _)| *k == key) {
@@ -78,63 +115,28 @@ impl Machine {
         let part = format!("rescale {target:?}");
         let index = self.parameter(parameter).ok_or_else(|| fault(&part, format!("no parameter is called «{parameter}»")))?;
         let stroke_m = self.stroke_m().ok_or_else(|| fault(&part, "the machine has no shaft with a nut"));
-        let joint = |name: &String| self.joints.iter().position(|j| j.name == *name);
-        let shaft = |name: &String| self.shafts.iter().position(|s| s.name == *name);
-        let missing = |name: &String| fault(&part, format!("the machine has no «{name}»"));
-        let mut values: Vec<&mut Value> = match target {
-            Target::PointInertia(name) => {
-                let at = self.point(name).ok_or_else(|| missing(name))?;
-                vec![&mut self.points[at].inertia]
-            }
-            Target::JointStiffness(name) => {
-                let at = joint(name).ok_or_else(|| missing(name))?;
-                vec![&mut self.joints[at].stiffness]
-            }
-            Target::JointDamping(name) => {
-                let at = joint(name).ok_or_else(|| missing(name))?;
-                vec![&mut self.joints[at].damping]
-            }
-            Target::JointLossFactor(name) => {
-                let at = joint(name).ok_or_else(|| missing(name))?;
-                vec![&mut self.joints[at].loss_factor]
-            }
-            Target::JointIntegralRate(name) => {
-                let at = joint(name).ok_or_else(|| missing(name))?;
-                vec![&mut self.joints[at].integral_rate]
-            }
-            Target::ShaftDiameter(name) => {
-                let at = shaft(name).ok_or_else(|| missing(name))?;
-                vec![&mut self.shafts[at].diameter]
-            }
-            Target::ShaftBore(name) => {
-                let at = shaft(name).ok_or_else(|| missing(name))?;
-                vec![&mut self.shafts[at].bore_ratio]
-            }
-            Target::ShaftLossFactor(name) => {
-                let at = shaft(name).ok_or_else(|| missing(name))?;
-                vec![&mut self.shafts[at].loss_factor]
-            }
-            Target::ShaftModulus(name) => {
-                let at = shaft(name).ok_or_else(|| missing(name))?;
-                let shaft = &mut self.shafts[at];
+        let name = target.part();
+        let missing = || fault(&part, format!("the machine has no «{name}»"));
+        let point = self.points.iter_mut().find(|p| p.name == name).ok_or_else(missing);
+        let joint = self.joints.iter_mut().find(|j| j.name == name).ok_or_else(missing);
+        let shaft = self.shafts.iter_mut().find(|s| s.name == name).ok_or_else(missing);
+        let values: Vec<&mut Value> = match target {
+            Target::PointInertia(_) => vec![&mut point?.inertia],
+            Target::JointStiffness(_) => vec![&mut joint?.stiffness],
+            Target::JointDamping(_) => vec![&mut joint?.damping],
+            Target::JointLossFactor(_) => vec![&mut joint?.loss_factor],
+            Target::JointIntegralRate(_) => vec![&mut joint?.integral_rate],
+            Target::ShaftDiameter(_) => vec![&mut shaft?.diameter],
+            Target::ShaftBore(_) => vec![&mut shaft?.bore_ratio],
+            Target::ShaftLossFactor(_) => vec![&mut shaft?.loss_factor],
+            Target::ShaftModulus(_) => {
+                let shaft = shaft?;
                 vec![&mut shaft.youngs_modulus, &mut shaft.shear_modulus]
             }
-            Target::ShaftShearModulus(name) => {
-                let at = shaft(name).ok_or_else(|| missing(name))?;
-                vec![&mut self.shafts[at].shear_modulus]
-            }
-            Target::Gap(name) => {
-                let at = joint(name).ok_or_else(|| missing(name))?;
-                vec![&mut self.joints[at].gap]
-            }
-            Target::Friction(name, key) => {
-                let at = joint(name).ok_or_else(|| missing(name))?;
-                vec![keyed(&part, key, self.joints[at].friction.values_mut())?]
-            }
-            Target::LeadError(name, key) => {
-                let at = joint(name).ok_or_else(|| missing(name))?;
-                vec![keyed(&part, key, self.joints[at].lead_error.values_mut())?]
-            }
+            Target::ShaftShearModulus(_) => vec![&mut shaft?.shear_modulus],
+            Target::Gap(_) => vec![&mut joint?.gap],
+            Target::Friction(_, key) => vec![keyed(&part, key, joint?.friction.values_mut())?],
+            Target::LeadError(_, key) => vec![keyed(&part, key, joint?.lead_error.values_mut())?],
             Target::Drive(key) => {
                 let drive = self.drive.as_mut().ok_or_else(|| fault(&part, "the machine has no drive"))?;
                 vec![keyed(&part, key, drive.values_mut())?]
@@ -143,27 +145,33 @@ impl Machine {
             Target::ChainDelay => vec![&mut self.chain.delay],
             Target::ChainPower => vec![&mut self.chain.power],
         };
-        for value in &mut values {
-            match rescale {
-                Rescale::Relative => value.laws.push(Law::Relative(index)),
-                Rescale::InSeries => value.laws.push(Law::InSeries(index)),
-                Rescale::Added => value.laws.push(Law::Added(index)),
+        for value in values {
+            let law = match rescale {
+                Rescale::Replace => {
+                    value.base = Base::Parameter(index);
+                    continue;
+                }
                 Rescale::Less => {
                     // No more can be taken away than there is. Where an effect starts beyond that its range stays, and nothing it finds there is told.
                     let taken = &mut self.parameters[index];
                     if let Some(most) = value.described().map(|number| 0.98 * number).filter(|most| *most > taken.start.max(taken.lower)) {
                         taken.upper = taken.upper.min(most);
                     }
-                    value.laws.push(Law::Less(index));
+                    Law::Less(index)
                 }
-                Rescale::Times => value.laws.push(Law::Times(index)),
-                Rescale::With(circumstance) => value.laws.push(Law::With(index, circumstance)),
-                Rescale::AlongStroke => value.laws.push(Law::AlongStroke(index, stroke_m.clone()?)),
-                Rescale::MidStroke => value.laws.push(Law::MidStroke(index, stroke_m.clone()?)),
-                Rescale::LeftSpan => value.laws.push(Law::LeftSpan(index, stroke_m.clone()?)),
-                Rescale::RightSpan => value.laws.push(Law::RightSpan(index, stroke_m.clone()?)),
-                Rescale::Replace => value.base = Base::Parameter(index),
-            }
+                Rescale::Relative => Law::Relative(index),
+                Rescale::InSeries => Law::InSeries(index),
+                Rescale::Added => Law::Added(index),
+                Rescale::Times => Law::Times(index),
+                Rescale::WithForceLevel => Law::With(index, Circumstance::ForceLevel),
+                Rescale::WithSpeed => Law::With(index, Circumstance::Speed),
+                Rescale::WithAcceleration => Law::With(index, Circumstance::Acceleration),
+                Rescale::AlongStroke => Law::AlongStroke(index, stroke_m.clone()?),
+                Rescale::MidStroke => Law::MidStroke(index, stroke_m.clone()?),
+                Rescale::LeftSpan => Law::LeftSpan(index, stroke_m.clone()?),
+                Rescale::RightSpan => Law::RightSpan(index, stroke_m.clone()?),
+            };
+            value.laws.push(law);
         }
         Ok(())
     }

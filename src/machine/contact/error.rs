@@ -163,3 +163,12 @@ pub(super) fn finite(what: &'static str, value: f64) -> Result<f64, ContactError
 pub(super) fn within(what: &'static str, value: f64, lower: f64, upper: f64) -> Result<f64, ContactError> {
     if value >= lower && value <= upper { Ok(value) } else { Err(ContactError::OutOfRange { what, value, lower, upper }) }
 }
+
+/// The pressure, if it is within its limit.
+pub(super) fn check_pressure(pressure_pa: f64, limit_pa: f64) -> Result<f64, ContactError> {
+    if pressure_pa <= limit_pa {
+        Ok(pressure_pa)
+    } else {
+        Err(ContactError::BeyondValidity { pressure_gpa: pressure_pa / 1e9, limit_gpa: limit_pa / 1e9 })
+    }
+}

@@ -1,7 +1,7 @@
 //! Hertz contact of two bodies at a point.
 
 use super::elliptic::Complete;
-use super::error::{finite, positive, within};
+use super::error::{check_pressure, finite, positive, within};
 use super::{ContactError, Stiffness};
 use numeric::root::bracketed_root;
 
@@ -209,15 +209,6 @@ impl PointContact {
 
 fn load(load_n: f64) -> Result<f64, ContactError> {
     positive("the load of the contact (N)", load_n)
-}
-
-/// The pressure, if it is within its limit.
-pub(super) fn check_pressure(pressure_pa: f64, limit_pa: f64) -> Result<f64, ContactError> {
-    if pressure_pa <= limit_pa {
-        Ok(pressure_pa)
-    } else {
-        Err(ContactError::BeyondValidity { pressure_gpa: pressure_pa / 1e9, limit_gpa: limit_pa / 1e9 })
-    }
 }
 
 /// ln κ from A/B ≤ 1: the root of ln(D/B) − 2 ln κ − ln(A/B).

@@ -1,21 +1,31 @@
 //! Two sides preloaded against each other: a double nut, a bearing set in DB or DF arrangement.
 
+use schemars::JsonSchema;
+use serde::Deserialize;
+
 use super::error::{finite, positive};
 use super::side::two_thirds;
 use super::{ContactError, Side, Stiffness};
+use crate::schema::words_alone;
 use numeric::root::bracketed_root;
 
 /// How an outside force is shared and which stiffness follows.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(rename = "RuleFile", rename_all = "kebab-case")]
+#[schemars(description = "How a contact shares its load.")]
 pub enum Rule {
     /// Equilibrium P_A − P_B = F, compatible deflections, stiffnesses of the two sides added.
+    #[schemars(description = "Equilibrium, both sides in parallel.")]
     Physics,
     /// What the papers print: the loaded side carries P + |F|, and [`Printed`] makes one stiffness of two.
+    #[schemars(description = "As the papers print it.")]
     AsPrinted,
 }
 
 /// What a paper makes of the stiffnesses of the two sides.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(rename = "PrintedFile", rename_all = "lowercase")]
+#[schemars(transform = words_alone)]
 pub enum Printed {
     /// The larger of the two: Duan, Eq. 17; vertical, Eq. 8, 11, 17–18, 24–25.
     Larger,

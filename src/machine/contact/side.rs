@@ -1,16 +1,22 @@
 //! One nut or bearing under axial load.
 
+use schemars::JsonSchema;
+use serde::Deserialize;
+
 use super::ContactError;
-use super::error::positive;
-use super::hertz::check_pressure;
+use super::error::{check_pressure, positive};
 
 /// Which stiffness of a curved load–deflection line.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(rename = "StiffnessFile", rename_all = "lowercase")]
+#[schemars(description = "Which stiffness of a contact counts.")]
 pub enum Stiffness {
-    /// Load over deflection, P/δ: Duan, Eq. 9, 13, 16, 19.
-    Secant,
     /// Slope dP/dδ = 3/2·P/δ, what small vibrations see: vertical, Eq. 4, 13.
+    #[schemars(description = "dP/dδ.")]
     Tangent,
+    /// Load over deflection, P/δ: Duan, Eq. 9, 13, 16, 19.
+    #[schemars(description = "P/δ.")]
+    Secant,
 }
 
 impl Stiffness {
