@@ -31,6 +31,25 @@
 //! ```
 //!
 //! A step further are [`diagnosis::diagnose`], which looks for what the machine lacks, and [`report::page`], which draws it.
+//!
+//! # Crates
+//!
+//! One folder of `src` a crate; each may use those above it that its `Cargo.toml` names, and nothing else.
+//!
+//! | crate | holds | what its boundary gains |
+//! |---|---|---|
+//! | `numeric` | statistics, laws of probability, linear fits, filters, roots, units | leaf mathematics that knows no machine |
+//! | `optimizer` | differential evolution, Levenberg–Marquardt, Gauss–Newton, journals | a search that can know no drive and no data |
+//! | `measurement` | sets, FRFs, modes, motion records, universal files, peaks of FRFs | what was observed can know no model |
+//! | `machine` | points, shafts, joints, contacts, effects as patches | one description for every model |
+//! | `config` | the TOML formats of machines and effects | parsers are built with little optimisation, and only they know the format |
+//! | `dynamics` | FRFs and modes, motion, the force a motion needs | physics that cannot know what is fitted |
+//! | `identification` | objectives, searches, intervals, validation, fits of motion records | the one way to parameters |
+//! | `diagnosis` | effects as hypotheses, nulls, verdicts | an edit here builds neither models nor fits again |
+//! | `report` | documents, tables, the page | says results without knowing how they came about |
+//! | `reference_simulator` | machines and hammer tests by laws of their own | stands on no other crate: a check of a model against itself proves nothing |
+//! | `withheld` | sealed cases, answers, scores | judges by documents alone, as somebody else would |
+//! | `cli` | arguments, one file or folder a command, progress, terminal | the only crate that knows all others |
 
 pub use cli;
 pub use config;

@@ -45,7 +45,7 @@ pub fn run(given: &CompareArguments) -> CommandResult {
     let (fit, held_out) = loaded.set.split(given.positions.as_deref(), &[]).map_err(told)?;
     let folder = prepare(&given.output)?;
     // One run on several positions and one on each of some; or of three objectives, each without one position after the other.
-    let runs = if given.objectives { 3 * fit.positions.len() } else { 1 + given.single.as_ref().map_or(2, Vec::len) };
+    let runs = if given.objectives { 3 * fit.leave_one_out(false).len() } else { 1 + given.single.as_ref().map_or(2, Vec::len) };
     let searches = runs * plan.repeats;
     let progress = Progress::searches(given.output.quiet, "compare", searches);
     let control = control(&given.output, folder.as_ref(), &progress, &loaded)?;

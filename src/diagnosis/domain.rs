@@ -7,7 +7,7 @@ use identification::objective::{
     FrfObjective, FrfSettings, MISSING, ModeObjective, ModeSettings, ModeSquares, ObjectiveError, PositionPrediction,
 };
 use measurement::{FitSet, HoldOutSet};
-use numeric::statistics::root_mean_square_of_parts;
+use numeric::statistics::{root_mean_square, root_mean_square_of_parts};
 use optimizer::LeastSquares;
 
 /// Fewest and most lines of one FRF that are looked at, and lines of all together: what a model's error hides no line more would tell, but noise is less
@@ -241,6 +241,33 @@ pub fn gaps(
             Ok(objective.predict(parameters).iter().map(|p| mode_part(p, resolution_hz)).collect())
         }
     }
+}
+
+/// Highest order that has a gap of its own.
+const LAST_ORDER: u32 = 1000;
+
+/// Root mean square over positions of the relative frequency errors of each order, from 1; a mode that is not predicted counts as [`MISSING`]. `None` for
+/// an order that was observed nowhere.
+///
+/// # Errors  as [`ModeObjective::held_out`].
+pub fn gaps_by_mode(
+    hypothesis: &Hypothesis,
+    parameters: &[f64],
+    data: &HoldOutSet<'_>,
+    settings: ModeSettings,
+) -> Result<Vec<Option<f64>>, ObjectiveError> {
+    let objective = ModeObjective::held_out(&hypothesis.machine, data, settings, None)?;
+    let errors: Vec<(u32, f64)> = objective
+        .predict(parameters)
+        .iter()
+        .flat_map(|position| &position.deviations)
+        .filter_map(|d| {
+            let (order, measured_hz) = (d.observed?.order, d.observed?.frequency_hz?);
+            Some((order, d.predicted.map_or(MISSING, |peak| peak.frequency_hz / measured_hz - 1.0)))
+        })
+        .collect();
+    let last = errors.iter().map(|e| e.0).max().unwrap_or(0).min(LAST_ORDER);
+    Ok((1..=last).map(|order| root_mean_square(errors.iter().filter(|e| e.0 == order).map(|e| e.1))).collect())
 }
 
 /// # Source  the gap of modes as this project defines it: root mean square of relative frequency errors, a missing or unexpected peak as 0.3. Its

@@ -19,7 +19,7 @@ mod said;
 mod verdict;
 
 pub use bootstrap::closed_interval;
-pub use domain::{Compared, Domain, Part, floor_over, gap_over, gaps, share_closed};
+pub use domain::{Compared, Domain, Part, floor_over, gap_over, gaps, gaps_by_mode, share_closed};
 pub use fit::{Ablation, Fitted, Fitter, at_start, place_of, values_of};
 pub use hypothesis::{Hypothesis, Kind, Shape, interfaces, with_nuisances};
 pub use left_out::left_out;

@@ -4,13 +4,28 @@ use rayon::prelude::*;
 
 use super::bootstrap::{Bootstrap, Drawn, bootstrap};
 use super::combination::{Combination, combinations};
+use super::plan::{Plan, Repeat};
 use super::problem::Problem;
 use super::profile::{CHI_SQUARE_95, profiles};
-use super::run::{Estimate, Plan, Repeat};
 use super::uncertainty::{Certainty, NARROWING, RANGE_SD, certainty};
 use crate::objective::{GAIN_RANGE, ObjectiveError};
 use machine::{Machine, Parameter};
 use optimizer::{Control, Found, Polished, SearchSettings, least_squares, search};
+
+/// An identified parameter.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Estimate {
+    /// Index in the machine.
+    pub parameter: usize,
+    /// Value in its unit.
+    pub value: f64,
+    /// 95 % interval; `None` for a parameter that was not fitted.
+    pub interval95: Option<(f64, f64)>,
+    /// Whether the data determine it; `None` for one that was not fitted.
+    pub identifiable: Option<bool>,
+    /// Lies at an end of its plausible range.
+    pub at_bound: bool,
+}
 
 /// What is known of the parameters after a fit.
 pub(super) struct Estimation {
@@ -123,16 +138,7 @@ pub(super) fn estimate<P: Problem>(problem: &P, machine: &Machine, plan: &Plan, 
         let end = |u: f64| GAIN_RANGE.0 * (u * (GAIN_RANGE.1 / GAIN_RANGE.0).ln()).exp();
         (end(intervals[gain_column].0), end(intervals[gain_column].1))
     });
-    if misfit > 2.0 && tells {
-        warnings.push(format!(
-            "χ² is {chi_square:.1} for {freedom} degrees of freedom: model and data differ by more than the weights allow; intervals are widened by √{misfit:.2}; look where the errors are largest, or let diagnose look for what is missing"
-        ));
-    }
-    if colour > 2.0 && tells {
-        warnings.push(format!(
-            "what is left is not noise but follows the frequency (neighbouring lines agree): the model lacks something; intervals are widened by √{colour:.1}; diagnose looks for what it lacks"
-        ));
-    }
+    warnings.extend(tells.then(|| widened(chi_square, freedom, misfit, colour)).into_iter().flatten());
     let described: Vec<&Parameter> = free.iter().map(|i| &machine.parameters[*i]).collect();
     let free_values: Vec<f64> = free.iter().map(|i| values[*i]).collect();
     let valley = |column: usize, by: f64| {
@@ -177,6 +183,21 @@ pub(super) fn estimate<P: Problem>(problem: &P, machine: &Machine, plan: &Plan, 
         complete,
         warnings,
     })
+}
+
+/// What widens intervals beyond what the weights say.
+fn widened(chi_square: f64, freedom: usize, misfit: f64, colour: f64) -> Vec<String> {
+    let differ = || {
+        format!(
+            "χ² is {chi_square:.1} for {freedom} degrees of freedom: model and data differ by more than the weights allow; intervals are widened by √{misfit:.2}; look where the errors are largest, or let diagnose look for what is missing"
+        )
+    };
+    let follows = || {
+        format!(
+            "what is left is not noise but follows the frequency (neighbouring lines agree): the model lacks something; intervals are widened by √{colour:.1}; diagnose looks for what it lacks"
+        )
+    };
+    (misfit > 2.0).then(differ).into_iter().chain((colour > 2.0).then(follows)).collect()
 }
 
 fn shortage(observations: usize, unknowns: usize) -> Vec<String> {

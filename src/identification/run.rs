@@ -2,76 +2,14 @@
 
 use super::bootstrap::Bootstrap;
 use super::combination::Combination;
-use super::estimate::{Estimation, estimate};
+use super::estimate::{Estimate, Estimation, estimate};
+use super::plan::{Plan, Repeat};
 use super::uncertainty::Certainty;
-use crate::objective::{AmplitudeFit, FrfGap, FrfObjective, FrfSettings, ModeObjective, ModeSettings, ObjectiveError, PositionPrediction};
+use crate::objective::{AmplitudeFit, FrfGap, FrfObjective, ModeObjective, ObjectiveError, PositionPrediction};
 use dynamics::model::derived;
 use machine::{Machine, Operating};
 use measurement::{FitSet, HoldOutSet};
-use optimizer::{Control, Found, Strategy};
-
-/// How an identification is run.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Plan {
-    /// Objective, weights, rods for modes.
-    pub settings: ModeSettings,
-    /// Weights, band, rods for whole FRFs; where they are given FRFs are fitted, not modes.
-    pub frf: Option<FrfSettings>,
-    /// Ids of parameters that keep their start values.
-    pub frozen: Vec<String>,
-    /// Seed of the first search; the others follow from it.
-    pub seed: u64,
-    /// Searches from different seeds.
-    pub repeats: usize,
-    /// Strategy of the differential evolution.
-    pub strategy: Strategy,
-    /// Place (of the free parameters, and last of an unknown gain) to polish from instead of a search: for data known to lie near it.
-    pub near: Option<Vec<f64>>,
-    /// Intervals by profile likelihood, or else by the covariance alone.
-    pub profile: bool,
-    /// Bootstrap samples over lines, and as many over positions; 0 for none.
-    pub bootstrap: usize,
-}
-
-impl Default for Plan {
-    fn default() -> Self {
-        Plan {
-            settings: ModeSettings::default(),
-            frf: None,
-            frozen: Vec::new(),
-            seed: 1,
-            repeats: 3,
-            strategy: Strategy::CurrentToPbest,
-            near: None,
-            profile: true,
-            bootstrap: 0,
-        }
-    }
-}
-
-/// One search.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Repeat {
-    /// Its seed.
-    pub seed: u64,
-    /// What it found.
-    pub found: Found,
-}
-
-/// An identified parameter.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Estimate {
-    /// Index in the machine.
-    pub parameter: usize,
-    /// Value in its unit.
-    pub value: f64,
-    /// 95 % interval; `None` for a parameter that was not fitted.
-    pub interval95: Option<(f64, f64)>,
-    /// Whether the data determine it; `None` for one that was not fitted.
-    pub identifiable: Option<bool>,
-    /// Lies at an end of its plausible range.
-    pub at_bound: bool,
-}
+use optimizer::Control;
 
 /// A quantity that follows from the parameters.
 #[derive(Debug, Clone, PartialEq)]

@@ -76,9 +76,9 @@ pub struct GapRow {
     /// By band, over everything.
     #[serde(default)]
     pub by_band: Vec<BandGap>,
-    /// By order of the mode.
+    /// By order of the mode, from 1, over everything; null for an order that was not observed.
     #[serde(default)]
-    pub by_mode: Vec<f64>,
+    pub by_mode: Vec<Option<f64>>,
     /// By phase of a motion.
     #[serde(default)]
     pub by_phase: BTreeMap<String, f64>,

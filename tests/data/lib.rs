@@ -1,4 +1,4 @@
-//! Real measurements for tests. They lie beside the project, in `../shared`, and are not part of it: a test without them says that it was skipped.
+//! What tests run on: real measurements, which lie beside the project in `../shared` and are not part of it, and how many draws a study makes.
 
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -23,4 +23,9 @@ pub fn shared(inner: &str) -> Option<PathBuf> {
 pub fn skipped(why: &str) {
     let test = std::thread::current().name().unwrap_or("a test").to_string();
     let _ = writeln!(std::io::stderr(), "skipped: {why}, {test}");
+}
+
+/// How many draws a test makes: all of them in a study (`JOINTID_STUDY=full`, as `.ci/study` says it), few in every check.
+pub fn draws(few: u64, all: u64) -> u64 {
+    if std::env::var("JOINTID_STUDY").is_ok_and(|value| value == "full") { all } else { few }
 }

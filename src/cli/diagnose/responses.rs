@@ -15,7 +15,7 @@ use crate::search::{check_frozen, fits_frfs, plan};
 use crate::sources::{Loaded, inputs, stamp};
 use diagnosis::{
     Ablation, Diagnosis, Domain, Fitted, Hypothesis, Kind, Part, Settings, closed, closed_interval, diagnose, fitter, floor_over, gap_over,
-    peak_errors, values_of,
+    gaps_by_mode, peak_errors, values_of,
 };
 use identification::objective::FrfObjective;
 use machine::{Data, Effect};
@@ -141,7 +141,7 @@ fn to_document(
             held_out: before,
             by_position: by_position(loaded, found.fit.iter().chain(&found.held_out)),
             by_band: by_band(&map),
-            by_mode: Vec::new(),
+            by_mode: by_mode((fit, held_out), found)?,
             by_phase: BTreeMap::new(),
         },
         misfit_over_null: found.excess,
@@ -296,6 +296,15 @@ fn residual_map(
         }
     }
     Ok(cells)
+}
+
+/// The machine as described at its fit, over everything measured.
+fn by_mode((fit, held_out): (&FitSet<'_>, &HoldOutSet<'_>), found: &Diagnosis) -> Result<Vec<Option<f64>>, String> {
+    let Domain::Modes(settings) = found.domain else { return Ok(Vec::new()) };
+    let (hypothesis, fitted) = &found.described;
+    let positions = fit.positions.iter().chain(&held_out.positions).copied().collect();
+    let all = HoldOutSet { set: fit.set, positions, frfs: Vec::new() };
+    gaps_by_mode(hypothesis, &values_of(hypothesis, fitted), &all, settings).map_err(told)
 }
 
 fn by_band(map: &[document::ResidualCell]) -> Vec<document::BandGap> {

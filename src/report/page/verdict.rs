@@ -105,7 +105,7 @@ fn gaps(of: &Diagnosis) -> String {
         _ => "",
     };
     of.gap.by_position.iter().for_each(|(name, x)| row(name, role(name), Some(*x)));
-    of.gap.by_mode.iter().enumerate().for_each(|(at, x)| row(&format!("mode {}", at + 1), "", Some(*x)));
+    of.gap.by_mode.iter().enumerate().for_each(|(at, x)| row(&format!("mode {}", at + 1), "", *x));
     of.gap.by_phase.iter().for_each(|(name, x)| row(name, "", Some(*x)));
     table.html()
 }
