@@ -62,6 +62,7 @@ fn recover_a_withheld_relaxation_and_how_far_it_closes_the_gap() {
 }
 
 #[test]
+#[ignore = "second tier"]
 fn recover_a_misread_quantity() {
     let (found, _) = withheld(|kind, effects, _| *kind == Kind::Single && effects == ["frf-quantity"]);
     assert_eq!(found["verdict"]["effects"][0], "frf-quantity", "{:#}", found["verdict"]);
@@ -84,6 +85,7 @@ fn published_amplitudes_are_no_receptances() {
 
 /// Records filed under each other's positions, fitted ones and held-out ones.
 #[test]
+#[ignore = "second tier"]
 fn recover_records_that_were_exchanged() {
     for (a, b) in [("l1", "l3"), ("l2", "l6")] {
         let exchange = |path: &Path| {
@@ -122,7 +124,13 @@ fn published_bench_without_its_rotor_hold() {
     // Modes have no lines.
     assert!(found["verdict"]["band_hz"].is_null());
     assert_eq!(found, diagnosed(&[&arguments[..], &["--threads", "2"]].concat()));
-    // Where it is not told that small peaks would have been read, a plausible guide that has one more does as well.
+}
+
+/// Where it is not told that small peaks would have been read, a plausible guide that has one more does as well.
+#[test]
+#[ignore = "second tier"]
+fn published_bench_where_small_peaks_may_have_been_missed() {
+    let arguments = ["--without", "rotor-hold", "--positions", "l1,l3,l5"];
     let folder = tempfile::tempdir().unwrap();
     for file in ["manifest.toml", "modes.csv", "published.csv"] {
         let text = std::fs::read_to_string(Path::new("measurements/tian").join(file)).unwrap();
@@ -212,6 +220,7 @@ fn struck_bench_known(known: &str, more: &str, gain: f64, noise: f64) -> Value {
 /// A calibration off by two of its standard deviations is no effect, however precise the lines: nulls draw calibrations, too. One off by a tenth is
 /// an effect, save where the set says that no better is known of it.
 #[test]
+#[ignore = "second tier"]
 fn recover_nothing_from_a_calibration_a_little_off() {
     let found = struck_bench("", 1.008, 0.002);
     assert_eq!(found["verdict"]["kind"], "none", "{:#}", found["verdict"]);
@@ -337,6 +346,7 @@ fn too_few_numbers_say_nothing() {
 
 /// What a part of the method is worth can be seen by leaving it out: tables of χ² call a slight gain of the bench significant, nulls do not.
 #[test]
+#[ignore = "second tier"]
 fn thresholds_from_tables_see_more_than_nulls() {
     let least = |arguments: &[&str]| {
         let found = diagnosed(&[&["--positions", "l1,l3,l5"], arguments].concat());

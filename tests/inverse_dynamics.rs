@@ -142,11 +142,12 @@ fn of_axis(axis: &Axis, seed: u64) -> MotionDiagnosis {
 
 /// Axes that are as described, with quantised encoders, coloured force noise, a slightly uneven guide and a drifting friction: their parameters are
 /// found and nothing is said. Where an axis rests between its moves, what the filters blur as it turns may still pass for presliding; nothing
-/// else may be named, and that on no more than two axes of six.
+/// else may be named, and that on no more than two axes of six; one of two where it is no study.
 #[test]
 fn recover_nothing_from_axes_as_described() {
     let mut named = Vec::new();
-    for seed in 0..6 {
+    let axes = test_data::draws(2, 6);
+    for seed in 0..axes {
         let axis = Axis { uneven: 0.01, drift: 0.01, ..Axis::usual() };
         let found = of_axis(&axis, seed);
         let value = |id: &str| found.nominal.1[found.nominal.0.machine.parameter(id).unwrap()];
@@ -156,11 +157,12 @@ fn recover_nothing_from_axes_as_described() {
         named.extend(found.verdict.effects);
     }
     println!("named on axes as described: {named:?}");
-    assert!(named.len() <= 2, "{named:?}");
+    assert!(named.len() as u64 <= axes.div_ceil(3), "{named:?}");
 }
 
 /// One effect each, of a size that the eye sees in the residual, alone or first of a combination.
 #[test]
+#[ignore = "second tier"]
 fn recover_effects_of_another_model() {
     let usual = Axis { uneven: 0.01, drift: 0.005, ..Axis::usual() };
     for (effect, axis) in [
@@ -205,6 +207,7 @@ fn recover_an_unknown_place() {
 
 /// An axis whose force is late in all records has an effect; one record that is later than the others has a fault.
 #[test]
+#[ignore = "second tier"]
 fn recover_the_record_that_is_late_among_late_ones() {
     let axis = |delay_s: f64| Axis { delay_s, uneven: 0.005, drift: 0.002, ..Axis::usual() };
     let (a, b, held_out) = (made("a", &axis(4e-3), 3), made("b", &axis(4e-3), 13), made("held-out", &axis(4e-3), 1003));

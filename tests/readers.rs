@@ -1,7 +1,7 @@
 //! Every reader on the seeds of its fuzzing, on every input that broke one, and on millions bent from them.
 //!
 //! ```sh
-//! cargo test --test main ten_million -- --ignored --nocapture
+//! JOINTID_STUDY=full cargo test --test main ten_million -- --ignored --nocapture
 //! ```
 //!
 //! bends seeds without a look at what they reach; `tests/fuzz` does look, and what it collects in `tests/fuzz/corpus/READER` (not kept) is bent
@@ -166,8 +166,9 @@ fn refuse_thousands_of_bent_inputs_in_peace() {
 }
 
 #[test]
-#[ignore = "a quarter of an hour; see the top of the file"]
+#[ignore = "second tier: a hundred thousand inputs of each reader, ten million in a study"]
 fn ten_million_bent_inputs_of_each_reader() {
-    ["machine", "set", "tables", "universal", "documents"].into_iter().for_each(|name| read_bent(name, 10_000_000));
-    read_bent("page", 100_000);
+    let count = test_data::draws(100_000, 10_000_000);
+    ["machine", "set", "tables", "universal", "documents"].into_iter().for_each(|name| read_bent(name, count));
+    read_bent("page", count / 100);
 }

@@ -405,6 +405,7 @@ fn recover_what_can_be_learnt_of_an_independent_machine() {
 
 /// Of an independent machine's sines both its lead errors are named and told, though its stiffnesses and its creeping friction cannot be told beside them.
 #[test]
+#[ignore = "second tier"]
 fn recover_lead_errors_beside_what_the_records_do_not_tell() {
     use jointid::reference_simulator::servo::{Axis, Feed, Sensors, write_sines};
     let folder = tempfile::tempdir().unwrap();
@@ -491,6 +492,7 @@ fn told_of_logs(folder: &std::path::Path, axis: &Logged, more: &[&str]) -> Value
 
 /// Behind a play the table's reading flips with the force: of an axis with more friction the kind and size are named.
 #[test]
+#[ignore = "second tier"]
 fn recover_friction_behind_a_play() {
     let of = |effect: &str, sets: &[&str]| {
         let folder = tempfile::tempdir().unwrap();
@@ -510,6 +512,7 @@ fn recover_friction_behind_a_play() {
 /// Of records of an axis as described nothing is named; of the same with an effect taken out of the description that one is, and found as large as it was:
 /// crossings of the play are flights, which tell nothing of what winds up, and a fit that went astray without the effect finds back.
 #[test]
+#[ignore = "second tier"]
 fn recover_what_a_description_with_play_leaves_out() {
     let folder = tempfile::tempdir().unwrap();
     logged(folder.path(), &HYBRID, &[]);
@@ -534,6 +537,7 @@ fn recover_what_a_description_with_play_leaves_out() {
 
 /// Five springs in series wind up under nearly one force: which gives way how far two encoders do not tell, and what else is missing they do.
 #[test]
+#[ignore = "second tier"]
 fn recover_the_lead_behind_springs_in_series() {
     let folder = tempfile::tempdir().unwrap();
     logged(folder.path(), &SERVO, &[r#"effects=["lead-growth"]"#, "parameter.lead_growth.start=4e-5"]);

@@ -234,6 +234,7 @@ fn first(found: &MotionDiagnosis) -> Vec<&str> {
 
 /// What another model has and the description lacks is named, and its size told.
 #[test]
+#[ignore = "second tier"]
 fn recover_what_lies_between_two_encoders() {
     let usual = TwoMasses::usual();
     let axis = config("");
@@ -262,6 +263,7 @@ fn recover_what_lies_between_two_encoders() {
 /// With the motor's encoder alone, force and friction still tell that something between motor and table gives way: play or wind-up, which of them no
 /// single encoder says. A stiff drive train without play is called neither.
 #[test]
+#[ignore = "second tier"]
 fn recover_what_one_encoder_shows_of_a_soft_transmission() {
     let usual = TwoMasses::usual();
     let stiff = stiff();
@@ -337,10 +339,11 @@ fn refuse_columns_of_the_wrong_kind() {
 
 /// Axes as described: flexible, measured with noise, a drifting and late scale.
 #[test]
+#[ignore = "second tier"]
 fn recover_nothing_between_two_encoders() {
     let axis = config("");
     let mut named = Vec::new();
-    for seed in 0..6 {
+    for seed in 0..test_data::draws(2, 6) {
         let found = diagnosed(&axis, &TwoMasses::usual(), seed);
         let value = |id: &str| found.nominal.1[found.nominal.0.machine.parameter(id).unwrap()];
         let (mass, nut, coulomb) = (value("moving_mass"), value("k_nut"), value("coulomb_friction"));

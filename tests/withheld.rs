@@ -460,6 +460,7 @@ fn share_closed_of_quiet_records(out: &str, seal: &Seal, labels: &[Label]) {
 
 /// From seed to scores in motion: a case whose diagnosis fails is counted as failed and never as right.
 #[test]
+#[ignore = "second tier"]
 fn a_case_in_motion_from_end_to_end() {
     let output = jointid().args(["withheld", "--arm", "motion", "--cases", "2", "--time-limit-s", "600", "--json", "-q"]).output().unwrap();
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
@@ -536,6 +537,7 @@ fn refuse_what_cannot_be_asked_for() {
 
 /// From seed to scores with the diagnosis itself, once there is one.
 #[test]
+#[ignore = "second tier"]
 fn two_cases_from_end_to_end() {
     let output = jointid().args(["withheld", "--cases", "2", "--json", "-q"]).output().unwrap();
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));

@@ -183,11 +183,13 @@ fn published_modes_of_three_positions_are_regular() {
 
 /// Sets of peaks of no machine: how many tracks are called regular, as the option allows (0.03 per set).
 #[test]
+#[ignore = "second tier"]
 fn limit_chance_makes_few_regular_tracks() {
     for (positions, peaks) in [(6_u32, 6_u32), (6, 12), (12, 8)] {
         let mut draw = Draw::new(u64::from(peaks));
         let mut regular = 0;
-        for _ in 0..200 {
+        let sets = test_data::draws(100, 200);
+        for _ in 0..sets {
             let mut one = |_| {
                 let f = draw.uniform(15.0, 990.0);
                 reported(f, 1e-4 * f, 0.02, 1e-4 * (24.0 / f).powi(2) * draw.uniform(-0.7, 0.7).exp())
@@ -196,8 +198,8 @@ fn limit_chance_makes_few_regular_tracks() {
             let places: Vec<f64> = (0..positions).map(f64::from).collect();
             regular += of_modes(&places, &modes).iter().filter(|t| t.regular).count();
         }
-        println!("{positions} positions, {peaks} chance peaks each: {:.3} regular tracks per set", regular as f64 / 200.0);
-        assert!(regular <= 12, "{regular}");
+        println!("{positions} positions, {peaks} chance peaks each: {:.3} regular tracks per set", regular as f64 / sets as f64);
+        assert!(50 * regular as u64 <= 3 * sets, "{regular} in {sets}");
     }
 }
 
