@@ -71,6 +71,7 @@ fn recover_a_misread_quantity() {
 
 /// The paper prints the amplitudes of its bench "in m", which they cannot be: taken so, modes alone tell that another quantity was read.
 #[test]
+#[ignore = "second tier"]
 fn published_amplitudes_are_no_receptances() {
     let folder = tempfile::tempdir().unwrap();
     for name in ["manifest.toml", "modes.csv", "published.csv"] {
@@ -232,6 +233,7 @@ fn recover_nothing_from_a_calibration_a_little_off() {
 
 /// A plain resonator on the table is no rocking table, though that, with two numbers more, does all it does.
 #[test]
+#[ignore = "second tier"]
 fn recover_a_resonator_where_no_effect_is_one() {
     let found = struck_bench(&resonator("more", "table", ["15.0", "1.3e7", "800.0"]), 1.0, 0.01);
     assert_eq!(found["verdict"]["kind"], "unknown", "{:#}", found["verdict"]);

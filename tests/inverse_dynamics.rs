@@ -88,6 +88,7 @@ fn names(found: &MotionDiagnosis, id: &str) -> bool {
 
 /// The real axis with effects withheld, and as configured, where asymmetry is known to be missing; the held-out record's delay is told.
 #[test]
+#[ignore = "second tier"]
 fn published_emps_withheld_effects_are_named() {
     let Some(motions) = real() else { return };
     for (without, missing, least) in [
@@ -220,6 +221,7 @@ fn recover_the_record_that_is_late_among_late_ones() {
 
 /// A held-out record whose force was recorded in another range is named where nothing else is; it is no «none».
 #[test]
+#[ignore = "second tier"]
 fn recover_a_held_out_record_in_another_range() {
     let axis = Axis { uneven: 0.005, drift: 0.002, ..Axis::usual() };
     let (fit, mut held_out) = (made("fit", &axis, 1), made("held-out", &axis, 1001));

@@ -50,6 +50,7 @@ fn cases_do_not_depend_on_threads_or_order() {
 }
 
 #[test]
+#[ignore = "second tier"]
 fn cases_hold_what_their_labels_say() {
     let plan = small();
     for (index, made) in generate(5, &plan).enumerate() {
