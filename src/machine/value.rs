@@ -122,6 +122,7 @@ impl Value {
     }
 
     /// Its number for the given parameters (each in its unit) and operating condition.
+    #[inline]
     pub fn at(&self, parameters: &[f64], operating: &Operating) -> f64 {
         self.laws.iter().fold(self.base_at(parameters, operating), |x, law| law.apply(x, parameters, operating).0)
     }

@@ -95,6 +95,7 @@ impl Complexes {
     }
 
     /// ln z, its imaginary part between −π and π.
+    #[inline]
     pub fn ln(self) -> Self {
         Complexes { re: self.norm_sqr().ln() * Reals::splat(0.5), im: self.im.atan2(self.re) }
     }
