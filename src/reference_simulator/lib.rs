@@ -23,6 +23,7 @@ mod file;
 pub mod hammer;
 pub mod machine;
 pub mod motion;
+mod named;
 mod projection;
 pub mod servo;
 mod sizing;

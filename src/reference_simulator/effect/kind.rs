@@ -2,70 +2,77 @@
 
 use serde::{Deserialize, Serialize};
 
-/// What kind of effect.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum EffectKind {
-    /// The drive holds the rotor: position and velocity loop with integral action and lag.
-    RotorHold,
-    /// Two bellows hold the table.
-    GuideStiffness,
-    /// Four wipers brake the table.
-    GuideViscous,
-    /// A workpiece or fixture on the table, or one that is missing.
-    TableMass,
-    /// The bed shifts and pitches on its mounts.
-    BedCompliance,
-    /// The nut's body moves on its flange.
-    NutFlangeCompliance,
-    /// Preload lost, or too high, along part of the stroke.
-    NutStiffnessPosition,
-    /// One bearing changes with the nut's position.
-    BearingStiffnessPosition,
-    /// A ring on the hub, or a lighter hub.
-    CouplingInertia,
-    /// A stage with its own inertia between rotor and coupling.
-    DriveFlexibility,
-    /// A bored, thinner or thicker screw.
-    ScrewDiameter,
-    /// A screw of lossy material.
-    ScrewLossFactor,
-    /// The table pitches and heaves on four carriages.
-    TableRocking,
-    /// The screw bends; its nut is loaded off the axis.
-    ScrewBending,
-    /// A covering that relaxes, three times over.
-    TableRelaxation,
-    /// All responses too large or too small.
-    FrfGain,
-    /// All responses late or early.
-    MeasurementDelay,
-    /// Mobility called receptance, and the like.
-    FrfQuantity,
-    /// Nut or guide depends on the force level.
-    ContactLevel,
-    /// A hose or cable swings on the table.
-    HoseResonator,
-    /// Velocity feedback that comes late and feeds some frequencies.
-    ServoLag,
-    /// A bearing housing gives way.
-    HousingTilt,
-    /// A ring on rubber at the screw's far end.
-    RingAbsorber,
-    /// An unbalanced nut yaws under axial force.
-    NutYaw,
-    /// Guide film with a force of power ½ or 3⁄2 of frequency.
-    SqueezedFilm,
-    /// A support grips the screw away from nut and bearings.
-    MiddleSupport,
-    /// The right bearing stands on a loose foundation.
-    LooseFoot,
-    /// A brake's disc on a soft spline at the rotor.
-    BrakeDisc,
-    /// The drive follows the table's scale in part.
-    ScaleFeedback,
-    /// The motor's mass hangs axially on the screw through the coupling.
-    MotorThrust,
+use crate::named::named_effects;
+
+named_effects! {
+    /// What kind of effect.
+    pub enum EffectKind
+    LISTED {
+        /// The drive holds the rotor: position and velocity loop with integral action and lag.
+        RotorHold = "rotor-hold",
+        /// Two bellows hold the table.
+        GuideStiffness = "guide-stiffness",
+        /// Four wipers brake the table.
+        GuideViscous = "guide-viscous",
+        /// A workpiece or fixture on the table, or one that is missing.
+        TableMass = "table-mass",
+        /// The bed shifts and pitches on its mounts.
+        BedCompliance = "bed-compliance",
+        /// The nut's body moves on its flange.
+        NutFlangeCompliance = "nut-flange-compliance",
+        /// Preload lost, or too high, along part of the stroke.
+        NutStiffnessPosition = "nut-stiffness-position",
+        /// One bearing changes with the nut's position.
+        BearingStiffnessPosition = "bearing-stiffness-position",
+        /// A ring on the hub, or a lighter hub.
+        CouplingInertia = "coupling-inertia",
+        /// A stage with its own inertia between rotor and coupling.
+        DriveFlexibility = "drive-flexibility",
+        /// A bored, thinner or thicker screw.
+        ScrewDiameter = "screw-diameter",
+        /// A screw of lossy material.
+        ScrewLossFactor = "screw-loss-factor",
+        /// The table pitches and heaves on four carriages.
+        TableRocking = "table-rocking",
+        /// The screw bends; its nut is loaded off the axis.
+        ScrewBending = "screw-bending",
+        /// A covering that relaxes, three times over.
+        TableRelaxation = "table-relaxation",
+        /// All responses too large or too small.
+        FrfGain = "frf-gain",
+        /// All responses late or early.
+        MeasurementDelay = "measurement-delay",
+        /// Mobility called receptance, and the like.
+        FrfQuantity = "frf-quantity",
+    }
+    OTHERS {
+        /// Nut or guide depends on the force level.
+        ContactLevel = "contact-level",
+    }
+    OUTSIDE {
+        /// A hose or cable swings on the table.
+        HoseResonator = "hose-resonator",
+        /// Velocity feedback that comes late and feeds some frequencies.
+        ServoLag = "servo-lag",
+        /// A bearing housing gives way.
+        HousingTilt = "housing-tilt",
+        /// A ring on rubber at the screw's far end.
+        RingAbsorber = "ring-absorber",
+        /// An unbalanced nut yaws under axial force.
+        NutYaw = "nut-yaw",
+        /// Guide film with a force of power ½ or 3⁄2 of frequency.
+        SqueezedFilm = "squeezed-film",
+        /// A support grips the screw away from nut and bearings.
+        MiddleSupport = "middle-support",
+        /// The right bearing stands on a loose foundation.
+        LooseFoot = "loose-foot",
+        /// A brake's disc on a soft spline at the rotor.
+        BrakeDisc = "brake-disc",
+        /// The drive follows the table's scale in part.
+        ScaleFeedback = "scale-feedback",
+        /// The motor's mass hangs axially on the screw through the coupling.
+        MotorThrust = "motor-thrust",
+    }
 }
 
 /// Where an effect sits, in names of the engineer's model.
@@ -80,79 +87,6 @@ pub struct Place {
 use EffectKind::*;
 
 impl EffectKind {
-    /// Effects that a diagnosis is expected to know by name.
-    pub const LISTED: [Self; 18] = [
-        RotorHold,
-        GuideStiffness,
-        GuideViscous,
-        TableMass,
-        BedCompliance,
-        NutFlangeCompliance,
-        NutStiffnessPosition,
-        BearingStiffnessPosition,
-        CouplingInertia,
-        DriveFlexibility,
-        ScrewDiameter,
-        ScrewLossFactor,
-        TableRocking,
-        ScrewBending,
-        TableRelaxation,
-        FrfGain,
-        MeasurementDelay,
-        FrfQuantity,
-    ];
-
-    /// Effects outside every list.
-    pub const OUTSIDE: [Self; 11] = [
-        HoseResonator,
-        ServoLag,
-        HousingTilt,
-        RingAbsorber,
-        NutYaw,
-        SqueezedFilm,
-        MiddleSupport,
-        LooseFoot,
-        BrakeDisc,
-        ScaleFeedback,
-        MotorThrust,
-    ];
-
-    /// Identifier.
-    pub fn id(self) -> &'static str {
-        match self {
-            RotorHold => "rotor-hold",
-            GuideStiffness => "guide-stiffness",
-            GuideViscous => "guide-viscous",
-            TableMass => "table-mass",
-            BedCompliance => "bed-compliance",
-            NutFlangeCompliance => "nut-flange-compliance",
-            NutStiffnessPosition => "nut-stiffness-position",
-            BearingStiffnessPosition => "bearing-stiffness-position",
-            CouplingInertia => "coupling-inertia",
-            DriveFlexibility => "drive-flexibility",
-            ScrewDiameter => "screw-diameter",
-            ScrewLossFactor => "screw-loss-factor",
-            TableRocking => "table-rocking",
-            ScrewBending => "screw-bending",
-            TableRelaxation => "table-relaxation",
-            FrfGain => "frf-gain",
-            MeasurementDelay => "measurement-delay",
-            FrfQuantity => "frf-quantity",
-            ContactLevel => "contact-level",
-            HoseResonator => "hose-resonator",
-            ServoLag => "servo-lag",
-            HousingTilt => "housing-tilt",
-            RingAbsorber => "ring-absorber",
-            NutYaw => "nut-yaw",
-            SqueezedFilm => "squeezed-film",
-            MiddleSupport => "middle-support",
-            LooseFoot => "loose-foot",
-            BrakeDisc => "brake-disc",
-            ScaleFeedback => "scale-feedback",
-            MotorThrust => "motor-thrust",
-        }
-    }
-
     /// Whether it occurs with either sign.
     pub fn is_two_sided(self) -> bool {
         matches!(

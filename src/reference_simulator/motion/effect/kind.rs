@@ -1,115 +1,68 @@
 //! Names of effects, where they sit, and which records can show them.
 
-use serde::{Deserialize, Serialize};
-
 use crate::effect::Place;
 use crate::motion::run::Side;
+use crate::named::named_effects;
 
-/// What kind of effect.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Effect {
-    /// Dry friction that the description leaves out.
-    CoulombFriction,
-    /// Viscous friction that the description leaves out.
-    ViscousFriction,
-    /// Friction falls with speed.
-    StribeckFriction,
-    /// Another friction forward than backward.
-    FrictionAsymmetry,
-    /// Friction rises over tens of micrometres.
-    PreslidingFriction,
-    /// Friction wanders along the travel.
-    PositionFriction,
-    /// Friction grows with the force through the nut.
-    LoadFriction,
-    /// A gap between screw and nut.
-    Backlash,
-    /// A soft coupling.
-    DriveFlexibility,
-    /// Force late after its demand, and the scale's word as late.
-    ControlDelay,
-    /// Force other than recorded.
-    ForceGain,
-    /// Force of the motor over its angle.
-    TorqueRipple,
-    /// Error of the screw's pitch.
-    LeadError,
-    /// The screw grows while it warms.
-    LeadGrowth,
-    /// A table heavier or lighter than weighed.
-    MovingMass,
-    /// A cable chain pulls towards one end.
-    CableChain,
-    /// A body swings on the table.
-    LoadPendulum,
-    /// Lumps of grease.
-    GreaseLumps,
-    /// The encoder's signal errs within its period.
-    ScaleCogging,
-    /// The amplifier swallows small demands.
-    AmplifierDeadZone,
-    /// Friction falls as the oil warms.
-    RunningIn,
-    /// Wipers creep.
-    WiperCreep,
+named_effects! {
+    /// What kind of effect.
+    pub enum Effect
+    LISTED {
+        /// Dry friction that the description leaves out.
+        CoulombFriction = "coulomb-friction",
+        /// Viscous friction that the description leaves out.
+        ViscousFriction = "viscous-friction",
+        /// Friction falls with speed.
+        StribeckFriction = "stribeck-friction",
+        /// Another friction forward than backward.
+        FrictionAsymmetry = "friction-asymmetry",
+        /// Friction rises over tens of micrometres.
+        PreslidingFriction = "presliding-friction",
+        /// Friction wanders along the travel.
+        PositionFriction = "position-friction",
+        /// Friction grows with the force through the nut.
+        LoadFriction = "load-friction",
+        /// A gap between screw and nut.
+        Backlash = "backlash",
+        /// A soft coupling.
+        DriveFlexibility = "drive-flexibility",
+        /// Force late after its demand, and the scale's word as late.
+        ControlDelay = "control-delay",
+        /// Force other than recorded.
+        ForceGain = "force-gain",
+        /// Force of the motor over its angle.
+        TorqueRipple = "torque-ripple",
+        /// Error of the screw's pitch.
+        LeadError = "lead-error",
+        /// The screw grows while it warms.
+        LeadGrowth = "lead-growth",
+        /// A table heavier or lighter than weighed.
+        MovingMass = "moving-mass",
+    }
+    OTHERS {}
+    OUTSIDE {
+        /// A cable chain pulls towards one end.
+        CableChain = "cable-chain",
+        /// A body swings on the table.
+        LoadPendulum = "load-pendulum",
+        /// Lumps of grease.
+        GreaseLumps = "grease-lumps",
+        /// The encoder's signal errs within its period.
+        ScaleCogging = "scale-cogging",
+        /// The amplifier swallows small demands.
+        AmplifierDeadZone = "amplifier-dead-zone",
+        /// Friction falls as the oil warms.
+        RunningIn = "running-in",
+        /// Wipers creep.
+        WiperCreep = "wiper-creep",
+    }
 }
 
 use Effect::*;
 
 impl Effect {
-    /// Effects that a diagnosis is expected to know by name.
-    pub const LISTED: [Self; 15] = [
-        CoulombFriction,
-        ViscousFriction,
-        StribeckFriction,
-        FrictionAsymmetry,
-        PreslidingFriction,
-        PositionFriction,
-        LoadFriction,
-        Backlash,
-        DriveFlexibility,
-        ControlDelay,
-        ForceGain,
-        TorqueRipple,
-        LeadError,
-        LeadGrowth,
-        MovingMass,
-    ];
-
-    /// Effects outside every list.
-    pub const OUTSIDE: [Self; 7] = [CableChain, LoadPendulum, GreaseLumps, ScaleCogging, AmplifierDeadZone, RunningIn, WiperCreep];
-
     /// Pairs that the first records hardly tell apart.
     pub const LOOK_ALIKES: [(Self, Self); 2] = [(Backlash, DriveFlexibility), (ControlDelay, DriveFlexibility)];
-
-    /// Identifier.
-    pub fn id(self) -> &'static str {
-        match self {
-            CoulombFriction => "coulomb-friction",
-            ViscousFriction => "viscous-friction",
-            StribeckFriction => "stribeck-friction",
-            FrictionAsymmetry => "friction-asymmetry",
-            PreslidingFriction => "presliding-friction",
-            PositionFriction => "position-friction",
-            LoadFriction => "load-friction",
-            Backlash => "backlash",
-            DriveFlexibility => "drive-flexibility",
-            ControlDelay => "control-delay",
-            ForceGain => "force-gain",
-            TorqueRipple => "torque-ripple",
-            LeadError => "lead-error",
-            LeadGrowth => "lead-growth",
-            MovingMass => "moving-mass",
-            CableChain => "cable-chain",
-            LoadPendulum => "load-pendulum",
-            GreaseLumps => "grease-lumps",
-            ScaleCogging => "scale-cogging",
-            AmplifierDeadZone => "amplifier-dead-zone",
-            RunningIn => "running-in",
-            WiperCreep => "wiper-creep",
-        }
-    }
 
     /// The side from which alone it can be seen, where there is one.
     pub fn side(self) -> Option<Side> {
