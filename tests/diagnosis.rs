@@ -117,7 +117,7 @@ fn published_bench_without_its_rotor_hold() {
     let [low, high] = [0, 1].map(|end| row["closed95"][end].as_f64().unwrap());
     assert!(low > 0.9 && low < closed && closed < high && high < 1.1, "{low} to {high} for {closed}");
     assert_eq!((&found["where"][0]["interface"], &found["verdict"]["where"]), (&"rotor".into(), &"rotor".into()));
-    // The gap of each order: all of them together are the gap of all positions.
+    // The gap of each order, over all positions.
     let by_mode: Vec<f64> = found["gap"]["by_mode"].as_array().unwrap().iter().filter_map(Value::as_f64).collect();
     let (least, most) = by_mode.iter().fold((f64::INFINITY, 0.0_f64), |(low, high), x| (low.min(*x), high.max(*x)));
     let all = found["gap"]["fit"].as_f64().unwrap();

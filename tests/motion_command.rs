@@ -99,6 +99,23 @@ fn refuse_motions_that_cannot_be() {
     refused(&["--config", axis.to_str().unwrap(), "--reference", "s-curve", "--travel-m", "1.4"], &["beyond the screw of 2.6 m"]);
 }
 
+/// By the simulated loop the records of EMPS give what their authors found by least squares, within what its own intervals leave.
+#[test]
+fn published_parameters_of_emps_by_the_simulated_loop() {
+    let Some(folder) = test_data::shared("realdata/emps") else { return };
+    let arguments = ["identify", "--config", "configs/emps.toml", "--objective", "output-error", "--json", "--quiet", "--measurements"];
+    let output = Command::cargo_bin("jointid").unwrap().args(arguments).arg(folder).output().unwrap();
+    let document: Value = serde_json::from_slice(&output.stdout).unwrap_or_else(|_| panic!("{}", String::from_utf8_lossy(&output.stderr)));
+    for (id, published) in
+        [("moving_mass", 95.1089), ("viscous_friction", 203.5034), ("coulomb_friction", 20.3935), ("friction_offset", -3.1648)]
+    {
+        let interval = &document["parameters"][id]["interval95"];
+        let [low, high] = [0, 1].map(|end| interval[end].as_f64().unwrap());
+        assert!(low < published && published < high && high - low < 0.5 * published.abs(), "{id}: {low} to {high}");
+    }
+    assert!(document["records"]["sweep"]["simulated_force_error"].as_f64().unwrap() < 0.046);
+}
+
 /// The published parameters on the records themselves, by the command.
 #[test]
 fn published_record_of_emps_by_the_command() {

@@ -142,7 +142,12 @@ fn compare_objectives(loaded: &Loaded, fit: &FitSet<'_>, plan: &Plan, control: &
     let complete = !control.stopped();
     let document = Objectives {
         stamp: stamp("objectives", plan.seed, complete, loaded, Vec::new()),
-        positions: fit.positions.iter().map(|i| loaded.set.positions[*i].name.clone()).collect(),
+        positions: fit
+            .leave_one_out(false)
+            .iter()
+            .flat_map(|(_, left)| &left.positions)
+            .map(|i| loaded.set.positions[*i].name.clone())
+            .collect(),
         objectives: scores
             .into_iter()
             .map(|s| ObjectiveRow {

@@ -243,7 +243,7 @@ pub fn gaps(
     }
 }
 
-/// Highest order that has a gap of its own.
+/// Highest order that has a gap of its own; an experimenter counts from 1.
 const LAST_ORDER: u32 = 1000;
 
 /// Root mean square over positions of the relative frequency errors of each order, from 1; a mode that is not predicted counts as [`MISSING`]. `None` for

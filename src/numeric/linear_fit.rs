@@ -2,7 +2,7 @@
 
 use nalgebra::{DMatrix, DVector};
 
-/// Below this share of its length a column is taken for a combination of those before it.
+/// Share of its length below which a column is taken for a combination of those before it.
 const INDEPENDENT: f64 = 1e-9;
 
 /// Least squares of linear columns by QR, each column scaled to length one.
@@ -17,12 +17,12 @@ pub struct LinearFit {
 impl LinearFit {
     /// Minimises |y − X·c|². `None` where columns are not independent.
     pub fn new(columns: &DMatrix<f64>, y: &DVector<f64>) -> Option<Self> {
-        Self::penalised(columns, &[], y)
+        Self::penalised(columns, &[], y, INDEPENDENT)
     }
 
-    /// Minimises |y − X·c|² + Σ p_j·c_j², as rows √p_j of their own below X. Without penalties it is [`LinearFit::new`]. `None` where columns are not
-    /// independent.
-    pub fn penalised(columns: &DMatrix<f64>, penalty: &[f64], y: &DVector<f64>) -> Option<Self> {
+    /// Minimises |y − X·c|² + Σ p_j·c_j², as rows √p_j of their own below X. `None` where a column that is not penalised is `independent` of those before
+    /// it by less than this share of its length.
+    pub fn penalised(columns: &DMatrix<f64>, penalty: &[f64], y: &DVector<f64>, independent: f64) -> Option<Self> {
         let lengths: Vec<f64> = columns.column_iter().map(|c| c.norm()).collect();
         if lengths.iter().any(|l| !(*l > 0.0 && l.is_finite())) {
             return None;
@@ -36,7 +36,7 @@ impl LinearFit {
         let right = DVector::from_iterator(rows + known, y.iter().copied().chain(std::iter::repeat_n(0.0, known)));
         let qr = scaled.clone().qr();
         let r = qr.r();
-        if (0..r.ncols()).any(|i| r[(i, i)].abs() < INDEPENDENT) {
+        if (0..r.ncols()).any(|i| r[(i, i)].abs() < independent) {
             return None;
         }
         let solved = r.solve_upper_triangular(&(qr.q().transpose() * &right))?;
@@ -55,14 +55,14 @@ mod tests {
         let columns = DMatrix::from_fn(40, 3, |i, j| [1.0, 1e4 * (0.3 * i as f64).sin(), 1e-3 * i as f64][j]);
         let y = DVector::from_fn(40, |i, _| (0.1 * (i * i) as f64).cos() + 2.0);
         for penalty in [[0.0, 0.0, 0.0], [3.0, 0.0, 1e-5]] {
-            let found = LinearFit::penalised(&columns, &penalty, &y).unwrap();
+            let found = LinearFit::penalised(&columns, &penalty, &y, 1e-9).unwrap();
             let normal = columns.tr_mul(&columns) + DMatrix::from_diagonal(&DVector::from_column_slice(&penalty));
             let expected = normal.lu().solve(&columns.tr_mul(&y)).unwrap();
             assert!(found.coefficients.iter().zip(&expected).all(|(a, b)| (a / b - 1.0).abs() < 1e-9), "{found:?} {expected}");
             assert!((&found.residual - (&y - &columns * &expected)).norm() < 1e-9);
         }
         let free = LinearFit::new(&columns, &y).unwrap();
-        assert!((&free.coefficients - LinearFit::penalised(&columns, &[0.0; 3], &y).unwrap().coefficients).norm() < 1e-9);
+        assert!((&free.coefficients - LinearFit::penalised(&columns, &[0.0; 3], &y, 1e-9).unwrap().coefficients).norm() < 1e-9);
         let twice = DMatrix::from_fn(40, 2, |i, j| columns[(i, 2)] * (1.0 + j as f64));
         assert_eq!(LinearFit::new(&twice, &y), None);
     }

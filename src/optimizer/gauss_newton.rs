@@ -57,8 +57,10 @@ pub struct GaussNewtonFit {
     pub values: Vec<f64>,
     /// Observed less predicted.
     pub residual: DVector<f64>,
-    /// Derivatives of the prediction with the coordinates, where they are those of the end: not if the last step moved on from there.
-    pub derivatives: Option<DMatrix<f64>>,
+    /// Derivatives of the prediction with the coordinates from which the last step was made; zero where it was stopped before the first.
+    pub derivatives: DMatrix<f64>,
+    /// Whether that step gained nothing, so that they are those of the end.
+    pub at_end: bool,
     /// Predictions made.
     pub evaluations: u64,
     /// Came to rest; not stopped, and not out of steps.
@@ -92,8 +94,8 @@ impl GaussNewton {
         let mut here = prediction.at(&values).map_err(GaussNewtonError::Model)?.ok_or(GaussNewtonError::Stopped)?;
         let mut residual = observed - &here;
         let mut evaluations = 1;
-        let mut derivatives = None;
-        let mut converged = false;
+        let mut derivatives = DMatrix::zeros(observed.len(), coordinates.len());
+        let (mut at_end, mut converged) = (false, false);
         for round in 0..self.steps {
             let found = prediction.derivatives(&values, &here).map_err(GaussNewtonError::Model)?;
             evaluations += coordinates.len() as u64;
@@ -103,7 +105,7 @@ impl GaussNewton {
                 let moving = if round == 0 { (0..coordinates.len()).collect() } else { live_columns(&found) };
                 GaussNewtonError::Dependent(moving.clone(), found.select_columns(&moving))
             })?;
-            derivatives = Some(found);
+            (derivatives, at_end) = (found, true);
             let squares = residual.norm_squared();
             let mut gained = None;
             for halvings in 0..self.lengths {
@@ -111,7 +113,7 @@ impl GaussNewton {
                 evaluations += 1;
                 let there = match prediction.at(&next) {
                     Ok(None) => {
-                        return Ok(GaussNewtonFit { values, residual, derivatives, evaluations, converged: false });
+                        return Ok(GaussNewtonFit { values, residual, derivatives, at_end, evaluations, converged: false });
                     }
                     Ok(there) => there,
                     Err(_) => None,
@@ -127,13 +129,13 @@ impl GaussNewton {
                 break;
             };
             (values, residual, here) = next;
-            derivatives = None;
+            at_end = false;
             if squares - residual.norm_squared() <= self.gain * squares {
                 converged = true;
                 break;
             }
         }
-        Ok(GaussNewtonFit { values, residual, derivatives, evaluations, converged })
+        Ok(GaussNewtonFit { values, residual, derivatives, at_end, evaluations, converged })
     }
 }
 
@@ -236,6 +238,51 @@ mod tests {
         let observed = Decay.at(&truth).unwrap().unwrap();
         let found = SETTINGS.fit(&Decay, &observed, &[-3.0, 1e8, 20.0], &coordinates()).unwrap();
         assert!(found.converged && found.values.iter().zip(truth).all(|(a, b)| (a / b - 1.0).abs() < 1e-8), "{found:?}");
+    }
+
+    /// The same, stopped after some predictions.
+    struct Stopped(std::cell::Cell<u64>);
+
+    impl Prediction for Stopped {
+        type Error = String;
+        fn at(&self, v: &[f64]) -> Result<Option<DVector<f64>>, String> {
+            let left = self.0.get();
+            self.0.set(left.saturating_sub(1));
+            if left == 0 { Ok(None) } else { Decay.at(v) }
+        }
+        fn derivatives(&self, v: &[f64], here: &DVector<f64>) -> Result<Option<DMatrix<f64>>, String> {
+            Decay.derivatives(v, here)
+        }
+    }
+
+    #[test]
+    fn a_stop_keeps_what_was_gained() {
+        let observed = Decay.at(&[1.5, 2e5, 3.0]).unwrap().unwrap();
+        let run = |predictions: u64| SETTINGS.fit(&Stopped(predictions.into()), &observed, &[-3.0, 1e8, 20.0], &coordinates());
+        assert_eq!(run(0), Err(GaussNewtonError::Stopped));
+        let (first, third) = (run(1).unwrap(), run(3).unwrap());
+        assert!(!first.converged && first.values == [-3.0, 1e8, 20.0] && first.derivatives.norm() > 0.0);
+        assert!(!third.converged && third.residual.norm() < first.residual.norm() && third.derivatives.norm() > 0.0);
+        // A prediction, three derivatives, and the one that was stopped.
+        assert_eq!(first.evaluations, 1 + 3 + 1);
+    }
+
+    #[test]
+    fn coordinates_that_do_the_same_or_nothing_are_told() {
+        struct Twice(f64);
+        impl Prediction for Twice {
+            type Error = String;
+            fn at(&self, v: &[f64]) -> Result<Option<DVector<f64>>, String> {
+                Ok(Some(DVector::from_fn(9, |i, _| (v[0] + self.0 * v[1]) * i as f64)))
+            }
+            fn derivatives(&self, _: &[f64], _: &DVector<f64>) -> Result<Option<DMatrix<f64>>, String> {
+                Ok(Some(DMatrix::from_fn(9, 2, |i, j| [1.0, self.0][j] * i as f64)))
+            }
+        }
+        for same in [2.0, 0.0] {
+            let found = SETTINGS.fit(&Twice(same), &DVector::from_element(9, 1.0), &[0.0, 1e6, 0.0], &coordinates()[..2]);
+            assert!(matches!(found, Err(GaussNewtonError::Dependent(moving, _)) if moving == [0, 1]));
+        }
     }
 
     #[test]

@@ -36,7 +36,7 @@ pub fn run(given: &DiagnoseArguments, loaded: &Loaded) -> CommandResult {
     let whole = fits_frfs(&given.search, &loaded.set);
     check_frozen(loaded, &plan.frozen)?;
     let effects = choose_effects(given, &loaded.config.effects, Data::Frf)?;
-    let blocks = if whole { fit.groups().len() } else { fit.positions.len() };
+    let blocks = fit.leave_one_out(whole).len();
     if blocks < 2 && (!whole || machine.stroke_m().is_some()) {
         return Err(format!(
             "{}: diagnosis needs at least two positions (or records) to fit, {blocks} {} named: at one place any interface can explain any FRF; \

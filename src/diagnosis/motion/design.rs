@@ -282,6 +282,9 @@ fn lengths(columns: &DMatrix<f64>) -> Option<Vec<f64>> {
     columns.column_iter().map(|column| Some(column.norm()).filter(|l| *l > 0.0 && l.is_finite())).collect()
 }
 
+/// Share of its length below which a column is taken for a combination of the others: normal equations know no less.
+pub(super) const INDEPENDENT: f64 = 1e-5;
+
 /// Inverse of normal equations with a penalty, through columns of length one, so that it is exact where units differ; `None` where columns are not
 /// independent.
 fn inverse(mut normal: DMatrix<f64>, penalty: &[f64], lengths: &[f64]) -> Option<DMatrix<f64>> {
@@ -290,7 +293,7 @@ fn inverse(mut normal: DMatrix<f64>, penalty: &[f64], lengths: &[f64]) -> Option
         normal[(i, i)] += penalty[i];
     }
     let scaled = DMatrix::from_fn(count, count, |i, j| normal[(i, j)] / (lengths[i] * lengths[j]));
-    let inverse = Cholesky::new(scaled).filter(|c| (0..count).all(|i| c.l_dirty()[(i, i)] > 1e-5))?.inverse();
+    let inverse = Cholesky::new(scaled).filter(|c| (0..count).all(|i| c.l_dirty()[(i, i)] > INDEPENDENT))?.inverse();
     Some(DMatrix::from_fn(count, count, |i, j| inverse[(i, j)] / (lengths[i] * lengths[j])))
 }
 

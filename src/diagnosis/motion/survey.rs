@@ -8,7 +8,7 @@ use rand_xoshiro::Xoshiro256PlusPlus;
 use rayon::prelude::*;
 
 use super::data::{MotionData, beside};
-use super::design::{Base, Design, Forces, Solved};
+use super::design::{Base, Design, Forces, INDEPENDENT, Solved};
 use super::free::free_shapes;
 use super::lattice::{lattice, small};
 use super::noise::Noise;
@@ -160,7 +160,7 @@ impl Survey {
         // What would leave its range beside what is ordinarily wrong is held at its end: no candidate is to gain by taking it farther, or to lose to one
         // that does.
         let beside_wrong = beside(&[&all.derivatives, &wrong]);
-        let step = LinearFit::penalised(&beside_wrong, &penalties(asked.len()), &fit.residual)?.coefficients;
+        let step = LinearFit::penalised(&beside_wrong, &penalties(asked.len()), &fit.residual, INDEPENDENT)?.coefficients;
         let inside = |at: &usize| {
             let (p, x) = (&machine.parameters[asked[*at]], fit.values[asked[*at]]);
             p.holds_inside(x) || (p.lower..=p.upper).contains(&(x + step[*at]))
@@ -341,7 +341,7 @@ impl Survey {
         let columns = beside(&[&own.derivatives, &columns_of(&self.nuisances)]);
         let penalty = [vec![0.0; self.free.len()], vec![self.variance; self.nuisances.len()]].concat();
         let left = &data.y - own.prediction;
-        let fit = LinearFit::penalised(&columns, &penalty, &left)?;
+        let fit = LinearFit::penalised(&columns, &penalty, &left, INDEPENDENT)?;
         let prior: f64 = fit.coefficients.iter().zip(&penalty).map(|(size, p)| p * size * size).sum();
         Some(fit.residual.norm_squared() + prior)
     }

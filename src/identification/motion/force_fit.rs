@@ -59,11 +59,11 @@ pub fn estimate(rigid: &Rigid, machine: &Machine, start: &[f64], free: &[usize],
     let found = ENDS
         .fit(&force, &recorded(motions), start, &coordinates(machine, free, &inverse(machine, free)))
         .map_err(|e| unidentifiable(machine, free, e))?;
-    let GaussNewtonFit { values, residual, derivatives: last, mut evaluations, .. } = found;
-    let derivatives = last.unwrap_or_else(|| {
+    let GaussNewtonFit { values, residual, mut derivatives, at_end, mut evaluations, .. } = found;
+    if !at_end {
         evaluations += 1 + free.len() as u64;
-        Columns::new(rigid, machine, &values, free, motions).derivatives
-    });
+        derivatives = Columns::new(rigid, machine, &values, free, motions).derivatives;
+    }
     Ok(Fit { free: free.to_vec(), squares: residual.norm_squared(), values, residual, derivatives, evaluations })
 }
 

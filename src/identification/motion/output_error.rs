@@ -75,18 +75,9 @@ pub fn output_error(
     let found = ENDS
         .fit(&simulated, &y, start, &coordinates(machine, free, &vec![false; free.len()]))
         .map_err(|e| unidentifiable(machine, free, e))?;
-    let GaussNewtonFit { values, residual, derivatives: last, mut evaluations, converged } = found;
-    let derivatives = match last {
-        Some(derivatives) => Some(derivatives),
-        None if control.stopped() => None,
-        None => {
-            evaluations += free.len() as u64;
-            simulated.derivatives(&values, &(&y - &residual))?
-        }
-    };
-    let complete = converged && derivatives.is_some() && !control.stopped();
-    let derivatives = derivatives.unwrap_or_else(|| DMatrix::zeros(y.len(), free.len()));
-    Ok(OutputError { values, residual, derivatives, evaluations, complete })
+    // Derivatives are those before the last step: new ones would be as many simulations again.
+    let GaussNewtonFit { values, residual, derivatives, evaluations, converged, .. } = found;
+    Ok(OutputError { values, residual, derivatives, evaluations, complete: converged && !control.stopped() })
 }
 
 /// Simulated force of records, one after another; `None` where it was stopped.
