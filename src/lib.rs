@@ -51,17 +51,11 @@
 //! | `withheld` | sealed cases, answers, scores | judges by documents alone, as somebody else would |
 //! | `cli` | arguments, one file or folder a command, progress, terminal | the only crate that knows all others |
 
-pub use cli;
-pub use config;
-pub use diagnosis;
 pub use dynamics::{inverse_dynamics, model, motion};
 pub use identification::{self, network, objective, validation};
 pub use machine::{self, contact};
 pub use measurement::{self, modal};
 pub use numeric::{self, unit};
-pub use optimizer;
-pub use reference_simulator;
-pub use report;
-pub use withheld;
+pub use {cli, config, diagnosis, optimizer, reference_simulator, report, withheld};
 
 pub mod guide;

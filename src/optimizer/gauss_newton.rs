@@ -263,7 +263,6 @@ mod tests {
         let (first, third) = (run(1).unwrap(), run(3).unwrap());
         assert!(!first.converged && first.values == [-3.0, 1e8, 20.0] && first.derivatives.norm() > 0.0);
         assert!(!third.converged && third.residual.norm() < first.residual.norm() && third.derivatives.norm() > 0.0);
-        // A prediction, three derivatives, and the one that was stopped.
         assert_eq!(first.evaluations, 1 + 3 + 1);
     }
 

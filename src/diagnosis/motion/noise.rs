@@ -98,8 +98,7 @@ pub(super) fn repeated(part: &[f64], period: usize) -> Vec<f64> {
 
 /// Long-run variance over that of white noise, at least 1.
 fn inflation(residual: &DVector<f64>, reach: usize) -> f64 {
-    let series = DMatrix::from_column_slice(residual.len(), 1, residual.as_slice());
-    (long_run_covariance(&series, reach)[(0, 0)] / residual.norm_squared()).max(1.0)
+    (long_run_covariance(&DMatrix::from_columns(std::slice::from_ref(residual)), reach)[(0, 0)] / residual.norm_squared()).max(1.0)
 }
 
 /// Samples after which the autocorrelation has first fallen below a tenth.
