@@ -83,4 +83,10 @@ impl Parameter {
             Scale::Linear => self.lower + place * (self.upper - self.lower),
         }
     }
+
+    /// A value a share of the range further, or back where that would leave it: for differences.
+    pub fn stepped(&self, value: f64, share: f64) -> f64 {
+        let unit = self.to_unit(value);
+        self.from_unit(if unit + share <= 1.0 { unit + share } else { unit - share })
+    }
 }

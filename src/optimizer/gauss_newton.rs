@@ -55,6 +55,8 @@ pub struct GaussNewton {
 pub struct GaussNewtonFit {
     /// All values.
     pub values: Vec<f64>,
+    /// The prediction with them.
+    pub prediction: DVector<f64>,
     /// Observed less predicted.
     pub residual: DVector<f64>,
     /// Derivatives of the prediction with the coordinates from which the last step was made; zero where it was stopped before the first.
@@ -113,7 +115,15 @@ impl GaussNewton {
                 evaluations += 1;
                 let there = match prediction.at(&next) {
                     Ok(None) => {
-                        return Ok(GaussNewtonFit { values, residual, derivatives, at_end, evaluations, converged: false });
+                        return Ok(GaussNewtonFit {
+                            values,
+                            prediction: here,
+                            residual,
+                            derivatives,
+                            at_end,
+                            evaluations,
+                            converged: false,
+                        });
                     }
                     Ok(there) => there,
                     Err(_) => None,
@@ -135,7 +145,7 @@ impl GaussNewton {
                 break;
             }
         }
-        Ok(GaussNewtonFit { values, residual, derivatives, at_end, evaluations, converged })
+        Ok(GaussNewtonFit { values, prediction: here, residual, derivatives, at_end, evaluations, converged })
     }
 }
 

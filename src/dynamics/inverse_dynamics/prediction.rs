@@ -91,9 +91,7 @@ pub fn derivatives(
 ) -> DMatrix<f64> {
     let mut derivatives = DMatrix::zeros(here.len(), free.len());
     for (column, (&index, inverse)) in free.iter().zip(inverse(machine, free)).enumerate() {
-        let parameter = &machine.parameters[index];
-        let unit = parameter.to_unit(values[index]);
-        let beside = parameter.from_unit(if unit + STEP <= 1.0 { unit + STEP } else { unit - STEP });
+        let beside = machine.parameters[index].stepped(values[index], STEP);
         let mut moved = values.to_vec();
         moved[index] = beside;
         let there = prediction(rigid, machine, &moved, motions);

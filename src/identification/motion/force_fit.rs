@@ -3,9 +3,7 @@
 use nalgebra::{DMatrix, DVector};
 
 use super::interval::{Interval, intervals};
-use dynamics::inverse_dynamics::{
-    Columns, InverseError, Motion, Rigid, derivatives, inverse, leave_crossings_out, prediction, recorded, weights,
-};
+use dynamics::inverse_dynamics::{InverseError, Motion, Rigid, derivatives, inverse, leave_crossings_out, prediction, recorded, weights};
 use machine::Machine;
 use numeric::linear_fit::LinearFit;
 use optimizer::{Coordinate, GaussNewton, GaussNewtonError, GaussNewtonFit, Prediction, live_columns};
@@ -59,11 +57,13 @@ pub fn estimate(rigid: &Rigid, machine: &Machine, start: &[f64], free: &[usize],
     let found = ENDS
         .fit(&force, &recorded(motions), start, &coordinates(machine, free, &inverse(machine, free)))
         .map_err(|e| unidentifiable(machine, free, e))?;
-    let GaussNewtonFit { values, residual, mut derivatives, at_end, mut evaluations, .. } = found;
-    if !at_end {
-        evaluations += 1 + free.len() as u64;
-        derivatives = Columns::new(rigid, machine, &values, free, motions).derivatives;
-    }
+    let GaussNewtonFit { values, prediction: here, residual, derivatives: last, at_end, mut evaluations, .. } = found;
+    let derivatives = if at_end {
+        last
+    } else {
+        evaluations += free.len() as u64;
+        derivatives(rigid, machine, &values, free, motions, &here)
+    };
     Ok(Fit { free: free.to_vec(), squares: residual.norm_squared(), values, residual, derivatives, evaluations })
 }
 

@@ -48,10 +48,8 @@ impl Prediction for Loop<'_> {
 
     fn derivatives(&self, values: &[f64], here: &DVector<f64>) -> Result<Option<DMatrix<f64>>, InverseError> {
         let column = |&index: &usize| {
-            let parameter = &self.machine.parameters[index];
-            let unit = parameter.to_unit(values[index]);
             let mut moved = values.to_vec();
-            moved[index] = parameter.from_unit(if unit + STEP <= 1.0 { unit + STEP } else { unit - STEP });
+            moved[index] = self.machine.parameters[index].stepped(values[index], STEP);
             Ok(self.at(&moved)?.map(|there| (there - here) / (moved[index] - values[index])))
         };
         let columns: Result<Vec<Option<DVector<f64>>>, InverseError> = self.free.par_iter().map(column).or_first_error();
