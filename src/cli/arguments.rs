@@ -99,6 +99,15 @@ impl RodArguments {
     }
 }
 
+/// What becomes of tolerances.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum ToleranceName {
+    /// Fitted along with whole FRFs, each with its prior
+    Fit,
+    /// Held at what is stated
+    None,
+}
+
 /// How the search is run.
 #[derive(Debug, Args)]
 pub struct SearchArguments {
@@ -116,6 +125,9 @@ pub struct SearchArguments {
     /// Standard deviation of ln H that the model causes, beside the noise
     #[arg(long, value_name = "SD", default_value_t = 0.01)]
     pub frf_model_error: f64,
+    /// Tolerances of machine and measurement
+    #[arg(long, value_enum, default_value = "fit")]
+    pub tolerances: ToleranceName,
     /// Lowest and highest frequency of FRFs (Hz)
     #[arg(long, value_name = "FROM,TO", value_delimiter = ',', num_args = 1)]
     pub band: Vec<f64>,

@@ -4,12 +4,14 @@ use std::collections::BTreeMap;
 
 use crate::sources::Loaded;
 use identification::objective::{FrfGap, GAIN_RANGE, MISSING, PositionPrediction};
-use identification::{Combination, CombinationKind, Drawn, Identification};
-use machine::Machine;
+use identification::{Combination, CombinationKind, Drawn, Identification, ToleranceEstimate};
+use machine::{Machine, Prior};
 use measurement::{Line, MeasurementSet};
 use numeric::statistics::{root_mean_square, root_mean_square_of_parts, root_sum_square};
 use numeric::unit::omega_rad_s;
-use report::document::{BootstrapRow, CombinationRow, FrfRow, LonePeak, OrderRow, ParameterRow, PositionRow};
+use report::document::{
+    BasinRow, BootstrapRow, CombinationRow, FrfRow, LonePeak, OrderRow, ParameterRow, PositionRow, PriorRow, ToleranceRow,
+};
 
 /// Parameters by id, with the gain where amplitudes were compared.
 pub fn parameters(machine: &Machine, found: &Identification) -> BTreeMap<String, ParameterRow> {
@@ -38,11 +40,36 @@ pub fn parameters(machine: &Machine, found: &Identification) -> BTreeMap<String,
             upper: GAIN_RANGE.1,
             interval95: found.gain_interval95.map(|(a, b)| [a, b]),
             identifiable: found.gain_identifiable,
-            fitted: found.certainty.sd.len() > found.free.len(),
+            fitted: found.gain_interval95.is_some(),
         };
         rows.insert("gain".into(), row);
     }
     rows
+}
+
+/// Tolerances by name.
+pub fn tolerances(estimates: &[ToleranceEstimate]) -> BTreeMap<String, ToleranceRow> {
+    let row = |t: &ToleranceEstimate| {
+        let kind = match t.prior {
+            Prior::Normal(_) => "normal",
+            Prior::LogNormal(_) => "log-normal",
+        };
+        let prior = PriorRow { mean: t.mean, sd: t.prior.sd(), kind: kind.into() };
+        (t.name.clone(), ToleranceRow { unit: t.unit.clone(), prior, value: t.value, sd: t.sd })
+    };
+    estimates.iter().map(row).collect()
+}
+
+/// Minima that the data do not tell from the least, where there are several.
+pub fn basins(found: &Identification) -> Vec<BasinRow> {
+    if found.basins.len() < 2 {
+        return Vec::new();
+    }
+    let values = |place: &[f64]| {
+        let own = found.free.iter().zip(place);
+        own.map(|(index, u)| (found.machine.parameters[*index].id.clone(), found.machine.parameters[*index].from_unit(*u))).collect()
+    };
+    found.basins.iter().map(|b| BasinRow { cost: b.cost, count: b.searches, values: values(&b.place) }).collect()
 }
 
 /// Root of the summed squares of the relative errors; `None` where a measured order is not predicted: a model that lost a mode must not

@@ -1,6 +1,6 @@
 //! The search that was asked for: its plan, and the settings kept with its result.
 
-use crate::arguments::{ModelName, ObjectiveName, SearchArguments, Sources};
+use crate::arguments::{ModelName, ObjectiveName, SearchArguments, Sources, ToleranceName};
 use crate::sources::Loaded;
 use identification::Plan;
 use identification::objective::{FrfSettings, ModeSettings, Objective};
@@ -71,6 +71,7 @@ pub fn plan(search: &SearchArguments, set: &MeasurementSet) -> Result<Plan, Stri
             amplitude_sd: search.amplitude_sd,
             rods: search.rods.represent(),
         },
+        tolerances: search.tolerances == ToleranceName::Fit,
         frozen: search.freeze.clone(),
         seed: search.seed,
         repeats: usize::from(search.repeats),
@@ -92,6 +93,7 @@ pub fn settings(sources: &Sources, search: &SearchArguments, plan: &Plan) -> Set
         lumps: lumped.then_some(usize::from(search.rods.lumps)),
         objective: plan.frf.map_or_else(|| objective_word(plan.settings.objective), |_| "frf").into(),
         frf_model_error: search.frf_model_error,
+        tolerances: if plan.frf.is_some() && plan.tolerances { "fit" } else { "none" }.into(),
         band_hz: plan.frf.map(|f| f.band_hz).filter(|b| *b != FrfSettings::default().band_hz).map(|b| [b.0, b.1.min(f64::MAX)]),
         positions: None,
         hold_out: Vec::new(),

@@ -251,7 +251,7 @@ fn joint(file: JointFile) -> Result<JointPatch, String> {
 fn parameter((id, file): (String, ParameterFile)) -> Parameter {
     let ParameterFile { unit, start, lower, upper, scale, fit, sd, source } = file;
     let scale = scale.unwrap_or(if lower > 0.0 { Scale::Logarithmic } else { Scale::Linear });
-    Parameter { id, unit, start, lower, upper, scale, fit, sd, source }
+    Parameter { id, unit, start, lower, upper, scale, fit, prior: sd.map(machine::Prior::Normal), source }
 }
 
 impl MachineFile {

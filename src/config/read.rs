@@ -102,12 +102,14 @@ pub fn read_machine_text(path: &str, text: &str, overrides: Overrides<'_>, witho
         return Err(content(format!("stiffness_proportional_damping_s: is {share_s}; write 0 or a time in s")));
     }
     let tolerance = file.tolerance.tolerance().map_err(content)?;
+    let stated = file.tolerance.stated();
     let contained = std::mem::take(&mut file.effects);
     if file.point.is_empty() {
         return Err(content("describes no [[point]]; a machine needs at least one".into()));
     }
     let patch = file.patch().map_err(content)?;
-    let empty = Machine { title, stiffness_proportional_damping_s: share_s, tolerance, ..Machine::default() };
+    let loss_dispersion = machine::Value::number(tolerance.loss_dispersion);
+    let empty = Machine { title, stiffness_proportional_damping_s: share_s, loss_dispersion, tolerance, ..Machine::default() };
     let mut machine = empty.with(&patch).map_err(|e| content(e.to_string()))?;
     let effects = one_of_each(effects, &machine);
     for id in contained.iter().filter(|id| !without.contains(id)) {
@@ -116,6 +118,9 @@ pub fn read_machine_text(path: &str, text: &str, overrides: Overrides<'_>, witho
             content(format!("effects: no effect is called «{id}»; there are {}", known.join(", ")))
         })?;
         machine = machine.with_effect(effect).map_err(|e| content(e.to_string()))?;
+    }
+    if let Some(idle) = machine.idle_tolerances(&stated).first() {
+        return Err(content(format!("tolerance.{idle}: the machine has nothing that it is the tolerance of; take it out")));
     }
     // An effect that was taken out may have had what another needs.
     for effect in own.iter().filter(|effect| without.is_empty() && !machine.effects.contains(&effect.id)) {

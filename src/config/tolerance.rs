@@ -5,7 +5,7 @@ use serde::Deserialize;
 
 use machine::Tolerance;
 
-/// Standard deviations of stated numbers, relative unless it says otherwise; the ordinary ones where they are left out.
+/// Standard deviations of stated numbers, relative unless stated otherwise; 0 holds a number as stated, the usual one stands where it is left out.
 #[derive(Debug, Clone, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ToleranceFile {
@@ -15,32 +15,74 @@ pub struct ToleranceFile {
     youngs_modulus: Option<f64>,
     /// Shear modulus of each shaft over Young's (0.004).
     shear_modulus: Option<f64>,
-    /// What ends of each shaft lack of its whole section, in diameters of length (0.45).
+    /// What each end of a shaft lacks of its whole section, in diameters of length, give or take half of it (0.35).
     end_diameters: Option<f64>,
+    /// Length over which a nut holds its screw (0.35).
+    nut_length: Option<f64>,
     /// The largest mass (0.01).
     mass: Option<f64>,
     /// The largest inertia (0.02).
     inertia: Option<f64>,
+    /// Median loss factor of joints that state none, not a standard deviation (0.01).
+    loss_factor: Option<f64>,
+    /// Standard deviation of ln(loss factor) (1: a factor of e).
+    loss_spread: Option<f64>,
+    /// Share of dispersion of loss factors, not a standard deviation: 0 constant, 1 causal (0.5).
+    loss_dispersion: Option<f64>,
+    /// Standard deviation of that share (0.3).
+    loss_dispersion_sd: Option<f64>,
 }
 
 impl ToleranceFile {
     /// What it states.
     pub fn tolerance(&self) -> Result<Tolerance, String> {
-        let ordinary = Tolerance::default();
-        // What is fitted along stays within six of them: nothing becomes negative.
-        let known = |key: &str, stated: Option<f64>, ordinary: f64, most: f64| match stated {
-            Some(sd) if !(sd > 0.0 && sd < most) => Err(format!(
-                "tolerance.{key}: is {sd}; write a standard deviation between 0 and {most} (ordinarily {ordinary}), or leave it out"
-            )),
-            stated => Ok(stated.unwrap_or(ordinary)),
-        };
-        Ok(Tolerance {
-            diameter: known("diameter", self.diameter, ordinary.diameter, 0.15)?,
-            youngs_modulus: known("youngs_modulus", self.youngs_modulus, ordinary.youngs_modulus, 0.15)?,
-            shear_modulus: known("shear_modulus", self.shear_modulus, ordinary.shear_modulus, 0.15)?,
-            end_diameters: known("end_diameters", self.end_diameters, ordinary.end_diameters, 5.0)?,
-            mass: known("mass", self.mass, ordinary.mass, 0.15)?,
-            inertia: known("inertia", self.inertia, ordinary.inertia, 0.15)?,
-        })
+        let mut known = Tolerance::default();
+        // A relative change of this standard deviation says nothing of the number any more.
+        const MOST: f64 = 0.15;
+        let fields = [
+            (&mut known.diameter, MOST),
+            (&mut known.youngs_modulus, MOST),
+            (&mut known.shear_modulus, MOST),
+            (&mut known.end_diameters, 5.0),
+            (&mut known.nut_length, 2.0),
+            (&mut known.mass, MOST),
+            (&mut known.inertia, MOST),
+            (&mut known.loss_factor, 0.3),
+            (&mut known.loss_spread, 3.0),
+            (&mut known.loss_dispersion, 1.0),
+            (&mut known.loss_dispersion_sd, 1.0),
+        ];
+        for ((key, stated), (value, most)) in self.entries().into_iter().zip(fields) {
+            match stated {
+                None => {}
+                Some(number) if (0.0..=most).contains(&number) => *value = number,
+                Some(number) => {
+                    let usual = *value;
+                    return Err(format!("tolerance.{key}: is {number}; write a number from 0 to {most} (usually {usual}), or leave it out"));
+                }
+            }
+        }
+        Ok(known)
+    }
+
+    /// Keys that are stated and vary something.
+    pub fn stated(&self) -> Vec<&'static str> {
+        self.entries().into_iter().filter(|(_, stated)| stated.is_some_and(|x| x != 0.0)).map(|(key, _)| key).collect()
+    }
+
+    fn entries(&self) -> [(&'static str, Option<f64>); 11] {
+        [
+            ("diameter", self.diameter),
+            ("youngs_modulus", self.youngs_modulus),
+            ("shear_modulus", self.shear_modulus),
+            ("end_diameters", self.end_diameters),
+            ("nut_length", self.nut_length),
+            ("mass", self.mass),
+            ("inertia", self.inertia),
+            ("loss_factor", self.loss_factor),
+            ("loss_spread", self.loss_spread),
+            ("loss_dispersion", self.loss_dispersion),
+            ("loss_dispersion_sd", self.loss_dispersion_sd),
+        ]
     }
 }

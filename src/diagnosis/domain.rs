@@ -99,7 +99,7 @@ impl<'h> Compared<'h> {
 
     /// Free parameters of a hypothesis, but for nuisances: what is known of one beforehand counts as a number measured.
     pub fn unknowns(&self, of: &Hypothesis) -> usize {
-        self.free().len().saturating_sub(of.machine.parameters.iter().filter(|p| p.sd.is_some()).count())
+        self.free().len().saturating_sub(of.machine.parameters.iter().filter(|p| p.prior.is_some()).count())
     }
 
     /// Coordinates: free parameters, then gain, nut positions and channels where those are unknown.

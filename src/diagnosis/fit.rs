@@ -4,7 +4,7 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use super::domain::{Compared, Domain, Part, gaps};
-use super::hypothesis::{Hypothesis, is_nuisance};
+use super::hypothesis::Hypothesis;
 use identification::objective::{ObjectiveError, operating};
 use machine::{Circumstance, Parameter};
 use measurement::{FitSet, HoldOutSet};
@@ -241,7 +241,7 @@ impl<'s> Fitter<'s> {
         let coarse = objective.coarse(self.lines_of_one(SCATTER_LINES));
         let few = coarse.as_ref().unwrap_or(objective);
         let described = &hypothesis.machine.parameters;
-        let varied = objective.free().iter().filter(|i| hypothesis.added.contains(i) || !is_nuisance(&described[**i]));
+        let varied = objective.free().iter().filter(|i| hypothesis.added.contains(i) || !described[**i].is_tolerance());
         let varied: Vec<usize> = varied.copied().collect();
         let start = |index: usize| {
             let mut start = centre.clone();

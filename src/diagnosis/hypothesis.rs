@@ -1,16 +1,15 @@
 //! What could be missing from a machine: one hypothesis is one patched machine.
 
-use super::richer::{hold_over_length, journal_share};
 use machine::{
-    Data, Effect, FitRule, Joint, JointPatch, Machine, MachineError, Motion, Operating, Parameter, Patch, PointPatch, Rescale, Scale,
-    Shaft, Source, Station, Target,
+    Data, Effect, FitRule, JointPatch, Machine, MachineError, Motion, Operating, Parameter, Patch, PointPatch, Rescale, Scale, Source,
+    Target,
 };
 use numeric::statistics::quantile;
 
 /// What kind of thing a hypothesis adds.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Kind {
-    /// Nothing: the machine as described, with its nuisances.
+    /// Nothing: the machine as described, with its tolerances.
     Nominal,
     /// An effect of the library or of the user.
     Effect,
@@ -126,103 +125,6 @@ impl Hypothesis {
     }
 }
 
-/// Points at a shaft's ends, with their motions: its journals are thinner than the rod it is described as.
-fn ends(shaft: &Shaft) -> Vec<(Motion, usize)> {
-    let (first, last) = (shaft.stations.first(), shaft.stations.last());
-    let of = |station: &Station| [(Motion::Translation, station.axial), (Motion::Rotation, station.torsion)];
-    [first, last].into_iter().flatten().flat_map(of).filter_map(|(motion, point)| Some((motion, point?))).collect()
-}
-
-/// Whether a parameter is one of the nuisances of [`with_nuisances`].
-pub(super) fn is_nuisance(parameter: &Parameter) -> bool {
-    parameter.id.starts_with('~')
-}
-
-pub(super) fn nuisance_parameter(id: String, start: f64, sd: f64) -> Parameter {
-    Parameter {
-        id,
-        unit: "1".into(),
-        start,
-        lower: start - 6.0 * sd,
-        upper: start + 6.0 * sd,
-        scale: Scale::Linear,
-        fit: FitRule::Always,
-        sd: Some(sd),
-        source: "ordinary tolerance of a description".into(),
-    }
-}
-
-/// The machine with what is ordinarily a little wrong in every description: diameters, moduli and loss of shafts, loss of joints (whose damping
-/// is not all viscous), the largest inertias, gain and delay of the measuring chain; each an unknown with the standard deviation of what is known beforehand.
-/// Nuts, which stand at `nuts_m` (m), hold their screw over a length.
-///
-/// # Source  widths are the machine's [`Tolerance`](machine::Tolerance); losses by the scatter of catalogues.
-///
-/// # Errors  none for a machine that was checked.
-pub fn with_nuisances(machine: &Machine, nuts_m: &[f64]) -> Result<Machine, MachineError> {
-    let mut machine = machine.clone();
-    hold_over_length(&mut machine, nuts_m);
-    let machine = &machine;
-    let known = machine.tolerance;
-    let start = machine.start();
-    let mut patch = Patch::default();
-    let mut add = |target: Target, rescale: Rescale, parameter: Parameter| {
-        patch.rescales.push((target, rescale, parameter.id.clone()));
-        patch.parameters.push(parameter);
-    };
-    for shaft in &machine.shafts {
-        let name = &shaft.name;
-        add(Target::ShaftDiameter(name.clone()), Rescale::Relative, nuisance_parameter(format!("~diameter {name}"), 0.0, known.diameter));
-        add(
-            Target::ShaftModulus(name.clone()),
-            Rescale::Relative,
-            nuisance_parameter(format!("~modulus {name}"), 0.0, known.youngs_modulus),
-        );
-        // Axial and torsional stiffness part: Poisson's ratio, and a thread that carries tension otherwise than torsion.
-        if shaft.stations.iter().any(|s| s.axial.is_some()) && shaft.stations.iter().any(|s| s.torsion.is_some()) {
-            add(
-                Target::ShaftShearModulus(name.clone()),
-                Rescale::Relative,
-                nuisance_parameter(format!("~shear {name}"), 0.0, known.shear_modulus),
-            );
-        }
-        let loss = Parameter { lower: 0.0, upper: 0.012, ..nuisance_parameter(format!("~loss {name}"), 1e-3, 2e-3) };
-        add(Target::ShaftLossFactor(name.clone()), Rescale::Added, loss);
-        let share = journal_share(machine, shaft);
-        for (motion, point) in ends(shaft) {
-            let inertia = shaft.inertia(motion, &start, &Operating::default());
-            let name = &machine.points[point].name;
-            let parameter = Parameter {
-                unit: if motion == Motion::Translation { "kg" } else { "kg*m^2" }.into(),
-                ..nuisance_parameter(format!("~end {name}"), 0.0, share * inertia)
-            };
-            // Journals take away; what nuts and rings on them add is little beside it.
-            // A shaft keeps most of its inertia, however short.
-            let parameter = Parameter { lower: -(6.0 * share).min(0.24) * inertia, upper: 0.2 * share * inertia, ..parameter };
-            add(Target::PointInertia(name.clone()), Rescale::Added, parameter);
-        }
-    }
-    for joint in machine.joints.iter().filter(|j| j.on.len() > 1 || j.stiffness.depends_on().next().is_some()) {
-        let loss = Parameter { lower: 0.0, upper: 0.15, ..nuisance_parameter(format!("~loss {}", joint.name), 0.0, 0.02) };
-        add(Target::JointLossFactor(joint.name.clone()), Rescale::Added, loss);
-    }
-    // A servo that holds also integrates, over 20 to 100 ms with a position loop of 10 to 50 1/s.
-    let holds = |j: &&Joint| matches!(j.on[..], [(point, _)] if machine.points[point].motion == Motion::Rotation);
-    for joint in machine.joints.iter().filter(holds).filter(|j| j.stiffness.depends_on().next().is_some()) {
-        let rate = Parameter { unit: "1/s".into(), lower: 0.0, ..nuisance_parameter(format!("~integral {}", joint.name), 0.0, 10.0) };
-        add(Target::JointIntegralRate(joint.name.clone()), Rescale::Added, rate);
-    }
-    for (motion, sd) in [(Motion::Translation, known.mass), (Motion::Rotation, known.inertia)] {
-        let size = |p: &machine::Point| p.inertia.at(&start, &Operating::default());
-        let largest = machine.points.iter().filter(|p| p.motion == motion && size(p) > 0.0).max_by(|a, b| size(a).total_cmp(&size(b)));
-        if let Some(point) = largest {
-            let parameter = nuisance_parameter(format!("~inertia {}", point.name), 0.0, sd);
-            add(Target::PointInertia(point.name.clone()), Rescale::Relative, parameter);
-        }
-    }
-    machine.with(&patch)
-}
-
 fn amplitude(id: &str, unit: &str, range: (f64, f64)) -> Parameter {
     Parameter {
         id: id.into(),
@@ -232,7 +134,7 @@ fn amplitude(id: &str, unit: &str, range: (f64, f64)) -> Parameter {
         upper: range.1,
         scale: Scale::Logarithmic,
         fit: FitRule::Always,
-        sd: None,
+        prior: None,
         source: "everything an interface of a feed drive may have".into(),
     }
 }

@@ -14,7 +14,7 @@ use serde::{Deserialize, Serialize};
 use super::domain::{Compared, Domain};
 use super::fit::{Fitted, Fitter, amplitudes, place_of, start_of};
 use super::hypothesis::Hypothesis;
-use super::richer::{another, drawn};
+use super::model_discrepancy::{sample_discrepancy, sample_prior};
 use identification::objective::{FrfSettings, ObjectiveError};
 use numeric::distribution::normal_upper_tail;
 use numeric::parallel::OrFirstError;
@@ -124,7 +124,7 @@ impl Directions {
         // What is known beforehand of the effect itself has no row where it is not.
         let described = &hypothesis.machine.parameters;
         let first = objective.residuals(&place_of(objective, end)).len();
-        let known = objective.free().iter().filter(|i| described[**i].sd.is_some());
+        let known = objective.free().iter().filter(|i| described[**i].prior.is_some());
         let its_own: Vec<usize> = known.enumerate().filter(|(_, i)| hypothesis.added.contains(i)).map(|(at, _)| first + at).collect();
         let rows = |start: &Fitted| objective.rows(&place_of(objective, start)).remove_rows_at(&its_own);
         let starts = amplitudes(hypothesis).into_iter().map(|added| start_of(hypothesis, base, &added));
@@ -297,11 +297,11 @@ pub(super) fn another_machine(
     let parameters = &hypothesis.machine.parameters;
     let mut units = base.units.clone();
     for (unit, parameter) in units.iter_mut().zip(parameters) {
-        if let Some(value) = drawn(parameter, random) {
+        if let Some(value) = sample_prior(parameter, random) {
             *unit = parameter.to_unit(value);
         }
     }
-    let richer = Hypothesis { machine: another(&hypothesis.machine, random), ..hypothesis.clone() };
+    let richer = Hypothesis { machine: sample_discrepancy(&hypothesis.machine, random), ..hypothesis.clone() };
     let compared = fitter.objective(&richer).ok()?;
     let mut place = place_of(&compared, &Fitted { units, ..base.clone() });
     let known_within = compared.nut_coordinates().start..place.len();

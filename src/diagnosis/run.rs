@@ -4,12 +4,12 @@ use rayon::prelude::*;
 
 use super::domain::{Compared, Domain};
 use super::fit::{Ablation, Fitted, Fitter, at_start, values_of};
-use super::hypothesis::{Hypothesis, interfaces, with_nuisances};
+use super::hypothesis::{Hypothesis, interfaces};
 use super::left_out::left_out;
 use identification::objective::{FrfSettings, ObjectiveError};
 use identification::{Plan, identify};
 use machine::{Base, Data, Effect, Lever, Machine, Operating, Value};
-use measurement::{FitSet, HoldOutSet, Tolerance};
+use measurement::{FitSet, HoldOutSet};
 use optimizer::Control;
 
 /// What became of a candidate.
@@ -79,10 +79,9 @@ const ARMS: (f64, f64) = (0.3, 8.0);
 /// The fitter of a diagnosis: for FRFs nut positions, gains and delays of channels are known to a standard deviation, and the model's error is a
 /// share of the level around a line.
 pub fn fitter<'s>(fit: &FitSet<'s>, domain: Domain, frozen: &[String], ablated: &[Ablation]) -> Fitter<'s> {
-    let Tolerance { gain, delay_s, nut_m } = fit.set.tolerance;
     let domain = match domain {
         Domain::Frf(settings) if ablated.contains(&Ablation::NoNuisances) => Domain::Frf(FrfSettings { of_level: true, ..settings }),
-        Domain::Frf(settings) => Domain::Frf(FrfSettings { nut_sd_m: nut_m, channel_sd: (gain, delay_s), of_level: true, ..settings }),
+        Domain::Frf(settings) => Domain::Frf(FrfSettings { of_level: true, ..settings.with_tolerances(&fit.set.tolerance) }),
         modes @ Domain::Modes(_) => modes,
     };
     Fitter { fit: fit.clone(), domain, frozen: frozen.to_vec(), ablated: ablated.to_vec() }
@@ -90,11 +89,11 @@ pub fn fitter<'s>(fit: &FitSet<'s>, domain: Domain, frozen: &[String], ablated: 
 
 /// The machine a diagnosis starts from: for FRFs with its nuisances; modes are too few to carry them, the error of their model stands for them.
 ///
-/// # Errors  as [`with_nuisances`].
+/// # Errors  as [`Machine::with_tolerances`].
 pub fn nominal(machine: &Machine, fitter: &Fitter<'_>) -> Result<Hypothesis, ObjectiveError> {
     let nuts_m = fitter.fit.set.nuts_m();
     Ok(Hypothesis::nominal(match fitter.domain {
-        Domain::Frf(_) if fitter.has_nuisances() => with_nuisances(machine, &nuts_m)?,
+        Domain::Frf(_) if fitter.has_nuisances() => machine.with_tolerances(&nuts_m)?,
         _ => machine.clone(),
     }))
 }
@@ -112,15 +111,15 @@ pub fn nominal_fits(
     let none = HoldOutSet { set: fitter.fit.set, positions: Vec::new(), frfs: Vec::new() };
     let mut plan = Plan { frozen: fitter.frozen.clone(), seed, repeats: 1, profile: false, ..Plan::default() };
     match fitter.domain {
-        Domain::Frf(settings) => plan.frf = Some(settings.as_stated()),
+        Domain::Frf(settings) => (plan.frf, plan.tolerances) = (Some(settings.as_stated()), fitter.has_nuisances()),
         Domain::Modes(settings) => plan.settings = settings,
     }
     let mut starts = vec![at_start(nominal)];
     // With every parameter frozen there is nothing to search.
     if let Ok(found) = identify(machine, &fitter.fit, &none, &plan, control) {
-        for repeat in &found.repeats {
+        for basin in &found.basins {
             let mut start = at_start(nominal);
-            for (&index, &u) in found.free.iter().zip(&repeat.found.place) {
+            for (&index, &u) in found.varied.iter().zip(&basin.place) {
                 start.units[index] = u;
             }
             starts.push(start);

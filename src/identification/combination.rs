@@ -158,7 +158,7 @@ mod tests {
             upper: range.1,
             scale: Scale::Logarithmic,
             fit: FitRule::Always,
-            sd: None,
+            prior: None,
             source: String::new(),
         }
     }

@@ -187,7 +187,7 @@ impl Design {
 fn known(machine: &Machine, free: &[usize], values: &[f64]) -> Vec<f64> {
     let of = |i: &usize| {
         let parameter = &machine.parameters[*i];
-        parameter.sd.map_or(0.0, |sd| (parameter.unit_slope(values[*i]) / sd).powi(2))
+        parameter.prior.map_or(0.0, |prior| (parameter.unit_slope(values[*i]) * prior.slope(values[*i])).powi(2))
     };
     free.iter().map(of).collect()
 }

@@ -5,7 +5,7 @@ use rayon::prelude::*;
 use super::bootstrap::{Bootstrap, Drawn, bootstrap};
 use super::combination::{Combination, combinations};
 use super::plan::{Plan, Repeat};
-use super::problem::Problem;
+use super::problem::{End, Problem};
 use super::profile::{CHI_SQUARE_95, profiles};
 use super::uncertainty::{Certainty, NARROWING, RANGE_SD, certainty};
 use crate::objective::{GAIN_RANGE, ObjectiveError};
@@ -43,8 +43,20 @@ pub(super) struct Estimation {
     pub certainty: Certainty,
     pub combinations: Vec<Combination>,
     pub bootstraps: Vec<Bootstrap>,
+    pub basins: Vec<Basin>,
     pub complete: bool,
     pub warnings: Vec<String>,
+}
+
+/// A minimum of χ² that the data do not tell from the least one.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Basin {
+    /// Place of the free parameters, and of what is fitted along.
+    pub place: Vec<f64>,
+    /// Its χ².
+    pub cost: f64,
+    /// Searches that found it.
+    pub searches: usize,
 }
 
 /// Most steps of a polish from a place nearby.
@@ -61,8 +73,8 @@ fn polished_near<P: Problem>(problem: &P, near: &[f64], control: &Control) -> (F
     (found, polished.place)
 }
 
-/// Searches from as many seeds as the plan asks for, each a differential evolution and then the polish of the problem; places have the gain added.
-fn searches<P: Problem>(problem: &P, plan: &Plan, control: &Control) -> Vec<(Repeat, Vec<f64>)> {
+/// Searches from as many seeds as the plan asks for, each a differential evolution and then the polish of the problem.
+fn searches<P: Problem>(problem: &P, plan: &Plan, control: &Control) -> Vec<(Repeat, Vec<End>)> {
     let (repeats, threads) = (plan.repeats.max(1), rayon::current_num_threads());
     let seed = |repeat: usize| plan.seed.wrapping_add(1_000_003 * repeat as u64);
     let explored = |repeat: usize| {
@@ -70,16 +82,18 @@ fn searches<P: Problem>(problem: &P, plan: &Plan, control: &Control) -> Vec<(Rep
         control.kept(&format!("search {}", seed(repeat)), || search(problem, problem.settings(usual), control))
     };
     let polished = |repeat: usize, mut found: Found| {
-        let (place, cost, spent) = control.kept(&format!("polish {}", seed(repeat)), || problem.polish(&found, control));
-        (found.place, found.cost) = (place[..found.place.len()].to_vec(), cost);
+        let (ends, spent) = control.kept(&format!("polish {}", seed(repeat)), || problem.polish(&found, control));
+        if let Some(end) = ends.first() {
+            (found.place, found.cost) = (end.place[..found.place.len()].to_vec(), end.cost);
+        }
         found.evaluations += spent;
         found.population.clear();
         found.complete &= !control.stopped();
-        (Repeat { seed: seed(repeat), found }, place)
+        (Repeat { seed: seed(repeat), found }, ends)
     };
     // All threads share a population, but a simplex goes step by step on one. Those of the last searches wait for the last population, so that in
     // the end there is one for each thread; the others go on beside populations.
-    let begun: Vec<Result<(Repeat, Vec<f64>), Found>> = (0..repeats)
+    let begun: Vec<Result<(Repeat, Vec<End>), Found>> = (0..repeats)
         .into_par_iter()
         .map(|repeat| {
             let found = explored(repeat);
@@ -100,13 +114,14 @@ pub(super) fn estimate<P: Problem>(problem: &P, machine: &Machine, plan: &Plan, 
     let mut runs = match &plan.near {
         Some(near) => {
             let (found, place) = control.kept("polish", || polished_near(problem, near, control));
-            vec![(Repeat { seed: plan.seed, found }, place)]
+            let end = End { cost: found.cost, place };
+            vec![(Repeat { seed: plan.seed, found }, vec![end])]
         }
         None => searches(problem, plan, control),
     };
     runs.sort_by(|a, b| a.0.found.cost.total_cmp(&b.0.found.cost));
-    let place = runs[0].1.clone();
-    let repeats: Vec<Repeat> = runs.into_iter().map(|r| r.0).collect();
+    let place = runs[0].1[0].place.clone();
+    let (repeats, ends): (Vec<Repeat>, Vec<Vec<End>>) = runs.into_iter().unzip();
     let values = problem.values(&place);
     let gain = problem.gain_at(&place);
     let unknowns = place.len();
@@ -116,15 +131,15 @@ pub(super) fn estimate<P: Problem>(problem: &P, machine: &Machine, plan: &Plan, 
     let misfit = if freedom > 0 { (chi_square / freedom as f64).max(1.0) } else { 1.0 };
     let colour = problem.colour(&place).max(1.0);
     let certainty = certainty(&normal.information, misfit * colour);
-    let best = Polished { place: place.clone(), normal, evaluations: 0, converged: true };
     // Eq. 26 is no likelihood: its minimum tells no intervals.
     let tells = problem.is_likelihood();
+    let basins = basins(&ends, free.len(), CHI_SQUARE_95 * misfit * colour);
+    let columns: Vec<usize> = (0..free.len()).chain(problem.gain_column()).collect();
+    let first_order = |at: &usize| (place[*at] - 1.96 * certainty.sd[*at], place[*at] + 1.96 * certainty.sd[*at]);
     let intervals: Vec<(f64, f64)> = (tells && plan.profile)
-        .then(|| {
-            control.kept("profiles", || problem.squares(None, |squares| profiles(squares, &best, &certainty, misfit * colour, control)))
-        })
+        .then(|| control.kept("profiles", || joined_profiles(problem, &basins, &columns, misfit * colour, control)))
         .flatten()
-        .unwrap_or_else(|| place.iter().zip(&certainty.sd).map(|(u, sd)| (u - 1.96 * sd, u + 1.96 * sd)).collect());
+        .unwrap_or_else(|| columns.iter().map(first_order).collect());
     let bootstraps = [Drawn::Lines, Drawn::Positions]
         .into_iter()
         .filter_map(|drawn| bootstrap(problem, &place, drawn, plan.bootstrap, plan.seed, control))
@@ -132,11 +147,10 @@ pub(super) fn estimate<P: Problem>(problem: &P, machine: &Machine, plan: &Plan, 
     let mut warnings = shortage(problem.observations(), unknowns);
     let (estimates, at_bounds) = tell(machine, &free, &place, &values, &intervals, &certainty, tells);
     warnings.extend(at_bounds);
-    let gain_column = free.len();
-    let gain_known = tells && place.len() > gain_column;
-    let gain_interval95 = gain_known.then(|| {
+    let gain_column = problem.gain_column();
+    let gain_interval95 = gain_column.filter(|_| tells).map(|_| {
         let end = |u: f64| GAIN_RANGE.0 * (u * (GAIN_RANGE.1 / GAIN_RANGE.0).ln()).exp();
-        (end(intervals[gain_column].0), end(intervals[gain_column].1))
+        (end(intervals[free.len()].0), end(intervals[free.len()].1))
     });
     warnings.extend(tells.then(|| widened(chi_square, freedom, misfit, colour)).into_iter().flatten());
     let described: Vec<&Parameter> = free.iter().map(|i| &machine.parameters[*i]).collect();
@@ -151,8 +165,8 @@ pub(super) fn estimate<P: Problem>(problem: &P, machine: &Machine, plan: &Plan, 
         (rise < CHI_SQUARE_95 * misfit * colour).then(|| free.iter().map(|i| all[*i]).collect())
     };
     let combinations = if tells && plan.profile { combinations(&described, &free_values, &certainty, valley) } else { Vec::new() };
-    if let Some(u) = place.get(free.len()).filter(|u| !(AT_BOUND..=1.0 - AT_BOUND).contains(*u)) {
-        let end = if *u < 0.5 { GAIN_RANGE.0 } else { GAIN_RANGE.1 };
+    if let Some(u) = gain_column.map(|at| place[at]).filter(|u| !(AT_BOUND..=1.0 - AT_BOUND).contains(u)) {
+        let end = if u < 0.5 { GAIN_RANGE.0 } else { GAIN_RANGE.1 };
         warnings.push(format!("the gain lies at an end of its range, {end:e}: check the units of the set, or state the gain"));
     }
     let complete = !control.stopped() && repeats.len() == plan.repeats.max(1) && repeats.iter().all(|r| r.found.complete);
@@ -166,7 +180,7 @@ pub(super) fn estimate<P: Problem>(problem: &P, machine: &Machine, plan: &Plan, 
         ));
     }
     Ok(Estimation {
-        gain_identifiable: gain_known.then(|| certainty.identifiable[gain_column]),
+        gain_identifiable: gain_column.filter(|_| tells).map(|at| certainty.identifiable[at]),
         place,
         values,
         gain,
@@ -180,9 +194,55 @@ pub(super) fn estimate<P: Problem>(problem: &P, machine: &Machine, plan: &Plan, 
         certainty,
         combinations,
         bootstraps,
+        basins,
         complete,
         warnings,
     })
+}
+
+/// How far apart in some coordinate two ends are two minima.
+const ASUNDER: f64 = 0.02;
+
+/// The minima among ends of searches that lie within a rise of χ² above the least one, the best first.
+fn basins(searches: &[Vec<End>], free: usize, rise: f64) -> Vec<Basin> {
+    let mut ends: Vec<(usize, &End)> = searches.iter().enumerate().flat_map(|(search, ends)| ends.iter().map(move |end| (search, end))).collect();
+    ends.sort_by(|a, b| a.1.cost.total_cmp(&b.1.cost));
+    let least = ends.first().map_or(0.0, |(_, end)| end.cost);
+    let mut basins: Vec<(Basin, Vec<usize>)> = Vec::new();
+    for (search, end) in ends.into_iter().filter(|(_, end)| end.cost - least <= rise) {
+        let same = |basin: &Basin| basin.place[..free].iter().zip(&end.place).all(|(a, b)| (a - b).abs() < ASUNDER);
+        match basins.iter_mut().find(|(basin, _)| same(basin)) {
+            Some((_, by)) if by.contains(&search) => {}
+            Some((_, by)) => by.push(search),
+            None => basins.push((Basin { place: end.place.clone(), cost: end.cost, searches: 1 }, vec![search])),
+        }
+    }
+    basins.into_iter().map(|(basin, by)| Basin { searches: by.len(), ..basin }).collect()
+}
+
+/// Intervals of some coordinates, each the hull of those of all basins. `None` where it was stopped.
+fn joined_profiles<P: Problem>(
+    problem: &P,
+    basins: &[Basin],
+    columns: &[usize],
+    inflation: f64,
+    control: &Control,
+) -> Option<Vec<(f64, f64)>> {
+    let least = basins.first()?.cost;
+    let mut joined: Option<Vec<(f64, f64)>> = None;
+    for basin in basins {
+        let own = problem.squares(None, |squares| {
+            let best = Polished { place: basin.place.clone(), normal: squares.normal(&basin.place), evaluations: 0, converged: true };
+            let certainty = certainty(&best.normal.information, inflation);
+            let rise = CHI_SQUARE_95 * inflation - (basin.cost - least);
+            profiles(squares, &best, &certainty, (columns, rise), control)
+        })?;
+        joined = Some(match joined {
+            None => own,
+            Some(all) => all.iter().zip(&own).map(|(a, b)| (a.0.min(b.0), a.1.max(b.1))).collect(),
+        });
+    }
+    joined
 }
 
 /// What widens intervals beyond what the weights say.

@@ -11,13 +11,15 @@ mod plan;
 mod problem;
 mod profile;
 mod run;
+mod tolerance;
 mod uncertainty;
 pub mod validation;
 
 pub use bootstrap::{Bootstrap, Drawn};
 pub use combination::{Combination, Kind as CombinationKind};
 pub use design::{Candidate, Choice, Design, FrfPlan};
-pub use estimate::Estimate;
+pub use estimate::{Basin, Estimate};
 pub use plan::{Plan, Repeat};
 pub use run::{DerivedEstimate, Identification, identify};
+pub use tolerance::{ToleranceEstimate, held_at};
 pub use uncertainty::{Certainty, NARROWING, RANGE_SD, certainty};

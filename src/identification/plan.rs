@@ -10,6 +10,8 @@ pub struct Plan {
     pub settings: ModeSettings,
     /// Weights, band, rods for whole FRFs; where they are given FRFs are fitted, not modes.
     pub frf: Option<FrfSettings>,
+    /// Whether tolerances of the description and of the measurement are fitted along with whole FRFs.
+    pub tolerances: bool,
     /// Ids of parameters that keep their start values.
     pub frozen: Vec<String>,
     /// Seed of the first search; the others follow from it.
@@ -31,6 +33,7 @@ impl Default for Plan {
         Plan {
             settings: ModeSettings::default(),
             frf: None,
+            tolerances: true,
             frozen: Vec::new(),
             seed: 1,
             repeats: 3,

@@ -3,37 +3,52 @@
 use rayon::prelude::*;
 
 use super::uncertainty::Certainty;
-use optimizer::{Control, LeastSquares, Polished, least_squares};
+use optimizer::{Control, LeastSquares, Polished, least_squares_within};
 
 /// χ² rise at the ends of a 95 % interval of one parameter: the 95 % point of χ² with one degree of freedom.
 pub const CHI_SQUARE_95: f64 = 3.841_458_820_694_124;
 /// Steps of one polish along a profile.
 const ITERATIONS: u64 = 40;
+/// Share of the rise to which the least χ² beside a moved coordinate is sought.
+const ACCURACY: f64 = 1e-3;
 /// Tries to meet the end of an interval.
 const TRIES: usize = 25;
 
-/// Intervals of all coordinates in the unit cube in which χ² rises by less than 3.84·`misfit` when the other coordinates follow; an end at 0 or 1
-/// is the end of the range. `None` where it was stopped.
+/// Intervals of some coordinates in the unit cube in which χ² rises by less than `rise` when all other coordinates follow; an end at 0 or 1 is the end of the
+/// range. `None` where it was stopped.
 ///
 /// # Source  Raue et al., Bioinformatics 25 (2009) 1923–1929, Eq. 6–7.
 pub fn profiles(
     squares: &dyn LeastSquares,
     best: &Polished,
     certainty: &Certainty,
-    misfit: f64,
+    (coordinates, rise): (&[usize], f64),
     control: &Control,
 ) -> Option<Vec<(f64, f64)>> {
     let end = |at: usize| {
-        let (coordinate, edge) = (at / 2, (at % 2) as f64);
-        profile_end(squares, best, coordinate, edge, 1.96 * certainty.sd[coordinate], CHI_SQUARE_95 * misfit, control)
+        let (coordinate, edge) = (coordinates[at / 2], (at % 2) as f64);
+        profile_end(squares, best, (coordinate, edge), certainty, rise, control)
     };
-    let ends: Vec<f64> = (0..2 * best.place.len()).into_par_iter().map(end).collect();
+    let ends: Vec<f64> = (0..2 * coordinates.len()).into_par_iter().map(end).collect();
     (!control.stopped()).then(|| ends.chunks_exact(2).map(|ends| (ends[0], ends[1])).collect())
 }
 
 /// The end of the interval on the way to a face of the unit cube.
-fn profile_end(squares: &dyn LeastSquares, best: &Polished, coordinate: usize, edge: f64, reach: f64, rise: f64, control: &Control) -> f64 {
+fn profile_end(
+    squares: &dyn LeastSquares,
+    best: &Polished,
+    (coordinate, edge): (usize, f64),
+    certainty: &Certainty,
+    rise: f64,
+    control: &Control,
+) -> f64 {
     let start = best.place[coordinate];
+    // To first order the rise is that of a parabola with the standard deviation for the whole 95 % limit.
+    let reach = 1.96 * certainty.sd[coordinate];
+    // What the others do to first order while the coordinate moves by one.
+    let variance = certainty.covariance[(coordinate, coordinate)];
+    let follow = |i: usize| if variance > 0.0 { certainty.covariance[(i, coordinate)] / variance } else { 0.0 };
+    let tolerance = (ACCURACY * rise / best.normal.chi_square.max(f64::MIN_POSITIVE)).clamp(1e-9, 1e-3);
     let held: Vec<bool> = (0..best.place.len()).map(|i| i == coordinate).collect();
     // Toward 1, or toward 0.
     let toward = if edge > 0.5 { 1.0 } else { -1.0 };
@@ -51,9 +66,10 @@ fn profile_end(squares: &dyn LeastSquares, best: &Polished, coordinate: usize, e
         if control.stopped() || (next - inside.0).abs() < 1e-9 {
             break;
         }
-        let mut place = warm.clone();
+        let by = next - warm[coordinate];
+        let mut place: Vec<f64> = warm.iter().enumerate().map(|(i, u)| clamp(u + by * follow(i))).collect();
         place[coordinate] = next;
-        let polished = least_squares(squares, &place, &held, ITERATIONS, control.stop());
+        let polished = least_squares_within(squares, &place, &held, (ITERATIONS, tolerance), control.stop());
         let height = ((polished.normal.chi_square - best.normal.chi_square).max(0.0) / rise).sqrt() - 1.0;
         if height.abs() < 0.01 {
             return next;
@@ -90,7 +106,7 @@ fn profile_end(squares: &dyn LeastSquares, best: &Polished, coordinate: usize, e
 mod tests {
     use super::*;
     use crate::uncertainty::certainty;
-    use optimizer::Normal;
+    use optimizer::{Normal, least_squares};
 
     /// r = ((x − 0.5)/0.05, (x + y − 1)/0.01): y follows x.
     struct Pair;
@@ -115,7 +131,7 @@ mod tests {
     fn limit_a_parabola_has_the_interval_of_its_covariance() {
         let best = least_squares(&Pair, &[0.4, 0.4], &[], 50, &std::sync::Arc::default());
         let certainty = certainty(&best.normal.information, 1.0);
-        let ends = profiles(&Pair, &best, &certainty, 1.0, &Control::default()).unwrap();
+        let ends = profiles(&Pair, &best, &certainty, (&[0, 1], CHI_SQUARE_95), &Control::default()).unwrap();
         let half = 1.96 * f64::hypot(0.05, 0.01);
         assert!((ends[0].0 - (0.5 - 0.098)).abs() < 2e-3 && (ends[0].1 - 0.598).abs() < 2e-3, "{ends:?}");
         assert!((ends[1].0 - (0.5 - half)).abs() < 2e-3 && (ends[1].1 - (0.5 + half)).abs() < 2e-3, "{ends:?}");
@@ -161,7 +177,7 @@ mod tests {
     fn limit_a_late_rise_is_found_where_it_is() {
         let best = least_squares(&Late, &[0.2], &[], 50, &std::sync::Arc::default());
         let certainty = certainty(&best.normal.information, 1.0);
-        let ends = profiles(&Late, &best, &certainty, 1.0, &Control::default()).unwrap();
+        let ends = profiles(&Late, &best, &certainty, (&[0], CHI_SQUARE_95), &Control::default()).unwrap();
         let exact = 0.2 + 0.4 * (0.98_f64).powf(1.0 / 9.0);
         assert!((ends[0].1 - exact).abs() < 2e-3 && ends[0].0 == 0.0, "{ends:?}, {exact}");
     }
@@ -187,7 +203,7 @@ mod tests {
     fn limit_at_the_upper_end_the_interval_reaches_inward_alone() {
         let best = least_squares(&Beyond, &[0.5], &[], 50, &std::sync::Arc::default());
         let certainty = certainty(&best.normal.information, 1.0);
-        let ends = profiles(&Beyond, &best, &certainty, 1.0, &Control::default()).unwrap();
+        let ends = profiles(&Beyond, &best, &certainty, (&[0], CHI_SQUARE_95), &Control::default()).unwrap();
         // χ² = ((x − 1.05)/0.1)² rises by 3.84 from 0.25 at x = 1.
         let exact = 1.05 - 0.1 * (0.25 + CHI_SQUARE_95).sqrt();
         assert!(ends[0].1 == 1.0 && (ends[0].0 - exact).abs() < 3e-3, "{ends:?}, {exact}");
@@ -197,7 +213,7 @@ mod tests {
     fn limit_an_open_side_ends_with_the_range() {
         let best = least_squares(&Flat, &[0.9], &[], 50, &std::sync::Arc::default());
         let certainty = certainty(&best.normal.information, 1.0);
-        let ends = profiles(&Flat, &best, &certainty, 1.0, &Control::default()).unwrap();
+        let ends = profiles(&Flat, &best, &certainty, (&[0], CHI_SQUARE_95), &Control::default()).unwrap();
         assert!(ends[0].1 == 1.0 && (ends[0].0 - (0.8 - 0.196)).abs() < 4e-3, "{ends:?}");
     }
 }

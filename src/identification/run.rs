@@ -2,10 +2,11 @@
 
 use super::bootstrap::Bootstrap;
 use super::combination::Combination;
-use super::estimate::{Estimate, Estimation, estimate};
+use super::estimate::{Basin, Estimate, Estimation, estimate};
 use super::plan::{Plan, Repeat};
+use super::tolerance::{ToleranceEstimate, estimates as tolerance_estimates};
 use super::uncertainty::Certainty;
-use crate::objective::{AmplitudeFit, FrfGap, FrfObjective, ModeObjective, ObjectiveError, PositionPrediction};
+use crate::objective::{AmplitudeFit, Channel, FrfGap, FrfObjective, ModeObjective, ObjectiveError, PositionPrediction};
 use dynamics::model::derived;
 use machine::{Machine, Operating};
 use measurement::{FitSet, HoldOutSet};
@@ -25,10 +26,18 @@ pub struct DerivedEstimate {
 /// What an identification found.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Identification {
-    /// All parameters of the machine, in its order.
+    /// The machine as it was fitted: with its tolerances as parameters behind its own, where they were fitted along.
+    pub machine: Machine,
+    /// All parameters of the machine as described, in its order.
     pub estimates: Vec<Estimate>,
-    /// Their values alone.
+    /// Values of all parameters of the machine as it was fitted.
     pub values: Vec<f64>,
+    /// Tolerances that were fitted along; empty where they are held.
+    pub tolerances: Vec<ToleranceEstimate>,
+    /// Gain and delay of each measuring channel.
+    pub channels: Vec<Channel>,
+    /// Minima of χ² that the data do not tell from the least, the best first.
+    pub basins: Vec<Basin>,
     /// Gain of the measured amplitudes.
     pub gain: AmplitudeFit,
     /// Least cost.
@@ -59,8 +68,10 @@ pub struct Identification {
     pub colour: f64,
     /// Best place of the free parameters in the unit cube, and last of the gain where it was estimated.
     pub place: Vec<f64>,
-    /// Indices of the free parameters.
+    /// Indices of the free parameters of the machine as described.
     pub free: Vec<usize>,
+    /// Indices of all parameters that were varied, tolerances among them: the first coordinates of a place.
+    pub varied: Vec<usize>,
     /// Modes predicted where they were fitted; empty for FRFs.
     pub fitted: Vec<PositionPrediction>,
     /// Modes predicted where they were not; empty for FRFs.
@@ -91,15 +102,23 @@ pub fn identify(
     let control = &control.within(&format!("{:?} {:?} {plan:?}", fit.positions, fit.frfs));
     match plan.frf {
         Some(settings) => {
-            let objective = FrfObjective::new(machine, fit, settings, &plan.frozen)?;
-            let beyond = FrfObjective::held_out(machine, held_out, settings)?;
-            let estimation = estimate(&objective, machine, plan, control)?;
-            let (values, gain) = (estimation.values.clone(), estimation.gain);
+            let (fitted, settings) = match plan.tolerances {
+                true => (machine.with_tolerances(&fit.set.nuts_m())?, settings.with_tolerances(&fit.set.tolerance)),
+                false => (machine.clone(), settings),
+            };
+            let objective = FrfObjective::new(&fitted, fit, settings, &plan.frozen)?;
+            let estimation = estimate(&objective, &fitted, plan, control)?;
+            let (place, gain) = (estimation.place.clone(), estimation.gain);
             // The gain stands among the parameters where it is unknown.
             let gain = AmplitudeFit { gain, count: if objective.estimates_gain() { objective.observations() / 2 } else { 0 } };
-            let mut found = identification(machine, estimation, gain, &objective.free, objective.observations());
-            found.fitted_frfs = objective.gaps(&values, gain.gain);
-            found.held_out_frfs = beyond.gaps(&values, gain.gain);
+            let mut found = identification(machine, &fitted, estimation, gain, &objective.free[..objective.own], objective.observations());
+            found.varied.clone_from(&objective.free);
+            found.channels = objective.channels_at(&place);
+            found.tolerances = tolerance_estimates(&objective, fit.set, &place, &found.certainty.sd);
+            found.warnings.extend(found.tolerances.iter().filter_map(ToleranceEstimate::warning));
+            let beyond = FrfObjective::held_out(&fitted, held_out, settings.as_stated())?.calibrated(&found.channels);
+            found.fitted_frfs = objective.gaps_at(&place);
+            found.held_out_frfs = beyond.gaps(&found.values, gain.gain);
             Ok(found)
         }
         None => {
@@ -109,17 +128,30 @@ pub fn identify(
             let fitted = objective.predict(&estimation.values);
             let gain = objective.amplitude_fit(&fitted);
             let held_out = beyond.predict(&estimation.values);
-            let mut found = identification(machine, estimation, gain, &objective.free, objective.observations());
+            let mut found = identification(machine, machine, estimation, gain, &objective.free, objective.observations());
             (found.fitted, found.held_out) = (fitted, held_out);
             Ok(found)
         }
     }
 }
 
-fn identification(machine: &Machine, estimation: Estimation, gain: AmplitudeFit, free: &[usize], observations: usize) -> Identification {
+fn identification(
+    machine: &Machine,
+    fitted: &Machine,
+    estimation: Estimation,
+    gain: AmplitudeFit,
+    free: &[usize],
+    observations: usize,
+) -> Identification {
+    let mut estimates = estimation.estimates.clone();
+    estimates.truncate(machine.parameters.len());
     Identification {
-        derived: derived_estimates(machine, &estimation, free),
-        estimates: estimation.estimates,
+        machine: fitted.clone(),
+        derived: derived_estimates(fitted, &estimation, free),
+        estimates,
+        tolerances: Vec::new(),
+        channels: Vec::new(),
+        basins: estimation.basins,
         values: estimation.values,
         gain,
         cost: estimation.repeats[0].found.cost,
@@ -136,6 +168,7 @@ fn identification(machine: &Machine, estimation: Estimation, gain: AmplitudeFit,
         colour: estimation.colour,
         place: estimation.place,
         free: free.to_vec(),
+        varied: free.to_vec(),
         fitted: Vec::new(),
         held_out: Vec::new(),
         fitted_frfs: Vec::new(),

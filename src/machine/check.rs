@@ -201,7 +201,7 @@ pub(super) fn check_parameter(p: &Parameter) -> Result<(), MachineError> {
             format!("{} is outside the range {} … {}; widen the range or move the start", p.start, p.lower, p.upper),
         ));
     }
-    if let Some(sd) = p.sd.filter(|sd| !(*sd > 0.0 && sd.is_finite())) {
+    if let Some(sd) = p.prior.map(super::Prior::sd).filter(|sd| !(*sd > 0.0 && sd.is_finite())) {
         return Err(fault(part("sd"), format!("is {sd}; write a standard deviation above 0, or leave it out")));
     }
     if p.scale == Scale::Logarithmic && p.lower <= 0.0 {

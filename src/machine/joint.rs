@@ -17,7 +17,7 @@ pub struct Joint {
     pub stiffness: Value,
     /// Viscous damping c (N·s/m or N·m·s/rad).
     pub damping: Value,
-    /// Loss factor η: k times 1 + η·(i + 2/π·ln(ω/ω₀)), ω₀ = 2π·100 rad/s, the causal form of 1 + iη.
+    /// Loss factor η: k times 1 + η·(i + s·2/π·ln(ω/ω₀)), s as in [`Machine::loss_dispersion`](super::Machine).
     pub loss_factor: Value,
     /// Integral action ω_i (1/s) of a servo that holds: k times 1 + ω_i/(iω), which feeds slow motion. Frequency responses alone know of it.
     pub integral_rate: Value,

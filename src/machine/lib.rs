@@ -40,7 +40,7 @@ pub use joint::Joint;
 pub use loaded_pair::{LoadedPair, PairState};
 pub use motor::{CurrentFile, CurrentLoop, Inverter, Motor, MotorFile};
 pub use operating::{Circumstance, Operating};
-pub use parameter::{FitRule, Parameter, Scale};
+pub use parameter::{FitRule, Parameter, Prior, Scale};
 pub use point::{Motion, Point};
 pub use segment::{Segment, SegmentEnd, Twist};
 pub use shaft::{Place, Shaft, Station};
@@ -52,7 +52,7 @@ pub use value::{Base, Law, Value};
 use std::sync::Arc;
 
 /// A machine as it is described, checked: every name resolved, every range sensible.
-#[derive(Debug, Clone, PartialEq, Default)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Machine {
     /// What a person calls it.
     pub title: String,
@@ -80,8 +80,35 @@ pub struct Machine {
     ///
     /// # Source  lumped servo-axis paper: B = b·K with b = 2ζ/ω₁.
     pub stiffness_proportional_damping_s: f64,
+    /// Share s of dispersion of all loss factors η: k times 1 + η·(i + s·2/π·ln(ω/ω₀)), ω₀ = 2π·100 rad/s. 0 is the constant k·(1 + iη) of finite-element
+    /// programs, 1 its causal form.
+    ///
+    /// # Source  constant: Beards, Structural Vibration, 1996, ch. 5; causal: Makris, J. Eng. Mech. 123 (1997) 1209–1214.
+    pub loss_dispersion: Value,
     /// How well it is known.
     pub tolerance: Tolerance,
+}
+
+impl Default for Machine {
+    fn default() -> Self {
+        let tolerance = Tolerance::default();
+        Machine {
+            title: String::new(),
+            points: Vec::new(),
+            shafts: Vec::new(),
+            joints: Vec::new(),
+            drive: None,
+            contacts: Vec::new(),
+            segments: Vec::new(),
+            chain: Chain::default(),
+            derived: Vec::new(),
+            parameters: Vec::new(),
+            effects: Vec::new(),
+            stiffness_proportional_damping_s: 0.0,
+            loss_dispersion: Value::number(tolerance.loss_dispersion),
+            tolerance,
+        }
+    }
 }
 
 impl Machine {

@@ -47,14 +47,60 @@ pub struct Parameter {
     pub scale: Scale,
     /// From which data it is fitted.
     pub fit: FitRule,
-    /// Standard deviation around `start` of what is known beforehand (a weighed mass, a catalogue value); enters a fit as one
-    /// observation more. `None`: every value of the range is as good as another.
-    pub sd: Option<f64>,
+    /// What is known of it before it is fitted (a weighed mass, a catalogue value); enters a fit as one observation more. `None`: every value of the range
+    /// is equally plausible.
+    pub prior: Option<Prior>,
     /// Where range and start come from.
     pub source: String,
 }
 
+/// Prior distribution of a parameter around its start value.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Prior {
+    /// Normal, with this standard deviation in the parameter's unit.
+    Normal(f64),
+    /// Log-normal: the logarithm of the parameter has this standard deviation, the start value is the median.
+    LogNormal(f64),
+}
+
+impl Prior {
+    /// Deviation of a value from the start value, in standard deviations.
+    pub fn deviation(self, start: f64, value: f64) -> f64 {
+        match self {
+            Prior::Normal(sd) => (value - start) / sd,
+            Prior::LogNormal(sd) => (value / start).ln() / sd,
+        }
+    }
+
+    /// Derivative of [`Prior::deviation`] with the value.
+    pub fn slope(self, value: f64) -> f64 {
+        match self {
+            Prior::Normal(sd) => 1.0 / sd,
+            Prior::LogNormal(sd) => 1.0 / (sd * value),
+        }
+    }
+
+    /// The value so many standard deviations from the start value.
+    pub fn value(self, start: f64, deviation: f64) -> f64 {
+        match self {
+            Prior::Normal(sd) => start + sd * deviation,
+            Prior::LogNormal(sd) => start * (sd * deviation).exp(),
+        }
+    }
+
+    /// Its standard deviation: in the parameter's unit, or of the logarithm.
+    pub fn sd(self) -> f64 {
+        let (Prior::Normal(sd) | Prior::LogNormal(sd)) = self;
+        sd
+    }
+}
+
 impl Parameter {
+    /// Deviation of a value from the start value in standard deviations of the prior; `None` without a prior.
+    pub fn deviation(&self, value: f64) -> Option<f64> {
+        Some(self.prior?.deviation(self.start, value))
+    }
+
     /// Its place in the unit interval of its range: 0 at `lower`, 1 at `upper`.
     pub fn to_unit(&self, value: f64) -> f64 {
         match self.scale {

@@ -43,7 +43,7 @@ pub struct Shaft {
     pub shear_modulus: Value,
     /// Density ρ (kg/m³).
     pub density: Value,
-    /// Loss factor η of the material: E and G times 1 + η·(i + 2/π·ln(ω/ω₀)), ω₀ = 2π·100 rad/s, the causal form of 1 + iη.
+    /// Loss factor η of the material: E and G times 1 + η·(i + s·2/π·ln(ω/ω₀)), s as in [`Machine::loss_dispersion`](super::Machine).
     pub loss_factor: Value,
     /// Factor of the distances of stations beside the nut.
     pub beside_nut: Value,
@@ -75,6 +75,11 @@ impl Shaft {
         let (area_m2, polar_m4) = self.section(parameters, operating);
         let section = if motion == Motion::Translation { area_m2 } else { polar_m4 };
         at(&self.density) * at(&self.length) * section
+    }
+
+    /// Whether it is an end that [`Machine::with_tolerances`](super::Machine::with_tolerances) cut off.
+    pub fn is_journal(&self) -> bool {
+        self.name.starts_with("~journal")
     }
 
     /// Whether a point moves with one of its stations.

@@ -38,6 +38,8 @@ pub enum Target {
     ShaftShearModulus(String),
     /// Key of a number of the drive.
     Drive(String),
+    /// Share of dispersion of all loss factors.
+    LossDispersion,
     /// Gain of the measuring chain.
     ChainGain,
     /// Delay of the measuring chain.
@@ -64,6 +66,7 @@ impl Target {
             | Target::ShaftModulus(name)
             | Target::ShaftShearModulus(name) => name,
             Target::Drive(_) => "drive",
+            Target::LossDispersion => "losses",
             Target::ChainGain | Target::ChainDelay | Target::ChainPower => "measurement",
         }
     }
@@ -141,6 +144,7 @@ impl Machine {
                 let drive = self.drive.as_mut().ok_or_else(|| fault(&part, "the machine has no drive"))?;
                 vec![keyed(&part, key, drive.values_mut())?]
             }
+            Target::LossDispersion => vec![&mut self.loss_dispersion],
             Target::ChainGain => vec![&mut self.chain.gain],
             Target::ChainDelay => vec![&mut self.chain.delay],
             Target::ChainPower => vec![&mut self.chain.power],

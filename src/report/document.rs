@@ -62,6 +62,9 @@ pub struct Settings {
     /// Lowest and highest frequency of FRFs (Hz), where it was limited.
     #[serde(default)]
     pub band_hz: Option<[f64; 2]>,
+    /// `fit`: tolerances of machine and set were fitted along with whole FRFs; `none`: they were held.
+    #[serde(default = "held")]
+    pub tolerances: String,
     /// Positions and records asked to be fitted.
     #[serde(default)]
     pub positions: Option<Vec<String>>,
@@ -75,6 +78,59 @@ pub struct Settings {
     pub repeats: usize,
     /// Parameters frozen.
     pub freeze: Vec<String>,
+}
+
+/// Results of versions that knew no tolerances held them.
+fn held() -> String {
+    "none".into()
+}
+
+/// What was known of a tolerance before it was fitted along.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct PriorRow {
+    /// Mean; median of a log-normal prior.
+    pub mean: f64,
+    /// Standard deviation; of the logarithm for a log-normal prior.
+    pub sd: f64,
+    /// `normal` or `log-normal`.
+    #[serde(default = "normal")]
+    pub kind: String,
+}
+
+fn normal() -> String {
+    "normal".into()
+}
+
+/// A number that the description or the measurement states to a tolerance, as fitted along.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct ToleranceRow {
+    /// Unit; 1 for a relative change, a factor or a loss factor.
+    pub unit: String,
+    /// What was known of it.
+    pub prior: PriorRow,
+    /// Estimate.
+    pub value: f64,
+    /// Standard deviation of the estimate; of its logarithm for a log-normal prior.
+    pub sd: f64,
+}
+
+impl ToleranceRow {
+    /// Deviation of the estimate from the prior's mean, in standard deviations of the prior.
+    pub fn deviation(&self) -> f64 {
+        let PriorRow { mean, sd, kind } = &self.prior;
+        if kind == "log-normal" { (self.value / mean).ln() / sd } else { (self.value - mean) / sd }
+    }
+}
+
+/// A minimum of χ² that the data do not tell from the least.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct BasinRow {
+    /// Its cost.
+    pub cost: f64,
+    /// Searches that found it.
+    pub count: usize,
+    /// Parameters by id.
+    pub values: BTreeMap<String, f64>,
 }
 
 /// An identified parameter.
@@ -239,6 +295,12 @@ pub struct Identification {
     pub settings: Settings,
     /// Parameters by id.
     pub parameters: BTreeMap<String, ParameterRow>,
+    /// Tolerances that were fitted along, by name; empty where they were held.
+    #[serde(default)]
+    pub tolerances: BTreeMap<String, ToleranceRow>,
+    /// Minima of χ² within the 95 % limit of the least, the best first; absent where there is one.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub basins: Vec<BasinRow>,
     /// Quantities by name that follow from them.
     pub derived: BTreeMap<String, f64>,
     /// 95 % intervals of those that the machine names.

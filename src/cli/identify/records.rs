@@ -80,6 +80,8 @@ pub fn run(given: &IdentifyArguments, loaded: &Loaded) -> CommandResult {
             ..settings(&given.sources, &given.search, &plan)
         },
         parameters: parameter_rows(loaded, values, &estimates),
+        tolerances: BTreeMap::new(),
+        basins: Vec::new(),
         derived: derived(&records, error),
         derived_interval95: BTreeMap::new(),
         combinations: Vec::new(),

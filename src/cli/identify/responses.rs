@@ -53,6 +53,8 @@ pub fn run(given: &IdentifyArguments, loaded: &Loaded) -> CommandResult {
             ..settings(&given.sources, &given.search, &plan)
         },
         parameters: rows::parameters(machine, &found),
+        tolerances: rows::tolerances(&found.tolerances),
+        basins: rows::basins(&found),
         derived: {
             let mut derived = rows::derived(&positions, &frfs, leave_one_out);
             derived.extend(found.derived.iter().map(|d| (d.name.clone(), d.value)));
@@ -83,8 +85,10 @@ pub fn run(given: &IdentifyArguments, loaded: &Loaded) -> CommandResult {
             .collect(),
         leave_one_out,
         fitted_parameters: {
-            let free = found.free.iter().map(|i| machine.parameters[*i].id.clone());
-            free.chain((found.certainty.sd.len() > found.free.len()).then(|| "gain".to_string())).collect()
+            let free = found.varied.iter().map(|i| found.machine.parameters[*i].name().to_string());
+            let gain = found.gain_interval95.map(|_| "gain".to_string());
+            let beyond = found.tolerances.iter().skip(found.varied.len() - found.free.len()).map(|t| t.name.clone());
+            free.chain(gain).chain(beyond).collect()
         },
         correlation: found.certainty.correlation.clone(),
         held_out_positions: names(&held_out.positions, &held_out.frfs),

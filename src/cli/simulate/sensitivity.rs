@@ -128,7 +128,7 @@ fn with_factor(machine: &Machine, joint: usize) -> Machine {
         upper: f64::INFINITY,
         scale: Scale::Linear,
         fit: FitRule::Never,
-        sd: None,
+        prior: None,
         source: "sensitivity".into(),
     });
     scaled.joints[joint].stiffness.laws.push(Law::Times(index));

@@ -12,7 +12,7 @@ use rand_xoshiro::Xoshiro256PlusPlus;
 
 use crate::delivery::told;
 use config::read_machine_text;
-use diagnosis::{another, drawn, with_nuisances};
+use diagnosis::{sample_discrepancy, sample_prior};
 use dynamics::model::{Rods, Structure};
 use machine::{Chain, Data, Effect, FitRule, Machine, Operating};
 use numeric::random::normal;
@@ -43,7 +43,7 @@ pub fn own_case(seed: u64, plan: &Plan, index: usize) -> Result<(Case, Label), S
     let mut draw = Draw::new(seed).branch(0x006f_776e).branch(index as u64);
     let config = read_machine_text("machine.toml", &case.description.to_toml(), &[], &[]).map_err(told)?;
     let nuts_m: Vec<f64> = case.positions.iter().map(|p| p.nut_m).collect();
-    let described = with_nuisances(&config.machine, &nuts_m).map_err(told)?;
+    let described = config.machine.with_tolerances(&nuts_m).map_err(told)?;
     let seed = draw.index(1 << 32) as u64;
     let mut truth = Truth::new(&described, &case, &label, seed);
     label.kind = match label.kind {
@@ -109,7 +109,7 @@ impl Truth {
     fn new(described: &Machine, case: &Case, label: &Label, seed: u64) -> Self {
         let random = &mut Xoshiro256PlusPlus::seed_from_u64(seed);
         let value = |p: &machine::Parameter, random: &mut Xoshiro256PlusPlus| {
-            label.joints.get(&p.id).copied().or_else(|| drawn(p, random)).unwrap_or(p.start)
+            label.joints.get(&p.id).copied().or_else(|| sample_prior(p, random)).unwrap_or(p.start)
         };
         let values = described.parameters.iter().map(|p| value(p, random)).collect();
         let off_m = case.positions.iter().map(|_| NUT_SD_M * normal(random)).collect();
@@ -125,7 +125,7 @@ impl Truth {
 
     /// With another machine, whose first parameters are those of this one; journals are those of the seed.
     fn with(&self, machine: &Machine, shared: usize, seed: u64) -> Self {
-        let machine = another(machine, &mut Xoshiro256PlusPlus::seed_from_u64(!seed));
+        let machine = sample_discrepancy(machine, &mut Xoshiro256PlusPlus::seed_from_u64(!seed));
         let further = machine.parameters[shared..].iter().map(|p| p.start);
         let values = self.values[..shared].iter().copied().chain(further).collect();
         Truth { machine, values, ..self.clone() }
@@ -287,8 +287,11 @@ fn moved(truth: &Truth, described: &Machine) -> Vec<(Truth, f64)> {
         out.push((copy, step));
     };
     for (at, parameter) in described.parameters.iter().enumerate() {
-        match parameter.sd {
-            Some(sd) => one(STEP_SD, &|t| t.values[at] += STEP_SD * sd),
+        match parameter.prior {
+            Some(prior) => one(STEP_SD, &|t| {
+                let deviation = prior.deviation(parameter.start, t.values[at]);
+                t.values[at] = prior.value(parameter.start, deviation + STEP_SD);
+            }),
             None if parameter.fit == FitRule::Never => {}
             None => one(STEP / 10f64.ln(), &|t| t.values[at] *= STEP.exp()),
         }

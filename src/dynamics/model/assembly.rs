@@ -57,7 +57,7 @@ impl Network {
         let (shape, abreast) = (&self.structure, omega_rad_s.len());
         let spring_dampers = self.stiffness.iter().zip(&self.damping).zip(&self.loss);
         let added: [Reals; ABREAST] = match self.loses {
-            true => std::array::from_fn(|w| omega_rad_s.get(w).map_or(Reals::ZERO, |omega| loss_each(*omega).0.re)),
+            true => std::array::from_fn(|w| omega_rad_s.get(w).map_or(Reals::ZERO, |omega| loss_each(*omega, self.dispersion).0.re)),
             false => [Reals::ZERO; ABREAST],
         };
         for (entries, ((k, c), h)) in entries.chunks_exact_mut(abreast).zip(spring_dampers) {
@@ -105,6 +105,7 @@ impl Network {
         let (shape, abreast) = (&self.structure, omega_rad_s.len());
         let entries = &mut work.complex[..shape.elimination.slots() * abreast];
         self.assemble(omega_rad_s, entries);
+        let mut materials = [None; ABREAST];
         for (at, (rod, slots)) in self.rods.iter().zip(&shape.rod_slots).enumerate() {
             let [left, right, cross] = slots.map(|slot| slot.map(|slot| slot * abreast..(slot + 1) * abreast));
             if let Some(known) = known(at, rod) {
@@ -132,7 +133,7 @@ impl Network {
                     continue;
                 }
                 for (w, omega) in (first..).zip(omegas) {
-                    let of = rod.damped_each(*omega);
+                    let of = rod.damped_of(*omega, &mut materials[w]);
                     for (slots, entry) in [&left, &right, &cross].into_iter().zip([of.direct, of.direct, of.cross]) {
                         slots.iter().for_each(|slots| entries[slots.start + w] += entry);
                     }

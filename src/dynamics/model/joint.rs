@@ -11,6 +11,8 @@ pub(super) struct JointNumbers {
     pub stiffness: f64,
     pub damping: f64,
     pub loss_factor: f64,
+    /// Share of its dispersion.
+    pub dispersion: f64,
     pub integral_rate: f64,
     pub relaxation_stiffness: Option<f64>,
 }
@@ -51,11 +53,11 @@ impl JointNumbers {
         -Reals::splat(self.stiffness * self.integral_rate) / omega_rad_s
     }
 
-    /// Complex stiffness: spring with its loss and integral action, k·(1 + η·(i + 2/π·ln(ω/ω₀)) + ω_i/(iω)), and iωc, the damper through its relaxation
+    /// Complex stiffness: spring with its loss and integral action, k·(1 + η·(i + s·2/π·ln(ω/ω₀)) + ω_i/(iω)), and iωc, the damper through its relaxation
     /// spring where it has one.
     pub(super) fn dynamic(&self, omega_rad_s: f64) -> Complex64 {
         let integral = Complex64::new(0.0, -self.stiffness * self.integral_rate / omega_rad_s);
-        let spring = self.stiffness + loss(omega_rad_s) * (self.stiffness * self.loss_factor) + integral;
+        let spring = self.stiffness + loss(omega_rad_s, self.dispersion) * (self.stiffness * self.loss_factor) + integral;
         let damper = Complex64::new(0.0, omega_rad_s * self.damping);
         match self.relaxation_stiffness {
             None => spring + damper,

@@ -23,6 +23,8 @@ pub struct Network {
     pub(super) real: Vec<bool>,
     /// Whether any joint has a loss factor.
     pub(super) loses: bool,
+    /// Share of dispersion of all loss factors.
+    pub(super) dispersion: f64,
     /// r of sensor and hammer of each lever of the machine.
     pub(super) levers: Vec<[f64; 2]>,
 }
@@ -33,7 +35,7 @@ impl Structure {
         let slots = self.elimination.slots();
         Network {
             structure: Arc::clone(self),
-            rods: vec![Rod { stiffness: 0.0, transit_s: 0.0, loss_factor: 0.0, elements: 0 }; self.rods.len()],
+            rods: vec![Rod { stiffness: 0.0, transit_s: 0.0, loss_factor: 0.0, dispersion: 0.0, elements: 0 }; self.rods.len()],
             joints: vec![JointNumbers::default(); self.joints.len()],
             inertia: vec![0.0; self.size()],
             stiffness: vec![0.0; slots],
@@ -41,6 +43,7 @@ impl Structure {
             loss: vec![0.0; slots],
             real: vec![false; slots],
             loses: false,
+            dispersion: 0.0,
             levers: Vec::new(),
         }
     }
@@ -55,6 +58,7 @@ impl Network {
         self.damping.fill(0.0);
         self.loss.fill(0.0);
         self.inertia.fill(0.0);
+        self.dispersion = machine.loss_dispersion.at(parameters, operating);
         for (point, coordinate) in machine.points.iter().zip(&shape.coordinate) {
             if let Some(i) = *coordinate {
                 self.inertia[i] += point.inertia.at(parameters, operating);
@@ -75,6 +79,7 @@ impl Network {
                 stiffness: modulus * section / length_m,
                 transit_s: length_m * (density / modulus).sqrt(),
                 loss_factor: shaft.loss_factor.at(parameters, operating),
+                dispersion: self.dispersion,
                 elements: match shape.representation {
                     Rods::Exact => 0,
                     Rods::Lumped(elements) => elements.max(1),
@@ -88,6 +93,7 @@ impl Network {
                 stiffness,
                 damping: joint.damping.at(parameters, operating) + share_s * stiffness,
                 loss_factor: joint.loss_factor.at(parameters, operating),
+                dispersion: self.dispersion,
                 integral_rate: joint.integral_rate.at(parameters, operating),
                 relaxation_stiffness: joint.relaxation_stiffness.as_ref().map(|k| k.at(parameters, operating)),
             };

@@ -53,9 +53,10 @@ impl Network {
         let entries = &mut work.complex[..shape.elimination.slots() * abreast];
         self.assemble(omega_rad_s, entries);
         work.rods.clear();
+        let mut materials = [None; ABREAST];
         for (rod, slots) in self.rods.iter().zip(&shape.rod_slots) {
-            for (w, omega) in omega_rad_s.iter().enumerate() {
-                let of = rod.damped_each(*omega);
+            for (w, (omega, material)) in omega_rad_s.iter().zip(&mut materials).enumerate() {
+                let of = rod.damped_of(*omega, material);
                 for (slot, entry) in slots.iter().zip([of.direct, of.direct, of.cross]) {
                     if let Some(slot) = *slot {
                         entries[slot * abreast + w] += entry;

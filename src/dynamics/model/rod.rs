@@ -33,8 +33,10 @@ pub struct Rod {
     pub stiffness: f64,
     /// φ/ω (s): the time a wave takes along the rod.
     pub transit_s: f64,
-    /// Loss factor η of the material: A times 1 + iη.
+    /// Loss factor η of the material: A times 1 + η·(i + s·2/π·ln(ω/ω₀)).
     pub loss_factor: f64,
+    /// Share s of its dispersion.
+    pub dispersion: f64,
     /// Springs n of the chain that stands for the rod; 0 for the rod itself.
     pub elements: usize,
 }
@@ -46,24 +48,30 @@ const LOWEST_RAD_S: f64 = 0.01 * LOSS_REFERENCE_RAD_S;
 /// What a loss factor adds to 1: η times this.
 ///
 /// ```text
-/// k(ω) = k·(1 + η·(i + 2/π·ln(ω/ω₀))),      ω₀ = 2π·100 rad/s
+/// k(ω) = k·(1 + η·(i + s·2/π·ln(ω/ω₀))),      ω₀ = 2π·100 rad/s
 /// ```
 ///
-/// # Source  the causal hysteretic element, to first order in η: Makris, J. Eng. Mech. 123 (1997) 1209–1214. Deviation: k·(1 + iη) alone, as it is
-/// usually written, answers before it is loaded; a hammer test, which happens in time, sees the stiffness that grows with ω.
+/// # Source  s = 1 is the causal hysteretic element, to first order in η: Makris, J. Eng. Mech. 123 (1997) 1209–1214. s = 0 is the constant k·(1 + iη) of
+/// finite-element programs, which microslip in a joint follows at one amplitude, although it answers before it is loaded.
 #[inline]
-pub(super) fn loss(omega_rad_s: f64) -> Complex64 {
+pub(super) fn loss(omega_rad_s: f64, dispersion: f64) -> Complex64 {
     // Below 1 Hz, where no hammer reaches, the stiffness stays as it is there: ln has no end.
-    Complex64::new(std::f64::consts::FRAC_2_PI * (omega_rad_s.max(LOWEST_RAD_S) / LOSS_REFERENCE_RAD_S).ln(), 1.0)
+    Complex64::new(dispersion * std::f64::consts::FRAC_2_PI * (omega_rad_s.max(LOWEST_RAD_S) / LOSS_REFERENCE_RAD_S).ln(), 1.0)
+}
+
+/// What a full share of dispersion adds to the stiffness at some frequencies, over η: 2/π·ln(ω/ω₀).
+#[inline]
+pub(super) fn dispersion_each(omega_rad_s: Reals) -> Reals {
+    let share = omega_rad_s.fast_max(Reals::splat(LOWEST_RAD_S)) * Reals::splat(1.0 / LOSS_REFERENCE_RAD_S);
+    share.ln() * Reals::splat(std::f64::consts::FRAC_2_PI)
 }
 
 /// [`loss`] at some frequencies, and its slope with ω.
 #[inline]
-pub(super) fn loss_each(omega_rad_s: Reals) -> (Complexes, Reals) {
-    let lowest = Reals::splat(LOWEST_RAD_S);
-    let slope = omega_rad_s.simd_gt(lowest).select(Reals::splat(std::f64::consts::FRAC_2_PI) / omega_rad_s, Reals::ZERO);
-    let share = omega_rad_s.fast_max(lowest) * Reals::splat(1.0 / LOSS_REFERENCE_RAD_S);
-    (Complexes::new(share.ln() * Reals::splat(std::f64::consts::FRAC_2_PI), Reals::ONE), slope)
+pub(super) fn loss_each(omega_rad_s: Reals, dispersion: f64) -> (Complexes, Reals) {
+    let grows = Reals::splat(std::f64::consts::FRAC_2_PI * dispersion) / omega_rad_s;
+    let slope = omega_rad_s.simd_gt(Reals::splat(LOWEST_RAD_S)).select(grows, Reals::ZERO);
+    (Complexes::new(dispersion_each(omega_rad_s) * Reals::splat(dispersion), Reals::ONE), slope)
 }
 
 /// Elements of a chain that are few, and how far above the highest frequency that these pass on they are still worked out side by side.
@@ -82,15 +90,18 @@ fn near_pole(sin: Reals) -> bool {
 }
 
 impl Rod {
-    /// 1 + η·(i + 2/π·ln(ω/ω₀)).
+    /// 1 + η·(i + s·2/π·ln(ω/ω₀)).
     pub(super) fn material(&self, omega_rad_s: f64) -> Complex64 {
-        1.0 + loss(omega_rad_s) * self.loss_factor
+        1.0 + loss(omega_rad_s, self.dispersion) * self.loss_factor
     }
 
     /// [`Rod::material`] at some frequencies.
     #[inline]
-    pub(super) fn material_each(&self, omega_rad_s: Reals) -> Complexes {
-        Complexes::real(Reals::ONE) + loss_each(omega_rad_s).0 * self.loss_factor
+    fn material_each(&self, omega_rad_s: Reals) -> Material {
+        let value = Complexes::real(Reals::ONE) + loss_each(omega_rad_s, self.dispersion).0 * self.loss_factor;
+        let root = value.sqrt();
+        let slowness = root.inverse();
+        Material { loss_factor: self.loss_factor, root, slowness, inverse: slowness * slowness }
     }
 
     /// Direct and cross entry of D without loss.
@@ -161,20 +172,31 @@ impl Rod {
     /// [`Rod::damped`] at some frequencies.
     #[inline]
     pub fn damped_each(&self, omega_rad_s: Reals) -> RodLanes {
+        self.damped_of(omega_rad_s, &mut None)
+    }
+
+    /// As [`Rod::damped_each`], with the material of the rod before at the same frequencies, which most rods share.
+    #[inline]
+    pub(super) fn damped_of(&self, omega_rad_s: Reals, material: &mut Option<Material>) -> RodLanes {
         if self.loss_factor == 0.0 {
             if let Some([[direct, cross, sin]]) = self.lossless_each([omega_rad_s]) {
                 return RodLanes::real(direct, cross, sin);
             }
-        } else if self.elements == 0 {
-            let root = self.material_each(omega_rad_s).sqrt();
+        }
+        let material = match material {
+            Some(same) if same.loss_factor == self.loss_factor => *same,
+            other => *other.insert(self.material_each(omega_rad_s)),
+        };
+        if self.loss_factor != 0.0 && self.elements == 0 {
             let phase = omega_rad_s * Reals::splat(self.transit_s);
-            let (sin, cos) = (root.inverse() * phase).sin_cos();
-            let scale = root * sin.inverse() * (phase * Reals::splat(self.stiffness));
-            return RodLanes { direct: scale * cos, cross: -scale, sin, lossless: false };
+            let (sin, cos) = (material.slowness * phase).sin_cos();
+            let scale = material.root * sin.inverse() * (phase * Reals::splat(self.stiffness));
+            return RodLanes { direct: scale * cos, cross: -scale, sin, material_inverse: material.inverse, lossless: false };
         }
         let each = omega_rad_s.to_array().map(|omega| self.damped(omega));
         let of = |part: fn(&RodEntries) -> Complex64| Complexes::each(|lane| part(&each[lane]));
-        RodLanes { direct: of(|e| e.direct), cross: of(|e| e.cross), sin: of(|e| e.sin), lossless: each.iter().all(|e| e.lossless) }
+        let lossless = each.iter().all(|e| e.lossless);
+        RodLanes { direct: of(|e| e.direct), cross: of(|e| e.cross), sin: of(|e| e.sin), material_inverse: material.inverse, lossless }
     }
 
     /// d(direct)/dω and d(cross)/dω of entries at ω, with the material as it is there; what the material's own change adds is [`RodLanes::by_material`].
@@ -198,7 +220,6 @@ impl Rod {
             };
             return (Complexes::real(alpha * direct - beta * cross * cross), Complexes::real(cross * (alpha - beta * direct)));
         }
-        let material = self.material_each(omega_rad_s);
         let y = match self.elements {
             0 => Complexes::real(Reals::ONE),
             _ => Complexes::each(|lane| {
@@ -207,7 +228,7 @@ impl Rod {
             }),
         };
         let alpha = (Complexes::real(Reals::splat(2.0)) - y) * per_omega;
-        let beta = y * material.inverse() * (per_omega * per_k);
+        let beta = y * entries.material_inverse * (per_omega * per_k);
         (alpha * entries.direct - beta * entries.cross * entries.cross, entries.cross * (alpha - beta * entries.direct))
     }
 
@@ -324,14 +345,29 @@ pub struct RodLanes {
     pub cross: Complexes,
     /// As [`RodEntries::sin`].
     pub sin: Complexes,
+    /// 1/(1 + η·(i + s·2/π·ln(ω/ω₀))) of its material.
+    pub material_inverse: Complexes,
     /// All of it is real.
     pub lossless: bool,
+}
+
+/// What a loss factor makes of a material at some frequencies.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Material {
+    loss_factor: f64,
+    /// √m, m = 1 + η·(i + s·2/π·ln(ω/ω₀)).
+    root: Complexes,
+    /// 1/√m.
+    slowness: Complexes,
+    /// 1/m.
+    inverse: Complexes,
 }
 
 impl RodLanes {
     #[inline]
     fn real(direct: Reals, cross: Reals, sin: Reals) -> Self {
-        RodLanes { direct: Complexes::real(direct), cross: Complexes::real(cross), sin: Complexes::real(sin), lossless: true }
+        let [direct, cross, sin, material_inverse] = [direct, cross, sin, Reals::ONE].map(Complexes::real);
+        RodLanes { direct, cross, sin, material_inverse, lossless: true }
     }
 
     /// What entries of these slopes change by d(material)/material: as the stiffness itself, and through φ = ω·t/√material.
@@ -347,7 +383,7 @@ mod tests {
 
     #[test]
     fn limit_rod_is_a_spring() {
-        let rod = Rod { stiffness: 2e8, transit_s: 3e-4, loss_factor: 0.0, elements: 0 };
+        let rod = Rod { stiffness: 2e8, transit_s: 3e-4, loss_factor: 0.0, dispersion: 0.7, elements: 0 };
         let (direct, cross) = rod.undamped(1e-3);
         assert!((direct / 2e8 - 1.0).abs() < 1e-12);
         assert!((cross / -2e8 - 1.0).abs() < 1e-12);
@@ -356,13 +392,13 @@ mod tests {
     #[test]
     fn slopes_are_those_of_finite_differences_with_and_without_loss() {
         for (loss_factor, elements) in [(0.0, 0), (1e-12, 0), (0.02, 0), (0.0, 4), (0.02, 4), (0.0, 1), (1e-12, 4)] {
-            let rod = Rod { stiffness: 2e8, transit_s: 3e-4, loss_factor, elements };
+            let rod = Rod { stiffness: 2e8, transit_s: 3e-4, loss_factor, dispersion: 0.7, elements };
             for omega in [200.0, 3000.0, 9000.0, 20000.0] {
                 let step = 1e-4 * omega;
                 let (low, high) = (rod.damped(omega - step), rod.damped(omega + step));
                 let direct = (high.direct - low.direct) / (2.0 * step);
                 let cross = (high.cross - low.cross) / (2.0 * step);
-                let drift = loss_each(Reals::splat(omega)).1.to_array()[0] * loss_factor / rod.material(omega);
+                let drift = loss_each(Reals::splat(omega), rod.dispersion).1.to_array()[0] * loss_factor / rod.material(omega);
                 let (at, entries) = (Reals::splat(omega), rod.damped_each(Reals::splat(omega)));
                 let slopes = rod.slopes_each(at, &entries);
                 let changes = entries.by_material(at, slopes);
@@ -380,7 +416,7 @@ mod tests {
     fn limit_the_closed_chain_is_the_chain() {
         for elements in [1, 2, 3, 7, 40] {
             for loss_factor in [0.0, 0.03] {
-                let rod = Rod { stiffness: 2e8, transit_s: 3e-4, loss_factor, elements };
+                let rod = Rod { stiffness: 2e8, transit_s: 3e-4, loss_factor, dispersion: 0.7, elements };
                 let n = elements as f64;
                 let mass = 2e8 * 3e-4 * 3e-4 / n;
                 for omega in [10.0, 4000.0, 11_000.0, 30_000.0, 9e5, 3e7] {
@@ -408,7 +444,7 @@ mod tests {
 
     #[test]
     fn limit_a_chain_has_as_many_clamped_modes_as_inner_masses() {
-        let rod = Rod { stiffness: 2e8, transit_s: 3e-4, loss_factor: 0.0, elements: 5 };
+        let rod = Rod { stiffness: 2e8, transit_s: 3e-4, loss_factor: 0.0, dispersion: 0.7, elements: 5 };
         assert_eq!(rod.clamped_modes_below(1e9), 4);
         assert_eq!(Rod { elements: 1, ..rod }.clamped_modes_below(1e9), 0);
         // The j-th lies at ω = 2n/t·sin(jπ/2n).
@@ -422,7 +458,7 @@ mod tests {
     #[test]
     fn limit_side_by_side_is_one_by_one() {
         for (loss_factor, elements) in [(0.0, 0), (0.02, 0), (0.0, 1), (0.0, 2), (0.0, 4), (0.0, 7), (0.02, 4)] {
-            let rod = Rod { stiffness: 2e8, transit_s: 3e-4, loss_factor, elements };
+            let rod = Rod { stiffness: 2e8, transit_s: 3e-4, loss_factor, dispersion: 0.7, elements };
             // The third lies at a pole of the rod.
             let omegas = [12.0, 3000.0, std::f64::consts::PI / 3e-4, 2e5];
             let each = rod.damped_each(Reals::from(omegas));
@@ -440,7 +476,7 @@ mod tests {
 
     #[test]
     fn limit_a_vanishing_loss_is_no_loss() {
-        let with = Rod { stiffness: 2e8, transit_s: 3e-4, loss_factor: 1e-14, elements: 0 };
+        let with = Rod { stiffness: 2e8, transit_s: 3e-4, loss_factor: 1e-14, dispersion: 0.7, elements: 0 };
         let without = Rod { loss_factor: 0.0, ..with };
         let at = Reals::splat(5000.0);
         let (a, b) = (with.damped_each(at), without.damped_each(at));

@@ -11,10 +11,11 @@
 //!
 //! # Source  derivative of the inverse of a symmetric matrix, d(D⁻¹) = −D⁻¹·dD·D⁻¹.
 
+use super::joint::JointNumbers;
 use super::lanes::{ABREAST, Complexes, Reals};
 use super::network::Network;
 use super::receptance::End;
-use super::rod::loss_each;
+use super::rod::{dispersion_each, loss_each};
 use super::solution::Solution;
 use super::workspace::Workspace;
 use machine::{Machine, Operating};
@@ -30,18 +31,38 @@ enum Element {
     Damping(usize),
     /// Loss factor of a joint.
     Loss(usize),
+    /// Share of dispersion of a joint's loss factor.
+    Dispersion(usize),
     /// Integral action of a joint.
     Integral(usize),
     /// Relaxation stiffness of a joint.
     Relaxation(usize),
-    /// A/L of a rod.
-    RodStiffness(usize),
-    /// Transit time of a rod.
-    RodTransit(usize),
-    /// Loss factor of a rod.
-    RodLoss(usize),
+    /// A number of a rod.
+    Rod(usize, RodNumber),
     /// r of a lever, of its sensor or hammer.
     Lever(usize, End),
+}
+
+/// A number of a rod.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+enum RodNumber {
+    /// A/L.
+    Stiffness,
+    /// Transit time.
+    Transit,
+    /// Loss factor.
+    Loss,
+    /// Share of dispersion of its loss factor.
+    Dispersion,
+}
+
+/// What the numbers of one rod have in common at one group of frequencies.
+#[derive(Debug, Clone, Copy)]
+struct AtRod {
+    /// aᵀ·(∂D/∂entry)·b of its direct and its cross entry.
+    along: (Complexes, Complexes),
+    /// d(direct)/dω and d(cross)/dω.
+    slopes: (Complexes, Complexes),
 }
 
 /// How the elements of a network depend on some of the parameters, for one operating condition and one set of parameters.
@@ -86,6 +107,7 @@ impl Network {
             };
             push(Element::Damping(index), &joint.damping);
             push(Element::Loss(index), &joint.loss_factor);
+            push(Element::Dispersion(index), &machine.loss_dispersion);
             push(Element::Integral(index), &joint.integral_rate);
             if let Some(relaxation) = &joint.relaxation_stiffness {
                 push(Element::Relaxation(index), relaxation);
@@ -99,10 +121,10 @@ impl Network {
             let (k, t) = (rod.stiffness, rod.transit_s);
             let mut push = |column: usize, dk: f64, dt: f64| {
                 if dk != 0.0 {
-                    entries.push((Element::RodStiffness(index), column, dk));
+                    entries.push((Element::Rod(index, RodNumber::Stiffness), column, dk));
                 }
                 if dt != 0.0 {
-                    entries.push((Element::RodTransit(index), column, dt));
+                    entries.push((Element::Rod(index, RodNumber::Transit), column, dt));
                 }
             };
             let mut with = |value: &machine::Value, dk: f64, dt: f64| {
@@ -141,7 +163,9 @@ impl Network {
                     push(c, -k * farther * d, t * farther * d);
                 }
             });
-            shaft.loss_factor.gradient(parameters, operating, |p, d| entries.extend(column[p].map(|c| (Element::RodLoss(index), c, d))));
+            for (number, value) in [(RodNumber::Loss, &shaft.loss_factor), (RodNumber::Dispersion, &machine.loss_dispersion)] {
+                value.gradient(parameters, operating, |p, d| entries.extend(column[p].map(|c| (Element::Rod(index, number), c, d))));
+            }
         }
         for (index, lever) in machine.chain.levers.iter().enumerate() {
             for (end, arm) in [(End::Response, &lever.read), (End::Excitation, &lever.struck)] {
@@ -164,11 +188,21 @@ impl Network {
         let (receptances, solution) = self.solve(omega_rad_s, work);
         let mut products = [Complexes::ZERO; ABREAST];
         let mut of = None;
+        let mut rod: Option<(usize, [AtRod; ABREAST])> = None;
         for &(element, column, slope) in &sensitivity.entries {
             if of.replace(element) != Some(element) {
-                products.iter_mut().take(omega_rad_s.len()).enumerate().for_each(|(w, product)| {
-                    *product = self.element_product(element, &solution, w);
-                });
+                match element {
+                    Element::Rod(index, number) => {
+                        let (at, of) = rod.take().filter(|(at, _)| *at == index).unwrap_or_else(|| (index, self.at_rod(index, &solution)));
+                        products.iter_mut().take(omega_rad_s.len()).enumerate().for_each(|(w, product)| {
+                            *product = self.rod_product(index, number, &solution, (&of[w], w));
+                        });
+                        rod = Some((at, of));
+                    }
+                    _ => products.iter_mut().take(omega_rad_s.len()).enumerate().for_each(|(w, product)| {
+                        *product = self.element_product(element, &solution, w);
+                    }),
+                }
             }
             let sums = gradient[column * omega_rad_s.len()..][..omega_rad_s.len()].iter_mut();
             sums.zip(&products).for_each(|(sum, product)| *sum -= *product * slope);
@@ -176,7 +210,38 @@ impl Network {
         receptances
     }
 
-    /// aᵀ·(∂D/∂element)·b for one group of frequencies.
+    /// What the numbers of a rod have in common at each group of frequencies.
+    fn at_rod(&self, rod: usize, of: &Solution<'_>) -> [AtRod; ABREAST] {
+        let zero = (Complexes::ZERO, Complexes::ZERO);
+        let abreast = of.omega_rad_s.len();
+        std::array::from_fn(|w| match of.omega_rad_s.get(w) {
+            None => AtRod { along: zero, slopes: zero },
+            Some(omega) => AtRod {
+                along: of.along(self.structure.rods[rod].along, w),
+                slopes: self.rods[rod].slopes_each(*omega, &of.rods[rod * abreast + w]),
+            },
+        })
+    }
+
+    /// aᵀ·(∂D/∂number)·b of a number of a rod for one group of frequencies.
+    #[inline]
+    fn rod_product(&self, rod: usize, number: RodNumber, of: &Solution<'_>, (at, w): (&AtRod, usize)) -> Complexes {
+        let (omega, (direct, cross)) = (of.omega_rad_s[w], at.along);
+        let (rod, entries) = (&self.rods[rod], &of.rods[rod * of.omega_rad_s.len() + w]);
+        let by_material = || {
+            let (by_direct, by_cross) = entries.by_material(omega, at.slopes);
+            (direct * by_direct + cross * by_cross) * entries.material_inverse
+        };
+        match number {
+            RodNumber::Stiffness => (direct * entries.direct + cross * entries.cross) * (1.0 / rod.stiffness),
+            RodNumber::Transit => (direct * at.slopes.0 + cross * at.slopes.1) * (omega * Reals::splat(1.0 / rod.transit_s)),
+            RodNumber::Loss => by_material() * loss_each(omega, self.dispersion).0,
+            RodNumber::Dispersion if rod.loss_factor == 0.0 => Complexes::ZERO,
+            RodNumber::Dispersion => by_material() * (dispersion_each(omega) * Reals::splat(rod.loss_factor)),
+        }
+    }
+
+    /// aᵀ·(∂D/∂element)·b for one group of frequencies, of an element that is no number of a rod.
     #[inline]
     fn element_product(&self, element: Element, of: &Solution<'_>, w: usize) -> Complexes {
         let omega = of.omega_rad_s[w];
@@ -184,7 +249,6 @@ impl Network {
             let on = &self.structure.joints[joint];
             of.across(of.at_response, on, w) * of.across(of.at_excitation, on, w)
         };
-        let rod = |rod: usize| (&self.rods[rod], &of.rods[rod * of.omega_rad_s.len() + w], of.along(self.structure.rods[rod].along, w));
         match element {
             Element::Inertia(at) => {
                 let at = at * of.omega_rad_s.len() + w;
@@ -195,31 +259,22 @@ impl Network {
                 if of.loss_factor == 0.0 && of.integral_rate == 0.0 {
                     return across(joint);
                 }
-                let mut factor = Complexes::real(Reals::ONE) + loss_each(omega).0 * of.loss_factor;
+                let mut factor = Complexes::real(Reals::ONE) + loss_each(omega, self.dispersion).0 * of.loss_factor;
                 factor.im -= Reals::splat(of.integral_rate) / omega;
                 across(joint) * factor
             }
             Element::Integral(joint) => -(across(joint).turned() * (Reals::splat(self.joints[joint].stiffness) / omega)),
-            Element::Loss(joint) => across(joint) * loss_each(omega).0 * self.joints[joint].stiffness,
+            Element::Loss(joint) => across(joint) * loss_each(omega, self.dispersion).0 * self.joints[joint].stiffness,
+            Element::Dispersion(joint) => {
+                let JointNumbers { stiffness, loss_factor, .. } = self.joints[joint];
+                if loss_factor == 0.0 { Complexes::ZERO } else { across(joint) * (dispersion_each(omega) * Reals::splat(stiffness * loss_factor)) }
+            }
+            Element::Rod(..) => Complexes::ZERO,
             Element::Damping(joint) => self.joints[joint].by_damper_each(across(joint), omega) * omega,
             Element::Relaxation(joint) => {
                 let Some(k) = self.joints[joint].relaxation_stiffness else { return Complexes::ZERO };
                 let share = self.joints[joint].damper_each(k, omega) * (1.0 / k);
                 across(joint) * (share * share)
-            }
-            Element::RodStiffness(at) => {
-                let (rod, entries, (direct, cross)) = rod(at);
-                (direct * entries.direct + cross * entries.cross) * (1.0 / rod.stiffness)
-            }
-            Element::RodTransit(at) => {
-                let (rod, entries, (direct, cross)) = rod(at);
-                let slopes = rod.slopes_each(omega, entries);
-                (direct * slopes.0 + cross * slopes.1) * (omega * Reals::splat(1.0 / rod.transit_s))
-            }
-            Element::RodLoss(at) => {
-                let (rod, entries, (direct, cross)) = rod(at);
-                let (by_direct, by_cross) = entries.by_material(omega, rod.slopes_each(omega, entries));
-                (direct * by_direct + cross * by_cross) * (loss_each(omega).0 * rod.material_each(omega).inverse())
             }
             // No part of D: H = f_rᵀ·D⁻¹·f_e changes with the forces.
             Element::Lever(lever, end) => {

@@ -62,7 +62,7 @@ impl Network {
                     *sum -= product.turned() * (joint.integral_each(omega_rad_s[w]) / omega_rad_s[w]);
                 }
                 if joint.loss_factor != 0.0 {
-                    *sum += product * (loss_each(omega_rad_s[w]).1 * Reals::splat(joint.stiffness * joint.loss_factor));
+                    *sum += product * (loss_each(omega_rad_s[w], self.dispersion).1 * Reals::splat(joint.stiffness * joint.loss_factor));
                 }
             }
         }
@@ -74,7 +74,7 @@ impl Network {
                     direct * slopes.0.re + cross * slopes.1.re
                 } else {
                     let (by_direct, by_cross) = entries.by_material(*omega, slopes);
-                    let drift = rod.material_each(*omega).inverse() * (loss_each(*omega).1 * Reals::splat(rod.loss_factor));
+                    let drift = entries.material_inverse * (loss_each(*omega, self.dispersion).1 * Reals::splat(rod.loss_factor));
                     direct * (slopes.0 + by_direct * drift) + cross * (slopes.1 + by_cross * drift)
                 };
             }

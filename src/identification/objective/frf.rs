@@ -29,6 +29,19 @@ pub struct FrfGap {
     pub lines: usize,
 }
 
+/// Gain and delay of one measuring channel.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Channel {
+    /// Point of the response.
+    pub response: usize,
+    /// Point of the excitation.
+    pub excitation: usize,
+    /// ln(gain).
+    pub log_gain: f64,
+    /// Delay (s).
+    pub delay_s: f64,
+}
+
 /// Standard deviations of a nut position, or of a channel's gain or delay, from one end of its coordinate to the other.
 pub(super) const SPAN: f64 = 20.0;
 
@@ -47,13 +60,19 @@ pub(super) struct Scratch {
 pub struct FrfObjective<'m> {
     pub(super) machine: &'m Machine,
     structures: Vec<Arc<Structure>>,
+    /// Response and excitation (points) of each structure.
+    channels: Vec<(usize, usize)>,
+    /// ln(gain) and delay (s) of each channel where no place states them.
+    calibration: Vec<(f64, f64)>,
     pub(super) settings: FrfSettings,
     pub(super) records: Vec<Record>,
     gain: Gain,
     /// Nut positions that are known only to a standard deviation.
     pub(super) nuts: usize,
-    /// Indices of the parameters that are free.
+    /// Indices of the parameters that are free, tolerances last.
     pub free: Vec<usize>,
+    /// How many of them are no tolerances: those the global search varies.
+    pub own: usize,
     base: Vec<f64>,
     pools: Vec<Mutex<Vec<Scratch>>>,
     /// Records of few lines, made when they are first asked for.
@@ -124,13 +143,17 @@ impl<'m> FrfObjective<'m> {
         let pools = structures.iter().map(|_| Mutex::new(Vec::new())).collect();
         let nuts = if settings.nut_sd_m > 0.0 { nuts_m.len() } else { 0 };
         let (base, few) = (machine.start(), OnceLock::new());
-        let empty = FrfObjective { machine, structures, settings, records: Vec::new(), gain: set.gain, nuts, free, base, pools, few };
+        let own = free.iter().filter(|i| !machine.parameters[**i].is_tolerance()).count();
+        let calibration = vec![(0.0, 0.0); channels.len()];
+        let (records_yet, gain) = (Vec::new(), set.gain);
+        let empty =
+            FrfObjective { machine, structures, channels, calibration, settings, records: records_yet, gain, nuts, free, own, base, pools, few };
         Ok(FrfObjective { records: empty.laid(records), ..empty })
     }
 
     /// Records with the entries of those rods kept that neither free parameters nor nut positions change.
     fn laid(&self, mut records: Vec<Record>) -> Vec<Record> {
-        let place = |u: f64| self.here(&vec![u; self.free.len() + 1 + self.nuts + 2 * self.channels()]);
+        let place = |u: f64| self.here(&vec![u; self.free.len() + 1 + self.nuts + 2 * self.free_channels()]);
         let places = [0.3, 0.7].map(place);
         for record in &mut records {
             let at = places.each_ref().map(|here| (here.parameters.as_slice(), here.operating(record)));
@@ -184,16 +207,52 @@ impl<'m> FrfObjective<'m> {
         let first = self.free.len() + usize::from(self.estimates_gain());
         let span = |at: usize, sd: f64| place.get(first + at).map_or(0.0, |u| (u - 0.5) * SPAN * sd);
         let nut = |at: usize| span(at, self.settings.nut_sd_m);
-        let channel = |at: usize| {
-            let at = self.nuts + 2 * at;
-            (span(at, self.settings.channel_sd.0), span(at + 1, self.settings.channel_sd.1))
+        let channel = |index: usize| {
+            let at = self.nuts + 2 * index;
+            match place.len() > first + at && self.free_channels() > 0 {
+                true => (span(at, self.settings.channel_sd.0), span(at + 1, self.settings.channel_sd.1)),
+                false => self.calibration[index],
+            }
         };
         Here {
             parameters: self.parameters(place),
             log_gain: self.log_gain(place),
             nut_shift_m: (0..self.nuts).map(nut).collect(),
-            channels: (0..self.channels()).map(channel).collect(),
+            channels: (0..self.channels.len()).map(channel).collect(),
         }
+    }
+
+    /// The same with channels of a known gain and delay: response and excitation, ln(gain) and delay (s).
+    #[must_use]
+    pub fn calibrated(mut self, known: &[Channel]) -> Self {
+        for ((response, excitation), own) in self.channels.iter().zip(&mut self.calibration) {
+            if let Some(channel) = known.iter().find(|c| (c.response, c.excitation) == (*response, *excitation)) {
+                *own = (channel.log_gain, channel.delay_s);
+            }
+        }
+        self
+    }
+
+    /// Gain and delay of each channel at a place.
+    pub fn channels_at(&self, place: &[f64]) -> Vec<Channel> {
+        let of = |((response, excitation), (log_gain, delay_s)): (&(usize, usize), (f64, f64))| Channel {
+            response: *response,
+            excitation: *excitation,
+            log_gain,
+            delay_s,
+        };
+        self.channels.iter().zip(self.here(place).channels).map(of).collect()
+    }
+
+    /// Standard deviations from one end of the coordinate of a nut position, gain or delay to the other.
+    pub fn span(&self) -> f64 {
+        SPAN
+    }
+
+    /// Nut positions that are fitted along: as stated (m) and by how much each is shifted at a place.
+    pub fn nuts_at(&self, place: &[f64]) -> Vec<(f64, f64)> {
+        let stated = |at: usize| self.records.iter().find(|r| r.nut == at).and_then(|r| r.operating.nut_m);
+        self.here(place).nut_shift_m.into_iter().enumerate().filter_map(|(at, shift_m)| Some((stated(at)?, shift_m))).collect()
     }
 
     /// Coordinates of nut positions in a place that was [`FrfObjective::extended`].
@@ -202,9 +261,9 @@ impl<'m> FrfObjective<'m> {
         first..first + self.nuts
     }
 
-    /// Channels whose gain and delay are known only to a standard deviation.
-    pub(super) fn channels(&self) -> usize {
-        if self.settings.channel_sd.0 > 0.0 { self.structures.len() } else { 0 }
+    /// Channels whose gain and delay are fitted along.
+    pub(super) fn free_channels(&self) -> usize {
+        if self.settings.channel_sd.0.max(self.settings.channel_sd.1) > 0.0 { self.structures.len() } else { 0 }
     }
 
     pub(super) fn borrow(&self, structure: usize) -> Scratch {
@@ -243,7 +302,12 @@ impl<'m> FrfObjective<'m> {
 
     /// Residuals of all records at these parameters and gain, nut positions as they are stated.
     pub fn residuals(&self, parameters: &[f64], gain: f64) -> Vec<Vec<Complex64>> {
-        self.residuals_here(&Here { parameters: parameters.to_vec(), log_gain: gain.ln(), nut_shift_m: Vec::new(), channels: Vec::new() })
+        self.residuals_here(&self.as_stated(parameters, gain))
+    }
+
+    fn as_stated(&self, parameters: &[f64], gain: f64) -> Here {
+        let (parameters, channels) = (parameters.to_vec(), self.calibration.clone());
+        Here { parameters, log_gain: gain.ln(), nut_shift_m: Vec::new(), channels }
     }
 
     /// Residuals of all records at a place of the free parameters, gain, nut positions and channels.
@@ -279,7 +343,15 @@ impl<'m> FrfObjective<'m> {
     ///
     /// # Source  the gap between a measured and a predicted FRF as this project defines it: root mean square of ln H, per component.
     pub fn gaps(&self, parameters: &[f64], gain: f64) -> Vec<FrfGap> {
-        let residuals = self.residuals(parameters, gain);
+        self.gaps_of(self.residuals(parameters, gain))
+    }
+
+    /// Gap of each record at a place, with what is fitted along.
+    pub fn gaps_at(&self, place: &[f64]) -> Vec<FrfGap> {
+        self.gaps_of(self.residuals_at(place))
+    }
+
+    fn gaps_of(&self, residuals: Vec<Vec<Complex64>>) -> Vec<FrfGap> {
         self.records
             .iter()
             .zip(residuals)
@@ -325,7 +397,7 @@ impl<'m> FrfObjective<'m> {
         if let Gain::Known(gain) = self.gain {
             return gain;
         }
-        let here = Here { parameters: parameters.to_vec(), log_gain: 0.0, nut_shift_m: Vec::new(), channels: Vec::new() };
+        let here = self.as_stated(parameters, 1.0);
         let (mut weights, mut sum) = (Reals::ZERO, Reals::ZERO);
         for record in &self.records {
             self.visit(record, &here, 0..record.omega_rad_s.len(), |line, r| {
@@ -336,14 +408,17 @@ impl<'m> FrfObjective<'m> {
         f64::exp(sum.reduce_add() / weights.reduce_add())
     }
 
-    /// A place of the free parameters, with the best coordinate of the gain added where that is unknown, and nut positions as stated.
+    /// A place of the free parameters, or of those that are no tolerances, with the others as stated and the best coordinate of the gain added where that is
+    /// unknown.
     pub fn extended(&self, place: &[f64]) -> Vec<f64> {
         let mut extended = place.to_vec();
+        let stated = |i: &usize| self.machine.parameters[*i].to_unit(self.machine.parameters[*i].start);
+        extended.extend(self.free.iter().skip(place.len()).map(stated));
         if self.estimates_gain() {
             let gain = self.best_gain(&self.parameters(place));
             extended.push(((gain / GAIN_RANGE.0).ln() / (GAIN_RANGE.1 / GAIN_RANGE.0).ln()).clamp(0.0, 1.0));
         }
-        extended.extend(vec![0.5; self.nuts + 2 * self.channels()]);
+        extended.extend(vec![0.5; self.nuts + 2 * self.free_channels()]);
         extended
     }
 
@@ -384,8 +459,9 @@ impl<'m> FrfObjective<'m> {
             record.weight.iter_mut().zip(counts).for_each(|(w, c)| *w *= c);
         }
         let pools = self.structures.iter().map(|_| Mutex::new(Vec::new())).collect();
-        let (structures, free, base) = (self.structures.clone(), self.free.clone(), self.base.clone());
-        FrfObjective { structures, records, free, base, pools, few: OnceLock::new(), ..*self }
+        let (structures, channels, calibration) = (self.structures.clone(), self.channels.clone(), self.calibration.clone());
+        let (free, base) = (self.free.clone(), self.base.clone());
+        FrfObjective { structures, channels, calibration, records, free, base, pools, few: OnceLock::new(), ..*self }
     }
 
     /// The same data with at most so many lines of each record.

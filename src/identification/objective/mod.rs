@@ -10,7 +10,7 @@ mod setup;
 mod squares;
 
 pub use error::ObjectiveError;
-pub use frf::{COARSE_LINES, FrfGap, FrfObjective};
+pub use frf::{COARSE_LINES, Channel, FrfGap, FrfObjective};
 pub use modes::{AmplitudeFit, Deviation, ModeObjective, ModeSettings, Objective, PositionPrediction};
 pub use pairing::{MISSING, VISIBLE};
 pub use record::{Record, operating};

@@ -351,7 +351,7 @@ impl<'m> ModeObjective<'m> {
     /// Deviations of free parameters from what is known of them beforehand, over its standard deviation.
     fn known<'p>(&'p self, parameters: &'p [f64]) -> impl Iterator<Item = f64> + 'p {
         let described = |i: &usize| &self.machine.parameters[*i];
-        self.free.iter().filter_map(move |i| Some((parameters[*i] - described(i).start) / described(i).sd?))
+        self.free.iter().filter_map(move |i| described(i).deviation(parameters[*i]))
     }
 
     /// A place of the free parameters, with the best coordinate of the gain added where that is unknown.

@@ -82,6 +82,11 @@ pub(super) struct Known {
     slope: f64,
 }
 
+/// A deviation over its standard deviation; a number that is held has none.
+fn over(deviation: f64, sd: f64) -> f64 {
+    if sd > 0.0 { deviation / sd } else { 0.0 }
+}
+
 /// Re Σ a*·b, lane by lane.
 #[inline]
 fn product(a: &[Complexes], b: &[Complexes]) -> Reals {
@@ -102,7 +107,7 @@ impl FrfObjective<'_> {
 
     /// First of the two columns of a channel whose gain and delay are known only to a standard deviation.
     fn channel_column(&self, channel: usize) -> Option<usize> {
-        (channel < self.channels()).then(|| self.free.len() + usize::from(self.estimates_gain()) + self.nuts + 2 * channel)
+        (channel < self.free_channels()).then(|| self.free.len() + usize::from(self.estimates_gain()) + self.nuts + 2 * channel)
     }
 
     /// Columns of the machine's parameters and of the data's own numbers here.
@@ -122,10 +127,11 @@ impl FrfObjective<'_> {
         let FrfSettings { nut_sd_m, channel_sd: (gain_sd, delay_sd_s), .. } = self.settings;
         let parameters = self.free.iter().enumerate().filter_map(move |(column, &index)| {
             let (parameter, value) = (&self.machine.parameters[index], here.parameters[index]);
-            let sd = parameter.sd?;
-            Some(Known { column, deviation: (value - parameter.start) / sd, slope: parameter.unit_slope(value) / sd })
+            let prior = parameter.prior?;
+            let slope = parameter.unit_slope(value) * prior.slope(value);
+            Some(Known { column, deviation: prior.deviation(parameter.start, value), slope })
         });
-        let channels = here.channels.iter().flat_map(move |(log_gain, delay_s)| [log_gain / gain_sd, delay_s / delay_sd_s]);
+        let channels = here.channels.iter().take(self.free_channels()).flat_map(move |(log_gain, delay_s)| [over(*log_gain, gain_sd), over(*delay_s, delay_sd_s)]);
         let own = here.nut_shift_m.iter().map(move |shift_m| shift_m / nut_sd_m).chain(channels);
         let first = self.free.len() + usize::from(self.estimates_gain());
         parameters.chain(own.enumerate().map(move |(at, deviation)| Known { column: first + at, deviation, slope: SPAN }))
@@ -262,7 +268,7 @@ impl FrfObjective<'_> {
 
 impl LeastSquares for FrfObjective<'_> {
     fn dimension(&self) -> usize {
-        self.free.len() + usize::from(self.estimates_gain()) + self.nuts + 2 * self.channels()
+        self.free.len() + usize::from(self.estimates_gain()) + self.nuts + 2 * self.free_channels()
     }
 
     fn chi_square(&self, place: &[f64]) -> f64 {

@@ -1,0 +1,51 @@
+//! Random differences between a machine and its description: tolerances drawn from their priors, and details that no parameter describes.
+
+use rand::{Rng, RngExt};
+
+use machine::{Machine, Operating, Parameter, Place, Prior};
+use numeric::random::normal;
+
+/// Length of a journal over the one that tolerances give it.
+///
+/// # Source  catalogues of machined screw ends: bearing seats with collar and nut one to two and a half diameters long, 1.75 in the middle.
+const JOURNAL: (f64, f64) = (1.0 / 1.75, 2.5 / 1.75);
+/// Largest distance of the middle of a nut's load from its own, in half lengths.
+const ASIDE: f64 = 0.3;
+
+/// A value of a tolerance, drawn from its prior; `None` for a parameter without one.
+pub fn sample_prior(tolerance: &Parameter, random: &mut impl Rng) -> Option<f64> {
+    let prior = tolerance.prior?;
+    let deviation = normal(random);
+    // A normal prior whose range begins at its mean is half of one.
+    let half = matches!(prior, Prior::Normal(_)) && tolerance.lower >= tolerance.start;
+    let deviation = if half { deviation.abs() } else { deviation };
+    Some(prior.value(tolerance.start, deviation).clamp(tolerance.lower, tolerance.upper))
+}
+
+/// The machine with journals of other lengths at the ends of its shafts, and nuts whose load lies off their middle.
+pub fn sample_discrepancy(machine: &Machine, random: &mut impl Rng) -> Machine {
+    let mut other = machine.clone();
+    let mut between = |low: f64, high: f64| random.random_range(low..high);
+    for shaft in &mut other.shafts {
+        let aside = between(-ASIDE, ASIDE);
+        for station in &mut shaft.stations {
+            if let Place::BesideNut(offset_m) = &mut station.place {
+                *offset_m += aside * offset_m.abs();
+            }
+        }
+    }
+    for index in (0..machine.shafts.len()).filter(|index| machine.shafts[*index].is_journal()) {
+        let shaft = &machine.shafts[index];
+        let length_m = shaft.length.at(&machine.start(), &Operating::default());
+        // Its seam is the station that is no end of the whole shaft.
+        let Some(seam) = shaft.stations.iter().find(|s| !matches!(s.place, Place::End) && s.place != Place::At(0.0)).copied() else {
+            continue;
+        };
+        let Place::At(at_m) = seam.place else { continue };
+        let times = between(JOURNAL.0, JOURNAL.1);
+        let there_m = if at_m < 0.5 * length_m { at_m * times } else { length_m - (length_m - at_m) * times };
+        let same = |s: &&mut machine::Station| s.place == seam.place && s.axial == seam.axial && s.torsion == seam.torsion;
+        other.shafts.iter_mut().flat_map(|s| &mut s.stations).filter(same).for_each(|s| s.place = Place::At(there_m));
+    }
+    other
+}

@@ -1,0 +1,125 @@
+//! Tolerances that were fitted along: what was known of them before, and what the data add.
+
+use std::collections::BTreeMap;
+
+use crate::objective::{Channel, FrfObjective, FrfSettings};
+use machine::{FitRule, Machine, MachineError, Prior};
+use measurement::{MeasurementSet, Tolerance};
+
+/// A number that the description or the measurement states to a tolerance, and its estimate.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ToleranceEstimate {
+    /// What it is, for example «mass of table».
+    pub name: String,
+    /// Unit of value and prior; 1 for a relative change or a factor.
+    pub unit: String,
+    /// Value before the fit: mean, or median of a log-normal prior.
+    pub mean: f64,
+    /// What was known of it.
+    pub prior: Prior,
+    /// Estimate.
+    pub value: f64,
+    /// Standard deviation after the fit: in the unit, or of the logarithm for a log-normal prior.
+    pub sd: f64,
+}
+
+/// Deviation of an estimate, in standard deviations of its prior, from which on it is a finding.
+const FINDING: f64 = 3.0;
+
+impl ToleranceEstimate {
+    /// Deviation of the estimate from what was stated, in standard deviations of the prior.
+    pub fn deviation(&self) -> f64 {
+        self.prior.deviation(self.mean, self.value)
+    }
+
+    /// What to say of an estimate beyond three standard deviations.
+    pub fn warning(&self) -> Option<String> {
+        let deviation = self.deviation();
+        (deviation.abs() > FINDING).then(|| {
+            format!(
+                "{} is {:.4e} {}, {:.1} standard deviations from {:.4e}: check the description, or let diagnose look for what it lacks",
+                self.name,
+                self.value,
+                if self.unit == "1" { "" } else { &self.unit },
+                deviation.abs(),
+                self.mean
+            )
+            .replace(" , ", ", ")
+        })
+    }
+}
+
+impl FrfSettings {
+    /// The same with nut positions, gains and delays of channels known to the tolerances of a set.
+    #[must_use]
+    pub fn with_tolerances(self, known: &Tolerance) -> Self {
+        FrfSettings { nut_sd_m: known.nut_m, channel_sd: (known.gain, known.delay_s), ..self }
+    }
+}
+
+/// Estimates of all tolerances of an objective at a place, with the standard deviation of each coordinate.
+pub fn estimates(objective: &FrfObjective<'_>, set: &MeasurementSet, place: &[f64], sd: &[f64]) -> Vec<ToleranceEstimate> {
+    let machine = objective.machine();
+    let values = objective.parameters(place);
+    let described = objective.free.iter().enumerate().skip(objective.own).filter_map(|(column, &index)| {
+        let parameter = &machine.parameters[index];
+        let prior = parameter.prior?;
+        let slope = parameter.unit_slope(values[index]) * prior.slope(values[index]) * prior.sd();
+        Some(ToleranceEstimate {
+            name: parameter.name().into(),
+            unit: parameter.unit.clone(),
+            mean: parameter.start,
+            prior,
+            value: values[index],
+            sd: sd[column] * slope,
+        })
+    });
+    let known = &set.tolerance;
+    let normal = |name: String, unit: &str, prior: f64, value: f64, sd: f64| ToleranceEstimate {
+        name,
+        unit: unit.into(),
+        mean: 0.0,
+        prior: Prior::Normal(prior),
+        value,
+        sd,
+    };
+    let mut columns = objective.nut_coordinates();
+    let mut all: Vec<ToleranceEstimate> = described.collect();
+    for (nut_m, shift_m) in objective.nuts_at(place) {
+        let stands = |p: &&measurement::Position| p.nut_m == Some(nut_m);
+        let name = set.positions.iter().find(stands).map_or_else(|| format!("{nut_m} m"), |p| p.name.clone());
+        let sd = columns.next().map_or(0.0, |column| sd[column] * objective.span() * known.nut_m);
+        all.push(normal(format!("nut position of {name}"), "m", known.nut_m, shift_m, sd));
+    }
+    let first = objective.nut_coordinates().end;
+    let several = objective.channels_at(place);
+    if sd.len() >= first + 2 * several.len() {
+        for (at, Channel { response, excitation, log_gain, delay_s }) in several.iter().enumerate() {
+            let channel = format!("{}/{}", machine.points[*response].name, machine.points[*excitation].name);
+            let of = |column: usize, prior: f64| sd[first + 2 * at + column] * objective.span() * prior;
+            let both = [
+                normal(format!("gain of {channel}"), "1", known.gain, *log_gain, of(0, known.gain)),
+                normal(format!("delay of {channel}"), "s", known.delay_s, *delay_s, of(1, known.delay_s)),
+            ];
+            all.extend(both.into_iter().filter(|t| t.prior.sd() > 0.0));
+        }
+    }
+    all
+}
+
+/// A machine with its tolerances at estimated values, held there: what predictions are made with.
+///
+/// # Errors  as [`Machine::with_tolerances`].
+pub fn held_at(machine: &Machine, nuts_m: &[f64], values: &BTreeMap<String, f64>) -> Result<Machine, MachineError> {
+    if values.is_empty() {
+        return Ok(machine.clone());
+    }
+    let mut fitted = machine.with_tolerances(nuts_m)?;
+    for parameter in fitted.parameters.iter_mut().filter(|p| p.is_tolerance()) {
+        if let Some(value) = values.get(parameter.name()) {
+            parameter.start = value.clamp(parameter.lower, parameter.upper);
+        }
+        parameter.fit = FitRule::Never;
+    }
+    Ok(fitted)
+}

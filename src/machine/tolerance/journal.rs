@@ -1,0 +1,71 @@
+//! Journals: the thinner ends of a shaft.
+
+use super::{RELATIVE_STOP, size, tolerance};
+use crate::point::Point;
+use crate::{Law, Machine, Motion, Place, Prior, Station, Value};
+
+/// Length of a journal in diameters of its shaft.
+///
+/// # Source  catalogues of machined screw ends: bearing seats of 0.85 to 0.95 of the screw's diameter, with collar and nut one to two and a half long.
+const DIAMETERS: f64 = 1.75;
+/// Longest journal, in lengths of its shaft, and of the way from the end to the nearest nut.
+const MOST: (f64, f64) = (0.1, 0.5);
+
+/// Makes the ends of all shafts journals: shafts of their own, thinner by a relative change with a prior.
+pub(super) fn cut(machine: &mut Machine, nuts_m: &[f64]) {
+    let lacks = machine.tolerance.end_diameters;
+    if !(lacks > 0.0) {
+        return;
+    }
+    for index in 0..machine.shafts.len() {
+        let shaft = &machine.shafts[index];
+        // A shaft whose length is identified keeps its ends.
+        if shaft.length.depends_on().next().is_some() || shaft.stations.len() < 2 {
+            continue;
+        }
+        let (length_m, diameter_m) = (size(&shaft.length, machine), size(&shaft.diameter, machine));
+        for right in [false, true] {
+            let shaft = &machine.shafts[index];
+            let Some(end) = (if right { shaft.stations.last() } else { shaft.stations.first() }).copied() else { continue };
+            if end.place != (if right { Place::End } else { Place::At(0.0) }) {
+                continue;
+            }
+            let from_end = |x: f64| if right { length_m - x } else { x };
+            let nearest_m = nuts_m.iter().map(|x| from_end(*x)).filter(|x| *x > 0.0).fold(length_m, f64::min);
+            let others_m = shaft.stations.iter().filter_map(|s| if let Place::At(x) = s.place { Some(from_end(x)) } else { None });
+            let nearest_m = others_m.filter(|x| *x > 0.0).fold(nearest_m, f64::min);
+            let journal_m = (DIAMETERS * diameter_m).min(MOST.0 * length_m).min(MOST.1 * nearest_m);
+            // A section lacks twice the share by which its diameter does, to first order.
+            let thinner = (0.5 * lacks * diameter_m / journal_m).min(0.8 * RELATIVE_STOP);
+            let name = machine.points.get(end.axial.or(end.torsion).unwrap_or(usize::MAX)).map_or_else(String::new, |p| p.name.clone());
+            let prior = (-thinner, Prior::Normal(0.5 * thinner));
+            let parameter = tolerance(format!("journal at {name}"), "1", prior, [-RELATIVE_STOP, RELATIVE_STOP]);
+            machine.parameters.push(parameter);
+            separate(machine, index, right, from_end(journal_m), Law::Relative(machine.parameters.len() - 1));
+        }
+    }
+}
+
+/// Cuts the end of a shaft off at a place (m) as a shaft of its own, with its diameter changed.
+fn separate(machine: &mut Machine, index: usize, right: bool, at_m: f64, thinner: Law) {
+    let shaft = machine.shafts[index].clone();
+    let (first, last) = (shaft.stations[0], shaft.stations[shaft.stations.len() - 1]);
+    let end = if right { last } else { first };
+    let name = format!("~journal {} of {}", if right { "right" } else { "left" }, shaft.name);
+    let mut point = |motion: Motion| {
+        let name = format!("{name} {}", motion.noun());
+        machine.points.push(Point { name, motion, inertia: Value::number(0.0), fixed: false });
+        machine.points.len() - 1
+    };
+    let axial = end.axial.map(|_| point(Motion::Translation));
+    let torsion = end.torsion.map(|_| point(Motion::Rotation));
+    let seam = Station { place: Place::At(at_m), axial, torsion };
+    let mut journal = shaft;
+    journal.diameter.laws.push(thinner);
+    journal.name = name;
+    journal.stations = if right { vec![seam, end] } else { vec![end, seam] };
+    let stations = &mut machine.shafts[index].stations;
+    let place = if right { stations.len() - 1 } else { 0 };
+    stations[place] = seam;
+    machine.shafts.push(journal);
+}

@@ -1,0 +1,77 @@
+//! Nuts hold their screw over a length.
+
+use std::f64::consts::TAU;
+
+use super::{size, tolerance};
+use crate::point::Point;
+use crate::{Joint, Machine, Motion, Operating, Place, Prior, Shaft, Station, Value};
+
+/// Half the distance of the two places at which a nut is taken to hold its screw, in leads: a load spread evenly stretches the screw as one at two places a third
+/// of its length to either side does. Of a nut whose lead is not known, in diameters of the screw.
+///
+/// # Source  catalogues of ball nuts: two to four loaded turns, preloaded ones in two bodies of so many.
+const HALF_NUT: (f64, f64) = (1.2, 0.5);
+/// The same at most, of the screw's length, and of the distance of a nut to the nearest other station.
+const HALF_NUT_MOST: (f64, f64) = (0.05, 0.35);
+/// Ends of its factor: a nut has a length, and ends before the next station.
+const FACTOR: (f64, f64) = (0.02, 0.9 / HALF_NUT_MOST.1);
+
+/// Lets joints at a nut hold their shaft at two places beside it, half each, for nuts that stand at given places (m): how far apart is a parameter with a
+/// prior.
+pub(super) fn hold_over_length(machine: &mut Machine, nuts_m: &[f64]) {
+    let sd = machine.tolerance.nut_length;
+    if !(sd > 0.0) {
+        return;
+    }
+    for index in 0..machine.shafts.len() {
+        let Some(at) = machine.shafts[index].stations.iter().position(|s| s.place == Place::Nut) else { continue };
+        let nut = machine.shafts[index].stations[at];
+        let is_at_nut =
+            |joint: &Joint| joint.on.len() > 1 && joint.on.iter().any(|(p, _)| Some(*p) == nut.axial || Some(*p) == nut.torsion);
+        let joints: Vec<usize> = (0..machine.joints.len()).filter(|j| is_at_nut(&machine.joints[*j])).collect();
+        let half_m = half_nut_m(machine, &machine.shafts[index], at, &joints, nuts_m);
+        let Some(half_m) = half_m.filter(|half_m| *half_m > 0.0 && !joints.is_empty()) else { continue };
+        machine.shafts[index].beside_nut = Value::parameter(machine.parameters.len());
+        let name = format!("nut length on {}", machine.shafts[index].name);
+        machine.parameters.push(tolerance(name, "1", (1.0, Prior::Normal(sd)), [FACTOR.0, FACTOR.1]));
+        let [before, after] = [("before", -half_m), ("after", half_m)].map(|(side, offset_m)| {
+            let mut massless = |motion: Motion| {
+                let name = format!("~nut {index} {side} {}", motion.noun());
+                machine.points.push(Point { name, motion, inertia: Value::number(0.0), fixed: false });
+                machine.points.len() - 1
+            };
+            let axial = nut.axial.map(|_| massless(Motion::Translation));
+            let torsion = nut.torsion.map(|_| massless(Motion::Rotation));
+            Station { place: Place::BesideNut(offset_m), axial, torsion }
+        });
+        let both = |point: Option<usize>, points: [Option<usize>; 2]| Some((point?, [points[0]?, points[1]?]));
+        let moved = [both(nut.axial, [before.axial, after.axial]), both(nut.torsion, [before.torsion, after.torsion])];
+        for joint in joints {
+            for (point, beside) in moved.into_iter().flatten() {
+                let on = &mut machine.joints[joint].on;
+                if let Some(place) = on.iter().position(|(p, _)| *p == point) {
+                    let half = 0.5 * on[place].1;
+                    on.splice(place..=place, beside.map(|p| (p, half)));
+                }
+            }
+        }
+        machine.shafts[index].stations.splice(at..=at, [before, nut, after]);
+    }
+}
+
+/// Half the distance (m) of the two places at which a nut, a station of a shaft with joints, holds it; `None` at an end of the shaft.
+fn half_nut_m(machine: &Machine, shaft: &Shaft, at: usize, joints: &[usize], nuts_m: &[f64]) -> Option<f64> {
+    let nut = shaft.stations[at];
+    let coefficient = |joint: &Joint, point: Option<usize>| joint.on.iter().find(|(p, _)| Some(*p) == point).map(|(_, c)| *c);
+    let lead_of = |joint: &Joint| Some(TAU * (coefficient(joint, nut.torsion)? / coefficient(joint, nut.axial)?).abs());
+    let lead_m = joints.iter().find_map(|j| lead_of(&machine.joints[*j]));
+    let length_m = size(&shaft.length, machine);
+    let usual_m = lead_m.map_or(HALF_NUT.1 * size(&shaft.diameter, machine), |lead_m| HALF_NUT.0 * lead_m);
+    // A nut stands between other stations; where one of the set does not, its record is refused elsewhere.
+    let (before, after) = (shaft.stations.get(at.checked_sub(1)?)?, shaft.stations.get(at + 1)?);
+    let place_m = |station: &Station| shaft.place_m(station.place, &machine.start(), &Operating::default());
+    let (low_m, high_m) = (place_m(before).unwrap_or(0.0), place_m(after).unwrap_or(length_m));
+    let inside = nuts_m.iter().filter(|x| (low_m..high_m).contains(*x));
+    let free_m = inside.map(|x| (x - low_m).min(high_m - x)).fold(0.5 * length_m, f64::min);
+    Some(usual_m.min(HALF_NUT_MOST.0 * length_m).min(HALF_NUT_MOST.1 * free_m))
+}
