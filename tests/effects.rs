@@ -180,7 +180,7 @@ fn receptance(machine: &Machine, set: &[(&str, f64)], hz: f64) -> num_complex::C
 fn limit_a_nut_over_a_length_is_a_load_at_two_places() {
     let machine = bench_without_hold().with_effect(effect_library().unwrap().iter().find(|e| e.id == "rotor-hold").unwrap()).unwrap();
     let nut_m = 1.0;
-    let held = jointid::diagnosis::with_nuisances(&machine, &[nut_m]).unwrap();
+    let held = machine.with_tolerances(&[nut_m]).unwrap();
     let (length_m, axial_n) = (2.6, 2e11 * std::f64::consts::FRAC_PI_4 * 0.04_f64.powi(2));
     // Bearings that do not give way, a screw that does not turn: the bearing's damping counts for nothing at rest.
     let stiff = [("k_al", 5e8), ("k_ar", 5e8), ("k_n", 5e9), ("k_m", 1e5), ("k_s", 1e6), ("c_n", 1e3)];
@@ -214,7 +214,7 @@ fn what_is_ordinarily_wrong_applies_to_a_short_screw() {
     let text = std::fs::read_to_string("configs/tian.toml").unwrap().replace("length_m = 2.6", "length_m = 0.32");
     let machine = jointid::config::read_machine_text("test", &text, &[], &[]).unwrap().machine;
     for nuts_m in [&[0.1, 0.2][..], &[0.003, 0.317], &[]] {
-        let held = jointid::diagnosis::with_nuisances(&machine, nuts_m).unwrap();
+        let held = machine.with_tolerances(nuts_m).unwrap();
         let structure = table_structure(&held, Rods::Exact);
         let mut network = structure.network();
         network.update(&held, &held.start(), &Operating::at_nut(*nuts_m.first().unwrap_or(&0.16)));

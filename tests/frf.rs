@@ -202,7 +202,7 @@ k_pad = { unit = "N/m", start = 2e6, lower = 1e5, upper = 1e8 }
     });
     set.gain = Gain::Unknown;
     // And to what is ordinarily a little wrong: the length over which the nut holds its screw.
-    let machine = &jointid::diagnosis::with_nuisances(machine, &set.nuts_m()).unwrap();
+    let machine = &machine.with_tolerances(&set.nuts_m()).unwrap();
     let (fit, _) = set.split(None, &[]).unwrap();
     for rods in [Rods::Exact, Rods::Lumped(5)] {
         let objective =

@@ -6,6 +6,7 @@ mod support;
 mod architecture;
 mod beginning;
 mod bench;
+mod certainty;
 mod command;
 mod diagnosis;
 mod effects;

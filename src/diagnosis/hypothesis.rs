@@ -152,15 +152,22 @@ pub fn interfaces(nominal: &Hypothesis) -> Vec<Hypothesis> {
         .filter(|p| !p.fixed && !p.name.starts_with('~'))
         .map(|p| (p.name.clone(), vec![(p.name.clone(), 1.0)], p.motion))
         .collect();
-    let across: Vec<Across> = machine
-        .joints
-        .iter()
-        .filter(|j| j.on.len() > 1)
-        .map(|j| {
-            let on: Vec<(String, f64)> = j.on.iter().map(|(p, c)| (machine.points[*p].name.clone(), *c)).collect();
-            (j.name.clone(), on, machine.points[j.on[0].0].motion)
-        })
-        .collect();
+    let mut across: Vec<Across> = Vec::new();
+    for joint in machine.joints.iter().filter(|j| j.on.len() > 1) {
+        // Joints that share the work of one are one interface, across the mean of their motions.
+        let coefficients = joint.on.iter().map(|(p, c)| (machine.points[*p].name.clone(), c * joint.share.sqrt()));
+        match across.iter_mut().find(|(name, _, _)| *name == joint.name) {
+            None => across.push((joint.name.clone(), coefficients.collect(), machine.points[joint.on[0].0].motion)),
+            Some((_, on, _)) => {
+                for (point, coefficient) in coefficients {
+                    match on.iter_mut().find(|(known, _)| *known == point) {
+                        Some((_, sum)) => *sum += coefficient,
+                        None => on.push((point, coefficient)),
+                    }
+                }
+            }
+        }
+    }
     let scale = typical(machine);
     for (name, on, motion) in grounded.into_iter().chain(across) {
         let (k, c, m) = scale.of(motion);

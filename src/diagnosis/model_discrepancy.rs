@@ -9,8 +9,6 @@ use numeric::random::normal;
 ///
 /// # Source  catalogues of machined screw ends: bearing seats with collar and nut one to two and a half diameters long, 1.75 in the middle.
 const JOURNAL: (f64, f64) = (1.0 / 1.75, 2.5 / 1.75);
-/// Largest distance of the middle of a nut's load from its own, in half lengths.
-const ASIDE: f64 = 0.3;
 
 /// A value of a tolerance, drawn from its prior; `None` for a parameter without one.
 pub fn sample_prior(tolerance: &Parameter, random: &mut impl Rng) -> Option<f64> {
@@ -22,18 +20,10 @@ pub fn sample_prior(tolerance: &Parameter, random: &mut impl Rng) -> Option<f64>
     Some(prior.value(tolerance.start, deviation).clamp(tolerance.lower, tolerance.upper))
 }
 
-/// The machine with journals of other lengths at the ends of its shafts, and nuts whose load lies off their middle.
+/// The machine with journals of other lengths at the ends of its shafts.
 pub fn sample_discrepancy(machine: &Machine, random: &mut impl Rng) -> Machine {
     let mut other = machine.clone();
     let mut between = |low: f64, high: f64| random.random_range(low..high);
-    for shaft in &mut other.shafts {
-        let aside = between(-ASIDE, ASIDE);
-        for station in &mut shaft.stations {
-            if let Place::BesideNut(offset_m) = &mut station.place {
-                *offset_m += aside * offset_m.abs();
-            }
-        }
-    }
     for index in (0..machine.shafts.len()).filter(|index| machine.shafts[*index].is_journal()) {
         let shaft = &machine.shafts[index];
         let length_m = shaft.length.at(&machine.start(), &Operating::default());

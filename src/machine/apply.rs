@@ -113,7 +113,7 @@ impl Machine {
     fn linear_values(&self) -> impl Iterator<Item = &Value> {
         let points = self.points.iter().map(|p| &p.inertia);
         let shafts = self.shafts.iter().flat_map(|s| {
-            [&s.length, &s.diameter, &s.bore_ratio, &s.youngs_modulus, &s.shear_modulus, &s.density, &s.loss_factor, &s.beside_nut]
+            [&s.length, &s.diameter, &s.bore_ratio, &s.youngs_modulus, &s.shear_modulus, &s.density, &s.loss_factor, &s.beside_nut, &s.aside_of_nut]
         });
         let joints = self
             .joints
@@ -139,6 +139,7 @@ impl Machine {
                 &mut s.density,
                 &mut s.loss_factor,
                 &mut s.beside_nut,
+                &mut s.aside_of_nut,
             ]
         });
         let joints = self.joints.iter_mut().flat_map(|j| {
@@ -214,6 +215,7 @@ impl Machine {
             density: value("density_kg_m3", &patch.density_kg_m3)?,
             loss_factor: value_or_zero("loss_factor", &patch.loss_factor)?,
             beside_nut: Value::number(1.0),
+            aside_of_nut: Value::number(0.0),
             stations,
         })
     }
@@ -252,6 +254,7 @@ impl Machine {
         Ok(Joint {
             name: patch.name.clone(),
             on,
+            share: 1.0,
             stiffness: value("stiffness", &patch.stiffness)?,
             damping: value("damping", &patch.damping)?,
             loss_factor: value("loss_factor", &patch.loss_factor)?,
@@ -285,39 +288,48 @@ impl Machine {
             .ok_or_else(|| fault(part, format!("no joint is called «{name}»; {}", listing(self.joints.iter().map(|j| j.name.as_str())))))
     }
 
+    /// All joints of a name: those that share the work of one.
+    fn joints_named(&self, part: &str, name: &str) -> Result<Vec<usize>, MachineError> {
+        self.joint_named(part, name)?;
+        Ok((0..self.joints.len()).filter(|j| self.joints[*j].name == name).collect())
+    }
+
     /// Lets a joint act on `to` where it acted on `from`.
     fn reattach(&mut self, ReattachFile { joint, from, to }: &ReattachFile) -> Result<(), MachineError> {
         let part = format!("reattach {joint}");
-        let at = self.joint_named(&part, joint)?;
         let to = self.named_point(&part, to)?;
-        if self.joints[at].on.iter().any(|(p, _)| *p == to) {
-            return Err(fault(part, format!("the joint acts on «{}» already", self.points[to].name)));
+        for at in self.joints_named(&part, joint)? {
+            if self.joints[at].on.iter().any(|(p, _)| *p == to) {
+                return Err(fault(part, format!("the joint acts on «{}» already", self.points[to].name)));
+            }
+            if from == "ground" {
+                // Relative to the ground becomes relative to the point.
+                let on = &mut self.joints[at].on;
+                let [(_, coefficient)] = on[..] else { return Err(fault(part, "the joint does not act between one point and the ground")) };
+                on.push((to, -coefficient));
+                continue;
+            }
+            let from_index = self.named_point(&part, from)?;
+            let end = self.joints[at].on.iter_mut().find(|(p, _)| *p == from_index);
+            end.ok_or_else(|| fault(&part, format!("the joint does not act on «{from}»")))?.0 = to;
         }
-        if from == "ground" {
-            // Relative to the ground becomes relative to the point.
-            let on = &mut self.joints[at].on;
-            let [(_, coefficient)] = on[..] else { return Err(fault(part, "the joint does not act between one point and the ground")) };
-            on.push((to, -coefficient));
-            return Ok(());
-        }
-        let from_index = self.named_point(&part, from)?;
-        let end = self.joints[at].on.iter_mut().find(|(p, _)| *p == from_index);
-        end.ok_or_else(|| fault(part, format!("the joint does not act on «{from}»")))?.0 = to;
         Ok(())
     }
 
     /// Lets a joint act on one point more.
     fn attach(&mut self, AttachFile { joint, to, times: coefficient }: &AttachFile) -> Result<(), MachineError> {
         let part = format!("attach {joint}");
-        let at = self.joint_named(&part, joint)?;
         let point = self.named_point(&part, to)?;
         if !coefficient.is_finite() || *coefficient == 0.0 {
             return Err(fault(part, format!("times is {coefficient}; write a number other than 0")));
         }
-        if self.joints[at].on.iter().any(|(p, _)| *p == point) {
-            return Err(fault(part, format!("the joint acts on «{}» already", self.points[point].name)));
+        for at in self.joints_named(&part, joint)? {
+            let own = &mut self.joints[at];
+            if own.on.iter().any(|(p, _)| *p == point) {
+                return Err(fault(part, format!("the joint acts on «{}» already", self.points[point].name)));
+            }
+            own.on.push((point, own.share.sqrt() * coefficient));
         }
-        self.joints[at].on.push((point, *coefficient));
         Ok(())
     }
 

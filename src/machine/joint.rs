@@ -13,6 +13,8 @@ pub struct Joint {
     pub name: String,
     /// The points (index) and their coefficients.
     pub on: Vec<(usize, f64)>,
+    /// Share of the joint's work that is done here, 1 unless several joints of one name share it; the coefficients contain its square root.
+    pub share: f64,
     /// Stiffness k (N/m on translations, N·m/rad on rotations).
     pub stiffness: Value,
     /// Viscous damping c (N·s/m or N·m·s/rad).

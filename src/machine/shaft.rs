@@ -47,6 +47,8 @@ pub struct Shaft {
     pub loss_factor: Value,
     /// Factor of the distances of stations beside the nut.
     pub beside_nut: Value,
+    /// How far the middle of the stations beside the nut lies from it, towards the right end, in distances of these.
+    pub aside_of_nut: Value,
     /// Stations from left to right.
     pub stations: Vec<Station>,
 }
@@ -57,7 +59,10 @@ impl Shaft {
         match place {
             Place::At(distance_m) => Some(distance_m),
             Place::Nut => operating.nut_m,
-            Place::BesideNut(offset_m) => operating.nut_m.map(|nut_m| nut_m + offset_m * self.beside_nut.at(parameters, operating)),
+            Place::BesideNut(offset_m) => {
+                let (factor, aside) = (self.beside_nut.at(parameters, operating), self.aside_of_nut.at(parameters, operating));
+                operating.nut_m.map(|nut_m| nut_m + offset_m * factor + offset_m.abs() * aside)
+            }
             Place::End => Some(self.length.at(parameters, operating)),
         }
     }

@@ -121,14 +121,15 @@ impl Machine {
         let name = target.part();
         let missing = || fault(&part, format!("the machine has no «{name}»"));
         let point = self.points.iter_mut().find(|p| p.name == name).ok_or_else(missing);
-        let joint = self.joints.iter_mut().find(|j| j.name == name).ok_or_else(missing);
+        let own = self.joints.iter_mut().filter(|j| j.name == name).collect::<Vec<_>>();
+        let joints = if own.is_empty() { Err(missing()) } else { Ok(own) };
         let shaft = self.shafts.iter_mut().find(|s| s.name == name).ok_or_else(missing);
         let values: Vec<&mut Value> = match target {
             Target::PointInertia(_) => vec![&mut point?.inertia],
-            Target::JointStiffness(_) => vec![&mut joint?.stiffness],
-            Target::JointDamping(_) => vec![&mut joint?.damping],
-            Target::JointLossFactor(_) => vec![&mut joint?.loss_factor],
-            Target::JointIntegralRate(_) => vec![&mut joint?.integral_rate],
+            Target::JointStiffness(_) => joints?.into_iter().map(|j| &mut j.stiffness).collect(),
+            Target::JointDamping(_) => joints?.into_iter().map(|j| &mut j.damping).collect(),
+            Target::JointLossFactor(_) => joints?.into_iter().map(|j| &mut j.loss_factor).collect(),
+            Target::JointIntegralRate(_) => joints?.into_iter().map(|j| &mut j.integral_rate).collect(),
             Target::ShaftDiameter(_) => vec![&mut shaft?.diameter],
             Target::ShaftBore(_) => vec![&mut shaft?.bore_ratio],
             Target::ShaftLossFactor(_) => vec![&mut shaft?.loss_factor],
@@ -137,9 +138,9 @@ impl Machine {
                 vec![&mut shaft.youngs_modulus, &mut shaft.shear_modulus]
             }
             Target::ShaftShearModulus(_) => vec![&mut shaft?.shear_modulus],
-            Target::Gap(_) => vec![&mut joint?.gap],
-            Target::Friction(_, key) => vec![keyed(&part, key, joint?.friction.values_mut())?],
-            Target::LeadError(_, key) => vec![keyed(&part, key, joint?.lead_error.values_mut())?],
+            Target::Gap(_) => joints?.into_iter().map(|j| &mut j.gap).collect(),
+            Target::Friction(_, key) => joints?.into_iter().map(|j| keyed(&part, key, j.friction.values_mut())).collect::<Result<_, _>>()?,
+            Target::LeadError(_, key) => joints?.into_iter().map(|j| keyed(&part, key, j.lead_error.values_mut())).collect::<Result<_, _>>()?,
             Target::Drive(key) => {
                 let drive = self.drive.as_mut().ok_or_else(|| fault(&part, "the machine has no drive"))?;
                 vec![keyed(&part, key, drive.values_mut())?]

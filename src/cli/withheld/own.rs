@@ -19,7 +19,7 @@ use numeric::random::normal;
 use numeric::unit::omega_rad_s;
 use reference_simulator::draw::Draw;
 use reference_simulator::effect::Place;
-use reference_simulator::machine::nuisance::{DELAY_SD_S, GAIN_SD, NUT_SD_M};
+use reference_simulator::machine::nuisance::Spread;
 use reference_simulator::machine::point::Channel;
 use reference_simulator::{Case, Gap, Kind, Label, Plan, Strength, generate_one};
 
@@ -112,11 +112,11 @@ impl Truth {
             label.joints.get(&p.id).copied().or_else(|| sample_prior(p, random)).unwrap_or(p.start)
         };
         let values = described.parameters.iter().map(|p| value(p, random)).collect();
-        let off_m = case.positions.iter().map(|_| NUT_SD_M * normal(random)).collect();
+        let off_m = case.positions.iter().map(|_| Spread::UNIFORM.nut_m * normal(random)).collect();
         let mut channels: Vec<(Channel, [f64; 2])> = Vec::new();
         for record in &case.records {
             if !channels.iter().any(|(channel, _)| *channel == record.channel) {
-                channels.push((record.channel, [GAIN_SD * normal(random), DELAY_SD_S * normal(random)]));
+                channels.push((record.channel, [Spread::UNIFORM.gain * normal(random), Spread::UNIFORM.delay_s * normal(random)]));
             }
         }
         let none = Truth { machine: Machine::default(), values, off_m, channels };
@@ -297,11 +297,11 @@ fn moved(truth: &Truth, described: &Machine) -> Vec<(Truth, f64)> {
         }
     }
     for at in 0..truth.off_m.len() {
-        one(STEP_SD, &|t| t.off_m[at] += STEP_SD * NUT_SD_M);
+        one(STEP_SD, &|t| t.off_m[at] += STEP_SD * Spread::UNIFORM.nut_m);
     }
     for at in 0..truth.channels.len() {
-        one(STEP_SD, &|t| t.channels[at].1[0] += STEP_SD * GAIN_SD);
-        one(STEP_SD, &|t| t.channels[at].1[1] += STEP_SD * DELAY_SD_S);
+        one(STEP_SD, &|t| t.channels[at].1[0] += STEP_SD * Spread::UNIFORM.gain);
+        one(STEP_SD, &|t| t.channels[at].1[1] += STEP_SD * Spread::UNIFORM.delay_s);
     }
     out
 }

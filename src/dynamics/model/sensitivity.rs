@@ -157,12 +157,14 @@ impl Network {
                 push(nut, -k * share, t * share);
             }
             let beside = |p| if let machine::Place::BesideNut(offset_m) = p { offset_m } else { 0.0 };
-            let farther = (beside(rod_shape.places.1) - beside(rod_shape.places.0)) / length_m;
-            shaft.beside_nut.gradient(parameters, operating, |p, d| {
-                if let Some(c) = column[p] {
-                    push(c, -k * farther * d, t * farther * d);
-                }
-            });
+            let (left, right) = (beside(rod_shape.places.0), beside(rod_shape.places.1));
+            for (value, farther) in [(&shaft.beside_nut, right - left), (&shaft.aside_of_nut, right.abs() - left.abs())] {
+                value.gradient(parameters, operating, |p, d| {
+                    if let Some(c) = column[p] {
+                        push(c, -k * farther / length_m * d, t * farther / length_m * d);
+                    }
+                });
+            }
             for (number, value) in [(RodNumber::Loss, &shaft.loss_factor), (RodNumber::Dispersion, &machine.loss_dispersion)] {
                 value.gradient(parameters, operating, |p, d| entries.extend(column[p].map(|c| (Element::Rod(index, number), c, d))));
             }

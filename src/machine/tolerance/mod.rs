@@ -141,8 +141,10 @@ impl Machine {
                 add(Target::ShaftLossFactor(name.clone()), Rescale::Replace, parameter);
             }
         }
+        // A joint that grounds a rotation is a servo that holds: a controller has no hysteresis.
+        let holds = |j: &Joint| matches!(j.on[..], [(point, _)] if self.points[point].motion == Motion::Rotation);
         let springs = |j: &&Joint| j.on.len() > 1 || j.stiffness.depends_on().next().is_some();
-        for joint in self.joints.iter().filter(springs) {
+        for joint in self.joints.iter().filter(springs).filter(|j| !holds(j)) {
             if let Some(median) = self.loss_median(&joint.loss_factor, known.loss_factor) {
                 let parameter = loss(format!("loss factor of {}", joint.name), median, known.loss_spread);
                 add(Target::JointLossFactor(joint.name.clone()), Rescale::Replace, parameter);
@@ -156,8 +158,7 @@ impl Machine {
             add(Target::LossDispersion, Rescale::Replace, tolerance("dispersion of loss factors".into(), "1", prior, range));
         }
         // A servo that holds also integrates, with a position loop of 10 to 50 1/s.
-        let holds = |j: &&Joint| matches!(j.on[..], [(point, _)] if self.points[point].motion == Motion::Rotation);
-        for joint in self.joints.iter().filter(holds).filter(|j| j.stiffness.depends_on().next().is_some()) {
+        for joint in self.joints.iter().filter(|j| holds(j)).filter(|j| j.stiffness.depends_on().next().is_some()) {
             let prior = (0.0, Prior::Normal(INTEGRAL_RATE));
             let rate = tolerance(format!("integral action of {}", joint.name), "1/s", prior, [0.0, STOP * INTEGRAL_RATE]);
             add(Target::JointIntegralRate(joint.name.clone()), Rescale::Added, rate);

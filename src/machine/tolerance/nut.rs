@@ -12,12 +12,18 @@ use crate::{Joint, Machine, Motion, Operating, Place, Prior, Shaft, Station, Val
 /// # Source  catalogues of ball nuts: two to four loaded turns, preloaded ones in two bodies of so many.
 const HALF_NUT: (f64, f64) = (1.2, 0.5);
 /// The same at most, of the screw's length, and of the distance of a nut to the nearest other station.
-const HALF_NUT_MOST: (f64, f64) = (0.05, 0.35);
-/// Ends of its factor: a nut has a length, and ends before the next station.
-const FACTOR: (f64, f64) = (0.02, 0.9 / HALF_NUT_MOST.1);
+const HALF_NUT_MOST: (f64, f64) = (0.05, 0.3);
+/// Ends of its factor and of where its middle lies: a nut has a length, and ends before the next station.
+const FACTOR: (f64, f64) = (0.02, 2.4);
+const MIDDLE: (f64, f64) = (-0.8, 0.8);
 
-/// Lets joints at a nut hold their shaft at two places beside it, half each, for nuts that stand at given places (m): how far apart is a parameter with a
-/// prior.
+/// Standard deviation of the middle of a nut's load, in half distances: balls do not share it evenly.
+///
+/// # Source  load of the first turns of a ball nut up to a third above the middle: Mei et al., Mech. Mach. Theory 38 (2003) 1257–1269.
+const ASIDE: f64 = 0.2;
+
+/// Lets joints at a nut hold their shaft at two places beside it, half each, for nuts that stand at given places (m): how far apart, and where their middle
+/// is, are parameters with priors.
 pub(super) fn hold_over_length(machine: &mut Machine, nuts_m: &[f64]) {
     let sd = machine.tolerance.nut_length;
     if !(sd > 0.0) {
@@ -34,6 +40,9 @@ pub(super) fn hold_over_length(machine: &mut Machine, nuts_m: &[f64]) {
         machine.shafts[index].beside_nut = Value::parameter(machine.parameters.len());
         let name = format!("nut length on {}", machine.shafts[index].name);
         machine.parameters.push(tolerance(name, "1", (1.0, Prior::Normal(sd)), [FACTOR.0, FACTOR.1]));
+        machine.shafts[index].aside_of_nut = Value::parameter(machine.parameters.len());
+        let name = format!("nut load on {}", machine.shafts[index].name);
+        machine.parameters.push(tolerance(name, "1", (0.0, Prior::Normal(ASIDE)), [MIDDLE.0, MIDDLE.1]));
         let [before, after] = [("before", -half_m), ("after", half_m)].map(|(side, offset_m)| {
             let mut massless = |motion: Motion| {
                 let name = format!("~nut {index} {side} {}", motion.noun());
@@ -44,16 +53,24 @@ pub(super) fn hold_over_length(machine: &mut Machine, nuts_m: &[f64]) {
             let torsion = nut.torsion.map(|_| massless(Motion::Rotation));
             Station { place: Place::BesideNut(offset_m), axial, torsion }
         });
-        let both = |point: Option<usize>, points: [Option<usize>; 2]| Some((point?, [points[0]?, points[1]?]));
-        let moved = [both(nut.axial, [before.axial, after.axial]), both(nut.torsion, [before.torsion, after.torsion])];
+        // Two joints of one name: a stiff nut also bridges the screw between its ends.
         for joint in joints {
-            for (point, beside) in moved.into_iter().flatten() {
-                let on = &mut machine.joints[joint].on;
-                if let Some(place) = on.iter().position(|(p, _)| *p == point) {
-                    let half = 0.5 * on[place].1;
-                    on.splice(place..=place, beside.map(|p| (p, half)));
+            let halves = [before, after].map(|there| {
+                let mut half = machine.joints[joint].clone();
+                half.share *= 0.5;
+                for (point, coefficient) in &mut half.on {
+                    *coefficient *= 0.5_f64.sqrt();
+                    for (own, beside) in [(nut.axial, there.axial), (nut.torsion, there.torsion)] {
+                        if let Some(beside) = beside.filter(|_| own == Some(*point)) {
+                            *point = beside;
+                        }
+                    }
                 }
-            }
+                half
+            });
+            let [first, second] = halves;
+            machine.joints[joint] = first;
+            machine.joints.push(second);
         }
         machine.shafts[index].stations.splice(at..=at, [before, nut, after]);
     }

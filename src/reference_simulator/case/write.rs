@@ -7,7 +7,7 @@ use super::label::Label;
 use super::record::Case;
 use crate::TruthError;
 use crate::file::{made_folder, put, quoted};
-use crate::machine::nuisance::{DELAY_SD_S, GAIN_SD, NUT_SD_M};
+use crate::machine::nuisance::Spread;
 
 /// Writes a case as a measurement set with its machine: `manifest.toml`, `frf/*.csv`, `machine.toml`. Nothing of the label is in it;
 /// a follow-up is a case of its own, written by a call of its own.
@@ -41,7 +41,8 @@ fn manifest(case: &Case) -> String {
         case.averages,
         quoted(&case.fit)
     );
-    let _ = writeln!(out, "[tolerance]\ngain = {GAIN_SD}\ndelay_s = {DELAY_SD_S:e}\nnut_m = {NUT_SD_M:e}\n");
+    let Spread { gain, delay_s, nut_m, .. } = case.description.spread;
+    let _ = writeln!(out, "[tolerance]\ngain = {gain}\ndelay_s = {delay_s:e}\nnut_m = {nut_m:e}\n");
     for position in &case.positions {
         let _ = writeln!(out, "[[position]]\nname = \"{}\"\nnut_m = {}\n", position.name, position.nut_m);
     }

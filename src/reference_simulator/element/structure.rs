@@ -21,6 +21,8 @@ pub struct Structure {
     pub rod_loss: Loss,
     /// Material loss of beams.
     pub beam_loss: Loss,
+    /// Share of dispersion of all losses.
+    pub loss_dispersion: f64,
 }
 
 /// A response over an excitation, both as motions.
@@ -77,7 +79,7 @@ impl Structure {
     /// Assembles the dynamic stiffness at s.
     pub fn assemble(&self, s: Complex64, z: &mut Dense) {
         z.clear();
-        let spot = Spot::new(s);
+        let spot = Spot::new(s, self.loss_dispersion);
         let s2 = spot.s2;
         for (form, law) in &self.branches {
             let value = law.at(&spot);

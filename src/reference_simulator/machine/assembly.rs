@@ -78,6 +78,7 @@ impl Assembly {
 impl Frame {
     fn bare(machine: Machine, effects: &[Effect], nut_m: f64) -> Self {
         let mut structure = Structure::default();
+        structure.loss_dispersion = machine.loss_dispersion;
         let [table, rotor] = [structure.freedom(), structure.freedom()];
         let mut stations: Vec<(f64, Station)> = vec![(0.0, Station::End(0)), (machine.screw.length_m, Station::End(1))];
         for (offset, share) in machine.nut.shares() {

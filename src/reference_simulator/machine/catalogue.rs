@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 use std::f64::consts::PI;
 
 use super::description::{Description, Parameter};
+use super::nuisance::Spread;
 use super::number::Machine;
 use crate::draw::Draw;
 
@@ -79,6 +80,7 @@ pub fn bench(held: bool, draw: &mut Draw) -> Drawn {
         density_kg_m3: 7850.0,
         lead_m: 0.040,
         parameters,
+        spread: Spread::UNIFORM,
     };
     Drawn { description, joints, nut_m: [0.6, 0.8, 1.0, 1.3, 1.6, 1.9], band_hz: 1000.0 }
 }
@@ -90,8 +92,27 @@ pub fn any_size(held: bool, draw: &mut Draw) -> Drawn {
         [5.0, 8.0, 10.0, 16.0, 20.0, 25.0, 32.0, 40.0].into_iter().filter(|lead| (0.2..=1.3).contains(&(lead / diameter_mm))).collect();
     let lead_mm = leads[draw.index(leads.len())];
     let length_m = round_to((diameter_mm * 1e-3 * draw.log_between(20.0, 62.0)).clamp(0.4, 3.0), 2);
-    let size = diameter_mm / 40.0;
     let table = round_to((20.0 * (diameter_mm / 16.0).powi(3) * draw.log_between(0.5, 2.0)).clamp(20.0, 1500.0), 2);
+    sized(Dimensions { diameter_mm, lead_mm, length_m, table_kg: table }, held, draw)
+}
+
+/// What a machine of a size is drawn around.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Dimensions {
+    /// Diameter of the screw.
+    pub diameter_mm: f64,
+    /// Travel for one turn.
+    pub lead_mm: f64,
+    /// Length of the screw.
+    pub length_m: f64,
+    /// Mass of the table.
+    pub table_kg: f64,
+}
+
+/// A machine of given dimensions, the rest scaled to them.
+pub fn sized(dimensions: Dimensions, held: bool, draw: &mut Draw) -> Drawn {
+    let Dimensions { diameter_mm, lead_mm, length_m, table_kg: table } = dimensions;
+    let size = diameter_mm / 40.0;
     let rotor = round_to(1e-3 * size.powi(4) * draw.log_between(0.5, 2.0), 2);
     let hub = round_to(1e-4 * size.powi(4) * draw.log_between(0.6, 1.6), 2);
     let bearing = round_to(1e6 * diameter_mm, 1);
@@ -155,6 +176,7 @@ pub fn any_size(held: bool, draw: &mut Draw) -> Drawn {
         density_kg_m3: 7850.0,
         lead_m: lead_mm * 1e-3,
         parameters,
+        spread: Spread::UNIFORM,
     };
     let nut_m = std::array::from_fn(|index| {
         let fraction = 0.23 + 0.1 * index as f64 + draw.within(0.025);

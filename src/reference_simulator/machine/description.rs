@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use super::nuisance::{INERTIA_SD, MODULUS_SD};
+use super::nuisance::Spread;
 use super::number::{Hold, Joint, Journal, Machine, Nut, Screw};
 use crate::element::law::Loss;
 use crate::file::quoted;
@@ -57,6 +57,8 @@ pub struct Description {
     pub lead_m: f64,
     /// Joint parameters.
     pub parameters: Vec<Parameter>,
+    /// How well all this is known.
+    pub spread: Spread,
 }
 
 impl Description {
@@ -102,6 +104,7 @@ impl Description {
             table_mass_kg: self.table_mass_kg,
             rotor_inertia_kg_m2: self.rotor_inertia_kg_m2,
             hub_inertia_kg_m2: self.hub_inertia_kg_m2,
+            loss_dispersion: 1.0,
         };
         for parameter in &self.parameters {
             if let Some(value) = machine.joint_mut(parameter.name) {
@@ -148,8 +151,9 @@ impl Description {
         joint("nut", "table", "screw", Some(self.lead_m), "k_n", "c_n");
         joint("coupling", "rotor", "left-angle", None, "k_m", "c_m");
         // The table was weighed; of all that turns (journals, hub, nut) no one knows as much. Of G over E: both are off by as much, each on its own.
-        let shear = MODULUS_SD * std::f64::consts::SQRT_2;
-        let _ = writeln!(out, "[tolerance]\nyoungs_modulus = {MODULUS_SD}\nshear_modulus = {shear:.4}\nmass = {INERTIA_SD}\n");
+        let Spread { modulus, mass, .. } = self.spread;
+        let shear = modulus * std::f64::consts::SQRT_2;
+        let _ = writeln!(out, "[tolerance]\nyoungs_modulus = {modulus}\nshear_modulus = {shear:.4}\nmass = {mass}\n");
         for parameter in &self.parameters {
             let _ = writeln!(
                 out,

@@ -7,16 +7,39 @@ use super::point::{Channel, Point};
 use crate::draw::Draw;
 use crate::element::law::Loss;
 
-/// Standard deviation of E and of G as they are drawn here, which the engineer knows and states, relative.
-pub const MODULUS_SD: f64 = 0.0017;
-/// Of masses and inertias, relative.
-pub const INERTIA_SD: f64 = 0.0029;
-/// Of nut positions (m).
-pub const NUT_SD_M: f64 = 2.9e-4;
-/// Of gains of channels, relative.
-pub const GAIN_SD: f64 = 0.0023;
-/// Of delays of channels (s).
-pub const DELAY_SD_S: f64 = 0.87e-6;
+/// Standard deviations that an engineer knows and states.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Spread {
+    /// Of E and of G, relative.
+    pub modulus: f64,
+    /// Of masses and inertias, relative.
+    pub mass: f64,
+    /// Of nut positions (m).
+    pub nut_m: f64,
+    /// Of gains of channels, relative.
+    pub gain: f64,
+    /// Of delays of channels (s).
+    pub delay_s: f64,
+}
+
+impl Spread {
+    /// Of the uniform draws of [`Nuisance::drawn`].
+    pub const UNIFORM: Self = Self { modulus: 0.0017, mass: 0.0029, nut_m: 2.9e-4, gain: 0.0023, delay_s: 0.87e-6 };
+    /// What catalogues, scales and calibrations usually leave open.
+    pub const USUAL: Self = Self { modulus: 0.003, mass: 0.01, nut_m: 5e-4, gain: 0.004, delay_s: 2e-6 };
+}
+
+/// Number of the branch that the dispersion of losses is drawn from.
+const DISPERSION: u64 = 0xd15;
+
+/// Share of dispersion of losses: none, all, or between, equally often.
+pub fn dispersion(draw: &mut Draw) -> f64 {
+    match draw.index(3) {
+        0 => 0.0,
+        1 => 1.0,
+        _ => draw.unit(),
+    }
+}
 
 /// One draw of all nuisances.
 #[derive(Clone, Debug, PartialEq)]
@@ -29,6 +52,8 @@ pub struct Nuisance {
     pub screw_loss: f64,
     /// Loss factor of all joints, beside their dashpots.
     pub joint_loss: f64,
+    /// Share of dispersion of all losses: constant, causal, or between.
+    pub loss_dispersion: f64,
     /// Journal over screw diameter, left.
     pub left_ratio: f64,
     /// Journal over screw diameter, right.
@@ -73,6 +98,7 @@ impl Nuisance {
             shear: 0.0,
             screw_loss: 0.0,
             joint_loss: 0.0,
+            loss_dispersion: 1.0,
             left_ratio: 1.0,
             right_ratio: 1.0,
             journal_share: 0.0,
@@ -94,6 +120,7 @@ impl Nuisance {
             shear: draw.within(0.003),
             screw_loss: draw.log_between(3e-4, 3e-3),
             joint_loss: draw.log_between(2e-3, 1.5e-2),
+            loss_dispersion: dispersion(&mut draw.branch(DISPERSION)),
             left_ratio: draw.between(0.85, 0.95),
             right_ratio: draw.between(0.85, 0.95),
             journal_share: draw.between(0.008, 0.022),
@@ -110,6 +137,7 @@ impl Nuisance {
 
     /// A machine that is as described but for its joints, with all of them.
     pub fn applied(&self, mut machine: Machine) -> Machine {
+        machine.loss_dispersion = self.loss_dispersion;
         let screw = &mut machine.screw;
         screw.youngs_modulus_pa *= 1.0 + self.youngs;
         screw.shear_modulus_pa *= 1.0 + self.shear;
@@ -144,10 +172,11 @@ impl Nuisance {
             change(&mut copy);
             out.push(copy);
         };
-        moved(&|n| n.youngs += MODULUS_SD);
-        moved(&|n| n.shear += MODULUS_SD);
+        moved(&|n| n.youngs += Spread::UNIFORM.modulus);
+        moved(&|n| n.shear += Spread::UNIFORM.modulus);
         moved(&|n| n.screw_loss += 7e-4);
         moved(&|n| n.joint_loss += 4e-3);
+        moved(&|n| n.loss_dispersion += 0.3);
         moved(&|n| n.left_ratio -= 0.03);
         moved(&|n| n.right_ratio -= 0.03);
         moved(&|n| n.journal_share += 0.004);
@@ -156,14 +185,14 @@ impl Nuisance {
         moved(&|n| n.integral_per_s += 0.6);
         moved(&|n| n.lag_share += 0.06);
         for index in 0..self.masses.len() {
-            moved(&|n| n.masses[index] += INERTIA_SD);
+            moved(&|n| n.masses[index] += Spread::UNIFORM.mass);
         }
         for index in 0..self.offsets_m.len() {
-            moved(&|n| n.offsets_m[index] += NUT_SD_M);
+            moved(&|n| n.offsets_m[index] += Spread::UNIFORM.nut_m);
         }
         for channel in channels {
-            moved(&|n| n.channels.entry(*channel).or_default().0 += GAIN_SD);
-            moved(&|n| n.channels.entry(*channel).or_default().1 += DELAY_SD_S);
+            moved(&|n| n.channels.entry(*channel).or_default().0 += Spread::UNIFORM.gain);
+            moved(&|n| n.channels.entry(*channel).or_default().1 += Spread::UNIFORM.delay_s);
         }
         out
     }

@@ -164,6 +164,8 @@ pub struct Machine {
     pub rotor_inertia_kg_m2: f64,
     /// Inertia at the screw's driven end.
     pub hub_inertia_kg_m2: f64,
+    /// Share of dispersion of all losses.
+    pub loss_dispersion: f64,
 }
 
 impl Machine {

@@ -58,7 +58,7 @@ fn limit_clamped_rod_rings_at_odd_quarters() {
 #[test]
 fn doubling_equals_element_by_element() {
     let s = Complex64::new(1.0, 4000.0);
-    let modulus = Loss { factor: 0.01 }.at(&Spot::new(s));
+    let modulus = Loss { factor: 0.01 }.at(&Spot::new(s, 1.0));
     let [at_once, one_by_one] =
         [uniform(5), Rod { stretches: vec![Stretch { doublings: 0, ..uniform(5).stretches[0] }; 32] }].map(|rod| rod.ends(s * s, modulus));
     assert!((at_once.first / one_by_one.first - 1.0).norm() < 1e-11);
@@ -70,6 +70,7 @@ fn limit_pinned_beam_has_its_first_frequency() {
     // π²/2π · sqrt(EI/ρA) / L²
     let (rigidity, mass_per_length) = (2.5e4, 9.9);
     let mut structure = Structure::default();
+    structure.loss_dispersion = 1.0;
     let freedoms: [usize; 6] = std::array::from_fn(|_| structure.freedom());
     let half = Beam { rigidity, mass_per_length, element_m: LENGTH / 64.0, doublings: 5 };
     structure.beam([freedoms[0], freedoms[1], freedoms[2], freedoms[3]], half);
@@ -92,10 +93,10 @@ fn limit_pinned_beam_has_its_first_frequency() {
 #[test]
 fn loss_is_the_factor_at_every_frequency() {
     for hz in [10.0, 200.0, 1500.0] {
-        let spot = Spot::new(Complex64::new(0.0, 2.0 * std::f64::consts::PI * hz));
+        let spot = Spot::new(Complex64::new(0.0, 2.0 * std::f64::consts::PI * hz), 1.0);
         assert!((Loss { factor: 0.02 }.at(&spot).im - 0.02).abs() < 1e-12);
     }
-    let at_reference = Law::spring(5.0, 0.1).at(&Spot::new(Complex64::new(0.0, 2.0 * std::f64::consts::PI * 200.0)));
+    let at_reference = Law::spring(5.0, 0.1).at(&Spot::new(Complex64::new(0.0, 2.0 * std::f64::consts::PI * 200.0), 1.0));
     assert!((at_reference - Complex64::new(5.0, 0.5)).norm() < 1e-12);
 }
 
