@@ -256,7 +256,7 @@ pub fn passivity_warnings(machine: &Machine, set: &MeasurementSet) -> Vec<String
 
 /// Combinations as rows.
 pub fn combinations(machine: &Machine, found: &Identification) -> Vec<CombinationRow> {
-    let id = |column: usize| machine.parameters[found.free[column]].id.clone();
+    let id = |index: usize| machine.parameters[index].id.clone();
     let word = |kind| match kind {
         CombinationKind::Series => "series",
         CombinationKind::Parallel => "parallel",
@@ -264,7 +264,7 @@ pub fn combinations(machine: &Machine, found: &Identification) -> Vec<Combinatio
         CombinationKind::Opposite => "opposite",
     };
     let row = |c: &Combination| CombinationRow {
-        parameters: [id(c.columns.0), id(c.columns.1)],
+        parameters: [id(c.parameters.0), id(c.parameters.1)],
         kind: word(c.kind).into(),
         correlation: c.correlation,
         relative_sd: c.sd,

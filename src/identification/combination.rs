@@ -21,8 +21,8 @@ pub enum Kind {
 /// Two parameters of which the data determine a combination better than each.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Combination {
-    /// Columns of the two, as in [`Certainty`].
-    pub columns: (usize, usize),
+    /// The two, by index.
+    pub parameters: (usize, usize),
     /// How they make up for each other.
     pub kind: Kind,
     /// Their correlation.
@@ -138,7 +138,7 @@ fn combination(
             format!("{p} can rise while {q} falls (correlation {correlation:.2}): the data see a combination of both better than each")
         }
     };
-    Combination { columns: (i, j), kind, correlation, sd, text }
+    Combination { parameters: (i, j), kind, correlation, sd, text }
 }
 
 #[cfg(test)]
@@ -167,7 +167,7 @@ mod tests {
     fn seen(slopes: [f64; 2]) -> Certainty {
         let width = 1e3_f64.ln();
         let row = DMatrix::from_row_slice(1, 2, &[slopes[0] * width / 0.01, slopes[1] * width / 0.01]);
-        certainty(&(row.transpose() * row), 1.0)
+        certainty(&(row.transpose() * row), 1.0, &[])
     }
 
     /// Moves the first value by a share of its range and lets the second keep a sum or a harmonic sum.

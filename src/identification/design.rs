@@ -157,7 +157,7 @@ impl Design {
         let mut information = DMatrix::zeros(size, size);
         which.iter().for_each(|i| information += &self.candidates[*i].information);
         self.known.iter().enumerate().for_each(|(column, known)| information[(column, column)] += known);
-        let sd: Vec<f64> = certainty(&information, 1.0).sd.into_iter().take(self.free.len()).collect();
+        let sd: Vec<f64> = certainty(&information, 1.0, &[]).sd.into_iter().take(self.free.len()).collect();
         let score = (sd.iter().map(|s| (s / RANGE_SD).ln()).sum::<f64>() / sd.len().max(1) as f64).exp();
         Choice { which: which.to_vec(), sd, score }
     }

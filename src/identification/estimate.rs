@@ -7,7 +7,7 @@ use super::combination::{Combination, combinations};
 use super::plan::{Plan, Repeat};
 use super::problem::{End, Problem};
 use super::profile::{CHI_SQUARE_95, profiles};
-use super::uncertainty::{Certainty, NARROWING, RANGE_SD, certainty};
+use super::uncertainty::{Certainty, NARROWING, RANGE_SD, certainty, counted};
 use crate::objective::{GAIN_RANGE, ObjectiveError};
 use machine::{Machine, Parameter};
 use optimizer::{Control, Found, Polished, SearchSettings, least_squares, search};
@@ -41,6 +41,8 @@ pub(super) struct Estimation {
     pub freedom: usize,
     pub colour: f64,
     pub certainty: Certainty,
+    /// Standard deviation of every coordinate of a place, of what is fitted along, too.
+    pub sd: Vec<f64>,
     pub combinations: Vec<Combination>,
     pub bootstraps: Vec<Bootstrap>,
     pub basins: Vec<Basin>,
@@ -103,10 +105,19 @@ fn searches<P: Problem>(problem: &P, plan: &Plan, control: &Control) -> Vec<(Rep
     begun.into_par_iter().enumerate().map(|(repeat, begun)| begun.unwrap_or_else(|found| polished(repeat, found))).collect()
 }
 
-/// Fits a problem and tells how sure the result is.
+/// A problem with more that is free and more that is uncertain, and where to begin in it: intervals are told there.
+pub(super) type Wider<P> = Option<(P, Vec<f64>)>;
+
+/// Fits a problem and tells how sure the result is, of FRFs by the problem itself, of modes by a wider one about the best place.
 ///
-/// # Errors  nothing is free.
-pub(super) fn estimate<P: Problem>(problem: &P, machine: &Machine, plan: &Plan, control: &Control) -> Result<Estimation, ObjectiveError> {
+/// # Errors  nothing is free; those of `wider`.
+pub(super) fn estimate<P: Problem>(
+    problem: &P,
+    wider: impl Fn(&[f64]) -> Result<Wider<P>, ObjectiveError>,
+    machine: &Machine,
+    plan: &Plan,
+    control: &Control,
+) -> Result<Estimation, ObjectiveError> {
     let free = problem.free().to_vec();
     if free.is_empty() {
         return Err(ObjectiveError::Data("no parameter is left to identify; freeze fewer, or give one fit = \"always\"".into()));
@@ -130,16 +141,35 @@ pub(super) fn estimate<P: Problem>(problem: &P, machine: &Machine, plan: &Plan, 
     let freedom = problem.observations().saturating_sub(unknowns);
     let misfit = if freedom > 0 { (chi_square / freedom as f64).max(1.0) } else { 1.0 };
     let colour = problem.colour(&place).max(1.0);
-    let certainty = certainty(&normal.information, misfit * colour);
     // Eq. 26 is no likelihood: its minimum tells no intervals.
     let tells = problem.is_likelihood();
-    let basins = basins(&ends, free.len(), CHI_SQUARE_95 * misfit * colour);
-    let columns: Vec<usize> = (0..free.len()).chain(problem.gain_column()).collect();
-    let first_order = |at: &usize| (place[*at] - 1.96 * certainty.sd[*at], place[*at] + 1.96 * certainty.sd[*at]);
-    let intervals: Vec<(f64, f64)> = (tells && plan.profile)
-        .then(|| control.kept("profiles", || joined_profiles(problem, &basins, &columns, misfit * colour, control)))
-        .flatten()
-        .unwrap_or_else(|| columns.iter().map(first_order).collect());
+    let inflation = misfit * colour;
+    let wider = if tells && plan.profile { wider(&place)? } else { None };
+    let (told, basins) = match &wider {
+        Some((wider, from)) => {
+            let end = wider.squares(None, |squares| least_squares(squares, from, &[], POLISH, control.stop()));
+            (wider, vec![Basin { place: end.place, cost: end.normal.chi_square, searches: 1 }])
+        }
+        None => (problem, basins(&ends, free.len(), CHI_SQUARE_95 * inflation)),
+    };
+    let shares: Vec<f64> = told.free().iter().map(|i| counted(&machine.parameters[*i])).collect();
+    let information = told.squares(None, |squares| squares.normal(&basins[0].place).information);
+    let whole = certainty(&information, inflation, &shares);
+    let columns: Vec<usize> = (0..free.len()).chain(told.gain_column()).collect();
+    let first_order = |at: &usize| {
+        let (here, half) = (basins[0].place[*at], 1.96 * whole.sd[*at]);
+        (here - half, here + half)
+    };
+    let profiled = (tells && plan.profile)
+        .then(|| control.kept("profiles", || joined_profiles(told, &basins, (&columns, &shares), inflation, control)))
+        .flatten();
+    let mut intervals = profiled.unwrap_or_else(|| columns.iter().map(first_order).collect());
+    if wider.is_some() {
+        // The estimate is that of the fit with what modes say little of held.
+        let own = (0..free.len()).chain(problem.gain_column()).map(|at| place[at]);
+        intervals.iter_mut().zip(own).for_each(|(interval, u)| *interval = (interval.0.min(u), interval.1.max(u)));
+    }
+    let certainty = whole.of(&columns);
     let bootstraps = [Drawn::Lines, Drawn::Positions]
         .into_iter()
         .filter_map(|drawn| bootstrap(problem, &place, drawn, plan.bootstrap, plan.seed, control))
@@ -153,18 +183,23 @@ pub(super) fn estimate<P: Problem>(problem: &P, machine: &Machine, plan: &Plan, 
         (end(intervals[free.len()].0), end(intervals[free.len()].1))
     });
     warnings.extend(tells.then(|| widened(chi_square, freedom, misfit, colour)).into_iter().flatten());
-    let described: Vec<&Parameter> = free.iter().map(|i| &machine.parameters[*i]).collect();
-    let free_values: Vec<f64> = free.iter().map(|i| values[*i]).collect();
+    let combined = told.free();
+    let described: Vec<&Parameter> = combined.iter().map(|i| &machine.parameters[*i]).collect();
+    let here = &basins[0];
+    let told_values = told.values(&here.place);
     let valley = |column: usize, by: f64| {
-        let mut moved = place.clone();
+        let mut moved = here.place.clone();
         moved[column] = (moved[column] + by).clamp(0.0, 1.0);
         let held: Vec<bool> = (0..moved.len()).map(|i| i == column).collect();
-        let polished = problem.squares(None, |squares| least_squares(squares, &moved, &held, POLISH, control.stop()));
-        let rise = polished.normal.chi_square - chi_square;
-        let all = problem.values(&polished.place);
-        (rise < CHI_SQUARE_95 * misfit * colour).then(|| free.iter().map(|i| all[*i]).collect())
+        let polished = told.squares(None, |squares| least_squares(squares, &moved, &held, POLISH, control.stop()));
+        let rise = polished.normal.chi_square - here.cost;
+        let all = told.values(&polished.place);
+        (rise < CHI_SQUARE_95 * inflation).then(|| combined.iter().map(|i| all[*i]).collect())
     };
-    let combinations = if tells && plan.profile { combinations(&described, &free_values, &certainty, valley) } else { Vec::new() };
+    let values_combined: Vec<f64> = combined.iter().map(|i| told_values[*i]).collect();
+    let mut combinations =
+        if tells && plan.profile { combinations(&described, &values_combined, &whole, valley) } else { Vec::new() };
+    combinations.iter_mut().for_each(|c| c.parameters = (combined[c.parameters.0], combined[c.parameters.1]));
     if let Some(u) = gain_column.map(|at| place[at]).filter(|u| !(AT_BOUND..=1.0 - AT_BOUND).contains(u)) {
         let end = if u < 0.5 { GAIN_RANGE.0 } else { GAIN_RANGE.1 };
         warnings.push(format!("the gain lies at an end of its range, {end:e}: check the units of the set, or state the gain"));
@@ -180,7 +215,7 @@ pub(super) fn estimate<P: Problem>(problem: &P, machine: &Machine, plan: &Plan, 
         ));
     }
     Ok(Estimation {
-        gain_identifiable: gain_column.filter(|_| tells).map(|at| certainty.identifiable[at]),
+        gain_identifiable: gain_column.filter(|_| tells).and(certainty.identifiable.get(free.len()).copied()),
         place,
         values,
         gain,
@@ -192,6 +227,7 @@ pub(super) fn estimate<P: Problem>(problem: &P, machine: &Machine, plan: &Plan, 
         freedom,
         colour,
         certainty,
+        sd: whole.sd,
         combinations,
         bootstraps,
         basins,
@@ -224,7 +260,7 @@ fn basins(searches: &[Vec<End>], free: usize, rise: f64) -> Vec<Basin> {
 fn joined_profiles<P: Problem>(
     problem: &P,
     basins: &[Basin],
-    columns: &[usize],
+    (columns, shares): (&[usize], &[f64]),
     inflation: f64,
     control: &Control,
 ) -> Option<Vec<(f64, f64)>> {
@@ -233,7 +269,7 @@ fn joined_profiles<P: Problem>(
     for basin in basins {
         let own = problem.squares(None, |squares| {
             let best = Polished { place: basin.place.clone(), normal: squares.normal(&basin.place), evaluations: 0, converged: true };
-            let certainty = certainty(&best.normal.information, inflation);
+            let certainty = certainty(&best.normal.information, inflation, shares);
             let rise = CHI_SQUARE_95 * inflation - (basin.cost - least);
             profiles(squares, &best, &certainty, (columns, rise), control)
         })?;
@@ -291,7 +327,7 @@ fn tell(
         let description = &machine.parameters[parameter];
         let end = |x: f64| description.from_unit(x.clamp(0.0, 1.0));
         let at_bound = !(AT_BOUND..=1.0 - AT_BOUND).contains(&u);
-        let narrow = high - low <= 2.0 * 1.96 * RANGE_SD / NARROWING;
+        let narrow = high - low <= 2.0 * 1.96 * counted(description) * RANGE_SD / NARROWING;
         estimates[parameter] = Estimate {
             parameter,
             value: values[parameter],

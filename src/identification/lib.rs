@@ -22,4 +22,4 @@ pub use estimate::{Basin, Estimate};
 pub use plan::{Plan, Repeat};
 pub use run::{DerivedEstimate, Identification, identify};
 pub use tolerance::{ToleranceEstimate, held_at};
-pub use uncertainty::{Certainty, NARROWING, RANGE_SD, certainty};
+pub use uncertainty::{Certainty, NARROWING, RANGE_SD, certainty, counted};

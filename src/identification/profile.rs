@@ -130,7 +130,7 @@ mod tests {
     #[test]
     fn limit_a_parabola_has_the_interval_of_its_covariance() {
         let best = least_squares(&Pair, &[0.4, 0.4], &[], 50, &std::sync::Arc::default());
-        let certainty = certainty(&best.normal.information, 1.0);
+        let certainty = certainty(&best.normal.information, 1.0, &[]);
         let ends = profiles(&Pair, &best, &certainty, (&[0, 1], CHI_SQUARE_95), &Control::default()).unwrap();
         let half = 1.96 * f64::hypot(0.05, 0.01);
         assert!((ends[0].0 - (0.5 - 0.098)).abs() < 2e-3 && (ends[0].1 - 0.598).abs() < 2e-3, "{ends:?}");
@@ -176,7 +176,7 @@ mod tests {
     #[test]
     fn limit_a_late_rise_is_found_where_it_is() {
         let best = least_squares(&Late, &[0.2], &[], 50, &std::sync::Arc::default());
-        let certainty = certainty(&best.normal.information, 1.0);
+        let certainty = certainty(&best.normal.information, 1.0, &[]);
         let ends = profiles(&Late, &best, &certainty, (&[0], CHI_SQUARE_95), &Control::default()).unwrap();
         let exact = 0.2 + 0.4 * (0.98_f64).powf(1.0 / 9.0);
         assert!((ends[0].1 - exact).abs() < 2e-3 && ends[0].0 == 0.0, "{ends:?}, {exact}");
@@ -202,7 +202,7 @@ mod tests {
     #[test]
     fn limit_at_the_upper_end_the_interval_reaches_inward_alone() {
         let best = least_squares(&Beyond, &[0.5], &[], 50, &std::sync::Arc::default());
-        let certainty = certainty(&best.normal.information, 1.0);
+        let certainty = certainty(&best.normal.information, 1.0, &[]);
         let ends = profiles(&Beyond, &best, &certainty, (&[0], CHI_SQUARE_95), &Control::default()).unwrap();
         // χ² = ((x − 1.05)/0.1)² rises by 3.84 from 0.25 at x = 1.
         let exact = 1.05 - 0.1 * (0.25 + CHI_SQUARE_95).sqrt();
@@ -212,7 +212,7 @@ mod tests {
     #[test]
     fn limit_an_open_side_ends_with_the_range() {
         let best = least_squares(&Flat, &[0.9], &[], 50, &std::sync::Arc::default());
-        let certainty = certainty(&best.normal.information, 1.0);
+        let certainty = certainty(&best.normal.information, 1.0, &[]);
         let ends = profiles(&Flat, &best, &certainty, (&[0], CHI_SQUARE_95), &Control::default()).unwrap();
         assert!(ends[0].1 == 1.0 && (ends[0].0 - (0.8 - 0.196)).abs() < 4e-3, "{ends:?}");
     }

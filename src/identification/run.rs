@@ -4,7 +4,7 @@ use super::bootstrap::Bootstrap;
 use super::combination::Combination;
 use super::estimate::{Basin, Estimate, Estimation, estimate};
 use super::plan::{Plan, Repeat};
-use super::tolerance::{ToleranceEstimate, estimates as tolerance_estimates};
+use super::tolerance::{ToleranceEstimate, estimates as tolerance_estimates, mode_columns as tolerance_columns};
 use super::uncertainty::Certainty;
 use crate::objective::{AmplitudeFit, Channel, FrfGap, FrfObjective, ModeObjective, ObjectiveError, PositionPrediction};
 use dynamics::model::derived;
@@ -107,14 +107,14 @@ pub fn identify(
                 false => (machine.clone(), settings),
             };
             let objective = FrfObjective::new(&fitted, fit, settings, &plan.frozen)?;
-            let estimation = estimate(&objective, &fitted, plan, control)?;
-            let (place, gain) = (estimation.place.clone(), estimation.gain);
+            let estimation = estimate(&objective, |_| Ok(None), &fitted, plan, control)?;
+            let (place, gain, sd) = (estimation.place.clone(), estimation.gain, estimation.sd.clone());
             // The gain stands among the parameters where it is unknown.
             let gain = AmplitudeFit { gain, count: if objective.estimates_gain() { objective.observations() / 2 } else { 0 } };
             let mut found = identification(machine, &fitted, estimation, gain, &objective.free[..objective.own], objective.observations());
             found.varied.clone_from(&objective.free);
             found.channels = objective.channels_at(&place);
-            found.tolerances = tolerance_estimates(&objective, fit.set, &place, &found.certainty.sd);
+            found.tolerances = tolerance_estimates(&objective, fit.set, &place, &sd);
             found.warnings.extend(found.tolerances.iter().filter_map(ToleranceEstimate::warning));
             let beyond = FrfObjective::held_out(&fitted, held_out, settings.as_stated())?.calibrated(&found.channels);
             found.fitted_frfs = objective.gaps_at(&place);
@@ -124,7 +124,8 @@ pub fn identify(
         None => {
             let objective = ModeObjective::new(machine, fit, plan.settings, &plan.frozen)?;
             let beyond = ModeObjective::held_out(machine, held_out, plan.settings, Some(objective.band_hz))?;
-            let estimation = estimate(&objective, machine, plan, control)?;
+            let wider = |place: &[f64]| wider_modes(machine, fit, plan, (&objective, place));
+            let estimation = estimate(&objective, wider, machine, plan, control)?;
             let fitted = objective.predict(&estimation.values);
             let gain = objective.amplitude_fit(&fitted);
             let held_out = beyond.predict(&estimation.values);
@@ -133,6 +134,24 @@ pub fn identify(
             Ok(found)
         }
     }
+}
+
+/// Modes with all free that whole FRFs would determine, and with the covariance that tolerances give to frequencies and amplitudes, about a place.
+fn wider_modes<'m>(
+    machine: &'m Machine,
+    fit: &FitSet<'_>,
+    plan: &Plan,
+    (objective, place): (&ModeObjective<'_>, &[f64]),
+) -> Result<Option<(ModeObjective<'m>, Vec<f64>)>, ObjectiveError> {
+    if !plan.tolerances {
+        return Ok(None);
+    }
+    let columns = tolerance_columns(machine, fit, plan, (objective, place))?;
+    let wider = ModeObjective::with_all_free(machine, fit, plan.settings, &plan.frozen, &objective.free)?.correlated(&columns);
+    let values = objective.parameters(place);
+    let own: Vec<f64> = wider.free.iter().map(|i| machine.parameters[*i].to_unit(values[*i]).clamp(0.0, 1.0)).collect();
+    let from = wider.extended(&own);
+    Ok(Some((wider, from)))
 }
 
 fn identification(

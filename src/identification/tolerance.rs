@@ -2,9 +2,10 @@
 
 use std::collections::BTreeMap;
 
-use crate::objective::{Channel, FrfObjective, FrfSettings};
+use crate::Plan;
+use crate::objective::{Channel, FrfObjective, FrfSettings, ModeObjective, ObjectiveError};
 use machine::{FitRule, Machine, MachineError, Prior};
-use measurement::{MeasurementSet, Tolerance};
+use measurement::{FitSet, MeasurementSet, Tolerance};
 
 /// A number that the description or the measurement states to a tolerance, and its estimate.
 #[derive(Debug, Clone, PartialEq)]
@@ -105,6 +106,55 @@ pub fn estimates(objective: &FrfObjective<'_>, set: &MeasurementSet, place: &[f6
         }
     }
     all
+}
+
+/// Share of a standard deviation by which tolerances are moved for their effect on modes.
+const MOVED: f64 = 0.3;
+/// Largest change of a weighted residual by one standard deviation of a tolerance; beyond it a mode has lost its partner.
+const PAIRED: f64 = 20.0;
+
+/// Change of the weighted residuals of modes by one standard deviation of each tolerance, about a place.
+///
+/// # Errors  as [`ModeObjective::new`].
+pub fn mode_columns(
+    machine: &Machine,
+    fit: &FitSet<'_>,
+    plan: &Plan,
+    (objective, place): (&ModeObjective<'_>, &[f64]),
+) -> Result<Vec<Vec<f64>>, ObjectiveError> {
+    let gain = objective.gain(place);
+    let toleranced = machine.with_tolerances(&fit.set.nuts_m())?;
+    let own = objective.parameters(place);
+    let further = toleranced.parameters.iter().skip(own.len()).map(|p| p.start);
+    let values: Vec<f64> = own.iter().copied().chain(further).collect();
+    let column = |up: Vec<f64>, down: Vec<f64>| -> Vec<f64> {
+        let change = up.iter().zip(&down).map(|(a, b)| (a - b) / (2.0 * MOVED));
+        change.map(|x| if x.abs() < PAIRED { x } else { 0.0 }).collect()
+    };
+    let mut columns = Vec::new();
+    let described = ModeObjective::new(&toleranced, fit, plan.settings, &plan.frozen)?;
+    for (index, parameter) in toleranced.parameters.iter().enumerate().skip(own.len()) {
+        let Some(prior) = parameter.prior else { continue };
+        let moved = |by: f64| {
+            let mut other = values.clone();
+            other[index] = prior.value(parameter.start, by).clamp(parameter.lower, parameter.upper);
+            described.residuals(&described.predict(&other), gain)
+        };
+        columns.push(column(moved(MOVED), moved(-MOVED)));
+    }
+    for position in fit.positions.iter().filter(|p| fit.set.positions[**p].nut_m.is_some() && fit.set.tolerance.nut_m > 0.0) {
+        let moved = |by: f64| -> Result<Vec<f64>, ObjectiveError> {
+            let mut set = fit.set.clone();
+            if let Some(nut_m) = &mut set.positions[*position].nut_m {
+                *nut_m += by * fit.set.tolerance.nut_m;
+            }
+            let fit = FitSet { set: &set, positions: fit.positions.clone(), frfs: Vec::new() };
+            let there = ModeObjective::new(machine, &fit, plan.settings, &plan.frozen)?;
+            Ok(there.residuals(&there.predict(&own), gain))
+        };
+        columns.push(column(moved(MOVED)?, moved(-MOVED)?));
+    }
+    Ok(columns)
 }
 
 /// A machine with its tolerances at estimated values, held there: what predictions are made with.

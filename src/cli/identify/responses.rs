@@ -85,10 +85,8 @@ pub fn run(given: &IdentifyArguments, loaded: &Loaded) -> CommandResult {
             .collect(),
         leave_one_out,
         fitted_parameters: {
-            let free = found.varied.iter().map(|i| found.machine.parameters[*i].name().to_string());
-            let gain = found.gain_interval95.map(|_| "gain".to_string());
-            let beyond = found.tolerances.iter().skip(found.varied.len() - found.free.len()).map(|t| t.name.clone());
-            free.chain(gain).chain(beyond).collect()
+            let free = found.free.iter().map(|i| machine.parameters[*i].id.clone());
+            free.chain((found.certainty.sd.len() > found.free.len()).then(|| "gain".to_string())).collect()
         },
         correlation: found.certainty.correlation.clone(),
         held_out_positions: names(&held_out.positions, &held_out.frfs),

@@ -1,5 +1,6 @@
 //! Objectives on natural frequencies and amplitudes.
 
+use nalgebra::{DMatrix, DVector};
 use std::sync::{Arc, Mutex};
 
 use super::ObjectiveError;
@@ -109,6 +110,8 @@ pub struct ModeObjective<'m> {
     /// Indices of the parameters that are free.
     pub free: Vec<usize>,
     base: Vec<f64>,
+    /// Inverse of the lower Cholesky factor of the residuals' covariance, where they are correlated.
+    whitening: Option<DMatrix<f64>>,
     pool: Mutex<Vec<Scratch>>,
 }
 
@@ -128,6 +131,33 @@ impl<'m> ModeObjective<'m> {
             return Err(ObjectiveError::Data("no mode was observed at the positions to fit; name others with --positions".into()));
         }
         Ok(objective)
+    }
+
+    /// As [`ModeObjective::new`] with parameters free, too, that are held because modes say little of them, behind those of `first`.
+    ///
+    /// # Errors  as [`ModeObjective::new`].
+    pub fn with_all_free(
+        machine: &'m Machine,
+        fit: &FitSet<'_>,
+        settings: ModeSettings,
+        frozen: &[String],
+        first: &[usize],
+    ) -> Result<Self, ObjectiveError> {
+        let mut objective = Self::new(machine, fit, settings, frozen)?;
+        let more = free_parameters(machine, frozen, |rule| rule == FitRule::Frf)?;
+        objective.free = first.iter().copied().chain(more).collect();
+        objective.lay_lines();
+        Ok(objective)
+    }
+
+    /// The same with residuals correlated by what changes them together: each column is their change by one standard deviation of something.
+    #[must_use]
+    pub fn correlated(mut self, columns: &[Vec<f64>]) -> Self {
+        let rows = columns.first().map_or(0, Vec::len);
+        let changes = DMatrix::from_fn(rows, columns.len(), |row, column| columns[column][row]);
+        let covariance = DMatrix::identity(rows, rows) + &changes * changes.transpose();
+        self.whitening = covariance.cholesky().and_then(|c| c.l().try_inverse());
+        self
     }
 
     /// For the held-out positions: to predict, not to fit; over the band of the fit, too, where that is given.
@@ -195,6 +225,7 @@ impl<'m> ModeObjective<'m> {
             band_hz,
             free,
             base: machine.start(),
+            whitening: None,
             pool: Mutex::new(Vec::new()),
         };
         objective.lay_lines();
@@ -377,6 +408,9 @@ impl<'m> ModeObjective<'m> {
     pub fn residuals_at(&self, place: &[f64]) -> Vec<f64> {
         let parameters = self.parameters(place);
         let mut residuals = self.residuals(&self.predict(&parameters), self.gain(place));
+        if let Some(whitening) = &self.whitening {
+            residuals = (whitening * DVector::from_vec(residuals)).data.into();
+        }
         residuals.extend(self.known(&parameters));
         residuals
     }
