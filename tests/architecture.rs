@@ -91,8 +91,7 @@ fn functions_are_short_enough_to_read() {
 /// Circles of files that import one another, by the files in them, each argued. Those of the diagnosis are left until it is rebuilt: what a hypothesis adds
 /// to a machine and what its nulls draw beside it, the stages of a verdict on motions and what they share, a gap and its floor, a survey and its null are
 /// each one thought in two files.
-const CIRCLES: [&[&str]; 4] = [
-    &["diagnosis::hypothesis", "diagnosis::richer"],
+const CIRCLES: [&[&str]; 3] = [
     &["diagnosis::motion::conclude", "diagnosis::motion::stage", "diagnosis::motion::verdict", "diagnosis::motion::work"],
     &["diagnosis::motion::floor", "diagnosis::motion::gap"],
     &["diagnosis::motion::null", "diagnosis::motion::survey"],

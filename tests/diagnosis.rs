@@ -360,8 +360,13 @@ fn thresholds_from_tables_see_more_than_nulls() {
 
 #[test]
 fn refuse_what_cannot_be_diagnosed() {
-    let cases: [(&[&str], &[&str]); 7] = [
-        (&["--set", "tolerance.mass=0"], &["tolerance.mass: is 0", "between 0 and 0.15 (ordinarily 0.01)"]),
+    let cases: [(&[&str], &[&str]); 9] = [
+        (&["--set", "tolerance.mass=-1"], &["tolerance.mass: is -1", "from 0 to 0.15 (usually 0.01)"]),
+        (&["--set", "tolerance.mass=nan"], &["tolerance.mass: is NaN", "from 0 to 0.15"]),
+        (
+            &["--config", "configs/two-inertia.toml", "--set", "tolerance.diameter=0.01"],
+            &["tolerance.diameter", "nothing that it is the tolerance of"],
+        ),
         (&["--set", "tolerance.height=0.1"], &["height", "end_diameters"]),
         (&["--positions", "l1"], &["at least two positions", "--positions l1,l3"]),
         (&["--effects", "rotor-hod"], &["no effect is called «rotor-hod»", "rotor-hold"]),

@@ -82,9 +82,10 @@ fn own_set(machine: &Machine, values: &[f64], lines: &[f64], sd: f64, random: &m
     })
 }
 
+/// Of data that are as the machine is described: no tolerance is fitted along.
 fn run(machine: &Machine, set: &MeasurementSet, settings: FrfSettings, repeats: usize) -> Identification {
     let (fit, held_out) = set.split(None, &[]).unwrap();
-    let plan = Plan { frf: Some(settings), repeats, ..Plan::default() };
+    let plan = Plan { frf: Some(settings), repeats, tolerances: false, ..Plan::default() };
     identify(machine, &fit, &held_out, &plan, &Control::default()).unwrap()
 }
 
@@ -240,7 +241,7 @@ fn statistics(draws: usize, lines: &[f64], sd: f64) -> (Vec<f64>, Vec<f64>) {
         let (fit, held_out) = set.split(None, &[]).unwrap();
         let objective = FrfObjective::new(machine, &fit, settings, &[]).unwrap();
         let place = place_of(machine, &objective, &truth);
-        let plan = Plan { frf: Some(settings), repeats: 1, near: Some(place.clone()), ..Plan::default() };
+        let plan = Plan { frf: Some(settings), repeats: 1, near: Some(place.clone()), tolerances: false, ..Plan::default() };
         let found = identify(machine, &fit, &held_out, &plan, &Control::default()).unwrap();
         if bound.is_empty() {
             let information = objective.normal(&place).information;

@@ -1,8 +1,13 @@
 //! An identification read back from its document.
 
+use std::collections::BTreeMap;
 use std::path::Path;
 
+use crate::delivery::told;
+use crate::sources::Loaded;
 use config::MachineConfig;
+use identification::held_at;
+use machine::Machine;
 use report::digest;
 use report::document::{Identification, Input};
 
@@ -44,6 +49,20 @@ pub fn check_identification(path: &Path, identified: &Identification) -> Result<
         }
     }
     Ok(())
+}
+
+/// The machine as it was identified, tolerances held at their estimates, and the values of its parameters in its order.
+pub fn identified_machine(path: &Path, identified: &Identification, loaded: &Loaded) -> Result<(Machine, Vec<f64>), String> {
+    let own = identified_values(path, identified, &loaded.config)?;
+    let machine = held_at(&loaded.config.machine, &loaded.set.nuts_m(), &tolerances(identified)).map_err(told)?;
+    let further = machine.parameters.iter().skip(own.len()).map(|p| p.start);
+    let values = own.iter().copied().chain(further).collect();
+    Ok((machine, values))
+}
+
+/// Estimates of its tolerances by name.
+pub fn tolerances(identified: &Identification) -> BTreeMap<String, f64> {
+    identified.tolerances.iter().map(|(name, row)| (name.clone(), row.value)).collect()
 }
 
 /// Identified values of all parameters of a configured machine, in its order.

@@ -9,9 +9,8 @@ use machine::{Machine, Prior};
 use measurement::{Line, MeasurementSet};
 use numeric::statistics::{root_mean_square, root_mean_square_of_parts, root_sum_square};
 use numeric::unit::omega_rad_s;
-use report::document::{
-    BasinRow, BootstrapRow, CombinationRow, FrfRow, LonePeak, OrderRow, ParameterRow, PositionRow, PriorRow, ToleranceRow,
-};
+use report::certainty::{BasinRow, BootstrapRow, CombinationRow, PriorRow, ToleranceRow};
+use report::document::{FrfRow, LonePeak, OrderRow, ParameterRow, PositionRow};
 
 /// Parameters by id, with the gain where amplitudes were compared.
 pub fn parameters(machine: &Machine, found: &Identification) -> BTreeMap<String, ParameterRow> {

@@ -17,7 +17,7 @@ pub struct ToleranceFile {
     shear_modulus: Option<f64>,
     /// What each end of a shaft lacks of its whole section, in diameters of length, give or take half of it (0.35).
     end_diameters: Option<f64>,
-    /// Length over which a nut holds its screw (0.35).
+    /// Length over which a nut holds its screw, of the usual one (0.5).
     nut_length: Option<f64>,
     /// The largest mass (0.01).
     mass: Option<f64>,
@@ -58,7 +58,9 @@ impl ToleranceFile {
                 Some(number) if (0.0..=most).contains(&number) => *value = number,
                 Some(number) => {
                     let usual = *value;
-                    return Err(format!("tolerance.{key}: is {number}; write a number from 0 to {most} (usually {usual}), or leave it out"));
+                    return Err(format!(
+                        "tolerance.{key}: is {number}; write a number from 0 to {most} (usually {usual}), or leave it out"
+                    ));
                 }
             }
         }

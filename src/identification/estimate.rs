@@ -1,6 +1,7 @@
 //! From data to estimates, whatever the data: search, repeats, certainty.
 
 use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
 
 use super::bootstrap::{Bootstrap, Drawn, bootstrap};
 use super::combination::{Combination, combinations};
@@ -51,7 +52,7 @@ pub(super) struct Estimation {
 }
 
 /// A minimum of χ² that the data do not tell from the least one.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Basin {
     /// Place of the free parameters, and of what is fitted along.
     pub place: Vec<f64>,
@@ -68,7 +69,7 @@ const AT_BOUND: f64 = 1e-3;
 
 /// Least squares from a place nearby, the gain its last coordinate.
 fn polished_near<P: Problem>(problem: &P, near: &[f64], control: &Control) -> (Found, Vec<f64>) {
-    let polished = problem.squares(None, |squares| least_squares(squares, near, &[], POLISH, control.stop()));
+    let polished = problem.squares(None, |squares| least_squares(squares, &problem.restarted(near), &[], POLISH, control.stop()));
     let (place, cost) = (polished.place[..problem.dimension()].to_vec(), polished.normal.chi_square);
     let (trace, population) = (Vec::new(), Vec::new());
     let found = Found { place, cost, evaluations: polished.evaluations, generations: 0, trace, population, complete: !control.stopped() };
@@ -105,6 +106,20 @@ fn searches<P: Problem>(problem: &P, plan: &Plan, control: &Control) -> Vec<(Rep
     begun.into_par_iter().enumerate().map(|(repeat, begun)| begun.unwrap_or_else(|found| polished(repeat, found))).collect()
 }
 
+/// Searches, or one from nearby where the plan says so, with the ends of each; the deepest first.
+fn runs<P: Problem>(problem: &P, plan: &Plan, control: &Control) -> (Vec<Repeat>, Vec<Vec<End>>) {
+    let mut runs = match &plan.near {
+        Some(near) => {
+            let (found, place) = control.kept("polish", || polished_near(problem, near, control));
+            let end = End { cost: found.cost, place };
+            vec![(Repeat { seed: plan.seed, found }, vec![end])]
+        }
+        None => searches(problem, plan, control),
+    };
+    runs.sort_by(|a, b| a.0.found.cost.total_cmp(&b.0.found.cost));
+    runs.into_iter().unzip()
+}
+
 /// A problem with more that is free and more that is uncertain, and where to begin in it: intervals are told there.
 pub(super) type Wider<P> = Option<(P, Vec<f64>)>;
 
@@ -122,35 +137,35 @@ pub(super) fn estimate<P: Problem>(
     if free.is_empty() {
         return Err(ObjectiveError::Data("no parameter is left to identify; freeze fewer, or give one fit = \"always\"".into()));
     }
-    let mut runs = match &plan.near {
-        Some(near) => {
-            let (found, place) = control.kept("polish", || polished_near(problem, near, control));
-            let end = End { cost: found.cost, place };
-            vec![(Repeat { seed: plan.seed, found }, vec![end])]
-        }
-        None => searches(problem, plan, control),
+    let (repeats, ends) = runs(problem, plan, control);
+    let unknowns = ends[0][0].place.len();
+    let freedom = problem.observations().saturating_sub(unknowns);
+    let widening = |place: &[f64]| {
+        let chi_square = problem.squares(None, |squares| squares.chi_square(place));
+        let misfit = if freedom > 0 { (chi_square / freedom as f64).max(1.0) } else { 1.0 };
+        (chi_square, misfit, problem.colour(place).max(1.0))
     };
-    runs.sort_by(|a, b| a.0.found.cost.total_cmp(&b.0.found.cost));
-    let place = runs[0].1[0].place.clone();
-    let (repeats, ends): (Vec<Repeat>, Vec<Vec<End>>) = runs.into_iter().unzip();
+    let (_, misfit, colour) = widening(&ends[0][0].place);
+    let weak = problem.weakened(misfit * colour);
+    let mut basins = basins(&ends, free.len(), CHI_SQUARE_95 * misfit * colour);
+    if let Some(weak) = &weak {
+        basins = control.kept("weakened", || settled(weak, basins, free.len(), control));
+    }
+    let place = basins[0].place.clone();
     let values = problem.values(&place);
     let gain = problem.gain_at(&place);
-    let unknowns = place.len();
-    let normal = problem.squares(None, |squares| squares.normal(&place));
-    let chi_square = normal.chi_square;
-    let freedom = problem.observations().saturating_sub(unknowns);
-    let misfit = if freedom > 0 { (chi_square / freedom as f64).max(1.0) } else { 1.0 };
-    let colour = problem.colour(&place).max(1.0);
+    let (chi_square, misfit, colour) = widening(&place);
     // Eq. 26 is no likelihood: its minimum tells no intervals.
     let tells = problem.is_likelihood();
-    let inflation = misfit * colour;
+    let inflation = if weak.is_some() { 1.0 } else { misfit * colour };
     let wider = if tells && plan.profile { wider(&place)? } else { None };
-    let (told, basins) = match &wider {
+    let told = match &wider {
         Some((wider, from)) => {
             let end = wider.squares(None, |squares| least_squares(squares, from, &[], POLISH, control.stop()));
-            (wider, vec![Basin { place: end.place, cost: end.normal.chi_square, searches: 1 }])
+            basins = vec![Basin { place: end.place, cost: end.normal.chi_square, searches: 1 }];
+            wider
         }
-        None => (problem, basins(&ends, free.len(), CHI_SQUARE_95 * inflation)),
+        None => weak.as_ref().unwrap_or(problem),
     };
     let shares: Vec<f64> = told.free().iter().map(|i| counted(&machine.parameters[*i])).collect();
     let information = told.squares(None, |squares| squares.normal(&basins[0].place).information);
@@ -183,37 +198,11 @@ pub(super) fn estimate<P: Problem>(
         (end(intervals[free.len()].0), end(intervals[free.len()].1))
     });
     warnings.extend(tells.then(|| widened(chi_square, freedom, misfit, colour)).into_iter().flatten());
-    let combined = told.free();
-    let described: Vec<&Parameter> = combined.iter().map(|i| &machine.parameters[*i]).collect();
-    let here = &basins[0];
-    let told_values = told.values(&here.place);
-    let valley = |column: usize, by: f64| {
-        let mut moved = here.place.clone();
-        moved[column] = (moved[column] + by).clamp(0.0, 1.0);
-        let held: Vec<bool> = (0..moved.len()).map(|i| i == column).collect();
-        let polished = told.squares(None, |squares| least_squares(squares, &moved, &held, POLISH, control.stop()));
-        let rise = polished.normal.chi_square - here.cost;
-        let all = told.values(&polished.place);
-        (rise < CHI_SQUARE_95 * inflation).then(|| combined.iter().map(|i| all[*i]).collect())
-    };
-    let values_combined: Vec<f64> = combined.iter().map(|i| told_values[*i]).collect();
-    let mut combinations =
-        if tells && plan.profile { combinations(&described, &values_combined, &whole, valley) } else { Vec::new() };
-    combinations.iter_mut().for_each(|c| c.parameters = (combined[c.parameters.0], combined[c.parameters.1]));
-    if let Some(u) = gain_column.map(|at| place[at]).filter(|u| !(AT_BOUND..=1.0 - AT_BOUND).contains(u)) {
-        let end = if u < 0.5 { GAIN_RANGE.0 } else { GAIN_RANGE.1 };
-        warnings.push(format!("the gain lies at an end of its range, {end:e}: check the units of the set, or state the gain"));
-    }
+    let combinations = if tells && plan.profile { combined(told, machine, (&basins[0], &whole), inflation, control) } else { Vec::new() };
+    warnings.extend(gain_column.and_then(|at| gain_at_end(place[at])));
     let complete = !control.stopped() && repeats.len() == plan.repeats.max(1) && repeats.iter().all(|r| r.found.complete);
     let agree = (complete && repeats.len() > 1).then(|| agreement(&repeats, &certainty, free.len()));
-    if agree == Some(false) {
-        let worst = repeats.last().map_or(0.0, |r| r.found.cost);
-        warnings.push(format!(
-            "the {} searches do not agree (cost {:.6} to {worst:.6}): raise --repeats",
-            repeats.len(),
-            repeats[0].found.cost
-        ));
-    }
+    warnings.extend((agree == Some(false)).then(|| disagreement(&repeats)));
     Ok(Estimation {
         gain_identifiable: gain_column.filter(|_| tells).and(certainty.identifiable.get(free.len()).copied()),
         place,
@@ -236,18 +225,67 @@ pub(super) fn estimate<P: Problem>(
     })
 }
 
+/// Minima once the data count as little as the model's error asks for: priors must hold against that, too. The deepest first.
+fn settled<P: Problem>(weak: &P, basins: Vec<Basin>, free: usize, control: &Control) -> Vec<Basin> {
+    let settle = |basin: Basin| {
+        let polished = weak.squares(None, |squares| least_squares(squares, &basin.place, &[], POLISH, control.stop()));
+        Basin { place: polished.place, cost: polished.normal.chi_square, ..basin }
+    };
+    let mut ends: Vec<Basin> = basins.into_par_iter().map(settle).collect();
+    ends.sort_by(|a, b| a.cost.total_cmp(&b.cost));
+    let least = ends[0].cost;
+    let mut apart: Vec<Basin> = Vec::new();
+    for end in ends.into_iter().filter(|end| end.cost - least <= CHI_SQUARE_95) {
+        if apart.iter().all(|other| !same(&other.place, &end.place, free)) {
+            apart.push(end);
+        }
+    }
+    apart
+}
+
+/// Whether two places are of one minimum.
+fn same(a: &[f64], b: &[f64], free: usize) -> bool {
+    a[..free].iter().zip(b).all(|(a, b)| (a - b).abs() < ASUNDER)
+}
+
+/// Combinations that the data see about a minimum.
+fn combined<P: Problem>(
+    problem: &P,
+    machine: &Machine,
+    (here, certainty): (&Basin, &Certainty),
+    inflation: f64,
+    control: &Control,
+) -> Vec<Combination> {
+    let free = problem.free();
+    let described: Vec<&Parameter> = free.iter().map(|i| &machine.parameters[*i]).collect();
+    let of = |place: &[f64]| -> Vec<f64> {
+        let all = problem.values(place);
+        free.iter().map(|i| all[*i]).collect()
+    };
+    let valley = |column: usize, by: f64| {
+        let mut moved = here.place.clone();
+        moved[column] = (moved[column] + by).clamp(0.0, 1.0);
+        let held: Vec<bool> = (0..moved.len()).map(|i| i == column).collect();
+        let polished = problem.squares(None, |squares| least_squares(squares, &moved, &held, POLISH, control.stop()));
+        (polished.normal.chi_square - here.cost < CHI_SQUARE_95 * inflation).then(|| of(&polished.place))
+    };
+    let mut found = combinations(&described, &of(&here.place), certainty, valley);
+    found.iter_mut().for_each(|c| c.parameters = (free[c.parameters.0], free[c.parameters.1]));
+    found
+}
+
 /// How far apart in some coordinate two ends are two minima.
 const ASUNDER: f64 = 0.02;
 
 /// The minima among ends of searches that lie within a rise of χ² above the least one, the best first.
 fn basins(searches: &[Vec<End>], free: usize, rise: f64) -> Vec<Basin> {
-    let mut ends: Vec<(usize, &End)> = searches.iter().enumerate().flat_map(|(search, ends)| ends.iter().map(move |end| (search, end))).collect();
+    let mut ends: Vec<(usize, &End)> =
+        searches.iter().enumerate().flat_map(|(search, ends)| ends.iter().map(move |end| (search, end))).collect();
     ends.sort_by(|a, b| a.1.cost.total_cmp(&b.1.cost));
     let least = ends.first().map_or(0.0, |(_, end)| end.cost);
     let mut basins: Vec<(Basin, Vec<usize>)> = Vec::new();
     for (search, end) in ends.into_iter().filter(|(_, end)| end.cost - least <= rise) {
-        let same = |basin: &Basin| basin.place[..free].iter().zip(&end.place).all(|(a, b)| (a - b).abs() < ASUNDER);
-        match basins.iter_mut().find(|(basin, _)| same(basin)) {
+        match basins.iter_mut().find(|(basin, _)| same(&basin.place, &end.place, free)) {
             Some((_, by)) if by.contains(&search) => {}
             Some((_, by)) => by.push(search),
             None => basins.push((Basin { place: end.place.clone(), cost: end.cost, searches: 1 }, vec![search])),
@@ -294,6 +332,19 @@ fn widened(chi_square: f64, freedom: usize, misfit: f64, colour: f64) -> Vec<Str
         )
     };
     (misfit > 2.0).then(differ).into_iter().chain((colour > 2.0).then(follows)).collect()
+}
+
+/// What to say of an unknown gain at an end of its range.
+fn gain_at_end(place: f64) -> Option<String> {
+    let end = if place < 0.5 { GAIN_RANGE.0 } else { GAIN_RANGE.1 };
+    let at_end = !(AT_BOUND..=1.0 - AT_BOUND).contains(&place);
+    at_end.then(|| format!("the gain lies at an end of its range, {end:e}: check the units of the set, or state the gain"))
+}
+
+/// What to say of searches that do not agree.
+fn disagreement(repeats: &[Repeat]) -> String {
+    let worst = repeats.last().map_or(0.0, |r| r.found.cost);
+    format!("the {} searches do not agree (cost {:.6} to {worst:.6}): raise --repeats", repeats.len(), repeats[0].found.cost)
 }
 
 fn shortage(observations: usize, unknowns: usize) -> Vec<String> {

@@ -21,5 +21,5 @@ pub use design::{Candidate, Choice, Design, FrfPlan};
 pub use estimate::{Basin, Estimate};
 pub use plan::{Plan, Repeat};
 pub use run::{DerivedEstimate, Identification, identify};
-pub use tolerance::{ToleranceEstimate, held_at};
+pub use tolerance::{ToleranceEstimate, channels_of, held_at, tolerances_at};
 pub use uncertainty::{Certainty, NARROWING, RANGE_SD, certainty, counted};

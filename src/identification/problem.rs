@@ -45,6 +45,12 @@ pub trait Problem: Cost {
     fn settings(&self, usual: SearchSettings) -> SearchSettings;
     /// Ends a search: the deepest places found, the best first, and the evaluations spent.
     fn polish(&self, found: &Found, control: &Control) -> (Vec<End>, u64);
+    /// A place of other data of the same set as a start here: free parameters and tolerances of the description as they are, what belongs to the data anew.
+    fn restarted(&self, near: &[f64]) -> Vec<f64>;
+    /// The same with the variance of the data so many times as large, what is known beforehand as it is; `None` where nothing is fitted along.
+    fn weakened(&self, variance: f64) -> Option<Self>
+    where
+        Self: Sized;
     /// Whether χ² is a likelihood.
     fn is_likelihood(&self) -> bool;
     /// By how much neighbouring residuals that belong together enlarge the variance; 1 for independent ones.
@@ -114,6 +120,12 @@ impl Problem for ModeObjective<'_> {
         let (place, cost, last) = simplex(self, (&place, cost), LAST, control);
         (vec![End { place: self.extended(&place), cost }], spent + last)
     }
+    fn weakened(&self, _variance: f64) -> Option<Self> {
+        None
+    }
+    fn restarted(&self, near: &[f64]) -> Vec<f64> {
+        self.extended(&near[..self.free.len().min(near.len())])
+    }
     fn is_likelihood(&self) -> bool {
         self.is_likelihood()
     }
@@ -181,12 +193,18 @@ impl Problem for FrfObjective<'_> {
                 deepest.push(end);
             }
         }
-        let all: Vec<Polished> =
-            deepest.par_iter().map(|end| least_squares(self, &end.place, &[], STEPS, control.stop())).collect();
+        let all: Vec<Polished> = deepest.par_iter().map(|end| least_squares(self, &end.place, &[], STEPS, control.stop())).collect();
         spent += all.iter().map(|p| p.evaluations).sum::<u64>();
         let mut ends: Vec<End> = all.into_iter().map(|p| End { place: p.place, cost: p.normal.chi_square }).collect();
         ends.sort_by(|a, b| a.cost.total_cmp(&b.cost));
         (ends, spent)
+    }
+    fn weakened(&self, variance: f64) -> Option<Self> {
+        let lines: Vec<Vec<f64>> = self.lines().iter().map(|count| vec![1.0 / variance; *count]).collect();
+        (self.has_priors() && variance > 1.0).then(|| self.resampled(&lines))
+    }
+    fn restarted(&self, near: &[f64]) -> Vec<f64> {
+        self.extended(&near[..self.free.len().min(near.len())])
     }
     fn is_likelihood(&self) -> bool {
         true

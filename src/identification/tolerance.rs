@@ -3,9 +3,11 @@
 use std::collections::BTreeMap;
 
 use crate::Plan;
+use crate::certainty;
 use crate::objective::{Channel, FrfObjective, FrfSettings, ModeObjective, ObjectiveError};
 use machine::{FitRule, Machine, MachineError, Prior};
 use measurement::{FitSet, MeasurementSet, Tolerance};
+use optimizer::LeastSquares;
 
 /// A number that the description or the measurement states to a tolerance, and its estimate.
 #[derive(Debug, Clone, PartialEq)]
@@ -58,13 +60,19 @@ impl FrfSettings {
     }
 }
 
+/// Estimates of all tolerances of an objective at a place that is its minimum.
+pub fn tolerances_at(objective: &FrfObjective<'_>, set: &MeasurementSet, place: &[f64]) -> Vec<ToleranceEstimate> {
+    let information = LeastSquares::normal(objective, place).information;
+    estimates(objective, set, place, &certainty(&information, 1.0, &[]).sd)
+}
+
 /// Estimates of all tolerances of an objective at a place, with the standard deviation of each coordinate.
-pub fn estimates(objective: &FrfObjective<'_>, set: &MeasurementSet, place: &[f64], sd: &[f64]) -> Vec<ToleranceEstimate> {
+pub(super) fn estimates(objective: &FrfObjective<'_>, set: &MeasurementSet, place: &[f64], sd: &[f64]) -> Vec<ToleranceEstimate> {
     let machine = objective.machine();
     let values = objective.parameters(place);
-    let described = objective.free.iter().enumerate().skip(objective.own).filter_map(|(column, &index)| {
+    let described = objective.free.iter().enumerate().filter_map(|(column, &index)| {
         let parameter = &machine.parameters[index];
-        let prior = parameter.prior?;
+        let prior = parameter.prior.filter(|_| parameter.is_tolerance())?;
         let slope = parameter.unit_slope(values[index]) * prior.slope(values[index]) * prior.sd();
         Some(ToleranceEstimate {
             name: parameter.name().into(),
@@ -96,7 +104,7 @@ pub fn estimates(objective: &FrfObjective<'_>, set: &MeasurementSet, place: &[f6
     let several = objective.channels_at(place);
     if sd.len() >= first + 2 * several.len() {
         for (at, Channel { response, excitation, log_gain, delay_s }) in several.iter().enumerate() {
-            let channel = format!("{}/{}", machine.points[*response].name, machine.points[*excitation].name);
+            let channel = channel_name(&machine.points[*response].name, &machine.points[*excitation].name);
             let of = |column: usize, prior: f64| sd[first + 2 * at + column] * objective.span() * prior;
             let both = [
                 normal(format!("gain of {channel}"), "1", known.gain, *log_gain, of(0, known.gain)),
@@ -157,7 +165,8 @@ pub fn mode_columns(
     Ok(columns)
 }
 
-/// A machine with its tolerances at estimated values, held there: what predictions are made with.
+/// A machine with its tolerances at estimated values, held there: what predictions are made with. `nuts_m` (m) are the nut positions of the set that they
+/// were estimated on.
 ///
 /// # Errors  as [`Machine::with_tolerances`].
 pub fn held_at(machine: &Machine, nuts_m: &[f64], values: &BTreeMap<String, f64>) -> Result<Machine, MachineError> {
@@ -172,4 +181,27 @@ pub fn held_at(machine: &Machine, nuts_m: &[f64], values: &BTreeMap<String, f64>
         parameter.fit = FitRule::Never;
     }
     Ok(fitted)
+}
+
+/// Gain and delay of every channel among estimated values of tolerances.
+pub fn channels_of(machine: &Machine, values: &BTreeMap<String, f64>) -> Vec<Channel> {
+    let points = || machine.points.iter().enumerate();
+    let pairs =
+        points().flat_map(|(response, a)| points().map(move |(excitation, b)| (response, excitation, channel_name(&a.name, &b.name))));
+    pairs
+        .filter_map(|(response, excitation, name)| {
+            let of = |what: &str| values.get(&format!("{what} of {name}")).copied();
+            let (log_gain, delay_s) = (of("gain"), of("delay"));
+            (log_gain.is_some() || delay_s.is_some()).then(|| Channel {
+                response,
+                excitation,
+                log_gain: log_gain.unwrap_or(0.0),
+                delay_s: delay_s.unwrap_or(0.0),
+            })
+        })
+        .collect()
+}
+
+fn channel_name(response: &str, excitation: &str) -> String {
+    format!("{response}/{excitation}")
 }

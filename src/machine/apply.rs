@@ -113,14 +113,28 @@ impl Machine {
     fn linear_values(&self) -> impl Iterator<Item = &Value> {
         let points = self.points.iter().map(|p| &p.inertia);
         let shafts = self.shafts.iter().flat_map(|s| {
-            [&s.length, &s.diameter, &s.bore_ratio, &s.youngs_modulus, &s.shear_modulus, &s.density, &s.loss_factor, &s.beside_nut, &s.aside_of_nut]
+            [
+                &s.length,
+                &s.diameter,
+                &s.bore_ratio,
+                &s.youngs_modulus,
+                &s.shear_modulus,
+                &s.density,
+                &s.loss_factor,
+                &s.beside_nut,
+                &s.aside_of_nut,
+            ]
         });
         let joints = self
             .joints
             .iter()
             .flat_map(|j| [&j.stiffness, &j.damping, &j.loss_factor, &j.integral_rate].into_iter().chain(j.relaxation_stiffness.as_ref()));
         let levers = self.chain.levers.iter().flat_map(|l| [&l.read, &l.struck]);
-        points.chain(shafts).chain(joints).chain([&self.chain.gain, &self.chain.delay, &self.chain.power, &self.loss_dispersion]).chain(levers)
+        points
+            .chain(shafts)
+            .chain(joints)
+            .chain([&self.chain.gain, &self.chain.delay, &self.chain.power, &self.loss_dispersion])
+            .chain(levers)
     }
 
     fn values(&self) -> impl Iterator<Item = &Value> {
@@ -149,7 +163,8 @@ impl Machine {
         });
         let drive = self.drive.iter_mut().flat_map(super::Drive::values_mut).map(|(_, value)| value);
         let super::Chain { gain, delay, power, levers } = &mut self.chain;
-        let chain = [gain, delay, power, &mut self.loss_dispersion].into_iter().chain(levers.iter_mut().flat_map(|l| [&mut l.read, &mut l.struck]));
+        let chain =
+            [gain, delay, power, &mut self.loss_dispersion].into_iter().chain(levers.iter_mut().flat_map(|l| [&mut l.read, &mut l.struck]));
         points.chain(shafts).chain(joints).chain(drive).chain(chain)
     }
 

@@ -139,8 +139,12 @@ impl Machine {
             }
             Target::ShaftShearModulus(_) => vec![&mut shaft?.shear_modulus],
             Target::Gap(_) => joints?.into_iter().map(|j| &mut j.gap).collect(),
-            Target::Friction(_, key) => joints?.into_iter().map(|j| keyed(&part, key, j.friction.values_mut())).collect::<Result<_, _>>()?,
-            Target::LeadError(_, key) => joints?.into_iter().map(|j| keyed(&part, key, j.lead_error.values_mut())).collect::<Result<_, _>>()?,
+            Target::Friction(_, key) => {
+                joints?.into_iter().map(|j| keyed(&part, key, j.friction.values_mut())).collect::<Result<_, _>>()?
+            }
+            Target::LeadError(_, key) => {
+                joints?.into_iter().map(|j| keyed(&part, key, j.lead_error.values_mut())).collect::<Result<_, _>>()?
+            }
             Target::Drive(key) => {
                 let drive = self.drive.as_mut().ok_or_else(|| fault(&part, "the machine has no drive"))?;
                 vec![keyed(&part, key, drive.values_mut())?]

@@ -139,9 +139,9 @@ impl MeasurementSet {
 fn tolerance(file: &ToleranceFile) -> Result<Tolerance, String> {
     let ordinary = Tolerance::default();
     let known = |key: &str, stated: Option<f64>, ordinary: f64, most: f64| match stated {
-        Some(sd) if !(0.0..=most).contains(&sd) => Err(format!(
-            "tolerance.{key}: is {sd}; write a standard deviation from 0 to {most} (usually {ordinary:e}), or leave it out"
-        )),
+        Some(sd) if !(0.0..=most).contains(&sd) => {
+            Err(format!("tolerance.{key}: is {sd}; write a standard deviation from 0 to {most} (usually {ordinary:e}), or leave it out"))
+        }
         stated => Ok(stated.unwrap_or(ordinary)),
     };
     Ok(Tolerance {

@@ -32,7 +32,7 @@ mod sizing;
 mod tests;
 
 pub use case::{
-    Case, Counts, Exact, Gap, HammerTest, Kind, Label, Layout, Ordinary, Plan, Slot, Strength, generate, generate_one, labels_json, ordinary,
-    write_case,
+    Case, Counts, Exact, Gap, HammerTest, Kind, Label, Layout, Ordinary, Plan, Slot, Strength, generate, generate_one, labels_json,
+    ordinary, write_case,
 };
 pub use error::TruthError;

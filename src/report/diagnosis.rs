@@ -5,8 +5,10 @@ use std::collections::BTreeMap;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use super::certainty::ToleranceRow;
 use super::document::Stamp;
 use super::motion_row::MotionRows;
+use super::table::moved_tolerances;
 use super::terminal::{columns, figure, wrapped};
 
 /// `diagnosis.json`.
@@ -53,6 +55,9 @@ pub struct Diagnosis {
     /// Parameters of the machine as described, at its fit.
     #[serde(default)]
     pub described: BTreeMap<String, f64>,
+    /// Tolerances as fitted with what is chosen, by name; empty where they were held.
+    #[serde(default)]
+    pub tolerances: BTreeMap<String, ToleranceRow>,
     /// What motion records say beside.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub motion: Option<MotionRows>,
@@ -368,6 +373,9 @@ pub fn diagnosis_text(document: &Diagnosis) -> String {
     text += &columns(&["interface", "shape", "χ² taken", "held-out gap"].map(String::from), rows.into_iter());
     for ratio in &document.ratio {
         text += &wrapped(&format!("measured over modelled, {}: {}", ratio.channel, ratio.looks_like));
+    }
+    if let Some(moved) = moved_tolerances(&document.tolerances) {
+        text += &format!("\n{moved}");
     }
     text
 }

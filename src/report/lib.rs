@@ -1,5 +1,6 @@
 //! Saying it: result documents with their provenance, written whole or not at all, and tables for the terminal.
 
+pub mod certainty;
 mod claim;
 pub mod diagnosis;
 pub mod document;
@@ -13,13 +14,14 @@ mod schema;
 pub mod simulation;
 mod table;
 mod terminal;
+
 mod write;
 
 pub use numeric::digest::digest;
 pub use schema::{SCHEMAS, schema};
 pub use table::{
-    bootstrap_table, derived_table, frfs_table, gap_summary_table, gaps_table, objectives_table, parameters_table, peaks_table, plan_table,
-    positions_table, summary_table,
+    bootstrap_table, derived_table, frfs_table, gap_summary_table, gaps_table, moved_tolerances, objectives_table, parameters_table,
+    peaks_table, plan_table, positions_table, summary_table,
 };
 pub use terminal::{columns, wrapped};
 pub use write::{OutputFolder, to_json};

@@ -4,7 +4,8 @@ use std::collections::BTreeMap;
 
 use numeric::statistics::median;
 
-use super::document::{BootstrapRow, ChoiceRow, Comparison, FrfRow, Objectives, ParameterRow, Peaks, Plan, PositionRow};
+use super::certainty::{BootstrapRow, PriorRow, ToleranceRow};
+use super::document::{ChoiceRow, Comparison, FrfRow, Objectives, ParameterRow, Peaks, Plan, PositionRow};
 use super::terminal::{figure, percent, plain, range, table, wrapped};
 
 /// Parameters with interval and verdict (Tab. 3 and 5 of Tian et al.).
@@ -20,6 +21,46 @@ pub fn parameters_table(parameters: &BTreeMap<String, ParameterRow>) -> String {
         out.add_row([id.clone(), figure(p.value), p.unit.clone(), interval, seen.into()]);
     }
     plain(&out)
+}
+
+/// A number to three digits.
+fn short(x: f64) -> String {
+    match x.abs() {
+        0.0 => "0".into(),
+        size if !(1e-3..1e3).contains(&size) => format!("{x:.1e}"),
+        size => format!("{x:.*}", (2.0 - size.log10().floor()) as usize),
+    }
+}
+
+/// Cells of a tolerance: name, unit, what is stated, the estimate with its standard deviation, and how far it moved. Of a log-normal one the standard
+/// deviations are factors.
+pub fn tolerance_cells((name, row): (&String, &ToleranceRow)) -> [String; 5] {
+    let PriorRow { mean, sd, kind } = &row.prior;
+    let within = |middle: f64, sd: f64| match kind == "log-normal" {
+        true => format!("{} ×÷ {}", short(middle), short(sd.exp())),
+        false => format!("{} ± {}", short(middle), short(sd)),
+    };
+    [name.clone(), row.unit.clone(), within(*mean, *sd), within(row.value, row.sd), format!("{:+.1} sd", row.deviation())]
+}
+
+/// Heads of [`tolerance_cells`].
+pub const TOLERANCE_HEADS: [&str; 5] = ["Tolerance", "Unit", "Stated", "Found", "Moved by"];
+
+/// Tolerances that were fitted along: how many, and those that moved by more than their standard deviation. `None` where none was.
+pub fn moved_tolerances(tolerances: &BTreeMap<String, ToleranceRow>) -> Option<String> {
+    if tolerances.is_empty() {
+        return None;
+    }
+    let moved = || tolerances.iter().filter(|(_, row)| row.deviation().abs() > 1.0);
+    let head = format!("{} tolerances were fitted along, ", tolerances.len());
+    if moved().next().is_none() {
+        return Some(wrapped(&(head + "none moved by more than its standard deviation")));
+    }
+    let mut out = table(TOLERANCE_HEADS);
+    moved().for_each(|each| {
+        out.add_row(tolerance_cells(each));
+    });
+    Some(wrapped(&(head + "those that moved by more than their standard deviation:")) + &plain(&out))
 }
 
 /// Measured and predicted frequencies in the layout of Tab. 4 and 6–9 of Tian et al.

@@ -104,6 +104,7 @@ fn to_document(
         residual_map: Vec::new(),
         delta_z: Vec::new(),
         motion: Some(motion_rows(loaded, (fit, held_out), found)?),
+        tolerances: BTreeMap::new(),
         effects: list_effects(found, effects),
         chosen: document::Chosen {
             id: chosen.0.id.clone(),

@@ -17,6 +17,7 @@ use diagnosis::{
     Ablation, Diagnosis, Domain, Fitted, Hypothesis, Kind, Part, Settings, closed, closed_interval, diagnose, fitter, floor_over, gap_over,
     gaps_by_mode, peak_errors, values_of,
 };
+use identification::ToleranceEstimate;
 use identification::objective::FrfObjective;
 use machine::{Data, Effect};
 use measurement::{FitSet, HoldOutSet};
@@ -47,7 +48,10 @@ pub fn run(given: &DiagnoseArguments, loaded: &Loaded) -> CommandResult {
     }
     let folder = prepare(&given.output)?;
     let domain = plan.frf.map_or(Domain::Modes(plan.settings), Domain::Frf);
-    let ablated: Vec<Ablation> = given.ablate.iter().map(|part| part.ablation()).collect();
+    let mut ablated: Vec<Ablation> = given.ablate.iter().map(|part| part.ablation()).collect();
+    if !plan.tolerances {
+        ablated.push(Ablation::NoNuisances);
+    }
     let fitter = fitter(&fit, domain, &plan.frozen, &ablated);
     let cache = cache_file(given, loaded, &effects, &fit);
     let null = cache.as_ref().and_then(|(folder, file)| found_in(&std::fs::read_to_string(folder.join(file)).ok()?, file));
@@ -90,7 +94,7 @@ fn cache_file(given: &DiagnoseArguments, loaded: &Loaded, effects: &[Effect], fi
         given.search.seed,
         given.search.frf_model_error
     );
-    key += &format!("{:?} {:?}", given.ablate, build());
+    key += &format!("{:?} {:?} {:?}", given.ablate, given.search.tolerances, build());
     // What the effects are, not their names alone: ranges count, too.
     key += &format!("{effects:?}");
     // The data, too: nulls are drawn about the machine that is fitted to them.
@@ -121,7 +125,7 @@ fn to_document(
     let names = |positions: &[usize], frfs: &[usize]| rows::names(&loaded.set, positions, frfs, whole);
     let before = gap_over(&found.held_out);
     let map = residual_map(loaded, (fit, held_out), found)?;
-    let mut warnings = Vec::new();
+    let mut warnings: Vec<String> = found.tolerances.iter().filter_map(ToleranceEstimate::warning).collect();
     if !whole {
         warnings.push("natural frequencies and amplitudes alone: dampings and shapes are hardly seen, so that much that FRFs tell apart stays together".into());
     }
@@ -151,6 +155,7 @@ fn to_document(
         residual_map: map,
         delta_z: delta_z(found),
         motion: None,
+        tolerances: rows::tolerances(&found.tolerances),
         effects: list_effects(found, interval, effects),
         described: {
             let (hypothesis, fitted) = &found.described;

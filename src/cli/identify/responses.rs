@@ -11,7 +11,7 @@ use identification::objective::ObjectiveError;
 use identification::validation::left_out;
 use identification::{Identification, identify};
 use report::document::{self, Settings};
-use report::{bootstrap_table, derived_table, frfs_table, parameters_table, positions_table, wrapped};
+use report::{bootstrap_table, derived_table, frfs_table, moved_tolerances, parameters_table, positions_table, wrapped};
 
 /// Runs the command.
 pub fn run(given: &IdentifyArguments, loaded: &Loaded) -> CommandResult {
@@ -115,6 +115,10 @@ fn text(loaded: &Loaded, document: &document::Identification, found: &Identifica
     let mut text = format!("{}\n{}\n", loaded.config.machine.title, wrapped(&heading));
     text += &parameters_table(&document.parameters);
     text.push('\n');
+    if let Some(moved) = moved_tolerances(&document.tolerances) {
+        text += &moved;
+        text.push('\n');
+    }
     text += &if document.frfs.is_empty() { positions_table(&document.positions) } else { frfs_table(&document.frfs) };
     text.push('\n');
     if !found.derived.is_empty() {

@@ -12,7 +12,7 @@ use serde::de::DeserializeOwned;
 use self::curves::{Model, Overlay};
 use self::ground::read_again;
 use crate::delivery::{CommandResult, Outcome, told};
-use crate::identified::{check_identification, identified_values};
+use crate::identified::{check_identification, identified_machine, identified_values};
 use crate::motion_records::holds_records_alone;
 use crate::talk;
 use dynamics::model::Rods;
@@ -135,7 +135,9 @@ fn recompute(folder: &Path, identified: &Identification, page: &mut Page) -> Res
     let (fit, _) = set.split(settings.positions.as_deref(), &settings.hold_out).map_err(told)?;
     let gain = identified.parameters.get("gain").map(|g| g.value);
     let model = Model { machine: loaded.config.machine.clone(), values, rods, gain };
-    page.curves = Overlay { set, fit, models: std::slice::from_ref(&model) }.curves()?;
+    let (machine, values) = identified_machine(&path, identified, &loaded)?;
+    let as_fitted = Model { machine, values, rods, gain };
+    page.curves = Overlay { set, fit, models: std::slice::from_ref(&as_fitted) }.curves()?;
     page.shapes = shapes::shapes(set, &model)?;
     Ok(())
 }

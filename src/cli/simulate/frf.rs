@@ -12,7 +12,7 @@ use super::driven::describe_pole;
 use super::operating::{LoadArguments, find_operating, load_warnings, require_positive};
 use crate::arguments::{Output, QuantityName, Sources};
 use crate::delivery::{CommandResult, deliver, prepare, told, warn};
-use crate::identified::{check_identification, identified_values, read_identification};
+use crate::identified::{check_identification, identified_machine, read_identification};
 use crate::sources::{load_again, load_machine, stamp};
 use dynamics::model::{Rods, Structure};
 use dynamics::motion::{Hold, LinearLoops, MotionError, Settings};
@@ -80,7 +80,15 @@ pub fn run(given: &FrfArguments) -> CommandResult {
         None => load_machine(&given.sources)?,
         Some(identified) => load_again(&identified.settings.config, measurements, &identified.stamp, (set, without))?,
     };
-    let machine = &loaded.config.machine;
+    let identified_as = match (&given.result, &identified) {
+        (Some(path), Some(identified)) => {
+            check_identification(path, identified)?;
+            Some(identified_machine(path, identified, &loaded)?)
+        }
+        _ => None,
+    };
+    let (machine, values) = identified_as.unwrap_or_else(|| (loaded.config.machine.clone(), loaded.config.machine.start()));
+    let machine = &machine;
     let point = |own: &Option<String>, set: &Option<String>, key: &str| {
         let name = own.as_ref().or(set.as_ref()).ok_or_else(|| format!("{key}: name a point of the machine"))?;
         machine.point(name).ok_or_else(|| {
@@ -106,13 +114,7 @@ pub fn run(given: &FrfArguments) -> CommandResult {
             }
         }
     }
-    let mut values = machine.start();
-    let mut representation = Rods::Exact;
-    if let (Some(path), Some(identified)) = (&given.result, &identified) {
-        check_identification(path, identified)?;
-        representation = identified.settings.lumps.map_or(Rods::Exact, Rods::Lumped);
-        values = identified_values(path, identified, &loaded.config)?;
-    }
+    let representation = identified.as_ref().and_then(|i| i.settings.lumps).map_or(Rods::Exact, Rods::Lumped);
     let folder = prepare(&given.output)?;
     let quantity = given.quantity.quantity();
     let structure = Arc::new(Structure::new(machine, response, excitation, representation).map_err(told)?);

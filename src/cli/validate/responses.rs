@@ -4,9 +4,11 @@ use std::collections::BTreeMap;
 
 use super::arguments::ValidateArguments;
 use crate::delivery::{CommandResult, deliver, prepare, told, warn};
+use crate::identified::{identified_machine, tolerances};
 use crate::rows;
 use crate::sources::{Loaded, stamp};
 use dynamics::model::Rods;
+use identification::channels_of;
 use identification::objective::{FrfObjective, FrfSettings, MISSING, ModeObjective, ModeSettings, PositionPrediction};
 use measurement::{FitSet, HoldOutSet};
 use report::document::{Identification, Input, Validation};
@@ -20,7 +22,12 @@ pub fn run(
     values: &[f64],
     mut warnings: Vec<String>,
 ) -> CommandResult {
-    let (settings, machine) = (&identified.settings, &loaded.config.machine);
+    let settings = &identified.settings;
+    let (machine, values) = match identified.tolerances.is_empty() {
+        true => (loaded.config.machine.clone(), values.to_vec()),
+        false => identified_machine(&given.result, identified, loaded)?,
+    };
+    let (machine, values) = (&machine, values.as_slice());
     let folder = prepare(&given.output)?;
     let whole_frfs = settings.objective == "frf";
     let same_set = given.measurements.is_none();
@@ -53,6 +60,9 @@ pub fn run(
         let model_error = if settings.frf_model_error > 0.0 { settings.frf_model_error } else { FrfSettings::default().model_error };
         let frf_settings = FrfSettings { rods, band_hz, model_error, ..FrfSettings::default() };
         let objective = FrfObjective::held_out(machine, &held_out, frf_settings).map_err(told)?;
+        // Gain and delay belong to the channels of the set they were estimated on.
+        let channels = if same_set { channels_of(machine, &tolerances(identified)) } else { Vec::new() };
+        let objective = objective.calibrated(&channels);
         let gain = own_gain.unwrap_or_else(|| objective.best_gain(values));
         let mut frfs = Vec::new();
         for gap in objective.gaps(values, gain) {

@@ -169,10 +169,10 @@ impl Network {
                 value.gradient(parameters, operating, |p, d| entries.extend(column[p].map(|c| (Element::Rod(index, number), c, d))));
             }
         }
-        for (index, lever) in machine.chain.levers.iter().enumerate() {
-            for (end, arm) in [(End::Response, &lever.read), (End::Excitation, &lever.struck)] {
-                arm.gradient(parameters, operating, |p, d| entries.extend(column[p].map(|c| (Element::Lever(index, end), c, d))));
-            }
+        let arms =
+            machine.chain.levers.iter().enumerate().flat_map(|(at, l)| [(at, End::Response, &l.read), (at, End::Excitation, &l.struck)]);
+        for (index, end, arm) in arms {
+            arm.gradient(parameters, operating, |p, d| entries.extend(column[p].map(|c| (Element::Lever(index, end), c, d))));
         }
         entries.sort_by_key(|(element, _, _)| *element);
         Sensitivity { entries }
@@ -269,7 +269,11 @@ impl Network {
             Element::Loss(joint) => across(joint) * loss_each(omega, self.dispersion).0 * self.joints[joint].stiffness,
             Element::Dispersion(joint) => {
                 let JointNumbers { stiffness, loss_factor, .. } = self.joints[joint];
-                if loss_factor == 0.0 { Complexes::ZERO } else { across(joint) * (dispersion_each(omega) * Reals::splat(stiffness * loss_factor)) }
+                if loss_factor == 0.0 {
+                    Complexes::ZERO
+                } else {
+                    across(joint) * (dispersion_each(omega) * Reals::splat(stiffness * loss_factor))
+                }
             }
             Element::Rod(..) => Complexes::ZERO,
             Element::Damping(joint) => self.joints[joint].by_damper_each(across(joint), omega) * omega,

@@ -146,8 +146,21 @@ impl<'m> FrfObjective<'m> {
         let own = free.iter().filter(|i| !machine.parameters[**i].is_tolerance()).count();
         let calibration = vec![(0.0, 0.0); channels.len()];
         let (records_yet, gain) = (Vec::new(), set.gain);
-        let empty =
-            FrfObjective { machine, structures, channels, calibration, settings, records: records_yet, gain, nuts, free, own, base, pools, few };
+        let empty = FrfObjective {
+            machine,
+            structures,
+            channels,
+            calibration,
+            settings,
+            records: records_yet,
+            gain,
+            nuts,
+            free,
+            own,
+            base,
+            pools,
+            few,
+        };
         Ok(FrfObjective { records: empty.laid(records), ..empty })
     }
 
@@ -170,6 +183,11 @@ impl<'m> FrfObjective<'m> {
     /// The machine whose parameters are free.
     pub fn machine(&self) -> &Machine {
         self.machine
+    }
+
+    /// Whether anything is known of its coordinates before they are fitted.
+    pub fn has_priors(&self) -> bool {
+        self.nuts + self.free_channels() > 0 || self.free.iter().any(|i| self.machine.parameters[*i].prior.is_some())
     }
 
     /// Whether the gain is estimated along.

@@ -131,7 +131,11 @@ impl FrfObjective<'_> {
             let slope = parameter.unit_slope(value) * prior.slope(value);
             Some(Known { column, deviation: prior.deviation(parameter.start, value), slope })
         });
-        let channels = here.channels.iter().take(self.free_channels()).flat_map(move |(log_gain, delay_s)| [over(*log_gain, gain_sd), over(*delay_s, delay_sd_s)]);
+        let channels = here
+            .channels
+            .iter()
+            .take(self.free_channels())
+            .flat_map(move |(log_gain, delay_s)| [over(*log_gain, gain_sd), over(*delay_s, delay_sd_s)]);
         let own = here.nut_shift_m.iter().map(move |shift_m| shift_m / nut_sd_m).chain(channels);
         let first = self.free.len() + usize::from(self.estimates_gain());
         parameters.chain(own.enumerate().map(move |(at, deviation)| Known { column: first + at, deviation, slope: SPAN }))

@@ -1,6 +1,6 @@
 //! Journals: the thinner ends of a shaft.
 
-use super::{RELATIVE_STOP, size, tolerance};
+use super::number::{RELATIVE_STOP, size, tolerance};
 use crate::point::Point;
 use crate::{Law, Machine, Motion, Place, Prior, Station, Value};
 

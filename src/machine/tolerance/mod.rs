@@ -4,9 +4,11 @@
 //! [`Machine::with_tolerances`] makes them parameters of the machine.
 
 mod journal;
+mod number;
 mod nut;
 
-use super::{FitRule, Joint, Machine, MachineError, Motion, Operating, Parameter, Patch, Prior, Rescale, Scale, Shaft, Target, Value};
+use self::number::{MARK, STOP, loss, relative, size, tolerance};
+use super::{Joint, Machine, MachineError, Motion, Parameter, Patch, Prior, Rescale, Shaft, Target, Value};
 
 /// What a description knows of itself: standard deviations, relative unless stated otherwise. A tolerance of 0 holds its number fixed.
 ///
@@ -24,7 +26,7 @@ pub struct Tolerance {
     pub shear_modulus: f64,
     /// What each end of a shaft lacks of its whole section, in diameters of length; known to half of it.
     pub end_diameters: f64,
-    /// Length of a nut over which it holds its screw.
+    /// Length over which a nut holds its screw, of the usual one.
     pub nut_length: f64,
     /// The largest mass.
     pub mass: f64,
@@ -47,7 +49,7 @@ impl Default for Tolerance {
             youngs_modulus: 0.003,
             shear_modulus: 0.004,
             end_diameters: 0.35,
-            nut_length: 0.35,
+            nut_length: 0.5,
             mass: 0.01,
             inertia: 0.02,
             loss_factor: 0.01,
@@ -64,13 +66,6 @@ impl Default for Tolerance {
 const SHAFT_LOSS: f64 = 1e-3;
 /// Standard deviation of the rate (1/s) of integral action of a servo that holds: it integrates over 20 to 100 ms.
 const INTEGRAL_RATE: f64 = 10.0;
-/// Numerical stop of a tolerance, in standard deviations: far enough out to hold nothing back.
-const STOP: f64 = 20.0;
-/// Numerical stop of a relative change: a number keeps half of itself.
-const RELATIVE_STOP: f64 = 0.5;
-/// First letter of the ids of tolerances, which no description can use.
-const MARK: char = '~';
-
 impl Parameter {
     /// Whether it is one of the tolerances of [`Machine::with_tolerances`].
     pub fn is_tolerance(&self) -> bool {
@@ -81,33 +76,6 @@ impl Parameter {
     pub fn name(&self) -> &str {
         self.id.trim_start_matches(MARK)
     }
-}
-
-fn tolerance(name: String, unit: &str, (start, prior): (f64, Prior), [lower, upper]: [f64; 2]) -> Parameter {
-    let scale = if matches!(prior, Prior::LogNormal(_)) { Scale::Logarithmic } else { Scale::Linear };
-    Parameter {
-        id: format!("{MARK}{name}"),
-        unit: unit.into(),
-        start,
-        lower,
-        upper,
-        scale,
-        fit: FitRule::Always,
-        prior: Some(prior),
-        source: "tolerance of the description".into(),
-    }
-}
-
-/// A relative change of a number.
-fn relative(name: String, sd: f64) -> Parameter {
-    let stop = (STOP * sd).min(RELATIVE_STOP);
-    tolerance(name, "1", (0.0, Prior::Normal(sd)), [-stop, stop])
-}
-
-/// A loss factor around a median.
-fn loss(name: String, median: f64, spread: f64) -> Parameter {
-    let stop = (STOP * spread).min(7.0).exp();
-    tolerance(name, "1", (median, Prior::LogNormal(spread)), [median / stop, median * stop])
 }
 
 impl Machine {
@@ -203,9 +171,4 @@ impl Machine {
         };
         keys.iter().copied().filter(|key| idle(key)).collect()
     }
-}
-
-/// A number at the start values.
-fn size(value: &Value, machine: &Machine) -> f64 {
-    value.at(&machine.start(), &Operating::default())
 }

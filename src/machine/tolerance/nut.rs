@@ -2,15 +2,15 @@
 
 use std::f64::consts::TAU;
 
-use super::{size, tolerance};
+use super::number::{size, tolerance};
 use crate::point::Point;
 use crate::{Joint, Machine, Motion, Operating, Place, Prior, Shaft, Station, Value};
 
 /// Half the distance of the two places at which a nut is taken to hold its screw, in leads: a load spread evenly stretches the screw as one at two places a third
 /// of its length to either side does. Of a nut whose lead is not known, in diameters of the screw.
 ///
-/// # Source  catalogues of ball nuts: two to four loaded turns, preloaded ones in two bodies of so many.
-const HALF_NUT: (f64, f64) = (1.2, 0.5);
+/// # Source  catalogues of ball nuts: two to four loaded turns, preloaded ones in two bodies of so many, in all two to six.
+const HALF_NUT: (f64, f64) = (0.9, 0.4);
 /// The same at most, of the screw's length, and of the distance of a nut to the nearest other station.
 const HALF_NUT_MOST: (f64, f64) = (0.05, 0.3);
 /// Ends of its factor and of where its middle lies: a nut has a length, and ends before the next station.

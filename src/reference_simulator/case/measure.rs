@@ -40,6 +40,8 @@ pub struct Bench {
     pub bias: f64,
     analyser: Analyser,
     answers: Vec<Vec<Answer>>,
+    /// What losses of less dispersion make of each line: a blow in time needs causal ones.
+    settled: Vec<Vec<Vec<Complex64>>>,
 }
 
 impl Bench {
@@ -52,14 +54,15 @@ impl Bench {
 
     fn at(stations: Vec<Station>, subject: &Subject, setting: &Setting, channels: &[Channel], spacing: f64) -> Result<Self, TruthError> {
         let mut error = EstimatorError::default();
+        let causal = &subject.causal();
         for samples in SAMPLES {
             let setting = setting.with_samples(samples);
             let analyser = Analyser::new(setting);
             let kept = setting.kept_lines(spacing);
             let lines_hz = setting.frequencies(&kept);
             let attempt = |stations: &[Station]| -> Result<_, TruthError> {
-                let exact = on_lines(subject, channels, stations, &axis(&lines_hz))?;
-                let answers = answers(subject, channels, stations, &analyser.contour)?;
+                let exact = on_lines(causal, channels, stations, &axis(&lines_hz))?;
+                let answers = answers(causal, channels, stations, &analyser.contour)?;
                 let error = EstimatorError::of(&analyser, &kept, &exact, &answers);
                 Ok((exact, answers, error))
             };
@@ -71,7 +74,12 @@ impl Bench {
             let (exact, answers, largest) = seen;
             error = largest;
             if error.accepted() {
-                return Ok(Self { channels: channels.to_vec(), stations, kept, lines_hz, exact, bias: error.bias, analyser, answers });
+                let mut settled = on_lines(subject, channels, &stations, &axis(&lines_hz))?;
+                let causal_lines = exact.into_iter().flatten().flatten();
+                let kept_exact = settled.clone();
+                settled.iter_mut().flatten().flatten().zip(causal_lines).for_each(|(settled, causal)| *settled /= causal);
+                let (channels, exact) = (channels.to_vec(), kept_exact);
+                return Ok(Self { channels, stations, kept, lines_hz, exact, bias: error.bias, analyser, answers, settled });
             }
         }
         Err(error.refused(setting))
@@ -97,7 +105,9 @@ impl Bench {
         let noise = noise_level(&self.analyser.setting, &self.lines_hz, &self.exact[third][channel]);
         let fault = trouble.and_then(|trouble| trouble.fault(station, channel));
         let mut own = draw.branch((station * self.channels.len() + channel) as u64);
-        strike(&self.analyser, &self.answers[station][channel], &self.kept, Some(noise), fault, &mut own)
+        let mut lines = strike(&self.analyser, &self.answers[station][channel], &self.kept, Some(noise), fault, &mut own);
+        lines.iter_mut().zip(&self.settled[station][channel]).for_each(|(line, settled)| line.response *= settled);
+        lines
     }
 }
 

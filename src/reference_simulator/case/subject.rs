@@ -26,6 +26,13 @@ impl Subject {
         Self { effects: Vec::new(), ..self.clone() }
     }
 
+    /// The same with losses that follow their cause.
+    pub fn causal(&self) -> Self {
+        let mut causal = self.clone();
+        causal.nuisance.loss_dispersion = 1.0;
+        causal
+    }
+
     /// Power of s by which the file's numbers differ from what its manifest states: +1 where a mobility is called a receptance.
     pub fn misread_power(&self) -> f64 {
         self.effects.iter().filter(|effect| effect.kind == EffectKind::FrfQuantity).map(|effect| effect.sign).sum()

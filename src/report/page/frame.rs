@@ -68,6 +68,11 @@ fn sections(page: &Page) -> Vec<(&'static str, &'static str, String)> {
         out.push(("parameters", "Parameters", format!("{}{}", parameter::values(of), parameter::bootstrap(of))));
         out.push(("correlation", "What the data see only together", parameter::correlations(of)));
     }
+    let identified = page.identification.as_ref().map(|of| &of.tolerances);
+    let diagnosed = page.diagnosis.as_ref().map(|of| &of.tolerances);
+    if let Some(of) = identified.into_iter().chain(diagnosed).find(|t| !t.is_empty()) {
+        out.push(("tolerances", "Tolerances", parameter::tolerances(of)));
+    }
     out.push(("shapes", "Mode shapes", shape::content(page)));
     if let Some(of) = &page.peaks {
         out.push(("peaks", "Peaks of the FRFs", peak::content(page, of)));

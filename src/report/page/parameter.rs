@@ -6,7 +6,11 @@ use plotly::{HeatMap, Scatter};
 
 use super::chart::{Chart, axis, colour, dash, layout, line, log_axis};
 use super::text::{TextTable, cell, escape, paragraph, rounded};
+use std::collections::BTreeMap;
+
+use crate::certainty::ToleranceRow;
 use crate::document::Identification;
+use crate::table::{TOLERANCE_HEADS, tolerance_cells};
 use crate::terminal::{figure, range};
 
 /// Values with their intervals, and a chart that sets the intervals against the plausible ranges.
@@ -28,6 +32,20 @@ pub fn values(of: &Identification) -> String {
     }
     let told: String = of.combinations.iter().map(|c| paragraph(&c.says)).collect();
     format!("{}{}{}{told}", table.html(), intervals(of), derived.html())
+}
+
+/// Tolerances that were fitted along, the farthest moved first.
+pub fn tolerances(of: &BTreeMap<String, ToleranceRow>) -> String {
+    if of.is_empty() {
+        return String::new();
+    }
+    let mut rows: Vec<(&String, &ToleranceRow)> = of.iter().collect();
+    rows.sort_by(|a, b| b.1.deviation().abs().total_cmp(&a.1.deviation().abs()));
+    let mut table = TextTable::new("Tolerances fitted along", 1, TOLERANCE_HEADS);
+    rows.into_iter().for_each(|row| table.row(tolerance_cells(row)));
+    let says = "What description and measurement state to a tolerance, fitted along with what is known of it. What moved far may be misstated, or stand for \
+                something the description lacks.";
+    format!("{}{}", paragraph(says), table.html())
 }
 
 /// Plausible range (pale) and interval (dark) of each parameter, over its value.

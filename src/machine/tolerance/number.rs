@@ -1,0 +1,42 @@
+//! Tolerances as parameters.
+
+use crate::{FitRule, Machine, Operating, Parameter, Prior, Scale, Value};
+
+/// Numerical stop of a tolerance, in standard deviations: far enough out to hold nothing back.
+pub(super) const STOP: f64 = 20.0;
+/// Numerical stop of a relative change: a number keeps half of itself.
+pub(super) const RELATIVE_STOP: f64 = 0.5;
+/// First letter of the ids of tolerances, which no description can use.
+pub(super) const MARK: char = '~';
+
+pub(super) fn tolerance(name: String, unit: &str, (start, prior): (f64, Prior), [lower, upper]: [f64; 2]) -> Parameter {
+    let scale = if matches!(prior, Prior::LogNormal(_)) { Scale::Logarithmic } else { Scale::Linear };
+    Parameter {
+        id: format!("{MARK}{name}"),
+        unit: unit.into(),
+        start,
+        lower,
+        upper,
+        scale,
+        fit: FitRule::Always,
+        prior: Some(prior),
+        source: "tolerance of the description".into(),
+    }
+}
+
+/// A relative change of a number.
+pub(super) fn relative(name: String, sd: f64) -> Parameter {
+    let stop = (STOP * sd).min(RELATIVE_STOP);
+    tolerance(name, "1", (0.0, Prior::Normal(sd)), [-stop, stop])
+}
+
+/// A loss factor around a median.
+pub(super) fn loss(name: String, median: f64, spread: f64) -> Parameter {
+    let stop = (STOP * spread).min(7.0).exp();
+    tolerance(name, "1", (median, Prior::LogNormal(spread)), [median / stop, median * stop])
+}
+
+/// A number at the start values.
+pub(super) fn size(value: &Value, machine: &Machine) -> f64 {
+    value.at(&machine.start(), &Operating::default())
+}

@@ -1,0 +1,152 @@
+//! Ordinary machines: nothing is missing from their description but what tolerances say of every machine.
+
+use std::collections::BTreeMap;
+
+use super::layout::{Layout, Quantity};
+use super::record::{Case, Position, Record};
+use super::subject::axis;
+use crate::TruthError;
+use crate::draw::Draw;
+use crate::element::law::REFERENCE_RAD_S;
+use crate::hammer::series::Line;
+use crate::machine::assembly::Assembly;
+use crate::machine::catalogue::{Dimensions, Drawn, bench, round_to, sized};
+use crate::machine::nuisance::{Nuisance, Spread};
+use crate::machine::number::Machine;
+use crate::machine::point::{Channel, Point};
+
+/// An ordinary machine with six measured FRFs, and what is true of it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Ordinary {
+    /// What is given away.
+    pub case: Case,
+    /// True values of its joints by parameter; stiffnesses as they are at 100 Hz.
+    pub truth: BTreeMap<String, f64>,
+    /// `short`, `bench` or `gantry`.
+    pub size: &'static str,
+    /// Share of dispersion of its losses.
+    pub loss_dispersion: f64,
+}
+
+/// Lines of each FRF.
+const LINES: usize = 1300;
+/// Blows averaged.
+const AVERAGES: usize = 8;
+/// Relative noise of a line, and noise floor as a share of the middle level of the mobility.
+const NOISE: (f64, f64) = (0.011, 0.004);
+
+/// The ordinary machine of a seed and number: sizes and kinds of losses take turns.
+///
+/// # Errors  as [`Assembly`]'s receptances.
+pub fn ordinary(seed: u64, number: usize) -> Result<Ordinary, TruthError> {
+    let draw = &mut Draw::new(seed).branch(number as u64);
+    let (size, drawn) = match number % 3 {
+        0 => {
+            let table_kg = round_to(draw.log_between(50.0, 180.0), 2);
+            let lead_mm = [5.0, 10.0, 16.0][draw.index(3)];
+            ("short", sized(Dimensions { diameter_mm: 32.0, lead_mm, length_m: 1.1, table_kg }, true, draw))
+        }
+        1 => ("bench", bench(true, draw)),
+        _ => {
+            let table_kg = round_to(draw.log_between(600.0, 1800.0), 2);
+            let lead_mm = [20.0, 40.0][draw.index(2)];
+            ("gantry", sized(Dimensions { diameter_mm: 63.0, lead_mm, length_m: 4.2, table_kg }, true, draw))
+        }
+    };
+    let loss_dispersion = match (number / 3) % 3 {
+        0 => 0.0,
+        1 => 1.0,
+        _ => draw.unit(),
+    };
+    let drawn = with_usual_spread(drawn);
+    let nuisance = usual(&drawn, loss_dispersion, draw);
+    let mut machine = nuisance.applied(drawn.with_true_joints());
+    machine.screw.diameter_m *= 1.0 + 0.002 * draw.normal();
+    let losses: [f64; 4] = std::array::from_fn(|_| (0.01 * draw.normal().exp()).clamp(1e-3, 0.07));
+    let [nut, left, right, coupling] = losses;
+    machine.nut.joint.loss = nut;
+    machine.bearing_left.loss = left;
+    machine.bearing_right.loss = right;
+    machine.coupling.loss = coupling;
+    let at_100_hz = |loss: f64| {
+        let ratio: f64 = 200.0 * std::f64::consts::PI / REFERENCE_RAD_S;
+        1.0 + loss * loss_dispersion * std::f64::consts::FRAC_2_PI * ratio.ln()
+    };
+    let mut truth = drawn.joints.clone();
+    for (name, loss) in [("k_n", nut), ("k_al", left), ("k_ar", right), ("k_m", coupling)] {
+        truth.entry(name.to_owned()).and_modify(|k| *k *= at_100_hz(loss));
+    }
+    let records = measured(&drawn, &nuisance, &machine, draw)?;
+    let position = |(at, nut_m): (usize, &f64)| Position { name: format!("l{}", at + 1), nut_m: *nut_m };
+    let case = Case {
+        name: format!("ordinary-{seed}-{number}"),
+        positions: drawn.nut_m.iter().enumerate().map(position).collect(),
+        description: drawn.description,
+        fit: ["l1", "l3", "l5"].map(str::to_owned).to_vec(),
+        layout: Layout::Table,
+        quantity: Quantity::Receptance,
+        averages: AVERAGES,
+        records,
+        freeze: Vec::new(),
+        follow_up: None,
+    };
+    Ok(Ordinary { case, truth, size, loss_dispersion })
+}
+
+fn with_usual_spread(mut drawn: Drawn) -> Drawn {
+    drawn.description.spread = Spread::USUAL;
+    drawn
+}
+
+/// Ordinary differences as the description's spread states them, each normal.
+fn usual(drawn: &Drawn, loss_dispersion: f64, draw: &mut Draw) -> Nuisance {
+    let Spread { modulus, mass, nut_m, gain, delay_s } = Spread::USUAL;
+    let diameters = drawn.description.diameter_m / drawn.description.length_m;
+    Nuisance {
+        youngs: modulus * draw.normal(),
+        shear: modulus * draw.normal(),
+        screw_loss: draw.log_between(3e-4, 3e-3),
+        joint_loss: 0.0,
+        loss_dispersion,
+        left_ratio: draw.between(0.85, 0.95),
+        right_ratio: draw.between(0.85, 0.95),
+        journal_share: diameters * draw.between(1.0, 2.5),
+        turns: draw.between(2.0, 4.0),
+        contacts: 3 + draw.index(3),
+        skew: draw.within(0.3),
+        masses: [mass * draw.normal(), 0.02 * draw.normal(), 0.0, 0.0, 0.0],
+        integral_per_s: draw.between(0.0, 2.0),
+        lag_share: 0.0,
+        offsets_m: drawn.nut_m.iter().map(|_| nut_m * draw.normal()).collect(),
+        channels: BTreeMap::from([(Channel::direct(Point::Table), (gain * draw.normal(), delay_s * draw.normal()))]),
+    }
+}
+
+/// FRFs of the table at all positions, each line with noise and the coherence that so many blows show.
+fn measured(drawn: &Drawn, nuisance: &Nuisance, machine: &Machine, draw: &mut Draw) -> Result<Vec<Record>, TruthError> {
+    let channel = Channel::direct(Point::Table);
+    let (gain, delay_s) = nuisance.channel(channel);
+    let lowest_hz = drawn.band_hz / 130.0;
+    let step_hz = (drawn.band_hz - lowest_hz) / (LINES - 1) as f64;
+    let lines_hz: Vec<f64> = (0..LINES).map(|at| lowest_hz + step_hz * at as f64).collect();
+    let lines_s = axis(&lines_hz);
+    let mut records = Vec::new();
+    for (at, nut_m) in drawn.nut_m.iter().enumerate() {
+        let assembly = Assembly::new(machine, &[], nut_m + nuisance.offsets_m[at], 1.0);
+        let mut exact = assembly.structure.receptances(&[assembly.port(channel)], &lines_s)?.remove(0);
+        exact.iter_mut().zip(&lines_s).for_each(|(h, s)| *h *= (-s * delay_s).exp() * (1.0 + gain));
+        let mut levels: Vec<f64> = exact.iter().zip(&lines_s).map(|(h, s)| (h * s).norm()).collect();
+        levels.sort_by(f64::total_cmp);
+        let floor = NOISE.1 * levels[LINES / 2];
+        let lines = exact.iter().zip(&lines_s).zip(&lines_hz).map(|((h, s), hz)| {
+            let sd = NOISE.0.hypot(floor / (h * s).norm());
+            let noise = num_complex::Complex64::new(sd * draw.normal(), sd * draw.normal());
+            // As many blows tell it: a sample variance.
+            let freedom = 2 * (AVERAGES - 1);
+            let seen = sd * sd * (0..freedom).map(|_| draw.normal().powi(2)).sum::<f64>() / freedom as f64;
+            Line { frequency_hz: *hz, response: h * (1.0 + noise), coherence: 1.0 / (1.0 + 2.0 * AVERAGES as f64 * seen) }
+        });
+        records.push(Record { position: format!("l{}", at + 1), channel, name: None, force_n: None, lines: lines.collect() });
+    }
+    Ok(records)
+}
