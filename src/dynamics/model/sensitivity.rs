@@ -113,62 +113,8 @@ impl Network {
                 push(Element::Relaxation(index), relaxation);
             }
         }
-        for (index, (rod_shape, rod)) in shape.rods.iter().zip(&self.rods).enumerate() {
-            let shaft = &machine.shafts[rod_shape.shaft];
-            let place = |p| shaft.place_m(p, parameters, operating).unwrap_or(f64::NAN);
-            let length_m = place(rod_shape.places.1) - place(rod_shape.places.0);
-            // d ln(stiffness) and d ln(transit) with length, section, modulus and density.
-            let (k, t) = (rod.stiffness, rod.transit_s);
-            let mut push = |column: usize, dk: f64, dt: f64| {
-                if dk != 0.0 {
-                    entries.push((Element::Rod(index, RodNumber::Stiffness), column, dk));
-                }
-                if dt != 0.0 {
-                    entries.push((Element::Rod(index, RodNumber::Transit), column, dt));
-                }
-            };
-            let mut with = |value: &machine::Value, dk: f64, dt: f64| {
-                let number = value.at(parameters, operating);
-                value.gradient(parameters, operating, |p, d| {
-                    if let Some(c) = column[p] {
-                        push(c, dk * k * d / number, dt * t * d / number);
-                    }
-                });
-            };
-            with(&shaft.diameter, if rod_shape.torsional { 4.0 } else { 2.0 }, 0.0);
-            with(if rod_shape.torsional { &shaft.shear_modulus } else { &shaft.youngs_modulus }, 1.0, -0.5);
-            with(&shaft.density, 0.0, 0.5);
-            let at_end = |p| f64::from(u8::from(p == machine::Place::End));
-            let with_end = at_end(rod_shape.places.1) - at_end(rod_shape.places.0);
-            if with_end != 0.0 {
-                let share = with_end * shaft.length.at(parameters, operating) / length_m;
-                with(&shaft.length, -share, share);
-            }
-            let (bore, power) = (shaft.bore_ratio.at(parameters, operating), if rod_shape.torsional { 4 } else { 2 });
-            let by_bore = -f64::from(power) * bore.powi(power - 1) / (1.0 - bore.powi(power));
-            shaft.bore_ratio.gradient(parameters, operating, |p, d| {
-                if let Some(c) = column[p] {
-                    push(c, by_bore * k * d, 0.0);
-                }
-            });
-            let at_nut = |p| f64::from(u8::from(matches!(p, machine::Place::Nut | machine::Place::BesideNut(_))));
-            if let Some(nut) = nut {
-                let share = (at_nut(rod_shape.places.1) - at_nut(rod_shape.places.0)) / length_m;
-                push(nut, -k * share, t * share);
-            }
-            let beside = |p| if let machine::Place::BesideNut(offset_m) = p { offset_m } else { 0.0 };
-            let (left, right) = (beside(rod_shape.places.0), beside(rod_shape.places.1));
-            for (value, farther) in [(&shaft.beside_nut, right - left), (&shaft.aside_of_nut, right.abs() - left.abs())] {
-                value.gradient(parameters, operating, |p, d| {
-                    if let Some(c) = column[p] {
-                        push(c, -k * farther / length_m * d, t * farther / length_m * d);
-                    }
-                });
-            }
-            for (number, value) in [(RodNumber::Loss, &shaft.loss_factor), (RodNumber::Dispersion, &machine.loss_dispersion)] {
-                value.gradient(parameters, operating, |p, d| entries.extend(column[p].map(|c| (Element::Rod(index, number), c, d))));
-            }
-        }
+        let at = (machine, parameters, operating);
+        (0..self.rods.len()).for_each(|rod| self.rod_entries(rod, at, column, nut, &mut entries));
         let arms =
             machine.chain.levers.iter().enumerate().flat_map(|(at, l)| [(at, End::Response, &l.read), (at, End::Excitation, &l.struck)]);
         for (index, end, arm) in arms {
@@ -176,6 +122,72 @@ impl Network {
         }
         entries.sort_by_key(|(element, _, _)| *element);
         Sensitivity { entries }
+    }
+
+    /// Entries of a rod's numbers.
+    fn rod_entries(
+        &self,
+        index: usize,
+        (machine, parameters, operating): (&Machine, &[f64], &Operating),
+        column: &[Option<usize>],
+        nut: Option<usize>,
+        entries: &mut Vec<(Element, usize, f64)>,
+    ) {
+        let (rod_shape, rod) = (&self.structure.rods[index], &self.rods[index]);
+        let shaft = &machine.shafts[rod_shape.shaft];
+        let place = |p| shaft.place_m(p, parameters, operating).unwrap_or(f64::NAN);
+        let length_m = place(rod_shape.places.1) - place(rod_shape.places.0);
+        // d ln(stiffness) and d ln(transit) with length, section, modulus and density.
+        let (k, t) = (rod.stiffness, rod.transit_s);
+        let mut push = |column: usize, dk: f64, dt: f64| {
+            if dk != 0.0 {
+                entries.push((Element::Rod(index, RodNumber::Stiffness), column, dk));
+            }
+            if dt != 0.0 {
+                entries.push((Element::Rod(index, RodNumber::Transit), column, dt));
+            }
+        };
+        let mut with = |value: &machine::Value, dk: f64, dt: f64| {
+            let number = value.at(parameters, operating);
+            value.gradient(parameters, operating, |p, d| {
+                if let Some(c) = column[p] {
+                    push(c, dk * k * d / number, dt * t * d / number);
+                }
+            });
+        };
+        with(&shaft.diameter, if rod_shape.torsional { 4.0 } else { 2.0 }, 0.0);
+        with(if rod_shape.torsional { &shaft.shear_modulus } else { &shaft.youngs_modulus }, 1.0, -0.5);
+        with(&shaft.density, 0.0, 0.5);
+        let at_end = |p| f64::from(u8::from(p == machine::Place::End));
+        let with_end = at_end(rod_shape.places.1) - at_end(rod_shape.places.0);
+        if with_end != 0.0 {
+            let share = with_end * shaft.length.at(parameters, operating) / length_m;
+            with(&shaft.length, -share, share);
+        }
+        let (bore, power) = (shaft.bore_ratio.at(parameters, operating), if rod_shape.torsional { 4 } else { 2 });
+        let by_bore = -f64::from(power) * bore.powi(power - 1) / (1.0 - bore.powi(power));
+        shaft.bore_ratio.gradient(parameters, operating, |p, d| {
+            if let Some(c) = column[p] {
+                push(c, by_bore * k * d, 0.0);
+            }
+        });
+        let at_nut = |p| f64::from(u8::from(matches!(p, machine::Place::Nut | machine::Place::BesideNut(_))));
+        if let Some(nut) = nut {
+            let share = (at_nut(rod_shape.places.1) - at_nut(rod_shape.places.0)) / length_m;
+            push(nut, -k * share, t * share);
+        }
+        let beside = |p| if let machine::Place::BesideNut(offset_m) = p { offset_m } else { 0.0 };
+        let (left, right) = (beside(rod_shape.places.0), beside(rod_shape.places.1));
+        for (value, farther) in [(&shaft.beside_nut, right - left), (&shaft.aside_of_nut, right.abs() - left.abs())] {
+            value.gradient(parameters, operating, |p, d| {
+                if let Some(c) = column[p] {
+                    push(c, -k * farther / length_m * d, t * farther / length_m * d);
+                }
+            });
+        }
+        for (number, value) in [(RodNumber::Loss, &shaft.loss_factor), (RodNumber::Dispersion, &machine.loss_dispersion)] {
+            value.gradient(parameters, operating, |p, d| entries.extend(column[p].map(|c| (Element::Rod(index, number), c, d))));
+        }
     }
 
     /// Receptances at up to [`ABREAST`](super::ABREAST) groups of frequencies and their derivatives with the columns of a [`Sensitivity`], which are

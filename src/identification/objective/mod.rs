@@ -1,5 +1,6 @@
 //! How far prediction and measurement are apart.
 
+mod calibration;
 mod error;
 mod frf;
 mod modes;
@@ -9,8 +10,9 @@ mod settings;
 mod setup;
 mod squares;
 
+pub use calibration::Channel;
 pub use error::ObjectiveError;
-pub use frf::{COARSE_LINES, Channel, FrfGap, FrfObjective};
+pub use frf::{COARSE_LINES, FrfGap, FrfObjective};
 pub use modes::{AmplitudeFit, Deviation, ModeObjective, ModeSettings, Objective, PositionPrediction};
 pub use pairing::{MISSING, VISIBLE};
 pub use record::{Record, operating};
