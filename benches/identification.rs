@@ -44,6 +44,15 @@ fn bench(criterion: &mut Criterion) {
 
     let mut slow = criterion.benchmark_group("whole");
     slow.sample_size(10);
+    let (_, frf_held_out) = whole.split(None, &[]).expect("its split");
+    for (name, tolerances, profile) in
+        [("identify, 3 × 1,000 lines", false, false), ("identify, 3 × 1,000 lines, tolerances and intervals", true, true)]
+    {
+        let plan = Plan { frf: Some(FrfSettings::default()), tolerances, profile, ..Plan::default() };
+        let run = || identify(machine, &frf_fit, &frf_held_out, &plan, &Control::default()).expect("a result");
+        println!("{name}: {} evaluations", run().evaluations);
+        slow.bench_function(name, |b| b.iter(|| run().cost));
+    }
     slow.bench_function("identify, default plan", |b| {
         b.iter(|| identify(machine, &fit, &held_out, &Plan::default(), &Control::default()).map(|i| i.cost).expect("a result"));
     });

@@ -51,12 +51,57 @@ fn told(made: &Ordinary, machine: &Machine, found: &Identification) -> Vec<Told>
     found.estimates.iter().filter_map(of).collect()
 }
 
+/// The same machine with the peaks of its FRFs instead, read at the nearest line.
+fn with_modes(made: &Ordinary, folder: &Path) -> jointid::measurement::MeasurementSet {
+    let manifest = std::fs::read_to_string(folder.join("manifest.toml")).unwrap();
+    let (head, rest) = manifest.split_once("[[frf]]").unwrap();
+    assert!(rest.contains("l6"));
+    let keys = format!("modes = \"modes.csv\"\nfrequency_resolution_hz = {}\naverages", made.step_hz);
+    std::fs::write(folder.join("manifest.toml"), head.replacen("averages", &keys, 1)).unwrap();
+    let mut modes = String::from("position,order,frequency_hz,amplitude\n");
+    for (at, peaks) in made.peaks.iter().enumerate() {
+        for (order, (hz, amplitude)) in peaks.iter().enumerate() {
+            modes += &format!("l{},{},{hz:e},{amplitude:e}\n", at + 1, order + 1);
+        }
+    }
+    std::fs::write(folder.join("modes.csv"), modes).unwrap();
+    read_set(&folder.display().to_string()).unwrap()
+}
+
+/// Natural frequencies and amplitudes hold the truth as often, though they determine little: of values called identifiable at most 5 % miss, by the same test;
+/// with the covariance of tolerances and without it beside.
+#[test]
+#[ignore = "long"]
+fn recover_ordinary_machines_from_modes() {
+    let (seed, count) = (5_107, draws(6, 60) as usize);
+    for tolerances in [false, true] {
+        let (mut called, mut missed, mut all, mut all_missed) = (0, 0, 0, 0);
+        for number in 0..count {
+            let made = ordinary(seed, number).unwrap();
+            let folder = tempfile::tempdir().unwrap();
+            let (machine, _) = read(&made, folder.path());
+            let set = with_modes(&made, folder.path());
+            let (fit, held_out) = set.split(None, &[]).unwrap();
+            let plan = Plan { tolerances, ..Plan::default() };
+            let found = identify(&machine, &fit, &held_out, &plan, &Control::default()).unwrap();
+            for t in told(&made, &machine, &found).iter().filter(|t| t.id.starts_with('k')) {
+                (all, all_missed) = (all + 1, all_missed + usize::from(t.missed));
+                (called, missed) = (called + usize::from(t.identifiable), missed + usize::from(t.identifiable && t.missed));
+            }
+        }
+        println!("tolerances {tolerances}: {missed} of {called} stiffnesses called identifiable miss, {all_missed} of all {all} intervals");
+        if tolerances {
+            assert!(missed as f64 <= (0.05 * called as f64).max(2.0) && all_missed as f64 <= 0.15 * all as f64);
+        }
+    }
+}
+
 /// Figures to reach: of values called identifiable not more than 5 % miss the truth, by a one-sided test at 5 % that takes machines, not values, as draws; of
 /// stiffnesses called identifiable at most 2 % are off by more than a tenth; four of five stiffnesses are called so.
 #[test]
 #[ignore = "long"]
 fn recover_ordinary_machines_with_intervals_that_hold() {
-    let (seed, count) = (4_201, draws(18, 60) as usize);
+    let (seed, count) = (4_201, draws(6, 60) as usize);
     let mut all: Vec<Vec<Told>> = Vec::new();
     for number in 0..count {
         let made = ordinary(seed, number).unwrap();
@@ -76,11 +121,6 @@ fn recover_ordinary_machines_with_intervals_that_hold() {
             found.chi_square / found.freedom as f64,
             missed.join(", ")
         );
-        if std::env::var("CERTAINTY_CSV").is_ok() {
-            for t in &values {
-                println!("CSV,{number},{},{},{:.4},{:.4},{},{}", made.size, t.id, t.off, t.width, t.identifiable, t.missed);
-            }
-        }
         all.push(values);
     }
     let identifiable = || all.iter().flatten().filter(|t| t.identifiable);

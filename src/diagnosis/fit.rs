@@ -6,6 +6,7 @@ use serde::{Deserialize, Serialize};
 use super::domain::{Compared, Domain, Part, gaps};
 use super::hypothesis::Hypothesis;
 use identification::objective::{ObjectiveError, operating};
+use identification::{ToleranceEstimate, tolerances_at};
 use machine::{Circumstance, Parameter};
 use measurement::{FitSet, HoldOutSet};
 use numeric::halton::halton_point;
@@ -278,6 +279,18 @@ impl<'s> Fitter<'s> {
         let mut place = place_of(&objective, fitted);
         place[objective.nut_coordinates()].iter_mut().for_each(|u| *u = 0.5);
         Ok(objective.residuals(&place).norm_squared())
+    }
+
+    /// Tolerances as a fit has them; none where they are held.
+    ///
+    /// # Errors  as [`Compared::new`].
+    pub fn tolerances(&self, hypothesis: &Hypothesis, fitted: &Fitted) -> Result<Vec<ToleranceEstimate>, ObjectiveError> {
+        let objective = self.objective(hypothesis)?;
+        let place = place_of(&objective, fitted);
+        Ok(match &objective {
+            Compared::Frf(objective) if self.has_nuisances() => tolerances_at(objective, self.fit.set, &place),
+            _ => Vec::new(),
+        })
     }
 
     /// Gaps of data with the parameters of a fit.

@@ -2,8 +2,8 @@
 
 use rayon::prelude::*;
 
-use super::domain::{Compared, Domain, Part, floor_over, gap_over, share_closed};
-use super::fit::{Ablation, Fitted, Fitter, place_of, values_of};
+use super::domain::{Domain, Part, floor_over, gap_over, share_closed};
+use super::fit::{Ablation, Fitted, Fitter, values_of};
 use super::hypothesis::{Hypothesis, Kind};
 use super::left_out::left_out;
 use super::limit::Limits;
@@ -14,8 +14,8 @@ use super::plainer::{Named, plainer};
 use super::record::{Fault, fault, held_out_fault};
 use super::run::{Candidate, Status, Survey, again_from, hypotheses, locate, nominal, nominal_fits, survey};
 use super::said::{Verdict, VerdictKind, last_of, named, nothing_fitted, told_p};
+use identification::ToleranceEstimate;
 use identification::objective::ObjectiveError;
-use identification::{ToleranceEstimate, tolerances_at};
 use machine::{Effect, Machine};
 use measurement::HoldOutSet;
 use numeric::parallel::OrFirstError;
@@ -231,12 +231,7 @@ pub fn diagnose(
     let chosen_beside = fitter.gaps(&chosen.0, &chosen.1, held_out)?;
     let beside_ordinary = fitter.has_nuisances().then_some([nominal_held_out, chosen_beside]);
     let excess_left = null.excess(chosen.1.chi_square / count);
-    let compared = fitter.objective(&chosen.0)?;
-    let place_chosen = place_of(&compared, &chosen.1);
-    let tolerances = match &compared {
-        Compared::Frf(objective) if fitter.has_nuisances() => tolerances_at(objective, fitter.fit.set, &place_chosen),
-        _ => Vec::new(),
-    };
+    let tolerances = fitter.tolerances(&chosen.0, &chosen.1)?;
     Ok(Diagnosis {
         domain,
         fit: plain.gaps(&described, &all)?,

@@ -120,8 +120,8 @@ fn runs<P: Problem>(problem: &P, plan: &Plan, control: &Control) -> (Vec<Repeat>
     runs.into_iter().unzip()
 }
 
-/// A problem with more that is free and more that is uncertain, and where to begin in it: intervals are told there.
-pub(super) type Wider<P> = Option<(P, Vec<f64>)>;
+/// A problem with more that is free and more that is uncertain, and places to begin from in it: intervals are told there.
+pub(super) type Wider<P> = Option<(P, Vec<Vec<f64>>)>;
 
 /// Fits a problem and tells how sure the result is, of FRFs by the problem itself, of modes by a wider one about the best place.
 ///
@@ -149,7 +149,7 @@ pub(super) fn estimate<P: Problem>(
     let weak = problem.weakened(misfit * colour);
     let mut basins = basins(&ends, free.len(), CHI_SQUARE_95 * misfit * colour);
     if let Some(weak) = &weak {
-        basins = control.kept("weakened", || settled(weak, basins, free.len(), control));
+        basins = control.kept("weakened", || settled(weak, basins, (free.len(), CHI_SQUARE_95), control));
     }
     let place = basins[0].place.clone();
     let values = problem.values(&place);
@@ -161,8 +161,8 @@ pub(super) fn estimate<P: Problem>(
     let wider = if tells && plan.profile { wider(&place)? } else { None };
     let told = match &wider {
         Some((wider, from)) => {
-            let end = wider.squares(None, |squares| least_squares(squares, from, &[], POLISH, control.stop()));
-            basins = vec![Basin { place: end.place, cost: end.normal.chi_square, searches: 1 }];
+            let begun = from.iter().map(|place| Basin { place: place.clone(), cost: 0.0, searches: 1 }).collect();
+            basins = control.kept("wider", || settled(wider, begun, (wider.free().len(), CHI_SQUARE_95 * inflation), control));
             wider
         }
         None => weak.as_ref().unwrap_or(problem),
@@ -226,7 +226,7 @@ pub(super) fn estimate<P: Problem>(
 }
 
 /// Minima once the data count as little as the model's error asks for: priors must hold against that, too. The deepest first.
-fn settled<P: Problem>(weak: &P, basins: Vec<Basin>, free: usize, control: &Control) -> Vec<Basin> {
+fn settled<P: Problem>(weak: &P, basins: Vec<Basin>, (free, rise): (usize, f64), control: &Control) -> Vec<Basin> {
     let settle = |basin: Basin| {
         let polished = weak.squares(None, |squares| least_squares(squares, &basin.place, &[], POLISH, control.stop()));
         Basin { place: polished.place, cost: polished.normal.chi_square, ..basin }
@@ -235,7 +235,7 @@ fn settled<P: Problem>(weak: &P, basins: Vec<Basin>, free: usize, control: &Cont
     ends.sort_by(|a, b| a.cost.total_cmp(&b.cost));
     let least = ends[0].cost;
     let mut apart: Vec<Basin> = Vec::new();
-    for end in ends.into_iter().filter(|end| end.cost - least <= CHI_SQUARE_95) {
+    for end in ends.into_iter().filter(|end| end.cost - least <= rise) {
         if apart.iter().all(|other| !same(&other.place, &end.place, free)) {
             apart.push(end);
         }

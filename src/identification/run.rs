@@ -10,6 +10,7 @@ use crate::objective::{AmplitudeFit, Channel, FrfGap, FrfObjective, ModeObjectiv
 use dynamics::model::derived;
 use machine::{Machine, Operating};
 use measurement::{FitSet, HoldOutSet};
+use numeric::halton::halton_point;
 use optimizer::Control;
 
 /// A quantity that follows from the parameters.
@@ -136,13 +137,16 @@ pub fn identify(
     }
 }
 
+/// Beginnings of what modes say little of.
+const BEGINNINGS: usize = 16;
+
 /// Modes with all free that whole FRFs would determine, and with the covariance that tolerances give to frequencies and amplitudes, about a place.
 fn wider_modes<'m>(
     machine: &'m Machine,
     fit: &FitSet<'_>,
     plan: &Plan,
     (objective, place): (&ModeObjective<'_>, &[f64]),
-) -> Result<Option<(ModeObjective<'m>, Vec<f64>)>, ObjectiveError> {
+) -> Result<Option<(ModeObjective<'m>, Vec<Vec<f64>>)>, ObjectiveError> {
     if !plan.tolerances {
         return Ok(None);
     }
@@ -150,7 +154,10 @@ fn wider_modes<'m>(
     let wider = ModeObjective::with_all_free(machine, fit, plan.settings, &plan.frozen, &objective.free)?.correlated(&columns);
     let values = objective.parameters(place);
     let own: Vec<f64> = wider.free.iter().map(|i| machine.parameters[*i].to_unit(values[*i]).clamp(0.0, 1.0)).collect();
-    let from = wider.extended(&own);
+    // What was held may have led the others into a wrong basin: it begins all over its range, too.
+    let (first, more) = (objective.free.len(), own.len() - objective.free.len());
+    let elsewhere = (1..=BEGINNINGS).filter(|_| more > 0).map(|index| [&own[..first], &halton_point(index, more)].concat());
+    let from = std::iter::once(own.clone()).chain(elsewhere).map(|place| wider.extended(&place)).collect();
     Ok(Some((wider, from)))
 }
 

@@ -26,6 +26,10 @@ pub struct Ordinary {
     pub size: &'static str,
     /// Share of dispersion of its losses.
     pub loss_dispersion: f64,
+    /// Peaks of the noise-free FRF at each position, read at the nearest line: frequency (Hz) and amplitude.
+    pub peaks: Vec<Vec<(f64, f64)>>,
+    /// Distance of lines (Hz).
+    pub step_hz: f64,
 }
 
 /// Lines of each FRF.
@@ -76,7 +80,8 @@ pub fn ordinary(seed: u64, number: usize) -> Result<Ordinary, TruthError> {
     for (name, loss) in [("k_n", nut), ("k_al", left), ("k_ar", right), ("k_m", coupling)] {
         truth.entry(name.to_owned()).and_modify(|k| *k *= at_100_hz(loss));
     }
-    let records = measured(&drawn, &nuisance, &machine, draw)?;
+    let (records, peaks) = measured(&drawn, &nuisance, &machine, draw)?;
+    let step_hz = records[0].lines[1].frequency_hz - records[0].lines[0].frequency_hz;
     let position = |(at, nut_m): (usize, &f64)| Position { name: format!("l{}", at + 1), nut_m: *nut_m };
     let case = Case {
         name: format!("ordinary-{seed}-{number}"),
@@ -90,7 +95,7 @@ pub fn ordinary(seed: u64, number: usize) -> Result<Ordinary, TruthError> {
         freeze: Vec::new(),
         follow_up: None,
     };
-    Ok(Ordinary { case, truth, size, loss_dispersion })
+    Ok(Ordinary { case, truth, size, loss_dispersion, peaks, step_hz })
 }
 
 fn with_usual_spread(mut drawn: Drawn) -> Drawn {
@@ -123,18 +128,24 @@ fn usual(drawn: &Drawn, loss_dispersion: f64, draw: &mut Draw) -> Nuisance {
 }
 
 /// FRFs of the table at all positions, each line with noise and the coherence that so many blows show.
-fn measured(drawn: &Drawn, nuisance: &Nuisance, machine: &Machine, draw: &mut Draw) -> Result<Vec<Record>, TruthError> {
+fn measured(
+    drawn: &Drawn,
+    nuisance: &Nuisance,
+    machine: &Machine,
+    draw: &mut Draw,
+) -> Result<(Vec<Record>, Vec<Vec<(f64, f64)>>), TruthError> {
     let channel = Channel::direct(Point::Table);
     let (gain, delay_s) = nuisance.channel(channel);
     let lowest_hz = drawn.band_hz / 130.0;
     let step_hz = (drawn.band_hz - lowest_hz) / (LINES - 1) as f64;
     let lines_hz: Vec<f64> = (0..LINES).map(|at| lowest_hz + step_hz * at as f64).collect();
     let lines_s = axis(&lines_hz);
-    let mut records = Vec::new();
+    let (mut records, mut peaks) = (Vec::new(), Vec::new());
     for (at, nut_m) in drawn.nut_m.iter().enumerate() {
         let assembly = Assembly::new(machine, &[], nut_m + nuisance.offsets_m[at], 1.0);
         let mut exact = assembly.structure.receptances(&[assembly.port(channel)], &lines_s)?.remove(0);
         exact.iter_mut().zip(&lines_s).for_each(|(h, s)| *h *= (-s * delay_s).exp() * (1.0 + gain));
+        peaks.push(peaks_of(&lines_hz, &exact.iter().map(|h| h.norm()).collect::<Vec<f64>>()));
         let mut levels: Vec<f64> = exact.iter().zip(&lines_s).map(|(h, s)| (h * s).norm()).collect();
         levels.sort_by(f64::total_cmp);
         let floor = NOISE.1 * levels[LINES / 2];
@@ -148,5 +159,22 @@ fn measured(drawn: &Drawn, nuisance: &Nuisance, machine: &Machine, draw: &mut Dr
         });
         records.push(Record { position: format!("l{}", at + 1), channel, name: None, force_n: None, lines: lines.collect() });
     }
-    Ok(records)
+    Ok((records, peaks))
+}
+
+/// Least ratio of a peak to the higher of the minima beside it.
+pub const PROMINENCE: f64 = 1.25;
+
+/// Peaks that stand out.
+fn peaks_of(lines_hz: &[f64], magnitude: &[f64]) -> Vec<(f64, f64)> {
+    let top = |at: &usize| magnitude[*at] > magnitude[at - 1] && magnitude[*at] >= magnitude[at + 1];
+    let tops: Vec<usize> = (1..magnitude.len() - 1).filter(top).collect();
+    let least = |from: usize, to: usize| magnitude[from..=to].iter().copied().fold(f64::INFINITY, f64::min);
+    let stands_out = |at: &usize| {
+        let higher = |other: &&usize| magnitude[**other] > magnitude[*at];
+        let left = tops.iter().rev().filter(|o| *o < at).find(higher).map_or(0, |o| *o);
+        let right = tops.iter().filter(|o| *o > at).find(higher).map_or(magnitude.len() - 1, |o| *o);
+        magnitude[*at] >= PROMINENCE * least(left, *at).max(least(*at, right))
+    };
+    tops.iter().filter(|at| stands_out(at)).map(|at| (lines_hz[*at], magnitude[*at])).collect()
 }
