@@ -11,7 +11,7 @@ use super::profile::{CHI_SQUARE_95, profiles};
 use super::uncertainty::{Certainty, NARROWING, RANGE_SD, certainty, counted};
 use crate::objective::{GAIN_RANGE, ObjectiveError};
 use machine::{Machine, Parameter};
-use optimizer::{Control, Found, Polished, SearchSettings, least_squares, search};
+use optimizer::{Control, Found, Polished, SearchSettings, least_squares, least_squares_within, search};
 
 /// An identified parameter.
 #[derive(Debug, Clone, PartialEq)]
@@ -64,6 +64,9 @@ pub struct Basin {
 
 /// Most steps of a polish from a place nearby.
 const POLISH: u64 = 100;
+/// First steps from many places, after which so many are followed.
+const FIRST_STEPS: u64 = 10;
+const FOLLOWED: usize = 6;
 /// Distance from an end of the unit interval that counts as being there.
 const AT_BOUND: f64 = 1e-3;
 
@@ -227,12 +230,19 @@ pub(super) fn estimate<P: Problem>(
 
 /// Minima once the data count as little as the model's error asks for: priors must hold against that, too. The deepest first.
 fn settled<P: Problem>(weak: &P, basins: Vec<Basin>, (free, rise): (usize, f64), control: &Control) -> Vec<Basin> {
-    let settle = |basin: Basin| {
-        let polished = weak.squares(None, |squares| least_squares(squares, &basin.place, &[], POLISH, control.stop()));
+    let settle = |basin: Basin, end: (u64, f64)| {
+        let polished = weak.squares(None, |squares| least_squares_within(squares, &basin.place, &[], end, control.stop()));
         Basin { place: polished.place, cost: polished.normal.chi_square, ..basin }
     };
-    let mut ends: Vec<Basin> = basins.into_par_iter().map(settle).collect();
-    ends.sort_by(|a, b| a.cost.total_cmp(&b.cost));
+    let all = |basins: Vec<Basin>, end: (u64, f64)| {
+        let mut ends: Vec<Basin> = basins.into_par_iter().map(|basin| settle(basin, end)).collect();
+        ends.sort_by(|a, b| a.cost.total_cmp(&b.cost));
+        ends
+    };
+    // Of many a few steps tell which to follow.
+    let mut near = if basins.len() > FOLLOWED { all(basins, (FIRST_STEPS, 1e-3)) } else { basins };
+    near.truncate(FOLLOWED);
+    let ends = all(near, (POLISH, 1e-7));
     let least = ends[0].cost;
     let mut apart: Vec<Basin> = Vec::new();
     for end in ends.into_iter().filter(|end| end.cost - least <= rise) {
@@ -305,6 +315,11 @@ fn joined_profiles<P: Problem>(
     let least = basins.first()?.cost;
     let mut joined: Option<Vec<(f64, f64)>> = None;
     for basin in basins {
+        // What lies within the intervals so far is on the way of a profile there.
+        let inside = |all: &Vec<(f64, f64)>| columns.iter().zip(all).all(|(c, (low, high))| (*low..=*high).contains(&basin.place[*c]));
+        if joined.as_ref().is_some_and(inside) {
+            continue;
+        }
         let own = problem.squares(None, |squares| {
             let best = Polished { place: basin.place.clone(), normal: squares.normal(&basin.place), evaluations: 0, converged: true };
             let certainty = certainty(&best.normal.information, inflation, shares);
