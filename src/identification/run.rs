@@ -2,7 +2,7 @@
 
 use super::bootstrap::Bootstrap;
 use super::combination::Combination;
-use super::estimate::{Basin, Estimate, Estimation, estimate};
+use super::estimate::{Basin, Estimate, Estimation, Wider, estimate};
 use super::plan::{Plan, Repeat};
 use super::tolerance::{ToleranceEstimate, estimates as tolerance_estimates, mode_columns as tolerance_columns};
 use super::uncertainty::Certainty;
@@ -146,7 +146,7 @@ fn wider_modes<'m>(
     fit: &FitSet<'_>,
     plan: &Plan,
     (objective, place): (&ModeObjective<'_>, &[f64]),
-) -> Result<Option<(ModeObjective<'m>, Vec<Vec<f64>>)>, ObjectiveError> {
+) -> Result<Wider<ModeObjective<'m>>, ObjectiveError> {
     if !plan.tolerances {
         return Ok(None);
     }

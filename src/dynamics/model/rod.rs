@@ -178,10 +178,10 @@ impl Rod {
     /// As [`Rod::damped_each`], with the material of the rod before at the same frequencies, which most rods share.
     #[inline]
     pub(super) fn damped_of(&self, omega_rad_s: Reals, material: &mut Option<Material>) -> RodLanes {
-        if self.loss_factor == 0.0 {
-            if let Some([[direct, cross, sin]]) = self.lossless_each([omega_rad_s]) {
-                return RodLanes::real(direct, cross, sin);
-            }
+        if self.loss_factor == 0.0
+            && let Some([[direct, cross, sin]]) = self.lossless_each([omega_rad_s])
+        {
+            return RodLanes::real(direct, cross, sin);
         }
         let material = match material {
             Some(same) if same.loss_factor == self.loss_factor => *same,

@@ -14,8 +14,8 @@ use super::{Joint, Machine, MachineError, Motion, Parameter, Patch, Prior, Resca
 ///
 /// # Source  the defaults by the scatter of catalogues, drawings and weighing (largest deviation over about two): effective diameter of a threaded shaft ±0.2 %, E ±0.3 %,
 /// G/E ±0.4 %, mass ±1 %, inertia of a rotor ±2 %; ends by the journals of machined screws, which are 5 to 15 % thinner over 1 to 2.5 diameters: such an end lacks
-/// 0.35 ± 0.18 diameters of its length. Loss factors of assembled joints 0.1 to 7 %: Beards, Structural Vibration, 1996, ch. 5. Dispersion: PHYSICS of a joint's
-/// hysteresis lies between constant (microslip) and causal (Makris, J. Eng. Mech. 123 (1997) 1209–1214).
+/// 0.35 ± 0.18 diameters of its length. Loss factors of assembled joints 0.1 to 7 %: Beards, Structural Vibration, 1996, ch. 5. Dispersion: between
+/// constant (microslip at one amplitude) and causal (Makris, J. Eng. Mech. 123 (1997) 1209–1214).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Tolerance {
     /// Effective diameter of each shaft.

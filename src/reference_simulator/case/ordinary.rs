@@ -15,6 +15,9 @@ use crate::machine::nuisance::{Nuisance, Spread};
 use crate::machine::number::Machine;
 use crate::machine::point::{Channel, Point};
 
+/// Frequency (Hz) and amplitude of each peak of a position.
+pub type Peaks = Vec<(f64, f64)>;
+
 /// An ordinary machine with six measured FRFs, and what is true of it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Ordinary {
@@ -27,7 +30,7 @@ pub struct Ordinary {
     /// Share of dispersion of its losses.
     pub loss_dispersion: f64,
     /// Peaks of the noise-free FRF at each position, read at the nearest line: frequency (Hz) and amplitude.
-    pub peaks: Vec<Vec<(f64, f64)>>,
+    pub peaks: Vec<Peaks>,
     /// Distance of lines (Hz).
     pub step_hz: f64,
 }
@@ -128,12 +131,7 @@ fn usual(drawn: &Drawn, loss_dispersion: f64, draw: &mut Draw) -> Nuisance {
 }
 
 /// FRFs of the table at all positions, each line with noise and the coherence that so many blows show.
-fn measured(
-    drawn: &Drawn,
-    nuisance: &Nuisance,
-    machine: &Machine,
-    draw: &mut Draw,
-) -> Result<(Vec<Record>, Vec<Vec<(f64, f64)>>), TruthError> {
+fn measured(drawn: &Drawn, nuisance: &Nuisance, machine: &Machine, draw: &mut Draw) -> Result<(Vec<Record>, Vec<Peaks>), TruthError> {
     let channel = Channel::direct(Point::Table);
     let (gain, delay_s) = nuisance.channel(channel);
     let lowest_hz = drawn.band_hz / 130.0;
@@ -166,7 +164,7 @@ fn measured(
 pub const PROMINENCE: f64 = 1.25;
 
 /// Peaks that stand out.
-fn peaks_of(lines_hz: &[f64], magnitude: &[f64]) -> Vec<(f64, f64)> {
+fn peaks_of(lines_hz: &[f64], magnitude: &[f64]) -> Peaks {
     let top = |at: &usize| magnitude[*at] > magnitude[at - 1] && magnitude[*at] >= magnitude[at + 1];
     let tops: Vec<usize> = (1..magnitude.len() - 1).filter(top).collect();
     let least = |from: usize, to: usize| magnitude[from..=to].iter().copied().fold(f64::INFINITY, f64::min);
