@@ -110,6 +110,7 @@ pub struct JointFile {
     damping: Option<Source>,
     /// Instead of both: the loops of a drive that holds a point.
     servo: Option<ServoFile>,
+    /// η: stiffness times 1 + η·(i + s·2/π·ln(ω/ω₀)), ω₀ = 2π·100 rad/s; s is `tolerance.loss_dispersion`, 0 constant, 1 causal.
     loss_factor: Option<Source>,
     /// Integral action of a servo that holds: stiffness times 1 + rate/(iω).
     integral_rate: Option<Source>,

@@ -229,15 +229,14 @@ pub fn diagnose(
     let not_tried = surveyed.candidates.iter().filter(|c| c.fitted.is_none());
     tried.extend(not_tried.map(|c| Tried { candidate: c.clone(), statistic: 0.0, p_value: 1.0, held_out: Vec::new() }));
     let chosen_beside = fitter.gaps(&chosen.0, &chosen.1, held_out)?;
-    let beside_ordinary = fitter.has_nuisances().then_some([nominal_held_out, chosen_beside]);
-    let excess_left = null.excess(chosen.1.chi_square / count);
-    let tolerances = fitter.tolerances(&chosen.0, &chosen.1)?;
     Ok(Diagnosis {
         domain,
         fit: plain.gaps(&described, &all)?,
         held_out: plain.gaps(&described, held_out)?,
         chosen_held_out: plain.gaps(&explained, held_out)?,
-        beside_ordinary,
+        beside_ordinary: fitter.has_nuisances().then_some([nominal_held_out, chosen_beside]),
+        tolerances: fitter.tolerances(&chosen.0, &chosen.1)?,
+        excess_left: null.excess(chosen.1.chi_square / count),
         described,
         explained,
         nominal: (surveyed.nominal, base),
@@ -245,11 +244,9 @@ pub fn diagnose(
         tried,
         null,
         excess: before,
-        excess_left,
         chosen,
         verdict,
         place,
-        tolerances,
         complete: !control.stopped(),
     })
 }

@@ -40,6 +40,7 @@ pub struct ShaftFile {
     pub(super) youngs_modulus_pa: Source,
     pub(super) shear_modulus_pa: Source,
     pub(super) density_kg_m3: Source,
+    /// η of the material: moduli times 1 + η·(i + s·2/π·ln(ω/ω₀)), as of a joint.
     pub(super) loss_factor: Option<Source>,
     pub(super) station: Vec<StationFile>,
 }
