@@ -51,9 +51,8 @@ pub fn check_identification(path: &Path, identified: &Identification) -> Result<
     Ok(())
 }
 
-/// The machine as it was identified, tolerances held at their estimates, and the values of its parameters in its order.
-pub fn identified_machine(path: &Path, identified: &Identification, loaded: &Loaded) -> Result<(Machine, Vec<f64>), String> {
-    let own = identified_values(path, identified, &loaded.config)?;
+/// The machine as it was identified, tolerances held at their estimates, and the values of its parameters in its order, of which the first are `own`.
+pub fn identified_machine(identified: &Identification, loaded: &Loaded, own: &[f64]) -> Result<(Machine, Vec<f64>), String> {
     let machine = held_at(&loaded.config.machine, &loaded.set.nuts_m(), &tolerances(identified)).map_err(told)?;
     let further = machine.parameters.iter().skip(own.len()).map(|p| p.start);
     let values = own.iter().copied().chain(further).collect();

@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 use super::bootstrap::{Bootstrap, Drawn, bootstrap};
 use super::combination::{Combination, combinations};
 use super::plan::{Plan, Repeat};
-use super::problem::{End, Problem};
+use super::problem::{End, Problem, distance};
 use super::profile::{CHI_SQUARE_95, profiles};
 use super::uncertainty::{Certainty, NARROWING, RANGE_SD, certainty, counted};
 use crate::objective::{GAIN_RANGE, ObjectiveError};
@@ -148,7 +148,8 @@ pub(super) fn estimate<P: Problem>(
         let misfit = if freedom > 0 { (chi_square / freedom as f64).max(1.0) } else { 1.0 };
         (chi_square, misfit, problem.colour(place).max(1.0))
     };
-    let (_, misfit, colour) = widening(&ends[0][0].place);
+    let first = widening(&ends[0][0].place);
+    let (_, misfit, colour) = first;
     let weak = problem.weakened(misfit * colour);
     let mut basins = basins(&ends, free.len(), CHI_SQUARE_95 * misfit * colour);
     if let Some(weak) = &weak {
@@ -157,7 +158,7 @@ pub(super) fn estimate<P: Problem>(
     let place = basins[0].place.clone();
     let values = problem.values(&place);
     let gain = problem.gain_at(&place);
-    let (chi_square, misfit, colour) = widening(&place);
+    let (chi_square, misfit, colour) = if weak.is_some() { widening(&place) } else { first };
     // Eq. 26 is no likelihood: its minimum tells no intervals.
     let tells = problem.is_likelihood();
     let inflation = if weak.is_some() { 1.0 } else { misfit * colour };
@@ -255,7 +256,7 @@ fn settled<P: Problem>(weak: &P, basins: Vec<Basin>, (free, rise): (usize, f64),
 
 /// Whether two places are of one minimum.
 fn same(a: &[f64], b: &[f64], free: usize) -> bool {
-    a[..free].iter().zip(b).all(|(a, b)| (a - b).abs() < ASUNDER)
+    distance(&a[..free], b) < ASUNDER
 }
 
 /// Combinations that the data see about a minimum.

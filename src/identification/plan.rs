@@ -20,7 +20,7 @@ pub struct Plan {
     pub repeats: usize,
     /// Strategy of the differential evolution.
     pub strategy: Strategy,
-    /// Place (of the free parameters, and last of an unknown gain) to polish from instead of a search: for data known to lie near it.
+    /// Place (of the free parameters and tolerances; what belongs to the data begins anew) to polish from instead of a search: for data known to lie near it.
     pub near: Option<Vec<f64>>,
     /// Intervals by profile likelihood, or else by the covariance alone.
     pub profile: bool,

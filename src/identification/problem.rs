@@ -71,7 +71,7 @@ fn followed(squares: &FrfObjective<'_>, from: &[Vec<f64>], end: (u64, f64), cont
 }
 
 /// Largest distance in any coordinate.
-fn distance(a: &[f64], b: &[f64]) -> f64 {
+pub(super) fn distance(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)
 }
 

@@ -134,9 +134,9 @@ fn recompute(folder: &Path, identified: &Identification, page: &mut Page) -> Res
     let set = &loaded.set;
     let (fit, _) = set.split(settings.positions.as_deref(), &settings.hold_out).map_err(told)?;
     let gain = identified.parameters.get("gain").map(|g| g.value);
+    let (machine, as_fitted) = identified_machine(identified, &loaded, &values)?;
     let model = Model { machine: loaded.config.machine.clone(), values, rods, gain };
-    let (machine, values) = identified_machine(&path, identified, &loaded)?;
-    let as_fitted = Model { machine, values, rods, gain };
+    let as_fitted = Model { machine, values: as_fitted, rods, gain };
     page.curves = Overlay { set, fit, models: std::slice::from_ref(&as_fitted) }.curves()?;
     page.shapes = shapes::shapes(set, &model)?;
     Ok(())

@@ -12,7 +12,7 @@ use super::driven::describe_pole;
 use super::operating::{LoadArguments, find_operating, load_warnings, require_positive};
 use crate::arguments::{Output, QuantityName, Sources};
 use crate::delivery::{CommandResult, deliver, prepare, told, warn};
-use crate::identified::{check_identification, identified_machine, read_identification};
+use crate::identified::{check_identification, identified_machine, identified_values, read_identification};
 use crate::sources::{load_again, load_machine, stamp};
 use dynamics::model::{Rods, Structure};
 use dynamics::motion::{Hold, LinearLoops, MotionError, Settings};
@@ -83,7 +83,7 @@ pub fn run(given: &FrfArguments) -> CommandResult {
     let identified_as = match (&given.result, &identified) {
         (Some(path), Some(identified)) => {
             check_identification(path, identified)?;
-            Some(identified_machine(path, identified, &loaded)?)
+            Some(identified_machine(identified, &loaded, &identified_values(path, identified, &loaded.config)?)?)
         }
         _ => None,
     };

@@ -23,10 +23,7 @@ pub fn run(
     mut warnings: Vec<String>,
 ) -> CommandResult {
     let settings = &identified.settings;
-    let (machine, values) = match identified.tolerances.is_empty() {
-        true => (loaded.config.machine.clone(), values.to_vec()),
-        false => identified_machine(&given.result, identified, loaded)?,
-    };
+    let (machine, values) = identified_machine(identified, loaded, values)?;
     let (machine, values) = (&machine, values.as_slice());
     let folder = prepare(&given.output)?;
     let whole_frfs = settings.objective == "frf";

@@ -65,6 +65,10 @@ struct AtRod {
     slopes: (Complexes, Complexes),
 }
 
+impl AtRod {
+    const NONE: Self = AtRod { along: (Complexes::ZERO, Complexes::ZERO), slopes: (Complexes::ZERO, Complexes::ZERO) };
+}
+
 /// How the elements of a network depend on some of the parameters, for one operating condition and one set of parameters.
 #[derive(Debug, Clone, Default)]
 pub struct Sensitivity {
@@ -202,21 +206,17 @@ impl Network {
         let (receptances, solution) = self.solve(omega_rad_s, work);
         let mut products = [Complexes::ZERO; ABREAST];
         let mut of = None;
-        let mut rod: Option<(usize, [AtRod; ABREAST])> = None;
+        let (mut at, mut of_rod) = (None, [AtRod::NONE; ABREAST]);
         for &(element, column, slope) in &sensitivity.entries {
             if of.replace(element) != Some(element) {
-                match element {
-                    Element::Rod(index, number) => {
-                        let (at, of) = rod.take().filter(|(at, _)| *at == index).unwrap_or_else(|| (index, self.at_rod(index, &solution)));
-                        products.iter_mut().take(omega_rad_s.len()).enumerate().for_each(|(w, product)| {
-                            *product = self.rod_product(index, number, &solution, (&of[w], w));
-                        });
-                        rod = Some((at, of));
-                    }
-                    _ => products.iter_mut().take(omega_rad_s.len()).enumerate().for_each(|(w, product)| {
-                        *product = self.element_product(element, &solution, w);
-                    }),
+                if let Element::Rod(rod, _) = element
+                    && at.replace(rod) != Some(rod)
+                {
+                    of_rod = self.at_rod(rod, &solution);
                 }
+                products.iter_mut().take(omega_rad_s.len()).enumerate().for_each(|(w, product)| {
+                    *product = self.element_product(element, &solution, (&of_rod[w], w));
+                });
             }
             let sums = gradient[column * omega_rad_s.len()..][..omega_rad_s.len()].iter_mut();
             sums.zip(&products).for_each(|(sum, product)| *sum -= *product * slope);
@@ -226,10 +226,9 @@ impl Network {
 
     /// What the numbers of a rod have in common at each group of frequencies.
     fn at_rod(&self, rod: usize, of: &Solution<'_>) -> [AtRod; ABREAST] {
-        let zero = (Complexes::ZERO, Complexes::ZERO);
         let abreast = of.omega_rad_s.len();
         std::array::from_fn(|w| match of.omega_rad_s.get(w) {
-            None => AtRod { along: zero, slopes: zero },
+            None => AtRod::NONE,
             Some(omega) => AtRod {
                 along: of.along(self.structure.rods[rod].along, w),
                 slopes: self.rods[rod].slopes_each(*omega, &of.rods[rod * abreast + w]),
@@ -255,9 +254,9 @@ impl Network {
         }
     }
 
-    /// aᵀ·(∂D/∂element)·b for one group of frequencies, of an element that is no number of a rod.
+    /// aᵀ·(∂D/∂element)·b for one group of frequencies, of a rod's number with what its numbers have in common.
     #[inline]
-    fn element_product(&self, element: Element, of: &Solution<'_>, w: usize) -> Complexes {
+    fn element_product(&self, element: Element, of: &Solution<'_>, (at_rod, w): (&AtRod, usize)) -> Complexes {
         let omega = of.omega_rad_s[w];
         let across = |joint: usize| {
             let on = &self.structure.joints[joint];
@@ -287,7 +286,7 @@ impl Network {
                     across(joint) * (dispersion_each(omega) * Reals::splat(stiffness * loss_factor))
                 }
             }
-            Element::Rod(..) => Complexes::ZERO,
+            Element::Rod(rod, number) => self.rod_product(rod, number, of, (at_rod, w)),
             Element::Damping(joint) => self.joints[joint].by_damper_each(across(joint), omega) * omega,
             Element::Relaxation(joint) => {
                 let Some(k) = self.joints[joint].relaxation_stiffness else { return Complexes::ZERO };

@@ -1,8 +1,7 @@
 //! Journals: the thinner ends of a shaft.
 
-use super::number::{RELATIVE_STOP, size, tolerance};
-use crate::point::Point;
-use crate::{Law, Machine, Motion, Place, Prior, Station, Value};
+use super::number::{RELATIVE_STOP, massless, size, tolerance};
+use crate::{Law, Machine, Motion, Place, Prior, Station};
 
 /// Length of a journal in diameters of its shaft.
 ///
@@ -52,13 +51,8 @@ fn separate(machine: &mut Machine, index: usize, right: bool, at_m: f64, thinner
     let (first, last) = (shaft.stations[0], shaft.stations[shaft.stations.len() - 1]);
     let end = if right { last } else { first };
     let name = format!("~journal {} of {}", if right { "right" } else { "left" }, shaft.name);
-    let mut point = |motion: Motion| {
-        let name = format!("{name} {}", motion.noun());
-        machine.points.push(Point { name, motion, inertia: Value::number(0.0), fixed: false });
-        machine.points.len() - 1
-    };
-    let axial = end.axial.map(|_| point(Motion::Translation));
-    let torsion = end.torsion.map(|_| point(Motion::Rotation));
+    let axial = end.axial.map(|_| massless(machine, &name, Motion::Translation));
+    let torsion = end.torsion.map(|_| massless(machine, &name, Motion::Rotation));
     let seam = Station { place: Place::At(at_m), axial, torsion };
     let mut journal = shaft;
     journal.diameter.laws.push(thinner);

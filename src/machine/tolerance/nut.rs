@@ -2,8 +2,7 @@
 
 use std::f64::consts::TAU;
 
-use super::number::{size, tolerance};
-use crate::point::Point;
+use super::number::{massless, size, tolerance};
 use crate::{Joint, Machine, Motion, Operating, Place, Prior, Shaft, Station, Value};
 
 /// Half the distance of the two places at which a nut is taken to hold its screw, in leads: a load spread evenly stretches the screw as one at two places a third
@@ -44,13 +43,9 @@ pub(super) fn hold_over_length(machine: &mut Machine, nuts_m: &[f64]) {
         let name = format!("nut load on {}", machine.shafts[index].name);
         machine.parameters.push(tolerance(name, "1", (0.0, Prior::Normal(ASIDE)), [MIDDLE.0, MIDDLE.1]));
         let [before, after] = [("before", -half_m), ("after", half_m)].map(|(side, offset_m)| {
-            let mut massless = |motion: Motion| {
-                let name = format!("~nut {index} {side} {}", motion.noun());
-                machine.points.push(Point { name, motion, inertia: Value::number(0.0), fixed: false });
-                machine.points.len() - 1
-            };
-            let axial = nut.axial.map(|_| massless(Motion::Translation));
-            let torsion = nut.torsion.map(|_| massless(Motion::Rotation));
+            let name = format!("~nut {index} {side}");
+            let axial = nut.axial.map(|_| massless(machine, &name, Motion::Translation));
+            let torsion = nut.torsion.map(|_| massless(machine, &name, Motion::Rotation));
             Station { place: Place::BesideNut(offset_m), axial, torsion }
         });
         // Two joints of one name: a stiff nut also bridges the screw between its ends.
