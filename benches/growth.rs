@@ -14,10 +14,10 @@ use std::time::{Duration, Instant};
 
 use clap::Parser;
 use jointid::config::{effect_library, read_machine, read_machine_text};
-use jointid::diagnosis::{Domain, Null, Settings, closed_interval, diagnose, fitter};
-use jointid::identification::{Plan, identify};
+use jointid::diagnosis::{DiagnosisSettings, Domain, NullDistribution, closed_interval, diagnose, fitter};
+use jointid::identification::{IdentificationSettings, identify};
 use jointid::machine::{Machine, Operating};
-use jointid::measurement::universal::{Abscissa, Axis, ByteOrder, Encoding, Location, Record, UniversalWriter, read};
+use jointid::measurement::universal::{Abscissa, ByteOrder, Encoding, NodeLocation, RecordAxis, UniversalRecord, UniversalWriter, read};
 use jointid::measurement::{Gain, MeasurementSet, ModeObservation, ModeTable, Quantity, read_set};
 use jointid::model::{PeakSearch, Rods, Structure, peaks};
 use jointid::motion::{Sine, simulate};
@@ -209,7 +209,8 @@ fn normal_seconds(machine: &Machine, set: &MeasurementSet) -> f64 {
 /// One search, without intervals by profile: those have their own cost.
 fn identify_seconds(machine: &Machine, set: &MeasurementSet, frf: bool) -> f64 {
     let (fit, held_out) = set.split(None, &[]).expect("a split");
-    let plan = Plan { repeats: 1, profile: false, frf: frf.then(FrfSettings::default), ..Plan::default() };
+    let plan =
+        IdentificationSettings { repeats: 1, profile: false, frf: frf.then(FrfSettings::default), ..IdentificationSettings::default() };
     let begin = Instant::now();
     let found = identify(machine, &fit, &held_out, &plan, &Control::default());
     black_box(&found).as_ref().expect("a result");
@@ -220,10 +221,10 @@ fn identify_seconds(machine: &Machine, set: &MeasurementSet, frf: bool) -> f64 {
 fn universal(records: usize, lines: usize, encoding: Encoding) -> Vec<u8> {
     let mut writer = UniversalWriter::new(Cursor::new(Vec::new()));
     for node in 1..=records as i64 {
-        let place = Location { node, direction: 3, ..Location::default() };
+        let place = NodeLocation { node, direction: 3, ..NodeLocation::default() };
         let values = (0..lines).map(|i| Complex64::new(1e-7 / (1.0 + i as f64), -1e-9 * i as f64)).collect();
         let abscissa = Abscissa::Even { first: 0.0, step: 0.25, count: lines };
-        let record = Record::frequency_response(place.clone(), place, Axis::new(8, "Displacement", "m"), abscissa, values);
+        let record = UniversalRecord::frequency_response(place.clone(), place, RecordAxis::new(8, "Displacement", "m"), abscissa, values);
         writer.record(&record, encoding).expect("a record");
     }
     writer.finish().expect("a file").into_inner()
@@ -316,7 +317,7 @@ fn diagnoses(table: &Table) {
     let (fit, held_out) = set.split(None, &[]).expect("its split");
     let library = effect_library().expect("the library");
     let fitter = fitter(&fit, Domain::Modes(ModeSettings::default()), &[], &[]);
-    let run = |effects: usize, settings: &Settings| {
+    let run = |effects: usize, settings: &DiagnosisSettings| {
         let begin = Instant::now();
         let found = diagnose(&machine, &library[..effects], &fitter, &held_out, settings, &Control::default()).expect("a diagnosis");
         (begin.elapsed().as_secs_f64(), found.null)
@@ -324,8 +325,8 @@ fn diagnoses(table: &Table) {
     // Of all effects, once: what a diagnosis costs where the null is there.
     let mut null = None;
     table.row("diagnosis, modes, null known", "effects", &[1, 4, 12], |n| {
-        let known = null.get_or_insert_with(|| run(12, &Settings { seed: 1, draws: 2, null: None }).1);
-        run(n, &Settings { seed: 1, draws: 2, null: Some(known.clone()) }).0
+        let known = null.get_or_insert_with(|| run(12, &DiagnosisSettings { seed: 1, draws: 2, null: None }).1);
+        run(n, &DiagnosisSettings { seed: 1, draws: 2, null: Some(known.clone()) }).0
     });
     for held in [false, true] {
         let title = format!("diagnosis, six FRFs, {}", if held { "none missing" } else { "the rotor hold missing" });
@@ -344,7 +345,7 @@ fn diagnoses(table: &Table) {
 
 /// A diagnosis of six FRFs of the bench with 1.4 % noise, three of them fitted, with every effect of the library and, where an effect is named, the interval
 /// of what it closes; and its null. The machine is described with its rotor held, as it was measured, or without.
-fn frf_diagnosis_seconds(lines: usize, held: bool, null: Option<Null>) -> (f64, Null) {
+fn frf_diagnosis_seconds(lines: usize, held: bool, null: Option<NullDistribution>) -> (f64, NullDistribution) {
     let read = |without: &[String]| read_machine("configs/tian.toml", &[], without).expect("the embedded bench").machine;
     let without = ["rotor-hold".to_string()];
     let machine = read(if held { &[] } else { &without });
@@ -361,7 +362,8 @@ fn frf_diagnosis_seconds(lines: usize, held: bool, null: Option<Null>) -> (f64, 
     let (library, control) = (effect_library().expect("the library"), Control::default());
     let fitter = fitter(&fit, Domain::Frf(FrfSettings::default()), &[], &[]);
     let begin = Instant::now();
-    let found = diagnose(&machine, &library, &fitter, &held_out, &Settings { seed: 1, draws: NULLS, null }, &control).expect("a diagnosis");
+    let found = diagnose(&machine, &library, &fitter, &held_out, &DiagnosisSettings { seed: 1, draws: NULLS, null }, &control)
+        .expect("a diagnosis");
     black_box(closed_interval(&fitter, &held_out, &found, 1, &control));
     (begin.elapsed().as_secs_f64(), found.null)
 }
@@ -396,7 +398,9 @@ fn motions(table: &Table) {
     table.row("motion of the hybrid axis", "ms", &[1000, 2500, 5000, 10_000], |milliseconds| {
         let sine = Sine { centre: 0.0, amplitude: 0.1, frequency_hz: 0.159_15, periods: milliseconds as f64 * 0.159_15e-3 };
         let course = sine.course(1e-3).expect("a sine");
-        least_seconds(|| simulate(&axis, &axis.start(), &course, &jointid::motion::Settings::default(), &|| true).expect("an axis"))
+        least_seconds(|| {
+            simulate(&axis, &axis.start(), &course, &jointid::motion::SimulationSettings::default(), &|| true).expect("an axis")
+        })
     });
 }
 

@@ -7,7 +7,7 @@ use std::sync::Arc;
 
 use criterion::{Criterion, criterion_group, criterion_main};
 use jointid::config::read_machine;
-use jointid::identification::{Plan, identify};
+use jointid::identification::{IdentificationSettings, identify};
 use jointid::machine::Operating;
 use jointid::measurement::read_set;
 use jointid::model::{Rods, Structure};
@@ -48,13 +48,15 @@ fn bench(criterion: &mut Criterion) {
     for (name, tolerances, profile) in
         [("identify, 3 × 1,000 lines", false, false), ("identify, 3 × 1,000 lines, tolerances and intervals", true, true)]
     {
-        let plan = Plan { frf: Some(FrfSettings::default()), tolerances, profile, ..Plan::default() };
+        let plan = IdentificationSettings { frf: Some(FrfSettings::default()), tolerances, profile, ..IdentificationSettings::default() };
         let run = || identify(machine, &frf_fit, &frf_held_out, &plan, &Control::default()).expect("a result");
         println!("{name}: {} evaluations", run().evaluations);
         slow.bench_function(name, |b| b.iter(|| run().cost));
     }
     slow.bench_function("identify, default plan", |b| {
-        b.iter(|| identify(machine, &fit, &held_out, &Plan::default(), &Control::default()).map(|i| i.cost).expect("a result"));
+        b.iter(|| {
+            identify(machine, &fit, &held_out, &IdentificationSettings::default(), &Control::default()).map(|i| i.cost).expect("a result")
+        });
     });
     slow.finish();
 }

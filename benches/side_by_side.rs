@@ -13,12 +13,14 @@ use std::time::Instant;
 
 use clap::{Parser, Subcommand};
 use jointid::config::{read_machine, read_machine_text};
-use jointid::identification::{Plan, identify};
+use jointid::identification::{IdentificationSettings, identify};
 use jointid::machine::{Machine, Operating};
-use jointid::measurement::universal::{Abscissa, Axis, ByteOrder, Encoding, Location, Ordinate, Record, UniversalWriter, read_path};
+use jointid::measurement::universal::{
+    Abscissa, ByteOrder, Encoding, NodeLocation, Ordinate, RecordAxis, UniversalRecord, UniversalWriter, read_path,
+};
 use jointid::measurement::{MeasurementSet, read_set};
 use jointid::model::coupling::coupled_receptances;
-use jointid::model::{Network, Rods, Structure, matrices};
+use jointid::model::{AssembledModel, Rods, Structure, matrices};
 use jointid::objective::{FrfObjective, FrfSettings, ModeObjective, ModeSettings};
 use jointid::optimizer::{Control, Cost, LeastSquares, Progressed, SearchSettings, search};
 use jointid::unit::omega_rad_s;
@@ -204,7 +206,7 @@ fn pairs(values: &[Complex64]) -> Vec<[f64; 2]> {
 }
 
 /// The table's network over itself, at the start values and a nut position.
-fn table_network(machine: &Machine, nut_m: f64, rods: Rods) -> (Arc<Structure>, Network) {
+fn table_network(machine: &Machine, nut_m: f64, rods: Rods) -> (Arc<Structure>, AssembledModel) {
     let table = machine.point("table").expect("a table");
     let structure = Arc::new(Structure::new(machine, table, table, rods).expect("a table that moves"));
     let mut network = structure.network();
@@ -350,10 +352,15 @@ fn write_universal(file: &Path, binary: bool) -> Value {
             let share = i as f64 / (3000.0 + 10.0 * f64::from(node));
             Complex64::new(1e-7, 0.0) / Complex64::new(1.0 - share * share, 0.02 * share)
         };
-        let place = |node: i32| Location { node: node.into(), direction: 3, ..Location::default() };
+        let place = |node: i32| NodeLocation { node: node.into(), direction: 3, ..NodeLocation::default() };
         let abscissa = Abscissa::Even { first: 0.0, step: 0.25, count: 6401 };
-        let record =
-            Record::frequency_response(place(node), place(1), Axis::new(8, "Displacement", "m"), abscissa, (0..6401).map(value).collect());
+        let record = UniversalRecord::frequency_response(
+            place(node),
+            place(1),
+            RecordAxis::new(8, "Displacement", "m"),
+            abscissa,
+            (0..6401).map(value).collect(),
+        );
         writer.record(&record, encoding).expect("a record");
     }
     writer.finish().expect("a file");
@@ -377,7 +384,7 @@ fn identified(repeats: usize) -> Value {
     let (fit, held_out) = set.split(None, &[]).expect("its split");
     let (mut cost, mut evaluations) = (f64::NAN, 0);
     let timing = timed(repeats, 0, || {
-        let found = identify(&machine, &fit, &held_out, &Plan::default(), &Control::default()).expect("a result");
+        let found = identify(&machine, &fit, &held_out, &IdentificationSettings::default(), &Control::default()).expect("a result");
         cost = found.cost;
         evaluations += found.evaluations;
     });
@@ -393,7 +400,7 @@ fn identified_from_frfs(seed: u64, profile: bool) -> Value {
         line.value *= Complex64::new(1.0 + 0.02 * turn.cos(), 0.02 * (1.1 * turn).sin());
     }
     let (fit, held_out) = set.split(None, &[]).expect("all of it");
-    let plan = Plan { seed, repeats: 1, profile, frf: Some(FrfSettings::default()), ..Plan::default() };
+    let plan = IdentificationSettings { seed, repeats: 1, profile, frf: Some(FrfSettings::default()), ..IdentificationSettings::default() };
     let mut found = None;
     let timing = timed(1, 0, || found = identify(&machine, &fit, &held_out, &plan, &Control::default()).ok());
     let found = found.expect("a result");

@@ -52,7 +52,7 @@
 //! | `cli` | arguments, one file or folder a command, progress, terminal | the only crate that knows all others |
 
 pub use dynamics::{inverse_dynamics, model, motion};
-pub use identification::{self, network, objective, validation};
+pub use identification::{self, neural_residual, objective, validation};
 pub use machine::{self, contact};
 pub use measurement::{self, modal};
 pub use numeric::{self, unit};

@@ -2,7 +2,7 @@
 
 use std::sync::LazyLock;
 
-use jointid::identification::{Identification, Plan, identify};
+use jointid::identification::{Identification, IdentificationSettings, identify};
 use jointid::machine::Machine;
 use jointid::measurement::read_set;
 use jointid::numeric::statistics::{root_mean_square, root_sum_square};
@@ -14,7 +14,7 @@ use rand_xoshiro::Xoshiro256PlusPlus;
 
 use crate::support::config;
 
-fn run_on(positions: &[&str], plan: &Plan) -> (Machine, Identification) {
+fn run_on(positions: &[&str], plan: &IdentificationSettings) -> (Machine, Identification) {
     let config = config("configs/tian.toml");
     let set = read_set("measurements/tian").unwrap();
     let names: Vec<String> = positions.iter().map(|p| (*p).to_string()).collect();
@@ -24,7 +24,7 @@ fn run_on(positions: &[&str], plan: &Plan) -> (Machine, Identification) {
 }
 
 /// What `identify --positions l1,l3,l5` finds, made once.
-static MAIN_JOB: LazyLock<(Machine, Identification)> = LazyLock::new(|| run_on(&["l1", "l3", "l5"], &Plan::default()));
+static MAIN_JOB: LazyLock<(Machine, Identification)> = LazyLock::new(|| run_on(&["l1", "l3", "l5"], &IdentificationSettings::default()));
 
 fn all_errors(predictions: &[PositionPrediction], positions: &[usize]) -> Vec<f64> {
     predictions.iter().filter(|p| positions.contains(&p.position)).flat_map(frequency_errors).map(|e| e.unwrap_or(0.3)).collect()
@@ -52,7 +52,7 @@ fn regress_default_identification() {
 /// whose rounding the vectors' sine follows.)
 #[test]
 fn regress_same_bits_and_effort_on_one_and_two_threads() {
-    let plan = Plan { seed: 7, repeats: 1, ..Plan::default() };
+    let plan = IdentificationSettings { seed: 7, repeats: 1, ..IdentificationSettings::default() };
     let on = |threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
         pool.install(|| run_on(&["l1", "l3", "l5"], &plan).1)
@@ -72,7 +72,7 @@ const EVALUATIONS_AT_SEED_7: u64 = 5_479;
 #[test]
 fn limit_searches_from_any_seed_converge() {
     for seed in 1..=6 {
-        let (_, found) = run_on(&["l1", "l3", "l5"], &Plan { seed, repeats: 1, ..Plan::default() });
+        let (_, found) = run_on(&["l1", "l3", "l5"], &IdentificationSettings { seed, repeats: 1, ..IdentificationSettings::default() });
         assert!(found.evaluations < 10_000, "seed {seed}: {} evaluations", found.evaluations);
     }
 }
@@ -122,15 +122,15 @@ fn published_multi_position_is_better_than_single() {
     let score = |found: &Identification| root_sum_square(all_errors(&found.held_out, &held)).unwrap();
     let multi = score(&MAIN_JOB.1);
     for single in ["l1", "l3", "l5"] {
-        let alone = score(&run_on(&[single], &Plan::default()).1);
+        let alone = score(&run_on(&[single], &IdentificationSettings::default()).1);
         assert!(multi < alone, "{single}: {alone} against {multi}");
     }
 }
 
 /// One position gives 8 observations for 9 unknowns: said so.
 #[test]
-fn limit_fewer_observations_than_unknowns_are_told() {
-    let (_, found) = run_on(&["l3"], &Plan { repeats: 1, ..Plan::default() });
+fn limit_fewer_observations_than_unknowns_are_reported() {
+    let (_, found) = run_on(&["l3"], &IdentificationSettings { repeats: 1, ..IdentificationSettings::default() });
     assert!(found.warnings.iter().any(|w| w.contains("8 observations cannot determine 9 unknowns")), "{:?}", found.warnings);
     assert!(found.estimates.iter().any(|e| e.identifiable == Some(false)));
 }
@@ -141,7 +141,7 @@ fn regress_default_objective_wins_leave_one_position_out() {
     let config = config("configs/tian.toml");
     let set = read_set("measurements/tian").unwrap();
     let (fit, _) = set.split(None, &[]).unwrap();
-    let plan = Plan { repeats: 1, ..Plan::default() };
+    let plan = IdentificationSettings { repeats: 1, ..IdentificationSettings::default() };
     let objectives = [Objective::LeastSquares, Objective::Eq26, Objective::Frequencies];
     let scores = leave_one_out(&config.machine, &fit, &plan, &objectives, &Control::default()).unwrap();
     println!("{scores:?}");
@@ -187,7 +187,7 @@ fn limit_held_out_data_do_not_reach_the_fit() {
     let table = other.modes.as_mut().unwrap();
     table.positions[5][3].frequency_hz = Some(1500.0);
     table.positions[1][0].frequency_hz = Some(12.4);
-    let plan = Plan { repeats: 1, ..Plan::default() };
+    let plan = IdentificationSettings { repeats: 1, ..IdentificationSettings::default() };
     let values = |set: &jointid::measurement::MeasurementSet| {
         let (fit, held_out) = set.split(None, &[]).unwrap();
         identify(&config.machine, &fit, &held_out, &plan, &Control::default()).unwrap().values
@@ -198,7 +198,7 @@ fn limit_held_out_data_do_not_reach_the_fit() {
 /// The interval of the gain tells that it trades against the dampings: a refit with the gain held at 0.2 costs Δχ² of 4 to 5 at a misfit of 2.5.
 #[test]
 fn regress_the_gain_is_less_sure_than_its_amplitudes() {
-    let (_, found) = run_on(&["l1", "l3", "l5"], &Plan { repeats: 1, ..Plan::default() });
+    let (_, found) = run_on(&["l1", "l3", "l5"], &IdentificationSettings { repeats: 1, ..IdentificationSettings::default() });
     let (low, high) = found.gain_interval95.unwrap();
     assert!(low < 0.22 && high > 0.33, "{low} {high}");
 }

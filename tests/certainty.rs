@@ -3,7 +3,7 @@
 
 use std::path::Path;
 
-use jointid::identification::{Identification, Plan, identify};
+use jointid::identification::{Identification, IdentificationSettings, identify};
 use jointid::machine::Machine;
 use jointid::measurement::read_set;
 use jointid::numeric::distribution::clopper_pearson;
@@ -32,7 +32,7 @@ fn read(made: &Ordinary, folder: &Path) -> (Machine, jointid::measurement::Measu
 
 fn identified(machine: &Machine, set: &jointid::measurement::MeasurementSet) -> Identification {
     let (fit, held_out) = set.split(None, &[]).unwrap();
-    let plan = Plan { frf: Some(FrfSettings::default()), ..Plan::default() };
+    let plan = IdentificationSettings { frf: Some(FrfSettings::default()), ..IdentificationSettings::default() };
     identify(machine, &fit, &held_out, &plan, &Control::default()).unwrap()
 }
 
@@ -82,7 +82,7 @@ fn recover_ordinary_machines_from_modes() {
             let (machine, _) = read(&made, folder.path());
             let set = with_modes(&made, folder.path());
             let (fit, held_out) = set.split(None, &[]).unwrap();
-            let plan = Plan { tolerances, ..Plan::default() };
+            let plan = IdentificationSettings { tolerances, ..IdentificationSettings::default() };
             let found = identify(&machine, &fit, &held_out, &plan, &Control::default()).unwrap();
             for t in told(&made, &machine, &found).iter().filter(|t| t.id.starts_with('k')) {
                 (all, all_missed) = (all + 1, all_missed + usize::from(t.missed));

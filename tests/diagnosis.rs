@@ -180,7 +180,7 @@ fn resonator(id: &str, point: &str, [mass_kg, stiffness, damping]: [&str; 3]) ->
         r#"
 [[effect]]
 id = "{id}"
-says = "something on the {point} swings: a mass on a spring"
+description = "something on the {point} swings: a mass on a spring"
 needs = ["{point}"]
 point = [{{ name = "swinging", motion = "translation", mass_kg = "m_swing" }}]
 joint = [{{ name = "swing", between = ["swinging", "{point}"], stiffness = "k_swing", damping = "c_swing" }}]
@@ -253,9 +253,9 @@ fn recover_a_heavy_hub() {
     let hub = r#"
 [[effect]]
 id = "more"
-says = "a heavy hub"
+description = "a heavy hub"
 needs = ["left-angle"]
-rescale = [{ part = "point-inertia", name = "left-angle", law = "times", by = "hub" }]
+rescale = [{ part = "point-inertia", name = "left-angle", modifier = "times", by = "hub" }]
 
 [effect.parameter]
 hub = { unit = "1", start = 2.5, lower = 0.5, upper = 10.0, source = "a brake disc" }
@@ -287,9 +287,9 @@ loss_factor = "eta"
         format!("{id} = {{ unit = \"{unit}\", start = {start}, lower = {lower}, upper = {upper}, source = \"truth\" }}\n")
     };
     let truth = [
-        "\n[[effect]]\nid = \"more\"\nsays = \"the screw bends\"\nneeds = [\"screw\"]\nrescale = [\n",
-        "{ part = \"joint-stiffness\", name = \"bending-left\", law = \"left-span\", by = \"f\" },\n",
-        "{ part = \"joint-stiffness\", name = \"bending-right\", law = \"right-span\", by = \"f\" },\n]\n",
+        "\n[[effect]]\nid = \"more\"\ndescription = \"the screw bends\"\nneeds = [\"screw\"]\nrescale = [\n",
+        "{ part = \"joint-stiffness\", name = \"bending-left\", modifier = \"left-span\", by = \"f\" },\n",
+        "{ part = \"joint-stiffness\", name = \"bending-right\", modifier = \"right-span\", by = \"f\" },\n]\n",
         &bending("left"),
         &bending("right"),
         "\n[effect.parameter]\n",

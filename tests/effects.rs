@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use jointid::config::effect_library;
-use jointid::diagnosis::{Hypothesis, at_start, tells};
+use jointid::diagnosis::{Hypothesis, at_start, is_plausible};
 use jointid::machine::{Data, Effect, Machine, Operating};
 use jointid::model::{Rods, Structure, undamped_modes};
 
@@ -20,7 +20,7 @@ fn every_effect_applies_to_the_bench_and_says_what_it_is() {
     assert!(library.len() >= 32);
     for effect in library.iter().filter(|e| e.data.contains(&Data::Frf)) {
         let with = machine.with_effect(effect).unwrap_or_else(|e| panic!("{}: {e}", effect.id));
-        assert!(with.effects.contains(&effect.id) && effect.says.len() > 20, "{}", effect.id);
+        assert!(with.effects.contains(&effect.id) && effect.description.len() > 20, "{}", effect.id);
         let added = with.parameters.len() - machine.parameters.len();
         assert!((1..=5).contains(&added), "{} adds {added} parameters", effect.id);
         assert!(with.parameters[machine.parameters.len()..].iter().all(|p| !p.source.is_empty()), "{}", effect.id);
@@ -41,7 +41,7 @@ fn arms_that_no_table_has_tell_of_no_rocking() {
                 _ => {}
             }
         }
-        assert_eq!(tells(&hypothesis, &fitted), told, "{sensor} {hammer}");
+        assert_eq!(is_plausible(&hypothesis, &fitted), told, "{sensor} {hammer}");
     }
 }
 
@@ -55,7 +55,7 @@ fn a_stage_heavier_than_the_rotor_it_is_part_of_tells_of_no_elastic_drive() {
     for (inertia, told) in [(1e-4, true), (9e-4, true), (2e-3, false), (5e-2, false)] {
         let mut fitted = at_start(&hypothesis);
         fitted.units[stage] = hypothesis.machine.parameters[stage].to_unit(inertia);
-        assert_eq!(tells(&hypothesis, &fitted), told, "{inertia}");
+        assert_eq!(is_plausible(&hypothesis, &fitted), told, "{inertia}");
     }
 }
 
@@ -215,7 +215,7 @@ fn limit_a_nut_over_a_length_is_two_springs_side_by_side() {
 
 /// A screw as short as eight diameters, and a nut at the end of its stroke, are described machines like others.
 #[test]
-fn what_is_ordinarily_wrong_applies_to_a_short_screw() {
+fn nuisances_apply_to_a_short_screw() {
     let text = std::fs::read_to_string("configs/tian.toml").unwrap().replace("length_m = 2.6", "length_m = 0.32");
     let machine = jointid::config::read_machine_text("test", &text, &[], &[]).unwrap().machine;
     for nuts_m in [&[0.1, 0.2][..], &[0.003, 0.317], &[]] {
@@ -300,7 +300,7 @@ fn arms_on_nothing_are_refused() {
                 r#"
 [[effect]]
 id = "arm"
-says = "the sensor sits on an arm"
+description = "the sensor sits on an arm"
 lever = [{lever}]
 [effect.parameter.r_arm]
 unit = "1"

@@ -1,8 +1,8 @@
 //! Identification from whole FRFs: exact derivatives, recovery from another model, statistics.
 
-use jointid::identification::{Identification, Plan, identify};
+use jointid::identification::{Identification, IdentificationSettings, identify};
 use jointid::machine::{Machine, Operating};
-use jointid::measurement::{Condition, Frf, Gain, Line, MeasurementSet, Noise, Position, Quantity};
+use jointid::measurement::{Condition, Frf, FrfLine, FrfNoise, Gain, MeasurementSet, Position, Quantity};
 use jointid::model::{Rods, Structure};
 use jointid::objective::{FrfObjective, FrfSettings};
 use jointid::optimizer::{Control, LeastSquares};
@@ -30,7 +30,7 @@ fn set_of(
                 .map(|&frequency_hz| {
                     let noise = Complex64::new(random.normal(), random.normal()) * (sd / 2.0_f64.sqrt());
                     let value = receptance(position, *channel, TAU * frequency_hz) * noise.exp();
-                    Line { frequency_hz, value, noise: Some(Noise::RelativeSd(sd)) }
+                    FrfLine { frequency_hz, value, noise: Some(FrfNoise::RelativeSd(sd)) }
                 })
                 .collect();
             frfs.push(Frf {
@@ -59,7 +59,7 @@ fn set_of(
         frfs,
         motions: Vec::new(),
         split: None,
-        tolerance: jointid::measurement::Tolerance::default(),
+        tolerance: jointid::measurement::ChannelTolerance::default(),
         published: Default::default(),
         files: Vec::new(),
         warnings: Vec::new(),
@@ -85,7 +85,7 @@ fn own_set(machine: &Machine, values: &[f64], lines: &[f64], sd: f64, random: &m
 /// Of data that are as the machine is described: no tolerance is fitted along.
 fn run(machine: &Machine, set: &MeasurementSet, settings: FrfSettings, repeats: usize) -> Identification {
     let (fit, held_out) = set.split(None, &[]).unwrap();
-    let plan = Plan { frf: Some(settings), repeats, tolerances: false, ..Plan::default() };
+    let plan = IdentificationSettings { frf: Some(settings), repeats, tolerances: false, ..IdentificationSettings::default() };
     identify(machine, &fit, &held_out, &plan, &Control::default()).unwrap()
 }
 
@@ -155,19 +155,19 @@ fn exact_derivatives_are_those_of_finite_differences() {
     let more = r#"
 [[effect]]
 id = "everything"
-says = "for the test"
+description = "for the test"
 rescale = [
-    { part = "shaft-loss-factor", name = "screw", law = "replace", by = "eta" },
-    { part = "shaft-diameter", name = "screw", law = "relative", by = "thick" },
-    { part = "shaft-bore", name = "screw", law = "replace", by = "bore" },
-    { part = "shaft-modulus", name = "screw", law = "relative", by = "modulus" },
-    { part = "shaft-shear-modulus", name = "screw", law = "relative", by = "shear" },
-    { part = "point-inertia", name = "table", law = "relative", by = "mass" },
-    { part = "joint-stiffness", name = "nut", law = "added", by = "slope" },
-    { part = "joint-stiffness", name = "coupling", law = "in-series", by = "k_flange" },
-    { part = "chain-delay", law = "replace", by = "delay" },
-    { part = "chain-gain", law = "relative", by = "factor" },
-    { part = "chain-power", law = "replace", by = "power" },
+    { part = "shaft-loss-factor", name = "screw", modifier = "replace", by = "eta" },
+    { part = "shaft-diameter", name = "screw", modifier = "relative", by = "thick" },
+    { part = "shaft-bore", name = "screw", modifier = "replace", by = "bore" },
+    { part = "shaft-modulus", name = "screw", modifier = "relative", by = "modulus" },
+    { part = "shaft-shear-modulus", name = "screw", modifier = "relative", by = "shear" },
+    { part = "point-inertia", name = "table", modifier = "relative", by = "mass" },
+    { part = "joint-stiffness", name = "nut", modifier = "added", by = "slope" },
+    { part = "joint-stiffness", name = "coupling", modifier = "in-series", by = "k_flange" },
+    { part = "chain-delay", modifier = "replace", by = "delay" },
+    { part = "chain-gain", modifier = "relative", by = "factor" },
+    { part = "chain-power", modifier = "replace", by = "power" },
 ]
 [[effect.joint]]
 name = "pad"
@@ -241,7 +241,13 @@ fn statistics(draws: usize, lines: &[f64], sd: f64) -> (Vec<f64>, Vec<f64>) {
         let (fit, held_out) = set.split(None, &[]).unwrap();
         let objective = FrfObjective::new(machine, &fit, settings, &[]).unwrap();
         let place = place_of(machine, &objective, &truth);
-        let plan = Plan { frf: Some(settings), repeats: 1, near: Some(place.clone()), tolerances: false, ..Plan::default() };
+        let plan = IdentificationSettings {
+            frf: Some(settings),
+            repeats: 1,
+            near: Some(place.clone()),
+            tolerances: false,
+            ..IdentificationSettings::default()
+        };
         let found = identify(machine, &fit, &held_out, &plan, &Control::default()).unwrap();
         if bound.is_empty() {
             let information = objective.normal(&place).information;
@@ -314,7 +320,7 @@ fn the_condition_of_a_record_is_that_of_its_prediction() {
 
 /// Few lines where the curve turns tell χ² of all nearly as well as all; as many evenly apart step over narrow resonances.
 #[test]
-fn limit_few_telling_lines_stand_for_all() {
+fn limit_few_curvature_sampled_lines_stand_for_all() {
     let config = config("configs/tian.toml");
     let machine = &config.machine;
     let truth = truth_of(machine);
@@ -322,7 +328,7 @@ fn limit_few_telling_lines_stand_for_all() {
     let set = own_set(machine, &truth, &lines, 0.005, &mut Draws(4));
     let (fit, _) = set.split(None, &[]).unwrap();
     let objective = FrfObjective::new(machine, &fit, FrfSettings::default(), &[]).unwrap();
-    let (even, telling) = (objective.thinned(60), objective.telling(60));
+    let (even, telling) = (objective.thinned(60), objective.curvature_sampled(60));
     assert!(telling.lines().iter().all(|count| *count <= 60));
     let place = place_of(machine, &objective, &truth);
     let (mut of_even, mut of_telling) = (0.0_f64, 0.0_f64);

@@ -4,17 +4,17 @@ use jointid::config::read_machine;
 use jointid::diagnosis::motion::{MotionDiagnosis, MotionSettings, diagnose_motion, gap_of};
 use jointid::diagnosis::{Status, VerdictKind};
 use jointid::identification::motion::estimate;
-use jointid::inverse_dynamics::{Motion, Phase, Recipe, Rigid, free_parameters, prediction, recorded};
-use jointid::measurement::{Load, MotionRecord, read_set};
+use jointid::inverse_dynamics::{MotionSignal, Phase, Preprocessing, Rigid, free_parameters, prediction, recorded};
+use jointid::measurement::{DriveEffort, MotionRecord, read_set};
 use jointid::optimizer::Control;
 
 use crate::support::axis::{Axis, course};
 
 const CONFIG: &str = "configs/emps.toml";
 
-fn real() -> Option<Vec<Motion>> {
+fn real() -> Option<Vec<MotionSignal>> {
     let set = read_set(test_data::shared("realdata/emps")?.to_str().unwrap()).unwrap();
-    Some(set.motions.iter().map(|r| Motion::new(r, Recipe::usual(r.step_s)).unwrap()).collect())
+    Some(set.motions.iter().map(|r| MotionSignal::new(r, Preprocessing::usual(r.step_s)).unwrap()).collect())
 }
 
 fn near(found: f64, published: f64, relative: f64) {
@@ -73,7 +73,7 @@ fn published_emps_least_squares() {
     }
 }
 
-fn diagnosed(fit: &[&Motion], held_out: &[&Motion], without: &[&str], freeze: &[&str]) -> MotionDiagnosis {
+fn diagnosed(fit: &[&MotionSignal], held_out: &[&MotionSignal], without: &[&str], freeze: &[&str]) -> MotionDiagnosis {
     let owned = |list: &[&str]| list.iter().map(|s| s.to_string()).collect::<Vec<String>>();
     let config = read_machine(CONFIG, &[], &owned(without)).unwrap();
     let settings = MotionSettings { seed: 1, draws: 240 };
@@ -107,14 +107,14 @@ fn published_emps_withheld_effects_are_named() {
         );
         assert!(closed > least && low < closed && closed < high);
         let contradiction = found.contradictions.iter().find(|c| c.name == "pulses").expect("pulses is late");
-        assert!(contradiction.says.contains("after its force"), "{}", contradiction.says);
+        assert!(contradiction.description.contains("after its force"), "{}", contradiction.description);
         let delay = |name: &str| found.shifts.iter().find(|s| s.name == name).unwrap().delay_s;
         assert!(delay("pulses") > 0.5e-3 && delay("pulses") - delay("sweep") > 0.25e-3);
     }
 }
 
 /// A record of the axis of [`support::axis`], which integrates another way and rubs by another law.
-fn made(name: &str, axis: &Axis, seed: u64) -> Motion {
+fn made(name: &str, axis: &Axis, seed: u64) -> MotionSignal {
     let record = MotionRecord {
         name: name.into(),
         source: format!("{name}.csv"),
@@ -122,7 +122,7 @@ fn made(name: &str, axis: &Axis, seed: u64) -> Motion {
         time_s: Vec::new(),
         command_m: Vec::new(),
         position_m: Vec::new(),
-        load: Load::Force(Vec::new()),
+        load: DriveEffort::Force(Vec::new()),
         others: Default::default(),
     };
     let samples = axis.run(&course(seed), seed);
@@ -130,10 +130,10 @@ fn made(name: &str, axis: &Axis, seed: u64) -> Motion {
         time_s: (0..samples.len()).map(|i| 1e-3 * i as f64).collect(),
         command_m: samples.iter().map(|s| s.0).collect(),
         position_m: samples.iter().map(|s| s.1).collect(),
-        load: Load::Force(samples.iter().map(|s| s.2).collect()),
+        load: DriveEffort::Force(samples.iter().map(|s| s.2).collect()),
         ..record
     };
-    Motion::new(&record, Recipe::usual(1e-3)).unwrap()
+    MotionSignal::new(&record, Preprocessing::usual(1e-3)).unwrap()
 }
 
 fn of_axis(axis: &Axis, seed: u64) -> MotionDiagnosis {
@@ -249,7 +249,7 @@ fn limit_a_motion_without_reversal_is_insufficient() {
     let turning = made("fit", &axis, 2);
     let forward: Vec<usize> = (0..turning.position_m.len()).filter(|i| turning.velocity_m_s[*i] > 0.01).collect();
     let of = |x: &[f64]| forward.iter().map(|i| x[*i]).collect::<Vec<f64>>();
-    let mut motion = Motion {
+    let mut motion = MotionSignal {
         position_m: of(&turning.position_m),
         velocity_m_s: of(&turning.velocity_m_s),
         acceleration_m_s2: of(&turning.acceleration_m_s2),

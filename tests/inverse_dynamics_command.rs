@@ -75,7 +75,7 @@ fn a_set_of_motions_goes_through_all_commands() {
 
 /// Faults of records and machines are one message, exit code 2, nothing written.
 #[test]
-fn faults_are_told() {
+fn faults_are_reported() {
     let folder = tempfile::tempdir().unwrap();
     let manifest = "title = \"x\"\n[[motion]]\nname = \"a\"\nfile = \"a.csv\"\n";
     std::fs::write(folder.path().join("manifest.toml"), manifest).unwrap();
@@ -112,7 +112,7 @@ fn faults_are_told() {
 /// A cable chain that pulls along the travel, which no effect of the library does, could pass for a force along the travel if that were four times as large as
 /// it ordinarily is: then it is none.
 #[test]
-fn recover_what_is_more_than_ordinary() {
+fn recover_effects_larger_than_common() {
     use jointid::reference_simulator::motion::{Plan, QUICK, generate_one, write_case};
     let (seed, index) = (97, 78);
     let (case, label) = generate_one(seed, &Plan::from_counts(&QUICK, seed), index).unwrap();

@@ -4,7 +4,6 @@
 mod support;
 
 mod architecture;
-mod beginning;
 mod bench;
 mod certainty;
 mod command;
@@ -29,5 +28,6 @@ mod recovery;
 mod refusals;
 mod resume;
 mod servo;
+mod template;
 mod transmission;
 mod withheld;

@@ -2,7 +2,7 @@
 
 use jointid::machine::Operating;
 use jointid::model::coupling::coupled_receptances;
-use jointid::model::{Complexes, LANES, Lines, Reals, Rods, Structure, undamped_modes};
+use jointid::model::{Complexes, FrequencyGrid, LANES, Reals, Rods, Structure, undamped_modes};
 use std::sync::Arc;
 
 use crate::support::bench_equations::{TAB_3, h_all};
@@ -65,7 +65,7 @@ fn limit_lines_that_know_their_rods_give_the_same() {
         let (mut network, mut work) = (structure.network(), structure.workspace());
         let omegas: Vec<f64> = (1..=70).map(|i| omega(12.7 * f64::from(i))).collect();
         network.update(machine, &values, &Operating::at_nut(0.6));
-        let mut lines = Lines::new(&omegas);
+        let mut lines = FrequencyGrid::new(&omegas);
         lines.keep_rods(&network, |rod| rod != 1);
         for nut_m in [0.6, 1.3] {
             network.update(machine, &values, &Operating::at_nut(nut_m));

@@ -5,7 +5,7 @@ use std::f64::consts::{PI, TAU};
 use jointid::config::read_machine_text;
 use jointid::machine::{Machine, Operating};
 use jointid::measurement::read_motion;
-use jointid::motion::{Course, Event, EventKind, MotionError, SCurve, Settings, Sine, Trace, simulate, simulate_record};
+use jointid::motion::{Course, Event, EventKind, MotionError, SCurve, SimulationSettings, Sine, Trace, simulate, simulate_record};
 use nalgebra::{DMatrix, DVector};
 
 /// A drive whose loops do nothing: its force is what the course adds, in N.
@@ -15,12 +15,12 @@ fn machine(text: &str) -> Machine {
     read_machine_text("axis.toml", text, &[], &[]).unwrap_or_else(|e| panic!("{e}")).machine
 }
 
-fn run_with(machine: &Machine, course: &Course, settings: &Settings) -> Trace {
+fn run_with(machine: &Machine, course: &Course, settings: &SimulationSettings) -> Trace {
     simulate(machine, &machine.start(), course, settings, &|| true).unwrap_or_else(|e| panic!("{e}"))
 }
 
 fn run(machine: &Machine, course: &Course) -> Trace {
-    run_with(machine, course, &Settings { bound: Some(f64::INFINITY), ..Settings::default() })
+    run_with(machine, course, &SimulationSettings { bound: Some(f64::INFINITY), ..SimulationSettings::default() })
 }
 
 /// A course that commands nothing and adds volts.
@@ -282,7 +282,7 @@ fn limit_presliding_converges_at_fourth_order() {
     );
     let machine = machine(&text);
     let end = |step_s: f64, tolerance: f64| {
-        let settings = Settings { step_s: Some(step_s), tolerance, bound: Some(f64::INFINITY), ..Settings::default() };
+        let settings = SimulationSettings { step_s: Some(step_s), tolerance, bound: Some(f64::INFINITY), ..SimulationSettings::default() };
         let sample = run_with(&machine, &pushed(vec![30.0; 201]), &settings).samples.pop().unwrap();
         sample.position
     };
@@ -365,7 +365,7 @@ fn limit_an_unstable_loop_stops_and_says_when() {
         "{ONE_MASS}constant = 5.0\nposition = {{ gain_per_s = 10.0, period_s = 1e-3 }}\nvelocity = {{ gain = 1e4, period_s = 1e-3 }}\n"
     ));
     let course = Course::new(1e-3, vec![0.0, 1e-3]).stretched(2000);
-    let trace = run_with(&machine, &course, &Settings::default());
+    let trace = run_with(&machine, &course, &SimulationSettings::default());
     let (time_s, error) = trace.unstable.unwrap();
     assert!(!trace.complete && time_s < 1.0 && error > 1e-2);
     assert_eq!(trace.samples.last().unwrap().time_s, time_s);
@@ -373,21 +373,21 @@ fn limit_an_unstable_loop_stops_and_says_when() {
 
 #[test]
 fn refuse_steps_and_strokes_that_do_not_fit() {
-    let said = |machine: &Machine, course: &Course, settings: &Settings, expected: &str| {
+    let said = |machine: &Machine, course: &Course, settings: &SimulationSettings, expected: &str| {
         let error = simulate(machine, &machine.start(), course, settings, &|| true).unwrap_err().to_string();
         assert!(error.contains(expected), "{error}");
     };
     let axis = machine(TWO_MASSES);
     let course = Course::new(1e-3, vec![0.0, 1e-3]);
-    let step = |step_s| Settings { step_s: Some(step_s), ..Settings::default() };
+    let step = |step_s| SimulationSettings { step_s: Some(step_s), ..SimulationSettings::default() };
     said(&axis, &course, &step(1e-3), "too long");
     said(&axis, &course, &step(2e-4), "no whole part");
-    said(&axis, &Course::new(1e-3, vec![0.0, f64::NAN]), &Settings::default(), "finite");
+    said(&axis, &Course::new(1e-3, vec![0.0, f64::NAN]), &SimulationSettings::default(), "finite");
     let bench = jointid::config::read_machine("configs/tian.toml", &[], &[]).unwrap().machine;
-    assert_eq!(simulate(&bench, &bench.start(), &course, &Settings::default(), &|| true), Err(MotionError::NoDrive));
+    assert_eq!(simulate(&bench, &bench.start(), &course, &SimulationSettings::default(), &|| true), Err(MotionError::NoDrive));
     let text = std::fs::read_to_string("configs/tian.toml").unwrap() + "\n[drive]\non = \"rotor\"\n" + OPEN_LOOP;
     let text = text.replace("effects = [\"rotor-hold\"]", "");
-    let at_end = Settings { operating: Operating::at_nut(2.5), ..Settings::default() };
+    let at_end = SimulationSettings { operating: Operating::at_nut(2.5), ..SimulationSettings::default() };
     said(&machine(&text), &Course::new(1e-3, vec![0.0, 0.2]), &at_end, "beyond the screw of 2.6 m");
     for (from, to, part) in [
         ("period_s = 1e-3\n[drive.velocity]", "period_s = 3e-4\n[drive.velocity]", "drive.position.period_s"),
@@ -450,7 +450,7 @@ period_s = 5e-4
     let plain = machine(&text.replace("coulomb = 30.0", ""));
     let rough = machine(&text);
     let sine = Sine { centre: 0.0, amplitude: 0.02, frequency_hz: 1.0, periods: 1.5 }.course(1e-3).unwrap();
-    let settings = Settings { operating: Operating::at_nut(1.3), lumps: 2, ..Settings::default() };
+    let settings = SimulationSettings { operating: Operating::at_nut(1.3), lumps: 2, ..SimulationSettings::default() };
     let forces = |machine: &Machine, values: &[f64]| -> Vec<f64> {
         let trace = simulate(machine, values, &sine, &settings, &|| true).unwrap_or_else(|e| panic!("{e}"));
         assert!(trace.complete && trace.energy.imbalance() < 1e-5, "{:e}", trace.energy.imbalance());
@@ -530,7 +530,7 @@ fn published_force_errors_of_emps_in_closed_loop() {
         let read = read_motion(record, record, &text).unwrap();
         for (machine, limit) in [&symmetric, &asymmetric].into_iter().zip(limits) {
             let began = std::time::Instant::now();
-            let (trace, gap) = simulate_record(machine, &values(machine), &read, &Settings::default(), &|| true).unwrap();
+            let (trace, gap) = simulate_record(machine, &values(machine), &read, &SimulationSettings::default(), &|| true).unwrap();
             let gap = gap.unwrap();
             println!(
                 "{record}: force {:.3} %, tracking {:.3} %, {} events, {:?}",
@@ -560,7 +560,7 @@ fn energy_of_play_with_an_erring_lead_closes() {
     let (with, without) = (own(&text), own(&text.replace(lead, "")));
     assert!(with.energy.imbalance() < 1e-6 && times(&with, EventKind::Closes).len() >= 2, "{:e}", with.energy.imbalance());
     // What the table is beside the motor: the loop feels the flank's slope, too.
-    let beside = |s: &jointid::motion::Sample| s.points[1] - 0.02 / TAU * s.points[0];
+    let beside = |s: &jointid::motion::TraceSample| s.points[1] - 0.02 / TAU * s.points[0];
     // Between its turns, where both are in contact on one side, the tables differ by the error of the lead.
     let difference = with.samples.iter().zip(&without.samples).skip(5400).take(1200).map(|(a, b)| beside(a) - beside(b));
     let (low, high) = difference.fold((0.0_f64, 0.0_f64), |(l, h), x| (l.min(x), h.max(x)));

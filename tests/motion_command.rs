@@ -25,7 +25,7 @@ fn refused(arguments: &[&str], expected: &[&str]) {
 const EMPS: [&str; 2] = ["--config", "configs/emps.toml"];
 
 #[test]
-fn a_flexible_axis_moves_as_told_and_its_document_holds_its_schema() {
+fn a_flexible_axis_follows_its_command_and_its_document_holds_its_schema() {
     let folder = tempfile::tempdir().unwrap();
     let out = folder.path().to_str().unwrap();
     let arguments = ["--config", "configs/servo-axis.toml", "--reference", "s-curve", "--travel-m", "0.2", "--json", "--out", out];

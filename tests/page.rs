@@ -99,7 +99,7 @@ fn a_name_from_a_file_is_text_in_the_page() {
 }
 
 #[test]
-fn what_has_changed_is_not_drawn_but_said() {
+fn changed_inputs_are_reported_not_drawn() {
     let folder = tempfile::tempdir().unwrap();
     let out = folder.path().join("out");
     let config = folder.path().join("machine.toml");
@@ -222,7 +222,7 @@ fn a_report_works_in_chromium() {
 /// Six positions, six responses, ten thousand lines each, with noise: what cannot be seen is left out, so that the page stays light, and it works.
 #[test]
 fn a_report_of_many_lines_works_in_chromium() {
-    use jointid::report::page::{Curve, MOST_BYTES, Page, html};
+    use jointid::report::page::{MOST_BYTES, Page, PageCurve, html};
     use num_complex::Complex64;
     let curve = |position: usize, response: usize| {
         let modes = [24.0, 116.0 + position as f64, 540.0 + 9.0 * position as f64, 720.0 + 5.0 * response as f64, 1400.0];
@@ -232,7 +232,7 @@ fn a_report_of_many_lines_works_in_chromium() {
         let measured = predicted.iter().enumerate().map(|(i, (f, h))| (*f, h * noise(i))).collect();
         let channel = format!("p{response}/table");
         let (position, held_out, unit) = (format!("l{position}"), position % 2 == 1, "receptance (µm/N)".to_string());
-        Curve { position, channel, held_out, unit, measured, predicted, ..Curve::default() }
+        PageCurve { position, channel, held_out, unit, measured, predicted, ..PageCurve::default() }
     };
     let curves = (0..36).map(|n| curve(n / 6, n % 6)).collect();
     let made = html(&Page { title: "many lines".into(), curves, ..Page::default() });

@@ -98,7 +98,7 @@ proptest! {
         let structure = table_structure(machine, Rods::Exact);
         let (mut network, mut work) = (structure.network(), structure.workspace());
         let mut numbers = values(machine, &places);
-        let count = |network: &jointid::model::Network, work: &mut _| -> Vec<usize> {
+        let count = |network: &jointid::model::AssembledModel, work: &mut _| -> Vec<usize> {
             (1..100).map(|i| network.modes_below(63.1 * f64::from(i), work)).collect()
         };
         network.update(machine, &numbers, &Operating::at_nut(nut));

@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use jointid::config::read_machine_text;
 use jointid::machine::{Machine, Operating};
-use jointid::model::{Network, Rods, Structure, Workspace, undamped_modes};
+use jointid::model::{AssembledModel, Rods, Structure, Workspace, undamped_modes};
 use nalgebra::DMatrix;
 use num_complex::Complex64;
 use proptest::prelude::*;
@@ -81,7 +81,7 @@ impl Made {
         Operating::at_nut(if self.mirrored { self.length_m - self.nut_m } else { self.nut_m })
     }
 
-    fn network(&self, response: &str, excitation: &str, rods: Rods) -> (Network, Workspace) {
+    fn network(&self, response: &str, excitation: &str, rods: Rods) -> (AssembledModel, Workspace) {
         let machine = self.machine();
         let point = |name: &str| machine.point(name).unwrap();
         let structure = Arc::new(Structure::new(&machine, point(response), point(excitation), rods).unwrap());

@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 use std::path::Path;
 
-use jointid::identification::{Identification, Plan, identify};
+use jointid::identification::{Identification, IdentificationSettings, identify};
 use jointid::machine::Machine;
 use jointid::measurement::{MeasurementSet, read_set};
 use jointid::numeric::statistics::median;
@@ -44,7 +44,7 @@ fn write_set(folder: &Path, peaks: &[Vec<Peak>], resolution: Option<f64>, scatte
     read_set(&folder.display().to_string()).unwrap()
 }
 
-fn run(machine: &Machine, set: &MeasurementSet, plan: &Plan) -> Identification {
+fn run(machine: &Machine, set: &MeasurementSet, plan: &IdentificationSettings) -> Identification {
     let (fit, held_out) = set.split(None, &[]).unwrap();
     identify(machine, &fit, &held_out, plan, &Control::default()).unwrap()
 }
@@ -65,7 +65,7 @@ fn recover_what_the_data_see_without_noise() {
     assert!(peaks.iter().all(|p| p.len() == 4), "{peaks:?}");
     let set = write_set(folder.path(), &peaks, None, &mut || 1.0);
     // The data are as the machine is described: its tolerances leave nothing open.
-    let mut plan = Plan { tolerances: false, ..Plan::default() };
+    let mut plan = IdentificationSettings { tolerances: false, ..IdentificationSettings::default() };
     plan.settings.frequency_model_error = 1e-3;
     plan.settings.amplitude_sd = 0.01;
     let found = run(machine, &set, &plan);
@@ -77,7 +77,7 @@ fn recover_what_the_data_see_without_noise() {
     }
     assert!((found.gain.gain / GAIN - 1.0).abs() < 0.005, "{:?}", found.gain);
     // With the weights of a real test the bearing dampings are not seen, and said not to be.
-    let found = run(machine, &set, &Plan { repeats: 1, ..Plan::default() });
+    let found = run(machine, &set, &IdentificationSettings { repeats: 1, ..IdentificationSettings::default() });
     for id in ["c_al", "c_ar"] {
         assert_eq!(found.estimates[machine.parameter(id).unwrap()].identifiable, Some(false), "{id}");
     }
@@ -94,7 +94,7 @@ fn median_errors(draws: u64, spread: f64) -> [f64; 4] {
         let mut vary = |k: f64| k * (spread * (2.0 * random.next() - 1.0)).exp();
         let truth = Joints { k_al: vary(TRUTH.k_al), k_ar: vary(TRUTH.k_ar), k_n: vary(TRUTH.k_n), k_m: vary(TRUTH.k_m), ..TRUTH };
         let set = write_set(folder.path(), &peaks_of(truth), Some(1.0), &mut || f64::exp(0.05 * random.normal()));
-        let mut plan = Plan { repeats: 1, seed: draw, ..Plan::default() };
+        let mut plan = IdentificationSettings { repeats: 1, seed: draw, ..IdentificationSettings::default() };
         plan.settings.frequency_model_error = 1e-3;
         plan.settings.amplitude_sd = 0.05;
         let found = run(machine, &set, &plan);

@@ -189,7 +189,7 @@ enum Slip {
 use Slip::{Command as Typed, Machine, Set};
 
 const FRF: &str = "title = \"x\"\nquantity = \"receptance\"\nresponse = \"table\"\nexcitation = \"table\"\n[[position]]\nname = \"l1\"\nnut_m = 0.6\n[[frf]]\nposition = \"l1\"\nfile = \"l1.csv\"\n";
-const BRAKE: &str = "[[effect]]\nid = \"brake\"\nsays = \"the brake grips\"\n[[effect.joint]]\nname = \"brake\"\nbetween = [\"rotr\", \"ground\"]\nstiffness = 1e4\n\n[[joint]]";
+const BRAKE: &str = "[[effect]]\nid = \"brake\"\ndescription = \"the brake grips\"\n[[effect.joint]]\nname = \"brake\"\nbetween = [\"rotr\", \"ground\"]\nstiffness = 1e4\n\n[[joint]]";
 const HEADED: &str = "frequency_hz,real,imag\n";
 
 /// The mistakes that are likeliest when a machine of one's own is described, measured and identified, in the order of the work.

@@ -5,10 +5,10 @@ use std::collections::BTreeMap;
 use jointid::config::{MachineConfig, read_machine_text};
 use jointid::diagnosis::VerdictKind;
 use jointid::diagnosis::motion::{MotionDiagnosis, MotionSettings, diagnose_motion};
-use jointid::identification::motion::{Fit, estimate_weighed};
-use jointid::inverse_dynamics::{Motion, Recipe, Rigid, free_parameters, unseen};
-use jointid::measurement::{Load, MotionRecord};
-use jointid::motion::{Course, Settings, simulate};
+use jointid::identification::motion::{ForceFit, estimate_weighed};
+use jointid::inverse_dynamics::{MotionSignal, Preprocessing, Rigid, free_parameters, unseen};
+use jointid::measurement::{DriveEffort, MotionRecord};
+use jointid::motion::{Course, SimulationSettings, simulate};
 use jointid::optimizer::Control;
 
 use crate::support::axis::course;
@@ -104,22 +104,22 @@ fn record(name: &str, samples: &[(f64, f64, f64, f64)]) -> MotionRecord {
         time_s: (0..samples.len()).map(|i| 1e-3 * i as f64).collect(),
         command_m: of(|s| s.0),
         position_m: of(|s| s.1),
-        load: Load::Torque(of(|s| s.3)),
+        load: DriveEffort::Torque(of(|s| s.3)),
         others: BTreeMap::from([("table_m".to_string(), of(|s| s.2))]),
     }
 }
 
-fn made_ready(config: &MachineConfig, record: &MotionRecord) -> Motion {
+fn made_ready(config: &MachineConfig, record: &MotionRecord) -> MotionSignal {
     let machine = &config.machine;
     let rigid = Rigid::new(machine, &machine.start()).unwrap();
-    let motion = Motion::new(record, Recipe::usual(record.step_s)).unwrap();
+    let motion = MotionSignal::new(record, Preprocessing::usual(record.step_s)).unwrap();
     rigid.check(machine, &motion).unwrap();
     let (motion, warnings) = motion.with_points(record, machine, &rigid).unwrap();
     assert!(warnings.is_empty() && motion.further.len() == 1);
     motion
 }
 
-fn identified(config: &MachineConfig, motions: &mut [Motion]) -> (Fit, Rigid) {
+fn identified(config: &MachineConfig, motions: &mut [MotionSignal]) -> (ForceFit, Rigid) {
     let machine = &config.machine;
     let rigid = Rigid::new(machine, &machine.start()).unwrap();
     let free = free_parameters(machine, &[]).unwrap();
@@ -149,7 +149,7 @@ fn limit_simulated_transmissions_are_given_back() {
         for (id, value) in truth.iter().chain(&known) {
             values[machine.parameter(id).unwrap()] = *value;
         }
-        let trace = simulate(machine, &values, &Course::new(1e-3, course(4)), &Settings::default(), &|| true).unwrap();
+        let trace = simulate(machine, &values, &Course::new(1e-3, course(4)), &SimulationSettings::default(), &|| true).unwrap();
         assert!(trace.complete);
         let table = trace.points.iter().position(|p| p == "table").unwrap();
         let samples: Vec<_> = trace.samples.iter().map(|s| (s.command, s.position, s.points[table], s.force)).collect();
@@ -166,7 +166,7 @@ fn limit_simulated_transmissions_are_given_back() {
 /// The table's scale alone, the loops closed on the motor: what command and force tell of the motor gives growth of the screw back, and friction and mass are
 /// those of the force. Not told is wind-up, a small share of what the force itself does to the tracking error.
 #[test]
-fn limit_a_tracking_error_is_told_by_the_loops() {
+fn limit_the_loops_give_the_tracking_error() {
     let config = config(&format!("lead_error = {{ growth = \"growth\" }}\n{GROWTH}"));
     let machine = &config.machine;
     let mut values = machine.start();
@@ -174,16 +174,16 @@ fn limit_a_tracking_error_is_told_by_the_loops() {
     for (id, value) in truth.into_iter().chain([("k_nut", 4e7)]) {
         values[machine.parameter(id).unwrap()] = value;
     }
-    let trace = simulate(machine, &values, &Course::new(1e-3, course(4)), &Settings::default(), &|| true).unwrap();
+    let trace = simulate(machine, &values, &Course::new(1e-3, course(4)), &SimulationSettings::default(), &|| true).unwrap();
     let table = trace.points.iter().position(|p| p == "table").unwrap();
     let samples: Vec<_> = trace.samples.iter().map(|s| (s.command, s.points[table], s.points[table], s.force)).collect();
     let record = MotionRecord { others: BTreeMap::new(), ..record("simulated", &samples) };
     let rigid = Rigid::new(machine, &machine.start()).unwrap();
-    let motion = || Motion::new(&record, Recipe::usual(record.step_s)).unwrap();
+    let motion = || MotionSignal::new(&record, Preprocessing::usual(record.step_s)).unwrap();
     let at = |response: Option<&str>| motion().read_at(response.and_then(|name| machine.point(name)), &record, machine, &rigid).unwrap();
     assert!(at(None).further.is_empty() && at(Some("motor")).further.is_empty());
     let mut motions = [at(Some("table"))];
-    assert!(motions[0].further.len() == 1 && motions[0].further[0].is_told());
+    assert!(motions[0].further.len() == 1 && motions[0].further[0].is_identifiable());
     let free = free_parameters(machine, &[]).unwrap();
     let fit = estimate_weighed(&rigid, machine, &free, &mut motions, &[0]).unwrap();
     for ((id, value), tolerance) in truth.into_iter().zip([0.02, 0.02, 0.02, 0.05]) {
@@ -196,7 +196,7 @@ fn limit_a_tracking_error_is_told_by_the_loops() {
 /// Force of the drive along a sine, what lies beyond the nut following by its own equation of motion: m·a/(1 − ω²·m/k) beside the motor's own, and where
 /// the table is read m·a + M·a·(1 − ω²·m/k).
 #[test]
-fn limit_what_lies_beyond_a_spring_takes_its_force() {
+fn limit_the_load_behind_a_spring_takes_its_force() {
     let text = "title = \"axis\"\n[[point]]\nname = \"motor\"\nmotion = \"translation\"\nmass_kg = 40.0\n[[point]]\nname = \"table\"\nmotion = \
          \"translation\"\nmass_kg = 100.0\n[[joint]]\nname = \"nut\"\nbetween = [\"motor\", \"table\"]\nstiffness = 4e7\ndamping = 1e4\n[drive]\non = \
          \"motor\"\nconstant = 1.0\nposition = { gain_per_s = 40.0, period_s = 1e-3 }\nvelocity = { gain = 190.0, period_s = 1e-3 }\n";
@@ -206,8 +206,8 @@ fn limit_what_lies_beyond_a_spring_takes_its_force() {
     let (omega, ratio) = (std::f64::consts::TAU * 8.0, 100.0 / 4e7);
     let x: Vec<f64> = (0..3000).map(|i| 0.01 * (omega * 1e-3 * f64::from(i)).sin()).collect();
     let samples: Vec<_> = x.iter().map(|x| (*x, *x, *x, 0.0)).collect();
-    let record = MotionRecord { others: BTreeMap::new(), load: Load::Force(vec![1.0; x.len()]), ..record("sine", &samples) };
-    let motor = Motion::new(&record, Recipe::usual(1e-3)).unwrap();
+    let record = MotionRecord { others: BTreeMap::new(), load: DriveEffort::Force(vec![1.0; x.len()]), ..record("sine", &samples) };
+    let motor = MotionSignal::new(&record, Preprocessing::usual(1e-3)).unwrap();
     let table = motor.clone().read_at(machine.point("table"), &record, machine, &rigid).unwrap();
     let soft = omega * omega * ratio;
     for (motion, mass) in [(&motor, 40.0 + 100.0 / (1.0 - soft)), (&table, 100.0 + 40.0 * (1.0 - soft))] {
@@ -271,7 +271,7 @@ fn recover_what_one_encoder_shows_of_a_soft_transmission() {
     let of = |axis: &TwoMasses, name: &str, seed: u64| {
         let mut record = record(name, &axis.run(&course(seed), seed));
         record.others.clear();
-        Motion::new(&record, Recipe::usual(record.step_s)).unwrap()
+        MotionSignal::new(&record, Preprocessing::usual(record.step_s)).unwrap()
     };
     for (what, axis, named) in [
         ("play", TwoMasses { play_m: 6e-5, stiffness: 2e8, ..quiet }, true),
@@ -331,7 +331,7 @@ fn refuse_columns_of_the_wrong_kind() {
     run("slide_m", |y| y, "column slide_m names no point of the machine", 0);
     let document: serde_json::Value = serde_json::from_str(&run("table_m", |y| y, "", 0)).unwrap();
     let row = &document["records"]["a"]["transmission"]["table_m"];
-    assert!(row["left"].as_f64().unwrap() < 2e-6 && row["tracking_gap"].as_f64().unwrap() < 0.1, "{row}");
+    assert!(row["residual"].as_f64().unwrap() < 2e-6 && row["tracking_gap"].as_f64().unwrap() < 0.1, "{row}");
     assert_eq!(document["parameters"]["k_nut"]["identifiable"], true);
     manifest("response = \"tabel\"\n");
     run("slide_m", |y| y, "response = \"tabel\" is no point of the machine; it has", 2);

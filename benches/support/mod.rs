@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use jointid::machine::{Machine, Operating};
-use jointid::measurement::{Condition, Frf, Gain, Line, MeasurementSet, Noise, Position, Quantity};
+use jointid::measurement::{Condition, Frf, FrfLine, FrfNoise, Gain, MeasurementSet, Position, Quantity};
 use jointid::model::{Rods, Structure};
 use jointid::unit::omega_rad_s;
 
@@ -21,7 +21,7 @@ pub fn simulated_frfs(machine: &Machine, channel: (&str, &str), nuts_m: &[Option
             .iter()
             .map(|&frequency_hz| {
                 let value = network.receptance(omega_rad_s(frequency_hz), &mut work);
-                Line { frequency_hz, value, noise: Some(Noise::RelativeSd(0.02)) }
+                FrfLine { frequency_hz, value, noise: Some(FrfNoise::RelativeSd(0.02)) }
             })
             .collect();
         set.positions.push(Position { name: format!("p{position}"), nut_m });

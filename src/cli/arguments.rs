@@ -37,7 +37,7 @@ pub struct Sources {
 
 /// How results leave.
 #[derive(Debug, Args)]
-pub struct Output {
+pub struct OutputArguments {
     /// Print the result document alone, as JSON
     #[arg(long)]
     pub json: bool,

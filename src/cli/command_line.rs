@@ -95,7 +95,7 @@ pub enum Command {
     Simulate(SimulateArguments),
     /// Foretell a record's motion by the model, by a network on what it leaves, and by what was named
     #[command(
-        after_help = "Example:\n  jointid simulate machine --out machine\n  jointid hybrid --config configs/hybrid-axis.toml --measurements machine/sines\n  jointid hybrid --config configs/hybrid-axis.toml --measurements machine/circles/x --beside machine/circles/y"
+        after_help = "Example:\n  jointid simulate machine --out machine\n  jointid hybrid --config configs/hybrid-axis.toml --measurements machine/sines\n  jointid hybrid --config configs/hybrid-axis.toml --measurements machine/circles/x --second-axis machine/circles/y"
     )]
     Hybrid(HybridArguments),
     /// Check the diagnosis blindly on cases whose causes are sealed

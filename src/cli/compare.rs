@@ -2,20 +2,20 @@
 
 use std::collections::BTreeMap;
 
-use crate::arguments::{Output, SearchArguments, Sources};
-use crate::delivery::{CommandResult, deliver, prepare, told, warn};
+use crate::arguments::{OutputArguments, SearchArguments, Sources};
+use crate::document_rows;
 use crate::long_work::{control, ended, on_threads};
-use crate::progress::Progress;
-use crate::rows;
+use crate::outcome::{CommandResult, deliver, prepare, to_message, warn};
+use crate::progress::WorkProgress;
 use crate::search::{objective_word, plan};
 use crate::sources::{Loaded, load, stamp};
 use identification::objective::Objective;
 use identification::validation::leave_one_out;
-use identification::{Plan, identify};
+use identification::{IdentificationSettings, identify};
 use measurement::FitSet;
 use numeric::statistics::root_sum_square;
 use optimizer::Control;
-use report::document::{Comparison, ComparisonRun, ObjectiveRow, Objectives, OrderRow};
+use report::document::{ComparisonDocument, ComparisonRun, ObjectiveRow, ObjectivesDocument, OrderRow};
 use report::{gap_summary_table, objectives_table, summary_table};
 
 /// `compare`.
@@ -35,25 +35,25 @@ pub struct CompareArguments {
     #[command(flatten)]
     pub search: SearchArguments,
     #[command(flatten)]
-    pub output: Output,
+    pub output: OutputArguments,
 }
 
 /// Runs the command.
 pub fn run(given: &CompareArguments) -> CommandResult {
     let loaded = load(&given.sources)?;
     let plan = plan(&given.search, &loaded.set)?;
-    let (fit, held_out) = loaded.set.split(given.positions.as_deref(), &[]).map_err(told)?;
+    let (fit, held_out) = loaded.set.split(given.positions.as_deref(), &[]).map_err(to_message)?;
     let folder = prepare(&given.output)?;
     // One run on several positions and one on each of some; or of three objectives, each without one position after the other.
     let runs = if given.objectives { 3 * fit.leave_one_out(false).len() } else { 1 + given.single.as_ref().map_or(2, Vec::len) };
     let searches = runs * plan.repeats;
-    let progress = Progress::searches(given.output.quiet, "compare", searches);
+    let progress = WorkProgress::searches(given.output.quiet, "compare", searches);
     let control = control(&given.output, folder.as_ref(), &progress, &loaded)?;
     if given.objectives {
         if loaded.set.modes.is_none() {
             return Err(format!("{}: --objectives compares objectives on modes, and the set has none", loaded.set.path));
         }
-        let plan = Plan { frf: None, ..plan };
+        let plan = IdentificationSettings { frf: None, ..plan };
         let scores = on_threads(given.search.threads, || compare_objectives(&loaded, &fit, &plan, &control))?;
         progress.end();
         let (document, complete) = scores?;
@@ -61,16 +61,16 @@ pub fn run(given: &CompareArguments) -> CommandResult {
         return Ok(ended(&given.output, &control, complete));
     }
     let whole = plan.frf.is_some();
-    let multi = rows::names(&loaded.set, &fit.positions, &fit.frfs, whole);
+    let multi = document_rows::names(&loaded.set, &fit.positions, &fit.frfs, whole);
     let singles: Vec<String> = match &given.single {
         Some(names) => names.clone(),
         None => multi.iter().skip(usize::from(multi.len() > 1)).cloned().collect(),
     };
-    loaded.set.split(Some(&singles), &[]).map_err(told)?;
+    loaded.set.split(Some(&singles), &[]).map_err(to_message)?;
     if singles.iter().any(|s| s == "multi") {
         return Err("--single multi: this name stands for the run on several positions; rename the position".into());
     }
-    let mut common = rows::names(&loaded.set, &held_out.positions, &held_out.frfs, whole);
+    let mut common = document_rows::names(&loaded.set, &held_out.positions, &held_out.frfs, whole);
     common.retain(|n| !singles.contains(n));
     if common.is_empty() {
         return Err("nothing is held out that all runs could be compared on; name fewer --positions or --single".into());
@@ -90,13 +90,14 @@ pub fn run(given: &CompareArguments) -> CommandResult {
     progress.end();
     let warnings: Vec<String> =
         runs.iter().flat_map(|(k, r): (&String, &ComparisonRun)| r.warnings.iter().map(move |w| format!("{k}: {w}"))).collect();
-    let document = Comparison { stamp: stamp("comparison", plan.seed, complete, &loaded, warnings), common_positions: common, runs };
+    let document =
+        ComparisonDocument { stamp: stamp("comparison", plan.seed, complete, &loaded, warnings), common_positions: common, runs };
     warn(&given.output, &document.stamp.warnings);
     deliver(&given.output, folder.as_ref(), "comparison.json", &document, &text(&document))?;
     Ok(ended(&given.output, &control, complete))
 }
 
-fn text(document: &Comparison) -> String {
+fn text(document: &ComparisonDocument) -> String {
     let mut text =
         String::from("Frequency errors over the positions that none has fitted, and of all together\n(root of the summed squares)\n\n");
     if document.runs.values().any(|r| r.common_gap.is_some()) {
@@ -107,11 +108,17 @@ fn text(document: &Comparison) -> String {
 }
 
 /// Identifies on some positions; the run and whether it ran to its end.
-fn one_run(loaded: &Loaded, names: &[String], common: &[String], plan: &Plan, control: &Control) -> Result<(ComparisonRun, bool), String> {
-    let (fit, held_out) = loaded.set.split(Some(names), &[]).map_err(told)?;
+fn one_run(
+    loaded: &Loaded,
+    names: &[String],
+    common: &[String],
+    plan: &IdentificationSettings,
+    control: &Control,
+) -> Result<(ComparisonRun, bool), String> {
+    let (fit, held_out) = loaded.set.split(Some(names), &[]).map_err(to_message)?;
     let machine = &loaded.config.machine;
-    let found = identify(machine, &fit, &held_out, plan, control).map_err(told)?;
-    let positions = rows::positions(loaded, &found, names);
+    let found = identify(machine, &fit, &held_out, plan, control).map_err(to_message)?;
+    let positions = document_rows::positions(loaded, &found, names);
     let over_common = |predicted: &dyn Fn(&OrderRow) -> Option<f64>| -> Option<f64> {
         let orders: Vec<&OrderRow> = common.iter().filter_map(|c| positions.get(c)).flat_map(|p| &p.orders).collect();
         let measured = orders.iter().filter(|o| o.measured_hz.is_some());
@@ -120,27 +127,32 @@ fn one_run(loaded: &Loaded, names: &[String], common: &[String], plan: &Plan, co
     };
     let run = ComparisonRun {
         fit_positions: names.to_vec(),
-        parameters: rows::parameters(machine, &found),
+        parameters: document_rows::parameters(machine, &found),
         common_gap: {
-            let all = rows::all_frfs(&loaded.set, &found);
-            rows::gap_over(
+            let all = document_rows::all_frfs(&loaded.set, &found);
+            document_rows::gap_over(
                 all.iter()
                     .filter(|r| r.role == "held_out" && r.position.as_ref().or(r.record.as_ref()).is_some_and(|n| common.contains(n))),
             )
         },
         common_error: over_common(&|o| o.predicted_hz),
         common_error_published: over_common(&|o| o.published_hz),
-        warnings: found.warnings.iter().cloned().chain(rows::pairing_warnings(&positions)).collect(),
+        warnings: found.warnings.iter().cloned().chain(document_rows::pairing_warnings(&positions)).collect(),
         positions,
     };
     Ok((run, found.complete))
 }
 
-fn compare_objectives(loaded: &Loaded, fit: &FitSet<'_>, plan: &Plan, control: &Control) -> Result<(Objectives, bool), String> {
+fn compare_objectives(
+    loaded: &Loaded,
+    fit: &FitSet<'_>,
+    plan: &IdentificationSettings,
+    control: &Control,
+) -> Result<(ObjectivesDocument, bool), String> {
     let all = [Objective::LeastSquares, Objective::Eq26, Objective::Frequencies];
-    let scores = leave_one_out(&loaded.config.machine, fit, plan, &all, control).map_err(told)?;
+    let scores = leave_one_out(&loaded.config.machine, fit, plan, &all, control).map_err(to_message)?;
     let complete = !control.stopped();
-    let document = Objectives {
+    let document = ObjectivesDocument {
         stamp: stamp("objectives", plan.seed, complete, loaded, Vec::new()),
         positions: fit
             .leave_one_out(false)

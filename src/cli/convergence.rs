@@ -3,19 +3,19 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use crate::arguments::{Output, SearchArguments, Sources};
-use crate::delivery::{CommandResult, deliver, prepare, told, warn};
+use crate::arguments::{OutputArguments, SearchArguments, Sources};
+use crate::document_rows;
 use crate::long_work::{control, ended, on_threads};
-use crate::progress::Progress;
-use crate::rows;
+use crate::outcome::{CommandResult, deliver, prepare, to_message, warn};
+use crate::progress::WorkProgress;
 use crate::search::plan;
 use crate::sources::{Loaded, load, stamp};
 use dynamics::model::{Rods, Structure, undamped_modes};
-use identification::{Plan, identify};
+use identification::{IdentificationSettings, identify};
 use machine::{Machine, Operating};
 use measurement::{FitSet, HoldOutSet};
 use optimizer::Control;
-use report::simulation::{Convergence, ConvergenceRow};
+use report::simulation::{ConvergenceDocument, ConvergenceRow};
 use report::{columns, wrapped};
 
 /// `convergence`.
@@ -32,7 +32,7 @@ pub struct ConvergenceArguments {
     #[command(flatten)]
     pub search: SearchArguments,
     #[command(flatten)]
-    pub output: Output,
+    pub output: OutputArguments,
 }
 
 /// Highest frequency that is compared (Hz).
@@ -54,13 +54,13 @@ pub fn run(given: &ConvergenceArguments) -> CommandResult {
         return Err(format!("{}: has no [[shaft]] to be lumped; the model is the same for any number of lumps", loaded.config.path));
     }
     let asked = plan(&given.search, &loaded.set)?;
-    let (fit, held_out) = loaded.set.split(given.positions.as_deref(), &[]).map_err(told)?;
+    let (fit, held_out) = loaded.set.split(given.positions.as_deref(), &[]).map_err(to_message)?;
     let folder = prepare(&given.output)?;
-    let progress = Progress::searches(given.output.quiet, "convergence", asked.repeats * (counts.len() + 1));
+    let progress = WorkProgress::searches(given.output.quiet, "convergence", asked.repeats * (counts.len() + 1));
     let control = control(&given.output, folder.as_ref(), &progress, &loaded)?;
     let first = fit.positions.first().map(|p| Operating::at(loaded.set.positions[*p].nut_m));
     let condition = first.unwrap_or_else(|| Operating::at(machine.stroke_m().map(|s| 0.5 * s)));
-    machine.check_operating("the first position", &condition).map_err(told)?;
+    machine.check_operating("the first position", &condition).map_err(to_message)?;
     let mut rows = Vec::new();
     for rods in counts.iter().map(|n| Rods::Lumped(usize::from(*n))).chain([Rods::Exact]) {
         let row = row(&loaded, (&fit, &held_out), &asked, rods, &condition, given.search.threads, &control)?;
@@ -71,7 +71,7 @@ pub fn run(given: &ConvergenceArguments) -> CommandResult {
     }
     progress.end();
     let complete = !control.stopped();
-    let document = Convergence {
+    let document = ConvergenceDocument {
         stamp: stamp("convergence", asked.seed, complete, &loaded, Vec::new()),
         nut_m: condition.nut_m,
         fit_positions: fit.positions.iter().map(|p| loaded.set.positions[*p].name.clone()).collect(),
@@ -85,7 +85,7 @@ pub fn run(given: &ConvergenceArguments) -> CommandResult {
 fn row(
     loaded: &Loaded,
     (fit, held_out): (&FitSet<'_>, &HoldOutSet<'_>),
-    asked: &Plan,
+    asked: &IdentificationSettings,
     rods: Rods,
     condition: &Operating,
     threads: Option<u16>,
@@ -97,9 +97,9 @@ fn row(
     if let Some(frf) = &mut plan.frf {
         frf.rods = rods;
     }
-    let found = on_threads(threads, || identify(machine, fit, held_out, &plan, control))?.map_err(told)?;
+    let found = on_threads(threads, || identify(machine, fit, held_out, &plan, control))?.map_err(to_message)?;
     let fit_names: Vec<String> = fit.positions.iter().map(|p| loaded.set.positions[*p].name.clone()).collect();
-    let positions = rows::positions(loaded, &found, &fit_names);
+    let positions = document_rows::positions(loaded, &found, &fit_names);
     let held_out_errors: BTreeMap<String, f64> =
         positions.iter().filter(|(_, row)| row.role != "fit").filter_map(|(name, row)| Some((name.clone(), row.overall_error?))).collect();
     Ok(ConvergenceRow {
@@ -118,14 +118,14 @@ fn row(
 /// The first natural frequencies above 0 at the start values.
 fn frequencies_hz(machine: &Machine, rods: Rods, condition: &Operating) -> Result<Vec<f64>, String> {
     let moving = machine.points.iter().position(|p| !p.fixed).ok_or("the machine has no point that moves")?;
-    let structure = Arc::new(Structure::new(machine, moving, moving, rods).map_err(told)?);
+    let structure = Arc::new(Structure::new(machine, moving, moving, rods).map_err(to_message)?);
     let mut network = structure.network();
     network.update(machine, &machine.start(), condition);
     let modes = undamped_modes(&network, HIGHEST_HZ, &mut structure.workspace());
     Ok(modes.iter().map(|m| m.frequency_hz).filter(|f| *f > 0.0).take(COMPARED).collect())
 }
 
-fn text(machine: &Machine, document: &Convergence) -> String {
+fn text(machine: &Machine, document: &ConvergenceDocument) -> String {
     let exact = document.rows.iter().find(|row| row.lumps.is_none());
     let label = |row: &ConvergenceRow| row.lumps.map_or_else(|| "exact".to_string(), |n| n.to_string());
     let share = |x: f64, reference: Option<&f64>| reference.map_or_else(|| "–".into(), |r| format!("{:+.1e}", x / r - 1.0));

@@ -4,10 +4,10 @@ use std::collections::BTreeMap;
 use std::fmt::Write;
 use std::path::PathBuf;
 
-use crate::arguments::Output;
-use crate::delivery::{CommandResult, deliver, prepare, told, warn};
+use crate::arguments::OutputArguments;
+use crate::outcome::{CommandResult, deliver, prepare, to_message, warn};
 use crate::sources::{digest_file, stamp_files};
-use machine::contact::{ContactError, Estimate, FitOptions, Noise, Observation, ScrewDrive, fit_stribeck};
+use machine::contact::{ContactError, Observation, ParameterEstimate, ScrewDrive, StribeckNoise, StribeckOptions, fit_stribeck};
 use measurement::{FrictionTable, FrictionUnit, read_friction};
 use report::simulation::{FrictionDocument, FrictionParameter, FrictionRow};
 
@@ -38,30 +38,30 @@ pub struct FrictionArguments {
     #[arg(long, value_enum)]
     pub noise: Option<NoiseName>,
     #[command(flatten)]
-    pub output: Output,
+    pub output: OutputArguments,
 }
 
 /// Runs the command.
 pub fn run(given: &FrictionArguments) -> CommandResult {
     let path = given.data.display().to_string();
-    let table = read_friction(&path).map_err(told)?;
+    let table = read_friction(&path).map_err(to_message)?;
     let observations = observations(given, &table)?;
     let folder = prepare(&given.output)?;
     let has_sd = table.runs.iter().any(|run| run.sd.is_some());
     let noise = given.noise.unwrap_or(if has_sd { NoiseName::Known } else { NoiseName::Uniform });
     let (noise, word) = match noise {
-        NoiseName::Uniform => (Noise::Uniform, "uniform"),
-        NoiseName::Proportional => (Noise::Proportional, "proportional"),
-        NoiseName::Known => (Noise::Known, "known"),
+        NoiseName::Uniform => (StribeckNoise::Uniform, "uniform"),
+        NoiseName::Proportional => (StribeckNoise::Proportional, "proportional"),
+        NoiseName::Known => (StribeckNoise::Known, "known"),
     };
-    let fit = fit_stribeck(&observations, &FitOptions::new(noise)).map_err(|e| placed(&path, &table, &e))?;
+    let fit = fit_stribeck(&observations, &StribeckOptions::new(noise)).map_err(|e| placed(&path, &table, &e))?;
     let named = [
         ("coulomb_n", "N", fit.coulomb_n),
         ("static_n", "N", fit.static_n),
         ("viscous_n_s_per_m", "N*s/m", fit.viscous_n_s_per_m),
         ("stribeck_velocity_m_s", "m/s", fit.stribeck_velocity_m_per_s),
     ];
-    let parameter = |unit: &str, e: &Estimate| FrictionParameter {
+    let parameter = |unit: &str, e: &ParameterEstimate| FrictionParameter {
         value: e.value,
         unit: unit.into(),
         interval95: e.interval_95.map(|i| [i.lower, i.upper]),

@@ -5,21 +5,21 @@ use std::path::PathBuf;
 
 use rayon::prelude::*;
 
-use crate::arguments::{Output, Sources, SplitArguments};
-use crate::delivery::{CommandResult, deliver, prepare, told, warn};
+use crate::arguments::{OutputArguments, Sources, SplitArguments};
 use crate::identified::{check_identification, identified_values, read_identification};
 use crate::long_work::{control, ended};
-use crate::progress::Progress;
+use crate::outcome::{CommandResult, deliver, prepare, to_message, warn};
+use crate::progress::WorkProgress;
 use crate::sources::{Loaded, inputs, load, load_again, stamp};
-use dynamics::motion::{Settings, contour_error, simulate_record};
-use identification::network::{Example, Network, Trained};
+use dynamics::motion::{SimulationSettings, contour_error, simulate_record};
+use identification::neural_residual::{Example, NeuralResidual, Trained};
 use machine::Machine;
 use measurement::MotionRecord;
 use numeric::parallel::OrFirstError;
 use numeric::statistics::quantile;
 use optimizer::Control;
 use report::columns;
-use report::hybrid::{ContourRow, Hybrid, HybridRow, NetworkRow, Score};
+use report::hybrid::{ContourRow, HybridDocument, HybridRow, NetworkRow, Score};
 
 /// Every how many samples of a record are examples.
 const EXAMPLES: usize = 4;
@@ -49,30 +49,30 @@ pub struct HybridArguments {
     #[arg(long, value_name = "FILE")]
     pub result: Option<PathBuf>,
     /// Set of a second axis: its records of the same names and this one's make circles
-    #[arg(long, value_name = "DIR")]
-    pub beside: Option<String>,
+    #[arg(long, alias = "beside", value_name = "DIR")]
+    pub second_axis: Option<String>,
     /// Overrides a key of the second axis's configuration, KEY=VALUE
-    #[arg(long, value_name = "KEY=VALUE", requires = "beside")]
-    pub beside_set: Vec<String>,
+    #[arg(long, alias = "beside-set", value_name = "KEY=VALUE", requires = "second_axis")]
+    pub second_axis_set: Vec<String>,
     /// Of the second axis: as --result
-    #[arg(long, value_name = "FILE", requires = "beside", requires = "result")]
-    pub beside_result: Option<PathBuf>,
+    #[arg(long, alias = "beside-result", value_name = "FILE", requires = "second_axis", requires = "result")]
+    pub second_axis_result: Option<PathBuf>,
     /// Seed of the network's beginnings
     #[arg(long, value_name = "N", default_value_t = 1)]
     pub seed: u64,
     #[command(flatten)]
-    pub output: Output,
+    pub output: OutputArguments,
 }
 
 /// What one axis gives: measured and foretold travel of its point by record.
-struct Axis {
+struct HybridAxis {
     point: String,
-    records: Vec<Foretold>,
+    records: Vec<PredictedTravel>,
     trained: Trained,
     examples: usize,
 }
 
-struct Foretold {
+struct PredictedTravel {
     name: String,
     fits: bool,
     command: Vec<f64>,
@@ -85,20 +85,20 @@ struct Foretold {
 /// Runs the command.
 pub fn run(given: &HybridArguments) -> CommandResult {
     let loaded = load(&given.sources)?;
-    let beside = match &given.beside {
+    let beside = match &given.second_axis {
         None => None,
         Some(set) => Some(load(&Sources {
             measurements: set.clone(),
-            set: given.sources.set.iter().chain(&given.beside_set).cloned().collect(),
+            set: given.sources.set.iter().chain(&given.second_axis_set).cloned().collect(),
             ..given.sources.clone()
         })?),
     };
     let physics = given.result.as_ref().map(|path| identified(path, given, &loaded)).transpose()?;
-    let beside_physics = given.beside_result.as_ref().zip(beside.as_ref()).map(|(path, l)| identified(path, given, l)).transpose()?;
+    let beside_physics = given.second_axis_result.as_ref().zip(beside.as_ref()).map(|(path, l)| identified(path, given, l)).transpose()?;
     let folder = prepare(&given.output)?;
     let runs = |l: &Loaded, with: bool| l.set.motions.len() * if with { 2 } else { 1 };
     let count = runs(&loaded, physics.is_some()) + beside.as_ref().map_or(0, |l| runs(l, beside_physics.is_some()));
-    let progress = Progress::counted(given.output.quiet, "simulate records", count);
+    let progress = WorkProgress::counted(given.output.quiet, "simulate records", count);
     let control = control(&given.output, folder.as_ref(), &progress, &loaded)?;
     let first = axis(given, &loaded, physics.as_ref(), (&control, &progress), "first");
     let second = first.as_ref().ok().and(beside.as_ref()).map(|l| axis(given, l, beside_physics.as_ref(), (&control, &progress), "second"));
@@ -115,9 +115,9 @@ pub fn run(given: &HybridArguments) -> CommandResult {
     }
     let records: BTreeMap<String, HybridRow> = first.records.iter().map(|r| (r.name.clone(), row(r))).collect();
     let held_out = || records.values().filter(|r| r.role == "held_out");
-    let document = Hybrid {
+    let document = HybridDocument {
         point: first.point.clone(),
-        network: NetworkRow { left_m: first.trained.left_m, examples: first.examples, evaluations: first.trained.evaluations },
+        network: NetworkRow { residual_m: first.trained.left_m, examples: first.examples, evaluations: first.trained.evaluations },
         median_ratio: quantile(held_out().map(|r| r.hybrid.rmse_m / r.analytical.rmse_m), 0.5),
         median_physics_to_hybrid: quantile(held_out().filter_map(|r| Some(r.physics?.rmse_m / r.hybrid.rmse_m)), 0.5),
         contours,
@@ -149,15 +149,15 @@ fn axis(
     given: &HybridArguments,
     loaded: &Loaded,
     physics: Option<&Physics>,
-    (control, progress): (&Control, &Progress),
+    (control, progress): (&Control, &WorkProgress),
     part: &str,
-) -> Result<Axis, String> {
+) -> Result<HybridAxis, String> {
     let machine = &loaded.config.machine;
     let set = &loaded.set;
     if set.motions.is_empty() {
         return Err(format!("{}: holds no [[motion]] record; name a set that does with --measurements", set.path));
     }
-    let (fit, _) = set.split_motions(given.split.positions.as_deref(), &given.split.hold_out).map_err(told)?;
+    let (fit, _) = set.split_motions(given.split.positions.as_deref(), &given.split.hold_out).map_err(to_message)?;
     let column = |p: &&machine::Point| set.motions.iter().all(|m| m.others.contains_key(&format!("{}_m", p.name)));
     let point = machine.points.iter().find(column).ok_or_else(|| {
         let names: Vec<String> = machine.points.iter().filter(|p| !p.fixed).map(|p| format!("{}_m", p.name)).collect();
@@ -166,18 +166,18 @@ fn axis(
     let column = format!("{}_m", point.name);
     let kept = |machine: &Machine, values: &[f64], record: &MotionRecord, what: &str| {
         let name = format!("{part} {what} {}", record.name);
-        let found = control.kept_or_failed(&name, || foretell(machine, values, record, &point.name, control));
+        let found = control.kept_or_failed(&name, || predict(machine, values, record, &point.name, control));
         progress.step();
         found
     };
-    let records: Result<Vec<Foretold>, String> = set
+    let records: Result<Vec<PredictedTravel>, String> = set
         .motions
         .par_iter()
         .enumerate()
         .map(|(at, record)| {
             let analytical = kept(machine, &machine.start(), record, "analytical")?;
             let physics = physics.map(|p| kept(&p.machine, &p.values, record, "physics")).transpose()?;
-            Ok(Foretold {
+            Ok(PredictedTravel {
                 name: record.name.clone(),
                 fits: fit.contains(&at),
                 command: record.command_m.clone(),
@@ -198,19 +198,19 @@ fn axis(
             (0..r.measured.len()).step_by(EXAMPLES).map(example).collect::<Vec<_>>()
         })
         .collect();
-    let trained = Network::train(&examples, given.seed, BEGINNINGS, control.stop()).map_err(|e| format!("{}: {e}", set.path))?;
+    let trained = NeuralResidual::train(&examples, given.seed, BEGINNINGS, control.stop()).map_err(|e| format!("{}: {e}", set.path))?;
     for r in &mut records {
         let foretell = |(c, a): (&f64, &f64)| a + trained.network.deviation(*c, *a);
         r.hybrid = r.command.iter().zip(&r.analytical).map(foretell).collect();
     }
-    Ok(Axis { point: point.name.clone(), records, trained, examples: examples.len() })
+    Ok(HybridAxis { point: point.name.clone(), records, trained, examples: examples.len() })
 }
 
 /// Travel of a point as a machine has it on the command of a record, from where it stands at the start.
-fn foretell(machine: &Machine, values: &[f64], record: &MotionRecord, point: &str, control: &Control) -> Result<Vec<f64>, String> {
+fn predict(machine: &Machine, values: &[f64], record: &MotionRecord, point: &str, control: &Control) -> Result<Vec<f64>, String> {
     let go_on = || !control.stopped();
-    let (trace, _) =
-        simulate_record(machine, values, record, &Settings::default(), &go_on).map_err(|e| format!("record {}: {e}", record.name))?;
+    let (trace, _) = simulate_record(machine, values, record, &SimulationSettings::default(), &go_on)
+        .map_err(|e| format!("record {}: {e}", record.name))?;
     if let Some((time_s, error)) = trace.unstable {
         return Err(format!("record {}: the loop left its bounds at {time_s} s, {error:.3e} m behind its command", record.name));
     }
@@ -222,7 +222,7 @@ fn foretell(machine: &Machine, values: &[f64], record: &MotionRecord, point: &st
     Ok(trace.samples.iter().step_by(every).take(record.samples()).map(|s| s.points[at]).collect())
 }
 
-fn score(foretold: &[f64], r: &Foretold) -> Score {
+fn score(foretold: &[f64], r: &PredictedTravel) -> Score {
     let off: Vec<f64> = foretold.iter().zip(&r.measured).map(|(a, b)| a - b).collect();
     let largest = |x: &mut dyn Iterator<Item = f64>| x.fold(0.0_f64, |m, x| m.max(x.abs()));
     let largest_m = largest(&mut off.iter().copied());
@@ -234,7 +234,7 @@ fn role(fits: bool) -> String {
     if fits { "fit" } else { "held_out" }.into()
 }
 
-fn row(r: &Foretold) -> HybridRow {
+fn row(r: &PredictedTravel) -> HybridRow {
     HybridRow {
         role: role(r.fits),
         analytical: score(&r.analytical, r),
@@ -254,9 +254,9 @@ fn circle(x: &[f64], y: &[f64]) -> Option<(f64, f64, f64)> {
 }
 
 /// Contour errors of records that both axes have.
-fn contours(first: &Axis, second: &Axis) -> BTreeMap<String, ContourRow> {
-    let pair = |r: &'_ Foretold| second.records.iter().find(|s| s.name == r.name && s.measured.len() == r.measured.len());
-    let row = |x: &Foretold, y: &Foretold| {
+fn contours(first: &HybridAxis, second: &HybridAxis) -> BTreeMap<String, ContourRow> {
+    let pair = |r: &'_ PredictedTravel| second.records.iter().find(|s| s.name == r.name && s.measured.len() == r.measured.len());
+    let row = |x: &PredictedTravel, y: &PredictedTravel| {
         let (a, b, radius) = circle(&x.command, &y.command)?;
         let error = |x: &[f64], y: &[f64]| contour_error(x, y, [a, b], radius);
         // The points of the command lie on the circle; else there is none.
@@ -280,7 +280,7 @@ fn contours(first: &Axis, second: &Axis) -> BTreeMap<String, ContourRow> {
     first.records.iter().filter_map(|x| Some((x.name.clone(), row(x, pair(x)?)?))).collect()
 }
 
-fn text(document: &Hybrid) -> String {
+fn text(document: &HybridDocument) -> String {
     let um = |x: f64| format!("{:.2}", 1e6 * x);
     let physics = document.records.values().any(|r| r.physics.is_some());
     let published = |of: &[(&str, f64, f64)], name: &str| {

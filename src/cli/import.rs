@@ -4,12 +4,12 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use crate::arguments::QuantityName;
-use crate::delivery::{CommandResult, Outcome, print_out, told};
-use crate::talk;
+use crate::outcome::{CommandResult, Outcome, print_out, to_message};
+use crate::terminal;
 use measurement::import::{ImportedFrf, Placement, frf_from_csv, frfs_from_universal, is_of_frf, set_files};
 use measurement::universal::{
-    Abscissa, Axis, ByteOrder, Encoding, FileHeader, Location, Record, Units, UniversalWriter, Warning, data_type, read_headers_path,
-    read_path_where,
+    Abscissa, ByteOrder, Encoding, FileHeader, NodeLocation, RecordAxis, Units, UniversalRecord, UniversalWriter, Warning, data_type,
+    read_headers_path, read_path_where,
 };
 use measurement::{Frf, Quantity, read_set};
 use report::{OutputFolder, wrapped};
@@ -129,7 +129,7 @@ pub fn import(given: &ImportArguments) -> CommandResult {
     }
     folder.write_all(set_files(&title, &placed, &nuts_m, given.averages))?;
     if !given.quiet {
-        notes.iter().for_each(|n| talk::warning(n));
+        notes.iter().for_each(|n| terminal::warning(n));
     }
     let with_position = placed.iter().filter(|(_, p)| p.position.is_some()).count();
     print_out(&format!("{} FRFs imported into {}, {with_position} of them at a position\n", placed.len(), out.display()))?;
@@ -160,7 +160,7 @@ fn list(given: &ImportArguments) -> CommandResult {
         let file = read_headers_path(path).map_err(|e| format!("{source}: {e}"))?;
         text += &format!("{source}: {} functions, {} nodes, {} unit sets\n", file.functions.len(), file.nodes.len(), file.units.len());
         for (at, h) in file.functions.iter().enumerate() {
-            let place = |l: &Location| format!("{}:{}", l.node, l.direction);
+            let place = |l: &NodeLocation| format!("{}:{}", l.node, l.direction);
             text += &format!(
                 "  {:>3}  type {}  {} values  {} / {}  {}\n",
                 at + 1,
@@ -255,7 +255,7 @@ fn read_map(path: &Path) -> Result<BTreeMap<String, Placement>, String> {
 
 /// Writes the FRFs of a set as a universal file.
 pub fn export(given: &ExportArguments) -> CommandResult {
-    let set = read_set(&given.measurements).map_err(told)?;
+    let set = read_set(&given.measurements).map_err(to_message)?;
     if set.frfs.is_empty() {
         return Err(format!("{}: the set has no FRF to export", set.path));
     }
@@ -285,24 +285,29 @@ pub fn export(given: &ExportArguments) -> CommandResult {
     let bytes = writer.finish().map_err(fault)?;
     OutputFolder::prepare(&folder)?.write(name, &bytes)?;
     if set.frfs.iter().any(|f| f.lines.iter().any(|l| l.noise.is_some())) {
-        talk::warning("coherence and relative_sd have no field in an FRF record and are not written; keep the set beside the file");
+        terminal::warning("coherence and relative_sd have no field in an FRF record and are not written; keep the set beside the file");
     }
     print_out(&format!("{} FRFs written to {}\n", set.frfs.len(), given.out.display()))?;
     Ok(Outcome::Done)
 }
 
-fn record(frf: &Frf, position: Option<&str>, response: i64, excitation: i64) -> Record {
+fn record(frf: &Frf, position: Option<&str>, response: i64, excitation: i64) -> UniversalRecord {
     let (code, label, unit) = match frf.quantity {
         Quantity::Receptance => (data_type::DISPLACEMENT, "Displacement", "m"),
         Quantity::Mobility => (data_type::VELOCITY, "Velocity", "m/s"),
         Quantity::Accelerance => (data_type::ACCELERATION, "Acceleration", "m/s^2"),
     };
-    let location = |name: &str, node: i64| Location { entity: name.chars().take(10).collect(), node, direction: 1 };
+    let location = |name: &str, node: i64| NodeLocation { entity: name.chars().take(10).collect(), node, direction: 1 };
     let frequency = Abscissa::Uneven(frf.lines.iter().map(|l| l.frequency_hz).collect());
     let values = frf.lines.iter().map(|l| l.value).collect();
-    let numerator = Axis::new(code, label, unit);
-    let mut record =
-        Record::frequency_response(location(&frf.response, response), location(&frf.excitation, excitation), numerator, frequency, values);
+    let numerator = RecordAxis::new(code, label, unit);
+    let mut record = UniversalRecord::frequency_response(
+        location(&frf.response, response),
+        location(&frf.excitation, excitation),
+        numerator,
+        frequency,
+        values,
+    );
     record.header.id_lines[0] = format!("{} / {}", frf.response, frf.excitation);
     if let Some(position) = position {
         record.header.id_lines[3] = format!("position {position}");

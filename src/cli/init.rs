@@ -2,9 +2,9 @@
 
 use std::path::PathBuf;
 
-use crate::delivery::{CommandResult, Outcome};
-use config::MACHINE_BEGINNING;
-use measurement::SET_BEGINNING;
+use crate::outcome::{CommandResult, Outcome};
+use config::MACHINE_TEMPLATE;
+use measurement::SET_TEMPLATE;
 use report::OutputFolder;
 
 /// `init`.
@@ -22,8 +22,8 @@ pub struct InitArguments {
 pub fn run(given: &InitArguments) -> CommandResult {
     let folder = &given.folder;
     let claimed = OutputFolder::claim(folder)?;
-    let set = SET_BEGINNING.map(|(name, text)| (format!("measurements/{name}"), text));
-    let files: Vec<_> = std::iter::once(("machine.toml".to_string(), MACHINE_BEGINNING)).chain(set).collect();
+    let set = SET_TEMPLATE.map(|(name, text)| (format!("measurements/{name}"), text));
+    let files: Vec<_> = std::iter::once(("machine.toml".to_string(), MACHINE_TEMPLATE)).chain(set).collect();
     if let Some(path) = files.iter().map(|(name, _)| folder.join(name)).find(|path| path.exists()) {
         return Err(format!("{}: is there already; name another folder", path.display()));
     }

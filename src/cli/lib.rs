@@ -23,26 +23,26 @@ mod validate;
 mod withheld;
 
 // What commands share: what they read, how they search and work, what they deliver and say.
-mod delivery;
+mod document_rows;
 mod identified;
 mod long_work;
 mod motion_records;
+mod outcome;
 mod progress;
-mod rows;
 mod search;
 mod sources;
-mod talk;
+mod terminal;
 
 use std::process::ExitCode;
 
 use clap::{CommandFactory, Parser};
 
 use command_line::{Arguments, Command};
-use delivery::Outcome;
+use outcome::Outcome;
 
 /// Runs the command of this process and gives its exit code: 0 done, 1 a limit was not met, 2 could not run, 3 stopped early.
 pub fn run() -> ExitCode {
-    std::sync::LazyLock::force(&talk::BEGUN);
+    std::sync::LazyLock::force(&terminal::BEGUN);
     let arguments = Arguments::parse();
     let outcome = match arguments.command {
         Command::Identify(given) => identify::run(&given),
@@ -69,7 +69,7 @@ pub fn run() -> ExitCode {
         Ok(Outcome::LimitNotMet) => ExitCode::from(1),
         Ok(Outcome::Stopped) => ExitCode::from(3),
         Err(message) => {
-            talk::failed(&message);
+            terminal::failed(&message);
             ExitCode::from(2)
         }
     }

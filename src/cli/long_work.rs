@@ -3,11 +3,11 @@
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use crate::arguments::Output;
-use crate::delivery::{Outcome, told};
-use crate::progress::Progress;
+use crate::arguments::OutputArguments;
+use crate::outcome::{Outcome, to_message};
+use crate::progress::WorkProgress;
 use crate::sources::{Loaded, inputs};
-use crate::talk;
+use crate::terminal;
 use optimizer::{Control, Journal};
 use report::OutputFolder;
 
@@ -20,7 +20,12 @@ pub fn build() -> Option<(u64, std::time::SystemTime)> {
 /// Where no folder is named, nothing is kept.
 ///
 /// # Errors  what an earlier run has kept cannot be read.
-pub fn control(output: &Output, folder: Option<&OutputFolder>, progress: &Progress, loaded: &Loaded) -> Result<Control, String> {
+pub fn control(
+    output: &OutputArguments,
+    folder: Option<&OutputFolder>,
+    progress: &WorkProgress,
+    loaded: &Loaded,
+) -> Result<Control, String> {
     let journal = folder
         .map(|folder| {
             let path = folder.path().join(UNFINISHED);
@@ -38,7 +43,7 @@ pub fn control(output: &Output, folder: Option<&OutputFolder>, progress: &Progre
 }
 
 /// Ends long work: what was kept of it goes where it is complete, and stays where it was stopped.
-pub fn ended(output: &Output, control: &Control, complete: bool) -> Outcome {
+pub fn ended(output: &OutputArguments, control: &Control, complete: bool) -> Outcome {
     let fault = control.journal().and_then(|journal| {
         if complete {
             journal.remove();
@@ -46,7 +51,7 @@ pub fn ended(output: &Output, control: &Control, complete: bool) -> Outcome {
         journal.fault()
     });
     if let Some(fault) = fault.filter(|_| !output.quiet) {
-        talk::warning(&format!("{fault}: what is finished could not be kept; after a stop this run would begin anew"));
+        terminal::warning(&format!("{fault}: what is finished could not be kept; after a stop this run would begin anew"));
     } else if !complete && control.journal().is_some() && !output.quiet {
         eprintln!("stopped; the same command goes on from here");
     }
@@ -95,8 +100,8 @@ pub fn on_threads<T: Send>(threads: Option<u16>, work: impl FnOnce() -> T + Send
     match threads {
         None => Ok(work()),
         Some(count) => {
-            talk::THREADS.get_or_init(|| usize::from(count));
-            let pool = rayon::ThreadPoolBuilder::new().num_threads(usize::from(count)).build().map_err(told)?;
+            terminal::THREADS.get_or_init(|| usize::from(count));
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(usize::from(count)).build().map_err(to_message)?;
             Ok(pool.install(work))
         }
     }

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::{Args, Command};
 use clap_complete::Shell;
 
-use crate::delivery::{CommandResult, Outcome, print_out};
+use crate::outcome::{CommandResult, Outcome, print_out};
 use report::OutputFolder;
 
 /// `completions`.

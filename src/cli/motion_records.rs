@@ -4,10 +4,10 @@ use std::collections::BTreeMap;
 
 use rayon::prelude::*;
 
-use crate::delivery::told;
+use crate::outcome::to_message;
 use crate::sources::Loaded;
-use diagnosis::motion::{CellKind, MotionPart, cells, part};
-use dynamics::inverse_dynamics::{CurvePoint, Further, Motion, Recipe, Rigid, friction_curve};
+use diagnosis::motion::{MisfitAxis, MotionPart, misfit_map, part};
+use dynamics::inverse_dynamics::{CurvePoint, ExtraChannel, MotionSignal, Preprocessing, Rigid, friction_curve};
 use identification::motion::simulated_gaps;
 use identification::objective::point_named;
 use machine::Machine;
@@ -15,7 +15,7 @@ use measurement::{MeasurementSet, MotionRecord};
 use numeric::parallel::OrFirstError;
 use optimizer::Control;
 use report::document::PositionRow;
-use report::record::{CurveRow, RecordRow, TransmissionRow};
+use report::record::{CurveRow, MotionRecordRow, TransmissionRow};
 
 /// Whether a set is one of motions: records, and neither FRFs nor modes.
 pub fn holds_records_alone(set: &MeasurementSet) -> bool {
@@ -28,24 +28,25 @@ pub fn names(set: &MeasurementSet, records: &[usize]) -> Vec<String> {
 }
 
 /// All records made ready, in the order of the set, the rigid machine that they suit, and what is to be said of their columns.
-pub fn prepare_all(loaded: &Loaded) -> Result<(Vec<Motion>, Rigid, Vec<String>), String> {
+pub fn prepare_all(loaded: &Loaded) -> Result<(Vec<MotionSignal>, Rigid, Vec<String>), String> {
     let records = &loaded.set.motions;
-    let made: Result<Vec<Motion>, _> = records.par_iter().map(|r| Motion::new(r, Recipe::usual(r.step_s))).or_first_error();
-    make_ready(loaded, made.map_err(told)?)
+    let made: Result<Vec<MotionSignal>, _> =
+        records.par_iter().map(|r| MotionSignal::new(r, Preprocessing::usual(r.step_s))).or_first_error();
+    make_ready(loaded, made.map_err(to_message)?)
 }
 
 /// The same of motions made already.
-pub fn make_ready(loaded: &Loaded, made: Vec<Motion>) -> Result<(Vec<Motion>, Rigid, Vec<String>), String> {
+pub fn make_ready(loaded: &Loaded, made: Vec<MotionSignal>) -> Result<(Vec<MotionSignal>, Rigid, Vec<String>), String> {
     let records = &loaded.set.motions;
     let rigid = make_rigid(loaded)?;
     let machine = &loaded.config.machine;
-    made.iter().try_for_each(|m| rigid.check(machine, m)).map_err(told)?;
+    made.iter().try_for_each(|m| rigid.check(machine, m)).map_err(to_message)?;
     let named = |name: &String| point_named(machine, &loaded.set.path, "response", name);
-    let response = loaded.set.response.as_ref().map(named).transpose().map_err(told)?;
+    let response = loaded.set.response.as_ref().map(named).transpose().map_err(to_message)?;
     let (mut motions, mut warnings) = (Vec::new(), Vec::new());
     for (motion, record) in made.into_iter().zip(records) {
-        let (motion, told_of) = motion.with_points(record, machine, &rigid).map_err(told)?;
-        motions.push(motion.read_at(response, record, machine, &rigid).map_err(told)?);
+        let (motion, told_of) = motion.with_points(record, machine, &rigid).map_err(to_message)?;
+        motions.push(motion.read_at(response, record, machine, &rigid).map_err(to_message)?);
         warnings.extend(told_of);
     }
     Ok((motions, rigid, warnings))
@@ -58,17 +59,17 @@ pub fn make_rigid(loaded: &Loaded) -> Result<Rigid, String> {
 }
 
 /// A record beside a machine, by inverse dynamics.
-fn record_row(rigid: &Rigid, machine: &Machine, values: &[f64], motion: &Motion, samples: usize, role: &str) -> RecordRow {
+fn record_row(rigid: &Rigid, machine: &Machine, values: &[f64], motion: &MotionSignal, samples: usize, role: &str) -> MotionRecordRow {
     let part = part(rigid, machine, values, motion);
-    let by_phase: BTreeMap<String, f64> = cells(motion, &part)
+    let by_phase: BTreeMap<String, f64> = misfit_map(motion, &part)
         .iter()
         .filter(|c| c.direction == 0 && c.column.is_none())
         .filter_map(|c| match c.kind {
-            CellKind::Phase(phase) => Some((phase.word().to_string(), c.gap)),
+            MisfitAxis::Phase(phase) => Some((phase.word().to_string(), c.gap)),
             _ => None,
         })
         .collect();
-    RecordRow {
+    MotionRecordRow {
         role: role.into(),
         force_error: part.own_gap(),
         simulated_force_error: None,
@@ -85,10 +86,10 @@ fn record_row(rigid: &Rigid, machine: &Machine, values: &[f64], motion: &Motion,
 pub fn list_records(
     loaded: &Loaded,
     (rigid, values): (&Rigid, &[f64]),
-    motions: &[Motion],
+    motions: &[MotionSignal],
     which: impl Iterator<Item = usize>,
     fitted: &[usize],
-) -> BTreeMap<String, RecordRow> {
+) -> BTreeMap<String, MotionRecordRow> {
     let row = |at: usize| {
         let role = if fitted.contains(&at) { "fit" } else { "held_out" };
         let row = record_row(rigid, &loaded.config.machine, values, &motions[at], loaded.set.motions[at].samples(), role);
@@ -99,13 +100,13 @@ pub fn list_records(
 
 /// Simulates records in closed loop and writes the error of the force into their rows; whether all were simulated to their end.
 pub fn add_simulated_gaps(
-    rows: &mut BTreeMap<String, RecordRow>,
+    rows: &mut BTreeMap<String, MotionRecordRow>,
     (machine, values): (&Machine, &[f64]),
     records: &[&MotionRecord],
     control: &Control,
 ) -> Result<bool, String> {
     let mut complete = true;
-    for (record, gap) in records.iter().zip(simulated_gaps(machine, values, records, control).map_err(told)?) {
+    for (record, gap) in records.iter().zip(simulated_gaps(machine, values, records, control).map_err(to_message)?) {
         complete &= gap.is_some();
         if let (Some(row), Some(gap)) = (rows.get_mut(&record.name), gap) {
             row.simulated_force_error = Some(gap.force);
@@ -115,8 +116,11 @@ pub fn add_simulated_gaps(
 }
 
 /// Records where documents have positions: their force error is their gap.
-pub fn list_positions(records: &BTreeMap<String, RecordRow>, error: impl Fn(&RecordRow) -> Option<f64>) -> BTreeMap<String, PositionRow> {
-    let row = |(name, r): (&String, &RecordRow)| {
+pub fn list_positions(
+    records: &BTreeMap<String, MotionRecordRow>,
+    error: impl Fn(&MotionRecordRow) -> Option<f64>,
+) -> BTreeMap<String, PositionRow> {
+    let row = |(name, r): (&String, &MotionRecordRow)| {
         let row = PositionRow {
             role: r.role.clone(),
             overall_error: None,
@@ -133,11 +137,11 @@ pub fn list_positions(records: &BTreeMap<String, RecordRow>, error: impl Fn(&Rec
 }
 
 /// What is left of further points.
-pub fn transmission_rows(part: &MotionPart, motion: &Motion) -> BTreeMap<String, TransmissionRow> {
-    let row = |(part, further): (&MotionPart, &Further)| {
+pub fn transmission_rows(part: &MotionPart, motion: &MotionSignal) -> BTreeMap<String, TransmissionRow> {
+    let row = |(part, further): (&MotionPart, &ExtraChannel)| {
         let row = TransmissionRow {
             unit: further.unit.into(),
-            left: part.left(),
+            residual: part.left(),
             gap: part.own_gap(),
             tracking_gap: part.tracking_gap(),
             compared: part.samples,
@@ -148,7 +152,7 @@ pub fn transmission_rows(part: &MotionPart, motion: &Motion) -> BTreeMap<String,
 }
 
 /// Friction curve of records, with what a machine predicts at each speed.
-pub fn curve_rows(rigid: &Rigid, machine: &Machine, values: &[f64], motions: &[&Motion]) -> Vec<CurveRow> {
+pub fn curve_rows(rigid: &Rigid, machine: &Machine, values: &[f64], motions: &[&MotionSignal]) -> Vec<CurveRow> {
     let inertia = rigid.inertia(machine, values);
     let all: Vec<CurvePoint> = motions.iter().flat_map(|m| friction_curve(m, inertia)).collect();
     let row = |point: CurvePoint| CurveRow {

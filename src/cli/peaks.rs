@@ -4,14 +4,14 @@ use std::fmt::Write as _;
 
 use rayon::prelude::*;
 
-use crate::arguments::Output;
-use crate::delivery::{CommandResult, Outcome, deliver_with, prepare, print_out, told};
+use crate::arguments::OutputArguments;
+use crate::outcome::{CommandResult, Outcome, deliver_with, prepare, print_out, to_message};
 use crate::sources::set_stamp;
-use measurement::modal::{AmplitudeKind, Curve, Fit, FitOptions, ModalFit, TrackOptions, TrackRecord, track};
-use measurement::{Frf, Line, MeasurementSet, read_set};
+use measurement::modal::{AmplitudeKind, CurveFit, CurveOptions, FrfCurve, ModalFit, TrackOptions, TrackRecord, track};
+use measurement::{Frf, FrfLine, MeasurementSet, read_set};
 use numeric::parallel::OrFirstError;
 use numeric::unit::omega_rad_s;
-use report::document::{EvidenceRow, PeakFitRow, PeakModeRow, PeakRow, Peaks};
+use report::document::{EvidenceRow, PeakFitRow, PeakModeRow, PeakRow, PeaksDocument};
 use report::peaks_table;
 
 /// `peaks`.
@@ -33,11 +33,11 @@ pub struct PeaksArguments {
     #[arg(long)]
     pub all: bool,
     #[command(flatten)]
-    pub output: Output,
+    pub output: OutputArguments,
 }
 
 /// An FRF with its name among the records.
-struct Named<'s> {
+struct NamedPosition<'s> {
     name: String,
     frf: &'s Frf,
     nut_m: Option<f64>,
@@ -46,19 +46,19 @@ struct Named<'s> {
 
 /// Runs the command.
 pub fn run(given: &PeaksArguments) -> CommandResult {
-    let set = read_set(&given.measurements).map_err(told)?;
+    let set = read_set(&given.measurements).map_err(to_message)?;
     if set.frfs.is_empty() {
         return Err(format!("{}: holds no FRF to take peaks from; list some as [[frf]] in its manifest", set.path));
     }
     let options = options(given)?;
     let names = names(&set);
-    let fitted: Result<Vec<Named>, String> = set
+    let fitted: Result<Vec<NamedPosition>, String> = set
         .frfs
         .par_iter()
         .zip(names)
         .map(|(frf, name)| {
             let fitted = fit(frf, &options, given).map_err(|e| format!("{}: {e}", frf.source))?;
-            Ok(Named { name, frf, nut_m: frf.position.and_then(|p| set.positions[p].nut_m), fitted })
+            Ok(NamedPosition { name, frf, nut_m: frf.position.and_then(|p| set.positions[p].nut_m), fitted })
         })
         .or_first_error();
     let named = fitted?;
@@ -98,7 +98,7 @@ pub fn run(given: &PeaksArguments) -> CommandResult {
                 })
                 .collect(),
             evidence: EvidenceRow {
-                seen: mode.evidence.seen,
+                observed: mode.evidence.seen,
                 expected: mode.evidence.expected,
                 roughness: mode.evidence.roughness,
                 stability: mode.evidence.stability,
@@ -114,7 +114,7 @@ pub fn run(given: &PeaksArguments) -> CommandResult {
             (n.name.clone(), row)
         })
         .collect();
-    let document = Peaks { stamp: set_stamp("peaks", &set), modes, fits };
+    let document = PeaksDocument { stamp: set_stamp("peaks", &set), modes, fits };
     let folder = prepare(&given.output)?;
     let beside = [("modes.csv", modes_csv(&set, &named, &document))];
     deliver_with(&given.output, folder.as_ref(), ("peaks.json", &beside), &document, &peaks_table(&document, given.all))?;
@@ -129,20 +129,20 @@ fn finite(x: f64) -> Option<f64> {
     x.is_finite().then_some(x)
 }
 
-fn options(given: &PeaksArguments) -> Result<FitOptions, String> {
+fn options(given: &PeaksArguments) -> Result<CurveOptions, String> {
     let fit = match (&given.band[..], given.local) {
-        ([], false) => Fit::Full,
+        ([], false) => CurveFit::Full,
         ([], true) => return Err("--local: name the band with --band FROM,TO".into()),
         ([from, to], _) if *from >= 0.0 && to > from && to.is_finite() => {
             if given.local {
-                Fit::Local { from_hz: *from, to_hz: *to }
+                CurveFit::Local { from_hz: *from, to_hz: *to }
             } else {
-                Fit::Full
+                CurveFit::Full
             }
         }
         _ => return Err("--band: write the lowest and the highest frequency in Hz, such as --band 20,800".into()),
     };
-    Ok(FitOptions { fit, max_order: usize::from(given.max_order), ..FitOptions::default() })
+    Ok(CurveOptions { fit, max_order: usize::from(given.max_order), ..CurveOptions::default() })
 }
 
 fn band_of(frf: &Frf, given: &PeaksArguments) -> (f64, f64) {
@@ -153,15 +153,15 @@ fn band_of(frf: &Frf, given: &PeaksArguments) -> (f64, f64) {
     }
 }
 
-fn fit(frf: &Frf, options: &FitOptions, given: &PeaksArguments) -> Result<ModalFit, measurement::modal::ModalError> {
+fn fit(frf: &Frf, options: &CurveOptions, given: &PeaksArguments) -> Result<ModalFit, measurement::modal::ModalError> {
     let (from, to) = band_of(frf, given);
     // A local fit sees the lines beside its band; a full one only those inside.
-    let seen = |l: &Line| given.local || (from..=to).contains(&l.frequency_hz);
+    let seen = |l: &FrfLine| given.local || (from..=to).contains(&l.frequency_hz);
     let lines: Vec<_> = frf.lines.iter().zip(frf.component_sds()).filter(|(l, _)| seen(l)).collect();
     let frequency_hz: Vec<f64> = lines.iter().map(|(l, _)| l.frequency_hz).collect();
     let receptance: Vec<_> = lines.iter().map(|(l, _)| l.value / frf.quantity.from_receptance(omega_rad_s(l.frequency_hz))).collect();
     let component_sd: Option<Vec<f64>> = lines.iter().map(|(_, sd)| *sd).collect();
-    let curve = Curve {
+    let curve = FrfCurve {
         frequency_hz: &frequency_hz,
         receptance: &receptance,
         component_sd: component_sd.as_deref(),
@@ -196,7 +196,7 @@ fn names(set: &MeasurementSet) -> Vec<String> {
 }
 
 /// Regular modes as a table that a manifest can name: position, order, frequency, amplitude.
-fn modes_csv(set: &MeasurementSet, named: &[Named<'_>], document: &Peaks) -> String {
+fn modes_csv(set: &MeasurementSet, named: &[NamedPosition<'_>], document: &PeaksDocument) -> String {
     let mut text = String::from("position,order,frequency_hz,amplitude\n");
     for n in named.iter().filter(|n| n.frf.position.is_some()) {
         let position = n.frf.position.map_or("", |p| set.positions[p].name.as_str());

@@ -2,13 +2,13 @@
 
 use std::path::PathBuf;
 
-use crate::arguments::{Output, RodArguments, Sources};
-use crate::delivery::{CommandResult, deliver, prepare, told};
+use crate::arguments::{OutputArguments, RodArguments, Sources};
 use crate::identified::{check_identification, identified_values, read_identification};
+use crate::outcome::{CommandResult, deliver, prepare, to_message};
 use crate::sources::{Loaded, load, stamp};
 use identification::objective::{FrfSettings, ModeSettings};
-use identification::{Choice, Design, FrfPlan};
-use report::document::{ChoiceRow, Plan, PlanRanking};
+use identification::{Choice, FrfPlan, PlanDesign};
+use report::document::{ChoiceRow, PlanDocument, PlanRanking};
 use report::plan_table;
 
 /// Kinds of data by name.
@@ -58,7 +58,7 @@ pub struct PlanArguments {
     #[arg(long, value_name = "N", default_value_t = 5)]
     pub top: u16,
     #[command(flatten)]
-    pub output: Output,
+    pub output: OutputArguments,
 }
 
 /// Most choices that are ranked one by one.
@@ -136,7 +136,7 @@ pub fn run(given: &PlanArguments) -> CommandResult {
     }
     let mut stamped = stamp("plan", 0, true, &loaded, Vec::new());
     stamped.inputs.extend(inputs);
-    let document = Plan {
+    let document = PlanDocument {
         stamp: stamped,
         data: if frfs { "frf" } else { "modes" }.into(),
         measured: made.iter().map(|i| name(*i)).collect(),
@@ -168,17 +168,17 @@ fn channels(given: &PlanArguments, loaded: &Loaded) -> Result<Vec<(String, Strin
     given.channels.iter().map(pair).collect()
 }
 
-fn of_frfs(given: &PlanArguments, loaded: &Loaded, values: &[f64], channels: &[(String, String)]) -> Result<Design, String> {
+fn of_frfs(given: &PlanArguments, loaded: &Loaded, values: &[f64], channels: &[(String, String)]) -> Result<PlanDesign, String> {
     let (from, to) = band(given, (5.0, 1000.0))?;
     if !(given.noise > 0.0 && given.noise < 1.0) {
         return Err(format!("--noise {}: write a share above 0 and below 1, such as 0.02", given.noise));
     }
     let plan = FrfPlan { noise: given.noise, band_hz: (from, to), lines: usize::from(given.lines) };
     let settings = FrfSettings { rods: given.rods.represent(), ..FrfSettings::default() };
-    Design::of_frfs(&loaded.config.machine, values, &loaded.set, channels, plan, settings, &given.freeze).map_err(told)
+    PlanDesign::of_frfs(&loaded.config.machine, values, &loaded.set, channels, plan, settings, &given.freeze).map_err(to_message)
 }
 
-fn of_modes(given: &PlanArguments, loaded: &Loaded, values: &[f64], channels: &[(String, String)]) -> Result<Design, String> {
+fn of_modes(given: &PlanArguments, loaded: &Loaded, values: &[f64], channels: &[(String, String)]) -> Result<PlanDesign, String> {
     if loaded.set.positions.is_empty() {
         return Err(format!("{}: has no positions to take modes at; plan FRFs with --data frf", loaded.set.path));
     }
@@ -190,7 +190,7 @@ fn of_modes(given: &PlanArguments, loaded: &Loaded, values: &[f64], channels: &[
     let usual = if high > 0.0 { (0.5 * low, 1.1 * high) } else { (5.0, 1000.0) };
     let settings = ModeSettings { rods: given.rods.represent(), ..ModeSettings::default() };
     let band_hz = band(given, usual)?;
-    Design::of_modes(&loaded.config.machine, values, &loaded.set, channel, band_hz, settings, &given.freeze).map_err(told)
+    PlanDesign::of_modes(&loaded.config.machine, values, &loaded.set, channel, band_hz, settings, &given.freeze).map_err(to_message)
 }
 
 fn band(given: &PlanArguments, usual: (f64, f64)) -> Result<(f64, f64), String> {
@@ -202,7 +202,7 @@ fn band(given: &PlanArguments, usual: (f64, f64)) -> Result<(f64, f64), String> 
 }
 
 /// Candidates that were measured already.
-fn measured(given: &PlanArguments, loaded: &Loaded, design: &Design, name: &dyn Fn(usize) -> String) -> Result<Vec<usize>, String> {
+fn measured(given: &PlanArguments, loaded: &Loaded, design: &PlanDesign, name: &dyn Fn(usize) -> String) -> Result<Vec<usize>, String> {
     let mut made = Vec::new();
     for wanted in &given.measured {
         let of_position = |i: &usize| design.candidates[*i].position.is_some_and(|p| loaded.set.positions[p].name == *wanted);

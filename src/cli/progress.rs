@@ -12,13 +12,13 @@ const STEPS: &str = "{prefix}  {bar:24} {pos}/{len}  {elapsed}, {eta} left";
 const SEARCHES: &str = "{prefix}  {bar:24} {elapsed}, at most {eta} left  {msg}";
 
 /// A bar over the searches and steps of a command, or over a known number of steps of its own.
-pub struct Progress {
+pub struct WorkProgress {
     bar: ProgressBar,
-    at: Arc<Mutex<At>>,
+    at: Arc<Mutex<BarState>>,
 }
 
 /// Where the work stands.
-struct At {
+struct BarState {
     name: String,
     searches: u64,
     /// Generations done of each search.
@@ -26,33 +26,33 @@ struct At {
     best: f64,
 }
 
-impl Progress {
+impl WorkProgress {
     /// Begins with so many searches, one after another; hidden when `quiet`, and by itself where stderr is no terminal.
     pub fn searches(quiet: bool, name: &str, searches: usize) -> Self {
         let bar = if quiet { ProgressBar::hidden() } else { ProgressBar::new_spinner() };
         style(&bar, "{spinner} {prefix}  {elapsed}");
         // Also where nothing is heard for long, the time that has passed is seen to grow.
         bar.enable_steady_tick(Duration::from_millis(200));
-        Progress::of(bar, name, searches)
+        WorkProgress::of(bar, name, searches)
     }
 
     /// Begins with searches of unknown number.
     pub fn begin(quiet: bool, name: &str) -> Self {
-        Progress::searches(quiet, name, 1)
+        WorkProgress::searches(quiet, name, 1)
     }
 
     /// Begins a bar over a known number of steps.
     pub fn counted(quiet: bool, name: &str, steps: usize) -> Self {
         let bar = if quiet { ProgressBar::hidden() } else { ProgressBar::new(steps as u64) };
         style(&bar, STEPS);
-        Progress::of(bar, name, 1)
+        WorkProgress::of(bar, name, 1)
     }
 
     fn of(bar: ProgressBar, name: &str, searches: usize) -> Self {
         bar.set_prefix(name.to_string());
-        Progress {
+        WorkProgress {
             bar,
-            at: Arc::new(Mutex::new(At { name: name.into(), searches: searches as u64, done: HashMap::new(), best: f64::INFINITY })),
+            at: Arc::new(Mutex::new(BarState { name: name.into(), searches: searches as u64, done: HashMap::new(), best: f64::INFINITY })),
         }
     }
 

@@ -1,10 +1,10 @@
 //! `jointid schema`.
 
-use crate::delivery::{CommandResult, Outcome, print_out};
+use crate::outcome::{CommandResult, Outcome, print_out};
 use config::{effects_schema, machine_schema};
 use measurement::manifest_schema;
 use report::{self, to_json};
-use withheld::Withheld;
+use withheld::WithheldDocument;
 
 /// `schema`.
 #[derive(Debug, clap::Args)]
@@ -30,7 +30,7 @@ pub fn run(given: &SchemaArguments) -> CommandResult {
         "machine" => Some(machine_schema()),
         "effects" => Some(effects_schema()),
         "manifest" => Some(manifest_schema()),
-        "withheld" => Some(schemars::schema_for!(Withheld)),
+        "withheld" => Some(schemars::schema_for!(WithheldDocument)),
         other => report::schema(other),
     };
     let schema = schema.ok_or_else(|| format!("schema {name}: there is none of this name; there are {}", names.join(", ")))?;

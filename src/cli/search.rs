@@ -2,11 +2,11 @@
 
 use crate::arguments::{ModelName, ObjectiveName, SearchArguments, Sources, ToleranceName};
 use crate::sources::Loaded;
-use identification::Plan;
+use identification::IdentificationSettings;
 use identification::objective::{FrfSettings, ModeSettings, Objective};
 use measurement::MeasurementSet;
 use optimizer::Strategy;
-use report::document::Settings;
+use report::document::RunSettings;
 
 /// Objective as asked for.
 pub fn objective(name: ObjectiveName) -> Objective {
@@ -46,7 +46,7 @@ pub fn objective_word(objective: Objective) -> &'static str {
 }
 
 /// The plan that was asked for.
-pub fn plan(search: &SearchArguments, set: &MeasurementSet) -> Result<Plan, String> {
+pub fn plan(search: &SearchArguments, set: &MeasurementSet) -> Result<IdentificationSettings, String> {
     for (key, x) in [("--frequency-model-error", search.frequency_model_error), ("--amplitude-sd", search.amplitude_sd)] {
         if !(1e-6..=1e3).contains(&x) {
             return Err(format!("{key} {x}: write a number above 0, from 1e-6 to 1000"));
@@ -64,7 +64,7 @@ pub fn plan(search: &SearchArguments, set: &MeasurementSet) -> Result<Plan, Stri
         rods: search.rods.represent(),
         ..FrfSettings::default()
     };
-    Ok(Plan {
+    Ok(IdentificationSettings {
         settings: ModeSettings {
             objective: search.objective.map_or(Objective::LeastSquares, objective),
             frequency_model_error: search.frequency_model_error,
@@ -84,9 +84,9 @@ pub fn plan(search: &SearchArguments, set: &MeasurementSet) -> Result<Plan, Stri
 }
 
 /// The settings of a run, to be kept with its result.
-pub fn settings(sources: &Sources, search: &SearchArguments, plan: &Plan) -> Settings {
+pub fn settings(sources: &Sources, search: &SearchArguments, plan: &IdentificationSettings) -> RunSettings {
     let lumped = search.rods.model == ModelName::Lumped;
-    Settings {
+    RunSettings {
         config: sources.config.clone(),
         measurements: sources.measurements.clone(),
         model: if lumped { "lumped" } else { "receptance" }.into(),

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use crate::arguments::Sources;
-use crate::delivery::told;
+use crate::outcome::to_message;
 use config::{MachineConfig, read_machine};
 use measurement::{MeasurementSet, SourceFile, read_set};
 use report::digest;
@@ -23,8 +23,8 @@ pub struct Loaded {
 
 /// Reads machine and measurements.
 pub fn load(sources: &Sources) -> Result<Loaded, String> {
-    let config = read_machine(&sources.config, &sources.set, &sources.without).map_err(told)?;
-    let set = read_set(&sources.measurements).map_err(told)?;
+    let config = read_machine(&sources.config, &sources.set, &sources.without).map_err(to_message)?;
+    let set = read_set(&sources.measurements).map_err(to_message)?;
     Ok(Loaded { config, set, overrides: sources.set.clone(), without: sources.without.clone() })
 }
 
@@ -36,9 +36,9 @@ pub fn load_again(config: &str, measurements: &str, stamp: &Stamp, (set, without
 
 /// As [`load`], for commands that need a machine and at most the positions of its set: the published bench's set stands in for no other machine.
 pub fn load_machine(sources: &Sources) -> Result<Loaded, String> {
-    let config = read_machine(&sources.config, &sources.set, &sources.without).map_err(told)?;
+    let config = read_machine(&sources.config, &sources.set, &sources.without).map_err(to_message)?;
     let other = sources.measurements == measurement::BENCH && !config.path.contains("tian");
-    let set = if other { MeasurementSet::none() } else { read_set(&sources.measurements).map_err(told)? };
+    let set = if other { MeasurementSet::none() } else { read_set(&sources.measurements).map_err(to_message)? };
     Ok(Loaded { config, set, overrides: sources.set.clone(), without: sources.without.clone() })
 }
 

@@ -6,8 +6,8 @@ use schemars::JsonSchema;
 use serde::Deserialize;
 
 use machine::contact::{
-    AngularContactBearing, BALL_PRESSURE_LIMIT_PA, Balls, BearingData, ContactError, Nut, NutData, Pair, Printed, Rule, Side, Stiffness,
-    StribeckCurve,
+    AngularContactBearing, BALL_PRESSURE_LIMIT_PA, Balls, BearingData, ContactError, Nut, NutData, PreloadedPair, Printed, Rule, Side,
+    Stiffness, StribeckCurve,
 };
 use machine::{LoadedPair, Segment, SegmentEnd, Twist};
 
@@ -168,7 +168,7 @@ fn contact(
     })
 }
 
-fn pair(name: &str, file: &ContactFile) -> Result<Pair, String> {
+fn pair(name: &str, file: &ContactFile) -> Result<PreloadedPair, String> {
     use KindFile::{BearingPair, DoubleNut, KnownPair};
     let kind = file.kind;
     let need = |key: &str, value: Option<f64>| value.ok_or_else(|| format!("contact.{name}: a {} needs {key}; write it", kind.word()));
@@ -216,7 +216,7 @@ fn pair(name: &str, file: &ContactFile) -> Result<Pair, String> {
                 balls,
             );
             let nut = Nut::new(&NutData { nut_conformity: nut, pressure_limit_pa, ..steel }).map_err(told)?;
-            Pair::double_nut(nut.side(), file.preload_n)
+            PreloadedPair::double_nut(nut.side(), file.preload_n)
         }
         BearingPair => {
             let count = need("ball_count", file.ball_count)?;
@@ -233,11 +233,11 @@ fn pair(name: &str, file: &ContactFile) -> Result<Pair, String> {
             );
             let bearing = AngularContactBearing::new(&BearingData { outer_conformity: outer, pressure_limit_pa, ..steel }).map_err(told)?;
             let [a, b] = file.tandem.unwrap_or([1, 1]);
-            Pair::bearing_set(bearing.side(), a, b, file.preload_n)
+            PreloadedPair::bearing_set(bearing.side(), a, b, file.preload_n)
         }
         KnownPair => {
             let side = Side::from_point(need("load_n", file.load_n)?, need("deflection_m", file.deflection_m)?).map_err(told)?;
-            Pair::double_nut(side, file.preload_n)
+            PreloadedPair::double_nut(side, file.preload_n)
         }
     }
     .map_err(told)?;

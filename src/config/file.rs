@@ -11,8 +11,8 @@ use super::servo::ServoFile;
 use super::tolerance::ToleranceFile;
 use machine::contact::{Rule, Stiffness};
 use machine::{
-    AttachFile, Data, DerivedPatch, DriveFile, Effect, FitRule, FrictionForceFile, JointPatch, LeadErrorFile, LeverFile, Motion, Parameter,
-    Patch, PointPatch, ReattachFile, Scale, ShaftFile, Source,
+    AttachFile, Data, DerivedPatch, DriveFile, Effect, FitRule, FrictionForceFile, JointPatch, LeadErrorFile, LeverFile, NumberSource,
+    Parameter, Patch, PointMotion, PointPatch, ReattachFile, Scale, ShaftFile,
 };
 use numeric::unit::travel_per_radian_m;
 
@@ -79,9 +79,9 @@ pub struct LibraryFile {
 #[serde(deny_unknown_fields)]
 pub struct PointFile {
     name: String,
-    motion: Motion,
-    mass_kg: Option<Source>,
-    inertia_kg_m2: Option<Source>,
+    motion: PointMotion,
+    mass_kg: Option<NumberSource>,
+    inertia_kg_m2: Option<NumberSource>,
     /// `free` (default) or `fixed`.
     #[serde(default)]
     boundary: Boundary,
@@ -106,18 +106,18 @@ pub struct JointFile {
     screw: Option<ScrewFile>,
     /// Or any combination of points.
     on: Option<BTreeMap<String, f64>>,
-    stiffness: Option<Source>,
-    damping: Option<Source>,
+    stiffness: Option<NumberSource>,
+    damping: Option<NumberSource>,
     /// Instead of both: the loops of a drive that holds a point.
     servo: Option<ServoFile>,
     /// η: stiffness times 1 + η·(i + s·2/π·ln(ω/ω₀)), ω₀ = 2π·100 rad/s; s is `tolerance.loss_dispersion`, 0 constant, 1 causal.
-    loss_factor: Option<Source>,
+    loss_factor: Option<NumberSource>,
     /// Integral action of a servo that holds: stiffness times 1 + rate/(iω).
-    integral_rate: Option<Source>,
-    relaxation_stiffness: Option<Source>,
+    integral_rate: Option<NumberSource>,
+    relaxation_stiffness: Option<NumberSource>,
     friction: Option<FrictionForceFile>,
     /// Width of the dead zone (m or rad).
-    gap: Option<Source>,
+    gap: Option<NumberSource>,
     lead_error: Option<LeadErrorFile>,
 }
 
@@ -151,18 +151,20 @@ pub struct ParameterFile {
 pub struct EffectFile {
     /// Id.
     pub id: String,
-    says: String,
+    #[serde(alias = "says")]
+    description: String,
     signature: Option<String>,
-    separates: Option<String>,
+    #[serde(alias = "separates")]
+    discriminating_test: Option<String>,
     /// Effects that force and one encoder do not tell it from, whatever they explain: what they share rests on numbers that no record holds.
-    #[serde(default)]
-    like: Vec<String>,
+    #[serde(default, alias = "like")]
+    confusable_with: Vec<String>,
     /// Effects that no motion tells it from in which inertia takes next to no force.
-    #[serde(default)]
-    like_slow: Vec<String>,
+    #[serde(default, alias = "like_slow")]
+    confusable_with_slow: Vec<String>,
     /// Of what it does to motion machines have a little ordinarily: it takes more of it to be named.
-    #[serde(default)]
-    ordinary: bool,
+    #[serde(default, alias = "ordinary")]
+    common: bool,
     #[serde(default)]
     needs: Vec<String>,
     /// Where it sits in a person's eyes, where that is not what it changes first.
@@ -193,13 +195,13 @@ fn frf_alone() -> Vec<Data> {
 fn point(file: PointFile) -> Result<PointPatch, String> {
     let motion = file.motion;
     let (right, wrong, wrong_key) = match motion {
-        Motion::Translation => (file.mass_kg, file.inertia_kg_m2, "inertia_kg_m2"),
-        Motion::Rotation => (file.inertia_kg_m2, file.mass_kg, "mass_kg"),
+        PointMotion::Translation => (file.mass_kg, file.inertia_kg_m2, "inertia_kg_m2"),
+        PointMotion::Rotation => (file.inertia_kg_m2, file.mass_kg, "mass_kg"),
     };
     if wrong.is_some() {
         return Err(format!("point.{}: a {} has no {wrong_key}; write {}", file.name, motion.noun(), motion.inertia_key()));
     }
-    if let Some(Source::Number(0.0)) = right {
+    if let Some(NumberSource::Number(0.0)) = right {
         return Err(format!("point.{}.{}: is 0; leave the key out where there is no inertia", file.name, motion.inertia_key()));
     }
     Ok(PointPatch { inertia: right.unwrap_or_default(), motion, fixed: file.boundary == Boundary::Fixed, name: file.name })
@@ -290,12 +292,12 @@ impl EffectFile {
                 ..Patch::default()
             },
             id: self.id,
-            says: self.says,
+            description: self.description,
             signature: self.signature,
-            separates: self.separates,
-            like: self.like,
-            like_slow: self.like_slow,
-            ordinary: self.ordinary,
+            discriminating_test: self.discriminating_test,
+            confusable_with: self.confusable_with,
+            confusable_with_slow: self.confusable_with_slow,
+            common: self.common,
             needs: self.needs,
             at: self.at,
             data: self.data,

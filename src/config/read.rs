@@ -80,6 +80,7 @@ pub fn read_machine_text(path: &str, text: &str, overrides: Overrides<'_>, witho
         return Err(content("is empty; a machine needs at least title, [[point]] and [[joint]]".into()));
     }
     let mut file: MachineFile = parse(path, text, overrides)?;
+    let renamed = renamed_keys(path, text);
     let mut effects = effect_library()?;
     let of_library = effects.len();
     for own in std::mem::take(&mut file.effect) {
@@ -133,12 +134,34 @@ pub fn read_machine_text(path: &str, text: &str, overrides: Overrides<'_>, witho
     let taken_out: Vec<&str> =
         effects.iter().filter(|e| without.contains(&e.id)).flat_map(|e| e.patch.parameters.iter().map(|p| p.id.as_str())).collect();
     let unused = machine.drop_unused_parameters();
-    let warnings = unused
+    let idle = unused
         .iter()
         .filter(|id| !taken_out.contains(&id.as_str()))
-        .map(|id| format!("{path}: nothing uses [parameter.{id}]; name it in a joint, point or shaft, or take it out"))
-        .collect();
+        .map(|id| format!("{path}: nothing uses [parameter.{id}]; name it in a joint, point or shaft, or take it out"));
+    let warnings = renamed.into_iter().chain(idle).collect();
     Ok(MachineConfig { warnings, path: path.into(), text: text.into(), machine, effects })
+}
+
+/// Former names of keys of an `[[effect]]` and of its `rescale` entries, which are still read, and their present names.
+const RENAMED: [(&str, &str); 6] = [
+    ("says", "description"),
+    ("separates", "discriminating_test"),
+    ("like", "confusable_with"),
+    ("like_slow", "confusable_with_slow"),
+    ("ordinary", "common"),
+    ("law", "modifier"),
+];
+
+/// One warning that names every key of the file that stands there under its former name; none where all keys are up to date.
+fn renamed_keys(path: &str, text: &str) -> Option<String> {
+    let table: toml::Table = toml::from_str(text).ok()?;
+    let entries = |value: &toml::Value, key: &str| value.get(key).and_then(toml::Value::as_array).cloned().unwrap_or_default();
+    let effects = entries(&toml::Value::Table(table), "effect");
+    let tables = effects.iter().flat_map(|effect| entries(effect, "rescale")).chain(effects.iter().cloned()).collect::<Vec<_>>();
+    let found = RENAMED.iter().filter(|(old, _)| tables.iter().any(|table| table.get(old).is_some()));
+    let found: Vec<String> = found.map(|(old, new)| format!("«{old}» is now «{new}»")).collect();
+    (!found.is_empty())
+        .then(|| format!("{path}: [[effect]] has keys under former names, which are still read: {}; rename them", found.join(", ")))
 }
 
 /// Of effects with one id, written for machines described in different words, the one for each kind of data that a machine has most of what it needs for;

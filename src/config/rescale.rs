@@ -16,7 +16,8 @@ pub struct RescaleFile {
     /// Which number of friction, lead error or drive.
     #[serde(default)]
     key: String,
-    law: Rescale,
+    #[serde(alias = "law")]
+    modifier: Rescale,
     by: String,
 }
 
@@ -69,6 +70,6 @@ impl RescaleFile {
             PartFile::ChainDelay => Target::ChainDelay,
             PartFile::ChainPower => Target::ChainPower,
         };
-        Ok((target, self.law, self.by))
+        Ok((target, self.modifier, self.by))
     }
 }

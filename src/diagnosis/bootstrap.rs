@@ -4,11 +4,11 @@ use rand::SeedableRng;
 use rand_xoshiro::Xoshiro256PlusPlus;
 use rayon::prelude::*;
 
-use super::domain::{Compared, Domain, Part};
+use super::decision::{Diagnosis, closed};
+use super::evidence::{Domain, DomainObjective, PartialGap};
 use super::fit::{Fitted, Fitter, place_of, values_of};
 use super::hypothesis::Hypothesis;
-use super::null::another_machine;
-use super::verdict::{Diagnosis, closed};
+use super::null_distribution::redraw_machine;
 use identification::objective::{FrfGap, FrfObjective, FrfSettings, ModeObjective, ModeSettings};
 use measurement::{FitSet, HoldOutSet, MeasurementSet, ModeTable};
 use numeric::random::normal;
@@ -61,7 +61,7 @@ pub fn closed_interval(
     // The spread of the draws about the figure of the data, wide enough to hold their mean, and the figure where what is ordinary is fitted along: whether
     // that belongs to the gap is a matter of words.
     let half = 1.96 * spread;
-    let beside = found.beside_ordinary.as_ref().and_then(|[before, after]| closed(before, after)).unwrap_or(estimate);
+    let beside = found.gaps_with_nuisances.as_ref().and_then(|[before, after]| closed(before, after)).unwrap_or(estimate);
     Some((estimate.min(mean).min(beside) - half, estimate.max(mean).max(beside) + half))
 }
 
@@ -79,15 +79,15 @@ fn drawn_frfs(
 ) -> Option<f64> {
     let far = fitter.on(FitSet { set: held_out.set, positions: held_out.positions.clone(), frfs: held_out.frfs.clone() });
     // The same seed draws the same machine for both.
-    let (near_by, _) = another_machine(fitter, chosen.0, chosen.1, settings, LINES, random.clone())?;
-    let (far_by, _) = another_machine(&far, chosen.0, chosen.1, settings, LINES, random)?;
-    let (plain, far) = (fitter.plainly(), far.plainly());
-    let gap = |(hypothesis, fitted): Model<'_>| -> Option<Vec<Part>> {
+    let (near_by, _) = redraw_machine(fitter, chosen.0, chosen.1, settings, LINES, random.clone())?;
+    let (far_by, _) = redraw_machine(&far, chosen.0, chosen.1, settings, LINES, random)?;
+    let (plain, far) = (fitter.without_nuisances(), far.without_nuisances());
+    let gap = |(hypothesis, fitted): Model<'_>| -> Option<Vec<PartialGap>> {
         let own = coarse(&plain, hypothesis)?.shifted(&near_by);
         let start = place_of(&plain.objective(hypothesis).ok()?, fitted);
         let polished = least_squares_within(&own, &start, &[], (STEPS, 1e-3), control.stop());
         let there = coarse(&far, hypothesis)?.shifted(&far_by);
-        let part = |g: FrfGap| Part { position: None, frf: Some(g.frf), gap: g.gap, floor: g.noise_floor, count: g.lines };
+        let part = |g: FrfGap| PartialGap { position: None, frf: Some(g.frf), gap: g.gap, floor: g.noise_floor, count: g.lines };
         Some(there.gaps(&own.parameters(&polished.place), own.gain(&polished.place)).into_iter().map(part).collect())
     };
     closed(&gap(before)?, &gap(after)?)
@@ -105,7 +105,7 @@ fn drawn_modes(
     let set = modes_like(fitter, held_out, after, settings, &mut random)?;
     let there = HoldOutSet { set: &set, ..held_out.clone() };
     let again = fitter.on(FitSet { set: &set, ..fitter.fit.clone() });
-    let gap = |(hypothesis, fitted): Model<'_>| -> Option<Vec<Part>> {
+    let gap = |(hypothesis, fitted): Model<'_>| -> Option<Vec<PartialGap>> {
         let found = again.descend(&again.objective(hypothesis).ok()?, fitted, STEPS, control);
         again.gaps(hypothesis, &found, &there).ok()
     };
@@ -147,7 +147,7 @@ fn modes_like(
 
 fn coarse<'h>(fitter: &Fitter<'_>, hypothesis: &'h Hypothesis) -> Option<FrfObjective<'h>> {
     match fitter.objective(hypothesis).ok()? {
-        Compared::Frf(objective) => Some(objective.thinned(LINES)),
-        Compared::Modes(_) => None,
+        DomainObjective::Frf(objective) => Some(objective.thinned(LINES)),
+        DomainObjective::Modes(_) => None,
     }
 }

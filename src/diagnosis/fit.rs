@@ -3,11 +3,11 @@
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
-use super::domain::{Compared, Domain, Part, gaps};
+use super::evidence::{Domain, DomainObjective, PartialGap, gaps};
 use super::hypothesis::Hypothesis;
 use identification::objective::{ObjectiveError, operating};
 use identification::{ToleranceEstimate, tolerances_at};
-use machine::{Circumstance, Parameter};
+use machine::{OperatingVariable, Parameter};
 use measurement::{FitSet, HoldOutSet};
 use numeric::halton::halton_point;
 use optimizer::{Control, least_squares_within};
@@ -81,7 +81,7 @@ impl<'s> Fitter<'s> {
     }
 
     /// Whether the data to fit were taken under more than one of a circumstance.
-    pub fn varies(&self, circumstance: Circumstance) -> bool {
+    pub fn varies(&self, circumstance: OperatingVariable) -> bool {
         let Domain::Frf(_) = self.domain else { return false };
         let set = self.fit.set;
         let sizes = self.fit.frfs.iter().map(|at| circumstance.size(&operating(set, &set.frfs[*at])));
@@ -91,7 +91,7 @@ impl<'s> Fitter<'s> {
 
     /// The same without what is ordinarily a little wrong: nut positions, gains and delays as they are stated.
     #[must_use]
-    pub(super) fn plainly(&self) -> Self {
+    pub(super) fn without_nuisances(&self) -> Self {
         let domain = match self.domain {
             Domain::Frf(settings) if self.has_nuisances() => Domain::Frf(settings.as_stated()),
             same => same,
@@ -118,20 +118,20 @@ impl<'s> Fitter<'s> {
 
     /// The objective of a hypothesis. A parameter it releases is not frozen.
     ///
-    /// # Errors  as [`Compared::new`].
-    pub fn objective<'h>(&self, hypothesis: &'h Hypothesis) -> Result<Compared<'h>, ObjectiveError> {
+    /// # Errors  as [`DomainObjective::new`].
+    pub fn objective<'h>(&self, hypothesis: &'h Hypothesis) -> Result<DomainObjective<'h>, ObjectiveError> {
         let released: Vec<&String> = hypothesis.added.iter().map(|i| &hypothesis.machine.parameters[*i].id).collect();
         let frozen: Vec<String> = self.frozen.iter().filter(|id| !released.contains(id)).cloned().collect();
-        Compared::new(hypothesis, &self.fit, self.domain, &frozen)
+        DomainObjective::new(hypothesis, &self.fit, self.domain, &frozen)
     }
 
     /// Follows χ² down from a place.
-    pub fn descend(&self, objective: &Compared<'_>, from: &Fitted, steps: u64, control: &Control) -> Fitted {
+    pub fn descend(&self, objective: &DomainObjective<'_>, from: &Fitted, steps: u64, control: &Control) -> Fitted {
         self.descend_to(objective, from, (steps, TOLERANCE), control)
     }
 
     /// The same until a step gains less than this share of χ²: valleys of joints in series are long.
-    pub(super) fn descend_to(&self, objective: &Compared<'_>, from: &Fitted, end: (u64, f64), control: &Control) -> Fitted {
+    pub(super) fn descend_to(&self, objective: &DomainObjective<'_>, from: &Fitted, end: (u64, f64), control: &Control) -> Fitted {
         let place = place_of(objective, from);
         let polished = objective.squares(|squares| least_squares_within(squares, &place, &[], end, control.stop()));
         read_back(objective, from, &polished.place, polished.normal.chi_square)
@@ -140,7 +140,7 @@ impl<'s> Fitter<'s> {
     /// Fits a hypothesis from fits of the nominal machine: amplitudes over their whole range are tried, the best followed down on few lines, and the
     /// best of those on all. Nested: from the first base with the effect at nothing χ² can only fall.
     ///
-    /// # Errors  as [`Compared::new`].
+    /// # Errors  as [`DomainObjective::new`].
     pub fn fit(&self, hypothesis: &Hypothesis, bases: &[Fitted], control: &Control) -> Result<Fitted, ObjectiveError> {
         control.kept_or_failed(&self.piece("fit", hypothesis, bases), || self.fit_anew(hypothesis, bases, control))
     }
@@ -164,8 +164,8 @@ impl<'s> Fitter<'s> {
             .map(|start| {
                 let place = place_of(few, &start);
                 // One linear step where derivatives are cheap; χ² as it is where they are not.
-                let cost =
-                    few.squares(|squares| if linear { squares.normal(&place).promised(PROMISE) } else { squares.chi_square(&place) });
+                let cost = few
+                    .squares(|squares| if linear { squares.normal(&place).cost_after_step(PROMISE) } else { squares.chi_square(&place) });
                 (cost, start)
             })
             .collect();
@@ -204,7 +204,7 @@ impl<'s> Fitter<'s> {
     /// Fits a hypothesis from places all over the ranges of its parameters and around a fit: where what is missing has led the joints into a wrong
     /// basin, no path leads out of it.
     ///
-    /// # Errors  as [`Compared::new`].
+    /// # Errors  as [`DomainObjective::new`].
     pub fn scatter(&self, hypothesis: &Hypothesis, base: &Fitted, control: &Control) -> Result<Fitted, ObjectiveError> {
         let piece = self.piece("scatter", hypothesis, std::slice::from_ref(base));
         control.kept_or_failed(&piece, || self.scatter_anew(hypothesis, base, SCATTERED, control))
@@ -229,7 +229,7 @@ impl<'s> Fitter<'s> {
     /// Where some starts all over the ranges end on few lines, the best of them.
     pub(super) fn scattered(
         &self,
-        objective: &Compared<'_>,
+        objective: &DomainObjective<'_>,
         hypothesis: &Hypothesis,
         base: &Fitted,
         (scattered, followed): (usize, usize),
@@ -261,19 +261,19 @@ impl<'s> Fitter<'s> {
 
     /// The least χ² that one linear step from any amplitude promises, on few lines.
     ///
-    /// # Errors  as [`Compared::new`].
+    /// # Errors  as [`DomainObjective::new`].
     pub fn promise(&self, hypothesis: &Hypothesis, bases: &[Fitted], control: &Control) -> Result<f64, ObjectiveError> {
         let objective = self.objective(hypothesis)?;
         let coarse = objective.coarse(self.lines_of_one(COARSE));
         let few = coarse.as_ref().unwrap_or(&objective);
         let starts = bases.iter().flat_map(|base| amplitudes(hypothesis).into_iter().map(move |added| start_of(hypothesis, base, &added)));
-        let cost = |start: Fitted| few.squares(|squares| squares.normal(&place_of(few, &start)).promised(PROMISE));
+        let cost = |start: Fitted| few.squares(|squares| squares.normal(&place_of(few, &start)).cost_after_step(PROMISE));
         Ok(starts.take_while(|_| !control.stopped()).map(cost).fold(f64::INFINITY, f64::min))
     }
 
     /// χ² of other data of the set with the parameters of a fit, nut positions as stated.
     ///
-    /// # Errors  as [`Compared::new`].
+    /// # Errors  as [`DomainObjective::new`].
     pub fn loss(&self, hypothesis: &Hypothesis, fitted: &Fitted) -> Result<f64, ObjectiveError> {
         let objective = self.objective(hypothesis)?;
         let mut place = place_of(&objective, fitted);
@@ -283,12 +283,12 @@ impl<'s> Fitter<'s> {
 
     /// Tolerances as a fit has them; none where they are held.
     ///
-    /// # Errors  as [`Compared::new`].
+    /// # Errors  as [`DomainObjective::new`].
     pub fn tolerances(&self, hypothesis: &Hypothesis, fitted: &Fitted) -> Result<Vec<ToleranceEstimate>, ObjectiveError> {
         let objective = self.objective(hypothesis)?;
         let place = place_of(&objective, fitted);
         Ok(match &objective {
-            Compared::Frf(objective) if self.has_nuisances() => tolerances_at(objective, self.fit.set, &place),
+            DomainObjective::Frf(objective) if self.has_nuisances() => tolerances_at(objective, self.fit.set, &place),
             _ => Vec::new(),
         })
     }
@@ -296,7 +296,7 @@ impl<'s> Fitter<'s> {
     /// Gaps of data with the parameters of a fit.
     ///
     /// # Errors  as [`gaps`].
-    pub fn gaps(&self, hypothesis: &Hypothesis, fitted: &Fitted, data: &HoldOutSet<'_>) -> Result<Vec<Part>, ObjectiveError> {
+    pub fn gaps(&self, hypothesis: &Hypothesis, fitted: &Fitted, data: &HoldOutSet<'_>) -> Result<Vec<PartialGap>, ObjectiveError> {
         let own = self.objective(hypothesis)?;
         let gain = own.gain(&place_of(&own, fitted));
         gaps(hypothesis, &values_of(hypothesis, fitted), gain, data, self.domain)
@@ -316,7 +316,7 @@ pub fn at_start(hypothesis: &Hypothesis) -> Fitted {
 
 /// The place of a fit in the unit cube of an objective. The data may be others than those of the fit: gain and channels are kept, nut positions
 /// begin as stated. The best gain where none is known yet.
-pub fn place_of(objective: &Compared<'_>, fitted: &Fitted) -> Vec<f64> {
+pub fn place_of(objective: &DomainObjective<'_>, fitted: &Fitted) -> Vec<f64> {
     let place: Vec<f64> = objective.free().iter().map(|i| fitted.units[*i]).collect();
     if fitted.tail.is_empty() {
         return objective.extended(&place);
@@ -336,7 +336,7 @@ pub fn place_of(objective: &Compared<'_>, fitted: &Fitted) -> Vec<f64> {
     place
 }
 
-fn read_back(objective: &Compared<'_>, from: &Fitted, place: &[f64], chi_square: f64) -> Fitted {
+fn read_back(objective: &DomainObjective<'_>, from: &Fitted, place: &[f64], chi_square: f64) -> Fitted {
     let mut units = from.units.clone();
     for (&index, &u) in objective.free().iter().zip(place) {
         units[index] = u;

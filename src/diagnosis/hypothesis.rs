@@ -1,14 +1,14 @@
 //! What could be missing from a machine: one hypothesis is one patched machine.
 
 use machine::{
-    Data, Effect, FitRule, JointPatch, Machine, MachineError, Motion, Operating, Parameter, Patch, PointPatch, Rescale, Scale, Source,
-    Target,
+    Data, Effect, FitRule, JointPatch, Machine, MachineError, NumberSource, Operating, Parameter, Patch, PointMotion, PointPatch, Rescale,
+    Scale, Target,
 };
 use numeric::statistics::quantile;
 
 /// What kind of thing a hypothesis adds.
 #[derive(Debug, Clone, PartialEq)]
-pub enum Kind {
+pub enum HypothesisKind {
     /// Nothing: the machine as described, with its tolerances.
     Nominal,
     /// An effect of the library or of the user.
@@ -58,7 +58,7 @@ pub struct Hypothesis {
     /// Id of the effect, of the parameter released, or `interface:shape`.
     pub id: String,
     /// What kind of thing it adds.
-    pub kind: Kind,
+    pub kind: HypothesisKind,
     /// The machine with it.
     pub machine: Machine,
     /// Indices of the parameters it adds.
@@ -93,7 +93,7 @@ impl Hypothesis {
 
     /// The machine itself.
     pub fn nominal(machine: Machine) -> Self {
-        Hypothesis { id: "nominal".into(), kind: Kind::Nominal, machine, added: Vec::new() }
+        Hypothesis { id: "nominal".into(), kind: HypothesisKind::Nominal, machine, added: Vec::new() }
     }
 
     /// With an effect more.
@@ -101,9 +101,9 @@ impl Hypothesis {
     /// # Errors  as [`Machine::with_effect`]: the effect does not apply.
     pub fn with(&self, effect: &Effect) -> Result<Self, MachineError> {
         let machine = self.machine.with_effect(effect)?;
-        let id = if self.kind == Kind::Nominal { effect.id.clone() } else { format!("{}+{}", self.id, effect.id) };
+        let id = if self.kind == HypothesisKind::Nominal { effect.id.clone() } else { format!("{}+{}", self.id, effect.id) };
         let added = self.added.iter().copied().chain(self.machine.parameters.len()..machine.parameters.len()).collect();
-        Ok(Hypothesis { id, kind: Kind::Effect, machine, added })
+        Ok(Hypothesis { id, kind: HypothesisKind::Effect, machine, added })
     }
 
     /// With all parameters but those it adds kept at given places.
@@ -121,7 +121,7 @@ impl Hypothesis {
     pub fn releasing(&self, parameter: usize) -> Self {
         let mut machine = self.machine.clone();
         machine.parameters[parameter].fit = FitRule::Always;
-        Hypothesis { id: machine.parameters[parameter].id.clone(), kind: Kind::Release, machine, added: vec![parameter] }
+        Hypothesis { id: machine.parameters[parameter].id.clone(), kind: HypothesisKind::Release, machine, added: vec![parameter] }
     }
 }
 
@@ -140,7 +140,7 @@ fn amplitude(id: &str, unit: &str, range: (f64, f64)) -> Parameter {
 }
 
 /// An interface: its name, the points it acts on, and whether it moves or turns.
-type Across = (String, Vec<(String, f64)>, Motion);
+type Across = (String, Vec<(String, f64)>, PointMotion);
 
 /// All shapes of missing dynamic stiffness at all points of a machine (to the ground) and across all of its joints.
 pub fn interfaces(nominal: &Hypothesis) -> Vec<Hypothesis> {
@@ -181,8 +181,8 @@ pub fn interfaces(nominal: &Hypothesis) -> Vec<Hypothesis> {
                 relaxation_stiffness,
                 ..JointPatch::default()
             };
-            let of = |id: &str| Source::Parameter(id.into());
-            let zero = Source::Number(0.0);
+            let of = |id: &str| NumberSource::Parameter(id.into());
+            let zero = NumberSource::Number(0.0);
             let mut patch = Patch::default();
             match shape {
                 Shape::Stiffness => {
@@ -217,7 +217,7 @@ pub fn interfaces(nominal: &Hypothesis) -> Vec<Hypothesis> {
             if let Ok(with) = machine.with(&patch) {
                 let added = (machine.parameters.len()..with.parameters.len()).collect();
                 let id = format!("{name}:{}", shape.word());
-                all.push(Hypothesis { id, kind: Kind::Interface { interface: name.clone(), shape }, machine: with, added });
+                all.push(Hypothesis { id, kind: HypothesisKind::Interface { interface: name.clone(), shape }, machine: with, added });
             }
         }
     }
@@ -225,31 +225,31 @@ pub fn interfaces(nominal: &Hypothesis) -> Vec<Hypothesis> {
 }
 
 /// Typical stiffness, damping and inertia of a machine's translations and rotations.
-struct Typical {
+struct TypicalStiffness {
     translation: (f64, f64, f64),
     rotation: (f64, f64, f64),
 }
 
-impl Typical {
-    fn of(&self, motion: Motion) -> (f64, f64, f64) {
+impl TypicalStiffness {
+    fn of(&self, motion: PointMotion) -> (f64, f64, f64) {
         match motion {
-            Motion::Translation => self.translation,
-            Motion::Rotation => self.rotation,
+            PointMotion::Translation => self.translation,
+            PointMotion::Rotation => self.rotation,
         }
     }
 }
 
-fn typical(machine: &Machine) -> Typical {
+fn typical(machine: &Machine) -> TypicalStiffness {
     let start = machine.start();
     let operating = Operating { nut_m: machine.stroke_m().map(|s| 0.5 * s), ..Default::default() };
-    let of = |motion: Motion| {
+    let of = |motion: PointMotion| {
         let joints = machine.joints.iter().filter(|j| j.on.first().is_some_and(|(p, _)| machine.points[*p].motion == motion));
         let middle = |values: Vec<f64>, usual: f64| quantile(values.into_iter().filter(|x| *x > 0.0), 0.5).unwrap_or(usual);
-        let (k, m) = if motion == Motion::Translation { (1e8, 100.0) } else { (1e3, 1e-3) };
+        let (k, m) = if motion == PointMotion::Translation { (1e8, 100.0) } else { (1e3, 1e-3) };
         let stiffness = middle(joints.map(|j| j.stiffness.at(&start, &operating)).collect(), k);
         let inertia = middle(machine.points.iter().filter(|p| p.motion == motion).map(|p| p.inertia.at(&start, &operating)).collect(), m);
         // Damping of a loss factor of one near 100 Hz.
         (stiffness, stiffness / 600.0, inertia)
     };
-    Typical { translation: of(Motion::Translation), rotation: of(Motion::Rotation) }
+    TypicalStiffness { translation: of(PointMotion::Translation), rotation: of(PointMotion::Rotation) }
 }

@@ -2,7 +2,7 @@
 
 use rand::{Rng, RngExt};
 
-use machine::{Machine, Operating, Parameter, Place, Prior};
+use machine::{Machine, Operating, Parameter, Prior, StationPlace};
 use numeric::random::normal;
 
 /// Length of a journal over the one that tolerances give it.
@@ -28,14 +28,15 @@ pub fn sample_discrepancy(machine: &Machine, random: &mut impl Rng) -> Machine {
         let shaft = &machine.shafts[index];
         let length_m = shaft.length.at(&machine.start(), &Operating::default());
         // Its seam is the station that is no end of the whole shaft.
-        let Some(seam) = shaft.stations.iter().find(|s| !matches!(s.place, Place::End) && s.place != Place::At(0.0)).copied() else {
+        let Some(seam) = shaft.stations.iter().find(|s| !matches!(s.place, StationPlace::End) && s.place != StationPlace::At(0.0)).copied()
+        else {
             continue;
         };
-        let Place::At(at_m) = seam.place else { continue };
+        let StationPlace::At(at_m) = seam.place else { continue };
         let times = between(JOURNAL.0, JOURNAL.1);
         let there_m = if at_m < 0.5 * length_m { at_m * times } else { length_m - (length_m - at_m) * times };
         let same = |s: &&mut machine::Station| s.place == seam.place && s.axial == seam.axial && s.torsion == seam.torsion;
-        other.shafts.iter_mut().flat_map(|s| &mut s.stations).filter(same).for_each(|s| s.place = Place::At(there_m));
+        other.shafts.iter_mut().flat_map(|s| &mut s.stations).filter(same).for_each(|s| s.place = StationPlace::At(there_m));
     }
     other
 }

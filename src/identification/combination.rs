@@ -7,7 +7,7 @@ use machine::{Parameter, Scale};
 
 /// How two parameters make up for each other.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Kind {
+pub enum CombinationKind {
     /// Like springs in series: 1/a + 1/b is determined.
     Series,
     /// Like springs or dampers side by side: a + b is determined.
@@ -24,7 +24,7 @@ pub struct Combination {
     /// The two, by index.
     pub parameters: (usize, usize),
     /// How they make up for each other.
-    pub kind: Kind,
+    pub kind: CombinationKind,
     /// Their correlation.
     pub correlation: f64,
     /// Relative standard deviation of the combination.
@@ -79,7 +79,7 @@ fn kept(
     values: &[f64],
     certainty: &Certainty,
     valley: &(impl Fn(usize, f64) -> Option<Vec<f64>> + Sync),
-) -> Option<(Kind, f64)> {
+) -> Option<(CombinationKind, f64)> {
     let here = sums(values[i], values[j]);
     let (mut moved, mut sum, mut harmonic) = (0.0_f64, 0.0_f64, 0.0_f64);
     // The one that is known less is moved, the other follows.
@@ -93,7 +93,11 @@ fn kept(
         harmonic = harmonic.max((now.1 / here.1).ln().abs());
     }
     let stays = |own: f64, other: f64| moved > 0.02 && own < 0.2 * moved && own < 0.25 * other;
-    if stays(harmonic, sum) { Some((Kind::Series, harmonic)) } else { stays(sum, harmonic).then_some((Kind::Parallel, sum)) }
+    if stays(harmonic, sum) {
+        Some((CombinationKind::Series, harmonic))
+    } else {
+        stays(sum, harmonic).then_some((CombinationKind::Parallel, sum))
+    }
 }
 
 fn combination(
@@ -101,7 +105,7 @@ fn combination(
     values: &[f64],
     certainty: &Certainty,
     (i, j): (usize, usize),
-    kept: Option<(Kind, f64)>,
+    kept: Option<(CombinationKind, f64)>,
 ) -> Combination {
     // Covariance of the logarithms.
     let width = |k: usize| (parameters[k].upper / parameters[k].lower).ln();
@@ -111,11 +115,11 @@ fn combination(
     let (a, b) = (values[i], values[j]);
     // Relative standard deviation of wᵢ·ln a + wⱼ·ln b.
     let spread_of = |wi: f64, wj: f64| (wi * wi * vi + wj * wj * vj + 2.0 * wi * wj * cij).max(0.0).sqrt();
-    let (kind, change) = kept.unwrap_or((if correlation > 0.0 { Kind::Ratio } else { Kind::Opposite }, 0.0));
+    let (kind, change) = kept.unwrap_or((if correlation > 0.0 { CombinationKind::Ratio } else { CombinationKind::Opposite }, 0.0));
     let sd = match kind {
-        Kind::Series => spread_of(b / (a + b), a / (a + b)),
-        Kind::Parallel => spread_of(a / (a + b), b / (a + b)),
-        Kind::Ratio | Kind::Opposite => {
+        CombinationKind::Series => spread_of(b / (a + b), a / (a + b)),
+        CombinationKind::Parallel => spread_of(a / (a + b), b / (a + b)),
+        CombinationKind::Ratio | CombinationKind::Opposite => {
             // The combination of logarithms that scatters least.
             let sign = if correlation < 0.0 { 1.0 } else { -1.0 };
             let w = ((vj - sign * cij) / (vi + vj - 2.0 * sign * cij)).clamp(0.0, 1.0);
@@ -126,15 +130,17 @@ fn combination(
     // What the noise leaves open, and what the valley shows that the sum is not quite what the data see.
     let percent = 196.0 * sd + 100.0 * change;
     let text = match kind {
-        Kind::Series => format!(
+        CombinationKind::Series => format!(
             "the data see {p} and {q} like springs in series: 1/(1/{p} + 1/{q}) = {:.4e} {unit} ± {percent:.1} %, but not how it divides between them",
             a * b / (a + b)
         ),
-        Kind::Parallel => {
+        CombinationKind::Parallel => {
             format!("the data see the sum {p} + {q} = {:.4e} {unit} ± {percent:.1} %, but not how it divides between them", a + b)
         }
-        Kind::Ratio => format!("{p} and {q} can rise together (correlation {correlation:.2}): the data see their ratio better than each"),
-        Kind::Opposite => {
+        CombinationKind::Ratio => {
+            format!("{p} and {q} can rise together (correlation {correlation:.2}): the data see their ratio better than each")
+        }
+        CombinationKind::Opposite => {
             format!("{p} can rise while {q} falls (correlation {correlation:.2}): the data see a combination of both better than each")
         }
     };
@@ -171,13 +177,13 @@ mod tests {
     }
 
     /// Moves the first value by a share of its range and lets the second keep a sum or a harmonic sum.
-    fn following(values: [f64; 2], keep: Kind) -> impl Fn(usize, f64) -> Option<Vec<f64>> {
+    fn following(values: [f64; 2], keep: CombinationKind) -> impl Fn(usize, f64) -> Option<Vec<f64>> {
         move |column, by| {
             let moved = values[column] * (by * 1e3_f64.ln()).exp();
             let (sum, harmonic) = sums(values[0], values[1]);
             let other = match keep {
-                Kind::Series => 1.0 / (1.0 / harmonic - 1.0 / moved),
-                Kind::Parallel => sum - moved,
+                CombinationKind::Series => 1.0 / (1.0 / harmonic - 1.0 / moved),
+                CombinationKind::Parallel => sum - moved,
                 _ => values[1 - column] * moved / values[column],
             };
             (other > 0.0).then(|| if column == 0 { vec![moved, other] } else { vec![other, moved] })
@@ -185,21 +191,21 @@ mod tests {
     }
 
     #[test]
-    fn springs_in_series_and_side_by_side_are_told_apart_even_where_they_are_equal() {
+    fn springs_in_series_and_in_parallel_are_distinguished_even_where_equal() {
         let (a, b) = (parameter("k_m"), parameter("k_s"));
         for values in [[400.0, 800.0], [400.0, 400.0]] {
             let sum = values[0] + values[1];
             let shares = [values[0] / sum, values[1] / sum];
-            let series = combinations(&[&a, &b], &values, &seen([shares[1], shares[0]]), following(values, Kind::Series));
-            assert!(series.len() == 1 && series[0].kind == Kind::Series, "{series:?}");
+            let series = combinations(&[&a, &b], &values, &seen([shares[1], shares[0]]), following(values, CombinationKind::Series));
+            assert!(series.len() == 1 && series[0].kind == CombinationKind::Series, "{series:?}");
             assert!((series[0].sd - 0.01).abs() < 2e-3, "{series:?}");
-            let parallel = combinations(&[&a, &b], &values, &seen(shares), following(values, Kind::Parallel));
-            assert_eq!(parallel[0].kind, Kind::Parallel, "{parallel:?}");
+            let parallel = combinations(&[&a, &b], &values, &seen(shares), following(values, CombinationKind::Parallel));
+            assert_eq!(parallel[0].kind, CombinationKind::Parallel, "{parallel:?}");
         }
-        let ratio = combinations(&[&a, &b], &[400.0, 800.0], &seen([1.0, -1.0]), following([400.0, 800.0], Kind::Ratio));
-        assert_eq!(ratio[0].kind, Kind::Ratio);
+        let ratio = combinations(&[&a, &b], &[400.0, 800.0], &seen([1.0, -1.0]), following([400.0, 800.0], CombinationKind::Ratio));
+        assert_eq!(ratio[0].kind, CombinationKind::Ratio);
         // What cannot be followed is not claimed.
         let open = combinations(&[&a, &b], &[400.0, 800.0], &seen([2.0, 1.0]), |_, _| None);
-        assert_eq!(open[0].kind, Kind::Opposite);
+        assert_eq!(open[0].kind, CombinationKind::Opposite);
     }
 }

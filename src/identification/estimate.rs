@@ -5,9 +5,9 @@ use serde::{Deserialize, Serialize};
 
 use super::bootstrap::{Bootstrap, Drawn, bootstrap};
 use super::combination::{Combination, combinations};
-use super::plan::{Plan, Repeat};
-use super::problem::{End, Problem, distance};
+use super::problem::{BoundSide, Problem, distance};
 use super::profile::{CHI_SQUARE_95, profiles};
+use super::settings::{IdentificationSettings, Repeat};
 use super::uncertainty::{Certainty, NARROWING, RANGE_SD, certainty, counted};
 use crate::objective::{GAIN_RANGE, ObjectiveError};
 use machine::{Machine, Parameter};
@@ -80,7 +80,7 @@ fn polished_near<P: Problem>(problem: &P, near: &[f64], control: &Control) -> (F
 }
 
 /// Searches from as many seeds as the plan asks for, each a differential evolution and then the polish of the problem.
-fn searches<P: Problem>(problem: &P, plan: &Plan, control: &Control) -> Vec<(Repeat, Vec<End>)> {
+fn searches<P: Problem>(problem: &P, plan: &IdentificationSettings, control: &Control) -> Vec<(Repeat, Vec<BoundSide>)> {
     let (repeats, threads) = (plan.repeats.max(1), rayon::current_num_threads());
     let seed = |repeat: usize| plan.seed.wrapping_add(1_000_003 * repeat as u64);
     let explored = |repeat: usize| {
@@ -99,7 +99,7 @@ fn searches<P: Problem>(problem: &P, plan: &Plan, control: &Control) -> Vec<(Rep
     };
     // All threads share a population, but a simplex goes step by step on one. Those of the last searches wait for the last population, so that in
     // the end there is one for each thread; the others go on beside populations.
-    let begun: Vec<Result<(Repeat, Vec<End>), Found>> = (0..repeats)
+    let begun: Vec<Result<(Repeat, Vec<BoundSide>), Found>> = (0..repeats)
         .into_par_iter()
         .map(|repeat| {
             let found = explored(repeat);
@@ -110,11 +110,11 @@ fn searches<P: Problem>(problem: &P, plan: &Plan, control: &Control) -> Vec<(Rep
 }
 
 /// Searches, or one from nearby where the plan says so, with the ends of each; the deepest first.
-fn runs<P: Problem>(problem: &P, plan: &Plan, control: &Control) -> (Vec<Repeat>, Vec<Vec<End>>) {
+fn runs<P: Problem>(problem: &P, plan: &IdentificationSettings, control: &Control) -> (Vec<Repeat>, Vec<Vec<BoundSide>>) {
     let mut runs = match &plan.near {
         Some(near) => {
             let (found, place) = control.kept("polish", || polished_near(problem, near, control));
-            let end = End { cost: found.cost, place };
+            let end = BoundSide { cost: found.cost, place };
             vec![(Repeat { seed: plan.seed, found }, vec![end])]
         }
         None => searches(problem, plan, control),
@@ -133,7 +133,7 @@ pub(super) fn estimate<P: Problem>(
     problem: &P,
     wider: impl Fn(&[f64]) -> Result<Wider<P>, ObjectiveError>,
     machine: &Machine,
-    plan: &Plan,
+    plan: &IdentificationSettings,
     control: &Control,
 ) -> Result<Estimation, ObjectiveError> {
     let free = problem.free().to_vec();
@@ -194,7 +194,7 @@ pub(super) fn estimate<P: Problem>(
         .filter_map(|drawn| bootstrap(problem, &place, drawn, plan.bootstrap, plan.seed, control))
         .collect();
     let mut warnings = shortage(problem.observations(), unknowns);
-    let (estimates, at_bounds) = tell(machine, &free, &place, &values, &intervals, &certainty, tells);
+    let (estimates, at_bounds) = report_progress(machine, &free, &place, &values, &intervals, &certainty, tells);
     warnings.extend(at_bounds);
     let gain_column = problem.gain_column();
     let gain_interval95 = gain_column.filter(|_| tells).map(|_| {
@@ -289,8 +289,8 @@ fn combined<P: Problem>(
 const ASUNDER: f64 = 0.02;
 
 /// The minima among ends of searches that lie within a rise of χ² above the least one, the best first.
-fn basins(searches: &[Vec<End>], free: usize, rise: f64) -> Vec<Basin> {
-    let mut ends: Vec<(usize, &End)> =
+fn basins(searches: &[Vec<BoundSide>], free: usize, rise: f64) -> Vec<Basin> {
+    let mut ends: Vec<(usize, &BoundSide)> =
         searches.iter().enumerate().flat_map(|(search, ends)| ends.iter().map(move |end| (search, end))).collect();
     ends.sort_by(|a, b| a.1.cost.total_cmp(&b.1.cost));
     let least = ends.first().map_or(0.0, |(_, end)| end.cost);
@@ -376,7 +376,7 @@ fn shortage(observations: usize, unknowns: usize) -> Vec<String> {
 }
 
 /// Estimates of all parameters, and what to say of those at an end of their range.
-fn tell(
+fn report_progress(
     machine: &Machine,
     free: &[usize],
     place: &[f64],

@@ -2,24 +2,24 @@
 
 mod bootstrap;
 mod combination;
-mod design;
 mod estimate;
+mod measurement_plan;
 pub mod motion;
-pub mod network;
+pub mod neural_residual;
 pub mod objective;
-mod plan;
 mod problem;
 mod profile;
 mod run;
+mod settings;
 mod tolerance;
 mod uncertainty;
 pub mod validation;
 
 pub use bootstrap::{Bootstrap, Drawn};
-pub use combination::{Combination, Kind as CombinationKind};
-pub use design::{Candidate, Choice, Design, FrfPlan};
+pub use combination::{Combination, CombinationKind};
 pub use estimate::{Basin, Estimate};
-pub use plan::{Plan, Repeat};
+pub use measurement_plan::{Choice, FrfPlan, PlanDesign, PlannedMeasurement};
 pub use run::{DerivedEstimate, Identification, identify};
+pub use settings::{IdentificationSettings, Repeat};
 pub use tolerance::{ToleranceEstimate, channels_of, held_at, tolerances_at};
 pub use uncertainty::{Certainty, NARROWING, RANGE_SD, certainty, counted};

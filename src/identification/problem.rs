@@ -24,7 +24,7 @@ const STEPS: u64 = 200;
 
 /// Where a search ended: the place with what is fitted along added, and its cost.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct End {
+pub struct BoundSide {
     pub place: Vec<f64>,
     pub cost: f64,
 }
@@ -44,7 +44,7 @@ pub trait Problem: Cost {
     /// How the global search is run, from its usual settings.
     fn settings(&self, usual: SearchSettings) -> SearchSettings;
     /// Ends a search: the deepest places found, the best first, and the evaluations spent.
-    fn polish(&self, found: &Found, control: &Control) -> (Vec<End>, u64);
+    fn polish(&self, found: &Found, control: &Control) -> (Vec<BoundSide>, u64);
     /// A place of other data of the same set as a start here: free parameters and tolerances of the description as they are, what belongs to the data anew.
     fn restarted(&self, near: &[f64]) -> Vec<f64>;
     /// The same with the variance of the data so many times as large, what is known beforehand as it is; `None` where nothing is fitted along.
@@ -109,16 +109,20 @@ impl Problem for ModeObjective<'_> {
         usual
     }
     /// A simplex from the best member comes near; what ends it is least squares, or where the cost is no sum of squares another simplex.
-    fn polish(&self, found: &Found, control: &Control) -> (Vec<End>, u64) {
+    fn polish(&self, found: &Found, control: &Control) -> (Vec<BoundSide>, u64) {
         let (place, cost, spent) = simplex(self, (&found.place, found.cost), NEAR, control);
         if self.is_likelihood() {
             let last = self.squares(None, |squares| least_squares(squares, &self.extended(&place), &[], STEPS, control.stop()));
             let better = Cost::at(self, &last.place[..self.free.len()]);
-            let end = if better <= cost { End { place: last.place, cost: better } } else { End { place: self.extended(&place), cost } };
+            let end = if better <= cost {
+                BoundSide { place: last.place, cost: better }
+            } else {
+                BoundSide { place: self.extended(&place), cost }
+            };
             return (vec![end], spent + last.evaluations + 1);
         }
         let (place, cost, last) = simplex(self, (&place, cost), LAST, control);
-        (vec![End { place: self.extended(&place), cost }], spent + last)
+        (vec![BoundSide { place: self.extended(&place), cost }], spent + last)
     }
     fn weakened(&self, _variance: f64) -> Option<Self> {
         None
@@ -172,7 +176,7 @@ impl Problem for FrfObjective<'_> {
         SearchSettings { spread: 0.05, generations: 30, population: 2 * usual.population, ..usual }
     }
     /// Least squares on some lines from several members, then on all lines from the deepest ends that are apart.
-    fn polish(&self, found: &Found, control: &Control) -> (Vec<End>, u64) {
+    fn polish(&self, found: &Found, control: &Control) -> (Vec<BoundSide>, u64) {
         let thin = self.thinned(COARSE_LINES);
         let mut starts: Vec<&Vec<f64>> = Vec::new();
         for member in &found.population {
@@ -195,7 +199,7 @@ impl Problem for FrfObjective<'_> {
         }
         let all: Vec<Polished> = deepest.par_iter().map(|end| least_squares(self, &end.place, &[], STEPS, control.stop())).collect();
         spent += all.iter().map(|p| p.evaluations).sum::<u64>();
-        let mut ends: Vec<End> = all.into_iter().map(|p| End { place: p.place, cost: p.normal.chi_square }).collect();
+        let mut ends: Vec<BoundSide> = all.into_iter().map(|p| BoundSide { place: p.place, cost: p.normal.chi_square }).collect();
         ends.sort_by(|a, b| a.cost.total_cmp(&b.cost));
         (ends, spent)
     }

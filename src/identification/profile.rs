@@ -106,20 +106,20 @@ fn profile_end(
 mod tests {
     use super::*;
     use crate::uncertainty::certainty;
-    use optimizer::{Normal, least_squares};
+    use optimizer::{NormalEquations, least_squares};
 
     /// r = ((x − 0.5)/0.05, (x + y − 1)/0.01): y follows x.
-    struct Pair;
+    struct TwoParameters;
 
-    impl LeastSquares for Pair {
+    impl LeastSquares for TwoParameters {
         fn dimension(&self) -> usize {
             2
         }
         fn chi_square(&self, x: &[f64]) -> f64 {
             self.normal(x).chi_square
         }
-        fn normal(&self, x: &[f64]) -> Normal {
-            let mut normal = Normal::zero(2);
+        fn normal(&self, x: &[f64]) -> NormalEquations {
+            let mut normal = NormalEquations::zero(2);
             normal.add(1.0, (x[0] - 0.5) / 0.05, &[20.0, 0.0]);
             normal.add(1.0, (x[0] + x[1] - 1.0) / 0.01, &[100.0, 100.0]);
             normal.mirror();
@@ -129,9 +129,9 @@ mod tests {
 
     #[test]
     fn limit_a_parabola_has_the_interval_of_its_covariance() {
-        let best = least_squares(&Pair, &[0.4, 0.4], &[], 50, &std::sync::Arc::default());
+        let best = least_squares(&TwoParameters, &[0.4, 0.4], &[], 50, &std::sync::Arc::default());
         let certainty = certainty(&best.normal.information, 1.0, &[]);
-        let ends = profiles(&Pair, &best, &certainty, (&[0, 1], CHI_SQUARE_95), &Control::default()).unwrap();
+        let ends = profiles(&TwoParameters, &best, &certainty, (&[0, 1], CHI_SQUARE_95), &Control::default()).unwrap();
         let half = 1.96 * f64::hypot(0.05, 0.01);
         assert!((ends[0].0 - (0.5 - 0.098)).abs() < 2e-3 && (ends[0].1 - 0.598).abs() < 2e-3, "{ends:?}");
         assert!((ends[1].0 - (0.5 - half)).abs() < 2e-3 && (ends[1].1 - (0.5 + half)).abs() < 2e-3, "{ends:?}");
@@ -147,8 +147,8 @@ mod tests {
         fn chi_square(&self, x: &[f64]) -> f64 {
             self.normal(x).chi_square
         }
-        fn normal(&self, x: &[f64]) -> Normal {
-            let mut normal = Normal::zero(1);
+        fn normal(&self, x: &[f64]) -> NormalEquations {
+            let mut normal = NormalEquations::zero(1);
             let below = (0.8 - x[0]).max(0.0) / 0.1;
             normal.add(1.0, below, &[if below > 0.0 { -10.0 } else { 0.0 }]);
             normal
@@ -165,8 +165,8 @@ mod tests {
         fn chi_square(&self, x: &[f64]) -> f64 {
             self.normal(x).chi_square
         }
-        fn normal(&self, x: &[f64]) -> Normal {
-            let mut normal = Normal::zero(1);
+        fn normal(&self, x: &[f64]) -> NormalEquations {
+            let mut normal = NormalEquations::zero(1);
             let y = (x[0] - 0.2) / 0.4;
             normal.add(1.0, 2.0 * y.powi(9), &[45.0 * y.powi(8)]);
             normal
@@ -183,17 +183,17 @@ mod tests {
     }
 
     /// The minimum lies beyond the upper end of the range.
-    struct Beyond;
+    struct LateRise;
 
-    impl LeastSquares for Beyond {
+    impl LeastSquares for LateRise {
         fn dimension(&self) -> usize {
             1
         }
         fn chi_square(&self, x: &[f64]) -> f64 {
             self.normal(x).chi_square
         }
-        fn normal(&self, x: &[f64]) -> Normal {
-            let mut normal = Normal::zero(1);
+        fn normal(&self, x: &[f64]) -> NormalEquations {
+            let mut normal = NormalEquations::zero(1);
             normal.add(1.0, (x[0] - 1.05) / 0.1, &[10.0]);
             normal
         }
@@ -201,9 +201,9 @@ mod tests {
 
     #[test]
     fn limit_at_the_upper_end_the_interval_reaches_inward_alone() {
-        let best = least_squares(&Beyond, &[0.5], &[], 50, &std::sync::Arc::default());
+        let best = least_squares(&LateRise, &[0.5], &[], 50, &std::sync::Arc::default());
         let certainty = certainty(&best.normal.information, 1.0, &[]);
-        let ends = profiles(&Beyond, &best, &certainty, (&[0], CHI_SQUARE_95), &Control::default()).unwrap();
+        let ends = profiles(&LateRise, &best, &certainty, (&[0], CHI_SQUARE_95), &Control::default()).unwrap();
         // χ² = ((x − 1.05)/0.1)² rises by 3.84 from 0.25 at x = 1.
         let exact = 1.05 - 0.1 * (0.25 + CHI_SQUARE_95).sqrt();
         assert!(ends[0].1 == 1.0 && (ends[0].0 - exact).abs() < 3e-3, "{ends:?}, {exact}");

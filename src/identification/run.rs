@@ -3,7 +3,7 @@
 use super::bootstrap::Bootstrap;
 use super::combination::Combination;
 use super::estimate::{Basin, Estimate, Estimation, Wider, estimate};
-use super::plan::{Plan, Repeat};
+use super::settings::{IdentificationSettings, Repeat};
 use super::tolerance::{ToleranceEstimate, estimates as tolerance_estimates, mode_columns as tolerance_columns};
 use super::uncertainty::Certainty;
 use crate::objective::{AmplitudeFit, Channel, FrfGap, FrfObjective, ModeObjective, ObjectiveError, PositionPrediction};
@@ -96,7 +96,7 @@ pub fn identify(
     machine: &Machine,
     fit: &FitSet<'_>,
     held_out: &HoldOutSet<'_>,
-    plan: &Plan,
+    plan: &IdentificationSettings,
     control: &Control,
 ) -> Result<Identification, ObjectiveError> {
     // Machine and set are those of the whole run; what differs between identifications of it names the part.
@@ -144,7 +144,7 @@ const BEGINNINGS: usize = 16;
 fn wider_modes<'m>(
     machine: &'m Machine,
     fit: &FitSet<'_>,
-    plan: &Plan,
+    plan: &IdentificationSettings,
     (objective, place): (&ModeObjective<'_>, &[f64]),
 ) -> Result<Wider<ModeObjective<'m>>, ObjectiveError> {
     if !plan.tolerances {

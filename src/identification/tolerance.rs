@@ -2,11 +2,11 @@
 
 use std::collections::BTreeMap;
 
-use crate::Plan;
+use crate::IdentificationSettings;
 use crate::certainty;
 use crate::objective::{Channel, FrfObjective, FrfSettings, ModeObjective, ObjectiveError};
 use machine::{FitRule, Machine, MachineError, Prior};
-use measurement::{FitSet, MeasurementSet, Tolerance};
+use measurement::{ChannelTolerance, FitSet, MeasurementSet};
 use optimizer::LeastSquares;
 
 /// A number that the description or the measurement states to a tolerance, and its estimate.
@@ -55,7 +55,7 @@ impl ToleranceEstimate {
 impl FrfSettings {
     /// The same with nut positions, gains and delays of channels known to the tolerances of a set.
     #[must_use]
-    pub fn with_tolerances(self, known: &Tolerance) -> Self {
+    pub fn with_tolerances(self, known: &ChannelTolerance) -> Self {
         FrfSettings { nut_sd_m: known.nut_m, channel_sd: (known.gain, known.delay_s), ..self }
     }
 }
@@ -127,7 +127,7 @@ const PAIRED: f64 = 20.0;
 pub fn mode_columns(
     machine: &Machine,
     fit: &FitSet<'_>,
-    plan: &Plan,
+    plan: &IdentificationSettings,
     (objective, place): (&ModeObjective<'_>, &[f64]),
 ) -> Result<Vec<Vec<f64>>, ObjectiveError> {
     let gain = objective.gain(place);

@@ -102,7 +102,7 @@ impl Machine {
                 return Err(fault(part, format!("at_m = {here_m} is outside the shaft of {length_m} m")));
             }
             // Where the nut stands is checked with the operating condition.
-            if matches!(station.place, super::Place::Nut | super::Place::BesideNut(_)) {
+            if matches!(station.place, super::StationPlace::Nut | super::StationPlace::BesideNut(_)) {
                 continue;
             }
             if last_m.is_some_and(|last| last >= here_m) {
@@ -114,7 +114,7 @@ impl Machine {
             last_m = Some(here_m);
         }
         for station in &shaft.stations {
-            for (point, motion) in [(station.axial, super::Motion::Translation), (station.torsion, super::Motion::Rotation)] {
+            for (point, motion) in [(station.axial, super::PointMotion::Translation), (station.torsion, super::PointMotion::Rotation)] {
                 if let Some(p) = point.map(|p| &self.points[p]).filter(|p| p.motion != motion) {
                     return Err(fault(part, format!("point «{}» is a {}, a {} is needed here", p.name, p.motion.noun(), motion.noun())));
                 }

@@ -4,56 +4,56 @@ use std::sync::Arc;
 
 use super::check::{MachineError, fault, listing};
 use super::source::{ContactNumber, SegmentNumber};
-use super::{Base, Law, LoadedPair, Machine, Operating, Segment, Source, Value};
+use super::{Base, LoadedPair, Machine, Modifier, NumberSource, Operating, Segment, Value};
 
 impl Machine {
     /// A value from its source.
-    pub(super) fn value(&self, part: &str, source: &Source) -> Result<Value, MachineError> {
-        if matches!(source, Source::Contact(_) | Source::Segment(_) | Source::Series(_)) && !part.ends_with("stiffness") {
+    pub(super) fn value(&self, part: &str, source: &NumberSource) -> Result<Value, MachineError> {
+        if matches!(source, NumberSource::Contact(_) | NumberSource::Segment(_) | NumberSource::Series(_)) && !part.ends_with("stiffness") {
             return Err(fault(part, "a contact, a segment and a series are stiffnesses; write a number or a parameter here"));
         }
         let (base, times) = match source {
-            Source::Number(number) if number.is_finite() => (Base::Number(*number), None),
-            Source::Number(number) => return Err(fault(part, format!("{number} is not a finite number; write one"))),
-            Source::Parameter(id) => (Base::Parameter(self.known_parameter(part, id)?), None),
-            Source::Contact(ContactNumber { contact: name, times }) => {
+            NumberSource::Number(number) if number.is_finite() => (Base::Number(*number), None),
+            NumberSource::Number(number) => return Err(fault(part, format!("{number} is not a finite number; write one"))),
+            NumberSource::Parameter(id) => (Base::Parameter(self.known_parameter(part, id)?), None),
+            NumberSource::Contact(ContactNumber { contact: name, times }) => {
                 let found = self.contacts.iter().find(|c| c.name == *name).ok_or_else(|| {
                     let known = listing(self.contacts.iter().map(|c| c.name.as_str()));
                     fault(part, format!("no contact is called «{name}»; {known}. Describe it as [contact.{name}]"))
                 })?;
                 (Base::Contact(Arc::clone(found)), times.as_ref())
             }
-            Source::Segment(SegmentNumber { segment: name, times }) => {
+            NumberSource::Segment(SegmentNumber { segment: name, times }) => {
                 let found = self.segments.iter().find(|s| s.name == *name).ok_or_else(|| {
                     let known = listing(self.segments.iter().map(|s| s.name.as_str()));
                     fault(part, format!("no segment is called «{name}»; {known}. Describe it as [segment.{name}]"))
                 })?;
                 (Base::Segment(Arc::clone(found)), times.as_ref())
             }
-            Source::Series(of) if of.series.len() < 2 => return Err(fault(part, "a series needs at least two springs")),
-            Source::Series(of) => {
+            NumberSource::Series(of) if of.series.len() < 2 => return Err(fault(part, "a series needs at least two springs")),
+            NumberSource::Series(of) => {
                 let mut springs = Vec::new();
                 for (at, spring) in of.series.iter().enumerate() {
                     let label = match spring {
-                        Source::Number(_) => format!("{}", at + 1),
+                        NumberSource::Number(_) => format!("{}", at + 1),
                         other => other.label(),
                     };
                     springs.push((label, self.value(part, spring)?));
                 }
                 (Base::Series(Arc::new(springs)), of.times.as_ref())
             }
-            Source::Times(spring, id) => {
+            NumberSource::Times(spring, id) => {
                 let mut value = self.value(part, spring)?;
-                value.laws.push(Law::Times(self.known_parameter(part, id)?));
+                value.laws.push(Modifier::Times(self.known_parameter(part, id)?));
                 return Ok(value);
             }
         };
-        let laws = times.map(|id| self.known_parameter(part, id).map(Law::Times)).transpose()?.into_iter().collect();
+        let laws = times.map(|id| self.known_parameter(part, id).map(Modifier::Times)).transpose()?.into_iter().collect();
         Ok(Value { base, laws })
     }
 
     /// The value of a number that may be left out, which is 0 then.
-    pub(super) fn value_or_zero(&self, part: &str, source: &Option<Source>) -> Result<Value, MachineError> {
+    pub(super) fn value_or_zero(&self, part: &str, source: &Option<NumberSource>) -> Result<Value, MachineError> {
         source.as_ref().map_or(Ok(Value::number(0.0)), |source| self.value(part, source))
     }
 

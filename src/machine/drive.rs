@@ -4,7 +4,7 @@ use schemars::JsonSchema;
 use serde::Deserialize;
 
 use super::friction::numbers;
-use super::{CurrentFile, CurrentLoop, Motor, MotorFile, Source, Value, Wave, WaveFile};
+use super::{CurrentFile, CurrentLoop, Motor, MotorFile, NumberSource, Value, Wave, WaveFile};
 
 /// What a loop measures.
 #[derive(Debug, Clone, PartialEq)]
@@ -101,33 +101,33 @@ pub struct DriveFile {
     /// The point the motor moves.
     pub(super) on: String,
     /// Force or torque per unit of what the velocity loop gives (N/V or N·m/V); with a motor per current (N/A or N·m/A).
-    pub(super) constant: Source,
+    pub(super) constant: NumberSource,
     /// From a sample to the force it makes (s); with a motor, to its voltage.
-    pub(super) delay_s: Option<Source>,
+    pub(super) delay_s: Option<NumberSource>,
     /// Largest size of what the velocity loop gives (V); without limit by default.
-    pub(super) saturation: Option<Source>,
+    pub(super) saturation: Option<NumberSource>,
     /// Ripple of force or torque over the travel of `on`.
     pub(super) ripple: Option<WaveFile>,
     /// Winding of the motor; without one the force follows the loops at once.
     pub(super) motor: Option<MotorFile>,
     /// Loop of its current; without one the velocity loop gives the motor's voltage.
     pub(super) current: Option<CurrentFile>,
-    pub(super) position: PositionFile,
+    pub(super) position: PositionLoopFile,
     pub(super) velocity: VelocityFile,
 }
 
 /// The position loop: v_ref = gain·(command − position) + feed_forward·(rate of the command).
 #[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub struct PositionFile {
+pub struct PositionLoopFile {
     /// The point its encoder sits at; that of the motor by default.
     pub(super) at: Option<String>,
     /// Travel per turn (m) where that point turns and positions are in m.
     pub(super) lead_m: Option<f64>,
     /// Step of the encoder (m or rad, as it reads); none by default.
-    pub(super) encoder_step: Option<Source>,
-    pub(super) gain_per_s: Source,
-    pub(super) feed_forward: Option<Source>,
+    pub(super) encoder_step: Option<NumberSource>,
+    pub(super) gain_per_s: NumberSource,
+    pub(super) feed_forward: Option<NumberSource>,
     /// Ends of the stroke (m or rad, as the encoder reads it), which no command may leave.
     pub(super) limits_m: Option<[f64; 2]>,
     /// Period of the loop (s).
@@ -143,17 +143,17 @@ pub struct VelocityFile {
     /// Travel per turn (m) where that point turns and positions are in m; that of the position loop with its point.
     pub(super) lead_m: Option<f64>,
     /// Step of the encoder (m or rad, as it reads); that of the position loop with its point.
-    pub(super) encoder_step: Option<Source>,
+    pub(super) encoder_step: Option<NumberSource>,
     /// `difference` of encoder readings (default), or a `tachometer`.
     #[serde(default)]
     measured: Measured,
     /// Time (s) over which readings are differenced, a multiple of the loop's period; one period by default.
     over_s: Option<f64>,
     /// V (or A) per m/s (or rad/s).
-    pub(super) gain: Source,
+    pub(super) gain: NumberSource,
     /// None by default: proportional alone.
-    pub(super) integral_time_s: Option<Source>,
-    pub(super) acceleration_feed_forward: Option<Source>,
+    pub(super) integral_time_s: Option<NumberSource>,
+    pub(super) acceleration_feed_forward: Option<NumberSource>,
     /// Period of the loop (s); the position loop's is a multiple of it.
     pub(super) period_s: f64,
 }

@@ -11,8 +11,8 @@ use serde::Deserialize;
 
 use super::check::{MachineError, fault};
 use super::{
-    Circumstance, DerivedPatch, DriveFile, FrictionForceFile, LeadErrorFile, LoadedPair, Machine, Motion, Parameter, Place, Rescale,
-    Segment, Source, Target,
+    DerivedPatch, DriveFile, FrictionForceFile, LeadErrorFile, LoadedPair, Machine, NumberSource, OperatingVariable, Parameter,
+    PointMotion, Rescale, Segment, StationPlace, Target,
 };
 
 /// A point a patch adds.
@@ -21,9 +21,9 @@ pub struct PointPatch {
     /// Unique name.
     pub name: String,
     /// Displacement or angle.
-    pub motion: Motion,
+    pub motion: PointMotion,
     /// Mass (kg) or moment of inertia (kg·m²).
-    pub inertia: Source,
+    pub inertia: NumberSource,
     /// Held to the ground.
     pub fixed: bool,
 }
@@ -33,15 +33,15 @@ pub struct PointPatch {
 #[serde(deny_unknown_fields)]
 pub struct ShaftFile {
     pub(super) name: String,
-    pub(super) length_m: Source,
-    pub(super) diameter_m: Source,
+    pub(super) length_m: NumberSource,
+    pub(super) diameter_m: NumberSource,
     /// Bore over diameter of a hollow shaft; solid where it is absent.
-    pub(super) bore_ratio: Option<Source>,
-    pub(super) youngs_modulus_pa: Source,
-    pub(super) shear_modulus_pa: Source,
-    pub(super) density_kg_m3: Source,
+    pub(super) bore_ratio: Option<NumberSource>,
+    pub(super) youngs_modulus_pa: NumberSource,
+    pub(super) shear_modulus_pa: NumberSource,
+    pub(super) density_kg_m3: NumberSource,
     /// η of the material: moduli times 1 + η·(i + s·2/π·ln(ω/ω₀)), as of a joint.
-    pub(super) loss_factor: Option<Source>,
+    pub(super) loss_factor: Option<NumberSource>,
     pub(super) station: Vec<StationFile>,
 }
 
@@ -66,12 +66,12 @@ impl ShaftFile {
     /// The places of its stations.
     ///
     /// # Errors  one says neither or both of name and distance.
-    pub fn places(&self) -> Result<Vec<Place>, MachineError> {
+    pub fn places(&self) -> Result<Vec<StationPlace>, MachineError> {
         let place = |station: &StationFile| match (station.at, station.at_m) {
-            (Some(PlaceName::Start), None) => Ok(Place::At(0.0)),
-            (Some(PlaceName::Nut), None) => Ok(Place::Nut),
-            (Some(PlaceName::End), None) => Ok(Place::End),
-            (None, Some(distance_m)) => Ok(Place::At(distance_m)),
+            (Some(PlaceName::Start), None) => Ok(StationPlace::At(0.0)),
+            (Some(PlaceName::Nut), None) => Ok(StationPlace::Nut),
+            (Some(PlaceName::End), None) => Ok(StationPlace::End),
+            (None, Some(distance_m)) => Ok(StationPlace::At(distance_m)),
             _ => {
                 let mend = "write either at = \"start\", \"nut\" or \"end\", or at_m = a distance";
                 Err(fault(format!("shaft.{}.station", self.name), mend))
@@ -93,19 +93,19 @@ pub struct JointPatch {
     /// Points that must be angles.
     pub angles: Vec<String>,
     /// k.
-    pub stiffness: Source,
+    pub stiffness: NumberSource,
     /// c.
-    pub damping: Source,
+    pub damping: NumberSource,
     /// η.
-    pub loss_factor: Source,
+    pub loss_factor: NumberSource,
     /// ω_i.
-    pub integral_rate: Source,
+    pub integral_rate: NumberSource,
     /// Stiffness in series with the damper.
-    pub relaxation_stiffness: Option<Source>,
+    pub relaxation_stiffness: Option<NumberSource>,
     /// Friction.
     pub friction: FrictionForceFile,
     /// Play.
-    pub gap: Source,
+    pub gap: NumberSource,
     /// Error of the lead.
     pub lead_error: LeadErrorFile,
 }
@@ -113,7 +113,7 @@ pub struct JointPatch {
 impl Effect {
     /// Effects of which a kind of data is to be asked: of those with one id, which are for machines described in different words, what is for other data
     /// is left out.
-    pub fn asked_of(effects: &[Effect], data: Data) -> impl Iterator<Item = &Effect> {
+    pub fn for_data(effects: &[Effect], data: Data) -> impl Iterator<Item = &Effect> {
         let shows = move |e: &Effect| e.data.contains(&data);
         effects.iter().filter(move |e| shows(e) || !effects.iter().any(|other| other.id == e.id && shows(other)))
     }
@@ -146,11 +146,11 @@ impl Effect {
     }
 
     /// What must differ between data for the effect to show, where it is a change with the operating condition.
-    pub fn circumstance(&self) -> Option<Circumstance> {
+    pub fn circumstance(&self) -> Option<OperatingVariable> {
         self.patch.rescales.iter().find_map(|(_, rescale, _)| match rescale {
-            Rescale::WithForceLevel => Some(Circumstance::ForceLevel),
-            Rescale::WithSpeed => Some(Circumstance::Speed),
-            Rescale::WithAcceleration => Some(Circumstance::Acceleration),
+            Rescale::WithForceLevel => Some(OperatingVariable::ForceLevel),
+            Rescale::WithSpeed => Some(OperatingVariable::Speed),
+            Rescale::WithAcceleration => Some(OperatingVariable::Acceleration),
             _ => None,
         })
     }
@@ -214,9 +214,9 @@ pub struct LeverFile {
     /// The point whose motion is felt there, too.
     pub(super) with: String,
     /// How much of it the sensor feels.
-    pub(super) read: Source,
+    pub(super) read: NumberSource,
     /// How much of it the hammer drives.
-    pub(super) struck: Source,
+    pub(super) struck: NumberSource,
 }
 
 /// Kinds of data that an effect can show in.
@@ -237,17 +237,17 @@ pub struct Effect {
     /// Id, for example `rotor-hold`.
     pub id: String,
     /// One sentence for the user.
-    pub says: String,
+    pub description: String,
     /// What it looks like in measurements, where that was written down.
     pub signature: Option<String>,
     /// The measurement that tells it from its look-alikes, where that was written down.
-    pub separates: Option<String>,
+    pub discriminating_test: Option<String>,
     /// Effects (ids) that force and one encoder do not tell it from.
-    pub like: Vec<String>,
+    pub confusable_with: Vec<String>,
     /// Effects (ids) that no motion tells it from in which inertia takes next to no force.
-    pub like_slow: Vec<String>,
+    pub confusable_with_slow: Vec<String>,
     /// Of what it does to motion machines have a little ordinarily: it takes more of it to be named.
-    pub ordinary: bool,
+    pub common: bool,
     /// The points, joints or shafts a machine must have for it to apply, by name; «drive» stands for its drive.
     pub needs: Vec<String>,
     /// Where it sits in a person's eyes, where that is not what it changes first.

@@ -3,7 +3,7 @@
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use super::{Source, Value};
+use super::{NumberSource, Value};
 
 /// A wave over the travel: c·cos(2π·x/p) + s·sin(2π·x/p), of amplitude √(c² + s²).
 #[derive(Debug, Clone, PartialEq)]
@@ -69,10 +69,10 @@ pub struct LeadError {
 #[derive(Debug, Clone, Default, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct WaveFile {
-    pub(super) cosine: Option<Source>,
-    pub(super) sine: Option<Source>,
+    pub(super) cosine: Option<NumberSource>,
+    pub(super) sine: Option<NumberSource>,
     /// Travel after which it repeats (m or rad).
-    pub(super) period: Option<Source>,
+    pub(super) period: Option<NumberSource>,
 }
 
 /// Friction of a joint; forces in N (N·m on angles), travel in m (rad). Viscous friction is the joint's damping.
@@ -80,25 +80,25 @@ pub struct WaveFile {
 #[serde(deny_unknown_fields)]
 pub struct FrictionForceFile {
     /// Coulomb level.
-    pub(super) coulomb: Option<Source>,
+    pub(super) coulomb: Option<NumberSource>,
     /// Constant force: half the difference of the levels forward and backward.
-    pub(super) offset: Option<Source>,
+    pub(super) offset: Option<NumberSource>,
     /// What the viscous coefficient has more forward, and less backward.
-    pub(super) viscous_asymmetry: Option<Source>,
+    pub(super) viscous_asymmetry: Option<NumberSource>,
     /// Static less Coulomb level.
-    pub(super) stribeck: Option<Source>,
+    pub(super) stribeck: Option<NumberSource>,
     /// Velocity over which the level falls.
-    pub(super) stribeck_velocity: Option<Source>,
+    pub(super) stribeck_velocity: Option<NumberSource>,
     /// Exponent n of exp(−(|v|/v_s)^n); 2 by default.
-    pub(super) stribeck_exponent: Option<Source>,
+    pub(super) stribeck_exponent: Option<NumberSource>,
     /// Stiffness before sliding (LuGre); none by default.
-    pub(super) presliding_stiffness: Option<Source>,
+    pub(super) presliding_stiffness: Option<NumberSource>,
     /// Damping before sliding.
-    pub(super) presliding_damping: Option<Source>,
+    pub(super) presliding_damping: Option<NumberSource>,
     /// Part of the level that depends on the position.
     pub(super) position: Option<WaveFile>,
     /// Share of the force of `load_of` that adds to the level.
-    pub(super) load_share: Option<Source>,
+    pub(super) load_share: Option<NumberSource>,
     /// The joint, described before this one, whose force loads it; the drive's force by default.
     pub(super) load_of: Option<String>,
 }
@@ -108,7 +108,7 @@ pub struct FrictionForceFile {
 #[serde(deny_unknown_fields)]
 pub struct LeadErrorFile {
     /// Growth along the travel (m per m).
-    pub(super) growth: Option<Source>,
+    pub(super) growth: Option<NumberSource>,
     /// What repeats along the travel (m).
     pub(super) wave: Option<WaveFile>,
 }

@@ -6,8 +6,6 @@
 //! friction and play, and a **drive** may move the machine: motion shows them, frequency responses do not.
 //! An **effect** is a patch of such a description: more points, joints and parameters, or laws that scale values.
 
-mod apply;
-mod chain;
 mod check;
 mod compose;
 pub mod contact;
@@ -17,10 +15,12 @@ mod effect;
 mod friction;
 mod joint;
 mod loaded_pair;
+mod measuring_chain;
 mod motion;
 mod motor;
-mod operating;
+mod operating_condition;
 mod parameter;
+mod patch;
 mod point;
 mod schema;
 mod segment;
@@ -30,7 +30,6 @@ mod target;
 mod tolerance;
 mod value;
 
-pub use chain::{Chain, Lever};
 pub use check::MachineError;
 pub use derived::{Derivation, Derived, DerivedPatch};
 pub use drive::{Drive, DriveFile, Encoder, PositionLoop, Tachometry, VelocityLoop};
@@ -38,16 +37,17 @@ pub use effect::{AttachFile, Data, Effect, JointPatch, LeverFile, Patch, PointPa
 pub use friction::{Friction, FrictionForceFile, LeadError, LeadErrorFile, Wave, WaveFile};
 pub use joint::Joint;
 pub use loaded_pair::{LoadedPair, PairState};
+pub use measuring_chain::{Chain, Lever};
 pub use motor::{CurrentFile, CurrentLoop, Inverter, Motor, MotorFile};
-pub use operating::{Circumstance, Operating};
+pub use operating_condition::{Operating, OperatingVariable};
 pub use parameter::{FitRule, Parameter, Prior, Scale};
-pub use point::{Motion, Point};
+pub use point::{Point, PointMotion};
 pub use segment::{Segment, SegmentEnd, Twist};
-pub use shaft::{Place, Shaft, Station};
-pub use source::Source;
+pub use shaft::{Shaft, Station, StationPlace};
+pub use source::NumberSource;
 pub use target::{Rescale, Target};
 pub use tolerance::Tolerance;
-pub use value::{Base, Law, Value};
+pub use value::{Base, Modifier, Value};
 
 use std::sync::Arc;
 
@@ -130,7 +130,7 @@ impl Machine {
     /// Length of the shaft, or of the segments, that carries the nut (m): the range of nut positions. `None` without such a shaft.
     pub fn stroke_m(&self) -> Option<f64> {
         let start = self.start();
-        let shaft = self.shafts.iter().find(|s| s.stations.iter().any(|t| t.place == Place::Nut));
+        let shaft = self.shafts.iter().find(|s| s.stations.iter().any(|t| t.place == StationPlace::Nut));
         shaft.map(|s| s.length.at(&start, &Operating::default())).or_else(|| self.segments.first().map(|s| s.length_m))
     }
 }

@@ -1,7 +1,7 @@
 //! Springs made of rolling contacts, loaded by the operating condition.
 
 use super::Operating;
-use crate::contact::{ContactError, Pair, Rule, Share, Stiffness, StribeckCurve};
+use crate::contact::{ContactError, PreloadedPair, Rule, Share, Stiffness, StribeckCurve};
 
 /// A preloaded pair of contacts (a double nut, a bearing set) as a spring whose stiffness follows from its load.
 ///
@@ -20,7 +20,7 @@ pub struct LoadedPair {
     /// Unique name.
     pub name: String,
     /// The two sides and their preload.
-    pub pair: Pair,
+    pub pair: PreloadedPair,
     /// How the load is shared.
     pub rule: Rule,
     /// Tangent or secant.

@@ -2,8 +2,8 @@
 
 use super::check::{MachineError, fault, listing};
 use super::{
-    CurrentLoop, Drive, DriveFile, Encoder, Friction, FrictionForceFile, Inverter, Joint, LeadError, LeadErrorFile, Machine, Motion, Motor,
-    Operating, PositionLoop, Source, Tachometry, Value, VelocityLoop, Wave, WaveFile,
+    CurrentLoop, Drive, DriveFile, Encoder, Friction, FrictionForceFile, Inverter, Joint, LeadError, LeadErrorFile, Machine, Motor,
+    NumberSource, Operating, PointMotion, PositionLoop, Tachometry, Value, VelocityLoop, Wave, WaveFile,
 };
 
 /// Most periods of a loop that a delay or a difference may take.
@@ -29,7 +29,7 @@ impl Machine {
             viscous_asymmetry: value("viscous_asymmetry", &patch.viscous_asymmetry)?,
             stribeck: value("stribeck", &patch.stribeck)?,
             stribeck_velocity: value("stribeck_velocity", &patch.stribeck_velocity)?,
-            stribeck_exponent: value("stribeck_exponent", &patch.stribeck_exponent.clone().or(Some(Source::Number(2.0))))?,
+            stribeck_exponent: value("stribeck_exponent", &patch.stribeck_exponent.clone().or(Some(NumberSource::Number(2.0))))?,
             presliding_stiffness: value("presliding_stiffness", &patch.presliding_stiffness)?,
             presliding_damping: value("presliding_damping", &patch.presliding_damping)?,
             position: self.resolve_wave(&format!("{part}.position"), &patch.position)?,
@@ -46,10 +46,10 @@ impl Machine {
         })
     }
 
-    fn resolve_encoder(&self, part: &str, name: &str, lead_m: Option<f64>, step: &Option<Source>) -> Result<Encoder, MachineError> {
+    fn resolve_encoder(&self, part: &str, name: &str, lead_m: Option<f64>, step: &Option<NumberSource>) -> Result<Encoder, MachineError> {
         let at = self.named_point(&format!("{part}.at"), name)?;
         if let Some(lead_m) = lead_m {
-            if self.points[at].motion != Motion::Rotation {
+            if self.points[at].motion != PointMotion::Rotation {
                 return Err(fault(format!("{part}.lead_m"), format!("«{name}» does not turn; leave lead_m out")));
             }
             if !(lead_m.abs() > 0.0 && lead_m.is_finite()) {
@@ -64,8 +64,8 @@ impl Machine {
         if self.drive.is_some() {
             return Err(fault("drive", "the machine has a drive already; describe one"));
         }
-        let value = |key: &str, source: &Source| self.value(&format!("drive.{key}"), source);
-        let optional = |key: &str, source: &Option<Source>| match source {
+        let value = |key: &str, source: &NumberSource| self.value(&format!("drive.{key}"), source);
+        let optional = |key: &str, source: &Option<NumberSource>| match source {
             None => Ok(Value::number(f64::INFINITY)),
             Some(source) => value(key, source),
         };
@@ -267,7 +267,7 @@ impl Machine {
                 format!("is {pairs}; write the number of pole pairs, or leave it out for direct current"),
             ));
         }
-        if self.points[drive.on].motion != Motion::Rotation {
+        if self.points[drive.on].motion != PointMotion::Rotation {
             return Err(fault("drive.motor.pole_pairs", format!("«{}» does not turn; leave pole_pairs out", self.points[drive.on].name)));
         }
         let Some(current) = &drive.current else {

@@ -5,7 +5,7 @@ use serde::Deserialize;
 
 use super::friction::numbers;
 use super::schema::words_alone;
-use super::{Source, Value};
+use super::{NumberSource, Value};
 
 /// The winding of a motor, which stands between the loops and the force.
 ///
@@ -67,15 +67,15 @@ pub enum Inverter {
 #[serde(deny_unknown_fields)]
 pub struct MotorFile {
     /// Of the armature, or of a phase.
-    pub(super) resistance_ohm: Source,
+    pub(super) resistance_ohm: NumberSource,
     /// Of the armature, or along the q axis.
-    pub(super) inductance_h: Source,
+    pub(super) inductance_h: NumberSource,
     /// Along the d axis; inductance_h by default.
-    pub(super) inductance_d_h: Option<Source>,
+    pub(super) inductance_d_h: Option<NumberSource>,
     /// Pole pairs of a synchronous motor; direct current by default.
     pub(super) pole_pairs: Option<u32>,
     /// Voltage of the supply (V); without limit by default.
-    pub(super) dc_link_v: Option<Source>,
+    pub(super) dc_link_v: Option<NumberSource>,
 }
 
 /// The current loop: V = gain·(e + ∫e dt/integral_time_s), e = i_ref − i.
@@ -83,9 +83,9 @@ pub struct MotorFile {
 #[serde(deny_unknown_fields)]
 pub struct CurrentFile {
     /// V/A.
-    pub(super) gain: Source,
+    pub(super) gain: NumberSource,
     /// None by default: proportional alone.
-    pub(super) integral_time_s: Option<Source>,
+    pub(super) integral_time_s: Option<NumberSource>,
     /// Period of the loop (s); the velocity loop's is a multiple of it.
     pub(super) period_s: f64,
     /// `averaged` over a period (default), or `switching` by space vectors.

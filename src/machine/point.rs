@@ -9,7 +9,7 @@ use super::Value;
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(rename = "MotionFile", rename_all = "lowercase")]
 #[schemars(description = "`translation` or `rotation`.")]
-pub enum Motion {
+pub enum PointMotion {
     /// Displacement along the axis (m); inertia is a mass (kg), stiffness N/m.
     #[schemars(description = "Displacement (m).")]
     Translation,
@@ -24,27 +24,27 @@ pub struct Point {
     /// Unique name.
     pub name: String,
     /// Displacement or angle.
-    pub motion: Motion,
+    pub motion: PointMotion,
     /// Mass (kg) or moment of inertia (kg·m²) lumped here; zero where there is none.
     pub inertia: Value,
     /// Held to the ground: its coordinate is zero.
     pub fixed: bool,
 }
 
-impl Motion {
+impl PointMotion {
     /// The configuration key of the inertia of such a point.
     pub fn inertia_key(self) -> &'static str {
         match self {
-            Motion::Translation => "mass_kg",
-            Motion::Rotation => "inertia_kg_m2",
+            PointMotion::Translation => "mass_kg",
+            PointMotion::Rotation => "inertia_kg_m2",
         }
     }
 
     /// The word for it.
     pub fn noun(self) -> &'static str {
         match self {
-            Motion::Translation => "translation",
-            Motion::Rotation => "rotation",
+            PointMotion::Translation => "translation",
+            PointMotion::Rotation => "rotation",
         }
     }
 }

@@ -1,10 +1,10 @@
 //! Uniform shafts: rods with axial and torsional vibration between stations.
 
-use super::{Motion, Operating, Value};
+use super::{Operating, PointMotion, Value};
 
 /// Where a station sits on its shaft.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Place {
+pub enum StationPlace {
     /// At a fixed distance (m) from the shaft's left end.
     At(f64),
     /// At the nut, wherever that is.
@@ -19,7 +19,7 @@ pub enum Place {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Station {
     /// Where it is.
-    pub place: Place,
+    pub place: StationPlace,
     /// The point (index) that moves axially with it.
     pub axial: Option<usize>,
     /// The point (index) that turns with it.
@@ -55,15 +55,15 @@ pub struct Shaft {
 
 impl Shaft {
     /// Distance (m) of a station from the left end; `None` for the nut where no nut position is given.
-    pub fn place_m(&self, place: Place, parameters: &[f64], operating: &Operating) -> Option<f64> {
+    pub fn place_m(&self, place: StationPlace, parameters: &[f64], operating: &Operating) -> Option<f64> {
         match place {
-            Place::At(distance_m) => Some(distance_m),
-            Place::Nut => operating.nut_m,
-            Place::BesideNut(offset_m) => {
+            StationPlace::At(distance_m) => Some(distance_m),
+            StationPlace::Nut => operating.nut_m,
+            StationPlace::BesideNut(offset_m) => {
                 let (factor, aside) = (self.beside_nut.at(parameters, operating), self.aside_of_nut.at(parameters, operating));
                 operating.nut_m.map(|nut_m| nut_m + offset_m * factor + offset_m.abs() * aside)
             }
-            Place::End => Some(self.length.at(parameters, operating)),
+            StationPlace::End => Some(self.length.at(parameters, operating)),
         }
     }
 
@@ -75,10 +75,10 @@ impl Shaft {
     }
 
     /// Mass (kg) of the shaft, or its moment of inertia (kg·m²) about its axis.
-    pub fn inertia(&self, motion: Motion, parameters: &[f64], operating: &Operating) -> f64 {
+    pub fn inertia(&self, motion: PointMotion, parameters: &[f64], operating: &Operating) -> f64 {
         let at = |value: &Value| value.at(parameters, operating);
         let (area_m2, polar_m4) = self.section(parameters, operating);
-        let section = if motion == Motion::Translation { area_m2 } else { polar_m4 };
+        let section = if motion == PointMotion::Translation { area_m2 } else { polar_m4 };
         at(&self.density) * at(&self.length) * section
     }
 

@@ -10,7 +10,7 @@ use serde::Deserialize;
     untagged,
     expecting = "expected a number, or the name of a parameter in quotes; for a stiffness also { contact = \"…\" }, { segment = \"…\" } or { series = […] }"
 )]
-pub enum Source {
+pub enum NumberSource {
     /// Fixed.
     Number(f64),
     /// Parameter.
@@ -23,7 +23,7 @@ pub enum Source {
     Series(SeriesNumber),
     /// Another one times the parameter of that id.
     #[serde(skip)]
-    Times(Box<Source>, String),
+    Times(Box<NumberSource>, String),
 }
 
 /// `{ contact = "name", times = "parameter" }`.
@@ -46,26 +46,26 @@ pub struct SegmentNumber {
 #[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SeriesNumber {
-    pub(super) series: Vec<Source>,
+    pub(super) series: Vec<NumberSource>,
     pub(super) times: Option<String>,
 }
 
-impl Source {
+impl NumberSource {
     /// What a person calls it.
     pub(super) fn label(&self) -> String {
         match self {
-            Source::Number(number) => number.to_string(),
-            Source::Parameter(name)
-            | Source::Contact(ContactNumber { contact: name, .. })
-            | Source::Segment(SegmentNumber { segment: name, .. }) => name.clone(),
-            Source::Series(_) => "series".into(),
-            Source::Times(other, _) => other.label(),
+            NumberSource::Number(number) => number.to_string(),
+            NumberSource::Parameter(name)
+            | NumberSource::Contact(ContactNumber { contact: name, .. })
+            | NumberSource::Segment(SegmentNumber { segment: name, .. }) => name.clone(),
+            NumberSource::Series(_) => "series".into(),
+            NumberSource::Times(other, _) => other.label(),
         }
     }
 }
 
-impl Default for Source {
+impl Default for NumberSource {
     fn default() -> Self {
-        Source::Number(0.0)
+        NumberSource::Number(0.0)
     }
 }

@@ -5,7 +5,7 @@ use serde::Deserialize;
 
 use super::check::{MachineError, fault, listing};
 use super::schema::words_alone;
-use super::{Base, Circumstance, Law, Machine, Value};
+use super::{Base, Machine, Modifier, OperatingVariable, Value};
 
 /// Which number of which part a patch scales.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -166,19 +166,19 @@ impl Machine {
                     if let Some(most) = value.described().map(|number| 0.98 * number).filter(|most| *most > taken.start.max(taken.lower)) {
                         taken.upper = taken.upper.min(most);
                     }
-                    Law::Less(index)
+                    Modifier::Less(index)
                 }
-                Rescale::Relative => Law::Relative(index),
-                Rescale::InSeries => Law::InSeries(index),
-                Rescale::Added => Law::Added(index),
-                Rescale::Times => Law::Times(index),
-                Rescale::WithForceLevel => Law::With(index, Circumstance::ForceLevel),
-                Rescale::WithSpeed => Law::With(index, Circumstance::Speed),
-                Rescale::WithAcceleration => Law::With(index, Circumstance::Acceleration),
-                Rescale::AlongStroke => Law::AlongStroke(index, stroke_m.clone()?),
-                Rescale::MidStroke => Law::MidStroke(index, stroke_m.clone()?),
-                Rescale::LeftSpan => Law::LeftSpan(index, stroke_m.clone()?),
-                Rescale::RightSpan => Law::RightSpan(index, stroke_m.clone()?),
+                Rescale::Relative => Modifier::Relative(index),
+                Rescale::InSeries => Modifier::InSeries(index),
+                Rescale::Added => Modifier::Added(index),
+                Rescale::Times => Modifier::Times(index),
+                Rescale::WithForceLevel => Modifier::With(index, OperatingVariable::ForceLevel),
+                Rescale::WithSpeed => Modifier::With(index, OperatingVariable::Speed),
+                Rescale::WithAcceleration => Modifier::With(index, OperatingVariable::Acceleration),
+                Rescale::AlongStroke => Modifier::AlongStroke(index, stroke_m.clone()?),
+                Rescale::MidStroke => Modifier::MidStroke(index, stroke_m.clone()?),
+                Rescale::LeftSpan => Modifier::LeftSpan(index, stroke_m.clone()?),
+                Rescale::RightSpan => Modifier::RightSpan(index, stroke_m.clone()?),
             };
             value.laws.push(law);
         }

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use super::{Circumstance, LoadedPair, Operating, Segment};
+use super::{LoadedPair, Operating, OperatingVariable, Segment};
 
 /// A number of a machine's description.
 #[derive(Debug, Clone, PartialEq)]
@@ -10,7 +10,7 @@ pub struct Value {
     /// Where its base comes from.
     pub base: Base,
     /// Factors that effects have put on it.
-    pub laws: Vec<Law>,
+    pub laws: Vec<Modifier>,
 }
 
 /// The base of a [`Value`].
@@ -30,7 +30,7 @@ pub enum Base {
 
 /// One factor on a value; `usize` is the index of a parameter p.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Law {
+pub enum Modifier {
     /// 1 + p: a relative change.
     Relative(usize),
     /// p: a factor.
@@ -45,7 +45,7 @@ pub enum Law {
     /// The same with ℓ from the nut to the right end.
     RightSpan(usize, f64),
     /// exp(p·x) with the size x of a circumstance: for the force level its power p.
-    With(usize, Circumstance),
+    With(usize, OperatingVariable),
     /// x becomes x·p/(x + p): a spring p in series with a spring x.
     InSeries(usize),
     /// x + p.
@@ -54,7 +54,7 @@ pub enum Law {
     Less(usize),
 }
 
-impl Law {
+impl Modifier {
     /// The parameter it depends on, by index.
     fn parameter(&self) -> usize {
         *self.clone().parameter_mut()
@@ -62,16 +62,16 @@ impl Law {
 
     fn parameter_mut(&mut self) -> &mut usize {
         match self {
-            Law::Relative(index)
-            | Law::Times(index)
-            | Law::AlongStroke(index, _)
-            | Law::MidStroke(index, _)
-            | Law::LeftSpan(index, _)
-            | Law::RightSpan(index, _)
-            | Law::With(index, _)
-            | Law::InSeries(index)
-            | Law::Less(index)
-            | Law::Added(index) => index,
+            Modifier::Relative(index)
+            | Modifier::Times(index)
+            | Modifier::AlongStroke(index, _)
+            | Modifier::MidStroke(index, _)
+            | Modifier::LeftSpan(index, _)
+            | Modifier::RightSpan(index, _)
+            | Modifier::With(index, _)
+            | Modifier::InSeries(index)
+            | Modifier::Less(index)
+            | Modifier::Added(index) => index,
         }
     }
 
@@ -79,30 +79,30 @@ impl Law {
     fn apply(&self, x: f64, parameters: &[f64], operating: &Operating) -> (f64, f64, f64) {
         let p = parameters[self.parameter()];
         match *self {
-            Law::Relative(_) => (x * (1.0 + p), 1.0 + p, x),
-            Law::Added(_) => (x + p, 1.0, 1.0),
-            Law::Less(_) if p < 0.99 * x => (x - p, 1.0, -1.0),
-            Law::Less(_) => (0.01 * x, 0.01, 0.0),
-            Law::Times(_) => (x * p, p, x),
-            Law::AlongStroke(_, stroke_m) | Law::MidStroke(_, stroke_m) => {
+            Modifier::Relative(_) => (x * (1.0 + p), 1.0 + p, x),
+            Modifier::Added(_) => (x + p, 1.0, 1.0),
+            Modifier::Less(_) if p < 0.99 * x => (x - p, 1.0, -1.0),
+            Modifier::Less(_) => (0.01 * x, 0.01, 0.0),
+            Modifier::Times(_) => (x * p, p, x),
+            Modifier::AlongStroke(_, stroke_m) | Modifier::MidStroke(_, stroke_m) => {
                 let along = 2.0 * operating.nut_m.unwrap_or(0.5 * stroke_m) / stroke_m - 1.0;
-                let shape = if matches!(self, Law::MidStroke(..)) { 1.0 - along * along } else { along };
+                let shape = if matches!(self, Modifier::MidStroke(..)) { 1.0 - along * along } else { along };
                 let factor = (p * shape).exp();
                 (x * factor, factor, x * factor * shape)
             }
-            Law::LeftSpan(_, stroke_m) | Law::RightSpan(_, stroke_m) => {
+            Modifier::LeftSpan(_, stroke_m) | Modifier::RightSpan(_, stroke_m) => {
                 let nut_m = operating.nut_m.unwrap_or(0.5 * stroke_m);
-                let free_m = if matches!(self, Law::LeftSpan(..)) { nut_m } else { stroke_m - nut_m };
+                let free_m = if matches!(self, Modifier::LeftSpan(..)) { nut_m } else { stroke_m - nut_m };
                 // Next to its bearing the screw does not bend.
                 let span = (0.5 * stroke_m / free_m.max(0.02 * stroke_m)).powi(4) * std::f64::consts::TAU.powi(2);
                 (x * p * p * span, p * p * span, 2.0 * x * p * span)
             }
-            Law::With(_, circumstance) => {
+            Modifier::With(_, circumstance) => {
                 let size = circumstance.size(operating);
                 let factor = (p * size).exp();
                 (x * factor, factor, x * factor * size)
             }
-            Law::InSeries(_) => {
+            Modifier::InSeries(_) => {
                 let sum = x + p;
                 (x * p / sum, (p / sum) * (p / sum), (x / sum) * (x / sum))
             }
@@ -138,7 +138,7 @@ impl Value {
         self.laws.iter().any(|law| {
             let (left, _, taken) = law.apply(x, parameters, operating);
             x = left;
-            matches!(law, Law::Less(_)) && taken == 0.0
+            matches!(law, Modifier::Less(_)) && taken == 0.0
         })
     }
 
@@ -214,7 +214,7 @@ impl Value {
             Base::Parameter(index) => Box::new(std::iter::once(*index)),
             Base::Series(springs) => Box::new(springs.iter().flat_map(|(_, spring)| spring.depends_on())),
         };
-        Box::new(base.chain(self.laws.iter().map(Law::parameter)))
+        Box::new(base.chain(self.laws.iter().map(Modifier::parameter)))
     }
 }
 
@@ -225,18 +225,18 @@ mod tests {
     #[test]
     fn gradients_are_those_of_finite_differences() {
         let laws = vec![
-            Law::Relative(1),
-            Law::InSeries(2),
-            Law::AlongStroke(3, 2.0),
-            Law::MidStroke(3, 2.0),
-            Law::Times(4),
-            Law::RightSpan(1, 2.0),
-            Law::Added(1),
+            Modifier::Relative(1),
+            Modifier::InSeries(2),
+            Modifier::AlongStroke(3, 2.0),
+            Modifier::MidStroke(3, 2.0),
+            Modifier::Times(4),
+            Modifier::RightSpan(1, 2.0),
+            Modifier::Added(1),
         ];
         let single = Value { base: Base::Parameter(0), laws };
-        let other = Value { base: Base::Number(4.0), laws: vec![Law::Times(1)] };
+        let other = Value { base: Base::Number(4.0), laws: vec![Modifier::Times(1)] };
         let series = vec![("a".to_string(), single.clone()), ("b".into(), other), ("c".into(), Value::parameter(0))];
-        let series = Value { base: Base::Series(Arc::new(series)), laws: vec![Law::Relative(2)] };
+        let series = Value { base: Base::Series(Arc::new(series)), laws: vec![Modifier::Relative(2)] };
         let (here, operating) = ([3.0, 0.2, 5.0, -0.4, 1.7], Operating::at_nut(0.3));
         for value in [single, series] {
             let mut exact = [0.0; 5];
@@ -264,7 +264,7 @@ mod tests {
 
     #[test]
     fn limit_a_rigid_spring_in_series_changes_nothing() {
-        let value = Value { base: Base::Number(3.0), laws: vec![Law::InSeries(0)] };
+        let value = Value { base: Base::Number(3.0), laws: vec![Modifier::InSeries(0)] };
         assert!((value.at(&[1e15], &Operating::default()) - 3.0).abs() < 1e-12);
     }
 }

@@ -7,7 +7,7 @@ use super::{MeasurementError, Quantity};
 
 /// What is known of the noise of a line.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Noise {
+pub enum FrfNoise {
     /// Coherence γ² of an average of so many records.
     Coherence(f64),
     /// Total complex standard deviation of the mean over |H|.
@@ -16,13 +16,13 @@ pub enum Noise {
 
 /// One frequency line.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Line {
+pub struct FrfLine {
     /// Frequency (Hz), above 0.
     pub frequency_hz: f64,
     /// H = response / force, e^{+iωt}, in the record's quantity.
     pub value: Complex64,
     /// Its noise, where known.
-    pub noise: Option<Noise>,
+    pub noise: Option<FrfNoise>,
 }
 
 /// Coherence below which a line is not accepted.
@@ -68,22 +68,22 @@ pub struct Frf {
     /// File it came from.
     pub source: String,
     /// Accepted lines in rising frequency.
-    pub lines: Vec<Line>,
+    pub lines: Vec<FrfLine>,
     /// Lines read but not accepted (coherence too low, f = 0), in rising frequency.
-    pub rejected: Vec<Line>,
+    pub rejected: Vec<FrfLine>,
 }
 
 impl Frf {
     /// Standard deviation of one component (real or imaginary) of ln H at a line; `None` where nothing is known.
     ///
     /// # Source  Bendat and Piersol: (1 − γ²)/(2·n·γ²) for the H1 estimate without leakage.
-    pub fn component_sd(&self, line: &Line) -> Option<f64> {
+    pub fn component_sd(&self, line: &FrfLine) -> Option<f64> {
         match line.noise? {
-            Noise::Coherence(gamma2) => {
+            FrfNoise::Coherence(gamma2) => {
                 let averages = f64::from(self.averages?);
                 Some(((1.0 - gamma2).max(LEAST_INCOHERENCE) / (2.0 * averages * gamma2)).sqrt())
             }
-            Noise::RelativeSd(sd) => Some(sd / std::f64::consts::SQRT_2),
+            FrfNoise::RelativeSd(sd) => Some(sd / std::f64::consts::SQRT_2),
         }
     }
 
@@ -96,9 +96,9 @@ impl Frf {
     /// residual to the explained power of a complex regression, with 2(n − 1) degrees of freedom.
     pub fn component_sds(&self) -> Vec<Option<f64>> {
         let freedom = |n: u32| f64::from(n) / f64::from(n.saturating_sub(1).max(1));
-        let power = |line: &Line| match line.noise? {
-            Noise::Coherence(_) => Some(self.component_sd(line)?.powi(2) * freedom(self.averages?) * line.value.norm_sqr()),
-            Noise::RelativeSd(_) => None,
+        let power = |line: &FrfLine| match line.noise? {
+            FrfNoise::Coherence(_) => Some(self.component_sd(line)?.powi(2) * freedom(self.averages?) * line.value.norm_sqr()),
+            FrfNoise::RelativeSd(_) => None,
         };
         let mut all: Vec<(f64, bool, f64)> = Vec::with_capacity(self.lines.len() + self.rejected.len());
         for (lines, accepted) in [(&self.lines, true), (&self.rejected, false)] {
@@ -107,7 +107,7 @@ impl Frf {
         }
         all.sort_by(|a, b| a.0.total_cmp(&b.0));
         let mut at = 0;
-        let mut of = |line: &Line| {
+        let mut of = |line: &FrfLine| {
             let own = power(line)?;
             at += all[at..].iter().position(|(frequency_hz, _, _)| *frequency_hz == line.frequency_hz)?;
             let around = &all[at.saturating_sub(BESIDE)..(at + BESIDE + 1).min(all.len())];
@@ -124,9 +124,9 @@ impl Frf {
 }
 
 /// Reads the lines of `frequency_hz,real,imag[,coherence][,relative_sd]`: accepted lines and the others.
-pub(super) fn read_lines(path: &str, text: &str) -> Result<(Vec<Line>, Vec<Line>), MeasurementError> {
+pub(super) fn read_lines(path: &str, text: &str) -> Result<(Vec<FrfLine>, Vec<FrfLine>), MeasurementError> {
     let table = Table::read(path, text, &["frequency_hz", "real", "imag"], &["coherence", "relative_sd"])?;
-    let mut lines: Vec<Line> = Vec::new();
+    let mut lines: Vec<FrfLine> = Vec::new();
     let mut rejected = Vec::new();
     let mut last: Option<f64> = None;
     for row in table.rows() {
@@ -149,8 +149,8 @@ pub(super) fn read_lines(path: &str, text: &str) -> Result<(Vec<Line>, Vec<Line>
             return Err(row.fault(format!("relative_sd is {sd}; write a number above 0, or leave the column out")));
         }
         let accepted = frequency_hz > 0.0 && value.norm_sqr() > 0.0 && coherence.is_none_or(|c| c >= LEAST_COHERENCE);
-        let noise = relative_sd.map(Noise::RelativeSd).or(coherence.map(Noise::Coherence));
-        (if accepted { &mut lines } else { &mut rejected }).push(Line { frequency_hz, value, noise });
+        let noise = relative_sd.map(FrfNoise::RelativeSd).or(coherence.map(FrfNoise::Coherence));
+        (if accepted { &mut lines } else { &mut rejected }).push(FrfLine { frequency_hz, value, noise });
     }
     if lines.is_empty() {
         let fault =
@@ -185,7 +185,7 @@ mod tests {
                 (xx, yy, xy) = (xx + x.norm_sqr(), yy + y.norm_sqr(), xy + x.conj() * y);
             }
             let coherence = xy.norm_sqr() / (xx * yy);
-            let line = Line { frequency_hz: f64::from(at + 1), value: xy / xx, noise: Some(Noise::Coherence(coherence)) };
+            let line = FrfLine { frequency_hz: f64::from(at + 1), value: xy / xx, noise: Some(FrfNoise::Coherence(coherence)) };
             if coherence >= LEAST_COHERENCE {
                 lines.push(line);
                 errors.push((line.value / level).ln().norm());
@@ -241,7 +241,7 @@ mod tests {
     fn limit_lines_accepted_by_chance_tell_nothing() {
         let mut random = Xoshiro256PlusPlus::seed_from_u64(6);
         let (frf, _) = measured(3, (0.1, 0.02), &mut random);
-        let lost = |line: &Line| f64::powf(0.02, (line.frequency_hz - 1.0) / 400.0) < 0.05;
+        let lost = |line: &FrfLine| f64::powf(0.02, (line.frequency_hz - 1.0) / 400.0) < 0.05;
         let by_chance: Vec<f64> = frf.lines.iter().zip(frf.component_sds()).filter(|(l, _)| lost(l)).map(|(_, sd)| sd.unwrap()).collect();
         assert!(by_chance.len() > 3, "{by_chance:?}");
         assert!(by_chance.iter().all(|sd| *sd == 1.0), "{by_chance:?}");

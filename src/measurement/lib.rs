@@ -1,6 +1,5 @@
 //! What was observed: FRFs, modes and motions of a machine at named positions, as one measurement set.
 
-mod beginning;
 mod embedded;
 mod error;
 mod frf;
@@ -17,19 +16,20 @@ mod set;
 mod source;
 mod split;
 mod table;
+mod template;
 pub mod universal;
 
-pub use beginning::SET_BEGINNING;
 pub use embedded::BENCH;
 pub use error::MeasurementError;
-pub use frf::{Condition, Frf, Line, Noise};
+pub use frf::{Condition, Frf, FrfLine, FrfNoise};
 pub use friction::{FrictionRun, FrictionTable, FrictionUnit, read_friction};
 pub use manifest::manifest_schema;
 pub use modes::{ModeObservation, ModeTable};
-pub use motion::{Load, MotionRecord, read_motion};
+pub use motion::{DriveEffort, MotionRecord, read_motion};
 pub use position::Position;
 pub use quantity::Quantity;
 pub use reference::{Reference, read_reference};
-pub use set::{Gain, MeasurementSet, Published, PublishedRow, Tolerance, read_set, read_set_with};
+pub use set::{ChannelTolerance, Gain, MeasurementSet, Published, PublishedRow, read_set, read_set_with};
 pub use source::SourceFile;
 pub use split::{FitSet, HoldOutSet};
+pub use template::SET_TEMPLATE;

@@ -21,7 +21,7 @@ pub(super) struct Manifest {
     pub published: Option<String>,
     pub split: Option<Split>,
     #[serde(default)]
-    pub tolerance: ToleranceFile,
+    pub tolerance: ChannelToleranceFile,
     #[serde(default)]
     pub position: Vec<PositionFile>,
     #[serde(default)]
@@ -52,7 +52,7 @@ pub(super) struct Split {
 /// Standard deviations of what a hammer test takes for known; the ordinary ones where they are left out.
 #[derive(Debug, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub(super) struct ToleranceFile {
+pub(super) struct ChannelToleranceFile {
     /// Calibration of each channel, relative (0.004).
     pub gain: Option<f64>,
     /// Synchrony of each channel (2e-6 s).

@@ -8,26 +8,26 @@ use numeric::statistics::{extremes, median};
 
 /// What drives the axis.
 #[derive(Debug, Clone, PartialEq)]
-pub enum Load {
+pub enum DriveEffort {
     /// Axial force (N), sample by sample.
     Force(Vec<f64>),
     /// Motor torque (N·m), sample by sample.
     Torque(Vec<f64>),
 }
 
-impl Load {
+impl DriveEffort {
     /// Its samples, N or N·m.
     pub fn samples(&self) -> &[f64] {
         match self {
-            Load::Force(samples) | Load::Torque(samples) => samples,
+            DriveEffort::Force(samples) | DriveEffort::Torque(samples) => samples,
         }
     }
 
     /// Its column.
     pub fn column(&self) -> &'static str {
         match self {
-            Load::Force(_) => "force_n",
-            Load::Torque(_) => "torque_nm",
+            DriveEffort::Force(_) => "force_n",
+            DriveEffort::Torque(_) => "torque_nm",
         }
     }
 }
@@ -48,7 +48,7 @@ pub struct MotionRecord {
     /// Measured position (m).
     pub position_m: Vec<f64>,
     /// What drives it.
-    pub load: Load,
+    pub load: DriveEffort,
     /// Other columns, by name.
     pub others: BTreeMap<String, Vec<f64>>,
 }
@@ -109,7 +109,7 @@ pub fn read_motion(path: &str, name: &str, text: &str) -> Result<MotionRecord, M
         );
         return Err(MeasurementError::line(path, lines[at], fault));
     }
-    let load = if load_column == LOADS[0] { Load::Force(load) } else { Load::Torque(load) };
+    let load = if load_column == LOADS[0] { DriveEffort::Force(load) } else { DriveEffort::Torque(load) };
     Ok(MotionRecord { name: name.into(), source: path.into(), step_s, time_s, command_m, position_m, load, others: columns })
 }
 
@@ -187,7 +187,7 @@ mod tests {
     }
 
     #[test]
-    fn faults_are_told_with_their_line() {
+    fn faults_are_reported_with_their_line() {
         for (change, words) in [
             (
                 Box::new(|i: usize, r: &mut [f64; 4]| {

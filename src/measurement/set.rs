@@ -5,7 +5,7 @@ use std::path::Path;
 
 use super::embedded::embedded_file;
 use super::frf::{Condition, Frf, read_lines};
-use super::manifest::{FrfFile, GainFile, Manifest, ToleranceFile, parse};
+use super::manifest::{ChannelToleranceFile, FrfFile, GainFile, Manifest, parse};
 use super::modes::{ModeTable, read_modes};
 use super::motion::{MotionRecord, read_motion};
 use super::table::Table;
@@ -57,7 +57,7 @@ impl Published {
 ///
 /// # Source  the defaults by calibration of force and acceleration sensors, synchrony of analyser channels, and reading of a scale.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Tolerance {
+pub struct ChannelTolerance {
     /// Calibration of each channel: of ln(gain).
     pub gain: f64,
     /// Delay of each channel against the force (s).
@@ -66,9 +66,9 @@ pub struct Tolerance {
     pub nut_m: f64,
 }
 
-impl Default for Tolerance {
+impl Default for ChannelTolerance {
     fn default() -> Self {
-        Tolerance { gain: 0.004, delay_s: 2e-6, nut_m: 5e-4 }
+        ChannelTolerance { gain: 0.004, delay_s: 2e-6, nut_m: 5e-4 }
     }
 }
 
@@ -98,7 +98,7 @@ pub struct MeasurementSet {
     /// Names of positions or records to fit, where the set says so.
     pub split: Option<Vec<String>>,
     /// How well channels and positions are known.
-    pub tolerance: Tolerance,
+    pub tolerance: ChannelTolerance,
     /// Published predictions, where there are any.
     pub published: Published,
     /// Files read.
@@ -127,7 +127,7 @@ impl MeasurementSet {
             frfs: Vec::new(),
             motions: Vec::new(),
             split: None,
-            tolerance: Tolerance::default(),
+            tolerance: ChannelTolerance::default(),
             published: Published::default(),
             files: Vec::new(),
             warnings: Vec::new(),
@@ -136,15 +136,15 @@ impl MeasurementSet {
 }
 
 /// What of the measuring chain is stated, each within its least and most.
-fn tolerance(file: &ToleranceFile) -> Result<Tolerance, String> {
-    let ordinary = Tolerance::default();
+fn tolerance(file: &ChannelToleranceFile) -> Result<ChannelTolerance, String> {
+    let ordinary = ChannelTolerance::default();
     let known = |key: &str, stated: Option<f64>, ordinary: f64, most: f64| match stated {
         Some(sd) if !(0.0..=most).contains(&sd) => {
             Err(format!("tolerance.{key}: is {sd}; write a standard deviation from 0 to {most} (usually {ordinary:e}), or leave it out"))
         }
         stated => Ok(stated.unwrap_or(ordinary)),
     };
-    Ok(Tolerance {
+    Ok(ChannelTolerance {
         gain: known("gain", file.gain, ordinary.gain, 0.3)?,
         delay_s: known("delay_s", file.delay_s, ordinary.delay_s, 1e-3)?,
         nut_m: known("nut_m", file.nut_m, ordinary.nut_m, 0.01)?,
@@ -152,13 +152,13 @@ fn tolerance(file: &ToleranceFile) -> Result<Tolerance, String> {
 }
 
 /// Reads files of a set, and keeps them.
-struct Folder<'f> {
+struct OpenFolder<'f> {
     path: &'f str,
     read: &'f dyn Fn(&str) -> io::Result<Vec<u8>>,
     files: Vec<SourceFile>,
 }
 
-impl Folder<'_> {
+impl OpenFolder<'_> {
     fn text(&mut self, file: &str) -> Result<String, MeasurementError> {
         let name = self.name(file);
         let bytes = (self.read)(file).map_err(|error| {
@@ -198,7 +198,7 @@ pub fn read_set(path: &str) -> Result<MeasurementSet, MeasurementError> {
 ///
 /// # Errors  as [`read_set`].
 pub fn read_set_with(path: &str, read: impl Fn(&str) -> io::Result<Vec<u8>>) -> Result<MeasurementSet, MeasurementError> {
-    let mut folder = Folder { path, read: &read, files: Vec::new() };
+    let mut folder = OpenFolder { path, read: &read, files: Vec::new() };
     let manifest_path = folder.name("manifest.toml");
     let fault = |fault: String| MeasurementError::file(&manifest_path, fault);
     let text = folder.text("manifest.toml")?;
@@ -312,7 +312,7 @@ fn positions(manifest: &Manifest) -> Result<Vec<Position>, String> {
     Ok(positions)
 }
 
-fn read_frf(folder: &mut Folder<'_>, manifest: &Manifest, entry: &FrfFile, positions: &[Position]) -> Result<Frf, MeasurementError> {
+fn read_frf(folder: &mut OpenFolder<'_>, manifest: &Manifest, entry: &FrfFile, positions: &[Position]) -> Result<Frf, MeasurementError> {
     let manifest_path = folder.name("manifest.toml");
     let fault = |text: String| MeasurementError::file(&manifest_path, format!("[[frf]] {}: {text}", entry.file));
     let text = folder.text(&entry.file)?;
@@ -331,10 +331,10 @@ fn read_frf(folder: &mut Folder<'_>, manifest: &Manifest, entry: &FrfFile, posit
     if averages == Some(0) {
         return Err(fault("averages: is 0; write a whole number from 1".into()));
     }
-    if averages == Some(1) && lines.iter().any(|l| matches!(l.noise, Some(super::Noise::Coherence(_)))) {
+    if averages == Some(1) && lines.iter().any(|l| matches!(l.noise, Some(super::FrfNoise::Coherence(_)))) {
         return Err(fault("averages: is 1, but the coherence of a single record is always 1; leave the column out, or average".into()));
     }
-    if averages.is_none() && lines.iter().any(|l| matches!(l.noise, Some(super::Noise::Coherence(_)))) {
+    if averages.is_none() && lines.iter().any(|l| matches!(l.noise, Some(super::FrfNoise::Coherence(_)))) {
         return Err(fault("has a coherence but no `averages`; write how many records were averaged".into()));
     }
     for (key, number) in [("force_n", entry.force_n), ("speed_m_s", entry.speed_m_s), ("acceleration_m_s2", entry.acceleration_m_s2)] {

@@ -67,17 +67,17 @@ impl Control {
 
     /// A stage begins.
     pub fn begin(&self, stage: &str) {
-        self.tell(Progressed::Stage(stage));
+        self.report(Progressed::Stage(stage));
     }
 
     /// Counts steps of work that is done in parallel: the function given back is called after each.
     pub fn steps<'c>(&'c self, what: &'c str, of: usize) -> impl Fn() + Sync + 'c {
         let done = AtomicUsize::new(0);
-        self.tell(Progressed::Step { what, done: 0, of });
-        move || self.tell(Progressed::Step { what, done: done.fetch_add(1, Ordering::Relaxed) + 1, of })
+        self.report(Progressed::Step { what, done: 0, of });
+        move || self.report(Progressed::Step { what, done: done.fetch_add(1, Ordering::Relaxed) + 1, of })
     }
 
-    pub(super) fn tell(&self, progressed: Progressed<'_>) {
+    pub(super) fn report(&self, progressed: Progressed<'_>) {
         if let Some(watcher) = &self.watcher {
             watcher(progressed);
         }

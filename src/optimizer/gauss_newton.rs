@@ -5,7 +5,7 @@ use nalgebra::{DMatrix, DVector};
 use numeric::linear_fit::LinearFit;
 
 /// What is fitted to numbers that were observed.
-pub trait Prediction {
+pub trait PredictionFunction {
     /// Why a prediction fails.
     type Error;
 
@@ -85,7 +85,7 @@ impl GaussNewton {
     /// that comes to do nothing on the way stays where it is.
     ///
     /// # Errors  see [`GaussNewtonError`].
-    pub fn fit<P: Prediction>(
+    pub fn fit<P: PredictionFunction>(
         &self,
         prediction: &P,
         observed: &DVector<f64>,
@@ -219,7 +219,7 @@ mod tests {
     /// y = a·t + b/(c) with c fitted by its inverse, and a decay that is not linear.
     struct Decay;
 
-    impl Prediction for Decay {
+    impl PredictionFunction for Decay {
         type Error = String;
         fn at(&self, v: &[f64]) -> Result<Option<DVector<f64>>, String> {
             if v[2] > 40.0 {
@@ -253,7 +253,7 @@ mod tests {
     /// The same, stopped after some predictions.
     struct Stopped(std::cell::Cell<u64>);
 
-    impl Prediction for Stopped {
+    impl PredictionFunction for Stopped {
         type Error = String;
         fn at(&self, v: &[f64]) -> Result<Option<DVector<f64>>, String> {
             let left = self.0.get();
@@ -277,9 +277,9 @@ mod tests {
     }
 
     #[test]
-    fn coordinates_that_do_the_same_or_nothing_are_told() {
+    fn dependent_or_idle_coordinates_are_reported() {
         struct Twice(f64);
-        impl Prediction for Twice {
+        impl PredictionFunction for Twice {
             type Error = String;
             fn at(&self, v: &[f64]) -> Result<Option<DVector<f64>>, String> {
                 Ok(Some(DVector::from_fn(9, |i, _| (v[0] + self.0 * v[1]) * i as f64)))

@@ -24,7 +24,7 @@ struct Head {
 
 /// A piece that is finished, or the last state of one that is not.
 #[derive(Serialize, Deserialize)]
-struct Line {
+struct JournalLine {
     /// Digest of its name.
     piece: String,
     found: Value,
@@ -32,15 +32,15 @@ struct Line {
     whole: String,
 }
 
-impl Line {
+impl JournalLine {
     fn new(piece: String, found: Value) -> Self {
-        Line { whole: digest(format!("{piece} {found}").as_bytes()), piece, found }
+        JournalLine { whole: digest(format!("{piece} {found}").as_bytes()), piece, found }
     }
 
     /// A line as it was written; what a torn write or a bad disk has made of one is none.
     fn read(line: &str) -> Option<Self> {
-        let Line { piece, found, whole } = serde_json::from_str(line).ok()?;
-        Some(Line::new(piece, found)).filter(|line| line.whole == whole)
+        let JournalLine { piece, found, whole } = serde_json::from_str(line).ok()?;
+        Some(JournalLine::new(piece, found)).filter(|line| line.whole == whole)
     }
 }
 
@@ -48,12 +48,12 @@ impl Line {
 ///
 /// # Errors  it cannot be written as JSON.
 pub fn kept_as<T: Serialize>(name: &str, found: &T) -> io::Result<String> {
-    to_line(&Line::new(digest(name.as_bytes()), serde_json::to_value(found)?))
+    to_line(&JournalLine::new(digest(name.as_bytes()), serde_json::to_value(found)?))
 }
 
 /// What [`kept_as`] has written under a name.
 pub fn found_in<T: DeserializeOwned>(line: &str, name: &str) -> Option<T> {
-    let line = Line::read(line).filter(|line| line.piece == digest(name.as_bytes()))?;
+    let line = JournalLine::read(line).filter(|line| line.piece == digest(name.as_bytes()))?;
     serde_json::from_value(line.found).ok()
 }
 
@@ -63,7 +63,7 @@ pub fn found_in<T: DeserializeOwned>(line: &str, name: &str) -> Option<T> {
 /// written so that they are read as the very same, and pieces depend on nothing but their name and the work: with pieces read back a run ends as it would have without a stop.
 pub struct Journal {
     path: PathBuf,
-    known: HashMap<String, Line>,
+    known: HashMap<String, JournalLine>,
     sink: Mutex<Sink>,
 }
 
@@ -89,8 +89,8 @@ impl Journal {
         };
         let mut lines = text.lines();
         let same = lines.next().and_then(|line| serde_json::from_str::<Head>(line).ok()).is_some_and(|found| found == head);
-        let kept = lines.filter(|_| same).filter_map(Line::read);
-        let known: HashMap<String, Line> = kept.map(|line| (line.piece.clone(), line)).collect();
+        let kept = lines.filter(|_| same).filter_map(JournalLine::read);
+        let known: HashMap<String, JournalLine> = kept.map(|line| (line.piece.clone(), line)).collect();
         // It will be written anew: without torn lines, each piece once.
         let mut first = to_line(&head)?;
         for line in known.values() {

@@ -8,7 +8,7 @@ use nalgebra::{DMatrix, DVector};
 
 /// The normal equations of a sum of squares χ² = Σ r² at a place: enough to step, to tell certainty and to add up.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Normal {
+pub struct NormalEquations {
     /// χ².
     pub chi_square: f64,
     /// Jᵀ·r, with J = dr/d(place).
@@ -17,14 +17,14 @@ pub struct Normal {
     pub information: DMatrix<f64>,
 }
 
-impl Normal {
+impl NormalEquations {
     /// Of no residuals at all.
     pub fn zero(dimension: usize) -> Self {
-        Normal { chi_square: 0.0, gradient: DVector::zeros(dimension), information: DMatrix::zeros(dimension, dimension) }
+        NormalEquations { chi_square: 0.0, gradient: DVector::zeros(dimension), information: DMatrix::zeros(dimension, dimension) }
     }
 
     /// Adds one residual and its derivatives, with a weight on its square. Only the lower half of the information is filled: see
-    /// [`Normal::mirror`].
+    /// [`NormalEquations::mirror`].
     #[inline]
     pub fn add(&mut self, weight: f64, residual: f64, row: &[f64]) {
         self.chi_square += weight * residual * residual;
@@ -38,7 +38,7 @@ impl Normal {
     }
 
     /// Adds the normal equations of other residuals.
-    pub fn merge(&mut self, other: &Normal) {
+    pub fn merge(&mut self, other: &NormalEquations) {
         self.chi_square += other.chi_square;
         self.gradient += &other.gradient;
         self.information += &other.information;
@@ -57,7 +57,7 @@ pub trait LeastSquares: Sync {
     /// χ² at a place.
     fn chi_square(&self, place: &[f64]) -> f64;
     /// χ² and its normal equations.
-    fn normal(&self, place: &[f64]) -> Normal;
+    fn normal(&self, place: &[f64]) -> NormalEquations;
 }
 
 struct Problemwise<'p, P: LeastSquares + ?Sized>(&'p P);
@@ -72,8 +72,8 @@ impl<P: LeastSquares + ?Sized> CostFunction for Problemwise<'_, P> {
 
 impl<P: LeastSquares + ?Sized> Jacobian for Problemwise<'_, P> {
     type Param = Vec<f64>;
-    type Jacobian = Normal;
-    fn jacobian(&self, place: &Vec<f64>) -> Result<Normal, Error> {
+    type Jacobian = NormalEquations;
+    fn jacobian(&self, place: &Vec<f64>) -> Result<NormalEquations, Error> {
         Ok(self.0.normal(place))
     }
 }
@@ -93,7 +93,7 @@ pub struct LevenbergMarquardt {
     held: Vec<bool>,
     damping: f64,
     growth: f64,
-    here: Option<(Vec<f64>, Normal)>,
+    here: Option<(Vec<f64>, NormalEquations)>,
     tolerance: f64,
     settled: bool,
     stop: Arc<AtomicBool>,
@@ -112,7 +112,7 @@ impl LevenbergMarquardt {
     }
 
     /// The coordinates that may move: not held, and not pushed out of the cube at a face.
-    fn active(&self, place: &[f64], normal: &Normal) -> Vec<usize> {
+    fn active(&self, place: &[f64], normal: &NormalEquations) -> Vec<usize> {
         let moves = |i: &usize| {
             let slope = normal.gradient[*i];
             let pushed_out = (place[*i] <= 0.0 && slope > 0.0) || (place[*i] >= 1.0 && slope < 0.0);
@@ -123,7 +123,7 @@ impl LevenbergMarquardt {
 
     /// The step from a place with the present damping, and the decrease of χ² it promises. Coordinates whose step would leave the cube stop at
     /// its face, and the others are solved again with those there, so that what is cut off does not spoil the rest.
-    fn step(&self, place: &[f64], normal: &Normal) -> Option<(Vec<f64>, f64)> {
+    fn step(&self, place: &[f64], normal: &NormalEquations) -> Option<(Vec<f64>, f64)> {
         let mut active = self.active(place, normal);
         let mut made = DVector::zeros(place.len());
         while !active.is_empty() {
@@ -148,7 +148,7 @@ impl LevenbergMarquardt {
     }
 
     /// The damped step of the active coordinates, those that `made` has moved already in their new places.
-    fn solved(&self, normal: &Normal, made: &DVector<f64>, active: &[usize], ridge: f64) -> Option<DVector<f64>> {
+    fn solved(&self, normal: &NormalEquations, made: &DVector<f64>, active: &[usize], ridge: f64) -> Option<DVector<f64>> {
         let slopes = &normal.gradient + &normal.information * made;
         let largest = active.iter().map(|i| normal.information[(*i, *i)]).fold(f64::MIN_POSITIVE, f64::max);
         let damped = DMatrix::from_fn(active.len(), active.len(), |a, b| {
@@ -160,7 +160,7 @@ impl LevenbergMarquardt {
     }
 
     /// The decrease of χ² that an undamped step of the active coordinates would bring if no face stood in its way: none at rest.
-    fn left_to_gain(&self, place: &[f64], normal: &Normal) -> f64 {
+    fn left_to_gain(&self, place: &[f64], normal: &NormalEquations) -> f64 {
         let active = self.active(place, normal);
         let largest = active.iter().map(|i| normal.information[(*i, *i)]).fold(f64::MIN_POSITIVE, f64::max);
         let slope = DVector::from_fn(active.len(), |a, _| -normal.gradient[active[a]]);
@@ -175,9 +175,9 @@ impl LevenbergMarquardt {
     }
 }
 
-impl Normal {
+impl NormalEquations {
     /// χ² after one linear step none of whose coordinates is longer than `longest`.
-    pub fn promised(&self, longest: f64) -> f64 {
+    pub fn cost_after_step(&self, longest: f64) -> f64 {
         let size = self.gradient.len();
         let largest = (0..size).map(|d| self.information[(d, d)]).fold(f64::MIN_POSITIVE, f64::max);
         let step = within(longest, |ridge| {
@@ -221,7 +221,7 @@ fn within(longest: f64, solve: impl Fn(f64) -> Option<DVector<f64>>) -> Option<D
 
 impl<O> Solver<O, PolishState> for LevenbergMarquardt
 where
-    O: CostFunction<Param = Vec<f64>, Output = f64> + Jacobian<Param = Vec<f64>, Jacobian = Normal>,
+    O: CostFunction<Param = Vec<f64>, Output = f64> + Jacobian<Param = Vec<f64>, Jacobian = NormalEquations>,
 {
     fn name(&self) -> &str {
         "bounded Levenberg–Marquardt"
@@ -282,7 +282,7 @@ pub struct Polished {
     /// Place in the unit cube.
     pub place: Vec<f64>,
     /// χ² and its normal equations there.
-    pub normal: Normal,
+    pub normal: NormalEquations,
     /// Evaluations of χ² or of the normal equations.
     pub evaluations: u64,
     /// Came to rest before the iterations ran out.
@@ -341,8 +341,8 @@ mod tests {
         fn chi_square(&self, x: &[f64]) -> f64 {
             self.normal(x).chi_square
         }
-        fn normal(&self, x: &[f64]) -> Normal {
-            let mut normal = Normal::zero(2);
+        fn normal(&self, x: &[f64]) -> NormalEquations {
+            let mut normal = NormalEquations::zero(2);
             normal.add(1.0, 10.0 * (x[1] - x[0] * x[0]), &[-20.0 * x[0], 10.0]);
             normal.add(1.0, 0.4 - x[0], &[-1.0, 0.0]);
             normal.mirror();
@@ -379,8 +379,8 @@ mod tests {
         fn chi_square(&self, x: &[f64]) -> f64 {
             self.normal(x).chi_square
         }
-        fn normal(&self, x: &[f64]) -> Normal {
-            let mut normal = Normal::zero(2);
+        fn normal(&self, x: &[f64]) -> NormalEquations {
+            let mut normal = NormalEquations::zero(2);
             normal.add(1.0, x[0] + 1.0, &[1.0, 0.0]);
             normal.add(1.0, x[1] - 0.5 + x[0], &[1.0, 1.0]);
             normal.mirror();
@@ -398,8 +398,8 @@ mod tests {
         fn chi_square(&self, x: &[f64]) -> f64 {
             self.normal(x).chi_square
         }
-        fn normal(&self, x: &[f64]) -> Normal {
-            let mut normal = Normal::zero(2);
+        fn normal(&self, x: &[f64]) -> NormalEquations {
+            let mut normal = NormalEquations::zero(2);
             normal.add(1.0, 100.0 * (x[0] - 5.0 * x[1]), &[100.0, -500.0]);
             normal.add(1.0, x[0] + x[1] - 12.0, &[1.0, 1.0]);
             normal.mirror();

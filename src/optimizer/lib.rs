@@ -15,9 +15,9 @@ mod search;
 
 pub use control::{Control, Progressed, Watcher};
 pub use differential_evolution::{DifferentialEvolution, Strategy, Trial};
-pub use gauss_newton::{Coordinate, GaussNewton, GaussNewtonError, GaussNewtonFit, Prediction, live_columns};
+pub use gauss_newton::{Coordinate, GaussNewton, GaussNewtonError, GaussNewtonFit, PredictionFunction, live_columns};
 pub use journal::{Journal, found_in, kept_as};
-pub use least_squares::{LeastSquares, LevenbergMarquardt, Normal, Polished, least_squares, least_squares_within};
+pub use least_squares::{LeastSquares, LevenbergMarquardt, NormalEquations, Polished, least_squares, least_squares_within};
 pub use polish::simplex;
 pub use search::{Found, SearchSettings, search};
 

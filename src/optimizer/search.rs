@@ -86,7 +86,7 @@ pub fn search<C: Cost>(cost: &C, settings: SearchSettings, control: &Control) ->
         .watched_by(move |solver: &DifferentialEvolution| {
             let trace = solver.trace();
             let best = trace.last().copied().unwrap_or(f64::MAX);
-            told.tell(Progressed::Generation { search: number, done: trace.len() as u64, most, best });
+            told.report(Progressed::Generation { search: number, done: trace.len() as u64, most, best });
             // A generation that was cut short is none.
             if !told.stopped() {
                 states(solver);
@@ -112,7 +112,7 @@ pub fn search<C: Cost>(cost: &C, settings: SearchSettings, control: &Control) ->
     let population = result.solver.population().into_iter().map(|m| m.0).collect();
     let place = result.state.best_individual.unwrap_or(middle);
     let best = result.state.best_cost;
-    control.tell(Progressed::Generation { search: number, done: most, most, best });
+    control.report(Progressed::Generation { search: number, done: most, most, best });
     let generations = trace.len() as u64;
     Found { place, cost: best, evaluations, generations, trace, population, complete: !control.stopped() }
 }

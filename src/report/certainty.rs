@@ -65,7 +65,8 @@ pub struct CombinationRow {
     /// Relative standard deviation of the combination.
     pub relative_sd: f64,
     /// In words.
-    pub says: String,
+    #[serde(alias = "says")]
+    pub description: String,
 }
 
 /// Spread over bootstrap samples.

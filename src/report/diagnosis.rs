@@ -13,7 +13,7 @@ use super::terminal::{columns, figure, wrapped};
 
 /// `diagnosis.json`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-pub struct Diagnosis {
+pub struct DiagnosisDocument {
     /// Provenance.
     #[serde(flatten)]
     pub stamp: Stamp,
@@ -163,20 +163,20 @@ pub struct WhereRow {
     /// Shape of a free dynamic stiffness; `other` for what the verdict names, in the place where that acts.
     pub shape: String,
     /// Share of χ² of the fitted data that it takes away.
-    #[serde(default)]
-    pub takes: f64,
+    #[serde(default, alias = "takes")]
+    pub misfit_reduction: f64,
     /// Held-out gap with it.
     pub gap_held_out: Option<f64>,
 }
 
 impl WhereRow {
     /// Where, in words.
-    pub fn says(&self) -> String {
+    pub fn place_text(&self) -> String {
         self.over.as_ref().map_or_else(|| self.interface.clone(), |over| format!("{}, over {over}", self.interface))
     }
 
     /// What, in words.
-    pub fn is_like(&self) -> &str {
+    pub fn shape_text(&self) -> &str {
         if self.shape == NAMED { "what is named" } else { &self.shape }
     }
 }
@@ -206,16 +206,16 @@ pub struct EffectRow {
     #[serde(default)]
     pub statistic: f64,
     /// Share of χ² of the fitted data that it takes away.
-    #[serde(default)]
-    pub takes: f64,
+    #[serde(default, alias = "takes")]
+    pub misfit_reduction: f64,
     /// Values of its parameters, found beside what is ordinarily a little wrong.
     #[serde(default)]
     pub parameters: BTreeMap<String, f64>,
     /// Whether the verdict names it.
     pub selected: bool,
     /// What it is.
-    #[serde(default)]
-    pub says: Option<String>,
+    #[serde(default, alias = "says")]
+    pub description: Option<String>,
 }
 
 /// The chosen model.
@@ -232,8 +232,8 @@ pub struct Chosen {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub misfit_over_null: Option<f64>,
     /// Of FRFs: held-out gaps without and with it, where what is ordinarily a little wrong is fitted along.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub gap_held_out_beside_ordinary: Option<[Option<f64>; 2]>,
+    #[serde(default, alias = "gap_held_out_beside_ordinary", skip_serializing_if = "Option::is_none")]
+    pub gap_held_out_with_nuisances: Option<[Option<f64>; 2]>,
     /// Share of the gap above the floor that it closes.
     pub closed: Option<f64>,
     /// 95 % interval by parametric bootstrap.
@@ -242,13 +242,13 @@ pub struct Chosen {
     /// Share that the best free shape at an interface closes: a ceiling.
     pub ceiling: Option<f64>,
     /// In plain units, before and after.
-    #[serde(default)]
-    pub plain: Vec<Plain>,
+    #[serde(default, alias = "plain")]
+    pub headline_metrics: Vec<HeadlineMetrics>,
 }
 
 /// A figure in plain units.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-pub struct Plain {
+pub struct HeadlineMetrics {
     /// What.
     pub figure: String,
     /// Machine as described.
@@ -283,7 +283,7 @@ pub struct VerdictRow {
 
 impl VerdictRow {
     /// The band, in words.
-    pub fn band_says(&self) -> Option<String> {
+    pub fn band_text(&self) -> Option<String> {
         self.band_hz.map(|[from, to]| format!("what it changes lies most from {} to {} Hz", figure(from), figure(to)))
     }
 }
@@ -296,29 +296,29 @@ fn percent(x: Option<f64>) -> String {
 const OPEN: f64 = 2.0;
 
 /// Whether an interval of what is closed is so wide that it tells nothing.
-pub(super) fn is_open([low, high]: [f64; 2]) -> bool {
+pub(super) fn is_undetermined([low, high]: [f64; 2]) -> bool {
     high - low > OPEN
 }
 
 /// The interval of what is closed in brackets, after its name.
-pub(super) fn interval_says(interval: Option<[f64; 2]>, name: &str) -> String {
+pub(super) fn interval_text(interval: Option<[f64; 2]>, name: &str) -> String {
     match interval {
         None => String::new(),
-        Some(wide) if is_open(wide) => " (these data leave it open)".into(),
+        Some(wide) if is_undetermined(wide) => " (these data leave it open)".into(),
         Some([low, high]) => format!(" ({name}{:.0} to {:.0} %)", 100.0 * low, 100.0 * high),
     }
 }
 
 /// The verdict with its reason, and what to measure next.
-pub(super) fn verdict_says(v: &VerdictRow) -> String {
+pub(super) fn verdict_text(v: &VerdictRow) -> String {
     let subject = if v.effects.is_empty() { String::new() } else { format!(": {}", v.effects.join(" or ")) };
     let next = v.next_measurement.as_ref().map_or(String::new(), |next| wrapped(&format!("next: {next}")));
     wrapped(&format!("verdict — {}{subject}", v.kind)) + &wrapped(&v.reason) + &next
 }
 
 /// The diagnosis for a person: the verdict first.
-pub fn diagnosis_text(document: &Diagnosis) -> String {
-    let mut text = verdict_says(&document.verdict);
+pub fn diagnosis_text(document: &DiagnosisDocument) -> String {
+    let mut text = verdict_text(&document.verdict);
     text.push('\n');
     let floor = document.noise_floor.map_or(String::new(), |f| format!(", noise leaves {:.1} %", 100.0 * f));
     text += &wrapped(&format!(
@@ -326,14 +326,14 @@ pub fn diagnosis_text(document: &Diagnosis) -> String {
         percent(document.gap.held_out),
         percent(document.chosen.gap_held_out),
         percent(document.chosen.closed),
-        interval_says(document.chosen.closed95, ""),
+        interval_text(document.chosen.closed95, ""),
         percent(document.chosen.ceiling)
     ));
-    if let Some([before, after]) = document.chosen.gap_held_out_beside_ordinary {
+    if let Some([before, after]) = document.chosen.gap_held_out_with_nuisances {
         let (before, after) = (percent(before), percent(after));
         text += &wrapped(&format!("  with what is ordinarily a little wrong fitted along: {before} before, {after} after"));
     }
-    for plain in &document.chosen.plain {
+    for plain in &document.chosen.headline_metrics {
         text += &wrapped(&format!("  {}: {:.2} % before, {:.2} % after", plain.figure, 100.0 * plain.before, 100.0 * plain.after));
     }
     text += "\nwhich — candidates, best first\n";
@@ -345,7 +345,7 @@ pub fn diagnosis_text(document: &Diagnosis) -> String {
         .map(|e| {
             vec![
                 if e.selected { format!("* {}", e.id) } else { format!("  {}", e.id) },
-                percent(Some(e.takes)),
+                percent(Some(e.misfit_reduction)),
                 percent(e.gap_held_out_after),
                 e.closed.map_or("–".into(), |c| format!("{c:.2}")),
                 e.p_value.map_or("–".into(), |p| if p < 1e-4 { "<0.0001".into() } else { format!("{p:.4}") }),
@@ -363,12 +363,12 @@ pub fn diagnosis_text(document: &Diagnosis) -> String {
     }
     let first = if document.places.first().is_some_and(|place| place.shape == NAMED) { "what is named, then " } else { "" };
     text += &format!("\nwhere — {first}free shapes at interfaces, best first\n");
-    text += &document.verdict.band_says().map_or(String::new(), |band| wrapped(&band));
+    text += &document.verdict.band_text().map_or(String::new(), |band| wrapped(&band));
     let rows: Vec<Vec<String>> = document
         .places
         .iter()
         .take(5)
-        .map(|i| vec![i.says(), i.is_like().into(), percent(Some(i.takes)), percent(i.gap_held_out)])
+        .map(|i| vec![i.place_text(), i.shape_text().into(), percent(Some(i.misfit_reduction)), percent(i.gap_held_out)])
         .collect();
     text += &columns(&["interface", "shape", "χ² taken", "held-out gap"].map(String::from), rows.into_iter());
     for ratio in &document.ratio {

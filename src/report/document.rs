@@ -6,7 +6,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::certainty::{BasinRow, BootstrapRow, CombinationRow, ToleranceRow};
-use super::motion_row::{CurveRow, RecipeRow, RecordRow};
+use super::motion_row::{CurveRow, MotionRecordRow, PreprocessingRow};
 
 /// A file a result rests on.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -42,7 +42,7 @@ pub struct Stamp {
 
 /// How a result was made: enough to make it again.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-pub struct Settings {
+pub struct RunSettings {
     /// Configuration.
     pub config: String,
     /// Measurement set.
@@ -214,12 +214,12 @@ pub struct RepeatRow {
 
 /// `identification.json`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-pub struct Identification {
+pub struct IdentificationDocument {
     /// Stamp.
     #[serde(flatten)]
     pub stamp: Stamp,
     /// How it was made.
-    pub settings: Settings,
+    pub settings: RunSettings,
     /// Parameters by id.
     pub parameters: BTreeMap<String, ParameterRow>,
     /// Tolerances that were fitted along, by name; empty where they were held.
@@ -265,10 +265,10 @@ pub struct Identification {
     pub frfs: Vec<FrfRow>,
     /// Time records by name, where motion was fitted; `positions` holds them, too, with their force error as gap.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
-    pub records: BTreeMap<String, RecordRow>,
+    pub records: BTreeMap<String, MotionRecordRow>,
     /// How records were filtered.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub recipe: Option<RecipeRow>,
+    #[serde(default, alias = "recipe", skip_serializing_if = "Option::is_none")]
+    pub preprocessing: Option<PreprocessingRow>,
     /// The friction curve from constant speeds of the fitted records.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub friction_curve: Vec<CurveRow>,
@@ -276,7 +276,7 @@ pub struct Identification {
 
 /// `validation.json`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-pub struct Validation {
+pub struct ValidationDocument {
     /// Stamp.
     #[serde(flatten)]
     pub stamp: Stamp,
@@ -312,7 +312,7 @@ pub struct ComparisonRun {
 
 /// `comparison.json`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-pub struct Comparison {
+pub struct ComparisonDocument {
     /// Stamp.
     #[serde(flatten)]
     pub stamp: Stamp,
@@ -337,7 +337,7 @@ pub struct ObjectiveRow {
 
 /// `objectives.json`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-pub struct Objectives {
+pub struct ObjectivesDocument {
     /// Stamp.
     #[serde(flatten)]
     pub stamp: Stamp,
@@ -372,7 +372,8 @@ pub struct PeakRow {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct EvidenceRow {
     /// Records that show it.
-    pub seen: usize,
+    #[serde(alias = "seen")]
+    pub observed: usize,
     /// Records whose band covers it.
     pub expected: usize,
     /// Relative error of foretelling a frequency from those of the other positions.
@@ -413,7 +414,7 @@ pub struct PeakFitRow {
 
 /// `peaks.json`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-pub struct Peaks {
+pub struct PeaksDocument {
     /// Stamp.
     #[serde(flatten)]
     pub stamp: Stamp,
@@ -449,7 +450,7 @@ pub struct PlanRanking {
 
 /// `plan.json`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-pub struct Plan {
+pub struct PlanDocument {
     /// Stamp.
     #[serde(flatten)]
     pub stamp: Stamp,
@@ -465,7 +466,7 @@ pub struct Plan {
 
 /// `frf.json`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-pub struct Frfs {
+pub struct FrfsDocument {
     /// Stamp.
     #[serde(flatten)]
     pub stamp: Stamp,

@@ -36,7 +36,8 @@ pub struct HybridRow {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct NetworkRow {
     /// What it leaves of its examples (m).
-    pub left_m: f64,
+    #[serde(alias = "left_m")]
+    pub residual_m: f64,
     /// Examples.
     pub examples: usize,
     /// Evaluations of all trainings.
@@ -61,7 +62,7 @@ pub struct ContourRow {
 
 /// `hybrid.json`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-pub struct Hybrid {
+pub struct HybridDocument {
     /// Stamp.
     #[serde(flatten)]
     pub stamp: Stamp,

@@ -35,7 +35,7 @@ pub struct PoleRow {
 
 /// `bode.json`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-pub struct Bode {
+pub struct BodeDocument {
     /// Stamp.
     #[serde(flatten)]
     pub stamp: Stamp,
@@ -74,7 +74,7 @@ pub struct GainStudyRow {
 
 /// `gain.json`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-pub struct GainStudy {
+pub struct GainStudyDocument {
     /// Stamp.
     #[serde(flatten)]
     pub stamp: Stamp,
@@ -142,7 +142,7 @@ pub struct CircleRow {
 
 /// `circle.json`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-pub struct Circles {
+pub struct CirclesDocument {
     /// Stamp.
     #[serde(flatten)]
     pub stamp: Stamp,

@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 
 /// One record of an identification.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-pub struct RecordRow {
+pub struct MotionRecordRow {
     /// `fit` or `held_out`.
     pub role: String,
     /// rms(predicted − measured)/rms(measured) of force or torque, by inverse dynamics.
@@ -39,7 +39,8 @@ pub struct TransmissionRow {
     /// m or rad.
     pub unit: String,
     /// rms(predicted − measured) in that unit, without an offset.
-    pub left: f64,
+    #[serde(alias = "left")]
+    pub residual: f64,
     /// The same over rms(measured).
     pub gap: f64,
     /// rms(predicted − measured)/rms(measured) of the tracking error there, command less reading, without its mean.
@@ -82,7 +83,7 @@ pub struct ChannelRow {
 
 /// How records were filtered.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-pub struct RecipeRow {
+pub struct PreprocessingRow {
     /// Cut-off of the position's filter (Hz), Butterworth, forward and backward.
     pub cutoff_hz: f64,
     /// Its order.
@@ -111,7 +112,7 @@ pub struct CurveRow {
 
 /// A part of a record's samples.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-pub struct CellRow {
+pub struct MisfitRow {
     /// Record.
     pub record: String,
     /// Column of a further point; absent for the force.
@@ -181,7 +182,8 @@ pub struct MotionRows {
     /// Unit of force or torque.
     pub unit: String,
     /// Cells of the misfit of the machine as described.
-    pub cells: Vec<CellRow>,
+    #[serde(alias = "cells")]
+    pub misfit_map: Vec<MisfitRow>,
     /// Records and their measuring chains.
     pub records: Vec<ChainRow>,
     /// Held-out records that contradict the fitted ones, in words.

@@ -31,7 +31,7 @@ pub struct ModeRow {
 
 /// `modes.json`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-pub struct Modes {
+pub struct ModesDocument {
     /// Stamp.
     #[serde(flatten)]
     pub stamp: Stamp,
@@ -110,7 +110,7 @@ pub struct Separation {
 
 /// `stiffness.json`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-pub struct Sweep {
+pub struct SweepDocument {
     /// Stamp.
     #[serde(flatten)]
     pub stamp: Stamp,
@@ -258,7 +258,7 @@ pub struct ConvergenceRow {
 
 /// `convergence.json`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-pub struct Convergence {
+pub struct ConvergenceDocument {
     /// Stamp.
     #[serde(flatten)]
     pub stamp: Stamp,

@@ -5,8 +5,8 @@ use std::collections::BTreeMap;
 use numeric::statistics::median;
 
 use super::certainty::{BootstrapRow, PriorRow, ToleranceRow};
-use super::document::{ChoiceRow, Comparison, FrfRow, Objectives, ParameterRow, Peaks, Plan, PositionRow};
-use super::terminal::{figure, percent, plain, range, table, wrapped};
+use super::document::{ChoiceRow, ComparisonDocument, FrfRow, ObjectivesDocument, ParameterRow, PeaksDocument, PlanDocument, PositionRow};
+use super::terminal::{figure, percent, range, table, table_text, wrapped};
 
 /// Parameters with interval and verdict (Tab. 3 and 5 of Tian et al.).
 pub fn parameters_table(parameters: &BTreeMap<String, ParameterRow>) -> String {
@@ -20,7 +20,7 @@ pub fn parameters_table(parameters: &BTreeMap<String, ParameterRow>) -> String {
         };
         out.add_row([id.clone(), figure(p.value), p.unit.clone(), interval, seen.into()]);
     }
-    plain(&out)
+    table_text(&out)
 }
 
 /// A number to three digits.
@@ -60,7 +60,7 @@ pub fn moved_tolerances(tolerances: &BTreeMap<String, ToleranceRow>) -> Option<S
     moved().for_each(|each| {
         out.add_row(tolerance_cells(each));
     });
-    Some(wrapped(&(head + "those that moved by more than their standard deviation:")) + &plain(&out))
+    Some(wrapped(&(head + "those that moved by more than their standard deviation:")) + &table_text(&out))
 }
 
 /// Measured and predicted frequencies in the layout of Tab. 4 and 6–9 of Tian et al.
@@ -87,7 +87,7 @@ pub fn positions_table(positions: &BTreeMap<String, PositionRow>) -> String {
             row("", "published", cells(&|o| o.published_hz.map(figure)), overall(p.overall_error_published));
         }
     }
-    plain(&out)
+    table_text(&out)
 }
 
 /// FRFs with their gaps.
@@ -105,11 +105,11 @@ pub fn frfs_table(frfs: &[FrfRow]) -> String {
             row.noise_floor.map_or_else(|| "–".into(), figure),
         ]);
     }
-    plain(&out)
+    table_text(&out)
 }
 
 /// Tracked modes, record by record; those without regularity only where asked for, with the reasons.
-pub fn peaks_table(peaks: &Peaks, all: bool) -> String {
+pub fn peaks_table(peaks: &PeaksDocument, all: bool) -> String {
     let mut text = String::new();
     let mut out = table(["Mode", "Record", "Hz", "±", "Damping", "±", "Amplitude"]);
     for mode in peaks.modes.iter().filter(|m| all || m.regular) {
@@ -126,13 +126,13 @@ pub fn peaks_table(peaks: &Peaks, all: bool) -> String {
             ]);
         }
     }
-    text += &plain(&out);
+    text += &table_text(&out);
     text.push('\n');
     for mode in peaks.modes.iter().filter(|m| all || m.regular) {
         let verdict = if mode.regular { "a mode" } else { "no regularity" };
         let evidence = &mode.evidence;
         let foretold = evidence.roughness.map(|r| format!(", foretold from the others within {}", percent(r)));
-        let short = format!("seen in {} of {}{}", evidence.seen, evidence.expected, foretold.unwrap_or_default());
+        let short = format!("seen in {} of {}{}", evidence.observed, evidence.expected, foretold.unwrap_or_default());
         let why = if all { evidence.reasons.join("; ") } else { short };
         text += &wrapped(&format!("{} at {:.1} Hz, {verdict}: {why}", mode.order, mode.frequency_hz));
     }
@@ -140,7 +140,7 @@ pub fn peaks_table(peaks: &Peaks, all: bool) -> String {
 }
 
 /// Choices of measurements, the best `top` of each size, and how the set's split fares. `size` gives the size of a parameter's value.
-pub fn plan_table(plan: &Plan, size: &dyn Fn(&str) -> f64, top: usize) -> String {
+pub fn plan_table(plan: &PlanDocument, size: &dyn Fn(&str) -> f64, top: usize) -> String {
     let mut text = String::new();
     let half = |choice: &ChoiceRow, id: &String| choice.half_width95.get(id).map_or(f64::INFINITY, |h| h / size(id));
     for ranking in &plan.rankings {
@@ -163,7 +163,7 @@ pub fn plan_table(plan: &Plan, size: &dyn Fn(&str) -> f64, top: usize) -> String
         ranking.choices.iter().take(top).for_each(&mut add);
         let split = ranking.split_rank.filter(|rank| *rank > top);
         split.and_then(|rank| ranking.choices.get(rank - 1)).into_iter().for_each(&mut add);
-        text += &plain(&out);
+        text += &table_text(&out);
         if let (Some(rank), Some(best)) = (ranking.split_rank, ranking.choices.first()) {
             let own = &ranking.choices[rank - 1];
             text.push('\n');
@@ -187,7 +187,7 @@ pub fn gaps_table(positions: &BTreeMap<String, PositionRow>) -> String {
         let cell = |x: Option<f64>| x.map_or_else(|| "–".into(), figure);
         out.add_row([name.clone(), role.into(), cell(p.gap), cell(p.noise_floor)]);
     }
-    plain(&out)
+    table_text(&out)
 }
 
 /// Quantities that follow from the parameters.
@@ -197,7 +197,7 @@ pub fn derived_table(derived: &BTreeMap<String, f64>, intervals: &BTreeMap<Strin
         let interval = intervals.get(name).map_or_else(|| "–".into(), |ends| range(*ends));
         out.add_row([name.clone(), derived.get(name).map_or_else(|| "–".into(), |x| figure(*x)), interval]);
     }
-    plain(&out)
+    table_text(&out)
 }
 
 /// Bootstrap intervals.
@@ -208,11 +208,11 @@ pub fn bootstrap_table(bootstraps: &[BootstrapRow]) -> String {
         let cells = bootstraps.iter().map(|b| b.interval95.get(id).map_or_else(|| "–".into(), |ends| range(*ends)));
         out.add_row([id.clone()].into_iter().chain(cells));
     }
-    plain(&out)
+    table_text(&out)
 }
 
 /// Single- against multi-position over the held-out positions.
-pub fn summary_table(comparison: &Comparison) -> String {
+pub fn summary_table(comparison: &ComparisonDocument) -> String {
     let header = ["Fitted on".to_string(), String::new()].into_iter().chain(comparison.common_positions.iter().cloned());
     let mut out = table(header.chain(["together".into()]));
     for run in comparison.runs.values() {
@@ -227,11 +227,11 @@ pub fn summary_table(comparison: &Comparison) -> String {
             row(String::new(), "published", |p| p.overall_error_published, overall(run.common_error_published));
         }
     }
-    plain(&out)
+    table_text(&out)
 }
 
 /// Single- against multi-position by the gap of FRFs.
-pub fn gap_summary_table(comparison: &Comparison) -> String {
+pub fn gap_summary_table(comparison: &ComparisonDocument) -> String {
     let header = ["Fitted on".to_string()].into_iter().chain(comparison.common_positions.iter().cloned());
     let mut out = table(header.chain(["together".into()]));
     for run in comparison.runs.values() {
@@ -239,15 +239,15 @@ pub fn gap_summary_table(comparison: &Comparison) -> String {
         let gaps = comparison.common_positions.iter().map(|p| cell(run.positions.get(p).and_then(|p| p.gap)));
         out.add_row([run.fit_positions.join(",")].into_iter().chain(gaps).chain([cell(run.common_gap)]));
     }
-    plain(&out)
+    table_text(&out)
 }
 
 /// Objectives scored by leaving out one fit position after another.
-pub fn objectives_table(objectives: &Objectives) -> String {
+pub fn objectives_table(objectives: &ObjectivesDocument) -> String {
     let mut out = table(["Objective", "Frequency rms", "ln amplitude rms", "Missing modes"]);
     for row in &objectives.objectives {
         let amplitude = row.ln_amplitude_error.map_or_else(|| "–".into(), figure);
         out.add_row([row.objective.clone(), percent(row.frequency_error), amplitude, row.missing.to_string()]);
     }
-    plain(&out)
+    table_text(&out)
 }

@@ -16,7 +16,7 @@ pub(super) fn table(header: impl IntoIterator<Item = impl Into<String>>) -> Tabl
 }
 
 /// As text.
-pub(super) fn plain(table: &Table) -> String {
+pub(super) fn table_text(table: &Table) -> String {
     table.to_string().lines().map(|l| format!("{}\n", l.trim_end())).collect()
 }
 
@@ -75,5 +75,5 @@ pub fn columns(header: &[String], rows: impl Iterator<Item = Vec<String>>) -> St
     rows.into_iter().for_each(|row| {
         out.add_row(row);
     });
-    plain(&out)
+    table_text(&out)
 }

@@ -17,7 +17,7 @@ fn both_ends<'de, D: Deserializer<'de>>(source: D) -> Result<Option<[f64; 2]>, D
 
 /// A verdict as the document of a diagnosis states it. What else it holds is passed on as it is.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-pub struct Verdict {
+pub struct VerdictAnswer {
     /// `none`, `effect`, `ambiguous`, `unknown`, `wrong-parameter`, `measurement` or `insufficient`; `failed` where there is no verdict.
     pub kind: String,
     /// Ids, or combinations joined with `+`.
@@ -37,7 +37,7 @@ pub struct Verdict {
     pub more: serde_json::Map<String, Value>,
 }
 
-impl Verdict {
+impl VerdictAnswer {
     /// In place of a verdict that was not given.
     pub fn failed(reason: &str) -> Self {
         let more = serde_json::Map::from_iter([("reason".to_string(), Value::from(reason))]);
@@ -84,7 +84,7 @@ pub struct EffectAnswer {
 
 /// A place where something may be missing.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
-pub struct Place {
+pub struct WhereAnswer {
     /// Interface.
     #[serde(default)]
     pub interface: Option<String>,
@@ -138,7 +138,7 @@ pub struct ChannelAnswer {
 
 /// The parts of diagnosis.json that are scored.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
-pub struct Diagnosis {
+pub struct DiagnosisAnswer {
     /// Name and version of the document's form.
     pub schema: String,
     /// Ran to its end.
@@ -157,7 +157,7 @@ pub struct Diagnosis {
     pub gap: GapAnswer,
     /// Places, best first.
     #[serde(default, rename = "where")]
-    pub places: Vec<Place>,
+    pub places: Vec<WhereAnswer>,
     /// Candidates, best first.
     #[serde(default)]
     pub effects: Vec<EffectAnswer>,
@@ -171,10 +171,10 @@ pub struct Diagnosis {
     #[serde(default)]
     pub motion: Option<MotionAnswer>,
     /// Verdict.
-    pub verdict: Verdict,
+    pub verdict: VerdictAnswer,
 }
 
-impl Diagnosis {
+impl DiagnosisAnswer {
     /// Force that the unit of each column weighs as much as in its gaps.
     pub fn weights(&self) -> BTreeMap<String, f64> {
         self.motion.iter().flat_map(|m| &m.transmission).map(|c| (c.column.clone(), c.weight)).collect()
@@ -206,7 +206,7 @@ pub struct Run {
 #[derive(Debug, Clone, PartialEq)]
 pub struct Answer {
     /// The diagnosis, or why there is none.
-    pub diagnosis: Result<Diagnosis, String>,
+    pub diagnosis: Result<DiagnosisAnswer, String>,
     /// Seconds it took.
     pub seconds: f64,
 }
@@ -220,7 +220,7 @@ impl Run {
         Answer { diagnosis: self.read(files), seconds: self.seconds }
     }
 
-    fn read(&self, files: &[Input]) -> Result<Diagnosis, String> {
+    fn read(&self, files: &[Input]) -> Result<DiagnosisAnswer, String> {
         let mut lines = self.said.lines().map(str::trim).rev().filter(|line| !line.is_empty());
         let last = lines.clone().next().unwrap_or("it said nothing");
         let last = lines.find(|line| ["jointid:", "error:"].iter().any(|begin| line.starts_with(begin))).unwrap_or(last);
@@ -230,7 +230,7 @@ impl Run {
             None => return Err(format!("it did not end by itself: {last}")),
         }
         let document = self.diagnosis.clone().ok_or("it printed no JSON document")?;
-        let diagnosis: Diagnosis = serde_json::from_value(document).map_err(|e| format!("its document cannot be read: {e}"))?;
+        let diagnosis: DiagnosisAnswer = serde_json::from_value(document).map_err(|e| format!("its document cannot be read: {e}"))?;
         if !diagnosis.schema.starts_with("jointid/diagnosis/") {
             return Err(format!("its document is {}, not a diagnosis", diagnosis.schema));
         }

@@ -6,7 +6,7 @@ use serde::Serialize;
 use reference_simulator::{Kind, Strength};
 use report::document::Stamp;
 
-use super::answer::Verdict;
+use super::answer::VerdictAnswer;
 use super::judge::Judgement;
 use super::score::Scores;
 use super::seal::{Generator, Seal};
@@ -51,7 +51,7 @@ pub struct CaseRow {
     /// Non-centrality of the dominant effect.
     pub noncentrality: Option<f64>,
     /// Verdict; kind `failed` where there is none.
-    pub verdict: Verdict,
+    pub verdict: VerdictAnswer,
     /// The verdict is what the case calls for.
     pub right: bool,
     /// It names a set that holds the dominant effect; absent for cases without one.
@@ -95,7 +95,7 @@ impl CaseRow {
 
 /// `withheld.json`.
 #[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
-pub struct Withheld {
+pub struct WithheldDocument {
     /// Stamp.
     #[serde(flatten)]
     pub stamp: Stamp,

@@ -2,7 +2,7 @@
 
 use reference_simulator::{Kind, Label, Strength};
 
-use super::answer::{Answer, Diagnosis, Verdict};
+use super::answer::{Answer, DiagnosisAnswer, VerdictAnswer};
 
 /// What one answer is worth. A question that a case does not ask, or that only an answer could settle and there is none, is absent.
 #[derive(Debug, Clone, PartialEq)]
@@ -20,7 +20,7 @@ pub struct Judgement {
     /// Parameters declared known.
     pub frozen: bool,
     /// The verdict, or a failure in its place.
-    pub verdict: Verdict,
+    pub verdict: VerdictAnswer,
     /// A diagnosis was given.
     pub answered: bool,
     /// It claims that something is amiss.
@@ -60,7 +60,7 @@ pub fn judge(label: &Label, follow_up: bool, answer: &Answer) -> Judgement {
     let diagnosis = answer.diagnosis.as_ref().ok();
     let verdict = match &answer.diagnosis {
         Ok(diagnosis) => diagnosis.verdict.clone(),
-        Err(reason) => Verdict::failed(reason),
+        Err(reason) => VerdictAnswer::failed(reason),
     };
     let named: Vec<&str> = verdict.named();
     let dominant = label.effects.first().map(String::as_str);
@@ -123,7 +123,7 @@ impl Judgement {
 }
 
 /// The first three different effects of the ranked list that were tried.
-fn first_three(diagnosis: &Diagnosis) -> Vec<&str> {
+fn first_three(diagnosis: &DiagnosisAnswer) -> Vec<&str> {
     let mut ids = Vec::new();
     let tried = diagnosis.effects.iter().filter(|row| !["failed", "not-applicable"].contains(&row.status.as_str()));
     for id in tried.flat_map(|row| row.id.split('+')).map(str::trim) {
@@ -136,7 +136,7 @@ fn first_three(diagnosis: &Diagnosis) -> Vec<&str> {
 }
 
 /// What the effects that the verdict names close, and its interval: all of them together, as a row of the list or as the model chosen, else the first.
-fn chosen(diagnosis: &Diagnosis, named: &[&str]) -> Option<(Option<f64>, Option<[f64; 2]>)> {
+fn chosen(diagnosis: &DiagnosisAnswer, named: &[&str]) -> Option<(Option<f64>, Option<[f64; 2]>)> {
     let is = |id: &str, names: &[&str]| {
         let ids: Vec<&str> = id.split('+').map(str::trim).collect();
         ids.len() == names.len() && names.iter().all(|name| ids.contains(name))
@@ -147,13 +147,13 @@ fn chosen(diagnosis: &Diagnosis, named: &[&str]) -> Option<(Option<f64>, Option<
 }
 
 /// The place that the verdict states, else the first of the list.
-fn stated_place(diagnosis: &Diagnosis) -> Option<&str> {
+fn stated_place(diagnosis: &DiagnosisAnswer) -> Option<&str> {
     let listed = || diagnosis.places.first().and_then(|place| place.interface.as_deref());
     diagnosis.verdict.interface.as_deref().or_else(listed)
 }
 
 /// The phase that the verdict states, else that of the first place that has one, else the one of the largest gap.
-fn stated_phase(diagnosis: &Diagnosis) -> Option<&str> {
+fn stated_phase(diagnosis: &DiagnosisAnswer) -> Option<&str> {
     let listed = || diagnosis.places.iter().find_map(|place| place.phase.as_deref());
     let gaps = diagnosis.gap.by_phase.iter().filter_map(|(phase, gap)| gap.map(|gap| (phase.as_str(), gap)));
     let largest = || gaps.max_by(|(_, a), (_, b)| a.total_cmp(b)).map(|(phase, _)| phase);

@@ -18,8 +18,10 @@ mod score;
 mod seal;
 mod text;
 
-pub use answer::{Answer, ChannelAnswer, ChosenAnswer, Diagnosis, EffectAnswer, GapAnswer, MotionAnswer, Place, Run, Verdict};
-pub use document::{CaseRow, SealRow, Withheld};
+pub use answer::{
+    Answer, ChannelAnswer, ChosenAnswer, DiagnosisAnswer, EffectAnswer, GapAnswer, MotionAnswer, Run, VerdictAnswer, WhereAnswer,
+};
+pub use document::{CaseRow, SealRow, WithheldDocument};
 pub use judge::{Judgement, judge};
 pub use score::{Confusion, Proportion, Scores, Spread, scores};
 pub use seal::{CASES, FOLLOW_UP, Generator, QUIET, Seal, SealedCase, files_of, folder_digest, label_of};

@@ -71,7 +71,7 @@ pub struct Naming {
 
 /// Where something was found.
 #[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
-pub struct Location {
+pub struct LocationScore {
     /// The place is one of the right ones, of all cases: failures and empty lists are wrong.
     pub interface: Proportion,
     /// The phase is one of the right ones, of all cases in motion.
@@ -140,9 +140,9 @@ pub struct Scores {
     /// Single effects and look-alikes called unknown.
     pub known_called_unknown: Proportion,
     /// Place and band, single effects (of a non-centrality of 25 or more) and look-alikes.
-    pub location: Location,
+    pub location: LocationScore,
     /// Place and band, unknown effects.
-    pub location_unknown: Location,
+    pub location_unknown: LocationScore,
     /// Shares closed.
     pub closing: Closing,
     /// Look-alikes: the set holds the truth.
@@ -255,9 +255,9 @@ fn naming(of: &[&Judgement]) -> Naming {
     }
 }
 
-fn location(of: &[&Judgement]) -> Location {
+fn location(of: &[&Judgement]) -> LocationScore {
     let overlaps: Vec<f64> = of.iter().filter_map(|j| j.band_overlap).collect();
-    Location {
+    LocationScore {
         interface: share(of.iter().copied(), |j| j.place_right),
         phase: share(of.iter().copied().filter(|j| j.phase_right.is_some()), |j| j.phase_right == Some(true)),
         band_touches: Proportion::new(overlaps.iter().filter(|o| **o > 0.0).count(), overlaps.len()),

@@ -124,7 +124,7 @@ impl Seal {
     }
 
     /// What is printed before anything is scored.
-    pub fn says(&self) -> String {
+    pub fn summary_text(&self) -> String {
         let generator = &self.generator;
         format!(
             "sealed  generator  {}\n        cases      {}\n        labels     {}\n\

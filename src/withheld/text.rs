@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 
 use report::columns;
 
-use super::score::{Confusion, Location, Proportion, Scores, Spread};
+use super::score::{Confusion, LocationScore, Proportion, Scores, Spread};
 
 const WIDTH: usize = 80;
 
@@ -90,7 +90,7 @@ fn line(text: &mut String, what: &str, row: &Proportion) {
     }
 }
 
-fn place(text: &mut String, what: &str, location: &Location) {
+fn place(text: &mut String, what: &str, location: &LocationScore) {
     line(text, &format!("interface, {what}"), &location.interface);
     line(text, &format!("phase, {what}"), &location.phase);
     line(text, &format!("bands overlap, {what}"), &location.band_touches);

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use crate::arguments::{Output, SearchArguments, Sources, SplitArguments};
+use crate::arguments::{OutputArguments, SearchArguments, Sources, SplitArguments};
 use diagnosis::Ablation;
 
 /// A part of the method that can be left out.
@@ -58,5 +58,5 @@ pub struct DiagnoseArguments {
     #[command(flatten)]
     pub search: SearchArguments,
     #[command(flatten)]
-    pub output: Output,
+    pub output: OutputArguments,
 }

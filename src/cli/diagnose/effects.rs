@@ -14,11 +14,11 @@ pub fn choose_effects(given: &DiagnoseArguments, all: &[Effect], data: Data) -> 
         }
     }
     let wanted = |e: &&Effect| (given.effects.is_empty() || given.effects.contains(&e.id)) && !given.exclude.contains(&e.id);
-    Ok(Effect::asked_of(all, data).filter(wanted).cloned().collect())
+    Ok(Effect::for_data(all, data).filter(wanted).cloned().collect())
 }
 
 /// A candidate's status in a word, and why it was not fitted.
-pub fn tell_status(status: &Status) -> (String, Option<String>) {
+pub fn status_words(status: &Status) -> (String, Option<String>) {
     match status {
         Status::Tried => ("tried".into(), None),
         Status::Failed(why) => ("failed".into(), Some(why.clone())),
@@ -32,7 +32,7 @@ pub fn names_effect(verdict: &Verdict, id: &str) -> bool {
 }
 
 /// A verdict as a row, with the place where it was found.
-pub fn tell_verdict(verdict: &Verdict, place: Option<String>) -> VerdictRow {
+pub fn verdict_row(verdict: &Verdict, place: Option<String>) -> VerdictRow {
     VerdictRow {
         kind: verdict.kind.word().into(),
         effects: verdict.effects.clone(),

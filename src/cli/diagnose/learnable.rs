@@ -4,8 +4,8 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
 use diagnosis::motion::MotionPart;
-use dynamics::inverse_dynamics::Motion;
-use identification::network::{Example, Network};
+use dynamics::inverse_dynamics::MotionSignal;
+use identification::neural_residual::{Example, NeuralResidual};
 use report::record::LearnableRow;
 
 /// Most examples, spread evenly, and beginnings of a training.
@@ -15,14 +15,14 @@ const BEGINNINGS: usize = 4;
 /// Column by column of further points: trained on what the machine as described leaves of the records that were fitted, from command and position;
 /// set beside what the chosen model leaves, where something was held out.
 pub fn learnable(
-    motions: &[&Motion],
+    motions: &[&MotionSignal],
     (before, after): (&[&MotionPart], &[&MotionPart]),
     fitted: usize,
     seed: u64,
     stop: &Arc<AtomicBool>,
 ) -> Vec<LearnableRow> {
     let Some(first) = motions.first().filter(|_| fitted < motions.len()) else { return Vec::new() };
-    let row = |(at, further): (usize, &dynamics::inverse_dynamics::Further)| {
+    let row = |(at, further): (usize, &dynamics::inverse_dynamics::ExtraChannel)| {
         let samples = |record: usize, parts: &[&MotionPart]| -> Option<Vec<Example>> {
             let (motion, part) = (motions[record], parts[record].further.get(at)?);
             let counts = &motion.further.get(at)?.counts;
@@ -39,7 +39,7 @@ pub fn learnable(
         };
         let lesson = of(0..fitted, before)?;
         let thin: Vec<Example> = lesson.iter().step_by(lesson.len().div_ceil(EXAMPLES).max(1)).copied().collect();
-        let network = Network::train(&thin, seed, BEGINNINGS, stop).ok()?.network;
+        let network = NeuralResidual::train(&thin, seed, BEGINNINGS, stop).ok()?.network;
         let (unseen, chosen) = (of(fitted..motions.len(), before)?, of(fitted..motions.len(), after)?);
         let rms = |of: &dyn Fn(&Example) -> f64, all: &[Example]| {
             (all.iter().map(|e| of(e).powi(2)).sum::<f64>() / all.len().max(1) as f64).sqrt()

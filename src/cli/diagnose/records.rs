@@ -3,20 +3,20 @@
 use std::collections::BTreeMap;
 
 use super::arguments::DiagnoseArguments;
-use super::effects::{choose_effects, names_effect, tell_status, tell_verdict};
+use super::effects::{choose_effects, names_effect, status_words, verdict_row};
 use super::learnable::learnable;
-use crate::delivery::{CommandResult, deliver, prepare, told, warn};
 use crate::long_work::{control, ended, on_threads};
 use crate::motion_records::{curve_rows, make_rigid, prepare_all, transmission_rows};
-use crate::progress::Progress;
+use crate::outcome::{CommandResult, deliver, prepare, to_message, warn};
+use crate::progress::WorkProgress;
 use crate::search::{check_frozen, plan};
 use crate::sources::{Loaded, stamp};
 use diagnosis::VerdictKind;
-use diagnosis::motion::{Cell, CellKind, MotionDiagnosis, MotionPart, MotionSettings, diagnose_motion, gap_of};
-use dynamics::inverse_dynamics::{Motion, Phase, phases};
+use diagnosis::motion::{MisfitAxis, MisfitCell, MotionDiagnosis, MotionPart, MotionSettings, diagnose_motion, gap_of};
+use dynamics::inverse_dynamics::{MotionSignal, Phase, phases};
 use machine::{Data, Effect, Machine};
 use report::diagnosis as document;
-use report::record::{CellRow, ChainRow, ChannelRow, MotionRows, TraceRow, motion_diagnosis_text};
+use report::record::{ChainRow, ChannelRow, MisfitRow, MotionRows, TraceRow, motion_diagnosis_text};
 
 /// Nulls of motion records for each that `--nulls` asks for: they cost little.
 const NULLS: usize = 10;
@@ -29,20 +29,20 @@ pub fn run(given: &DiagnoseArguments, loaded: &Loaded) -> CommandResult {
     let machine = &loaded.config.machine;
     check_frozen(loaded, &plan.frozen)?;
     let effects = choose_effects(given, &loaded.config.effects, Data::Motion)?;
-    let (fit, held_out) = loaded.set.split_motions(given.split.positions.as_deref(), &given.split.hold_out).map_err(told)?;
+    let (fit, held_out) = loaded.set.split_motions(given.split.positions.as_deref(), &given.split.hold_out).map_err(to_message)?;
     let (motions, _, told_of) = prepare_all(loaded)?;
     let folder = prepare(&given.output)?;
-    let of = |records: &[usize]| records.iter().map(|i| &motions[*i]).collect::<Vec<&Motion>>();
+    let of = |records: &[usize]| records.iter().map(|i| &motions[*i]).collect::<Vec<&MotionSignal>>();
     let (fitted, left) = (of(&fit), of(&held_out));
     let settings = MotionSettings { seed: plan.seed, draws: NULLS * usize::from(given.nulls) };
-    let progress = Progress::begin(given.output.quiet, "diagnose");
+    let progress = WorkProgress::begin(given.output.quiet, "diagnose");
     let control = control(&given.output, folder.as_ref(), &progress, loaded)?;
     let ran = on_threads(given.search.threads, || diagnose_motion(machine, &effects, &plan.frozen, (&fitted, &left), settings, &control))?;
     progress.end();
-    let found = ran.map_err(told)?;
+    let found = ran.map_err(to_message)?;
     let mut document = to_document(given, loaded, (&fitted, &left), &found, &effects)?;
     if let Some(rows) = &mut document.motion {
-        let all: Vec<&Motion> = fitted.iter().chain(&left).copied().collect();
+        let all: Vec<&MotionSignal> = fitted.iter().chain(&left).copied().collect();
         let before: Vec<&MotionPart> = found.fit.iter().chain(&found.held_out).collect();
         let after: Vec<&MotionPart> = found.chosen_fit.iter().chain(&found.chosen_held_out).collect();
         rows.learnable = learnable(&all, (&before, &after), fitted.len(), plan.seed, control.stop());
@@ -57,12 +57,12 @@ pub fn run(given: &DiagnoseArguments, loaded: &Loaded) -> CommandResult {
 fn to_document(
     given: &DiagnoseArguments,
     loaded: &Loaded,
-    (fit, held_out): (&[&Motion], &[&Motion]),
+    (fit, held_out): (&[&MotionSignal], &[&MotionSignal]),
     found: &MotionDiagnosis,
     effects: &[Effect],
-) -> Result<document::Diagnosis, String> {
+) -> Result<document::DiagnosisDocument, String> {
     let (before, after) = (gap_of(&found.held_out), gap_of(&found.chosen_held_out));
-    let mut warnings: Vec<String> = found.contradictions.iter().map(|c| c.says.clone()).collect();
+    let mut warnings: Vec<String> = found.contradictions.iter().map(|c| c.description.clone()).collect();
     if held_out.is_empty() {
         warnings.push("nothing is held out: how far the gap closes is not told; hold records out".into());
     }
@@ -77,7 +77,7 @@ fn to_document(
     let chosen = &found.chosen;
     let is_named = found.verdict.kind.explains();
     let ceiling = found.tried.iter().filter(|t| !t.held_out.is_empty()).filter_map(|t| found.closed(&t.held_out)).chain(closed);
-    Ok(document::Diagnosis {
+    Ok(document::DiagnosisDocument {
         stamp: stamp("diagnosis", given.search.seed, found.complete, loaded, warnings),
         domain: "motion".into(),
         described: named_values(&found.nominal.0.machine, &found.nominal.1),
@@ -98,7 +98,7 @@ fn to_document(
             (Some(gap), Some(floor)) if floor > 0.0 => (gap / floor).powi(2),
             _ => 0.0,
         },
-        verdict: document::VerdictRow { phase: found.phase.map(|phase| phase.word().into()), ..tell_verdict(&found.verdict, place) },
+        verdict: document::VerdictRow { phase: found.phase.map(|phase| phase.word().into()), ..verdict_row(&found.verdict, place) },
         places,
         ratio: Vec::new(),
         residual_map: Vec::new(),
@@ -111,11 +111,11 @@ fn to_document(
             parameters: named_values(&chosen.0.machine, &chosen.1),
             gap_held_out: after,
             misfit_over_null: None,
-            gap_held_out_beside_ordinary: None,
+            gap_held_out_with_nuisances: None,
             closed: closed.filter(|_| is_named),
             closed95: found.closed95.filter(|_| is_named).map(|(a, b)| [a, b]),
             ceiling: ceiling.reduce(f64::max),
-            plain: plain(found),
+            headline_metrics: headline_metrics(found),
         },
     })
 }
@@ -126,7 +126,7 @@ fn list_effects(found: &MotionDiagnosis, effects: &[Effect]) -> Vec<document::Ef
         .tried
         .iter()
         .map(|t| {
-            let (status, why) = tell_status(&t.status);
+            let (status, why) = status_words(&t.status);
             document::EffectRow {
                 id: t.id.clone(),
                 status,
@@ -137,10 +137,10 @@ fn list_effects(found: &MotionDiagnosis, effects: &[Effect]) -> Vec<document::Ef
                 closed95: found.closed95.filter(|_| found.verdict.effects.first() == Some(&t.id)).map(|(a, b)| [a, b]),
                 p_value: t.p_value,
                 statistic: t.gain,
-                takes: t.gain.max(0.0),
+                misfit_reduction: t.gain.max(0.0),
                 parameters: t.parameters.iter().cloned().collect(),
                 selected: names_effect(&found.verdict, &t.id),
-                says: effects.iter().find(|e| e.id == t.id).map(|e| e.says.clone()),
+                description: effects.iter().find(|e| e.id == t.id).map(|e| e.description.clone()),
             }
         })
         .collect()
@@ -158,7 +158,7 @@ fn list_places(found: &MotionDiagnosis) -> Vec<document::WhereRow> {
                 Some(column) => format!("{} of {column}", l.over),
             }),
             shape: l.shape.into(),
-            takes: l.gain.max(0.0),
+            misfit_reduction: l.gain.max(0.0),
             gap_held_out: None,
         })
         .collect()
@@ -170,10 +170,10 @@ fn named_values(machine: &Machine, values: &[f64]) -> BTreeMap<String, f64> {
 }
 
 /// Gap by phase over records together: of what was held out, else of what was fitted.
-fn by_phase(cells: &[Cell], of: &[&Motion]) -> BTreeMap<String, f64> {
+fn by_phase(cells: &[MisfitCell], of: &[&MotionSignal]) -> BTreeMap<String, f64> {
     let mut found: BTreeMap<String, Vec<(f64, usize)>> = BTreeMap::new();
     for cell in cells.iter().filter(|c| c.direction == 0 && of.iter().any(|m| m.name == c.record)) {
-        if let CellKind::Phase(phase) = cell.kind {
+        if let MisfitAxis::Phase(phase) = cell.kind {
             let of = cell.column.as_ref().map_or(String::new(), |column| format!(" of {column}"));
             found.entry(format!("{}{of}", phase.word())).or_default().push((cell.gap, cell.samples));
         }
@@ -183,30 +183,36 @@ fn by_phase(cells: &[Cell], of: &[&Motion]) -> BTreeMap<String, f64> {
 }
 
 /// Force errors of each record, before and after.
-fn plain(found: &MotionDiagnosis) -> Vec<document::Plain> {
+fn headline_metrics(found: &MotionDiagnosis) -> Vec<document::HeadlineMetrics> {
     let pairs = found.fit.iter().zip(&found.chosen_fit).chain(found.held_out.iter().zip(&found.chosen_held_out));
     let channels = pairs.flat_map(|(b, a)| b.channels().zip(a.channels()));
     let row = |(b, a): (&MotionPart, &MotionPart)| match b.tracking_gap().zip(a.tracking_gap()) {
-        Some((before, after)) => document::Plain { figure: format!("tracking error of {} in {}", b.column, b.name), before, after },
-        None => document::Plain { figure: format!("force error of {}", b.name), before: b.own_gap(), after: a.own_gap() },
+        Some((before, after)) => {
+            document::HeadlineMetrics { figure: format!("tracking error of {} in {}", b.column, b.name), before, after }
+        }
+        None => document::HeadlineMetrics { figure: format!("force error of {}", b.name), before: b.own_gap(), after: a.own_gap() },
     };
     channels.map(row).collect()
 }
 
-fn motion_rows(loaded: &Loaded, (fit, held_out): (&[&Motion], &[&Motion]), found: &MotionDiagnosis) -> Result<MotionRows, String> {
+fn motion_rows(
+    loaded: &Loaded,
+    (fit, held_out): (&[&MotionSignal], &[&MotionSignal]),
+    found: &MotionDiagnosis,
+) -> Result<MotionRows, String> {
     let machine = &found.chosen.0.machine;
     let rigid = make_rigid(loaded)?;
-    let all: Vec<&Motion> = fit.iter().chain(held_out).copied().collect();
+    let all: Vec<&MotionSignal> = fit.iter().chain(held_out).copied().collect();
     let befores: Vec<&MotionPart> = found.fit.iter().chain(&found.held_out).collect();
     let afters: Vec<&MotionPart> = found.chosen_fit.iter().chain(&found.chosen_held_out).collect();
     let role = |name: &str| if fit.iter().any(|m| m.name == name) { "fit" } else { "held_out" };
     let cells = found.cells.iter().map(|c| {
         let (by, phase, range) = match c.kind {
-            CellKind::Phase(phase) => ("phase", Some(phase.word().to_string()), None),
-            CellKind::Speed(a, b) => ("speed_m_s", None, Some([a, b])),
-            CellKind::Position(a, b) => ("position_m", None, Some([a, b])),
+            MisfitAxis::Phase(phase) => ("phase", Some(phase.word().to_string()), None),
+            MisfitAxis::Speed(a, b) => ("speed_m_s", None, Some([a, b])),
+            MisfitAxis::Position(a, b) => ("position_m", None, Some([a, b])),
         };
-        CellRow {
+        MisfitRow {
             record: c.record.clone(),
             column: c.column.clone(),
             by: by.into(),
@@ -245,9 +251,9 @@ fn motion_rows(loaded: &Loaded, (fit, held_out): (&[&Motion], &[&Motion]), found
     let traces = all.iter().zip(befores.iter().zip(&afters)).map(|(motion, (before, after))| trace(motion, before, after));
     Ok(MotionRows {
         unit: if all.first().is_some_and(|m| m.load_column == "torque_nm") { "N*m" } else { "N" }.into(),
-        cells: cells.collect(),
+        misfit_map: cells.collect(),
         records: records.collect(),
-        contradictions: found.contradictions.iter().map(|c| c.says.clone()).collect(),
+        contradictions: found.contradictions.iter().map(|c| c.description.clone()).collect(),
         friction_curve: curve_rows(&rigid, machine, &found.chosen.1, fit),
         phases: phase_names(),
         traces: traces.collect(),
@@ -257,7 +263,7 @@ fn motion_rows(loaded: &Loaded, (fit, held_out): (&[&Motion], &[&Motion]), found
 }
 
 /// A record to be drawn: one period where it repeats.
-fn trace(motion: &Motion, before: &MotionPart, after: &MotionPart) -> TraceRow {
+fn trace(motion: &MotionSignal, before: &MotionPart, after: &MotionPart) -> TraceRow {
     let whole = motion.period.unwrap_or(motion.load.len());
     let every = whole.div_ceil(DRAWN);
     let phases = phases(motion);

@@ -6,16 +6,16 @@ use std::path::PathBuf;
 use num_complex::Complex64;
 
 use super::arguments::DiagnoseArguments;
-use super::effects::{choose_effects, names_effect, tell_status, tell_verdict};
-use crate::delivery::{CommandResult, deliver, prepare, told, warn};
+use super::effects::{choose_effects, names_effect, status_words, verdict_row};
+use crate::document_rows;
 use crate::long_work::{build, control, ended, on_threads};
-use crate::progress::Progress;
-use crate::rows;
+use crate::outcome::{CommandResult, deliver, prepare, to_message, warn};
+use crate::progress::WorkProgress;
 use crate::search::{check_frozen, fits_frfs, plan};
 use crate::sources::{Loaded, inputs, stamp};
 use diagnosis::{
-    Ablation, Diagnosis, Domain, Fitted, Hypothesis, Kind, Part, Settings, closed, closed_interval, diagnose, fitter, floor_over, gap_over,
-    gaps_by_mode, peak_errors, values_of,
+    Ablation, Diagnosis, DiagnosisSettings, Domain, Fitted, Hypothesis, HypothesisKind, PartialGap, closed, closed_interval, diagnose,
+    fitter, floor_over, gap_over, gaps_by_mode, peak_errors, values_of,
 };
 use identification::ToleranceEstimate;
 use identification::objective::FrfObjective;
@@ -32,7 +32,7 @@ const BANDS: usize = 12;
 /// Runs the command.
 pub fn run(given: &DiagnoseArguments, loaded: &Loaded) -> CommandResult {
     let plan = plan(&given.search, &loaded.set)?;
-    let (fit, held_out) = loaded.set.split(given.split.positions.as_deref(), &given.split.hold_out).map_err(told)?;
+    let (fit, held_out) = loaded.set.split(given.split.positions.as_deref(), &given.split.hold_out).map_err(to_message)?;
     let machine = &loaded.config.machine;
     let whole = fits_frfs(&given.search, &loaded.set);
     check_frozen(loaded, &plan.frozen)?;
@@ -56,8 +56,8 @@ pub fn run(given: &DiagnoseArguments, loaded: &Loaded) -> CommandResult {
     let cache = cache_file(given, loaded, &effects, &fit);
     let null = cache.as_ref().and_then(|(folder, file)| found_in(&std::fs::read_to_string(folder.join(file)).ok()?, file));
     let cached = null.is_some();
-    let settings = Settings { seed: plan.seed, draws: usize::from(given.nulls), null };
-    let progress = Progress::begin(given.output.quiet, "diagnose");
+    let settings = DiagnosisSettings { seed: plan.seed, draws: usize::from(given.nulls), null };
+    let progress = WorkProgress::begin(given.output.quiet, "diagnose");
     let control = control(&given.output, folder.as_ref(), &progress, loaded)?;
     let ran = on_threads(given.search.threads, || -> Result<_, identification::objective::ObjectiveError> {
         let found = diagnose(machine, &effects, &fitter, &held_out, &settings, &control)?;
@@ -65,11 +65,11 @@ pub fn run(given: &DiagnoseArguments, loaded: &Loaded) -> CommandResult {
         Ok((found, interval))
     });
     progress.end();
-    let (found, interval) = ran?.map_err(told)?;
+    let (found, interval) = ran?.map_err(to_message)?;
     if let Some((folder, file)) = cache.filter(|_| !cached && found.complete) {
         // A cache that cannot be written costs time, not the result.
-        let _ =
-            OutputFolder::prepare(&folder).and_then(|folder| folder.write(&file, kept_as(&file, &found.null).map_err(told)?.as_bytes()));
+        let _ = OutputFolder::prepare(&folder)
+            .and_then(|folder| folder.write(&file, kept_as(&file, &found.null).map_err(to_message)?.as_bytes()));
     }
     let document = to_document(given, loaded, (&fit, &held_out), &found, interval, &effects)?;
     warn(&given.output, &document.stamp.warnings);
@@ -120,9 +120,9 @@ fn to_document(
     found: &Diagnosis,
     interval: Option<(f64, f64)>,
     effects: &[Effect],
-) -> Result<document::Diagnosis, String> {
+) -> Result<document::DiagnosisDocument, String> {
     let whole = matches!(found.domain, Domain::Frf(_));
-    let names = |positions: &[usize], frfs: &[usize]| rows::names(&loaded.set, positions, frfs, whole);
+    let names = |positions: &[usize], frfs: &[usize]| document_rows::names(&loaded.set, positions, frfs, whole);
     let before = gap_over(&found.held_out);
     let map = residual_map(loaded, (fit, held_out), found)?;
     let mut warnings: Vec<String> = found.tolerances.iter().filter_map(ToleranceEstimate::warning).collect();
@@ -132,7 +132,7 @@ fn to_document(
     if held_out.positions.is_empty() && held_out.frfs.is_empty() {
         warnings.push("nothing is held out: how far the gap closes is not told; hold positions or records out".into());
     }
-    Ok(document::Diagnosis {
+    Ok(document::DiagnosisDocument {
         stamp: stamp("diagnosis", given.search.seed, found.complete, loaded, warnings),
         domain: if whole { "frf" } else { "modes" }.into(),
         config: given.sources.config.clone(),
@@ -149,19 +149,19 @@ fn to_document(
             by_phase: BTreeMap::new(),
         },
         misfit_over_null: found.excess,
-        verdict: document::VerdictRow { band_hz: found.place.band_hz, ..tell_verdict(&found.verdict, found.place.interface.clone()) },
+        verdict: document::VerdictRow { band_hz: found.place.band_hz, ..verdict_row(&found.verdict, found.place.interface.clone()) },
         places: list_places(found),
         ratio: ratios(&map),
         residual_map: map,
         delta_z: delta_z(found),
         motion: None,
-        tolerances: rows::tolerances(&found.tolerances),
+        tolerances: document_rows::tolerances(&found.tolerances),
         effects: list_effects(found, interval, effects),
         described: {
             let (hypothesis, fitted) = &found.described;
             hypothesis.machine.parameters.iter().map(|p| p.id.clone()).zip(values_of(hypothesis, fitted)).collect()
         },
-        chosen: tell_chosen(held_out, found, interval)?,
+        chosen: chosen_row(held_out, found, interval)?,
     })
 }
 
@@ -171,7 +171,7 @@ fn list_effects(found: &Diagnosis, interval: Option<(f64, f64)>, effects: &[Effe
         .tried
         .iter()
         .map(|t| {
-            let (status, why) = tell_status(&t.candidate.status);
+            let (status, why) = status_words(&t.candidate.status);
             let fitted = t.candidate.fitted.as_ref();
             let is_selected = names_effect(&found.verdict, &t.candidate.id);
             document::EffectRow {
@@ -184,7 +184,7 @@ fn list_effects(found: &Diagnosis, interval: Option<(f64, f64)>, effects: &[Effe
                 closed95: interval.filter(|_| is_selected && found.verdict.effects.first() == Some(&t.candidate.id)).map(|(a, b)| [a, b]),
                 p_value: fitted.map(|_| t.p_value),
                 statistic: t.statistic,
-                takes: t.candidate.gain / found.nominal.1.chi_square,
+                misfit_reduction: t.candidate.gain / found.nominal.1.chi_square,
                 parameters: fitted
                     .map(|(hypothesis, fitted)| {
                         let values = values_of(hypothesis, fitted);
@@ -192,7 +192,7 @@ fn list_effects(found: &Diagnosis, interval: Option<(f64, f64)>, effects: &[Effe
                     })
                     .unwrap_or_default(),
                 selected: is_selected,
-                says: effects.iter().find(|e| e.id == t.candidate.id).map(|e| e.says.clone()),
+                description: effects.iter().find(|e| e.id == t.candidate.id).map(|e| e.description.clone()),
             }
         })
         .collect()
@@ -205,17 +205,17 @@ fn list_places(found: &Diagnosis) -> Vec<document::WhereRow> {
         interface,
         over: None,
         shape: document::NAMED.into(),
-        takes: 1.0 - found.chosen.1.chi_square / found.nominal.1.chi_square,
+        misfit_reduction: 1.0 - found.chosen.1.chi_square / found.nominal.1.chi_square,
         gap_held_out: gap_over(&found.chosen_held_out),
     });
     named
         .into_iter()
         .chain(found.located.iter().filter_map(|l| match &l.candidate.fitted.as_ref()?.0.kind {
-            Kind::Interface { interface, shape } => Some(document::WhereRow {
+            HypothesisKind::Interface { interface, shape } => Some(document::WhereRow {
                 interface: interface.clone(),
                 over: None,
                 shape: shape.word().into(),
-                takes: l.candidate.gain / found.nominal.1.chi_square,
+                misfit_reduction: l.candidate.gain / found.nominal.1.chi_square,
                 gap_held_out: gap_over(&l.held_out),
             }),
             _ => None,
@@ -224,7 +224,7 @@ fn list_places(found: &Diagnosis) -> Vec<document::WhereRow> {
 }
 
 /// The chosen model, and how far it closes the gap.
-fn tell_chosen(held_out: &HoldOutSet<'_>, found: &Diagnosis, interval: Option<(f64, f64)>) -> Result<document::Chosen, String> {
+fn chosen_row(held_out: &HoldOutSet<'_>, found: &Diagnosis, interval: Option<(f64, f64)>) -> Result<document::Chosen, String> {
     let ceiling =
         found.located.iter().filter_map(|l| closed(&found.held_out, &l.held_out)).chain(closed(&found.held_out, &found.chosen_held_out));
     let chosen_values = values_of(&found.explained.0, &found.explained.1);
@@ -233,22 +233,22 @@ fn tell_chosen(held_out: &HoldOutSet<'_>, found: &Diagnosis, interval: Option<(f
         parameters: found.explained.0.machine.parameters.iter().map(|p| p.id.clone()).zip(chosen_values).collect(),
         gap_held_out: gap_over(&found.chosen_held_out),
         misfit_over_null: Some(found.excess_left),
-        gap_held_out_beside_ordinary: found.beside_ordinary.as_ref().map(|each| each.each_ref().map(|parts| gap_over(parts))),
+        gap_held_out_with_nuisances: found.gaps_with_nuisances.as_ref().map(|each| each.each_ref().map(|parts| gap_over(parts))),
         closed: closed(&found.held_out, &found.chosen_held_out),
         closed95: interval.map(|(a, b)| [a, b]),
         ceiling: ceiling.reduce(f64::max),
-        plain: plain(held_out, found)?,
+        headline_metrics: headline_metrics(held_out, found)?,
     })
 }
 
-fn position_name(loaded: &Loaded, part: &Part) -> String {
+fn position_name(loaded: &Loaded, part: &PartialGap) -> String {
     let position = part.position.map(|p| loaded.set.positions[p].name.clone());
     let record = || part.frf.and_then(|f| loaded.set.frfs[f].record.clone());
     position.or_else(record).unwrap_or_else(|| "all".into())
 }
 
-fn by_position<'p>(loaded: &Loaded, parts: impl Iterator<Item = &'p Part>) -> BTreeMap<String, f64> {
-    let mut groups: BTreeMap<String, Vec<Part>> = BTreeMap::new();
+fn by_position<'p>(loaded: &Loaded, parts: impl Iterator<Item = &'p PartialGap>) -> BTreeMap<String, f64> {
+    let mut groups: BTreeMap<String, Vec<PartialGap>> = BTreeMap::new();
     for part in parts {
         groups.entry(position_name(loaded, part)).or_default().push(part.clone());
     }
@@ -264,7 +264,7 @@ fn residual_map(
     let Domain::Frf(settings) = found.domain else { return Ok(Vec::new()) };
     let (hypothesis, fitted) = &found.described;
     let all = HoldOutSet { set: fit.set, positions: Vec::new(), frfs: fit.frfs.iter().chain(&held_out.frfs).copied().collect() };
-    let objective = FrfObjective::held_out(&hypothesis.machine, &all, settings).map_err(told)?;
+    let objective = FrfObjective::held_out(&hypothesis.machine, &all, settings).map_err(to_message)?;
     let values = values_of(hypothesis, fitted);
     let residuals = objective.residuals(&values, objective.best_gain(&values));
     let frequencies: Vec<Vec<f64>> = objective.records().iter().map(|r| r.frequencies_hz()).collect();
@@ -309,7 +309,7 @@ fn by_mode((fit, held_out): (&FitSet<'_>, &HoldOutSet<'_>), found: &Diagnosis) -
     let (hypothesis, fitted) = &found.described;
     let positions = fit.positions.iter().chain(&held_out.positions).copied().collect();
     let all = HoldOutSet { set: fit.set, positions, frfs: Vec::new() };
-    gaps_by_mode(hypothesis, &values_of(hypothesis, fitted), &all, settings).map_err(told)
+    gaps_by_mode(hypothesis, &values_of(hypothesis, fitted), &all, settings).map_err(to_message)
 }
 
 fn by_band(map: &[document::ResidualCell]) -> Vec<document::BandGap> {
@@ -388,7 +388,7 @@ fn delta_z(found: &Diagnosis) -> Vec<document::DeltaZ> {
         .take(3)
         .filter_map(|l| {
             let (hypothesis, fitted) = l.candidate.fitted.as_ref()?;
-            let Kind::Interface { interface, shape } = &hypothesis.kind else { return None };
+            let HypothesisKind::Interface { interface, shape } = &hypothesis.kind else { return None };
             let all = values_of(hypothesis, fitted);
             let values: BTreeMap<&str, f64> =
                 hypothesis.added.iter().map(|i| (hypothesis.machine.parameters[*i].id.as_str(), all[*i])).collect();
@@ -405,14 +405,15 @@ fn delta_z(found: &Diagnosis) -> Vec<document::DeltaZ> {
 }
 
 /// Errors of the highest resonance of held-out FRFs, before and after: frequency, damping, peak compliance.
-fn plain(held_out: &HoldOutSet<'_>, found: &Diagnosis) -> Result<Vec<document::Plain>, String> {
+fn headline_metrics(held_out: &HoldOutSet<'_>, found: &Diagnosis) -> Result<Vec<document::HeadlineMetrics>, String> {
     let Domain::Frf(settings) = found.domain else { return Ok(Vec::new()) };
     if held_out.frfs.is_empty() {
         return Ok(Vec::new());
     }
-    let errors = |(hypothesis, fitted): &(Hypothesis, Fitted)| peak_errors(hypothesis, fitted, held_out, settings).map_err(told);
+    let errors = |(hypothesis, fitted): &(Hypothesis, Fitted)| peak_errors(hypothesis, fitted, held_out, settings).map_err(to_message);
     let (Some(before), Some(after)) = (errors(&found.described)?, errors(&found.explained)?) else { return Ok(Vec::new()) };
-    let row = |what: &str, before: f64, after: f64| document::Plain { figure: format!("{what}, held out, rms error"), before, after };
+    let row =
+        |what: &str, before: f64, after: f64| document::HeadlineMetrics { figure: format!("{what}, held out, rms error"), before, after };
     let mut rows = vec![row("frequency of the highest resonance", before.frequency, after.frequency)];
     rows.extend(before.damping.zip(after.damping).map(|(before, after)| row("its damping ratio", before, after)));
     rows.push(row("its peak compliance", before.height, after.height));

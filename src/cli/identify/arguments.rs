@@ -1,6 +1,6 @@
 //! What can be said to `identify`.
 
-use crate::arguments::{Output, SearchArguments, Sources, SplitArguments};
+use crate::arguments::{OutputArguments, SearchArguments, Sources, SplitArguments};
 
 /// `identify`.
 #[derive(Debug, clap::Args)]
@@ -12,5 +12,5 @@ pub struct IdentifyArguments {
     #[command(flatten)]
     pub search: SearchArguments,
     #[command(flatten)]
-    pub output: Output,
+    pub output: OutputArguments,
 }

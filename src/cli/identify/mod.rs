@@ -5,8 +5,8 @@ mod records;
 mod responses;
 
 use self::arguments::IdentifyArguments;
-use crate::delivery::CommandResult;
 use crate::motion_records::holds_records_alone;
+use crate::outcome::CommandResult;
 use crate::sources::load;
 
 /// Runs the command.

@@ -4,19 +4,19 @@ use std::collections::BTreeMap;
 
 use super::arguments::IdentifyArguments;
 use crate::arguments::ObjectiveName;
-use crate::delivery::{CommandResult, deliver, prepare, told, warn};
 use crate::long_work::{control, ended, on_threads};
 use crate::motion_records::{add_simulated_gaps, curve_rows, list_positions, list_records, names, prepare_all};
-use crate::progress::Progress;
+use crate::outcome::{CommandResult, deliver, prepare, to_message, warn};
+use crate::progress::WorkProgress;
 use crate::search::{check_frozen, plan, settings};
 use crate::sources::{Loaded, stamp};
-use dynamics::inverse_dynamics::{InverseError, Motion, Recipe, free_parameters, recorded, unseen};
-use identification::motion::{Estimated, Fit, correlation, estimate_weighed, output_error};
+use dynamics::inverse_dynamics::{InverseError, MotionSignal, Preprocessing, free_parameters, recorded, unseen};
+use identification::motion::{Estimated, ForceFit, correlation, estimate_weighed, output_error};
 use machine::Machine;
 use measurement::MotionRecord;
 use optimizer::Control;
-use report::document::{Identification, ParameterRow, Settings};
-use report::record::{RecipeRow, RecordRow};
+use report::document::{IdentificationDocument, ParameterRow, RunSettings};
+use report::record::{MotionRecordRow, PreprocessingRow};
 use report::{parameters_table, wrapped};
 
 /// Runs the command.
@@ -31,16 +31,16 @@ pub fn run(given: &IdentifyArguments, loaded: &Loaded) -> CommandResult {
     let plan = plan(&given.search, &loaded.set)?;
     let machine = &loaded.config.machine;
     check_frozen(loaded, &plan.frozen)?;
-    let (fit, held_out) = loaded.set.split_motions(given.split.positions.as_deref(), &given.split.hold_out).map_err(told)?;
+    let (fit, held_out) = loaded.set.split_motions(given.split.positions.as_deref(), &given.split.hold_out).map_err(to_message)?;
     let (mut motions, rigid, mut warnings) = prepare_all(loaded)?;
     let folder = prepare(&given.output)?;
-    let asked = free_parameters(machine, &plan.frozen).map_err(told)?;
-    let unseen = unseen(&rigid, machine, &asked, &fit.iter().map(|i| &motions[*i]).collect::<Vec<&Motion>>());
+    let asked = free_parameters(machine, &plan.frozen).map_err(to_message)?;
+    let unseen = unseen(&rigid, machine, &asked, &fit.iter().map(|i| &motions[*i]).collect::<Vec<&MotionSignal>>());
     let free: Vec<usize> = asked.into_iter().filter(|i| !unseen.contains(i)).collect();
     if free.is_empty() {
         return Err("--freeze: keeps every parameter of the machine; leave one free".into());
     }
-    let progress = Progress::begin(given.output.quiet, "identify");
+    let progress = WorkProgress::begin(given.output.quiet, "identify");
     let control = control(&given.output, folder.as_ref(), &progress, loaded)?;
     let ran = on_threads(given.search.threads, || {
         let found = estimate_weighed(&rigid, machine, &free, &mut motions, &fit)?;
@@ -48,11 +48,11 @@ pub fn run(given: &IdentifyArguments, loaded: &Loaded) -> CommandResult {
             progress.now("simulate");
             return refine_by_simulation(loaded, (&free, found), (&fit, &motions), &control);
         }
-        let fitted: Vec<&Motion> = fit.iter().map(|i| &motions[*i]).collect();
+        let fitted: Vec<&MotionSignal> = fit.iter().map(|i| &motions[*i]).collect();
         let estimates = found.estimates(machine, &free, &fitted);
         Ok((found, estimates, true))
     })?;
-    let (found, mut estimates, mut complete) = ran.map_err(told)?;
+    let (found, mut estimates, mut complete) = ran.map_err(to_message)?;
     let shown_nowhere = |i: &usize| Estimated { parameter: *i, value: found.values[*i], interval: None, at_bound: false };
     estimates.extend(unseen.iter().map(shown_nowhere));
     let values = &found.values;
@@ -62,8 +62,8 @@ pub fn run(given: &IdentifyArguments, loaded: &Loaded) -> CommandResult {
         complete &= on_threads(given.search.threads, || add_simulated_gaps(&mut records, (machine, values), &all, &control))??;
     }
     progress.end();
-    let fitted: Vec<&Motion> = fit.iter().map(|i| &motions[*i]).collect();
-    let error = |r: &RecordRow| if simulated { r.simulated_force_error } else { Some(r.force_error) };
+    let fitted: Vec<&MotionSignal> = fit.iter().map(|i| &motions[*i]).collect();
+    let error = |r: &MotionRecordRow| if simulated { r.simulated_force_error } else { Some(r.force_error) };
     let level = if simulated {
         let all = fit.iter().flat_map(|i| loaded.set.motions[*i].load.samples());
         all.map(|x| x * x).sum::<f64>()
@@ -71,9 +71,9 @@ pub fn run(given: &IdentifyArguments, loaded: &Loaded) -> CommandResult {
         recorded(&fitted).norm_squared()
     };
     warnings.extend(list_warnings(machine, &unseen, &estimates));
-    let document = Identification {
+    let document = IdentificationDocument {
         stamp: stamp("identification", plan.seed, complete, loaded, warnings),
-        settings: Settings {
+        settings: RunSettings {
             objective: if simulated { "output-error" } else { "inverse-dynamics" }.into(),
             positions: given.split.positions.clone(),
             hold_out: given.split.hold_out.clone(),
@@ -97,7 +97,7 @@ pub fn run(given: &IdentifyArguments, loaded: &Loaded) -> CommandResult {
         held_out_positions: names(&loaded.set, &held_out),
         positions: list_positions(&records, error),
         frfs: Vec::new(),
-        recipe: motions.first().map(|m| recipe_row(&m.recipe)),
+        preprocessing: motions.first().map(|m| recipe_row(&m.recipe)),
         friction_curve: curve_rows(&rigid, machine, values, &fitted),
         records,
     };
@@ -109,16 +109,16 @@ pub fn run(given: &IdentifyArguments, loaded: &Loaded) -> CommandResult {
 /// Refines what inverse dynamics found by simulating the closed loop; whether it came to its end.
 fn refine_by_simulation(
     loaded: &Loaded,
-    (free, found): (&[usize], Fit),
-    (fit, motions): (&[usize], &[Motion]),
+    (free, found): (&[usize], ForceFit),
+    (fit, motions): (&[usize], &[MotionSignal]),
     control: &Control,
-) -> Result<(Fit, Vec<Estimated>, bool), InverseError> {
+) -> Result<(ForceFit, Vec<Estimated>, bool), InverseError> {
     let machine = &loaded.config.machine;
     let records: Vec<&MotionRecord> = fit.iter().map(|i| &loaded.set.motions[*i]).collect();
     let closed = output_error(machine, &found.values, free, &records, control)?;
     let length = |i: &usize| (loaded.set.motions[*i].samples(), motions[*i].period.map(|p| p * motions[*i].recipe.factor));
     let lengths: Vec<(usize, Option<usize>)> = fit.iter().map(length).collect();
-    let refined = Fit {
+    let refined = ForceFit {
         squares: closed.residual.norm_squared(),
         values: closed.values,
         free: free.to_vec(),
@@ -162,7 +162,7 @@ fn parameter_rows(loaded: &Loaded, values: &[f64], estimates: &[Estimated]) -> B
     parameters.iter().enumerate().map(row).collect()
 }
 
-fn derived(records: &BTreeMap<String, RecordRow>, error: impl Fn(&RecordRow) -> Option<f64>) -> BTreeMap<String, f64> {
+fn derived(records: &BTreeMap<String, MotionRecordRow>, error: impl Fn(&MotionRecordRow) -> Option<f64>) -> BTreeMap<String, f64> {
     let over = |role: &str| {
         let own = records.values().filter(|r| r.role == role).filter_map(|r| Some((error(r)?, r.compared)));
         numeric::statistics::root_mean_square_of_parts(own)
@@ -170,7 +170,7 @@ fn derived(records: &BTreeMap<String, RecordRow>, error: impl Fn(&RecordRow) -> 
     [("gap_fit", over("fit")), ("gap_held_out", over("held_out"))].into_iter().filter_map(|(k, x)| Some((k.to_string(), x?))).collect()
 }
 
-fn text(loaded: &Loaded, document: &Identification) -> String {
+fn text(loaded: &Loaded, document: &IdentificationDocument) -> String {
     let held_out = if document.held_out_positions.is_empty() { "nothing".into() } else { document.held_out_positions.join(", ") };
     let mut text = format!(
         "{}\n{}\n{}\n{}",
@@ -185,6 +185,6 @@ fn text(loaded: &Loaded, document: &Identification) -> String {
     text
 }
 
-fn recipe_row(recipe: &Recipe) -> RecipeRow {
-    RecipeRow { cutoff_hz: recipe.cutoff_hz, order: recipe.order, dropped: recipe.dropped, decimation: recipe.factor }
+fn recipe_row(recipe: &Preprocessing) -> PreprocessingRow {
+    PreprocessingRow { cutoff_hz: recipe.cutoff_hz, order: recipe.order, dropped: recipe.dropped, decimation: recipe.factor }
 }

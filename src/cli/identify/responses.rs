@@ -1,31 +1,31 @@
 //! `jointid identify` on FRFs, or on the modes taken from them.
 
 use super::arguments::IdentifyArguments;
-use crate::delivery::{CommandResult, deliver, prepare, told, warn};
+use crate::document_rows;
 use crate::long_work::{control, ended, on_threads};
-use crate::progress::Progress;
-use crate::rows;
+use crate::outcome::{CommandResult, deliver, prepare, to_message, warn};
+use crate::progress::WorkProgress;
 use crate::search::{plan, settings};
 use crate::sources::{Loaded, stamp};
 use identification::objective::ObjectiveError;
-use identification::validation::left_out;
+use identification::validation::cross_validation;
 use identification::{Identification, identify};
-use report::document::{self, Settings};
+use report::document::{self, RunSettings};
 use report::{bootstrap_table, derived_table, frfs_table, moved_tolerances, parameters_table, positions_table, wrapped};
 
 /// Runs the command.
 pub fn run(given: &IdentifyArguments, loaded: &Loaded) -> CommandResult {
     let plan = plan(&given.search, &loaded.set)?;
-    let (fit, held_out) = loaded.set.split(given.split.positions.as_deref(), &given.split.hold_out).map_err(told)?;
+    let (fit, held_out) = loaded.set.split(given.split.positions.as_deref(), &given.split.hold_out).map_err(to_message)?;
     let folder = prepare(&given.output)?;
-    let progress = Progress::searches(given.output.quiet, "identify", plan.repeats);
+    let progress = WorkProgress::searches(given.output.quiet, "identify", plan.repeats);
     let control = control(&given.output, folder.as_ref(), &progress, loaded)?;
     let machine = &loaded.config.machine;
     let run = || -> Result<_, ObjectiveError> {
         let mut found = identify(machine, &fit, &held_out, &plan, &control)?;
         // Where nothing is held out, each position's figures are those of a fit without it.
         let alone = held_out.positions.is_empty() && held_out.frfs.is_empty();
-        let predicted = if alone && found.complete { left_out(machine, &fit, &plan, &found, &control)? } else { None };
+        let predicted = if alone && found.complete { cross_validation(machine, &fit, &plan, &found, &control)? } else { None };
         found.complete &= !control.stopped();
         let left_one_out = predicted.is_some();
         if let Some(predicted) = predicted {
@@ -35,28 +35,28 @@ pub fn run(given: &IdentifyArguments, loaded: &Loaded) -> CommandResult {
     };
     let ran = on_threads(given.search.threads, run)?;
     progress.end();
-    let (found, leave_one_out) = ran.map_err(told)?;
+    let (found, leave_one_out) = ran.map_err(to_message)?;
     let whole = plan.frf.is_some();
-    let names = |positions: &[usize], frfs: &[usize]| rows::names(&loaded.set, positions, frfs, whole);
+    let names = |positions: &[usize], frfs: &[usize]| document_rows::names(&loaded.set, positions, frfs, whole);
     let fit_positions = names(&fit.positions, &fit.frfs);
-    let positions = rows::positions(loaded, &found, &fit_positions);
-    let frfs = rows::all_frfs(&loaded.set, &found);
+    let positions = document_rows::positions(loaded, &found, &fit_positions);
+    let frfs = document_rows::all_frfs(&loaded.set, &found);
     let mut warnings = found.warnings.clone();
-    warnings.extend(rows::pairing_warnings(&positions));
+    warnings.extend(document_rows::pairing_warnings(&positions));
     warnings.extend(found.combinations.iter().map(|c| c.text.clone()));
-    warnings.extend(rows::passivity_warnings(machine, &loaded.set));
-    let document = document::Identification {
+    warnings.extend(document_rows::passivity_warnings(machine, &loaded.set));
+    let document = document::IdentificationDocument {
         stamp: stamp("identification", plan.seed, found.complete, loaded, warnings),
-        settings: Settings {
+        settings: RunSettings {
             positions: given.split.positions.clone(),
             hold_out: given.split.hold_out.clone(),
             ..settings(&given.sources, &given.search, &plan)
         },
-        parameters: rows::parameters(machine, &found),
-        tolerances: rows::tolerances(&found.tolerances),
-        basins: rows::basins(&found),
+        parameters: document_rows::parameters(machine, &found),
+        tolerances: document_rows::tolerances(&found.tolerances),
+        basins: document_rows::basins(&found),
         derived: {
-            let mut derived = rows::derived(&positions, &frfs, leave_one_out);
+            let mut derived = document_rows::derived(&positions, &frfs, leave_one_out);
             derived.extend(found.derived.iter().map(|d| (d.name.clone(), d.value)));
             derived.insert("chi_square".into(), found.chi_square);
             derived.insert("degrees_of_freedom".into(), found.freedom as f64);
@@ -68,8 +68,8 @@ pub fn run(given: &IdentifyArguments, loaded: &Loaded) -> CommandResult {
             .filter_map(|d| Some((d.name.clone(), d.interval95?)))
             .map(|(n, (a, b))| (n, [a, b]))
             .collect(),
-        combinations: rows::combinations(machine, &found),
-        bootstrap: rows::bootstraps(machine, &found),
+        combinations: document_rows::combinations(machine, &found),
+        bootstrap: document_rows::bootstraps(machine, &found),
         cost: found.cost,
         evaluations: found.evaluations,
         searches_agree: found.agree,
@@ -94,7 +94,7 @@ pub fn run(given: &IdentifyArguments, loaded: &Loaded) -> CommandResult {
         positions,
         frfs,
         records: Default::default(),
-        recipe: None,
+        preprocessing: None,
         friction_curve: Vec::new(),
     };
     warn(&given.output, &document.stamp.warnings);
@@ -102,7 +102,7 @@ pub fn run(given: &IdentifyArguments, loaded: &Loaded) -> CommandResult {
     Ok(ended(&given.output, &control, found.complete))
 }
 
-fn text(loaded: &Loaded, document: &document::Identification, found: &Identification) -> String {
+fn text(loaded: &Loaded, document: &document::IdentificationDocument, found: &Identification) -> String {
     let heading = format!(
         "fitted on {}, held out {}",
         document.fit_positions.join(", "),

@@ -4,13 +4,13 @@ use std::sync::Arc;
 
 use num_complex::Complex64;
 
-use crate::delivery::told;
+use crate::outcome::to_message;
 use dynamics::model::{Rods, Structure};
 use identification::objective::{FrfObjective, FrfSettings, ModeObjective, ModeSettings, operating};
-use machine::{Chain, Machine, Motion, Operating};
+use machine::{Chain, Machine, Operating, PointMotion};
 use measurement::{FitSet, Frf, Gain, HoldOutSet, MeasurementSet, Quantity};
 use numeric::unit::omega_rad_s;
-use report::page::{Curve, PeakMark};
+use report::page::{PageCurve, PeakMark};
 
 /// Lines of a predicted FRF where none was measured.
 const LINES: usize = 1500;
@@ -18,7 +18,7 @@ const LINES: usize = 1500;
 type Line = (f64, Complex64);
 
 /// A machine with the values of its parameters.
-pub(super) struct Model {
+pub(super) struct CurveModel {
     pub(super) machine: Machine,
     pub(super) values: Vec<f64>,
     pub(super) rods: Rods,
@@ -30,12 +30,12 @@ pub(super) struct Model {
 pub(super) struct Overlay<'o> {
     pub(super) set: &'o MeasurementSet,
     pub(super) fit: FitSet<'o>,
-    pub(super) models: &'o [Model],
+    pub(super) models: &'o [CurveModel],
 }
 
 impl Overlay<'_> {
     /// All FRFs of the set with their predictions; for a set of modes, predictions over the band of its modes.
-    pub(super) fn curves(&self) -> Result<Vec<Curve>, String> {
+    pub(super) fn curves(&self) -> Result<Vec<PageCurve>, String> {
         let gains = self.models.iter().map(|m| self.gain(m)).collect::<Result<Vec<f64>, String>>()?;
         if self.set.frfs.is_empty() {
             self.of_modes(&gains)
@@ -49,17 +49,17 @@ impl Overlay<'_> {
     }
 
     /// The factor from prediction to what was recorded.
-    fn gain(&self, model: &Model) -> Result<f64, String> {
+    fn gain(&self, model: &CurveModel) -> Result<f64, String> {
         match (self.set.gain, model.gain) {
             (Gain::Known(gain), _) | (Gain::Unknown, Some(gain)) => Ok(gain),
             (Gain::Unknown, None) if self.set.frfs.is_empty() => {
                 let settings = ModeSettings { rods: model.rods, ..ModeSettings::default() };
-                let objective = ModeObjective::held_out(&model.machine, &self.all(), settings, None).map_err(told)?;
+                let objective = ModeObjective::held_out(&model.machine, &self.all(), settings, None).map_err(to_message)?;
                 Ok(objective.amplitude_fit(&objective.predict(&model.values)).gain)
             }
             (Gain::Unknown, None) => {
                 let settings = FrfSettings { rods: model.rods, ..FrfSettings::default() };
-                let objective = FrfObjective::held_out(&model.machine, &self.all(), settings).map_err(told)?;
+                let objective = FrfObjective::held_out(&model.machine, &self.all(), settings).map_err(to_message)?;
                 Ok(objective.best_gain(&model.values))
             }
         }
@@ -80,7 +80,7 @@ impl Overlay<'_> {
         Ok((all.pop().unwrap_or_default(), all.pop().unwrap_or_default()))
     }
 
-    fn of_frf(&self, at: usize, frf: &Frf, gains: &[f64]) -> Result<Curve, String> {
+    fn of_frf(&self, at: usize, frf: &Frf, gains: &[f64]) -> Result<PageCurve, String> {
         let set = self.set;
         let operating = operating(set, frf);
         let (factor, unit) = self.unit((&frf.response, &frf.excitation), frf.quantity)?;
@@ -96,7 +96,7 @@ impl Overlay<'_> {
             (None, Some(record)) => (record.clone(), channel),
             (None, None) => ("all".into(), channel),
         };
-        Ok(Curve {
+        Ok(PageCurve {
             position,
             channel,
             held_out: !self.fit.frfs.contains(&at),
@@ -108,7 +108,7 @@ impl Overlay<'_> {
         })
     }
 
-    fn of_modes(&self, gains: &[f64]) -> Result<Vec<Curve>, String> {
+    fn of_modes(&self, gains: &[f64]) -> Result<Vec<PageCurve>, String> {
         let set = self.set;
         let (Some(modes), Some(response), Some(excitation)) = (&set.modes, &set.response, &set.excitation) else { return Ok(Vec::new()) };
         let quantity = set.quantity.unwrap_or(Quantity::Receptance);
@@ -120,7 +120,7 @@ impl Overlay<'_> {
         let mut peaks: Vec<Vec<f64>> = vec![Vec::new(); set.positions.len()];
         for model in self.models {
             let settings = ModeSettings { rods: model.rods, ..ModeSettings::default() };
-            let objective = ModeObjective::held_out(&model.machine, &self.all(), settings, None).map_err(told)?;
+            let objective = ModeObjective::held_out(&model.machine, &self.all(), settings, None).map_err(to_message)?;
             for prediction in objective.predict(&model.values) {
                 peaks[prediction.position].extend(prediction.peaks.iter().map(|p| p.frequency_hz));
             }
@@ -136,7 +136,7 @@ impl Overlay<'_> {
             lines.dedup();
             let (predicted, before) =
                 self.predicted((response, excitation), (quantity, factor), &Operating::at(position.nut_m), &lines, gains)?;
-            curves.push(Curve {
+            curves.push(PageCurve {
                 position: position.name.clone(),
                 channel: format!("{response}/{excitation}"),
                 held_out: !self.fit.positions.contains(&at),
@@ -163,7 +163,7 @@ impl Overlay<'_> {
             Quantity::Mobility => (1e3, "mm/s", "mrad/s"),
             Quantity::Accelerance => (1.0, "m/s²", "rad/s²"),
         };
-        let moves = |name: &str| Ok::<_, String>(machine.points[point(machine, name)?].motion == Motion::Translation);
+        let moves = |name: &str| Ok::<_, String>(machine.points[point(machine, name)?].motion == PointMotion::Translation);
         let of = if moves(response)? { length } else { angle };
         let per = if moves(excitation)? { "N" } else { "N·m" };
         let times = if self.set.gain == Gain::Unknown { ", times the gain" } else { "" };
@@ -175,7 +175,7 @@ fn point(machine: &Machine, name: &str) -> Result<usize, String> {
     machine.point(name).ok_or_else(|| format!("the machine has no point «{name}»"))
 }
 
-impl Model {
+impl CurveModel {
     fn predicted(
         &self,
         (response, excitation): (&str, &str),
@@ -186,7 +186,7 @@ impl Model {
     ) -> Result<Vec<Line>, String> {
         let machine = &self.machine;
         let (response, excitation) = (point(machine, response)?, point(machine, excitation)?);
-        let structure = Arc::new(Structure::new(machine, response, excitation, self.rods).map_err(told)?);
+        let structure = Arc::new(Structure::new(machine, response, excitation, self.rods).map_err(to_message)?);
         let (mut network, mut work) = (structure.network(), structure.workspace());
         network.update(machine, &self.values, operating);
         let chain = machine.chain.at(&self.values, operating);

@@ -2,18 +2,18 @@
 
 use std::collections::BTreeMap;
 
-use super::curves::{Model, Overlay};
-use super::ground::read_again;
-use crate::delivery::told;
+use super::curves::{CurveModel, Overlay};
+use super::inputs_again::read_inputs_again;
+use crate::outcome::to_message;
 use crate::sources::Loaded;
 use dynamics::model::Rods;
 use machine::Machine;
-use report::diagnosis::Diagnosis;
+use report::diagnosis::DiagnosisDocument;
 use report::page::Page;
 
 /// Draws the machine as described and as chosen, each at its fit, over what was measured, if all inputs are still what they were.
-pub(super) fn draw(of: &Diagnosis, page: &mut Page) -> Result<(), String> {
-    let loaded = read_again(&of.config, &of.measurements, &of.stamp, ("diagnosis", "diagnose"))?;
+pub(super) fn draw(of: &DiagnosisDocument, page: &mut Page) -> Result<(), String> {
+    let loaded = read_inputs_again(&of.config, &of.measurements, &of.stamp, ("diagnosis", "diagnose"))?;
     if of.domain == "motion" {
         return Ok(());
     }
@@ -21,16 +21,16 @@ pub(super) fn draw(of: &Diagnosis, page: &mut Page) -> Result<(), String> {
     let described = &config.machine;
     let before = model(described.clone(), &of.described);
     let after = described.with_chosen(&of.chosen.id, &config.effects).and_then(|machine| model(machine, &of.chosen.parameters));
-    let models: Vec<Model> = before.into_iter().chain(after.filter(|_| of.chosen.id != "nominal")).collect();
+    let models: Vec<CurveModel> = before.into_iter().chain(after.filter(|_| of.chosen.id != "nominal")).collect();
     if models.is_empty() {
         return Err("the diagnosis does not say at which values of the parameters; diagnose again with this version".into());
     }
-    let (fit, _) = set.split(Some(&of.fit_positions), &of.held_out_positions).map_err(told)?;
+    let (fit, _) = set.split(Some(&of.fit_positions), &of.held_out_positions).map_err(to_message)?;
     page.title = config.machine.title.clone();
     page.diagnosed = Overlay { set, fit, models: &models }.curves()?;
     Ok(())
 }
 
-fn model(machine: Machine, values: &BTreeMap<String, f64>) -> Option<Model> {
-    Some(Model { values: machine.values_of(values)?, machine, rods: Rods::Exact, gain: None })
+fn model(machine: Machine, values: &BTreeMap<String, f64>) -> Option<CurveModel> {
+    Some(CurveModel { values: machine.values_of(values)?, machine, rods: Rods::Exact, gain: None })
 }

@@ -2,22 +2,22 @@
 
 mod curves;
 mod diagnosed;
-mod ground;
+mod inputs_again;
 mod shapes;
 
 use std::path::{Path, PathBuf};
 
 use serde::de::DeserializeOwned;
 
-use self::curves::{Model, Overlay};
-use self::ground::read_again;
-use crate::delivery::{CommandResult, Outcome, told};
+use self::curves::{CurveModel, Overlay};
+use self::inputs_again::read_inputs_again;
 use crate::identified::{check_identification, identified_machine, identified_values};
 use crate::motion_records::holds_records_alone;
-use crate::talk;
+use crate::outcome::{CommandResult, Outcome, to_message};
+use crate::terminal;
 use dynamics::model::Rods;
 use measurement::read_set;
-use report::document::Identification;
+use report::document::IdentificationDocument;
 use report::page::{self, Page};
 use report::{OutputFolder, digest};
 
@@ -90,9 +90,9 @@ pub fn run(given: &ReportArguments) -> CommandResult {
     let file = target.file_name().ok_or_else(|| format!("{}: name a file with --out", target.display()))?;
     let written = OutputFolder::prepare(parent)?.write(&file.to_string_lossy(), html.as_bytes())?;
     if !given.quiet {
-        page.notes.iter().for_each(|n| talk::note(n));
+        page.notes.iter().for_each(|n| terminal::note(n));
         if html.len() > page::MOST_BYTES {
-            talk::note(&format!("the page has {:.1} MB, too much for many mailboxes", html.len() as f64 / 1e6));
+            terminal::note(&format!("the page has {:.1} MB, too much for many mailboxes", html.len() as f64 / 1e6));
         }
         eprintln!("written: {} ({:.1} MB)", written.display(), html.len() as f64 / 1e6);
     }
@@ -119,11 +119,11 @@ fn read<T: DeserializeOwned>(folder: &Path, name: &str, files: &mut Vec<(String,
 }
 
 /// Predicts what was measured from the configuration and the identified values, if all inputs are still what they were.
-fn recompute(folder: &Path, identified: &Identification, page: &mut Page) -> Result<(), String> {
+fn recompute(folder: &Path, identified: &IdentificationDocument, page: &mut Page) -> Result<(), String> {
     let path = folder.join("identification.json");
     check_identification(&path, identified)?;
     let settings = &identified.settings;
-    let loaded = read_again(&settings.config, &settings.measurements, &identified.stamp, ("identification", "identify"))?;
+    let loaded = read_inputs_again(&settings.config, &settings.measurements, &identified.stamp, ("identification", "identify"))?;
     let values = identified_values(&path, identified, &loaded.config)?;
     let rods = settings.lumps.map_or(Rods::Exact, Rods::Lumped);
     page.title = loaded.config.machine.title.clone();
@@ -132,11 +132,11 @@ fn recompute(folder: &Path, identified: &Identification, page: &mut Page) -> Res
         return Ok(());
     }
     let set = &loaded.set;
-    let (fit, _) = set.split(settings.positions.as_deref(), &settings.hold_out).map_err(told)?;
+    let (fit, _) = set.split(settings.positions.as_deref(), &settings.hold_out).map_err(to_message)?;
     let gain = identified.parameters.get("gain").map(|g| g.value);
     let (machine, as_fitted) = identified_machine(identified, &loaded, &values)?;
-    let model = Model { machine: loaded.config.machine.clone(), values, rods, gain };
-    let as_fitted = Model { machine, values: as_fitted, rods, gain };
+    let model = CurveModel { machine: loaded.config.machine.clone(), values, rods, gain };
+    let as_fitted = CurveModel { machine, values: as_fitted, rods, gain };
     page.curves = Overlay { set, fit, models: std::slice::from_ref(&as_fitted) }.curves()?;
     page.shapes = shapes::shapes(set, &model)?;
     Ok(())

@@ -2,9 +2,9 @@
 
 use std::sync::Arc;
 
-use super::curves::Model;
+use super::curves::CurveModel;
 use dynamics::model::{Structure, undamped_modes};
-use machine::{Motion, Operating};
+use machine::{Operating, PointMotion};
 use measurement::MeasurementSet;
 use report::page::{Deflection, ModeShape, ShapeGroup};
 
@@ -14,7 +14,7 @@ const MODES: usize = 7;
 const STEPS: usize = 24;
 
 /// The undamped modes at every position, up to a little above what was measured; none for a machine without shafts.
-pub(super) fn shapes(set: &MeasurementSet, model: &Model) -> Result<Vec<ShapeGroup>, String> {
+pub(super) fn shapes(set: &MeasurementSet, model: &CurveModel) -> Result<Vec<ShapeGroup>, String> {
     let machine = &model.machine;
     if machine.shafts.is_empty() {
         return Ok(Vec::new());
@@ -23,7 +23,7 @@ pub(super) fn shapes(set: &MeasurementSet, model: &Model) -> Result<Vec<ShapeGro
     let of_frfs = set.frfs.iter().filter_map(|f| Some(f.lines.last()?.frequency_hz));
     let highest = of_modes.chain(of_frfs).fold(0.0, f64::max);
     let name = set.response.as_ref().or_else(|| set.frfs.first().map(|f| &f.response));
-    let observed = name.and_then(|n| machine.point(n)).filter(|p| machine.points[*p].motion == Motion::Translation);
+    let observed = name.and_then(|n| machine.point(n)).filter(|p| machine.points[*p].motion == PointMotion::Translation);
     let Some(first) = machine.points.iter().position(|p| !p.fixed) else { return Ok(Vec::new()) };
     let structure = Arc::new(Structure::new(machine, first, first, model.rods).map_err(|e| e.to_string())?);
     let (mut network, mut work) = (structure.network(), structure.workspace());

@@ -6,14 +6,14 @@ use rayon::prelude::*;
 
 use super::driven::{describe_pole, find_drive, find_response};
 use super::operating::{LoadArguments, find_operating};
-use crate::arguments::{Output, Sources};
-use crate::delivery::{CommandResult, Outcome, deliver, prepare, told, warn};
+use crate::arguments::{OutputArguments, Sources};
 use crate::long_work::watch_for_stop;
-use crate::progress::Progress;
+use crate::outcome::{CommandResult, Outcome, deliver, prepare, to_message, warn};
+use crate::progress::WorkProgress;
 use crate::sources::{load_machine, stamp};
-use dynamics::motion::{LinearLoops, Settings, SineResponse, sine_response};
-use machine::Motion;
-use report::loops::{Bode, BodeRow, PoleRow};
+use dynamics::motion::{LinearLoops, SimulationSettings, SineResponse, sine_response};
+use machine::PointMotion;
+use report::loops::{BodeDocument, BodeRow, PoleRow};
 
 /// `simulate bode`.
 #[derive(Debug, clap::Args)]
@@ -48,7 +48,7 @@ pub struct BodeArguments {
     #[arg(long, value_name = "N", default_value_t = 4, value_parser = clap::value_parser!(u16).range(1..=50))]
     pub lumps: u16,
     #[command(flatten)]
-    pub output: Output,
+    pub output: OutputArguments,
 }
 
 /// Runs the command.
@@ -67,10 +67,10 @@ pub fn run(given: &BodeArguments) -> CommandResult {
     }
     let point = given.response.as_deref().map(|name| find_response(machine, name)).transpose()?;
     let operating = find_operating(&loaded, given.nut_m, None, &LoadArguments::default())?;
-    let settings = Settings { operating, lumps: usize::from(given.lumps), ..Settings::default() };
+    let settings = SimulationSettings { operating, lumps: usize::from(given.lumps), ..SimulationSettings::default() };
     let folder = prepare(&given.output)?;
     let values = machine.start();
-    let loops = LinearLoops::new(machine, &values, &settings).map_err(told)?;
+    let loops = LinearLoops::new(machine, &values, &settings).map_err(to_message)?;
     if let Some(pole) = loops.unstable() {
         return Err(format!("{}: the loops are unstable: {}", loaded.config.path, describe_pole(&pole)));
     }
@@ -81,7 +81,7 @@ pub fn run(given: &BodeArguments) -> CommandResult {
         }
     };
     // A point that turns travels as the position encoder reads it.
-    let turns = point.and_then(|name| machine.point(name)).is_some_and(|at| machine.points[at].motion == Motion::Rotation);
+    let turns = point.and_then(|name| machine.point(name)).is_some_and(|at| machine.points[at].motion == PointMotion::Rotation);
     let travel = if turns { drive.position.encoder.travel } else { 1.0 };
     let count = usize::from(given.points);
     let even = |i: usize| given.from_hz * (to_hz / given.from_hz).powf(i as f64 / (count - 1) as f64);
@@ -94,16 +94,15 @@ pub fn run(given: &BodeArguments) -> CommandResult {
     };
     let simulated = if given.smooth { dynamics::motion::smooth(machine) } else { machine.clone() };
     let go_on = watch_for_stop();
-    let progress = Progress::counted(given.output.quiet || given.linear, "bode", count);
+    let progress = WorkProgress::counted(given.output.quiet || given.linear, "bode", count);
     let found: Vec<Result<SineResponse, String>> = (0..count)
         .into_par_iter()
         .map(|i| {
             let frequency_hz = wanted(i);
             let found = match given.linear {
                 true => Ok(SineResponse { frequency_hz, ratio: None }),
-                false => {
-                    sine_response(&simulated, &values, &loops, (frequency_hz, given.amplitude_m), point, &settings, &go_on).map_err(told)
-                }
+                false => sine_response(&simulated, &values, &loops, (frequency_hz, given.amplitude_m), point, &settings, &go_on)
+                    .map_err(to_message),
             };
             progress.step();
             found
@@ -163,13 +162,13 @@ fn document(
     rows: Vec<BodeRow>,
     loops: &LinearLoops,
     magnitude: impl Fn(f64) -> f64,
-) -> Bode {
+) -> BodeDocument {
     let mut poles = loops.poles();
     poles.retain(|p| p.frequency_hz > 1e-3);
     poles.sort_by(|a, b| a.damping_ratio().total_cmp(&b.damping_ratio()));
     let difference = |of: &dyn Fn(&BodeRow) -> Option<f64>| rows.iter().filter_map(of).reduce(f64::max);
     let last_above = rows.iter().rposition(|r| r.magnitude >= 0.5_f64.sqrt());
-    Bode {
+    BodeDocument {
         stamp,
         response: given.response.clone(),
         amplitude: (!given.linear).then_some(given.amplitude_m),
@@ -187,7 +186,7 @@ fn document(
     }
 }
 
-fn text(bode: &Bode) -> String {
+fn text(bode: &BodeDocument) -> String {
     let mut text = String::from("frequency_hz,magnitude,phase_deg,simulated_magnitude,simulated_phase_deg\n");
     for r in &bode.rows {
         let cell = |x: Option<f64>| x.map_or_else(String::new, |x| format!("{x:.6}"));

@@ -3,15 +3,15 @@
 use rayon::prelude::*;
 
 use super::driven::find_response;
-use crate::arguments::{Output, Sources};
-use crate::delivery::{CommandResult, Outcome, deliver, prepare, told, warn};
+use crate::arguments::{OutputArguments, Sources};
 use crate::long_work::watch_for_stop;
+use crate::outcome::{CommandResult, Outcome, deliver, prepare, to_message, warn};
 use crate::sources::{Loaded, inputs, load_machine, stamp};
-use dynamics::motion::{Circle, Settings, Trace, contour_error, simulate};
-use machine::Motion;
+use dynamics::motion::{Circle, SimulationSettings, Trace, contour_error, simulate};
+use machine::PointMotion;
 use numeric::parallel::OrFirstError;
 use report::columns;
-use report::loops::{CircleRow, Circles};
+use report::loops::{CircleRow, CirclesDocument};
 
 /// `simulate circle`.
 #[derive(Debug, clap::Args)]
@@ -19,11 +19,11 @@ pub struct CircleArguments {
     #[command(flatten)]
     pub sources: Sources,
     /// Configuration of the second axis; that of the first by default
-    #[arg(long, value_name = "FILE")]
-    pub beside_config: Option<String>,
+    #[arg(long, alias = "beside-config", value_name = "FILE")]
+    pub second_axis_config: Option<String>,
     /// Overrides a key of the second axis's configuration, KEY=VALUE
-    #[arg(long, value_name = "KEY=VALUE")]
-    pub beside_set: Vec<String>,
+    #[arg(long, alias = "beside-set", value_name = "KEY=VALUE")]
+    pub second_axis_set: Vec<String>,
     /// Speeds (rad/min)
     #[arg(long, value_name = "W", value_delimiter = ',', default_value = "60,80,100,120", allow_negative_numbers = true)]
     pub speed_rad_min: Vec<f64>,
@@ -37,15 +37,15 @@ pub struct CircleArguments {
     #[arg(long, value_name = "POINT")]
     pub response: Option<String>,
     #[command(flatten)]
-    pub output: Output,
+    pub output: OutputArguments,
 }
 
 /// Runs the command.
 pub fn run(given: &CircleArguments) -> CommandResult {
     let first = load_machine(&given.sources)?;
     let second = load_machine(&Sources {
-        config: given.beside_config.clone().unwrap_or_else(|| given.sources.config.clone()),
-        set: given.sources.set.iter().chain(&given.beside_set).cloned().collect(),
+        config: given.second_axis_config.clone().unwrap_or_else(|| given.sources.config.clone()),
+        set: given.sources.set.iter().chain(&given.second_axis_set).cloned().collect(),
         ..given.sources.clone()
     })?;
     let step_s = [&first, &second].map(|l| l.config.machine.drive.as_ref().map(|d| d.position.period_s));
@@ -58,7 +58,7 @@ pub fn run(given: &CircleArguments) -> CommandResult {
     if let Some(name) = &given.response {
         for l in [&first, &second] {
             let point = find_response(&l.config.machine, name)?;
-            if l.config.machine.points.iter().any(|p| p.name == point && p.motion == Motion::Rotation) {
+            if l.config.machine.points.iter().any(|p| p.name == point && p.motion == PointMotion::Rotation) {
                 return Err(format!("--response {name}: turns; name a point that travels"));
             }
         }
@@ -76,10 +76,10 @@ pub fn run(given: &CircleArguments) -> CommandResult {
                     given.turns
                 ));
             }
-            let [x, y] = circle.courses(x_s).map_err(told)?;
+            let [x, y] = circle.courses(x_s).map_err(to_message)?;
             let travel = |loaded: &Loaded, course| {
                 let machine = &loaded.config.machine;
-                let run = simulate(machine, &machine.start(), course, &Settings::default(), &go_on);
+                let run = simulate(machine, &machine.start(), course, &SimulationSettings::default(), &go_on);
                 run.map(|trace| (travel(&trace, given.response.as_deref()), trace)).map_err(|e| format!("{}: {e}", loaded.config.path))
             };
             let ((x, x_trace), (y, y_trace)) = (travel(&first, &x)?, travel(&second, &y)?);
@@ -95,7 +95,7 @@ pub fn run(given: &CircleArguments) -> CommandResult {
     }
     warn(&given.output, &stamp.warnings);
     let document =
-        Circles { stamp, response: given.response.clone(), radius_m: given.radius_m, rows: rows.into_iter().flatten().collect() };
+        CirclesDocument { stamp, response: given.response.clone(), radius_m: given.radius_m, rows: rows.into_iter().flatten().collect() };
     let heads = ["rad/min", "largest contour error µm", "mean µm", "after a quadrant µm"].map(String::from);
     let um = |x: f64| format!("{:.3}", 1e6 * x);
     let cells = |r: &CircleRow| {

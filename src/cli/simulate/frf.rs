@@ -10,15 +10,15 @@ use num_complex::Complex64;
 
 use super::driven::describe_pole;
 use super::operating::{LoadArguments, find_operating, load_warnings, require_positive};
-use crate::arguments::{Output, QuantityName, Sources};
-use crate::delivery::{CommandResult, deliver, prepare, told, warn};
+use crate::arguments::{OutputArguments, QuantityName, Sources};
 use crate::identified::{check_identification, identified_machine, identified_values, read_identification};
+use crate::outcome::{CommandResult, deliver, prepare, to_message, warn};
 use crate::sources::{load_again, load_machine, stamp};
 use dynamics::model::{Rods, Structure};
-use dynamics::motion::{Hold, LinearLoops, MotionError, Settings};
+use dynamics::motion::{LinearLoops, MotionError, ServoImpedance, SimulationSettings};
 use machine::{Chain, Machine, Operating};
 use numeric::unit::omega_rad_s;
-use report::document::Frfs;
+use report::document::FrfsDocument;
 
 /// `simulate frf`.
 #[derive(Debug, clap::Args)]
@@ -58,7 +58,7 @@ pub struct FrfArguments {
     #[arg(long, value_enum, default_value = "receptance")]
     pub quantity: QuantityName,
     #[command(flatten)]
-    pub output: Output,
+    pub output: OutputArguments,
 }
 
 /// Runs the command.
@@ -117,7 +117,7 @@ pub fn run(given: &FrfArguments) -> CommandResult {
     let representation = identified.as_ref().and_then(|i| i.settings.lumps).map_or(Rods::Exact, Rods::Lumped);
     let folder = prepare(&given.output)?;
     let quantity = given.quantity.quantity();
-    let structure = Arc::new(Structure::new(machine, response, excitation, representation).map_err(told)?);
+    let structure = Arc::new(Structure::new(machine, response, excitation, representation).map_err(to_message)?);
     let (mut network, mut work) = (structure.network(), structure.workspace());
     let frequency_hz: Vec<f64> = (0..lines).map(|i| from + step * i as f64).collect();
     let mut positions = BTreeMap::new();
@@ -139,7 +139,7 @@ pub fn run(given: &FrfArguments) -> CommandResult {
         }
         positions.insert(name, row);
     }
-    let document = Frfs {
+    let document = FrfsDocument {
         stamp: {
             let warnings = load_warnings(machine, &given.load);
             warn(&given.output, &warnings);
@@ -166,8 +166,8 @@ fn closed(
     omega_rad_s: &[f64],
 ) -> Result<Vec<Complex64>, String> {
     let fault = |e: MotionError| format!("--closed-loop: {e}");
-    let hold = Hold::new(machine, values, operating).map_err(fault)?;
-    let settings = Settings { operating: *operating, ..Settings::default() };
+    let hold = ServoImpedance::new(machine, values, operating).map_err(fault)?;
+    let settings = SimulationSettings { operating: *operating, ..SimulationSettings::default() };
     if let Some(pole) = LinearLoops::new(machine, values, &settings).map_err(fault)?.unstable() {
         return Err(format!("--closed-loop: the loops are unstable: {}", describe_pole(&pole)));
     }
@@ -180,7 +180,7 @@ fn closed(
     for &at in &among {
         for force in [hold.on, excitation] {
             if let Entry::Vacant(place) = open.entry((at, force)) {
-                let structure = Arc::new(Structure::new(machine, at, force, rods).map_err(told)?);
+                let structure = Arc::new(Structure::new(machine, at, force, rods).map_err(to_message)?);
                 let mut network = structure.network();
                 network.update(machine, values, operating);
                 place.insert(network.sweep(omega_rad_s, &mut structure.workspace()));

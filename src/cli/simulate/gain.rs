@@ -2,14 +2,14 @@
 
 use super::driven::{find_drive, find_response};
 use super::operating::{LoadArguments, find_operating};
-use crate::arguments::{Output, Sources};
-use crate::delivery::{CommandResult, Outcome, deliver, prepare, told, warn};
+use crate::arguments::{OutputArguments, Sources};
 use crate::long_work::watch_for_stop;
+use crate::outcome::{CommandResult, Outcome, deliver, prepare, to_message, warn};
 use crate::sources::{load_machine, stamp};
-use dynamics::motion::{SCurve, Settings, gain_study};
-use machine::Motion;
+use dynamics::motion::{SCurve, SimulationSettings, gain_study};
+use machine::PointMotion;
 use report::columns;
-use report::loops::{GainStudy, GainStudyRow};
+use report::loops::{GainStudyDocument, GainStudyRow};
 
 /// `simulate gain`.
 #[derive(Debug, clap::Args)]
@@ -47,7 +47,7 @@ pub struct GainArguments {
     #[arg(long, value_name = "M", allow_negative_numbers = true)]
     pub nut_m: Option<f64>,
     #[command(flatten)]
-    pub output: Output,
+    pub output: OutputArguments,
 }
 
 /// Runs the command.
@@ -66,10 +66,13 @@ pub fn run(given: &GainArguments) -> CommandResult {
     // A point that turns travels as the position encoder reads it.
     let point = given.response.as_deref().map(|name| find_response(machine, name)).transpose()?;
     let point = point.and_then(|name| machine.point(name)).map(|at| {
-        let turns = machine.points[at].motion == Motion::Rotation;
+        let turns = machine.points[at].motion == PointMotion::Rotation;
         (at, if turns { drive.position.encoder.travel } else { 1.0 })
     });
-    let settings = Settings { operating: find_operating(&loaded, given.nut_m, None, &LoadArguments::default())?, ..Settings::default() };
+    let settings = SimulationSettings {
+        operating: find_operating(&loaded, given.nut_m, None, &LoadArguments::default())?,
+        ..SimulationSettings::default()
+    };
     let curve = SCurve {
         from: 0.0,
         to: given.travel_m,
@@ -77,12 +80,12 @@ pub fn run(given: &GainArguments) -> CommandResult {
         acceleration: given.acceleration_m_s2,
         jerk: given.jerk_m_s3,
     };
-    let course = curve.course(drive.position.period_s, given.rest_s, false).map_err(told)?;
+    let course = curve.course(drive.position.period_s, given.rest_s, false).map_err(to_message)?;
     let folder = prepare(&given.output)?;
     let count = usize::from(given.points);
     let gains: Vec<f64> = (0..count).map(|i| (from + (to - from) * i as f64 / (count - 1) as f64) / 60.0).collect();
     let go_on = watch_for_stop();
-    let found = gain_study(machine, &machine.start(), &gains, (&course, given.rest_s), point, &settings, &go_on).map_err(told)?;
+    let found = gain_study(machine, &machine.start(), &gains, (&course, given.rest_s), point, &settings, &go_on).map_err(to_message)?;
     let complete = go_on();
     let unstable: Vec<String> = found.iter().filter(|r| !r.stable).map(|r| format!("{:.0}", 60.0 * r.gain_per_s)).collect();
     let mut warnings = Vec::new();
@@ -95,7 +98,7 @@ pub fn run(given: &GainArguments) -> CommandResult {
         warnings.push("the least cost lies at an end of the table; widen it by --from-per-min or --to-per-min".into());
     }
     warn(&given.output, &warnings);
-    let study = GainStudy {
+    let study = GainStudyDocument {
         stamp: stamp("gain", 0, complete, &loaded, warnings),
         response: given.response.clone(),
         rows: found

@@ -3,12 +3,12 @@
 use std::path::PathBuf;
 
 use super::operating::{LoadArguments, find_operating};
-use crate::arguments::{Output, Sources};
-use crate::delivery::{CommandResult, deliver, prepare, told, warn};
+use crate::arguments::{OutputArguments, Sources};
 use crate::identified::read_identification;
+use crate::outcome::{CommandResult, deliver, prepare, to_message, warn};
 use crate::sources::{load_machine, stamp};
-use dynamics::motion::{Hold, gains_of};
-use machine::Motion;
+use dynamics::motion::{ServoImpedance, gains_of};
+use machine::PointMotion;
 use numeric::unit::omega_rad_s;
 use report::columns;
 use report::loops::{HoldDocument, HoldGains, HoldRow};
@@ -34,7 +34,7 @@ pub struct HoldArguments {
     #[arg(long, value_name = "IDS", value_delimiter = ',', default_value = "k_s,c_s")]
     pub ids: Vec<String>,
     #[command(flatten)]
-    pub output: Output,
+    pub output: OutputArguments,
 }
 
 /// Runs the command.
@@ -49,7 +49,7 @@ fn from_gains(given: &HoldArguments) -> CommandResult {
     let loaded = load_machine(&given.sources)?;
     let machine = &loaded.config.machine;
     let operating = find_operating(&loaded, None, None, &LoadArguments::default())?;
-    let hold = Hold::new(machine, &machine.start(), &operating).map_err(|e| format!("{}: {e}", loaded.config.path))?;
+    let hold = ServoImpedance::new(machine, &machine.start(), &operating).map_err(|e| format!("{}: {e}", loaded.config.path))?;
     if let Some(f) = given.at_hz.iter().find(|f| !(**f > 0.0 && f.is_finite())) {
         return Err(format!("--at-hz {f}: write frequencies above 0 Hz"));
     }
@@ -62,12 +62,12 @@ fn from_gains(given: &HoldArguments) -> CommandResult {
     let folder = prepare(&given.output)?;
     let row = |&frequency_hz: &f64| {
         let omega = omega_rad_s(frequency_hz);
-        let z = hold.at_driven_point(omega).map_err(told)?;
+        let z = hold.at_driven_point(omega).map_err(to_message)?;
         Ok(HoldRow { frequency_hz, stiffness: z.re, damping: z.im / omega, phase_deg: z.arg().to_degrees() })
     };
     let rows = given.at_hz.iter().map(row).collect::<Result<Vec<_>, String>>()?;
     let point = &machine.points[hold.on];
-    let turns = point.motion == Motion::Rotation;
+    let turns = point.motion == PointMotion::Rotation;
     let (k, c) = if turns { ("N·m/rad", "N·m·s/rad") } else { ("N/m", "N·s/m") };
     let heads = ["frequency Hz".into(), format!("k_s {k}"), format!("c_s {c}"), "phase °".into()];
     let cells = |r: &HoldRow| {

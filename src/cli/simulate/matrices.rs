@@ -3,8 +3,8 @@
 use std::fmt::Write;
 
 use super::operating::{LoadArguments, find_operating, load_warnings};
-use crate::arguments::{Output, Sources};
-use crate::delivery::{CommandResult, deliver, prepare, told, warn};
+use crate::arguments::{OutputArguments, Sources};
+use crate::outcome::{CommandResult, deliver, prepare, to_message, warn};
 use crate::sources::{load_machine, stamp};
 use report::simulation::MatricesDocument;
 
@@ -28,7 +28,7 @@ pub struct MatricesArguments {
     #[arg(long)]
     pub condense: bool,
     #[command(flatten)]
-    pub output: Output,
+    pub output: OutputArguments,
 }
 
 /// Runs the command.
@@ -37,9 +37,9 @@ pub fn run(given: &MatricesArguments) -> CommandResult {
     let machine = &loaded.config.machine;
     let operating = find_operating(&loaded, given.nut_m, None, &given.load)?;
     let folder = prepare(&given.output)?;
-    let mut found = dynamics::model::matrices(machine, &machine.start(), &operating, usize::from(given.lumps)).map_err(told)?;
+    let mut found = dynamics::model::matrices(machine, &machine.start(), &operating, usize::from(given.lumps)).map_err(to_message)?;
     if given.condense {
-        found = found.condensed().map_err(told)?;
+        found = found.condensed().map_err(to_message)?;
     }
     let rows = |m: &nalgebra::DMatrix<f64>| m.row_iter().map(|row| row.iter().copied().collect()).collect::<Vec<Vec<f64>>>();
     let warnings = load_warnings(machine, &given.load);

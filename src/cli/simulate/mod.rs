@@ -17,7 +17,7 @@ mod stiffness;
 
 use clap::{Args, Subcommand};
 
-use crate::delivery::CommandResult;
+use crate::outcome::CommandResult;
 
 /// `simulate`.
 #[derive(Debug, Args)]
@@ -65,7 +65,7 @@ pub enum Simulation {
     Hold(hold::HoldArguments),
     /// Two axes on a circle: contour error by speed
     #[command(
-        after_help = "Example:\n  jointid simulate circle --config configs/hybrid-axis.toml --response table --beside-set parameter.moving_mass.start=210"
+        after_help = "Example:\n  jointid simulate circle --config configs/hybrid-axis.toml --response table --second-axis-set parameter.moving_mass.start=210"
     )]
     Circle(circle::CircleArguments),
     /// Records of a «machine» that has what the model of configs/hybrid-axis.toml lacks, made by equations of its own

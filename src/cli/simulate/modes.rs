@@ -5,13 +5,13 @@ use std::fmt::Write;
 use std::sync::Arc;
 
 use super::operating::{LoadArguments, find_operating, load_warnings, require_positive};
-use crate::arguments::{Output, RodArguments, Sources};
-use crate::delivery::{CommandResult, deliver, prepare, told, warn};
+use crate::arguments::{OutputArguments, RodArguments, Sources};
+use crate::outcome::{CommandResult, deliver, prepare, to_message, warn};
 use crate::sources::{load_machine, stamp};
 use dynamics::model::{Structure, undamped_modes};
 use machine::Machine;
 use numeric::unit::omega_rad_s;
-use report::simulation::{ModeRow, Modes};
+use report::simulation::{ModeRow, ModesDocument};
 
 /// `simulate modes`.
 #[derive(Debug, clap::Args)]
@@ -32,7 +32,7 @@ pub struct ModesArguments {
     #[command(flatten)]
     pub rods: RodArguments,
     #[command(flatten)]
-    pub output: Output,
+    pub output: OutputArguments,
 }
 
 /// Runs the command.
@@ -43,7 +43,7 @@ pub fn run(given: &ModesArguments) -> CommandResult {
     let operating = find_operating(&loaded, given.nut_m, given.position.as_deref(), &given.load)?;
     let folder = prepare(&given.output)?;
     let first = machine.points.iter().position(|p| !p.fixed).ok_or("the machine has no point that moves")?;
-    let structure = Arc::new(Structure::new(machine, first, first, given.rods.represent()).map_err(told)?);
+    let structure = Arc::new(Structure::new(machine, first, first, given.rods.represent()).map_err(to_message)?);
     let mut network = structure.network();
     network.update(machine, &machine.start(), &operating);
     let modes: Vec<ModeRow> = undamped_modes(&network, max_hz, &mut structure.workspace())
@@ -69,7 +69,7 @@ pub fn run(given: &ModesArguments) -> CommandResult {
         .collect();
     let warnings = load_warnings(machine, &given.load);
     warn(&given.output, &warnings);
-    let document = Modes {
+    let document = ModesDocument {
         stamp: stamp("modes", 0, true, &loaded, warnings),
         nut_m: operating.nut_m,
         velocity_m_s: operating.velocity_m_s,

@@ -5,12 +5,12 @@ use std::fmt::Write;
 
 use super::driven::{describe_pole, find_drive};
 use super::operating::{LoadArguments, find_operating};
-use crate::arguments::{Output, Sources};
-use crate::delivery::{CommandResult, Outcome, prepare, print_out, told, warn, write_told};
+use crate::arguments::{OutputArguments, Sources};
 use crate::long_work::watch_for_stop;
+use crate::outcome::{CommandResult, Outcome, prepare, print_out, to_message, warn, write_announced};
 use crate::sources::{Loaded, digest_file, load_machine, stamp};
-use dynamics::motion::{Course, EventKind, LinearLoops, RecordGap, SCurve, Settings, Sine, Trace, simulate, simulate_record};
-use machine::{Machine, Motion};
+use dynamics::motion::{Course, EventKind, LinearLoops, RecordGap, SCurve, SimulationSettings, Sine, Trace, simulate, simulate_record};
+use machine::{Machine, PointMotion};
 use measurement::{SourceFile, read_reference};
 use report::motion::{EnergyBalance, EventRow, Instability, MotionDocument, RecordRow};
 use report::to_json;
@@ -63,7 +63,7 @@ pub struct MotionArguments {
     #[arg(long, value_name = "S")]
     pub step_s: Option<f64>,
     #[command(flatten)]
-    pub output: Output,
+    pub output: OutputArguments,
 }
 
 /// Runs the command.
@@ -71,11 +71,11 @@ pub fn run(given: &MotionArguments) -> CommandResult {
     let loaded = load_machine(&given.sources)?;
     let machine = &loaded.config.machine;
     let drive = find_drive(&loaded)?;
-    let settings = Settings {
+    let settings = SimulationSettings {
         operating: find_operating(&loaded, given.nut_m, None, &LoadArguments::default())?,
         lumps: usize::from(given.lumps),
         step_s: given.step_s,
-        ..Settings::default()
+        ..SimulationSettings::default()
     };
     let folder = prepare(&given.output)?;
     let go_on = watch_for_stop();
@@ -84,7 +84,7 @@ pub fn run(given: &MotionArguments) -> CommandResult {
     let (word, trace, gap) = match &given.record {
         Some(name) => {
             let record = loaded.set.motions.iter().find(|m| m.name == *name).ok_or_else(|| no_record(&loaded, name))?;
-            let (trace, gap) = simulate_record(machine, &values, record, &settings, &go_on).map_err(told)?;
+            let (trace, gap) = simulate_record(machine, &values, record, &settings, &go_on).map_err(to_message)?;
             (format!("record {name}"), trace, gap)
         }
         None => {
@@ -102,7 +102,7 @@ pub fn run(given: &MotionArguments) -> CommandResult {
     let csv = table(&document, machine);
     let json = to_json(&document)?;
     if let Some(folder) = &folder {
-        write_told(&given.output, folder, &[("motion.json", &json), ("motion.csv", &csv)])?;
+        write_announced(&given.output, folder, &[("motion.json", &json), ("motion.csv", &csv)])?;
     }
     print_out(if given.output.json { &json } else { &csv })?;
     if !given.output.json && !given.output.quiet {
@@ -132,11 +132,11 @@ fn course(given: &MotionArguments, word: &str, period_s: f64, file: &mut Option<
                 acceleration: given.acceleration_m_s2,
                 jerk: given.jerk_m_s3,
             };
-            curve.course(period_s, given.rest_s, given.and_back).map_err(told)
+            curve.course(period_s, given.rest_s, given.and_back).map_err(to_message)
         }
         "sine" => {
             let sine = Sine { centre: 0.0, amplitude: given.amplitude_m, frequency_hz: given.frequency_hz, periods: given.periods };
-            sine.course(period_s).map_err(told)
+            sine.course(period_s).map_err(to_message)
         }
         path => {
             let read = read_reference(path).map_err(|e| format!("--reference {e}"))?;
@@ -150,8 +150,8 @@ fn course(given: &MotionArguments, word: &str, period_s: f64, file: &mut Option<
 fn units(machine: &Machine) -> (&'static str, &'static str) {
     let Some(drive) = &machine.drive else { return ("m", "force_n") };
     let encoder = &drive.position.encoder;
-    let angle = machine.points[encoder.at].motion == Motion::Rotation && encoder.travel == 1.0;
-    let turns = machine.points[drive.on].motion == Motion::Rotation;
+    let angle = machine.points[encoder.at].motion == PointMotion::Rotation && encoder.travel == 1.0;
+    let turns = machine.points[drive.on].motion == PointMotion::Rotation;
     (if angle { "rad" } else { "m" }, if turns { "torque_nm" } else { "force_n" })
 }
 
@@ -163,7 +163,7 @@ fn order(machine: &Machine, points: impl Iterator<Item = String>) -> Vec<String>
 }
 
 fn point_column(machine: &Machine, name: &str) -> String {
-    let turns = machine.point(name).is_some_and(|p| machine.points[p].motion == Motion::Rotation);
+    let turns = machine.point(name).is_some_and(|p| machine.points[p].motion == PointMotion::Rotation);
     format!("{name}_{}", if turns { "rad" } else { "m" })
 }
 
@@ -171,7 +171,7 @@ fn document(
     given: &MotionArguments,
     loaded: &Loaded,
     word: &str,
-    settings: &Settings,
+    settings: &SimulationSettings,
     trace: &Trace,
     gap: Option<RecordGap>,
     file: Option<&SourceFile>,

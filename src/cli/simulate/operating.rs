@@ -1,6 +1,6 @@
 //! The operating condition a simulation is asked for.
 
-use crate::delivery::told;
+use crate::outcome::to_message;
 use crate::sources::Loaded;
 use machine::{Machine, Operating};
 
@@ -24,13 +24,13 @@ pub fn find_operating(loaded: &Loaded, nut_m: Option<f64>, position: Option<&str
     let (place, at_rest) = match (nut_m, position) {
         (Some(nut_m), _) => ("--nut-m".to_string(), Operating::at_nut(nut_m)),
         (None, Some(name)) => {
-            let index = loaded.set.positions_named(&[name.to_string()]).map_err(told)?[0];
+            let index = loaded.set.positions_named(&[name.to_string()]).map_err(to_message)?[0];
             (format!("position {name}"), Operating::at(loaded.set.positions[index].nut_m))
         }
         (None, None) => ("mid-stroke".into(), Operating::at(machine.stroke_m().map(|s| 0.5 * s))),
     };
     let operating = loaded_by(at_rest, load);
-    machine.check_operating(&place, &operating).map_err(told)?;
+    machine.check_operating(&place, &operating).map_err(to_message)?;
     Ok(operating)
 }
 

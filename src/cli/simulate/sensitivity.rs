@@ -5,11 +5,11 @@ use std::fmt::Write;
 use std::sync::Arc;
 
 use super::operating::{LoadArguments, find_operating, load_warnings};
-use crate::arguments::{Output, Sources};
-use crate::delivery::{CommandResult, deliver, prepare, told, warn};
+use crate::arguments::{OutputArguments, Sources};
+use crate::outcome::{CommandResult, deliver, prepare, to_message, warn};
 use crate::sources::{load_machine, stamp};
 use dynamics::model::{Rods, Structure, elastic_frequencies_hz, undamped_modes};
-use machine::{FitRule, Law, Machine, Operating, Parameter, Scale};
+use machine::{FitRule, Machine, Modifier, Operating, Parameter, Scale};
 use numeric::unit::omega_rad_s;
 use report::simulation::{SensitivityDocument, SensitivityRow};
 
@@ -39,7 +39,7 @@ pub struct SensitivityArguments {
     #[command(flatten)]
     pub load: LoadArguments,
     #[command(flatten)]
-    pub output: Output,
+    pub output: OutputArguments,
 }
 
 /// Runs the command.
@@ -131,7 +131,7 @@ fn with_factor(machine: &Machine, joint: usize) -> Machine {
         prior: None,
         source: "sensitivity".into(),
     });
-    scaled.joints[joint].stiffness.laws.push(Law::Times(index));
+    scaled.joints[joint].stiffness.laws.push(Modifier::Times(index));
     scaled
 }
 
@@ -159,7 +159,7 @@ fn chosen_joints(machine: &Machine, names: Option<&[String]>, operating: &Operat
 /// Deformation and share of the strain energy of each joint in the mode at a frequency.
 pub(super) fn mode_energy(machine: &Machine, operating: &Operating, frequency_hz: f64) -> Result<BTreeMap<String, (f64, f64)>, String> {
     let moving = machine.points.iter().position(|p| !p.fixed).ok_or("the machine has no point that moves")?;
-    let structure = Arc::new(Structure::new(machine, moving, moving, Rods::Exact).map_err(told)?);
+    let structure = Arc::new(Structure::new(machine, moving, moving, Rods::Exact).map_err(to_message)?);
     let mut network = structure.network();
     network.update(machine, &machine.start(), operating);
     let modes = undamped_modes(&network, frequency_hz * (1.0 + 1e-6), &mut structure.workspace());

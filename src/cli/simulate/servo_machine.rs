@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use crate::delivery::{CommandResult, Outcome, told};
+use crate::outcome::{CommandResult, Outcome, to_message};
 use reference_simulator::servo::{Axis, Circle, Feed, Missing, Sensors, write_circles, write_sines};
 
 /// What the machine has and the model of `configs/hybrid-axis.toml` lacks.
@@ -59,8 +59,8 @@ pub fn run(given: &MachineArguments) -> CommandResult {
         }
     }
     let sensors = Sensors::default();
-    write_sines(&sines, &x, &sensors, &Feed::standard(), given.seed).map_err(told)?;
-    write_circles(&circles, [&x, &y], &sensors, &Circle::standard(), given.seed).map_err(told)?;
+    write_sines(&sines, &x, &sensors, &Feed::standard(), given.seed).map_err(to_message)?;
+    write_circles(&circles, [&x, &y], &sensors, &Circle::standard(), given.seed).map_err(to_message)?;
     println!("{}: F1000 … F6000, sines of 0.1 m", sines.display());
     println!("{}: circle-60 … circle-120 of two axes, radius 0.05 m", circles.display());
     Ok(Outcome::Done)

@@ -4,18 +4,18 @@ use std::collections::BTreeMap;
 use std::fmt::Write;
 
 use super::operating::{LoadArguments, find_operating, load_warnings};
-use crate::arguments::{Output, Sources};
-use crate::delivery::{CommandResult, deliver, prepare, told, warn};
+use crate::arguments::{OutputArguments, Sources};
+use crate::outcome::{CommandResult, deliver, prepare, to_message, warn};
 use crate::sources::{load_machine, stamp};
 use dynamics::model::{Matrices, elastic_frequencies_hz};
 use machine::{LoadedPair, Machine, Operating};
 use numeric::root::{Bracket, refine};
 use report::columns;
-use report::simulation::{ContactRow, Separation, Sweep, SweepRow};
+use report::simulation::{ContactRow, Separation, SweepDocument, SweepRow};
 
 /// What is swept, by name.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
-pub enum Along {
+pub enum SweepVariable {
     /// Nut position (m)
     Position,
     /// Velocity (m/s)
@@ -33,7 +33,7 @@ pub struct StiffnessArguments {
     pub sources: Sources,
     /// What is swept
     #[arg(long, value_enum)]
-    pub along: Along,
+    pub along: SweepVariable,
     /// Where it begins; 2 % of the stroke for positions
     #[arg(long, value_name = "X", allow_negative_numbers = true)]
     pub from: Option<f64>,
@@ -58,16 +58,16 @@ pub struct StiffnessArguments {
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u16).range(0..=50))]
     pub orders: u16,
     #[command(flatten)]
-    pub output: Output,
+    pub output: OutputArguments,
 }
 
-impl Along {
+impl SweepVariable {
     fn key(self) -> &'static str {
         match self {
-            Along::Position => "nut_m",
-            Along::Velocity => "velocity_m_s",
-            Along::Acceleration => "acceleration_m_s2",
-            Along::Force => "force_n",
+            SweepVariable::Position => "nut_m",
+            SweepVariable::Velocity => "velocity_m_s",
+            SweepVariable::Acceleration => "acceleration_m_s2",
+            SweepVariable::Force => "force_n",
         }
     }
 
@@ -75,10 +75,10 @@ impl Along {
     fn at(self, base: &Operating, x: f64) -> Operating {
         let mut operating = *base;
         *match self {
-            Along::Position => &mut operating.nut_m,
-            Along::Velocity => &mut operating.velocity_m_s,
-            Along::Acceleration => &mut operating.acceleration_m_s2,
-            Along::Force => &mut operating.force_n,
+            SweepVariable::Position => &mut operating.nut_m,
+            SweepVariable::Velocity => &mut operating.velocity_m_s,
+            SweepVariable::Acceleration => &mut operating.acceleration_m_s2,
+            SweepVariable::Force => &mut operating.force_n,
         } = Some(x);
         operating
     }
@@ -96,7 +96,7 @@ pub fn run(given: &StiffnessArguments) -> CommandResult {
         known_point(machine, point)?;
     }
     let mut warnings = load_warnings(machine, &given.load);
-    if along != Along::Position && machine.contacts.is_empty() {
+    if along != SweepVariable::Position && machine.contacts.is_empty() {
         warnings.push(format!("nothing of this machine depends on {}: none of its joints is a [contact.…]", along.key()));
     }
     warn(&given.output, &warnings);
@@ -106,13 +106,13 @@ pub fn run(given: &StiffnessArguments) -> CommandResult {
         let x = from + (to - from) * step as f64 / (steps - 1) as f64;
         let here = along.at(&base, x);
         let place = format!("{} = {x}", along.key());
-        machine.check_operating(&place, &here).map_err(told)?;
+        machine.check_operating(&place, &here).map_err(to_message)?;
         let mut row = sweep_row(machine, &here, x, usize::from(given.orders))?;
         if let Some(point) = &given.at {
             let mut k = static_stiffness(machine, &here, point)?;
             if let Some(second_m) = given.in_series_with_nut_m {
                 let second = Operating { nut_m: Some(second_m), ..here };
-                machine.check_operating("--in-series-with-nut-m", &second).map_err(told)?;
+                machine.check_operating("--in-series-with-nut-m", &second).map_err(to_message)?;
                 k = 1.0 / (1.0 / k + 1.0 / static_stiffness(machine, &second, point)?);
             }
             row.static_stiffness = Some(k);
@@ -122,7 +122,7 @@ pub fn run(given: &StiffnessArguments) -> CommandResult {
     let separations: Vec<Separation> =
         machine.contacts.iter().flat_map(|contact| separations(contact, (from, to), |x| along.at(&base, x))).collect();
     let text = sweep_text(machine, along, given.at.as_deref(), &rows, &separations);
-    let document = Sweep {
+    let document = SweepDocument {
         stamp: stamp("stiffness", 0, true, &loaded, warnings),
         along: along.key().into(),
         point: given.at.clone(),
@@ -136,7 +136,7 @@ pub fn run(given: &StiffnessArguments) -> CommandResult {
 /// The range that was asked for.
 fn range(given: &StiffnessArguments, machine: &Machine) -> Result<(f64, f64), String> {
     let default = match given.along {
-        Along::Position => {
+        SweepVariable::Position => {
             let stroke_m = machine.stroke_m().ok_or("--along position: the machine has no nut; sweep something else")?;
             Some((0.02 * stroke_m, 0.98 * stroke_m))
         }
@@ -162,8 +162,8 @@ fn known_point(machine: &Machine, name: &str) -> Result<usize, String> {
 
 /// Static stiffness at a point.
 pub(super) fn static_stiffness(machine: &Machine, operating: &Operating, point: &str) -> Result<f64, String> {
-    let found: Matrices = dynamics::model::matrices(machine, &machine.start(), operating, 1).map_err(told)?;
-    found.static_stiffness(point).map_err(told)
+    let found: Matrices = dynamics::model::matrices(machine, &machine.start(), operating, 1).map_err(to_message)?;
+    found.static_stiffness(point).map_err(to_message)
 }
 
 /// Contacts, joints and frequencies at one operating condition.
@@ -171,7 +171,7 @@ fn sweep_row(machine: &Machine, operating: &Operating, at: f64, orders: usize) -
     let start = machine.start();
     let mut contacts = BTreeMap::new();
     for contact in &machine.contacts {
-        let state = contact.at(operating).map_err(told)?;
+        let state = contact.at(operating).map_err(to_message)?;
         contacts.insert(
             contact.name.clone(),
             ContactRow {
@@ -214,7 +214,7 @@ pub(super) fn separations(contact: &LoadedPair, (from, to): (f64, f64), at: impl
     found
 }
 
-fn sweep_text(machine: &Machine, along: Along, point: Option<&str>, rows: &[SweepRow], separations: &[Separation]) -> String {
+fn sweep_text(machine: &Machine, along: SweepVariable, point: Option<&str>, rows: &[SweepRow], separations: &[Separation]) -> String {
     let contacts: Vec<&String> = rows.first().map(|row| row.contacts.keys().collect()).unwrap_or_default();
     let orders = rows.iter().map(|row| row.frequencies_hz.len()).max().unwrap_or(0);
     let key = along.key();

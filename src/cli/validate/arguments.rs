@@ -2,8 +2,8 @@
 
 use std::path::PathBuf;
 
-use crate::arguments::Output;
-use crate::delivery::Outcome;
+use crate::arguments::OutputArguments;
+use crate::outcome::Outcome;
 
 /// `validate`.
 #[derive(Debug, clap::Args)]
@@ -21,7 +21,7 @@ pub struct ValidateArguments {
     #[arg(long, value_name = "SHARE")]
     pub fail_above: Option<f64>,
     #[command(flatten)]
-    pub output: Output,
+    pub output: OutputArguments,
 }
 
 impl ValidateArguments {

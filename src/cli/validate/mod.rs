@@ -5,9 +5,9 @@ mod records;
 mod responses;
 
 use self::arguments::ValidateArguments;
-use crate::delivery::CommandResult;
 use crate::identified::{check_identification, identified_values, read_identification};
 use crate::motion_records::holds_records_alone;
+use crate::outcome::CommandResult;
 use crate::sources::{load_again, stamp};
 
 /// Runs the command.

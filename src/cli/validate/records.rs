@@ -1,19 +1,19 @@
 //! `jointid validate` on motion records.
 
 use super::arguments::ValidateArguments;
-use crate::delivery::{CommandResult, Outcome, deliver, prepare, told, warn};
 use crate::long_work::stop_flag;
 use crate::motion_records::{add_simulated_gaps, list_positions, list_records, prepare_all};
+use crate::outcome::{CommandResult, Outcome, deliver, prepare, to_message, warn};
 use crate::sources::{Loaded, stamp};
 use measurement::MotionRecord;
 use optimizer::Control;
-use report::document::{Identification, Input, Validation};
+use report::document::{IdentificationDocument, Input, ValidationDocument};
 use report::record::records_table;
 
 /// Runs the command.
 pub fn run(
     given: &ValidateArguments,
-    (identified, input): (&Identification, Input),
+    (identified, input): (&IdentificationDocument, Input),
     loaded: &Loaded,
     values: &[f64],
     warnings: Vec<String>,
@@ -33,12 +33,12 @@ pub fn run(
     let same_set = given.measurements.is_none();
     let all: Vec<usize> = (0..loaded.set.motions.len()).collect();
     let (fitted, left) = if same_set {
-        loaded.set.split_motions(identified.settings.positions.as_deref(), &identified.settings.hold_out).map_err(told)?
+        loaded.set.split_motions(identified.settings.positions.as_deref(), &identified.settings.hold_out).map_err(to_message)?
     } else {
         (Vec::new(), all.clone())
     };
     let chosen = match &given.positions {
-        Some(names) => loaded.set.split_motions(Some(names), &[]).map_err(told)?.0,
+        Some(names) => loaded.set.split_motions(Some(names), &[]).map_err(to_message)?.0,
         None if !left.is_empty() => left,
         None => all,
     };
@@ -53,7 +53,7 @@ pub fn run(
     let largest_gap = positions.values().filter_map(|p| p.gap).reduce(f64::max);
     let mut stamped = stamp("validation", identified.stamp.seed, complete, loaded, warnings);
     stamped.inputs.push(input);
-    let document = Validation { stamp: stamped, positions, largest_error: None, largest_gap };
+    let document = ValidationDocument { stamp: stamped, positions, largest_error: None, largest_gap };
     warn(&given.output, &document.stamp.warnings);
     deliver(&given.output, folder.as_ref(), "validation.json", &document, &records_table(&records))?;
     Ok(if complete { given.judge("force error", largest_gap) } else { Outcome::Stopped })

@@ -3,21 +3,21 @@
 use std::collections::BTreeMap;
 
 use super::arguments::ValidateArguments;
-use crate::delivery::{CommandResult, deliver, prepare, told, warn};
+use crate::document_rows;
 use crate::identified::{identified_machine, tolerances};
-use crate::rows;
+use crate::outcome::{CommandResult, deliver, prepare, to_message, warn};
 use crate::sources::{Loaded, stamp};
 use dynamics::model::Rods;
 use identification::channels_of;
 use identification::objective::{FrfObjective, FrfSettings, MISSING, ModeObjective, ModeSettings, PositionPrediction};
 use measurement::{FitSet, HoldOutSet};
-use report::document::{Identification, Input, Validation};
+use report::document::{IdentificationDocument, Input, ValidationDocument};
 use report::{gaps_table, positions_table};
 
 /// Runs the command.
 pub fn run(
     given: &ValidateArguments,
-    (identified, input): (&Identification, Input),
+    (identified, input): (&IdentificationDocument, Input),
     loaded: &Loaded,
     values: &[f64],
     mut warnings: Vec<String>,
@@ -36,7 +36,7 @@ pub fn run(
         ));
     let held_out = match &given.positions {
         Some(names) => {
-            let (chosen, _) = loaded.set.split(Some(names), &[]).map_err(told)?;
+            let (chosen, _) = loaded.set.split(Some(names), &[]).map_err(to_message)?;
             HoldOutSet { set: &loaded.set, positions: chosen.positions, frfs: chosen.frfs }
         }
         None if same_set && !(left.positions.is_empty() && left.frfs.is_empty()) => left,
@@ -56,35 +56,35 @@ pub fn run(
         let band_hz = settings.band_hz.map_or(FrfSettings::default().band_hz, |[from, to]| (from, to));
         let model_error = if settings.frf_model_error > 0.0 { settings.frf_model_error } else { FrfSettings::default().model_error };
         let frf_settings = FrfSettings { rods, band_hz, model_error, ..FrfSettings::default() };
-        let objective = FrfObjective::held_out(machine, &held_out, frf_settings).map_err(told)?;
+        let objective = FrfObjective::held_out(machine, &held_out, frf_settings).map_err(to_message)?;
         // Gain and delay belong to the channels of the set they were estimated on.
         let channels = if same_set { channels_of(machine, &tolerances(identified)) } else { Vec::new() };
         let objective = objective.calibrated(&channels);
         let gain = own_gain.unwrap_or_else(|| objective.best_gain(values));
         let mut frfs = Vec::new();
         for gap in objective.gaps(values, gain) {
-            frfs.extend(rows::frfs(&loaded.set, &[gap], if fitted.frfs.contains(&gap.frf) { "fit" } else { "held_out" }));
+            frfs.extend(document_rows::frfs(&loaded.set, &[gap], if fitted.frfs.contains(&gap.frf) { "fit" } else { "held_out" }));
         }
-        rows::gathered(&frfs)
+        document_rows::gathered(&frfs)
     } else {
         let mode_settings = ModeSettings { rods, ..ModeSettings::default() };
-        let objective = ModeObjective::held_out(machine, &held_out, mode_settings, None).map_err(told)?;
+        let objective = ModeObjective::held_out(machine, &held_out, mode_settings, None).map_err(to_message)?;
         let predictions = objective.predict(values);
         let gain = own_gain.or_else(|| Some(objective.amplitude_fit(&predictions)).filter(|f| f.count > 0 && !same_set).map(|f| f.gain));
         let row = |p: &PositionPrediction| {
             let name = loaded.set.positions[p.position].name.clone();
             let role = if fitted.positions.contains(&p.position) { "fit" } else { "held_out" };
-            let row = rows::position(&loaded.set, p, role, gain, &identified.fit_positions);
+            let row = document_rows::position(&loaded.set, p, role, gain, &identified.fit_positions);
             (name, row)
         };
         predictions.iter().map(row).collect::<BTreeMap<_, _>>()
     };
-    warnings.extend(rows::pairing_warnings(&positions));
+    warnings.extend(document_rows::pairing_warnings(&positions));
     let largest = positions.values().filter_map(|p| p.largest_error(MISSING)).reduce(f64::max);
     let largest_gap = positions.values().filter_map(|p| p.gap).reduce(f64::max);
     let mut stamped = stamp("validation", identified.stamp.seed, true, loaded, warnings);
     stamped.inputs.push(input);
-    let document = Validation { stamp: stamped, positions, largest_error: largest, largest_gap };
+    let document = ValidationDocument { stamp: stamped, positions, largest_error: largest, largest_gap };
     let mut text = if whole_frfs { gaps_table(&document.positions) } else { positions_table(&document.positions) };
     if let Some(largest) = largest {
         text += &format!("\nlargest frequency error: {:.2} %\n", 100.0 * largest);

@@ -2,7 +2,7 @@
 
 use clap::{Args, ValueEnum};
 
-use crate::arguments::Output;
+use crate::arguments::OutputArguments;
 
 /// Origins of the cases by name.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
@@ -76,5 +76,5 @@ pub struct WithheldArguments {
     #[arg(long, value_name = "S", default_value_t = 1800, value_parser = clap::value_parser!(u32).range(1..))]
     pub time_limit_s: u32,
     #[command(flatten)]
-    pub output: Output,
+    pub output: OutputArguments,
 }

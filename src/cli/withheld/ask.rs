@@ -11,8 +11,8 @@ use serde_json::Value;
 
 use super::arguments::WithheldArguments;
 use super::make::Flag;
-use crate::delivery::told;
-use crate::progress::Progress;
+use crate::outcome::to_message;
+use crate::progress::WorkProgress;
 use numeric::parallel::OrFirstError;
 use report::{OutputFolder, digest, to_json};
 use withheld::{Answer, CASES, Run, Seal, SealedCase, files_of};
@@ -62,8 +62,8 @@ impl Asking {
 
     /// Asks for all cases; those that were reached before a stop.
     pub fn all(&self, seal: &Seal, stop: &Flag, quiet: bool) -> Result<Vec<(String, Answer)>, String> {
-        let progress = Progress::counted(quiet, "diagnose", seal.cases.len());
-        let pool = rayon::ThreadPoolBuilder::new().num_threads(self.jobs).build().map_err(told)?;
+        let progress = WorkProgress::counted(quiet, "diagnose", seal.cases.len());
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(self.jobs).build().map_err(to_message)?;
         let answers: Result<Vec<Option<(String, Answer)>>, String> = pool.install(|| {
             let ask = |case: &SealedCase| -> Result<Option<(String, Answer)>, String> {
                 let run = match self.known(case) {
@@ -153,7 +153,7 @@ impl Asking {
     /// Waits for the end: its exit code (none for a signal or the time limit), or `None` if stopped.
     fn wait(&self, child: &mut Child, begun: Instant, stop: &Flag) -> Result<Option<Option<i32>>, String> {
         loop {
-            if let Some(status) = child.try_wait().map_err(told)? {
+            if let Some(status) = child.try_wait().map_err(to_message)? {
                 // Ctrl-C reaches both; the other may have been quicker.
                 if status.code() == Some(3) {
                     std::thread::sleep(Duration::from_millis(300));
@@ -163,7 +163,7 @@ impl Asking {
             let stopped = stop.load(Ordering::Relaxed);
             if stopped || begun.elapsed() >= self.limit {
                 let _ = child.kill();
-                child.wait().map_err(told)?;
+                child.wait().map_err(to_message)?;
                 return Ok((!stopped).then_some(None));
             }
             std::thread::sleep(Duration::from_millis(20));

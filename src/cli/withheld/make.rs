@@ -8,8 +8,8 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use rayon::prelude::*;
 
 use super::own::own_case;
-use crate::delivery::told;
-use crate::progress::Progress;
+use crate::outcome::to_message;
+use crate::progress::WorkProgress;
 use numeric::parallel::OrFirstError;
 use reference_simulator::{Counts, Label, Plan, TruthError, generate_one, labels_json, motion, write_case};
 use report::{OutputFolder, to_json};
@@ -58,7 +58,7 @@ pub fn make(folder: &Path, generator: &Generator, stop: &Flag, quiet: bool) -> R
     let out = OutputFolder::prepare(&aside)?;
     out.write("generator.json", whose.as_bytes())?;
     let plan = Plans::new(&generator.arm, &generator.counts, generator.seed);
-    let progress = Progress::counted(quiet, "make cases", generator.cases);
+    let progress = WorkProgress::counted(quiet, "make cases", generator.cases);
     let made: Vec<Option<Made>> = (0..generator.cases)
         .into_par_iter()
         .map(|index| -> Result<Option<Made>, String> {
@@ -84,7 +84,7 @@ pub fn make(folder: &Path, generator: &Generator, stop: &Flag, quiet: bool) -> R
             Err(why) => not_made.push(why),
         }
     }
-    let labels = labels_json(&labels).map_err(told)?;
+    let labels = labels_json(&labels).map_err(to_message)?;
     let seal = Seal::new(generator.clone(), &labels, cases, not_made)?;
     let whole = OutputFolder::prepare(folder)?;
     for part in [CASES, QUIET].into_iter().filter(|part| aside.join(part).exists()) {
@@ -107,7 +107,7 @@ fn one(out: &OutputFolder, aside: &Path, generator: &Generator, plan: &Plans, in
     let mut seal = |name: &str, freeze: &[String], write: Write<'_>, quiet: Option<Write<'_>>| -> Result<(), String> {
         let written = |whole: &str, write: Write<'_>| {
             let path = aside.join(whole).join(name);
-            write(&path).map_err(told)?;
+            write(&path).map_err(to_message)?;
             folder_digest(&path)
         };
         let sha256 = written(CASES, write)?;
@@ -120,14 +120,14 @@ fn one(out: &OutputFolder, aside: &Path, generator: &Generator, plan: &Plans, in
         Plans::Frf(plan) => {
             let made = match generator.truth.as_str() {
                 "own" => own_case(seed, plan, index).map_err(|e| format!("case {index}: {e}")),
-                _ => generate_one(seed, plan, index).map_err(told),
+                _ => generate_one(seed, plan, index).map_err(to_message),
             };
             made.map(|(case, label)| {
                 let mut both = std::iter::once(&case).chain(case.follow_up.as_deref());
                 both.try_for_each(|case| seal(&case.name, &case.freeze, &|path| write_case(path, case), None)).map(|()| label)
             })
         }
-        Plans::Motion(plan) => motion::generate_one(seed, plan, index).map_err(told).map(|(case, label)| {
+        Plans::Motion(plan) => motion::generate_one(seed, plan, index).map_err(to_message).map(|(case, label)| {
             let mut both = std::iter::once(&case).chain(case.follow_up.as_deref());
             both.try_for_each(|case| {
                 // Of all of them: which have one says nothing.

@@ -12,14 +12,16 @@ use std::sync::atomic::Ordering;
 use rayon::prelude::*;
 
 use self::arguments::{ArmName, CasesAsked, TruthName, WithheldArguments};
-use crate::delivery::{CommandResult, Outcome, deliver, prepare, print_out, told, warn};
 use crate::long_work::{on_threads, stop_flag};
+use crate::outcome::{CommandResult, Outcome, deliver, prepare, print_out, to_message, warn};
 use crate::sources::{document_input, stamp_files};
 use numeric::parallel::OrFirstError;
 use reference_simulator::{Counts, Label, motion};
 use report::document::Stamp;
 use report::to_json;
-use withheld::{Answer, CASES, CaseRow, FOLLOW_UP, Generator, Judgement, QUIET, Seal, SealRow, Withheld, judge, scores, scores_text};
+use withheld::{
+    Answer, CASES, CaseRow, FOLLOW_UP, Generator, Judgement, QUIET, Seal, SealRow, WithheldDocument, judge, scores, scores_text,
+};
 
 /// Runs the command.
 pub fn run(given: &WithheldArguments) -> CommandResult {
@@ -28,7 +30,7 @@ pub fn run(given: &WithheldArguments) -> CommandResult {
     }
     let ablation = ablation(&given.ablation)?;
     let kept = prepare(&given.output)?;
-    let folder = Folder::new(given.output.out.as_deref())?;
+    let folder = CaseFolder::new(given.output.out.as_deref())?;
     let stop = stop_flag();
     let Some(seal) = sealed(given, folder.path(), &stop)? else {
         eprintln!("stopped before all cases were made; the same command goes on from there if it has an --out");
@@ -36,8 +38,8 @@ pub fn run(given: &WithheldArguments) -> CommandResult {
     };
     // Before anything is scored, and beside the document where that goes to stdout alone.
     match (given.output.json, given.output.quiet) {
-        (false, _) => print_out(&seal.says())?,
-        (true, false) => eprint!("{}", seal.says()),
+        (false, _) => print_out(&seal.summary_text())?,
+        (true, false) => eprint!("{}", seal.summary_text()),
         (true, true) => {}
     }
     if given.cases_only {
@@ -68,7 +70,7 @@ pub fn run(given: &WithheldArguments) -> CommandResult {
     let judgements: Vec<Judgement> = judged.iter().map(|(_, j)| j.clone()).collect();
     let inputs = ["seal.json", "labels.json"].map(|name| document_input(&folder.path().join(name)));
     let inputs = inputs.into_iter().collect::<Result<_, _>>()?;
-    let document = Withheld {
+    let document = WithheldDocument {
         stamp: Stamp { seed: seal.generator.seed, complete, ..stamp_files("withheld", inputs, warnings(&seal, &judgements)) },
         seal: SealRow::from(&seal),
         program_sha256: plan.program_sha256.clone(),
@@ -90,7 +92,7 @@ fn judged(labels: &[Label], name: &str, answer: &Answer) -> Option<(String, Judg
     Some((name.to_string(), judge(label, name.ends_with(FOLLOW_UP), answer)))
 }
 
-fn text(document: &Withheld) -> String {
+fn text(document: &WithheldDocument) -> String {
     let mut text = scores_text(&document.scores);
     if !document.stamp.complete {
         text = format!("\nStopped early: {} of {} case folders are diagnosed.\n{text}", document.cases.len(), document.sealed_cases);
@@ -194,14 +196,14 @@ fn sealed(given: &WithheldArguments, folder: &Path, stop: &make::Flag) -> Result
 }
 
 /// The folder of a check; one that was not asked for is removed at the end.
-struct Folder {
+struct CaseFolder {
     path: PathBuf,
     temporary: bool,
 }
 
-impl Folder {
+impl CaseFolder {
     fn new(asked: Option<&Path>) -> Result<Self, String> {
-        let now = std::time::SystemTime::now().duration_since(std::time::UNIX_EPOCH).map_err(told)?;
+        let now = std::time::SystemTime::now().duration_since(std::time::UNIX_EPOCH).map_err(to_message)?;
         let name = format!("jointid-withheld-{}-{}", std::process::id(), now.as_nanos());
         let path = asked.map_or_else(|| std::env::temp_dir().join(name), Path::to_path_buf);
         Ok(Self { path, temporary: asked.is_none() })
@@ -212,7 +214,7 @@ impl Folder {
     }
 }
 
-impl Drop for Folder {
+impl Drop for CaseFolder {
     fn drop(&mut self) {
         if self.temporary {
             let _ = std::fs::remove_dir_all(&self.path);

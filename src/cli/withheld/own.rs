@@ -10,7 +10,7 @@ use num_complex::Complex64;
 use rand::SeedableRng;
 use rand_xoshiro::Xoshiro256PlusPlus;
 
-use crate::delivery::told;
+use crate::outcome::to_message;
 use config::read_machine_text;
 use diagnosis::{sample_discrepancy, sample_prior};
 use dynamics::model::{Rods, Structure};
@@ -38,12 +38,12 @@ const ATTEMPTS: usize = 30;
 
 /// As [`generate_one`], with the responses of the models under test.
 pub fn own_case(seed: u64, plan: &Plan, index: usize) -> Result<(Case, Label), String> {
-    let (mut case, mut label) = generate_one(seed, plan, index).map_err(told)?;
+    let (mut case, mut label) = generate_one(seed, plan, index).map_err(to_message)?;
     case.follow_up = None;
     let mut draw = Draw::new(seed).branch(0x006f_776e).branch(index as u64);
-    let config = read_machine_text("machine.toml", &case.description.to_toml(), &[], &[]).map_err(told)?;
+    let config = read_machine_text("machine.toml", &case.description.to_toml(), &[], &[]).map_err(to_message)?;
     let nuts_m: Vec<f64> = case.positions.iter().map(|p| p.nut_m).collect();
-    let described = config.machine.with_tolerances(&nuts_m).map_err(told)?;
+    let described = config.machine.with_tolerances(&nuts_m).map_err(to_message)?;
     let seed = draw.index(1 << 32) as u64;
     let mut truth = Truth::new(&described, &case, &label, seed);
     label.kind = match label.kind {
@@ -60,7 +60,7 @@ pub fn own_case(seed: u64, plan: &Plan, index: usize) -> Result<(Case, Label), S
             _ => 100.0,
         };
         let gauge = Gauge::new(&truth, &described, &case)?;
-        let patched = described.with_effect(effect).map_err(told)?;
+        let patched = described.with_effect(effect).map_err(to_message)?;
         let added = described.parameters.len()..patched.parameters.len();
         let with = truth.with(&patched, described.parameters.len(), seed);
         let reached;
@@ -137,7 +137,7 @@ impl Truth {
         for record in &case.records {
             let point = |name: &str| self.machine.point(name).ok_or_else(|| format!("the machine has no point «{name}»"));
             let (response, excitation) = (point(record.channel.response.name())?, point(record.channel.excitation.name())?);
-            let structure = Arc::new(Structure::new(&self.machine, response, excitation, Rods::Exact).map_err(told)?);
+            let structure = Arc::new(Structure::new(&self.machine, response, excitation, Rods::Exact).map_err(to_message)?);
             let (mut network, mut work) = (structure.network(), structure.workspace());
             let nut_m = case.positions.iter().zip(&self.off_m).find(|(p, _)| p.name == record.position).map(|(p, off_m)| p.nut_m + off_m);
             let operating = Operating::at(nut_m);

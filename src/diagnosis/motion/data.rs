@@ -2,7 +2,7 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use dynamics::inverse_dynamics::{Further, Motion, recorded};
+use dynamics::inverse_dynamics::{ExtraChannel, MotionSignal, recorded};
 
 /// Parts of the records that are left out one after another, and pieces of each in a record, between which lie pieces of the others.
 const PARTS: usize = 12;
@@ -11,7 +11,7 @@ const SLICES: usize = 5;
 /// Records to fit.
 pub struct MotionData<'m> {
     /// Their motions.
-    pub motions: Vec<&'m Motion>,
+    pub motions: Vec<&'m MotionSignal>,
     /// Recorded force, thinned, and the transmission error of further points, record after record.
     pub y: DVector<f64>,
     /// Columns of further points, each once.
@@ -25,7 +25,7 @@ pub struct MotionData<'m> {
 impl<'m> MotionData<'m> {
     /// Cuts records into twelve parts, each of five pieces of every record: of the time, or where the command repeats of its period, so that what is
     /// left out is left out of every period. Between pieces lies motion like theirs, so that what is foretold is no other place or speed.
-    pub fn new(motions: Vec<&'m Motion>) -> Self {
+    pub fn new(motions: Vec<&'m MotionSignal>) -> Self {
         let mut part = Vec::new();
         for motion in &motions {
             // All channels of a time are left out together.
@@ -44,8 +44,8 @@ impl<'m> MotionData<'m> {
     }
 
     /// Whether loops tell of a further point where the encoder is.
-    pub fn is_told(&self) -> bool {
-        self.motions.iter().flat_map(|m| &m.further).any(Further::is_told)
+    pub fn is_identifiable(&self) -> bool {
+        self.motions.iter().flat_map(|m| &m.further).any(ExtraChannel::is_identifiable)
     }
 
     /// Number of parts.
@@ -64,17 +64,17 @@ impl<'m> MotionData<'m> {
     }
 
     /// A column of force made record by record, thinned, with what it does to points that loops tell of.
-    pub fn column(&self, of: impl Fn(&Motion) -> Vec<f64>) -> DVector<f64> {
+    pub fn column(&self, of: impl Fn(&MotionSignal) -> Vec<f64>) -> DVector<f64> {
         self.channel(None, of)
     }
 
     /// The same of the recorded force alone.
-    pub fn recorded_force(&self, of: impl Fn(&Motion) -> Vec<f64>) -> DVector<f64> {
+    pub fn recorded_force(&self, of: impl Fn(&MotionSignal) -> Vec<f64>) -> DVector<f64> {
         self.made(of, true, |_, _, _| None)
     }
 
     /// The same of one channel, the force or a column of a further point, the latter nothing in the others.
-    pub fn channel(&self, column: Option<&str>, of: impl Fn(&Motion) -> Vec<f64>) -> DVector<f64> {
+    pub fn channel(&self, column: Option<&str>, of: impl Fn(&MotionSignal) -> Vec<f64>) -> DVector<f64> {
         self.made(of, column.is_none(), |further, m, made| match column {
             None => further.thinned(m, &further.told.as_ref()?.behind(made, m)),
             Some(column) => (column == further.column).then(|| further.thinned(m, made))?,
@@ -84,9 +84,9 @@ impl<'m> MotionData<'m> {
     /// What is made record by record, in the force's channel or not, and in those of further points as they say.
     fn made(
         &self,
-        of: impl Fn(&Motion) -> Vec<f64>,
+        of: impl Fn(&MotionSignal) -> Vec<f64>,
         force: bool,
-        further: impl Fn(&Further, &Motion, &[f64]) -> Option<Vec<f64>>,
+        further: impl Fn(&ExtraChannel, &MotionSignal, &[f64]) -> Option<Vec<f64>>,
     ) -> DVector<f64> {
         let mut all = Vec::with_capacity(self.samples());
         for m in &self.motions {

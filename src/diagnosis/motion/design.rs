@@ -16,7 +16,7 @@ use super::data::{MotionData, beside};
 
 /// Columns that designs share, with what is known of their coefficients.
 #[derive(Debug)]
-pub(super) struct Base {
+pub(super) struct SharedDesign {
     /// Columns, each a row, their samples in the order of the parts.
     rows: DMatrix<f64>,
     penalty: Vec<f64>,
@@ -26,7 +26,7 @@ pub(super) struct Base {
     inverses: Vec<DMatrix<f64>>,
 }
 
-impl Base {
+impl SharedDesign {
     /// Of columns in the order of the records. `penalty` is added to the diagonal of the normal equations, column by column: 0, or the noise's variance over
     /// that of the coefficient. `None` where columns are not independent.
     pub fn new(data: &MotionData<'_>, columns: &DMatrix<f64>, penalty: Vec<f64>) -> Option<Self> {
@@ -42,7 +42,7 @@ impl Base {
         let all: DMatrix<f64> = gram.iter().sum();
         let inverse = |normal: DMatrix<f64>| inverse(normal, &penalty, &lengths);
         let inverses: Option<Vec<DMatrix<f64>>> = gram.iter().map(|part| &all - part).chain([all.clone()]).map(inverse).collect();
-        Some(Base { inverses: inverses?, rows, penalty, gram })
+        Some(SharedDesign { inverses: inverses?, rows, penalty, gram })
     }
 }
 
@@ -52,12 +52,12 @@ pub(super) struct Forces {
     sorted: DMatrix<f64>,
     /// Sum of squares of each part (row).
     squares: DMatrix<f64>,
-    beside: Vec<Beside>,
+    beside: Vec<SharedProducts>,
 }
 
 /// Products with shared columns in each part and in all, and coefficients of each fit of them alone; those times the products of the part left out.
-struct Beside {
-    base: Arc<Base>,
+struct SharedProducts {
+    base: Arc<SharedDesign>,
     products: Vec<DMatrix<f64>>,
     sums: DMatrix<f64>,
     coefficients: Vec<DMatrix<f64>>,
@@ -66,19 +66,19 @@ struct Beside {
 
 impl Forces {
     /// Of forces in the order of the records, for designs beside some columns.
-    pub fn new(data: &MotionData<'_>, forces: &[DVector<f64>], bases: &[Arc<Base>]) -> Self {
+    pub fn new(data: &MotionData<'_>, forces: &[DVector<f64>], bases: &[Arc<SharedDesign>]) -> Self {
         let sorted = sorted(data, &DMatrix::from_columns(forces));
         let squares = DMatrix::from_fn(data.parts(), forces.len(), |part, at| {
             let (from, count) = data.rows_of(part);
             sorted.view((from, at), (count, 1)).norm_squared()
         });
-        let of = |base: &Arc<Base>| {
+        let of = |base: &Arc<SharedDesign>| {
             let products = with_shared(data, base, &sorted);
             let sums: DMatrix<f64> = products.iter().sum();
             let rests = products.iter().map(|part| &sums - part).chain([sums.clone()]);
             let coefficients: Vec<DMatrix<f64>> = base.inverses.iter().zip(rests).map(|(inverse, rest)| inverse * rest).collect();
             let bent = base.gram.iter().zip(&coefficients).map(|(gram, c)| gram * c).collect();
-            Beside { base: base.clone(), products, sums, coefficients, bent }
+            SharedProducts { base: base.clone(), products, sums, coefficients, bent }
         };
         Forces { beside: bases.iter().map(of).collect(), sorted, squares }
     }
@@ -90,7 +90,7 @@ impl Forces {
 }
 
 /// Products of shared columns with others in each part.
-fn with_shared(data: &MotionData<'_>, base: &Base, columns: &DMatrix<f64>) -> Vec<DMatrix<f64>> {
+fn with_shared(data: &MotionData<'_>, base: &SharedDesign, columns: &DMatrix<f64>) -> Vec<DMatrix<f64>> {
     let product = |(from, samples)| base.rows.columns(from, samples) * columns.rows(from, samples);
     (0..data.parts()).map(|part| product(data.rows_of(part))).collect()
 }
@@ -103,8 +103,8 @@ fn products(data: &MotionData<'_>, few: &DMatrix<f64>, columns: &DMatrix<f64>) -
 
 /// Linear columns beside shared ones. Coefficients stand in this order: shared, own.
 #[derive(Debug, Clone)]
-pub(super) struct Design {
-    base: Arc<Base>,
+pub(super) struct CandidateDesign {
+    base: Arc<SharedDesign>,
     /// Force with all coefficients at nothing, its samples in the order of the parts; and beside it the own columns.
     own: DMatrix<f64>,
     /// Ends of the coefficients that the candidate adds, by column.
@@ -112,7 +112,7 @@ pub(super) struct Design {
     ridge: f64,
     /// Fits without each part, and last with all.
     fits: Vec<Border>,
-    parts: Vec<Part>,
+    parts: Vec<PartProducts>,
 }
 
 /// What the own columns add to a fit.
@@ -127,7 +127,7 @@ struct Border {
 
 /// What the own columns and the force at nothing are in a part that is left out.
 #[derive(Debug, Clone)]
-struct Part {
+struct PartProducts {
     /// Products of shared and own columns with the force at nothing, its squares; products with [`Border::nothing`].
     shared: DVector<f64>,
     added: DVector<f64>,
@@ -156,11 +156,11 @@ impl Solved {
     }
 }
 
-impl Design {
+impl CandidateDesign {
     /// With own columns in the order of the records, and a ridge that keeps them apart. `None` where columns are not independent.
     pub fn new(
         data: &MotionData<'_>,
-        base: &Arc<Base>,
+        base: &Arc<SharedDesign>,
         shift: &DVector<f64>,
         own: &DMatrix<f64>,
         ridge: f64,
@@ -192,10 +192,10 @@ impl Design {
             let across: DMatrix<f64> = across - gram * &fit.stand_for;
             let own = own - of_own - across.tr_mul(&fit.stand_for);
             let squares = shift.rows(from, samples).norm_squared();
-            Part { shared, added, squares, bent: gram * &fit.nothing, across, own }
+            PartProducts { shared, added, squares, bent: gram * &fit.nothing, across, own }
         };
         let parts = parts.map(part).collect();
-        Some(Design { base: base.clone(), own: beside(&[&shift, &own]), bounds, ridge, fits, parts })
+        Some(CandidateDesign { base: base.clone(), own: beside(&[&shift, &own]), bounds, ridge, fits, parts })
     }
 
     /// Fits forces, and foretells each part from a fit without it. `None` where what the candidate adds would leave its range.
@@ -303,8 +303,8 @@ mod tests {
     use rand_xoshiro::Xoshiro256PlusPlus;
 
     use super::*;
-    use dynamics::inverse_dynamics::{Motion, Recipe};
-    use measurement::{Load, MotionRecord};
+    use dynamics::inverse_dynamics::{MotionSignal, Preprocessing};
+    use measurement::{DriveEffort, MotionRecord};
 
     /// Columns that border those shared are columns as all others: fits of every column at once, without each part and with all, say the same.
     #[test]
@@ -317,19 +317,19 @@ mod tests {
             time_s: (0..9000).map(|i| 1e-3 * i as f64).collect(),
             command_m: (0..9000).map(swings).collect(),
             position_m: (0..9000).map(swings).collect(),
-            load: Load::Force(vec![1.0; 9000]),
+            load: DriveEffort::Force(vec![1.0; 9000]),
             others: Default::default(),
         };
-        let motion = Motion::new(&record, Recipe::usual(1e-3)).unwrap();
+        let motion = MotionSignal::new(&record, Preprocessing::usual(1e-3)).unwrap();
         let data = MotionData::new(vec![&motion]);
         let mut random = Xoshiro256PlusPlus::seed_from_u64(1);
         let mut columns = |count: usize| DMatrix::from_fn(data.samples(), count, |_, _| random.random::<f64>() - 0.3);
         for (ridge, count) in [(0.0, 3), (0.2, 7), (0.0, 0)] {
             let (shared, own, shift, forces) = (columns(6), columns(count), columns(1), columns(2));
             let penalty = [vec![0.0; 2], vec![3.0; 4]].concat();
-            let base = Arc::new(Base::new(&data, &shared, penalty.clone()).unwrap());
+            let base = Arc::new(SharedDesign::new(&data, &shared, penalty.clone()).unwrap());
             let shift = shift.column(0).into_owned();
-            let design = Design::new(&data, &base, &shift, &own, ridge, Vec::new()).unwrap();
+            let design = CandidateDesign::new(&data, &base, &shift, &own, ridge, Vec::new()).unwrap();
             let forces: Vec<DVector<f64>> = forces.column_iter().map(|c| c.into_owned()).collect();
             let solved = design.solve(&data, &Forces::new(&data, &forces, &[base]));
             let all = beside(&[&shared, &own]);

@@ -4,10 +4,10 @@ use nalgebra::DVector;
 use rand::{RngExt, SeedableRng};
 use rand_xoshiro::Xoshiro256PlusPlus;
 
-use super::floor::Noise as Floor;
-use super::noise::{Noise, repeated};
-use crate::domain::share_closed;
-use dynamics::inverse_dynamics::{Motion, Rigid, prediction};
+use super::noise_floor::NoiseFloor as Floor;
+use super::residual_bootstrap::{ResidualBootstrap, repeated};
+use crate::evidence::share_closed;
+use dynamics::inverse_dynamics::{MotionSignal, Rigid, prediction};
 use machine::Machine;
 use numeric::statistics::quantile;
 
@@ -88,7 +88,7 @@ pub(super) fn not_repeating(residual: &[f64], period: usize) -> Vec<f64> {
 }
 
 /// A record with the prediction of a machine.
-pub fn part(rigid: &Rigid, machine: &Machine, values: &[f64], motion: &Motion) -> MotionPart {
+pub fn part(rigid: &Rigid, machine: &Machine, values: &[f64], motion: &MotionSignal) -> MotionPart {
     let predicted = prediction(rigid, machine, values, &[motion]);
     let mut channels = predicted.as_slice().chunks_exact(motion.load.len().max(1));
     let mut of = |column: &str, recorded: Vec<f64>| MotionPart {
@@ -126,7 +126,7 @@ pub(super) fn closed_interval(before: &[MotionPart], after: &[MotionPart], noise
     let mut all = Vec::new();
     for ((b, a), n) in flat(before).zip(flat(after)).zip(noise) {
         let residual = DVector::from_vec(a.residual.clone());
-        let block = Noise::new(&residual, &[(b.residual.len(), b.period)]).block().max((0.25 / b.step_s) as usize);
+        let block = ResidualBootstrap::new(&residual, &[(b.residual.len(), b.period)]).block().max((0.25 / b.step_s) as usize);
         all.push((b, a, n, block));
     }
     let drawn: Vec<f64> = (0..draws)

@@ -4,29 +4,29 @@
 //! period, a delay) runs over a lattice. Candidates are ranked by how they foretell parts of the motion that were left out of the fit; thresholds come
 //! from nulls: the machine with ordinary nuisances and noise that keeps the colour of what is left.
 
-mod cell;
-mod conclude;
+mod channel_weight;
+mod context;
 mod data;
+mod data_fault;
+mod decision;
 mod design;
-mod floor;
-mod free;
+mod diagnosis;
+mod free_function;
 mod gap;
-mod lattice;
-mod noise;
+mod grid;
+mod misfit_map;
+mod noise_floor;
 mod nuisance;
-mod null;
-mod record;
-mod stage;
-mod survey;
-mod verdict;
-mod weight;
-mod work;
+mod null_distribution;
+mod residual_bootstrap;
+mod screening;
+mod selection;
 
-pub use cell::{Cell, CellKind, cells};
 pub use data::MotionData;
+pub use data_fault::{Contradiction, RecordShift};
+pub use diagnosis::{LocatedMotion, MotionDiagnosis, MotionSettings, TriedMotion, diagnose_motion};
 pub use gap::{MotionPart, gap_of, part};
+pub use misfit_map::{MisfitAxis, MisfitCell, misfit_map};
 pub use nuisance::Nuisance;
-pub use null::Null;
-pub use record::{Contradiction, RecordShift};
-pub use survey::{MotionCandidate, Ranked, Survey};
-pub use verdict::{LocatedMotion, MotionDiagnosis, MotionSettings, TriedMotion, diagnose_motion};
+pub use null_distribution::MotionNullDistribution;
+pub use screening::{MotionCandidate, MotionScreening, Ranked};

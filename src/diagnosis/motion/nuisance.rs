@@ -3,7 +3,7 @@
 use nalgebra::DVector;
 
 use super::data::MotionData;
-use dynamics::inverse_dynamics::{Further, Motion, Rigid};
+use dynamics::inverse_dynamics::{ExtraChannel, MotionSignal, Rigid};
 use machine::{Machine, Operating, Value};
 use numeric::filter::central_differences;
 use numeric::statistics::{extremes, root_mean_square};
@@ -47,14 +47,14 @@ const SCALE: f64 = 2e-6;
 /// Palmgren); bearings, screw and coupling together give way one to four times as far as the nut that a plain description has; linear scales of machine
 /// tools are sold as good to ±3 µm (some to ±5 µm) per metre.
 pub(super) fn nuisances(data: &MotionData<'_>, rigid: &Rigid, machine: &Machine, values: &[f64]) -> Vec<Nuisance> {
-    let of = Ordinary::new(data, rigid, machine, values);
+    let of = MotionScales::new(data, rigid, machine, values);
     let mut all = [of.chain(), of.building_up(), of.giving_way(), of.slow(), of.thinning(), of.along(), of.drifting()].concat();
-    data.columns.iter().for_each(|column| all.extend([of.scale(column), of.told(column)].concat()));
+    data.columns.iter().for_each(|column| all.extend([of.scale(column), of.encoder_estimate(column)].concat()));
     all.retain(|n| n.column.norm() > 0.0);
     all
 }
 
-struct Ordinary<'o> {
+struct MotionScales<'o> {
     data: &'o MotionData<'o>,
     rigid: &'o Rigid,
     machine: &'o Machine,
@@ -69,7 +69,7 @@ struct Ordinary<'o> {
     travel: (f64, f64),
 }
 
-fn turned(m: &Motion, force: Vec<f64>) -> Vec<f64> {
+fn turned(m: &MotionSignal, force: Vec<f64>) -> Vec<f64> {
     force.into_iter().zip(m.direction()).map(|(f, s)| f * s).collect()
 }
 
@@ -78,32 +78,32 @@ fn sliding(rigid: &Rigid, machine: &Machine, values: &[f64], speed_m_s: f64) -> 
     0.5 * (rigid.steady(machine, values, speed_m_s) - rigid.steady(machine, values, -speed_m_s))
 }
 
-fn nothing(m: &Motion) -> Vec<f64> {
+fn nothing(m: &MotionSignal) -> Vec<f64> {
     vec![0.0; m.position_m.len()]
 }
 
-impl<'o> Ordinary<'o> {
+impl<'o> MotionScales<'o> {
     fn new(data: &'o MotionData<'o>, rigid: &'o Rigid, machine: &'o Machine, values: &'o [f64]) -> Self {
         let level = root_mean_square(data.motions.iter().flat_map(|m| m.load.iter().copied())).unwrap_or(0.0);
         let fastest = data.motions.iter().flat_map(|m| &m.velocity_m_s).fold(0.0_f64, |f, v| f.max(v.abs()));
         let dry = sliding(rigid, machine, values, 1e-9 * fastest).abs();
         let travel = extremes(data.motions.iter().flat_map(|m| &m.position_m));
-        Ordinary { data, rigid, machine, values, level, dry, fastest, travel }
+        MotionScales { data, rigid, machine, values, level, dry, fastest, travel }
     }
 
-    fn force(&self, machine: &Machine, m: &Motion) -> Vec<f64> {
+    fn force(&self, machine: &Machine, m: &MotionSignal) -> Vec<f64> {
         self.rigid.force(machine, self.values, m)
     }
 
-    fn nuisance(&self, name: impl Into<String>, of: impl Fn(&Motion) -> Vec<f64>) -> Nuisance {
+    fn nuisance(&self, name: impl Into<String>, of: impl Fn(&MotionSignal) -> Vec<f64>) -> Nuisance {
         Nuisance { name: name.into(), column: self.data.column(of) }
     }
 
     /// Friction in units of the drive's force, with what further points give way under it.
-    fn rubbing(&self, name: String, of: impl Fn(&Motion) -> Vec<f64>) -> Nuisance {
+    fn rubbing(&self, name: String, of: impl Fn(&MotionSignal) -> Vec<f64>) -> Nuisance {
         let mut column = self.data.column(&of);
         for further in &self.data.columns {
-            let gives = |m: &Motion| {
+            let gives = |m: &MotionSignal| {
                 let at = m.further.iter().position(|f| f.column == *further);
                 let gives = at.map_or(0.0, |at| self.rigid.rubbed(self.machine, self.values, m)[at]);
                 of(m).into_iter().map(|f| gives * f).collect::<Vec<f64>>()
@@ -114,22 +114,22 @@ impl<'o> Ordinary<'o> {
     }
 
     /// Half a wave, and more of them, along the travel.
-    fn wave(&self, m: &Motion, n: f64, size: f64) -> Vec<f64> {
+    fn wave(&self, m: &MotionSignal, n: f64, size: f64) -> Vec<f64> {
         let (low, high) = self.travel;
         m.position_m.iter().map(|x| size * (std::f64::consts::PI * n * (x - low) / (high - low)).cos()).collect()
     }
 
     /// A drive whose force comes late, the blur of filter and differences, and where the loops tell of a point clocks apart: the record of the force alone.
     fn chain(&self) -> Vec<Nuisance> {
-        let slope = |m: &Motion| central_differences(&self.force(self.machine, m));
-        let clock = |m: &Motion| slope(m).iter().map(|d| SKEW * d).collect::<Vec<f64>>();
+        let slope = |m: &MotionSignal| central_differences(&self.force(self.machine, m));
+        let clock = |m: &MotionSignal| slope(m).iter().map(|d| SKEW * d).collect::<Vec<f64>>();
         // What the loops tell shows how late their force is much better than that is known.
-        let late = |m: &Motion| {
+        let late = |m: &MotionSignal| {
             let periods_s = m.further.iter().filter_map(|f| Some(f.told.as_ref()?.periods_s)).fold(0.0, f64::max);
             slope(m).iter().map(|d| (SKEW + periods_s / m.step_s) * d).collect::<Vec<f64>>()
         };
         let mut all = vec![self.nuisance("~synchrony", late), self.nuisance("~blur", |m| central_differences(&slope(m)))];
-        if self.data.is_told() {
+        if self.data.is_identifiable() {
             all.push(Nuisance { name: "~clock".into(), column: self.data.recorded_force(clock) });
         }
         all
@@ -163,13 +163,13 @@ impl<'o> Ordinary<'o> {
     fn giving_way(&self) -> Vec<Nuisance> {
         // Where something gives way, friction builds up beyond it: not what that does by itself.
         let building_up = self.elastic(Rigid::BUILDS_UP_M);
-        let sliding = |m: &Motion| self.force(&building_up, m);
+        let sliding = |m: &MotionSignal| self.force(&building_up, m);
         let none = self.data.column(sliding);
         let mut all = Vec::new();
         for (joint, described) in self.machine.joints.iter().enumerate() {
             let mut less = none.clone();
             for times in GIVES {
-                let gives = |m: &Motion| self.rigid.force_giving_way((joint, times), self.machine, self.values, m);
+                let gives = |m: &MotionSignal| self.rigid.force_giving_way((joint, times), self.machine, self.values, m);
                 let more = self.data.column(|m| gives(m).unwrap_or_else(|| sliding(m)));
                 all.push(Nuisance { name: format!("~{} gives way {times} times", described.name), column: &more - &less });
                 less = more;
@@ -181,7 +181,7 @@ impl<'o> Ordinary<'o> {
     /// Friction that rises a little towards rest.
     fn slow(&self) -> Vec<Nuisance> {
         let below = |share: f64| {
-            let of = |m: &Motion| {
+            let of = |m: &MotionSignal| {
                 let rises = |v: &f64| CREEP * self.dry * (-(v / (share * self.fastest)).powi(2)).exp();
                 turned(m, m.velocity_m_s.iter().map(rises).collect())
             };
@@ -193,7 +193,7 @@ impl<'o> Ordinary<'o> {
     /// A film of oil whose viscosity falls with the speed at which it is sheared.
     fn thinning(&self) -> Vec<Nuisance> {
         let film = sliding(self.rigid, self.machine, self.values, self.fastest) - self.dry;
-        let of = |m: &Motion| turned(m, m.velocity_m_s.iter().map(|v| -THINS * film * (v / self.fastest).powi(2)).collect());
+        let of = |m: &MotionSignal| turned(m, m.velocity_m_s.iter().map(|v| -THINS * film * (v / self.fastest).powi(2)).collect());
         vec![self.rubbing("~film thins".into(), of)]
     }
 
@@ -201,7 +201,7 @@ impl<'o> Ordinary<'o> {
     fn along(&self) -> Vec<Nuisance> {
         let of = |n: u32| {
             let size = ALONG * self.level * (3.0 / f64::from(n)).min(1.0);
-            let wave = move |m: &Motion| self.wave(m, f64::from(n), size);
+            let wave = move |m: &MotionSignal| self.wave(m, f64::from(n), size);
             let friction = self.rubbing(format!("~friction along {n}"), move |m| turned(m, wave(m)));
             [friction, self.nuisance(format!("~force along {n}"), wave)]
         };
@@ -210,7 +210,7 @@ impl<'o> Ordinary<'o> {
 
     /// Friction and force that drift with time.
     fn drifting(&self) -> Vec<Nuisance> {
-        let drift = |m: &Motion| {
+        let drift = |m: &MotionSignal| {
             let count = m.position_m.len();
             (0..count).map(|i| DRIFT * self.level * (2.0 * i as f64 / count as f64 - 1.0)).collect::<Vec<f64>>()
         };
@@ -221,7 +221,7 @@ impl<'o> Ordinary<'o> {
     /// [`Further::thinned`](dynamics::inverse_dynamics::Further::thinned) takes out.
     fn scale(&self, column: &str) -> Vec<Nuisance> {
         let of = |n: u32| {
-            let wave = |m: &Motion| {
+            let wave = |m: &MotionSignal| {
                 let (low, high) = extremes(&m.position_m);
                 further(m, column)
                     .map_or_else(|| nothing(m), |f| self.wave(m, f64::from(n), self.rigid.point_ratio(f.point) * SCALE * (high - low)))
@@ -233,21 +233,21 @@ impl<'o> Ordinary<'o> {
 
     /// What is ordinarily wrong of a further point that the loops tell of: their factor; wind-up, which is described in part,
     /// and on which side of it friction sits.
-    fn told(&self, column: &str) -> Vec<Nuisance> {
-        let told = |m: &Motion| m.further.iter().position(|f| f.column == column && f.is_told());
-        let channel = |name: String, of: &dyn Fn(&Motion, usize) -> Vec<f64>| {
+    fn encoder_estimate(&self, column: &str) -> Vec<Nuisance> {
+        let told = |m: &MotionSignal| m.further.iter().position(|f| f.column == column && f.is_identifiable());
+        let channel = |name: String, of: &dyn Fn(&MotionSignal, usize) -> Vec<f64>| {
             let column = self.data.channel(Some(column), |m| told(m).map_or_else(|| nothing(m), |at| of(m, at)));
             Nuisance { name, column }
         };
-        let winds = |m: &Motion, at: usize| {
+        let winds = |m: &MotionSignal, at: usize| {
             let winds = self.rigid.transmission(self.machine, self.values, m).swap_remove(at);
             winds.into_iter().map(|e| WINDS * e).collect()
         };
-        let sides = |m: &Motion, at: usize| {
+        let sides = |m: &MotionSignal, at: usize| {
             let gives = self.rigid.rubbed(self.machine, self.values, m)[at];
             m.direction().into_iter().map(|s| WINDS * self.dry * gives * s).collect()
         };
-        let factor = |m: &Motion, at: usize| m.further[at].told.as_ref().map_or_else(Vec::new, |t| t.factor_m.clone());
+        let factor = |m: &MotionSignal, at: usize| m.further[at].told.as_ref().map_or_else(Vec::new, |t| t.factor_m.clone());
         vec![
             channel(format!("~factor of the loops of {column}"), &factor),
             channel(format!("~wind-up of {column}"), &winds),
@@ -256,6 +256,6 @@ impl<'o> Ordinary<'o> {
     }
 }
 
-fn further<'m>(m: &'m Motion, column: &str) -> Option<&'m Further> {
+fn further<'m>(m: &'m MotionSignal, column: &str) -> Option<&'m ExtraChannel> {
     m.further.iter().find(|f| f.column == column)
 }

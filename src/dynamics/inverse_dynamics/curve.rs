@@ -1,7 +1,7 @@
 //! The friction curve from the constant speeds of a motion.
 
 use super::phase::Phase;
-use super::recipe::{Motion, phases};
+use super::preprocessing::{MotionSignal, phases};
 use numeric::statistics::median;
 
 /// One stretch at constant speed.
@@ -27,7 +27,7 @@ const SETTLES: f64 = 0.2;
 
 /// Mean force over velocity, one point for each stretch at constant speed of a motion; `inertia` (N per m/s²) takes out what its remaining
 /// acceleration needs.
-pub fn friction_curve(motion: &Motion, inertia: f64) -> Vec<CurvePoint> {
+pub fn friction_curve(motion: &MotionSignal, inertia: f64) -> Vec<CurvePoint> {
     let all = phases(motion);
     let kept: Vec<usize> = motion.kept().collect();
     let mut points = Vec::new();

@@ -29,7 +29,7 @@ pub enum InverseError {
     },
     /// A parameter that records do not tell beside the others.
     #[error("{why}")]
-    Untold {
+    Unidentifiable {
         /// Index in the machine.
         parameter: usize,
         /// In words.

@@ -1,8 +1,8 @@
 //! The force that a rigid machine needs for a motion.
 
-use super::beyond::Beyond;
-use super::friction::{Law, Waved, sign};
-use super::recipe::Motion;
+use super::compliant_load::CompliantLoad;
+use super::friction::{FrictionForce, Ripple, sign};
+use super::preprocessing::MotionSignal;
 use super::rigid::Rigid;
 use machine::{Machine, Operating, Value};
 
@@ -15,7 +15,7 @@ impl Rigid {
             .iter()
             .map(|joint| {
                 let ratio = self.ratio(&joint.on);
-                let mut law = Law::new(&joint.friction, &number);
+                let mut law = FrictionForce::new(&joint.friction, &number);
                 law.wave = None;
                 let v = ratio * velocity_m_s;
                 ratio * (number(&joint.damping) * v + sign(v) * law.level(v, 0.0) + law.asymmetry * v.abs() + law.offset)
@@ -37,26 +37,32 @@ impl Rigid {
     ///
     /// # Units      m, s, N (or rad, N·m at a driven angle)
     /// # Errors     none; parameters out of their range give what they give
-    pub fn force(&self, machine: &Machine, values: &[f64], motion: &Motion) -> Vec<f64> {
-        let beyond = if motion.records_points() { None } else { Beyond::new(self, machine, values) };
+    pub fn force(&self, machine: &Machine, values: &[f64], motion: &MotionSignal) -> Vec<f64> {
+        let beyond = if motion.records_points() { None } else { CompliantLoad::new(self, machine, values) };
         self.force_before(beyond.as_ref(), machine, values, motion)
     }
 
     /// The same where a joint (index) gives way, so many times as far as it is described to; `None` where that makes no difference to the drive, or another
     /// gives way already.
-    pub fn force_giving_way(&self, (joint, times): (usize, f64), machine: &Machine, values: &[f64], motion: &Motion) -> Option<Vec<f64>> {
-        if motion.records_points() || Beyond::new(self, machine, values).is_some() {
+    pub fn force_giving_way(
+        &self,
+        (joint, times): (usize, f64),
+        machine: &Machine,
+        values: &[f64],
+        motion: &MotionSignal,
+    ) -> Option<Vec<f64>> {
+        if motion.records_points() || CompliantLoad::new(self, machine, values).is_some() {
             return None;
         }
-        let beyond = Beyond::behind(joint, self, machine, values)?.softer(times);
+        let beyond = CompliantLoad::behind(joint, self, machine, values)?.softer(times);
         Some(self.force_before(Some(&beyond), machine, values, motion))
     }
 
-    fn force_before(&self, beyond: Option<&Beyond<'_>>, machine: &Machine, values: &[f64], motion: &Motion) -> Vec<f64> {
+    fn force_before(&self, beyond: Option<&CompliantLoad<'_>>, machine: &Machine, values: &[f64], motion: &MotionSignal) -> Vec<f64> {
         let number = |value: &Value| value.at(values, &Operating::default());
         let Some(drive) = &machine.drive else { return vec![0.0; motion.position_m.len()] };
         let mut force = self.balance(beyond, machine, values, motion).force;
-        if let Some(ripple) = Waved::new(&drive.ripple, &number) {
+        if let Some(ripple) = Ripple::new(&drive.ripple, &number) {
             force.iter_mut().zip(&motion.position_m).for_each(|(f, x)| *f -= ripple.at(self.driven * x));
         }
         let factor = number(&drive.force_factor);
@@ -65,7 +71,7 @@ impl Rigid {
     }
 
     /// What moves a machine along a motion, and what resists, perhaps with something behind a joint that gives way.
-    pub(super) fn balance(&self, beyond: Option<&Beyond<'_>>, machine: &Machine, values: &[f64], motion: &Motion) -> Balance {
+    pub(super) fn balance(&self, beyond: Option<&CompliantLoad<'_>>, machine: &Machine, values: &[f64], motion: &MotionSignal) -> Balance {
         let number = |value: &Value| value.at(values, &Operating::default());
         let carried = beyond.map(|beyond| beyond.follow(self, values, motion));
         let inertia = self.inertia_of(machine, values, &|p| beyond.is_none_or(|b| !b.holds(&[(p, 1.0)])));
@@ -81,7 +87,7 @@ impl Rigid {
                 continue;
             }
             let damping = number(&joint.damping);
-            let law = Law::new(&joint.friction, &number);
+            let law = FrictionForce::new(&joint.friction, &number);
             let mut against = law.along(ratio, &motion.velocity_m_s, &motion.position_m, motion.step_s);
             for ((sum, v), force) in sum.iter_mut().zip(&motion.velocity_m_s).zip(&mut against) {
                 *force += damping * ratio * v;
@@ -105,7 +111,7 @@ impl Rigid {
     }
 
     /// The joint (index) whose damper and friction take most work along a motion.
-    pub fn rubs_most(&self, machine: &Machine, values: &[f64], motion: &Motion) -> Option<usize> {
+    pub fn rubs_most(&self, machine: &Machine, values: &[f64], motion: &MotionSignal) -> Option<usize> {
         let balance = self.balance(None, machine, values, motion);
         let work =
             |(joint, force): &(usize, Vec<f64>)| self.ratio(&machine.joints[*joint].on).abs() * force.iter().map(|f| f.abs()).sum::<f64>();

@@ -14,17 +14,17 @@ pub(super) fn sign(x: f64) -> f64 {
 }
 
 /// A wave with its numbers.
-pub(super) struct Waved {
+pub(super) struct Ripple {
     cosine: f64,
     sine: f64,
     wave_number: f64,
 }
 
-impl Waved {
+impl Ripple {
     /// `None` where it has no height.
     pub fn new(wave: &Wave, number: &impl Fn(&Value) -> f64) -> Option<Self> {
         let (cosine, sine, period) = (number(&wave.cosine), number(&wave.sine), number(&wave.period));
-        ((cosine != 0.0 || sine != 0.0) && period > 0.0).then(|| Waved { cosine, sine, wave_number: std::f64::consts::TAU / period })
+        ((cosine != 0.0 || sine != 0.0) && period > 0.0).then(|| Ripple { cosine, sine, wave_number: std::f64::consts::TAU / period })
     }
 
     pub fn at(&self, x: f64) -> f64 {
@@ -34,7 +34,7 @@ impl Waved {
 }
 
 /// A friction law with its numbers.
-pub(super) struct Law {
+pub(super) struct FrictionForce {
     coulomb: f64,
     pub offset: f64,
     pub asymmetry: f64,
@@ -43,13 +43,13 @@ pub(super) struct Law {
     exponent: f64,
     pub stiffness: f64,
     damping: f64,
-    pub wave: Option<Waved>,
+    pub wave: Option<Ripple>,
     pub load_share: f64,
 }
 
-impl Law {
+impl FrictionForce {
     pub fn new(friction: &Friction, number: &impl Fn(&Value) -> f64) -> Self {
-        Law {
+        FrictionForce {
             coulomb: number(&friction.coulomb),
             offset: number(&friction.offset),
             asymmetry: number(&friction.viscous_asymmetry),
@@ -58,7 +58,7 @@ impl Law {
             exponent: number(&friction.stribeck_exponent),
             stiffness: number(&friction.presliding_stiffness),
             damping: number(&friction.presliding_damping),
-            wave: Waved::new(&friction.position, number),
+            wave: Ripple::new(&friction.position, number),
             load_share: number(&friction.load_share),
         }
     }

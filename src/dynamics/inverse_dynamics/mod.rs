@@ -4,26 +4,26 @@
 //! Where further points of the machine were recorded, what their springs, plays and leads put between them and the encoder is fitted along,
 //! each channel in units of its noise.
 
-mod beyond;
-mod channel;
+mod backlash;
+mod compliant_load;
 mod curve;
 mod error;
+mod extra_channel;
+mod extra_column;
 mod force;
 mod friction;
-mod further;
+mod loop_observer;
 mod phase;
-mod play;
 mod prediction;
-mod recipe;
+mod preprocessing;
 mod rigid;
-mod told;
 mod transmission;
 
-pub use channel::{Further, Told};
 pub use curve::{CurvePoint, friction_curve};
 pub use error::InverseError;
-pub use further::{leave_crossings_out, weights};
+pub use extra_channel::{EncoderEstimate, ExtraChannel};
+pub use extra_column::{mask_backlash_crossings, weights};
 pub use phase::Phase;
-pub use prediction::{Columns, derivatives, free_parameters, inverse, prediction, recorded, unseen};
-pub use recipe::{Motion, Recipe, phases};
+pub use prediction::{LinearForce, derivatives, free_parameters, inverse, prediction, recorded, unseen};
+pub use preprocessing::{MotionSignal, Preprocessing, phases};
 pub use rigid::Rigid;

@@ -3,7 +3,7 @@
 use nalgebra::{DMatrix, DVector};
 
 use super::error::InverseError;
-use super::recipe::Motion;
+use super::preprocessing::MotionSignal;
 use super::rigid::Rigid;
 use machine::{FitRule, Machine};
 
@@ -21,7 +21,7 @@ pub fn free_parameters(machine: &Machine, frozen: &[String]) -> Result<Vec<usize
 
 /// The force of a machine along motions, thinned, one record after another; after that of each record the transmission error at its further
 /// points, weighed; of one told by the loops with what the force does to it.
-pub fn prediction(rigid: &Rigid, machine: &Machine, values: &[f64], motions: &[&Motion]) -> DVector<f64> {
+pub fn prediction(rigid: &Rigid, machine: &Machine, values: &[f64], motions: &[&MotionSignal]) -> DVector<f64> {
     let mut all = Vec::with_capacity(samples(motions));
     for m in motions {
         let force = rigid.force(machine, values, m);
@@ -37,7 +37,7 @@ pub fn prediction(rigid: &Rigid, machine: &Machine, values: &[f64], motions: &[&
 }
 
 /// The recorded force, and the transmission error of further points, as in [`prediction`].
-pub fn recorded(motions: &[&Motion]) -> DVector<f64> {
+pub fn recorded(motions: &[&MotionSignal]) -> DVector<f64> {
     let mut all = Vec::with_capacity(samples(motions));
     for m in motions {
         all.extend_from_slice(&m.load);
@@ -46,16 +46,16 @@ pub fn recorded(motions: &[&Motion]) -> DVector<f64> {
     DVector::from_vec(all)
 }
 
-fn samples(motions: &[&Motion]) -> usize {
+fn samples(motions: &[&MotionSignal]) -> usize {
     motions.iter().flat_map(|m| m.channels()).map(|(length, _)| length).sum()
 }
 
 /// Free parameters on which records with further points do not depend at all.
-pub fn unseen(rigid: &Rigid, machine: &Machine, free: &[usize], motions: &[&Motion]) -> Vec<usize> {
+pub fn unseen(rigid: &Rigid, machine: &Machine, free: &[usize], motions: &[&MotionSignal]) -> Vec<usize> {
     if motions.iter().all(|m| m.further.is_empty()) {
         return Vec::new();
     }
-    let columns = Columns::new(rigid, machine, &machine.start(), free, motions);
+    let columns = LinearForce::new(rigid, machine, &machine.start(), free, motions);
     free.iter().zip(columns.derivatives.column_iter()).filter(|(_, c)| c.norm() == 0.0).map(|(i, _)| *i).collect()
 }
 
@@ -64,18 +64,18 @@ const STEP: f64 = 1e-3;
 
 /// Prediction and its derivatives with parameters, at a place.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Columns {
+pub struct LinearForce {
     /// The prediction.
     pub prediction: DVector<f64>,
     /// Derivatives with the parameters asked for, in their order and units.
     pub derivatives: DMatrix<f64>,
 }
 
-impl Columns {
+impl LinearForce {
     /// See [`derivatives`].
-    pub fn new(rigid: &Rigid, machine: &Machine, values: &[f64], free: &[usize], motions: &[&Motion]) -> Self {
+    pub fn new(rigid: &Rigid, machine: &Machine, values: &[f64], free: &[usize], motions: &[&MotionSignal]) -> Self {
         let here = prediction(rigid, machine, values, motions);
-        Columns { derivatives: derivatives(rigid, machine, values, free, motions, &here), prediction: here }
+        LinearForce { derivatives: derivatives(rigid, machine, values, free, motions, &here), prediction: here }
     }
 }
 
@@ -86,7 +86,7 @@ pub fn derivatives(
     machine: &Machine,
     values: &[f64],
     free: &[usize],
-    motions: &[&Motion],
+    motions: &[&MotionSignal],
     here: &DVector<f64>,
 ) -> DMatrix<f64> {
     let mut derivatives = DMatrix::zeros(here.len(), free.len());

@@ -3,8 +3,8 @@
 use nalgebra::DMatrix;
 
 use super::error::InverseError;
-use super::recipe::Motion;
-use machine::{Machine, Motion as Kind, Operating};
+use super::preprocessing::MotionSignal;
+use machine::{Machine, Operating, PointMotion as Kind};
 
 /// A machine whose moving points keep in step: how fast each moves beside what the position encoder reads.
 #[derive(Debug, Clone, PartialEq)]
@@ -66,7 +66,7 @@ impl Rigid {
     /// Checks that a record gives what the drive gives.
     ///
     /// # Errors  a force is recorded where the drive turns, or a torque where it does not.
-    pub fn check(&self, machine: &Machine, motion: &Motion) -> Result<(), InverseError> {
+    pub fn check(&self, machine: &Machine, motion: &MotionSignal) -> Result<(), InverseError> {
         let drive = machine.drive.as_ref().ok_or(InverseError::NoDrive)?;
         let point = &machine.points[drive.on];
         let wanted = if point.motion == Kind::Translation { "force_n" } else { "torque_nm" };

@@ -2,14 +2,14 @@
 
 use nalgebra::{DMatrix, DVector, Dyn, LU};
 
-use super::beyond::Beyond;
+use super::backlash::{flight, sides};
+use super::compliant_load::CompliantLoad;
 use super::force::Balance;
-use super::friction::Waved;
-use super::play::{flight, sides};
-use super::recipe::Motion;
+use super::friction::Ripple;
+use super::preprocessing::MotionSignal;
 use super::rigid::Rigid;
 use crate::model::matrices;
-use machine::{Joint, Machine, Motion as Kind, Operating, Value};
+use machine::{Joint, Machine, Operating, PointMotion as Kind, Value};
 
 /// Lumps of each rod.
 const LUMPS: usize = 4;
@@ -62,7 +62,7 @@ impl Statics {
     }
 
     /// By how much a combination of points gives way along a motion: −g·(M·r·a + Σ cⱼ·(damper and friction)ⱼ) + g_d·F.
-    fn deflection(&self, compliance: &DVector<f64>, machine: &Machine, balance: &Balance, motion: &Motion) -> Vec<f64> {
+    fn deflection(&self, compliance: &DVector<f64>, machine: &Machine, balance: &Balance, motion: &MotionSignal) -> Vec<f64> {
         let share = |on: &[(usize, f64)]| self.row(on).rows(0, self.size).dot(compliance);
         let inertia = self.inertia.dot(compliance);
         let driven = machine.drive.as_ref().map_or(0.0, |d| share(&[(d.on, 1.0)]));
@@ -94,7 +94,7 @@ impl Rigid {
     ///   with several springs side by side the side of a play is that of the load without the others' play
     /// # Source     quasi-static wind-up of a feed drive: Altintas et al., CIRP Annals 60 (2011) 779–796; signs as of
     ///   the simulator of motions
-    pub fn transmission(&self, machine: &Machine, values: &[f64], motion: &Motion) -> Vec<Vec<f64>> {
+    pub fn transmission(&self, machine: &Machine, values: &[f64], motion: &MotionSignal) -> Vec<Vec<f64>> {
         if motion.further.is_empty() {
             return Vec::new();
         }
@@ -108,14 +108,14 @@ impl Rigid {
         let mut unstrained: Vec<(&Joint, Vec<f64>)> = Vec::new();
         for (index, joint) in machine.joints.iter().enumerate() {
             let (half, growth) = (0.5 * number(&joint.gap), number(&joint.lead_error.growth));
-            let wave = Waved::new(&joint.lead_error.wave, &number);
+            let wave = Ripple::new(&joint.lead_error.wave, &number);
             if !(number(&joint.stiffness) > 0.0) || (half == 0.0 && growth == 0.0 && wave.is_none()) {
                 continue;
             }
             let mut place = vec![0.0; motion.position_m.len()];
             if half != 0.0 {
                 let given = statics.deflection(&statics.compliance(&joint.on), machine, &balance, motion);
-                let moved = match Beyond::behind(index, self, machine, values) {
+                let moved = match CompliantLoad::behind(index, self, machine, values) {
                     Some(beyond) => flight(&given, half, number(&joint.stiffness) * beyond.yields(self, values), motion.step_s),
                     None => sides(&given).into_iter().map(|side| half * side).collect(),
                 };
@@ -142,7 +142,7 @@ impl Rigid {
     }
 
     /// What the plays of a machine add to the transmission error at each further point of a motion; `None` where it has none.
-    pub(super) fn played(&self, machine: &Machine, values: &[f64], motion: &Motion) -> Option<Vec<Vec<f64>>> {
+    pub(super) fn played(&self, machine: &Machine, values: &[f64], motion: &MotionSignal) -> Option<Vec<Vec<f64>>> {
         let loose = |joint: &Joint| joint.gap.at(values, &Operating::default()) != 0.0;
         if !machine.joints.iter().any(loose) {
             return None;
@@ -155,7 +155,7 @@ impl Rigid {
     }
 
     /// What each further point of a motion gives way per force (or torque) that the drive has to add where the most rubbing joint rubs more.
-    pub fn rubbed(&self, machine: &Machine, values: &[f64], motion: &Motion) -> Vec<f64> {
+    pub fn rubbed(&self, machine: &Machine, values: &[f64], motion: &MotionSignal) -> Vec<f64> {
         let at = Operating::at(machine.stroke_m().map(|s| 0.5 * s));
         let most = self.rubs_most(machine, values, motion);
         let drive = machine.drive.as_ref().map(|d| d.on);

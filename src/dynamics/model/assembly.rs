@@ -1,12 +1,12 @@
 //! The dynamic stiffness D(ω) of a network: assembled from its numbers, and factored; the count of modes that follows.
 
-use super::lanes::{ABREAST, Complexes, LANES, Reals, grouped};
-use super::lines::KnownRod;
-use super::network::Network;
+use super::assembled_model::AssembledModel;
+use super::frequency_grid::KnownRod;
 use super::rod::{Rod, loss_each};
+use super::simd::{ABREAST, Complexes, LANES, Reals, grouped};
 use super::workspace::Workspace;
 
-impl Network {
+impl AssembledModel {
     /// Number of undamped natural frequencies below ω, rigid-body modes included.
     ///
     /// # Source  Wittrick and Williams, Q. J. Mech. Appl. Math. 24 (1971) 263–284: J = J₀ + s{D}.
@@ -14,7 +14,7 @@ impl Network {
         self.factor_undamped(&[Reals::splat(omega_rad_s)], &mut work.real)[0].to_array()[0] as usize
     }
 
-    /// As [`Network::modes_below`], at some frequencies.
+    /// As [`AssembledModel::modes_below`], at some frequencies.
     pub fn modes_below_each(&self, omega_rad_s: &[f64], work: &mut Workspace, below: &mut Vec<usize>) {
         below.clear();
         for some in omega_rad_s.chunks(ABREAST * LANES) {

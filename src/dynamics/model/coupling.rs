@@ -13,7 +13,7 @@
 use nalgebra::DMatrix;
 use num_complex::Complex64;
 
-use super::network::Network;
+use super::assembled_model::AssembledModel;
 use super::rod::Rod;
 use super::structure::ModelError;
 use machine::Machine;
@@ -21,7 +21,7 @@ use machine::Machine;
 /// All receptances (point × point, in the machine's order; zero for held points) at one frequency by receptance coupling.
 ///
 /// # Errors  [`ModelError::Massless`] where a point has neither inertia nor shaft: it has no receptance of its own.
-pub fn coupled_receptances(network: &Network, machine: &Machine, omega_rad_s: f64) -> Result<DMatrix<Complex64>, ModelError> {
+pub fn coupled_receptances(network: &AssembledModel, machine: &Machine, omega_rad_s: f64) -> Result<DMatrix<Complex64>, ModelError> {
     let shape = &network.structure;
     // One coordinate for each lumped inertia and each rod end; `of_point` says which point it sits on.
     let mut blocks: Vec<(Vec<usize>, Vec<Complex64>)> = Vec::new();

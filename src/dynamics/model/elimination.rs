@@ -3,8 +3,8 @@
 use std::cell::Cell;
 use std::collections::BTreeSet;
 
-use super::lanes::ABREAST;
 use super::scalar::Scalar;
+use super::simd::ABREAST;
 
 /// One pivot: its own slot, its later neighbours, and which products are taken from which slots.
 #[derive(Debug, Clone)]
@@ -227,7 +227,7 @@ impl Elimination {
 mod tests {
     use num_complex::Complex64;
 
-    use super::super::lanes::{Complexes, Reals};
+    use super::super::simd::{Complexes, Reals};
     use super::*;
 
     /// A dense matrix through the sparse path: every entry of the inverse times the matrix is the identity.

@@ -1,7 +1,7 @@
 //! Where a mode keeps its strain energy.
 
-use super::lanes::{Complexes, Reals};
-use super::network::Network;
+use super::assembled_model::AssembledModel;
+use super::simd::{Complexes, Reals};
 use machine::{Machine, Operating};
 
 /// What a joint, a spring of a series in a joint, or a shaft has of a mode.
@@ -15,7 +15,7 @@ pub struct EnergyShare {
     pub share: f64,
 }
 
-impl Network {
+impl AssembledModel {
     /// How the strain energy of an undamped mode is spread over joints and shafts; springs of a series follow their joint, and are
     /// contained in it.
     ///

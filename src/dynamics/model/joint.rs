@@ -2,8 +2,8 @@
 
 use num_complex::Complex64;
 
-use super::lanes::{Complexes, Reals};
 use super::rod::loss;
+use super::simd::{Complexes, Reals};
 
 /// Numbers of one joint.
 #[derive(Debug, Clone, Copy, Default)]

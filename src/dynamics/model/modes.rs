@@ -1,7 +1,7 @@
 //! Undamped natural frequencies: counted, isolated, refined.
 
-use super::lanes::{Complexes, Reals};
-use super::network::Network;
+use super::assembled_model::AssembledModel;
+use super::simd::{Complexes, Reals};
 use super::solution::Solution;
 use super::workspace::Workspace;
 use numeric::root::{Bracket, refine};
@@ -9,7 +9,7 @@ use numeric::unit::omega_rad_s;
 
 /// An undamped natural mode.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Mode {
+pub struct UndampedMode {
     /// Natural frequency (Hz); 0 for a rigid-body mode.
     pub frequency_hz: f64,
     /// Deflection of each coordinate of the structure, scaled so that the largest is 1. Empty for rigid-body modes
@@ -28,10 +28,11 @@ const WIDTH: f64 = 1e-11;
 ///
 /// Every mode is isolated by the Wittrick–Williams count, so that none is missed; frequencies that coincide to
 /// 1e-11 (relative) are given as often as they count.
-pub fn undamped_modes(network: &Network, max_hz: f64, work: &mut Workspace) -> Vec<Mode> {
+pub fn undamped_modes(network: &AssembledModel, max_hz: f64, work: &mut Workspace) -> Vec<UndampedMode> {
     let count = |f: f64, work: &mut Workspace| network.modes_below(omega_rad_s(f), work);
     let rigid = count(RIGID_HZ, work);
-    let mut modes: Vec<Mode> = (0..rigid).map(|_| Mode { frequency_hz: 0.0, shape: Vec::new(), damping_ratio: None }).collect();
+    let mut modes: Vec<UndampedMode> =
+        (0..rigid).map(|_| UndampedMode { frequency_hz: 0.0, shape: Vec::new(), damping_ratio: None }).collect();
     if let [only] = modes.as_mut_slice() {
         only.shape = shaped(network, RIGID_HZ, work).shape;
     }
@@ -55,13 +56,13 @@ pub fn undamped_modes(network: &Network, max_hz: f64, work: &mut Workspace) -> V
 }
 
 /// The one natural frequency (Hz) between `low` and `high`, by the sign of the count: halving, exact to 1e-11 (relative).
-fn isolated(network: &Network, low: f64, below_low: usize, high: f64, work: &mut Workspace) -> f64 {
+fn isolated(network: &AssembledModel, low: f64, below_low: usize, high: f64, work: &mut Workspace) -> f64 {
     let side = |f: f64, work: &mut Workspace| if network.modes_below(omega_rad_s(f), work) > below_low { 1.0 } else { -1.0 };
     refine(Bracket { lower: (low, -1.0), upper: (high, 1.0) }, WIDTH, |f| side(f, work))
 }
 
 /// Deflection by inverse iteration just beside the natural frequency, and its damping ratio.
-fn shaped(network: &Network, frequency: f64, work: &mut Workspace) -> Mode {
+fn shaped(network: &AssembledModel, frequency: f64, work: &mut Workspace) -> UndampedMode {
     let size = network.structure.size();
     let beside = omega_rad_s(frequency * (1.0 + 1e-9));
     let mut shape: Vec<f64> = (0..size).map(|i| 1.0 + 0.1 * ((i * 7919) % 13) as f64).collect();
@@ -74,10 +75,10 @@ fn shaped(network: &Network, frequency: f64, work: &mut Workspace) -> Mode {
         shape.iter_mut().for_each(|x| *x /= largest);
     }
     let damping_ratio = network.modal_damping(omega_rad_s(frequency), &shape);
-    Mode { frequency_hz: frequency, shape, damping_ratio }
+    UndampedMode { frequency_hz: frequency, shape, damping_ratio }
 }
 
-impl Network {
+impl AssembledModel {
     /// Displacements of all coordinates under a unit force at the response, without damping.
     fn undamped_shape(&self, omega_rad_s: f64, force: &[f64], work: &mut Workspace) -> Vec<f64> {
         self.factor_undamped(&[Reals::splat(omega_rad_s)], &mut work.real);

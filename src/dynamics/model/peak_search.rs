@@ -1,7 +1,7 @@
 //! What a search of peaks is asked for, and where it begins.
 
-use super::fraction::nodes;
-use super::lines::Lines;
+use super::frequency_grid::FrequencyGrid;
+use super::rational_interpolant::nodes;
 use numeric::unit::omega_rad_s;
 
 /// Pieces the band is first cut into.
@@ -32,8 +32,8 @@ impl PeakSearch {
     }
 
     /// Frequencies at which every search begins.
-    pub fn lines(&self) -> Lines {
+    pub fn lines(&self) -> FrequencyGrid {
         let cuts = self.cuts();
-        Lines::new(&cuts.windows(2).flat_map(|ends| nodes((ends[0], ends[1]))).collect::<Vec<_>>())
+        FrequencyGrid::new(&cuts.windows(2).flat_map(|ends| nodes((ends[0], ends[1]))).collect::<Vec<_>>())
     }
 }

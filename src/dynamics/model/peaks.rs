@@ -17,12 +17,12 @@
 //! mobility and accelerance of table and rotor over table; 5–1,000 Hz) a search that halved intervals until a rational function foretold H found 400,598 maxima
 //! that stand out by 0.05 %. 87 of them are not found: 78 stand out by less than 1 %, two by 1 to 2 %, and seven lie more than six decades below the highest.
 
-use super::fraction::{Fraction, GROUPS, nodes};
-use super::lanes::{ABREAST, LANES, Reals, filled};
-use super::lines::Lines;
-use super::network::Network;
+use super::assembled_model::AssembledModel;
+use super::extremum_search::LITTLE;
+use super::frequency_grid::FrequencyGrid;
 use super::peak_search::{PIECES, PeakSearch};
-use super::sight::LITTLE;
+use super::rational_interpolant::{GROUPS, RationalInterpolant, nodes};
+use super::simd::{ABREAST, LANES, Reals, filled};
 use super::workspace::{Piece, Room, Workspace};
 use numeric::unit::frequency_hz;
 
@@ -45,10 +45,10 @@ pub struct Peak {
 }
 
 struct Search<'a> {
-    network: &'a Network,
+    network: &'a AssembledModel,
     work: &'a mut Workspace,
     settings: PeakSearch,
-    lines: &'a Lines,
+    lines: &'a FrequencyGrid,
     room: &'a mut Room,
     /// Whether the sought quantity rises at the end of what is done.
     rising: Option<bool>,
@@ -56,13 +56,13 @@ struct Search<'a> {
 
 impl Search<'_> {
     /// |H|·ω^p at an end of a piece.
-    fn size(&self, of: &Fraction, t: f64) -> f64 {
+    fn size(&self, of: &RationalInterpolant, t: f64) -> f64 {
         let (n, d) = of.slopes(Reals::splat(t));
         (n[0].norm_sqr() / d[0].norm_sqr()).to_array()[0].sqrt() * of.omega_rad_s(t).powi(self.settings.omega_power)
     }
 
     /// Whether so many poles are seen as undamped natural frequencies lie on the piece, or these are apart.
-    fn accounted(&mut self, piece: &Piece, of: &Fraction) -> bool {
+    fn accounted(&mut self, piece: &Piece, of: &RationalInterpolant) -> bool {
         let Room { omegas, below, sight, .. } = &mut *self.room;
         if sight.poles() + piece.below.0 >= piece.below.1 || piece.below.1 <= piece.below.0 + 1 {
             return true;
@@ -75,7 +75,7 @@ impl Search<'_> {
     }
 
     /// Looks at a piece; whether it is done, and otherwise has to be halved.
-    fn see(&mut self, piece: &Piece, of: &Fraction) -> bool {
+    fn see(&mut self, piece: &Piece, of: &RationalInterpolant) -> bool {
         // What is no number does not become one by halving.
         let last = piece.halved == DEEPEST || of.doubt.iter().any(|doubt| doubt.is_nan());
         if !self.room.sight.survey(of, &self.settings) && !last {
@@ -113,16 +113,16 @@ impl Search<'_> {
             let found = self.network.fractions(omegas, |at, rod| self.lines.known(at, rod, some.clone()), self.work);
             for found in found[..some.len()].chunks_exact(GROUPS) {
                 let at = first.len();
-                first.push(Fraction::through((cuts[at], cuts[at + 1]), found));
+                first.push(RationalInterpolant::through((cuts[at], cuts[at + 1]), found));
             }
         }
     }
 
     /// The receptance over a piece that was halved.
-    fn halved(&mut self, ends: (f64, f64)) -> Fraction {
+    fn halved(&mut self, ends: (f64, f64)) -> RationalInterpolant {
         let nodes = nodes(ends);
         let omegas: [Reals; GROUPS] = std::array::from_fn(|w| filled(&nodes[w * LANES..][..LANES]));
-        Fraction::through(ends, &self.network.fractions(&omegas, |_, _| None, self.work)[..GROUPS])
+        RationalInterpolant::through(ends, &self.network.fractions(&omegas, |_, _| None, self.work)[..GROUPS])
     }
 
     /// Maxima are looked at in the receptance itself, until they stay.
@@ -203,14 +203,14 @@ fn beside(found: &mut [Peak], valley: f64) {
 }
 
 /// All peaks of |H|·ω^p inside a band, in rising frequency.
-pub fn peaks(network: &Network, settings: PeakSearch, work: &mut Workspace) -> Vec<Peak> {
+pub fn peaks(network: &AssembledModel, settings: PeakSearch, work: &mut Workspace) -> Vec<Peak> {
     let mut found = Vec::new();
     peaks_into(network, (settings, &settings.lines()), work, &mut found);
     found
 }
 
 /// As [`peaks`], into a list, with [`PeakSearch::lines`], which may know rods; once workspace and list have room, nothing is allocated.
-pub fn peaks_into(network: &Network, (settings, lines): (PeakSearch, &Lines), work: &mut Workspace, found: &mut Vec<Peak>) {
+pub fn peaks_into(network: &AssembledModel, (settings, lines): (PeakSearch, &FrequencyGrid), work: &mut Workspace, found: &mut Vec<Peak>) {
     let mut room = work.peaks.take().unwrap_or_default();
     let mut search = Search { network, work, settings, lines, room: &mut room, rising: None };
     search.peaks(found);

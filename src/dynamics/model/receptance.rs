@@ -2,17 +2,17 @@
 
 use num_complex::Complex64;
 
-use super::lanes::{ABREAST, Complexes, LANES, Reals, grouped};
-use super::lines::{KnownRod, Lines};
-use super::network::Network;
+use super::assembled_model::AssembledModel;
+use super::frequency_grid::{FrequencyGrid, KnownRod};
 use super::rod::Rod;
-use super::solution::{Point, Solution};
+use super::simd::{ABREAST, Complexes, LANES, Reals, grouped};
+use super::solution::{Row, Solution};
 use super::structure::Structure;
 use super::workspace::Workspace;
 
 /// Where is read and where is struck.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub(super) enum End {
+pub(super) enum ShaftEnd {
     /// The response.
     Response,
     /// The excitation.
@@ -26,20 +26,20 @@ impl Structure {
     }
 }
 
-impl Network {
+impl AssembledModel {
     /// Displacements under a unit force at the excitation, or at the response, with its arms, for some groups of frequencies, once D is factored.
-    fn displaced_by(&self, end: End, abreast: usize, (entries, x): (&[Complexes], &mut [Complexes])) {
+    fn displaced_by(&self, end: ShaftEnd, abreast: usize, (entries, x): (&[Complexes], &mut [Complexes])) {
         let shape = &self.structure;
         let (at, arms) = match end {
-            End::Response => (shape.response, &shape.read),
-            End::Excitation => (shape.excitation, &shape.struck),
+            ShaftEnd::Response => (shape.response, &shape.read),
+            ShaftEnd::Excitation => (shape.excitation, &shape.struck),
         };
         x[..shape.size() * abreast].fill(Complexes::ZERO);
         x[at * abreast..][..abreast].fill(Complexes::real(Reals::ONE));
         for (lever, on) in arms {
             x[on * abreast..][..abreast].fill(Complexes::real(Reals::splat(self.levers[*lever][end as usize])));
         }
-        if arms.is_empty() && end == End::Excitation {
+        if arms.is_empty() && end == ShaftEnd::Excitation {
             // The force acts where is eliminated last.
             shape.elimination.solve_last(abreast, entries, x);
         } else {
@@ -66,9 +66,9 @@ impl Network {
             }
         }
         shape.elimination.factor(abreast, entries, &self.real, |_, _, _| ());
-        self.displaced_by(End::Excitation, abreast, (&work.complex, &mut work.at_excitation));
+        self.displaced_by(ShaftEnd::Excitation, abreast, (&work.complex, &mut work.at_excitation));
         if shape.has_two_ends() {
-            self.displaced_by(End::Response, abreast, (&work.complex, &mut work.at_response));
+            self.displaced_by(ShaftEnd::Response, abreast, (&work.complex, &mut work.at_response));
         }
         self.read_on_arm(abreast, work);
     }
@@ -86,8 +86,10 @@ impl Network {
             return;
         }
         for (w, sum) in work.on_arm[..abreast].iter_mut().enumerate() {
-            let arms =
-                shape.read.iter().map(|(lever, on)| work.at_excitation[on * abreast + w] * self.levers[*lever][End::Response as usize]);
+            let arms = shape
+                .read
+                .iter()
+                .map(|(lever, on)| work.at_excitation[on * abreast + w] * self.levers[*lever][ShaftEnd::Response as usize]);
             *sum = arms.fold(work.at_excitation[shape.response * abreast + w], |sum, x| sum + x);
         }
     }
@@ -123,7 +125,7 @@ impl Network {
     }
 
     /// Receptances at up to [`ABREAST`] groups of some lines, with what is known of rods there.
-    pub fn receptances_on<'w>(&self, lines: &Lines, groups: std::ops::Range<usize>, work: &'w mut Workspace) -> &'w [Complexes] {
+    pub fn receptances_on<'w>(&self, lines: &FrequencyGrid, groups: std::ops::Range<usize>, work: &'w mut Workspace) -> &'w [Complexes] {
         let omega_rad_s = &lines.omega_rad_s()[groups.clone()];
         self.solved(omega_rad_s, |at, rod| lines.known(at, rod, groups.clone()), work, None);
         self.displaced(omega_rad_s.len(), work)
@@ -154,7 +156,7 @@ impl Network {
         if !shape.has_two_ends() {
             return &work.complex[shape.diagonal[shape.excitation] * abreast..][..abreast];
         }
-        self.displaced_by(End::Excitation, abreast, (&work.complex, &mut work.at_excitation));
+        self.displaced_by(ShaftEnd::Excitation, abreast, (&work.complex, &mut work.at_excitation));
         self.read_on_arm(abreast, work);
         self.response(abreast, work)
     }
@@ -166,14 +168,14 @@ impl Network {
     }
 
     /// Receptance and its slope at one frequency.
-    pub fn at(&self, omega_rad_s: f64, work: &mut Workspace) -> Point {
+    pub fn at(&self, omega_rad_s: f64, work: &mut Workspace) -> Row {
         let mut points = Vec::with_capacity(1);
         self.at_each(&[omega_rad_s], work, &mut points);
         points[0]
     }
 
-    /// As [`Network::at`], at some frequencies; `points` are replaced.
-    pub fn at_each(&self, omega_rad_s: &[f64], work: &mut Workspace, points: &mut Vec<Point>) {
+    /// As [`AssembledModel::at`], at some frequencies; `points` are replaced.
+    pub fn at_each(&self, omega_rad_s: &[f64], work: &mut Workspace, points: &mut Vec<Row>) {
         points.clear();
         for some in omega_rad_s.chunks(ABREAST * LANES) {
             let (omegas, abreast) = grouped(some);
@@ -186,11 +188,7 @@ impl Network {
                 let (h, slope) = (h.apart(), slope.apart());
                 (0..LANES).map(move |lane| (h[lane], slope[lane]))
             });
-            points.extend(some.iter().zip(each).map(|(&omega_rad_s, (receptance, slope))| Point {
-                omega_rad_s,
-                receptance,
-                slope: -slope,
-            }));
+            points.extend(some.iter().zip(each).map(|(&omega_rad_s, (receptance, slope))| Row { omega_rad_s, receptance, slope: -slope }));
         }
     }
 }

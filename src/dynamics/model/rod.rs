@@ -2,7 +2,7 @@
 
 use num_complex::Complex64;
 
-use super::lanes::{Complexes, Reals, sin_cos};
+use super::simd::{Complexes, Reals, sin_cos};
 
 /// The dynamic stiffness of a uniform free–free rod at its two ends.
 ///

@@ -11,11 +11,11 @@
 //!
 //! # Source  derivative of the inverse of a symmetric matrix, d(D⁻¹) = −D⁻¹·dD·D⁻¹.
 
+use super::assembled_model::AssembledModel;
 use super::joint::JointNumbers;
-use super::lanes::{ABREAST, Complexes, Reals};
-use super::network::Network;
-use super::receptance::End;
+use super::receptance::ShaftEnd;
 use super::rod::{dispersion_each, loss_each};
+use super::simd::{ABREAST, Complexes, Reals};
 use super::solution::Solution;
 use super::workspace::Workspace;
 use machine::{Machine, Operating};
@@ -40,7 +40,7 @@ enum Element {
     /// A number of a rod.
     Rod(usize, RodNumber),
     /// r of a lever, of its sensor or hammer.
-    Lever(usize, End),
+    Lever(usize, ShaftEnd),
 }
 
 /// A number of a rod.
@@ -76,7 +76,7 @@ pub struct Sensitivity {
     entries: Vec<(Element, usize, f64)>,
 }
 
-impl Network {
+impl AssembledModel {
     /// How the elements depend on the parameters; `column[i]` is the column of the machine's parameter i, where it is asked for, and
     /// `nut` that of the nut position.
     pub fn sensitivity(
@@ -119,8 +119,12 @@ impl Network {
         }
         let at = (machine, parameters, operating);
         (0..self.rods.len()).for_each(|rod| self.rod_entries(rod, at, column, nut, &mut entries));
-        let arms =
-            machine.chain.levers.iter().enumerate().flat_map(|(at, l)| [(at, End::Response, &l.read), (at, End::Excitation, &l.struck)]);
+        let arms = machine
+            .chain
+            .levers
+            .iter()
+            .enumerate()
+            .flat_map(|(at, l)| [(at, ShaftEnd::Response, &l.read), (at, ShaftEnd::Excitation, &l.struck)]);
         for (index, end, arm) in arms {
             arm.gradient(parameters, operating, |p, d| entries.extend(column[p].map(|c| (Element::Lever(index, end), c, d))));
         }
@@ -162,7 +166,7 @@ impl Network {
         with(&shaft.diameter, if rod_shape.torsional { 4.0 } else { 2.0 }, 0.0);
         with(if rod_shape.torsional { &shaft.shear_modulus } else { &shaft.youngs_modulus }, 1.0, -0.5);
         with(&shaft.density, 0.0, 0.5);
-        let at_end = |p| f64::from(u8::from(p == machine::Place::End));
+        let at_end = |p| f64::from(u8::from(p == machine::StationPlace::End));
         let with_end = at_end(rod_shape.places.1) - at_end(rod_shape.places.0);
         if with_end != 0.0 {
             let share = with_end * shaft.length.at(parameters, operating) / length_m;
@@ -175,12 +179,12 @@ impl Network {
                 push(c, by_bore * k * d, 0.0);
             }
         });
-        let at_nut = |p| f64::from(u8::from(matches!(p, machine::Place::Nut | machine::Place::BesideNut(_))));
+        let at_nut = |p| f64::from(u8::from(matches!(p, machine::StationPlace::Nut | machine::StationPlace::BesideNut(_))));
         if let Some(nut) = nut {
             let share = (at_nut(rod_shape.places.1) - at_nut(rod_shape.places.0)) / length_m;
             push(nut, -k * share, t * share);
         }
-        let beside = |p| if let machine::Place::BesideNut(offset_m) = p { offset_m } else { 0.0 };
+        let beside = |p| if let machine::StationPlace::BesideNut(offset_m) = p { offset_m } else { 0.0 };
         let (left, right) = (beside(rod_shape.places.0), beside(rod_shape.places.1));
         for (value, farther) in [(&shaft.beside_nut, right - left), (&shaft.aside_of_nut, right.abs() - left.abs())] {
             value.gradient(parameters, operating, |p, d| {
@@ -296,8 +300,8 @@ impl Network {
             // No part of D: H = f_rᵀ·D⁻¹·f_e changes with the forces.
             Element::Lever(lever, end) => {
                 let (arms, x) = match end {
-                    End::Response => (&self.structure.read, of.at_excitation),
-                    End::Excitation => (&self.structure.struck, of.at_response),
+                    ShaftEnd::Response => (&self.structure.read, of.at_excitation),
+                    ShaftEnd::Excitation => (&self.structure.struck, of.at_response),
                 };
                 let felt = arms.iter().filter(|(own, _)| *own == lever);
                 felt.fold(Complexes::ZERO, |sum, (_, on)| sum - x[on * of.omega_rad_s.len() + w])

@@ -2,9 +2,9 @@
 
 use num_complex::Complex64;
 
-use super::lanes::{Complexes, Reals};
-use super::network::Network;
+use super::assembled_model::AssembledModel;
 use super::rod::{RodLanes, loss_each};
+use super::simd::{Complexes, Reals};
 
 /// Displacements under a unit force at the excitation and at the response, and the rods' entries, of a solution.
 #[derive(Clone, Copy)]
@@ -33,7 +33,7 @@ impl Solution<'_> {
 
 /// A receptance at one frequency.
 #[derive(Debug, Clone, Copy)]
-pub struct Point {
+pub struct Row {
     /// Angular frequency (rad/s).
     pub omega_rad_s: f64,
     /// H = response / force (m/N, rad/N, …).
@@ -42,7 +42,7 @@ pub struct Point {
     pub slope: Complex64,
 }
 
-impl Network {
+impl AssembledModel {
     /// aᵀ·(dD/dω)·b for the displacements of a solution, added to the sums of its groups.
     pub(super) fn bilinear_slopes(&self, of: Solution<'_>, sums: &mut [Complexes]) {
         let (shape, omega_rad_s, abreast) = (&self.structure, of.omega_rad_s, sums.len());

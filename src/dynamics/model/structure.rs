@@ -3,7 +3,7 @@
 use thiserror::Error;
 
 use super::elimination::Elimination;
-use machine::{Machine, Place};
+use machine::{Machine, StationPlace};
 
 /// Why a machine cannot be computed.
 #[derive(Debug, Clone, PartialEq, Error)]
@@ -46,7 +46,7 @@ pub(super) struct RodShape {
     /// Which shaft.
     pub shaft: usize,
     /// Where it begins and ends.
-    pub places: (Place, Place),
+    pub places: (StationPlace, StationPlace),
     /// Torsional, or else axial.
     pub torsional: bool,
     /// The coordinates at its left and right end, `None` where held.
@@ -89,7 +89,7 @@ impl Structure {
         let mut rods = Vec::new();
         for (shaft, description) in machine.shafts.iter().enumerate() {
             for torsional in [false, true] {
-                let stations: Vec<(Place, usize)> =
+                let stations: Vec<(StationPlace, usize)> =
                     description.stations.iter().filter_map(|s| Some((s.place, if torsional { s.torsion } else { s.axial }?))).collect();
                 for pair in stations.windows(2) {
                     let along = [coordinate[pair[0].1], coordinate[pair[1].1]];

@@ -1,10 +1,10 @@
 //! Room for evaluations of a network, and for a search of its peaks.
 
-use super::fraction::Fraction;
-use super::lanes::{ABREAST, Complexes, Reals};
+use super::extremum_search::{Extremum, ExtremumSearch};
+use super::rational_interpolant::RationalInterpolant;
 use super::rod::RodLanes;
-use super::sight::{Sight, Turn};
-use super::solution::Point;
+use super::simd::{ABREAST, Complexes, Reals};
+use super::solution::Row;
 use super::structure::Structure;
 
 /// Room for evaluations at some frequencies at once; keep it and none allocates. What is kept for each of some groups of frequencies stands side by side.
@@ -26,16 +26,16 @@ pub struct Workspace {
 pub(super) struct Room {
     /// Frequencies asked for together, and what is found there.
     pub(super) omegas: Vec<f64>,
-    pub(super) points: Vec<Point>,
+    pub(super) points: Vec<Row>,
     pub(super) below: Vec<usize>,
     /// What is still to be looked at, the lowest last.
     pub(super) pieces: Vec<Piece>,
     /// The pieces that the band is first cut into.
-    pub(super) first: Vec<Fraction>,
+    pub(super) first: Vec<RationalInterpolant>,
     /// What is seen of the piece at hand.
-    pub(super) sight: Sight,
+    pub(super) sight: ExtremumSearch,
     /// Maxima and minima of the band so far, in rising frequency.
-    pub(super) turns: Vec<Turn>,
+    pub(super) turns: Vec<Extremum>,
     /// Those of the maxima that are not yet found exactly.
     pub(super) open: Vec<usize>,
 }

@@ -7,7 +7,7 @@ use nalgebra::Complex;
 use super::linear::LinearLoops;
 use super::reference::Course;
 use super::run::simulate;
-use super::{MotionError, Settings};
+use super::{MotionError, SimulationSettings};
 use machine::Machine;
 
 /// Least periods, and least time (s), over which a response is taken.
@@ -43,7 +43,7 @@ pub fn sine_response(
     loops: &LinearLoops,
     (frequency_hz, amplitude): (f64, f64),
     point: Option<&str>,
-    settings: &Settings,
+    settings: &SimulationSettings,
     go_on: &dyn Fn() -> bool,
 ) -> Result<SineResponse, MotionError> {
     let (frequency_hz, samples) = fitting_hz(frequency_hz, loops.period_s);
@@ -61,7 +61,7 @@ pub fn sine_response(
     let each = (trace.samples.len() - 1) / (wait + samples);
     let last = &trace.samples[wait * each..(wait + samples) * each];
     // About their mean, so that what does not move does not count where rounding leaves a trace of it.
-    let output = |s: &super::Sample| at.map_or(s.position, |at| s.points[at]);
+    let output = |s: &super::TraceSample| at.map_or(s.position, |at| s.points[at]);
     let mean = last.iter().map(output).sum::<f64>() / last.len() as f64;
     let sum: Complex<f64> = last.iter().map(|s| Complex::from_polar(output(s) - mean, -TAU * frequency_hz * s.time_s)).sum();
     // A sine is (e^{iωt} − e^{−iωt})/2i.

@@ -2,14 +2,14 @@
 
 use std::collections::VecDeque;
 
-use super::element::{Input, Winding};
+use super::force_element::{Input, Winding};
 use super::plant::{Plant, Reading};
 use super::reference::Course;
 use machine::{Drive, Inverter, Operating, Tachometry};
 
 /// Numbers of a drive's loops, and what they remember.
 #[derive(Debug, Clone)]
-pub struct Loops {
+pub struct ControlLoops {
     /// Recorded force per unit of output, or with a winding of current.
     constant: f64,
     /// True force over recorded force.
@@ -70,7 +70,7 @@ impl Integral {
 
 /// What the loops did at a sample of the velocity loop.
 #[derive(Debug, Clone, Copy)]
-pub struct Output {
+pub struct ControllerOutput {
     /// Command at the time of the last position sample.
     pub command: f64,
     /// Reading of the position encoder.
@@ -81,7 +81,7 @@ pub struct Output {
     pub force: f64,
 }
 
-impl Loops {
+impl ControlLoops {
     pub fn new(drive: &Drive, plant: &Plant, values: &[f64], operating: &Operating, velocity: f64, start: &[f64]) -> Self {
         let at = |value: &machine::Value| value.at(values, operating);
         let velocity_s = drive.velocity.period_s;
@@ -95,7 +95,7 @@ impl Loops {
         let to_velocity = times(velocity_s, drive.period_s());
         let dc_link_v = drive.motor.as_ref().map_or(f64::INFINITY, |m| at(&m.dc_link_v));
         let three_phases = plant.winding.is_some_and(|w| w.d.is_some());
-        Loops {
+        ControlLoops {
             constant: at(&drive.constant),
             factor: at(&drive.force_factor),
             delay_s: at(&drive.delay_s),
@@ -127,7 +127,7 @@ impl Loops {
     }
 
     /// One sample of the velocity loop, and of the position loop where it is its turn; none where it is neither's.
-    pub fn sample(&mut self, course: &Course, y: &[f64], size: usize) -> Option<Output> {
+    pub fn sample(&mut self, course: &Course, y: &[f64], size: usize) -> Option<ControllerOutput> {
         let (tick, time_s) = (self.tick, self.tick as f64 * self.period_s);
         self.tick += 1;
         if !tick.is_multiple_of(self.to_velocity) {
@@ -162,7 +162,7 @@ impl Loops {
         }
         self.signal = given + course.added(time_s);
         let force = self.constant * self.winding.map_or(self.signal, |w| y[w.q]);
-        Some(Output { command, position, velocity, force })
+        Some(ControllerOutput { command, position, velocity, force })
     }
 
     /// One sample of the current loop, or what goes to the drive without one.

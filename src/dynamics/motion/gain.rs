@@ -4,7 +4,7 @@ use super::linear::LinearLoops;
 use super::reference::Course;
 use super::run::simulate;
 use super::trace::Trace;
-use super::{MotionError, Settings};
+use super::{MotionError, SimulationSettings};
 use machine::{Machine, Value};
 use numeric::parallel::OrFirstError;
 
@@ -46,7 +46,7 @@ pub fn gain_study(
     gains_per_s: &[f64],
     (course, rest_s): (&Course, f64),
     point: Option<(usize, f64)>,
-    settings: &Settings,
+    settings: &SimulationSettings,
     go_on: &(dyn Fn() -> bool + Sync),
 ) -> Result<Vec<GainRow>, MotionError> {
     use rayon::prelude::*;
@@ -78,7 +78,7 @@ pub fn gain_study(
 fn of(gain_per_s: f64, trace: &Trace, course: &Course, rest_s: f64, point: Option<(usize, f64)>) -> GainRow {
     let (first, last) = (course.command[0], course.command[course.command.len() - 1]);
     let zero = point.map_or(0.0, |(at, travel)| trace.samples[0].points[at] * travel);
-    let position = |s: &super::Sample| point.map_or(s.position, |(at, travel)| first + s.points[at] * travel - zero);
+    let position = |s: &super::TraceSample| point.map_or(s.position, |(at, travel)| first + s.points[at] * travel - zero);
     let passed = trace.samples.iter().find(|s| (position(s) - first) / (last - first) >= ARRIVED);
     let from_s = course.duration_s() - 0.2 * rest_s;
     let resting: Vec<f64> = trace.samples.iter().filter(|s| s.time_s >= from_s).map(|s| (s.command - position(s)).abs()).collect();

@@ -2,7 +2,7 @@
 
 use std::f64::consts::{FRAC_PI_3, TAU};
 
-use super::element::Input;
+use super::force_element::Input;
 
 /// Pulses begin and end at whole parts of a period, 2⁻¹⁰ of it, as a timer counts them.
 pub const LEVELS: u8 = 10;

@@ -6,7 +6,7 @@ use nalgebra::{Complex, DMatrix, DVector, RowDVector, Schur};
 
 use super::plant::Plant;
 use super::run::periods;
-use super::{MotionError, Settings};
+use super::{MotionError, SimulationSettings};
 use machine::{Drive, Friction, LeadError, Machine, Tachometry, Value, Wave};
 
 /// A drive with its machine, linear: friction slides without a level, play is closed, nothing is rounded or at its limit.
@@ -150,7 +150,7 @@ impl LinearLoops {
     /// The loops of a machine with the given parameters.
     ///
     /// # Errors  as [`super::simulate`] where plant and drive do not fit together.
-    pub fn new(machine: &Machine, values: &[f64], settings: &Settings) -> Result<Self, MotionError> {
+    pub fn new(machine: &Machine, values: &[f64], settings: &SimulationSettings) -> Result<Self, MotionError> {
         let smooth = smooth(machine);
         let drive = smooth.drive.as_ref().ok_or(MotionError::NoDrive)?;
         let plant = Plant::new(&smooth, values, settings)?;

@@ -13,11 +13,9 @@
 
 mod bode;
 mod control;
-mod element;
 mod error;
-mod flow;
+mod force_element;
 mod gain;
-mod hold;
 mod inverter;
 mod linear;
 mod plant;
@@ -25,18 +23,20 @@ mod record;
 mod reference;
 mod run;
 mod runner;
+mod servo_impedance;
 mod settings;
 mod state;
+mod state_transition;
 mod step;
 mod trace;
 
 pub use bode::{SineResponse, sine_response};
 pub use error::MotionError;
 pub use gain::{GainRow, gain_study};
-pub use hold::{Hold, gains_of};
 pub use linear::{LinearLoops, Pole, smooth};
 pub use record::{RecordGap, simulate_record};
 pub use reference::{Circle, Course, SCurve, Sine, contour_error};
 pub use run::simulate;
-pub use settings::Settings;
-pub use trace::{Energy, Event, EventKind, Sample, Trace};
+pub use servo_impedance::{ServoImpedance, gains_of};
+pub use settings::SimulationSettings;
+pub use trace::{Energy, Event, EventKind, Trace, TraceSample};

@@ -4,10 +4,10 @@ use std::f64::consts::TAU;
 
 use nalgebra::DMatrix;
 
-use super::element::{Along, Bristle, Gap, Lead, Load, Relaxing, Rub, Wave, Winding, pull};
-use super::{MotionError, Settings};
+use super::force_element::{Along, AppliedLoad, Bristle, FrictionElement, Gap, Lead, Relaxing, TravelWave, Winding, pull};
+use super::{MotionError, SimulationSettings};
 use crate::model::{Matrices, matrices};
-use machine::{Drive, Encoder, Joint, Machine, Motion, Value};
+use machine::{Drive, Encoder, Joint, Machine, PointMotion, Value};
 
 /// An encoder: what it reads is travel·q.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -39,7 +39,7 @@ pub struct Plant {
     pub stiffness: Vec<f64>,
     /// K with every play closed, for where the machine stands at the start.
     pub closed: DMatrix<f64>,
-    pub rubs: Vec<Rub>,
+    pub rubs: Vec<FrictionElement>,
     pub gaps: Vec<Gap>,
     pub leads: Vec<Lead>,
     pub relaxing: Vec<Relaxing>,
@@ -47,7 +47,7 @@ pub struct Plant {
     pub constant: Vec<f64>,
     pub drive: usize,
     pub winding: Option<Winding>,
-    pub ripple: Wave,
+    pub ripple: TravelWave,
     pub position: Reading,
     pub velocity: Reading,
     /// Points of the machine that are coordinates: which point, which coordinate.
@@ -59,7 +59,7 @@ impl Plant {
     /// The plant of a machine with the given parameters.
     ///
     /// # Errors  no drive; friction, play, drive or encoder at a point without inertia; two frictions on one motion; a point that nothing holds.
-    pub fn new(machine: &Machine, values: &[f64], settings: &Settings) -> Result<Self, MotionError> {
+    pub fn new(machine: &Machine, values: &[f64], settings: &SimulationSettings) -> Result<Self, MotionError> {
         let drive = machine.drive.as_ref().ok_or(MotionError::NoDrive)?;
         let at = |value: &Value| value.at(values, &settings.operating);
         let made = |machine: &Machine| matrices(machine, values, &settings.operating, settings.lumps)?.condensed();
@@ -118,7 +118,7 @@ impl Plant {
             constant: vec![0.0; size],
             drive: drive.on,
             winding: None,
-            ripple: Wave::default(),
+            ripple: TravelWave::default(),
             position: nowhere,
             velocity: nowhere,
             points: Vec::new(),
@@ -173,14 +173,14 @@ impl Plant {
 
     /// The coordinate along which a joint's lead errs: its first translation.
     fn travel(&self, machine: &Machine, joint: &Joint) -> Result<usize, MotionError> {
-        let travel = joint.on.iter().find(|(p, _)| machine.points[*p].motion == Motion::Translation).map(|(p, _)| *p);
+        let travel = joint.on.iter().find(|(p, _)| machine.points[*p].motion == PointMotion::Translation).map(|(p, _)| *p);
         let travel = travel.ok_or_else(|| MotionError::Input(format!("joint «{}» has a lead error, but no travel", joint.name)))?;
         self.point(machine, travel, &format!("joint «{}»", joint.name))
     }
 
     fn add_friction(&mut self, machine: &Machine, joint: &Joint, at: &impl Fn(&Value) -> f64) -> Result<(), MotionError> {
         let f = &joint.friction;
-        let rub = Rub {
+        let rub = FrictionElement {
             name: joint.name.clone(),
             along: Vec::new(),
             coulomb: at(&f.coulomb),
@@ -190,7 +190,7 @@ impl Plant {
             exponent: at(&f.stribeck_exponent),
             wave: wave(&f.position, at),
             load_share: at(&f.load_share),
-            load: Load::Drive,
+            load: AppliedLoad::Drive,
             bristle: None,
         };
         let offset = at(&f.offset);
@@ -208,16 +208,16 @@ impl Plant {
             return Err(MotionError::Input(fault));
         }
         let load = match f.load_of.filter(|_| rub.load_share > 0.0) {
-            None => Load::Drive,
+            None => AppliedLoad::Drive,
             Some(index) => {
                 let of = &machine.joints[index];
                 let (k, d) = (at(&of.stiffness), at(&of.damping) + machine.stiffness_proportional_damping_s * at(&of.stiffness));
-                Load::Joint(self.along(machine, of)?, k, d, 0.5 * at(&of.gap))
+                AppliedLoad::Joint(self.along(machine, of)?, k, d, 0.5 * at(&of.gap))
             }
         };
         let (stiffness, damping) = (at(&f.presliding_stiffness), at(&f.presliding_damping));
         let bristle = (stiffness > 0.0).then(|| Bristle { at: self.state(), stiffness, damping });
-        self.rubs.push(Rub { along, load, bristle, ..rub });
+        self.rubs.push(FrictionElement { along, load, bristle, ..rub });
         Ok(())
     }
 }
@@ -228,7 +228,7 @@ fn linear(machine: &Machine, at: &impl Fn(&Value) -> f64) -> (Machine, Machine) 
     let mut closed = machine.clone();
     for joint in &mut closed.joints {
         let growth = at(&joint.lead_error.growth);
-        let first = joint.on.iter().position(|(p, _)| machine.points[*p].motion == Motion::Translation);
+        let first = joint.on.iter().position(|(p, _)| machine.points[*p].motion == PointMotion::Translation);
         if let Some(first) = first.filter(|_| growth != 0.0) {
             joint.on[first].1 *= 1.0 - growth;
         }
@@ -244,7 +244,7 @@ fn linear(machine: &Machine, at: &impl Fn(&Value) -> f64) -> (Machine, Machine) 
     (open, closed)
 }
 
-fn wave(wave: &machine::Wave, at: &impl Fn(&Value) -> f64) -> Wave {
+fn wave(wave: &machine::Wave, at: &impl Fn(&Value) -> f64) -> TravelWave {
     let period = at(&wave.period);
-    Wave { cosine: at(&wave.cosine), sine: at(&wave.sine), rate: if period > 0.0 { TAU / period } else { 0.0 } }
+    TravelWave { cosine: at(&wave.cosine), sine: at(&wave.sine), rate: if period > 0.0 { TAU / period } else { 0.0 } }
 }

@@ -3,7 +3,7 @@
 use super::reference::Course;
 use super::run::simulate;
 use super::trace::Trace;
-use super::{MotionError, Settings};
+use super::{MotionError, SimulationSettings};
 use machine::Machine;
 use measurement::MotionRecord;
 use numeric::statistics::root_mean_square;
@@ -57,7 +57,7 @@ pub fn simulate_record(
     machine: &Machine,
     values: &[f64],
     record: &MotionRecord,
-    settings: &Settings,
+    settings: &SimulationSettings,
     go_on: &dyn Fn() -> bool,
 ) -> Result<(Trace, Option<RecordGap>), MotionError> {
     let drive = machine.drive.as_ref().ok_or(MotionError::NoDrive)?;

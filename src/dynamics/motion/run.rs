@@ -2,15 +2,15 @@
 
 use std::collections::VecDeque;
 
-use super::control::{Loops, Output};
-use super::element::Input;
+use super::control::{ControlLoops, ControllerOutput};
+use super::force_element::Input;
 use super::inverter::{LEVELS, pulses};
 use super::plant::Plant;
 use super::reference::Course;
 use super::runner::Runner;
 use super::step::Stepper;
-use super::trace::{Energy, Sample, Trace};
-use super::{MotionError, Settings};
+use super::trace::{Energy, Trace, TraceSample};
+use super::{MotionError, SimulationSettings};
 use machine::Machine;
 use numeric::statistics::extremes;
 
@@ -18,7 +18,7 @@ use numeric::statistics::extremes;
 ///
 /// The machine begins at rest, or at the rate of the course's beginning, its springs as little strained as its encoder's reading allows.
 ///
-/// # Units      parameters in the machine's order and units; see [`Course`] and [`Sample`]
+/// # Units      parameters in the machine's order and units; see [`Course`] and [`TraceSample`]
 /// # Limits     without friction and play the samples are those of the matrix exponential (test `limit_a_linear_machine…`)
 /// # Errors     no drive; a step that is no part of the loops' period; a command beyond the stroke; something acts on a point without inertia;
 ///   events that follow each other without end. A loop that leaves its bounds is no error: see [`Trace::unstable`].
@@ -26,7 +26,7 @@ pub fn simulate(
     machine: &Machine,
     values: &[f64],
     course: &Course,
-    settings: &Settings,
+    settings: &SimulationSettings,
     go_on: &dyn Fn() -> bool,
 ) -> Result<Trace, MotionError> {
     let drive = machine.drive.as_ref().ok_or(MotionError::NoDrive)?;
@@ -35,7 +35,7 @@ pub fn simulate(
     let (points, warnings) = (plant.points.clone(), plant.warnings.clone());
     let names: Vec<String> = points.iter().map(|(p, _)| machine.points[*p].name.clone()).collect();
     let y = start(&plant, course)?;
-    let mut loops = Loops::new(drive, &plant, values, &settings.operating, course.start_velocity.unwrap_or(0.0), &y);
+    let mut loops = ControlLoops::new(drive, &plant, values, &settings.operating, course.start_velocity.unwrap_or(0.0), &y);
     let parts = parts(settings, loops.period_s)?;
     let step_s = loops.period_s / parts as f64;
     // What the drive gives follows its sample by whole periods and a rest, which lies in one of the steps.
@@ -64,9 +64,9 @@ pub fn simulate(
     let mut inputs: VecDeque<Input> = VecDeque::with_capacity(behind + 3);
     for tick in 0..=periods * loops.to_velocity {
         let time_s = tick as f64 * loops.period_s;
-        if let Some(Output { command, position, velocity, force }) = loops.sample(course, &runner.y, size) {
+        if let Some(ControllerOutput { command, position, velocity, force }) = loops.sample(course, &runner.y, size) {
             let points = points.iter().map(|(_, c)| runner.y[*c]).collect();
-            trace.samples.push(Sample { time_s, command, position, velocity, force, points });
+            trace.samples.push(TraceSample { time_s, command, position, velocity, force, points });
             if !((command - position).abs() <= bound) {
                 trace.unstable = Some((time_s, (command - position).abs()));
                 trace.complete = false;
@@ -116,7 +116,7 @@ fn units_of(runner: &Runner) -> usize {
 }
 
 /// Steps to the shortest period of the loops.
-fn parts(settings: &Settings, period_s: f64) -> Result<usize, MotionError> {
+fn parts(settings: &SimulationSettings, period_s: f64) -> Result<usize, MotionError> {
     let Some(step_s) = settings.step_s else { return Ok(1) };
     let parts = period_s / step_s;
     if !(step_s > 0.0 && parts > 1.0 - 1e-6) {
@@ -141,7 +141,7 @@ pub(super) fn periods(delay_s: f64, period_s: f64) -> f64 {
 }
 
 /// Refuses a command that leaves the stroke.
-fn check_stroke(machine: &Machine, course: &Course, settings: &Settings) -> Result<(), MotionError> {
+fn check_stroke(machine: &Machine, course: &Course, settings: &SimulationSettings) -> Result<(), MotionError> {
     if course.command.len() < 2 || !(course.step_s > 0.0) || course.command.iter().chain(&course.added).any(|x| !x.is_finite()) {
         return Err(MotionError::Input("the reference needs at least two samples, all finite".into()));
     }

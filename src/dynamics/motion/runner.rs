@@ -1,9 +1,9 @@
 //! A motion on its way: steps, events, energy.
 
 use super::MotionError;
-use super::element::{Input, along};
+use super::force_element::{Input, along};
 use super::plant::Plant;
-use super::state::Mode;
+use super::state::ContactMode;
 use super::step::Stepper;
 use super::trace::{Energy, Event, EventKind};
 
@@ -30,7 +30,7 @@ fn scale_at_start(plant: &Plant) -> impl Iterator<Item = f64> {
 /// A motion on its way.
 pub struct Runner {
     pub stepper: Stepper,
-    mode: Mode,
+    mode: ContactMode,
     number: usize,
     pub y: Vec<f64>,
     input: Input,
@@ -56,7 +56,7 @@ impl Runner {
         let rubs = plant.rubs.iter().map(|r| if r.bristle.is_some() { 0 } else { moving(along(&r.along, &y[plant.size..])) }).collect();
         let side = |stretch: f64, half: f64| if stretch > half { 1 } else { -i8::from(stretch < -half) };
         let gaps = plant.gaps.iter().map(|g| side(g.stretch(&y[..plant.size]), g.half)).collect();
-        let mode = Mode { rubs, gaps, relaxing: vec![None; plant.rubs.iter().filter(|r| r.bristle.is_some()).count()] };
+        let mode = ContactMode { rubs, gaps, relaxing: vec![None; plant.rubs.iter().filter(|r| r.bristle.is_some()).count()] };
         let n = plant.size;
         let mut finest = vec![f64::INFINITY; plant.states];
         for rub in plant.rubs.iter().filter(|r| r.stribeck > 0.0) {
@@ -113,11 +113,11 @@ impl Runner {
             self.mode.relaxing = steps;
             self.number = self.stepper.mode(&self.mode);
         }
-        let mut start = self.margins(At::Start);
+        let mut start = self.margins(PeriodPosition::Start);
         if start.iter().any(|(margin, _)| *margin < 0.0) {
             // Used up within rounding.
             self.change(time_s)?;
-            start = self.margins(At::Start);
+            start = self.margins(PeriodPosition::Start);
         }
         let off = self.stepper.step(self.number, &self.mode, &self.y, self.input, (unit, level), &self.scale);
         if off > self.tolerance && level < BENT {
@@ -125,7 +125,7 @@ impl Runner {
             return self.halves(unit, level, time_s);
         }
         let ends = self.ends(&start);
-        self.room[At::Start as usize] = start;
+        self.room[PeriodPosition::Start as usize] = start;
         if ends && level < FINEST {
             return self.halves(unit, level, time_s);
         }
@@ -168,7 +168,7 @@ impl Runner {
 
     /// Whether the mode ends in the step just made: a margin is used up at its middle or end, or may have been between.
     fn ends(&mut self, start: &[(f64, f64)]) -> bool {
-        let (half, end) = (self.margins(At::Half), self.margins(At::End));
+        let (half, end) = (self.margins(PeriodPosition::Half), self.margins(PeriodPosition::End));
         let ends = start.iter().zip(&half).zip(&end).any(|(((a, _), (m, _)), (b, grain))| {
             // Least value of the parabola through the three, inside the step.
             let (slope, bend) = (4.0 * m - 3.0 * a - b, 2.0 * (a - 2.0 * m + b));
@@ -176,19 +176,19 @@ impl Runner {
             let least = if bend > 0.0 && at > 0.0 && at < 1.0 { a + slope * at + bend * at * at } else { *b };
             least.min(*m).min(*b) < -grain
         });
-        (self.room[At::Half as usize], self.room[At::End as usize]) = (half, end);
+        (self.room[PeriodPosition::Half as usize], self.room[PeriodPosition::End as usize]) = (half, end);
         ends
     }
 
     /// Margins by which each law keeps its form, and by how much less than nothing they are used up: rates of what slides, depths of plays,
     /// forces left to what sticks.
-    fn margins(&mut self, at: At) -> Vec<(f64, f64)> {
+    fn margins(&mut self, at: PeriodPosition) -> Vec<(f64, f64)> {
         let mut margins = std::mem::take(&mut self.room[at as usize]);
         margins.clear();
         let y = match at {
-            At::Start => std::mem::take(&mut self.y),
-            At::Half => std::mem::take(&mut self.stepper.half),
-            At::End => std::mem::take(&mut self.stepper.end),
+            PeriodPosition::Start => std::mem::take(&mut self.y),
+            PeriodPosition::Half => std::mem::take(&mut self.stepper.half),
+            PeriodPosition::End => std::mem::take(&mut self.stepper.end),
         };
         let plant = &self.stepper.plant;
         let fastest = |rub: usize| plant.rubs[rub].along.iter().map(|&(i, c)| c.abs() * self.scale[plant.size + i]).sum::<f64>();
@@ -203,9 +203,9 @@ impl Runner {
             margins.push((plant.level(rub, &y, self.input) + slack - force.abs(), 0.1 * slack));
         }
         match at {
-            At::Start => self.y = y,
-            At::Half => self.stepper.half = y,
-            At::End => self.stepper.end = y,
+            PeriodPosition::Start => self.y = y,
+            PeriodPosition::Half => self.stepper.half = y,
+            PeriodPosition::End => self.stepper.end = y,
         }
         margins
     }
@@ -304,7 +304,7 @@ impl Runner {
 
 /// A place in a step.
 #[derive(Debug, Clone, Copy)]
-enum At {
+enum PeriodPosition {
     Start,
     Half,
     End,

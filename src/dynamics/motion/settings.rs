@@ -4,7 +4,7 @@ use machine::Operating;
 
 /// How a motion is simulated.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Settings {
+pub struct SimulationSettings {
     /// Where the nut stands, for the machine's stiffness and the stroke that is left; motion does not change the stiffness.
     pub operating: Operating,
     /// Lumps per rod.
@@ -17,8 +17,8 @@ pub struct Settings {
     pub bound: Option<f64>,
 }
 
-impl Default for Settings {
+impl Default for SimulationSettings {
     fn default() -> Self {
-        Settings { operating: Operating::default(), lumps: 4, step_s: None, tolerance: 1e-7, bound: None }
+        SimulationSettings { operating: Operating::default(), lumps: 4, step_s: None, tolerance: 1e-7, bound: None }
     }
 }

@@ -1,11 +1,11 @@
 //! Forces on a plant in one mode of its friction and play, and the energy it holds and loses.
 
-use super::element::{Input, Load, Rub, along, pull};
+use super::force_element::{AppliedLoad, FrictionElement, Input, along, pull};
 use super::plant::Plant;
 
 /// In which form each law acts.
 #[derive(Debug, Clone, PartialEq, Eq, Hash, Default)]
-pub struct Mode {
+pub struct ContactMode {
     /// Frictions: sliding forward (1) or backward (−1), sticking (0); those with bristles stay 0.
     pub rubs: Vec<i8>,
     /// Plays: in contact on the upper (1) or lower (−1) side, free (0).
@@ -16,7 +16,7 @@ pub struct Mode {
 
 /// What of the forces is asked for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Part {
+pub enum StatePart {
     /// What is linear, with what is constant.
     Linear,
     /// What is not.
@@ -46,12 +46,12 @@ impl Plant {
     }
 
     /// The level of a friction.
-    pub fn level(&self, rub: &Rub, y: &[f64], input: Input) -> f64 {
+    pub fn level(&self, rub: &FrictionElement, y: &[f64], input: Input) -> f64 {
         let (q, v) = y.split_at(self.size);
         let load = match &rub.load {
             _ if rub.load_share == 0.0 => 0.0,
-            Load::Drive => self.winding.map_or(input[0], |w| w.force(y)) / self.drive_travel(),
-            Load::Joint(of, stiffness, damping, half) => {
+            AppliedLoad::Drive => self.winding.map_or(input[0], |w| w.force(y)) / self.drive_travel(),
+            AppliedLoad::Joint(of, stiffness, damping, half) => {
                 let stretch = along(of, q);
                 let beyond = stretch - stretch.clamp(-half, *half);
                 if beyond == 0.0 && *half > 0.0 { 0.0 } else { stiffness * beyond + damping * along(of, v) }
@@ -62,7 +62,7 @@ impl Plant {
 
     /// Force by which what holds a friction may pass its level before it lets go: more than the rounding of the springs' forces there, so that what
     /// lets go also moves.
-    pub fn slack(&self, rub: &Rub, y: &[f64], input: Input) -> f64 {
+    pub fn slack(&self, rub: &FrictionElement, y: &[f64], input: Input) -> f64 {
         let n = self.size;
         let row = |i: usize| self.stiffness[i * n..(i + 1) * n].iter().zip(y).map(|(k, q)| (k * q).abs()).sum::<f64>();
         let springs: f64 = rub.along.iter().map(|&(i, c)| c.abs() * row(i)).sum();
@@ -70,7 +70,7 @@ impl Plant {
     }
 
     /// Rate of a bristle's relaxation at the state, 1/s.
-    fn relaxation(&self, rub: &Rub, stiffness: f64, y: &[f64], input: Input) -> f64 {
+    fn relaxation(&self, rub: &FrictionElement, stiffness: f64, y: &[f64], input: Input) -> f64 {
         let speed = along(&rub.along, &y[self.size..]).abs();
         let level = self.level(rub, y, input).max(f64::MIN_POSITIVE);
         if speed == 0.0 { 0.0 } else { stiffness * speed / level }
@@ -87,18 +87,18 @@ impl Plant {
     }
 
     /// Forces of everything but what sticks, and the rates of bristles and relaxing forces into `rate[2·size..]`.
-    pub fn forces(&self, mode: &Mode, y: &[f64], input: Input, part: Part, force: &mut [f64], rate: &mut [f64]) {
+    pub fn forces(&self, mode: &ContactMode, y: &[f64], input: Input, part: StatePart, force: &mut [f64], rate: &mut [f64]) {
         force.fill(0.0);
         rate.fill(0.0);
-        if part != Part::Bent {
+        if part != StatePart::Bent {
             self.linear_forces(mode, y, input, force, rate);
         }
-        if part != Part::Linear {
+        if part != StatePart::Linear {
             self.bent_forces(mode, y, input, force, rate);
         }
     }
 
-    fn linear_forces(&self, mode: &Mode, y: &[f64], input: Input, force: &mut [f64], rate: &mut [f64]) {
+    fn linear_forces(&self, mode: &ContactMode, y: &[f64], input: Input, force: &mut [f64], rate: &mut [f64]) {
         let n = self.size;
         let (q, v) = (&y[..n], &y[n..2 * n]);
         force.copy_from_slice(&self.constant);
@@ -143,7 +143,7 @@ impl Plant {
         }
     }
 
-    fn bent_forces(&self, mode: &Mode, y: &[f64], input: Input, force: &mut [f64], rate: &mut [f64]) {
+    fn bent_forces(&self, mode: &ContactMode, y: &[f64], input: Input, force: &mut [f64], rate: &mut [f64]) {
         let (q, v) = (&y[..self.size], &y[self.size..2 * self.size]);
         let mut bristles = mode.relaxing.iter();
         for (rub, sign) in self.rubs.iter().zip(&mode.rubs) {
@@ -191,7 +191,7 @@ impl Plant {
     }
 
     /// Energy stored in masses, springs, bristles, windings and constant forces (J).
-    pub fn stored_j(&self, mode: &Mode, y: &[f64]) -> f64 {
+    pub fn stored_j(&self, mode: &ContactMode, y: &[f64]) -> f64 {
         let n = self.size;
         let (q, v) = (&y[..n], &y[n..2 * n]);
         let mut twice = 0.0;
@@ -217,7 +217,7 @@ impl Plant {
 
     /// Power lost in dampers, windings and in friction that is not level and sliding, and the rate of travel of that which is (W): the travel of a
     /// level friction is known exactly at both ends of a step.
-    pub fn lost_w(&self, mode: &Mode, y: &[f64], input: Input) -> f64 {
+    pub fn lost_w(&self, mode: &ContactMode, y: &[f64], input: Input) -> f64 {
         let n = self.size;
         let (q, v) = (&y[..n], &y[n..2 * n]);
         let mut lost = 0.0;
@@ -257,7 +257,7 @@ impl Plant {
     }
 
     /// Energy lost in level friction between two states of one mode (J).
-    pub fn rubbed_j(&self, mode: &Mode, from: &[f64], to: &[f64]) -> f64 {
+    pub fn rubbed_j(&self, mode: &ContactMode, from: &[f64], to: &[f64]) -> f64 {
         let level = self.rubs.iter().zip(&mode.rubs).filter(|(rub, _)| rub.is_level() && rub.bristle.is_none());
         level.map(|(rub, sign)| f64::from(*sign) * rub.coulomb * (along(&rub.along, to) - along(&rub.along, from))).sum()
     }

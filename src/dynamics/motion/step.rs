@@ -2,10 +2,10 @@
 
 use std::collections::HashMap;
 
-use super::element::{Input, along};
-use super::flow::{Flow, Square, add_columns, add_product, columns};
+use super::force_element::{Input, along};
 use super::plant::Plant;
-use super::state::{Mode, Part};
+use super::state::{ContactMode, StatePart};
+use super::state_transition::{Square, StateTransition, add_columns, add_product, columns};
 
 /// Iterations of the parabola before a step counts as too long.
 const ITERATIONS: usize = 12;
@@ -46,7 +46,7 @@ fn place(unit: u8, level: u8) -> usize {
 #[derive(Debug)]
 pub struct Stepper {
     pub plant: Plant,
-    modes: HashMap<Mode, usize>,
+    modes: HashMap<ContactMode, usize>,
     equations: Vec<Equations>,
     /// Lengths (s) whose halves of halves are stepped over.
     pub units_s: Vec<f64>,
@@ -74,7 +74,7 @@ impl Stepper {
     }
 
     /// The equations of a mode, by number.
-    pub fn mode(&mut self, mode: &Mode) -> usize {
+    pub fn mode(&mut self, mode: &ContactMode) -> usize {
         if let Some(at) = self.modes.get(mode) {
             return *at;
         }
@@ -84,7 +84,7 @@ impl Stepper {
         self.equations.len() - 1
     }
 
-    fn make(&self, mode: &Mode) -> Equations {
+    fn make(&self, mode: &ContactMode) -> Equations {
         let (n, s) = (self.plant.size, self.plant.states);
         let held: Vec<usize> = (0..mode.rubs.len()).filter(|i| mode.rubs[*i] == 0 && self.plant.rubs[*i].bristle.is_none()).collect();
         let mut equations = Equations {
@@ -98,7 +98,7 @@ impl Stepper {
         let mut force = vec![0.0; n];
         let mut at = |y: &[f64], input: Input| {
             let mut rate = vec![0.0; s];
-            self.rate_of(&equations, mode, y, input, Part::Linear, &mut force, &mut rate);
+            self.rate_of(&equations, mode, y, input, StatePart::Linear, &mut force, &mut rate);
             rate
         };
         let mut y = vec![0.0; s];
@@ -138,7 +138,16 @@ impl Stepper {
 
     /// ẏ of a mode.
     #[expect(clippy::too_many_arguments, reason = "state, mode and room for the result")]
-    fn rate_of(&self, equations: &Equations, mode: &Mode, y: &[f64], input: Input, part: Part, force: &mut [f64], rate: &mut [f64]) {
+    fn rate_of(
+        &self,
+        equations: &Equations,
+        mode: &ContactMode,
+        y: &[f64],
+        input: Input,
+        part: StatePart,
+        force: &mut [f64],
+        rate: &mut [f64],
+    ) {
         let n = self.plant.size;
         self.plant.forces(mode, y, input, part, force, rate);
         if !equations.held.is_empty() {
@@ -149,19 +158,19 @@ impl Stepper {
             }
         }
         for i in 0..n {
-            rate[i] = if part == Part::Bent { 0.0 } else { y[n + i] };
+            rate[i] = if part == StatePart::Bent { 0.0 } else { y[n + i] };
             rate[n + i] = force[i] / self.plant.mass[i];
         }
     }
 
     /// Force on each friction that sticks, as the friction gives it, by friction.
-    pub fn held(&mut self, number: usize, mode: &Mode, y: &[f64], input: Input, mut each: impl FnMut(usize, f64)) {
+    pub fn held(&mut self, number: usize, mode: &ContactMode, y: &[f64], input: Input, mut each: impl FnMut(usize, f64)) {
         if self.equations[number].held.is_empty() {
             return;
         }
         let mut force = std::mem::take(&mut self.force);
         let mut rate = std::mem::take(&mut self.scratch[0]);
-        self.plant.forces(mode, y, input, Part::Whole, &mut force, &mut rate);
+        self.plant.forces(mode, y, input, StatePart::Whole, &mut force, &mut rate);
         let equations = &self.equations[number];
         for (at, row) in equations.held.iter().zip(equations.holding.chunks_exact(self.plant.size.max(1))) {
             each(*at, -row.iter().zip(&force).map(|(r, f)| r * f).sum::<f64>());
@@ -188,7 +197,7 @@ impl Stepper {
             equations.steps.resize(at + 1, None);
         }
         if equations.steps[at].is_none() {
-            let flow = Flow::new(&equations.a, s, tau);
+            let flow = StateTransition::new(&equations.a, s, tau);
             let by = |x: &[f64]| {
                 let mut y = vec![0.0; s];
                 add_product(&flow.forced[0], x, &mut y);
@@ -202,7 +211,7 @@ impl Stepper {
 
     /// Steps over 2^−level of a unit; leaves the middle in `half` and the end in `end`. Gives what the parabola may be off, relative to
     /// `scale`; infinite where it was not found.
-    pub fn step(&mut self, number: usize, mode: &Mode, y: &[f64], input: Input, (unit, level): (u8, u8), scale: &[f64]) -> f64 {
+    pub fn step(&mut self, number: usize, mode: &ContactMode, y: &[f64], input: Input, (unit, level): (u8, u8), scale: &[f64]) -> f64 {
         self.prepare(number, unit, level);
         self.prepare(number, unit, level + 1);
         let equations = &self.equations[number];
@@ -226,7 +235,7 @@ impl Stepper {
         let mut force = std::mem::take(&mut self.force);
         let mut scratch = std::mem::take(&mut self.scratch);
         let [start, middle, last, next, f1, f2, straight_half, straight_end] = &mut scratch;
-        let mut bent = |y: &[f64], into: &mut Vec<f64>| self.rate_of(equations, mode, y, input, Part::Bent, &mut force, into);
+        let mut bent = |y: &[f64], into: &mut Vec<f64>| self.rate_of(equations, mode, y, input, StatePart::Bent, &mut force, into);
         bent(y, start);
         // What the force at the beginning does stays; the first guess is that it goes on.
         add_columns(&part.forced[0], start, &mut half);
@@ -265,14 +274,14 @@ impl Stepper {
     }
 
     /// Rate of each sliding friction in its direction, by friction.
-    pub fn sliding(&self, mode: &Mode, y: &[f64], mut each: impl FnMut(usize, f64)) {
+    pub fn sliding(&self, mode: &ContactMode, y: &[f64], mut each: impl FnMut(usize, f64)) {
         for (at, (rub, sign)) in self.plant.rubs.iter().zip(&mode.rubs).enumerate().filter(|(_, (_, sign))| **sign != 0) {
             each(at, f64::from(*sign) * along(&rub.along, &y[self.plant.size..]));
         }
     }
 
     /// How far each play is inside its state: depth of contact, or distance to the nearer side.
-    pub fn playing(&self, mode: &Mode, y: &[f64], mut each: impl FnMut(usize, f64)) {
+    pub fn playing(&self, mode: &ContactMode, y: &[f64], mut each: impl FnMut(usize, f64)) {
         for (at, (gap, side)) in self.plant.gaps.iter().zip(&mode.gaps).enumerate() {
             let stretch = gap.stretch(&y[..self.plant.size]);
             each(at, if *side == 0 { gap.half - stretch.abs() } else { f64::from(*side) * stretch - gap.half });

@@ -30,7 +30,7 @@ pub struct Event {
 
 /// One sample of a motion, at a period of the velocity loop.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Sample {
+pub struct TraceSample {
     /// Time (s).
     pub time_s: f64,
     /// Command (m or rad).
@@ -71,10 +71,10 @@ impl Energy {
 /// A motion.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Trace {
-    /// Names of the points that [`Sample::points`] lists.
+    /// Names of the points that [`TraceSample::points`] lists.
     pub points: Vec<String>,
     /// Samples.
-    pub samples: Vec<Sample>,
+    pub samples: Vec<TraceSample>,
     /// Events in the order of time.
     pub events: Vec<Event>,
     /// Energy.

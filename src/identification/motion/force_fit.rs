@@ -2,15 +2,17 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use super::interval::{Interval, intervals};
-use dynamics::inverse_dynamics::{InverseError, Motion, Rigid, derivatives, inverse, leave_crossings_out, prediction, recorded, weights};
+use super::interval::{CoefficientInterval, intervals};
+use dynamics::inverse_dynamics::{
+    InverseError, MotionSignal, Rigid, derivatives, inverse, mask_backlash_crossings, prediction, recorded, weights,
+};
 use machine::Machine;
 use numeric::linear_fit::LinearFit;
-use optimizer::{Coordinate, GaussNewton, GaussNewtonError, GaussNewtonFit, Prediction, live_columns};
+use optimizer::{Coordinate, GaussNewton, GaussNewtonError, GaussNewtonFit, PredictionFunction, live_columns};
 
 /// A fit.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Fit {
+pub struct ForceFit {
     /// Values of all parameters of the machine.
     pub values: Vec<f64>,
     /// Indices of those that were fitted.
@@ -33,10 +35,10 @@ struct Force<'a> {
     rigid: &'a Rigid,
     machine: &'a Machine,
     free: &'a [usize],
-    motions: &'a [&'a Motion],
+    motions: &'a [&'a MotionSignal],
 }
 
-impl Prediction for Force<'_> {
+impl PredictionFunction for Force<'_> {
     type Error = InverseError;
 
     fn at(&self, values: &[f64]) -> Result<Option<DVector<f64>>, InverseError> {
@@ -52,7 +54,13 @@ impl Prediction for Force<'_> {
 /// parameters is there in one step.
 ///
 /// # Errors  two parameters do the same to the force of these records, or one does nothing.
-pub fn estimate(rigid: &Rigid, machine: &Machine, start: &[f64], free: &[usize], motions: &[&Motion]) -> Result<Fit, InverseError> {
+pub fn estimate(
+    rigid: &Rigid,
+    machine: &Machine,
+    start: &[f64],
+    free: &[usize],
+    motions: &[&MotionSignal],
+) -> Result<ForceFit, InverseError> {
     let force = Force { rigid, machine, free, motions };
     let found = ENDS
         .fit(&force, &recorded(motions), start, &coordinates(machine, free, &inverse(machine, free)))
@@ -64,7 +72,7 @@ pub fn estimate(rigid: &Rigid, machine: &Machine, start: &[f64], free: &[usize],
         evaluations += free.len() as u64;
         derivatives(rigid, machine, &values, free, motions, &here)
     };
-    Ok(Fit { free: free.to_vec(), squares: residual.norm_squared(), values, residual, derivatives, evaluations })
+    Ok(ForceFit { free: free.to_vec(), squares: residual.norm_squared(), values, residual, derivatives, evaluations })
 }
 
 /// Free parameters as coordinates of a fit, some by their inverse.
@@ -91,18 +99,18 @@ pub(super) fn unidentifiable(machine: &Machine, free: &[usize], error: GaussNewt
 /// As [`estimate`], but what the motions do not tell beside the others stays where it starts, one parameter after another, if it `may`.
 ///
 /// # Errors  as [`estimate`], of parameters that may not stay.
-pub fn estimate_told(
+pub fn estimate_identifiable(
     rigid: &Rigid,
     machine: &Machine,
     start: &[f64],
     free: &[usize],
-    motions: &[&Motion],
+    motions: &[&MotionSignal],
     may: impl Fn(usize) -> bool,
-) -> Result<Fit, InverseError> {
+) -> Result<ForceFit, InverseError> {
     let mut free = free.to_vec();
     loop {
         match estimate(rigid, machine, start, &free, motions) {
-            Err(InverseError::Untold { parameter, .. }) if may(parameter) => free.retain(|i| *i != parameter),
+            Err(InverseError::Unidentifiable { parameter, .. }) if may(parameter) => free.retain(|i| *i != parameter),
             found => return found,
         }
     }
@@ -119,13 +127,13 @@ pub fn estimate_weighed(
     rigid: &Rigid,
     machine: &Machine,
     free: &[usize],
-    motions: &mut [Motion],
+    motions: &mut [MotionSignal],
     fitted: &[usize],
-) -> Result<Fit, InverseError> {
+) -> Result<ForceFit, InverseError> {
     let mut values = machine.start();
     let mut evaluations = 0;
     for round in 0.. {
-        let own: Vec<&Motion> = fitted.iter().map(|i| &motions[*i]).collect();
+        let own: Vec<&MotionSignal> = fitted.iter().map(|i| &motions[*i]).collect();
         let mut fit = estimate(rigid, machine, &values, free, &own)?;
         evaluations += fit.evaluations;
         if round == ROUNDS || own.iter().all(|m| m.further.is_empty()) {
@@ -133,7 +141,7 @@ pub fn estimate_weighed(
             return Ok(fit);
         }
         let weights = weights(fit.residual.as_slice(), &own);
-        if round > 0 || !leave_crossings_out(motions, rigid, machine, &fit.values) {
+        if round > 0 || !mask_backlash_crossings(motions, rigid, machine, &fit.values) {
             motions.iter_mut().for_each(|m| m.weigh(&weights));
         }
         values = fit.values;
@@ -144,7 +152,7 @@ pub fn estimate_weighed(
 /// Which parameter the others stand for.
 fn dependent(machine: &Machine, free: &[usize], derivatives: &DMatrix<f64>) -> InverseError {
     let id = |at: usize| machine.parameters[free[at]].id.as_str();
-    let untold = |at: usize, why: String| InverseError::Untold { parameter: free[at], why };
+    let untold = |at: usize, why: String| InverseError::Unidentifiable { parameter: free[at], why };
     for at in 0..free.len() {
         if !(derivatives.column(at).norm() > 0.0) {
             return untold(at, format!("these records do not depend on {}; freeze it, or record a motion that shows it", id(at)));
@@ -169,19 +177,19 @@ pub struct Estimated {
     /// Value.
     pub value: f64,
     /// Interval, where one can be told.
-    pub interval: Option<Interval>,
+    pub interval: Option<CoefficientInterval>,
     /// Stands at an end of its range.
     pub at_bound: bool,
 }
 
-impl Fit {
+impl ForceFit {
     /// The free parameters with intervals that respect coloured and repeating residuals.
-    pub fn estimates(&self, machine: &Machine, free: &[usize], motions: &[&Motion]) -> Vec<Estimated> {
+    pub fn estimates(&self, machine: &Machine, free: &[usize], motions: &[&MotionSignal]) -> Vec<Estimated> {
         let records: Vec<(usize, Option<usize>)> = motions.iter().flat_map(|m| m.channels()).collect();
         self.estimates_of(machine, free, &records)
     }
 
-    /// As [`Fit::estimates`], with the lengths and periods of the records that the residual runs over.
+    /// As [`ForceFit::estimates`], with the lengths and periods of the records that the residual runs over.
     pub fn estimates_of(&self, machine: &Machine, free: &[usize], records: &[(usize, Option<usize>)]) -> Vec<Estimated> {
         let mut inside = live_columns(&self.derivatives);
         inside.retain(|at| machine.parameters[free[*at]].holds_inside(self.values[free[*at]]));

@@ -6,7 +6,7 @@ use numeric::long_run::{andrews_bandwidth, long_run_covariance};
 
 /// Half width of a 95 % interval and the standard deviation it comes from.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Interval {
+pub struct CoefficientInterval {
     /// Standard deviation.
     pub sd: f64,
     /// Half of the 95 % interval.
@@ -46,7 +46,7 @@ fn covariance(columns: &DMatrix<f64>, residual: &DVector<f64>, records: &[(usize
 /// 95 % intervals of the coefficients; `None` where columns are not independent.
 ///
 /// # Source  critical value of a test with bandwidth b·n: Kiefer and Vogelsang, Econometric Theory 21 (2005) 1130–1164, Bartlett weights.
-pub fn intervals(columns: &DMatrix<f64>, residual: &DVector<f64>, records: &[(usize, Option<usize>)]) -> Option<Vec<Interval>> {
+pub fn intervals(columns: &DMatrix<f64>, residual: &DVector<f64>, records: &[(usize, Option<usize>)]) -> Option<Vec<CoefficientInterval>> {
     let (covariance, b) = covariance(columns, residual, records)?;
     let samples = columns.nrows() as f64;
     let spent = (samples / (samples - columns.ncols() as f64).max(1.0)).sqrt();
@@ -55,7 +55,7 @@ pub fn intervals(columns: &DMatrix<f64>, residual: &DVector<f64>, records: &[(us
         (0..columns.ncols())
             .map(|i| {
                 let sd = spent * covariance[(i, i)].max(0.0).sqrt();
-                Interval { sd, half95: critical * sd }
+                CoefficientInterval { sd, half95: critical * sd }
             })
             .collect(),
     )

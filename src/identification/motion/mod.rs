@@ -5,6 +5,6 @@ mod force_fit;
 mod interval;
 mod output_error;
 
-pub use force_fit::{Estimated, Fit, correlation, estimate, estimate_told, estimate_weighed};
-pub use interval::{Interval, intervals};
+pub use force_fit::{Estimated, ForceFit, correlation, estimate, estimate_identifiable, estimate_weighed};
+pub use interval::{CoefficientInterval, intervals};
 pub use output_error::{OutputError, output_error, simulated_gaps};

@@ -5,11 +5,11 @@ use rayon::prelude::*;
 
 use super::force_fit::{coordinates, unidentifiable};
 use dynamics::inverse_dynamics::InverseError;
-use dynamics::motion::{MotionError, RecordGap, Settings, simulate_record};
+use dynamics::motion::{MotionError, RecordGap, SimulationSettings, simulate_record};
 use machine::Machine;
 use measurement::MotionRecord;
 use numeric::parallel::OrFirstError;
-use optimizer::{Control, GaussNewton, GaussNewtonFit, Prediction};
+use optimizer::{Control, GaussNewton, GaussNewtonFit, PredictionFunction};
 
 /// What the output error gave.
 #[derive(Debug, Clone, PartialEq)]
@@ -39,7 +39,7 @@ struct Loop<'a> {
     control: &'a Control,
 }
 
-impl Prediction for Loop<'_> {
+impl PredictionFunction for Loop<'_> {
     type Error = InverseError;
 
     fn at(&self, values: &[f64]) -> Result<Option<DVector<f64>>, InverseError> {
@@ -82,7 +82,7 @@ pub fn output_error(
 fn simulated(machine: &Machine, values: &[f64], records: &[&MotionRecord], control: &Control) -> Result<Option<DVector<f64>>, MotionError> {
     let mut all = Vec::new();
     for record in records {
-        let (trace, _) = simulate_record(machine, values, record, &Settings::default(), &|| !control.stopped())?;
+        let (trace, _) = simulate_record(machine, values, record, &SimulationSettings::default(), &|| !control.stopped())?;
         if let Some((time_s, error)) = trace.unstable {
             return Err(MotionError::Input(format!(
                 "record {}: the simulated loop leaves its bounds at {time_s:.4} s, {error:.3e} off its command; start from other parameters",
@@ -107,6 +107,7 @@ pub fn simulated_gaps(
     records: &[&MotionRecord],
     control: &Control,
 ) -> Result<Vec<Option<RecordGap>>, MotionError> {
-    let each = |record: &&MotionRecord| Ok(simulate_record(machine, values, record, &Settings::default(), &|| !control.stopped())?.1);
+    let each =
+        |record: &&MotionRecord| Ok(simulate_record(machine, values, record, &SimulationSettings::default(), &|| !control.stopped())?.1);
     records.par_iter().map(each).or_first_error()
 }

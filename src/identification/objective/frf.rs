@@ -5,10 +5,10 @@ use std::sync::{Arc, Mutex, OnceLock};
 use num_complex::Complex64;
 use rayon::prelude::*;
 
-use super::record::{Here, Record, check_overlap, factor, log_factor, operating, record, wrapped};
+use super::record::{FrfRecord, Here, check_overlap, factor, log_factor, operating, record, wrapped};
 use super::setup::{GAIN_RANGE, free_parameters, keep_rods, point_named};
 use super::{FrfSettings, ObjectiveError};
-use dynamics::model::{ABREAST, Complexes, LANES, Network, Reals, Structure, Workspace};
+use dynamics::model::{ABREAST, AssembledModel, Complexes, LANES, Reals, Structure, Workspace};
 use machine::{FitRule, Machine};
 use measurement::{FitSet, Gain, HoldOutSet, MeasurementSet};
 use numeric::statistics::root_mean_square;
@@ -33,8 +33,8 @@ pub struct FrfGap {
 pub(super) const SPAN: f64 = 20.0;
 
 /// Room for one evaluation.
-pub(super) struct Scratch {
-    pub(super) network: Network,
+pub(super) struct FrfScratch {
+    pub(super) network: AssembledModel,
     pub(super) work: Workspace,
     /// Derivatives of the receptances with the columns.
     pub(super) row: Vec<Complexes>,
@@ -52,7 +52,7 @@ pub struct FrfObjective<'m> {
     /// ln(gain) and delay (s) of each channel where no place states them.
     pub(super) calibration: Vec<(f64, f64)>,
     pub(super) settings: FrfSettings,
-    pub(super) records: Vec<Record>,
+    pub(super) records: Vec<FrfRecord>,
     gain: Gain,
     /// Nut positions that are known only to a standard deviation.
     pub(super) nuts: usize,
@@ -61,9 +61,9 @@ pub struct FrfObjective<'m> {
     /// How many of them are no tolerances: those the global search varies.
     pub own: usize,
     base: Vec<f64>,
-    pools: Vec<Mutex<Vec<Scratch>>>,
+    pools: Vec<Mutex<Vec<FrfScratch>>>,
     /// Records of few lines, made when they are first asked for.
-    few: OnceLock<Vec<Record>>,
+    few: OnceLock<Vec<FrfRecord>>,
 }
 
 impl<'m> FrfObjective<'m> {
@@ -124,7 +124,7 @@ impl<'m> FrfObjective<'m> {
                 groups.push(key);
                 groups.len() - 1
             });
-            records.push(Record { nut, group, ..record(frf, index, operating, structure, settings)? });
+            records.push(FrfRecord { nut, group, ..record(frf, index, operating, structure, settings)? });
         }
         check_overlap(set, &records)?;
         let pools = structures.iter().map(|_| Mutex::new(Vec::new())).collect();
@@ -152,7 +152,7 @@ impl<'m> FrfObjective<'m> {
     }
 
     /// Records with the entries of those rods kept that neither free parameters nor nut positions change.
-    fn laid(&self, mut records: Vec<Record>) -> Vec<Record> {
+    fn laid(&self, mut records: Vec<FrfRecord>) -> Vec<FrfRecord> {
         let place = |u: f64| self.here(&vec![u; self.free.len() + 1 + self.nuts + 2 * self.free_channels()]);
         let places = [0.3, 0.7].map(place);
         for record in &mut records {
@@ -163,7 +163,7 @@ impl<'m> FrfObjective<'m> {
     }
 
     /// The FRFs compared.
-    pub fn records(&self) -> &[Record] {
+    pub fn records(&self) -> &[FrfRecord] {
         &self.records
     }
 
@@ -233,16 +233,16 @@ impl<'m> FrfObjective<'m> {
         if self.settings.channel_sd.0.max(self.settings.channel_sd.1) > 0.0 { self.structures.len() } else { 0 }
     }
 
-    pub(super) fn borrow(&self, structure: usize) -> Scratch {
+    pub(super) fn borrow(&self, structure: usize) -> FrfScratch {
         let pooled = self.pools[structure].lock().ok().and_then(|mut pool| pool.pop());
-        pooled.unwrap_or_else(|| Scratch {
+        pooled.unwrap_or_else(|| FrfScratch {
             network: self.structures[structure].network(),
             work: self.structures[structure].workspace(),
             row: Vec::new(),
         })
     }
 
-    pub(super) fn give_back(&self, structure: usize, scratch: Scratch) {
+    pub(super) fn give_back(&self, structure: usize, scratch: FrfScratch) {
         if let Ok(mut pool) = self.pools[structure].lock() {
             pool.push(scratch);
         }
@@ -250,7 +250,7 @@ impl<'m> FrfObjective<'m> {
 
     /// Calls `each(line, residuals)` for every four lines of a record from a multiple of four on, with r = ln(measured/predicted) before the set's gain is
     /// taken off; past the last line, those of the last.
-    pub(super) fn visit(&self, record: &Record, here: &Here, lines: std::ops::Range<usize>, mut each: impl FnMut(usize, Complexes)) {
+    pub(super) fn visit(&self, record: &FrfRecord, here: &Here, lines: std::ops::Range<usize>, mut each: impl FnMut(usize, Complexes)) {
         let operating = here.operating(record);
         let mut scratch = self.borrow(record.structure);
         scratch.network.update(self.machine, &here.parameters, &operating);
@@ -401,7 +401,7 @@ impl<'m> FrfObjective<'m> {
     pub fn colour(&self, place: &[f64]) -> f64 {
         let residuals = self.residuals_here(&self.here(place));
         let weighted =
-            |record: &Record, r: &[Complex64]| -> Vec<Complex64> { r.iter().zip(&record.weight).map(|(r, w)| r * w.sqrt()).collect() };
+            |record: &FrfRecord, r: &[Complex64]| -> Vec<Complex64> { r.iter().zip(&record.weight).map(|(r, w)| r * w.sqrt()).collect() };
         let series: Vec<Vec<Complex64>> = self.records.iter().zip(&residuals).map(|(record, r)| weighted(record, r)).collect();
         let total: f64 = series.iter().flatten().map(Complex64::norm_sqr).sum();
         let count = 2.0 * series.iter().map(Vec::len).sum::<usize>() as f64;
@@ -440,11 +440,11 @@ impl<'m> FrfObjective<'m> {
     /// The same with at most `most` lines of each record, closest where its curve turns and weighed by how many they stand for: to look around, since their
     /// χ² has more scatter than its weights say.
     #[must_use]
-    pub fn telling(&self, most: usize) -> FrfObjective<'m> {
-        self.with_records(|record| record.telling(most))
+    pub fn curvature_sampled(&self, most: usize) -> FrfObjective<'m> {
+        self.with_records(|record| record.curvature_sampled(most))
     }
 
-    fn with_records(&self, each: impl Fn(&Record) -> Record) -> FrfObjective<'m> {
+    fn with_records(&self, each: impl Fn(&FrfRecord) -> FrfRecord) -> FrfObjective<'m> {
         let mut other = self.resampled(&[]);
         other.records = self.laid(self.records.iter().map(each).collect());
         other
@@ -452,7 +452,7 @@ impl<'m> FrfObjective<'m> {
 
     /// χ² that the noise of the lines alone leaves, per number compared.
     pub fn noise_share(&self) -> f64 {
-        let share = |r: &Record| r.noise_sd.iter().zip(&r.weight).map(|(sd, weight)| sd.unwrap_or(0.0).powi(2) * weight).sum::<f64>();
+        let share = |r: &FrfRecord| r.noise_sd.iter().zip(&r.weight).map(|(sd, weight)| sd.unwrap_or(0.0).powi(2) * weight).sum::<f64>();
         self.records.iter().map(share).sum::<f64>() / self.lines().iter().sum::<usize>().max(1) as f64
     }
 

@@ -15,7 +15,7 @@ pub use error::ObjectiveError;
 pub use frf::{COARSE_LINES, FrfGap, FrfObjective};
 pub use modes::{AmplitudeFit, Deviation, ModeObjective, ModeSettings, Objective, PositionPrediction};
 pub use pairing::{MISSING, VISIBLE};
-pub use record::{Record, operating};
+pub use record::{FrfRecord, operating};
 pub use settings::FrfSettings;
 pub use setup::{GAIN_RANGE, point_named};
 pub use squares::ModeSquares;

@@ -4,9 +4,9 @@ use nalgebra::{DMatrix, DVector};
 use std::sync::{Arc, Mutex};
 
 use super::ObjectiveError;
-use super::pairing::{MISSING, Pair, VISIBLE, pair_into};
+use super::pairing::{MISSING, ModePair, VISIBLE, pair_into};
 use super::setup::{GAIN_RANGE, free_parameters, keep_rods, point_named};
-use dynamics::model::{Lines, Network, Peak, PeakSearch, Rods, Structure, Workspace, peaks_into};
+use dynamics::model::{AssembledModel, FrequencyGrid, Peak, PeakSearch, Rods, Structure, Workspace, peaks_into};
 use machine::{Chain, FitRule, Machine, Operating};
 use measurement::{FitSet, Gain, HoldOutSet, MeasurementSet, ModeObservation};
 use numeric::unit::omega_rad_s;
@@ -74,8 +74,8 @@ pub struct AmplitudeFit {
 }
 
 /// Room for one evaluation; kept, a later one allocates nothing.
-struct Scratch {
-    network: Network,
+struct ModeScratch {
+    network: AssembledModel,
     work: Workspace,
     parameters: Vec<f64>,
     predictions: Vec<PositionPrediction>,
@@ -83,7 +83,7 @@ struct Scratch {
     predicted_hz: Vec<f64>,
     alone: Vec<f64>,
     least: Vec<f64>,
-    pairs: Vec<Pair>,
+    pairs: Vec<ModePair>,
 }
 
 struct PositionData {
@@ -92,7 +92,7 @@ struct PositionData {
     observed: Vec<ModeObservation>,
     measured_hz: Vec<f64>,
     /// Where the search for peaks begins, with the rods that no free parameter changes.
-    lines: Lines,
+    lines: FrequencyGrid,
 }
 
 /// Distance between predicted peaks and measured modes of some positions, as a function of a machine's free parameters.
@@ -112,7 +112,7 @@ pub struct ModeObjective<'m> {
     base: Vec<f64>,
     /// Inverse of the lower Cholesky factor of the residuals' covariance, where they are correlated.
     whitening: Option<DMatrix<f64>>,
-    pool: Mutex<Vec<Scratch>>,
+    pool: Mutex<Vec<ModeScratch>>,
 }
 
 impl<'m> ModeObjective<'m> {
@@ -200,7 +200,7 @@ impl<'m> ModeObjective<'m> {
             machine.check_operating(&format!("{}: position {}", set.path, set.positions[index].name), &operating)?;
             let observed: Vec<ModeObservation> = table.positions[index].iter().filter(|m| m.frequency_hz.is_some()).copied().collect();
             let measured_hz = observed.iter().filter_map(|m| m.frequency_hz).collect();
-            data.push(PositionData { index, operating, observed, measured_hz, lines: Lines::new(&[]) });
+            data.push(PositionData { index, operating, observed, measured_hz, lines: FrequencyGrid::new(&[]) });
         }
         // The band of these positions alone: what is held out must not reach the fit.
         let all =
@@ -268,9 +268,9 @@ impl<'m> ModeObjective<'m> {
     }
 
     /// Calls `work` with room for an evaluation.
-    fn with_room<T>(&self, work: impl FnOnce(&mut Scratch) -> T) -> T {
+    fn with_room<T>(&self, work: impl FnOnce(&mut ModeScratch) -> T) -> T {
         let pooled = self.pool.lock().ok().and_then(|mut pool| pool.pop());
-        let mut scratch = pooled.unwrap_or_else(|| Scratch {
+        let mut scratch = pooled.unwrap_or_else(|| ModeScratch {
             network: self.structure.network(),
             work: self.structure.workspace(),
             parameters: Vec::new(),
@@ -298,9 +298,9 @@ impl<'m> ModeObjective<'m> {
     }
 
     /// The prediction for one position.
-    fn predict_one(&self, at: usize, scratch: &mut Scratch) {
+    fn predict_one(&self, at: usize, scratch: &mut ModeScratch) {
         let p = &self.positions[at];
-        let Scratch { network, work, parameters, predictions, predicted_hz, alone, least, pairs } = scratch;
+        let ModeScratch { network, work, parameters, predictions, predicted_hz, alone, least, pairs } = scratch;
         network.update(self.machine, parameters, &p.operating);
         let PositionPrediction { position, peaks, deviations } = &mut predictions[at];
         *position = p.index;
@@ -314,7 +314,7 @@ impl<'m> ModeObjective<'m> {
         alone.extend(peaks.iter().map(|p| if self.unexpected(p) { MISSING } else { 0.0 }));
         pair_into(&p.measured_hz, predicted_hz, alone, least, pairs);
         deviations.clear();
-        deviations.extend(pairs.iter().map(|Pair { measured, predicted }| Deviation {
+        deviations.extend(pairs.iter().map(|ModePair { measured, predicted }| Deviation {
             observed: measured.map(|i| p.observed[i]),
             predicted: predicted.map(|i| peaks[i]),
             unexpected: measured.is_none() && predicted.is_some_and(|i| self.unexpected(&peaks[i])),
@@ -436,7 +436,7 @@ impl<'m> ModeObjective<'m> {
     }
 
     /// With the gain at its best for the positions so far, a sum of squares can only grow with every further one; of Eq. 26 no part tells of the whole.
-    fn cost_at_most(&self, scratch: &mut Scratch, limit: f64) -> f64 {
+    fn cost_at_most(&self, scratch: &mut ModeScratch, limit: f64) -> f64 {
         let may_end = limit < f64::INFINITY && self.settings.objective != Objective::Eq26;
         let mut cost = 0.0;
         for at in 0..self.positions.len() {

@@ -7,7 +7,7 @@ pub const VISIBLE: f64 = 2.0;
 
 /// One row of an alignment: a measured mode, a predicted peak, or both (by index).
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Pair {
+pub struct ModePair {
     /// Index of the measured mode.
     pub measured: Option<usize>,
     /// Index of the predicted peak.
@@ -20,7 +20,7 @@ pub struct Pair {
 /// The order is kept, so that no two pairs cross.
 ///
 /// `least` is room for its work.
-pub(super) fn pair_into(measured_hz: &[f64], predicted_hz: &[f64], alone: &[f64], least: &mut Vec<f64>, pairs: &mut Vec<Pair>) {
+pub(super) fn pair_into(measured_hz: &[f64], predicted_hz: &[f64], alone: &[f64], least: &mut Vec<f64>, pairs: &mut Vec<ModePair>) {
     let (m, n) = (measured_hz.len(), predicted_hz.len());
     // least[i][j]: first i measured and first j predicted.
     let width = n + 1;
@@ -52,17 +52,17 @@ pub(super) fn pair_into(measured_hz: &[f64], predicted_hz: &[f64], alone: &[f64]
         if i > 0 && j > 0 {
             let error = predicted_hz[j - 1] / measured_hz[i - 1] - 1.0;
             if least[(i - 1) * width + j - 1] + error * error <= here {
-                pairs.push(Pair { measured: Some(i - 1), predicted: Some(j - 1) });
+                pairs.push(ModePair { measured: Some(i - 1), predicted: Some(j - 1) });
                 i -= 1;
                 j -= 1;
                 continue;
             }
         }
         if i > 0 && least[(i - 1) * width + j] + MISSING * MISSING <= here {
-            pairs.push(Pair { measured: Some(i - 1), predicted: None });
+            pairs.push(ModePair { measured: Some(i - 1), predicted: None });
             i -= 1;
         } else {
-            pairs.push(Pair { measured: None, predicted: Some(j - 1) });
+            pairs.push(ModePair { measured: None, predicted: Some(j - 1) });
             j -= 1;
         }
     }
@@ -73,7 +73,7 @@ pub(super) fn pair_into(measured_hz: &[f64], predicted_hz: &[f64], alone: &[f64]
 mod tests {
     use super::*;
 
-    fn pair(measured_hz: &[f64], predicted_hz: &[f64], alone: &[f64]) -> Vec<Pair> {
+    fn pair(measured_hz: &[f64], predicted_hz: &[f64], alone: &[f64]) -> Vec<ModePair> {
         let mut pairs = Vec::new();
         pair_into(measured_hz, predicted_hz, alone, &mut Vec::new(), &mut pairs);
         pairs

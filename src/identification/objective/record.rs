@@ -6,9 +6,9 @@ use std::sync::Arc;
 use num_complex::Complex64;
 
 use super::{FrfSettings, ObjectiveError};
-use dynamics::model::{Complexes, LANES, Lines, Reals};
+use dynamics::model::{Complexes, FrequencyGrid, LANES, Reals};
 use machine::Operating;
-use measurement::{Frf, Line, MeasurementSet};
+use measurement::{Frf, FrfLine, MeasurementSet};
 use numeric::statistics::median;
 use numeric::unit::{frequency_hz, omega_rad_s};
 
@@ -17,7 +17,7 @@ const PIECE: usize = 256;
 
 /// One FRF ready to be compared.
 #[derive(Debug, Clone)]
-pub struct Record {
+pub struct FrfRecord {
     /// Index of the FRF in the set.
     pub frf: usize,
     pub(super) operating: Operating,
@@ -28,7 +28,7 @@ pub struct Record {
     pub(super) structure: usize,
     pub(super) omega_rad_s: Vec<f64>,
     /// The same, with what a model knows of them beforehand.
-    pub(super) lines: Arc<Lines>,
+    pub(super) lines: Arc<FrequencyGrid>,
     /// ln of what was measured, as a receptance.
     pub(super) log_measured: Vec<Complex64>,
     /// 1/s² of one component of ln H.
@@ -39,14 +39,14 @@ pub struct Record {
     pub(super) stated_sd: Vec<Option<f64>>,
 }
 
-impl Record {
+impl FrfRecord {
     /// Standard deviation of one component of ln H that noise alone causes, line by line, where it is known.
     pub fn noise(&self) -> &[Option<f64>] {
         &self.noise_sd
     }
 
     /// The same with every so manieth line, at most `most`; of the lines nothing is known beforehand.
-    pub(super) fn thinned(&self, most: usize) -> Record {
+    pub(super) fn thinned(&self, most: usize) -> FrfRecord {
         let stride = self.omega_rad_s.len().div_ceil(most.max(1)).max(1);
         self.with((0..self.omega_rad_s.len()).step_by(stride).collect())
     }
@@ -54,7 +54,7 @@ impl Record {
     /// The same with at most `most` lines, close where the curve turns and nowhere far apart, each weighed by how many it stands for: a narrow resonance, between
     /// two of lines evenly apart, stays to be seen. A third of them each follow the number of lines, the logarithm of the frequency and the length of the curve
     /// ln H in units of its noise.
-    pub(super) fn telling(&self, most: usize) -> Record {
+    pub(super) fn curvature_sampled(&self, most: usize) -> FrfRecord {
         let count = self.omega_rad_s.len();
         if count <= most.max(2) {
             return self.clone();
@@ -92,13 +92,13 @@ impl Record {
     }
 
     /// The same with some lines alone.
-    fn with(&self, lines: Vec<usize>) -> Record {
+    fn with(&self, lines: Vec<usize>) -> FrfRecord {
         fn each<T: Clone>(lines: &[usize], all: &[T]) -> Vec<T> {
             lines.iter().map(|at| all[*at].clone()).collect()
         }
         let omega_rad_s = each(&lines, &self.omega_rad_s);
-        Record {
-            lines: Arc::new(Lines::new(&omega_rad_s)),
+        FrfRecord {
+            lines: Arc::new(FrequencyGrid::new(&omega_rad_s)),
             omega_rad_s,
             log_measured: each(&lines, &self.log_measured),
             weight: each(&lines, &self.weight),
@@ -151,13 +151,13 @@ pub(super) struct Here {
 
 impl Here {
     /// The operating condition of a record.
-    pub(super) fn operating(&self, record: &Record) -> Operating {
+    pub(super) fn operating(&self, record: &FrfRecord) -> Operating {
         let shift_m = self.nut_shift_m.get(record.nut).copied().unwrap_or(0.0);
         Operating { nut_m: record.operating.nut_m.map(|nut_m| nut_m + shift_m), ..record.operating }
     }
 
     /// ln(gain) and delay (s) of a record's channel.
-    pub(super) fn channel(&self, record: &Record) -> (f64, f64) {
+    pub(super) fn channel(&self, record: &FrfRecord) -> (f64, f64) {
         self.channels.get(record.structure).copied().unwrap_or((0.0, 0.0))
     }
 }
@@ -181,8 +181,8 @@ pub(super) fn wrapped(z: Complexes) -> Complexes {
 }
 
 /// Pieces of all records, in order: record and lines.
-pub(super) fn pieces(records: &[Record]) -> Vec<(usize, std::ops::Range<usize>)> {
-    let piece = |(at, r): (usize, &Record)| {
+pub(super) fn pieces(records: &[FrfRecord]) -> Vec<(usize, std::ops::Range<usize>)> {
+    let piece = |(at, r): (usize, &FrfRecord)| {
         let count = r.omega_rad_s.len();
         (0..count).step_by(PIECE).map(move |from| (at, from..(from + PIECE).min(count))).collect::<Vec<_>>()
     };
@@ -196,16 +196,16 @@ pub(super) fn record(
     operating: Operating,
     structure: usize,
     settings: FrfSettings,
-) -> Result<Record, ObjectiveError> {
-    let in_band = |(_, l): &(usize, &Line)| (settings.band_hz.0..=settings.band_hz.1).contains(&l.frequency_hz);
+) -> Result<FrfRecord, ObjectiveError> {
+    let in_band = |(_, l): &(usize, &FrfLine)| (settings.band_hz.0..=settings.band_hz.1).contains(&l.frequency_hz);
     let omegas: Vec<f64> = frf.lines.iter().enumerate().filter(in_band).map(|(_, l)| omega_rad_s(l.frequency_hz)).collect();
-    let mut record = Record {
+    let mut record = FrfRecord {
         frf: index,
         operating,
         nut: usize::MAX,
         group: 0,
         structure,
-        lines: Arc::new(Lines::new(&omegas)),
+        lines: Arc::new(FrequencyGrid::new(&omegas)),
         omega_rad_s: omegas,
         log_measured: Vec::new(),
         weight: Vec::new(),
@@ -267,8 +267,8 @@ fn levels(frf: &Frf) -> Vec<f64> {
 }
 
 /// FRFs that are looked at together must share frequencies: else the one says nothing of the other.
-pub(super) fn check_overlap(set: &MeasurementSet, records: &[Record]) -> Result<(), ObjectiveError> {
-    let ends = |r: &Record| (r.omega_rad_s[0], r.omega_rad_s[r.omega_rad_s.len() - 1]);
+pub(super) fn check_overlap(set: &MeasurementSet, records: &[FrfRecord]) -> Result<(), ObjectiveError> {
+    let ends = |r: &FrfRecord| (r.omega_rad_s[0], r.omega_rad_s[r.omega_rad_s.len() - 1]);
     for (at, a) in records.iter().enumerate() {
         for b in &records[..at] {
             let ((from_a, to_a), (from_b, to_b)) = (ends(a), ends(b));

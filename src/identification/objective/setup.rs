@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use super::ObjectiveError;
-use dynamics::model::{Lines, Structure};
+use dynamics::model::{FrequencyGrid, Structure};
 use machine::{FitRule, Machine, Operating};
 
 /// Range of an unknown gain.
@@ -35,7 +35,7 @@ pub(super) fn free_parameters(
 }
 
 /// Keeps with some lines the entries of those rods that are the same at two places of the free parameters, each with its operating condition.
-pub(super) fn keep_rods(lines: &mut Lines, (machine, structure): (&Machine, &Arc<Structure>), places: [(&[f64], Operating); 2]) {
+pub(super) fn keep_rods(lines: &mut FrequencyGrid, (machine, structure): (&Machine, &Arc<Structure>), places: [(&[f64], Operating); 2]) {
     let [network, other] = places.map(|(parameters, operating)| {
         let mut network = structure.network();
         network.update(machine, parameters, &operating);

@@ -4,11 +4,11 @@ use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
 use super::frf::SPAN;
-use super::record::{Here, Record, factor, log_factor, pieces, wrapped};
+use super::record::{FrfRecord, Here, factor, log_factor, pieces, wrapped};
 use super::{FrfObjective, FrfSettings, GAIN_RANGE, ModeObjective};
 use dynamics::model::{ABREAST, Complexes, LANES, Reals};
 use machine::Value;
-use optimizer::{LeastSquares, Normal};
+use optimizer::{LeastSquares, NormalEquations};
 
 /// Step of the central differences in the unit interval.
 const STEP: f64 = 2e-4;
@@ -40,7 +40,7 @@ impl LeastSquares for ModeSquares<'_, '_> {
         self.objective.residuals_at(place).iter().enumerate().map(|(row, r)| self.weight(row) * r * r).sum()
     }
 
-    fn normal(&self, place: &[f64]) -> Normal {
+    fn normal(&self, place: &[f64]) -> NormalEquations {
         let dimension = self.dimension();
         let here = self.objective.residuals_at(place);
         let columns: Vec<Vec<f64>> = (0..dimension)
@@ -57,7 +57,7 @@ impl LeastSquares for ModeSquares<'_, '_> {
                 to.iter().zip(&from).map(|(b, a)| (b - a) / width).collect()
             })
             .collect();
-        let mut normal = Normal::zero(dimension);
+        let mut normal = NormalEquations::zero(dimension);
         for (row, residual) in here.iter().enumerate() {
             let slopes: Vec<f64> = columns.iter().map(|c| c[row]).collect();
             normal.add(self.weight(row), *residual, &slopes);
@@ -68,7 +68,7 @@ impl LeastSquares for ModeSquares<'_, '_> {
 }
 
 /// What the coordinates of the unit cube stand for.
-struct Columns {
+struct SquareColumns {
     /// Column of each parameter of the machine, where it is free.
     of: Vec<Option<usize>>,
     /// d(parameter or nut position)/d(coordinate), column by column; nought for gains and delays.
@@ -76,7 +76,7 @@ struct Columns {
 }
 
 /// What is known beforehand of a coordinate: its deviation over the standard deviation, and what that changes with the coordinate.
-pub(super) struct Known {
+pub(super) struct SharedColumns {
     column: usize,
     pub(super) deviation: f64,
     slope: f64,
@@ -111,7 +111,7 @@ impl FrfObjective<'_> {
     }
 
     /// Columns of the machine's parameters and of the data's own numbers here.
-    fn columns(&self, here: &Here) -> Columns {
+    fn columns(&self, here: &Here) -> SquareColumns {
         let mut of = vec![None; here.parameters.len()];
         let mut unit = vec![0.0; LeastSquares::dimension(self)];
         for (column, (&parameter, slope)) in self.free.iter().zip(&mut unit).enumerate() {
@@ -119,17 +119,17 @@ impl FrfObjective<'_> {
             *slope = self.machine.parameters[parameter].unit_slope(here.parameters[parameter]);
         }
         (0..self.nuts).filter_map(|nut| self.nut_column(nut)).for_each(|column| unit[column] = SPAN * self.settings.nut_sd_m);
-        Columns { of, unit }
+        SquareColumns { of, unit }
     }
 
     /// What is known beforehand of free parameters, nut positions, and gains and delays of channels.
-    pub(super) fn known<'h>(&'h self, here: &'h Here) -> impl Iterator<Item = Known> + 'h {
+    pub(super) fn known<'h>(&'h self, here: &'h Here) -> impl Iterator<Item = SharedColumns> + 'h {
         let FrfSettings { nut_sd_m, channel_sd: (gain_sd, delay_sd_s), .. } = self.settings;
         let parameters = self.free.iter().enumerate().filter_map(move |(column, &index)| {
             let (parameter, value) = (&self.machine.parameters[index], here.parameters[index]);
             let prior = parameter.prior?;
             let slope = parameter.unit_slope(value) * prior.slope(value);
-            Some(Known { column, deviation: prior.deviation(parameter.start, value), slope })
+            Some(SharedColumns { column, deviation: prior.deviation(parameter.start, value), slope })
         });
         let channels = here
             .channels
@@ -138,11 +138,11 @@ impl FrfObjective<'_> {
             .flat_map(move |(log_gain, delay_s)| [over(*log_gain, gain_sd), over(*delay_s, delay_sd_s)]);
         let own = here.nut_shift_m.iter().map(move |shift_m| shift_m / nut_sd_m).chain(channels);
         let first = self.free.len() + usize::from(self.estimates_gain());
-        parameters.chain(own.enumerate().map(move |(at, deviation)| Known { column: first + at, deviation, slope: SPAN }))
+        parameters.chain(own.enumerate().map(move |(at, deviation)| SharedColumns { column: first + at, deviation, slope: SPAN }))
     }
 
     /// Normal equations of some lines of a record, in coordinates of the unit cube.
-    fn piece(&self, record: &Record, here: &Here, columns: &Columns, lines: std::ops::Range<usize>) -> Normal {
+    fn piece(&self, record: &FrfRecord, here: &Here, columns: &SquareColumns, lines: std::ops::Range<usize>) -> NormalEquations {
         let dimension = columns.unit.len();
         let mut chi_square = Reals::ZERO;
         let mut gradient = vec![Reals::ZERO; dimension];
@@ -157,7 +157,7 @@ impl FrfObjective<'_> {
                 slopes.chunks_exact(abreast).take(row + 1).zip(&mut sums).for_each(|(b, sum)| *sum += product(a, b));
             }
         });
-        let mut normal = Normal::zero(dimension);
+        let mut normal = NormalEquations::zero(dimension);
         normal.chi_square = chi_square.reduce_add();
         normal.gradient.iter_mut().zip(gradient).for_each(|(slope, sum)| *slope = sum.reduce_add());
         let mut sums = information.into_iter();
@@ -171,13 +171,13 @@ impl FrfObjective<'_> {
     /// coordinates of the unit cube, column c of group w at c·groups + w; both times the square root of the weight, nought past the last line.
     fn weighted_rows(
         &self,
-        record: &Record,
+        record: &FrfRecord,
         here: &Here,
-        columns: &Columns,
+        columns: &SquareColumns,
         lines: std::ops::Range<usize>,
         mut each: impl FnMut(usize, &[Complexes], &[Complexes]),
     ) {
-        let Columns { of: columns, unit } = columns;
+        let SquareColumns { of: columns, unit } = columns;
         let dimension = unit.len();
         let mut scratch = self.borrow(record.structure);
         let (parameters, operating) = (&here.parameters, here.operating(record));
@@ -240,7 +240,7 @@ impl FrfObjective<'_> {
         let here = self.here(place);
         let columns = self.columns(&here);
         let count = 2 * self.lines().iter().sum::<usize>();
-        let known: Vec<Known> = self.known(&here).collect();
+        let known: Vec<SharedColumns> = self.known(&here).collect();
         let mut slopes = DMatrix::zeros(count + known.len(), LeastSquares::dimension(self));
         (count..).zip(known).for_each(|(row, k)| slopes[(row, k.column)] = k.slope);
         let mut first = 0;
@@ -290,17 +290,17 @@ impl LeastSquares for FrfObjective<'_> {
         if chi_square.is_finite() { chi_square } else { f64::MAX }
     }
 
-    fn normal(&self, place: &[f64]) -> Normal {
+    fn normal(&self, place: &[f64]) -> NormalEquations {
         let here = self.here(place);
         let columns = self.columns(&here);
-        let parts: Vec<Normal> = pieces(&self.records)
+        let parts: Vec<NormalEquations> = pieces(&self.records)
             .par_iter()
             .map(|(record, lines)| self.piece(&self.records[*record], &here, &columns, lines.clone()))
             .collect();
         let dimension = LeastSquares::dimension(self);
-        let mut normal = Normal::zero(dimension);
+        let mut normal = NormalEquations::zero(dimension);
         parts.iter().for_each(|part| normal.merge(part));
-        for Known { column, deviation, slope } in self.known(&here) {
+        for SharedColumns { column, deviation, slope } in self.known(&here) {
             normal.chi_square += deviation * deviation;
             normal.gradient[column] += deviation * slope;
             normal.information[(column, column)] += slope * slope;

@@ -1,7 +1,7 @@
 //! Scores of predictions at positions that were not fitted.
 
 use crate::objective::{MISSING, Objective, ObjectiveError, PositionPrediction};
-use crate::{Plan, identify};
+use crate::{IdentificationSettings, identify};
 use machine::Machine;
 use measurement::FitSet;
 use numeric::statistics::root_mean_square;
@@ -36,7 +36,7 @@ pub fn frequency_errors(prediction: &PositionPrediction) -> Vec<Option<f64>> {
 pub fn leave_one_out(
     machine: &Machine,
     fit: &FitSet<'_>,
-    plan: &Plan,
+    plan: &IdentificationSettings,
     objectives: &[Objective],
     control: &Control,
 ) -> Result<Vec<ObjectiveScore>, ObjectiveError> {

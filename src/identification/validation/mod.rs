@@ -1,7 +1,7 @@
 //! Does it hold elsewhere: single against multi-position, objectives by leaving positions out.
 
 mod compare;
-mod left_out;
+mod cross_validation;
 
 pub use compare::{ObjectiveScore, frequency_errors, leave_one_out};
-pub use left_out::{LeftOut, left_out};
+pub use cross_validation::{CrossValidation, cross_validation};

@@ -2,7 +2,7 @@
 
 use super::error::positive;
 use super::race::RaceGeometry;
-use super::{BALL_PRESSURE_LIMIT_PA, ContactError, Material, RaceContacts, STEEL, Side, Stiffness};
+use super::{BALL_PRESSURE_LIMIT_PA, ContactError, ContactMaterial, RaceContacts, STEEL, Side, Stiffness};
 
 /// Catalogue quantities of one bearing.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -20,9 +20,9 @@ pub struct BearingData {
     /// Groove radius over ball diameter of the outer ring.
     pub outer_conformity: f64,
     /// Material of the balls.
-    pub ball: Material,
+    pub ball: ContactMaterial,
     /// Material of the rings.
-    pub rings: Material,
+    pub rings: ContactMaterial,
     /// Contact pressure (Pa) above which loads are refused.
     pub pressure_limit_pa: f64,
 }

@@ -3,7 +3,7 @@
 use super::error::positive;
 use super::interval::{self, Free};
 use super::projection::non_negative;
-use super::{ContactError, Estimate, Interval, StribeckCurve};
+use super::{ContactError, ParameterEstimate, ParameterInterval, StribeckCurve};
 use numeric::distribution::t_quantile_95;
 
 /// Parameters of the curve.
@@ -22,7 +22,7 @@ pub struct Observation {
 
 /// What is known of the scatter.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Noise {
+pub enum StribeckNoise {
     /// Equal in all observations, its size estimated from the residuals.
     Uniform,
     /// In proportion to the friction, its size estimated from the residuals.
@@ -33,17 +33,17 @@ pub enum Noise {
 
 /// How to fit.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct FitOptions {
+pub struct StribeckOptions {
     /// What is known of the scatter.
-    pub noise: Noise,
+    pub noise: StribeckNoise,
     /// Range of v_s (m/s) to search; half the least to the largest measured speed unless given.
     pub stribeck_range_m_per_s: Option<(f64, f64)>,
 }
 
-impl FitOptions {
+impl StribeckOptions {
     /// The usual range with this noise.
-    pub fn new(noise: Noise) -> FitOptions {
-        FitOptions { noise, stribeck_range_m_per_s: None }
+    pub fn new(noise: StribeckNoise) -> StribeckOptions {
+        StribeckOptions { noise, stribeck_range_m_per_s: None }
     }
 }
 
@@ -53,15 +53,15 @@ pub struct StribeckFit {
     /// The best curve.
     pub curve: StribeckCurve,
     /// F_c (N).
-    pub coulomb_n: Estimate,
+    pub coulomb_n: ParameterEstimate,
     /// F_s (N).
-    pub static_n: Estimate,
+    pub static_n: ParameterEstimate,
     /// d (N·s/m).
-    pub viscous_n_s_per_m: Estimate,
+    pub viscous_n_s_per_m: ParameterEstimate,
     /// v_s (m/s).
-    pub stribeck_velocity_m_per_s: Estimate,
-    /// Scatter of the residuals: in N for [`Noise::Uniform`], relative for [`Noise::Proportional`], over the given standard
-    /// deviations for [`Noise::Known`], where it should be near 1.
+    pub stribeck_velocity_m_per_s: ParameterEstimate,
+    /// Scatter of the residuals: in N for [`StribeckNoise::Uniform`], relative for [`StribeckNoise::Proportional`], over the given standard
+    /// deviations for [`StribeckNoise::Known`], where it should be near 1.
     pub residual_scatter: f64,
     /// Observations less free parameters.
     pub degrees_of_freedom: usize,
@@ -81,7 +81,7 @@ pub struct StribeckFit {
 /// or non-positive standard deviation, forces that oppose their velocities, an empty range of v_s
 /// # Source     Duan, Eq. 11, Tab. 2 («nonlinear identification», method not told); Golub and Pereyra, SIAM J. Numer. Anal. 10
 /// (1973) 413–432 for the projection.
-pub fn fit_stribeck(observations: &[Observation], options: &FitOptions) -> Result<StribeckFit, ContactError> {
+pub fn fit_stribeck(observations: &[Observation], options: &StribeckOptions) -> Result<StribeckFit, ContactError> {
     let range = check(observations, options)?;
     let largest_n = observations.iter().fold(0.0_f64, |most, row| most.max(row.force_n.abs()));
     // Friction and speed without their common sign.
@@ -89,15 +89,15 @@ pub fn fit_stribeck(observations: &[Observation], options: &FitOptions) -> Resul
         .iter()
         .map(|row| {
             let sd = match options.noise {
-                Noise::Uniform => 1.0,
-                Noise::Proportional => row.force_n.abs().max(1e-3 * largest_n),
-                Noise::Known => row.sd_n.unwrap_or(1.0),
+                StribeckNoise::Uniform => 1.0,
+                StribeckNoise::Proportional => row.force_n.abs().max(1e-3 * largest_n),
+                StribeckNoise::Known => row.sd_n.unwrap_or(1.0),
             };
             (row.velocity_m_per_s.abs(), row.force_n * row.velocity_m_per_s.signum(), 1.0 / (sd * sd))
         })
         .collect();
     let mut best = search(&rows, range);
-    if options.noise == Noise::Proportional {
+    if options.noise == StribeckNoise::Proportional {
         for _ in 0..8 {
             let previous = best.curve;
             for (speed, _, weight) in &mut rows {
@@ -115,7 +115,7 @@ pub fn fit_stribeck(observations: &[Observation], options: &FitOptions) -> Resul
 }
 
 /// The data checked, and the range of v_s.
-fn check(observations: &[Observation], options: &FitOptions) -> Result<(f64, f64), ContactError> {
+fn check(observations: &[Observation], options: &StribeckOptions) -> Result<(f64, f64), ContactError> {
     for (row, observation) in observations.iter().enumerate() {
         let sd = observation.sd_n.unwrap_or(1.0);
         if !(observation.velocity_m_per_s.is_finite() && observation.force_n.is_finite() && sd.is_finite()) {
@@ -127,7 +127,7 @@ fn check(observations: &[Observation], options: &FitOptions) -> Result<(f64, f64
         if !(sd > 0.0) {
             return Err(ContactError::StandardDeviation { row, value: sd });
         }
-        if options.noise == Noise::Known && observation.sd_n.is_none() {
+        if options.noise == StribeckNoise::Known && observation.sd_n.is_none() {
             return Err(ContactError::MissingStandardDeviation { row });
         }
     }
@@ -154,29 +154,29 @@ fn check(observations: &[Observation], options: &FitOptions) -> Result<(f64, f64
 
 /// A curve and its weighted sum of squares.
 #[derive(Clone, Copy)]
-struct Candidate {
+struct StribeckCandidate {
     curve: StribeckCurve,
     squares: f64,
 }
 
 /// The best curve for a given ln v_s.
-fn project(rows: &[(f64, f64, f64)], scratch: &mut Vec<([f64; 3], f64, f64)>, log_velocity: f64) -> Candidate {
+fn project(rows: &[(f64, f64, f64)], scratch: &mut Vec<([f64; 3], f64, f64)>, log_velocity: f64) -> StribeckCandidate {
     let velocity = log_velocity.exp();
     scratch.clear();
     scratch
         .extend(rows.iter().map(|&(speed, force, weight)| ([1.0, (-(speed / velocity) * (speed / velocity)).exp(), speed], force, weight)));
     let ([coulomb_n, excess_n, viscous_n_s_per_m], squares) = non_negative(scratch);
     let curve = StribeckCurve { coulomb_n, static_n: coulomb_n + excess_n, viscous_n_s_per_m, stribeck_velocity_m_per_s: velocity };
-    Candidate { curve, squares }
+    StribeckCandidate { curve, squares }
 }
 
 /// The best curve over the range of v_s: a scan at 24 points per decade, its three lowest valleys refined.
-fn search(rows: &[(f64, f64, f64)], (lower, upper): (f64, f64)) -> Candidate {
+fn search(rows: &[(f64, f64, f64)], (lower, upper): (f64, f64)) -> StribeckCandidate {
     let mut scratch = Vec::with_capacity(rows.len());
     let (from, to) = (lower.ln(), upper.ln());
     let count = ((to - from) / std::f64::consts::LN_10 * 24.0).ceil().clamp(8.0, 2000.0) as usize;
     let at = |index: usize| if index == count { to } else { from + (to - from) * index as f64 / count as f64 };
-    let scan: Vec<Candidate> = (0..=count).map(|index| project(rows, &mut scratch, at(index))).collect();
+    let scan: Vec<StribeckCandidate> = (0..=count).map(|index| project(rows, &mut scratch, at(index))).collect();
     let level = |index: usize| scan[index].squares;
     let mut valleys: Vec<usize> = (0..=count)
         .filter(|&index| (index == 0 || level(index) <= level(index - 1)) && (index == count || level(index) <= level(index + 1)))
@@ -193,7 +193,7 @@ fn search(rows: &[(f64, f64, f64)], (lower, upper): (f64, f64)) -> Candidate {
 }
 
 /// The lowest point of one valley by golden section.
-fn golden(rows: &[(f64, f64, f64)], scratch: &mut Vec<([f64; 3], f64, f64)>, mut low: f64, mut high: f64) -> Candidate {
+fn golden(rows: &[(f64, f64, f64)], scratch: &mut Vec<([f64; 3], f64, f64)>, mut low: f64, mut high: f64) -> StribeckCandidate {
     let section = 0.5 * (5.0_f64.sqrt() - 1.0);
     let (mut left_at, mut right_at) = (high - section * (high - low), low + section * (high - low));
     let (mut left, mut right) = (project(rows, scratch, left_at), project(rows, scratch, right_at));
@@ -212,7 +212,7 @@ fn golden(rows: &[(f64, f64, f64)], scratch: &mut Vec<([f64; 3], f64, f64)>, mut
 }
 
 /// Scatter and intervals of the best curve.
-fn conclude(best: &Candidate, rows: &[(f64, f64, f64)], (lower, upper): (f64, f64), noise: Noise) -> StribeckFit {
+fn conclude(best: &StribeckCandidate, rows: &[(f64, f64, f64)], (lower, upper): (f64, f64), noise: StribeckNoise) -> StribeckFit {
     let curve = best.curve;
     let velocity = curve.stribeck_velocity_m_per_s;
     let falls = curve.static_n > curve.coulomb_n;
@@ -221,11 +221,11 @@ fn conclude(best: &Candidate, rows: &[(f64, f64, f64)], (lower, upper): (f64, f6
     let degrees_of_freedom = rows.len() - free.iter().filter(|free| **free).count();
     let residual_scatter = (best.squares / degrees_of_freedom as f64).sqrt();
     let half = match noise {
-        Noise::Known => t_quantile_95(None),
-        Noise::Uniform | Noise::Proportional => t_quantile_95(Some(degrees_of_freedom)) * residual_scatter,
+        StribeckNoise::Known => t_quantile_95(None),
+        StribeckNoise::Uniform | StribeckNoise::Proportional => t_quantile_95(Some(degrees_of_freedom)) * residual_scatter,
     };
     let errors = interval::standard_errors(&curve, rows.iter().map(|&(speed, _, weight)| (speed, weight)), free);
-    let estimate = |index: usize, value: f64, interval: fn(f64, f64) -> Interval| Estimate {
+    let estimate = |index: usize, value: f64, interval: fn(f64, f64) -> ParameterInterval| ParameterEstimate {
         value,
         interval_95: errors[index].map(|error| interval(value, half * error)),
         at_bound: !free[index],

@@ -18,18 +18,18 @@ const LARGEST_DIFFERENCE: f64 = 1.0 - 1e-6;
 /// The steel of balls, screw, nut and rings: E = 210 GPa, ν = 0.3.
 ///
 /// # Source  Duan, below Eq. 9.
-pub const STEEL: Material = Material { youngs_modulus_pa: 210e9, poisson_ratio: 0.3 };
+pub const STEEL: ContactMaterial = ContactMaterial { youngs_modulus_pa: 210e9, poisson_ratio: 0.3 };
 
 /// An isotropic elastic material.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Material {
+pub struct ContactMaterial {
     /// Young's modulus (Pa).
     pub youngs_modulus_pa: f64,
     /// Poisson's ratio.
     pub poisson_ratio: f64,
 }
 
-impl Material {
+impl ContactMaterial {
     /// (1 − ν²)/E (1/Pa), the material checked.
     fn compliance_per_pa(&self) -> Result<f64, ContactError> {
         positive("Young's modulus (Pa)", self.youngs_modulus_pa)?;
@@ -114,7 +114,7 @@ impl PointContact {
     /// The contact of two bodies with the given curvatures.
     ///
     /// # Errors  curvatures that are not finite or make a line contact; a material that is none.
-    pub fn new(curvatures: &Curvatures, material_1: &Material, material_2: &Material) -> Result<PointContact, ContactError> {
+    pub fn new(curvatures: &Curvatures, material_1: &ContactMaterial, material_2: &ContactMaterial) -> Result<PointContact, ContactError> {
         let compliance_per_pa = material_1.compliance_per_pa()? + material_2.compliance_per_pa()?;
         let (least, most) = curvatures.gap_per_m()?;
         let sum_per_m = 2.0 * (least + most);
@@ -232,7 +232,7 @@ mod tests {
     use proptest::prelude::*;
     use std::f64::consts::{FRAC_PI_2, PI};
 
-    const CERAMIC: Material = Material { youngs_modulus_pa: 310e9, poisson_ratio: 0.26 };
+    const CERAMIC: ContactMaterial = ContactMaterial { youngs_modulus_pa: 310e9, poisson_ratio: 0.26 };
 
     fn contact(body_1: [f64; 2], body_2: [f64; 2], angle_rad: f64) -> PointContact {
         PointContact::new(&Curvatures { body_1_per_m: body_1, body_2_per_m: body_2, angle_rad }, &STEEL, &CERAMIC).unwrap()
@@ -370,7 +370,7 @@ mod tests {
         assert!(contact.check_pressure_pa(100.0, BALL_PRESSURE_LIMIT_PA).is_ok());
         let error = contact.check_pressure_pa(1e6, BALL_PRESSURE_LIMIT_PA).unwrap_err();
         assert!(error.to_string().contains("beyond the validity"), "{error}");
-        let liquid = Material { poisson_ratio: 0.6, ..STEEL };
+        let liquid = ContactMaterial { poisson_ratio: 0.6, ..STEEL };
         let curvatures = Curvatures { body_1_per_m: [100.0; 2], body_2_per_m: [0.0; 2], angle_rad: 0.0 };
         assert!(matches!(PointContact::new(&curvatures, &liquid, &STEEL), Err(ContactError::OutOfRange { .. })));
     }

@@ -5,14 +5,14 @@ use super::projection::inverse;
 
 /// An interval.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Interval {
+pub struct ParameterInterval {
     /// Lower end.
     pub lower: f64,
     /// Upper end.
     pub upper: f64,
 }
 
-impl Interval {
+impl ParameterInterval {
     /// Whether a value lies inside.
     pub fn contains(&self, value: f64) -> bool {
         value >= self.lower && value <= self.upper
@@ -21,11 +21,11 @@ impl Interval {
 
 /// A parameter and what the data allow around it.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Estimate {
+pub struct ParameterEstimate {
     /// Best value.
     pub value: f64,
     /// 95 % interval; none for a parameter at its bound or one the data do not determine.
-    pub interval_95: Option<Interval>,
+    pub interval_95: Option<ParameterInterval>,
     /// The best value lies at a bound of its range: the data want to go further, or do not see the parameter.
     pub at_bound: bool,
 }
@@ -64,13 +64,13 @@ pub(super) fn standard_errors(curve: &StribeckCurve, rows: impl Iterator<Item = 
 }
 
 /// value ± half, not below zero.
-pub(super) fn symmetric(value: f64, half: f64) -> Interval {
-    Interval { lower: (value - half).max(0.0), upper: value + half }
+pub(super) fn symmetric(value: f64, half: f64) -> ParameterInterval {
+    ParameterInterval { lower: (value - half).max(0.0), upper: value + half }
 }
 
 /// value·exp(±half): an interval in the logarithm.
-pub(super) fn in_logarithm(value: f64, half: f64) -> Interval {
-    Interval { lower: value * (-half).exp(), upper: value * half.exp() }
+pub(super) fn in_logarithm(value: f64, half: f64) -> ParameterInterval {
+    ParameterInterval { lower: value * (-half).exp(), upper: value * half.exp() }
 }
 
 #[cfg(test)]
@@ -106,7 +106,7 @@ mod tests {
 
     #[test]
     fn limit_intervals() {
-        assert_eq!(symmetric(2.0, 3.0), Interval { lower: 0.0, upper: 5.0 });
+        assert_eq!(symmetric(2.0, 3.0), ParameterInterval { lower: 0.0, upper: 5.0 });
         let interval = in_logarithm(2.0, 3.0_f64.ln());
         assert!((interval.lower - 2.0 / 3.0).abs() < 1e-15 && (interval.upper - 6.0).abs() < 1e-14);
         assert!(interval.contains(6.0 - 1e-9) && !interval.contains(6.1));

@@ -7,7 +7,7 @@
 //!
 //! A ball between two races follows δ = c·P^(2/3) as long as its contact angle stays, and so does the whole nut or
 //! bearing: a [`Side`] is that constant with the load up to which the formula holds. Two sides preloaded against each
-//! other make a [`Pair`]. [`Rule::Physics`] shares a load by equilibrium and adds the two tangent stiffnesses;
+//! other make a [`PreloadedPair`]. [`Rule::Physics`] shares a load by equilibrium and adds the two tangent stiffnesses;
 //! [`Rule::AsPrinted`] does what the papers print, so that both can be put side by side.
 //!
 //! # Source  Duan et al., «Dynamic Modeling and Experiment Research on Twin Ball Screw Feed System Considering the
@@ -31,11 +31,11 @@ mod stribeck;
 pub use bearing::{AngularContactBearing, BearingData};
 pub use elliptic::{first_kind, second_kind};
 pub use error::ContactError;
-pub use fit::{FitOptions, Noise, Observation, StribeckFit, fit_stribeck};
-pub use hertz::{BALL_PRESSURE_LIMIT_PA, Curvatures, Material, PointContact, STEEL};
-pub use interval::{Estimate, Interval};
+pub use fit::{Observation, StribeckFit, StribeckNoise, StribeckOptions, fit_stribeck};
+pub use hertz::{BALL_PRESSURE_LIMIT_PA, ContactMaterial, Curvatures, PointContact, STEEL};
+pub use interval::{ParameterEstimate, ParameterInterval};
 pub use nut::{Balls, Nut, NutData};
-pub use pair::{Pair, Printed, Rule, Share};
+pub use pair::{PreloadedPair, Printed, Rule, Share};
 pub use race::RaceContacts;
 pub use side::{Side, Stiffness};
 pub use stribeck::{ScrewDrive, StribeckCurve};

@@ -4,7 +4,7 @@ use std::f64::consts::PI;
 
 use super::error::positive;
 use super::race::RaceGeometry;
-use super::{BALL_PRESSURE_LIMIT_PA, ContactError, Material, RaceContacts, STEEL, Side, Stiffness};
+use super::{BALL_PRESSURE_LIMIT_PA, ContactError, ContactMaterial, RaceContacts, STEEL, Side, Stiffness};
 
 /// How many balls carry.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -35,11 +35,11 @@ pub struct NutData {
     /// Loaded balls.
     pub balls: Balls,
     /// Material of the balls.
-    pub ball: Material,
+    pub ball: ContactMaterial,
     /// Material of the screw.
-    pub screw: Material,
+    pub screw: ContactMaterial,
     /// Material of the nut.
-    pub nut: Material,
+    pub nut: ContactMaterial,
     /// Contact pressure (Pa) above which loads are refused.
     pub pressure_limit_pa: f64,
 }

@@ -66,42 +66,42 @@ pub struct Share {
 /// # Source     Duan, Eq. 12–17 and 20; vertical, Eq. 2–11 and 12–25. Deviation: [`Rule::Physics`] keeps equilibrium, which
 /// P_A = P + F breaks, and adds stiffnesses of sides that act in parallel.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Pair {
+pub struct PreloadedPair {
     side_a: Side,
     side_b: Side,
     preload_n: f64,
     printed: Printed,
 }
 
-impl Pair {
+impl PreloadedPair {
     /// Two sides with the axial preload P between them.
     ///
     /// # Errors  a preload that is not positive or beyond the pressure limit of a side.
-    pub fn new(side_a: Side, side_b: Side, preload_n: f64, printed: Printed) -> Result<Pair, ContactError> {
+    pub fn new(side_a: Side, side_b: Side, preload_n: f64, printed: Printed) -> Result<PreloadedPair, ContactError> {
         positive("the preload (N)", preload_n)?;
         side_a.check_load_n(preload_n)?;
         side_b.check_load_n(preload_n)?;
-        Ok(Pair { side_a, side_b, preload_n, printed })
+        Ok(PreloadedPair { side_a, side_b, preload_n, printed })
     }
 
     /// Two equal nuts with a spacer between them; as printed the larger stiffness counts.
     ///
-    /// # Errors  see [`Pair::new`].
-    pub fn double_nut(nut: Side, preload_n: f64) -> Result<Pair, ContactError> {
-        Pair::new(nut, nut, preload_n, Printed::Larger)
+    /// # Errors  see [`PreloadedPair::new`].
+    pub fn double_nut(nut: Side, preload_n: f64) -> Result<PreloadedPair, ContactError> {
+        PreloadedPair::new(nut, nut, preload_n, Printed::Larger)
     }
 
     /// A bearing set, `count_a` of one bearing in tandem against `count_b`; 1 and 1 is a DB or DF pair. As printed by Duan the
-    /// sides are in series; the vertical-axis paper needs [`Pair::printed`] with [`Printed::Larger`].
+    /// sides are in series; the vertical-axis paper needs [`PreloadedPair::printed`] with [`Printed::Larger`].
     ///
-    /// # Errors  a count of zero; see [`Pair::new`].
-    pub fn bearing_set(bearing: Side, count_a: usize, count_b: usize, preload_n: f64) -> Result<Pair, ContactError> {
-        Pair::new(bearing.tandem(count_a)?, bearing.tandem(count_b)?, preload_n, Printed::Series)
+    /// # Errors  a count of zero; see [`PreloadedPair::new`].
+    pub fn bearing_set(bearing: Side, count_a: usize, count_b: usize, preload_n: f64) -> Result<PreloadedPair, ContactError> {
+        PreloadedPair::new(bearing.tandem(count_a)?, bearing.tandem(count_b)?, preload_n, Printed::Series)
     }
 
     /// With another printed way to make one stiffness of two.
-    pub fn printed(self, printed: Printed) -> Pair {
-        Pair { printed, ..self }
+    pub fn printed(self, printed: Printed) -> PreloadedPair {
+        PreloadedPair { printed, ..self }
     }
 
     /// The preload P (N).
@@ -160,7 +160,7 @@ impl Pair {
     /// state, which tends to that sum as F → 0. As printed, [`Stiffness`] says which stiffness of each side goes into
     /// [`Printed`]: Duan takes secants P/δ, the vertical-axis paper tangents.
     ///
-    /// # Errors  see [`Pair::share`].
+    /// # Errors  see [`PreloadedPair::share`].
     pub fn stiffness_n_per_m(&self, force_n: f64, rule: Rule, stiffness: Stiffness) -> Result<f64, ContactError> {
         let share = self.share(force_n, rule)?;
         let sides = |kind, load_a_n, load_b_n| (self.side_a.stiffness(load_a_n, kind), self.side_b.stiffness(load_b_n, kind));
@@ -204,16 +204,16 @@ mod tests {
 
     const RULES: [Rule; 2] = [Rule::Physics, Rule::AsPrinted];
 
-    fn nuts() -> Pair {
-        Pair::double_nut(Nut::new(&published::nut(published::NUT_BALLS)).unwrap().side(), NUT_PRELOAD_N).unwrap()
+    fn nuts() -> PreloadedPair {
+        PreloadedPair::double_nut(Nut::new(&published::nut(published::NUT_BALLS)).unwrap().side(), NUT_PRELOAD_N).unwrap()
     }
 
-    fn bearings() -> Pair {
-        Pair::bearing_set(AngularContactBearing::new(&published::bearing()).unwrap().side(), 1, 1, BEARING_PRELOAD_N).unwrap()
+    fn bearings() -> PreloadedPair {
+        PreloadedPair::bearing_set(AngularContactBearing::new(&published::bearing()).unwrap().side(), 1, 1, BEARING_PRELOAD_N).unwrap()
     }
 
-    fn unequal() -> Pair {
-        Pair::new(Side::from_point(1e3, 1e-5).unwrap(), Side::from_point(1e3, 0.4e-5).unwrap(), 700.0, Printed::Larger).unwrap()
+    fn unequal() -> PreloadedPair {
+        PreloadedPair::new(Side::from_point(1e3, 1e-5).unwrap(), Side::from_point(1e3, 0.4e-5).unwrap(), 700.0, Printed::Larger).unwrap()
     }
 
     #[test]
@@ -307,13 +307,13 @@ mod tests {
     #[test]
     fn limit_sets_of_several() {
         let bearing = AngularContactBearing::new(&published::bearing()).unwrap().side();
-        let (two, set) = (bearings(), Pair::bearing_set(bearing, 2, 2, 2.0 * BEARING_PRELOAD_N).unwrap());
+        let (two, set) = (bearings(), PreloadedPair::bearing_set(bearing, 2, 2, 2.0 * BEARING_PRELOAD_N).unwrap());
         let one = two.share(800.0, Rule::Physics).unwrap();
         let both = set.share(1600.0, Rule::Physics).unwrap();
         assert!((both.displacement_m / one.displacement_m - 1.0).abs() < 1e-12);
         assert!((both.load_a_n / (2.0 * one.load_a_n) - 1.0).abs() < 1e-12);
         // Two against one: c_A = c_B·2^(−2/3).
-        let (a, b) = Pair::bearing_set(bearing, 2, 1, BEARING_PRELOAD_N).unwrap().unloading_forces_n(Rule::Physics);
+        let (a, b) = PreloadedPair::bearing_set(bearing, 2, 1, BEARING_PRELOAD_N).unwrap().unloading_forces_n(Rule::Physics);
         assert!((b / BEARING_PRELOAD_N - (1.0 + 4.0_f64.cbrt()).powf(1.5)).abs() < 1e-12);
         assert!((a / BEARING_PRELOAD_N + (1.0 + 0.25_f64.cbrt()).powf(1.5)).abs() < 1e-12);
     }
@@ -321,9 +321,9 @@ mod tests {
     #[test]
     fn bad_pairs_and_forces_are_named() {
         let side = AngularContactBearing::new(&published::bearing()).unwrap().side();
-        assert!(matches!(Pair::double_nut(side, 0.0), Err(ContactError::NotPositive { .. })));
-        assert!(matches!(Pair::double_nut(side, 1e6), Err(ContactError::BeyondValidity { .. })));
-        assert!(Pair::bearing_set(side, 0, 1, 100.0).is_err());
+        assert!(matches!(PreloadedPair::double_nut(side, 0.0), Err(ContactError::NotPositive { .. })));
+        assert!(matches!(PreloadedPair::double_nut(side, 1e6), Err(ContactError::BeyondValidity { .. })));
+        assert!(PreloadedPair::bearing_set(side, 0, 1, 100.0).is_err());
         for rule in RULES {
             assert!(matches!(bearings().share(f64::NAN, rule), Err(ContactError::NotFinite { .. })));
             assert!(matches!(bearings().share(-1e6, rule), Err(ContactError::BeyondValidity { .. })));
@@ -337,7 +337,7 @@ mod tests {
         #[test]
         fn equilibrium_compatibility_and_slope(force in -9.0..9.0_f64, ratio in 0.2..5.0_f64, preload in 10.0..3000.0_f64) {
             let (a, b) = (Side::from_point(1e3, 1e-5).unwrap(), Side::from_point(1e3, 1e-5 * ratio).unwrap());
-            let pair = Pair::new(a, b, preload, Printed::Larger).unwrap();
+            let pair = PreloadedPair::new(a, b, preload, Printed::Larger).unwrap();
             let force = force * preload;
             let share = pair.share(force, Rule::Physics).unwrap();
             prop_assert!((share.load_a_n - share.load_b_n - force).abs() < 1e-12 * preload * 10.0);
@@ -349,7 +349,7 @@ mod tests {
                 prop_assert!((a.deflection(share.load_a_n) - a.deflection(preload) - share.displacement_m).abs() < 1e-11 * total);
             }
             // Reversal: exchanging the sides and the sign changes the sign of the displacement only.
-            let mirror = Pair::new(b, a, preload, Printed::Larger).unwrap().share(-force, Rule::Physics).unwrap();
+            let mirror = PreloadedPair::new(b, a, preload, Printed::Larger).unwrap().share(-force, Rule::Physics).unwrap();
             prop_assert!((mirror.displacement_m + share.displacement_m).abs() < 1e-13 * total);
             // The tangent is the slope, away from the kinks.
             let (low, high) = pair.unloading_forces_n(Rule::Physics);
@@ -365,7 +365,7 @@ mod tests {
         #[test]
         fn the_last_number_below_unloading_is_carried(ratio in 0.05..20.0_f64, steps in 0_u64..6) {
             let (a, b) = (Side::from_point(1e3, 1e-5).unwrap(), Side::from_point(1e3, 1e-5 * ratio).unwrap());
-            let pair = Pair::new(a, b, 1.0, Printed::Larger).unwrap();
+            let pair = PreloadedPair::new(a, b, 1.0, Printed::Larger).unwrap();
             let force = f64::from_bits(pair.unloading_forces_n(Rule::Physics).1.to_bits() - steps);
             let share = pair.share(force, Rule::Physics).unwrap();
             prop_assert!((share.load_a_n / force - 1.0).abs() < 1e-13 && share.load_b_n < 1e-20);

@@ -3,7 +3,7 @@
 use std::f64::consts::FRAC_PI_2;
 
 use super::error::positive;
-use super::hertz::{Curvatures, Material, PointContact};
+use super::hertz::{ContactMaterial, Curvatures, PointContact};
 use super::{ContactError, Side};
 
 /// What the two contacts of a ball depend on.
@@ -22,9 +22,9 @@ pub(super) struct RaceGeometry {
     /// How the two races are called in messages.
     pub names: [&'static str; 2],
     /// Material of the balls.
-    pub ball: Material,
+    pub ball: ContactMaterial,
     /// Material of the two races.
-    pub races: [Material; 2],
+    pub races: [ContactMaterial; 2],
 }
 
 /// The two contacts of one ball: with the convex race (screw, inner ring) and with the concave one (nut, outer ring).

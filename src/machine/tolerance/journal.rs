@@ -1,7 +1,7 @@
 //! Journals: the thinner ends of a shaft.
 
 use super::number::{RELATIVE_STOP, massless, size, tolerance};
-use crate::{Law, Machine, Motion, Place, Prior, Station};
+use crate::{Machine, Modifier, PointMotion, Prior, Station, StationPlace};
 
 /// Length of a journal in diameters of its shaft.
 ///
@@ -26,12 +26,12 @@ pub(super) fn cut(machine: &mut Machine, nuts_m: &[f64]) {
         for right in [false, true] {
             let shaft = &machine.shafts[index];
             let Some(end) = (if right { shaft.stations.last() } else { shaft.stations.first() }).copied() else { continue };
-            if end.place != (if right { Place::End } else { Place::At(0.0) }) {
+            if end.place != (if right { StationPlace::End } else { StationPlace::At(0.0) }) {
                 continue;
             }
             let from_end = |x: f64| if right { length_m - x } else { x };
             let nearest_m = nuts_m.iter().map(|x| from_end(*x)).filter(|x| *x > 0.0).fold(length_m, f64::min);
-            let others_m = shaft.stations.iter().filter_map(|s| if let Place::At(x) = s.place { Some(from_end(x)) } else { None });
+            let others_m = shaft.stations.iter().filter_map(|s| if let StationPlace::At(x) = s.place { Some(from_end(x)) } else { None });
             let nearest_m = others_m.filter(|x| *x > 0.0).fold(nearest_m, f64::min);
             let journal_m = (DIAMETERS * diameter_m).min(MOST.0 * length_m).min(MOST.1 * nearest_m);
             // A section lacks twice the share by which its diameter does, to first order.
@@ -40,20 +40,20 @@ pub(super) fn cut(machine: &mut Machine, nuts_m: &[f64]) {
             let prior = (-thinner, Prior::Normal(0.5 * thinner));
             let parameter = tolerance(format!("journal at {name}"), "1", prior, [-RELATIVE_STOP, RELATIVE_STOP]);
             machine.parameters.push(parameter);
-            separate(machine, index, right, from_end(journal_m), Law::Relative(machine.parameters.len() - 1));
+            separate(machine, index, right, from_end(journal_m), Modifier::Relative(machine.parameters.len() - 1));
         }
     }
 }
 
 /// Cuts the end of a shaft off at a place (m) as a shaft of its own, with its diameter changed.
-fn separate(machine: &mut Machine, index: usize, right: bool, at_m: f64, thinner: Law) {
+fn separate(machine: &mut Machine, index: usize, right: bool, at_m: f64, thinner: Modifier) {
     let shaft = machine.shafts[index].clone();
     let (first, last) = (shaft.stations[0], shaft.stations[shaft.stations.len() - 1]);
     let end = if right { last } else { first };
     let name = format!("~journal {} of {}", if right { "right" } else { "left" }, shaft.name);
-    let axial = end.axial.map(|_| massless(machine, &name, Motion::Translation));
-    let torsion = end.torsion.map(|_| massless(machine, &name, Motion::Rotation));
-    let seam = Station { place: Place::At(at_m), axial, torsion };
+    let axial = end.axial.map(|_| massless(machine, &name, PointMotion::Translation));
+    let torsion = end.torsion.map(|_| massless(machine, &name, PointMotion::Rotation));
+    let seam = Station { place: StationPlace::At(at_m), axial, torsion };
     let mut journal = shaft;
     journal.diameter.laws.push(thinner);
     journal.name = name;

@@ -8,7 +8,7 @@ mod number;
 mod nut;
 
 use self::number::{MARK, STOP, loss, relative, size, tolerance};
-use super::{Joint, Machine, MachineError, Motion, Parameter, Patch, Prior, Rescale, Shaft, Target, Value};
+use super::{Joint, Machine, MachineError, Parameter, Patch, PointMotion, Prior, Rescale, Shaft, Target, Value};
 
 /// What a description knows of itself: standard deviations, relative unless stated otherwise. A tolerance of 0 holds its number fixed.
 ///
@@ -110,7 +110,7 @@ impl Machine {
             }
         }
         // A joint that grounds a rotation is a servo that holds: a controller has no hysteresis.
-        let holds = |j: &Joint| matches!(j.on[..], [(point, _)] if self.points[point].motion == Motion::Rotation);
+        let holds = |j: &Joint| matches!(j.on[..], [(point, _)] if self.points[point].motion == PointMotion::Rotation);
         let springs = |j: &&Joint| j.on.len() > 1 || j.stiffness.depends_on().next().is_some();
         for joint in self.joints.iter().filter(springs).filter(|j| !holds(j)) {
             if let Some(median) = self.loss_median(&joint.loss_factor, known.loss_factor) {
@@ -131,7 +131,7 @@ impl Machine {
             let rate = tolerance(format!("integral action of {}", joint.name), "1/s", prior, [0.0, STOP * INTEGRAL_RATE]);
             add(Target::JointIntegralRate(joint.name.clone()), Rescale::Added, rate);
         }
-        for (motion, what, sd) in [(Motion::Translation, "mass", known.mass), (Motion::Rotation, "inertia", known.inertia)] {
+        for (motion, what, sd) in [(PointMotion::Translation, "mass", known.mass), (PointMotion::Rotation, "inertia", known.inertia)] {
             if let Some(point) = self.largest(motion).filter(|_| sd > 0.0) {
                 let name = &self.points[point].name;
                 add(Target::PointInertia(name.clone()), Rescale::Relative, relative(format!("{what} of {name}"), sd));
@@ -151,7 +151,7 @@ impl Machine {
     }
 
     /// The point with the largest inertia of a kind.
-    fn largest(&self, motion: Motion) -> Option<usize> {
+    fn largest(&self, motion: PointMotion) -> Option<usize> {
         let size = |at: &usize| size(&self.points[*at].inertia, self);
         let own = (0..self.points.len()).filter(|at| self.points[*at].motion == motion && size(at) > 0.0);
         own.max_by(|a, b| size(a).total_cmp(&size(b)))
@@ -163,9 +163,9 @@ impl Machine {
         let idle = |key: &str| match key {
             "diameter" | "youngs_modulus" | "end_diameters" => self.shafts.is_empty(),
             "shear_modulus" => !self.shafts.iter().any(turns),
-            "nut_length" => !self.shafts.iter().any(|s| s.stations.iter().any(|t| t.place == super::Place::Nut)),
-            "mass" => self.largest(Motion::Translation).is_none(),
-            "inertia" => self.largest(Motion::Rotation).is_none(),
+            "nut_length" => !self.shafts.iter().any(|s| s.stations.iter().any(|t| t.place == super::StationPlace::Nut)),
+            "mass" => self.largest(PointMotion::Translation).is_none(),
+            "inertia" => self.largest(PointMotion::Rotation).is_none(),
             key if key.starts_with("loss_") => self.joints.is_empty() && self.shafts.is_empty(),
             _ => false,
         };

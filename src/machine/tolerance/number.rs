@@ -1,7 +1,7 @@
 //! Tolerances as parameters.
 
 use crate::point::Point;
-use crate::{FitRule, Machine, Motion, Operating, Parameter, Prior, Scale, Value};
+use crate::{FitRule, Machine, Operating, Parameter, PointMotion, Prior, Scale, Value};
 
 /// Numerical stop of a tolerance, in standard deviations: far enough out to hold nothing back.
 pub(super) const STOP: f64 = 20.0;
@@ -43,7 +43,7 @@ pub(super) fn size(value: &Value, machine: &Machine) -> f64 {
 }
 
 /// Adds a point without inertia for a station of a shaft; its index.
-pub(super) fn massless(machine: &mut Machine, name: &str, motion: Motion) -> usize {
+pub(super) fn massless(machine: &mut Machine, name: &str, motion: PointMotion) -> usize {
     let name = format!("{name} {}", motion.noun());
     machine.points.push(Point { name, motion, inertia: Value::number(0.0), fixed: false });
     machine.points.len() - 1

@@ -3,7 +3,7 @@
 use std::f64::consts::TAU;
 
 use super::number::{massless, size, tolerance};
-use crate::{Joint, Machine, Motion, Operating, Place, Prior, Shaft, Station, Value};
+use crate::{Joint, Machine, Operating, PointMotion, Prior, Shaft, Station, StationPlace, Value};
 
 /// Half the distance of the two places at which a nut is taken to hold its screw, in leads: a load spread evenly stretches the screw as one at two places a third
 /// of its length to either side does. Of a nut whose lead is not known, in diameters of the screw.
@@ -29,7 +29,7 @@ pub(super) fn hold_over_length(machine: &mut Machine, nuts_m: &[f64]) {
         return;
     }
     for index in 0..machine.shafts.len() {
-        let Some(at) = machine.shafts[index].stations.iter().position(|s| s.place == Place::Nut) else { continue };
+        let Some(at) = machine.shafts[index].stations.iter().position(|s| s.place == StationPlace::Nut) else { continue };
         let nut = machine.shafts[index].stations[at];
         let is_at_nut =
             |joint: &Joint| joint.on.len() > 1 && joint.on.iter().any(|(p, _)| Some(*p) == nut.axial || Some(*p) == nut.torsion);
@@ -44,9 +44,9 @@ pub(super) fn hold_over_length(machine: &mut Machine, nuts_m: &[f64]) {
         machine.parameters.push(tolerance(name, "1", (0.0, Prior::Normal(ASIDE)), [MIDDLE.0, MIDDLE.1]));
         let [before, after] = [("before", -half_m), ("after", half_m)].map(|(side, offset_m)| {
             let name = format!("~nut {index} {side}");
-            let axial = nut.axial.map(|_| massless(machine, &name, Motion::Translation));
-            let torsion = nut.torsion.map(|_| massless(machine, &name, Motion::Rotation));
-            Station { place: Place::BesideNut(offset_m), axial, torsion }
+            let axial = nut.axial.map(|_| massless(machine, &name, PointMotion::Translation));
+            let torsion = nut.torsion.map(|_| massless(machine, &name, PointMotion::Rotation));
+            Station { place: StationPlace::BesideNut(offset_m), axial, torsion }
         });
         // Two joints of one name: a stiff nut also bridges the screw between its ends.
         for joint in joints {

@@ -4,7 +4,7 @@ use num_complex::Complex64;
 
 use super::{ImportedFrf, label};
 use crate::Quantity;
-use crate::universal::{Axis, Location, Ordinate, Record, RecordHeader, UniversalFile, data_type, function_type};
+use crate::universal::{NodeLocation, Ordinate, RecordAxis, RecordHeader, UniversalFile, UniversalRecord, data_type, function_type};
 
 /// Largest difference of two abscissas that are the same, relative.
 const SAME: f64 = 1e-6;
@@ -36,7 +36,7 @@ pub fn frfs_from_universal(
     if passed > 0 {
         notes.push(format!("{source}: {passed} records of dataset 58 are no FRFs (function type 4) and are passed over"));
     }
-    let (coherences, frfs): (Vec<Record>, Vec<Record>) =
+    let (coherences, frfs): (Vec<UniversalRecord>, Vec<UniversalRecord>) =
         file.functions.into_iter().filter(|r| is_of_frf(&r.header)).partition(|r| r.header.function_type == function_type::COHERENCE);
     let alone = frfs.len() == 1;
     let mut imported = Vec::new();
@@ -49,7 +49,7 @@ pub fn frfs_from_universal(
 }
 
 /// Point, sign and axis, for example `7:+Z`, after the entity's name where it has one.
-fn point(location: &Location) -> String {
+fn point(location: &NodeLocation) -> String {
     let axis = match location.direction.abs() {
         1 => "X",
         2 => "Y",
@@ -71,7 +71,13 @@ fn point(location: &Location) -> String {
     if axis.is_empty() { format!("{entity}{}", location.node) } else { format!("{entity}{}:{sign}{axis}", location.node) }
 }
 
-fn one(source: &str, name: String, record: &Record, coherences: &[Record], asked: Option<Quantity>) -> Result<ImportedFrf, String> {
+fn one(
+    source: &str,
+    name: String,
+    record: &UniversalRecord,
+    coherences: &[UniversalRecord],
+    asked: Option<Quantity>,
+) -> Result<ImportedFrf, String> {
     let header = &record.header;
     let mut warnings: Vec<String> = header.warnings.iter().map(|w| format!("{name}: {w}")).collect();
     let (quantity, scale) = quantity_and_scale(&name, record, asked, &mut warnings)?;
@@ -79,7 +85,7 @@ fn one(source: &str, name: String, record: &Record, coherences: &[Record], asked
         return Err(format!("{name}: the FRF is stored as real numbers, without phase; export it as complex"));
     };
     let frequency_hz = record.abscissa.values();
-    let same = |other: &&Record| {
+    let same = |other: &&UniversalRecord| {
         let h = &other.header;
         h.response == header.response
             && h.reference.node == header.reference.node
@@ -90,7 +96,7 @@ fn one(source: &str, name: String, record: &Record, coherences: &[Record], asked
         Ordinate::Real(values) => Some(values.clone()),
         Ordinate::Complex(_) => None,
     });
-    let entity = |l: &Location| l.entity.trim().to_string();
+    let entity = |l: &NodeLocation| l.entity.trim().to_string();
     ImportedFrf {
         source: source.into(),
         texts: header.id_lines.iter().map(|l| l.trim().to_string()).chain([entity(&header.response), entity(&header.reference)]).collect(),
@@ -108,9 +114,14 @@ fn one(source: &str, name: String, record: &Record, coherences: &[Record], asked
 }
 
 /// The quantity, and the factor from the file's units to SI.
-fn quantity_and_scale(name: &str, record: &Record, asked: Option<Quantity>, warnings: &mut Vec<String>) -> Result<(Quantity, f64), String> {
+fn quantity_and_scale(
+    name: &str,
+    record: &UniversalRecord,
+    asked: Option<Quantity>,
+    warnings: &mut Vec<String>,
+) -> Result<(Quantity, f64), String> {
     let header = &record.header;
-    let text = |axis: &Axis| axis.unit().map(str::to_string);
+    let text = |axis: &RecordAxis| axis.unit().map(str::to_string);
     let (over, under) = (text(&header.ordinate), text(&header.denominator));
     let by_label = over.as_deref().and_then(label::response);
     let by_code = match header.ordinate.data_type {

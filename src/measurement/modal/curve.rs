@@ -17,7 +17,7 @@ pub const LEAST_LINES: usize = 12;
 /// `component_sd` standard deviation of the real and of the imaginary part of ln H (1), `None` where unknown.
 /// `omega_power` says which quantity was measured and is asked for in the amplitudes: 0 receptance, 1 mobility, 2 accelerance.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Curve<'a> {
+pub struct FrfCurve<'a> {
     /// Frequency lines (Hz).
     pub frequency_hz: &'a [f64],
     /// Receptance at the lines.
@@ -30,7 +30,7 @@ pub struct Curve<'a> {
 
 /// Part of the curve that is fitted.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub enum Fit {
+pub enum CurveFit {
     /// All lines; background −L/ω² + U.
     #[default]
     Full,
@@ -45,9 +45,9 @@ pub enum Fit {
 
 /// Settings of a fit; the defaults are those of the figures in the tests.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct FitOptions {
+pub struct CurveOptions {
     /// Part of the curve.
-    pub fit: Fit,
+    pub fit: CurveFit,
     /// Highest polynomial order of the stabilisation diagram over the whole band (two per mode).
     pub max_order: usize,
     /// Relative change of frequency over an order up to which a pole is stable. 1 %: common practice of stabilisation diagrams.
@@ -60,13 +60,13 @@ pub struct FitOptions {
     pub max_damping: f64,
 }
 
-impl Default for FitOptions {
+impl Default for CurveOptions {
     fn default() -> Self {
-        Self { fit: Fit::Full, max_order: 48, frequency_tolerance: 0.01, damping_tolerance: 0.10, max_modes: 30, max_damping: 0.4 }
+        Self { fit: CurveFit::Full, max_order: 48, frequency_tolerance: 0.01, damping_tolerance: 0.10, max_modes: 30, max_damping: 0.4 }
     }
 }
 
-impl FitOptions {
+impl CurveOptions {
     /// Refuses settings that make no fit.
     pub(super) fn check(&self) -> Result<(), ModalError> {
         let fault = |name, value, remedy| Err(ModalError::Setting { name, value, remedy });
@@ -86,7 +86,7 @@ impl FitOptions {
                 return fault(name, value, remedy);
             }
         }
-        if let Fit::Local { from_hz, to_hz } = self.fit
+        if let CurveFit::Local { from_hz, to_hz } = self.fit
             && !(from_hz >= 0.0 && to_hz > from_hz && to_hz.is_finite())
         {
             return Err(ModalError::Band { from_hz, to_hz });
@@ -97,7 +97,7 @@ impl FitOptions {
 
 /// Checked lines of the band to be fitted.
 #[derive(Debug, Clone)]
-pub(super) struct Lines {
+pub(super) struct CurveLines {
     /// Angular frequency (rad/s), rising.
     pub omega: Vec<f64>,
     /// Receptance, nowhere 0.
@@ -108,14 +108,16 @@ pub(super) struct Lines {
     pub local: bool,
 }
 
-impl Lines {
+impl CurveLines {
     /// The usable lines (H ≠ 0) of the band asked for.
-    pub fn of(curve: &Curve, options: &FitOptions) -> Result<Self, ModalError> {
+    pub fn of(curve: &FrfCurve, options: &CurveOptions) -> Result<Self, ModalError> {
         options.check()?;
         check(curve)?;
         let (from_hz, to_hz, local) = match options.fit {
-            Fit::Full => (curve.frequency_hz.first().copied().unwrap_or(0.0), curve.frequency_hz.last().copied().unwrap_or(0.0), false),
-            Fit::Local { from_hz, to_hz } => (from_hz, to_hz, true),
+            CurveFit::Full => {
+                (curve.frequency_hz.first().copied().unwrap_or(0.0), curve.frequency_hz.last().copied().unwrap_or(0.0), false)
+            }
+            CurveFit::Local { from_hz, to_hz } => (from_hz, to_hz, true),
         };
         if !curve.receptance.is_empty() && curve.receptance.iter().all(|h| *h == Complex64::ZERO) {
             return Err(ModalError::AllZero { lines: curve.receptance.len() });
@@ -161,7 +163,7 @@ impl Lines {
 }
 
 /// Refuses slices of different length, values that are not finite, and frequencies that do not rise.
-fn check(curve: &Curve) -> Result<(), ModalError> {
+fn check(curve: &FrfCurve) -> Result<(), ModalError> {
     let lines = curve.frequency_hz.len();
     if curve.receptance.len() != lines {
         return Err(ModalError::Length { what: "receptance", found: curve.receptance.len(), lines });

@@ -5,12 +5,12 @@ use std::f64::consts::TAU;
 use nalgebra::{DMatrix, DVector};
 use num_complex::Complex64;
 
-use super::curve::{Curve, FitOptions, Lines};
-use super::least_squares::{Normal, refine};
-use super::model::{Model, PER_MODE, Term};
+use super::curve::{CurveLines, CurveOptions, FrfCurve};
+use super::least_squares::{ModalNormalEquations, refine};
+use super::model::{ModalModel, PER_MODE, Term};
 use super::peak::maximum;
 use super::selection::{Task, gains, prune, select};
-use super::stabilisation::{Candidate, Stability, candidates};
+use super::stabilisation::{Stability, StablePole, candidates};
 use super::{ModalError, noise};
 
 /// A mode that adds less than this share to the rest of |H| at its frequency is background.
@@ -43,7 +43,7 @@ pub struct Amplitude {
 
 /// A mode of one curve.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Mode {
+pub struct FittedMode {
     /// Natural frequency |p|/2π (Hz).
     pub frequency_hz: f64,
     /// Its standard deviation (Hz).
@@ -68,7 +68,7 @@ pub struct Mode {
 #[derive(Debug, Clone, PartialEq)]
 pub struct ModalFit {
     /// Modes inside the band, in rising frequency.
-    pub modes: Vec<Mode>,
+    pub modes: Vec<FittedMode>,
     /// Poles outside the band, or too damped or too slight to be modes: they are in the model, not in the list.
     pub background_poles: usize,
     /// Lines used.
@@ -79,7 +79,7 @@ pub struct ModalFit {
     pub reduced_chi2: Option<f64>,
     /// Correlation of neighbouring residuals: 0 for noise, towards 1 where the model leaves something out.
     pub residual_correlation: f64,
-    model: Model,
+    model: ModalModel,
     omega_power: i32,
 }
 
@@ -105,8 +105,8 @@ impl ModalFit {
 /// # Errors     a curve or an option out of range; too few lines; all lines zero; singular equations
 /// # Source     Guillaume et al. (2003); Verboven, thesis, Vrije Universiteit Brussel (2002), on deviations of modal parameters;
 /// Richardson and Formenti, IMAC I (1982), on the rational-fraction form
-pub fn fit_curve(curve: &Curve, options: &FitOptions) -> Result<ModalFit, ModalError> {
-    let lines = Lines::of(curve, options)?;
+pub fn fit_curve(curve: &FrfCurve, options: &CurveOptions) -> Result<ModalFit, ModalError> {
+    let lines = CurveLines::of(curve, options)?;
     let known = lines.sd.clone();
     let first = known.clone().unwrap_or_else(|| noise::from_curve(&lines));
     let weight = noise::weights(&lines, &first, None);
@@ -134,18 +134,18 @@ pub fn fit_curve(curve: &Curve, options: &FitOptions) -> Result<ModalFit, ModalE
 
 /// Standard deviations, amplitudes and evidence of the final model.
 fn finish(
-    lines: &Lines,
-    model: Model,
+    lines: &CurveLines,
+    model: ModalModel,
     weight: &[f64],
-    candidates: &[Candidate],
-    options: &FitOptions,
+    candidates: &[StablePole],
+    options: &CurveOptions,
     omega_power: i32,
 ) -> Result<ModalFit, ModalError> {
     let (low, high) = lines.band();
     let singular = || ModalError::Singular { modes: model.terms.len(), from_hz: low / TAU, to_hz: high / TAU };
     let task = Task { lines, weight, floor: 0.0 };
     let (_, gains) = gains(&model, &task).ok_or_else(singular)?;
-    let normal = Normal::of(&model, lines, weight);
+    let normal = ModalNormalEquations::of(&model, lines, weight);
     let (_, covariance) = normal.solve(1e-13, true).ok_or_else(singular)?;
     let freedom = (2.0 * lines.len() as f64 - model.unknowns() as f64).max(1.0);
     let reduced = normal.chi2 / freedom;
@@ -159,7 +159,7 @@ fn finish(
     for (at, gain) in gains.iter().enumerate() {
         let stability = stabilities[at];
         let signal_to_noise = (gain / variance.max(f64::MIN_POSITIVE)).sqrt();
-        let mode = Mode { stability, signal_to_noise, ..describe(&model, at, &covariance, (omega_power, (low, high))) };
+        let mode = FittedMode { stability, signal_to_noise, ..describe(&model, at, &covariance, (omega_power, (low, high))) };
         let inside = (low..=high).contains(&model.terms[at].pole.im);
         if inside && mode.damping_ratio <= options.max_damping && mode.prominence >= LEAST_PROMINENCE {
             modes.push(mode);
@@ -178,7 +178,7 @@ fn finish(
 }
 
 /// Counts of the terms: each candidate, the most often stable first, speaks for the nearest term not yet spoken for.
-fn stabilities(model: &Model, candidates: &[Candidate]) -> Vec<Stability> {
+fn stabilities(model: &ModalModel, candidates: &[StablePole]) -> Vec<Stability> {
     let none = candidates.first().map_or(Stability { stable: 0, orders: 1 }, |c| Stability { stable: 0, ..c.stability });
     let mut found: Vec<Option<Stability>> = vec![None; model.terms.len()];
     for candidate in candidates {
@@ -197,7 +197,7 @@ fn stabilities(model: &Model, candidates: &[Candidate]) -> Vec<Stability> {
 }
 
 /// Frequency, damping, amplitude and prominence of a term.
-fn describe(model: &Model, at: usize, covariance: &DMatrix<f64>, (omega_power, band): (i32, (f64, f64))) -> Mode {
+fn describe(model: &ModalModel, at: usize, covariance: &DMatrix<f64>, (omega_power, band): (i32, (f64, f64))) -> FittedMode {
     let term = model.terms[at];
     let size = term.pole.norm();
     let first = PER_MODE * at;
@@ -226,7 +226,7 @@ fn describe(model: &Model, at: usize, covariance: &DMatrix<f64>, (omega_power, b
         }
     };
     let own = term.at(term.pole.im);
-    Mode {
+    FittedMode {
         frequency_hz: size / TAU,
         frequency_sd_hz: size / TAU * sd(&[(sigma, share_sigma), (omega, share_omega)]),
         damping_ratio: damping,

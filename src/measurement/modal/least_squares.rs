@@ -8,22 +8,22 @@
 use nalgebra::{DMatrix, DVector};
 use num_complex::Complex64;
 
-use super::curve::Lines;
-use super::model::{Model, PER_MODE};
+use super::curve::CurveLines;
+use super::model::{ModalModel, PER_MODE};
 
 /// Lines worked on at a time.
 const BLOCK: usize = 128;
 
 /// JᵀJ, Jᵀr and rᵀr of r = w (H − Ĥ).
-pub(super) struct Normal {
+pub(super) struct ModalNormalEquations {
     pub gram: DMatrix<f64>,
     pub right: DVector<f64>,
     pub chi2: f64,
 }
 
-impl Normal {
+impl ModalNormalEquations {
     /// At a model; `weight` is 1 over the standard deviation per component of H.
-    pub fn of(model: &Model, lines: &Lines, weight: &[f64]) -> Self {
+    pub fn of(model: &ModalModel, lines: &CurveLines, weight: &[f64]) -> Self {
         let n = model.unknowns();
         let mut sums = Self { gram: DMatrix::zeros(n, n), right: DVector::zeros(n), chi2: 0.0 };
         let mut columns = vec![Complex64::ZERO; n];
@@ -86,18 +86,18 @@ impl Normal {
 }
 
 /// Indices of the linear unknowns (residues, background).
-pub(super) fn linear_unknowns(model: &Model) -> Vec<usize> {
+pub(super) fn linear_unknowns(model: &ModalModel) -> Vec<usize> {
     let modes = PER_MODE * model.terms.len();
     (0..model.unknowns()).filter(|i| *i >= modes || i % PER_MODE < 2).collect()
 }
 
 /// Best residues and background at the model's poles; the χ² reached. `None` where singular.
-pub(super) fn solve_linear(model: &mut Model, lines: &Lines, weight: &[f64]) -> Option<f64> {
+pub(super) fn solve_linear(model: &mut ModalModel, lines: &CurveLines, weight: &[f64]) -> Option<f64> {
     let of = linear_unknowns(model);
     let mut chi2 = f64::INFINITY;
     // The second pass removes the rounding of the first.
     for _ in 0..2 {
-        let part = Normal::of(model, lines, weight).part(&of);
+        let part = ModalNormalEquations::of(model, lines, weight).part(&of);
         let (step, _) = part.solve(1e-13, false)?;
         let mut all = vec![0.0; model.unknowns()];
         for (at, s) in of.iter().zip(step.iter()) {
@@ -112,8 +112,8 @@ pub(super) fn solve_linear(model: &mut Model, lines: &Lines, weight: &[f64]) -> 
 /// Refines all unknowns; the χ² reached.
 ///
 /// Ends when a step gains less than `gain` of χ² twice in a row, or after `most` trials.
-pub(super) fn refine(model: &mut Model, lines: &Lines, weight: &[f64], gain: f64, most: usize) -> f64 {
-    let mut here = Normal::of(model, lines, weight);
+pub(super) fn refine(model: &mut ModalModel, lines: &CurveLines, weight: &[f64], gain: f64, most: usize) -> f64 {
+    let mut here = ModalNormalEquations::of(model, lines, weight);
     let mut lambda = 1e-4;
     let mut slow = 0;
     for _ in 0..most {
@@ -122,7 +122,7 @@ pub(super) fn refine(model: &mut Model, lines: &Lines, weight: &[f64], gain: f64
             continue;
         };
         let next = model.stepped(step.as_slice());
-        let there = Normal::of(&next, lines, weight);
+        let there = ModalNormalEquations::of(&next, lines, weight);
         if there.chi2 < here.chi2 {
             slow = if here.chi2 - there.chi2 < gain * here.chi2 { slow + 1 } else { 0 };
             *model = next;

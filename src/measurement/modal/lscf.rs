@@ -17,7 +17,7 @@ use std::ops::Range;
 use nalgebra::{ComplexField, DMatrix};
 use num_complex::Complex64;
 
-use super::curve::Lines;
+use super::curve::CurveLines;
 use super::polynomial::roots;
 
 /// Weighted solutions per order.
@@ -32,14 +32,14 @@ const MIRROR_BELOW: f64 = 0.3;
 const MARGIN: f64 = 0.15;
 
 /// How ω is laid on the circle: θ = offset + slope·ω.
-struct Circle {
+struct UnitCircle {
     offset: f64,
     slope: f64,
     mirrored: bool,
     band: (f64, f64),
 }
 
-impl Circle {
+impl UnitCircle {
     fn of(low: f64, high: f64) -> Self {
         if low < MIRROR_BELOW * high {
             Self { offset: 0.0, slope: MIRRORED_TOP / high, mirrored: true, band: (low, high) }
@@ -70,12 +70,12 @@ pub(super) struct Order {
 }
 
 /// Poles of the lines in `range` for each of the orders; `weight` is the inverse relative standard deviation of each line.
-pub(super) fn diagram(lines: &Lines, range: Range<usize>, weight: &[f64], orders: &[usize]) -> Vec<Order> {
+pub(super) fn diagram(lines: &CurveLines, range: Range<usize>, weight: &[f64], orders: &[usize]) -> Vec<Order> {
     let omega = &lines.omega[range.clone()];
     let h = &lines.h[range.clone()];
     let weight = &weight[range];
     let (Some(low), Some(high)) = (omega.first(), omega.last()) else { return Vec::new() };
-    let circle = Circle::of(*low, *high);
+    let circle = UnitCircle::of(*low, *high);
     let z: Vec<Complex64> = omega.iter().map(|w| Complex64::cis(circle.offset + circle.slope * w)).collect();
     let scale = h.iter().map(|h| h.norm().ln()).sum::<f64>() / h.len() as f64;
     let h: Vec<Complex64> = h.iter().map(|h| h * (-scale).exp()).collect();

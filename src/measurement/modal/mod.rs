@@ -22,11 +22,11 @@ mod selection;
 mod stabilisation;
 mod track;
 
-pub use curve::{Curve, Fit, FitOptions, LEAST_LINES};
+pub use curve::{CurveFit, CurveOptions, FrfCurve, LEAST_LINES};
 pub use error::ModalError;
-pub use fit::{Amplitude, AmplitudeKind, ModalFit, Mode, fit_curve};
+pub use fit::{Amplitude, AmplitudeKind, FittedMode, ModalFit, fit_curve};
 pub use stabilisation::Stability;
-pub use track::{Evidence, TrackOptions, TrackRecord, TrackedMode, track};
+pub use track::{TrackEvidence, TrackOptions, TrackRecord, TrackedMode, track};
 
 #[cfg(test)]
 mod tests;

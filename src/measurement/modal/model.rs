@@ -13,7 +13,7 @@
 
 use num_complex::Complex64;
 
-use super::curve::Lines;
+use super::curve::CurveLines;
 
 /// Real unknowns of a mode: Re r, Im r, ln σ, ln ω.
 pub(super) const PER_MODE: usize = 4;
@@ -58,16 +58,16 @@ impl Background {
 
 /// Modes and background.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct Model {
+pub(super) struct ModalModel {
     /// Modes.
     pub terms: Vec<Term>,
     /// Rest.
     pub background: Background,
 }
 
-impl Model {
+impl ModalModel {
     /// Modes with residue 0 at the poles.
-    pub fn of(lines: &Lines, poles: &[Complex64]) -> Self {
+    pub fn of(lines: &CurveLines, poles: &[Complex64]) -> Self {
         let terms = poles.iter().map(|pole| Term { pole: *pole, residue: Complex64::ZERO }).collect();
         Self { terms, background: Background { coefficients: [Complex64::ZERO; 2], band: lines.band(), local: lines.local } }
     }
@@ -134,8 +134,8 @@ mod tests {
 
     #[test]
     fn limit_derivatives_match_differences() {
-        let lines = Lines { omega: vec![10.0, 90.0], h: vec![Complex64::ONE; 2], sd: None, local: false };
-        let mut model = Model::of(&lines, &[Complex64::new(-1.0, 40.0), Complex64::new(-9.0, 60.0)]);
+        let lines = CurveLines { omega: vec![10.0, 90.0], h: vec![Complex64::ONE; 2], sd: None, local: false };
+        let mut model = ModalModel::of(&lines, &[Complex64::new(-1.0, 40.0), Complex64::new(-9.0, 60.0)]);
         model.terms[0].residue = Complex64::new(0.3, -2.0);
         model.terms[1].residue = Complex64::new(-0.5, 1.0);
         let mut columns = vec![Complex64::ZERO; model.unknowns()];

@@ -2,8 +2,8 @@
 
 use num_complex::Complex64;
 
-use super::curve::Lines;
-use super::model::Model;
+use super::curve::CurveLines;
+use super::model::ModalModel;
 
 /// Lines of a running estimate, at least.
 const WINDOW: usize = 41;
@@ -21,7 +21,7 @@ const OUTLIER: f64 = 4.0;
 /// Relative standard deviation per component, from the error of interpolating each line by a cubic through its four neighbours.
 ///
 /// Noise-free curves give the floor of 0.5 %, alike on all lines.
-pub(super) fn from_curve(lines: &Lines) -> Vec<f64> {
+pub(super) fn from_curve(lines: &CurveLines) -> Vec<f64> {
     let n = lines.len();
     let mut squares = vec![0.0; n];
     for (at, square) in squares.iter_mut().enumerate() {
@@ -45,7 +45,7 @@ pub(super) fn from_curve(lines: &Lines) -> Vec<f64> {
 }
 
 /// Relative standard deviation per component from the residual of a model, running along the lines.
-pub(super) fn from_residual(lines: &Lines, model: &Model) -> Vec<f64> {
+pub(super) fn from_residual(lines: &CurveLines, model: &ModalModel) -> Vec<f64> {
     let squares: Vec<f64> = relative(lines, model).iter().map(|e| e.norm_sqr()).collect();
     let window = WINDOW.max(lines.len() / 12);
     let overall = median(squares.clone());
@@ -55,7 +55,7 @@ pub(super) fn from_residual(lines: &Lines, model: &Model) -> Vec<f64> {
 /// Weights 1/(s·|Ĥ|) of the next fit: the model's size, not the measured one, so that noise does not choose its own weight.
 ///
 /// Lines far off the model are weighted down (Huber), and |Ĥ| is kept within a factor of 4 of |H|.
-pub(super) fn weights(lines: &Lines, sd: &[f64], model: Option<&Model>) -> Vec<f64> {
+pub(super) fn weights(lines: &CurveLines, sd: &[f64], model: Option<&ModalModel>) -> Vec<f64> {
     let size = |line: usize| {
         let measured = lines.h[line].norm();
         let Some(model) = model else { return (measured, 1.0) };
@@ -67,7 +67,7 @@ pub(super) fn weights(lines: &Lines, sd: &[f64], model: Option<&Model>) -> Vec<f
 }
 
 /// (Ĥ − H)/|Ĥ|, with |Ĥ| kept within a factor of 4 of |H|.
-fn relative(lines: &Lines, model: &Model) -> Vec<Complex64> {
+fn relative(lines: &CurveLines, model: &ModalModel) -> Vec<Complex64> {
     let one = |(omega, h): (&f64, &Complex64)| {
         let fitted = model.at(*omega);
         (fitted - h) / fitted.norm().clamp(0.25 * h.norm(), 4.0 * h.norm())
@@ -76,7 +76,7 @@ fn relative(lines: &Lines, model: &Model) -> Vec<Complex64> {
 }
 
 /// Root mean square of |Ĥ − H|/|H| (1), and correlation of neighbouring residuals in units of their weights.
-pub(super) fn misfit(lines: &Lines, model: &Model, weight: &[f64]) -> (f64, f64) {
+pub(super) fn misfit(lines: &CurveLines, model: &ModalModel, weight: &[f64]) -> (f64, f64) {
     let residual: Vec<Complex64> = lines.omega.iter().zip(&lines.h).zip(weight).map(|((omega, h), w)| (model.at(*omega) - h) * w).collect();
     let squares: f64 = residual.iter().map(|e| e.norm_sqr()).sum();
     let neighbours: f64 = residual.windows(2).map(|e| (e[0] * e[1].conj()).re).sum();

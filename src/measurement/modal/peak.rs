@@ -2,7 +2,7 @@
 
 use num_complex::Complex64;
 
-use super::model::Model;
+use super::model::ModalModel;
 
 /// Points of the first look around a mode.
 const LOOK: usize = 81;
@@ -13,7 +13,7 @@ const REACH: f64 = 2.5;
 ///
 /// The maximum is looked for within 2.5 half-widths of the pole (and not beyond half the way to the next pole), then refined by
 /// golden section.
-pub(super) fn maximum(model: &Model, pole: Complex64, omega_power: i32, band: (f64, f64)) -> Option<f64> {
+pub(super) fn maximum(model: &ModalModel, pole: Complex64, omega_power: i32, band: (f64, f64)) -> Option<f64> {
     let size = |omega: f64| model.at(omega).norm() * omega.powi(omega_power);
     let half_way = |other: Complex64| 0.5 * (pole.im + other.im);
     let others = || model.terms.iter().map(|t| t.pole).filter(|p| *p != pole);

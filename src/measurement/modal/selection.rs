@@ -6,10 +6,10 @@
 
 use num_complex::Complex64;
 
-use super::curve::{FitOptions, Lines};
-use super::least_squares::{Normal, linear_unknowns, refine, solve_linear};
-use super::model::{Model, PER_MODE, Term};
-use super::stabilisation::{Candidate, same};
+use super::curve::{CurveLines, CurveOptions};
+use super::least_squares::{ModalNormalEquations, linear_unknowns, refine, solve_linear};
+use super::model::{ModalModel, PER_MODE, Term};
+use super::stabilisation::{StablePole, same};
 
 /// Share of the orders at which a pole must be stable to be tried from the start.
 const LEAST_SHARE: f64 = 0.15;
@@ -22,7 +22,7 @@ const TRIED_FREQUENCIES: usize = 250;
 
 /// The lines with their weights, and the least χ² per degree of freedom that counts as noise.
 pub(super) struct Task<'a> {
-    pub lines: &'a Lines,
+    pub lines: &'a CurveLines,
     pub weight: &'a [f64],
     pub floor: f64,
 }
@@ -37,12 +37,12 @@ impl Task<'_> {
 }
 
 /// Most poles that the lines and the options allow.
-fn most_modes(lines: &Lines, options: &FitOptions) -> usize {
+fn most_modes(lines: &CurveLines, options: &CurveOptions) -> usize {
     options.max_modes.min(lines.len() / 6).max(1)
 }
 
 /// The modal model of the candidates and of the residual; `None` where the equations are singular.
-pub(super) fn select(task: &Task, candidates: &[Candidate], options: &FitOptions) -> Option<Model> {
+pub(super) fn select(task: &Task, candidates: &[StablePole], options: &CurveOptions) -> Option<ModalModel> {
     let most = most_modes(task.lines, options);
     let mut poles: Vec<Complex64> = Vec::new();
     for candidate in candidates.iter().filter(|c| c.stability.share() >= LEAST_SHARE) {
@@ -50,7 +50,7 @@ pub(super) fn select(task: &Task, candidates: &[Candidate], options: &FitOptions
             poles.push(candidate.pole);
         }
     }
-    let mut model = Model::of(task.lines, &poles);
+    let mut model = ModalModel::of(task.lines, &poles);
     solve_linear(&mut model, task.lines, task.weight)?;
     prune(&mut model, task);
     refine(&mut model, task.lines, task.weight, 1e-2, 8);
@@ -66,7 +66,7 @@ pub(super) fn select(task: &Task, candidates: &[Candidate], options: &FitOptions
 }
 
 /// Takes out one of two poles that ran into each other, where the other explains the curve as well without it.
-fn merge(model: &mut Model, task: &Task) {
+fn merge(model: &mut ModalModel, task: &Task) {
     let mut chi2 = refine(model, task.lines, task.weight, 1e-3, 10);
     while let Some(at) = doubled(model) {
         let mut single = model.clone();
@@ -83,7 +83,7 @@ fn merge(model: &mut Model, task: &Task) {
 }
 
 /// The weaker one of two poles closer than a third of their half-width.
-fn doubled(model: &Model) -> Option<usize> {
+fn doubled(model: &ModalModel) -> Option<usize> {
     let mut weakest: Option<(usize, f64)> = None;
     for (at, a) in model.terms.iter().enumerate() {
         let close =
@@ -96,10 +96,10 @@ fn doubled(model: &Model) -> Option<usize> {
 }
 
 /// The model with the mode that the residual asks for most, where it pays.
-fn grown(model: &Model, chi2: f64, task: &Task) -> Option<(Model, f64)> {
+fn grown(model: &ModalModel, chi2: f64, task: &Task) -> Option<(ModalModel, f64)> {
     let mut poles: Vec<Complex64> = model.terms.iter().map(|t| t.pole).collect();
     poles.push(proposal(model, task)?);
-    let mut next = Model::of(task.lines, &poles);
+    let mut next = ModalModel::of(task.lines, &poles);
     for (term, before) in next.terms.iter_mut().zip(&model.terms) {
         term.residue = before.residue;
     }
@@ -110,7 +110,7 @@ fn grown(model: &Model, chi2: f64, task: &Task) -> Option<(Model, f64)> {
 }
 
 /// The pole whose resonance explains most of the residual.
-fn proposal(model: &Model, task: &Task) -> Option<Complex64> {
+fn proposal(model: &ModalModel, task: &Task) -> Option<Complex64> {
     let lines = task.lines;
     let residual: Vec<Complex64> =
         lines.omega.iter().zip(&lines.h).zip(task.weight).map(|((omega, h), w)| (h - model.at(*omega)) * w).collect();
@@ -140,7 +140,7 @@ fn proposal(model: &Model, task: &Task) -> Option<Complex64> {
 }
 
 /// Removes, one after the other, the modes that do not pay and those narrower than the lines can show.
-pub(super) fn prune(model: &mut Model, task: &Task) {
+pub(super) fn prune(model: &mut ModalModel, task: &Task) {
     model.terms.retain(|t| -2.0 * t.pole.re > NARROW * task.lines.spacing(t.pole.im));
     if solve_linear(model, task.lines, task.weight).is_none() {
         return;
@@ -158,8 +158,8 @@ pub(super) fn prune(model: &mut Model, task: &Task) {
 }
 
 /// χ², and how much it would grow without each mode, all other residues solved again.
-pub(super) fn gains(model: &Model, task: &Task) -> Option<(f64, Vec<f64>)> {
-    let normal = Normal::of(model, task.lines, task.weight).part(&linear_unknowns(model));
+pub(super) fn gains(model: &ModalModel, task: &Task) -> Option<(f64, Vec<f64>)> {
+    let normal = ModalNormalEquations::of(model, task.lines, task.weight).part(&linear_unknowns(model));
     let (_, inverse) = normal.solve(1e-13, true)?;
     let gain = |(at, term): (usize, &Term)| {
         let block = inverse.fixed_view::<2, 2>(2 * at, 2 * at).into_owned();

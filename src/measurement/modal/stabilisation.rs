@@ -13,7 +13,7 @@ use std::ops::Range;
 
 use num_complex::Complex64;
 
-use super::curve::{FitOptions, Lines};
+use super::curve::{CurveLines, CurveOptions};
 use super::lscf::{Order, diagram};
 
 /// Lowest order of a diagram.
@@ -43,7 +43,7 @@ impl Stability {
 
 /// A group of stable poles.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Candidate {
+pub(super) struct StablePole {
     /// Median pole (rad/s).
     pub pole: Complex64,
     /// Count.
@@ -59,7 +59,7 @@ struct Stable {
 }
 
 /// Candidates of the lines, the most often stable first.
-pub(super) fn candidates(lines: &Lines, weight: &[f64], options: &FitOptions) -> Vec<Candidate> {
+pub(super) fn candidates(lines: &CurveLines, weight: &[f64], options: &CurveOptions) -> Vec<StablePole> {
     let mut stable = Vec::new();
     let mut orders_of = Vec::new();
     for (band, range) in bands(lines).into_iter().enumerate() {
@@ -75,7 +75,7 @@ pub(super) fn candidates(lines: &Lines, weight: &[f64], options: &FitOptions) ->
 }
 
 /// The whole band, then narrow ones that overlap by half.
-fn bands(lines: &Lines) -> Vec<Range<usize>> {
+fn bands(lines: &CurveLines) -> Vec<Range<usize>> {
     let mut bands = Vec::new();
     bands.push(0..lines.len());
     let mut start = 0;
@@ -96,7 +96,7 @@ fn bands(lines: &Lines) -> Vec<Range<usize>> {
 }
 
 /// Adds the poles of a diagram that the order before has too.
-fn collect(stable: &mut Vec<Stable>, rows: &[Order], band: usize, options: &FitOptions) {
+fn collect(stable: &mut Vec<Stable>, rows: &[Order], band: usize, options: &CurveOptions) {
     for (order, pair) in rows.windows(2).enumerate() {
         for pole in &pair[1].poles {
             let size = pole.norm();
@@ -118,7 +118,7 @@ pub(super) fn same(a: Complex64, b: Complex64) -> bool {
 }
 
 /// Groups of poles that are one, the most often stable first.
-fn group(stable: &[Stable], orders_of: &[usize]) -> Vec<Candidate> {
+fn group(stable: &[Stable], orders_of: &[usize]) -> Vec<StablePole> {
     let neighbours = |centre: &Stable| stable.iter().filter(|s| same(s.pole, centre.pole)).count();
     let counts: Vec<usize> = stable.iter().map(neighbours).collect();
     let mut order: Vec<usize> = (0..stable.len()).collect();
@@ -136,7 +136,7 @@ fn group(stable: &[Stable], orders_of: &[usize]) -> Vec<Candidate> {
                 group.push(*s);
             }
         }
-        found.push(Candidate { pole: median(&group), stability: count(&group, orders_of) });
+        found.push(StablePole { pole: median(&group), stability: count(&group, orders_of) });
     }
     found.sort_by(|a, b| b.stability.share().total_cmp(&a.stability.share()).then(a.pole.im.total_cmp(&b.pole.im)));
     found

@@ -1,6 +1,6 @@
 //! Abscissa values, stored or implied.
 
-use super::place::Place;
+use super::place::FilePlace;
 use super::warning::Warning;
 
 /// Abscissa values of a record.
@@ -50,7 +50,7 @@ impl Abscissa {
     }
 
     /// Warns of negative, repeated and falling values.
-    pub(super) fn check(&self, place: Place, warnings: &mut Vec<Warning>) {
+    pub(super) fn check(&self, place: FilePlace, warnings: &mut Vec<Warning>) {
         let (mut negative, mut repeated, mut falling) = (Tally::default(), Tally::default(), Tally::default());
         match self {
             &Self::Even { first, step, count } => {
@@ -119,8 +119,8 @@ mod tests {
         for (first, step) in [(0.0, 1.0), (-2.5, 1.0), (-2.0, 1.0), (2.5, -1.0), (2.0, -1.0), (3.0, 0.0), (-3.0, 0.0), (-1.0, -1.0)] {
             let even = Abscissa::Even { first, step, count: 7 };
             let (mut by_rule, mut by_value) = (Vec::new(), Vec::new());
-            even.check(Place::default(), &mut by_rule);
-            Abscissa::Uneven(even.values()).check(Place::default(), &mut by_value);
+            even.check(FilePlace::default(), &mut by_rule);
+            Abscissa::Uneven(even.values()).check(FilePlace::default(), &mut by_value);
             assert_eq!(by_rule, by_value, "{first} {step}");
         }
     }

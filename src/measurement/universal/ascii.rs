@@ -7,60 +7,60 @@ use super::error::UniversalError;
 use super::evidence::SizeEvidence;
 use super::frame::{all_blank, is_loose_sentinel, is_sentinel};
 use super::number::{Form, Scan, scan};
-use super::place::Place;
+use super::place::FilePlace;
 use super::point::{Points, numbers_per_value};
 use super::record::{Ordinate, RecordHeader};
-use super::source::{LINE_LIMIT, Line, Source};
+use super::source::{ByteSource, LINE_LIMIT, SourceLine};
 use super::warning::Warning;
 
 /// How the data ended.
-enum End {
+enum NumberEnd {
     /// With the declared number of values.
     Full,
     /// At a closing sentinel that came first; it starts here.
-    Sentinel(Place),
+    Sentinel(FilePlace),
     /// With the file.
     File,
 }
 
 /// What a payload has shown so far.
-struct Progress {
+struct ScanProgress {
     points: Points,
-    letter_d: Option<Place>,
-    bare: Option<Place>,
+    letter_d: Option<FilePlace>,
+    bare: Option<FilePlace>,
     /// Numbers in the first line.
     first_line: usize,
     /// A line that is shorter than the first, and the numbers in it.
-    short_line: Option<(Place, usize)>,
+    short_line: Option<(FilePlace, usize)>,
     /// The last line, if it was shorter.
-    last_short: Option<(Place, usize)>,
+    last_short: Option<(FilePlace, usize)>,
     /// Numbers in the last line beyond those declared.
-    extra: Option<(Place, usize)>,
+    extra: Option<(FilePlace, usize)>,
 }
 
 /// Reads the payload that starts here, and its closing sentinel. The source stands behind the sentinel, after a refusal before it.
 pub(super) fn read_values<R: Read + Seek>(
-    source: &mut Source<R>,
+    source: &mut ByteSource<R>,
     header: &mut RecordHeader,
 ) -> Result<(Abscissa, Ordinate), UniversalError> {
     let points = Points::new(header, source.remaining());
-    let mut progress = Progress { points, letter_d: None, bare: None, first_line: 0, short_line: None, last_short: None, extra: None };
+    let mut progress = ScanProgress { points, letter_d: None, bare: None, first_line: 0, short_line: None, last_short: None, extra: None };
     let end = read_lines(source, header, &mut progress)?;
-    let Progress { points, letter_d, bare, first_line, short_line, extra, .. } = progress;
+    let ScanProgress { points, letter_d, bare, first_line, short_line, extra, .. } = progress;
     let place = header.place;
     let (declared, found) = (header.count as u64, points.taken() as u64);
     header.warnings.extend(letter_d.map(|place| Warning::ExponentLetter { place }));
     header.warnings.extend(bare.map(|place| Warning::ExponentBare { place }));
     match end {
-        End::Full => {
+        NumberEnd::Full => {
             if declared == 0 {
                 header.warnings.push(Warning::NoValues { place });
             }
             header.warnings.extend(extra.map(|(place, extra)| Warning::PaddedLine { place, extra }));
             read_closing(source, header, declared)?;
         }
-        End::File => header.warnings.push(Warning::Truncated { place, declared, found }),
-        End::Sentinel(sentinel) => {
+        NumberEnd::File => header.warnings.push(Warning::Truncated { place, declared, found }),
+        NumberEnd::Sentinel(sentinel) => {
             let needed = numbers_per_value(header);
             let numbers = points.numbers();
             let fault = if numbers > 0 && numbers.is_multiple_of(declared) && needed > 1 {
@@ -80,15 +80,19 @@ pub(super) fn read_values<R: Read + Seek>(
 }
 
 /// Reads lines up to the end of the data.
-fn read_lines<R: Read + Seek>(source: &mut Source<R>, header: &mut RecordHeader, progress: &mut Progress) -> Result<End, UniversalError> {
+fn read_lines<R: Read + Seek>(
+    source: &mut ByteSource<R>,
+    header: &mut RecordHeader,
+    progress: &mut ScanProgress,
+) -> Result<NumberEnd, UniversalError> {
     let (mut blank_seen, mut sentinel_seen) = (false, false);
     while !progress.points.is_full() {
         let bytes_left = source.remaining();
-        let Some(line) = source.line()? else { return Ok(End::File) };
+        let Some(line) = source.line()? else { return Ok(NumberEnd::File) };
         let place = line.place;
         if is_sentinel(line.text) {
             if source.at_dataset_end(false)? {
-                return Ok(End::Sentinel(place));
+                return Ok(NumberEnd::Sentinel(place));
             }
             if !std::mem::replace(&mut sentinel_seen, true) {
                 header.warnings.push(Warning::SentinelInData { place });
@@ -107,11 +111,11 @@ fn read_lines<R: Read + Seek>(source: &mut Source<R>, header: &mut RecordHeader,
         }
         read_numbers(&line, bytes_left, progress)?;
     }
-    Ok(End::Full)
+    Ok(NumberEnd::Full)
 }
 
 /// Reads the numbers of a line. Where the file ends in the line, the number that touches the end may be cut: it is left out.
-fn read_numbers(line: &Line<'_>, bytes_left: u64, progress: &mut Progress) -> Result<(), UniversalError> {
+fn read_numbers(line: &SourceLine<'_>, bytes_left: u64, progress: &mut ScanProgress) -> Result<(), UniversalError> {
     let mut offset = 0;
     let mut count = 0;
     loop {
@@ -153,12 +157,12 @@ fn read_numbers(line: &Line<'_>, bytes_left: u64, progress: &mut Progress) -> Re
     Ok(())
 }
 
-fn not_finite(line: &Line<'_>, start: usize, end: usize, progress: &Progress) -> UniversalError {
+fn not_finite(line: &SourceLine<'_>, start: usize, end: usize, progress: &ScanProgress) -> UniversalError {
     UniversalError::NotFinite { place: line.place, index: progress.points.taken() as u64, found: excerpt(&line.text[start..end]) }
 }
 
 /// Reads the closing sentinel behind the declared number of values.
-fn read_closing<R: Read + Seek>(source: &mut Source<R>, header: &mut RecordHeader, declared: u64) -> Result<(), UniversalError> {
+fn read_closing<R: Read + Seek>(source: &mut ByteSource<R>, header: &mut RecordHeader, declared: u64) -> Result<(), UniversalError> {
     let mut blank_seen = false;
     loop {
         let place = source.place();
@@ -195,7 +199,7 @@ fn excerpt(text: &[u8]) -> String {
 /// Goes behind the payload that starts here and its closing sentinel, without reading the values.
 ///
 /// Where all lines but the last are as long as the first, the last is computed and checked; otherwise all lines are passed.
-pub(super) fn skip_values<R: Read + Seek>(source: &mut Source<R>, header: &mut RecordHeader) -> Result<(), UniversalError> {
+pub(super) fn skip_values<R: Read + Seek>(source: &mut ByteSource<R>, header: &mut RecordHeader) -> Result<(), UniversalError> {
     let start = source.place();
     if jump(source, header, start)? {
         return Ok(());
@@ -207,7 +211,7 @@ pub(super) fn skip_values<R: Read + Seek>(source: &mut Source<R>, header: &mut R
     Ok(())
 }
 
-fn jump<R: Read + Seek>(source: &mut Source<R>, header: &RecordHeader, start: Place) -> Result<bool, UniversalError> {
+fn jump<R: Read + Seek>(source: &mut ByteSource<R>, header: &RecordHeader, start: FilePlace) -> Result<bool, UniversalError> {
     let numbers = (header.count as u64).saturating_mul(numbers_per_value(header) as u64);
     let Some(line) = source.line()? else { return Ok(false) };
     let (mut offset, mut per_line) = (0, 0);
@@ -223,7 +227,7 @@ fn jump<R: Read + Seek>(source: &mut Source<R>, header: &RecordHeader, start: Pl
     if last >= source.length() {
         return Ok(false);
     }
-    source.seek(Place { byte: last - 1, line: start.line.map(|line| line + lines_before - 1) })?;
+    source.seek(FilePlace { byte: last - 1, line: start.line.map(|line| line + lines_before - 1) })?;
     for wanted in [all_blank as fn(&[u8]) -> bool, |_| true, is_sentinel] {
         if !source.line()?.is_some_and(|line| line.ended && wanted(line.text)) {
             return Ok(false);

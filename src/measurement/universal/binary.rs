@@ -8,9 +8,9 @@ use super::abscissa::Abscissa;
 use super::error::UniversalError;
 use super::kind::ByteOrder;
 use super::layout::{Extent, Layout};
-use super::place::Place;
+use super::place::FilePlace;
 use super::record::{Ordinate, RecordHeader};
-use super::source::Source;
+use super::source::ByteSource;
 
 /// Values read so far.
 struct Values {
@@ -21,7 +21,7 @@ struct Values {
 
 /// Reads the payload that starts here; afterwards, also after a refusal, the source stands behind it.
 pub(super) fn read_values<R: Read + Seek>(
-    source: &mut Source<R>,
+    source: &mut ByteSource<R>,
     header: &RecordHeader,
     order: ByteOrder,
     extent: Extent,
@@ -29,7 +29,7 @@ pub(super) fn read_values<R: Read + Seek>(
     let Extent { layout, count } = extent;
     let stride = layout.stride();
     let start = source.position();
-    let end = Place { byte: start + stride * count, line: None };
+    let end = FilePlace { byte: start + stride * count, line: None };
     // The extent ends inside the file, so that the count is no larger than the file has bytes for.
     let count = count as usize;
     let of = |wanted: bool| if wanted { count } else { 0 };
@@ -50,7 +50,7 @@ pub(super) fn read_values<R: Read + Seek>(
         decode(&window[..whole * stride as usize], layout, order, &mut values);
         if let Some((index, found)) = values.first_not_finite(done, complex) {
             source.seek(end)?;
-            let place = Place { byte: start + stride * index as u64, line: None };
+            let place = FilePlace { byte: start + stride * index as u64, line: None };
             return Err(UniversalError::NotFinite { place, index: index as u64, found });
         }
         source.pass(whole * stride as usize);

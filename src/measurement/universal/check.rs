@@ -3,12 +3,12 @@
 use super::evidence::AxisName;
 use super::field::is_unused;
 use super::kind::{data_type, function_type};
-use super::place::Place;
-use super::record::{Axis, Location, RecordHeader};
+use super::place::FilePlace;
+use super::record::{NodeLocation, RecordAxis, RecordHeader};
 use super::warning::Warning;
 
 /// Warns of an axis in use without unit. A coherence has none by nature.
-pub(super) fn unit(axis: &Axis, name: AxisName, place: Place, header: &RecordHeader, warnings: &mut Vec<Warning>) {
+pub(super) fn unit(axis: &RecordAxis, name: AxisName, place: FilePlace, header: &RecordHeader, warnings: &mut Vec<Warning>) {
     let used = match name {
         AxisName::Abscissa => true,
         AxisName::Ordinate => header.function_type != function_type::COHERENCE,
@@ -20,8 +20,8 @@ pub(super) fn unit(axis: &Axis, name: AxisName, place: Place, header: &RecordHea
 }
 
 /// Warns of a direction code that does not exist, and of an entity name that spells another node or direction.
-pub(super) fn location(location: &Location, place: Place, warnings: &mut Vec<Warning>) {
-    let Location { entity, node, direction } = location;
+pub(super) fn location(location: &NodeLocation, place: FilePlace, warnings: &mut Vec<Warning>) {
+    let NodeLocation { entity, node, direction } = location;
     if direction.unsigned_abs() > 6 {
         warnings.push(Warning::UnknownDirection { place, direction: *direction });
     }

@@ -7,8 +7,8 @@ use super::field::{HeaderLine, parse_integer};
 use super::frame::{is_loose_sentinel, is_sentinel};
 use super::header::header_line;
 use super::number::{Scan, scan};
-use super::place::Place;
-use super::source::Source;
+use super::place::FilePlace;
+use super::source::ByteSource;
 use super::units::Units;
 use super::warning::Warning;
 
@@ -23,7 +23,7 @@ const LEAST_BYTES: u64 = 2;
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct FileHeader {
     /// The line of the dataset number.
-    pub place: Place,
+    pub place: FilePlace,
     /// Name of the model file.
     pub model_name: String,
     /// Description.
@@ -81,15 +81,15 @@ pub struct Skipped {
     /// Dataset number.
     pub number: u32,
     /// Line of the first one.
-    pub place: Place,
+    pub place: FilePlace,
     /// How many.
     pub times: u64,
 }
 
 /// Seven lines of text; those that are missing stay empty.
 pub(super) fn read_file_header<R: Read + Seek>(
-    source: &mut Source<R>,
-    place: Place,
+    source: &mut ByteSource<R>,
+    place: FilePlace,
     warnings: &mut Vec<Warning>,
 ) -> Result<FileHeader, UniversalError> {
     let mut missing = 7;
@@ -114,8 +114,8 @@ pub(super) fn read_file_header<R: Read + Seek>(
 
 /// I10,20A1,I10; 3D25.17; D25.17.
 pub(super) fn read_units<R: Read + Seek>(
-    source: &mut Source<R>,
-    place: Place,
+    source: &mut ByteSource<R>,
+    place: FilePlace,
     warnings: &mut Vec<Warning>,
 ) -> Result<Units, UniversalError> {
     let mut line = header_line(source, 164, 3, warnings)?;
@@ -149,7 +149,7 @@ pub(super) fn read_units<R: Read + Seek>(
 
 /// Dataset 15: 4I10,3E13.5 a line; dataset 2411: 4I10 and a line of 3D25.16. Ends before the closing sentinel.
 pub(super) fn read_nodes<R: Read + Seek>(
-    source: &mut Source<R>,
+    source: &mut ByteSource<R>,
     dataset: u32,
     length_factor: Option<f64>,
     warnings: &mut Vec<Warning>,
@@ -184,7 +184,7 @@ pub(super) fn read_nodes<R: Read + Seek>(
 
 /// 3I10; 80A1; 8I10 until all nodes are there. Ends before the closing sentinel.
 pub(super) fn read_trace_lines<R: Read + Seek>(
-    source: &mut Source<R>,
+    source: &mut ByteSource<R>,
     warnings: &mut Vec<Warning>,
 ) -> Result<Vec<TraceLine>, UniversalError> {
     let begin = source.position();
@@ -219,7 +219,7 @@ pub(super) fn read_trace_lines<R: Read + Seek>(
 }
 
 /// Refuses more items than the bytes they were read from can stand for, so that memory stays in proportion to the file.
-fn check_size<T>(items: usize, begin: u64, place: Place, what: &'static str) -> Result<(), UniversalError> {
+fn check_size<T>(items: usize, begin: u64, place: FilePlace, what: &'static str) -> Result<(), UniversalError> {
     let kept = (items * size_of::<T>()) as u64;
     if kept > SIZE_FACTOR * (place.byte - begin) + SIZE_SLACK {
         return Err(UniversalError::TooManySmall { place, what });
@@ -228,7 +228,7 @@ fn check_size<T>(items: usize, begin: u64, place: Place, what: &'static str) -> 
 }
 
 /// Whether a sentinel or the end of the file stands here; does not move.
-fn at_sentinel<R: Read + Seek>(source: &mut Source<R>) -> Result<bool, UniversalError> {
+fn at_sentinel<R: Read + Seek>(source: &mut ByteSource<R>) -> Result<bool, UniversalError> {
     let window = source.peek(128)?;
     let line = window.split(|&byte| byte == b'\n').next().unwrap_or_default();
     Ok(window.is_empty() || is_sentinel(line) || is_loose_sentinel(line))

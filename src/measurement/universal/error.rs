@@ -4,7 +4,7 @@ use std::io;
 
 use thiserror::Error;
 
-use super::place::Place;
+use super::place::FilePlace;
 
 /// Why a record or a file is refused; the text says where, what was found and what to do.
 #[derive(Debug, Error)]
@@ -30,7 +30,7 @@ pub enum UniversalError {
     #[error("{place}: the header of dataset {dataset} ends here, {missing} lines too early; export the record again")]
     ShortHeader {
         /// Where it ends.
-        place: Place,
+        place: FilePlace,
         /// Dataset.
         dataset: u32,
         /// Lines missing.
@@ -40,7 +40,7 @@ pub enum UniversalError {
     #[error("{place}: the file ends inside the header of dataset {dataset}; get the whole file")]
     EndsInHeader {
         /// Where it ends.
-        place: Place,
+        place: FilePlace,
         /// Dataset.
         dataset: u32,
     },
@@ -48,7 +48,7 @@ pub enum UniversalError {
     #[error("{place}: {field} is `{found}`; {expected}")]
     Field {
         /// The line.
-        place: Place,
+        place: FilePlace,
         /// Name of the field.
         field: &'static str,
         /// Text found.
@@ -60,7 +60,7 @@ pub enum UniversalError {
     #[error("{place}: the payload is in {format} floating point, which is not read; export with IEEE floating point (code 2) or as ASCII")]
     FloatFormat {
         /// The line.
-        place: Place,
+        place: FilePlace,
         /// Name of the format.
         format: String,
     },
@@ -72,7 +72,7 @@ pub enum UniversalError {
     )]
     PayloadSize {
         /// Where the dataset starts.
-        place: Place,
+        place: FilePlace,
         /// Number of values declared.
         count: u64,
         /// Bytes by type × spacing × count.
@@ -86,7 +86,7 @@ pub enum UniversalError {
     #[error("{place}: value {index} is {found}; a missing value cannot be used: export again or cut the record before it")]
     NotFinite {
         /// Where it stands.
-        place: Place,
+        place: FilePlace,
         /// Index among the values, from 0.
         index: u64,
         /// As found.
@@ -96,7 +96,7 @@ pub enum UniversalError {
     #[error("{place}, column {column}: `{found}` is no number")]
     NotANumber {
         /// The line.
-        place: Place,
+        place: FilePlace,
         /// Column, from 1.
         column: usize,
         /// As found.
@@ -108,7 +108,7 @@ pub enum UniversalError {
     )]
     DataGoOn {
         /// The line.
-        place: Place,
+        place: FilePlace,
         /// Count in the header.
         declared: u64,
         /// Start of what follows.
@@ -121,7 +121,7 @@ pub enum UniversalError {
     )]
     NumbersPerValue {
         /// Where the dataset starts.
-        place: Place,
+        place: FilePlace,
         /// Numbers found.
         found: u64,
         /// Count in the header.
@@ -135,7 +135,7 @@ pub enum UniversalError {
     )]
     ShortLine {
         /// The line.
-        place: Place,
+        place: FilePlace,
         /// Numbers in it.
         found: usize,
         /// Numbers in the first line.
@@ -145,7 +145,7 @@ pub enum UniversalError {
     #[error("{place}: thousands of {what} of next to no content; not a measured file")]
     TooManySmall {
         /// How far the reading came.
-        place: Place,
+        place: FilePlace,
         /// Which kind.
         what: &'static str,
     },
@@ -153,7 +153,7 @@ pub enum UniversalError {
     #[error("{place}: a line of more than {limit} bytes; not a text dataset")]
     LineTooLong {
         /// The line.
-        place: Place,
+        place: FilePlace,
         /// Longest line read.
         limit: usize,
     },

@@ -2,8 +2,8 @@
 
 use super::error::UniversalError;
 use super::number::{self, Scan};
-use super::place::Place;
-use super::source::Line;
+use super::place::FilePlace;
+use super::source::SourceLine;
 use super::warning::Warning;
 
 /// A header line as text.
@@ -12,14 +12,14 @@ pub(super) struct HeaderLine {
     /// Characters, without blanks at the end.
     pub text: String,
     /// Where it stands.
-    pub place: Place,
+    pub place: FilePlace,
     /// First numeric field that was blank.
     blank: Option<&'static str>,
 }
 
 impl HeaderLine {
     /// Reads a line as UTF-8 if it is that, else as Latin-1, so that no byte is lost and columns stay columns.
-    pub fn new(line: &Line<'_>, warnings: &mut Vec<Warning>) -> Self {
+    pub fn new(line: &SourceLine<'_>, warnings: &mut Vec<Warning>) -> Self {
         let (text, read_as) = match str::from_utf8(line.text) {
             Ok(text) => (text.to_owned(), "UTF-8"),
             Err(_) => (line.text.iter().map(|&byte| char::from(byte)).collect(), "Latin-1"),

@@ -7,13 +7,13 @@ use std::path::Path;
 use super::companion::{FileHeader, Node, SIZE_FACTOR, SIZE_SLACK, Skipped, TraceLine};
 use super::error::UniversalError;
 use super::reader::{Dataset, UniversalReader};
-use super::record::{Record, RecordHeader};
+use super::record::{RecordHeader, UniversalRecord};
 use super::units::Units;
 use super::warning::Warning;
 
-/// All that is read of a universal file; `F` is [`Record`], or [`RecordHeader`] where only headers are read.
+/// All that is read of a universal file; `F` is [`UniversalRecord`], or [`RecordHeader`] where only headers are read.
 #[derive(Debug, Clone, PartialEq)]
-pub struct UniversalFile<F = Record> {
+pub struct UniversalFile<F = UniversalRecord> {
     /// Datasets 151.
     pub headers: Vec<FileHeader>,
     /// Datasets 164, in their order; each record keeps the one in force for it.

@@ -4,8 +4,8 @@ use std::io::{self, Read, Seek};
 
 use super::field::HeaderLine;
 use super::number::is_blank;
-use super::place::Place;
-use super::source::Source;
+use super::place::FilePlace;
+use super::source::ByteSource;
 
 /// Bytes in which the lines that follow a sentinel are looked for.
 const LOOK_AHEAD: usize = 512;
@@ -68,7 +68,7 @@ fn dataset_follows(window: &[u8], whole: bool, bare: bool) -> bool {
     }
 }
 
-impl<R: Read + Seek> Source<R> {
+impl<R: Read + Seek> ByteSource<R> {
     /// Whether the sentinel just read closes a dataset: the file ends behind it, or another dataset begins.
     pub fn at_dataset_end(&mut self, bare: bool) -> io::Result<bool> {
         let window = self.peek(LOOK_AHEAD)?;
@@ -102,13 +102,13 @@ impl<R: Read + Seek> Source<R> {
                 let line = first_line(self.peek(LOOK_AHEAD)?);
                 let length = line.len();
                 if is_sentinel(line) {
-                    self.seek(Place { byte: here + length as u64 + 1, line: None })?;
+                    self.seek(FilePlace { byte: here + length as u64 + 1, line: None })?;
                     if self.at_dataset_end(true)? {
                         self.seek(begin)?;
                         return Ok(Some(here - begin.byte));
                     }
                 }
-                self.seek(Place { byte: here + 1, line: None })?;
+                self.seek(FilePlace { byte: here + 1, line: None })?;
             }
         }
     }
@@ -118,7 +118,7 @@ impl<R: Read + Seek> Source<R> {
         if byte > self.length() {
             return Ok(None);
         }
-        self.seek(Place { byte, line: None })?;
+        self.seek(FilePlace { byte, line: None })?;
         let window = self.peek(LOOK_AHEAD)?;
         let stray = window.iter().take(STRAY_LIMIT).take_while(|&&byte| matches!(byte, b'\r' | b'\n')).count();
         Ok(is_sentinel(first_line(&window[stray..])).then_some(stray))
@@ -128,7 +128,7 @@ impl<R: Read + Seek> Source<R> {
     pub fn stray_before(&mut self, end: u64) -> io::Result<u64> {
         let begin = self.place();
         let from = begin.byte.max(end.saturating_sub(STRAY_LIMIT as u64));
-        self.seek(Place { byte: from, line: None })?;
+        self.seek(FilePlace { byte: from, line: None })?;
         let window = self.peek((end - from) as usize)?;
         let stray = window.iter().rev().take_while(|&&byte| matches!(byte, b'\r' | b'\n')).count();
         self.seek(begin)?;

@@ -9,9 +9,9 @@ use super::evidence::AxisName;
 use super::field::{HeaderLine, parse_integer, parse_real};
 use super::frame::is_sentinel;
 use super::kind::{ByteOrder, Encoding, OrdinateType};
-use super::place::Place;
-use super::record::{Axis, Location, RecordHeader};
-use super::source::{LINE_LIMIT, Source};
+use super::place::FilePlace;
+use super::record::{NodeLocation, RecordAxis, RecordHeader};
+use super::source::{ByteSource, LINE_LIMIT};
 use super::units::Units;
 use super::warning::Warning;
 
@@ -22,7 +22,7 @@ const LINES: usize = 11;
 ///
 /// A sentinel that closes the dataset ends the header too early; the source is left before it.
 pub(super) fn header_line<R: Read + Seek>(
-    source: &mut Source<R>,
+    source: &mut ByteSource<R>,
     dataset: u32,
     missing: usize,
     warnings: &mut Vec<Warning>,
@@ -50,7 +50,7 @@ pub(super) fn header_line<R: Read + Seek>(
 
 /// Reads the header behind its first line; gives the byte count of a binary payload too.
 pub(super) fn read_header<R: Read + Seek>(
-    source: &mut Source<R>,
+    source: &mut ByteSource<R>,
     first: HeaderLine,
     binary: bool,
     units: Option<Arc<Units>>,
@@ -128,7 +128,7 @@ fn first_line(mut line: HeaderLine, warnings: &mut Vec<Warning>) -> Result<(Byte
 }
 
 /// Record 6, 2(I5,I10),2(1X,10A1,I10,I4).
-fn location_record(mut line: HeaderLine, header: &mut RecordHeader, warnings: &mut Vec<Warning>) -> Result<Place, UniversalError> {
+fn location_record(mut line: HeaderLine, header: &mut RecordHeader, warnings: &mut Vec<Warning>) -> Result<FilePlace, UniversalError> {
     let read = |line: &mut HeaderLine, header: &mut RecordHeader| {
         header.function_type = line.integer(0, 5, "function type")?;
         header.function_id = line.integer(5, 15, "function identification number")?;
@@ -153,8 +153,8 @@ fn location_record(mut line: HeaderLine, header: &mut RecordHeader, warnings: &m
                 return Err(fault);
             };
             (header.function_type, header.function_id, header.version, header.load_case) = (kind, id, version, load_case);
-            header.response = Location { entity: tokens[4].to_owned(), node, direction };
-            header.reference = Location { entity: tokens[7].to_owned(), node: reference_node, direction: reference_direction };
+            header.response = NodeLocation { entity: tokens[4].to_owned(), node, direction };
+            header.reference = NodeLocation { entity: tokens[7].to_owned(), node: reference_node, direction: reference_direction };
             line.report_columns(warnings);
         }
     }
@@ -207,9 +207,9 @@ fn data_form(mut line: HeaderLine, header: &mut RecordHeader, warnings: &mut Vec
 }
 
 /// Records 8 to 11, I10,3I5,2(1X,20A1).
-fn axis_record(mut line: HeaderLine, warnings: &mut Vec<Warning>) -> Result<Axis, UniversalError> {
+fn axis_record(mut line: HeaderLine, warnings: &mut Vec<Warning>) -> Result<RecordAxis, UniversalError> {
     let read = |line: &mut HeaderLine| {
-        Ok(Axis {
+        Ok(RecordAxis {
             data_type: line.integer(0, 10, "specific data type")?,
             length_exponent: line.integer(10, 15, "length units exponent")?,
             force_exponent: line.integer(15, 20, "force units exponent")?,
@@ -230,7 +230,7 @@ fn axis_record(mut line: HeaderLine, warnings: &mut Vec<Warning>) -> Result<Axis
             let (label, unit) = words.split_once("  ").unwrap_or((words, ""));
             line.report_columns(warnings);
             let (label, unit) = (label.trim().to_owned(), unit.trim().to_owned());
-            Ok(Axis { data_type, length_exponent, force_exponent, temperature_exponent, label, unit })
+            Ok(RecordAxis { data_type, length_exponent, force_exponent, temperature_exponent, label, unit })
         }
     }
 }

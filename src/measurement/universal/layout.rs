@@ -5,9 +5,9 @@ use std::io::{Read, Seek};
 use super::error::UniversalError;
 use super::evidence::SizeEvidence;
 use super::kind::OrdinateType;
-use super::place::Place;
+use super::place::FilePlace;
 use super::record::RecordHeader;
-use super::source::Source;
+use super::source::ByteSource;
 use super::warning::Warning;
 
 /// Bytes of one value.
@@ -29,7 +29,7 @@ pub(super) struct Extent {
 }
 
 /// How sure an extent is.
-enum Fit {
+enum LayoutFit {
     /// A sentinel closes it, behind so many stray bytes.
     Closed(usize),
     /// The file ends first.
@@ -64,7 +64,7 @@ impl Layout {
 /// speaks of another type or spacing); at a file's end without sentinel the declared layout,
 /// if the byte count confirms it or the file ends just there. Whatever deviates from the header is warned of; nothing fits: refused.
 pub(super) fn find_extent<R: Read + Seek>(
-    source: &mut Source<R>,
+    source: &mut ByteSource<R>,
     header: &mut RecordHeader,
     byte_count: Option<u64>,
 ) -> Result<Extent, UniversalError> {
@@ -78,7 +78,7 @@ pub(super) fn find_extent<R: Read + Seek>(
         if let Some(stray) = source.closes_at(start.byte.saturating_add(size(layout, declared)))? {
             source.seek(start)?;
             let extent = Extent { layout, count: declared };
-            report(header, extent, byte_count, SizeEvidence::TypeAndCount, &Fit::Closed(stray), start.byte);
+            report(header, extent, byte_count, SizeEvidence::TypeAndCount, &LayoutFit::Closed(stray), start.byte);
             return Ok(extent);
         }
     }
@@ -91,7 +91,7 @@ pub(super) fn find_extent<R: Read + Seek>(
             && !is_other_type(bytes / layout.stride(), declared)
         {
             let extent = Extent { layout, count: bytes / layout.stride() };
-            report(header, extent, byte_count, SizeEvidence::HeaderBytes, &Fit::Closed(stray), start.byte);
+            report(header, extent, byte_count, SizeEvidence::HeaderBytes, &LayoutFit::Closed(stray), start.byte);
             return Ok(extent);
         }
     }
@@ -108,7 +108,7 @@ pub(super) fn find_extent<R: Read + Seek>(
             && !is_other_type(bytes / layout.stride(), declared)
         {
             let extent = Extent { layout, count: bytes / layout.stride() };
-            report(header, extent, byte_count, SizeEvidence::NextSentinel, &Fit::Closed(stray as usize), start.byte);
+            report(header, extent, byte_count, SizeEvidence::NextSentinel, &LayoutFit::Closed(stray as usize), start.byte);
             return Ok(extent);
         }
     } else {
@@ -117,7 +117,7 @@ pub(super) fn find_extent<R: Read + Seek>(
         if let Some(&layout) = confirmed.or_else(ending) {
             let extent = Extent { layout, count: declared.min(distance / layout.stride()) };
             let evidence = if confirmed.is_some() { SizeEvidence::TypeAndCount } else { SizeEvidence::EndOfFile };
-            report(header, extent, byte_count, evidence, &Fit::Open, start.byte);
+            report(header, extent, byte_count, evidence, &LayoutFit::Open, start.byte);
             return Ok(extent);
         }
     }
@@ -131,11 +131,11 @@ fn is_other_type(found: u64, declared: u64) -> bool {
 }
 
 /// Writes type and count as found into the header, and warns of what deviates from it.
-fn report(header: &mut RecordHeader, extent: Extent, byte_count: Option<u64>, evidence: SizeEvidence, fit: &Fit, start: u64) {
+fn report(header: &mut RecordHeader, extent: Extent, byte_count: Option<u64>, evidence: SizeEvidence, fit: &LayoutFit, start: u64) {
     let place = header.place;
     let declared = header.count as u64;
     let bytes = extent.layout.stride() * extent.count;
-    let cut = matches!(fit, Fit::Open) && extent.count < declared;
+    let cut = matches!(fit, LayoutFit::Open) && extent.count < declared;
     if byte_count != Some(bytes) && !cut {
         header.warnings.push(Warning::ByteCount { place, found: byte_count, used: bytes, evidence });
     }
@@ -154,8 +154,8 @@ fn report(header: &mut RecordHeader, extent: Extent, byte_count: Option<u64>, ev
     if extent.count == 0 {
         header.warnings.push(Warning::NoValues { place });
     }
-    if let Fit::Closed(stray @ 1..) = *fit {
-        let place = Place { byte: start + bytes, line: None };
+    if let LayoutFit::Closed(stray @ 1..) = *fit {
+        let place = FilePlace { byte: start + bytes, line: None };
         header.warnings.push(Warning::StrayLineEnd { place, bytes: stray as u64 });
     }
     header.count = extent.count as usize;

@@ -5,7 +5,7 @@
 //!
 //! | dataset | content | here |
 //! |---|---|---|
-//! | 58, 58b | function at a node: a spectrum, an FRF, a time history | [`Record`], ASCII or binary, even or uneven abscissa |
+//! | 58, 58b | function at a node: a spectrum, an FRF, a time history | [`UniversalRecord`], ASCII or binary, even or uneven abscissa |
 //! | 151 | header of the file | [`FileHeader`] |
 //! | 164 | units: SI = value in the file / factor | [`Units`], kept with every record they are in force for |
 //! | 15, 2411 | nodes | [`Node`] |
@@ -67,9 +67,9 @@ pub use error::UniversalError;
 pub use evidence::{AxisName, SizeEvidence};
 pub use file::{UniversalFile, read, read_headers, read_headers_path, read_path, read_path_where};
 pub use kind::{ByteOrder, Encoding, OrdinateType, data_type, function_type};
-pub use place::Place;
+pub use place::FilePlace;
 pub use reader::{Dataset, UniversalReader};
-pub use record::{Axis, Location, Ordinate, Record, RecordHeader};
+pub use record::{NodeLocation, Ordinate, RecordAxis, RecordHeader, UniversalRecord};
 pub use units::Units;
 pub use warning::Warning;
 pub use write::{UniversalWriter, Written};

@@ -14,9 +14,9 @@ use super::frame::Frame;
 use super::header::read_header;
 use super::kind::Encoding;
 use super::layout::find_extent;
-use super::place::Place;
-use super::record::{Record, RecordHeader};
-use super::source::Source;
+use super::place::FilePlace;
+use super::record::{RecordHeader, UniversalRecord};
+use super::source::ByteSource;
 use super::units::Units;
 use super::warning::Warning;
 
@@ -25,9 +25,9 @@ const BYTE_ORDER_MARK: [u8; 3] = [0xEF, 0xBB, 0xBF];
 /// Bytes in which the line ends of a file without datasets are looked at.
 const LINE_END_SAMPLE: usize = 1 << 16;
 
-/// A dataset; `F` is [`Record`], or [`RecordHeader`] where only headers are read.
+/// A dataset; `F` is [`UniversalRecord`], or [`RecordHeader`] where only headers are read.
 #[derive(Debug, Clone, PartialEq)]
-pub enum Dataset<F = Record> {
+pub enum Dataset<F = UniversalRecord> {
     /// Dataset 58.
     Function(Box<F>),
     /// Dataset 151.
@@ -58,7 +58,7 @@ pub enum Dataset<F = Record> {
 /// After a refused record the next call goes on with the next dataset; after a failure of the file itself it ends.
 #[derive(Debug)]
 pub struct UniversalReader<R> {
-    pub(super) source: Source<R>,
+    pub(super) source: ByteSource<R>,
     units: Option<Arc<Units>>,
     pub(super) warnings: Vec<Warning>,
     pub(super) further: u64,
@@ -81,9 +81,9 @@ impl UniversalReader<File> {
 impl<R: Read + Seek> UniversalReader<R> {
     /// From the start of something that can be read and moved in.
     pub fn new(inner: R) -> Result<Self, UniversalError> {
-        let mut source = Source::new(inner)?;
+        let mut source = ByteSource::new(inner)?;
         if source.peek(BYTE_ORDER_MARK.len())? == BYTE_ORDER_MARK {
-            source.seek(Place { byte: BYTE_ORDER_MARK.len() as u64, line: Some(1) })?;
+            source.seek(FilePlace { byte: BYTE_ORDER_MARK.len() as u64, line: Some(1) })?;
         }
         Ok(Self { source, units: None, warnings: Vec::new(), further: 0, closed: false, binary: false, ended: false })
     }
@@ -99,7 +99,7 @@ impl<R: Read + Seek> UniversalReader<R> {
     }
 
     /// The record of a header that this reader gave; the next call of the reader goes on behind it.
-    pub fn record(&mut self, header: &RecordHeader) -> Result<Record, UniversalError> {
+    pub fn record(&mut self, header: &RecordHeader) -> Result<UniversalRecord, UniversalError> {
         self.source.seek(header.place)?;
         self.ended = false;
         let units = std::mem::replace(&mut self.units, header.units.clone());
@@ -131,7 +131,7 @@ impl<R: Read + Seek> UniversalReader<R> {
     /// Why a file without any dataset is refused.
     pub(super) fn nothing_found(mut self) -> UniversalError {
         let wanted = LINE_END_SAMPLE.min(usize::try_from(self.source.length()).unwrap_or(LINE_END_SAMPLE));
-        let sample = self.source.seek(Place::default()).and_then(|()| self.source.peek(wanted));
+        let sample = self.source.seek(FilePlace::default()).and_then(|()| self.source.peek(wanted));
         match sample {
             Ok(sample) if sample.contains(&b'\r') && !sample.contains(&b'\n') => UniversalError::BareCarriageReturn,
             Ok(_) => UniversalError::NoDataset,
@@ -178,7 +178,7 @@ impl<R: Read + Seek> UniversalReader<R> {
         Ok(Some(found))
     }
 
-    fn read_record(&mut self, frame: Frame) -> Result<Record, UniversalError> {
+    fn read_record(&mut self, frame: Frame) -> Result<UniversalRecord, UniversalError> {
         let (mut header, byte_count) = read_header(&mut self.source, frame.line, frame.binary, self.units.clone())?;
         let (abscissa, ordinate) = match header.encoding {
             Encoding::Ascii => ascii::read_values(&mut self.source, &mut header)?,
@@ -192,7 +192,7 @@ impl<R: Read + Seek> UniversalReader<R> {
         self.closed = true;
         abscissa.check(header.place, &mut header.warnings);
         header.warnings.shrink_to_fit();
-        Ok(Record { header, abscissa, ordinate })
+        Ok(UniversalRecord { header, abscissa, ordinate })
     }
 
     fn read_record_header(&mut self, frame: Frame) -> Result<RecordHeader, UniversalError> {
@@ -202,7 +202,7 @@ impl<R: Read + Seek> UniversalReader<R> {
             Encoding::Binary(_) => {
                 let extent = find_extent(&mut self.source, &mut header, byte_count)?;
                 let byte = self.source.position() + extent.layout.stride() * extent.count;
-                self.source.seek(Place { byte, line: None })?;
+                self.source.seek(FilePlace { byte, line: None })?;
                 self.close_payload(&mut header)?;
             }
         }

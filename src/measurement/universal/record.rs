@@ -7,13 +7,13 @@ use num_complex::Complex64;
 use super::abscissa::Abscissa;
 use super::field::is_unused;
 use super::kind::{Encoding, OrdinateType, data_type, function_type};
-use super::place::Place;
+use super::place::FilePlace;
 use super::units::Units;
 use super::warning::Warning;
 
 /// Where a function was measured or excited.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
-pub struct Location {
+pub struct NodeLocation {
     /// Name of the entity, as in the file.
     pub entity: String,
     /// Node number.
@@ -24,7 +24,7 @@ pub struct Location {
 
 /// What an axis holds.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
-pub struct Axis {
+pub struct RecordAxis {
     /// Specific data type, see [`data_type`](super::data_type).
     pub data_type: i64,
     /// Exponent of length in the unit; counts only for [`data_type::GENERAL`] and scalar directions.
@@ -39,7 +39,7 @@ pub struct Axis {
     pub unit: String,
 }
 
-impl Axis {
+impl RecordAxis {
     /// An axis of a data type with its unit.
     pub fn new(data_type: i64, label: &str, unit: &str) -> Self {
         Self { data_type, label: label.to_owned(), unit: unit.to_owned(), ..Self::default() }
@@ -55,7 +55,7 @@ impl Axis {
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct RecordHeader {
     /// The line of the dataset number.
-    pub place: Place,
+    pub place: FilePlace,
     /// How the data are stored.
     pub encoding: Encoding,
     /// The five identification lines: description, run, date and time, load case, free.
@@ -69,9 +69,9 @@ pub struct RecordHeader {
     /// Load case; 0 is a single excitation.
     pub load_case: i64,
     /// Where the response was measured.
-    pub response: Location,
+    pub response: NodeLocation,
     /// Where the reference was measured, or the excitation applied.
-    pub reference: Location,
+    pub reference: NodeLocation,
     /// Type and precision of the ordinate, as read: where the payload shows another precision than the header, that of the payload.
     pub ordinate_type: OrdinateType,
     /// Number of values (pairs if uneven), as read.
@@ -85,13 +85,13 @@ pub struct RecordHeader {
     /// Value on the z axis.
     pub z_value: f64,
     /// Abscissa (record 8).
-    pub abscissa: Axis,
+    pub abscissa: RecordAxis,
     /// Ordinate, or its numerator (record 9).
-    pub ordinate: Axis,
+    pub ordinate: RecordAxis,
     /// Denominator of the ordinate (record 10).
-    pub denominator: Axis,
+    pub denominator: RecordAxis,
     /// z axis (record 11).
-    pub z_axis: Axis,
+    pub z_axis: RecordAxis,
     /// The dataset 164 in force: the last one before the record.
     pub units: Option<Arc<Units>>,
     /// The faults survived in this record.
@@ -124,7 +124,7 @@ impl Ordinate {
 
 /// A function at a node.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Record {
+pub struct UniversalRecord {
     /// All but the data.
     pub header: RecordHeader,
     /// Abscissa values.
@@ -133,7 +133,7 @@ pub struct Record {
     pub ordinate: Ordinate,
 }
 
-impl Record {
+impl UniversalRecord {
     /// A record of a header and its data; type, spacing and count in the header are set after the data (double precision stays double).
     pub fn new(mut header: RecordHeader, abscissa: Abscissa, ordinate: Ordinate) -> Self {
         header.ordinate_type = OrdinateType::new(matches!(ordinate, Ordinate::Complex(_)), header.ordinate_type.is_double());
@@ -147,9 +147,9 @@ impl Record {
 
     /// An FRF in double precision: motion in `numerator` (data type and unit) over excitation force in N, frequency in Hz.
     pub fn frequency_response(
-        response: Location,
-        reference: Location,
-        numerator: Axis,
+        response: NodeLocation,
+        reference: NodeLocation,
+        numerator: RecordAxis,
         frequency_hz: Abscissa,
         values: Vec<Complex64>,
     ) -> Self {
@@ -157,9 +157,9 @@ impl Record {
             function_type: function_type::FREQUENCY_RESPONSE,
             response,
             reference,
-            abscissa: Axis::new(data_type::FREQUENCY, "Frequency", "Hz"),
+            abscissa: RecordAxis::new(data_type::FREQUENCY, "Frequency", "Hz"),
             ordinate: numerator,
-            denominator: Axis::new(data_type::EXCITATION_FORCE, "Force", "N"),
+            denominator: RecordAxis::new(data_type::EXCITATION_FORCE, "Force", "N"),
             ..RecordHeader::default()
         };
         Self::new(header, frequency_hz, Ordinate::Complex(values))

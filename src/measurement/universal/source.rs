@@ -2,7 +2,7 @@
 
 use std::io::{self, Read, Seek, SeekFrom};
 
-use super::place::Place;
+use super::place::FilePlace;
 
 /// Bytes read at a time.
 const WINDOW: usize = 1 << 16;
@@ -11,18 +11,18 @@ pub(super) const LINE_LIMIT: usize = 1 << 20;
 
 /// A line, without its line feed.
 #[derive(Debug)]
-pub(super) struct Line<'a> {
+pub(super) struct SourceLine<'a> {
     /// Its bytes; a carriage return may be among them.
     pub text: &'a [u8],
     /// Where it starts.
-    pub place: Place,
+    pub place: FilePlace,
     /// A line feed ends it; otherwise the file ends, or the line is longer than [`LINE_LIMIT`].
     pub ended: bool,
 }
 
 /// A seekable file with a window of it in memory.
 #[derive(Debug)]
-pub(super) struct Source<R> {
+pub(super) struct ByteSource<R> {
     inner: R,
     buffer: Vec<u8>,
     /// Bytes of `buffer` that hold file.
@@ -35,7 +35,7 @@ pub(super) struct Source<R> {
     line: Option<u64>,
 }
 
-impl<R: Read + Seek> Source<R> {
+impl<R: Read + Seek> ByteSource<R> {
     /// At the start of the file.
     pub fn new(mut inner: R) -> io::Result<Self> {
         let length = inner.seek(SeekFrom::End(0))?;
@@ -44,8 +44,8 @@ impl<R: Read + Seek> Source<R> {
     }
 
     /// Where the next byte stands.
-    pub fn place(&self) -> Place {
-        Place { byte: self.position(), line: self.line }
+    pub fn place(&self) -> FilePlace {
+        FilePlace { byte: self.position(), line: self.line }
     }
 
     /// Bytes before the next one.
@@ -64,7 +64,7 @@ impl<R: Read + Seek> Source<R> {
     }
 
     /// Goes to a place; stays in the window where it can.
-    pub fn seek(&mut self, place: Place) -> io::Result<()> {
+    pub fn seek(&mut self, place: FilePlace) -> io::Result<()> {
         self.line = place.line;
         match place.byte.checked_sub(self.start) {
             Some(offset) if offset <= self.filled as u64 => self.at = offset as usize,
@@ -118,7 +118,7 @@ impl<R: Read + Seek> Source<R> {
     }
 
     /// The next line; none at the end of the file.
-    pub fn line(&mut self) -> io::Result<Option<Line<'_>>> {
+    pub fn line(&mut self) -> io::Result<Option<SourceLine<'_>>> {
         let mut searched = 0;
         let (length, ended) = loop {
             let available = self.fill(searched + 1)?;
@@ -142,7 +142,7 @@ impl<R: Read + Seek> Source<R> {
         if ended {
             self.line = self.line.map(|line| line + 1);
         }
-        Ok(Some(Line { text: &self.buffer[from..from + length], place, ended }))
+        Ok(Some(SourceLine { text: &self.buffer[from..from + length], place, ended }))
     }
 }
 

@@ -1,13 +1,13 @@
 //! Dataset 164: the units of a file.
 
-use super::place::Place;
+use super::place::FilePlace;
 use super::warning::Warning;
 
 /// Units of the datasets that follow: value in SI = value in the file / factor.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Units {
     /// The line of the dataset number.
-    pub place: Place,
+    pub place: FilePlace,
     /// Units code: 1 m and N, 2 ft and lbf, 3 m and kgf, 4 ft and pdl, 5 mm and mN, 6 cm and cN, 7 in and lbf, 8 mm and kgf,
     /// 9 by the factors alone, 10 mm and N.
     pub code: i64,
@@ -37,7 +37,7 @@ impl Units {
     /// Metre and newton.
     pub fn si() -> Self {
         Self {
-            place: Place::default(),
+            place: FilePlace::default(),
             code: 1,
             description: "SI: Meter (newton)".to_owned(),
             temperature_mode: 2,

@@ -5,7 +5,7 @@ use std::io::{Read, Seek};
 use super::error::UniversalError;
 use super::field::HeaderLine;
 use super::frame::{Frame, all_blank, dataset_number, is_loose_sentinel, is_sentinel};
-use super::place::Place;
+use super::place::FilePlace;
 use super::reader::UniversalReader;
 use super::record::RecordHeader;
 use super::warning::Warning;
@@ -40,7 +40,7 @@ impl<R: Read + Seek> UniversalReader<R> {
 
     /// Reads the sentinel that closes a text dataset; whatever stands before it is skipped and named.
     pub(super) fn close(&mut self) -> Result<(), UniversalError> {
-        let mut stray: Option<(Place, u64)> = None;
+        let mut stray: Option<(FilePlace, u64)> = None;
         loop {
             let place = self.source.place();
             let Some(line) = self.source.line()? else {
@@ -69,7 +69,7 @@ impl<R: Read + Seek> UniversalReader<R> {
         let found = if self.binary {
             let distance = self.source.distance_to_closing()?;
             let byte = place.byte + distance.unwrap_or_else(|| self.source.remaining());
-            self.source.seek(Place { byte, line: None })?;
+            self.source.seek(FilePlace { byte, line: None })?;
             self.source.line()?.is_some()
         } else {
             self.source.skip_dataset()?
@@ -84,7 +84,7 @@ impl<R: Read + Seek> UniversalReader<R> {
     /// The first line of the next dataset; none at the end of the file.
     pub(super) fn open_frame(&mut self) -> Result<Option<Frame>, UniversalError> {
         let mut opened = false;
-        let mut stray: Option<(Place, u64)> = None;
+        let mut stray: Option<(FilePlace, u64)> = None;
         let frame = loop {
             let place = self.source.place();
             let Some(line) = self.source.line()? else { break None };

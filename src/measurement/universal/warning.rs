@@ -4,7 +4,7 @@ use thiserror::Error;
 
 use super::evidence::{AxisName, SizeEvidence};
 use super::kind::OrdinateType;
-use super::place::Place;
+use super::place::FilePlace;
 
 /// A fault that was survived; the text says where, what was found and what was taken instead.
 ///
@@ -15,7 +15,7 @@ pub enum Warning {
     #[error("{place}: the first line counts {} payload bytes; taken {used}, by {evidence}", count_or_none(*found))]
     ByteCount {
         /// Where the dataset starts.
-        place: Place,
+        place: FilePlace,
         /// What the first line says; none when it is blank or no number.
         found: Option<u64>,
         /// Bytes taken.
@@ -27,7 +27,7 @@ pub enum Warning {
     #[error("{place}: declared {declared}, but the payload has the size of {used}; read as that, by {evidence}")]
     Precision {
         /// Where the dataset starts.
-        place: Place,
+        place: FilePlace,
         /// Type in the header.
         declared: OrdinateType,
         /// Type read.
@@ -39,7 +39,7 @@ pub enum Warning {
     #[error("{place}: the abscissa is stored in 8 bytes where the format has 4; read as 8, by {evidence}")]
     WideAbscissa {
         /// Where the dataset starts.
-        place: Place,
+        place: FilePlace,
         /// What decided.
         evidence: SizeEvidence,
     },
@@ -47,7 +47,7 @@ pub enum Warning {
     #[error("{place}: declares {declared} values, holds {found}; took {found}, by {evidence}")]
     ValueCount {
         /// Where the dataset starts.
-        place: Place,
+        place: FilePlace,
         /// Count in the header.
         declared: u64,
         /// Values taken.
@@ -59,7 +59,7 @@ pub enum Warning {
     #[error("{place}: the file ends inside the data: {found} of {declared} values; the copy is incomplete, get the whole file")]
     Truncated {
         /// Where the dataset starts.
-        place: Place,
+        place: FilePlace,
         /// Count in the header.
         declared: u64,
         /// Whole values read.
@@ -69,13 +69,13 @@ pub enum Warning {
     #[error("{place}: the file ends inside the header of a dataset, which is left out; get the whole file")]
     EndsInHeader {
         /// Where the file ends.
-        place: Place,
+        place: FilePlace,
     },
     /// A dataset ends before its last line.
     #[error("{place}: dataset {dataset} ends {missing} lines too early; they are taken as blank")]
     ShortDataset {
         /// Where it ends.
-        place: Place,
+        place: FilePlace,
         /// Dataset.
         dataset: u32,
         /// Lines missing.
@@ -85,13 +85,13 @@ pub enum Warning {
     #[error("{place}: the record declares no values and holds none")]
     NoValues {
         /// Where the dataset starts.
-        place: Place,
+        place: FilePlace,
     },
     /// More numbers in the last line than the count asks for.
     #[error("{place}: {extra} more numbers in the last line than values declared (padding); dropped")]
     PaddedLine {
         /// The line.
-        place: Place,
+        place: FilePlace,
         /// Numbers dropped.
         extra: usize,
     },
@@ -99,19 +99,19 @@ pub enum Warning {
     #[error("{place}: exponents are written with D (first one here); read as E")]
     ExponentLetter {
         /// First such number.
-        place: Place,
+        place: FilePlace,
     },
     /// An exponent of three digits without its letter, `1.0-105`.
     #[error("{place}: an exponent has no letter, like 1.0-105 (first one here); read as 1.0E-105")]
     ExponentBare {
         /// First such number.
-        place: Place,
+        place: FilePlace,
     },
     /// CR or LF between a binary payload and the closing sentinel.
     #[error("{place}: {bytes} stray line-end bytes between the binary payload and the closing -1; skipped")]
     StrayLineEnd {
         /// Where they stand.
-        place: Place,
+        place: FilePlace,
         /// How many.
         bytes: u64,
     },
@@ -119,13 +119,13 @@ pub enum Warning {
     #[error("{place}: blank line among the data; skipped")]
     BlankLine {
         /// First of them.
-        place: Place,
+        place: FilePlace,
     },
     /// Text between datasets.
     #[error("{place}: {lines} lines outside any dataset; skipped")]
     StrayText {
         /// First of them.
-        place: Place,
+        place: FilePlace,
         /// How many.
         lines: u64,
     },
@@ -133,31 +133,31 @@ pub enum Warning {
     #[error("{place}: the dataset has no closing -1")]
     MissingClosing {
         /// Where it should stand.
-        place: Place,
+        place: FilePlace,
     },
     /// A dataset number follows a closing sentinel without an opening one.
     #[error("{place}: dataset number without an opening -1; read as a dataset")]
     MissingOpening {
         /// The dataset number's line.
-        place: Place,
+        place: FilePlace,
     },
     /// A sentinel outside columns 5 and 6.
     #[error("{place}: -1 outside columns 5 and 6; taken as the end of the dataset")]
     SentinelColumns {
         /// The line.
-        place: Place,
+        place: FilePlace,
     },
     /// A line `    -1` among the data that ends nothing.
     #[error("{place}: a line -1 among the data that no dataset end follows (first one here); read as the value -1")]
     SentinelInData {
         /// First such line.
-        place: Place,
+        place: FilePlace,
     },
     /// The first line of a 58b says that other than 11 header lines follow.
     #[error("{place}: says that {found} header lines follow; took 11")]
     HeaderLines {
         /// The line.
-        place: Place,
+        place: FilePlace,
         /// What it says.
         found: i64,
     },
@@ -165,13 +165,13 @@ pub enum Warning {
     #[error("{place}: header line not in the columns of the format; read by its blanks")]
     HeaderColumns {
         /// The line.
-        place: Place,
+        place: FilePlace,
     },
     /// Numeric fields of a header line are blank.
     #[error("{place}: blank numeric fields in the header line (first: {field}); read as 0")]
     BlankField {
         /// The line.
-        place: Place,
+        place: FilePlace,
         /// First blank field.
         field: &'static str,
     },
@@ -179,7 +179,7 @@ pub enum Warning {
     #[error("{place}: characters beyond ASCII in the header; read as {read_as}")]
     NonAscii {
         /// The line.
-        place: Place,
+        place: FilePlace,
         /// Encoding taken.
         read_as: &'static str,
     },
@@ -187,7 +187,7 @@ pub enum Warning {
     #[error("{place}: entity name `{entity}` beside node {node}, direction {direction}; took node and direction, kept the name")]
     EntityConflict {
         /// The line.
-        place: Place,
+        place: FilePlace,
         /// The name.
         entity: String,
         /// Node field.
@@ -199,7 +199,7 @@ pub enum Warning {
     #[error("{place}: direction {direction} is none of 0, ±1…±6; kept as it is")]
     UnknownDirection {
         /// The line.
-        place: Place,
+        place: FilePlace,
         /// The code.
         direction: i64,
     },
@@ -207,7 +207,7 @@ pub enum Warning {
     #[error("{place}: the {axis} has no unit; {}", if *units_in_force { "dataset 164 is in force" } else { "no dataset 164 either: state the unit" })]
     BlankUnit {
         /// The line.
-        place: Place,
+        place: FilePlace,
         /// Which axis.
         axis: AxisName,
         /// A dataset 164 stands before the record.
@@ -217,7 +217,7 @@ pub enum Warning {
     #[error("{place}: {count} negative abscissa values, first {value} at index {index}")]
     NegativeAbscissa {
         /// Where the dataset starts.
-        place: Place,
+        place: FilePlace,
         /// First of them, from 0.
         index: usize,
         /// Its value.
@@ -229,7 +229,7 @@ pub enum Warning {
     #[error("{place}: {count} abscissa values repeat the one before, first {value} at index {index}")]
     RepeatedAbscissa {
         /// Where the dataset starts.
-        place: Place,
+        place: FilePlace,
         /// First of them, from 0.
         index: usize,
         /// Its value.
@@ -241,7 +241,7 @@ pub enum Warning {
     #[error("{place}: {count} abscissa values are below the one before, first {value} at index {index}")]
     FallingAbscissa {
         /// Where the dataset starts.
-        place: Place,
+        place: FilePlace,
         /// First of them, from 0.
         index: usize,
         /// Its value.
@@ -253,7 +253,7 @@ pub enum Warning {
     #[error("{place}: units code {code}, but {factor} factor {found} instead of {expected}; took the factor")]
     UnitsConflict {
         /// Where the dataset starts.
-        place: Place,
+        place: FilePlace,
         /// Code.
         code: i64,
         /// Length or force.

@@ -5,7 +5,7 @@ use std::io::Write;
 use super::abscissa::Abscissa;
 use super::companion::FileHeader;
 use super::kind::{ByteOrder, Encoding, OrdinateType};
-use super::record::{Axis, Location, Ordinate, Record, RecordHeader};
+use super::record::{NodeLocation, Ordinate, RecordAxis, RecordHeader, UniversalRecord};
 use super::units::Units;
 use super::write_error::WriteError;
 use super::write_field::{abscissa, integer, scientific, text, text_line};
@@ -71,9 +71,9 @@ impl<W: Write> UniversalWriter<W> {
     ///
     /// An uneven abscissa in double precision takes 8 bytes in 58b, which keeps it whole: the format has 4, but programs that take one
     /// number type for the whole payload read nothing else, and those that decide by size read both.
-    pub fn record(&mut self, record: &Record, encoding: Encoding) -> Result<Written, WriteError> {
+    pub fn record(&mut self, record: &UniversalRecord, encoding: Encoding) -> Result<Written, WriteError> {
         check(record)?;
-        let Record { header, abscissa: places, ordinate } = record;
+        let UniversalRecord { header, abscissa: places, ordinate } = record;
         let kind = OrdinateType::new(matches!(ordinate, Ordinate::Complex(_)), header.ordinate_type.is_double());
         let mut bytes = match encoding {
             Encoding::Ascii => first_line("    58"),
@@ -112,7 +112,7 @@ fn first_line(line: &str) -> Vec<u8> {
 }
 
 /// Refuses what the format cannot hold.
-fn check(record: &Record) -> Result<(), WriteError> {
+fn check(record: &UniversalRecord) -> Result<(), WriteError> {
     let (places, values) = (record.abscissa.len(), record.ordinate.len());
     if places != values {
         return Err(WriteError::Lengths { abscissa: places, ordinate: values });
@@ -153,7 +153,7 @@ fn head(bytes: &mut Vec<u8>, header: &RecordHeader, places: &Abscissa, kind: Ord
     integer(bytes, header.function_id, 10, "function identification number")?;
     integer(bytes, header.version, 5, "version number")?;
     integer(bytes, header.load_case, 10, "load case")?;
-    for (Location { entity, node, direction }, nodes, directions) in
+    for (NodeLocation { entity, node, direction }, nodes, directions) in
         [(&header.response, "response node", "response direction"), (&header.reference, "reference node", "reference direction")]
     {
         bytes.push(b' ');
@@ -179,7 +179,7 @@ fn head(bytes: &mut Vec<u8>, header: &RecordHeader, places: &Abscissa, kind: Ord
     Ok(first_shift.abs().max((first_shift + step_shift * count.saturating_sub(1) as f64).abs()))
 }
 
-fn axis_record(bytes: &mut Vec<u8>, axis: &Axis) -> Result<(), WriteError> {
+fn axis_record(bytes: &mut Vec<u8>, axis: &RecordAxis) -> Result<(), WriteError> {
     integer(bytes, axis.data_type, 10, "specific data type")?;
     integer(bytes, axis.length_exponent, 5, "length units exponent")?;
     integer(bytes, axis.force_exponent, 5, "force units exponent")?;

@@ -6,11 +6,11 @@ use plotly::layout::{AxisType, BarMode};
 
 use super::chart::{Chart, axis, colour, layout};
 use super::text::{TextTable, cell, escape};
-use crate::document::Comparison;
+use crate::document::ComparisonDocument;
 use crate::terminal::{figure, percent};
 
 /// The section.
-pub fn content(of: &Comparison) -> String {
+pub fn content(of: &ComparisonDocument) -> String {
     let gaps = of.runs.values().any(|r| r.common_gap.is_some());
     let header = ["Fitted on".to_string(), String::new()].into_iter().chain(of.common_positions.iter().cloned());
     let caption = if gaps { "Gaps at the positions held out" } else { "Overall frequency errors at the positions held out" };

@@ -22,7 +22,7 @@ pub struct PeakMark {
 
 /// An FRF as measured, as predicted, or both, in one unit.
 #[derive(Debug, Clone, Default, PartialEq)]
-pub struct Curve {
+pub struct PageCurve {
     /// Position or record.
     pub position: String,
     /// Response and excitation, such as `table/table`, and the record where a position has several.
@@ -41,7 +41,7 @@ pub struct Curve {
     pub peaks: Vec<PeakMark>,
 }
 
-impl Curve {
+impl PageCurve {
     fn role(&self) -> &'static str {
         if self.held_out { "held out" } else { "fitted" }
     }
@@ -56,11 +56,11 @@ const UNSEEN: f64 = 0.005;
 type Layered = (u8, Vec<Option<usize>>, Box<Scatter<f64, Option<f64>>>);
 
 /// The chart `id` of some curves; `after` says what was added to the model where there are curves of before.
-pub fn chart(id: &str, curves: &[Curve], after: &str) -> String {
+pub fn chart(id: &str, curves: &[PageCurve], after: &str) -> String {
     if curves.is_empty() {
         return String::new();
     }
-    let names = |pick: &dyn Fn(&Curve) -> &String| {
+    let names = |pick: &dyn Fn(&PageCurve) -> &String| {
         let mut names: Vec<String> = Vec::new();
         curves.iter().map(pick).for_each(|n| {
             if !names.contains(n) {
@@ -123,7 +123,7 @@ struct Drawing<'a> {
 
 impl Drawing<'_> {
     /// Draws the lines and marks of a curve of a position and a channel, by number.
-    fn draw(&mut self, curve: &Curve, at: usize, channel: Option<usize>) {
+    fn draw(&mut self, curve: &PageCurve, at: usize, channel: Option<usize>) {
         let result = self.added.unwrap_or("predicted");
         for (lines, what, model) in
             [(&curve.measured, "measured", None), (&curve.before, "as described", Some(0)), (&curve.predicted, result, Some(1))]
@@ -165,8 +165,8 @@ impl Drawing<'_> {
     }
 
     /// How to read the chart.
-    fn caption(&self, curves: &[Curve]) -> String {
-        let any = |is: fn(&Curve) -> bool| curves.iter().any(is);
+    fn caption(&self, curves: &[PageCurve]) -> String {
+        let any = |is: fn(&PageCurve) -> bool| curves.iter().any(is);
         let worst = self.worst.max(1e-4);
         let captions = [
             any(|c| !c.measured.is_empty()).then(|| "Pale and wide: measured. Thin: predicted.".into()),

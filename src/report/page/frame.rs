@@ -3,7 +3,7 @@
 use super::chart::library;
 use super::text::{TextTable, escape, paragraph, section};
 use super::{Page, comparison, curve, loops, motion, parameter, peak, position, shape, verdict};
-use crate::document::{Identification, Stamp};
+use crate::document::{IdentificationDocument, Stamp};
 use crate::terminal::percent;
 
 /// Most bytes of a page: it is sent by mail and opened on a laptop.
@@ -110,7 +110,7 @@ fn other_description(page: &Page) -> String {
 }
 
 /// The result of an identification in one sentence.
-fn sentence(of: &Identification) -> String {
+fn sentence(of: &IdentificationDocument) -> String {
     let listed = |names: &[String]| if names.len() > 8 { format!("{} records", names.len()) } else { names.join(", ") };
     let unfinished = if of.stamp.complete { "" } else { " The run was stopped early." };
     let figure = |key: &str| of.derived.get(key).copied();
@@ -170,7 +170,7 @@ fn provenance(page: &Page) -> String {
     format!("{}{settings}{}{}{warnings}{}", made.html(), inputs.html(), changes.html(), paragraph(&version))
 }
 
-fn settings(of: &Identification) -> String {
+fn settings(of: &IdentificationDocument) -> String {
     let mut table = TextTable::new("Settings of the identification", 1, ["Setting", "Value"]);
     let Ok(serde_json::Value::Object(settings)) = serde_json::to_value(&of.settings) else { return String::new() };
     for (key, value) in settings.iter().filter(|(_, v)| !v.is_null()) {

@@ -6,11 +6,11 @@ use plotly::{Bar, Scatter};
 
 use super::chart::{Chart, axis, colour, layout, line, log_axis};
 use super::text::{TextTable, cell, escape, paragraph, rounded};
-use crate::hybrid::{Hybrid, HybridRow};
-use crate::loops::{Bode, BodeRow, Circles, GainStudy, GainStudyRow};
+use crate::hybrid::{HybridDocument, HybridRow};
+use crate::loops::{BodeDocument, BodeRow, CirclesDocument, GainStudyDocument, GainStudyRow};
 
 /// Frequency response from command to position.
-pub fn bode(of: &Bode) -> String {
+pub fn bode(of: &BodeDocument) -> String {
     let to = of.response.as_deref().unwrap_or("what the position encoder reads");
     let chart = |id: &str, label: &str, title: &str, log: bool, pick: fn(&BodeRow) -> (Option<f64>, Option<f64>)| {
         let y = if log { log_axis(title) } else { axis(title) };
@@ -43,7 +43,7 @@ pub fn bode(of: &Bode) -> String {
 }
 
 /// Gains of the position loop.
-pub fn gain(of: &GainStudy) -> String {
+pub fn gain(of: &GainStudyDocument) -> String {
     let mut table = TextTable::new("Gains of the position loop", 1, ["1/min", "Time (s)", "Static error (µm)", "Energy (J)", "Cost"]);
     for r in &of.rows {
         let um = r.static_error.map(|e| 1e6 * e);
@@ -74,7 +74,7 @@ pub fn gain(of: &GainStudy) -> String {
 }
 
 /// A model beside a network on what it leaves.
-pub fn hybrid(of: &Hybrid) -> String {
+pub fn hybrid(of: &HybridDocument) -> String {
     let um = |x: f64| format!("{:.2}", 1e6 * x);
     let physics = of.records.values().any(|r| r.physics.is_some());
     let mut table = TextTable::new(
@@ -121,7 +121,7 @@ pub fn hybrid(of: &Hybrid) -> String {
 }
 
 /// Circles of two axes.
-pub fn circle(of: &Circles) -> String {
+pub fn circle(of: &CirclesDocument) -> String {
     let mut table = TextTable::new("Contour error (µm)", 1, ["Speed (rad/min)", "Largest", "Mean", "Just after a quadrant"]);
     let um = |x: f64| format!("{:.3}", 1e6 * x);
     of.rows.iter().for_each(|r| {

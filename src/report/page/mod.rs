@@ -14,16 +14,16 @@ mod text;
 mod thin;
 mod verdict;
 
-pub use curve::{Curve, PeakMark};
+pub use curve::{PageCurve, PeakMark};
 pub use frame::{MOST_BYTES, html};
 pub use shape::{Deflection, ModeShape, ShapeGroup};
 
 use std::collections::BTreeMap;
 
-use super::diagnosis::Diagnosis;
-use super::document::{Comparison, Identification, Peaks, Validation};
-use super::hybrid::Hybrid;
-use super::loops::{Bode, Circles, GainStudy};
+use super::diagnosis::DiagnosisDocument;
+use super::document::{ComparisonDocument, IdentificationDocument, PeaksDocument, ValidationDocument};
+use super::hybrid::HybridDocument;
+use super::loops::{BodeDocument, CirclesDocument, GainStudyDocument};
 
 /// What a page says. What is absent is left out.
 #[derive(Debug, Clone, Default)]
@@ -31,27 +31,27 @@ pub struct Page {
     /// What a person calls the machine, or the folder.
     pub title: String,
     /// `identification.json`.
-    pub identification: Option<Identification>,
+    pub identification: Option<IdentificationDocument>,
     /// `validation.json`.
-    pub validation: Option<Validation>,
+    pub validation: Option<ValidationDocument>,
     /// `comparison.json`.
-    pub comparison: Option<Comparison>,
+    pub comparison: Option<ComparisonDocument>,
     /// `peaks.json`.
-    pub peaks: Option<Peaks>,
+    pub peaks: Option<PeaksDocument>,
     /// `diagnosis.json`.
-    pub diagnosis: Option<Diagnosis>,
+    pub diagnosis: Option<DiagnosisDocument>,
     /// `bode.json`.
-    pub bode: Option<Bode>,
+    pub bode: Option<BodeDocument>,
     /// `gain.json`.
-    pub gain: Option<GainStudy>,
+    pub gain: Option<GainStudyDocument>,
     /// `circle.json`.
-    pub circle: Option<Circles>,
+    pub circle: Option<CirclesDocument>,
     /// `hybrid.json`.
-    pub hybrid: Option<Hybrid>,
+    pub hybrid: Option<HybridDocument>,
     /// Measured and predicted FRFs.
-    pub curves: Vec<Curve>,
+    pub curves: Vec<PageCurve>,
     /// What a diagnosis was made on: measured, before and after.
-    pub diagnosed: Vec<Curve>,
+    pub diagnosed: Vec<PageCurve>,
     /// Mode shapes along the shafts, by position.
     pub shapes: Vec<ShapeGroup>,
     /// Nut position (m) of each position, where known.

@@ -6,13 +6,13 @@ use plotly::{Bar, Scatter};
 
 use super::chart::{Chart, Switches, axis, colour, layout, line};
 use super::text::{TextTable, cell, escape, rounded};
-use crate::diagnosis::Diagnosis;
-use crate::document::Identification;
+use crate::diagnosis::DiagnosisDocument;
+use crate::document::IdentificationDocument;
 use crate::record::{CurveRow, MotionRows};
 use crate::terminal::percent;
 
 /// The part of a diagnosis that is one of motion.
-pub fn content(of: &Diagnosis) -> String {
+pub fn content(of: &DiagnosisDocument) -> String {
     let Some(motion) = &of.motion else { return String::new() };
     let mut records = TextTable::new(
         "Records beside the chosen model",
@@ -37,7 +37,7 @@ pub fn content(of: &Diagnosis) -> String {
 }
 
 /// Records of an identification.
-pub fn identified(of: &Identification) -> String {
+pub fn identified(of: &IdentificationDocument) -> String {
     let mut table = TextTable::new(
         "Records: force errors, relative to the force's root mean square",
         2,
@@ -89,7 +89,8 @@ fn phases(of: &MotionRows) -> String {
             .y_axis(axis("share").tick_format(".0%")),
     );
     for (n, trace) in of.traces.iter().enumerate() {
-        let own = of.cells.iter().filter(|c| c.by == "phase" && c.direction == "both" && c.record == trace.record && c.column.is_none());
+        let own =
+            of.misfit_map.iter().filter(|c| c.by == "phase" && c.direction == "both" && c.record == trace.record && c.column.is_none());
         let (x, y): (Vec<String>, Vec<f64>) = own.map(|c| (c.phase.clone().unwrap_or_default(), rounded(c.share, 4))).unzip();
         if !x.is_empty() {
             let bars = Bar::new(x, y).name(escape(&trace.record)).marker(Marker::new().color(colour(n)));
@@ -105,7 +106,7 @@ fn cells(of: &MotionRows) -> String {
         3,
         ["Record", "Where", "Direction", "Error", "Share", "Mean left"],
     );
-    for c in of.cells.iter().filter(|c| c.by != "phase" && c.column.is_none()) {
+    for c in of.misfit_map.iter().filter(|c| c.by != "phase" && c.column.is_none()) {
         let [from, to] = c.range.unwrap_or([f64::NAN; 2]);
         let place = if c.by == "speed_m_s" { format!("{from:.3} … {to:.3} m/s") } else { format!("{from:.3} … {to:.3} m") };
         let mean = format!("{:+.2} {}", c.mean, of.unit);

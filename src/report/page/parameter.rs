@@ -9,12 +9,12 @@ use super::text::{TextTable, cell, escape, paragraph, rounded};
 use std::collections::BTreeMap;
 
 use crate::certainty::ToleranceRow;
-use crate::document::Identification;
+use crate::document::IdentificationDocument;
 use crate::table::{TOLERANCE_HEADS, tolerance_cells};
 use crate::terminal::{figure, range};
 
 /// Values with their intervals, and a chart that sets the intervals against the plausible ranges.
-pub fn values(of: &Identification) -> String {
+pub fn values(of: &IdentificationDocument) -> String {
     let mut table = TextTable::new("Parameters", 1, ["Parameter", "Value", "Unit", "95 % interval", "Plausible range", "Seen by the data"]);
     for (id, p) in &of.parameters {
         let seen = match (p.fitted, p.identifiable) {
@@ -30,7 +30,7 @@ pub fn values(of: &Identification) -> String {
         let interval = of.derived_interval95.get(name).map_or_else(|| "–".into(), |ends| range(*ends));
         derived.row([name.clone(), figure(*x), interval]);
     }
-    let told: String = of.combinations.iter().map(|c| paragraph(&c.says)).collect();
+    let told: String = of.combinations.iter().map(|c| paragraph(&c.description)).collect();
     format!("{}{}{}{told}", table.html(), intervals(of), derived.html())
 }
 
@@ -49,7 +49,7 @@ pub fn tolerances(of: &BTreeMap<String, ToleranceRow>) -> String {
 }
 
 /// Plausible range (pale) and interval (dark) of each parameter, over its value.
-fn intervals(of: &Identification) -> String {
+fn intervals(of: &IdentificationDocument) -> String {
     // The gain has no plausible range: its bounds are those of the arithmetic.
     let positive = of.parameters.iter().filter(|(id, p)| *id != "gain" && p.fitted && p.lower > 0.0 && p.value > 0.0);
     let rows: Vec<_> = positive.collect();
@@ -81,7 +81,7 @@ fn intervals(of: &Identification) -> String {
 }
 
 /// Correlations of the fitted parameters as a heat map.
-pub fn correlations(of: &Identification) -> String {
+pub fn correlations(of: &IdentificationDocument) -> String {
     let names: Vec<String> = of.fitted_parameters.iter().map(|n| escape(n)).collect();
     if names.len() < 2 || of.correlation.len() != names.len() {
         return String::new();
@@ -104,7 +104,7 @@ pub fn correlations(of: &Identification) -> String {
 }
 
 /// Best cost after each generation of each search.
-pub fn convergence(of: &Identification) -> String {
+pub fn convergence(of: &IdentificationDocument) -> String {
     let mut chart = Chart::new(
         "convergence",
         "Best cost after each generation of each search",
@@ -136,7 +136,7 @@ pub fn convergence(of: &Identification) -> String {
 }
 
 /// Bootstrap intervals, where they were asked for.
-pub fn bootstrap(of: &Identification) -> String {
+pub fn bootstrap(of: &IdentificationDocument) -> String {
     let header = ["Parameter".to_string()].into_iter().chain(of.bootstrap.iter().map(|b| format!("{} × {}", b.samples, b.drawn)));
     let mut table = TextTable::new("95 % of bootstrap samples", 1, header);
     let ids: std::collections::BTreeSet<&String> = of.bootstrap.iter().flat_map(|b| b.interval95.keys()).collect();

@@ -7,11 +7,11 @@ use plotly::layout::AxisType;
 use super::Page;
 use super::chart::{Chart, axis, colour, layout, log_axis, symbol};
 use super::text::{TextTable, cell, escape, rounded};
-use crate::document::Peaks;
+use crate::document::PeaksDocument;
 use crate::terminal::{figure, percent};
 
 /// The section.
-pub fn content(page: &Page, of: &Peaks) -> String {
+pub fn content(page: &Page, of: &PeaksDocument) -> String {
     let known = of.modes.iter().flat_map(|m| m.records.keys()).all(|name| page.nut_m.contains_key(name));
     let x_axis = if known { axis("nut position (m)") } else { axis("record").type_(AxisType::Category) };
     let mut chart = Chart::new(

@@ -10,14 +10,14 @@ fn resonator(f: f64) -> Complex64 {
     1e-8 / Complex64::new(1.0 - (f / 100.0).powi(2), 0.03 * f / 100.0)
 }
 
-fn curves(positions: usize, channels: usize, lines: usize) -> Vec<Curve> {
+fn curves(positions: usize, channels: usize, lines: usize) -> Vec<PageCurve> {
     let mut out = Vec::new();
     for p in 0..positions {
         for c in 0..channels {
             let scatter = |i: usize, s: f64| 1.0 + s * (((i * 7919 + p * 31 + c * 17) % 101) as f64 / 50.0 - 1.0);
             let measured = (1..=lines).map(|i| (0.2 * i as f64, resonator(0.2 * i as f64) * scatter(i, 0.05))).collect();
             let predicted = (1..=lines).map(|i| (0.2 * i as f64, resonator(0.2 * i as f64))).collect();
-            out.push(Curve {
+            out.push(PageCurve {
                 position: if p == 0 { EVIL.into() } else { format!("l{p}") },
                 channel: format!("table/{c}"),
                 held_out: p % 2 == 1,
@@ -32,7 +32,7 @@ fn curves(positions: usize, channels: usize, lines: usize) -> Vec<Curve> {
     out
 }
 
-fn diagnosis() -> Diagnosis {
+fn diagnosis() -> DiagnosisDocument {
     let effect = |id: &str, closed: f64| {
         serde_json::json!({ "id": id, "status": "tried", "gap_held_out_before": 0.3, "gap_held_out_after": 0.3 * (1.0 - closed),
             "closed": closed, "closed95": [closed - 0.1, closed + 0.1], "p_value": 0.001, "parameters": {}, "selected": closed > 0.5 })
@@ -70,7 +70,7 @@ fn names_from_files_are_text_everywhere() {
 }
 
 #[test]
-fn intervals_that_tell_nothing_are_told_as_such() {
+fn uninformative_intervals_are_reported_as_such() {
     let mut found = diagnosis();
     found.effects[1].closed95 = Some([-63.83, 52.36]);
     let made = html(&Page { title: "open".into(), diagnosis: Some(found), ..Page::default() });

@@ -5,16 +5,16 @@ use plotly::layout::{AxisType, BarMode};
 use plotly::{Bar, HeatMap, Scatter};
 
 use super::chart::{Chart, Switches, axis, colour, layout, line, log_axis};
-use super::curve::{self, Curve};
+use super::curve::{self, PageCurve};
 use super::text::{TextTable, cell, escape, listed, paragraph, rounded};
-use crate::diagnosis::{Diagnosis, EffectRow, interval_says, is_open};
+use crate::diagnosis::{DiagnosisDocument, EffectRow, interval_text, is_undetermined};
 use crate::terminal::{figure, percent};
 
 /// The verdict in one sentence.
-pub fn sentence(of: &Diagnosis) -> String {
+pub fn sentence(of: &DiagnosisDocument) -> String {
     let verdict = &of.verdict;
     let effects = |last: &str| listed(&verdict.effects, last);
-    let place = of.places.first().map(|w| format!(" at «{}»", w.says())).unwrap_or_default();
+    let place = of.places.first().map(|w| format!(" at «{}»", w.place_text())).unwrap_or_default();
     match verdict.kind.as_str() {
         "none" => "The model explains the measurements: there is no gap beyond the noise.".into(),
         "effect" => format!("What the model leaves out is {}.", effects("and").replace('+', " together with ")),
@@ -28,7 +28,7 @@ pub fn sentence(of: &Diagnosis) -> String {
 }
 
 /// What stands under the verdict: reason, place, next measurement.
-pub fn summary(of: &Diagnosis) -> String {
+pub fn summary(of: &DiagnosisDocument) -> String {
     let mut out = String::new();
     let without = of.stamp.without.iter().map(|id| format!("without {id}"));
     let changes: Vec<String> = of.stamp.overrides.iter().cloned().chain(without).collect();
@@ -39,7 +39,7 @@ pub fn summary(of: &Diagnosis) -> String {
         out += &paragraph(&of.verdict.reason);
     }
     if let (Some(place), "effect" | "ambiguous" | "wrong-parameter") = (&of.verdict.place, of.verdict.kind.as_str()) {
-        let band = of.verdict.band_says().map_or(String::new(), |band| format!("; {band}"));
+        let band = of.verdict.band_text().map_or(String::new(), |band| format!("; {band}"));
         let what = if of.verdict.kind == "ambiguous" { "The first of them" } else { "It" };
         out += &paragraph(&format!("{what} acts at «{place}»{band}."));
     }
@@ -53,7 +53,7 @@ pub fn summary(of: &Diagnosis) -> String {
 }
 
 /// The section behind the verdict: how far, where, which.
-pub fn content(of: &Diagnosis, curves: &[Curve]) -> String {
+pub fn content(of: &DiagnosisDocument, curves: &[PageCurve]) -> String {
     let after = if of.chosen.id.is_empty() { "as chosen".to_string() } else { format!("with {}", of.chosen.id.replace('+', " and ")) };
     let overlay = curve::chart("diagnosis-curves", curves, &after);
     let motion = super::motion::content(of);
@@ -72,14 +72,14 @@ pub fn content(of: &Diagnosis, curves: &[Curve]) -> String {
 }
 
 /// What the chosen model changes: the gap, and errors in plain units.
-fn change(of: &Diagnosis) -> String {
+fn change(of: &DiagnosisDocument) -> String {
     let chosen = &of.chosen;
     let mut table = TextTable::new("Before and after, over what was held out", 1, ["", "as described", "as chosen"]);
     if of.gap.held_out.is_some() && chosen.gap_held_out.is_some() {
         table.row(["gap".to_string(), cell(of.gap.held_out, percent), cell(chosen.gap_held_out, percent)]);
     }
-    chosen.plain.iter().for_each(|p| table.row([p.figure.clone(), percent(p.before), percent(p.after)]));
-    let interval = interval_says(chosen.closed95, "95 %: ");
+    chosen.headline_metrics.iter().for_each(|p| table.row([p.figure.clone(), percent(p.before), percent(p.after)]));
+    let interval = interval_text(chosen.closed95, "95 %: ");
     let ceiling =
         chosen.ceiling.map_or_else(String::new, |c| format!(" The best free change at one interface would close {}.", percent(c)));
     let closed = chosen
@@ -89,7 +89,7 @@ fn change(of: &Diagnosis) -> String {
 }
 
 /// The gap by part.
-fn gaps(of: &Diagnosis) -> String {
+fn gaps(of: &DiagnosisDocument) -> String {
     let mut table = TextTable::new("The gap between the machine as described and what was measured", 2, ["Over", "", "Gap"]);
     let mut row = |name: &str, role: &str, x: Option<f64>| {
         if x.is_some() {
@@ -111,13 +111,13 @@ fn gaps(of: &Diagnosis) -> String {
 }
 
 /// What the ratio of measured and modelled looks like.
-fn looks(of: &Diagnosis) -> String {
+fn looks(of: &DiagnosisDocument) -> String {
     let mut table = TextTable::new("Measured over modelled, by channel", 2, ["Channel", "looks like", "Factor"]);
     of.ratio.iter().for_each(|r| table.row([r.channel.clone(), r.looks_like.clone(), figure(r.factor)]));
     table.html()
 }
 
-fn bands(of: &Diagnosis) -> String {
+fn bands(of: &DiagnosisDocument) -> String {
     let bands = &of.gap.by_band;
     let mut chart = Chart::new(
         "bands",
@@ -143,7 +143,7 @@ fn whole(f: f64) -> String {
 }
 
 /// Position and channel against band.
-fn residual_map(of: &Diagnosis) -> String {
+fn residual_map(of: &DiagnosisDocument) -> String {
     if of.residual_map.is_empty() {
         return String::new();
     }
@@ -183,7 +183,7 @@ fn residual_map(of: &Diagnosis) -> String {
 }
 
 /// Interfaces, by what a free change there leaves of the gap; the best on top, as the axis begins below.
-fn places(of: &Diagnosis) -> String {
+fn places(of: &DiagnosisDocument) -> String {
     let known: Vec<_> = of.places.iter().rev().filter_map(|w| Some((w, w.gap_held_out?))).collect();
     let mut chart = Chart::new(
         "where",
@@ -198,8 +198,8 @@ fn places(of: &Diagnosis) -> String {
     );
     if !known.is_empty() {
         let (names, left): (Vec<String>, Vec<f64>) =
-            known.iter().map(|(w, g)| (escape(&format!("{}, {}", w.says(), w.is_like())), rounded(*g, 4))).unzip();
-        let shapes: Vec<String> = known.iter().map(|(w, _)| escape(w.is_like())).collect();
+            known.iter().map(|(w, g)| (escape(&format!("{}, {}", w.place_text(), w.shape_text())), rounded(*g, 4))).unzip();
+        let shapes: Vec<String> = known.iter().map(|(w, _)| escape(w.shape_text())).collect();
         let ends: Vec<String> = names.first().into_iter().chain(names.last()).cloned().collect();
         let bars = Bar::new(left, names).orientation(Orientation::Horizontal).text_array(shapes).marker(Marker::new().color(colour(0)));
         chart.trace(bars.hover_template("%{y}: %{x:.1%}, like %{text}<extra></extra>"));
@@ -212,12 +212,12 @@ fn places(of: &Diagnosis) -> String {
 }
 
 /// Whether the verdict names an effect.
-fn in_verdict(of: &Diagnosis, effect: &EffectRow) -> bool {
+fn in_verdict(of: &DiagnosisDocument, effect: &EffectRow) -> bool {
     effect.selected || of.verdict.effects.iter().any(|v| v.split('+').any(|id| id == effect.id))
 }
 
 /// Effects that change anything, in the order of the document, the best on top: as the axis begins below, from the last to the first.
-fn tried(of: &Diagnosis) -> Vec<&EffectRow> {
+fn tried(of: &DiagnosisDocument) -> Vec<&EffectRow> {
     let tells = |e: &&EffectRow| e.status == "tried" && (in_verdict(of, e) || e.closed.is_none_or(|c| c.abs() > 0.005));
     of.effects.iter().filter(tells).take(12).collect::<Vec<_>>().into_iter().rev().collect()
 }
@@ -227,7 +227,7 @@ fn probability(p: f64) -> String {
     if p < 1e-4 { "< 0.0001".into() } else { format!("{p:.4}") }
 }
 
-fn effects(of: &Diagnosis) -> String {
+fn effects(of: &DiagnosisDocument) -> String {
     let rows: Vec<_> = tried(of).into_iter().filter_map(|e| Some((e, e.closed?))).collect();
     let mut chart = Chart::new(
         "effects",
@@ -238,7 +238,7 @@ fn effects(of: &Diagnosis) -> String {
         layout().show_legend(false).x_axis(axis("share closed").tick_format(".0%")).y_axis(axis("").type_(AxisType::Category)),
     );
     for (effect, closed) in &rows {
-        let interval = effect.closed95.filter(|interval| !is_open(*interval));
+        let interval = effect.closed95.filter(|interval| !is_undetermined(*interval));
         let [low, high] = interval.unwrap_or([*closed; 2]);
         let spread = ErrorData::new(ErrorType::Data)
             .array(vec![(high - closed).max(0.0)])
@@ -270,7 +270,7 @@ fn effects(of: &Diagnosis) -> String {
                 cell(effect.closed.map(|c| if c.abs() < 5e-5 { 0.0 } else { c }), percent),
                 match effect.closed95 {
                     None => "–".into(),
-                    Some(wide) if is_open(wide) => "left open".into(),
+                    Some(wide) if is_undetermined(wide) => "left open".into(),
                     Some([a, b]) => format!("{} … {}", percent(a), percent(b)),
                 },
                 cell(effect.p_value, probability),
@@ -280,7 +280,7 @@ fn effects(of: &Diagnosis) -> String {
     format!("{}{}", chart.html(), table.html())
 }
 
-fn before_after(of: &Diagnosis) -> String {
+fn before_after(of: &DiagnosisDocument) -> String {
     let rows: Vec<_> = tried(of).into_iter().filter_map(|e| Some((escape(&e.id), e.gap_held_out_before?, e.gap_held_out_after?))).collect();
     let mut chart = Chart::new(
         "before-after",
@@ -304,7 +304,7 @@ fn before_after(of: &Diagnosis) -> String {
     chart.html()
 }
 
-fn delta_z(of: &Diagnosis) -> String {
+fn delta_z(of: &DiagnosisDocument) -> String {
     let layout = layout().show_legend(true).x_axis(log_axis("frequency (Hz)")).y_axis(axis("ΔZ (N/m or N·m/rad)").tick_format("~e"));
     let options: Vec<String> = of.delta_z.iter().map(|d| d.interface.clone()).collect();
     let mut chart = Chart::new(

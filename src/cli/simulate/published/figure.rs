@@ -1,6 +1,6 @@
 //! A figure that a paper prints, beside ours, and the machines they are computed from.
 
-use crate::delivery::told;
+use crate::outcome::to_message;
 use config::{embedded_config, read_machine_text};
 use machine::Machine;
 use report::simulation::PublishedFigure;
@@ -12,12 +12,12 @@ pub const CONFIGS: [&str; 3] = ["configs/twin-ball-screw.toml", "configs/servo-a
 pub fn read_published(path: &str, overrides: &[&str]) -> Result<Machine, String> {
     let text = embedded_config(path).ok_or_else(|| format!("{path}: does not come with the program"))?;
     let overrides: Vec<String> = overrides.iter().map(|o| (*o).to_string()).collect();
-    Ok(read_machine_text(path, text, &overrides, &[]).map_err(told)?.machine)
+    Ok(read_machine_text(path, text, &overrides, &[]).map_err(to_message)?.machine)
 }
 
 /// Where a figure is printed.
 #[derive(Clone, Copy)]
-pub struct Source {
+pub struct FigureSource {
     /// The paper.
     pub paper: &'static str,
     /// The place in it.
@@ -26,7 +26,7 @@ pub struct Source {
 
 /// A figure that both sides have.
 pub fn compared(
-    source: Source,
+    source: FigureSource,
     quantity: &str,
     unit: &str,
     (published, ours): (f64, f64),
@@ -48,7 +48,7 @@ pub fn compared(
 }
 
 /// A figure that only we have: the paper prints a curve or a statement.
-pub fn stated(source: Source, quantity: &str, unit: &str, ours: f64, holds: bool, remark: &str) -> PublishedFigure {
+pub fn stated(source: FigureSource, quantity: &str, unit: &str, ours: f64, holds: bool, remark: &str) -> PublishedFigure {
     PublishedFigure {
         published: None,
         relative_difference: None,
@@ -58,12 +58,12 @@ pub fn stated(source: Source, quantity: &str, unit: &str, ours: f64, holds: bool
 }
 
 /// A figure of ours for which the paper prints neither number nor statement.
-pub fn ours_alone(source: Source, quantity: &str, unit: &str, ours: f64, remark: &str) -> PublishedFigure {
+pub fn ours_alone(source: FigureSource, quantity: &str, unit: &str, ours: f64, remark: &str) -> PublishedFigure {
     PublishedFigure { verdict: "not printed".into(), ..stated(source, quantity, unit, ours, true, remark) }
 }
 
 /// A figure that only the paper has.
-pub fn unreachable(source: Source, quantity: &str, unit: &str, published: f64, remark: &str) -> PublishedFigure {
+pub fn unreachable(source: FigureSource, quantity: &str, unit: &str, published: f64, remark: &str) -> PublishedFigure {
     PublishedFigure {
         ours: None,
         relative_difference: None,

@@ -8,8 +8,8 @@ mod vertical;
 use std::fmt::Write;
 
 use self::figure::CONFIGS;
-use crate::arguments::Output;
-use crate::delivery::{CommandResult, deliver, prepare};
+use crate::arguments::OutputArguments;
+use crate::outcome::{CommandResult, deliver, prepare};
 use crate::sources::stamp_files;
 use config::embedded_config;
 use report::document::{Input, Stamp};
@@ -23,7 +23,7 @@ pub struct PublishedArguments {
     #[arg(long)]
     pub markdown: bool,
     #[command(flatten)]
-    pub output: Output,
+    pub output: OutputArguments,
 }
 
 /// Runs the command.

@@ -1,16 +1,16 @@
 //! The lumped servo axis.
 
-use super::figure::{CONFIGS, Source, compared, read_published, stated};
+use super::figure::{CONFIGS, FigureSource, compared, read_published, stated};
 use crate::simulate::sensitivity::mode_energy;
 use dynamics::model::elastic_frequencies_hz;
-use dynamics::motion::{SCurve, Settings, gain_study};
+use dynamics::motion::{SCurve, SimulationSettings, gain_study};
 use machine::{Machine, Operating};
 use report::simulation::PublishedFigure;
 
 const CONFIG: &str = CONFIGS[1];
 
-fn at(place: &'static str) -> Source {
-    Source { paper: "Lumped servo axis", place }
+fn at(place: &'static str) -> FigureSource {
+    FigureSource { paper: "Lumped servo axis", place }
 }
 
 /// All figures of the paper that the mechanical model touches.
@@ -95,7 +95,8 @@ fn best_gain_per_s(axis: &Machine) -> Result<f64, String> {
     let course = curve.course(1e-3, 0.3, false).map_err(|e| e.to_string())?;
     let gains: Vec<f64> = (1..=24).map(|n| 500.0 * f64::from(n) / 60.0).collect();
     let slide = axis.point("slide").map(|at| (at, 1.0));
-    let rows = gain_study(axis, &axis.start(), &gains, (&course, 0.3), slide, &Settings::default(), &|| true).map_err(|e| e.to_string())?;
+    let rows = gain_study(axis, &axis.start(), &gains, (&course, 0.3), slide, &SimulationSettings::default(), &|| true)
+        .map_err(|e| e.to_string())?;
     let best = rows.iter().filter_map(|r| Some((r.gain_per_s, r.cost?))).min_by(|a, b| a.1.total_cmp(&b.1));
     best.map(|(gain, _)| gain).ok_or_else(|| "no gain has a cost".into())
 }

@@ -2,17 +2,17 @@
 
 use std::sync::Arc;
 
-use super::figure::{CONFIGS, Source, compared, read_published, stated, unreachable};
-use crate::delivery::told;
+use super::figure::{CONFIGS, FigureSource, compared, read_published, stated, unreachable};
+use crate::outcome::to_message;
 use crate::simulate::stiffness::{separations, static_stiffness};
 use dynamics::model::elastic_frequencies_hz;
-use identification::{Plan, identify};
+use identification::{IdentificationSettings, identify};
 use machine::contact::published::{
     BEARING_PAIR_STIFFNESS_N_PER_M, BEARING_PRELOAD_N, LEAD_M, MOTOR_EFFICIENCY, NUT_BALLS, NUT_PRELOAD_N, NUT_STIFFNESS_N_PER_M, bearing,
     friction_axis_1, friction_axis_2, nut,
 };
 use machine::contact::{
-    AngularContactBearing, Balls, FitOptions, Noise, Nut, Observation, ScrewDrive, Stiffness, StribeckCurve, fit_stribeck,
+    AngularContactBearing, Balls, Nut, Observation, ScrewDrive, Stiffness, StribeckCurve, StribeckNoise, StribeckOptions, fit_stribeck,
 };
 use machine::{Machine, Operating};
 use measurement::read_set;
@@ -28,8 +28,8 @@ const TABLE_5: [(f64, f64, f64); 5] = [(0.0, 51.4, 49.7), (0.25, 50.9, 48.3), (0
 /// Nut positions (m) chosen for x/L = 0 and 1.
 const ENDS_M: (f64, f64) = (0.02, 0.46);
 
-fn at(place: &'static str) -> Source {
-    Source { paper: "Duan et al. 2018, twin ball screw", place }
+fn at(place: &'static str) -> FigureSource {
+    FigureSource { paper: "Duan et al. 2018, twin ball screw", place }
 }
 
 fn nut_m(ratio: f64) -> f64 {
@@ -55,12 +55,12 @@ pub fn figures() -> Result<Vec<PublishedFigure>, String> {
 
 fn joints() -> Result<Vec<PublishedFigure>, String> {
     let one = |balls| -> Result<f64, String> {
-        Nut::new(&nut(balls)).and_then(|n| n.stiffness_n_per_m(NUT_PRELOAD_N, Stiffness::Secant)).map_err(told)
+        Nut::new(&nut(balls)).and_then(|n| n.stiffness_n_per_m(NUT_PRELOAD_N, Stiffness::Secant)).map_err(to_message)
     };
-    let five_turns = Nut::new(&nut(Balls::Turns(5.0))).map_err(told)?.ball_count();
-    let single = AngularContactBearing::new(&bearing()).map_err(told)?;
-    let k = single.stiffness_n_per_m(BEARING_PRELOAD_N, Stiffness::Secant).map_err(told)?;
-    let eq_18 = BEARING_PRELOAD_N / single.deflection_as_printed_m(BEARING_PRELOAD_N).map_err(told)? / 2.0;
+    let five_turns = Nut::new(&nut(Balls::Turns(5.0))).map_err(to_message)?.ball_count();
+    let single = AngularContactBearing::new(&bearing()).map_err(to_message)?;
+    let k = single.stiffness_n_per_m(BEARING_PRELOAD_N, Stiffness::Secant).map_err(to_message)?;
+    let eq_18 = BEARING_PRELOAD_N / single.deflection_as_printed_m(BEARING_PRELOAD_N).map_err(to_message)? / 2.0;
     Ok(vec![
         compared(at("Tab. 1"), "balls of one nut, N = i·π·d/(d_b·cos λ), five turns", "1", (98.0, five_turns), 0.02, "the paper's formula"),
         compared(
@@ -108,7 +108,7 @@ fn joints() -> Result<Vec<PublishedFigure>, String> {
 
 /// Tab. 2 recovered from simulated torques, 0.05–50 mm/s both ways.
 fn friction() -> Result<Vec<PublishedFigure>, String> {
-    let drive = ScrewDrive::new(LEAD_M, MOTOR_EFFICIENCY).map_err(told)?;
+    let drive = ScrewDrive::new(LEAD_M, MOTOR_EFFICIENCY).map_err(to_message)?;
     let mut figures = Vec::new();
     for (axis, curve) in [(1, friction_axis_1()), (2, friction_axis_2())] {
         let speeds = (0..24).map(|i| 0.05e-3 * 1000.0_f64.powf(f64::from(i) / 23.0));
@@ -120,7 +120,7 @@ fn friction() -> Result<Vec<PublishedFigure>, String> {
                 Observation { velocity_m_per_s: v, force_n: drive.force_n(torque_nm), sd_n: None }
             })
             .collect();
-        let fit = fit_stribeck(&runs, &FitOptions::new(Noise::Uniform)).map_err(told)?;
+        let fit = fit_stribeck(&runs, &StribeckOptions::new(StribeckNoise::Uniform)).map_err(to_message)?;
         let StribeckCurve { coulomb_n, static_n, viscous_n_s_per_m, stribeck_velocity_m_per_s } = fit.curve;
         let rows = [
             ("F_c", "N", curve.coulomb_n, coulomb_n),
@@ -177,7 +177,7 @@ fn velocity(printed: &Machine, physics: &Machine) -> Result<Vec<PublishedFigure>
     let nut_a = |machine: &Machine, v: f64| -> Result<f64, String> {
         let pair = machine.contacts.iter().find(|c| c.name == "screw-nut-1").ok_or("no contact «screw-nut-1»")?;
         let here = Operating { velocity_m_s: Some(v), ..Operating::default() };
-        Ok(pair.at(&here).map_err(told)?.stiffness_n_per_m)
+        Ok(pair.at(&here).map_err(to_message)?.stiffness_n_per_m)
     };
     figures.push(stated(
         at("Fig. 12"),
@@ -203,7 +203,7 @@ fn velocity(printed: &Machine, physics: &Machine) -> Result<Vec<PublishedFigure>
         for step in 1..=300 {
             let v = f64::from(step) * STEP_M_S;
             let here = Operating { velocity_m_s: Some(v), ..Operating::at_nut(nut_m(0.5)) };
-            machine.check_operating("velocity", &here).map_err(told)?;
+            machine.check_operating("velocity", &here).map_err(to_message)?;
             let hz = first_hz(machine, &here)?;
             if hz < least.1 {
                 least = (v, hz);
@@ -277,9 +277,10 @@ fn position(printed: &Machine, physics: &Machine) -> Result<Vec<PublishedFigure>
 
 /// Two positions of Tab. 5 predicted from the three others.
 fn fitted(physics: &Machine) -> Result<Vec<PublishedFigure>, String> {
-    let set = read_set("measurements/twin-ball-screw").map_err(told)?;
-    let (fit, held_out) = set.split(None, &[]).map_err(told)?;
-    let found = identify(physics, &fit, &held_out, &Plan::default(), &Control::new(Arc::default(), None)).map_err(told)?;
+    let set = read_set("measurements/twin-ball-screw").map_err(to_message)?;
+    let (fit, held_out) = set.split(None, &[]).map_err(to_message)?;
+    let found =
+        identify(physics, &fit, &held_out, &IdentificationSettings::default(), &Control::new(Arc::default(), None)).map_err(to_message)?;
     let value = |id: &str| physics.parameter(id).map_or(f64::NAN, |i| found.values[i]);
     let mut figures = Vec::new();
     for (ratio, theory, measured) in TABLE_5 {

@@ -1,7 +1,7 @@
 //! The vertical axis under acceleration. The paper prints no value of any quantity: its equations stand against ours.
 
-use super::figure::{CONFIGS, Source, compared, ours_alone, read_published, stated};
-use crate::delivery::told;
+use super::figure::{CONFIGS, FigureSource, compared, ours_alone, read_published, stated};
+use crate::outcome::to_message;
 use crate::simulate::stiffness::{separations, static_stiffness};
 use dynamics::model::elastic_frequencies_hz;
 use machine::{Machine, Operating};
@@ -11,15 +11,15 @@ const CONFIG: &str = CONFIGS[2];
 const AS_PRINTED: [&str; 4] =
     ["contact_rule=as-printed", "contact.nut.weight=0.9", "contact.bearing-upper.weight=0.81", "contact.bearing-lower.weight=0.81"];
 
-fn at(place: &'static str) -> Source {
-    Source { paper: "Vertical axis under acceleration", place }
+fn at(place: &'static str) -> FigureSource {
+    FigureSource { paper: "Vertical axis under acceleration", place }
 }
 
 /// Its equations 26–28 written out, with contact stiffnesses as printed.
 fn equation_28(axis: &Machine, operating: &Operating) -> Result<f64, String> {
     let contact = |name: &str| -> Result<f64, String> {
         let found = axis.contacts.iter().find(|c| c.name == name).ok_or_else(|| format!("no contact «{name}»"))?;
-        Ok(found.at(operating).map_err(told)?.stiffness_n_per_m)
+        Ok(found.at(operating).map_err(to_message)?.stiffness_n_per_m)
     };
     let (d, e, g, p, l): (f64, f64, f64, f64, f64) = (0.0275, 2.06e11, 7.9e10, 0.010, 0.9);
     let z = operating.nut_m.unwrap_or(0.5 * l);

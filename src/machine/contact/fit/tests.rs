@@ -39,7 +39,7 @@ fn values(curve: &StribeckCurve) -> [f64; 4] {
     [curve.coulomb_n, curve.static_n, curve.viscous_n_s_per_m, curve.stribeck_velocity_m_per_s]
 }
 
-fn estimates(fit: &StribeckFit) -> [Estimate; 4] {
+fn estimates(fit: &StribeckFit) -> [ParameterEstimate; 4] {
     [fit.coulomb_n, fit.static_n, fit.viscous_n_s_per_m, fit.stribeck_velocity_m_per_s]
 }
 
@@ -47,8 +47,8 @@ fn estimates(fit: &StribeckFit) -> [Estimate; 4] {
 fn recover_without_noise() {
     for curve in [friction_axis_1(), friction_axis_2()] {
         let rows = data(&curve, &mut |_| (0.0, Some(1.0)));
-        for noise in [Noise::Uniform, Noise::Proportional, Noise::Known] {
-            let fit = fit_stribeck(&rows, &FitOptions::new(noise)).unwrap();
+        for noise in [StribeckNoise::Uniform, StribeckNoise::Proportional, StribeckNoise::Known] {
+            let fit = fit_stribeck(&rows, &StribeckOptions::new(noise)).unwrap();
             for (found, truth) in values(&fit.curve).into_iter().zip(values(&curve)) {
                 assert!((found / truth - 1.0).abs() < 1e-7, "{noise:?}: {found} {truth}");
             }
@@ -66,7 +66,7 @@ fn recover_table_2_from_50_draws_with_2_percent_noise() {
         let mut worst = [0.0_f64; 4];
         for _ in 0..50 {
             let rows = data(&curve, &mut |force| (0.02 * force * normal.draw(), None));
-            let fit = fit_stribeck(&rows, &FitOptions::new(Noise::Proportional)).unwrap();
+            let fit = fit_stribeck(&rows, &StribeckOptions::new(StribeckNoise::Proportional)).unwrap();
             assert!((fit.residual_scatter / 0.02 - 1.0).abs() < 0.5, "{}", fit.residual_scatter);
             for (index, found) in values(&fit.curve).into_iter().enumerate() {
                 mean[index] += found / truth[index] / 50.0;
@@ -81,13 +81,13 @@ fn recover_table_2_from_50_draws_with_2_percent_noise() {
 }
 
 /// Share of intervals that hold the truth, and of parameters without an interval.
-fn coverage(curve: &StribeckCurve, noise: Noise, seed: u64, error: impl Fn(f64, f64) -> (f64, Option<f64>)) -> [f64; 4] {
+fn coverage(curve: &StribeckCurve, noise: StribeckNoise, seed: u64, error: impl Fn(f64, f64) -> (f64, Option<f64>)) -> [f64; 4] {
     let mut normal = Normal(seed);
     let mut inside = [0.0; 4];
     let draws = 300;
     for _ in 0..draws {
         let rows = data(curve, &mut |force| error(force, normal.draw()));
-        let fit = fit_stribeck(&rows, &FitOptions::new(noise)).unwrap();
+        let fit = fit_stribeck(&rows, &StribeckOptions::new(noise)).unwrap();
         for ((inside, estimate), truth) in inside.iter_mut().zip(estimates(&fit)).zip(values(curve)) {
             *inside += f64::from(u8::from(estimate.interval_95.unwrap().contains(truth))) / f64::from(draws);
         }
@@ -98,9 +98,9 @@ fn coverage(curve: &StribeckCurve, noise: Noise, seed: u64, error: impl Fn(f64, 
 #[test]
 fn recover_coverage_of_the_95_percent_intervals() {
     for (seed, curve) in [(11, friction_axis_1()), (12, friction_axis_2())] {
-        let proportional = coverage(&curve, Noise::Proportional, seed, |force, draw| (0.02 * force * draw, None));
-        let uniform = coverage(&curve, Noise::Uniform, seed, |_, draw| (9.0 * draw, None));
-        let known = coverage(&curve, Noise::Known, seed, |force, draw| {
+        let proportional = coverage(&curve, StribeckNoise::Proportional, seed, |force, draw| (0.02 * force * draw, None));
+        let uniform = coverage(&curve, StribeckNoise::Uniform, seed, |_, draw| (9.0 * draw, None));
+        let known = coverage(&curve, StribeckNoise::Known, seed, |force, draw| {
             let sd = (0.02 * force).hypot(3.0);
             (sd * draw, Some(sd))
         });
@@ -122,7 +122,7 @@ fn recover_from_torques() {
             Observation { velocity_m_per_s, force_n: drive.force_n(torque), sd_n: None }
         })
         .collect();
-    let fit = fit_stribeck(&rows, &FitOptions::new(Noise::Uniform)).unwrap();
+    let fit = fit_stribeck(&rows, &StribeckOptions::new(StribeckNoise::Uniform)).unwrap();
     assert!((fit.curve.static_n / 1225.0 - 1.0).abs() < 1e-7);
 }
 
@@ -130,13 +130,13 @@ fn recover_from_torques() {
 fn limit_curves_without_a_fall_or_a_rise_say_so() {
     let line = StribeckCurve { coulomb_n: 300.0, static_n: 300.0, viscous_n_s_per_m: 3000.0, stribeck_velocity_m_per_s: 1e-3 };
     let rows = data(&line, &mut |_| (0.0, None));
-    let fit = fit_stribeck(&rows, &FitOptions::new(Noise::Uniform)).unwrap();
+    let fit = fit_stribeck(&rows, &StribeckOptions::new(StribeckNoise::Uniform)).unwrap();
     assert!((fit.curve.coulomb_n / 300.0 - 1.0).abs() < 1e-6 && (fit.curve.viscous_n_s_per_m / 3000.0 - 1.0).abs() < 1e-6);
     // A hidden fall: below the slowest speed nothing is seen of it.
     let hidden = StribeckCurve { stribeck_velocity_m_per_s: 1e-6, ..friction_axis_1() };
     let mut normal = Normal(3);
     let rows = data(&hidden, &mut |force| (0.01 * force * normal.draw(), None));
-    let fit = fit_stribeck(&rows, &FitOptions::new(Noise::Proportional)).unwrap();
+    let fit = fit_stribeck(&rows, &StribeckOptions::new(StribeckNoise::Proportional)).unwrap();
     assert!((fit.curve.coulomb_n / 280.9 - 1.0).abs() < 0.02);
     let velocity = fit.stribeck_velocity_m_per_s;
     let wide = velocity.interval_95.is_none_or(|interval| interval.upper / interval.lower > 3.0);
@@ -146,7 +146,7 @@ fn limit_curves_without_a_fall_or_a_rise_say_so() {
     let mut bounded = 0;
     for _ in 0..20 {
         let rows = data(&flat, &mut |force| (0.02 * force * normal.draw(), None));
-        let fit = fit_stribeck(&rows, &FitOptions::new(Noise::Proportional)).unwrap();
+        let fit = fit_stribeck(&rows, &StribeckOptions::new(StribeckNoise::Proportional)).unwrap();
         let viscous = fit.viscous_n_s_per_m;
         assert!(viscous.value >= 0.0 && viscous.at_bound == viscous.interval_95.is_none());
         bounded += i32::from(viscous.at_bound);
@@ -159,9 +159,9 @@ fn limit_curves_without_a_fall_or_a_rise_say_so() {
 fn limit_units_of_force_and_order_of_rows_do_not_matter() {
     let mut normal = Normal(9);
     let rows = data(&friction_axis_1(), &mut |force| (0.02 * force * normal.draw(), None));
-    let fit = fit_stribeck(&rows, &FitOptions::new(Noise::Uniform)).unwrap();
+    let fit = fit_stribeck(&rows, &StribeckOptions::new(StribeckNoise::Uniform)).unwrap();
     let scaled: Vec<Observation> = rows.iter().rev().map(|row| Observation { force_n: 1e3 * row.force_n, ..*row }).collect();
-    let other = fit_stribeck(&scaled, &FitOptions::new(Noise::Uniform)).unwrap();
+    let other = fit_stribeck(&scaled, &StribeckOptions::new(StribeckNoise::Uniform)).unwrap();
     assert!((other.curve.coulomb_n / fit.curve.coulomb_n / 1e3 - 1.0).abs() < 1e-6);
     assert!((other.curve.stribeck_velocity_m_per_s / fit.curve.stribeck_velocity_m_per_s - 1.0).abs() < 1e-6);
     let (a, b) = (fit.static_n.interval_95.unwrap(), other.static_n.interval_95.unwrap());
@@ -172,26 +172,26 @@ fn limit_units_of_force_and_order_of_rows_do_not_matter() {
 fn bad_data_are_named() {
     let row = |velocity_m_per_s: f64, force_n: f64| Observation { velocity_m_per_s, force_n, sd_n: None };
     let good: Vec<Observation> = (1..=6).map(|index| row(f64::from(index) * 1e-3, 300.0 + f64::from(index))).collect();
-    let fails = |rows: &[Observation], noise| fit_stribeck(rows, &FitOptions::new(noise)).unwrap_err();
-    assert_eq!(fails(&good[..4], Noise::Uniform), ContactError::TooFewData { found: 4, needed: 5 });
-    assert_eq!(fails(&[], Noise::Uniform), ContactError::TooFewData { found: 0, needed: 5 });
+    let fails = |rows: &[Observation], noise| fit_stribeck(rows, &StribeckOptions::new(noise)).unwrap_err();
+    assert_eq!(fails(&good[..4], StribeckNoise::Uniform), ContactError::TooFewData { found: 4, needed: 5 });
+    assert_eq!(fails(&[], StribeckNoise::Uniform), ContactError::TooFewData { found: 0, needed: 5 });
     let single = vec![row(2e-3, 300.0); 10];
-    assert_eq!(fails(&single, Noise::Uniform), ContactError::TooFewSpeeds { found: 1, needed: 4 });
+    assert_eq!(fails(&single, StribeckNoise::Uniform), ContactError::TooFewSpeeds { found: 1, needed: 4 });
     let reversed: Vec<Observation> = good.iter().take(3).flat_map(|r| [*r, row(-r.velocity_m_per_s, -r.force_n)]).collect();
-    assert_eq!(fails(&reversed, Noise::Uniform), ContactError::TooFewSpeeds { found: 3, needed: 4 });
+    assert_eq!(fails(&reversed, StribeckNoise::Uniform), ContactError::TooFewSpeeds { found: 3, needed: 4 });
     let with = |index: usize, bad: Observation| {
         let mut rows = good.clone();
         rows[index] = bad;
         rows
     };
-    assert_eq!(fails(&with(2, row(f64::NAN, 1.0)), Noise::Uniform), ContactError::NonFiniteData { row: 2 });
-    assert_eq!(fails(&with(3, row(1.0, f64::INFINITY)), Noise::Uniform), ContactError::NonFiniteData { row: 3 });
-    assert_eq!(fails(&with(4, row(0.0, 1.0)), Noise::Uniform), ContactError::ZeroVelocity { row: 4 });
-    assert_eq!(fails(&good, Noise::Known), ContactError::MissingStandardDeviation { row: 0 });
+    assert_eq!(fails(&with(2, row(f64::NAN, 1.0)), StribeckNoise::Uniform), ContactError::NonFiniteData { row: 2 });
+    assert_eq!(fails(&with(3, row(1.0, f64::INFINITY)), StribeckNoise::Uniform), ContactError::NonFiniteData { row: 3 });
+    assert_eq!(fails(&with(4, row(0.0, 1.0)), StribeckNoise::Uniform), ContactError::ZeroVelocity { row: 4 });
+    assert_eq!(fails(&good, StribeckNoise::Known), ContactError::MissingStandardDeviation { row: 0 });
     let bad_sd = Observation { sd_n: Some(0.0), ..good[1] };
-    assert_eq!(fails(&with(1, bad_sd), Noise::Uniform), ContactError::StandardDeviation { row: 1, value: 0.0 });
+    assert_eq!(fails(&with(1, bad_sd), StribeckNoise::Uniform), ContactError::StandardDeviation { row: 1, value: 0.0 });
     let opposing: Vec<Observation> = good.iter().map(|r| row(-r.velocity_m_per_s, r.force_n)).collect();
-    assert_eq!(fails(&opposing, Noise::Uniform), ContactError::OpposingForces);
-    let options = FitOptions { stribeck_range_m_per_s: Some((2e-3, 1e-3)), ..FitOptions::new(Noise::Uniform) };
+    assert_eq!(fails(&opposing, StribeckNoise::Uniform), ContactError::OpposingForces);
+    let options = StribeckOptions { stribeck_range_m_per_s: Some((2e-3, 1e-3)), ..StribeckOptions::new(StribeckNoise::Uniform) };
     assert_eq!(fit_stribeck(&good, &options).unwrap_err(), ContactError::EmptyRange { lower: 2e-3, upper: 1e-3 });
 }

@@ -1,14 +1,14 @@
 use num_complex::Complex64;
 
 use super::planted::{Draw, PlantedMode, even, mode, receptance};
-use crate::modal::{AmplitudeKind, Curve, Fit, FitOptions, ModalFit, fit_curve};
+use crate::modal::{AmplitudeKind, CurveFit, CurveOptions, FrfCurve, ModalFit, fit_curve};
 
-fn curve<'a>(f: &'a [f64], h: &'a [Complex64]) -> Curve<'a> {
-    Curve { frequency_hz: f, receptance: h, component_sd: None, omega_power: 0 }
+fn curve<'a>(f: &'a [f64], h: &'a [Complex64]) -> FrfCurve<'a> {
+    FrfCurve { frequency_hz: f, receptance: h, component_sd: None, omega_power: 0 }
 }
 
 fn fitted(f: &[f64], h: &[Complex64]) -> ModalFit {
-    fit_curve(&curve(f, h), &FitOptions::default()).unwrap()
+    fit_curve(&curve(f, h), &CurveOptions::default()).unwrap()
 }
 
 /// Largest relative error of frequency, damping and residue, and the number of modes beyond the planted ones.
@@ -16,7 +16,7 @@ fn error(fit: &ModalFit, planted: &[PlantedMode]) -> (f64, usize) {
     let mut worst: f64 = 0.0;
     for p in planted {
         let nearest = fit.modes.iter().min_by(|a, b| {
-            let off = |m: &crate::modal::Mode| (m.frequency_hz / p.frequency_hz - 1.0).abs() + (m.damping_ratio - p.damping).abs();
+            let off = |m: &crate::modal::FittedMode| (m.frequency_hz / p.frequency_hz - 1.0).abs() + (m.damping_ratio - p.damping).abs();
             off(a).total_cmp(&off(b))
         });
         let Some(m) = nearest else { return (f64::INFINITY, 0) };
@@ -82,8 +82,8 @@ fn coverage(draws: u64, known: bool) -> ([f64; 3], f64) {
     let (mut inside, mut total, mut beyond) = ([0.0; 3], 0.0, 0.0);
     for seed in 0..draws {
         let h = Draw::new(seed).noisy(&clean, 0.02);
-        let curve = Curve { component_sd: known.then_some(&sd), ..curve(&f, &h) };
-        let fit = fit_curve(&curve, &FitOptions::default()).unwrap();
+        let curve = FrfCurve { component_sd: known.then_some(&sd), ..curve(&f, &h) };
+        let fit = fit_curve(&curve, &CurveOptions::default()).unwrap();
         beyond += fit.modes.len() as f64 - planted.len() as f64;
         for t in &truth.modes {
             let m = fit
@@ -125,7 +125,8 @@ fn recover_close_and_heavily_damped_modes_in_noise() {
         let h = Draw::new(seed).noisy(&clean, 0.02);
         let fit = fitted(&f, &h);
         for (p, worst) in planted.iter().zip(&mut worst) {
-            let off = |m: &crate::modal::Mode| ((m.frequency_hz / p.frequency_hz - 1.0).abs(), (m.damping_ratio / p.damping - 1.0).abs());
+            let off =
+                |m: &crate::modal::FittedMode| ((m.frequency_hz / p.frequency_hz - 1.0).abs(), (m.damping_ratio / p.damping - 1.0).abs());
             let near = fit.modes.iter().map(off).min_by(|a, b| (a.0 + 0.1 * a.1).total_cmp(&(b.0 + 0.1 * b.1))).unwrap();
             *worst = (worst.0.max(near.0), worst.1.max(near.1));
         }
@@ -141,7 +142,7 @@ fn recover_by_local_fit() {
     let f = even(5.0, 1.0, 1000);
     let clean: Vec<Complex64> = f.iter().map(|f| receptance(&bench(), 3e-3, 4e-8, *f)).collect();
     let h = Draw::new(3).noisy(&clean, 0.01);
-    let options = FitOptions { fit: Fit::Local { from_hz: 500.0, to_hz: 590.0 }, ..FitOptions::default() };
+    let options = CurveOptions { fit: CurveFit::Local { from_hz: 500.0, to_hz: 590.0 }, ..CurveOptions::default() };
     let fit = fit_curve(&curve(&f, &h), &options).unwrap();
     println!("{:?}", fit.modes);
     assert_eq!(fit.modes.len(), 1);
@@ -154,7 +155,7 @@ fn limit_amplitude_is_that_of_the_measured_quantity() {
     let planted = [mode(100.0, 0.02, 1e-6)];
     let h: Vec<Complex64> = f.iter().map(|f| receptance(&planted, 0.0, 1e-12, *f)).collect();
     for power in 0..3 {
-        let fit = fit_curve(&Curve { omega_power: power, ..curve(&f, &h) }, &FitOptions::default()).unwrap();
+        let fit = fit_curve(&FrfCurve { omega_power: power, ..curve(&f, &h) }, &CurveOptions::default()).unwrap();
         let amplitude = fit.modes[0].amplitude;
         let expected = 1e-6 * (std::f64::consts::TAU * 100.0).powi(power);
         assert_eq!(amplitude.kind, AmplitudeKind::Peak);

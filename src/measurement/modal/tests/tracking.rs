@@ -4,7 +4,8 @@ use num_complex::Complex64;
 
 use super::planted::{Draw, PlantedMode, even, mode, receptance};
 use crate::modal::{
-    Amplitude, AmplitudeKind, Curve, FitOptions, ModalFit, Mode, Stability, TrackOptions, TrackRecord, TrackedMode, fit_curve, track,
+    Amplitude, AmplitudeKind, CurveOptions, FittedMode, FrfCurve, ModalFit, Stability, TrackOptions, TrackRecord, TrackedMode, fit_curve,
+    track,
 };
 
 const POSITIONS_M: [f64; 6] = [0.6, 0.5, 0.4, 0.3, 0.2, 0.1];
@@ -64,8 +65,8 @@ fn set(seed: u64, spurious_peaks: usize, node: bool) -> Set {
             modes.extend(spurious(&mut draw, spurious_peaks));
             let clean: Vec<Complex64> = f.iter().map(|f| receptance(&modes, 3e-3, 4e-8, *f)).collect();
             let h = draw.noisy(&clean, 0.02);
-            let curve = Curve { frequency_hz: &f, receptance: &h, component_sd: None, omega_power: 0 };
-            fit_curve(&curve, &FitOptions::default()).unwrap()
+            let curve = FrfCurve { frequency_hz: &f, receptance: &h, component_sd: None, omega_power: 0 };
+            fit_curve(&curve, &CurveOptions::default()).unwrap()
         })
         .collect();
     Set { bench, fits }
@@ -148,8 +149,8 @@ fn recover_four_modes_among_six_spurious_peaks_per_position() {
 }
 
 /// A mode as a fit would report it.
-fn reported(frequency_hz: f64, sd_hz: f64, damping_ratio: f64, value: f64) -> Mode {
-    Mode {
+fn reported(frequency_hz: f64, sd_hz: f64, damping_ratio: f64, value: f64) -> FittedMode {
+    FittedMode {
         frequency_hz,
         frequency_sd_hz: sd_hz,
         damping_ratio,
@@ -162,7 +163,7 @@ fn reported(frequency_hz: f64, sd_hz: f64, damping_ratio: f64, value: f64) -> Mo
     }
 }
 
-fn of_modes(positions_m: &[f64], modes: &[Vec<Mode>]) -> Vec<TrackedMode> {
+fn of_modes(positions_m: &[f64], modes: &[Vec<FittedMode>]) -> Vec<TrackedMode> {
     let records: Vec<TrackRecord> = positions_m
         .iter()
         .zip(modes)
@@ -176,7 +177,7 @@ fn of_modes(positions_m: &[f64], modes: &[Vec<Mode>]) -> Vec<TrackedMode> {
 fn published_modes_of_three_positions_are_regular() {
     let hz = [[24.0, 118.0, 523.0, 716.0], [24.0, 116.0, 565.0, 721.0], [23.0, 113.0, 561.0, 728.0]];
     let m = [[2.44e-4, 2.62e-5, 4.13e-7, 2.24e-7], [3.70e-4, 3.06e-5, 4.06e-7, 2.91e-7], [3.54e-4, 3.61e-5, 3.71e-7, 2.51e-7]];
-    let modes: Vec<Vec<Mode>> = (0..3).map(|p| (0..4).map(|k| reported(hz[p][k], 0.3, 0.03, m[p][k])).collect()).collect();
+    let modes: Vec<Vec<FittedMode>> = (0..3).map(|p| (0..4).map(|k| reported(hz[p][k], 0.3, 0.03, m[p][k])).collect()).collect();
     let tracks = of_modes(&[0.6, 0.4, 0.2], &modes);
     for t in &tracks {
         println!("{} {:.1} {:?}", t.regular, t.frequency_hz, t.evidence.reasons);
@@ -198,7 +199,7 @@ fn limit_chance_makes_few_regular_tracks() {
                 let f = draw.uniform(15.0, 990.0);
                 reported(f, 1e-4 * f, 0.02, 1e-4 * (24.0 / f).powi(2) * draw.uniform(-0.7, 0.7).exp())
             };
-            let modes: Vec<Vec<Mode>> = (0..positions).map(|_| (0..peaks).map(&mut one).collect()).collect();
+            let modes: Vec<Vec<FittedMode>> = (0..positions).map(|_| (0..peaks).map(&mut one).collect()).collect();
             let places: Vec<f64> = (0..positions).map(f64::from).collect();
             regular += of_modes(&places, &modes).iter().filter(|t| t.regular).count();
         }

@@ -1,11 +1,11 @@
 //! Why a track is regular, or is not.
 
-use super::super::Mode;
+use super::super::FittedMode;
 use super::super::noise::median;
 use super::TrackOptions;
+use super::observation::SightingChain;
 use super::process::leave_one_out;
 use super::search::{Track, expected};
-use super::sighting::Chain;
 
 /// Chance tracks that reach a score e^s are this many times rarer than modes·e^−s, the bound of the sequential test (Wald): counted
 /// on sets without real modes (test `limit_chance_makes_few_regular_tracks`).
@@ -13,7 +13,7 @@ const BOUND: f64 = 50.0;
 
 /// Evidence on a tracked mode, in numbers and in words.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Evidence {
+pub struct TrackEvidence {
     /// Records that show it.
     pub seen: usize,
     /// Records whose band covers it.
@@ -36,13 +36,13 @@ pub struct Evidence {
     pub reasons: Vec<String>,
 }
 
-fn medians(modes: &[&Mode]) -> (f64, f64, f64) {
-    let of = |get: fn(&Mode) -> f64| median(modes.iter().map(|m| get(m)).collect());
+fn medians(modes: &[&FittedMode]) -> (f64, f64, f64) {
+    let of = |get: fn(&FittedMode) -> f64| median(modes.iter().map(|m| get(m)).collect());
     (of(|m| m.stability.share()), of(|m| m.prominence), of(|m| m.signal_to_noise))
 }
 
 /// Decision on a mode of a single record: no rule over positions can be applied.
-pub(super) fn alone(mode: &Mode, options: &TrackOptions) -> (bool, Evidence) {
+pub(super) fn alone(mode: &FittedMode, options: &TrackOptions) -> (bool, TrackEvidence) {
     let (stability, prominence, signal_to_noise) = medians(&[mode]);
     let mut reasons = vec!["one record: judged by stability and significance alone, not by regularity over positions".to_owned()];
     let mut regular = true;
@@ -55,7 +55,7 @@ pub(super) fn alone(mode: &Mode, options: &TrackOptions) -> (bool, Evidence) {
         regular &= enough;
         reasons.push(format!("{what} {value:.2}: {} {least}", if enough { "at least" } else { "below" }));
     }
-    let evidence = Evidence {
+    let evidence = TrackEvidence {
         seen: 1,
         expected: 1,
         roughness: None,
@@ -71,7 +71,7 @@ pub(super) fn alone(mode: &Mode, options: &TrackOptions) -> (bool, Evidence) {
 }
 
 /// Decision on a track over several records.
-pub(super) fn judge(chain: &Chain, track: &Track, modes: &[&Mode], options: &TrackOptions) -> (bool, Evidence) {
+pub(super) fn judge(chain: &SightingChain, track: &Track, modes: &[&FittedMode], options: &TrackOptions) -> (bool, TrackEvidence) {
     let (stability, prominence, signal_to_noise) = medians(modes);
     let (seen, expected) = (track.sightings.len(), expected(chain, track));
     let points: Vec<_> = track.sightings.iter().map(|s| chain.sightings[*s].point).collect();
@@ -108,7 +108,7 @@ pub(super) fn judge(chain: &Chain, track: &Track, modes: &[&Mode], options: &Tra
         if stable { "at least" } else { "below" },
         100.0 * options.least_track_stability
     ));
-    let evidence = Evidence {
+    let evidence = TrackEvidence {
         seen,
         expected,
         roughness,

@@ -7,19 +7,19 @@
 //! regularity". A mode may miss at a node (their third at l4).
 
 mod evidence;
+mod observation;
 mod options;
 mod process;
 mod record;
 mod search;
-mod sighting;
 
-pub use evidence::Evidence;
+pub use evidence::TrackEvidence;
 pub use options::TrackOptions;
 pub use record::TrackRecord;
 
 use super::noise::median;
-use super::{ModalError, Mode};
-use sighting::Chain;
+use super::{FittedMode, ModalError};
+use observation::SightingChain;
 
 /// Passes over a chain, each with the density of chance finds that the one before left.
 const ROUNDS: usize = 4;
@@ -36,7 +36,7 @@ pub struct TrackedMode {
     /// Record and mode (indices) of each sighting, in order of position.
     pub sightings: Vec<(usize, usize)>,
     /// Why.
-    pub evidence: Evidence,
+    pub evidence: TrackEvidence,
 }
 
 /// Follows modes over records.
@@ -71,13 +71,13 @@ pub fn track(records: &[TrackRecord], options: &TrackOptions) -> Result<Vec<Trac
 
 /// Tracks of one chain.
 fn over_chain(records: &[TrackRecord], order: Vec<usize>, options: &TrackOptions) -> Vec<TrackedMode> {
-    let mut chain = Chain::of(records, order);
+    let mut chain = SightingChain::of(records, order);
     let mut tracks = search::tracks(&chain);
-    let mode_of = |chain: &Chain, s: usize| {
+    let mode_of = |chain: &SightingChain, s: usize| {
         let sighting = &chain.sightings[s];
         (chain.records[sighting.step], sighting.mode)
     };
-    let modes_of = |chain: &Chain, track: &search::Track| -> Vec<&Mode> {
+    let modes_of = |chain: &SightingChain, track: &search::Track| -> Vec<&FittedMode> {
         track.sightings.iter().map(|s| mode_of(chain, *s)).map(|(record, mode)| &records[record].modes[mode]).collect()
     };
     for _ in 0..ROUNDS {

@@ -27,7 +27,7 @@ pub(super) const JITTER_UNPLACED: f64 = 0.006;
 
 /// A frequency at a position.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Point {
+pub(super) struct TrackPoint {
     /// Position over the travel, 0 to 1.
     pub u: f64,
     /// ln f.
@@ -45,13 +45,13 @@ fn covariance(u: f64, v: f64) -> f64 {
 /// Points seen so far, ready to predict the next: rows of the Cholesky factor of their covariance, and whitened values.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Past {
-    points: Vec<Point>,
+    points: Vec<TrackPoint>,
     rows: Vec<Vec<f64>>,
     whitened: Vec<f64>,
 }
 
 /// A prediction of ln f, and what the factor grows by if it is taken.
-pub(super) struct Prediction {
+pub(super) struct TrackPrediction {
     pub mean: f64,
     /// Variance of the process at the position, without the noise of the new point.
     pub variance: f64,
@@ -60,7 +60,7 @@ pub(super) struct Prediction {
 
 impl Past {
     /// Prediction at a position from the points so far; at least one.
-    pub fn predict(&self, u: f64) -> Prediction {
+    pub fn predict(&self, u: f64) -> TrackPrediction {
         let mut row = Vec::with_capacity(self.points.len() + 1);
         for (at, point) in self.points.iter().enumerate() {
             let known: f64 = row.iter().zip(&self.rows[at]).map(|(a, b): (&f64, &f64)| a * b).sum();
@@ -69,11 +69,11 @@ impl Past {
         let reference = self.points.first().map_or(0.0, |p| p.y);
         let mean = reference + row.iter().zip(&self.whitened).map(|(a, b)| a * b).sum::<f64>();
         let variance = (covariance(u, u) - row.iter().map(|r| r * r).sum::<f64>()).max(0.0);
-        Prediction { mean, variance, row }
+        TrackPrediction { mean, variance, row }
     }
 
     /// Adds a point that was predicted.
-    pub fn add(&mut self, point: Point, prediction: Prediction) {
+    pub fn add(&mut self, point: TrackPoint, prediction: TrackPrediction) {
         let own = (prediction.variance + point.variance).sqrt();
         self.whitened.push((point.y - prediction.mean) / own);
         let mut row = prediction.row;
@@ -83,14 +83,14 @@ impl Past {
     }
 
     /// The first point of a track.
-    pub fn start(point: Point) -> Self {
+    pub fn start(point: TrackPoint) -> Self {
         let own = (covariance(point.u, point.u) + point.variance).sqrt();
         Self { points: vec![point], rows: vec![vec![own]], whitened: vec![0.0] }
     }
 }
 
 /// Errors of predicting each point from all others: relative (ln f), and over their standard deviation.
-pub(super) fn leave_one_out(points: &[Point]) -> Option<Vec<(f64, f64)>> {
+pub(super) fn leave_one_out(points: &[TrackPoint]) -> Option<Vec<(f64, f64)>> {
     let n = points.len();
     if n < 2 {
         return None;
@@ -108,8 +108,8 @@ mod tests {
 
     #[test]
     fn limit_sequential_prediction_is_leave_one_out_of_the_last() {
-        let points: Vec<Point> =
-            [(0.0, 1.0), (0.2, 1.01), (0.7, 1.04), (1.0, 1.02)].iter().map(|(u, y)| Point { u: *u, y: *y, variance: 1e-5 }).collect();
+        let points: Vec<TrackPoint> =
+            [(0.0, 1.0), (0.2, 1.01), (0.7, 1.04), (1.0, 1.02)].iter().map(|(u, y)| TrackPoint { u: *u, y: *y, variance: 1e-5 }).collect();
         let mut past = Past::start(points[0]);
         for point in &points[1..3] {
             let prediction = past.predict(point.u);

@@ -1,6 +1,6 @@
 //! What tracking is given.
 
-use super::super::Mode;
+use super::super::FittedMode;
 
 /// The modes of one record.
 #[derive(Debug, Clone, Copy)]
@@ -14,5 +14,5 @@ pub struct TrackRecord<'a> {
     /// Band fitted (Hz).
     pub band_hz: (f64, f64),
     /// Its modes.
-    pub modes: &'a [Mode],
+    pub modes: &'a [FittedMode],
 }

@@ -11,8 +11,8 @@
 
 use std::f64::consts::TAU;
 
+use super::observation::{Sighting, SightingChain};
 use super::process::Past;
-use super::sighting::{Chain, Sighting};
 
 /// Probability that a mode is seen at a position: it may have a node there, or hide in noise.
 const SEEN: f64 = 0.85;
@@ -32,19 +32,19 @@ pub(super) struct Track {
 }
 
 impl Track {
-    fn members<'a>(&self, chain: &'a Chain) -> Vec<&'a Sighting> {
+    fn members<'a>(&self, chain: &'a SightingChain) -> Vec<&'a Sighting> {
         self.sightings.iter().map(|s| &chain.sightings[*s]).collect()
     }
 }
 
 /// Price of a record that does not show the mode although its band covers it.
-fn miss(chain: &Chain, step: usize, y: f64) -> f64 {
+fn miss(chain: &SightingChain, step: usize, y: f64) -> f64 {
     let (low, high) = chain.band_hz[step];
     if (low.ln()..=high.ln()).contains(&y) { (1.0 - SEEN).ln() } else { 0.0 }
 }
 
 /// All modes of the chain as tracks, the most probable first.
-pub(super) fn tracks(chain: &Chain) -> Vec<Track> {
+pub(super) fn tracks(chain: &SightingChain) -> Vec<Track> {
     let mut free = vec![true; chain.sightings.len()];
     let mut best: Vec<Option<Track>> = (0..free.len()).map(|start| Some(follow(chain, start, &free))).collect();
     let mut found = Vec::new();
@@ -68,7 +68,7 @@ pub(super) fn tracks(chain: &Chain) -> Vec<Track> {
 }
 
 /// The best track that starts with a sighting.
-fn follow(chain: &Chain, start: usize, free: &[bool]) -> Track {
+fn follow(chain: &SightingChain, start: usize, free: &[bool]) -> Track {
     let first = &chain.sightings[start];
     let before: f64 = (0..first.step).map(|step| miss(chain, step, first.point.y)).sum();
     let mut kept = vec![Track { sightings: vec![start], score: before, past: Past::start(first.point) }];
@@ -95,7 +95,7 @@ fn follow(chain: &Chain, start: usize, free: &[bool]) -> Track {
 }
 
 /// The track with one more sighting, where it lies within the gate.
-fn extended(chain: &Chain, track: &Track, at: usize) -> Option<Track> {
+fn extended(chain: &SightingChain, track: &Track, at: usize) -> Option<Track> {
     let sighting = &chain.sightings[at];
     let prediction = track.past.predict(sighting.point.u);
     let variance = prediction.variance + sighting.point.variance;
@@ -115,7 +115,7 @@ fn extended(chain: &Chain, track: &Track, at: usize) -> Option<Track> {
 }
 
 /// Records whose band covers the track, and how many there are.
-pub(super) fn expected(chain: &Chain, track: &Track) -> usize {
+pub(super) fn expected(chain: &SightingChain, track: &Track) -> usize {
     let seen: Vec<usize> = track.sightings.iter().map(|s| chain.sightings[*s].step).collect();
     let covers = |step: &usize| seen.contains(step) || miss(chain, *step, track.past.predict(chain.u[*step]).mean) < 0.0;
     (0..chain.u.len()).filter(covers).count()

@@ -20,7 +20,11 @@ fn other_datasets_are_listed_with_place_and_number() {
     let other = b"    -1\n  2412\n         1        11\n    -1 2\n    -1\n      not a dataset\n    -1\n    -1\n  2412\n 1\n    -1\n";
     let file = read(&joined(&[&Sample::default().bytes(), other])).unwrap();
     assert_eq!(file.functions.len(), 1);
-    assert!(matches!(file.skipped[..], [Skipped { number: 2412, times: 2, place: Place { line: Some(18), .. } }]), "{:?}", file.skipped);
+    assert!(
+        matches!(file.skipped[..], [Skipped { number: 2412, times: 2, place: FilePlace { line: Some(18), .. } }]),
+        "{:?}",
+        file.skipped
+    );
     assert_eq!(file.warnings, []);
 }
 
@@ -107,7 +111,7 @@ impl ReplaceLineEnds for Vec<u8> {
 
 #[test]
 fn every_message_names_a_place_and_reads_as_a_sentence() {
-    let place = Place { byte: 80, line: Some(2) };
+    let place = FilePlace { byte: 80, line: Some(2) };
     let messages = [
         Warning::ByteCount { place, found: None, used: 16, evidence: SizeEvidence::TypeAndCount }.to_string(),
         Warning::Truncated { place, declared: 4, found: 2 }.to_string(),
@@ -117,5 +121,5 @@ fn every_message_names_a_place_and_reads_as_a_sentence() {
     for message in messages {
         assert!(message.starts_with("line 2 (byte 80): "), "{message}");
     }
-    assert_eq!(Place { byte: 9, line: None }.to_string(), "byte 9");
+    assert_eq!(FilePlace { byte: 9, line: None }.to_string(), "byte 9");
 }

@@ -11,7 +11,7 @@ fn fields_that_are_not_filled_are_zero() {
         ..Sample::default()
     };
     let record = sample.record();
-    assert_eq!(record.header.reference, Location::default());
+    assert_eq!(record.header.reference, NodeLocation::default());
     warned!(record, Warning::BlankField { field: "reference node", .. });
     warned!(record, Warning::BlankField { field: "z axis value", .. });
     warned!(record, Warning::BlankField { field: "specific data type", place } if place.line == Some(13));
@@ -61,10 +61,10 @@ fn characters_beyond_ascii_keep_their_columns() {
     let text = String::from_utf8(Sample::default().bytes()).unwrap();
     let (before, after) = text.split_once("        12    0    0    0 Acceleration         m/s^2\n").unwrap();
     let record = only(&[before.as_bytes(), &latin, after.as_bytes()].concat());
-    assert_eq!(record.header.ordinate, Axis::new(12, "Schwingstärke", "m/s²"));
+    assert_eq!(record.header.ordinate, RecordAxis::new(12, "Schwingstärke", "m/s²"));
     warned!(record, Warning::NonAscii { read_as: "Latin-1", place } if place.line == Some(11));
     let record = Sample { ordinate: "        12    0    0    0 Schwingstärke        m/s²\n".into(), ..Sample::default() }.record();
-    assert_eq!(record.header.ordinate, Axis::new(12, "Schwingstärke", "m/s²"));
+    assert_eq!(record.header.ordinate, RecordAxis::new(12, "Schwingstärke", "m/s²"));
     warned!(record, Warning::NonAscii { read_as: "UTF-8", .. });
 }
 
@@ -72,7 +72,7 @@ fn characters_beyond_ascii_keep_their_columns() {
 fn entity_names_that_contradict_are_named_and_kept() {
     let locations = "    4         0    0         0 1+Z                1   3 2:-X               2   1\n";
     let record = Sample { locations: locations.into(), ..Sample::default() }.record();
-    assert_eq!(record.header.reference, Location { entity: "2:-X".into(), node: 2, direction: 1 });
+    assert_eq!(record.header.reference, NodeLocation { entity: "2:-X".into(), node: 2, direction: 1 });
     assert_eq!(record.header.warnings.len(), 1);
     warned!(record, Warning::EntityConflict { entity, node: 2, direction: 1, .. } if entity == "2:-X");
     let record = Sample { locations: locations.replace("1   3 2:-X", "1   9 NONE"), ..Sample::default() }.record();

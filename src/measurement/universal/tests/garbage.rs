@@ -15,8 +15,8 @@ fn small_file() -> (Vec<u8>, Vec<Vec<Complex64>>) {
         let values: Vec<Complex64> =
             (0..7).map(|_| Complex64::new(draw.below(1000) as f64 / 8.0, -(draw.below(1000) as f64) / 8.0)).collect();
         let places = Abscissa::Even { first: 0.0, step: 1.0, count: values.len() };
-        let axis = Axis::new(data_type::DISPLACEMENT, "Displacement", "m");
-        let record = Record::frequency_response(Location::default(), Location::default(), axis, places, values.clone());
+        let axis = RecordAxis::new(data_type::DISPLACEMENT, "Displacement", "m");
+        let record = UniversalRecord::frequency_response(NodeLocation::default(), NodeLocation::default(), axis, places, values.clone());
         writer.record(&record, encoding).unwrap();
         truth.push(values);
     }

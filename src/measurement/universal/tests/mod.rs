@@ -68,7 +68,7 @@ impl Sample {
     }
 
     /// The only record.
-    fn record(&self) -> Record {
+    fn record(&self) -> UniversalRecord {
         only(&self.bytes())
     }
 
@@ -79,14 +79,14 @@ impl Sample {
 }
 
 /// The only record of a file.
-fn only(bytes: &[u8]) -> Record {
+fn only(bytes: &[u8]) -> UniversalRecord {
     let mut file = read(bytes).unwrap();
     assert_eq!(file.functions.len(), 1);
     file.functions.remove(0)
 }
 
 /// Real ordinate values.
-fn real(record: &Record) -> &[f64] {
+fn real(record: &UniversalRecord) -> &[f64] {
     match &record.ordinate {
         Ordinate::Real(values) => values,
         Ordinate::Complex(_) => panic!("complex"),
@@ -94,7 +94,7 @@ fn real(record: &Record) -> &[f64] {
 }
 
 /// Complex ordinate values.
-fn complex(record: &Record) -> &[Complex64] {
+fn complex(record: &UniversalRecord) -> &[Complex64] {
     match &record.ordinate {
         Ordinate::Complex(values) => values,
         Ordinate::Real(_) => panic!("real"),
@@ -146,9 +146,9 @@ fn a_sound_record_is_read_without_warning() {
     let header = &record.header;
     assert_eq!(header.id_lines[2], "21-Nov-26 10:00:00");
     assert_eq!(header.function_type, function_type::FREQUENCY_RESPONSE);
-    assert_eq!(header.response, Location { entity: "table".into(), node: 12, direction: 3 });
-    assert_eq!(header.reference, Location { entity: "nut".into(), node: 3, direction: -1 });
-    assert_eq!(header.ordinate, Axis::new(data_type::ACCELERATION, "Acceleration", "m/s^2"));
+    assert_eq!(header.response, NodeLocation { entity: "table".into(), node: 12, direction: 3 });
+    assert_eq!(header.reference, NodeLocation { entity: "nut".into(), node: 3, direction: -1 });
+    assert_eq!(header.ordinate, RecordAxis::new(data_type::ACCELERATION, "Acceleration", "m/s^2"));
     assert_eq!(header.z_axis.unit(), None);
-    assert_eq!(header.place, Place { byte: 7, line: Some(2) });
+    assert_eq!(header.place, FilePlace { byte: 7, line: Some(2) });
 }

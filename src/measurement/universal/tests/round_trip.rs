@@ -3,7 +3,7 @@
 use super::*;
 
 /// A record of values that six digits hold exactly, and single precision too.
-fn record(even: bool, double: bool, complex: bool, count: usize) -> Record {
+fn record(even: bool, double: bool, complex: bool, count: usize) -> UniversalRecord {
     let mut draw = Draw(7);
     let mut value = move || (draw.below(2001) as f64 - 1000.0) / 8.0;
     let places = if even {
@@ -16,17 +16,17 @@ fn record(even: bool, double: bool, complex: bool, count: usize) -> Record {
     } else {
         Ordinate::Real((0..count).map(|_| value()).collect())
     };
-    let response = Location { entity: "table".into(), node: 12, direction: -3 };
-    let reference = Location { entity: "nut".into(), node: 3, direction: 1 };
-    let numerator = Axis::new(data_type::ACCELERATION, "Acceleration", "m/s²");
-    let mut header = Record::frequency_response(response, reference, numerator, places.clone(), Vec::new()).header;
+    let response = NodeLocation { entity: "table".into(), node: 12, direction: -3 };
+    let reference = NodeLocation { entity: "nut".into(), node: 3, direction: 1 };
+    let numerator = RecordAxis::new(data_type::ACCELERATION, "Acceleration", "m/s²");
+    let mut header = UniversalRecord::frequency_response(response, reference, numerator, places.clone(), Vec::new()).header;
     header.id_lines = ["accelerance", "run 3", "21-Nov-26 10:00:00", "position 200 mm", "five hits"].map(str::to_owned);
     (header.function_id, header.version, header.load_case, header.z_value) = (4, 5, 6, 1.5);
     header.ordinate_type = OrdinateType::new(complex, double);
-    Record::new(header, places, values)
+    UniversalRecord::new(header, places, values)
 }
 
-fn written(record: &Record, encoding: Encoding) -> Vec<u8> {
+fn written(record: &UniversalRecord, encoding: Encoding) -> Vec<u8> {
     let mut writer = UniversalWriter::new(Vec::new());
     writer.record(record, encoding).unwrap();
     writer.finish().unwrap()
@@ -47,9 +47,9 @@ fn all_variants_come_back_as_they_were() {
                 assert_eq!(faults, usize::from(wide), "{name}: {:?}", back.header.warnings);
                 let bare = |header: &RecordHeader| RecordHeader {
                     warnings: Vec::new(),
-                    place: Place::default(),
+                    place: FilePlace::default(),
                     encoding,
-                    z_axis: Axis::default(),
+                    z_axis: RecordAxis::default(),
                     ..header.clone()
                 };
                 assert_eq!(bare(&back.header), bare(&record.header), "{name}");
@@ -62,7 +62,8 @@ fn all_variants_come_back_as_they_were() {
 fn text_in_double_precision_has_exact_columns_and_thirteen_digits() {
     let values = vec![Complex64::new(1.0 / 3.0, -2e-11 / 3.0), Complex64::new(0.0, 1e-300), Complex64::new(-1e200, 5e-324)];
     let places = Abscissa::Even { first: 0.0, step: 1.0, count: 3 };
-    let record = Record::frequency_response(Location::default(), Location::default(), Axis::new(8, "", "m"), places, values);
+    let record =
+        UniversalRecord::frequency_response(NodeLocation::default(), NodeLocation::default(), RecordAxis::new(8, "", "m"), places, values);
     let text = String::from_utf8(written(&record, Encoding::Ascii)).unwrap();
     let lines: Vec<&str> = text.lines().collect();
     assert_eq!(lines[13], "  3.333333333333E-01 -6.666666666667E-12  0.000000000000E+00 1.000000000000E-300");
@@ -96,7 +97,7 @@ fn header_and_units_come_back_as_they_were() {
         saved: "21-Nov-26 11:00:00".into(),
         writer: "writer".into(),
         written: "21-Nov-26 12:00:00".into(),
-        place: Place::default(),
+        place: FilePlace::default(),
     };
     let units =
         Units { code: 7, description: "Inch (pound f)".into(), length_factor: 1.0 / 0.0254, force_factor: 0.224_808_943_1, ..Units::si() };
@@ -106,13 +107,13 @@ fn header_and_units_come_back_as_they_were() {
     writer.record(&record(true, true, true, 5), Encoding::Ascii).unwrap();
     let file = read(&writer.finish().unwrap()).unwrap();
     assert_eq!(file.warnings, []);
-    assert_eq!(FileHeader { place: Place::default(), ..file.headers[0].clone() }, header);
-    assert_eq!(Units { place: Place::default(), ..file.units[0].clone() }, units);
+    assert_eq!(FileHeader { place: FilePlace::default(), ..file.headers[0].clone() }, header);
+    assert_eq!(Units { place: FilePlace::default(), ..file.units[0].clone() }, units);
     assert_eq!(file.functions[0].header.units.as_deref(), Some(&file.units[0]));
 }
 
 #[test]
-fn the_rounding_of_the_abscissa_is_told() {
+fn the_rounding_of_the_abscissa_is_estimated() {
     let mut record = record(true, true, true, 6401);
     let third = 1.0 / 3.0;
     record.abscissa = Abscissa::Even { first: 0.0, step: third, count: 6401 };
@@ -125,7 +126,7 @@ fn the_rounding_of_the_abscissa_is_told() {
 
 #[test]
 fn what_the_format_cannot_hold_is_refused() {
-    let refusal = |change: fn(&mut Record)| {
+    let refusal = |change: fn(&mut UniversalRecord)| {
         let mut record = record(false, false, true, 3);
         change(&mut record);
         let mut writer = UniversalWriter::new(Vec::new());

@@ -1,0 +1,357 @@
+//! Results of the library as rows of documents.
+
+use std::collections::BTreeMap;
+
+use crate::sources::Loaded;
+use identification::objective::{FrfGap, GAIN_RANGE, MISSING, PositionPrediction};
+use identification::{Combination, CombinationKind, Drawn, Identification, ToleranceEstimate};
+use machine::{Machine, Prior};
+use measurement::{FrfLine, MeasurementSet};
+use numeric::statistics::{root_mean_square, root_mean_square_of_parts, root_sum_square};
+use numeric::unit::omega_rad_s;
+use report::certainty::{BasinRow, BootstrapRow, CombinationRow, PriorRow, ToleranceRow};
+use report::document::{FrfRow, LonePeak, OrderRow, ParameterRow, PositionRow};
+
+/// Parameters by id, with the gain where amplitudes were compared.
+pub fn parameters(machine: &Machine, found: &Identification) -> BTreeMap<String, ParameterRow> {
+    let mut rows: BTreeMap<String, ParameterRow> = found
+        .estimates
+        .iter()
+        .map(|e| {
+            let p = &machine.parameters[e.parameter];
+            let row = ParameterRow {
+                value: e.value,
+                unit: p.unit.clone(),
+                lower: p.lower,
+                upper: p.upper,
+                interval95: e.interval95.map(|(a, b)| [a, b]),
+                identifiable: e.identifiable,
+                fitted: found.free.contains(&e.parameter),
+            };
+            (p.id.clone(), row)
+        })
+        .collect();
+    if found.gain.count > 0 {
+        let row = ParameterRow {
+            value: found.gain.gain,
+            unit: "1".into(),
+            lower: GAIN_RANGE.0,
+            upper: GAIN_RANGE.1,
+            interval95: found.gain_interval95.map(|(a, b)| [a, b]),
+            identifiable: found.gain_identifiable,
+            fitted: found.gain_interval95.is_some(),
+        };
+        rows.insert("gain".into(), row);
+    }
+    rows
+}
+
+/// Tolerances by name.
+pub fn tolerances(estimates: &[ToleranceEstimate]) -> BTreeMap<String, ToleranceRow> {
+    let row = |t: &ToleranceEstimate| {
+        let kind = match t.prior {
+            Prior::Normal(_) => "normal",
+            Prior::LogNormal(_) => "log-normal",
+        };
+        let prior = PriorRow { mean: t.mean, sd: t.prior.sd(), kind: kind.into() };
+        (t.name.clone(), ToleranceRow { unit: t.unit.clone(), prior, value: t.value, sd: t.sd })
+    };
+    estimates.iter().map(row).collect()
+}
+
+/// Minima that the data do not tell from the least, where there are several.
+pub fn basins(found: &Identification) -> Vec<BasinRow> {
+    if found.basins.len() < 2 {
+        return Vec::new();
+    }
+    let values = |place: &[f64]| {
+        let own = found.free.iter().zip(place);
+        own.map(|(index, u)| (found.machine.parameters[*index].id.clone(), found.machine.parameters[*index].from_unit(*u))).collect()
+    };
+    found.basins.iter().map(|b| BasinRow { cost: b.cost, count: b.searches, values: values(&b.place) }).collect()
+}
+
+/// Root of the summed squares of the relative errors; `None` where a measured order is not predicted: a model that lost a mode must not
+/// look better for it.
+fn overall(orders: &[OrderRow], predicted: impl Fn(&OrderRow) -> Option<f64>) -> Option<f64> {
+    let measured = orders.iter().filter(|o| o.measured_hz.is_some());
+    let errors: Option<Vec<f64>> = measured.map(|o| Some(predicted(o)? / o.measured_hz? - 1.0)).collect();
+    root_sum_square(errors?)
+}
+
+/// One position's row.
+pub fn position(
+    set: &MeasurementSet,
+    prediction: &PositionPrediction,
+    role: &str,
+    gain: Option<f64>,
+    fit_positions: &[String],
+) -> PositionRow {
+    let name = &set.positions[prediction.position].name;
+    let mut orders: Vec<OrderRow> = Vec::new();
+    let mut lone_peaks = Vec::new();
+    for deviation in &prediction.deviations {
+        match (deviation.observed, deviation.predicted) {
+            (Some(observed), peak) => orders.push(OrderRow {
+                order: observed.order,
+                measured_hz: observed.frequency_hz,
+                predicted_hz: peak.map(|p| p.frequency_hz),
+                relative_error: peak.and_then(|p| Some(p.frequency_hz / observed.frequency_hz? - 1.0)),
+                measured_amplitude: observed.amplitude,
+                predicted_amplitude: peak.and_then(|p| Some(gain? * p.amplitude)),
+                published_hz: set.published.predicted_hz(fit_positions, name, observed.order),
+            }),
+            (None, Some(peak)) => {
+                lone_peaks.push(LonePeak { frequency_hz: peak.frequency_hz, prominence: peak.prominence, unexpected: deviation.unexpected })
+            }
+            (None, None) => {}
+        }
+    }
+    if let Some(table) = &set.modes {
+        for unseen in table.positions[prediction.position].iter().filter(|m| m.frequency_hz.is_none()) {
+            orders.push(OrderRow {
+                order: unseen.order,
+                measured_hz: None,
+                predicted_hz: None,
+                relative_error: None,
+                measured_amplitude: None,
+                predicted_amplitude: None,
+                published_hz: None,
+            });
+        }
+    }
+    orders.sort_by_key(|o| o.order);
+    let step = set.modes.as_ref().and_then(|t| t.resolution_hz);
+    let rounded = |x: f64| step.map(|s| (x / s).round() * s);
+    PositionRow {
+        role: role.into(),
+        overall_error: overall(&orders, |o| o.predicted_hz),
+        overall_error_rounded: overall(&orders, |o| o.predicted_hz.and_then(rounded)),
+        overall_error_published: overall(&orders, |o| o.published_hz),
+        orders,
+        lone_peaks,
+        gap: None,
+        noise_floor: None,
+    }
+}
+
+/// FRFs as rows.
+pub fn frfs(set: &MeasurementSet, gaps: &[FrfGap], role: &str) -> Vec<FrfRow> {
+    gaps.iter()
+        .map(|gap| {
+            let frf = &set.frfs[gap.frf];
+            FrfRow {
+                position: frf.position.map(|p| set.positions[p].name.clone()),
+                record: frf.record.clone(),
+                response: frf.response.clone(),
+                excitation: frf.excitation.clone(),
+                role: role.into(),
+                gap: gap.gap,
+                noise_floor: gap.noise_floor,
+                lines: gap.lines,
+                accepted_share: frf.lines.len() as f64 / (frf.lines.len() + frf.rejected.len()) as f64,
+            }
+        })
+        .collect()
+}
+
+/// Names of what was split off: positions; for whole FRFs positions all of whose FRFs belong to it, else the records that do.
+pub fn names(set: &MeasurementSet, positions: &[usize], frfs: &[usize], whole_frfs: bool) -> Vec<String> {
+    if !whole_frfs {
+        return positions.iter().map(|i| set.positions[*i].name.clone()).collect();
+    }
+    let mut names: Vec<String> = Vec::new();
+    for &i in frfs {
+        let frf = &set.frfs[i];
+        let whole = |p: usize| set.frfs.iter().enumerate().all(|(j, f)| f.position != Some(p) || frfs.contains(&j));
+        let name = match (frf.position, &frf.record) {
+            (Some(p), _) if whole(p) => set.positions[p].name.clone(),
+            (_, Some(record)) => record.clone(),
+            (Some(p), None) => set.positions[p].name.clone(),
+            (None, None) => frf.source.clone(),
+        };
+        if !names.contains(&name) {
+            names.push(name);
+        }
+    }
+    names
+}
+
+/// FRFs gathered by position, or by record where there is no position or where the position's records have different roles.
+pub fn gathered(frfs: &[FrfRow]) -> BTreeMap<String, PositionRow> {
+    let mixed = |name: &String| {
+        frfs.iter().any(|a| a.position.as_ref() == Some(name) && a.role != frfs[0].role)
+            && frfs.iter().any(|a| a.position.as_ref() == Some(name) && a.role == frfs[0].role)
+    };
+    let name = |row: &FrfRow| match (&row.position, &row.record) {
+        (Some(position), Some(record)) if mixed(position) => format!("{position} {record}"),
+        (Some(position), _) => position.clone(),
+        (None, Some(record)) => record.clone(),
+        (None, None) => "all".into(),
+    };
+    let mut groups: BTreeMap<String, Vec<&FrfRow>> = BTreeMap::new();
+    for row in frfs {
+        groups.entry(name(row)).or_default().push(row);
+    }
+    let mean = |rows: &[&FrfRow], pick: &dyn Fn(&FrfRow) -> Option<f64>| -> Option<f64> {
+        let parts: Option<Vec<(f64, usize)>> = rows.iter().map(|r| Some((pick(r)?, r.lines))).collect();
+        root_mean_square_of_parts(parts?)
+    };
+    groups
+        .into_iter()
+        .map(|(name, rows)| {
+            let row = PositionRow {
+                role: rows[0].role.clone(),
+                overall_error: None,
+                overall_error_rounded: None,
+                overall_error_published: None,
+                orders: Vec::new(),
+                lone_peaks: Vec::new(),
+                gap: mean(&rows, &|r| Some(r.gap)),
+                noise_floor: mean(&rows, &|r| r.noise_floor),
+            };
+            (name, row)
+        })
+        .collect()
+}
+
+/// Gap over several positions: root mean square over their lines.
+pub fn gap_over<'r>(frfs: impl Iterator<Item = &'r FrfRow>) -> Option<f64> {
+    root_mean_square_of_parts(frfs.map(|r| (r.gap, r.lines)))
+}
+
+/// Share of lines from which a positive Im of a driving point is told.
+const ACTIVE_SHARE: f64 = 0.02;
+/// Standard deviation of a component of ln H where nothing is known of the noise.
+const UNKNOWN_SD: f64 = 0.02;
+
+/// What the driving points of a set show: a passive machine has Im(receptance) ≤ 0.
+pub fn passivity_warnings(machine: &Machine, set: &MeasurementSet) -> Vec<String> {
+    let remedy = if machine.effects.iter().any(|e| e == "measurement-delay") {
+        "the machine contains measurement-delay, which accounts for a delay"
+    } else {
+        "if it is a delay, add the effect measurement-delay to the machine"
+    };
+    let mut shown: Vec<String> = Vec::new();
+    for frf in set.frfs.iter().filter(|f| f.response == f.excitation) {
+        // Noise alone makes Im positive where it is small: only what exceeds three standard deviations counts.
+        let active = |(l, sd): &(&FrfLine, Option<f64>)| {
+            let receptance = l.value / frf.quantity.from_receptance(omega_rad_s(l.frequency_hz));
+            receptance.im > 3.0 * sd.unwrap_or(UNKNOWN_SD) * receptance.norm()
+        };
+        let share = frf.lines.iter().zip(frf.component_sds()).filter(active).count() as f64 / frf.lines.len() as f64;
+        if share > ACTIVE_SHARE {
+            shown.push(format!("{} ({:.0} %)", frf.source, 100.0 * share));
+        }
+    }
+    if shown.is_empty() {
+        return Vec::new();
+    }
+    vec![format!(
+        "Im of a driving point is positive on a share of the lines, as a delay, a wrong sign or a wrong quantity makes it ({remedy}): {}",
+        shown.join(", ")
+    )]
+}
+
+/// Combinations as rows.
+pub fn combinations(machine: &Machine, found: &Identification) -> Vec<CombinationRow> {
+    let id = |index: usize| machine.parameters[index].id.clone();
+    let word = |kind| match kind {
+        CombinationKind::Series => "series",
+        CombinationKind::Parallel => "parallel",
+        CombinationKind::Ratio => "ratio",
+        CombinationKind::Opposite => "opposite",
+    };
+    let row = |c: &Combination| CombinationRow {
+        parameters: [id(c.parameters.0), id(c.parameters.1)],
+        kind: word(c.kind).into(),
+        correlation: c.correlation,
+        relative_sd: c.sd,
+        description: c.text.clone(),
+    };
+    found.combinations.iter().map(row).collect()
+}
+
+/// Bootstraps as rows.
+pub fn bootstraps(machine: &Machine, found: &Identification) -> Vec<BootstrapRow> {
+    found
+        .bootstraps
+        .iter()
+        .map(|b| {
+            let of = |(&parameter, ends): (&usize, &(f64, f64))| {
+                let p = &machine.parameters[parameter];
+                (p.id.clone(), [p.from_unit(ends.0), p.from_unit(ends.1)])
+            };
+            BootstrapRow {
+                drawn: if b.drawn == Drawn::Lines { "lines" } else { "positions" }.into(),
+                samples: b.samples,
+                interval95: found.free.iter().zip(&b.interval95).map(of).collect(),
+            }
+        })
+        .collect()
+}
+
+/// All FRFs of an identification.
+pub fn all_frfs(set: &MeasurementSet, found: &Identification) -> Vec<FrfRow> {
+    let mut rows = frfs(set, &found.fitted_frfs, "fit");
+    rows.extend(frfs(set, &found.held_out_frfs, "held_out"));
+    rows
+}
+
+/// All positions of an identification.
+pub fn positions(loaded: &Loaded, found: &Identification, fit_positions: &[String]) -> BTreeMap<String, PositionRow> {
+    if !found.fitted_frfs.is_empty() {
+        return gathered(&all_frfs(&loaded.set, found));
+    }
+    let gain = (found.gain.count > 0).then_some(found.gain.gain);
+    let rows = |predictions: &[PositionPrediction], role: &'static str| -> Vec<(String, PositionRow)> {
+        predictions
+            .iter()
+            .map(|p| (loaded.set.positions[p.position].name.clone(), position(&loaded.set, p, role, gain, fit_positions)))
+            .collect()
+    };
+    rows(&found.fitted, "fit").into_iter().chain(rows(&found.held_out, "held_out")).collect()
+}
+
+/// Quantities that follow: largest errors, scatter and gaps, by name.
+/// Where nothing was held out, those of a fit without each position are called `left_out`.
+pub fn derived(positions: &BTreeMap<String, PositionRow>, frfs: &[FrfRow], leave_one_out: bool) -> BTreeMap<String, f64> {
+    let mut derived = BTreeMap::new();
+    for role in ["fit", "held_out"] {
+        let called = if leave_one_out { "left_out" } else { role };
+        if let Some(gap) = gap_over(frfs.iter().filter(|r| r.role == role)) {
+            derived.insert(format!("gap_{called}"), gap);
+        }
+        let of_role = || positions.values().filter(|p| p.role == role);
+        if let Some(largest) = of_role().filter_map(|p| p.largest_error(MISSING)).reduce(f64::max) {
+            derived.insert(format!("largest_frequency_error_{called}"), largest);
+        }
+        let logs = of_role().flat_map(|p| &p.orders).filter_map(|o| Some((o.predicted_amplitude? / o.measured_amplitude?).ln()));
+        if let Some(rms) = root_mean_square(logs) {
+            derived.insert(format!("ln_amplitude_rms_{called}"), rms);
+        }
+    }
+    derived
+}
+
+/// Warnings about modes without a partner.
+pub fn pairing_warnings(positions: &BTreeMap<String, PositionRow>) -> Vec<String> {
+    let mut warnings = Vec::new();
+    for (name, p) in positions {
+        for o in p.orders.iter().filter(|o| o.predicted_hz.is_none()) {
+            if let Some(measured_hz) = o.measured_hz {
+                warnings.push(format!(
+                    "{name}: the model has no peak for order {} measured at {measured_hz} Hz; it counts as an error of 30 %; take it out if it is no mode of this machine",
+                    o.order
+                ));
+            }
+        }
+        for peak in p.lone_peaks.iter().filter(|p| p.unexpected) {
+            warnings.push(format!(
+                "{name}: the model has a peak at {:.1} Hz that was not measured; it counts as an error of 30 %; look for it in the FRF",
+                peak.frequency_hz
+            ));
+        }
+    }
+    warnings
+}

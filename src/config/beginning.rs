@@ -1,4 +1,0 @@
-//! The beginning of a configuration, to be filled in.
-
-/// A commented `machine.toml`: what the user must say is `nan` there, which the program refuses by name.
-pub const MACHINE_BEGINNING: &str = include_str!("beginning/machine.toml");

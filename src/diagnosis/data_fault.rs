@@ -1,0 +1,191 @@
+//! Records that contradict the others: a faulty channel, or records filed under each other's positions, are no effect.
+
+use rayon::prelude::*;
+
+use super::evidence::{Domain, PartialGap};
+use super::fit::{Fitted, Fitter, SCATTERED};
+use super::hypothesis::Hypothesis;
+use super::null_distribution::NullDistribution;
+use identification::objective::ObjectiveError;
+use measurement::{FitSet, HoldOutSet, MeasurementSet};
+use numeric::parallel::OrFirstError;
+use numeric::statistics::quantile;
+use optimizer::Control;
+
+/// What is wrong with the records.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Fault {
+    /// This FRF contradicts the others.
+    Contradicts(usize),
+    /// These two stand at each other's positions.
+    Exchanged(usize, usize),
+}
+
+/// Excess of the misfit at which the other records agree with the model.
+const AGREES: f64 = 1.6;
+/// Steps of a fit without a record, or with two of them exchanged.
+const STEPS: u64 = 25;
+/// Pairs of records that are looked at more closely.
+const LIKELIEST: usize = 3;
+/// What is left of χ² at most where two records were exchanged and stand right now; and the share of the excess before that the excess after may be too
+/// large by, since the null was simulated about the wrong fit.
+const RESTORED: (f64, f64) = (0.2, 0.01);
+/// A held-out record that far above the middle one is off, and once it stands right it is at most that far.
+const OFF: (f64, f64) = (2.5, 1.5);
+
+impl Fault {
+    /// Why, and what to measure next.
+    pub fn fault_text(self, set: &MeasurementSet) -> (String, String) {
+        let source = |frf: usize| &set.frfs[frf].source;
+        let position = |frf: usize| set.frfs[frf].position.map_or("?", |p| &set.positions[p].name);
+        match self {
+            Fault::Contradicts(frf) => (
+                format!("{} contradicts the other records, which agree with the model without it", source(frf)),
+                format!("measure {} again; check sensor, mounting and cable of that channel", source(frf)),
+            ),
+            Fault::Exchanged(a, b) => (
+                format!(
+                    "{} and {} are exchanged: at each other's positions, {} and {}, they agree with the model and the other records",
+                    source(a),
+                    source(b),
+                    position(b),
+                    position(a)
+                ),
+                format!("see which of {} and {} was struck where, or measure one of them again", source(a), source(b)),
+            ),
+        }
+    }
+}
+
+/// The fault that best explains why a fit agrees with no model, none where the records do not contradict each other.
+///
+/// # Errors  as [`Fitter::objective`].
+pub(super) fn fault(
+    fitter: &Fitter<'_>,
+    held_out: &HoldOutSet<'_>,
+    nominal: (&Hypothesis, &Fitted),
+    null: &NullDistribution,
+    control: &Control,
+) -> Result<Option<Fault>, ObjectiveError> {
+    let Domain::Frf(_) = fitter.domain else { return Ok(None) };
+    if let Some((a, b)) = exchanged(fitter, held_out, nominal, null, control)? {
+        return Ok(Some(Fault::Exchanged(a, b)));
+    }
+    Ok(faulty(fitter, nominal, null, control)?.map(Fault::Contradicts))
+}
+
+/// A record without which the others agree, while it alone contradicts them.
+fn faulty(
+    fitter: &Fitter<'_>,
+    (nominal, base): (&Hypothesis, &Fitted),
+    null: &NullDistribution,
+    control: &Control,
+) -> Result<Option<usize>, ObjectiveError> {
+    let frfs = &fitter.fit.frfs;
+    if frfs.len() < 3 {
+        return Ok(None);
+    }
+    let without: Result<Vec<(usize, f64, f64)>, ObjectiveError> = frfs
+        .par_iter()
+        .map(|left| {
+            let kept = fitter.on(FitSet { frfs: frfs.iter().copied().filter(|f| f != left).collect(), ..fitter.fit.clone() });
+            let objective = kept.objective(nominal)?;
+            let part = kept.descend(&objective, base, STEPS, control);
+            let own = fitter.on(FitSet { frfs: vec![*left], ..fitter.fit.clone() });
+            let count = own.objective(nominal)?.observations() as f64;
+            Ok((*left, part.chi_square / objective.observations() as f64, own.loss(nominal, &part)? / count))
+        })
+        .or_first_error();
+    let mut without = without?;
+    without.sort_by(|a, b| a.1.total_cmp(&b.1));
+    let (worst, rest, own) = without[0];
+    let second = without[1].1;
+    Ok((null.excess(rest) <= AGREES && own > 10.0 * rest && second > 2.5 * rest).then_some(worst))
+}
+
+/// The set with two records at each other's positions.
+fn with_exchanged(set: &MeasurementSet, (a, b): (usize, usize)) -> MeasurementSet {
+    let mut other = set.clone();
+    (other.frfs[a].position, other.frfs[b].position) = (set.frfs[b].position, set.frfs[a].position);
+    other
+}
+
+/// Pairs of records of one channel at two positions.
+fn pairs<'p>(set: &'p MeasurementSet, frfs: &'p [usize], others: &'p [usize]) -> impl Iterator<Item = (usize, usize)> + 'p {
+    let alike = move |a: usize, b: usize| {
+        let (a, b) = (&set.frfs[a], &set.frfs[b]);
+        (&a.response, &a.excitation, a.quantity) == (&b.response, &b.excitation, b.quantity)
+            && a.position.is_some()
+            && b.position.is_some()
+            && a.position != b.position
+    };
+    let twice = move |a: usize, b: usize| frfs.contains(&b) && b < a;
+    frfs.iter().flat_map(move |&a| others.iter().map(move |&b| (a, b))).filter(move |&(a, b)| alike(a, b) && !twice(a, b))
+}
+
+/// Two fitted records, or one and a held-out one, with which at each other's positions the model fits where it did not.
+fn exchanged(
+    fitter: &Fitter<'_>,
+    held_out: &HoldOutSet<'_>,
+    (nominal, base): (&Hypothesis, &Fitted),
+    null: &NullDistribution,
+    control: &Control,
+) -> Result<Option<(usize, usize)>, ObjectiveError> {
+    let set = fitter.fit.set;
+    let all: Vec<usize> = fitter.fit.frfs.iter().chain(&held_out.frfs).copied().collect();
+    let candidates: Vec<(usize, usize)> = pairs(set, &fitter.fit.frfs, &all).collect();
+    let fits: Result<Vec<_>, ObjectiveError> = candidates
+        .into_par_iter()
+        .map(|pair| {
+            let other = with_exchanged(set, pair);
+            let right = fitter.on(FitSet { set: &other, ..fitter.fit.clone() });
+            let fitted = right.descend(&right.objective(nominal)?, base, STEPS, control);
+            Ok((pair, fitted.chi_square))
+        })
+        .or_first_error();
+    let mut fits = fits?;
+    fits.sort_by(|a, b| a.1.total_cmp(&b.1));
+    let count = fitter.objective(nominal)?.observations() as f64;
+    let reach = AGREES + RESTORED.1 * null.excess(base.chi_square / count);
+    // Records at wrong positions lead the joints far astray: the likeliest pairs are looked at from all over the ranges.
+    for (pair, chi_square) in fits.into_iter().take(LIKELIEST) {
+        let other = with_exchanged(set, pair);
+        let right = fitter.on(FitSet { set: &other, ..fitter.fit.clone() });
+        let again = right.scatter_anew(nominal, base, SCATTERED, control)?.chi_square;
+        let least = again.min(chi_square);
+        if least <= RESTORED.0 * base.chi_square && null.excess(least / count) <= reach {
+            return Ok(Some(pair));
+        }
+    }
+    Ok(None)
+}
+
+/// What is wrong with a held-out record that is far off where all others are not: it stands at another's position, or it is faulty.
+///
+/// # Errors  as [`Fitter::gaps`].
+pub(super) fn held_out_fault(
+    fitter: &Fitter<'_>,
+    held_out: &HoldOutSet<'_>,
+    (nominal, base): (&Hypothesis, &Fitted),
+    gaps: &[PartialGap],
+) -> Result<Option<Fault>, ObjectiveError> {
+    let set = fitter.fit.set;
+    let Some(middle) = quantile(gaps.iter().map(|p| p.gap), 0.5) else { return Ok(None) };
+    let off: Vec<usize> = gaps.iter().filter(|p| p.gap > OFF.0 * middle).filter_map(|p| p.frf).collect();
+    for pair in pairs(set, &off, &off) {
+        let other = with_exchanged(set, pair);
+        let two = HoldOutSet { set: &other, positions: held_out.positions.clone(), frfs: vec![pair.0, pair.1] };
+        if fitter.gaps(nominal, base, &two)?.iter().all(|p| p.gap < OFF.1 * middle) {
+            return Ok(Some(Fault::Exchanged(pair.0, pair.1)));
+        }
+    }
+    Ok(contradicting(gaps).map(Fault::Contradicts))
+}
+
+/// A held-out record that is far off where all others of its channel and position are not.
+fn contradicting(held_out: &[PartialGap]) -> Option<usize> {
+    let mut gaps: Vec<(f64, Option<usize>)> = held_out.iter().map(|p| (p.gap, p.frf)).collect();
+    gaps.sort_by(|a, b| b.0.total_cmp(&a.0));
+    let [(worst, frf), (second, _), ..] = gaps[..] else { return None };
+    frf.filter(|_| worst > 0.2 && worst > 8.0 * second)
+}

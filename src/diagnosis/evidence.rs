@@ -1,0 +1,287 @@
+//! What is compared: whole FRFs or modes, behind one face.
+
+use nalgebra::{DMatrix, DVector};
+
+use super::hypothesis::Hypothesis;
+use identification::objective::{
+    FrfObjective, FrfSettings, MISSING, ModeObjective, ModeSettings, ModeSquares, ObjectiveError, PositionPrediction,
+};
+use measurement::{FitSet, HoldOutSet};
+use numeric::statistics::{root_mean_square, root_mean_square_of_parts};
+use optimizer::LeastSquares;
+
+/// Fewest and most lines of one FRF that are looked at, and lines of all together: what a model's error hides no line more would tell, but noise is less
+/// of so many.
+const LINES: (usize, usize) = (60, 1000);
+const ALL_LINES: usize = 3600;
+/// Step in the unit interval of derivatives of modes.
+const STEP: f64 = 2e-4;
+
+/// Which data are diagnosed, and their weights.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Domain {
+    /// Whole FRFs.
+    Frf(FrfSettings),
+    /// Natural frequencies and amplitudes.
+    Modes(ModeSettings),
+}
+
+/// The objective of one hypothesis.
+pub enum DomainObjective<'h> {
+    /// On FRFs.
+    Frf(FrfObjective<'h>),
+    /// On modes.
+    Modes(ModeObjective<'h>),
+}
+
+/// The gap of a position or of one FRF of it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct PartialGap {
+    /// Index of the position in the set.
+    pub position: Option<usize>,
+    /// Index of the FRF in the set, where FRFs are compared.
+    pub frf: Option<usize>,
+    /// The gap.
+    pub gap: f64,
+    /// What the noise alone leaves.
+    pub floor: Option<f64>,
+    /// Lines, or modes.
+    pub count: usize,
+}
+
+/// Gap and floor over parts, line by line.
+pub fn gap_over(parts: &[PartialGap]) -> Option<f64> {
+    root_mean_square_of_parts(parts.iter().map(|p| (p.gap, p.count)))
+}
+
+/// Noise floor over parts; `None` where that of one is not known.
+pub fn floor_over(parts: &[PartialGap]) -> Option<f64> {
+    let floors: Option<Vec<(f64, usize)>> = parts.iter().map(|p| Some((p.floor?, p.count))).collect();
+    root_mean_square_of_parts(floors?)
+}
+
+/// `closed` = 1 − (after² − floor²)/(before² − floor²); `None` where the gap before is at the floor.
+pub fn share_closed(before: f64, after: f64, floor: f64) -> Option<f64> {
+    (before > floor).then(|| 1.0 - (after * after - floor * floor) / (before * before - floor * floor))
+}
+
+impl<'h> DomainObjective<'h> {
+    /// Of data to fit. Parameters in `frozen` keep their start values.
+    ///
+    /// # Errors  as [`FrfObjective::new`] and [`ModeObjective::new`].
+    pub fn new(hypothesis: &'h Hypothesis, fit: &FitSet<'_>, domain: Domain, frozen: &[String]) -> Result<Self, ObjectiveError> {
+        let machine = &hypothesis.machine;
+        Ok(match domain {
+            Domain::Frf(settings) => {
+                let lines = (ALL_LINES / fit.frfs.len().max(1)).clamp(LINES.0, LINES.1);
+                DomainObjective::Frf(FrfObjective::new(machine, fit, settings, frozen)?.thinned(lines))
+            }
+            Domain::Modes(settings) => DomainObjective::Modes(ModeObjective::new(machine, fit, settings, frozen)?),
+        })
+    }
+
+    /// The same with few lines, to look around.
+    #[must_use]
+    pub fn coarse(&self, lines: usize) -> Option<DomainObjective<'h>> {
+        match self {
+            DomainObjective::Frf(o) => Some(DomainObjective::Frf(o.curvature_sampled(lines))),
+            DomainObjective::Modes(_) => None,
+        }
+    }
+
+    /// Indices of the free parameters.
+    pub fn free(&self) -> &[usize] {
+        match self {
+            DomainObjective::Frf(o) => &o.free,
+            DomainObjective::Modes(o) => &o.free,
+        }
+    }
+
+    /// Free parameters of a hypothesis, but for nuisances: what is known of one beforehand counts as a number measured.
+    pub fn unknowns(&self, of: &Hypothesis) -> usize {
+        self.free().len().saturating_sub(of.machine.parameters.iter().filter(|p| p.prior.is_some()).count())
+    }
+
+    /// Coordinates: free parameters, then gain, nut positions and channels where those are unknown.
+    pub fn dimension(&self) -> usize {
+        match self {
+            DomainObjective::Frf(o) => LeastSquares::dimension(o),
+            DomainObjective::Modes(o) => o.free.len() + usize::from(o.estimates_gain()),
+        }
+    }
+
+    /// Coordinates of nut positions.
+    pub fn nut_coordinates(&self) -> std::ops::Range<usize> {
+        match self {
+            DomainObjective::Frf(o) => o.nut_coordinates(),
+            DomainObjective::Modes(_) => self.dimension()..self.dimension(),
+        }
+    }
+
+    /// A place of the free parameters with the other coordinates added.
+    pub fn extended(&self, place: &[f64]) -> Vec<f64> {
+        match self {
+            DomainObjective::Frf(o) => o.extended(place),
+            DomainObjective::Modes(o) => o.extended(place),
+        }
+    }
+
+    /// χ² as a sum of squares.
+    pub fn squares<T>(&self, work: impl FnOnce(&dyn LeastSquares) -> T) -> T {
+        match self {
+            DomainObjective::Frf(o) => work(o),
+            DomainObjective::Modes(o) => work(&ModeSquares::new(o, None)),
+        }
+    }
+
+    /// Numbers compared.
+    pub fn observations(&self) -> usize {
+        match self {
+            DomainObjective::Frf(o) => o.observations(),
+            DomainObjective::Modes(o) => o.observations(),
+        }
+    }
+
+    /// χ² that noise alone leaves, per number compared.
+    pub fn noise_share(&self) -> f64 {
+        match self {
+            DomainObjective::Frf(o) => o.noise_share(),
+            DomainObjective::Modes(_) => 1.0,
+        }
+    }
+
+    /// The gain at a place.
+    pub fn gain(&self, place: &[f64]) -> f64 {
+        match self {
+            DomainObjective::Frf(o) => o.gain(place),
+            DomainObjective::Modes(o) => o.gain(place),
+        }
+    }
+
+    /// Parameters of the machine at a place.
+    pub fn parameters(&self, place: &[f64]) -> Vec<f64> {
+        match self {
+            DomainObjective::Frf(o) => o.parameters(place),
+            DomainObjective::Modes(o) => o.parameters(place),
+        }
+    }
+
+    /// Weighted residuals of the data at a place, without what is known beforehand.
+    pub fn residuals(&self, place: &[f64]) -> DVector<f64> {
+        match self {
+            DomainObjective::Frf(o) => o.weighted_residuals(place),
+            DomainObjective::Modes(o) => {
+                let parameters = o.parameters(place);
+                DVector::from_vec(o.residuals(&o.predict(&parameters), o.gain(place)))
+            }
+        }
+    }
+
+    /// All that χ² is the sum of squares of: weighted residuals, then what is known beforehand.
+    pub fn rows(&self, place: &[f64]) -> DVector<f64> {
+        match self {
+            DomainObjective::Frf(o) => o.rows(place),
+            DomainObjective::Modes(o) => DVector::from_vec(o.residuals_at(place)),
+        }
+    }
+
+    /// Derivatives of [`DomainObjective::rows`] with the place.
+    pub fn slopes(&self, place: &[f64]) -> DMatrix<f64> {
+        match self {
+            DomainObjective::Frf(o) => o.slopes(place),
+            DomainObjective::Modes(_) => {
+                let columns: Vec<DVector<f64>> = (0..place.len())
+                    .map(|column| {
+                        let shifted = |by: f64| {
+                            let mut other = place.to_vec();
+                            other[column] = (other[column] + by).clamp(0.0, 1.0);
+                            other
+                        };
+                        let (low, high) = (shifted(-STEP), shifted(STEP));
+                        (self.rows(&high) - self.rows(&low)) / (high[column] - low[column])
+                    })
+                    .collect();
+                if columns.is_empty() { DMatrix::zeros(self.rows(place).len(), 0) } else { DMatrix::from_columns(&columns) }
+            }
+        }
+    }
+}
+
+/// Gaps of data with given parameters and gain.
+///
+/// # Errors  as [`FrfObjective::held_out`] and [`ModeObjective::held_out`].
+pub fn gaps(
+    hypothesis: &Hypothesis,
+    parameters: &[f64],
+    gain: f64,
+    data: &HoldOutSet<'_>,
+    domain: Domain,
+) -> Result<Vec<PartialGap>, ObjectiveError> {
+    match domain {
+        Domain::Frf(settings) => {
+            if data.frfs.is_empty() {
+                return Ok(Vec::new());
+            }
+            let objective = FrfObjective::held_out(&hypothesis.machine, data, settings)?;
+            let part = |g: identification::objective::FrfGap| PartialGap {
+                position: data.set.frfs[g.frf].position,
+                frf: Some(g.frf),
+                gap: g.gap,
+                floor: g.noise_floor,
+                count: g.lines,
+            };
+            Ok(objective.gaps(parameters, gain).into_iter().map(part).collect())
+        }
+        Domain::Modes(settings) => {
+            if data.positions.is_empty() {
+                return Ok(Vec::new());
+            }
+            let objective = ModeObjective::held_out(&hypothesis.machine, data, settings, None)?;
+            let resolution_hz = data.set.modes.as_ref().and_then(|m| m.resolution_hz).unwrap_or(0.0);
+            Ok(objective.predict(parameters).iter().map(|p| mode_part(p, resolution_hz)).collect())
+        }
+    }
+}
+
+/// Highest order that has a gap of its own; an experimenter counts from 1.
+const LAST_ORDER: u32 = 1000;
+
+/// Root mean square over positions of the relative frequency errors of each order, from 1; a mode that is not predicted counts as [`MISSING`]. `None` for
+/// an order that was observed nowhere.
+///
+/// # Errors  as [`ModeObjective::held_out`].
+pub fn gaps_by_mode(
+    hypothesis: &Hypothesis,
+    parameters: &[f64],
+    data: &HoldOutSet<'_>,
+    settings: ModeSettings,
+) -> Result<Vec<Option<f64>>, ObjectiveError> {
+    let objective = ModeObjective::held_out(&hypothesis.machine, data, settings, None)?;
+    let errors: Vec<(u32, f64)> = objective
+        .predict(parameters)
+        .iter()
+        .flat_map(|position| &position.deviations)
+        .filter_map(|d| {
+            let (order, measured_hz) = (d.observed?.order, d.observed?.frequency_hz?);
+            Some((order, d.predicted.map_or(MISSING, |peak| peak.frequency_hz / measured_hz - 1.0)))
+        })
+        .collect();
+    let last = errors.iter().map(|e| e.0).max().unwrap_or(0).min(LAST_ORDER);
+    Ok((1..=last).map(|order| root_mean_square(errors.iter().filter(|e| e.0 == order).map(|e| e.1))).collect())
+}
+
+/// # Source  the gap of modes as this project defines it: root mean square of relative frequency errors, a missing or unexpected peak as 0.3. Its
+/// floor is what rounding leaves, resolution/√12.
+fn mode_part(prediction: &PositionPrediction, resolution_hz: f64) -> PartialGap {
+    let errors: Vec<(f64, f64)> = prediction
+        .deviations
+        .iter()
+        .filter_map(|d| match (d.observed.and_then(|o| o.frequency_hz), d.predicted) {
+            (Some(measured_hz), Some(peak)) => Some((peak.frequency_hz / measured_hz - 1.0, 0.29 * resolution_hz / measured_hz)),
+            (Some(measured_hz), None) => Some((MISSING, 0.29 * resolution_hz / measured_hz)),
+            (None, _) => d.unexpected.then_some((MISSING, 0.0)),
+        })
+        .collect();
+    let mean = |of: fn(&(f64, f64)) -> f64| (errors.iter().map(|e| of(e).powi(2)).sum::<f64>() / errors.len().max(1) as f64).sqrt();
+    PartialGap { position: Some(prediction.position), frf: None, gap: mean(|e| e.0), floor: Some(mean(|e| e.1)), count: errors.len() }
+}

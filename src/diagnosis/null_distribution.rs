@@ -1,0 +1,323 @@
+//! What a diagnosis finds where nothing is missing: simulated data of the machine itself with ordinary nuisances, looked at in the same way.
+//!
+//! Each draw is a machine that is a little richer than the description (journals thinner than the screw, a nut that holds the screw over a
+//! length, every nuisance off by its standard deviation) and the noise of the lines. The nominal machine is fitted to it; what is left is measured
+//! along the directions that each candidate can explain. The largest over all candidates is what a true «none» shows.
+
+use nalgebra::{DMatrix, DVector};
+use num_complex::Complex64;
+use rand::SeedableRng;
+use rand_xoshiro::Xoshiro256PlusPlus;
+use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
+
+use super::evidence::{Domain, DomainObjective};
+use super::fit::{Fitted, Fitter, amplitudes, place_of, start_of};
+use super::hypothesis::Hypothesis;
+use super::model_discrepancy::{sample_discrepancy, sample_prior};
+use identification::objective::{FrfSettings, ObjectiveError};
+use numeric::distribution::normal_upper_tail;
+use numeric::parallel::OrFirstError;
+use numeric::random::normal;
+use optimizer::{Control, least_squares_within};
+
+/// Share of a change that joints and nuisances cannot do, from which on it is a direction of its own.
+const OWN: f64 = 0.01;
+/// Steps of the fit of a draw.
+const STEPS: u64 = 30;
+/// Lines of one FRF on which a draw is fitted from several starts.
+const LINES: usize = 100;
+/// Further starts of a draw that fits badly, and their standard deviation about what was drawn, in the unit interval of a parameter.
+const AGAIN: usize = 12;
+const ASIDE: f64 = 0.08;
+/// Least scale of a gain, in units of what noise alone gives a parameter; of modes for each parameter that a candidate adds.
+pub(super) const LEAST_SCALE: f64 = 3.0;
+/// Its factor of the square of their number, of FRFs: a null is looked at along single directions, a fit turns in all of them, and where one is a frequency it
+/// looks everywhere.
+const EACH_SCALE: f64 = 0.6;
+
+/// Least scale of the gain of a candidate that adds so many parameters.
+fn least_scale(objective: &DomainObjective<'_>, added: usize) -> f64 {
+    let added = added.max(1) as f64;
+    match objective {
+        DomainObjective::Frf(_) => LEAST_SCALE.max(EACH_SCALE * added * added),
+        DomainObjective::Modes(_) => LEAST_SCALE * added,
+    }
+}
+
+/// What candidates gain where nothing is missing.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct NullDistribution {
+    /// Scale of the gain of each candidate, by id.
+    pub scales: Vec<(String, f64)>,
+    /// The largest gain over its scale, of each draw, in rising order.
+    pub largest: Vec<f64>,
+    /// χ² per number compared, of each draw, in rising order.
+    pub misfit: Vec<f64>,
+}
+
+impl NullDistribution {
+    /// What noise alone gives by the tables: χ² of as many degrees of freedom as a candidate adds, the largest over all candidates.
+    pub(super) fn of_tables(candidates: &[(&Hypothesis, &Fitted)], seed: u64) -> Self {
+        let mut random = Xoshiro256PlusPlus::seed_from_u64(seed);
+        let added: Vec<usize> = candidates.iter().map(|(h, _)| h.added.len().max(1)).collect();
+        let mut one = |count: usize| (0..count).map(|_| normal(&mut random).powi(2)).sum::<f64>() / count as f64;
+        let mut largest: Vec<f64> = (0..2000).map(|_| added.iter().map(|count| one(*count)).fold(0.0, f64::max)).collect();
+        largest.sort_by(f64::total_cmp);
+        let scales = candidates.iter().zip(&added).map(|((h, _), count)| (h.id.clone(), *count as f64)).collect();
+        NullDistribution { scales, largest, misfit: Vec::new() }
+    }
+
+    /// Scale of the gain of a candidate; the least where the null does not know it.
+    pub fn scale(&self, id: &str) -> f64 {
+        self.scales.iter().find(|(known, _)| known == id).map_or(LEAST_SCALE, |s| s.1)
+    }
+
+    /// Misfit over that of the middle draw; 1 where it is less.
+    pub fn excess(&self, misfit: f64) -> f64 {
+        let middle = middle(&self.misfit).unwrap_or(misfit);
+        (misfit / middle).max(1.0)
+    }
+
+    /// Share of draws whose largest statistic is at least this, by a normal law of its logarithm beyond the draws.
+    pub fn p_value(&self, statistic: f64) -> f64 {
+        upper_tail(&self.largest, statistic)
+    }
+}
+
+/// The middle one of numbers in rising order.
+fn middle(rising: &[f64]) -> Option<f64> {
+    rising.get(rising.len() / 2).copied()
+}
+
+/// Share above a value of a law whose logarithm is normal, with mean and standard deviation of the draws, those of a small sample widened.
+fn upper_tail(draws: &[f64], value: f64) -> f64 {
+    let count = draws.len() as f64;
+    let logs: Vec<f64> = draws.iter().map(|x| x.max(1e-6).ln()).collect();
+    let mean = logs.iter().sum::<f64>() / count;
+    let sd = (logs.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / (count - 1.0).max(1.0)).sqrt().max(0.1) * (1.0 + 1.0 / count).sqrt();
+    let z = (value.max(1e-9).ln() - mean) / sd;
+    // Student's t with count − 1 degrees of freedom, by its normal approximation (Abramowitz and Stegun, 26.7.8).
+    let freedom = (count - 1.0).max(1.0);
+    let normal = z * (1.0 - 0.25 / freedom) / (1.0 + z * z / (2.0 * freedom)).sqrt();
+    normal_upper_tail(normal)
+}
+
+/// Directions in which a candidate can change the residuals, whitened, orthogonal to what nominal parameters and nuisances can do.
+struct Directions {
+    /// Changes by amplitudes all over its range.
+    each: Vec<DVector<f64>>,
+    /// What small changes about its end span, orthonormal.
+    about_end: Vec<DVector<f64>>,
+}
+
+impl Directions {
+    /// Of the end of a candidate's fit and of amplitudes all over its range.
+    fn of(
+        projection: &Projection,
+        objective: &DomainObjective<'_>,
+        hypothesis: &Hypothesis,
+        base: &Fitted,
+        end: &Fitted,
+        here: &DVector<f64>,
+    ) -> Directions {
+        // What is known beforehand of the effect itself has no row where it is not.
+        let described = &hypothesis.machine.parameters;
+        let first = objective.residuals(&place_of(objective, end)).len();
+        let known = objective.free().iter().filter(|i| described[**i].prior.is_some());
+        let its_own: Vec<usize> = known.enumerate().filter(|(_, i)| hypothesis.added.contains(i)).map(|(at, _)| first + at).collect();
+        let rows = |start: &Fitted| objective.rows(&place_of(objective, start)).remove_rows_at(&its_own);
+        let starts = amplitudes(hypothesis).into_iter().map(|added| start_of(hypothesis, base, &added));
+        // The candidate's own end, with the nominal parameters of the base: the direction of its amplitude there.
+        let added: Vec<f64> = hypothesis.added.iter().map(|i| end.units[*i]).collect();
+        let each = starts
+            .chain(std::iter::once(start_of(hypothesis, base, &added)))
+            .filter_map(|start| {
+                let change = rows(&start) - here;
+                let size = change.norm();
+                let projected = projection.apply(&change);
+                let left = projected.norm();
+                // What nominal parameters do as well is no direction of its own.
+                (size > 1e-9 && left > OWN * size).then(|| projected / left)
+            })
+            .collect();
+        Directions { each, about_end: about_end(objective, hypothesis, end, &its_own) }
+    }
+
+    /// The largest decrease of χ² along one of them, or by all small changes together.
+    fn gain(&self, residuals: &DVector<f64>) -> f64 {
+        let squared = |d: &DVector<f64>| d.dot(residuals).powi(2);
+        self.each.iter().map(squared).fold(self.about_end.iter().map(squared).sum(), f64::max)
+    }
+}
+
+/// What small changes of a candidate's own parameters about the end of its fit do that all others cannot do there. There a shift of a resonance by less than
+/// its width is what it is: a small effect gains by what it spares others that are known beforehand.
+fn about_end(objective: &DomainObjective<'_>, hypothesis: &Hypothesis, end: &Fitted, its_own: &[usize]) -> Vec<DVector<f64>> {
+    let slopes = objective.slopes(&place_of(objective, end)).remove_rows_at(its_own);
+    let added: Vec<usize> = (0..objective.free().len()).filter(|column| hypothesis.added.contains(&objective.free()[*column])).collect();
+    let others = Projection::of(slopes.clone().remove_columns_at(&added));
+    let mut span: Vec<DVector<f64>> = Vec::new();
+    for column in added {
+        let change = slopes.column(column).into_owned();
+        let own = span.iter().fold(others.apply(&change), |left, d| &left - d * d.dot(&left));
+        let size = own.norm();
+        if size > OWN * change.norm() && size > 1e-9 {
+            span.push(own / size);
+        }
+    }
+    span
+}
+
+/// Takes out what nominal parameters and nuisances can do, to first order, nuisances within what is known of them.
+struct Projection {
+    slopes: DMatrix<f64>,
+    inverse: DMatrix<f64>,
+}
+
+impl Projection {
+    fn at(objective: &DomainObjective<'_>, place: &[f64]) -> Projection {
+        Projection::of(objective.slopes(place))
+    }
+
+    fn of(slopes: DMatrix<f64>) -> Projection {
+        let mut information = slopes.transpose() * &slopes;
+        let largest = (0..information.nrows()).map(|d| information[(d, d)]).fold(f64::MIN_POSITIVE, f64::max);
+        for d in 0..information.nrows() {
+            information[(d, d)] += 1e-12 * largest + 1e-9;
+        }
+        let size = information.nrows();
+        let inverse = information.try_inverse().unwrap_or_else(|| DMatrix::zeros(size, size));
+        Projection { slopes, inverse }
+    }
+
+    fn apply(&self, change: &DVector<f64>) -> DVector<f64> {
+        change - &self.slopes * (&self.inverse * (self.slopes.transpose() * change))
+    }
+}
+
+/// Simulates nulls: `draws` machines about the nominal fit, and what each candidate would gain on them.
+///
+/// # Errors  as [`DomainObjective::new`].
+pub fn simulate(
+    fitter: &Fitter<'_>,
+    nominal: &Hypothesis,
+    base: &Fitted,
+    candidates: &[(&Hypothesis, &Fitted)],
+    draws: usize,
+    seed: u64,
+    control: &Control,
+) -> Result<NullDistribution, ObjectiveError> {
+    let objective = fitter.objective(nominal)?;
+    let place = place_of(&objective, base);
+    let here = objective.rows(&place);
+    let projection = Projection::at(&objective, &place);
+    let directions = candidates
+        .par_iter()
+        .map(|(hypothesis, end)| -> Result<Directions, ObjectiveError> {
+            Ok(Directions::of(&projection, &fitter.objective(hypothesis)?, hypothesis, base, end, &here))
+        })
+        .or_first_error()?;
+    let gains = |left: &DVector<f64>| -> Vec<f64> { directions.iter().map(|d| d.gain(left)).collect() };
+    let step = control.steps("nulls", draws);
+    let one = |draw: usize| -> Option<(Vec<f64>, f64)> {
+        let random = Xoshiro256PlusPlus::seed_from_u64(seed.wrapping_mul(0x9E37_79B9).wrapping_add(draw as u64));
+        match &objective {
+            DomainObjective::Frf(objective) => {
+                let Domain::Frf(settings) = fitter.domain else { return None };
+                let (by, drawn) = redraw_machine(fitter, nominal, base, settings, usize::MAX, random.clone())?;
+                let data = objective.shifted(&by);
+                let few = data.curvature_sampled(LINES);
+                let end = |from: &[f64]| least_squares_within(&few, from, &[], (STEPS, 1e-3), control.stop());
+                let mut best = end(&drawn);
+                // What fits worse than the lines' weights say may lie beside its valley; a fit that ended there would look like something missing.
+                if best.normal.chi_square > few.observations() as f64 {
+                    let mut random = random;
+                    let varied = objective.free.len();
+                    for _ in 0..AGAIN {
+                        let near = drawn.iter().enumerate().map(|(at, x)| if at < varied { x + ASIDE * normal(&mut random) } else { *x });
+                        let other = end(&near.map(|x| x.clamp(0.0, 1.0)).collect::<Vec<f64>>());
+                        if other.normal.chi_square < best.normal.chi_square {
+                            best = other;
+                        }
+                    }
+                }
+                let fitted = least_squares_within(&data, &best.place, &[], (STEPS, 1e-3), control.stop());
+                let misfit = fitted.normal.chi_square / data.observations() as f64;
+                Some((gains(&data.rows(&fitted.place)), misfit))
+            }
+            DomainObjective::Modes(_) => {
+                let mut random = random;
+                // Weights of modes are the model's error: a draw is as large as what they say, or as what is left.
+                let count = here.len();
+                let spread = (here.norm_squared() / (count.saturating_sub(place.len()).max(1)) as f64).clamp(1.0, 2.5).sqrt();
+                let noise = DVector::from_fn(count, |_, _| spread * normal(&mut random));
+                let left = projection.apply(&noise);
+                Some((gains(&left), left.norm_squared() / objective.observations() as f64))
+            }
+        }
+    };
+    let ids: Vec<&str> = candidates.iter().map(|(hypothesis, _)| hypothesis.id.as_str()).collect();
+    let piece = format!("{} {}", fitter.piece("null", nominal, std::slice::from_ref(base)), ids.join(" "));
+    let drawn: Vec<(Vec<f64>, f64)> = (0..draws)
+        .into_par_iter()
+        .filter_map(|draw| control.kept(&format!("{piece} {draw} {seed}"), || one(draw)))
+        .inspect(|_| step())
+        .collect();
+    let (gains, mut misfit): (Vec<Vec<f64>>, Vec<f64>) = drawn.into_iter().unzip();
+    let count = gains.len().max(1) as f64;
+    misfit.sort_by(f64::total_cmp);
+    // Where lines are known better than their weights say, noise gives less.
+    let freedom = objective.observations().saturating_sub(objective.unknowns(nominal)).max(1) as f64;
+    let variance = middle(&misfit).map_or(1.0, |middle| middle * objective.observations() as f64 / freedom).min(1.0);
+    let scales: Vec<(String, f64)> = candidates
+        .iter()
+        .enumerate()
+        .map(|(c, (hypothesis, _))| {
+            let mean = gains.iter().map(|g| g[c]).sum::<f64>() / count;
+            (hypothesis.id.clone(), mean.max(variance * least_scale(&objective, hypothesis.added.len())))
+        })
+        .collect();
+    let mut largest: Vec<f64> = gains.iter().map(|g| g.iter().zip(&scales).map(|(g, (_, s))| g / s).fold(0.0, f64::max)).collect();
+    largest.sort_by(f64::total_cmp);
+    Ok(NullDistribution { scales, largest, misfit })
+}
+
+/// By what the logarithms of measured FRFs must change to be those of a richer machine about a fit, with the noise of the lines, and the
+/// place in the objective's coordinates that was drawn. `lines` of each record, as its objective thinned to so many has them; all for `usize::MAX`.
+pub(super) fn redraw_machine(
+    fitter: &Fitter<'_>,
+    hypothesis: &Hypothesis,
+    base: &Fitted,
+    settings: FrfSettings,
+    lines: usize,
+    mut random: Xoshiro256PlusPlus,
+) -> Option<(Vec<Vec<Complex64>>, Vec<f64>)> {
+    let random = &mut random;
+    let parameters = &hypothesis.machine.parameters;
+    let mut units = base.units.clone();
+    for (unit, parameter) in units.iter_mut().zip(parameters) {
+        if let Some(value) = sample_prior(parameter, random) {
+            *unit = parameter.to_unit(value);
+        }
+    }
+    let richer = Hypothesis { machine: sample_discrepancy(&hypothesis.machine, random), ..hypothesis.clone() };
+    let compared = fitter.objective(&richer).ok()?;
+    let mut place = place_of(&compared, &Fitted { units, ..base.clone() });
+    let known_within = compared.nut_coordinates().start..place.len();
+    // Nut positions and channels: a standard deviation is a twentieth of their coordinate.
+    place[known_within].iter_mut().for_each(|u| *u = 0.5 + normal(random) / 20.0);
+    let DomainObjective::Frf(theirs) = compared else { return None };
+    // The very lines of the objective that is shifted.
+    let theirs = theirs.thinned(lines);
+    let by: Vec<Vec<Complex64>> = theirs
+        .residuals_at(&place)
+        .iter()
+        .zip(theirs.records())
+        .map(|(r, record)| {
+            let mut noise = |sd: f64| Complex64::new(sd * normal(random), sd * normal(random));
+            r.iter().zip(record.noise()).map(|(r, sd)| -r + noise(sd.unwrap_or(settings.model_error))).collect()
+        })
+        .collect();
+    by.iter().flatten().all(|z| z.re.is_finite() && z.im.is_finite()).then_some((by, place))
+}

@@ -1,0 +1,224 @@
+//! A record made ready: filtered, differentiated, thinned.
+
+use super::error::InverseError;
+use super::extra_channel::ExtraChannel;
+use super::friction::sign;
+use super::phase::{Phase, phases_along};
+use measurement::MotionRecord;
+use numeric::filter::{LowPass, central_differences, decimated};
+use numeric::statistics::extremes;
+
+/// How records are filtered and thinned.
+///
+/// # Source  Gautier, Janot and co-workers for the EMPS records: Butterworth of order 4 at 100 Hz forward and backward on the position, central
+/// differences, the first samples dropped, a parallel decimation by 10 of all columns.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Preprocessing {
+    /// Cut-off of the position's filter (Hz).
+    pub cutoff_hz: f64,
+    /// Its order.
+    pub order: usize,
+    /// Samples dropped at the beginning.
+    pub dropped: usize,
+    /// Every so many samples one is kept.
+    pub factor: usize,
+}
+
+/// Cut-off (Hz) of the position's filter, and the largest share of the sampling rate it may be.
+const CUTOFF_HZ: f64 = 100.0;
+const CUTOFF_SHARE: f64 = 0.2;
+/// Periods of the cut-off that are dropped at the beginning.
+const DROPPED: f64 = 5.0;
+
+impl Preprocessing {
+    /// The usual one for a sampling step (s): at 1 kHz that of the source.
+    pub fn usual(step_s: f64) -> Self {
+        let cutoff_hz = CUTOFF_HZ.min(CUTOFF_SHARE / step_s);
+        let per_period = 1.0 / (cutoff_hz * step_s);
+        Preprocessing {
+            cutoff_hz,
+            order: 4,
+            dropped: ((DROPPED * per_period).round() as usize).saturating_sub(1),
+            factor: (per_period.round() as usize).max(1),
+        }
+    }
+
+    /// The position's filter at a sampling step (s).
+    pub(super) fn low_pass(&self, step_s: f64) -> LowPass {
+        LowPass::butterworth(self.order, 2.0 * self.cutoff_hz * step_s)
+    }
+
+    /// Fewest samples of a record.
+    fn needed(&self) -> usize {
+        self.dropped + 20 * self.factor.max(2) + 3 * 8 + 1
+    }
+}
+
+/// The motion of a record, at the record's own rate.
+#[derive(Debug, Clone, PartialEq)]
+pub struct MotionSignal {
+    /// Name of the record.
+    pub name: String,
+    /// File it came from.
+    pub source: String,
+    /// Time between samples (s).
+    pub step_s: f64,
+    /// The point (index) whose position it is; `None` for that of the position loop's encoder.
+    pub point: Option<usize>,
+    /// Position (m), filtered.
+    pub position_m: Vec<f64>,
+    /// Velocity (m/s).
+    pub velocity_m_s: Vec<f64>,
+    /// Acceleration (m/s²).
+    pub acceleration_m_s2: Vec<f64>,
+    /// Command (m).
+    pub command_m: Vec<f64>,
+    /// Force (N) or torque (N·m) as recorded, thinned; 0 where it rests.
+    pub load: Vec<f64>,
+    /// Whether each thinned sample moves. At rest friction takes any force up to its level, so that force does not follow from motion: those
+    /// samples, and 50 ms before and after, count for nothing in a column.
+    pub moves: Vec<bool>,
+    /// Samples at the record's rate that are nothing before thinning, so that the filter carries nothing of them into others: it rests, or has turned
+    /// just now where further points were recorded.
+    pub silent: Vec<bool>,
+    /// Column it stood in.
+    pub load_column: &'static str,
+    /// How it was made.
+    pub recipe: Preprocessing,
+    /// Samples after which the command repeats, where it does, of the thinned record.
+    pub period: Option<usize>,
+    /// What further points of the machine read, where the record has it.
+    pub further: Vec<ExtraChannel>,
+}
+
+impl MotionSignal {
+    /// Filters and differentiates a record.
+    ///
+    /// # Errors  the record is shorter than its filters need.
+    pub fn new(record: &MotionRecord, recipe: Preprocessing) -> Result<Self, InverseError> {
+        let short = || InverseError::Short { path: record.source.clone(), samples: record.samples(), needed: recipe.needed() };
+        if record.samples() < recipe.needed() {
+            return Err(short());
+        }
+        let low_pass = recipe.low_pass(record.step_s);
+        let position_m = low_pass.forward_backward(&record.position_m).ok_or_else(short)?;
+        let slope = |x: &[f64]| central_differences(x).into_iter().map(|d| d / record.step_s).collect::<Vec<f64>>();
+        let velocity_m_s = slope(&position_m);
+        let acceleration_m_s2 = slope(&velocity_m_s);
+        let mut motion = MotionSignal {
+            name: record.name.clone(),
+            source: record.source.clone(),
+            step_s: record.step_s,
+            point: None,
+            position_m,
+            velocity_m_s,
+            acceleration_m_s2,
+            command_m: record.command_m.clone(),
+            load: Vec::new(),
+            moves: Vec::new(),
+            silent: Vec::new(),
+            load_column: record.load.column(),
+            recipe,
+            period: None,
+            further: Vec::new(),
+        };
+        motion.silent = phases(&motion).into_iter().map(|phase| phase == Phase::Dwell).collect();
+        motion.moves = motion.around(&motion.silent, 0.0).into_iter().map(|rests| !rests).collect();
+        motion.load = motion.thinned(record.load.samples()).ok_or_else(short)?;
+        motion.period = period(&record.command_m, recipe.factor);
+        Ok(motion)
+    }
+
+    /// The same with the rests of another record of the same motion; `record` is the one it was made of.
+    ///
+    /// # Errors  as [`MotionSignal::new`].
+    pub fn resting_as(mut self, other: &MotionSignal, record: &MotionRecord) -> Result<Self, InverseError> {
+        (self.silent, self.moves) = (other.silent.clone(), other.moves.clone());
+        let short = || InverseError::Short { path: record.source.clone(), samples: record.samples(), needed: self.recipe.needed() };
+        self.load = self.thinned(record.load.samples()).ok_or_else(short)?;
+        Ok(self)
+    }
+
+    /// A column of the record's rate without its beginning, thinned; 0 where the axis rests.
+    pub fn thinned(&self, column: &[f64]) -> Option<Vec<f64>> {
+        let mut thinned = self.decimated(column)?;
+        thinned.iter_mut().zip(&self.moves).filter(|(_, moves)| !**moves).for_each(|(x, _)| *x = 0.0);
+        Some(thinned)
+    }
+
+    /// The same, 0 where it is silent before thinning.
+    pub(super) fn decimated(&self, column: &[f64]) -> Option<Vec<f64>> {
+        let spoken: Vec<f64> = column.iter().zip(&self.silent).map(|(x, silent)| if *silent { 0.0 } else { *x }).collect();
+        decimated(&spoken[self.recipe.dropped..], self.recipe.factor)
+    }
+
+    /// The direction of its velocity: 1, −1, or 0.
+    pub fn direction(&self) -> Vec<f64> {
+        self.velocity_m_s.iter().map(|v| sign(*v)).collect()
+    }
+
+    /// Whether further points were recorded beside the encoder, none of them told by the loops.
+    pub fn records_points(&self) -> bool {
+        self.further.iter().any(|f| f.told.is_none())
+    }
+
+    /// The same, of which the first and last 50 ms count for nothing: filters know nothing of what was before and after.
+    #[must_use]
+    pub fn without_edges(mut self) -> Self {
+        let edge = (CARRIED_S / self.thinned_step_s()).ceil() as usize;
+        let last = self.load.len();
+        for at in (0..edge.min(last)).chain(last.saturating_sub(edge)..last) {
+            self.moves[at] = false;
+            self.load[at] = 0.0;
+            self.further.iter_mut().for_each(|f| f.counts[at] = false);
+        }
+        self
+    }
+
+    /// Thinned samples within the filters' reach of some of the record's, or within a time after them (s).
+    pub(super) fn around(&self, some: &[bool], after_s: f64) -> Vec<bool> {
+        let samples = |time_s: f64| (time_s / self.step_s).ceil() as usize;
+        let (before, after) = (samples(CARRIED_S), samples(CARRIED_S.max(after_s)));
+        let mut all = vec![false; some.len()];
+        for at in (0..some.len()).filter(|at| some[*at]) {
+            all[at.saturating_sub(before)..(at + after + 1).min(some.len())].fill(true);
+        }
+        self.kept().map(|at| all[at]).collect()
+    }
+
+    /// Sample of the record that each thinned one stands for.
+    pub fn kept(&self) -> impl Iterator<Item = usize> + '_ {
+        let (dropped, factor, samples) = (self.recipe.dropped, self.recipe.factor, self.position_m.len());
+        (dropped + (samples - dropped - 1) % factor..samples).step_by(factor)
+    }
+
+    /// Time between thinned samples (s).
+    pub fn thinned_step_s(&self) -> f64 {
+        self.step_s * self.recipe.factor as f64
+    }
+}
+
+/// The phase of each sample of a motion, at the record's rate.
+pub fn phases(motion: &MotionSignal) -> Vec<Phase> {
+    phases_along((&motion.velocity_m_s, &motion.acceleration_m_s2), &motion.command_m, motion.step_s)
+}
+
+/// Time around a rest (s) into which the filters carry its force.
+pub(super) const CARRIED_S: f64 = 0.05;
+
+/// Share of a command's range within which it counts as repeating.
+const REPEATS: f64 = 1e-6;
+
+/// The shortest time after which a command repeats at least twice within the record, a whole number of thinned samples.
+fn period(command_m: &[f64], factor: usize) -> Option<usize> {
+    let (low, high) = extremes(command_m);
+    let tolerance = REPEATS * (high - low);
+    if !(tolerance > 0.0) {
+        return None;
+    }
+    let moves = |from: usize, to: usize| command_m[from..to].iter().any(|x| (x - command_m[from]).abs() > 0.5 * (high - low));
+    (1..=command_m.len() / (2 * factor)).find(|&thinned| {
+        let shift = thinned * factor;
+        moves(0, shift) && command_m.iter().zip(&command_m[shift..]).all(|(a, b)| (a - b).abs() <= tolerance)
+    })
+}

@@ -1,0 +1,138 @@
+//! The numbers on a [`Structure`] at one operating condition and one set of parameters.
+
+use std::sync::Arc;
+
+use super::joint::JointNumbers;
+use super::rod::Rod;
+use super::structure::{Rods, Structure};
+use machine::{Machine, Operating};
+
+/// A machine's numbers at one operating condition and one set of parameters.
+#[derive(Debug, Clone)]
+pub struct AssembledModel {
+    pub(super) structure: Arc<Structure>,
+    pub(super) rods: Vec<Rod>,
+    pub(super) joints: Vec<JointNumbers>,
+    /// Lumped inertia of each coordinate.
+    pub(super) inertia: Vec<f64>,
+    /// K, C and ηK of everything but rods and relaxing dampers, by slot.
+    pub(super) stiffness: Vec<f64>,
+    pub(super) damping: Vec<f64>,
+    pub(super) loss: Vec<f64>,
+    /// Which slots hold real numbers while D is factored.
+    pub(super) real: Vec<bool>,
+    /// Whether any joint has a loss factor.
+    pub(super) loses: bool,
+    /// Share of dispersion of all loss factors.
+    pub(super) dispersion: f64,
+    /// r of sensor and hammer of each lever of the machine.
+    pub(super) levers: Vec<[f64; 2]>,
+}
+
+impl Structure {
+    /// An empty network to be filled by [`AssembledModel::update`].
+    pub fn network(self: &Arc<Self>) -> AssembledModel {
+        let slots = self.elimination.slots();
+        AssembledModel {
+            structure: Arc::clone(self),
+            rods: vec![Rod { stiffness: 0.0, transit_s: 0.0, loss_factor: 0.0, dispersion: 0.0, elements: 0 }; self.rods.len()],
+            joints: vec![JointNumbers::default(); self.joints.len()],
+            inertia: vec![0.0; self.size()],
+            stiffness: vec![0.0; slots],
+            damping: vec![0.0; slots],
+            loss: vec![0.0; slots],
+            real: vec![false; slots],
+            loses: false,
+            dispersion: 0.0,
+            levers: Vec::new(),
+        }
+    }
+}
+
+impl AssembledModel {
+    /// Fills in the numbers of a machine. `parameters` in the machine's order and units; allocates nothing.
+    pub fn update(&mut self, machine: &Machine, parameters: &[f64], operating: &Operating) {
+        let shape = Arc::clone(&self.structure);
+        let pattern = &shape.elimination;
+        self.stiffness.fill(0.0);
+        self.damping.fill(0.0);
+        self.loss.fill(0.0);
+        self.inertia.fill(0.0);
+        self.dispersion = machine.loss_dispersion.at(parameters, operating);
+        for (point, coordinate) in machine.points.iter().zip(&shape.coordinate) {
+            if let Some(i) = *coordinate {
+                self.inertia[i] += point.inertia.at(parameters, operating);
+            }
+        }
+        for (rod, rod_shape) in self.rods.iter_mut().zip(&shape.rods) {
+            let shaft = &machine.shafts[rod_shape.shaft];
+            let place = |p| shaft.place_m(p, parameters, operating).unwrap_or(f64::NAN);
+            let length_m = place(rod_shape.places.1) - place(rod_shape.places.0);
+            let (area_m2, polar_m4) = shaft.section(parameters, operating);
+            let density = shaft.density.at(parameters, operating);
+            let (modulus, section) = if rod_shape.torsional {
+                (shaft.shear_modulus.at(parameters, operating), polar_m4)
+            } else {
+                (shaft.youngs_modulus.at(parameters, operating), area_m2)
+            };
+            *rod = Rod {
+                stiffness: modulus * section / length_m,
+                transit_s: length_m * (density / modulus).sqrt(),
+                loss_factor: shaft.loss_factor.at(parameters, operating),
+                dispersion: self.dispersion,
+                elements: match shape.representation {
+                    Rods::Exact => 0,
+                    Rods::Lumped(elements) => elements.max(1),
+                },
+            };
+        }
+        let share_s = machine.stiffness_proportional_damping_s;
+        for ((joint, numbers), on) in machine.joints.iter().zip(&mut self.joints).zip(&shape.joints) {
+            let stiffness = joint.stiffness.at(parameters, operating);
+            *numbers = JointNumbers {
+                stiffness,
+                damping: joint.damping.at(parameters, operating) + share_s * stiffness,
+                loss_factor: joint.loss_factor.at(parameters, operating),
+                dispersion: self.dispersion,
+                integral_rate: joint.integral_rate.at(parameters, operating),
+                relaxation_stiffness: joint.relaxation_stiffness.as_ref().map(|k| k.at(parameters, operating)),
+            };
+            for (at, &(i, a)) in on.iter().enumerate() {
+                for &(j, b) in &on[..=at] {
+                    let slot = pattern.entry(i, j);
+                    self.stiffness[slot] += a * b * numbers.stiffness;
+                    self.loss[slot] += a * b * numbers.stiffness * numbers.loss_factor;
+                    if numbers.relaxation_stiffness.is_none() {
+                        self.damping[slot] += a * b * numbers.damping;
+                    }
+                }
+            }
+        }
+        self.find_real();
+        self.loses = self.loss.iter().any(|h| *h != 0.0);
+        self.levers.clear();
+        self.levers.extend(machine.chain.levers.iter().map(|l| [&l.read, &l.struck].map(|r| r.at(parameters, operating))));
+    }
+
+    /// Finds which slots hold real numbers: without a damper or loss, and not reached by one while D is factored.
+    fn find_real(&mut self) {
+        let shape = &self.structure;
+        for (real, (c, h)) in self.real.iter_mut().zip(self.damping.iter().zip(&self.loss)) {
+            *real = *c == 0.0 && *h == 0.0;
+        }
+        for slots in self.rods.iter().zip(&shape.rod_slots).filter(|(rod, _)| rod.loss_factor != 0.0).map(|(_, slots)| slots) {
+            slots.iter().flatten().for_each(|slot| self.real[*slot] = false);
+        }
+        for (_, on) in self.joints.iter().zip(&shape.joints).filter(|(joint, _)| joint.is_apart()) {
+            for (at, (i, _)) in on.iter().enumerate() {
+                on[..=at].iter().for_each(|(j, _)| self.real[shape.elimination.entry(*i, *j)] = false);
+            }
+        }
+        shape.elimination.stay_real(&mut self.real);
+    }
+
+    /// Whether a rod has the same numbers here and in another network of the same structure.
+    pub fn has_rod_of(&self, other: &AssembledModel, rod: usize) -> bool {
+        self.rods[rod] == other.rods[rod]
+    }
+}

@@ -1,0 +1,305 @@
+//! Which measurements to make next: the information that each would bring, before it is made.
+
+use std::sync::Arc;
+
+use nalgebra::DMatrix;
+
+use super::uncertainty::{NARROWING, RANGE_SD, certainty};
+use crate::objective::{FrfObjective, FrfSettings, ModeObjective, ModeSettings, ModeSquares, ObjectiveError, VISIBLE};
+use dynamics::model::{PeakSearch, Structure, peaks};
+use machine::{Chain, Machine, Operating};
+use measurement::{Condition, FitSet, Frf, FrfLine, FrfNoise, MeasurementSet, ModeObservation, ModeTable, Quantity};
+use numeric::unit::omega_rad_s;
+use optimizer::LeastSquares;
+
+/// A measurement that could be made.
+#[derive(Debug, Clone, PartialEq)]
+pub struct PlannedMeasurement {
+    /// Position, by index in the set; `None` where the machine has none.
+    pub position: Option<usize>,
+    /// Point that responds and point that is excited.
+    pub channel: (String, String),
+    /// JᵀJ it brings, in the unit intervals of the free parameters, and last of the gain where that is unknown.
+    pub information: DMatrix<f64>,
+}
+
+/// What a choice of measurements would leave uncertain.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Choice {
+    /// Indices of the candidates, in order.
+    pub which: Vec<usize>,
+    /// Standard deviation of each free parameter in its unit interval, the plausible range as prior knowledge.
+    pub sd: Vec<f64>,
+    /// Geometric mean over the parameters of sd over that of the plausible range: 1 where nothing would be learnt.
+    pub score: f64,
+}
+
+impl Choice {
+    /// Whether a parameter would be determined.
+    pub fn determines(&self, column: usize) -> bool {
+        self.sd[column] <= RANGE_SD / NARROWING
+    }
+}
+
+/// The candidates of a plan and the parameters they inform on.
+#[derive(Debug, Clone, PartialEq)]
+pub struct PlanDesign {
+    /// Measurements that could be made.
+    pub candidates: Vec<PlannedMeasurement>,
+    /// Indices of the parameters, column by column.
+    pub free: Vec<usize>,
+    /// Information that is there beforehand on each of them (`sd` of the machine's parameters).
+    pub known: Vec<f64>,
+}
+
+/// What a planned FRF measurement is like.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct FrfPlan {
+    /// Relative standard deviation of each line (total, complex).
+    pub noise: f64,
+    /// Lowest and highest line (Hz).
+    pub band_hz: (f64, f64),
+    /// Lines.
+    pub lines: usize,
+}
+
+impl PlanDesign {
+    /// Of FRFs of the given channels at all positions of a set, predicted by the machine itself at these parameter values.
+    ///
+    /// # Errors  as [`FrfObjective::new`].
+    pub fn of_frfs(
+        machine: &Machine,
+        values: &[f64],
+        set: &MeasurementSet,
+        channels: &[(String, String)],
+        plan: FrfPlan,
+        settings: FrfSettings,
+        frozen: &[String],
+    ) -> Result<Self, ObjectiveError> {
+        let mut made = set.clone();
+        made.frfs.clear();
+        let mut places: Vec<(Option<usize>, Option<f64>)> = set.positions.iter().enumerate().map(|(at, p)| (Some(at), p.nut_m)).collect();
+        if places.is_empty() {
+            places.push((None, None));
+        }
+        for place in places {
+            for (response, excitation) in channels {
+                made.frfs.push(predicted_frf(machine, values, place, (response, excitation), plan)?);
+            }
+        }
+        let mut design = PlanDesign { candidates: Vec::new(), free: Vec::new(), known: Vec::new() };
+        for (index, frf) in made.frfs.iter().enumerate() {
+            let fit = FitSet { set: &made, positions: Vec::new(), frfs: vec![index] };
+            let objective = FrfObjective::new(machine, &fit, settings, frozen)?;
+            let place = place_of(machine, &objective.free, values, objective.estimates_gain());
+            design.free.clone_from(&objective.free);
+            design.candidates.push(PlannedMeasurement {
+                position: frf.position,
+                channel: (frf.response.clone(), frf.excitation.clone()),
+                information: without_known(objective.normal(&place).information, &known(machine, &objective.free, values)),
+            });
+            design.known = known(machine, &objective.free, values);
+        }
+        Ok(design)
+    }
+
+    /// Of natural frequencies and amplitudes at all positions of a set, predicted by the machine itself at these parameter values: all visible
+    /// peaks of the band.
+    ///
+    /// # Errors  as [`ModeObjective::new`].
+    pub fn of_modes(
+        machine: &Machine,
+        values: &[f64],
+        set: &MeasurementSet,
+        channel: &(String, String),
+        band_hz: (f64, f64),
+        settings: ModeSettings,
+        frozen: &[String],
+    ) -> Result<Self, ObjectiveError> {
+        let mut made = set.clone();
+        (made.response, made.excitation) = (Some(channel.0.clone()), Some(channel.1.clone()));
+        let structure = structure(machine, channel, settings.rods)?;
+        let power = set.quantity.map_or(0, Quantity::power);
+        let search = PeakSearch { from_hz: band_hz.0, to_hz: band_hz.1, precision: 1e-7, omega_power: power };
+        let mut table = ModeTable { positions: Vec::new(), ..set.modes.clone().unwrap_or_default() };
+        let least = table.least_prominence.unwrap_or(VISIBLE);
+        for place in &set.positions {
+            let operating = Operating { nut_m: place.nut_m, ..Operating::default() };
+            machine.check_operating(&format!("{}: position {}", set.path, place.name), &operating)?;
+            let mut network = structure.network();
+            network.update(machine, values, &operating);
+            let seen = peaks(&network, search, &mut structure.workspace()).into_iter().filter(|p| p.prominence >= least);
+            let observed = |(order, p): (usize, dynamics::model::Peak)| ModeObservation {
+                order: order as u32 + 1,
+                frequency_hz: Some(p.frequency_hz),
+                amplitude: Some(p.amplitude),
+            };
+            table.positions.push(seen.enumerate().map(observed).collect());
+        }
+        made.modes = Some(table);
+        let mut design = PlanDesign { candidates: Vec::new(), free: Vec::new(), known: Vec::new() };
+        for position in 0..set.positions.len() {
+            let fit = FitSet { set: &made, positions: vec![position], frfs: Vec::new() };
+            let objective = ModeObjective::new(machine, &fit, settings, frozen)?;
+            let mut place = place_of(machine, &objective.free, values, false);
+            place = objective.extended(&place);
+            design.free.clone_from(&objective.free);
+            design.known = known(machine, &objective.free, values);
+            let information = without_known(ModeSquares::new(&objective, None).normal(&place).information, &design.known);
+            design.candidates.push(PlannedMeasurement { position: Some(position), channel: channel.clone(), information });
+        }
+        Ok(design)
+    }
+
+    /// What these candidates together would leave uncertain.
+    pub fn choice(&self, which: &[usize]) -> Choice {
+        let size = self.candidates.first().map_or(0, |c| c.information.nrows());
+        let mut information = DMatrix::zeros(size, size);
+        which.iter().for_each(|i| information += &self.candidates[*i].information);
+        self.known.iter().enumerate().for_each(|(column, known)| information[(column, column)] += known);
+        let sd: Vec<f64> = certainty(&information, 1.0, &[]).sd.into_iter().take(self.free.len()).collect();
+        let score = (sd.iter().map(|s| (s / RANGE_SD).ln()).sum::<f64>() / sd.len().max(1) as f64).exp();
+        Choice { which: which.to_vec(), sd, score }
+    }
+
+    /// All choices of `count` candidates added to those made already, the one that leaves least uncertain first.
+    pub fn ranking(&self, made: &[usize], count: usize) -> Vec<Choice> {
+        let open: Vec<usize> = (0..self.candidates.len()).filter(|i| !made.contains(i)).collect();
+        let mut choices: Vec<Choice> = subsets(&open, count)
+            .into_iter()
+            .map(|added| {
+                let all: Vec<usize> = made.iter().copied().chain(added.iter().copied()).collect();
+                Choice { which: added, ..self.choice(&all) }
+            })
+            .collect();
+        choices.sort_by(|a, b| a.score.total_cmp(&b.score));
+        choices
+    }
+
+    /// Number of choices of `count` candidates added to `made`.
+    pub fn choices(&self, made: usize, count: usize) -> f64 {
+        let open = self.candidates.len().saturating_sub(made);
+        (0..count).map(|i| (open as f64 - i as f64).max(0.0) / (i as f64 + 1.0)).product()
+    }
+}
+
+/// Information that is there beforehand on each free parameter, in its unit interval.
+fn known(machine: &Machine, free: &[usize], values: &[f64]) -> Vec<f64> {
+    let of = |i: &usize| {
+        let parameter = &machine.parameters[*i];
+        parameter.prior.map_or(0.0, |prior| (parameter.unit_slope(values[*i]) * prior.slope(values[*i])).powi(2))
+    };
+    free.iter().map(of).collect()
+}
+
+/// What a measurement itself brings: what is known beforehand counts once, not with each.
+fn without_known(mut information: DMatrix<f64>, known: &[f64]) -> DMatrix<f64> {
+    known.iter().enumerate().for_each(|(column, known)| information[(column, column)] -= known);
+    information
+}
+
+fn structure(machine: &Machine, channel: &(String, String), rods: dynamics::model::Rods) -> Result<Arc<Structure>, ObjectiveError> {
+    let named = |name: &String| {
+        machine.point(name).ok_or_else(|| {
+            let known: Vec<&str> = machine.points.iter().map(|p| p.name.as_str()).collect();
+            ObjectiveError::Data(format!("no point is called «{name}»; the machine has {}", known.join(", ")))
+        })
+    };
+    Ok(Arc::new(Structure::new(machine, named(&channel.0)?, named(&channel.1)?, rods)?))
+}
+
+fn predicted_frf(
+    machine: &Machine,
+    values: &[f64],
+    (position, nut_m): (Option<usize>, Option<f64>),
+    (response, excitation): (&String, &String),
+    plan: FrfPlan,
+) -> Result<Frf, ObjectiveError> {
+    let structure = structure(machine, &(response.clone(), excitation.clone()), dynamics::model::Rods::Exact)?;
+    let operating = Operating { nut_m, ..Operating::default() };
+    machine.check_operating("plan", &operating)?;
+    let (mut network, mut work) = (structure.network(), structure.workspace());
+    network.update(machine, values, &operating);
+    let chain = machine.chain.at(values, &operating);
+    let step = (plan.band_hz.1 - plan.band_hz.0) / plan.lines.saturating_sub(1).max(1) as f64;
+    let lines = (0..plan.lines)
+        .map(|line| {
+            let frequency_hz = plan.band_hz.0 + step * line as f64;
+            let omega = omega_rad_s(frequency_hz);
+            let value = network.receptance(omega, &mut work) * Chain::log_factor(chain, omega).exp();
+            FrfLine { frequency_hz, value, noise: Some(FrfNoise::RelativeSd(plan.noise)) }
+        })
+        .collect();
+    Ok(Frf {
+        position,
+        record: None,
+        response: response.clone(),
+        excitation: excitation.clone(),
+        quantity: Quantity::Receptance,
+        condition: Condition::default(),
+        averages: None,
+        source: format!("plan: {response}/{excitation}"),
+        lines,
+        rejected: Vec::new(),
+    })
+}
+
+/// The place of parameter values in the unit cube; an unknown gain in the middle of its range.
+fn place_of(machine: &Machine, free: &[usize], values: &[f64], gain: bool) -> Vec<f64> {
+    let mut place: Vec<f64> = free.iter().map(|i| machine.parameters[*i].to_unit(values[*i])).collect();
+    place.extend(gain.then_some(0.5));
+    place
+}
+
+/// All subsets of `count` members, in lexical order.
+fn subsets(members: &[usize], count: usize) -> Vec<Vec<usize>> {
+    if count == 0 {
+        return vec![Vec::new()];
+    }
+    let mut all = Vec::new();
+    for (at, first) in members.iter().enumerate() {
+        for rest in subsets(&members[at + 1..], count - 1) {
+            let mut subset = vec![*first];
+            subset.extend(rest);
+            all.push(subset);
+        }
+    }
+    all
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn limit_subsets_are_counted_by_binomials() {
+        let members = [0, 1, 2, 3, 4, 5];
+        assert_eq!(subsets(&members, 3).len(), 20);
+        assert_eq!(subsets(&members, 0), [Vec::<usize>::new()]);
+        assert!(subsets(&members[..2], 3).is_empty());
+    }
+
+    fn design(informations: &[[f64; 2]]) -> PlanDesign {
+        let candidate = |(position, d): (usize, &[f64; 2])| PlannedMeasurement {
+            position: Some(position),
+            channel: ("a".into(), "a".into()),
+            information: DMatrix::from_diagonal(&nalgebra::DVector::from_row_slice(d)),
+        };
+        PlanDesign { candidates: informations.iter().enumerate().map(candidate).collect(), free: vec![0, 1], known: vec![0.0, 0.0] }
+    }
+
+    #[test]
+    fn two_that_see_one_each_beat_two_that_see_the_same() {
+        let ranking = design(&[[1e6, 0.0], [1e6, 0.0], [0.0, 1e6]]).ranking(&[], 2);
+        assert!(ranking[0].which == [0, 2] || ranking[0].which == [1, 2], "{ranking:?}");
+        assert_eq!(ranking[2].which, [0, 1]);
+        assert!(ranking[2].determines(0) && !ranking[2].determines(1));
+    }
+
+    #[test]
+    fn what_is_measured_already_is_not_measured_again() {
+        let ranking = design(&[[1e6, 0.0], [1e6, 0.0], [0.0, 1e6]]).ranking(&[0], 1);
+        assert_eq!(ranking[0].which, [2]);
+        assert_eq!(ranking.len(), 2);
+    }
+}

@@ -1,0 +1,59 @@
+//! The condition a machine is in when something is measured or predicted.
+
+/// The operating condition of a prediction.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Operating {
+    /// Nut position from the left end of its shaft (m). `None` where the machine has no position.
+    pub nut_m: Option<f64>,
+    /// Velocity of the table (m/s), whose friction loads nut and bearings. `None`: at rest.
+    pub velocity_m_s: Option<f64>,
+    /// Acceleration of the table (m/s²), whose inertia loads them; upward on an upright axis. `None`: none.
+    pub acceleration_m_s2: Option<f64>,
+    /// Outside axial force (N) that loads them. `None`: none.
+    pub force_n: Option<f64>,
+    /// Level of the exciting force (N): how hard it is struck or shaken. `None`: not stated.
+    pub level_n: Option<f64>,
+}
+
+/// What of the operating condition a number may change with.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum OperatingVariable {
+    /// Level of the exciting force.
+    ForceLevel,
+    /// Speed of the table, in either direction.
+    Speed,
+    /// Acceleration of the table, in either direction.
+    Acceleration,
+}
+
+impl OperatingVariable {
+    /// ln(level/100 N), |velocity|/(1 m/s) or |acceleration|/(10 m/s²); 0 where nothing is stated.
+    pub fn size(self, operating: &Operating) -> f64 {
+        match self {
+            OperatingVariable::ForceLevel => operating.level_n.filter(|n| *n > 0.0).map_or(0.0, |n| (n / 100.0).ln()),
+            OperatingVariable::Speed => operating.velocity_m_s.map_or(0.0, f64::abs),
+            OperatingVariable::Acceleration => operating.acceleration_m_s2.map_or(0.0, |a| 0.1 * a.abs()),
+        }
+    }
+
+    /// The words for it.
+    pub fn words(self) -> &'static str {
+        match self {
+            OperatingVariable::ForceLevel => "force level (force_n of an [[frf]])",
+            OperatingVariable::Speed => "speed (speed_m_s of an [[frf]])",
+            OperatingVariable::Acceleration => "acceleration (acceleration_m_s2 of an [[frf]])",
+        }
+    }
+}
+
+impl Operating {
+    /// At rest, with the nut at this distance (m) from the left end of its shaft.
+    pub fn at_nut(nut_m: f64) -> Self {
+        Operating::at(Some(nut_m))
+    }
+
+    /// At rest, with the nut there, if anywhere.
+    pub fn at(nut_m: Option<f64>) -> Self {
+        Operating { nut_m, ..Operating::default() }
+    }
+}

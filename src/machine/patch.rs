@@ -1,0 +1,373 @@
+//! Patches applied: names resolved, numbers put in their places.
+
+use std::collections::BTreeMap;
+
+use super::check::{MachineError, check_parameter, fault, listing};
+use super::effect::{AttachFile, LeverFile, ReattachFile};
+use super::{
+    Derivation, Derived, DerivedPatch, Effect, Joint, JointPatch, Lever, Machine, Patch, Point, PointPatch, Shaft, ShaftFile, Station,
+    Value,
+};
+
+impl Machine {
+    /// The machine with a patch applied, checked.
+    ///
+    /// # Errors  an unknown or repeated name, a range with lower ≥ upper, a number out of its physical range.
+    pub fn with(&self, patch: &Patch) -> Result<Machine, MachineError> {
+        let mut machine = self.clone();
+        for parameter in &patch.parameters {
+            check_parameter(parameter)?;
+            if machine.parameter(&parameter.id).is_none() {
+                machine.parameters.push(parameter.clone());
+            }
+        }
+        patch.contacts.iter().try_for_each(|contact| machine.add_contact(contact))?;
+        patch.segments.iter().try_for_each(|segment| machine.add_segment(segment))?;
+        for point in &patch.points {
+            let point = machine.resolve_point_patch(point)?;
+            machine.points.push(point);
+        }
+        for shaft in &patch.shafts {
+            let shaft = machine.resolve_shaft_patch(shaft)?;
+            machine.shafts.push(shaft);
+        }
+        for joint in &patch.joints {
+            let joint = machine.resolve_joint_patch(joint)?;
+            machine.joints.push(joint);
+        }
+        if let Some(drive) = &patch.drive {
+            machine.drive = Some(machine.resolve_drive_patch(drive)?);
+        }
+        patch.reattached.iter().try_for_each(|reattach| machine.reattach(reattach))?;
+        patch.attached.iter().try_for_each(|attach| machine.attach(attach))?;
+        patch.levers.iter().try_for_each(|lever| machine.add_lever(lever))?;
+        for (target, rescale, parameter) in &patch.rescales {
+            machine.rescale(target, *rescale, parameter)?;
+        }
+        for (name, from) in &patch.derived {
+            let from = machine.resolve_derived(name, from)?;
+            machine.derived.push(Derived { name: name.clone(), from });
+        }
+        machine.check()?;
+        Ok(machine)
+    }
+
+    /// The machine with what a diagnosis chose, ids joined with `+`; `None` where one is no effect of these that applies, nor a parameter that was released.
+    pub fn with_chosen(&self, chosen: &str, effects: &[Effect]) -> Option<Machine> {
+        chosen.split('+').filter(|id| *id != "nominal").try_fold(self.clone(), |machine, id| {
+            // What was released is a parameter of the machine as it is.
+            if machine.parameters.iter().any(|p| p.id == id) {
+                return Some(machine);
+            }
+            machine.with_effect(effects.iter().find(|e| e.id == id)?).ok()
+        })
+    }
+
+    /// Values of its parameters in their order, by their ids; `None` where one is missing.
+    pub fn values_of(&self, values: &BTreeMap<String, f64>) -> Option<Vec<f64>> {
+        self.parameters.iter().map(|p| values.get(&p.id).copied()).collect()
+    }
+
+    /// The machine with an effect applied and listed among its effects.
+    ///
+    /// # Errors  as [`Machine::with`]; the machine contains the effect already, or lacks what it needs.
+    pub fn with_effect(&self, effect: &Effect) -> Result<Machine, MachineError> {
+        if self.effects.contains(&effect.id) {
+            return Err(fault(format!("effect {}", effect.id), "the machine contains it already"));
+        }
+        if let Some(name) = self.lacks(effect) {
+            return Err(fault(format!("effect {}", effect.id), format!("it does not apply: the machine has no «{name}»")));
+        }
+        let mut machine = self.with(&effect.patch)?;
+        machine.effects.push(effect.id.clone());
+        Ok(machine)
+    }
+
+    /// Takes out parameters that nothing depends on, such as those of an effect that was taken out.
+    /// Gives their ids.
+    pub fn drop_unused_parameters(&mut self) -> Vec<String> {
+        let mut used: Vec<bool> = vec![false; self.parameters.len()];
+        self.values().for_each(|v| v.depends_on().for_each(|i| used[i] = true));
+        let mut next = 0;
+        let moved: Vec<usize> = used
+            .iter()
+            .map(|u| {
+                next += usize::from(*u);
+                next - usize::from(*u)
+            })
+            .collect();
+        self.values_mut().for_each(|v| v.renumber(&moved));
+        self.derived.retain(|d| !matches!(d.from, Derivation::Parameter(index) if !used[index]));
+        for derived in &mut self.derived {
+            if let Derivation::Parameter(index) = &mut derived.from {
+                *index = moved[*index];
+            }
+        }
+        let dropped = self.parameters.iter().zip(&used).filter(|(_, used)| !**used).map(|(p, _)| p.id.clone()).collect();
+        let mut keep = used.iter();
+        self.parameters.retain(|_| *keep.next().unwrap_or(&true));
+        dropped
+    }
+
+    /// The numbers that frequency responses and modes depend on.
+    fn linear_values(&self) -> impl Iterator<Item = &Value> {
+        let points = self.points.iter().map(|p| &p.inertia);
+        let shafts = self.shafts.iter().flat_map(|s| {
+            [
+                &s.length,
+                &s.diameter,
+                &s.bore_ratio,
+                &s.youngs_modulus,
+                &s.shear_modulus,
+                &s.density,
+                &s.loss_factor,
+                &s.beside_nut,
+                &s.aside_of_nut,
+            ]
+        });
+        let joints = self
+            .joints
+            .iter()
+            .flat_map(|j| [&j.stiffness, &j.damping, &j.loss_factor, &j.integral_rate].into_iter().chain(j.relaxation_stiffness.as_ref()));
+        let levers = self.chain.levers.iter().flat_map(|l| [&l.read, &l.struck]);
+        points
+            .chain(shafts)
+            .chain(joints)
+            .chain([&self.chain.gain, &self.chain.delay, &self.chain.power, &self.loss_dispersion])
+            .chain(levers)
+    }
+
+    fn values(&self) -> impl Iterator<Item = &Value> {
+        self.linear_values().chain(self.motion_values().into_iter().map(|(_, value)| value))
+    }
+
+    fn values_mut(&mut self) -> impl Iterator<Item = &mut Value> {
+        let points = self.points.iter_mut().map(|p| &mut p.inertia);
+        let shafts = self.shafts.iter_mut().flat_map(|s| {
+            [
+                &mut s.length,
+                &mut s.diameter,
+                &mut s.bore_ratio,
+                &mut s.youngs_modulus,
+                &mut s.shear_modulus,
+                &mut s.density,
+                &mut s.loss_factor,
+                &mut s.beside_nut,
+                &mut s.aside_of_nut,
+            ]
+        });
+        let joints = self.joints.iter_mut().flat_map(|j| {
+            let own = [&mut j.stiffness, &mut j.damping, &mut j.loss_factor, &mut j.integral_rate, &mut j.gap];
+            let own = own.into_iter().chain(j.relaxation_stiffness.as_mut());
+            own.chain(j.friction.values_mut().into_iter().chain(j.lead_error.values_mut()).map(|(_, value)| value))
+        });
+        let drive = self.drive.iter_mut().flat_map(super::Drive::values_mut).map(|(_, value)| value);
+        let super::Chain { gain, delay, power, levers } = &mut self.chain;
+        let chain =
+            [gain, delay, power, &mut self.loss_dispersion].into_iter().chain(levers.iter_mut().flat_map(|l| [&mut l.read, &mut l.struck]));
+        points.chain(shafts).chain(joints).chain(drive).chain(chain)
+    }
+
+    /// Whether frequency responses and modes depend on each parameter; the others show in motion alone.
+    pub fn linear_parameters(&self) -> Vec<bool> {
+        let mut linear = vec![false; self.parameters.len()];
+        self.linear_values().for_each(|v| v.depends_on().for_each(|i| linear[i] = true));
+        linear
+    }
+
+    /// The first thing an effect needs, or is said to sit at, that the machine lacks.
+    pub fn lacks<'e>(&self, effect: &'e Effect) -> Option<&'e str> {
+        effect
+            .needs
+            .iter()
+            .chain(effect.at.as_ref().filter(|at| *at != "measurement"))
+            .find(|name| {
+                let driven = **name == "drive" && self.drive.is_some();
+                let named = self.joints.iter().any(|j| j.name == **name) || self.shafts.iter().any(|s| s.name == **name);
+                !driven && !named && self.point(name).is_none()
+            })
+            .map(String::as_str)
+    }
+
+    pub(super) fn named_point(&self, part: &str, name: &str) -> Result<usize, MachineError> {
+        self.point(name).ok_or_else(|| {
+            let known = listing(self.points.iter().map(|p| p.name.as_str()));
+            fault(part, format!("no point is called «{name}»; {known} (and ground)"))
+        })
+    }
+
+    fn resolve_point_patch(&self, patch: &PointPatch) -> Result<Point, MachineError> {
+        let part = format!("point.{}", patch.name);
+        if patch.name == "ground" {
+            return Err(fault(part, "«ground» is there already and cannot be declared; choose another name"));
+        }
+        if self.point(&patch.name).is_some() {
+            return Err(fault(part, "this name is declared twice; give each point a name of its own"));
+        }
+        let inertia = self.value(&format!("{part}.{}", patch.motion.inertia_key()), &patch.inertia)?;
+        Ok(Point { name: patch.name.clone(), motion: patch.motion, inertia, fixed: patch.fixed })
+    }
+
+    fn resolve_shaft_patch(&self, patch: &ShaftFile) -> Result<Shaft, MachineError> {
+        let part = format!("shaft.{}", patch.name);
+        if self.shafts.iter().any(|s| s.name == patch.name) {
+            return Err(fault(part, "this name is declared twice; give each shaft a name of its own"));
+        }
+        let value = |key: &str, source| self.value(&format!("{part}.{key}"), source);
+        let value_or_zero = |key: &str, source| self.value_or_zero(&format!("{part}.{key}"), source);
+        let point = |name: &Option<String>| name.as_ref().map(|n| self.named_point(&format!("{part}.station"), n)).transpose();
+        let mut stations = Vec::new();
+        for (place, station) in patch.places()?.into_iter().zip(&patch.station) {
+            stations.push(Station { place, axial: point(&station.axial)?, torsion: point(&station.torsion)? });
+        }
+        Ok(Shaft {
+            name: patch.name.clone(),
+            length: value("length_m", &patch.length_m)?,
+            diameter: value("diameter_m", &patch.diameter_m)?,
+            bore_ratio: value_or_zero("bore_ratio", &patch.bore_ratio)?,
+            youngs_modulus: value("youngs_modulus_pa", &patch.youngs_modulus_pa)?,
+            shear_modulus: value("shear_modulus_pa", &patch.shear_modulus_pa)?,
+            density: value("density_kg_m3", &patch.density_kg_m3)?,
+            loss_factor: value_or_zero("loss_factor", &patch.loss_factor)?,
+            beside_nut: Value::number(1.0),
+            aside_of_nut: Value::number(0.0),
+            stations,
+        })
+    }
+
+    fn resolve_joint_patch(&self, patch: &JointPatch) -> Result<Joint, MachineError> {
+        let part = format!("joint.{}", patch.name);
+        if self.joints.iter().any(|j| j.name == patch.name) {
+            return Err(fault(part, "this name is declared twice; give each joint a name of its own"));
+        }
+        let mut on: Vec<(usize, f64)> = Vec::new();
+        for (name, coefficient) in &patch.on {
+            let point = self.named_point(&part, name)?;
+            if on.iter().any(|(p, _)| *p == point) {
+                return Err(fault(part, format!("it acts on «{name}» twice; name two different points")));
+            }
+            if !coefficient.is_finite() || *coefficient == 0.0 {
+                return Err(fault(part, format!("its coefficient on «{name}» is {coefficient}; write a number other than 0")));
+            }
+            on.push((point, *coefficient));
+        }
+        if on.is_empty() {
+            return Err(fault(part, "it acts on nothing; name at least one point"));
+        }
+        let motion = |name: &String| self.point(name).map(|p| self.points[p].motion);
+        if let [a, b] = &patch.alike[..]
+            && let (Some(first), Some(second)) = (motion(a), motion(b))
+            && first != second
+        {
+            let (first, second) = (first.noun(), second.noun());
+            return Err(fault(part, format!("«{a}» is a {first} and «{b}» a {second}; a joint between two points needs two of a kind")));
+        }
+        if let Some(name) = patch.angles.iter().find(|n| motion(n) == Some(super::PointMotion::Translation)) {
+            return Err(fault(part, format!("screw.angle: «{name}» is a translation; name the point that turns")));
+        }
+        let value = |key: &str, source| self.value(&format!("{part}.{key}"), source);
+        Ok(Joint {
+            name: patch.name.clone(),
+            on,
+            share: 1.0,
+            stiffness: value("stiffness", &patch.stiffness)?,
+            damping: value("damping", &patch.damping)?,
+            loss_factor: value("loss_factor", &patch.loss_factor)?,
+            integral_rate: value("integral_rate", &patch.integral_rate)?,
+            relaxation_stiffness: patch.relaxation_stiffness.as_ref().map(|s| value("relaxation_stiffness", s)).transpose()?,
+            friction: self.resolve_friction_patch(&part, &patch.friction)?,
+            gap: value("gap", &patch.gap)?,
+            lead_error: self.resolve_lead_error_patch(&part, &patch.lead_error)?,
+        })
+    }
+
+    /// Lets what is read and struck at a point feel another motion, too.
+    fn add_lever(&mut self, lever: &LeverFile) -> Result<(), MachineError> {
+        let part = format!("lever {}", lever.at);
+        let [at, felt] = [self.named_point(&part, &lever.at)?, self.named_point(&part, &lever.with)?];
+        if at == felt {
+            return Err(fault(part, format!("«{}» is no arm of itself; name another point", lever.at)));
+        }
+        if self.points[at].fixed || self.points[felt].fixed {
+            return Err(fault(part, "a point that is held does not move; name points that do"));
+        }
+        let [read, struck] = [self.value(&format!("{part}.read"), &lever.read)?, self.value(&format!("{part}.struck"), &lever.struck)?];
+        self.chain.levers.push(Lever { point: at, on: felt, read, struck });
+        Ok(())
+    }
+
+    pub(super) fn joint_named(&self, part: &str, name: &str) -> Result<usize, MachineError> {
+        self.joints
+            .iter()
+            .position(|j| j.name == name)
+            .ok_or_else(|| fault(part, format!("no joint is called «{name}»; {}", listing(self.joints.iter().map(|j| j.name.as_str())))))
+    }
+
+    /// All joints of a name: those that share the work of one.
+    fn joints_named(&self, part: &str, name: &str) -> Result<Vec<usize>, MachineError> {
+        self.joint_named(part, name)?;
+        Ok((0..self.joints.len()).filter(|j| self.joints[*j].name == name).collect())
+    }
+
+    /// Lets a joint act on `to` where it acted on `from`.
+    fn reattach(&mut self, ReattachFile { joint, from, to }: &ReattachFile) -> Result<(), MachineError> {
+        let part = format!("reattach {joint}");
+        let to = self.named_point(&part, to)?;
+        for at in self.joints_named(&part, joint)? {
+            if self.joints[at].on.iter().any(|(p, _)| *p == to) {
+                return Err(fault(part, format!("the joint acts on «{}» already", self.points[to].name)));
+            }
+            if from == "ground" {
+                // Relative to the ground becomes relative to the point.
+                let on = &mut self.joints[at].on;
+                let [(_, coefficient)] = on[..] else { return Err(fault(part, "the joint does not act between one point and the ground")) };
+                on.push((to, -coefficient));
+                continue;
+            }
+            let from_index = self.named_point(&part, from)?;
+            let end = self.joints[at].on.iter_mut().find(|(p, _)| *p == from_index);
+            end.ok_or_else(|| fault(&part, format!("the joint does not act on «{from}»")))?.0 = to;
+        }
+        Ok(())
+    }
+
+    /// Lets a joint act on one point more.
+    fn attach(&mut self, AttachFile { joint, to, times: coefficient }: &AttachFile) -> Result<(), MachineError> {
+        let part = format!("attach {joint}");
+        let point = self.named_point(&part, to)?;
+        if !coefficient.is_finite() || *coefficient == 0.0 {
+            return Err(fault(part, format!("times is {coefficient}; write a number other than 0")));
+        }
+        for at in self.joints_named(&part, joint)? {
+            let own = &mut self.joints[at];
+            if own.on.iter().any(|(p, _)| *p == point) {
+                return Err(fault(part, format!("the joint acts on «{}» already", self.points[point].name)));
+            }
+            own.on.push((point, own.share.sqrt() * coefficient));
+        }
+        Ok(())
+    }
+
+    fn resolve_derived(&self, name: &str, from: &DerivedPatch) -> Result<Derivation, MachineError> {
+        let part = format!("derived.{name}");
+        let order = |order: usize| if order > 0 { Ok(order) } else { Err(fault(&part, "order is 0; count from 1")) };
+        if self.derived.iter().any(|d| d.name == name) {
+            return Err(fault(part, "this name is declared twice; give each quantity a name of its own"));
+        }
+        Ok(match from {
+            DerivedPatch::NaturalFrequency { natural_frequency } => Derivation::NaturalFrequency(order(*natural_frequency)?),
+            DerivedPatch::Antiresonance { antiresonance, at } => {
+                Derivation::Antiresonance(order(*antiresonance)?, self.named_point(&part, at)?)
+            }
+            DerivedPatch::InertiaRatio { inertia: [a, b] } => {
+                Derivation::InertiaRatio(self.named_point(&part, a)?, self.named_point(&part, b)?)
+            }
+            DerivedPatch::Parameter { parameter: id } => {
+                let known = || listing(self.parameters.iter().map(|p| p.id.as_str()));
+                Derivation::Parameter(
+                    self.parameter(id).ok_or_else(|| fault(&part, format!("no parameter is called «{id}»; {}", known())))?,
+                )
+            }
+        })
+    }
+}
