@@ -1,17 +1,17 @@
 #!/usr/bin/env python3
-"""How fast jointid is beside other programs at the same work, measured in turn: ours, theirs, ours, theirs, …
+"""Compares the speed of jointid with that of other programs at the same work, measured in turn: ours, theirs, ours, theirs, …
 
-Requirements: numpy==2.4.6 scipy==1.17.1 pyuff==2.5.8 (Python 3.11 or later; what is missing is skipped by name, nothing is installed)
+Requirements: numpy==2.4.6 scipy==1.17.1 pyuff==2.5.8, Python 3.11 or later. Comparisons with a missing package are skipped with a note.
 
     python3 -m venv target/peers && target/peers/bin/pip install numpy scipy pyuff
     target/peers/bin/python benches/side_by_side.py [--rounds 5] [--only WORD …] [--instructions] [--out FILE]
 
-Each ratio is time of the other program over ours in the same round, so above 1 jointid is faster; it is printed as least, median and largest over
-the rounds. Every other program has its best form: closed form, ω-terms computed beforehand, one division, as many members per pass as its
-cache likes best (tried out beforehand), and an allocator that keeps its memory (the MALLOC_ settings below: several times faster than as it comes).
-Ours runs on one thread unless the row says so; theirs with BLAS pinned to one, and once more unpinned where BLAS does the work. Of one thread the
-time is that it was given a processor for (ours: on Linux), so that other work on the machine disturbs little; where several work it is that on the wall,
-on both sides. First it is shown that both compute the same; where they do not the script ends.
+Each ratio is the time of the other program over ours in the same round: above 1 jointid is faster. The table shows the least, median and largest
+ratio of the rounds. Every other program has its best form: closed form, precomputed ω-terms, one division, the fastest number of members per
+pass (found by trial), and an allocator that keeps its memory (the MALLOC_ settings below, several times faster than the default).
+Ours runs on one thread unless the row says otherwise. Theirs runs with BLAS pinned to one thread, and again unpinned where BLAS does the work.
+The time of one thread is its processor time (ours: on Linux), which other load on the machine disturbs little. With several threads it is the
+wall time on both sides. The script first checks that both sides compute the same, and ends where they do not.
 """
 
 import argparse
@@ -40,7 +40,7 @@ def parsed(process):
 
 
 def built():
-    """The bench binary of the release profile."""
+    """Builds the bench binary of the release profile and returns its path."""
     command = ["cargo", "bench", "--bench", "side_by_side", "--no-run", "--message-format=json"]
     output = subprocess.run(command, cwd=ROOT, stdout=subprocess.PIPE, text=True, check=True).stdout
     messages = [json.loads(line) for line in output.splitlines() if line.startswith("{")]
@@ -48,13 +48,13 @@ def built():
 
 
 class Sides:
-    """Runs either side, each task in a process of its own."""
+    """Runs the tasks of both sides, each in a process of its own."""
 
     def __init__(self, binary, folder):
         self.binary, self.folder = binary, pathlib.Path(folder)
 
     def ours(self, task, *arguments, repeats=1, threads=1):
-        """One task of benches/side_by_side.rs; `each` is its time for one evaluation."""
+        """Runs one task of benches/side_by_side.rs; `each` is the time of one evaluation."""
         command = [self.binary, task, *map(str, arguments), "--repeats", str(repeats), "--threads", str(threads)]
         result = parsed(subprocess.run(command, cwd=ROOT, capture_output=True, text=True))
         if result.get("evaluations"):
@@ -62,13 +62,13 @@ class Sides:
         return result
 
     def theirs(self, task, pinned=True, **arguments):
-        """One task of benches/peers/tasks.py."""
+        """Runs one task of benches/peers/tasks.py."""
         environment = {k: v for k, v in os.environ.items() if k not in PINNED} | KEEPS_MEMORY | (PINNED if pinned else {})
         command = [sys.executable, "-B", ROOT / "benches/peers/tasks.py", task]
         return parsed(subprocess.run(command, input=json.dumps(arguments), env=environment, capture_output=True, text=True))
 
     def places(self, count, dimension, name="places.json"):
-        """Places all over the unit cube, and the file that holds them for ours."""
+        """Returns random points of the unit cube, and a file with them for our side."""
         draw = random.Random(1)
         places = [[draw.random() for _ in range(dimension)] for _ in range(count)]
         return places, self.written(places, name)
@@ -80,18 +80,18 @@ class Sides:
 
 
 class Table:
-    """Rows of ratios as Markdown."""
+    """Table of ratios in Markdown."""
 
     def __init__(self):
-        self.lines = ["| work | beside | ours | theirs | theirs / ours: least, median, largest | aim |", "|---|---|---|---|---|---|"]
+        self.lines = ["| work | compared with | ours | theirs | theirs / ours: least, median, largest | aim |", "|---|---|---|---|---|---|"]
         self.notes = []
 
-    def ratios(self, work, beside, ours, theirs, aim=""):
-        """A row from the times (s) of both sides, round by round."""
+    def ratios(self, work, peer, ours, theirs, aim=""):
+        """Adds a row from the times (s) of both sides, round by round."""
         ratio = sorted(b / a for a, b in zip(ours, theirs, strict=True))
-        told = f"{ratio[0]:.2f}, **{statistics.median(ratio):.2f}**, {ratio[-1]:.2f}"
+        ratios = f"{ratio[0]:.2f}, **{statistics.median(ratio):.2f}**, {ratio[-1]:.2f}"
         times = f"{duration(statistics.median(ours))} | {duration(statistics.median(theirs))}"
-        self.lines.append(f"| {work} | {beside} | {times} | {told} | {aim} |")
+        self.lines.append(f"| {work} | {peer} | {times} | {ratios} | {aim} |")
         print(self.lines[-1], flush=True)
 
     def note(self, text):
@@ -107,7 +107,7 @@ def duration(seconds):
 
 
 def in_turn(rounds, *works):
-    """Results of all works, round by round, one list for each."""
+    """Runs all works in turn, round by round; returns one list of results per work."""
     results = [[work(number) for work in works] for number in range(rounds)]
     return [list(column) for column in zip(*results)]
 
@@ -117,20 +117,20 @@ def column(results, key):
 
 
 def deviation(a, b):
-    """Largest relative deviation of two lists of numbers or of (real, imaginary)."""
+    """Returns the largest relative deviation of two lists of numbers or (real, imaginary) pairs."""
     number = lambda x: complex(*x) if isinstance(x, list) else x
     return max(abs(number(x) / number(y) - 1) for x, y in zip(a, b, strict=True))
 
 
 def same(table, what, found, limit):
-    """Ends the script where two programs do not compute the same."""
+    """Ends the script if two programs do not compute the same."""
     table.note(f"{what}: largest relative deviation {found:.1e} (limit {limit:.0e})")
     if not found <= limit:
-        raise SystemExit("the two sides do not compute the same: no ratio would mean anything")
+        raise SystemExit("the two sides do not compute the same; a ratio of their times has no meaning")
 
 
 def modes(sides, table, rounds):
-    """The objective on modes, and a search of equal evaluations, on the usual grid and at equal accuracy of the peaks."""
+    """Compares the objective on modes, and searches of equal evaluations, on the usual grid and at equal accuracy of the peaks."""
     places, file = sides.places(10, 10)
     ours = sides.ours("receptances", file)
     theirs = sides.theirs("receptances", places=places, parameters=ours["parameters"])
@@ -144,7 +144,7 @@ def modes(sides, table, rounds):
         within = sum(e <= 1e-4 for e in errors) / len(errors)
         costs = sum(abs(a / b - 1) < 1e-3 for a, b in zip(found["costs"], exact["costs"])) / len(places)
         table.note(
-            f"NumPy, {words} ({found['lines']} lines): peak frequencies off by {statistics.median(errors):.1e} in the middle, {100 * within:.1f} % of "
+            f"NumPy, {words} ({found['lines']} lines): median error of the peak frequencies {statistics.median(errors):.1e}, {100 * within:.1f} % of "
             f"them within 1e-4, {missed} of {missed + len(errors)} missed; {100 * costs:.0f} % of the costs within 0.1 %"
         )
     repeats = max(1, round(0.3 / exact["wall"]))
@@ -159,8 +159,8 @@ def modes(sides, table, rounds):
     target = 1.01 * sides.ours("identify")["cost"]
 
     def searches(form, our_threads, *their_threads):
-        """Ours and theirs in turn, theirs once for each number of threads; how many evaluations they take."""
-        # A run of the fine grid takes minutes: fewer generations of it tell the time of one evaluation as well.
+        """Runs ours and theirs in turn, theirs once per number of threads; returns the number of evaluations and the runs."""
+        # A run of the fine grid takes minutes; fewer generations give the same time per evaluation.
         count = 10 if form == "fine-grid" else generations
         runs = in_turn(
             rounds,
@@ -172,7 +172,7 @@ def modes(sides, table, rounds):
         )
         evaluations = {r["evaluations"] for run in runs for r in run}
         if len(evaluations) != 1:
-            raise SystemExit(f"the searches differ in their evaluations: {evaluations}")
+            raise SystemExit(f"the searches differ in their numbers of evaluations: {evaluations}")
         return f"search of {evaluations.pop():,} evaluations", runs
 
     for form, words in forms.items():
@@ -183,14 +183,14 @@ def modes(sides, table, rounds):
     for form, aim in (("grid", "10"), ("fine-grid", "100")):
         work, (ours, one, two) = searches(form, 2, 1, 2)
         table.ratios(f"{work}, on two threads", f"SciPy, {forms[form]}", column(ours, "wall"), column(one, "wall"), aim)
-        table.ratios("the same", f"SciPy, {forms[form]}, half of the members on each of two threads", column(ours, "wall"), column(two, "wall"))
+        table.ratios("the same", f"SciPy, {forms[form]}, members shared by two threads", column(ours, "wall"), column(two, "wall"))
 
 
 def peak_errors(exact, found):
-    """Peaks without a partner within 2 %, and the relative errors of the others; peaks that stand out by less than 1 % do not count."""
+    """Counts peaks without a partner within 2 %, and returns the relative errors of the others; a prominence below 1.01 does not count."""
     missed, errors = 0, []
-    for truth, rows in zip(exact, found, strict=True):
-        for peaks, row in zip(truth, rows, strict=True):
+    for reference, rows in zip(exact, found, strict=True):
+        for peaks, row in zip(reference, rows, strict=True):
             for frequency, _, prominence in peaks:
                 nearest = min((abs(f / frequency - 1) for f in row), default=1)
                 if prominence >= 1.01 and nearest > 0.02:
@@ -201,7 +201,7 @@ def peak_errors(exact, found):
 
 
 def reached(sides, table, words, target, ours, theirs):
-    """Times at which the searches first came to a cost, that of the places of SciPy's search by the exact objective."""
+    """Compares the times at which the searches reach a target cost; the exact objective evaluates the points of SciPy's search."""
     first = lambda trace: next((time for time, cost in trace if cost <= target), None)
     pairs, final = [], []
     for a, b in zip(ours, theirs, strict=True):
@@ -212,14 +212,14 @@ def reached(sides, table, words, target, ours, theirs):
     count = lambda side: sum(p[side] is not None for p in pairs)
     table.note(
         f"cost {target:.3f} (1 % above the best known) was reached by {count(0)} of {len(pairs)} of our searches and {count(1)} of SciPy's "
-        f"({words}); middle cost at the end {statistics.median(column(ours, 'cost')):.3f} and {statistics.median(final):.3f}"
+        f"({words}); median final costs {statistics.median(column(ours, 'cost')):.3f} and {statistics.median(final):.3f}"
     )
     if both:
-        table.ratios("the same, time to that cost, where both reach it", f"SciPy, {words}", *map(list, zip(*both)))
+        table.ratios("the same: time to that cost, where both reach it", f"SciPy, {words}", *map(list, zip(*both)))
 
 
 def frfs(sides, table, rounds):
-    """χ² of whole FRFs."""
+    """Compares χ² of whole FRFs, and identifications from them."""
     places, file = sides.places(20, 10)
     exact = sides.ours("frfs", file)
     same(table, "χ² of whole FRFs, 20 machines", deviation(sides.theirs("frfs", places=places)["costs"], exact["costs"]), 1e-9)
@@ -237,18 +237,20 @@ def frfs(sides, table, rounds):
         lambda seed: sides.theirs("frf_search", target=target, generations=1000, seed=seed + 1),
     )
     if not all(cost(found) <= target for found in ours + profiled):
-        raise SystemExit("our identifications from whole FRFs do not all come to the same χ²")
-    there = [(a["seconds"], p["seconds"], b["seconds"]) for a, p, b in zip(ours, profiled, theirs) if b["cost"] <= target]
+        raise SystemExit("our identifications from whole FRFs do not all reach the same χ²")
+    reaching = [(a["seconds"], p["seconds"], b["seconds"]) for a, p, b in zip(ours, profiled, theirs) if b["cost"] <= target]
     evaluations = statistics.median(column(theirs, "evaluations"))
-    table.note(f"SciPy came to 1.01 times our χ² of {target / 1.01:.1f} in {len(there)} of {rounds} searches, of {evaluations:,.0f} evaluations in the middle")
-    if there:
-        alone, with_intervals, others = map(list, zip(*there))
+    table.note(
+        f"SciPy reached 1.01 times our χ² of {target / 1.01:.1f} in {len(reaching)} of {rounds} searches, with a median of {evaluations:,.0f} evaluations"
+    )
+    if reaching:
+        alone, with_intervals, others = map(list, zip(*reaching))
         table.ratios("identification from whole FRFs", "SciPy, differential evolution to the same χ²", alone, others, "12")
-        table.ratios("the same with intervals by profile likelihood", "SciPy, which tells none", with_intervals, others)
+        table.ratios("the same with intervals by profile likelihood", "SciPy, which computes none", with_intervals, others)
 
 
 def coupling(sides, table, rounds):
-    """Sub-structures coupled: LM-FBS as pyFBS' notebooks write it. Ours also computes the rods at each line, theirs has them given."""
+    """Compares substructure coupling with LM-FBS as in pyFBS' notebooks. Ours also computes the rods at each line; theirs are precomputed."""
     forms = {"pinv": "LM-FBS with pinv", "solve": "LM-FBS with solve", "one": "LM-FBS with solve, one entry"}
     for machine in ("screw", "bench"):
         exact = sides.ours("coupling", machine)["receptances"]
@@ -270,7 +272,7 @@ def coupling(sides, table, rounds):
 
 
 def lumped(sides, table, rounds):
-    """The lumped model: batched solve of its dynamic stiffness, and its state-space modes."""
+    """Compares the lumped model with a batched solve of its dynamic stiffness, and with its state-space modes."""
     for lumps in (1, 5, 10, 20):
         exact = sides.ours("lumped", lumps, "--matrices")
         ask = exact["matrices"]
@@ -283,12 +285,12 @@ def lumped(sides, table, rounds):
         table.ratios(work, "numpy.linalg.solve, batched", ours, column(runs[1], "seconds"), "20")
         wall = column(runs[0], "wall_each")
         table.ratios("the same", "numpy.linalg.solve, batched, BLAS unpinned", wall, column(runs[2], "wall"))
-        table.ratios("the same", "numpy.linalg.eig once, then a sum over modes", ours, column(runs[3], "seconds"))
-        table.ratios("the same", "that, BLAS unpinned", wall, column(runs[4], "wall"))
+        table.ratios("the same", "numpy.linalg.eig once, then a modal sum", ours, column(runs[3], "seconds"))
+        table.ratios("the same", "numpy.linalg.eig once, then a modal sum, BLAS unpinned", wall, column(runs[4], "wall"))
 
 
 def universal(sides, table, rounds):
-    """Universal files of 60 FRFs of 6,401 lines, read."""
+    """Compares the reading of universal files of 60 FRFs of 6,401 lines."""
     if missing("pyuff", table):
         return
     for words, flags in (("text", []), ("binary", ["--binary"])):
@@ -300,24 +302,24 @@ def universal(sides, table, rounds):
 
 
 def threads(sides, table, rounds):
-    """The default identification on one thread and on two."""
+    """Compares the default identification on one thread and on two."""
     two, one = in_turn(rounds, lambda _: sides.ours("identify", threads=2), lambda _: sides.ours("identify", threads=1))
     if {r["cost"] for r in one} != {r["cost"] for r in two}:
         raise SystemExit("the result depends on the number of threads")
     work = f"identify, default plan, {one[0]['evaluations']:,} evaluations, on two threads"
     table.ratios(work, "ours on one thread", column(two, "wall"), column(one, "wall"), "1.8")
-    # What the machine allows: two runs at once that know nothing of each other.
+    # Upper limit set by the machine: two independent runs at once.
     with ThreadPoolExecutor(2) as pool:
         pair = lambda: list(pool.map(lambda _: sides.ours("identify", threads=1), range(2)))
         both, alone = in_turn(rounds, lambda _: max(column(pair(), "wall")) / 2, lambda _: sides.ours("identify", threads=1)["wall"])
-    table.ratios("half of two such runs at once, one thread each: what the machine allows", "one of them alone", both, alone)
+    table.ratios("half the time of two independent runs at once, one thread each: limit of the machine", "one run alone", both, alone)
 
 
 COMPARISONS = {"modes": modes, "frfs": frfs, "coupling": coupling, "lumped": lumped, "universal": universal, "threads": threads}
 
 
 def instructions(sides):
-    """Instructions of one evaluation: callgrind's counts of two numbers of repetitions, the difference over theirs."""
+    """Prints the instructions of one evaluation: the difference of callgrind's counts for two numbers of repetitions, over their difference."""
     modes_file, frfs_file = sides.places(20, 8, "modes.json")[1], sides.places(5, 10, "frfs.json")[1]
     file = sides.folder / "text.uff"
     sides.ours("write-universal", file)
@@ -328,30 +330,30 @@ def instructions(sides):
         "line of the lumped model, 20 springs per rod": (["lumped", 20], LINES),
         "universal file, text, 60 × 6,401 lines": (["read-universal", file], 1),
     }
-    print("| work | instructions of one |\n|---|---|")
+    print("| work | instructions per evaluation |\n|---|---|")
     for words, (task, evaluations) in tasks.items():
         counts = []
         for repeats in (1, 3):
             command = ["valgrind", "--tool=callgrind", "--callgrind-out-file=/dev/null", sides.binary, *map(str, task), "--repeats", str(repeats)]
-            told = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=True).stderr
-            counts.append(int(re.search(r"Collected : (\d+)", told).group(1)))
+            report = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=True).stderr
+            counts.append(int(re.search(r"Collected : (\d+)", report).group(1)))
         print(f"| {words} | {(counts[1] - counts[0]) / (2 * evaluations):,.0f} |", flush=True)
 
 
 def missing(package, table):
     absent = importlib.util.find_spec(package) is None
     if absent:
-        table.note(f"skipped: no {package}")
+        table.note(f"skipped: package {package} is not installed")
     return absent
 
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--rounds", type=int, default=5, help="times that the sides take turns")
-    parser.add_argument("--only", nargs="+", choices=COMPARISONS, default=list(COMPARISONS), help="comparisons to make")
+    parser.add_argument("--rounds", type=int, default=5, help="rounds in which the sides take turns")
+    parser.add_argument("--only", nargs="+", choices=COMPARISONS, default=list(COMPARISONS), help="comparisons to run")
     parser.add_argument("--instructions", action="store_true", help="count our instructions with valgrind instead")
-    parser.add_argument("--binary", help="the bench binary, where it was built before")
-    parser.add_argument("--out", type=pathlib.Path, help="Markdown file for the table and notes")
+    parser.add_argument("--binary", help="existing bench binary, instead of a new build")
+    parser.add_argument("--out", type=pathlib.Path, help="Markdown file for table and notes")
     given = parser.parse_args()
     table = Table()
     with tempfile.TemporaryDirectory() as folder:

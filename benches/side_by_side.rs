@@ -1,6 +1,6 @@
-//! Our side of `benches/side_by_side.py`: does one task a number of times and prints one line of JSON, its time in it.
+//! The jointid side of `benches/side_by_side.py`: repeats one task and prints its results and times as one line of JSON.
 //!
-//! Without a task, as `cargo bench` calls it, it says how it is used.
+//! Without a task, as called by `cargo bench`, it prints how it is used.
 
 mod support;
 
@@ -31,7 +31,7 @@ use support::simulated_frfs;
 /// Nut positions l1, l3 and l5 of the bench (m).
 const FITTED_M: [f64; 3] = [0.6, 1.0, 1.6];
 
-/// A screw between two bearings, nothing else: the smallest coupling problem.
+/// A screw between two bearings: the smallest coupling problem.
 const SCREW: &str = r#"
 title = "a screw between its bearings"
 point = [{ name = "left", motion = "translation" }, { name = "table", motion = "translation" }, { name = "right", motion = "translation" }]
@@ -54,86 +54,86 @@ station = [{ at = "start", axial = "left" }, { at = "nut", axial = "table" }, { 
 struct Arguments {
     #[command(subcommand)]
     task: Option<Task>,
-    /// Threads.
+    /// Number of threads.
     #[arg(long, global = true, default_value_t = 1)]
     threads: usize,
-    /// How often the task is done.
+    /// Number of repetitions of the task.
     #[arg(long, global = true, default_value_t = 1)]
     repeats: usize,
-    /// What cargo passes to every bench.
+    /// Flag that cargo passes to every bench.
     #[arg(long, hide = true)]
     bench: bool,
 }
 
 #[derive(Subcommand)]
 enum Task {
-    /// Receptances of the bench's table at places of its ten free parameters: the three fitted positions, 1–2000 Hz.
+    /// Receptances of the bench's table at the three fitted positions, 1–2000 Hz, for given values of its ten free parameters.
     Receptances {
-        /// JSON list of places in the unit cube.
+        /// JSON list of unit-cube coordinates.
         places: PathBuf,
     },
-    /// The objective on modes of three positions, at places of its eight free parameters.
+    /// Objective on modes of three positions, for given values of its eight free parameters.
     Modes {
-        /// JSON list of places in the unit cube.
+        /// JSON list of unit-cube coordinates.
         places: PathBuf,
-        /// Also the peaks of each place.
+        /// Print the peaks, too.
         #[arg(long)]
         peaks: bool,
     },
-    /// Differential evolution on that objective.
+    /// Differential evolution on the objective on modes.
     Search {
-        /// Members.
+        /// Number of members.
         #[arg(long, default_value_t = 120)]
         population: usize,
-        /// Generations after the first.
+        /// Number of generations after the first.
         #[arg(long, default_value_t = 200)]
         generations: u64,
         /// Seed.
         #[arg(long, default_value_t = 1)]
         seed: u64,
     },
-    /// χ² of whole FRFs, three positions × 1,000 lines, at places of ten free parameters.
+    /// χ² of whole FRFs, three positions × 1,000 lines, for given values of ten free parameters.
     Frfs {
-        /// JSON list of places in the unit cube.
+        /// JSON list of unit-cube coordinates.
         places: PathBuf,
     },
-    /// Substructures coupled at 1,000 lines: the bench or the bare screw.
+    /// Substructure coupling at 1,000 lines, of the bench or the bare screw.
     Coupling {
         /// `bench` or `screw`.
         machine: String,
-        /// All receptances by receptance coupling, not one by elimination.
+        /// Compute all receptances by receptance coupling instead of one by elimination.
         #[arg(long)]
         all: bool,
     },
-    /// The bench with its rods as chains, 1,000 lines.
+    /// Receptances of the bench with lumped rods, 1,000 lines.
     Lumped {
-        /// Springs of each rod.
+        /// Number of springs per rod.
         lumps: usize,
-        /// Also the matrices, by which another program can compute the same.
+        /// Print the matrices, too, so that another program can compute the same.
         #[arg(long)]
         matrices: bool,
     },
     /// Writes 60 FRFs of 6,401 lines as a universal file.
     WriteUniversal {
-        /// The file.
+        /// Path of the file.
         file: PathBuf,
-        /// Dataset 58b.
+        /// Write dataset 58b.
         #[arg(long)]
         binary: bool,
     },
     /// Reads a universal file.
     ReadUniversal {
-        /// The file.
+        /// Path of the file.
         file: PathBuf,
     },
-    /// The default identification of the bench.
+    /// Default identification of the bench.
     Identify,
-    /// One search of the bench, from whole FRFs with noise, three positions × 1,000 lines, with the covariance of what it finds.
+    /// One identification of the bench from whole FRFs with noise, three positions × 1,000 lines, with the covariance of the estimates.
     IdentifyFrfs {
         /// Seed.
         #[arg(long, default_value_t = 1)]
         seed: u64,
-        /// With intervals by profile likelihood, too.
+        /// Compute intervals by profile likelihood, too.
         #[arg(long)]
         profile: bool,
     },
@@ -145,47 +145,47 @@ fn main() {
         println!("side_by_side: run by benches/side_by_side.py, which compares it with other programs; --help lists its tasks");
         return;
     };
-    let pool = rayon::ThreadPoolBuilder::new().num_threads(arguments.threads).build().expect("threads");
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(arguments.threads).build().expect("the thread pool can be built");
     println!("{}", pool.install(|| run(&task, arguments.repeats)));
 }
 
-/// The time on the wall and, on Linux, the time this thread was given a processor for: on a shared machine that of one thread's work.
+/// Measures wall time and, on Linux, the processor time of this thread, which other load on the machine disturbs little.
 struct Clock {
     begin: Instant,
-    given_ns: Option<u64>,
+    processor_ns: Option<u64>,
 }
 
 impl Clock {
     fn start() -> Self {
-        Clock { begin: Instant::now(), given_ns: Self::given_ns() }
+        Clock { begin: Instant::now(), processor_ns: Self::processor_ns() }
     }
 
-    /// Source: proc(5), schedstat: nanoseconds spent on the processor.
-    fn given_ns() -> Option<u64> {
+    /// Reads the processor time of this thread (ns). Source: proc(5), schedstat.
+    fn processor_ns() -> Option<u64> {
         std::fs::read_to_string("/proc/thread-self/schedstat").ok()?.split(' ').next()?.parse().ok()
     }
 
-    /// Seconds on the wall.
+    /// Returns the wall time (s).
     fn wall(&self) -> f64 {
         self.begin.elapsed().as_secs_f64()
     }
 
-    /// Seconds of one thread's work; those on the wall where the system does not tell, or several threads work.
+    /// Returns the processor time of this thread (s), or the wall time if the system does not state it or several threads work.
     fn work(&self) -> f64 {
         let alone = rayon::current_num_threads() == 1;
-        let given = self.given_ns.filter(|_| alone).and_then(|before| Some(Self::given_ns()? - before));
-        given.map_or_else(|| self.wall(), |ns| ns as f64 * 1e-9)
+        let spent = self.processor_ns.filter(|_| alone).and_then(|before| Some(Self::processor_ns()? - before));
+        spent.map_or_else(|| self.wall(), |ns| ns as f64 * 1e-9)
     }
 }
 
-/// Does `work` so often; `evaluations` are those of one repetition.
+/// Repeats `work` and measures its time; `evaluations` are those of one repetition.
 fn timed(repeats: usize, evaluations: usize, mut work: impl FnMut()) -> Value {
     let clock = Clock::start();
     (0..repeats).for_each(|_| work());
     json!({ "seconds": clock.work(), "wall": clock.wall(), "evaluations": repeats * evaluations })
 }
 
-/// A JSON object with the time in it.
+/// Adds the times to a JSON object.
 fn with(mut result: Value, timing: Value) -> Value {
     if let (Value::Object(result), Value::Object(timing)) = (&mut result, timing) {
         result.extend(timing);
@@ -194,27 +194,31 @@ fn with(mut result: Value, timing: Value) -> Value {
 }
 
 fn bench() -> (Machine, MeasurementSet) {
-    (read_machine("configs/tian.toml", &[], &[]).expect("the bench").machine, read_set("measurements/tian").expect("the bench's modes"))
+    (
+        read_machine("configs/tian.toml", &[], &[]).expect("the bench's machine is valid").machine,
+        read_set("measurements/tian").expect("the bench's measurements are valid"),
+    )
 }
 
 fn places(file: &Path) -> Vec<Vec<f64>> {
-    serde_json::from_reader(File::open(file).expect("the file of places")).expect("a JSON list of lists of numbers")
+    serde_json::from_reader(File::open(file).expect("the file of coordinates can be read"))
+        .expect("the file is a JSON list of lists of numbers")
 }
 
 fn pairs(values: &[Complex64]) -> Vec<[f64; 2]> {
     values.iter().map(|z| [z.re, z.im]).collect()
 }
 
-/// The table's network over itself, at the start values and a nut position.
-fn table_network(machine: &Machine, nut_m: f64, rods: Rods) -> (Arc<Structure>, AssembledModel) {
-    let table = machine.point("table").expect("a table");
-    let structure = Arc::new(Structure::new(machine, table, table, rods).expect("a table that moves"));
+/// Builds the model of the table's driving-point receptance, at the start values and a nut position.
+fn table_model(machine: &Machine, nut_m: f64, rods: Rods) -> (Arc<Structure>, AssembledModel) {
+    let table = machine.point("table").expect("the machine has a table");
+    let structure = Arc::new(Structure::new(machine, table, table, rods).expect("the table can move"));
     let mut network = structure.network();
     network.update(machine, &machine.start(), &Operating::at_nut(nut_m));
     (structure, network)
 }
 
-/// 1,000 lines, 6–1005 Hz (rad/s).
+/// Returns 1,000 lines, 6–1005 Hz, as angular frequencies (rad/s).
 fn thousand_lines() -> Vec<f64> {
     (6..1006).map(|f| omega_rad_s(f64::from(f))).collect()
 }
@@ -236,7 +240,7 @@ fn run(task: &Task, repeats: usize) -> Value {
 
 fn receptances(places: &[Vec<f64>]) -> Value {
     let (machine, _) = bench();
-    let (structure, mut network) = table_network(&machine, FITTED_M[0], Rods::Exact);
+    let (structure, mut network) = table_model(&machine, FITTED_M[0], Rods::Exact);
     let mut work = structure.workspace();
     let mut all = Vec::new();
     for place in places {
@@ -251,8 +255,8 @@ fn receptances(places: &[Vec<f64>]) -> Value {
 
 fn modes(places: &[Vec<f64>], with_peaks: bool, repeats: usize) -> Value {
     let (machine, set) = bench();
-    let (fit, _) = set.split(None, &[]).expect("its split");
-    let objective = ModeObjective::new(&machine, &fit, ModeSettings::default(), &[]).expect("an objective");
+    let (fit, _) = set.split(None, &[]).expect("the split is valid");
+    let objective = ModeObjective::new(&machine, &fit, ModeSettings::default(), &[]).expect("the objective is valid");
     let mut costs = vec![0.0; places.len()];
     let timing = timed(repeats, places.len(), || {
         costs.iter_mut().zip(places).for_each(|(cost, place)| *cost = objective.at(black_box(place)));
@@ -267,8 +271,8 @@ fn modes(places: &[Vec<f64>], with_peaks: bool, repeats: usize) -> Value {
 
 fn searched(population: usize, generations: u64, seed: u64) -> Value {
     let (machine, set) = bench();
-    let (fit, _) = set.split(None, &[]).expect("its split");
-    let objective = ModeObjective::new(&machine, &fit, ModeSettings::default(), &[]).expect("an objective");
+    let (fit, _) = set.split(None, &[]).expect("the split is valid");
+    let objective = ModeObjective::new(&machine, &fit, ModeSettings::default(), &[]).expect("the objective is valid");
     let settings = SearchSettings { population, generations, spread: 0.0, ..SearchSettings::for_dimension(objective.dimension(), seed) };
     let trace = Arc::new(Mutex::new(Vec::new()));
     let clock = Arc::new(Clock::start());
@@ -276,17 +280,17 @@ fn searched(population: usize, generations: u64, seed: u64) -> Value {
         let (trace, clock) = (Arc::clone(&trace), Arc::clone(&clock));
         Arc::new(move |progressed: Progressed<'_>| {
             if let Progressed::Generation { best, .. } = progressed {
-                trace.lock().expect("the trace").push((clock.work(), best));
+                trace.lock().expect("no thread has failed").push((clock.work(), best));
             }
         })
     };
     let found = search(&objective, settings, &Control::new(Arc::default(), Some(watcher)));
     let (seconds, wall) = (clock.work(), clock.wall());
-    let trace = trace.lock().expect("the trace").clone();
+    let trace = trace.lock().expect("no thread has failed").clone();
     json!({ "seconds": seconds, "wall": wall, "evaluations": found.evaluations, "cost": found.cost, "place": found.place, "trace": trace })
 }
 
-/// The table's FRFs at three positions, 6–1005 Hz, at the start values.
+/// Computes the table's FRFs at three positions, 6–1005 Hz, at the start values.
 fn table_frfs(machine: &Machine) -> MeasurementSet {
     let lines: Vec<f64> = (6..1006).map(f64::from).collect();
     simulated_frfs(machine, ("table", "table"), &FITTED_M.map(Some), &lines)
@@ -295,8 +299,8 @@ fn table_frfs(machine: &Machine) -> MeasurementSet {
 fn frfs(places: &[Vec<f64>], repeats: usize) -> Value {
     let (machine, _) = bench();
     let set = table_frfs(&machine);
-    let (fit, _) = set.split(None, &[]).expect("all of it");
-    let objective = FrfObjective::new(&machine, &fit, FrfSettings::default(), &[]).expect("an objective");
+    let (fit, _) = set.split(None, &[]).expect("the set can be fitted as a whole");
+    let objective = FrfObjective::new(&machine, &fit, FrfSettings::default(), &[]).expect("the objective is valid");
     let mut costs = vec![0.0; places.len()];
     let timing = timed(repeats, places.len(), || {
         costs.iter_mut().zip(places).for_each(|(cost, place)| *cost = objective.chi_square(black_box(place)));
@@ -305,11 +309,12 @@ fn frfs(places: &[Vec<f64>], repeats: usize) -> Value {
 }
 
 fn coupling(name: &str, all: bool, repeats: usize) -> Value {
-    let machine = if name == "screw" { read_machine_text("screw", SCREW, &[], &[]).expect("a screw").machine } else { bench().0 };
-    let (structure, network) = table_network(&machine, FITTED_M[1], Rods::Exact);
+    let machine =
+        if name == "screw" { read_machine_text("screw", SCREW, &[], &[]).expect("the screw is valid").machine } else { bench().0 };
+    let (structure, network) = table_model(&machine, FITTED_M[1], Rods::Exact);
     let mut work = structure.workspace();
     let omegas = thousand_lines();
-    let table = machine.point("table").expect("a table");
+    let table = machine.point("table").expect("the machine has a table");
     let mut values = vec![Complex64::default(); omegas.len()];
     let timing = timed(repeats, omegas.len(), || {
         if !all {
@@ -317,7 +322,7 @@ fn coupling(name: &str, all: bool, repeats: usize) -> Value {
             return;
         }
         for (value, &omega) in values.iter_mut().zip(&omegas) {
-            *value = coupled_receptances(&network, &machine, black_box(omega)).expect("inertia everywhere")[(table, table)];
+            *value = coupled_receptances(&network, &machine, black_box(omega)).expect("all points have inertia")[(table, table)];
         }
     });
     with(json!({ "receptances": pairs(&values) }), timing)
@@ -325,7 +330,7 @@ fn coupling(name: &str, all: bool, repeats: usize) -> Value {
 
 fn lumped(lumps: usize, with_matrices: bool, repeats: usize) -> Value {
     let (machine, _) = bench();
-    let (structure, mut network) = table_network(&machine, FITTED_M[1], Rods::Lumped(lumps));
+    let (structure, mut network) = table_model(&machine, FITTED_M[1], Rods::Lumped(lumps));
     let mut work = structure.workspace();
     let omegas = thousand_lines();
     let (start, operating) = (machine.start(), Operating::at_nut(FITTED_M[1]));
@@ -336,7 +341,7 @@ fn lumped(lumps: usize, with_matrices: bool, repeats: usize) -> Value {
     });
     let rows = |m: &nalgebra::DMatrix<f64>| -> Vec<Vec<f64>> { m.row_iter().map(|r| r.iter().copied().collect()).collect() };
     let described = with_matrices.then(|| {
-        let m = matrices(&machine, &start, &operating, lumps).expect("matrices");
+        let m = matrices(&machine, &start, &operating, lumps).expect("the matrices can be built");
         let table = m.names.iter().position(|n| n == "table");
         json!({ "mass": rows(&m.mass), "damping": rows(&m.damping), "stiffness": rows(&m.stiffness), "table": table })
     });
@@ -344,10 +349,10 @@ fn lumped(lumps: usize, with_matrices: bool, repeats: usize) -> Value {
 }
 
 fn write_universal(file: &Path, binary: bool) -> Value {
-    let mut writer = UniversalWriter::new(BufWriter::new(File::create(file).expect("a file")));
+    let mut writer = UniversalWriter::new(BufWriter::new(File::create(file).expect("the file can be created")));
     let encoding = if binary { Encoding::Binary(ByteOrder::Little) } else { Encoding::Ascii };
     for node in 1..=60_i32 {
-        // A resonance that moves from record to record.
+        // A resonance that shifts from record to record.
         let value = |i: usize| {
             let share = i as f64 / (3000.0 + 10.0 * f64::from(node));
             Complex64::new(1e-7, 0.0) / Complex64::new(1.0 - share * share, 0.02 * share)
@@ -361,15 +366,15 @@ fn write_universal(file: &Path, binary: bool) -> Value {
             abscissa,
             (0..6401).map(value).collect(),
         );
-        writer.record(&record, encoding).expect("a record");
+        writer.record(&record, encoding).expect("the record can be written");
     }
-    writer.finish().expect("a file");
-    json!({ "bytes": std::fs::metadata(file).expect("the file").len() })
+    writer.finish().expect("the file can be finished");
+    json!({ "bytes": std::fs::metadata(file).expect("the file exists").len() })
 }
 
 fn read_universal(file: &Path, repeats: usize) -> Value {
     let mut read = None;
-    let timing = timed(repeats, 1, || read = Some(read_path(black_box(file)).expect("a universal file")));
+    let timing = timed(repeats, 1, || read = Some(read_path(black_box(file)).expect("the universal file is valid")));
     let functions = read.map(|r| r.functions).unwrap_or_default();
     let sum_of = |ordinate: &Ordinate| match ordinate {
         Ordinate::Complex(values) => values.iter().sum::<Complex64>(),
@@ -381,10 +386,11 @@ fn read_universal(file: &Path, repeats: usize) -> Value {
 
 fn identified(repeats: usize) -> Value {
     let (machine, set) = bench();
-    let (fit, held_out) = set.split(None, &[]).expect("its split");
+    let (fit, held_out) = set.split(None, &[]).expect("the split is valid");
     let (mut cost, mut evaluations) = (f64::NAN, 0);
     let timing = timed(repeats, 0, || {
-        let found = identify(&machine, &fit, &held_out, &IdentificationSettings::default(), &Control::default()).expect("a result");
+        let found = identify(&machine, &fit, &held_out, &IdentificationSettings::default(), &Control::default())
+            .expect("the identification succeeds");
         cost = found.cost;
         evaluations += found.evaluations;
     });
@@ -394,16 +400,16 @@ fn identified(repeats: usize) -> Value {
 fn identified_from_frfs(seed: u64, profile: bool) -> Value {
     let (machine, _) = bench();
     let mut set = table_frfs(&machine);
-    // What stands for noise of 2 % is the same in another language.
+    // A deterministic substitute for noise of 2 %, identical in benches/peers/bench_model.py.
     for (at, line) in set.frfs.iter_mut().flat_map(|frf| &mut frf.lines).enumerate() {
-        let turn = (at * at) as f64;
-        line.value *= Complex64::new(1.0 + 0.02 * turn.cos(), 0.02 * (1.1 * turn).sin());
+        let phase = (at * at) as f64;
+        line.value *= Complex64::new(1.0 + 0.02 * phase.cos(), 0.02 * (1.1 * phase).sin());
     }
-    let (fit, held_out) = set.split(None, &[]).expect("all of it");
+    let (fit, held_out) = set.split(None, &[]).expect("the set can be fitted as a whole");
     let plan = IdentificationSettings { seed, repeats: 1, profile, frf: Some(FrfSettings::default()), ..IdentificationSettings::default() };
     let mut found = None;
     let timing = timed(1, 0, || found = identify(&machine, &fit, &held_out, &plan, &Control::default()).ok());
-    let found = found.expect("a result");
+    let found = found.expect("the identification succeeds");
     let values: serde_json::Map<_, _> =
         machine.parameters.iter().zip(&found.values).map(|(p, value)| (p.id.clone(), json!(value))).collect();
     with(timing, json!({ "evaluations": found.evaluations, "values": values }))

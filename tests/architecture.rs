@@ -1,10 +1,11 @@
-//! What the manifests cannot say of the folders: that imports run one way between crates is a fact of each crate's Cargo.toml, within one it is counted here.
+//! Rules of architecture that the manifests cannot express. Cargo enforces acyclic imports between crates; these tests check the imports
+//! within each crate.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::Path;
 
-/// A file of a crate: its module path in the crate, and its text without comments and tests.
+/// A source file of a crate, with its module path in the crate and its text without comments and tests.
 struct Source {
     crate_name: String,
     module: Vec<String>,
@@ -32,7 +33,7 @@ fn sources(folder: &Path, found: &mut Vec<Source>) {
     }
 }
 
-/// All files of the crates; the guide and the front page of the library are no crate.
+/// Returns all source files of the crates. The guide and the root module of the library belong to no crate.
 fn all_sources() -> Vec<Source> {
     let mut found = Vec::new();
     sources(Path::new("src"), &mut found);
@@ -40,7 +41,7 @@ fn all_sources() -> Vec<Source> {
     found
 }
 
-/// A check of a model against itself proves nothing: the simulator that makes the cases of the blind check stands on no crate of this project.
+/// A check of a model against itself proves nothing. The simulator of the blind check's cases therefore depends on no crate of this project.
 #[test]
 fn the_reference_simulator_shares_no_code_with_the_models() {
     let manifest: toml::Table = fs::read_to_string("src/reference_simulator/Cargo.toml").unwrap().parse().unwrap();
@@ -51,10 +52,10 @@ fn the_reference_simulator_shares_no_code_with_the_models() {
 }
 
 #[test]
-fn the_model_knows_no_machine_by_name() {
+fn the_model_contains_no_machine_specific_name() {
     for source in all_sources().iter().filter(|s| ["dynamics", "optimizer", "identification"].contains(&s.crate_name.as_str())) {
         for name in ["tian", "k_al", "k_m\"", "\"rotor\"", "\"table\""] {
-            assert!(!source.code.contains(name), "{} knows «{name}»", source.file);
+            assert!(!source.code.contains(name), "{} contains «{name}»", source.file);
         }
     }
 }
@@ -63,11 +64,11 @@ fn the_model_knows_no_machine_by_name() {
 fn files_are_short_enough_to_read() {
     for source in all_sources() {
         let lines = source.code.lines().count();
-        assert!(lines <= 500, "{}: {lines} lines before tests", source.file);
+        assert!(lines <= 500, "{}: {lines} lines, not counting tests", source.file);
     }
 }
 
-/// Outside `diagnosis`, which is rebuilt.
+/// The crate `diagnosis` is exempt.
 #[test]
 fn functions_are_short_enough_to_read() {
     let mut long = Vec::new();
@@ -75,7 +76,7 @@ fn functions_are_short_enough_to_read() {
         let lines: Vec<&str> = source.code.lines().collect();
         for (at, line) in lines.iter().enumerate().filter(|(_, line)| line.contains("fn ") && !line.trim_end().ends_with(';')) {
             let indent = &line[..line.len() - line.trim_start().len()];
-            // By rustfmt a body ends in a line of its own, as far in as the line that begins it.
+            // rustfmt puts the end of a body on its own line, at the indentation of the line that begins it.
             let end = lines[at..]
                 .iter()
                 .position(|l| *l == format!("{indent}}}") || (l.starts_with(indent) && l[indent.len()..].starts_with("} ")));
@@ -88,51 +89,52 @@ fn functions_are_short_enough_to_read() {
     assert!(long.is_empty(), "{long:#?}");
 }
 
-/// Circles of files that import one another, by the files in them, each argued. Those of the diagnosis are left until it is rebuilt: what a hypothesis adds
-/// to a machine and what its nulls draw beside it, the stages of a verdict on motions and what they share, a gap and its floor, a survey and its null are
-/// each one thought in two files.
-const CIRCLES: [&[&str]; 3] = [
-    &["diagnosis::motion::conclude", "diagnosis::motion::stage", "diagnosis::motion::verdict", "diagnosis::motion::work"],
-    &["diagnosis::motion::floor", "diagnosis::motion::gap"],
-    &["diagnosis::motion::null", "diagnosis::motion::survey"],
+/// Accepted import cycles, listed by their files.
+///
+/// Each cycle is one unit of the diagnosis of motions in several files. The units are the steps of a decision with their shared context, a gap with
+/// its noise floor, and a screening with its null distribution.
+const ACCEPTED_CYCLES: [&[&str]; 3] = [
+    &["diagnosis::motion::context", "diagnosis::motion::decision", "diagnosis::motion::diagnosis", "diagnosis::motion::selection"],
+    &["diagnosis::motion::gap", "diagnosis::motion::noise_floor"],
+    &["diagnosis::motion::null_distribution", "diagnosis::motion::screening"],
 ];
 
 #[test]
-fn files_of_a_folder_do_not_import_in_circles() {
+fn files_of_a_crate_import_without_further_cycles() {
     let all = all_sources();
     let mut found = Vec::new();
     for name in all.iter().map(|s| s.crate_name.as_str()).collect::<BTreeSet<_>>() {
         let files: Vec<&Source> = all.iter().filter(|s| s.crate_name == name).collect();
         found.extend(
-            circles(&imports(&files))
+            import_cycles(&imports(&files))
                 .into_iter()
-                .map(|circle| circle.into_iter().map(|module| format!("{name}::{}", module.join("::"))).collect::<Vec<String>>()),
+                .map(|cycle| cycle.into_iter().map(|module| format!("{name}::{}", module.join("::"))).collect::<Vec<String>>()),
         );
     }
-    let known: Vec<Vec<String>> = CIRCLES.iter().map(|circle| circle.iter().map(|m| m.to_string()).collect()).collect();
+    let known: Vec<Vec<String>> = ACCEPTED_CYCLES.iter().map(|cycle| cycle.iter().map(|m| m.to_string()).collect()).collect();
     assert_eq!(found, known);
 }
 
 type Module = Vec<String>;
 
-/// What each module imports of its own crate. A name that a module passes on counts for where it stands.
+/// Returns the modules of its own crate that each module imports. A re-exported name counts as an import of its defining module.
 fn imports(files: &[&Source]) -> BTreeMap<Module, BTreeSet<Module>> {
-    let passed_on: BTreeMap<&Module, Vec<Vec<String>>> = files.iter().map(|s| (&s.module, uses(&s.code, true))).collect();
+    let reexports: BTreeMap<&Module, Vec<Vec<String>>> = files.iter().map(|s| (&s.module, uses(&s.code, true))).collect();
     let mut all = BTreeMap::new();
     for source in files {
         let mut into = BTreeSet::new();
         let children = files.iter().filter(|s| s.module.split_last().is_some_and(|(_, parent)| parent == source.module));
         let children: Vec<String> = children.filter_map(|s| s.module.last().cloned()).collect();
-        for path in uses(&source.code, false).into_iter().chain(paths(&source.code, &children)) {
-            into.extend(home(&source.module, &path, &passed_on).filter(|module| *module != source.module));
+        for path in uses(&source.code, false).into_iter().chain(inline_paths(&source.code, &children)) {
+            into.extend(resolve(&source.module, &path, &reexports).filter(|module| *module != source.module));
         }
         all.insert(source.module.clone(), into);
     }
     all
 }
 
-/// The module in which a path of another module leads to something.
-fn home(from: &Module, path: &[String], passed_on: &BTreeMap<&Module, Vec<Vec<String>>>) -> Option<Module> {
+/// Resolves a path used in the module `from` to the module that defines its item; `None` for paths outside the crate.
+fn resolve(from: &Module, path: &[String], reexports: &BTreeMap<&Module, Vec<Vec<String>>>) -> Option<Module> {
     let mut module = from.clone();
     let mut rest = path;
     while let [first, more @ ..] = rest {
@@ -146,22 +148,22 @@ fn home(from: &Module, path: &[String], passed_on: &BTreeMap<&Module, Vec<Vec<St
         }
         rest = more;
     }
-    if rest.len() == path.len() && !passed_on.contains_key(&[module.clone(), vec![rest.first()?.clone()]].concat()) {
+    if rest.len() == path.len() && !reexports.contains_key(&[module.clone(), vec![rest.first()?.clone()]].concat()) {
         return None;
     }
     while let [first, more @ ..] = rest {
         let inner = [module.clone(), vec![first.clone()]].concat();
-        if passed_on.contains_key(&inner) {
+        if reexports.contains_key(&inner) {
             (module, rest) = (inner, more);
             continue;
         }
-        let on = passed_on[&module].iter().find(|on| on.last() == Some(first) && on.len() > 1);
-        return on.map_or(Some(module.clone()), |on| home(&module, on, passed_on));
+        let on = reexports[&module].iter().find(|on| on.last() == Some(first) && on.len() > 1);
+        return on.map_or(Some(module.clone()), |on| resolve(&module, on, reexports));
     }
     Some(module)
 }
 
-/// Paths of `use` items, one for each name: those passed on (`pub use`), or the others.
+/// Returns the paths of `use` items, one per name: of re-exports (`pub use`) if `public`, otherwise of private imports.
 fn uses(code: &str, public: bool) -> Vec<Vec<String>> {
     let mut all = Vec::new();
     for (at, _) in code.match_indices("use ") {
@@ -170,12 +172,13 @@ fn uses(code: &str, public: bool) -> Vec<Vec<String>> {
             continue;
         }
         let tree = code[at + 4..].split(';').next().unwrap();
-        branches(&tree.split_whitespace().collect::<Vec<_>>().join(" "), &[], &mut all);
+        expand_use_tree(&tree.split_whitespace().collect::<Vec<_>>().join(" "), &[], &mut all);
     }
     all
 }
 
-fn branches(tree: &str, before: &[String], all: &mut Vec<Vec<String>>) {
+/// Appends the paths of one use tree, each with the prefix `before`.
+fn expand_use_tree(tree: &str, before: &[String], all: &mut Vec<Vec<String>>) {
     let tree = tree.trim();
     let Some(open) = tree.find('{') else {
         let path = tree.split(" as ").next().unwrap().split("::").map(|name| name.trim().to_string());
@@ -192,7 +195,7 @@ fn branches(tree: &str, before: &[String], all: &mut Vec<Vec<String>>) {
             '}' if depth > 0 => depth -= 1,
             ',' | '}' if depth == 0 => {
                 if !tree[from..at].trim().is_empty() {
-                    branches(&tree[from..at], &stem, all);
+                    expand_use_tree(&tree[from..at], &stem, all);
                 }
                 from = at + 1;
             }
@@ -201,8 +204,8 @@ fn branches(tree: &str, before: &[String], all: &mut Vec<Vec<String>>) {
     }
 }
 
-/// Paths that stand in the code itself, from the crate, from a parent or from a child; of `pub use` items only what they pass on stands there.
-fn paths(code: &str, children: &[String]) -> Vec<Vec<String>> {
+/// Returns the paths written inline in the code, starting at the crate, at a parent or at a child. `use` items are skipped.
+fn inline_paths(code: &str, children: &[String]) -> Vec<Vec<String>> {
     let starts = ["crate", "super"].into_iter().chain(children.iter().map(String::as_str)).map(|name| format!("{name}::"));
     let within = |c: char| c.is_alphanumeric() || c == '_' || c == ':';
     let mut all = Vec::new();
@@ -218,8 +221,8 @@ fn paths(code: &str, children: &[String]) -> Vec<Vec<String>> {
     all
 }
 
-/// Sets of more than one module each of which leads to every other, in order.
-fn circles(imports: &BTreeMap<Module, BTreeSet<Module>>) -> Vec<Vec<Module>> {
+/// Returns the import cycles, sorted: sets of more than one module in which each reaches every other.
+fn import_cycles(imports: &BTreeMap<Module, BTreeSet<Module>>) -> Vec<Vec<Module>> {
     let reach = |from: &Module| {
         let mut seen = BTreeSet::new();
         let mut next: Vec<&Module> = imports[from].iter().collect();
@@ -231,9 +234,9 @@ fn circles(imports: &BTreeMap<Module, BTreeSet<Module>>) -> Vec<Vec<Module>> {
         seen
     };
     let reached: BTreeMap<&Module, BTreeSet<Module>> = imports.keys().map(|module| (module, reach(module))).collect();
-    let circle = |of: &Module| -> Vec<Module> {
+    let cycle = |of: &Module| -> Vec<Module> {
         imports.keys().filter(|other| reached[of].contains(*other) && reached[*other].contains(of)).cloned().collect()
     };
-    let all: BTreeSet<Vec<Module>> = imports.keys().map(circle).filter(|circle| circle.len() > 1).collect();
+    let all: BTreeSet<Vec<Module>> = imports.keys().map(cycle).filter(|cycle| cycle.len() > 1).collect();
     all.into_iter().collect()
 }

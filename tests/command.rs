@@ -1,4 +1,4 @@
-//! The command as a person and as a script uses it.
+//! The command-line program, as used by a person and by a script.
 
 use std::path::Path;
 
@@ -18,7 +18,7 @@ fn json(arguments: &[&str]) -> Value {
 }
 
 #[test]
-fn identify_runs_from_any_folder_and_says_what_the_contract_says() {
+fn identify_runs_from_any_folder_and_writes_the_documented_result() {
     let elsewhere = tempfile::tempdir().unwrap();
     let out = elsewhere.path().join("results");
     jointid().current_dir(elsewhere.path()).args(["identify", "--positions", "l1,l3,l5", "--out"]).arg(&out).assert().success();
@@ -64,7 +64,7 @@ fn modes_of_the_published_bench() {
 }
 
 #[test]
-fn compare_tells_single_from_multi() {
+fn compare_reports_single_and_multi_position_fits() {
     let document = json(&["compare", "--positions", "l1,l3,l5", "--single", "l3,l5", "--repeats", "1"]);
     assert_eq!(document["schema"], "jointid/comparison/1");
     let error = |run: &str| document["runs"][run]["common_error"].as_f64().unwrap();
@@ -73,7 +73,7 @@ fn compare_tells_single_from_multi() {
 }
 
 #[test]
-fn frf_is_a_table_that_can_be_read() {
+fn frf_is_written_as_a_readable_table() {
     let output =
         jointid().args(["simulate", "frf", "--position", "l1", "--from-hz", "20", "--to-hz", "30", "--step-hz", "1"]).output().unwrap();
     let text = String::from_utf8(output.stdout).unwrap();
@@ -84,16 +84,16 @@ fn frf_is_a_table_that_can_be_read() {
 #[test]
 fn an_override_changes_the_machine() {
     let heavier = json(&["simulate", "modes", "--position", "l1", "--set", "point.table.mass_kg=544"]);
-    let usual = json(&["simulate", "modes", "--position", "l1"]);
+    let normal = json(&["simulate", "modes", "--position", "l1"]);
     let first = |d: &Value| d["modes"][0]["frequency_hz"].as_f64().unwrap();
-    assert!(first(&heavier) < 0.8 * first(&usual));
-    // One key of a parameter that an effect of the library brings; the others are the library's.
+    assert!(first(&heavier) < 0.8 * first(&normal));
+    // An override of one key of a parameter from the library of effects; its other keys keep the library's values.
     let with = |more: &[&str]| {
         json(&[&["simulate", "modes", "--position", "l1", "--set", r#"effects=["rotor-hold","table-mass"]"#], more].concat())
     };
     let (none, half) = (with(&[]), with(&["--set", "parameter.table_mass_change.start=0.5"]));
-    assert_eq!(none["modes"], usual["modes"]);
-    assert!(first(&half) < 0.9 * first(&usual) && first(&half) > first(&heavier));
+    assert_eq!(none["modes"], normal["modes"]);
+    assert!(first(&half) < 0.9 * first(&normal) && first(&half) > first(&heavier));
 }
 
 #[test]
@@ -121,24 +121,24 @@ fn tables_fit_eighty_columns() {
     ] {
         let output = jointid().args(arguments).output().unwrap();
         assert!(output.status.success(), "{arguments:?}");
-        let told = String::from_utf8(output.stderr).unwrap().replace(out, "results");
-        for line in String::from_utf8(output.stdout).unwrap().lines().chain(told.lines()) {
+        let messages = String::from_utf8(output.stderr).unwrap().replace(out, "results");
+        for line in String::from_utf8(output.stdout).unwrap().lines().chain(messages.lines()) {
             assert!(line.chars().count() <= 80, "{arguments:?}: {line}");
-            assert!(!line.contains('\u{1b}'), "colour where there is no terminal: {line}");
+            assert!(!line.contains('\u{1b}'), "colour codes without a terminal: {line}");
         }
     }
 }
 
 #[test]
-fn quiet_and_verbose_say_less_and_more() {
-    let told = |more: &[&str]| {
+fn quiet_omits_and_verbose_adds_messages() {
+    let run = |more: &[&str]| {
         let output = jointid().args(["identify", "--repeats", "1", "--positions", "l1,l3,l5"]).args(more).output().unwrap();
         (String::from_utf8(output.stdout).unwrap(), String::from_utf8(output.stderr).unwrap())
     };
-    let (usual, quiet, verbose) = (told(&[]), told(&["-q"]), told(&["-v"]));
-    assert!(usual.0 == quiet.0 && usual.0 == verbose.0, "results are the same");
+    let (normal, quiet, verbose) = (run(&[]), run(&["-q"]), run(&["-v"]));
+    assert!(normal.0 == quiet.0 && normal.0 == verbose.0, "the results differ");
     assert!(quiet.1.is_empty(), "{}", quiet.1);
-    assert!(usual.1.contains("warning: ") && !usual.1.contains("SHA-256"), "{}", usual.1);
+    assert!(normal.1.contains("warning: ") && !normal.1.contains("SHA-256"), "{}", normal.1);
     for part in ["read configs/tian.toml (SHA-256 ", "settings: ", "search with seed 1: cost ", " threads, seed 1"] {
         assert!(verbose.1.contains(part), "{part}: {}", verbose.1);
     }
@@ -146,7 +146,7 @@ fn quiet_and_verbose_say_less_and_more() {
 }
 
 #[test]
-fn the_program_s_own_files_are_those_of_the_project() {
+fn embedded_files_equal_those_of_the_project() {
     assert!(Path::new("configs/tian.toml").exists());
     let from_file = json(&["simulate", "modes"]);
     let elsewhere = tempfile::tempdir().unwrap();
@@ -155,10 +155,10 @@ fn the_program_s_own_files_are_those_of_the_project() {
     assert_eq!(from_file, embedded);
 }
 
-/// Ctrl-C ends a long run with what is known so far, marked as unfinished: exit code 3.
+/// Ctrl-C ends a long run with exit code 3 and writes the result so far, marked as incomplete.
 #[cfg(unix)]
 #[test]
-fn an_interrupted_run_keeps_what_it_knows() {
+fn an_interrupted_run_keeps_its_partial_result() {
     use std::process::{Command as Process, Stdio};
     use std::time::Duration;
     let folder = tempfile::tempdir().unwrap();

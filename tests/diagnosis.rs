@@ -1,4 +1,4 @@
-//! Diagnosis through the command: on the independent truth, on the published bench, on a real bench, and what is refused.
+//! `jointid diagnose` on cases of the reference simulator, on the published bench and on a real bench; refused input.
 
 use std::path::Path;
 
@@ -11,19 +11,19 @@ fn output(arguments: &[&str]) -> std::process::Output {
     Command::cargo_bin("jointid").unwrap().env("NO_COLOR", "1").args(arguments).output().unwrap()
 }
 
-fn diagnosed(arguments: &[&str]) -> Value {
+fn diagnose(arguments: &[&str]) -> Value {
     let output = output(&[&["diagnose", "--json", "--quiet", "--no-cache", "--nulls", "20"], arguments].concat());
     assert!(output.status.success(), "{arguments:?}: {}", String::from_utf8_lossy(&output.stderr));
     serde_json::from_slice(&output.stdout).unwrap()
 }
 
-/// A case of the independent truth, as its folder of files is diagnosed, and what is behind it.
-fn withheld(wanted: impl Fn(&Kind, &[String], Option<&str>) -> bool) -> (Value, Label) {
-    withheld_where(wanted, |_| ())
+/// Diagnoses the first wanted case of the reference simulator from its folder of files, and returns the result and the case's label.
+fn diagnose_case(wanted: impl Fn(&Kind, &[String], Option<&str>) -> bool) -> (Value, Label) {
+    diagnose_modified_case(wanted, |_| ())
 }
 
-/// The same with something done to its folder.
-fn withheld_where(wanted: impl Fn(&Kind, &[String], Option<&str>) -> bool, done: impl Fn(&Path)) -> (Value, Label) {
+/// Diagnoses a case after `modify` has changed its folder.
+fn diagnose_modified_case(wanted: impl Fn(&Kind, &[String], Option<&str>) -> bool, modify: impl Fn(&Path)) -> (Value, Label) {
     let plan = Plan::from_counts(&Counts::QUICK, 1);
     let names = |at: usize| plan.slots[at].effects.iter().map(|e| e.id().to_string()).collect::<Vec<_>>();
     let strength = |at: usize| plan.slots[at].strength.map(|s| format!("{s:?}"));
@@ -32,44 +32,45 @@ fn withheld_where(wanted: impl Fn(&Kind, &[String], Option<&str>) -> bool, done:
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("case");
     write_case(&path, &case).unwrap();
-    done(&path);
+    modify(&path);
     let machine = path.join("machine.toml");
-    (diagnosed(&["--config", machine.to_str().unwrap(), "--measurements", path.to_str().unwrap()]), label)
+    (diagnose(&["--config", machine.to_str().unwrap(), "--measurements", path.to_str().unwrap()]), label)
 }
 
 #[test]
-fn recover_nothing_where_nothing_is_missing() {
-    let (found, _) = withheld(|kind, _, _| *kind == Kind::Null);
+fn recover_no_effect_where_none_is_missing() {
+    let (found, _) = diagnose_case(|kind, _, _| *kind == Kind::Null);
     assert_eq!(found["verdict"]["kind"], "none", "{:#}", found["verdict"]);
     assert_eq!(found["verdict"]["effects"], serde_json::json!([]));
 }
 
 #[test]
-fn recover_a_withheld_relaxation_and_how_far_it_closes_the_gap() {
+fn recover_a_withheld_relaxation_and_the_share_of_the_gap_it_closes() {
     let (found, label) =
-        withheld(|kind, effects, strength| *kind == Kind::Single && effects == ["table-relaxation"] && strength == Some("Strong"));
+        diagnose_case(|kind, effects, strength| *kind == Kind::Single && effects == ["table-relaxation"] && strength == Some("Strong"));
     assert_eq!(found["verdict"]["effects"][0], "table-relaxation", "{:#}", found["verdict"]);
-    // Where it acts, and in a band that has to do with where it changes the truth's response.
+    // The location is right, and the band overlaps the one in which the effect changes the true response.
     assert_eq!((&found["where"][0]["interface"], &found["where"][0]["shape"]), (&"table".into(), &"other".into()));
     assert_eq!(found["verdict"]["where"], "table");
     let (band, [from, to]) = (&found["verdict"]["band_hz"], label.band_hz.unwrap());
     let [low, high] = [0, 1].map(|end| band[end].as_f64().unwrap());
-    assert!(low < high && low < to && high > from, "{low} to {high} Hz, in truth {from} to {to}");
+    assert!(low < high && low < to && high > from, "{low} to {high} Hz, true band {from} to {to} Hz");
     let row = &found["effects"][0];
     let (closed, truth) = (row["closed"].as_f64().unwrap(), label.gap.closed.unwrap());
-    assert!((closed - truth).abs() < 0.1, "closed {closed}, in truth {truth}");
+    assert!((closed - truth).abs() < 0.1, "closed {closed}, true value {truth}");
     assert!(row["closed95"][0].as_f64().unwrap() < row["closed95"][1].as_f64().unwrap());
 }
 
 #[test]
 #[ignore = "second tier"]
 fn recover_a_misread_quantity() {
-    let (found, _) = withheld(|kind, effects, _| *kind == Kind::Single && effects == ["frf-quantity"]);
+    let (found, _) = diagnose_case(|kind, effects, _| *kind == Kind::Single && effects == ["frf-quantity"]);
     assert_eq!(found["verdict"]["effects"][0], "frf-quantity", "{:#}", found["verdict"]);
     assert_eq!(found["verdict"]["where"], "measurement");
 }
 
-/// The paper prints the amplitudes of its bench "in m", which they cannot be: taken so, modes alone tell that another quantity was read.
+/// The paper prints the amplitudes of its bench "in m", which cannot be right. Read as receptances, modes alone suffice to name the misread
+/// quantity.
 #[test]
 #[ignore = "second tier"]
 fn published_amplitudes_are_no_receptances() {
@@ -78,16 +79,16 @@ fn published_amplitudes_are_no_receptances() {
         let text = std::fs::read_to_string(format!("measurements/tian/{name}")).unwrap();
         std::fs::write(folder.path().join(name), text.replace("quantity = \"mobility\"", "quantity = \"receptance\"")).unwrap();
     }
-    let found = diagnosed(&["--measurements", folder.path().to_str().unwrap(), "--positions", "l1,l3,l5"]);
+    let found = diagnose(&["--measurements", folder.path().to_str().unwrap(), "--positions", "l1,l3,l5"]);
     assert_eq!(found["verdict"]["effects"][0], "frf-quantity", "{:#}", found["verdict"]);
     let power = found["effects"][0]["parameters"]["quantity_power"].as_f64().unwrap();
     assert!(power > 0.5 && power < 2.5, "{power}");
 }
 
-/// Records filed under each other's positions, fitted ones and held-out ones.
+/// Two records exchanged between their positions, among the fitted and among the held-out ones.
 #[test]
 #[ignore = "second tier"]
-fn recover_records_that_were_exchanged() {
+fn recover_exchanged_records() {
     for (a, b) in [("l1", "l3"), ("l2", "l6")] {
         let exchange = |path: &Path| {
             let file = |name: &str| path.join(format!("frf/{name}.csv"));
@@ -95,7 +96,7 @@ fn recover_records_that_were_exchanged() {
             std::fs::rename(file(b), file(a)).unwrap();
             std::fs::rename(file("kept"), file(b)).unwrap();
         };
-        let (found, _) = withheld_where(|kind, _, _| *kind == Kind::Null, exchange);
+        let (found, _) = diagnose_modified_case(|kind, _, _| *kind == Kind::Null, exchange);
         let verdict = &found["verdict"];
         assert_eq!(verdict["kind"], "measurement", "{verdict:#}");
         let reason = verdict["reason"].as_str().unwrap();
@@ -103,11 +104,11 @@ fn recover_records_that_were_exchanged() {
     }
 }
 
-/// The paper's bench with its rotor hold withheld: modes alone name it, and on 1 and on 2 threads alike.
+/// The paper's bench without its rotor hold: the diagnosis names it from modes alone, with the same result on one and on two threads.
 #[test]
 fn published_bench_without_its_rotor_hold() {
     let arguments = ["--without", "rotor-hold", "--positions", "l1,l3,l5"];
-    let found = diagnosed(&[&arguments[..], &["--threads", "1"]].concat());
+    let found = diagnose(&[&arguments[..], &["--threads", "1"]].concat());
     assert_eq!(found["domain"], "modes");
     let named: Vec<&str> = found["verdict"]["effects"].as_array().unwrap().iter().filter_map(Value::as_str).collect();
     assert_eq!(named, ["rotor-hold"], "{:#}", found["verdict"]);
@@ -124,11 +125,11 @@ fn published_bench_without_its_rotor_hold() {
     assert!(by_mode.len() == 4 && least < all && all < most, "{by_mode:?} for {all}");
     // Modes have no lines.
     assert!(found["verdict"]["band_hz"].is_null());
-    assert_eq!(found, diagnosed(&[&arguments[..], &["--threads", "2"]].concat()));
+    assert_eq!(found, diagnose(&[&arguments[..], &["--threads", "2"]].concat()));
 }
 
-/// Where it is not told that small peaks would have been read, a plausible guide that has one more does as well. Twelve numbers hardly say which of the two
-/// predicts positions left out: by one seed of the search or the other.
+/// Without `least_prominence`, small peaks may have been missed, so a guide spring, which adds a small peak, is as plausible as the rotor hold.
+/// Twelve numbers hardly decide which of the two predicts left-out positions better: the seed of the search decides.
 #[test]
 #[ignore = "second tier"]
 fn published_bench_where_small_peaks_may_have_been_missed() {
@@ -139,7 +140,7 @@ fn published_bench_where_small_peaks_may_have_been_missed() {
         std::fs::write(folder.path().join(file), text.replace("least_prominence = 1.25\n", "")).unwrap();
     }
     let named = |seed: &str| -> Vec<String> {
-        let found = diagnosed(&[&arguments[..], &["--seed", seed, "--measurements", folder.path().to_str().unwrap()]].concat());
+        let found = diagnose(&[&arguments[..], &["--seed", seed, "--measurements", folder.path().to_str().unwrap()]].concat());
         let effects = found["verdict"]["effects"].as_array().unwrap().iter().filter_map(Value::as_str);
         effects.map(String::from).collect()
     };
@@ -148,20 +149,20 @@ fn published_bench_where_small_peaks_may_have_been_missed() {
     assert!(both.iter().flatten().any(|id| id == "guide-stiffness"), "{both:?}");
 }
 
-/// The real bench with two inertias: each of its two effects, withheld, is named; record B is held out.
+/// The real bench with two inertias: the diagnosis names each of its two effects when withheld. Record B is held out.
 #[test]
 fn published_two_inertia_bench_without_an_effect() {
     let Some(folder) = test_data::shared("realdata/two-inertia-bench") else { return };
     for (effect, least) in [("measurement-delay", 0.5), ("drive-flexibility", 0.99)] {
         let arguments = ["--config", "configs/two-inertia.toml", "--measurements", folder.to_str().unwrap(), "--without", effect];
-        let found = diagnosed(&arguments);
+        let found = diagnose(&arguments);
         assert_eq!(found["verdict"]["effects"], serde_json::json!([effect]), "{:#}", found["verdict"]);
         assert!(found["effects"][0]["closed"].as_f64().unwrap() > least, "{:#}", found["effects"][0]);
     }
 }
 
-/// FRF of a machine as a test reads it: every line off by a factor and by noise, so much in ln|H| and in its phase.
-fn struck(machine: &[&str], gain: f64, noise: f64, draw: &mut Draw) -> String {
+/// Simulates an FRF of a machine as CSV, scaled by `gain`, with relative noise of standard deviation `noise` in amplitude and in phase.
+fn simulated_frf(machine: &[&str], gain: f64, noise: f64, draw: &mut Draw) -> String {
     let simulated = output(&[&["simulate", "frf", "--step-hz", "1"], machine].concat());
     assert!(simulated.status.success(), "{}", String::from_utf8_lossy(&simulated.stderr));
     let mut text = "frequency_hz,real,imag,relative_sd\n".to_string();
@@ -174,13 +175,13 @@ fn struck(machine: &[&str], gain: f64, noise: f64, draw: &mut Draw) -> String {
     text
 }
 
-/// An effect: something that swings on a point, a mass on a spring and a damper.
+/// Returns an effect in TOML: a resonator on a point, i.e. a mass on a spring and a damper.
 fn resonator(id: &str, point: &str, [mass_kg, stiffness, damping]: [&str; 3]) -> String {
     format!(
         r#"
 [[effect]]
 id = "{id}"
-description = "something on the {point} swings: a mass on a spring"
+description = "a resonator on the {point}: a mass on a spring"
 needs = ["{point}"]
 point = [{{ name = "swinging", motion = "translation", mass_kg = "m_swing" }}]
 joint = [{{ name = "swing", between = ["swinging", "{point}"], stiffness = "k_swing", damping = "c_swing" }}]
@@ -193,61 +194,61 @@ c_swing = {{ unit = "N*s/m", start = {damping}, lower = 1e-2, upper = 1e5, sourc
     )
 }
 
-/// The bench's description with something more in its file, struck at its table at six positions, three of them fitted, diagnosed as described.
-fn struck_bench(more: &str, gain: f64, noise: f64) -> Value {
-    struck_bench_known("", more, gain, noise)
+/// Diagnoses the described bench on FRFs of a bench with `more` in its file. The hammer excites the table at six positions, three of them fitted.
+fn diagnose_bench_with(more: &str, gain: f64, noise: f64) -> Value {
+    diagnose_bench_with_manifest("", more, gain, noise)
 }
 
-/// The same with something more in the manifest: how well it is known.
-fn struck_bench_known(known: &str, more: &str, gain: f64, noise: f64) -> Value {
+/// Diagnoses such a bench with `known`, the tolerances of the set, in the manifest.
+fn diagnose_bench_with_manifest(known: &str, more: &str, gain: f64, noise: f64) -> Value {
     let bench = std::fs::read_to_string("configs/tian.toml").unwrap();
     let folder = tempfile::tempdir().unwrap();
     let path = |name: &str| folder.path().join(name).to_str().unwrap().to_string();
     let held = "effects = [\"rotor-hold\"";
     let with = if more.is_empty() { held.to_string() } else { format!("{held}, \"more\"") };
-    // A machine is never quite as described.
-    let off = [("272.0", "273.4"), ("0.040\n", "0.03997\n"), ("2e11", "2.005e11"), (held, with.as_str())];
-    let truth = off.iter().fold(bench, |text, (from, to)| text.replace(from, to));
+    // The true machine deviates slightly from its description.
+    let deviations = [("272.0", "273.4"), ("0.040\n", "0.03997\n"), ("2e11", "2.005e11"), (held, with.as_str())];
+    let truth = deviations.iter().fold(bench, |text, (from, to)| text.replace(from, to));
     std::fs::write(path("truth.toml"), format!("{truth}{more}")).unwrap();
     let mut manifest = "title = \"bench\"\nquantity = \"receptance\"\nresponse = \"table\"\nexcitation = \"table\"\n".to_string();
     manifest += &format!("{known}[split]\nfit = [\"l1\", \"l3\", \"l5\"]\n");
     let mut draw = Draw::new(2);
     for (position, nut_m) in [("l1", "0.6"), ("l2", "0.8"), ("l3", "1.0"), ("l4", "1.3"), ("l5", "1.6"), ("l6", "1.9")] {
         let (truth, file) = (path("truth.toml"), format!("{position}.csv"));
-        let place = ["--response", "table", "--excitation", "table", "--nut-m", nut_m];
-        let machine = [&["--config", truth.as_str(), "--from-hz", "10", "--to-hz", "600"], &place[..]].concat();
-        std::fs::write(path(&file), struck(&machine, gain, noise, &mut draw)).unwrap();
+        let channel = ["--response", "table", "--excitation", "table", "--nut-m", nut_m];
+        let machine = [&["--config", truth.as_str(), "--from-hz", "10", "--to-hz", "600"], &channel[..]].concat();
+        std::fs::write(path(&file), simulated_frf(&machine, gain, noise, &mut draw)).unwrap();
         manifest +=
             &format!("[[position]]\nname = \"{position}\"\nnut_m = {nut_m}\n[[frf]]\nposition = \"{position}\"\nfile = \"{file}\"\n");
     }
     std::fs::write(path("manifest.toml"), manifest).unwrap();
-    diagnosed(&["--measurements", folder.path().to_str().unwrap()])
+    diagnose(&["--measurements", folder.path().to_str().unwrap()])
 }
 
-/// A calibration off by two of its standard deviations is no effect, however precise the lines: nulls draw calibrations, too. One off by a tenth is
-/// an effect, save where the set says that no better is known of it.
+/// A calibration error of two standard deviations is no effect, however precise the lines, because null simulations draw calibrations, too.
+/// An error of a tenth is an effect unless the set declares a calibration tolerance as large.
 #[test]
 #[ignore = "second tier"]
-fn recover_nothing_from_a_calibration_a_little_off() {
-    let found = struck_bench("", 1.008, 0.002);
+fn recover_no_effect_from_a_calibration_within_tolerance() {
+    let found = diagnose_bench_with("", 1.008, 0.002);
     assert_eq!(found["verdict"]["kind"], "none", "{:#}", found["verdict"]);
-    let found = struck_bench("", 1.1, 0.002);
+    let found = diagnose_bench_with("", 1.1, 0.002);
     assert!(found["verdict"]["effects"].as_array().unwrap().contains(&"frf-gain".into()), "{:#}", found["verdict"]);
-    let found = struck_bench_known("[tolerance]\ngain = 0.1\n", "", 1.1, 0.002);
+    let found = diagnose_bench_with_manifest("[tolerance]\ngain = 0.1\n", "", 1.1, 0.002);
     assert_eq!(found["verdict"]["kind"], "none", "{:#}", found["verdict"]);
 }
 
-/// A plain resonator on the table is no rocking table, though that, with two numbers more, does all it does.
+/// A resonator on the table is not reported as a rocking table, though that effect, with two more parameters, reproduces it.
 #[test]
 #[ignore = "second tier"]
-fn recover_a_resonator_where_no_effect_is_one() {
-    let found = struck_bench(&resonator("more", "table", ["15.0", "1.3e7", "800.0"]), 1.0, 0.01);
+fn recover_a_resonator_that_no_effect_describes() {
+    let found = diagnose_bench_with(&resonator("more", "table", ["15.0", "1.3e7", "800.0"]), 1.0, 0.01);
     assert_eq!(found["verdict"]["kind"], "unknown", "{:#}", found["verdict"]);
     assert_eq!((&found["where"][0]["interface"], &found["where"][0]["shape"]), (&"table".into(), &"resonator".into()));
     assert!(found["verdict"]["reason"].as_str().unwrap().contains("resonator at table"), "{:#}", found["verdict"]);
 }
 
-/// A hub heavier than described is no thinner journal.
+/// A hub heavier than described is not mistaken for a thinner journal.
 #[test]
 fn recover_a_heavy_hub() {
     let hub = r#"
@@ -260,11 +261,12 @@ rescale = [{ part = "point-inertia", name = "left-angle", modifier = "times", by
 [effect.parameter]
 hub = { unit = "1", start = 2.5, lower = 0.5, upper = 10.0, source = "a brake disc" }
 "#;
-    let found = struck_bench(hub, 1.0, 0.003);
+    let found = diagnose_bench_with(hub, 1.0, 0.003);
     assert!(found["verdict"]["effects"].as_array().unwrap().contains(&"coupling-inertia".into()), "{:#}", found["verdict"]);
 }
 
-/// A bending screw moves narrow peaks with the nut: its frequency is looked for all along its range, and one position alone tells how much of the right side couples in.
+/// A bending screw has narrow peaks that move with the nut. The diagnosis searches the whole range of its frequency. A single position determines
+/// the coupling of the right side.
 #[test]
 fn recover_a_bending_screw() {
     let bending = |side: &str| {
@@ -299,7 +301,7 @@ loss_factor = "eta"
         &parameter("eta", "1", "0.02", ["0.002", "0.5"]),
     ]
     .concat();
-    let found = struck_bench(&truth, 1.0, 0.005);
+    let found = diagnose_bench_with(&truth, 1.0, 0.005);
     assert_eq!(found["verdict"]["effects"], serde_json::json!(["screw-bending"]), "{:#}", found["verdict"]);
     for (id, value, within) in [("f_bend", 90.0, 0.01), ("m_bend_left", 0.3, 0.1), ("m_bend_right", 0.2, 0.1), ("eta_bend", 0.02, 0.15)] {
         let had = found["chosen"]["parameters"][id].as_f64().unwrap();
@@ -307,9 +309,10 @@ loss_factor = "eta"
     }
 }
 
-/// The servo axis of the papers has one mode near 152 Hz where its real machine showed two: FRFs of the axis with something that swings on its slide.
+/// The papers' model of the servo axis has one mode near 152 Hz, but the real machine showed two. The FRFs here are of an axis with a resonator on
+/// its slide.
 #[test]
-fn recover_what_swings_on_the_servo_axis() {
+fn recover_a_resonator_on_the_servo_axis() {
     let axis = std::fs::read_to_string("configs/servo-axis.toml").unwrap();
     let folder = tempfile::tempdir().unwrap();
     let path = |name: &str| folder.path().join(name).to_str().unwrap().to_string();
@@ -323,23 +326,23 @@ fn recover_what_swings_on_the_servo_axis() {
         let truth = path("truth.toml");
         let arguments =
             ["--config", truth.as_str(), "--response", response, "--excitation", excitation, "--from-hz", "10", "--to-hz", "600"];
-        let text = struck(&arguments, 1.0, 0.01, &mut draw);
+        let text = simulated_frf(&arguments, 1.0, 0.01, &mut draw);
         std::fs::write(path(&format!("{record}.csv")), text).unwrap();
         manifest +=
             &format!("[[frf]]\nrecord = \"{record}\"\nresponse = \"{response}\"\nexcitation = \"{excitation}\"\nfile = \"{record}.csv\"\n");
     }
     std::fs::write(path("manifest.toml"), manifest).unwrap();
     let set = folder.path().to_str().unwrap();
-    let unknown = diagnosed(&["--config", "configs/servo-axis.toml", "--measurements", set]);
+    let unknown = diagnose(&["--config", "configs/servo-axis.toml", "--measurements", set]);
     assert_eq!(unknown["verdict"]["kind"], "unknown", "{:#}", unknown["verdict"]);
     assert_eq!((&unknown["where"][0]["interface"], &unknown["where"][0]["shape"]), (&"slide".into(), &"resonator".into()));
-    let named = diagnosed(&["--config", &path("own.toml"), "--measurements", set]);
+    let named = diagnose(&["--config", &path("own.toml"), "--measurements", set]);
     assert_eq!(named["verdict"]["effects"], serde_json::json!(["slide-resonator"]), "{:#}", named["verdict"]);
     assert!(named["effects"][0]["closed"].as_f64().unwrap() > 0.98, "{:#}", named["effects"][0]);
 }
 
 #[test]
-fn too_few_numbers_say_nothing() {
+fn too_few_numbers_give_no_verdict() {
     let folder = tempfile::tempdir().unwrap();
     let manifest = "title = \"few\"\nmodes = \"modes.csv\"\nresponse = \"table\"\nexcitation = \"table\"\n\
                     [[position]]\nname = \"l1\"\nnut_m = 0.6\n\
@@ -347,17 +350,17 @@ fn too_few_numbers_say_nothing() {
     std::fs::write(folder.path().join("manifest.toml"), manifest).unwrap();
     let modes = "position,order,frequency_hz,amplitude\nl1,1,24,\nl1,2,118,\nl3,1,24,\nl3,2,116,\nl5,1,24,\nl5,2,122,\n";
     std::fs::write(folder.path().join("modes.csv"), modes).unwrap();
-    let found = diagnosed(&["--measurements", folder.path().to_str().unwrap(), "--positions", "l1,l3"]);
+    let found = diagnose(&["--measurements", folder.path().to_str().unwrap(), "--positions", "l1,l3"]);
     assert_eq!(found["verdict"]["kind"], "insufficient", "{:#}", found["verdict"]);
     assert!(found["verdict"]["reason"].as_str().unwrap().starts_with("4 numbers"), "{:#}", found["verdict"]);
 }
 
-/// What a part of the method is worth can be seen by leaving it out: tables of χ² call a slight gain of the bench significant, nulls do not.
+/// Ablation of the null distribution: tables of χ² give smaller p-values on the bench than null simulations do.
 #[test]
 #[ignore = "second tier"]
-fn thresholds_from_tables_see_more_than_nulls() {
+fn chi_square_tables_give_smaller_p_values_than_null_simulations() {
     let least = |arguments: &[&str]| {
-        let found = diagnosed(&[&["--positions", "l1,l3,l5"], arguments].concat());
+        let found = diagnose(&[&["--positions", "l1,l3,l5"], arguments].concat());
         let p = found["effects"].as_array().unwrap().iter().filter_map(|e| e["p_value"].as_f64());
         p.fold(1.0, f64::min)
     };
@@ -365,13 +368,13 @@ fn thresholds_from_tables_see_more_than_nulls() {
 }
 
 #[test]
-fn refuse_what_cannot_be_diagnosed() {
+fn refuse_input_that_cannot_be_diagnosed() {
     let cases: [(&[&str], &[&str]); 9] = [
         (&["--set", "tolerance.mass=-1"], &["tolerance.mass: is -1", "from 0 to 0.15 (usually 0.01)"]),
         (&["--set", "tolerance.mass=nan"], &["tolerance.mass: is NaN", "from 0 to 0.15"]),
         (
             &["--config", "configs/two-inertia.toml", "--set", "tolerance.diameter=0.01"],
-            &["tolerance.diameter", "nothing that it is the tolerance of"],
+            &["tolerance.diameter", "no quantity with this tolerance"],
         ),
         (&["--set", "tolerance.height=0.1"], &["height", "end_diameters"]),
         (&["--positions", "l1"], &["at least two positions", "--positions l1,l3"]),

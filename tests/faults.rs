@@ -1,5 +1,5 @@
-//! What goes wrong around the program: full disks, folders nobody may write to, files that change, two runs at once, foreign systems, much data.
-//! Nothing is lost or half-written; one message says why; the exit code is 2.
+//! Faults of the program's environment: full disks, read-only folders, changing files, concurrent runs, other systems' text files, large data.
+//! No file is lost or written in part, one message states the cause, and the exit code is 2.
 
 use std::fs;
 use std::io::{Seek, SeekFrom, Write};
@@ -14,15 +14,15 @@ fn jointid() -> Command {
     Command::new(env!("CARGO_BIN_EXE_jointid"))
 }
 
-/// A command of the shell, `$0` being the program.
+/// Returns a shell command in which `$0` is the program.
 fn shell(script: &str) -> Command {
     let mut command = Command::new("sh");
     command.args(["-c", script, env!("CARGO_BIN_EXE_jointid")]);
     command
 }
 
-/// One line on stderr that holds `parts`, and exit code 2.
-fn refused(output: &Output, parts: &[&str]) {
+/// Asserts one line on stderr that contains `parts`, and exit code 2.
+fn assert_refused(output: &Output, parts: &[&str]) {
     let message = String::from_utf8_lossy(&output.stderr);
     assert_eq!(output.status.code(), Some(2), "{message}");
     assert_eq!(message.trim().lines().count(), 1, "{message}");
@@ -30,12 +30,13 @@ fn refused(output: &Output, parts: &[&str]) {
     parts.iter().for_each(|part| assert!(message.contains(part), "«{part}» is not in: {message}"));
 }
 
-fn done(output: &Output) -> String {
+/// Asserts success and returns stdout.
+fn successful(output: &Output) -> String {
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     String::from_utf8_lossy(&output.stdout).into_owned()
 }
 
-/// Names of all files and folders below a folder, hidden ones too.
+/// Returns the names of all files and folders below a folder, including hidden ones.
 fn names(folder: &Path) -> Vec<String> {
     let mut found = Vec::new();
     for entry in fs::read_dir(folder).unwrap() {
@@ -49,21 +50,21 @@ fn names(folder: &Path) -> Vec<String> {
     found
 }
 
-/// Runs a script in a mount name space of its own; `None`, by name, where that is not possible.
-fn mounted(script: &str, folder: &Path) -> Option<Output> {
+/// Runs a script in its own mount namespace. Where that is not possible, reports the test as skipped and returns `None`.
+fn in_mount_namespace(script: &str, folder: &Path) -> Option<Output> {
     let mut command = Command::new("unshare");
     let script = format!("{script} || exit 99");
     let output = command.args(["--mount", "sh", "-c", &script, env!("CARGO_BIN_EXE_jointid")]).arg(folder).output();
     match output {
         Ok(output) if output.status.code() != Some(99) && output.status.code() != Some(1) => Some(output),
         _ => {
-            test_data::skipped("no mounting here");
+            test_data::skipped("no mount namespace available");
             None
         }
     }
 }
 
-/// A universal file of `count` FRFs of `lines` lines, with `position NAME` in each.
+/// Writes a universal file of `count` FRFs of `lines` lines each, with `position NAME` in their headers.
 fn universal_file(path: &Path, count: usize, lines: usize) {
     let mut text = String::new();
     for at in 0..count {
@@ -81,7 +82,7 @@ fn universal_file(path: &Path, count: usize, lines: usize) {
     fs::write(path, text).unwrap();
 }
 
-/// A set of one position with one FRF.
+/// Writes a set of one position with one FRF.
 fn small_set(folder: &Path) {
     fs::create_dir_all(folder).unwrap();
     let manifest = "title = \"x\"\nquantity = \"mobility\"\nresponse = \"table\"\nexcitation = \"table\"\n[[position]]\nname = \"l1\"\nnut_m = 0.6\n\
@@ -97,13 +98,13 @@ fn refuse_a_full_stdout() {
         return;
     }
     for words in ["simulate modes --json", "schema machine", "completions bash", "simulate published"] {
-        refused(&shell(&format!("exec \"$0\" {words} > /dev/full")).output().unwrap(), &["stdout", "cannot be written"]);
+        assert_refused(&shell(&format!("exec \"$0\" {words} > /dev/full")).output().unwrap(), &["stdout", "cannot be written"]);
     }
 }
 
-/// A file that may not grow beyond 4 kB stands for the disk that is full: earlier results stay, new ones are whole or absent.
+/// A file size limit of 4 kB simulates a full disk: earlier results stay, new ones are complete or absent.
 #[test]
-fn refuse_a_full_disk_and_keep_what_was_there() {
+fn refuse_a_full_disk_and_keep_earlier_results() {
     let folder = tempfile::tempdir().unwrap();
     let at = |name: &str| folder.path().join(name);
     fs::create_dir(at("out")).unwrap();
@@ -117,7 +118,7 @@ fn refuse_a_full_disk_and_keep_what_was_there() {
     ] {
         fs::copy("configs/servo-axis.toml", at("servo-axis.toml")).unwrap();
         let output = shell(&format!("trap '' XFSZ; ulimit -f 8; exec \"$0\" {words}")).current_dir(folder.path()).output().unwrap();
-        refused(&output, &["cannot be written"]);
+        assert_refused(&output, &["cannot be written"]);
         assert_eq!(names(folder.path()), ["frf.json", "out", "servo-axis.toml", "taps.uff"], "{words}");
         assert_eq!(fs::read_to_string(at("out").join("frf.json")).unwrap(), "earlier");
     }
@@ -128,40 +129,43 @@ fn refuse_a_full_file_system() {
     let folder = tempfile::tempdir().unwrap();
     universal_file(&folder.path().join("taps.uff"), 3, 2000);
     let full = "cd \"$1\" && mkdir full && mount -t tmpfs -o size=64k none full";
-    let Some(output) =
-        mounted(&format!("{full} && {{ \"$0\" import taps.uff --out full/set; code=$?; ls -A full; exit $code; }}"), folder.path())
-    else {
+    let Some(output) = in_mount_namespace(
+        &format!("{full} && {{ \"$0\" import taps.uff --out full/set; code=$?; ls -A full; exit $code; }}"),
+        folder.path(),
+    ) else {
         return;
     };
-    refused(&output, &["full/set", "cannot be written", "No space left"]);
-    assert_eq!(String::from_utf8_lossy(&output.stdout), "", "something was left behind");
+    assert_refused(&output, &["full/set", "cannot be written", "No space left"]);
+    assert_eq!(String::from_utf8_lossy(&output.stdout), "", "the folder is not empty");
 }
 
 #[test]
 fn refuse_a_file_system_that_is_read_only() {
     let folder = tempfile::tempdir().unwrap();
     let locked = "cd \"$1\" && mkdir out && mount --bind out out && mount -o remount,ro,bind out";
-    let Some(output) = mounted(&format!("{locked} && {{ \"$0\" simulate modes --out out; exit $?; }}"), folder.path()) else { return };
-    refused(&output, &["out", "ead-only"]);
-    assert!(output.stdout.is_empty(), "it was found out before the work");
-    // Folders that nobody can write to whatever their rights.
+    let Some(output) = in_mount_namespace(&format!("{locked} && {{ \"$0\" simulate modes --out out; exit $?; }}"), folder.path()) else {
+        return;
+    };
+    assert_refused(&output, &["out", "ead-only"]);
+    assert!(output.stdout.is_empty(), "results precede the check of the folder");
+    // Folders that nobody can write to, whatever their permissions.
     if Path::new("/proc/self").exists() {
-        refused(&jointid().args(["simulate", "modes", "--out", "/proc/jointid"]).output().unwrap(), &["/proc"]);
+        assert_refused(&jointid().args(["simulate", "modes", "--out", "/proc/jointid"]).output().unwrap(), &["/proc"]);
     }
 }
 
-/// A folder stands where a file would go: none of the files is written.
+/// A folder exists under the name of an output file: no file is written.
 #[test]
 fn refuse_a_folder_in_the_place_of_a_file() {
     let folder = tempfile::tempdir().unwrap();
     let out = folder.path().join("out");
     fs::create_dir_all(out.join("modes.json")).unwrap();
     let output = jointid().args(["simulate", "modes", "--quiet", "--out"]).arg(&out).output().unwrap();
-    refused(&output, &["modes.json", "is a folder"]);
+    assert_refused(&output, &["modes.json", "is a folder"]);
     assert_eq!(names(folder.path()), ["modes.json", "out"]);
 }
 
-/// Of two runs into one folder the second is refused, and named the first; a run that was killed holds nobody off.
+/// The second of two runs into one folder is refused with the process id of the first. The lock of a killed run does not block others.
 #[test]
 fn refuse_a_second_run_into_the_same_folder() {
     let folder = tempfile::tempdir().unwrap();
@@ -172,22 +176,22 @@ fn refuse_a_second_run_into_the_same_folder() {
     let begun = Instant::now();
     let held = || fs::read_to_string(out.join(".jointid-lock")).is_ok_and(|text| text.starts_with("process"));
     while !held() {
-        assert!(begun.elapsed() < Duration::from_secs(60) && first.try_wait().unwrap().is_none(), "the first run holds no lock");
+        assert!(begun.elapsed() < Duration::from_secs(60) && first.try_wait().unwrap().is_none(), "the first run takes no lock");
         std::thread::sleep(Duration::from_millis(5));
     }
     let second = || jointid().args(["simulate", "modes", "--quiet", "--out"]).arg(&out).output().unwrap();
-    refused(&second(), &["another run", &format!("process {}", first.id()), "name another folder"]);
+    assert_refused(&second(), &["another run", &format!("process {}", first.id()), "name another folder"]);
     assert!(names(&out).iter().all(|name| [".jointid-lock", "unfinished.jsonl"].contains(&name.as_str())), "{:?}", names(&out));
     first.kill().unwrap();
     first.wait().unwrap();
-    done(&second());
+    successful(&second());
     let left: Vec<String> = names(&out).into_iter().filter(|name| name != "unfinished.jsonl").collect();
-    assert_eq!(left, ["modes.json"], "the lock is gone with the run");
+    assert_eq!(left, ["modes.json"], "the lock outlives its run");
 }
 
-/// Twenty at once: some are done, the others refused, every document whole.
+/// Twenty concurrent runs: some succeed, the others are refused, every document is complete.
 #[test]
-fn limit_many_runs_into_one_folder_leave_it_whole() {
+fn limit_concurrent_runs_into_one_folder_leave_it_consistent() {
     let folder = tempfile::tempdir().unwrap();
     let out = folder.path().join("out");
     let runs: Vec<_> = (0..20)
@@ -200,15 +204,16 @@ fn limit_many_runs_into_one_folder_leave_it_whole() {
     let outputs: Vec<Output> = runs.into_iter().map(|r| r.wait_with_output().unwrap()).collect();
     let (good, bad): (Vec<&Output>, Vec<&Output>) = outputs.iter().partition(|o| o.status.success());
     assert!(!good.is_empty());
-    bad.iter().for_each(|output| refused(output, &["another run"]));
+    bad.iter().for_each(|output| assert_refused(output, &["another run"]));
     assert_eq!(names(&out), ["modes.json"]);
     let document: serde_json::Value = serde_json::from_slice(&fs::read(out.join("modes.json")).unwrap()).unwrap();
     assert_eq!(document["complete"], true);
 }
 
-/// A universal file that another program is still writing; a measured file that changed after the identification, or is gone.
+/// A universal file that another program is still writing is refused. A measured file that changed after the identification gives a warning, a
+/// missing one an error.
 #[test]
-fn refuse_what_changes_while_it_is_read_and_tell_what_changed_since() {
+fn refuse_files_that_change_while_read_and_warn_of_later_changes() {
     let folder = tempfile::tempdir().unwrap();
     let at = |name: &str| folder.path().join(name);
     universal_file(&at("taps.uff"), 2, 5);
@@ -224,31 +229,31 @@ fn refuse_what_changes_while_it_is_read_and_tell_what_changed_since() {
         fs::copy(Path::new("measurements/tian").join(file), at("set").join(file)).unwrap();
     }
     let run = |words: &[&str]| jointid().current_dir(folder.path()).args(words).output().unwrap();
-    done(&run(&["identify", "--measurements", "set", "--positions", "l1,l3,l5", "--repeats", "1", "--quiet", "--out", "out"]));
+    successful(&run(&["identify", "--measurements", "set", "--positions", "l1,l3,l5", "--repeats", "1", "--quiet", "--out", "out"]));
     let validate = ["validate", "--result", "out/identification.json", "--positions", "l2"];
     assert!(!String::from_utf8_lossy(&run(&validate).stderr).contains("has changed"));
     let modes = fs::read_to_string(at("set/modes.csv")).unwrap();
     fs::write(at("set/modes.csv"), modes.replace("l2,1,24,", "l2,1,25,")).unwrap();
-    let told = run(&validate);
-    done(&told);
-    let said = String::from_utf8_lossy(&told.stderr).split_whitespace().collect::<Vec<_>>().join(" ");
-    assert!(said.contains("modes.csv has changed since the identification"), "{said}");
+    let changed = run(&validate);
+    successful(&changed);
+    let warning = String::from_utf8_lossy(&changed.stderr).split_whitespace().collect::<Vec<_>>().join(" ");
+    assert!(warning.contains("modes.csv has changed since the identification"), "{warning}");
     fs::remove_file(at("set/modes.csv")).unwrap();
-    refused(&run(&validate), &["modes.csv", "no such file"]);
-    // A result that asks for more memory than there is.
+    assert_refused(&run(&validate), &["modes.csv", "no such file"]);
+    // A result whose settings ask for more memory than available.
     let result = fs::read_to_string(at("out/identification.json")).unwrap();
     assert!(result.contains("\"lumps\": null"));
     fs::write(at("out/identification.json"), result.replace("\"lumps\": null", "\"lumps\": 1000000000000")).unwrap();
-    refused(&run(&validate), &["identification.json", "settings.lumps", "1 to 500"]);
+    assert_refused(&run(&validate), &["identification.json", "settings.lumps", "1 to 500"]);
 }
 
-/// The environment's decimal comma changes nothing.
+/// A locale with decimal commas changes nothing.
 #[test]
 fn limit_the_locale_changes_nothing() {
     let run = |words: &[&str], locale: &str| {
         let mut command = jointid();
         command.args(words).env("LC_ALL", locale).env("LANG", locale).env("LC_NUMERIC", locale);
-        done(&command.output().unwrap())
+        successful(&command.output().unwrap())
     };
     for words in
         [&["simulate", "modes", "--position", "l1"][..], &["simulate", "frf", "--position", "l1", "--json"], &["simulate", "published"]]
@@ -264,20 +269,20 @@ fn refuse_decimal_commas_in_every_table() {
     small_set(&at("set"));
     let peaks = |text: &str, parts: &[&str]| {
         fs::write(at("set/a.csv"), text).unwrap();
-        refused(&jointid().args(["peaks", "--measurements"]).arg(at("set")).output().unwrap(), parts);
+        assert_refused(&jointid().args(["peaks", "--measurements"]).arg(at("set")).output().unwrap(), parts);
     };
     peaks("frequency_hz;real;imag\n10,5;1e-9;-2e-7\n", &["a.csv, line 1", "semicolons", "commas"]);
     peaks("frequency_hz\treal\timag\n10,5\t1e-9\t-2e-7\n", &["a.csv, line 1", "tabs"]);
     peaks("frequency_hz,real,imag\n10,5,1e-9,-2e-7\n", &["a.csv, line 2", "decimal commas"]);
     peaks("frequency_hz,real,imag\n\"10,5\",1e-9,-2e-7\n", &["a.csv, line 2", "10,5", "point"]);
     fs::write(at("runs.csv"), "velocity_m_s;force_n\n0,1;12,5\n").unwrap();
-    refused(&jointid().args(["friction", "--data"]).arg(at("runs.csv")).output().unwrap(), &["runs.csv, line 1", "semicolons"]);
+    assert_refused(&jointid().args(["friction", "--data"]).arg(at("runs.csv")).output().unwrap(), &["runs.csv, line 1", "semicolons"]);
     fs::write(at("tap.csv"), "f;re;im\n1,5;1;1\n").unwrap();
     let import = jointid().args(["import", "--quantity", "receptance"]).arg(at("tap.csv")).arg("--out").arg(at("new")).output().unwrap();
-    refused(&import, &["tap.csv, line 2", "points"]);
+    assert_refused(&import, &["tap.csv, line 2", "points"]);
 }
 
-/// Blanks and letters of other scripts in every path; the same numbers come out.
+/// Paths with blanks and letters of other scripts give the same numbers.
 #[test]
 fn limit_paths_may_hold_blanks_and_any_letter() {
     let folder = tempfile::tempdir().unwrap();
@@ -286,7 +291,7 @@ fn limit_paths_may_hold_blanks_and_any_letter() {
     let (machine, set, out) = (place.join("Maschine ä.toml"), place.join("Messung é"), place.join("Ergebnis 'a b'"));
     fs::copy("configs/tian.toml", &machine).unwrap();
     small_set(&set);
-    let plain = done(&jointid().args(["simulate", "modes", "--position", "l1"]).output().unwrap());
+    let expected = successful(&jointid().args(["simulate", "modes", "--position", "l1"]).output().unwrap());
     let odd = jointid()
         .args(["simulate", "modes", "--position", "l1", "--config"])
         .arg(&machine)
@@ -294,10 +299,10 @@ fn limit_paths_may_hold_blanks_and_any_letter() {
         .arg(&set)
         .output()
         .unwrap();
-    assert_eq!(done(&odd), plain);
+    assert_eq!(successful(&odd), expected);
     let file = place.join("Übertragung 1.uff");
-    done(&jointid().args(["export", "--measurements"]).arg(&set).arg("--out").arg(&file).output().unwrap());
-    done(
+    successful(&jointid().args(["export", "--measurements"]).arg(&set).arg("--out").arg(&file).output().unwrap());
+    successful(
         &jointid()
             .arg("import")
             .arg(&file)
@@ -310,7 +315,7 @@ fn limit_paths_may_hold_blanks_and_any_letter() {
     assert_eq!((read.positions[0].name.as_str(), read.frfs[0].lines.len()), ("Lage ü 1", 3));
 }
 
-/// Line ends of another system and a byte order mark are read as if they were not there.
+/// Line ends of other systems and byte order marks do not change what is read.
 #[test]
 fn limit_line_ends_and_byte_order_marks_change_nothing() {
     let folder = tempfile::tempdir().unwrap();
@@ -324,10 +329,10 @@ fn limit_line_ends_and_byte_order_marks_change_nothing() {
     for file in ["manifest.toml", "modes.csv", "published.csv"] {
         foreign(&Path::new("measurements/tian").join(file), &at("set").join(file));
     }
-    let plain = done(&jointid().args(["simulate", "modes", "--position", "l1"]).output().unwrap());
+    let expected = successful(&jointid().args(["simulate", "modes", "--position", "l1"]).output().unwrap());
     let mut run = jointid();
     run.args(["simulate", "modes", "--position", "l1", "--config"]).arg(at("machine.toml")).arg("--measurements").arg(at("set"));
-    assert_eq!(done(&run.output().unwrap()), plain);
+    assert_eq!(successful(&run.output().unwrap()), expected);
     let (ours, theirs) = (read_set("measurements/tian").unwrap(), read_set(at("set").to_str().unwrap()).unwrap());
     assert_eq!((&ours.modes, &ours.positions, &ours.published), (&theirs.modes, &theirs.positions, &theirs.published));
 
@@ -339,7 +344,7 @@ fn limit_line_ends_and_byte_order_marks_change_nothing() {
         let lines = |name: &str| {
             let out = at(&format!("{name}-{kind}"));
             let file = at(&format!("{name}.{kind}"));
-            done(&jointid().arg("import").arg(file).args(["--quantity", "receptance", "--out"]).arg(&out).output().unwrap());
+            successful(&jointid().arg("import").arg(file).args(["--quantity", "receptance", "--out"]).arg(&out).output().unwrap());
             read_set(out.to_str().unwrap()).unwrap().frfs.into_iter().map(|f| f.lines).collect::<Vec<_>>()
         };
         assert_eq!(lines("plain"), lines("foreign"), "{kind}");
@@ -353,12 +358,12 @@ fn limit_a_thousand_positions() {
     universal_file(&at("taps.uff"), 1000, 20);
     let import =
         jointid().arg("import").arg(at("taps.uff")).args(["--pattern", "position {}", "--quiet", "--out"]).arg(at("set")).output().unwrap();
-    assert!(done(&import).contains("1000 FRFs imported"));
+    assert!(successful(&import).contains("1000 FRFs imported"));
     let set = read_set(at("set").to_str().unwrap()).unwrap();
     assert_eq!((set.positions.len(), set.frfs.len()), (1000, 1000));
     assert_eq!((set.frfs[999].position, set.frfs[999].quantity), (Some(999), Quantity::Receptance));
-    done(&jointid().args(["export", "--measurements"]).arg(at("set")).arg("--out").arg(at("again.uff")).output().unwrap());
-    // Modes at a thousand positions, all of them checked against one result.
+    successful(&jointid().args(["export", "--measurements"]).arg(at("set")).arg("--out").arg(at("again.uff")).output().unwrap());
+    // Modes at a thousand positions, all validated against one result.
     let mut manifest =
         String::from("title = \"x\"\nquantity = \"mobility\"\nresponse = \"table\"\nexcitation = \"table\"\nmodes = \"m.csv\"\n");
     let mut modes = String::from("position,order,frequency_hz,amplitude\n");
@@ -368,15 +373,15 @@ fn limit_a_thousand_positions() {
     }
     fs::write(at("manifest.toml"), manifest).unwrap();
     fs::write(at("m.csv"), modes).unwrap();
-    done(&jointid().args(["identify", "--repeats", "1", "--quiet", "--out"]).arg(at("out")).output().unwrap());
+    successful(&jointid().args(["identify", "--repeats", "1", "--quiet", "--out"]).arg(at("out")).output().unwrap());
     let result = at("out/identification.json");
     let validate =
         jointid().args(["validate", "--json", "--result"]).arg(result).arg("--measurements").arg(folder.path()).output().unwrap();
-    let document: serde_json::Value = serde_json::from_str(&done(&validate)).unwrap();
+    let document: serde_json::Value = serde_json::from_str(&successful(&validate)).unwrap();
     assert_eq!(document["positions"].as_object().unwrap().len(), 1000);
 }
 
-/// A universal file of 2 GB, two time records in it and an FRF behind them, in 200 MB of address space: listed and imported.
+/// A universal file of 2 GB, with two time records followed by an FRF, is listed and imported within 200 MB of address space.
 #[test]
 fn limit_a_file_of_two_gigabytes_in_two_hundred_megabytes() {
     let folder = tempfile::tempdir().unwrap();
@@ -393,7 +398,7 @@ fn limit_a_file_of_two_gigabytes_in_two_hundred_megabytes() {
             header += &format!("{kind:>10}    0    0    0 {label:<20} {unit:<20}\n");
         }
         file.write_all(header.as_bytes()).unwrap();
-        // A hole in the file: zeros that take no room.
+        // A hole in the file: zeros that occupy no disk space.
         file.seek(SeekFrom::Current(4 * values as i64)).unwrap();
         file.write_all(b"    -1\n").unwrap();
     }
@@ -401,10 +406,10 @@ fn limit_a_file_of_two_gigabytes_in_two_hundred_megabytes() {
     drop(file);
     assert!(fs::metadata(&path).unwrap().len() > 2_000_000_000);
     let run = |words: &str| shell(&format!("ulimit -v 204800; exec \"$0\" {words}")).current_dir(folder.path()).output().unwrap();
-    let listed = done(&run("import large.uff --list"));
+    let listed = successful(&run("import large.uff --list"));
     assert!(listed.contains("3 functions") && listed.contains("250000000 values"), "{listed}");
     let imported = run("import large.uff --out set");
-    assert!(done(&imported).contains("1 FRFs imported"));
-    assert!(String::from_utf8_lossy(&imported.stderr).contains("2 records of dataset 58 are no FRFs"));
+    assert!(successful(&imported).contains("1 FRFs imported"));
+    assert!(String::from_utf8_lossy(&imported.stderr).contains("2 records of dataset 58 are not FRFs"));
     assert_eq!(read_set(folder.path().join("set").to_str().unwrap()).unwrap().frfs[0].lines.len(), 50);
 }

@@ -14,7 +14,7 @@ use crate::support::bench_equations::Joints;
 use crate::support::finite_elements::Bench;
 use crate::support::{Draws, POSITIONS, config};
 
-/// A set of receptances with noise of a relative standard deviation `sd` (total, complex), at the positions of the bench.
+/// Makes a set of receptances at the positions of the bench, with noise of relative standard deviation `sd` (total, complex).
 fn set_of(
     channels: &[(&str, &str)],
     lines: &[f64],
@@ -48,8 +48,8 @@ fn set_of(
         }
     }
     MeasurementSet {
-        path: "made here".into(),
-        title: "made here".into(),
+        path: "simulated".into(),
+        title: "simulated".into(),
         quantity: Some(Quantity::Receptance),
         gain: Gain::Known(1.0),
         response: None,
@@ -70,7 +70,7 @@ fn spread(from_hz: f64, to_hz: f64, count: usize) -> Vec<f64> {
     (0..count).map(|i| from_hz + (to_hz - from_hz) * i as f64 / (count - 1) as f64).collect()
 }
 
-/// FRFs of the model itself at some parameters.
+/// Makes FRFs of the model under test at given parameters.
 fn own_set(machine: &Machine, values: &[f64], lines: &[f64], sd: f64, random: &mut Draws) -> MeasurementSet {
     let table = machine.point("table").unwrap();
     let structure = Arc::new(Structure::new(machine, table, table, Rods::Exact).unwrap());
@@ -82,7 +82,7 @@ fn own_set(machine: &Machine, values: &[f64], lines: &[f64], sd: f64, random: &m
     })
 }
 
-/// Of data that are as the machine is described: no tolerance is fitted along.
+/// Identifies without nuisance parameters, because the data follow the described machine exactly.
 fn run(machine: &Machine, set: &MeasurementSet, settings: FrfSettings, repeats: usize) -> Identification {
     let (fit, held_out) = set.split(None, &[]).unwrap();
     let plan = IdentificationSettings { frf: Some(settings), repeats, tolerances: false, ..IdentificationSettings::default() };
@@ -123,8 +123,8 @@ fn recover_from_finite_elements_with_noise() {
     }
 }
 
-/// Joint values and hold of the truth as parameters of the machine.
-fn truth_of(machine: &Machine) -> Vec<f64> {
+/// Returns the true joint values and rotor hold as parameters of the machine.
+fn true_values(machine: &Machine) -> Vec<f64> {
     let mut values = machine.start();
     for (id, value) in [
         ("k_al", TRUTH.k_al),
@@ -143,15 +143,15 @@ fn truth_of(machine: &Machine) -> Vec<f64> {
     values
 }
 
-fn place_of(machine: &Machine, objective: &FrfObjective<'_>, values: &[f64]) -> Vec<f64> {
+fn unit_coordinates(machine: &Machine, objective: &FrfObjective<'_>, values: &[f64]) -> Vec<f64> {
     objective.free.iter().map(|i| machine.parameters[*i].to_unit(values[*i])).collect()
 }
 
-/// JᵀJ and Jᵀr by exact derivatives against central differences of χ², for exact rods and for lumps, rotor and cross channels too.
+/// Jᵀr by exact derivatives equals central differences of χ², for exact rods and for lumped ones, with rotor and cross channels.
 #[test]
 fn exact_derivatives_are_those_of_finite_differences() {
     let text = std::fs::read_to_string("configs/tian.toml").unwrap();
-    // A machine whose parameters reach every kind of element: loss, integral action, relaxation, shaft, inertia, chain, laws.
+    // The machine's parameters act on every kind of element: loss, integral action, relaxation, shaft, inertia, measurement chain, modifiers.
     let more = r#"
 [[effect]]
 id = "everything"
@@ -202,20 +202,20 @@ k_pad = { unit = "N/m", start = 2e6, lower = 1e5, upper = 1e8 }
         Complex64::new(1e-8, -2e-9) * (1.0 + Complex64::new(0.0, omega * 1e-4)).inv()
     });
     set.gain = Gain::Unknown;
-    // And to what is ordinarily a little wrong: the length over which the nut holds its screw.
+    // Nuisance parameters are added, such as the length over which the nut supports the screw.
     let machine = &machine.with_tolerances(&set.nuts_m()).unwrap();
     let (fit, _) = set.split(None, &[]).unwrap();
     for rods in [Rods::Exact, Rods::Lumped(5)] {
         let objective =
             FrfObjective::new(machine, &fit, FrfSettings { rods, nut_sd_m: 1e-3, channel_sd: (0.01, 1e-5), ..FrfSettings::default() }, &[])
                 .unwrap();
-        let place: Vec<f64> = (0..LeastSquares::dimension(&objective)).map(|_| 0.2 + 0.6 * random.next()).collect();
-        let normal = objective.normal(&place);
-        assert!((normal.chi_square / objective.chi_square(&place) - 1.0).abs() < 1e-12);
+        let point: Vec<f64> = (0..LeastSquares::dimension(&objective)).map(|_| 0.2 + 0.6 * random.next()).collect();
+        let normal = objective.normal(&point);
+        assert!((normal.chi_square / objective.chi_square(&point) - 1.0).abs() < 1e-12);
         let step = 1e-6;
-        for column in 0..place.len() {
+        for column in 0..point.len() {
             let at = |by: f64| {
-                let mut moved = place.clone();
+                let mut moved = point.clone();
                 moved[column] += by;
                 objective.normal(&moved)
             };
@@ -228,11 +228,11 @@ k_pad = { unit = "N/m", start = 2e6, lower = 1e5, upper = 1e8 }
     }
 }
 
-/// Coverage of the 95 % intervals and scatter over the bound of Cramér and Rao, parameter by parameter, over noise draws.
+/// Returns the coverage of the 95 % intervals and the ratio of scatter to Cramér–Rao bound, for each parameter, over noise draws.
 fn statistics(draws: usize, lines: &[f64], sd: f64) -> (Vec<f64>, Vec<f64>) {
     let config = config("configs/tian.toml");
     let machine = &config.machine;
-    let truth = truth_of(machine);
+    let truth = true_values(machine);
     let settings = FrfSettings { model_error: 1e-9, ..FrfSettings::default() };
     let (mut covered, mut squares, mut bound) = (Vec::new(), Vec::new(), Vec::new());
     let mut random = Draws(11);
@@ -240,37 +240,37 @@ fn statistics(draws: usize, lines: &[f64], sd: f64) -> (Vec<f64>, Vec<f64>) {
         let set = own_set(machine, &truth, lines, sd, &mut random);
         let (fit, held_out) = set.split(None, &[]).unwrap();
         let objective = FrfObjective::new(machine, &fit, settings, &[]).unwrap();
-        let place = place_of(machine, &objective, &truth);
+        let point = unit_coordinates(machine, &objective, &truth);
         let plan = IdentificationSettings {
             frf: Some(settings),
             repeats: 1,
-            near: Some(place.clone()),
+            near: Some(point.clone()),
             tolerances: false,
             ..IdentificationSettings::default()
         };
         let found = identify(machine, &fit, &held_out, &plan, &Control::default()).unwrap();
         if bound.is_empty() {
-            let information = objective.normal(&place).information;
+            let information = objective.normal(&point).information;
             let covariance = information.try_inverse().unwrap();
-            bound = (0..place.len()).map(|d| covariance[(d, d)].sqrt()).collect();
-            covered = vec![0; place.len()];
-            squares = vec![0.0; place.len()];
+            bound = (0..point.len()).map(|d| covariance[(d, d)].sqrt()).collect();
+            covered = vec![0; point.len()];
+            squares = vec![0.0; point.len()];
         }
         for (column, &parameter) in objective.free.iter().enumerate() {
             let estimate = &found.estimates[parameter];
             let (low, high) = estimate.interval95.unwrap();
             assert!((low..=high).contains(&estimate.value), "{parameter}: {} outside {low} … {high}", estimate.value);
             covered[column] += usize::from((low..=high).contains(&truth[parameter]));
-            squares[column] += (found.place[column] - place[column]).powi(2);
+            squares[column] += (found.place[column] - point[column]).powi(2);
         }
     }
     let share: Vec<f64> = covered.iter().map(|c| *c as f64 / draws as f64).collect();
     let ratio: Vec<f64> = squares.iter().zip(&bound).map(|(s, b): (&f64, &f64)| (s / draws as f64).sqrt() / b).collect();
-    println!("coverage {share:.3?}\nscatter over the bound {ratio:.3?}");
+    println!("coverage {share:.3?}\nratio of scatter to bound {ratio:.3?}");
     (share, ratio)
 }
 
-/// Noise alone between truth and model, 200 draws: how often the 95 % intervals hold the truth, and the scatter against the bound.
+/// True model and fitted model are equal, 200 noise draws: coverage of the 95 % intervals, and scatter relative to the Cramér–Rao bound.
 #[test]
 fn intervals_cover_and_the_scatter_meets_the_cramer_rao_bound() {
     let (share, ratio) = statistics(200, &spread(5.0, 1000.0, 150), 0.02);
@@ -278,17 +278,18 @@ fn intervals_cover_and_the_scatter_meets_the_cramer_rao_bound() {
     assert!(ratio.iter().all(|r| *r < 1.15), "{ratio:?}");
 }
 
-/// A band that hardly sees some of the parameters, 5 % noise, 60 draws: intervals that reach far, and to the ends of ranges, hold the truth as
-/// often. (Five of 60 are expected to miss where the share is 92 %; fewer than 85 % come once in a hundred.)
+/// A narrow band with 5 % noise hardly identifies some parameters. Their wide intervals, up to the ends of ranges, cover as often (60 draws).
+///
+/// At a coverage of 92 % five of 60 intervals are expected to miss; a share below 85 % has a probability of 1 %.
 #[test]
-fn intervals_of_what_is_hardly_seen_cover_as_well() {
+fn intervals_of_hardly_identifiable_parameters_cover_as_well() {
     let (share, _) = statistics(60, &spread(5.0, 400.0, 60), 0.05);
     assert!(share.iter().all(|s| *s >= 0.85), "{share:?}");
 }
 
-/// The upright axis has other stiffnesses under acceleration: an FRF says under which it was measured, and is predicted under that.
+/// The stiffnesses of the vertical axis depend on its acceleration. Each FRF is predicted at the acceleration at which it was measured.
 #[test]
-fn the_condition_of_a_record_is_that_of_its_prediction() {
+fn a_record_is_predicted_at_its_own_condition() {
     let config = config("configs/vertical-axis.toml");
     let machine = &config.machine;
     let table = machine.point("head").unwrap();
@@ -318,27 +319,30 @@ fn the_condition_of_a_record_is_that_of_its_prediction() {
     assert!(down > 0.1 && up > 0.1, "{down} {up}");
 }
 
-/// Few lines where the curve turns tell χ² of all nearly as well as all; as many evenly apart step over narrow resonances.
+/// Few lines, sampled by the curvature of the FRF, approximate χ² of all lines. As many evenly spaced lines miss narrow resonances.
 #[test]
-fn limit_few_curvature_sampled_lines_stand_for_all() {
+fn limit_few_curvature_sampled_lines_approximate_all() {
     let config = config("configs/tian.toml");
     let machine = &config.machine;
-    let truth = truth_of(machine);
+    let truth = true_values(machine);
     let lines: Vec<f64> = (10..1000).map(f64::from).collect();
     let set = own_set(machine, &truth, &lines, 0.005, &mut Draws(4));
     let (fit, _) = set.split(None, &[]).unwrap();
     let objective = FrfObjective::new(machine, &fit, FrfSettings::default(), &[]).unwrap();
-    let (even, telling) = (objective.thinned(60), objective.curvature_sampled(60));
-    assert!(telling.lines().iter().all(|count| *count <= 60));
-    let place = place_of(machine, &objective, &truth);
-    let (mut of_even, mut of_telling) = (0.0_f64, 0.0_f64);
+    let (even, sampled) = (objective.thinned(60), objective.curvature_sampled(60));
+    assert!(sampled.lines().iter().all(|count| *count <= 60));
+    let point = unit_coordinates(machine, &objective, &truth);
+    let (mut even_error, mut sampled_error) = (0.0_f64, 0.0_f64);
     for coordinate in 0..objective.free.len() {
-        let mut moved = place.clone();
+        let mut moved = point.clone();
         moved[coordinate] += 0.002;
         let each = |o: &FrfObjective<'_>| o.chi_square(&moved) / o.observations() as f64;
-        let off = |o: &FrfObjective<'_>| (each(o) / each(&objective)).ln().abs();
-        of_even = of_even.max(off(&even));
-        of_telling = of_telling.max(off(&telling));
+        let log_error = |o: &FrfObjective<'_>| (each(o) / each(&objective)).ln().abs();
+        even_error = even_error.max(log_error(&even));
+        sampled_error = sampled_error.max(log_error(&sampled));
     }
-    assert!(of_telling < 0.3 && of_telling < 0.5 * of_even, "off by {of_telling:.2}, evenly apart by {of_even:.2}");
+    assert!(
+        sampled_error < 0.3 && sampled_error < 0.5 * even_error,
+        "error {sampled_error:.2} with sampled lines, {even_error:.2} with evenly spaced lines"
+    );
 }

@@ -1,4 +1,4 @@
-//! FRFs of other programs in, and out again.
+//! Import and export of FRFs in the formats of other programs.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -14,7 +14,7 @@ fn real_files() -> Option<PathBuf> {
     test_data::shared("realdata/uff")
 }
 
-/// A set with two FRFs, written by hand.
+/// Writes a set with two FRFs.
 fn small_set(folder: &Path) {
     fs::write(
         folder.join("manifest.toml"),
@@ -48,10 +48,10 @@ fn limit_export_and_import_give_the_same_numbers() {
             .args(["--pattern", "position {}", "--nut-m", "l1=0.6", "--response", "table", "--excitation", "table"])
             .assert()
             .success();
-        let (there, back) = (read_set(at("set").to_str().unwrap()).unwrap(), read_set(out.to_str().unwrap()).unwrap());
-        assert_eq!(back.positions, there.positions);
-        assert_eq!(back.frfs.len(), 2);
-        for (a, b) in there.frfs.iter().zip(&back.frfs) {
+        let (original, imported) = (read_set(at("set").to_str().unwrap()).unwrap(), read_set(out.to_str().unwrap()).unwrap());
+        assert_eq!(imported.positions, original.positions);
+        assert_eq!(imported.frfs.len(), 2);
+        for (a, b) in original.frfs.iter().zip(&imported.frfs) {
             assert_eq!((b.quantity, b.lines.len()), (Quantity::Mobility, a.lines.len()));
             for (x, y) in a.lines.iter().zip(&b.lines) {
                 assert!((x.frequency_hz - y.frequency_hz).abs() < 1e-6);
@@ -67,15 +67,15 @@ fn published_beam_imports_with_its_quantity_and_a_warning_on_units() {
     let out = tempfile::tempdir().unwrap();
     let set = out.path().join("set");
     let output = jointid().arg("import").arg(folder.join("measurement.uff")).arg("--out").arg(&set).output().unwrap();
-    let told = String::from_utf8(output.stderr).unwrap().split_whitespace().collect::<Vec<_>>().join(" ");
-    assert!(output.status.success(), "{told}");
-    assert!(told.contains("taken as SI"), "{told}");
+    let stderr = String::from_utf8(output.stderr).unwrap().split_whitespace().collect::<Vec<_>>().join(" ");
+    assert!(output.status.success(), "{stderr}");
+    assert!(stderr.contains("taken as SI"), "{stderr}");
     let set = read_set(set.to_str().unwrap()).unwrap();
     assert_eq!(set.frfs.len(), 3);
     assert!(set.frfs.iter().all(|f| f.quantity == Quantity::Accelerance && f.position.is_none() && f.lines.len() == 1000));
 }
 
-/// Every real file is read or refused by name, none crashes.
+/// The program reads every real file or refuses it by name; it never crashes.
 #[test]
 fn every_real_file_is_read_or_refused() {
     let Some(folder) = real_files() else { return };
@@ -83,30 +83,30 @@ fn every_real_file_is_read_or_refused() {
         let path = entry.unwrap().path();
         let out = tempfile::tempdir().unwrap();
         let output = jointid().arg("import").arg(&path).arg("--out").arg(out.path().join("set")).output().unwrap();
-        let told = String::from_utf8(output.stderr).unwrap();
+        let stderr = String::from_utf8(output.stderr).unwrap();
         let name = path.file_name().unwrap().to_string_lossy().into_owned();
         match output.status.code() {
             Some(0) => {}
             Some(2) => {
-                assert!(told.contains(&name), "{told}");
-                assert!(!out.path().join("set").exists(), "{name} left something behind");
+                assert!(stderr.contains(&name), "{stderr}");
+                assert!(!out.path().join("set").exists(), "{name}: output of a refused import");
             }
-            other => panic!("{name}: {other:?} {told}"),
+            other => panic!("{name}: {other:?} {stderr}"),
         }
     }
 }
 
 #[test]
-fn refuse_what_cannot_be_imported() {
+fn refuse_files_that_cannot_be_imported() {
     let folder = tempfile::tempdir().unwrap();
     let refuse = |text: &str, file: &str, extra: &[&str], expected: &str| {
         let path = folder.path().join(file);
         fs::write(&path, text).unwrap();
         let out = folder.path().join("set");
         let output = jointid().arg("import").arg(&path).arg("--out").arg(&out).args(extra).output().unwrap();
-        let told = String::from_utf8(output.stderr).unwrap();
-        assert_eq!(output.status.code(), Some(2), "{told}");
-        assert!(told.contains(expected), "«{expected}» is not in: {told}");
+        let stderr = String::from_utf8(output.stderr).unwrap();
+        assert_eq!(output.status.code(), Some(2), "{stderr}");
+        assert!(stderr.contains(expected), "«{expected}» is not in: {stderr}");
         assert!(!out.exists());
     };
     let table = "frequency_hz,real,imag\n10,1,1\n";

@@ -1,4 +1,4 @@
-//! Motion records by the commands.
+//! Motion records through the commands.
 
 use assert_cmd::Command;
 use rand::{RngExt, SeedableRng};
@@ -25,10 +25,10 @@ fn a_set_of_motions_goes_through_all_commands() {
     std::fs::create_dir_all(&set).unwrap();
     std::fs::write(
         set.join("manifest.toml"),
-        "title = \"made\"\n[split]\nfit = [\"a\"]\n[[motion]]\nname = \"a\"\nfile = \"a.csv\"\n[[motion]]\nname = \"b\"\nfile = \"b.csv\"\n",
+        "title = \"simulated\"\n[split]\nfit = [\"a\"]\n[[motion]]\nname = \"a\"\nfile = \"a.csv\"\n[[motion]]\nname = \"b\"\nfile = \"b.csv\"\n",
     )
     .unwrap();
-    let axis = Axis { viscous_backward: 320.0, ..Axis::usual() };
+    let axis = Axis { viscous_backward: 320.0, ..Axis::nominal() };
     for (name, seed) in [("a", 1), ("b", 1001)] {
         let mut text = String::from("time_s,command_m,position_m,force_n\n");
         for (i, (command, position, force)) in axis.run(&course(seed), seed).iter().enumerate() {
@@ -41,24 +41,24 @@ fn a_set_of_motions_goes_through_all_commands() {
         command.args(["--config", CONFIG, "--measurements"]).arg(&set).arg("--out").arg(&out).arg("--json").output().unwrap()
     };
     let read = |stdout: &[u8]| serde_json::from_slice::<serde_json::Value>(stdout).unwrap();
-    let ran = on_set(jointid().arg("identify"));
-    assert!(ran.status.success(), "{}", String::from_utf8_lossy(&ran.stderr));
-    let identified = read(&ran.stdout);
+    let output = on_set(jointid().arg("identify"));
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let identified = read(&output.stdout);
     assert_eq!(identified["positions"]["b"]["role"], "held_out");
     assert_eq!(identified["positions"]["a"]["gap"], identified["records"]["a"]["force_error"]);
     near(identified["parameters"]["moving_mass"]["value"].as_f64().unwrap(), axis.mass_kg, 0.02);
-    let ran = jointid()
+    let output = jointid()
         .arg("validate")
         .arg("--result")
         .arg(out.join("identification.json"))
         .args(["--fail-above", "1e-6", "--json"])
         .output()
         .unwrap();
-    assert_eq!(ran.status.code(), Some(1), "{}", String::from_utf8_lossy(&ran.stderr));
-    assert_eq!(read(&ran.stdout)["positions"]["b"]["gap"], identified["positions"]["b"]["gap"]);
-    let ran = on_set(jointid().args(["diagnose", "--nulls", "24"]));
-    assert!(ran.status.success(), "{}", String::from_utf8_lossy(&ran.stderr));
-    let found = read(&ran.stdout);
+    assert_eq!(output.status.code(), Some(1), "{}", String::from_utf8_lossy(&output.stderr));
+    assert_eq!(read(&output.stdout)["positions"]["b"]["gap"], identified["positions"]["b"]["gap"]);
+    let output = on_set(jointid().args(["diagnose", "--nulls", "24"]));
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let found = read(&output.stdout);
     assert_eq!((found["domain"].as_str(), found["verdict"]["kind"].as_str()), (Some("motion"), Some("effect")), "{:#}", found["effects"]);
     for phase in ["reversal", "acceleration", "constant-speed"] {
         assert!(found["gap"]["by_phase"][phase].is_number(), "{phase}");
@@ -68,12 +68,12 @@ fn a_set_of_motions_goes_through_all_commands() {
     assert!(schema.is_valid(&found));
     jointid().arg("report").arg(&out).assert().success();
     let page = std::fs::read_to_string(out.join("report.html")).unwrap();
-    for part in ["id=\"force\"", "id=\"phases\"", "id=\"friction-curve\"", "friction-asymmetry", "Record by record"] {
+    for part in ["id=\"force\"", "id=\"phases\"", "id=\"friction-curve\"", "friction-asymmetry", "Results by record"] {
         assert!(page.contains(part), "{part}");
     }
 }
 
-/// Faults of records and machines are one message, exit code 2, nothing written.
+/// Faults of records and machines give one message and exit code 2, and write no files.
 #[test]
 fn faults_are_reported() {
     let folder = tempfile::tempdir().unwrap();
@@ -90,29 +90,29 @@ fn faults_are_reported() {
         (text(head, &repeated), "a.csv, line 102: time_s repeats 0.099"),
         (
             text("time_s,command_m,position_m,torque_nm\n", &even),
-            "a.csv: gives torque_nm, but the drive moves «table», which takes force_n",
+            "a.csv: has column torque_nm, but the drive acts on «table», which needs force_n",
         ),
     ];
     for (csv, words) in cases {
         std::fs::write(folder.path().join("a.csv"), csv).unwrap();
         let out = folder.path().join("out");
-        let ran =
+        let output =
             jointid().args(["diagnose", "--config", CONFIG, "--measurements"]).arg(folder.path()).arg("--out").arg(&out).output().unwrap();
-        let told = String::from_utf8_lossy(&ran.stderr).into_owned();
-        assert_eq!(ran.status.code(), Some(2), "{told}");
-        assert!(told.contains(words) && told.lines().count() == 1, "{told}");
-        assert!(!out.exists() && ran.stdout.is_empty());
+        let stderr = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert_eq!(output.status.code(), Some(2), "{stderr}");
+        assert!(stderr.contains(words) && stderr.lines().count() == 1, "{stderr}");
+        assert!(!out.exists() && output.stdout.is_empty());
     }
     std::fs::write(folder.path().join("a.csv"), text(head, &even)).unwrap();
-    let ran = jointid().args(["identify", "--measurements"]).arg(folder.path()).output().unwrap();
-    assert_eq!(ran.status.code(), Some(2));
-    assert!(String::from_utf8_lossy(&ran.stderr).contains("no [drive]"));
+    let output = jointid().args(["identify", "--measurements"]).arg(folder.path()).output().unwrap();
+    assert_eq!(output.status.code(), Some(2));
+    assert!(String::from_utf8_lossy(&output.stderr).contains("no [drive]"));
 }
 
-/// A cable chain that pulls along the travel, which no effect of the library does, could pass for a force along the travel if that were four times as large as
-/// it ordinarily is: then it is none.
+/// No effect of the library describes a cable chain that pulls along the travel. A force along the travel four times its common size would fit it;
+/// as that is implausible, the verdict is unknown.
 #[test]
-fn recover_effects_larger_than_common() {
+fn recover_no_effect_larger_than_common() {
     use jointid::reference_simulator::motion::{Plan, QUICK, generate_one, write_case};
     let (seed, index) = (97, 78);
     let (case, label) = generate_one(seed, &Plan::from_counts(&QUICK, seed), index).unwrap();
@@ -124,15 +124,15 @@ fn recover_effects_larger_than_common() {
     let output = jointid().args(["diagnose", "--config", &machine, "--measurements", set, "--json", "--quiet"]).output().unwrap();
     let found: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
     assert_eq!(found["verdict"]["kind"], "unknown", "{:#}", found["verdict"]);
-    assert!(found["verdict"]["reason"].as_str().unwrap().contains("force along 1"), "{:#}", found["verdict"]);
+    assert!(found["verdict"]["reason"].as_str().unwrap().contains("force along the travel, half-wave 1"), "{:#}", found["verdict"]);
     assert_eq!(found["where"][0]["over"], "position", "{:#}", found["where"][0]);
 }
 
-/// Sampled loops give a record its force half a period late, which shows where friction that yields before it slides, large in the slower ones, does not hide
-/// it: what is left beside the named effect is no fault of that record.
+/// Sampled loops delay the recorded force by half a period. The delay shows in records where presliding, which dominates the slower ones, does not
+/// hide it. Next to the named effect this residual is no data fault of such a record.
 #[test]
 #[ignore = "second tier"]
-fn recover_presliding_beside_loops_that_sample() {
+fn recover_presliding_with_sampled_loops() {
     let folder = tempfile::tempdir().unwrap();
     let references = [
         ("a", "--reference s-curve --travel-m 0.2 --velocity-m-s 0.25 --acceleration-m-s2 2 --and-back"),

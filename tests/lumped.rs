@@ -1,4 +1,4 @@
-//! The lumped models of the papers: matrices, contacts in a machine, operating condition, sweeps.
+//! The lumped models of the papers: matrices, contacts in a machine, operating condition, strain energy, convergence.
 
 use jointid::config::{read_machine, read_machine_text};
 use jointid::contact::{Rule, published};
@@ -30,7 +30,7 @@ fn middle(machine: &Machine) -> Operating {
     Operating::at(machine.stroke_m().map(|s| 0.5 * s))
 }
 
-/// Natural frequencies (Hz) by Cholesky and the symmetric eigenvalue problem: another way than the tool's.
+/// Computes natural frequencies (Hz) by Cholesky factorisation and the symmetric eigenvalue problem, independently of the program's method.
 fn eigen_hz(m: &Matrices) -> Vec<f64> {
     let root = Cholesky::new(m.mass.clone()).expect("M is positive definite").l();
     let inverse = root.clone().try_inverse().unwrap();
@@ -41,7 +41,7 @@ fn eigen_hz(m: &Matrices) -> Vec<f64> {
     hz
 }
 
-/// M is symmetric positive definite, C and K symmetric positive semi-definite (scaled to a unit diagonal).
+/// Asserts that M is symmetric positive definite, C and K symmetric positive semi-definite (scaled to a unit diagonal).
 fn check_matrices(m: &Matrices) {
     for (name, matrix) in [("M", &m.mass), ("C", &m.damping), ("K", &m.stiffness)] {
         assert!((matrix - matrix.transpose()).amax() <= 1e-12 * matrix.amax(), "{name} is not symmetric");
@@ -55,8 +55,8 @@ fn check_matrices(m: &Matrices) {
 }
 
 #[test]
-fn limit_shipped_machines_have_proper_matrices_and_rigid_bodies_where_described() {
-    // Free motions as the descriptions have them: a rotor that turns with table and screw; motor and load together; none.
+fn limit_shipped_machines_have_valid_matrices_and_the_described_rigid_body_modes() {
+    // Rigid-body modes of each description: rotor with table and screw; motor with load; none.
     let free = [0, 1, 1, 0, 1, 0];
     for (path, free) in SHIPPED.iter().zip(free) {
         let machine = shipped(path);
@@ -68,13 +68,13 @@ fn limit_shipped_machines_have_proper_matrices_and_rigid_bodies_where_described(
             let hz = eigen_hz(&m);
             let elastic: Vec<f64> = hz.iter().copied().filter(|f| *f > 0.01).collect();
             assert_eq!(hz.len() - elastic.len(), free, "{path}: {hz:?}");
-            // The tool's own count and frequencies of the same chain.
+            // The program's mode count and frequencies of the same chain.
             let first = machine.points.iter().position(|p| !p.fixed).unwrap();
             let structure = Arc::new(Structure::new(&machine, first, first, Rods::Lumped(lumps)).unwrap());
             let mut network = structure.network();
             network.update(&machine, &machine.start(), &middle(&machine));
             let modes = undamped_modes(&network, 3000.0, &mut structure.workspace());
-            assert_eq!(modes.iter().filter(|m| m.frequency_hz == 0.0).count(), free, "{path}: rigid bodies at 0 exactly");
+            assert_eq!(modes.iter().filter(|m| m.frequency_hz == 0.0).count(), free, "{path}: rigid-body modes at exactly 0 Hz");
             let ours: Vec<f64> = modes.iter().map(|m| m.frequency_hz).filter(|f| *f > 0.0).collect();
             assert!(!ours.is_empty() || elastic.iter().all(|f| *f > 3000.0));
             for (a, b) in ours.iter().zip(&elastic) {
@@ -84,7 +84,7 @@ fn limit_shipped_machines_have_proper_matrices_and_rigid_bodies_where_described(
     }
 }
 
-/// A random machine: points of both kinds in a chain, springs between neighbours, some to the ground, a screw–nut joint.
+/// Generates a random machine: translations in a chain with springs between neighbours, a screw–nut joint, and a rotation, held or free.
 fn random_machine() -> impl Strategy<Value = (Machine, bool)> {
     let spring = 5.0..9.0_f64;
     (2..7_usize, prop::collection::vec((-1.0..2.0_f64, spring), 7), any::<bool>(), 3.0..6.0_f64, -2.5..-1.5_f64).prop_map(
@@ -113,10 +113,10 @@ fn random_machine() -> impl Strategy<Value = (Machine, bool)> {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(96))]
     #[test]
-    fn limit_random_machines_have_proper_matrices((machine, held) in random_machine()) {
+    fn limit_random_machines_have_valid_matrices((machine, held) in random_machine()) {
         let m = matrices(&machine, &machine.start(), &Operating::default(), 1).unwrap();
         check_matrices(&m);
-        // Translations and the screw's angle move together unless the angle is held.
+        // Translations and the screw's angle form one rigid-body mode unless the angle is held.
         prop_assert_eq!(m.free_parts().len(), usize::from(!held));
         let hz = eigen_hz(&m);
         let ours = elastic_frequencies_hz(&machine, 20, &machine.start(), &Operating::default());
@@ -133,7 +133,7 @@ proptest! {
     }
 }
 
-/// Duan, Eq. 2 and 6 written out: the coupling term is (lead/2π)·θ.
+/// Duan, Eq. 2 and 6, with the coupling term (lead/2π)·θ.
 #[test]
 fn published_six_coordinates_of_the_twin_ball_screw() {
     let machine = with("configs/twin-ball-screw.toml", &["parameter.k_mount.start=7e7"]);
@@ -147,7 +147,7 @@ fn published_six_coordinates_of_the_twin_ball_screw() {
             1.0 / (1.0 / contact(format!("bearing-{axis}")) + 1.0 / segment + 1.0 / contact(format!("screw-nut-{axis}")))
         })
         .collect();
-    assert!(ka[0] > ka[1], "the friction of axis 2 is larger, its contacts softer");
+    assert!(ka[0] > ka[1], "axis 2 has more friction, so its contacts are softer");
     let kn = 7e7;
     #[rustfmt::skip]
     let k = DMatrix::from_row_slice(6, 6, &[
@@ -170,7 +170,7 @@ fn published_six_coordinates_of_the_twin_ball_screw() {
     }
 }
 
-/// Eq. 12–17 with Tab. 2 as printed, and by equilibrium: where nut B lets go, seen from the machine.
+/// Velocities at which nut B unloads, by Eq. 12–17 with Tab. 2 as printed and by equilibrium, evaluated in the machine.
 #[test]
 fn published_velocities_at_which_nut_b_unloads_in_the_machine() {
     let m_min = |machine: &Machine, name: &str, x: f64| {
@@ -185,7 +185,7 @@ fn published_velocities_at_which_nut_b_unloads_in_the_machine() {
     }
 }
 
-/// At, just below and just above the load at which a side lets go; and at reversal.
+/// Behaviour at, just below and just above the load at which a side separates, and at load reversal.
 #[test]
 fn limit_separation_kink_and_reversal_in_a_machine() {
     let machine = shipped("configs/vertical-axis.toml");
@@ -202,18 +202,18 @@ fn limit_separation_kink_and_reversal_in_a_machine() {
         };
         let (inward, outward) = if side_b { (-1.0, 1.0) } else { (1.0, -1.0) };
         assert!(load(kink + inward * 1e-6) > 0.0 && load(kink + outward * 1e-6) == 0.0);
-        // Continuous there, falling towards it and rising behind it.
+        // The frequency is continuous at the kink, falls towards it and rises beyond it.
         let (before, here, after) = (hz(kink + inward * 1e-9), hz(kink), hz(kink + outward * 1e-9));
         assert!((before / here - 1.0).abs() < 1e-4 && (after / here - 1.0).abs() < 1e-6);
         let (before, after) = (hz(kink + inward * 0.1), hz(kink + outward * 0.1));
         assert!(before > here && after > here, "{before} {here} {after}");
-        // The side that leaves goes with the cube root of its load: a square root in the distance, steeper than the other side.
+        // The stiffness of the separating side goes with the cube root of its load: a square root in the distance, steeper than beyond the kink.
         assert!(before - here > 10.0 * (after - here));
         let nearer = hz(kink + inward * 0.001);
         let order = ((before - here) / (nearer - here)).log10() / 2.0;
-        assert!((0.4..0.6).contains(&order), "square-root kink, found the power {order}");
+        assert!((0.4..0.6).contains(&order), "expected a square-root kink, found exponent {order}");
     }
-    // Free fall leaves the preload alone, and the force turns round there: the same above and below.
+    // In free fall only the preload acts. The load reverses there, so the frequency is symmetric about it.
     let (fall, mirror) = (hz(-g), |x: f64| (hz(-g + x), hz(-g - x)));
     for x in [1e-3, 1.0, 5.0, 18.0, 30.0] {
         let (up, down) = mirror(x);
@@ -221,7 +221,7 @@ fn limit_separation_kink_and_reversal_in_a_machine() {
     }
 }
 
-/// Friction turns round with the velocity: nut stiffness is even, the load odd with a jump of 2·F_s.
+/// Friction reverses with the velocity: the nut's stiffness is even in velocity, its load odd with a jump of 2·F_s.
 #[test]
 fn limit_reversal_of_the_velocity() {
     let machine = shipped("configs/twin-ball-screw.toml");
@@ -238,7 +238,7 @@ fn limit_reversal_of_the_velocity() {
     assert_eq!(at(0.0).force_n, 0.0);
 }
 
-/// The derivatives that a fit uses stay exact with contacts, segments, series and factors on them.
+/// The derivatives used by a fit are exact with contacts, segments, series and factors.
 #[test]
 fn limit_derivatives_through_a_series_of_contacts() {
     let text = std::fs::read_to_string("configs/twin-ball-screw.toml").unwrap();
@@ -270,7 +270,7 @@ fn limit_derivatives_through_a_series_of_contacts() {
     }
 }
 
-/// Half the share of the strain energy is the sensitivity of the frequency; shares sum to one; parts of a series to their joint.
+/// Half the strain-energy share is the sensitivity of the frequency. Shares sum to one, those of the parts of a series to their joint's.
 #[test]
 fn limit_strain_energy_is_the_sensitivity() {
     for path in SHIPPED {
@@ -284,8 +284,8 @@ fn limit_strain_energy_is_the_sensitivity() {
         for mode in modes.iter().filter(|m| m.frequency_hz > 0.0) {
             let omega = std::f64::consts::TAU * mode.frequency_hz;
             let rows = network.strain_energy(&machine, &machine.start(), &here, omega, &mode.shape);
-            let whole: f64 = rows.iter().filter(|r| !r.name.contains('/')).map(|r| r.share).sum();
-            assert!((whole - 1.0).abs() < 1e-9 && rows.iter().all(|r| r.share >= -1e-9), "{path}: {rows:?}");
+            let total: f64 = rows.iter().filter(|r| !r.name.contains('/')).map(|r| r.share).sum();
+            assert!((total - 1.0).abs() < 1e-9 && rows.iter().all(|r| r.share >= -1e-9), "{path}: {rows:?}");
             for joint in &machine.joints {
                 let own = rows.iter().find(|r| r.name == joint.name).unwrap().share;
                 let parts: Vec<f64> = rows.iter().filter(|r| r.name.starts_with(&format!("{}/", joint.name))).map(|r| r.share).collect();
@@ -315,7 +315,7 @@ fn limit_strain_energy_is_the_sensitivity() {
     }
 }
 
-/// The lumped bench approaches the exact one at second order, frequency by frequency.
+/// Each frequency of the lumped bench converges to the exact one at second order.
 #[test]
 fn limit_lumped_bench_converges_at_second_order() {
     let machine = shipped("configs/tian.toml");
@@ -336,7 +336,7 @@ fn limit_lumped_bench_converges_at_second_order() {
     }
 }
 
-/// The closed form of the chain against all its masses written out.
+/// The condensed chain has the frequencies of the chain with all its masses.
 #[test]
 fn limit_condensed_chain_has_the_frequencies_of_the_full_one() {
     let machine = shipped("configs/tian.toml");

@@ -1,4 +1,4 @@
-//! Commands of the lumped models: sweeps, sensitivity, friction, published figures, and what they refuse.
+//! Commands of the lumped models: sweeps, sensitivity, friction, published figures, refused input.
 
 use std::fs;
 
@@ -48,7 +48,7 @@ fn published_table_5_held_out_positions() {
                 < 0.001
         );
     }
-    // The level does not follow from the printed mass.
+    // The printed mass does not explain the frequency level.
     assert!(document["parameters"]["moving_mass"]["value"].as_f64().unwrap() > 10.0 * 24.43);
 }
 
@@ -61,13 +61,13 @@ fn modes_carry_strain_energy_and_the_operating_condition() {
     let share = |name: &str| mode["strain_energy_share"][name].as_f64().unwrap();
     let parts = share("drive-1/bearing-1") + share("drive-1/screw") + share("drive-1/screw-nut-1");
     assert!((parts - share("drive-1")).abs() < 1e-9 && parts > 0.0);
-    let rest = json(&["simulate", "modes", "--config", TWIN, "--nut-m", "0.1"]);
-    assert!(rest["modes"][0]["frequency_hz"].as_f64().unwrap() > mode["frequency_hz"].as_f64().unwrap());
+    let standstill = json(&["simulate", "modes", "--config", TWIN, "--nut-m", "0.1"]);
+    assert!(standstill["modes"][0]["frequency_hz"].as_f64().unwrap() > mode["frequency_hz"].as_f64().unwrap());
     // Proportional damping: ζ = b·ω/2 and the damped frequency.
     let (f, zeta) = (mode["frequency_hz"].as_f64().unwrap(), mode["damping_ratio"].as_f64().unwrap());
     assert!((zeta / (0.5 * 1.9e-4 * std::f64::consts::TAU * f) - 1.0).abs() < 1e-6);
     assert!((mode["damped_hz"].as_f64().unwrap() / (f * (1.0 - zeta * zeta).sqrt()) - 1.0).abs() < 1e-12);
-    // Where nothing depends on the condition, a warning says so.
+    // A warning reports an operating condition without influence.
     let (_, _, err) = run(&["simulate", "modes", "--velocity-m-s", "0.5"]);
     assert!(err.contains("change nothing"), "{err}");
 }
@@ -79,9 +79,9 @@ fn stiffness_along_position_velocity_and_acceleration() {
     assert_eq!(position["schema"], "jointid/stiffness/1");
     let rows = position["rows"].as_array().unwrap();
     let k: Vec<f64> = rows.iter().map(|r| r["static_stiffness"].as_f64().unwrap()).collect();
-    assert!(k.len() == 21 && k.windows(2).all(|w| w[1] < w[0]), "Fig. 9: falls with the position: {k:?}");
+    assert!(k.len() == 21 && k.windows(2).all(|w| w[1] < w[0]), "Fig. 9: stiffness falls with the position: {k:?}");
     let f: Vec<f64> = rows.iter().map(|r| r["frequencies_hz"][0].as_f64().unwrap()).collect();
-    assert!(f.windows(2).all(|w| w[1] < w[0]), "Tab. 5: falls with the position");
+    assert!(f.windows(2).all(|w| w[1] < w[0]), "Tab. 5: frequency falls with the position");
 
     let velocity = json(&["simulate", "stiffness", "--config", TWIN, "--along", "velocity", "--from", "0", "--to", "1", "--orders", "0"]);
     let separations = velocity["separations"].as_array().unwrap();
@@ -95,7 +95,7 @@ fn stiffness_along_position_velocity_and_acceleration() {
         row["frequencies_hz"][0].as_f64().unwrap()
     };
     let kinks: Vec<f64> = acceleration["separations"].as_array().unwrap().iter().map(|s| s["at"].as_f64().unwrap()).collect();
-    assert_eq!(kinks.len(), 2, "both directions of load: {kinks:?}");
+    assert_eq!(kinks.len(), 2, "one kink for each direction of load: {kinks:?}");
     assert!((kinks[1] - (8.0_f64.sqrt() * 1000.0 / 150.0 - 9.80665)).abs() < 1e-9);
     assert!(f(0.0) > f(9.0) && f(12.0) > f(9.5) && f(-10.0) > f(0.0) && f(-28.5) < f(-20.0) && f(-32.0) > f(-29.0));
 }
@@ -204,7 +204,7 @@ fn refuse_bad_contacts_and_machines() {
     modes(&["contact.screw-nut-1.preload_n=-5"], &["contact.screw-nut-1", "preload", "-5"]);
     modes(&["contact.screw-nut-1.friction=axis-3"], &["contact.screw-nut-1.friction", "axis-3", "axis-1, axis-2"]);
     modes(&["contact.screw-nut-1.share=1.5"], &["contact.screw-nut-1.share", "1.5"]);
-    modes(&["contact.bearing-1.lead_m=0.01"], &["contact.bearing-1.lead_m", "no use"]);
+    modes(&["contact.bearing-1.lead_m=0.01"], &["contact.bearing-1.lead_m", "does not use"]);
     modes(&["contact.bearing-1.ball_count=2.5"], &["contact.bearing-1.ball_count", "whole number"]);
     modes(&["contact.screw-nut-1.loaded_turns=3"], &["contact.screw-nut-1", "either ball_count or loaded_turns"]);
     modes(&["segment.screw.diameter_m=0"], &["segment.screw.diameter_m", "above 0"]);
@@ -214,13 +214,13 @@ fn refuse_bad_contacts_and_machines() {
     modes(&["point.table.mass_kg={ contact = \"bearing-1\" }"], &["point.table.mass_kg", "write a number or a parameter"]);
     modes(&["joint.drive-1.between=[\"nut-3\", \"ground\"]"], &["joint.drive-1", "nut-3", "nut-1"]);
     modes(&["joint.drive-2.name=drive-1"], &["joint.drive-1", "declared twice"]);
-    // A load beyond validity by the operating condition names the contact and its load.
+    // An operating condition that loads a contact beyond its validity is refused with the contact and its load.
     refused(
         &["simulate", "modes", "--config", VERTICAL, "--acceleration-m-s2", "1e6"],
         &["contact «", "beyond the validity", "lower the load"],
     );
     refused(&["simulate", "modes", "--config", TWIN, "--velocity-m-s", "inf"], &["velocity", "inf"]);
-    // A part that moves freely is named where a command cannot use it.
+    // A part that moves freely is named if a command cannot use it.
     refused(
         &["simulate", "stiffness", "--config", SERVO, "--along", "force", "--from", "0", "--to", "1", "--at", "slide", "-q"],
         &["moves freely", "motor", "slide", "ground"],
@@ -231,7 +231,7 @@ fn refuse_bad_contacts_and_machines() {
     refused(&["convergence", "--config", SERVO], &["servo-axis.toml", "[[shaft]]"]);
 }
 
-/// With 40 lumps per rod the four stiffnesses are those of the receptance model within 1 % (within 0.1 %, in truth).
+/// With 40 lumps per rod the four stiffnesses agree with the receptance model within 1 % (actually within 0.1 %).
 #[test]
 fn limit_lumped_identification_of_the_bench() {
     let document = json(&["convergence", "--positions", "l1,l3,l5", "--counts", "40", "-q"]);
@@ -243,13 +243,13 @@ fn limit_lumped_identification_of_the_bench() {
     }
 }
 
-/// The page is what the command prints, and every figure has a verdict and a reason.
+/// The guide's page equals the command's output, and every figure has a verdict and a remark.
 #[test]
-fn published_page_is_what_the_command_prints() {
+fn published_page_equals_the_output_of_the_command() {
     let (code, out, _) = run(&["simulate", "published", "--markdown"]);
     assert_eq!(code, Some(0));
     let page = fs::read_to_string("src/guide/published.md").unwrap();
-    assert!(page == out, "write it anew: jointid simulate published --markdown > src/guide/published.md");
+    assert!(page == out, "run: jointid simulate published --markdown > src/guide/published.md");
     let document = json(&["simulate", "published"]);
     let figures = document["figures"].as_array().unwrap();
     assert!(figures.len() > 40);
@@ -267,9 +267,9 @@ fn matrices_are_printed() {
     assert_eq!(condensed["coordinates"], serde_json::json!(["head"]));
 }
 
-/// Two screws carry the table: each takes half of an outside force, and lets go at twice 2^(3/2)·P.
+/// Two screws carry the table: each takes half of an external force, so a contact separates at twice 2^(3/2)·P.
 #[test]
-fn limit_an_outside_force_divides_over_two_screws() {
+fn limit_an_external_force_divides_between_two_screws() {
     let document = json(&["simulate", "stiffness", "--config", TWIN, "--along", "force", "--from", "0", "--to", "7000"]);
     let separations = document["separations"].as_array().unwrap();
     let preload_n = 1000.0;
@@ -293,9 +293,9 @@ fn refuse_joints_between_a_translation_and_a_rotation() {
     refuse("angle = \"screw-angle\"", "angle = \"slide\"", &["joint.nut", "screw.angle", "«slide» is a translation"]);
 }
 
-/// The published bench's measurements stand in for no other machine.
+/// The measurements of the published bench are the default for this bench only.
 #[test]
-fn another_machine_does_not_stand_on_the_measurements_of_the_bench() {
+fn another_machine_does_not_use_the_measurements_of_the_bench() {
     let document = json(&["simulate", "modes", "--config", SERVO]);
     let inputs: Vec<&str> = document["inputs"].as_array().unwrap().iter().map(|i| i["path"].as_str().unwrap()).collect();
     assert_eq!(inputs, [SERVO]);

@@ -1,5 +1,10 @@
-//! All integration tests in one binary. A test's name states its authority: `limit_` a closed form or limit, `published_` a printed
-//! figure, `recover_` planted truth from another model, `regress_` our own earlier output, `refuse_` bad input.
+//! All integration tests, in one binary. The prefix of a test's name states the source of the expected result:
+//!
+//! - `limit_`: a closed form or limiting case,
+//! - `published_`: a printed figure,
+//! - `recover_`: the known values of an independent model,
+//! - `regress_`: an earlier output of this program,
+//! - `refuse_`: invalid input, which is refused.
 
 mod support;
 
@@ -11,6 +16,7 @@ mod diagnosis;
 mod effects;
 mod faults;
 mod frf;
+mod guide;
 mod import;
 mod inverse_dynamics;
 mod inverse_dynamics_command;

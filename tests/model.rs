@@ -13,7 +13,7 @@ fn omega(f: f64) -> f64 {
     std::f64::consts::TAU * f
 }
 
-/// Published values at l1; the roots of the corrected equations to ten figures.
+/// Modes with the published values at l1, against the roots of the corrected equations to ten figures.
 #[test]
 fn published_undamped_modes_at_l1() {
     let config = config("configs/tian-as-published.toml");
@@ -28,7 +28,7 @@ fn published_undamped_modes_at_l1() {
     }
 }
 
-/// Once there is room, neither new numbers nor receptances, counts and derivatives allocate.
+/// After a first evaluation, updates, receptances, mode counts and derivatives allocate nothing.
 #[test]
 fn limit_an_evaluation_allocates_nothing() {
     let config = config("configs/tian.toml");
@@ -48,15 +48,15 @@ fn limit_an_evaluation_allocates_nothing() {
         let same = network.gradient(&omegas, &sensitivity, &mut work, &mut slopes)[1];
         assert!(below > 0 && (receptance - same).norm_sqr().to_array()[0] < 1e-20 * same.norm_sqr().to_array()[0]);
     };
-    // Room for the rods' entries is taken at the first.
+    // The first evaluation allocates the rods' entries.
     all();
     let counted = allocation_counter::measure(all);
     assert_eq!(counted.count_total, 0, "{counted:?}");
 }
 
-/// What is kept of rods changes no receptance, and is not used where a rod has changed since.
+/// Rod entries stored on a frequency grid change no receptance, and are not used after a rod has changed.
 #[test]
-fn limit_lines_that_know_their_rods_give_the_same() {
+fn limit_a_frequency_grid_with_stored_rods_gives_the_same_receptances() {
     let config = config("configs/tian.toml");
     let (machine, values) = (&config.machine, config.machine.start());
     for names in [("table", "table"), ("rotor", "table")] {
@@ -69,17 +69,17 @@ fn limit_lines_that_know_their_rods_give_the_same() {
         lines.keep_rods(&network, |rod| rod != 1);
         for nut_m in [0.6, 1.3] {
             network.update(machine, &values, &Operating::at_nut(nut_m));
-            let plain = network.sweep(&omegas, &mut work);
+            let direct = network.sweep(&omegas, &mut work);
             for groups in [0..5, 10..lines.omega_rad_s().len()] {
-                let known = network.receptances_on(&lines, groups.clone(), &mut work);
-                let each = known.iter().flat_map(|h| h.apart()).zip(&plain[groups.start * LANES..]);
+                let stored = network.receptances_on(&lines, groups.clone(), &mut work);
+                let each = stored.iter().flat_map(|h| h.apart()).zip(&direct[groups.start * LANES..]);
                 each.for_each(|(a, b)| assert!((a - b).norm() < 1e-12 * b.norm(), "{a} against {b}"));
             }
         }
     }
 }
 
-/// Direct assembly, receptance coupling and the paper's equations written out: the same receptances.
+/// Direct assembly, receptance coupling and the paper's equations give the same receptances.
 #[test]
 fn published_equations_and_both_routes_agree() {
     let config = config("configs/tian-as-published.toml");
@@ -107,11 +107,11 @@ fn published_equations_and_both_routes_agree() {
                         let direct = network.at(omega(f), &mut structure.workspace()).receptance;
                         let coupled = coupled.get_or_insert_with(|| coupled_receptances(&network, machine, omega(f)).unwrap());
                         let by_coupling = coupled[(r, e)];
-                        // Relative to the entry, or where that passes through zero to the geometric mean of its driving points.
+                        // Relative to the entry, or near its zeros to the geometric mean of its driving points.
                         let scale = by_coupling.norm().max(1e-3 * (coupled[(r, r)] * coupled[(e, e)]).norm().sqrt());
-                        let what = format!("{response}/{excitation} nut {nut} m, {f} Hz, damped {damped}");
-                        assert!((direct - by_coupling).norm() <= 1e-9 * scale, "{what}: {direct} against {by_coupling}");
-                        assert!((direct - paper[(i, j)]).norm() <= 1e-9 * scale, "{what}: {direct} against paper {}", paper[(i, j)]);
+                        let context = format!("{response}/{excitation} nut {nut} m, {f} Hz, damped {damped}");
+                        assert!((direct - by_coupling).norm() <= 1e-9 * scale, "{context}: {direct} against {by_coupling}");
+                        assert!((direct - paper[(i, j)]).norm() <= 1e-9 * scale, "{context}: {direct} against paper {}", paper[(i, j)]);
                     }
                 }
             }
@@ -119,7 +119,7 @@ fn published_equations_and_both_routes_agree() {
     }
 }
 
-/// Every entry of every point by both routes, rotor held, with material loss and without.
+/// Every entry of every point agrees by both routes, with held rotor, with and without material damping.
 #[test]
 fn limit_every_entry_by_both_routes() {
     let mut config = config("configs/tian.toml");
@@ -146,9 +146,9 @@ fn limit_every_entry_by_both_routes() {
     }
 }
 
-/// A bored screw with the core that was taken out fixed in it is the solid screw.
+/// A hollow screw with a matching core fixed in its bore equals the solid screw.
 #[test]
-fn limit_a_bored_screw_and_its_core_are_the_solid_one() {
+fn limit_a_hollow_screw_with_its_core_is_the_solid_one() {
     let solid = config("configs/tian.toml").machine;
     let mut nested = solid.clone();
     let mut core = nested.shafts[0].clone();
@@ -164,12 +164,12 @@ fn limit_a_bored_screw_and_its_core_are_the_solid_one() {
         network.at(omega(f), &mut structure.workspace()).receptance
     };
     for f in [3.0, 24.0, 117.0, 545.0, 1700.0] {
-        let (ours, whole) = (at(&nested, f), at(&solid, f));
-        assert!((ours - whole).norm() <= 1e-10 * whole.norm(), "{f} Hz: {ours} against {whole}");
+        let (ours, expected) = (at(&nested, f), at(&solid, f));
+        assert!((ours - expected).norm() <= 1e-10 * expected.norm(), "{f} Hz: {ours} against {expected}");
     }
 }
 
-/// Consistent elements come from above at second order, lumped ones from below: both to the exact roots.
+/// Consistent and lumped elements converge to the exact roots at second order.
 #[test]
 fn limit_finite_elements_and_lumps_converge_at_second_order() {
     let config = config("configs/tian-as-published.toml");
@@ -200,7 +200,7 @@ fn undamped(machine: &jointid::machine::Machine, rods: Rods, nut: f64) -> Vec<f6
     undamped_modes(&network, 1000.0, &mut structure.workspace()).iter().map(|m| m.frequency_hz).collect()
 }
 
-/// The damped receptance against a mesh refined until it stops moving.
+/// The damped receptance against a converged mesh.
 #[test]
 fn limit_damped_receptance_of_a_fine_mesh() {
     let config = config("configs/tian-as-published.toml");
@@ -217,7 +217,7 @@ fn limit_damped_receptance_of_a_fine_mesh() {
     }
 }
 
-/// The count of Wittrick and Williams against the eigenvalues of a mesh.
+/// The Wittrick–Williams count against the eigenvalues of a mesh.
 #[test]
 fn limit_count_of_modes_is_that_of_a_fine_mesh() {
     let config = config("configs/tian-as-published.toml");
@@ -254,7 +254,7 @@ fn limit_slope_of_the_receptance() {
     }
 }
 
-/// A free machine below its first mode moves as one mass: table, and rotor and screw through the lead.
+/// Below its first mode a free machine moves as one mass: table, with rotor and screw reflected through the lead.
 #[test]
 fn limit_rigid_body() {
     let config = config("configs/tian-as-published.toml");
@@ -270,7 +270,7 @@ fn limit_rigid_body() {
     assert!((h.re / rigid - 1.0).abs() < 1e-3, "{h} against {rigid}");
 }
 
-/// Where a rod ends, the shape along it is that of its point; in between it fulfils the wave equation u'' = −λ²u.
+/// At the end of a rod its shape equals that of the point; in between it satisfies the wave equation u'' = −λ²u.
 #[test]
 fn limit_shapes_along_the_screw_meet_their_points_and_the_wave_equation() {
     let config = config("configs/tian.toml");

@@ -1,4 +1,4 @@
-//! Motion in time: against closed forms, exact events, energy, and the records of a real axis.
+//! Simulated motion against closed forms, exact event times, energy balance and the records of a real axis.
 
 use std::f64::consts::{PI, TAU};
 
@@ -8,7 +8,7 @@ use jointid::measurement::read_motion;
 use jointid::motion::{Course, Event, EventKind, MotionError, SCurve, SimulationSettings, Sine, Trace, simulate, simulate_record};
 use nalgebra::{DMatrix, DVector};
 
-/// A drive whose loops do nothing: its force is what the course adds, in N.
+/// A drive whose loops have zero gain: its force (N) equals the signal that the course adds.
 const OPEN_LOOP: &str = "constant = 1.0\nposition = { gain_per_s = 0.0, period_s = 1e-3 }\nvelocity = { gain = 0.0, period_s = 1e-3 }\n";
 
 fn machine(text: &str) -> Machine {
@@ -23,8 +23,8 @@ fn run(machine: &Machine, course: &Course) -> Trace {
     run_with(machine, course, &SimulationSettings { bound: Some(f64::INFINITY), ..SimulationSettings::default() })
 }
 
-/// A course that commands nothing and adds volts.
-fn pushed(added: Vec<f64>) -> Course {
+/// Returns a course with zero command and an added signal (V).
+fn added_signal(added: Vec<f64>) -> Course {
     Course { added: added.clone(), ..Course::new(1e-3, vec![0.0; added.len()]) }
 }
 
@@ -32,7 +32,7 @@ fn times(trace: &Trace, kind: EventKind) -> Vec<f64> {
     trace.events.iter().filter(|e| e.kind == kind).map(|e| e.time_s).collect()
 }
 
-/// Motor on a spring and damper to a table: PI velocity loop with both feed-forwards, sampled at two rates.
+/// A motor drives a table through a spring and a damper. The PI velocity loop has both feed-forwards; the loops have two sampling rates.
 const TWO_MASSES: &str = r#"
 title = "two masses"
 [[point]]
@@ -70,12 +70,12 @@ period_s = 2.5e-4
 "#;
 
 #[test]
-fn limit_a_linear_machine_is_its_matrix_exponential() {
+fn limit_a_linear_machine_follows_its_matrix_exponential() {
     let machine = machine(TWO_MASSES);
     let curve = SCurve { from: 0.0, to: 0.05, velocity: 0.4, acceleration: 8.0, jerk: 400.0 };
     let course = curve.course(1e-3, 0.01, false).unwrap();
     let trace = run(&machine, &course);
-    // The same by nalgebra's matrix exponential and the loops written out.
+    // Reference: nalgebra's matrix exponential and an explicit implementation of the loops.
     let (j, m, k, d, g, i) = (2e-3, 150.0, 4e7, 3e3, 120.0, 0.02 / TAU);
     let a = DMatrix::from_row_slice(
         5,
@@ -133,10 +133,10 @@ fn limit_a_linear_machine_is_its_matrix_exponential() {
     assert!(trace.complete && trace.energy.imbalance() < 1e-6, "{}", trace.energy.imbalance());
 }
 
-/// A mass that a belt drags against a spring: captured, held up to the static friction, slipping back. Events in closed form.
+/// A belt drags a mass against a spring: the mass sticks, is held up to the static friction and slips back. Event times have a closed form.
 #[test]
 fn limit_stick_and_slip_on_a_belt_at_its_exact_events() {
-    let (m, k, kinetic, still, belt): (f64, f64, f64, f64, f64) = (2.0, 800.0, 6.0, 9.0, 0.1);
+    let (m, k, kinetic, static_force, belt): (f64, f64, f64, f64, f64) = (2.0, 800.0, 6.0, 9.0, 0.1);
     let machine = machine(&format!(
         r#"
 title = "mass on a belt"
@@ -155,21 +155,21 @@ friction = {{ coulomb = {kinetic}, stribeck = {}, stribeck_velocity = 1e-9, stri
 [drive]
 on = "belt"
 {OPEN_LOOP}"#,
-        still - kinetic
+        static_force - kinetic
     ));
     let course = Course { start_velocity: Some(belt), ..Course::new(1e-3, vec![0.0; 2001]) };
     let trace = run(&machine, &course);
     let omega = (k / m).sqrt();
-    // From rest the kinetic friction drags the mass to the belt's velocity.
-    let captured = (belt * k / (kinetic * omega)).asin() / omega;
-    let at_capture = kinetic / k * (1.0 - (omega * captured).cos());
-    let mut slips = captured + (still / k - at_capture) / belt;
-    let mut expected = vec![(captured, EventKind::Sticks), (slips, EventKind::Slides)];
-    let excess = still - kinetic;
-    while slips < 2.0 {
-        let sticks = slips + 2.0 / omega * (PI - (excess * omega / (k * belt)).atan());
-        slips = sticks + 2.0 * excess / (k * belt);
-        expected.extend([(sticks, EventKind::Sticks), (slips, EventKind::Slides)]);
+    // From standstill the kinetic friction accelerates the mass to the belt's velocity.
+    let capture_s = (belt * k / (kinetic * omega)).asin() / omega;
+    let at_capture = kinetic / k * (1.0 - (omega * capture_s).cos());
+    let mut slip_s = capture_s + (static_force / k - at_capture) / belt;
+    let mut expected = vec![(capture_s, EventKind::Sticks), (slip_s, EventKind::Slides)];
+    let excess = static_force - kinetic;
+    while slip_s < 2.0 {
+        let stick_s = slip_s + 2.0 / omega * (PI - (excess * omega / (k * belt)).atan());
+        slip_s = stick_s + 2.0 * excess / (k * belt);
+        expected.extend([(stick_s, EventKind::Sticks), (slip_s, EventKind::Slides)]);
     }
     expected.retain(|(t, _)| *t < 2.0);
     assert!(expected.len() > 10);
@@ -181,36 +181,36 @@ on = "belt"
     }
 }
 
-/// A mass on a spring with Coulomb friction loses 2·F/k of its swing at each turn, and stops where the spring no longer moves it.
+/// A mass on a spring with Coulomb friction loses 2·F/k of amplitude per half period, and stops where the spring force is below the friction.
 #[test]
-fn limit_coulomb_friction_stops_a_swing_at_its_exact_times() {
+fn limit_coulomb_friction_stops_an_oscillation_at_exact_times() {
     let (m, k, level): (f64, f64, f64) = (3.0, 1200.0, 5.0);
     let machine = machine(&format!(
-        "title = \"swing\"\n[[point]]\nname = \"table\"\nmotion = \"translation\"\nmass_kg = {m}\n[[joint]]\nname = \"guide\"\nbetween = [\"table\", \"ground\"]\nstiffness = {k}\nfriction = {{ coulomb = {level} }}\n[drive]\non = \"table\"\n{OPEN_LOOP}"
+        "title = \"oscillator\"\n[[point]]\nname = \"table\"\nmotion = \"translation\"\nmass_kg = {m}\n[[joint]]\nname = \"guide\"\nbetween = [\"table\", \"ground\"]\nstiffness = {k}\nfriction = {{ coulomb = {level} }}\n[drive]\non = \"table\"\n{OPEN_LOOP}"
     ));
     let begin = 0.05;
     let course = Course { start_position: Some(begin), ..Course::new(1e-3, vec![0.0; 1500]) };
     let trace = run(&machine, &course);
     let half_period = PI / (k / m).sqrt();
-    let turns = ((begin - level / k) / (2.0 * level / k)).ceil() as usize;
+    let half_periods = ((begin - level / k) / (2.0 * level / k)).ceil() as usize;
     let reversals = times(&trace, EventKind::Reverses);
-    assert_eq!(reversals.len(), turns - 1);
+    assert_eq!(reversals.len(), half_periods - 1);
     for (at, time) in reversals.iter().chain(&times(&trace, EventKind::Sticks)).enumerate() {
         assert!((time - (at + 1) as f64 * half_period).abs() < 1e-9, "{time}");
     }
-    let rest = begin - 2.0 * level / k * turns as f64;
-    let sign = if turns.is_multiple_of(2) { 1.0 } else { -1.0 };
+    let rest = begin - 2.0 * level / k * half_periods as f64;
+    let sign = if half_periods.is_multiple_of(2) { 1.0 } else { -1.0 };
     assert!((trace.samples.last().unwrap().position - sign * rest).abs() < 1e-10);
     assert!(trace.energy.imbalance() < 1e-9);
 }
 
-/// Through the play in free flight, then a collision of two masses under a steady push.
+/// Crosses the backlash without contact, then two masses collide under a constant force.
 #[test]
-fn limit_play_is_crossed_and_left_in_closed_form() {
+fn limit_backlash_is_crossed_in_closed_form() {
     let (m1, m2, k, gap, push): (f64, f64, f64, f64, f64) = (20.0, 60.0, 3e6, 4e-4, 50.0);
     let machine = machine(&format!(
         r#"
-title = "play"
+title = "backlash"
 point = [
     {{ name = "motor", motion = "translation", mass_kg = {m1} }},
     {{ name = "table", motion = "translation", mass_kg = {m2} }},
@@ -224,29 +224,29 @@ gap = {gap}
 on = "motor"
 {OPEN_LOOP}"#
     ));
-    let trace = run(&machine, &pushed(vec![push; 60]));
-    let hit = (gap * m1 / push).sqrt();
-    let speed = push / m1 * hit;
-    // Depth p of contact: p̈ = push/m1 − k·p/µ.
+    let trace = run(&machine, &added_signal(vec![push; 60]));
+    let contact_s = (gap * m1 / push).sqrt();
+    let speed = push / m1 * contact_s;
+    // Contact deflection p: p̈ = push/m1 − k·p/µ.
     let reduced = m1 * m2 / (m1 + m2);
     let (omega, rest) = ((k / reduced).sqrt(), push / m1 * reduced / k);
-    let depth = |t: f64| rest * (1.0 - (omega * t).cos()) + speed / omega * (omega * t).sin();
-    // First return of the depth to 0, by bisection on its closed form.
+    let deflection = |t: f64| rest * (1.0 - (omega * t).cos()) + speed / omega * (omega * t).sin();
+    // First return of the deflection to 0, by bisection on the closed form.
     let (mut low, mut high) = (0.5 * PI / omega, 1.5 * PI / omega);
     for _ in 0..100 {
         let middle = 0.5 * (low + high);
-        if depth(middle) > 0.0 { low = middle } else { high = middle }
+        if deflection(middle) > 0.0 { low = middle } else { high = middle }
     }
-    let leave = hit + low;
+    let separation_s = contact_s + low;
     let (closes, opens) = (times(&trace, EventKind::Closes), times(&trace, EventKind::Opens));
-    assert!((closes[0] - hit).abs() < 1e-10, "{} against {hit}", closes[0]);
-    assert!((opens[0] - leave).abs() < 1e-10, "{} against {leave}", opens[0]);
+    assert!((closes[0] - contact_s).abs() < 1e-10, "{} against {contact_s}", closes[0]);
+    assert!((opens[0] - separation_s).abs() < 1e-10, "{} against {separation_s}", opens[0]);
     assert!(trace.energy.imbalance() < 1e-9);
 }
 
-/// Everything at once: energy supplied is stored or lost.
+/// With all effects combined, the supplied energy is stored or dissipated.
 #[test]
-fn limit_energy_is_stored_or_lost() {
+fn limit_energy_is_stored_or_dissipated() {
     let text = TWO_MASSES
         .replace("damping = 120.0", "damping = 120.0\nfriction = { coulomb = 40.0, stribeck = 20.0, stribeck_velocity = 2e-3, offset = 3.0, viscous_asymmetry = 20.0, position = { sine = 5.0, period = 0.01 }, load_share = 0.02, load_of = \"nut\" }")
         .replace("stiffness = 4e7", "stiffness = 4e7\ngap = 1e-5");
@@ -255,7 +255,7 @@ fn limit_energy_is_stored_or_lost() {
     assert!(trace.energy.imbalance() < 1e-6, "{:e}", trace.energy.imbalance());
     let kinds = [EventKind::Sticks, EventKind::Slides, EventKind::Closes, EventKind::Opens];
     assert!(kinds.iter().all(|k| !times(&trace, *k).is_empty()), "{:?}", trace.events.len());
-    // With bristles and an error of the lead for play and sticking.
+    // With presliding and lead error instead of sticking and backlash.
     let text = text
         .replace("coulomb = 40.0,", "coulomb = 40.0, presliding_stiffness = 2e7, presliding_damping = 2e3,")
         .replace("gap = 1e-5", "lead_error = { growth = 1e-4, wave = { cosine = 5e-6, sine = 3e-6, period = 0.01 } }")
@@ -274,7 +274,7 @@ mass_kg = 10.0
 on = "table"
 "#;
 
-/// Halving the step divides the error of a sliding, elastic contact by 2⁴.
+/// Halving the step divides the error of presliding friction by 2⁴.
 #[test]
 fn limit_presliding_converges_at_fourth_order() {
     let text = format!(
@@ -283,7 +283,7 @@ fn limit_presliding_converges_at_fourth_order() {
     let machine = machine(&text);
     let end = |step_s: f64, tolerance: f64| {
         let settings = SimulationSettings { step_s: Some(step_s), tolerance, bound: Some(f64::INFINITY), ..SimulationSettings::default() };
-        let sample = run_with(&machine, &pushed(vec![30.0; 201]), &settings).samples.pop().unwrap();
+        let sample = run_with(&machine, &added_signal(vec![30.0; 201]), &settings).samples.pop().unwrap();
         sample.position
     };
     let exact = end(1.5625e-5, 1e-9);
@@ -294,27 +294,27 @@ fn limit_presliding_converges_at_fourth_order() {
     }
 }
 
-/// A contact stiffer than any step is friction without presliding.
+/// Presliding friction of very high stiffness approaches Coulomb friction.
 #[test]
-fn limit_presliding_that_is_stiff_is_coulomb_friction() {
+fn limit_stiff_presliding_approaches_coulomb_friction() {
     let guide = |more: &str| {
         machine(&format!(
             "{ONE_MASS}{OPEN_LOOP}\n[[joint]]\nname = \"guide\"\nbetween = [\"table\", \"ground\"]\nfriction = {{ coulomb = 8.0{more} }}"
         ))
     };
     let push: Vec<f64> = (0..500).map(|i| 20.0 * (0.02 * f64::from(i)).sin()).collect();
-    let rigid = run(&guide(""), &pushed(push.clone()));
+    let rigid = run(&guide(""), &added_signal(push.clone()));
     let largest = rigid.samples.iter().fold(0.0_f64, |m, s| m.max(s.position.abs()));
-    let off: Vec<f64> = [(1e6, 6e3), (1e9, 2e5)]
+    let deviations: Vec<f64> = [(1e6, 6e3), (1e9, 2e5)]
         .iter()
         .map(|(stiffness, damping)| {
             let more = format!(", presliding_stiffness = {stiffness:e}, presliding_damping = {damping:e}");
-            let elastic = run(&guide(&more), &pushed(push.clone()));
+            let elastic = run(&guide(&more), &added_signal(push.clone()));
             rigid.samples.iter().zip(&elastic.samples).fold(0.0_f64, |m, (a, b)| m.max((a.position - b.position).abs())) / largest
         })
         .collect();
-    // Sliding begins later by the time that a force that grows steadily needs to deflect the bristles, which falls with their stiffness^(−1/3).
-    assert!(off[0] < 0.1 && off[1] < 0.05 * off[0], "{off:?}");
+    // Sliding begins after the time that a linearly increasing force takes to deflect the bristles. This time falls with their stiffness^(−1/3).
+    assert!(deviations[0] < 0.1 && deviations[1] < 0.05 * deviations[0], "{deviations:?}");
 }
 
 #[test]
@@ -324,21 +324,21 @@ fn limit_saturation_delay_and_encoder_steps() {
             "{ONE_MASS}constant = 5.0\n{drive}\nposition = {{ gain_per_s = 10.0, period_s = 1e-3{position} }}\nvelocity = {{ gain = 100.0, period_s = 1e-3{velocity} }}\n"
         ))
     };
-    // A far command drives with the limit, and no more: x = ½·a·t².
+    // A distant command saturates the drive: x = ½·a·t².
     let trace = run(&loops("saturation = 2.0", "", ""), &Course { start_position: Some(0.0), ..Course::new(1e-3, vec![1e3; 101]) });
     for sample in &trace.samples {
         assert_eq!(sample.force, 10.0);
         assert!((sample.position - 0.5 * sample.time_s.powi(2)).abs() < 1e-12);
     }
-    // A push at 10 ms begins 2.3 ms later.
+    // A force commanded at 10 ms acts 2.3 ms later.
     let mut push = vec![0.0; 30];
     push[10..].fill(4.0);
     let open = machine(&format!("{ONE_MASS}delay_s = 2.3e-3\n{OPEN_LOOP}"));
-    for sample in run(&open, &pushed(push)).samples {
+    for sample in run(&open, &added_signal(push)).samples {
         let on = (sample.time_s - 12.3e-3).max(0.0);
         assert!((sample.position - 0.5 * 0.4 * on * on).abs() < 1e-13, "{} s", sample.time_s);
     }
-    // Readings are whole steps, and what the loop makes of them steps, too.
+    // Encoder readings are multiples of the step, and the loop's force has steps, too.
     let trace = run(&loops("", ", encoder_step = 1e-4", ""), &Course::new(1e-3, vec![0.0, 0.01]).stretched(200));
     assert!(trace.samples.iter().all(|s| ((s.position / 1e-4) - (s.position / 1e-4).round()).abs() < 1e-9));
     assert!(trace.samples.iter().any(|s| (s.points[0] - s.position).abs() > 3e-5));
@@ -347,7 +347,7 @@ fn limit_saturation_delay_and_encoder_steps() {
 }
 
 trait Stretched {
-    /// Holds the last command.
+    /// Extends the command to `samples` by its last value.
     fn stretched(self, samples: usize) -> Self;
 }
 
@@ -360,7 +360,7 @@ impl Stretched for Course {
 }
 
 #[test]
-fn limit_an_unstable_loop_stops_and_says_when() {
+fn limit_an_unstable_loop_stops_and_reports_its_time() {
     let machine = machine(&format!(
         "{ONE_MASS}constant = 5.0\nposition = {{ gain_per_s = 10.0, period_s = 1e-3 }}\nvelocity = {{ gain = 1e4, period_s = 1e-3 }}\n"
     ));
@@ -372,23 +372,23 @@ fn limit_an_unstable_loop_stops_and_says_when() {
 }
 
 #[test]
-fn refuse_steps_and_strokes_that_do_not_fit() {
-    let said = |machine: &Machine, course: &Course, settings: &SimulationSettings, expected: &str| {
+fn refuse_unsuitable_steps_and_strokes() {
+    let refused = |machine: &Machine, course: &Course, settings: &SimulationSettings, expected: &str| {
         let error = simulate(machine, &machine.start(), course, settings, &|| true).unwrap_err().to_string();
         assert!(error.contains(expected), "{error}");
     };
     let axis = machine(TWO_MASSES);
     let course = Course::new(1e-3, vec![0.0, 1e-3]);
     let step = |step_s| SimulationSettings { step_s: Some(step_s), ..SimulationSettings::default() };
-    said(&axis, &course, &step(1e-3), "too long");
-    said(&axis, &course, &step(2e-4), "no whole part");
-    said(&axis, &Course::new(1e-3, vec![0.0, f64::NAN]), &SimulationSettings::default(), "finite");
+    refused(&axis, &course, &step(1e-3), "too long");
+    refused(&axis, &course, &step(2e-4), "not an integer fraction");
+    refused(&axis, &Course::new(1e-3, vec![0.0, f64::NAN]), &SimulationSettings::default(), "finite");
     let bench = jointid::config::read_machine("configs/tian.toml", &[], &[]).unwrap().machine;
     assert_eq!(simulate(&bench, &bench.start(), &course, &SimulationSettings::default(), &|| true), Err(MotionError::NoDrive));
     let text = std::fs::read_to_string("configs/tian.toml").unwrap() + "\n[drive]\non = \"rotor\"\n" + OPEN_LOOP;
     let text = text.replace("effects = [\"rotor-hold\"]", "");
     let at_end = SimulationSettings { operating: Operating::at_nut(2.5), ..SimulationSettings::default() };
-    said(&machine(&text), &Course::new(1e-3, vec![0.0, 0.2]), &at_end, "beyond the screw of 2.6 m");
+    refused(&machine(&text), &Course::new(1e-3, vec![0.0, 0.2]), &at_end, "beyond the screw of 2.6 m");
     for (from, to, part) in [
         ("period_s = 1e-3\n[drive.velocity]", "period_s = 3e-4\n[drive.velocity]", "drive.position.period_s"),
         ("damping = 120.0", "damping = 120.0\ngap = 1e-5", "no stiffness"),
@@ -402,9 +402,9 @@ fn refuse_steps_and_strokes_that_do_not_fit() {
     }
 }
 
-/// At rest, an integral that creeps to the limit of the friction and stays within rounding of it makes no endless events.
+/// At standstill the integral action creeps up to the friction limit and stays there within rounding; this must not generate endless events.
 #[test]
-fn regress_an_axis_at_rest_at_the_limit_of_its_friction() {
+fn regress_an_axis_at_standstill_at_the_limit_of_its_friction() {
     let text = std::fs::read_to_string("configs/servo-axis.toml").unwrap()
         + "\n[[joint]]\nname = \"guide\"\nbetween = [\"slide\", \"ground\"]\ndamping = 200.0\nfriction = { coulomb = 60.0 }\n";
     let curve = SCurve { from: 0.0, to: 0.5, velocity: 0.3, acceleration: 3.0, jerk: 100.0 };
@@ -413,9 +413,9 @@ fn regress_an_axis_at_rest_at_the_limit_of_its_friction() {
     assert!(trace.energy.imbalance() < 1e-6, "{:e}", trace.energy.imbalance());
 }
 
-/// Simulations share nothing: side by side they give the bits of one alone.
+/// Simulations share no state: concurrent runs give the same bits as a single one.
 #[test]
-fn the_same_bits_alone_and_side_by_side() {
+fn the_same_bits_alone_and_concurrently() {
     let text =
         TWO_MASSES.replace("damping = 120.0", "damping = 120.0\nfriction = { coulomb = 40.0, stribeck = 20.0, stribeck_velocity = 2e-3 }");
     let machine = machine(&text);
@@ -427,9 +427,9 @@ fn the_same_bits_alone_and_side_by_side() {
     });
 }
 
-/// On the bench with its rods as chains: each effect of motion does next to nothing at its start, and shows at a usual size.
+/// On the bench with lumped rods each effect of motion has little influence at its start values and a visible one at a common size.
 #[test]
-fn every_effect_of_motion_moves_a_flexible_axis() {
+fn every_effect_of_motion_acts_on_a_flexible_axis() {
     let text = std::fs::read_to_string("configs/tian-as-published.toml").unwrap()
         + r#"
 [[joint]]
@@ -447,15 +447,15 @@ period_s = 1e-3
 gain = 60.0
 period_s = 5e-4
 "#;
-    let plain = machine(&text.replace("coulomb = 30.0", ""));
-    let rough = machine(&text);
+    let frictionless = machine(&text.replace("coulomb = 30.0", ""));
+    let with_friction = machine(&text);
     let sine = Sine { centre: 0.0, amplitude: 0.02, frequency_hz: 1.0, periods: 1.5 }.course(1e-3).unwrap();
     let settings = SimulationSettings { operating: Operating::at_nut(1.3), lumps: 2, ..SimulationSettings::default() };
     let forces = |machine: &Machine, values: &[f64]| -> Vec<f64> {
         let trace = simulate(machine, values, &sine, &settings, &|| true).unwrap_or_else(|e| panic!("{e}"));
         assert!(trace.complete && trace.energy.imbalance() < 1e-5, "{:e}", trace.energy.imbalance());
         let table = trace.points.iter().position(|p| p == "table").unwrap();
-        // The table's lag shows what the force, which an encoder at the rotor closes, does not.
+        // The table's lag reveals effects that the force does not show, because the loop is closed by an encoder at the rotor.
         trace.samples.iter().flat_map(|s| [s.force, 1e4 * (s.position - s.points[table])]).collect()
     };
     let sizes: [(&str, &[(&str, f64)]); 15] = [
@@ -477,12 +477,12 @@ period_s = 5e-4
     ];
     let library = jointid::config::effect_library().unwrap();
     let motion = library.iter().filter(|e| e.data.contains(&jointid::machine::Data::Motion)).map(|e| e.id.as_str());
-    // Some are written twice, for machines described in other words.
+    // Some effects have two variants, for differently described machines.
     let motion: std::collections::BTreeSet<&str> = motion.collect();
     assert_eq!(motion.len(), sizes.len());
     for (id, size) in sizes {
-        // Presliding is that of a friction that is there.
-        let base = if id == "presliding-friction" { &rough } else { &plain };
+        // Presliding needs friction.
+        let base = if id == "presliding-friction" { &with_friction } else { &frictionless };
         let began = std::time::Instant::now();
         let before = forces(base, &base.start());
         let with = base.with_effect(library.iter().find(|e| e.id == id).unwrap()).unwrap();
@@ -492,15 +492,15 @@ period_s = 5e-4
             norm(&after.iter().zip(&before).map(|(a, b)| a - b).collect::<Vec<_>>()) / norm(&before)
         };
         let mut values = with.start();
-        let nothing = change(&values);
+        let at_start = change(&values);
         size.iter().for_each(|(parameter, x)| values[with.parameter(parameter).unwrap()] = *x);
-        let something = change(&values);
-        println!("{id}: {nothing:.1e} at its start, {something:.1e} at a usual size, {:?}", began.elapsed());
-        assert!(nothing < 2e-2 && something > 5e-3 && something > 5.0 * nothing, "{id}: {nothing:e}, {something:e}");
+        let at_size = change(&values);
+        println!("{id}: {at_start:.1e} at its start values, {at_size:.1e} at a common size, {:?}", began.elapsed());
+        assert!(at_start < 2e-2 && at_size > 5e-3 && at_size > 5.0 * at_start, "{id}: {at_start:e}, {at_size:e}");
     }
 }
 
-/// EMPS in closed loop, with the parameters that its authors publish.
+/// EMPS in closed loop, with the parameters published by its authors.
 #[test]
 fn published_force_errors_of_emps_in_closed_loop() {
     let Some(folder) = test_data::shared("realdata/emps/motion") else { return };
@@ -545,24 +545,24 @@ fn published_force_errors_of_emps_in_closed_loop() {
     }
 }
 
-/// A nut with play whose lead errs, too: the table rests against a flank that wanders, and energy closes; far from the flanks nothing is felt.
+/// A nut with backlash and lead error: the table rests against a flank whose position varies with the lead error, and the energy balance holds.
 #[test]
-fn energy_of_play_with_an_erring_lead_closes() {
+fn the_energy_balance_holds_for_backlash_with_lead_error() {
     let lead = "lead_error = { wave = { cosine = 4e-6, sine = 3e-6, period = 5e-3 } }\n";
-    // Friction presses the table against one flank all the way.
+    // Friction presses the table against one flank over the whole stroke.
     let text = TWO_MASSES
         .replace("stiffness = 4e7\n", &format!("stiffness = 4e7\ngap = 2e-5\n{lead}"))
         .replace("damping = 120.0\n", "damping = 120.0\nfriction = { coulomb = 300.0 }\n");
     let sine = Sine { centre: 0.0, amplitude: 0.01, frequency_hz: 1.0, periods: 2.0 }.course(1e-3).unwrap();
-    let own = |text: &str| {
+    let simulated = |text: &str| {
         run(&machine(&text.replace("[drive.position]\nat = \"table\"", "[drive.position]\nat = \"motor\"\nlead_m = 0.02")), &sine)
     };
-    let (with, without) = (own(&text), own(&text.replace(lead, "")));
+    let (with, without) = (simulated(&text), simulated(&text.replace(lead, "")));
     assert!(with.energy.imbalance() < 1e-6 && times(&with, EventKind::Closes).len() >= 2, "{:e}", with.energy.imbalance());
-    // What the table is beside the motor: the loop feels the flank's slope, too.
-    let beside = |s: &jointid::motion::TraceSample| s.points[1] - 0.02 / TAU * s.points[0];
-    // Between its turns, where both are in contact on one side, the tables differ by the error of the lead.
-    let difference = with.samples.iter().zip(&without.samples).skip(5400).take(1200).map(|(a, b)| beside(a) - beside(b));
+    // Table position relative to the motor's, because the motor's motion depends on the flank's slope, too.
+    let relative = |s: &jointid::motion::TraceSample| s.points[1] - 0.02 / TAU * s.points[0];
+    // Between reversals, with both in contact on one side, the table positions differ by the lead error.
+    let difference = with.samples.iter().zip(&without.samples).skip(5400).take(1200).map(|(a, b)| relative(a) - relative(b));
     let (low, high) = difference.fold((0.0_f64, 0.0_f64), |(l, h), x| (l.min(x), h.max(x)));
     assert!((high / 5e-6 - 1.0).abs() < 0.1 && (low / 5e-6 + 1.0).abs() < 0.1, "{low:e} {high:e}");
 }

@@ -1,4 +1,4 @@
-//! `simulate motion` as it is run: table, document, exit codes, bad input.
+//! `simulate motion`: table, document, exit codes, refused input.
 
 use std::fs;
 
@@ -25,7 +25,7 @@ fn refused(arguments: &[&str], expected: &[&str]) {
 const EMPS: [&str; 2] = ["--config", "configs/emps.toml"];
 
 #[test]
-fn a_flexible_axis_follows_its_command_and_its_document_holds_its_schema() {
+fn a_flexible_axis_follows_its_command_and_its_document_matches_its_schema() {
     let folder = tempfile::tempdir().unwrap();
     let out = folder.path().to_str().unwrap();
     let arguments = ["--config", "configs/servo-axis.toml", "--reference", "s-curve", "--travel-m", "0.2", "--json", "--out", out];
@@ -35,9 +35,9 @@ fn a_flexible_axis_follows_its_command_and_its_document_holds_its_schema() {
     assert_eq!(document["schema"], "jointid/motion/1");
     assert_eq!(document["complete"], true);
     let column = |name: &str| document["columns"][name].as_array().unwrap_or_else(|| panic!("{name}"));
-    // Friction at the screw keeps it from the last micrometres.
-    let off = (column("slide_m").last().unwrap().as_f64().unwrap() - 0.2).abs();
-    assert!(off > 1e-7 && off < 3e-5, "{off:e}");
+    // Friction at the screw leaves a position error of some micrometres.
+    let error = (column("slide_m").last().unwrap().as_f64().unwrap() - 0.2).abs();
+    assert!(error > 1e-7 && error < 3e-5, "{error:e}");
     assert_eq!(column("time_s").len(), column("torque_nm").len());
     assert!(document["energy"]["imbalance"].as_f64().unwrap() < 1e-6);
     let schema = Command::cargo_bin("jointid").unwrap().args(["schema", "motion"]).output().unwrap().stdout;
@@ -50,7 +50,7 @@ fn a_flexible_axis_follows_its_command_and_its_document_holds_its_schema() {
 }
 
 #[test]
-fn a_table_that_was_written_is_a_reference() {
+fn a_written_table_is_accepted_as_reference() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("reference.csv");
     let first = output(&[&EMPS[..], &["--reference", "sine", "--amplitude-m", "0.02", "--quiet"]].concat());
@@ -66,7 +66,7 @@ fn a_table_that_was_written_is_a_reference() {
 }
 
 #[test]
-fn an_unstable_loop_ends_with_3_and_keeps_what_is_known() {
+fn an_unstable_loop_ends_with_exit_code_3_and_a_partial_document() {
     let gains = ["--reference", "s-curve", "--set", "drive.velocity.gain=6e3", "--json"];
     let output = output(&[&EMPS[..], &gains].concat());
     assert_eq!(output.status.code(), Some(3));
@@ -77,7 +77,7 @@ fn an_unstable_loop_ends_with_3_and_keeps_what_is_known() {
 }
 
 #[test]
-fn refuse_motions_that_cannot_be() {
+fn refuse_impossible_motions() {
     let emps = |more: &[&str], expected: &[&str]| refused(&[&EMPS[..], more].concat(), expected);
     emps(&["--reference", "square"], &["square", "there is no such file", "s-curve, sine"]);
     emps(&["--record", "sweep"], &["--record sweep", "--measurements"]);
@@ -85,7 +85,7 @@ fn refuse_motions_that_cannot_be() {
     emps(&["--reference", "s-curve", "--jerk-m-s3=-1"], &["jerk is -1"]);
     emps(&["--reference", "sine", "--frequency-hz", "400"], &["fewer than ten samples"]);
     emps(&["--reference", "s-curve", "--step-s", "2e-3"], &["too long for the period of 0.001 s of the innermost loop"]);
-    emps(&["--reference", "s-curve", "--step-s", "3e-4"], &["no whole part", "such as 0.00025"]);
+    emps(&["--reference", "s-curve", "--step-s", "3e-4"], &["not an integer fraction", "such as 0.00025"]);
     emps(&["--reference", "s-curve", "--set", "drive.velocity.period_s=3e-4"], &["drive.position.period_s", "no multiple"]);
     emps(&["--reference", "s-curve", "--set", "drive.on=\"slide\""], &["drive.on", "«slide»", "table"]);
     refused(&["--reference", "s-curve"], &["configs/tian.toml", "no drive"]);
@@ -99,9 +99,9 @@ fn refuse_motions_that_cannot_be() {
     refused(&["--config", axis.to_str().unwrap(), "--reference", "s-curve", "--travel-m", "1.4"], &["beyond the screw of 2.6 m"]);
 }
 
-/// By the simulated loop the records of EMPS give what their authors found by least squares, within what its own intervals leave.
+/// Fitting the simulated loop to the EMPS records gives intervals that contain the least-squares values of the data set's authors.
 #[test]
-fn published_parameters_of_emps_by_the_simulated_loop() {
+fn published_parameters_of_emps_by_output_error() {
     let Some(folder) = test_data::shared("realdata/emps") else { return };
     let arguments = ["identify", "--config", "configs/emps.toml", "--objective", "output-error", "--json", "--quiet", "--measurements"];
     let output = Command::cargo_bin("jointid").unwrap().args(arguments).arg(folder).output().unwrap();
@@ -116,7 +116,7 @@ fn published_parameters_of_emps_by_the_simulated_loop() {
     assert!(document["records"]["sweep"]["simulated_force_error"].as_f64().unwrap() < 0.046);
 }
 
-/// The published parameters on the records themselves, by the command.
+/// The published parameters, simulated on a record by the command.
 #[test]
 fn published_record_of_emps_by_the_command() {
     let Some(folder) = test_data::shared("realdata/emps") else { return };

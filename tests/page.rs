@@ -1,4 +1,4 @@
-//! The page that people read: made of result documents, whole in one file, alive in a browser.
+//! The report page: made from result documents, self-contained in one file, interactive in a browser.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -13,7 +13,7 @@ fn jointid() -> Command {
     command
 }
 
-/// Results of the published bench, with a diagnosis made up beside them.
+/// Writes results of the published bench together with an invented diagnosis.
 fn results(folder: &Path) -> PathBuf {
     let out = folder.join("results");
     let document = out.join("identification.json");
@@ -44,7 +44,7 @@ fn diagnosis(kind: &str) -> Value {
 }
 
 #[test]
-fn a_report_is_one_file_with_everything_in_it() {
+fn a_report_is_one_self_contained_file() {
     let folder = tempfile::tempdir().unwrap();
     let out = results(folder.path());
     jointid().arg("report").arg(&out).assert().success();
@@ -73,33 +73,33 @@ fn a_report_is_one_file_with_everything_in_it() {
     assert!(!page.contains("<b>nut") && page.contains("&lt;b&gt;nut"));
     let own = page.split("<script type=\"text/javascript\">").next().unwrap();
     assert!(!own.contains("src=\"http") && !own.contains("href=\"http"));
-    // Elsewhere, too.
+    // The page can be written to another folder.
     let other = folder.path().join("a/b.html");
     jointid().arg("report").arg(&out).arg("--out").arg(&other).assert().success();
     assert_eq!(fs::read_to_string(other).unwrap(), page);
 }
 
-/// A measurement set whose position is called like a piece of markup.
+/// A position whose name is HTML markup appears as text.
 #[test]
 fn a_name_from_a_file_is_text_in_the_page() {
     let folder = tempfile::tempdir().unwrap();
     let set = folder.path().join("set");
     fs::create_dir_all(&set).unwrap();
-    let evil = "<script>document.title='x'</script>";
+    let markup = "<script>document.title='x'</script>";
     let manifest = fs::read_to_string("measurements/tian/manifest.toml").unwrap().replace("published = \"published.csv\"", "");
-    fs::write(set.join("manifest.toml"), manifest.replace("\"l1\"", &format!("\"{evil}\""))).unwrap();
+    fs::write(set.join("manifest.toml"), manifest.replace("\"l1\"", &format!("\"{markup}\""))).unwrap();
     let modes = fs::read_to_string("measurements/tian/modes.csv").unwrap();
-    fs::write(set.join("modes.csv"), modes.replace("l1,", &format!("{evil},"))).unwrap();
+    fs::write(set.join("modes.csv"), modes.replace("l1,", &format!("{markup},"))).unwrap();
     let out = folder.path().join("out");
     jointid().args(["identify", "--repeats", "1", "--quiet", "--measurements"]).arg(&set).arg("--out").arg(&out).assert().success();
     jointid().arg("report").arg(&out).assert().success();
     let page = fs::read_to_string(out.join("report.html")).unwrap();
-    assert!(!page.contains(evil));
+    assert!(!page.contains(markup));
     assert!(page.contains("&lt;script&gt;document.title=&#39;x&#39;&lt;/script&gt;"));
 }
 
 #[test]
-fn changed_inputs_are_reported_not_drawn() {
+fn changed_inputs_are_reported_and_not_plotted() {
     let folder = tempfile::tempdir().unwrap();
     let out = folder.path().join("out");
     let config = folder.path().join("machine.toml");
@@ -108,7 +108,9 @@ fn changed_inputs_are_reported_not_drawn() {
     fs::write(&config, fs::read_to_string(&config).unwrap().replace("272.0", "300.0")).unwrap();
     jointid().arg("report").arg(&out).assert().success();
     let page = fs::read_to_string(out.join("report.html")).unwrap();
-    assert!(page.contains("is no longer what it was") && !page.contains("id=\"curves\"") && page.contains("id=\"correlations\""));
+    assert!(
+        page.contains("has changed since the identification") && !page.contains("id=\"curves\"") && page.contains("id=\"correlations\"")
+    );
 }
 
 #[test]
@@ -140,7 +142,7 @@ fn every_kind_of_verdict_is_a_sentence() {
         ("measurement", "measurements are at fault"),
         ("insufficient", "do not suffice"),
     ] {
-        // What is optional may be absent.
+        // Optional keys may be absent.
         let mut document = diagnosis(kind);
         for key in ["residual_map", "delta_z", "noise_floor"] {
             document.as_object_mut().unwrap().remove(key);
@@ -159,14 +161,14 @@ fn chromium() -> Option<PathBuf> {
     names.iter().flat_map(|name| folders.iter().map(move |f| f.join(name))).find(|path| path.is_file())
 }
 
-/// A browser with a profile of its own.
+/// A browser with its own profile.
 struct Browser {
     program: PathBuf,
     folder: tempfile::TempDir,
 }
 
 impl Browser {
-    /// The browser of this machine; says that the test is skipped where there is none.
+    /// Finds the browser of this machine; without one, reports the test as skipped.
     fn find() -> Option<Browser> {
         let program = chromium();
         if program.is_none() {
@@ -175,7 +177,7 @@ impl Browser {
         Some(Browser { program: program?, folder: tempfile::tempdir().unwrap() })
     }
 
-    /// What it writes to stdout and stderr.
+    /// Runs the browser and returns its stdout and stderr.
     fn open(&self, more: &[&str]) -> (String, String) {
         let profile = format!("--user-data-dir={}", self.folder.path().join("profile").display());
         let fixed = ["--headless=new", "--no-sandbox", "--disable-gpu", "--disable-dev-shm-usage", "--enable-logging=stderr", &profile];
@@ -183,25 +185,26 @@ impl Browser {
         (String::from_utf8_lossy(&output.stdout).into_owned(), String::from_utf8_lossy(&output.stderr).into_owned())
     }
 
-    /// What the page says of itself, drawn without a fault, a request or a word on the console.
+    /// Returns the result of the page's self-test, and asserts that it has no errors, network requests or console messages.
     fn self_test(&self, page: &Path) -> Value {
         let (dom, log) = self.open(&["--window-size=1366,768", "--dump-dom", &format!("file://{}#selftest", page.display())]);
-        let told = dom.split("id=\"selftest-result\"").nth(1).and_then(|t| t.split('>').nth(1)).and_then(|t| t.split('<').next());
-        let told = told.unwrap_or_else(|| panic!("no self-test: {log}")).replace("&quot;", "\"").replace("&lt;", "<").replace("&gt;", ">");
-        let told: Value = serde_json::from_str(&told).unwrap_or_else(|e| panic!("{e}: {told}"));
-        assert_eq!(told["errors"], json!([]), "{told}");
-        assert_eq!(told["requests"], json!([]), "{told}");
+        let result = dom.split("id=\"selftest-result\"").nth(1).and_then(|t| t.split('>').nth(1)).and_then(|t| t.split('<').next());
+        let result =
+            result.unwrap_or_else(|| panic!("no self-test: {log}")).replace("&quot;", "\"").replace("&lt;", "<").replace("&gt;", ">");
+        let result: Value = serde_json::from_str(&result).unwrap_or_else(|e| panic!("{e}: {result}"));
+        assert_eq!(result["errors"], json!([]), "{result}");
+        assert_eq!(result["requests"], json!([]), "{result}");
         assert!(!log.contains("CONSOLE"), "{log}");
-        assert_eq!(told["drawn"], told["charts"], "{told}");
-        assert_eq!(told["wide"], 0, "the page is wider than its window: {told}");
-        // A click on a position takes it away, a second brings it back.
-        let count = |key: &str| told["toggled"][key].as_u64().unwrap();
-        assert!(count("less") < count("before") && count("after") == count("before"), "{told}");
-        told
+        assert_eq!(result["drawn"], result["charts"], "{result}");
+        assert_eq!(result["wide"], 0, "the page is wider than its window: {result}");
+        // A click on a position hides it, a second click shows it again.
+        let count = |key: &str| result["toggled"][key].as_u64().unwrap();
+        assert!(count("less") < count("before") && count("after") == count("before"), "{result}");
+        result
     }
 }
 
-/// The page in a browser: it draws, it asks for nothing, a switch takes a position away and brings it back.
+/// In a browser the page draws its charts, requests no other file, and a switch hides and shows a position.
 #[test]
 fn a_report_works_in_chromium() {
     let Some(browser) = Browser::find() else { return };
@@ -209,17 +212,17 @@ fn a_report_works_in_chromium() {
     let out = results(folder.path());
     jointid().arg("report").arg(&out).assert().success();
     let page = out.join("report.html");
-    let told = browser.self_test(&page);
-    assert!(told["charts"].as_u64().unwrap() >= 12, "{told}");
-    assert!(told["traces"].as_u64().unwrap() > 60 && told["lines"].as_u64().unwrap() > 60, "{told}");
+    let result = browser.self_test(&page);
+    assert!(result["charts"].as_u64().unwrap() >= 12, "{result}");
+    assert!(result["traces"].as_u64().unwrap() > 60 && result["lines"].as_u64().unwrap() > 60, "{result}");
     let picture = Path::new(env!("CARGO_TARGET_TMPDIR")).join("page.png");
     let _ = fs::remove_file(&picture);
     browser.open(&["--window-size=1280,2400", &format!("--screenshot={}", picture.display()), &format!("file://{}", page.display())]);
     assert!(fs::metadata(&picture).unwrap().len() > 50_000);
-    println!("a screenshot to look at: {}", picture.display());
+    println!("screenshot: {}", picture.display());
 }
 
-/// Six positions, six responses, ten thousand lines each, with noise: what cannot be seen is left out, so that the page stays light, and it works.
+/// Six positions, six responses, ten thousand lines each, with noise: the page omits invisible detail, stays below its size limit and works.
 #[test]
 fn a_report_of_many_lines_works_in_chromium() {
     use jointid::report::page::{MOST_BYTES, Page, PageCurve, html};
@@ -235,11 +238,11 @@ fn a_report_of_many_lines_works_in_chromium() {
         PageCurve { position, channel, held_out, unit, measured, predicted, ..PageCurve::default() }
     };
     let curves = (0..36).map(|n| curve(n / 6, n % 6)).collect();
-    let made = html(&Page { title: "many lines".into(), curves, ..Page::default() });
-    assert!(made.len() < MOST_BYTES, "{} bytes", made.len());
+    let page = html(&Page { title: "many lines".into(), curves, ..Page::default() });
+    assert!(page.len() < MOST_BYTES, "{} bytes", page.len());
     let path = Path::new(env!("CARGO_TARGET_TMPDIR")).join("many-lines.html");
-    fs::write(&path, made).unwrap();
+    fs::write(&path, page).unwrap();
     let Some(browser) = Browser::find() else { return };
-    let told = browser.self_test(&path);
-    assert_eq!(told["traces"], 36 * 4, "{told}");
+    let result = browser.self_test(&path);
+    assert_eq!(result["traces"], 36 * 4, "{result}");
 }

@@ -1,4 +1,4 @@
-//! Peaks of the damped |H| on random machines, against a dense search, the mirror image, and the laws of passive structures.
+//! Peaks of the damped |H| on random machines against a dense search; mirror symmetry and properties of passive structures.
 
 use std::sync::Arc;
 
@@ -9,18 +9,18 @@ use proptest::test_runner::RngSeed;
 
 use crate::support::{config, table_structure};
 
-/// Random parameters within their plausible ranges, random nut.
+/// Generates random parameters within their plausible ranges and a random nut position.
 fn random_case() -> impl Strategy<Value = (Vec<f64>, f64)> {
     (prop::collection::vec(0.0..1.0_f64, 10), 0.2..2.4_f64)
 }
 
-fn values(machine: &Machine, places: &[f64]) -> Vec<f64> {
-    machine.parameters.iter().zip(places).map(|(p, u)| p.from_unit(*u)).collect()
+fn values(machine: &Machine, coordinates: &[f64]) -> Vec<f64> {
+    machine.parameters.iter().zip(coordinates).map(|(p, u)| p.from_unit(*u)).collect()
 }
 
 const SEARCH: PeakSearch = PeakSearch { from_hz: 5.0, to_hz: 1000.0, precision: 1e-10, omega_power: 1 };
 
-/// A maximum over the higher of the minima beside it.
+/// Returns the ratio of a maximum to the higher of the two adjacent minima.
 fn prominence(scan: &[f64], top: usize) -> f64 {
     let mut left = top;
     while left > 0 && scan[left - 1] < scan[left] {
@@ -36,15 +36,20 @@ fn prominence(scan: &[f64], top: usize) -> f64 {
 proptest! {
     #![proptest_config(ProptestConfig { cases: 150, failure_persistence: None, rng_seed: RngSeed::Fixed(1), ..ProptestConfig::default() })]
 
-    /// Every maximum that stands out by 1 % on 40,000 lines is found, those in the bottom of a valley a millionth as high as the highest left aside; what is
-    /// found is a maximum, and the valleys beside it are as deep as there.
+    /// The search finds every maximum on 40,000 lines with a prominence of at least 1 %, except those below a millionth of the highest.
+    ///
+    /// Every peak found is a maximum, and its adjacent minima agree with the scan.
     #[test]
-    fn limit_no_peak_is_missed((places, nut) in random_case(), response in prop::sample::select(vec!["table", "rotor"]), omega_power in 0..3_i32) {
+    fn limit_no_peak_is_missed(
+        (coordinates, nut) in random_case(),
+        response in prop::sample::select(vec!["table", "rotor"]),
+        omega_power in 0..3_i32,
+    ) {
         let config = config("configs/tian.toml");
         let point = |name: &str| config.machine.point(name).unwrap();
         let structure = Arc::new(Structure::new(&config.machine, point(response), point("table"), Rods::Exact).unwrap());
         let (mut network, mut work) = (structure.network(), structure.workspace());
-        network.update(&config.machine, &values(&config.machine, &places), &Operating::at_nut(nut));
+        network.update(&config.machine, &values(&config.machine, &coordinates), &Operating::at_nut(nut));
         let found = peaks(&network, PeakSearch { omega_power, ..SEARCH }, &mut work);
         let mut size = |f: f64| {
             let omega = std::f64::consts::TAU * f;
@@ -61,7 +66,7 @@ proptest! {
                 // The scan is too coarse for deep valleys.
                 let (peak, valley) = (peak.unwrap(), scan[i] / prominence(&scan, i));
                 let ours = peak.amplitude / peak.prominence;
-                prop_assert!(peak.prominence > 20.0 || (ours / valley - 1.0).abs() < 0.03, "valley beside {f} Hz: {ours} against {valley}");
+                prop_assert!(peak.prominence > 20.0 || (ours / valley - 1.0).abs() < 0.03, "valley next to {f} Hz: {ours} against {valley}");
             }
         }
         for peak in &found {
@@ -70,12 +75,12 @@ proptest! {
         }
     }
 
-    /// A driving point of a passive structure: Im H ≤ 0; and reciprocity of the transfer functions.
+    /// Driving points of a passive structure have Im H ≤ 0, and its transfer functions are reciprocal.
     #[test]
-    fn limit_passive_and_reciprocal((places, nut) in random_case(), f in 1.0..2000.0_f64) {
+    fn limit_passive_and_reciprocal((coordinates, nut) in random_case(), f in 1.0..2000.0_f64) {
         let config = config("configs/tian.toml");
         let machine = &config.machine;
-        let numbers = values(machine, &places);
+        let numbers = values(machine, &coordinates);
         let at = |response: &str, excitation: &str| {
             let (r, e) = (machine.point(response).unwrap(), machine.point(excitation).unwrap());
             let structure = std::sync::Arc::new(jointid::model::Structure::new(machine, r, e, Rods::Exact).unwrap());
@@ -86,18 +91,18 @@ proptest! {
         for point in ["table", "rotor", "screw", "left"] {
             prop_assert!(at(point, point).im <= 0.0, "{point}");
         }
-        let (there, back) = (at("table", "rotor"), at("rotor", "table"));
-        prop_assert!((there - back).norm() <= 1e-10 * there.norm());
+        let (forward, reverse) = (at("table", "rotor"), at("rotor", "table"));
+        prop_assert!((forward - reverse).norm() <= 1e-10 * forward.norm());
     }
 
     /// Stiffer joints never lower an undamped natural frequency.
     #[test]
-    fn limit_frequencies_rise_with_stiffness((places, nut) in random_case(), which in 0..4_usize) {
+    fn limit_frequencies_rise_with_stiffness((coordinates, nut) in random_case(), which in 0..4_usize) {
         let config = config("configs/tian.toml");
         let machine = &config.machine;
         let structure = table_structure(machine, Rods::Exact);
         let (mut network, mut work) = (structure.network(), structure.workspace());
-        let mut numbers = values(machine, &places);
+        let mut numbers = values(machine, &coordinates);
         let count = |network: &jointid::model::AssembledModel, work: &mut _| -> Vec<usize> {
             (1..100).map(|i| network.modes_below(63.1 * f64::from(i), work)).collect()
         };
@@ -110,31 +115,31 @@ proptest! {
         prop_assert!(before.iter().zip(&after).all(|(b, a)| a <= b), "{before:?} {after:?}");
     }
 
-    /// With a nut that has no lead, bearings swapped and the nut mirrored, the screw answers alike.
+    /// With a nut without lead, swapped bearings and a mirrored nut position give the same receptance.
     #[test]
-    fn limit_mirror_symmetry_of_the_axial_screw((places, nut) in random_case(), f in 1.0..2000.0_f64) {
+    fn limit_mirror_symmetry_of_the_axial_screw((coordinates, nut) in random_case(), f in 1.0..2000.0_f64) {
         let config = config("configs/tian.toml");
         let mut machine = config.machine.clone();
-        // The nut without its lead: axial and torsional chains come apart.
+        // Without the lead, axial and torsional chains are uncoupled.
         let nut_joint = machine.joints.iter().position(|j| j.name == "nut").unwrap();
         machine.joints[nut_joint].on.truncate(2);
-        let mut numbers = values(&machine, &places);
+        let mut numbers = values(&machine, &coordinates);
         let structure = table_structure(&machine, Rods::Exact);
         let (mut network, mut work) = (structure.network(), structure.workspace());
         network.update(&machine, &numbers, &Operating::at_nut(nut));
-        let here = network.at(std::f64::consts::TAU * f, &mut work).receptance;
+        let original = network.at(std::f64::consts::TAU * f, &mut work).receptance;
         for (a, b) in [("k_al", "k_ar"), ("c_al", "c_ar")] {
             numbers.swap(machine.parameter(a).unwrap(), machine.parameter(b).unwrap());
         }
         network.update(&machine, &numbers, &Operating::at_nut(2.6 - nut));
         let mirrored = network.at(std::f64::consts::TAU * f, &mut work).receptance;
-        prop_assert!((here - mirrored).norm() <= 1e-9 * here.norm(), "{here} {mirrored}");
+        prop_assert!((original - mirrored).norm() <= 1e-9 * original.norm(), "{original} {mirrored}");
     }
 }
 
 /// With Tab. 3 and the rotor free, the damped bench has one peak below 1 kHz at l1.
 #[test]
-fn published_joint_values_leave_one_peak() {
+fn published_joint_values_give_one_peak() {
     let config = config("configs/tian-as-published.toml");
     let structure = table_structure(&config.machine, Rods::Exact);
     let mut network = structure.network();

@@ -1,11 +1,11 @@
-//! Every reader on the seeds of its fuzzing, on every input that broke one, and on millions bent from them.
+//! Every reader on its fuzzing seeds, on every input that made one fail, and on millions of mutated inputs.
 //!
 //! ```sh
 //! JOINTID_STUDY=full cargo test --test main ten_million -- --ignored --nocapture
 //! ```
 //!
-//! bends seeds without a look at what they reach; `tests/fuzz` does look, and what it collects in `tests/fuzz/corpus/READER` (not kept) is bent
-//! as well where it is there.
+//! mutates seeds without coverage feedback. `tests/fuzz` uses coverage; its corpus in `tests/fuzz/corpus/READER` (not under version control) is
+//! mutated as well, if present.
 
 use std::fs;
 use std::panic::catch_unwind;
@@ -18,7 +18,7 @@ use crate::support::Draws;
 #[path = "fuzz/src/readers.rs"]
 mod fuzzed;
 
-/// Files of a folder of `tests/fuzz`, in the order of their names.
+/// Reads the files of a folder of `tests/fuzz`, sorted by name.
 fn files(folder: &str, reader: &str) -> Vec<(String, Vec<u8>)> {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/fuzz").join(folder).join(reader);
     let Ok(entries) = fs::read_dir(path) else { return Vec::new() };
@@ -28,9 +28,9 @@ fn files(folder: &str, reader: &str) -> Vec<(String, Vec<u8>)> {
 }
 
 #[test]
-fn regress_what_broke_a_reader_is_read_or_refused() {
+fn regress_inputs_that_broke_a_reader_are_read_or_refused() {
     for (name, read) in fuzzed::READERS {
-        // The page is drawn of the documents.
+        // The page is made from the documents.
         let seeds = files("seeds", if name == "page" { "documents" } else { name });
         assert!(!seeds.is_empty(), "{name}");
         for (path, bytes) in seeds.into_iter().chain(files("found", name)) {
@@ -40,39 +40,39 @@ fn regress_what_broke_a_reader_is_read_or_refused() {
     }
 }
 
-/// A seed that is refused at once is none.
+/// A seed that its reader refuses is useless for fuzzing.
 #[test]
-fn the_seeds_of_the_fuzzing_are_understood() {
-    for (name, understood) in fuzzed::UNDERSTOOD {
+fn fuzzing_seeds_are_accepted() {
+    for (name, accepts) in fuzzed::ACCEPTANCE {
         for (path, bytes) in files("seeds", name) {
-            assert!(understood(&bytes), "{path}");
+            assert!(accepts(&bytes), "{path}");
         }
     }
 }
 
-/// Every cut of a seed, and every byte of it made another: what a transfer that broke off leaves, or a bad disk.
+/// Seeds truncated at every place and with every byte changed, as after an interrupted transfer or a disk error.
 #[test]
-fn refuse_every_cut_and_bend_of_a_seed_in_peace() {
+fn refuse_truncated_and_changed_seeds_without_panic() {
     for (name, read) in fuzzed::READERS.into_iter().filter(|(name, _)| *name != "page") {
         for (_, bytes) in files("seeds", name) {
             let step = 1 + bytes.len() / 400;
             for at in (0..bytes.len()).step_by(step) {
                 read(&bytes[..at]);
                 for put in [0, b'9', b'-', 0xff] {
-                    let mut bent = bytes.clone();
-                    bent[at] = put;
-                    read(&bent);
+                    let mut mutated = bytes.clone();
+                    mutated[at] = put;
+                    read(&mutated);
                 }
             }
         }
     }
 }
 
-/// Pieces that mean something to one of the readers, and numbers at the ends of their types.
-const PIECES: &str = include_str!("fuzz/words.dict");
+/// Tokens with a meaning to one of the readers, and numbers at the limits of their types.
+const TOKENS: &str = include_str!("fuzz/words.dict");
 
-/// Bends bytes in up to eight places: bits, bytes, numbers, words, lines and pieces of another input taken out, put in, doubled, or cut.
-fn bend(bytes: &mut Vec<u8>, other: &[u8], words: &[Vec<u8>], draws: &mut Draws) {
+/// Mutates bytes in up to eight places: removes, inserts or duplicates bits, bytes, numbers, words, lines and parts of another input, or truncates.
+fn mutate(bytes: &mut Vec<u8>, other: &[u8], words: &[Vec<u8>], draws: &mut Draws) {
     let mut below = |n: usize| ((draws.next() * n as f64) as usize).min(n.saturating_sub(1));
     for _ in 0..=below(8) {
         let at = below(bytes.len() + 1);
@@ -91,7 +91,7 @@ fn bend(bytes: &mut Vec<u8>, other: &[u8], words: &[Vec<u8>], draws: &mut Draws)
                 bytes.splice(place..place, piece);
             }
             4 | 5 => drop(bytes.splice(at..at, words[below(words.len())].iter().copied())),
-            // A number becomes another word, a word another.
+            // Replaces a number or a word by a token.
             6 | 7 => {
                 let word = |b: &u8| b.is_ascii_alphanumeric() || b"+-._".contains(b);
                 let from = bytes[..at].iter().rposition(|b| !word(b)).map_or(0, |i| i + 1);
@@ -110,7 +110,7 @@ fn bend(bytes: &mut Vec<u8>, other: &[u8], words: &[Vec<u8>], draws: &mut Draws)
                 bytes.splice(at..to, piece);
             }
             11 if below(8) == 0 => bytes.truncate(at),
-            // Brackets in brackets.
+            // Nested brackets.
             _ if below(50) == 0 => drop(bytes.splice(at..at, [b'[', b'{', b'('][below(3)..][..1].repeat(1 + below(3000)))),
             _ => {}
         }
@@ -118,11 +118,11 @@ fn bend(bytes: &mut Vec<u8>, other: &[u8], words: &[Vec<u8>], draws: &mut Draws)
     bytes.truncate(20_000);
 }
 
-/// Bends seeds `count` times and reads each; a panic, or more than a second, is told with the input that did it.
-fn read_bent(name: &str, count: u64) {
+/// Mutates seeds `count` times and reads each result. Reports a panic, or a reading time above a second, with the input that causes it.
+fn read_mutated(name: &str, count: u64) {
     let (_, read) = fuzzed::READERS.into_iter().find(|(reader, _)| *reader == name).unwrap();
     let begun = Instant::now();
-    let words: Vec<Vec<u8>> = PIECES.lines().map(|w| w.trim_matches('"').replace("\\x0A", "\n").into_bytes()).collect();
+    let words: Vec<Vec<u8>> = TOKENS.lines().map(|w| w.trim_matches('"').replace("\\x0A", "\n").into_bytes()).collect();
     let kept = if name == "page" { "documents" } else { name };
     let seeds: Vec<Vec<u8>> = ["seeds", "corpus"].iter().flat_map(|folder| files(folder, kept)).map(|f| f.1).collect();
     let next = AtomicU64::new(0);
@@ -138,8 +138,8 @@ fn read_bent(name: &str, count: u64) {
                 for at in 0..1000 {
                     let mut pick = || &seeds[(draws.next() * seeds.len() as f64) as usize % seeds.len()];
                     let (mut bytes, other) = (pick().clone(), pick());
-                    bend(&mut bytes, other, &words, &mut draws);
-                    // A slow one is slow each time, not once, when the machine was busy.
+                    mutate(&mut bytes, other, &words, &mut draws);
+                    // A slow input is slow each time; a single slow reading may be due to a busy machine.
                     let quick = || {
                         let start = Instant::now();
                         catch_unwind(|| read(&bytes)).map(|()| start.elapsed() < Duration::from_secs(1))
@@ -148,7 +148,7 @@ fn read_bent(name: &str, count: u64) {
                     if !matches!(fine, Some(Ok(true))) {
                         let path = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("{name}-{block}-{at}"));
                         fs::write(&path, &bytes).unwrap();
-                        panic!("{name}: panics, or takes more than a second, at the input kept in {}", path.display());
+                        panic!("{name}: panics or takes more than a second; its input is in {}", path.display());
                     }
                 }
             }
@@ -157,18 +157,18 @@ fn read_bent(name: &str, count: u64) {
     });
     let peak = fs::read_to_string("/proc/self/status").unwrap_or_default();
     let peak = peak.lines().find(|l| l.starts_with("VmHWM")).unwrap_or("").split_whitespace().collect::<Vec<_>>().join(" ");
-    println!("{name}: {count} inputs bent from {} in {:.0} s, {peak}", seeds.len(), begun.elapsed().as_secs_f64());
+    println!("{name}: {count} inputs mutated from {} seeds in {:.0} s, {peak}", seeds.len(), begun.elapsed().as_secs_f64());
 }
 
 #[test]
-fn refuse_thousands_of_bent_inputs_in_peace() {
-    ["machine", "set", "tables", "universal", "documents"].into_iter().for_each(|name| read_bent(name, 4000));
+fn refuse_thousands_of_mutated_inputs_without_panic() {
+    ["machine", "set", "tables", "universal", "documents"].into_iter().for_each(|name| read_mutated(name, 4000));
 }
 
 #[test]
 #[ignore = "second tier: a hundred thousand inputs of each reader, ten million in a study"]
-fn ten_million_bent_inputs_of_each_reader() {
+fn ten_million_mutated_inputs_of_each_reader() {
     let count = test_data::draws(100_000, 10_000_000);
-    ["machine", "set", "tables", "universal", "documents"].into_iter().for_each(|name| read_bent(name, count));
-    read_bent("page", count / 100);
+    ["machine", "set", "tables", "universal", "documents"].into_iter().for_each(|name| read_mutated(name, count));
+    read_mutated("page", count / 100);
 }

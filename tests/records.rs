@@ -1,4 +1,4 @@
-//! Sets of FRFs through the command: real records, splits, plans, and what is refused.
+//! Sets of FRFs through the commands: real records, splits, plans, refused input.
 
 use std::fmt::Write as _;
 use std::fs;
@@ -27,12 +27,12 @@ fn refused(arguments: &[&str], expected: &[&str]) {
     assert_eq!(message.trim().lines().count(), 1, "{message}");
 }
 
-/// The real bench with two inertias, if it is there.
+/// Returns the folder of the real bench with two inertias, if present.
 fn two_inertia() -> Option<PathBuf> {
     test_data::shared("realdata/two-inertia-bench")
 }
 
-/// Frequencies, ratio of inertia and delay of the real bench, from either record.
+/// Frequencies, inertia ratio and delay of the real bench, from either record.
 #[test]
 fn published_two_inertia_bench() {
     let Some(folder) = two_inertia() else { return };
@@ -50,28 +50,28 @@ fn published_two_inertia_bench() {
     let second = json(&[&arguments[..], &["--positions", "multisine-b"]].concat());
     for (name, expected) in [("antiresonance_hz", 54.0), ("resonance_hz", 76.2), ("inertia_ratio", 0.995)] {
         assert!((of(&second, name) / expected - 1.0).abs() < 0.01, "{name}: {}", of(&second, name));
-        // Each record's interval holds what the other one gives.
+        // Each record's interval contains the other record's estimate.
         for (one, other) in [(&first, &second), (&second, &first)] {
             let interval = &one["derived_interval95"][name];
             let (low, high) = (interval[0].as_f64().unwrap(), interval[1].as_f64().unwrap());
             assert!((low..=high).contains(&of(other, name)), "{name}: {low} to {high}");
         }
     }
-    // Holding out a record is naming the other.
+    // Holding out one record equals naming the other.
     let held = json(&[&arguments[..], &["--hold-out", "multisine-b"]].concat());
     assert_eq!(held["parameters"], first["parameters"]);
-    // Without its delay the machine cannot follow the phase.
+    // Without its delay the machine cannot reproduce the phase.
     let without = json(&[&arguments[..], &["--without", "measurement-delay"]].concat());
     assert!(of(&without, "gap_held_out") > 1.5 * of(&first, "gap_held_out"));
 }
 
-/// A set of FRFs of the bench, written as CSV by the command itself; `lines` as from,to,step.
+/// Writes a set of FRFs of the bench, simulated by the command; `lines` are from, to, step (Hz).
 fn bench_set(lines: [&str; 3], change: impl Fn(&str, &str) -> String) -> tempfile::TempDir {
     let folder = tempfile::tempdir().unwrap();
     let [from, to, step] = lines;
     let out = output(&["simulate", "frf", "--position", "l1,l3,l5", "--from-hz", from, "--to-hz", to, "--step-hz", step]);
     let text = String::from_utf8(out.stdout).unwrap();
-    let mut manifest = String::from("title = \"made\"\nquantity = \"receptance\"\nresponse = \"table\"\nexcitation = \"table\"\n");
+    let mut manifest = String::from("title = \"simulated\"\nquantity = \"receptance\"\nresponse = \"table\"\nexcitation = \"table\"\n");
     for (name, nut) in [("l1", 0.6), ("l3", 1.0), ("l5", 1.6)] {
         let _ =
             write!(manifest, "[[position]]\nname = \"{name}\"\nnut_m = {nut:?}\n[[frf]]\nposition = \"{name}\"\nfile = \"{name}.csv\"\n");
@@ -86,9 +86,9 @@ fn bench_set(lines: [&str; 3], change: impl Fn(&str, &str) -> String) -> tempfil
     folder
 }
 
-/// What the command simulates it identifies again, from a far start, to its own numbers; everything fitted, each position left out once.
+/// Identification from simulated FRFs recovers their parameters. With all positions fitted, each is left out once.
 #[test]
-fn limit_own_frfs_give_back_their_parameters() {
+fn limit_simulated_frfs_give_back_their_parameters() {
     let folder = bench_set(["6", "900", "3"], |_, text| text.to_string());
     let document = json(&["identify", "--measurements", folder.path().to_str().unwrap(), "--repeats", "1", "--tolerances", "none"]);
     for (id, value) in [("k_al", 5e7), ("k_ar", 5e7), ("k_n", 7e8), ("k_m", 3e3), ("c_n", 1e5), ("c_m", 0.1)] {
@@ -101,7 +101,7 @@ fn limit_own_frfs_give_back_their_parameters() {
     assert!(shares.clone().count() == 3 && shares.fold(1.0, f64::min) == 1.0);
 }
 
-/// Twenty choices of three positions; the split of the bench among them; more data leave less open.
+/// Twenty choices of three positions include the split of the bench. More data reduce the score, i.e. the uncertainty.
 #[test]
 fn plan_ranks_the_subsets_of_the_bench() {
     let plan = json(&["plan", "--set", "parameter.k_m.start=400", "--set", "parameter.k_al.start=4e7"]);
@@ -118,7 +118,7 @@ fn plan_ranks_the_subsets_of_the_bench() {
     refused(&["plan", "--data", "frf", "--channels", "table"], &["--channels table", "RESPONSE/EXCITATION"]);
 }
 
-/// The six natural frequencies of a real beam, in all three of its FRFs, and no other peak taken for a mode.
+/// The six natural frequencies of a real beam are found in all three of its FRFs, and no other peak is reported as a mode.
 #[test]
 fn published_frequencies_of_a_beam() {
     let Some(file) = test_data::shared("realdata/uff/measurement.uff") else { return };
@@ -144,9 +144,9 @@ fn published_frequencies_of_a_beam() {
     assert!(csv.starts_with("position,order,frequency_hz,amplitude\n"), "{csv}");
 }
 
-/// Peaks taken from FRFs of the bench are those of the model, and identify as modes what the FRFs were made of.
+/// Peaks extracted from simulated FRFs of the bench agree with the model's modes.
 #[test]
-fn limit_peaks_of_own_frfs_are_those_of_the_model() {
+fn limit_peaks_of_simulated_frfs_are_those_of_the_model() {
     let folder = bench_set(["5", "900", "0.5"], |_, text| text.to_string());
     let path = folder.path().to_str().unwrap();
     let document = json(&["peaks", "--measurements", path]);
@@ -162,16 +162,16 @@ fn limit_peaks_of_own_frfs_are_those_of_the_model() {
 }
 
 #[test]
-fn refuse_what_cannot_be_fitted() {
-    let none = |name: &str, text: &str| {
-        // Bands that do not meet.
+fn refuse_sets_that_cannot_be_fitted() {
+    let disjoint_bands = |name: &str, text: &str| {
+        // Bands without overlap.
         let keep = |row: &&str| {
             let frequency = row.split(',').next().and_then(|f| f.parse::<f64>().ok());
             frequency.is_none_or(|f| if name == "l1" { f < 100.0 } else { f > 200.0 })
         };
         if name == "manifest" { text.to_string() } else { text.lines().filter(keep).map(|l| format!("{l}\n")).collect() }
     };
-    let folder = bench_set(["6", "300", "6"], none);
+    let folder = bench_set(["6", "300", "6"], disjoint_bands);
     let path = folder.path().to_str().unwrap();
     refused(&["identify", "--measurements", path], &["l1.csv", "l3.csv", "no frequency in common"]);
     let folder = bench_set(["6", "300", "6"], |_, text| text.to_string());
@@ -187,14 +187,14 @@ fn refuse_what_cannot_be_fitted() {
     refused(&["identify", "--objective", "frf"], &["no FRF"]);
     let twice = bench_set(["6", "300", "6"], |name, text| if name == "manifest" { text.replace("l3.csv", "l1.csv") } else { text.into() });
     refused(&["identify", "--measurements", twice.path().to_str().unwrap()], &["l1.csv", "listed twice"]);
-    // Of several overrides the one at fault is named.
+    // Of several overrides the message names the faulty one.
     let message = output(&["simulate", "modes", "--set", "point.table.mass_kg=300", "--set", "parameter.k_n.start=.12"]);
     let message = String::from_utf8_lossy(&message.stderr).to_string();
     assert!(message.contains("k_n") && !message.contains("mass_kg"), "{message}");
     refused(&["validate", "--result", "measurements/tian/modes.csv"], &["modes.csv"]);
 }
 
-/// Records of one position: what was held out is named, and told apart when the result is checked.
+/// Two records of one position: the held-out one is reported by its name, and validation distinguishes it from the other.
 #[test]
 fn records_of_a_position_are_held_out_by_name() {
     let folder = bench_set(["6", "600", "6"], |name, text| {

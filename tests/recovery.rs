@@ -1,4 +1,4 @@
-//! Parameters recovered from another model's data: finite elements with consistent mass, from the middle of nowhere.
+//! Parameters recovered from the data of an independent model: finite elements with consistent mass, from the default start values.
 
 use std::fmt::Write as _;
 use std::path::Path;
@@ -16,12 +16,12 @@ use crate::support::{Draws, POSITIONS, config};
 const TRUTH: Joints = Joints { k_al: 4.1e7, k_ar: 2.7e7, k_n: 7.9e8, k_m: 399.0, c_al: 30.0, c_ar: 30.0, c_n: 4.2e4, c_m: 0.045 };
 const GAIN: f64 = 0.3;
 
-/// Peaks of the finite-element bench at l1, l3, l5, rotor held as the configuration has it.
+/// Returns peaks of the finite-element bench at l1, l3, l5, with the rotor hold of the configuration.
 fn peaks_of(truth: Joints) -> Vec<Vec<Peak>> {
     [0.6, 1.0, 1.6].iter().map(|nut| Bench::new(60, *nut, truth, (1e6, 1.0)).peaks(12.0, 950.0)).collect()
 }
 
-/// A measurement set on disk, as a user would have it.
+/// Writes a measurement set to disk, in a user's form, and reads it.
 fn write_set(folder: &Path, peaks: &[Vec<Peak>], resolution: Option<f64>, scatter: &mut dyn FnMut() -> f64) -> MeasurementSet {
     let mut manifest = String::from(
         "title = \"finite elements\"\nquantity = \"mobility\"\ngain = \"unknown\"\nresponse = \"table\"\nexcitation = \"table\"\nmodes = \"modes.csv\"\n",
@@ -53,37 +53,37 @@ fn error(machine: &Machine, found: &Identification, id: &str, truth: f64) -> f64
     found.values[machine.parameter(id).unwrap()] / truth - 1.0
 }
 
-const SEEN: [(&str, f64); 6] =
+const IDENTIFIABLE: [(&str, f64); 6] =
     [("k_al", TRUTH.k_al), ("k_ar", TRUTH.k_ar), ("k_n", TRUTH.k_n), ("k_m", TRUTH.k_m), ("c_n", TRUTH.c_n), ("c_m", TRUTH.c_m)];
 
 #[test]
-fn recover_what_the_data_see_without_noise() {
+fn recover_identifiable_parameters_without_noise() {
     let config = config("configs/tian.toml");
     let machine = &config.machine;
     let folder = tempfile::tempdir().unwrap();
     let peaks = peaks_of(TRUTH);
     assert!(peaks.iter().all(|p| p.len() == 4), "{peaks:?}");
     let set = write_set(folder.path(), &peaks, None, &mut || 1.0);
-    // The data are as the machine is described: its tolerances leave nothing open.
+    // The data follow the described machine exactly, so no tolerances are fitted.
     let mut plan = IdentificationSettings { tolerances: false, ..IdentificationSettings::default() };
     plan.settings.frequency_model_error = 1e-3;
     plan.settings.amplitude_sd = 0.01;
     let found = run(machine, &set, &plan);
-    for (id, truth) in SEEN {
+    for (id, truth) in IDENTIFIABLE {
         let error = error(machine, &found, id, truth);
         assert!(error.abs() < 0.005, "{id}: {:.3} %", 100.0 * error);
         let estimate = &found.estimates[machine.parameter(id).unwrap()];
         assert_eq!(estimate.identifiable, Some(true), "{id}");
     }
     assert!((found.gain.gain / GAIN - 1.0).abs() < 0.005, "{:?}", found.gain);
-    // With the weights of a real test the bearing dampings are not seen, and said not to be.
+    // With the weights of a real test the bearing dampings are not identifiable, and are reported as such.
     let found = run(machine, &set, &IdentificationSettings { repeats: 1, ..IdentificationSettings::default() });
     for id in ["c_al", "c_ar"] {
         assert_eq!(found.estimates[machine.parameter(id).unwrap()].identifiable, Some(false), "{id}");
     }
 }
 
-/// Median errors of the stiffnesses over `draws` noisy sets whose true stiffnesses vary by `spread` to either side.
+/// Returns the median errors of the stiffnesses over `draws` noisy sets whose true stiffnesses vary by ±`spread` in the logarithm.
 fn median_errors(draws: u64, spread: f64) -> [f64; 4] {
     let config = config("configs/tian.toml");
     let machine = &config.machine;
@@ -109,7 +109,7 @@ fn median_errors(draws: u64, spread: f64) -> [f64; 4] {
     [medians[0], medians[1], medians[2], medians[3]]
 }
 
-/// Rounding to 1 Hz and 5 % amplitude noise, 50 machines in a study.
+/// Frequencies rounded to 1 Hz and 5 % amplitude noise, 50 machines in a study.
 #[test]
 #[ignore = "second tier"]
 fn recover_stiffness_from_rounded_and_noisy_data() {
@@ -117,8 +117,8 @@ fn recover_stiffness_from_rounded_and_noisy_data() {
     assert!(medians.iter().all(|m| *m < 0.03), "{medians:?}");
 }
 
-/// The same for one machine: its first mode, 23.5–23.7 Hz, is rounded to 24 Hz at all three positions, which moves k_m by 2–4 % in
-/// every draw; the other stiffnesses are not biased like this.
+/// For a single machine rounding biases k_m by 2–4 % in every draw, because the first mode, 23.5–23.7 Hz, is rounded to 24 Hz at all three
+/// positions. The other stiffnesses are not biased in this way.
 #[test]
 fn recover_one_machine_as_far_as_rounding_allows() {
     let medians = median_errors(12, 0.0);

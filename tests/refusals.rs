@@ -1,4 +1,4 @@
-//! Bad input: one clear message, exit code 2, nothing written.
+//! Invalid input gives one clear message and exit code 2, and writes no files.
 
 use std::fs;
 use std::path::Path;
@@ -9,7 +9,7 @@ const MANIFEST: &str = "measurements/tian/manifest.toml";
 const MODES: &str = "measurements/tian/modes.csv";
 const CONFIG: &str = "configs/tian.toml";
 
-/// Runs the command; it must fail with 2, say all of `expected` in one line, and leave `out` alone.
+/// Asserts that the command fails with exit code 2, that its one-line message contains all of `expected`, and that it does not create `out`.
 fn refused(arguments: &[&str], expected: &[&str]) {
     let folder = tempfile::tempdir().unwrap();
     let out = folder.path().join("out");
@@ -22,10 +22,10 @@ fn refused(arguments: &[&str], expected: &[&str]) {
     }
     assert_eq!(message.trim().lines().count(), 1, "{message}");
     assert!(!message.contains("Error {") && !message.contains("RUST_BACKTRACE"), "{message}");
-    assert!(!out.exists(), "{arguments:?} left {} behind", out.display());
+    assert!(!out.exists(), "{arguments:?} created {}", out.display());
 }
 
-/// The bench's set with one replacement in one of its files.
+/// Copies the bench's set, with one replacement in one of its files.
 fn set_with(file: &str, find: &str, put: &str) -> tempfile::TempDir {
     let folder = tempfile::tempdir().unwrap();
     for (path, name) in [(MANIFEST, "manifest.toml"), (MODES, "modes.csv"), ("measurements/tian/published.csv", "published.csv")] {
@@ -94,7 +94,7 @@ fn refuse_cells_that_are_no_numbers() {
 }
 
 #[test]
-fn refuse_positions_that_are_not_there() {
+fn refuse_unknown_positions() {
     refused(&["identify", "--positions", "l1,l7"], &["l7", "l1, l2, l3, l4, l5, l6"]);
     refused(&["identify", "--positions", "l1,l1"], &["l1", "twice"]);
     refuse_set("manifest.toml", "name = \"l2\"", "name = \"l1\"", &["manifest.toml", "l1", "twice"]);
@@ -103,7 +103,7 @@ fn refuse_positions_that_are_not_there() {
 }
 
 #[test]
-fn refuse_nothing_observed() {
+fn refuse_sets_without_observations() {
     let folder = tempfile::tempdir().unwrap();
     let at = folder.path();
     fs::write(at.join("manifest.toml"), "title = \"nothing\"\n").unwrap();
@@ -117,7 +117,7 @@ fn refuse_nothing_observed() {
 }
 
 #[test]
-fn refuse_files_that_are_empty_folders_or_missing() {
+fn refuse_files_that_are_empty_or_folders_or_missing() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("machine.toml");
     fs::write(&path, "").unwrap();
@@ -134,7 +134,7 @@ fn refuse_files_that_are_empty_folders_or_missing() {
 }
 
 #[test]
-fn refuse_overrides_that_do_not_fit() {
+fn refuse_invalid_overrides() {
     refused(&["identify", "--set", "parameter.k_x.start=3"], &["--set parameter.k_x.start=3", "k_x", "k_al"]);
     refused(&["identify", "--set", "point.table.mass_kg"], &["--set", "key.path=value"]);
     refused(&["identify", "--set", "point.table.mass=3"], &["--set", "mass"]);
@@ -160,9 +160,9 @@ fn refuse_a_folder_that_cannot_be_written() {
 }
 
 #[test]
-fn refuse_machines_that_have_no_equation() {
+fn refuse_machines_without_an_equation_of_motion() {
     let damper = "[[point]]\nname = \"acc\"\nmotion = \"translation\"\n\n[[joint]]\nname = \"acc\"\nbetween = [\"table\", \"acc\"]\ndamping = 10.0\n\n[[shaft]]";
-    refuse_config("[[shaft]]", damper, &["point.acc.mass_kg", "no joint with a stiffness"]);
+    refuse_config("[[shaft]]", damper, &["point.acc.mass_kg", "nor a joint with a stiffness"]);
     let station = "    { at_m = 1.8 },\n    { at = \"end\"";
     refuse_config("    { at = \"end\"", station, &["l6", "does not keep the order of the stations"]);
     refused(&["identify", "--set", "joint.nut.relaxation_stiffness=0"], &["joint.nut.relaxation_stiffness", "above 0"]);
@@ -170,83 +170,83 @@ fn refuse_machines_that_have_no_equation() {
 }
 
 #[test]
-fn refuse_frequencies_that_cannot_be_meant_and_checks_of_nothing() {
+fn refuse_implausible_frequencies_and_grids() {
     refuse_set("modes.csv", "l1,4,716,", "l1,4,716e6,", &["modes.csv, line 5", "716000000"]);
     refused(&["simulate", "frf", "--step-hz", "1e-300"], &["--step-hz", "more than a million"]);
     refused(&["compare", "--single", "multi"], &["multi"]);
 }
 
-/// A mistake, as one makes it.
-enum Slip {
-    /// In a file of the bench's measurement set: find, put.
+/// A user's mistake.
+enum Mistake {
+    /// In a file of the bench's measurement set: file, text to find, replacement.
     Set(&'static str, &'static str, &'static str),
-    /// In the bench's configuration: find, put.
+    /// In the bench's configuration: text to find, replacement.
     Machine(&'static str, &'static str),
-    /// In the command. `$` stands for a folder of its own, which holds the files given: name, text.
+    /// In the command. `$` stands for a new folder that holds the given files: name, text.
     Command(&'static [&'static str], &'static [(&'static str, &'static str)]),
 }
 
-use Slip::{Command as Typed, Machine, Set};
+use Mistake::{Command as Typed, Machine, Set};
 
 const FRF: &str = "title = \"x\"\nquantity = \"receptance\"\nresponse = \"table\"\nexcitation = \"table\"\n[[position]]\nname = \"l1\"\nnut_m = 0.6\n[[frf]]\nposition = \"l1\"\nfile = \"l1.csv\"\n";
 const BRAKE: &str = "[[effect]]\nid = \"brake\"\ndescription = \"the brake grips\"\n[[effect.joint]]\nname = \"brake\"\nbetween = [\"rotr\", \"ground\"]\nstiffness = 1e4\n\n[[joint]]";
 const HEADED: &str = "frequency_hz,real,imag\n";
 
-/// The mistakes that are likeliest when a machine of one's own is described, measured and identified, in the order of the work.
-const MISTAKES: [(&str, Slip); 37] = [
-    ("`init` where something is already", Typed(&["init", "$"], &[("machine.toml", "mine")])),
-    ("a `nan` is left in the machine", Machine("mass_kg = 272.0", "mass_kg = nan")),
-    ("a comma for the decimal point", Machine("mass_kg = 272.0", "mass_kg = 272,0")),
+/// The most likely mistakes in describing, measuring and identifying a machine, in the order of work.
+const MISTAKES: [(&str, Mistake); 37] = [
+    ("`init` in a folder with a machine", Typed(&["init", "$"], &[("machine.toml", "mine")])),
+    ("a `nan` left in the machine", Machine("mass_kg = 272.0", "mass_kg = nan")),
+    ("a decimal comma", Machine("mass_kg = 272.0", "mass_kg = 272,0")),
     ("a key is misspelt", Machine("length_m = 2.6", "lenght_m = 2.6")),
     ("a key is missing", Machine("lower = 5e6\n", "")),
     ("a mass of zero", Machine("mass_kg = 272.0", "mass_kg = 0.0")),
-    ("a joint names a parameter that is not there", Machine("stiffness = \"k_al\"", "stiffness = \"k_la\"")),
-    ("a joint names a point that is not there", Machine("between = [\"left\", \"ground\"]", "between = [\"lft\", \"ground\"]")),
+    ("a joint with an unknown parameter", Machine("stiffness = \"k_al\"", "stiffness = \"k_la\"")),
+    ("a joint at an unknown point", Machine("between = [\"left\", \"ground\"]", "between = [\"lft\", \"ground\"]")),
     ("an effect is misspelt", Machine("effects = [\"rotor-hold\"]", "effects = [\"rotor-hlod\"]")),
-    ("an effect of one's own acts at a point that is not there", Machine("[[joint]]", BRAKE)),
-    ("a range ends below its beginning", Machine("upper = 5e8", "upper = 5e6")),
-    ("the start lies outside the range", Machine("start = 5e7", "start = 5e9")),
+    ("an own effect at an unknown point", Machine("[[joint]]", BRAKE)),
+    ("an empty range", Machine("upper = 5e8", "upper = 5e6")),
+    ("a start value outside the range", Machine("start = 5e7", "start = 5e9")),
     ("the nut's position in mm", Set("manifest.toml", "nut_m = 0.6", "nut_m = 600")),
     ("the nut's position is not filled in", Set("manifest.toml", "nut_m = 0.6", "nut_m = nan")),
     ("no quantity", Set("manifest.toml", "quantity = \"mobility\"\n", "")),
-    ("a quantity of another name", Set("manifest.toml", "\"mobility\"", "\"velocity\"")),
-    ("an accelerometer at a point that the machine has not", Set("manifest.toml", "response = \"table\"", "response = \"spindle\"")),
+    ("an unknown quantity", Set("manifest.toml", "\"mobility\"", "\"velocity\"")),
+    ("an accelerometer at an unknown point", Set("manifest.toml", "response = \"table\"", "response = \"spindle\"")),
     ("a position twice", Set("manifest.toml", "name = \"l2\"", "name = \"l1\"")),
-    ("a split that names no position", Set("manifest.toml", "fit = [\"l1\", \"l3\", \"l5\"]", "fit = [\"l1\", \"l8\"]")),
-    ("a comma for the decimal point in a table", Set("modes.csv", "l1,2,118,", "l1,2,118,2,")),
-    ("a cell that is no number", Set("modes.csv", "l1,2,118,", "l1,2,about 118,")),
+    ("a split with an unknown position", Set("manifest.toml", "fit = [\"l1\", \"l3\", \"l5\"]", "fit = [\"l1\", \"l8\"]")),
+    ("a decimal comma in a table", Set("modes.csv", "l1,2,118,", "l1,2,118,2,")),
+    ("a cell without a number", Set("modes.csv", "l1,2,118,", "l1,2,about 118,")),
     ("a mode twice", Set("modes.csv", "l1,2,118,", "l1,1,118,")),
-    ("a position that the manifest has not", Set("modes.csv", "l1,1,24,", "p1,1,24,")),
-    ("a column of another name", Set("modes.csv", "position,order,frequency_hz", "position,order,frequency")),
+    ("a position missing in the manifest", Set("modes.csv", "l1,1,24,", "p1,1,24,")),
+    ("an unknown column", Set("modes.csv", "position,order,frequency_hz", "position,order,frequency")),
     ("no mode filled in", Typed(&["identify", "--measurements", "$"], &[("manifest.toml", "title = \"x\"\n")])),
-    ("an FRF file that is not there", Typed(&["identify", "--measurements", "$"], &[("manifest.toml", FRF)])),
+    ("a missing FRF file", Typed(&["identify", "--measurements", "$"], &[("manifest.toml", FRF)])),
     ("FRFs without numbers", Typed(&["identify", "--measurements", "$"], &[("manifest.toml", FRF), ("l1.csv", HEADED)])),
     (
         "a table imported without its quantity",
         Typed(&["import", "$/tap.csv", "--out", "$/set"], &[("tap.csv", "frequency_hz,real,imag\n10,1e-8,0\n11,1e-8,0\n")]),
     ),
     (
-        "a semicolon between columns, as some spreadsheets write",
+        "semicolons between columns, as written by some spreadsheets",
         Typed(
             &["import", "$/tap.csv", "--quantity", "receptance", "--out", "$/set"],
             &[("tap.csv", "frequency_hz;real;imag\n10,0;1e-8;0\n")],
         ),
     ),
     ("the manifest instead of its folder", Typed(&["identify", "--measurements", "$/manifest.toml"], &[("manifest.toml", FRF)])),
-    ("a file that is not there", Typed(&["identify", "--config", "nowhere.toml"], &[])),
+    ("a missing file", Typed(&["identify", "--config", "nowhere.toml"], &[])),
     ("`--positions` of another set", Typed(&["identify", "--positions", "p1,p2"], &[])),
-    ("`--freeze` of what is no parameter", Typed(&["identify", "--freeze", "k_nut"], &[])),
-    ("`--set` of a key that is not there", Typed(&["identify", "--set", "point.table.mass=300"], &[])),
+    ("`--freeze` of an unknown parameter", Typed(&["identify", "--freeze", "k_nut"], &[])),
+    ("`--set` of an unknown key", Typed(&["identify", "--set", "point.table.mass=300"], &[])),
     ("`validate` before `identify`", Typed(&["validate", "--result", "$/identification.json"], &[])),
     ("a diagnosis at one position", Typed(&["diagnose", "--positions", "l1"], &[])),
     ("a report of an empty folder", Typed(&["report", "$"], &[])),
 ];
 
-/// The message that a mistake gives, without the folder of the test.
-fn message(slip: &Slip) -> String {
+/// Returns the message that a mistake gives, without the path of the test's folder.
+fn message(mistake: &Mistake) -> String {
     let folder = tempfile::tempdir().unwrap();
     let at = folder.path().to_str().unwrap();
-    let arguments: Vec<String> = match slip {
+    let arguments: Vec<String> = match mistake {
         Set(file, find, put) => {
             let set = set_with(file, find, put);
             for entry in fs::read_dir(set.path()).unwrap() {
@@ -268,36 +268,36 @@ fn message(slip: &Slip) -> String {
     };
     let before = fs::read_dir(folder.path()).unwrap().count();
     let output = Command::cargo_bin("jointid").unwrap().args(&arguments).output().unwrap();
-    let told = String::from_utf8(output.stderr).unwrap();
-    assert_eq!(output.status.code(), Some(2), "{arguments:?}: {told}");
+    let text = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(output.status.code(), Some(2), "{arguments:?}: {text}");
     assert!(output.stdout.is_empty(), "{arguments:?}");
-    assert_eq!(told.trim().lines().count(), 1, "{arguments:?}: {told}");
+    assert_eq!(text.trim().lines().count(), 1, "{arguments:?}: {text}");
     for form in ["Error {", "Err(", "Some(", "RUST_BACKTRACE", "panicked", "Os {", "{:?}"] {
-        assert!(!told.contains(form), "{arguments:?}: {told}");
+        assert!(!text.contains(form), "{arguments:?}: {text}");
     }
-    assert_eq!(fs::read_dir(folder.path()).unwrap().count(), before, "{arguments:?} left something behind");
-    told.trim().replace(&format!("{at}/"), "").replace(at, "axis")
+    assert_eq!(fs::read_dir(folder.path()).unwrap().count(), before, "{arguments:?} wrote files");
+    text.trim().replace(&format!("{at}/"), "").replace(at, "axis")
 }
 
-/// The table of mistakes in the guide is what the program says.
+/// The table of mistakes in the guide holds the program's messages.
 #[test]
-fn the_likeliest_mistakes_and_what_is_said_of_them() {
+fn the_most_likely_mistakes_and_their_messages() {
     let mut page = String::from(
-        "# What goes wrong, and what is said of it\n\n\
-         The likeliest mistakes, in the order of the work, each with the message it gives. A message stands in one line, names file, line or\n\
-         key, what was found there and what to write instead; the exit code is 2 and nothing is written. This table is made of the tests.\n\n\
+        "# Mistakes and their messages\n\n\
+         The most likely mistakes, in the order of work, each with its message. A message is one line; it names the file, line or key, what was\n\
+         found there and what to write instead. The exit code is 2, and no file is written. The tests generate this table.\n\n\
          | mistake | message |\n|---|---|\n",
     );
-    for (what, slip) in &MISTAKES {
-        // Long lists of what there is are cut, so that the table does not change with each effect of the library.
-        let told = message(slip);
-        let cut: String = if told.chars().count() > 220 { told.chars().take(200).chain([' ', '…']).collect() } else { told };
-        page += &format!("| {what} | `` {} `` |\n", cut.replace('|', "\\|"));
+    for (label, mistake) in &MISTAKES {
+        // Long messages are cut, so that the table does not change with each effect of the library.
+        let text = message(mistake);
+        let cut: String = if text.chars().count() > 220 { text.chars().take(200).chain([' ', '…']).collect() } else { text };
+        page += &format!("| {label} | `` {} `` |\n", cut.replace('|', "\\|"));
     }
     let path = "src/guide/mistakes.md";
     if fs::read_to_string(path).unwrap_or_default() != page {
-        let made = Path::new(env!("CARGO_TARGET_TMPDIR")).join("mistakes.md");
-        fs::write(&made, page).unwrap();
-        panic!("{path} is not what the program says; what it says is in {}", made.display());
+        let expected = Path::new(env!("CARGO_TARGET_TMPDIR")).join("mistakes.md");
+        fs::write(&expected, page).unwrap();
+        panic!("{path} differs from the program's messages; the present table is in {}", expected.display());
     }
 }

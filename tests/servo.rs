@@ -1,4 +1,5 @@
-//! The whole drive: motors with windings, loops by frequency, gains, closed-loop FRFs, circles, network; against closed forms and each other.
+//! The servo drive against closed forms and independent computations: motors with windings, loops in frequency, gains, closed-loop FRFs, circles,
+//! residual network.
 
 use std::f64::consts::TAU;
 use std::sync::Arc;
@@ -34,7 +35,7 @@ fn run(machine: &Machine, course: &Course) -> Trace {
     simulate(machine, &machine.start(), course, &settings, &|| true).unwrap_or_else(|e| panic!("{e}"))
 }
 
-/// A flywheel with a winding; what the course adds is its voltage.
+/// Returns a flywheel on a motor with winding, whose voltage is the signal that the course adds.
 fn flywheel(motor: &str, more: &str) -> String {
     format!(
         "title = \"flywheel\"\n[[point]]\nname = \"rotor\"\nmotion = \"rotation\"\ninertia_kg_m2 = 5e-3\n[[joint]]\nname = \"bearing\"\nbetween = [\"rotor\", \"ground\"]\ndamping = 2e-3\n\
@@ -44,14 +45,14 @@ fn flywheel(motor: &str, more: &str) -> String {
 
 const DIRECT: &str = "[drive.motor]\nresistance_ohm = 0.6\ninductance_h = 4e-3\n";
 
-/// A motor with direct current at a voltage that steps: L·i̇ = u − R·i − k·ω, J·ω̇ = k·i − d·ω, by its two poles.
+/// A DC motor at a voltage step: L·i̇ = u − R·i − k·ω, J·ω̇ = k·i − d·ω, solved by its two poles.
 #[test]
-fn limit_a_motor_at_a_voltage_is_its_closed_form() {
+fn limit_a_motor_at_a_voltage_step_follows_its_closed_form() {
     let machine = machine(&flywheel(DIRECT, ""));
     let (j, d, k, r, l, u) = (5e-3, 2e-3, 0.9, 0.6, 4e-3, 24.0);
     let course = Course { added: vec![u; 400], ..Course::new(1e-3, vec![0.0; 400]) };
     let trace = run(&machine, &course);
-    // ω(t) of two real or complex poles from rest: ω∞·(1 + (s₂·e^{s₁t} − s₁·e^{s₂t})/(s₁ − s₂)).
+    // ω(t) of two real or complex poles from standstill: ω∞·(1 + (s₂·e^{s₁t} − s₁·e^{s₂t})/(s₁ − s₂)).
     let (a, b) = (r / l + d / j, (r * d + k * k) / (l * j));
     let root = Complex64::new(0.25 * a * a - b, 0.0).sqrt();
     let (s1, s2) = (-0.5 * a + root, -0.5 * a - root);
@@ -59,7 +60,7 @@ fn limit_a_motor_at_a_voltage_is_its_closed_form() {
     for pair in trace.samples.windows(2) {
         let t = pair[1].time_s;
         let speed = last * (1.0 + ((s2 * (s1 * t).exp() - s1 * (s2 * t).exp()) / (s1 - s2)).re);
-        // i from the torque that is recorded; ω from the torque balance J·ω̇ + d·ω = k·i.
+        // i from the recorded torque; ω from the torque balance J·ω̇ + d·ω = k·i.
         let slope = last * ((s1 * s2 * ((s1 * t).exp() - (s2 * t).exp())) / (s1 - s2)).re;
         let torque = j * slope + d * speed;
         assert!((pair[1].force - torque).abs() < 1e-9 * k * u / r, "{t}: {} against {torque}", pair[1].force);
@@ -68,9 +69,9 @@ fn limit_a_motor_at_a_voltage_is_its_closed_form() {
     assert!(e.imbalance() < 1e-6 && e.supplied_j > 1.0, "{e:?}");
 }
 
-/// Energy closes with currents in both axes, of unequal inductance, too; what switches gives on average what is averaged.
+/// The energy balance holds with currents in both axes, also with unequal inductances. The switching inverter agrees with the averaged one.
 #[test]
-fn energy_of_windings_closes_and_switching_gives_what_averaging_does() {
+fn the_energy_balance_of_windings_holds_and_switching_agrees_with_averaging() {
     let curve = SCurve { from: 0.0, to: 0.02, velocity: 0.1, acceleration: 2.0, jerk: 100.0 };
     let course = curve.course(1e-3, 0.02, true).unwrap();
     let averaged = run(&embedded("hybrid-axis", &[]), &course);
@@ -80,31 +81,32 @@ fn energy_of_windings_closes_and_switching_gives_what_averaging_does() {
         assert!(trace.complete && e.imbalance() < 1e-6 && e.supplied_j > 0.5, "{e:?}");
         assert!(e.driving_j > 0.0 && e.driving_j <= e.turned_over_j, "{e:?}");
     }
-    // Fast, so that the axes are coupled; the current along d is held at 0 by a weak loop that leaves some.
+    // A fast motion couples the d and q axes; the weak loop of the d current, with reference 0, leaves a residual current.
     let salient = ["drive.motor.inductance_d_h=1.2e-3", "drive.current.gain=4.0"];
     let fast = SCurve { from: 0.0, to: 0.25, velocity: 0.5, acceleration: 6.0, jerk: 300.0 }.course(1e-3, 0.02, false).unwrap();
     let e = run(&embedded("hybrid-axis", &salient), &fast).energy;
     assert!(e.imbalance() < 1e-6 && e.supplied_j > 1.0, "{e:?}");
     let table = averaged.points.iter().position(|p| p == "table").unwrap();
-    let off = averaged.samples.iter().zip(&switching.samples).map(|(a, b)| (a.points[table] - b.points[table]).abs()).fold(0.0, f64::max);
-    // They are not the same, and hardly differ: pulses are placed to 2⁻¹⁰ of a period.
-    assert!(off > 1e-12 && off < 1e-6, "{off:e}");
+    let deviation =
+        averaged.samples.iter().zip(&switching.samples).map(|(a, b)| (a.points[table] - b.points[table]).abs()).fold(0.0, f64::max);
+    // They differ slightly: pulses are placed to 2⁻¹⁰ of a period.
+    assert!(deviation > 1e-12 && deviation < 1e-6, "{deviation:e}");
     let largest = |trace: &Trace| trace.samples.iter().map(|s| s.force.abs()).fold(0.0, f64::max);
     assert!((largest(&averaged) / largest(&switching) - 1.0).abs() < 0.05);
 }
 
-/// Currents and voltages keep to their limits: at a step that asks for more the torque is that of the largest current, or less where the voltage does
-/// not suffice.
+/// Currents and voltages stay within their limits. At a large step the torque is that of the largest current, or less if the voltage does not
+/// suffice.
 #[test]
 fn limit_current_and_voltage_are_kept() {
     let far = Course::new(1e-3, [vec![0.0; 3], vec![0.05; 200]].concat());
     let torque = |set: &[&str]| run(&embedded("hybrid-axis", set), &far).samples.iter().map(|s| s.force).fold(0.0, f64::max);
-    let plain = torque(&[]);
-    // The loop of the current overshoots a little.
-    assert!(plain > 0.95 * 1.018 * 53.0 && plain < 1.1 * 1.018 * 53.0, "{plain}");
+    let nominal = torque(&[]);
+    // The current loop overshoots slightly.
+    assert!(nominal > 0.95 * 1.018 * 53.0 && nominal < 1.1 * 1.018 * 53.0, "{nominal}");
     let weak = torque(&["drive.motor.dc_link_v=40.0"]);
-    assert!(weak < 0.9 * plain, "{weak} of {plain}");
-    // Held fast, u/√3 over the resistance is the most that flows.
+    assert!(weak < 0.9 * nominal, "{weak} of {nominal}");
+    // With a locked rotor the largest current is u/√3 over the resistance.
     let mut held = embedded("hybrid-axis", &["drive.motor.dc_link_v=5.0"]);
     held.points[0].inertia = jointid::machine::Value::number(1e6);
     let most = run(&held, &far).samples.iter().map(|s| s.force).fold(0.0, f64::max);
@@ -112,11 +114,11 @@ fn limit_current_and_voltage_are_kept() {
     assert!((most / limit - 1.0).abs() < 1e-3, "{most} of {limit}");
 }
 
-/// No load, no friction: with loops ever faster the response is that of the second order, ω² = k_v·k_p/m, 2ζω = k_v/m, to first order in their period.
+/// Without load and friction the response converges, at first order in the loops' period, to the second-order system ω² = k_v·k_p/m, 2ζω = k_v/m.
 #[test]
-fn limit_fast_loops_are_of_the_second_order() {
+fn limit_fast_loops_give_a_second_order_response() {
     let (mass, position, velocity): (f64, f64, f64) = (80.0, 60.0, 1.6e4);
-    let off = |period_s: f64| {
+    let deviation = |period_s: f64| {
         let text = format!(
             "title = \"m\"\n[[point]]\nname = \"table\"\nmotion = \"translation\"\nmass_kg = {mass}\n[[joint]]\nname = \"guide\"\nbetween = [\"table\", \"ground\"]\ndamping = 0.0\n\
              [drive]\non = \"table\"\nconstant = 1.0\n[drive.position]\ngain_per_s = {position}\nperiod_s = {period_s}\n[drive.velocity]\nmeasured = \"tachometer\"\ngain = {velocity}\nperiod_s = {period_s}\n"
@@ -131,14 +133,15 @@ fn limit_fast_loops_are_of_the_second_order() {
             .map(|s| (s.position - (1.0 - (-a * s.time_s).exp() * ((wd * s.time_s).cos() + a / wd * (wd * s.time_s).sin()))).abs())
             .fold(0.0, f64::max)
     };
-    let (coarse, fine) = (off(1e-4), off(1e-5));
+    let (coarse, fine) = (deviation(1e-4), deviation(1e-5));
     assert!(fine < 1e-3 && (5.0..20.0).contains(&(coarse / fine)), "{coarse:e} {fine:e}");
 }
 
-/// A sine, simulated, is what the linear loops foretell, up to half the velocity loop's rate: rigid, flexible with direct current, synchronous with
-/// three rates; also with a delay that is no whole period.
+/// The linear loops predict simulated sine responses up to half the velocity loop's rate.
+///
+/// Cases: a rigid axis, a flexible axis with DC motor, the same with a delay of a fractional number of periods, a synchronous axis with three rates.
 #[test]
-fn limit_bode_by_simulation_is_bode_by_linearisation() {
+fn limit_simulated_bode_equals_linearised_bode() {
     let cases: [(&str, &[&str]); 4] = [
         ("emps", &[]),
         ("servo-axis", &["drive.position.encoder_step=0.0"]),
@@ -155,17 +158,17 @@ fn limit_bode_by_simulation_is_bode_by_linearisation() {
             let wanted = (share * nyquist).max(2.0);
             let found = sine_response(&axis, &axis.start(), &loops, (wanted, 1e-5), None, &settings, &|| true).unwrap();
             let (simulated, linear) = (found.ratio.unwrap(), loops.response(found.frequency_hz, None));
-            let off = (simulated / linear).norm() - 1.0;
-            let turned = (simulated / linear).arg().to_degrees();
-            assert!(off.abs() < 1e-3 && turned.abs() < 0.1, "{name} {set:?} at {wanted} Hz: {off:e} {turned:e}°");
+            let deviation = (simulated / linear).norm() - 1.0;
+            let phase_deg = (simulated / linear).arg().to_degrees();
+            assert!(deviation.abs() < 1e-3 && phase_deg.abs() < 0.1, "{name} {set:?} at {wanted} Hz: {deviation:e} {phase_deg:e}°");
         }
     }
 }
 
-/// Poles of the linear loops are where the closed-loop FRF has its peak; at low frequency the hold is G·k_v·k_p·i, and its receptance 1/k.
+/// The closed-loop FRF peaks at a pole of the linear loops. At low frequency the servo impedance is G·k_v·k_p·i, and the receptance its inverse.
 #[test]
-fn limit_closed_loops_hold_like_their_stiffness() {
-    // No integral: a spring at rest. Fast loops, so that nothing is late.
+fn limit_closed_loops_have_their_servo_stiffness() {
+    // Without integral action the drive is a spring at low frequency. Fast loops avoid delays.
     let set = [
         "drive.motor={resistance_ohm=0.4,inductance_h=1e-3}",
         "drive.current={gain=20.0,period_s=1e-5}",
@@ -188,8 +191,8 @@ fn limit_closed_loops_hold_like_their_stiffness() {
         network.sweep(&[omega], &mut structure.workspace())[0]
     };
     let closed = |omega: f64, at: usize| hold.close(omega, at, at, |a, b| open(a, b, omega));
-    let still = closed(TAU * 0.01, motor);
-    assert!((still.norm() * z.norm() - 1.0).abs() < 0.02, "{still} {z}");
+    let low_frequency = closed(TAU * 0.01, motor);
+    assert!((low_frequency.norm() * z.norm() - 1.0).abs() < 0.02, "{low_frequency} {z}");
     let loops = LinearLoops::new(&axis, &values, &SimulationSettings::default()).unwrap();
     let pole = loops
         .poles()
@@ -205,10 +208,10 @@ fn limit_closed_loops_hold_like_their_stiffness() {
     assert!((peak / damped - 1.0).abs() < 0.02, "peak {peak} Hz, pole {damped} Hz, ζ {}", pole.damping_ratio());
 }
 
-/// From command to position by the hold and the receptance of the machine is what the lifted loops give, currents, delay and all three rates included, well
-/// below the position loop's rate.
+/// Well below the position loop's rate, servo impedance and machine receptance give the same response from command to position as the lifted loops.
+/// Currents, delay and all three rates are included.
 #[test]
-fn limit_the_hold_is_what_the_lifted_loops_are_at_low_frequency() {
+fn limit_the_servo_impedance_agrees_with_the_lifted_loops_at_low_frequency() {
     for set in [vec!["drive.position.encoder_step=0.0"], vec!["drive.position.encoder_step=0.0", "drive.delay_s=1.25e-4"]] {
         let axis = smooth(&embedded("hybrid-axis", &set));
         let values = axis.start();
@@ -220,15 +223,15 @@ fn limit_the_hold_is_what_the_lifted_loops_are_at_low_frequency() {
         for hz in [5.0, 20.0, 60.0, 110.0] {
             let h = network.sweep(&[TAU * hz], &mut structure.workspace())[0];
             let z = hold.stiffness(TAU * hz);
-            let told = z[0].1 * h / (1.0 + z.iter().map(|(_, z)| z * h).sum::<Complex64>());
+            let expected = z[0].1 * h / (1.0 + z.iter().map(|(_, z)| z * h).sum::<Complex64>());
             let lifted = loops.response(hz, None);
-            let (off, turned) = ((told / lifted).norm() - 1.0, (told / lifted).arg().to_degrees());
-            assert!(off.abs() < 0.01 && turned.abs() < 1.0, "{set:?} {hz} Hz: {off:e} {turned}°");
+            let (deviation, phase_deg) = ((expected / lifted).norm() - 1.0, (expected / lifted).arg().to_degrees());
+            assert!(deviation.abs() < 0.01 && phase_deg.abs() < 1.0, "{set:?} {hz} Hz: {deviation:e} {phase_deg}°");
         }
     }
 }
 
-/// A servo entered by its gains is the spring and damper they make, also where gains are parameters.
+/// A servo joint given by its gains equals the resulting spring and damper, also if gains are parameters.
 #[test]
 fn limit_a_servo_joint_is_its_spring_and_damper() {
     let text = |hold: &str| {
@@ -252,12 +255,12 @@ fn limit_a_servo_joint_is_its_spring_and_damper() {
     assert!((servo / spring - 1.0).norm() < 1e-12 && (named / spring - 1.0).norm() < 1e-12);
     assert!(
         refused(&text("stiffness = 1.0\nservo = { constant = 1.2, position_gain_per_s = 40.0, velocity_gain = 300.0 }"))
-            .contains("leave those out")
+            .contains("leave those keys out")
     );
 }
 
 #[test]
-fn gains_have_the_cost_of_the_paper() {
+fn gain_study_uses_the_cost_of_the_paper() {
     let axis = embedded("servo-axis", &[]);
     let curve = SCurve { from: 0.0, to: 0.05, velocity: 0.3, acceleration: 5.0, jerk: 200.0 };
     let course = curve.course(1e-3, 0.1, false).unwrap();
@@ -271,13 +274,13 @@ fn gains_have_the_cost_of_the_paper() {
         let cost = r.static_error.unwrap() / e - (1.0 - r.energy_j.unwrap() / energy) - (1.0 - r.time_s.unwrap() / tau);
         assert!((r.cost.unwrap() - cost).abs() < 1e-12 && (-2.0..=1.0).contains(&cost), "{r:?}");
     }
-    // Slower loops come later.
+    // Slower loops take longer.
     assert!(rows[1].time_s.unwrap() > rows[2].time_s.unwrap());
 }
 
-/// Two equal linear axes with a proportional position loop draw a circle that is smaller by 1 − |H|, everywhere alike.
+/// Two equal linear axes with a proportional position loop follow a circle whose radius is smaller by the share 1 − |H|.
 #[test]
-fn limit_two_equal_axes_draw_a_smaller_circle() {
+fn limit_two_equal_axes_follow_a_smaller_circle() {
     let axis = smooth(&embedded("hybrid-axis", &["drive.position.encoder_step=0.0"]));
     let circle = Circle { radius: 0.02, speed_rad_s: 2.0, turns: 1.5, rise_s: 0.5 };
     let [x, y] = circle.courses(1e-3).unwrap();
@@ -286,12 +289,12 @@ fn limit_two_equal_axes_draw_a_smaller_circle() {
     let error = contour_error(&positions(&x), &positions(&y), circle.centre(), circle.radius);
     let loops = LinearLoops::new(&axis, &axis.start(), &SimulationSettings::default()).unwrap();
     let expected = circle.radius * (loops.response(circle.speed_rad_s / TAU, None).norm() - 1.0);
-    let off = error.iter().map(|e| (e - expected).abs()).fold(0.0, f64::max);
-    assert!(expected < -1e-7 && off < 0.02 * expected.abs(), "{expected:e} {off:e}");
+    let deviation = error.iter().map(|e| (e - expected).abs()).fold(0.0, f64::max);
+    assert!(expected < -1e-7 && deviation < 0.02 * expected.abs(), "{expected:e} {deviation:e}");
 }
 
 #[test]
-fn refuse_drives_that_cannot_be() {
+fn refuse_impossible_drives() {
     let with = |motor: &str, more: &str| refused(&flywheel(motor, more));
     let synchronous = format!("{DIRECT}pole_pairs = 4\n");
     assert!(with(&synchronous, "").contains("[drive.current]"));
@@ -318,9 +321,9 @@ fn json(arguments: &[&str]) -> Value {
     serde_json::from_str(&out).unwrap()
 }
 
-/// An unstable setting is told by its pole; a command beyond the stroke by its time; both end with 2.
+/// Unstable settings are refused with the unstable pole, commands beyond the stroke with the limits; both end with exit code 2.
 #[test]
-fn commands_name_what_cannot_be() {
+fn commands_refuse_impossible_requests() {
     let servo = ["--config", "configs/servo-axis.toml"];
     let (code, _, err) = jointid(&[&["simulate", "bode"], &servo[..], &["--set", "drive.velocity.gain=5000.0"]].concat());
     assert!(code == 2 && err.contains("unstable") && err.contains("Hz") && err.contains("damping ratio -0."), "{err}");
@@ -334,7 +337,7 @@ fn commands_name_what_cannot_be() {
     assert!(code == 2 && err.contains("[drive]"), "{err}");
     let (code, _, err) = jointid(&["hybrid", "--config", "configs/hybrid-axis.toml"]);
     assert!(code == 2 && err.contains("[[motion]]"), "{err}");
-    // A motion that leaves its bounds is told with the pole, and ends with 3.
+    // A motion that leaves its bounds is reported with the unstable pole and ends with exit code 3.
     let unstable =
         ["simulate", "motion", "--reference", "s-curve", "--set", "drive.velocity.gain=5000.0", "--set", "drive.motor.dc_link_v=1e9"];
     let (code, _, err) = jointid(&[&unstable, &servo[..]].concat());
@@ -342,7 +345,7 @@ fn commands_name_what_cannot_be() {
 }
 
 #[test]
-fn commands_of_the_drive_fulfil_their_schemas() {
+fn commands_of_the_drive_match_their_schemas() {
     let folder = tempfile::tempdir().unwrap();
     let servo = ["--config", "configs/servo-axis.toml", "--quiet"];
     let calls: [(&str, Vec<&str>); 4] = [
@@ -360,26 +363,26 @@ fn commands_of_the_drive_fulfil_their_schemas() {
         let (code, _, err) = jointid(&[&call[..], &["--out", out.to_str().unwrap()]].concat());
         assert!(code == 0 && out.join(format!("{name}.json")).is_file(), "{err}");
     }
-    // A hold that was identified, told as gains, holds alike.
+    // An identified rotor hold converted to gains has the same stiffness and damping.
     let bench = folder.path().join("bench");
     let bench = bench.to_str().unwrap();
     let (code, _, err) = jointid(&["identify", "--positions", "l1,l3,l5", "--freeze", "k_s,c_s", "--seed", "1", "--quiet", "--out", bench]);
     assert_eq!(code, 0, "{err}");
     let result = format!("{bench}/identification.json");
-    let told = json(&["simulate", "hold", "--result", &result, "--constant", "1.5", "--lead-m", "0.04", "--quiet"]);
-    let gains = &told["gains"];
+    let found = json(&["simulate", "hold", "--result", &result, "--constant", "1.5", "--lead-m", "0.04", "--quiet"]);
+    let gains = &found["gains"];
     let of = |key: &str| gains[key].as_f64().unwrap();
     let i = 0.04 / TAU;
     assert!((1.5 * of("velocity_gain") * i / of("damping") - 1.0).abs() < 1e-9);
     assert!((of("position_gain_per_s") * of("damping") / of("stiffness") - 1.0).abs() < 1e-9);
-    assert!(told["warnings"].as_array().unwrap().iter().any(|w| w.as_str().unwrap().contains("k_s was not identified")));
+    assert!(found["warnings"].as_array().unwrap().iter().any(|w| w.as_str().unwrap().contains("k_s was not identified")));
 }
 
-/// On records of an independent machine the model alone errs by what it lacks, and the network learns most of that from other speeds.
+/// On records of an independent machine the analytical model has errors from missing effects. The network learns most of them from other speeds.
 #[test]
-fn recover_what_can_be_learnt_of_an_independent_machine() {
+fn recover_learnable_residuals_of_an_independent_machine() {
     let folder = tempfile::tempdir().unwrap();
-    let place = |name: &str| folder.path().join(name).to_str().unwrap().to_string();
+    let path = |name: &str| folder.path().join(name).to_str().unwrap().to_string();
     use jointid::reference_simulator::servo::{Axis, Feed, Missing, Sensors, write_sines};
     let feeds: Vec<Feed> = [2000.0, 4000.0, 6000.0].map(|f| Feed { amplitude_m: 0.02, periods: 1, ..Feed::of(f) }).to_vec();
     let write = |name: &str, missing: Missing| {
@@ -387,13 +390,13 @@ fn recover_what_can_be_learnt_of_an_independent_machine() {
         write_sines(folder.path().join(name).as_path(), &axis, &Sensors::default(), &feeds, 3).unwrap();
     };
     write("same", Missing::none());
-    // A shorter travel shows less of a growth: more of it.
+    // A short travel reduces the effect of lead expansion, so the expansion is larger.
     write("other", Missing { growth: 2.5e-4, ..Missing::default() });
     let of = |name: &str| {
         let call = ["hybrid", "--config", "configs/hybrid-axis.toml", "--positions", "F2000,F6000", "--quiet", "--measurements"];
-        json(&[&call[..], &[&place(name)]].concat())
+        json(&[&call[..], &[&path(name)]].concat())
     };
-    let rmse = |found: &Value, what: &str| found["records"]["F4000"][what]["rmse_m"].as_f64().unwrap();
+    let rmse = |found: &Value, model: &str| found["records"]["F4000"][model]["rmse_m"].as_f64().unwrap();
     let same = of("same");
     assert!(rmse(&same, "analytical") < 0.8e-6, "{same}");
     let other = of("other");
@@ -404,10 +407,11 @@ fn recover_what_can_be_learnt_of_an_independent_machine() {
     assert!(jsonschema::is_valid(&schema, &other));
 }
 
-/// Of an independent machine's sines both its lead errors are named and told, though its stiffnesses and its creeping friction cannot be told beside them.
+/// From an independent machine's sines the diagnosis names and estimates lead expansion and periodic lead error. Stiffnesses and presliding
+/// friction are not identifiable together with them.
 #[test]
 #[ignore = "second tier"]
-fn recover_lead_errors_beside_unidentifiable_parameters() {
+fn recover_lead_errors_despite_unidentifiable_parameters() {
     use jointid::reference_simulator::servo::{Axis, Feed, Sensors, write_sines};
     let folder = tempfile::tempdir().unwrap();
     write_sines(folder.path(), &Axis::x(), &Sensors::default(), &[2000.0, 4000.0, 6000.0].map(Feed::of), 1).unwrap();
@@ -426,26 +430,26 @@ fn recover_lead_errors_beside_unidentifiable_parameters() {
     assert!((value("lead_growth") - 50e-6).abs() < 0.5e-6, "{:#}", found["chosen"]);
     let amplitude_m = value("lead_error_cosine").hypot(value("lead_error_sine"));
     assert!((amplitude_m - 0.8e-6).abs() < 0.05e-6, "{:#}", found["chosen"]);
-    // The table's error goes but for a fiftieth; friction about turns is left of the force, which is no noise.
+    // The table's error falls below a fiftieth. The force keeps a residual of friction at reversals, which is not noise.
     let (before, after) = figures(&found)["tracking error of table_m in F4000"];
     assert!(after < 0.02 * before && found["chosen"]["closed"].as_f64().unwrap() > 0.9, "{:#}", found["chosen"]);
 }
 
-/// Figures of a diagnosis in plain units, with the machine as described and with what was chosen.
+/// Returns the headline metrics of a diagnosis, before and after adding the chosen effects.
 fn figures(of: &serde_json::Value) -> std::collections::BTreeMap<String, (f64, f64)> {
     let number = |row: &serde_json::Value, key: &str| row[key].as_f64().unwrap();
     let rows = of["chosen"]["headline_metrics"].as_array().unwrap().iter();
     rows.map(|row| (row["figure"].as_str().unwrap().to_string(), (number(row, "before"), number(row, "after")))).collect()
 }
 
-/// An axis, the column of its table, and samples of its simulation in a millisecond.
+/// Configuration of an axis, column of its table, and simulated samples per millisecond.
 struct Logged(&'static str, &'static str, usize);
 
 const HYBRID: Logged = Logged("configs/hybrid-axis.toml", "table_m", 8);
 const SERVO: Logged = Logged("configs/servo-axis.toml", "slide_m", 4);
 
-/// Records of a simulated axis as a controller keeps them: each millisecond, the torque as its mean over that with noise, readings to 0.1 µm.
-fn logged(folder: &std::path::Path, &Logged(config, table_column, every): &Logged, sets: &[&str]) {
+/// Writes records of a simulated axis as logged by a controller: every millisecond, with the mean torque and noise, and readings to 0.1 µm.
+fn write_logs(folder: &std::path::Path, &Logged(config, table_column, every): &Logged, sets: &[&str]) {
     let references = [
         ("a", "--reference s-curve --travel-m 0.2 --velocity-m-s 0.2 --acceleration-m-s2 2 --and-back"),
         ("b", "--reference sine --amplitude-m 0.05 --frequency-hz 0.4 --periods 3"),
@@ -485,21 +489,21 @@ fn logged(folder: &std::path::Path, &Logged(config, table_column, every): &Logge
     std::fs::write(folder.join("manifest.toml"), manifest).unwrap();
 }
 
-/// What a diagnosis of logged records says; springs that wind up under the same force need not be told apart.
-fn told_of_logs(folder: &std::path::Path, axis: &Logged, more: &[&str]) -> Value {
+/// Diagnoses logged records.
+fn diagnose_logs(folder: &std::path::Path, axis: &Logged, more: &[&str]) -> Value {
     let set = folder.to_str().unwrap();
     json(&[&["diagnose", "--config", axis.0, "--quiet", "--measurements", set], more].concat())
 }
 
-/// Behind a play the table's reading flips with the force: of an axis with more friction the kind and size are named.
+/// Backlash makes the table's position jump when the force reverses; kind and size of the additional friction are identified nevertheless.
 #[test]
 #[ignore = "second tier"]
-fn recover_friction_behind_a_play() {
+fn recover_friction_with_backlash() {
     let of = |effect: &str, sets: &[&str]| {
         let folder = tempfile::tempdir().unwrap();
         let contained = format!(r#"effects=["coulomb-friction","viscous-friction","stribeck-friction","backlash","{effect}"]"#);
-        logged(folder.path(), &HYBRID, &[&[contained.as_str()][..], sets].concat());
-        let found = told_of_logs(folder.path(), &HYBRID, &[]);
+        write_logs(folder.path(), &HYBRID, &[&[contained.as_str()][..], sets].concat());
+        let found = diagnose_logs(folder.path(), &HYBRID, &[]);
         assert_eq!(found["verdict"]["effects"], serde_json::json!([effect]), "{:#}", found["verdict"]);
         let parameters = found["chosen"]["parameters"].clone();
         move |id: &str| parameters[id].as_f64().unwrap()
@@ -510,47 +514,48 @@ fn recover_friction_behind_a_play() {
     assert!((loaded("load_friction_share") - 0.15).abs() < 0.005, "{}", loaded("load_friction_share"));
 }
 
-/// Of records of an axis as described nothing is named; of the same with an effect taken out of the description that one is, and found as large as it was:
-/// crossings of the play are flights, which tell nothing of what winds up, and a fit that went astray without the effect finds back.
+/// On records of an axis as described no effect is named. If the description lacks an effect, the diagnosis names it with its true size.
+///
+/// Backlash crossings carry no information on compliance. A fit without the effect may end far deviation; the fit with it must recover.
 #[test]
 #[ignore = "second tier"]
-fn recover_what_a_description_with_play_leaves_out() {
+fn recover_effects_missing_from_a_description_with_backlash() {
     let folder = tempfile::tempdir().unwrap();
-    logged(folder.path(), &HYBRID, &[]);
-    let none = told_of_logs(folder.path(), &HYBRID, &[]);
+    write_logs(folder.path(), &HYBRID, &[]);
+    let none = diagnose_logs(folder.path(), &HYBRID, &[]);
     assert_eq!(none["verdict"]["kind"], "none", "{:#}", none["verdict"]);
     for (effect, parameter, value, by) in [
         ("backlash", "backlash_width", 17e-6, 1e-6),
         ("stribeck-friction", "stribeck_friction", 60.0, 6.0),
         ("viscous-friction", "viscous_friction", 800.0, 40.0),
     ] {
-        let found = told_of_logs(folder.path(), &HYBRID, &["--without", effect]);
+        let found = diagnose_logs(folder.path(), &HYBRID, &["--without", effect]);
         let named = found["verdict"]["effects"][0].as_str().unwrap_or("nothing");
         assert!(named.split('+').next() == Some(effect), "{:#}", found["verdict"]);
-        let is = found["chosen"]["parameters"][parameter].as_f64().unwrap();
-        assert!((is - value).abs() < by, "{:#}", found["chosen"]);
-        // Most of the gap is closed, or what is left of the force is what the whole description leaves of it.
-        let left = figures(&found).into_iter().filter(|(figure, _)| figure.starts_with("force"));
-        let as_whole = left.into_iter().all(|(figure, (_, after))| after < 1.1 * figures(&none)[&figure].0);
-        assert!(found["chosen"]["closed"].as_f64().unwrap() > 0.8 || as_whole, "{:#}", found["chosen"]);
+        let value_found = found["chosen"]["parameters"][parameter].as_f64().unwrap();
+        assert!((value_found - value).abs() < by, "{:#}", found["chosen"]);
+        // Most of the gap is closed, or the force residual is that of the complete description.
+        let force = figures(&found).into_iter().filter(|(figure, _)| figure.starts_with("force"));
+        let as_complete = force.into_iter().all(|(figure, (_, after))| after < 1.1 * figures(&none)[&figure].0);
+        assert!(found["chosen"]["closed"].as_f64().unwrap() > 0.8 || as_complete, "{:#}", found["chosen"]);
     }
 }
 
-/// Five springs in series wind up under nearly one force: which gives way how far two encoders do not tell, and what else is missing they do.
+/// Five springs in series carry nearly the same force. Two encoders cannot distinguish their compliances, but lead expansion is identifiable.
 #[test]
 #[ignore = "second tier"]
-fn recover_the_lead_behind_springs_in_series() {
+fn recover_lead_expansion_with_springs_in_series() {
     let folder = tempfile::tempdir().unwrap();
-    logged(folder.path(), &SERVO, &[r#"effects=["lead-growth"]"#, "parameter.lead_growth.start=4e-5"]);
-    let found = told_of_logs(folder.path(), &SERVO, &[]);
+    write_logs(folder.path(), &SERVO, &[r#"effects=["lead-growth"]"#, "parameter.lead_growth.start=4e-5"]);
+    let found = diagnose_logs(folder.path(), &SERVO, &[]);
     assert_eq!(found["verdict"]["effects"], serde_json::json!(["lead-growth"]), "{:#}", found["verdict"]);
-    let growth = found["chosen"]["parameters"]["lead_growth"].as_f64().unwrap();
-    assert!((growth - 4e-5).abs() < 0.05e-5 && found["chosen"]["closed"].as_f64().unwrap() > 0.98, "{:#}", found["chosen"]);
+    let expansion = found["chosen"]["parameters"]["lead_growth"].as_f64().unwrap();
+    assert!((expansion - 4e-5).abs() < 0.05e-5 && found["chosen"]["closed"].as_f64().unwrap() > 0.98, "{:#}", found["chosen"]);
 }
 
-/// A rotor that a drive holds with integral action: H = 1/(k·(1 + ω_i/(iω)) + iωc − ω²J), its slope by differences; its matrices are refused.
+/// A rotor held by a drive with integral action: H = 1/(k·(1 + ω_i/(iω)) + iωc − ω²J), its slope by differences. `matrices` refuses it.
 #[test]
-fn limit_a_hold_that_integrates_is_its_closed_form() {
+fn limit_a_hold_with_integral_action_is_its_closed_form() {
     let text = "title = \"held\"\n[[point]]\nname = \"rotor\"\nmotion = \"rotation\"\ninertia_kg_m2 = 5e-3\n[[joint]]\nname = \"hold\"\nbetween = [\"rotor\", \"ground\"]\n\
                 stiffness = 800.0\ndamping = 0.3\nloss_factor = 0.02\nintegral_rate = 25.0\n";
     let machine = machine(text);
@@ -559,14 +564,14 @@ fn limit_a_hold_that_integrates_is_its_closed_form() {
     network.update(&machine, &[], &Operating::default());
     for hz in [2.0, 5.0, 60.0, 400.0] {
         let omega = TAU * hz;
-        // Half of the dispersion of a causal loss.
+        // Half the dispersion of a causal loss.
         let loss = 0.02 * Complex64::new(0.5 * (omega / (TAU * 100.0)).ln() * 2.0 / std::f64::consts::PI, 1.0);
         let closed = 800.0 * (1.0 + loss + Complex64::new(0.0, -25.0 / omega)) + Complex64::new(-omega * omega * 5e-3, omega * 0.3);
         let at = network.at(omega, &mut work);
         assert!((at.receptance * closed - 1.0).norm() < 1e-12, "{hz} Hz");
         let step = 1e-5 * omega;
-        let mut beside = |by: f64| network.receptance(omega + by, &mut work);
-        let slope = (beside(step) - beside(-step)) / (2.0 * step);
+        let mut offset = |by: f64| network.receptance(omega + by, &mut work);
+        let slope = (offset(step) - offset(-step)) / (2.0 * step);
         assert!((at.slope - slope).norm() < 1e-7 * slope.norm(), "{hz} Hz: {} {slope}", at.slope);
     }
     let refusal = matrices(&machine, &[], &Operating::default(), 4).unwrap_err().to_string();

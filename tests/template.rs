@@ -1,10 +1,12 @@
-//! A machine of one's own: begun, filled in, identified; schemas, completions, manual pages.
+//! A user's own machine, from template to identification; schemas, completions, manual pages.
 
 use std::fs;
 use std::path::Path;
 
 use assert_cmd::Command;
 use serde_json::Value;
+
+use crate::support::axis_template::{BENCH, POSITIONS, fill, fill_in_measurements};
 
 fn jointid() -> Command {
     let mut command = Command::cargo_bin("jointid").unwrap();
@@ -18,55 +20,9 @@ fn stderr(arguments: &[&str], folder: &Path) -> String {
     String::from_utf8(output.stderr).unwrap()
 }
 
-/// Replaces the `nan` of each key in turn.
-fn fill(text: &str, values: &[(&str, &str)]) -> String {
-    let mut text = text.to_string();
-    for (key, value) in values {
-        let gap = format!("{key} = nan");
-        assert!(text.contains(&gap), "{key}");
-        text = text.replacen(&gap, &format!("{key} = {value}"), 1);
-    }
-    text
-}
-
-/// The numbers of the published bench, in the order of the empty file.
-const BENCH: [(&str, &str); 6] = [
-    ("mass_kg", "272.0"),
-    ("inertia_kg_m2", "1e-3"),
-    ("inertia_kg_m2", "1e-4"),
-    ("length_m", "2.6"),
-    ("diameter_m", "0.04"),
-    ("lead_m", "0.04"),
-];
-const PLACES: [(&str, &str); 3] = [("nut_m", "0.6"), ("nut_m", "1.0"), ("nut_m", "1.6")];
-
-/// Types positions and modes into the empty set, and lays the FRFs of the same places beside it, one table for each.
-fn fill_in_measurements(folder: &Path) {
-    let manifest = folder.join("axis/measurements/manifest.toml");
-    let text = fs::read_to_string(&manifest).unwrap();
-    if text.contains("nut_m = nan") {
-        fs::write(&manifest, fill(&text, &PLACES)).unwrap();
-    }
-    let measured = [["24,", "118,", "523,", "716,"], ["24,", "116,", "565,", "721,"], ["23,", "113,", "561,", "728,"]];
-    let mut text = String::from("position,order,frequency_hz,amplitude\n");
-    for (position, row) in measured.iter().enumerate() {
-        for (order, cell) in row.iter().enumerate() {
-            text += &format!("p{},{},{cell}\n", position + 1, order + 1);
-        }
-    }
-    fs::write(folder.join("axis/measurements/modes.csv"), text).unwrap();
-    fs::create_dir_all(folder.join("taps")).unwrap();
-    for (at, (_, nut_m)) in PLACES.iter().enumerate() {
-        let frf = ["simulate", "frf", "--nut-m", nut_m, "--from-hz", "5", "--to-hz", "900", "--step-hz", "1", "--quiet"];
-        let text = String::from_utf8(jointid().args(frf).output().unwrap().stdout).unwrap();
-        let lines: String = text.lines().map(|l| format!("{}\n", l.split_once(',').unwrap().1)).collect();
-        fs::write(folder.join(format!("taps/tap-p{}.csv", at + 1)), lines).unwrap();
-    }
-}
-
-/// The published bench typed into the empty files: identified like any other.
+/// The published bench, filled into the template, is identified like any other machine.
 #[test]
-fn a_template_is_refused_by_name_until_it_is_filled_in_and_then_identified() {
+fn a_template_is_refused_until_it_is_filled_in_and_then_identified() {
     let folder = tempfile::tempdir().unwrap();
     jointid().current_dir(folder.path()).args(["init", "axis"]).assert().success();
     let identify =
@@ -74,7 +30,7 @@ fn a_template_is_refused_by_name_until_it_is_filled_in_and_then_identified() {
     let machine = folder.path().join("axis/machine.toml");
     let manifest = folder.path().join("axis/measurements/manifest.toml");
 
-    // As long as there is a gap, one is named.
+    // As long as a value is missing, the message names a missing one.
     let text = fs::read_to_string(&machine).unwrap();
     let values = BENCH;
     for filled in 0..values.len() {
@@ -87,10 +43,10 @@ fn a_template_is_refused_by_name_until_it_is_filled_in_and_then_identified() {
     fs::write(&machine, text).unwrap();
     assert!(stderr(&identify, folder.path()).contains("nut_m"));
     let text = fs::read_to_string(&manifest).unwrap();
-    fs::write(&manifest, fill(&text, &PLACES)).unwrap();
+    fs::write(&manifest, fill(&text, &POSITIONS)).unwrap();
     assert!(stderr(&identify, folder.path()).contains("modes.csv: holds no observation at all"));
 
-    fill_in_measurements(folder.path());
+    fill_in_measurements(&folder.path().join("axis"), &folder.path().join("taps"));
     jointid().current_dir(folder.path()).args(identify).assert().success();
     jointid().current_dir(folder.path()).args(["report", "axis/results"]).assert().success();
     let document: Value =
@@ -104,7 +60,7 @@ fn refuse_to_overwrite_a_template() {
     let folder = tempfile::tempdir().unwrap();
     fs::create_dir_all(folder.path().join("axis/measurements")).unwrap();
     fs::write(folder.path().join("axis/measurements/modes.csv"), "mine").unwrap();
-    assert!(stderr(&["init", "axis"], folder.path()).contains("modes.csv: is there already"));
+    assert!(stderr(&["init", "axis"], folder.path()).contains("modes.csv: already exists"));
     assert!(!folder.path().join("axis/machine.toml").exists());
     assert_eq!(fs::read_to_string(folder.path().join("axis/measurements/modes.csv")).unwrap(), "mine");
 }
@@ -115,9 +71,9 @@ fn schema(name: &str) -> Value {
     serde_json::from_slice(&output.stdout).unwrap()
 }
 
-fn hold(schema: &jsonschema::Validator, instance: &Value, what: &str) {
+fn assert_valid(schema: &jsonschema::Validator, instance: &Value, document: &str) {
     let faults: Vec<String> = schema.iter_errors(instance).map(|e| format!("{}: {e}", e.instance_path())).collect();
-    assert!(faults.is_empty(), "{what}: {faults:#?}");
+    assert!(faults.is_empty(), "{document}: {faults:#?}");
 }
 
 fn toml_as_json(path: &Path) -> Value {
@@ -126,26 +82,26 @@ fn toml_as_json(path: &Path) -> Value {
 }
 
 #[test]
-fn shipped_files_fulfil_their_schemas() {
+fn shipped_files_match_their_schemas() {
     let machine = jsonschema::validator_for(&schema("machine")).unwrap();
     let effects = jsonschema::validator_for(&schema("effects")).unwrap();
     let manifest = jsonschema::validator_for(&schema("manifest")).unwrap();
     let mut seen = 0;
     for entry in fs::read_dir("configs").unwrap() {
         let path = entry.unwrap().path();
-        let which = if path.ends_with("effects.toml") { &effects } else { &machine };
-        hold(which, &toml_as_json(&path), &path.display().to_string());
+        let validator = if path.ends_with("effects.toml") { &effects } else { &machine };
+        assert_valid(validator, &toml_as_json(&path), &path.display().to_string());
         seen += 1;
     }
     for entry in fs::read_dir("measurements").unwrap() {
         let path = entry.unwrap().path().join("manifest.toml");
         if path.exists() {
-            hold(&manifest, &toml_as_json(&path), &path.display().to_string());
+            assert_valid(&manifest, &toml_as_json(&path), &path.display().to_string());
             seen += 1;
         }
     }
     assert!(seen >= 8, "{seen}");
-    // A schema that takes everything would say nothing.
+    // The schemas reject invalid files.
     let mut wrong = toml_as_json(Path::new("configs/tian.toml"));
     wrong["point"][0]["mas_kg"] = 1.0.into();
     assert!(!machine.is_valid(&wrong));
@@ -155,7 +111,7 @@ fn shipped_files_fulfil_their_schemas() {
 }
 
 #[test]
-fn results_fulfil_their_schemas() {
+fn results_match_their_schemas() {
     let folder = tempfile::tempdir().unwrap();
     let out = folder.path().to_str().unwrap();
     let result = folder.path().join("identification.json");
@@ -182,14 +138,14 @@ fn results_fulfil_their_schemas() {
         let path = entry.unwrap().path();
         let name = path.file_stem().unwrap().to_str().unwrap().to_string();
         let document: Value = serde_json::from_str(&fs::read_to_string(&path).unwrap()).unwrap();
-        hold(&jsonschema::validator_for(&schema(&name)).unwrap(), &document, &name);
+        assert_valid(&jsonschema::validator_for(&schema(&name)).unwrap(), &document, &name);
         seen += 1;
     }
     assert_eq!(seen, 13);
 }
 
 #[test]
-fn every_schema_that_is_listed_is_one() {
+fn every_listed_schema_is_valid() {
     let output = jointid().args(["schema", "--list"]).output().unwrap();
     let names = String::from_utf8(output.stdout).unwrap();
     assert!(names.lines().count() >= 18);
@@ -200,20 +156,19 @@ fn every_schema_that_is_listed_is_one() {
 }
 
 #[test]
-fn completions_and_manual_know_every_command() {
+fn completions_and_manual_contain_every_command() {
     let help = String::from_utf8(jointid().arg("--help").output().unwrap().stdout).unwrap();
-    let commands: Vec<&str> = help.lines().skip_while(|l| *l != "Commands:").skip(1).take_while(|l| !l.is_empty()).collect();
-    let names: Vec<&str> =
-        commands.iter().filter(|l| l.starts_with("  ") && !l.starts_with("   ")).filter_map(|l| l.split_whitespace().next()).collect();
+    let lists = help.lines().skip_while(|l| *l != "Identify and diagnose:").take_while(|l| *l != "Options:");
+    let names: Vec<&str> = lists.filter(|l| l.starts_with("  ")).filter_map(|l| l.split_whitespace().next()).collect();
     assert!(names.len() > 12, "{help}");
     let bash = String::from_utf8(jointid().args(["completions", "bash"]).output().unwrap().stdout).unwrap();
     let folder = tempfile::tempdir().unwrap();
     jointid().args(["man", "--out"]).arg(folder.path()).assert().success();
-    for name in names.iter().filter(|n| **n != "help") {
+    for name in &names {
         assert!(bash.contains(name), "{name}");
         assert!(folder.path().join(format!("jointid-{name}.1")).exists(), "{name}");
         let help = String::from_utf8(jointid().args([name, "--help"]).output().unwrap().stdout).unwrap();
-        assert!(help.contains("Commands:") || help.contains("Example:\n  jointid "), "{name} has no example");
+        assert!(help.contains("Structure:") || help.contains("Example:\n  jointid "), "{name} has no example");
         for line in help.lines() {
             assert!(line.chars().count() <= 80 || line.starts_with("  jointid"), "{name}: {line}");
         }
@@ -223,100 +178,4 @@ fn completions_and_manual_know_every_command() {
         let help = String::from_utf8(jointid().args(["simulate", name, "--help"]).output().unwrap().stdout).unwrap();
         assert!(help.contains("Example:\n  jointid "), "{name} has no example");
     }
-}
-
-/// Steps of the guide up to whole FRFs: each is one command or one edit, but for the last, which is two.
-fn guide_steps(guide: &str) -> usize {
-    let numbered = |line: &&str| line.strip_prefix("**").and_then(|l| l.split_once(".**")).is_some_and(|(n, _)| n.parse::<u8>().is_ok());
-    guide.lines().filter(numbered).count() + 1
-}
-
-/// Runs the commands of a page in a shell, as they stand there, with what else a test adds to each.
-fn run_page(page: &str, folder: &Path, more: impl Fn(&str) -> &'static str) {
-    let program = assert_cmd::cargo::cargo_bin!("jointid");
-    let path = format!("{}:{}", program.parent().unwrap().display(), std::env::var("PATH").unwrap());
-    let text = fs::read_to_string(page).unwrap();
-    let blocks = text.split("```sh\n").skip(1).map(|b| b.split("```").next().unwrap());
-    let commands: Vec<&str> = blocks.flat_map(str::lines).collect();
-    assert!(commands.len() > 1, "{page}");
-    for command in commands {
-        let line = format!("{command} {}", more(command));
-        let output = std::process::Command::new("sh").args(["-c", &line]).env("PATH", &path).current_dir(folder).output().unwrap();
-        assert!(output.status.success(), "{page}: {line}: {}", String::from_utf8_lossy(&output.stderr));
-    }
-}
-
-fn quickly(command: &str) -> &'static str {
-    match command.split_whitespace().nth(1) {
-        Some("identify") => "--repeats 1",
-        Some("diagnose") => "--no-cache",
-        _ => "",
-    }
-}
-
-/// The page on an effect of one's own, with its effect appended to the bench: the diagnosis names it.
-#[cfg(unix)]
-#[test]
-fn the_effect_of_the_guide_is_found() {
-    let folder = tempfile::tempdir().unwrap();
-    let page = "src/guide/own-effect.md";
-    let text = fs::read_to_string(page).unwrap();
-    let effect = text.split("```toml\n").nth(1).unwrap().split("```").next().unwrap();
-    let bench = fs::read_to_string("configs/tian.toml").unwrap();
-    fs::write(folder.path().join("axis.toml"), format!("{bench}\n{effect}")).unwrap();
-    run_page(page, folder.path(), quickly);
-    let document: Value = serde_json::from_str(&fs::read_to_string(folder.path().join("brake/diagnosis.json")).unwrap()).unwrap();
-    assert_eq!(document["verdict"]["effects"], serde_json::json!(["holding-brake"]), "{}", document["verdict"]);
-    assert!(document["chosen"]["closed"].as_f64().unwrap() > 0.98);
-    // The page draws it over the peaks, before and after.
-    let page = fs::read_to_string(folder.path().join("brake/report.html")).unwrap();
-    assert!(page.contains("id=\"diagnosis-curves\"") && page.contains("with holding-brake"));
-    assert!(!page.contains("is not drawn"));
-}
-
-/// The page on verdicts: its commands, and the verdict it prints.
-#[cfg(unix)]
-#[test]
-fn the_verdict_of_the_guide_is_the_program_s() {
-    let folder = tempfile::tempdir().unwrap();
-    let page = "src/guide/verdicts.md";
-    run_page(page, folder.path(), quickly);
-    let document: Value = serde_json::from_str(&fs::read_to_string(folder.path().join("rotor/diagnosis.json")).unwrap()).unwrap();
-    let text = fs::read_to_string(page).unwrap();
-    assert_eq!(document["verdict"]["kind"], "effect");
-    assert!(text.contains("verdict — effect: rotor-hold") && document["verdict"]["effects"] == serde_json::json!(["rotor-hold"]));
-    let percent = |x: &Value| format!("{:.1} %", 100.0 * x.as_f64().unwrap());
-    assert!(text.contains(&format!("{} before", percent(&document["gap"]["held_out"]))));
-    assert!(text.contains(&format!("{} after", percent(&document["chosen"]["gap_held_out"]))));
-    // Every kind of verdict has its row.
-    for kind in ["none", "effect", "ambiguous", "unknown", "wrong-parameter", "measurement", "insufficient"] {
-        assert!(text.contains(&format!("\n| {kind} |")), "{kind}");
-    }
-}
-
-/// The commands of the guide, in its order, on the published bench typed into the empty files.
-#[test]
-fn the_commands_of_the_guide_run() {
-    let folder = tempfile::tempdir().unwrap();
-    let guide = fs::read_to_string("src/guide/own-machine.md").unwrap();
-    let blocks = guide.split("```sh\n").skip(1).map(|b| b.split("```").next().unwrap());
-    let commands: Vec<&str> = blocks.flat_map(str::lines).collect();
-    assert_eq!(commands.len(), 11);
-    assert!(guide_steps(&guide) <= 12, "commands and edits to an identified machine");
-    let machine = folder.path().join("axis/machine.toml");
-    for command in commands {
-        let mut words: Vec<&str> = command.split_whitespace().collect();
-        assert_eq!(words.remove(0), "jointid");
-        match words[0] {
-            "identify" => words.extend(["--repeats", "1"]),
-            "diagnose" => words.extend(["--nulls", "20", "--no-cache", "--effects", "guide-stiffness,table-mass"]),
-            _ => {}
-        }
-        jointid().current_dir(folder.path()).args(&words).assert().success();
-        if words[0] == "init" {
-            fs::write(&machine, fill(&fs::read_to_string(&machine).unwrap(), &BENCH)).unwrap();
-            fill_in_measurements(folder.path());
-        }
-    }
-    assert!(folder.path().join("axis/frf-results/report.html").exists());
 }

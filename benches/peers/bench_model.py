@@ -1,8 +1,8 @@
-"""The published ball-screw bench (configs/tian.toml) as a NumPy user would write it at best: closed form, ω-terms precomputed.
+"""The published ball-screw bench (configs/tian.toml) in its fastest NumPy form: closed form, precomputed ω-terms.
 
-Sub-structures and joints as in Tian et al., Eq. 1-24, corrected (cot for cos, h_J = 1/(k + iωc)). Eliminating from both ends of the screw inwards
-leaves one rational expression for the table's receptance over itself; written as numerator over denominator it needs a single division,
-whatever the number of joints. Arrays are (member, position, line); one pass handles as many members as suit the cache.
+Substructures and joints as in Tian et al., Eq. 1-24, corrected (cot for cos, h_J = 1/(k + iωc)). Elimination from both ends of the screw inwards
+yields one rational expression for the driving-point receptance of the table. As numerator over denominator it needs a single division,
+whatever the number of joints. Arrays are (member, position, line); one pass handles as many members as fit the cache.
 """
 
 import csv
@@ -14,11 +14,11 @@ import numpy as np
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 MISSING = 0.3  # relative frequency error of a mode without a partner
 FREQUENCY_MODEL_ERROR, AMPLITUDE_SD = 0.01, 0.13
-ZOOM = 9  # points between the neighbours of a grid's maximum
+ZOOM = 9  # points between the neighbours of a maximum of the grid
 
 
 class Bench:
-    """What configs/tian.toml and measurements/tian say."""
+    """Machine and measurements of configs/tian.toml and measurements/tian."""
 
     def __init__(self):
         machine = tomllib.loads((ROOT / "configs/tian.toml").read_text())
@@ -30,13 +30,13 @@ class Bench:
         self.table, self.screw = points["table"]["mass_kg"], points["screw"]["mass_kg"]
         self.rotor, self.left, self.nut = (points[n]["inertia_kg_m2"] for n in ("rotor", "left-angle", "screw-angle"))
         self.lead = next(j for j in machine["joint"] if j["name"] == "nut")["screw"]["lead_m"] / (2 * np.pi)
-        described = dict(sorted(machine["parameter"].items()))  # the order the product has them in
+        described = dict(sorted(machine["parameter"].items()))  # in the order of jointid
         self.start = {name: p["start"] for name, p in described.items()}
         self.range = {name: (p["lower"], p["upper"]) for name, p in described.items()}
         self.free_for_modes = [name for name, p in described.items() if p.get("fit") != "frf"]
         manifest = tomllib.loads((ROOT / "measurements/tian/manifest.toml").read_text())
         self.resolution = manifest["frequency_resolution_hz"]
-        self.least_prominence = manifest["least_prominence"]  # from which a peak should have been seen
+        self.least_prominence = manifest["least_prominence"]  # least prominence of a visible peak
         nuts = {p["name"]: p["nut_m"] for p in manifest["position"]}
         self.fitted = manifest["split"]["fit"]
         self.nuts = np.array([nuts[name] for name in self.fitted])
@@ -45,7 +45,7 @@ class Bench:
         self.measured_hz, self.measured_amplitude = column("frequency_hz"), column("amplitude")
 
     def parameters(self, names, places):
-        """Arrays (member, 1, 1) by name, of places (coordinate, member) in the unit cube; what is not named keeps its start value."""
+        """Returns arrays (member, 1, 1) by name for unit-cube coordinates (coordinate, member); parameters without a name keep their start values."""
         values = dict(self.start)
         for name, unit in zip(names, np.asarray(places)):
             low, high = self.range[name]
@@ -54,7 +54,7 @@ class Bench:
 
 
 class Lines:
-    """The ω-terms of the closed form at some frequencies (1 or position, line) and nut positions (position, 1)."""
+    """ω-terms of the closed form at frequencies (1 or position, line) and nut positions (position, 1)."""
 
     def __init__(self, bench, frequencies_hz, nuts_m):
         omega = 2 * np.pi * frequencies_hz
@@ -62,7 +62,7 @@ class Lines:
         square = omega * omega
 
         def rod(kind, length):
-            """Direct entry and squared cross entry of the dynamic stiffness of a free-free rod."""
+            """Returns the direct entry and the squared cross entry of the dynamic stiffness of a free-free rod."""
             stiffness, slowness = kind
             phase = omega * slowness * length
             sine = np.sin(phase)
@@ -80,14 +80,14 @@ class Lines:
         self.table = -square * bench.table
 
     def fraction(self, p):
-        """Numerator and denominator of the table's receptance."""
+        """Returns numerator and denominator of the table's receptance."""
         i_omega = self.i_omega
         left = (self.left + p["k_al"]) + i_omega * p["c_al"]
         right = (self.right + p["k_ar"]) + i_omega * p["c_ar"]
-        # Axially at the nut: D_ax = ax / ends.
+        # Axial dynamic stiffness at the nut: D_ax = ax / ends.
         ends = left * right
         ax = self.middle * ends - self.left_cross * right - self.right_cross * left
-        # The rotor's spring and damper to the ground; in turn about the nut: D_t = turn / end.
+        # Spring and damper of the rotor to the ground. Torsional dynamic stiffness at the nut: D_t = turn / end.
         rotor = (self.rotor + p["k_s"]) + i_omega * p["c_s"]
         both = rotor + (p["k_m"] + i_omega * p["c_m"])
         end = (self.turn_end + rotor) * both - rotor * rotor
@@ -102,16 +102,16 @@ class Lines:
         return above / below
 
     def mobility_square(self, p):
-        """|iω·H|², without a complex division."""
+        """Returns |iω·H|² without a complex division."""
         above, below = self.fraction(p)
         return self.omega**2 * (above.real**2 + above.imag**2) / (below.real**2 + below.imag**2)
 
 
 class ModeObjective:
-    """The product's default objective on modes: peaks of a grid, paired in order with what was measured, weighted least squares.
+    """The default objective on modes of jointid: peaks on a grid, paired in order with the measured modes, weighted least squares.
 
-    `refined` goes on from the grid's maximum: some points between the two lines beside it, then the vertex of the parabola through 1/|iωH|² at the
-    best three of them (near a resonance it is one, however narrow), and once more through three points closer to that.
+    `refined` refines each maximum of the grid: several points between the two neighbouring lines, then the vertex of the parabola through 1/|iωH|²
+    at the best three of them, then again with three points closer to that vertex. Near a resonance 1/|iωH|² is a parabola, however narrow.
     """
 
     def __init__(self, bench, frequencies_hz, refined=False, chunk=4):
@@ -123,18 +123,18 @@ class ModeObjective:
 
     @staticmethod
     def grid(bench, step_hz=1.0):
-        """Lines over the band that is searched."""
+        """Returns the lines of the search band."""
         low, high = 0.5 * bench.measured_hz.min(), 1.35 * bench.measured_hz.max()
         return np.arange(np.ceil(low / step_hz), np.floor(high / step_hz) + 1) * step_hz
 
     @staticmethod
     def fine_grid(bench, relative=1e-4):
-        """Lines so dense that the nearest lies within a relative distance of any frequency."""
+        """Returns lines so dense that one lies within a relative distance of any frequency."""
         low, high = 0.5 * bench.measured_hz.min(), 1.35 * bench.measured_hz.max()
         return np.geomspace(low, high, int(np.ceil(np.log(high / low) / (2 * relative))) + 1)
 
     def peaks(self, places):
-        """Frequencies, amplitudes and prominences (member, position, peak) in rising frequency; past the last, frequency is infinite."""
+        """Returns frequencies, amplitudes and prominences (member, position, peak) in rising frequency, padded with infinite frequencies."""
         parts = [self._peaks(places[:, i : i + self.chunk]) for i in range(0, places.shape[1], self.chunk)]
         width = max(part[0].shape[2] for part in parts)
         fill = lambda array, value: np.pad(array, ((0, 0), (0, 0), (0, width - array.shape[2])), constant_values=value)
@@ -180,18 +180,18 @@ class ModeObjective:
         points = np.stack([middle - width, middle, middle + width])
         values = inverse(points)
         best = np.clip(_vertex(points, values), points[0] - 2 * width, points[2] + 2 * width)
-        # 1/|iωH|² at the vertex, by the same parabola; so near the points it cannot fall far.
+        # 1/|iωH|² at the vertex by the same parabola, limited because it cannot fall far so close to the points.
         return best, 1 / np.maximum(_parabola(points, values, best), 0.2 * values.min(axis=0))
 
     def at(self, places):
-        """The objective at places (coordinate, member)."""
+        """Computes the objective at unit-cube coordinates (coordinate, member)."""
         frequency, amplitude, prominence = self.peaks(places)
         bench = self.bench
         count, positions, found = frequency.shape
         unexpected = (prominence >= bench.least_prominence) & (frequency >= self.low) & (frequency <= self.high)
         alone = np.where(unexpected, MISSING, 0.0) ** 2
         missing = (MISSING / FREQUENCY_MODEL_ERROR) ** 2
-        # Order-keeping alignment of least summed squares; every state carries: that sum, cost, pairs, Σ ln ratio, Σ (ln ratio)².
+        # Order-preserving pairing with the least sum of squares. Each state holds that sum, cost, pairs, Σ ln ratio, Σ (ln ratio)².
         start = np.zeros((5, count, positions))
         above = [start]
         for j in range(found):
@@ -233,7 +233,7 @@ class ModeObjective:
                 row.append(best)
             above = row
         _, cost, pairs, logs, squares = above[-1].sum(axis=2)
-        # The gain is unknown: the mean logarithm is taken off.
+        # The gain is unknown: subtract the mean logarithm.
         return cost + (squares - logs**2 / np.maximum(pairs, 1)) / AMPLITUDE_SD**2
 
 
@@ -243,7 +243,7 @@ def _divided(x, y):
 
 
 def _vertex(x, y):
-    """Where the parabola through three points is least."""
+    """Returns the minimum of the parabola through three points."""
     first, second = _divided(x, y)
     bends = second > 0
     return np.where(bends, 0.5 * (x[0] + x[1]) - 0.5 * first / np.where(bends, second, 1), x[1])
@@ -255,9 +255,9 @@ def _parabola(x, y, at):
 
 
 class FrfObjective:
-    """χ² of whole FRFs, three positions × 1,000 lines: what the product calls 2 % noise and 1 % model error, measured = the start values' own.
+    """χ² of whole FRFs, three positions × 1,000 lines, with 2 % noise and 1 % model error as weighted by jointid, measured at the start values.
 
-    `noise` is what stands for noise of 2 % in benches/side_by_side.rs, too.
+    `noise` adds a deterministic substitute for noise of 2 %, identical in benches/side_by_side.rs.
     """
 
     def __init__(self, bench, noise=False):
@@ -266,16 +266,16 @@ class FrfObjective:
         self.lines = Lines(bench, np.arange(6.0, 1006.0)[None, :], bench.nuts[:, None])
         self.measured = self.lines.receptance(bench.start)
         if noise:
-            turn = np.arange(self.measured.size, dtype=float).reshape(self.measured.shape) ** 2
-            self.measured = self.measured * (1 + 0.02 * np.cos(turn) + 0.02j * np.sin(1.1 * turn))
+            phase = np.arange(self.measured.size, dtype=float).reshape(self.measured.shape) ** 2
+            self.measured = self.measured * (1 + 0.02 * np.cos(phase) + 0.02j * np.sin(1.1 * phase))
         self.weight = 1 / (0.02**2 / 2 + 0.01**2)
 
     def at(self, place):
-        """At one place: 3,000 lines fit the cache, more would not."""
+        """Computes χ² for one member: 3,000 lines fit the cache, more would not."""
         return self.of(self.bench.parameters(self.names, np.reshape(place, (-1, 1))))
 
     def of(self, parameters):
-        """Of values by name."""
+        """Computes χ² for parameter values by name."""
         above, below = self.lines.fraction(parameters)
         ratio = self.measured * below / above
         # The principal value needs no unwrapping; ln of a real and arctan2 are faster than ln of a complex number.

@@ -1,4 +1,4 @@
-"""The peers' tasks: each is run in a process of its own by side_by_side.py, does its work a number of times, and prints one line of JSON.
+"""Tasks of the peers: side_by_side.py runs each in a process of its own. A task repeats its work and prints one line of JSON.
 
     python benches/peers/tasks.py NAME < arguments.json
 """
@@ -16,7 +16,7 @@ CHUNKS = (1, 2, 4, 8, 16, 32, 120)
 
 
 def timed(work, each=1, least=0.3):
-    """Seconds of one of `each` evaluations in a repetition, of this thread's work and on the wall: means over at least so long."""
+    """Measures mean processor and wall time (s) of one evaluation, `each` of them per repetition, over at least `least` seconds."""
     work()
     repeats, begin, given = 0, time.perf_counter(), time.thread_time()
     while time.perf_counter() - begin < least:
@@ -26,7 +26,7 @@ def timed(work, each=1, least=0.3):
 
 
 def objective(form):
-    """The objective on modes in one of its forms: grid, refined, fine-grid; with the number of members per pass that is fastest here."""
+    """Builds the objective on modes in one of its forms: grid, refined, fine-grid; with the fastest number of members per pass."""
     bench = Bench()
     lines = ModeObjective.fine_grid(bench) if form == "fine-grid" else ModeObjective.grid(bench)
     made = [ModeObjective(bench, lines, form == "refined", chunk) for chunk in (CHUNKS[:3] if form == "fine-grid" else CHUNKS)]
@@ -42,7 +42,7 @@ def receptances(places, parameters):
 
 
 def modes(places, form, peaks=False):
-    """The objective at all places at once, as a vectorised search asks for it."""
+    """Evaluates the objective for all members at once, as a vectorised search does."""
     made, places = objective(form), np.array(places).T
     out = {"costs": made.at(places).tolist(), "lines": len(made.frequencies), **timed(lambda: made.at(places), places.shape[1])}
     if peaks:
@@ -52,7 +52,10 @@ def modes(places, form, peaks=False):
 
 
 def search(form, popsize, generations, seed, threads=1):
-    """SciPy's differential evolution in the unit cube, a generation's members shared among some threads; `nfev` counts calls, so evaluations are counted."""
+    """Runs SciPy's differential evolution in the unit cube, with the members of a generation shared among threads.
+
+    SciPy's `nfev` counts vectorised calls, so evaluations are counted here.
+    """
     from scipy.optimize import differential_evolution
 
     made = objective(form)
@@ -91,7 +94,7 @@ def frf_cost(values):
 
 
 def frf_search(target, generations, seed):
-    """SciPy's differential evolution as it comes, from whole FRFs, until χ² is at most `target` or so many generations are over."""
+    """Runs SciPy's differential evolution with default settings on whole FRFs, until χ² is at most `target` or all generations have run."""
     from scipy.optimize import differential_evolution
 
     made = FrfObjective(Bench(), noise=True)
@@ -103,7 +106,7 @@ def frf_search(target, generations, seed):
 
 
 def substructures(machine):
-    """Receptances of the free sub-structures (line, i, i), the signed Boolean B, and the receptance of each joint in its rows (line, row)."""
+    """Returns receptances of the free substructures (line, i, i), the signed Boolean B, joint receptances (line, row), the table's index."""
     bench = Bench()
     omega = 2 * np.pi * np.arange(6.0, 1006.0)
     nut, p = bench.nuts[1], bench.start
@@ -134,7 +137,7 @@ def substructures(machine):
         s, t = rod(bench.torsional, nut), rod(bench.torsional, bench.length - nut)
         rotor, table = inertia(bench.rotor), inertia(bench.table)
         couple({s[1]: 1, t[0]: -1})
-        # What sits on a rod's end is coupled to the ground through the receptance of its inertia.
+        # An inertia at a rod's end is coupled to the ground through its receptance.
         for at, value in ((a[1], bench.screw), (s[1], bench.nut), (s[0], bench.left)):
             couple({at: 1}, -1 / (value * omega * omega))
         couple({rotor: 1}, spring(p["k_s"], p["c_s"]))
@@ -154,21 +157,21 @@ def substructures(machine):
 
 
 def coupling(machine, form):
-    """LM-FBS, line by line batched: `pinv` as in pyFBS' notebooks, `solve` of the same, `one` entry alone by `solve`."""
+    """Computes LM-FBS, batched over lines: with `pinv` as in pyFBS' notebooks, with `solve`, or `one` entry alone with `solve`."""
     y, b, joints, table = substructures(machine)
     diagonal = joints[:, :, None] * np.eye(joints.shape[1])
 
     def work():
-        gap = b @ y @ b.T + diagonal
+        interface = b @ y @ b.T + diagonal
         match form:
             case "pinv":
-                return (y - y @ b.T @ np.linalg.pinv(gap) @ b @ y)[:, table, table]
+                return (y - y @ b.T @ np.linalg.pinv(interface) @ b @ y)[:, table, table]
             case "solve":
                 by = b @ y
-                return (y - np.swapaxes(by, 1, 2) @ np.linalg.solve(gap, by))[:, table, table]
+                return (y - np.swapaxes(by, 1, 2) @ np.linalg.solve(interface, by))[:, table, table]
             case "one":
                 row = (b @ y[:, :, table].T).T
-                return y[:, table, table] - np.einsum("li,li->l", row, np.linalg.solve(gap, row[:, :, None])[:, :, 0])
+                return y[:, table, table] - np.einsum("li,li->l", row, np.linalg.solve(interface, row[:, :, None])[:, :, 0])
 
     values = work()
     size = {"interface": joints.shape[1], "coordinates": y.shape[1]}
@@ -176,7 +179,7 @@ def coupling(machine, form):
 
 
 def lumped(mass, damping, stiffness, table, form):
-    """The table's receptance from M, C and K: `solve` of the dynamic stiffness line by line, batched, or the `modes` of the state-space form."""
+    """Computes the table's receptance from M, C and K: batched `solve` of the dynamic stiffness, or `modes` of the state-space form."""
     m, c, k = np.array(mass), np.array(damping), np.array(stiffness)
     omega = 2 * np.pi * np.arange(6.0, 1006.0)
     force = np.zeros((len(m), 1))

@@ -1,4 +1,4 @@
-//! Measurement sets for the benches: what a machine of known parameters would show.
+//! Simulated measurement sets for the benches, from a machine with known parameters.
 
 use std::sync::Arc;
 
@@ -7,11 +7,12 @@ use jointid::measurement::{Condition, Frf, FrfLine, FrfNoise, Gain, MeasurementS
 use jointid::model::{Rods, Structure};
 use jointid::unit::omega_rad_s;
 
-/// Receptances of a machine at its start values, without noise but said to have 2 %: one FRF for each nut position, at these frequencies.
-/// `None` stands for a machine without a nut.
+/// Computes receptances of a machine at its start values, one FRF per nut position; `None` for a machine without a nut.
+///
+/// They are free of noise, but state a relative standard deviation of 2 %.
 pub fn simulated_frfs(machine: &Machine, channel: (&str, &str), nuts_m: &[Option<f64>], frequencies_hz: &[f64]) -> MeasurementSet {
-    let index = |name| machine.point(name).expect("a point of the machine");
-    let structure = Arc::new(Structure::new(machine, index(channel.0), index(channel.1), Rods::Exact).expect("points that move"));
+    let index = |name| machine.point(name).expect("the machine has the point");
+    let structure = Arc::new(Structure::new(machine, index(channel.0), index(channel.1), Rods::Exact).expect("the points can move"));
     let (mut network, mut work) = (structure.network(), structure.workspace());
     let mut set = MeasurementSet::none();
     set.gain = Gain::Known(1.0);

@@ -1,4 +1,4 @@
-//! Arguments that several commands have.
+//! Arguments shared by several commands.
 
 use std::path::PathBuf;
 
@@ -7,47 +7,47 @@ use clap::{Args, ValueEnum};
 use dynamics::model::Rods;
 use measurement::Quantity;
 
-/// What is fitted, and what is held out.
+/// Fitted and held-out positions.
 #[derive(Debug, Args)]
 pub struct SplitArguments {
-    /// Positions (or records) to fit; all others are held out
+    /// Positions or records to fit, comma-separated; all others are held out
     #[arg(long, value_name = "NAMES", value_delimiter = ',')]
     pub positions: Option<Vec<String>>,
-    /// Records (or positions) to hold out
+    /// Records or positions to hold out, comma-separated
     #[arg(long, value_name = "NAMES", value_delimiter = ',')]
     pub hold_out: Vec<String>,
 }
 
-/// The machine and its measurements.
+/// Machine and measurements.
 #[derive(Debug, Clone, Args)]
 pub struct Sources {
-    /// Machine configuration (.toml); the published bench by default
+    /// Machine configuration (.toml)
     #[arg(long, value_name = "FILE", default_value = config::BENCH)]
     pub config: String,
-    /// Folder of the measurement set; the published bench by default
+    /// Folder of the measurement set (with manifest.toml)
     #[arg(long, value_name = "DIR", default_value = measurement::BENCH)]
     pub measurements: String,
-    /// Override one key of the configuration, e.g. parameter.k_s.start=1e5
+    /// Override one key of the configuration, such as parameter.k_s.start=1e5; repeatable
     #[arg(long = "set", value_name = "KEY=VALUE")]
     pub set: Vec<String>,
-    /// Take effects out of the machine's description
+    /// Effects to take out of the machine's description, comma-separated
     #[arg(long, value_name = "EFFECTS", value_delimiter = ',')]
     pub without: Vec<String>,
 }
 
-/// How results leave.
+/// Output of results.
 #[derive(Debug, Args)]
 pub struct OutputArguments {
-    /// Print the result document alone, as JSON
+    /// Print only the result document, as JSON
     #[arg(long)]
     pub json: bool,
-    /// Write the result document into this folder
+    /// Folder for the result document; without it nothing is written
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,
-    /// Say nothing but results and errors
+    /// Print only results and errors
     #[arg(short, long, conflicts_with = "verbose")]
     pub quiet: bool,
-    /// Say also what was read, how it was set and how long it took
+    /// Also print inputs, settings, searches and run time
     #[arg(short, long)]
     pub verbose: bool,
 }
@@ -55,42 +55,42 @@ pub struct OutputArguments {
 /// Objectives by name.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub enum ObjectiveName {
-    /// Weighted, on frequencies and ln(amplitude)
+    /// Weighted least squares of frequencies and ln(amplitude)
     LeastSquares,
-    /// Tian et al., Eq. 26, as printed
+    /// Eq. 26 of Tian et al. as printed
     Eq26,
-    /// Weighted, on the frequencies alone
+    /// Weighted least squares of frequencies only
     Frequencies,
-    /// On whole FRFs: complex logarithm of measured over predicted
+    /// Whole FRFs: complex logarithm of measured over predicted
     Frf,
-    /// On motion records: the force that a rigid machine needs for the measured motion
+    /// Motion records: force that the rigid machine needs for the measured motion
     InverseDynamics,
-    /// On motion records: the force of the closed loop, simulated with the command
+    /// Motion records: force of the closed loop, simulated from the command
     OutputError,
 }
 
 /// Models by name.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub enum ModelName {
-    /// Rods by their exact wave solution
+    /// Exact wave solution
     Receptance,
-    /// Rods as chains of springs and masses
+    /// Chains of springs and masses
     Lumped,
 }
 
-/// How rods are represented.
+/// Representation of rods.
 #[derive(Debug, Args)]
 pub struct RodArguments {
-    /// How rods are represented
+    /// Model of the rods
     #[arg(long, value_enum, default_value = "receptance")]
     pub model: ModelName,
-    /// Lumps per rod of the lumped model
+    /// Masses per rod of the lumped model
     #[arg(long, value_name = "N", default_value_t = 40, value_parser = clap::value_parser!(u16).range(1..=500))]
     pub lumps: u16,
 }
 
 impl RodArguments {
-    /// Rods as asked for.
+    /// Returns the requested representation.
     pub fn represent(&self) -> Rods {
         match self.model {
             ModelName::Receptance => Rods::Exact,
@@ -99,51 +99,51 @@ impl RodArguments {
     }
 }
 
-/// What becomes of tolerances.
+/// Treatment of tolerances.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub enum ToleranceName {
-    /// Fitted along with whole FRFs, each with its prior
+    /// Fit them as nuisance parameters, each with its prior
     Fit,
-    /// Held at what is stated
+    /// Hold them at their stated values
     None,
 }
 
-/// How the search is run.
+/// Settings of the search.
 #[derive(Debug, Args)]
 pub struct SearchArguments {
     #[command(flatten)]
     pub rods: RodArguments,
-    /// What is made least; frf where the set has FRFs, inverse-dynamics for motion records, else least-squares
+    /// Objective to minimise; by default frf for FRFs, inverse-dynamics for motion records, else least-squares
     #[arg(long, value_enum)]
     pub objective: Option<ObjectiveName>,
-    /// Relative standard deviation of frequencies that the model causes
+    /// Model error of frequencies, relative standard deviation
     #[arg(long, value_name = "SHARE", default_value_t = 0.01)]
     pub frequency_model_error: f64,
-    /// Standard deviation of ln(amplitude)
+    /// Error of ln(amplitude), standard deviation
     #[arg(long, value_name = "SD", default_value_t = 0.13)]
     pub amplitude_sd: f64,
-    /// Standard deviation of ln H that the model causes, beside the noise
+    /// Model error of ln H in addition to the noise, standard deviation
     #[arg(long, value_name = "SD", default_value_t = 0.01)]
     pub frf_model_error: f64,
-    /// Tolerances of machine and measurement
+    /// Treatment of the tolerances that machine and measurement state
     #[arg(long, value_enum, default_value = "fit")]
     pub tolerances: ToleranceName,
-    /// Lowest and highest frequency of FRFs (Hz)
+    /// Lowest and highest frequency of FRFs (Hz), comma-separated
     #[arg(long, value_name = "FROM,TO", value_delimiter = ',', num_args = 1)]
     pub band: Vec<f64>,
-    /// Bootstrap samples over lines, and as many over positions; 0 for none
+    /// Bootstrap samples over lines, and as many over positions; 0: none
     #[arg(long, value_name = "N", default_value_t = 0)]
     pub bootstrap: u16,
-    /// Keep these parameters at their start values
+    /// Parameters to hold at their start values, comma-separated
     #[arg(long, value_name = "PARAMETERS", value_delimiter = ',')]
     pub freeze: Vec<String>,
     /// Seed of the random numbers
     #[arg(long, value_name = "N", default_value_t = 1)]
     pub seed: u64,
-    /// Searches from different seeds
+    /// Number of searches, each from its own seed
     #[arg(long, value_name = "N", default_value_t = 3, value_parser = clap::value_parser!(u16).range(1..=100))]
     pub repeats: u16,
-    /// Threads; all cores by default. The result does not depend on it
+    /// Number of threads, which does not change the result; all cores by default
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
     pub threads: Option<u16>,
 }
@@ -160,7 +160,7 @@ pub enum QuantityName {
 }
 
 impl QuantityName {
-    /// The quantity of this name.
+    /// Returns the quantity of this name.
     pub fn quantity(self) -> Quantity {
         match self {
             QuantityName::Receptance => Quantity::Receptance,

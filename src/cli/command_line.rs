@@ -1,10 +1,11 @@
 //! The whole command line: all commands, each with its arguments.
 
-use clap::{Parser, Subcommand};
+use clap::{CommandFactory, Parser, Subcommand};
 
 use crate::compare::CompareArguments;
 use crate::convergence::ConvergenceArguments;
 use crate::diagnose::arguments::DiagnoseArguments;
+use crate::effects::EffectsArguments;
 use crate::friction::FrictionArguments;
 use crate::hybrid::HybridArguments;
 use crate::identify::arguments::IdentifyArguments;
@@ -19,17 +20,18 @@ use crate::simulate::SimulateArguments;
 use crate::validate::arguments::ValidateArguments;
 use crate::withheld::arguments::WithheldArguments;
 
-/// Joint stiffness and damping of ball-screw feed drives from hammer tests.
+/// Identifies joint stiffness and damping of ball-screw feed drives, and diagnoses what their models lack
 #[derive(Debug, Parser)]
 #[command(
     name = "jointid",
     version,
-    max_term_width = 80,
+    max_term_width = 100,
     propagate_version = true,
-    after_help = "Example, with the published bench that comes with the program:\n  jointid identify --positions l1,l3,l5 --out results\n  jointid report results"
+    disable_help_subcommand = true,
+    after_help = "Example, with the published bench that is built in:\n  jointid identify --positions l1,l3,l5 --out results\n  jointid report results\n\nLists are comma-separated: --positions l1,l3,l5. «jointid COMMAND --help» explains a command."
 )]
 pub struct Arguments {
-    /// What to do.
+    /// Command to run
     #[command(subcommand)]
     pub command: Command,
 }
@@ -37,21 +39,29 @@ pub struct Arguments {
 /// The commands.
 #[derive(Debug, Subcommand)]
 pub enum Command {
-    /// Identify joint parameters from some positions and predict the others
+    /// Identify joint parameters, and predict held-out positions
     #[command(after_help = "Example:\n  jointid identify --positions l1,l3,l5 --out results")]
     Identify(IdentifyArguments),
-    /// Check an identification at held-out positions, or on another set
+    /// Check an identification at held-out positions or on another set
     #[command(after_help = "Example:\n  jointid validate --result results/identification.json --positions l2,l4,l6 --fail-above 0.03")]
     Validate(ValidateArguments),
-    /// Set multi-position against single-position identification
+    /// Compare multi-position with single-position identification
     #[command(after_help = "Example:\n  jointid compare --positions l1,l3,l5 --single l3,l5")]
     Compare(CompareArguments),
-    /// Say where model and machine disagree, which effect is missing, and how far the gap closes
+    /// Find the effect that the model lacks, and what it closes
     #[command(
         after_help = "Example:\n  jointid diagnose --without rotor-hold --positions l1,l3,l5\n  jointid diagnose --config axis.toml --measurements axis --out results"
     )]
     Diagnose(DiagnoseArguments),
-    /// Make a measurement set of universal files or tables
+    /// Rank positions and responses by the intervals they would leave
+    #[command(
+        after_help = "Example:\n  jointid plan --choose 3 --data frf --noise 0.02\n  jointid plan --measured l1,l3 --channels table/table,rotor/table"
+    )]
+    Plan(PlanArguments),
+    /// Extract natural frequencies from FRFs, and track them
+    #[command(after_help = "Example:\n  jointid peaks --measurements bench --out bench-peaks")]
+    Peaks(PeaksArguments),
+    /// Make a measurement set from universal files or tables
     #[command(
         after_help = "Example:\n  jointid import tap.uff --list\n  jointid import tap.uff --out bench --pattern 'pos {}' --nut-m l1=0.6"
     )]
@@ -59,48 +69,108 @@ pub enum Command {
     /// Write the FRFs of a measurement set as a universal file
     #[command(after_help = "Example:\n  jointid export --measurements bench --out bench.uff")]
     Export(ExportArguments),
-    /// Take natural frequencies from FRFs and track them across positions
-    #[command(after_help = "Example:\n  jointid peaks --measurements bench --out bench-peaks")]
-    Peaks(PeaksArguments),
-    /// Rank positions and responses by what measuring them would tell
-    #[command(
-        after_help = "Example:\n  jointid plan --choose 3 --data frf --noise 0.02\n  jointid plan --measured l1,l3 --channels table/table,rotor/table"
-    )]
-    Plan(PlanArguments),
-    /// Set the lumped model against the exact one, for several numbers of lumps
-    #[command(after_help = "Example:\n  jointid convergence --positions l1,l3,l5 --counts 5,10,20,40")]
-    Convergence(ConvergenceArguments),
-    /// Fit a Stribeck curve to friction measured at constant velocities
+    /// Fit a Stribeck curve to friction at constant velocities
     #[command(after_help = "Example:\n  jointid friction --data axis-1.csv --lead-m 0.005 --efficiency 0.9")]
     Friction(FrictionArguments),
-    /// Make one page that can be read anywhere of the results in a folder
+    /// Compute modes, FRFs, stiffness and motion of a machine
+    #[command(after_help = "Example:\n  jointid simulate modes --config configs/tian-as-published.toml --position l1")]
+    Simulate(SimulateArguments),
+    /// List the library of effects, or show one of them
+    #[command(after_help = "Example:\n  jointid effects\n  jointid effects rotor-hold")]
+    Effects(EffectsArguments),
+    /// Make one self-contained HTML page from the results in a folder
     #[command(after_help = "Example:\n  jointid identify --positions l1,l3,l5 --out results\n  jointid report results")]
     Report(ReportArguments),
-    /// Begin with a machine of your own: a commented configuration and an empty measurement set
+    /// Write a commented machine and an empty set to fill in
     #[command(after_help = "Example:\n  jointid init my-axis")]
     Init(InitArguments),
     /// Print the JSON Schema of a file or result document
     #[command(after_help = "Example:\n  jointid schema machine > machine.schema.json\n  jointid schema --list")]
     Schema(SchemaArguments),
-    /// Print the completions of a shell
+    /// Print shell completions
     #[command(
         after_help = "Example:\n  jointid completions bash > ~/.local/share/bash-completion/completions/jointid\n  jointid completions zsh > ~/.zfunc/_jointid"
     )]
     Completions(CompletionsArguments),
-    /// Write the manual pages
+    /// Write man pages
     #[command(after_help = "Example:\n  jointid man --out ~/.local/share/man/man1")]
     Man(ManArguments),
-    /// Compute modes, FRFs, stiffness and sensitivity of a machine
-    #[command(after_help = "Example:\n  jointid simulate modes --config configs/tian-as-published.toml --position l1")]
-    Simulate(SimulateArguments),
-    /// Foretell a record's motion by the model, by a network on what it leaves, and by what was named
-    #[command(
-        after_help = "Example:\n  jointid simulate machine --out machine\n  jointid hybrid --config configs/hybrid-axis.toml --measurements machine/sines\n  jointid hybrid --config configs/hybrid-axis.toml --measurements machine/circles/x --second-axis machine/circles/y"
-    )]
-    Hybrid(HybridArguments),
-    /// Check the diagnosis blindly on cases whose causes are sealed
+    /// Check the diagnosis blindly on cases with sealed causes
     #[command(
         after_help = "Example:\n  jointid withheld --out blind --cases quick\n  jointid withheld --out moved --arm motion\n  jointid withheld --out blind --ablation '--exclude table-mass'"
     )]
     Withheld(WithheldArguments),
+    /// Compare the lumped model with the exact one
+    #[command(after_help = "Example:\n  jointid convergence --positions l1,l3,l5 --counts 5,10,20,40")]
+    Convergence(ConvergenceArguments),
+    /// Compare motion predicted by model, neural network and effects
+    #[command(
+        after_help = "Example:\n  jointid simulate machine --out machine\n  jointid hybrid --config configs/hybrid-axis.toml --measurements machine/sines\n  jointid hybrid --config configs/hybrid-axis.toml --measurements machine/circles/x --second-axis machine/circles/y"
+    )]
+    Hybrid(HybridArguments),
+}
+
+/// A heading of the help, and the commands below it.
+type Group = (&'static str, &'static [&'static str]);
+
+/// The commands by heading, those that a user needs first in front.
+const COMMANDS: [Group; 5] = [
+    ("Identify and diagnose", &["identify", "validate", "compare", "diagnose", "plan"]),
+    ("Measurements", &["peaks", "import", "export", "friction"]),
+    ("Models", &["simulate", "effects"]),
+    ("Files and pages", &["init", "report", "schema", "completions", "man"]),
+    ("Checks of the method itself", &["withheld", "convergence", "hybrid"]),
+];
+
+/// The commands below `simulate` by heading.
+const SIMULATIONS: [Group; 3] = [
+    ("Structure", &["modes", "frf", "matrices", "stiffness", "sensitivity"]),
+    ("Driven axis", &["motion", "bode", "gain", "hold", "circle"]),
+    ("Checks of the method itself", &["machine", "published"]),
+];
+
+/// The command line, with commands listed by heading.
+pub fn command() -> clap::Command {
+    grouped(Arguments::command(), &COMMANDS)
+        .mut_subcommand("simulate", |command| grouped(command.disable_help_subcommand(true), &SIMULATIONS))
+}
+
+/// Lists the commands below a command by heading in its help.
+fn grouped(command: clap::Command, groups: &[Group]) -> clap::Command {
+    let header = *command.get_styles().get_header();
+    let name = command.get_styles().get_literal();
+    let line = |id: &&str| {
+        let about = command.find_subcommand(id).and_then(clap::Command::get_about).map(ToString::to_string).unwrap_or_default();
+        format!("  {name}{id:<12}{name:#} {about}\n")
+    };
+    let list = |(heading, ids): &Group| format!("{header}{heading}:{header:#}\n{}\n", ids.iter().map(line).collect::<String>());
+    let lists: String = groups.iter().map(list).collect();
+    command.help_template(format!(
+        "{{about-with-newline}}\n{{usage-heading}} {{usage}}\n\n{lists}{header}Options:{header:#}\n{{options}}{{after-help}}"
+    ))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn listed(groups: &[Group]) -> Vec<&'static str> {
+        let mut ids: Vec<&str> = groups.iter().flat_map(|(_, ids)| ids.iter().copied()).collect();
+        ids.sort_unstable();
+        ids
+    }
+
+    #[test]
+    fn every_command_stands_under_a_heading_and_in_one_line() {
+        let root = command();
+        for (of, groups) in [(&root, &COMMANDS[..]), (root.find_subcommand("simulate").unwrap(), &SIMULATIONS[..])] {
+            let mut known: Vec<&str> = of.get_subcommands().map(clap::Command::get_name).collect();
+            known.sort_unstable();
+            assert_eq!(listed(groups), known);
+            for sub in of.get_subcommands() {
+                let about = sub.get_about().unwrap().to_string();
+                assert!(about.chars().count() <= 65, "{}: {about}", sub.get_name());
+            }
+        }
+    }
 }

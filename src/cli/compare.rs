@@ -1,4 +1,4 @@
-//! `jointid compare`.
+//! `jointid compare`: multi-position against single-position identification, or objectives against each other.
 
 use std::collections::BTreeMap;
 
@@ -18,18 +18,18 @@ use optimizer::Control;
 use report::document::{ComparisonDocument, ComparisonRun, ObjectiveRow, ObjectivesDocument, OrderRow};
 use report::{gap_summary_table, objectives_table, summary_table};
 
-/// `compare`.
+/// Arguments of `compare`.
 #[derive(Debug, clap::Args)]
 pub struct CompareArguments {
     #[command(flatten)]
     pub sources: Sources,
-    /// Positions of the multi-position identification
+    /// Positions of the multi-position identification, comma-separated
     #[arg(long, value_name = "NAMES", value_delimiter = ',')]
     pub positions: Option<Vec<String>>,
-    /// Positions identified each alone; by default the fit positions but the first, as the paper does
+    /// Positions to identify one by one, comma-separated; by default the fit positions except the first, as in the paper
     #[arg(long, value_name = "NAMES", value_delimiter = ',')]
     pub single: Option<Vec<String>>,
-    /// Compare objectives instead, by leaving out one fit position after another
+    /// Compare objectives instead, by leave-one-out cross-validation over the fit positions
     #[arg(long, conflicts_with = "single")]
     pub objectives: bool,
     #[command(flatten)]
@@ -44,14 +44,17 @@ pub fn run(given: &CompareArguments) -> CommandResult {
     let plan = plan(&given.search, &loaded.set)?;
     let (fit, held_out) = loaded.set.split(given.positions.as_deref(), &[]).map_err(to_message)?;
     let folder = prepare(&given.output)?;
-    // One run on several positions and one on each of some; or of three objectives, each without one position after the other.
+    // One multi-position run and one run per single position; or three objectives, each with one run per position left out.
     let runs = if given.objectives { 3 * fit.leave_one_out(false).len() } else { 1 + given.single.as_ref().map_or(2, Vec::len) };
     let searches = runs * plan.repeats;
     let progress = WorkProgress::searches(given.output.quiet, "compare", searches);
     let control = control(&given.output, folder.as_ref(), &progress, &loaded)?;
     if given.objectives {
         if loaded.set.modes.is_none() {
-            return Err(format!("{}: --objectives compares objectives on modes, and the set has none", loaded.set.path));
+            return Err(format!(
+                "{}: has no modes, on which --objectives compares; name a set with modes, or omit --objectives",
+                loaded.set.path
+            ));
         }
         let plan = IdentificationSettings { frf: None, ..plan };
         let scores = on_threads(given.search.threads, || compare_objectives(&loaded, &fit, &plan, &control))?;
@@ -68,19 +71,19 @@ pub fn run(given: &CompareArguments) -> CommandResult {
     };
     loaded.set.split(Some(&singles), &[]).map_err(to_message)?;
     if singles.iter().any(|s| s == "multi") {
-        return Err("--single multi: this name stands for the run on several positions; rename the position".into());
+        return Err("--single multi: this name is reserved for the multi-position run; rename the position".into());
     }
     let mut common = document_rows::names(&loaded.set, &held_out.positions, &held_out.frfs, whole);
     common.retain(|n| !singles.contains(n));
     if common.is_empty() {
-        return Err("nothing is held out that all runs could be compared on; name fewer --positions or --single".into());
+        return Err("no position is held out of all runs to compare them on; name fewer --positions or --single".into());
     }
     let mut runs = BTreeMap::new();
     let mut complete = true;
     let plans = std::iter::once(("multi".to_string(), multi)).chain(singles.into_iter().map(|s| (s.clone(), vec![s])));
     for (key, names) in plans {
         progress.now(&format!("identify {}", names.join(",")));
-        let run = on_threads(given.search.threads, || one_run(&loaded, &names, &common, &plan, &control))??;
+        let run = on_threads(given.search.threads, || identify_on(&loaded, &names, &common, &plan, &control))??;
         complete &= run.1;
         runs.insert(key, run.0);
         if control.stopped() {
@@ -99,16 +102,17 @@ pub fn run(given: &CompareArguments) -> CommandResult {
 
 fn text(document: &ComparisonDocument) -> String {
     let mut text =
-        String::from("Frequency errors over the positions that none has fitted, and of all together\n(root of the summed squares)\n\n");
+        String::from("Frequency errors at the positions that no run has fitted, and over all of them\n(root of the summed squares)\n\n");
     if document.runs.values().any(|r| r.common_gap.is_some()) {
-        return String::from("Gap of whole FRFs at what none has fitted, and over all of them together\n\n") + &gap_summary_table(document);
+        return String::from("Gap of whole FRFs at the positions and records that no run has fitted, and over all of them\n\n")
+            + &gap_summary_table(document);
     }
     text += &summary_table(document);
     text
 }
 
-/// Identifies on some positions; the run and whether it ran to its end.
-fn one_run(
+/// Identifies on the named positions. Returns the run, and whether it ran to completion.
+fn identify_on(
     loaded: &Loaded,
     names: &[String],
     common: &[String],

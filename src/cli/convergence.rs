@@ -18,15 +18,15 @@ use optimizer::Control;
 use report::simulation::{ConvergenceDocument, ConvergenceRow};
 use report::{columns, wrapped};
 
-/// `convergence`.
+/// Arguments of `convergence`.
 #[derive(Debug, clap::Args)]
 pub struct ConvergenceArguments {
     #[command(flatten)]
     pub sources: Sources,
-    /// Positions to fit; all others are held out
+    /// Positions to fit, comma-separated; all others are held out
     #[arg(long, value_name = "NAMES", value_delimiter = ',')]
     pub positions: Option<Vec<String>>,
-    /// Numbers of lumps per rod
+    /// Numbers of lumps per rod, comma-separated
     #[arg(long, value_name = "N", value_delimiter = ',', default_value = "5,10,20,40", value_parser = clap::value_parser!(u16).range(1..=500))]
     pub counts: Vec<u16>,
     #[command(flatten)]
@@ -35,9 +35,9 @@ pub struct ConvergenceArguments {
     pub output: OutputArguments,
 }
 
-/// Highest frequency that is compared (Hz).
+/// Upper limit of the compared natural frequencies (Hz).
 const HIGHEST_HZ: f64 = 2000.0;
-/// Natural frequencies that are compared.
+/// Number of natural frequencies compared.
 const COMPARED: usize = 4;
 
 /// Runs the command.
@@ -46,24 +46,24 @@ pub fn run(given: &ConvergenceArguments) -> CommandResult {
     counts.sort_unstable();
     counts.dedup();
     if counts.len() != given.counts.len() {
-        return Err("--counts: a number stands twice; name each once".into());
+        return Err("--counts: a number is listed twice; write each once".into());
     }
     let loaded = load(&given.sources)?;
     let machine = &loaded.config.machine;
     if machine.shafts.is_empty() {
-        return Err(format!("{}: has no [[shaft]] to be lumped; the model is the same for any number of lumps", loaded.config.path));
+        return Err(format!("{}: has no [[shaft]] to lump; name a machine that has one", loaded.config.path));
     }
-    let asked = plan(&given.search, &loaded.set)?;
+    let requested = plan(&given.search, &loaded.set)?;
     let (fit, held_out) = loaded.set.split(given.positions.as_deref(), &[]).map_err(to_message)?;
     let folder = prepare(&given.output)?;
-    let progress = WorkProgress::searches(given.output.quiet, "convergence", asked.repeats * (counts.len() + 1));
+    let progress = WorkProgress::searches(given.output.quiet, "convergence", requested.repeats * (counts.len() + 1));
     let control = control(&given.output, folder.as_ref(), &progress, &loaded)?;
     let first = fit.positions.first().map(|p| Operating::at(loaded.set.positions[*p].nut_m));
     let condition = first.unwrap_or_else(|| Operating::at(machine.stroke_m().map(|s| 0.5 * s)));
     machine.check_operating("the first position", &condition).map_err(to_message)?;
     let mut rows = Vec::new();
     for rods in counts.iter().map(|n| Rods::Lumped(usize::from(*n))).chain([Rods::Exact]) {
-        let row = row(&loaded, (&fit, &held_out), &asked, rods, &condition, given.search.threads, &control)?;
+        let row = row(&loaded, (&fit, &held_out), &requested, rods, &condition, given.search.threads, &control)?;
         rows.push(row);
         if control.stopped() {
             break;
@@ -72,7 +72,7 @@ pub fn run(given: &ConvergenceArguments) -> CommandResult {
     progress.end();
     let complete = !control.stopped();
     let document = ConvergenceDocument {
-        stamp: stamp("convergence", asked.seed, complete, &loaded, Vec::new()),
+        stamp: stamp("convergence", requested.seed, complete, &loaded, Vec::new()),
         nut_m: condition.nut_m,
         fit_positions: fit.positions.iter().map(|p| loaded.set.positions[*p].name.clone()).collect(),
         rows,
@@ -85,14 +85,14 @@ pub fn run(given: &ConvergenceArguments) -> CommandResult {
 fn row(
     loaded: &Loaded,
     (fit, held_out): (&FitSet<'_>, &HoldOutSet<'_>),
-    asked: &IdentificationSettings,
+    requested: &IdentificationSettings,
     rods: Rods,
     condition: &Operating,
     threads: Option<u16>,
     control: &Control,
 ) -> Result<ConvergenceRow, String> {
     let machine = &loaded.config.machine;
-    let mut plan = asked.clone();
+    let mut plan = requested.clone();
     plan.settings.rods = rods;
     if let Some(frf) = &mut plan.frf {
         frf.rods = rods;
@@ -115,7 +115,7 @@ fn row(
     })
 }
 
-/// The first natural frequencies above 0 at the start values.
+/// Computes the first natural frequencies above 0 (Hz) at the start values.
 fn frequencies_hz(machine: &Machine, rods: Rods, condition: &Operating) -> Result<Vec<f64>, String> {
     let moving = machine.points.iter().position(|p| !p.fixed).ok_or("the machine has no point that moves")?;
     let structure = Arc::new(Structure::new(machine, moving, moving, rods).map_err(to_message)?);
@@ -128,22 +128,22 @@ fn frequencies_hz(machine: &Machine, rods: Rods, condition: &Operating) -> Resul
 fn text(machine: &Machine, document: &ConvergenceDocument) -> String {
     let exact = document.rows.iter().find(|row| row.lumps.is_none());
     let label = |row: &ConvergenceRow| row.lumps.map_or_else(|| "exact".to_string(), |n| n.to_string());
-    let share = |x: f64, reference: Option<&f64>| reference.map_or_else(|| "–".into(), |r| format!("{:+.1e}", x / r - 1.0));
+    let relative = |x: f64, reference: Option<&f64>| reference.map_or_else(|| "–".into(), |r| format!("{:+.1e}", x / r - 1.0));
     let frequencies = document.rows.iter().map(|row| {
         let cells = row.frequencies_hz.iter().enumerate().flat_map(|(at, f)| {
-            let lacks = exact.filter(|_| row.lumps.is_some()).map(|e| share(*f, e.frequencies_hz.get(at)));
-            [format!("{f:.3}"), lacks.unwrap_or_default()]
+            let difference = exact.filter(|_| row.lumps.is_some()).map(|e| relative(*f, e.frequencies_hz.get(at)));
+            [format!("{f:.3}"), difference.unwrap_or_default()]
         });
         std::iter::once(label(row)).chain(cells).collect()
     });
     let orders = exact.map_or(0, |e| e.frequencies_hz.len());
     let header = |cells: Vec<String>| [vec!["lumps".to_string()], cells].concat();
-    let heads = header((1..=orders).flat_map(|k| [format!("order {k}"), "share".into()]).collect());
+    let heads = header((1..=orders).flat_map(|k| [format!("order {k}"), "difference".into()]).collect());
     let mut text = format!("{}\n\n", machine.title);
-    text += &wrapped("natural frequencies at the start values (Hz), and how far they are off those of the exact rod");
+    text += &wrapped("natural frequencies at the start values (Hz), and their relative differences from the exact rod");
     text += &columns(&heads, frequencies);
     let fitted: Vec<String> = exact.or(document.rows.last()).map(|row| row.fitted.clone()).unwrap_or_default();
-    text += &format!("\nidentified on {}, off the exact rod in %\n", document.fit_positions.join(", "));
+    text += &format!("\nparameters identified on {}: differences from the exact rod in %\n", document.fit_positions.join(", "));
     let lumped = document.rows.iter().filter(|row| row.lumps.is_some());
     let values = lumped.map(|row| {
         let cell = |id: &String| match (row.parameters.get(id), exact.and_then(|e| e.parameters.get(id))) {

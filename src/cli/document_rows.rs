@@ -12,7 +12,7 @@ use numeric::unit::omega_rad_s;
 use report::certainty::{BasinRow, BootstrapRow, CombinationRow, PriorRow, ToleranceRow};
 use report::document::{FrfRow, LonePeak, OrderRow, ParameterRow, PositionRow};
 
-/// Parameters by id, with the gain where amplitudes were compared.
+/// Returns parameters by id, with the gain where amplitudes are compared.
 pub fn parameters(machine: &Machine, found: &Identification) -> BTreeMap<String, ParameterRow> {
     let mut rows: BTreeMap<String, ParameterRow> = found
         .estimates
@@ -27,6 +27,7 @@ pub fn parameters(machine: &Machine, found: &Identification) -> BTreeMap<String,
                 interval95: e.interval95.map(|(a, b)| [a, b]),
                 identifiable: e.identifiable,
                 fitted: found.free.contains(&e.parameter),
+                description: machine.description_of(e.parameter),
             };
             (p.id.clone(), row)
         })
@@ -40,13 +41,14 @@ pub fn parameters(machine: &Machine, found: &Identification) -> BTreeMap<String,
             interval95: found.gain_interval95.map(|(a, b)| [a, b]),
             identifiable: found.gain_identifiable,
             fitted: found.gain_interval95.is_some(),
+            description: "gain of the measuring chain: measured over predicted amplitude".into(),
         };
         rows.insert("gain".into(), row);
     }
     rows
 }
 
-/// Tolerances by name.
+/// Returns tolerances by name.
 pub fn tolerances(estimates: &[ToleranceEstimate]) -> BTreeMap<String, ToleranceRow> {
     let row = |t: &ToleranceEstimate| {
         let kind = match t.prior {
@@ -59,7 +61,7 @@ pub fn tolerances(estimates: &[ToleranceEstimate]) -> BTreeMap<String, Tolerance
     estimates.iter().map(row).collect()
 }
 
-/// Minima that the data do not tell from the least, where there are several.
+/// Returns the minima that the data do not distinguish from the lowest, where there are several.
 pub fn basins(found: &Identification) -> Vec<BasinRow> {
     if found.basins.len() < 2 {
         return Vec::new();
@@ -71,15 +73,15 @@ pub fn basins(found: &Identification) -> Vec<BasinRow> {
     found.basins.iter().map(|b| BasinRow { cost: b.cost, count: b.searches, values: values(&b.place) }).collect()
 }
 
-/// Root of the summed squares of the relative errors; `None` where a measured order is not predicted: a model that lost a mode must not
-/// look better for it.
+/// Returns the root of the summed squares of relative errors. `None` where a measured order is not predicted: a model without that mode must not look
+/// better for it.
 fn overall(orders: &[OrderRow], predicted: impl Fn(&OrderRow) -> Option<f64>) -> Option<f64> {
     let measured = orders.iter().filter(|o| o.measured_hz.is_some());
     let errors: Option<Vec<f64>> = measured.map(|o| Some(predicted(o)? / o.measured_hz? - 1.0)).collect();
     root_sum_square(errors?)
 }
 
-/// One position's row.
+/// Returns the row of one position.
 pub fn position(
     set: &MeasurementSet,
     prediction: &PositionPrediction,
@@ -135,7 +137,7 @@ pub fn position(
     }
 }
 
-/// FRFs as rows.
+/// Returns FRFs as rows.
 pub fn frfs(set: &MeasurementSet, gaps: &[FrfGap], role: &str) -> Vec<FrfRow> {
     gaps.iter()
         .map(|gap| {
@@ -155,7 +157,7 @@ pub fn frfs(set: &MeasurementSet, gaps: &[FrfGap], role: &str) -> Vec<FrfRow> {
         .collect()
 }
 
-/// Names of what was split off: positions; for whole FRFs positions all of whose FRFs belong to it, else the records that do.
+/// Returns the names of one side of a split: positions; for whole FRFs a position with all of its FRFs on that side, else single records.
 pub fn names(set: &MeasurementSet, positions: &[usize], frfs: &[usize], whole_frfs: bool) -> Vec<String> {
     if !whole_frfs {
         return positions.iter().map(|i| set.positions[*i].name.clone()).collect();
@@ -177,7 +179,7 @@ pub fn names(set: &MeasurementSet, positions: &[usize], frfs: &[usize], whole_fr
     names
 }
 
-/// FRFs gathered by position, or by record where there is no position or where the position's records have different roles.
+/// Groups FRFs by position, or by record where there is no position or where the records of a position have different roles.
 pub fn gathered(frfs: &[FrfRow]) -> BTreeMap<String, PositionRow> {
     let mixed = |name: &String| {
         frfs.iter().any(|a| a.position.as_ref() == Some(name) && a.role != frfs[0].role)
@@ -215,17 +217,17 @@ pub fn gathered(frfs: &[FrfRow]) -> BTreeMap<String, PositionRow> {
         .collect()
 }
 
-/// Gap over several positions: root mean square over their lines.
+/// Returns the gap over several positions: root mean square over their lines.
 pub fn gap_over<'r>(frfs: impl Iterator<Item = &'r FrfRow>) -> Option<f64> {
     root_mean_square_of_parts(frfs.map(|r| (r.gap, r.lines)))
 }
 
-/// Share of lines from which a positive Im of a driving point is told.
+/// Share of lines with positive Im of a driving point from which on it is reported.
 const ACTIVE_SHARE: f64 = 0.02;
-/// Standard deviation of a component of ln H where nothing is known of the noise.
+/// Assumed standard deviation of a component of ln H where the noise is unknown.
 const UNKNOWN_SD: f64 = 0.02;
 
-/// What the driving points of a set show: a passive machine has Im(receptance) ≤ 0.
+/// Returns warnings about driving points that are not passive: a passive machine has Im(receptance) ≤ 0.
 pub fn passivity_warnings(machine: &Machine, set: &MeasurementSet) -> Vec<String> {
     let remedy = if machine.effects.iter().any(|e| e == "measurement-delay") {
         "the machine contains measurement-delay, which accounts for a delay"
@@ -234,7 +236,7 @@ pub fn passivity_warnings(machine: &Machine, set: &MeasurementSet) -> Vec<String
     };
     let mut shown: Vec<String> = Vec::new();
     for frf in set.frfs.iter().filter(|f| f.response == f.excitation) {
-        // Noise alone makes Im positive where it is small: only what exceeds three standard deviations counts.
+        // Noise makes a small Im positive: only values beyond three standard deviations count.
         let active = |(l, sd): &(&FrfLine, Option<f64>)| {
             let receptance = l.value / frf.quantity.from_receptance(omega_rad_s(l.frequency_hz));
             receptance.im > 3.0 * sd.unwrap_or(UNKNOWN_SD) * receptance.norm()
@@ -248,12 +250,12 @@ pub fn passivity_warnings(machine: &Machine, set: &MeasurementSet) -> Vec<String
         return Vec::new();
     }
     vec![format!(
-        "Im of a driving point is positive on a share of the lines, as a delay, a wrong sign or a wrong quantity makes it ({remedy}): {}",
+        "Im(receptance) of a driving point is positive at a share of the lines, which a delay, a wrong sign or a wrong quantity causes ({remedy}): {}",
         shown.join(", ")
     )]
 }
 
-/// Combinations as rows.
+/// Returns combinations as rows.
 pub fn combinations(machine: &Machine, found: &Identification) -> Vec<CombinationRow> {
     let id = |index: usize| machine.parameters[index].id.clone();
     let word = |kind| match kind {
@@ -272,7 +274,7 @@ pub fn combinations(machine: &Machine, found: &Identification) -> Vec<Combinatio
     found.combinations.iter().map(row).collect()
 }
 
-/// Bootstraps as rows.
+/// Returns bootstraps as rows.
 pub fn bootstraps(machine: &Machine, found: &Identification) -> Vec<BootstrapRow> {
     found
         .bootstraps
@@ -291,14 +293,14 @@ pub fn bootstraps(machine: &Machine, found: &Identification) -> Vec<BootstrapRow
         .collect()
 }
 
-/// All FRFs of an identification.
+/// Returns all FRFs of an identification.
 pub fn all_frfs(set: &MeasurementSet, found: &Identification) -> Vec<FrfRow> {
     let mut rows = frfs(set, &found.fitted_frfs, "fit");
     rows.extend(frfs(set, &found.held_out_frfs, "held_out"));
     rows
 }
 
-/// All positions of an identification.
+/// Returns all positions of an identification.
 pub fn positions(loaded: &Loaded, found: &Identification, fit_positions: &[String]) -> BTreeMap<String, PositionRow> {
     if !found.fitted_frfs.is_empty() {
         return gathered(&all_frfs(&loaded.set, found));
@@ -313,8 +315,8 @@ pub fn positions(loaded: &Loaded, found: &Identification, fit_positions: &[Strin
     rows(&found.fitted, "fit").into_iter().chain(rows(&found.held_out, "held_out")).collect()
 }
 
-/// Quantities that follow: largest errors, scatter and gaps, by name.
-/// Where nothing was held out, those of a fit without each position are called `left_out`.
+/// Returns derived quantities by name: largest errors, scatter and gaps.
+/// Where nothing is held out, `left_out` names those of fits without each position.
 pub fn derived(positions: &BTreeMap<String, PositionRow>, frfs: &[FrfRow], leave_one_out: bool) -> BTreeMap<String, f64> {
     let mut derived = BTreeMap::new();
     for role in ["fit", "held_out"] {
@@ -334,14 +336,14 @@ pub fn derived(positions: &BTreeMap<String, PositionRow>, frfs: &[FrfRow], leave
     derived
 }
 
-/// Warnings about modes without a partner.
+/// Returns warnings about modes without a partner.
 pub fn pairing_warnings(positions: &BTreeMap<String, PositionRow>) -> Vec<String> {
     let mut warnings = Vec::new();
     for (name, p) in positions {
         for o in p.orders.iter().filter(|o| o.predicted_hz.is_none()) {
             if let Some(measured_hz) = o.measured_hz {
                 warnings.push(format!(
-                    "{name}: the model has no peak for order {} measured at {measured_hz} Hz; it counts as an error of 30 %; take it out if it is no mode of this machine",
+                    "{name}: the model has no peak for order {} measured at {measured_hz} Hz; it counts as an error of 30 %; delete it if it is no mode of this machine",
                     o.order
                 ));
             }

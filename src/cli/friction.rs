@@ -1,4 +1,4 @@
-//! `jointid friction`.
+//! `jointid friction`: fits a Stribeck curve to friction at constant velocities.
 
 use std::collections::BTreeMap;
 use std::fmt::Write;
@@ -11,30 +11,30 @@ use machine::contact::{ContactError, Observation, ParameterEstimate, ScrewDrive,
 use measurement::{FrictionTable, FrictionUnit, read_friction};
 use report::simulation::{FrictionDocument, FrictionParameter, FrictionRow};
 
-/// What is known of the scatter of friction measurements, by name.
+/// Noise models of friction measurements, by name.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
 pub enum NoiseName {
-    /// Equal in all runs
+    /// The same standard deviation in all runs
     Uniform,
-    /// In proportion to the friction
+    /// Standard deviation proportional to the friction
     Proportional,
-    /// A column force_sd_n (or torque_sd_nm) gives it
+    /// Standard deviations from the column force_sd_n (or torque_sd_nm)
     Known,
 }
 
-/// `friction`.
+/// Arguments of `friction`.
 #[derive(Debug, clap::Args)]
 pub struct FrictionArguments {
-    /// Table with the columns velocity_m_s and force_n, or torque_nm; one run at constant velocity a line
+    /// Table with the columns velocity_m_s and force_n (or torque_nm), one run at constant velocity per line
     #[arg(long, value_name = "FILE")]
     pub data: PathBuf,
-    /// Lead of the screw (m per turn); needed with torque_nm
+    /// Lead of the screw (m per revolution); required with torque_nm
     #[arg(long, allow_negative_numbers = true, value_name = "M")]
     pub lead_m: Option<f64>,
-    /// Efficiency between motor torque and screw
+    /// Efficiency between motor torque and screw, above 0 and at most 1
     #[arg(long, allow_negative_numbers = true, value_name = "X", default_value_t = 1.0)]
     pub efficiency: f64,
-    /// What is known of the scatter; known where the table gives it, else uniform
+    /// Noise model of the measurements; by default known where the table has standard deviations, else uniform
     #[arg(long, value_enum)]
     pub noise: Option<NoiseName>,
     #[command(flatten)]
@@ -54,7 +54,7 @@ pub fn run(given: &FrictionArguments) -> CommandResult {
         NoiseName::Proportional => (StribeckNoise::Proportional, "proportional"),
         NoiseName::Known => (StribeckNoise::Known, "known"),
     };
-    let fit = fit_stribeck(&observations, &StribeckOptions::new(noise)).map_err(|e| placed(&path, &table, &e))?;
+    let fit = fit_stribeck(&observations, &StribeckOptions::new(noise)).map_err(|e| describe_error(&path, &table, &e))?;
     let named = [
         ("coulomb_n", "N", fit.coulomb_n),
         ("static_n", "N", fit.static_n),
@@ -72,7 +72,7 @@ pub fn run(given: &FrictionArguments) -> CommandResult {
     let warnings: Vec<String> = named
         .iter()
         .filter(|(_, _, e)| e.at_bound)
-        .map(|(name, _, _)| format!("{name} is at a bound: these runs do not determine it; add runs where it acts"))
+        .map(|(name, _, _)| format!("{name} is at a bound: these runs do not determine it; add runs at velocities where it acts"))
         .collect();
     warn(&given.output, &warnings);
     let document = FrictionDocument {
@@ -101,12 +101,14 @@ pub fn run(given: &FrictionArguments) -> CommandResult {
     deliver(&given.output, folder.as_ref(), "friction.json", &document, &text)
 }
 
-/// The runs as forces.
+/// Converts the runs to observations of force.
 fn observations(given: &FrictionArguments, table: &FrictionTable) -> Result<Vec<Observation>, String> {
     let factor = match (table.unit, given.lead_m) {
         (FrictionUnit::Force, None) => 1.0,
         (FrictionUnit::Force, Some(_)) => return Err("--lead-m: the table gives forces, which need no lead; leave it out".into()),
-        (FrictionUnit::Torque, None) => return Err("--lead-m: the table gives torques; write the lead of the screw in m per turn".into()),
+        (FrictionUnit::Torque, None) => {
+            return Err("--lead-m: the table gives torques; write the lead of the screw in m per revolution".into());
+        }
         (FrictionUnit::Torque, Some(lead_m)) => {
             ScrewDrive::new(lead_m, given.efficiency).map_err(|e| format!("--lead-m, --efficiency: {e}"))?.force_n(1.0)
         }
@@ -119,16 +121,16 @@ fn observations(given: &FrictionArguments, table: &FrictionTable) -> Result<Vec<
     Ok(table.runs.iter().map(observation).collect())
 }
 
-/// The fault with the line of the table where it is in one.
-fn placed(path: &str, table: &FrictionTable, error: &ContactError) -> String {
+/// Describes an error, with the line of the table where it lies in one.
+fn describe_error(path: &str, table: &FrictionTable, error: &ContactError) -> String {
     let fault = match error {
         ContactError::NonFiniteData { row } => Some((row, "a number is not finite".to_string())),
         ContactError::ZeroVelocity { row } => {
-            Some((row, "the velocity is 0: only sliding at constant velocity tells the friction curve; take the line out".into()))
+            Some((row, "the velocity is 0: only sliding at constant velocity determines the friction curve; remove the line".into()))
         }
         ContactError::StandardDeviation { row, value } => Some((row, format!("the standard deviation is {value}; write a number above 0"))),
         ContactError::MissingStandardDeviation { row } => {
-            Some((row, "has no standard deviation, which --noise known needs; write one, or another --noise".into()))
+            Some((row, "has no standard deviation, which --noise known requires; write one, or choose another --noise".into()))
         }
         _ => None,
     };

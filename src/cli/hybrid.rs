@@ -1,4 +1,4 @@
-//! `jointid hybrid`: a model beside a network on what it leaves, and two axes on a circle.
+//! `jointid hybrid`: a model, a neural network trained on its residual, and two axes on a circle.
 
 use std::collections::BTreeMap;
 use std::path::PathBuf;
@@ -21,10 +21,10 @@ use optimizer::Control;
 use report::columns;
 use report::hybrid::{ContourRow, HybridDocument, HybridRow, NetworkRow, Score};
 
-/// Every how many samples of a record are examples.
-const EXAMPLES: usize = 4;
-/// Beginnings of a training.
-const BEGINNINGS: usize = 6;
+/// Stride of the training examples among the samples of a record.
+const EXAMPLE_STRIDE: usize = 4;
+/// Number of starts of a training, each from other random weights.
+const STARTS: usize = 6;
 /// RMSE of the paper's Tab. 3 (µm), analytical and hybrid, by record.
 const PUBLISHED: [(&str, f64, f64); 6] = [
     ("F1000", 2.91, 1.87),
@@ -38,33 +38,33 @@ const PUBLISHED: [(&str, f64, f64); 6] = [
 const PUBLISHED_CIRCLES: [(&str, f64, f64); 4] =
     [("circle-60", 7.19, 6.57), ("circle-80", 8.62, 5.34), ("circle-100", 10.26, 4.10), ("circle-120", 12.54, 6.95)];
 
-/// `hybrid`.
+/// Arguments of `hybrid`.
 #[derive(Debug, clap::Args)]
 pub struct HybridArguments {
     #[command(flatten)]
     pub sources: Sources,
     #[command(flatten)]
     pub split: SplitArguments,
-    /// An identification.json of the machine with what a diagnosis has named: physics beside the network
+    /// identification.json of the machine with the diagnosed effects, to compare with the network
     #[arg(long, value_name = "FILE")]
     pub result: Option<PathBuf>,
-    /// Set of a second axis: its records of the same names and this one's make circles
+    /// Folder of a second axis's measurement set; records with the same name in both sets form circles
     #[arg(long, alias = "beside", value_name = "DIR")]
     pub second_axis: Option<String>,
-    /// Overrides a key of the second axis's configuration, KEY=VALUE
+    /// Override one key of the second axis's configuration, e.g. parameter.k_s.start=1e5
     #[arg(long, alias = "beside-set", value_name = "KEY=VALUE", requires = "second_axis")]
     pub second_axis_set: Vec<String>,
-    /// Of the second axis: as --result
+    /// identification.json of the second axis with the diagnosed effects
     #[arg(long, alias = "beside-result", value_name = "FILE", requires = "second_axis", requires = "result")]
     pub second_axis_result: Option<PathBuf>,
-    /// Seed of the network's beginnings
+    /// Seed of the network's initial weights
     #[arg(long, value_name = "N", default_value_t = 1)]
     pub seed: u64,
     #[command(flatten)]
     pub output: OutputArguments,
 }
 
-/// What one axis gives: measured and foretold travel of its point by record.
+/// Measured and predicted travel of an axis's point by record, with the trained network.
 struct HybridAxis {
     point: String,
     records: Vec<PredictedTravel>,
@@ -85,7 +85,7 @@ struct PredictedTravel {
 /// Runs the command.
 pub fn run(given: &HybridArguments) -> CommandResult {
     let loaded = load(&given.sources)?;
-    let beside = match &given.second_axis {
+    let second_axis = match &given.second_axis {
         None => None,
         Some(set) => Some(load(&Sources {
             measurements: set.clone(),
@@ -94,24 +94,26 @@ pub fn run(given: &HybridArguments) -> CommandResult {
         })?),
     };
     let physics = given.result.as_ref().map(|path| identified(path, given, &loaded)).transpose()?;
-    let beside_physics = given.second_axis_result.as_ref().zip(beside.as_ref()).map(|(path, l)| identified(path, given, l)).transpose()?;
+    let second_physics =
+        given.second_axis_result.as_ref().zip(second_axis.as_ref()).map(|(path, l)| identified(path, given, l)).transpose()?;
     let folder = prepare(&given.output)?;
     let runs = |l: &Loaded, with: bool| l.set.motions.len() * if with { 2 } else { 1 };
-    let count = runs(&loaded, physics.is_some()) + beside.as_ref().map_or(0, |l| runs(l, beside_physics.is_some()));
+    let count = runs(&loaded, physics.is_some()) + second_axis.as_ref().map_or(0, |l| runs(l, second_physics.is_some()));
     let progress = WorkProgress::counted(given.output.quiet, "simulate records", count);
     let control = control(&given.output, folder.as_ref(), &progress, &loaded)?;
     let first = axis(given, &loaded, physics.as_ref(), (&control, &progress), "first");
-    let second = first.as_ref().ok().and(beside.as_ref()).map(|l| axis(given, l, beside_physics.as_ref(), (&control, &progress), "second"));
+    let second =
+        first.as_ref().ok().and(second_axis.as_ref()).map(|l| axis(given, l, second_physics.as_ref(), (&control, &progress), "second"));
     progress.end();
     let (first, second) = (first?, second.transpose()?);
     let complete = !control.stopped();
     let contours = second.as_ref().map(|second| contours(&first, second)).unwrap_or_default();
     let mut stamp = stamp("hybrid", given.seed, complete, &loaded, Vec::new());
-    stamp.inputs.extend(beside.iter().flat_map(inputs));
+    stamp.inputs.extend(second_axis.iter().flat_map(inputs));
     stamp.inputs.extend(physics.map(|p| p.input));
-    stamp.inputs.extend(beside_physics.map(|p| p.input));
+    stamp.inputs.extend(second_physics.map(|p| p.input));
     if second.is_some() && contours.is_empty() {
-        stamp.warnings.push("no record of the one axis has its name and length in the other: there is no circle".into());
+        stamp.warnings.push("no record has the same name and length in both sets: there is no circle".into());
     }
     let records: BTreeMap<String, HybridRow> = first.records.iter().map(|r| (r.name.clone(), row(r))).collect();
     let held_out = || records.values().filter(|r| r.role == "held_out");
@@ -129,22 +131,22 @@ pub fn run(given: &HybridArguments) -> CommandResult {
     Ok(ended(&given.output, &control, complete))
 }
 
-/// A machine as it was identified with what a diagnosis named.
+/// The machine as identified with the diagnosed effects.
 struct Physics {
     machine: Machine,
     values: Vec<f64>,
     input: report::document::Input,
 }
 
-fn identified(path: &std::path::Path, given: &HybridArguments, beside: &Loaded) -> Result<Physics, String> {
+fn identified(path: &std::path::Path, given: &HybridArguments, axis: &Loaded) -> Result<Physics, String> {
     let (found, input) = read_identification(path)?;
     check_identification(path, &found)?;
-    let loaded = load_again(&found.settings.config, &beside.set.path, &found.stamp, (&given.sources.set, &[]))?;
+    let loaded = load_again(&found.settings.config, &axis.set.path, &found.stamp, (&given.sources.set, &[]))?;
     let values = identified_values(path, &found, &loaded.config)?;
     Ok(Physics { machine: loaded.config.machine, values, input })
 }
 
-/// Simulates all records of a set, and trains the network on those that are fitted.
+/// Simulates all records of a set, and trains the network on the fitted ones.
 fn axis(
     given: &HybridArguments,
     loaded: &Loaded,
@@ -161,7 +163,7 @@ fn axis(
     let column = |p: &&machine::Point| set.motions.iter().all(|m| m.others.contains_key(&format!("{}_m", p.name)));
     let point = machine.points.iter().find(column).ok_or_else(|| {
         let names: Vec<String> = machine.points.iter().filter(|p| !p.fixed).map(|p| format!("{}_m", p.name)).collect();
-        format!("{}: its records have no column of a point's own travel, such as {}", set.path, names.join(" or "))
+        format!("{}: its records have no column with the travel of a point; add one, such as {}", set.path, names.join(" or "))
     })?;
     let column = format!("{}_m", point.name);
     let kept = |machine: &Machine, values: &[f64], record: &MotionRecord, what: &str| {
@@ -195,35 +197,35 @@ fn axis(
         .flat_map(|r| {
             let example =
                 |i: usize| Example { command: r.command[i], modelled: r.analytical[i], deviation: r.measured[i] - r.analytical[i] };
-            (0..r.measured.len()).step_by(EXAMPLES).map(example).collect::<Vec<_>>()
+            (0..r.measured.len()).step_by(EXAMPLE_STRIDE).map(example).collect::<Vec<_>>()
         })
         .collect();
-    let trained = NeuralResidual::train(&examples, given.seed, BEGINNINGS, control.stop()).map_err(|e| format!("{}: {e}", set.path))?;
+    let trained = NeuralResidual::train(&examples, given.seed, STARTS, control.stop()).map_err(|e| format!("{}: {e}", set.path))?;
     for r in &mut records {
-        let foretell = |(c, a): (&f64, &f64)| a + trained.network.deviation(*c, *a);
-        r.hybrid = r.command.iter().zip(&r.analytical).map(foretell).collect();
+        let predict_hybrid = |(c, a): (&f64, &f64)| a + trained.network.deviation(*c, *a);
+        r.hybrid = r.command.iter().zip(&r.analytical).map(predict_hybrid).collect();
     }
     Ok(HybridAxis { point: point.name.clone(), records, trained, examples: examples.len() })
 }
 
-/// Travel of a point as a machine has it on the command of a record, from where it stands at the start.
+/// Simulates the command of a record. Returns the travel of a point from its initial position.
 fn predict(machine: &Machine, values: &[f64], record: &MotionRecord, point: &str, control: &Control) -> Result<Vec<f64>, String> {
     let go_on = || !control.stopped();
     let (trace, _) = simulate_record(machine, values, record, &SimulationSettings::default(), &go_on)
         .map_err(|e| format!("record {}: {e}", record.name))?;
     if let Some((time_s, error)) = trace.unstable {
-        return Err(format!("record {}: the loop left its bounds at {time_s} s, {error:.3e} m behind its command", record.name));
+        return Err(format!("record {}: the control loop diverges at {time_s} s, with a tracking error of {error:.3e} m", record.name));
     }
-    let at = trace.points.iter().position(|p| p == point).ok_or_else(|| format!("«{point}» has no inertia; give it one"))?;
+    let at = trace.points.iter().position(|p| p == point).ok_or_else(|| format!("point «{point}» has no inertia; give it one"))?;
     if !trace.complete {
-        return Err("stopped before the records were simulated; nothing is known yet".into());
+        return Err("stopped before all records were simulated; there is no result yet".into());
     }
     let every = (trace.samples.len() - 1) / (record.samples() - 1);
     Ok(trace.samples.iter().step_by(every).take(record.samples()).map(|s| s.points[at]).collect())
 }
 
-fn score(foretold: &[f64], r: &PredictedTravel) -> Score {
-    let off: Vec<f64> = foretold.iter().zip(&r.measured).map(|(a, b)| a - b).collect();
+fn score(predicted: &[f64], r: &PredictedTravel) -> Score {
+    let off: Vec<f64> = predicted.iter().zip(&r.measured).map(|(a, b)| a - b).collect();
     let largest = |x: &mut dyn Iterator<Item = f64>| x.fold(0.0_f64, |m, x| m.max(x.abs()));
     let largest_m = largest(&mut off.iter().copied());
     let tracking = largest(&mut r.command.iter().zip(&r.measured).map(|(c, m)| c - m));
@@ -243,7 +245,7 @@ fn row(r: &PredictedTravel) -> HybridRow {
     }
 }
 
-/// Centre and radius of the circle of least squares through points.
+/// Fits a circle to points by least squares. Returns its centre and radius.
 fn circle(x: &[f64], y: &[f64]) -> Option<(f64, f64, f64)> {
     let row = |i: usize| [x[i], y[i], 1.0];
     let design = nalgebra::DMatrix::from_fn(x.len(), 3, |i, j| row(i)[j]);
@@ -253,21 +255,21 @@ fn circle(x: &[f64], y: &[f64]) -> Option<(f64, f64, f64)> {
     Some((a, b, (solved[2] + a * a + b * b).sqrt()))
 }
 
-/// Contour errors of records that both axes have.
+/// Computes the contour errors of the records that both axes have.
 fn contours(first: &HybridAxis, second: &HybridAxis) -> BTreeMap<String, ContourRow> {
     let pair = |r: &'_ PredictedTravel| second.records.iter().find(|s| s.name == r.name && s.measured.len() == r.measured.len());
     let row = |x: &PredictedTravel, y: &PredictedTravel| {
         let (a, b, radius) = circle(&x.command, &y.command)?;
         let error = |x: &[f64], y: &[f64]| contour_error(x, y, [a, b], radius);
-        // The points of the command lie on the circle; else there is none.
+        // Records whose commands do not form a circle have no contour error.
         let largest = |e: &[f64]| e.iter().fold(0.0_f64, |m, e| m.max(e.abs()));
         if largest(&error(&x.command, &y.command)) > 1e-3 * radius {
             return None;
         }
         let measured = error(&x.measured, &y.measured);
         let off = |x: &[f64], y: &[f64]| {
-            let foretold = error(x, y);
-            largest(&foretold.iter().zip(&measured).map(|(a, b)| a - b).collect::<Vec<f64>>())
+            let predicted = error(x, y);
+            largest(&predicted.iter().zip(&measured).map(|(a, b)| a - b).collect::<Vec<f64>>())
         };
         Some(ContourRow {
             role: role(x.fits && y.fits),
@@ -299,21 +301,24 @@ fn text(document: &HybridDocument) -> String {
         cells.push(published(&PUBLISHED, name));
         cells
     };
-    let mut text = format!("travel of «{}», foretold from the command\n", document.point);
+    let mut text = format!("travel of «{}», predicted from the command\n", document.point);
     text += &columns(&heads, document.records.iter().map(cells));
     if let Some(ratio) = document.median_ratio {
-        text += &format!("\nheld out, median: the network leaves {:.0} % of the model's error\n", 100.0 * ratio);
+        text += &format!("\nheld out, median: with the network the error is {:.0} % of the model's\n", 100.0 * ratio);
     }
     if let Some(ratio) = document.median_physics_to_hybrid {
         text += &match ratio {
             r if r <= 1.2 => {
-                format!("physics leaves {:.0} % of what the network leaves: nothing learnable is missing from it\n", 100.0 * r)
+                format!(
+                    "the error with physics is {:.0} % of that with the network: physics lacks nothing that the network learns\n",
+                    100.0 * r
+                )
             }
-            r => format!("physics leaves {:.0} % of what the network leaves: an effect is still missing\n", 100.0 * r),
+            r => format!("the error with physics is {:.0} % of that with the network: an effect is still missing\n", 100.0 * r),
         };
     }
     if !document.contours.is_empty() {
-        let mut heads: Vec<String> = ["circle", "role", "contour error µm", "model off by", "with network"].map(String::from).to_vec();
+        let mut heads: Vec<String> = ["circle", "role", "contour error µm", "model error µm", "with network"].map(String::from).to_vec();
         let physics = document.contours.values().any(|c| c.physics_off_m.is_some());
         if physics {
             heads.push("with physics".into());

@@ -1,4 +1,4 @@
-//! An identification read back from its document.
+//! Reads an identification back from its document.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -11,7 +11,7 @@ use machine::Machine;
 use report::digest;
 use report::document::{IdentificationDocument, Input};
 
-/// Reads an identification; it is an input of another document, by the digest of the very bytes that were read.
+/// Reads an identification. Returns it, and its file as an input of another document, with the digest of the bytes that were read.
 pub fn read_identification(path: &Path) -> Result<(IdentificationDocument, Input), String> {
     let bytes = std::fs::read(path).map_err(|e| match e.kind() {
         std::io::ErrorKind::NotFound => format!("{}: there is no such file; run identify with --out first", path.display()),
@@ -23,7 +23,7 @@ pub fn read_identification(path: &Path) -> Result<(IdentificationDocument, Input
     Ok((document, Input { path: path.display().to_string(), sha256: digest(&bytes) }))
 }
 
-/// Refuses a document of another form, and values outside their own ranges.
+/// Checks the schema of an identification, its number of lumps, and that every value lies in its range.
 pub fn check_identification(path: &Path, identified: &IdentificationDocument) -> Result<(), String> {
     if identified.stamp.schema != "jointid/identification/1" {
         return Err(format!(
@@ -33,10 +33,10 @@ pub fn check_identification(path: &Path, identified: &IdentificationDocument) ->
         ));
     }
     if let Some(lumps) = identified.settings.lumps.filter(|lumps| !(1..=500).contains(lumps)) {
-        return Err(format!("{}: settings.lumps is {lumps}; there are 1 to 500 lumps per rod; identify again", path.display()));
+        return Err(format!("{}: settings.lumps is {lumps}, but a rod has 1 to 500 lumps; identify again", path.display()));
     }
     for (id, row) in &identified.parameters {
-        // A hair beyond the range is rounding.
+        // Allows for rounding at the bounds.
         let slack = 1e-9 * row.upper.abs().max(row.lower.abs());
         if !(row.value >= row.lower - slack && row.value <= row.upper + slack) {
             return Err(format!(
@@ -51,20 +51,22 @@ pub fn check_identification(path: &Path, identified: &IdentificationDocument) ->
     Ok(())
 }
 
-/// The machine as it was identified, tolerances held at their estimates, and the values of its parameters in its order, of which the first are `own`.
+/// Builds the machine as identified, with tolerances held at their estimates.
+///
+/// Returns it with the values of its parameters, in its order. The first values are `own`.
 pub fn identified_machine(identified: &IdentificationDocument, loaded: &Loaded, own: &[f64]) -> Result<(Machine, Vec<f64>), String> {
     let machine = held_at(&loaded.config.machine, &loaded.set.nuts_m(), &tolerances(identified)).map_err(to_message)?;
-    let further = machine.parameters.iter().skip(own.len()).map(|p| p.start);
-    let values = own.iter().copied().chain(further).collect();
+    let added = machine.parameters.iter().skip(own.len()).map(|p| p.start);
+    let values = own.iter().copied().chain(added).collect();
     Ok((machine, values))
 }
 
-/// Estimates of its tolerances by name.
+/// Returns the estimates of the tolerances by name.
 pub fn tolerances(identified: &IdentificationDocument) -> BTreeMap<String, f64> {
     identified.tolerances.iter().map(|(name, row)| (name.clone(), row.value)).collect()
 }
 
-/// Identified values of all parameters of a configured machine, in its order.
+/// Returns the identified values of all parameters of a configured machine, in its order.
 pub fn identified_values(path: &Path, identified: &IdentificationDocument, config: &MachineConfig) -> Result<Vec<f64>, String> {
     let value = |id: &String| {
         let row = identified.parameters.get(id);

@@ -1,4 +1,4 @@
-//! `jointid import` and `jointid export`.
+//! `jointid import` and `jointid export`: measurement sets from and to files of other programs.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -14,7 +14,7 @@ use measurement::universal::{
 use measurement::{Frf, Quantity, read_set};
 use report::{OutputFolder, wrapped};
 
-/// `import`.
+/// Arguments of `import`.
 #[derive(Debug, clap::Args)]
 pub struct ImportArguments {
     /// Universal files (dataset 58, 58b) or tables (.csv, .tsv)
@@ -23,45 +23,45 @@ pub struct ImportArguments {
     /// Folder of the new measurement set
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,
-    /// Show what the files hold, from their headers alone
+    /// List the contents of the files from their headers, and write nothing
     #[arg(long)]
     pub list: bool,
-    /// Take the values of a file that ends inside its data
+    /// Accept files that end inside their data
     #[arg(long)]
     pub accept_truncated: bool,
-    /// Quantity, where the files do not say it
+    /// Measured quantity, where the files do not state it
     #[arg(long, value_enum)]
     pub quantity: Option<QuantityName>,
     /// Position of all records
     #[arg(long, value_name = "NAME")]
     pub position: Option<String>,
-    /// Position's name as {} in file names, ID lines or entities, e.g. 'pos {}'
+    /// Pattern with {} for the position's name, in file names, ID lines or entities, e.g. 'pos {}'
     #[arg(long, value_name = "TEXT")]
     pub pattern: Option<String>,
-    /// Table record,position,response,excitation
+    /// Table that assigns records, with the columns record,position,response,excitation
     #[arg(long, value_name = "FILE")]
     pub map: Option<PathBuf>,
-    /// Nut position of a position, e.g. l1=0.6
+    /// Nut positions (m), comma-separated, e.g. l1=0.6,l2=1.3
     #[arg(long, value_name = "NAME=M", value_delimiter = ',')]
     pub nut_m: Vec<String>,
-    /// Point of the machine that responds, of all records
+    /// Response point of all records
     #[arg(long, value_name = "POINT")]
     pub response: Option<String>,
-    /// Point of the machine that is excited, of all records
+    /// Excitation point of all records
     #[arg(long, value_name = "POINT")]
     pub excitation: Option<String>,
-    /// Records averaged for each FRF; needed to use a coherence
+    /// Number of averages of each FRF; required to use a coherence
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
     pub averages: Option<u32>,
     /// Title of the set
     #[arg(long, value_name = "TEXT")]
     pub title: Option<String>,
-    /// Say nothing but results and errors
+    /// Print only results and errors
     #[arg(short, long)]
     pub quiet: bool,
 }
 
-/// `export`.
+/// Arguments of `export`.
 #[derive(Debug, clap::Args)]
 pub struct ExportArguments {
     /// Folder of the measurement set
@@ -70,7 +70,7 @@ pub struct ExportArguments {
     /// File to write
     #[arg(long, value_name = "FILE")]
     pub out: PathBuf,
-    /// Dataset 58b, binary, instead of text
+    /// Write dataset 58b, binary, instead of text
     #[arg(long)]
     pub binary: bool,
 }
@@ -79,64 +79,61 @@ fn is_table(path: &Path) -> bool {
     path.extension().is_some_and(|e| ["csv", "tsv"].iter().any(|t| e.eq_ignore_ascii_case(t)))
 }
 
-/// Makes a measurement set of files of other programs.
+/// Imports files of other programs as a measurement set.
 pub fn import(given: &ImportArguments) -> CommandResult {
     if given.list {
         return list(given);
     }
-    let out = given.out.as_ref().ok_or("import: name the folder of the new set with --out, or look with --list")?;
-    let asked = given.quantity.map(QuantityName::quantity);
+    let out = given.out.as_ref().ok_or("import: name the folder of the new set with --out, or list the files with --list")?;
+    let quantity = given.quantity.map(QuantityName::quantity);
     let (mut frfs, mut notes) = (Vec::new(), Vec::new());
     for path in &given.files {
         let source = path.display().to_string();
         let stem = path.file_stem().map_or_else(|| "frf".into(), |s| s.to_string_lossy().into_owned());
         if is_table(path) {
             let text = std::fs::read_to_string(path).map_err(|e| unreadable(path, &e))?;
-            frfs.push(frf_from_csv(&source, &stem, &text, asked)?);
+            frfs.push(frf_from_csv(&source, &stem, &text, quantity)?);
         } else {
             let file = read_path_where(path, is_of_frf).map_err(|e| format!("{source}: {e}"))?;
             let cut = file.functions.iter().flat_map(|f| &f.header.warnings).find(|w| matches!(w, Warning::Truncated { .. }));
             if let Some(cut) = cut.filter(|_| !given.accept_truncated) {
-                return Err(format!("{source}: {cut}, or take what is there with --accept-truncated"));
+                return Err(format!("{source}: {cut}, or accept the values that it holds with --accept-truncated"));
             }
-            let (found, said) = frfs_from_universal(&source, &stem, file, asked)?;
+            let (found, file_notes) = frfs_from_universal(&source, &stem, file, quantity)?;
             if found.is_empty() {
-                return Err(format!("{source}: holds no FRF (dataset 58, function type 4); look with --list"));
+                return Err(format!("{source}: holds no FRF (dataset 58, function type 4); list its contents with --list"));
             }
             frfs.extend(found);
-            notes.extend(said);
+            notes.extend(file_notes);
         }
     }
     let nuts_m = nut_positions(&given.nut_m)?;
-    let placed = place(frfs, given)?;
-    for (frf, _) in &placed {
+    let assigned = place(frfs, given)?;
+    for (frf, _) in &assigned {
         notes.extend(frf.warnings.iter().cloned());
         if frf.coherence.is_some() && given.averages.is_none() {
-            notes.push(format!(
-                "{}: its coherence is left out, since nothing says how many records were averaged; write --averages",
-                frf.name
-            ));
+            notes.push(format!("{}: its coherence is left out, because the number of averages is unknown; write --averages", frf.name));
         }
     }
-    if let Some(name) = nuts_m.keys().find(|n| !placed.iter().any(|(_, p)| p.position.as_ref() == Some(n))) {
-        return Err(format!("--nut-m {name}=…: no record was put at a position of that name; use --position, --pattern or --map"));
+    if let Some(name) = nuts_m.keys().find(|n| !assigned.iter().any(|(_, p)| p.position.as_ref() == Some(n))) {
+        return Err(format!("--nut-m {name}=…: no record has a position of that name; use --position, --pattern or --map"));
     }
     let title =
         given.title.clone().unwrap_or_else(|| out.file_name().map_or_else(|| "imported".into(), |n| n.to_string_lossy().into_owned()));
     let folder = OutputFolder::claim(out)?;
     if out.join("manifest.toml").exists() {
-        return Err(format!("{}: holds a manifest.toml already; name an empty folder with --out", out.display()));
+        return Err(format!("{}: already holds a manifest.toml; name an empty folder with --out", out.display()));
     }
-    folder.write_all(set_files(&title, &placed, &nuts_m, given.averages))?;
+    folder.write_all(set_files(&title, &assigned, &nuts_m, given.averages))?;
     if !given.quiet {
         notes.iter().for_each(|n| terminal::warning(n));
     }
-    let with_position = placed.iter().filter(|(_, p)| p.position.is_some()).count();
-    print_out(&format!("{} FRFs imported into {}, {with_position} of them at a position\n", placed.len(), out.display()))?;
+    let with_position = assigned.iter().filter(|(_, p)| p.position.is_some()).count();
+    print_out(&format!("{} FRFs imported into {}, {with_position} of them at a position\n", assigned.len(), out.display()))?;
     Ok(Outcome::Done)
 }
 
-/// Why a file cannot be read, in words.
+/// Describes why a file cannot be read.
 fn unreadable(path: &Path, error: &std::io::Error) -> String {
     let fault = match error.kind() {
         std::io::ErrorKind::NotFound => "there is no such file".to_string(),
@@ -148,7 +145,7 @@ fn unreadable(path: &Path, error: &std::io::Error) -> String {
     format!("{}: {fault}", path.display())
 }
 
-/// Reads headers only and shows one line a record.
+/// Lists the records of the files from their headers, one per line.
 fn list(given: &ImportArguments) -> CommandResult {
     let mut text = String::new();
     for path in &given.files {
@@ -192,16 +189,16 @@ fn nut_positions(given: &[String]) -> Result<BTreeMap<String, f64>, String> {
         .collect()
 }
 
-/// Puts each FRF where the options say it belongs.
+/// Assigns a position and channel to each FRF, as the options state.
 fn place(frfs: Vec<ImportedFrf>, given: &ImportArguments) -> Result<Vec<(ImportedFrf, Placement)>, String> {
     let map = given.map.as_deref().map(read_map).transpose()?;
-    let mut placed = Vec::new();
+    let mut assigned = Vec::new();
     for frf in frfs {
         let mut placement =
             Placement { position: given.position.clone(), response: given.response.clone(), excitation: given.excitation.clone() };
         if let Some(pattern) = &given.pattern {
             let (before, after) =
-                pattern.split_once("{}").ok_or_else(|| format!("--pattern {pattern}: write {{}} where the position's name stands"))?;
+                pattern.split_once("{}").ok_or_else(|| format!("--pattern {pattern}: write {{}} in place of the position's name"))?;
             let names = std::iter::once(&frf.name).chain(&frf.texts);
             placement.position = names.filter_map(|text| matched(text, before, after)).next().or(placement.position);
         }
@@ -210,19 +207,19 @@ fn place(frfs: Vec<ImportedFrf>, given: &ImportArguments) -> Result<Vec<(Importe
             placement.response = row.response.clone().or(placement.response);
             placement.excitation = row.excitation.clone().or(placement.excitation);
         }
-        placed.push((frf, placement));
+        assigned.push((frf, placement));
     }
-    if let Some(pattern) = given.pattern.as_ref().filter(|_| placed.iter().all(|(_, p)| p.position.is_none())) {
-        return Err(format!("--pattern {pattern}: matches no record; look at their names with --list"));
+    if let Some(pattern) = given.pattern.as_ref().filter(|_| assigned.iter().all(|(_, p)| p.position.is_none())) {
+        return Err(format!("--pattern {pattern}: matches no record; list their names with --list"));
     }
-    if let Some(unknown) = map.iter().flat_map(BTreeMap::keys).find(|n| !placed.iter().any(|(f, _)| f.name == **n)) {
-        let known: Vec<&str> = placed.iter().map(|(f, _)| f.name.as_str()).collect();
+    if let Some(unknown) = map.iter().flat_map(BTreeMap::keys).find(|n| !assigned.iter().any(|(f, _)| f.name == **n)) {
+        let known: Vec<&str> = assigned.iter().map(|(f, _)| f.name.as_str()).collect();
         return Err(format!("--map: no record is called «{unknown}»; there are {}", known.join(", ")));
     }
-    Ok(placed)
+    Ok(assigned)
 }
 
-/// The word between `before` and `after` in a text.
+/// Returns the text between `before` and `after`; up to white space where `after` is empty.
 fn matched(text: &str, before: &str, after: &str) -> Option<String> {
     let start = text.find(before)? + before.len();
     let rest = &text[start..];
@@ -230,7 +227,7 @@ fn matched(text: &str, before: &str, after: &str) -> Option<String> {
     (!word.is_empty()).then(|| word.to_string())
 }
 
-/// A table with the columns record,position[,response][,excitation].
+/// Reads a table with the columns record,position[,response][,excitation], by record.
 fn read_map(path: &Path) -> Result<BTreeMap<String, Placement>, String> {
     let source = path.display();
     let mut reader = csv::ReaderBuilder::new().trim(csv::Trim::All).from_path(path).map_err(|e| format!("{source}: {e}"))?;
@@ -244,10 +241,10 @@ fn read_map(path: &Path) -> Result<BTreeMap<String, Placement>, String> {
     for row in reader.records() {
         let row = row.map_err(|e| format!("{source}: {e}"))?;
         let cell = |column: Option<usize>| column.and_then(|c| row.get(c)).filter(|c| !c.is_empty()).map(str::to_string);
-        let name = cell(Some(record)).ok_or_else(|| format!("{source}: a line without a record's name"))?;
+        let name = cell(Some(record)).ok_or_else(|| format!("{source}: a line has no record name; write one"))?;
         let placement = Placement { position: cell(at("position")), response: cell(at("response")), excitation: cell(at("excitation")) };
         if map.insert(name.clone(), placement).is_some() {
-            return Err(format!("{source}: record «{name}» stands twice"));
+            return Err(format!("{source}: record «{name}» is listed twice; keep one line"));
         }
     }
     Ok(map)
@@ -285,7 +282,9 @@ pub fn export(given: &ExportArguments) -> CommandResult {
     let bytes = writer.finish().map_err(fault)?;
     OutputFolder::prepare(&folder)?.write(name, &bytes)?;
     if set.frfs.iter().any(|f| f.lines.iter().any(|l| l.noise.is_some())) {
-        terminal::warning("coherence and relative_sd have no field in an FRF record and are not written; keep the set beside the file");
+        terminal::warning(
+            "coherence and relative_sd have no field in a universal FRF record and are not written; keep the measurement set, too",
+        );
     }
     print_out(&format!("{} FRFs written to {}\n", set.frfs.len(), given.out.display()))?;
     Ok(Outcome::Done)

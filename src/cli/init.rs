@@ -1,4 +1,4 @@
-//! `jointid init`.
+//! `jointid init`: a commented machine configuration and an empty measurement set.
 
 use std::path::PathBuf;
 
@@ -7,25 +7,25 @@ use config::MACHINE_TEMPLATE;
 use measurement::SET_TEMPLATE;
 use report::OutputFolder;
 
-/// `init`.
+/// Arguments of `init`.
 #[derive(Debug, clap::Args)]
 pub struct InitArguments {
-    /// Folder that is to hold machine.toml and measurements/
+    /// Folder to create machine.toml and measurements/ in
     #[arg(value_name = "DIR")]
     pub folder: PathBuf,
-    /// Say nothing but errors
+    /// Print only errors
     #[arg(short, long)]
     pub quiet: bool,
 }
 
-/// Runs the command: writes all files, or none where one of them is there already.
+/// Runs the command. Writes all files, or none if one of them already exists.
 pub fn run(given: &InitArguments) -> CommandResult {
     let folder = &given.folder;
     let claimed = OutputFolder::claim(folder)?;
     let set = SET_TEMPLATE.map(|(name, text)| (format!("measurements/{name}"), text));
     let files: Vec<_> = std::iter::once(("machine.toml".to_string(), MACHINE_TEMPLATE)).chain(set).collect();
     if let Some(path) = files.iter().map(|(name, _)| folder.join(name)).find(|path| path.exists()) {
-        return Err(format!("{}: is there already; name another folder", path.display()));
+        return Err(format!("{}: already exists; name another folder", path.display()));
     }
     claimed.write_all(files.iter().map(|(name, text)| (name, text)))?;
     if !given.quiet {

@@ -1,6 +1,6 @@
 //! The command line: arguments, commands, exit codes.
 
-// What is said to the program.
+// The arguments.
 mod arguments;
 mod command_line;
 
@@ -8,6 +8,7 @@ mod command_line;
 mod compare;
 mod convergence;
 mod diagnose;
+mod effects;
 mod friction;
 mod hybrid;
 mod identify;
@@ -22,7 +23,7 @@ mod simulate;
 mod validate;
 mod withheld;
 
-// What commands share: what they read, how they search and work, what they deliver and say.
+// Shared by commands: inputs, searches, long work, documents and messages.
 mod document_rows;
 mod identified;
 mod long_work;
@@ -35,20 +36,21 @@ mod terminal;
 
 use std::process::ExitCode;
 
-use clap::{CommandFactory, Parser};
+use clap::FromArgMatches;
 
-use command_line::{Arguments, Command};
+use command_line::{Arguments, Command, command};
 use outcome::Outcome;
 
-/// Runs the command of this process and gives its exit code: 0 done, 1 a limit was not met, 2 could not run, 3 stopped early.
+/// Runs the command of this process and returns its exit code: 0 done, 1 a limit was not met, 2 could not run, 3 stopped early.
 pub fn run() -> ExitCode {
     std::sync::LazyLock::force(&terminal::BEGUN);
-    let arguments = Arguments::parse();
+    let arguments = Arguments::from_arg_matches(&command().get_matches()).unwrap_or_else(|error| error.exit());
     let outcome = match arguments.command {
         Command::Identify(given) => identify::run(&given),
         Command::Validate(given) => validate::run(&given),
         Command::Compare(given) => compare::run(&given),
         Command::Diagnose(given) => diagnose::run(&given),
+        Command::Effects(given) => effects::run(&given),
         Command::Import(given) => import::import(&given),
         Command::Export(given) => import::export(&given),
         Command::Peaks(given) => peaks::run(&given),
@@ -58,8 +60,8 @@ pub fn run() -> ExitCode {
         Command::Report(given) => report::run(&given),
         Command::Init(given) => init::run(&given),
         Command::Schema(given) => schema::run(&given),
-        Command::Completions(given) => manual::completions(&given, Arguments::command()),
-        Command::Man(given) => manual::man(&given, Arguments::command()),
+        Command::Completions(given) => manual::completions(&given, command()),
+        Command::Man(given) => manual::man(&given, command()),
         Command::Simulate(given) => simulate::run(&given),
         Command::Hybrid(given) => hybrid::run(&given),
         Command::Withheld(given) => withheld::run(&given),

@@ -1,4 +1,4 @@
-//! Long work: on how many threads, how it is stopped, and what is kept of it until the same command goes on.
+//! Long computations: their threads, Ctrl-C, and the journal of finished work from which the same command resumes.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -11,15 +11,16 @@ use crate::terminal;
 use optimizer::{Control, Journal};
 use report::OutputFolder;
 
-/// This build of the program: length and time of its file.
+/// Identifies this build of the program by the length and modification time of its file.
 pub fn build() -> Option<(u64, std::time::SystemTime)> {
     std::env::current_exe().and_then(std::fs::metadata).and_then(|m| Ok((m.len(), m.modified()?))).ok()
 }
 
-/// What long work is told and asked: its progress, Ctrl-C, and what an earlier run of the same command has finished, kept beside the results.
-/// Where no folder is named, nothing is kept.
+/// Builds the control of a long computation: progress, Ctrl-C, and the journal of work that an earlier run of the same command has finished.
 ///
-/// # Errors  what an earlier run has kept cannot be read.
+/// The journal lies in the result folder. Without a folder there is no journal.
+///
+/// # Errors  the journal cannot be read.
 pub fn control(
     output: &OutputArguments,
     folder: Option<&OutputFolder>,
@@ -28,13 +29,13 @@ pub fn control(
 ) -> Result<Control, String> {
     let journal = folder
         .map(|folder| {
-            let path = folder.path().join(UNFINISHED);
-            // Another build may find other numbers.
-            let mut work = format!("{} {:?} {}", env!("CARGO_PKG_VERSION"), build(), same_work(std::env::args()).join("\u{1f}"));
+            let path = folder.path().join(JOURNAL);
+            // Another build may compute other numbers.
+            let mut work = format!("{} {:?} {}", env!("CARGO_PKG_VERSION"), build(), result_arguments(std::env::args()).join("\u{1f}"));
             inputs(loaded).iter().for_each(|input| work += &format!(" {}", input.sha256));
             let journal = Journal::open(&path, &work).map_err(|e| format!("{}: cannot be read: {e}; remove it", path.display()))?;
             if journal.taken_over() > 0 && !output.quiet {
-                eprintln!("goes on where an earlier run was stopped ({})", path.display());
+                eprintln!("resumes where an earlier run was stopped ({})", path.display());
             }
             Ok::<_, String>(Arc::new(journal))
         })
@@ -42,7 +43,7 @@ pub fn control(
     Ok(Control::new(stop_flag(), Some(progress.watcher())).keeping(journal))
 }
 
-/// Ends long work: what was kept of it goes where it is complete, and stays where it was stopped.
+/// Ends a long computation: removes the journal of a complete run, and keeps that of a stopped one.
 pub fn ended(output: &OutputArguments, control: &Control, complete: bool) -> Outcome {
     let fault = control.journal().and_then(|journal| {
         if complete {
@@ -51,18 +52,20 @@ pub fn ended(output: &OutputArguments, control: &Control, complete: bool) -> Out
         journal.fault()
     });
     if let Some(fault) = fault.filter(|_| !output.quiet) {
-        terminal::warning(&format!("{fault}: what is finished could not be kept; after a stop this run would begin anew"));
+        terminal::warning(&format!(
+            "{fault}: the journal of finished work could not be written; after a stop this run would start from the beginning"
+        ));
     } else if !complete && control.journal().is_some() && !output.quiet {
-        eprintln!("stopped; the same command goes on from here");
+        eprintln!("stopped; the same command resumes from here");
     }
     if complete { Outcome::Done } else { Outcome::Stopped }
 }
 
-/// What is finished of a run, in the folder of its results, until all of it is.
-const UNFINISHED: &str = "unfinished.jsonl";
+/// Name of the journal in the result folder. The file exists until the run is complete.
+const JOURNAL: &str = "unfinished.jsonl";
 
-/// The arguments that results depend on.
-fn same_work(arguments: impl Iterator<Item = String>) -> Vec<String> {
+/// Returns the arguments that results depend on.
+fn result_arguments(arguments: impl Iterator<Item = String>) -> Vec<String> {
     let mut kept = Vec::new();
     let mut arguments = arguments.skip(1);
     while let Some(argument) = arguments.next() {
@@ -76,7 +79,7 @@ fn same_work(arguments: impl Iterator<Item = String>) -> Vec<String> {
     kept
 }
 
-/// A flag that Ctrl-C sets; a second Ctrl-C ends the process at once.
+/// Returns a flag that Ctrl-C sets. A second Ctrl-C ends the process at once.
 pub fn stop_flag() -> Arc<AtomicBool> {
     let flag = Arc::new(AtomicBool::new(false));
     let handled = Arc::clone(&flag);
@@ -89,13 +92,13 @@ pub fn stop_flag() -> Arc<AtomicBool> {
     flag
 }
 
-/// Whether Ctrl-C was not pressed yet.
+/// Returns a predicate: whether Ctrl-C has not been pressed yet.
 pub fn watch_for_stop() -> impl Fn() -> bool + Sync {
     let flag = stop_flag();
     move || !flag.load(Ordering::Relaxed)
 }
 
-/// Runs work on the number of threads asked for.
+/// Runs a computation on the given number of threads; without one, on all cores.
 pub fn on_threads<T: Send>(threads: Option<u16>, work: impl FnOnce() -> T + Send) -> Result<T, String> {
     match threads {
         None => Ok(work()),
@@ -112,12 +115,12 @@ mod tests {
     use super::*;
 
     #[test]
-    fn work_is_the_same_whatever_does_not_touch_its_result() {
-        let of = |line: &str| same_work(line.split(' ').map(String::from));
-        let plain = of("jointid identify --seed 3");
-        assert_eq!(plain, ["identify", "--seed", "3"]);
-        assert_eq!(of("other/jointid identify -q --threads 2 --seed 3 --out results --json"), plain);
-        assert_eq!(of("jointid identify --threads=2 --seed 3 --out=there -v"), plain);
-        assert_ne!(of("jointid identify --seed 4"), plain);
+    fn arguments_that_do_not_change_the_result_are_dropped() {
+        let of = |line: &str| result_arguments(line.split(' ').map(String::from));
+        let expected = of("jointid identify --seed 3");
+        assert_eq!(expected, ["identify", "--seed", "3"]);
+        assert_eq!(of("other/jointid identify -q --threads 2 --seed 3 --out results --json"), expected);
+        assert_eq!(of("jointid identify --threads=2 --seed 3 --out=there -v"), expected);
+        assert_ne!(of("jointid identify --seed 4"), expected);
     }
 }

@@ -1,4 +1,4 @@
-//! `jointid completions` and `jointid man`: both of the definitions of the command line.
+//! `jointid completions` and `jointid man`, both generated from the definition of the command line.
 
 use std::path::PathBuf;
 
@@ -8,23 +8,23 @@ use clap_complete::Shell;
 use crate::outcome::{CommandResult, Outcome, print_out};
 use report::OutputFolder;
 
-/// `completions`.
+/// Arguments of `completions`.
 #[derive(Debug, Args)]
 pub struct CompletionsArguments {
-    /// Shell
+    /// Shell to generate completions for
     #[arg(value_enum)]
     pub shell: Shell,
 }
 
-/// `man`.
+/// Arguments of `man`.
 #[derive(Debug, Args)]
 pub struct ManArguments {
-    /// Folder for jointid.1, jointid-identify.1, …
+    /// Folder for the manual pages jointid.1, jointid-identify.1, …
     #[arg(long, value_name = "DIR")]
     pub out: PathBuf,
 }
 
-/// Prints completions.
+/// Prints the completions of a shell.
 pub fn completions(given: &CompletionsArguments, mut root: Command) -> CommandResult {
     let mut text = Vec::new();
     clap_complete::generate(given.shell, &mut root, "jointid", &mut text);
@@ -37,18 +37,18 @@ pub fn man(given: &ManArguments, mut root: Command) -> CommandResult {
     let folder = OutputFolder::claim(&given.out)?;
     root.build();
     let mut pages = Vec::new();
-    draw(&root, &mut pages)?;
+    render_pages(&root, &mut pages)?;
     folder.write_all(pages.iter().map(|(name, text)| (name, text)))?;
     eprintln!("written: {} pages into {}", pages.len(), given.out.display());
     Ok(Outcome::Done)
 }
 
-/// Name and text of the pages of a command and all below it.
-fn draw(command: &Command, pages: &mut Vec<(String, Vec<u8>)>) -> Result<(), String> {
+/// Appends name and text of the pages of a command and all its subcommands.
+fn render_pages(command: &Command, pages: &mut Vec<(String, Vec<u8>)>) -> Result<(), String> {
     // The name of a page is one word: jointid-simulate-modes.
     let name = command.get_display_name().unwrap_or_else(|| command.get_name());
     let mut text = Vec::new();
     clap_mangen::Man::new(command.clone()).render(&mut text).map_err(|e| format!("{name}.1: {e}"))?;
     pages.push((format!("{name}.1"), text));
-    command.get_subcommands().filter(|c| c.get_name() != "help" && !c.is_hide_set()).try_for_each(|sub| draw(sub, pages))
+    command.get_subcommands().filter(|c| c.get_name() != "help" && !c.is_hide_set()).try_for_each(|sub| render_pages(sub, pages))
 }

@@ -1,4 +1,4 @@
-//! Motion records made ready, and results on them as rows of documents.
+//! Preprocesses motion records, and lists results on them as rows of documents.
 
 use std::collections::BTreeMap;
 
@@ -17,26 +17,26 @@ use optimizer::Control;
 use report::document::PositionRow;
 use report::record::{CurveRow, MotionRecordRow, TransmissionRow};
 
-/// Whether a set is one of motions: records, and neither FRFs nor modes.
+/// Whether a set holds motion records, and neither FRFs nor modes.
 pub fn holds_records_alone(set: &MeasurementSet) -> bool {
     !set.motions.is_empty() && set.frfs.is_empty() && set.modes.is_none()
 }
 
-/// Names of records.
+/// Returns the names of records.
 pub fn names(set: &MeasurementSet, records: &[usize]) -> Vec<String> {
     records.iter().map(|i| set.motions[*i].name.clone()).collect()
 }
 
-/// All records made ready, in the order of the set, the rigid machine that they suit, and what is to be said of their columns.
+/// Preprocesses all records, in the order of the set. Returns them with the rigid machine and the warnings about their columns.
 pub fn prepare_all(loaded: &Loaded) -> Result<(Vec<MotionSignal>, Rigid, Vec<String>), String> {
     let records = &loaded.set.motions;
     let made: Result<Vec<MotionSignal>, _> =
         records.par_iter().map(|r| MotionSignal::new(r, Preprocessing::usual(r.step_s))).or_first_error();
-    make_ready(loaded, made.map_err(to_message)?)
+    add_channels(loaded, made.map_err(to_message)?)
 }
 
-/// The same of motions made already.
-pub fn make_ready(loaded: &Loaded, made: Vec<MotionSignal>) -> Result<(Vec<MotionSignal>, Rigid, Vec<String>), String> {
+/// Adds the extra channels of the set's records to their preprocessed motions. Returns as [`prepare_all`].
+pub fn add_channels(loaded: &Loaded, made: Vec<MotionSignal>) -> Result<(Vec<MotionSignal>, Rigid, Vec<String>), String> {
     let records = &loaded.set.motions;
     let rigid = make_rigid(loaded)?;
     let machine = &loaded.config.machine;
@@ -45,20 +45,20 @@ pub fn make_ready(loaded: &Loaded, made: Vec<MotionSignal>) -> Result<(Vec<Motio
     let response = loaded.set.response.as_ref().map(named).transpose().map_err(to_message)?;
     let (mut motions, mut warnings) = (Vec::new(), Vec::new());
     for (motion, record) in made.into_iter().zip(records) {
-        let (motion, told_of) = motion.with_points(record, machine, &rigid).map_err(to_message)?;
+        let (motion, column_warnings) = motion.with_points(record, machine, &rigid).map_err(to_message)?;
         motions.push(motion.read_at(response, record, machine, &rigid).map_err(to_message)?);
-        warnings.extend(told_of);
+        warnings.extend(column_warnings);
     }
     Ok((motions, rigid, warnings))
 }
 
-/// The rigid motion of a machine.
+/// Builds the rigid-body model of a machine.
 pub fn make_rigid(loaded: &Loaded) -> Result<Rigid, String> {
     let machine = &loaded.config.machine;
     Rigid::new(machine, &machine.start()).map_err(|e| format!("{}: {e}", loaded.config.path))
 }
 
-/// A record beside a machine, by inverse dynamics.
+/// Compares a record with a machine by inverse dynamics.
 fn record_row(rigid: &Rigid, machine: &Machine, values: &[f64], motion: &MotionSignal, samples: usize, role: &str) -> MotionRecordRow {
     let part = part(rigid, machine, values, motion);
     let by_phase: BTreeMap<String, f64> = misfit_map(motion, &part)
@@ -82,7 +82,7 @@ fn record_row(rigid: &Rigid, machine: &Machine, values: &[f64], motion: &MotionS
     }
 }
 
-/// Rows of these records beside a machine, by name.
+/// Lists records by name, each compared with a machine by inverse dynamics.
 pub fn list_records(
     loaded: &Loaded,
     (rigid, values): (&Rigid, &[f64]),
@@ -98,7 +98,7 @@ pub fn list_records(
     which.map(row).collect()
 }
 
-/// Simulates records in closed loop and writes the error of the force into their rows; whether all were simulated to their end.
+/// Simulates records in closed loop, and writes the force error into their rows. Returns whether all were simulated to their end.
 pub fn add_simulated_gaps(
     rows: &mut BTreeMap<String, MotionRecordRow>,
     (machine, values): (&Machine, &[f64]),
@@ -115,7 +115,7 @@ pub fn add_simulated_gaps(
     Ok(complete)
 }
 
-/// Records where documents have positions: their force error is their gap.
+/// Lists records in place of the positions of a document, with the given error as the gap.
 pub fn list_positions(
     records: &BTreeMap<String, MotionRecordRow>,
     error: impl Fn(&MotionRecordRow) -> Option<f64>,
@@ -136,22 +136,22 @@ pub fn list_positions(
     records.iter().map(row).collect()
 }
 
-/// What is left of further points.
+/// Lists the residuals of the extra channels of a record, by column.
 pub fn transmission_rows(part: &MotionPart, motion: &MotionSignal) -> BTreeMap<String, TransmissionRow> {
-    let row = |(part, further): (&MotionPart, &ExtraChannel)| {
+    let row = |(part, channel): (&MotionPart, &ExtraChannel)| {
         let row = TransmissionRow {
-            unit: further.unit.into(),
+            unit: channel.unit.into(),
             residual: part.left(),
             gap: part.own_gap(),
             tracking_gap: part.tracking_gap(),
             compared: part.samples,
         };
-        (further.column.clone(), row)
+        (channel.column.clone(), row)
     };
     part.further.iter().zip(&motion.further).map(row).collect()
 }
 
-/// Friction curve of records, with what a machine predicts at each speed.
+/// Computes the friction curve of records, with the prediction of a machine at each speed.
 pub fn curve_rows(rigid: &Rigid, machine: &Machine, values: &[f64], motions: &[&MotionSignal]) -> Vec<CurveRow> {
     let inertia = rigid.inertia(machine, values);
     let all: Vec<CurvePoint> = motions.iter().flat_map(|m| friction_curve(m, inertia)).collect();

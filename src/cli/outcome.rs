@@ -1,4 +1,4 @@
-//! How a command ends: its outcome or fault, and its document as JSON, text and files.
+//! The end of a command: its outcome or error, and its document as JSON, text and files.
 
 use std::io::Write;
 
@@ -12,26 +12,26 @@ use report::{OutputFolder, to_json};
 pub enum Outcome {
     /// Done.
     Done,
-    /// Done, but a limit that was asked for is not met.
+    /// Done, but a requested limit is not met.
     LimitNotMet,
-    /// Stopped early; what is known was delivered.
+    /// Stopped early; the results so far are delivered.
     Stopped,
 }
 
-/// What a command gives: an outcome, or the one message that says why it could not run.
+/// Result of a command: its outcome, or the message why it could not run.
 pub type CommandResult = Result<Outcome, String>;
 
-/// Any error as its message.
+/// Converts an error to its message.
 pub fn to_message(error: impl std::fmt::Display) -> String {
     error.to_string()
 }
 
-/// The folder results go to, made sure of before the work begins, and this run's alone until its end.
+/// Claims the result folder for this run, before its computations start; `None` without --out.
 pub fn prepare(output: &OutputArguments) -> Result<Option<OutputFolder>, String> {
     output.out.as_deref().map(OutputFolder::claim).transpose()
 }
 
-/// Delivers a document: as JSON alone, or as text for a person; and as a file where a folder was named. That done, so is the command, unless it says otherwise.
+/// Delivers a document: prints it as JSON or as text, and writes it into the result folder if there is one.
 pub fn deliver<T: Serialize>(
     output: &OutputArguments,
     folder: Option<&OutputFolder>,
@@ -42,25 +42,25 @@ pub fn deliver<T: Serialize>(
     deliver_with(output, folder, (file, &[]), document, text)
 }
 
-/// As [`deliver`], with other files `beside` the document: all are written, or none.
+/// As [`deliver`], with other files in addition to the document: all are written, or none.
 pub fn deliver_with<T: Serialize>(
     output: &OutputArguments,
     folder: Option<&OutputFolder>,
-    (file, beside): (&str, &[(&str, String)]),
+    (file, others): (&str, &[(&str, String)]),
     document: &T,
     text: &str,
 ) -> CommandResult {
     let json = to_json(document)?;
     if let Some(folder) = folder {
-        let beside = beside.iter().map(|(name, text)| (*name, text.as_str()));
-        write_announced(output, folder, &std::iter::once((file, json.as_str())).chain(beside).collect::<Vec<_>>())?;
+        let others = others.iter().map(|(name, text)| (*name, text.as_str()));
+        write_announced(output, folder, &std::iter::once((file, json.as_str())).chain(others).collect::<Vec<_>>())?;
     }
     print_out(if output.json { &json } else { text })?;
     terminal::background(output, &json);
     Ok(Outcome::Done)
 }
 
-/// Writes files, all or none, and says where they are.
+/// Writes files, all or none, and prints their paths.
 pub fn write_announced(output: &OutputArguments, folder: &OutputFolder, files: &[(&str, &str)]) -> Result<(), String> {
     folder.write_all(files.iter().copied())?;
     if !output.json && !output.quiet {
@@ -78,7 +78,7 @@ pub fn print_out(text: &str) -> Result<(), String> {
     }
 }
 
-/// Warnings for a person, on stderr.
+/// Prints warnings to stderr.
 pub fn warn(output: &OutputArguments, warnings: &[String]) {
     if !output.quiet {
         warnings.iter().for_each(|w| terminal::warning(w));

@@ -1,4 +1,4 @@
-//! `jointid peaks`.
+//! `jointid peaks`: natural frequencies from FRFs, tracked over the positions.
 
 use std::fmt::Write as _;
 
@@ -14,30 +14,30 @@ use numeric::unit::omega_rad_s;
 use report::document::{EvidenceRow, PeakFitRow, PeakModeRow, PeakRow, PeaksDocument};
 use report::peaks_table;
 
-/// `peaks`.
+/// Arguments of `peaks`.
 #[derive(Debug, clap::Args)]
 pub struct PeaksArguments {
     /// Folder of the measurement set
     #[arg(long, value_name = "DIR")]
     pub measurements: String,
-    /// Lowest and highest frequency (Hz)
+    /// Lowest and highest frequency (Hz), comma-separated
     #[arg(long, value_name = "FROM,TO", value_delimiter = ',', num_args = 1)]
     pub band: Vec<f64>,
-    /// Fit the modes of --band alone, what lies outside as a background
+    /// Fit only the modes in --band, and those outside as a background
     #[arg(long)]
     pub local: bool,
     /// Highest polynomial order of the stabilisation diagram
     #[arg(long, value_name = "N", default_value_t = 48, value_parser = clap::value_parser!(u8).range(8..=120))]
     pub max_order: u8,
-    /// Show peaks without regularity, too, and why
+    /// Show peaks without regularity over the positions, too, with the reasons
     #[arg(long)]
     pub all: bool,
     #[command(flatten)]
     pub output: OutputArguments,
 }
 
-/// An FRF with its name among the records.
-struct NamedPosition<'s> {
+/// A fitted FRF with its unique name.
+struct NamedFrf<'s> {
     name: String,
     frf: &'s Frf,
     nut_m: Option<f64>,
@@ -48,17 +48,17 @@ struct NamedPosition<'s> {
 pub fn run(given: &PeaksArguments) -> CommandResult {
     let set = read_set(&given.measurements).map_err(to_message)?;
     if set.frfs.is_empty() {
-        return Err(format!("{}: holds no FRF to take peaks from; list some as [[frf]] in its manifest", set.path));
+        return Err(format!("{}: holds no FRF; list at least one as [[frf]] in its manifest", set.path));
     }
     let options = options(given)?;
     let names = names(&set);
-    let fitted: Result<Vec<NamedPosition>, String> = set
+    let fitted: Result<Vec<NamedFrf>, String> = set
         .frfs
         .par_iter()
         .zip(names)
         .map(|(frf, name)| {
             let fitted = fit(frf, &options, given).map_err(|e| format!("{}: {e}", frf.source))?;
-            Ok(NamedPosition { name, frf, nut_m: frf.position.and_then(|p| set.positions[p].nut_m), fitted })
+            Ok(NamedFrf { name, frf, nut_m: frf.position.and_then(|p| set.positions[p].nut_m), fitted })
         })
         .or_first_error();
     let named = fitted?;
@@ -69,7 +69,7 @@ pub fn run(given: &PeaksArguments) -> CommandResult {
         .map(|(n, series)| TrackRecord { name: &n.name, nut_m: n.nut_m, series, band_hz: band_of(n.frf, given), modes: &n.fitted.modes })
         .collect();
     let tracked = track(&records, &TrackOptions::default()).map_err(|e| format!("{}: {e}", set.path))?;
-    // Regular modes are counted first.
+    // Regular modes have the first numbers.
     let (regular, others): (Vec<_>, Vec<_>) = tracked.iter().partition(|mode| mode.regular);
     let modes: Vec<PeakModeRow> = regular
         .into_iter()
@@ -114,15 +114,22 @@ pub fn run(given: &PeaksArguments) -> CommandResult {
             (n.name.clone(), row)
         })
         .collect();
-    let document = PeaksDocument { stamp: set_stamp("peaks", &set), modes, fits };
+    let document = PeaksDocument { stamp: set_stamp("peaks", &set), amplitude_unit: amplitude_unit(&set), modes, fits };
     let folder = prepare(&given.output)?;
-    let beside = [("modes.csv", modes_csv(&set, &named, &document))];
-    deliver_with(&given.output, folder.as_ref(), ("peaks.json", &beside), &document, &peaks_table(&document, given.all))?;
+    let tables = [("modes.csv", modes_csv(&set, &named, &document))];
+    deliver_with(&given.output, folder.as_ref(), ("peaks.json", &tables), &document, &peaks_table(&document, given.all))?;
     if !given.output.json && !given.all && document.modes.iter().any(|m| !m.regular) {
         let spurious = document.modes.iter().filter(|m| !m.regular).count();
-        print_out(&format!("{spurious} without regularity are not shown; --all shows them with the reasons\n"))?;
+        print_out(&format!("{spurious} peaks without regularity are not shown; --all shows them with the reasons\n"))?;
     }
     Ok(Outcome::Done)
+}
+
+/// Unit of the amplitudes, where all FRFs have one quantity.
+fn amplitude_unit(set: &MeasurementSet) -> String {
+    let first = set.frfs.first().map(|frf| frf.quantity);
+    let unit = first.filter(|quantity| set.frfs.iter().all(|frf| frf.quantity == *quantity)).map(measurement::Quantity::unit);
+    unit.unwrap_or_default().to_string()
 }
 
 fn finite(x: f64) -> Option<f64> {
@@ -155,7 +162,7 @@ fn band_of(frf: &Frf, given: &PeaksArguments) -> (f64, f64) {
 
 fn fit(frf: &Frf, options: &CurveOptions, given: &PeaksArguments) -> Result<ModalFit, measurement::modal::ModalError> {
     let (from, to) = band_of(frf, given);
-    // A local fit sees the lines beside its band; a full one only those inside.
+    // A local fit also uses the lines outside its band; a full fit uses only those inside.
     let seen = |l: &FrfLine| given.local || (from..=to).contains(&l.frequency_hz);
     let lines: Vec<_> = frf.lines.iter().zip(frf.component_sds()).filter(|(l, _)| seen(l)).collect();
     let frequency_hz: Vec<f64> = lines.iter().map(|(l, _)| l.frequency_hz).collect();
@@ -170,7 +177,7 @@ fn fit(frf: &Frf, options: &CurveOptions, given: &PeaksArguments) -> Result<Moda
     measurement::modal::fit_curve(&curve, options)
 }
 
-/// A name for each FRF: its position or record; with what else it takes to tell it from the others.
+/// Names each FRF by its position or record. Record and channel are added where they make the names unique.
 fn names(set: &MeasurementSet) -> Vec<String> {
     let base = |frf: &Frf| match (frf.position, &frf.record) {
         (Some(position), _) => set.positions[position].name.clone(),
@@ -183,20 +190,20 @@ fn names(set: &MeasurementSet) -> Vec<String> {
     };
     let with_channel = |frf: &Frf| format!("{} {}/{}", base(frf), frf.response, frf.excitation);
     let full = |frf: &Frf| format!("{} {}/{}", with_record(frf), frf.response, frf.excitation);
-    let tell: [&dyn Fn(&Frf) -> String; 4] = [&base, &with_record, &with_channel, &full];
+    let candidates: [&dyn Fn(&Frf) -> String; 4] = [&base, &with_record, &with_channel, &full];
     let unique = |name: &dyn Fn(&Frf) -> String| {
         let mut all: Vec<String> = set.frfs.iter().map(name).collect();
         all.sort();
         all.windows(2).all(|w| w[0] != w[1])
     };
-    match tell.into_iter().find(|name| unique(*name)) {
+    match candidates.into_iter().find(|name| unique(*name)) {
         Some(name) => set.frfs.iter().map(name).collect(),
         None => set.frfs.iter().enumerate().map(|(at, frf)| format!("{} {}", full(frf), at + 1)).collect(),
     }
 }
 
-/// Regular modes as a table that a manifest can name: position, order, frequency, amplitude.
-fn modes_csv(set: &MeasurementSet, named: &[NamedPosition<'_>], document: &PeaksDocument) -> String {
+/// Formats the regular modes as a table for a manifest: position, order, frequency, amplitude.
+fn modes_csv(set: &MeasurementSet, named: &[NamedFrf<'_>], document: &PeaksDocument) -> String {
     let mut text = String::from("position,order,frequency_hz,amplitude\n");
     for n in named.iter().filter(|n| n.frf.position.is_some()) {
         let position = n.frf.position.map_or("", |p| set.positions[p].name.as_str());

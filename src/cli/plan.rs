@@ -1,4 +1,4 @@
-//! `jointid plan`.
+//! `jointid plan`: ranks choices of measurements by the remaining uncertainty of the parameters.
 
 use std::path::PathBuf;
 
@@ -11,7 +11,7 @@ use identification::{Choice, FrfPlan, PlanDesign};
 use report::document::{ChoiceRow, PlanDocument, PlanRanking};
 use report::plan_table;
 
-/// Kinds of data by name.
+/// Kinds of data, by name.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
 pub enum DataName {
     /// Natural frequencies and amplitudes
@@ -20,7 +20,7 @@ pub enum DataName {
     Frf,
 }
 
-/// `plan`.
+/// Arguments of `plan`.
 #[derive(Debug, clap::Args)]
 pub struct PlanArguments {
     #[command(flatten)]
@@ -28,40 +28,40 @@ pub struct PlanArguments {
     /// Parameter values from this identification.json instead of the start values
     #[arg(long, value_name = "FILE")]
     pub result: Option<PathBuf>,
-    /// What is measured; frf where the set has FRFs
+    /// Kind of data to measure; by default frf where the set has FRFs, else modes
     #[arg(long, value_enum)]
     pub data: Option<DataName>,
-    /// Measurements to choose at once; 2 and 3, or 1 beside those measured
+    /// Numbers of measurements to choose, comma-separated; by default 2,3, or 1 with --measured
     #[arg(long, value_name = "N", value_delimiter = ',', value_parser = clap::value_parser!(u8).range(1..=8))]
     pub choose: Vec<u8>,
-    /// Measurements made already: positions, or position:response/excitation
+    /// Measurements already made, comma-separated: positions, or position:response/excitation
     #[arg(long, value_name = "NAMES", value_delimiter = ',')]
     pub measured: Vec<String>,
-    /// Responses and excitations to choose from; those of the set by default
+    /// Channels to choose from, response/excitation, comma-separated; that of the set by default
     #[arg(long, value_name = "POINT/POINT", value_delimiter = ',')]
     pub channels: Vec<String>,
     /// Relative standard deviation of an FRF line
     #[arg(long, value_name = "SHARE", default_value_t = 0.02)]
     pub noise: f64,
-    /// Lowest and highest frequency (Hz)
+    /// Lowest and highest frequency (Hz), comma-separated
     #[arg(long, value_name = "FROM,TO", value_delimiter = ',', num_args = 1)]
     pub band: Vec<f64>,
-    /// Lines of an FRF
+    /// Number of lines of an FRF
     #[arg(long, value_name = "N", default_value_t = 400, value_parser = clap::value_parser!(u16).range(2..))]
     pub lines: u16,
-    /// Keep these parameters at their values
+    /// Parameters to keep at their values, comma-separated
     #[arg(long, value_name = "PARAMETERS", value_delimiter = ',')]
     pub freeze: Vec<String>,
     #[command(flatten)]
     pub rods: RodArguments,
-    /// Choices shown of each ranking
+    /// Number of choices to show of each ranking
     #[arg(long, value_name = "N", default_value_t = 5)]
     pub top: u16,
     #[command(flatten)]
     pub output: OutputArguments,
 }
 
-/// Most choices that are ranked one by one.
+/// Largest number of choices, which are ranked exhaustively.
 const MOST_CHOICES: f64 = 200_000.0;
 
 /// Runs the command.
@@ -80,7 +80,7 @@ pub fn run(given: &PlanArguments) -> CommandResult {
     let channels = channels(given, &loaded)?;
     let design = if frfs { of_frfs(given, &loaded, &values, &channels)? } else { of_modes(given, &loaded, &values, &channels)? };
     if design.free.is_empty() {
-        return Err("no parameter is left to plan for; freeze fewer".into());
+        return Err("no free parameter to plan for; freeze fewer".into());
     }
     let name = |candidate: usize| {
         let c = &design.candidates[candidate];
@@ -117,15 +117,18 @@ pub fn run(given: &PlanArguments) -> CommandResult {
         let count = usize::from(count);
         let number = design.choices(made.len(), count);
         if number < 1.0 {
-            return Err(format!("--choose {count}: only {} measurements are left to choose from", design.candidates.len() - made.len()));
+            return Err(format!(
+                "--choose {count}: only {} measurements to choose from; choose fewer",
+                design.candidates.len() - made.len()
+            ));
         }
         if number > MOST_CHOICES {
             return Err(format!(
-                "--choose {count}: that makes {number:.0} choices; choose fewer at once, and name those made with --measured"
+                "--choose {count}: {number:.0} choices are too many to rank; choose fewer at once, and name those made with --measured"
             ));
         }
         let ranked = design.ranking(&made, count);
-        // How the set's own split fares.
+        // Rank of the set's own split.
         let split: Option<Vec<usize>> = loaded.set.split.as_ref().filter(|_| made.is_empty() && channels.len() == 1).map(|names| {
             let mut which: Vec<usize> = (0..design.candidates.len()).filter(|i| names.contains(&name(*i))).collect();
             which.sort_unstable();
@@ -148,7 +151,7 @@ pub fn run(given: &PlanArguments) -> CommandResult {
     deliver(&given.output, folder.as_ref(), "plan.json", &document, &plan_table(&document, &units, usize::from(given.top)))
 }
 
-/// The pairs of points to measure.
+/// Returns the pairs of response and excitation to choose from.
 fn channels(given: &PlanArguments, loaded: &Loaded) -> Result<Vec<(String, String)>, String> {
     if given.channels.is_empty() {
         let point = |name: &Option<String>, key: &str| {
@@ -187,21 +190,21 @@ fn of_modes(given: &PlanArguments, loaded: &Loaded, values: &[f64], channels: &[
     };
     let measured = loaded.set.modes.iter().flat_map(|m| m.positions.iter().flatten()).filter_map(|m| m.frequency_hz);
     let (low, high) = measured.fold((f64::INFINITY, 0.0_f64), |(a, b), f| (a.min(f), b.max(f)));
-    let usual = if high > 0.0 { (0.5 * low, 1.1 * high) } else { (5.0, 1000.0) };
+    let default_hz = if high > 0.0 { (0.5 * low, 1.1 * high) } else { (5.0, 1000.0) };
     let settings = ModeSettings { rods: given.rods.represent(), ..ModeSettings::default() };
-    let band_hz = band(given, usual)?;
+    let band_hz = band(given, default_hz)?;
     PlanDesign::of_modes(&loaded.config.machine, values, &loaded.set, channel, band_hz, settings, &given.freeze).map_err(to_message)
 }
 
-fn band(given: &PlanArguments, usual: (f64, f64)) -> Result<(f64, f64), String> {
+fn band(given: &PlanArguments, default_hz: (f64, f64)) -> Result<(f64, f64), String> {
     match given.band[..] {
-        [] => Ok(usual),
+        [] => Ok(default_hz),
         [from, to] if from > 0.0 && to > from && to.is_finite() => Ok((from, to)),
         _ => Err("--band: write the lowest and the highest frequency in Hz, such as --band 5,1000".into()),
     }
 }
 
-/// Candidates that were measured already.
+/// Returns the candidates that are already measured.
 fn measured(given: &PlanArguments, loaded: &Loaded, design: &PlanDesign, name: &dyn Fn(usize) -> String) -> Result<Vec<usize>, String> {
     let mut made = Vec::new();
     for wanted in &given.measured {

@@ -1,4 +1,4 @@
-//! A progress bar on stderr with the time that is left, hidden where stderr is no terminal.
+//! A progress bar on stderr with the remaining time, hidden where stderr is no terminal.
 
 use std::collections::HashMap;
 use std::sync::{Arc, Mutex};
@@ -11,13 +11,13 @@ use optimizer::{Progressed, Watcher};
 const STEPS: &str = "{prefix}  {bar:24} {pos}/{len}  {elapsed}, {eta} left";
 const SEARCHES: &str = "{prefix}  {bar:24} {elapsed}, at most {eta} left  {msg}";
 
-/// A bar over the searches and steps of a command, or over a known number of steps of its own.
+/// Progress bar over the searches and steps of a command, or over a known number of steps.
 pub struct WorkProgress {
     bar: ProgressBar,
     at: Arc<Mutex<BarState>>,
 }
 
-/// Where the work stands.
+/// State of a progress bar.
 struct BarState {
     name: String,
     searches: u64,
@@ -27,21 +27,21 @@ struct BarState {
 }
 
 impl WorkProgress {
-    /// Begins with so many searches, one after another; hidden when `quiet`, and by itself where stderr is no terminal.
+    /// Starts a bar over a number of successive searches. It is hidden when `quiet`, and where stderr is no terminal.
     pub fn searches(quiet: bool, name: &str, searches: usize) -> Self {
         let bar = if quiet { ProgressBar::hidden() } else { ProgressBar::new_spinner() };
         style(&bar, "{spinner} {prefix}  {elapsed}");
-        // Also where nothing is heard for long, the time that has passed is seen to grow.
+        // Updates the elapsed time between reports.
         bar.enable_steady_tick(Duration::from_millis(200));
         WorkProgress::of(bar, name, searches)
     }
 
-    /// Begins with searches of unknown number.
+    /// Starts a bar over an unknown number of searches.
     pub fn begin(quiet: bool, name: &str) -> Self {
         WorkProgress::searches(quiet, name, 1)
     }
 
-    /// Begins a bar over a known number of steps.
+    /// Starts a bar over a known number of steps.
     pub fn counted(quiet: bool, name: &str, steps: usize) -> Self {
         let bar = if quiet { ProgressBar::hidden() } else { ProgressBar::new(steps as u64) };
         style(&bar, STEPS);
@@ -56,12 +56,12 @@ impl WorkProgress {
         }
     }
 
-    /// One step is done.
+    /// Counts one finished step.
     pub fn step(&self) {
         self.bar.inc(1);
     }
 
-    /// A watcher for stages, searches and counted steps. A search that converges early brings the end nearer.
+    /// Returns a watcher for stages, searches and counted steps. A search that converges early shortens the remaining time.
     pub fn watcher(&self) -> Watcher {
         let (bar, at) = (self.bar.clone(), Arc::clone(&self.at));
         Arc::new(move |progressed| {
@@ -97,17 +97,17 @@ impl WorkProgress {
         })
     }
 
-    /// Names what is done now.
+    /// Names the current work.
     pub fn now(&self, what: &str) {
         if let Ok(mut at) = self.at.lock() {
             at.name = what.into();
-            // Other data, other costs.
+            // Costs on other data are not comparable.
             at.best = f64::INFINITY;
         }
         self.bar.set_prefix(what.to_string());
     }
 
-    /// Ends and clears the line.
+    /// Ends the bar and clears its line.
     pub fn end(&self) {
         self.bar.finish_and_clear();
     }

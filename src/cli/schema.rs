@@ -9,7 +9,7 @@ use withheld::WithheldDocument;
 /// `schema`.
 #[derive(Debug, clap::Args)]
 pub struct SchemaArguments {
-    /// machine, effects, manifest, identification, diagnosis, …
+    /// Name of a file or document: machine, effects, manifest, identification, diagnosis, …
     #[arg(value_name = "NAME", required_unless_present = "list")]
     pub name: Option<String>,
     /// List the names
@@ -33,7 +33,7 @@ pub fn run(given: &SchemaArguments) -> CommandResult {
         "withheld" => Some(schemars::schema_for!(WithheldDocument)),
         other => report::schema(other),
     };
-    let schema = schema.ok_or_else(|| format!("schema {name}: there is none of this name; there are {}", names.join(", ")))?;
+    let schema = schema.ok_or_else(|| format!("schema {name}: no schema has this name; there are {}", names.join(", ")))?;
     print_out(&to_json(&schema)?)?;
     Ok(Outcome::Done)
 }

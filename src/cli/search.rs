@@ -1,4 +1,4 @@
-//! The search that was asked for: its plan, and the settings kept with its result.
+//! Settings of a search: from its arguments, and as its document keeps them.
 
 use crate::arguments::{ModelName, ObjectiveName, SearchArguments, Sources, ToleranceName};
 use crate::sources::Loaded;
@@ -8,7 +8,7 @@ use measurement::MeasurementSet;
 use optimizer::Strategy;
 use report::document::RunSettings;
 
-/// Objective as asked for.
+/// Returns the objective of this name.
 pub fn objective(name: ObjectiveName) -> Objective {
     match name {
         ObjectiveName::LeastSquares => Objective::LeastSquares,
@@ -18,12 +18,12 @@ pub fn objective(name: ObjectiveName) -> Objective {
     }
 }
 
-/// Whether whole FRFs are fitted: where it is asked for, or where the set has some and nothing else is asked for.
+/// Whether whole FRFs are fitted: on request, or by default where the set has some.
 pub fn fits_frfs(search: &SearchArguments, set: &MeasurementSet) -> bool {
     search.objective.map_or(!set.frfs.is_empty(), |o| o == ObjectiveName::Frf)
 }
 
-/// The band that was asked for.
+/// Returns the requested band (Hz).
 fn band_hz(search: &SearchArguments) -> Result<(f64, f64), String> {
     match search.band[..] {
         [] => Ok(FrfSettings::default().band_hz),
@@ -36,7 +36,7 @@ fn listed(numbers: &[f64]) -> String {
     numbers.iter().map(f64::to_string).collect::<Vec<_>>().join(",")
 }
 
-/// The word for an objective.
+/// Returns the name of an objective.
 pub fn objective_word(objective: Objective) -> &'static str {
     match objective {
         Objective::LeastSquares => "least-squares",
@@ -45,7 +45,7 @@ pub fn objective_word(objective: Objective) -> &'static str {
     }
 }
 
-/// The plan that was asked for.
+/// Builds the settings of an identification from its arguments.
 pub fn plan(search: &SearchArguments, set: &MeasurementSet) -> Result<IdentificationSettings, String> {
     for (key, x) in [("--frequency-model-error", search.frequency_model_error), ("--amplitude-sd", search.amplitude_sd)] {
         if !(1e-6..=1e3).contains(&x) {
@@ -53,7 +53,7 @@ pub fn plan(search: &SearchArguments, set: &MeasurementSet) -> Result<Identifica
         }
     }
     if !(0.0..=1e3).contains(&search.frf_model_error) {
-        return Err(format!("--frf-model-error {}: write 0 or a number above it, such as 0.01", search.frf_model_error));
+        return Err(format!("--frf-model-error {}: write 0 or a positive number, such as 0.01", search.frf_model_error));
     }
     if (1..50).contains(&search.bootstrap) {
         return Err(format!("--bootstrap {}: too few for 95 % intervals; draw at least 50", search.bootstrap));
@@ -83,7 +83,7 @@ pub fn plan(search: &SearchArguments, set: &MeasurementSet) -> Result<Identifica
     })
 }
 
-/// The settings of a run, to be kept with its result.
+/// Returns the settings of a run, as its document keeps them.
 pub fn settings(sources: &Sources, search: &SearchArguments, plan: &IdentificationSettings) -> RunSettings {
     let lumped = search.rods.model == ModelName::Lumped;
     RunSettings {
@@ -105,7 +105,7 @@ pub fn settings(sources: &Sources, search: &SearchArguments, plan: &Identificati
     }
 }
 
-/// Refuses parameters to be kept that the machine does not have.
+/// Checks that the machine has the parameters to freeze.
 pub fn check_frozen(loaded: &Loaded, frozen: &[String]) -> Result<(), String> {
     let parameters = &loaded.config.machine.parameters;
     match frozen.iter().find(|id| !parameters.iter().any(|p| p.id == **id)) {

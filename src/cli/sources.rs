@@ -1,4 +1,4 @@
-//! What a result rests on: machine and measurements as read, and the stamp that says so.
+//! Inputs of a result: machine and measurements as read, and the stamp of its document.
 
 use std::path::Path;
 
@@ -13,11 +13,11 @@ use report::document::{Input, Stamp};
 pub struct Loaded {
     /// Overrides of the configuration.
     pub overrides: Vec<String>,
-    /// Effects taken out of it.
+    /// Effects taken out of the machine.
     pub without: Vec<String>,
     /// The machine as configured.
     pub config: MachineConfig,
-    /// What was measured.
+    /// The measurement set.
     pub set: MeasurementSet,
 }
 
@@ -28,13 +28,15 @@ pub fn load(sources: &Sources) -> Result<Loaded, String> {
     Ok(Loaded { config, set, overrides: sources.set.clone(), without: sources.without.clone() })
 }
 
-/// Reads what a document says it was made from, with further overrides and effects taken out.
+/// Reads the inputs of a document again, with additional overrides and effects taken out.
 pub fn load_again(config: &str, measurements: &str, stamp: &Stamp, (set, without): (&[String], &[String])) -> Result<Loaded, String> {
     let (set, without) = ([&stamp.overrides[..], set].concat(), [&stamp.without[..], without].concat());
     load(&Sources { config: config.into(), measurements: measurements.into(), set, without })
 }
 
-/// As [`load`], for commands that need a machine and at most the positions of its set: the published bench's set stands in for no other machine.
+/// As [`load`], for commands that need a machine and at most the positions of its set.
+///
+/// The measurement set of the published bench, the default, is not read for other machines.
 pub fn load_machine(sources: &Sources) -> Result<Loaded, String> {
     let config = read_machine(&sources.config, &sources.set, &sources.without).map_err(to_message)?;
     let other = sources.measurements == measurement::BENCH && !config.path.contains("tian");
@@ -42,7 +44,7 @@ pub fn load_machine(sources: &Sources) -> Result<Loaded, String> {
     Ok(Loaded { config, set, overrides: sources.set.clone(), without: sources.without.clone() })
 }
 
-/// The files a run rests on.
+/// Returns the input files of a run with their digests.
 pub fn inputs(loaded: &Loaded) -> Vec<Input> {
     let config = Input { path: loaded.config.path.clone(), sha256: digest(loaded.config.text.as_bytes()) };
     std::iter::once(config).chain(set_inputs(&loaded.set)).collect()
@@ -52,31 +54,31 @@ fn set_inputs(set: &MeasurementSet) -> Vec<Input> {
     set.files.iter().map(digest_file).collect()
 }
 
-/// A file that was read, as an input.
+/// Describes a file that was read as an input.
 pub fn digest_file(file: &SourceFile) -> Input {
     Input { path: file.path.clone(), sha256: digest(&file.bytes) }
 }
 
-/// The stamp of a document.
+/// Builds the stamp of a document.
 pub fn stamp(schema: &str, seed: u64, complete: bool, loaded: &Loaded, warnings: Vec<String>) -> Stamp {
-    let alone = set_stamp(schema, &loaded.set);
+    let on_set = set_stamp(schema, &loaded.set);
     Stamp {
         seed,
         complete,
         inputs: inputs(loaded),
         overrides: loaded.overrides.clone(),
         without: loaded.without.clone(),
-        warnings: alone.warnings.into_iter().chain(loaded.config.warnings.iter().cloned()).chain(warnings).collect(),
-        ..alone
+        warnings: on_set.warnings.into_iter().chain(loaded.config.warnings.iter().cloned()).chain(warnings).collect(),
+        ..on_set
     }
 }
 
-/// The stamp of a document that rests on measurements alone.
+/// Builds the stamp of a document on measurements alone.
 pub fn set_stamp(schema: &str, set: &MeasurementSet) -> Stamp {
     stamp_files(schema, set_inputs(set), set.warnings.clone())
 }
 
-/// The stamp of a document that rests on these files, without a seed.
+/// Builds the stamp of a document on these files, without a seed.
 pub fn stamp_files(schema: &str, inputs: Vec<Input>, warnings: Vec<String>) -> Stamp {
     Stamp {
         schema: format!("jointid/{schema}/1"),
@@ -90,7 +92,7 @@ pub fn stamp_files(schema: &str, inputs: Vec<Input>, warnings: Vec<String>) -> S
     }
 }
 
-/// A result document as an input of another.
+/// Describes a result document as an input of another.
 pub fn document_input(path: &Path) -> Result<Input, String> {
     let bytes = std::fs::read(path).map_err(|e| format!("{}: {e}", path.display()))?;
     Ok(Input { path: path.display().to_string(), sha256: digest(&bytes) })

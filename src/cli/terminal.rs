@@ -1,4 +1,4 @@
-//! What is said beside the results: on stderr, wrapped to 80 columns, coloured on a terminal unless NO_COLOR is set.
+//! Messages on stderr: wrapped to the terminal, coloured unless NO_COLOR is set.
 
 use std::sync::{LazyLock, OnceLock};
 use std::time::Instant;
@@ -9,22 +9,22 @@ use serde_json::Value;
 use crate::arguments::OutputArguments;
 use report::wrapped;
 
-/// When the program began.
+/// Start of the program.
 pub static BEGUN: LazyLock<Instant> = LazyLock::new(Instant::now);
-/// On how many threads it was asked to work.
+/// Requested number of threads.
 pub static THREADS: OnceLock<usize> = OnceLock::new();
 
-/// A warning: what is the matter, and what to do about it.
+/// Prints a warning: the finding, and the remedy.
 pub fn warning(text: &str) {
     labelled("warning:", AnsiColor::Yellow.on_default().bold(), text);
 }
 
-/// A remark.
+/// Prints a remark.
 pub fn note(text: &str) {
     labelled("note:", AnsiColor::Cyan.on_default().bold(), text);
 }
 
-/// The one message that says why the command could not run: in one line, that it may be searched for.
+/// Prints the message why the command could not run, in one line so that it can be searched for.
 pub fn failed(text: &str) {
     let red = AnsiColor::Red.on_default().bold();
     anstream::eprintln!("{red}jointid:{red:#} {text}");
@@ -36,7 +36,7 @@ fn labelled(label: &str, style: Style, text: &str) {
     anstream::eprint!("{style}{label}{style:#}{rest}");
 }
 
-/// With `--verbose`: what a result rests on, how it was set, how its searches went, how long it took.
+/// Prints inputs, settings, searches and run time of a result, with `--verbose`.
 pub fn background(output: &OutputArguments, json: &str) {
     if !output.verbose {
         return;
@@ -60,6 +60,9 @@ pub fn background(output: &OutputArguments, json: &str) {
     for search in list("searches") {
         let cost = search["cost"].as_f64().unwrap_or(f64::NAN);
         eprintln!("search with seed {}: cost {cost:.6} after {} evaluations", search["seed"], search["evaluations"]);
+    }
+    for effect in list("effects").iter().filter(|effect| effect["status"] == "not-applicable") {
+        eprint!("{}", wrapped(&format!("not applicable: {}: {}", word(&effect["id"]), word(&effect["why"]))));
     }
     let threads = THREADS.get().copied().unwrap_or_else(rayon::current_num_threads);
     eprintln!("{:.1} s on {threads} threads, seed {}", BEGUN.elapsed().as_secs_f64(), document["seed"]);

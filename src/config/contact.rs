@@ -1,4 +1,4 @@
-//! The words of a configuration file for contacts, screw segments and friction curves.
+//! Configuration sections of contacts, screw segments and friction curves.
 
 use std::collections::BTreeMap;
 
@@ -21,7 +21,7 @@ pub struct FrictionFile {
     stribeck_velocity_m_s: f64,
 }
 
-/// A preloaded pair by its catalogue quantities.
+/// A preloaded pair, described by its catalogue quantities.
 #[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ContactFile {
@@ -35,14 +35,14 @@ pub struct ContactFile {
     pitch_diameter_m: Option<f64>,
     ball_diameter_m: Option<f64>,
     contact_angle_deg: Option<f64>,
-    /// Of both races, or of screw and nut (inner and outer ring) in turn.
+    /// Of both races with one number; with two, of screw and nut, or of inner and outer ring.
     conformity: Option<ConformityFile>,
     ball_count: Option<f64>,
     loaded_turns: Option<f64>,
     /// Bearings in tandem on side A and on side B.
     tandem: Option<[usize; 2]>,
     pressure_limit_pa: Option<f64>,
-    /// A known point of one side instead of its geometry.
+    /// A known point of one side, as an alternative to its geometry.
     load_n: Option<f64>,
     deflection_m: Option<f64>,
     friction: Option<String>,
@@ -98,7 +98,7 @@ struct TwistFile {
     lead_m: f64,
 }
 
-/// What contacts of a file say nothing about themselves.
+/// Defaults for contacts of a file.
 #[derive(Debug, Clone, Copy)]
 pub struct ContactDefaults {
     /// `contact_rule` of the file.
@@ -107,12 +107,14 @@ pub struct ContactDefaults {
     pub stiffness: Option<Stiffness>,
 }
 
-/// Segments of a file.
+/// Converts the segments of a file.
 pub fn segments(files: BTreeMap<String, SegmentFile>) -> Result<Vec<Segment>, String> {
     let lengths: Vec<(&String, f64)> = files.iter().map(|(name, file)| (name, file.length_m)).collect();
     if let Some(pair) = lengths.windows(2).find(|pair| pair[0].1 != pair[1].1) {
         let ((a, length_a), (b, length_b)) = (pair[0], pair[1]);
-        return Err(format!("segment.{b}.length_m: is {length_b}, that of «{a}» {length_a}; one nut position needs screws of one length"));
+        return Err(format!(
+            "segment.{b}.length_m: is {length_b}, that of «{a}» is {length_a}; one nut position needs screws of equal length"
+        ));
     }
     let twist = |t: TwistFile| Twist { shear_modulus_pa: t.shear_modulus_pa, lead_m: t.lead_m };
     let segment = |(name, file): (String, SegmentFile)| {
@@ -122,7 +124,7 @@ pub fn segments(files: BTreeMap<String, SegmentFile>) -> Result<Vec<Segment>, St
     Ok(files.into_iter().map(segment).collect())
 }
 
-/// Contacts of a file.
+/// Converts the contacts of a file.
 pub fn contacts(
     files: BTreeMap<String, ContactFile>,
     curves: &BTreeMap<String, FrictionFile>,
@@ -172,9 +174,9 @@ fn pair(name: &str, file: &ContactFile) -> Result<PreloadedPair, String> {
     use KindFile::{BearingPair, DoubleNut, KnownPair};
     let kind = file.kind;
     let need = |key: &str, value: Option<f64>| value.ok_or_else(|| format!("contact.{name}: a {} needs {key}; write it", kind.word()));
-    let told = |e: ContactError| format!("contact.{name}: {e}");
-    // Keys that this kind has no use for would be a misunderstanding.
-    let useless: [(&str, bool, &[KindFile]); 11] = [
+    let in_contact = |e: ContactError| format!("contact.{name}: {e}");
+    // A key that this kind does not use points to a misunderstanding.
+    let unused: [(&str, bool, &[KindFile]); 11] = [
         ("lead_m", file.lead_m.is_some(), &[BearingPair, KnownPair]),
         ("ball_diameter_m", file.ball_diameter_m.is_some(), &[KnownPair]),
         ("pitch_diameter_m", file.pitch_diameter_m.is_some(), &[KnownPair]),
@@ -187,8 +189,8 @@ fn pair(name: &str, file: &ContactFile) -> Result<PreloadedPair, String> {
         ("load_n", file.load_n.is_some(), &[DoubleNut, BearingPair]),
         ("deflection_m", file.deflection_m.is_some(), &[DoubleNut, BearingPair]),
     ];
-    if let Some((key, ..)) = useless.iter().find(|(_, there, kinds)| *there && kinds.contains(&kind)) {
-        return Err(format!("contact.{name}.{key}: a {} has no use for it; take it out", kind.word()));
+    if let Some((key, ..)) = unused.iter().find(|(_, there, kinds)| *there && kinds.contains(&kind)) {
+        return Err(format!("contact.{name}.{key}: a {} does not use this key; remove it", kind.word()));
     }
     let conformity = match file.conformity {
         Some(ConformityFile::Both(f)) => Ok([f, f]),
@@ -199,7 +201,7 @@ fn pair(name: &str, file: &ContactFile) -> Result<PreloadedPair, String> {
     if !(pressure_limit_pa > 0.0) {
         return Err(format!("contact.{name}.pressure_limit_pa: is {pressure_limit_pa}; write a pressure above 0"));
     }
-    let made = match kind {
+    let converted = match kind {
         DoubleNut => {
             let balls = match (file.ball_count, file.loaded_turns) {
                 (Some(count), None) => Balls::Count(count),
@@ -215,7 +217,7 @@ fn pair(name: &str, file: &ContactFile) -> Result<PreloadedPair, String> {
                 screw,
                 balls,
             );
-            let nut = Nut::new(&NutData { nut_conformity: nut, pressure_limit_pa, ..steel }).map_err(told)?;
+            let nut = Nut::new(&NutData { nut_conformity: nut, pressure_limit_pa, ..steel }).map_err(in_contact)?;
             PreloadedPair::double_nut(nut.side(), file.preload_n)
         }
         BearingPair => {
@@ -231,15 +233,16 @@ fn pair(name: &str, file: &ContactFile) -> Result<PreloadedPair, String> {
                 need("contact_angle_deg", file.contact_angle_deg)?.to_radians(),
                 inner,
             );
-            let bearing = AngularContactBearing::new(&BearingData { outer_conformity: outer, pressure_limit_pa, ..steel }).map_err(told)?;
+            let bearing =
+                AngularContactBearing::new(&BearingData { outer_conformity: outer, pressure_limit_pa, ..steel }).map_err(in_contact)?;
             let [a, b] = file.tandem.unwrap_or([1, 1]);
             PreloadedPair::bearing_set(bearing.side(), a, b, file.preload_n)
         }
         KnownPair => {
-            let side = Side::from_point(need("load_n", file.load_n)?, need("deflection_m", file.deflection_m)?).map_err(told)?;
+            let side = Side::from_point(need("load_n", file.load_n)?, need("deflection_m", file.deflection_m)?).map_err(in_contact)?;
             PreloadedPair::double_nut(side, file.preload_n)
         }
     }
-    .map_err(told)?;
-    Ok(file.printed.map_or(made, |printed| made.printed(printed)))
+    .map_err(in_contact)?;
+    Ok(file.printed.map_or(converted, |printed| converted.printed(printed)))
 }

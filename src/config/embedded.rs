@@ -1,9 +1,9 @@
-//! Configurations that come with the program, so that it runs from any folder.
+//! Embedded configurations: the program runs from any folder.
 
-/// Name of the configuration that is used when none is given.
+/// Path of the default configuration.
 pub const BENCH: &str = "configs/tian.toml";
 
-/// The text of a configuration that comes with the program, by its path in the project.
+/// Returns the text of an embedded configuration by its path in the project.
 pub fn embedded_config(path: &str) -> Option<&'static str> {
     match path {
         "configs/tian.toml" => Some(include_str!("../../configs/tian.toml")),

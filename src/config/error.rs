@@ -1,11 +1,11 @@
-//! What can be wrong with a configuration.
+//! Errors of configurations.
 
 use thiserror::Error;
 
-/// What is wrong with a configuration; the text names file, line or key, and the mend.
+/// An error in a configuration; the message names file, line or key, and the correction.
 #[derive(Debug, Error)]
 pub enum ConfigError {
-    /// It cannot be read.
+    /// The file cannot be read.
     #[error("{path}: {fault}")]
     Unreadable {
         /// File.
@@ -13,7 +13,7 @@ pub enum ConfigError {
         /// Reason.
         fault: String,
     },
-    /// It is not what it should be.
+    /// The file has a syntax error or a key or value of the wrong type.
     #[error("{path}, line {line}: {fault}")]
     Syntax {
         /// File.
@@ -23,7 +23,7 @@ pub enum ConfigError {
         /// What was found and what to write.
         fault: String,
     },
-    /// Its content makes no machine.
+    /// The content does not describe a valid machine.
     #[error("{path}: {fault}")]
     Content {
         /// File.
@@ -34,9 +34,9 @@ pub enum ConfigError {
     /// An override cannot be applied.
     #[error("--set {given}: {fault}")]
     Override {
-        /// As given.
+        /// The override as given.
         given: String,
-        /// What to write.
+        /// What to write instead.
         fault: String,
     },
 }

@@ -1,4 +1,4 @@
-//! The words of a configuration file, and what they mean as a patch of a machine.
+//! Sections of a configuration file and their conversion to a patch of a machine.
 
 use std::collections::BTreeMap;
 
@@ -20,12 +20,12 @@ use numeric::unit::travel_per_radian_m;
 #[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct MachineFile {
-    /// What a person calls the machine.
+    /// Title of the machine for display.
     pub title: String,
-    /// Ids of library effects (or of `[[effect]]` of this file) the machine contains.
+    /// Ids of the effects that the machine contains, from the library or from `[[effect]]` of this file.
     #[serde(default)]
     pub effects: Vec<String>,
-    /// Damping of every joint as a share of its stiffness (s).
+    /// Stiffness-proportional damping b of every joint, c = b·k (s).
     #[serde(default)]
     pub stiffness_proportional_damping_s: f64,
     /// Points.
@@ -39,34 +39,34 @@ pub struct MachineFile {
     pub joint: Vec<JointFile>,
     /// The drive that moves the machine.
     pub drive: Option<DriveFile>,
-    /// Contacts by name, to be used as stiffnesses.
+    /// Contacts by name, for use as stiffnesses.
     #[serde(default)]
     pub contact: BTreeMap<String, ContactFile>,
-    /// How contacts share their load, where they do not say it.
+    /// Default rule of load sharing of contacts.
     pub contact_rule: Option<Rule>,
-    /// Which stiffness of contacts counts, where they do not say it.
+    /// Default kind of stiffness of contacts.
     pub contact_stiffness: Option<Stiffness>,
     /// Friction curves by name, which load contacts.
     #[serde(default)]
     pub friction: BTreeMap<String, FrictionFile>,
-    /// Screw segments by name, to be used as stiffnesses.
+    /// Screw segments by name, for use as stiffnesses.
     #[serde(default)]
     pub segment: BTreeMap<String, SegmentFile>,
     /// Parameters by id.
     #[serde(default)]
     pub parameter: BTreeMap<String, ParameterFile>,
-    /// Effects of the user's own.
+    /// User-defined effects.
     #[serde(default)]
     pub effect: Vec<EffectFile>,
-    /// Quantities to be reported, by name.
+    /// Derived quantities to report, by name.
     #[serde(default)]
     pub derived: BTreeMap<String, DerivedPatch>,
-    /// How well numbers that are not fitted are known.
+    /// Tolerances of stated numbers.
     #[serde(default)]
     pub tolerance: ToleranceFile,
 }
 
-/// The effect library: nothing but effects.
+/// The effect library: a file with effects only.
 #[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct LibraryFile {
@@ -102,17 +102,17 @@ pub struct JointFile {
     name: String,
     /// Two points, or a point and `ground`.
     between: Option<[String; 2]>,
-    /// Adds −lead/2π times the angle of a point: a screw–nut joint.
+    /// Makes it a screw–nut joint: adds −lead/2π times the angle of a point.
     screw: Option<ScrewFile>,
-    /// Or any combination of points.
+    /// Any combination of points, as an alternative.
     on: Option<BTreeMap<String, f64>>,
     stiffness: Option<NumberSource>,
     damping: Option<NumberSource>,
-    /// Instead of both: the loops of a drive that holds a point.
+    /// The loops of a drive that holds a point, in place of stiffness and damping.
     servo: Option<ServoFile>,
-    /// η: stiffness times 1 + η·(i + s·2/π·ln(ω/ω₀)), ω₀ = 2π·100 rad/s; s is `tolerance.loss_dispersion`, 0 constant, 1 causal.
+    /// η: the stiffness is multiplied by 1 + η·(i + s·2/π·ln(ω/ω₀)), ω₀ = 2π·100 rad/s; s is `tolerance.loss_dispersion`, 0 constant, 1 causal.
     loss_factor: Option<NumberSource>,
-    /// Integral action of a servo that holds: stiffness times 1 + rate/(iω).
+    /// Integral action (1/s) of a holding servo: the stiffness is multiplied by 1 + rate/(iω).
     integral_rate: Option<NumberSource>,
     relaxation_stiffness: Option<NumberSource>,
     friction: Option<FrictionForceFile>,
@@ -143,6 +143,9 @@ pub struct ParameterFile {
     sd: Option<f64>,
     #[serde(default)]
     source: String,
+    /// What it is, in a few words; by default the number of the machine that it stands for.
+    #[serde(default)]
+    description: String,
 }
 
 /// An effect.
@@ -156,20 +159,20 @@ pub struct EffectFile {
     signature: Option<String>,
     #[serde(alias = "separates")]
     discriminating_test: Option<String>,
-    /// Effects that force and one encoder do not tell it from, whatever they explain: what they share rests on numbers that no record holds.
+    /// Effects from which force and one encoder cannot distinguish it: the difference depends on numbers that no record contains.
     #[serde(default, alias = "like")]
     confusable_with: Vec<String>,
-    /// Effects that no motion tells it from in which inertia takes next to no force.
+    /// Effects from which it cannot be distinguished in motion with negligible inertia force.
     #[serde(default, alias = "like_slow")]
     confusable_with_slow: Vec<String>,
-    /// Of what it does to motion machines have a little ordinarily: it takes more of it to be named.
+    /// Whether most machines show a little of it in motion, so that stronger evidence is required to name it.
     #[serde(default, alias = "ordinary")]
     common: bool,
     #[serde(default)]
     needs: Vec<String>,
-    /// Where it sits in a person's eyes, where that is not what it changes first.
+    /// Location to report where it is not the first part that the effect changes.
     at: Option<String>,
-    /// Data it can show in; FRFs (and modes) where it says nothing.
+    /// Data in which it can show; FRFs (and modes) by default.
     #[serde(default = "frf_alone")]
     data: Vec<Data>,
     #[serde(default)]
@@ -202,7 +205,7 @@ fn point(file: PointFile) -> Result<PointPatch, String> {
         return Err(format!("point.{}: a {} has no {wrong_key}; write {}", file.name, motion.noun(), motion.inertia_key()));
     }
     if let Some(NumberSource::Number(0.0)) = right {
-        return Err(format!("point.{}.{}: is 0; leave the key out where there is no inertia", file.name, motion.inertia_key()));
+        return Err(format!("point.{}.{}: is 0; leave the key out for a point without inertia", file.name, motion.inertia_key()));
     }
     Ok(PointPatch { inertia: right.unwrap_or_default(), motion, fixed: file.boundary == Boundary::Fixed, name: file.name })
 }
@@ -213,7 +216,9 @@ fn joint(file: JointFile) -> Result<JointPatch, String> {
     let mut angles = Vec::new();
     let mut on: Vec<(String, f64)> = match (file.between, file.on) {
         (Some([a, b]), None) if a != b => [(a, 1.0), (b, -1.0)].into_iter().filter(|(n, _)| n != "ground").collect(),
-        (Some([a, _]), None) => return Err(format!("joint.{name}.between: «{a}» twice; name two different points, or one and \"ground\"")),
+        (Some([a, _]), None) => {
+            return Err(format!("joint.{name}.between: «{a}» appears twice; name two different points, or one and \"ground\""));
+        }
         (None, Some(on)) => on.into_iter().collect(),
         _ => return Err(format!("joint.{name}: write either between = [\"a\", \"b\"] or on = {{ a = 1.0, … }}")),
     };
@@ -233,7 +238,7 @@ fn joint(file: JointFile) -> Result<JointPatch, String> {
         }
         None => (file.stiffness.unwrap_or_default(), file.damping.unwrap_or_default()),
         Some(servo) if file.stiffness.is_none() && file.damping.is_none() => servo.stiffness_and_damping(&name)?,
-        Some(_) => return Err(format!("joint.{name}.servo: gives stiffness and damping; leave those out")),
+        Some(_) => return Err(format!("joint.{name}.servo: defines stiffness and damping; leave those keys out")),
     };
     Ok(JointPatch {
         name,
@@ -252,13 +257,13 @@ fn joint(file: JointFile) -> Result<JointPatch, String> {
 }
 
 fn parameter((id, file): (String, ParameterFile)) -> Parameter {
-    let ParameterFile { unit, start, lower, upper, scale, fit, sd, source } = file;
+    let ParameterFile { unit, start, lower, upper, scale, fit, sd, source, description } = file;
     let scale = scale.unwrap_or(if lower > 0.0 { Scale::Logarithmic } else { Scale::Linear });
-    Parameter { id, unit, start, lower, upper, scale, fit, prior: sd.map(machine::Prior::Normal), source }
+    Parameter { id, unit, start, lower, upper, scale, fit, prior: sd.map(machine::Prior::Normal), source, description }
 }
 
 impl MachineFile {
-    /// What the file describes, without its effects.
+    /// Returns the patch that the file describes, without its effects.
     pub fn patch(self) -> Result<Patch, String> {
         let defaults = ContactDefaults { rule: self.contact_rule, stiffness: self.contact_stiffness };
         Ok(Patch {
@@ -276,7 +281,7 @@ impl MachineFile {
 }
 
 impl EffectFile {
-    /// The effect.
+    /// Returns the effect.
     pub fn effect(self) -> Result<Effect, String> {
         let id = self.id.clone();
         let named = |fault: String| format!("effect {id}, {fault}");

@@ -1,4 +1,4 @@
-//! Configurations read: from a file or from those that come with the program, with overrides.
+//! Reading of configurations: files or embedded ones, with overrides.
 
 use std::cmp::Reverse;
 use std::path::Path;
@@ -11,27 +11,27 @@ use super::error::ConfigError;
 use super::file::{LibraryFile, MachineFile};
 use machine::{Data, Effect, Machine};
 
-/// Overrides `key.path=value` of a configuration, in order.
+/// Overrides `key.path=value` of a configuration, applied in order.
 pub type Overrides<'a> = &'a [String];
 
 /// A machine as configured.
 #[derive(Debug, Clone)]
 pub struct MachineConfig {
-    /// Where it came from: a path, or the project path of one that comes with the program.
+    /// Its source: a file path, or the project path of an embedded configuration.
     pub path: String,
-    /// Its text, of which a digest is taken.
+    /// Its text, for the digest.
     pub text: String,
     /// The machine with the effects it contains.
     pub machine: Machine,
-    /// What a person should know.
+    /// Warnings for the user.
     pub warnings: Vec<String>,
-    /// All effects at hand: the library and those of the file.
+    /// All available effects: those of the library and of the file.
     pub effects: Vec<Effect>,
 }
 
-/// The effects that come with the program.
+/// Returns the embedded effect library.
 ///
-/// # Errors  never in a released program: a test reads it.
+/// # Errors  never in a released program: a test reads the library.
 pub fn effect_library() -> Result<Vec<Effect>, ConfigError> {
     static LIBRARY: OnceLock<Vec<Effect>> = OnceLock::new();
     if let Some(library) = LIBRARY.get() {
@@ -44,10 +44,10 @@ pub fn effect_library() -> Result<Vec<Effect>, ConfigError> {
     Ok(LIBRARY.get_or_init(|| library).clone())
 }
 
-/// Reads a machine from a file; if there is none of that name, from those that come with the program.
-/// `without` are effects taken out of the description first.
+/// Reads a machine from a file, or from the embedded configuration of that path where no such file exists. The effects `without` are
+/// removed from the description first.
 ///
-/// # Errors  the file cannot be read, is no TOML, or describes no machine; an override or an effect is unknown.
+/// # Errors  the file cannot be read, is not valid TOML, or does not describe a machine; an override or an effect is unknown.
 pub fn read_machine(path: &str, overrides: Overrides<'_>, without: &[String]) -> Result<MachineConfig, ConfigError> {
     let text = match std::fs::read_to_string(path) {
         Ok(text) => text,
@@ -71,7 +71,7 @@ pub fn read_machine(path: &str, overrides: Overrides<'_>, without: &[String]) ->
     read_machine_text(path, &text, overrides, without)
 }
 
-/// As [`read_machine`], from text.
+/// Reads a machine from text, as [`read_machine`].
 ///
 /// # Errors  as [`read_machine`].
 pub fn read_machine_text(path: &str, text: &str, overrides: Overrides<'_>, without: &[String]) -> Result<MachineConfig, ConfigError> {
@@ -86,7 +86,7 @@ pub fn read_machine_text(path: &str, text: &str, overrides: Overrides<'_>, witho
     for own in std::mem::take(&mut file.effect) {
         let own = own.effect().map_err(content)?;
         if effects.iter().any(|e| e.id == own.id) {
-            return Err(content(format!("effect «{}» is there already; choose another id", own.id)));
+            return Err(content(format!("effect «{}» is defined already; choose another id", own.id)));
         }
         effects.push(own);
     }
@@ -121,28 +121,28 @@ pub fn read_machine_text(path: &str, text: &str, overrides: Overrides<'_>, witho
         machine = machine.with_effect(effect).map_err(|e| content(e.to_string()))?;
     }
     if let Some(idle) = machine.idle_tolerances(&stated).first() {
-        return Err(content(format!("tolerance.{idle}: the machine has nothing that it is the tolerance of; take it out")));
+        return Err(content(format!("tolerance.{idle}: the machine has no quantity with this tolerance; remove the key")));
     }
-    // An effect that was taken out may have had what another needs.
+    // A removed effect may have contained a part that another effect needs.
     for effect in own.iter().filter(|effect| without.is_empty() && !machine.effects.contains(&effect.id)) {
         let elsewhere = machine.lacks(&Effect { at: None, ..effect.clone() }).is_some();
         if let Some(fault) = machine.with_effect(effect).err().filter(|_| !elsewhere) {
             let id = &effect.id;
-            return Err(content(format!("effect «{id}»: {fault}; or write into its needs what only other machines have")));
+            return Err(content(format!("effect «{id}»: {fault}; or list in its needs the parts that only other machines have")));
         }
     }
-    let taken_out: Vec<&str> =
+    let removed: Vec<&str> =
         effects.iter().filter(|e| without.contains(&e.id)).flat_map(|e| e.patch.parameters.iter().map(|p| p.id.as_str())).collect();
     let unused = machine.drop_unused_parameters();
     let idle = unused
         .iter()
-        .filter(|id| !taken_out.contains(&id.as_str()))
-        .map(|id| format!("{path}: nothing uses [parameter.{id}]; name it in a joint, point or shaft, or take it out"));
+        .filter(|id| !removed.contains(&id.as_str()))
+        .map(|id| format!("{path}: nothing uses [parameter.{id}]; name it in a joint, point or shaft, or remove it"));
     let warnings = renamed.into_iter().chain(idle).collect();
     Ok(MachineConfig { warnings, path: path.into(), text: text.into(), machine, effects })
 }
 
-/// Former names of keys of an `[[effect]]` and of its `rescale` entries, which are still read, and their present names.
+/// Former names of keys of an `[[effect]]` and of its `rescale` entries, which are still accepted, with their present names.
 const RENAMED: [(&str, &str); 6] = [
     ("says", "description"),
     ("separates", "discriminating_test"),
@@ -152,7 +152,7 @@ const RENAMED: [(&str, &str); 6] = [
     ("law", "modifier"),
 ];
 
-/// One warning that names every key of the file that stands there under its former name; none where all keys are up to date.
+/// Returns one warning with every key of the file that uses a former name; `None` where all keys are up to date.
 fn renamed_keys(path: &str, text: &str) -> Option<String> {
     let table: toml::Table = toml::from_str(text).ok()?;
     let entries = |value: &toml::Value, key: &str| value.get(key).and_then(toml::Value::as_array).cloned().unwrap_or_default();
@@ -164,8 +164,10 @@ fn renamed_keys(path: &str, text: &str) -> Option<String> {
         .then(|| format!("{path}: [[effect]] has keys under former names, which are still read: {}; rename them", found.join(", ")))
 }
 
-/// Of effects with one id, written for machines described in different words, the one for each kind of data that a machine has most of what it needs for;
-/// where that leaves more than one, the one it has most of in front.
+/// Selects one variant of each effect and kind of data.
+///
+/// Variants of an effect share one id and serve machines described with different names. The variant with the most needed parts in this
+/// machine is kept; where several remain, it comes first.
 fn one_of_each(effects: Vec<Effect>, machine: &Machine) -> Vec<Effect> {
     let fits = |e: &Effect| if machine.lacks(e).is_none() { 1 + e.needs.len() } else { 0 };
     let first = |id: &str| effects.iter().position(|e| e.id == id);
@@ -182,13 +184,13 @@ fn one_of_each(effects: Vec<Effect>, machine: &Machine) -> Vec<Effect> {
     kept
 }
 
-/// Parses TOML; errors carry file and line. Overrides are applied to the keys before they are understood.
+/// Parses TOML; errors carry file and line. Overrides change the keys before deserialization.
 fn parse<T: DeserializeOwned>(path: &str, text: &str, overrides: Overrides<'_>) -> Result<T, ConfigError> {
     let syntax = |error: toml::de::Error| {
         let line = error.span().map_or(1, |span| text[..span.start.min(text.len())].lines().count().max(1));
         let line = if error.span().is_some_and(|s| text[..s.start.min(text.len())].ends_with('\n')) { line + 1 } else { line };
         let written = text.lines().nth(line - 1).unwrap_or_default();
-        // 272,0 for 272.0
+        // A decimal comma: 272,0 for 272.0.
         let value = written.split_once('=').map_or("", |(_, v)| v.split('#').next().unwrap_or(v)).trim();
         let comma = value.split_once(',').is_some_and(|(a, b)| [a, b].iter().all(|x| x.parse::<f64>().is_ok()));
         let hint = if comma { " (decimal comma? write a point)" } else { "" };
@@ -201,19 +203,19 @@ fn parse<T: DeserializeOwned>(path: &str, text: &str, overrides: Overrides<'_>) 
     for given in overrides {
         set(&mut table, given).map_err(|fault| ConfigError::Override { given: given.clone(), fault })?;
     }
-    let told = |error: &toml::de::Error| error.message().replace('\n', "; ");
+    let message = |error: &toml::de::Error| error.message().replace('\n', "; ");
     table.try_into().map_err(|error: toml::de::Error| {
-        // Which of them it is: the first that fails alone.
+        // The faulty override is the first that fails alone.
         let alone = |given: &&String| {
             let table = toml::from_str(text).ok().and_then(|mut table: toml::Table| set(&mut table, given).ok().map(|()| table));
             table.is_none_or(|table| table.try_into::<T>().is_err())
         };
         let given = overrides.iter().find(alone).cloned().unwrap_or_else(|| overrides.join(" "));
-        ConfigError::Override { given, fault: told(&error) }
+        ConfigError::Override { given, fault: message(&error) }
     })
 }
 
-/// Sets one key: `parameter.k_s.start=1e5`; entries of lists are named by `name`, `id` or number: `point.table.mass_kg=300`.
+/// Sets one key: `parameter.k_s.start=1e5`. Entries of lists are named by `name`, `id` or number: `point.table.mass_kg=300`.
 fn set(table: &mut toml::Table, given: &str) -> Result<(), String> {
     let (path, text) = given.split_once('=').ok_or("write key.path=value")?;
     let value: toml::Value = toml::from_str::<toml::Table>(&format!("v = {text}"))
@@ -225,10 +227,10 @@ fn set(table: &mut toml::Table, given: &str) -> Result<(), String> {
     if let [section, id] = parents
         && *section == "parameter"
     {
-        bring_parameter(table, id)?;
+        import_parameter(table, id)?;
     }
     if parents == ["tolerance"] {
-        // Ordinarily left out.
+        // The table is optional.
         table.entry("tolerance").or_insert_with(|| toml::Table::new().into());
     }
     let mut here = table;
@@ -250,7 +252,7 @@ fn set(table: &mut toml::Table, given: &str) -> Result<(), String> {
                     .ok_or_else(|| format!("no entry of «{key}» is called «{wanted}»; there are {}", names.join(", ")))?;
                 list[at].as_table_mut().ok_or_else(|| format!("«{key}.{wanted}» has no keys"))?
             }
-            _ => return Err(format!("«{key}» is a value, not a table")),
+            _ => return Err(format!("«{key}» is a value, not a table; name a key of a table")),
         };
         index += 1;
     }
@@ -258,9 +260,12 @@ fn set(table: &mut toml::Table, given: &str) -> Result<(), String> {
     Ok(())
 }
 
-/// Writes the parameter of an effect of the library that a machine contains into its table, as the library has it, where the table does not have it: then one
-/// key of it can be set. Effects of one id for machines described in different words may have it in different units; then it is to be declared.
-fn bring_parameter(table: &mut toml::Table, id: &str) -> Result<(), String> {
+/// Copies a parameter into the table, so that one of its keys can be set.
+///
+/// It applies to parameters of library effects that the machine contains and that the table does not define.
+///
+/// Variants of an effect may use different units for the parameter; then the user has to declare it.
+fn import_parameter(table: &mut toml::Table, id: &str) -> Result<(), String> {
     if table.get("parameter").is_some_and(|parameters| parameters.get(id).is_some()) {
         return Ok(());
     }
@@ -268,16 +273,16 @@ fn bring_parameter(table: &mut toml::Table, id: &str) -> Result<(), String> {
     let effects = library.get("effect").and_then(toml::Value::as_array).into_iter().flatten();
     let all: Vec<(&toml::Value, &toml::Value)> = effects.filter_map(|e| Some((e.get("id")?, e.get("parameter")?.get(id)?))).collect();
     let contained = table.get("effects").and_then(toml::Value::as_array);
-    let mut told = all.iter().filter(|(effect, _)| contained.is_some_and(|c| c.contains(effect))).map(|(_, p)| *p);
-    let Some(first) = told.next() else {
+    let mut declared = all.iter().filter(|(effect, _)| contained.is_some_and(|c| c.contains(effect))).map(|(_, p)| *p);
+    let Some(first) = declared.next() else {
         let Some((effect, _)) = all.first() else { return Ok(()) };
         return Err(format!(
-            "«{id}» is a parameter of the effect {effect}, which the machine does not contain; write that into effects first"
+            "«{id}» is a parameter of the effect {effect}, which the machine does not contain; add the effect's id to effects first"
         ));
     };
-    if told.any(|other| other != first) {
+    if declared.any(|other| other != first) {
         return Err(format!(
-            "«{id}» has another unit for each kind of machine; declare it: parameter.{id}={{unit=…,start=…,lower=…,upper=…,source=…}}"
+            "«{id}» has different units for different kinds of machines; declare it: parameter.{id}={{unit=…,start=…,lower=…,upper=…,source=…}}"
         ));
     }
     let parameters = table.entry("parameter").or_insert_with(|| toml::Table::new().into());

@@ -1,19 +1,19 @@
-//! The words of a configuration file for what an effect does to a number.
+//! Configuration sections of the changes that an effect makes to numbers.
 
 use schemars::JsonSchema;
 use serde::Deserialize;
 
 use machine::{Rescale, Target};
 
-/// A number that an effect scales.
+/// A number that an effect changes.
 #[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct RescaleFile {
     part: PartFile,
-    /// Of point, joint or shaft.
+    /// Name of the point, joint or shaft.
     #[serde(default)]
     name: String,
-    /// Which number of friction, lead error or drive.
+    /// Key of the number of friction, lead error or drive.
     #[serde(default)]
     key: String,
     #[serde(alias = "law")]
@@ -44,12 +44,12 @@ enum PartFile {
 }
 
 impl RescaleFile {
-    /// Which number, how, by which parameter.
+    /// Returns the number, the modifier and the parameter.
     pub fn rescale(self) -> Result<(Target, Rescale, String), String> {
         let has_keys = [PartFile::JointFriction, PartFile::JointLeadError, PartFile::Drive].contains(&self.part);
         if has_keys == self.key.is_empty() {
-            let mend = if has_keys { "write which number with key = \"…\"" } else { "this part is one number; leave key out" };
-            return Err(format!("rescale by {}: {mend}", self.by));
+            let remedy = if has_keys { "name the number with key = \"…\"" } else { "this part is one number; leave key out" };
+            return Err(format!("rescale by {}: {remedy}", self.by));
         }
         let target = match self.part {
             PartFile::PointInertia => Target::PointInertia(self.name),

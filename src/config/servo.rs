@@ -1,4 +1,4 @@
-//! The words of a configuration file for a drive that holds a point, entered as a spring and a damper.
+//! Configuration section of a drive that holds a point, entered as a spring and a damper.
 
 use schemars::JsonSchema;
 use serde::Deserialize;
@@ -6,14 +6,14 @@ use serde::Deserialize;
 use machine::NumberSource;
 use numeric::unit::travel_per_radian_m;
 
-/// A drive whose loops hold a point: proportional in position and velocity, fast against the vibration. With integrals, delays and currents
-/// describe it as [drive] and ask for closed loops.
+/// A drive whose loops hold a point: proportional in position and velocity, fast compared with the vibration. Describe a drive with
+/// integrals, delays and current loops as [drive] and use closed loops.
 #[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ServoFile {
     /// Force or torque per output of the velocity loop (N/A, N·m/A or per V).
     constant: f64,
-    /// Travel per turn (m) where the point turns and the gains are those of a travel.
+    /// Travel per turn (m) where the point rotates and the gains refer to a travel.
     lead_m: Option<f64>,
     /// Gain of the position loop (1/s).
     position_gain_per_s: NumberSource,
@@ -21,11 +21,11 @@ pub struct ServoFile {
     velocity_gain: NumberSource,
 }
 
-/// base·factor.
+/// Multiplies base by factor.
 fn times(base: NumberSource, factor: &NumberSource, joint: &str, key: &str) -> Result<NumberSource, String> {
     match (factor, base) {
         (NumberSource::Number(x), NumberSource::Number(b)) => Ok(NumberSource::Number(b * x)),
-        // A number first, so that parameters multiply it.
+        // The number is innermost, so that parameters multiply it.
         (NumberSource::Parameter(id), base) => Ok(NumberSource::Times(Box::new(base), id.clone())),
         (NumberSource::Number(x), NumberSource::Times(inner, id)) => {
             Ok(NumberSource::Times(Box::new(times(*inner, &NumberSource::Number(*x), joint, key)?), id))
@@ -35,7 +35,7 @@ fn times(base: NumberSource, factor: &NumberSource, joint: &str, key: &str) -> R
 }
 
 impl ServoFile {
-    /// k = G·k_v·k_p·i and c = G·k_v·i, i = lead/2π.
+    /// Returns k = G·k_v·k_p·i and c = G·k_v·i, i = lead/2π.
     ///
     /// # Source  the loops of [`machine::PositionLoop`] and [`machine::VelocityLoop`] without integral and delay
     pub fn stiffness_and_damping(self, joint: &str) -> Result<(NumberSource, NumberSource), String> {

@@ -1,4 +1,4 @@
-//! The beginning of a configuration, to be filled in.
+//! The template of a machine configuration.
 
-/// A commented `machine.toml`: what the user must say is `nan` there, which the program refuses by name.
+/// A commented `machine.toml`. Numbers that the user has to enter are `nan`, which the program rejects by key.
 pub const MACHINE_TEMPLATE: &str = include_str!("template/machine.toml");

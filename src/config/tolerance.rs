@@ -1,11 +1,11 @@
-//! How well what a machine's file states is known.
+//! Configuration section of tolerances of stated numbers.
 
 use schemars::JsonSchema;
 use serde::Deserialize;
 
 use machine::Tolerance;
 
-/// Standard deviations of stated numbers, relative unless stated otherwise; 0 holds a number as stated, the usual one stands where it is left out.
+/// Standard deviations of stated numbers, relative unless stated otherwise. 0 fixes a number; an omitted key has the default in brackets.
 #[derive(Debug, Clone, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ToleranceFile {
@@ -13,11 +13,11 @@ pub struct ToleranceFile {
     diameter: Option<f64>,
     /// Young's modulus of each shaft (0.003).
     youngs_modulus: Option<f64>,
-    /// Shear modulus of each shaft over Young's (0.004).
+    /// Ratio of shear modulus to Young's modulus of each shaft (0.004).
     shear_modulus: Option<f64>,
-    /// What each end of a shaft lacks of its whole section, in diameters of length, give or take half of it (0.35).
+    /// Missing section at each end of a shaft, as an equivalent length in diameters; its standard deviation is half of it (0.35).
     end_diameters: Option<f64>,
-    /// Length over which a nut holds its screw, of the usual one (0.5).
+    /// Length over which a nut supports its screw, relative to the typical length (0.5).
     nut_length: Option<f64>,
     /// The largest mass (0.01).
     mass: Option<f64>,
@@ -34,10 +34,10 @@ pub struct ToleranceFile {
 }
 
 impl ToleranceFile {
-    /// What it states.
+    /// Returns the stated tolerances, with defaults for the others.
     pub fn tolerance(&self) -> Result<Tolerance, String> {
         let mut known = Tolerance::default();
-        // A relative change of this standard deviation says nothing of the number any more.
+        // A larger relative standard deviation would make the stated number meaningless.
         const MOST: f64 = 0.15;
         let fields = [
             (&mut known.diameter, MOST),
@@ -57,9 +57,9 @@ impl ToleranceFile {
                 None => {}
                 Some(number) if (0.0..=most).contains(&number) => *value = number,
                 Some(number) => {
-                    let usual = *value;
+                    let typical = *value;
                     return Err(format!(
-                        "tolerance.{key}: is {number}; write a number from 0 to {most} (usually {usual}), or leave it out"
+                        "tolerance.{key}: is {number}; write a number from 0 to {most} (typically {typical}), or leave it out"
                     ));
                 }
             }
@@ -67,7 +67,7 @@ impl ToleranceFile {
         Ok(known)
     }
 
-    /// Keys that are stated and vary something.
+    /// Returns the keys that are stated and not 0.
     pub fn stated(&self) -> Vec<&'static str> {
         self.entries().into_iter().filter(|(_, stated)| stated.is_some_and(|x| x != 0.0)).map(|(key, _)| key).collect()
     }

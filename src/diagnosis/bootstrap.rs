@@ -1,4 +1,4 @@
-//! How sure it is how far the gap closes: data drawn from the model that closes it, diagnosed again.
+//! Confidence interval of `closed`: data simulated with the chosen model are fitted and compared again.
 
 use rand::SeedableRng;
 use rand_xoshiro::Xoshiro256PlusPlus;
@@ -15,15 +15,16 @@ use numeric::random::normal;
 use numeric::statistics::root_mean_square;
 use optimizer::{Control, least_squares_within};
 
-/// Lines of one FRF in a draw, and steps of its fits.
+/// Lines per FRF in a draw, and steps of its fits.
 const LINES: usize = 80;
 const STEPS: u64 = 10;
 /// Draws of the bootstrap of `closed`.
 const DRAWS: usize = 24;
 
-/// 95 % interval of `closed`: machines a little richer than the chosen one (of modes, what it predicts with as much scatter as it leaves) are drawn about
-/// its fit, the machine as described and with what is chosen are fitted to their fit positions, and both predict the held-out ones. Of FRFs the interval holds
-/// the figure where what is ordinarily a little wrong is fitted along, too. `None` where nothing is named, or too few draws give a figure.
+/// Returns the 95 % interval of `closed`. For FRFs, machines with random discrepancies are drawn around the chosen fit; for modes, its predictions
+/// are drawn with the scatter of its residuals. The machine as described, without and with the chosen effects, is fitted to each draw and predicts
+/// the held-out positions. For FRFs the interval includes the figure with nuisance parameters fitted. `None` where the verdict names nothing, or too
+/// few draws give a figure.
 pub fn closed_interval(
     fitter: &Fitter<'_>,
     held_out: &HoldOutSet<'_>,
@@ -34,20 +35,20 @@ pub fn closed_interval(
     let estimate = closed(&found.held_out, &found.chosen_held_out).filter(|_| found.verdict.kind.explains())?;
     let chosen = (&found.chosen.0, &found.chosen.1);
     let compared = [&found.described, &found.explained].map(|(hypothesis, fitted)| (hypothesis, fitted));
-    control.begin("7/7 interval of what closes");
+    control.begin("7/7 interval of the closed share");
     let step = control.steps("draws", DRAWS);
     let one = |draw: usize| -> Option<f64> {
         let random = Xoshiro256PlusPlus::seed_from_u64(seed.wrapping_mul(0xD1B5_4A33).wrapping_add(draw as u64));
         match fitter.domain {
-            Domain::Frf(settings) => drawn_frfs(fitter, held_out, chosen, compared, settings, random, control),
-            Domain::Modes(settings) => drawn_modes(fitter, held_out, compared, settings, random, control),
+            Domain::Frf(settings) => closed_of_drawn_frfs(fitter, held_out, chosen, compared, settings, random, control),
+            Domain::Modes(settings) => closed_of_drawn_modes(fitter, held_out, compared, settings, random, control),
         }
     };
-    let piece = fitter.piece("closed", chosen.0, &[found.nominal.1.clone(), chosen.1.clone()]);
+    let key = fitter.cache_key("closed", chosen.0, &[found.nominal.1.clone(), chosen.1.clone()]);
     let drawn: Vec<f64> = (0..DRAWS)
         .into_par_iter()
         .filter_map(|draw| {
-            let closed = control.kept(&format!("{piece} {draw} {seed}"), || one(draw));
+            let closed = control.kept(&format!("{key} {draw} {seed}"), || one(draw));
             step();
             closed
         })
@@ -58,17 +59,17 @@ pub fn closed_interval(
     let count = drawn.len() as f64;
     let mean = drawn.iter().sum::<f64>() / count;
     let spread = (drawn.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / (count - 1.0)).sqrt();
-    // The spread of the draws about the figure of the data, wide enough to hold their mean, and the figure where what is ordinary is fitted along: whether
-    // that belongs to the gap is a matter of words.
+    // Spread of the draws about the estimate. The interval includes their mean and the figure with nuisance parameters: whether these belong to the
+    // gap is a matter of definition.
     let half = 1.96 * spread;
-    let beside = found.gaps_with_nuisances.as_ref().and_then(|[before, after]| closed(before, after)).unwrap_or(estimate);
-    Some((estimate.min(mean).min(beside) - half, estimate.max(mean).max(beside) + half))
+    let with_nuisances = found.gaps_with_nuisances.as_ref().and_then(|[before, after]| closed(before, after)).unwrap_or(estimate);
+    Some((estimate.min(mean).min(with_nuisances) - half, estimate.max(mean).max(with_nuisances) + half))
 }
 
 type Model<'m> = (&'m Hypothesis, &'m Fitted);
 
-/// `closed` of FRFs of a machine drawn about the chosen model.
-fn drawn_frfs(
+/// Computes `closed` of FRFs for one machine drawn around the chosen model.
+fn closed_of_drawn_frfs(
     fitter: &Fitter<'_>,
     held_out: &HoldOutSet<'_>,
     chosen: Model<'_>,
@@ -77,24 +78,24 @@ fn drawn_frfs(
     random: Xoshiro256PlusPlus,
     control: &Control,
 ) -> Option<f64> {
-    let far = fitter.on(FitSet { set: held_out.set, positions: held_out.positions.clone(), frfs: held_out.frfs.clone() });
+    let held_out_fitter = fitter.on(FitSet { set: held_out.set, positions: held_out.positions.clone(), frfs: held_out.frfs.clone() });
     // The same seed draws the same machine for both.
-    let (near_by, _) = redraw_machine(fitter, chosen.0, chosen.1, settings, LINES, random.clone())?;
-    let (far_by, _) = redraw_machine(&far, chosen.0, chosen.1, settings, LINES, random)?;
-    let (plain, far) = (fitter.without_nuisances(), far.without_nuisances());
+    let (fit_change, _) = redraw_machine(fitter, chosen.0, chosen.1, settings, LINES, random.clone())?;
+    let (held_out_change, _) = redraw_machine(&held_out_fitter, chosen.0, chosen.1, settings, LINES, random)?;
+    let (described, held_out_fitter) = (fitter.without_nuisances(), held_out_fitter.without_nuisances());
     let gap = |(hypothesis, fitted): Model<'_>| -> Option<Vec<PartialGap>> {
-        let own = coarse(&plain, hypothesis)?.shifted(&near_by);
-        let start = place_of(&plain.objective(hypothesis).ok()?, fitted);
+        let own = coarse(&described, hypothesis)?.shifted(&fit_change);
+        let start = place_of(&described.objective(hypothesis).ok()?, fitted);
         let polished = least_squares_within(&own, &start, &[], (STEPS, 1e-3), control.stop());
-        let there = coarse(&far, hypothesis)?.shifted(&far_by);
+        let there = coarse(&held_out_fitter, hypothesis)?.shifted(&held_out_change);
         let part = |g: FrfGap| PartialGap { position: None, frf: Some(g.frf), gap: g.gap, floor: g.noise_floor, count: g.lines };
         Some(there.gaps(&own.parameters(&polished.place), own.gain(&polished.place)).into_iter().map(part).collect())
     };
     closed(&gap(before)?, &gap(after)?)
 }
 
-/// `closed` of modes that the chosen model predicts, with as much scatter as it leaves where it was fitted, and rounded as the measured ones.
-fn drawn_modes(
+/// Computes `closed` of modes drawn around the chosen model's predictions, with the scatter of its residuals and the rounding of the measured modes.
+fn closed_of_drawn_modes(
     fitter: &Fitter<'_>,
     held_out: &HoldOutSet<'_>,
     [before, after]: [Model<'_>; 2],
@@ -102,7 +103,7 @@ fn drawn_modes(
     mut random: Xoshiro256PlusPlus,
     control: &Control,
 ) -> Option<f64> {
-    let set = modes_like(fitter, held_out, after, settings, &mut random)?;
+    let set = draw_modes(fitter, held_out, after, settings, &mut random)?;
     let there = HoldOutSet { set: &set, ..held_out.clone() };
     let again = fitter.on(FitSet { set: &set, ..fitter.fit.clone() });
     let gap = |(hypothesis, fitted): Model<'_>| -> Option<Vec<PartialGap>> {
@@ -112,8 +113,8 @@ fn drawn_modes(
     closed(&gap(before)?, &gap(after)?)
 }
 
-/// The set with modes drawn about what a model predicts.
-fn modes_like(
+/// Returns the set with modes drawn around a model's predictions.
+fn draw_modes(
     fitter: &Fitter<'_>,
     held_out: &HoldOutSet<'_>,
     (hypothesis, fitted): Model<'_>,
@@ -126,7 +127,7 @@ fn modes_like(
     let all = [fitter.fit.positions.clone(), held_out.positions.clone()].concat();
     let all = HoldOutSet { set: fitter.fit.set, positions: all, frfs: Vec::new() };
     let predictions = ModeObjective::held_out(&hypothesis.machine, &all, settings, None).ok()?.predict(&values);
-    // What the model leaves where it was fitted, of frequencies and of amplitudes.
+    // Root mean square of the fitted residuals, of frequencies and of amplitudes.
     let fitted_here = || predictions.iter().filter(|p| fitter.fit.positions.contains(&p.position)).flat_map(|p| &p.deviations);
     let pairs = || fitted_here().filter_map(|d| Some((d.observed?, d.predicted?)));
     let frequency_sd = root_mean_square(pairs().filter_map(|(o, p)| Some(p.frequency_hz / o.frequency_hz? - 1.0)))?;

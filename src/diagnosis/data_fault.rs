@@ -1,9 +1,9 @@
-//! Records that contradict the others: a faulty channel, or records filed under each other's positions, are no effect.
+//! Faults of records: a channel that contradicts the others, or records assigned to each other's positions.
 
 use rayon::prelude::*;
 
 use super::evidence::{Domain, PartialGap};
-use super::fit::{Fitted, Fitter, SCATTERED};
+use super::fit::{Fitted, Fitter, MULTISTART};
 use super::hypothesis::Hypothesis;
 use super::null_distribution::NullDistribution;
 use identification::objective::ObjectiveError;
@@ -12,52 +12,52 @@ use numeric::parallel::OrFirstError;
 use numeric::statistics::quantile;
 use optimizer::Control;
 
-/// What is wrong with the records.
+/// A fault of the records.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Fault {
     /// This FRF contradicts the others.
     Contradicts(usize),
-    /// These two stand at each other's positions.
+    /// These two FRFs are assigned to each other's positions.
     Exchanged(usize, usize),
 }
 
-/// Excess of the misfit at which the other records agree with the model.
+/// Largest excess of the misfit with which the other records agree with the model.
 const AGREES: f64 = 1.6;
-/// Steps of a fit without a record, or with two of them exchanged.
+/// Steps of a fit without one record, or with two records exchanged.
 const STEPS: u64 = 25;
-/// Pairs of records that are looked at more closely.
-const LIKELIEST: usize = 3;
-/// What is left of χ² at most where two records were exchanged and stand right now; and the share of the excess before that the excess after may be too
-/// large by, since the null was simulated about the wrong fit.
+/// Number of most likely pairs of records that are fitted from many starts.
+const MOST_LIKELY: usize = 3;
+/// Largest share of χ² that remains once exchanged records are corrected. Second, the allowance on the excess as a share of that before: the null
+/// distribution was simulated about the wrong fit.
 const RESTORED: (f64, f64) = (0.2, 0.01);
-/// A held-out record that far above the middle one is off, and once it stands right it is at most that far.
-const OFF: (f64, f64) = (2.5, 1.5);
+/// Least gap of an outlying held-out record over the median gap, and largest once its position is corrected.
+const OUTLIER: (f64, f64) = (2.5, 1.5);
 
 impl Fault {
-    /// Why, and what to measure next.
+    /// Returns the reason and the proposed measurement.
     pub fn fault_text(self, set: &MeasurementSet) -> (String, String) {
         let source = |frf: usize| &set.frfs[frf].source;
         let position = |frf: usize| set.frfs[frf].position.map_or("?", |p| &set.positions[p].name);
         match self {
             Fault::Contradicts(frf) => (
-                format!("{} contradicts the other records, which agree with the model without it", source(frf)),
+                format!("{} contradicts the other records, which agree with the model once it is left out", source(frf)),
                 format!("measure {} again; check sensor, mounting and cable of that channel", source(frf)),
             ),
             Fault::Exchanged(a, b) => (
                 format!(
-                    "{} and {} are exchanged: at each other's positions, {} and {}, they agree with the model and the other records",
+                    "{} and {} are exchanged: assigned to {} and {}, they agree with the model and the other records",
                     source(a),
                     source(b),
                     position(b),
                     position(a)
                 ),
-                format!("see which of {} and {} was struck where, or measure one of them again", source(a), source(b)),
+                format!("check at which position each of {} and {} was measured, or measure one of them again", source(a), source(b)),
             ),
         }
     }
 }
 
-/// The fault that best explains why a fit agrees with no model, none where the records do not contradict each other.
+/// Returns the fault that best explains why no model fits; `None` where the records do not contradict each other.
 ///
 /// # Errors  as [`Fitter::objective`].
 pub(super) fn fault(
@@ -74,7 +74,7 @@ pub(super) fn fault(
     Ok(faulty(fitter, nominal, null, control)?.map(Fault::Contradicts))
 }
 
-/// A record without which the others agree, while it alone contradicts them.
+/// Returns a record that contradicts the others while these agree with the model without it.
 fn faulty(
     fitter: &Fitter<'_>,
     (nominal, base): (&Hypothesis, &Fitted),
@@ -103,14 +103,14 @@ fn faulty(
     Ok((null.excess(rest) <= AGREES && own > 10.0 * rest && second > 2.5 * rest).then_some(worst))
 }
 
-/// The set with two records at each other's positions.
+/// Returns the set with two records at each other's positions.
 fn with_exchanged(set: &MeasurementSet, (a, b): (usize, usize)) -> MeasurementSet {
     let mut other = set.clone();
     (other.frfs[a].position, other.frfs[b].position) = (set.frfs[b].position, set.frfs[a].position);
     other
 }
 
-/// Pairs of records of one channel at two positions.
+/// Returns pairs of records of one channel at two positions.
 fn pairs<'p>(set: &'p MeasurementSet, frfs: &'p [usize], others: &'p [usize]) -> impl Iterator<Item = (usize, usize)> + 'p {
     let alike = move |a: usize, b: usize| {
         let (a, b) = (&set.frfs[a], &set.frfs[b]);
@@ -123,7 +123,7 @@ fn pairs<'p>(set: &'p MeasurementSet, frfs: &'p [usize], others: &'p [usize]) ->
     frfs.iter().flat_map(move |&a| others.iter().map(move |&b| (a, b))).filter(move |&(a, b)| alike(a, b) && !twice(a, b))
 }
 
-/// Two fitted records, or one and a held-out one, with which at each other's positions the model fits where it did not.
+/// Returns two fitted records, or a fitted and a held-out one, whose exchange makes the model fit.
 fn exchanged(
     fitter: &Fitter<'_>,
     held_out: &HoldOutSet<'_>,
@@ -147,11 +147,11 @@ fn exchanged(
     fits.sort_by(|a, b| a.1.total_cmp(&b.1));
     let count = fitter.objective(nominal)?.observations() as f64;
     let reach = AGREES + RESTORED.1 * null.excess(base.chi_square / count);
-    // Records at wrong positions lead the joints far astray: the likeliest pairs are looked at from all over the ranges.
-    for (pair, chi_square) in fits.into_iter().take(LIKELIEST) {
+    // Records at wrong positions lead the joint parameters far astray: fit the most likely pairs from many starts.
+    for (pair, chi_square) in fits.into_iter().take(MOST_LIKELY) {
         let other = with_exchanged(set, pair);
         let right = fitter.on(FitSet { set: &other, ..fitter.fit.clone() });
-        let again = right.scatter_anew(nominal, base, SCATTERED, control)?.chi_square;
+        let again = right.multistart_uncached(nominal, base, MULTISTART, control)?.chi_square;
         let least = again.min(chi_square);
         if least <= RESTORED.0 * base.chi_square && null.excess(least / count) <= reach {
             return Ok(Some(pair));
@@ -160,7 +160,7 @@ fn exchanged(
     Ok(None)
 }
 
-/// What is wrong with a held-out record that is far off where all others are not: it stands at another's position, or it is faulty.
+/// Returns the fault of a held-out record that is far off while all others are not: exchanged with another, or contradicting.
 ///
 /// # Errors  as [`Fitter::gaps`].
 pub(super) fn held_out_fault(
@@ -171,18 +171,18 @@ pub(super) fn held_out_fault(
 ) -> Result<Option<Fault>, ObjectiveError> {
     let set = fitter.fit.set;
     let Some(middle) = quantile(gaps.iter().map(|p| p.gap), 0.5) else { return Ok(None) };
-    let off: Vec<usize> = gaps.iter().filter(|p| p.gap > OFF.0 * middle).filter_map(|p| p.frf).collect();
-    for pair in pairs(set, &off, &off) {
+    let outlying: Vec<usize> = gaps.iter().filter(|p| p.gap > OUTLIER.0 * middle).filter_map(|p| p.frf).collect();
+    for pair in pairs(set, &outlying, &outlying) {
         let other = with_exchanged(set, pair);
         let two = HoldOutSet { set: &other, positions: held_out.positions.clone(), frfs: vec![pair.0, pair.1] };
-        if fitter.gaps(nominal, base, &two)?.iter().all(|p| p.gap < OFF.1 * middle) {
+        if fitter.gaps(nominal, base, &two)?.iter().all(|p| p.gap < OUTLIER.1 * middle) {
             return Ok(Some(Fault::Exchanged(pair.0, pair.1)));
         }
     }
     Ok(contradicting(gaps).map(Fault::Contradicts))
 }
 
-/// A held-out record that is far off where all others of its channel and position are not.
+/// Returns a held-out record with a large gap where all others have small ones.
 fn contradicting(held_out: &[PartialGap]) -> Option<usize> {
     let mut gaps: Vec<(f64, Option<usize>)> = held_out.iter().map(|p| (p.gap, p.frf)).collect();
     gaps.sort_by(|a, b| b.0.total_cmp(&a.0));

@@ -1,4 +1,4 @@
-//! What is said: none, an effect, effects that the data cannot tell apart, a wrong parameter, a faulty record, or something unknown and where.
+//! Decision on a verdict: none, effect, indistinguishable effects, wrong parameter, faulty measurement, or unknown with its location.
 
 use rayon::prelude::*;
 
@@ -11,7 +11,7 @@ use super::location::Location;
 use super::nominal_refit::NominalRefit;
 use super::null_distribution::{LEAST_SCALE, NullDistribution, simulate};
 use super::parsimony::{NamedFit, more_parsimonious};
-use super::screening::{Candidate, Screening, Status, hypotheses, locate, nominal, nominal_fits, refit_from_free_shapes, screen};
+use super::screening::{Candidate, Screening, Status, hypotheses, locate, nominal, nominal_fits, refit_from_generic_impedances, screen};
 use super::thresholds::Thresholds;
 use super::verdict::{Verdict, VerdictKind, last_of, named, nothing_fitted, p_value_text};
 use identification::ToleranceEstimate;
@@ -21,116 +21,116 @@ use measurement::HoldOutSet;
 use numeric::parallel::OrFirstError;
 use optimizer::Control;
 
-/// A candidate with its figures.
+/// A candidate effect with its figures.
 #[derive(Debug, Clone, PartialEq)]
 pub struct TriedEffect {
     /// The candidate.
     pub candidate: Candidate,
-    /// Gain over its scale under the null, less where much stays unexplained.
+    /// Reduction of χ² over its scale in null simulations and over the excess that the candidate leaves.
     pub statistic: f64,
-    /// Share of nulls with a statistic as large, whatever the candidate.
+    /// Share of null simulations whose largest statistic over all candidates is at least as large.
     pub p_value: f64,
-    /// Held-out gaps of the machine as described with it.
+    /// Gaps of the held-out data, predicted by the machine as described with the candidate.
     pub held_out: Vec<PartialGap>,
 }
 
-/// An interface with its figures.
+/// A generic impedance at an interface with its figures.
 #[derive(Debug, Clone, PartialEq)]
 pub struct TriedLocation {
     /// The candidate.
     pub candidate: Candidate,
-    /// Held-out gaps with it.
+    /// Gaps of the held-out data, predicted with it.
     pub held_out: Vec<PartialGap>,
 }
 
-/// A whole diagnosis.
+/// Result of a diagnosis.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Diagnosis {
-    /// FRFs or modes.
+    /// Compared data: FRFs or modes.
     pub domain: Domain,
-    /// The nominal machine, with what is ordinarily a little wrong of FRFs, and its fit.
+    /// The nominal machine, for FRFs with its nuisance parameters, and its fit.
     pub nominal: (Hypothesis, Fitted),
     /// The machine as described and its fit.
     pub described: (Hypothesis, Fitted),
-    /// Gaps of the fitted data with the machine as described.
+    /// Gaps of the fitted data, predicted by the machine as described.
     pub fit: Vec<PartialGap>,
-    /// Gaps of the held-out data with it.
+    /// Gaps of the held-out data, predicted by the machine as described.
     pub held_out: Vec<PartialGap>,
-    /// Interfaces, best first.
+    /// Generic impedances at interfaces, best first.
     pub located: Vec<TriedLocation>,
-    /// Candidates, best first; those not tried last.
+    /// Candidates, best first; untested ones last.
     pub tried: Vec<TriedEffect>,
-    /// What nulls show.
+    /// Null distribution of the statistics.
     pub null: NullDistribution,
-    /// Misfit of the nominal fit over that of the middle null.
+    /// Excess of the nominal fit: its misfit over the median of null simulations.
     pub excess: f64,
-    /// The same of what is chosen.
+    /// Excess of the chosen model.
     pub excess_left: f64,
-    /// The model that explains most: the named effect or combination, or else the nominal machine.
+    /// The chosen model: with the named effect or combination, else the nominal machine.
     pub chosen: (Hypothesis, Fitted),
-    /// The machine as described with what is chosen.
+    /// The machine as described with the effects of the chosen model, and its fit.
     pub explained: (Hypothesis, Fitted),
-    /// Held-out gaps with it.
+    /// Gaps of the held-out data, predicted by `explained`.
     pub chosen_held_out: Vec<PartialGap>,
-    /// Held-out gaps where what is ordinarily a little wrong is fitted along: without and with what is chosen. `None` where it is not.
+    /// Gaps of the held-out data with nuisance parameters fitted: nominal and chosen model. `None` where nuisance parameters are not fitted.
     pub gaps_with_nuisances: Option<[Vec<PartialGap>; 2]>,
     /// The verdict.
     pub verdict: Verdict,
-    /// Where it points to.
+    /// Location to which the verdict refers.
     pub place: Location,
-    /// Tolerances as fitted with what is chosen; empty where they are held.
+    /// Tolerances estimated with the chosen model; empty where they are not fitted.
     pub tolerances: Vec<ToleranceEstimate>,
-    /// Ran to its end.
+    /// Whether the diagnosis ran to its end.
     pub complete: bool,
 }
 
-/// How a diagnosis is made.
+/// Settings of a diagnosis.
 #[derive(Debug, Clone, PartialEq)]
 pub struct DiagnosisSettings {
-    /// Seed.
+    /// Seed of the random numbers.
     pub seed: u64,
-    /// Draws of the null.
+    /// Number of null simulations.
     pub draws: usize,
-    /// A null of the same machine and layout that was simulated before.
+    /// A null distribution of the same machine and layout from an earlier diagnosis.
     pub null: Option<NullDistribution>,
 }
 
-/// Smallest statistic that is called something, whatever the null says; of a free shape at an interface, which has no scale of its own.
+/// Least statistic of a significant effect, and of a significant generic impedance, which has no scale of its own in null simulations.
 const LEAST_STATISTIC: f64 = 2.5;
-const LEAST_FREE: f64 = 16.0;
-/// What a candidate must gain of χ² to be preferred, over its scale under the null.
+const LEAST_GENERIC: f64 = 16.0;
+/// Penalty on a candidate in the ranking by χ², in units of its null scale times its excess.
 const PENALTY: f64 = 8.0;
-/// What the data can tell apart, in χ² (an error rate of 7 %); and as a share of the gain where the best leaves as much beyond nulls: the model is no better
-/// than that.
-const APART: f64 = 9.0;
-const APART_SHARE: f64 = 0.1;
-/// Share of the best's gain that a rival must gain.
-const HALF: f64 = 0.5;
-/// Share of what the best leaves that one with more parameters may leave to be its rival.
-const LESS: f64 = 0.9;
-/// Share of what the best foretells of positions left out that another may lack.
-const FORETOLD: f64 = 0.2;
-/// Effects that may be combined.
-const MOST: usize = 3;
-/// Excess of the misfit over the middle null beyond which something is still missing.
+/// Difference of χ² within which candidates are indistinguishable (error rate 7 %). The second adds a share of the best reduction of χ² for the error
+/// of the model, for FRFs at most the misfit beyond null simulations.
+const EQUIVALENT: f64 = 9.0;
+const MODEL_ERROR: f64 = 0.1;
+/// Least reduction of χ² by a rival, as a share of that by the best candidate.
+const RIVAL_REDUCTION: f64 = 0.5;
+/// Largest χ² of a rival with more parameters, as a share of that of the best candidate.
+const RIVAL_MISFIT: f64 = 0.9;
+/// Shortfall in cross-validation that a rival may have, as a share of the best candidate's improvement over the nominal machine.
+const SHORTFALL: f64 = 0.2;
+/// Largest number of combined effects.
+const MAX_EFFECTS: usize = 3;
+/// Excess above which an effect is missing.
 const EXCESS: f64 = 2.0;
-/// Excess beyond which something is missing even where no candidate helps.
-const FAR: f64 = 5.0;
-/// Share of χ² that a released parameter must take away to be all that is wrong.
-const MOSTLY: f64 = 0.75;
-/// Share of χ² that an effect must take away where much stays unexplained: one that does what no free shape can, and another.
-const LITTLE: (f64, f64) = (0.4, 0.5);
-/// Excess beyond which a named effect must hold its own against a free shape at an interface.
-const DOUBT: f64 = 1.5;
-/// Share of what the best effect leaves below which a free shape is the better explanation.
-const BETTER: f64 = 0.7;
-/// What a named effect may leave of what the machine without it fails to foretell of positions left out; and the share of what it fails to foretell
-/// itself below which a free shape that fits better is the better explanation.
-const FORETELLS: (f64, f64) = (1.02, 0.65);
-/// Excess at which a released parameter is all that is wrong.
-const RIGHT: f64 = 4.0;
+/// Excess above which an effect is missing even if no candidate is significant.
+const LARGE_EXCESS: f64 = 5.0;
+/// Least share of χ² by which a released parameter must reduce it to be the only error.
+const RELEASE_REDUCTION: f64 = 0.75;
+/// Least share of χ² by which an effect must reduce it where a large excess remains: one that no generic impedance matches, and any other.
+const LEAST_REDUCTION: (f64, f64) = (0.4, 0.5);
+/// Excess above which a named effect is compared with the best generic impedance.
+const DOUBTFUL_EXCESS: f64 = 1.5;
+/// Ratio of the excess of a generic impedance to that of the named effect below which the generic impedance is the better explanation.
+const GENERIC_BETTER: f64 = 0.7;
+/// Largest cross-validation loss of a named effect over that of the nominal machine. Second, the ratio of the loss of a better fitting generic
+/// impedance to that of the effect below which the generic impedance is the better explanation.
+const PREDICTION: (f64, f64) = (1.02, 0.65);
+/// Largest excess with which a released parameter is the only error.
+const RELEASE_EXCESS: f64 = 4.0;
 
-/// Diagnoses; of effects with one id that for FRFs ([`Effect::for_data`]).
+/// Diagnoses FRFs or modes. Of several effects with one id the one for FRFs is used ([`Effect::for_data`]).
 ///
 /// # Errors  as [`Fitter::objective`].
 pub fn diagnose(
@@ -143,103 +143,102 @@ pub fn diagnose(
 ) -> Result<Diagnosis, ObjectiveError> {
     let domain = fitter.domain;
     let limits = Thresholds::of(domain);
-    control.begin("1/7 the machine as described");
+    control.begin("1/7 fit of the nominal machine");
     let start = nominal(machine, fitter)?;
     let bases = nominal_fits(machine, fitter, &start, settings.seed, control)?;
     let candidates = hypotheses(fitter, machine, &start, effects, &fitter.frozen);
     control.begin(&format!("2/7 {} candidates", candidates.0.len()));
-    let mut surveyed = screen(fitter, start, bases, candidates, control)?;
-    // Interfaces say where; they are looked at in any case, since they also tell whether an effect of the library does what can be done.
-    control.begin("3/7 interfaces");
-    let located: Vec<Candidate> = locate(&surveyed, fitter, 5, control)?;
-    refit_from_free_shapes(&mut surveyed, &located, fitter, control);
-    let objective = fitter.objective(&surveyed.nominal)?;
-    let (count, unknowns) = (objective.observations() as f64, objective.unknowns(&surveyed.nominal));
-    let fitted: Vec<(&Hypothesis, &Fitted)> = surveyed.candidates.iter().filter_map(|c| c.fitted.as_ref().map(|(h, f)| (h, f))).collect();
-    control.begin("4/7 nulls");
+    let mut screening = screen(fitter, start, bases, candidates, control)?;
+    // Generic impedances locate the discrepancy. They also show whether an effect of the library fits as well as any impedance can.
+    control.begin("3/7 generic impedances at interfaces");
+    let located: Vec<Candidate> = locate(&screening, fitter, 5, control)?;
+    refit_from_generic_impedances(&mut screening, &located, fitter, control);
+    let objective = fitter.objective(&screening.nominal)?;
+    let (count, unknowns) = (objective.observations() as f64, objective.unknowns(&screening.nominal));
+    let fitted: Vec<(&Hypothesis, &Fitted)> = screening.candidates.iter().filter_map(|c| c.fitted.as_ref().map(|(h, f)| (h, f))).collect();
+    control.begin("4/7 null simulations");
     let null = match &settings.null {
         Some(known) => known.clone(),
-        None if fitter.lacks(Ablation::ChiSquare) => NullDistribution::of_tables(&fitted, settings.seed),
-        None => simulate(fitter, &surveyed.nominal, &surveyed.base, &fitted, settings.draws, settings.seed, control)?,
+        None if fitter.lacks(Ablation::ChiSquare) => NullDistribution::from_tables(&fitted, settings.seed),
+        None => simulate(fitter, &screening.nominal, &screening.base, &fitted, settings.draws, settings.seed, control)?,
     };
-    control.begin("5/7 positions left out");
-    let mut tried = judge(&surveyed, &null, count);
-    let nominal_left_out = cross_validation(fitter, &surveyed.nominal, &surveyed.base, control)?;
-    let base = surveyed.base.clone();
+    control.begin("5/7 cross-validation");
+    let mut tried = rank(&screening, &null, count);
+    let nominal_loss = cross_validation(fitter, &screening.nominal, &screening.base, control)?;
+    let base = screening.base.clone();
     let before = null.excess(base.chi_square / count);
-    let mut same = class(&tried, &null, count, limits);
+    let mut same = indistinguishable(&tried, &null, count, limits);
     for at in 0..same.len().max(3).min(tried.len()) {
         if let Some((hypothesis, fitted)) = tried[at].candidate.fitted.clone() {
             tried[at].candidate.left_out = cross_validation(fitter, &hypothesis, &fitted, control).ok();
         }
     }
-    let outdone =
-        if fitter.lacks(Ablation::InSample) { 0..0 } else { keep_predictive(&mut tried, &mut same, nominal_left_out, &null, count) };
-    // Where no more is left than nulls show, what gains there by itself must foretell positions left out, too.
-    let foretells = |t: &TriedEffect| t.candidate.left_out.is_none_or(|lost| lost < nominal_left_out);
-    let enough = |t: &TriedEffect| t.p_value < limits.alpha && (!limits.known || before > 1.0);
-    let seen = |t: &TriedEffect| enough(t) || (t.p_value < limits.foretold_alpha && foretells(t));
-    let significant = tried.first().is_some_and(|t| seen(t) && t.statistic >= LEAST_STATISTIC);
-    let nominal_held_out = fitter.gaps(&surveyed.nominal, &base, held_out)?;
-    // A record that an effect makes agree with the others is no faulty one.
+    let rejected = if fitter.lacks(Ablation::InSample) { 0..0 } else { keep_predictive(&mut tried, &mut same, nominal_loss, &null, count) };
+    // With an excess of one a candidate must also improve the prediction of left-out positions.
+    let predicts = |t: &TriedEffect| t.candidate.left_out.is_none_or(|loss| loss < nominal_loss);
+    let clear = |t: &TriedEffect| t.p_value < limits.alpha && (!limits.calibrated || before > 1.0);
+    let accepted = |t: &TriedEffect| clear(t) || (t.p_value < limits.cv_alpha && predicts(t));
+    let significant = tried.first().is_some_and(|t| accepted(t) && t.statistic >= LEAST_STATISTIC);
+    let nominal_held_out = fitter.gaps(&screening.nominal, &base, held_out)?;
+    // A record that agrees with the others once an effect is included is not faulty.
     let best = tried.first().filter(|_| significant).and_then(|t| t.candidate.fitted.as_ref());
     let still = |(hypothesis, fitted): &(Hypothesis, Fitted)| {
         held_out_fault(fitter, held_out, (hypothesis, fitted), &fitter.gaps(hypothesis, fitted, held_out)?)
     };
     let restored = best.map(still).transpose()?;
     let agrees = best.is_some_and(|(_, fitted)| null.excess(fitted.chi_square / count) <= EXCESS);
-    let as_described = (&surveyed.nominal, &base);
+    let as_described = (&screening.nominal, &base);
     let faulty = match held_out_fault(fitter, held_out, as_described, &nominal_held_out)? {
         Some(found) if restored.is_none_or(|still| still == Some(found)) => Some(found),
         _ if !agrees && (before > EXCESS || significant) => fault(fitter, held_out, as_described, &null, control)?,
         _ => None,
     };
-    let (verdict, chosen) = conclude(&DecisionInputs {
+    let (verdict, chosen) = decide(&DecisionInputs {
         fitter,
         limits,
         machine,
         effects,
-        surveyed: &surveyed,
+        screening: &screening,
         tried: &tried,
         null: &null,
         count,
         unknowns,
         significant,
         same: &same,
-        outdone: &tried[outdone],
+        rejected: &tried[rejected],
         located: &located,
         faulty,
-        nominal_left_out,
+        nominal_loss,
         control,
     })?;
     let place = Location::of(&verdict, fitter, as_described, (&chosen.0, &chosen.1), (effects, &located))?;
     let all = HoldOutSet { set: fitter.fit.set, positions: fitter.fit.positions.clone(), frfs: fitter.fit.frfs.clone() };
     control.begin("6/7 gaps of the machine as described");
-    let plain = NominalRefit::new(machine, effects, fitter, as_described, control)?;
-    let told = |candidate: &Candidate| -> Result<Vec<PartialGap>, ObjectiveError> {
+    let refit = NominalRefit::new(machine, effects, fitter, as_described, control)?;
+    let gaps_with = |candidate: &Candidate| -> Result<Vec<PartialGap>, ObjectiveError> {
         let Some((hypothesis, fitted)) = &candidate.fitted else { return Ok(Vec::new()) };
-        plain.of((hypothesis, fitted), control)?.map_or(Ok(Vec::new()), |found| plain.gaps(&found, held_out))
+        refit.of((hypothesis, fitted), control)?.map_or(Ok(Vec::new()), |found| refit.gaps(&found, held_out))
     };
-    let each: Vec<Vec<PartialGap>> = tried.par_iter().map(|t| told(&t.candidate)).or_first_error()?;
+    let each: Vec<Vec<PartialGap>> = tried.par_iter().map(|t| gaps_with(&t.candidate)).or_first_error()?;
     tried.iter_mut().zip(each).for_each(|(t, held_out)| t.held_out = held_out);
-    let each: Vec<Vec<PartialGap>> = located.par_iter().map(told).or_first_error()?;
+    let each: Vec<Vec<PartialGap>> = located.par_iter().map(gaps_with).or_first_error()?;
     let located = located.into_iter().zip(each).map(|(candidate, held_out)| TriedLocation { candidate, held_out }).collect();
-    let described = plain.described().clone();
-    let explained = plain.of((&chosen.0, &chosen.1), control)?.unwrap_or_else(|| described.clone());
-    let not_tried = surveyed.candidates.iter().filter(|c| c.fitted.is_none());
+    let described = refit.described().clone();
+    let explained = refit.of((&chosen.0, &chosen.1), control)?.unwrap_or_else(|| described.clone());
+    let not_tried = screening.candidates.iter().filter(|c| c.fitted.is_none());
     tried.extend(not_tried.map(|c| TriedEffect { candidate: c.clone(), statistic: 0.0, p_value: 1.0, held_out: Vec::new() }));
-    let chosen_beside = fitter.gaps(&chosen.0, &chosen.1, held_out)?;
+    let chosen_with_nuisances = fitter.gaps(&chosen.0, &chosen.1, held_out)?;
     Ok(Diagnosis {
         domain,
-        fit: plain.gaps(&described, &all)?,
-        held_out: plain.gaps(&described, held_out)?,
-        chosen_held_out: plain.gaps(&explained, held_out)?,
-        gaps_with_nuisances: fitter.has_nuisances().then_some([nominal_held_out, chosen_beside]),
+        fit: refit.gaps(&described, &all)?,
+        held_out: refit.gaps(&described, held_out)?,
+        chosen_held_out: refit.gaps(&explained, held_out)?,
+        gaps_with_nuisances: fitter.has_nuisances().then_some([nominal_held_out, chosen_with_nuisances]),
         tolerances: fitter.tolerances(&chosen.0, &chosen.1)?,
         excess_left: null.excess(chosen.1.chi_square / count),
         described,
         explained,
-        nominal: (surveyed.nominal, base),
+        nominal: (screening.nominal, base),
         located,
         tried,
         null,
@@ -251,9 +250,9 @@ pub fn diagnose(
     })
 }
 
-/// Statistics of all candidates that were tried, best first by χ² with a penalty on parameters.
-fn judge(survey: &Screening, null: &NullDistribution, count: f64) -> Vec<TriedEffect> {
-    let mut tried: Vec<TriedEffect> = survey
+/// Computes the statistics of all fitted candidates, ordered by penalised χ².
+fn rank(screening: &Screening, null: &NullDistribution, count: f64) -> Vec<TriedEffect> {
+    let mut tried: Vec<TriedEffect> = screening
         .candidates
         .iter()
         .filter(|c| c.fitted.is_some())
@@ -266,28 +265,26 @@ fn judge(survey: &Screening, null: &NullDistribution, count: f64) -> Vec<TriedEf
     tried
 }
 
-/// χ² with a penalty on what a candidate gains where nothing is missing: a flexible one must gain more than a stiff one. What gains nothing it can stand
-/// for (another quantity that is none) comes last.
+/// Returns χ² plus a penalty in proportion to the candidate's null scale; infinite for a candidate that does not reduce χ².
 fn penalised(tried: &TriedEffect) -> f64 {
     let TriedEffect { candidate, statistic, .. } = tried;
     if candidate.gain == 0.0 { f64::INFINITY } else { candidate.chi_square() + PENALTY * candidate.gain / statistic }
 }
 
-/// Indices of the candidates that the data cannot tell from the best. One with more parameters is no rival where it leaves hardly less: what the
-/// simpler one explains needs no more.
-fn class(tried: &[TriedEffect], null: &NullDistribution, count: f64, limits: Thresholds) -> Vec<usize> {
+/// Returns the indices of the candidates indistinguishable from the best; one with more parameters only where its χ² is clearly smaller.
+fn indistinguishable(tried: &[TriedEffect], null: &NullDistribution, count: f64, limits: Thresholds) -> Vec<usize> {
     let Some(best) = tried.first() else { return Vec::new() };
     let unit = null.excess(best.candidate.chi_square() / count);
-    let reach = penalised(best) + APART * unit + limits.apart(APART_SHARE * best.candidate.gain, best.candidate.chi_square(), unit);
+    let reach = penalised(best) + EQUIVALENT * unit + limits.margin(MODEL_ERROR * best.candidate.gain, best.candidate.chi_square(), unit);
     let added = |t: &TriedEffect| t.candidate.fitted.as_ref().map_or(0, |(hypothesis, _)| hypothesis.added.len());
-    let as_simple = |t: &TriedEffect| added(t) <= added(best) || t.candidate.chi_square() < LESS * best.candidate.chi_square();
-    let explains = |t: &TriedEffect| t.candidate.gain >= HALF * best.candidate.gain;
+    let as_simple = |t: &TriedEffect| added(t) <= added(best) || t.candidate.chi_square() < RIVAL_MISFIT * best.candidate.chi_square();
+    let explains = |t: &TriedEffect| t.candidate.gain >= RIVAL_REDUCTION * best.candidate.gain;
     let rival = |t: &TriedEffect| penalised(t) <= reach && explains(t) && as_simple(t);
     (0..tried.len()).filter(|at| rival(&tried[*at])).collect()
 }
 
-/// Of candidates that fit alike, those that foretell positions left out much worse than the best of them are no explanation: they go behind it, where
-/// the range that is given back says. One that fits clearly better than what foretells best stays beside it.
+/// Moves equally well fitting candidates that predict left-out positions much worse behind the others and returns their range. The best stays if it
+/// fits clearly better than the best predictor.
 fn keep_predictive(
     tried: &mut [TriedEffect],
     same: &mut Vec<usize>,
@@ -295,11 +292,11 @@ fn keep_predictive(
     null: &NullDistribution,
     count: f64,
 ) -> std::ops::Range<usize> {
-    let lost = |t: &TriedEffect| t.candidate.left_out.unwrap_or(f64::INFINITY);
-    let Some(foretells) = same.iter().map(|at| &tried[*at]).min_by(|a, b| lost(a).total_cmp(&lost(b))) else { return 0..0 };
-    let reach = lost(foretells) + FORETOLD * (nominal - lost(foretells)).max(0.0) + APART;
-    let apart = APART * null.excess(tried[0].candidate.chi_square() / count);
-    let fits = penalised(&tried[0]) + apart < penalised(foretells);
+    let loss = |t: &TriedEffect| t.candidate.left_out.unwrap_or(f64::INFINITY);
+    let Some(best_predictor) = same.iter().map(|at| &tried[*at]).min_by(|a, b| loss(a).total_cmp(&loss(b))) else { return 0..0 };
+    let reach = loss(best_predictor) + SHORTFALL * (nominal - loss(best_predictor)).max(0.0) + EQUIVALENT;
+    let margin = EQUIVALENT * null.excess(tried[0].candidate.chi_square() / count);
+    let fits = penalised(&tried[0]) + margin < penalised(best_predictor);
     let stays = |at: usize| tried[at].candidate.left_out.is_none_or(|l| l <= reach) || (at == 0 && fits);
     let (kept, dropped): (Vec<usize>, Vec<usize>) = same.iter().partition(|at| stays(**at));
     let (count, all) = (kept.len(), same.len());
@@ -315,179 +312,173 @@ struct DecisionInputs<'e, 's> {
     limits: Thresholds,
     machine: &'e Machine,
     effects: &'e [Effect],
-    surveyed: &'e Screening,
+    screening: &'e Screening,
     tried: &'e [TriedEffect],
     null: &'e NullDistribution,
     count: f64,
     unknowns: usize,
     significant: bool,
     same: &'e [usize],
-    /// What fits as well, but foretells much worse.
-    outdone: &'e [TriedEffect],
+    /// Candidates that fit as well but are rejected by cross-validation.
+    rejected: &'e [TriedEffect],
     located: &'e [Candidate],
     faulty: Option<Fault>,
-    nominal_left_out: f64,
+    nominal_loss: f64,
     control: &'e Control,
 }
 
-fn conclude(evidence: &DecisionInputs<'_, '_>) -> Result<(Verdict, (Hypothesis, Fitted)), ObjectiveError> {
-    let DecisionInputs { limits, surveyed, tried, null, count, same, located, .. } = evidence;
-    let nothing = (surveyed.nominal.clone(), surveyed.base.clone());
-    let before = null.excess(surveyed.base.chi_square / count);
-    let say = |kind: VerdictKind, effects: Vec<String>, reason: String, next: Option<String>| Verdict { kind, effects, reason, next };
-    if *count <= evidence.unknowns as f64 {
-        let reason = format!("{count} numbers were measured for {} unknowns: anything would fit", evidence.unknowns);
-        let next = Some("more modes or more positions, or a whole FRF at each".to_string());
-        return Ok((say(VerdictKind::Insufficient, Vec::new(), reason, next), nothing));
+fn decide(inputs: &DecisionInputs<'_, '_>) -> Result<(Verdict, (Hypothesis, Fitted)), ObjectiveError> {
+    let DecisionInputs { limits, screening, tried, null, count, same, located, .. } = inputs;
+    let nominal = (screening.nominal.clone(), screening.base.clone());
+    let before = null.excess(screening.base.chi_square / count);
+    let state = |kind: VerdictKind, effects: Vec<String>, reason: String, next: Option<String>| Verdict { kind, effects, reason, next };
+    let next_at_location = "mount an accelerometer at that location and strike there, too";
+    let unknown = |reason: String| state(VerdictKind::Unknown, Vec::new(), reason, Some(next_at_location.to_string()));
+    if *count <= inputs.unknowns as f64 {
+        let reason = format!("{count} numbers were measured for {} unknown parameters: any model would fit", inputs.unknowns);
+        let next = Some("measure more modes, more positions, or a whole FRF at each position".to_string());
+        return Ok((state(VerdictKind::Insufficient, Vec::new(), reason, next), nominal));
     }
-    if let Some(fault) = evidence.faulty {
-        let (reason, next) = fault.fault_text(evidence.fitter.fit.set);
-        return Ok((say(VerdictKind::Measurement, Vec::new(), reason, Some(next)), nothing));
+    if let Some(fault) = inputs.faulty {
+        let (reason, next) = fault.fault_text(inputs.fitter.fit.set);
+        return Ok((state(VerdictKind::Measurement, Vec::new(), reason, Some(next)), nominal));
     }
-    // An interface stands for what no effect of the library has; it has no scale of its own and needs a clear gain.
-    let free = located.iter().filter(|c| c.fitted.is_some()).min_by(|a, b| a.chi_square().total_cmp(&b.chi_square()));
-    let free_excess = free.map_or(f64::INFINITY, |c| null.excess(c.chi_square() / count));
+    // A generic impedance has no scale of its own in null simulations: it needs a clear reduction of χ².
+    let generic = located.iter().filter(|c| c.fitted.is_some()).min_by(|a, b| a.chi_square().total_cmp(&b.chi_square()));
+    let generic_excess = generic.map_or(f64::INFINITY, |c| null.excess(c.chi_square() / count));
     let scale = null.scales.iter().map(|s| s.1).fold(3.0 * LEAST_SCALE, f64::max);
-    let free_statistic = free.map_or(0.0, |c| c.gain / scale / free_excess);
-    if !evidence.significant {
-        let clear = free_statistic > LEAST_FREE && null.p_value(free_statistic) < limits.alpha;
-        if let Some(found) = free.filter(|_| clear || before > FAR) {
+    let generic_statistic = generic.map_or(0.0, |c| c.gain / scale / generic_excess);
+    if !inputs.significant {
+        let clear = generic_statistic > LEAST_GENERIC && null.p_value(generic_statistic) < limits.alpha;
+        if let Some(found) = generic.filter(|_| clear || before > LARGE_EXCESS) {
             let reason = format!(
-                "what is left is {before:.1} times what nulls show and no effect of the library explains it; most is gained by a free shape at {}",
+                "the misfit is {before:.1} times that of null simulations and no effect of the library explains it; a generic impedance at {} \
+                 reduces χ² most",
                 named(&found.id)
             );
-            let next = Some("an accelerometer at that place, struck there, too".to_string());
-            return Ok((say(VerdictKind::Unknown, Vec::new(), reason, next), nothing));
+            return Ok((unknown(reason), nominal));
         }
         let best = tried.iter().max_by(|a, b| a.statistic.total_cmp(&b.statistic));
-        let worse = |t: &TriedEffect| {
-            t.p_value < limits.foretold_alpha && t.candidate.left_out.is_some_and(|lost| lost >= evidence.nominal_left_out)
-        };
-        let vain = |t: &TriedEffect| if worse(t) { "; it foretells positions left out no better" } else { "" };
-        let best = best.map_or("nothing".to_string(), |t| format!("{} with {}{}", t.candidate.id, p_value_text(t.p_value), vain(t)));
-        let reason = format!("what is left is no more than nulls of this machine and layout show (most is gained by {best})");
-        return Ok((say(VerdictKind::None, Vec::new(), reason, None), nothing));
+        let worse = |t: &TriedEffect| t.p_value < limits.cv_alpha && t.candidate.left_out.is_some_and(|loss| loss >= inputs.nominal_loss);
+        let remark = |t: &TriedEffect| if worse(t) { "; it does not improve the prediction of left-out positions" } else { "" };
+        let best = best.map_or("none".to_string(), |t| format!("{}, {}{}", t.candidate.id, p_value_text(t.p_value), remark(t)));
+        let reason =
+            format!("the residual is consistent with null simulations of this machine and layout (most significant candidate: {best})");
+        return Ok((state(VerdictKind::None, Vec::new(), reason, None), nominal));
     }
     let best = &tried[0];
     let release = tried.iter().find(|t| {
         let is = t.candidate.fitted.as_ref().is_some_and(|f| f.0.kind == HypothesisKind::Release);
-        let enough =
-            t.candidate.chi_square() <= (1.0 - MOSTLY) * surveyed.base.chi_square || null.excess(t.candidate.chi_square() / count) <= RIGHT;
-        is && enough && t.candidate.gain >= 0.85 * best.candidate.gain
+        let clear = t.candidate.chi_square() <= (1.0 - RELEASE_REDUCTION) * screening.base.chi_square
+            || null.excess(t.candidate.chi_square() / count) <= RELEASE_EXCESS;
+        is && clear && t.candidate.gain >= 0.85 * best.candidate.gain
     });
     if let Some((found, (hypothesis, fitted))) = release.and_then(|t| Some((t, t.candidate.fitted.as_ref()?))) {
-        let values = values_of(hypothesis, fitted);
-        let index = hypothesis.added[0];
-        let parameter = &hypothesis.machine.parameters[index];
+        let (id, parameter) = (&found.candidate.id, &hypothesis.machine.parameters[hypothesis.added[0]]);
+        let (estimate, share) =
+            (values_of(hypothesis, fitted)[hypothesis.added[0]], 100.0 * found.candidate.gain / screening.base.chi_square);
         let reason = format!(
-            "{} was held at {:.4e} {}; free, it becomes {:.4e} and takes {:.0} % of χ² away: no effect is needed",
-            found.candidate.id,
-            parameter.start,
-            parameter.unit,
-            values[index],
-            100.0 * found.candidate.gain / surveyed.base.chi_square
+            "{id} was frozen at {:.4e} {}; its estimate {estimate:.4e} reduces χ² by {share:.0} %: no effect is needed",
+            parameter.start, parameter.unit
         );
-        let next = Some(format!("identify without --freeze {}", found.candidate.id));
-        return Ok((say(VerdictKind::WrongParameter, Vec::new(), reason, next), (hypothesis.clone(), fitted.clone())));
+        let next = Some(format!("identify without --freeze {id}"));
+        return Ok((state(VerdictKind::WrongParameter, Vec::new(), reason, next), (hypothesis.clone(), fitted.clone())));
     }
-    let Some((hypothesis, fitted)) = best.candidate.fitted.clone() else { return Ok((nothing_fitted(before), nothing)) };
+    let Some((hypothesis, fitted)) = best.candidate.fitted.clone() else { return Ok((nothing_fitted(before), nominal)) };
     let mut chosen = (hypothesis, fitted);
     let mut names = vec![best.candidate.id.clone()];
     let mut after = null.excess(chosen.1.chi_square / count);
-    // One effect more, as long as it explains much of what is left and is no accident.
-    while after > limits.more && names.len() < MOST {
-        let Some(more) = next_effect(evidence, &chosen, &names)? else { break };
+    // Add effects as long as each explains a significant share of the residual.
+    while after > limits.continue_from && names.len() < MAX_EFFECTS {
+        let Some(more) = next_effect(inputs, &chosen, &names)? else { break };
         names.push(more.0);
         chosen = (more.1, more.2);
         after = null.excess(chosen.1.chi_square / count);
     }
-    // A released parameter is no effect: what was added to it is named.
     let released = tried[same[0]].candidate.fitted.as_ref().is_some_and(|f| f.0.kind == HypothesisKind::Release);
     if released {
         let reason = format!(
-            "{} is wrong where it was frozen{}; together they leave {after:.1} times what nulls show",
+            "the frozen value of {} is wrong{}; the remaining misfit is {after:.1} times that of null simulations",
             names[0],
-            if names.len() > 1 { format!(", and {} is missing", names[1..].join(" and ")) } else { String::new() }
+            if names.len() > 1 { format!(", and the model lacks {}", names[1..].join(" and ")) } else { String::new() }
         );
         let next = Some(format!("identify without --freeze {}, then diagnose again", names[0]));
-        return Ok((say(VerdictKind::WrongParameter, Vec::new(), reason, next), chosen));
+        return Ok((state(VerdictKind::WrongParameter, Vec::new(), reason, next), chosen));
     }
-    // What stands for the first stands for it in the combination, too; a parameter that is released is no effect.
+    // Alternatives of the first effect are alternatives in the combination, too.
     let rest: String = names[1..].iter().map(|n| format!("+{n}")).collect();
     let is_effect = |t: &&TriedEffect| t.candidate.fitted.as_ref().is_some_and(|f| f.0.kind == HypothesisKind::Effect);
     let stands = same.iter().map(|at| &tried[*at]).filter(is_effect).map(|t| &t.candidate.id).filter(|id| !names[1..].contains(id));
     let alternatives: Vec<String> = stands.map(|id| format!("{id}{rest}")).collect();
-    let least = if after < BETTER * free_excess { LITTLE.0 } else { LITTLE.1 };
-    let little = chosen.1.chi_square > (1.0 - least) * surveyed.base.chi_square;
-    // What is named must foretell positions left out: better than nothing does, and not much worse than a free shape that fits better, too.
-    let foretold = match names.len() {
+    let least = if after < GENERIC_BETTER * generic_excess { LEAST_REDUCTION.0 } else { LEAST_REDUCTION.1 };
+    let little = chosen.1.chi_square > (1.0 - least) * screening.base.chi_square;
+    // A named effect must predict left-out positions better than the nominal machine, and not much worse than a better fitting generic impedance.
+    let loss = match names.len() {
         1 => best.candidate.left_out,
-        _ => cross_validation(evidence.fitter, &chosen.0, &chosen.1, evidence.control).ok(),
+        _ => cross_validation(inputs.fitter, &chosen.0, &chosen.1, inputs.control).ok(),
     };
-    let in_vain = |lost: f64| lost > FORETELLS.0 * evidence.nominal_left_out;
-    let beaten = |lost: f64| {
-        // Of modes what is left out is foretold by few numbers: a share of it as for effects.
-        let apart = |free: f64| APART * after + if limits.known { 0.0 } else { FORETOLD * (evidence.nominal_left_out - free).max(0.0) };
-        let foretells = |free: f64| free < FORETELLS.1 * lost && free < lost - apart(free);
-        let better = |c: &Candidate| c.chi_square() < chosen.1.chi_square && c.left_out.is_some_and(foretells);
+    let predicts_nothing = |loss: f64| loss > PREDICTION.0 * inputs.nominal_loss;
+    let generic_predicts = |loss: f64| {
+        // Modes give few numbers at left-out positions: allow a share of the improvement, as for effects.
+        let margin = |own: f64| EQUIVALENT * after + if limits.calibrated { 0.0 } else { SHORTFALL * (inputs.nominal_loss - own).max(0.0) };
+        let predicts = |own: f64| own < PREDICTION.1 * loss && own < loss - margin(own);
+        let better = |c: &Candidate| c.chi_square() < chosen.1.chi_square && c.left_out.is_some_and(predicts);
         located.iter().any(better)
     };
-    let fails = foretold.is_some_and(|lost| in_vain(lost) || beaten(lost)) && !evidence.fitter.lacks(Ablation::InSample);
-    let (gain, apart) = (surveyed.base.chi_square - chosen.1.chi_square, APART * after);
-    let about = NamedFit { hypothesis: &chosen.0, fitted: &chosen.1, effects: names.len(), before, after, gain, apart };
-    if let Some((plain, how)) = more_parsimonious(&about, located, null, *count, *limits) {
-        let shape = plain.id.rsplit_once(':').map_or("shape", |(_, shape)| shape);
+    let fails = loss.is_some_and(|loss| predicts_nothing(loss) || generic_predicts(loss)) && !inputs.fitter.lacks(Ablation::InSample);
+    let (gain, margin) = (screening.base.chi_square - chosen.1.chi_square, EQUIVALENT * after);
+    let about = NamedFit { hypothesis: &chosen.0, fitted: &chosen.1, effects: names.len(), before, after, gain, margin };
+    if let Some((generic, comparison)) = more_parsimonious(&about, located, null, *count, *limits) {
+        let shape = generic.id.rsplit_once(':').map_or("shape", |(_, shape)| shape);
         let reason = format!(
-            "a plain {shape} at {} does {how} {} would: something of that kind sits there, which effect it is these data do not tell",
-            named(&plain.id),
-            names.join(" and ")
-        );
-        let next = Some("an accelerometer at that place, struck there, too".to_string());
-        return Ok((say(VerdictKind::Unknown, Vec::new(), reason, next), chosen));
-    }
-    let several = names.len() > 1 && after > limits.none_of_them;
-    if several || (after > limits.little_from && little) || (after > DOUBT && free_excess < BETTER * after) || fails {
-        let place = free.map_or("?", |c| named(&c.id));
-        let fails = if fails { " and foretells positions left out worse than it fits" } else { "" };
-        let reason = format!(
-            "the best of the library, {}, leaves {after:.1} times what nulls show{fails}; a free shape at {place} leaves {free_excess:.1} times",
+            "a generic {shape} at {} {comparison} {}: these data show that such an impedance is missing there, but do not identify the effect",
+            named(&generic.id),
             names.join("+")
         );
-        let next = Some("an accelerometer at that place, struck there, too".to_string());
-        return Ok((say(VerdictKind::Unknown, Vec::new(), reason, next), chosen));
+        return Ok((unknown(reason), chosen));
     }
-    let share = |lost: f64| 100.0 * (1.0 - lost / evidence.nominal_left_out).max(0.0);
-    let lost = foretold.map(share).filter(|share| *share > 0.0);
-    let lost = lost.map_or(String::new(), |share| format!(", and {share:.0} % of that of positions left out"));
-    let gained = 100.0 * (1.0 - chosen.1.chi_square / surveyed.base.chi_square);
+    let several = names.len() > 1 && after > limits.combination_excess;
+    if several || (after > limits.large_excess && little) || (after > DOUBTFUL_EXCESS && generic_excess < GENERIC_BETTER * after) || fails {
+        let place = generic.map_or("?", |c| named(&c.id));
+        let fails = if fails { ", and predicts left-out positions worse than it fits" } else { "" };
+        let reason = format!(
+            "the best effect of the library, {}, leaves a misfit {after:.1} times that of null simulations{fails}; a generic impedance at {place} \
+             leaves {generic_excess:.1} times",
+            names.join("+")
+        );
+        return Ok((unknown(reason), chosen));
+    }
+    let share = |loss: f64| 100.0 * (1.0 - loss / inputs.nominal_loss).max(0.0);
+    let predicted = loss.map(share).filter(|share| *share > 0.0);
+    let predicted = predicted.map_or(String::new(), |share| format!(", and by {share:.0} % at positions left out of the fit"));
+    let gained = 100.0 * (1.0 - chosen.1.chi_square / screening.base.chi_square);
     let others: Vec<String> =
-        evidence.outdone.iter().filter_map(|t| Some(format!("{} ({:.0} %)", t.candidate.id, share(t.candidate.left_out?)))).collect();
+        inputs.rejected.iter().filter_map(|t| Some(format!("{} ({:.0} %)", t.candidate.id, share(t.candidate.left_out?)))).collect();
     let others = match others.len() {
         0 => String::new(),
-        _ => format!("; as good a fit, but worse at foretelling positions left out: {}", others.join(", ")),
+        _ => format!("; rejected by cross-validation although they fit as well: {}", others.join(", ")),
     };
-    let reason = format!("{} takes {gained:.0} % of χ² away{lost} ({}){others}", names.join(" and "), p_value_text(best.p_value));
+    let reason = format!("{} reduces χ² by {gained:.0} %{predicted} ({}){others}", names.join("+"), p_value_text(best.p_value));
     let verdict = if alternatives.len() < 2 {
-        let next = None;
-        say(VerdictKind::Effect, vec![names.join("+")], reason, next)
+        state(VerdictKind::Effect, vec![names.join("+")], reason, None)
     } else {
-        let reason = format!("{reason}; these data cannot tell it from {}", alternatives[1..].join(", "));
+        let reason = format!("{reason}; these data cannot distinguish it from {}", alternatives[1..].join(", "));
         let next = same
             .iter()
-            .find_map(|at| evidence.effects.iter().find(|e| e.id == tried[*at].candidate.id))
+            .find_map(|at| inputs.effects.iter().find(|e| e.id == tried[*at].candidate.id))
             .and_then(|e| e.discriminating_test.clone());
-        say(VerdictKind::Ambiguous, alternatives, reason, next)
+        state(VerdictKind::Ambiguous, alternatives, reason, next)
     };
     Ok((verdict, chosen))
 }
 
-/// The effect that explains most of what an explanation leaves, where it is no accident: its id, hypothesis and fit.
+/// Returns id, hypothesis and fit of the effect that explains most of the residual, if significant.
 fn next_effect(
-    evidence: &DecisionInputs<'_, '_>,
+    inputs: &DecisionInputs<'_, '_>,
     chosen: &(Hypothesis, Fitted),
     names: &[String],
 ) -> Result<Option<(String, Hypothesis, Fitted)>, ObjectiveError> {
-    let DecisionInputs { fitter, limits, machine, effects, surveyed, null, count, control, tried, .. } = evidence;
+    let DecisionInputs { fitter, limits, machine, effects, screening, null, count, control, tried, .. } = inputs;
     let others: Vec<Effect> = effects.iter().filter(|e| !names.contains(&e.id)).cloned().collect();
     let (apply, _) = hypotheses(fitter, machine, &chosen.0, &others, &[]);
     let second = screen(fitter, chosen.0.clone(), vec![chosen.1.clone()], (apply, Vec::new()), control)?;
@@ -495,15 +486,15 @@ fn next_effect(
     let Some((id, gain, (hypothesis, fitted))) = best.and_then(|c| Some((c.id.clone(), c.gain, c.fitted?))) else { return Ok(None) };
     let after = null.excess(fitted.chi_square / count);
     let last = last_of(&id).to_string();
-    // What gained nothing alone has shown no scale of its own.
+    // An effect without a reduction of its own has no scale in null simulations.
     let scale = if tried.iter().any(|t| t.candidate.id == last && t.statistic > 0.0) { null.scale(&last) } else { LEAST_SCALE };
     let statistic = gain / scale / after;
-    let least = if after <= limits.more { limits.much.0 } else { limits.much.1 };
-    let much = gain >= least * chosen.1.chi_square && gain >= limits.form * surveyed.base.chi_square;
+    let least = if after <= limits.continue_from { limits.next_share.0 } else { limits.next_share.1 };
+    let much = gain >= least * chosen.1.chi_square && gain >= limits.form_error * screening.base.chi_square;
     Ok((much && statistic >= LEAST_STATISTIC && null.p_value(statistic) < limits.alpha).then_some((last, hypothesis, fitted)))
 }
 
-/// `closed` = 1 − (after² − floor²)/(before² − floor²); `None` where the gap before is at the floor, or the floor is not known.
+/// Computes `closed` = 1 − (after² − floor²)/(before² − floor²); `None` where the gap before is at the floor or the floor is unknown.
 pub fn closed(before: &[PartialGap], after: &[PartialGap]) -> Option<f64> {
     share_closed(gap_over(before)?, gap_over(after)?, floor_over(before)?)
 }

@@ -1,4 +1,4 @@
-//! What is compared: whole FRFs or modes, behind one face.
+//! Data of a diagnosis, FRFs or modes, behind one interface.
 
 use nalgebra::{DMatrix, DVector};
 
@@ -10,14 +10,14 @@ use measurement::{FitSet, HoldOutSet};
 use numeric::statistics::{root_mean_square, root_mean_square_of_parts};
 use optimizer::LeastSquares;
 
-/// Fewest and most lines of one FRF that are looked at, and lines of all together: what a model's error hides no line more would tell, but noise is less
-/// of so many.
+/// Least and largest number of compared lines per FRF, and number of all FRFs together. More lines would not reduce the error of the model, fewer
+/// would average less noise.
 const LINES: (usize, usize) = (60, 1000);
-const ALL_LINES: usize = 3600;
-/// Step in the unit interval of derivatives of modes.
+const TOTAL_LINES: usize = 3600;
+/// Step of numerical derivatives of modes, in the unit interval.
 const STEP: f64 = 2e-4;
 
-/// Which data are diagnosed, and their weights.
+/// Kind of diagnosed data, with their weights.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Domain {
     /// Whole FRFs.
@@ -26,15 +26,15 @@ pub enum Domain {
     Modes(ModeSettings),
 }
 
-/// The objective of one hypothesis.
+/// Objective of one hypothesis.
 pub enum DomainObjective<'h> {
-    /// On FRFs.
+    /// Objective on FRFs.
     Frf(FrfObjective<'h>),
-    /// On modes.
+    /// Objective on modes.
     Modes(ModeObjective<'h>),
 }
 
-/// The gap of a position or of one FRF of it.
+/// Gap of one position, or of one FRF there.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PartialGap {
     /// Index of the position in the set.
@@ -43,44 +43,44 @@ pub struct PartialGap {
     pub frf: Option<usize>,
     /// The gap.
     pub gap: f64,
-    /// What the noise alone leaves.
+    /// Gap due to noise alone.
     pub floor: Option<f64>,
-    /// Lines, or modes.
+    /// Number of lines, or of modes.
     pub count: usize,
 }
 
-/// Gap and floor over parts, line by line.
+/// Returns the gap over parts, weighted by their lines.
 pub fn gap_over(parts: &[PartialGap]) -> Option<f64> {
     root_mean_square_of_parts(parts.iter().map(|p| (p.gap, p.count)))
 }
 
-/// Noise floor over parts; `None` where that of one is not known.
+/// Returns the noise floor over parts; `None` where one is unknown.
 pub fn floor_over(parts: &[PartialGap]) -> Option<f64> {
     let floors: Option<Vec<(f64, usize)>> = parts.iter().map(|p| Some((p.floor?, p.count))).collect();
     root_mean_square_of_parts(floors?)
 }
 
-/// `closed` = 1 − (after² − floor²)/(before² − floor²); `None` where the gap before is at the floor.
+/// Computes `closed` = 1 − (after² − floor²)/(before² − floor²); `None` where the gap before is at the floor.
 pub fn share_closed(before: f64, after: f64, floor: f64) -> Option<f64> {
     (before > floor).then(|| 1.0 - (after * after - floor * floor) / (before * before - floor * floor))
 }
 
 impl<'h> DomainObjective<'h> {
-    /// Of data to fit. Parameters in `frozen` keep their start values.
+    /// Builds the objective of data to fit. Parameters in `frozen` keep their start values.
     ///
     /// # Errors  as [`FrfObjective::new`] and [`ModeObjective::new`].
     pub fn new(hypothesis: &'h Hypothesis, fit: &FitSet<'_>, domain: Domain, frozen: &[String]) -> Result<Self, ObjectiveError> {
         let machine = &hypothesis.machine;
         Ok(match domain {
             Domain::Frf(settings) => {
-                let lines = (ALL_LINES / fit.frfs.len().max(1)).clamp(LINES.0, LINES.1);
+                let lines = (TOTAL_LINES / fit.frfs.len().max(1)).clamp(LINES.0, LINES.1);
                 DomainObjective::Frf(FrfObjective::new(machine, fit, settings, frozen)?.thinned(lines))
             }
             Domain::Modes(settings) => DomainObjective::Modes(ModeObjective::new(machine, fit, settings, frozen)?),
         })
     }
 
-    /// The same with few lines, to look around.
+    /// Returns the objective on few lines, for coarse searches; `None` for modes.
     #[must_use]
     pub fn coarse(&self, lines: usize) -> Option<DomainObjective<'h>> {
         match self {
@@ -89,7 +89,7 @@ impl<'h> DomainObjective<'h> {
         }
     }
 
-    /// Indices of the free parameters.
+    /// Returns the indices of the free parameters.
     pub fn free(&self) -> &[usize] {
         match self {
             DomainObjective::Frf(o) => &o.free,
@@ -97,12 +97,12 @@ impl<'h> DomainObjective<'h> {
         }
     }
 
-    /// Free parameters of a hypothesis, but for nuisances: what is known of one beforehand counts as a number measured.
+    /// Returns the number of free parameters without those that have a prior: a prior counts as a measured number.
     pub fn unknowns(&self, of: &Hypothesis) -> usize {
         self.free().len().saturating_sub(of.machine.parameters.iter().filter(|p| p.prior.is_some()).count())
     }
 
-    /// Coordinates: free parameters, then gain, nut positions and channels where those are unknown.
+    /// Returns the number of coordinates: free parameters, then gain, nut positions and channels where these are unknown.
     pub fn dimension(&self) -> usize {
         match self {
             DomainObjective::Frf(o) => LeastSquares::dimension(o),
@@ -110,7 +110,7 @@ impl<'h> DomainObjective<'h> {
         }
     }
 
-    /// Coordinates of nut positions.
+    /// Returns the range of coordinates of nut positions.
     pub fn nut_coordinates(&self) -> std::ops::Range<usize> {
         match self {
             DomainObjective::Frf(o) => o.nut_coordinates(),
@@ -118,7 +118,7 @@ impl<'h> DomainObjective<'h> {
         }
     }
 
-    /// A place of the free parameters with the other coordinates added.
+    /// Extends coordinates of the free parameters by the others.
     pub fn extended(&self, place: &[f64]) -> Vec<f64> {
         match self {
             DomainObjective::Frf(o) => o.extended(place),
@@ -126,15 +126,15 @@ impl<'h> DomainObjective<'h> {
         }
     }
 
-    /// χ² as a sum of squares.
-    pub fn squares<T>(&self, work: impl FnOnce(&dyn LeastSquares) -> T) -> T {
+    /// Applies a function to χ² as a sum of squares.
+    pub fn squares<T>(&self, function: impl FnOnce(&dyn LeastSquares) -> T) -> T {
         match self {
-            DomainObjective::Frf(o) => work(o),
-            DomainObjective::Modes(o) => work(&ModeSquares::new(o, None)),
+            DomainObjective::Frf(o) => function(o),
+            DomainObjective::Modes(o) => function(&ModeSquares::new(o, None)),
         }
     }
 
-    /// Numbers compared.
+    /// Returns the number of compared numbers.
     pub fn observations(&self) -> usize {
         match self {
             DomainObjective::Frf(o) => o.observations(),
@@ -142,7 +142,7 @@ impl<'h> DomainObjective<'h> {
         }
     }
 
-    /// χ² that noise alone leaves, per number compared.
+    /// Returns χ² per compared number due to noise alone.
     pub fn noise_share(&self) -> f64 {
         match self {
             DomainObjective::Frf(o) => o.noise_share(),
@@ -150,7 +150,7 @@ impl<'h> DomainObjective<'h> {
         }
     }
 
-    /// The gain at a place.
+    /// Returns the gain at given coordinates.
     pub fn gain(&self, place: &[f64]) -> f64 {
         match self {
             DomainObjective::Frf(o) => o.gain(place),
@@ -158,7 +158,7 @@ impl<'h> DomainObjective<'h> {
         }
     }
 
-    /// Parameters of the machine at a place.
+    /// Returns the machine's parameters at given coordinates.
     pub fn parameters(&self, place: &[f64]) -> Vec<f64> {
         match self {
             DomainObjective::Frf(o) => o.parameters(place),
@@ -166,7 +166,7 @@ impl<'h> DomainObjective<'h> {
         }
     }
 
-    /// Weighted residuals of the data at a place, without what is known beforehand.
+    /// Returns the weighted residuals of the data, without priors.
     pub fn residuals(&self, place: &[f64]) -> DVector<f64> {
         match self {
             DomainObjective::Frf(o) => o.weighted_residuals(place),
@@ -177,7 +177,7 @@ impl<'h> DomainObjective<'h> {
         }
     }
 
-    /// All that χ² is the sum of squares of: weighted residuals, then what is known beforehand.
+    /// Returns all terms whose squares sum to χ²: weighted residuals, then priors.
     pub fn rows(&self, place: &[f64]) -> DVector<f64> {
         match self {
             DomainObjective::Frf(o) => o.rows(place),
@@ -185,7 +185,7 @@ impl<'h> DomainObjective<'h> {
         }
     }
 
-    /// Derivatives of [`DomainObjective::rows`] with the place.
+    /// Returns the derivatives of [`DomainObjective::rows`] with respect to the coordinates.
     pub fn slopes(&self, place: &[f64]) -> DMatrix<f64> {
         match self {
             DomainObjective::Frf(o) => o.slopes(place),
@@ -207,7 +207,7 @@ impl<'h> DomainObjective<'h> {
     }
 }
 
-/// Gaps of data with given parameters and gain.
+/// Returns the gaps of data with given parameters and gain.
 ///
 /// # Errors  as [`FrfObjective::held_out`] and [`ModeObjective::held_out`].
 pub fn gaps(
@@ -243,11 +243,11 @@ pub fn gaps(
     }
 }
 
-/// Highest order that has a gap of its own; an experimenter counts from 1.
+/// Highest order with a gap of its own; orders count from 1.
 const LAST_ORDER: u32 = 1000;
 
-/// Root mean square over positions of the relative frequency errors of each order, from 1; a mode that is not predicted counts as [`MISSING`]. `None` for
-/// an order that was observed nowhere.
+/// Returns the root mean square over positions of the relative frequency errors of each order, from 1. A mode without a prediction counts as
+/// [`MISSING`]. `None` for an order without observations.
 ///
 /// # Errors  as [`ModeObjective::held_out`].
 pub fn gaps_by_mode(
@@ -270,8 +270,10 @@ pub fn gaps_by_mode(
     Ok((1..=last).map(|order| root_mean_square(errors.iter().filter(|e| e.0 == order).map(|e| e.1))).collect())
 }
 
-/// # Source  the gap of modes as this project defines it: root mean square of relative frequency errors, a missing or unexpected peak as 0.3. Its
-/// floor is what rounding leaves, resolution/√12.
+/// Computes the gap of the modes at one position.
+///
+/// # Source  definition of this project: root mean square of the relative frequency errors, a missing or unexpected peak counting as 0.3. The floor
+/// is due to rounding, resolution/√12.
 fn mode_part(prediction: &PositionPrediction, resolution_hz: f64) -> PartialGap {
     let errors: Vec<(f64, f64)> = prediction
         .deviations

@@ -1,4 +1,4 @@
-//! Hypotheses fitted jointly with the nominal parameters and the nuisances.
+//! Fits of hypotheses, jointly with the nominal parameters and the nuisance parameters.
 
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -12,51 +12,52 @@ use measurement::{FitSet, HoldOutSet};
 use numeric::halton::halton_point;
 use optimizer::{Control, least_squares_within};
 
-/// A fitted hypothesis: a place for each parameter of its machine, and for what belongs to the data (gain, nut positions).
+/// A fitted hypothesis: coordinates of the parameters of its machine and of the unknowns of the data (gain, nut positions, channels).
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Fitted {
-    /// Place of every parameter of the hypothesis's machine in its unit interval.
+    /// Coordinate of each parameter of the hypothesis' machine in its unit interval.
     pub units: Vec<f64>,
-    /// Places of an unknown gain, of nut positions, and of the channels' gains and delays.
+    /// Coordinates of an unknown gain, of nut positions, and of the gains and delays of channels.
     pub tail: Vec<f64>,
     /// Least χ².
     pub chi_square: f64,
-    /// Best starts end in the same χ²; false where a search has several ends.
+    /// Whether the best starts end at the same χ²; false where the search ends in several minima.
     pub agrees: bool,
 }
 
-/// Best starts that are followed down, so many and so many more for each added parameter; how far apart they must be in the unit interval of some
-/// parameter, and how far a linear step is believed there.
+/// Starts that are followed: a number, and a further number per added parameter. Least distance between them in the unit interval of some parameter,
+/// and largest step for which a linear prediction of χ² is trusted.
 const FOLLOWED: (usize, usize) = (2, 2);
-const ASUNDER: f64 = 0.045;
-const PROMISE: f64 = 0.1;
-/// Lines of all FRFs on which starts are tried, and most and fewest of one.
+const LEAST_DISTANCE: f64 = 0.045;
+const TRUST_RADIUS: f64 = 0.1;
+/// Lines of all FRFs together on which starts are evaluated, and least and largest number per FRF.
 const COARSE: (usize, usize, usize) = (800, 40, 80);
-/// Steps on few lines and on all.
+/// Steps on the coarse lines and on all lines.
 const COARSE_STEPS: u64 = 40;
 const STEPS: u64 = 40;
-/// Relative gain of χ² at which a descent ends.
+/// Relative decrease of χ² per step at which a descent ends.
 const TOLERANCE: f64 = 1e-4;
-/// Starts all over the ranges, and how many of them go on from where a few steps on few lines have led them; so many for each position left out.
-pub(super) const SCATTERED: (usize, usize) = (32, 6);
-pub(super) const SCATTERED_WITHOUT_ONE: (usize, usize) = (16, 3);
-const SCATTER_LINES: (usize, usize, usize) = (300, 16, 60);
-const SCATTER_STEPS: u64 = 8;
+/// Starts distributed over the parameter ranges, and the number that continue after a few steps on coarse lines. The second pair is for each left-out
+/// position.
+pub(super) const MULTISTART: (usize, usize) = (32, 6);
+pub(super) const MULTISTART_LEFT_OUT: (usize, usize) = (16, 3);
+const MULTISTART_LINES: (usize, usize, usize) = (300, 16, 60);
+const MULTISTART_STEPS: u64 = 8;
 
-/// A part of the method that can be left out, to see what it is worth.
+/// A part of the method that can be disabled to measure its benefit.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Ablation {
-    /// Thresholds of χ² tables instead of simulated nulls.
+    /// Thresholds from χ² tables instead of null simulations.
     ChiSquare,
-    /// Candidates fitted alone, with the nominal parameters kept where the nominal fit left them.
+    /// Candidates fitted alone, with the nominal parameters fixed at the nominal fit.
     FrozenNominal,
-    /// Nothing that is ordinarily a little wrong is fitted along.
+    /// No nuisance parameters are fitted.
     NoNuisances,
     /// Candidates ranked by the positions they were fitted to.
     InSample,
 }
 
-/// What hypotheses are fitted to.
+/// Data and settings of fits.
 #[derive(Debug, Clone)]
 pub struct Fitter<'s> {
     /// Data to fit.
@@ -65,31 +66,31 @@ pub struct Fitter<'s> {
     pub domain: Domain,
     /// Parameters that keep their start values.
     pub frozen: Vec<String>,
-    /// Parts of the method that are left out.
+    /// Disabled parts of the method.
     pub ablated: Vec<Ablation>,
 }
 
 impl<'s> Fitter<'s> {
-    /// Lines of one FRF, where so many are looked at in all, and so many of one at least and at most.
+    /// Returns the number of lines per FRF, given that of all FRFs and the least and largest number per FRF.
     fn lines_of_one(&self, (all, least, most): (usize, usize, usize)) -> usize {
         (all / self.fit.frfs.len().max(1)).clamp(least, most)
     }
 
-    /// Whether a part of the method is left out.
+    /// Whether a part of the method is disabled.
     pub fn lacks(&self, part: Ablation) -> bool {
         self.ablated.contains(&part)
     }
 
-    /// Whether the data to fit were taken under more than one of a circumstance.
-    pub fn varies(&self, circumstance: OperatingVariable) -> bool {
+    /// Whether the data to fit cover more than one value of an operating variable.
+    pub fn varies(&self, variable: OperatingVariable) -> bool {
         let Domain::Frf(_) = self.domain else { return false };
         let set = self.fit.set;
-        let sizes = self.fit.frfs.iter().map(|at| circumstance.size(&operating(set, &set.frfs[*at])));
-        let (low, high) = sizes.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), x| (low.min(x), high.max(x)));
+        let values = self.fit.frfs.iter().map(|at| variable.size(&operating(set, &set.frfs[*at])));
+        let (low, high) = values.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), x| (low.min(x), high.max(x)));
         high - low > 1e-3
     }
 
-    /// The same without what is ordinarily a little wrong: nut positions, gains and delays as they are stated.
+    /// Returns the fitter without nuisance parameters: nut positions, gains and delays as stated.
     #[must_use]
     pub(super) fn without_nuisances(&self) -> Self {
         let domain = match self.domain {
@@ -99,24 +100,24 @@ impl<'s> Fitter<'s> {
         Fitter { domain, ..self.clone() }
     }
 
-    /// Whether what is ordinarily a little wrong is fitted along: modes are too few for it.
+    /// Whether nuisance parameters are fitted: modes are too few for them.
     pub(super) fn has_nuisances(&self) -> bool {
         matches!(self.domain, Domain::Frf(_)) && !self.lacks(Ablation::NoNuisances)
     }
 
-    /// The same for other data of the set.
+    /// Returns the fitter for other data of the set.
     #[must_use]
     pub fn on(&self, fit: FitSet<'s>) -> Self {
         Fitter { fit, ..self.clone() }
     }
 
-    /// Positions (or records) that are left out one after another: what is kept, and what is left out.
+    /// Returns the blocks of cross-validation over positions (or records): retained and left-out data.
     pub fn blocks(&self) -> Vec<(FitSet<'s>, FitSet<'s>)> {
         let parts = self.fit.leave_one_out(matches!(self.domain, Domain::Frf(_)));
         parts.into_iter().map(|(kept, left)| (kept, FitSet { set: left.set, positions: left.positions, frfs: left.frfs })).collect()
     }
 
-    /// The objective of a hypothesis. A parameter it releases is not frozen.
+    /// Returns the objective of a hypothesis. A parameter that the hypothesis releases is not frozen.
     ///
     /// # Errors  as [`DomainObjective::new`].
     pub fn objective<'h>(&self, hypothesis: &'h Hypothesis) -> Result<DomainObjective<'h>, ObjectiveError> {
@@ -125,34 +126,34 @@ impl<'s> Fitter<'s> {
         DomainObjective::new(hypothesis, &self.fit, self.domain, &frozen)
     }
 
-    /// Follows χ² down from a place.
+    /// Minimises χ² from given coordinates.
     pub fn descend(&self, objective: &DomainObjective<'_>, from: &Fitted, steps: u64, control: &Control) -> Fitted {
-        self.descend_to(objective, from, (steps, TOLERANCE), control)
+        self.descend_until(objective, from, (steps, TOLERANCE), control)
     }
 
-    /// The same until a step gains less than this share of χ²: valleys of joints in series are long.
-    pub(super) fn descend_to(&self, objective: &DomainObjective<'_>, from: &Fitted, end: (u64, f64), control: &Control) -> Fitted {
+    /// Minimises χ² up to a number of steps or until a step reduces it by less than a share: joints in series form long valleys.
+    pub(super) fn descend_until(&self, objective: &DomainObjective<'_>, from: &Fitted, end: (u64, f64), control: &Control) -> Fitted {
         let place = place_of(objective, from);
         let polished = objective.squares(|squares| least_squares_within(squares, &place, &[], end, control.stop()));
         read_back(objective, from, &polished.place, polished.normal.chi_square)
     }
 
-    /// Fits a hypothesis from fits of the nominal machine: amplitudes over their whole range are tried, the best followed down on few lines, and the
-    /// best of those on all. Nested: from the first base with the effect at nothing χ² can only fall.
+    /// Fits a hypothesis from fits of the nominal machine. Amplitudes over their whole ranges are evaluated, the best followed on coarse lines, and
+    /// the best of these on all lines. χ² cannot rise above that of the first base: the effect with amplitude zero is among the starts.
     ///
     /// # Errors  as [`DomainObjective::new`].
     pub fn fit(&self, hypothesis: &Hypothesis, bases: &[Fitted], control: &Control) -> Result<Fitted, ObjectiveError> {
-        control.kept_or_failed(&self.piece("fit", hypothesis, bases), || self.fit_anew(hypothesis, bases, control))
+        control.kept_or_failed(&self.cache_key("fit", hypothesis, bases), || self.fit_uncached(hypothesis, bases, control))
     }
 
-    /// The name of a piece of work on these data.
-    pub(super) fn piece(&self, what: &str, hypothesis: &Hypothesis, bases: &[Fitted]) -> String {
+    /// Returns the key of a calculation on these data, under which its result is stored.
+    pub(super) fn cache_key(&self, what: &str, hypothesis: &Hypothesis, bases: &[Fitted]) -> String {
         format!("{what} {} {:?} {:?} {bases:?}", hypothesis.id, self.fit.positions, self.fit.frfs)
     }
 
-    fn fit_anew(&self, hypothesis: &Hypothesis, bases: &[Fitted], control: &Control) -> Result<Fitted, ObjectiveError> {
+    fn fit_uncached(&self, hypothesis: &Hypothesis, bases: &[Fitted], control: &Control) -> Result<Fitted, ObjectiveError> {
         if control.stopped() {
-            return Err(ObjectiveError::Data("stopped before its turn".into()));
+            return Err(ObjectiveError::Data("stopped before this candidate was fitted".into()));
         }
         let objective = self.objective(hypothesis)?;
         let coarse = objective.coarse(self.lines_of_one(COARSE));
@@ -163,20 +164,22 @@ impl<'s> Fitter<'s> {
             .flat_map(|base| amplitudes(hypothesis).into_iter().map(move |added| start_of(hypothesis, base, &added)))
             .map(|start| {
                 let place = place_of(few, &start);
-                // One linear step where derivatives are cheap; χ² as it is where they are not.
-                let cost = few
-                    .squares(|squares| if linear { squares.normal(&place).cost_after_step(PROMISE) } else { squares.chi_square(&place) });
+                // Predict χ² by one linear step where derivatives are cheap, else evaluate it.
+                let cost =
+                    few.squares(
+                        |squares| if linear { squares.normal(&place).cost_after_step(TRUST_RADIUS) } else { squares.chi_square(&place) },
+                    );
                 (cost, start)
             })
             .collect();
-        let nothing = starts.remove(0).1;
+        let without_effect = starts.remove(0).1;
         starts.sort_by(|a, b| a.0.total_cmp(&b.0));
-        // Neighbours end in one place.
+        // Neighbouring starts end in the same minimum.
         let most = FOLLOWED.0 + FOLLOWED.1 * hypothesis.added.len();
         let mut followed: Vec<Fitted> = Vec::new();
         for (_, start) in starts {
-            let asunder = |other: &Fitted| other.units.iter().zip(&start.units).any(|(a, b)| (a - b).abs() > ASUNDER);
-            if followed.iter().all(asunder) {
+            let distant = |other: &Fitted| other.units.iter().zip(&start.units).any(|(a, b)| (a - b).abs() > LEAST_DISTANCE);
+            if followed.iter().all(distant) {
                 followed.push(start);
             }
             if followed.len() == most {
@@ -186,7 +189,7 @@ impl<'s> Fitter<'s> {
         let mut ends: Vec<Fitted> = followed.iter().map(|start| self.descend(few, start, COARSE_STEPS, control)).collect();
         ends.sort_by(|a, b| a.chi_square.total_cmp(&b.chi_square));
         let agrees = ends.len() < 2 || ends[1].chi_square <= ends[0].chi_square * 1.01 + 1.0;
-        let near = self.descend(few, &nothing, COARSE_STEPS, control);
+        let near = self.descend(few, &without_effect, COARSE_STEPS, control);
         let mut best = match ends.into_iter().next() {
             Some(end) if end.chi_square < near.chi_square => end,
             _ => near,
@@ -194,26 +197,25 @@ impl<'s> Fitter<'s> {
         if linear {
             best = self.descend(&objective, &best, STEPS, control);
             if best.chi_square > bases[0].chi_square {
-                let near = self.descend(&objective, &nothing, STEPS, control);
+                let near = self.descend(&objective, &without_effect, STEPS, control);
                 best = if near.chi_square < best.chi_square { near } else { best };
             }
         }
         Ok(Fitted { agrees, ..best })
     }
 
-    /// Fits a hypothesis from places all over the ranges of its parameters and around a fit: where what is missing has led the joints into a wrong
-    /// basin, no path leads out of it.
+    /// Fits a hypothesis from starts all over the parameter ranges and around a fit: a missing effect may have led the joints into a wrong basin.
     ///
     /// # Errors  as [`DomainObjective::new`].
-    pub fn scatter(&self, hypothesis: &Hypothesis, base: &Fitted, control: &Control) -> Result<Fitted, ObjectiveError> {
-        let piece = self.piece("scatter", hypothesis, std::slice::from_ref(base));
-        control.kept_or_failed(&piece, || self.scatter_anew(hypothesis, base, SCATTERED, control))
+    pub fn multistart(&self, hypothesis: &Hypothesis, base: &Fitted, control: &Control) -> Result<Fitted, ObjectiveError> {
+        let key = self.cache_key("scatter", hypothesis, std::slice::from_ref(base));
+        control.kept_or_failed(&key, || self.multistart_uncached(hypothesis, base, MULTISTART, control))
     }
 
-    /// As [`Fitter::scatter`] from so many starts, without a look into the journal: for data whose piece of work would be called like that of others.
+    /// As [`Fitter::multistart`] with a number of starts, without stored results: for modified data, whose key would equal that of the original data.
     ///
-    /// # Errors  as [`Fitter::scatter`].
-    pub(super) fn scatter_anew(
+    /// # Errors  as [`Fitter::multistart`].
+    pub(super) fn multistart_uncached(
         &self,
         hypothesis: &Hypothesis,
         base: &Fitted,
@@ -221,25 +223,25 @@ impl<'s> Fitter<'s> {
         control: &Control,
     ) -> Result<Fitted, ObjectiveError> {
         let objective = self.objective(hypothesis)?;
-        let ends = self.scattered(&objective, hypothesis, base, starts, control);
+        let ends = self.multistart_ends(&objective, hypothesis, base, starts, control);
         let best = ends.iter().min_by(|a, b| a.chi_square.total_cmp(&b.chi_square));
         Ok(best.map_or_else(|| start_of(hypothesis, base, &[]), |end| self.descend(&objective, end, STEPS, control)))
     }
 
-    /// Where some starts all over the ranges end on few lines, the best of them.
-    pub(super) fn scattered(
+    /// Returns the best fits, on coarse lines, of starts all over the parameter ranges.
+    pub(super) fn multistart_ends(
         &self,
         objective: &DomainObjective<'_>,
         hypothesis: &Hypothesis,
         base: &Fitted,
-        (scattered, followed): (usize, usize),
+        (starts, followed): (usize, usize),
         control: &Control,
     ) -> Vec<Fitted> {
         let centre = start_of(hypothesis, base, &[]);
         if control.stopped() {
             return Vec::new();
         }
-        let coarse = objective.coarse(self.lines_of_one(SCATTER_LINES));
+        let coarse = objective.coarse(self.lines_of_one(MULTISTART_LINES));
         let few = coarse.as_ref().unwrap_or(objective);
         let described = &hypothesis.machine.parameters;
         let varied = objective.free().iter().filter(|i| hypothesis.added.contains(i) || !described[**i].is_tolerance());
@@ -253,25 +255,25 @@ impl<'s> Fitter<'s> {
             start
         };
         let mut ends: Vec<Fitted> =
-            (1..=scattered).into_par_iter().map(|index| self.descend(few, &start(index), SCATTER_STEPS, control)).collect();
+            (1..=starts).into_par_iter().map(|index| self.descend(few, &start(index), MULTISTART_STEPS, control)).collect();
         ends.sort_by(|a, b| a.chi_square.total_cmp(&b.chi_square));
         ends.truncate(followed);
         ends.par_iter().map(|end| self.descend(few, end, COARSE_STEPS, control)).collect()
     }
 
-    /// The least χ² that one linear step from any amplitude promises, on few lines.
+    /// Returns the least χ² predicted by one linear step from any amplitude, on coarse lines.
     ///
     /// # Errors  as [`DomainObjective::new`].
-    pub fn promise(&self, hypothesis: &Hypothesis, bases: &[Fitted], control: &Control) -> Result<f64, ObjectiveError> {
+    pub fn predicted_cost(&self, hypothesis: &Hypothesis, bases: &[Fitted], control: &Control) -> Result<f64, ObjectiveError> {
         let objective = self.objective(hypothesis)?;
         let coarse = objective.coarse(self.lines_of_one(COARSE));
         let few = coarse.as_ref().unwrap_or(&objective);
         let starts = bases.iter().flat_map(|base| amplitudes(hypothesis).into_iter().map(move |added| start_of(hypothesis, base, &added)));
-        let cost = |start: Fitted| few.squares(|squares| squares.normal(&place_of(few, &start)).cost_after_step(PROMISE));
+        let cost = |start: Fitted| few.squares(|squares| squares.normal(&place_of(few, &start)).cost_after_step(TRUST_RADIUS));
         Ok(starts.take_while(|_| !control.stopped()).map(cost).fold(f64::INFINITY, f64::min))
     }
 
-    /// χ² of other data of the set with the parameters of a fit, nut positions as stated.
+    /// Returns χ² of other data of the set with the parameters of a fit and nut positions as stated.
     ///
     /// # Errors  as [`DomainObjective::new`].
     pub fn loss(&self, hypothesis: &Hypothesis, fitted: &Fitted) -> Result<f64, ObjectiveError> {
@@ -281,7 +283,7 @@ impl<'s> Fitter<'s> {
         Ok(objective.residuals(&place).norm_squared())
     }
 
-    /// Tolerances as a fit has them; none where they are held.
+    /// Returns the estimated tolerances of a fit; none where tolerances are not fitted.
     ///
     /// # Errors  as [`DomainObjective::new`].
     pub fn tolerances(&self, hypothesis: &Hypothesis, fitted: &Fitted) -> Result<Vec<ToleranceEstimate>, ObjectiveError> {
@@ -293,7 +295,7 @@ impl<'s> Fitter<'s> {
         })
     }
 
-    /// Gaps of data with the parameters of a fit.
+    /// Returns the gaps of data with the parameters of a fit.
     ///
     /// # Errors  as [`gaps`].
     pub fn gaps(&self, hypothesis: &Hypothesis, fitted: &Fitted, data: &HoldOutSet<'_>) -> Result<Vec<PartialGap>, ObjectiveError> {
@@ -303,19 +305,19 @@ impl<'s> Fitter<'s> {
     }
 }
 
-/// Parameter values of a fit.
+/// Returns the parameter values of a fit.
 pub fn values_of(hypothesis: &Hypothesis, fitted: &Fitted) -> Vec<f64> {
     hypothesis.machine.parameters.iter().zip(&fitted.units).map(|(p, u)| p.from_unit(*u)).collect()
 }
 
-/// A fit that stands at the start values of a machine.
+/// Returns the start values of a machine as a fit.
 pub fn at_start(hypothesis: &Hypothesis) -> Fitted {
     let units = hypothesis.machine.parameters.iter().map(|p| p.to_unit(p.start)).collect();
     Fitted { units, tail: Vec::new(), chi_square: f64::INFINITY, agrees: true }
 }
 
-/// The place of a fit in the unit cube of an objective. The data may be others than those of the fit: gain and channels are kept, nut positions
-/// begin as stated. The best gain where none is known yet.
+/// Returns the coordinates of a fit in the unit cube of an objective. For other data than those of the fit, gain and channels are kept and nut
+/// positions start as stated. An unknown gain starts at its best value.
 pub fn place_of(objective: &DomainObjective<'_>, fitted: &Fitted) -> Vec<f64> {
     let place: Vec<f64> = objective.free().iter().map(|i| fitted.units[*i]).collect();
     if fitted.tail.is_empty() {
@@ -344,20 +346,20 @@ fn read_back(objective: &DomainObjective<'_>, from: &Fitted, place: &[f64], chi_
     Fitted { units, tail: place[objective.free().len()..].to_vec(), chi_square, agrees: from.agrees }
 }
 
-/// Frequencies (Hz) at which a resonance is looked for, lowest and highest, and how many.
+/// Lowest and highest frequency (Hz) of trial resonances, and their number.
 const RESONANCES_HZ: (f64, f64, u32) = (8.0, 1600.0, 26);
-/// Places of a mass in its range at which it is looked for.
+/// Coordinates of a mass in its range for trial resonances.
 const SHARES: [f64; 3] = [0.3, 0.6, 0.85];
-/// Where the frequency itself is a parameter it is looked for all along its range, at so many places, with masses at these places of theirs and a loss that is
-/// wide enough for none to be missed between two.
+/// Trial frequencies where the natural frequency is itself a parameter, evenly distributed over its range. Then the coordinates of masses, and a loss
+/// factor wide enough to miss no resonance between two trials.
 const NATURAL_COUNT: u32 = 60;
 const NATURAL: ([f64; 2], f64) = ([0.55, 0.75], 0.1);
-/// Pairs of numbers without unit at which it is looked for, where it has such: arms on which it is felt and struck, to either side.
+/// Trial values of pairs of dimensionless parameters: lever arms of reading and of strike, on either side.
 const ARMS: [[f64; 2]; 5] = [[0.0, 0.0], [1.0, 1.0], [1.0, -1.0], [-1.0, 1.0], [-1.0, -1.0]];
 
-/// Places of masses that resonate all over the band, each alone and both where there are two, with a spring and a damper or a loss factor, or with the
-/// frequency itself among the parameters, or with two arms beside: the ranges together hold mostly resonances where nothing is measured. `None` where the
-/// parameters are no such ones.
+/// Returns coordinates of trial resonances all over the band. Covered are masses with a spring and a damper or a loss factor, with the natural
+/// frequency as a parameter, or with two lever arms; several masses singly and jointly. Ranges alone would mostly give resonances outside the band.
+/// `None` for other sets of parameters.
 fn resonances(described: &[&Parameter]) -> Option<Vec<Vec<f64>>> {
     let of = |units: &[&str]| (0..described.len()).filter(|at| units.contains(&described[*at].unit.as_str())).collect::<Vec<usize>>();
     let (masses, springs, dampers) = (of(&["kg", "kg*m^2"]), of(&["N/m", "N*m/rad"]), of(&["N*s/m", "N*m*s/rad"]));
@@ -367,7 +369,7 @@ fn resonances(described: &[&Parameter]) -> Option<Vec<Vec<f64>>> {
     let start: Vec<f64> = described.iter().map(|p| p.to_unit(p.start)).collect();
     let frequencies = (0..count).map(|at| low * (high / low).powf(f64::from(at) / f64::from(count - 1)));
     let tried = frequencies.flat_map(|hz| SHARES.map(|share| (hz, share)));
-    let plain = of(&["1"]);
+    let dimensionless = of(&["1"]);
     let resonant = |mass: usize, spring: usize, (hz, share): (f64, f64)| {
         let (m, omega) = (described[mass].from_unit(share), std::f64::consts::TAU * hz);
         let mut place = start.clone();
@@ -376,18 +378,18 @@ fn resonances(described: &[&Parameter]) -> Option<Vec<Vec<f64>>> {
         (place, m * omega)
     };
     match (masses.as_slice(), springs.as_slice(), dampers.as_slice(), natural.as_slice()) {
-        (&[mass], &[spring], &[damper], []) if described.len() == 3 + plain.len() && [0, 2].contains(&plain.len()) => {
-            let arms = if plain.is_empty() { &ARMS[..1] } else { &ARMS };
+        (&[mass], &[spring], &[damper], []) if described.len() == 3 + dimensionless.len() && [0, 2].contains(&dimensionless.len()) => {
+            let arms = if dimensionless.is_empty() { &ARMS[..1] } else { &ARMS };
             let place = |(resonance, arms): ((f64, f64), [f64; 2])| {
                 let (mut place, impedance) = resonant(mass, spring, resonance);
                 place[damper] = clamped(damper, 2.0 * 0.03 * impedance);
-                plain.iter().zip(arms).for_each(|(at, arm)| place[*at] = clamped(*at, arm));
+                dimensionless.iter().zip(arms).for_each(|(at, arm)| place[*at] = clamped(*at, arm));
                 place
             };
             Some(tried.flat_map(|resonance| arms.iter().map(move |some| (resonance, *some))).map(place).collect())
         }
-        // A mass behind a spring with a loss factor, which stays where it starts.
-        (&[mass], &[spring], [], []) if described.len() == 3 && plain.len() == 1 => {
+        // A mass on a spring with a loss factor, which keeps its start.
+        (&[mass], &[spring], [], []) if described.len() == 3 && dimensionless.len() == 1 => {
             Some(tried.map(|resonance| resonant(mass, spring, resonance).0).collect())
         }
         (masses, [], [], natural) if !masses.is_empty() && !natural.is_empty() => {
@@ -396,7 +398,7 @@ fn resonances(described: &[&Parameter]) -> Option<Vec<Vec<f64>>> {
             let place = |along: f64, share: f64, some: &[usize]| {
                 let mut place = start.clone();
                 natural.iter().for_each(|at| place[*at] = along);
-                plain.iter().for_each(|at| place[*at] = clamped(*at, loss));
+                dimensionless.iter().for_each(|at| place[*at] = clamped(*at, loss));
                 some.iter().for_each(|mass| place[*mass] = share);
                 place
             };
@@ -413,7 +415,7 @@ fn resonances(described: &[&Parameter]) -> Option<Vec<Vec<f64>>> {
     }
 }
 
-/// A nominal fit with the added parameters at given places.
+/// Returns a nominal fit extended by added parameters at given coordinates.
 pub fn start_of(hypothesis: &Hypothesis, base: &Fitted, added: &[f64]) -> Fitted {
     let described = &hypothesis.machine.parameters;
     let mut units: Vec<f64> = base.units.clone();
@@ -424,7 +426,7 @@ pub fn start_of(hypothesis: &Hypothesis, base: &Fitted, added: &[f64]) -> Fitted
     Fitted { units, tail: base.tail.clone(), chi_square: f64::INFINITY, agrees: true }
 }
 
-/// Places of the added parameters to try: their start, and a lattice over the unit cube (Halton's sequence).
+/// Returns trial coordinates of the added parameters: their start, and a grid over the unit cube (Halton's sequence).
 pub fn amplitudes(hypothesis: &Hypothesis) -> Vec<Vec<f64>> {
     let described: Vec<_> = hypothesis.added.iter().map(|i| &hypothesis.machine.parameters[*i]).collect();
     let start: Vec<f64> = described.iter().map(|p| p.to_unit(p.start)).collect();
@@ -437,6 +439,6 @@ pub fn amplitudes(hypothesis: &Hypothesis) -> Vec<Vec<f64>> {
         2 => 20,
         _ => 40,
     };
-    let lattice = (1..=count).map(|index| halton_point(index, described.len()));
-    std::iter::once(start).chain(lattice).collect()
+    let grid = (1..=count).map(|index| halton_point(index, described.len()));
+    std::iter::once(start).chain(grid).collect()
 }

@@ -1,4 +1,4 @@
-//! What could be missing from a machine: one hypothesis is one patched machine.
+//! Hypotheses about what a machine's description lacks: each is one patched machine.
 
 use machine::{
     Data, Effect, FitRule, JointPatch, Machine, MachineError, NumberSource, Operating, Parameter, Patch, PointMotion, PointPatch, Rescale,
@@ -6,41 +6,41 @@ use machine::{
 };
 use numeric::statistics::quantile;
 
-/// What kind of thing a hypothesis adds.
+/// Kind of a hypothesis.
 #[derive(Debug, Clone, PartialEq)]
 pub enum HypothesisKind {
     /// Nothing: the machine as described, with its tolerances.
     Nominal,
     /// An effect of the library or of the user.
     Effect,
-    /// A parameter that was frozen is released.
+    /// A frozen parameter is released.
     Release,
-    /// A shape of dynamic stiffness at an interface: to say where, not what.
+    /// A generic dynamic stiffness at an interface, which locates a discrepancy without naming its cause.
     Interface {
         /// Point or joint.
         interface: String,
-        /// What kind of stiffness.
+        /// Form of the dynamic stiffness.
         shape: Shape,
     },
 }
 
-/// Shape of a missing dynamic stiffness.
+/// Form of a generic dynamic stiffness.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Shape {
-    /// k.
+    /// Spring: k.
     Stiffness,
-    /// iωc.
+    /// Damper: iωc.
     Damping,
-    /// −ω²m.
+    /// Mass: −ω²m.
     Mass,
-    /// An attached mass on a spring and damper.
+    /// Mass attached by a spring and a damper.
     Resonator,
-    /// A damper behind a spring.
+    /// Damper in series with a spring.
     Relaxation,
 }
 
 impl Shape {
-    /// The word for it.
+    /// Returns its name.
     pub fn word(self) -> &'static str {
         match self {
             Shape::Stiffness => "stiffness",
@@ -52,35 +52,35 @@ impl Shape {
     }
 }
 
-/// A machine with something added.
+/// A machine with an addition.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Hypothesis {
     /// Id of the effect, of the parameter released, or `interface:shape`.
     pub id: String,
-    /// What kind of thing it adds.
+    /// Kind of the addition.
     pub kind: HypothesisKind,
-    /// The machine with it.
+    /// The machine with the addition.
     pub machine: Machine,
-    /// Indices of the parameters it adds.
+    /// Indices of the added parameters.
     pub added: Vec<usize>,
 }
 
 impl Hypothesis {
-    /// Why an effect does not apply to data of a kind and to this machine.
+    /// Returns why an effect does not apply to this kind of data or to this machine.
     pub(super) fn obstacle(&self, effect: &Effect, data: Data) -> Option<String> {
         if !effect.data.contains(&data) {
             return Some(match data {
-                Data::Frf => "it shows in motion alone".into(),
-                Data::Motion => "it shows in frequency responses and modes alone".into(),
+                Data::Frf => "it affects motion records only".into(),
+                Data::Motion => "it affects frequency responses and modes only".into(),
             });
         }
         if self.machine.effects.contains(&effect.id) {
-            return Some("the machine contains it already".into());
+            return Some("the machine already contains it".into());
         }
         self.machine.lacks(effect).map(|name| format!("the machine has no «{name}»"))
     }
 
-    /// Hypotheses that release what was frozen of a machine, but for the parameters named.
+    /// Returns hypotheses that each release one frozen parameter of a machine, except those in `but`.
     pub(super) fn releases<'h>(
         &'h self,
         machine: &'h Machine,
@@ -91,12 +91,12 @@ impl Hypothesis {
         machine.parameters.iter().enumerate().filter(move |(_, p)| held(p)).map(|(index, _)| self.releasing(index))
     }
 
-    /// The machine itself.
+    /// Returns the hypothesis without an addition.
     pub fn nominal(machine: Machine) -> Self {
         Hypothesis { id: "nominal".into(), kind: HypothesisKind::Nominal, machine, added: Vec::new() }
     }
 
-    /// With an effect more.
+    /// Adds an effect.
     ///
     /// # Errors  as [`Machine::with_effect`]: the effect does not apply.
     pub fn with(&self, effect: &Effect) -> Result<Self, MachineError> {
@@ -106,7 +106,7 @@ impl Hypothesis {
         Ok(Hypothesis { id, kind: HypothesisKind::Effect, machine, added })
     }
 
-    /// With all parameters but those it adds kept at given places.
+    /// Freezes all parameters except the added ones at the given coordinates.
     pub(super) fn kept_at(mut self, units: &[f64]) -> Self {
         for (index, (parameter, unit)) in self.machine.parameters.iter_mut().zip(units).enumerate() {
             if !self.added.contains(&index) {
@@ -117,7 +117,7 @@ impl Hypothesis {
         self
     }
 
-    /// With a frozen parameter released.
+    /// Releases a frozen parameter.
     pub fn releasing(&self, parameter: usize) -> Self {
         let mut machine = self.machine.clone();
         machine.parameters[parameter].fit = FitRule::Always;
@@ -135,14 +135,15 @@ fn amplitude(id: &str, unit: &str, range: (f64, f64)) -> Parameter {
         scale: Scale::Logarithmic,
         fit: FitRule::Always,
         prior: None,
-        source: "everything an interface of a feed drive may have".into(),
+        source: "range that covers the interfaces of feed drives".into(),
+        description: String::new(),
     }
 }
 
-/// An interface: its name, the points it acts on, and whether it moves or turns.
+/// An interface: its name, the points it acts on with coefficients, and whether its motion is a translation or a rotation.
 type Across = (String, Vec<(String, f64)>, PointMotion);
 
-/// All shapes of missing dynamic stiffness at all points of a machine (to the ground) and across all of its joints.
+/// Returns all generic dynamic stiffnesses at all points of a machine (to ground) and across all of its joints.
 pub fn interfaces(nominal: &Hypothesis) -> Vec<Hypothesis> {
     let machine = &nominal.machine;
     let mut all = Vec::new();
@@ -154,7 +155,7 @@ pub fn interfaces(nominal: &Hypothesis) -> Vec<Hypothesis> {
         .collect();
     let mut across: Vec<Across> = Vec::new();
     for joint in machine.joints.iter().filter(|j| j.on.len() > 1) {
-        // Joints that share the work of one are one interface, across the mean of their motions.
+        // Joints that share one motion form one interface across the mean of their motions.
         let coefficients = joint.on.iter().map(|(p, c)| (machine.points[*p].name.clone(), c * joint.share.sqrt()));
         match across.iter_mut().find(|(name, _, _)| *name == joint.name) {
             None => across.push((joint.name.clone(), coefficients.collect(), machine.points[joint.on[0].0].motion)),
@@ -224,7 +225,7 @@ pub fn interfaces(nominal: &Hypothesis) -> Vec<Hypothesis> {
     all
 }
 
-/// Typical stiffness, damping and inertia of a machine's translations and rotations.
+/// Typical stiffness, damping and inertia of a machine's translations and rotations: they centre the ranges of generic impedances.
 struct TypicalStiffness {
     translation: (f64, f64, f64),
     rotation: (f64, f64, f64),
@@ -248,7 +249,7 @@ fn typical(machine: &Machine) -> TypicalStiffness {
         let (k, m) = if motion == PointMotion::Translation { (1e8, 100.0) } else { (1e3, 1e-3) };
         let stiffness = middle(joints.map(|j| j.stiffness.at(&start, &operating)).collect(), k);
         let inertia = middle(machine.points.iter().filter(|p| p.motion == motion).map(|p| p.inertia.at(&start, &operating)).collect(), m);
-        // Damping of a loss factor of one near 100 Hz.
+        // Damping with a loss factor of one near 100 Hz.
         (stiffness, stiffness / 600.0, inertia)
     };
     TypicalStiffness { translation: of(PointMotion::Translation), rotation: of(PointMotion::Rotation) }

@@ -1,4 +1,5 @@
-//! Why model and machine disagree: where the gap lies, which effect the description leaves out, how far the gap shrinks once it is in.
+//! Diagnosis of the discrepancy between model and machine: its location, the effect that the description lacks, and how far including it closes the
+//! gap.
 
 mod bootstrap;
 mod cross_validation;

@@ -1,4 +1,4 @@
-//! Where what is said acts: the place of an effect, of a released parameter or of a free shape, and the band in which it changes the model.
+//! Location of a verdict: the interface of an effect, of a released parameter or of a generic impedance, and the band in which it changes the model.
 
 use super::evidence::DomainObjective;
 use super::fit::{Fitted, Fitter, place_of};
@@ -8,20 +8,20 @@ use super::verdict::{Verdict, VerdictKind};
 use identification::objective::ObjectiveError;
 use machine::{Effect, Value};
 
-/// Share of all that changes which a band holds.
+/// Share of the squared change of the model that the reported band contains.
 const SHARE: f64 = 0.7;
 
-/// Where a verdict points to.
+/// Location to which a verdict refers.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Location {
-    /// Point, joint or shaft; «drive» and «measurement» for what is none. `None` where nothing is amiss.
+    /// Point, joint or shaft; «drive» or «measurement» for an effect of neither. `None` for verdicts without a discrepancy.
     pub interface: Option<String>,
-    /// The shortest band, on a logarithmic axis, with most of what changes; `None` for modes.
+    /// The shortest band, on a logarithmic axis, with most of the change of the model; `None` for modes.
     pub band_hz: Option<[f64; 2]>,
 }
 
 impl Location {
-    /// Of a verdict: of the effect it names first, of the parameter that is released, or of the free shape that explains most.
+    /// Returns the location of the first named effect, of the released parameter, or of the generic impedance that reduces χ² most.
     ///
     /// # Errors  as [`Fitter::objective`].
     pub(super) fn of(
@@ -31,15 +31,15 @@ impl Location {
         chosen: (&Hypothesis, &Fitted),
         (effects, located): (&[Effect], &[Candidate]),
     ) -> Result<Self, ObjectiveError> {
-        let free = located.first().and_then(|c| c.fitted.as_ref());
-        let free_place = || match free.map(|(hypothesis, _)| &hypothesis.kind) {
+        let generic = located.first().and_then(|c| c.fitted.as_ref());
+        let generic_location = || match generic.map(|(hypothesis, _)| &hypothesis.kind) {
             Some(HypothesisKind::Interface { interface, .. }) => Some(interface.clone()),
             _ => None,
         };
         let (interface, of) = match verdict.kind {
             VerdictKind::None | VerdictKind::Insufficient => return Ok(Location::default()),
             VerdictKind::Measurement => return Ok(Location { interface: Some("measurement".into()), band_hz: None }),
-            VerdictKind::Unknown => (free_place(), free.map(|(hypothesis, fitted)| (hypothesis, fitted))),
+            VerdictKind::Unknown => (generic_location(), generic.map(|(hypothesis, fitted)| (hypothesis, fitted))),
             VerdictKind::WrongParameter => (released_at(chosen.0), Some(chosen)),
             VerdictKind::Effect | VerdictKind::Ambiguous => {
                 let effect = verdict.first_effect().and_then(|id| Effect::put_in(effects, id, &chosen.0.machine));
@@ -47,11 +47,11 @@ impl Location {
             }
         };
         let band_hz = of.map(|other| band_of_change(fitter, nominal, other)).transpose()?.flatten();
-        Ok(Location { interface: interface.or_else(free_place), band_hz })
+        Ok(Location { interface: interface.or_else(generic_location), band_hz })
     }
 }
 
-/// Where an effect acts: of several places the one whose parameter went farthest from where it starts.
+/// Returns the location of an effect: of several, the one whose parameter moved farthest from its start.
 fn effect_at(effect: &Effect, hypothesis: &Hypothesis, fitted: &Fitted) -> Option<String> {
     let parameters = &hypothesis.machine.parameters;
     let moved = |id: &str| {
@@ -63,7 +63,7 @@ fn effect_at(effect: &Effect, hypothesis: &Hypothesis, fitted: &Fitted) -> Optio
     Some(places.fold(first, |best, other| if other.0 > best.0 { other } else { best }).1)
 }
 
-/// The joint, point or shaft that a released parameter belongs to.
+/// Returns the joint, point or shaft that a released parameter belongs to.
 fn released_at(hypothesis: &Hypothesis) -> Option<String> {
     let parameter = *hypothesis.added.first()?;
     let machine = &hypothesis.machine;
@@ -74,7 +74,7 @@ fn released_at(hypothesis: &Hypothesis) -> Option<String> {
     joint.or_else(point).or_else(shaft).cloned()
 }
 
-/// The shortest band with most of what another fit changes of the nominal one, line by line in units of its standard deviation.
+/// Returns the shortest band with most of the change from the nominal to another fit. Changes of lines are weighted by their standard deviations.
 fn band_of_change(
     fitter: &Fitter<'_>,
     nominal: (&Hypothesis, &Fitted),
@@ -84,14 +84,14 @@ fn band_of_change(
     let change = there.residuals(&place_of(&there, other.1)) - here.residuals(&place_of(&here, nominal.1));
     let DomainObjective::Frf(objective) = here else { return Ok(None) };
     let lines_hz = objective.records().iter().flat_map(|record| record.frequencies_hz());
-    // Real and imaginary part in turn.
+    // Real and imaginary part alternate.
     let squares = change.as_slice().chunks(2).map(|parts| parts.iter().map(|x| x * x).sum::<f64>());
     let mut lines: Vec<(f64, f64)> = lines_hz.zip(squares).collect();
     lines.sort_by(|a, b| a.0.total_cmp(&b.0));
     Ok(shortest_band(&lines, SHARE))
 }
 
-/// Shortest stretch of the logarithmic axis of frequencies that holds a share of what is given at lines in rising order.
+/// Returns the shortest band on a logarithmic frequency axis that contains a share of the amounts at lines in rising order.
 fn shortest_band(lines: &[(f64, f64)], share: f64) -> Option<[f64; 2]> {
     let wanted = share * lines.iter().map(|l| l.1).sum::<f64>();
     if !(wanted > 0.0 && wanted.is_finite()) {
@@ -121,7 +121,7 @@ mod tests {
     fn shortest_band_holds_its_share_on_a_logarithmic_axis() {
         let lines: Vec<(f64, f64)> = (1..=100).map(|f| (f64::from(f), if (40..50).contains(&f) { 9.0 } else { 0.1 })).collect();
         assert_eq!(shortest_band(&lines, 0.7), Some([42.0, 49.0]));
-        // The same amounts at 2 to 4 and at 60 to 62 Hz: the stretch is shorter up there.
+        // The same amounts at 2 to 4 and at 60 to 62 Hz: the upper band is shorter on a logarithmic axis.
         let twice = |f: i32| if (2..=4).contains(&f) || (60..=62).contains(&f) { 1.0 } else { 0.0 };
         let lines: Vec<(f64, f64)> = (1..=100).map(|f| (f64::from(f), twice(f))).collect();
         assert_eq!(shortest_band(&lines, 0.5), Some([60.0, 62.0]));

@@ -1,33 +1,33 @@
-//! Random differences between a machine and its description: tolerances drawn from their priors, and details that no parameter describes.
+//! Random discrepancies between a machine and its description: tolerances drawn from their priors, and details that no parameter describes.
 
 use rand::{Rng, RngExt};
 
 use machine::{Machine, Operating, Parameter, Prior, StationPlace};
 use numeric::random::normal;
 
-/// Length of a journal over the one that tolerances give it.
+/// Least and largest length of a journal over that assumed by the tolerances.
 ///
-/// # Source  catalogues of machined screw ends: bearing seats with collar and nut one to two and a half diameters long, 1.75 in the middle.
+/// # Source  catalogues of machined screw ends: bearing seats with collar and nut are 1 to 2.5 diameters long, 1.75 on average.
 const JOURNAL: (f64, f64) = (1.0 / 1.75, 2.5 / 1.75);
 
-/// A value of a tolerance, drawn from its prior; `None` for a parameter without one.
+/// Draws a tolerance from its prior; `None` for a parameter without a prior.
 pub fn sample_prior(tolerance: &Parameter, random: &mut impl Rng) -> Option<f64> {
     let prior = tolerance.prior?;
     let deviation = normal(random);
-    // A normal prior whose range begins at its mean is half of one.
+    // A normal prior whose range begins at its mean is a half-normal one.
     let half = matches!(prior, Prior::Normal(_)) && tolerance.lower >= tolerance.start;
     let deviation = if half { deviation.abs() } else { deviation };
     Some(prior.value(tolerance.start, deviation).clamp(tolerance.lower, tolerance.upper))
 }
 
-/// The machine with journals of other lengths at the ends of its shafts.
+/// Returns the machine with random lengths of the journals at the ends of its shafts.
 pub fn sample_discrepancy(machine: &Machine, random: &mut impl Rng) -> Machine {
     let mut other = machine.clone();
     let mut between = |low: f64, high: f64| random.random_range(low..high);
     for index in (0..machine.shafts.len()).filter(|index| machine.shafts[*index].is_journal()) {
         let shaft = &machine.shafts[index];
         let length_m = shaft.length.at(&machine.start(), &Operating::default());
-        // Its seam is the station that is no end of the whole shaft.
+        // The seam of a journal is the station that is not an end of the whole shaft.
         let Some(seam) = shaft.stations.iter().find(|s| !matches!(s.place, StationPlace::End) && s.place != StationPlace::At(0.0)).copied()
         else {
             continue;

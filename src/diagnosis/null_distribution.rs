@@ -1,8 +1,8 @@
-//! What a diagnosis finds where nothing is missing: simulated data of the machine itself with ordinary nuisances, looked at in the same way.
+//! Null distribution of the reduction of χ²: simulated data of the machine itself, with tolerances and noise, are screened in the same way.
 //!
-//! Each draw is a machine that is a little richer than the description (journals thinner than the screw, a nut that holds the screw over a
-//! length, every nuisance off by its standard deviation) and the noise of the lines. The nominal machine is fitted to it; what is left is measured
-//! along the directions that each candidate can explain. The largest over all candidates is what a true «none» shows.
+//! Each draw has small discrepancies from the description (journals of other lengths, every nuisance parameter off by its standard deviation) and the
+//! noise of the lines. The nominal machine is fitted to it. Its residuals are projected on the directions that each candidate can explain. The
+//! largest statistic over all candidates has the distribution of a correct verdict «none».
 
 use nalgebra::{DMatrix, DVector};
 use num_complex::Complex64;
@@ -21,44 +21,44 @@ use numeric::parallel::OrFirstError;
 use numeric::random::normal;
 use optimizer::{Control, least_squares_within};
 
-/// Share of a change that joints and nuisances cannot do, from which on it is a direction of its own.
-const OWN: f64 = 0.01;
+/// Least share of a change, orthogonal to the nominal and nuisance parameters, that counts as an independent direction.
+const LEAST_INDEPENDENT: f64 = 0.01;
 /// Steps of the fit of a draw.
 const STEPS: u64 = 30;
-/// Lines of one FRF on which a draw is fitted from several starts.
+/// Lines per FRF on which a draw is fitted from several starts.
 const LINES: usize = 100;
-/// Further starts of a draw that fits badly, and their standard deviation about what was drawn, in the unit interval of a parameter.
-const AGAIN: usize = 12;
-const ASIDE: f64 = 0.08;
-/// Least scale of a gain, in units of what noise alone gives a parameter; of modes for each parameter that a candidate adds.
+/// Restarts of a draw that fits badly, and their standard deviation about the drawn coordinates in the unit interval of a parameter.
+const RESTARTS: usize = 12;
+const RESTART_SD: f64 = 0.08;
+/// Least scale of a reduction of χ², in units of that by noise alone per parameter; for modes per added parameter.
 pub(super) const LEAST_SCALE: f64 = 3.0;
-/// Its factor of the square of their number, of FRFs: a null is looked at along single directions, a fit turns in all of them, and where one is a frequency it
-/// looks everywhere.
-const EACH_SCALE: f64 = 0.6;
+/// Factor of the squared number of added parameters in the least scale of FRFs. Null simulations are projected on single directions, while a fit
+/// searches all directions jointly and, with a frequency among them, the whole band.
+const SQUARED_SCALE: f64 = 0.6;
 
-/// Least scale of the gain of a candidate that adds so many parameters.
+/// Returns the least scale of a candidate with a number of added parameters.
 fn least_scale(objective: &DomainObjective<'_>, added: usize) -> f64 {
     let added = added.max(1) as f64;
     match objective {
-        DomainObjective::Frf(_) => LEAST_SCALE.max(EACH_SCALE * added * added),
+        DomainObjective::Frf(_) => LEAST_SCALE.max(SQUARED_SCALE * added * added),
         DomainObjective::Modes(_) => LEAST_SCALE * added,
     }
 }
 
-/// What candidates gain where nothing is missing.
+/// Null distribution of the reduction of χ².
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct NullDistribution {
-    /// Scale of the gain of each candidate, by id.
+    /// Scale of the reduction of χ² by each candidate, by id.
     pub scales: Vec<(String, f64)>,
-    /// The largest gain over its scale, of each draw, in rising order.
+    /// Largest statistic (reduction of χ² over its scale) of each draw, in rising order.
     pub largest: Vec<f64>,
-    /// χ² per number compared, of each draw, in rising order.
+    /// χ² per compared number of each draw, in rising order.
     pub misfit: Vec<f64>,
 }
 
 impl NullDistribution {
-    /// What noise alone gives by the tables: χ² of as many degrees of freedom as a candidate adds, the largest over all candidates.
-    pub(super) fn of_tables(candidates: &[(&Hypothesis, &Fitted)], seed: u64) -> Self {
+    /// Returns the distribution by χ² tables: as many degrees of freedom as each candidate adds, and the largest over all candidates.
+    pub(super) fn from_tables(candidates: &[(&Hypothesis, &Fitted)], seed: u64) -> Self {
         let mut random = Xoshiro256PlusPlus::seed_from_u64(seed);
         let added: Vec<usize> = candidates.iter().map(|(h, _)| h.added.len().max(1)).collect();
         let mut one = |count: usize| (0..count).map(|_| normal(&mut random).powi(2)).sum::<f64>() / count as f64;
@@ -68,29 +68,29 @@ impl NullDistribution {
         NullDistribution { scales, largest, misfit: Vec::new() }
     }
 
-    /// Scale of the gain of a candidate; the least where the null does not know it.
+    /// Returns the scale of a candidate; the least scale for a candidate without simulations.
     pub fn scale(&self, id: &str) -> f64 {
         self.scales.iter().find(|(known, _)| known == id).map_or(LEAST_SCALE, |s| s.1)
     }
 
-    /// Misfit over that of the middle draw; 1 where it is less.
+    /// Returns the excess: a misfit over the median of the draws, at least 1.
     pub fn excess(&self, misfit: f64) -> f64 {
-        let middle = middle(&self.misfit).unwrap_or(misfit);
-        (misfit / middle).max(1.0)
+        let median = median(&self.misfit).unwrap_or(misfit);
+        (misfit / median).max(1.0)
     }
 
-    /// Share of draws whose largest statistic is at least this, by a normal law of its logarithm beyond the draws.
+    /// Returns the share of draws whose largest statistic is at least as large, by a lognormal distribution beyond the draws.
     pub fn p_value(&self, statistic: f64) -> f64 {
         upper_tail(&self.largest, statistic)
     }
 }
 
-/// The middle one of numbers in rising order.
-fn middle(rising: &[f64]) -> Option<f64> {
+/// Returns the median of numbers in rising order.
+fn median(rising: &[f64]) -> Option<f64> {
     rising.get(rising.len() / 2).copied()
 }
 
-/// Share above a value of a law whose logarithm is normal, with mean and standard deviation of the draws, those of a small sample widened.
+/// Returns the upper tail probability of a lognormal distribution with mean and standard deviation of the draws, widened for a small sample.
 fn upper_tail(draws: &[f64], value: f64) -> f64 {
     let count = draws.len() as f64;
     let logs: Vec<f64> = draws.iter().map(|x| x.max(1e-6).ln()).collect();
@@ -103,16 +103,16 @@ fn upper_tail(draws: &[f64], value: f64) -> f64 {
     normal_upper_tail(normal)
 }
 
-/// Directions in which a candidate can change the residuals, whitened, orthogonal to what nominal parameters and nuisances can do.
+/// Directions in which a candidate changes the whitened residuals, orthogonal to nominal and nuisance parameters.
 struct Directions {
-    /// Changes by amplitudes all over its range.
+    /// Changes by amplitudes all over the candidate's range.
     each: Vec<DVector<f64>>,
-    /// What small changes about its end span, orthonormal.
+    /// Orthonormal basis of small changes about the end of its fit.
     about_end: Vec<DVector<f64>>,
 }
 
 impl Directions {
-    /// Of the end of a candidate's fit and of amplitudes all over its range.
+    /// Computes the directions from the end of a candidate's fit and from amplitudes all over its range.
     fn of(
         projection: &Projection,
         objective: &DomainObjective<'_>,
@@ -121,7 +121,7 @@ impl Directions {
         end: &Fitted,
         here: &DVector<f64>,
     ) -> Directions {
-        // What is known beforehand of the effect itself has no row where it is not.
+        // Priors of the effect's own parameters have no row without the effect.
         let described = &hypothesis.machine.parameters;
         let first = objective.residuals(&place_of(objective, end)).len();
         let known = objective.free().iter().filter(|i| described[**i].prior.is_some());
@@ -137,22 +137,22 @@ impl Directions {
                 let size = change.norm();
                 let projected = projection.apply(&change);
                 let left = projected.norm();
-                // What nominal parameters do as well is no direction of its own.
-                (size > 1e-9 && left > OWN * size).then(|| projected / left)
+                // A change that nominal parameters produce as well is not an independent direction.
+                (size > 1e-9 && left > LEAST_INDEPENDENT * size).then(|| projected / left)
             })
             .collect();
         Directions { each, about_end: about_end(objective, hypothesis, end, &its_own) }
     }
 
-    /// The largest decrease of χ² along one of them, or by all small changes together.
+    /// Returns the largest reduction of χ² along one direction, or by all small changes jointly.
     fn gain(&self, residuals: &DVector<f64>) -> f64 {
         let squared = |d: &DVector<f64>| d.dot(residuals).powi(2);
         self.each.iter().map(squared).fold(self.about_end.iter().map(squared).sum(), f64::max)
     }
 }
 
-/// What small changes of a candidate's own parameters about the end of its fit do that all others cannot do there. There a shift of a resonance by less than
-/// its width is what it is: a small effect gains by what it spares others that are known beforehand.
+/// Returns an orthonormal basis of the changes by a candidate's own parameters about the end of its fit, orthogonal to all other parameters there.
+/// Near that end a shift of a resonance by less than its width is linear. A small effect reduces χ² also by relieving the priors of other parameters.
 fn about_end(objective: &DomainObjective<'_>, hypothesis: &Hypothesis, end: &Fitted, its_own: &[usize]) -> Vec<DVector<f64>> {
     let slopes = objective.slopes(&place_of(objective, end)).remove_rows_at(its_own);
     let added: Vec<usize> = (0..objective.free().len()).filter(|column| hypothesis.added.contains(&objective.free()[*column])).collect();
@@ -162,14 +162,14 @@ fn about_end(objective: &DomainObjective<'_>, hypothesis: &Hypothesis, end: &Fit
         let change = slopes.column(column).into_owned();
         let own = span.iter().fold(others.apply(&change), |left, d| &left - d * d.dot(&left));
         let size = own.norm();
-        if size > OWN * change.norm() && size > 1e-9 {
+        if size > LEAST_INDEPENDENT * change.norm() && size > 1e-9 {
             span.push(own / size);
         }
     }
     span
 }
 
-/// Takes out what nominal parameters and nuisances can do, to first order, nuisances within what is known of them.
+/// Projection orthogonal to nominal and nuisance parameters, to first order, the latter within their priors.
 struct Projection {
     slopes: DMatrix<f64>,
     inverse: DMatrix<f64>,
@@ -196,7 +196,7 @@ impl Projection {
     }
 }
 
-/// Simulates nulls: `draws` machines about the nominal fit, and what each candidate would gain on them.
+/// Simulates the null distribution: `draws` machines around the nominal fit, and the reduction of χ² by each candidate on them.
 ///
 /// # Errors  as [`DomainObjective::new`].
 pub fn simulate(
@@ -219,7 +219,7 @@ pub fn simulate(
         })
         .or_first_error()?;
     let gains = |left: &DVector<f64>| -> Vec<f64> { directions.iter().map(|d| d.gain(left)).collect() };
-    let step = control.steps("nulls", draws);
+    let step = control.steps("null simulations", draws);
     let one = |draw: usize| -> Option<(Vec<f64>, f64)> {
         let random = Xoshiro256PlusPlus::seed_from_u64(seed.wrapping_mul(0x9E37_79B9).wrapping_add(draw as u64));
         match &objective {
@@ -230,12 +230,14 @@ pub fn simulate(
                 let few = data.curvature_sampled(LINES);
                 let end = |from: &[f64]| least_squares_within(&few, from, &[], (STEPS, 1e-3), control.stop());
                 let mut best = end(&drawn);
-                // What fits worse than the lines' weights say may lie beside its valley; a fit that ended there would look like something missing.
+                // A draw that fits worse than the weights of the lines allow may have ended outside its valley, which would look like a missing
+                // effect.
                 if best.normal.chi_square > few.observations() as f64 {
                     let mut random = random;
                     let varied = objective.free.len();
-                    for _ in 0..AGAIN {
-                        let near = drawn.iter().enumerate().map(|(at, x)| if at < varied { x + ASIDE * normal(&mut random) } else { *x });
+                    for _ in 0..RESTARTS {
+                        let near =
+                            drawn.iter().enumerate().map(|(at, x)| if at < varied { x + RESTART_SD * normal(&mut random) } else { *x });
                         let other = end(&near.map(|x| x.clamp(0.0, 1.0)).collect::<Vec<f64>>());
                         if other.normal.chi_square < best.normal.chi_square {
                             best = other;
@@ -248,7 +250,7 @@ pub fn simulate(
             }
             DomainObjective::Modes(_) => {
                 let mut random = random;
-                // Weights of modes are the model's error: a draw is as large as what they say, or as what is left.
+                // Weights of modes represent the model error: draws scatter by the weights or, if larger, by the residual.
                 let count = here.len();
                 let spread = (here.norm_squared() / (count.saturating_sub(place.len()).max(1)) as f64).clamp(1.0, 2.5).sqrt();
                 let noise = DVector::from_fn(count, |_, _| spread * normal(&mut random));
@@ -258,18 +260,18 @@ pub fn simulate(
         }
     };
     let ids: Vec<&str> = candidates.iter().map(|(hypothesis, _)| hypothesis.id.as_str()).collect();
-    let piece = format!("{} {}", fitter.piece("null", nominal, std::slice::from_ref(base)), ids.join(" "));
+    let key = format!("{} {}", fitter.cache_key("null", nominal, std::slice::from_ref(base)), ids.join(" "));
     let drawn: Vec<(Vec<f64>, f64)> = (0..draws)
         .into_par_iter()
-        .filter_map(|draw| control.kept(&format!("{piece} {draw} {seed}"), || one(draw)))
+        .filter_map(|draw| control.kept(&format!("{key} {draw} {seed}"), || one(draw)))
         .inspect(|_| step())
         .collect();
     let (gains, mut misfit): (Vec<Vec<f64>>, Vec<f64>) = drawn.into_iter().unzip();
     let count = gains.len().max(1) as f64;
     misfit.sort_by(f64::total_cmp);
-    // Where lines are known better than their weights say, noise gives less.
+    // Where the noise of lines is below their weights, the scales are smaller.
     let freedom = objective.observations().saturating_sub(objective.unknowns(nominal)).max(1) as f64;
-    let variance = middle(&misfit).map_or(1.0, |middle| middle * objective.observations() as f64 / freedom).min(1.0);
+    let variance = median(&misfit).map_or(1.0, |median| median * objective.observations() as f64 / freedom).min(1.0);
     let scales: Vec<(String, f64)> = candidates
         .iter()
         .enumerate()
@@ -283,8 +285,8 @@ pub fn simulate(
     Ok(NullDistribution { scales, largest, misfit })
 }
 
-/// By what the logarithms of measured FRFs must change to be those of a richer machine about a fit, with the noise of the lines, and the
-/// place in the objective's coordinates that was drawn. `lines` of each record, as its objective thinned to so many has them; all for `usize::MAX`.
+/// Returns the changes of the logarithms of measured FRFs that simulate a machine with random discrepancies around a fit and the noise of the lines,
+/// and the drawn coordinates. `lines` is the number of lines per record to which the objective is thinned; `usize::MAX` for all.
 pub(super) fn redraw_machine(
     fitter: &Fitter<'_>,
     hypothesis: &Hypothesis,
@@ -301,19 +303,19 @@ pub(super) fn redraw_machine(
             *unit = parameter.to_unit(value);
         }
     }
-    let richer = Hypothesis { machine: sample_discrepancy(&hypothesis.machine, random), ..hypothesis.clone() };
-    let compared = fitter.objective(&richer).ok()?;
-    let mut place = place_of(&compared, &Fitted { units, ..base.clone() });
-    let known_within = compared.nut_coordinates().start..place.len();
-    // Nut positions and channels: a standard deviation is a twentieth of their coordinate.
+    let discrepant = Hypothesis { machine: sample_discrepancy(&hypothesis.machine, random), ..hypothesis.clone() };
+    let target = fitter.objective(&discrepant).ok()?;
+    let mut place = place_of(&target, &Fitted { units, ..base.clone() });
+    let known_within = target.nut_coordinates().start..place.len();
+    // Nut positions and channels: one standard deviation is a twentieth of the coordinate's range.
     place[known_within].iter_mut().for_each(|u| *u = 0.5 + normal(random) / 20.0);
-    let DomainObjective::Frf(theirs) = compared else { return None };
-    // The very lines of the objective that is shifted.
-    let theirs = theirs.thinned(lines);
-    let by: Vec<Vec<Complex64>> = theirs
+    let DomainObjective::Frf(simulated) = target else { return None };
+    // Thin to the same lines as the objective that is shifted.
+    let simulated = simulated.thinned(lines);
+    let by: Vec<Vec<Complex64>> = simulated
         .residuals_at(&place)
         .iter()
-        .zip(theirs.records())
+        .zip(simulated.records())
         .map(|(r, record)| {
             let mut noise = |sd: f64| Complex64::new(sd * normal(random), sd * normal(random));
             r.iter().zip(record.noise()).map(|(r, sd)| -r + noise(sd.unwrap_or(settings.model_error))).collect()

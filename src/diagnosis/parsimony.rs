@@ -1,4 +1,4 @@
-//! When a free shape explains as much as an effect that is about to be named: then something of that kind sits there, and no effect is named.
+//! Comparison of a named effect with generic impedances: where one of them explains as much with fewer parameters, no effect is named.
 
 use super::fit::Fitted;
 use super::hypothesis::Hypothesis;
@@ -6,53 +6,56 @@ use super::null_distribution::NullDistribution;
 use super::screening::Candidate;
 use super::thresholds::Thresholds;
 
-/// Most numbers a free shape has, and the share of its gain by which an effect with more must do better.
-const SHAPE_NUMBERS: usize = 3;
-const PLAINER: f64 = 0.01;
-/// Excess over nulls up to which a free shape explains all there is.
-const ALL: f64 = 1.05;
+/// Largest number of parameters of a generic impedance. Second, the share of the reduction of χ² by which an effect with more parameters must be
+/// better.
+const GENERIC_PARAMETERS: usize = 3;
+const LEAST_IMPROVEMENT: f64 = 0.01;
+/// Largest excess over null simulations with which a generic impedance explains the whole residual.
+const EXPLAINED: f64 = 1.05;
 
-/// What is about to be named.
+/// The fit to be named.
 pub(super) struct NamedFit<'n> {
     pub hypothesis: &'n Hypothesis,
     pub fitted: &'n Fitted,
-    /// How many effects it is.
+    /// Number of effects.
     pub effects: usize,
-    /// Excess over nulls without and with it.
+    /// Excess over null simulations without and with the effects.
     pub before: f64,
     pub after: f64,
-    /// χ² that it takes away.
+    /// Reduction of χ².
     pub gain: f64,
-    /// What the data can tell apart, in χ².
-    pub apart: f64,
+    /// Difference of χ² within which fits are indistinguishable.
+    pub margin: f64,
 }
 
-/// The free shape that fits best of those that do as well, and how.
+/// Returns the best generic impedance that matches or beats the fit to be named, and the words of the comparison.
 ///
-/// - Effects with more numbers than any free shape must do what none of them does, and where a shape leaves no more than nulls show there is nothing to do.
-/// - One effect that explains all must fit as well as shapes elsewhere with no more numbers.
+/// - Effects with more parameters than any generic impedance must fit better than each of them. None is named where a generic impedance explains the
+///   whole residual.
+/// - A single effect that explains the whole residual must fit as well as generic impedances with no more parameters.
 pub(super) fn more_parsimonious<'c>(
     named: &NamedFit<'_>,
-    shapes: &'c [Candidate],
+    generic: &'c [Candidate],
     null: &NullDistribution,
     count: f64,
     limits: Thresholds,
 ) -> Option<(&'c Candidate, &'static str)> {
-    let NamedFit { hypothesis, fitted, effects, before, after, gain, apart } = *named;
-    let numbers = hypothesis.added.len();
-    let flexible = numbers > SHAPE_NUMBERS && (limits.known || effects == 1);
-    let reach = fitted.chi_square + apart + limits.apart(PLAINER * gain, fitted.chi_square, after);
-    let all = |c: &Candidate| limits.known && before > limits.little_from && null.excess(c.chi_square() / count) <= ALL;
-    let single = limits.known && effects == 1 && after <= limits.little_from;
-    let how = |c: &Candidate| {
-        let shape_numbers = c.fitted.as_ref()?.0.added.len();
-        let better = single && shape_numbers <= numbers && c.chi_square() + apart < fitted.chi_square;
-        match (better, flexible && (c.chi_square() <= reach || all(c))) {
-            (true, _) => Some("more than"),
-            (false, true) => Some("with fewer numbers what"),
+    let NamedFit { hypothesis, fitted, effects, before, after, gain, margin } = *named;
+    let parameters = hypothesis.added.len();
+    let flexible = parameters > GENERIC_PARAMETERS && (limits.calibrated || effects == 1);
+    let reach = fitted.chi_square + margin + limits.margin(LEAST_IMPROVEMENT * gain, fitted.chi_square, after);
+    let explains_all =
+        |c: &Candidate| limits.calibrated && before > limits.large_excess && null.excess(c.chi_square() / count) <= EXPLAINED;
+    let single = limits.calibrated && effects == 1 && after <= limits.large_excess;
+    let comparison = |c: &Candidate| {
+        let generic_parameters = c.fitted.as_ref()?.0.added.len();
+        let better = single && generic_parameters <= parameters && c.chi_square() + margin < fitted.chi_square;
+        match (better, flexible && (c.chi_square() <= reach || explains_all(c))) {
+            (true, _) => Some("fits better than"),
+            (false, true) => Some("fits, with fewer parameters, as well as"),
             (false, false) => None,
         }
     };
-    let as_well = shapes.iter().filter_map(|c| Some((c, how(c)?)));
-    as_well.min_by(|(a, _), (b, _)| a.chi_square().total_cmp(&b.chi_square()))
+    let matching = generic.iter().filter_map(|c| Some((c, comparison(c)?)));
+    matching.min_by(|(a, _), (b, _)| a.chi_square().total_cmp(&b.chi_square()))
 }

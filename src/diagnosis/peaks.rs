@@ -1,4 +1,4 @@
-//! How far off the highest resonance of an FRF is, in the units an engineer thinks in.
+//! Errors of the highest resonance of FRFs: frequency, damping ratio and height.
 
 use super::fit::{Fitted, values_of};
 use super::hypothesis::Hypothesis;
@@ -6,21 +6,21 @@ use identification::objective::{FrfObjective, FrfSettings, ObjectiveError};
 use measurement::HoldOutSet;
 use numeric::statistics::root_mean_square;
 
-/// A maximum must stand out of what is around it by this factor to be a resonance.
+/// Least ratio of a resonance to the higher of its neighbouring valleys.
 const STANDS_OUT: f64 = 1.5;
 
-/// Relative errors of the highest resonance, root mean square over FRFs; `None` where none of them shows one.
+/// Relative errors of the highest resonance, root mean square over FRFs; `None` where no FRF shows one.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PeakErrors {
-    /// Of its frequency.
+    /// Error of its frequency.
     pub frequency: f64,
-    /// Of its damping ratio, where both have half-power points.
+    /// Error of its damping ratio, where both curves have half-power points.
     pub damping: Option<f64>,
-    /// Of its height: the peak compliance.
+    /// Error of its height: the peak compliance.
     pub height: f64,
 }
 
-/// The highest resonance of held-out FRFs, predicted against measured.
+/// Compares the highest resonance of held-out FRFs, predicted and measured.
 ///
 /// # Errors  as [`FrfObjective::held_out`].
 pub fn peak_errors(
@@ -48,7 +48,7 @@ pub fn peak_errors(
     Ok(root_mean_square(frequencies).zip(height).map(|(frequency, height)| PeakErrors { frequency, damping, height }))
 }
 
-/// Index of the highest inner maximum that stands out on both sides.
+/// Returns the index of the highest inner maximum that stands out on both sides.
 fn highest(magnitudes: &[f64]) -> Option<usize> {
     let stands_out = |at: usize| {
         let top = magnitudes[at];
@@ -61,7 +61,7 @@ fn highest(magnitudes: &[f64]) -> Option<usize> {
     maxima.filter(|at| stands_out(*at)).max_by(|a, b| magnitudes[*a].total_cmp(&magnitudes[*b]))
 }
 
-/// Half of the half-power width over the frequency; `None` where a half-power point lies beyond the band or another peak.
+/// Returns half of the half-power width over the frequency; `None` where a half-power point lies outside the band or beyond another peak.
 ///
 /// # Source  Δω/(2·ω_n) at |H|/√2, for light damping: Ewins, "Modal Testing", ch. 4.
 fn damping_ratio(lines_hz: &[f64], magnitudes: &[f64], peak: usize) -> Option<f64> {
@@ -79,7 +79,7 @@ fn damping_ratio(lines_hz: &[f64], magnitudes: &[f64], peak: usize) -> Option<f6
 mod tests {
     use super::*;
 
-    /// |H| of an oscillator with a rigid-body line beside it.
+    /// Returns |H| of an oscillator in addition to a rigid-body line.
     fn magnitudes(lines_hz: &[f64], f0_hz: f64, ratio: f64) -> Vec<f64> {
         let of = |f: &f64| {
             let x = f / f0_hz;

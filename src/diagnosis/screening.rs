@@ -1,4 +1,4 @@
-//! The survey: the nominal machine fitted, and every candidate fitted jointly with it.
+//! Screening: fits of the nominal machine and of every candidate.
 
 use rayon::prelude::*;
 
@@ -12,34 +12,34 @@ use machine::{Base, Data, Effect, Lever, Machine, Operating, Value};
 use measurement::{FitSet, HoldOutSet};
 use optimizer::Control;
 
-/// What became of a candidate.
+/// Outcome of a candidate.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Status {
     /// Fitted.
     Tried,
     /// Its fit failed: it is neither accepted nor rejected.
     Failed(String),
-    /// The machine lacks something it needs, or contains it already.
+    /// The machine lacks something the effect needs, or already contains the effect, or the data cannot show it.
     NotApplicable(String),
 }
 
-/// A candidate and what its fit gave.
+/// A candidate and its fit.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Candidate {
     /// Id.
     pub id: String,
-    /// What became of it.
+    /// Outcome.
     pub status: Status,
-    /// The hypothesis and its fit, where it was tried.
+    /// The hypothesis and its fit, where it was fitted.
     pub fitted: Option<(Hypothesis, Fitted)>,
-    /// By how much it lowers χ² of the fitted data.
+    /// Reduction of χ² of the fitted data.
     pub gain: f64,
-    /// χ² at each fit position predicted by a fit without it, summed; `None` where that was not worked out.
+    /// Cross-validation loss: −2 ln of the predictive density of each left-out fit position, summed (χ² for modes). `None` where it was not computed.
     pub left_out: Option<f64>,
 }
 
 impl Candidate {
-    /// χ² of its fit; infinite where it was not tried.
+    /// Returns χ² of its fit; infinite without a fit.
     pub fn chi_square(&self) -> f64 {
         self.fitted.as_ref().map_or(f64::INFINITY, |f| f.1.chi_square)
     }
@@ -49,35 +49,35 @@ impl Candidate {
     }
 }
 
-/// The nominal machine fitted, and the candidates.
+/// The nominal fit and the candidates.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Screening {
-    /// The machine with its nuisances, or with effects that were selected before.
+    /// The machine with its nuisance parameters, or with the effects chosen so far.
     pub nominal: Hypothesis,
     /// Its best fit.
     pub base: Fitted,
-    /// Candidates, the largest decrease of χ² first.
+    /// Candidates, the largest reduction of χ² first.
     pub candidates: Vec<Candidate>,
 }
 
-/// Steps of the nominal fits, and the relative gain of χ² at which they end: of FRFs, whose valleys are long and known well, and of modes.
+/// Steps of the nominal fits and the relative decrease of χ² at which they end: for FRFs, which have long and well defined valleys, and for modes.
 const NOMINAL_STEPS: [(u64, f64); 2] = [(400, 1e-7), (120, 1e-4)];
-/// Starts of them all over the ranges, and how many go on, of FRFs.
-const NOMINAL_SCATTERED: (usize, usize) = (48, 4);
-/// Candidates whose nominal parameters the others start from, too.
-const SHARED: usize = 2;
-/// χ² per number beyond which the best candidate leaves too much to be the end: this multiple of the noise's share, and this.
-const MUCH: (f64, f64) = (1.5, 0.1);
-/// Share of the best candidate's χ² below which a free shape knows better where the joints are.
-const KNOWS_BETTER: f64 = 0.99;
-/// A power of iω nearer to 0 than this is no other quantity.
+/// Starts of the nominal fit of FRFs all over the parameter ranges, and the number that continue.
+const NOMINAL_MULTISTART: (usize, usize) = (48, 4);
+/// Number of candidates whose nominal parameters serve as starts of the others.
+const SHARED_STARTS: usize = 2;
+/// χ² per compared number above which the best candidate is fitted from more starts: a multiple of the noise's share, plus a constant.
+const LARGE_MISFIT: (f64, f64) = (1.5, 0.1);
+/// Largest χ² of a generic impedance, as a share of that of the best candidate, with which its nominal parameters serve as starts.
+const BETTER_START: f64 = 0.99;
+/// Least distance of a power of iω from 0 that counts as another measured quantity.
 const LEAST_POWER: f64 = 0.6;
-/// Arms both shorter than the first, in lengths of the one at which the nut feels a motion, are none: what is found then is a resonator on the way of the
-/// force. No table has one longer than the second: there a mass that hardly rocks stands for something else.
+/// Range of lever arms, in lengths of the arm at which the nut takes part in a motion. Where both arms are below it, the fit is a resonator in the
+/// path of the force. No table has a longer arm: a mass that hardly rocks stands for another effect.
 const ARMS: (f64, f64) = (0.3, 8.0);
 
-/// The fitter of a diagnosis: for FRFs nut positions, gains and delays of channels are known to a standard deviation, and the model's error is a
-/// share of the level around a line.
+/// Returns the fitter of a diagnosis. For FRFs nut positions and the gains and delays of channels have priors, and the error of the model is a share
+/// of the level around a line.
 pub fn fitter<'s>(fit: &FitSet<'s>, domain: Domain, frozen: &[String], ablated: &[Ablation]) -> Fitter<'s> {
     let domain = match domain {
         Domain::Frf(settings) if ablated.contains(&Ablation::NoNuisances) => Domain::Frf(FrfSettings { of_level: true, ..settings }),
@@ -87,7 +87,8 @@ pub fn fitter<'s>(fit: &FitSet<'s>, domain: Domain, frozen: &[String], ablated: 
     Fitter { fit: fit.clone(), domain, frozen: frozen.to_vec(), ablated: ablated.to_vec() }
 }
 
-/// The machine a diagnosis starts from: for FRFs with its nuisances; modes are too few to carry them, the error of their model stands for them.
+/// Returns the machine a diagnosis starts from: for FRFs with its nuisance parameters. Modes are too few for them; the model error of modes covers
+/// them.
 ///
 /// # Errors  as [`Machine::with_tolerances`].
 pub fn nominal(machine: &Machine, fitter: &Fitter<'_>) -> Result<Hypothesis, ObjectiveError> {
@@ -98,7 +99,7 @@ pub fn nominal(machine: &Machine, fitter: &Fitter<'_>) -> Result<Hypothesis, Obj
     }))
 }
 
-/// Fits the nominal machine from searches and from its start values; best first.
+/// Fits the nominal machine from global searches and from its start values; best first.
 ///
 /// # Errors  as [`identify`].
 pub fn nominal_fits(
@@ -129,31 +130,31 @@ pub fn nominal_fits(
     let objective = fitter.objective(nominal)?;
     let mut fits: Vec<Fitted> = starts.par_iter().map(|s| descend_to_minimum(fitter, &objective, s, control)).collect();
     fits.sort_by(|a, b| a.chi_square.total_cmp(&b.chi_square));
-    // Basins that few lines hardly tell apart are told apart by all: what is wrong here looks like something missing.
+    // Basins that are indistinguishable on few lines are distinct on all. An error here would look like a missing effect.
     let ends = match fitter.domain {
-        Domain::Frf(_) => fitter.scattered(&objective, nominal, &fits[0], NOMINAL_SCATTERED, control),
-        Domain::Modes(_) => vec![fitter.scatter(nominal, &fits[0], control)?],
+        Domain::Frf(_) => fitter.multistart_ends(&objective, nominal, &fits[0], NOMINAL_MULTISTART, control),
+        Domain::Modes(_) => vec![fitter.multistart(nominal, &fits[0], control)?],
     };
     fits.par_extend(ends.par_iter().map(|end| descend_to_minimum(fitter, &objective, end, control)));
     fits.sort_by(|a, b| a.chi_square.total_cmp(&b.chi_square));
-    // A search that ended far above the best is no place to start from.
+    // A search that ended far above the best fit is no start for candidates.
     let best = fits[0].chi_square;
     fits.retain(|f| f.chi_square <= 1.5 * best + 10.0);
     fits.dedup_by(|a, b| close(&a.units, &b.units));
     Ok(fits)
 }
 
-/// Follows χ² of a nominal machine down from a place.
+/// Minimises χ² of a nominal machine from given coordinates.
 fn descend_to_minimum(fitter: &Fitter<'_>, objective: &DomainObjective<'_>, from: &Fitted, control: &Control) -> Fitted {
     let [frf, modes] = NOMINAL_STEPS;
-    fitter.descend_to(objective, from, if matches!(fitter.domain, Domain::Frf(_)) { frf } else { modes }, control)
+    fitter.descend_until(objective, from, if matches!(fitter.domain, Domain::Frf(_)) { frf } else { modes }, control)
 }
 
 fn close(a: &[f64], b: &[f64]) -> bool {
     a.iter().zip(b).all(|(a, b)| (a - b).abs() < 0.02)
 }
 
-/// Hypotheses of all effects that apply, of frozen parameters released, and candidates that do not apply.
+/// Returns the hypotheses of all applicable effects and of released frozen parameters, and the candidates that do not apply.
 pub fn hypotheses(
     fitter: &Fitter<'_>,
     machine: &Machine,
@@ -164,8 +165,8 @@ pub fn hypotheses(
     let (mut apply, mut others) = (Vec::new(), Vec::new());
     for effect in effects {
         let obstacle = nominal.obstacle(effect, Data::Frf).or_else(|| {
-            let circumstance = effect.circumstance().filter(|c| !fitter.varies(*c))?;
-            Some(format!("the data to fit are all of one {}", circumstance.words()))
+            let variable = effect.circumstance().filter(|c| !fitter.varies(*c))?;
+            Some(format!("the data to fit cover only one {}", variable.words()))
         });
         let applied = match obstacle {
             Some(why) => Err(why),
@@ -180,11 +181,10 @@ pub fn hypotheses(
     (apply, others)
 }
 
-/// Fits every candidate from fits of the nominal machine, then all of them again from the nominal parameters of the best: what one finds, the
-/// others must be able to start from. A deeper basin of the nominal machine that turns up on the way becomes its fit. Where even the best leaves much,
-/// all are fitted from places all over their ranges.
+/// Fits every candidate from fits of the nominal machine, then again from the nominal parameters of the best candidates. A deeper basin of the
+/// nominal machine that turns up becomes its fit. Where even the best candidate leaves a large χ², all are fitted from starts all over their ranges.
 ///
-/// # Errors  as [`Fitter::objective`]; a candidate that fails is told among the candidates.
+/// # Errors  as [`Fitter::objective`]; a candidate whose fit fails is reported among the candidates.
 pub fn screen(
     fitter: &Fitter<'_>,
     nominal: Hypothesis,
@@ -203,11 +203,11 @@ pub fn screen(
         false => hypotheses,
     };
     let step = control.steps("candidates", hypotheses.len());
-    let told = |fit: Fit| {
+    let counted = |fit: Fit| {
         step();
         fit
     };
-    let mut fits: Vec<Fit> = hypotheses.par_iter().map(|h| told(fitter.fit(h, &bases, control))).collect();
+    let mut fits: Vec<Fit> = hypotheses.par_iter().map(|h| counted(fitter.fit(h, &bases, control))).collect();
     let objective = fitter.objective(&nominal)?;
     let own = nominal.machine.parameters.len();
     let mut deepest: Vec<&Fitted> = fits.iter().filter_map(|f| f.as_ref().ok()).collect();
@@ -215,8 +215,8 @@ pub fn screen(
     let mut shared: Vec<Fitted> = Vec::new();
     for fitted in deepest.into_iter().take(6) {
         let start = Fitted { units: fitted.units[..own].to_vec(), ..fitted.clone() };
-        let apart = |other: &Fitted| !close(&other.units, &start.units);
-        if shared.len() < SHARED && fitted.chi_square < 0.9 * bases[0].chi_square && shared.iter().chain(&bases).all(apart) {
+        let distinct = |other: &Fitted| !close(&other.units, &start.units);
+        if shared.len() < SHARED_STARTS && fitted.chi_square < 0.9 * bases[0].chi_square && shared.iter().chain(&bases).all(distinct) {
             shared.push(start);
         }
     }
@@ -233,10 +233,11 @@ pub fn screen(
         fits = fits.into_iter().zip(second).map(|(a, b)| better(a, b)).collect();
     }
     let least = fits.iter().filter_map(|f| f.as_ref().ok()).map(|f| f.chi_square).fold(base.chi_square, f64::min);
-    let much = |chi_square: f64| chi_square > (MUCH.0 * objective.noise_share() + MUCH.1) * objective.observations() as f64;
-    // Of few numbers any candidate takes most away: one basin is no better than another unless all are looked for.
-    if much(least) || (much(base.chi_square) && matches!(fitter.domain, Domain::Modes(_))) {
-        let third: Vec<Fit> = hypotheses.par_iter().map(|h| fitter.scatter(h, &base, control)).collect();
+    let is_large =
+        |chi_square: f64| chi_square > (LARGE_MISFIT.0 * objective.noise_share() + LARGE_MISFIT.1) * objective.observations() as f64;
+    // With few numbers almost any candidate reduces χ² much: compare them only after a global search for each.
+    if is_large(least) || (is_large(base.chi_square) && matches!(fitter.domain, Domain::Modes(_))) {
+        let third: Vec<Fit> = hypotheses.par_iter().map(|h| fitter.multistart(h, &base, control)).collect();
         fits = fits.into_iter().zip(third).map(|(a, b)| better(a, b)).collect();
     }
     let mut candidates: Vec<Candidate> = hypotheses
@@ -244,12 +245,13 @@ pub fn screen(
         .zip(fits)
         .map(|(hypothesis, fit)| match fit {
             // A larger machine that fits worse is a failed fit, not a rejected candidate.
-            Ok(fitted) if fitted.chi_square > base.chi_square * (1.0 + 1e-2) + 3.0 => {
-                Candidate::without_fit(&hypothesis.id, Status::Failed("its fit ends above the machine without it".into()))
-            }
+            Ok(fitted) if fitted.chi_square > base.chi_square * (1.0 + 1e-2) + 3.0 => Candidate::without_fit(
+                &hypothesis.id,
+                Status::Failed("its fit ends at a larger χ² than that of the machine without it".into()),
+            ),
             Ok(fitted) => {
-                let told = is_plausible(&hypothesis, &fitted);
-                let gain = if told { (base.chi_square - fitted.chi_square).max(0.0) } else { 0.0 };
+                let plausible = is_plausible(&hypothesis, &fitted);
+                let gain = if plausible { (base.chi_square - fitted.chi_square).max(0.0) } else { 0.0 };
                 Candidate { id: hypothesis.id.clone(), status: Status::Tried, fitted: Some((hypothesis, fitted)), gain, left_out: None }
             }
             Err(error) => Candidate::without_fit(&hypothesis.id, Status::Failed(error.to_string())),
@@ -260,21 +262,21 @@ pub fn screen(
     Ok(Screening { nominal, base, candidates })
 }
 
-/// Fits every candidate again from the nominal parameters of free shapes, where those explain more than the best candidate does: they know where
-/// the joints are once what is missing is there.
-pub fn refit_from_free_shapes(survey: &mut Screening, located: &[Candidate], fitter: &Fitter<'_>, control: &Control) {
-    let least = survey.candidates.iter().map(Candidate::chi_square).fold(survey.base.chi_square, f64::min);
-    let own = survey.nominal.machine.parameters.len();
+/// Fits every candidate again from the nominal parameters of generic impedances that explain more than the best candidate. With the missing impedance
+/// included these are closer to the true joint parameters.
+pub fn refit_from_generic_impedances(screening: &mut Screening, located: &[Candidate], fitter: &Fitter<'_>, control: &Control) {
+    let least = screening.candidates.iter().map(Candidate::chi_square).fold(screening.base.chi_square, f64::min);
+    let own = screening.nominal.machine.parameters.len();
     let fits = located.iter().filter_map(|c| c.fitted.as_ref()).map(|(_, fitted)| fitted);
-    let better = fits.filter(|fitted| fitted.chi_square < KNOWS_BETTER * least);
-    let bases: Vec<Fitted> = better.take(SHARED).map(|f| Fitted { units: f.units[..own].to_vec(), ..f.clone() }).collect();
+    let better = fits.filter(|fitted| fitted.chi_square < BETTER_START * least);
+    let bases: Vec<Fitted> = better.take(SHARED_STARTS).map(|f| Fitted { units: f.units[..own].to_vec(), ..f.clone() }).collect();
     if bases.is_empty() || fitter.lacks(Ablation::FrozenNominal) {
         return;
     }
-    let base = survey.base.chi_square;
-    survey.candidates.par_iter_mut().for_each(|candidate| {
+    let base = screening.base.chi_square;
+    screening.candidates.par_iter_mut().for_each(|candidate| {
         let Some((hypothesis, fitted)) = &mut candidate.fitted else { return };
-        // One that was fitted before fails now only where it was stopped before its turn.
+        // A candidate that was fitted before fails now only if the run was stopped.
         if let Ok(other) = fitter.fit(hypothesis, &bases, control)
             && other.chi_square < fitted.chi_square
         {
@@ -282,40 +284,40 @@ pub fn refit_from_free_shapes(survey: &mut Screening, located: &[Candidate], fit
             candidate.gain = if is_plausible(hypothesis, fitted) { (base - fitted.chi_square).max(0.0) } else { 0.0 };
         }
     });
-    survey.candidates.sort_by(|a, b| b.gain.total_cmp(&a.gain));
+    screening.candidates.sort_by(|a, b| b.gain.total_cmp(&a.gain));
 }
 
-/// Whether what was fitted is what the effect says: another quantity is another power of iω, not a slight slope, and what is felt on arms is felt by the
-/// sensor or the hammer, on one that a table may have; and no part of an inertia is larger than the whole.
+/// Whether a fit agrees with the meaning of its effect. A changed quantity is another power of iω, not a slight slope. Lever arms lie at the sensor
+/// or the hammer and are as long as those of a table. No part of an inertia exceeds the whole.
 #[must_use]
 pub fn is_plausible(hypothesis: &Hypothesis, fitted: &Fitted) -> bool {
     let values = values_of(hypothesis, fitted);
-    // Numbers without unit alone have a size of their own.
-    let plain = |index: usize| hypothesis.added.contains(&index) && hypothesis.machine.parameters[index].unit == "1";
+    // Only dimensionless parameters have an absolute size.
+    let dimensionless = |index: usize| hypothesis.added.contains(&index) && hypothesis.machine.parameters[index].unit == "1";
     let added = |value: &Value| match value.base {
-        Base::Parameter(index) if plain(index) => Some(values[index].abs()),
+        Base::Parameter(index) if dimensionless(index) => Some(values[index].abs()),
         _ => None,
     };
     let chain = &hypothesis.machine.chain;
-    let felt = |lever: &Lever| {
+    let in_range = |lever: &Lever| {
         let longest = [&lever.read, &lever.struck].into_iter().filter_map(added).reduce(f64::max);
         longest.is_none_or(|arm| arm > ARMS.0 && arm < ARMS.1)
     };
-    let there = Operating::default();
-    let exhausted = hypothesis.machine.points.iter().any(|point| point.inertia.is_exhausted(&values, &there));
-    !exhausted && added(&chain.power).is_none_or(|power| power > LEAST_POWER) && chain.levers.iter().all(felt)
+    let operating = Operating::default();
+    let exhausted = hypothesis.machine.points.iter().any(|point| point.inertia.is_exhausted(&values, &operating));
+    !exhausted && added(&chain.power).is_none_or(|power| power > LEAST_POWER) && chain.levers.iter().all(in_range)
 }
 
-/// Every interface and shape, ranked by χ² of positions that were left out, best first: where something is missing. The most promising by one step
-/// are fitted.
+/// Fits generic impedances at all interfaces, the most promising by one linear step, and returns the best by reduction of χ²: they locate the
+/// discrepancy.
 ///
 /// # Errors  as [`Fitter::objective`].
-pub fn locate(survey: &Screening, fitter: &Fitter<'_>, most: usize, control: &Control) -> Result<Vec<Candidate>, ObjectiveError> {
-    let base = &survey.base;
+pub fn locate(screening: &Screening, fitter: &Fitter<'_>, most: usize, control: &Control) -> Result<Vec<Candidate>, ObjectiveError> {
+    let base = &screening.base;
     let bases = [base.clone()];
-    let mut promising: Vec<(f64, Hypothesis)> = interfaces(&survey.nominal)
+    let mut promising: Vec<(f64, Hypothesis)> = interfaces(&screening.nominal)
         .into_par_iter()
-        .filter_map(|hypothesis| Some((fitter.promise(&hypothesis, &bases, control).ok()?, hypothesis)))
+        .filter_map(|hypothesis| Some((fitter.predicted_cost(&hypothesis, &bases, control).ok()?, hypothesis)))
         .collect();
     promising.sort_by(|a, b| a.0.total_cmp(&b.0));
     promising.truncate(2 * most);

@@ -1,26 +1,26 @@
-//! The words of a verdict, of FRFs and of motions alike.
+//! Verdicts on FRFs and on motion records.
 
-/// Kinds of verdicts.
+/// Kind of a verdict.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum VerdictKind {
-    /// Model and data agree within what ordinary nuisances and noise leave.
+    /// Model and data agree within tolerances and noise.
     None,
-    /// One effect, or one combination, explains the gap.
+    /// One effect, or one combination of effects, explains the gap.
     Effect,
-    /// Several explain it, and the data cannot tell them apart.
+    /// Several effects explain the gap, and the data cannot distinguish them.
     Ambiguous,
-    /// Something is missing, but no effect of the library.
+    /// An effect is missing, but none of the library explains it.
     Unknown,
     /// A frozen parameter is wrong.
     WrongParameter,
     /// A record contradicts the others.
     Measurement,
-    /// The data are too few to say anything.
+    /// The data are too few for a diagnosis.
     Insufficient,
 }
 
 impl VerdictKind {
-    /// The word for it.
+    /// Returns its name.
     pub fn word(self) -> &'static str {
         match self {
             VerdictKind::None => "none",
@@ -33,49 +33,49 @@ impl VerdictKind {
         }
     }
 
-    /// Whether it names what explains the gap: effects, or a parameter that was frozen.
+    /// Whether the verdict names an explanation of the gap: effects or a parameter that was frozen.
     pub fn explains(self) -> bool {
         matches!(self, VerdictKind::Effect | VerdictKind::Ambiguous | VerdictKind::WrongParameter)
     }
 }
 
-/// The verdict.
+/// Result of a diagnosis in words.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Verdict {
-    /// Kind.
+    /// Kind of the verdict.
     pub kind: VerdictKind,
-    /// Effects or combinations; empty for the kinds that name none.
+    /// Ids of effects or combinations; empty for kinds that name none.
     pub effects: Vec<String>,
-    /// Why, in a sentence or two.
+    /// Reason, in one or two sentences.
     pub reason: String,
-    /// What to measure next.
+    /// Proposed next measurement.
     pub next: Option<String>,
 }
 
 impl Verdict {
-    /// The effect that it names first.
+    /// Returns the first effect that the verdict names.
     pub fn first_effect(&self) -> Option<&str> {
         self.effects.first().and_then(|names| names.split('+').next())
     }
 }
 
-/// Where nothing could be tried.
+/// Returns the verdict of a diagnosis in which no candidate could be fitted.
 pub(super) fn nothing_fitted(before: f64) -> Verdict {
-    let reason = format!("no candidate could be fitted; the misfit is {before:.1} times that of the middle null");
+    let reason = format!("no candidate could be fitted; the misfit is {before:.1} times that of null simulations");
     Verdict { kind: VerdictKind::Unknown, effects: Vec::new(), reason, next: None }
 }
 
-/// The interface of an id such as «rotor:stiffness».
+/// Returns the interface of an id such as «rotor:stiffness».
 pub(super) fn named(id: &str) -> &str {
     id.rsplit_once(':').map_or(id, |(interface, _)| interface)
 }
 
-/// The effect that a combination was made with last.
+/// Returns the effect that was added last to a combination.
 pub(super) fn last_of(id: &str) -> &str {
     id.rsplit('+').next().unwrap_or(id)
 }
 
-/// A share of nulls, as it is told.
+/// Formats a p-value for a verdict.
 pub(super) fn p_value_text(p_value: f64) -> String {
     match p_value {
         p if p < 1e-4 => "p < 0.0001".into(),

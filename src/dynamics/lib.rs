@@ -1,7 +1,7 @@
-//! What physics predicts of a machine: frequency responses and modes ([`model`]), motion in time ([`motion`]), and the force that a measured motion
-//! needs ([`inverse_dynamics`]).
+//! Physical predictions for a machine: frequency responses and modes ([`model`]), motion in time ([`motion`]), and the force that a measured
+//! motion requires ([`inverse_dynamics`]).
 //!
-//! Nothing here knows what is fitted to what: a machine and numbers for its parameters go in, predictions come out.
+//! The crate knows nothing of fitting: a machine and values of its parameters go in, predictions come out.
 
 pub mod inverse_dynamics;
 pub mod model;

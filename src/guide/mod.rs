@@ -1,7 +1,16 @@
-//! The user's guide, in the order of the work.
+//! The user's guide: each page answers one question.
+//!
+//! Use: [own_machine], [own_frfs], [motion], [mistakes]. Results: [results], [verdicts], [own_effect]. Background: [models], [validation], [speed],
+//! [published].
 
 #[doc = include_str!("own-machine.md")]
 pub mod own_machine {}
+
+#[doc = include_str!("own-frfs.md")]
+pub mod own_frfs {}
+
+#[doc = include_str!("results.md")]
+pub mod results {}
 
 #[doc = include_str!("verdicts.md")]
 pub mod verdicts {}
@@ -9,8 +18,20 @@ pub mod verdicts {}
 #[doc = include_str!("own-effect.md")]
 pub mod own_effect {}
 
-#[doc = include_str!("mistakes.md")]
-pub mod mistakes {}
+#[doc = include_str!("motion.md")]
+pub mod motion {}
+
+#[doc = include_str!("models.md")]
+pub mod models {}
+
+#[doc = include_str!("validation.md")]
+pub mod validation {}
+
+#[doc = include_str!("speed.md")]
+pub mod speed {}
 
 #[doc = include_str!("published.md")]
 pub mod published {}
+
+#[doc = include_str!("mistakes.md")]
+pub mod mistakes {}

@@ -1,4 +1,4 @@
-//! Bootstrap: how far the parameters move when lines, or positions, are drawn anew.
+//! Bootstrap: spread of the parameters over resampled lines or positions.
 
 use rand::{RngExt, SeedableRng};
 use rand_xoshiro::Xoshiro256PlusPlus;
@@ -8,27 +8,29 @@ use super::problem::Problem;
 use numeric::statistics::quantile;
 use optimizer::{Control, least_squares};
 
-/// What is drawn anew.
+/// The unit of resampling.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Drawn {
-    /// Lines (or orders) inside each position.
+    /// Lines (or mode orders) within each position.
     Lines,
     /// Whole positions (or records).
     Positions,
 }
 
-/// Spread of the places over bootstrap samples.
+/// Spread of the unit-cube coordinates over bootstrap samples.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Bootstrap {
-    /// What was drawn.
+    /// Unit of resampling.
     pub drawn: Drawn,
-    /// Samples.
+    /// Number of samples.
     pub samples: usize,
-    /// 2.5 and 97.5 % quantile of each place in its unit interval.
+    /// 2.5 and 97.5 % quantile of each coordinate in its unit interval.
     pub interval95: Vec<(f64, f64)>,
 }
 
-/// Counts of one sample: with replacement, as many as there are. Lines are drawn in runs of `run`, since neighbours may leave the same error.
+/// Draws one sample with replacement and returns how often each row occurs.
+///
+/// Lines are drawn in runs of `run`, since residuals of neighbouring lines may be correlated.
 fn draw(drawn: Drawn, blocks: &[(usize, usize)], run: usize, generator: &mut Xoshiro256PlusPlus) -> Vec<Vec<f64>> {
     match drawn {
         Drawn::Lines => blocks
@@ -56,7 +58,7 @@ fn groups(blocks: &[(usize, usize)]) -> usize {
     blocks.iter().map(|(_, group)| group + 1).max().unwrap_or(0)
 }
 
-/// Fits again, from the best place, to samples drawn with replacement; `None` where it was stopped, or with fewer than two groups to draw.
+/// Fits samples drawn with replacement, each from the best coordinates. `None` if stopped, or with fewer than two positions to draw.
 ///
 /// # Source  Efron and Tibshirani, An Introduction to the Bootstrap, 1993, ch. 13 (percentile interval); runs of lines: Künsch,
 /// Ann. Stat. 17 (1989) 1217–1241.
@@ -65,7 +67,7 @@ pub fn bootstrap<P: Problem>(problem: &P, best: &[f64], drawn: Drawn, samples: u
     if samples == 0 || (drawn == Drawn::Positions && groups(&blocks) < 2) {
         return None;
     }
-    let run = problem.colour(best).ceil() as usize;
+    let run = problem.correlation_factor(best).ceil() as usize;
     let mut generator = Xoshiro256PlusPlus::seed_from_u64(seed);
     let seeds: Vec<u64> = (0..samples).map(|_| generator.random()).collect();
     let step = control.steps("bootstrap", samples);

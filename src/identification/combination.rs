@@ -1,16 +1,16 @@
-//! Which combinations of parameters the data determine where they do not determine each.
+//! Combinations of two parameters that the data determine better than the parameters themselves.
 
 use rayon::prelude::*;
 
 use super::uncertainty::Certainty;
 use machine::{Parameter, Scale};
 
-/// How two parameters make up for each other.
+/// How two parameters compensate each other.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum CombinationKind {
     /// Like springs in series: 1/a + 1/b is determined.
     Series,
-    /// Like springs or dampers side by side: a + b is determined.
+    /// Like springs or dampers in parallel: a + b is determined.
     Parallel,
     /// One rises as the other falls.
     Opposite,
@@ -18,63 +18,65 @@ pub enum CombinationKind {
     Ratio,
 }
 
-/// Two parameters of which the data determine a combination better than each.
+/// Two parameters whose combination the data determine better than either of them.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Combination {
-    /// The two, by index.
+    /// Indices of the two parameters.
     pub parameters: (usize, usize),
-    /// How they make up for each other.
+    /// How they compensate each other.
     pub kind: CombinationKind,
     /// Their correlation.
     pub correlation: f64,
     /// Relative standard deviation of the combination.
     pub sd: f64,
-    /// All of it in words.
+    /// Description for the user.
     pub text: String,
 }
 
-/// From this correlation two parameters are told of together.
+/// Least magnitude of the correlation (1) at which two parameters are reported together.
 const CORRELATED: f64 = 0.9;
-/// Relative standard deviation from which a combination is not told.
-const WORTH_TELLING: f64 = 0.25;
-/// Moves along a valley that are tried, the farthest first, in the unit interval of a parameter.
+/// Relative standard deviation (1) at and above which a combination is not reported.
+const MAX_SD: f64 = 0.25;
+/// Moves along a valley of χ², tried from the largest, as shares of a parameter's unit interval.
 const MOVES: [f64; 3] = [0.5, 0.25, 0.1];
 
-/// The combinations among the parameters of the columns, the tightest first. `valley(column, by)` gives the values of all columns after that one
-/// was moved by so much of its unit interval and the others have followed; `None` where χ² rises too much for that.
+/// Finds the determined combinations among the parameters of the columns, in the order of rising standard deviation.
+///
+/// `valley(column, by)` moves a column by a share of its unit interval, re-optimises the others and returns the values of all columns.
+/// It returns `None` where χ² rises too much.
 pub fn combinations(
     parameters: &[&Parameter],
     values: &[f64],
     certainty: &Certainty,
     valley: impl Fn(usize, f64) -> Option<Vec<f64>> + Sync,
 ) -> Vec<Combination> {
-    let worth = |&(j, i): &(usize, usize)| {
-        let both_sure = certainty.identifiable[i] && certainty.identifiable[j];
-        !both_sure && [i, j].iter().all(|k| parameters[*k].scale == Scale::Logarithmic)
+    let is_candidate = |&(j, i): &(usize, usize)| {
+        let both_identifiable = certainty.identifiable[i] && certainty.identifiable[j];
+        !both_identifiable && [i, j].iter().all(|k| parameters[*k].scale == Scale::Logarithmic)
     };
-    let pairs: Vec<(usize, usize)> = (0..parameters.len()).flat_map(|i| (0..i).map(move |j| (j, i))).filter(worth).collect();
+    let pairs: Vec<(usize, usize)> = (0..parameters.len()).flat_map(|i| (0..i).map(move |j| (j, i))).filter(is_candidate).collect();
     let of_pair = |&(j, i): &(usize, usize)| {
-        // Far from a straight valley, as where one of two springs in series is all but rigid, correlations say nothing.
-        let kind = (parameters[i].unit == parameters[j].unit).then(|| kept((j, i), values, certainty, &valley)).flatten();
-        let told = kind.is_some() || certainty.correlation[i][j].abs() >= CORRELATED;
-        told.then(|| combination(parameters, values, certainty, (j, i), kind))
+        // In a strongly curved valley correlations mean nothing, for example if one of two springs in series is nearly rigid.
+        let kind = (parameters[i].unit == parameters[j].unit).then(|| constant_sum((j, i), values, certainty, &valley)).flatten();
+        let is_reported = kind.is_some() || certainty.correlation[i][j].abs() >= CORRELATED;
+        is_reported.then(|| combination(parameters, values, certainty, (j, i), kind))
     };
     let mut found: Vec<Combination> = pairs.par_iter().filter_map(of_pair).collect();
-    // A combination that is hardly known itself is not worth a sentence.
-    found.retain(|c| c.sd < WORTH_TELLING);
+    found.retain(|c| c.sd < MAX_SD);
     found.sort_by(|a, b| a.sd.total_cmp(&b.sd));
     found
 }
 
-/// Sum and harmonic sum (springs in series) of two values.
+/// Returns the sum and the harmonic sum (springs in series) of two values.
 fn sums(a: f64, b: f64) -> (f64, f64) {
     (a + b, a * b / (a + b))
 }
 
-/// Which of sum and harmonic sum stays while one of the two values is moved along the valley and the other follows, and by how much it changes
-/// all the same (relative): by a fifth at most of what the values do themselves, and by a quarter at most of what the other sum does. To first
-/// order both sums are the same for equal values, so that only a finite move tells.
-fn kept(
+/// Determines whether the sum or the harmonic sum stays constant along the valley, and its remaining relative change.
+///
+/// The change is at most a fifth of that of the values, and at most a quarter of that of the other sum. For equal values both sums agree to
+/// first order, so that only a finite move distinguishes them.
+fn constant_sum(
     (i, j): (usize, usize),
     values: &[f64],
     certainty: &Certainty,
@@ -82,7 +84,7 @@ fn kept(
 ) -> Option<(CombinationKind, f64)> {
     let here = sums(values[i], values[j]);
     let (mut moved, mut sum, mut harmonic) = (0.0_f64, 0.0_f64, 0.0_f64);
-    // The one that is known less is moved, the other follows.
+    // Move the less certain parameter; the other is re-optimised.
     let column = if certainty.sd[i] >= certainty.sd[j] { i } else { j };
     let farthest = |sign: f64| MOVES.into_iter().find_map(|by| valley(column, sign * by));
     let (up, down) = rayon::join(|| farthest(1.0), || farthest(-1.0));
@@ -92,11 +94,11 @@ fn kept(
         sum = sum.max((now.0 / here.0).ln().abs());
         harmonic = harmonic.max((now.1 / here.1).ln().abs());
     }
-    let stays = |own: f64, other: f64| moved > 0.02 && own < 0.2 * moved && own < 0.25 * other;
-    if stays(harmonic, sum) {
+    let is_constant = |own: f64, other: f64| moved > 0.02 && own < 0.2 * moved && own < 0.25 * other;
+    if is_constant(harmonic, sum) {
         Some((CombinationKind::Series, harmonic))
     } else {
-        stays(sum, harmonic).then_some((CombinationKind::Parallel, sum))
+        is_constant(sum, harmonic).then_some((CombinationKind::Parallel, sum))
     }
 }
 
@@ -105,7 +107,7 @@ fn combination(
     values: &[f64],
     certainty: &Certainty,
     (i, j): (usize, usize),
-    kept: Option<(CombinationKind, f64)>,
+    constant: Option<(CombinationKind, f64)>,
 ) -> Combination {
     // Covariance of the logarithms.
     let width = |k: usize| (parameters[k].upper / parameters[k].lower).ln();
@@ -115,33 +117,35 @@ fn combination(
     let (a, b) = (values[i], values[j]);
     // Relative standard deviation of wᵢ·ln a + wⱼ·ln b.
     let spread_of = |wi: f64, wj: f64| (wi * wi * vi + wj * wj * vj + 2.0 * wi * wj * cij).max(0.0).sqrt();
-    let (kind, change) = kept.unwrap_or((if correlation > 0.0 { CombinationKind::Ratio } else { CombinationKind::Opposite }, 0.0));
+    let (kind, change) = constant.unwrap_or((if correlation > 0.0 { CombinationKind::Ratio } else { CombinationKind::Opposite }, 0.0));
     let sd = match kind {
         CombinationKind::Series => spread_of(b / (a + b), a / (a + b)),
         CombinationKind::Parallel => spread_of(a / (a + b), b / (a + b)),
         CombinationKind::Ratio | CombinationKind::Opposite => {
-            // The combination of logarithms that scatters least.
+            // The combination of logarithms with the least variance.
             let sign = if correlation < 0.0 { 1.0 } else { -1.0 };
             let w = ((vj - sign * cij) / (vi + vj - 2.0 * sign * cij)).clamp(0.0, 1.0);
             spread_of(w, sign * (1.0 - w))
         }
     };
     let (p, q, unit) = (&parameters[i].id, &parameters[j].id, &parameters[i].unit);
-    // What the noise leaves open, and what the valley shows that the sum is not quite what the data see.
+    // Uncertainty by noise, plus the change of the combination along the valley.
     let percent = 196.0 * sd + 100.0 * change;
     let text = match kind {
         CombinationKind::Series => format!(
-            "the data see {p} and {q} like springs in series: 1/(1/{p} + 1/{q}) = {:.4e} {unit} ± {percent:.1} %, but not how it divides between them",
+            "the data determine {p} and {q} only like springs in series: 1/(1/{p} + 1/{q}) = {:.4e} {unit} ± {percent:.1} %, not its parts",
             a * b / (a + b)
         ),
         CombinationKind::Parallel => {
-            format!("the data see the sum {p} + {q} = {:.4e} {unit} ± {percent:.1} %, but not how it divides between them", a + b)
+            format!("the data determine the sum {p} + {q} = {:.4e} {unit} ± {percent:.1} %, not its parts", a + b)
         }
         CombinationKind::Ratio => {
-            format!("{p} and {q} can rise together (correlation {correlation:.2}): the data see their ratio better than each")
+            format!("{p} and {q} can rise together (correlation {correlation:.2}): the data determine their ratio better than either value")
         }
         CombinationKind::Opposite => {
-            format!("{p} can rise while {q} falls (correlation {correlation:.2}): the data see a combination of both better than each")
+            format!(
+                "{p} can rise while {q} falls (correlation {correlation:.2}): the data determine a combination better than either value"
+            )
         }
     };
     Combination { parameters: (i, j), kind, correlation, sd, text }
@@ -166,18 +170,19 @@ mod tests {
             fit: FitRule::Always,
             prior: None,
             source: String::new(),
+            description: String::new(),
         }
     }
 
-    /// The information of a measured combination with the given logarithmic slopes.
-    fn seen(slopes: [f64; 2]) -> Certainty {
+    /// Returns the uncertainty after measuring one combination with the given logarithmic slopes.
+    fn certainty_of(slopes: [f64; 2]) -> Certainty {
         let width = 1e3_f64.ln();
         let row = DMatrix::from_row_slice(1, 2, &[slopes[0] * width / 0.01, slopes[1] * width / 0.01]);
         certainty(&(row.transpose() * row), 1.0, &[])
     }
 
-    /// Moves the first value by a share of its range and lets the second keep a sum or a harmonic sum.
-    fn following(values: [f64; 2], keep: CombinationKind) -> impl Fn(usize, f64) -> Option<Vec<f64>> {
+    /// Returns a valley along which a sum, a harmonic sum or a ratio stays constant.
+    fn valley_of(values: [f64; 2], keep: CombinationKind) -> impl Fn(usize, f64) -> Option<Vec<f64>> {
         move |column, by| {
             let moved = values[column] * (by * 1e3_f64.ln()).exp();
             let (sum, harmonic) = sums(values[0], values[1]);
@@ -196,16 +201,17 @@ mod tests {
         for values in [[400.0, 800.0], [400.0, 400.0]] {
             let sum = values[0] + values[1];
             let shares = [values[0] / sum, values[1] / sum];
-            let series = combinations(&[&a, &b], &values, &seen([shares[1], shares[0]]), following(values, CombinationKind::Series));
+            let series =
+                combinations(&[&a, &b], &values, &certainty_of([shares[1], shares[0]]), valley_of(values, CombinationKind::Series));
             assert!(series.len() == 1 && series[0].kind == CombinationKind::Series, "{series:?}");
             assert!((series[0].sd - 0.01).abs() < 2e-3, "{series:?}");
-            let parallel = combinations(&[&a, &b], &values, &seen(shares), following(values, CombinationKind::Parallel));
+            let parallel = combinations(&[&a, &b], &values, &certainty_of(shares), valley_of(values, CombinationKind::Parallel));
             assert_eq!(parallel[0].kind, CombinationKind::Parallel, "{parallel:?}");
         }
-        let ratio = combinations(&[&a, &b], &[400.0, 800.0], &seen([1.0, -1.0]), following([400.0, 800.0], CombinationKind::Ratio));
+        let ratio = combinations(&[&a, &b], &[400.0, 800.0], &certainty_of([1.0, -1.0]), valley_of([400.0, 800.0], CombinationKind::Ratio));
         assert_eq!(ratio[0].kind, CombinationKind::Ratio);
-        // What cannot be followed is not claimed.
-        let open = combinations(&[&a, &b], &[400.0, 800.0], &seen([2.0, 1.0]), |_, _| None);
+        // Without a valley neither sum is claimed.
+        let open = combinations(&[&a, &b], &[400.0, 800.0], &certainty_of([2.0, 1.0]), |_, _| None);
         assert_eq!(open[0].kind, CombinationKind::Opposite);
     }
 }

@@ -1,11 +1,11 @@
-//! From data to estimates, whatever the data: search, repeats, certainty.
+//! Computes estimates from any data: repeated searches, minima, intervals and identifiability.
 
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use super::bootstrap::{Bootstrap, Drawn, bootstrap};
 use super::combination::{Combination, combinations};
-use super::problem::{BoundSide, Problem, distance};
+use super::problem::{Problem, SearchEnd, distance};
 use super::profile::{CHI_SQUARE_95, profiles};
 use super::settings::{IdentificationSettings, Repeat};
 use super::uncertainty::{Certainty, NARROWING, RANGE_SD, certainty, counted};
@@ -22,13 +22,13 @@ pub struct Estimate {
     pub value: f64,
     /// 95 % interval; `None` for a parameter that was not fitted.
     pub interval95: Option<(f64, f64)>,
-    /// Whether the data determine it; `None` for one that was not fitted.
+    /// Whether it is identifiable from the data; `None` for a parameter that was not fitted.
     pub identifiable: Option<bool>,
-    /// Lies at an end of its plausible range.
+    /// Whether it lies at an end of its plausible range.
     pub at_bound: bool,
 }
 
-/// What is known of the parameters after a fit.
+/// Parameters after a fit: values, intervals, identifiability, warnings.
 pub(super) struct Estimation {
     pub place: Vec<f64>,
     pub values: Vec<f64>,
@@ -40,9 +40,9 @@ pub(super) struct Estimation {
     pub agree: Option<bool>,
     pub chi_square: f64,
     pub freedom: usize,
-    pub colour: f64,
+    pub correlation_factor: f64,
     pub certainty: Certainty,
-    /// Standard deviation of every coordinate of a place, of what is fitted along, too.
+    /// Standard deviation of every unit-cube coordinate, nuisance parameters included.
     pub sd: Vec<f64>,
     pub combinations: Vec<Combination>,
     pub bootstraps: Vec<Bootstrap>,
@@ -51,36 +51,37 @@ pub(super) struct Estimation {
     pub warnings: Vec<String>,
 }
 
-/// A minimum of χ² that the data do not tell from the least one.
+/// A minimum of χ² that the data cannot distinguish from the least one.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Basin {
-    /// Place of the free parameters, and of what is fitted along.
+    /// Unit-cube coordinates of the free parameters and nuisance parameters.
     pub place: Vec<f64>,
-    /// Its χ².
+    /// χ².
     pub cost: f64,
-    /// Searches that found it.
+    /// Number of searches that found it.
     pub searches: usize,
 }
 
-/// Most steps of a polish from a place nearby.
+/// Largest number of least-squares steps from a nearby start.
 const POLISH: u64 = 100;
-/// First steps from many places, after which so many are followed.
+/// Least-squares steps from each of many starts, before the best are selected.
 const FIRST_STEPS: u64 = 10;
-const FOLLOWED: usize = 6;
-/// Distance from an end of the unit interval that counts as being there.
+/// Largest number of starts, those with the least χ², that are continued.
+const CONTINUED: usize = 6;
+/// Largest distance from an end of the unit interval at which a parameter counts as lying at its bound.
 const AT_BOUND: f64 = 1e-3;
 
-/// Least squares from a place nearby, the gain its last coordinate.
-fn polished_near<P: Problem>(problem: &P, near: &[f64], control: &Control) -> (Found, Vec<f64>) {
-    let polished = problem.squares(None, |squares| least_squares(squares, &problem.restarted(near), &[], POLISH, control.stop()));
+/// Runs least squares from a nearby start. Returns the result, and its coordinates with the nuisance parameters.
+fn polished_from_nearby<P: Problem>(problem: &P, near: &[f64], control: &Control) -> (Found, Vec<f64>) {
+    let polished = problem.squares(None, |squares| least_squares(squares, &problem.start_near(near), &[], POLISH, control.stop()));
     let (place, cost) = (polished.place[..problem.dimension()].to_vec(), polished.normal.chi_square);
     let (trace, population) = (Vec::new(), Vec::new());
     let found = Found { place, cost, evaluations: polished.evaluations, generations: 0, trace, population, complete: !control.stopped() };
     (found, polished.place)
 }
 
-/// Searches from as many seeds as the plan asks for, each a differential evolution and then the polish of the problem.
-fn searches<P: Problem>(problem: &P, plan: &IdentificationSettings, control: &Control) -> Vec<(Repeat, Vec<BoundSide>)> {
+/// Runs the searches of the plan, each with its own seed: differential evolution, then the refinement of the problem.
+fn searches<P: Problem>(problem: &P, plan: &IdentificationSettings, control: &Control) -> Vec<(Repeat, Vec<SearchEnd>)> {
     let (repeats, threads) = (plan.repeats.max(1), rayon::current_num_threads());
     let seed = |repeat: usize| plan.seed.wrapping_add(1_000_003 * repeat as u64);
     let explored = |repeat: usize| {
@@ -97,24 +98,28 @@ fn searches<P: Problem>(problem: &P, plan: &IdentificationSettings, control: &Co
         found.complete &= !control.stopped();
         (Repeat { seed: seed(repeat), found }, ends)
     };
-    // All threads share a population, but a simplex goes step by step on one. Those of the last searches wait for the last population, so that in
-    // the end there is one for each thread; the others go on beside populations.
-    let begun: Vec<Result<(Repeat, Vec<BoundSide>), Found>> = (0..repeats)
+    // A population is evaluated on all threads, a simplex on one. The last searches defer their refinement until all populations are done,
+    // so that there is one for each thread. The refinements of the earlier searches run in parallel with later populations.
+    let explored_or_polished: Vec<Result<(Repeat, Vec<SearchEnd>), Found>> = (0..repeats)
         .into_par_iter()
         .map(|repeat| {
             let found = explored(repeat);
             if repeat + threads < repeats { Ok(polished(repeat, found)) } else { Err(found) }
         })
         .collect();
-    begun.into_par_iter().enumerate().map(|(repeat, begun)| begun.unwrap_or_else(|found| polished(repeat, found))).collect()
+    explored_or_polished
+        .into_par_iter()
+        .enumerate()
+        .map(|(repeat, result)| result.unwrap_or_else(|found| polished(repeat, found)))
+        .collect()
 }
 
-/// Searches, or one from nearby where the plan says so, with the ends of each; the deepest first.
-fn runs<P: Problem>(problem: &P, plan: &IdentificationSettings, control: &Control) -> (Vec<Repeat>, Vec<Vec<BoundSide>>) {
+/// Runs the searches, or least squares from the nearby solution of the plan. Returns each with its ends, in the order of rising cost.
+fn runs<P: Problem>(problem: &P, plan: &IdentificationSettings, control: &Control) -> (Vec<Repeat>, Vec<Vec<SearchEnd>>) {
     let mut runs = match &plan.near {
         Some(near) => {
-            let (found, place) = control.kept("polish", || polished_near(problem, near, control));
-            let end = BoundSide { cost: found.cost, place };
+            let (found, place) = control.kept("polish", || polished_from_nearby(problem, near, control));
+            let end = SearchEnd { cost: found.cost, place };
             vec![(Repeat { seed: plan.seed, found }, vec![end])]
         }
         None => searches(problem, plan, control),
@@ -123,12 +128,12 @@ fn runs<P: Problem>(problem: &P, plan: &IdentificationSettings, control: &Contro
     runs.into_iter().unzip()
 }
 
-/// A problem with more that is free and more that is uncertain, and places to begin from in it: intervals are told there.
+/// A problem with more free parameters and uncertainties, on which the intervals are computed, and its starts.
 pub(super) type Wider<P> = Option<(P, Vec<Vec<f64>>)>;
 
-/// Fits a problem and tells how sure the result is, of FRFs by the problem itself, of modes by a wider one about the best place.
+/// Fits a problem and computes intervals and identifiability: for FRFs on the problem itself, for modes on a wider one about the minimum.
 ///
-/// # Errors  nothing is free; those of `wider`.
+/// # Errors  no parameter is free; those of `wider`.
 pub(super) fn estimate<P: Problem>(
     problem: &P,
     wider: impl Fn(&[f64]) -> Result<Wider<P>, ObjectiveError>,
@@ -138,53 +143,53 @@ pub(super) fn estimate<P: Problem>(
 ) -> Result<Estimation, ObjectiveError> {
     let free = problem.free().to_vec();
     if free.is_empty() {
-        return Err(ObjectiveError::Data("no parameter is left to identify; freeze fewer, or give one fit = \"always\"".into()));
+        return Err(ObjectiveError::Data("no parameter is free to be identified; freeze fewer, or set fit = \"always\" for one".into()));
     }
     let (repeats, ends) = runs(problem, plan, control);
     let unknowns = ends[0][0].place.len();
     let freedom = problem.observations().saturating_sub(unknowns);
-    let widening = |place: &[f64]| {
+    let misfit_at = |place: &[f64]| {
         let chi_square = problem.squares(None, |squares| squares.chi_square(place));
         let misfit = if freedom > 0 { (chi_square / freedom as f64).max(1.0) } else { 1.0 };
-        (chi_square, misfit, problem.colour(place).max(1.0))
+        (chi_square, misfit, problem.correlation_factor(place).max(1.0))
     };
-    let first = widening(&ends[0][0].place);
-    let (_, misfit, colour) = first;
-    let weak = problem.weakened(misfit * colour);
-    let mut basins = basins(&ends, free.len(), CHI_SQUARE_95 * misfit * colour);
-    if let Some(weak) = &weak {
-        basins = control.kept("weakened", || settled(weak, basins, (free.len(), CHI_SQUARE_95), control));
+    let first = misfit_at(&ends[0][0].place);
+    let (_, misfit, correlation_factor) = first;
+    let inflated = problem.with_inflated_variance(misfit * correlation_factor);
+    let mut basins = basins(&ends, free.len(), CHI_SQUARE_95 * misfit * correlation_factor);
+    if let Some(inflated) = &inflated {
+        basins = control.kept("weakened", || refined_basins(inflated, basins, (free.len(), CHI_SQUARE_95), control));
     }
     let place = basins[0].place.clone();
     let values = problem.values(&place);
     let gain = problem.gain_at(&place);
-    let (chi_square, misfit, colour) = if weak.is_some() { widening(&place) } else { first };
-    // Eq. 26 is no likelihood: its minimum tells no intervals.
-    let tells = problem.is_likelihood();
-    let inflation = if weak.is_some() { 1.0 } else { misfit * colour };
-    let wider = if tells && plan.profile { wider(&place)? } else { None };
-    let told = match &wider {
+    let (chi_square, misfit, correlation_factor) = if inflated.is_some() { misfit_at(&place) } else { first };
+    // Eq. 26 is no likelihood: its minimum has no intervals.
+    let has_intervals = problem.is_likelihood();
+    let inflation = if inflated.is_some() { 1.0 } else { misfit * correlation_factor };
+    let wider = if has_intervals && plan.profile { wider(&place)? } else { None };
+    let wide = match &wider {
         Some((wider, from)) => {
-            let begun = from.iter().map(|place| Basin { place: place.clone(), cost: 0.0, searches: 1 }).collect();
-            basins = control.kept("wider", || settled(wider, begun, (wider.free().len(), CHI_SQUARE_95 * inflation), control));
+            let starts = from.iter().map(|place| Basin { place: place.clone(), cost: 0.0, searches: 1 }).collect();
+            basins = control.kept("wider", || refined_basins(wider, starts, (wider.free().len(), CHI_SQUARE_95 * inflation), control));
             wider
         }
-        None => weak.as_ref().unwrap_or(problem),
+        None => inflated.as_ref().unwrap_or(problem),
     };
-    let shares: Vec<f64> = told.free().iter().map(|i| counted(&machine.parameters[*i])).collect();
-    let information = told.squares(None, |squares| squares.normal(&basins[0].place).information);
+    let shares: Vec<f64> = wide.free().iter().map(|i| counted(&machine.parameters[*i])).collect();
+    let information = wide.squares(None, |squares| squares.normal(&basins[0].place).information);
     let whole = certainty(&information, inflation, &shares);
-    let columns: Vec<usize> = (0..free.len()).chain(told.gain_column()).collect();
+    let columns: Vec<usize> = (0..free.len()).chain(wide.gain_column()).collect();
     let first_order = |at: &usize| {
         let (here, half) = (basins[0].place[*at], 1.96 * whole.sd[*at]);
         (here - half, here + half)
     };
-    let profiled = (tells && plan.profile)
-        .then(|| control.kept("profiles", || joined_profiles(told, &basins, (&columns, &shares), inflation, control)))
+    let profiled = (has_intervals && plan.profile)
+        .then(|| control.kept("profiles", || joined_profiles(wide, &basins, (&columns, &shares), inflation, control)))
         .flatten();
     let mut intervals = profiled.unwrap_or_else(|| columns.iter().map(first_order).collect());
     if wider.is_some() {
-        // The estimate is that of the fit with what modes say little of held.
+        // The estimate is that of the fit with the parameters that modes hardly determine held fixed.
         let own = (0..free.len()).chain(problem.gain_column()).map(|at| place[at]);
         intervals.iter_mut().zip(own).for_each(|(interval, u)| *interval = (interval.0.min(u), interval.1.max(u)));
     }
@@ -194,21 +199,22 @@ pub(super) fn estimate<P: Problem>(
         .filter_map(|drawn| bootstrap(problem, &place, drawn, plan.bootstrap, plan.seed, control))
         .collect();
     let mut warnings = shortage(problem.observations(), unknowns);
-    let (estimates, at_bounds) = report_progress(machine, &free, &place, &values, &intervals, &certainty, tells);
+    let (estimates, at_bounds) = parameter_estimates(machine, &free, &place, &values, &intervals, &certainty, has_intervals);
     warnings.extend(at_bounds);
     let gain_column = problem.gain_column();
-    let gain_interval95 = gain_column.filter(|_| tells).map(|_| {
+    let gain_interval95 = gain_column.filter(|_| has_intervals).map(|_| {
         let end = |u: f64| GAIN_RANGE.0 * (u * (GAIN_RANGE.1 / GAIN_RANGE.0).ln()).exp();
         (end(intervals[free.len()].0), end(intervals[free.len()].1))
     });
-    warnings.extend(tells.then(|| widened(chi_square, freedom, misfit, colour)).into_iter().flatten());
-    let combinations = if tells && plan.profile { combined(told, machine, (&basins[0], &whole), inflation, control) } else { Vec::new() };
+    warnings.extend(has_intervals.then(|| widened(chi_square, freedom, misfit, correlation_factor)).into_iter().flatten());
+    let combinations =
+        if has_intervals && plan.profile { combined(wide, machine, (&basins[0], &whole), inflation, control) } else { Vec::new() };
     warnings.extend(gain_column.and_then(|at| gain_at_end(place[at])));
     let complete = !control.stopped() && repeats.len() == plan.repeats.max(1) && repeats.iter().all(|r| r.found.complete);
     let agree = (complete && repeats.len() > 1).then(|| agreement(&repeats, &certainty, free.len()));
     warnings.extend((agree == Some(false)).then(|| disagreement(&repeats)));
     Ok(Estimation {
-        gain_identifiable: gain_column.filter(|_| tells).and(certainty.identifiable.get(free.len()).copied()),
+        gain_identifiable: gain_column.filter(|_| has_intervals).and(certainty.identifiable.get(free.len()).copied()),
         place,
         values,
         gain,
@@ -218,7 +224,7 @@ pub(super) fn estimate<P: Problem>(
         agree,
         chi_square,
         freedom,
-        colour,
+        correlation_factor,
         certainty,
         sd: whole.sd,
         combinations,
@@ -229,10 +235,12 @@ pub(super) fn estimate<P: Problem>(
     })
 }
 
-/// Minima once the data count as little as the model's error asks for: priors must hold against that, too. The deepest first.
-fn settled<P: Problem>(weak: &P, basins: Vec<Basin>, (free, rise): (usize, f64), control: &Control) -> Vec<Basin> {
+/// Refines minima and returns the distinct ones within a rise of χ² above the least, in rising order.
+///
+/// The data variance of the problem covers the model error, so that priors keep their weight against the data.
+fn refined_basins<P: Problem>(problem: &P, basins: Vec<Basin>, (free, rise): (usize, f64), control: &Control) -> Vec<Basin> {
     let settle = |basin: Basin, end: (u64, f64)| {
-        let polished = weak.squares(None, |squares| least_squares_within(squares, &basin.place, &[], end, control.stop()));
+        let polished = problem.squares(None, |squares| least_squares_within(squares, &basin.place, &[], end, control.stop()));
         Basin { place: polished.place, cost: polished.normal.chi_square, ..basin }
     };
     let all = |basins: Vec<Basin>, end: (u64, f64)| {
@@ -240,26 +248,26 @@ fn settled<P: Problem>(weak: &P, basins: Vec<Basin>, (free, rise): (usize, f64),
         ends.sort_by(|a, b| a.cost.total_cmp(&b.cost));
         ends
     };
-    // Of many a few steps tell which to follow.
-    let mut near = if basins.len() > FOLLOWED { all(basins, (FIRST_STEPS, 1e-3)) } else { basins };
-    near.truncate(FOLLOWED);
+    // A few steps from many starts select those to continue.
+    let mut near = if basins.len() > CONTINUED { all(basins, (FIRST_STEPS, 1e-3)) } else { basins };
+    near.truncate(CONTINUED);
     let ends = all(near, (POLISH, 1e-7));
     let least = ends[0].cost;
-    let mut apart: Vec<Basin> = Vec::new();
+    let mut distinct: Vec<Basin> = Vec::new();
     for end in ends.into_iter().filter(|end| end.cost - least <= rise) {
-        if apart.iter().all(|other| !same(&other.place, &end.place, free)) {
-            apart.push(end);
+        if distinct.iter().all(|other| !same(&other.place, &end.place, free)) {
+            distinct.push(end);
         }
     }
-    apart
+    distinct
 }
 
-/// Whether two places are of one minimum.
+/// Whether two points of the unit cube belong to the same minimum.
 fn same(a: &[f64], b: &[f64], free: usize) -> bool {
-    distance(&a[..free], b) < ASUNDER
+    distance(&a[..free], b) < MIN_DISTANCE
 }
 
-/// Combinations that the data see about a minimum.
+/// Finds the combinations of parameters that the data determine about a minimum.
 fn combined<P: Problem>(
     problem: &P,
     machine: &Machine,
@@ -285,12 +293,12 @@ fn combined<P: Problem>(
     found
 }
 
-/// How far apart in some coordinate two ends are two minima.
-const ASUNDER: f64 = 0.02;
+/// Smallest coordinate difference in the unit cube at which two ends are different minima.
+const MIN_DISTANCE: f64 = 0.02;
 
-/// The minima among ends of searches that lie within a rise of χ² above the least one, the best first.
-fn basins(searches: &[Vec<BoundSide>], free: usize, rise: f64) -> Vec<Basin> {
-    let mut ends: Vec<(usize, &BoundSide)> =
+/// Returns the distinct minima among the ends of searches, within a rise of χ² above the least, in rising order.
+fn basins(searches: &[Vec<SearchEnd>], free: usize, rise: f64) -> Vec<Basin> {
+    let mut ends: Vec<(usize, &SearchEnd)> =
         searches.iter().enumerate().flat_map(|(search, ends)| ends.iter().map(move |end| (search, end))).collect();
     ends.sort_by(|a, b| a.1.cost.total_cmp(&b.1.cost));
     let least = ends.first().map_or(0.0, |(_, end)| end.cost);
@@ -305,7 +313,7 @@ fn basins(searches: &[Vec<BoundSide>], free: usize, rise: f64) -> Vec<Basin> {
     basins.into_iter().map(|(basin, by)| Basin { searches: by.len(), ..basin }).collect()
 }
 
-/// Intervals of some coordinates, each the hull of those of all basins. `None` where it was stopped.
+/// Computes intervals of some coordinates: the hull of the profile intervals of all basins. `None` if stopped.
 fn joined_profiles<P: Problem>(
     problem: &P,
     basins: &[Basin],
@@ -316,7 +324,7 @@ fn joined_profiles<P: Problem>(
     let least = basins.first()?.cost;
     let mut joined: Option<Vec<(f64, f64)>> = None;
     for basin in basins {
-        // What lies within the intervals so far is on the way of a profile there.
+        // A profile has already passed a basin that lies within the intervals so far.
         let inside = |all: &Vec<(f64, f64)>| columns.iter().zip(all).all(|(c, (low, high))| (*low..=*high).contains(&basin.place[*c]));
         if joined.as_ref().is_some_and(inside) {
             continue;
@@ -335,29 +343,29 @@ fn joined_profiles<P: Problem>(
     joined
 }
 
-/// What widens intervals beyond what the weights say.
-fn widened(chi_square: f64, freedom: usize, misfit: f64, colour: f64) -> Vec<String> {
-    let differ = || {
+/// Warns of widened intervals: a misfit above the stated weights, or correlated residuals.
+fn widened(chi_square: f64, freedom: usize, misfit: f64, correlation_factor: f64) -> Vec<String> {
+    let misfit_warning = || {
         format!(
-            "χ² is {chi_square:.1} for {freedom} degrees of freedom: model and data differ by more than the weights allow; intervals are widened by √{misfit:.2}; look where the errors are largest, or let diagnose look for what is missing"
+            "χ² is {chi_square:.1} for {freedom} degrees of freedom: model and data differ by more than the stated uncertainty; intervals are widened by √{misfit:.2}; check the lines or modes with the largest errors, or run diagnose to find the missing effect"
         )
     };
-    let follows = || {
+    let correlation_warning = || {
         format!(
-            "what is left is not noise but follows the frequency (neighbouring lines agree): the model lacks something; intervals are widened by √{colour:.1}; diagnose looks for what it lacks"
+            "residuals of neighbouring lines are correlated, so they are not noise: the model lacks an effect; intervals are widened by √{correlation_factor:.1}; run diagnose to find it"
         )
     };
-    (misfit > 2.0).then(differ).into_iter().chain((colour > 2.0).then(follows)).collect()
+    (misfit > 2.0).then(misfit_warning).into_iter().chain((correlation_factor > 2.0).then(correlation_warning)).collect()
 }
 
-/// What to say of an unknown gain at an end of its range.
+/// Warns of an estimated gain at an end of its range.
 fn gain_at_end(place: f64) -> Option<String> {
     let end = if place < 0.5 { GAIN_RANGE.0 } else { GAIN_RANGE.1 };
     let at_end = !(AT_BOUND..=1.0 - AT_BOUND).contains(&place);
-    at_end.then(|| format!("the gain lies at an end of its range, {end:e}: check the units of the set, or state the gain"))
+    at_end.then(|| format!("the estimated gain lies at an end of its range, {end:e}: check the units of the set, or state the gain"))
 }
 
-/// What to say of searches that do not agree.
+/// Warns of searches that do not agree.
 fn disagreement(repeats: &[Repeat]) -> String {
     let worst = repeats.last().map_or(0.0, |r| r.found.cost);
     format!("the {} searches do not agree (cost {:.6} to {worst:.6}): raise --repeats", repeats.len(), repeats[0].found.cost)
@@ -368,22 +376,22 @@ fn shortage(observations: usize, unknowns: usize) -> Vec<String> {
     short
         .then(|| {
             format!(
-                "{observations} observations cannot determine {unknowns} unknowns: those the data do not see are marked not identifiable; fit more positions, or --freeze parameters"
+                "{observations} observations cannot determine {unknowns} unknowns: those that the data do not determine are marked not identifiable; fit more positions, or --freeze parameters"
             )
         })
         .into_iter()
         .collect()
 }
 
-/// Estimates of all parameters, and what to say of those at an end of their range.
-fn report_progress(
+/// Returns the estimates of all parameters, and warnings for those at an end of their range.
+fn parameter_estimates(
     machine: &Machine,
     free: &[usize],
     place: &[f64],
     values: &[f64],
     intervals: &[(f64, f64)],
     certainty: &Certainty,
-    tells: bool,
+    has_intervals: bool,
 ) -> (Vec<Estimate>, Vec<String>) {
     let mut warnings = Vec::new();
     let mut estimates: Vec<Estimate> = (0..machine.parameters.len())
@@ -398,17 +406,17 @@ fn report_progress(
         estimates[parameter] = Estimate {
             parameter,
             value: values[parameter],
-            interval95: tells.then(|| (end(low), end(high))),
-            identifiable: tells.then_some(narrow && !at_bound),
+            interval95: has_intervals.then(|| (end(low), end(high))),
+            identifiable: has_intervals.then_some(narrow && !at_bound),
             at_bound,
         };
         if at_bound {
             let which = if u < 0.5 { ("lower", description.lower) } else { ("upper", description.upper) };
-            let seen = narrow && certainty.identifiable[column];
-            let remedy = if seen {
-                "the data push it there: check range and model"
+            let identifiable = narrow && certainty.identifiable[column];
+            let remedy = if identifiable {
+                "the data drive it there; check its range and the model"
             } else {
-                "the data do not determine it; plan tells what measurement would"
+                "the data do not determine it; run plan to find a measurement that does"
             };
             warnings
                 .push(format!("{} lies at the {} end of its range, {:e} {}: {remedy}", description.id, which.0, which.1, description.unit));
@@ -417,13 +425,17 @@ fn report_progress(
     (estimates, warnings)
 }
 
-/// Whether the searches agree on the cost, and on what the data see: within a tenth of its standard deviation or a thousandth of the range.
+/// Whether the searches agree on the cost and on the identifiable parameters.
+///
+/// Parameters agree within a tenth of their standard deviation or a thousandth of the range.
 fn agreement(repeats: &[Repeat], certainty: &Certainty, free: usize) -> bool {
     let best = &repeats[0].found;
     let worst = repeats.last().map_or(best.cost, |r| r.found.cost);
     let costs = worst - best.cost <= 1e-3 * best.cost.abs().max(1e-12);
-    // Where costs are the same to a thousandth of what a 95 % interval allows, differences are for the intervals to tell.
+    // Where costs agree to a thousandth of the χ² rise of a 95 % interval, the intervals cover the differences.
     let flat = worst - best.cost <= 1e-3 * CHI_SQUARE_95;
-    let mut seen = (0..free).filter(|i| certainty.identifiable[*i]);
-    costs && (flat || seen.all(|i| repeats.iter().all(|r| (r.found.place[i] - best.place[i]).abs() <= (0.1 * certainty.sd[i]).max(1e-3))))
+    let mut identifiable = (0..free).filter(|i| certainty.identifiable[*i]);
+    costs
+        && (flat
+            || identifiable.all(|i| repeats.iter().all(|r| (r.found.place[i] - best.place[i]).abs() <= (0.1 * certainty.sd[i]).max(1e-3))))
 }

@@ -1,4 +1,4 @@
-//! Parameters from data: the search repeated from several seeds, and what the data determine.
+//! Identifies machine parameters from measurements: repeated global searches, least squares, intervals and identifiability.
 
 mod bootstrap;
 mod combination;

@@ -1,4 +1,4 @@
-//! Which measurements to make next: the information that each would bring, before it is made.
+//! Measurement planning: the information that each candidate measurement would add.
 
 use std::sync::Arc;
 
@@ -12,59 +12,59 @@ use measurement::{Condition, FitSet, Frf, FrfLine, FrfNoise, MeasurementSet, Mod
 use numeric::unit::omega_rad_s;
 use optimizer::LeastSquares;
 
-/// A measurement that could be made.
+/// A candidate measurement.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PlannedMeasurement {
     /// Position, by index in the set; `None` where the machine has none.
     pub position: Option<usize>,
     /// Point that responds and point that is excited.
     pub channel: (String, String),
-    /// JᵀJ it brings, in the unit intervals of the free parameters, and last of the gain where that is unknown.
+    /// Information JᵀJ that it adds, in the unit intervals of the free parameters and, last, of an unknown gain.
     pub information: DMatrix<f64>,
 }
 
-/// What a choice of measurements would leave uncertain.
+/// A selection of candidates and the remaining uncertainty of the parameters.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Choice {
     /// Indices of the candidates, in order.
     pub which: Vec<usize>,
-    /// Standard deviation of each free parameter in its unit interval, the plausible range as prior knowledge.
+    /// Standard deviation of each free parameter in its unit interval, with the plausible range as prior.
     pub sd: Vec<f64>,
-    /// Geometric mean over the parameters of sd over that of the plausible range: 1 where nothing would be learnt.
+    /// Geometric mean over the parameters of posterior over prior standard deviation (1); 1 if the measurements add no information.
     pub score: f64,
 }
 
 impl Choice {
-    /// Whether a parameter would be determined.
+    /// Whether a parameter would be identifiable.
     pub fn determines(&self, column: usize) -> bool {
         self.sd[column] <= RANGE_SD / NARROWING
     }
 }
 
-/// The candidates of a plan and the parameters they inform on.
+/// The candidates of a plan and the parameters that they are to determine.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PlanDesign {
-    /// Measurements that could be made.
+    /// Candidate measurements.
     pub candidates: Vec<PlannedMeasurement>,
     /// Indices of the parameters, column by column.
     pub free: Vec<usize>,
-    /// Information that is there beforehand on each of them (`sd` of the machine's parameters).
-    pub known: Vec<f64>,
+    /// Prior information on each of them (`sd` of the machine's parameters).
+    pub prior_information: Vec<f64>,
 }
 
-/// What a planned FRF measurement is like.
+/// Noise and lines of a planned FRF measurement.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct FrfPlan {
     /// Relative standard deviation of each line (total, complex).
     pub noise: f64,
     /// Lowest and highest line (Hz).
     pub band_hz: (f64, f64),
-    /// Lines.
+    /// Number of lines.
     pub lines: usize,
 }
 
 impl PlanDesign {
-    /// Of FRFs of the given channels at all positions of a set, predicted by the machine itself at these parameter values.
+    /// Plans FRFs of the given channels at all positions of a set, predicted by the machine with the given parameter values.
     ///
     /// # Errors  as [`FrfObjective::new`].
     pub fn of_frfs(
@@ -87,24 +87,25 @@ impl PlanDesign {
                 made.frfs.push(predicted_frf(machine, values, place, (response, excitation), plan)?);
             }
         }
-        let mut design = PlanDesign { candidates: Vec::new(), free: Vec::new(), known: Vec::new() };
+        let mut design = PlanDesign { candidates: Vec::new(), free: Vec::new(), prior_information: Vec::new() };
         for (index, frf) in made.frfs.iter().enumerate() {
             let fit = FitSet { set: &made, positions: Vec::new(), frfs: vec![index] };
             let objective = FrfObjective::new(machine, &fit, settings, frozen)?;
-            let place = place_of(machine, &objective.free, values, objective.estimates_gain());
+            let place = coordinates_of(machine, &objective.free, values, objective.estimates_gain());
             design.free.clone_from(&objective.free);
             design.candidates.push(PlannedMeasurement {
                 position: frf.position,
                 channel: (frf.response.clone(), frf.excitation.clone()),
-                information: without_known(objective.normal(&place).information, &known(machine, &objective.free, values)),
+                information: without_prior(objective.normal(&place).information, &prior_information(machine, &objective.free, values)),
             });
-            design.known = known(machine, &objective.free, values);
+            design.prior_information = prior_information(machine, &objective.free, values);
         }
         Ok(design)
     }
 
-    /// Of natural frequencies and amplitudes at all positions of a set, predicted by the machine itself at these parameter values: all visible
-    /// peaks of the band.
+    /// Plans natural frequencies and amplitudes at all positions of a set: all visible peaks of the band.
+    ///
+    /// They are predicted by the machine with the given parameter values.
     ///
     /// # Errors  as [`ModeObjective::new`].
     pub fn of_modes(
@@ -128,41 +129,41 @@ impl PlanDesign {
             machine.check_operating(&format!("{}: position {}", set.path, place.name), &operating)?;
             let mut network = structure.network();
             network.update(machine, values, &operating);
-            let seen = peaks(&network, search, &mut structure.workspace()).into_iter().filter(|p| p.prominence >= least);
+            let visible = peaks(&network, search, &mut structure.workspace()).into_iter().filter(|p| p.prominence >= least);
             let observed = |(order, p): (usize, dynamics::model::Peak)| ModeObservation {
                 order: order as u32 + 1,
                 frequency_hz: Some(p.frequency_hz),
                 amplitude: Some(p.amplitude),
             };
-            table.positions.push(seen.enumerate().map(observed).collect());
+            table.positions.push(visible.enumerate().map(observed).collect());
         }
         made.modes = Some(table);
-        let mut design = PlanDesign { candidates: Vec::new(), free: Vec::new(), known: Vec::new() };
+        let mut design = PlanDesign { candidates: Vec::new(), free: Vec::new(), prior_information: Vec::new() };
         for position in 0..set.positions.len() {
             let fit = FitSet { set: &made, positions: vec![position], frfs: Vec::new() };
             let objective = ModeObjective::new(machine, &fit, settings, frozen)?;
-            let mut place = place_of(machine, &objective.free, values, false);
+            let mut place = coordinates_of(machine, &objective.free, values, false);
             place = objective.extended(&place);
             design.free.clone_from(&objective.free);
-            design.known = known(machine, &objective.free, values);
-            let information = without_known(ModeSquares::new(&objective, None).normal(&place).information, &design.known);
+            design.prior_information = prior_information(machine, &objective.free, values);
+            let information = without_prior(ModeSquares::new(&objective, None).normal(&place).information, &design.prior_information);
             design.candidates.push(PlannedMeasurement { position: Some(position), channel: channel.clone(), information });
         }
         Ok(design)
     }
 
-    /// What these candidates together would leave uncertain.
+    /// Computes the uncertainty that remains after these candidates.
     pub fn choice(&self, which: &[usize]) -> Choice {
         let size = self.candidates.first().map_or(0, |c| c.information.nrows());
         let mut information = DMatrix::zeros(size, size);
         which.iter().for_each(|i| information += &self.candidates[*i].information);
-        self.known.iter().enumerate().for_each(|(column, known)| information[(column, column)] += known);
+        self.prior_information.iter().enumerate().for_each(|(column, prior)| information[(column, column)] += prior);
         let sd: Vec<f64> = certainty(&information, 1.0, &[]).sd.into_iter().take(self.free.len()).collect();
         let score = (sd.iter().map(|s| (s / RANGE_SD).ln()).sum::<f64>() / sd.len().max(1) as f64).exp();
         Choice { which: which.to_vec(), sd, score }
     }
 
-    /// All choices of `count` candidates added to those made already, the one that leaves least uncertain first.
+    /// Ranks all choices of `count` candidates in addition to the measurements `made`; the least remaining uncertainty comes first.
     pub fn ranking(&self, made: &[usize], count: usize) -> Vec<Choice> {
         let open: Vec<usize> = (0..self.candidates.len()).filter(|i| !made.contains(i)).collect();
         let mut choices: Vec<Choice> = subsets(&open, count)
@@ -176,15 +177,15 @@ impl PlanDesign {
         choices
     }
 
-    /// Number of choices of `count` candidates added to `made`.
+    /// Returns the number of choices of `count` candidates in addition to `made`.
     pub fn choices(&self, made: usize, count: usize) -> f64 {
         let open = self.candidates.len().saturating_sub(made);
         (0..count).map(|i| (open as f64 - i as f64).max(0.0) / (i as f64 + 1.0)).product()
     }
 }
 
-/// Information that is there beforehand on each free parameter, in its unit interval.
-fn known(machine: &Machine, free: &[usize], values: &[f64]) -> Vec<f64> {
+/// Returns the prior information on each free parameter, in its unit interval.
+fn prior_information(machine: &Machine, free: &[usize], values: &[f64]) -> Vec<f64> {
     let of = |i: &usize| {
         let parameter = &machine.parameters[*i];
         parameter.prior.map_or(0.0, |prior| (parameter.unit_slope(values[*i]) * prior.slope(values[*i])).powi(2))
@@ -192,9 +193,9 @@ fn known(machine: &Machine, free: &[usize], values: &[f64]) -> Vec<f64> {
     free.iter().map(of).collect()
 }
 
-/// What a measurement itself brings: what is known beforehand counts once, not with each.
-fn without_known(mut information: DMatrix<f64>, known: &[f64]) -> DMatrix<f64> {
-    known.iter().enumerate().for_each(|(column, known)| information[(column, column)] -= known);
+/// Subtracts the prior information from that of a measurement: the prior counts once per plan, not once per measurement.
+fn without_prior(mut information: DMatrix<f64>, prior: &[f64]) -> DMatrix<f64> {
+    prior.iter().enumerate().for_each(|(column, prior)| information[(column, column)] -= prior);
     information
 }
 
@@ -202,7 +203,7 @@ fn structure(machine: &Machine, channel: &(String, String), rods: dynamics::mode
     let named = |name: &String| {
         machine.point(name).ok_or_else(|| {
             let known: Vec<&str> = machine.points.iter().map(|p| p.name.as_str()).collect();
-            ObjectiveError::Data(format!("no point is called «{name}»; the machine has {}", known.join(", ")))
+            ObjectiveError::Data(format!("the machine has no point «{name}»; its points are {}", known.join(", ")))
         })
     };
     Ok(Arc::new(Structure::new(machine, named(&channel.0)?, named(&channel.1)?, rods)?))
@@ -244,14 +245,14 @@ fn predicted_frf(
     })
 }
 
-/// The place of parameter values in the unit cube; an unknown gain in the middle of its range.
-fn place_of(machine: &Machine, free: &[usize], values: &[f64], gain: bool) -> Vec<f64> {
+/// Returns the unit-cube coordinates of parameter values, with an unknown gain in the middle of its range.
+fn coordinates_of(machine: &Machine, free: &[usize], values: &[f64], gain: bool) -> Vec<f64> {
     let mut place: Vec<f64> = free.iter().map(|i| machine.parameters[*i].to_unit(values[*i])).collect();
     place.extend(gain.then_some(0.5));
     place
 }
 
-/// All subsets of `count` members, in lexical order.
+/// Returns all subsets of `count` members, in lexicographic order.
 fn subsets(members: &[usize], count: usize) -> Vec<Vec<usize>> {
     if count == 0 {
         return vec![Vec::new()];
@@ -285,11 +286,15 @@ mod tests {
             channel: ("a".into(), "a".into()),
             information: DMatrix::from_diagonal(&nalgebra::DVector::from_row_slice(d)),
         };
-        PlanDesign { candidates: informations.iter().enumerate().map(candidate).collect(), free: vec![0, 1], known: vec![0.0, 0.0] }
+        PlanDesign {
+            candidates: informations.iter().enumerate().map(candidate).collect(),
+            free: vec![0, 1],
+            prior_information: vec![0.0, 0.0],
+        }
     }
 
     #[test]
-    fn two_that_see_one_each_beat_two_that_see_the_same() {
+    fn complementary_measurements_rank_above_redundant_ones() {
         let ranking = design(&[[1e6, 0.0], [1e6, 0.0], [0.0, 1e6]]).ranking(&[], 2);
         assert!(ranking[0].which == [0, 2] || ranking[0].which == [1, 2], "{ranking:?}");
         assert_eq!(ranking[2].which, [0, 1]);
@@ -297,7 +302,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_measured_already_is_not_measured_again() {
+    fn measured_candidates_are_not_ranked_again() {
         let ranking = design(&[[1e6, 0.0], [1e6, 0.0], [0.0, 1e6]]).ranking(&[0], 1);
         assert_eq!(ranking[0].which, [2]);
         assert_eq!(ranking.len(), 2);

@@ -1,21 +1,22 @@
-//! Profile likelihood: how far a parameter can go while the others make up for it.
+//! Profile likelihood: intervals of one parameter while all others are re-optimised.
 
 use rayon::prelude::*;
 
 use super::uncertainty::Certainty;
 use optimizer::{Control, LeastSquares, Polished, least_squares_within};
 
-/// χ² rise at the ends of a 95 % interval of one parameter: the 95 % point of χ² with one degree of freedom.
+/// Rise of χ² at the ends of a 95 % interval of one parameter: the 95 % quantile of χ² with one degree of freedom.
 pub const CHI_SQUARE_95: f64 = 3.841_458_820_694_124;
-/// Steps of one polish along a profile.
+/// Largest number of least-squares steps at one value of the profiled parameter.
 const ITERATIONS: u64 = 40;
-/// Share of the rise to which the least χ² beside a moved coordinate is sought.
+/// Accuracy of the minimum of χ² over the other coordinates, as a share of the rise.
 const ACCURACY: f64 = 1e-3;
-/// Tries to meet the end of an interval.
-const TRIES: usize = 25;
+/// Largest number of evaluations of a profile to find an end of an interval.
+const EVALUATIONS: usize = 25;
 
-/// Intervals of some coordinates in the unit cube in which χ² rises by less than `rise` when all other coordinates follow; an end at 0 or 1 is the end of the
-/// range. `None` where it was stopped.
+/// Computes intervals of some unit-cube coordinates, in which χ² rises by less than `rise` with all other coordinates re-optimised.
+///
+/// An end at 0 or 1 is the end of the range. `None` if stopped.
 ///
 /// # Source  Raue et al., Bioinformatics 25 (2009) 1923–1929, Eq. 6–7.
 pub fn profiles(
@@ -33,7 +34,7 @@ pub fn profiles(
     (!control.stopped()).then(|| ends.chunks_exact(2).map(|ends| (ends[0], ends[1])).collect())
 }
 
-/// The end of the interval on the way to a face of the unit cube.
+/// Finds the end of an interval in the direction of a face of the unit cube.
 fn profile_end(
     squares: &dyn LeastSquares,
     best: &Polished,
@@ -43,26 +44,26 @@ fn profile_end(
     control: &Control,
 ) -> f64 {
     let start = best.place[coordinate];
-    // To first order the rise is that of a parabola with the standard deviation for the whole 95 % limit.
+    // To first order χ² is a parabola: its 95 % limit lies 1.96 standard deviations from the minimum.
     let reach = 1.96 * certainty.sd[coordinate];
-    // What the others do to first order while the coordinate moves by one.
+    // First-order change of the other coordinates per unit change of this one.
     let variance = certainty.covariance[(coordinate, coordinate)];
     let follow = |i: usize| if variance > 0.0 { certainty.covariance[(i, coordinate)] / variance } else { 0.0 };
     let tolerance = (ACCURACY * rise / best.normal.chi_square.max(f64::MIN_POSITIVE)).clamp(1e-9, 1e-3);
     let held: Vec<bool> = (0..best.place.len()).map(|i| i == coordinate).collect();
-    // Toward 1, or toward 0.
+    // Direction of the search: toward 1 or toward 0.
     let toward = if edge > 0.5 { 1.0 } else { -1.0 };
     let clamp = |u: f64| u.clamp(0.0, 1.0);
     if start == edge {
         return edge;
     }
-    // Places and √(Δχ²/rise) − 1, which is a straight line for a parabola.
+    // Coordinate and √(Δχ²/rise) − 1, which is linear in the coordinate for a parabola.
     let (mut inside, mut outside): ((f64, f64), Option<(f64, f64)>) = ((start, -1.0), None);
     let mut warm = best.place.clone();
     let mut next = clamp(start + toward * reach.max(1e-6));
-    // Which end the last try replaced, to halve the weight of one that stays (the Illinois rule).
+    // Which bracket the last evaluation replaced, to halve the ordinate of the one that stays (Illinois rule).
     let mut stayed = 0_i8;
-    for _ in 0..TRIES {
+    for _ in 0..EVALUATIONS {
         if control.stopped() || (next - inside.0).abs() < 1e-9 {
             break;
         }
@@ -95,7 +96,7 @@ fn profile_end(
                 let share = (-inside.1 / (high - inside.1)).clamp(0.05, 0.95);
                 inside.0 + share * (far - inside.0)
             }
-            // Further out, at most four times as far.
+            // Extrapolate, to at most about four times the distance.
             None => clamp(start + (inside.0 - start) * (1.02 / (1.0 + inside.1).max(0.25)).max(1.3)),
         };
     }
@@ -108,7 +109,7 @@ mod tests {
     use crate::uncertainty::certainty;
     use optimizer::{NormalEquations, least_squares};
 
-    /// r = ((x − 0.5)/0.05, (x + y − 1)/0.01): y follows x.
+    /// r = ((x − 0.5)/0.05, (x + y − 1)/0.01): x and y are correlated.
     struct TwoParameters;
 
     impl LeastSquares for TwoParameters {
@@ -128,7 +129,7 @@ mod tests {
     }
 
     #[test]
-    fn limit_a_parabola_has_the_interval_of_its_covariance() {
+    fn limit_interval_of_a_parabola_is_that_of_its_covariance() {
         let best = least_squares(&TwoParameters, &[0.4, 0.4], &[], 50, &std::sync::Arc::default());
         let certainty = certainty(&best.normal.information, 1.0, &[]);
         let ends = profiles(&TwoParameters, &best, &certainty, (&[0, 1], CHI_SQUARE_95), &Control::default()).unwrap();
@@ -137,7 +138,7 @@ mod tests {
         assert!((ends[1].0 - (0.5 - half)).abs() < 2e-3 && (ends[1].1 - (0.5 + half)).abs() < 2e-3, "{ends:?}");
     }
 
-    /// χ² is flat beyond 0.8: the interval ends with the range.
+    /// χ² is flat above 0.8: the interval ends at the end of the range.
     struct Flat;
 
     impl LeastSquares for Flat {
@@ -155,10 +156,10 @@ mod tests {
         }
     }
 
-    /// χ² rises steeply only far out: √Δχ² is far from a straight line.
-    struct Late;
+    /// χ² rises steeply only far from the minimum: √Δχ² is strongly curved.
+    struct SteepRise;
 
-    impl LeastSquares for Late {
+    impl LeastSquares for SteepRise {
         fn dimension(&self) -> usize {
             1
         }
@@ -174,18 +175,18 @@ mod tests {
     }
 
     #[test]
-    fn limit_a_late_rise_is_found_where_it_is() {
-        let best = least_squares(&Late, &[0.2], &[], 50, &std::sync::Arc::default());
+    fn limit_end_of_a_steep_rise_is_exact() {
+        let best = least_squares(&SteepRise, &[0.2], &[], 50, &std::sync::Arc::default());
         let certainty = certainty(&best.normal.information, 1.0, &[]);
-        let ends = profiles(&Late, &best, &certainty, (&[0], CHI_SQUARE_95), &Control::default()).unwrap();
+        let ends = profiles(&SteepRise, &best, &certainty, (&[0], CHI_SQUARE_95), &Control::default()).unwrap();
         let exact = 0.2 + 0.4 * (0.98_f64).powf(1.0 / 9.0);
         assert!((ends[0].1 - exact).abs() < 2e-3 && ends[0].0 == 0.0, "{ends:?}, {exact}");
     }
 
     /// The minimum lies beyond the upper end of the range.
-    struct LateRise;
+    struct BeyondRange;
 
-    impl LeastSquares for LateRise {
+    impl LeastSquares for BeyondRange {
         fn dimension(&self) -> usize {
             1
         }
@@ -200,17 +201,17 @@ mod tests {
     }
 
     #[test]
-    fn limit_at_the_upper_end_the_interval_reaches_inward_alone() {
-        let best = least_squares(&LateRise, &[0.5], &[], 50, &std::sync::Arc::default());
+    fn limit_interval_at_the_upper_bound_extends_inward_only() {
+        let best = least_squares(&BeyondRange, &[0.5], &[], 50, &std::sync::Arc::default());
         let certainty = certainty(&best.normal.information, 1.0, &[]);
-        let ends = profiles(&LateRise, &best, &certainty, (&[0], CHI_SQUARE_95), &Control::default()).unwrap();
+        let ends = profiles(&BeyondRange, &best, &certainty, (&[0], CHI_SQUARE_95), &Control::default()).unwrap();
         // χ² = ((x − 1.05)/0.1)² rises by 3.84 from 0.25 at x = 1.
         let exact = 1.05 - 0.1 * (0.25 + CHI_SQUARE_95).sqrt();
         assert!(ends[0].1 == 1.0 && (ends[0].0 - exact).abs() < 3e-3, "{ends:?}, {exact}");
     }
 
     #[test]
-    fn limit_an_open_side_ends_with_the_range() {
+    fn limit_open_interval_ends_at_the_range() {
         let best = least_squares(&Flat, &[0.9], &[], 50, &std::sync::Arc::default());
         let certainty = certainty(&best.normal.information, 1.0, &[]);
         let ends = profiles(&Flat, &best, &certainty, (&[0], CHI_SQUARE_95), &Control::default()).unwrap();

@@ -1,4 +1,4 @@
-//! Identification from modes or from whole FRFs: estimates, and predictions where nothing was fitted.
+//! Identification from modes or whole FRFs: estimates, and predictions for held-out positions.
 
 use super::bootstrap::Bootstrap;
 use super::combination::Combination;
@@ -13,7 +13,7 @@ use measurement::{FitSet, HoldOutSet};
 use numeric::halton::halton_point;
 use optimizer::Control;
 
-/// A quantity that follows from the parameters.
+/// A quantity derived from the parameters.
 #[derive(Debug, Clone, PartialEq)]
 pub struct DerivedEstimate {
     /// Name, with its unit.
@@ -24,74 +24,74 @@ pub struct DerivedEstimate {
     pub interval95: Option<(f64, f64)>,
 }
 
-/// What an identification found.
+/// Result of an identification.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Identification {
-    /// The machine as it was fitted: with its tolerances as parameters behind its own, where they were fitted along.
+    /// The machine as fitted: if tolerances were fitted, they follow its own parameters.
     pub machine: Machine,
-    /// All parameters of the machine as described, in its order.
+    /// Estimates of all parameters of the machine as described, in its order.
     pub estimates: Vec<Estimate>,
-    /// Values of all parameters of the machine as it was fitted.
+    /// Values of all parameters of the machine as fitted.
     pub values: Vec<f64>,
-    /// Tolerances that were fitted along; empty where they are held.
+    /// Fitted nuisance parameters; empty where they are held fixed.
     pub tolerances: Vec<ToleranceEstimate>,
-    /// Gain and delay of each measuring channel.
+    /// Gain and delay of each measurement channel.
     pub channels: Vec<Channel>,
-    /// Minima of χ² that the data do not tell from the least, the best first.
+    /// Minima of χ² that the data cannot distinguish from the least one, the best first.
     pub basins: Vec<Basin>,
     /// Gain of the measured amplitudes.
     pub gain: AmplitudeFit,
     /// Least cost.
     pub cost: f64,
-    /// Evaluations of all repeats.
+    /// Number of evaluations of all repeats.
     pub evaluations: u64,
     /// The repeats, best first.
     pub repeats: Vec<Repeat>,
-    /// Whether the repeats agree on the cost within 0.1 % and on what the data see; `None` for fewer than two.
+    /// Whether the repeats agree on the cost within 0.1 % and on the identifiable parameters; `None` for fewer than two.
     pub agree: Option<bool>,
     /// Sum of the squared weighted residuals.
     pub chi_square: f64,
-    /// Observations less unknowns.
+    /// Degrees of freedom: observations less unknowns.
     pub freedom: usize,
     /// 95 % interval of the gain, where it was estimated.
     pub gain_interval95: Option<(f64, f64)>,
-    /// Whether the data determine the gain, where it was estimated.
+    /// Whether the gain is identifiable, where it was estimated.
     pub gain_identifiable: Option<bool>,
-    /// Certainty of the free parameters, and last of the gain where it was estimated.
+    /// Uncertainty and identifiability of the free parameters, and last of the gain where it was estimated.
     pub certainty: Certainty,
-    /// Quantities the machine reports, at mid-stroke.
+    /// Derived quantities of the machine, at mid-stroke.
     pub derived: Vec<DerivedEstimate>,
-    /// Combinations that the data determine better than the parameters alone.
+    /// Combinations of parameters that the data determine better than the parameters themselves.
     pub combinations: Vec<Combination>,
-    /// Bootstraps asked for.
+    /// Results of the requested bootstraps.
     pub bootstraps: Vec<Bootstrap>,
-    /// By how much the correlation of neighbouring lines widens the variance.
-    pub colour: f64,
-    /// Best place of the free parameters in the unit cube, and last of the gain where it was estimated.
+    /// Variance inflation by correlation of neighbouring lines (1).
+    pub correlation_factor: f64,
+    /// Unit-cube coordinates of the best fit: free parameters, and last the gain where it was estimated.
     pub place: Vec<f64>,
     /// Indices of the free parameters of the machine as described.
     pub free: Vec<usize>,
-    /// Indices of all parameters that were varied, tolerances among them: the first coordinates of a place.
+    /// Indices of all varied parameters, tolerances included: the first unit-cube coordinates.
     pub varied: Vec<usize>,
-    /// Modes predicted where they were fitted; empty for FRFs.
+    /// Predicted modes of the fitted positions; empty for FRFs.
     pub fitted: Vec<PositionPrediction>,
-    /// Modes predicted where they were not; empty for FRFs.
+    /// Predicted modes of the held-out positions; empty for FRFs.
     pub held_out: Vec<PositionPrediction>,
-    /// Gaps of the FRFs fitted; empty for modes.
+    /// Gaps of the fitted FRFs; empty for modes.
     pub fitted_frfs: Vec<FrfGap>,
-    /// Gaps of the FRFs held out; empty for modes.
+    /// Gaps of the held-out FRFs; empty for modes.
     pub held_out_frfs: Vec<FrfGap>,
-    /// Frequencies and amplitudes that were fitted.
+    /// Number of real numbers that were fitted.
     pub observations: usize,
-    /// Ran to its end.
+    /// Whether the identification ran to its end.
     pub complete: bool,
-    /// What a person should know.
+    /// Warnings for the user.
     pub warnings: Vec<String>,
 }
 
-/// Identifies a machine's free parameters from the modes or FRFs to be fitted, and predicts those held out.
+/// Identifies a machine's free parameters from the modes or FRFs to fit, and predicts those held out.
 ///
-/// # Errors  as [`ModeObjective::new`] and [`FrfObjective::new`]; nothing is free.
+/// # Errors  as [`ModeObjective::new`] and [`FrfObjective::new`]; no parameter is free.
 pub fn identify(
     machine: &Machine,
     fit: &FitSet<'_>,
@@ -99,7 +99,7 @@ pub fn identify(
     plan: &IdentificationSettings,
     control: &Control,
 ) -> Result<Identification, ObjectiveError> {
-    // Machine and set are those of the whole run; what differs between identifications of it names the part.
+    // Machine and set are the same for the whole run. Positions, FRFs and plan distinguish its identifications.
     let control = &control.within(&format!("{:?} {:?} {plan:?}", fit.positions, fit.frfs));
     match plan.frf {
         Some(settings) => {
@@ -110,26 +110,27 @@ pub fn identify(
             let objective = FrfObjective::new(&fitted, fit, settings, &plan.frozen)?;
             let estimation = estimate(&objective, |_| Ok(None), &fitted, plan, control)?;
             let (place, gain, sd) = (estimation.place.clone(), estimation.gain, estimation.sd.clone());
-            // The gain stands among the parameters where it is unknown.
+            // An unknown gain is one of the fitted coordinates.
             let gain = AmplitudeFit { gain, count: if objective.estimates_gain() { objective.observations() / 2 } else { 0 } };
-            let mut found = identification(machine, &fitted, estimation, gain, &objective.free[..objective.own], objective.observations());
+            let mut found =
+                identification(machine, &fitted, estimation, gain, &objective.free[..objective.own_count], objective.observations());
             found.varied.clone_from(&objective.free);
             found.channels = objective.channels_at(&place);
             found.tolerances = tolerance_estimates(&objective, fit.set, &place, &sd);
             found.warnings.extend(found.tolerances.iter().filter_map(ToleranceEstimate::warning));
-            let beyond = FrfObjective::held_out(&fitted, held_out, settings.as_stated())?.calibrated(&found.channels);
+            let validation = FrfObjective::held_out(&fitted, held_out, settings.as_stated())?.calibrated(&found.channels);
             found.fitted_frfs = objective.gaps_at(&place);
-            found.held_out_frfs = beyond.gaps(&found.values, gain.gain);
+            found.held_out_frfs = validation.gaps(&found.values, gain.gain);
             Ok(found)
         }
         None => {
             let objective = ModeObjective::new(machine, fit, plan.settings, &plan.frozen)?;
-            let beyond = ModeObjective::held_out(machine, held_out, plan.settings, Some(objective.band_hz))?;
+            let validation = ModeObjective::held_out(machine, held_out, plan.settings, Some(objective.band_hz))?;
             let wider = |place: &[f64]| wider_modes(machine, fit, plan, (&objective, place));
             let estimation = estimate(&objective, wider, machine, plan, control)?;
             let fitted = objective.predict(&estimation.values);
             let gain = objective.amplitude_fit(&fitted);
-            let held_out = beyond.predict(&estimation.values);
+            let held_out = validation.predict(&estimation.values);
             let mut found = identification(machine, machine, estimation, gain, &objective.free, objective.observations());
             (found.fitted, found.held_out) = (fitted, held_out);
             Ok(found)
@@ -137,10 +138,12 @@ pub fn identify(
     }
 }
 
-/// Beginnings of what modes say little of.
-const BEGINNINGS: usize = 16;
+/// Number of starts for parameters that modes hardly determine, spread over their ranges.
+const STARTS: usize = 16;
 
-/// Modes with all free that whole FRFs would determine, and with the covariance that tolerances give to frequencies and amplitudes, about a place.
+/// Builds the mode objective on which intervals are computed, and its starts.
+///
+/// Parameters that only whole FRFs determine are free, too. Frequencies and amplitudes have the covariance that tolerances cause.
 fn wider_modes<'m>(
     machine: &'m Machine,
     fit: &FitSet<'_>,
@@ -154,9 +157,9 @@ fn wider_modes<'m>(
     let wider = ModeObjective::with_all_free(machine, fit, plan.settings, &plan.frozen, &objective.free)?.correlated(&columns);
     let values = objective.parameters(place);
     let own: Vec<f64> = wider.free.iter().map(|i| machine.parameters[*i].to_unit(values[*i]).clamp(0.0, 1.0)).collect();
-    // What was held may have led the others into a wrong basin: it begins all over its range, too.
+    // The fixed values may have led the other parameters into a wrong basin: parameters freed here start all over their ranges.
     let (first, more) = (objective.free.len(), own.len() - objective.free.len());
-    let elsewhere = (1..=BEGINNINGS).filter(|_| more > 0).map(|index| [&own[..first], &halton_point(index, more)].concat());
+    let elsewhere = (1..=STARTS).filter(|_| more > 0).map(|index| [&own[..first], &halton_point(index, more)].concat());
     let from = std::iter::once(own.clone()).chain(elsewhere).map(|place| wider.extended(&place)).collect();
     Ok(Some((wider, from)))
 }
@@ -191,7 +194,7 @@ fn identification(
         certainty: estimation.certainty,
         combinations: estimation.combinations,
         bootstraps: estimation.bootstraps,
-        colour: estimation.colour,
+        correlation_factor: estimation.correlation_factor,
         place: estimation.place,
         free: free.to_vec(),
         varied: free.to_vec(),
@@ -205,7 +208,7 @@ fn identification(
     }
 }
 
-/// Step in the unit interval of the differences by which intervals of derived quantities are told.
+/// Step of the central differences for intervals of derived quantities, in the unit interval (1).
 const STEP: f64 = 1e-5;
 
 fn derived_estimates(machine: &Machine, estimation: &Estimation, free: &[usize]) -> Vec<DerivedEstimate> {
@@ -214,7 +217,7 @@ fn derived_estimates(machine: &Machine, estimation: &Estimation, free: &[usize])
     }
     let operating = Operating::at(machine.stroke_m().map(|s| 0.5 * s));
     let here = derived(machine, &estimation.values, &operating);
-    // d(quantity)/d(place), column by column.
+    // d(quantity)/d(coordinate), column by column.
     let moved = |column: usize, by: f64| {
         let parameter = &machine.parameters[free[column]];
         let mut values = estimation.values.clone();
@@ -222,7 +225,7 @@ fn derived_estimates(machine: &Machine, estimation: &Estimation, free: &[usize])
         derived(machine, &values, &operating)
     };
     let (low, high): (Vec<_>, Vec<_>) = (0..free.len()).map(|c| (moved(c, -STEP), moved(c, STEP))).unzip();
-    let tells = estimation.estimates.iter().any(|e| e.interval95.is_some());
+    let has_intervals = estimation.estimates.iter().any(|e| e.interval95.is_some());
     machine
         .derived
         .iter()
@@ -230,7 +233,7 @@ fn derived_estimates(machine: &Machine, estimation: &Estimation, free: &[usize])
         .filter_map(|(at, quantity)| {
             let value = here[at]?;
             let slopes: Option<Vec<f64>> = low.iter().zip(&high).map(|(low, high)| Some((high[at]? - low[at]?) / (2.0 * STEP))).collect();
-            let interval95 = slopes.filter(|_| tells).map(|slopes| {
+            let interval95 = slopes.filter(|_| has_intervals).map(|slopes| {
                 let covariance = &estimation.certainty.covariance;
                 let variance: f64 =
                     (0..slopes.len()).map(|i| (0..slopes.len()).map(|j| slopes[i] * covariance[(i, j)] * slopes[j]).sum::<f64>()).sum();

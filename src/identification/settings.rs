@@ -1,30 +1,31 @@
-//! How an identification is run.
+//! Settings of an identification.
 
 use crate::objective::{FrfSettings, ModeSettings};
 use optimizer::{Found, Strategy};
 
-/// How an identification is run.
+/// Settings of an identification.
 #[derive(Debug, Clone, PartialEq)]
 pub struct IdentificationSettings {
-    /// Objective, weights, rods for modes.
+    /// Objective, weights and rod model for modes.
     pub settings: ModeSettings,
-    /// Weights, band, rods for whole FRFs; where they are given FRFs are fitted, not modes.
+    /// Weights, band and rod model for whole FRFs. If present, FRFs are fitted instead of modes.
     pub frf: Option<FrfSettings>,
-    /// Whether tolerances of the description and of the measurement are fitted along with whole FRFs.
+    /// Whether nuisance parameters (tolerances of the description and the measurement) are fitted together with whole FRFs.
     pub tolerances: bool,
-    /// Ids of parameters that keep their start values.
+    /// Ids of the parameters that keep their start values.
     pub frozen: Vec<String>,
-    /// Seed of the first search; the others follow from it.
+    /// Seed of the first search; the seeds of the others derive from it.
     pub seed: u64,
-    /// Searches from different seeds.
+    /// Number of searches, each with its own seed.
     pub repeats: usize,
     /// Strategy of the differential evolution.
     pub strategy: Strategy,
-    /// Place (of the free parameters and tolerances; what belongs to the data begins anew) to polish from instead of a search: for data known to lie near it.
+    /// Unit-cube coordinates of a nearby solution: least squares starts there and replaces the search.
+    /// They hold the free parameters and tolerances. Gain, nut positions and channels restart at their defaults.
     pub near: Option<Vec<f64>>,
-    /// Intervals by profile likelihood, or else by the covariance alone.
+    /// Whether intervals come from the profile likelihood; otherwise from the covariance.
     pub profile: bool,
-    /// Bootstrap samples over lines, and as many over positions; 0 for none.
+    /// Number of bootstrap samples over lines, and of those over positions; 0 for no bootstrap.
     pub bootstrap: usize,
 }
 
@@ -48,8 +49,8 @@ impl Default for IdentificationSettings {
 /// One search.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Repeat {
-    /// Its seed.
+    /// Seed.
     pub seed: u64,
-    /// What it found.
+    /// Result.
     pub found: Found,
 }

@@ -1,4 +1,4 @@
-//! Tolerances that were fitted along: what was known of them before, and what the data add.
+//! Fitted nuisance parameters: priors from stated tolerances, and estimates.
 
 use std::collections::BTreeMap;
 
@@ -9,38 +9,38 @@ use machine::{FitRule, Machine, MachineError, Prior};
 use measurement::{ChannelTolerance, FitSet, MeasurementSet};
 use optimizer::LeastSquares;
 
-/// A number that the description or the measurement states to a tolerance, and its estimate.
+/// A quantity that the description or the measurement states with a tolerance, and its estimate.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ToleranceEstimate {
-    /// What it is, for example «mass of table».
+    /// Name of the quantity, for example «mass of table».
     pub name: String,
     /// Unit of value and prior; 1 for a relative change or a factor.
     pub unit: String,
     /// Value before the fit: mean, or median of a log-normal prior.
     pub mean: f64,
-    /// What was known of it.
+    /// Prior.
     pub prior: Prior,
     /// Estimate.
     pub value: f64,
-    /// Standard deviation after the fit: in the unit, or of the logarithm for a log-normal prior.
+    /// Posterior standard deviation: in the unit, or of the logarithm for a log-normal prior.
     pub sd: f64,
 }
 
-/// Deviation of an estimate, in standard deviations of its prior, from which on it is a finding.
+/// Deviation of an estimate, in standard deviations of its prior, above which it is a finding (1).
 const FINDING: f64 = 3.0;
 
 impl ToleranceEstimate {
-    /// Deviation of the estimate from what was stated, in standard deviations of the prior.
+    /// Returns the deviation of the estimate from the stated value, in standard deviations of the prior.
     pub fn deviation(&self) -> f64 {
         self.prior.deviation(self.mean, self.value)
     }
 
-    /// What to say of an estimate beyond three standard deviations.
+    /// Warns of an estimate more than three standard deviations from its prior mean.
     pub fn warning(&self) -> Option<String> {
         let deviation = self.deviation();
         (deviation.abs() > FINDING).then(|| {
             format!(
-                "{} is {:.4e} {}, {:.1} standard deviations from {:.4e}: check the description, or let diagnose look for what it lacks",
+                "{} is {:.4e} {}, {:.1} standard deviations from {:.4e}: check the description, or run diagnose to find the missing effect",
                 self.name,
                 self.value,
                 if self.unit == "1" { "" } else { &self.unit },
@@ -53,20 +53,20 @@ impl ToleranceEstimate {
 }
 
 impl FrfSettings {
-    /// The same with nut positions, gains and delays of channels known to the tolerances of a set.
+    /// Returns the settings with the tolerances of a set for nut positions, and for gains and delays of channels.
     #[must_use]
     pub fn with_tolerances(self, known: &ChannelTolerance) -> Self {
         FrfSettings { nut_sd_m: known.nut_m, channel_sd: (known.gain, known.delay_s), ..self }
     }
 }
 
-/// Estimates of all tolerances of an objective at a place that is its minimum.
+/// Estimates all nuisance parameters of an objective at the coordinates of its minimum.
 pub fn tolerances_at(objective: &FrfObjective<'_>, set: &MeasurementSet, place: &[f64]) -> Vec<ToleranceEstimate> {
     let information = LeastSquares::normal(objective, place).information;
     estimates(objective, set, place, &certainty(&information, 1.0, &[]).sd)
 }
 
-/// Estimates of all tolerances of an objective at a place, with the standard deviation of each coordinate.
+/// Estimates all nuisance parameters of an objective at given coordinates, with the standard deviation of each coordinate.
 pub(super) fn estimates(objective: &FrfObjective<'_>, set: &MeasurementSet, place: &[f64], sd: &[f64]) -> Vec<ToleranceEstimate> {
     let machine = objective.machine();
     let values = objective.parameters(place);
@@ -95,15 +95,15 @@ pub(super) fn estimates(objective: &FrfObjective<'_>, set: &MeasurementSet, plac
     let mut columns = objective.nut_coordinates();
     let mut all: Vec<ToleranceEstimate> = described.collect();
     for (nut_m, shift_m) in objective.nuts_at(place) {
-        let stands = |p: &&measurement::Position| p.nut_m == Some(nut_m);
-        let name = set.positions.iter().find(stands).map_or_else(|| format!("{nut_m} m"), |p| p.name.clone());
+        let is_there = |p: &&measurement::Position| p.nut_m == Some(nut_m);
+        let name = set.positions.iter().find(is_there).map_or_else(|| format!("{nut_m} m"), |p| p.name.clone());
         let sd = columns.next().map_or(0.0, |column| sd[column] * objective.span() * known.nut_m);
         all.push(normal(format!("nut position of {name}"), "m", known.nut_m, shift_m, sd));
     }
     let first = objective.nut_coordinates().end;
-    let several = objective.channels_at(place);
-    if sd.len() >= first + 2 * several.len() {
-        for (at, Channel { response, excitation, log_gain, delay_s }) in several.iter().enumerate() {
+    let channels = objective.channels_at(place);
+    if sd.len() >= first + 2 * channels.len() {
+        for (at, Channel { response, excitation, log_gain, delay_s }) in channels.iter().enumerate() {
             let channel = channel_name(&machine.points[*response].name, &machine.points[*excitation].name);
             let of = |column: usize, prior: f64| sd[first + 2 * at + column] * objective.span() * prior;
             let both = [
@@ -116,12 +116,12 @@ pub(super) fn estimates(objective: &FrfObjective<'_>, set: &MeasurementSet, plac
     all
 }
 
-/// Share of a standard deviation by which tolerances are moved for their effect on modes.
-const MOVED: f64 = 0.3;
-/// Largest change of a weighted residual by one standard deviation of a tolerance; beyond it a mode has lost its partner.
-const PAIRED: f64 = 20.0;
+/// Step of the central differences for the effect of tolerances on modes, in standard deviations (1).
+const STEP: f64 = 0.3;
+/// Largest change of a weighted residual by one standard deviation of a tolerance (1). At and above it a mode has lost its partner.
+const MAX_CHANGE: f64 = 20.0;
 
-/// Change of the weighted residuals of modes by one standard deviation of each tolerance, about a place.
+/// Computes the change of the weighted residuals of modes by one standard deviation of each tolerance, about given coordinates.
 ///
 /// # Errors  as [`ModeObjective::new`].
 pub fn mode_columns(
@@ -133,11 +133,11 @@ pub fn mode_columns(
     let gain = objective.gain(place);
     let toleranced = machine.with_tolerances(&fit.set.nuts_m())?;
     let own = objective.parameters(place);
-    let further = toleranced.parameters.iter().skip(own.len()).map(|p| p.start);
-    let values: Vec<f64> = own.iter().copied().chain(further).collect();
+    let tolerance_starts = toleranced.parameters.iter().skip(own.len()).map(|p| p.start);
+    let values: Vec<f64> = own.iter().copied().chain(tolerance_starts).collect();
     let column = |up: Vec<f64>, down: Vec<f64>| -> Vec<f64> {
-        let change = up.iter().zip(&down).map(|(a, b)| (a - b) / (2.0 * MOVED));
-        change.map(|x| if x.abs() < PAIRED { x } else { 0.0 }).collect()
+        let change = up.iter().zip(&down).map(|(a, b)| (a - b) / (2.0 * STEP));
+        change.map(|x| if x.abs() < MAX_CHANGE { x } else { 0.0 }).collect()
     };
     let mut columns = Vec::new();
     let described = ModeObjective::new(&toleranced, fit, plan.settings, &plan.frozen)?;
@@ -148,7 +148,7 @@ pub fn mode_columns(
             other[index] = prior.value(parameter.start, by).clamp(parameter.lower, parameter.upper);
             described.residuals(&described.predict(&other), gain)
         };
-        columns.push(column(moved(MOVED), moved(-MOVED)));
+        columns.push(column(moved(STEP), moved(-STEP)));
     }
     for position in fit.positions.iter().filter(|p| fit.set.positions[**p].nut_m.is_some() && fit.set.tolerance.nut_m > 0.0) {
         let moved = |by: f64| -> Result<Vec<f64>, ObjectiveError> {
@@ -160,13 +160,14 @@ pub fn mode_columns(
             let there = ModeObjective::new(machine, &fit, plan.settings, &plan.frozen)?;
             Ok(there.residuals(&there.predict(&own), gain))
         };
-        columns.push(column(moved(MOVED)?, moved(-MOVED)?));
+        columns.push(column(moved(STEP)?, moved(-STEP)?));
     }
     Ok(columns)
 }
 
-/// A machine with its tolerances at estimated values, held there: what predictions are made with. `nuts_m` (m) are the nut positions of the set that they
-/// were estimated on.
+/// Returns a machine with its tolerances fixed at estimated values, for predictions.
+///
+/// `nuts_m` (m) are the nut positions of the set from which they were estimated.
 ///
 /// # Errors  as [`Machine::with_tolerances`].
 pub fn held_at(machine: &Machine, nuts_m: &[f64], values: &BTreeMap<String, f64>) -> Result<Machine, MachineError> {
@@ -183,7 +184,7 @@ pub fn held_at(machine: &Machine, nuts_m: &[f64], values: &BTreeMap<String, f64>
     Ok(fitted)
 }
 
-/// Gain and delay of every channel among estimated values of tolerances.
+/// Returns gain and delay of every channel found among estimated tolerances.
 pub fn channels_of(machine: &Machine, values: &BTreeMap<String, f64>) -> Vec<Channel> {
     let points = || machine.points.iter().enumerate();
     let pairs =

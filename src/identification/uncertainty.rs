@@ -1,24 +1,24 @@
-//! What the data determine and what they do not.
+//! Standard deviations, correlations and identifiability of the parameters.
 
 use nalgebra::DMatrix;
 
 use machine::{Parameter, Scale};
 
-/// Certainty of the free parameters, in their unit intervals, near the best place.
+/// Linearised uncertainty of the free parameters about the best fit, in their unit intervals.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Certainty {
-    /// Standard deviation of each place in its unit interval.
+    /// Standard deviation of each coordinate in its unit interval.
     pub sd: Vec<f64>,
-    /// Whether the data narrow what counts of the plausible range at least fourfold.
+    /// Whether the data narrow the reference width of the plausible range at least fourfold; see [`counted`].
     pub identifiable: Vec<bool>,
-    /// Covariance of the places.
+    /// Covariance of the coordinates.
     pub covariance: DMatrix<f64>,
     /// Correlation matrix, row by row.
     pub correlation: Vec<Vec<f64>>,
 }
 
 impl Certainty {
-    /// Of some coordinates alone, in this order.
+    /// Returns the uncertainty of some coordinates, in this order.
     pub(super) fn of(&self, columns: &[usize]) -> Self {
         let count = columns.len();
         Certainty {
@@ -30,16 +30,18 @@ impl Certainty {
     }
 }
 
-/// The data determine a parameter if they shrink the standard deviation of its plausible range by this factor.
+/// A parameter is identifiable if the data reduce the standard deviation of its plausible range by this factor (1).
 pub const NARROWING: f64 = 4.0;
-/// Standard deviation of a number somewhere in the unit interval.
+/// Standard deviation of the uniform distribution on the unit interval, 1/√12.
 pub const RANGE_SD: f64 = 0.288_675_134_594_812_9;
 
-/// Largest factor of a logarithmic range that counts where its narrowing is judged.
+/// Reference width of a logarithmic range for identifiability, as a ratio upper/lower (1).
 const COUNTED: f64 = 3.0;
 
-/// Share of a parameter's range that counts where its narrowing is judged: all of a linear one, a factor of three of a logarithmic one. Narrowed fourfold, its
-/// 95 % interval lies within about ±16 %. A stiffness known worse is not good enough to predict with, however wide its range was.
+/// Returns the reference width for identifiability as a share of a parameter's range.
+///
+/// It is the whole range on a linear scale, and a factor of three on a logarithmic scale. Narrowed fourfold, the 95 % interval lies within
+/// about ±16 %. A stiffness known less well does not suffice for predictions, however wide its range is.
 pub fn counted(parameter: &Parameter) -> f64 {
     match parameter.scale {
         Scale::Linear => 1.0,
@@ -47,9 +49,11 @@ pub fn counted(parameter: &Parameter) -> f64 {
     }
 }
 
-/// Certainty from the information JᵀJ of weighted residuals at a place, with the plausible ranges as prior knowledge: their standard
-/// deviation is 1/√12 of their width, so that what the data do not see keeps the width of its range. `misfit` multiplies the variance of
-/// the data: χ² per degree of freedom where that is above 1. `counted` is the share of each range that counts, 1 beyond its end.
+/// Computes the uncertainty from the information JᵀJ of weighted residuals, with the plausible ranges as priors.
+///
+/// The prior standard deviation is 1/√12 of a range, so that a parameter without information keeps the width of its range. `misfit` (1)
+/// multiplies the variance of the data: χ² per degree of freedom where that is above 1. `counted` holds the reference width of each range
+/// as a share; missing entries are 1.
 pub fn certainty(information: &DMatrix<f64>, misfit: f64, counted: &[f64]) -> Certainty {
     let count = information.nrows();
     let mut all = information / misfit;
@@ -69,7 +73,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_is_not_seen_keeps_its_range() {
+    fn parameter_without_information_keeps_its_range() {
         let result = certainty(&DMatrix::from_diagonal(&nalgebra::DVector::from_vec(vec![1e4, 0.0])), 1.0, &[]);
         assert!((result.sd[0] - 0.01).abs() < 1e-5);
         assert!((result.sd[1] - RANGE_SD).abs() < 1e-9);
@@ -77,7 +81,7 @@ mod tests {
     }
 
     #[test]
-    fn a_sum_alone_leaves_both_open_and_fully_correlated() {
+    fn determined_sum_leaves_both_parts_open_and_correlated() {
         let result = certainty(&(DMatrix::from_element(2, 2, 1.0) * 1e6), 1.0, &[]);
         assert_eq!(result.identifiable, [false, false]);
         assert!(result.correlation[0][1] < -0.99);

@@ -1,4 +1,4 @@
-//! Descriptions checked: numbers sensible, nothing without an equation.
+//! Checks of a description: plausible numbers, and an equation for every point.
 
 use std::collections::HashSet;
 
@@ -6,11 +6,11 @@ use thiserror::Error;
 
 use super::{Machine, Operating, Parameter, Scale, Shaft, Value};
 
-/// What is wrong with a description; the text says what to write instead.
+/// An error in a description; the message states the correction.
 #[derive(Debug, Clone, PartialEq, Error)]
 #[error("{part}: {fault}")]
 pub struct MachineError {
-    /// Where, for example `joint.nut.stiffness`.
+    /// The part, for example `joint.nut.stiffness`.
     pub part: String,
     /// What was found and what to write instead.
     pub fault: String,
@@ -41,7 +41,10 @@ impl Machine {
         self.check_massless()
     }
 
-    /// At the end of a range a point on a shaft may carry less than nothing: a shaft is described as a uniform rod, its real ends are thinner.
+    /// Checks every number at the given parameter values.
+    ///
+    /// At the end of a range a point on a shaft may have a negative lumped inertia, down to a quarter of the shaft's. The description takes a
+    /// shaft as a uniform rod, but real ends are thinner.
     fn check_numbers(&self, start: &[f64], at_end: bool) -> Result<(), MachineError> {
         let middle = Operating::at(self.stroke_m().map(|s| 0.5 * s));
         let at = |v: &Value| v.at(start, &middle);
@@ -101,7 +104,7 @@ impl Machine {
             if !(0.0..=length_m).contains(&here_m) {
                 return Err(fault(part, format!("at_m = {here_m} is outside the shaft of {length_m} m")));
             }
-            // Where the nut stands is checked with the operating condition.
+            // The nut position is checked with the operating condition.
             if matches!(station.place, super::StationPlace::Nut | super::StationPlace::BesideNut(_)) {
                 continue;
             }
@@ -116,14 +119,14 @@ impl Machine {
         for station in &shaft.stations {
             for (point, motion) in [(station.axial, super::PointMotion::Translation), (station.torsion, super::PointMotion::Rotation)] {
                 if let Some(p) = point.map(|p| &self.points[p]).filter(|p| p.motion != motion) {
-                    return Err(fault(part, format!("point «{}» is a {}, a {} is needed here", p.name, p.motion.noun(), motion.noun())));
+                    return Err(fault(part, format!("point «{}» is a {}; name a {} here", p.name, p.motion.noun(), motion.noun())));
                 }
             }
         }
         Ok(())
     }
 
-    /// A free point without inertia, rod or joint has no equation.
+    /// Checks that every free point has an equation: an inertia, a rod or a joint with stiffness.
     fn check_massless(&self) -> Result<(), MachineError> {
         let start = self.start();
         let operating = Operating::at(self.stroke_m().map(|s| 0.5 * s));
@@ -139,14 +142,14 @@ impl Machine {
                 let part = format!("point.{}.{}", point.name, point.motion.inertia_key());
                 return Err(fault(
                     part,
-                    "is 0, and no shaft and no joint with a stiffness holds the point; give it an inertia, or attach it",
+                    "is 0, and neither a shaft nor a joint with a stiffness holds the point; give it an inertia, or attach it",
                 ));
             }
         }
         Ok(())
     }
 
-    /// Checks that a nut position lies inside its shaft and that every contact holds under its load.
+    /// Checks that the nut position lies inside its shaft and that every contact holds under its load.
     ///
     /// # Errors  the position is missing where the machine has a nut, or lies outside the shaft; a contact is overloaded.
     pub fn check_operating(&self, place: &str, operating: &Operating) -> Result<(), MachineError> {
@@ -207,7 +210,7 @@ pub(super) fn check_parameter(p: &Parameter) -> Result<(), MachineError> {
     if p.scale == Scale::Logarithmic && p.lower <= 0.0 {
         return Err(fault(
             part("lower"),
-            format!("{} cannot stand on a logarithmic scale; write a number above 0, or scale = \"linear\"", p.lower),
+            format!("{} is not allowed on a logarithmic scale; write a number above 0, or scale = \"linear\"", p.lower),
         ));
     }
     Ok(())

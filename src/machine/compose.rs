@@ -1,4 +1,4 @@
-//! Stiffnesses that are not a number: contacts, screw segments, springs in series. Names resolved, numbers checked.
+//! Composed stiffnesses: contacts, screw segments and springs in series. Resolves names and checks numbers.
 
 use std::sync::Arc;
 
@@ -7,10 +7,10 @@ use super::source::{ContactNumber, SegmentNumber};
 use super::{Base, LoadedPair, Machine, Modifier, NumberSource, Operating, Segment, Value};
 
 impl Machine {
-    /// A value from its source.
+    /// Resolves a value from its source.
     pub(super) fn value(&self, part: &str, source: &NumberSource) -> Result<Value, MachineError> {
         if matches!(source, NumberSource::Contact(_) | NumberSource::Segment(_) | NumberSource::Series(_)) && !part.ends_with("stiffness") {
-            return Err(fault(part, "a contact, a segment and a series are stiffnesses; write a number or a parameter here"));
+            return Err(fault(part, "only a stiffness can be a contact, a segment or a series; write a number or a parameter here"));
         }
         let (base, times) = match source {
             NumberSource::Number(number) if number.is_finite() => (Base::Number(*number), None),
@@ -52,7 +52,7 @@ impl Machine {
         Ok(Value { base, laws })
     }
 
-    /// The value of a number that may be left out, which is 0 then.
+    /// Resolves an optional value, which is 0 by default.
     pub(super) fn value_or_zero(&self, part: &str, source: &Option<NumberSource>) -> Result<Value, MachineError> {
         source.as_ref().map_or(Ok(Value::number(0.0)), |source| self.value(part, source))
     }
@@ -64,7 +64,7 @@ impl Machine {
         })
     }
 
-    /// Adds a contact, checked at rest.
+    /// Adds a contact after a check at rest.
     pub(super) fn add_contact(&mut self, contact: &LoadedPair) -> Result<(), MachineError> {
         let part = |key: &str| format!("contact.{}.{key}", contact.name);
         if self.contacts.iter().any(|c| c.name == contact.name) {
@@ -93,7 +93,7 @@ impl Machine {
         Ok(())
     }
 
-    /// Adds a segment, checked.
+    /// Adds a segment after a check.
     pub(super) fn add_segment(&mut self, segment: &Segment) -> Result<(), MachineError> {
         if self.segments.iter().any(|s| s.name == segment.name) {
             return Err(fault(format!("segment.{}", segment.name), "this name is declared twice; give each segment a name of its own"));

@@ -1,32 +1,32 @@
-//! Quantities that follow from a machine's parameters.
+//! Derived quantities: quantities computed from a machine's parameters.
 
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-/// A named quantity to be reported beside the parameters.
+/// A named quantity that is reported together with the parameters.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Derived {
     /// Name, with its unit, for example `resonance_hz`.
     pub name: String,
-    /// How it follows.
+    /// Its derivation.
     pub from: Derivation,
 }
 
-/// How a quantity follows from a machine's parameters. Points are given by index.
+/// The derivation of a quantity from a machine's parameters. Points are given by index.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Derivation {
     /// The n-th (from 1) undamped natural frequency above 0 Hz.
     NaturalFrequency(usize),
-    /// The n-th (from 1) frequency above 0 Hz at which a point rests when it is excited itself: a natural frequency of the machine with that
-    /// point held.
+    /// The n-th (from 1) antiresonance above 0 Hz of the driving-point response at a point: a natural frequency of the machine with that
+    /// point fixed.
     Antiresonance(usize, usize),
-    /// Inertia of the first point over that of the second.
+    /// Inertia of the first point divided by that of the second.
     InertiaRatio(usize, usize),
     /// A parameter under another name.
     Parameter(usize),
 }
 
-/// A quantity to be reported: one of four kinds.
+/// A derived quantity: one of four kinds.
 #[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]
 #[serde(
     rename = "DerivedFile",
@@ -46,7 +46,7 @@ pub enum DerivedPatch {
         /// The point.
         at: String,
     },
-    /// Inertia of one point over that of another.
+    /// Inertia of one point divided by that of another.
     InertiaRatio {
         /// The two points.
         inertia: [String; 2],

@@ -1,4 +1,4 @@
-//! The drive of an axis: motor, encoders, position and velocity loop.
+//! The drive of an axis: motor, encoders, position loop and velocity loop.
 
 use schemars::JsonSchema;
 use serde::Deserialize;
@@ -6,69 +6,72 @@ use serde::Deserialize;
 use super::friction::numbers;
 use super::{CurrentFile, CurrentLoop, Motor, MotorFile, NumberSource, Value, Wave, WaveFile};
 
-/// What a loop measures.
+/// The encoder of a control loop.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Encoder {
-    /// The point (index) it sits at.
+    /// The point (index) at which it is mounted.
     pub at: usize,
-    /// What it reads per unit of that point: lead/2π (m/rad) where it turns a screw, else 1.
+    /// Reading per unit of that point: lead/2π (m/rad) on a screw, else 1.
     pub travel: f64,
-    /// Its step, in what it reads (m or rad); 0 for one without.
+    /// Resolution in units of the reading (m or rad); 0 for an ideal encoder.
     pub step: Value,
 }
 
-/// The position loop, proportional: v_ref = k_p·(r − x) + f·ṙ.
+/// The proportional position loop: v_ref = k_p·(r − x) + f·ṙ.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PositionLoop {
-    /// What it measures.
+    /// Its encoder.
     pub encoder: Encoder,
     /// k_p (1/s).
     pub gain_per_s: Value,
-    /// f: share of the command's velocity that is fed forward.
+    /// f: velocity feed-forward, as a share of the command's velocity.
     pub feed_forward: Value,
-    /// Ends of the stroke as the encoder reads it, which no command may leave; `None` where they are not known.
+    /// Limits of the command in encoder units; `None` where they are unknown.
     pub limits: Option<[f64; 2]>,
-    /// Its period (s).
+    /// Sampling period (s).
     pub period_s: f64,
 }
 
-/// How a velocity is measured.
+/// How the velocity is measured.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Tachometry {
-    /// By the encoder's readings now and this many periods of the loop ago.
+    /// By the difference of the encoder readings now and this many loop periods ago.
     Difference(usize),
-    /// Itself, by a tachometer; the encoder's step does not show.
+    /// By a tachometer, without the resolution of the encoder.
     Direct,
 }
 
-/// The velocity loop, proportional and integral: u = k_v·(e + ∫e dt/T_i) + a·r̈, e = v_ref − v. What it gives is a current (A) where a motor with a
-/// current loop follows, else a voltage (V).
+/// The proportional–integral velocity loop: u = k_v·(e + ∫e dt/T_i) + a·r̈, e = v_ref − v.
+///
+/// Its output is a current (A) where a motor with a current loop follows, else a voltage (V).
 #[derive(Debug, Clone, PartialEq)]
 pub struct VelocityLoop {
-    /// What it measures.
+    /// Its encoder.
     pub encoder: Encoder,
-    /// How it comes to the velocity.
+    /// How the velocity is obtained.
     pub tachometry: Tachometry,
     /// k_v (V or A per m/s, or per rad/s).
     pub gain: Value,
-    /// T_i (s); infinite for a loop that is proportional alone.
+    /// T_i (s); infinite for a proportional loop.
     pub integral_time_s: Value,
-    /// a: what is fed forward of the command's acceleration (V per m/s²).
+    /// a: acceleration feed-forward (V per m/s²).
     pub acceleration_feed_forward: Value,
-    /// Its period (s), of which the position loop's is a multiple.
+    /// Sampling period (s); the position loop's is a multiple of it.
     pub period_s: f64,
 }
 
-/// A drive: the sampled loops, and a motor whose force follows their output at once, held between samples, or through its winding.
+/// A drive: the sampled loops, and a motor whose force follows their output.
+///
+/// The force follows instantaneously, held between samples, or through the motor's winding.
 ///
 /// ```text
 /// F = (1 + e)·G·u(t − τ) + wave(x),     |u| ≤ saturation
 /// ```
 ///
-/// The force recorded of it is G·u. With a [`Motor`] F = (1 + e)·G·i + wave(x), recorded is G·i, and the output of the loops is a voltage, or with a
-/// [`CurrentLoop`] the current it has to bring about.
+/// The recorded force is G·u. With a [`Motor`] the force is F = (1 + e)·G·i + wave(x), and the recorded one G·i. The output of the loops is
+/// then a voltage, or with a [`CurrentLoop`] the reference current.
 ///
-/// # Units      u in V (or what else the loops give), G in N/V or N·m/V; with a winding in N/A or N·m/A
+/// # Units      u in V (or another output unit of the loops), G in N/V or N·m/V; with a winding in N/A or N·m/A
 /// # Source     EMPS data set (Janot, Gautier, Brunot 2019): P position and P velocity loop; lumped servo axis, Fig. 3: PI and feed-forward.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Drive {
@@ -76,17 +79,17 @@ pub struct Drive {
     pub on: usize,
     /// G (N/V or N·m/V).
     pub constant: Value,
-    /// 1 + e: what the force truly is of what is recorded; 1 for a drive that is known.
+    /// 1 + e: actual force over recorded force; 1 for a calibrated drive.
     pub force_factor: Value,
-    /// τ (s): from a sample to the force it makes.
+    /// τ (s): delay from a sample to its force.
     pub delay_s: Value,
-    /// Largest |u|; infinite for none.
+    /// Largest |u|; infinite without a limit.
     pub saturation: Value,
-    /// Ripple of force or torque over the travel of `on`.
+    /// Ripple of force or torque along the travel of `on`.
     pub ripple: Wave,
-    /// Winding of the motor; `None` where force follows the loops at once.
+    /// Winding of the motor; `None` where the force follows the loops instantaneously.
     pub motor: Option<Motor>,
-    /// Loop of its current; `None` where the velocity loop gives the voltage.
+    /// Current loop; `None` where the velocity loop outputs the voltage.
     pub current: Option<CurrentLoop>,
     /// Position loop.
     pub position: PositionLoop,
@@ -100,49 +103,49 @@ pub struct Drive {
 pub struct DriveFile {
     /// The point the motor moves.
     pub(super) on: String,
-    /// Force or torque per unit of what the velocity loop gives (N/V or N·m/V); with a motor per current (N/A or N·m/A).
+    /// Force or torque per output of the velocity loop (N/V or N·m/V); with a motor per current (N/A or N·m/A).
     pub(super) constant: NumberSource,
-    /// From a sample to the force it makes (s); with a motor, to its voltage.
+    /// Delay from a sample to its force (s); with a motor, to its voltage.
     pub(super) delay_s: Option<NumberSource>,
-    /// Largest size of what the velocity loop gives (V); without limit by default.
+    /// Largest output of the velocity loop (V); unlimited by default.
     pub(super) saturation: Option<NumberSource>,
-    /// Ripple of force or torque over the travel of `on`.
+    /// Ripple of force or torque along the travel of `on`.
     pub(super) ripple: Option<WaveFile>,
-    /// Winding of the motor; without one the force follows the loops at once.
+    /// Winding of the motor; without one the force follows the loops instantaneously.
     pub(super) motor: Option<MotorFile>,
-    /// Loop of its current; without one the velocity loop gives the motor's voltage.
+    /// Current loop; without one the velocity loop outputs the motor's voltage.
     pub(super) current: Option<CurrentFile>,
     pub(super) position: PositionLoopFile,
     pub(super) velocity: VelocityFile,
 }
 
-/// The position loop: v_ref = gain·(command − position) + feed_forward·(rate of the command).
+/// The position loop: v_ref = gain·(command − position) + feed_forward·(velocity of the command).
 #[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct PositionLoopFile {
-    /// The point its encoder sits at; that of the motor by default.
+    /// The point that carries its encoder; that of the motor by default.
     pub(super) at: Option<String>,
-    /// Travel per turn (m) where that point turns and positions are in m.
+    /// Travel per turn (m) where that point rotates and positions are in m.
     pub(super) lead_m: Option<f64>,
-    /// Step of the encoder (m or rad, as it reads); none by default.
+    /// Resolution of the encoder (m or rad, in units of its reading); none by default.
     pub(super) encoder_step: Option<NumberSource>,
     pub(super) gain_per_s: NumberSource,
     pub(super) feed_forward: Option<NumberSource>,
-    /// Ends of the stroke (m or rad, as the encoder reads it), which no command may leave.
+    /// Limits of the command (m or rad, in units of the encoder's reading).
     pub(super) limits_m: Option<[f64; 2]>,
-    /// Period of the loop (s).
+    /// Sampling period (s).
     pub(super) period_s: f64,
 }
 
-/// The velocity loop: V = gain·(e + ∫e dt/integral_time_s) + acceleration_feed_forward·(second rate of the command), e = v_ref − velocity.
+/// The velocity loop: V = gain·(e + ∫e dt/integral_time_s) + acceleration_feed_forward·(acceleration of the command), e = v_ref − velocity.
 #[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct VelocityFile {
-    /// The point its encoder sits at; that of the position loop by default.
+    /// The point that carries its encoder; that of the position loop by default.
     pub(super) at: Option<String>,
-    /// Travel per turn (m) where that point turns and positions are in m; that of the position loop with its point.
+    /// Travel per turn (m) where that point rotates and positions are in m; by default that of the position loop at the same point.
     pub(super) lead_m: Option<f64>,
-    /// Step of the encoder (m or rad, as it reads); that of the position loop with its point.
+    /// Resolution of the encoder (m or rad, in units of its reading); by default that of the position loop at the same point.
     pub(super) encoder_step: Option<NumberSource>,
     /// `difference` of encoder readings (default), or a `tachometer`.
     #[serde(default)]
@@ -151,10 +154,10 @@ pub struct VelocityFile {
     over_s: Option<f64>,
     /// V (or A) per m/s (or rad/s).
     pub(super) gain: NumberSource,
-    /// None by default: proportional alone.
+    /// Absent by default: a proportional loop.
     pub(super) integral_time_s: Option<NumberSource>,
     pub(super) acceleration_feed_forward: Option<NumberSource>,
-    /// Period of the loop (s); the position loop's is a multiple of it.
+    /// Sampling period (s); the position loop's is a multiple of it.
     pub(super) period_s: f64,
 }
 
@@ -167,7 +170,8 @@ enum Measured {
 }
 
 impl VelocityFile {
-    /// How it comes to the velocity; by a difference over 0 periods where the time for it is no multiple of them, which the machine refuses.
+    /// Returns how the velocity is measured. A time `over_s` that is no multiple of the period gives a difference over 0 periods, which the
+    /// check of the machine rejects.
     pub(super) fn tachometry(&self) -> Tachometry {
         if self.measured == Measured::Tachometer {
             return Tachometry::Direct;
@@ -197,7 +201,7 @@ numbers!(Drive:
 );
 
 impl Drive {
-    /// The shortest period of its loops (s).
+    /// Returns the shortest period of its loops (s).
     pub fn period_s(&self) -> f64 {
         self.current.as_ref().map_or(self.velocity.period_s, |c| c.period_s)
     }

@@ -1,8 +1,8 @@
-//! Patches: what a description, or an effect, adds to a machine.
+//! Patches: the additions of a description, or of an effect, to a machine.
 //!
-//! A machine's own description is a patch of the empty machine; an effect is a patch of a machine.
-//! A patch names points, shafts and joints; [`Machine::with`](super::Machine::with) resolves the names. Its parts that are read as a configuration
-//! file writes them are called …File, as what is said of a wrong one calls them.
+//! A machine's own description is a patch of the empty machine; an effect is a patch of a machine. A patch names points, shafts and joints;
+//! [`Machine::with`](super::Machine::with) resolves the names. Types that mirror a section of a configuration file end in …File, because
+//! error messages use these names.
 
 use std::collections::BTreeMap;
 
@@ -15,7 +15,7 @@ use super::{
     PointMotion, Rescale, Segment, StationPlace, Target,
 };
 
-/// A point a patch adds.
+/// A point that a patch adds.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PointPatch {
     /// Unique name.
@@ -24,7 +24,7 @@ pub struct PointPatch {
     pub motion: PointMotion,
     /// Mass (kg) or moment of inertia (kg·m²).
     pub inertia: NumberSource,
-    /// Held to the ground.
+    /// Whether it is fixed to the ground.
     pub fixed: bool,
 }
 
@@ -35,12 +35,12 @@ pub struct ShaftFile {
     pub(super) name: String,
     pub(super) length_m: NumberSource,
     pub(super) diameter_m: NumberSource,
-    /// Bore over diameter of a hollow shaft; solid where it is absent.
+    /// Bore diameter divided by outer diameter of a hollow shaft; solid where it is absent.
     pub(super) bore_ratio: Option<NumberSource>,
     pub(super) youngs_modulus_pa: NumberSource,
     pub(super) shear_modulus_pa: NumberSource,
     pub(super) density_kg_m3: NumberSource,
-    /// η of the material: moduli times 1 + η·(i + s·2/π·ln(ω/ω₀)), as of a joint.
+    /// η of the material: the moduli are multiplied by 1 + η·(i + s·2/π·ln(ω/ω₀)), as in a joint.
     pub(super) loss_factor: Option<NumberSource>,
     pub(super) station: Vec<StationFile>,
 }
@@ -63,9 +63,9 @@ enum PlaceName {
 }
 
 impl ShaftFile {
-    /// The places of its stations.
+    /// Returns the places of its stations.
     ///
-    /// # Errors  one says neither or both of name and distance.
+    /// # Errors  a station gives neither or both of name and distance.
     pub fn places(&self) -> Result<Vec<StationPlace>, MachineError> {
         let place = |station: &StationFile| match (station.at, station.at_m) {
             (Some(PlaceName::Start), None) => Ok(StationPlace::At(0.0)),
@@ -73,24 +73,24 @@ impl ShaftFile {
             (Some(PlaceName::End), None) => Ok(StationPlace::End),
             (None, Some(distance_m)) => Ok(StationPlace::At(distance_m)),
             _ => {
-                let mend = "write either at = \"start\", \"nut\" or \"end\", or at_m = a distance";
-                Err(fault(format!("shaft.{}.station", self.name), mend))
+                let remedy = "write either at = \"start\", \"nut\" or \"end\", or at_m = a distance";
+                Err(fault(format!("shaft.{}.station", self.name), remedy))
             }
         };
         self.station.iter().map(place).collect()
     }
 }
 
-/// A joint a patch adds; fields as in [`Joint`](super::Joint).
+/// A joint that a patch adds; fields as in [`Joint`](super::Joint).
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct JointPatch {
     /// Unique name.
     pub name: String,
     /// Point names and coefficients.
     pub on: Vec<(String, f64)>,
-    /// Points that must move alike: all translations, or all rotations.
+    /// Points of the same kind: all translations, or all rotations.
     pub alike: Vec<String>,
-    /// Points that must be angles.
+    /// Points that must be rotations.
     pub angles: Vec<String>,
     /// k.
     pub stiffness: NumberSource,
@@ -100,33 +100,36 @@ pub struct JointPatch {
     pub loss_factor: NumberSource,
     /// ω_i.
     pub integral_rate: NumberSource,
-    /// Stiffness in series with the damper.
+    /// Relaxation stiffness in series with the damper.
     pub relaxation_stiffness: Option<NumberSource>,
     /// Friction.
     pub friction: FrictionForceFile,
-    /// Play.
+    /// Backlash.
     pub gap: NumberSource,
-    /// Error of the lead.
+    /// Lead error.
     pub lead_error: LeadErrorFile,
 }
 
 impl Effect {
-    /// Effects of which a kind of data is to be asked: of those with one id, which are for machines described in different words, what is for other data
-    /// is left out.
+    /// Returns the effects to test on one kind of data.
+    ///
+    /// Variants of an effect share one id; they serve machines described with different names. A variant for other data is omitted where
+    /// one for this data exists.
     pub fn for_data(effects: &[Effect], data: Data) -> impl Iterator<Item = &Effect> {
-        let shows = move |e: &Effect| e.data.contains(&data);
-        effects.iter().filter(move |e| shows(e) || !effects.iter().any(|other| other.id == e.id && shows(other)))
+        let shows_in = move |e: &Effect| e.data.contains(&data);
+        effects.iter().filter(move |e| shows_in(e) || !effects.iter().any(|other| other.id == e.id && shows_in(other)))
     }
 
-    /// The effect of an id that a machine was put together with: of those with one id, which are for machines described in different words, the one whose
-    /// parameters it has.
+    /// Returns the variant of an effect that a machine contains: among the effects with this id, the one whose parameters the machine has.
     pub fn put_in<'e>(effects: &'e [Effect], id: &str, machine: &Machine) -> Option<&'e Effect> {
         let has = |e: &Effect| e.patch.parameters.iter().all(|p| machine.parameter(&p.id).is_some());
         effects.iter().find(|e| e.id == id && has(e))
     }
 
-    /// Where it sits: points, joints and shafts that it changes, each with the parameter by which, where there is one; else where it adds joints;
-    /// «drive» and «measurement» for what is none.
+    /// Returns the locations of the effect: the points, joints and shafts that it changes, each with the parameter that changes it, if any.
+    ///
+    /// An effect that changes no existing part is located at the points of its new joints. Numbers without such a part are located at
+    /// «drive», «losses» or «measurement».
     pub fn places(&self) -> Vec<(String, Option<String>)> {
         if let Some(at) = &self.at {
             return vec![(at.clone(), None)];
@@ -140,12 +143,12 @@ impl Effect {
         if changed.is_empty() { on.filter(|(name, _)| !is_new(name)).collect() } else { changed }
     }
 
-    /// The first of them.
+    /// Returns the first of its locations.
     pub fn place(&self) -> Option<String> {
         self.places().into_iter().next().map(|(place, _)| place)
     }
 
-    /// What must differ between data for the effect to show, where it is a change with the operating condition.
+    /// Returns the operating variable that must differ between data sets for the effect to show; `None` where it depends on none.
     pub fn circumstance(&self) -> Option<OperatingVariable> {
         self.patch.rescales.iter().find_map(|(_, rescale, _)| match rescale {
             Rescale::WithForceLevel => Some(OperatingVariable::ForceLevel),
@@ -156,7 +159,7 @@ impl Effect {
     }
 }
 
-/// What a description, or an effect, adds to a machine.
+/// The additions and changes that a description, or an effect, makes to a machine.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Patch {
     /// Points it adds.
@@ -165,27 +168,27 @@ pub struct Patch {
     pub shafts: Vec<ShaftFile>,
     /// Joints it adds.
     pub joints: Vec<JointPatch>,
-    /// The drive, where it describes one.
+    /// The drive, if it describes one.
     pub drive: Option<DriveFile>,
-    /// Contacts it describes, to be used as stiffnesses.
+    /// Contacts that it describes, for use as stiffnesses.
     pub contacts: Vec<LoadedPair>,
-    /// Screw segments it describes, to be used as stiffnesses.
+    /// Screw segments that it describes, for use as stiffnesses.
     pub segments: Vec<Segment>,
-    /// Parameters it adds. One that the machine has already (by id) is kept as the machine has it.
+    /// Parameters it adds. A parameter that the machine has already (by id) keeps the machine's definition.
     pub parameters: Vec<Parameter>,
-    /// Numbers it scales: which, how, by which parameter.
+    /// Numbers it modifies: which, how, by which parameter.
     pub rescales: Vec<(Target, Rescale, String)>,
-    /// Joints that act on one point (or the ground) and from now on act on another.
+    /// Joints moved from one point (or the ground) to another.
     pub reattached: Vec<ReattachFile>,
-    /// Points that joints act on from now on, too.
+    /// Additional points for existing joints.
     pub attached: Vec<AttachFile>,
-    /// Arms on which sensor and hammer sit.
+    /// Lever arms of sensor and hammer.
     pub levers: Vec<LeverFile>,
-    /// Quantities to be reported, by name.
+    /// Derived quantities to report, by name.
     pub derived: BTreeMap<String, DerivedPatch>,
 }
 
-/// A joint that acts on one point (or the ground) and from now on on another.
+/// A joint moved from one point (or the ground) to another.
 #[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 #[schemars(description = "")]
@@ -195,7 +198,7 @@ pub struct ReattachFile {
     pub(super) to: String,
 }
 
-/// A point that a joint acts on from now on, too.
+/// An additional point for an existing joint.
 #[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 #[schemars(description = "")]
@@ -205,21 +208,21 @@ pub struct AttachFile {
     pub(super) times: f64,
 }
 
-/// An arm on which sensor and hammer sit.
+/// A lever arm of sensor and hammer.
 #[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct LeverFile {
-    /// The point at which the data are said to be taken.
+    /// The point at which the data are stated to be taken.
     pub(super) at: String,
-    /// The point whose motion is felt there, too.
+    /// The point whose motion adds to it.
     pub(super) with: String,
-    /// How much of it the sensor feels.
+    /// Share of that motion in the sensor's reading.
     pub(super) read: NumberSource,
-    /// How much of it the hammer drives.
+    /// Share of the hammer's force that acts on that motion.
     pub(super) struck: NumberSource,
 }
 
-/// Kinds of data that an effect can show in.
+/// Kinds of data in which an effect can show.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(rename = "DataFile", rename_all = "lowercase")]
 #[schemars(description = "Kinds of data.")]
@@ -231,29 +234,29 @@ pub enum Data {
     Motion,
 }
 
-/// An effect: a named patch and what a person should know of it.
+/// An effect: a named patch with its documentation.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Effect {
     /// Id, for example `rotor-hold`.
     pub id: String,
-    /// One sentence for the user.
+    /// Description, one sentence.
     pub description: String,
-    /// What it looks like in measurements, where that was written down.
+    /// Its appearance in measurements, if documented.
     pub signature: Option<String>,
-    /// The measurement that tells it from its look-alikes, where that was written down.
+    /// The measurement that distinguishes it from similar effects, if documented.
     pub discriminating_test: Option<String>,
-    /// Effects (ids) that force and one encoder do not tell it from.
+    /// Effects (ids) from which force and one encoder cannot distinguish it.
     pub confusable_with: Vec<String>,
-    /// Effects (ids) that no motion tells it from in which inertia takes next to no force.
+    /// Effects (ids) from which it cannot be distinguished in motion with negligible inertia force.
     pub confusable_with_slow: Vec<String>,
-    /// Of what it does to motion machines have a little ordinarily: it takes more of it to be named.
+    /// Whether most machines show a little of it in motion, so that stronger evidence is required to name it.
     pub common: bool,
-    /// The points, joints or shafts a machine must have for it to apply, by name; «drive» stands for its drive.
+    /// Names of the points, joints or shafts that it requires; «drive» stands for the drive.
     pub needs: Vec<String>,
-    /// Where it sits in a person's eyes, where that is not what it changes first.
+    /// Location to report where it is not the first part that the effect changes.
     pub at: Option<String>,
-    /// Data it can show in.
+    /// Data in which it can show.
     pub data: Vec<Data>,
-    /// What it adds.
+    /// Its patch.
     pub patch: Patch,
 }

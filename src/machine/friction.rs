@@ -1,18 +1,18 @@
-//! What a joint does beside its spring and damper: friction, play, errors of its lead. Only motion shows it.
+//! Nonlinear properties of a joint: friction, backlash and lead error. Only motion depends on them.
 
 use schemars::JsonSchema;
 use serde::Deserialize;
 
 use super::{NumberSource, Value};
 
-/// A wave over the travel: c·cos(2π·x/p) + s·sin(2π·x/p), of amplitude √(c² + s²).
+/// A periodic function of the travel: c·cos(2π·x/p) + s·sin(2π·x/p), of amplitude √(c² + s²).
 #[derive(Debug, Clone, PartialEq)]
 pub struct Wave {
     /// c.
     pub cosine: Value,
     /// s.
     pub sine: Value,
-    /// Period p (m or rad of the travel); no wave where it is 0.
+    /// Period p (m or rad of the travel); 0 without a wave.
     pub period: Value,
 }
 
@@ -22,23 +22,25 @@ pub struct Wave {
 /// F = sgn(v)·g(v) + d·|v| + o             g = F_c + ΔF·exp(−(|v|/v_s)^n) + wave(x) + µ·|L|,  not below 0
 /// ```
 ///
-/// At rest, whatever force holds the joint, up to g(0) around o. With a presliding stiffness σ₀ the contact is elastic before it slides
-/// (LuGre): F = σ₀·z + σ₁·ż + d·|v| + o, ż = v − σ₀·|v|/g(v)·z. Viscous friction is the joint's damping; d is what it has more forward, and less
-/// backward. The constant o is half the difference of the Coulomb levels forward and backward (or a weight): the two cannot be told apart.
+/// At rest the friction balances the applied force, up to g(0) around o. With a presliding stiffness σ₀ the contact deforms elastically
+/// before it slides (LuGre): F = σ₀·z + σ₁·ż + d·|v| + o, ż = v − σ₀·|v|/g(v)·z.
+///
+/// Viscous friction is the joint's damping; d raises its coefficient forward and lowers it backward. The constant o is half the difference
+/// of the forward and backward Coulomb levels, or a weight; the two cannot be distinguished.
 ///
 /// # Units      forces in N (N·m on angles), v in m/s (rad/s), d and σ₁ in N·s/m, σ₀ in N/m, v_s in m/s, x in m
-/// # Limits     σ₀ → ∞ is friction without presliding
-/// # Source     Duan et al., Eq. 11 (n = 2); hybrid multi-domain, Eq. 14 (n = 1; Deviation: |v| in the exponent, where the speed is printed with
-/// its sign); Canudas de Wit et al., IEEE Trans. Autom. Control 40 (1995) 419–425 (LuGre).
+/// # Limits     σ₀ → ∞ gives friction without presliding
+/// # Source     Duan et al., Eq. 11 (n = 2); hybrid multi-domain, Eq. 14 (n = 1; Deviation: |v| in the exponent, where the paper prints the
+/// signed speed); Canudas de Wit et al., IEEE Trans. Autom. Control 40 (1995) 419–425 (LuGre).
 #[derive(Debug, Clone, PartialEq)]
 pub struct Friction {
     /// Coulomb level F_c.
     pub coulomb: Value,
     /// Constant force o.
     pub offset: Value,
-    /// d: the viscous coefficient forward is higher by it, backward lower.
+    /// d: added to the viscous coefficient forward, subtracted backward.
     pub viscous_asymmetry: Value,
-    /// ΔF: static less Coulomb level.
+    /// ΔF: static minus Coulomb level.
     pub stribeck: Value,
     /// v_s.
     pub stribeck_velocity: Value,
@@ -48,30 +50,30 @@ pub struct Friction {
     pub presliding_stiffness: Value,
     /// σ₁.
     pub presliding_damping: Value,
-    /// The part of the level that depends on the position.
+    /// Position-dependent part of the level.
     pub position: Wave,
-    /// µ: share of the force L that goes through `load_of`, or of the drive's along the axis where that is `None`.
+    /// µ: share of the force L transmitted by `load_of`, or of the drive's axial force where that is `None`.
     pub load_share: Value,
-    /// Joint (index) whose force loads it.
+    /// Joint (index) whose force loads the friction.
     pub load_of: Option<usize>,
 }
 
-/// Error of the lead of a screw joint: its combination Σ cᵢ·qᵢ is unstrained at γ·x + wave(x), x the travel of its first translation.
+/// Lead error of a screw joint: its combination Σ cᵢ·qᵢ is unstrained at γ·x + wave(x), x the travel of its first translation.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LeadError {
-    /// γ: growth along the travel, as heat makes it.
+    /// γ: relative lead deviation (m/m), for example thermal expansion of the lead.
     pub growth: Value,
-    /// What repeats along the travel.
+    /// Periodic part along the travel.
     pub wave: Wave,
 }
 
-/// A wave over the travel, of amplitude √(cosine² + sine²).
+/// A periodic function of the travel, of amplitude √(cosine² + sine²).
 #[derive(Debug, Clone, Default, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct WaveFile {
     pub(super) cosine: Option<NumberSource>,
     pub(super) sine: Option<NumberSource>,
-    /// Travel after which it repeats (m or rad).
+    /// Period (m or rad of the travel).
     pub(super) period: Option<NumberSource>,
 }
 
@@ -81,13 +83,13 @@ pub struct WaveFile {
 pub struct FrictionForceFile {
     /// Coulomb level.
     pub(super) coulomb: Option<NumberSource>,
-    /// Constant force: half the difference of the levels forward and backward.
+    /// Constant force: half the difference of the forward and backward levels.
     pub(super) offset: Option<NumberSource>,
-    /// What the viscous coefficient has more forward, and less backward.
+    /// Added to the viscous coefficient forward, subtracted backward.
     pub(super) viscous_asymmetry: Option<NumberSource>,
-    /// Static less Coulomb level.
+    /// Static minus Coulomb level.
     pub(super) stribeck: Option<NumberSource>,
-    /// Velocity over which the level falls.
+    /// Stribeck velocity v_s, over which the level falls.
     pub(super) stribeck_velocity: Option<NumberSource>,
     /// Exponent n of exp(−(|v|/v_s)^n); 2 by default.
     pub(super) stribeck_exponent: Option<NumberSource>,
@@ -95,21 +97,21 @@ pub struct FrictionForceFile {
     pub(super) presliding_stiffness: Option<NumberSource>,
     /// Damping before sliding.
     pub(super) presliding_damping: Option<NumberSource>,
-    /// Part of the level that depends on the position.
+    /// Position-dependent part of the level.
     pub(super) position: Option<WaveFile>,
-    /// Share of the force of `load_of` that adds to the level.
+    /// Share of the force of `load_of` that is added to the level.
     pub(super) load_share: Option<NumberSource>,
-    /// The joint, described before this one, whose force loads it; the drive's force by default.
+    /// The joint, described before this one, whose force loads the friction; the drive's force by default.
     pub(super) load_of: Option<String>,
 }
 
-/// Error of a screw's lead.
+/// Lead error of a screw.
 #[derive(Debug, Clone, Default, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct LeadErrorFile {
-    /// Growth along the travel (m per m).
+    /// Relative lead deviation along the travel (m per m), for example thermal expansion.
     pub(super) growth: Option<NumberSource>,
-    /// What repeats along the travel (m).
+    /// Periodic part along the travel (m).
     pub(super) wave: Option<WaveFile>,
 }
 
@@ -147,7 +149,7 @@ impl Default for Friction {
     }
 }
 
-/// The numbers of a part, and of parts of it that may be absent, under their configuration keys, to be read and to be changed.
+/// Implements read and write access to the numbers of a part, and of its optional parts, under their configuration keys.
 macro_rules! numbers {
     ($part:ty: $($key:literal $field:ident $(. $inner:ident)*,)+ $(; $($option:ident),+)?) => {
         impl $part {

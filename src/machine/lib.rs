@@ -1,15 +1,15 @@
-//! What is built: one description of a machine that feeds every model.
+//! The description of a machine, from which every model is built.
 //!
-//! A machine is a list of **points** (one coordinate each, a translation or a rotation), **shafts** (uniform
-//! rods between stations, axial and torsional), **joints** (spring–dampers on a combination of points)
-//! and **parameters** (the numbers that are not known, each with unit, plausible range and source). Joints may have
-//! friction and play, and a **drive** may move the machine: motion shows them, frequency responses do not.
-//! An **effect** is a patch of such a description: more points, joints and parameters, or laws that scale values.
+//! A machine consists of **points** (one coordinate each, a translation or a rotation) and **shafts** (uniform rods between stations, axial
+//! and torsional). **Joints** are spring–dampers on a combination of points. **Parameters** are the unknown numbers, each with unit,
+//! plausible range and source. Joints may have friction and backlash, and a **drive** may move the machine; both affect motion, not
+//! frequency responses. An **effect** is a patch of such a description: additional points, joints and parameters, or modifiers of values.
 
 mod check;
 mod compose;
 pub mod contact;
 mod derived;
+mod description;
 mod drive;
 mod effect;
 mod friction;
@@ -51,10 +51,10 @@ pub use value::{Base, Modifier, Value};
 
 use std::sync::Arc;
 
-/// A machine as it is described, checked: every name resolved, every range sensible.
+/// A checked machine description: all names are resolved and all ranges are valid.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Machine {
-    /// What a person calls it.
+    /// Title for display.
     pub title: String,
     /// Coordinates; joints and shafts refer to them by index.
     pub points: Vec<Point>,
@@ -62,30 +62,30 @@ pub struct Machine {
     pub shafts: Vec<Shaft>,
     /// Spring–dampers.
     pub joints: Vec<Joint>,
-    /// The drive that moves it, where one is described.
+    /// The drive, if described.
     pub drive: Option<Drive>,
     /// Contacts that joints refer to.
     pub contacts: Vec<Arc<LoadedPair>>,
     /// Screw segments that joints refer to.
     pub segments: Vec<Arc<Segment>>,
-    /// The measuring chain its FRFs went through.
+    /// The measuring chain of its FRFs.
     pub chain: Chain,
     /// Quantities that follow from the parameters and are reported with them.
     pub derived: Vec<Derived>,
-    /// Numbers that are not known; values refer to them by index.
+    /// Unknown numbers; values refer to them by index.
     pub parameters: Vec<Parameter>,
     /// Ids of the effects the description contains.
     pub effects: Vec<String>,
-    /// Damping of every joint as a share b of its stiffness, c = b·k (s), beside its own; zero where there is none.
+    /// Stiffness-proportional damping b of every joint, c = b·k (s), in addition to the joint's own damping; 0 for none.
     ///
     /// # Source  lumped servo-axis paper: B = b·K with b = 2ζ/ω₁.
     pub stiffness_proportional_damping_s: f64,
-    /// Share s of dispersion of all loss factors η: k times 1 + η·(i + s·2/π·ln(ω/ω₀)), ω₀ = 2π·100 rad/s. 0 is the constant k·(1 + iη) of finite-element
-    /// programs, 1 its causal form.
+    /// Share s of dispersion of all loss factors η: k is multiplied by 1 + η·(i + s·2/π·ln(ω/ω₀)), ω₀ = 2π·100 rad/s. s = 0 is the constant
+    /// k·(1 + iη) of finite-element programs, s = 1 the causal form.
     ///
     /// # Source  constant: Beards, Structural Vibration, 1996, ch. 5; causal: Makris, J. Eng. Mech. 123 (1997) 1209–1214.
     pub loss_dispersion: Value,
-    /// How well it is known.
+    /// Tolerances of the stated numbers.
     pub tolerance: Tolerance,
 }
 
@@ -112,22 +112,23 @@ impl Default for Machine {
 }
 
 impl Machine {
-    /// Index of a point by name.
+    /// Returns the index of a point by name.
     pub fn point(&self, name: &str) -> Option<usize> {
         self.points.iter().position(|p| p.name == name)
     }
 
-    /// Index of a parameter by id.
+    /// Returns the index of a parameter by id.
     pub fn parameter(&self, id: &str) -> Option<usize> {
         self.parameters.iter().position(|p| p.id == id)
     }
 
-    /// Start values of all parameters, in order, in their own units.
+    /// Returns the start values of all parameters, in order, each in its own unit.
     pub fn start(&self) -> Vec<f64> {
         self.parameters.iter().map(|p| p.start).collect()
     }
 
-    /// Length of the shaft, or of the segments, that carries the nut (m): the range of nut positions. `None` without such a shaft.
+    /// Returns the length (m) of the shaft or segment that carries the nut, which is the range of nut positions. `None` without such a
+    /// part.
     pub fn stroke_m(&self) -> Option<f64> {
         let start = self.start();
         let shaft = self.shafts.iter().find(|s| s.stations.iter().any(|t| t.place == StationPlace::Nut));

@@ -1,4 +1,4 @@
-//! Patches of what only motion shows, friction, play, lead error and the drive, resolved and checked.
+//! Resolution and checks of the patches that only motion uses: friction, backlash, lead error and drive.
 
 use super::check::{MachineError, fault, listing};
 use super::{
@@ -6,7 +6,7 @@ use super::{
     NumberSource, Operating, PointMotion, PositionLoop, Tachometry, Value, VelocityLoop, Wave, WaveFile,
 };
 
-/// Most periods of a loop that a delay or a difference may take.
+/// Upper limit of a delay or a velocity difference, in periods of the loop.
 const MOST_PERIODS: f64 = 1000.0;
 
 impl Machine {
@@ -50,7 +50,7 @@ impl Machine {
         let at = self.named_point(&format!("{part}.at"), name)?;
         if let Some(lead_m) = lead_m {
             if self.points[at].motion != PointMotion::Rotation {
-                return Err(fault(format!("{part}.lead_m"), format!("«{name}» does not turn; leave lead_m out")));
+                return Err(fault(format!("{part}.lead_m"), format!("«{name}» does not rotate; leave lead_m out")));
             }
             if !(lead_m.abs() > 0.0 && lead_m.is_finite()) {
                 return Err(fault(format!("{part}.lead_m"), format!("is {lead_m}; write the travel per turn in m")));
@@ -73,7 +73,7 @@ impl Machine {
         let (position, velocity) = (&patch.position, &patch.velocity);
         let position_at = position.at.as_ref().unwrap_or(&patch.on);
         let velocity_at = velocity.at.as_ref().unwrap_or(position_at);
-        // What is said of one point holds for both loops.
+        // Both loops share the settings of a common point.
         let same = velocity_at == position_at;
         let velocity_lead_m = velocity.lead_m.or(position.lead_m.filter(|_| same));
         let velocity_step = if same && velocity.encoder_step.is_none() { &position.encoder_step } else { &velocity.encoder_step };
@@ -123,7 +123,7 @@ impl Machine {
         })
     }
 
-    /// The numbers that only motion depends on, each with its configuration key.
+    /// Returns the numbers on which only motion depends, each with its configuration key.
     pub(super) fn motion_values(&self) -> Vec<(String, &Value)> {
         let mut values = Vec::new();
         for joint in &self.joints {
@@ -136,7 +136,8 @@ impl Machine {
         values
     }
 
-    /// Names of the joints whose friction, play or lead error, at the start values, frequency responses and modes leave out.
+    /// Returns the names of the joints whose friction, backlash or lead error at the start values is ignored by frequency responses and
+    /// modes.
     pub fn left_out_of_frequency_responses(&self) -> Vec<&str> {
         let (start, middle) = (self.start(), Operating::default());
         let acts = |(key, value): &(&str, &Value)| {
@@ -154,12 +155,12 @@ impl Machine {
             .contains(key)
                 && value.at(&start, &middle) != 0.0
         };
-        let out =
+        let ignored =
             |j: &&Joint| j.gap.at(&start, &middle) > 0.0 || j.friction.values().iter().any(acts) || j.lead_error.values().iter().any(acts);
-        self.joints.iter().filter(out).map(|j| j.name.as_str()).collect()
+        self.joints.iter().filter(ignored).map(|j| j.name.as_str()).collect()
     }
 
-    /// Checks the numbers that only motion depends on, by what their keys ask for.
+    /// Checks the numbers on which only motion depends, each against the range of its key.
     pub(super) fn check_motion(&self, at: impl Fn(&Value) -> f64) -> Result<(), MachineError> {
         for (part, value) in self.motion_values() {
             let x = at(value);
@@ -181,14 +182,14 @@ impl Machine {
         for joint in &self.joints {
             let part = |key: &str| format!("joint.{}.{key}", joint.name);
             if at(&joint.gap) > 0.0 && !(at(&joint.stiffness) > 0.0) {
-                return Err(fault(part("gap"), "the joint has no stiffness that could act beyond the play; write one"));
+                return Err(fault(part("gap"), "the joint has no stiffness that could act beyond the backlash; write one"));
             }
             let waves = [("friction.position", &joint.friction.position), ("lead_error.wave", &joint.lead_error.wave)];
             for (key, wave) in waves {
                 check_wave(&part(key), wave, &at)?;
             }
             if at(&joint.friction.stribeck) > 0.0 && !(at(&joint.friction.stribeck_velocity) > 0.0) {
-                return Err(fault(part("friction.stribeck_velocity"), "is 0; write the velocity over which the level falls"));
+                return Err(fault(part("friction.stribeck_velocity"), "is 0; write the Stribeck velocity, over which the level falls"));
             }
         }
         let Some(drive) = &self.drive else { return Ok(()) };
@@ -223,8 +224,8 @@ impl Machine {
         self.check_motor(drive)?;
         let (delay_s, inner_s) = (at(&drive.delay_s), drive.period_s());
         if !(delay_s <= MOST_PERIODS * inner_s) {
-            let told = format!("is {delay_s} s, more than {MOST_PERIODS} periods of the innermost loop; write a shorter one");
-            return Err(fault("drive.delay_s", told));
+            let message = format!("is {delay_s} s, more than {MOST_PERIODS} periods of the innermost loop; write a shorter one");
+            return Err(fault("drive.delay_s", message));
         }
         if !(inner_s >= 1e-7) {
             return Err(fault("drive", format!("its innermost loop has a period of {inner_s} s; write 1e-7 s or more")));
@@ -250,7 +251,9 @@ impl Machine {
         let Some(motor) = &drive.motor else {
             return match drive.current {
                 None => Ok(()),
-                Some(_) => Err(fault("drive.current", "there is no winding whose current it could control; describe one as [drive.motor]")),
+                Some(_) => {
+                    Err(fault("drive.current", "the motor has no winding whose current could be controlled; describe one as [drive.motor]"))
+                }
             };
         };
         let Some(pairs) = motor.pole_pairs else {
@@ -264,28 +267,28 @@ impl Machine {
         if !(1..=1000).contains(&pairs) {
             return Err(fault(
                 "drive.motor.pole_pairs",
-                format!("is {pairs}; write the number of pole pairs, or leave it out for direct current"),
+                format!("is {pairs}; write the number of pole pairs, or leave it out for a DC motor"),
             ));
         }
         if self.points[drive.on].motion != PointMotion::Rotation {
-            return Err(fault("drive.motor.pole_pairs", format!("«{}» does not turn; leave pole_pairs out", self.points[drive.on].name)));
+            return Err(fault("drive.motor.pole_pairs", format!("«{}» does not rotate; leave pole_pairs out", self.points[drive.on].name)));
         }
         let Some(current) = &drive.current else {
-            return Err(fault("drive.motor", "a motor with pole_pairs needs a loop for its currents; describe one as [drive.current]"));
+            return Err(fault("drive.motor", "a motor with pole_pairs needs a current loop; describe one as [drive.current]"));
         };
-        let endless = motor.dc_link_v == Value::number(f64::INFINITY);
-        if current.inverter == Inverter::Switching && endless {
-            return Err(fault("drive.motor.dc_link_v", "is missing; an inverter that switches needs its voltage"));
+        let unlimited = motor.dc_link_v == Value::number(f64::INFINITY);
+        if current.inverter == Inverter::Switching && unlimited {
+            return Err(fault("drive.motor.dc_link_v", "is missing; a switching inverter needs its supply voltage"));
         }
         Ok(())
     }
 }
 
 fn check_wave(part: &str, wave: &Wave, at: &impl Fn(&Value) -> f64) -> Result<(), MachineError> {
-    let flat = at(&wave.cosine) == 0.0 && at(&wave.sine) == 0.0;
-    if flat || at(&wave.period) > 0.0 {
+    let zero = at(&wave.cosine) == 0.0 && at(&wave.sine) == 0.0;
+    if zero || at(&wave.period) > 0.0 {
         Ok(())
     } else {
-        Err(fault(format!("{part}.period"), "is 0; write the travel after which it repeats"))
+        Err(fault(format!("{part}.period"), "is 0; write the period of the wave along the travel"))
     }
 }

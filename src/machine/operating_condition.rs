@@ -1,24 +1,24 @@
-//! The condition a machine is in when something is measured or predicted.
+//! The operating condition of a machine during a measurement or prediction.
 
 /// The operating condition of a prediction.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Operating {
     /// Nut position from the left end of its shaft (m). `None` where the machine has no position.
     pub nut_m: Option<f64>,
-    /// Velocity of the table (m/s), whose friction loads nut and bearings. `None`: at rest.
+    /// Velocity of the table (m/s); its friction loads nut and bearings. `None`: at rest.
     pub velocity_m_s: Option<f64>,
-    /// Acceleration of the table (m/s²), whose inertia loads them; upward on an upright axis. `None`: none.
+    /// Acceleration of the table (m/s²), upward positive on a vertical axis; its inertia force loads nut and bearings. `None`: none.
     pub acceleration_m_s2: Option<f64>,
-    /// Outside axial force (N) that loads them. `None`: none.
+    /// External axial force (N) on nut and bearings. `None`: none.
     pub force_n: Option<f64>,
-    /// Level of the exciting force (N): how hard it is struck or shaken. `None`: not stated.
+    /// Level of the excitation force (N) of hammer or shaker. `None`: not stated.
     pub level_n: Option<f64>,
 }
 
-/// What of the operating condition a number may change with.
+/// A variable of the operating condition on which a number may depend.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum OperatingVariable {
-    /// Level of the exciting force.
+    /// Level of the excitation force.
     ForceLevel,
     /// Speed of the table, in either direction.
     Speed,
@@ -27,7 +27,7 @@ pub enum OperatingVariable {
 }
 
 impl OperatingVariable {
-    /// ln(level/100 N), |velocity|/(1 m/s) or |acceleration|/(10 m/s²); 0 where nothing is stated.
+    /// Returns ln(level/100 N), |velocity|/(1 m/s) or |acceleration|/(10 m/s²); 0 where the variable is not stated.
     pub fn size(self, operating: &Operating) -> f64 {
         match self {
             OperatingVariable::ForceLevel => operating.level_n.filter(|n| *n > 0.0).map_or(0.0, |n| (n / 100.0).ln()),
@@ -36,7 +36,7 @@ impl OperatingVariable {
         }
     }
 
-    /// The words for it.
+    /// Returns the name for messages, with its configuration key.
     pub fn words(self) -> &'static str {
         match self {
             OperatingVariable::ForceLevel => "force level (force_n of an [[frf]])",
@@ -47,12 +47,12 @@ impl OperatingVariable {
 }
 
 impl Operating {
-    /// At rest, with the nut at this distance (m) from the left end of its shaft.
+    /// Returns the condition at rest with the nut at this distance (m) from the left end of its shaft.
     pub fn at_nut(nut_m: f64) -> Self {
         Operating::at(Some(nut_m))
     }
 
-    /// At rest, with the nut there, if anywhere.
+    /// Returns the condition at rest with an optional nut position (m).
     pub fn at(nut_m: Option<f64>) -> Self {
         Operating { nut_m, ..Operating::default() }
     }

@@ -1,30 +1,30 @@
-//! The numbers that are not known.
+//! Parameters: the unknown numbers of a machine.
 
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use super::schema::words_alone;
+use super::schema::enum_without_descriptions;
 
-/// Whether a parameter is searched on a logarithmic or a linear scale.
+/// The scale on which a parameter is searched.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(rename = "ScaleFile", rename_all = "lowercase")]
-#[schemars(transform = words_alone)]
+#[schemars(transform = enum_without_descriptions)]
 pub enum Scale {
-    /// For positive quantities over decades: stiffness, damping.
+    /// For positive quantities that span decades: stiffness, damping.
     Logarithmic,
     /// For quantities that may be zero or change sign.
     Linear,
 }
 
-/// From which data a parameter is fitted; otherwise it keeps its start value.
+/// The data from which a parameter is fitted.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize, JsonSchema)]
 #[serde(rename = "FitFile", rename_all = "lowercase")]
-#[schemars(transform = words_alone)]
+#[schemars(transform = enum_without_descriptions)]
 pub enum FitRule {
     /// From modes and from whole FRFs.
     #[default]
     Always,
-    /// From whole FRFs alone: modes do not determine it.
+    /// From whole FRFs only: modes do not determine it.
     Frf,
     /// Never: it keeps its start value.
     Never,
@@ -43,28 +43,30 @@ pub struct Parameter {
     pub lower: f64,
     /// Upper end of the plausible range.
     pub upper: f64,
-    /// Scale it is searched on.
+    /// Scale on which it is searched.
     pub scale: Scale,
-    /// From which data it is fitted.
+    /// Data from which it is fitted.
     pub fit: FitRule,
-    /// What is known of it before it is fitted (a weighed mass, a catalogue value); enters a fit as one observation more. `None`: every value of the range
-    /// is equally plausible.
+    /// Prior knowledge (a weighed mass, a catalogue value); it enters a fit as one additional observation. `None`: all values of the range
+    /// are equally plausible.
     pub prior: Option<Prior>,
-    /// Where range and start come from.
+    /// Source of range and start value.
     pub source: String,
+    /// What it is, as the machine's file states; empty where the file states nothing.
+    pub description: String,
 }
 
-/// Prior distribution of a parameter around its start value.
+/// Prior distribution of a parameter, centred on its start value.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Prior {
     /// Normal, with this standard deviation in the parameter's unit.
     Normal(f64),
-    /// Log-normal: the logarithm of the parameter has this standard deviation, the start value is the median.
+    /// Log-normal: this is the standard deviation of the logarithm, and the start value is the median.
     LogNormal(f64),
 }
 
 impl Prior {
-    /// Deviation of a value from the start value, in standard deviations.
+    /// Returns the deviation of a value from the start value, in standard deviations.
     pub fn deviation(self, start: f64, value: f64) -> f64 {
         match self {
             Prior::Normal(sd) => (value - start) / sd,
@@ -72,7 +74,7 @@ impl Prior {
         }
     }
 
-    /// Derivative of [`Prior::deviation`] with the value.
+    /// Returns the derivative of [`Prior::deviation`] with respect to the value.
     pub fn slope(self, value: f64) -> f64 {
         match self {
             Prior::Normal(sd) => 1.0 / sd,
@@ -80,7 +82,7 @@ impl Prior {
         }
     }
 
-    /// The value so many standard deviations from the start value.
+    /// Returns the value at a deviation from the start value, given in standard deviations.
     pub fn value(self, start: f64, deviation: f64) -> f64 {
         match self {
             Prior::Normal(sd) => start + sd * deviation,
@@ -88,7 +90,7 @@ impl Prior {
         }
     }
 
-    /// Its standard deviation: in the parameter's unit, or of the logarithm.
+    /// Returns the standard deviation: in the parameter's unit, or of the logarithm.
     pub fn sd(self) -> f64 {
         let (Prior::Normal(sd) | Prior::LogNormal(sd)) = self;
         sd
@@ -96,12 +98,12 @@ impl Prior {
 }
 
 impl Parameter {
-    /// Deviation of a value from the start value in standard deviations of the prior; `None` without a prior.
+    /// Returns the deviation of a value from the start value in standard deviations of the prior; `None` without a prior.
     pub fn deviation(&self, value: f64) -> Option<f64> {
         Some(self.prior?.deviation(self.start, value))
     }
 
-    /// Its place in the unit interval of its range: 0 at `lower`, 1 at `upper`.
+    /// Maps a value to the unit interval of its range: 0 at `lower`, 1 at `upper`.
     pub fn to_unit(&self, value: f64) -> f64 {
         match self.scale {
             Scale::Logarithmic => (value / self.lower).ln() / (self.upper / self.lower).ln(),
@@ -109,12 +111,12 @@ impl Parameter {
         }
     }
 
-    /// Whether a value lies within its range and at neither end.
+    /// Whether a value lies strictly inside its range.
     pub fn holds_inside(&self, value: f64) -> bool {
         value > self.lower && value < self.upper
     }
 
-    /// Derivative of the value with its place in the unit interval.
+    /// Returns the derivative of the value with respect to its unit coordinate.
     pub fn unit_slope(&self, value: f64) -> f64 {
         match self.scale {
             Scale::Logarithmic => value * (self.upper / self.lower).ln(),
@@ -122,15 +124,15 @@ impl Parameter {
         }
     }
 
-    /// Its value at a place in the unit interval.
-    pub fn from_unit(&self, place: f64) -> f64 {
+    /// Returns the value at a unit coordinate.
+    pub fn from_unit(&self, unit: f64) -> f64 {
         match self.scale {
-            Scale::Logarithmic => self.lower * (place * (self.upper / self.lower).ln()).exp(),
-            Scale::Linear => self.lower + place * (self.upper - self.lower),
+            Scale::Logarithmic => self.lower * (unit * (self.upper / self.lower).ln()).exp(),
+            Scale::Linear => self.lower + unit * (self.upper - self.lower),
         }
     }
 
-    /// A value a share of the range further, or back where that would leave it: for differences.
+    /// Returns a value shifted by a share of the range, for finite differences. The shift is downward where it would leave the range.
     pub fn stepped(&self, value: f64, share: f64) -> f64 {
         let unit = self.to_unit(value);
         self.from_unit(if unit + share <= 1.0 { unit + share } else { unit - share })

@@ -1,4 +1,4 @@
-//! Patches applied: names resolved, numbers put in their places.
+//! Application of patches: resolves names and inserts numbers.
 
 use std::collections::BTreeMap;
 
@@ -10,9 +10,9 @@ use super::{
 };
 
 impl Machine {
-    /// The machine with a patch applied, checked.
+    /// Applies a patch and checks the result.
     ///
-    /// # Errors  an unknown or repeated name, a range with lower ≥ upper, a number out of its physical range.
+    /// # Errors  an unknown or repeated name, a range with lower ≥ upper, a number outside its physical range.
     pub fn with(&self, patch: &Patch) -> Result<Machine, MachineError> {
         let mut machine = self.clone();
         for parameter in &patch.parameters {
@@ -52,10 +52,13 @@ impl Machine {
         Ok(machine)
     }
 
-    /// The machine with what a diagnosis chose, ids joined with `+`; `None` where one is no effect of these that applies, nor a parameter that was released.
+    /// Returns the machine with the effects that a diagnosis chose, given as ids joined with `+`.
+    ///
+    /// An id may also name a released parameter, which the machine contains already. `None` where an id is neither that nor an applicable
+    /// effect.
     pub fn with_chosen(&self, chosen: &str, effects: &[Effect]) -> Option<Machine> {
         chosen.split('+').filter(|id| *id != "nominal").try_fold(self.clone(), |machine, id| {
-            // What was released is a parameter of the machine as it is.
+            // A released parameter is already a parameter of the machine.
             if machine.parameters.iter().any(|p| p.id == id) {
                 return Some(machine);
             }
@@ -63,14 +66,14 @@ impl Machine {
         })
     }
 
-    /// Values of its parameters in their order, by their ids; `None` where one is missing.
+    /// Returns the values of its parameters in order, looked up by id; `None` where one is missing.
     pub fn values_of(&self, values: &BTreeMap<String, f64>) -> Option<Vec<f64>> {
         self.parameters.iter().map(|p| values.get(&p.id).copied()).collect()
     }
 
-    /// The machine with an effect applied and listed among its effects.
+    /// Applies an effect and lists it among the machine's effects.
     ///
-    /// # Errors  as [`Machine::with`]; the machine contains the effect already, or lacks what it needs.
+    /// # Errors  as [`Machine::with`]; the machine contains the effect already, or lacks a part that it needs.
     pub fn with_effect(&self, effect: &Effect) -> Result<Machine, MachineError> {
         if self.effects.contains(&effect.id) {
             return Err(fault(format!("effect {}", effect.id), "the machine contains it already"));
@@ -83,8 +86,7 @@ impl Machine {
         Ok(machine)
     }
 
-    /// Takes out parameters that nothing depends on, such as those of an effect that was taken out.
-    /// Gives their ids.
+    /// Removes parameters on which nothing depends, such as those of a removed effect, and returns their ids.
     pub fn drop_unused_parameters(&mut self) -> Vec<String> {
         let mut used: Vec<bool> = vec![false; self.parameters.len()];
         self.values().for_each(|v| v.depends_on().for_each(|i| used[i] = true));
@@ -109,7 +111,7 @@ impl Machine {
         dropped
     }
 
-    /// The numbers that frequency responses and modes depend on.
+    /// Returns the numbers on which frequency responses and modes depend.
     fn linear_values(&self) -> impl Iterator<Item = &Value> {
         let points = self.points.iter().map(|p| &p.inertia);
         let shafts = self.shafts.iter().flat_map(|s| {
@@ -168,14 +170,14 @@ impl Machine {
         points.chain(shafts).chain(joints).chain(drive).chain(chain)
     }
 
-    /// Whether frequency responses and modes depend on each parameter; the others show in motion alone.
+    /// Whether frequency responses and modes depend on each parameter; the others affect only motion.
     pub fn linear_parameters(&self) -> Vec<bool> {
         let mut linear = vec![false; self.parameters.len()];
         self.linear_values().for_each(|v| v.depends_on().for_each(|i| linear[i] = true));
         linear
     }
 
-    /// The first thing an effect needs, or is said to sit at, that the machine lacks.
+    /// Returns the first part that an effect needs, or names as its location, and the machine lacks.
     pub fn lacks<'e>(&self, effect: &'e Effect) -> Option<&'e str> {
         effect
             .needs
@@ -199,7 +201,7 @@ impl Machine {
     fn resolve_point_patch(&self, patch: &PointPatch) -> Result<Point, MachineError> {
         let part = format!("point.{}", patch.name);
         if patch.name == "ground" {
-            return Err(fault(part, "«ground» is there already and cannot be declared; choose another name"));
+            return Err(fault(part, "«ground» is predefined and cannot be declared; choose another name"));
         }
         if self.point(&patch.name).is_some() {
             return Err(fault(part, "this name is declared twice; give each point a name of its own"));
@@ -260,10 +262,13 @@ impl Machine {
             && first != second
         {
             let (first, second) = (first.noun(), second.noun());
-            return Err(fault(part, format!("«{a}» is a {first} and «{b}» a {second}; a joint between two points needs two of a kind")));
+            return Err(fault(
+                part,
+                format!("«{a}» is a {first} and «{b}» a {second}; a joint between two points needs two of the same kind"),
+            ));
         }
         if let Some(name) = patch.angles.iter().find(|n| motion(n) == Some(super::PointMotion::Translation)) {
-            return Err(fault(part, format!("screw.angle: «{name}» is a translation; name the point that turns")));
+            return Err(fault(part, format!("screw.angle: «{name}» is a translation; name a point that rotates")));
         }
         let value = |key: &str, source| self.value(&format!("{part}.{key}"), source);
         Ok(Joint {
@@ -281,18 +286,18 @@ impl Machine {
         })
     }
 
-    /// Lets what is read and struck at a point feel another motion, too.
+    /// Adds a lever: sensor and hammer at a point also respond to another motion.
     fn add_lever(&mut self, lever: &LeverFile) -> Result<(), MachineError> {
         let part = format!("lever {}", lever.at);
-        let [at, felt] = [self.named_point(&part, &lever.at)?, self.named_point(&part, &lever.with)?];
-        if at == felt {
-            return Err(fault(part, format!("«{}» is no arm of itself; name another point", lever.at)));
+        let [at, other] = [self.named_point(&part, &lever.at)?, self.named_point(&part, &lever.with)?];
+        if at == other {
+            return Err(fault(part, format!("«{}» cannot be its own lever; name another point", lever.at)));
         }
-        if self.points[at].fixed || self.points[felt].fixed {
-            return Err(fault(part, "a point that is held does not move; name points that do"));
+        if self.points[at].fixed || self.points[other].fixed {
+            return Err(fault(part, "a fixed point does not move; name points that do"));
         }
         let [read, struck] = [self.value(&format!("{part}.read"), &lever.read)?, self.value(&format!("{part}.struck"), &lever.struck)?];
-        self.chain.levers.push(Lever { point: at, on: felt, read, struck });
+        self.chain.levers.push(Lever { point: at, on: other, read, struck });
         Ok(())
     }
 
@@ -303,13 +308,13 @@ impl Machine {
             .ok_or_else(|| fault(part, format!("no joint is called «{name}»; {}", listing(self.joints.iter().map(|j| j.name.as_str())))))
     }
 
-    /// All joints of a name: those that share the work of one.
+    /// Returns all joints of a name, which share one described joint.
     fn joints_named(&self, part: &str, name: &str) -> Result<Vec<usize>, MachineError> {
         self.joint_named(part, name)?;
         Ok((0..self.joints.len()).filter(|j| self.joints[*j].name == name).collect())
     }
 
-    /// Lets a joint act on `to` where it acted on `from`.
+    /// Moves a joint from `from` to `to`.
     fn reattach(&mut self, ReattachFile { joint, from, to }: &ReattachFile) -> Result<(), MachineError> {
         let part = format!("reattach {joint}");
         let to = self.named_point(&part, to)?;
@@ -318,7 +323,7 @@ impl Machine {
                 return Err(fault(part, format!("the joint acts on «{}» already", self.points[to].name)));
             }
             if from == "ground" {
-                // Relative to the ground becomes relative to the point.
+                // A joint relative to the ground becomes a joint relative to the point.
                 let on = &mut self.joints[at].on;
                 let [(_, coefficient)] = on[..] else { return Err(fault(part, "the joint does not act between one point and the ground")) };
                 on.push((to, -coefficient));
@@ -331,7 +336,7 @@ impl Machine {
         Ok(())
     }
 
-    /// Lets a joint act on one point more.
+    /// Lets a joint act on an additional point.
     fn attach(&mut self, AttachFile { joint, to, times: coefficient }: &AttachFile) -> Result<(), MachineError> {
         let part = format!("attach {joint}");
         let point = self.named_point(&part, to)?;

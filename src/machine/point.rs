@@ -5,7 +5,7 @@ use serde::Deserialize;
 
 use super::Value;
 
-/// Whether a coordinate is a displacement (m) or an angle (rad).
+/// The kind of a coordinate: displacement (m) or angle (rad).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(rename = "MotionFile", rename_all = "lowercase")]
 #[schemars(description = "`translation` or `rotation`.")]
@@ -25,14 +25,14 @@ pub struct Point {
     pub name: String,
     /// Displacement or angle.
     pub motion: PointMotion,
-    /// Mass (kg) or moment of inertia (kg·m²) lumped here; zero where there is none.
+    /// Lumped mass (kg) or moment of inertia (kg·m²); zero where there is none.
     pub inertia: Value,
-    /// Held to the ground: its coordinate is zero.
+    /// Whether it is fixed to the ground: its coordinate is zero.
     pub fixed: bool,
 }
 
 impl PointMotion {
-    /// The configuration key of the inertia of such a point.
+    /// Returns the configuration key of the inertia of such a point.
     pub fn inertia_key(self) -> &'static str {
         match self {
             PointMotion::Translation => "mass_kg",
@@ -40,7 +40,7 @@ impl PointMotion {
         }
     }
 
-    /// The word for it.
+    /// Returns the noun for messages.
     pub fn noun(self) -> &'static str {
         match self {
             PointMotion::Translation => "translation",

@@ -1,4 +1,4 @@
-//! The part of a screw between a bearing and the nut, as a spring without mass.
+//! Screw segments: the part of a screw between a bearing and the nut, as a massless spring.
 
 use std::f64::consts::PI;
 
@@ -6,21 +6,21 @@ use schemars::JsonSchema;
 use serde::Deserialize;
 
 use super::Operating;
-use super::schema::words_alone;
+use super::schema::enum_without_descriptions;
 
-/// From which end of the screw a segment reaches to the nut.
+/// The end of the screw from which a segment reaches to the nut.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize, JsonSchema)]
 #[serde(rename = "EndFile", rename_all = "lowercase")]
-#[schemars(transform = words_alone)]
+#[schemars(transform = enum_without_descriptions)]
 pub enum SegmentEnd {
     /// From the left (lower) end: its length is the nut position.
     #[default]
     Start,
-    /// From the right (upper) end: its length is what is left of the screw.
+    /// From the right (upper) end: its length is the screw length minus the nut position.
     End,
 }
 
-/// What a segment gives way by turning: the nut rides on a screw that twists.
+/// Torsional compliance of a segment: the nut travels as the screw twists.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Twist {
     /// Shear modulus G (Pa).
@@ -44,20 +44,20 @@ pub struct Twist {
 pub struct Segment {
     /// Unique name.
     pub name: String,
-    /// Diameter d (m) that carries.
+    /// Load-carrying diameter d (m).
     pub diameter_m: f64,
     /// Young's modulus E (Pa).
     pub youngs_modulus_pa: f64,
-    /// Length of the whole screw between its ends (m): the range of nut positions.
+    /// Length of the whole screw between its ends (m), which is the range of nut positions.
     pub length_m: f64,
-    /// From which end it reaches to the nut.
+    /// The end from which it reaches to the nut.
     pub from: SegmentEnd,
-    /// Twist, where it counts.
+    /// Twist; `None` where it is negligible.
     pub twist: Option<Twist>,
 }
 
 impl Segment {
-    /// Stiffness (N/m) with the nut at its position; at mid-stroke where none is given.
+    /// Computes the stiffness (N/m) at the nut position, or at mid-stroke where none is given.
     pub fn stiffness_n_per_m(&self, operating: &Operating) -> f64 {
         let nut_m = operating.nut_m.unwrap_or(0.5 * self.length_m);
         let length_m = match self.from {

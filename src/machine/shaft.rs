@@ -2,27 +2,27 @@
 
 use super::{Operating, PointMotion, Value};
 
-/// Where a station sits on its shaft.
+/// The place of a station on its shaft.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum StationPlace {
     /// At a fixed distance (m) from the shaft's left end.
     At(f64),
-    /// At the nut, wherever that is.
+    /// At the nut position.
     Nut,
-    /// At a distance (m) from the nut, towards the right end, times the shaft's factor.
+    /// At a distance (m) from the nut, positive towards the right end, multiplied by the shaft's factor.
     BesideNut(f64),
     /// At the shaft's right end.
     End,
 }
 
-/// A named place on a shaft and the points that move with it.
+/// A place on a shaft and the points that move with it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Station {
-    /// Where it is.
+    /// Its place.
     pub place: StationPlace,
     /// The point (index) that moves axially with it.
     pub axial: Option<usize>,
-    /// The point (index) that turns with it.
+    /// The point (index) that rotates with it.
     pub torsion: Option<usize>,
 }
 
@@ -35,7 +35,7 @@ pub struct Shaft {
     pub length: Value,
     /// Diameter (m).
     pub diameter: Value,
-    /// Bore over diameter, 0 where it is solid.
+    /// Bore diameter divided by outer diameter; 0 for a solid shaft.
     pub bore_ratio: Value,
     /// Young's modulus E (Pa).
     pub youngs_modulus: Value,
@@ -43,18 +43,19 @@ pub struct Shaft {
     pub shear_modulus: Value,
     /// Density ρ (kg/m³).
     pub density: Value,
-    /// Loss factor η of the material: E and G times 1 + η·(i + s·2/π·ln(ω/ω₀)), s as in [`Machine::loss_dispersion`](super::Machine).
+    /// Loss factor η of the material: E and G are multiplied by 1 + η·(i + s·2/π·ln(ω/ω₀)), s as in
+    /// [`Machine::loss_dispersion`](super::Machine).
     pub loss_factor: Value,
-    /// Factor of the distances of stations beside the nut.
+    /// Factor of the distances between the nut and the stations next to it.
     pub beside_nut: Value,
-    /// How far the middle of the stations beside the nut lies from it, towards the right end, in distances of these.
+    /// Offset of the midpoint of these stations from the nut, positive towards the right end, in units of their nominal distance from the nut.
     pub aside_of_nut: Value,
     /// Stations from left to right.
     pub stations: Vec<Station>,
 }
 
 impl Shaft {
-    /// Distance (m) of a station from the left end; `None` for the nut where no nut position is given.
+    /// Returns the distance (m) of a station from the left end; `None` at the nut where no nut position is given.
     pub fn place_m(&self, place: StationPlace, parameters: &[f64], operating: &Operating) -> Option<f64> {
         match place {
             StationPlace::At(distance_m) => Some(distance_m),
@@ -67,14 +68,14 @@ impl Shaft {
         }
     }
 
-    /// Area of the section (m²) and its polar moment (m⁴).
+    /// Returns the cross-sectional area (m²) and its polar second moment (m⁴).
     pub fn section(&self, parameters: &[f64], operating: &Operating) -> (f64, f64) {
         let (diameter_m, bore) = (self.diameter.at(parameters, operating), self.bore_ratio.at(parameters, operating));
         let solid_m2 = std::f64::consts::FRAC_PI_4 * diameter_m * diameter_m;
         (solid_m2 * (1.0 - bore.powi(2)), solid_m2 * diameter_m * diameter_m / 8.0 * (1.0 - bore.powi(4)))
     }
 
-    /// Mass (kg) of the shaft, or its moment of inertia (kg·m²) about its axis.
+    /// Returns the mass (kg) of the shaft, or its moment of inertia (kg·m²) about its axis.
     pub fn inertia(&self, motion: PointMotion, parameters: &[f64], operating: &Operating) -> f64 {
         let at = |value: &Value| value.at(parameters, operating);
         let (area_m2, polar_m4) = self.section(parameters, operating);
@@ -82,7 +83,7 @@ impl Shaft {
         at(&self.density) * at(&self.length) * section
     }
 
-    /// Whether it is an end that [`Machine::with_tolerances`](super::Machine::with_tolerances) cut off.
+    /// Whether it is a journal separated by [`Machine::with_tolerances`](super::Machine::with_tolerances).
     pub fn is_journal(&self) -> bool {
         self.name.starts_with("~journal")
     }

@@ -1,9 +1,9 @@
-//! Numbers of a patch: written out, a parameter, or a stiffness made of something.
+//! Sources of numbers in a patch: a literal number, a parameter or a composed stiffness.
 
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-/// A number, a parameter by id, or a stiffness that is made of something.
+/// A number, a parameter by id, or a composed stiffness.
 #[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]
 #[serde(
     rename = "Number",
@@ -11,7 +11,7 @@ use serde::Deserialize;
     expecting = "expected a number, or the name of a parameter in quotes; for a stiffness also { contact = \"…\" }, { segment = \"…\" } or { series = […] }"
 )]
 pub enum NumberSource {
-    /// Fixed.
+    /// Literal number.
     Number(f64),
     /// Parameter.
     Parameter(String),
@@ -19,9 +19,9 @@ pub enum NumberSource {
     Contact(ContactNumber),
     /// Stiffness of a screw segment.
     Segment(SegmentNumber),
-    /// Springs in series.
+    /// Series of springs.
     Series(SeriesNumber),
-    /// Another one times the parameter of that id.
+    /// Another source multiplied by the parameter of that id.
     #[serde(skip)]
     Times(Box<NumberSource>, String),
 }
@@ -51,7 +51,7 @@ pub struct SeriesNumber {
 }
 
 impl NumberSource {
-    /// What a person calls it.
+    /// Returns the label for reports.
     pub(super) fn label(&self) -> String {
         match self {
             NumberSource::Number(number) => number.to_string(),

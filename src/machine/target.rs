@@ -1,13 +1,13 @@
-//! Numbers that a patch scales: which they are, and what becomes of them.
+//! Targets and modifiers of patches: which numbers a patch changes, and how.
 
 use schemars::JsonSchema;
 use serde::Deserialize;
 
 use super::check::{MachineError, fault, listing};
-use super::schema::words_alone;
+use super::schema::enum_without_descriptions;
 use super::{Base, Machine, Modifier, OperatingVariable, Value};
 
-/// Which number of which part a patch scales.
+/// The number of a part that a patch changes.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Target {
     /// Inertia of the point of that name.
@@ -20,7 +20,7 @@ pub enum Target {
     JointLossFactor(String),
     /// Integral action of the joint of that name.
     JointIntegralRate(String),
-    /// Play of the joint of that name.
+    /// Backlash of the joint of that name.
     Gap(String),
     /// Friction of the joint of that name, and the key of the number.
     Friction(String, String),
@@ -28,11 +28,11 @@ pub enum Target {
     LeadError(String, String),
     /// Diameter of the shaft of that name.
     ShaftDiameter(String),
-    /// Bore over diameter of the shaft of that name.
+    /// Bore ratio of the shaft of that name.
     ShaftBore(String),
     /// Loss factor of the shaft of that name.
     ShaftLossFactor(String),
-    /// Young's modulus, and with it the shear modulus, of the shaft of that name.
+    /// Young's modulus of the shaft of that name, and with it the shear modulus.
     ShaftModulus(String),
     /// Shear modulus alone of the shaft of that name.
     ShaftShearModulus(String),
@@ -44,12 +44,12 @@ pub enum Target {
     ChainGain,
     /// Delay of the measuring chain.
     ChainDelay,
-    /// Power by which the recorded quantity differs from the one stated.
+    /// Power of iω by which the recorded quantity differs from the stated one.
     ChainPower,
 }
 
 impl Target {
-    /// The point, joint or shaft; «drive» and «measurement» for what is none.
+    /// Returns the point, joint or shaft; for other numbers «drive», «losses» or «measurement».
     pub fn part(&self) -> &str {
         match self {
             Target::PointInertia(name)
@@ -72,40 +72,40 @@ impl Target {
     }
 }
 
-/// How a patch scales a number.
+/// How a patch changes a number.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(rename = "LawFile", rename_all = "kebab-case")]
-#[schemars(transform = words_alone)]
+#[schemars(transform = enum_without_descriptions)]
 pub enum Rescale {
-    /// Times 1 + p.
+    /// Multiplies by 1 + p.
     Relative,
-    /// Times exp(p·(2·s − 1)), s = nut position / stroke.
+    /// Multiplies by exp(p·(2·s − 1)), s = nut position / stroke.
     AlongStroke,
-    /// Times exp(p·(1 − (2·s − 1)²)): a hump at mid-stroke.
+    /// Multiplies by exp(p·(1 − (2·s − 1)²)): a maximum or minimum at mid-stroke.
     MidStroke,
-    /// An inertia becomes the stiffness of a beam of that inertia over the shaft's free length left of the nut.
+    /// Replaces an inertia by the stiffness of a beam of that inertia over the shaft's free length left of the nut.
     LeftSpan,
-    /// The same right of the nut.
+    /// As [`Rescale::LeftSpan`], right of the nut.
     RightSpan,
-    /// Times exp(p·x) with the size x of the force level.
+    /// Multiplies by exp(p·x), x the normalised force level.
     WithForceLevel,
-    /// The same with that of the speed.
+    /// Multiplies by exp(p·x), x the normalised speed.
     WithSpeed,
-    /// The same with that of the acceleration.
+    /// Multiplies by exp(p·x), x the normalised acceleration.
     WithAcceleration,
-    /// Becomes the parameter itself.
+    /// Replaces the number by the parameter.
     Replace,
-    /// With the parameter as a spring in series: x·p/(x + p).
+    /// Puts the parameter as a spring in series: x·p/(x + p).
     InSeries,
-    /// Plus the parameter.
+    /// Adds the parameter.
     Added,
-    /// Less the parameter, which is elsewhere.
+    /// Subtracts the parameter, which the effect places elsewhere.
     Less,
-    /// Times the parameter.
+    /// Multiplies by the parameter.
     Times,
 }
 
-/// The number of that key.
+/// Returns the number with a configuration key.
 fn keyed<'v>(part: &str, key: &str, mut values: Vec<(&'static str, &'v mut Value)>) -> Result<&'v mut Value, MachineError> {
     match values.iter().position(|(k, _)| *k == key) {
         Some(at) => Ok(values.swap_remove(at).1),
@@ -121,8 +121,8 @@ impl Machine {
         let name = target.part();
         let missing = || fault(&part, format!("the machine has no «{name}»"));
         let point = self.points.iter_mut().find(|p| p.name == name).ok_or_else(missing);
-        let own = self.joints.iter_mut().filter(|j| j.name == name).collect::<Vec<_>>();
-        let joints = if own.is_empty() { Err(missing()) } else { Ok(own) };
+        let named = self.joints.iter_mut().filter(|j| j.name == name).collect::<Vec<_>>();
+        let joints = if named.is_empty() { Err(missing()) } else { Ok(named) };
         let shaft = self.shafts.iter_mut().find(|s| s.name == name).ok_or_else(missing);
         let values: Vec<&mut Value> = match target {
             Target::PointInertia(_) => vec![&mut point?.inertia],
@@ -155,16 +155,19 @@ impl Machine {
             Target::ChainPower => vec![&mut self.chain.power],
         };
         for value in values {
-            let law = match rescale {
+            let modifier = match rescale {
                 Rescale::Replace => {
                     value.base = Base::Parameter(index);
                     continue;
                 }
                 Rescale::Less => {
-                    // No more can be taken away than there is. Where an effect starts beyond that its range stays, and nothing it finds there is told.
-                    let taken = &mut self.parameters[index];
-                    if let Some(most) = value.described().map(|number| 0.98 * number).filter(|most| *most > taken.start.max(taken.lower)) {
-                        taken.upper = taken.upper.min(most);
+                    // At most 98 % can be subtracted. Where an effect starts above that, its range stays, and the diagnosis reports no
+                    // value it finds there.
+                    let subtracted = &mut self.parameters[index];
+                    if let Some(most) =
+                        value.described().map(|number| 0.98 * number).filter(|most| *most > subtracted.start.max(subtracted.lower))
+                    {
+                        subtracted.upper = subtracted.upper.min(most);
                     }
                     Modifier::Less(index)
                 }
@@ -180,7 +183,7 @@ impl Machine {
                 Rescale::LeftSpan => Modifier::LeftSpan(index, stroke_m.clone()?),
                 Rescale::RightSpan => Modifier::RightSpan(index, stroke_m.clone()?),
             };
-            value.laws.push(law);
+            value.laws.push(modifier);
         }
         Ok(())
     }

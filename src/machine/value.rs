@@ -1,4 +1,4 @@
-//! A number of the description: fixed, or a parameter, scaled by laws of the operating condition.
+//! A number of the description: fixed or a parameter, changed by modifiers that may depend on the operating condition.
 
 use std::sync::Arc;
 
@@ -7,9 +7,9 @@ use super::{LoadedPair, Operating, OperatingVariable, Segment};
 /// A number of a machine's description.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Value {
-    /// Where its base comes from.
+    /// Source of its base value.
     pub base: Base,
-    /// Factors that effects have put on it.
+    /// Modifiers added by effects, applied in order.
     pub laws: Vec<Modifier>,
 }
 
@@ -28,34 +28,34 @@ pub enum Base {
     Series(Arc<Vec<(String, Value)>>),
 }
 
-/// One factor on a value; `usize` is the index of a parameter p.
+/// A modifier of a value; `usize` is the index of a parameter p.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Modifier {
-    /// 1 + p: a relative change.
+    /// Multiplies by 1 + p.
     Relative(usize),
-    /// p: a factor.
+    /// Multiplies by p.
     Times(usize),
-    /// exp(p·(2·s − 1)) with s = nut position / stroke: a steady change along the stroke.
+    /// Multiplies by exp(p·(2·s − 1)) with s = nut position / stroke: a monotonic change along the stroke.
     AlongStroke(usize, f64),
-    /// exp(p·(1 − (2·s − 1)²)): a hump at mid-stroke, such as wear leaves.
+    /// Multiplies by exp(p·(1 − (2·s − 1)²)): a maximum or minimum at mid-stroke, for example from wear.
     MidStroke(usize, f64),
-    /// (2π·p)²·(L/2ℓ)⁴ with ℓ from the left end to the nut: a mass becomes the stiffness on which it swings like a beam of length ℓ, whose natural
-    /// frequency is p where ℓ is half of L. Source: Euler–Bernoulli beam, f ∝ 1/ℓ².
+    /// Multiplies by (2π·p)²·(L/2ℓ)⁴ with ℓ from the left end to the nut. It turns a mass into the stiffness on which the mass vibrates
+    /// like a beam of length ℓ. The natural frequency is p where ℓ is half of L. Source: Euler–Bernoulli beam, f ∝ 1/ℓ².
     LeftSpan(usize, f64),
-    /// The same with ℓ from the nut to the right end.
+    /// As [`Modifier::LeftSpan`] with ℓ from the nut to the right end.
     RightSpan(usize, f64),
-    /// exp(p·x) with the size x of a circumstance: for the force level its power p.
+    /// Multiplies by exp(p·x), x the size of an operating variable; for the force level p is its exponent.
     With(usize, OperatingVariable),
-    /// x becomes x·p/(x + p): a spring p in series with a spring x.
+    /// Puts a spring p in series: x becomes x·p/(x + p).
     InSeries(usize),
-    /// x + p.
+    /// Adds p.
     Added(usize),
-    /// x − p, a hundredth of x at least.
+    /// Subtracts p, but keeps at least a hundredth of x.
     Less(usize),
 }
 
 impl Modifier {
-    /// The parameter it depends on, by index.
+    /// Returns the index of the parameter on which it depends.
     fn parameter(&self) -> usize {
         *self.clone().parameter_mut()
     }
@@ -75,7 +75,7 @@ impl Modifier {
         }
     }
 
-    /// What becomes of x, and the derivatives of that with x and with the parameter.
+    /// Returns the modified x and its derivatives with respect to x and to the parameter.
     fn apply(&self, x: f64, parameters: &[f64], operating: &Operating) -> (f64, f64, f64) {
         let p = parameters[self.parameter()];
         match *self {
@@ -93,12 +93,12 @@ impl Modifier {
             Modifier::LeftSpan(_, stroke_m) | Modifier::RightSpan(_, stroke_m) => {
                 let nut_m = operating.nut_m.unwrap_or(0.5 * stroke_m);
                 let free_m = if matches!(self, Modifier::LeftSpan(..)) { nut_m } else { stroke_m - nut_m };
-                // Next to its bearing the screw does not bend.
+                // The formula diverges towards the bearing, where the screw cannot bend.
                 let span = (0.5 * stroke_m / free_m.max(0.02 * stroke_m)).powi(4) * std::f64::consts::TAU.powi(2);
                 (x * p * p * span, p * p * span, 2.0 * x * p * span)
             }
-            Modifier::With(_, circumstance) => {
-                let size = circumstance.size(operating);
+            Modifier::With(_, variable) => {
+                let size = variable.size(operating);
                 let factor = (p * size).exp();
                 (x * factor, factor, x * factor * size)
             }
@@ -111,34 +111,34 @@ impl Modifier {
 }
 
 impl Value {
-    /// A fixed number.
+    /// Creates a fixed number.
     pub fn number(number: f64) -> Self {
         Value { base: Base::Number(number), laws: Vec::new() }
     }
 
-    /// The parameter with this index.
+    /// Creates a reference to the parameter with this index.
     pub fn parameter(index: usize) -> Self {
         Value { base: Base::Parameter(index), laws: Vec::new() }
     }
 
-    /// Its number for the given parameters (each in its unit) and operating condition.
+    /// Computes the number for the given parameters (each in its unit) and operating condition.
     #[inline]
     pub fn at(&self, parameters: &[f64], operating: &Operating) -> f64 {
-        self.laws.iter().fold(self.base_at(parameters, operating), |x, law| law.apply(x, parameters, operating).0)
+        self.laws.iter().fold(self.base_at(parameters, operating), |x, modifier| modifier.apply(x, parameters, operating).0)
     }
 
-    /// Its number as described, before any law; `None` where parameters tell it.
+    /// Returns the described number before any modifier; `None` where it depends on parameters.
     pub fn described(&self) -> Option<f64> {
         if let Base::Number(number) = self.base { Some(number) } else { None }
     }
 
-    /// Whether more is taken away from it than there is.
+    /// Whether a modifier subtracts more than there is.
     pub fn is_exhausted(&self, parameters: &[f64], operating: &Operating) -> bool {
         let mut x = self.base_at(parameters, operating);
-        self.laws.iter().any(|law| {
-            let (left, _, taken) = law.apply(x, parameters, operating);
-            x = left;
-            matches!(law, Modifier::Less(_)) && taken == 0.0
+        self.laws.iter().any(|modifier| {
+            let (next, _, with_parameter) = modifier.apply(x, parameters, operating);
+            x = next;
+            matches!(modifier, Modifier::Less(_)) && with_parameter == 0.0
         })
     }
 
@@ -152,25 +152,25 @@ impl Value {
         }
     }
 
-    /// Its springs in series with the share that each has in its compliance; one alone where it is no series.
+    /// Returns the springs of a series, each with its share of the compliance; empty for any other value.
     pub fn compliance_shares(&self, parameters: &[f64], operating: &Operating) -> Vec<(String, f64)> {
         let Base::Series(springs) = &self.base else { return Vec::new() };
         let whole = self.base_at(parameters, operating);
         springs.iter().map(|(name, spring)| (name.clone(), whole / spring.at(parameters, operating))).collect()
     }
 
-    /// Its exact derivatives with the parameters: `each(index, derivative)`, an index possibly more than once.
+    /// Computes the exact derivatives with respect to the parameters: `each(index, derivative)`, possibly several times per index.
     pub fn gradient(&self, parameters: &[f64], operating: &Operating, mut each: impl FnMut(usize, f64)) {
         self.each_gradient(parameters, operating, &mut each);
     }
 
     fn each_gradient(&self, parameters: &[f64], operating: &Operating, each: &mut dyn FnMut(usize, f64)) {
         let mut x = self.base_at(parameters, operating);
-        // What later laws make of a change of x is the product of their derivatives with x.
+        // Later modifiers multiply a change of x by the product of their derivatives with respect to x.
         let onward = |from: usize, mut x: f64| {
             let mut product = 1.0;
-            for law in &self.laws[from..] {
-                let (next, with_x, _) = law.apply(x, parameters, operating);
+            for modifier in &self.laws[from..] {
+                let (next, with_x, _) = modifier.apply(x, parameters, operating);
                 product *= with_x;
                 x = next;
             }
@@ -187,27 +187,27 @@ impl Value {
                 }
             }
         }
-        for (at, law) in self.laws.iter().enumerate() {
-            let (next, _, with_parameter) = law.apply(x, parameters, operating);
+        for (at, modifier) in self.laws.iter().enumerate() {
+            let (next, _, with_parameter) = modifier.apply(x, parameters, operating);
             x = next;
-            each(law.parameter(), with_parameter * onward(at + 1, x));
+            each(modifier.parameter(), with_parameter * onward(at + 1, x));
         }
     }
 
-    /// Gives the parameters new indices.
+    /// Maps the parameters to new indices.
     pub(super) fn renumber(&mut self, moved: &[usize]) {
         match &mut self.base {
             Base::Number(_) | Base::Contact(_) | Base::Segment(_) => {}
             Base::Parameter(index) => *index = moved[*index],
             Base::Series(springs) => Arc::make_mut(springs).iter_mut().for_each(|(_, spring)| spring.renumber(moved)),
         }
-        for law in &mut self.laws {
-            let index = law.parameter_mut();
+        for modifier in &mut self.laws {
+            let index = modifier.parameter_mut();
             *index = moved[*index];
         }
     }
 
-    /// The parameters it depends on, by index.
+    /// Returns the indices of the parameters on which it depends.
     pub fn depends_on(&self) -> Box<dyn Iterator<Item = usize> + '_> {
         let base: Box<dyn Iterator<Item = usize> + '_> = match &self.base {
             Base::Number(_) | Base::Contact(_) | Base::Segment(_) => Box::new(std::iter::empty()),
@@ -223,7 +223,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn gradients_are_those_of_finite_differences() {
+    fn gradients_match_finite_differences() {
         let laws = vec![
             Modifier::Relative(1),
             Modifier::InSeries(2),

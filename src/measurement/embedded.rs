@@ -1,12 +1,12 @@
-//! Published measurements, which come with the program.
+//! Published measurement sets embedded in the program.
 
-/// Name of the set that is used when none is given.
+/// Name of the default set.
 pub const BENCH: &str = "measurements/tian";
 
 /// Name of the set of the twin ball screw.
 const TWIN: &str = "measurements/twin-ball-screw";
 
-/// Text of a file of an embedded set.
+/// Returns the text of a file of an embedded set.
 pub(super) fn embedded_file(set: &str, file: &str) -> Option<&'static str> {
     match (set.trim_end_matches('/'), file) {
         (BENCH, "manifest.toml") => Some(include_str!("../../measurements/tian/manifest.toml")),

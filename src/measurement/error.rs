@@ -1,8 +1,8 @@
-//! What can be wrong with a measurement set.
+//! Faults of measurement sets.
 
 use thiserror::Error;
 
-/// What is wrong with a measurement set: the file, the line or key, what was found and what to write instead.
+/// A fault of a measurement set; the text names file, line or key, the finding and the remedy.
 #[derive(Debug, Clone, PartialEq, Error)]
 pub enum MeasurementError {
     /// A fault at a line of a file.
@@ -12,7 +12,7 @@ pub enum MeasurementError {
         path: String,
         /// Line, from 1.
         line: u64,
-        /// What was found and the mend.
+        /// Finding and remedy.
         fault: String,
     },
     /// A fault of a file.
@@ -20,7 +20,7 @@ pub enum MeasurementError {
     File {
         /// File.
         path: String,
-        /// What was found and the mend.
+        /// Finding and remedy.
         fault: String,
     },
 }

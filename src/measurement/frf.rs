@@ -1,16 +1,16 @@
-//! Frequency response functions as measured, with what is known of their noise.
+//! Measured frequency response functions with their noise.
 
 use num_complex::Complex64;
 
 use super::table::Table;
 use super::{MeasurementError, Quantity};
 
-/// What is known of the noise of a line.
+/// Noise of a frequency line.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum FrfNoise {
-    /// Coherence γ² of an average of so many records.
+    /// Coherence γ² of the averaged records.
     Coherence(f64),
-    /// Total complex standard deviation of the mean over |H|.
+    /// Standard deviation of the complex mean (both components together) over |H| (1).
     RelativeSd(f64),
 }
 
@@ -21,23 +21,23 @@ pub struct FrfLine {
     pub frequency_hz: f64,
     /// H = response / force, e^{+iωt}, in the record's quantity.
     pub value: Complex64,
-    /// Its noise, where known.
+    /// Noise, where known.
     pub noise: Option<FrfNoise>,
 }
 
-/// Coherence below which a line is not accepted.
+/// Smallest coherence γ² of an accepted line (1).
 pub const LEAST_COHERENCE: f64 = 0.8;
 
-/// Least 1 − γ² that is believed: a coherence printed to four digits.
+/// Lower bound on 1 − γ² (1): rounding of a coherence printed to four digits.
 const LEAST_INCOHERENCE: f64 = 5e-5;
 
-/// Lines to either side whose noise is looked at together.
-const BESIDE: usize = 4;
+/// Number of lines on either side whose noise power is averaged.
+const NEIGHBOURS: usize = 4;
 
-/// From so many times the noise beside it on a line's own is no chance.
-const APART: f64 = 4.0;
+/// Ratio of a line's noise power to the mean of its neighbours above which the difference is not chance (1).
+const OUTLIER_RATIO: f64 = 4.0;
 
-/// The condition under which an FRF was measured, beside its position; what is not stated is absent.
+/// Operating condition of an FRF in addition to its position; `None` where not stated.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Condition {
     /// Level of the exciting force (N).
@@ -55,26 +55,26 @@ pub struct Frf {
     pub position: Option<usize>,
     /// Name of the repeat or record.
     pub record: Option<String>,
-    /// Name of the point that responds.
+    /// Name of the response point.
     pub response: String,
-    /// Name of the point that is excited.
+    /// Name of the excitation point.
     pub excitation: String,
-    /// Its quantity.
+    /// Quantity.
     pub quantity: Quantity,
-    /// What the machine did while it was measured.
+    /// Operating condition.
     pub condition: Condition,
-    /// Averages taken.
+    /// Number of averages.
     pub averages: Option<u32>,
-    /// File it came from.
+    /// File of the FRF.
     pub source: String,
     /// Accepted lines in rising frequency.
     pub lines: Vec<FrfLine>,
-    /// Lines read but not accepted (coherence too low, f = 0), in rising frequency.
+    /// Rejected lines (coherence too low, f = 0 or H = 0) in rising frequency.
     pub rejected: Vec<FrfLine>,
 }
 
 impl Frf {
-    /// Standard deviation of one component (real or imaginary) of ln H at a line; `None` where nothing is known.
+    /// Returns the standard deviation of one component (real or imaginary) of ln H at a line; `None` where unknown.
     ///
     /// # Source  Bendat and Piersol: (1 − γ²)/(2·n·γ²) for the H1 estimate without leakage.
     pub fn component_sd(&self, line: &FrfLine) -> Option<f64> {
@@ -87,13 +87,14 @@ impl Frf {
         }
     }
 
-    /// As [`Frf::component_sd`] at every line, the noise that a coherence tells taken together with that of the lines beside it, accepted or not:
-    /// of few averages each tells it badly, and the lines that seem quietest by chance would weigh most. The noise of the response (its power,
-    /// not its share of |H|) changes little from line to line; a line with far more noise than those beside it keeps its own. One that was
-    /// accepted where most are not has a high coherence by chance and tells nothing: 1.
+    /// Returns [`Frf::component_sd`] at every line, with the noise power from coherence averaged over neighbouring lines, accepted or not.
     ///
-    /// # Source  the coherence that is measured leaves n − 1 of n averages to tell the noise: (1 − γ²)/(2·(n − 1)·γ²), unbiased, the ratio of the
-    /// residual to the explained power of a complex regression, with 2(n − 1) degrees of freedom.
+    /// With few averages, the coherence of one line is a poor estimate of its noise, and lines that seem quiet by chance would weigh most. The noise
+    /// power of the response, unlike its share of |H|, changes little from line to line. A line with far more noise than its neighbours keeps its
+    /// own. A line accepted where most are rejected has a high coherence by chance and carries no information: its standard deviation is 1.
+    ///
+    /// # Source  a measured coherence leaves n − 1 of n averages to estimate the noise: (1 − γ²)/(2·(n − 1)·γ²), unbiased. It is the ratio of
+    /// residual to explained power of a complex regression, with 2(n − 1) degrees of freedom.
     pub fn component_sds(&self) -> Vec<Option<f64>> {
         let freedom = |n: u32| f64::from(n) / f64::from(n.saturating_sub(1).max(1));
         let power = |line: &FrfLine| match line.noise? {
@@ -107,23 +108,23 @@ impl Frf {
         }
         all.sort_by(|a, b| a.0.total_cmp(&b.0));
         let mut at = 0;
-        let mut of = |line: &FrfLine| {
+        let mut sd = |line: &FrfLine| {
             let own = power(line)?;
             at += all[at..].iter().position(|(frequency_hz, _, _)| *frequency_hz == line.frequency_hz)?;
-            let around = &all[at.saturating_sub(BESIDE)..(at + BESIDE + 1).min(all.len())];
+            let around = &all[at.saturating_sub(NEIGHBOURS)..(at + NEIGHBOURS + 1).min(all.len())];
             let count = around.len() as f64;
             if 2.0 * (around.iter().filter(|(_, accepted, _)| *accepted).count() as f64) < count {
                 return Some(1.0);
             }
             let sum = around.iter().map(|(_, _, power)| power).sum::<f64>();
-            let apart = own * (count - 1.0) > APART * (sum - own);
-            Some(((if apart { own } else { sum / count }) / line.value.norm_sqr()).sqrt())
+            let is_outlier = own * (count - 1.0) > OUTLIER_RATIO * (sum - own);
+            Some(((if is_outlier { own } else { sum / count }) / line.value.norm_sqr()).sqrt())
         };
-        self.lines.iter().map(|line| of(line).or_else(|| self.component_sd(line))).collect()
+        self.lines.iter().map(|line| sd(line).or_else(|| self.component_sd(line))).collect()
     }
 }
 
-/// Reads the lines of `frequency_hz,real,imag[,coherence][,relative_sd]`: accepted lines and the others.
+/// Reads the lines of `frequency_hz,real,imag[,coherence][,relative_sd]`: accepted and rejected lines.
 pub(super) fn read_lines(path: &str, text: &str) -> Result<(Vec<FrfLine>, Vec<FrfLine>), MeasurementError> {
     let table = Table::read(path, text, &["frequency_hz", "real", "imag"], &["coherence", "relative_sd"])?;
     let mut lines: Vec<FrfLine> = Vec::new();
@@ -167,7 +168,7 @@ mod tests {
     use rand::{RngExt, SeedableRng};
     use rand_xoshiro::Xoshiro256PlusPlus;
 
-    /// H1 and coherence of `averages` records with white force and a response with noise of its own; |H| falls from 1.
+    /// Returns an FRF (H1 and coherence of `averages` records) with white force and independent response noise, and its errors; |H| falls from 1.
     fn measured(averages: u32, (noise, last): (f64, f64), random: &mut Xoshiro256PlusPlus) -> (Frf, Vec<f64>) {
         let mut normal = || {
             let (a, b): (f64, f64) = (random.random_range(f64::MIN_POSITIVE..1.0), random.random());
@@ -178,7 +179,7 @@ mod tests {
             let level = f64::powf(last, f64::from(at) / 400.0);
             let (mut xx, mut yy, mut xy) = (0.0, 0.0, Complex64::ZERO);
             for _ in 0..averages {
-                // A hammer's force is nearly the same from blow to blow.
+                // The force of a hammer is nearly the same from blow to blow.
                 let x = normal();
                 let x = x / x.norm();
                 let y = x * level + normal() * noise;
@@ -209,9 +210,9 @@ mod tests {
         (frf, errors)
     }
 
-    /// Squares of errors over what is said of them: mean 1 of a component, and few beyond three standard deviations, for few averages and many.
+    /// Squared errors over their estimated variance: mean 1 per component and few beyond three standard deviations, for few and many averages.
     #[test]
-    fn limit_errors_are_as_large_as_the_lines_together_say() {
+    fn limit_errors_match_their_estimated_deviations() {
         let mut random = Xoshiro256PlusPlus::seed_from_u64(5);
         for averages in [3, 5, 10, 40] {
             let (mut squares, mut alone) = (Vec::new(), Vec::new());
@@ -224,7 +225,7 @@ mod tests {
             }
             let mean = |all: &[f64]| all.iter().sum::<f64>() / all.len() as f64;
             let far = squares.iter().filter(|x| **x > 4.5).count() as f64 / squares.len() as f64;
-            // Of squares over a mean of 9·(n − 1) others so many are beyond three standard deviations: 1.1 % for many averages.
+            // Share of squares over a mean of 9·(n − 1) others beyond three standard deviations: 1.1 % for many averages.
             let expected = (1.0 + 4.5 / (9.0 * f64::from(averages - 1))).powi(-9 * (averages as i32 - 1));
             assert!(
                 (0.93..1.07).contains(&mean(&squares)) && far < 1.3 * expected,
@@ -236,9 +237,9 @@ mod tests {
         }
     }
 
-    /// Where the response drowns, lines are accepted by chance alone, and are said to tell nothing.
+    /// Where noise hides the response, lines are accepted by chance alone and get a standard deviation of 1.
     #[test]
-    fn limit_lines_accepted_by_chance_tell_nothing() {
+    fn limit_lines_accepted_by_chance_carry_no_information() {
         let mut random = Xoshiro256PlusPlus::seed_from_u64(6);
         let (frf, _) = measured(3, (0.1, 0.02), &mut random);
         let lost = |line: &FrfLine| f64::powf(0.02, (line.frequency_hz - 1.0) / 400.0) < 0.05;

@@ -3,7 +3,7 @@
 use super::table::Table;
 use super::{MeasurementError, SourceFile};
 
-/// What was recorded of the friction.
+/// Recorded friction quantity.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum FrictionUnit {
     /// Axial force (N).
@@ -21,14 +21,14 @@ pub struct FrictionRun {
     pub velocity_m_s: f64,
     /// Force (N) or torque (N·m), with the sign of the velocity.
     pub value: f64,
-    /// Its standard deviation, where the table gives one.
+    /// Standard deviation of `value`, where the table gives one.
     pub sd: Option<f64>,
 }
 
-/// Friction of one axis.
+/// Friction measurements of one axis.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FrictionTable {
-    /// What was recorded.
+    /// Recorded quantity.
     pub unit: FrictionUnit,
     /// Runs, in the order of the table.
     pub runs: Vec<FrictionRun>,
@@ -36,15 +36,15 @@ pub struct FrictionTable {
     pub file: SourceFile,
 }
 
-/// Reads a table with the columns `velocity_m_s` and either `force_n` (perhaps `force_sd_n`) or `torque_nm` (`torque_sd_nm`).
+/// Reads a table with the columns `velocity_m_s` and either `force_n` (optionally `force_sd_n`) or `torque_nm` (optionally `torque_sd_nm`).
 ///
-/// # Errors  the file cannot be read, a column is missing, unknown or there twice, a cell is no number.
+/// # Errors  the file cannot be read, a column is missing, unknown or duplicated, a cell is not a number.
 pub fn read_friction(path: &str) -> Result<FrictionTable, MeasurementError> {
     FrictionTable::of(SourceFile::read(path, "")?)
 }
 
 impl FrictionTable {
-    /// As [`read_friction`], of a file that was read.
+    /// Parses a file that is already read; otherwise as [`read_friction`].
     ///
     /// # Errors  as [`read_friction`].
     pub fn of(file: SourceFile) -> Result<Self, MeasurementError> {

@@ -1,4 +1,4 @@
-//! What was observed: FRFs, modes and motions of a machine at named positions, as one measurement set.
+//! Measurement sets: FRFs, modes and motion records of a machine at named positions.
 
 mod embedded;
 mod error;

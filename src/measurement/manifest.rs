@@ -1,4 +1,4 @@
-//! The words of `manifest.toml`.
+//! Keys of `manifest.toml`.
 
 use schemars::JsonSchema;
 use serde::Deserialize;
@@ -49,15 +49,15 @@ pub(super) struct Split {
     pub fit: Vec<String>,
 }
 
-/// Standard deviations of what a hammer test takes for known; the ordinary ones where they are left out.
+/// Standard deviations of channel gains, channel delays and nut positions; the defaults apply to keys left out.
 #[derive(Debug, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(super) struct ChannelToleranceFile {
-    /// Calibration of each channel, relative (0.004).
+    /// Gain of each channel, relative; default 0.004.
     pub gain: Option<f64>,
-    /// Synchrony of each channel (2e-6 s).
+    /// Delay of each channel against the force (s); default 2e-6.
     pub delay_s: Option<f64>,
-    /// Nut positions (5e-4 m).
+    /// Nut positions (m); default 5e-4.
     pub nut_m: Option<f64>,
 }
 
@@ -90,10 +90,10 @@ pub(super) struct MotionFile {
     pub file: String,
 }
 
-/// Understands the text of a manifest.
+/// Parses the text of a manifest.
 pub(super) fn parse(path: &str, text: &str) -> Result<Manifest, MeasurementError> {
     if text.trim().is_empty() {
-        return Err(MeasurementError::file(path, "is empty; write at least title, quantity and what was measured"));
+        return Err(MeasurementError::file(path, "is empty; write at least title, quantity and modes, [[frf]] or [[motion]]"));
     }
     toml::from_str(text).map_err(|error| {
         let start = error.span().map_or(0, |span| span.start.min(text.len()));
@@ -102,7 +102,7 @@ pub(super) fn parse(path: &str, text: &str) -> Result<Manifest, MeasurementError
     })
 }
 
-/// The JSON Schema of a `manifest.toml`, its TOML read as JSON, made of the types that read it.
+/// Returns the JSON Schema of a `manifest.toml`, its TOML read as JSON, derived from the types that parse it.
 pub fn manifest_schema() -> schemars::Schema {
     schemars::schema_for!(Manifest)
 }

@@ -3,10 +3,10 @@
 use super::table::Table;
 use super::{MeasurementError, Position};
 
-/// One order of one position; what was not observed is absent.
+/// Observation of one order at one position; `None` where not observed.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ModeObservation {
-    /// Order as the experimenter counts.
+    /// Order, as numbered in the table.
     pub order: u32,
     /// Natural frequency (Hz).
     pub frequency_hz: Option<f64>,
@@ -14,18 +14,18 @@ pub struct ModeObservation {
     pub amplitude: Option<f64>,
 }
 
-/// The observed modes of every position of a set.
+/// Observed modes of every position of a set.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct ModeTable {
-    /// In the order of the set's positions; rising orders.
+    /// Modes in the order of the set's positions, by rising order.
     pub positions: Vec<Vec<ModeObservation>>,
-    /// Step to which the frequencies were rounded (Hz); `None` where they were not.
+    /// Rounding step of the frequencies (Hz); `None` where they are not rounded.
     pub resolution_hz: Option<f64>,
-    /// Prominence (height of a peak over the higher of the valleys beside it) from which a peak was taken for one; `None` where it is not told.
+    /// Smallest prominence of a peak that was read: ratio of its height to the higher adjacent valley (1); `None` where not stated.
     pub least_prominence: Option<f64>,
 }
 
-/// Reads `position,order,frequency_hz,amplitude`; an empty cell is «not observed».
+/// Reads `position,order,frequency_hz,amplitude`; an empty cell means «not observed».
 pub(super) fn read_modes(path: &str, text: &str, positions: &[Position]) -> Result<Vec<Vec<ModeObservation>>, MeasurementError> {
     let table = Table::read(path, text, &["position", "order", "frequency_hz"], &["amplitude"])?;
     let mut modes: Vec<Vec<ModeObservation>> = vec![Vec::new(); positions.len()];
@@ -38,7 +38,7 @@ pub(super) fn read_modes(path: &str, text: &str, positions: &[Position]) -> Resu
         let order = row.text("order")?.parse::<u32>().ok().filter(|o| *o > 0);
         let order = order.ok_or_else(|| row.fault(format!("order «{}» is not a whole number from 1", row.text("order").unwrap_or(""))))?;
         if modes[at].iter().any(|m| m.order == order) {
-            return Err(row.fault(format!("order {order} of position {name} stands here twice; keep one")));
+            return Err(row.fault(format!("order {order} of position {name} appears twice; keep one")));
         }
         let positive = |column: &str| match row.optional_number(column)? {
             Some(x) if x <= 0.0 => Err(row.fault(format!("{column} is {x}; write a number above 0, or leave the cell empty"))),
@@ -49,7 +49,7 @@ pub(super) fn read_modes(path: &str, text: &str, positions: &[Position]) -> Resu
         }
         let observation = ModeObservation { order, frequency_hz: positive("frequency_hz")?, amplitude: positive("amplitude")? };
         if observation.frequency_hz.is_none() && observation.amplitude.is_some() {
-            return Err(row.fault("an amplitude without a frequency; write both or neither".into()));
+            return Err(row.fault("has an amplitude without a frequency; write both or neither".into()));
         }
         modes[at].push(observation);
     }

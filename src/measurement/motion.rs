@@ -1,4 +1,4 @@
-//! Time records of a driven axis: command, position, and the force or torque that drives it.
+//! Time records of a driven axis: command, position, and drive force or torque.
 
 use std::collections::BTreeMap;
 
@@ -6,7 +6,7 @@ use super::MeasurementError;
 use super::table::Table;
 use numeric::statistics::{extremes, median};
 
-/// What drives the axis.
+/// Drive force or torque.
 #[derive(Debug, Clone, PartialEq)]
 pub enum DriveEffort {
     /// Axial force (N), sample by sample.
@@ -16,14 +16,14 @@ pub enum DriveEffort {
 }
 
 impl DriveEffort {
-    /// Its samples, N or N·m.
+    /// Returns its samples (N or N·m).
     pub fn samples(&self) -> &[f64] {
         match self {
             DriveEffort::Force(samples) | DriveEffort::Torque(samples) => samples,
         }
     }
 
-    /// Its column.
+    /// Returns the name of its column.
     pub fn column(&self) -> &'static str {
         match self {
             DriveEffort::Force(_) => "force_n",
@@ -32,7 +32,7 @@ impl DriveEffort {
     }
 }
 
-/// One motion, sampled evenly.
+/// One motion with a constant sampling step.
 #[derive(Debug, Clone, PartialEq)]
 pub struct MotionRecord {
     /// Name of the record.
@@ -47,36 +47,37 @@ pub struct MotionRecord {
     pub command_m: Vec<f64>,
     /// Measured position (m).
     pub position_m: Vec<f64>,
-    /// What drives it.
+    /// Drive force or torque.
     pub load: DriveEffort,
     /// Other columns, by name.
     pub others: BTreeMap<String, Vec<f64>>,
 }
 
 impl MotionRecord {
-    /// Samples.
+    /// Returns the number of samples.
     pub fn samples(&self) -> usize {
         self.time_s.len()
     }
 }
 
-/// Share of a step by which time stamps may be uneven: they are printed with few digits.
-const UNEVEN: f64 = 0.02;
-/// Samples in a row at one end of its range that say that a channel is saturated.
-const SATURATED: usize = 20;
-/// Columns a record must have, and of which it has one.
-const NEEDED: [&str; 3] = ["time_s", "command_m", "position_m"];
-const LOADS: [&str; 2] = ["force_n", "torque_nm"];
+/// Largest deviation of a time step from the median step, relative (1): time stamps are printed with few digits.
+const STEP_TOLERANCE: f64 = 0.02;
+/// Smallest number of consecutive samples at an extreme value by which a channel counts as saturated.
+const SATURATED_SAMPLES: usize = 20;
+/// Columns that a record must have.
+const REQUIRED: [&str; 3] = ["time_s", "command_m", "position_m"];
+/// Columns of the drive effort; a record has exactly one of them.
+const EFFORT_COLUMNS: [&str; 2] = ["force_n", "torque_nm"];
 
-/// Reads a time record: columns `time_s,command_m,position_m` and `force_n` or `torque_nm`; others are kept by their names.
+/// Reads a time record: columns `time_s,command_m,position_m` and `force_n` or `torque_nm`; other columns are kept by name.
 ///
-/// # Errors  a column is missing, a cell is no number; time stamps repeat, run backward, are uneven or leave a gap (with the line); a channel
-/// is constant; force or torque is saturated (with the line where that begins).
+/// # Errors  a column is missing, a cell is not a number; time stamps repeat, decrease, are uneven or skip samples (with the line); a
+/// channel is constant; force or torque is saturated (with the first line of the saturation).
 pub fn read_motion(path: &str, name: &str, text: &str) -> Result<MotionRecord, MeasurementError> {
-    let table = Table::read_open(path, text, &NEEDED, &LOADS)?;
-    let load_column = match (table.has(LOADS[0]), table.has(LOADS[1])) {
-        (true, false) => LOADS[0],
-        (false, true) => LOADS[1],
+    let table = Table::read_open(path, text, &REQUIRED, &EFFORT_COLUMNS)?;
+    let load_column = match (table.has(EFFORT_COLUMNS[0]), table.has(EFFORT_COLUMNS[1])) {
+        (true, false) => EFFORT_COLUMNS[0],
+        (false, true) => EFFORT_COLUMNS[1],
         (true, true) => return Err(MeasurementError::line(path, 1, "has both force_n and torque_nm; keep one of them")),
         (false, false) => return Err(MeasurementError::line(path, 1, "has neither force_n nor torque_nm; write one of them")),
     };
@@ -94,7 +95,7 @@ pub fn read_motion(path: &str, name: &str, text: &str) -> Result<MotionRecord, M
         columns.insert(name, cells);
     }
     let mut take = |name: &str| columns.remove(name).unwrap_or_default();
-    let (time_s, command_m, position_m, load) = (take(NEEDED[0]), take(NEEDED[1]), take(NEEDED[2]), take(load_column));
+    let (time_s, command_m, position_m, load) = (take(REQUIRED[0]), take(REQUIRED[1]), take(REQUIRED[2]), take(load_column));
     let step_s = step(path, &time_s, &lines)?;
     for (name, channel) in [("position_m", &position_m), (load_column, &load)] {
         if channel.iter().all(|x| *x == channel[0]) {
@@ -109,30 +110,28 @@ pub fn read_motion(path: &str, name: &str, text: &str) -> Result<MotionRecord, M
         );
         return Err(MeasurementError::line(path, lines[at], fault));
     }
-    let load = if load_column == LOADS[0] { DriveEffort::Force(load) } else { DriveEffort::Torque(load) };
+    let load = if load_column == EFFORT_COLUMNS[0] { DriveEffort::Force(load) } else { DriveEffort::Torque(load) };
     Ok(MotionRecord { name: name.into(), source: path.into(), step_s, time_s, command_m, position_m, load, others: columns })
 }
 
-/// The even step (s) of time stamps.
+/// Returns the constant step (s) of time stamps.
 pub(super) fn step(path: &str, time_s: &[f64], lines: &[u64]) -> Result<f64, MeasurementError> {
-    let Some(usual) = median(time_s.windows(2).map(|w| w[1] - w[0])) else {
+    let Some(median_step) = median(time_s.windows(2).map(|w| w[1] - w[0])) else {
         return Err(MeasurementError::file(path, "holds one sample; a motion needs thousands"));
     };
     let last = time_s.len() - 1;
     for (at, pair) in time_s.windows(2).enumerate() {
         let (from, to) = (pair[0], pair[1]);
         let fault = if to == from {
-            format!("time_s repeats {to} of the line before; give each sample its own time")
+            format!("time_s repeats {to} of the previous line; give each sample its own time")
         } else if to < from {
-            format!("time_s falls from {from} to {to}; write samples in the order of time")
-        } else if to - from > 1.5 * usual {
-            let missing = ((to - from) / usual).round() - 1.0;
+            format!("time_s falls from {from} to {to}; write the samples in order of time")
+        } else if to - from > 1.5 * median_step {
+            let missing = ((to - from) / median_step).round() - 1.0;
+            format!("time_s skips samples: {from} to {to} at a step of {median_step:.6} s, {missing:.0} missing; split the record there")
+        } else if (to - from - median_step).abs() > STEP_TOLERANCE * median_step {
             format!(
-                "time_s leaves a gap: {from} to {to} where samples are {usual:.6} s apart, {missing:.0} missing; split the record there"
-            )
-        } else if (to - from - usual).abs() > UNEVEN * usual {
-            format!(
-                "time_s is uneven: {:.9} s after the sample before where {usual:.9} s is usual; resample evenly, or write more digits",
+                "time_s is uneven: a step of {:.9} s, the median is {median_step:.9} s; resample evenly, or write more digits",
                 to - from
             )
         } else {
@@ -143,14 +142,14 @@ pub(super) fn step(path: &str, time_s: &[f64], lines: &[u64]) -> Result<f64, Mea
     Ok((time_s[last] - time_s[0]) / last as f64)
 }
 
-/// Where a channel stays at its largest or smallest value for long: sample, count, value.
+/// Finds the first saturated run of samples at the channel's largest or smallest value: first sample, count, value.
 fn saturated(channel: &[f64]) -> Option<(usize, usize, f64)> {
     let (low, high) = extremes(channel);
     let mut begin = 0;
     for at in 0..=channel.len() {
         if at == channel.len() || channel[at] != channel[begin] {
             let count = at - begin;
-            if count >= SATURATED && (channel[begin] == low || channel[begin] == high) {
+            if count >= SATURATED_SAMPLES && (channel[begin] == low || channel[begin] == high) {
                 return Some((begin, count, channel[begin]));
             }
             begin = at;
@@ -179,7 +178,7 @@ mod tests {
     }
 
     #[test]
-    fn a_record_is_read_with_its_other_columns() {
+    fn a_record_is_read_with_its_extra_columns() {
         let record = read_motion("m.csv", "m", &text(|_, _| {})).unwrap();
         assert_eq!((record.samples(), record.load.column()), (200, "force_n"));
         assert!((record.step_s - 1e-3).abs() < 1e-12);
@@ -211,7 +210,7 @@ mod tests {
                         r[0] += 0.003
                     }
                 }),
-                "line 52: time_s leaves a gap: 0.049 to 0.053",
+                "line 52: time_s skips samples: 0.049 to 0.053",
             ),
             (
                 Box::new(|i, r| {
@@ -232,8 +231,8 @@ mod tests {
                 "line 11: command_m is «NaN»",
             ),
         ] {
-            let told = fault(&text(change));
-            assert!(told.contains(words), "{told}");
+            let message = fault(&text(change));
+            assert!(message.contains(words), "{message}");
         }
         assert!(fault("time_s,command_m,position_m\n0,0,0\n").contains("neither force_n nor torque_nm"));
         assert!(fault("time_s,command_m,position_m,force_n\n0,0,0,1\n").contains("one sample"));

@@ -1,4 +1,4 @@
-//! Where the machine stood while it was measured.
+//! Positions at which the machine was measured.
 
 /// A named position of the machine.
 #[derive(Debug, Clone, PartialEq)]

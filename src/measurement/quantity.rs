@@ -17,7 +17,7 @@ pub enum Quantity {
 }
 
 impl Quantity {
-    /// The power of iω that makes it from the receptance.
+    /// Returns the power p of iω that converts a receptance to this quantity.
     pub fn power(self) -> i32 {
         match self {
             Quantity::Receptance => 0,
@@ -26,12 +26,12 @@ impl Quantity {
         }
     }
 
-    /// The factor (iω)^p that makes it from a receptance.
+    /// Returns the factor (iω)^p that converts a receptance to this quantity.
     pub fn from_receptance(self, omega_rad_s: f64) -> Complex64 {
         Complex64::new(0.0, omega_rad_s).powi(self.power())
     }
 
-    /// The word for it.
+    /// Returns its name, as in manifests and on the command line.
     pub fn word(self) -> &'static str {
         match self {
             Quantity::Receptance => "receptance",
@@ -40,7 +40,7 @@ impl Quantity {
         }
     }
 
-    /// Its unit for a translation under a force.
+    /// Returns its unit for a translational response to a force.
     pub fn unit(self) -> &'static str {
         match self {
             Quantity::Receptance => "m/N",

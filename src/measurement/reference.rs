@@ -1,31 +1,31 @@
-//! A commanded motion from a table.
+//! Commanded motion read from a table.
 
 use super::motion::step;
 use super::table::Table;
 use super::{MeasurementError, SourceFile};
 
-/// A command, sampled evenly.
+/// A commanded motion with a constant sampling step.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Reference {
     /// Time between samples (s).
     pub step_s: f64,
     /// Command (m).
     pub command_m: Vec<f64>,
-    /// What its column `pulse_v` adds to the drive's input (V); empty without that column.
+    /// Voltage added to the drive's input (V), column `pulse_v`; empty without that column.
     pub added_v: Vec<f64>,
     /// The file.
     pub file: SourceFile,
 }
 
-/// Reads a table with the columns `time_s` and `command_m`, such as a time record; of others only `pulse_v` counts.
+/// Reads a table with the columns `time_s` and `command_m`, such as a time record; of the other columns only `pulse_v` is used.
 ///
-/// # Errors  the file cannot be read; a column is missing, a cell is no number; time stamps repeat, run backward, are uneven or leave a gap.
+/// # Errors  the file cannot be read; a column is missing, a cell is not a number; time stamps repeat, decrease, are uneven or skip samples.
 pub fn read_reference(path: &str) -> Result<Reference, MeasurementError> {
     Reference::of(SourceFile::read(path, "write s-curve, sine or the name of a .csv file")?)
 }
 
 impl Reference {
-    /// As [`read_reference`], of a file that was read.
+    /// Parses a file that is already read; otherwise as [`read_reference`].
     ///
     /// # Errors  as [`read_reference`].
     pub fn of(file: SourceFile) -> Result<Self, MeasurementError> {

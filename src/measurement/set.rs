@@ -11,21 +11,21 @@ use super::motion::{MotionRecord, read_motion};
 use super::table::Table;
 use super::{MeasurementError, Position, Quantity, SourceFile};
 
-/// The factor between what was recorded and the quantity itself.
+/// Factor from the quantity to the recorded amplitudes.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Gain {
-    /// Known.
+    /// Known factor.
     Known(f64),
-    /// One positive factor of the set, estimated along.
+    /// One positive factor of the set, estimated with the parameters.
     Unknown,
 }
 
 /// One published prediction.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PublishedRow {
-    /// Positions it was fitted on.
+    /// Fitted positions.
     pub fit_positions: Vec<String>,
-    /// Position it is for.
+    /// Predicted position.
     pub position: String,
     /// Order.
     pub order: u32,
@@ -33,15 +33,15 @@ pub struct PublishedRow {
     pub predicted_hz: f64,
 }
 
-/// Published predictions that stand beside a set.
+/// Published predictions for a set.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Published {
-    /// All of them.
+    /// All predictions.
     pub rows: Vec<PublishedRow>,
 }
 
 impl Published {
-    /// The published frequency (Hz) of an order at a position, fitted on these positions.
+    /// Returns the published frequency (Hz) of an order at a position, predicted by a fit to `fit_positions`.
     pub fn predicted_hz(&self, fit_positions: &[String], position: &str, order: u32) -> Option<f64> {
         let same = |r: &&PublishedRow| {
             r.fit_positions.len() == fit_positions.len()
@@ -53,12 +53,12 @@ impl Published {
     }
 }
 
-/// Standard deviations of what a hammer test takes for known.
+/// Standard deviations of channel gains, channel delays and nut positions of a hammer test.
 ///
-/// # Source  the defaults by calibration of force and acceleration sensors, synchrony of analyser channels, and reading of a scale.
+/// # Source  defaults: calibration of force and acceleration sensors, synchronism of analyser channels, reading of a scale.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ChannelTolerance {
-    /// Calibration of each channel: of ln(gain).
+    /// Gain of each channel: of ln(gain) (1).
     pub gain: f64,
     /// Delay of each channel against the force (s).
     pub delay_s: f64,
@@ -72,20 +72,20 @@ impl Default for ChannelTolerance {
     }
 }
 
-/// What was observed on one machine.
+/// Observations of one machine.
 #[derive(Debug, Clone, PartialEq)]
 pub struct MeasurementSet {
-    /// Folder it came from.
+    /// Folder of the set.
     pub path: String,
-    /// What a person calls it.
+    /// Title.
     pub title: String,
     /// Quantity of the amplitudes of `modes`.
     pub quantity: Option<Quantity>,
     /// Gain of the set.
     pub gain: Gain,
-    /// Point that responds, of `modes`.
+    /// Response point of `modes`.
     pub response: Option<String>,
-    /// Point that is excited, of `modes`.
+    /// Excitation point of `modes`.
     pub excitation: Option<String>,
     /// Positions.
     pub positions: Vec<Position>,
@@ -95,25 +95,25 @@ pub struct MeasurementSet {
     pub frfs: Vec<Frf>,
     /// Time records.
     pub motions: Vec<MotionRecord>,
-    /// Names of positions or records to fit, where the set says so.
+    /// Names of positions or records to fit, where the manifest lists them.
     pub split: Option<Vec<String>>,
-    /// How well channels and positions are known.
+    /// Standard deviations of channels and nut positions.
     pub tolerance: ChannelTolerance,
     /// Published predictions, where there are any.
     pub published: Published,
     /// Files read.
     pub files: Vec<SourceFile>,
-    /// What a person should know.
+    /// Warnings for the user.
     pub warnings: Vec<String>,
 }
 
 impl MeasurementSet {
-    /// Where the nut stands at each position that says so, from the left bearing (m).
+    /// Returns the nut positions from the left bearing (m), of all positions that state one.
     pub fn nuts_m(&self) -> Vec<f64> {
         self.positions.iter().filter_map(|p| p.nut_m).collect()
     }
 
-    /// A set without any observation or position: for machines of which nothing was measured.
+    /// Returns a set without observations and positions, for machines without measurements.
     pub fn none() -> Self {
         MeasurementSet {
             path: "no measurement set".into(),
@@ -135,19 +135,19 @@ impl MeasurementSet {
     }
 }
 
-/// What of the measuring chain is stated, each within its least and most.
+/// Returns the tolerances of the measuring chain: those stated, checked against their range, else the defaults.
 fn tolerance(file: &ChannelToleranceFile) -> Result<ChannelTolerance, String> {
-    let ordinary = ChannelTolerance::default();
-    let known = |key: &str, stated: Option<f64>, ordinary: f64, most: f64| match stated {
-        Some(sd) if !(0.0..=most).contains(&sd) => {
-            Err(format!("tolerance.{key}: is {sd}; write a standard deviation from 0 to {most} (usually {ordinary:e}), or leave it out"))
+    let default = ChannelTolerance::default();
+    let known = |key: &str, stated: Option<f64>, default: f64, largest: f64| match stated {
+        Some(sd) if !(0.0..=largest).contains(&sd) => {
+            Err(format!("tolerance.{key}: is {sd}; write a standard deviation from 0 to {largest} (default {default:e}), or leave it out"))
         }
-        stated => Ok(stated.unwrap_or(ordinary)),
+        stated => Ok(stated.unwrap_or(default)),
     };
     Ok(ChannelTolerance {
-        gain: known("gain", file.gain, ordinary.gain, 0.3)?,
-        delay_s: known("delay_s", file.delay_s, ordinary.delay_s, 1e-3)?,
-        nut_m: known("nut_m", file.nut_m, ordinary.nut_m, 0.01)?,
+        gain: known("gain", file.gain, default.gain, 0.3)?,
+        delay_s: known("delay_s", file.delay_s, default.delay_s, 1e-3)?,
+        nut_m: known("nut_m", file.nut_m, default.nut_m, 0.01)?,
     })
 }
 
@@ -186,7 +186,7 @@ impl OpenFolder<'_> {
 
 /// Reads a measurement set from a folder, or the embedded bench where there is no folder of that name.
 ///
-/// # Errors  a file is missing or unreadable, a key is unknown or missing, a cell is no number, a position stands twice, nothing was observed.
+/// # Errors  a file is missing or unreadable, a key is unknown or missing, a cell is not a number, a position appears twice, there is no observation.
 pub fn read_set(path: &str) -> Result<MeasurementSet, MeasurementError> {
     read_set_with(path, |file| match std::fs::read(Path::new(path).join(file)) {
         Err(error) => embedded_file(path, file).filter(|_| !Path::new(path).exists()).map(|text| text.as_bytes().to_vec()).ok_or(error),
@@ -194,7 +194,7 @@ pub fn read_set(path: &str) -> Result<MeasurementSet, MeasurementError> {
     })
 }
 
-/// As [`read_set`], with a way to read a file by the name that the manifest gives it.
+/// Reads a set as [`read_set`]; `read` returns the content of a file by its name in the manifest.
 ///
 /// # Errors  as [`read_set`].
 pub fn read_set_with(path: &str, read: impl Fn(&str) -> io::Result<Vec<u8>>) -> Result<MeasurementSet, MeasurementError> {
@@ -216,7 +216,7 @@ pub fn read_set_with(path: &str, read: impl Fn(&str) -> io::Result<Vec<u8>>) -> 
         Some(unit) => {
             if let (Some(GainFile::Number(g)), unit) = (&manifest.gain, unit) {
                 warnings.push(format!(
-                    "{manifest_path}: gain = {g} is set aside: with an excitation in {unit} the gain is unknown and estimated along"
+                    "{manifest_path}: gain = {g} is ignored: with an excitation in {unit} the gain is unknown and is estimated"
                 ));
             }
             Gain::Unknown
@@ -227,7 +227,7 @@ pub fn read_set_with(path: &str, read: impl Fn(&str) -> io::Result<Vec<u8>>) -> 
     }
     if let Some(least) = manifest.least_prominence.filter(|p| !(*p > 1.0 && p.is_finite())) {
         return Err(fault(format!(
-            "least_prominence: is {least}; write by how much the least peak that was read stands out, above 1 (2: twice as high as the valley beside it), or leave it out"
+            "least_prominence: is {least}; write the smallest prominence of a read peak, above 1 (2: twice the adjacent valley), or leave it out"
         )));
     }
     let tolerance = tolerance(&manifest.tolerance).map_err(fault)?;
@@ -260,7 +260,7 @@ pub fn read_set_with(path: &str, read: impl Fn(&str) -> io::Result<Vec<u8>>) -> 
     let mut motions: Vec<MotionRecord> = Vec::new();
     for entry in &manifest.motion {
         if motions.iter().any(|m| m.name == entry.name) {
-            return Err(fault(format!("[[motion]] «{}» stands twice; give each record a name of its own", entry.name)));
+            return Err(fault(format!("[[motion]] «{}» appears twice; give each record its own name", entry.name)));
         }
         let text = folder.text(&entry.file)?;
         motions.push(read_motion(&folder.name(&entry.file), &entry.name, &text)?);
@@ -271,12 +271,12 @@ pub fn read_set_with(path: &str, read: impl Fn(&str) -> io::Result<Vec<u8>>) -> 
         published = read_published(&folder.name(file), &text)?;
     }
     let split = manifest.split.map(|s| s.fit);
-    let names = |n: &String| {
+    let is_known = |n: &String| {
         positions.iter().any(|p| p.name == *n)
             || frfs.iter().any(|f: &Frf| f.record.as_ref() == Some(n))
             || manifest.motion.iter().any(|m| m.name == *n)
     };
-    if let Some(unknown) = split.iter().flatten().find(|n| !names(n)) {
+    if let Some(unknown) = split.iter().flatten().find(|n| !is_known(n)) {
         return Err(fault(format!("split.fit: no position or record is called «{unknown}»")));
     }
     Ok(MeasurementSet {
@@ -302,7 +302,7 @@ fn positions(manifest: &Manifest) -> Result<Vec<Position>, String> {
     let mut positions: Vec<Position> = Vec::new();
     for p in &manifest.position {
         if positions.iter().any(|q| q.name == p.name) {
-            return Err(format!("position «{}» stands twice; give each position a name of its own", p.name));
+            return Err(format!("position «{}» appears twice; give each position its own name", p.name));
         }
         if let Some(nut_m) = p.nut_m.filter(|x| !x.is_finite()) {
             return Err(format!("position «{}»: nut_m is {nut_m}; write a distance in m", p.name));

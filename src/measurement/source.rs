@@ -1,11 +1,11 @@
-//! A file as it was read: the very bytes that were understood, of which its digest is taken.
+//! Source files: the bytes that are both parsed and hashed.
 
 use std::io::ErrorKind;
 use std::path::Path;
 
 use super::MeasurementError;
 
-/// A file that was read, with its bytes for a digest.
+/// A file that was read, with its bytes for the digest.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SourceFile {
     /// Path.
@@ -15,7 +15,7 @@ pub struct SourceFile {
 }
 
 impl SourceFile {
-    /// Reads a file whole; `missing` is what to do where there is none.
+    /// Reads a whole file; `missing` is the remedy in the message where the file does not exist.
     ///
     /// # Errors  the file cannot be read.
     pub fn read(path: &str, missing: &str) -> Result<Self, MeasurementError> {
@@ -32,9 +32,9 @@ impl SourceFile {
         Ok(Self { path: path.into(), bytes })
     }
 
-    /// Its text.
+    /// Returns its content as text.
     ///
-    /// # Errors  it is not UTF-8.
+    /// # Errors  the content is not UTF-8.
     pub fn text(&self) -> Result<&str, MeasurementError> {
         let fault = |_| MeasurementError::file(&self.path, "is not text in UTF-8; save it as UTF-8");
         std::str::from_utf8(&self.bytes).map_err(fault)

@@ -1,4 +1,4 @@
-//! What is fitted and what is held out, as two types that cannot be mixed up.
+//! Split of a set into fitted and held-out data, as two types that cannot be mixed up.
 
 use super::{Frf, MeasurementError, MeasurementSet};
 
@@ -13,7 +13,7 @@ pub struct FitSet<'s> {
     pub frfs: Vec<usize>,
 }
 
-/// Positions and FRFs (by index) kept for the final figure.
+/// Positions and FRFs (by index) held out for validation.
 #[derive(Debug, Clone, PartialEq)]
 pub struct HoldOutSet<'s> {
     /// The set.
@@ -25,8 +25,10 @@ pub struct HoldOutSet<'s> {
 }
 
 impl<'s> FitSet<'s> {
-    /// What a fit without each position keeps and leaves out: of modes positions at which some were observed; of whole FRFs positions with all of theirs,
-    /// and records where there is no position.
+    /// Returns the folds of leave-one-out cross-validation: fitted and held-out data of each.
+    ///
+    /// For modes, a fold holds out one position with observed modes. For whole FRFs, it holds out all FRFs of one position, or of one record where
+    /// FRFs have no position.
     pub fn leave_one_out(&self, whole_frfs: bool) -> Vec<(FitSet<'s>, HoldOutSet<'s>)> {
         let observed = |p: &usize| self.set.modes.as_ref().is_some_and(|m| m.positions[*p].iter().any(|mode| mode.frequency_hz.is_some()));
         let groups: Vec<(Vec<usize>, Vec<usize>)> = if whole_frfs {
@@ -35,14 +37,14 @@ impl<'s> FitSet<'s> {
             self.positions.iter().copied().filter(observed).map(|p| (vec![p], Vec::new())).collect()
         };
         let without = |all: &[usize], left: &[usize]| all.iter().copied().filter(|i| !left.contains(i)).collect();
-        let part = |(positions, frfs): (Vec<usize>, Vec<usize>)| {
+        let fold = |(positions, frfs): (Vec<usize>, Vec<usize>)| {
             let kept = FitSet { set: self.set, positions: without(&self.positions, &positions), frfs: without(&self.frfs, &frfs) };
             (kept, HoldOutSet { set: self.set, positions, frfs })
         };
-        groups.into_iter().map(part).collect()
+        groups.into_iter().map(fold).collect()
     }
 
-    /// Its FRFs (by index) in groups that belong together: those of a position, or of a record where there is no position.
+    /// Returns its FRFs (by index), grouped by position, or by record where they have no position.
     pub fn groups(&self) -> Vec<Vec<usize>> {
         let same = |a: &Frf, b: &Frf| a.position == b.position && (a.position.is_some() || a.record == b.record);
         let mut groups: Vec<Vec<usize>> = Vec::new();
@@ -57,9 +59,9 @@ impl<'s> FitSet<'s> {
 }
 
 impl MeasurementSet {
-    /// Indices of positions by name.
+    /// Returns the indices of positions by name.
     ///
-    /// # Errors  a name is unknown (the message lists those there are) or stands twice.
+    /// # Errors  a name is unknown (the message lists the known ones) or is given twice.
     pub fn positions_named(&self, names: &[String]) -> Result<Vec<usize>, MeasurementError> {
         let mut indices = Vec::new();
         for name in names.iter().map(|n| n.trim()) {
@@ -76,19 +78,20 @@ impl MeasurementSet {
         Ok(indices)
     }
 
-    /// Splits the set: the positions and records named, else those of its `[split]`, else all are fitted; the others, and the records to hold
-    /// out, are held out.
+    /// Splits the set into fitted and held-out data.
     ///
-    /// # Errors  a name is no position and no record (the message lists those there are), or stands twice; nothing is left to fit.
+    /// The positions and records in `named` are fitted, else those of the set's `[split]`, else all. The others and those in `hold_out` are held out.
+    ///
+    /// # Errors  a name is neither a position nor a record (the message lists the known ones), or is given twice; nothing is left to fit.
     pub fn split(&self, named: Option<&[String]>, hold_out: &[String]) -> Result<(FitSet<'_>, HoldOutSet<'_>), MeasurementError> {
         let named = named.or(self.split.as_deref()).map(|names| self.resolve(names)).transpose()?;
-        let left_out = self.resolve(hold_out)?;
+        let excluded = self.resolve(hold_out)?;
         let is_record = |list: &[Name], frf: &Frf| list.iter().any(|n| matches!(n, Name::Record(r) if frf.record.as_ref() == Some(r)));
         let is_position = |list: &[Name], at: usize| list.contains(&Name::Position(at));
-        let position_fits = |at: usize| !is_position(&left_out, at) && named.as_ref().is_none_or(|list| is_position(list, at));
+        let position_fits = |at: usize| !is_position(&excluded, at) && named.as_ref().is_none_or(|list| is_position(list, at));
         let frf_fits = |frf: &Frf| {
             let at = |list: &[Name]| is_record(list, frf) || frf.position.is_some_and(|p| is_position(list, p));
-            !at(&left_out) && named.as_ref().is_none_or(|list| at(list))
+            !at(&excluded) && named.as_ref().is_none_or(|list| at(list))
         };
         let (positions, other_positions): (Vec<usize>, Vec<usize>) = (0..self.positions.len()).partition(|i| position_fits(*i));
         let (frfs, other_frfs): (Vec<usize>, Vec<usize>) = (0..self.frfs.len()).partition(|i| frf_fits(&self.frfs[*i]));
@@ -98,15 +101,16 @@ impl MeasurementSet {
         Ok((FitSet { set: self, positions, frfs }, HoldOutSet { set: self, positions: other_positions, frfs: other_frfs }))
     }
 
-    /// Splits the time records, by index: those named, else those of `[split]`, else all are fitted; the others, and those to hold out, are
-    /// held out.
+    /// Splits the time records (by index) into fitted and held-out ones.
     ///
-    /// # Errors  a name is no record, or stands twice; nothing is left to fit.
+    /// The records in `named` are fitted, else those of the set's `[split]`, else all. The others and those in `hold_out` are held out.
+    ///
+    /// # Errors  a name is not a record, or is given twice; nothing is left to fit.
     pub fn split_motions(&self, named: Option<&[String]>, hold_out: &[String]) -> Result<(Vec<usize>, Vec<usize>), MeasurementError> {
         let named = named.or(self.split.as_deref()).map(|names| self.resolve(names)).transpose()?;
-        let left_out = self.resolve(hold_out)?;
+        let excluded = self.resolve(hold_out)?;
         let among = |list: &[Name], at: usize| list.contains(&Name::Record(self.motions[at].name.clone()));
-        let fits = |at: &usize| !among(&left_out, *at) && named.as_ref().is_none_or(|list| among(list, *at));
+        let fits = |at: &usize| !among(&excluded, *at) && named.as_ref().is_none_or(|list| among(list, *at));
         let (fit, held_out): (Vec<usize>, Vec<usize>) = (0..self.motions.len()).partition(fits);
         if fit.is_empty() {
             return Err(MeasurementError::file(
@@ -117,6 +121,7 @@ impl MeasurementSet {
         Ok((fit, held_out))
     }
 
+    /// Resolves names to positions and records.
     fn resolve(&self, names: &[String]) -> Result<Vec<Name>, MeasurementError> {
         let mut found: Vec<Name> = Vec::new();
         for name in names.iter().map(|n| n.trim()) {
@@ -142,7 +147,7 @@ impl MeasurementSet {
     }
 }
 
-/// What a name of a split stands for.
+/// Data that a name in a split refers to.
 #[derive(Debug, Clone, PartialEq)]
 enum Name {
     Position(usize),

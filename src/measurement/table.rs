@@ -1,4 +1,4 @@
-//! Tables in CSV with named columns; every fault is told with its line.
+//! CSV tables with named columns; every fault names its line.
 
 use std::collections::HashMap;
 
@@ -19,18 +19,18 @@ pub(super) struct Row<'t> {
 }
 
 impl<'p> Table<'p> {
-    /// Reads text with the `needed` columns, and perhaps the `optional` ones.
-    pub(super) fn read(path: &'p str, text: &str, needed: &[&str], optional: &[&str]) -> Result<Self, MeasurementError> {
-        Self::read_with(path, text, needed, optional, false)
+    /// Reads text with the `required` and any of the `optional` columns; others are refused.
+    pub(super) fn read(path: &'p str, text: &str, required: &[&str], optional: &[&str]) -> Result<Self, MeasurementError> {
+        Self::read_with(path, text, required, optional, false)
     }
 
-    /// As [`Table::read`]; columns that are not known are kept.
-    pub(super) fn read_open(path: &'p str, text: &str, needed: &[&str], optional: &[&str]) -> Result<Self, MeasurementError> {
-        Self::read_with(path, text, needed, optional, true)
+    /// Reads as [`Table::read`], but keeps unknown columns.
+    pub(super) fn read_open(path: &'p str, text: &str, required: &[&str], optional: &[&str]) -> Result<Self, MeasurementError> {
+        Self::read_with(path, text, required, optional, true)
     }
 
-    fn read_with(path: &'p str, text: &str, needed: &[&str], optional: &[&str], open: bool) -> Result<Self, MeasurementError> {
-        let known = || needed.iter().chain(optional).copied().collect::<Vec<_>>().join(",");
+    fn read_with(path: &'p str, text: &str, required: &[&str], optional: &[&str], open: bool) -> Result<Self, MeasurementError> {
+        let known = || required.iter().chain(optional).copied().collect::<Vec<_>>().join(",");
         if text.trim().is_empty() {
             return Err(MeasurementError::file(path, format!("is empty; write the header {} and at least one line", known())));
         }
@@ -49,14 +49,14 @@ impl<'p> Table<'p> {
         let mut columns = HashMap::new();
         for (at, name) in header.iter().enumerate() {
             let name = name.trim_start_matches('\u{feff}');
-            if !open && !needed.contains(&name) && !optional.contains(&name) {
+            if !open && !required.contains(&name) && !optional.contains(&name) {
                 return Err(MeasurementError::line(path, 1, format!("unknown column «{name}»; the columns are {}", known())));
             }
             if columns.insert(name.to_string(), at).is_some() {
-                return Err(MeasurementError::line(path, 1, format!("column «{name}» stands twice")));
+                return Err(MeasurementError::line(path, 1, format!("column «{name}» appears twice; keep one")));
             }
         }
-        if let Some(missing) = needed.iter().find(|n| !columns.contains_key(**n)) {
+        if let Some(missing) = required.iter().find(|n| !columns.contains_key(**n)) {
             return Err(MeasurementError::line(path, 1, format!("column «{missing}» is missing; the header is {}", known())));
         }
         let mut rows = Vec::new();
@@ -80,7 +80,7 @@ impl<'p> Table<'p> {
         self.rows.iter().map(|(line, record)| Row { table: self, line: *line, record })
     }
 
-    /// Names of all columns, in their order.
+    /// Returns the names of all columns, in the order of the header.
     pub(super) fn columns(&self) -> Vec<&str> {
         let mut names: Vec<(&str, usize)> = self.columns.iter().map(|(name, at)| (name.as_str(), *at)).collect();
         names.sort_by_key(|(_, at)| *at);
@@ -93,35 +93,35 @@ impl<'p> Table<'p> {
 }
 
 impl Row<'_> {
-    /// Its line, from 1.
+    /// Returns its line number, from 1.
     pub(super) fn line(&self) -> u64 {
         self.line
     }
 
-    /// A fault at this line.
+    /// Creates a fault at this line.
     pub(super) fn fault(&self, fault: String) -> MeasurementError {
         MeasurementError::line(self.table.path, self.line, fault)
     }
 
-    /// A cell that must not be empty.
+    /// Returns a cell that must not be empty.
     pub(super) fn text(&self, column: &str) -> Result<&str, MeasurementError> {
         let cell = self.table.columns.get(column).and_then(|at| self.record.get(*at)).unwrap_or("");
         if cell.is_empty() { Err(self.fault(format!("{column} is empty; write a value"))) } else { Ok(cell) }
     }
 
-    /// A finite number.
+    /// Returns a cell as a finite number.
     pub(super) fn number(&self, column: &str) -> Result<f64, MeasurementError> {
         let cell = self.text(column)?;
         match cell.parse::<f64>() {
             Ok(x) if x.is_finite() => Ok(x),
             _ => {
-                let hint = if cell.contains(',') { ", with a point for the comma" } else { "" };
+                let hint = if cell.contains(',') { ", with a decimal point" } else { "" };
                 Err(self.fault(format!("{column} is «{cell}»; write a finite number such as 12.5 or 1e-6{hint}")))
             }
         }
     }
 
-    /// A finite number, or nothing where the cell is empty or the column is not there.
+    /// Returns a cell as a finite number; `None` where the cell is empty or the column is missing.
     pub(super) fn optional_number(&self, column: &str) -> Result<Option<f64>, MeasurementError> {
         let cell = self.table.columns.get(column).and_then(|at| self.record.get(*at)).unwrap_or("");
         if cell.is_empty() { Ok(None) } else { self.number(column).map(Some) }

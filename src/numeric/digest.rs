@@ -1,8 +1,8 @@
-//! Digests, by which the very same bytes are known again.
+//! Digests that identify identical byte sequences.
 
 use sha2::{Digest, Sha256};
 
-/// SHA-256 of bytes, in hexadecimal.
+/// Computes the SHA-256 of bytes, in hexadecimal.
 pub fn digest(bytes: &[u8]) -> String {
     Sha256::digest(bytes).iter().map(|b| format!("{b:02x}")).collect()
 }

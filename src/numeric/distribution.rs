@@ -1,19 +1,20 @@
-//! Laws of probability that intervals and p-values are read from.
+//! Probability distributions for intervals and p-values.
 
 use statrs::distribution::{Beta, ContinuousCDF, StudentsT};
 
 /// 97.5 % quantile of the standard normal distribution.
 const NORMAL: f64 = 1.959_963_984_540_054;
 
-/// Above this many degrees of freedom the expansion is good to 1e-13, and the root that `statrs` looks for is not, or is not found.
+/// Number of degrees of freedom above which the expansion is used. There it is accurate to 1e-13, while the quantile search of `statrs` is
+/// inaccurate or fails.
 const EXPAND_ABOVE: usize = 1000;
 
-/// Share of the standard normal distribution above a value.
+/// Computes the share of the standard normal distribution above a value.
 pub fn normal_upper_tail(value: f64) -> f64 {
     0.5 * libm::erfc(value / std::f64::consts::SQRT_2)
 }
 
-/// The t with 95 % of Student's distribution between −t and t; the normal quantile for `None`, a variance that is known.
+/// Computes the t with 95 % of Student's distribution between −t and t; `None` stands for a known variance and gives the normal quantile.
 ///
 /// # Limits     ν → ∞ gives 1.95996; ν = 1 gives tan(0.475·π)
 /// # Source     above ν = 1000 the expansion of Abramowitz and Stegun, 26.7.5.
@@ -21,12 +22,12 @@ pub fn t_quantile_95(degrees_of_freedom: Option<usize>) -> f64 {
     match degrees_of_freedom {
         None => NORMAL,
         Some(count) if count > EXPAND_ABOVE => expansion(count as f64),
-        // No law has 0 degrees of freedom: nothing is known.
-        Some(count) => StudentsT::new(0.0, 1.0, count as f64).map_or(f64::INFINITY, |law| law.inverse_cdf(0.975)),
+        // Student's distribution does not exist for 0 degrees of freedom: the interval is unbounded.
+        Some(count) => StudentsT::new(0.0, 1.0, count as f64).map_or(f64::INFINITY, |student| student.inverse_cdf(0.975)),
     }
 }
 
-/// Abramowitz and Stegun, 26.7.5.
+/// Computes the expansion of Abramowitz and Stegun, 26.7.5.
 fn expansion(count: f64) -> f64 {
     let x = NORMAL;
     let power = |exponent: i32| x.powi(exponent);
@@ -39,17 +40,17 @@ fn expansion(count: f64) -> f64 {
     terms.into_iter().rev().fold(0.0, |sum, term| (sum + term) / count) + x
 }
 
-/// Exact interval of a proportion after Clopper and Pearson: `of` trials, `count` of them counted; `None` for no trials.
+/// Computes the exact interval of a proportion after Clopper and Pearson, for `count` successes in `of` trials; `None` without trials.
 ///
-/// Each end leaves half of what `confidence` spares in one tail of the binomial law; the ends are quantiles of Beta laws.
+/// Each end leaves half of 1 − `confidence` in one tail of the binomial distribution; the ends are quantiles of Beta distributions.
 pub fn clopper_pearson(count: usize, of: usize, confidence: f64) -> Option<[f64; 2]> {
     if of == 0 || count > of {
         return None;
     }
-    let spared = 0.5 * (1.0 - confidence);
-    let (yes, no) = (count as f64, (of - count) as f64);
-    let lower = if count == 0 { 0.0 } else { Beta::new(yes, no + 1.0).ok()?.inverse_cdf(spared) };
-    let upper = if count == of { 1.0 } else { Beta::new(yes + 1.0, no).ok()?.inverse_cdf(1.0 - spared) };
+    let tail = 0.5 * (1.0 - confidence);
+    let (successes, failures) = (count as f64, (of - count) as f64);
+    let lower = if count == 0 { 0.0 } else { Beta::new(successes, failures + 1.0).ok()?.inverse_cdf(tail) };
+    let upper = if count == of { 1.0 } else { Beta::new(successes + 1.0, failures).ok()?.inverse_cdf(1.0 - tail) };
     Some([lower, upper])
 }
 
@@ -82,28 +83,28 @@ mod tests {
     fn limit_closed_forms_and_the_two_branches_meet() {
         assert!((t_quantile_95(Some(1)) / (0.475 * std::f64::consts::PI).tan() - 1.0).abs() < 1e-10);
         assert!((t_quantile_95(Some(2)) / (0.95 * (2.0_f64 / (1.0 - 0.95 * 0.95)).sqrt()) - 1.0).abs() < 1e-10);
-        let (law, expanded) = (t_quantile_95(Some(EXPAND_ABOVE)), expansion(EXPAND_ABOVE as f64));
-        assert!((law - expanded).abs() < 1e-9, "{law} {expanded}");
+        let (student, expanded) = (t_quantile_95(Some(EXPAND_ABOVE)), expansion(EXPAND_ABOVE as f64));
+        assert!((student - expanded).abs() < 1e-9, "{student} {expanded}");
         assert!((t_quantile_95(Some(100_000_000)) - t_quantile_95(None)).abs() < 1e-7);
         let all: Vec<f64> = (1..1200).map(|count| t_quantile_95(Some(count))).collect();
         assert!(all.windows(2).all(|pair| pair[0] > pair[1]));
     }
 
-    /// Values of the usual tables, far into the tail.
+    /// Values of standard tables, far into the tail.
     #[test]
-    fn published_tail_of_the_normal_law() {
+    fn published_tail_of_the_normal_distribution() {
         for (value, share) in [(0.0, 0.5), (1.959_963_984_540_054, 0.025), (-1.0, 0.841_344_746_068_543), (6.0, 9.865_876_450_377e-10)] {
             assert!((normal_upper_tail(value) / share - 1.0).abs() < 1e-11, "{value}: {}", normal_upper_tail(value));
         }
     }
 
-    /// Closed forms of the ends, and entries of the usual tables (10 of 20, 3 of 300).
+    /// Closed forms of the ends, and entries of standard tables (10 of 20, 3 of 300).
     #[test]
     fn limit_exact_interval_of_a_proportion() {
         assert_eq!(clopper_pearson(0, 0, 0.95), None);
-        let near = |found: Option<[f64; 2]>, low: f64, high: f64, apart: f64| {
+        let near = |found: Option<[f64; 2]>, low: f64, high: f64, tolerance: f64| {
             let [a, b] = found.unwrap();
-            assert!((a - low).abs() < apart && (b - high).abs() < apart, "{a} … {b}");
+            assert!((a - low).abs() < tolerance && (b - high).abs() < tolerance, "{a} … {b}");
         };
         near(clopper_pearson(0, 30, 0.95), 0.0, 1.0 - 0.025_f64.powf(1.0 / 30.0), 1e-12);
         near(clopper_pearson(30, 30, 0.95), 0.025_f64.powf(1.0 / 30.0), 1.0, 1e-12);

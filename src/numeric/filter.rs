@@ -1,7 +1,7 @@
-//! Low-pass filters run forward and backward: no phase, as for records that are evaluated after the fact.
+//! Zero-phase low-pass filters, run forward and backward over complete records.
 //!
-//! Second-order sections in the transposed direct form II. Written out here: of the crates at hand sci-rs 0.4 leaves the Chebyshev design undone,
-//! the others pad the record otherwise than the published evaluations that results are compared with.
+//! Second-order sections in the transposed direct form II. The crate sci-rs 0.4 lacks the Chebyshev design, and other
+//! crates pad the record differently from the published evaluations used for comparison.
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
@@ -16,18 +16,19 @@ pub struct LowPass {
 }
 
 impl LowPass {
-    /// Butterworth of an order; `cutoff` (−3 dB) as a share of half the sampling rate, between 0 and 1.
+    /// Designs a Butterworth filter; `cutoff` (−3 dB) as a share of half the sampling rate, between 0 and 1.
     ///
-    /// # Source  poles e^{iπ(2k+n+1)/(2n)}, k = 0…n−1, prewarped and taken over by the bilinear transform s = (z − 1)/(z + 1).
+    /// # Source  poles e^{iπ(2k+n+1)/(2n)}, k = 0…n−1, prewarped and mapped by the bilinear transform s = (z − 1)/(z + 1).
     pub fn butterworth(order: usize, cutoff: f64) -> Self {
         let pole = |k: usize| Complex64::cis(PI * (2 * k + order + 1) as f64 / (2 * order) as f64);
         Self::of_poles(order, cutoff, pole, 1.0)
     }
 
-    /// Chebyshev of the first kind; `ripple_db` in the pass band, which ends at `cutoff`, a share of half the sampling rate.
+    /// Designs a Chebyshev filter of the first kind with `ripple_db` in the pass band, which ends at `cutoff`, a share of half the sampling
+    /// rate.
     ///
-    /// # Source  poles −sinh(asinh(1/ε)/n)·sin θₖ + i·cosh(asinh(1/ε)/n)·cos θₖ, θₖ = π(2k+1)/(2n), ε² = 10^(ripple/10) − 1; the gain at
-    /// rest is that of the ripple's foot for even orders.
+    /// # Source  poles −sinh(asinh(1/ε)/n)·sin θₖ + i·cosh(asinh(1/ε)/n)·cos θₖ, θₖ = π(2k+1)/(2n), ε² = 10^(ripple/10) − 1; for even
+    /// orders the gain at 0 Hz is the minimum of the ripple.
     pub fn chebyshev(order: usize, ripple_db: f64, cutoff: f64) -> Self {
         let epsilon = (10f64.powf(0.1 * ripple_db) - 1.0).sqrt();
         let a = (1.0 / epsilon).asinh() / order as f64;
@@ -35,11 +36,11 @@ impl LowPass {
             let theta = PI * (2 * k + 1) as f64 / (2 * order) as f64;
             Complex64::new(-a.sinh() * theta.sin(), a.cosh() * theta.cos())
         };
-        let at_rest = if order.is_multiple_of(2) { 10f64.powf(-0.05 * ripple_db) } else { 1.0 };
-        Self::of_poles(order, cutoff, pole, at_rest)
+        let dc_gain = if order.is_multiple_of(2) { 10f64.powf(-0.05 * ripple_db) } else { 1.0 };
+        Self::of_poles(order, cutoff, pole, dc_gain)
     }
 
-    fn of_poles(order: usize, cutoff: f64, pole: impl Fn(usize) -> Complex64, gain_at_rest: f64) -> Self {
+    fn of_poles(order: usize, cutoff: f64, pole: impl Fn(usize) -> Complex64, dc_gain: f64) -> Self {
         let warped = (FRAC_PI_2 * cutoff).tan();
         let digital = |k: usize| {
             let s = warped * pole(k);
@@ -60,17 +61,17 @@ impl LowPass {
             sections.push([gain, gain, 0.0, -z, 0.0]);
         }
         if let Some(first) = sections.first_mut() {
-            first[..3].iter_mut().for_each(|b| *b *= gain_at_rest);
+            first[..3].iter_mut().for_each(|b| *b *= dc_gain);
         }
         LowPass { sections, order }
     }
 
-    /// Samples by which a record is continued at both ends: three times the order.
+    /// Returns the number of samples by which a record is extended at both ends: three times the order.
     pub fn padding(&self) -> usize {
         3 * self.order
     }
 
-    /// Filters in place, beginning in the state of rest at the first sample.
+    /// Filters in place, from the steady state at the first sample.
     fn run(&self, x: &mut [f64]) {
         let Some(&first) = x.first() else { return };
         let mut level = first;
@@ -89,10 +90,10 @@ impl LowPass {
         }
     }
 
-    /// Forward and backward over a record that is continued at both ends by its own point reflection; `None` where it has no more samples
-    /// than [`LowPass::padding`].
+    /// Filters forward and backward over a record extended at both ends by its point reflection; `None` where it has no more samples than
+    /// [`LowPass::padding`].
     ///
-    /// # Source  `filtfilt` of MATLAB; that of SciPy pads by three samples more unless told otherwise.
+    /// # Source  `filtfilt` of MATLAB; the default of SciPy pads by three more samples.
     pub fn forward_backward(&self, x: &[f64]) -> Option<Vec<f64>> {
         let pad = self.padding();
         let last = x.len().checked_sub(1).filter(|last| *last >= pad)?;
@@ -107,8 +108,8 @@ impl LowPass {
     }
 }
 
-/// Every `factor`-th sample, the last one among them, after a Chebyshev filter of order 8 (0.05 dB up to 0.8 of the new half rate) forward
-/// and backward; the record itself for a factor of one, `None` where it is too short.
+/// Decimates a record: keeps every `factor`-th sample, counted from the last, after a zero-phase Chebyshev filter of order 8 (0.05 dB up to
+/// 0.8 of the new half rate). A factor of one returns the record itself; `None` where it is too short.
 ///
 /// # Source  `decimate` of MATLAB.
 pub fn decimated(x: &[f64], factor: usize) -> Option<Vec<f64>> {
@@ -119,7 +120,7 @@ pub fn decimated(x: &[f64], factor: usize) -> Option<Vec<f64>> {
     Some(smooth.into_iter().skip((x.len() - 1) % factor).step_by(factor).collect())
 }
 
-/// Derivative by central differences (per sample), one-sided at the ends; nothing for fewer than two samples.
+/// Computes the derivative by central differences (per sample), one-sided at the ends; zeros for fewer than two samples.
 pub fn central_differences(x: &[f64]) -> Vec<f64> {
     let Some(last) = x.len().checked_sub(1).filter(|last| *last > 0) else { return vec![0.0; x.len()] };
     (0..x.len()).map(|i| (x[(i + 1).min(last)] - x[i.saturating_sub(1)]) / ((i + 1).min(last) - i.saturating_sub(1)) as f64).collect()
@@ -185,7 +186,7 @@ mod tests {
         for (filter, figures) in cases {
             let y = filter.forward_backward(&signal()).unwrap();
             for (at, figure) in [0, 1, 57, 100, 198, 199].into_iter().zip(figures) {
-                // The transfer function that SciPy runs here loses digits in its eighth-order polynomial.
+                // SciPy's transfer function loses digits in its eighth-order polynomial.
                 assert!((y[at] - figure).abs() < 1e-7, "{} at {at}: {} for {figure}", filter.order, y[at]);
             }
         }
@@ -193,9 +194,12 @@ mod tests {
 
     #[test]
     fn limit_constants_and_straight_lines_pass_and_short_records_do_not() {
-        let still = LowPass::chebyshev(8, 0.05, 0.08).forward_backward(&[2.5; 60]).unwrap();
+        let constant = LowPass::chebyshev(8, 0.05, 0.08).forward_backward(&[2.5; 60]).unwrap();
         let gain = 10f64.powf(-0.1 * 0.05);
-        assert!(still.iter().all(|y| (y - 2.5 * gain).abs() < 1e-9), "an even Chebyshev filter rests at its ripple's foot");
+        assert!(
+            constant.iter().all(|y| (y - 2.5 * gain).abs() < 1e-9),
+            "at 0 Hz an even Chebyshev filter has the minimum gain of its ripple"
+        );
         let line: Vec<f64> = (0..400).map(|i| 3.0 - 0.2 * i as f64).collect();
         let y = LowPass::butterworth(4, 0.2).forward_backward(&line).unwrap();
         assert!((180..220).all(|i| (y[i] - line[i]).abs() < 1e-9));

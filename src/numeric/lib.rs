@@ -1,4 +1,5 @@
-//! Leaf mathematics that knows nothing of machines: bracketed roots, filters, small statistics, digests, and parallel work that ends alike on any number of threads.
+//! Mathematics independent of machines: bracketed roots, filters, statistics, digests, and parallel work with results independent of the
+//! number of threads.
 
 pub mod digest;
 pub mod distribution;

@@ -2,38 +2,38 @@
 
 use nalgebra::{DMatrix, DVector};
 
-/// Share of its length below which a column is taken for a combination of those before it.
+/// Least independent share of a column's length; below it the column counts as a linear combination of the previous ones.
 const INDEPENDENT: f64 = 1e-9;
 
-/// Least squares of linear columns by QR, each column scaled to length one.
+/// Linear least squares by QR, each column scaled to unit length.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LinearFit {
     /// Coefficients.
     pub coefficients: DVector<f64>,
-    /// What the columns leave.
+    /// Residual y − X·c.
     pub residual: DVector<f64>,
 }
 
 impl LinearFit {
-    /// Minimises |y − X·c|². `None` where columns are not independent.
+    /// Minimises |y − X·c|². `None` where columns are linearly dependent.
     pub fn new(columns: &DMatrix<f64>, y: &DVector<f64>) -> Option<Self> {
         Self::penalised(columns, &[], y, INDEPENDENT)
     }
 
-    /// Minimises |y − X·c|² + Σ p_j·c_j², as rows √p_j of their own below X. `None` where a column that is not penalised is `independent` of those before
-    /// it by less than this share of its length.
+    /// Minimises |y − X·c|² + Σ p_j·c_j², with additional rows √p_j below X. `None` where less than the share `independent` of a column's
+    /// length, including its penalty row, is independent of the previous columns.
     pub fn penalised(columns: &DMatrix<f64>, penalty: &[f64], y: &DVector<f64>, independent: f64) -> Option<Self> {
         let lengths: Vec<f64> = columns.column_iter().map(|c| c.norm()).collect();
         if lengths.iter().any(|l| !(*l > 0.0 && l.is_finite())) {
             return None;
         }
-        let (rows, known) = (columns.nrows(), penalty.len());
-        let scaled = DMatrix::from_fn(rows + known, columns.ncols(), |i, j| match i.checked_sub(rows) {
+        let (rows, penalties) = (columns.nrows(), penalty.len());
+        let scaled = DMatrix::from_fn(rows + penalties, columns.ncols(), |i, j| match i.checked_sub(rows) {
             None => columns[(i, j)] / lengths[j],
             Some(at) if at == j => penalty[at].sqrt() / lengths[j],
             Some(_) => 0.0,
         });
-        let right = DVector::from_iterator(rows + known, y.iter().copied().chain(std::iter::repeat_n(0.0, known)));
+        let right = DVector::from_iterator(rows + penalties, y.iter().copied().chain(std::iter::repeat_n(0.0, penalties)));
         let qr = scaled.clone().qr();
         let r = qr.r();
         if (0..r.ncols()).any(|i| r[(i, i)].abs() < independent) {
@@ -51,7 +51,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn limit_penalised_are_the_normal_equations() {
+    fn limit_penalised_fit_solves_the_normal_equations() {
         let columns = DMatrix::from_fn(40, 3, |i, j| [1.0, 1e4 * (0.3 * i as f64).sin(), 1e-3 * i as f64][j]);
         let y = DVector::from_fn(40, |i, _| (0.1 * (i * i) as f64).cos() + 2.0);
         for penalty in [[0.0, 0.0, 0.0], [3.0, 0.0, 1e-5]] {

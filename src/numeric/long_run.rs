@@ -1,8 +1,8 @@
-//! What coloured series leave uncertain of their means.
+//! Long-run covariance: the uncertainty of means of autocorrelated series.
 
 use nalgebra::DMatrix;
 
-/// Σ_k (1 − |k|/(m+1)) Σ_t u_t·u_{t−k}ᵀ of scores u (one a row) with bandwidth m: the covariance of their sum.
+/// Computes Σ_k (1 − |k|/(m+1)) Σ_t u_t·u_{t−k}ᵀ of scores u (one per row) with bandwidth m: the covariance of their sum.
 ///
 /// # Source  Newey and West, Econometrica 55 (1987) 703–708.
 pub fn long_run_covariance(scores: &DMatrix<f64>, bandwidth: usize) -> DMatrix<f64> {
@@ -14,7 +14,7 @@ pub fn long_run_covariance(scores: &DMatrix<f64>, bandwidth: usize) -> DMatrix<f
     })
 }
 
-/// Andrews' bandwidth of scores (one a row), at most a third of their number.
+/// Computes Andrews' bandwidth of scores (one per row), at most a third of their number.
 ///
 /// # Source  Andrews, Econometrica 59 (1991) 817–858, AR(1) plug-in for Bartlett weights, with the largest autocorrelation of the scores.
 pub fn andrews_bandwidth(scores: &DMatrix<f64>) -> usize {

@@ -1,12 +1,14 @@
-//! Work on several threads that ends alike on one.
+//! Parallel work with results independent of the number of threads.
 
 use rayon::iter::ParallelIterator;
 
-/// Results of parallel work, collected.
+/// Collects results of parallel work.
 pub trait OrFirstError<T, E> {
-    /// All of them in order, or the error of the first that failed. Collecting into a `Result` gives the error that happened first, which changes from run to run.
+    /// Returns all results in order, or the error of the first item in order that failed.
     ///
-    /// # Errors  that of the first in order.
+    /// Collecting into a `Result` would return the error that occurred first in time, which varies between runs.
+    ///
+    /// # Errors  that of the first failed item in order.
     fn or_first_error(self) -> Result<Vec<T>, E>;
 }
 
@@ -21,7 +23,7 @@ mod tests {
     use super::OrFirstError;
     use rayon::prelude::*;
 
-    /// The first in order fails last.
+    /// The first failing item in order finishes last.
     #[test]
     fn the_error_is_that_of_the_first_in_order() {
         let slow = |at: usize| {

@@ -1,8 +1,8 @@
-//! Random numbers that the generators do not give themselves.
+//! Random numbers beyond those of the generators.
 
 use rand::{Rng, RngExt};
 
-/// A standard normal number (Box and Muller).
+/// Draws a standard normal number (Box–Muller).
 pub fn normal(generator: &mut impl Rng) -> f64 {
     let u: f64 = 1.0 - generator.random::<f64>();
     let v: f64 = generator.random();

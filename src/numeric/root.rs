@@ -9,10 +9,10 @@ pub struct Bracket {
     pub upper: (f64, f64),
 }
 
-/// Shrinks a bracket until its width is at most `relative_width` of its upper end; gives the middle.
+/// Shrinks a bracket until its width is at most `relative_width` of its upper end, and returns the midpoint.
 ///
-/// Regula falsi with the Illinois rule, and a bisection whenever a step fails to halve the bracket,
-/// so that the worst case is twice that of bisection. Infinite values are allowed.
+/// Regula falsi with the Illinois rule, and bisection whenever a step fails to halve the bracket. The worst case therefore takes twice the
+/// steps of bisection. Infinite values are allowed.
 ///
 /// # Source  Dowell and Jarratt, "A modified regula falsi method", BIT 11 (1971) 168–174.
 pub fn refine(bracket: Bracket, relative_width: f64, mut function: impl FnMut(f64) -> f64) -> f64 {
@@ -30,9 +30,9 @@ pub fn refine(bracket: Bracket, relative_width: f64, mut function: impl FnMut(f6
         let x = if bisect || !(secant > a && secant < b) {
             0.5 * (a + b)
         } else {
-            // Step past the estimate by a hair, so that the far end moves too once it is exact.
-            let hair = 0.25 * relative_width * b.abs();
-            secant.clamp(a + hair, b - hair)
+            // A small step beyond the estimate moves the other end, too, once the estimate is exact.
+            let margin = 0.25 * relative_width * b.abs();
+            secant.clamp(a + margin, b - margin)
         };
         if x <= a || x >= b {
             break;
@@ -62,7 +62,7 @@ pub fn refine(bracket: Bracket, relative_width: f64, mut function: impl FnMut(f6
     0.5 * (a + b)
 }
 
-/// The root of a continuous function whose values at the two ends differ in sign, as exact as the numbers allow; `None` if they do not
+/// Returns the root of a continuous function whose values at the two ends differ in sign, to machine precision; `None` if they do not
 /// differ. Infinite values at the ends are allowed.
 pub fn bracketed_root(lower: f64, upper: f64, mut function: impl FnMut(f64) -> f64) -> Option<f64> {
     let (at_lower, at_upper) = (function(lower), function(upper));
@@ -130,7 +130,7 @@ mod tests {
             calls += 1;
             x.exp() - 20.0
         });
-        // At worst twice a bisection, 2·53.
+        // Twice a bisection would be 2·53.
         assert!(calls < 60, "{calls}");
     }
 }

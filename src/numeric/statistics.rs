@@ -1,34 +1,34 @@
 //! Small statistics.
 
-/// Root of the mean of the squares; `None` for nothing.
+/// Computes the root mean square; `None` without values.
 pub fn root_mean_square(values: impl IntoIterator<Item = f64>) -> Option<f64> {
     let (sum, count) = values.into_iter().fold((0.0, 0_usize), |(s, n), v| (s + v * v, n + 1));
     (count > 0).then(|| (sum / count as f64).sqrt())
 }
 
-/// Root mean square of parts, each with the number of values it stands for; `None` for nothing.
+/// Computes the root mean square of groups, each given by its root mean square and its number of values; `None` without values.
 pub fn root_mean_square_of_parts(parts: impl IntoIterator<Item = (f64, usize)>) -> Option<f64> {
     let (square, count) = parts.into_iter().fold((0.0, 0), |(s, n), (rms, lines)| (s + rms * rms * lines as f64, n + lines));
     (count > 0).then(|| (square / count as f64).sqrt())
 }
 
-/// Root of the summed squares; `None` for nothing.
+/// Computes the root of the sum of squares; `None` without values.
 pub fn root_sum_square(values: impl IntoIterator<Item = f64>) -> Option<f64> {
     let (sum, count) = values.into_iter().fold((0.0, 0_usize), |(s, n), v| (s + v * v, n + 1));
     (count > 0).then_some(sum.sqrt())
 }
 
-/// Least and largest; ∞ and −∞ for nothing.
+/// Returns minimum and maximum; ∞ and −∞ without values.
 pub fn extremes<'v>(values: impl IntoIterator<Item = &'v f64>) -> (f64, f64) {
     values.into_iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), x| (low.min(*x), high.max(*x)))
 }
 
-/// Median; `None` for nothing. NaN counts as largest.
+/// Computes the median; `None` without values. NaN counts as largest.
 pub fn median(values: impl IntoIterator<Item = f64>) -> Option<f64> {
     quantile(values, 0.5)
 }
 
-/// Quantile by linear interpolation between order statistics; `None` for nothing.
+/// Computes a quantile by linear interpolation between order statistics; `None` without values.
 pub fn quantile(values: impl IntoIterator<Item = f64>, share: f64) -> Option<f64> {
     let mut sorted: Vec<f64> = values.into_iter().collect();
     sorted.sort_by(f64::total_cmp);
@@ -44,7 +44,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn nothing_has_no_statistics() {
+    fn empty_sets_have_no_statistics() {
         assert_eq!(root_mean_square([]), None);
         assert_eq!(root_sum_square([]), None);
         assert_eq!(median([]), None);

@@ -1,18 +1,18 @@
-//! Conversions between units, each in exactly one function.
+//! Unit conversions, each in exactly one function.
 
 use std::f64::consts::TAU;
 
-/// Angular frequency (rad/s) of a frequency in Hz.
+/// Converts a frequency in Hz to an angular frequency (rad/s).
 pub fn omega_rad_s(frequency_hz: f64) -> f64 {
     TAU * frequency_hz
 }
 
-/// Frequency in Hz of an angular frequency (rad/s).
+/// Converts an angular frequency (rad/s) to a frequency in Hz.
 pub fn frequency_hz(omega_rad_s: f64) -> f64 {
     omega_rad_s / TAU
 }
 
-/// Travel per radian (m/rad) of a screw with the given lead (m per turn).
+/// Converts the lead of a screw (m per turn) to travel per radian (m/rad).
 ///
 /// # Source  Tian et al., Eq. 21: i_b = h/(2π).
 pub fn travel_per_radian_m(lead_m: f64) -> f64 {

@@ -1,4 +1,4 @@
-//! What goes between long work and whoever waits for it: progress, a flag to stop, and what is kept of what is finished.
+//! Control of long work: progress reports, a stop flag, and a journal of finished pieces.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
@@ -9,37 +9,37 @@ use serde::de::DeserializeOwned;
 
 use super::journal::Journal;
 
-/// How far long work has come.
+/// Progress of long work.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Progressed<'w> {
-    /// A stage of it begins.
+    /// A stage begins.
     Stage(&'w str),
-    /// A search.
+    /// A generation of a search.
     Generation {
-        /// Which search; several may go on at once.
+        /// Number of the search; several may run concurrently.
         search: usize,
-        /// Generations of it that are done; all there can be once it has ended.
+        /// Generations done; equal to `most` once the search has ended.
         done: u64,
-        /// Most there will be; it may converge before.
+        /// Maximum number of generations; the search may converge earlier.
         most: u64,
         /// Best cost so far.
         best: f64,
     },
-    /// Steps of known number.
+    /// A step of a known number of steps.
     Step {
-        /// What they are.
+        /// Name of the steps.
         what: &'w str,
-        /// Steps that are done.
+        /// Steps done.
         done: usize,
-        /// Steps in all.
+        /// Total number of steps.
         of: usize,
     },
 }
 
-/// Is told how far the work has come.
+/// Callback that receives the progress.
 pub type Watcher = Arc<dyn Fn(Progressed<'_>) + Send + Sync>;
 
-/// Told of the progress, asked whether to stop, and asked for what an earlier run has finished.
+/// Connects long work with its caller: reports progress, requests a stop, and provides the pieces that an earlier run has finished.
 #[derive(Clone, Default)]
 pub struct Control {
     stop: Arc<AtomicBool>,
@@ -49,28 +49,28 @@ pub struct Control {
 }
 
 impl Control {
-    /// Stops when `stop` is set; `watcher` is told the progress.
+    /// Creates a control that stops when `stop` is set and reports progress to `watcher`.
     pub fn new(stop: Arc<AtomicBool>, watcher: Option<Watcher>) -> Self {
         Control { stop, watcher, journal: None, part: String::new() }
     }
 
-    /// The same that keeps what is finished, and goes on from what an earlier run has kept.
+    /// Adds a journal, which keeps finished pieces and provides those of an earlier run.
     #[must_use]
     pub fn keeping(self, journal: Option<Arc<Journal>>) -> Self {
         Control { journal, ..self }
     }
 
-    /// Where what is finished is kept.
+    /// Returns the journal of finished pieces.
     pub fn journal(&self) -> Option<&Journal> {
         self.journal.as_deref()
     }
 
-    /// A stage begins.
+    /// Reports the start of a stage.
     pub fn begin(&self, stage: &str) {
         self.report(Progressed::Stage(stage));
     }
 
-    /// Counts steps of work that is done in parallel: the function given back is called after each.
+    /// Counts steps of parallel work; the returned function is to be called after each step.
     pub fn steps<'c>(&'c self, what: &'c str, of: usize) -> impl Fn() + Sync + 'c {
         let done = AtomicUsize::new(0);
         self.report(Progressed::Step { what, done: 0, of });
@@ -83,14 +83,14 @@ impl Control {
         }
     }
 
-    /// The same for a part of the work: pieces of one part have nothing to do with those of another.
+    /// Returns a control for a part of the work, in which the names of pieces are separate from those of other parts.
     #[must_use]
     pub fn within(&self, part: &str) -> Self {
         Control { part: format!("{}{part}/", self.part), ..self.clone() }
     }
 
-    /// A piece of work: as an earlier run has kept it, or done now and kept unless it was stopped. Its name tells it from all other pieces of the
-    /// part, so it holds whatever differs between them.
+    /// Returns a piece of work from the journal, or does the work and keeps the result unless it was stopped. The name must be unique
+    /// within the part, so it contains everything in which pieces differ.
     pub fn kept<T: Serialize + DeserializeOwned>(&self, piece: &str, work: impl FnOnce() -> T) -> T {
         let done = self.kept_or_failed(piece, || Ok::<T, std::convert::Infallible>(work()));
         match done {
@@ -98,7 +98,7 @@ impl Control {
         }
     }
 
-    /// As [`Control::kept`], for work that can fail; an error is not kept.
+    /// As [`Control::kept`] for work that can fail; an error is not kept.
     ///
     /// # Errors  that of the work.
     pub fn kept_or_failed<T: Serialize + DeserializeOwned, E>(&self, piece: &str, work: impl FnOnce() -> Result<T, E>) -> Result<T, E> {
@@ -114,12 +114,12 @@ impl Control {
         Ok(found)
     }
 
-    /// The last state that an earlier run has kept of a piece it has not finished.
+    /// Returns the last state that an earlier run has kept of an unfinished piece.
     pub(super) fn last_state<T: DeserializeOwned>(&self, piece: &str) -> Option<T> {
         self.journal.as_ref()?.read(&format!("{}{piece}", self.part))
     }
 
-    /// Keeps the state of a piece of work now and then: the function given back is called whenever there is one.
+    /// Returns a function that keeps the states of a piece of work, at most one per [`BETWEEN_STATES`].
     pub(super) fn states<T: Serialize>(&self, piece: &str) -> impl FnMut(&T) + use<T> {
         let (journal, name) = (self.journal.clone(), format!("{}{piece}", self.part));
         let mut last = Instant::now();
@@ -131,16 +131,16 @@ impl Control {
         }
     }
 
-    /// The flag that stops it.
+    /// Returns the stop flag.
     pub fn stop(&self) -> &Arc<AtomicBool> {
         &self.stop
     }
 
-    /// Whether it was asked to stop.
+    /// Whether a stop was requested.
     pub fn stopped(&self) -> bool {
         self.stop.load(Ordering::Relaxed)
     }
 }
 
-/// Time between two states of a search that are kept: what a kill costs at most.
+/// Least time between two kept states of a search (1 s): the work lost when the process is killed.
 const BETWEEN_STATES: Duration = Duration::from_secs(1);

@@ -11,27 +11,27 @@ use serde::{Deserialize, Serialize};
 
 use numeric::random::normal;
 
-/// How a trial is made from the population.
+/// How a trial is formed from the population.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Strategy {
     /// rand/1/bin: a random member plus one scaled difference. Storn and Price, J. Global Optim. 11 (1997) 341–359.
     Rand1Bin,
     /// best/1/bin with dithered scale: the best member plus one scaled difference.
     Best1Bin,
-    /// current-to-pbest/1/bin with an archive and success-history adaptation of scale and crossover: Tanabe and Fukunaga,
-    /// IEEE CEC 2013, 71–78 (SHADE).
+    /// current-to-pbest/1/bin with an archive and success-history adaptation of scale and crossover: Tanabe and Fukunaga, IEEE CEC 2013,
+    /// 71–78 (SHADE).
     CurrentToPbest,
 }
 
 /// Length of the success history (SHADE's H).
 const HISTORY: usize = 6;
-/// Scale F and crossover CR of the strategies without adaptation.
+/// Scale F and crossover CR of the non-adaptive strategies.
 const FIXED: (f64, f64) = (0.7, 0.9);
 
 /// Differential evolution on the unit cube.
 ///
-/// Trials of a generation are drawn one after another and evaluated in bulk; selection follows the whole generation. Written and read back between
-/// generations it goes on as if nothing had happened.
+/// Trials of a generation are drawn sequentially and evaluated in bulk; selection follows after the whole generation. A search that is
+/// serialised between generations and restored continues with identical results.
 #[derive(Serialize, Deserialize)]
 pub struct DifferentialEvolution {
     strategy: Strategy,
@@ -51,20 +51,20 @@ pub struct DifferentialEvolution {
     watcher: Option<Observer>,
 }
 
-/// Is shown the population after every generation.
+/// Callback that receives the search after every generation.
 type Observer = Box<dyn FnMut(&DifferentialEvolution) + Send>;
 
-/// A place to be evaluated, and the cost above which its exact value is not asked for.
+/// A place to evaluate, with the cost above which its exact value is irrelevant.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Trial {
     /// Place in the unit cube.
     pub place: Vec<f64>,
-    /// It takes the place of a member of this cost, or not.
+    /// Cost of the member that the trial replaces if it is not worse.
     pub limit: f64,
 }
 
 impl DifferentialEvolution {
-    /// `size` members in `dimension` coordinates; it has converged when the costs of all members lie within `spread`
+    /// Creates a search with `size` members in `dimension` coordinates. It has converged when the costs of all members lie within `spread`
     /// of the best, relative to it.
     pub fn new(strategy: Strategy, dimension: usize, size: usize, spread: f64, seed: u64) -> Self {
         DifferentialEvolution {
@@ -84,36 +84,36 @@ impl DifferentialEvolution {
         }
     }
 
-    /// The members, best first.
+    /// Returns the members, best first.
     pub fn population(&self) -> Vec<(Vec<f64>, f64)> {
         let mut members = self.members.clone();
         members.sort_by(|a, b| a.1.total_cmp(&b.1));
         members
     }
 
-    /// Best cost after each generation.
+    /// Returns the best cost after each generation.
     pub fn trace(&self) -> &[f64] {
         &self.trace
     }
 
-    /// Costs asked for.
+    /// Returns the number of cost evaluations.
     pub fn evaluations(&self) -> u64 {
         self.evaluations
     }
 
-    /// Shows itself to `watcher` after every generation.
+    /// Sets the callback that receives the search after every generation.
     pub fn watched_by(mut self, watcher: impl FnMut(&DifferentialEvolution) + Send + 'static) -> Self {
         self.watcher = Some(Box::new(watcher));
         self
     }
 
-    /// Ends after the generation in which the flag is set.
+    /// Sets the flag that ends the search after the current generation.
     pub fn stopping_when(mut self, stop: Arc<AtomicBool>) -> Self {
         self.stop = stop;
         self
     }
 
-    /// First population: one member in each of `size` equal strata of every coordinate (a Latin hypercube).
+    /// Draws the first population: one member in each of `size` equal strata of every coordinate (a Latin hypercube).
     fn first_places(&mut self) -> Vec<Vec<f64>> {
         let mut places = vec![vec![0.0; self.dimension]; self.size];
         for coordinate in 0..self.dimension {
@@ -129,7 +129,7 @@ impl DifferentialEvolution {
         places
     }
 
-    /// Scale and crossover of one trial.
+    /// Draws scale and crossover of one trial.
     fn controls(&mut self) -> (f64, f64) {
         match self.strategy {
             Strategy::Rand1Bin => FIXED,
@@ -139,7 +139,7 @@ impl DifferentialEvolution {
                 let crossover = (crossover_mean + 0.1 * normal(&mut self.generator)).clamp(0.0, 1.0);
                 let mut scale = 0.0;
                 while scale <= 0.0 {
-                    // Cauchy.
+                    // Cauchy distribution.
                     scale = scale_mean + 0.1 * (std::f64::consts::PI * (self.generator.random::<f64>() - 0.5)).tan();
                 }
                 (scale.min(1.0), crossover)
@@ -147,7 +147,7 @@ impl DifferentialEvolution {
         }
     }
 
-    /// A member other than those named.
+    /// Draws a member other than those given.
     fn other_than(&mut self, taken: &[usize]) -> usize {
         loop {
             let index = self.generator.random_range(0..self.size);
@@ -157,7 +157,7 @@ impl DifferentialEvolution {
         }
     }
 
-    /// A trial for the member `target`; `ranking` lists the members from best to worst.
+    /// Forms a trial for the member `target`; `ranking` lists the members from best to worst.
     fn trial(&mut self, target: usize, ranking: &[usize], scale: f64, crossover: f64) -> Vec<f64> {
         let a = self.other_than(&[target]);
         let b = self.other_than(&[target, a]);
@@ -179,13 +179,13 @@ impl DifferentialEvolution {
                     .collect()
             }
         };
-        let sure = self.generator.random_range(0..self.dimension);
+        let forced = self.generator.random_range(0..self.dimension);
         let here = &self.members[target].0;
         let mut place = Vec::with_capacity(self.dimension);
         for d in 0..self.dimension {
-            let cross = self.generator.random::<f64>() < crossover || d == sure;
+            let cross = self.generator.random::<f64>() < crossover || d == forced;
             let x = if cross { mutant[d] } else { here[d] };
-            // Half-way back to the bound it crossed.
+            // A violated bound is replaced by the midpoint between the member and the bound.
             place.push(if x < 0.0 {
                 0.5 * here[d]
             } else if x > 1.0 {
@@ -197,7 +197,7 @@ impl DifferentialEvolution {
         place
     }
 
-    /// Weighted means of the controls that succeeded, after SHADE.
+    /// Updates the success history by weighted means of the successful controls, after SHADE.
     fn learn(&mut self, successes: &[(f64, f64, f64)]) {
         let total: f64 = successes.iter().map(|s| s.2).sum();
         if self.strategy != Strategy::CurrentToPbest || !(total > 0.0) {
@@ -234,7 +234,7 @@ where
         state: PopulationState<Vec<f64>, f64>,
     ) -> Result<(PopulationState<Vec<f64>, f64>, Option<KV>), Error> {
         if self.dimension == 0 {
-            return Err(argmin_error!(InvalidParameter, "there is nothing to search: no free coordinate"));
+            return Err(argmin_error!(InvalidParameter, "there is no free coordinate to search"));
         }
         if self.members.is_empty() {
             let first: Vec<Trial> = self.first_places().into_iter().map(|place| Trial { place, limit: f64::INFINITY }).collect();
@@ -304,9 +304,9 @@ mod tests {
     use super::*;
     use argmin::core::Executor;
 
-    struct Bowl;
+    struct Rastrigin;
 
-    impl CostFunction for Bowl {
+    impl CostFunction for Rastrigin {
         type Param = Trial;
         type Output = f64;
         /// Rastrigin's function with its minimum 0 at 0.3 in every coordinate.
@@ -324,7 +324,7 @@ mod tests {
 
     fn run(strategy: Strategy, seed: u64) -> (Vec<f64>, f64) {
         let solver = DifferentialEvolution::new(strategy, 4, 40, 1e-12, seed);
-        let result = Executor::new(Bowl, solver).configure(|s| s.max_iters(600)).run().unwrap();
+        let result = Executor::new(Rastrigin, solver).configure(|s| s.max_iters(600)).run().unwrap();
         (result.state.best_individual.clone().unwrap(), result.state.best_cost)
     }
 
@@ -338,10 +338,10 @@ mod tests {
     }
 
     #[test]
-    fn written_and_read_back_it_goes_on_as_if_nothing_had_happened() {
+    fn a_restored_search_continues_with_identical_results() {
         for strategy in [Strategy::Rand1Bin, Strategy::Best1Bin, Strategy::CurrentToPbest] {
             let run = |solver: DifferentialEvolution, generations| {
-                Executor::new(Bowl, solver).configure(|s| s.max_iters(generations)).run().unwrap()
+                Executor::new(Rastrigin, solver).configure(|s| s.max_iters(generations)).run().unwrap()
             };
             let whole = run(DifferentialEvolution::new(strategy, 4, 40, 1e-12, 5), 60).solver;
             let half = run(DifferentialEvolution::new(strategy, 4, 40, 1e-12, 5), 23).solver;
@@ -352,25 +352,25 @@ mod tests {
         }
     }
 
-    /// A bowl that says no more than that it is above the limit.
-    struct Curt;
+    /// Rastrigin's function that returns no exact cost above the limit.
+    struct Bounded;
 
-    impl CostFunction for Curt {
+    impl CostFunction for Bounded {
         type Param = Trial;
         type Output = f64;
         fn cost(&self, trial: &Trial) -> Result<f64, Error> {
-            let cost = Bowl.cost(trial)?;
+            let cost = Rastrigin.cost(trial)?;
             Ok(if cost <= trial.limit { cost } else { trial.limit * 1.5 + 1.0 })
         }
     }
 
     #[test]
-    fn what_is_above_the_limit_need_not_be_known() {
-        let run = |solver: DifferentialEvolution| Executor::new(Curt, solver).configure(|s| s.max_iters(80)).run().unwrap().solver;
-        let curt = run(DifferentialEvolution::new(Strategy::CurrentToPbest, 4, 40, 1e-12, 9));
+    fn costs_above_the_limit_need_not_be_exact() {
+        let run = |solver: DifferentialEvolution| Executor::new(Bounded, solver).configure(|s| s.max_iters(80)).run().unwrap().solver;
+        let bounded = run(DifferentialEvolution::new(Strategy::CurrentToPbest, 4, 40, 1e-12, 9));
         let solver = DifferentialEvolution::new(Strategy::CurrentToPbest, 4, 40, 1e-12, 9);
-        let whole = Executor::new(Bowl, solver).configure(|s| s.max_iters(80)).run().unwrap().solver;
-        assert_eq!(curt.population(), whole.population());
+        let whole = Executor::new(Rastrigin, solver).configure(|s| s.max_iters(80)).run().unwrap().solver;
+        assert_eq!(bounded.population(), whole.population());
     }
 
     #[test]

@@ -1,88 +1,90 @@
-//! Gauss–Newton on parameters within ranges, for predictions that are linear in most of them: then one step is the end.
+//! Gauss–Newton on bounded parameters, for predictions that are linear in most of them. A fully linear prediction needs a single step.
 
 use nalgebra::{DMatrix, DVector};
 
 use numeric::linear_fit::LinearFit;
 
-/// What is fitted to numbers that were observed.
+/// A prediction that is fitted to observations.
 pub trait PredictionFunction {
-    /// Why a prediction fails.
+    /// Error of the model.
     type Error;
 
-    /// The prediction with these values; `None` where the work was stopped.
+    /// Computes the prediction at these values; `None` where the work was stopped.
     ///
-    /// # Errors  as the model says. A step that leads to an error is shortened.
+    /// # Errors  those of the model. A step that leads to an error is shortened.
     fn at(&self, values: &[f64]) -> Result<Option<DVector<f64>>, Self::Error>;
 
-    /// Its derivatives with the coordinates, in their order, at values that predict `here`; `None` where the work was stopped.
+    /// Computes its derivatives with respect to the coordinates, in their order, at values that predict `here`; `None` where the work was
+    /// stopped.
     ///
-    /// # Errors  as the model says.
+    /// # Errors  those of the model.
     fn derivatives(&self, values: &[f64], here: &DVector<f64>) -> Result<Option<DMatrix<f64>>, Self::Error>;
 }
 
-/// A value that is fitted.
+/// A fitted value.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Coordinate {
-    /// Which of the values.
+    /// Index of the value.
     pub index: usize,
-    /// Its ends, the lower above zero where `inverse`.
+    /// Its range; the lower end is above zero where `inverse`.
     pub range: (f64, f64),
-    /// Steps are made in its inverse, since the prediction is linear in that.
+    /// Whether steps are made in its inverse, in which the prediction is linear.
     pub inverse: bool,
 }
 
 impl Coordinate {
-    /// Where it stands, and its ends: of the inverse where steps are made in that.
+    /// Returns its value and range, inverted where steps are made in the inverse.
     fn place(&self, values: &[f64]) -> (f64, f64, f64) {
         let ((lower, upper), value) = (self.range, values[self.index]);
         if self.inverse { (1.0 / value, 1.0 / upper, 1.0 / lower) } else { (value, lower, upper) }
     }
 }
 
-/// When a fit ends.
+/// Settings of a fit.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct GaussNewton {
-    /// Most steps.
+    /// Maximum number of steps.
     pub steps: usize,
-    /// Lengths at which a step is tried, each half of the one before.
+    /// Number of step lengths tried, each half of the previous one.
     pub lengths: usize,
-    /// Share of the sum of squares that a step must take for another to follow.
+    /// Least relative reduction of the sum of squares by a step, below which the fit has converged.
     pub gain: f64,
 }
 
-/// Where a fit ended.
+/// Result of a fit.
 #[derive(Debug, Clone, PartialEq)]
 pub struct GaussNewtonFit {
     /// All values.
     pub values: Vec<f64>,
-    /// The prediction with them.
+    /// The prediction at these values.
     pub prediction: DVector<f64>,
-    /// Observed less predicted.
+    /// Observed minus predicted values.
     pub residual: DVector<f64>,
-    /// Derivatives of the prediction with the coordinates from which the last step was made; zero where it was stopped before the first.
+    /// Derivatives of the prediction with respect to the coordinates at the start of the last step; zero where the fit stopped before the
+    /// first.
     pub derivatives: DMatrix<f64>,
-    /// Whether that step gained nothing, so that they are those of the end.
+    /// Whether the last step reduced nothing, so that the derivatives are those at the result.
     pub at_end: bool,
-    /// Predictions made.
+    /// Number of predictions made.
     pub evaluations: u64,
-    /// Came to rest; not stopped, and not out of steps.
+    /// Whether the fit converged: neither stopped nor out of steps.
     pub converged: bool,
 }
 
-/// Why there is no fit.
+/// Why a fit failed.
 #[derive(Debug, Clone, PartialEq)]
 pub enum GaussNewtonError<E> {
-    /// The model fails at the start, or its derivatives do.
+    /// The model or its derivatives fail at the start.
     Model(E),
     /// Stopped before the first step.
     Stopped,
-    /// The data do not tell coordinates apart, or one of them does nothing at the start: which were to move, and the derivatives with them.
+    /// Coordinates are linearly dependent, or one has no influence at the start: the coordinates that were to move, and the derivatives.
     Dependent(Vec<usize>, DMatrix<f64>),
 }
 
 impl GaussNewton {
-    /// Minimises the sum of squares of `observed` less the prediction. Steps are kept within the ranges and shortened where they do not gain; a coordinate
-    /// that comes to do nothing on the way stays where it is.
+    /// Minimises the sum of squares of `observed` minus the prediction. Steps stay within the ranges and are shortened where they do not
+    /// reduce the sum. A coordinate that loses its influence on the way keeps its value.
     ///
     /// # Errors  see [`GaussNewtonError`].
     pub fn fit<P: PredictionFunction>(
@@ -103,7 +105,7 @@ impl GaussNewton {
             evaluations += coordinates.len() as u64;
             let Some(found) = found else { break };
             let step = step(&values, coordinates, &found, &residual, round == 0).ok_or_else(|| {
-                // At the start every coordinate is asked for; later those that still do something.
+                // The first step needs all coordinates; later steps need those that still have an influence.
                 let moving = if round == 0 { (0..coordinates.len()).collect() } else { live_columns(&found) };
                 GaussNewtonError::Dependent(moving.clone(), found.select_columns(&moving))
             })?;
@@ -128,9 +130,9 @@ impl GaussNewton {
                     Ok(there) => there,
                     Err(_) => None,
                 };
-                let left = there.map(|there| (observed - &there, there));
-                if let Some((left, there)) = left.filter(|(left, _)| left.norm_squared() < squares) {
-                    gained = Some((next, left, there));
+                let candidate = there.map(|there| (observed - &there, there));
+                if let Some((next_residual, there)) = candidate.filter(|(residual, _)| residual.norm_squared() < squares) {
+                    gained = Some((next, next_residual, there));
                     break;
                 }
             }
@@ -149,33 +151,35 @@ impl GaussNewton {
     }
 }
 
-/// Columns that are not nothing.
+/// Returns the indices of nonzero columns.
 pub fn live_columns(derivatives: &DMatrix<f64>) -> Vec<usize> {
     (0..derivatives.ncols()).filter(|at| derivatives.column(*at).norm() > 0.0).collect()
 }
 
-/// The step of each coordinate, none of one that does nothing; `None` where those that move depend on each other, or where all must and one does nothing.
+/// Computes the step of each coordinate, zero for one without influence.
+///
+/// `None` where moving coordinates are linearly dependent, or where `all` must move and one has no influence.
 fn step(values: &[f64], coordinates: &[Coordinate], derivatives: &DMatrix<f64>, residual: &DVector<f64>, all: bool) -> Option<Vec<f64>> {
-    let live = live_columns(derivatives);
-    if all && live.len() < coordinates.len() {
+    let influential = live_columns(derivatives);
+    if all && influential.len() < coordinates.len() {
         return None;
     }
-    let mut columns = derivatives.select_columns(&live);
-    for (mut column, at) in columns.column_iter_mut().zip(&live) {
+    let mut columns = derivatives.select_columns(&influential);
+    for (mut column, at) in columns.column_iter_mut().zip(&influential) {
         let coordinate = &coordinates[*at];
         if coordinate.inverse {
             // d/d(1/p) = −p²·d/dp.
             column *= -values[coordinate.index].powi(2);
         }
     }
-    let places: Vec<(f64, f64, f64)> = live.iter().map(|at| coordinates[*at].place(values)).collect();
+    let places: Vec<(f64, f64, f64)> = influential.iter().map(|at| coordinates[*at].place(values)).collect();
     let mut step = vec![0.0; coordinates.len()];
     let within = step_within(&places, &columns, residual)?;
-    live.into_iter().zip(within).for_each(|(at, moved)| step[at] = moved);
+    influential.into_iter().zip(within).for_each(|(at, moved)| step[at] = moved);
     Some(step)
 }
 
-/// Values moved by a share of a step. One that does not move keeps all of its bits: an inverse of an inverse does not.
+/// Moves the values by a share of a step. A value that does not move stays bit-identical, which a double inversion would not preserve.
 fn moved(values: &[f64], coordinates: &[Coordinate], step: &[f64], share: f64) -> Vec<f64> {
     let mut next = values.to_vec();
     for (coordinate, delta) in coordinates.iter().zip(step).filter(|(_, delta)| **delta != 0.0) {
@@ -186,14 +190,16 @@ fn moved(values: &[f64], coordinates: &[Coordinate], step: &[f64], share: f64) -
     next
 }
 
-/// The step to the least squares of linear columns from places with their ends (place, lower, upper). Where some would leave their ranges, the one that
-/// would be at its end first is held there, and the others are looked at anew: of two that do nearly the same, the one in the narrow range stays.
+/// Computes the bounded least-squares step of linear columns from (value, lower, upper) triples.
+///
+/// Where coordinates would leave their ranges, the one that reaches its end first is held there, and the others are solved again. Of two
+/// nearly dependent coordinates, the one with the narrow range is thus held.
 fn step_within(places: &[(f64, f64, f64)], derivatives: &DMatrix<f64>, residual: &DVector<f64>) -> Option<Vec<f64>> {
     let mut step = vec![0.0; places.len()];
     let mut open: Vec<usize> = (0..places.len()).collect();
-    let mut left = residual.clone();
+    let mut remaining = residual.clone();
     while !open.is_empty() {
-        let solved = LinearFit::new(&derivatives.select_columns(&open), &left)?;
+        let solved = LinearFit::new(&derivatives.select_columns(&open), &remaining)?;
         let mut first: Option<(f64, usize)> = None;
         for (&at, &delta) in open.iter().zip(solved.coefficients.iter()) {
             let (value, lower, upper) = places[at];
@@ -206,7 +212,7 @@ fn step_within(places: &[(f64, f64, f64)], derivatives: &DMatrix<f64>, residual:
             }
         }
         let Some((_, held)) = first else { break };
-        left -= step[held] * derivatives.column(held);
+        remaining -= step[held] * derivatives.column(held);
         open.retain(|at| *at != held);
     }
     Some(step)
@@ -216,7 +222,7 @@ fn step_within(places: &[(f64, f64, f64)], derivatives: &DMatrix<f64>, residual:
 mod tests {
     use super::*;
 
-    /// y = a·t + b/(c) with c fitted by its inverse, and a decay that is not linear.
+    /// y = a·t + 1e6/b + exp(−c·t): linear in a and 1/b, nonlinear in c.
     struct Decay;
 
     impl PredictionFunction for Decay {
@@ -243,14 +249,14 @@ mod tests {
     }
 
     #[test]
-    fn limit_a_smooth_prediction_is_met_from_afar() {
+    fn limit_a_smooth_prediction_converges_from_a_distant_start() {
         let truth = [1.5, 2e5, 3.0];
         let observed = Decay.at(&truth).unwrap().unwrap();
         let found = SETTINGS.fit(&Decay, &observed, &[-3.0, 1e8, 20.0], &coordinates()).unwrap();
         assert!(found.converged && found.values.iter().zip(truth).all(|(a, b)| (a / b - 1.0).abs() < 1e-8), "{found:?}");
     }
 
-    /// The same, stopped after some predictions.
+    /// The same prediction, stopped after a number of evaluations.
     struct Stopped(std::cell::Cell<u64>);
 
     impl PredictionFunction for Stopped {
@@ -266,7 +272,7 @@ mod tests {
     }
 
     #[test]
-    fn a_stop_keeps_what_was_gained() {
+    fn a_stopped_fit_keeps_its_progress() {
         let observed = Decay.at(&[1.5, 2e5, 3.0]).unwrap().unwrap();
         let run = |predictions: u64| SETTINGS.fit(&Stopped(predictions.into()), &observed, &[-3.0, 1e8, 20.0], &coordinates());
         assert_eq!(run(0), Err(GaussNewtonError::Stopped));
@@ -277,7 +283,7 @@ mod tests {
     }
 
     #[test]
-    fn dependent_or_idle_coordinates_are_reported() {
+    fn dependent_coordinates_or_coordinates_without_influence_are_reported() {
         struct Twice(f64);
         impl PredictionFunction for Twice {
             type Error = String;
@@ -295,23 +301,23 @@ mod tests {
     }
 
     #[test]
-    fn limit_a_minimum_outside_is_met_at_the_end_of_the_range() {
+    fn limit_a_minimum_outside_the_range_is_reached_at_its_end() {
         let observed = Decay.at(&[20.0, 2e5, 3.0]).unwrap().unwrap();
         let found = SETTINGS.fit(&Decay, &observed, &[0.0, 2e5, 3.0], &coordinates()).unwrap();
         assert_eq!(found.values[0], 10.0);
     }
 
-    /// Two columns that are nearly one: the number known within a narrow range ends at it, and the other takes what is left.
+    /// Two nearly dependent columns: the coordinate with the narrow range stops at its end, and the other takes the remaining step.
     #[test]
-    fn limit_what_is_known_narrowly_is_held_first() {
+    fn limit_the_coordinate_with_the_narrow_range_is_held_first() {
         let wave = |n: f64, i: usize| (n * i as f64 / 50.0).sin();
         let columns = DMatrix::from_fn(400, 2, |i, column| wave(1.0, i) + 1e-3 * column as f64 * wave(3.0, i));
         let y = DVector::from_fn(400, |i, _| 0.2 * wave(1.0, i) - 0.05 * wave(3.0, i));
         let places = [(1.0, 0.97, 1.03), (0.0, -0.5, 0.5)];
         let step = step_within(&places, &columns, &y).unwrap();
-        let left = |step: &[f64]| (&y - &columns * DVector::from_column_slice(step)).norm();
+        let misfit = |step: &[f64]| (&y - &columns * DVector::from_column_slice(step)).norm();
         let grid = (0..=60).flat_map(|a| (0..=1000).map(move |b| [-0.03 + 1e-3 * f64::from(a), -0.5 + 1e-3 * f64::from(b)]));
-        let least = grid.map(|step| left(&step)).fold(f64::INFINITY, f64::min);
-        assert!(left(&step) < least + 1e-3, "{step:?}: {} for {least}", left(&step));
+        let least = grid.map(|step| misfit(&step)).fold(f64::INFINITY, f64::min);
+        assert!(misfit(&step) < least + 1e-3, "{step:?}: {} for {least}", misfit(&step));
     }
 }

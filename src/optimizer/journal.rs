@@ -1,4 +1,4 @@
-//! What long work has finished, kept in a file, so that a run that was stopped or killed goes on where it was.
+//! A journal of finished work in a file, so that a stopped or killed run continues from there.
 
 use std::collections::HashMap;
 use std::fs::File;
@@ -14,18 +14,18 @@ use numeric::digest::digest;
 
 const SCHEMA: &str = "jointid/unfinished/2";
 
-/// The first line: whose work it is.
+/// The first line, which identifies the work.
 #[derive(PartialEq, Serialize, Deserialize)]
 struct Head {
     schema: String,
-    /// Digest of everything the results depend on.
+    /// Digest of all inputs on which the results depend.
     work: String,
 }
 
-/// A piece that is finished, or the last state of one that is not.
+/// A finished piece, or the last state of an unfinished one.
 #[derive(Serialize, Deserialize)]
 struct JournalLine {
-    /// Digest of its name.
+    /// Digest of the piece's name.
     piece: String,
     found: Value,
     /// Digest of both.
@@ -37,49 +37,50 @@ impl JournalLine {
         JournalLine { whole: digest(format!("{piece} {found}").as_bytes()), piece, found }
     }
 
-    /// A line as it was written; what a torn write or a bad disk has made of one is none.
+    /// Reads a line as it was written; `None` for a torn or corrupted line.
     fn read(line: &str) -> Option<Self> {
         let JournalLine { piece, found, whole } = serde_json::from_str(line).ok()?;
         Some(JournalLine::new(piece, found)).filter(|line| line.whole == whole)
     }
 }
 
-/// A result under its name as one line of JSON that [`found_in`] takes only as it was written.
+/// Serialises a named result as one line of JSON, which [`found_in`] accepts only unchanged.
 ///
-/// # Errors  it cannot be written as JSON.
+/// # Errors  the result cannot be serialised as JSON.
 pub fn kept_as<T: Serialize>(name: &str, found: &T) -> io::Result<String> {
     to_line(&JournalLine::new(digest(name.as_bytes()), serde_json::to_value(found)?))
 }
 
-/// What [`kept_as`] has written under a name.
+/// Reads a result that [`kept_as`] has written under a name.
 pub fn found_in<T: DeserializeOwned>(line: &str, name: &str) -> Option<T> {
     let line = JournalLine::read(line).filter(|line| line.piece == digest(name.as_bytes()))?;
     serde_json::from_value(line.found).ok()
 }
 
-/// Pieces of work by their names, one JSON object per line.
+/// A journal: pieces of work by name, one JSON object per line.
 ///
-/// A line carries its digest: one that is not as it was written, because the process was killed in it or a disk has changed it, is left out. Numbers are
-/// written so that they are read as the very same, and pieces depend on nothing but their name and the work: with pieces read back a run ends as it would have without a stop.
+/// Each line carries its digest, so that lines changed by a killed process or a faulty disk are ignored. Numbers are written such that they
+/// are read back exactly. Pieces depend only on their name and the work, so a resumed run ends with the same results as an uninterrupted
+/// one.
 pub struct Journal {
     path: PathBuf,
     known: HashMap<String, JournalLine>,
     sink: Mutex<Sink>,
 }
 
-/// Where pieces go.
+/// State of the journal's file.
 enum Sink {
-    /// Nothing is made before there is something to keep: the lines that stand at its beginning.
+    /// Not created before the first write; holds the initial lines.
     Nowhere(String),
     Open(File),
     Failed(String),
 }
 
 impl Journal {
-    /// Opens the journal at a path for `work`, a text of everything the results depend on, and takes over what an earlier run of the same work has
-    /// finished. The journal of other work is replaced.
+    /// Opens the journal at a path and takes over the pieces that an earlier run of the same work has finished. `work` is a text of all
+    /// inputs on which the results depend. A journal of other work is replaced.
     ///
-    /// # Errors  the file is there and cannot be read.
+    /// # Errors  the file exists and cannot be read.
     pub fn open(path: &Path, work: &str) -> io::Result<Journal> {
         let head = Head { schema: SCHEMA.into(), work: digest(work.as_bytes()) };
         let text = match std::fs::read(path) {
@@ -91,7 +92,7 @@ impl Journal {
         let same = lines.next().and_then(|line| serde_json::from_str::<Head>(line).ok()).is_some_and(|found| found == head);
         let kept = lines.filter(|_| same).filter_map(JournalLine::read);
         let known: HashMap<String, JournalLine> = kept.map(|line| (line.piece.clone(), line)).collect();
-        // It will be written anew: without torn lines, each piece once.
+        // The file is rewritten without torn lines, each piece once.
         let mut first = to_line(&head)?;
         for line in known.values() {
             first += &to_line(line)?;
@@ -99,17 +100,18 @@ impl Journal {
         Ok(Journal { path: path.into(), known, sink: Mutex::new(Sink::Nowhere(first)) })
     }
 
-    /// Number of pieces taken over from an earlier run.
+    /// Returns the number of pieces taken over from an earlier run.
     pub fn taken_over(&self) -> usize {
         self.known.len()
     }
 
-    /// A piece that an earlier run has written.
+    /// Returns a piece that an earlier run has written.
     pub fn read<T: DeserializeOwned>(&self, piece: &str) -> Option<T> {
         serde_json::from_value(self.known.get(&digest(piece.as_bytes()))?.found.clone()).ok()
     }
 
-    /// Writes a piece; the last one of a name counts. What cannot be written costs time at a later run, not the result: from then on nothing is.
+    /// Writes a piece; the last one of a name counts. After a failed write nothing more is written, which costs a later run time but does
+    /// not change the result.
     pub fn write<T: Serialize>(&self, piece: &str, found: &T) {
         let line = kept_as(piece, found);
         let Ok(mut sink) = self.sink.lock() else { return };
@@ -127,29 +129,29 @@ impl Journal {
         }
     }
 
-    /// The file with its first lines, in its place at once.
+    /// Creates the file with its first lines atomically.
     fn begin(&self, first: &str) -> io::Result<File> {
         if let Some(folder) = self.path.parent() {
             std::fs::create_dir_all(folder)?;
         }
-        let aside = self.path.with_extension("new");
-        let mut file = File::create(&aside)?;
+        let temporary = self.path.with_extension("new");
+        let mut file = File::create(&temporary)?;
         file.write_all(first.as_bytes())?;
-        std::fs::rename(&aside, &self.path)?;
+        std::fs::rename(&temporary, &self.path)?;
         Ok(file)
     }
 
-    /// Why pieces could not be written.
+    /// Returns why pieces could not be written.
     pub fn fault(&self) -> Option<String> {
         match &*self.sink.lock().ok()? {
-            Sink::Failed(why) => Some(why.clone()),
+            Sink::Failed(reason) => Some(reason.clone()),
             _ => None,
         }
     }
 
-    /// The work is done and nothing needs to be known of it any more.
+    /// Removes the journal of finished work.
     pub fn remove(&self) {
-        // A journal that stays is replaced by the next run, or read by the same.
+        // A remaining journal is replaced by the next run, or read by the same one.
         let _ = std::fs::remove_file(&self.path);
     }
 }
@@ -170,7 +172,7 @@ mod tests {
     }
 
     #[test]
-    fn pieces_are_read_back_as_the_very_same_and_the_last_counts() {
+    fn pieces_are_read_back_exactly_and_the_last_counts() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("unfinished.jsonl");
         write_two(&path);
@@ -179,7 +181,7 @@ mod tests {
             assert_eq!(journal.taken_over(), 2);
             assert_eq!(journal.read::<Vec<f64>>("a").unwrap(), [0.1 + 0.2, f64::MAX, 5e-324]);
             assert_eq!(journal.read::<u64>("b"), Some(2));
-            assert_eq!(journal.read::<u64>("a"), None, "another type is no piece of it");
+            assert_eq!(journal.read::<u64>("a"), None, "a piece of another type is not returned");
             assert_eq!(journal.read::<u64>("c"), None);
         }
         let other = Journal::open(&path, "other work").unwrap();
@@ -189,7 +191,7 @@ mod tests {
     }
 
     #[test]
-    fn limit_cut_anywhere_it_gives_the_pieces_that_are_whole() {
+    fn limit_a_truncated_journal_yields_only_complete_pieces() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("unfinished.jsonl");
         write_two(&path);
@@ -205,9 +207,9 @@ mod tests {
         assert_eq!(most, 2);
     }
 
-    /// A bit turned anywhere leaves each piece as it was written, or none.
+    /// A flipped bit anywhere leaves each piece as it was written, or removes it.
     #[test]
-    fn limit_bent_anywhere_it_gives_no_other_pieces() {
+    fn limit_a_corrupted_journal_yields_no_altered_pieces() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("unfinished.jsonl");
         write_two(&path);
@@ -215,9 +217,9 @@ mod tests {
         let mut left_out = 0;
         for at in 0..whole.len() {
             for bit in [0, 3, 6] {
-                let mut bent = whole.clone();
-                bent[at] ^= 1 << bit;
-                std::fs::write(&path, &bent).unwrap();
+                let mut corrupted = whole.clone();
+                corrupted[at] ^= 1 << bit;
+                std::fs::write(&path, &corrupted).unwrap();
                 let journal = Journal::open(&path, "work").unwrap();
                 let a = journal.read::<Vec<f64>>("a");
                 assert!(a.as_ref().is_none_or(|a| *a == [0.1 + 0.2, f64::MAX, 5e-324]), "byte {at}, bit {bit}: {a:?}");
@@ -225,12 +227,12 @@ mod tests {
                 left_out += usize::from(a.is_none());
             }
         }
-        // Its own line and the first, which says whose work it is.
+        // Flips in the piece's own line and in the first line, which identifies the work.
         assert!(left_out > whole.len());
     }
 
     #[test]
-    fn nothing_is_made_before_there_is_something_to_keep() {
+    fn no_file_is_created_before_the_first_write() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("results").join("unfinished.jsonl");
         let journal = Journal::open(&path, "work").unwrap();

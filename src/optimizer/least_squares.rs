@@ -6,7 +6,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use argmin::core::{CostFunction, Error, Executor, IterState, Jacobian, KV, Problem, Solver, State, TerminationReason, TerminationStatus};
 use nalgebra::{DMatrix, DVector};
 
-/// The normal equations of a sum of squares χ² = Σ r² at a place: enough to step, to tell certainty and to add up.
+/// The normal equations of a sum of squares χ² = Σ r² at a place. They suffice for a step, for the covariance and for a sum over data sets.
 #[derive(Debug, Clone, PartialEq)]
 pub struct NormalEquations {
     /// χ².
@@ -18,12 +18,12 @@ pub struct NormalEquations {
 }
 
 impl NormalEquations {
-    /// Of no residuals at all.
+    /// Returns the normal equations of no residuals.
     pub fn zero(dimension: usize) -> Self {
         NormalEquations { chi_square: 0.0, gradient: DVector::zeros(dimension), information: DMatrix::zeros(dimension, dimension) }
     }
 
-    /// Adds one residual and its derivatives, with a weight on its square. Only the lower half of the information is filled: see
+    /// Adds one residual and its derivatives, with a weight on its square. Only the lower triangle of the information is filled: see
     /// [`NormalEquations::mirror`].
     #[inline]
     pub fn add(&mut self, weight: f64, residual: f64, row: &[f64]) {
@@ -44,19 +44,19 @@ impl NormalEquations {
         self.information += &other.information;
     }
 
-    /// Fills in the upper half of the information.
+    /// Fills in the upper triangle of the information.
     pub fn mirror(&mut self) {
         self.information.fill_upper_triangle_with_lower_triangle();
     }
 }
 
-/// A sum of squares on the unit cube, finite everywhere, with exact or well-made derivatives.
+/// A sum of squares on the unit cube, finite everywhere, with accurate derivatives.
 pub trait LeastSquares: Sync {
-    /// Number of coordinates.
+    /// Returns the number of coordinates.
     fn dimension(&self) -> usize;
-    /// χ² at a place.
+    /// Computes χ² at a place.
     fn chi_square(&self, place: &[f64]) -> f64;
-    /// χ² and its normal equations.
+    /// Computes χ² and its normal equations.
     fn normal(&self, place: &[f64]) -> NormalEquations;
 }
 
@@ -80,12 +80,13 @@ impl<P: LeastSquares + ?Sized> Jacobian for Problemwise<'_, P> {
 
 type PolishState = IterState<Vec<f64>, (), (), (), (), f64>;
 
-/// Longest step in any coordinate of the unit cube.
+/// Longest step in any coordinate, as a share of the unit cube.
 const LONGEST_STEP: f64 = 0.25;
 
-/// Levenberg–Marquardt with the damping of Nielsen, inside the unit cube: coordinates at a face that the descent pushes outward are
-/// left out of a step, those that would cross a face stop there and the others are solved again, and the gain is measured against the step
-/// actually made.
+/// Levenberg–Marquardt with Nielsen's damping, inside the unit cube.
+///
+/// Coordinates at a face with a descent direction pointing outward are excluded from a step. Those that would cross a face stop there, and
+/// the others are solved again. The gain is measured relative to the actual step.
 ///
 /// # Source  Madsen, Nielsen, Tingleff, Methods for Non-Linear Least Squares Problems, IMM 2004, Alg. 3.16;
 /// bounds by projection: Kanzow, Yamashita, Fukushima, J. Comput. Appl. Math. 172 (2004) 375–397.
@@ -95,23 +96,24 @@ pub struct LevenbergMarquardt {
     growth: f64,
     here: Option<(Vec<f64>, NormalEquations)>,
     tolerance: f64,
-    settled: bool,
+    converged: bool,
     stop: Arc<AtomicBool>,
 }
 
 impl LevenbergMarquardt {
-    /// Coordinates marked in `held` keep their place. Ends when a step gains less than `tolerance` of χ² (relative).
+    /// Creates a solver. Coordinates marked in `held` keep their place; the solver ends when a step reduces χ² by less than `tolerance`
+    /// (relative).
     pub fn new(held: Vec<bool>, tolerance: f64) -> Self {
-        LevenbergMarquardt { held, damping: 1e-3, growth: 2.0, here: None, tolerance, settled: false, stop: Arc::default() }
+        LevenbergMarquardt { held, damping: 1e-3, growth: 2.0, here: None, tolerance, converged: false, stop: Arc::default() }
     }
 
-    /// Ends after the step in which the flag is set.
+    /// Sets the flag that ends the solver after the current step.
     pub fn stopping_when(mut self, stop: Arc<AtomicBool>) -> Self {
         self.stop = stop;
         self
     }
 
-    /// The coordinates that may move: not held, and not pushed out of the cube at a face.
+    /// Returns the coordinates that may move: neither held nor pushed out of the cube at a face.
     fn active(&self, place: &[f64], normal: &NormalEquations) -> Vec<usize> {
         let moves = |i: &usize| {
             let slope = normal.gradient[*i];
@@ -121,8 +123,10 @@ impl LevenbergMarquardt {
         (0..place.len()).filter(moves).collect()
     }
 
-    /// The step from a place with the present damping, and the decrease of χ² it promises. Coordinates whose step would leave the cube stop at
-    /// its face, and the others are solved again with those there, so that what is cut off does not spoil the rest.
+    /// Computes the step from a place with the present damping, and the predicted decrease of χ².
+    ///
+    /// Coordinates whose step would leave the cube stop at its face, and the others are solved again with those fixed there. The clipping
+    /// thus does not distort the rest of the step.
     fn step(&self, place: &[f64], normal: &NormalEquations) -> Option<(Vec<f64>, f64)> {
         let mut active = self.active(place, normal);
         let mut made = DVector::zeros(place.len());
@@ -143,11 +147,11 @@ impl LevenbergMarquardt {
             }
         }
         let next = (0..place.len()).map(|i| (place[i] + made[i]).clamp(0.0, 1.0)).collect();
-        let promised = -2.0 * made.dot(&normal.gradient) - made.dot(&(&normal.information * &made));
-        Some((next, promised))
+        let predicted = -2.0 * made.dot(&normal.gradient) - made.dot(&(&normal.information * &made));
+        Some((next, predicted))
     }
 
-    /// The damped step of the active coordinates, those that `made` has moved already in their new places.
+    /// Solves for the damped step of the active coordinates, with the coordinates moved by `made` at their new places.
     fn solved(&self, normal: &NormalEquations, made: &DVector<f64>, active: &[usize], ridge: f64) -> Option<DVector<f64>> {
         let slopes = &normal.gradient + &normal.information * made;
         let largest = active.iter().map(|i| normal.information[(*i, *i)]).fold(f64::MIN_POSITIVE, f64::max);
@@ -159,12 +163,12 @@ impl LevenbergMarquardt {
         Some(damped.cholesky()?.solve(&slope))
     }
 
-    /// The decrease of χ² that an undamped step of the active coordinates would bring if no face stood in its way: none at rest.
-    fn left_to_gain(&self, place: &[f64], normal: &NormalEquations) -> f64 {
+    /// Computes the decrease of χ² by an undamped step of the active coordinates without regard to the faces; zero at a minimum.
+    fn remaining_gain(&self, place: &[f64], normal: &NormalEquations) -> f64 {
         let active = self.active(place, normal);
         let largest = active.iter().map(|i| normal.information[(*i, *i)]).fold(f64::MIN_POSITIVE, f64::max);
         let slope = DVector::from_fn(active.len(), |a, _| -normal.gradient[active[a]]);
-        // A step of a sloppy direction gains no more than it can inside the cube.
+        // The limit of 1 keeps a step in a poorly determined direction inside the cube.
         let step = within(1.0, |ridge| {
             let information = DMatrix::from_fn(active.len(), active.len(), |a, b| {
                 normal.information[(active[a], active[b])] + if a == b { 1e-12 * largest + ridge } else { 0.0 }
@@ -176,6 +180,7 @@ impl LevenbergMarquardt {
 }
 
 impl NormalEquations {
+    /// Computes χ² after one linear step with no coordinate longer than `longest`.
     /// χ² after one linear step none of whose coordinates is longer than `longest`.
     pub fn cost_after_step(&self, longest: f64) -> f64 {
         let size = self.gradient.len();
@@ -190,8 +195,10 @@ impl NormalEquations {
     }
 }
 
-/// A step none of whose coordinates is longer than `longest`: what the sum of squares hardly feels is held back by a ridge on the information,
-/// which leaves the step of all others as it is. The ridge is the least of 1e-6, 1e-5, … that does, found by halving: a larger one makes a shorter step.
+/// Computes a step with no coordinate longer than `longest`.
+///
+/// A ridge on the information shortens the step in poorly determined directions and leaves the others nearly unchanged. It is the smallest
+/// sufficient one of 1e-6, 1e-5, …, found by bisection: a larger ridge gives a shorter step.
 ///
 /// # Source  Levenberg's damping as a trust region in the unit cube: Nocedal and Wright, Numerical Optimization, 2nd ed., §4.3.
 fn within(longest: f64, solve: impl Fn(f64) -> Option<DVector<f64>>) -> Option<DVector<f64>> {
@@ -199,22 +206,22 @@ fn within(longest: f64, solve: impl Fn(f64) -> Option<DVector<f64>>) -> Option<D
     if step.amax() <= longest {
         return Some(step);
     }
-    // Powers of ten: the largest that is too small, the least that is enough, and the one to try.
-    let (mut too_small, mut enough, mut power): (i32, Option<(i32, DVector<f64>)>, i32) = (-7, None, -2);
+    // Exponents of ten: the largest that is too small, the smallest that is sufficient, and the one to try.
+    let (mut too_small, mut sufficient, mut power): (i32, Option<(i32, DVector<f64>)>, i32) = (-7, None, -2);
     loop {
         let step = solve(10_f64.powi(power))?;
         let reach = step.amax();
         if reach <= longest {
-            enough = Some((power, step));
+            sufficient = Some((power, step));
         } else if power > 50 {
             return Some(step * (longest / reach));
         } else {
             too_small = power;
         }
-        power = match &enough {
+        power = match &sufficient {
             None => too_small + 4,
             Some((least, _)) if *least > too_small + 1 => (least + too_small).div_euclid(2),
-            Some(_) => return enough.map(|(_, step)| step),
+            Some(_) => return sufficient.map(|(_, step)| step),
         };
     }
 }
@@ -237,25 +244,26 @@ where
 
     fn next_iter(&mut self, problem: &mut Problem<O>, state: PolishState) -> Result<(PolishState, Option<KV>), Error> {
         let Some((place, normal)) = self.here.take() else {
-            self.settled = true;
+            self.converged = true;
             return Ok((state, None));
         };
         let before = normal.chi_square;
         let stepped = self.step(&place, &normal);
-        let worth = self.tolerance * before.max(f64::MIN_POSITIVE);
-        let Some((next, promised)) = stepped.filter(|(_, promised)| *promised > worth) else {
-            // Nothing to gain, or a step that faces and damping have spoiled: then a shorter one, nearer to the slope, is tried.
-            self.settled = self.left_to_gain(&place, &normal) <= worth || self.damping > 1e12;
+        let least_gain = self.tolerance * before.max(f64::MIN_POSITIVE);
+        let Some((next, predicted)) = stepped.filter(|(_, predicted)| *predicted > least_gain) else {
+            // Either a minimum, or a step distorted by faces and damping; then a shorter step, closer to the gradient, is tried.
+            self.converged = self.remaining_gain(&place, &normal) <= least_gain || self.damping > 1e12;
             self.damping = (self.damping * self.growth).max(1e-3);
             self.growth *= 2.0;
             self.here = Some((place.clone(), normal));
             return Ok((state.param(place).cost(before), None));
         };
         let after = problem.cost(&next)?;
-        let gain = (before - after) / promised;
+        let gain = (before - after) / predicted;
         if gain > 1e-4 && after.is_finite() {
             let normal = problem.jacobian(&next)?;
-            self.settled = before - after <= self.tolerance * before && self.left_to_gain(&next, &normal) <= 10.0 * self.tolerance * after;
+            self.converged =
+                before - after <= self.tolerance * before && self.remaining_gain(&next, &normal) <= 10.0 * self.tolerance * after;
             self.damping = (self.damping * (1.0 - (2.0 * gain - 1.0).powi(3)).clamp(1.0 / 3.0, 2.0)).max(1e-12);
             self.growth = 2.0;
             self.here = Some((next.clone(), normal));
@@ -263,7 +271,7 @@ where
         }
         self.damping *= self.growth;
         self.growth *= 2.0;
-        self.settled = self.damping > 1e12;
+        self.converged = self.damping > 1e12;
         self.here = Some((place.clone(), normal));
         Ok((state.param(place).cost(before), None))
     }
@@ -272,24 +280,24 @@ where
         if self.stop.load(Ordering::Relaxed) {
             return TerminationStatus::Terminated(TerminationReason::Interrupt);
         }
-        if self.settled { TerminationStatus::Terminated(TerminationReason::SolverConverged) } else { TerminationStatus::NotTerminated }
+        if self.converged { TerminationStatus::Terminated(TerminationReason::SolverConverged) } else { TerminationStatus::NotTerminated }
     }
 }
 
-/// What a polish gives.
+/// Result of a local optimisation.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Polished {
     /// Place in the unit cube.
     pub place: Vec<f64>,
     /// χ² and its normal equations there.
     pub normal: NormalEquations,
-    /// Evaluations of χ² or of the normal equations.
+    /// Number of evaluations of χ² or of the normal equations.
     pub evaluations: u64,
-    /// Came to rest before the iterations ran out.
+    /// Whether it converged before the iterations ran out.
     pub converged: bool,
 }
 
-/// Makes χ² least from a place, with some coordinates held.
+/// Minimises χ² from a place, with some coordinates held.
 pub fn least_squares<P: LeastSquares + ?Sized>(
     problem: &P,
     start: &[f64],
@@ -300,7 +308,7 @@ pub fn least_squares<P: LeastSquares + ?Sized>(
     least_squares_within(problem, start, held, (iterations, 1e-9), stop)
 }
 
-/// As [`least_squares`], with the most iterations and the relative gain of χ² below which a step is the last.
+/// As [`least_squares`], with the maximum number of iterations and the relative reduction of χ² below which a step is the last.
 pub fn least_squares_within<P: LeastSquares + ?Sized>(
     problem: &P,
     start: &[f64],
@@ -322,7 +330,7 @@ pub fn least_squares_within<P: LeastSquares + ?Sized>(
             let (place, normal) = result.solver.here.take().unwrap_or_else(|| (start.to_vec(), problem.normal(start)));
             Polished { place, normal, evaluations, converged }
         }
-        // A problem of ours gives no errors; a place is its own answer.
+        // A `LeastSquares` problem returns no errors; the start is the fallback.
         Err(_) => Polished { place: start.to_vec(), normal: problem.normal(start), evaluations: 1, converged: false },
     }
 }
@@ -355,21 +363,21 @@ mod tests {
     }
 
     #[test]
-    fn the_valley_is_followed_to_its_end() {
+    fn a_valley_is_followed_to_its_minimum() {
         let found = run(&[0.95, 0.05], &[]);
         assert!(found.converged && found.normal.chi_square < 1e-16, "{found:?}");
         assert!((found.place[0] - 0.4).abs() < 1e-6);
     }
 
     #[test]
-    fn a_held_coordinate_stays_and_the_others_do_their_best() {
+    fn a_held_coordinate_stays_and_the_others_are_minimised() {
         let found = run(&[0.7, 0.9], &[true, false]);
         assert!((found.place[0] - 0.7).abs() < 1e-15);
-        // χ² to 1e-9 of itself: 0.09 there, with a curvature of 100.
+        // χ² = 0.09 to a relative 1e-9, with a curvature of 100.
         assert!((found.normal.chi_square / 0.09 - 1.0).abs() < 1e-9 && (found.place[1] - 0.49).abs() < 1e-6);
     }
 
-    /// r = (x + 1, y − 0.5 + x): least inside the square at x = 0, y = 0.5.
+    /// r = (x + 1, y − 0.5 + x): the minimum inside the square is at x = 0, y = 0.5.
     struct Outside;
 
     impl LeastSquares for Outside {
@@ -417,7 +425,7 @@ mod tests {
     }
 
     #[test]
-    fn limit_a_minimum_outside_is_met_at_the_face() {
+    fn limit_a_minimum_outside_the_square_is_reached_at_the_face() {
         let found = least_squares(&Outside, &[0.9, 0.9], &[], 100, &Arc::default());
         assert!(found.converged && found.place[0] == 0.0 && (found.normal.chi_square - 1.0).abs() < 1e-9, "{found:?}");
     }

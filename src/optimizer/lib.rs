@@ -1,9 +1,8 @@
-//! Search for the minimum of a function on the unit cube; knows no drives and no data.
+//! Minimisation of a function on the unit cube, independent of drives and data.
 //!
-//! The global search is a differential evolution written as an argmin [`Solver`](argmin::core::Solver); the polish is argmin's
-//! Nelder–Mead, or for sums of squares a bounded Levenberg–Marquardt; predictions that are nearly linear take a
-//! bounded Gauss–Newton. Random numbers are drawn in sequence, costs are evaluated in parallel, so that the result does not depend on the number
-//! of threads.
+//! The global search is a differential evolution written as an argmin [`Solver`](argmin::core::Solver). The local optimisation is argmin's
+//! Nelder–Mead, or for sums of squares a bounded Levenberg–Marquardt. Nearly linear predictions use a bounded Gauss–Newton. Random numbers
+//! are drawn sequentially and costs are evaluated in parallel, so that the result does not depend on the number of threads.
 
 mod control;
 mod differential_evolution;
@@ -23,12 +22,12 @@ pub use search::{Found, SearchSettings, search};
 
 /// A function on the unit cube, finite everywhere.
 pub trait Cost: Sync {
-    /// Number of coordinates.
+    /// Returns the number of coordinates.
     fn dimension(&self) -> usize;
-    /// Its value at a point of the unit cube.
+    /// Computes its value at a point of the unit cube.
     fn at(&self, place: &[f64]) -> f64;
-    /// Its value where that is at most `limit`, otherwise anything above `limit`: a cost that is a sum of what cannot be negative need not be summed to
-    /// its end.
+    /// Computes its value where that is at most `limit`, otherwise any number above `limit`. A cost with non-negative terms may stop its
+    /// sum there.
     fn at_most(&self, place: &[f64], limit: f64) -> f64 {
         let _ = limit;
         self.at(place)

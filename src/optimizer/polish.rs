@@ -1,16 +1,16 @@
-//! Local polish by argmin's Nelder–Mead, kept inside the unit cube.
+//! Local optimisation by argmin's Nelder–Mead, restricted to the unit cube.
 
 use argmin::core::{CostFunction, Error, Executor};
 use argmin::solver::neldermead::NelderMead;
 
 use super::{Control, Cost};
 
-/// Most steps of a simplex: so many, and so many for each coordinate.
+/// Maximum number of simplex steps: a constant part and a part per coordinate.
 const STEPS: u64 = 400;
 const STEPS_PER_COORDINATE: u64 = 150;
 
-/// The cost scaled to O(1), with points outside the unit cube mirrored into it: argmin's Nelder–Mead knows no bounds and
-/// takes its tolerance as absolute.
+/// The cost scaled to O(1), with points outside the unit cube mirrored into it. argmin's Nelder–Mead has no bounds and uses an absolute
+/// tolerance.
 struct Scaled<'c, C: Cost> {
     cost: &'c C,
     scale: f64,
@@ -36,8 +36,8 @@ impl<C: Cost> CostFunction for Scaled<'_, C> {
     }
 }
 
-/// Improves a place of known cost by Nelder and Mead's simplex of this edge, until its costs differ by this share; gives place, cost and the number
-/// of evaluations. It goes step by step, on one thread.
+/// Improves a place of known cost by a Nelder–Mead simplex of edge length `edge`, until the relative spread of its costs is below `spread`.
+/// Returns place, cost and number of evaluations. It runs sequentially on one thread.
 pub fn simplex<C: Cost>(cost: &C, start: (&[f64], f64), (edge, spread): (f64, f64), control: &Control) -> (Vec<f64>, f64, u64) {
     let (place, value) = start;
     if control.stopped() {

@@ -1,4 +1,4 @@
-//! A global search: differential evolution from a seed.
+//! Global search by differential evolution from a seed.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
@@ -12,11 +12,11 @@ use super::{Control, Cost, DifferentialEvolution, Progressed, Strategy};
 /// Settings of a search.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SearchSettings {
-    /// How trials are made.
+    /// How trials are formed.
     pub strategy: Strategy,
-    /// Members of the population.
+    /// Size of the population.
     pub population: usize,
-    /// Most generations.
+    /// Maximum number of generations.
     pub generations: u64,
     /// Relative spread of the costs at which the population has converged.
     pub spread: f64,
@@ -25,32 +25,32 @@ pub struct SearchSettings {
 }
 
 impl SearchSettings {
-    /// Settings that suit `dimension` unknowns.
+    /// Returns settings suited to `dimension` unknowns.
     pub fn for_dimension(dimension: usize, seed: u64) -> Self {
         SearchSettings { strategy: Strategy::CurrentToPbest, population: (6 * dimension).max(24), generations: 400, spread: 1e-3, seed }
     }
 }
 
-/// What a search found.
+/// Result of a search.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Found {
     /// Place in the unit cube.
     pub place: Vec<f64>,
     /// Cost there.
     pub cost: f64,
-    /// Evaluations spent.
+    /// Number of cost evaluations.
     pub evaluations: u64,
-    /// Generations run.
+    /// Number of generations.
     pub generations: u64,
     /// Best cost after each generation.
     pub trace: Vec<f64>,
     /// Places of the last population, best first.
     pub population: Vec<Vec<f64>>,
-    /// Ran to its end, not stopped from outside.
+    /// Whether it ran to its end without an external stop.
     pub complete: bool,
 }
 
-/// The cost as argmin asks for it; what is not finite is as bad as can be.
+/// The cost as argmin requires it; values that are not finite are replaced by the largest number.
 struct Finite<'c, C: Cost> {
     cost: &'c C,
     stop: &'c AtomicBool,
@@ -60,7 +60,7 @@ impl<C: Cost> CostFunction for Finite<'_, C> {
     type Param = Trial;
     type Output = f64;
     fn cost(&self, trial: &Trial) -> Result<f64, Error> {
-        // Asked to stop: what is not evaluated is as bad as can be, and changes nothing.
+        // After a stop request trials are not evaluated; the largest cost leaves the population unchanged.
         if self.stop.load(Ordering::Relaxed) {
             return Ok(f64::MAX);
         }
@@ -69,14 +69,14 @@ impl<C: Cost> CostFunction for Finite<'_, C> {
     }
 }
 
-/// Searches begun, to tell them apart where several go on at once.
+/// Number of searches begun, which numbers concurrent searches.
 static BEGUN: AtomicUsize = AtomicUsize::new(0);
 
-/// Searches the unit cube for the least cost. A search that an earlier run has not finished goes on from its last population.
+/// Searches the unit cube for the minimum cost. A search that an earlier run has not finished continues from its last population.
 pub fn search<C: Cost>(cost: &C, settings: SearchSettings, control: &Control) -> Found {
     let piece = format!("population {settings:?}");
     let mut states = control.states(&piece);
-    let (told, most, number) = (control.clone(), settings.generations, BEGUN.fetch_add(1, Ordering::Relaxed));
+    let (reporter, most, number) = (control.clone(), settings.generations, BEGUN.fetch_add(1, Ordering::Relaxed));
     let solver = control
         .last_state(&piece)
         .unwrap_or_else(|| {
@@ -86,14 +86,14 @@ pub fn search<C: Cost>(cost: &C, settings: SearchSettings, control: &Control) ->
         .watched_by(move |solver: &DifferentialEvolution| {
             let trace = solver.trace();
             let best = trace.last().copied().unwrap_or(f64::MAX);
-            told.report(Progressed::Generation { search: number, done: trace.len() as u64, most, best });
-            // A generation that was cut short is none.
-            if !told.stopped() {
+            reporter.report(Progressed::Generation { search: number, done: trace.len() as u64, most, best });
+            // An interrupted generation is not kept.
+            if !reporter.stopped() {
                 states(solver);
             }
         });
-    let left = settings.generations.saturating_sub(solver.trace().len() as u64);
-    let run = Executor::new(Finite { cost, stop: control.stop() }, solver).configure(|state| state.max_iters(left)).timer(false).run();
+    let remaining = settings.generations.saturating_sub(solver.trace().len() as u64);
+    let run = Executor::new(Finite { cost, stop: control.stop() }, solver).configure(|state| state.max_iters(remaining)).timer(false).run();
     let middle = vec![0.5; cost.dimension()];
     let Ok(result) = run else {
         let value = cost.at(&middle);

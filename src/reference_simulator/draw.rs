@@ -1,9 +1,9 @@
-//! Random numbers that depend on a seed and on names only, never on the order in which threads ask.
+//! Random numbers that depend only on a seed and on branch numbers, never on the order of threads.
 
 use rand_xoshiro::Xoshiro256PlusPlus;
 use rand_xoshiro::rand_core::{Rng, SeedableRng};
 
-/// A seeded source of random numbers that can be split into independent ones by number.
+/// A seeded source of random numbers that splits into independent sources by number.
 #[derive(Clone, Debug)]
 pub struct Draw {
     seed: u64,
@@ -12,64 +12,64 @@ pub struct Draw {
 }
 
 impl Draw {
-    /// The source of a seed.
+    /// Creates the source of a seed.
     pub fn new(seed: u64) -> Self {
         Self { seed, source: Xoshiro256PlusPlus::seed_from_u64(seed), spare: None }
     }
 
-    /// The source of branch `number`: the same whatever has been drawn here before.
+    /// Returns the source of branch `number`, which does not depend on the numbers drawn so far.
     pub fn branch(&self, number: u64) -> Self {
         Self::new(scramble(self.seed ^ scramble(number.wrapping_add(0x51ed_270b_9f31_77c5))))
     }
 
-    /// Uniform in [0, 1).
+    /// Draws a uniform number in [0, 1).
     pub fn unit(&mut self) -> f64 {
         (self.source.next_u64() >> 11) as f64 * (1.0 / (1u64 << 53) as f64)
     }
 
-    /// Uniform between two limits.
+    /// Draws a uniform number between two limits.
     pub fn between(&mut self, low: f64, high: f64) -> f64 {
         low + (high - low) * self.unit()
     }
 
-    /// Uniform in the logarithm between two positive limits.
+    /// Draws a number between two positive limits, uniform in the logarithm.
     pub fn log_between(&mut self, low: f64, high: f64) -> f64 {
         self.between(low.ln(), high.ln()).exp()
     }
 
-    /// Uniform within ± `half`.
+    /// Draws a uniform number within ± `half`.
     pub fn within(&mut self, half: f64) -> f64 {
         self.between(-half, half)
     }
 
-    /// One of 0 … count − 1.
+    /// Draws one of 0 … count − 1.
     pub fn index(&mut self, count: usize) -> usize {
         ((self.unit() * count as f64) as usize).min(count.saturating_sub(1))
     }
 
-    /// Puts things into a random order.
-    pub fn shuffle<T>(&mut self, things: &mut [T]) {
-        for last in (1..things.len()).rev() {
-            things.swap(last, self.index(last + 1));
+    /// Shuffles a slice.
+    pub fn shuffle<T>(&mut self, items: &mut [T]) {
+        for last in (1..items.len()).rev() {
+            items.swap(last, self.index(last + 1));
         }
     }
 
-    /// A factor between two limits above 1, or as far below 1.
+    /// Draws a factor between two limits above 1, or its reciprocal, equally often.
     pub fn factor(&mut self, low: f64, high: f64) -> f64 {
         if self.chance(0.5) { self.between(low, high) } else { 1.0 / self.between(low, high) }
     }
 
-    /// +1 or −1.
+    /// Draws +1 or −1.
     pub fn sign(&mut self) -> f64 {
         if self.unit() < 0.5 { 1.0 } else { -1.0 }
     }
 
-    /// True with the given probability.
+    /// Returns true with the given probability.
     pub fn chance(&mut self, probability: f64) -> bool {
         self.unit() < probability
     }
 
-    /// Standard normal, by the polar method.
+    /// Draws a standard normal number by the polar method.
     pub fn normal(&mut self) -> f64 {
         if let Some(value) = self.spare.take() {
             return value;
@@ -86,7 +86,7 @@ impl Draw {
     }
 }
 
-/// The finalising mix of SplitMix64.
+/// Applies the finalising mix of SplitMix64.
 fn scramble(value: u64) -> u64 {
     let mut z = value.wrapping_add(0x9e37_79b9_7f4a_7c15);
     z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);

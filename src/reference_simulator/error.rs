@@ -1,74 +1,74 @@
-//! What can go wrong while a case is made.
+//! Errors of case generation.
 
-/// Why a case, or its folder, could not be made.
+/// Reason for which a case, or its folder, cannot be made.
 #[derive(Debug, thiserror::Error)]
 pub enum TruthError {
-    /// The dynamic stiffness had no inverse.
+    /// The dynamic stiffness is singular.
     #[error("the structure has no finite response at {frequency_hz} Hz")]
     Singular {
-        /// Frequency of the line.
+        /// Frequency of the line, Hz.
         frequency_hz: f64,
     },
     /// The structure still rings at the end of the longest block.
     #[error(
-        "the response does not decay within {longest_s} s: H1 would be off by {bias:.4} at a resonance and by {leak:.4} over all lines"
+        "the response does not decay within {longest_s} s: the relative error of H1 is {bias:.4} at a resonance and {leak:.4} rms over all lines"
     )]
     Ringing {
-        /// Longest block tried.
+        /// Longest block tried, s.
         longest_s: f64,
         /// Largest relative error of H1 at a resonance.
         bias: f64,
         /// Largest root mean square of its relative error over the lines of a record.
         leak: f64,
     },
-    /// No admissible size of the effect reaches the non-centrality that was asked for.
-    #[error("{effect} reaches a non-centrality of {reached:.2} at most, {wanted:.2} was asked for")]
+    /// No admissible size of the effect reaches the requested non-centrality.
+    #[error("{effect} reaches a non-centrality of {reached:.2} at most; {wanted:.2} is requested")]
     TooWeak {
         /// Name of the effect.
         effect: String,
         /// Non-centrality at the largest admissible size.
         reached: f64,
-        /// Non-centrality asked for.
+        /// Requested non-centrality.
         wanted: f64,
     },
-    /// Ordinary nuisances leave another share of the noise than a case may have.
-    #[error("ordinary nuisances make the gap {ratio:.2} times what noise leaves")]
+    /// The gap caused by the nuisance parameters has an inadmissible ratio to the noise floor.
+    #[error("with the nuisance parameters the gap is {ratio:.2} times the noise floor")]
     Noise {
-        /// Gap over its floor.
+        /// Gap over its noise floor.
         ratio: f64,
     },
-    /// Every machine drawn for a case was refused.
-    #[error("case {index}: none of {attempts} machines drawn could carry it; the last one: {last}")]
+    /// No machine drawn for a case is admissible.
+    #[error("case {index}: none of {attempts} machines drawn is admissible; last reason: {last}")]
     NoMachine {
         /// Number of the case in its plan.
         index: usize,
         /// Machines drawn.
         attempts: usize,
-        /// Reason of the last refusal.
+        /// Reason of the last rejection.
         last: String,
     },
     /// The plan has no case of this number.
-    #[error("the plan has {count} cases, none of number {index}")]
+    #[error("case {index} does not exist: the plan has {count} cases, numbered from 0")]
     NoSuchCase {
-        /// Number asked for.
+        /// Requested number.
         index: usize,
         /// Cases in the plan.
         count: usize,
     },
-    /// A number that no axis, drive or sensor can have.
+    /// A value is outside its admissible range.
     #[error("`{key}` is {found}; write {wanted}")]
     Refused {
-        /// Its name.
+        /// Name of the value.
         key: &'static str,
-        /// What was found.
+        /// Value found.
         found: f64,
-        /// What to write instead.
+        /// Description of the admissible values.
         wanted: &'static str,
     },
     /// The axis no longer follows its command.
-    #[error("the axis runs away {time_s} s after its start: its loops are not stable; lower their gains")]
+    #[error("the axis diverges {time_s} s after its start: its loops are unstable; lower their gains")]
     Diverged {
-        /// When.
+        /// Time of the divergence, s.
         time_s: f64,
     },
     /// A file could not be written.
@@ -76,7 +76,7 @@ pub enum TruthError {
     Write {
         /// The file.
         path: String,
-        /// What the system answered.
+        /// Error of the operating system.
         source: std::io::Error,
     },
 }

@@ -1,17 +1,17 @@
-//! An independent truth for the blind check: machines of finite elements, struck by a simulated hammer, and driven axes in motion.
+//! An independent reference simulator for the blind check: finite-element machines in a simulated hammer test, and driven axes in motion.
 //!
 //! ```text
-//! element   rods, beams, laws of branches, dense complex solve, the assembled structure
-//! machine   screws, nuts and joints in numbers; what an engineer believes of them; ordinary nuisances; from numbers to structure
-//! effect    what may be missing from the engineer's model, each in this module's own parametrisation, and where it sits
+//! element   rods, beams, branch laws, dense complex solver, the assembled structure
+//! machine   screws, nuts and joints as numbers; the engineer's description; nuisance parameters; assembly of the structure
+//! effect    effects that may be missing from the engineer's model, in this crate's own parametrisation, and their locations
 //! hammer    the test in time: pulse, response, converter, noise, windows, averages, H1 and coherence
 //! case      plans of cases, strength by non-centrality, sealed labels, measurement sets on disk
-//! motion    the same for a driven axis in motion: its own mechanics, drive, sensors and cases
-//! servo     a servo axis with its electrics, whose records the analytical model of it is held against
+//! motion    a driven axis in motion: its own mechanics, drive, sensors and cases
+//! servo     a servo axis with its electrics, for tests of the analytical model
 //! ```
 //!
-//! Nothing here may import from the rest of the crate, and the models under test may not import from here: a check of a model
-//! against itself proves nothing. Responses are response / force with e^{+iωt}; SI units throughout.
+//! This crate imports no model under test, and no model under test may import this crate: a check of a model against itself proves
+//! nothing. Responses are response / force with e^{+iωt}; SI units throughout.
 
 mod attempt;
 pub mod case;

@@ -1,30 +1,31 @@
-//! One list for all that is said of an effect by name.
+//! A macro for enums of effects and their identifiers.
 
-/// An enum of effects with their identifiers; those that a diagnosis is expected to know (`LISTED`), others, and those outside every list (`OUTSIDE`).
+/// Declares an enum of effects with their identifiers, in three groups. A diagnosis should name the `LISTED` effects; the `UNLISTED` ones
+/// are outside its library.
 macro_rules! named_effects {
     (
         $(#[$about:meta])* pub enum $name:ident
         LISTED { $($(#[$l:meta])* $listed:ident = $listed_id:literal,)* }
         OTHERS { $($(#[$x:meta])* $other:ident = $other_id:literal,)* }
-        OUTSIDE { $($(#[$o:meta])* $outside:ident = $outside_id:literal,)* }
+        UNLISTED { $($(#[$o:meta])* $unlisted:ident = $unlisted_id:literal,)* }
     ) => {
         $(#[$about])*
         #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, serde::Serialize, serde::Deserialize)]
         #[serde(rename_all = "kebab-case")]
-        pub enum $name { $($(#[$l])* $listed,)* $($(#[$x])* $other,)* $($(#[$o])* $outside,)* }
+        pub enum $name { $($(#[$l])* $listed,)* $($(#[$x])* $other,)* $($(#[$o])* $unlisted,)* }
 
         impl $name {
-            /// Effects that a diagnosis is expected to know by name.
+            /// Effects that a diagnosis should name.
             pub const LISTED: [Self; [$($listed_id),*].len()] = [$(Self::$listed),*];
-            /// Effects outside every list.
-            pub const OUTSIDE: [Self; [$($outside_id),*].len()] = [$(Self::$outside),*];
+            /// Effects outside the library of the diagnosis.
+            pub const UNLISTED: [Self; [$($unlisted_id),*].len()] = [$(Self::$unlisted),*];
 
-            /// Identifier.
+            /// Returns the identifier.
             pub fn id(self) -> &'static str {
                 match self {
                     $(Self::$listed => $listed_id,)*
                     $(Self::$other => $other_id,)*
-                    $(Self::$outside => $outside_id,)*
+                    $(Self::$unlisted => $unlisted_id,)*
                 }
             }
         }

@@ -1,4 +1,4 @@
-//! Directions that explain a change, projected out.
+//! Projection of a change onto the complement of given directions.
 
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 
@@ -11,7 +11,7 @@ pub struct Projection {
 }
 
 impl Projection {
-    /// Of columns of equal height.
+    /// Builds the projection from columns of equal height.
     pub fn new(columns: &[Vec<f64>]) -> Result<Self, TruthError> {
         let rows = columns.first().map_or(0, Vec::len);
         let columns = DMatrix::from_iterator(rows, columns.len(), columns.iter().flatten().copied());
@@ -20,7 +20,7 @@ impl Projection {
         Ok(Self { columns, normal })
     }
 
-    /// What they leave of a change.
+    /// Returns the residual of a change after the directions, within their priors, explain their part.
     pub fn residual(&self, change: &DVector<f64>) -> DVector<f64> {
         change - &self.columns * self.normal.solve(&(self.columns.transpose() * change))
     }

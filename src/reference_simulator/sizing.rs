@@ -1,17 +1,17 @@
-//! The size at which an effect has a strength, or makes a gap.
+//! Search for the size at which an effect has a given strength or a given gap.
 
 use super::TruthError;
 
-/// Enlarges an effect from the least to the largest size until `grown`, the gap over that without it, is about `ratio`: the size, and
-/// what it gives.
-pub fn enlarged(
+/// Searches between the least and the largest size until `gap_ratio` is about `ratio`, and returns the size and its gap ratio.
+/// `gap_ratio` is the gap with the effect over the gap without it.
+pub fn size_for_gap_ratio(
     [least, largest]: [f64; 2],
     ratio: f64,
     trials: usize,
-    mut grown: impl FnMut(f64) -> Result<f64, TruthError>,
+    mut gap_ratio: impl FnMut(f64) -> Result<f64, TruthError>,
 ) -> Result<(f64, f64), TruthError> {
     let mut size = least;
-    let mut value = grown(size)?;
+    let mut value = gap_ratio(size)?;
     for _ in 0..trials {
         if (value / ratio - 1.0).abs() < 0.05 || (value < ratio && size >= largest) {
             break;
@@ -24,32 +24,32 @@ pub fn enlarged(
             break;
         }
         size = next;
-        value = grown(size)?;
+        value = gap_ratio(size)?;
     }
     Ok((size, value))
 }
 
-/// How a size is looked for, on a logarithmic scale.
+/// Settings of the search for a size, on a logarithmic scale.
 #[derive(Clone, Copy, Debug)]
 pub struct Sizing {
-    /// First size, unless half the largest is less.
+    /// First size; half the largest size where that is less.
     pub start: f64,
-    /// Most trials.
+    /// Largest number of trials.
     pub trials: usize,
-    /// ln(strength/wanted) that is close enough.
+    /// Accepted deviation of ln(strength/wanted).
     pub close: f64,
-    /// Longest step of ln(size); and the one down while nothing too weak is known.
+    /// Longest step of ln(size), and the step down while no size is known to be too weak.
     pub steps: [f64; 2],
-    /// Width of ln(size) at which a strength that leaps is no longer followed.
+    /// Width of the bracket of ln(size) below which the strength counts as discontinuous.
     pub narrow: f64,
-    /// ln(strength/wanted) that is accepted beside a leap.
+    /// Accepted deviation of ln(strength/wanted) at a discontinuity.
     pub leap: f64,
 }
 
 impl Sizing {
-    /// The size, at most `largest`, at which `strength` is the one wanted of an effect.
+    /// Finds the size, at most `largest`, at which the effect has the strength `wanted`.
     ///
-    /// Strength grows with the square of a small effect; bisection where a step by that law leaves the bracket.
+    /// The strength of a small effect grows with the square of its size. Where a step by that law leaves the bracket, the search bisects.
     pub fn size_for(
         &self,
         effect: &str,

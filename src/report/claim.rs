@@ -1,4 +1,4 @@
-//! A folder claimed by one run, so that two at once do not mix their results.
+//! Locks a result folder for one run, so that two runs at a time do not mix their results.
 
 use std::fs::{self, File, OpenOptions, TryLockError};
 use std::io::{ErrorKind, Write};
@@ -6,31 +6,31 @@ use std::path::{Path, PathBuf};
 
 /// Name of the file that is locked while a run writes.
 const NAME: &str = ".jointid-lock";
-/// Attempts to lock a file that another run takes away at the same time.
+/// Number of attempts to lock a file that other runs remove at the same time.
 const ATTEMPTS: usize = 100;
 
-/// Held while a run writes into a folder; at its end the lock is gone, and the folder too if it was made for nothing.
+/// Lock of a folder while a run writes into it. On drop the lock is removed, and so is a folder that was made and is still empty.
 #[derive(Debug)]
 pub(super) struct Claim {
-    /// Locked as long as it is open; `None` where the file system knows no locks.
+    /// Locked as long as it is open; `None` where the file system has no locks.
     file: Option<File>,
     path: PathBuf,
     made: Vec<PathBuf>,
 }
 
 impl Claim {
-    /// Makes the folder where it is not there, and locks it.
+    /// Makes the folder if it does not exist, and locks it.
     ///
-    /// # Errors  another run has it (named by its process id); the disk is full; writing is not permitted.
+    /// # Errors  another run has locked it (named by its process id); the disk is full; writing is not permitted.
     pub fn new(folder: &Path) -> Result<Self, String> {
-        let told = |e: std::io::Error| format!("{}: cannot be written: {e}", folder.display());
+        let cannot_write = |e: std::io::Error| format!("{}: cannot be written: {e}", folder.display());
         let mut claim = Self { file: None, path: folder.join(NAME), made: Vec::new() };
         for _ in 0..ATTEMPTS {
-            claim.made.extend(make_folder(folder).map_err(told)?);
+            claim.made.extend(make_folder(folder).map_err(cannot_write)?);
             let mut file = match OpenOptions::new().read(true).write(true).create(true).truncate(false).open(&claim.path) {
                 Ok(file) => file,
                 Err(error) if error.kind() == ErrorKind::NotFound => continue,
-                Err(error) => return Err(told(error)),
+                Err(error) => return Err(cannot_write(error)),
             };
             match file.try_lock() {
                 Ok(()) => {}
@@ -38,29 +38,29 @@ impl Claim {
                     claim.made.clear();
                     let who =
                         fs::read_to_string(&claim.path).ok().filter(|id| !id.is_empty()).map_or(String::new(), |id| format!(" ({id})"));
-                    let mend = "wait for its end, or name another folder";
-                    return Err(format!("{}: another run{who} is writing there; {mend}", folder.display()));
+                    let remedy = "wait for its end, or name another folder";
+                    return Err(format!("{}: another run{who} is writing there; {remedy}", folder.display()));
                 }
                 Err(TryLockError::Error(error)) if error.kind() == ErrorKind::Unsupported => {
                     drop(file);
                     let _ = fs::remove_file(&claim.path);
                     return Ok(claim);
                 }
-                Err(TryLockError::Error(error)) => return Err(told(error)),
+                Err(TryLockError::Error(error)) => return Err(cannot_write(error)),
             }
-            let me = format!("process {}", std::process::id());
-            let written = file.set_len(0).and_then(|()| file.write_all(me.as_bytes()));
+            let own_id = format!("process {}", std::process::id());
+            let written = file.set_len(0).and_then(|()| file.write_all(own_id.as_bytes()));
             claim.file = Some(file);
-            written.map_err(told)?;
-            // Whoever ended meanwhile may have taken the file's name away: then this lock would hold nobody off.
+            written.map_err(cannot_write)?;
+            // A run that has just ended may have removed the file. A lock on a removed file would exclude nobody.
             match fs::read_to_string(&claim.path) {
-                Ok(id) if id != me => {}
+                Ok(id) if id != own_id => {}
                 Err(error) if error.kind() == ErrorKind::NotFound => {}
                 _ => return Ok(claim),
             }
             claim.file = None;
         }
-        Err(format!("{}: other runs come and go there; name another folder", folder.display()))
+        Err(format!("{}: other runs write there continually; name another folder", folder.display()))
     }
 }
 
@@ -73,7 +73,7 @@ impl Drop for Claim {
     }
 }
 
-/// Makes a folder and what it lies in; what was made, the outer first.
+/// Makes a folder and its parents. Returns the folders made, the outermost first.
 pub(super) fn make_folder(path: &Path) -> std::io::Result<Vec<PathBuf>> {
     let missing = path.ancestors().take_while(|p| !p.as_os_str().is_empty() && !p.exists());
     let mut missing: Vec<PathBuf> = missing.map(Path::to_path_buf).collect();
@@ -82,7 +82,7 @@ pub(super) fn make_folder(path: &Path) -> std::io::Result<Vec<PathBuf>> {
     Ok(missing)
 }
 
-/// Takes away folders that were made, as far as they are empty.
+/// Removes folders that were made, as far as they are empty.
 pub(super) fn remove_folders(made: &[PathBuf]) {
     for folder in made.iter().rev() {
         let _ = fs::remove_dir(folder);

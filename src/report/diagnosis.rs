@@ -1,4 +1,4 @@
-//! The document of a diagnosis, and how it is told on a terminal.
+//! The document of a diagnosis, and its text on a terminal.
 
 use std::collections::BTreeMap;
 
@@ -9,7 +9,7 @@ use super::certainty::ToleranceRow;
 use super::document::Stamp;
 use super::motion_row::MotionRows;
 use super::table::moved_tolerances;
-use super::terminal::{columns, figure, wrapped};
+use super::terminal::{columns, figure, percent, probability, share_closed, unit, wrapped};
 
 /// `diagnosis.json`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -177,7 +177,7 @@ impl WhereRow {
 
     /// What, in words.
     pub fn shape_text(&self) -> &str {
-        if self.shape == NAMED { "what is named" } else { &self.shape }
+        if self.shape == NAMED { "named effect" } else { &self.shape }
     }
 }
 
@@ -211,6 +211,9 @@ pub struct EffectRow {
     /// Values of its parameters, found beside what is ordinarily a little wrong.
     #[serde(default)]
     pub parameters: BTreeMap<String, f64>,
+    /// Units of these parameters.
+    #[serde(default)]
+    pub parameter_units: BTreeMap<String, String>,
     /// Whether the verdict names it.
     pub selected: bool,
     /// What it is.
@@ -284,95 +287,142 @@ pub struct VerdictRow {
 impl VerdictRow {
     /// The band, in words.
     pub fn band_text(&self) -> Option<String> {
-        self.band_hz.map(|[from, to]| format!("what it changes lies most from {} to {} Hz", figure(from), figure(to)))
+        self.band_hz.map(|[from, to]| format!("it changes the FRFs most from {} to {} Hz", figure(from), figure(to)))
+    }
+
+    /// The effects, with commas and «or».
+    pub fn effects_text(&self) -> String {
+        match self.effects.as_slice() {
+            [] => String::new(),
+            [one] => one.clone(),
+            [most @ .., last] => format!("{} or {last}", most.join(", ")),
+        }
     }
 }
 
-fn percent(x: Option<f64>) -> String {
-    x.map_or("–".into(), |x| format!("{:.1} %", 100.0 * x))
+fn gap(x: Option<f64>) -> String {
+    x.map_or("–".into(), percent)
 }
 
-/// Width of an interval of what is closed, in gaps, from which on it tells nothing.
-const OPEN: f64 = 2.0;
+/// Width of an interval of the closed share, in gaps, from which on it says nothing.
+const UNDETERMINED: f64 = 2.0;
 
-/// Whether an interval of what is closed is so wide that it tells nothing.
+/// Whether an interval of the closed share is too wide to say anything.
 pub(super) fn is_undetermined([low, high]: [f64; 2]) -> bool {
-    high - low > OPEN
+    high - low > UNDETERMINED
 }
 
-/// The interval of what is closed in brackets, after its name.
-pub(super) fn interval_text(interval: Option<[f64; 2]>, name: &str) -> String {
+/// The interval of the closed share in brackets.
+pub(super) fn interval_text(interval: Option<[f64; 2]>) -> String {
     match interval {
         None => String::new(),
-        Some(wide) if is_undetermined(wide) => " (these data leave it open)".into(),
-        Some([low, high]) => format!(" ({name}{:.0} to {:.0} %)", 100.0 * low, 100.0 * high),
+        Some(wide) if is_undetermined(wide) => " (95 %: not determined by these data)".into(),
+        Some([low, high]) => format!(" (95 %: {:.0} to {:.0} %)", 100.0 * low, 100.0 * high),
     }
 }
 
-/// The verdict with its reason, and what to measure next.
-pub(super) fn verdict_text(v: &VerdictRow) -> String {
-    let subject = if v.effects.is_empty() { String::new() } else { format!(": {}", v.effects.join(" or ")) };
-    let next = v.next_measurement.as_ref().map_or(String::new(), |next| wrapped(&format!("next: {next}")));
-    wrapped(&format!("verdict — {}{subject}", v.kind)) + &wrapped(&v.reason) + &next
+/// Verdict, reason and next measurement.
+pub(super) fn verdict_text(document: &DiagnosisDocument) -> String {
+    let verdict = &document.verdict;
+    let named = verdict.effects_text();
+    let head = if named.is_empty() { format!("verdict: {}", verdict.kind) } else { format!("verdict: {} — {named}", verdict.kind) };
+    let ids = verdict.effects.iter().flat_map(|effect| effect.split('+'));
+    let rows = ids.filter_map(|id| document.effects.iter().find(|row| row.id == id));
+    let described = rows.filter_map(|row| Some(wrapped(&format!("  {}: {}", row.id, row.description.as_ref()?))));
+    let next = verdict.next_measurement.as_ref().map_or(String::new(), |next| wrapped(&format!("next measurement: {next}")));
+    wrapped(&head) + &described.collect::<String>() + &wrapped(&verdict.reason) + &next
 }
 
-/// The diagnosis for a person: the verdict first.
-pub fn diagnosis_text(document: &DiagnosisDocument) -> String {
-    let mut text = verdict_text(&document.verdict);
-    text.push('\n');
-    let floor = document.noise_floor.map_or(String::new(), |f| format!(", noise leaves {:.1} %", 100.0 * f));
-    text += &wrapped(&format!(
-        "how far — gap of what was held out: {} before, {} after{floor}; closed {}{}, ceiling {}",
-        percent(document.gap.held_out),
-        percent(document.chosen.gap_held_out),
-        percent(document.chosen.closed),
-        interval_text(document.chosen.closed95, ""),
-        percent(document.chosen.ceiling)
-    ));
-    if let Some([before, after]) = document.chosen.gap_held_out_with_nuisances {
-        let (before, after) = (percent(before), percent(after));
-        text += &wrapped(&format!("  with what is ordinarily a little wrong fitted along: {before} before, {after} after"));
+/// Gap at held-out positions before and after, with what the chosen model closes of it. `name` is what the gap is called.
+pub(super) fn gap_text(document: &DiagnosisDocument, name: &str) -> String {
+    let (chosen, before) = (&document.chosen, document.gap.held_out);
+    let floor = document.noise_floor.map_or(String::new(), |floor| format!("; noise floor {}", percent(floor)));
+    let ceiling = chosen
+        .ceiling
+        .map_or(String::new(), |c| format!("; a generic impedance at one interface closes {} at most", share_closed(Some(c))));
+    if before.is_none() {
+        return wrapped(&format!("{name}: nothing is held out{floor}"));
     }
-    for plain in &document.chosen.headline_metrics {
-        text += &wrapped(&format!("  {}: {:.2} % before, {:.2} % after", plain.figure, 100.0 * plain.before, 100.0 * plain.after));
+    if chosen.id.is_empty() || chosen.id == "nominal" {
+        return wrapped(&format!("{name}: {}{floor}{ceiling}", gap(before)));
     }
-    text += "\nwhich — candidates, best first\n";
+    let interval = interval_text(chosen.closed95);
+    let closed = format!("closes {}{interval}", share_closed(chosen.closed));
+    let text = format!("{name}: {} as described, {} with {}{floor}; {closed}{ceiling}", gap(before), gap(chosen.gap_held_out), chosen.id);
+    wrapped(&text)
+}
+
+/// Values of the parameters of the effects that the verdict names.
+pub(super) fn estimated_text(document: &DiagnosisDocument) -> String {
     let rows: Vec<Vec<String>> = document
         .effects
         .iter()
-        .filter(|e| e.status == "tried")
-        .take(8)
-        .map(|e| {
-            vec![
-                if e.selected { format!("* {}", e.id) } else { format!("  {}", e.id) },
-                percent(Some(e.misfit_reduction)),
-                percent(e.gap_held_out_after),
-                e.closed.map_or("–".into(), |c| format!("{c:.2}")),
-                e.p_value.map_or("–".into(), |p| if p < 1e-4 { "<0.0001".into() } else { format!("{p:.4}") }),
-            ]
+        .filter(|row| row.selected)
+        .flat_map(|row| {
+            row.parameters.iter().map(|(id, value)| {
+                let stated = row.parameter_units.get(id).map_or("", String::as_str);
+                vec![format!("  {}", row.id), id.clone(), figure(*value), unit(stated)]
+            })
         })
         .collect();
-    text += &columns(&["effect", "χ² taken", "held-out gap", "closed", "p"].map(String::from), rows.into_iter());
-    let failed: Vec<&str> = document.effects.iter().filter(|e| e.status == "failed").map(|e| e.id.as_str()).collect();
+    if rows.is_empty() {
+        return String::new();
+    }
+    format!("\nestimated parameters\n{}", columns(&["  effect", "parameter", "value", "unit"].map(String::from), rows.into_iter()))
+}
+
+/// Candidates listed, beyond those that the verdict names.
+const LISTED: usize = 8;
+
+/// The candidates as a table: those that the verdict names, then the best others.
+pub(super) fn candidates_text(document: &DiagnosisDocument, heads: [&str; 5]) -> String {
+    let tried = || document.effects.iter().filter(|row| row.status == "tried");
+    let others = tried().filter(|row| !row.selected).take(LISTED);
+    let rows = tried().filter(|row| row.selected).chain(others).map(|row| {
+        vec![
+            format!("{} {}", if row.selected { "*" } else { " " }, row.id),
+            percent(row.misfit_reduction),
+            gap(row.gap_held_out_after),
+            share_closed(row.closed),
+            row.p_value.map_or("–".into(), probability),
+        ]
+    });
+    let mut text = format!("\ncandidates, best first (* in the verdict)\n{}", columns(&heads.map(String::from), rows));
+    let with_status =
+        |status: &str| document.effects.iter().filter(|row| row.status == status).map(|row| row.id.as_str()).collect::<Vec<_>>();
+    let failed = with_status("failed");
     if !failed.is_empty() {
-        text += &wrapped(&format!("their fit failed, so nothing is said of: {}", failed.join(", ")));
+        text += &wrapped(&format!("not decided, since their fit failed: {}", failed.join(", ")));
     }
-    let others: Vec<&str> = document.effects.iter().filter(|e| e.status == "not-applicable").map(|e| e.id.as_str()).collect();
-    if !others.is_empty() {
-        text += &wrapped(&format!("do not apply to this machine: {}", others.join(", ")));
+    match with_status("not-applicable").len() {
+        0 => {}
+        1 => text += "1 effect does not apply to this machine or these data (--verbose names it)\n",
+        count => text += &format!("{count} effects do not apply to this machine or these data (--verbose names them)\n"),
     }
-    let first = if document.places.first().is_some_and(|place| place.shape == NAMED) { "what is named, then " } else { "" };
-    text += &format!("\nwhere — {first}free shapes at interfaces, best first\n");
+    text
+}
+
+/// The diagnosis of FRFs or modes as text: the verdict first.
+pub fn diagnosis_text(document: &DiagnosisDocument) -> String {
+    let mut text = verdict_text(document);
+    text.push('\n');
+    text += &gap_text(document, "gap at held-out positions");
+    if let Some([before, after]) = document.chosen.gap_held_out_with_nuisances {
+        text += &wrapped(&format!("  with tolerances fitted as nuisance parameters: {} as described, {} with it", gap(before), gap(after)));
+    }
+    for metric in &document.chosen.headline_metrics {
+        text += &wrapped(&format!("  {}: {} as described, {} with it", metric.figure, percent(metric.before), percent(metric.after)));
+    }
+    text += &estimated_text(document);
+    text += &candidates_text(document, ["effect", "χ² reduction", "held-out gap", "closed", "p"]);
+    let first = if document.places.first().is_some_and(|place| place.shape == NAMED) { "the named effect, then " } else { "" };
+    text += &format!("\nlocation: {first}generic impedances at interfaces, best first\n");
     text += &document.verdict.band_text().map_or(String::new(), |band| wrapped(&band));
-    let rows: Vec<Vec<String>> = document
-        .places
-        .iter()
-        .take(5)
-        .map(|i| vec![i.place_text(), i.shape_text().into(), percent(Some(i.misfit_reduction)), percent(i.gap_held_out)])
-        .collect();
-    text += &columns(&["interface", "shape", "χ² taken", "held-out gap"].map(String::from), rows.into_iter());
+    let rows = document.places.iter().take(5);
+    let rows = rows.map(|row| vec![row.place_text(), row.shape_text().into(), percent(row.misfit_reduction), gap(row.gap_held_out)]);
+    text += &columns(&["interface", "shape", "χ² reduction", "held-out gap"].map(String::from), rows);
     for ratio in &document.ratio {
-        text += &wrapped(&format!("measured over modelled, {}: {}", ratio.channel, ratio.looks_like));
+        text += &wrapped(&format!("measured over predicted, {}: {}", ratio.channel, ratio.looks_like));
     }
     if let Some(moved) = moved_tolerances(&document.tolerances) {
         text += &format!("\n{moved}");

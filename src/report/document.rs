@@ -103,6 +103,9 @@ pub struct ParameterRow {
     pub identifiable: Option<bool>,
     /// Whether it was fitted or kept its start value.
     pub fitted: bool,
+    /// What it is.
+    #[serde(default, skip_serializing_if = "String::is_empty")]
+    pub description: String,
 }
 
 /// One order at one position.
@@ -376,7 +379,7 @@ pub struct EvidenceRow {
     pub observed: usize,
     /// Records whose band covers it.
     pub expected: usize,
-    /// Relative error of foretelling a frequency from those of the other positions.
+    /// Relative error of a frequency predicted from those of the other positions.
     pub roughness: Option<f64>,
     /// Median share of model orders at which its pole is stable.
     pub stability: f64,
@@ -418,6 +421,9 @@ pub struct PeaksDocument {
     /// Stamp.
     #[serde(flatten)]
     pub stamp: Stamp,
+    /// Unit of the amplitudes; empty where FRFs of several quantities are tracked.
+    #[serde(default)]
+    pub amplitude_unit: String,
     /// Modes: the regular ones in rising frequency, then the others.
     pub modes: Vec<PeakModeRow>,
     /// Fits by record.

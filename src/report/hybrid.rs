@@ -1,4 +1,4 @@
-//! Result document of a model beside a network on what it leaves.
+//! Result document of a model and a network trained on its residual.
 
 use std::collections::BTreeMap;
 
@@ -7,14 +7,14 @@ use serde::{Deserialize, Serialize};
 
 use super::document::Stamp;
 
-/// How well a position was foretold.
+/// Prediction error of a position.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Score {
-    /// Root mean square of foretold less measured tracking error (m).
+    /// Root mean square of predicted less measured tracking error (m).
     pub rmse_m: f64,
-    /// Largest of it (m).
+    /// Largest absolute difference (m).
     pub largest_m: f64,
-    /// Its largest over the largest measured tracking error.
+    /// Largest absolute difference over the largest measured tracking error.
     pub relative: f64,
 }
 
@@ -27,7 +27,7 @@ pub struct HybridRow {
     pub analytical: Score,
     /// The model and the network.
     pub hybrid: Score,
-    /// The model with what was named and identified, where a result was given.
+    /// The model with the diagnosed effects as identified, where a result is given.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub physics: Option<Score>,
 }
@@ -35,12 +35,12 @@ pub struct HybridRow {
 /// The network.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct NetworkRow {
-    /// What it leaves of its examples (m).
+    /// Root mean square of its residual on the examples (m).
     #[serde(alias = "left_m")]
     pub residual_m: f64,
-    /// Examples.
+    /// Number of examples.
     pub examples: usize,
-    /// Evaluations of all trainings.
+    /// Number of evaluations of all trainings.
     pub evaluations: u64,
 }
 
@@ -55,7 +55,7 @@ pub struct ContourRow {
     pub analytical_off_m: f64,
     /// The same with the network.
     pub hybrid_off_m: f64,
-    /// The same of the model with what was named and identified.
+    /// The same of the model with the diagnosed effects as identified.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub physics_off_m: Option<f64>,
 }
@@ -66,18 +66,18 @@ pub struct HybridDocument {
     /// Stamp.
     #[serde(flatten)]
     pub stamp: Stamp,
-    /// The point whose travel is foretold.
+    /// The point whose travel is predicted.
     pub point: String,
     /// Records by name.
     pub records: BTreeMap<String, HybridRow>,
     /// The network.
     pub network: NetworkRow,
-    /// Median over held-out records of hybrid over analytical RMSE: what a network can learn of the gap.
+    /// Median over held-out records of hybrid over analytical RMSE: the share of the error that a network cannot learn.
     pub median_ratio: Option<f64>,
-    /// Median over held-out records of physics over hybrid RMSE: at most 1 where physics leaves the network nothing to win.
+    /// Median over held-out records of physics over hybrid RMSE: at most 1 where the identified physics predicts as well as the network.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub median_physics_to_hybrid: Option<f64>,
-    /// Circles of this axis and the one beside it.
+    /// Circles of this axis and the second axis, by name.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub contours: BTreeMap<String, ContourRow>,
 }

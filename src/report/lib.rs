@@ -4,6 +4,7 @@ pub mod certainty;
 mod claim;
 pub mod diagnosis;
 pub mod document;
+pub mod effects;
 pub mod hybrid;
 pub mod loops;
 pub mod motion;

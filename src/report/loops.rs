@@ -1,4 +1,4 @@
-//! Result documents of a drive's loops: frequency response, gains, hold.
+//! Result documents of a drive's loops: frequency response, gains, servo impedance, circles.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -8,7 +8,7 @@ use super::document::Stamp;
 /// One frequency of a response from command to position.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct BodeRow {
-    /// Frequency (Hz), of which whole periods fit into whole periods of the position loop.
+    /// Frequency (Hz). Whole periods of it fit into whole periods of the position loop.
     pub frequency_hz: f64,
     /// Magnitude by linearisation.
     pub magnitude: f64,
@@ -27,9 +27,9 @@ pub struct BodeRow {
 pub struct PoleRow {
     /// Frequency (Hz).
     pub frequency_hz: f64,
-    /// Damping ratio; below 0 it grows.
+    /// Damping ratio; below 0 the pole is unstable.
     pub damping_ratio: f64,
-    /// Where it moves most.
+    /// Point with the largest deflection.
     pub point: String,
 }
 
@@ -39,7 +39,7 @@ pub struct BodeDocument {
     /// Stamp.
     #[serde(flatten)]
     pub stamp: Stamp,
-    /// Point whose travel is the output; `null` for what the position encoder reads.
+    /// Point whose travel is the output; `null` for the reading of the position encoder.
     pub response: Option<String>,
     /// Amplitude of the simulated command (m or rad).
     pub amplitude: Option<f64>,
@@ -47,28 +47,28 @@ pub struct BodeDocument {
     pub rows: Vec<BodeRow>,
     /// Poles of the loops, the least damped first.
     pub poles: Vec<PoleRow>,
-    /// Frequency (Hz) at which the magnitude falls below 1/√2 for good, by linearisation.
+    /// Highest frequency (Hz) at which the magnitude falls below 1/√2, by linearisation.
     pub bandwidth_hz: Option<f64>,
-    /// Largest difference between both magnitudes, relative.
+    /// Largest relative difference between simulated and linearised magnitude.
     pub largest_difference: Option<f64>,
-    /// Largest difference between both phases (degrees).
+    /// Largest difference between simulated and linearised phase (degrees).
     pub largest_phase_difference_deg: Option<f64>,
 }
 
-/// What a gain of the position loop gives.
+/// Figures of a gain of the position loop.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct GainStudyRow {
     /// Gain (1/s).
     pub gain_per_s: f64,
-    /// The same in 1/min, as controllers have it.
+    /// The same in 1/min, the unit of controllers.
     pub gain_per_min: f64,
-    /// To 99 % of the travel (s); `null` where it is not reached.
+    /// Time to 99 % of the travel (s); `null` where it is not reached.
     pub time_s: Option<f64>,
     /// Mean |command − position| at rest (m or rad); `null` where the loop is unstable.
     pub static_error: Option<f64>,
-    /// What the drive puts in while it drives (J); `null` where the loop is unstable.
+    /// Energy supplied by the drive while it drives (J), not counting braking; `null` where the loop is unstable.
     pub energy_j: Option<f64>,
-    /// C; `null` where the loop is unstable or does not arrive.
+    /// Cost C; `null` where the loop is unstable or does not reach the target.
     pub cost: Option<f64>,
 }
 
@@ -78,11 +78,11 @@ pub struct GainStudyDocument {
     /// Stamp.
     #[serde(flatten)]
     pub stamp: Stamp,
-    /// Point whose position is judged; `null` for what the position encoder reads.
+    /// Point whose position is evaluated; `null` for the reading of the position encoder.
     pub response: Option<String>,
-    /// Gains, rising.
+    /// Figures by gain, in ascending order.
     pub rows: Vec<GainStudyRow>,
-    /// Gain with the least cost (1/s), of those in the table.
+    /// Gain with the minimum cost (1/s), of those in the table.
     pub optimum_per_s: Option<f64>,
 }
 
@@ -99,7 +99,7 @@ pub struct HoldRow {
     pub phase_deg: f64,
 }
 
-/// Gains that hold like an identified spring and damper.
+/// Gains that correspond to an identified spring and damper.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct HoldGains {
     /// k_s.
@@ -118,11 +118,11 @@ pub struct HoldDocument {
     /// Stamp.
     #[serde(flatten)]
     pub stamp: Stamp,
-    /// The point that is held.
+    /// The driven point.
     pub point: Option<String>,
-    /// By frequency, from the drive's gains.
+    /// Impedance by frequency, from the drive's gains.
     pub rows: Vec<HoldRow>,
-    /// Gains, from an identified hold.
+    /// Gains from an identified spring and damper.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub gains: Option<HoldGains>,
 }
@@ -130,13 +130,13 @@ pub struct HoldDocument {
 /// A circle at one speed.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct CircleRow {
-    /// Speed of the angle (rad/min).
+    /// Angular speed (rad/min).
     pub speed_rad_min: f64,
     /// Largest |distance from the circle| (m).
     pub largest_m: f64,
-    /// Its mean: above 0 outside (m).
+    /// Mean distance from the circle, positive outside (m).
     pub mean_m: f64,
-    /// Largest |distance from the mean| just after an axis has turned (m); `null` where none turned.
+    /// Largest |distance from the mean| just after the reversal of an axis (m); `null` without a reversal.
     pub largest_at_quadrants_m: Option<f64>,
 }
 
@@ -146,10 +146,10 @@ pub struct CirclesDocument {
     /// Stamp.
     #[serde(flatten)]
     pub stamp: Stamp,
-    /// Point whose travel is judged; `null` for what the position encoders read.
+    /// Point whose travel is evaluated; `null` for the reading of the position encoders.
     pub response: Option<String>,
     /// Radius (m).
     pub radius_m: f64,
-    /// By speed.
+    /// Circles by speed.
     pub rows: Vec<CircleRow>,
 }

@@ -7,10 +7,10 @@ use serde::{Deserialize, Serialize};
 
 use super::document::Stamp;
 
-/// Something that changed its form.
+/// A change of state of a joint.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct EventRow {
-    /// When (s).
+    /// Time (s).
     pub time_s: f64,
     /// `sticks`, `slides`, `reverses`, `closes` or `opens`.
     pub kind: String,
@@ -20,20 +20,20 @@ pub struct EventRow {
     pub direction: i8,
 }
 
-/// Where the energy went (J).
+/// Energy balance (J).
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct EnergyBalance {
     /// Work of the drive.
     pub supplied_j: f64,
-    /// Stored at the end less stored at the start.
+    /// Stored energy at the end less that at the start.
     pub stored_j: f64,
-    /// Lost in dampers and friction.
+    /// Dissipated in dampers and friction.
     pub lost_j: f64,
-    /// What is missing between them, over what was turned over.
+    /// |supplied − stored − lost| over the energy turned over.
     pub imbalance: f64,
 }
 
-/// A simulated record beside the measured one.
+/// Comparison of a simulated record with the measured one.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct RecordRow {
     /// Name of the record.
@@ -44,12 +44,12 @@ pub struct RecordRow {
     pub tracking_gap: f64,
 }
 
-/// When a loop left its bounds.
+/// Divergence of an unstable loop.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Instability {
-    /// When (s).
+    /// Time (s) at which the tracking error exceeds its bound.
     pub time_s: f64,
-    /// |command − position| then (m or rad).
+    /// |command − position| at this time (m or rad).
     pub error: f64,
 }
 
@@ -61,21 +61,21 @@ pub struct MotionDocument {
     pub stamp: Stamp,
     /// `s-curve`, `sine`, a file, or `record NAME`.
     pub reference: String,
-    /// Where the nut stands at the start (m).
+    /// Nut position at the start (m).
     pub nut_m: Option<f64>,
     /// Values of the parameters.
     pub parameters: BTreeMap<String, f64>,
     /// Columns of the table, by name, all of one length: `time_s`, `command_m`, `position_m`, `force_n` or `torque_nm`, `velocity_m_s`, and one
-    /// for every point that moves, `NAME_m` or `NAME_rad`. Where the encoder reads an angle, `_rad` stands for `_m`.
+    /// for every point that moves, `NAME_m` or `NAME_rad`. Where the encoder reads an angle, `_rad` replaces `_m`.
     pub columns: BTreeMap<String, Vec<f64>>,
-    /// Where the energy went.
+    /// Energy balance.
     pub energy: EnergyBalance,
-    /// Events in the order of time.
+    /// Events in chronological order.
     pub events: Vec<EventRow>,
-    /// The measured record, where one was simulated to its end.
+    /// Comparison with the measured record, where one was simulated to its end.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub record: Option<RecordRow>,
-    /// When the loop left its bounds, if it did.
+    /// Divergence of the loop, if it is unstable.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub unstable: Option<Instability>,
 }

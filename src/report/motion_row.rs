@@ -1,39 +1,41 @@
-//! Rows that documents hold of motion records.
+//! Rows of motion records in result documents.
 
 use std::collections::BTreeMap;
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// One record of an identification.
+/// A record of an identification.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct MotionRecordRow {
     /// `fit` or `held_out`.
     pub role: String,
     /// rms(predicted − measured)/rms(measured) of force or torque, by inverse dynamics.
     pub force_error: f64,
-    /// The same of the closed loop simulated with the record's command, where that was done.
+    /// The same of the closed loop simulated with the record's command; absent where it was not simulated.
     #[serde(default)]
     pub simulated_force_error: Option<f64>,
-    /// The gap that the noise alone leaves, where the command repeats.
+    /// Gap due to noise alone, where the command repeats.
     #[serde(default)]
     pub noise_floor: Option<f64>,
     /// Force error by phase of the motion, each over the rms of the whole record.
     #[serde(default)]
     pub by_phase: BTreeMap<String, f64>,
-    /// Further points, by column.
+    /// Additional measurement channels, by column.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub transmission: BTreeMap<String, TransmissionRow>,
     /// Samples read.
     pub samples: usize,
     /// Samples compared, after thinning.
     pub compared: usize,
-    /// Time after which the command repeats (s).
+    /// Period of the command (s), where it repeats.
     #[serde(default)]
     pub period_s: Option<f64>,
 }
 
-/// What is left of the transmission error at a further point: its reading less that of the rigid machine at the encoder's position.
+/// Residual of the transmission error of an additional measurement channel.
+///
+/// The transmission error is the reading less that of the rigid machine at the encoder's position.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct TransmissionRow {
     /// m or rad.
@@ -46,18 +48,18 @@ pub struct TransmissionRow {
     /// rms(predicted − measured)/rms(measured) of the tracking error there, command less reading, without its mean.
     #[serde(default)]
     pub tracking_gap: Option<f64>,
-    /// Samples compared: those that move, but for what follows a turn.
+    /// Samples compared: those in motion, except after a reversal.
     pub compared: usize,
 }
 
-/// What a network, trained on what the machine leaves of the fitted records, leaves of those held out: physics is set against it.
+/// Residual of a network on held-out records, trained on the machine's residual of the fitted ones; a reference for the chosen model.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct LearnableRow {
-    /// Column of a further point.
+    /// Column of an additional measurement channel.
     pub column: String,
     /// m or rad.
     pub unit: String,
-    /// Root mean square of what the machine as described leaves of the transmission error, held out.
+    /// Root mean square of the held-out residual of the transmission error, with the machine as described.
     pub before: f64,
     /// The same with the network.
     pub with_network: f64,
@@ -65,14 +67,14 @@ pub struct LearnableRow {
     pub after: f64,
 }
 
-/// A further point in a record of a diagnosis.
+/// An additional measurement channel in a record of a diagnosis.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct ChannelRow {
     /// Record.
     pub record: String,
     /// Column.
     pub column: String,
-    /// Force (N or N·m) that its unit weighs as much as in gaps of force and column together.
+    /// Force (N or N·m) of the same weight as one unit of the column, in gaps of force and column together.
     #[serde(default)]
     pub weight: f64,
     /// With the machine as described.
@@ -81,20 +83,20 @@ pub struct ChannelRow {
     pub after: TransmissionRow,
 }
 
-/// How records were filtered.
+/// Preprocessing of the records.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct PreprocessingRow {
-    /// Cut-off of the position's filter (Hz), Butterworth, forward and backward.
+    /// Cut-off frequency of the position's Butterworth filter (Hz), applied forward and backward.
     pub cutoff_hz: f64,
-    /// Its order.
+    /// Order of the filter.
     pub order: usize,
     /// Samples dropped at the beginning.
     pub dropped: usize,
-    /// Every so many samples one was kept.
+    /// Decimation: every n-th sample is kept.
     pub decimation: usize,
 }
 
-/// One stretch at constant speed.
+/// An interval at constant speed.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct CurveRow {
     /// Record.
@@ -105,40 +107,40 @@ pub struct CurveRow {
     pub load: f64,
     /// Its standard deviation.
     pub sd: f64,
-    /// What the machine predicts there.
+    /// Prediction of the machine at this velocity.
     #[serde(default)]
     pub predicted: Option<f64>,
 }
 
-/// A part of a record's samples.
+/// Misfit of a part of a record's samples.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct MisfitRow {
     /// Record.
     pub record: String,
-    /// Column of a further point; absent for the force.
+    /// Column of an additional measurement channel; absent for the force.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub column: Option<String>,
     /// `phase`, `speed_m_s` or `position_m`.
     pub by: String,
-    /// Phase, where it is made by phases.
+    /// Phase, where the parts are phases.
     #[serde(default)]
     pub phase: Option<String>,
-    /// From and to, where it is made by speed or position.
+    /// Lower and upper end, where the parts are ranges of speed or position.
     #[serde(default)]
     pub range: Option<[f64; 2]>,
     /// `forward`, `backward` or `both`.
     pub direction: String,
     /// Samples.
     pub samples: usize,
-    /// Root mean square of the misfit there over that of the record's force (transmission error of a further point).
+    /// Root mean square of the misfit over that of the record's force (transmission error for an additional channel).
     pub gap: f64,
     /// Share of the squared misfit of the record's channel.
     pub share: f64,
-    /// Mean of measured less predicted (N or N·m; m or rad of a further point).
+    /// Mean of measured less predicted (N or N·m; m or rad for an additional channel).
     pub mean: f64,
 }
 
-/// What a record says of its measuring chain beside the chosen model.
+/// Delay and force factor of a record's measuring chain, relative to the chosen model.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct ChainRow {
     /// Record.
@@ -151,15 +153,15 @@ pub struct ChainRow {
     pub gap_after: f64,
     /// Gap with the chosen model and the record's own delay and factor.
     pub gap_own_chain: f64,
-    /// By how much its position comes after its force (s).
+    /// Delay of the position after the force (s).
     pub delay_s: f64,
-    /// 95 % interval.
+    /// 95 % interval of the delay.
     pub delay95_s: [f64; 2],
-    /// What its force is of the model's.
+    /// Factor from the model's force to the record's.
     pub factor: f64,
 }
 
-/// A record's force over time, thinned to be drawn.
+/// A record's force over time, thinned for charts.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct TraceRow {
     /// Record.
@@ -172,21 +174,21 @@ pub struct TraceRow {
     pub before: Vec<f64>,
     /// The same with the chosen model.
     pub after: Vec<f64>,
-    /// Phase of each sample, by its place in `phases`.
+    /// Phase of each sample, as an index into `phases`.
     pub phase: Vec<u8>,
 }
 
-/// What a diagnosis says of motion records beside the rest.
+/// Part of a diagnosis that concerns motion records only.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct MotionRows {
     /// Unit of force or torque.
     pub unit: String,
-    /// Cells of the misfit of the machine as described.
+    /// Misfit of the machine as described, by part of the samples.
     #[serde(alias = "cells")]
     pub misfit_map: Vec<MisfitRow>,
     /// Records and their measuring chains.
     pub records: Vec<ChainRow>,
-    /// Held-out records that contradict the fitted ones, in words.
+    /// Descriptions of held-out records that contradict the fitted ones.
     pub contradictions: Vec<String>,
     /// The friction curve from constant speeds.
     pub friction_curve: Vec<CurveRow>,
@@ -194,10 +196,10 @@ pub struct MotionRows {
     pub phases: Vec<String>,
     /// Force over time.
     pub traces: Vec<TraceRow>,
-    /// Further points. The gaps of the document are then those of force and transmission errors together, each in units of its own noise.
+    /// Additional measurement channels. With them the document's gaps are of force and transmission errors together, each in units of its noise.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub transmission: Vec<ChannelRow>,
-    /// What of them can be learnt at all, where records were held out.
+    /// Residuals of a network on these channels, where records are held out.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub learnable: Vec<LearnableRow>,
 }

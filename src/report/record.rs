@@ -1,16 +1,16 @@
-//! What is told of motion records on a terminal, and the rows that documents hold of them.
+//! Motion records: their text on a terminal, and their rows in documents.
 
 use std::collections::BTreeMap;
 
-use super::diagnosis::{DiagnosisDocument, interval_text, verdict_text};
+use super::diagnosis::{DiagnosisDocument, candidates_text, estimated_text, gap_text, verdict_text};
 pub use super::motion_row::{
     ChainRow, ChannelRow, CurveRow, LearnableRow, MisfitRow, MotionRecordRow, MotionRows, PreprocessingRow, TraceRow, TransmissionRow,
 };
 use super::terminal::{columns, percent, wrapped};
 
-/// Records of an identification for a person.
+/// Records of an identification as a table.
 pub fn records_table(records: &BTreeMap<String, MotionRecordRow>) -> String {
-    let header = ["record", "role", "force error", "simulated", "noise leaves", "samples"].map(String::from);
+    let header = ["record", "role", "force error", "simulated", "noise floor", "samples"].map(String::from);
     let rows = records.iter().map(|(name, r)| {
         let optional = |x: Option<f64>| x.map_or("–".into(), percent);
         vec![
@@ -25,44 +25,26 @@ pub fn records_table(records: &BTreeMap<String, MotionRecordRow>) -> String {
     columns(&header, rows)
 }
 
-/// The diagnosis of motion records for a person: the verdict first.
+/// The diagnosis of motion records as text: the verdict first.
 pub fn motion_diagnosis_text(document: &DiagnosisDocument) -> String {
     let Some(motion) = &document.motion else { return String::new() };
     let optional = |x: Option<f64>| x.map_or("–".into(), percent);
-    let mut text = verdict_text(&document.verdict);
+    let mut text = verdict_text(document);
     text += &motion.contradictions.iter().map(|c| wrapped(&format!("measurement: {c}"))).collect::<String>();
     if let Some(phase) = &document.verdict.phase {
-        text += &wrapped(&format!("shows most in: {phase}"));
+        text += &wrapped(&format!("largest residual in phase: {phase}"));
     }
     text.push('\n');
-    text += &wrapped(&format!(
-        "how far — {} of what was held out: {} before, {} after, noise leaves {}; closed {}{}",
-        if motion.transmission.is_empty() { "force error" } else { "error of force and transmission, each in units of its noise," },
-        optional(document.gap.held_out),
-        optional(document.chosen.gap_held_out),
-        optional(document.noise_floor),
-        document.chosen.closed.map_or("–".into(), |c| format!("{:.0} %", 100.0 * c)),
-        interval_text(document.chosen.closed95, ""),
-    ));
-    text += "\nwhich — candidates, best first; taken: of what is not foretold of parts left out\n";
-    let tried = document.effects.iter().filter(|e| e.status == "tried").take(10).map(|e| {
-        vec![
-            if e.selected { format!("* {}", e.id) } else { format!("  {}", e.id) },
-            format!("{:.1} %", 100.0 * e.misfit_reduction),
-            optional(e.gap_held_out_after),
-            e.closed.map_or("–".into(), |c| format!("{c:.2}")),
-            e.p_value.map_or("–".into(), |p| format!("{p:.4}")),
-        ]
-    });
-    text += &columns(&["effect", "taken", "held-out error", "closed", "p"].map(String::from), tried);
-    for (status, words) in [("failed", "could not be fitted, so that nothing is said of: "), ("not-applicable", "do not apply: ")] {
-        let ids: Vec<&str> = document.effects.iter().filter(|e| e.status == status).map(|e| e.id.as_str()).collect();
-        if !ids.is_empty() {
-            text += &wrapped(&format!("{words}{}", ids.join(", ")));
-        }
-    }
+    let gap = if motion.transmission.is_empty() {
+        "force error of held-out records"
+    } else {
+        "error of force and transmission of held-out records, in units of the noise"
+    };
+    text += &gap_text(document, gap);
+    text += &estimated_text(document);
+    text += &candidates_text(document, ["effect", "reduction of prediction error", "held-out error", "closed", "p"]);
     if !motion.transmission.is_empty() {
-        text += "\ntransmission — what is left at further points (µm or µrad), and of their tracking error\n";
+        text += "\ntransmission error at extra measuring points (µm or µrad, rms residual) and their tracking error\n";
         let rows = motion.transmission.iter().map(|c| {
             let left = |r: &TransmissionRow| format!("{:.2}", 1e6 * r.residual);
             let tracking = |r: &TransmissionRow| optional(r.tracking_gap);
@@ -72,19 +54,19 @@ pub fn motion_diagnosis_text(document: &DiagnosisDocument) -> String {
     }
     for l in &motion.learnable {
         let um = |x: f64| format!("{:.2}", 1e6 * x);
-        let said = match l.after <= 1.2 * l.with_network {
-            true => "physics leaves it nothing to win",
-            false => "what it wins is an effect that is still missing",
+        let conclusion = match l.after <= 1.2 * l.with_network {
+            true => "the chosen model predicts as well as the network",
+            false => "the network predicts better: an effect is still missing",
         };
         text += &wrapped(&format!(
-            "{}, held out: {} µm (µrad) with the machine as described, {} with a network that has learnt it, {} with the chosen model: {said}",
+            "{}, held out: {} µm (µrad) as described, {} with a network trained on the residual, {} with the chosen model; {conclusion}",
             l.column,
             um(l.before),
             um(l.with_network),
             um(l.after)
         ));
     }
-    text += "\nwhere — share of the squared misfit of the machine as described, by phase\n";
+    text += "\nlocation: share of the squared residual of the machine as described, by phase\n";
     let phases = motion.misfit_map.iter().filter(|c| c.by == "phase" && c.direction == "both").map(|c| {
         let same = |d: &&MisfitRow| d.record == c.record && d.column == c.column && d.phase == c.phase && d.direction != "both";
         let (scale, unit) = if c.column.is_some() { (1e6, " µm (µrad)") } else { (1.0, "") };
@@ -99,12 +81,12 @@ pub fn motion_diagnosis_text(document: &DiagnosisDocument) -> String {
             sides.join(", "),
         ]
     });
-    let left = format!("mean left ({})", motion.unit);
+    let left = format!("mean residual ({})", motion.unit);
     text += &columns(&["record", "phase", "share", "error", left.as_str()].map(String::from), phases);
     let rows =
         document.places.iter().take(3).map(|p| vec![p.place_text(), p.shape.clone(), format!("{:.1} %", 100.0 * p.misfit_reduction)]);
     let of = if motion.transmission.is_empty() { "force" } else { "force or transmission error" };
-    text += &format!("\na {of} that is any smooth function of one thing would take\n");
-    text += &columns(&["of", "like", "taken"].map(String::from), rows);
+    text += &format!("\nreduction by a {of} that is a free smooth function of one quantity\n");
+    text += &columns(&["function of", "resembles", "reduction"].map(String::from), rows);
     text
 }

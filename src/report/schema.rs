@@ -1,13 +1,13 @@
-//! JSON Schemas of the result documents, made of the types that write them.
+//! JSON Schemas of the result documents, generated from their types.
 
 use schemars::{Schema, schema_for};
 
-use super::{diagnosis, document, hybrid, loops, motion, simulation};
+use super::{diagnosis, document, effects, hybrid, loops, motion, simulation};
 
-/// Name of a document, that of its file, and what makes its schema.
+/// Name of a document, as in its file name, and the function that generates its schema.
 type Document = (&'static str, fn() -> Schema);
 
-const DOCUMENTS: [Document; 22] = [
+const DOCUMENTS: [Document; 23] = [
     ("identification", || schema_for!(document::IdentificationDocument)),
     ("validation", || schema_for!(document::ValidationDocument)),
     ("comparison", || schema_for!(document::ComparisonDocument)),
@@ -29,10 +29,11 @@ const DOCUMENTS: [Document; 22] = [
     ("friction", || schema_for!(simulation::FrictionDocument)),
     ("published", || schema_for!(simulation::PublishedDocument)),
     ("convergence", || schema_for!(simulation::ConvergenceDocument)),
+    ("effect-library", || schema_for!(effects::EffectLibraryDocument)),
     ("stamp", || schema_for!(document::Stamp)),
 ];
 
-/// Names of the documents that have a schema: those of their files.
+/// Names of the documents that have a schema, as in their file names.
 pub const SCHEMAS: [&str; DOCUMENTS.len()] = {
     let mut names = [""; DOCUMENTS.len()];
     let mut at = 0;
@@ -43,7 +44,7 @@ pub const SCHEMAS: [&str; DOCUMENTS.len()] = {
     names
 };
 
-/// The schema of a document by name.
+/// Returns the schema of a document by name.
 pub fn schema(name: &str) -> Option<Schema> {
     DOCUMENTS.iter().find(|(of, _)| *of == name).map(|(_, make)| make())
 }

@@ -10,7 +10,7 @@ use super::document::Stamp;
 /// One undamped mode.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct ModeRow {
-    /// Number in the list, from 1.
+    /// Number of the mode, from 1.
     pub order: usize,
     /// Undamped natural frequency (Hz); 0 for a rigid body.
     pub frequency_hz: f64,
@@ -43,10 +43,10 @@ pub struct ModesDocument {
     /// Acceleration of the table (m/s²).
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub acceleration_m_s2: Option<f64>,
-    /// Outside axial force (N).
+    /// External axial force (N).
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub force_n: Option<f64>,
-    /// Modes in rising frequency.
+    /// Modes in ascending frequency.
     pub modes: Vec<ModeRow>,
 }
 
@@ -69,11 +69,11 @@ pub struct MatricesDocument {
 /// A contact at one operating condition.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct ContactRow {
-    /// Outside force (N).
+    /// External force (N).
     pub force_n: f64,
     /// Load of side A (N).
     pub load_a_n: f64,
-    /// Load of side B (N); 0 once it is separated.
+    /// Load of side B (N); 0 where it is separated.
     pub load_b_n: f64,
     /// Stiffness (N/m).
     pub stiffness_n_per_m: f64,
@@ -82,29 +82,29 @@ pub struct ContactRow {
 /// One step of a sweep.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct SweepRow {
-    /// Value of what is swept, in its unit.
+    /// Value of the swept variable, in its unit.
     pub at: f64,
     /// Contacts by name.
     pub contacts: BTreeMap<String, ContactRow>,
     /// Stiffness of each joint (N/m or N·m/rad), and of each spring of a series (`joint/spring`).
     pub joints: BTreeMap<String, f64>,
-    /// Static stiffness at the point asked for (N/m or N·m/rad).
+    /// Static stiffness at the requested point (N/m or N·m/rad).
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub static_stiffness: Option<f64>,
     /// Undamped natural frequencies above 0 (Hz).
     pub frequencies_hz: Vec<f64>,
 }
 
-/// Where a side of a contact unloads.
+/// Unloading of a side of a contact.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Separation {
     /// Contact.
     pub contact: String,
     /// Side that unloads, `A` or `B`.
     pub side: String,
-    /// Outside force (N) at which it does.
+    /// External force (N) at which it unloads.
     pub force_n: f64,
-    /// Value of what is swept at which it does.
+    /// Value of the swept variable at which it unloads.
     pub at: f64,
 }
 
@@ -118,21 +118,21 @@ pub struct SweepDocument {
     pub along: String,
     /// Point of the static stiffness.
     pub point: Option<String>,
-    /// Nut position of a second like axis in series with the first, where one was asked for (m).
+    /// Nut position (m) of a second, identical axis in series with the first, where one is requested.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub in_series_with_nut_m: Option<f64>,
-    /// Where sides of contacts unload inside the range.
+    /// Points inside the range at which sides of contacts unload.
     pub separations: Vec<Separation>,
     /// Steps.
     pub rows: Vec<SweepRow>,
 }
 
-/// How one joint moves a natural frequency.
+/// Sensitivity of a natural frequency to one joint.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct SensitivityRow {
     /// Joint.
     pub joint: String,
-    /// Its stiffness (N/m or N·m/rad).
+    /// Stiffness of the joint (N/m or N·m/rad).
     pub stiffness: f64,
     /// Deformation of the joint for the mode's shape, the largest deflection 1 (m or rad).
     pub deformation: f64,
@@ -152,7 +152,7 @@ pub struct SensitivityDocument {
     pub stamp: Stamp,
     /// Nut position (m).
     pub nut_m: Option<f64>,
-    /// Which natural frequency above 0, from 1.
+    /// Number of the natural frequency above 0, from 1.
     pub order: usize,
     /// That frequency (Hz).
     pub frequency_hz: f64,
@@ -175,7 +175,7 @@ pub struct FrictionParameter {
     pub at_bound: bool,
 }
 
-/// A run at constant velocity beside the curve.
+/// A run at constant velocity, compared with the curve.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct FrictionRow {
     /// Velocity (m/s).
@@ -192,7 +192,7 @@ pub struct FrictionDocument {
     /// Stamp.
     #[serde(flatten)]
     pub stamp: Stamp,
-    /// What is known of the scatter: `uniform`, `proportional` or `known`.
+    /// Noise model: `uniform`, `proportional` or `known`.
     pub noise: String,
     /// `coulomb_n`, `static_n`, `viscous_n_s_per_m`, `stribeck_velocity_m_s`.
     pub parameters: BTreeMap<String, FrictionParameter>,
@@ -206,14 +206,14 @@ pub struct FrictionDocument {
     pub observations: Vec<FrictionRow>,
 }
 
-/// One published figure beside ours.
+/// A published figure compared with ours.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct PublishedFigure {
     /// Paper.
     pub paper: String,
-    /// Place in it.
+    /// Section, table, figure or equation of the paper.
     pub place: String,
-    /// What it is.
+    /// Description of the quantity.
     pub quantity: String,
     /// Unit.
     pub unit: String,
@@ -225,7 +225,7 @@ pub struct PublishedFigure {
     pub relative_difference: Option<f64>,
     /// `agrees` (within the tolerance stated), `differs` or `not reproducible`.
     pub verdict: String,
-    /// How ours was computed, and the reason for a difference.
+    /// Method of ours, and the reason for a difference.
     pub remark: String,
 }
 
@@ -248,9 +248,9 @@ pub struct ConvergenceRow {
     pub frequencies_hz: Vec<f64>,
     /// Identified parameters by id.
     pub parameters: BTreeMap<String, f64>,
-    /// Ids of those that were fitted.
+    /// Ids of the fitted parameters.
     pub fitted: Vec<String>,
-    /// Least cost.
+    /// Minimum cost.
     pub cost: f64,
     /// Root of the summed squares of the relative frequency errors at each held-out position.
     pub held_out_errors: BTreeMap<String, f64>,
@@ -266,6 +266,6 @@ pub struct ConvergenceDocument {
     pub nut_m: Option<f64>,
     /// Positions fitted.
     pub fit_positions: Vec<String>,
-    /// Numbers of lumps, rising, the exact rod last.
+    /// Results in ascending number of lumps, the exact rod last.
     pub rows: Vec<ConvergenceRow>,
 }

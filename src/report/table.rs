@@ -6,21 +6,42 @@ use numeric::statistics::median;
 
 use super::certainty::{BootstrapRow, PriorRow, ToleranceRow};
 use super::document::{ChoiceRow, ComparisonDocument, FrfRow, ObjectivesDocument, ParameterRow, PeaksDocument, PlanDocument, PositionRow};
-use super::terminal::{figure, percent, range, table, table_text, wrapped};
+use super::terminal::{figure, percent, range, table, table_text, unit, width, with_deviation, with_interval, wrapped};
 
-/// Parameters with interval and verdict (Tab. 3 and 5 of Tian et al.).
+/// Width (columns) from which on a table of parameters has a column of descriptions; below, they follow as text.
+const DESCRIBED_WIDTH: usize = 110;
+
+/// Cells of a parameter: value, interval, and whether the data identify it.
+pub fn parameter_cells(row: &ParameterRow) -> [String; 3] {
+    let identifiable = match (row.fitted, row.identifiable) {
+        (false, _) => "not fitted",
+        (true, Some(true)) => "yes",
+        _ => "no",
+    };
+    let (value, interval) = match row.interval95.filter(|ends| ends.iter().all(|x| x.is_finite())) {
+        Some(ends) => with_interval(row.value, ends),
+        None => (figure(row.value), "–".into()),
+    };
+    [value, interval, identifiable.into()]
+}
+
+/// Parameters with description, interval and identifiability (Tab. 3 and 5 of Tian et al.).
 pub fn parameters_table(parameters: &BTreeMap<String, ParameterRow>) -> String {
-    let mut out = table(["Parameter", "Value", "Unit", "95 % interval", "Seen by the data"]);
-    for (id, p) in parameters {
-        let interval = p.interval95.map_or_else(|| "–".into(), range);
-        let seen = match (p.fitted, p.identifiable) {
-            (false, _) => "not fitted",
-            (true, Some(true)) => "yes",
-            _ => "no",
-        };
-        out.add_row([id.clone(), figure(p.value), p.unit.clone(), interval, seen.into()]);
+    let is_wide = width() >= DESCRIBED_WIDTH;
+    let description = is_wide.then_some("Description");
+    let mut out = table(["Parameter", "Value", "Unit", "95 % interval", "Identifiable"].into_iter().chain(description));
+    if is_wide {
+        out.column_iter_mut().skip(5).for_each(|column| column.set_cell_alignment(comfy_table::CellAlignment::Left));
     }
-    table_text(&out)
+    for (id, row) in parameters {
+        let [value, interval, identifiable] = parameter_cells(row);
+        let cells = [id.clone(), value, unit(&row.unit), interval, identifiable];
+        out.add_row(cells.into_iter().chain(is_wide.then(|| row.description.clone())));
+    }
+    let described = parameters.iter().filter(|(_, row)| !is_wide && !row.description.is_empty());
+    let list: Vec<String> = described.map(|(id, row)| format!("{id}: {}", row.description)).collect();
+    let list = if list.is_empty() { String::new() } else { wrapped(&format!(" {}", list.join("; "))) };
+    table_text(&out) + &list
 }
 
 /// A number to three digits.
@@ -32,8 +53,8 @@ fn short(x: f64) -> String {
     }
 }
 
-/// Cells of a tolerance: name, unit, what is stated, the estimate with its standard deviation, and how far it moved. Of a log-normal one the standard
-/// deviations are factors.
+/// Cells of a tolerance: name, unit, stated value, estimate with its standard deviation, and the move from one to the other. Standard deviations of a
+/// log-normal one are factors.
 pub fn tolerance_cells((name, row): (&String, &ToleranceRow)) -> [String; 5] {
     let PriorRow { mean, sd, kind } = &row.prior;
     let within = |middle: f64, sd: f64| match kind == "log-normal" {
@@ -44,15 +65,15 @@ pub fn tolerance_cells((name, row): (&String, &ToleranceRow)) -> [String; 5] {
 }
 
 /// Heads of [`tolerance_cells`].
-pub const TOLERANCE_HEADS: [&str; 5] = ["Tolerance", "Unit", "Stated", "Found", "Moved by"];
+pub const TOLERANCE_HEADS: [&str; 5] = ["Tolerance", "Unit", "Stated", "Estimated", "Moved by"];
 
-/// Tolerances that were fitted along: how many, and those that moved by more than their standard deviation. `None` where none was.
+/// Tolerances fitted as nuisance parameters: how many, and those that moved by more than their standard deviation. `None` where there are none.
 pub fn moved_tolerances(tolerances: &BTreeMap<String, ToleranceRow>) -> Option<String> {
     if tolerances.is_empty() {
         return None;
     }
     let moved = || tolerances.iter().filter(|(_, row)| row.deviation().abs() > 1.0);
-    let head = format!("{} tolerances were fitted along, ", tolerances.len());
+    let head = format!("{} tolerances are fitted as nuisance parameters; ", tolerances.len());
     if moved().next().is_none() {
         return Some(wrapped(&(head + "none moved by more than its standard deviation")));
     }
@@ -60,7 +81,7 @@ pub fn moved_tolerances(tolerances: &BTreeMap<String, ToleranceRow>) -> Option<S
     moved().for_each(|each| {
         out.add_row(tolerance_cells(each));
     });
-    Some(wrapped(&(head + "those that moved by more than their standard deviation:")) + &table_text(&out))
+    Some(wrapped(&(head + "those that moved by more than one standard deviation (sd):")) + &table_text(&out))
 }
 
 /// Measured and predicted frequencies in the layout of Tab. 4 and 6–9 of Tian et al.
@@ -92,7 +113,7 @@ pub fn positions_table(positions: &BTreeMap<String, PositionRow>) -> String {
 
 /// FRFs with their gaps.
 pub fn frfs_table(frfs: &[FrfRow]) -> String {
-    let mut out = table(["FRF", "Response/excitation", "Role", "Lines", "Gap", "Noise alone"]);
+    let mut out = table(["FRF", "Response/excitation", "Role", "Lines", "Gap", "Noise floor"]);
     for row in frfs {
         let names: Vec<&str> = [&row.position, &row.record].into_iter().flatten().map(String::as_str).collect();
         let role = if row.role == "fit" { "fitted" } else { "held out" };
@@ -111,17 +132,22 @@ pub fn frfs_table(frfs: &[FrfRow]) -> String {
 /// Tracked modes, record by record; those without regularity only where asked for, with the reasons.
 pub fn peaks_table(peaks: &PeaksDocument, all: bool) -> String {
     let mut text = String::new();
-    let mut out = table(["Mode", "Record", "Hz", "±", "Damping", "±", "Amplitude"]);
+    let amplitude = match peaks.amplitude_unit.as_str() {
+        "" => "Amplitude".to_string(),
+        stated => format!("Amplitude {}", unit(stated)),
+    };
+    let mut out = table(["Mode", "Record", "Frequency Hz", "Damping ratio", &amplitude]);
     for mode in peaks.modes.iter().filter(|m| all || m.regular) {
         for (at, (name, row)) in mode.records.iter().enumerate() {
             let label = if mode.regular { format!("{}", mode.order) } else { format!("({})", mode.order) };
             out.add_row([
                 if at == 0 { label } else { String::new() },
                 name.clone(),
-                format!("{:.2}", row.frequency_hz),
-                row.frequency_sd_hz.map_or_else(|| "–".into(), |sd| figure(1.96 * sd)),
-                percent(row.damping_ratio),
-                row.damping_sd.map_or_else(|| "–".into(), |sd| percent(1.96 * sd)),
+                row.frequency_sd_hz.map_or_else(|| figure(row.frequency_hz), |sd| with_deviation(row.frequency_hz, 1.96 * sd)),
+                row.damping_sd.map_or_else(
+                    || percent(row.damping_ratio),
+                    |sd| format!("{} %", with_deviation(100.0 * row.damping_ratio, 196.0 * sd)),
+                ),
                 figure(row.amplitude),
             ]);
         }
@@ -129,10 +155,10 @@ pub fn peaks_table(peaks: &PeaksDocument, all: bool) -> String {
     text += &table_text(&out);
     text.push('\n');
     for mode in peaks.modes.iter().filter(|m| all || m.regular) {
-        let verdict = if mode.regular { "a mode" } else { "no regularity" };
+        let verdict = if mode.regular { "a mode" } else { "spurious" };
         let evidence = &mode.evidence;
-        let foretold = evidence.roughness.map(|r| format!(", foretold from the others within {}", percent(r)));
-        let short = format!("seen in {} of {}{}", evidence.observed, evidence.expected, foretold.unwrap_or_default());
+        let predicted = evidence.roughness.map(|r| format!(", predicted from the other records within {}", percent(r)));
+        let short = format!("observed in {} of {}{}", evidence.observed, evidence.expected, predicted.unwrap_or_default());
         let why = if all { evidence.reasons.join("; ") } else { short };
         text += &wrapped(&format!("{} at {:.1} Hz, {verdict}: {why}", mode.order, mode.frequency_hz));
     }
@@ -144,11 +170,11 @@ pub fn plan_table(plan: &PlanDocument, size: &dyn Fn(&str) -> f64, top: usize) -
     let mut text = String::new();
     let half = |choice: &ChoiceRow, id: &String| choice.half_width95.get(id).map_or(f64::INFINITY, |h| h / size(id));
     for ranking in &plan.rankings {
-        let beside = if plan.measured.is_empty() { String::new() } else { format!(" beside {}", plan.measured.join(", ")) };
+        let added = if plan.measured.is_empty() { String::new() } else { format!(" in addition to {}", plan.measured.join(", ")) };
         let noun = if ranking.count == 1 { "measurement" } else { "measurements" };
-        text += &wrapped(&format!("{} {noun}{beside}, best first ({} choices)", ranking.count, ranking.choices.len()));
+        text += &wrapped(&format!("{} {noun}{added}, best first ({} choices)", ranking.count, ranking.choices.len()));
         text.push('\n');
-        let mut out = table(["Measure", "Range left", "Determined", "Median ±", "Not determined"]);
+        let mut out = table(["Measure", "Range left", "Identifiable", "Median ±", "Not identifiable"]);
         let mut add = |choice: &ChoiceRow| {
             let widths = choice.determined.iter().map(|id| half(choice, id));
             let open: Vec<&str> = plan.parameters.iter().filter(|id| !choice.determined.contains(id)).map(String::as_str).collect();
@@ -156,7 +182,7 @@ pub fn plan_table(plan: &PlanDocument, size: &dyn Fn(&str) -> f64, top: usize) -
                 choice.measure.join(" "),
                 percent(choice.score),
                 format!("{} of {}", choice.determined.len(), plan.parameters.len()),
-                median(widths).map_or_else(|| "–".into(), |w| format!("{:.2} %", 100.0 * w)),
+                median(widths).map_or_else(|| "–".into(), percent),
                 if open.is_empty() { "–".into() } else { open.join(" ") },
             ]);
         };
@@ -168,7 +194,7 @@ pub fn plan_table(plan: &PlanDocument, size: &dyn Fn(&str) -> f64, top: usize) -
             let own = &ranking.choices[rank - 1];
             text.push('\n');
             text += &wrapped(&format!(
-                "the set's split, {}, is number {rank} of {}: {:.1} % more is left open than with the best",
+                "the set's split, {}, is number {rank} of {}: it leaves intervals {:.1} % wider than the best choice",
                 own.measure.join(", "),
                 ranking.choices.len(),
                 100.0 * (own.score / best.score - 1.0)
@@ -181,7 +207,7 @@ pub fn plan_table(plan: &PlanDocument, size: &dyn Fn(&str) -> f64, top: usize) -
 
 /// Gaps by position or record.
 pub fn gaps_table(positions: &BTreeMap<String, PositionRow>) -> String {
-    let mut out = table(["Position", "Role", "Gap", "Noise alone"]);
+    let mut out = table(["Position", "Role", "Gap", "Noise floor"]);
     for (name, p) in positions {
         let role = if p.role == "fit" { "fitted" } else { "held out" };
         let cell = |x: Option<f64>| x.map_or_else(|| "–".into(), figure);
@@ -190,12 +216,15 @@ pub fn gaps_table(positions: &BTreeMap<String, PositionRow>) -> String {
     table_text(&out)
 }
 
-/// Quantities that follow from the parameters.
+/// Quantities derived from the parameters.
 pub fn derived_table(derived: &BTreeMap<String, f64>, intervals: &BTreeMap<String, [f64; 2]>, names: &[String]) -> String {
-    let mut out = table(["Follows", "Value", "95 % interval"]);
+    let mut out = table(["Derived quantity", "Value", "95 % interval"]);
     for name in names {
-        let interval = intervals.get(name).map_or_else(|| "–".into(), |ends| range(*ends));
-        out.add_row([name.clone(), derived.get(name).map_or_else(|| "–".into(), |x| figure(*x)), interval]);
+        let (value, interval) = match (derived.get(name), intervals.get(name)) {
+            (Some(value), Some(ends)) => with_interval(*value, *ends),
+            (value, _) => (value.map_or_else(|| "–".into(), |x| figure(*x)), "–".into()),
+        };
+        out.add_row([name.clone(), value, interval]);
     }
     table_text(&out)
 }
@@ -242,7 +271,7 @@ pub fn gap_summary_table(comparison: &ComparisonDocument) -> String {
     table_text(&out)
 }
 
-/// Objectives scored by leaving out one fit position after another.
+/// Objectives scored by leave-one-position-out cross-validation.
 pub fn objectives_table(objectives: &ObjectivesDocument) -> String {
     let mut out = table(["Objective", "Frequency rms", "ln amplitude rms", "Missing modes"]);
     for row in &objectives.objectives {

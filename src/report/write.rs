@@ -1,4 +1,4 @@
-//! Documents written to a temporary name and renamed, so that none is ever half there.
+//! Writes documents atomically: to a temporary name, which is then renamed.
 
 use std::fs;
 use std::io::Write;
@@ -9,29 +9,29 @@ use serde::Serialize;
 
 use super::claim::{Claim, make_folder, remove_folders};
 
-/// A document as JSON text with a line end.
+/// Formats a document as JSON text with a line end.
 ///
 /// A number that is not finite becomes null.
 ///
-/// # Errors  a map's key is no text (a fault of the program).
+/// # Errors  a map's key is no text (an error of the program).
 pub fn to_json<T: Serialize>(document: &T) -> Result<String, String> {
     serde_json::to_string_pretty(document).map(|text| text + "\n").map_err(|e| format!("cannot write the document as JSON: {e}"))
 }
 
-/// A folder that results go to.
+/// A result folder.
 #[derive(Debug, Clone)]
 pub struct OutputFolder {
     path: PathBuf,
-    /// Kept while anybody writes into the folder.
+    /// Lock on the folder, shared by all copies.
     _claim: Option<Arc<Claim>>,
 }
 
 impl OutputFolder {
-    /// Makes sure that the folder can be made, or files written into it; makes nothing yet.
+    /// Checks that the folder can be made, or files written into it. Makes nothing yet.
     ///
     /// # Errors  the name is that of a file, or writing is not permitted.
     pub fn prepare(path: &Path) -> Result<Self, String> {
-        let told = |e: std::io::Error| {
+        let cannot_write = |e: std::io::Error| {
             let fault = match e.kind() {
                 std::io::ErrorKind::PermissionDenied => "writing there is not permitted; name another folder".to_string(),
                 std::io::ErrorKind::AlreadyExists | std::io::ErrorKind::NotADirectory => "is a file; name a folder".into(),
@@ -42,19 +42,19 @@ impl OutputFolder {
         if path.is_file() {
             return Err(format!("{}: is a file; name a folder", path.display()));
         }
-        // Nothing is made before there is something to write: the nearest folder that exists must take a file.
+        // The folder is made with its first file. Until then the nearest existing folder must accept a file.
         let near = path.ancestors().find(|p| p.exists()).filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
         if near.is_file() {
             return Err(format!("{}: is a file; name a folder", near.display()));
         }
         let probe = near.join(format!(".jointid-{}", std::process::id()));
-        fs::write(&probe, b"").and_then(|()| fs::remove_file(&probe)).map_err(told)?;
+        fs::write(&probe, b"").and_then(|()| fs::remove_file(&probe)).map_err(cannot_write)?;
         Ok(OutputFolder { path: path.into(), _claim: None })
     }
 
-    /// As [`OutputFolder::prepare`], for one run alone: until the folder is dropped, another run that claims it is refused.
+    /// As [`OutputFolder::prepare`], for one run only: until the folder is dropped, another run that claims it is refused.
     ///
-    /// The folder is made, and is gone again if nothing is written into it.
+    /// The folder is made, and removed again if nothing is written into it.
     ///
     /// # Errors  as [`OutputFolder::prepare`]; another run has claimed it.
     pub fn claim(path: &Path) -> Result<Self, String> {
@@ -62,12 +62,12 @@ impl OutputFolder {
         Ok(OutputFolder { _claim: Some(Arc::new(Claim::new(path)?)), ..folder })
     }
 
-    /// The folder.
+    /// Returns the path of the folder.
     pub fn path(&self) -> &Path {
         &self.path
     }
 
-    /// Writes a file whole: to a temporary name, then renamed.
+    /// Writes a file atomically. Returns its path.
     ///
     /// # Errors  the disk is full, or writing is not permitted.
     pub fn write(&self, name: &str, content: &[u8]) -> Result<PathBuf, String> {
@@ -75,29 +75,29 @@ impl OutputFolder {
         Ok(self.file(name))
     }
 
-    /// Path of a file of the folder.
+    /// Returns the path of a file in the folder.
     pub fn file(&self, name: &str) -> PathBuf {
         self.path.join(name)
     }
 
-    /// Writes files that belong together, all of them or none: each to a temporary name, and all renamed at the end.
+    /// Writes files that belong together, all or none: each to a temporary name, and all are renamed at the end.
     ///
     /// # Errors  the disk is full, or writing is not permitted.
     pub fn write_all<N: AsRef<str>, C: AsRef<[u8]>>(&self, files: impl IntoIterator<Item = (N, C)>) -> Result<(), String> {
         let mut batch = Batch::default();
         for (name, content) in files {
             let target = self.path.join(name.as_ref());
-            let told = |e: std::io::Error| format!("{}: cannot be written: {e}", target.display());
-            batch.add(&target, content.as_ref()).map_err(told)?;
+            let cannot_write = |e: std::io::Error| format!("{}: cannot be written: {e}", target.display());
+            batch.add(&target, content.as_ref()).map_err(cannot_write)?;
         }
         batch.rename()
     }
 }
 
-/// Files under temporary names; those that were not renamed are taken away at the end.
+/// Files under temporary names. Those that are not renamed are removed on drop.
 #[derive(Default)]
 struct Batch {
-    /// Temporary and final name.
+    /// Temporary and final path of each file.
     files: Vec<(PathBuf, PathBuf)>,
     /// Folders made for them.
     made: Vec<PathBuf>,
@@ -114,9 +114,9 @@ impl Batch {
     }
 
     fn rename(mut self) -> Result<(), String> {
-        // What cannot be replaced is known before anything is.
+        // Checks all targets before any file is replaced.
         if let Some((_, folder)) = self.files.iter().find(|(_, target)| target.is_dir()) {
-            return Err(format!("{}: is a folder where a file is written; take it away", folder.display()));
+            return Err(format!("{}: is a folder, but a file of this name is to be written; remove it", folder.display()));
         }
         while let Some((temporary, target)) = self.files.first() {
             fs::rename(temporary, target).map_err(|e| format!("{}: cannot be written: {e}", target.display()))?;

@@ -1,4 +1,4 @@
-//! What a diagnosis says of a case.
+//! Answers: the diagnoses of cases.
 
 use std::collections::BTreeMap;
 
@@ -9,13 +9,13 @@ use serde_json::Value;
 
 use report::document::Input;
 
-/// Two numbers; an end that is none (null stands for what is not finite) makes the whole unknown.
+/// Reads an interval; an end that is null (not finite) makes the whole interval unknown.
 fn both_ends<'de, D: Deserializer<'de>>(source: D) -> Result<Option<[f64; 2]>, D::Error> {
     let ends: Option<[Option<f64>; 2]> = Option::deserialize(source)?;
     Ok(ends.and_then(|[low, high]| Some([low?, high?])))
 }
 
-/// A verdict as the document of a diagnosis states it. What else it holds is passed on as it is.
+/// A verdict as stated in the document of a diagnosis. Its other fields are passed on unchanged.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct VerdictAnswer {
     /// `none`, `effect`, `ambiguous`, `unknown`, `wrong-parameter`, `measurement` or `insufficient`; `failed` where there is no verdict.
@@ -23,28 +23,28 @@ pub struct VerdictAnswer {
     /// Ids, or combinations joined with `+`.
     #[serde(default)]
     pub effects: Vec<String>,
-    /// Interface at which something is missing.
+    /// Interface at which an effect is missing.
     #[serde(default, rename = "where", skip_serializing_if = "Option::is_none")]
     pub interface: Option<String>,
-    /// Phase of a motion in which it is missing.
+    /// Phase of the motion in which the effect is missing.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub phase: Option<String>,
-    /// Band in which it is missing.
+    /// Frequency band (Hz) in which the effect is missing.
     #[serde(default, deserialize_with = "both_ends", skip_serializing_if = "Option::is_none")]
     pub band_hz: Option<[f64; 2]>,
-    /// Anything else.
+    /// Other fields.
     #[serde(flatten)]
     pub more: serde_json::Map<String, Value>,
 }
 
 impl VerdictAnswer {
-    /// In place of a verdict that was not given.
+    /// Returns the verdict of a failed diagnosis.
     pub fn failed(reason: &str) -> Self {
         let more = serde_json::Map::from_iter([("reason".to_string(), Value::from(reason))]);
         Self { kind: "failed".into(), effects: Vec::new(), interface: None, phase: None, band_hz: None, more }
     }
 
-    /// Ids that it names, each once, in its order. Only two kinds name effects.
+    /// Returns the named ids, each once, in their order. Only two kinds of verdict name effects.
     pub fn named(&self) -> Vec<&str> {
         let mut ids = Vec::new();
         if ["effect", "ambiguous"].contains(&self.kind.as_str()) {
@@ -57,7 +57,7 @@ impl VerdictAnswer {
         ids
     }
 
-    /// The one id it names, if it names one effect alone.
+    /// Returns the id if the verdict names exactly one effect.
     pub fn single(&self) -> Option<&str> {
         match self.named()[..] {
             [id] if self.kind == "effect" => Some(id),
@@ -74,34 +74,34 @@ pub struct EffectAnswer {
     /// `tried`, `failed` or `not-applicable`.
     #[serde(default)]
     pub status: String,
-    /// Share of the gap that it closes on held-out positions.
+    /// Share of the gap that it closes on held-out data.
     #[serde(default)]
     pub closed: Option<f64>,
-    /// Its 95 % interval.
+    /// 95 % interval of that share.
     #[serde(default, deserialize_with = "both_ends")]
     pub closed95: Option<[f64; 2]>,
 }
 
-/// A place where something may be missing.
+/// A location where an effect may be missing.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 pub struct WhereAnswer {
     /// Interface.
     #[serde(default)]
     pub interface: Option<String>,
-    /// Phase of a motion.
+    /// Phase of the motion.
     #[serde(default)]
     pub phase: Option<String>,
 }
 
-/// The parts of the gap that are scored.
+/// The scored parts of the gap.
 #[derive(Debug, Clone, Default, PartialEq, Deserialize)]
 pub struct GapAnswer {
-    /// Gap in each phase of a motion.
+    /// Gap in each phase of the motion.
     #[serde(default)]
     pub by_phase: BTreeMap<String, Option<f64>>,
 }
 
-/// The model that is chosen.
+/// The chosen model.
 #[derive(Debug, Clone, Default, PartialEq, Deserialize)]
 pub struct ChosenAnswer {
     /// Ids joined with `+`.
@@ -110,52 +110,52 @@ pub struct ChosenAnswer {
     /// Its parameters.
     #[serde(default)]
     pub parameters: BTreeMap<String, f64>,
-    /// Share of the gap that it closes on held-out positions.
+    /// Share of the gap that it closes on held-out data.
     #[serde(default)]
     pub closed: Option<f64>,
-    /// Its 95 % interval.
+    /// 95 % interval of that share.
     #[serde(default, deserialize_with = "both_ends")]
     pub closed95: Option<[f64; 2]>,
 }
 
-/// What motion records say beside.
+/// Part of the document on motion records.
 #[derive(Debug, Clone, Default, PartialEq, Deserialize)]
 pub struct MotionAnswer {
-    /// Further points of each record.
+    /// Extra channels of each record.
     #[serde(default)]
     pub transmission: Vec<ChannelAnswer>,
 }
 
-/// A further point in a record.
+/// An extra channel of a record.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 pub struct ChannelAnswer {
-    /// Column.
+    /// Name of the channel's column.
     pub column: String,
-    /// Force (N or N·m) that its unit weighs as much as.
+    /// Weight: force (N or N·m) per unit of the channel.
     #[serde(default)]
     pub weight: f64,
 }
 
-/// The parts of diagnosis.json that are scored.
+/// The scored parts of diagnosis.json.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 pub struct DiagnosisAnswer {
-    /// Name and version of the document's form.
+    /// Name and version of the schema.
     pub schema: String,
-    /// Ran to its end.
+    /// Whether the diagnosis ran to its end.
     pub complete: bool,
-    /// Files it rests on.
+    /// Input files.
     #[serde(default)]
     pub inputs: Vec<Input>,
-    /// Parts of the machine that were set otherwise.
+    /// Changed settings of the machine.
     #[serde(default)]
     pub overrides: Vec<String>,
-    /// Effects that were taken out of it.
+    /// Effects removed from the machine.
     #[serde(default)]
     pub without: Vec<String>,
     /// Gaps.
     #[serde(default)]
     pub gap: GapAnswer,
-    /// Places, best first.
+    /// Locations, best first.
     #[serde(default, rename = "where")]
     pub places: Vec<WhereAnswer>,
     /// Candidates, best first.
@@ -164,10 +164,10 @@ pub struct DiagnosisAnswer {
     /// Parameters of the machine as described.
     #[serde(default)]
     pub described: BTreeMap<String, f64>,
-    /// The model that is chosen.
+    /// The chosen model.
     #[serde(default)]
     pub chosen: ChosenAnswer,
-    /// What motion records say beside.
+    /// Part on motion records.
     #[serde(default)]
     pub motion: Option<MotionAnswer>,
     /// Verdict.
@@ -175,70 +175,72 @@ pub struct DiagnosisAnswer {
 }
 
 impl DiagnosisAnswer {
-    /// Force that the unit of each column weighs as much as in its gaps.
+    /// Returns the weight (force per unit) of each extra channel's column.
     pub fn weights(&self) -> BTreeMap<String, f64> {
         self.motion.iter().flat_map(|m| &m.transmission).map(|c| (c.column.clone(), c.weight)).collect()
     }
 }
 
-/// One run of the diagnosis, as it is kept in `diagnoses`.
+/// One run of the diagnosis, as stored in `diagnoses`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Run {
-    /// Name and version of the document's form.
+    /// Name and version of the schema.
     pub schema: String,
-    /// Digest of the program that ran.
+    /// Digest of the diagnosing program.
     pub program_sha256: String,
     /// Digest of the case folder.
     pub case_sha256: String,
-    /// Arguments it was given.
+    /// Command-line arguments.
     pub arguments: Vec<String>,
     /// Exit code; absent where a signal or the time limit ended it.
     pub exit_code: Option<i32>,
-    /// Seconds it took.
+    /// Duration (s).
     pub seconds: f64,
-    /// What it said on stderr, its last lines.
+    /// Last lines of stderr.
     pub said: String,
-    /// The document it printed, where it printed one.
+    /// Printed document, if any.
     pub diagnosis: Option<Value>,
 }
 
 /// An answer to be judged.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Answer {
-    /// The diagnosis, or why there is none.
+    /// The diagnosis, or the reason of its failure.
     pub diagnosis: Result<DiagnosisAnswer, String>,
-    /// Seconds it took.
+    /// Duration (s).
     pub seconds: f64,
 }
 
 impl Run {
-    /// Schema of a kept run.
+    /// Schema of a stored run.
     pub const SCHEMA: &str = "jointid/withheld-run/1";
 
-    /// The answer, if the run ended well, its document can be read, and it rests on the files of its case; else a failure that says why.
+    /// Returns the diagnosis if the run succeeded, its document is readable and complete, and its inputs include the files of the case; else a
+    /// failure with its reason.
     pub fn answer(&self, files: &[Input]) -> Answer {
         Answer { diagnosis: self.read(files), seconds: self.seconds }
     }
 
     fn read(&self, files: &[Input]) -> Result<DiagnosisAnswer, String> {
         let mut lines = self.said.lines().map(str::trim).rev().filter(|line| !line.is_empty());
-        let last = lines.clone().next().unwrap_or("it said nothing");
+        let last = lines.clone().next().unwrap_or("no output on stderr");
         let last = lines.find(|line| ["jointid:", "error:"].iter().any(|begin| line.starts_with(begin))).unwrap_or(last);
         match self.exit_code {
             Some(0) => {}
             Some(code) => return Err(format!("exit code {code}: {last}")),
-            None => return Err(format!("it did not end by itself: {last}")),
+            None => return Err(format!("the diagnosis did not end by itself (signal or time limit): {last}")),
         }
-        let document = self.diagnosis.clone().ok_or("it printed no JSON document")?;
-        let diagnosis: DiagnosisAnswer = serde_json::from_value(document).map_err(|e| format!("its document cannot be read: {e}"))?;
+        let document = self.diagnosis.clone().ok_or("the diagnosis printed no JSON document")?;
+        let diagnosis: DiagnosisAnswer =
+            serde_json::from_value(document).map_err(|e| format!("the document of the diagnosis cannot be read: {e}"))?;
         if !diagnosis.schema.starts_with("jointid/diagnosis/") {
-            return Err(format!("its document is {}, not a diagnosis", diagnosis.schema));
+            return Err(format!("the printed document has schema {}, not a diagnosis", diagnosis.schema));
         }
         if !diagnosis.complete {
-            return Err("its document is not complete".into());
+            return Err("the document of the diagnosis is not complete".into());
         }
         match files.iter().find(|file| !diagnosis.inputs.iter().any(|input| input.sha256 == file.sha256)) {
-            Some(file) => Err(format!("its document does not rest on the case's {}", file.path)),
+            Some(file) => Err(format!("the inputs of the diagnosis lack the case's file {}", file.path)),
             None => Ok(diagnosis),
         }
     }

@@ -11,12 +11,12 @@ use super::judge::Judgement;
 use super::score::Scores;
 use super::seal::{Generator, Seal};
 
-/// What was sealed before scoring.
+/// Digests and generator of the sealed cases.
 #[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct SealRow {
     /// Digest of the generator.
     pub generator_sha256: String,
-    /// Digest of the list of cases, each with that of its folder.
+    /// Digest of the list of cases, which contains the digest of each folder.
     pub cases_sha256: String,
     /// Digest of the labels.
     pub labels_sha256: String,
@@ -45,33 +45,33 @@ pub struct CaseRow {
     pub kind: Kind,
     /// Effects, the dominant one first.
     pub truth: Vec<String>,
-    /// Strength asked for.
+    /// Specified strength.
     #[schemars(with = "Option<String>")]
     pub strength: Option<Strength>,
     /// Non-centrality of the dominant effect.
     pub noncentrality: Option<f64>,
-    /// Verdict; kind `failed` where there is none.
+    /// Verdict; kind `failed` without a diagnosis.
     pub verdict: VerdictAnswer,
-    /// The verdict is what the case calls for.
+    /// Whether the verdict is correct for this kind of case.
     pub right: bool,
-    /// It names a set that holds the dominant effect; absent for cases without one.
+    /// Whether it names a set that contains the dominant effect; absent for cases without an effect.
     pub class: Option<bool>,
-    /// The place is right; absent for cases without one.
+    /// Whether the location is correct; absent for cases without an effect.
     pub place_right: Option<bool>,
-    /// The phase is right; absent for data without phases.
+    /// Whether the phase is correct; absent for data without phases.
     pub phase_right: Option<bool>,
-    /// What the truth can close; in motion what the chosen model closes without noise.
+    /// Share of the gap closed by the true effects; for motion, by the chosen model without noise.
     pub closed_truth: Option<f64>,
-    /// What the named effect closes.
+    /// Share of the gap closed by the named effect.
     pub closed: Option<f64>,
-    /// Its interval.
+    /// 95 % interval of that share.
     pub closed95: Option<[f64; 2]>,
-    /// Seconds.
+    /// Duration (s).
     pub seconds: f64,
 }
 
 impl CaseRow {
-    /// The row of a judged case.
+    /// Builds the row of a judged case.
     pub fn new(name: &str, judged: &Judgement) -> Self {
         let planted = !judged.truth.is_empty();
         Self {
@@ -99,17 +99,17 @@ pub struct WithheldDocument {
     /// Stamp.
     #[serde(flatten)]
     pub stamp: Stamp,
-    /// What was sealed.
+    /// Seal of the cases.
     pub seal: SealRow,
-    /// Digest of the program that diagnosed.
+    /// Digest of the diagnosing program.
     pub program_sha256: String,
-    /// Further arguments that every diagnosis was given.
+    /// Extra arguments of every diagnosis.
     pub ablation: Vec<String>,
-    /// Diagnoses at a time, each on `threads_each` threads: what the seconds are counted under.
+    /// Number of simultaneous diagnoses, each on `threads_each` threads: the conditions of the durations.
     pub jobs: usize,
     /// Threads of each diagnosis.
     pub threads_each: usize,
-    /// Case folders sealed; fewer are listed where the check was stopped.
+    /// Number of sealed case folders; fewer are listed if the check was stopped.
     pub sealed_cases: usize,
     /// Cases.
     pub cases: Vec<CaseRow>,

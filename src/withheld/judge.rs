@@ -1,61 +1,61 @@
-//! One answer against one label.
+//! Judgement of one answer against one label.
 
 use reference_simulator::{Kind, Label, Strength};
 
 use super::answer::{Answer, DiagnosisAnswer, VerdictAnswer};
 
-/// What one answer is worth. A question that a case does not ask, or that only an answer could settle and there is none, is absent.
+/// Judgement of one answer. A field that does not apply to the case, or that needs an answer where there is none, is absent.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Judgement {
     /// Kind of the case.
     pub kind: Kind,
     /// Whether it is the second measurement of a case.
     pub follow_up: bool,
-    /// Strength asked for.
+    /// Specified strength.
     pub strength: Option<Strength>,
     /// Non-centrality of the dominant effect.
     pub noncentrality: Option<f64>,
     /// Effects, the dominant one first.
     pub truth: Vec<String>,
-    /// Parameters declared known.
+    /// Whether the user declares parameters known.
     pub frozen: bool,
     /// The verdict, or a failure in its place.
     pub verdict: VerdictAnswer,
-    /// A diagnosis was given.
+    /// Whether there is a diagnosis.
     pub answered: bool,
-    /// It claims that something is amiss.
+    /// Whether the verdict reports a discrepancy.
     pub claims: bool,
-    /// The verdict is what the case calls for.
+    /// Whether the verdict is correct for this kind of case.
     pub right: bool,
-    /// It names the one effect, and nothing else.
+    /// Whether it names the one true effect and no other.
     pub exact: bool,
-    /// It names a set that holds the dominant effect.
+    /// Whether it names a set that contains the dominant effect.
     pub class: bool,
-    /// The dominant effect is among the first three of the ranked list.
+    /// Whether the dominant effect is among the first three of the ranked list.
     pub top3: bool,
-    /// One answer of its names holds all effects of the case.
+    /// Whether one of its alternatives contains all effects of the case.
     pub all_named: bool,
-    /// Effects it names.
+    /// Number of named effects.
     pub names: usize,
-    /// It names one effect: whether that is one of the case.
+    /// Whether the effect is one of the case, for a verdict that names exactly one.
     pub single_right: Option<bool>,
-    /// The place it states is one where an effect of the case sits.
+    /// Whether the stated location is that of an effect of the case.
     pub place_right: bool,
-    /// The phase it states is one in which the effects of the case show; absent for data without phases.
+    /// Whether the stated phase is one in which the effects of the case show; absent for data without phases.
     pub phase_right: Option<bool>,
-    /// Overlap of bands over their union, on the logarithmic axis, where both are known.
+    /// Intersection over union of the bands on the logarithmic axis, where both are known.
     pub band_overlap: Option<f64>,
-    /// What the truth can close; in motion what the chosen model closes without noise.
+    /// Share of the gap closed by the true effects; for motion, by the chosen model without noise.
     pub closed_truth: Option<f64>,
-    /// What the named effect closes.
+    /// Share of the gap closed by the named effect.
     pub closed: Option<f64>,
-    /// Its interval.
+    /// 95 % interval of that share.
     pub closed95: Option<[f64; 2]>,
-    /// Seconds.
+    /// Duration (s).
     pub seconds: f64,
 }
 
-/// Judges an answer.
+/// Judges an answer against the label of its case.
 pub fn judge(label: &Label, follow_up: bool, answer: &Answer) -> Judgement {
     let diagnosis = answer.diagnosis.as_ref().ok();
     let verdict = match &answer.diagnosis {
@@ -67,7 +67,7 @@ pub fn judge(label: &Label, follow_up: bool, answer: &Answer) -> Judgement {
     let holds = |names: &[&str]| !label.effects.is_empty() && label.effects.iter().all(|id| names.contains(&id.as_str()));
     let class = dominant.is_some_and(|id| named.contains(&id));
     let exact = verdict.single().is_some_and(|id| label.effects.len() == 1 && Some(id) == dominant);
-    // Alternatives of an ambiguous verdict each stand for themselves; the ids of the other kind explain together.
+    // Each alternative of an ambiguous verdict stands for itself; the ids of other verdicts act together.
     let all_named = match verdict.kind.as_str() {
         "ambiguous" => verdict.effects.iter().any(|entry| holds(&entry.split('+').map(str::trim).collect::<Vec<_>>())),
         _ => holds(&named),
@@ -103,8 +103,8 @@ pub fn judge(label: &Label, follow_up: bool, answer: &Answer) -> Judgement {
             .and_then(stated_place)
             .is_some_and(|place| label.places.iter().any(|truth| truth.accepted.iter().any(|name| name.eq_ignore_ascii_case(place)))),
         phase_right: (!label.phases.is_empty()).then(|| {
-            let stated = diagnosis.and_then(stated_phase).map(plain);
-            stated.is_some_and(|phase| label.phases.iter().any(|truth| plain(truth) == phase))
+            let stated = diagnosis.and_then(stated_phase).map(normalised);
+            stated.is_some_and(|phase| label.phases.iter().any(|truth| normalised(truth) == phase))
         }),
         band_overlap: verdict.band_hz.zip(label.band_hz).and_then(|(a, b)| overlap(a, b)),
         closed_truth: label.gap.closed,
@@ -116,13 +116,13 @@ pub fn judge(label: &Label, follow_up: bool, answer: &Answer) -> Judgement {
 }
 
 impl Judgement {
-    /// The first effect it names, or the kind of its verdict.
+    /// Returns the first named effect, or the kind of the verdict.
     pub fn first(&self) -> &str {
         self.verdict.named().first().copied().unwrap_or(&self.verdict.kind)
     }
 }
 
-/// The first three different effects of the ranked list that were tried.
+/// Returns the first three different effects of the ranked list that were fitted.
 fn first_three(diagnosis: &DiagnosisAnswer) -> Vec<&str> {
     let mut ids = Vec::new();
     let tried = diagnosis.effects.iter().filter(|row| !["failed", "not-applicable"].contains(&row.status.as_str()));
@@ -135,7 +135,8 @@ fn first_three(diagnosis: &DiagnosisAnswer) -> Vec<&str> {
     ids
 }
 
-/// What the effects that the verdict names close, and its interval: all of them together, as a row of the list or as the model chosen, else the first.
+/// Returns the closed share of the effects named by the verdict, and its interval: jointly, from the ranked list or the chosen model, else of the
+/// first.
 fn chosen(diagnosis: &DiagnosisAnswer, named: &[&str]) -> Option<(Option<f64>, Option<[f64; 2]>)> {
     let is = |id: &str, names: &[&str]| {
         let ids: Vec<&str> = id.split('+').map(str::trim).collect();
@@ -146,13 +147,13 @@ fn chosen(diagnosis: &DiagnosisAnswer, named: &[&str]) -> Option<(Option<f64>, O
     row_of(named).or_else(model).or_else(|| row_of(named.get(..1)?))
 }
 
-/// The place that the verdict states, else the first of the list.
+/// Returns the location stated by the verdict, else the first of the list.
 fn stated_place(diagnosis: &DiagnosisAnswer) -> Option<&str> {
     let listed = || diagnosis.places.first().and_then(|place| place.interface.as_deref());
     diagnosis.verdict.interface.as_deref().or_else(listed)
 }
 
-/// The phase that the verdict states, else that of the first place that has one, else the one of the largest gap.
+/// Returns the phase stated by the verdict, else that of the first location with one, else the one with the largest gap.
 fn stated_phase(diagnosis: &DiagnosisAnswer) -> Option<&str> {
     let listed = || diagnosis.places.iter().find_map(|place| place.phase.as_deref());
     let gaps = diagnosis.gap.by_phase.iter().filter_map(|(phase, gap)| gap.map(|gap| (phase.as_str(), gap)));
@@ -160,12 +161,12 @@ fn stated_phase(diagnosis: &DiagnosisAnswer) -> Option<&str> {
     diagnosis.verdict.phase.as_deref().or_else(listed).or_else(largest)
 }
 
-/// A name in one spelling: constant_speed and constant speed are constant-speed.
-fn plain(name: &str) -> String {
+/// Normalises the spelling of a name: constant_speed and constant speed become constant-speed.
+fn normalised(name: &str) -> String {
     name.to_ascii_lowercase().replace(['_', ' '], "-")
 }
 
-/// Intersection over union of two bands on the logarithmic axis.
+/// Returns intersection over union of two bands on the logarithmic axis.
 fn overlap([a, b]: [f64; 2], [c, d]: [f64; 2]) -> Option<f64> {
     if !(a > 0.0 && b > a && c > 0.0 && d > c) {
         return None;

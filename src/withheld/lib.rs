@@ -1,15 +1,15 @@
-//! The blind check: cases sealed before anything is scored, answers read, scores counted.
+//! Blind check: cases are sealed before scoring, diagnoses are read, scores are counted.
 //!
 //! ```text
-//! seal       digests of generator, case folders and labels; what was changed since is refused by name
-//! answer     what a diagnosis says, as a file or as a failure
-//! judge      one answer against one label
+//! seal       digests of generator, case folders and labels; later changes are rejected by file name
+//! answer     diagnosis of a case, or the reason of its failure
+//! judge      judgement of one answer against one label
 //! score      proportions over all cases, each with its exact interval
 //! document   withheld.json
-//! text       the same for a person, with the confusion matrix
+//! text       scores and confusion matrix as text
 //! ```
 //!
-//! The labels come from `truth`, the answers from the public command line; nothing here knows how either was made.
+//! The labels come from the reference simulator, the answers from the public command line. This crate depends on neither's internals.
 
 mod answer;
 mod document;

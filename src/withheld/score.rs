@@ -16,36 +16,36 @@ use super::judge::Judgement;
 pub struct Proportion {
     /// Cases counted.
     pub count: usize,
-    /// Of so many.
+    /// Number of cases in total.
     pub of: usize,
-    /// Share; absent for none.
+    /// Share; absent without cases.
     pub share: Option<f64>,
-    /// Clopper–Pearson interval; absent for none.
+    /// Clopper–Pearson interval; absent without cases.
     pub interval95: Option<[f64; 2]>,
 }
 
 impl Proportion {
-    /// So many of so many.
+    /// Computes the share of `count` among `of` cases.
     pub fn new(count: usize, of: usize) -> Self {
         Self { count, of, share: (of > 0).then(|| count as f64 / of as f64), interval95: clopper_pearson(count, of, 0.95) }
     }
 }
 
-/// Median and extremes of a quantity.
+/// Quantiles of a quantity.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
 pub struct Spread {
-    /// Values.
+    /// Number of values.
     pub of: usize,
     /// 10 % quantile.
     pub low10: Option<f64>,
     /// Median.
     pub median: Option<f64>,
-    /// Largest.
+    /// Largest value.
     pub max: Option<f64>,
 }
 
 impl Spread {
-    /// Of values.
+    /// Computes the quantiles of values.
     pub fn of(values: &[f64]) -> Self {
         Self {
             of: values.len(),
@@ -56,44 +56,44 @@ impl Spread {
     }
 }
 
-/// Right names at one range of strengths: single effects, abstentions and failures counted as wrong.
+/// Correct names in one range of strengths: single effects, abstentions and failures counted as wrong.
 #[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct Naming {
-    /// The one effect named.
+    /// The one true effect is named alone.
     pub exact: Proportion,
-    /// A set named that holds it.
+    /// A named set contains it.
     pub class: Proportion,
     /// It is among the first three of the ranked list.
     pub top3: Proportion,
-    /// Effects that a verdict names that names any: mean.
+    /// Mean number of named effects, over verdicts that name any.
     pub mean_set: Option<f64>,
 }
 
-/// Where something was found.
+/// Correct locations.
 #[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct LocationScore {
-    /// The place is one of the right ones, of all cases: failures and empty lists are wrong.
+    /// Correct interfaces, of all cases: failures and empty lists count as wrong.
     pub interface: Proportion,
-    /// The phase is one of the right ones, of all cases in motion.
+    /// Correct phases, of all cases in motion.
     pub phase: Proportion,
-    /// Overlap of bands over their union, on the logarithmic axis, where both state one.
+    /// Intersection over union of bands on the logarithmic axis, where both are stated.
     pub band_overlap: Spread,
-    /// Bands that overlap at all, of these.
+    /// Bands that overlap at all, among these.
     pub band_touches: Proportion,
 }
 
-/// What named effects close, for right verdicts that name one.
+/// Shares of the gap closed by named effects, over correct verdicts that name one.
 #[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct Closing {
-    /// Share closed.
+    /// Closed share.
     pub closed: Spread,
-    /// Distance from what the truth can close, in motion from what the chosen model closes without noise.
+    /// Error of the closed share: difference from that of the true effects; for motion, from that of the chosen model without noise.
     pub error: Spread,
-    /// Intervals that hold that.
+    /// Intervals that contain the true share.
     pub covered: Proportion,
 }
 
-/// Rows are what is true, columns the first effect named or else the kind of verdict.
+/// Confusion matrix: rows are truths, columns the first named effect, else the kind of verdict.
 #[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct Confusion {
     /// Counts by truth and answer.
@@ -105,63 +105,63 @@ pub struct Confusion {
 pub struct Scores {
     /// Cases without a diagnosis, second measurements included.
     pub failed: Proportion,
-    /// The verdict that the case calls for, by kind of case.
+    /// Correct verdicts, by kind of case.
     pub right_by_kind: BTreeMap<String, Proportion>,
-    /// Ordinary nulls on which something is claimed, of those answered.
+    /// Ordinary nulls with a reported discrepancy, among answered ones.
     pub false_alarm_ordinary: Proportion,
-    /// Ordinary nulls on which a library's effect is named, of those answered.
+    /// Ordinary nulls with a named effect of the library, among answered ones.
     pub false_name_ordinary: Proportion,
-    /// Hard nulls on which more is claimed than what was done to them, of those answered.
+    /// Hard nulls with an incorrect discrepancy, among answered ones.
     pub false_alarm_hard: Proportion,
-    /// Wrong parameters called wrong or nothing.
+    /// Wrong parameters with the verdict «wrong-parameter» or «none».
     pub wrong_parameter: Proportion,
-    /// Wrong parameters that the case freezes, called wrong.
+    /// Wrong parameters frozen by the case, with the verdict «wrong-parameter».
     pub wrong_parameter_frozen: Proportion,
-    /// Bad channels called a matter of the measurement.
+    /// Bad channels with the verdict «measurement».
     pub bad_channel: Proportion,
-    /// Something claimed where there is an effect, by kind of case.
+    /// Reported discrepancies where an effect is missing, by kind of case.
     pub detection_by_kind: BTreeMap<String, Proportion>,
-    /// The same for single effects by strength.
+    /// The same for single effects, by strength.
     pub detection_by_strength: BTreeMap<String, Proportion>,
-    /// The same for single effects by non-centrality.
+    /// The same for single effects, by non-centrality.
     pub detection_by_noncentrality: BTreeMap<String, Proportion>,
-    /// Single effects of all strengths.
+    /// Names of single effects of all strengths.
     pub naming: Naming,
-    /// Single effects made with a non-centrality of 25 or more.
+    /// Names of single effects with a specified non-centrality of at least 25.
     pub naming_from_25: Naming,
-    /// Right verdicts among those that name one effect, all kinds of cases.
+    /// Correct verdicts among those that name one effect, all kinds of cases.
     pub selective: Proportion,
-    /// Verdicts that name one effect among single effects of a non-centrality of 25 or more.
+    /// Verdicts that name one effect, among single effects of a non-centrality of at least 25.
     pub selective_coverage: Proportion,
-    /// Unknown effects called unknown.
+    /// Unknown effects with the verdict «unknown».
     pub unknown: Proportion,
-    /// Unknown effects given a library's name.
+    /// Unknown effects with a named effect of the library.
     pub unknown_misnamed: Proportion,
-    /// Single effects and look-alikes called unknown.
+    /// Single effects and look-alikes with the verdict «unknown».
     pub known_called_unknown: Proportion,
-    /// Place and band, single effects (of a non-centrality of 25 or more) and look-alikes.
+    /// Location and band of single effects (of a non-centrality of at least 25) and look-alikes.
     pub location: LocationScore,
-    /// Place and band, unknown effects.
+    /// Location and band of unknown effects.
     pub location_unknown: LocationScore,
-    /// Shares closed.
+    /// Closed shares.
     pub closing: Closing,
-    /// Look-alikes: the set holds the truth.
+    /// Look-alikes: a named set contains the truth.
     pub look_alike_class: Proportion,
-    /// Look-alikes: exact already by the first measurement.
+    /// Look-alikes: exact with the first measurement.
     pub look_alike_exact: Proportion,
-    /// Look-alikes: exact by the second measurement.
+    /// Look-alikes: exact with the second measurement.
     pub look_alike_resolved: Proportion,
-    /// Doubles: both named.
+    /// Doubles: both effects named.
     pub double_both: Proportion,
-    /// Doubles: the dominant one named.
+    /// Doubles: the dominant effect named.
     pub double_dominant: Proportion,
-    /// Seconds for each diagnosis.
+    /// Duration of each diagnosis (s).
     pub seconds: Spread,
-    /// First measurements: truth against answer.
+    /// Confusion matrix of first measurements.
     pub confusion: Confusion,
 }
 
-/// Name of a value in its document.
+/// Returns the name of a value in its document.
 fn word<T: Serialize>(value: &T) -> String {
     serde_json::to_value(value).ok().and_then(|v| v.as_str().map(str::to_owned)).unwrap_or_default()
 }
@@ -185,7 +185,7 @@ fn by<'a>(
     groups.into_iter().map(|(key, group)| (key, share(group, &counted))).collect()
 }
 
-/// Range of a non-centrality in words, in rising order.
+/// Returns the range of a non-centrality.
 fn range(noncentrality: f64) -> &'static str {
     match noncentrality {
         d if d < 16.0 => "0-16",
@@ -195,7 +195,7 @@ fn range(noncentrality: f64) -> &'static str {
     }
 }
 
-/// Counts all that can be counted.
+/// Computes all scores.
 pub fn scores(judged: &[Judgement]) -> Scores {
     let first: Vec<&Judgement> = judged.iter().filter(|j| !j.follow_up).collect();
     let of = |kinds: &[Kind]| -> Vec<&Judgement> { first.iter().copied().filter(|j| kinds.contains(&j.kind)).collect() };
@@ -211,7 +211,7 @@ pub fn scores(judged: &[Judgement]) -> Scores {
     let planted = of(&[Kind::Single, Kind::LookAlike, Kind::Double, Kind::Unknown]);
     let known: Vec<&Judgement> = singles.iter().chain(&alike).copied().collect();
     let placed: Vec<&Judgement> = from_25.iter().chain(&alike).copied().collect();
-    let says = |kind: &'static str| move |j: &Judgement| j.verdict.kind == kind;
+    let verdict_is = |kind: &'static str| move |j: &Judgement| j.verdict.kind == kind;
     let seconds: Vec<f64> = judged.iter().map(|j| j.seconds).collect();
     Scores {
         failed: share(judged, |j| !j.answered),
@@ -220,7 +220,7 @@ pub fn scores(judged: &[Judgement]) -> Scores {
         false_name_ordinary: share(&nulls, |j| j.names > 0),
         false_alarm_hard: share(&hard, |j| j.claims && !j.right),
         wrong_parameter: share(wrong.iter().copied(), |j| j.right),
-        wrong_parameter_frozen: share(wrong.iter().copied().filter(|j| j.frozen), says("wrong-parameter")),
+        wrong_parameter_frozen: share(wrong.iter().copied().filter(|j| j.frozen), verdict_is("wrong-parameter")),
         bad_channel: share(of(&[Kind::HardNullBadChannel]), |j| j.right),
         detection_by_kind: by(&planted, |j| Some(word(&j.kind)), |j| j.claims),
         detection_by_strength: by(&singles, |j| j.strength.map(|s| word(&s)), |j| j.claims),
@@ -231,7 +231,7 @@ pub fn scores(judged: &[Judgement]) -> Scores {
         selective_coverage: share(from_25.iter().copied(), |j| j.verdict.single().is_some()),
         unknown: share(unknowns.iter().copied(), |j| j.right),
         unknown_misnamed: share(unknowns.iter().copied(), |j| j.names > 0),
-        known_called_unknown: share(known.iter().copied(), says("unknown")),
+        known_called_unknown: share(known.iter().copied(), verdict_is("unknown")),
         location: location(&placed),
         location_unknown: location(&unknowns),
         closing: closing(&known),
@@ -277,7 +277,7 @@ fn closing(of: &[&Judgement]) -> Closing {
     }
 }
 
-/// Doubles and what lies outside the list have rows of their own; single effects and look-alikes share theirs.
+/// Counts the confusion matrix. Doubles and effects outside the library have rows by kind; single effects and look-alikes share rows by effect.
 fn confusion(of: &[&Judgement]) -> Confusion {
     let mut rows: BTreeMap<String, BTreeMap<String, usize>> = BTreeMap::new();
     for judged in of {

@@ -1,4 +1,4 @@
-//! Digests taken before scoring, and the refusal of what changed since.
+//! Digests taken before scoring, and the rejection of later changes.
 
 use std::fs;
 use std::path::Path;
@@ -10,34 +10,34 @@ use reference_simulator::{Counts, Label};
 use report::document::Input;
 use report::{digest, to_json};
 
-/// What makes the cases: the same generator makes the same files again.
+/// Generator of the cases: the same generator makes the same files.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub struct Generator {
-    /// Version of the program that made them.
+    /// Version of the generating program.
     pub version: String,
-    /// What the cases are data of: `frf` (hammer tests) or `motion` (time records of a driven axis).
+    /// Kind of data of the cases: `frf` (hammer tests) or `motion` (time records of a driven axis).
     pub arm: String,
-    /// `independent` (a truth that shares nothing with the models) or `own` (the models under test).
+    /// Origin of the data: `independent` (a simulator that shares no code with the models) or `own` (the models under test).
     pub truth: String,
-    /// Seed.
+    /// Seed of the random numbers.
     pub seed: u64,
     /// Cases of each kind in the plan.
     #[schemars(with = "std::collections::BTreeMap<String, usize>")]
     pub counts: Counts,
-    /// Cases made, from the first of the plan on.
+    /// Number of cases made, from the first of the plan.
     pub cases: usize,
 }
 
-/// One sealed case folder.
+/// A sealed case folder.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct SealedCase {
     /// Name of its folder in `cases`.
     pub name: String,
     /// Digest of all its files and their names.
     pub sha256: String,
-    /// Parameters that its user declares known.
+    /// Parameters that the user declares known.
     pub freeze: Vec<String>,
-    /// Digest of the same measurements without noise, in `quiet`, by which shares closed are judged; absent in hammer tests.
+    /// Digest of the same measurements without noise, in `quiet`, for judging closed shares; absent for hammer tests.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub quiet_sha256: Option<String>,
 }
@@ -45,7 +45,7 @@ pub struct SealedCase {
 /// `seal.json`.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Seal {
-    /// Name and version of the document's form.
+    /// Name and version of the schema.
     pub schema: String,
     /// Generator.
     pub generator: Generator,
@@ -57,18 +57,18 @@ pub struct Seal {
     pub cases_sha256: String,
     /// Case folders.
     pub cases: Vec<SealedCase>,
-    /// Cases of the plan that no machine drawn could carry, and why.
+    /// Cases of the plan that no drawn machine supports, with reasons.
     pub not_made: Vec<String>,
 }
 
 const SCHEMA: &str = "jointid/withheld-seal/1";
-const MEND: &str = "name a new folder with --out and the cases are made anew";
+const REMEDY: &str = "generate the cases again with a new folder as --out";
 
 /// Folder of the cases.
 pub const CASES: &str = "cases";
-/// Folder of what cases would read without noise; no diagnosis is told of it.
+/// Folder of the noise-free measurements of cases; diagnoses do not read it.
 pub const QUIET: &str = "quiet";
-/// End of the name of a second measurement of a case.
+/// Suffix of the name of a second measurement of a case.
 pub const FOLLOW_UP: &str = "-more";
 
 impl Seal {
@@ -87,43 +87,44 @@ impl Seal {
         })
     }
 
-    /// Reads the seal of a folder and checks that seal, labels and every case folder are as they were sealed.
+    /// Reads the seal of a folder and verifies seal, labels and every case folder.
     ///
-    /// # Errors  a file is missing, is none of this kind, or was changed: named, with the mend.
+    /// # Errors  a file is missing, is of another kind, or was changed; the message names it and what to do.
     pub fn verified(folder: &Path) -> Result<(Self, Vec<Label>), String> {
         let path = folder.join("seal.json");
-        let text = read(&path, "without it nobody can tell whether the cases are those that were made")?;
-        let seal: Seal = serde_json::from_str(&text).map_err(|e| format!("{}: is no seal of withheld: {e}; {MEND}", path.display()))?;
-        let again = Self::new(seal.generator.clone(), "", seal.cases.clone(), Vec::new())?;
-        if seal.schema != SCHEMA || seal.generator_sha256 != again.generator_sha256 || seal.cases_sha256 != again.cases_sha256 {
-            return Err(format!("{}: was changed after it was written, its own digests differ; {MEND}", path.display()));
+        let text = read(&path, "without it the cases cannot be verified")?;
+        let seal: Seal =
+            serde_json::from_str(&text).map_err(|e| format!("{}: is not a seal of withheld: {e}; {REMEDY}", path.display()))?;
+        let recomputed = Self::new(seal.generator.clone(), "", seal.cases.clone(), Vec::new())?;
+        if seal.schema != SCHEMA || seal.generator_sha256 != recomputed.generator_sha256 || seal.cases_sha256 != recomputed.cases_sha256 {
+            return Err(format!("{}: was changed after sealing, its digests do not match its contents; {REMEDY}", path.display()));
         }
         let path = folder.join("labels.json");
         let text = read(&path, "without it nothing can be scored")?;
         if digest(text.as_bytes()) != seal.labels_sha256 {
-            return Err(format!("{}: its digest is not the sealed one, the labels were changed; {MEND}", path.display()));
+            return Err(format!("{}: its digest is not the sealed one, the labels were changed; {REMEDY}", path.display()));
         }
         let labels: Vec<Label> =
-            serde_json::from_str(&text).map_err(|e| format!("{}: holds no labels of this version: {e}; {MEND}", path.display()))?;
+            serde_json::from_str(&text).map_err(|e| format!("{}: contains no labels of this version: {e}; {REMEDY}", path.display()))?;
         for case in &seal.cases {
             for (whole, sealed) in [(CASES, Some(&case.sha256)), (QUIET, case.quiet_sha256.as_ref())] {
                 let (path, Some(sealed)) = (folder.join(whole).join(&case.name), sealed) else { continue };
                 if !path.is_dir() {
-                    return Err(format!("{}: the case folder is missing; {MEND}", path.display()));
+                    return Err(format!("{}: the case folder is missing; {REMEDY}", path.display()));
                 }
                 if folder_digest(&path)? != *sealed {
-                    return Err(format!("{}: its digest is not the sealed one, a file in it was changed; {MEND}", path.display()));
+                    return Err(format!("{}: its digest is not the sealed one, a file in it was changed; {REMEDY}", path.display()));
                 }
             }
             let path = folder.join(CASES).join(&case.name);
             if label_of(&labels, &case.name).is_none() {
-                return Err(format!("{}: has no label in labels.json; {MEND}", path.display()));
+                return Err(format!("{}: has no label in labels.json; {REMEDY}", path.display()));
             }
         }
         Ok((seal, labels))
     }
 
-    /// What is printed before anything is scored.
+    /// Returns the text printed before scoring.
     pub fn summary_text(&self) -> String {
         let generator = &self.generator;
         format!(
@@ -141,7 +142,7 @@ impl Seal {
     }
 }
 
-/// The label of a case folder; that of its first measurement for a second one.
+/// Returns the label of a case folder; for a second measurement that of the first.
 pub fn label_of<'a>(labels: &'a [Label], name: &str) -> Option<&'a Label> {
     let first = name.strip_suffix(FOLLOW_UP).unwrap_or(name);
     labels.iter().find(|label| label.case == first)
@@ -149,12 +150,12 @@ pub fn label_of<'a>(labels: &'a [Label], name: &str) -> Option<&'a Label> {
 
 fn read(path: &Path, why: &str) -> Result<String, String> {
     fs::read_to_string(path).map_err(|e| match e.kind() {
-        std::io::ErrorKind::NotFound => format!("{}: is missing, and {why}; {MEND}", path.display()),
-        _ => format!("{}: {e}; {MEND}", path.display()),
+        std::io::ErrorKind::NotFound => format!("{}: is missing, and {why}; {REMEDY}", path.display()),
+        _ => format!("{}: {e}; {REMEDY}", path.display()),
     })
 }
 
-/// Files of a folder with their digests, by path inside it.
+/// Returns the files of a folder with their digests, by path inside it.
 ///
 /// # Errors  a file cannot be read.
 pub fn files_of(folder: &Path) -> Result<Vec<Input>, String> {
@@ -177,7 +178,7 @@ pub fn files_of(folder: &Path) -> Result<Vec<Input>, String> {
     Ok(found)
 }
 
-/// Digest of all files of a folder and their names.
+/// Returns the digest of all files of a folder and their names.
 ///
 /// # Errors  a file cannot be read.
 pub fn folder_digest(folder: &Path) -> Result<String, String> {

@@ -1,4 +1,4 @@
-//! Scores for a person, at most 80 columns wide.
+//! Scores as text, at most 80 columns wide.
 
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
@@ -9,19 +9,19 @@ use super::score::{Confusion, LocationScore, Proportion, Scores, Spread};
 
 const WIDTH: usize = 80;
 
-/// Scores as text, the confusion matrix last.
+/// Formats the scores, the confusion matrix last.
 pub fn scores_text(scores: &Scores) -> String {
     let mut text = String::new();
-    section(&mut text, "Nothing missing", &|text| {
+    section(&mut text, "No missing effect", &|text| {
         line(text, "false alarms, ordinary nulls", &scores.false_alarm_ordinary);
         line(text, "  an effect named", &scores.false_name_ordinary);
         line(text, "false alarms, hard nulls", &scores.false_alarm_hard);
-        line(text, "wrong parameter: called so, or none", &scores.wrong_parameter);
-        line(text, "  frozen, and called so", &scores.wrong_parameter_frozen);
-        line(text, "bad channel: called measurement", &scores.bad_channel);
+        line(text, "wrong parameter: named, or none", &scores.wrong_parameter);
+        line(text, "  frozen, and named", &scores.wrong_parameter_frozen);
+        line(text, "bad channel: verdict measurement", &scores.bad_channel);
     });
-    section(&mut text, "Detection: something is said to be amiss", &|text| {
-        // Single effects last: what follows parts them.
+    section(&mut text, "Detection: a discrepancy is reported", &|text| {
+        // Single effects last, next to their rows by strength.
         let (single, others): (Vec<_>, Vec<_>) = scores.detection_by_kind.iter().partition(|(kind, _)| *kind == "single");
         for (kind, row) in others.into_iter().chain(single) {
             line(text, &format!("{kind} effects"), row);
@@ -38,33 +38,33 @@ pub fn scores_text(scores: &Scores) -> String {
     section(&mut text, "Names of single effects (abstentions count as wrong)", &|text| {
         for (name, naming) in [("all", &scores.naming), ("from 25", &scores.naming_from_25)] {
             line(text, &format!("exact, {name}"), &naming.exact);
-            line(text, &format!("a set that holds it, {name}"), &naming.class);
+            line(text, &format!("a set that contains it, {name}"), &naming.class);
             line(text, &format!("among the first three, {name}"), &naming.top3);
             if let Some(mean) = naming.mean_set {
                 let _ = writeln!(text, "  {:<40} {mean:>9.2}", format!("effects named together, {name}, mean"));
             }
         }
-        line(text, "right where one effect is named", &scores.selective);
+        line(text, "correct where one effect is named", &scores.selective);
         line(text, "  one effect is named, from 25", &scores.selective_coverage);
     });
     section(&mut text, "Unknown, look-alike and double effects", &|text| {
-        line(text, "unknown called unknown", &scores.unknown);
-        line(text, "unknown given a library's name", &scores.unknown_misnamed);
-        line(text, "known called unknown", &scores.known_called_unknown);
-        line(text, "look-alikes: the set holds the truth", &scores.look_alike_class);
-        line(text, "  exact at once", &scores.look_alike_exact);
+        line(text, "unknown: verdict unknown", &scores.unknown);
+        line(text, "unknown: named by the library", &scores.unknown_misnamed);
+        line(text, "known: verdict unknown", &scores.known_called_unknown);
+        line(text, "look-alikes: the set contains it", &scores.look_alike_class);
+        line(text, "  exact by the first measurement", &scores.look_alike_exact);
         line(text, "  exact by the second measurement", &scores.look_alike_resolved);
         line(text, "doubles: both named", &scores.double_both);
         line(text, "  the dominant one named", &scores.double_dominant);
     });
-    section(&mut text, "Where", &|text| {
+    section(&mut text, "Location", &|text| {
         place(text, "known effects", &scores.location);
         place(text, "unknown effects", &scores.location_unknown);
     });
-    section(&mut text, "Share of the held-out gap closed, right verdicts", &|text| {
+    section(&mut text, "Closed share of the held-out gap, correct verdicts", &|text| {
         spread(text, "closed", &scores.closing.closed, 3);
-        spread(text, "distance from the truth", &scores.closing.error, 3);
-        line(text, "interval holds the truth", &scores.closing.covered);
+        spread(text, "error of the share", &scores.closing.error, 3);
+        line(text, "interval contains the true share", &scores.closing.covered);
     });
     section(&mut text, "Runs", &|text| {
         line(text, "failed: no verdict", &scores.failed);
@@ -73,7 +73,7 @@ pub fn scores_text(scores: &Scores) -> String {
     text + "\n" + &confusion_text(&scores.confusion)
 }
 
-/// Lines under a heading; nothing where there are none.
+/// Writes a heading with its lines; nothing without lines.
 fn section(text: &mut String, title: &str, lines: &dyn Fn(&mut String)) {
     let mut body = String::new();
     lines(&mut body);
@@ -83,7 +83,7 @@ fn section(text: &mut String, title: &str, lines: &dyn Fn(&mut String)) {
 }
 
 fn line(text: &mut String, what: &str, row: &Proportion) {
-    // No cases of this kind: no line.
+    // Omit the line without cases of this kind.
     if let (Some(share), Some([low, high])) = (row.share, row.interval95) {
         let (share, low, high) = (100.0 * share, 100.0 * low, 100.0 * high);
         let _ = writeln!(text, "  {what:<36} {:>4} of {:<4} {share:>6.1} %   {low:.1} … {high:.1} %", row.count, row.of);
@@ -103,7 +103,7 @@ fn spread(text: &mut String, what: &str, of: &Spread, digits: usize) {
     }
 }
 
-/// The confusion matrix: a row for each truth, a column for each answer that occurs, in as many blocks as 80 columns need.
+/// Formats the confusion matrix: a row per truth, a column per answer that occurs, in as many blocks as 80 columns need.
 pub fn confusion_text(confusion: &Confusion) -> String {
     const KINDS: [(&str, &str); 6] = [
         ("none", "none"),
@@ -115,13 +115,13 @@ pub fn confusion_text(confusion: &Confusion) -> String {
     ];
     let short = |answer: &str| KINDS.iter().find(|(kind, _)| *kind == answer).map(|(_, short)| (*short).to_string());
     let is_effect = |name: &str| !name.starts_with('(') && short(name).is_none();
-    // Effects are numbered, so that many columns fit; what is named but is no case's truth is numbered after those that are.
+    // Effects are numbered to save width; named effects that are no case's truth follow the others.
     let mut effects: Vec<&str> = confusion.rows.keys().map(String::as_str).filter(|name| is_effect(name)).collect();
     let answers: Vec<&str> = confusion.rows.values().flat_map(BTreeMap::keys).map(String::as_str).collect();
-    let mut strangers: Vec<&str> = answers.iter().copied().filter(|name| is_effect(name) && !effects.contains(name)).collect();
-    strangers.sort_unstable();
-    strangers.dedup();
-    effects.extend(&strangers);
+    let mut never_true: Vec<&str> = answers.iter().copied().filter(|name| is_effect(name) && !effects.contains(name)).collect();
+    never_true.sort_unstable();
+    never_true.dedup();
+    effects.extend(&never_true);
     let number = |name: &str| effects.iter().position(|e| *e == name).map(|at| (at + 1).to_string());
     let heads: Vec<(&str, String)> = effects
         .iter()
@@ -163,7 +163,7 @@ pub fn confusion_text(confusion: &Confusion) -> String {
             text.push('\n');
         }
     }
-    for name in strangers {
+    for name in never_true {
         let _ = writeln!(text, "{} {name}", number(name).unwrap_or_default());
     }
     text

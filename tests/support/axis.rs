@@ -1,34 +1,35 @@
-//! A driven axis that shares nothing with the models under test: a mass integrated by Runge and Kutta at 50 µs in its own closed loop, friction
-//! that turns over smoothly, measured with noise and steps.
+//! A driven axis that shares no code with the models under test. A mass in its own closed loop is integrated by the Runge–Kutta method at
+//! 50 µs. Its friction changes sign smoothly; its measurements have noise and quantisation.
 
 use rand::RngExt;
 use rand::SeedableRng;
 use rand_xoshiro::Xoshiro256PlusPlus;
 
-/// The axis.
+/// Parameters of the axis.
 #[derive(Debug, Clone, Copy)]
 pub struct Axis {
     pub mass_kg: f64,
     pub coulomb: f64,
     pub viscous: f64,
-    /// Viscous friction backward.
+    /// Viscous friction in the backward direction (N·s/m).
     pub viscous_backward: f64,
-    /// Friction at rest beyond Coulomb's, falling as 1/(1 + (v/v_s)²) with v_s = 12 mm/s.
+    /// Static friction in excess of Coulomb friction (N), decreasing as 1/(1 + (v/v_s)²) with v_s = 12 mm/s.
     pub stribeck: f64,
-    /// Travel over which friction builds up after a reversal, as 1 − exp(−s/l).
+    /// Travel l over which friction builds up after a reversal, as 1 − exp(−s/l).
     pub presliding_m: f64,
-    /// Force that waves over 40 mm of travel.
+    /// Amplitude (N) of a force ripple with a period of 40 mm of travel.
     pub ripple: f64,
-    /// From command to force.
+    /// Delay from command to force.
     pub delay_s: f64,
     pub spring_n_per_m: f64,
-    /// Share by which friction varies along the travel, and with time.
-    pub uneven: f64,
-    pub drift: f64,
+    /// Relative amplitude of the variation of friction along the travel.
+    pub friction_variation: f64,
+    /// Relative increase of friction over the record.
+    pub friction_drift: f64,
 }
 
 impl Axis {
-    pub fn usual() -> Self {
+    pub fn nominal() -> Self {
         Axis {
             mass_kg: 80.0,
             coulomb: 22.0,
@@ -39,18 +40,18 @@ impl Axis {
             ripple: 0.0,
             delay_s: 0.0,
             spring_n_per_m: 0.0,
-            uneven: 0.0,
-            drift: 0.0,
+            friction_variation: 0.0,
+            friction_drift: 0.0,
         }
     }
 
-    /// Command, position and force (m, m, N) at 1 kHz.
+    /// Simulates the axis and returns command, position and force (m, m, N) at 1 kHz.
     pub fn run(&self, command: &[f64], seed: u64) -> Vec<(f64, f64, f64)> {
         let mut random = Xoshiro256PlusPlus::seed_from_u64(seed);
         let (mut x, mut v) = (command[0], 0.0);
-        let (mut since, mut slow) = (1.0, 0.0);
-        let late = (self.delay_s * 1e3).round() as usize;
-        let mut sent = vec![0.0; late];
+        let (mut since_reversal_m, mut coloured_noise) = (1.0, 0.0);
+        let delay_samples = (self.delay_s * 1e3).round() as usize;
+        let mut sent = vec![0.0; delay_samples];
         let total = command.len() as f64;
         let mut samples = Vec::new();
         for (i, &r) in command.iter().enumerate() {
@@ -58,18 +59,18 @@ impl Axis {
             let force = 7000.0 * (120.0 * (r - x) - v);
             sent.push(force);
             let acting = sent[i];
-            // Coloured noise of what is recorded.
-            slow = 0.9 * slow + 0.15 * (random.random::<f64>() - 0.5);
-            samples.push((r, read, force + slow + 0.3 * (random.random::<f64>() - 0.5)));
-            let built = if self.presliding_m > 0.0 { 1.0 - (-since / self.presliding_m).exp() } else { 1.0 };
+            // Coloured noise of the recorded force.
+            coloured_noise = 0.9 * coloured_noise + 0.15 * (random.random::<f64>() - 0.5);
+            samples.push((r, read, force + coloured_noise + 0.3 * (random.random::<f64>() - 0.5)));
+            let buildup = if self.presliding_m > 0.0 { 1.0 - (-since_reversal_m / self.presliding_m).exp() } else { 1.0 };
             let level = |v: f64, x: f64| {
-                let along = 1.0 + self.uneven * (11.0 * x).sin() + self.drift * (i as f64 / total);
-                built * (self.coulomb * along + self.stribeck / (1.0 + (v / 0.012).powi(2)))
+                let variation = 1.0 + self.friction_variation * (11.0 * x).sin() + self.friction_drift * (i as f64 / total);
+                buildup * (self.coulomb * variation + self.stribeck / (1.0 + (v / 0.012).powi(2)))
             };
             let acceleration = |x: f64, v: f64| {
                 let viscous = if v > 0.0 { self.viscous } else { self.viscous_backward };
-                let rub = level(v, x) * (v / 2e-5).tanh() + viscous * v;
-                (acting - rub - self.spring_n_per_m * (x - 0.1) - self.ripple * (157.0 * x).sin()) / self.mass_kg
+                let friction = level(v, x) * (v / 2e-5).tanh() + viscous * v;
+                (acting - friction - self.spring_n_per_m * (x - 0.1) - self.ripple * (157.0 * x).sin()) / self.mass_kg
             };
             for _ in 0..20 {
                 let h = 5e-5;
@@ -80,14 +81,16 @@ impl Axis {
                 let before = v;
                 x += h / 6.0 * (v1 + 2.0 * v2 + 2.0 * v3 + v4);
                 v += h / 6.0 * (a1 + 2.0 * a2 + 2.0 * a3 + a4);
-                since = if before * v < 0.0 { 0.0 } else { since + h * v.abs() };
+                since_reversal_m = if before * v < 0.0 { 0.0 } else { since_reversal_m + h * v.abs() };
             }
         }
         samples
     }
 }
 
-/// Moves of various speeds back and forth over 0.2 m, with rests between: raised-cosine ramps, stretches at constant speed; two periods.
+/// Returns a position command (m, 1 kHz): motions back and forth over 0.2 m at various speeds, with standstills between them.
+///
+/// Each motion has raised-cosine ramps and a section of constant speed. The command has two periods.
 pub fn course(seed: u64) -> Vec<f64> {
     let mut random = Xoshiro256PlusPlus::seed_from_u64(seed ^ 0xA5A5);
     let mut command = vec![0.0];
@@ -109,12 +112,12 @@ pub fn course(seed: u64) -> Vec<f64> {
         command.extend(std::iter::repeat_n(x, 150));
         forward = !forward;
     }
-    // Back to where it began, so that it repeats.
+    // Back to the start position, so that the command is periodic.
     let from = x;
     command.extend((0..600).map(|i| from * (0.5 + 0.5 * (std::f64::consts::PI * i as f64 / 600.0).cos())));
     command.extend(std::iter::repeat_n(0.0, 150));
-    let whole = command.len() - command.len() % 10;
-    command.truncate(whole);
+    let length = command.len() - command.len() % 10;
+    command.truncate(length);
     command.extend_from_within(..);
     command
 }

@@ -19,11 +19,11 @@ pub struct Joints {
     pub c_m: f64,
 }
 
-/// Tab. 3.
+/// Published joint values (Tab. 3).
 pub const TAB_3: Joints =
     Joints { k_al: 4.28e7, k_ar: 2.94e7, k_n: 7.09e8, k_m: 5.53e3, c_al: 2.02e3, c_ar: 2.73e3, c_n: 2.25e5, c_m: 3.50 };
 
-// Tab. A, in SI units and the paper's letters.
+// Tab. A, in SI units, with the paper's symbols.
 pub const E: f64 = 2e11;
 pub const G: f64 = 7.75e10;
 pub const RHO: f64 = 7850.0;
@@ -57,7 +57,7 @@ fn join(a: Matrix2<C>, b: Matrix2<C>) -> Matrix3<C> {
     free + column * row.transpose() / (a[(1, 1)] + b[(0, 0)])
 }
 
-/// H − column(p)·(h_pp + rest)⁻¹·row(p) (Eq. 7, 9, 17, 23, 24).
+/// Couples at point p: H − column(p)·(h_pp + rest)⁻¹·row(p) (Eq. 7, 9, 17, 23, 24).
 fn couple(h: Matrix3<C>, p: usize, rest: C) -> Matrix3<C> {
     let column = h.column(p).into_owned();
     let row = h.row(p).into_owned();
@@ -85,7 +85,7 @@ pub fn h_all(joints: &Joints, l: f64, omega: f64) -> Matrix3<C> {
     let i_b = LEAD / std::f64::consts::TAU; // Eq. 21
     let v = Vector3::new(real(1.0), real(-1.0), real(-i_b));
     let w2 = omega * omega;
-    // H_W = (K_W + iωC_W − ω²M_W)⁻¹ by Sherman and Morrison: the plain inverse loses ten digits at 1 Hz.
+    // H_W = (K_W + iωC_W − ω²M_W)⁻¹ by the Sherman–Morrison formula: direct inversion loses ten digits at 1 Hz.
     let free = Matrix3::from_diagonal(&Vector3::new(real(-1.0 / (M_B * w2)), real(-1.0 / (M_S * w2)), real(-1.0 / (J_S * w2))));
     let u = free * v;
     let h_w = free - u * u.transpose() / ((joints.k_n + iw * joints.c_n).inv() + v.dot(&u));

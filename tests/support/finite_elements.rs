@@ -1,6 +1,6 @@
-//! The bench by linear finite elements with consistent mass: a model that is not the one under test.
+//! The bench as linear finite elements with consistent mass: a model independent of the one under test.
 //!
-//! Axial chain, torsional chain, table and rotor; block elimination of the two chains by complex tridiagonal solves.
+//! It has an axial chain, a torsional chain, table and rotor. Complex tridiagonal solves eliminate the two chains.
 
 use nalgebra::{DMatrix, SymmetricEigen};
 use num_complex::Complex64;
@@ -25,12 +25,12 @@ pub struct Peak {
 }
 
 impl Bench {
-    /// `elements` per rod, left and right of the nut.
+    /// Meshes each rod, left and right of the nut, with `elements` elements.
     pub fn new(elements: usize, nut: f64, joints: Joints, hold: (f64, f64)) -> Self {
         Bench { elements, nut, joints, hold }
     }
 
-    /// Stiffness and mass of one chain as tridiagonals: (diagonal, off-diagonal) of each; 2·elements + 1 nodes.
+    /// Returns stiffness and mass of one chain as tridiagonals: (diagonal, off-diagonal) of each; 2·elements + 1 nodes.
     fn chain(&self, a: f64, inertia_per_m: f64) -> [Vec<f64>; 4] {
         let n = self.elements;
         let nodes = 2 * n + 1;
@@ -58,7 +58,7 @@ impl Bench {
         self.chain(G * polar, RHO * polar)
     }
 
-    /// Receptance table/table.
+    /// Returns the receptance table/table (m/N).
     pub fn receptance(&self, omega: f64) -> C {
         let iw = C::new(0.0, omega);
         let w2 = omega * omega;
@@ -87,7 +87,7 @@ impl Bench {
         (series.inv() - w2 * 272.0).inv()
     }
 
-    /// Undamped natural frequencies (Hz), by a dense symmetric eigenproblem.
+    /// Returns the undamped natural frequencies (Hz), by a dense symmetric eigenproblem.
     pub fn undamped_hz(&self) -> Vec<f64> {
         let n = self.elements;
         let nodes = 2 * n + 1;
@@ -132,7 +132,7 @@ impl Bench {
         hz
     }
 
-    /// Peaks of the mobility in a band, by a fine scan and golden sections.
+    /// Returns the peaks of the mobility in a band, found by a fine scan and golden-section search.
     pub fn peaks(&self, from_hz: f64, to_hz: f64) -> Vec<Peak> {
         let size = |f: f64| {
             let omega = std::f64::consts::TAU * f;
@@ -169,7 +169,7 @@ impl Bench {
     }
 }
 
-/// The entry (n, n) of the inverse of a symmetric tridiagonal matrix: elimination from both ends.
+/// Returns the entry (n, n) of the inverse of a symmetric tridiagonal matrix, by elimination from both ends.
 fn at_middle(diagonal: &[C], off: &[C], n: usize) -> C {
     let mut left = diagonal[0];
     for i in 1..n {

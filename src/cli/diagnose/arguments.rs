@@ -1,25 +1,25 @@
-//! What can be said to `diagnose`.
+//! Arguments of `diagnose`.
 
 use std::path::PathBuf;
 
 use crate::arguments::{OutputArguments, SearchArguments, Sources, SplitArguments};
 use diagnosis::Ablation;
 
-/// A part of the method that can be left out.
+/// A part of the method that can be disabled.
 #[derive(Debug, Clone, Copy, clap::ValueEnum)]
 pub enum MethodPart {
-    /// Thresholds from χ² tables instead of simulated nulls
+    /// Thresholds from χ² tables instead of null simulations
     ChiSquare,
-    /// Candidates fitted with the nominal parameters kept where the nominal fit left them
+    /// Candidates fitted with all other parameters held at the nominal fit
     FrozenNominal,
-    /// Nothing that is ordinarily a little wrong is fitted along
+    /// No tolerances fitted as nuisance parameters
     NoNuisances,
-    /// Candidates ranked by the positions they were fitted to alone
+    /// Candidates ranked by the fitted positions, without cross-validation
     InSample,
 }
 
 impl MethodPart {
-    /// The same in the words of the method.
+    /// Returns the ablation of the method.
     pub fn ablation(self) -> Ablation {
         match self {
             MethodPart::ChiSquare => Ablation::ChiSquare,
@@ -37,22 +37,22 @@ pub struct DiagnoseArguments {
     pub sources: Sources,
     #[command(flatten)]
     pub split: SplitArguments,
-    /// Candidates; all that apply by default
+    /// Candidate effects, comma-separated; by default all that apply
     #[arg(long, value_name = "EFFECTS", value_delimiter = ',')]
     pub effects: Vec<String>,
-    /// No candidates
+    /// Effects to leave out of the candidates, comma-separated
     #[arg(long, value_name = "EFFECTS", value_delimiter = ',')]
     pub exclude: Vec<String>,
-    /// Simulated nulls that thresholds rest on; ten times as many for motion records
+    /// Null simulations for the thresholds; ten times as many for motion records
     #[arg(long, value_name = "N", default_value_t = 60, value_parser = clap::value_parser!(u16).range(20..=2000))]
     pub nulls: u16,
-    /// Folder where nulls are kept; the platform's cache by default
+    /// Folder for cached null simulations; the platform's cache by default
     #[arg(long, value_name = "DIR")]
     pub cache: Option<PathBuf>,
-    /// Keep no nulls, and use none
+    /// Neither read nor write cached null simulations
     #[arg(long)]
     pub no_cache: bool,
-    /// Leave parts of the method out, to see what they are worth
+    /// Parts of the method to disable, comma-separated
     #[arg(long, value_name = "PARTS", value_delimiter = ',')]
     pub ablate: Vec<MethodPart>,
     #[command(flatten)]

@@ -1,11 +1,11 @@
-//! Effects of a diagnosis: which are candidates, what became of them, and which the verdict names.
+//! Candidate effects of a diagnosis, their status, and the verdict.
 
 use super::arguments::DiagnoseArguments;
 use diagnosis::{Status, Verdict};
 use machine::{Data, Effect};
 use report::diagnosis::VerdictRow;
 
-/// The candidates asked for, of those with one id the one for this data.
+/// Returns the requested candidates; of effects with one id the one for this kind of data.
 pub fn choose_effects(given: &DiagnoseArguments, all: &[Effect], data: Data) -> Result<Vec<Effect>, String> {
     for (key, ids) in [("--effects", &given.effects), ("--exclude", &given.exclude)] {
         if let Some(id) = ids.iter().find(|id| !all.iter().any(|e| e.id == **id)) {
@@ -17,7 +17,7 @@ pub fn choose_effects(given: &DiagnoseArguments, all: &[Effect], data: Data) -> 
     Ok(Effect::for_data(all, data).filter(wanted).cloned().collect())
 }
 
-/// A candidate's status in a word, and why it was not fitted.
+/// Returns a candidate's status as a word, and the reason why it was not fitted.
 pub fn status_words(status: &Status) -> (String, Option<String>) {
     match status {
         Status::Tried => ("tried".into(), None),
@@ -31,7 +31,7 @@ pub fn names_effect(verdict: &Verdict, id: &str) -> bool {
     verdict.effects.iter().any(|e| e.split('+').any(|part| part == id))
 }
 
-/// A verdict as a row, with the place where it was found.
+/// Returns a verdict as a row, with its location.
 pub fn verdict_row(verdict: &Verdict, place: Option<String>) -> VerdictRow {
     VerdictRow {
         kind: verdict.kind.word().into(),

@@ -1,4 +1,4 @@
-//! What a network learns of the transmission error that a machine leaves: the ceiling physics is set against.
+//! Residual transmission error that a neural network can learn: the ceiling for any physical effect.
 
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
@@ -8,12 +8,12 @@ use dynamics::inverse_dynamics::MotionSignal;
 use identification::neural_residual::{Example, NeuralResidual};
 use report::record::LearnableRow;
 
-/// Most examples, spread evenly, and beginnings of a training.
+/// Most examples, spread evenly, and random starts of a training.
 const EXAMPLES: usize = 8000;
 const BEGINNINGS: usize = 4;
 
-/// Column by column of further points: trained on what the machine as described leaves of the records that were fitted, from command and position;
-/// set beside what the chosen model leaves, where something was held out.
+/// Trains a network per extra channel on the residual of the machine as described, from command and position of the fitted records. Returns its residual
+/// at held-out records next to that of the chosen model.
 pub fn learnable(
     motions: &[&MotionSignal],
     (before, after): (&[&MotionPart], &[&MotionPart]),

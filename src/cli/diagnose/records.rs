@@ -18,9 +18,9 @@ use machine::{Data, Effect, Machine};
 use report::diagnosis as document;
 use report::record::{ChainRow, ChannelRow, MisfitRow, MotionRows, TraceRow, motion_diagnosis_text};
 
-/// Nulls of motion records for each that `--nulls` asks for: they cost little.
+/// Null simulations of motion records per one of `--nulls`: they are cheap.
 const NULLS: usize = 10;
-/// Samples of a record that is drawn.
+/// Most samples of a record in the document, for the page.
 const DRAWN: usize = 2500;
 
 /// Runs the command.
@@ -64,14 +64,14 @@ fn to_document(
     let (before, after) = (gap_of(&found.held_out), gap_of(&found.chosen_held_out));
     let mut warnings: Vec<String> = found.contradictions.iter().map(|c| c.description.clone()).collect();
     if held_out.is_empty() {
-        warnings.push("nothing is held out: how far the gap closes is not told; hold records out".into());
+        warnings.push("nothing is held out, so that the closed share of the gap is unknown; hold records out with --hold-out".into());
     }
     if found.contradictions.iter().any(|_| found.verdict.kind != VerdictKind::Measurement) {
-        warnings.push("the gap of a held-out record that contradicts the fitted ones holds what its measuring chain adds".into());
+        warnings.push("the gap of a held-out record that contradicts the fitted ones contains the fault of its measuring chain".into());
     }
     let closed = after.filter(|_| !held_out.is_empty()).and_then(|_| found.closed(&found.chosen_held_out));
     let places = list_places(found);
-    // What is named says itself where it sits.
+    // A named effect has its own location.
     let named = found.verdict.first_effect().and_then(|id| effects.iter().find(|e| e.id == id)).and_then(Effect::place);
     let place = named.or_else(|| places.first().map(|i| i.interface.clone())).filter(|_| found.verdict.kind != VerdictKind::None);
     let chosen = &found.chosen;
@@ -120,7 +120,7 @@ fn to_document(
     })
 }
 
-/// What became of each candidate.
+/// Returns the rows of all candidates.
 fn list_effects(found: &MotionDiagnosis, effects: &[Effect]) -> Vec<document::EffectRow> {
     found
         .tried
@@ -139,6 +139,7 @@ fn list_effects(found: &MotionDiagnosis, effects: &[Effect]) -> Vec<document::Ef
                 statistic: t.gain,
                 misfit_reduction: t.gain.max(0.0),
                 parameters: t.parameters.iter().cloned().collect(),
+                parameter_units: units_of(effects, &t.id),
                 selected: names_effect(&found.verdict, &t.id),
                 description: effects.iter().find(|e| e.id == t.id).map(|e| e.description.clone()),
             }
@@ -146,7 +147,13 @@ fn list_effects(found: &MotionDiagnosis, effects: &[Effect]) -> Vec<document::Ef
         .collect()
 }
 
-/// Interfaces and columns where something free takes most of what is left.
+/// Units of an effect's parameters.
+fn units_of(effects: &[Effect], id: &str) -> BTreeMap<String, String> {
+    let own = effects.iter().filter(|effect| effect.id == id).flat_map(|effect| &effect.patch.parameters);
+    own.map(|p| (p.id.clone(), p.unit.clone())).collect()
+}
+
+/// Interfaces and columns where a free function reduces the residual most.
 fn list_places(found: &MotionDiagnosis) -> Vec<document::WhereRow> {
     found
         .located
@@ -164,12 +171,12 @@ fn list_places(found: &MotionDiagnosis) -> Vec<document::WhereRow> {
         .collect()
 }
 
-/// Values of a machine's parameters by their ids.
+/// Returns the values of a machine's parameters by id.
 fn named_values(machine: &Machine, values: &[f64]) -> BTreeMap<String, f64> {
     machine.parameters.iter().map(|p| p.id.clone()).zip(values.iter().copied()).collect()
 }
 
-/// Gap by phase over records together: of what was held out, else of what was fitted.
+/// Returns the gap by phase over all held-out records, or over the fitted ones where none is held out.
 fn by_phase(cells: &[MisfitCell], of: &[&MotionSignal]) -> BTreeMap<String, f64> {
     let mut found: BTreeMap<String, Vec<(f64, usize)>> = BTreeMap::new();
     for cell in cells.iter().filter(|c| c.direction == 0 && of.iter().any(|m| m.name == c.record)) {
@@ -182,7 +189,7 @@ fn by_phase(cells: &[MisfitCell], of: &[&MotionSignal]) -> BTreeMap<String, f64>
     found.into_iter().filter_map(|(name, parts)| Some((name, mean(parts)?))).collect()
 }
 
-/// Force errors of each record, before and after.
+/// Returns the force error of each record, before and after.
 fn headline_metrics(found: &MotionDiagnosis) -> Vec<document::HeadlineMetrics> {
     let pairs = found.fit.iter().zip(&found.chosen_fit).chain(found.held_out.iter().zip(&found.chosen_held_out));
     let channels = pairs.flat_map(|(b, a)| b.channels().zip(a.channels()));
@@ -262,7 +269,7 @@ fn motion_rows(
     })
 }
 
-/// A record to be drawn: one period where it repeats.
+/// Returns a record for the page: one period where it repeats.
 fn trace(motion: &MotionSignal, before: &MotionPart, after: &MotionPart) -> TraceRow {
     let whole = motion.period.unwrap_or(motion.load.len());
     let every = whole.div_ceil(DRAWN);
@@ -280,7 +287,7 @@ fn trace(motion: &MotionSignal, before: &MotionPart, after: &MotionPart) -> Trac
     }
 }
 
-/// Names of phases in their order.
+/// Returns the names of phases in their order.
 fn phase_names() -> Vec<String> {
     Phase::ALL.iter().map(|p| p.word().to_string()).collect()
 }

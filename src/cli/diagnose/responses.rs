@@ -1,4 +1,4 @@
-//! `jointid diagnose` on FRFs, or on the modes taken from them.
+//! `jointid diagnose` on FRFs, or on modes.
 
 use std::collections::BTreeMap;
 use std::path::PathBuf;
@@ -40,7 +40,7 @@ pub fn run(given: &DiagnoseArguments, loaded: &Loaded) -> CommandResult {
     let blocks = fit.leave_one_out(whole).len();
     if blocks < 2 && (!whole || machine.stroke_m().is_some()) {
         return Err(format!(
-            "{}: diagnosis needs at least two positions (or records) to fit, {blocks} {} named: at one place any interface can explain any FRF; \
+            "{}: diagnosis needs at least two positions (or records) to fit, {blocks} {} named: at one position any interface explains any FRF; \
              write for example --positions l1,l3",
             loaded.set.path,
             if blocks == 1 { "is" } else { "are" }
@@ -78,7 +78,7 @@ pub fn run(given: &DiagnoseArguments, loaded: &Loaded) -> CommandResult {
     Ok(ended(&given.output, &control, found.complete))
 }
 
-/// Folder and file where the null of this machine, these data and this program is kept; `None` where nothing is to be kept.
+/// Folder and file of the cached null distribution of this machine, these data and this build; `None` without a cache.
 fn cache_file(given: &DiagnoseArguments, loaded: &Loaded, effects: &[Effect], fit: &FitSet<'_>) -> Option<(PathBuf, String)> {
     if given.no_cache {
         return None;
@@ -95,15 +95,15 @@ fn cache_file(given: &DiagnoseArguments, loaded: &Loaded, effects: &[Effect], fi
         given.search.frf_model_error
     );
     key += &format!("{:?} {:?} {:?}", given.ablate, given.search.tolerances, build());
-    // What the effects are, not their names alone: ranges count, too.
+    // Effects enter with their ranges, not only with their names.
     key += &format!("{effects:?}");
-    // The data, too: nulls are drawn about the machine that is fitted to them.
+    // Null simulations are drawn around the machine fitted to these data.
     inputs(loaded).iter().for_each(|input| key += &format!(" {}", input.sha256));
     key += &format!("{:?} {:?}", fit.positions, fit.frfs);
     Some((folder, format!("null-{}.json", &digest(key.as_bytes())[..24])))
 }
 
-/// The platform's folder for caches.
+/// Returns the platform's folder for caches.
 fn default_cache() -> Option<PathBuf> {
     let var = |name: &str| std::env::var_os(name).filter(|v| !v.is_empty()).map(PathBuf::from);
     let base = var("XDG_CACHE_HOME").or_else(|| var("LOCALAPPDATA")).or_else(|| {
@@ -127,10 +127,10 @@ fn to_document(
     let map = residual_map(loaded, (fit, held_out), found)?;
     let mut warnings: Vec<String> = found.tolerances.iter().filter_map(ToleranceEstimate::warning).collect();
     if !whole {
-        warnings.push("natural frequencies and amplitudes alone: dampings and shapes are hardly seen, so that much that FRFs tell apart stays together".into());
+        warnings.push("natural frequencies and amplitudes say little about damping and mode shapes: effects that whole FRFs distinguish may remain ambiguous".into());
     }
     if held_out.positions.is_empty() && held_out.frfs.is_empty() {
-        warnings.push("nothing is held out: how far the gap closes is not told; hold positions or records out".into());
+        warnings.push("nothing is held out, so that the closed share of the gap is unknown; hold positions or records out".into());
     }
     Ok(document::DiagnosisDocument {
         stamp: stamp("diagnosis", given.search.seed, found.complete, loaded, warnings),
@@ -165,7 +165,7 @@ fn to_document(
     })
 }
 
-/// What became of each candidate.
+/// Returns the rows of all candidates.
 fn list_effects(found: &Diagnosis, interval: Option<(f64, f64)>, effects: &[Effect]) -> Vec<document::EffectRow> {
     found
         .tried
@@ -191,6 +191,12 @@ fn list_effects(found: &Diagnosis, interval: Option<(f64, f64)>, effects: &[Effe
                         hypothesis.added.iter().map(|i| (hypothesis.machine.parameters[*i].id.clone(), values[*i])).collect()
                     })
                     .unwrap_or_default(),
+                parameter_units: fitted
+                    .map(|(hypothesis, _)| {
+                        let own = hypothesis.added.iter().map(|i| &hypothesis.machine.parameters[*i]);
+                        own.map(|p| (p.id.clone(), p.unit.clone())).collect()
+                    })
+                    .unwrap_or_default(),
                 selected: is_selected,
                 description: effects.iter().find(|e| e.id == t.candidate.id).map(|e| e.description.clone()),
             }
@@ -198,9 +204,9 @@ fn list_effects(found: &Diagnosis, interval: Option<(f64, f64)>, effects: &[Effe
         .collect()
 }
 
-/// Interfaces where something free takes most of the misfit.
+/// Returns the interfaces where a generic impedance reduces χ² most.
 fn list_places(found: &Diagnosis) -> Vec<document::WhereRow> {
-    // What is named stands first, in the place where it acts.
+    // The named effect comes first, at its location.
     let named = found.place.interface.clone().filter(|_| found.verdict.kind.explains()).map(|interface| document::WhereRow {
         interface,
         over: None,
@@ -223,7 +229,7 @@ fn list_places(found: &Diagnosis) -> Vec<document::WhereRow> {
         .collect()
 }
 
-/// The chosen model, and how far it closes the gap.
+/// Returns the chosen model and the share of the gap that it closes.
 fn chosen_row(held_out: &HoldOutSet<'_>, found: &Diagnosis, interval: Option<(f64, f64)>) -> Result<document::Chosen, String> {
     let ceiling =
         found.located.iter().filter_map(|l| closed(&found.held_out, &l.held_out)).chain(closed(&found.held_out, &found.chosen_held_out));
@@ -255,7 +261,7 @@ fn by_position<'p>(loaded: &Loaded, parts: impl Iterator<Item = &'p PartialGap>)
     groups.into_iter().filter_map(|(name, parts)| Some((name, gap_over(&parts)?))).collect()
 }
 
-/// Everything measured, over bands, with the machine as described at its fit.
+/// Returns residuals of all FRFs by band, with the machine as described at its fit.
 fn residual_map(
     loaded: &Loaded,
     (fit, held_out): (&FitSet<'_>, &HoldOutSet<'_>),
@@ -303,7 +309,7 @@ fn residual_map(
     Ok(cells)
 }
 
-/// The machine as described at its fit, over everything measured.
+/// Returns the gap of each mode over all positions, with the machine as described at its fit.
 fn by_mode((fit, held_out): (&FitSet<'_>, &HoldOutSet<'_>), found: &Diagnosis) -> Result<Vec<Option<f64>>, String> {
     let Domain::Modes(settings) = found.domain else { return Ok(Vec::new()) };
     let (hypothesis, fitted) = &found.described;
@@ -347,15 +353,15 @@ fn ratios(map: &[document::ResidualCell]) -> Vec<document::Ratio> {
             let looks_like = if size < 0.02 {
                 format!("agrees within {:.1} %", 100.0 * size)
             } else if unexplained(&|c| c.log_ratio - y) < 0.3 * y.abs() && y.abs() > 0.02 {
-                format!("one factor of {:.3} throughout, as of a gain", y.exp())
+                format!("constant factor {:.3}, like a gain error", y.exp())
             } else if unexplained(&|c| c.phase_rad + omega(c) * delay_s) < 0.3 * unexplained(&|c| c.phase_rad)
                 && unexplained(&|c| c.log_ratio) < 0.5 * unexplained(&|c| c.phase_rad)
             {
-                format!("a phase in proportion to the frequency, as of a delay of {:.1} µs", 1e6 * delay_s)
+                format!("phase proportional to frequency, like a delay of {:.1} µs", 1e6 * delay_s)
             } else {
                 let worst = cells.iter().max_by(|a, b| a.gap.total_cmp(&b.gap));
                 worst.map_or(String::new(), |c| {
-                    format!("{:.0} % off, most at {} from {:.0} to {:.0} Hz", 100.0 * size, c.position, c.from_hz, c.to_hz)
+                    format!("differs by {:.0} % rms, most at {} from {:.0} to {:.0} Hz", 100.0 * size, c.position, c.from_hz, c.to_hz)
                 })
             };
             document::Ratio { channel: channel.clone(), factor: y.exp(), power, delay_s, looks_like }
@@ -363,7 +369,7 @@ fn ratios(map: &[document::ResidualCell]) -> Vec<document::Ratio> {
         .collect()
 }
 
-/// The dynamic stiffness of what the best interfaces add, by their fitted shapes.
+/// Returns the missing dynamic stiffness at the best interfaces, by their fitted shapes.
 fn delta_z(found: &Diagnosis) -> Vec<document::DeltaZ> {
     let of = |id: &str, values: &BTreeMap<&str, f64>, omega: f64| -> Complex64 {
         let get = |key: &str| values.get(key).copied().unwrap_or(0.0);
@@ -404,7 +410,7 @@ fn delta_z(found: &Diagnosis) -> Vec<document::DeltaZ> {
         .collect()
 }
 
-/// Errors of the highest resonance of held-out FRFs, before and after: frequency, damping, peak compliance.
+/// Returns the errors of the highest resonance of held-out FRFs, before and after: frequency, damping ratio, peak compliance.
 fn headline_metrics(held_out: &HoldOutSet<'_>, found: &Diagnosis) -> Result<Vec<document::HeadlineMetrics>, String> {
     let Domain::Frf(settings) = found.domain else { return Ok(Vec::new()) };
     if held_out.frfs.is_empty() {
@@ -412,8 +418,11 @@ fn headline_metrics(held_out: &HoldOutSet<'_>, found: &Diagnosis) -> Result<Vec<
     }
     let errors = |(hypothesis, fitted): &(Hypothesis, Fitted)| peak_errors(hypothesis, fitted, held_out, settings).map_err(to_message);
     let (Some(before), Some(after)) = (errors(&found.described)?, errors(&found.explained)?) else { return Ok(Vec::new()) };
-    let row =
-        |what: &str, before: f64, after: f64| document::HeadlineMetrics { figure: format!("{what}, held out, rms error"), before, after };
+    let row = |what: &str, before: f64, after: f64| document::HeadlineMetrics {
+        figure: format!("{what}, rms error at held-out positions"),
+        before,
+        after,
+    };
     let mut rows = vec![row("frequency of the highest resonance", before.frequency, after.frequency)];
     rows.extend(before.damping.zip(after.damping).map(|(before, after)| row("its damping ratio", before, after)));
     rows.push(row("its peak compliance", before.height, after.height));

@@ -1,4 +1,4 @@
-//! What can be said to `identify`.
+//! Arguments of `identify`.
 
 use crate::arguments::{OutputArguments, SearchArguments, Sources, SplitArguments};
 

@@ -1,4 +1,4 @@
-//! `jointid identify`: on FRFs or modes, or on motion records, by what the set holds.
+//! `jointid identify` on FRFs or modes, or on motion records, whichever the set holds.
 
 pub mod arguments;
 mod records;

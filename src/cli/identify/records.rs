@@ -25,7 +25,7 @@ pub fn run(given: &IdentifyArguments, loaded: &Loaded) -> CommandResult {
         None | Some(ObjectiveName::InverseDynamics) => false,
         Some(ObjectiveName::OutputError) => true,
         Some(_) => {
-            return Err(format!("--objective: {} holds motion records alone; write inverse-dynamics or output-error", loaded.set.path));
+            return Err(format!("--objective: {} holds only motion records; write inverse-dynamics or output-error", loaded.set.path));
         }
     };
     let plan = plan(&given.search, &loaded.set)?;
@@ -38,7 +38,7 @@ pub fn run(given: &IdentifyArguments, loaded: &Loaded) -> CommandResult {
     let unseen = unseen(&rigid, machine, &asked, &fit.iter().map(|i| &motions[*i]).collect::<Vec<&MotionSignal>>());
     let free: Vec<usize> = asked.into_iter().filter(|i| !unseen.contains(i)).collect();
     if free.is_empty() {
-        return Err("--freeze: keeps every parameter of the machine; leave one free".into());
+        return Err("--freeze: holds every parameter of the machine; leave one free".into());
     }
     let progress = WorkProgress::begin(given.output.quiet, "identify");
     let control = control(&given.output, folder.as_ref(), &progress, loaded)?;
@@ -106,7 +106,7 @@ pub fn run(given: &IdentifyArguments, loaded: &Loaded) -> CommandResult {
     Ok(ended(&given.output, &control, document.stamp.complete))
 }
 
-/// Refines what inverse dynamics found by simulating the closed loop; whether it came to its end.
+/// Refines the estimate of inverse dynamics by simulating the closed loop. Returns also whether the refinement converged.
 fn refine_by_simulation(
     loaded: &Loaded,
     (free, found): (&[usize], ForceFit),
@@ -130,13 +130,14 @@ fn refine_by_simulation(
     Ok((refined, estimates, closed.complete))
 }
 
-/// Warnings of parameters that nothing shows, and of those at an end of their range.
+/// Returns warnings about parameters that the records do not determine, and about those at a bound.
 fn list_warnings(machine: &Machine, unseen: &[usize], estimates: &[Estimated]) -> Vec<String> {
     let ids: Vec<&str> = unseen.iter().map(|i| machine.parameters[*i].id.as_str()).collect();
-    let nowhere = (!ids.is_empty()).then(|| format!("neither the force nor a further point shows {}: left at the start", ids.join(", ")));
+    let nowhere =
+        (!ids.is_empty()).then(|| format!("not identifiable from force and extra channels, held at the start value: {}", ids.join(", ")));
     let at_end = estimates.iter().filter(|e| e.at_bound).map(|e| {
         let p = &machine.parameters[e.parameter];
-        format!("{} stands at an end of its range, {} … {} {}", p.id, p.lower, p.upper, p.unit)
+        format!("{} lies at a bound of its range, {} … {} {}", p.id, p.lower, p.upper, p.unit)
     });
     nowhere.into_iter().chain(at_end).collect()
 }
@@ -146,7 +147,7 @@ fn parameter_rows(loaded: &Loaded, values: &[f64], estimates: &[Estimated]) -> B
     let row = |(at, p): (usize, &machine::Parameter)| {
         let found = estimates.iter().find(|e| e.parameter == at);
         let interval = found.and_then(|e| e.interval).map(|i| [values[at] - i.half95, values[at] + i.half95]);
-        // Seen where the interval is narrower than the range.
+        // Identifiable where the interval is narrower than half of the range.
         let seen = found.map(|_| interval.is_some_and(|[a, b]| b - a < 0.5 * (p.upper - p.lower)));
         let row = ParameterRow {
             value: values[at],
@@ -156,6 +157,7 @@ fn parameter_rows(loaded: &Loaded, values: &[f64], estimates: &[Estimated]) -> B
             interval95: interval,
             identifiable: seen,
             fitted: found.is_some(),
+            description: loaded.config.machine.description_of(at),
         };
         (p.id.clone(), row)
     };
@@ -180,7 +182,7 @@ fn text(loaded: &Loaded, document: &IdentificationDocument) -> String {
         report::record::records_table(&document.records)
     );
     if !document.stamp.complete {
-        text += "stopped early: this is what was known\n";
+        text += "stopped early: the result so far\n";
     }
     text
 }

@@ -1,4 +1,4 @@
-//! `jointid identify` on FRFs, or on the modes taken from them.
+//! `jointid identify` on FRFs, or on modes.
 
 use super::arguments::IdentifyArguments;
 use crate::document_rows;
@@ -23,7 +23,7 @@ pub fn run(given: &IdentifyArguments, loaded: &Loaded) -> CommandResult {
     let machine = &loaded.config.machine;
     let run = || -> Result<_, ObjectiveError> {
         let mut found = identify(machine, &fit, &held_out, &plan, &control)?;
-        // Where nothing is held out, each position's figures are those of a fit without it.
+        // Where nothing is held out, each position is predicted by a fit without it.
         let alone = held_out.positions.is_empty() && held_out.frfs.is_empty();
         let predicted = if alone && found.complete { cross_validation(machine, &fit, &plan, &found, &control)? } else { None };
         found.complete &= !control.stopped();
@@ -109,7 +109,7 @@ fn text(loaded: &Loaded, document: &document::IdentificationDocument, found: &Id
         match (document.held_out_positions.is_empty(), document.leave_one_out) {
             (false, _) => document.held_out_positions.join(", "),
             (true, false) => "nothing".into(),
-            (true, true) => "nothing: the figures of each are those of a fit without it".into(),
+            (true, true) => "nothing; each position is predicted by a fit without it".into(),
         }
     );
     let mut text = format!("{}\n{}\n", loaded.config.machine.title, wrapped(&heading));
@@ -136,11 +136,11 @@ fn text(loaded: &Loaded, document: &document::IdentificationDocument, found: &Id
     let percent = |key: &str| document.derived.get(key).map(|x| format!("{:.2} %", 100.0 * x));
     for (key, which) in [("largest_frequency_error_held_out", "held out"), ("largest_frequency_error_left_out", "left out")] {
         if let Some(largest) = percent(key) {
-            text += &format!("largest frequency error {which}: {largest}\n");
+            text += &format!("largest frequency error, {which}: {largest}\n");
         }
     }
     if let Some(rms) = document.derived.get("ln_amplitude_rms_fit") {
-        text += &format!("amplitudes of the fitted positions: {rms:.3} rms in the logarithm\n");
+        text += &format!("amplitude error at fitted positions: {rms:.3} rms of ln(amplitude)\n");
     }
     text += &format!(
         "cost {:.6} after {} evaluations in {} {}\n",
@@ -155,7 +155,7 @@ fn text(loaded: &Loaded, document: &document::IdentificationDocument, found: &Id
         }
     );
     if !found.complete {
-        text += "stopped early: this is what was known\n";
+        text += "stopped early: the result so far\n";
     }
     text
 }

@@ -1,4 +1,4 @@
-//! Measured FRFs and what a model predicts of them, or two: for a page.
+//! Measured FRFs and the predictions of one or two models, for the page.
 
 use std::sync::Arc;
 
@@ -12,7 +12,7 @@ use measurement::{FitSet, Frf, Gain, HoldOutSet, MeasurementSet, Quantity};
 use numeric::unit::omega_rad_s;
 use report::page::{PageCurve, PeakMark};
 
-/// Lines of a predicted FRF where none was measured.
+/// Number of lines of a predicted FRF where none was measured.
 const LINES: usize = 1500;
 
 type Line = (f64, Complex64);
@@ -22,11 +22,11 @@ pub(super) struct CurveModel {
     pub(super) machine: Machine,
     pub(super) values: Vec<f64>,
     pub(super) rods: Rods,
-    /// Factor from its prediction to what was recorded; that which suits the measurements best where it is absent.
+    /// Factor from prediction to record. Where it is absent, it is fitted to the measurements.
     pub(super) gain: Option<f64>,
 }
 
-/// What is drawn: a set, which part of it was fitted, and the models over it, the last of which is the result.
+/// A measurement set, its fitted part, and the models drawn over it. The last model is the result.
 pub(super) struct Overlay<'o> {
     pub(super) set: &'o MeasurementSet,
     pub(super) fit: FitSet<'o>,
@@ -34,7 +34,7 @@ pub(super) struct Overlay<'o> {
 }
 
 impl Overlay<'_> {
-    /// All FRFs of the set with their predictions; for a set of modes, predictions over the band of its modes.
+    /// Returns all FRFs of the set with their predictions; for a set of modes, predictions over the band of its modes.
     pub(super) fn curves(&self) -> Result<Vec<PageCurve>, String> {
         let gains = self.models.iter().map(|m| self.gain(m)).collect::<Result<Vec<f64>, String>>()?;
         if self.set.frfs.is_empty() {
@@ -48,7 +48,7 @@ impl Overlay<'_> {
         HoldOutSet { set: self.set, positions: (0..self.set.positions.len()).collect(), frfs: (0..self.set.frfs.len()).collect() }
     }
 
-    /// The factor from prediction to what was recorded.
+    /// Returns the factor from a model's prediction to the record.
     fn gain(&self, model: &CurveModel) -> Result<f64, String> {
         match (self.set.gain, model.gain) {
             (Gain::Known(gain), _) | (Gain::Unknown, Some(gain)) => Ok(gain),
@@ -65,7 +65,7 @@ impl Overlay<'_> {
         }
     }
 
-    /// Predictions of every model as the set would have recorded them, times a factor: the result, and what came before it.
+    /// Predicts the recorded responses with every model, times a factor. Returns those of the result and of the model before it.
     fn predicted(
         &self,
         channel: (&str, &str),
@@ -88,7 +88,7 @@ impl Overlay<'_> {
         let (predicted, before) = self.predicted((&frf.response, &frf.excitation), (frf.quantity, factor), &operating, &lines, gains)?;
         let channel = format!("{}/{}", frf.response, frf.excitation);
         let name = |p: usize| set.positions[p].name.clone();
-        // A record stands for the position where there is none, and beside the channel where a position has several.
+        // Without a position the record names the curve. Where a position has several records, the record is added to the channel.
         let several = |p: usize| set.frfs.iter().filter(|f| f.position == Some(p) && f.response == frf.response).count() > 1;
         let (position, channel) = match (frf.position, &frf.record) {
             (Some(p), Some(record)) if several(p) => (name(p), format!("{channel} {record}")),
@@ -116,7 +116,7 @@ impl Overlay<'_> {
         let seen = modes.positions.iter().flatten().filter_map(|m| m.frequency_hz);
         let (low, high) = seen.fold((f64::INFINITY, 0.0_f64), |(a, b), f| (a.min(f), b.max(f)));
         let (from, to) = (0.4 * low, 1.4 * high);
-        // A peak is narrower than the lines are apart: more of them around it.
+        // A peak is narrower than the line spacing: lines are added around it.
         let mut peaks: Vec<Vec<f64>> = vec![Vec::new(); set.positions.len()];
         for model in self.models {
             let settings = ModeSettings { rods: model.rods, ..ModeSettings::default() };
@@ -155,7 +155,7 @@ impl Overlay<'_> {
         Ok(curves)
     }
 
-    /// Factor and name of the unit in which an FRF is read with ease: µm/N rather than m/N.
+    /// Returns factor and name of a readable unit of an FRF, such as µm/N instead of m/N.
     fn unit(&self, (response, excitation): (&str, &str), quantity: Quantity) -> Result<(f64, String), String> {
         let Some(machine) = self.models.last().map(|m| &m.machine) else { return Ok((1.0, quantity.word().into())) };
         let (factor, length, angle) = match quantity {

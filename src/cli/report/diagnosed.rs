@@ -1,4 +1,4 @@
-//! What a diagnosis was made on, with the machine before and after it: for its page.
+//! Measured FRFs of a diagnosis and the predictions before and after it, for the page.
 
 use std::collections::BTreeMap;
 
@@ -11,7 +11,9 @@ use machine::Machine;
 use report::diagnosis::DiagnosisDocument;
 use report::page::Page;
 
-/// Draws the machine as described and as chosen, each at its fit, over what was measured, if all inputs are still what they were.
+/// Draws the machine as described and as chosen, each at its fit, over the measurements.
+///
+/// # Errors  an input has changed since the diagnosis; the document has no parameter values.
 pub(super) fn draw(of: &DiagnosisDocument, page: &mut Page) -> Result<(), String> {
     let loaded = read_inputs_again(&of.config, &of.measurements, &of.stamp, ("diagnosis", "diagnose"))?;
     if of.domain == "motion" {
@@ -23,7 +25,7 @@ pub(super) fn draw(of: &DiagnosisDocument, page: &mut Page) -> Result<(), String
     let after = described.with_chosen(&of.chosen.id, &config.effects).and_then(|machine| model(machine, &of.chosen.parameters));
     let models: Vec<CurveModel> = before.into_iter().chain(after.filter(|_| of.chosen.id != "nominal")).collect();
     if models.is_empty() {
-        return Err("the diagnosis does not say at which values of the parameters; diagnose again with this version".into());
+        return Err("the diagnosis does not state its parameter values; diagnose again with this version".into());
     }
     let (fit, _) = set.split(Some(&of.fit_positions), &of.held_out_positions).map_err(to_message)?;
     page.title = config.machine.title.clone();

@@ -1,4 +1,4 @@
-//! `jointid report`.
+//! `jointid report`: one HTML page of the result documents in a folder.
 
 mod curves;
 mod diagnosed;
@@ -21,16 +21,16 @@ use report::document::IdentificationDocument;
 use report::page::{self, Page};
 use report::{OutputFolder, digest};
 
-/// `report`.
+/// Arguments of `report`.
 #[derive(Debug, clap::Args)]
 pub struct ReportArguments {
-    /// Folder with result documents: identification.json, validation.json, comparison.json, peaks.json, diagnosis.json
+    /// Folder with result documents, such as identification.json, validation.json, peaks.json or diagnosis.json
     #[arg(value_name = "DIR")]
     pub folder: PathBuf,
-    /// The page; DIR/report.html by default
+    /// File of the page; DIR/report.html by default
     #[arg(long, value_name = "FILE")]
     pub out: Option<PathBuf>,
-    /// Say nothing but errors
+    /// Print only errors
     #[arg(short, long)]
     pub quiet: bool,
 }
@@ -39,7 +39,7 @@ pub struct ReportArguments {
 pub fn run(given: &ReportArguments) -> CommandResult {
     let folder = &given.folder;
     if !folder.is_dir() {
-        let fault = if folder.exists() { "is no folder; name the folder that --out filled" } else { "there is no such folder" };
+        let fault = if folder.exists() { "is not a folder; name a folder that --out has filled" } else { "there is no such folder" };
         return Err(format!("{}: {fault}", folder.display()));
     }
     let mut page = Page::default();
@@ -69,7 +69,7 @@ pub fn run(given: &ReportArguments) -> CommandResult {
         }
         page.identification = Some(identified);
     } else if let Some(peaks) = &page.peaks {
-        // Where the nut stood is written in the manifest the peaks were taken from.
+        // The nut positions are in the manifest of the set that the peaks come from.
         let manifest = peaks.stamp.inputs.iter().find_map(|i| i.path.strip_suffix("manifest.toml"));
         if let Some(Ok(set)) = manifest.map(read_set) {
             page.nut_m = set.positions.iter().filter_map(|p| Some((p.name.clone(), p.nut_m?))).collect();
@@ -92,14 +92,14 @@ pub fn run(given: &ReportArguments) -> CommandResult {
     if !given.quiet {
         page.notes.iter().for_each(|n| terminal::note(n));
         if html.len() > page::MOST_BYTES {
-            terminal::note(&format!("the page has {:.1} MB, too much for many mailboxes", html.len() as f64 / 1e6));
+            terminal::note(&format!("the page has {:.1} MB, more than many mailboxes accept", html.len() as f64 / 1e6));
         }
         eprintln!("written: {} ({:.1} MB)", written.display(), html.len() as f64 / 1e6);
     }
     Ok(Outcome::Done)
 }
 
-/// Reads a document of the folder, where it is there.
+/// Reads a document of the folder; `None` where it does not exist.
 fn read<T: DeserializeOwned>(folder: &Path, name: &str, files: &mut Vec<(String, String)>) -> Result<Option<T>, String> {
     let path = folder.join(name);
     let bytes = match std::fs::read(&path) {
@@ -112,13 +112,15 @@ fn read<T: DeserializeOwned>(folder: &Path, name: &str, files: &mut Vec<(String,
     match value.get("schema").and_then(serde_json::Value::as_str) {
         Some(schema) if schema == expected => {}
         Some(schema) => return Err(fault(format!("is a {schema}, not a {expected}; make it again with this version"))),
-        None => return Err(fault(format!("has no `schema`; a result document says {expected} there"))),
+        None => return Err(fault(format!("has no `schema`; a result document has {expected} there"))),
     }
     files.push((name.into(), digest(&bytes)));
     serde_json::from_value(value).map(Some).map_err(|e| fault(format!("is no {expected}: {e}")))
 }
 
-/// Predicts what was measured from the configuration and the identified values, if all inputs are still what they were.
+/// Predicts the measurements from the configuration and the identified values.
+///
+/// # Errors  an input has changed since the identification.
 fn recompute(folder: &Path, identified: &IdentificationDocument, page: &mut Page) -> Result<(), String> {
     let path = folder.join("identification.json");
     check_identification(&path, identified)?;

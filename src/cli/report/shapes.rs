@@ -8,12 +8,12 @@ use machine::{Operating, PointMotion};
 use measurement::MeasurementSet;
 use report::page::{Deflection, ModeShape, ShapeGroup};
 
-/// Modes shown of each position.
+/// Number of modes shown at each position.
 const MODES: usize = 7;
-/// Points on each rod.
+/// Number of points on each rod.
 const STEPS: usize = 24;
 
-/// The undamped modes at every position, up to a little above what was measured; none for a machine without shafts.
+/// Computes the undamped modes at every position, up to 1.2 times the highest measured frequency; none for a machine without shafts.
 pub(super) fn shapes(set: &MeasurementSet, model: &CurveModel) -> Result<Vec<ShapeGroup>, String> {
     let machine = &model.machine;
     if machine.shafts.is_empty() {
@@ -37,7 +37,7 @@ pub(super) fn shapes(set: &MeasurementSet, model: &CurveModel) -> Result<Vec<Sha
             let along = network.along(machine, start, &operating, (mode.frequency_hz, &mode.shape), STEPS);
             let deflections = along.into_iter().map(|a| {
                 let shaft = &machine.shafts[a.shaft];
-                // In torsion what the circumference moves, so that both can stand in one scale.
+                // Torsion is shown as the displacement of the circumference, in one scale with the axial deflection.
                 let factor = if a.torsional { 0.5 * shaft.diameter.at(start, &operating) } else { 1.0 };
                 Deflection {
                     shaft: shaft.name.clone(),

@@ -1,4 +1,4 @@
-//! `jointid simulate bode`.
+//! `jointid simulate bode`: frequency response from command to position.
 
 use std::fmt::Write;
 
@@ -15,7 +15,7 @@ use dynamics::motion::{LinearLoops, SimulationSettings, SineResponse, sine_respo
 use machine::PointMotion;
 use report::loops::{BodeDocument, BodeRow, PoleRow};
 
-/// `simulate bode`.
+/// Arguments of `simulate bode`.
 #[derive(Debug, clap::Args)]
 pub struct BodeArguments {
     #[command(flatten)]
@@ -26,22 +26,22 @@ pub struct BodeArguments {
     /// Highest frequency (Hz); half the velocity loop's rate by default
     #[arg(long, value_name = "F")]
     pub to_hz: Option<f64>,
-    /// Frequencies, evenly spaced in their logarithm
+    /// Number of frequencies, evenly spaced in their logarithm
     #[arg(long, value_name = "N", default_value_t = 60, value_parser = clap::value_parser!(u16).range(2..=2000))]
     pub points: u16,
     /// Amplitude of the simulated command (m or rad)
     #[arg(long, value_name = "M", default_value_t = 1e-5)]
     pub amplitude_m: f64,
-    /// Point whose travel is the output; by default what the position encoder reads
+    /// Point whose travel is the output; by default the reading of the position encoder
     #[arg(long, value_name = "POINT")]
     pub response: Option<String>,
-    /// Linearise alone, without simulating
+    /// Linearise only, without simulating
     #[arg(long)]
     pub linear: bool,
-    /// Simulate without friction and play, as the linearisation has it
+    /// Simulate without friction and backlash, as in the linearisation
     #[arg(long, conflicts_with = "linear")]
     pub smooth: bool,
-    /// Where the nut stands, from the left end of the screw (m); mid-stroke by default
+    /// Nut position from the left end of the screw (m); mid-stroke by default
     #[arg(long, value_name = "M", allow_negative_numbers = true)]
     pub nut_m: Option<f64>,
     /// Lumps per rod
@@ -76,17 +76,17 @@ pub fn run(given: &BodeArguments) -> CommandResult {
     }
     let coordinate = match point {
         None => None,
-        Some(name) => {
-            Some(loops.names.iter().position(|n| n == name).ok_or_else(|| format!("--response {name}: has no inertia; name another"))?)
-        }
+        Some(name) => Some(
+            loops.names.iter().position(|n| n == name).ok_or_else(|| format!("--response {name}: has no inertia; name another point"))?,
+        ),
     };
-    // A point that turns travels as the position encoder reads it.
-    let turns = point.and_then(|name| machine.point(name)).is_some_and(|at| machine.points[at].motion == PointMotion::Rotation);
-    let travel = if turns { drive.position.encoder.travel } else { 1.0 };
+    // The rotation of a point is scaled to travel as by the position encoder.
+    let rotates = point.and_then(|name| machine.point(name)).is_some_and(|at| machine.points[at].motion == PointMotion::Rotation);
+    let travel = if rotates { drive.position.encoder.travel } else { 1.0 };
     let count = usize::from(given.points);
     let even = |i: usize| given.from_hz * (to_hz / given.from_hz).powf(i as f64 / (count - 1) as f64);
-    // Where a sine is nothing, or its own image, at the samples of the position loop, it has no response: beside it, by more than whole periods in
-    // whole samples round it off.
+    // At multiples of half the position loop's sampling rate a sampled sine vanishes or equals its own image, and has no response. The frequency is
+    // moved away by more than the rounding to whole periods in whole samples.
     let half_hz = 0.5 / drive.position.period_s;
     let wanted = |i: usize| {
         let (hz, n) = (even(i), (even(i) / half_hz).round());
@@ -129,13 +129,13 @@ pub fn run(given: &BodeArguments) -> CommandResult {
     let warnings: Vec<String> = (!left_out.is_empty())
         .then(|| {
             format!(
-                "the linearisation leaves out friction, play and lead error of {left_out}: with them the response depends on the amplitude"
+                "the linearisation leaves out friction, backlash and lead error of {left_out}: with them the response depends on the amplitude"
             )
         })
         .into_iter()
         .chain((!given.linear && 10.0 * step > given.amplitude_m).then(|| {
             format!(
-                "the encoder's step, {step:e}, is no longer small beside the amplitude, {:e}: what is simulated is rounding",
+                "the encoder's step, {step:e}, is not small against the amplitude, {:e}: it affects the simulation; raise --amplitude-m",
                 given.amplitude_m
             )
         }))
@@ -147,7 +147,7 @@ pub fn run(given: &BodeArguments) -> CommandResult {
     Ok(if complete { Outcome::Done } else { Outcome::Stopped })
 }
 
-/// Where a magnitude falls below 1/√2, between two frequencies, by halving.
+/// Finds the frequency (Hz) between two at which a magnitude falls below 1/√2, by bisection.
 fn crossing_hz(mut low: f64, mut high: f64, magnitude: impl Fn(f64) -> f64) -> f64 {
     for _ in 0..50 {
         let middle = 0.5 * (low + high);
@@ -205,7 +205,7 @@ fn text(bode: &BodeDocument) -> String {
         let _ = writeln!(text, "bandwidth (−3 dB): {hz:.1} Hz");
     }
     for p in bode.poles.iter().take(6) {
-        let _ = writeln!(text, "pole at {:.1} Hz, damping {:.1} %, most at {}", p.frequency_hz, 100.0 * p.damping_ratio, p.point);
+        let _ = writeln!(text, "pole at {:.1} Hz, damping {:.1} %, largest at {}", p.frequency_hz, 100.0 * p.damping_ratio, p.point);
     }
     if let (Some(size), Some(phase)) = (bode.largest_difference, bode.largest_phase_difference_deg) {
         let _ = writeln!(text, "simulation and linearisation differ by at most {:.2e} of the magnitude and {phase:.2e}°", size);

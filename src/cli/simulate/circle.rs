@@ -1,4 +1,4 @@
-//! `jointid simulate circle`.
+//! `jointid simulate circle`: contour error of two axes on a circle.
 
 use rayon::prelude::*;
 
@@ -13,7 +13,7 @@ use numeric::parallel::OrFirstError;
 use report::columns;
 use report::loops::{CircleRow, CirclesDocument};
 
-/// `simulate circle`.
+/// Arguments of `simulate circle`.
 #[derive(Debug, clap::Args)]
 pub struct CircleArguments {
     #[command(flatten)]
@@ -21,19 +21,19 @@ pub struct CircleArguments {
     /// Configuration of the second axis; that of the first by default
     #[arg(long, alias = "beside-config", value_name = "FILE")]
     pub second_axis_config: Option<String>,
-    /// Overrides a key of the second axis's configuration, KEY=VALUE
+    /// Override one key of the second axis's configuration, e.g. parameter.k_s.start=1e5
     #[arg(long, alias = "beside-set", value_name = "KEY=VALUE")]
     pub second_axis_set: Vec<String>,
-    /// Speeds (rad/min)
+    /// Angular speeds (rad/min), comma-separated
     #[arg(long, value_name = "W", value_delimiter = ',', default_value = "60,80,100,120", allow_negative_numbers = true)]
     pub speed_rad_min: Vec<f64>,
     /// Radius (m)
     #[arg(long, value_name = "M", default_value_t = 0.05, allow_negative_numbers = true)]
     pub radius_m: f64,
-    /// Turns at full speed
+    /// Revolutions at full speed
     #[arg(long, value_name = "N", default_value_t = 2.0, allow_negative_numbers = true)]
     pub turns: f64,
-    /// Point whose travel is judged; by default what the position encoders read
+    /// Point whose travel is evaluated; by default the reading of the position encoders
     #[arg(long, value_name = "POINT")]
     pub response: Option<String>,
     #[command(flatten)]
@@ -53,13 +53,13 @@ pub fn run(given: &CircleArguments) -> CommandResult {
         return Err(format!("{}: an axis has no drive; describe one as [drive]", first.config.path));
     };
     if (x_s / y_s - 1.0).abs() > 1e-9 {
-        return Err(format!("drive.position.period_s: {x_s} s and {y_s} s differ between the axes; write one for both"));
+        return Err(format!("drive.position.period_s: {x_s} s and {y_s} s differ between the axes; write the same for both"));
     }
     if let Some(name) = &given.response {
         for l in [&first, &second] {
             let point = find_response(&l.config.machine, name)?;
             if l.config.machine.points.iter().any(|p| p.name == point && p.motion == PointMotion::Rotation) {
-                return Err(format!("--response {name}: turns; name a point that travels"));
+                return Err(format!("--response {name}: rotates; name a point that moves along the axis"));
             }
         }
     }
@@ -72,7 +72,7 @@ pub fn run(given: &CircleArguments) -> CommandResult {
             let circle = Circle { radius: given.radius_m, speed_rad_s: speed / 60.0, turns: given.turns, rise_s: 1.0 };
             if circle.turns * std::f64::consts::TAU <= 2.0 * SETTLED_S * circle.speed_rad_s {
                 return Err(format!(
-                    "--turns {}: at {speed} rad/min that is over before the axes have settled; write more turns",
+                    "--turns {}: at {speed} rad/min the circle ends before the axes have settled; write more turns",
                     given.turns
                 ));
             }
@@ -91,12 +91,12 @@ pub fn run(given: &CircleArguments) -> CommandResult {
     let mut stamp = stamp("circle", 0, complete, &first, Vec::new());
     stamp.inputs.extend(inputs(&second));
     if !complete {
-        stamp.warnings.push("an axis left its bounds, or was stopped; its circles are left out".into());
+        stamp.warnings.push("an axis diverged or was stopped; its circles are left out".into());
     }
     warn(&given.output, &stamp.warnings);
     let document =
         CirclesDocument { stamp, response: given.response.clone(), radius_m: given.radius_m, rows: rows.into_iter().flatten().collect() };
-    let heads = ["rad/min", "largest contour error µm", "mean µm", "after a quadrant µm"].map(String::from);
+    let heads = ["rad/min", "largest contour error µm", "mean µm", "at quadrants µm"].map(String::from);
     let um = |x: f64| format!("{:.3}", 1e6 * x);
     let cells = |r: &CircleRow| {
         vec![format!("{}", r.speed_rad_min), um(r.largest_m), um(r.mean_m), r.largest_at_quadrants_m.map_or_else(|| "–".into(), um)]
@@ -105,21 +105,21 @@ pub fn run(given: &CircleArguments) -> CommandResult {
     Ok(if complete { Outcome::Done } else { Outcome::Stopped })
 }
 
-/// Travel of a point from where it stood, or what the encoder reads.
+/// Returns the travel of a point from its initial position, or the reading of the encoder.
 fn travel(trace: &Trace, point: Option<&str>) -> Vec<f64> {
     let at = point.and_then(|name| trace.points.iter().position(|p| p == name));
     let zero = at.map_or(0.0, |at| trace.samples[0].points[at]);
     trace.samples.iter().map(|s| at.map_or(s.position, |at| s.points[at] - zero)).collect()
 }
 
-/// Angle (rad) after a change of quadrant that counts as its neighbourhood.
-const NEAR: f64 = 0.2;
+/// Angle (rad) after a change of quadrant over which its error is evaluated.
+const QUADRANT_RAD: f64 = 0.2;
 
-/// Time (s) at full speed after which a circle is judged.
+/// Time (s) at full speed after which a circle is evaluated.
 const SETTLED_S: f64 = 0.5;
 
 fn row(speed_rad_min: f64, circle: &Circle, position_s: f64, (x, y): (&[f64], &[f64]), first: &Trace, second: &Trace) -> CircleRow {
-    // At full speed alone, and at the samples of the position loop, which both axes have.
+    // Evaluates full speed only, at the samples of the position loop, which both axes share.
     let step = |trace: &Trace| (position_s / (trace.samples[1].time_s - trace.samples[0].time_s)).round().max(1.0) as usize;
     let times = first.samples.iter().step_by(step(first)).map(|s| s.time_s);
     let pairs = x.iter().step_by(step(first)).zip(y.iter().step_by(step(second))).zip(times);
@@ -130,7 +130,7 @@ fn row(speed_rad_min: f64, circle: &Circle, position_s: f64, (x, y): (&[f64], &[
     let mean = error.iter().sum::<f64>() / error.len().max(1) as f64;
     let near = |i: usize| {
         let angle = (y[i] - circle.radius).atan2(x[i]);
-        angle.rem_euclid(std::f64::consts::FRAC_PI_2) < NEAR
+        angle.rem_euclid(std::f64::consts::FRAC_PI_2) < QUADRANT_RAD
     };
     CircleRow {
         speed_rad_min,

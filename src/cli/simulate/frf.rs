@@ -1,4 +1,4 @@
-//! `jointid simulate frf`.
+//! `jointid simulate frf`: frequency response functions of a machine.
 
 use std::collections::BTreeMap;
 use std::collections::btree_map::Entry;
@@ -20,12 +20,12 @@ use machine::{Chain, Machine, Operating};
 use numeric::unit::omega_rad_s;
 use report::document::FrfsDocument;
 
-/// `simulate frf`.
+/// Arguments of `simulate frf`.
 #[derive(Debug, clap::Args)]
 pub struct FrfArguments {
     #[command(flatten)]
     pub sources: Sources,
-    /// Positions of the measurement set; all by default
+    /// Positions of the measurement set, comma-separated; all by default
     #[arg(long, value_name = "NAMES", value_delimiter = ',', conflicts_with = "nut_m")]
     pub position: Option<Vec<String>>,
     /// Nut position from the left end of the screw (m)
@@ -42,19 +42,19 @@ pub struct FrfArguments {
     /// Highest frequency (Hz)
     #[arg(long, value_name = "F", default_value_t = 1000.0)]
     pub to_hz: f64,
-    /// Step (Hz)
+    /// Frequency step (Hz)
     #[arg(long, value_name = "F", default_value_t = 0.5)]
     pub step_hz: f64,
-    /// Point that responds; that of the measurement set by default
+    /// Response point; that of the measurement set by default
     #[arg(long, value_name = "POINT")]
     pub response: Option<String>,
-    /// Point that is excited; that of the measurement set by default
+    /// Excitation point; that of the measurement set by default
     #[arg(long, value_name = "POINT")]
     pub excitation: Option<String>,
-    /// With the loops of the drive closed, which hold the machine
+    /// Close the loops of the drive, which hold the machine
     #[arg(long)]
     pub closed_loop: bool,
-    /// Quantity
+    /// Quantity to compute
     #[arg(long, value_enum, default_value = "receptance")]
     pub quantity: QuantityName,
     #[command(flatten)]
@@ -70,10 +70,10 @@ pub fn run(given: &FrfArguments) -> CommandResult {
     }
     let steps = ((given.to_hz - from) / step + 1e-9).floor();
     if !(steps < 1e6) {
-        return Err(format!("--step-hz {step}: that makes {steps:e} lines, more than a million; choose a wider step"));
+        return Err(format!("--step-hz {step}: makes {steps:e} lines, more than a million; choose a larger step"));
     }
     let lines = steps as usize + 1;
-    // A result carries the machine it is for.
+    // A result names its own machine.
     let (identified, input) = given.result.as_deref().map(read_identification).transpose()?.unzip();
     let Sources { measurements, set, without, .. } = &given.sources;
     let loaded = match &identified {
@@ -98,19 +98,19 @@ pub fn run(given: &FrfArguments) -> CommandResult {
     };
     let response = point(&given.response, &loaded.set.response, "--response")?;
     let excitation = point(&given.excitation, &loaded.set.excitation, "--excitation")?;
-    let mut places = Vec::new();
+    let mut conditions = Vec::new();
     match (&given.position, given.nut_m) {
-        (None, Some(nut_m)) => places.push((format!("{nut_m}"), find_operating(&loaded, Some(nut_m), None, &given.load)?)),
+        (None, Some(nut_m)) => conditions.push((format!("{nut_m}"), find_operating(&loaded, Some(nut_m), None, &given.load)?)),
         (names, _) => {
             // A machine without a nut is the same at every position.
             let positions = loaded.set.positions.iter().filter(|_| machine.stroke_m().is_some());
             let all: Vec<String> = positions.map(|p| p.name.clone()).collect();
             for name in names.as_ref().unwrap_or(&all) {
-                places.push((name.clone(), find_operating(&loaded, None, Some(name), &given.load)?));
+                conditions.push((name.clone(), find_operating(&loaded, None, Some(name), &given.load)?));
             }
-            if places.is_empty() {
+            if conditions.is_empty() {
                 let place = if machine.stroke_m().is_some() { "mid-stroke" } else { "machine" };
-                places.push((place.into(), find_operating(&loaded, None, None, &given.load)?));
+                conditions.push((place.into(), find_operating(&loaded, None, None, &given.load)?));
             }
         }
     }
@@ -122,14 +122,14 @@ pub fn run(given: &FrfArguments) -> CommandResult {
     let frequency_hz: Vec<f64> = (0..lines).map(|i| from + step * i as f64).collect();
     let mut positions = BTreeMap::new();
     let mut text = String::from("position,frequency_hz,real,imag\n");
-    for (name, operating) in places {
+    for (name, operating) in conditions {
         network.update(machine, &values, &operating);
         let chain = machine.chain.at(&values, &operating);
         let mut row = Vec::with_capacity(lines);
         let omegas: Vec<f64> = frequency_hz.iter().copied().map(omega_rad_s).collect();
         let receptances = match given.closed_loop {
             false => network.sweep(&omegas, &mut work),
-            true => closed(machine, &values, &operating, (response, excitation, representation), &omegas)?,
+            true => closed_receptances(machine, &values, &operating, (response, excitation, representation), &omegas)?,
         };
         for ((&f, &omega), receptance) in frequency_hz.iter().zip(&omegas).zip(receptances) {
             let recorded = Chain::log_factor(chain, omega).exp();
@@ -157,8 +157,8 @@ pub fn run(given: &FrfArguments) -> CommandResult {
     deliver(&given.output, folder.as_ref(), "frf.json", &document, &text)
 }
 
-/// Receptances with the loops of the drive closed.
-fn closed(
+/// Computes receptances with the loops of the drive closed.
+fn closed_receptances(
     machine: &Machine,
     values: &[f64],
     operating: &Operating,
@@ -173,7 +173,7 @@ fn closed(
     }
     let highest_hz = hold.highest_hz();
     if omega_rad_s.iter().any(|omega| *omega > numeric::unit::omega_rad_s(highest_hz)) {
-        return Err(format!("--to-hz: closed loops are told up to {highest_hz} Hz, half the slowest sampling rate; write no more"));
+        return Err(format!("--to-hz: closed loops are defined up to {highest_hz} Hz, half the slowest sampling rate; write no more"));
     }
     let mut open = BTreeMap::new();
     let among: Vec<usize> = hold.points().into_iter().chain([response]).collect();

@@ -1,4 +1,4 @@
-//! `jointid simulate gain`.
+//! `jointid simulate gain`: cycles with different gains of the position loop.
 
 use super::driven::{find_drive, find_response};
 use super::operating::{LoadArguments, find_operating};
@@ -11,7 +11,7 @@ use machine::PointMotion;
 use report::columns;
 use report::loops::{GainStudyDocument, GainStudyRow};
 
-/// `simulate gain`.
+/// Arguments of `simulate gain`.
 #[derive(Debug, clap::Args)]
 pub struct GainArguments {
     #[command(flatten)]
@@ -22,10 +22,10 @@ pub struct GainArguments {
     /// Largest gain of the position loop (1/min)
     #[arg(long, value_name = "K", default_value_t = 12_000.0)]
     pub to_per_min: f64,
-    /// Gains
+    /// Number of gains
     #[arg(long, value_name = "N", default_value_t = 24, value_parser = clap::value_parser!(u16).range(2..=1000))]
     pub points: u16,
-    /// Point whose position is judged; by default what the position encoder reads
+    /// Point whose position is evaluated; by default the reading of the position encoder
     #[arg(long, value_name = "POINT")]
     pub response: Option<String>,
     /// Travel (m)
@@ -43,7 +43,7 @@ pub struct GainArguments {
     /// Rest before and after (s)
     #[arg(long, value_name = "S", default_value_t = 0.3)]
     pub rest_s: f64,
-    /// Where the nut stands at the start, from the left end of the screw (m); mid-stroke by default
+    /// Nut position at the start, from the left end of the screw (m); mid-stroke by default
     #[arg(long, value_name = "M", allow_negative_numbers = true)]
     pub nut_m: Option<f64>,
     #[command(flatten)]
@@ -63,11 +63,11 @@ pub fn run(given: &GainArguments) -> CommandResult {
         let least = 25.0 * drive.position.period_s;
         return Err(format!("--rest-s {}: write {least} s or more, in which the axis comes to rest", given.rest_s));
     }
-    // A point that turns travels as the position encoder reads it.
+    // The rotation of a point is scaled to travel as by the position encoder.
     let point = given.response.as_deref().map(|name| find_response(machine, name)).transpose()?;
     let point = point.and_then(|name| machine.point(name)).map(|at| {
-        let turns = machine.points[at].motion == PointMotion::Rotation;
-        (at, if turns { drive.position.encoder.travel } else { 1.0 })
+        let rotates = machine.points[at].motion == PointMotion::Rotation;
+        (at, if rotates { drive.position.encoder.travel } else { 1.0 })
     });
     let settings = SimulationSettings {
         operating: find_operating(&loaded, given.nut_m, None, &LoadArguments::default())?,
@@ -90,12 +90,12 @@ pub fn run(given: &GainArguments) -> CommandResult {
     let unstable: Vec<String> = found.iter().filter(|r| !r.stable).map(|r| format!("{:.0}", 60.0 * r.gain_per_s)).collect();
     let mut warnings = Vec::new();
     if complete && !unstable.is_empty() {
-        warnings.push(format!("at {} 1/min the loops are unstable: those gains have no figures", unstable.join(", ")));
+        warnings.push(format!("at {} 1/min the loops are unstable: these gains have no results", unstable.join(", ")));
     }
     let best = found.iter().filter(|r| r.cost.is_some()).min_by(|a, b| a.cost.unwrap_or(0.0).total_cmp(&b.cost.unwrap_or(0.0)));
     let optimum_per_s = best.map(|r| r.gain_per_s);
     if best.is_some_and(|b| b.gain_per_s == gains[0] || b.gain_per_s == gains[count - 1]) {
-        warnings.push("the least cost lies at an end of the table; widen it by --from-per-min or --to-per-min".into());
+        warnings.push("the minimum cost lies at an end of the range; widen it with --from-per-min or --to-per-min".into());
     }
     warn(&given.output, &warnings);
     let study = GainStudyDocument {
@@ -123,7 +123,7 @@ pub fn run(given: &GainArguments) -> CommandResult {
             cell(r.static_error.map(|x| 1e6 * x), 3),
             cell(r.energy_j, 3),
             cell(r.cost, 4),
-            if Some(r.gain_per_s) == optimum_per_s { "least".into() } else { String::new() },
+            if Some(r.gain_per_s) == optimum_per_s { "minimum".into() } else { String::new() },
         ]
     };
     deliver(&given.output, folder.as_ref(), "gain.json", &study, &columns(&heads, study.rows.iter().map(row)))?;

@@ -1,4 +1,4 @@
-//! `jointid simulate matrices`.
+//! `jointid simulate matrices`: mass, damping and stiffness matrices.
 
 use std::fmt::Write;
 
@@ -8,10 +8,10 @@ use crate::outcome::{CommandResult, deliver, prepare, to_message, warn};
 use crate::sources::{load_machine, stamp};
 use report::simulation::MatricesDocument;
 
-/// Most columns of a matrix that fit a terminal.
+/// Largest number of columns of a matrix that is printed as text.
 const WIDEST: usize = 6;
 
-/// `simulate matrices`.
+/// Arguments of `simulate matrices`.
 #[derive(Debug, clap::Args)]
 pub struct MatricesArguments {
     #[command(flatten)]
@@ -24,7 +24,7 @@ pub struct MatricesArguments {
     /// Lumps per rod
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u16).range(1..=100))]
     pub lumps: u16,
-    /// Eliminate points without inertia, which follow the others statically
+    /// Eliminate points without inertia by static condensation
     #[arg(long)]
     pub condense: bool,
     #[command(flatten)]
@@ -48,7 +48,7 @@ pub fn run(given: &MatricesArguments) -> CommandResult {
     for (name, matrix) in [("M", &found.mass), ("C", &found.damping), ("K", &found.stiffness)] {
         let _ = writeln!(text, "\n{name}");
         if matrix.ncols() > WIDEST {
-            let _ = writeln!(text, "{} × {}, too wide for a terminal: --json has it", matrix.nrows(), matrix.ncols());
+            let _ = writeln!(text, "{} × {}, too wide for a terminal; print it with --json", matrix.nrows(), matrix.ncols());
             continue;
         }
         for row in matrix.row_iter() {

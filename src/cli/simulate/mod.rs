@@ -1,4 +1,4 @@
-//! `jointid simulate`: one file per thing that can be simulated.
+//! `jointid simulate`: one module per simulation.
 
 mod bode;
 mod circle;
@@ -19,7 +19,7 @@ use clap::{Args, Subcommand};
 
 use crate::outcome::CommandResult;
 
-/// `simulate`.
+/// Arguments of `simulate`.
 #[derive(Debug, Args)]
 pub struct SimulateArguments {
     /// What to compute.
@@ -27,7 +27,7 @@ pub struct SimulateArguments {
     pub what: Simulation,
 }
 
-/// What can be simulated.
+/// The simulations.
 #[derive(Debug, Subcommand)]
 pub enum Simulation {
     /// Undamped natural frequencies and mode shapes at the start values
@@ -39,41 +39,41 @@ pub enum Simulation {
     /// Mass, damping and stiffness matrices
     #[command(after_help = "Example:\n  jointid simulate matrices --config configs/twin-ball-screw.toml")]
     Matrices(matrices::MatricesArguments),
-    /// Stiffness and natural frequencies along position, velocity, acceleration or force
+    /// Stiffness and frequencies over position, velocity or load
     #[command(
         after_help = "Example:\n  jointid simulate stiffness --config configs/twin-ball-screw.toml --along velocity --from 0 --to 0.9 --at table"
     )]
     Stiffness(stiffness::StiffnessArguments),
-    /// How the stiffness of each joint moves a natural frequency
+    /// Sensitivity of a natural frequency to the stiffness of each joint
     #[command(after_help = "Example:\n  jointid simulate sensitivity --config configs/servo-axis.toml")]
     Sensitivity(sensitivity::SensitivityArguments),
-    /// A driven axis in time, as CSV or JSON: references, or a measured record in closed loop
+    /// Motion of the driven axis, along a reference or a record
     #[command(
         after_help = "Example:\n  jointid simulate motion --config configs/emps.toml --reference s-curve --and-back > motion.csv\n  jointid simulate motion --config configs/emps.toml --measurements emps --record sweep --out results"
     )]
     Motion(motion::MotionArguments),
-    /// From command to position by frequency: linearised, and simulated with a sine
+    /// Frequency response from command to position
     #[command(after_help = "Example:\n  jointid simulate bode --config configs/servo-axis.toml --response slide")]
     Bode(bode::BodeArguments),
-    /// Time, static error, energy and cost of gains of the position loop
+    /// Time, error, energy and cost over the position loop's gain
     #[command(after_help = "Example:\n  jointid simulate gain --config configs/servo-axis.toml --response slide")]
     Gain(gain::GainArguments),
-    /// The drive's loops as a spring and a damper at the point they hold, or an identified hold as gains
+    /// Stiffness and damping of the loops at the driven point
     #[command(
         after_help = "Example:\n  jointid simulate hold --config configs/servo-axis.toml\n  jointid simulate hold --result results/identification.json --constant 1.0 --lead-m 0.04"
     )]
     Hold(hold::HoldArguments),
-    /// Two axes on a circle: contour error by speed
+    /// Contour error of two axes on a circle over speed
     #[command(
         after_help = "Example:\n  jointid simulate circle --config configs/hybrid-axis.toml --response table --second-axis-set parameter.moving_mass.start=210"
     )]
     Circle(circle::CircleArguments),
-    /// Records of a «machine» that has what the model of configs/hybrid-axis.toml lacks, made by equations of its own
+    /// Records of an independent axis with effects that models lack
     #[command(
         after_help = "Example:\n  jointid simulate machine --out machine\n  jointid hybrid --config configs/hybrid-axis.toml --measurements machine/sines"
     )]
     Machine(servo_machine::MachineArguments),
-    /// Every figure that the papers of the models print, beside ours
+    /// Published figures next to ours
     #[command(after_help = "Example:\n  jointid simulate published --markdown")]
     Published(published::PublishedArguments),
 }

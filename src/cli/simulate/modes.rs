@@ -1,4 +1,4 @@
-//! `jointid simulate modes`.
+//! `jointid simulate modes`: undamped natural frequencies and mode shapes.
 
 use std::collections::BTreeMap;
 use std::fmt::Write;
@@ -13,12 +13,12 @@ use machine::Machine;
 use numeric::unit::omega_rad_s;
 use report::simulation::{ModeRow, ModesDocument};
 
-/// `simulate modes`.
+/// Arguments of `simulate modes`.
 #[derive(Debug, clap::Args)]
 pub struct ModesArguments {
     #[command(flatten)]
     pub sources: Sources,
-    /// A position of the measurement set; mid-stroke by default
+    /// Position of the measurement set; mid-stroke by default
     #[arg(long, value_name = "NAME", conflicts_with = "nut_m")]
     pub position: Option<String>,
     /// Nut position from the left end of the screw (m)
@@ -51,7 +51,7 @@ pub fn run(given: &ModesArguments) -> CommandResult {
         .enumerate()
         .map(|(at, mode)| {
             let omega = omega_rad_s(mode.frequency_hz);
-            // A rigid body strains nothing.
+            // A rigid-body mode has no strain energy.
             let energy = match mode.frequency_hz > 0.0 {
                 true => network.strain_energy(machine, &machine.start(), &operating, omega, &mode.shape),
                 false => Vec::new(),
@@ -94,7 +94,7 @@ pub fn run(given: &ModesArguments) -> CommandResult {
     deliver(&given.output, folder.as_ref(), "modes.json", &document, &text)
 }
 
-/// Deflection of every point of the machine.
+/// Returns the deflection of every point of the machine.
 fn shape(machine: &Machine, structure: &Structure, deflection: &[f64]) -> BTreeMap<String, f64> {
     if deflection.is_empty() {
         return BTreeMap::new();

@@ -1,4 +1,4 @@
-//! `jointid simulate motion`.
+//! `jointid simulate motion`: a driven axis on a reference, or on the command of a record.
 
 use std::collections::BTreeMap;
 use std::fmt::Write;
@@ -15,15 +15,15 @@ use measurement::{SourceFile, read_reference};
 use report::motion::{EnergyBalance, EventRow, Instability, MotionDocument, RecordRow};
 use report::to_json;
 
-/// `simulate motion`.
+/// Arguments of `simulate motion`.
 #[derive(Debug, clap::Args)]
 pub struct MotionArguments {
     #[command(flatten)]
     pub sources: Sources,
-    /// What the axis is told to do: s-curve, sine, or a table with time_s and command_m
+    /// Reference of the axis: s-curve, sine, or a table with the columns time_s and command_m
     #[arg(long, value_name = "s-curve|sine|FILE", required_unless_present = "record", conflicts_with = "record")]
     pub reference: Option<String>,
-    /// A record of the measurement set, simulated in closed loop and compared
+    /// Record of the measurement set to simulate in closed loop and to compare
     #[arg(long, value_name = "NAME")]
     pub record: Option<String>,
     /// S-curve: travel (m)
@@ -41,7 +41,7 @@ pub struct MotionArguments {
     /// S-curve: rest before and after (s)
     #[arg(long, value_name = "S", default_value_t = 0.2)]
     pub rest_s: f64,
-    /// S-curve: and back again
+    /// S-curve: return to the start
     #[arg(long)]
     pub and_back: bool,
     /// Sine: amplitude (m)
@@ -50,16 +50,16 @@ pub struct MotionArguments {
     /// Sine: frequency (Hz)
     #[arg(long, value_name = "F", default_value_t = 1.0)]
     pub frequency_hz: f64,
-    /// Sine: periods
+    /// Sine: number of periods
     #[arg(long, value_name = "N", default_value_t = 3.0)]
     pub periods: f64,
-    /// Where the nut stands at the start, from the left end of the screw (m); mid-stroke by default
+    /// Nut position at the start, from the left end of the screw (m); mid-stroke by default
     #[arg(long, value_name = "M", allow_negative_numbers = true)]
     pub nut_m: Option<f64>,
     /// Lumps per rod
     #[arg(long, value_name = "N", default_value_t = 4, value_parser = clap::value_parser!(u16).range(1..=50))]
     pub lumps: u16,
-    /// Longest step (s), a whole part of the innermost loop's period
+    /// Longest time step (s), an integer fraction of the innermost loop's period
     #[arg(long, value_name = "S")]
     pub step_s: Option<f64>,
     #[command(flatten)]
@@ -96,7 +96,9 @@ pub fn run(given: &MotionArguments) -> CommandResult {
     };
     let mut trace = trace;
     let pole = LinearLoops::new(machine, &values, &settings).ok().and_then(|loops| loops.unstable());
-    trace.warnings.extend(pole.map(|pole| format!("the loops are unstable, without friction, play and limits: {}", describe_pole(&pole))));
+    trace.warnings.extend(
+        pole.map(|pole| format!("the loops, linearised without friction, backlash and limits, are unstable: {}", describe_pole(&pole))),
+    );
     warn(&given.output, &trace.warnings);
     let document = document(given, &loaded, &word, &settings, &trace, gap, file.as_ref());
     let csv = table(&document, machine);
@@ -118,7 +120,7 @@ fn no_record(loaded: &Loaded, name: &str) -> String {
     format!("--record {name}: {} has no such record; {known}", loaded.set.path)
 }
 
-/// The course that was asked for.
+/// Builds the requested reference.
 fn course(given: &MotionArguments, word: &str, period_s: f64, file: &mut Option<SourceFile>) -> Result<Course, String> {
     match word {
         "s-curve" => {
@@ -146,16 +148,16 @@ fn course(given: &MotionArguments, word: &str, period_s: f64, file: &mut Option<
     }
 }
 
-/// `_m` or `_rad`, by what the encoder reads, and the column of force or torque.
+/// Returns the unit of the encoder's reading, `m` or `rad`, and the column of force or torque.
 fn units(machine: &Machine) -> (&'static str, &'static str) {
     let Some(drive) = &machine.drive else { return ("m", "force_n") };
     let encoder = &drive.position.encoder;
     let angle = machine.points[encoder.at].motion == PointMotion::Rotation && encoder.travel == 1.0;
-    let turns = machine.points[drive.on].motion == PointMotion::Rotation;
-    (if angle { "rad" } else { "m" }, if turns { "torque_nm" } else { "force_n" })
+    let rotates = machine.points[drive.on].motion == PointMotion::Rotation;
+    (if angle { "rad" } else { "m" }, if rotates { "torque_nm" } else { "force_n" })
 }
 
-/// Columns in the order of the table: their names and which part of a sample they are.
+/// Returns the names of the columns, in the order of the table and of a sample.
 fn order(machine: &Machine, points: impl Iterator<Item = String>) -> Vec<String> {
     let (unit, load) = units(machine);
     let fixed = ["time_s".into(), format!("command_{unit}"), format!("position_{unit}"), load.into(), format!("velocity_{unit}_s")];
@@ -163,8 +165,8 @@ fn order(machine: &Machine, points: impl Iterator<Item = String>) -> Vec<String>
 }
 
 fn point_column(machine: &Machine, name: &str) -> String {
-    let turns = machine.point(name).is_some_and(|p| machine.points[p].motion == PointMotion::Rotation);
-    format!("{name}_{}", if turns { "rad" } else { "m" })
+    let rotates = machine.point(name).is_some_and(|p| machine.points[p].motion == PointMotion::Rotation);
+    format!("{name}_{}", if rotates { "rad" } else { "m" })
 }
 
 fn document(
@@ -229,7 +231,7 @@ fn kind(kind: EventKind) -> &'static str {
     }
 }
 
-/// The columns as a table.
+/// Formats the columns as a CSV table.
 fn table(document: &MotionDocument, machine: &Machine) -> String {
     let fixed = order(machine, std::iter::empty());
     let points = document.columns.keys().filter(|name| !fixed.contains(name)).cloned();
@@ -239,7 +241,7 @@ fn table(document: &MotionDocument, machine: &Machine) -> String {
     for row in 0..columns.first().map_or(0, |c| c.len()) {
         for (at, column) in columns.iter().enumerate() {
             let comma = if at == 0 { "" } else { "," };
-            // Times without the noise of their sum.
+            // Rounds off the accumulated error of the times.
             let _ = if at == 0 { write!(text, "{:.9}", column[row]) } else { write!(text, "{comma}{:e}", column[row]) };
         }
         text.push('\n');
@@ -247,13 +249,13 @@ fn table(document: &MotionDocument, machine: &Machine) -> String {
     text
 }
 
-/// What a person should know of it, in a few lines.
+/// Summarises a simulation in a few lines.
 fn summary(document: &MotionDocument) -> String {
     let mut text = String::new();
     let e = &document.energy;
     let _ = writeln!(
         text,
-        "energy: {:.6} J supplied, {:.6} J stored, {:.6} J lost; {:.1e} missing",
+        "energy: {:.6} J supplied, {:.6} J stored, {:.6} J lost; relative imbalance {:.1e}",
         e.supplied_j, e.stored_j, e.lost_j, e.imbalance
     );
     let mut counts: BTreeMap<(&str, &str), usize> = BTreeMap::new();
@@ -263,7 +265,7 @@ fn summary(document: &MotionDocument) -> String {
     if let Some(record) = &document.record {
         let _ = writeln!(
             text,
-            "record {}: force off by {:.2} % (rms), tracking error by {:.2} %",
+            "record {}: rms prediction error {:.2} % of the force, {:.2} % of the tracking error",
             record.name,
             100.0 * record.force_gap,
             100.0 * record.tracking_gap
@@ -272,7 +274,7 @@ fn summary(document: &MotionDocument) -> String {
     if let Some(unstable) = &document.unstable {
         let _ = writeln!(
             text,
-            "the loop left its bounds at {} s, {:.3e} m or rad behind its command: it is unstable; lower its gains, its delay or its periods",
+            "the loop diverges at {} s, with a tracking error of {:.3e} m or rad: it is unstable; lower its gains, its delay or its periods",
             unstable.time_s, unstable.error
         );
     }

@@ -1,24 +1,24 @@
-//! The operating condition a simulation is asked for.
+//! The operating condition of a simulation.
 
 use crate::outcome::to_message;
 use crate::sources::Loaded;
 use machine::{Machine, Operating};
 
-/// What loads the machine.
+/// Load of the machine.
 #[derive(Debug, Clone, Copy, Default, clap::Args)]
 pub struct LoadArguments {
-    /// Velocity of the table (m/s), whose friction loads contacts
+    /// Velocity of the table (m/s), whose friction loads the contacts
     #[arg(long, value_name = "V", allow_negative_numbers = true)]
     pub velocity_m_s: Option<f64>,
-    /// Acceleration of the table (m/s²), whose inertia loads contacts
+    /// Acceleration of the table (m/s²), whose inertia force loads the contacts
     #[arg(long, value_name = "A", allow_negative_numbers = true)]
     pub acceleration_m_s2: Option<f64>,
-    /// Outside axial force (N) that loads contacts
+    /// External axial force (N) on the contacts
     #[arg(long, value_name = "N", allow_negative_numbers = true)]
     pub force_n: Option<f64>,
 }
 
-/// The operating condition asked for: a nut position, a named position, or mid-stroke.
+/// Returns the operating condition at a nut position, at a named position, or at mid-stroke.
 pub fn find_operating(loaded: &Loaded, nut_m: Option<f64>, position: Option<&str>, load: &LoadArguments) -> Result<Operating, String> {
     let machine = &loaded.config.machine;
     let (place, at_rest) = match (nut_m, position) {
@@ -29,30 +29,30 @@ pub fn find_operating(loaded: &Loaded, nut_m: Option<f64>, position: Option<&str
         }
         (None, None) => ("mid-stroke".into(), Operating::at(machine.stroke_m().map(|s| 0.5 * s))),
     };
-    let operating = loaded_by(at_rest, load);
+    let operating = with_load(at_rest, load);
     machine.check_operating(&place, &operating).map_err(to_message)?;
     Ok(operating)
 }
 
-/// The operating condition with velocity, acceleration and force as asked for.
-fn loaded_by(at_rest: Operating, load: &LoadArguments) -> Operating {
+/// Adds velocity, acceleration and force to an operating condition.
+fn with_load(at_rest: Operating, load: &LoadArguments) -> Operating {
     let LoadArguments { velocity_m_s, acceleration_m_s2, force_n } = *load;
     Operating { velocity_m_s, acceleration_m_s2, force_n, ..at_rest }
 }
 
-/// Says where a load was given that nothing depends on, and what of the machine only motion shows.
+/// Warns of a load that nothing depends on, and of effects that act in motion only.
 pub fn load_warnings(machine: &Machine, load: &LoadArguments) -> Vec<String> {
     let given = load.velocity_m_s.is_some() || load.acceleration_m_s2.is_some() || load.force_n.is_some();
     let none = given && machine.contacts.is_empty();
     let unmoved = none.then(|| "velocity, acceleration and force change nothing: no joint of this machine is a [contact.…]".to_string());
     let left_out = machine.left_out_of_frequency_responses().join(", ");
     let left_out = (!left_out.is_empty()).then(|| {
-        format!("friction, play and lead error of {left_out} are left out here, which motion alone shows; damping of a joint is its viscous friction")
+        format!("friction, backlash and lead error of {left_out} act in motion only and are left out; damping of a joint is its viscous friction")
     });
     unmoved.into_iter().chain(left_out).collect()
 }
 
-/// A number above 0, or the refusal of another.
+/// Returns a number above 0, or an error.
 pub fn require_positive(key: &str, x: f64) -> Result<f64, String> {
     if x > 0.0 && x.is_finite() { Ok(x) } else { Err(format!("{key} {x}: write a number above 0")) }
 }

@@ -1,4 +1,4 @@
-//! `jointid simulate sensitivity`.
+//! `jointid simulate sensitivity`: a natural frequency over the stiffness of each joint.
 
 use std::collections::BTreeMap;
 use std::fmt::Write;
@@ -13,24 +13,24 @@ use machine::{FitRule, Machine, Modifier, Operating, Parameter, Scale};
 use numeric::unit::omega_rad_s;
 use report::simulation::{SensitivityDocument, SensitivityRow};
 
-/// `simulate sensitivity`.
+/// Arguments of `simulate sensitivity`.
 #[derive(Debug, clap::Args)]
 pub struct SensitivityArguments {
     #[command(flatten)]
     pub sources: Sources,
-    /// Which natural frequency above 0, from 1
+    /// Number of the natural frequency above 0, from 1
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u16).range(1..=50))]
     pub order: u16,
-    /// Joints; all with a stiffness by default
+    /// Joints, comma-separated; all with a stiffness by default
     #[arg(long, value_name = "JOINTS", value_delimiter = ',')]
     pub joint: Option<Vec<String>>,
-    /// Least factor on the stiffness
+    /// Smallest factor on the stiffness
     #[arg(long, allow_negative_numbers = true, value_name = "X", default_value_t = 0.5)]
     pub from: f64,
     /// Largest factor on the stiffness
     #[arg(long, allow_negative_numbers = true, value_name = "X", default_value_t = 1.5)]
     pub to: f64,
-    /// Factors
+    /// Number of factors
     #[arg(long, value_name = "N", default_value_t = 11, value_parser = clap::value_parser!(u16).range(2..=10_000))]
     pub steps: u16,
     /// Nut position from the left end of the screw (m); mid-stroke by default
@@ -45,7 +45,7 @@ pub struct SensitivityArguments {
 /// Runs the command.
 pub fn run(given: &SensitivityArguments) -> CommandResult {
     if !(given.from > 0.0 && given.to > given.from && given.to.is_finite()) {
-        return Err(format!("--from {} --to {}: write factors above 0 that rise", given.from, given.to));
+        return Err(format!("--from {} --to {}: write factors above 0, the smaller one as --from", given.from, given.to));
     }
     let loaded = load_machine(&given.sources)?;
     let machine = &loaded.config.machine;
@@ -66,7 +66,9 @@ pub fn run(given: &SensitivityArguments) -> CommandResult {
         let mut frequencies_hz = Vec::new();
         for factor in &factors {
             let values: Vec<f64> = start.iter().copied().chain([*factor]).collect();
-            frequencies_hz.push(frequency(&scaled, &values).ok_or("the frequency is lost at a factor; choose a narrower range")?);
+            frequencies_hz.push(
+                frequency(&scaled, &values).ok_or("the natural frequency does not exist at one of the factors; choose a narrower range")?,
+            );
         }
         let (deformation, share) = energy.get(&joint.name).copied().unwrap_or((0.0, 0.0));
         joints.push(SensitivityRow {
@@ -116,7 +118,7 @@ pub fn run(given: &SensitivityArguments) -> CommandResult {
     deliver(&given.output, folder.as_ref(), "sensitivity.json", &document, &text)
 }
 
-/// The machine with a factor on the stiffness of a joint, as a parameter appended to the others.
+/// Adds a factor on the stiffness of a joint, as a parameter appended to the others.
 fn with_factor(machine: &Machine, joint: usize) -> Machine {
     let mut scaled = machine.clone();
     let index = scaled.parameters.len();
@@ -130,12 +132,13 @@ fn with_factor(machine: &Machine, joint: usize) -> Machine {
         fit: FitRule::Never,
         prior: None,
         source: "sensitivity".into(),
+        description: String::new(),
     });
     scaled.joints[joint].stiffness.laws.push(Modifier::Times(index));
     scaled
 }
 
-/// Joints asked for, or all that have a stiffness.
+/// Returns the requested joints, or all that have a stiffness.
 fn chosen_joints(machine: &Machine, names: Option<&[String]>, operating: &Operating) -> Result<Vec<usize>, String> {
     let start = machine.start();
     let stiff = |i: &usize| machine.joints[*i].stiffness.at(&start, operating) > 0.0;
@@ -149,21 +152,21 @@ fn chosen_joints(machine: &Machine, names: Option<&[String]>, operating: &Operat
             return Err(format!("--joint {name}: it is listed twice; name each joint once"));
         }
         if !stiff(&index) {
-            return Err(format!("--joint {name}: it has no stiffness to be changed; name another"));
+            return Err(format!("--joint {name}: it has no stiffness to vary; name another"));
         }
         chosen.push(index);
     }
     Ok(chosen)
 }
 
-/// Deformation and share of the strain energy of each joint in the mode at a frequency.
+/// Computes deformation and share of the strain energy of each joint in the mode at a frequency.
 pub(super) fn mode_energy(machine: &Machine, operating: &Operating, frequency_hz: f64) -> Result<BTreeMap<String, (f64, f64)>, String> {
     let moving = machine.points.iter().position(|p| !p.fixed).ok_or("the machine has no point that moves")?;
     let structure = Arc::new(Structure::new(machine, moving, moving, Rods::Exact).map_err(to_message)?);
     let mut network = structure.network();
     network.update(machine, &machine.start(), operating);
     let modes = undamped_modes(&network, frequency_hz * (1.0 + 1e-6), &mut structure.workspace());
-    let mode = modes.last().ok_or("the mode is not found again")?;
+    let mode = modes.last().ok_or("the mode is not found a second time")?;
     let rows = network.strain_energy(machine, &machine.start(), operating, omega_rad_s(mode.frequency_hz), &mode.shape);
     Ok(rows.into_iter().map(|row| (row.name, (row.deformation.unwrap_or(0.0), row.share))).collect())
 }

@@ -1,4 +1,4 @@
-//! `jointid simulate stiffness`.
+//! `jointid simulate stiffness`: stiffness and natural frequencies over an operating variable.
 
 use std::collections::BTreeMap;
 use std::fmt::Write;
@@ -13,7 +13,7 @@ use numeric::root::{Bracket, refine};
 use report::columns;
 use report::simulation::{ContactRow, Separation, SweepDocument, SweepRow};
 
-/// What is swept, by name.
+/// Variables of a sweep, by name.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
 pub enum SweepVariable {
     /// Nut position (m)
@@ -22,25 +22,25 @@ pub enum SweepVariable {
     Velocity,
     /// Acceleration (m/s²)
     Acceleration,
-    /// Outside force (N)
+    /// External force (N)
     Force,
 }
 
-/// `simulate stiffness`.
+/// Arguments of `simulate stiffness`.
 #[derive(Debug, clap::Args)]
 pub struct StiffnessArguments {
     #[command(flatten)]
     pub sources: Sources,
-    /// What is swept
+    /// Variable to sweep
     #[arg(long, value_enum)]
     pub along: SweepVariable,
-    /// Where it begins; 2 % of the stroke for positions
+    /// Start of the sweep; by default 2 % of the stroke for positions
     #[arg(long, value_name = "X", allow_negative_numbers = true)]
     pub from: Option<f64>,
-    /// Where it ends; 98 % of the stroke for positions
+    /// End of the sweep; by default 98 % of the stroke for positions
     #[arg(long, value_name = "X", allow_negative_numbers = true)]
     pub to: Option<f64>,
-    /// Steps
+    /// Number of steps
     #[arg(long, value_name = "N", default_value_t = 21, value_parser = clap::value_parser!(u32).range(2..=100_000))]
     pub steps: u32,
     /// Nut position from the left end of the screw (m); mid-stroke by default
@@ -48,13 +48,13 @@ pub struct StiffnessArguments {
     pub nut_m: Option<f64>,
     #[command(flatten)]
     pub load: LoadArguments,
-    /// Point at which the static stiffness is wanted
+    /// Point at which to compute the static stiffness
     #[arg(long, value_name = "POINT")]
     pub at: Option<String>,
-    /// Nut position of a second axis of the same kind in series with the first, as a cross table is
+    /// Nut position (m) of a second, identical axis in series with the first, as in a cross table
     #[arg(long, allow_negative_numbers = true, value_name = "M", requires = "at")]
     pub in_series_with_nut_m: Option<f64>,
-    /// Natural frequencies above 0 to compute
+    /// Number of natural frequencies above 0 to compute
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u16).range(0..=50))]
     pub orders: u16,
     #[command(flatten)]
@@ -71,7 +71,7 @@ impl SweepVariable {
         }
     }
 
-    /// The operating condition at one value of what is swept.
+    /// Returns the operating condition at one value of the variable.
     fn at(self, base: &Operating, x: f64) -> Operating {
         let mut operating = *base;
         *match self {
@@ -97,7 +97,7 @@ pub fn run(given: &StiffnessArguments) -> CommandResult {
     }
     let mut warnings = load_warnings(machine, &given.load);
     if along != SweepVariable::Position && machine.contacts.is_empty() {
-        warnings.push(format!("nothing of this machine depends on {}: none of its joints is a [contact.…]", along.key()));
+        warnings.push(format!("this machine does not depend on {}: none of its joints is a [contact.…]", along.key()));
     }
     warn(&given.output, &warnings);
     let steps = given.steps as usize;
@@ -133,23 +133,23 @@ pub fn run(given: &StiffnessArguments) -> CommandResult {
     deliver(&given.output, folder.as_ref(), "stiffness.json", &document, &text)
 }
 
-/// The range that was asked for.
+/// Returns the range of the sweep.
 fn range(given: &StiffnessArguments, machine: &Machine) -> Result<(f64, f64), String> {
     let default = match given.along {
         SweepVariable::Position => {
-            let stroke_m = machine.stroke_m().ok_or("--along position: the machine has no nut; sweep something else")?;
+            let stroke_m = machine.stroke_m().ok_or("--along position: the machine has no nut; sweep another variable")?;
             Some((0.02 * stroke_m, 0.98 * stroke_m))
         }
         _ => None,
     };
     let need = |key: &str, own: Option<f64>, default: Option<f64>| {
-        own.or(default).ok_or_else(|| format!("{key}: write where the sweep along {} begins and ends", given.along.key()))
+        own.or(default).ok_or_else(|| format!("{key}: write the start and end of the sweep along {}", given.along.key()))
     };
     let (from, to) = (need("--from", given.from, default.map(|d| d.0))?, need("--to", given.to, default.map(|d| d.1))?);
     if from.is_finite() && to > from && to.is_finite() {
         Ok((from, to))
     } else {
-        Err(format!("--from {from} --to {to}: write a range that rises"))
+        Err(format!("--from {from} --to {to}: write a range with the smaller value as --from"))
     }
 }
 
@@ -160,13 +160,13 @@ fn known_point(machine: &Machine, name: &str) -> Result<usize, String> {
     })
 }
 
-/// Static stiffness at a point.
+/// Computes the static stiffness at a point.
 pub(super) fn static_stiffness(machine: &Machine, operating: &Operating, point: &str) -> Result<f64, String> {
     let found: Matrices = dynamics::model::matrices(machine, &machine.start(), operating, 1).map_err(to_message)?;
     found.static_stiffness(point).map_err(to_message)
 }
 
-/// Contacts, joints and frequencies at one operating condition.
+/// Computes contacts, joints and natural frequencies at one operating condition.
 fn sweep_row(machine: &Machine, operating: &Operating, at: f64, orders: usize) -> Result<SweepRow, String> {
     let start = machine.start();
     let mut contacts = BTreeMap::new();
@@ -194,8 +194,9 @@ fn sweep_row(machine: &Machine, operating: &Operating, at: f64, orders: usize) -
     Ok(SweepRow { at, contacts, joints, static_stiffness: None, frequencies_hz })
 }
 
-/// Where the force on a contact passes a load at which one of its sides unloads.
+/// Finds where the force on a contact passes a load at which one of its sides unloads.
 pub(super) fn separations(contact: &LoadedPair, (from, to): (f64, f64), at: impl Fn(f64) -> Operating) -> Vec<Separation> {
+    // Number of intervals in which a crossing is sought.
     const CUTS: usize = 512;
     let (unloads_a_n, unloads_b_n) = contact.pair.unloading_forces_n(contact.rule);
     let place = |cut: usize| from + (to - from) * cut as f64 / CUTS as f64;

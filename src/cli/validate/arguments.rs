@@ -1,23 +1,23 @@
-//! What can be said to `validate`.
+//! Arguments of `validate`.
 
 use std::path::PathBuf;
 
 use crate::arguments::OutputArguments;
 use crate::outcome::Outcome;
 
-/// `validate`.
+/// Arguments of `validate`.
 #[derive(Debug, clap::Args)]
 pub struct ValidateArguments {
-    /// The identification.json to check
+    /// identification.json to check
     #[arg(long, value_name = "FILE")]
     pub result: PathBuf,
     /// Folder of the measurement set; that of the identification by default
     #[arg(long, value_name = "DIR")]
     pub measurements: Option<String>,
-    /// Positions to check; those held out by default
+    /// Positions to check, comma-separated; those held out by default
     #[arg(long, value_name = "NAMES", value_delimiter = ',')]
     pub positions: Option<Vec<String>>,
-    /// Exit with 1 if a relative frequency error, or for FRFs the gap of a record, is larger
+    /// Limit of the relative frequency error, or of the gap of FRFs or records; exit with 1 above it
     #[arg(long, value_name = "SHARE")]
     pub fail_above: Option<f64>,
     #[command(flatten)]
@@ -25,7 +25,7 @@ pub struct ValidateArguments {
 }
 
 impl ValidateArguments {
-    /// Done, or the limit is not met, which is said.
+    /// Compares the largest error with the limit, and reports a limit that is not met.
     pub fn judge(&self, what: &str, largest: Option<f64>) -> Outcome {
         let Some((limit, largest)) = self.fail_above.zip(largest).filter(|(limit, largest)| largest > limit) else { return Outcome::Done };
         if !self.output.quiet {

@@ -1,4 +1,4 @@
-//! `jointid validate`: on FRFs or modes, or on motion records, by what the set holds.
+//! `jointid validate`: on FRFs or modes, or on motion records, as the set holds.
 
 pub mod arguments;
 mod records;

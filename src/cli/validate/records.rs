@@ -23,7 +23,7 @@ pub fn run(
         "output-error" => true,
         other => {
             return Err(format!(
-                "{}: holds motion records alone, but {} was fitted by {other}; identify on motion records",
+                "{}: holds motion records only, but {} was fitted by {other}; identify on motion records",
                 loaded.set.path,
                 given.result.display()
             ));
@@ -32,18 +32,18 @@ pub fn run(
     let machine = &loaded.config.machine;
     let same_set = given.measurements.is_none();
     let all: Vec<usize> = (0..loaded.set.motions.len()).collect();
-    let (fitted, left) = if same_set {
+    let (fitted, held_out) = if same_set {
         loaded.set.split_motions(identified.settings.positions.as_deref(), &identified.settings.hold_out).map_err(to_message)?
     } else {
         (Vec::new(), all.clone())
     };
     let chosen = match &given.positions {
         Some(names) => loaded.set.split_motions(Some(names), &[]).map_err(to_message)?.0,
-        None if !left.is_empty() => left,
+        None if !held_out.is_empty() => held_out,
         None => all,
     };
-    let (motions, rigid, told_of) = prepare_all(loaded)?;
-    let warnings: Vec<String> = warnings.into_iter().chain(told_of).collect();
+    let (motions, rigid, column_warnings) = prepare_all(loaded)?;
+    let warnings: Vec<String> = warnings.into_iter().chain(column_warnings).collect();
     let folder = prepare(&given.output)?;
     let control = Control::new(stop_flag(), None);
     let mut records = list_records(loaded, (&rigid, values), &motions, chosen.iter().copied(), &fitted);

@@ -28,7 +28,7 @@ pub fn run(
     let folder = prepare(&given.output)?;
     let whole_frfs = settings.objective == "frf";
     let same_set = given.measurements.is_none();
-    // What was fitted and what was held out of the same set.
+    // The split of the identification, where the set is the same.
     let (fitted, left) =
         loaded.set.split(if same_set { settings.positions.as_deref() } else { Some(&[]) }, &settings.hold_out).unwrap_or((
             FitSet { set: &loaded.set, positions: Vec::new(), frfs: Vec::new() },
@@ -47,17 +47,17 @@ pub fn run(
         },
     };
     if whole_frfs && held_out.frfs.is_empty() {
-        return Err(format!("{}: holds no FRF to check there; the identification is one of whole FRFs", loaded.set.path));
+        return Err(format!("{}: holds no FRF to check at these positions; the identification is on whole FRFs", loaded.set.path));
     }
     let rods = settings.lumps.map_or(Rods::Exact, Rods::Lumped);
-    // The gain belongs to a measurement set: another set has its own.
+    // The gain belongs to a measurement set; for another set it is fitted.
     let own_gain = if same_set { identified.parameters.get("gain").map(|g| g.value) } else { None };
     let positions = if whole_frfs {
         let band_hz = settings.band_hz.map_or(FrfSettings::default().band_hz, |[from, to]| (from, to));
         let model_error = if settings.frf_model_error > 0.0 { settings.frf_model_error } else { FrfSettings::default().model_error };
         let frf_settings = FrfSettings { rods, band_hz, model_error, ..FrfSettings::default() };
         let objective = FrfObjective::held_out(machine, &held_out, frf_settings).map_err(to_message)?;
-        // Gain and delay belong to the channels of the set they were estimated on.
+        // Gains and delays belong to the channels of the set they were estimated on.
         let channels = if same_set { channels_of(machine, &tolerances(identified)) } else { Vec::new() };
         let objective = objective.calibrated(&channels);
         let gain = own_gain.unwrap_or_else(|| objective.best_gain(values));

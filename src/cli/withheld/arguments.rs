@@ -1,26 +1,26 @@
-//! What can be said of the blind check on the command line.
+//! Arguments of `withheld`, the blind check of the diagnosis.
 
 use clap::{Args, ValueEnum};
 
 use crate::arguments::OutputArguments;
 
-/// Origins of the cases by name.
+/// Origins of the cases, by name.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub enum TruthName {
-    /// Finite elements under a simulated hammer, sharing nothing with the models
+    /// Finite elements and a simulated hammer, independent of the models
     Independent,
-    /// The models under test themselves: what is lost against it is the price of honesty
+    /// The models under test themselves, whose scores are optimistic; for comparison
     Own,
 }
 
-/// How many cases.
+/// Requested number of cases.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum CasesAsked {
     /// About 120.
     Quick,
     /// About 1300.
     Full,
-    /// So many, drawn evenly of the smallest of these plans that has them.
+    /// This number, drawn evenly from the smallest plan that has as many.
     Count(usize),
 }
 
@@ -39,7 +39,7 @@ impl std::str::FromStr for CasesAsked {
     }
 }
 
-/// What the cases of the blind check are data of.
+/// Kinds of data of the cases.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub enum ArmName {
     /// Hammer tests
@@ -48,31 +48,31 @@ pub enum ArmName {
     Motion,
 }
 
-/// `withheld`.
+/// Arguments of `withheld`.
 #[derive(Debug, Args)]
 pub struct WithheldArguments {
-    /// What the cases are data of; frf by default
+    /// Kind of data of the cases; frf by default
     #[arg(long, value_enum)]
     pub arm: Option<ArmName>,
-    /// Cases to make: quick (about 120; 80 in motion), full (about 1300; 700 in motion) or a number
+    /// Number of cases: quick (about 120; 80 in motion), full (about 1300; 700 in motion) or a number
     #[arg(long, value_name = "quick|full|N")]
     pub cases: Option<CasesAsked>,
     /// Seed of the cases and of every diagnosis; 1 by default
     #[arg(long, value_name = "N")]
     pub seed: Option<u64>,
-    /// What the cases are made by; independent by default
+    /// Origin of the cases; independent by default
     #[arg(long, value_enum)]
     pub truth: Option<TruthName>,
-    /// Make and seal the cases, diagnose none
+    /// Make and seal the cases without diagnosing them
     #[arg(long)]
     pub cases_only: bool,
-    /// Further arguments of every diagnosis, as one text
+    /// Additional arguments of every diagnosis, as one text
     #[arg(long, value_name = "ARGUMENTS", allow_hyphen_values = true, default_value = "", hide_default_value = true)]
     pub ablation: String,
-    /// Cases made, then diagnosed, at a time; all cores by default
+    /// Number of cases in parallel; all cores by default
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
     pub jobs: Option<u16>,
-    /// Seconds after which a diagnosis counts as failed
+    /// Time limit (s) after which a diagnosis counts as failed
     #[arg(long, value_name = "S", default_value_t = 1800, value_parser = clap::value_parser!(u32).range(1..))]
     pub time_limit_s: u32,
     #[command(flatten)]

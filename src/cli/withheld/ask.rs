@@ -1,4 +1,4 @@
-//! The diagnosis of every case, by the command that anybody would use: a process of its own that is given the case's folder.
+//! Diagnoses every case with the public command, as a separate process that receives only the case's folder.
 
 use std::fs::{self, File};
 use std::path::{Path, PathBuf};
@@ -17,11 +17,11 @@ use numeric::parallel::OrFirstError;
 use report::{OutputFolder, digest, to_json};
 use withheld::{Answer, CASES, Run, Seal, SealedCase, files_of};
 
-/// Longest part of what a diagnosis said on stderr that is kept.
-const SAID: usize = 2000;
+/// Number of characters kept from the end of a diagnosis' stderr.
+const STDERR_CHARACTERS: usize = 2000;
 
-/// How cases are diagnosed.
-pub struct Asking {
+/// Runs the diagnoses of all cases.
+pub struct DiagnosisRunner {
     program: PathBuf,
     /// Digest of the program.
     pub program_sha256: String,
@@ -30,15 +30,15 @@ pub struct Asking {
     results: OutputFolder,
     seed: u64,
     ablation: Vec<String>,
-    /// Diagnoses at a time.
+    /// Number of diagnoses in parallel.
     pub jobs: usize,
-    /// Threads of each.
+    /// Number of threads of each diagnosis.
     pub threads_each: usize,
     limit: Duration,
 }
 
-impl Asking {
-    /// Prepares to ask; `place` is where answers go inside the folder.
+impl DiagnosisRunner {
+    /// Prepares the diagnoses; their results go to `place` inside the folder.
     pub fn new(folder: &Path, place: &Path, seal: &Seal, ablation: &[String], given: &WithheldArguments) -> Result<Self, String> {
         let program = std::env::current_exe().map_err(|e| format!("this program's own file cannot be found: {e}"))?;
         let program_sha256 = digest(&fs::read(&program).map_err(|e| format!("{}: {e}", program.display()))?);
@@ -60,13 +60,13 @@ impl Asking {
         })
     }
 
-    /// Asks for all cases; those that were reached before a stop.
+    /// Diagnoses all cases. Returns the answers; after a stop, those given before it.
     pub fn all(&self, seal: &Seal, stop: &Flag, quiet: bool) -> Result<Vec<(String, Answer)>, String> {
         let progress = WorkProgress::counted(quiet, "diagnose", seal.cases.len());
         let pool = rayon::ThreadPoolBuilder::new().num_threads(self.jobs).build().map_err(to_message)?;
         let answers: Result<Vec<Option<(String, Answer)>>, String> = pool.install(|| {
             let ask = |case: &SealedCase| -> Result<Option<(String, Answer)>, String> {
-                let run = match self.known(case) {
+                let run = match self.stored(case) {
                     Some(run) => run,
                     None => match self.run(case, stop)? {
                         Some(run) => run,
@@ -76,7 +76,7 @@ impl Asking {
                 progress.step();
                 Ok(Some((case.name.clone(), run.answer(&files_of(&self.cases.join(&case.name))?))))
             };
-            // One after another from a common queue: neighbours may take very different times.
+            // A common queue of single cases, because their times differ widely.
             seal.cases.par_iter().with_max_len(1).map(ask).or_first_error()
         });
         progress.end();
@@ -94,8 +94,8 @@ impl Asking {
         words
     }
 
-    /// A run of this very program on this very case that ended by itself.
-    fn known(&self, case: &SealedCase) -> Option<Run> {
+    /// Returns a stored run of this program on this case that ended by itself.
+    fn stored(&self, case: &SealedCase) -> Option<Run> {
         let text = fs::read_to_string(self.kept.join(format!("{}.json", case.name))).ok()?;
         let run: Run = serde_json::from_str(&text).ok()?;
         let same = run.schema == Run::SCHEMA
@@ -106,13 +106,13 @@ impl Asking {
         same.then_some(run)
     }
 
-    /// Runs the diagnosis; `None` if stopped meanwhile.
+    /// Runs a diagnosis; `None` if it was stopped.
     fn run(&self, case: &SealedCase, stop: &Flag) -> Result<Option<Run>, String> {
         if stop.load(Ordering::Relaxed) {
             return Ok(None);
         }
-        // Pipes would fill up while nobody reads; files do not.
-        let [printed, said] = ["out", "err"].map(|end| self.kept.join(format!(".{}.{}.{end}", case.name, std::process::id())));
+        // Pipes that are not read fill up and block; files do not.
+        let [printed, errors] = ["out", "err"].map(|end| self.kept.join(format!(".{}.{}.{end}", case.name, std::process::id())));
         let file = |path: &Path| File::create(path).map_err(|e| format!("{}: {e}", path.display()));
         let begun = Instant::now();
         let mut child = Command::new(&self.program)
@@ -121,21 +121,21 @@ impl Asking {
             .env("RAYON_NUM_THREADS", self.threads_each.to_string())
             .stdin(Stdio::null())
             .stdout(file(&printed)?)
-            .stderr(file(&said)?)
+            .stderr(file(&errors)?)
             .spawn()
             .map_err(|e| format!("{}: cannot be started: {e}", self.program.display()))?;
         let ended = self.wait(&mut child, begun, stop)?;
         let seconds = begun.elapsed().as_secs_f64();
         let text = |path: &Path| fs::read(path).map(|bytes| String::from_utf8_lossy(&bytes).into_owned()).unwrap_or_default();
-        let (document, mut words) = (text(&printed), text(&said));
-        let _ = (fs::remove_file(&printed), fs::remove_file(&said));
+        let (document, mut words) = (text(&printed), text(&errors));
+        let _ = (fs::remove_file(&printed), fs::remove_file(&errors));
         let Some(exit_code) = ended else {
             return Ok(None);
         };
         if exit_code.is_none() && begun.elapsed() >= self.limit {
             words = format!("ended after the limit of {} s", self.limit.as_secs());
         }
-        let from = words.char_indices().rev().nth(SAID - 1).map_or(0, |(at, _)| at);
+        let from = words.char_indices().rev().nth(STDERR_CHARACTERS - 1).map_or(0, |(at, _)| at);
         let run = Run {
             schema: Run::SCHEMA.into(),
             program_sha256: self.program_sha256.clone(),
@@ -150,11 +150,11 @@ impl Asking {
         Ok(Some(run))
     }
 
-    /// Waits for the end: its exit code (none for a signal or the time limit), or `None` if stopped.
+    /// Waits for the end. Returns the exit code (none for a signal or the time limit), or `None` if stopped.
     fn wait(&self, child: &mut Child, begun: Instant, stop: &Flag) -> Result<Option<Option<i32>>, String> {
         loop {
             if let Some(status) = child.try_wait().map_err(to_message)? {
-                // Ctrl-C reaches both; the other may have been quicker.
+                // Ctrl-C reaches both processes; the diagnosis may end before this process sets its flag.
                 if status.code() == Some(3) {
                     std::thread::sleep(Duration::from_millis(300));
                 }

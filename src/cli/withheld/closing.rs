@@ -1,10 +1,10 @@
-//! How much of the gap the model that a diagnosis of motions chose closes on what the held-out records would read without noise.
+//! Share of the gap that the chosen model of a motion diagnosis closes on the held-out records without noise.
 
 use std::collections::BTreeMap;
 use std::path::Path;
 
 use crate::arguments::Sources;
-use crate::motion_records::make_ready;
+use crate::motion_records::add_channels;
 use crate::outcome::to_message;
 use crate::sources::load;
 use diagnosis::motion::{MotionPart, gap_of, part};
@@ -13,24 +13,25 @@ use machine::Machine;
 use measurement::{MotionRecord, read_set};
 use withheld::{CASES, DiagnosisAnswer, QUIET};
 
-/// 1 − after²/before², the channels weighed as in the diagnosis; absent where its document does not say at which values of the parameters, or nothing
-/// is left before.
+/// Computes the closed share 1 − after²/before² of the squared gap, with the channel weights of the diagnosis.
 ///
-/// # Errors  a file of the case does not read.
+/// It is absent where the document has no parameter values, or where the gap before is 0.
+///
+/// # Errors  a file of the case cannot be read.
 pub fn closed(folder: &Path, case: &str, of: &DiagnosisAnswer) -> Result<Option<f64>, String> {
-    let path = |whole: &str| folder.join(whole).join(case).to_string_lossy().into_owned();
+    let path = |part: &str| folder.join(part).join(case).to_string_lossy().into_owned();
     let config = format!("{}/machine.toml", path(CASES));
     let loaded = load(&Sources { config, measurements: path(QUIET), set: of.overrides.clone(), without: of.without.clone() })?;
     let noisy = read_set(&path(CASES)).map_err(to_message)?;
     let made = |quiet: &MotionRecord| -> Result<MotionSignal, String> {
-        // An exact encoder shows an axis that settles creep for long: what counts as rest is what the noisy one shows.
+        // With an exact encoder a settling axis creeps for long: the standstills are those of the noisy record.
         let motion = |record: &MotionRecord| MotionSignal::new(record, Preprocessing::usual(record.step_s)).map_err(to_message);
         let same = noisy.motions.iter().find(|record| record.name == quiet.name);
         let same = same.ok_or_else(|| format!("{}: no record is called {}", path(CASES), quiet.name))?;
         motion(quiet)?.resting_as(&motion(same)?, quiet).map_err(to_message)
     };
     let made: Result<Vec<MotionSignal>, String> = loaded.set.motions.iter().map(made).collect();
-    let (motions, rigid, _) = make_ready(&loaded, made?)?;
+    let (motions, rigid, _) = add_channels(&loaded, made?)?;
     let mut motions: Vec<MotionSignal> = motions.into_iter().map(MotionSignal::without_edges).collect();
     motions.iter_mut().for_each(|motion| motion.weigh(&of.weights()));
     let described = &loaded.config.machine;

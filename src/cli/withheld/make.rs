@@ -1,4 +1,4 @@
-//! Cases made in parallel and sealed. What was made before a stop is kept aside and used again.
+//! Makes cases in parallel and seals them. Cases made before a stop are stored and reused.
 
 use std::fs;
 use std::path::Path;
@@ -15,13 +15,13 @@ use reference_simulator::{Counts, Label, Plan, TruthError, generate_one, labels_
 use report::{OutputFolder, to_json};
 use withheld::{CASES, Generator, QUIET, Seal, SealedCase, folder_digest};
 
-/// Set by Ctrl-C.
+/// A flag that Ctrl-C sets.
 pub type Flag = Arc<AtomicBool>;
 
-/// A case that was made, or why it could not be.
+/// A case, or the reason why it could not be made.
 type Made = Result<(Label, Vec<SealedCase>), String>;
 
-/// Cases to be made, of either arm.
+/// Plan of the cases of an arm.
 pub enum Plans {
     /// Hammer tests.
     Frf(Plan),
@@ -30,7 +30,7 @@ pub enum Plans {
 }
 
 impl Plans {
-    /// The plan of an arm.
+    /// Builds the plan of an arm.
     pub fn new(arm: &str, counts: &Counts, seed: u64) -> Self {
         match arm {
             "motion" => Self::Motion(motion::Plan::from_counts(counts, seed)),
@@ -38,7 +38,7 @@ impl Plans {
         }
     }
 
-    /// Number of cases.
+    /// Returns the number of cases.
     pub fn len(&self) -> usize {
         match self {
             Self::Frf(plan) => plan.len(),
@@ -86,17 +86,17 @@ pub fn make(folder: &Path, generator: &Generator, stop: &Flag, quiet: bool) -> R
     }
     let labels = labels_json(&labels).map_err(to_message)?;
     let seal = Seal::new(generator.clone(), &labels, cases, not_made)?;
-    let whole = OutputFolder::prepare(folder)?;
+    let sealed = OutputFolder::prepare(folder)?;
     for part in [CASES, QUIET].into_iter().filter(|part| aside.join(part).exists()) {
         let moved = fs::rename(aside.join(part), folder.join(part));
         moved.map_err(|e| format!("{}: cannot be moved to its place: {e}", aside.display()))?;
     }
-    whole.write_all([("labels.json", &labels), ("seal.json", &to_json(&seal)?)])?;
+    sealed.write_all([("labels.json", &labels), ("seal.json", &to_json(&seal)?)])?;
     fs::remove_dir_all(&aside).map_err(|e| format!("{}: {e}", aside.display()))?;
     Ok(Some(seal))
 }
 
-/// One case of the plan and its second measurement, if it has one.
+/// Makes one case of the plan, and its second measurement if it has one.
 fn one(out: &OutputFolder, aside: &Path, generator: &Generator, plan: &Plans, index: usize) -> Result<Made, String> {
     let kept = format!("made/{index}.json");
     if let Some(made) = fs::read_to_string(aside.join(&kept)).ok().and_then(|text| serde_json::from_str(&text).ok()) {
@@ -105,8 +105,8 @@ fn one(out: &OutputFolder, aside: &Path, generator: &Generator, plan: &Plans, in
     let mut folders = Vec::new();
     type Write<'w> = &'w dyn Fn(&Path) -> Result<(), TruthError>;
     let mut seal = |name: &str, freeze: &[String], write: Write<'_>, quiet: Option<Write<'_>>| -> Result<(), String> {
-        let written = |whole: &str, write: Write<'_>| {
-            let path = aside.join(whole).join(name);
+        let written = |part: &str, write: Write<'_>| {
+            let path = aside.join(part).join(name);
             write(&path).map_err(to_message)?;
             folder_digest(&path)
         };
@@ -130,7 +130,7 @@ fn one(out: &OutputFolder, aside: &Path, generator: &Generator, plan: &Plans, in
         Plans::Motion(plan) => motion::generate_one(seed, plan, index).map_err(to_message).map(|(case, label)| {
             let mut both = std::iter::once(&case).chain(case.follow_up.as_deref());
             both.try_for_each(|case| {
-                // Of all of them: which have one says nothing.
+                // All cases have noise-free records, so that their presence reveals nothing.
                 seal(&case.name, &case.freeze, &|path| motion::write_case(path, case), Some(&|path| motion::write_quiet(path, case)))
             })
             .map(|()| label)

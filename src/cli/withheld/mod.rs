@@ -1,4 +1,4 @@
-//! `jointid withheld`: makes and seals cases, has each diagnosed by the public command, scores the answers.
+//! `jointid withheld`: makes and seals cases, diagnoses each with the public command, and scores the answers.
 
 pub mod arguments;
 mod ask;
@@ -26,17 +26,17 @@ use withheld::{
 /// Runs the command.
 pub fn run(given: &WithheldArguments) -> CommandResult {
     if given.cases_only && given.output.out.is_none() {
-        return Err("--cases-only makes cases to keep; name a folder for them with --out".into());
+        return Err("--cases-only requires a folder for the cases; name one with --out".into());
     }
     let ablation = ablation(&given.ablation)?;
     let kept = prepare(&given.output)?;
     let folder = CaseFolder::new(given.output.out.as_deref())?;
     let stop = stop_flag();
     let Some(seal) = sealed(given, folder.path(), &stop)? else {
-        eprintln!("stopped before all cases were made; the same command goes on from there if it has an --out");
+        eprintln!("stopped before all cases were made; the same command resumes from there if it has an --out");
         return Ok(Outcome::Stopped);
     };
-    // Before anything is scored, and beside the document where that goes to stdout alone.
+    // Printed before anything is scored; to stderr where stdout is for the document.
     match (given.output.json, given.output.quiet) {
         (false, _) => print_out(&seal.summary_text())?,
         (true, false) => eprint!("{}", seal.summary_text()),
@@ -49,9 +49,9 @@ pub fn run(given: &WithheldArguments) -> CommandResult {
         return Ok(Outcome::Done);
     }
     let place = place(&ablation);
-    let plan = ask::Asking::new(folder.path(), &place, &seal, &ablation, given)?;
+    let plan = ask::DiagnosisRunner::new(folder.path(), &place, &seal, &ablation, given)?;
     let answers = plan.all(&seal, &stop, given.output.quiet)?;
-    // Labels are read now, and only if nothing was changed while the cases were diagnosed.
+    // Labels are read after the diagnoses, and only if the sealed files are unchanged.
     let (seal, labels) = Seal::verified(folder.path())?;
     let complete = !stop.load(Ordering::Relaxed) && answers.len() == seal.cases.len();
     let judged: Result<Vec<Option<(String, Judgement)>>, String> = answers
@@ -60,8 +60,8 @@ pub fn run(given: &WithheldArguments) -> CommandResult {
             let Some((name, mut judgement)) = judged(&labels, name, answer) else { return Ok(None) };
             if seal.generator.arm == "motion" {
                 let has_quiet = seal.cases.iter().any(|case| case.name == name && case.quiet_sha256.is_some());
-                let asked = answer.diagnosis.as_ref().ok().filter(|_| has_quiet && judgement.closed.is_some());
-                judgement.closed_truth = asked.map(|of| closing::closed(folder.path(), &name, of)).transpose()?.flatten();
+                let diagnosis = answer.diagnosis.as_ref().ok().filter(|_| has_quiet && judgement.closed.is_some());
+                judgement.closed_truth = diagnosis.map(|of| closing::closed(folder.path(), &name, of)).transpose()?.flatten();
             }
             Ok(Some((name, judgement)))
         })
@@ -97,7 +97,7 @@ fn text(document: &WithheldDocument) -> String {
     if !document.stamp.complete {
         text = format!("\nStopped early: {} of {} case folders are diagnosed.\n{text}", document.cases.len(), document.sealed_cases);
     }
-    text + &format!("\n{} diagnoses at a time, on {} threads each\n", document.jobs, document.threads_each)
+    text + &format!("\n{} diagnoses in parallel, on {} threads each\n", document.jobs, document.threads_each)
 }
 
 fn warnings(seal: &Seal, judged: &[Judgement]) -> Vec<String> {
@@ -107,7 +107,7 @@ fn warnings(seal: &Seal, judged: &[Judgement]) -> Vec<String> {
     }
     if seal.generator.truth == "own" {
         warnings.push(
-            "the cases come from the models under test: these scores say what is lost to honesty, not how good the diagnosis is".into(),
+            "the cases come from the models under test: these scores are optimistic, and only for comparison with independent cases".into(),
         );
     }
     let failed: Vec<&Judgement> = judged.iter().filter(|j| !j.answered).collect();
@@ -118,17 +118,17 @@ fn warnings(seal: &Seal, judged: &[Judgement]) -> Vec<String> {
     warnings
 }
 
-/// Further arguments of every diagnosis, as words.
+/// Splits the additional arguments of every diagnosis into words, and refuses those that the case determines.
 fn ablation(text: &str) -> Result<Vec<String>, String> {
     let words: Vec<String> = text.split_whitespace().map(str::to_owned).collect();
     let own = ["--config", "--measurements", "--freeze", "--seed", "--json", "--out", "--positions", "--hold-out"];
     match words.iter().find(|word| own.iter().any(|o| word.split('=').next() == Some(o))) {
-        Some(word) => Err(format!("--ablation: {word} is given by the case; leave it away")),
+        Some(word) => Err(format!("--ablation: {word} is given by the case; leave it out")),
         None => Ok(words),
     }
 }
 
-/// Where answers and scores go inside the folder: beside the cases, or for an ablation in a folder of its own.
+/// Returns the location of answers and scores inside the folder: that of the cases, or for an ablation a folder of its own.
 fn place(ablation: &[String]) -> PathBuf {
     if ablation.is_empty() {
         return PathBuf::new();
@@ -138,7 +138,7 @@ fn place(ablation: &[String]) -> PathBuf {
     Path::new("ablation").join(name.join("_"))
 }
 
-/// Name of an arm.
+/// Returns the name of an arm.
 fn arm_name(arm: ArmName) -> &'static str {
     match arm {
         ArmName::Frf => "frf",
@@ -146,7 +146,7 @@ fn arm_name(arm: ArmName) -> &'static str {
     }
 }
 
-/// The plan that was asked for, and how many of its cases are made.
+/// Returns the requested plan, and how many of its cases to make.
 fn planned(arm: ArmName, cases: CasesAsked, seed: u64) -> Result<(Counts, usize), String> {
     let counts = match arm {
         ArmName::Frf => [Counts::QUICK, Counts::FULL],
@@ -162,13 +162,13 @@ fn planned(arm: ArmName, cases: CasesAsked, seed: u64) -> Result<(Counts, usize)
     }
 }
 
-/// Cases of the folder, as they were sealed, or made now; `None` if making them was stopped.
+/// Returns the sealed cases of the folder, or makes them; `None` if that was stopped.
 fn sealed(given: &WithheldArguments, folder: &Path, stop: &make::Flag) -> Result<Option<Seal>, String> {
     let truth = |name| if name == TruthName::Own { "own" } else { "independent" };
     let seed = given.seed.unwrap_or(1);
     let arm = given.arm.unwrap_or(ArmName::Frf);
     if arm == ArmName::Motion && given.truth == Some(TruthName::Own) {
-        return Err("--truth own: the models' own cases are hammer tests alone; leave --arm motion or --truth away".into());
+        return Err("--truth own: the models' own cases are hammer tests only; leave out --arm motion or --truth".into());
     }
     let (counts, cases) = planned(arm, given.cases.unwrap_or(CasesAsked::Quick), seed)?;
     if ["seal.json", "labels.json", CASES, QUIET].iter().any(|name| folder.join(name).exists()) {
@@ -180,7 +180,7 @@ fn sealed(given: &WithheldArguments, folder: &Path, stop: &make::Flag) -> Result
             || given.truth.is_some_and(|name| truth(name) != there.truth);
         if other {
             return Err(format!(
-                "{}: holds other cases ({}, arm {}, truth {}, seed {}); leave --cases, --arm, --seed and --truth away to use them, or name another --out",
+                "{}: holds other cases ({}, arm {}, truth {}, seed {}); omit --cases, --arm, --seed and --truth to use them, or name another --out",
                 folder.display(),
                 there.cases,
                 there.arm,
@@ -195,18 +195,18 @@ fn sealed(given: &WithheldArguments, folder: &Path, stop: &make::Flag) -> Result
     on_threads(given.jobs, || make::make(folder, &generator, stop, given.output.quiet))?
 }
 
-/// The folder of a check; one that was not asked for is removed at the end.
+/// The folder of a check. Without --out it is temporary, and removed at the end.
 struct CaseFolder {
     path: PathBuf,
     temporary: bool,
 }
 
 impl CaseFolder {
-    fn new(asked: Option<&Path>) -> Result<Self, String> {
+    fn new(requested: Option<&Path>) -> Result<Self, String> {
         let now = std::time::SystemTime::now().duration_since(std::time::UNIX_EPOCH).map_err(to_message)?;
         let name = format!("jointid-withheld-{}-{}", std::process::id(), now.as_nanos());
-        let path = asked.map_or_else(|| std::env::temp_dir().join(name), Path::to_path_buf);
-        Ok(Self { path, temporary: asked.is_none() })
+        let path = requested.map_or_else(|| std::env::temp_dir().join(name), Path::to_path_buf);
+        Ok(Self { path, temporary: requested.is_none() })
     }
 
     fn path(&self) -> &Path {

@@ -1,7 +1,10 @@
-//! Cases made by the models under test: the same machines and strengths, nulls and single effects of the library, and what a diagnosis itself
-//! takes for ordinary: nuisances drawn from its own priors (the tolerances that the case states), journals, nuts that hold a screw over a length, positions and channels a little off.
+//! Cases made by the models under test.
 //!
-//! A diagnosis that is scored on its own model's data is flattered. How much, these cases tell.
+//! Machines and strengths are those of the independent cases. The cases are null cases and single effects of the library.
+//! Nuisance parameters are drawn from the diagnosis' own priors: the tolerances that the case states, journals, nuts that hold a screw over a
+//! length, and errors of positions and channels.
+//!
+//! Scores on data of the diagnosis' own model are optimistic. These cases quantify by how much.
 
 use std::sync::Arc;
 
@@ -23,20 +26,21 @@ use reference_simulator::machine::nuisance::Spread;
 use reference_simulator::machine::point::Channel;
 use reference_simulator::{Case, Gap, Kind, Label, Plan, Strength, generate_one};
 
-/// Relative error of a line that a careful test reproduces, beside its noise.
-const REPRODUCED: f64 = 0.01;
+/// Relative error of a line in a repeated test, in addition to its noise.
+const REPEATABILITY: f64 = 0.01;
 
-/// Lines of a record that strength is counted on.
-const FEW_LINES: usize = 60;
+/// Largest number of lines of a record in the computation of the non-centrality.
+const MAX_LINES: usize = 60;
 
-/// Steps of derivatives: of ln(parameter), and of what is known, in standard deviations.
+/// Step of numerical derivatives, of ln(parameter).
 const STEP: f64 = 1e-3;
+/// The same of nuisance parameters, in standard deviations of their priors.
 const STEP_SD: f64 = 0.05;
 
-/// Amplitudes drawn of one effect before the case is given up.
+/// Number of amplitudes drawn of an effect before the case is given up.
 const ATTEMPTS: usize = 30;
 
-/// As [`generate_one`], with the responses of the models under test.
+/// Makes a case as [`generate_one`], with the responses of the models under test.
 pub fn own_case(seed: u64, plan: &Plan, index: usize) -> Result<(Case, Label), String> {
     let (mut case, mut label) = generate_one(seed, plan, index).map_err(to_message)?;
     case.follow_up = None;
@@ -52,19 +56,19 @@ pub fn own_case(seed: u64, plan: &Plan, index: usize) -> Result<(Case, Label), S
         Kind::Single | Kind::LookAlike | Kind::Double | Kind::Unknown => Kind::Single,
     };
     if label.kind == Kind::Single {
-        let effect = chosen(&described, &config.effects, &label, &mut draw)?;
+        let effect = select_effect(&described, &config.effects, &label, &mut draw)?;
         let wanted = match label.strength {
             Some(Strength::Faint) => 9.0,
             Some(Strength::Weak) => 25.0,
             Some(Strength::Strong) => 400.0,
             _ => 100.0,
         };
-        let gauge = Gauge::new(&truth, &described, &case)?;
+        let gauge = NoncentralityGauge::new(&truth, &described, &case)?;
         let patched = described.with_effect(effect).map_err(to_message)?;
         let added = described.parameters.len()..patched.parameters.len();
         let with = truth.with(&patched, described.parameters.len(), seed);
         let reached;
-        (truth, reached) = sized(&gauge, with, added.clone(), &effect.id, wanted, &case, &mut draw)?;
+        (truth, reached) = scale_to_strength(&gauge, with, added.clone(), &effect.id, wanted, &case, &mut draw)?;
         let values = added.map(|at| (truth.machine.parameters[at].id.clone(), truth.values[at])).collect();
         label.places = vec![place(effect, &label)];
         label.effects = vec![effect.id.clone()];
@@ -93,45 +97,45 @@ pub fn own_case(seed: u64, plan: &Plan, index: usize) -> Result<(Case, Label), S
     Ok((case, label))
 }
 
-/// A machine as it is built and measured, in terms of the models under test.
+/// The true machine and measurement of a case, in terms of the models under test.
 #[derive(Clone)]
 struct Truth {
     machine: Machine,
     values: Vec<f64>,
-    /// How far each nut position is off (m).
-    off_m: Vec<f64>,
+    /// Error of each nut position (m).
+    nut_error_m: Vec<f64>,
     /// ln(gain) and delay (s) of each channel.
     channels: Vec<(Channel, [f64; 2])>,
 }
 
 impl Truth {
-    /// About a description with nuisances: joints as the label has them, all else drawn.
+    /// Draws the truth of a description with nuisance parameters; the joints are those of the label.
     fn new(described: &Machine, case: &Case, label: &Label, seed: u64) -> Self {
         let random = &mut Xoshiro256PlusPlus::seed_from_u64(seed);
         let value = |p: &machine::Parameter, random: &mut Xoshiro256PlusPlus| {
             label.joints.get(&p.id).copied().or_else(|| sample_prior(p, random)).unwrap_or(p.start)
         };
         let values = described.parameters.iter().map(|p| value(p, random)).collect();
-        let off_m = case.positions.iter().map(|_| Spread::UNIFORM.nut_m * normal(random)).collect();
+        let nut_error_m = case.positions.iter().map(|_| Spread::UNIFORM.nut_m * normal(random)).collect();
         let mut channels: Vec<(Channel, [f64; 2])> = Vec::new();
         for record in &case.records {
             if !channels.iter().any(|(channel, _)| *channel == record.channel) {
                 channels.push((record.channel, [Spread::UNIFORM.gain * normal(random), Spread::UNIFORM.delay_s * normal(random)]));
             }
         }
-        let none = Truth { machine: Machine::default(), values, off_m, channels };
+        let none = Truth { machine: Machine::default(), values, nut_error_m, channels };
         none.with(described, described.parameters.len(), seed)
     }
 
-    /// With another machine, whose first parameters are those of this one; journals are those of the seed.
+    /// Replaces the machine by one whose first `shared` parameters are those of this one; the seed determines the journals.
     fn with(&self, machine: &Machine, shared: usize, seed: u64) -> Self {
         let machine = sample_discrepancy(machine, &mut Xoshiro256PlusPlus::seed_from_u64(!seed));
-        let further = machine.parameters[shared..].iter().map(|p| p.start);
-        let values = self.values[..shared].iter().copied().chain(further).collect();
+        let added_values = machine.parameters[shared..].iter().map(|p| p.start);
+        let values = self.values[..shared].iter().copied().chain(added_values).collect();
         Truth { machine, values, ..self.clone() }
     }
 
-    /// Responses of a case's records in their quantity, on every n-th line.
+    /// Computes the responses of a case's records in their quantity, on every n-th line.
     fn responses(&self, case: &Case, nth: usize) -> Result<Vec<Vec<Complex64>>, String> {
         let mut out = Vec::with_capacity(case.records.len());
         for record in &case.records {
@@ -139,7 +143,12 @@ impl Truth {
             let (response, excitation) = (point(record.channel.response.name())?, point(record.channel.excitation.name())?);
             let structure = Arc::new(Structure::new(&self.machine, response, excitation, Rods::Exact).map_err(to_message)?);
             let (mut network, mut work) = (structure.network(), structure.workspace());
-            let nut_m = case.positions.iter().zip(&self.off_m).find(|(p, _)| p.name == record.position).map(|(p, off_m)| p.nut_m + off_m);
+            let nut_m = case
+                .positions
+                .iter()
+                .zip(&self.nut_error_m)
+                .find(|(p, _)| p.name == record.position)
+                .map(|(p, nut_error_m)| p.nut_m + nut_error_m);
             let operating = Operating::at(nut_m);
             network.update(&self.machine, &self.values, &operating);
             let chain = self.machine.chain.at(&self.values, &operating);
@@ -156,8 +165,8 @@ impl Truth {
     }
 }
 
-/// The effect of the label if the library has it and the machine can have it, else any that can be had.
-fn chosen<'e>(machine: &Machine, library: &'e [Effect], label: &Label, draw: &mut Draw) -> Result<&'e Effect, String> {
+/// Selects the effect of the label if it is in the library and applies to the machine, else any effect that applies.
+fn select_effect<'e>(machine: &Machine, library: &'e [Effect], label: &Label, draw: &mut Draw) -> Result<&'e Effect, String> {
     let possible: Vec<&Effect> =
         library.iter().filter(|effect| effect.data.contains(&Data::Frf) && machine.with_effect(effect).is_ok()).collect();
     let same = possible.iter().find(|effect| label.effects.first() == Some(&effect.id));
@@ -166,7 +175,7 @@ fn chosen<'e>(machine: &Machine, library: &'e [Effect], label: &Label, draw: &mu
         .ok_or_else(|| "no effect of the library applies to the machine".into())
 }
 
-/// Where an effect sits: as the label has it, or whatever it needs; an effect that needs nothing is one of the measurement.
+/// Returns the location of an effect: that of the label, or the parts it needs. An effect without needs belongs to the measurement.
 fn place(effect: &Effect, label: &Label) -> Place {
     let same = label.effects.first() == Some(&effect.id);
     label.places.first().filter(|_| same).cloned().unwrap_or_else(|| {
@@ -175,10 +184,11 @@ fn place(effect: &Effect, label: &Label) -> Place {
     })
 }
 
-/// Draws an effect's values, parameters `added` of a truth, in their ranges and brings them so near to the start, where it does nothing, that it has the
-/// strength wanted.
-fn sized(
-    gauge: &Gauge,
+/// Draws an effect's values, the parameters `added` of a truth, in their ranges, and scales them to the wanted non-centrality.
+///
+/// The values are scaled towards the start, where the effect vanishes. Returns the truth and its non-centrality.
+fn scale_to_strength(
+    gauge: &NoncentralityGauge,
     with: Truth,
     added: std::ops::Range<usize>,
     id: &str,
@@ -195,7 +205,7 @@ fn sized(
         truth
     };
     let strength = |truth: &Truth| gauge.noncentrality(truth, case);
-    // Where the effect does nothing: at its start, or for one that starts at a usual size (a drive that holds) far below its range.
+    // The effect vanishes at its start, or far below its range if it starts at a usual size (a servo impedance).
     let mut least: Vec<f64> = parameters.iter().map(|p| p.to_unit(p.start)).collect();
     if strength(&at(&least))? > wanted {
         least = vec![-1.0; parameters.len()];
@@ -207,7 +217,7 @@ fn sized(
     for _ in 0..ATTEMPTS {
         let mut target: Vec<f64> = parameters.iter().map(|_| draw.unit()).collect();
         if id == "frf-quantity" {
-            // Taken for its neighbour, or not: there is nothing between.
+            // The quantity is mistaken by one derivative or not at all; there is no size between.
             target = parameters.iter().map(|p| p.to_unit(draw.sign())).collect();
             let truth = every(1.0, &target);
             let value = strength(&truth)?;
@@ -232,14 +242,14 @@ fn sized(
     Err(format!("{id}: no amplitude drawn has a non-centrality of {wanted}; {reached:.1} is the largest met"))
 }
 
-/// Standard deviation of each component of ln H.
+/// Computes the standard deviation of each component of ln H.
 fn component_sd(coherence: f64, averages: usize) -> f64 {
     let coherence = coherence.clamp(1e-3, 1.0);
     ((1.0 - coherence) / (2.0 * averages as f64 * coherence)).sqrt()
 }
 
-/// What is left of a change after joints and all that is ordinary explain what they can, in units of noise.
-struct Gauge {
+/// Measures the non-centrality of a change: its squared residual after a fit of joints and nuisance parameters, in units of noise.
+struct NoncentralityGauge {
     nth: usize,
     base: Vec<Vec<Complex64>>,
     /// 1/sd of each line, weighted up to all lines.
@@ -248,25 +258,25 @@ struct Gauge {
     normal: Cholesky<f64, nalgebra::Dyn>,
 }
 
-impl Gauge {
+impl NoncentralityGauge {
     fn new(truth: &Truth, described: &Machine, case: &Case) -> Result<Self, String> {
         let most = case.records.iter().map(|record| record.lines.len()).max().unwrap_or(0);
-        let nth = most.div_ceil(FEW_LINES).max(1);
+        let nth = most.div_ceil(MAX_LINES).max(1);
         let base = truth.responses(case, nth)?;
         let weight = |coherence: f64| {
-            let sd = component_sd(coherence, case.averages).hypot(REPRODUCED);
+            let sd = component_sd(coherence, case.averages).hypot(REPEATABILITY);
             if coherence >= 0.8 { (nth as f64).sqrt() / sd } else { 0.0 }
         };
         let weights: Vec<Vec<f64>> =
             case.records.iter().map(|record| record.lines.iter().step_by(nth).map(|line| weight(line.coherence)).collect()).collect();
         let mut columns = Vec::new();
-        for (moved, step) in moved(truth, described) {
-            columns.push(DVector::from_vec(whitened(&moved.responses(case, nth)?, &base, &weights)) / step);
+        for (copy, step) in perturbed(truth, described) {
+            columns.push(DVector::from_vec(whitened(&copy.responses(case, nth)?, &base, &weights)) / step);
         }
         let rows = columns.first().map_or(0, DVector::len);
         let columns = if columns.is_empty() { DMatrix::zeros(rows, 0) } else { DMatrix::from_columns(&columns) };
         let normal = columns.transpose() * &columns + DMatrix::identity(columns.ncols(), columns.ncols());
-        let normal = Cholesky::new(normal).ok_or("the machine's parameters cannot be told apart at all")?;
+        let normal = Cholesky::new(normal).ok_or("the normal matrix of the machine's parameters is singular")?;
         Ok(Self { nth, base, weights, columns, normal })
     }
 
@@ -277,31 +287,31 @@ impl Gauge {
     }
 }
 
-/// One copy for each thing that is not known, and by how many standard deviations it is moved; of a joint that is one decade: the ranges of
+/// Returns one copy of the truth per uncertain quantity, and its step in standard deviations. That of a joint is one decade, as in the ranges of
 /// machine descriptions.
-fn moved(truth: &Truth, described: &Machine) -> Vec<(Truth, f64)> {
+fn perturbed(truth: &Truth, described: &Machine) -> Vec<(Truth, f64)> {
     let mut out = Vec::new();
-    let mut one = |step: f64, change: &dyn Fn(&mut Truth)| {
+    let mut add = |step: f64, change: &dyn Fn(&mut Truth)| {
         let mut copy = truth.clone();
         change(&mut copy);
         out.push((copy, step));
     };
     for (at, parameter) in described.parameters.iter().enumerate() {
         match parameter.prior {
-            Some(prior) => one(STEP_SD, &|t| {
+            Some(prior) => add(STEP_SD, &|t| {
                 let deviation = prior.deviation(parameter.start, t.values[at]);
                 t.values[at] = prior.value(parameter.start, deviation + STEP_SD);
             }),
             None if parameter.fit == FitRule::Never => {}
-            None => one(STEP / 10f64.ln(), &|t| t.values[at] *= STEP.exp()),
+            None => add(STEP / 10f64.ln(), &|t| t.values[at] *= STEP.exp()),
         }
     }
-    for at in 0..truth.off_m.len() {
-        one(STEP_SD, &|t| t.off_m[at] += STEP_SD * Spread::UNIFORM.nut_m);
+    for at in 0..truth.nut_error_m.len() {
+        add(STEP_SD, &|t| t.nut_error_m[at] += STEP_SD * Spread::UNIFORM.nut_m);
     }
     for at in 0..truth.channels.len() {
-        one(STEP_SD, &|t| t.channels[at].1[0] += STEP_SD * Spread::UNIFORM.gain);
-        one(STEP_SD, &|t| t.channels[at].1[1] += STEP_SD * Spread::UNIFORM.delay_s);
+        add(STEP_SD, &|t| t.channels[at].1[0] += STEP_SD * Spread::UNIFORM.gain);
+        add(STEP_SD, &|t| t.channels[at].1[1] += STEP_SD * Spread::UNIFORM.delay_s);
     }
     out
 }

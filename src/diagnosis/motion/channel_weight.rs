@@ -1,4 +1,4 @@
-//! How much each channel counts: its own noise is the unit.
+//! Weights of channels: the noise of each is its unit.
 
 use nalgebra::DVector;
 
@@ -9,18 +9,18 @@ use identification::motion::estimate_identifiable;
 use machine::Machine;
 use numeric::linear_fit::LinearFit;
 
-/// Rounds of fit and weights.
+/// Number of alternations of fit and weights.
 const ROUNDS: usize = 2;
 
-/// Weighs the further points of motions, of which the first `fitted` are fitted, by what smooth functions leave of a fit: what is missing of the
-/// machine is no noise.
+/// Weights the extra channels of motions by the noise of a fit to the first `fitted` motions. The residual beyond smooth functions counts as noise: a
+/// missing effect must not.
 ///
-/// # Errors  as [`estimate_told`].
+/// # Errors  as [`estimate_identifiable`].
 pub(super) fn weigh(
     rigid: &Rigid,
     machine: &Machine,
     free: &[usize],
-    may: impl Fn(usize) -> bool,
+    may_drop: impl Fn(usize) -> bool,
     motions: &mut [MotionSignal],
     fitted: usize,
 ) -> Result<(), InverseError> {
@@ -29,18 +29,18 @@ pub(super) fn weigh(
     }
     for _ in 0..ROUNDS {
         let data = MotionData::new(motions[..fitted].iter().collect());
-        let fit = estimate_identifiable(rigid, machine, &machine.start(), free, &data.motions, &may)?;
-        let left = smooth_taken(&data, fit.residual);
+        let fit = estimate_identifiable(rigid, machine, &machine.start(), free, &data.motions, &may_drop)?;
+        let left = without_smooth_functions(&data, fit.residual);
         let weights = weights(left.as_slice(), &data.motions);
         motions.iter_mut().for_each(|m| m.weigh(&weights));
     }
     Ok(())
 }
 
-/// What smooth functions of speed, position, acceleration and travel since reversal leave of a residual.
-pub(super) fn smooth_taken(data: &MotionData<'_>, residual: DVector<f64>) -> DVector<f64> {
+/// Removes smooth functions of speed, position, acceleration and travel since reversal from a residual.
+pub(super) fn without_smooth_functions(data: &MotionData<'_>, residual: DVector<f64>) -> DVector<f64> {
     free_functions(data).iter().fold(residual, |left, shape| {
-        // Knots add up to a constant or a direction: one is left out.
+        // The hat functions of all knots sum to a constant or a direction: leave one out.
         let kept: Vec<usize> = (0..shape.columns.ncols().saturating_sub(1)).collect();
         LinearFit::new(&shape.columns.select_columns(&kept), &left).map_or(left, |fit| fit.residual)
     })

@@ -1,4 +1,4 @@
-//! What candidates are tried on: surveys beside a model, fits of everything, and what keeps an effect from being named.
+//! Context of a diagnosis: screening of candidates on a model, joint fits of all parameters, and the checks that keep an effect from being named.
 
 use rayon::prelude::*;
 
@@ -16,26 +16,27 @@ use numeric::statistics::root_mean_square;
 use optimizer::Control;
 use optimizer::live_columns;
 
-/// Least gain of the first effect that is called something, and of one that machines ordinarily have a little of.
+/// Least reduction of the prediction error by the first named effect, and by a common one.
 const LEAST: f64 = 0.03;
-const LEAST_ORDINARY: f64 = 0.06;
-/// Share of the misfit by which a combination may be worse without one of its effects, for that one to be dropped.
-const SPARED: f64 = 0.03;
-/// Shares of what an effect gains of parts left out one of which it must take where the fit of everything ends, lest that be where it does nothing: by
-/// itself, and beside what is ordinarily wrong. One that machines have a little of must take the second by itself; if it takes the first, something is there.
-const HELD: (f64, f64) = (0.02, 0.25);
-/// Share of what an added parameter does where a fit ended that the others must not do.
-const APART: f64 = 0.01;
-/// Share of the force that inertia takes at least, root mean square, for acceleration to tell anything.
-const SLOW: f64 = 0.2;
-/// Standard deviations of what is ordinarily wrong beyond which a machine is not as described. Where loops tell of a point nothing is said: their force
-/// and settings are no such gauge.
-const STRETCHED: f64 = 4.0;
+const LEAST_COMMON: f64 = 0.06;
+/// Largest relative increase of the squared misfit with which an effect is dropped from a combination.
+const DISPENSABLE: f64 = 0.03;
+/// Least shares of an effect's reduction of the prediction error, either of which the joint fit must reproduce: it may end where the effect has no
+/// influence. The first is without, the second with nuisance parameters. A common effect must reproduce the second without them; with the first alone
+/// it shows but is not named.
+const CONFIRMED: (f64, f64) = (0.02, 0.25);
+/// Least share of an added parameter's influence, at the end of a fit, that is orthogonal to the other parameters.
+const INDEPENDENT: f64 = 0.01;
+/// Least share of the force, root mean square, due to inertia with which acceleration is informative.
+const LEAST_INERTIA: f64 = 0.2;
+/// Size of a nuisance parameter (standard deviations) above which the machine differs from its description. Not used where an encoder position is
+/// estimated from the control loop: its force and settings are too uncertain.
+const IMPLAUSIBLE: f64 = 4.0;
 
-/// A machine, perhaps with effects, and its fit.
+/// A machine, possibly with effects, and its fit.
 pub(super) type Chosen = (Hypothesis, ForceFit);
 
-/// What does not change from one effect to the next.
+/// Inputs that are the same for every added effect.
 pub(super) struct Context<'w> {
     pub data: MotionData<'w>,
     pub rigid: Rigid,
@@ -46,30 +47,30 @@ pub(super) struct Context<'w> {
 }
 
 impl Context<'_> {
-    /// All candidates beside a model that has the named effects already, and nulls of it.
+    /// Screens all candidates on a model that already has the named effects, and simulates its null distribution.
     pub fn screen(&self, from: &Chosen, names: &[String]) -> Option<SelectionStep> {
         let (apply, others) = self.hypotheses(&from.0, names);
-        let ground = SharedColumns { data: &self.data, rigid: &self.rigid, nominal: &from.0, fit: &from.1, frozen: self.frozen };
-        let survey = MotionScreening::new(&ground, apply, others, self.control)?;
-        let mut ranked = survey.rank(&self.data, &self.data.y);
-        let best = ranked.iter().find(|r| survey.candidates[r.candidate].free.is_none());
+        let columns = SharedColumns { data: &self.data, rigid: &self.rigid, nominal: &from.0, fit: &from.1, frozen: self.frozen };
+        let screening = MotionScreening::new(&columns, apply, others, self.control)?;
+        let mut ranked = screening.rank(&self.data, &self.data.y);
+        let best = ranked.iter().find(|r| screening.candidates[r.candidate].free.is_none());
         let seed = self.settings.seed.wrapping_add(names.len() as u64);
-        let null = survey.null(&self.data, &self.data.y, best, self.settings.draws, seed, self.control);
-        // What a wave of any period gains by accident does not stand before what is no accident.
-        ranked.sort_by_key(|r| survey.candidates[r.candidate].free.is_none() && null.p_value(r) >= ALPHA);
-        simplest_first(&survey, &null, &mut ranked);
-        let further = self.data.motions.iter().any(|m| m.records_points());
-        let stretched = survey.stretched(&self.data).filter(|(_, size)| *size > STRETCHED && !self.data.is_identifiable());
-        let stretched = stretched.map(|(name, size)| (name.trim_start_matches('~').to_string(), size));
-        Some(SelectionStep { survey, ranked, null, further, slow: self.slow(from), stretched })
+        let null = screening.null(&self.data, &self.data.y, best, self.settings.draws, seed, self.control);
+        // Insignificant candidates, such as a wave of any period, rank behind significant ones.
+        ranked.sort_by_key(|r| screening.candidates[r.candidate].free.is_none() && null.p_value(r) >= ALPHA);
+        simplest_first(&screening, &null, &mut ranked);
+        let extra_points = self.data.motions.iter().any(|m| m.records_points());
+        let implausible = screening.largest_nuisance(&self.data).filter(|(_, size)| *size > IMPLAUSIBLE && !self.data.is_identifiable());
+        let implausible = implausible.map(|(name, size)| (name.trim_start_matches('~').to_string(), size));
+        Some(SelectionStep { screening, ranked, null, extra_points, slow: self.slow(from), implausible })
     }
 
-    /// Whether inertia takes next to no force in these records.
+    /// Whether inertia causes only a small share of the force.
     fn slow(&self, from: &Chosen) -> bool {
         let inertia = self.rigid.inertia(&from.0.machine, &from.1.values);
         let force = root_mean_square(self.data.motions.iter().flat_map(|m| m.load.iter().copied()));
         let moved = root_mean_square(self.data.motions.iter().flat_map(|m| m.acceleration_m_s2.iter().map(|a| inertia * a)));
-        moved.zip(force).is_some_and(|(moved, force)| moved < SLOW * force)
+        moved.zip(force).is_some_and(|(moved, force)| moved < LEAST_INERTIA * force)
     }
 
     fn hypotheses(&self, from: &Hypothesis, names: &[String]) -> (Vec<Hypothesis>, Vec<(String, Status)>) {
@@ -88,9 +89,9 @@ impl Context<'_> {
         (apply, others)
     }
 
-    /// A candidate fitted with everything, from where the survey found it.
-    pub fn refined(&self, stage: &SelectionStep, ranked: &Ranked, from: &Chosen) -> Option<Chosen> {
-        let hypothesis = stage.survey.candidates[ranked.candidate].hypothesis.as_ref()?;
+    /// Fits all parameters with a candidate, starting from its estimate in the screening.
+    pub fn refined(&self, step: &SelectionStep, ranked: &Ranked, from: &Chosen) -> Option<Chosen> {
+        let hypothesis = step.screening.candidates[ranked.candidate].hypothesis.as_ref()?;
         let machine = &hypothesis.machine;
         let mut start = start_of(machine, &from.1.values);
         for (index, value) in &ranked.added {
@@ -104,7 +105,7 @@ impl Context<'_> {
         let fitted =
             |free: &[usize]| self.fitted(machine, &start, free, &whole.added).filter(|fit| is_identifiable(fit, &hypothesis.added));
         let fit = fitted(&free).or_else(|| {
-            // What the machine has at an end of its range may be what the effect stands for.
+            // A parameter at the end of its range may stand for the effect: keep it fixed.
             let kept = |i: &usize| machine.parameters[*i].holds_inside(start[*i]) || *i >= from.1.values.len();
             let free: Vec<usize> = free.iter().copied().filter(kept).collect();
             fitted(&free)
@@ -112,53 +113,57 @@ impl Context<'_> {
         Some((whole, fit))
     }
 
-    /// The best fit in which what the records do not tell beside the effects' own parameters stays where the machine's fit has it. What that fit took to an
-    /// end of its range, to stand for what is missing, need not find back from there: it starts as described, too.
+    /// Returns the best fit in which parameters that the records do not identify next to the added ones keep their values. Parameters at an end of
+    /// their range may stand for the missing effect: a second fit starts them as described.
     fn fitted(&self, machine: &Machine, start: &[f64], free: &[usize], added: &[usize]) -> Option<ForceFit> {
-        let may = |parameter: usize| !added.contains(&parameter);
-        let fit = |start: &[f64]| estimate_identifiable(&self.rigid, machine, start, free, &self.data.motions, may).ok();
+        let may_drop = |parameter: usize| !added.contains(&parameter);
+        let fit = |start: &[f64]| estimate_identifiable(&self.rigid, machine, start, free, &self.data.motions, may_drop).ok();
         let described = machine.start();
         let back = |(index, x): (usize, &f64)| {
-            let astray = free.contains(&index) && !added.contains(&index) && !machine.parameters[index].holds_inside(*x);
-            if astray { described[index] } else { *x }
+            let at_end = free.contains(&index) && !added.contains(&index) && !machine.parameters[index].holds_inside(*x);
+            if at_end { described[index] } else { *x }
         };
         let again: Vec<f64> = start.iter().enumerate().map(back).collect();
-        let others = if again == start { None } else { fit(&again) };
-        fit(start).into_iter().chain(others).min_by(|a, b| a.squares.total_cmp(&b.squares))
+        let from_description = if again == start { None } else { fit(&again) };
+        fit(start).into_iter().chain(from_description).min_by(|a, b| a.squares.total_cmp(&b.squares))
     }
 
-    /// Whether machines have a little of an effect ordinarily.
+    /// Whether an effect is common: most machines have a little of it.
     pub fn is_common(&self, id: &str) -> bool {
         self.effects.iter().any(|e| e.common && e.id == id)
     }
 
-    /// Gain below which an effect is not named first. Where what is ordinary is not enough, an effect that machines have a little of needs no more than others.
-    pub fn least(&self, stage: &SelectionStep, id: &str) -> f64 {
-        if stage.stretched.is_none() && self.is_common(id) { LEAST_ORDINARY } else { LEAST }
+    /// Returns the least reduction of the prediction error with which an effect is named first. Where nuisance parameters are implausibly large,
+    /// common effects need no more than others.
+    pub fn least(&self, step: &SelectionStep, id: &str) -> f64 {
+        if step.implausible.is_none() && self.is_common(id) { LEAST_COMMON } else { LEAST }
     }
 
-    /// Fits of everything with each of the ranked effects.
-    pub fn plain_fits(&self, stage: &SelectionStep, from: &Chosen) -> Vec<Option<Chosen>> {
-        stage.ranked.par_iter().map(|ranked| self.refined(stage, ranked, from)).collect()
+    /// Fits all parameters with each of the ranked candidates.
+    pub fn full_fits(&self, step: &SelectionStep, from: &Chosen) -> Vec<Option<Chosen>> {
+        step.ranked.par_iter().map(|ranked| self.refined(step, ranked, from)).collect()
     }
 
-    /// Whether the fit of everything ends where an effect shows that gained so much of parts left out: by itself, or, of one that machines have none of
-    /// ordinarily, beside what is ordinarily wrong.
-    pub fn held(&self, stage: &SelectionStep, at: usize, next: &Chosen, before: &Chosen) -> bool {
-        let gain = stage.ranked[at].gain;
-        let ordinary = self.is_common(last_of(stage.id(at)));
-        let beside = |of: &Chosen| stage.survey.squares(&self.data, &self.rigid, &of.0.machine, &of.1.values);
-        reduces(next.1.squares, before.1.squares, gain, if ordinary { HELD.1 } else { HELD.0 })
-            || (!ordinary && beside(next).zip(beside(before)).is_some_and(|(after, before)| reduces(after, before, gain, HELD.1)))
+    /// Whether the joint fit reproduces the effect's reduction of the prediction error: without nuisance parameters or, unless the effect is
+    /// common, with them.
+    pub fn confirms(&self, step: &SelectionStep, at: usize, next: &Chosen, before: &Chosen) -> bool {
+        let gain = step.ranked[at].gain;
+        let common = self.is_common(last_of(step.id(at)));
+        let with_nuisances = |of: &Chosen| step.screening.squares(&self.data, &self.rigid, &of.0.machine, &of.1.values);
+        reduces(next.1.squares, before.1.squares, gain, if common { CONFIRMED.1 } else { CONFIRMED.0 })
+            || (!common
+                && with_nuisances(next)
+                    .zip(with_nuisances(before))
+                    .is_some_and(|(after, before)| reduces(after, before, gain, CONFIRMED.1)))
     }
 
-    /// Whether an effect takes anything of the misfit by itself where the fit of everything ends.
-    pub fn shows(&self, stage: &SelectionStep, at: usize, next: &Chosen, before: &Chosen) -> bool {
-        reduces(next.1.squares, before.1.squares, stage.ranked[at].gain, HELD.0)
+    /// Whether an effect reduces the misfit of the joint fit at all, without nuisance parameters.
+    pub fn shows(&self, step: &SelectionStep, at: usize, next: &Chosen, before: &Chosen) -> bool {
+        reduces(next.1.squares, before.1.squares, step.ranked[at].gain, CONFIRMED.0)
     }
 
-    /// Takes effects out of a combination that it hardly misses.
-    pub fn drop_what_is_not_needed(&self, base: &Chosen, names: &mut Vec<String>, chosen: &mut Chosen) {
+    /// Drops one effect from a combination that fits almost as well without it.
+    pub fn drop_dispensable(&self, base: &Chosen, names: &mut Vec<String>, chosen: &mut Chosen) {
         for at in (0..names.len() - 1).rev() {
             let kept: Vec<&String> = names.iter().enumerate().filter(|(i, _)| *i != at).map(|(_, n)| n).collect();
             let effects: Option<Vec<&Effect>> = kept.iter().map(|id| self.effects.iter().find(|e| e.id == **id)).collect();
@@ -174,7 +179,7 @@ impl Context<'_> {
             }
             let Ok(free) = free_parameters(machine, self.frozen) else { continue };
             if let Some(fit) = self.fitted(machine, &start, &free, &hypothesis.added)
-                && fit.squares <= (1.0 + SPARED) * chosen.1.squares
+                && fit.squares <= (1.0 + DISPENSABLE) * chosen.1.squares
             {
                 *chosen = (hypothesis, fit);
                 names.remove(at);
@@ -184,22 +189,22 @@ impl Context<'_> {
     }
 }
 
-/// Whether what some of the added parameters do where a fit ended is not what the others do, too.
+/// Whether some added parameter has, at the end of a fit, an influence that the other parameters cannot reproduce.
 fn is_identifiable(fit: &ForceFit, added: &[usize]) -> bool {
     let (own, others): (Vec<usize>, Vec<usize>) = live_columns(&fit.derivatives).into_iter().partition(|at| added.contains(&fit.free[*at]));
     let others = fit.derivatives.select_columns(&others);
     own.into_iter().any(|at| {
         let column = fit.derivatives.column(at).clone_owned();
-        LinearFit::new(&others, &column).is_none_or(|left| left.residual.norm() > APART * column.norm())
+        LinearFit::new(&others, &column).is_none_or(|left| left.residual.norm() > INDEPENDENT * column.norm())
     })
 }
 
-/// Whether a fit takes such a share of a gain of what one before it leaves.
+/// Whether a fit reduces the squared misfit by a share of a gain.
 fn reduces(after: f64, before: f64, gain: f64, share: f64) -> bool {
     after < (1.0 - share * gain) * before
 }
 
-/// A hypothesis whose added parameters are those of the last effect alone: the others are free in what it starts from.
+/// Restricts the added parameters of a hypothesis to those of the last effect: the others are free parameters of the model it starts from.
 fn only_added(mut hypothesis: Hypothesis, from: &Hypothesis) -> Hypothesis {
     hypothesis.added = (from.machine.parameters.len()..hypothesis.machine.parameters.len()).collect();
     hypothesis

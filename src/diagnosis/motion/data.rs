@@ -1,10 +1,10 @@
-//! The records of a diagnosis: what is fitted, cut into parts that are left out one after another.
+//! Fitted records of a diagnosis, cut into parts that are left out one after another.
 
 use nalgebra::{DMatrix, DVector};
 
 use dynamics::inverse_dynamics::{ExtraChannel, MotionSignal, recorded};
 
-/// Parts of the records that are left out one after another, and pieces of each in a record, between which lie pieces of the others.
+/// Number of parts that are left out one after another, and slices of each part in a record, alternating with those of the other parts.
 const PARTS: usize = 12;
 const SLICES: usize = 5;
 
@@ -12,23 +12,23 @@ const SLICES: usize = 5;
 pub struct MotionData<'m> {
     /// Their motions.
     pub motions: Vec<&'m MotionSignal>,
-    /// Recorded force, thinned, and the transmission error of further points, record after record.
+    /// Recorded force and transmission errors of extra channels, thinned, record after record.
     pub y: DVector<f64>,
-    /// Columns of further points, each once.
+    /// Names of the extra channels, each once.
     pub columns: Vec<String>,
-    /// Samples in the order of the parts they belong to.
+    /// Samples in the order of their parts.
     pub order: Vec<usize>,
-    /// Where each part begins in that order, and where the last ends.
+    /// Start of each part in that order, and the end of the last.
     begins: Vec<usize>,
 }
 
 impl<'m> MotionData<'m> {
-    /// Cuts records into twelve parts, each of five pieces of every record: of the time, or where the command repeats of its period, so that what is
-    /// left out is left out of every period. Between pieces lies motion like theirs, so that what is foretold is no other place or speed.
+    /// Cuts records into twelve parts, each of five slices of every record: of its time, or of the period of a repeating command. Thus a part is left
+    /// out of every period. Slices of other parts lie in between: predicted and fitted samples cover the same positions and speeds.
     pub fn new(motions: Vec<&'m MotionSignal>) -> Self {
         let mut part = Vec::new();
         for motion in &motions {
-            // All channels of a time are left out together.
+            // All channels of a time belong to the same part.
             for (samples, period) in motion.channels() {
                 let cycle = period.unwrap_or(samples);
                 part.extend((0..samples).map(|i| (i % cycle) * PARTS * SLICES / cycle % PARTS));
@@ -43,46 +43,46 @@ impl<'m> MotionData<'m> {
         MotionData { y: recorded(&motions), columns, order, begins, motions }
     }
 
-    /// Whether loops tell of a further point where the encoder is.
+    /// Whether an extra channel's encoder side is estimated from the control loop.
     pub fn is_identifiable(&self) -> bool {
         self.motions.iter().flat_map(|m| &m.further).any(ExtraChannel::is_identifiable)
     }
 
-    /// Number of parts.
+    /// Returns the number of parts.
     pub fn parts(&self) -> usize {
         self.begins.len() - 1
     }
 
-    /// Where a part begins in the order of the parts, and its samples.
+    /// Returns the first sample of a part, in the order of the parts, and its number of samples.
     pub fn rows_of(&self, part: usize) -> (usize, usize) {
         (self.begins[part], self.begins[part + 1] - self.begins[part])
     }
 
-    /// Samples.
+    /// Returns the number of samples.
     pub fn samples(&self) -> usize {
         self.y.len()
     }
 
-    /// A column of force made record by record, thinned, with what it does to points that loops tell of.
+    /// Returns a column of force computed record by record, thinned, with its influence on extra channels estimated from the control loop.
     pub fn column(&self, of: impl Fn(&MotionSignal) -> Vec<f64>) -> DVector<f64> {
         self.channel(None, of)
     }
 
-    /// The same of the recorded force alone.
+    /// Returns the same column in the recorded force alone.
     pub fn recorded_force(&self, of: impl Fn(&MotionSignal) -> Vec<f64>) -> DVector<f64> {
-        self.made(of, true, |_, _, _| None)
+        self.column_of(of, true, |_, _, _| None)
     }
 
-    /// The same of one channel, the force or a column of a further point, the latter nothing in the others.
+    /// Returns the same column in one channel, the force or an extra channel; zero in the others.
     pub fn channel(&self, column: Option<&str>, of: impl Fn(&MotionSignal) -> Vec<f64>) -> DVector<f64> {
-        self.made(of, column.is_none(), |further, m, made| match column {
-            None => further.thinned(m, &further.told.as_ref()?.behind(made, m)),
-            Some(column) => (column == further.column).then(|| further.thinned(m, made))?,
+        self.column_of(of, column.is_none(), |further, m, computed| match column {
+            None => further.thinned(m, &further.told.as_ref()?.behind(computed, m)),
+            Some(column) => (column == further.column).then(|| further.thinned(m, computed))?,
         })
     }
 
-    /// What is made record by record, in the force's channel or not, and in those of further points as they say.
-    fn made(
+    /// Computes a column record by record: in the force if `force`, and in extra channels by `further`.
+    fn column_of(
         &self,
         of: impl Fn(&MotionSignal) -> Vec<f64>,
         force: bool,
@@ -90,28 +90,28 @@ impl<'m> MotionData<'m> {
     ) -> DVector<f64> {
         let mut all = Vec::with_capacity(self.samples());
         for m in &self.motions {
-            let made = of(m);
-            let own = if force { m.thinned(&made) } else { None };
-            for channel in std::iter::once(own).chain(m.further.iter().map(|f| further(f, m, &made))) {
+            let computed = of(m);
+            let own = if force { m.thinned(&computed) } else { None };
+            for channel in std::iter::once(own).chain(m.further.iter().map(|f| further(f, m, &computed))) {
                 all.extend(channel.unwrap_or_else(|| vec![0.0; m.load.len()]));
             }
         }
         DVector::from_vec(all)
     }
 
-    /// All channels: the force, and columns of further points.
+    /// Returns all channels: the force, then the extra channels.
     pub fn channels(&self) -> impl Iterator<Item = Option<&str>> {
         std::iter::once(None).chain(self.columns.iter().map(|c| Some(c.as_str())))
     }
 
-    /// Lengths and periods of the records' channels, in thinned samples.
+    /// Returns lengths and periods of the records' channels, in thinned samples.
     pub fn records(&self) -> Vec<(usize, Option<usize>)> {
         self.motions.iter().flat_map(|m| m.channels()).collect()
     }
 }
 
-/// Columns beside one another.
-pub(super) fn beside(parts: &[&DMatrix<f64>]) -> DMatrix<f64> {
+/// Concatenates columns of several matrices.
+pub(super) fn side_by_side(parts: &[&DMatrix<f64>]) -> DMatrix<f64> {
     let rows = parts[0].nrows();
     let columns: usize = parts.iter().map(|p| p.ncols()).sum();
     let mut all = DMatrix::zeros(rows, columns);

@@ -1,9 +1,9 @@
-//! What a record says of its own measuring chain: a delay between force and position and a factor of the force that the others do not have.
+//! Faults of records: a delay between force and position, or a factor of the force, that the other records do not have.
 
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 
 use super::gap::{MotionPart, part, square};
-use super::noise_floor::not_systematic;
+use super::noise_floor::non_systematic;
 use super::residual_bootstrap::ResidualBootstrap;
 use dynamics::inverse_dynamics::{LinearForce, MotionSignal, Rigid};
 use identification::motion::{ForceFit, intervals};
@@ -11,51 +11,52 @@ use machine::Machine;
 use numeric::filter::central_differences;
 use numeric::linear_fit::LinearFit;
 
-/// Delay and factor of one record, beside a model fitted to the records.
+/// Delay and factor of one record relative to a model fitted to the records.
 #[derive(Debug, Clone, PartialEq)]
 pub struct RecordShift {
-    /// Record.
+    /// Name of the record.
     pub name: String,
-    /// By how much its position comes late against its force (s).
+    /// Delay of the position against the force (s).
     pub delay_s: f64,
-    /// Half of its 95 % interval (s), as far as the residual's colour tells.
+    /// Half of its 95 % interval (s), with the autocorrelation of the residual.
     pub delay_half95_s: f64,
-    /// ln of what its force is of the model's.
+    /// ln of the ratio of its force to that of the model.
     pub gain: f64,
     /// Half of its 95 % interval.
     pub gain_half95: f64,
     /// Gap of the record with the model.
     pub gap: f64,
-    /// The same with its own delay and factor.
+    /// Gap with its own delay and factor.
     pub gap_own: f64,
-    /// What delay and factor take of its square, and of what is left of it where what is open of the model has moved as far as it may: the lesser.
+    /// Reduction of the squared gap by delay and factor. The lesser of two: of the residual, and of the residual after the model moved within its
+    /// covariance.
     pub taken: f64,
-    /// Gap that noise leaves.
+    /// Gap due to noise.
     pub floor: f64,
 }
 
 /// A record that contradicts the others.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Contradiction {
-    /// Record.
+    /// Name of the record.
     pub name: String,
-    /// In words.
+    /// Description in words.
     pub description: String,
 }
 
 /// A rigid drive, its machine and the values of the machine's parameters.
 type Model<'m> = (&'m Rigid, &'m Machine, &'m [f64]);
 
-/// How far the fitted records leave a model's parameters open.
+/// Covariance of a model's parameters after a fit.
 pub(super) struct Covariance {
-    /// Indices of parameters.
+    /// Indices of the parameters.
     parameters: Vec<usize>,
-    /// Each column moves them by a standard deviation.
+    /// Root of the covariance: each column is a change by one standard deviation.
     root: DMatrix<f64>,
 }
 
 impl Covariance {
-    /// Of a fit: (Jᵀ·J/s² + 1/range²)⁻¹, s² the variance of what it leaves, as a mean of that varies.
+    /// Computes (Jᵀ·J/s² + 1/range²)⁻¹ of a fit. s² is the variance of the residual, corrected for its autocorrelation.
     pub fn new(fit: &ForceFit, machine: &Machine, motions: &[&MotionSignal]) -> Option<Self> {
         let records: Vec<(usize, Option<usize>)> = motions.iter().flat_map(|m| m.channels()).collect();
         let variance =
@@ -70,124 +71,127 @@ impl Covariance {
         Some(Covariance { parameters: fit.free.clone(), root: ranges * root })
     }
 
-    /// What that leaves open of the force of a motion, column by column.
+    /// Returns the changes of a motion's force by one standard deviation, column by column.
     fn moves(&self, (rigid, machine, values): Model<'_>, motion: &MotionSignal) -> DMatrix<f64> {
         let columns = LinearForce::new(rigid, machine, values, &self.parameters, &[motion]).derivatives;
         columns.rows(0, motion.load.len()) * &self.root
     }
 }
 
-/// Delay and factor of each record that suit a model best, and what they take beside what is open of it.
-pub(super) fn shifts(model: Model<'_>, motions: &[&MotionSignal], open: Option<&Covariance>) -> Vec<RecordShift> {
-    motions.iter().filter_map(|motion| shift(model, motion, open)).collect()
+/// Estimates delay and factor of each record relative to a model, and the reduction of the gap by them beyond the model's uncertainty.
+pub(super) fn shifts(model: Model<'_>, motions: &[&MotionSignal], covariance: Option<&Covariance>) -> Vec<RecordShift> {
+    motions.iter().filter_map(|motion| shift(model, motion, covariance)).collect()
 }
 
-fn shift(model: Model<'_>, motion: &MotionSignal, open: Option<&Covariance>) -> Option<RecordShift> {
+fn shift(model: Model<'_>, motion: &MotionSignal, covariance: Option<&Covariance>) -> Option<RecordShift> {
     let (rigid, machine, values) = model;
-    let as_is: MotionPart = part(rigid, machine, values, motion);
+    let predicted: MotionPart = part(rigid, machine, values, motion);
     let force = rigid.force(machine, values, motion);
-    let rising: Vec<f64> = central_differences(&force).into_iter().map(|d| d / motion.step_s).collect();
-    let columns = DMatrix::from_columns(&[DVector::from_vec(motion.thinned(&rising)?), DVector::from_vec(motion.thinned(&force)?)]);
+    let slope: Vec<f64> = central_differences(&force).into_iter().map(|d| d / motion.step_s).collect();
+    let columns = DMatrix::from_columns(&[DVector::from_vec(motion.thinned(&slope)?), DVector::from_vec(motion.thinned(&force)?)]);
     let records = [(motion.load.len(), motion.period)];
-    let left = DVector::from_vec(as_is.residual.clone());
+    let left = DVector::from_vec(predicted.residual.clone());
     let fit = LinearFit::new(&columns, &left)?;
     let half = intervals(&columns, &fit.residual, &records)?;
-    let given = open.and_then(|open| Given::new(open.moves(model, motion), &left));
+    let projection = covariance.and_then(|covariance| UncertaintyProjection::new(covariance.moves(model, motion), &left));
     let mut taken = left.norm_squared() - fit.residual.norm_squared();
-    if let Some(given) = given {
-        let left = given.without(&DMatrix::from_columns(&[left])).column(0).into_owned();
-        taken = taken.min(left.norm_squared() - LinearFit::new(&given.without(&columns), &left)?.residual.norm_squared());
+    if let Some(projection) = projection {
+        let left = projection.without(&DMatrix::from_columns(&[left])).column(0).into_owned();
+        taken = taken.min(left.norm_squared() - LinearFit::new(&projection.without(&columns), &left)?.residual.norm_squared());
     }
-    let scale = as_is.recorded.iter().map(|x| x * x).sum::<f64>().sqrt();
+    let scale = predicted.recorded.iter().map(|x| x * x).sum::<f64>().sqrt();
     Some(RecordShift {
         name: motion.name.clone(),
         delay_s: fit.coefficients[0],
         delay_half95_s: half[0].half95,
         gain: (1.0 + fit.coefficients[1]).max(1e-6).ln(),
         gain_half95: half[1].half95,
-        gap: as_is.own_gap(),
-        floor: not_systematic(&as_is, motion).first().map_or(0.0, |n| square(n).sqrt() / scale),
+        gap: predicted.own_gap(),
+        floor: non_systematic(&predicted, motion).first().map_or(0.0, |n| square(n).sqrt() / scale),
         gap_own: fit.residual.norm() / scale,
         taken: taken / (scale * scale),
     })
 }
 
-/// Standard deviations, root mean square, by which what is open of a model may move.
-const MOVES: f64 = 2.0;
+/// Root mean square of standard deviations by which uncertain parameters of the model may move.
+const MAX_MOVE: f64 = 2.0;
 
-/// Least squares of a few columns whose coefficients are bounded: (Bᵀ·B + λ·1), λ the least for which those of what is left of a record move no farther than
-/// they may.
-struct Given {
+/// Projection of columns within a model's uncertainty: (Bᵀ·B + λ·1) with the least λ that keeps the coefficients of a residual within [`MAX_MOVE`].
+struct UncertaintyProjection {
     moves: DMatrix<f64>,
     normal: Cholesky<f64, Dyn>,
 }
 
-impl Given {
+impl UncertaintyProjection {
     fn new(moves: DMatrix<f64>, left: &DVector<f64>) -> Option<Self> {
         let (normal, wanted) = (moves.tr_mul(&moves), moves.tr_mul(left));
         let mut ridge = 1e-9 * normal.trace();
         while ridge > 0.0 && ridge.is_finite() {
             let normal = (&normal + DMatrix::identity(moves.ncols(), moves.ncols()) * ridge).cholesky()?;
-            if normal.solve(&wanted).norm_squared() <= MOVES * MOVES * moves.ncols() as f64 {
-                return Some(Given { moves, normal });
+            if normal.solve(&wanted).norm_squared() <= MAX_MOVE * MAX_MOVE * moves.ncols() as f64 {
+                return Some(UncertaintyProjection { moves, normal });
             }
             ridge *= 2.0;
         }
         None
     }
 
-    /// Columns without that.
+    /// Removes that part from columns.
     fn without(&self, columns: &DMatrix<f64>) -> DMatrix<f64> {
         columns - &self.moves * self.normal.solve(&self.moves.tr_mul(columns))
     }
 }
 
-/// Share of a record's squared gap, and of what noise does not leave of it, that its own delay and factor must take away to be told, and by how much they
-/// must differ: the delay in steps of the record beside the intervals of both.
-const TAKES: (f64, f64) = (0.1, 0.5);
-const STEPS: f64 = 0.1;
-const GAIN: f64 = 0.03;
-/// Share that they must take of what the machine as described leaves of a fitted record.
-const TAKES_OF_ALL: f64 = 0.25;
+/// Least reductions by a record's own delay and factor: as a share of its squared gap, and of that beyond noise. Then the least differences beyond
+/// the intervals of both: of the delay in steps of the record, and of the factor.
+const LEAST_REDUCTION: (f64, f64) = (0.1, 0.5);
+const DELAY_STEPS: f64 = 0.1;
+const FACTOR: f64 = 0.03;
+/// Least reduction as a share of the squared gap of the machine as described, for a fitted record.
+const LEAST_REDUCTION_NOMINAL: f64 = 0.25;
 
-/// Records whose delay or factor is not that of the fitted ones.
+/// Returns the records whose delay or factor differs from that of the fitted ones.
 pub(super) fn contradictions(fit: &[RecordShift], others: &[RecordShift], step_s: f64) -> Vec<Contradiction> {
     let middle = |of: fn(&RecordShift) -> f64| numeric::statistics::median(fit.iter().map(of)).unwrap_or(0.0);
     let (delay_s, gain) = (middle(|r| r.delay_s), middle(|r| r.gain));
-    let sure = |of: fn(&RecordShift) -> f64| fit.iter().map(of).fold(0.0, f64::max);
+    let largest_half95 = |of: fn(&RecordShift) -> f64| fit.iter().map(of).fold(0.0, f64::max);
     others
         .iter()
         .filter_map(|record| {
             let square = record.gap.powi(2);
-            let much = record.taken > (TAKES.0 * square).max(TAKES.1 * (square - record.floor.powi(2)));
-            let late = record.delay_s - delay_s;
+            let much = record.taken > (LEAST_REDUCTION.0 * square).max(LEAST_REDUCTION.1 * (square - record.floor.powi(2)));
+            let delay_difference = record.delay_s - delay_s;
             let more = record.gain - gain;
-            let delayed = late.abs() > STEPS * step_s + record.delay_half95_s.hypot(sure(|r| r.delay_half95_s));
-            let scaled = more.abs() > GAIN + record.gain_half95.hypot(sure(|r| r.gain_half95));
+            let delayed = delay_difference.abs() > DELAY_STEPS * step_s + record.delay_half95_s.hypot(largest_half95(|r| r.delay_half95_s));
+            let scaled = more.abs() > FACTOR + record.gain_half95.hypot(largest_half95(|r| r.gain_half95));
             if !much || !(delayed || scaled) {
                 return None;
             }
             let mut what = Vec::new();
             if delayed {
-                what.push(format!("its position comes {:.2} ms after its force, theirs {:.2} ms", 1e3 * record.delay_s, 1e3 * delay_s));
+                what.push(format!(
+                    "its position lags its force by {:.2} ms, that of the others by {:.2} ms",
+                    1e3 * record.delay_s,
+                    1e3 * delay_s
+                ));
             }
             if scaled {
-                what.push(format!("its force is {:.3} times that of the records that were fitted", more.exp()));
+                what.push(format!("its force is {:.3} times that of the fitted records", more.exp()));
             }
-            let says = format!(
-                "{} contradicts the fitted records: {}; with that set right its gap is {:.2} % for {:.2} %",
+            let description = format!(
+                "{} contradicts the fitted records: {}; corrected for this, its gap is {:.2} % instead of {:.2} %",
                 record.name,
                 what.join(", and "),
                 100.0 * record.gap_own,
                 100.0 * record.gap
             );
-            Some(Contradiction { name: record.name.clone(), description: says })
+            Some(Contradiction { name: record.name.clone(), description })
         })
         .collect()
 }
 
-/// Fitted records that contradict the others: the one, or where there are but two, both. Of what the machine as described leaves of a record (`before`) its
-/// delay and factor must take their share, too: what an imperfect form of a large effect leaves is no fault of a record.
+/// Returns the fitted records that contradict the others; of two, both. Delay and factor must also explain a share of the gap of the machine as
+/// described (`before`). The residual of an imperfectly modelled large effect is not a fault of a record.
 pub(super) fn faulty(shifts: &[RecordShift], before: &[MotionPart], step_s: f64) -> Vec<Contradiction> {
     if shifts.len() < 2 {
         return Vec::new();
@@ -196,7 +200,7 @@ pub(super) fn faulty(shifts: &[RecordShift], before: &[MotionPart], step_s: f64)
         let others: Vec<RecordShift> = shifts.iter().enumerate().filter(|(i, _)| *i != at).map(|(_, s)| s.clone()).collect();
         let taken = shifts[at].gap.powi(2) - shifts[at].gap_own.powi(2);
         let gap = before.iter().find(|part| part.name == shifts[at].name).map_or(0.0, MotionPart::own_gap);
-        let much = taken > 0.5 * shifts[at].gap.powi(2) && taken > TAKES_OF_ALL * gap.powi(2);
+        let much = taken > 0.5 * shifts[at].gap.powi(2) && taken > LEAST_REDUCTION_NOMINAL * gap.powi(2);
         contradictions(&others, std::slice::from_ref(&shifts[at]), step_s).into_iter().filter(move |_| much)
     };
     (0..shifts.len()).flat_map(against_others).collect()

@@ -1,4 +1,4 @@
-//! From figures to a verdict.
+//! Decision on the verdict of a motion.
 
 use super::context::{Chosen, Context};
 use super::data_fault::Contradiction;
@@ -10,23 +10,23 @@ use crate::{Verdict, VerdictKind};
 use identification::motion::ForceFit;
 use machine::Parameter;
 
-/// What a free shape must leave of what the chosen effects leave, for these to be doubted.
-const DOUBT: f64 = 0.5;
-/// Least gain of a free shape that is called something, and of an effect that shows and yet is not it.
+/// Ratio of the loss of the best free function to that of the chosen effects below which these are rejected.
+const DOUBTFUL: f64 = 0.5;
+/// Least reduction of the prediction error by a free function, and by an effect that shows but is not confirmed, that gives the verdict «unknown».
 const LEAST_FREE: f64 = 0.1;
 
-/// What the verdict rests on.
+/// Inputs of the decision.
 pub(super) struct MotionDecisionInputs<'e> {
-    pub work: &'e Context<'e>,
+    pub context: &'e Context<'e>,
     pub first: &'e SelectionStep,
     pub base: &'e Chosen,
     pub chosen: &'e Chosen,
     pub names: &'e [String],
-    /// What they leave of what the machine fails to foretell of parts left out.
+    /// Prediction error at left-out parts with these effects, over that of the machine alone.
     pub loss: f64,
-    /// Fits of everything with each of the ranked effects.
-    pub plain: &'e [Option<Chosen>],
-    /// Place of the effect that is named first, if it is one of those that are not told apart.
+    /// Joint fits of all parameters with each of the ranked candidates.
+    pub full_fits: &'e [Option<Chosen>],
+    /// Index of the effect that is named first among the indistinguishable ones.
     pub named: Option<usize>,
     pub same: &'e [usize],
     pub located: &'e [LocatedMotion],
@@ -35,23 +35,35 @@ pub(super) struct MotionDecisionInputs<'e> {
     pub contradictions: &'e [Contradiction],
 }
 
-/// The verdict.
-pub(super) fn conclude(evidence: &MotionDecisionInputs<'_>) -> Verdict {
-    let MotionDecisionInputs { work, first, base, chosen, names, loss: chosen_loss, plain, named, same, located, faulty, contradictions } =
-        evidence;
-    let say = |kind: VerdictKind, effects: Vec<String>, reason: String, next: Option<String>| Verdict { kind, effects, reason, next };
+/// Decides on the verdict.
+pub(super) fn decide(inputs: &MotionDecisionInputs<'_>) -> Verdict {
+    let MotionDecisionInputs {
+        context,
+        first,
+        base,
+        chosen,
+        names,
+        loss: chosen_loss,
+        full_fits,
+        named,
+        same,
+        located,
+        faulty,
+        contradictions,
+    } = inputs;
+    let state = |kind: VerdictKind, effects: Vec<String>, reason: String, next: Option<String>| Verdict { kind, effects, reason, next };
     let at_fault = |records: &[Contradiction]| {
         let reason = records.iter().map(|f| f.description.clone()).collect::<Vec<_>>().join("; ");
         let which = records.iter().map(|f| f.name.as_str()).collect::<Vec<_>>().join(" or ");
-        let next = Some(format!("record {which} again, force and position by one clock; hold it out until then"));
-        say(VerdictKind::Measurement, Vec::new(), reason, next)
+        let next = Some(format!("record {which} again with force and position on one clock; exclude it until then"));
+        state(VerdictKind::Measurement, Vec::new(), reason, next)
     };
     if !faulty.is_empty() {
         return at_fault(faulty);
     }
-    // Nothing is missing where a record says otherwise: then that record is at fault.
-    let nothing = |reason: String| match contradictions.is_empty() {
-        true => say(VerdictKind::None, Vec::new(), reason, None),
+    // A record that contradicts the others is reported where no effect is missing.
+    let no_effect = |reason: String| match contradictions.is_empty() {
+        true => state(VerdictKind::None, Vec::new(), reason, None),
         false => at_fault(contradictions),
     };
     let left = |of: &ForceFit| of.squares / base.1.squares;
@@ -59,115 +71,120 @@ pub(super) fn conclude(evidence: &MotionDecisionInputs<'_>) -> Verdict {
     let free_loss = free.map_or(f64::INFINITY, |f| 1.0 - f.gain);
     let place =
         located.first().map_or("?".into(), |l| l.column.as_ref().map_or(l.over.to_string(), |column| format!("{} in {column}", l.over)));
-    let what = if located.first().is_some_and(|l| l.column.is_some()) { "the transmission error" } else { "the force" };
-    let listen = || Some(format!("the same motion at other speeds and loads: {what} left depends on {place}"));
+    let compared = if located.first().is_some_and(|l| l.column.is_some()) { "the transmission error" } else { "the force" };
+    let next_motion = || Some(format!("record the same motion at other speeds and loads: the residual of {compared} depends on {place}"));
     let Some(best) = first.best_effect() else {
-        return say(VerdictKind::Unknown, Vec::new(), "no candidate applies to this machine and these records".into(), None);
+        return state(VerdictKind::Unknown, Vec::new(), "no candidate applies to this machine and these records".into(), None);
     };
     if names.is_empty() {
         let (id, gain) = (first.id(best), first.ranked[best].gain);
-        let tells = |gain: f64, p: f64| (gain >= LEAST_FREE && p < ALPHA) || (gain >= NEARLY_ALL && p < RARE);
-        if let Some(free) = free.filter(|f| tells(f.gain, first.null.p_value_free(f))) {
+        let is_significant = |gain: f64, p: f64| (gain >= LEAST_FREE && p < ALPHA) || (gain >= NEARLY_ALL && p < RARE);
+        if let Some(free) = free.filter(|f| is_significant(f.gain, first.null.p_value_free(f))) {
             let reason = format!(
-                "a free function of {place} takes {:.0} % of what the machine fails to foretell of parts left out ({}), and no effect of the library \
-                 does as much as nulls show (most {id}, {:.0} %)",
+                "a free function of {place} reduces the squared prediction error at left-out parts by {:.0} % ({}), and no effect of the \
+                 library is significant (best: {id}, {:.0} %)",
                 100.0 * free.gain,
                 p_value_text(first.null.p_value_free(free)),
                 100.0 * gain.max(0.0)
             );
-            return say(VerdictKind::Unknown, Vec::new(), reason, listen());
+            return state(VerdictKind::Unknown, Vec::new(), reason, next_motion());
         }
-        let (p, least) = (first.null.p_value(&first.ranked[best]), work.least(first, id));
-        let shows = plain[best].as_ref().is_some_and(|next| work.shows(first, best, next, base));
-        let takes = format!("{id} takes {:.0} % of what parts left out leave beside what is ordinarily wrong", 100.0 * gain.max(0.0));
-        let not_it = format!("{takes}, but the fit of everything with it ends where it does little of that by itself");
+        let (p, least) = (first.null.p_value(&first.ranked[best]), context.least(first, id));
+        let shows = full_fits[best].as_ref().is_some_and(|next| context.shows(first, best, next, base));
+        let reduction = format!(
+            "next to the nuisance parameters, {id} reduces the squared prediction error at left-out parts by {:.0} %",
+            100.0 * gain.max(0.0)
+        );
+        let not_confirmed = format!("{reduction}, but in the joint fit without nuisance parameters it reduces the misfit much less");
         if p < ALPHA && gain >= least.max(LEAST_FREE) && shows {
-            return say(VerdictKind::Unknown, Vec::new(), not_it, listen());
+            return state(VerdictKind::Unknown, Vec::new(), not_confirmed, next_motion());
         }
-        if let Some((wrong, size)) = &first.stretched {
+        if let Some((nuisance, size)) = &first.implausible {
             let reason = format!(
-                "what is ordinarily a little wrong explains it only at {size:.1} standard deviations ({wrong}), and no effect of the library stands for \
-                 it (most {id}, {:.0} %)",
+                "the misfit requires a nuisance parameter at {size:.1} standard deviations ({nuisance}), and no effect of the library \
+                 explains it (best: {id}, {:.0} %)",
                 100.0 * gain.max(0.0)
             );
-            return say(VerdictKind::Unknown, Vec::new(), reason, listen());
+            return state(VerdictKind::Unknown, Vec::new(), reason, next_motion());
         }
         if p < ALPHA && gain >= least {
-            return nothing(not_it);
+            return no_effect(not_confirmed);
         }
         if p < ALPHA {
-            let reason = format!("{takes}, less than {:.0} % is no more than machines leave that are as described", 100.0 * least);
-            return nothing(reason);
+            let reason = format!("{reduction}; reductions below {:.0} % are common on machines without a missing effect", 100.0 * least);
+            return no_effect(reason);
         }
         let reason = format!(
-            "what is left is no more than nulls of this machine and these motions show (most is gained by {id}, {:.0} % of what parts left out leave, \
-             {})",
+            "the residual is consistent with null simulations of this machine and these motions (best candidate: {id}, which reduces the \
+             squared prediction error at left-out parts by {:.0} %, {})",
             100.0 * gain.max(0.0),
             p_value_text(p)
         );
-        return nothing(reason);
+        return no_effect(reason);
     }
     let best = named.unwrap_or(best);
     let gain = first.ranked[best].gain;
-    let release = same.iter().find(|at| releases(&first.survey.candidates[first.ranked[**at].candidate]));
+    let release = same.iter().find(|at| releases(&first.screening.candidates[first.ranked[**at].candidate]));
     if let Some(&at) = release {
         let ranked = &first.ranked[at];
-        let told = plain[at].as_ref().map_or(String::new(), |(h, f)| {
+        let estimate = full_fits[at].as_ref().map_or(String::new(), |(h, f)| {
             let index = h.added[0];
             let p = &h.machine.parameters[index];
-            format!("{} was held at {:.4e} {}; free, it becomes {:.4e}", p.id, p.start, p.unit, f.values[index])
+            format!("{} was frozen at {:.4e} {}; its estimate {:.4e}", p.id, p.start, p.unit, f.values[index])
         });
         let more = names.len() > 1 && at == best;
         let reason = format!(
-            "{told} and takes {:.0} % of what parts left out leave away{}",
+            "{estimate} reduces the squared prediction error at left-out parts by {:.0} %{}",
             100.0 * ranked.gain,
-            if more { format!("; beside it {} is missing", names[1..].join(" and ")) } else { ": no effect is needed".into() }
+            if more { format!("; in addition the model lacks {}", names[1..].join(" and ")) } else { ": no effect is needed".into() }
         );
         let next = Some(format!("identify without --freeze {}", first.id(at)));
-        return say(VerdictKind::WrongParameter, Vec::new(), reason, next);
+        return state(VerdictKind::WrongParameter, Vec::new(), reason, next);
     }
-    // What the chosen effects leave, beside what the best free shape leaves.
-    if free_loss < DOUBT * chosen_loss && *chosen_loss > DOUBT * DOUBT {
+    // Compare the chosen effects with the best free function.
+    if free_loss < DOUBTFUL * chosen_loss && *chosen_loss > DOUBTFUL * DOUBTFUL {
         let reason = format!(
-            "the best of the library, {}, leaves {:.0} % of what the machine fails to foretell of parts left out; a free function of {place} leaves {:.0} %",
+            "the best effect of the library, {}, leaves {:.0} % of the squared prediction error at left-out parts; a free function of {place} \
+             leaves {:.0} %",
             names.join("+"),
             100.0 * chosen_loss,
             100.0 * free_loss
         );
-        return say(VerdictKind::Unknown, Vec::new(), reason, listen());
+        return state(VerdictKind::Unknown, Vec::new(), reason, next_motion());
     }
     let reason = format!(
-        "{} takes {:.0} % of what the machine fails to foretell of parts left out away ({}){}",
+        "{} reduces the squared prediction error at left-out parts by {:.0} % ({}){}",
         names[0],
         100.0 * gain,
         p_value_text(first.null.p_value(&first.ranked[best])),
         if names.len() > 1 {
-            format!("; with {} {:.0} % of the squared misfit are gone", names[1..].join(" and "), 100.0 * (1.0 - left(&chosen.1)))
+            format!("; with {} the squared misfit falls by {:.0} %", names[1..].join(" and "), 100.0 * (1.0 - left(&chosen.1)))
         } else {
             String::new()
         }
-    ) + &amounts(work, chosen);
+    ) + &amounts(context, chosen);
     let rest: String = names[1..].iter().map(|n| format!("+{n}")).collect();
     let alternatives: Vec<String> = std::iter::once(names[0].clone())
         .chain(
             same.iter()
                 .map(|at| first.id(*at).to_string())
-                .chain(first.confusable_unseen(work.effects, &names[0]))
+                .chain(first.confusable_unidentifiable(context.effects, &names[0]))
                 .filter(|id| !names.contains(id)),
         )
         .map(|id| format!("{id}{rest}"))
         .collect();
     if alternatives.len() == 1 {
-        return say(VerdictKind::Effect, alternatives, reason, None);
+        return state(VerdictKind::Effect, alternatives, reason, None);
     }
-    let reason = format!("{reason}; these data cannot tell it from {}", alternatives[1..].join(", "));
-    let next = same.iter().find_map(|at| work.effects.iter().find(|e| e.id == first.id(*at))).and_then(|e| e.discriminating_test.clone());
-    say(VerdictKind::Ambiguous, alternatives, reason, next)
+    let reason = format!("{reason}; these data cannot distinguish it from {}", alternatives[1..].join(", "));
+    let next =
+        same.iter().find_map(|at| context.effects.iter().find(|e| e.id == first.id(*at))).and_then(|e| e.discriminating_test.clone());
+    state(VerdictKind::Ambiguous, alternatives, reason, next)
 }
 
-/// How much the chosen effects are, where further points tell it: lengths in µm.
-fn amounts(work: &Context<'_>, (hypothesis, fit): &Chosen) -> String {
-    if work.data.columns.is_empty() {
+/// Formats the parameters of the chosen effects where extra measuring points were recorded; short lengths in µm.
+fn amounts(context: &Context<'_>, (hypothesis, fit): &Chosen) -> String {
+    if context.data.columns.is_empty() {
         return String::new();
     }
     let of = |i: &usize| amount(&hypothesis.machine.parameters[*i], fit.values[*i]);
@@ -175,7 +192,7 @@ fn amounts(work: &Context<'_>, (hypothesis, fit): &Chosen) -> String {
     if all.is_empty() { String::new() } else { format!("; {}", all.join(", ")) }
 }
 
-/// How much a parameter is, short lengths in µm.
+/// Formats the value of a parameter; short lengths in µm.
 pub(super) fn amount(p: &Parameter, x: f64) -> String {
     match (p.unit.as_str(), x.abs() < 1e-3) {
         ("m", true) => format!("{} is {:.1} µm", p.id, 1e6 * x),

@@ -1,5 +1,5 @@
-//! Least squares of candidates beside columns that they share. All that does not depend on the recorded force is worked out beforehand, nulls are solved
-//! together, and a candidate keeps what it adds alone: its columns border the normal equations of those shared.
+//! Least squares of candidates whose designs share columns. Everything that does not depend on the force is computed once, and null simulations are
+//! solved in batches. A candidate stores its own columns alone: they border the normal equations of the shared ones.
 //!
 //! ```text
 //! ┌ A   B ┐ ┌c┐   ┌a┐      U = A⁻¹·B     S = C − Bᵀ·U      z = S⁻¹·(b − Uᵀ·a)      c = A⁻¹·a − U·z
@@ -12,23 +12,23 @@ use std::sync::Arc;
 
 use nalgebra::{Cholesky, DMatrix, DVector};
 
-use super::data::{MotionData, beside};
+use super::data::{MotionData, side_by_side};
 
-/// Columns that designs share, with what is known of their coefficients.
+/// Columns shared by designs, with penalties on their coefficients.
 #[derive(Debug)]
 pub(super) struct SharedDesign {
-    /// Columns, each a row, their samples in the order of the parts.
+    /// The columns as rows, with samples in the order of the parts.
     rows: DMatrix<f64>,
     penalty: Vec<f64>,
-    /// Products of the columns in each part.
+    /// Gram matrices of the columns in each part.
     gram: Vec<DMatrix<f64>>,
-    /// Inverses of the normal equations without each part, and last with all.
+    /// Inverses of the normal equations without each part; the last with all parts.
     inverses: Vec<DMatrix<f64>>,
 }
 
 impl SharedDesign {
-    /// Of columns in the order of the records. `penalty` is added to the diagonal of the normal equations, column by column: 0, or the noise's variance over
-    /// that of the coefficient. `None` where columns are not independent.
+    /// Builds the design from columns in the order of the records. `penalty` is added to the diagonal of the normal equations: 0, or the variance of
+    /// the noise over that of the coefficient. `None` where columns are linearly dependent.
     pub fn new(data: &MotionData<'_>, columns: &DMatrix<f64>, penalty: Vec<f64>) -> Option<Self> {
         let rows = sorted(data, columns).transpose();
         let lengths = lengths(columns)?;
@@ -46,26 +46,27 @@ impl SharedDesign {
     }
 }
 
-/// Forces to be fitted, one recorded or many drawn, with what fits beside shared columns make of them; one force a column.
+/// Forces to fit, recorded or drawn, one per column, with their products with shared columns.
 pub(super) struct Forces {
-    /// Their samples in the order of the parts that are left out.
+    /// Forces, with samples in the order of the parts.
     sorted: DMatrix<f64>,
     /// Sum of squares of each part (row).
     squares: DMatrix<f64>,
-    beside: Vec<SharedProducts>,
+    shared: Vec<SharedProducts>,
 }
 
-/// Products with shared columns in each part and in all, and coefficients of each fit of them alone; those times the products of the part left out.
+/// Products of forces with shared columns in each part and in total, and coefficients of each fit by shared columns alone. Also the products of these
+/// coefficients with the Gram matrix of the left-out part.
 struct SharedProducts {
     base: Arc<SharedDesign>,
     products: Vec<DMatrix<f64>>,
     sums: DMatrix<f64>,
     coefficients: Vec<DMatrix<f64>>,
-    bent: Vec<DMatrix<f64>>,
+    gram_products: Vec<DMatrix<f64>>,
 }
 
 impl Forces {
-    /// Of forces in the order of the records, for designs beside some columns.
+    /// Prepares forces in the order of the records for designs on given shared columns.
     pub fn new(data: &MotionData<'_>, forces: &[DVector<f64>], bases: &[Arc<SharedDesign>]) -> Self {
         let sorted = sorted(data, &DMatrix::from_columns(forces));
         let squares = DMatrix::from_fn(data.parts(), forces.len(), |part, at| {
@@ -77,87 +78,87 @@ impl Forces {
             let sums: DMatrix<f64> = products.iter().sum();
             let rests = products.iter().map(|part| &sums - part).chain([sums.clone()]);
             let coefficients: Vec<DMatrix<f64>> = base.inverses.iter().zip(rests).map(|(inverse, rest)| inverse * rest).collect();
-            let bent = base.gram.iter().zip(&coefficients).map(|(gram, c)| gram * c).collect();
-            SharedProducts { base: base.clone(), products, sums, coefficients, bent }
+            let gram_products = base.gram.iter().zip(&coefficients).map(|(gram, c)| gram * c).collect();
+            SharedProducts { base: base.clone(), products, sums, coefficients, gram_products }
         };
-        Forces { beside: bases.iter().map(of).collect(), sorted, squares }
+        Forces { shared: bases.iter().map(of).collect(), sorted, squares }
     }
 
-    /// How many there are.
+    /// Returns the number of forces.
     pub fn count(&self) -> usize {
         self.sorted.ncols()
     }
 }
 
-/// Products of shared columns with others in each part.
+/// Returns the products of shared columns with others in each part.
 fn with_shared(data: &MotionData<'_>, base: &SharedDesign, columns: &DMatrix<f64>) -> Vec<DMatrix<f64>> {
     let product = |(from, samples)| base.rows.columns(from, samples) * columns.rows(from, samples);
     (0..data.parts()).map(|part| product(data.rows_of(part))).collect()
 }
 
-/// Products of a few columns with others in each part: one after another, which for so few is faster than by blocks.
+/// Returns the products of a few columns with others in each part: for so few columns faster one by one than by blocks.
 fn products(data: &MotionData<'_>, few: &DMatrix<f64>, columns: &DMatrix<f64>) -> Vec<DMatrix<f64>> {
     let product = |(from, samples)| few.rows(from, samples).tr_mul(&columns.rows(from, samples));
     (0..data.parts()).map(|part| product(data.rows_of(part))).collect()
 }
 
-/// Linear columns beside shared ones. Coefficients stand in this order: shared, own.
+/// A candidate's columns next to shared ones. Coefficients are ordered: shared, own.
 #[derive(Debug, Clone)]
 pub(super) struct CandidateDesign {
     base: Arc<SharedDesign>,
-    /// Force with all coefficients at nothing, its samples in the order of the parts; and beside it the own columns.
+    /// Force with all coefficients zero, with samples in the order of the parts, followed by the own columns.
     own: DMatrix<f64>,
-    /// Ends of the coefficients that the candidate adds, by column.
+    /// Bounds of the candidate's added coefficients, by column.
     bounds: Vec<(usize, f64, f64)>,
     ridge: f64,
-    /// Fits without each part, and last with all.
+    /// Fits without each part; the last with all parts.
     fits: Vec<Border>,
     parts: Vec<PartProducts>,
 }
 
-/// What the own columns add to a fit.
+/// Contribution of the own columns to a fit.
 #[derive(Debug, Clone)]
 struct Border {
-    /// U, and the inverse of S.
-    stand_for: DMatrix<f64>,
+    /// U, and the inverse of S, of the module's equation.
+    projection: DMatrix<f64>,
     inverse: DMatrix<f64>,
-    /// Coefficients of the shared columns for the force at nothing.
-    nothing: DVector<f64>,
+    /// Coefficients of the shared columns for the force with all coefficients zero.
+    at_zero: DVector<f64>,
 }
 
-/// What the own columns and the force at nothing are in a part that is left out.
+/// Products of own columns and zero-coefficient force in a left-out part.
 #[derive(Debug, Clone)]
 struct PartProducts {
-    /// Products of shared and own columns with the force at nothing, its squares; products with [`Border::nothing`].
+    /// Products of shared and own columns with the zero-coefficient force, its sum of squares, and products with [`Border::at_zero`].
     shared: DVector<f64>,
     added: DVector<f64>,
     squares: f64,
-    bent: DVector<f64>,
-    /// Products of what the shared columns do not stand for of the own: with the shared, and with itself.
+    gram_products: DVector<f64>,
+    /// Products of the own columns' components orthogonal to the shared ones: with the shared columns, and with themselves.
     across: DMatrix<f64>,
     own: DMatrix<f64>,
 }
 
-/// What a design makes of a force.
+/// Solution of a design for one force.
 #[derive(Debug, Clone)]
 pub(super) struct Solved {
-    /// Coefficients from all parts.
+    /// Coefficients fitted to all parts.
     pub coefficients: DVector<f64>,
-    /// Sum of squares of each part foretold without it.
+    /// Squared prediction error of each part, from a fit without it.
     pub left_out: Vec<f64>,
-    /// What is known of the coefficients speaks against them by so much, in the same unit.
+    /// Penalty of the coefficients by their priors, in the same unit.
     pub prior: f64,
 }
 
 impl Solved {
-    /// What is not foretold, and what is not believed.
+    /// Returns the squared prediction error of all parts plus the penalty.
     pub fn loss(&self) -> f64 {
         self.left_out.iter().sum::<f64>() + self.prior
     }
 }
 
 impl CandidateDesign {
-    /// With own columns in the order of the records, and a ridge that keeps them apart. `None` where columns are not independent.
+    /// Builds a design from own columns in the order of the records, with a ridge penalty on them. `None` where columns are linearly dependent.
     pub fn new(
         data: &MotionData<'_>,
         base: &Arc<SharedDesign>,
@@ -178,42 +179,42 @@ impl CandidateDesign {
         let border = |(fit, normal): (usize, &DMatrix<f64>)| {
             let without = |all: &DMatrix<f64>, parts: &[DMatrix<f64>]| parts.get(fit).map_or_else(|| all.clone(), |part| all - part);
             let across = without(&all_across, &across);
-            let stand_for = normal * &across;
-            let left = without(&all_among, &among) - across.tr_mul(&stand_for);
-            let nothing = normal * shared.get(fit).map_or_else(|| all_shared.clone(), |part| &all_shared - part);
-            Some(Border { inverse: inverse(left, &vec![ridge; lengths.len()], &lengths)?, stand_for, nothing })
+            let projection = normal * &across;
+            let left = without(&all_among, &among) - across.tr_mul(&projection);
+            let at_zero = normal * shared.get(fit).map_or_else(|| all_shared.clone(), |part| &all_shared - part);
+            Some(Border { inverse: inverse(left, &vec![ridge; lengths.len()], &lengths)?, projection, at_zero })
         };
         let fits = base.inverses.iter().enumerate().map(border).collect::<Option<Vec<Border>>>()?;
         let parts = fits.iter().zip(&base.gram).zip(across.into_iter().zip(among)).zip(shared.into_iter().zip(added)).enumerate();
         let part = |(at, (((fit, gram), (across, own)), (shared, added)))| {
             let fit: &Border = fit;
             let (from, samples) = data.rows_of(at);
-            let of_own: DMatrix<f64> = fit.stand_for.tr_mul(&across);
-            let across: DMatrix<f64> = across - gram * &fit.stand_for;
-            let own = own - of_own - across.tr_mul(&fit.stand_for);
+            let of_own: DMatrix<f64> = fit.projection.tr_mul(&across);
+            let across: DMatrix<f64> = across - gram * &fit.projection;
+            let own = own - of_own - across.tr_mul(&fit.projection);
             let squares = shift.rows(from, samples).norm_squared();
-            PartProducts { shared, added, squares, bent: gram * &fit.nothing, across, own }
+            PartProducts { shared, added, squares, gram_products: gram * &fit.at_zero, across, own }
         };
         let parts = parts.map(part).collect();
-        Some(CandidateDesign { base: base.clone(), own: beside(&[&shift, &own]), bounds, ridge, fits, parts })
+        Some(CandidateDesign { base: base.clone(), own: side_by_side(&[&shift, &own]), bounds, ridge, fits, parts })
     }
 
-    /// Fits forces, and foretells each part from a fit without it. `None` where what the candidate adds would leave its range.
+    /// Fits forces and predicts each part from a fit without it. `None` where an added coefficient leaves its bounds.
     pub fn solve(&self, data: &MotionData<'_>, forces: &Forces) -> Vec<Option<Solved>> {
-        let Some(shared) = forces.beside.iter().find(|b| Arc::ptr_eq(&b.base, &self.base)) else { return vec![None; forces.count()] };
+        let Some(shared) = forces.shared.iter().find(|b| Arc::ptr_eq(&b.base, &self.base)) else { return vec![None; forces.count()] };
         let (size, count) = (self.base.rows.nrows(), self.own.ncols() - 1);
-        // Of what each force is beyond the force at nothing: first its product with that.
+        // Work with forces subtracted the zero-coefficient force; first subtract its products.
         let mut products = products(data, &self.own, &forces.sorted);
         let mut all = DMatrix::zeros(count, forces.count());
         for (product, part) in products.iter_mut().zip(&self.parts) {
             product.rows_mut(1, count).column_iter_mut().for_each(|mut column| column -= &part.added);
             all += product.rows(1, count);
         }
-        let nothing: DVector<f64> = self.parts.iter().map(|part| &part.shared).sum();
+        let at_zero: DVector<f64> = self.parts.iter().map(|part| &part.shared).sum();
         let whole = &self.fits[data.parts()];
-        let sums = less(&shared.sums, &nothing);
-        let own = &whole.inverse * (&all - whole.stand_for.tr_mul(&sums));
-        let first = less(&shared.coefficients[data.parts()], &whole.nothing) - &whole.stand_for * &own;
+        let sums = subtracted(&shared.sums, &at_zero);
+        let own = &whole.inverse * (&all - whole.projection.tr_mul(&sums));
+        let first = subtracted(&shared.coefficients[data.parts()], &whole.at_zero) - &whole.projection * &own;
         let inside = |at: &usize| self.bounds.iter().all(|&(i, lower, upper)| (lower..=upper).contains(&own[(i - size, *at)]));
         let inside: Vec<usize> = (0..forces.count()).filter(inside).collect();
         let mut solved = vec![None; forces.count()];
@@ -226,18 +227,18 @@ impl CandidateDesign {
         let all = all.select_columns(&inside);
         let sums = sums.select_columns(&inside);
         for (at, (fit, part)) in self.fits.iter().zip(&self.parts).enumerate() {
-            let chosen = |of: &DMatrix<f64>, nothing: &DVector<f64>| less(&of.select_columns(&inside), nothing);
+            let chosen = |of: &DMatrix<f64>, at_zero: &DVector<f64>| subtracted(&of.select_columns(&inside), at_zero);
             let product = chosen(&shared.products[at], &part.shared);
-            let coefficients = chosen(&shared.coefficients[at], &fit.nothing);
-            let bent = chosen(&shared.bent[at], &part.bent);
+            let coefficients = chosen(&shared.coefficients[at], &fit.at_zero);
+            let gram_products = chosen(&shared.gram_products[at], &part.gram_products);
             let own_product = products[at].select_columns(&inside);
             let here = own_product.rows(1, count);
-            let own = &fit.inverse * (&all - here - fit.stand_for.tr_mul(&(&sums - &product)));
-            let beyond = here - fit.stand_for.tr_mul(&product) - part.across.tr_mul(&coefficients);
+            let own = &fit.inverse * (&all - here - fit.projection.tr_mul(&(&sums - &product)));
+            let beyond = here - fit.projection.tr_mul(&product) - part.across.tr_mul(&coefficients);
             let bent_own = &part.own * &own;
             for (k, force) in inside.iter().enumerate() {
                 let squares = forces.squares[(at, *force)] - 2.0 * own_product[(0, k)] + part.squares;
-                let alone = squares + coefficients.column(k).dot(&(bent.column(k) - 2.0 * product.column(k)));
+                let alone = squares + coefficients.column(k).dot(&(gram_products.column(k) - 2.0 * product.column(k)));
                 let left = alone + own.column(k).dot(&(bent_own.column(k) - 2.0 * beyond.column(k)));
                 if let Some(solved) = &mut solved[*force] {
                     solved.left_out.push(left);
@@ -247,7 +248,7 @@ impl CandidateDesign {
         solved
     }
 
-    /// The force with these coefficients, in the order of the records.
+    /// Returns the force with given coefficients, in the order of the records.
     pub fn force(&self, data: &MotionData<'_>, coefficients: &DVector<f64>) -> DVector<f64> {
         let size = self.base.rows.nrows();
         let own = coefficients.rows(size, coefficients.len() - size).insert_row(0, 1.0);
@@ -257,36 +258,35 @@ impl CandidateDesign {
         force
     }
 
-    /// Covariance of the first coefficients over the variance of the noise, where all is known of them that their penalty says.
+    /// Returns the covariance of the first coefficients over the variance of the noise, with their penalties as priors.
     pub fn covariance(&self, count: usize) -> DMatrix<f64> {
         let (Some(inverse), Some(whole)) = (self.base.inverses.last(), self.fits.last()) else { return DMatrix::zeros(count, count) };
-        let stand_for = whole.stand_for.rows(0, count);
-        inverse.view((0, 0), (count, count)) + stand_for * &whole.inverse * stand_for.transpose()
+        let projection = whole.projection.rows(0, count);
+        inverse.view((0, 0), (count, count)) + projection * &whole.inverse * projection.transpose()
     }
 }
 
-/// The columns of a matrix, less a vector.
-fn less(of: &DMatrix<f64>, vector: &DVector<f64>) -> DMatrix<f64> {
+/// Subtracts a vector from each column.
+fn subtracted(of: &DMatrix<f64>, vector: &DVector<f64>) -> DMatrix<f64> {
     let mut all = of.clone();
     all.column_iter_mut().for_each(|mut column| column -= vector);
     all
 }
 
-/// Columns in the order of the records, their samples put in the order of the parts.
+/// Reorders the samples of columns from the order of the records to that of the parts.
 fn sorted(data: &MotionData<'_>, columns: &DMatrix<f64>) -> DMatrix<f64> {
     columns.select_rows(&data.order)
 }
 
-/// Lengths of columns; `None` where one has none.
+/// Returns the lengths of columns; `None` where one is zero or not finite.
 fn lengths(columns: &DMatrix<f64>) -> Option<Vec<f64>> {
     columns.column_iter().map(|column| Some(column.norm()).filter(|l| *l > 0.0 && l.is_finite())).collect()
 }
 
-/// Share of its length below which a column is taken for a combination of the others: normal equations know no less.
+/// Least share of its length that a column must have orthogonal to the others to be linearly independent: the resolution of normal equations.
 pub(super) const INDEPENDENT: f64 = 1e-5;
 
-/// Inverse of normal equations with a penalty, through columns of length one, so that it is exact where units differ; `None` where columns are not
-/// independent.
+/// Inverts penalised normal equations, scaled to columns of unit length for accuracy with mixed units; `None` where columns are linearly dependent.
 fn inverse(mut normal: DMatrix<f64>, penalty: &[f64], lengths: &[f64]) -> Option<DMatrix<f64>> {
     let count = normal.nrows();
     for i in 0..count {
@@ -306,9 +306,9 @@ mod tests {
     use dynamics::inverse_dynamics::{MotionSignal, Preprocessing};
     use measurement::{DriveEffort, MotionRecord};
 
-    /// Columns that border those shared are columns as all others: fits of every column at once, without each part and with all, say the same.
+    /// Bordered columns give the same solution as all columns in one fit, without each part and with all parts.
     #[test]
-    fn limit_bordered_is_the_whole() {
+    fn limit_bordered_equations_equal_one_fit() {
         let swings = |i: usize| 0.1 * (1e-3 * i as f64).sin();
         let record = MotionRecord {
             name: "sine".into(),
@@ -332,7 +332,7 @@ mod tests {
             let design = CandidateDesign::new(&data, &base, &shift, &own, ridge, Vec::new()).unwrap();
             let forces: Vec<DVector<f64>> = forces.column_iter().map(|c| c.into_owned()).collect();
             let solved = design.solve(&data, &Forces::new(&data, &forces, &[base]));
-            let all = beside(&[&shared, &own]);
+            let all = side_by_side(&[&shared, &own]);
             let known = DVector::from_iterator(6 + count, penalty.into_iter().chain(std::iter::repeat_n(ridge, count)));
             for (force, solved) in forces.iter().zip(solved) {
                 let (y, solved) = (force - &shift, solved.unwrap());

@@ -1,4 +1,4 @@
-//! What is said of a motion: the same kinds of verdicts as of FRFs.
+//! Diagnosis of motion records, with the same kinds of verdicts as for FRFs.
 
 use rayon::prelude::*;
 
@@ -6,8 +6,8 @@ use super::channel_weight::weigh;
 use super::context::{Chosen, Context};
 use super::data::MotionData;
 use super::data_fault::{Contradiction, Covariance, RecordShift, contradictions, faulty, shifts};
-use super::decision::{MotionDecisionInputs, amount, conclude};
-use super::free_function::RubbingPoints;
+use super::decision::{MotionDecisionInputs, amount, decide};
+use super::free_function::ForceLocations;
 use super::gap::{MotionPart, closed_interval, gap_of, part};
 use super::misfit_map::{MisfitCell, largest_phase, misfit_map};
 use super::noise_floor::{floor_of, noise_of};
@@ -21,12 +21,12 @@ use identification::motion::estimate_identifiable;
 use machine::{Effect, Machine};
 use optimizer::Control;
 
-/// How a diagnosis is made.
+/// Settings of a diagnosis.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct MotionSettings {
-    /// Seed.
+    /// Seed of the random numbers.
     pub seed: u64,
-    /// Draws of the null.
+    /// Number of null simulations.
     pub draws: usize,
 }
 
@@ -35,101 +35,102 @@ pub struct MotionSettings {
 pub struct TriedMotion {
     /// Id.
     pub id: String,
-    /// What became of it.
+    /// Outcome.
     pub status: Status,
-    /// Share of what the machine fails to foretell of parts left out that it takes away.
+    /// Relative reduction of the squared prediction error at left-out parts.
     pub gain: f64,
-    /// Share of nulls in which some effect takes as much.
+    /// Share of null simulations in which some effect gains as much.
     pub p_value: Option<f64>,
-    /// Parameters it adds, by id, at the fit of everything.
+    /// Estimates of its added parameters, by id, from the joint fit.
     pub parameters: Vec<(String, f64)>,
-    /// Held-out records with it.
+    /// Held-out records, predicted with it.
     pub held_out: Vec<MotionPart>,
 }
 
-/// A free shape with its figures.
+/// A free function with its figures.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LocatedMotion {
-    /// The joint or point of the machine where such a force arises.
+    /// Joint or point of the machine at which such a force arises.
     pub interface: String,
-    /// Column of a further point whose transmission error it is, none for the force.
+    /// Extra channel whose transmission error it describes; `None` for the force.
     pub column: Option<String>,
-    /// What the force may depend on.
+    /// Variable of the function.
     pub over: &'static str,
-    /// The shape of dynamic stiffness that this resembles.
+    /// Form of dynamic stiffness that it resembles.
     pub shape: &'static str,
-    /// As for candidates.
+    /// Relative reduction of the squared prediction error at left-out parts.
     pub gain: f64,
-    /// As for candidates, among free shapes.
+    /// Share of null simulations in which some free function gains as much.
     pub p_value: f64,
 }
 
-/// A whole diagnosis.
+/// Result of a diagnosis.
 pub struct MotionDiagnosis {
-    /// The machine as described, and values of its parameters.
+    /// The machine as described, with its estimated parameters.
     pub nominal: (Hypothesis, Vec<f64>),
-    /// Fitted records with it.
+    /// Fitted records, predicted by the machine as described.
     pub fit: Vec<MotionPart>,
-    /// Held-out records with it.
+    /// Held-out records, predicted by the machine as described.
     pub held_out: Vec<MotionPart>,
-    /// Candidates, best first; those not tried last.
+    /// Candidates, best first; untested ones last.
     pub tried: Vec<TriedMotion>,
-    /// Free shapes, best first.
+    /// Free functions, best first.
     pub located: Vec<LocatedMotion>,
-    /// Nulls of the machine as described.
+    /// Null distribution of the machine as described.
     pub null: MotionNullDistribution,
-    /// The model that explains most: the named effect or combination, or else the machine as described.
+    /// The chosen model: with the named effect or combination, else the machine as described.
     pub chosen: (Hypothesis, Vec<f64>),
-    /// Fitted records with it.
+    /// Fitted records, predicted by the chosen model.
     pub chosen_fit: Vec<MotionPart>,
-    /// Held-out records with it.
+    /// Held-out records, predicted by the chosen model.
     pub chosen_held_out: Vec<MotionPart>,
-    /// Gap that the noise alone leaves, of what was held out, else of what was fitted.
+    /// Gap due to noise, of the held-out records, else of the fitted ones.
     pub floor: Option<f64>,
-    /// The same of what was fitted.
+    /// Gap due to noise of the fitted records.
     pub floor_fit: Option<f64>,
-    /// 95 % interval of `closed` on what was held out.
+    /// 95 % interval of `closed` on the held-out records.
     pub closed95: Option<(f64, f64)>,
-    /// Where the misfit of the machine as described lies, record by record.
+    /// Map of the misfit of the machine as described, record by record.
     pub cells: Vec<MisfitCell>,
-    /// Delays and factors of the records beside the chosen model, fitted ones first.
+    /// Delays and factors of the records relative to the chosen model, fitted records first.
     pub shifts: Vec<RecordShift>,
     /// Held-out records that contradict the fitted ones.
     pub contradictions: Vec<Contradiction>,
     /// The verdict.
     pub verdict: Verdict,
-    /// The phase of the motion in which what the verdict tells of shows most.
+    /// Phase of the motion in which the named effect, or the unknown one, is largest.
     pub phase: Option<Phase>,
-    /// Ran to its end.
+    /// Whether the diagnosis ran to its end.
     pub complete: bool,
 }
 
 impl MotionDiagnosis {
-    /// `closed` with some prediction of the held-out records.
+    /// Computes `closed` of a prediction of the held-out records.
     pub fn closed(&self, after: &[MotionPart]) -> Option<f64> {
         share_closed(gap_of(&self.held_out)?, gap_of(after)?, self.floor?)
     }
 }
 
-/// Share of nulls that may be called something, and the least gain that is: of a second effect; of one more, and of one that is known, or found, to be mistaken for the first: what an imperfect first one leaves, its likes take best.
+/// Largest p-value of a significant effect. Then the least gain of a second effect, and that of a third or of one easily confused with the first.
+/// Similar effects best explain the residual of an imperfectly modelled first effect.
 pub(super) const ALPHA: f64 = 0.005;
 const LEAST_SECOND: f64 = 0.11;
 const LEAST_MORE: f64 = 0.25;
-/// Gain that leaves so little that one null of twenty is rare enough.
+/// Gain that leaves so little that a larger p-value suffices, and that p-value.
 pub(super) const NEARLY_ALL: f64 = 0.8;
 pub(super) const RARE: f64 = 0.05;
-/// Effects that may be combined.
-const MOST: usize = 3;
-/// Share of the misfit that something ordinary must take, and close for sure of the held-out gap, to be told.
-const SURELY: f64 = 0.2;
+/// Largest number of combined effects.
+const MAX_EFFECTS: usize = 3;
+/// Least share of the misfit that a common effect must explain, and of the held-out gap that it must close with confidence, to be mentioned.
+const LEAST_CONFIDENT: f64 = 0.2;
 /// Draws of the bootstrap of `closed`.
 const BOOTSTRAP: usize = 400;
 
-/// Diagnoses motions of a drive by the force of its rigid motion, and by the transmission errors of further points where they were recorded; of effects
-/// with one id that for motion ([`Effect::for_data`]).
+/// Diagnoses motions of a drive by the force of its rigid motion and, where recorded, by the transmission errors of extra measuring points. Of
+/// several effects with one id the one for motion is used ([`Effect::for_data`]).
 ///
-/// # Errors  the machine is not one rigid axis, a record gives force for torque or the reverse, a frozen parameter is unknown. Records that do not
-/// determine the machine's own parameters are no error but the verdict «insufficient».
+/// # Errors  the machine is not one rigid axis, a record gives force instead of torque or the reverse, a frozen parameter is unknown. Records that do
+/// not determine the machine's own parameters give the verdict «insufficient», not an error.
 pub fn diagnose_motion(
     machine: &Machine,
     effects: &[Effect],
@@ -143,10 +144,10 @@ pub fn diagnose_motion(
     let (mut all, fitted) = (without_edges(&[fit_motions, held_out].concat()), fit_motions.len());
     all.iter().try_for_each(|motion| rigid.check(machine, motion))?;
     let asked = free_parameters(machine, frozen)?;
-    // What neither channel shows stays where it is.
+    // A parameter that no channel depends on keeps its value.
     let unseen = unseen(&rigid, machine, &asked, fit_motions);
     let free: Vec<usize> = asked.into_iter().filter(|i| !unseen.contains(i)).collect();
-    // Springs in series that wind up alike are not told apart, and no verdict needs them apart.
+    // The data do not distinguish springs in series with equal wind-up, and no verdict depends on their distinction.
     let spring = |parameter: usize| inverse(machine, &[parameter])[0];
     let fit_of = |all: &mut [MotionSignal]| {
         weigh(&rigid, machine, &free, spring, all, fitted)?;
@@ -167,52 +168,53 @@ pub fn diagnose_motion(
     };
     let held = unseen.iter().chain(free.iter().filter(|i| !fit.free.contains(i)));
     let frozen: Vec<String> = frozen.iter().cloned().chain(held.map(|i| machine.parameters[*i].id.clone())).collect();
-    let work = Context { data: MotionData::new(fit_motions.to_vec()), rigid, frozen: &frozen, effects, settings, control };
+    let context = Context { data: MotionData::new(fit_motions.to_vec()), rigid, frozen: &frozen, effects, settings, control };
     let base = (nominal.clone(), fit);
-    let Some(first) = work.screen(&base, &[]) else {
+    let Some(first) = context.screen(&base, &[]) else {
         let why =
-            "the parts of these records do not each determine the machine's parameters; record for longer, or more motions".to_string();
-        return Ok(insufficient(&work.rigid, nominal, fit_motions, held_out, why));
+            "with any part left out, these records do not determine the machine's parameters; record longer or more motions".to_string();
+        return Ok(insufficient(&context.rigid, nominal, fit_motions, held_out, why));
     };
     let mut names: Vec<String> = Vec::new();
     let mut chosen = base.clone();
-    // What the chosen effects leave of what the machine fails to foretell of parts left out.
+    // Prediction error at left-out parts with the chosen effects, over that of the machine as described.
     let mut loss = 1.0;
-    let plain = work.plain_fits(&first, &base);
-    let same = first.class(work.effects, |at| plain[at].as_ref().map_or(0.0, |fitted| 1.0 - fitted.1.squares / base.1.squares));
-    // The best that holds of those that are not told apart.
-    let holds = |at: &usize| plain[*at].as_ref().is_some_and(|next| work.held(&first, *at, next, &base));
-    if first.significant(|id| work.least(&first, id))
-        && let Some(at) = same.iter().copied().find(holds)
-        && let Some(next) = plain[at].clone()
+    let full_fits = context.full_fits(&first, &base);
+    let same =
+        first.indistinguishable(context.effects, |at| full_fits[at].as_ref().map_or(0.0, |fitted| 1.0 - fitted.1.squares / base.1.squares));
+    // Name the best of the indistinguishable effects that the joint fit confirms.
+    let confirmed = |at: &usize| full_fits[*at].as_ref().is_some_and(|next| context.confirms(&first, *at, next, &base));
+    if first.significant(|id| context.least(&first, id))
+        && let Some(at) = same.iter().copied().find(confirmed)
+        && let Some(next) = full_fits[at].clone()
     {
         names.push(first.id(at).to_string());
         loss *= 1.0 - first.ranked[at].gain;
         chosen = next;
     }
-    let alike: Vec<&str> = same.iter().map(|at| first.id(*at)).collect();
-    // One effect more, as long as it is no accident.
-    while !names.is_empty() && names.len() < MOST && !control.stopped() {
-        let Some(second) = work.screen(&chosen, &names) else { break };
-        let least_of = |id: &str| if names.len() > 1 || alike.contains(&last_of(id)) { LEAST_MORE } else { LEAST_SECOND };
-        if !second.significant(least_of) {
+    let confusable: Vec<&str> = same.iter().map(|at| first.id(*at)).collect();
+    // Add effects as long as they are significant.
+    while !names.is_empty() && names.len() < MAX_EFFECTS && !control.stopped() {
+        let Some(next_step) = context.screen(&chosen, &names) else { break };
+        let least_of = |id: &str| if names.len() > 1 || confusable.contains(&last_of(id)) { LEAST_MORE } else { LEAST_SECOND };
+        if !next_step.significant(least_of) {
             break;
         }
-        let at = second.best_effect().unwrap_or(0);
-        let Some(next) = work.refined(&second, &second.ranked[at], &chosen) else { break };
-        if !work.held(&second, at, &next, &chosen) {
+        let at = next_step.best_effect().unwrap_or(0);
+        let Some(next) = context.refined(&next_step, &next_step.ranked[at], &chosen) else { break };
+        if !context.confirms(&next_step, at, &next, &chosen) {
             break;
         }
-        names.push(last_of(second.id(at)).to_string());
-        loss *= 1.0 - second.ranked[at].gain;
+        names.push(last_of(next_step.id(at)).to_string());
+        loss *= 1.0 - next_step.ranked[at].gain;
         chosen = next;
     }
     if names.len() > 1 {
-        work.drop_what_is_not_needed(&base, &mut names, &mut chosen);
+        context.drop_dispensable(&base, &mut names, &mut chosen);
     }
     let named = names.first().and_then(|name| same.iter().copied().find(|at| first.id(*at) == name));
     let parts = |(hypothesis, values): (&Hypothesis, &[f64]), motions: &[&MotionSignal]| -> Vec<MotionPart> {
-        motions.iter().map(|m| part(&work.rigid, &hypothesis.machine, values, m)).collect()
+        motions.iter().map(|m| part(&context.rigid, &hypothesis.machine, values, m)).collect()
     };
     let (base_fit, base_held_out) = (parts((&base.0, &base.1.values), fit_motions), parts((&base.0, &base.1.values), held_out));
     let (chosen_fit, chosen_held_out) = (parts((&chosen.0, &chosen.1.values), fit_motions), parts((&chosen.0, &chosen.1.values), held_out));
@@ -225,10 +227,10 @@ pub fn diagnose_motion(
     let mut tried: Vec<TriedMotion> = first
         .ranked
         .par_iter()
-        .zip(&plain)
-        .filter(|(r, _)| first.survey.candidates[r.candidate].free.is_none())
+        .zip(&full_fits)
+        .filter(|(r, _)| first.screening.candidates[r.candidate].free.is_none())
         .map(|(ranked, refined)| {
-            let candidate = &first.survey.candidates[ranked.candidate];
+            let candidate = &first.screening.candidates[ranked.candidate];
             let (parameters, held_out) = refined.as_ref().map_or((Vec::new(), Vec::new()), |(h, f)| {
                 let id = |i: &usize| (h.machine.parameters[*i].id.clone(), f.values[*i]);
                 (h.added.iter().map(id).collect(), parts((h, &f.values), held_out))
@@ -237,10 +239,10 @@ pub fn diagnose_motion(
             TriedMotion { id: candidate.id.clone(), status: Status::Tried, gain: ranked.gain, p_value, parameters, held_out }
         })
         .collect();
-    for (at, candidate) in first.survey.candidates.iter().enumerate() {
+    for (at, candidate) in first.screening.candidates.iter().enumerate() {
         if first.ranked.iter().all(|r| r.candidate != at) {
             let status = match &candidate.status {
-                Status::Tried => Status::Failed("at every place of its lattice its parameters leave their ranges".into()),
+                Status::Tried => Status::Failed("its parameters leave their ranges at every grid node".into()),
                 other => other.clone(),
             };
             tried.push(TriedMotion {
@@ -253,12 +255,12 @@ pub fn diagnose_motion(
             });
         }
     }
-    let places = RubbingPoints::new(&work.rigid, &base.0.machine, &base.1.values, fit_motions);
+    let places = ForceLocations::new(&context.rigid, &base.0.machine, &base.1.values, fit_motions);
     let located: Vec<LocatedMotion> = first
         .ranked
         .iter()
         .filter_map(|r| {
-            let candidate = &first.survey.candidates[r.candidate];
+            let candidate = &first.screening.candidates[r.candidate];
             let (over, shape) = candidate.free?;
             let interface = places.of(over, candidate.column.as_deref());
             Some(LocatedMotion {
@@ -271,47 +273,47 @@ pub fn diagnose_motion(
             })
         })
         .collect();
-    let model = (&work.rigid, &chosen.0.machine, chosen.1.values.as_slice());
+    let model = (&context.rigid, &chosen.0.machine, chosen.1.values.as_slice());
     let fit_shifts = shifts(model, fit_motions, None);
     let other_shifts = shifts(model, held_out, Covariance::new(&chosen.1, &chosen.0.machine, fit_motions).as_ref());
     let step_s = fit_motions.iter().map(|m| m.step_s).fold(0.0, f64::max);
-    // An effect that delays the force of all records must not hide the one whose force is late alone.
-    let unhidden = diagnose_together(&chosen).map(|values| shifts((&work.rigid, &chosen.0.machine, &values), fit_motions, None));
-    let faulty = faulty(unhidden.as_ref().unwrap_or(&fit_shifts), &base_fit, step_s);
+    // An effect that delays the force of all records must not hide a single record with a delayed force.
+    let without_delay = without_added_delay(&chosen).map(|values| shifts((&context.rigid, &chosen.0.machine, &values), fit_motions, None));
+    let faulty = faulty(without_delay.as_ref().unwrap_or(&fit_shifts), &base_fit, step_s);
     let contradictions = contradictions(&fit_shifts, &other_shifts, step_s);
-    let verdict = conclude(&MotionDecisionInputs {
-        work: &work,
+    let verdict = decide(&MotionDecisionInputs {
+        context: &context,
         first: &first,
         base: &base,
         chosen: &chosen,
         names: &names,
         loss,
-        plain: &plain,
+        full_fits: &full_fits,
         named,
         same: &same,
         located: &located,
         faulty,
         contradictions: &contradictions,
     });
-    let cause = || stretched_nuisance(&work, &first, (&plain, base.1.squares), (&base_held_out, held_out));
-    let verdict = match (verdict.kind == VerdictKind::None).then(cause).flatten() {
-        Some(cause) => Verdict { reason: format!("{}; {cause}", verdict.reason), ..verdict },
+    let remark = || common_cause(&context, &first, (&full_fits, base.1.squares), (&base_held_out, held_out));
+    let verdict = match (verdict.kind == VerdictKind::None).then(remark).flatten() {
+        Some(remark) => Verdict { reason: format!("{}; {remark}", verdict.reason), ..verdict },
         None => verdict,
     };
     let verdict = if control.stopped() {
-        let reason = "stopped early, before enough nulls were drawn to tell what is no accident".to_string();
+        let reason = "stopped before enough null simulations were drawn to decide on significance".to_string();
         Verdict { kind: VerdictKind::Insufficient, effects: Vec::new(), reason, next: None }
     } else {
         verdict
     };
-    let told = match verdict.kind {
+    let named_candidate = match verdict.kind {
         kind if kind.explains() => named.map(|at| &first.ranked[at]),
         VerdictKind::Unknown => first.best_free(),
         _ => None,
     };
-    let taken = told.and_then(|ranked| first.survey.taken(&work.data, ranked));
+    let squared_reduction = named_candidate.and_then(|ranked| first.screening.squared_reduction(&context.data, ranked));
     Ok(MotionDiagnosis {
-        phase: taken.and_then(|taken| largest_phase(&work.data.motions, taken.as_slice())),
+        phase: squared_reduction.and_then(|squared_reduction| largest_phase(&context.data.motions, squared_reduction.as_slice())),
         cells: fit_motions.iter().zip(&base_fit).chain(held_out.iter().zip(&base_held_out)).flat_map(|(m, p)| misfit_map(m, p)).collect(),
         nominal: (base.0, base.1.values),
         fit: base_fit,
@@ -332,36 +334,36 @@ pub fn diagnose_motion(
     })
 }
 
-/// What machines ordinarily have a little of and takes most of the fitted records' misfit, where it surely closes part of the held-out gap, and more than
-/// what it needs to be described at all (springs that give way as described) closes without it.
-fn stretched_nuisance(
-    work: &Context<'_>,
+/// Describes a common effect that explains most of the fitted records' misfit. It must close part of the held-out gap with confidence, and more than
+/// its patch alone closes, as a description with compliant springs may.
+fn common_cause(
+    context: &Context<'_>,
     first: &SelectionStep,
-    (plain, squares): (&[Option<Chosen>], f64),
+    (full_fits, squares): (&[Option<Chosen>], f64),
     (before, held_out): (&[MotionPart], &[&MotionSignal]),
 ) -> Option<String> {
-    let is_ordinary = |at: &usize| work.is_common(last_of(first.id(*at)));
+    let is_common = |at: &usize| context.is_common(last_of(first.id(*at)));
     let best = (0..first.ranked.len())
-        .filter(is_ordinary)
-        .filter_map(|at| Some((at, plain[at].as_ref()?)))
+        .filter(is_common)
+        .filter_map(|at| Some((at, full_fits[at].as_ref()?)))
         .min_by(|a, b| a.1.1.squares.total_cmp(&b.1.1.squares))
-        .filter(|(_, (_, fit))| fit.squares < (1.0 - SURELY) * squares);
+        .filter(|(_, (_, fit))| fit.squares < (1.0 - LEAST_CONFIDENT) * squares);
     let (at, (hypothesis, fit)) = best?;
     let machine = &hypothesis.machine;
-    let parts = |values: &[f64]| held_out.iter().map(|m| part(&work.rigid, machine, values, m)).collect::<Vec<MotionPart>>();
+    let parts = |values: &[f64]| held_out.iter().map(|m| part(&context.rigid, machine, values, m)).collect::<Vec<MotionPart>>();
     let mut without = fit.values.clone();
     hypothesis.added.iter().for_each(|i| without[*i] = machine.parameters[*i].start);
     let (after, without) = (parts(&fit.values), parts(&without));
     let noise = noise_of(before, held_out);
     let share = |after: &[MotionPart]| share_closed(gap_of(before)?, gap_of(after)?, floor_of(&noise, before)?);
     let closed = share(&after)?;
-    let (low, high) = closed_interval(before, &after, &noise, BOOTSTRAP, work.settings.seed)?;
-    if low < SURELY || closed - share(&without)? < SURELY {
+    let (low, high) = closed_interval(before, &after, &noise, BOOTSTRAP, context.settings.seed)?;
+    if low < LEAST_CONFIDENT || closed - share(&without)? < LEAST_CONFIDENT {
         return None;
     }
     let amounts: Vec<String> = hypothesis.added.iter().map(|i| amount(&machine.parameters[*i], fit.values[*i])).collect();
     Some(format!(
-        "{}, which machines ordinarily have a little of, closes {:.0} % of the held-out gap ({:.0}–{:.0}): {}",
+        "{}, which is common on machines, closes {:.0} % of the held-out gap ({:.0}–{:.0} %): {}",
         first.id(at),
         100.0 * closed.min(1.0),
         100.0 * low,
@@ -370,8 +372,8 @@ fn stretched_nuisance(
     ))
 }
 
-/// Values of a fit whose force comes as late as the machine as described says: what effects delay it by is nothing. `None` where none does.
-fn diagnose_together((hypothesis, fit): &Chosen) -> Option<Vec<f64>> {
+/// Returns the values of a fit without the delay of the force that effects add. `None` where none does.
+fn without_added_delay((hypothesis, fit): &Chosen) -> Option<Vec<f64>> {
     let delays = hypothesis.machine.drive.as_ref()?.delay_s.depends_on().filter(|i| hypothesis.added.contains(i));
     let mut values = fit.values.clone();
     let mut delayed = false;
@@ -383,12 +385,12 @@ fn diagnose_together((hypothesis, fit): &Chosen) -> Option<Vec<f64>> {
     delayed.then_some(values)
 }
 
-/// What is said where the records do not determine the machine's own parameters.
+/// Returns the verdict «insufficient» for records that do not determine the machine's own parameters.
 fn insufficient(rigid: &Rigid, nominal: Hypothesis, fit: &[&MotionSignal], held_out: &[&MotionSignal], why: String) -> MotionDiagnosis {
     let values = nominal.machine.start();
     let parts = |motions: &[&MotionSignal]| motions.iter().map(|m| part(rigid, &nominal.machine, &values, m)).collect::<Vec<_>>();
     let (fit, held_out) = (parts(fit), parts(held_out));
-    let next = Some("a motion with reversals, several speeds and accelerations over the whole travel".to_string());
+    let next = Some("record a motion with reversals, several speeds and accelerations over the whole travel".to_string());
     MotionDiagnosis {
         chosen: (nominal.clone(), values.clone()),
         nominal: (nominal, values),

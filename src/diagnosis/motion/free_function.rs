@@ -1,5 +1,5 @@
-//! Free shapes: a force, or an error of a further point, that is any smooth function of speed, position, acceleration or travel since the last reversal. They say where something
-//! is missing, not what.
+//! Free functions: smooth functions of speed, position, acceleration or travel since the last reversal, added to the force or to the error of an
+//! extra channel. They locate a discrepancy without naming its cause.
 
 use nalgebra::DMatrix;
 
@@ -7,26 +7,26 @@ use super::data::MotionData;
 use dynamics::inverse_dynamics::{MotionSignal, Rigid};
 use machine::Machine;
 
-/// A free shape.
+/// A free function.
 #[derive(Debug, Clone)]
 pub(super) struct FreeFunction {
-    /// Column of a further point whose error it is, none for the force.
+    /// Extra channel whose error it describes; `None` for the force.
     pub column: Option<String>,
-    /// What the force may depend on.
+    /// Variable of the function.
     pub over: &'static str,
-    /// The shape of dynamic stiffness it resembles.
+    /// Form of dynamic stiffness that it resembles.
     pub shape: &'static str,
     /// Its columns.
     pub columns: DMatrix<f64>,
 }
 
-/// Knots of a function.
+/// Number of knots of a function.
 const KNOTS: usize = 9;
 
-/// All of them. Functions are made of straight pieces between knots at even shares of the samples.
+/// Returns all free functions, piecewise linear between knots at even quantiles of the samples.
 pub(super) fn free_functions(data: &MotionData<'_>) -> Vec<FreeFunction> {
     let one = |_: &MotionSignal| None::<Vec<f64>>;
-    let turned = |m: &MotionSignal| Some(m.direction());
+    let direction = |m: &MotionSignal| Some(m.direction());
     let mut shapes = Vec::new();
     for channel in data.channels() {
         let mut add = |over, shape, of: &dyn Fn(&MotionSignal) -> Vec<f64>, times: &dyn Fn(&MotionSignal) -> Option<Vec<f64>>| {
@@ -52,15 +52,15 @@ pub(super) fn free_functions(data: &MotionData<'_>) -> Vec<FreeFunction> {
         };
         add("speed", "damping", &|m| m.velocity_m_s.clone(), &one);
         add("position", "stiffness", &|m| m.position_m.clone(), &one);
-        add("position and direction", "other", &|m| m.position_m.clone(), &turned);
+        add("position and direction", "other", &|m| m.position_m.clone(), &direction);
         add("acceleration", "mass", &|m| m.acceleration_m_s2.clone(), &one);
-        add("acceleration and direction", "loss", &|m| m.acceleration_m_s2.clone(), &turned);
-        add("travel since reversal", "relaxation", &|m| since_reversal(m), &turned);
+        add("acceleration and direction", "loss", &|m| m.acceleration_m_s2.clone(), &direction);
+        add("travel since reversal", "relaxation", &|m| since_reversal(m), &direction);
     }
     shapes
 }
 
-/// ln of the travel (µm, from 0.1) since the last change of direction.
+/// Returns ln of the travel (µm, at least 0.1) since the last reversal.
 fn since_reversal(motion: &MotionSignal) -> Vec<f64> {
     let mut from = motion.position_m[0];
     let mut before = 0.0;
@@ -80,7 +80,7 @@ fn since_reversal(motion: &MotionSignal) -> Vec<f64> {
         .collect()
 }
 
-/// Knots at even shares of samples, each apart from the one before.
+/// Returns knots at even quantiles of the samples, each clearly apart from the one before.
 fn knots(mut values: Vec<f64>) -> Vec<f64> {
     values.sort_by(f64::total_cmp);
     let last = values.len() - 1;
@@ -90,7 +90,7 @@ fn knots(mut values: Vec<f64>) -> Vec<f64> {
     knots
 }
 
-/// The function that is one at a knot and falls to nothing at its neighbours.
+/// Evaluates the hat function: one at a knot, zero at its neighbours.
 fn hat(knots: &[f64], at: usize, x: f64) -> f64 {
     let x = x.clamp(knots[0], knots[knots.len() - 1]);
     if x == knots[at] {
@@ -104,25 +104,32 @@ fn hat(knots: &[f64], at: usize, x: f64) -> f64 {
     }
 }
 
-/// Where forces arise in a machine, by the names of its parts.
-pub(super) struct RubbingPoints<'p> {
+/// Names of the points and joints of a machine at which forces arise.
+pub(super) struct ForceLocations<'p> {
     machine: &'p Machine,
     motions: &'p [&'p MotionSignal],
-    /// The joint that rubs most, or where none rubs the driven point.
-    rubs: String,
-    /// The point that is heaviest at the encoder.
+    /// The joint with the largest friction; the driven point in a machine without friction.
+    friction_location: String,
+    /// The point with the largest inertia seen at the encoder.
     heaviest: Option<usize>,
 }
 
-impl<'p> RubbingPoints<'p> {
-    /// Of a machine with these values along motions.
+impl<'p> ForceLocations<'p> {
+    /// Determines the points of a machine with given values along motions.
     pub fn new(rigid: &Rigid, machine: &'p Machine, values: &[f64], motions: &'p [&'p MotionSignal]) -> Self {
-        let rubs = motions.iter().find_map(|m| rigid.rubs_most(machine, values, m)).map(|joint| machine.joints[joint].name.clone());
+        let friction_location =
+            motions.iter().find_map(|m| rigid.rubs_most(machine, values, m)).map(|joint| machine.joints[joint].name.clone());
         let driven = || machine.drive.as_ref().map_or("drive".into(), |d| machine.points[d.on].name.clone());
-        RubbingPoints { machine, motions, rubs: rubs.unwrap_or_else(driven), heaviest: rigid.heaviest(machine, values) }
+        ForceLocations {
+            machine,
+            motions,
+            friction_location: friction_location.unwrap_or_else(driven),
+            heaviest: rigid.heaviest(machine, values),
+        }
     }
 
-    /// What stands in a further point's column arises at that point, a force that depends on the acceleration at the heaviest, all else where it rubs most.
+    /// Returns the location of a free function. Errors of an extra channel arise at its point, forces depending on acceleration at the largest
+    /// inertia, all others at the largest friction.
     pub fn of(&self, over: &str, column: Option<&str>) -> String {
         let further = |name: &str| self.motions.iter().flat_map(|m| &m.further).find(|f| f.column == name).map(|f| f.point);
         let point = match column {
@@ -130,6 +137,6 @@ impl<'p> RubbingPoints<'p> {
             None if over == "acceleration" => self.heaviest,
             None => None,
         };
-        point.map_or_else(|| self.rubs.clone(), |p| self.machine.points[p].name.clone())
+        point.map_or_else(|| self.friction_location.clone(), |p| self.machine.points[p].name.clone())
     }
 }

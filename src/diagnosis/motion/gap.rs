@@ -1,77 +1,77 @@
-//! How far predicted and recorded force are apart, and how much of that an effect closes.
+//! Gap between predicted and recorded force, and the share of it that an effect closes.
 
 use nalgebra::DVector;
 use rand::{RngExt, SeedableRng};
 use rand_xoshiro::Xoshiro256PlusPlus;
 
 use super::noise_floor::NoiseFloor as Floor;
-use super::residual_bootstrap::{ResidualBootstrap, repeated};
+use super::residual_bootstrap::{ResidualBootstrap, period_mean};
 use crate::evidence::share_closed;
 use dynamics::inverse_dynamics::{MotionSignal, Rigid, prediction};
 use machine::Machine;
 use numeric::statistics::quantile;
 
-/// One record with a prediction of it.
+/// One record with its prediction.
 #[derive(Debug, Clone, PartialEq)]
 pub struct MotionPart {
-    /// Record.
+    /// Name of the record.
     pub name: String,
-    /// Column: that of the force, or of a further point.
+    /// Column of the force or of the extra channel.
     pub column: String,
-    /// Recorded force (N or N·m), thinned; of a further point its transmission error, weighed as force.
+    /// Recorded force (N or N·m), thinned; for an extra channel its transmission error, weighted as force.
     pub recorded: Vec<f64>,
-    /// Recorded less predicted.
+    /// Recorded less predicted values.
     pub residual: Vec<f64>,
     /// Samples after which the command repeats.
     pub period: Option<usize>,
     /// Time between samples (s).
     pub step_s: f64,
-    /// Samples that count.
+    /// Number of samples in the mask.
     pub samples: usize,
-    /// What a unit of it weighs; 1 for the force.
+    /// Weight of a unit; 1 for the force.
     pub weight: f64,
-    /// Root mean square of the command less the reading (m or rad) of a further point, without its mean.
+    /// Root mean square of command less reading (m or rad) of an extra channel, without its mean.
     pub tracking: Option<f64>,
-    /// Further points.
+    /// Extra channels.
     pub further: Vec<MotionPart>,
 }
 
 impl MotionPart {
-    /// rms(recorded − predicted)/rms(recorded), of all channels together.
+    /// Returns rms(recorded − predicted)/rms(recorded) over all channels.
     pub fn gap(&self) -> f64 {
         let sum = |of: fn(&MotionPart) -> &Vec<f64>| self.channels().map(|c| square(of(c))).sum::<f64>();
         sum(|c| &c.residual).sqrt() / sum(|c| &c.recorded).sqrt()
     }
 
-    /// The same of this channel alone.
+    /// Returns the gap of this channel alone.
     pub fn own_gap(&self) -> f64 {
         square(&self.residual).sqrt() / square(&self.recorded).sqrt()
     }
 
-    /// The force and further points.
+    /// Returns the force and the extra channels.
     pub fn channels(&self) -> impl Iterator<Item = &MotionPart> {
         std::iter::once(self).chain(&self.further)
     }
 
-    /// Root mean square of what is left of this channel, in its unit.
+    /// Returns the root mean square of this channel's residual, in its unit.
     pub fn left(&self) -> f64 {
         (square(&self.residual) / self.samples.max(1) as f64).sqrt() / self.weight
     }
 
-    /// rms(predicted − measured)/rms(measured) of the tracking error at a further point, the prediction being the encoder's position with the
+    /// Returns rms(predicted − measured)/rms(measured) of the tracking error of an extra channel. The prediction is the encoder's position with the
     /// predicted transmission error.
     pub fn tracking_gap(&self) -> Option<f64> {
         self.tracking.filter(|t| *t > 0.0).map(|t| self.left() / t)
     }
 
-    /// The gap of this channel that noise alone leaves, where the command repeats: what the residual does not repeat.
+    /// Returns the gap of this channel due to noise, where the command repeats: the non-repeating part of the residual.
     pub fn noise_floor(&self) -> Option<f64> {
-        let noise = not_repeating(&self.residual, self.period?);
+        let noise = non_repeating(&self.residual, self.period?);
         Some(square(&noise).sqrt() / square(&self.recorded).sqrt())
     }
 }
 
-/// All channels of records.
+/// Returns all channels of records.
 pub(super) fn flat(parts: &[MotionPart]) -> impl Iterator<Item = &MotionPart> {
     parts.iter().flat_map(MotionPart::channels)
 }
@@ -80,14 +80,14 @@ pub(super) fn square(x: &[f64]) -> f64 {
     x.iter().map(|x| x * x).sum()
 }
 
-/// What does not repeat, scaled for the mean taken out.
-pub(super) fn not_repeating(residual: &[f64], period: usize) -> Vec<f64> {
-    let mean = repeated(residual, period);
+/// Returns the non-repeating part of a residual, scaled for the mean that was removed.
+pub(super) fn non_repeating(residual: &[f64], period: usize) -> Vec<f64> {
+    let mean = period_mean(residual, period);
     let scale = (residual.len() as f64 / (residual.len() - period) as f64).sqrt();
     residual.iter().enumerate().map(|(i, e)| scale * (e - mean[i % period])).collect()
 }
 
-/// A record with the prediction of a machine.
+/// Predicts a record by a machine.
 pub fn part(rigid: &Rigid, machine: &Machine, values: &[f64], motion: &MotionSignal) -> MotionPart {
     let predicted = prediction(rigid, machine, values, &[motion]);
     let mut channels = predicted.as_slice().chunks_exact(motion.load.len().max(1));
@@ -113,14 +113,15 @@ pub fn part(rigid: &Rigid, machine: &Machine, values: &[f64], motion: &MotionSig
     MotionPart { further: further.collect(), ..force }
 }
 
-/// Gap over records together.
+/// Returns the gap over several records.
 pub fn gap_of(parts: &[MotionPart]) -> Option<f64> {
     let force: f64 = flat(parts).map(|p| square(&p.recorded)).sum();
     (force > 0.0).then(|| (flat(parts).map(|p| square(&p.residual)).sum::<f64>() / force).sqrt())
 }
 
-/// 95 % interval of `closed`: blocks of time are drawn anew from residuals before and after and from the noise together, for longer than what
-/// the fit leaves is correlated; of a noise known by its level each draw takes that of another time. It is of what these models leave, at these parameters.
+/// Returns the 95 % interval of `closed`. Blocks of time, longer than the correlation of the residual, are redrawn jointly from the residuals before
+/// and after and from the noise. Noise given by its level is redrawn among the lags of its differences. The interval holds for these models at these
+/// parameters.
 pub(super) fn closed_interval(before: &[MotionPart], after: &[MotionPart], noise: &[Floor], draws: usize, seed: u64) -> Option<(f64, f64)> {
     let mut random = Xoshiro256PlusPlus::seed_from_u64(seed);
     let mut all = Vec::new();

@@ -1,16 +1,43 @@
-//! Where candidates are tried: places over the ranges of what the force is not linear in.
+//! Grid of trial values of the parameters in which the force is not linear.
 
 use super::data::MotionData;
 use dynamics::inverse_dynamics::{Rigid, prediction};
-use machine::{Machine, PointMotion, Scale};
+use machine::{Machine, Parameter, PointMotion, Scale};
 use numeric::halton::halton_point;
 use numeric::statistics::extremes;
 
-/// Places of a lattice over one number that is not linear; most waves to the travel, two places each; places over several numbers.
-const PLACES: (usize, usize, usize) = (24, 80, 48);
+/// A parameter (by index) in which the force, or whose inverse it, is linear.
+#[derive(Clone, Copy)]
+pub(super) struct LinearParameter {
+    pub index: usize,
+    pub inverse: bool,
+    /// Whether its derivative is a difference quotient between two values.
+    pub chord: bool,
+}
 
-/// Places over the ranges of parameters that are not linear. A period is looked for from an eightieth of the travel to the travel, at places half a wave
-/// apart over it: longer waves are what ordinarily varies along it.
+impl LinearParameter {
+    /// Converts between value and linear coefficient, in either direction.
+    pub fn of(self, x: f64) -> f64 {
+        if self.inverse { 1.0 / x } else { x }
+    }
+
+    /// Returns its bounds as a coefficient.
+    pub fn ends(self, parameter: &Parameter) -> (f64, f64) {
+        let (a, b) = (self.of(parameter.lower), self.of(parameter.upper));
+        (a.min(b), a.max(b))
+    }
+
+    /// Returns the value without influence, or the closest to it.
+    pub fn without_influence(self, parameter: &Parameter) -> f64 {
+        if self.inverse { parameter.upper } else { 0.0_f64.clamp(parameter.lower, parameter.upper) }
+    }
+}
+
+/// Grid nodes over one nonlinear parameter; largest number of waves over the travel, with two nodes each; nodes over several parameters.
+const NODES: (usize, usize, usize) = (24, 80, 48);
+
+/// Returns the grid nodes over the ranges of nonlinear parameters. A period is searched from an eightieth of the travel to the travel, at nodes half
+/// a wave apart over it. Longer waves belong to the nuisance parameters.
 pub(super) fn grid(machine: &Machine, curved: &[usize], data: &MotionData<'_>, rigid: &Rigid) -> Vec<Vec<(usize, f64)>> {
     let turning = machine.drive.as_ref().map(|d| d.on).filter(|p| machine.points[*p].motion == PointMotion::Rotation);
     let range = |index: usize| {
@@ -20,7 +47,7 @@ pub(super) fn grid(machine: &Machine, curved: &[usize], data: &MotionData<'_>, r
         let travel = turning.filter(|_| p.unit.contains("rad")).map_or(1.0, |point| rigid.point_ratio(point).abs());
         let (low, high) = (travel * low, travel * high);
         if period && p.unit.contains('m') {
-            (p.lower.max((high - low) / PLACES.1 as f64), p.upper.min(high - low), true)
+            (p.lower.max((high - low) / NODES.1 as f64), p.upper.min(high - low), true)
         } else {
             (p.lower, p.upper, p.scale == Scale::Logarithmic)
         }
@@ -35,28 +62,28 @@ pub(super) fn grid(machine: &Machine, curved: &[usize], data: &MotionData<'_>, r
             let period = machine.parameters[*one].id.ends_with("period");
             if period {
                 let (low, high, _) = range(*one);
-                let count = (2.0 * high / low).clamp(1.0, 2.0 * PLACES.1 as f64) as usize;
+                let count = (2.0 * high / low).clamp(1.0, 2.0 * NODES.1 as f64) as usize;
                 let waves = |k: usize| 1.0 / high + (k as f64 + 0.5) / count as f64 * (1.0 / low - 1.0 / high);
                 return (0..count).map(|k| vec![(*one, 1.0 / waves(k))]).collect();
             }
-            let count = PLACES.0;
-            // From the end where it does next to nothing outward; that end itself says nothing.
-            // A size that begins at nothing is told by its share: closer together where it is small.
+            let count = NODES.0;
+            // From the inner neighbour of the end with next to no influence outward: that end itself has no information.
+            // A range that begins at zero is divided quadratically: nodes are denser at small values.
             let (low, _, logarithmic) = range(*one);
             let unit = |k: usize| ((k as f64 - 0.5) / count as f64).powi(if low == 0.0 && !logarithmic { 2 } else { 1 });
             (1..=count).map(|k| vec![(*one, value(*one, unit(k)))]).collect()
         }
         several => {
             let point = |k: usize| several.iter().zip(halton_point(k, several.len())).map(|(i, unit)| (*i, value(*i, unit))).collect();
-            (1..=PLACES.2).map(point).collect()
+            (1..=NODES.2).map(point).collect()
         }
     }
 }
 
-/// Share of the force that a small amplitude moves.
-const SMALL: f64 = 0.05;
+/// Share of the force that a small amplitude changes.
+const SMALL_CHANGE: f64 = 0.05;
 
-/// A small value of an amplitude; `None` where a parameter is none.
+/// Returns a small value of an amplitude; `None` for other parameters.
 pub(super) fn small(rigid: &Rigid, machine: &Machine, start: &[f64], index: usize, data: &MotionData<'_>) -> Option<f64> {
     let parameter = &machine.parameters[index];
     if parameter.scale == Scale::Logarithmic || !(parameter.lower < 0.0 && 0.0 < parameter.upper) {
@@ -69,5 +96,5 @@ pub(super) fn small(rigid: &Rigid, machine: &Machine, start: &[f64], index: usiz
     };
     let (none, most) = (force(0.0), parameter.upper.min(-parameter.lower));
     let first = 1e-2 * most;
-    Some((SMALL * none.norm() * first / (force(first) - &none).norm()).min(most))
+    Some((SMALL_CHANGE * none.norm() * first / (force(first) - &none).norm()).min(most))
 }

@@ -1,45 +1,46 @@
-//! Where the misfit lies: by phase of the motion, by speed, by position, and by direction.
+//! Map of the misfit over phase of the motion, speed, position and direction.
 
 use super::gap::MotionPart;
 use dynamics::inverse_dynamics::{MotionSignal, Phase, phases};
 use numeric::statistics::extremes;
 
-/// What a cell is made by.
+/// Variable by which a cell is defined.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum MisfitAxis {
     /// A phase of the motion.
     Phase(Phase),
-    /// Speeds (m/s), from and to.
+    /// Range of speed (m/s).
     Speed(f64, f64),
-    /// Positions (m), from and to.
+    /// Range of position (m).
     Position(f64, f64),
 }
 
-/// A part of the samples of a record.
+/// A cell: some samples of a record.
 #[derive(Debug, Clone, PartialEq)]
 pub struct MisfitCell {
-    /// Record.
+    /// Name of the record.
     pub record: String,
-    /// Column of a further point, none for the force.
+    /// Name of the extra channel; `None` for the force.
     pub column: Option<String>,
-    /// What it is made by.
+    /// Variable and range of the cell.
     pub kind: MisfitAxis,
-    /// 1 forward, −1 backward, 0 both.
+    /// Direction: 1 forward, −1 backward, 0 both.
     pub direction: i8,
-    /// Samples.
+    /// Number of samples.
     pub samples: usize,
-    /// Root mean square of the misfit there over that of the record's force (transmission error of a further point).
+    /// Root mean square of the residual in the cell over that of the record's force (of the transmission error for an extra channel).
     pub gap: f64,
     /// Share of the record's squared misfit.
     pub share: f64,
-    /// Mean of recorded less predicted force (N or N·m; m or rad of a further point).
+    /// Mean of recorded less predicted force (N or N·m; m or rad for an extra channel).
     pub mean: f64,
 }
 
-/// Bands of speed and of position.
+/// Number of bands of speed and of position.
 const BANDS: usize = 5;
 
-/// The cells of a record that hold samples. At rest a rigid drive's force does not follow from its motion: no cell holds those samples.
+/// Returns the non-empty cells of a record. Samples at standstill belong to no cell: there the force of a rigid drive does not follow from its
+/// motion.
 pub fn misfit_map(motion: &MotionSignal, part: &MotionPart) -> Vec<MisfitCell> {
     let mut found = cells_of(motion, part, (None, &motion.moves, 1.0));
     for (further, part) in motion.further.iter().zip(&part.further) {
@@ -48,7 +49,7 @@ pub fn misfit_map(motion: &MotionSignal, part: &MotionPart) -> Vec<MisfitCell> {
     found
 }
 
-/// The same of one channel, with what counts of it and its weight.
+/// Returns the cells of one channel, with the mask of its samples and its weight.
 fn cells_of(motion: &MotionSignal, part: &MotionPart, (column, counts, weight): (Option<&String>, &[bool], f64)) -> Vec<MisfitCell> {
     let kept: Vec<usize> = motion.kept().collect();
     let all = phases(motion);
@@ -105,11 +106,11 @@ fn cells_of(motion: &MotionSignal, part: &MotionPart, (column, counts, weight): 
     found
 }
 
-/// Share of the samples that count below which a phase is too short for its mean to say anything.
+/// Least share of the masked samples in a phase whose mean is used.
 const LEAST_SAMPLES: f64 = 0.01;
 
-/// The phase in which some amount is largest in the mean, known sample by sample: that of the force, record after record, each followed by its further
-/// points.
+/// Returns the phase with the largest mean amount per sample. Amounts are given for the force, record after record, each followed by its extra
+/// channels.
 pub(super) fn largest_phase(motions: &[&MotionSignal], amount: &[f64]) -> Option<Phase> {
     let mut sums = [(0.0, 0_usize); Phase::ALL.len()];
     let mut amounts = amount.iter();

@@ -1,8 +1,10 @@
-//! Why the force of a simulated and a measured motion disagree: the same questions as for FRFs, asked of time records by inverse dynamics.
+//! Diagnosis of the discrepancy between simulated and recorded motion by inverse dynamics, with the same questions as for FRFs.
 //!
-//! Where further points of the machine were recorded, their transmission errors stand beside the force, weighed by the noise of each. The force is linear in most parameters, so that a candidate is a few columns beside those of the machine. What else it needs (a velocity, a
-//! period, a delay) runs over a lattice. Candidates are ranked by how they foretell parts of the motion that were left out of the fit; thresholds come
-//! from nulls: the machine with ordinary nuisances and noise that keeps the colour of what is left.
+//! The recorded force is compared with that of the rigid machine. Transmission errors of extra measuring points, where recorded, are compared in
+//! addition, weighted by the noise of each. The force is linear in most parameters: a candidate adds a few columns to those of the machine. Its other
+//! parameters (a velocity, a period, a delay) are searched on a grid. Candidates are ranked by their prediction of parts of the motion that are left
+//! out of the fit. Thresholds come from null simulations: the machine with its nuisance parameters, and noise with the autocorrelation of the
+//! residual.
 
 mod channel_weight;
 mod context;

@@ -1,36 +1,36 @@
-//! What noise alone leaves of records.
+//! Noise floor of records.
 
 use nalgebra::DVector;
 
-use super::channel_weight::smooth_taken;
+use super::channel_weight::without_smooth_functions;
 use super::data::MotionData;
-use super::gap::{MotionPart, flat, not_repeating, square};
+use super::gap::{MotionPart, flat, non_repeating, square};
 use dynamics::inverse_dynamics::MotionSignal;
 use numeric::statistics::median;
 
-/// Longest time (s) over which noise is looked at: further apart misfit differs, too.
-const APART_S: f64 = 0.06;
-/// Fewest differences that tell a level.
-const FEWEST: usize = 30;
-/// Standard deviation of a normal variable over the median of its size.
+/// Longest lag (s) of differences used to estimate noise: over longer times the misfit changes, too.
+const LONGEST_LAG_S: f64 = 0.06;
+/// Least number of differences for an estimate.
+const LEAST_COUNT: usize = 30;
+/// Standard deviation of a normal variable over the median of its absolute value.
 const OVER_MEDIAN: f64 = 1.4826;
 
 /// Noise of one channel of one record.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) enum NoiseFloor {
-    /// Sample by sample: what does not repeat with the command.
+    /// Noise by sample: the part of the residual that does not repeat with the command.
     Sampled(Vec<f64>),
-    /// The same size in each sample that counts, as differences over some times tell it.
+    /// One level for all samples in the mask, estimated from differences.
     Level {
-        /// Standard deviations, by the time of the differences.
+        /// Standard deviations, by lag of the differences.
         by_lag: Vec<f64>,
-        /// Samples that count.
+        /// Mask of the samples.
         counts: Vec<bool>,
     },
 }
 
 impl NoiseFloor {
-    /// Sum of its squares.
+    /// Returns the sum of squares of the noise.
     pub fn squares(&self) -> f64 {
         match self {
             NoiseFloor::Sampled(noise) => square(noise),
@@ -41,7 +41,7 @@ impl NoiseFloor {
         }
     }
 
-    /// Square of a sample, where `lag` (from 0 to 1) chooses among the times of the differences.
+    /// Returns the square of a sample; `lag` (from 0 to 1) selects among the lags of the differences.
     pub fn square(&self, sample: usize, lag: f64) -> f64 {
         match self {
             NoiseFloor::Sampled(noise) => noise[sample].powi(2),
@@ -52,32 +52,32 @@ impl NoiseFloor {
         }
     }
 
-    /// Where a record does not repeat: misfit shows at turns and is the same for a while elsewhere, noise everywhere. Hence the median size of
-    /// differences over some hundredths of a second, of samples all of which count between; of a misfit that swings, the differences tell more than there
-    /// is, hence at most what smooth functions leave. A channel too short to tell has what these leave.
-    fn of(channel: &MotionPart, counts: &[bool], not_smooth: Vec<f64>) -> Self {
+    /// Estimates the noise of a record that does not repeat. Misfit is large at reversals and elsewhere constant for a while, noise is everywhere.
+    /// Hence the estimate is the median absolute difference over some hundredths of a second, of samples with an uninterrupted mask. An oscillating
+    /// misfit would be overestimated: the residual beyond smooth functions is an upper bound. It is also the estimate of a channel that is too short.
+    fn of(channel: &MotionPart, counts: &[bool], beyond_smooth: Vec<f64>) -> Self {
         let residual = &channel.residual;
-        let most = (square(&not_smooth) / counts.iter().filter(|c| **c).count().max(1) as f64).sqrt();
+        let most = (square(&beyond_smooth) / counts.iter().filter(|c| **c).count().max(1) as f64).sqrt();
         let level = |lag: usize| -> Option<f64> {
             let whole = |at: &usize| counts[at - lag..=*at].iter().all(|c| *c);
             let differences: Vec<f64> = (lag..residual.len()).filter(whole).map(|at| (residual[at] - residual[at - lag]).abs()).collect();
             let level = OVER_MEDIAN * median(differences.iter().copied())? / std::f64::consts::SQRT_2;
-            (differences.len() >= FEWEST).then_some(level.min(most))
+            (differences.len() >= LEAST_COUNT).then_some(level.min(most))
         };
-        let longest = ((APART_S / channel.step_s).round() as usize).max(1);
+        let longest = ((LONGEST_LAG_S / channel.step_s).round() as usize).max(1);
         match (1..=longest).map(level).collect() {
             Some(by_lag) => NoiseFloor::Level { by_lag, counts: counts.to_vec() },
-            None => NoiseFloor::Sampled(not_smooth),
+            None => NoiseFloor::Sampled(beyond_smooth),
         }
     }
 }
 
-/// Noise of each channel of each record: where a command repeats, what the residual of the chosen model does not repeat, scaled for the mean taken
-/// out; else its level.
+/// Returns the noise of each channel of each record. For a repeating command it is the non-repeating part of the chosen model's residual, scaled for
+/// the mean that was removed; else its level.
 pub(super) fn noise_of(after: &[MotionPart], motions: &[&MotionSignal]) -> Vec<NoiseFloor> {
     let of = |(part, motion): (&MotionPart, &&MotionSignal)| -> Vec<NoiseFloor> {
         let counts = std::iter::once(&motion.moves).chain(motion.further.iter().map(|f| &f.counts));
-        let left = not_systematic(part, motion);
+        let left = non_systematic(part, motion);
         let one = |((channel, counts), left): ((&MotionPart, &Vec<bool>), Vec<f64>)| match part.period {
             Some(_) => NoiseFloor::Sampled(left),
             None => NoiseFloor::of(channel, counts, left),
@@ -87,18 +87,18 @@ pub(super) fn noise_of(after: &[MotionPart], motions: &[&MotionSignal]) -> Vec<N
     after.iter().zip(motions).flat_map(of).collect()
 }
 
-/// What of the residual of each channel does not repeat with the command, scaled for the mean taken out; where that does not repeat, what smooth functions of
-/// speed, position and travel since reversal leave: more than its noise.
-pub(super) fn not_systematic(part: &MotionPart, motion: &MotionSignal) -> Vec<Vec<f64>> {
+/// Returns the part of each channel's residual that does not repeat with the command, scaled for the mean that was removed. Without a repeating
+/// command, it is the residual beyond smooth functions of speed, position and travel since reversal: more than its noise.
+pub(super) fn non_systematic(part: &MotionPart, motion: &MotionSignal) -> Vec<Vec<f64>> {
     if let Some(period) = part.period {
-        return part.channels().map(|c| not_repeating(&c.residual, period)).collect();
+        return part.channels().map(|c| non_repeating(&c.residual, period)).collect();
     }
     let data = MotionData::new(vec![motion]);
     let all = DVector::from_iterator(data.samples(), part.channels().flat_map(|c| c.residual.iter().copied()));
-    smooth_taken(&data, all).as_slice().chunks(motion.load.len().max(1)).map(<[f64]>::to_vec).collect()
+    without_smooth_functions(&data, all).as_slice().chunks(motion.load.len().max(1)).map(<[f64]>::to_vec).collect()
 }
 
-/// Gap that the noise alone leaves over records together.
+/// Returns the gap due to noise over all records.
 pub(super) fn floor_of(noise: &[NoiseFloor], parts: &[MotionPart]) -> Option<f64> {
     let recorded: f64 = flat(parts).map(|p| square(&p.recorded)).sum();
     (recorded > 0.0).then(|| (noise.iter().map(NoiseFloor::squares).sum::<f64>() / recorded).sqrt())
@@ -111,17 +111,17 @@ mod tests {
 
     use super::*;
 
-    /// Normal noise of size 1 that is correlated over `blur` samples, with peaks of ±15 where the axis turns and a slow wave of 0.5.
-    fn residual(blur: usize, turns: bool) -> Vec<f64> {
+    /// Returns normal noise of size 1 that is correlated over `blur` samples, with peaks of ±15 at reversals and a slow wave of 0.5.
+    fn residual(blur: usize, reversals: bool) -> Vec<f64> {
         let mut random = Xoshiro256PlusPlus::seed_from_u64(7);
         let mut uniform = || random.random::<f64>() - 0.5;
         let normal: Vec<f64> = (0..2000 + blur).map(|_| (0..12).map(|_| uniform()).sum()).collect();
         let noise = normal.windows(blur).map(|w| w.iter().sum::<f64>() / (blur as f64).sqrt());
-        let turn = |at: usize| if turns && at % 40 < 3 { 15.0 - 10.0 * (at % 40) as f64 } else { 0.0 };
-        noise.enumerate().map(|(at, noise)| noise + turn(at) + 0.5 * (0.02 * at as f64).sin()).collect()
+        let reversal = |at: usize| if reversals && at % 40 < 3 { 15.0 - 10.0 * (at % 40) as f64 } else { 0.0 };
+        noise.enumerate().map(|(at, noise)| noise + reversal(at) + 0.5 * (0.02 * at as f64).sin()).collect()
     }
 
-    fn noise_of(residual: Vec<f64>, counts: &[bool], not_smooth: Vec<f64>) -> NoiseFloor {
+    fn noise_of(residual: Vec<f64>, counts: &[bool], beyond_smooth: Vec<f64>) -> NoiseFloor {
         let part = MotionPart {
             name: "record".into(),
             column: "force_n".into(),
@@ -134,7 +134,7 @@ mod tests {
             tracking: None,
             further: Vec::new(),
         };
-        NoiseFloor::of(&part, counts, not_smooth)
+        NoiseFloor::of(&part, counts, beyond_smooth)
     }
 
     fn level_of(noise: &NoiseFloor, counts: &[bool]) -> f64 {
@@ -143,20 +143,20 @@ mod tests {
 
     #[test]
     fn limit_noise_is_distinguished_from_reversal_transients() {
-        for (blur, turns) in [(1, false), (1, true), (3, false), (3, true)] {
-            let residual = residual(blur, turns);
+        for (blur, reversals) in [(1, false), (1, true), (3, false), (3, true)] {
+            let residual = residual(blur, reversals);
             let all = (square(&residual) / residual.len() as f64).sqrt();
             let counts = vec![true; residual.len()];
             let level = level_of(&noise_of(residual.clone(), &counts, residual), &counts);
-            // Peaks take part in every second of the longer differences, which the median sees as a little more noise.
+            // Peaks affect every second of the longer differences, which raises the median slightly.
             assert!((0.9..1.25).contains(&level), "{level} for noise of 1 over {blur} samples");
-            assert!(!turns || all > 2.0, "{all}");
+            assert!(!reversals || all > 2.0, "{all}");
         }
     }
 
     #[test]
-    fn limit_a_wave_is_at_most_what_smooth_functions_leave() {
-        // Differences of a wave of 10 Hz tell 1.7 of its root mean square.
+    fn limit_noise_of_a_wave_is_bounded_by_the_residual_beyond_smooth_functions() {
+        // Differences of a wave of 10 Hz give 1.7 times its root mean square.
         let wave: Vec<f64> = (0..2000).map(|at| 3.0 * (0.2 * std::f64::consts::PI * at as f64).sin()).collect();
         let counts = vec![true; wave.len()];
         let half: Vec<f64> = wave.iter().map(|x| 0.5 * x).collect();
@@ -165,7 +165,7 @@ mod tests {
     }
 
     #[test]
-    fn limit_samples_that_do_not_count_say_nothing_of_noise() {
+    fn limit_masked_samples_do_not_affect_the_noise_floor() {
         let mut residual = residual(1, false);
         let counts: Vec<bool> = (0..residual.len()).map(|at| at % 100 >= 30).collect();
         residual.iter_mut().zip(&counts).filter(|(_, c)| !**c).for_each(|(x, _)| *x = 0.0);
@@ -173,7 +173,7 @@ mod tests {
         assert!((0.9..1.1).contains(&level_of(&noise, &counts)));
         assert_eq!(noise.square(0, 0.5), 0.0);
         assert!((0.8..1.3).contains(&noise.square(50, 0.999)));
-        // Nothing that lasts long enough: what smooth functions leave.
+        // No interval is long enough: use the residual beyond smooth functions.
         let few: Vec<bool> = (0..residual.len()).map(|at| at % 4 != 0).collect();
         assert_eq!(noise_of(residual.clone(), &few, residual.clone()), NoiseFloor::Sampled(residual));
     }

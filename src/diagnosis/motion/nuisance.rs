@@ -1,4 +1,4 @@
-//! What is ordinarily a little wrong of a machine, its records and their scales, and how far: nothing of that is an effect.
+//! Nuisance parameters of a machine, its records and its scales, with their standard deviations: none of them is an effect.
 
 use nalgebra::DVector;
 
@@ -8,87 +8,89 @@ use machine::{Machine, Operating, Value};
 use numeric::filter::central_differences;
 use numeric::statistics::{extremes, root_mean_square};
 
-/// Something that is ordinarily a little wrong: what one standard deviation of it does to all channels.
+/// A nuisance parameter: the change of all channels by one standard deviation.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Nuisance {
     /// Name.
     pub name: String,
-    /// Force (N or N·m); errors of further points, weighed as force.
+    /// Change of the force (N or N·m), and of the errors of extra channels, weighted as force.
     pub column: DVector<f64>,
 }
 
 /// Standard deviation of the time between force and position, in samples of the record.
 const SKEW: f64 = 0.25;
-/// Standard deviations of friction and force that vary smoothly along the travel, and drift with time, as shares of the force's root mean square.
-const ALONG: f64 = 0.015;
+/// Standard deviations of friction and force that vary smoothly along the travel, and that drift with time, over the root mean square of the force.
+const ALONG_TRAVEL: f64 = 0.015;
 const DRIFT: f64 = 0.01;
-/// Half waves along the travel that are ordinary; those of more than three the less, the shorter they are.
-const WAVES: u32 = 7;
-/// Travels (m) over which friction ordinarily builds up before it slides, the wind-up of the parts that carry it included, and the standard
-/// deviation of its share that does.
-const REACHES: [(f64, f64); 4] = [(0.4e-6, 1.0), (1e-6, 1.0), (2e-6, 0.5), (4e-6, 0.5)];
-/// Shares of the fastest speed below which friction ordinarily rises a little, and the standard deviation of that as a share of what rubs dry.
-const SLOW: [f64; 2] = [0.02, 0.1];
-const CREEP: f64 = 0.03;
-/// Standard deviation of the share of the viscous friction at the fastest speed that the film loses there, growing in proportion to the speed. With 5 % and
-/// more, weak dry friction that a description leaves out went unseen on the development cases.
-const THINS: f64 = 0.03;
-/// How many times as far as described a joint ordinarily gives way, with what stands in series with it and is not described; each beside the one before it.
-const GIVES: [f64; 3] = [1.0, 2.0, 4.0];
-/// Standard deviations of wind-up, and of friction on the other side of it, beside what is described.
-const WINDS: f64 = 2.0;
-/// Standard deviation of a scale's error along the travel, per travel.
-const SCALE: f64 = 2e-6;
+/// Number of half-waves along the travel; the standard deviation of those above the third falls with their wavelength.
+const HALF_WAVES: u32 = 7;
+/// Presliding travels (m) over which friction builds up, the wind-up of the parts that carry it included, and the standard deviations of the share of
+/// friction that does.
+const PRESLIDING: [(f64, f64); 4] = [(0.4e-6, 1.0), (1e-6, 1.0), (2e-6, 0.5), (4e-6, 0.5)];
+/// Speeds over the fastest below which friction rises slightly, and the standard deviation of that rise over dry friction.
+const LOW_SPEEDS: [f64; 2] = [0.02, 0.1];
+const LOW_SPEED_RISE: f64 = 0.03;
+/// Standard deviation of the share of viscous friction at the fastest speed lost by shear thinning of the film, in proportion to speed. With 5 % and
+/// more, weak dry friction missing from a description would remain undetected.
+const THINNING: f64 = 0.03;
+/// Compliances of a joint with undescribed parts in series, over the described compliance; each factor in addition to the one before.
+const COMPLIANCES: [f64; 3] = [1.0, 2.0, 4.0];
+/// Standard deviations of wind-up, and of friction on its other side, over the described values.
+const WIND_UP: f64 = 2.0;
+/// Standard deviation of the scale error along the travel (m per m of travel).
+const SCALE_ERROR: f64 = 2e-6;
 
-/// All that changes anything, of a machine with these values along the records.
+/// Returns all nuisance parameters with an influence on a machine with given values along the records.
 ///
-/// # Source  widths: a drive holds its force for a sample, which comes half a sample late; guides are ground to a few percent of preload; friction of a
-/// warm axis changes by percents within a record; the friction of a film grows with less than the speed (in rolling bearings with its 2/3 power, after
-/// Palmgren); bearings, screw and coupling together give way one to four times as far as the nut that a plain description has; linear scales of machine
-/// tools are sold as good to ±3 µm (some to ±5 µm) per metre.
+/// # Source  standard deviations: a drive holds its force for one sample, which delays it by half a sample. Guides are ground to a few percent of
+/// preload. Friction of a warm axis changes by percents within a record. The friction of a film grows with less than the speed (in rolling bearings
+/// with its 2/3 power, after Palmgren). Bearings, screw and coupling together are one to four times as compliant as the nut of a simple description.
+/// Linear scales of machine tools are specified to ±3 µm (some to ±5 µm) per metre.
 pub(super) fn nuisances(data: &MotionData<'_>, rigid: &Rigid, machine: &Machine, values: &[f64]) -> Vec<Nuisance> {
-    let of = MotionScales::new(data, rigid, machine, values);
-    let mut all = [of.chain(), of.building_up(), of.giving_way(), of.slow(), of.thinning(), of.along(), of.drifting()].concat();
-    data.columns.iter().for_each(|column| all.extend([of.scale(column), of.encoder_estimate(column)].concat()));
+    let of = Influences::new(data, rigid, machine, values);
+    let mut all =
+        [of.measuring_chain(), of.presliding(), of.compliances(), of.low_speed(), of.shear_thinning(), of.along_travel(), of.drift()]
+            .concat();
+    data.columns.iter().for_each(|column| all.extend([of.scale_error(column), of.encoder_estimate(column)].concat()));
     all.retain(|n| n.column.norm() > 0.0);
     all
 }
 
-struct MotionScales<'o> {
+struct Influences<'o> {
     data: &'o MotionData<'o>,
     rigid: &'o Rigid,
     machine: &'o Machine,
     values: &'o [f64],
     /// Root mean square of the recorded force (N or N·m).
     level: f64,
-    /// Dry friction, as the drive feels it (N or N·m).
+    /// Dry friction at the drive (N or N·m).
     dry: f64,
     /// Fastest speed (m/s).
     fastest: f64,
-    /// Travel of all records together, from and to (m): a place of the guide is the same place in each.
+    /// Travel of all records together, from and to (m): positions on the guide are the same in each.
     travel: (f64, f64),
 }
 
-fn turned(m: &MotionSignal, force: Vec<f64>) -> Vec<f64> {
+fn along_direction(m: &MotionSignal, force: Vec<f64>) -> Vec<f64> {
     force.into_iter().zip(m.direction()).map(|(f, s)| f * s).collect()
 }
 
-/// Half of what a steady speed forward takes more than the same backward (N or N·m).
+/// Returns half the difference between the forces of steady forward and backward motion (N or N·m).
 fn sliding(rigid: &Rigid, machine: &Machine, values: &[f64], speed_m_s: f64) -> f64 {
     0.5 * (rigid.steady(machine, values, speed_m_s) - rigid.steady(machine, values, -speed_m_s))
 }
 
-fn nothing(m: &MotionSignal) -> Vec<f64> {
+fn zero(m: &MotionSignal) -> Vec<f64> {
     vec![0.0; m.position_m.len()]
 }
 
-impl<'o> MotionScales<'o> {
+impl<'o> Influences<'o> {
     fn new(data: &'o MotionData<'o>, rigid: &'o Rigid, machine: &'o Machine, values: &'o [f64]) -> Self {
         let level = root_mean_square(data.motions.iter().flat_map(|m| m.load.iter().copied())).unwrap_or(0.0);
         let fastest = data.motions.iter().flat_map(|m| &m.velocity_m_s).fold(0.0_f64, |f, v| f.max(v.abs()));
         let dry = sliding(rigid, machine, values, 1e-9 * fastest).abs();
         let travel = extremes(data.motions.iter().flat_map(|m| &m.position_m));
-        MotionScales { data, rigid, machine, values, level, dry, fastest, travel }
+        Influences { data, rigid, machine, values, level, dry, fastest, travel }
     }
 
     fn force(&self, machine: &Machine, m: &MotionSignal) -> Vec<f64> {
@@ -99,48 +101,49 @@ impl<'o> MotionScales<'o> {
         Nuisance { name: name.into(), column: self.data.column(of) }
     }
 
-    /// Friction in units of the drive's force, with what further points give way under it.
-    fn rubbing(&self, name: String, of: impl Fn(&MotionSignal) -> Vec<f64>) -> Nuisance {
+    /// Returns a friction nuisance in units of the drive's force, with the compliance of extra measuring points under it.
+    fn friction(&self, name: String, of: impl Fn(&MotionSignal) -> Vec<f64>) -> Nuisance {
         let mut column = self.data.column(&of);
         for further in &self.data.columns {
-            let gives = |m: &MotionSignal| {
+            let compliant = |m: &MotionSignal| {
                 let at = m.further.iter().position(|f| f.column == *further);
-                let gives = at.map_or(0.0, |at| self.rigid.rubbed(self.machine, self.values, m)[at]);
-                of(m).into_iter().map(|f| gives * f).collect::<Vec<f64>>()
+                let compliant = at.map_or(0.0, |at| self.rigid.rubbed(self.machine, self.values, m)[at]);
+                of(m).into_iter().map(|f| compliant * f).collect::<Vec<f64>>()
             };
-            column += self.data.channel(Some(further), gives);
+            column += self.data.channel(Some(further), compliant);
         }
         Nuisance { name, column }
     }
 
-    /// Half a wave, and more of them, along the travel.
+    /// Returns a cosine of `n` half-waves along the travel.
     fn wave(&self, m: &MotionSignal, n: f64, size: f64) -> Vec<f64> {
         let (low, high) = self.travel;
         m.position_m.iter().map(|x| size * (std::f64::consts::PI * n * (x - low) / (high - low)).cos()).collect()
     }
 
-    /// A drive whose force comes late, the blur of filter and differences, and where the loops tell of a point clocks apart: the record of the force alone.
-    fn chain(&self) -> Vec<Nuisance> {
+    /// Returns the delay of the drive's force and the blur by filter and differences. Where an encoder position is estimated from the control loop,
+    /// also a clock offset of the recorded force alone.
+    fn measuring_chain(&self) -> Vec<Nuisance> {
         let slope = |m: &MotionSignal| central_differences(&self.force(self.machine, m));
         let clock = |m: &MotionSignal| slope(m).iter().map(|d| SKEW * d).collect::<Vec<f64>>();
-        // What the loops tell shows how late their force is much better than that is known.
+        // The estimate from the loop reveals the delay of its force more precisely than it is known.
         let late = |m: &MotionSignal| {
             let periods_s = m.further.iter().filter_map(|f| Some(f.told.as_ref()?.periods_s)).fold(0.0, f64::max);
             slope(m).iter().map(|d| (SKEW + periods_s / m.step_s) * d).collect::<Vec<f64>>()
         };
-        let mut all = vec![self.nuisance("~synchrony", late), self.nuisance("~blur", |m| central_differences(&slope(m)))];
+        let mut all = vec![self.nuisance("~synchrony", late), self.nuisance("~filter blur", |m| central_differences(&slope(m)))];
         if self.data.is_identifiable() {
-            all.push(Nuisance { name: "~clock".into(), column: self.data.recorded_force(clock) });
+            all.push(Nuisance { name: "~clock offset".into(), column: self.data.recorded_force(clock) });
         }
         all
     }
 
-    /// The machine with dry friction that builds up over a travel (m of the reading) where it is described to be there at once.
-    fn elastic(&self, reach_m: f64) -> Machine {
+    /// Returns the machine with dry friction that builds up over a travel (m of the reading) where its description has none.
+    fn elastic(&self, travel_m: f64) -> Machine {
         let mut elastic = self.machine.clone();
         for joint in &mut elastic.joints {
             let number = |value: &Value| value.at(self.values, &Operating::default());
-            let (level, way) = (number(&joint.friction.coulomb), self.rigid.ratio(&joint.on).abs() * reach_m);
+            let (level, way) = (number(&joint.friction.coulomb), self.rigid.ratio(&joint.on).abs() * travel_m);
             if level > 0.0 && way > 0.0 && number(&joint.friction.presliding_stiffness) == 0.0 {
                 joint.friction.presliding_stiffness = Value::number(level / way);
             }
@@ -148,110 +151,110 @@ impl<'o> MotionScales<'o> {
         elastic
     }
 
-    /// The micrometres that rolling elements and seals give way before they slide.
-    fn building_up(&self) -> Vec<Nuisance> {
+    /// Returns presliding: rolling elements and seals deform by micrometres before they slide.
+    fn presliding(&self) -> Vec<Nuisance> {
         let described = self.data.column(|m| self.force(self.machine, m));
-        let over = |(reach_m, sd): (f64, f64)| {
-            let elastic = self.elastic(reach_m);
+        let over = |(travel_m, sd): (f64, f64)| {
+            let elastic = self.elastic(travel_m);
             let column = sd * (self.data.column(|m| self.force(&elastic, m)) - &described);
-            Nuisance { name: format!("~slides after {:.1} µm", 1e6 * reach_m), column }
+            Nuisance { name: format!("~presliding over {:.1} µm", 1e6 * travel_m), column }
         };
-        REACHES.into_iter().map(over).collect()
+        PRESLIDING.into_iter().map(over).collect()
     }
 
-    /// Joints that give way, and what stands in series with them.
-    fn giving_way(&self) -> Vec<Nuisance> {
-        // Where something gives way, friction builds up beyond it: not what that does by itself.
-        let building_up = self.elastic(Rigid::BUILDS_UP_M);
-        let sliding = |m: &MotionSignal| self.force(&building_up, m);
+    /// Returns compliances of joints with undescribed parts in series.
+    fn compliances(&self) -> Vec<Nuisance> {
+        // Beyond a compliant joint friction builds up by presliding; subtract the influence of that alone.
+        let presliding = self.elastic(Rigid::BUILDS_UP_M);
+        let sliding = |m: &MotionSignal| self.force(&presliding, m);
         let none = self.data.column(sliding);
         let mut all = Vec::new();
         for (joint, described) in self.machine.joints.iter().enumerate() {
             let mut less = none.clone();
-            for times in GIVES {
-                let gives = |m: &MotionSignal| self.rigid.force_giving_way((joint, times), self.machine, self.values, m);
-                let more = self.data.column(|m| gives(m).unwrap_or_else(|| sliding(m)));
-                all.push(Nuisance { name: format!("~{} gives way {times} times", described.name), column: &more - &less });
+            for factor in COMPLIANCES {
+                let compliant = |m: &MotionSignal| self.rigid.force_giving_way((joint, factor), self.machine, self.values, m);
+                let more = self.data.column(|m| compliant(m).unwrap_or_else(|| sliding(m)));
+                all.push(Nuisance { name: format!("~compliance of {}, factor {factor}", described.name), column: &more - &less });
                 less = more;
             }
         }
         all
     }
 
-    /// Friction that rises a little towards rest.
-    fn slow(&self) -> Vec<Nuisance> {
+    /// Returns a slight rise of friction towards standstill.
+    fn low_speed(&self) -> Vec<Nuisance> {
         let below = |share: f64| {
             let of = |m: &MotionSignal| {
-                let rises = |v: &f64| CREEP * self.dry * (-(v / (share * self.fastest)).powi(2)).exp();
-                turned(m, m.velocity_m_s.iter().map(rises).collect())
+                let rises = |v: &f64| LOW_SPEED_RISE * self.dry * (-(v / (share * self.fastest)).powi(2)).exp();
+                along_direction(m, m.velocity_m_s.iter().map(rises).collect())
             };
-            self.rubbing(format!("~friction below {:.0} % of the fastest", 100.0 * share), of)
+            self.friction(format!("~friction below {:.0} % of the fastest speed", 100.0 * share), of)
         };
-        SLOW.into_iter().map(below).collect()
+        LOW_SPEEDS.into_iter().map(below).collect()
     }
 
-    /// A film of oil whose viscosity falls with the speed at which it is sheared.
-    fn thinning(&self) -> Vec<Nuisance> {
+    /// Returns the shear thinning of an oil film.
+    fn shear_thinning(&self) -> Vec<Nuisance> {
         let film = sliding(self.rigid, self.machine, self.values, self.fastest) - self.dry;
-        let of = |m: &MotionSignal| turned(m, m.velocity_m_s.iter().map(|v| -THINS * film * (v / self.fastest).powi(2)).collect());
-        vec![self.rubbing("~film thins".into(), of)]
+        let of =
+            |m: &MotionSignal| along_direction(m, m.velocity_m_s.iter().map(|v| -THINNING * film * (v / self.fastest).powi(2)).collect());
+        vec![self.friction("~shear thinning of the film".into(), of)]
     }
 
-    /// Friction and force that vary smoothly along the travel.
-    fn along(&self) -> Vec<Nuisance> {
+    /// Returns smooth variations of friction and force along the travel.
+    fn along_travel(&self) -> Vec<Nuisance> {
         let of = |n: u32| {
-            let size = ALONG * self.level * (3.0 / f64::from(n)).min(1.0);
+            let size = ALONG_TRAVEL * self.level * (3.0 / f64::from(n)).min(1.0);
             let wave = move |m: &MotionSignal| self.wave(m, f64::from(n), size);
-            let friction = self.rubbing(format!("~friction along {n}"), move |m| turned(m, wave(m)));
-            [friction, self.nuisance(format!("~force along {n}"), wave)]
+            let friction = self.friction(format!("~friction along the travel, half-wave {n}"), move |m| along_direction(m, wave(m)));
+            [friction, self.nuisance(format!("~force along the travel, half-wave {n}"), wave)]
         };
-        (1..=WAVES).flat_map(of).collect()
+        (1..=HALF_WAVES).flat_map(of).collect()
     }
 
-    /// Friction and force that drift with time.
-    fn drifting(&self) -> Vec<Nuisance> {
+    /// Returns drifts of friction and force with time.
+    fn drift(&self) -> Vec<Nuisance> {
         let drift = |m: &MotionSignal| {
             let count = m.position_m.len();
             (0..count).map(|i| DRIFT * self.level * (2.0 * i as f64 / count as f64 - 1.0)).collect::<Vec<f64>>()
         };
-        vec![self.rubbing("~drift of friction".into(), |m| turned(m, drift(m))), self.nuisance("~drift of force", drift)]
+        vec![self.friction("~drift of friction".into(), |m| along_direction(m, drift(m))), self.nuisance("~drift of force", drift)]
     }
 
-    /// Errors of both scales of a further point and of the way that vary smoothly along the travel, beside what
-    /// [`Further::thinned`](dynamics::inverse_dynamics::Further::thinned) takes out.
-    fn scale(&self, column: &str) -> Vec<Nuisance> {
+    /// Returns smooth errors along the travel of both scales of an extra channel, in addition to the terms that [`ExtraChannel::thinned`] removes.
+    fn scale_error(&self, column: &str) -> Vec<Nuisance> {
         let of = |n: u32| {
             let wave = |m: &MotionSignal| {
                 let (low, high) = extremes(&m.position_m);
                 further(m, column)
-                    .map_or_else(|| nothing(m), |f| self.wave(m, f64::from(n), self.rigid.point_ratio(f.point) * SCALE * (high - low)))
+                    .map_or_else(|| zero(m), |f| self.wave(m, f64::from(n), self.rigid.point_ratio(f.point) * SCALE_ERROR * (high - low)))
             };
-            Nuisance { name: format!("~scale of {column} along {n}"), column: self.data.channel(Some(column), wave) }
+            Nuisance { name: format!("~scale error of {column}, half-wave {n}"), column: self.data.channel(Some(column), wave) }
         };
         (1..=3).map(of).collect()
     }
 
-    /// What is ordinarily wrong of a further point that the loops tell of: their factor; wind-up, which is described in part,
-    /// and on which side of it friction sits.
+    /// Returns the nuisance parameters of an extra channel estimated from the control loop. They are the factor of the loop, wind-up, which is
+    /// described in part, and the side of it on which friction acts.
     fn encoder_estimate(&self, column: &str) -> Vec<Nuisance> {
-        let told = |m: &MotionSignal| m.further.iter().position(|f| f.column == column && f.is_identifiable());
+        let estimated = |m: &MotionSignal| m.further.iter().position(|f| f.column == column && f.is_identifiable());
         let channel = |name: String, of: &dyn Fn(&MotionSignal, usize) -> Vec<f64>| {
-            let column = self.data.channel(Some(column), |m| told(m).map_or_else(|| nothing(m), |at| of(m, at)));
+            let column = self.data.channel(Some(column), |m| estimated(m).map_or_else(|| zero(m), |at| of(m, at)));
             Nuisance { name, column }
         };
-        let winds = |m: &MotionSignal, at: usize| {
-            let winds = self.rigid.transmission(self.machine, self.values, m).swap_remove(at);
-            winds.into_iter().map(|e| WINDS * e).collect()
+        let wind_up = |m: &MotionSignal, at: usize| {
+            let wind_up = self.rigid.transmission(self.machine, self.values, m).swap_remove(at);
+            wind_up.into_iter().map(|e| WIND_UP * e).collect()
         };
-        let sides = |m: &MotionSignal, at: usize| {
-            let gives = self.rigid.rubbed(self.machine, self.values, m)[at];
-            m.direction().into_iter().map(|s| WINDS * self.dry * gives * s).collect()
+        let friction_side = |m: &MotionSignal, at: usize| {
+            let compliant = self.rigid.rubbed(self.machine, self.values, m)[at];
+            m.direction().into_iter().map(|s| WIND_UP * self.dry * compliant * s).collect()
         };
         let factor = |m: &MotionSignal, at: usize| m.further[at].told.as_ref().map_or_else(Vec::new, |t| t.factor_m.clone());
         vec![
-            channel(format!("~factor of the loops of {column}"), &factor),
-            channel(format!("~wind-up of {column}"), &winds),
-            channel(format!("~side of friction in {column}"), &sides),
+            channel(format!("~loop factor of {column}"), &factor),
+            channel(format!("~wind-up of {column}"), &wind_up),
+            channel(format!("~friction side in {column}"), &friction_side),
         ]
     }
 }

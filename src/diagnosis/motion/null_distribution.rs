@@ -1,39 +1,39 @@
-//! What nulls show: how much candidates gain where nothing is missing.
+//! Null distribution of motions: the reduction of the prediction error by candidates where no effect is missing.
 
 use super::screening::Ranked;
 use numeric::statistics::quantile;
 
-/// What nulls show. Some candidates gain much by accident (a wave of any period), others little: −ln(1 − gain) is told in units of what each
-/// gains in one null of ten, and the largest of a draw stands for the whole library.
+/// Null distribution. Candidates differ in what they gain by chance: a wave of any period gains much, others little. Hence −ln(1 − gain) is divided
+/// by the 90 % quantile of each candidate, and the largest ratio of a draw represents the whole library.
 #[derive(Debug, Clone, PartialEq)]
 pub struct MotionNullDistribution {
-    /// −ln(1 − gain) of each candidate that nine nulls of ten stay below.
+    /// 90 % quantile of −ln(1 − gain) of each candidate.
     pub scales: Vec<f64>,
-    /// Largest −ln(1 − gain) of each candidate in any null.
+    /// Largest −ln(1 − gain) of each candidate in any draw.
     pub most: Vec<f64>,
-    /// Largest −ln(1 − gain) of any effect over its scale, of each draw, rising.
+    /// Largest ratio of −ln(1 − gain) to its scale over all effects, of each draw, in rising order.
     pub effects: Vec<f64>,
-    /// The same of free shapes.
+    /// The same over all free functions.
     pub free: Vec<f64>,
 }
 
 /// Least scale of a candidate.
 const LEAST_SCALE: f64 = 0.01;
-/// What a candidate must gain over the most that it gained in any null, to be no accident whatever others gained.
+/// Least ratio of a candidate's −ln(1 − gain) to its largest in any draw that counts as significant regardless of other candidates.
 const BEYOND: f64 = 1.25;
 
 impl MotionNullDistribution {
-    /// Of gains (−ln(1 − gain)) of every candidate in each draw, and whether each is a free shape.
+    /// Builds the distribution from the −ln(1 − gain) of every candidate in each draw. `free` marks free functions.
     pub(super) fn new(gains: &[Vec<f64>], free: &[bool]) -> Self {
         let of = |at: usize| gains.iter().map(move |g| g[at]);
         let scales: Vec<f64> = (0..free.len()).map(|at| quantile(of(at), 0.9).unwrap_or(0.0).max(LEAST_SCALE)).collect();
         let most: Vec<f64> = (0..free.len()).map(|at| of(at).fold(0.0, f64::max)).collect();
-        let largest = |asked: bool| {
-            let own = |g: &Vec<f64>| {
-                let over = g.iter().zip(&scales).zip(free).filter(|(_, free)| **free == asked).map(|((g, s), _)| g / s);
-                over.fold(0.0, f64::max)
+        let largest = |of_free: bool| {
+            let largest_ratio = |g: &Vec<f64>| {
+                let ratios = g.iter().zip(&scales).zip(free).filter(|(_, free)| **free == of_free).map(|((g, s), _)| g / s);
+                ratios.fold(0.0, f64::max)
             };
-            let mut all: Vec<f64> = gains.iter().map(own).collect();
+            let mut all: Vec<f64> = gains.iter().map(largest_ratio).collect();
             all.sort_by(f64::total_cmp);
             all
         };
@@ -41,17 +41,18 @@ impl MotionNullDistribution {
         MotionNullDistribution { scales, most, effects, free }
     }
 
-    /// Share of draws in which some effect gains as much; that of none where it gains clearly more than itself in any.
+    /// Returns the share of draws in which some effect gains as much; the least possible share where a candidate clearly exceeds its own largest
+    /// gain.
     pub fn p_value(&self, ranked: &Ranked) -> f64 {
-        self.p_among(&self.effects, ranked)
+        self.p_value_among(&self.effects, ranked)
     }
 
-    /// The same of free shapes.
+    /// Returns the same share for free functions.
     pub fn p_value_free(&self, ranked: &Ranked) -> f64 {
-        self.p_among(&self.free, ranked)
+        self.p_value_among(&self.free, ranked)
     }
 
-    fn p_among(&self, all: &[f64], ranked: &Ranked) -> f64 {
+    fn p_value_among(&self, all: &[f64], ranked: &Ranked) -> f64 {
         let own = strength(ranked.gain);
         if own > BEYOND * self.most[ranked.candidate].max(LEAST_SCALE) {
             return 1.0 / (all.len() + 1) as f64;
@@ -60,7 +61,7 @@ impl MotionNullDistribution {
     }
 }
 
-/// ln of what the machine fails to foretell over what a candidate does.
+/// Returns −ln(1 − gain): ln of the loss of the machine over that with a candidate.
 pub(super) fn strength(gain: f64) -> f64 {
     -(1.0 - gain.clamp(0.0, 1.0)).max(1e-12).ln()
 }

@@ -1,23 +1,23 @@
-//! Noise that keeps the colour of what a fit leaves.
+//! Bootstrap of residuals: noise with the autocorrelation of a residual.
 
 use nalgebra::{DMatrix, DVector};
 use numeric::long_run::long_run_covariance;
 use rand::RngExt;
 use rand_xoshiro::Xoshiro256PlusPlus;
 
-/// What is left of records: what repeats with the command, and what does not.
+/// Residuals of records, split into the part that repeats with the command and the rest.
 #[derive(Debug, Clone)]
 pub(super) struct ResidualBootstrap {
     records: Vec<RecordResidual>,
-    /// Samples within which it keeps its sign, about.
+    /// Block length (samples): about twice the time over which the residual is correlated.
     block: usize,
-    /// By how much a mean varies more than that of white noise.
+    /// Variance of a mean over that of white noise.
     inflation: f64,
 }
 
 #[derive(Debug, Clone)]
 struct RecordResidual {
-    /// What repeats: one period, or nothing.
+    /// Repeating part: one period, or empty.
     repeating: Vec<f64>,
     /// The rest.
     rest: Vec<f64>,
@@ -27,7 +27,7 @@ struct RecordResidual {
 const SHORTEST: usize = 12;
 
 impl ResidualBootstrap {
-    /// Takes the residual of records with these lengths and periods apart.
+    /// Splits the residual of records with given lengths and periods.
     pub fn new(residual: &DVector<f64>, records: &[(usize, Option<usize>)]) -> Self {
         let mut from = 0;
         let parts: Vec<RecordResidual> = records
@@ -35,28 +35,28 @@ impl ResidualBootstrap {
             .map(|&(length, period)| {
                 let part = &residual.as_slice()[from..from + length];
                 from += length;
-                let repeating = period.map_or(Vec::new(), |period| repeated(part, period));
+                let repeating = period.map_or(Vec::new(), |period| period_mean(part, period));
                 let rest = part.iter().enumerate().map(|(i, e)| if repeating.is_empty() { *e } else { e - repeating[i % repeating.len()] });
                 RecordResidual { rest: rest.collect(), repeating }
             })
             .collect();
         let shortest = records.iter().map(|r| r.1.unwrap_or(r.0)).min().unwrap_or(SHORTEST);
-        let block = (2 * correlated(residual)).max(SHORTEST).min((shortest / 8).max(2));
+        let block = (2 * correlation_length(residual)).max(SHORTEST).min((shortest / 8).max(2));
         ResidualBootstrap { inflation: inflation(residual, block), records: parts, block }
     }
 
-    /// Samples within which it keeps its sign, about.
+    /// Returns the block length (samples).
     pub fn block(&self) -> usize {
         self.block
     }
 
-    /// Variance of a mean over that of white noise of its size, at least 1.
+    /// Returns the variance of a mean over that of white noise of the same size, at least 1.
     pub fn inflation(&self) -> f64 {
         self.inflation
     }
 
-    /// Draws noise: moved in time block by block, which keeps its colour, or left in its place with the sign of each block drawn, which keeps where
-    /// it is large. What repeats repeats in the draw.
+    /// Draws noise by blocks. Moved in time, they keep the autocorrelation; `in_place` with random signs, they also keep the distribution of the
+    /// level over time. The repeating part repeats in the draw.
     pub fn draw(&self, in_place: bool, random: &mut Xoshiro256PlusPlus) -> DVector<f64> {
         let mut all = Vec::new();
         for part in &self.records {
@@ -73,7 +73,7 @@ impl ResidualBootstrap {
             return Vec::new();
         }
         let mut drawn = Vec::with_capacity(count);
-        // The first block is cut at random, so that blocks do not begin at the same places in every draw.
+        // The first block has a random length: block boundaries differ between draws.
         let mut length = 1 + random.random_range(0..self.block);
         while drawn.len() < count {
             let from = if in_place { drawn.len() } else { random.random_range(0..count) };
@@ -86,8 +86,8 @@ impl ResidualBootstrap {
     }
 }
 
-/// Mean over periods.
-pub(super) fn repeated(part: &[f64], period: usize) -> Vec<f64> {
+/// Returns the mean over periods.
+pub(super) fn period_mean(part: &[f64], period: usize) -> Vec<f64> {
     (0..period)
         .map(|phase| {
             let same: Vec<f64> = part.iter().skip(phase).step_by(period).copied().collect();
@@ -96,13 +96,13 @@ pub(super) fn repeated(part: &[f64], period: usize) -> Vec<f64> {
         .collect()
 }
 
-/// Long-run variance over that of white noise, at least 1.
+/// Returns the long-run variance over that of white noise, at least 1.
 fn inflation(residual: &DVector<f64>, reach: usize) -> f64 {
     (long_run_covariance(&DMatrix::from_columns(std::slice::from_ref(residual)), reach)[(0, 0)] / residual.norm_squared()).max(1.0)
 }
 
-/// Samples after which the autocorrelation has first fallen below a tenth.
-fn correlated(residual: &DVector<f64>) -> usize {
+/// Returns the lag (samples) at which the autocorrelation first falls below a tenth.
+fn correlation_length(residual: &DVector<f64>) -> usize {
     let last = residual.len() / 4;
     (1..last).find(|lag| autocorrelation(residual, *lag) < 0.1).unwrap_or(last)
 }

@@ -1,4 +1,4 @@
-//! The survey: every candidate fitted jointly with the machine, ranked by how it foretells parts of the motion that were left out.
+//! Screening: every candidate is fitted jointly with the machine and ranked by its prediction of left-out parts of the motion.
 
 use std::sync::Arc;
 
@@ -7,182 +7,155 @@ use rand::SeedableRng;
 use rand_xoshiro::Xoshiro256PlusPlus;
 use rayon::prelude::*;
 
-use super::data::{MotionData, beside};
+use super::data::{MotionData, side_by_side};
 use super::design::{CandidateDesign, Forces, INDEPENDENT, SharedDesign, Solved};
 use super::free_function::free_functions;
-use super::grid::{grid, small};
+use super::grid::{LinearParameter, grid, small};
 use super::nuisance::{Nuisance, nuisances};
 use super::null_distribution::{MotionNullDistribution, strength};
 use super::residual_bootstrap::ResidualBootstrap;
 use crate::{Hypothesis, HypothesisKind, Status};
 use dynamics::inverse_dynamics::{LinearForce, Rigid, free_parameters, inverse, prediction};
 use identification::motion::ForceFit;
-use machine::{Machine, Parameter, Scale};
+use machine::{Machine, Scale};
 use numeric::linear_fit::LinearFit;
 use numeric::random::normal;
 use optimizer::Control;
 use optimizer::live_columns;
 
-/// A candidate and its lattice of designs.
+/// A candidate with a design at each node of its grid.
 pub struct MotionCandidate {
     /// Id.
     pub id: String,
-    /// What became of it.
+    /// Outcome.
     pub status: Status,
-    /// The machine with it; `None` for a free shape.
+    /// The machine with it; `None` for a free function.
     pub hypothesis: Option<Hypothesis>,
-    /// For a free shape: what the force may depend on, and the shape it resembles.
+    /// For a free function: its variable, and the form of dynamic stiffness that it resembles.
     pub free: Option<(&'static str, &'static str)>,
-    /// For a free shape of a further point: its column.
+    /// For a free function of an extra channel: the name of the channel.
     pub column: Option<String>,
-    /// It applies, but the machine's own parameters stand for what it does to these records.
-    pub unseen: bool,
-    lattice: Vec<GridNode>,
+    /// The effect applies, but the machine's own parameters reproduce its influence on these records.
+    pub unidentifiable: bool,
+    nodes: Vec<GridNode>,
 }
 
-/// A place of the lattice: values of what is not linear, and the design there.
+/// A grid node: values of the nonlinear parameters, and the design there.
 struct GridNode {
-    /// Indices of parameters and their values.
+    /// Indices of the nonlinear parameters and their values.
     values: Vec<(usize, f64)>,
-    /// What stands in the added columns.
+    /// Parameters of the added columns.
     linear: Vec<LinearParameter>,
     design: CandidateDesign,
 }
 
-/// A parameter (index) that is linear, or whose inverse is.
-#[derive(Clone, Copy)]
-struct LinearParameter {
-    index: usize,
-    inverse: bool,
-    /// What it does is taken between two places, not at one.
-    chord: bool,
-}
-
-impl LinearParameter {
-    /// What is linear of a value, and the value of what is linear.
-    fn of(self, x: f64) -> f64 {
-        if self.inverse { 1.0 / x } else { x }
-    }
-
-    /// Its ends.
-    fn ends(self, parameter: &Parameter) -> (f64, f64) {
-        let (a, b) = (self.of(parameter.lower), self.of(parameter.upper));
-        (a.min(b), a.max(b))
-    }
-
-    /// The value at which it does nothing, or next to it.
-    fn nothing(self, parameter: &Parameter) -> f64 {
-        if self.inverse { parameter.upper } else { 0.0_f64.clamp(parameter.lower, parameter.upper) }
-    }
-}
-
-/// A candidate's figures on one force.
+/// Figures of a candidate on one force.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Ranked {
     /// Index of the candidate.
     pub candidate: usize,
-    /// Share of what the machine fails to foretell that it takes away.
+    /// Relative reduction of the squared prediction error at left-out parts.
     pub gain: f64,
-    /// What each part left out leaves.
+    /// Squared prediction error of each part.
     pub left_out: Vec<f64>,
-    /// Index in its lattice.
-    place: usize,
-    /// Values of the parameters it adds there.
+    /// Index of the grid node.
+    node: usize,
+    /// Values of the added parameters there.
     pub added: Vec<(usize, f64)>,
 }
 
-/// The machine, what is ordinarily wrong of it, and all candidates.
+/// The machine, its nuisance parameters and all candidates.
 pub struct MotionScreening {
-    /// What is ordinarily wrong with the machine's own columns, and without.
+    /// Columns of the nuisance parameters with the machine's own columns, and alone.
     bases: [Arc<SharedDesign>; 2],
     nominal: CandidateDesign,
     base_columns: usize,
     /// Candidates.
     pub candidates: Vec<MotionCandidate>,
-    /// What is ordinarily wrong.
+    /// Nuisance parameters.
     pub nuisances: Vec<Nuisance>,
-    /// Parameters of the machine that are free beside it.
+    /// Free parameters of the machine next to the nuisance parameters.
     free: Vec<usize>,
-    /// Variance of the noise, as a mean of its samples varies.
+    /// Variance of the noise, corrected for its autocorrelation.
     variance: f64,
 }
 
-/// Share of the force by which it must change to count as moved.
-const MOVES: f64 = 1e-3;
-/// A column that the machine's own parameters can stand for to this share is not seen.
-const SEEN: f64 = 0.05;
+/// Least relative change of the force by an effective parameter value.
+const LEAST_CHANGE: f64 = 1e-3;
+/// Least share of a column, orthogonal to the machine's own parameters, with which a candidate is identifiable.
+const LEAST_INDEPENDENT: f64 = 0.05;
 
-/// Standard deviations within which what is ordinarily wrong is taken to be in nulls.
-const ORDINARY: f64 = 2.0;
-/// Nulls that are solved together.
-const TOGETHER: usize = 50;
+/// Largest size (standard deviations) of nuisance parameters in null simulations.
+const NUISANCE_RANGE: f64 = 2.0;
+/// Number of null simulations that are solved together.
+const BATCH: usize = 50;
 
-/// Everything a survey is made of.
+/// Inputs of a screening.
 pub(super) struct SharedColumns<'g> {
     pub data: &'g MotionData<'g>,
     pub rigid: &'g Rigid,
-    /// The machine, perhaps with effects that were chosen before.
+    /// The machine, possibly with effects chosen so far.
     pub nominal: &'g Hypothesis,
     pub fit: &'g ForceFit,
     pub frozen: &'g [String],
 }
 
 impl MotionScreening {
-    /// Works out all designs.
+    /// Computes all designs.
     ///
-    /// # Errors  none: a candidate whose columns fail is told among the candidates.
+    /// # Errors  none: a candidate whose columns fail is reported among the candidates.
     pub(super) fn new(
-        ground: &SharedColumns<'_>,
+        shared: &SharedColumns<'_>,
         hypotheses: Vec<Hypothesis>,
         others: Vec<(String, Status)>,
         control: &Control,
     ) -> Option<Self> {
-        let SharedColumns { data, rigid, nominal, fit, frozen } = ground;
+        let SharedColumns { data, rigid, nominal, fit, frozen } = shared;
         let machine = &nominal.machine;
-        let mut asked = free_parameters(machine, frozen).ok()?;
-        let mut all = LinearForce::new(rigid, machine, &fit.values, &asked, &data.motions);
-        // What does nothing where the fit ended stays there.
+        let mut free_all = free_parameters(machine, frozen).ok()?;
+        let mut all = LinearForce::new(rigid, machine, &fit.values, &free_all, &data.motions);
+        // Parameters without influence at the end of the fit keep their values.
         let live = live_columns(&all.derivatives);
-        if live.len() < asked.len() {
+        if live.len() < free_all.len() {
             all.derivatives = all.derivatives.select_columns(&live);
-            asked = live.into_iter().map(|at| asked[at]).collect();
+            free_all = live.into_iter().map(|at| free_all[at]).collect();
         }
         let nuisances = nuisances(data, rigid, machine, &fit.values);
         if nuisances.is_empty() {
             return None;
         }
-        let wrong = columns_of(&nuisances);
-        // What smooth functions leave of the residual is noise, whatever is missing; coloured, it counts for fewer samples.
-        let shapes = free_functions(data);
+        let tolerances = columns_of(&nuisances);
+        // Noise: the residual beyond smooth functions, whatever effect is missing. Its autocorrelation reduces the effective number of samples.
+        let functions = free_functions(data);
         let mut left = fit.residual.clone();
-        for part in std::iter::once(&all.derivatives).chain([&wrong]).chain(shapes.iter().map(|s| &s.columns)) {
-            let apart = part.select_columns(&(0..part.ncols().saturating_sub(usize::from(part.ncols() > 4))).collect::<Vec<_>>());
-            left = LinearFit::new(&apart, &left).map_or(left, |p| p.residual);
+        for part in std::iter::once(&all.derivatives).chain([&tolerances]).chain(functions.iter().map(|s| &s.columns)) {
+            let independent = part.select_columns(&(0..part.ncols().saturating_sub(usize::from(part.ncols() > 4))).collect::<Vec<_>>());
+            left = LinearFit::new(&independent, &left).map_or(left, |p| p.residual);
         }
         let noise = ResidualBootstrap::new(&left, &data.records());
         let variance = left.norm_squared() / data.samples() as f64 * noise.inflation();
         let penalties = |free: usize| [vec![0.0; free], vec![variance; nuisances.len()]].concat();
-        // What would leave its range beside what is ordinarily wrong is held at its end: no candidate is to gain by taking it farther, or to lose to one
-        // that does.
-        let beside_wrong = beside(&[&all.derivatives, &wrong]);
-        let step = LinearFit::penalised(&beside_wrong, &penalties(asked.len()), &fit.residual, INDEPENDENT)?.coefficients;
+        // Fix parameters that would leave their range next to the nuisance parameters: no candidate gains or loses by moving them farther.
+        let with_nuisances = side_by_side(&[&all.derivatives, &tolerances]);
+        let step = LinearFit::penalised(&with_nuisances, &penalties(free_all.len()), &fit.residual, INDEPENDENT)?.coefficients;
         let inside = |at: &usize| {
-            let (p, x) = (&machine.parameters[asked[*at]], fit.values[asked[*at]]);
+            let (p, x) = (&machine.parameters[free_all[*at]], fit.values[free_all[*at]]);
             p.holds_inside(x) || (p.lower..=p.upper).contains(&(x + step[*at]))
         };
-        let free: Vec<usize> = (0..asked.len()).filter(inside).map(|at| asked[at]).collect();
-        let columns = if free.len() == asked.len() { all } else { LinearForce::new(rigid, machine, &fit.values, &free, &data.motions) };
-        // What is ordinarily wrong, with the machine's own columns, which many candidates leave as they are, and without.
+        let free: Vec<usize> = (0..free_all.len()).filter(inside).map(|at| free_all[at]).collect();
+        let columns = if free.len() == free_all.len() { all } else { LinearForce::new(rigid, machine, &fit.values, &free, &data.motions) };
+        // Nuisance parameters with the machine's own columns, which many candidates do not change, and alone.
         let known = vec![variance; nuisances.len()];
-        let whole = SharedDesign::new(data, &beside(&[&wrong, &columns.derivatives]), [known.clone(), vec![0.0; free.len()]].concat())?;
-        let bases = [Arc::new(whole), Arc::new(SharedDesign::new(data, &wrong, known)?)];
+        let whole =
+            SharedDesign::new(data, &side_by_side(&[&tolerances, &columns.derivatives]), [known.clone(), vec![0.0; free.len()]].concat())?;
+        let bases = [Arc::new(whole), Arc::new(SharedDesign::new(data, &tolerances, known)?)];
         let shift = |columns: &LinearForce, values: &[f64]| {
             &columns.prediction - &columns.derivatives * DVector::from_iterator(free.len(), free.iter().map(|i| values[*i]))
         };
         let here = shift(&columns, &fit.values);
         let nominal_design = CandidateDesign::new(data, &bases[0], &here, &DMatrix::zeros(data.samples(), 0), 0.0, Vec::new())?;
-        // Share of a change that the machine's own parameters cannot stand for.
-        let shows = |change: &DVector<f64>| {
+        // Share of a change that the machine's own parameters cannot reproduce.
+        let independent_share = |change: &DVector<f64>| {
             let left = LinearFit::new(&columns.derivatives, change);
             left.map_or(1.0, |left| left.residual.norm() / change.norm())
         };
@@ -190,39 +163,38 @@ impl MotionScreening {
             .into_par_iter()
             .map(|hypothesis| {
                 if control.stopped() {
-                    return without(hypothesis.id, Status::Failed("stopped before its turn".into()));
+                    return without(hypothesis.id, Status::Failed("stopped before this candidate was fitted".into()));
                 }
                 let of = &hypothesis.machine;
                 let start = start_of(of, &fit.values);
                 let added = &hypothesis.added;
-                // What moves at a place amid the ranges decides what is linear; where nothing moves, the force of a rigid drive does not know it.
-                let amid = amid(of, &start, added);
-                let around = prediction(rigid, of, &amid, &data.motions);
-                let moved = |index: usize, unit: f64| {
-                    let mut values = amid.clone();
+                // Linearity is tested at interior values. Without any change there, the force of a rigid drive does not depend on the effect.
+                let interior = interior(of, &start, added);
+                let base_force = prediction(rigid, of, &interior, &data.motions);
+                let changed_force = |index: usize, unit: f64| {
+                    let mut values = interior.clone();
                     values[index] = of.parameters[index].from_unit(unit);
                     (values[index], prediction(rigid, of, &values, &data.motions))
                 };
                 let (mut linear, mut curved) = (Vec::new(), Vec::new());
                 for (&index, inverse) in added.iter().zip(inverse(of, added)) {
                     let coordinate = LinearParameter { index, inverse, chord: inverse };
-                    let unit = of.parameters[index].to_unit(amid[index]);
-                    let ((a, fa), (b, fb)) = (moved(index, 0.5 * unit), moved(index, 0.25 * unit));
-                    let (a, b, here) = (coordinate.of(a), coordinate.of(b), coordinate.of(amid[index]));
-                    let (da, db) = ((&fa - &around) / (a - here), (&fb - &around) / (b - here));
+                    let unit = of.parameters[index].to_unit(interior[index]);
+                    let ((a, fa), (b, fb)) = (changed_force(index, 0.5 * unit), changed_force(index, 0.25 * unit));
+                    let (a, b, here) = (coordinate.of(a), coordinate.of(b), coordinate.of(interior[index]));
+                    let (da, db) = ((&fa - &base_force) / (a - here), (&fb - &base_force) / (b - here));
                     let size = da.norm().max(db.norm());
-                    if size * (a - here).abs() <= 1e-9 * around.norm() {
+                    if size * (a - here).abs() <= 1e-9 * base_force.norm() {
                         continue;
                     }
                     if (da - db).norm() <= 1e-6 * size { linear.push(coordinate) } else { curved.push(index) }
                 }
                 if linear.is_empty() && curved.is_empty() {
-                    let why = "the force of a rigid drive with the effects it has does not depend on it";
+                    let why = "the force of the rigid drive with its present effects does not depend on it";
                     return without(hypothesis.id, Status::NotApplicable(why.into()));
                 }
-                // Amplitudes that are not linear all over their ranges, for a play beyond which others count, are next to it where they are small: a lattice over
-                // several would miss that.
-                let mut toward = amid.clone();
+                // Nonlinear amplitudes with both signs are linearised near zero, as a grid over several would miss it.
+                let mut toward = interior.clone();
                 if curved.len() > 1 {
                     curved.retain(|&index| {
                         let small = small(rigid, of, &start, index, data);
@@ -231,41 +203,42 @@ impl MotionScreening {
                         small.is_none()
                     });
                 }
-                let mut places: Vec<Vec<(usize, f64)>> = grid(of, &curved, data, rigid);
-                // Over decades: as many places again over those of them at which anything moves.
+                let mut grid_points: Vec<Vec<(usize, f64)>> = grid(of, &curved, data, rigid);
+                // Over decades: place the nodes within the range in which the force changes.
                 if let [one] = curved[..]
                     && of.parameters[one].scale == Scale::Logarithmic
                     && !of.parameters[one].id.ends_with("period")
                 {
-                    let moves = |place: &&Vec<(usize, f64)>| {
+                    let moves = |node: &&Vec<(usize, f64)>| {
                         let mut values = start.clone();
-                        values[one] = place[0].1;
-                        (prediction(rigid, of, &values, &data.motions) - &columns.prediction).norm() > MOVES * columns.prediction.norm()
+                        values[one] = node[0].1;
+                        (prediction(rigid, of, &values, &data.motions) - &columns.prediction).norm()
+                            > LEAST_CHANGE * columns.prediction.norm()
                     };
-                    let moved: Vec<f64> = places.par_iter().filter(moves).map(|place| place[0].1).collect();
-                    if let (Some(from), Some(to)) = (moved.iter().copied().reduce(f64::min), moved.iter().copied().reduce(f64::max)) {
-                        let last = (places.len() - 1) as f64;
-                        (0..places.len()).for_each(|k| places[k][0].1 = from * (to / from).powf(k as f64 / last));
+                    let effective: Vec<f64> = grid_points.par_iter().filter(moves).map(|node| node[0].1).collect();
+                    if let (Some(from), Some(to)) = (effective.iter().copied().reduce(f64::min), effective.iter().copied().reduce(f64::max))
+                    {
+                        let last = (grid_points.len() - 1) as f64;
+                        (0..grid_points.len()).for_each(|k| grid_points[k][0].1 = from * (to / from).powf(k as f64 / last));
                     }
                 }
-                // Each place stands for itself and, of one number other than a wave's period, for what lies between it and its neighbours: there the force
-                // is taken to be straight.
+                // A node covers itself and, for one nonlinear parameter other than a period, the linearised interval to its neighbours.
                 let straight = matches!(curved[..], [one] if !of.parameters[one].id.ends_with("period"));
                 let near = |at: usize| {
-                    let value = |at: usize| places.get(at).map(|p| p[0].1);
-                    let here = places[at][0].1;
+                    let value = |at: usize| grid_points.get(at).map(|p| p[0].1);
+                    let here = grid_points[at][0].1;
                     (at.checked_sub(1).and_then(value).unwrap_or(here), value(at + 1).unwrap_or(here))
                 };
-                let lattice: Vec<(GridNode, f64)> = places
+                let nodes: Vec<(GridNode, f64)> = grid_points
                     .par_iter()
                     .enumerate()
                     .flat_map_iter(|(at, values)| [(at, values, false), (at, values, true)])
                     .filter(|(_, _, slopes)| straight || !slopes)
                     .filter_map(|(at_place, values, slopes)| {
                         let values = values.clone();
-                        let mut seen: f64 = 0.0;
+                        let mut visible: f64 = 0.0;
                         let mut at = start.clone();
-                        linear.iter().for_each(|l| at[l.index] = l.nothing(&of.parameters[l.index]));
+                        linear.iter().for_each(|l| at[l.index] = l.without_influence(&of.parameters[l.index]));
                         let (mut linear, mut toward) = (linear.clone(), toward.clone());
                         let mut ends: Vec<(f64, f64)> = linear.iter().map(|l| l.ends(&of.parameters[l.index])).collect();
                         if slopes {
@@ -279,34 +252,34 @@ impl MotionScreening {
                         values.iter().for_each(|(i, x)| at[*i] = *x);
                         let more = added_columns(rigid, of, (&at, &toward), &linear, data);
                         let change = &more.prediction - &columns.prediction;
-                        // With nothing of what is linear the force is mostly the machine's own.
+                        // With all linear parameters at zero the force is mostly that of the machine.
                         let changed = (change.norm() > 1e-9 * columns.prediction.norm()).then(|| {
-                            seen = seen.max(shows(&change));
+                            visible = visible.max(independent_share(&change));
                             LinearForce::new(rigid, of, &at, &free, &data.motions)
                         });
                         let differs =
                             |own: &LinearForce| (&own.derivatives - &columns.derivatives).norm() > 1e-9 * columns.derivatives.norm();
                         let same = !changed.as_ref().is_some_and(differs);
                         let mut own = changed.unwrap_or_else(|| columns.clone());
-                        more.derivatives.column_iter().for_each(|c| seen = seen.max(shows(&c.clone_owned())));
+                        more.derivatives.column_iter().for_each(|c| visible = visible.max(independent_share(&c.clone_owned())));
                         let from = free.len() + nuisances.len();
                         let bounds = ends.iter().enumerate().map(|(k, (a, b))| (from + k, *a, *b)).collect();
-                        // The shift of the added columns: their coefficients count from nothing.
+                        // Coefficients of added columns count from zero: shift the prediction.
                         let zero: DVector<f64> = DVector::from_iterator(linear.len(), linear.iter().map(|l| l.of(at[l.index])));
                         own.prediction -= &more.derivatives * zero;
                         let (base, extra) = match same {
                             true => (&bases[0], more.derivatives),
-                            false => (&bases[1], beside(&[&own.derivatives, &more.derivatives])),
+                            false => (&bases[1], side_by_side(&[&own.derivatives, &more.derivatives])),
                         };
                         let design = CandidateDesign::new(data, base, &shift(&own, &at), &extra, 0.0, bounds)?;
-                        Some((GridNode { values, linear, design }, seen))
+                        Some((GridNode { values, linear, design }, visible))
                     })
                     .collect();
-                let seen = lattice.iter().map(|(_, seen)| *seen).fold(0.0, f64::max);
-                let lattice: Vec<GridNode> = lattice.into_iter().map(|(place, _)| place).collect();
-                if seen < SEEN || lattice.is_empty() {
-                    let why = "these records cannot show it: the machine's own parameters stand for what it does";
-                    return MotionCandidate { unseen: true, ..without(hypothesis.id, Status::NotApplicable(why.into())) };
+                let visible = nodes.iter().map(|(_, visible)| *visible).fold(0.0, f64::max);
+                let nodes: Vec<GridNode> = nodes.into_iter().map(|(node, _)| node).collect();
+                if visible < LEAST_INDEPENDENT || nodes.is_empty() {
+                    let why = "these records do not identify it: the machine's own parameters have the same influence";
+                    return MotionCandidate { unidentifiable: true, ..without(hypothesis.id, Status::NotApplicable(why.into())) };
                 }
                 MotionCandidate {
                     id: hypothesis.id.clone(),
@@ -314,26 +287,26 @@ impl MotionScreening {
                     hypothesis: Some(hypothesis),
                     free: None,
                     column: None,
-                    unseen: false,
-                    lattice,
+                    unidentifiable: false,
+                    nodes,
                 }
             })
             .collect();
         let mut candidates = made;
-        for shape in shapes {
-            // Knots add up to what the machine has already (a constant, a direction): a little ridge keeps them apart.
+        for shape in functions {
+            // Hat functions sum to columns of the machine (a constant, a direction): a small ridge penalty separates them.
             let ridge = 1e-3 * shape.columns.norm_squared() / shape.columns.ncols() as f64;
             if let Some(design) = CandidateDesign::new(data, &bases[0], &here, &shape.columns, ridge, Vec::new()) {
-                let place = GridNode { values: Vec::new(), linear: Vec::new(), design };
+                let node = GridNode { values: Vec::new(), linear: Vec::new(), design };
                 let free = Some((shape.over, shape.shape));
                 candidates.push(MotionCandidate {
                     id: shape.column.as_ref().map_or(shape.over.into(), |column| format!("{} of {column}", shape.over)),
                     column: shape.column,
-                    unseen: false,
+                    unidentifiable: false,
                     status: Status::Tried,
                     hypothesis: None,
                     free,
-                    lattice: vec![place],
+                    nodes: vec![node],
                 });
             }
         }
@@ -349,10 +322,10 @@ impl MotionScreening {
         })
     }
 
-    /// What a machine leaves beside what is ordinarily wrong, with what the latter costs; what an effect adds stays at these values.
+    /// Returns the squared misfit of a machine next to its nuisance parameters, with their penalty; parameters of effects keep their values.
     pub fn squares(&self, data: &MotionData<'_>, rigid: &Rigid, machine: &Machine, values: &[f64]) -> Option<f64> {
         let own = LinearForce::new(rigid, machine, values, &self.free, &data.motions);
-        let columns = beside(&[&own.derivatives, &columns_of(&self.nuisances)]);
+        let columns = side_by_side(&[&own.derivatives, &columns_of(&self.nuisances)]);
         let penalty = [vec![0.0; self.free.len()], vec![self.variance; self.nuisances.len()]].concat();
         let left = &data.y - own.prediction;
         let fit = LinearFit::penalised(&columns, &penalty, &left, INDEPENDENT)?;
@@ -360,39 +333,39 @@ impl MotionScreening {
         Some(fit.residual.norm_squared() + prior)
     }
 
-    /// Figures of every candidate on a force, the largest gain first.
+    /// Computes the figures of every candidate on a force, the largest gain first.
     pub fn rank(&self, data: &MotionData<'_>, y: &DVector<f64>) -> Vec<Ranked> {
         let forces = Forces::new(data, std::slice::from_ref(y), &self.bases);
         let before = self.base_loss(data, &forces)[0];
         let best = |candidate: usize| {
             let c = &self.candidates[candidate];
-            let (place, best) = self.best(candidate, data, &forces).swap_remove(0)?;
-            let at = &c.lattice[place];
+            let (node, best) = self.best(candidate, data, &forces).swap_remove(0)?;
+            let at = &c.nodes[node];
             let mut added = at.values.clone();
             added.extend(at.linear.iter().enumerate().map(|(k, l)| (l.index, l.of(best.coefficients[self.base_columns + k]))));
-            Some(Ranked { candidate, gain: 1.0 - best.loss() / before, left_out: best.left_out, place, added })
+            Some(Ranked { candidate, gain: 1.0 - best.loss() / before, left_out: best.left_out, node, added })
         };
         let mut ranked: Vec<Ranked> = (0..self.candidates.len()).into_par_iter().filter_map(best).collect();
         ranked.sort_by(|a, b| b.gain.total_cmp(&a.gain));
         ranked
     }
 
-    /// What is ordinarily wrong that the machine as described needs most of, and how many standard deviations of it.
-    pub fn stretched(&self, data: &MotionData<'_>) -> Option<(&str, f64)> {
+    /// Returns the nuisance parameter of the machine as described that is largest in standard deviations, and that size.
+    pub fn largest_nuisance(&self, data: &MotionData<'_>) -> Option<(&str, f64)> {
         let (_, coefficients, _) = self.fitted(data, &data.y, None)?;
         let sizes = self.nuisances.iter().zip(coefficients.iter()).map(|(nuisance, size)| (nuisance.name.as_str(), size.abs()));
         sizes.max_by(|a, b| a.1.total_cmp(&b.1))
     }
 
-    /// What the machine alone leaves of parts of each force foretold without them.
+    /// Returns the loss of the machine alone for each force.
     fn base_loss(&self, data: &MotionData<'_>, forces: &Forces) -> Vec<f64> {
         self.nominal.solve(data, forces).into_iter().map(|s| s.map_or(f64::INFINITY, |s| s.loss())).collect()
     }
 
-    /// The place of a candidate's lattice that leaves least of each force.
+    /// Returns the grid node of a candidate with the least loss for each force.
     fn best(&self, candidate: usize, data: &MotionData<'_>, forces: &Forces) -> Vec<Option<(usize, Solved)>> {
-        let places = self.candidates[candidate].lattice.iter().enumerate();
-        let all = places.map(|(at, place)| place.design.solve(data, forces).into_iter().map(|s| s.map(|s| (at, s))).collect::<Vec<_>>());
+        let grid_points = self.candidates[candidate].nodes.iter().enumerate();
+        let all = grid_points.map(|(at, node)| node.design.solve(data, forces).into_iter().map(|s| s.map(|s| (at, s))).collect::<Vec<_>>());
         let better = |a: Option<(usize, Solved)>, b: Option<(usize, Solved)>| match (a, b) {
             (Some(a), Some(b)) => Some(if b.1.loss() < a.1.loss() { b } else { a }),
             (a, b) => a.or(b),
@@ -400,28 +373,28 @@ impl MotionScreening {
         all.reduce(|a, b| a.into_iter().zip(b).map(|(a, b)| better(a, b)).collect()).unwrap_or_else(|| vec![None; forces.count()])
     }
 
-    /// The machine, or a candidate, fitted to a force: its coefficients, and what it leaves.
+    /// Fits the machine, or a candidate, to a force; returns design, coefficients and residual.
     fn fitted(
         &self,
         data: &MotionData<'_>,
         y: &DVector<f64>,
         of: Option<&Ranked>,
     ) -> Option<(&CandidateDesign, DVector<f64>, DVector<f64>)> {
-        let design = of.map_or(&self.nominal, |r| &self.candidates[r.candidate].lattice[r.place].design);
+        let design = of.map_or(&self.nominal, |r| &self.candidates[r.candidate].nodes[r.node].design);
         let solved = design.solve(data, &Forces::new(data, std::slice::from_ref(y), &self.bases)).swap_remove(0)?;
         let left = y - design.force(data, &solved.coefficients);
         Some((design, solved.coefficients, left))
     }
 
-    /// By how much less squared misfit a candidate leaves than the machine, beside what is ordinarily wrong, sample by sample.
-    pub fn taken(&self, data: &MotionData<'_>, of: &Ranked) -> Option<DVector<f64>> {
+    /// Returns by how much a candidate reduces the squared misfit, sample by sample.
+    pub fn squared_reduction(&self, data: &MotionData<'_>, of: &Ranked) -> Option<DVector<f64>> {
         let (_, _, before) = self.fitted(data, &data.y, None)?;
         let (_, _, after) = self.fitted(data, &data.y, Some(of))?;
         Some(before.zip_map(&after, |before, after| before * before - after * after))
     }
 
-    /// Nulls: the machine with what is ordinarily wrong drawn from what these records tell of it beside the candidate that explains most, and noise of
-    /// the colour of what that leaves, half of the draws moved in time, half in place with drawn signs.
+    /// Simulates the null distribution. Nuisance parameters are drawn from their estimates next to the best candidate, noise by bootstrap of its
+    /// residual.
     pub fn null(
         &self,
         data: &MotionData<'_>,
@@ -431,12 +404,13 @@ impl MotionScreening {
         seed: u64,
         control: &Control,
     ) -> MotionNullDistribution {
-        let gains = self.fitted(data, y, best).map_or_else(Vec::new, |fitted| self.gains_of_nulls(data, fitted, draws, seed, control));
+        let gains =
+            self.fitted(data, y, best).map_or_else(Vec::new, |fitted| self.gains_of_null_simulations(data, fitted, draws, seed, control));
         MotionNullDistribution::new(&gains, &self.candidates.iter().map(|c| c.free.is_some()).collect::<Vec<bool>>())
     }
 
-    /// −ln(1 − gain) of every candidate in each draw.
-    fn gains_of_nulls(
+    /// Returns −ln(1 − gain) of every candidate in each draw.
+    fn gains_of_null_simulations(
         &self,
         data: &MotionData<'_>,
         (design, coefficients, left): (&CandidateDesign, DVector<f64>, DVector<f64>),
@@ -446,19 +420,19 @@ impl MotionScreening {
     ) -> Vec<Vec<f64>> {
         let noise = ResidualBootstrap::new(&left, &data.records());
         let count = self.nuisances.len();
-        let known = coefficients.rows(0, count).map(|size| size.clamp(-ORDINARY, ORDINARY));
+        let known = coefficients.rows(0, count).map(|size| size.clamp(-NUISANCE_RANGE, NUISANCE_RANGE));
         let scatter = design.covariance(count) * self.variance;
         let scatter = Cholesky::new(scatter).map_or_else(|| DMatrix::zeros(count, count), |c| c.unpack());
         let machine = self.nominal.force(data, &DVector::zeros(self.base_columns));
         let drawn = |draw: usize| {
             let mut random = Xoshiro256PlusPlus::seed_from_u64(seed.wrapping_mul(0x9E37_79B9).wrapping_add(draw as u64));
             let mut y = &machine + noise.draw(draw % 2 == 1, &mut random);
-            let wrong = &known + &scatter * DVector::from_fn(count, |_, _| normal(&mut random));
-            self.nuisances.iter().zip(wrong.iter()).for_each(|(nuisance, size)| y.axpy(*size, &nuisance.column, 1.0));
+            let sizes = &known + &scatter * DVector::from_fn(count, |_, _| normal(&mut random));
+            self.nuisances.iter().zip(sizes.iter()).for_each(|(nuisance, size)| y.axpy(*size, &nuisance.column, 1.0));
             y
         };
-        let together = |from: usize| {
-            let forces = Forces::new(data, &(from..draws.min(from + TOGETHER)).map(drawn).collect::<Vec<_>>(), &self.bases);
+        let solve_batch = |from: usize| {
+            let forces = Forces::new(data, &(from..draws.min(from + BATCH)).map(drawn).collect::<Vec<_>>(), &self.bases);
             let before = self.base_loss(data, &forces);
             let mut gains = vec![Vec::with_capacity(self.candidates.len()); before.len()];
             for candidate in 0..self.candidates.len() {
@@ -468,8 +442,8 @@ impl MotionScreening {
             }
             gains
         };
-        let chunks: Vec<usize> = (0..draws).step_by(TOGETHER).collect();
-        let of = |from: usize| control.kept(&format!("nulls from {from} {seed}"), || together(from));
+        let chunks: Vec<usize> = (0..draws).step_by(BATCH).collect();
+        let of = |from: usize| control.kept(&format!("nulls from {from} {seed}"), || solve_batch(from));
         chunks.into_par_iter().filter(|_| !control.stopped()).flat_map_iter(of).collect()
     }
 }
@@ -479,10 +453,10 @@ fn columns_of(nuisances: &[Nuisance]) -> DMatrix<f64> {
 }
 
 fn without(id: String, status: Status) -> MotionCandidate {
-    MotionCandidate { id, status, hypothesis: None, free: None, column: None, unseen: false, lattice: Vec::new() }
+    MotionCandidate { id, status, hypothesis: None, free: None, column: None, unidentifiable: false, nodes: Vec::new() }
 }
 
-/// Prediction at a place, and its derivatives with what is linear; those of inverses and small amplitudes between that place and another.
+/// Returns prediction and derivatives by linear parameters. Those marked as `chord` are difference quotients to another point.
 fn added_columns(
     rigid: &Rigid,
     machine: &Machine,
@@ -501,13 +475,13 @@ fn added_columns(
     columns
 }
 
-/// Values of a machine with effects, from those of the machine without.
+/// Extends values of a machine by the start values of added effects.
 pub(super) fn start_of(machine: &Machine, values: &[f64]) -> Vec<f64> {
     values.iter().copied().chain(machine.parameters.iter().skip(values.len()).map(|p| p.start)).collect()
 }
 
-/// Added parameters at places amid their ranges, each at another.
-fn amid(machine: &Machine, start: &[f64], added: &[usize]) -> Vec<f64> {
+/// Returns values with the added parameters inside their ranges, each at a different coordinate.
+fn interior(machine: &Machine, start: &[f64], added: &[usize]) -> Vec<f64> {
     let mut values = start.to_vec();
     for (k, &index) in added.iter().enumerate() {
         values[index] = machine.parameters[index].from_unit(0.55 + 0.07 * (k % 5) as f64);

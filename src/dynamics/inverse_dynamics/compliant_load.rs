@@ -1,61 +1,63 @@
-//! What lies beyond a joint that gives way: it follows the encoder by its own equation of motion.
+//! The load behind a compliant joint, which follows the encoder by its own equation of motion.
 
-use super::backlash::sides;
+use super::backlash::contact_sides;
 use super::friction::FrictionForce;
 use super::preprocessing::MotionSignal;
 use super::rigid::Rigid;
 use machine::{Machine, Modifier as Scaled, Operating, Value};
 use numeric::filter::central_differences;
 
-/// A joint with play, or made softer than described, and what the encoder moves through it alone.
+/// A joint with backlash, or softer than described, and the load that the encoder moves through this joint alone.
 pub(super) struct CompliantLoad<'m> {
     machine: &'m Machine,
-    /// The joint (index).
+    /// Index of the joint.
     joint: usize,
     /// Whether each point is on the encoder's side.
-    near: Vec<bool>,
-    /// Rate of the joint's combination over that of the encoder's side, what is beyond at rest.
+    encoder_side: Vec<bool>,
+    /// κ: rate of the joint's deformation per rate of the encoder reading, with the load at rest.
     rate: f64,
-    /// So many times as far as described it gives way.
-    times: f64,
+    /// Factor on the described compliance of the joint.
+    compliance_factor: f64,
 }
 
-/// Largest angular frequency (rad/s) that what is beyond may have on its joint: above, the recorded motion cannot tell the joint from a rigid one.
-const STIFFEST: f64 = 1e4;
-/// Angle that the fastest motion of it may go on in a step.
-const ANGLE: f64 = 0.25;
-/// Most steps between two samples.
-const STEPS: usize = 60;
+/// Largest natural angular frequency (rad/s) of the load on its joint. Above it the recorded motion cannot distinguish the joint from a rigid
+/// one.
+const MAX_OMEGA_RAD_S: f64 = 1e4;
+/// Largest phase advance (rad) of the fastest motion of the load in one step.
+const MAX_PHASE_STEP: f64 = 0.25;
+/// Largest number of steps between two samples.
+const MAX_SUBSTEPS: usize = 60;
 
 impl Rigid {
-    /// Travel (m) over which friction beyond a joint that gives way builds up where none is described.
+    /// Travel (m) over which friction behind a compliant joint builds up where the description gives no presliding stiffness.
     pub const BUILDS_UP_M: f64 = 1e-6;
 }
 
 impl<'m> CompliantLoad<'m> {
-    /// Behind the one joint that an effect makes give way, with the encoder and the drive on one side of it; `None` where there is none, or more than one.
+    /// Finds the load behind the one joint with backlash or with a spring in series. `None` if there is no such joint, or more than one, or if it
+    /// does not separate the load from encoder and drive.
     pub fn new(rigid: &Rigid, machine: &'m Machine, values: &[f64]) -> Option<Self> {
         let number = |value: &Value| value.at(values, &Operating::default());
-        let gives = |j: &machine::Joint| {
+        let is_compliant = |j: &machine::Joint| {
             let softened = j.stiffness.laws.iter().any(|law| matches!(law, Scaled::InSeries(_)));
             number(&j.stiffness) > 0.0 && (softened || number(&j.gap) > 0.0)
         };
-        let mut soft = machine.joints.iter().enumerate().filter(|(_, j)| gives(j));
+        let mut soft = machine.joints.iter().enumerate().filter(|(_, j)| is_compliant(j));
         let (Some((joint, _)), None) = (soft.next(), soft.next()) else { return None };
-        Self::behind(joint, rigid, machine, values)
+        Self::behind_joint(joint, rigid, machine, values)
     }
 
-    /// The same behind a joint (index) with a spring; `None` where it does not part the drive from something.
-    pub fn behind(joint: usize, rigid: &Rigid, machine: &'m Machine, values: &[f64]) -> Option<Self> {
+    /// Finds the load behind a joint (index) with a spring; `None` if it does not separate a load from encoder and drive.
+    pub fn behind_joint(joint: usize, rigid: &Rigid, machine: &'m Machine, values: &[f64]) -> Option<Self> {
         let number = |value: &Value| value.at(values, &Operating::default());
         let soft = &machine.joints[joint];
         if !(number(&soft.stiffness) > 0.0) {
             return None;
         }
         let drive = machine.drive.as_ref()?;
-        let mut near = vec![false; machine.points.len()];
-        near[drive.position.encoder.at] = true;
-        // What any other spring or shaft ties to the encoder's side belongs to it.
+        let mut encoder_side = vec![false; machine.points.len()];
+        encoder_side[drive.position.encoder.at] = true;
+        // Points that other springs or shafts connect to the encoder's side belong to that side.
         let mut ties: Vec<Vec<usize>> = Vec::new();
         for (at, other) in machine.joints.iter().enumerate() {
             if at != joint && number(&other.stiffness) > 0.0 {
@@ -66,73 +68,79 @@ impl<'m> CompliantLoad<'m> {
             ties.push(shaft.stations.iter().filter_map(|s| s.axial).collect());
             ties.push(shaft.stations.iter().filter_map(|s| s.torsion).collect());
         }
-        while let Some(tie) = ties.iter().position(|t| t.iter().any(|p| near[*p])) {
-            ties.swap_remove(tie).into_iter().for_each(|p| near[p] = true);
+        while let Some(tie) = ties.iter().position(|t| t.iter().any(|p| encoder_side[*p])) {
+            ties.swap_remove(tie).into_iter().for_each(|p| encoder_side[p] = true);
         }
-        let rate: f64 = soft.on.iter().filter(|(p, _)| near[*p]).map(|(p, c)| c * rigid.point_ratio(*p)).sum();
-        let parts = soft.on.iter().any(|(p, _)| !near[*p] && !machine.points[*p].fixed);
-        (near[drive.on] && parts && rate.abs() > 1e-9).then_some(CompliantLoad { machine, joint, near, rate, times: 1.0 })
+        let rate: f64 = soft.on.iter().filter(|(p, _)| encoder_side[*p]).map(|(p, c)| c * rigid.point_ratio(*p)).sum();
+        let separates = soft.on.iter().any(|(p, _)| !encoder_side[*p] && !machine.points[*p].fixed);
+        (encoder_side[drive.on] && separates && rate.abs() > 1e-9).then_some(CompliantLoad {
+            machine,
+            joint,
+            encoder_side,
+            rate,
+            compliance_factor: 1.0,
+        })
     }
 
-    /// The same, giving way so many times as far.
-    pub fn softer(self, times: f64) -> Self {
-        CompliantLoad { times, ..self }
+    /// Multiplies the compliance of the joint by a factor.
+    pub fn with_compliance_factor(self, compliance_factor: f64) -> Self {
+        CompliantLoad { compliance_factor, ..self }
     }
 
-    /// Acceleration (m/s²) of the joint's combination per force (N) through it that is not there.
-    pub fn yields(&self, rigid: &Rigid, values: &[f64]) -> f64 {
-        self.rate * self.rate / rigid.inertia_of(self.machine, values, &|p| !self.near[p])
+    /// Computes the acceleration (m/s²) of the joint's deformation per missing force (N) through it.
+    pub fn acceleration_per_force(&self, rigid: &Rigid, values: &[f64]) -> f64 {
+        self.rate * self.rate / rigid.inertia_of(self.machine, values, &|p| !self.encoder_side[p])
     }
 
-    /// Whether a combination of points lies beyond.
-    pub fn holds(&self, on: &[(usize, f64)]) -> bool {
-        on.iter().all(|(p, _)| !self.near[*p])
+    /// Whether all points of a combination belong to the load.
+    pub fn is_beyond(&self, on: &[(usize, f64)]) -> bool {
+        on.iter().all(|(p, _)| !self.encoder_side[*p])
     }
 
-    /// Force of the joint against the encoder's side (N, per reading), sample by sample, what is beyond moving behind the recorded motion:
+    /// Computes the force of the joint on the encoder's side (N, per reading), sample by sample. The load moves behind the recorded motion:
     ///
     /// ```text
-    /// m·ÿ = T − Σ rⱼ·frictionⱼ(rⱼ·ẏ)        T = κ²·( k·(x − y) + c·(ẋ − ẏ) )        without play
-    /// y = x ∓ ½·gap/κ, T = m·ẍ + Σ …  while T presses on that flank; else T = 0      with play
+    /// m·ÿ = T − Σ rⱼ·frictionⱼ(rⱼ·ẏ)        T = κ²·( k·(x − y) + c·(ẋ − ẏ) )        without backlash
+    /// y = x ∓ ½·gap/κ, T = m·ẍ + Σ …  while T presses on that flank; else T = 0      with backlash
     /// ```
     ///
-    /// All per reading x of the encoder, κ the rate of the joint. Semi-implicit steps, x between samples by cubic Hermite. With play the flanks are rigid and
-    /// their blow plastic: the momentum it gives goes through the filter that the recorded acceleration went through.
+    /// All quantities are per reading x of the encoder. The steps are semi-implicit; cubic Hermite polynomials give x between samples. With
+    /// backlash the flanks are rigid and the impacts plastic: the momentum of an impact passes the filter of the recorded acceleration.
     ///
-    /// Where the position of what is beyond was recorded, T follows from it at once, and the encoder's side moves before it:
+    /// Where the position of the load was recorded, T follows directly, and the encoder's side moves ahead of the load:
     ///
     /// ```text
     /// x = y + T/(κ²·k) ± ½·gap/κ, with that side's own mass times ẍ − ÿ added to T
     /// ```
-    pub fn follow(&self, rigid: &Rigid, values: &[f64], motion: &MotionSignal) -> Vec<f64> {
+    pub fn joint_force(&self, rigid: &Rigid, values: &[f64], motion: &MotionSignal) -> Vec<f64> {
         let number = |value: &Value| value.at(values, &Operating::default());
         let soft = &self.machine.joints[self.joint];
-        let mass = rigid.inertia_of(self.machine, values, &|p| !self.near[p]);
+        let mass = rigid.inertia_of(self.machine, values, &|p| !self.encoder_side[p]);
         let square = self.rate * self.rate;
         let spring = Spring {
-            stiffness: (square * number(&soft.stiffness) / self.times).min(mass * STIFFEST * STIFFEST),
+            stiffness: (square * number(&soft.stiffness) / self.compliance_factor).min(mass * MAX_OMEGA_RAD_S * MAX_OMEGA_RAD_S),
             damping: square * number(&soft.damping),
         };
         let half = 0.5 * number(&soft.gap) / self.rate.abs();
         let mut fastest = (spring.stiffness / mass).sqrt().max(spring.damping / mass);
-        let mut slides: Vec<Slide> = Vec::new();
+        let mut frictions: Vec<LoadFriction> = Vec::new();
         for joint in &self.machine.joints {
             let ratio = rigid.ratio(&joint.on);
-            if ratio.abs() < 1e-12 || !self.holds(&joint.on) {
+            if ratio.abs() < 1e-12 || !self.is_beyond(&joint.on) {
                 continue;
             }
             let mut law = FrictionForce::new(&joint.friction, &number);
             law.build_up_over(Rigid::BUILDS_UP_M * ratio.abs());
             fastest = fastest.max((law.stiffness * ratio * ratio / mass).sqrt());
-            slides.push(Slide { ratio, viscous: number(&joint.damping), law, deflection: 0.0 });
+            frictions.push(LoadFriction { ratio, viscous: number(&joint.damping), law, deflection: 0.0 });
         }
-        let steps = ((motion.step_s * fastest / ANGLE).ceil() as usize).clamp(1, STEPS);
-        let mut body = LoadBody { mass, slides, position: motion.position_m[0], speed: motion.velocity_m_s[0] };
-        if motion.point.is_some_and(|p| !self.near[p]) {
-            let before = rigid.inertia_of(self.machine, values, &|p| self.near[p]);
-            return body.before_spring(&spring, half, before, motion);
+        let steps = ((motion.step_s * fastest / MAX_PHASE_STEP).ceil() as usize).clamp(1, MAX_SUBSTEPS);
+        let mut body = LoadBody { mass, frictions, position: motion.position_m[0], speed: motion.velocity_m_s[0] };
+        if motion.point.is_some_and(|p| !self.encoder_side[p]) {
+            let before = rigid.inertia_of(self.machine, values, &|p| self.encoder_side[p]);
+            return body.ahead_of_spring(&spring, half, before, motion);
         }
-        if half > 0.0 { body.behind_play(half, motion, steps) } else { body.behind_spring(&spring, motion, steps) }
+        if half > 0.0 { body.behind_backlash(half, motion, steps) } else { body.behind_spring(&spring, motion, steps) }
     }
 }
 
@@ -142,17 +150,17 @@ struct Spring {
     damping: f64,
 }
 
-/// What lies beyond the joint, per reading of the encoder.
+/// The load behind the joint, per reading of the encoder.
 struct LoadBody {
     mass: f64,
-    slides: Vec<Slide>,
+    frictions: Vec<LoadFriction>,
     position: f64,
     speed: f64,
 }
 
 impl LoadBody {
     fn friction(&mut self, speed: f64, position: f64, step_s: f64) -> f64 {
-        self.slides.iter_mut().map(|slide| slide.force(speed, position, step_s)).sum()
+        self.frictions.iter_mut().map(|friction| friction.force(speed, position, step_s)).sum()
     }
 
     fn behind_spring(&mut self, spring: &Spring, motion: &MotionSignal, steps: usize) -> Vec<f64> {
@@ -164,12 +172,12 @@ impl LoadBody {
             through.push(force(x[i], v[i], self.position, self.speed));
             for k in 0..if i + 1 < x.len() { steps } else { 0 } {
                 let (at, speed) = between(motion, i, (k as f64 + 0.5) / steps as f64);
-                // Amid the step, with the acceleration of the one before: else a steady acceleration would take too little force, by (ω·step)²/8 and by the
-                // damping times half a step.
-                let gained = 0.5 * step_s * acceleration;
-                let (amid, middle) = (self.speed + gained, self.position + 0.5 * step_s * (self.speed + 0.5 * gained));
-                let against = self.friction(amid, middle, step_s);
-                acceleration = (force(at, speed, middle, amid) - against) / self.mass;
+                // Evaluated at mid-step with the previous acceleration. Otherwise the force of a steady acceleration is too small, by (ω·step)²/8
+                // and by the damping times half a step.
+                let speed_change = 0.5 * step_s * acceleration;
+                let (mid_speed, middle) = (self.speed + speed_change, self.position + 0.5 * step_s * (self.speed + 0.5 * speed_change));
+                let against = self.friction(mid_speed, middle, step_s);
+                acceleration = (force(at, speed, middle, mid_speed) - against) / self.mass;
                 self.position += step_s * (self.speed + 0.5 * step_s * acceleration);
                 self.speed += step_s * acceleration;
             }
@@ -177,33 +185,34 @@ impl LoadBody {
         through
     }
 
-    fn before_spring(&mut self, spring: &Spring, half: f64, before: f64, motion: &MotionSignal) -> Vec<f64> {
+    fn ahead_of_spring(&mut self, spring: &Spring, half: f64, before: f64, motion: &MotionSignal) -> Vec<f64> {
         let (x, v, a) = (&motion.position_m, &motion.velocity_m_s, &motion.acceleration_m_s2);
         let mut through: Vec<f64> = (0..x.len()).map(|i| self.mass * a[i] + self.friction(v[i], x[i], motion.step_s)).collect();
-        let given: Vec<f64> = sides(&through).into_iter().zip(&through).map(|(side, t)| t / spring.stiffness + half * side).collect();
-        let given = motion.recipe.low_pass(motion.step_s).forward_backward(&given).unwrap_or(given);
-        let second = central_differences(&central_differences(&given));
+        let deflection: Vec<f64> =
+            contact_sides(&through).into_iter().zip(&through).map(|(side, t)| t / spring.stiffness + half * side).collect();
+        let deflection = motion.recipe.low_pass(motion.step_s).forward_backward(&deflection).unwrap_or(deflection);
+        let second = central_differences(&central_differences(&deflection));
         through.iter_mut().zip(second).for_each(|(t, d)| *t += before * d / (motion.step_s * motion.step_s));
         through
     }
 
-    fn behind_play(&mut self, half: f64, motion: &MotionSignal, steps: usize) -> Vec<f64> {
+    fn behind_backlash(&mut self, half: f64, motion: &MotionSignal, steps: usize) -> Vec<f64> {
         let (x, v, a) = (&motion.position_m, &motion.velocity_m_s, &motion.acceleration_m_s2);
         let step_s = motion.step_s / steps as f64;
         let mut through = vec![0.0; x.len()];
-        let mut blows = vec![0.0; x.len()];
-        // The flank it lies on: where it lies when it begins to move is not known, as far from both as can be.
+        let mut impacts = vec![0.0; x.len()];
+        // The flank in contact, 0 for none. It is unknown at the start, where the load begins midway between both.
         let mut side = 0.0;
         for i in 0..x.len() {
             if side != 0.0 {
-                let before: Vec<f64> = self.slides.iter().map(|s| s.deflection).collect();
+                let before: Vec<f64> = self.frictions.iter().map(|s| s.deflection).collect();
                 let force = self.mass * a[i] + self.friction(v[i], x[i] - side * half, motion.step_s);
                 (self.position, self.speed) = (x[i] - side * half, v[i]);
                 if force * side >= 0.0 {
                     through[i] = force;
                     continue;
                 }
-                self.slides.iter_mut().zip(before).for_each(|(s, before)| s.deflection = before);
+                self.frictions.iter_mut().zip(before).for_each(|(s, before)| s.deflection = before);
                 side = 0.0;
             }
             for k in 0..if i + 1 < x.len() { steps } else { 0 } {
@@ -211,21 +220,21 @@ impl LoadBody {
                 self.speed -= step_s * self.friction(before, middle, step_s) / self.mass;
                 self.position += 0.5 * step_s * (before + self.speed);
                 let (at, speed) = between(motion, i, (k as f64 + 1.0) / steps as f64);
-                let apart = at - self.position;
-                if apart.abs() >= half && (speed - self.speed) * apart > 0.0 {
-                    side = apart.signum();
-                    blows[i] = self.mass * (speed - self.speed) / motion.step_s;
+                let distance = at - self.position;
+                if distance.abs() >= half && (speed - self.speed) * distance > 0.0 {
+                    side = distance.signum();
+                    impacts[i] = self.mass * (speed - self.speed) / motion.step_s;
                     break;
                 }
             }
         }
-        let blurred = motion.recipe.low_pass(motion.step_s).forward_backward(&blows).unwrap_or(blows);
-        through.iter_mut().zip(blurred).for_each(|(force, blow)| *force += blow);
+        let filtered = motion.recipe.low_pass(motion.step_s).forward_backward(&impacts).unwrap_or(impacts);
+        through.iter_mut().zip(filtered).for_each(|(force, impact)| *force += impact);
         through
     }
 }
 
-/// Position and speed of the encoder at a share s of the step after a sample.
+/// Interpolates position and speed of the encoder at a share s of the step after a sample.
 fn between(motion: &MotionSignal, i: usize, s: f64) -> (f64, f64) {
     let (x, v, step_s) = (&motion.position_m, &motion.velocity_m_s, motion.step_s);
     let (s2, s3) = (s * s, s * s * s);
@@ -236,17 +245,17 @@ fn between(motion: &MotionSignal, i: usize, s: f64) -> (f64, f64) {
     (at, v[i] + s * (v[i + 1] - v[i]))
 }
 
-/// Friction beyond the joint.
-struct Slide {
+/// Friction behind the joint.
+struct LoadFriction {
     ratio: f64,
     viscous: f64,
     law: FrictionForce,
     deflection: f64,
 }
 
-impl Slide {
+impl LoadFriction {
     fn force(&mut self, u: f64, y: f64, step_s: f64) -> f64 {
         let v = self.ratio * u;
-        self.ratio * (self.law.slide(&mut self.deflection, v, self.ratio * y, step_s) + self.viscous * v)
+        self.ratio * (self.law.force(&mut self.deflection, v, self.ratio * y, step_s) + self.viscous * v)
     }
 }

@@ -1,32 +1,32 @@
-//! The friction curve from the constant speeds of a motion.
+//! The friction curve from the constant-speed phases of a motion.
 
 use super::phase::Phase;
 use super::preprocessing::{MotionSignal, phases};
 use numeric::statistics::median;
 
-/// One stretch at constant speed.
+/// One interval of constant speed.
 #[derive(Debug, Clone, PartialEq)]
 pub struct CurvePoint {
-    /// Record.
+    /// Name of the record.
     pub record: String,
     /// Mean velocity (m/s).
     pub velocity_m_s: f64,
-    /// Mean force (N) or torque (N·m) less that of the mean acceleration.
+    /// Mean force (N) or torque (N·m), less that of the mean acceleration.
     pub load: f64,
-    /// Its standard deviation, from halves of the stretch.
+    /// Standard deviation of the load, from the halves of the interval.
     pub sd: f64,
-    /// Where it begins (s from the record's first sample), and how long it lasts.
+    /// Start (s from the record's first sample).
     pub from_s: f64,
     /// Duration (s).
     pub lasts_s: f64,
 }
 
-/// Shortest stretch (s), and the share of its beginning that is left out: the loop settles.
-const SHORTEST_S: f64 = 0.1;
-const SETTLES: f64 = 0.2;
+/// Shortest interval (s); and the share of its start that is omitted while the loop settles.
+const MIN_STRETCH_S: f64 = 0.1;
+const SETTLING_SHARE: f64 = 0.2;
 
-/// Mean force over velocity, one point for each stretch at constant speed of a motion; `inertia` (N per m/s²) takes out what its remaining
-/// acceleration needs.
+/// Computes mean force over velocity, one point for each constant-speed interval of a motion. `inertia` (N per m/s²) corrects for the remaining
+/// acceleration.
 pub fn friction_curve(motion: &MotionSignal, inertia: f64) -> Vec<CurvePoint> {
     let all = phases(motion);
     let kept: Vec<usize> = motion.kept().collect();
@@ -37,9 +37,9 @@ pub fn friction_curve(motion: &MotionSignal, inertia: f64) -> Vec<CurvePoint> {
             stretch.push(at);
             continue;
         }
-        let begin = (SETTLES * stretch.len() as f64).ceil() as usize;
+        let begin = (SETTLING_SHARE * stretch.len() as f64).ceil() as usize;
         let used = &stretch[begin.min(stretch.len())..];
-        if used.len() as f64 * motion.thinned_step_s() >= SHORTEST_S && used.len() >= 4 {
+        if used.len() as f64 * motion.thinned_step_s() >= MIN_STRETCH_S && used.len() >= 4 {
             let force = |i: &usize| motion.load[*i] - inertia * motion.acceleration_m_s2[kept[*i]];
             let mean = |part: &[usize]| part.iter().map(force).sum::<f64>() / part.len() as f64;
             let speeds = median(used.iter().map(|i| motion.velocity_m_s[kept[*i]])).unwrap_or(0.0);

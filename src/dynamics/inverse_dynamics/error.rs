@@ -1,53 +1,53 @@
-//! What can be wrong with a motion or with a machine that is to explain it.
+//! Errors of inverse dynamics in a motion or in the machine that predicts it.
 
 use thiserror::Error;
 
-/// Why inverse dynamics cannot be had.
+/// Why inverse dynamics is not possible.
 #[derive(Debug, Clone, PartialEq, Error)]
 pub enum InverseError {
-    /// The record cannot be filtered.
+    /// The record is too short to be filtered.
     #[error("{path}: has {samples} samples, but filtering and thinning need at least {needed}; record for longer, or sample faster")]
     Short {
         /// File.
         path: String,
-        /// Samples it has.
+        /// Number of samples.
         samples: usize,
-        /// Samples needed.
+        /// Number of samples needed.
         needed: usize,
     },
     /// The machine has no drive.
-    #[error("the machine describes no [drive], so that no force moves it; describe one")]
+    #[error("the machine has no [drive], so that no force moves it; describe one")]
     NoDrive,
-    /// Its parts move against each other.
+    /// The parts of the machine move relative to each other.
     #[error(
         "the machine is not one rigid axis ({fault}): its force does not follow from one position; use --objective output-error, or a description \
          of one moving mass"
     )]
     NotRigid {
-        /// What moves.
+        /// The independent motion.
         fault: String,
     },
-    /// A parameter that records do not tell beside the others.
+    /// A parameter that the records cannot identify next to the others.
     #[error("{why}")]
     Unidentifiable {
-        /// Index in the machine.
+        /// Index of the parameter in the machine.
         parameter: usize,
-        /// In words.
+        /// Reason in words.
         why: String,
     },
-    /// Force recorded for a torque, or the reverse.
-    #[error("{path}: gives {given}, but the drive moves «{point}», which takes {wanted}; write that column")]
+    /// The record has a force where the drive needs a torque, or the reverse.
+    #[error("{path}: has column {given}, but the drive acts on «{point}», which needs {wanted}; write that column")]
     Load {
         /// File.
         path: String,
-        /// Column it has.
+        /// Column of the record.
         given: &'static str,
-        /// Column the drive asks for.
+        /// Column that the drive needs.
         wanted: &'static str,
         /// The driven point.
         point: String,
     },
-    /// The records do not determine what is asked for.
+    /// The records are not sufficient.
     #[error("{0}")]
     Data(String),
 }

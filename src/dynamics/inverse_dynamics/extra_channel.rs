@@ -1,80 +1,80 @@
-//! What a further point of a machine reads, and what the loops tell of it.
+//! Readings of an extra point of a machine, and the encoder position reconstructed from the loops.
 
 use numeric::statistics::root_mean_square;
 
-/// What one further point of a machine reads along a motion.
+/// Reading of one extra point of a machine along a motion.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ExtraChannel {
-    /// The point (index).
+    /// Index of the point.
     pub point: usize,
-    /// Column it stood in.
+    /// Column of the record.
     pub column: String,
-    /// m or rad.
+    /// Unit: m or rad.
     pub unit: &'static str,
-    /// Transmission error, thinned: the reading less that of the rigid machine for the encoder's position.
+    /// Transmission error, decimated: the reading less that of the rigid machine for the encoder's position.
     pub error: Vec<f64>,
-    /// Command less reading, thinned, in the point's unit.
+    /// Command less reading, decimated, in the point's unit.
     pub tracking: Vec<f64>,
-    /// Thinned likewise: a constant, the time, and the velocity of the encoder.
-    pub beside: Vec<Vec<f64>>,
-    /// Whether each thinned sample counts: it moves, and is far enough from turns and rests for play and wind-up to be over to their side.
+    /// Decimated columns that are projected out: a constant, the time, and the velocity of the encoder.
+    pub projected_out: Vec<Vec<f64>>,
+    /// Whether each decimated sample is used: the axis moves, and after the last reversal or rest backlash and wind-up have changed sides.
     pub counts: Vec<bool>,
-    /// Force (N or N·m) that its unit weighs as much as, in sums of both.
+    /// Force (N or N·m) equivalent to one unit of the reading in a common sum of squares.
     pub weight: f64,
-    /// How the loops tell the encoder's side of it, where that was not recorded.
+    /// Reconstruction of the encoder position from the loops, where it was not recorded.
     pub told: Option<EncoderEstimate>,
 }
 
 impl ExtraChannel {
-    /// The transmission error as recorded, as it counts.
+    /// Returns the recorded transmission error, masked and weighted.
     pub fn recorded(&self) -> Vec<f64> {
-        self.weighed(&self.error)
+        self.weighted(&self.error)
     }
 
-    pub(super) fn weighed(&self, thinned: &[f64]) -> Vec<f64> {
-        let mut taken: Vec<Vec<f64>> = Vec::new();
-        let without = |mut x: Vec<f64>, taken: &[Vec<f64>]| {
-            for unit in taken {
+    pub(super) fn weighted(&self, thinned: &[f64]) -> Vec<f64> {
+        let mut basis: Vec<Vec<f64>> = Vec::new();
+        let without = |mut x: Vec<f64>, basis: &[Vec<f64>]| {
+            for unit in basis {
                 let share: f64 = unit.iter().zip(&x).map(|(u, x)| u * x).sum();
                 x.iter_mut().zip(unit).for_each(|(x, u)| *x -= share * u);
             }
             x
         };
-        for column in &self.beside {
-            let own = without(self.counted(column), &taken);
+        for column in &self.projected_out {
+            let own = without(self.masked(column), &basis);
             let length = own.iter().map(|x| x * x).sum::<f64>().sqrt();
             if length > 1e-9 * column.iter().map(|x| x * x).sum::<f64>().sqrt() {
-                taken.push(own.into_iter().map(|x| x / length).collect());
+                basis.push(own.into_iter().map(|x| x / length).collect());
             }
         }
-        without(self.counted(thinned), &taken).into_iter().map(|x| self.weight * x).collect()
+        without(self.masked(thinned), &basis).into_iter().map(|x| self.weight * x).collect()
     }
 
-    fn counted(&self, x: &[f64]) -> Vec<f64> {
+    fn masked(&self, x: &[f64]) -> Vec<f64> {
         x.iter().zip(&self.counts).map(|(x, counts)| if *counts { *x } else { 0.0 }).collect()
     }
 
-    /// Root mean square of what is tracked badly: command less reading, without its mean.
+    /// Computes the root mean square of the tracking error, command less reading, without its mean.
     pub fn tracking_rms(&self) -> f64 {
-        let counted = || self.tracking.iter().zip(&self.counts).filter(|(_, c)| **c).map(|(x, _)| *x);
-        let mean = counted().sum::<f64>() / counted().count().max(1) as f64;
-        root_mean_square(counted().map(|x| x - mean)).unwrap_or(0.0)
+        let masked = || self.tracking.iter().zip(&self.counts).filter(|(_, c)| **c).map(|(x, _)| *x);
+        let mean = masked().sum::<f64>() / masked().count().max(1) as f64;
+        root_mean_square(masked().map(|x| x - mean)).unwrap_or(0.0)
     }
 
-    /// Whether the encoder's side of it was not recorded, but follows from the loops.
+    /// Whether the encoder position was not recorded, but follows from the loops.
     pub fn is_identifiable(&self) -> bool {
         self.told.is_some()
     }
 }
 
-/// What a loop tells of its encoder.
+/// Reconstruction of an encoder position from the loops.
 #[derive(Debug, Clone, PartialEq)]
 pub struct EncoderEstimate {
     /// k_p times the step of the record.
     pub(super) lag: f64,
     /// G·k_v·k_p (N/m).
     pub(super) stiffness: f64,
-    /// Reading (m) where the force recorded is a standard deviation more than what the loops give, at the record's rate.
+    /// Change of the reading (m) if the recorded force exceeds the loops' output by one standard deviation of their ratio, at the record's rate.
     pub factor_m: Vec<f64>,
     /// Periods of both loops (s).
     pub periods_s: f64,

@@ -1,53 +1,54 @@
-//! Columns of further points of a machine, beside that of the position loop's encoder.
+//! Columns of extra points of a machine, in addition to that of the position loop's encoder.
 
 use std::collections::BTreeMap;
 
 use super::error::InverseError;
 use super::extra_channel::ExtraChannel;
-use super::preprocessing::{CARRIED_S, MotionSignal};
+use super::preprocessing::{FILTER_REACH_S, MotionSignal};
 use super::rigid::Rigid;
 use machine::{Machine, PointMotion as Kind};
 use measurement::MotionRecord;
 use numeric::statistics::{extremes, root_mean_square};
 
-/// Periods of the filter's cut-off around a turn that count for nothing.
-const BLURRED: f64 = 2.0;
-/// Share of the fastest speed below which a direction is none.
-const RESTS: f64 = 0.005;
-/// Share of a play by which it lies aside of its ends while it is crossed.
-const ASIDE: f64 = 1e-6;
-/// Largest share of the travel that is left out after a turn.
-const MOST: f64 = 0.2;
+/// Periods of the filter's cut-off frequency that are masked around a reversal.
+const FILTER_PERIODS: f64 = 2.0;
+/// Share of the largest speed below which the axis rests.
+const REST_SHARE: f64 = 0.005;
+/// Share of the backlash by which the position is inside its ends while the backlash is crossed.
+const CROSSING_MARGIN: f64 = 1e-6;
+/// Largest share of the travel that is masked after a reversal.
+const MAX_TRAVEL_SHARE: f64 = 0.2;
 
 impl ExtraChannel {
-    /// A column of the record's rate, thinned, weighed, without what says nothing of the transmission; 0 where it does not count.
+    /// Decimates, masks and weights a column of the record's rate, without the components that carry no information on the transmission.
     ///
-    /// Two scales do not begin at one zero, drift apart with time, and are not read at one instant: a constant, what grows with time and what is in
-    /// proportion to the velocity are taken out of what is recorded and of what is predicted alike, as least squares with all three free.
+    /// Two scales have different zeros, drift apart with time, and are not read at the same instant. A constant, a drift in time and a term
+    /// proportional to the velocity are therefore projected out of recorded and predicted columns alike. The result equals least squares with all
+    /// three free.
     pub fn thinned(&self, motion: &MotionSignal, column: &[f64]) -> Option<Vec<f64>> {
-        Some(self.weighed(&motion.decimated(column)?))
+        Some(self.weighted(&motion.decimated(column)?))
     }
 }
 
-/// A column, the point it names, and what is said of one that names none.
+/// The point that a column names, or the warning about a column that names none.
 enum ColumnName {
     Point(usize),
-    Nothing(String),
+    Unknown(String),
     Other,
 }
 
-fn named(machine: &Machine, record: &MotionRecord, column: &str) -> Result<ColumnName, InverseError> {
+fn column_name(machine: &Machine, record: &MotionRecord, column: &str) -> Result<ColumnName, InverseError> {
     let Some((name, suffix)) = column.rsplit_once('_').filter(|(_, suffix)| ["m", "rad"].contains(suffix)) else {
         return Ok(ColumnName::Other);
     };
     let Some(point) = machine.point(name) else {
         let known: Vec<&str> = machine.points.iter().filter(|p| !p.fixed).map(|p| p.name.as_str()).collect();
-        let told = format!("{}: column {column} names no point of the machine ({}) and is not used", record.source, known.join(", "));
-        return Ok(ColumnName::Nothing(told));
+        let warning = format!("{}: column {column} names no point of the machine ({}) and is not used", record.source, known.join(", "));
+        return Ok(ColumnName::Unknown(warning));
     };
     let (wanted, moves) = match machine.points[point].motion {
-        Kind::Translation => ("m", "moves along"),
-        Kind::Rotation => ("rad", "turns"),
+        Kind::Translation => ("m", "moves linearly"),
+        Kind::Rotation => ("rad", "rotates"),
     };
     if suffix != wanted {
         let fault = format!("{}: column {column}: point «{name}» {moves}; write it as {name}_{wanted}", record.source);
@@ -57,20 +58,20 @@ fn named(machine: &Machine, record: &MotionRecord, column: &str) -> Result<Colum
 }
 
 impl MotionSignal {
-    /// With the columns of a record that name further points of a machine (`<point>_m`, `<point>_rad`), and what is to be said of others.
+    /// Adds the columns of a record that name extra points of the machine (`<point>_m`, `<point>_rad`). Returns warnings about other columns.
     ///
-    /// About a turn or a rest, where play and wind-up go over to the other side, neither they nor the force are those of the rigid motion: these samples
-    /// count for nothing.
+    /// Around a reversal or a rest backlash and wind-up change sides. Neither they nor the force then correspond to the rigid motion: these
+    /// samples are masked.
     ///
-    /// # Errors  a column has the unit of the other kind of point, or is constant; the machine's springs leave something loose.
+    /// # Errors  a column has the unit of the other kind of point, or is constant; the machine's springs leave a part unconstrained.
     pub fn with_points(mut self, record: &MotionRecord, machine: &Machine, rigid: &Rigid) -> Result<(Self, Vec<String>), InverseError> {
         let (mut found, mut warnings) = (Vec::new(), Vec::new());
         let encoder = machine.drive.as_ref().ok_or(InverseError::NoDrive)?.position.encoder.at;
         for (column, samples) in &record.others {
-            let point = match named(machine, record, column)? {
+            let point = match column_name(machine, record, column)? {
                 ColumnName::Point(point) => point,
-                ColumnName::Nothing(told) => {
-                    warnings.push(told);
+                ColumnName::Unknown(warning) => {
+                    warnings.push(warning);
                     continue;
                 }
                 ColumnName::Other => continue,
@@ -91,23 +92,23 @@ impl MotionSignal {
         if found.is_empty() {
             return Ok((self, warnings));
         }
-        if !Rigid::holds(machine, &machine.start()) {
-            let fault = "the machine's springs leave a part of it loose, so that the error of its transmission does not follow";
+        if !Rigid::is_constrained(machine, &machine.start()) {
+            let fault = "the springs leave a part of the machine unconstrained, so that its transmission error is not determined";
             return Err(InverseError::NotRigid { fault: fault.into() });
         }
-        let mut turning = vec![false; self.position_m.len()];
+        let mut reversing = vec![false; self.position_m.len()];
         for (_, _, reading, ratio) in &found {
             let error: Vec<f64> = reading.iter().zip(&self.position_m).map(|(y, x)| y / ratio - x).collect();
             let (low, high) = extremes(&error);
-            turning.iter_mut().zip(self.turning(high - low)).for_each(|(all, own)| *all |= own);
+            reversing.iter_mut().zip(self.near_reversals(high - low)).for_each(|(all, own)| *all |= own);
         }
-        self.silent.iter_mut().zip(&turning).for_each(|(silent, turning)| *silent |= turning);
-        self.moves = self.kept().zip(&self.moves).map(|(at, moves)| *moves && !turning[at]).collect();
+        self.excluded.iter_mut().zip(&reversing).for_each(|(excluded, reversing)| *excluded |= reversing);
+        self.moves = self.kept().zip(&self.moves).map(|(at, moves)| *moves && !reversing[at]).collect();
         let short = || InverseError::Data(format!("{}: is shorter than its filters need; record for longer", self.source));
         self.load = self.thinned(record.load.samples()).ok_or_else(short)?;
         for (point, column, reading, ratio) in found {
-            let further = self.read(point, column, &reading, (&self.position_m, ratio), machine).ok_or_else(short)?;
-            self.further.push(further);
+            let channel = self.extra_channel(point, column, &reading, (&self.position_m, ratio), machine).ok_or_else(short)?;
+            self.further.push(channel);
         }
         Ok((self, warnings))
     }
@@ -117,8 +118,8 @@ impl MotionSignal {
         self.recipe.low_pass(self.step_s).forward_backward(samples).ok_or_else(short)
     }
 
-    /// A further point's reading beside that of the loop's encoder, by which the point moves in a ratio.
-    pub(super) fn read(
+    /// Computes the channel of an extra point from its reading and that of the loop's encoder; the point moves by `ratio` times the encoder.
+    pub(super) fn extra_channel(
         &self,
         point: usize,
         column: String,
@@ -126,87 +127,87 @@ impl MotionSignal {
         (encoder, ratio): (&[f64], f64),
         machine: &Machine,
     ) -> Option<ExtraChannel> {
-        // Two scales do not begin at one zero: it is taken out here, too, lest it drown the rest.
+        // Two scales have different zeros; removing the offset here avoids cancellation later.
         let level = reading[0] - ratio * encoder[0];
         let error: Vec<f64> = reading.iter().zip(encoder).map(|(y, x)| y - ratio * x - level).collect();
         let tracking: Vec<f64> = reading.iter().zip(&self.command_m).map(|(y, r)| ratio * r - y).collect();
         let count = self.position_m.len();
         let time: Vec<f64> = (0..count).map(|i| i as f64 / count as f64).collect();
-        let mut further = ExtraChannel {
+        let mut channel = ExtraChannel {
             point,
             column,
             unit: if machine.points[point].motion == Kind::Translation { "m" } else { "rad" },
             error: self.decimated(&error)?,
             tracking: self.kept().map(|at| tracking[at]).collect(),
-            beside: vec![self.decimated(&vec![1.0; count])?, self.decimated(&time)?, self.decimated(&self.velocity_m_s)?],
+            projected_out: vec![self.decimated(&vec![1.0; count])?, self.decimated(&time)?, self.decimated(&self.velocity_m_s)?],
             counts: self.moves.clone(),
             weight: 1.0,
             told: None,
         };
-        let (force, own) = (root_mean_square(self.load.iter().copied()), root_mean_square(further.recorded()));
-        further.weight = force.zip(own).filter(|(_, own)| *own > 0.0).map_or(1.0, |(force, own)| force / own);
-        Some(further)
+        let (force, own) = (root_mean_square(self.load.iter().copied()), root_mean_square(channel.recorded()));
+        channel.weight = force.zip(own).filter(|(_, own)| *own > 0.0).map_or(1.0, |(force, own)| force / own);
+        Some(channel)
     }
 
-    /// Samples around a turn or a rest (and the beginning): until the encoder has gone on by a travel (m), and the filters' blur; before it as far, where
-    /// the table may stand while the motor goes on.
-    pub(super) fn turning(&self, travel_m: f64) -> Vec<bool> {
+    /// Marks the samples around a reversal, a rest and the start of the record. Afterwards they last until the encoder has moved by `travel_m`
+    /// and the filter's transient has decayed. Before a reversal they cover the same travel, where the table may stand while the motor moves on.
+    pub(super) fn near_reversals(&self, travel_m: f64) -> Vec<bool> {
         let (v, x) = (&self.velocity_m_s, &self.position_m);
         let (low, high) = extremes(x);
-        let travel_m = travel_m.min(MOST * (high - low));
-        let rest = RESTS * v.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
-        let around = (BLURRED / (self.recipe.cutoff_hz * self.step_s)).ceil() as usize;
-        let mut turning = vec![false; v.len()];
+        let travel_m = travel_m.min(MAX_TRAVEL_SHARE * (high - low));
+        let rest = REST_SHARE * v.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
+        let around = (FILTER_PERIODS / (self.recipe.cutoff_hz * self.step_s)).ceil() as usize;
+        let mut reversing = vec![false; v.len()];
         let (mut direction, mut last, mut until) = (0.0, 0, None::<(usize, f64)>);
         for at in 0..v.len() {
-            if self.silent[at] {
+            if self.excluded[at] {
                 direction = 0.0;
             } else if v[at].abs() > rest {
                 if v[at].signum() != direction {
                     direction = v[at].signum();
                     let turn = x[last..=at].iter().copied().fold(x[at], |a, b| if direction > 0.0 { a.min(b) } else { a.max(b) });
                     let before = (0..last).rev().take_while(|i| (x[*i] - turn).abs() < travel_m).count();
-                    turning[last.saturating_sub(before.max(around))..at].fill(true);
+                    reversing[last.saturating_sub(before.max(around))..at].fill(true);
                     until = Some((at + around, turn));
                 }
                 last = at;
             }
             if let Some((time, turn)) = until {
-                turning[at] = true;
+                reversing[at] = true;
                 if at >= time && (x[at] - turn).abs() >= travel_m {
                     until = None;
                 }
             }
         }
-        turning
+        reversing
     }
 
-    /// Lengths and periods of its channels in sums over all: the force, then each further point.
+    /// Returns length and period of each channel in sums over all channels: the force, then each extra point.
     pub fn channels(&self) -> impl Iterator<Item = (usize, Option<usize>)> + '_ {
         std::iter::repeat_n((self.load.len(), self.period), 1 + self.further.len())
     }
 }
 
-/// Force that the unit of each column weighs as much as, by what a fit leaves of both: each channel counts in units of its own noise.
+/// Computes the force equivalent to one unit of each column from the residuals of a fit, so that each channel is weighted by its own noise.
 ///
-/// `left` runs over the channels of the motions, with their weights as they are.
-pub fn weights(left: &[f64], motions: &[&MotionSignal]) -> BTreeMap<String, f64> {
-    // Squares and samples of the force, and of each column.
+/// `residuals` covers the channels of all motions, with their current weights.
+pub fn weights(residuals: &[f64], motions: &[&MotionSignal]) -> BTreeMap<String, f64> {
+    // Sum of squares and number of samples of the force, and of each column.
     let mut force = (0.0, 0usize);
     let mut columns: BTreeMap<String, (f64, usize)> = BTreeMap::new();
     let mut from = 0;
     let mut squares = |length: usize| {
-        let part = &left[from..from + length];
+        let part = &residuals[from..from + length];
         from += length;
         part.iter().map(|e| e * e).sum::<f64>()
     };
     for motion in motions {
         force.0 += squares(motion.load.len());
         force.1 += motion.moves.iter().filter(|m| **m).count();
-        for further in &motion.further {
-            let sum = columns.entry(further.column.clone()).or_default();
-            sum.0 += squares(motion.load.len()) / (further.weight * further.weight);
-            sum.1 += further.counts.iter().filter(|c| **c).count();
+        for channel in &motion.further {
+            let sum = columns.entry(channel.column.clone()).or_default();
+            sum.0 += squares(motion.load.len()) / (channel.weight * channel.weight);
+            sum.1 += channel.counts.iter().filter(|c| **c).count();
         }
     }
     let level = |(squares, count): (f64, usize)| (squares / count.max(1) as f64).sqrt();
@@ -214,47 +215,47 @@ pub fn weights(left: &[f64], motions: &[&MotionSignal]) -> BTreeMap<String, f64>
     found.filter(|(_, weight)| *weight > 0.0 && weight.is_finite()).collect()
 }
 
-/// Leaves out of the further points of motions what is read while a play of the machine is crossed; whether anything was.
+/// Masks the samples of extra points at which a backlash of the machine is crossed. Returns whether any sample was masked.
 pub fn mask_backlash_crossings(motions: &mut [MotionSignal], rigid: &Rigid, machine: &Machine, values: &[f64]) -> bool {
-    motions.iter_mut().fold(false, |any, motion| any | motion.leave_crossings_out(rigid, machine, values))
+    motions.iter_mut().fold(false, |any, motion| any | motion.mask_crossings(rigid, machine, values))
 }
 
 impl MotionSignal {
-    /// Leaves out of its further points what is read while a play of the machine is crossed, and comes to rest: where the machine foretells it, and where
-    /// the reading goes on by half of the play within the filters' reach; where both are more than half of what counts, the first alone, or nothing.
-    /// Whether anything was left out.
-    fn leave_crossings_out(&mut self, rigid: &Rigid, machine: &Machine, values: &[f64]) -> bool {
-        let Some(played) = rigid.played(machine, values, self) else { return false };
-        let mut left_out = false;
+    /// Masks the samples of extra points at which a backlash of the machine is crossed. These are the samples at which the machine predicts a
+    /// crossing, and those at which the reading changes by half the backlash within the filters' reach. If they exceed half of the used samples,
+    /// only the predicted ones are masked, or none. Returns whether any sample was masked.
+    fn mask_crossings(&mut self, rigid: &Rigid, machine: &Machine, values: &[f64]) -> bool {
+        let Some(played) = rigid.backlash_error(machine, values, self) else { return false };
+        let mut masked = false;
         for (at, played) in played.into_iter().enumerate() {
             let (low, high) = extremes(&played);
-            let between = |place: &f64| (low + ASIDE * (high - low)..high - ASIDE * (high - low)).contains(place);
-            let foretold = self.around(&played.iter().map(between).collect::<Vec<bool>>(), 0.0);
-            let jumps = self.jumps(&self.further[at].error, 0.5 * (high - low));
-            let further = &mut self.further[at];
+            let between = |place: &f64| (low + CROSSING_MARGIN * (high - low)..high - CROSSING_MARGIN * (high - low)).contains(place);
+            let predicted = self.within_filter_reach(&played.iter().map(between).collect::<Vec<bool>>(), 0.0);
+            let steps_above = self.steps_above(&self.further[at].error, 0.5 * (high - low));
+            let channel = &mut self.further[at];
             let without = |crossed: &dyn Fn(usize) -> bool| -> Vec<bool> {
-                further.counts.iter().enumerate().map(|(i, counts)| *counts && !crossed(i)).collect()
+                channel.counts.iter().enumerate().map(|(i, counts)| *counts && !crossed(i)).collect()
             };
             let count = |of: &[bool]| of.iter().filter(|counts| **counts).count();
-            let kept = [without(&|i| foretold[i] || jumps[i]), without(&|i| foretold[i])];
-            let Some(kept) = kept.into_iter().find(|kept| 2 * count(kept) >= count(&further.counts)) else { continue };
-            left_out |= kept != further.counts;
-            further.counts = kept;
+            let kept = [without(&|i| predicted[i] || steps_above[i]), without(&|i| predicted[i])];
+            let Some(kept) = kept.into_iter().find(|kept| 2 * count(kept) >= count(&channel.counts)) else { continue };
+            masked |= kept != channel.counts;
+            channel.counts = kept;
         }
-        left_out
+        masked
     }
 
-    /// Thinned samples around which a thinned column goes on by more than `most` within the filters' reach.
-    fn jumps(&self, column: &[f64], most: f64) -> Vec<bool> {
-        let around = (CARRIED_S / self.thinned_step_s()).ceil() as usize;
+    /// Marks the samples around which a decimated column changes by more than `most` within the filters' reach.
+    fn steps_above(&self, column: &[f64], most: f64) -> Vec<bool> {
+        let around = (FILTER_REACH_S / self.thinned_step_s()).ceil() as usize;
         let near = |i: usize| &column[i.saturating_sub(around)..(i + around + 1).min(column.len())];
         (0..column.len()).map(|i| extremes(near(i))).map(|(low, high)| high - low > most).collect()
     }
 
-    /// Gives its further points these weights.
+    /// Sets the weights of the extra points.
     pub fn weigh(&mut self, weights: &BTreeMap<String, f64>) {
-        for further in &mut self.further {
-            further.weight = weights.get(&further.column).copied().unwrap_or(further.weight);
+        for channel in &mut self.further {
+            channel.weight = weights.get(&channel.column).copied().unwrap_or(channel.weight);
         }
     }
 }

@@ -1,8 +1,8 @@
-//! Friction and waves over the travel, with their numbers.
+//! Friction laws and waves over the travel, with numerical parameters.
 
 use machine::{Friction, Value, Wave};
 
-/// The direction of a velocity: 1, −1, or 0.
+/// Returns the sign of a velocity: 1, −1, or 0.
 pub(super) fn sign(x: f64) -> f64 {
     if x > 0.0 {
         1.0
@@ -13,7 +13,7 @@ pub(super) fn sign(x: f64) -> f64 {
     }
 }
 
-/// A wave with its numbers.
+/// A wave over the travel with numerical parameters.
 pub(super) struct Ripple {
     cosine: f64,
     sine: f64,
@@ -21,7 +21,7 @@ pub(super) struct Ripple {
 }
 
 impl Ripple {
-    /// `None` where it has no height.
+    /// Evaluates the parameters; `None` for zero amplitude.
     pub fn new(wave: &Wave, number: &impl Fn(&Value) -> f64) -> Option<Self> {
         let (cosine, sine, period) = (number(&wave.cosine), number(&wave.sine), number(&wave.period));
         ((cosine != 0.0 || sine != 0.0) && period > 0.0).then(|| Ripple { cosine, sine, wave_number: std::f64::consts::TAU / period })
@@ -33,7 +33,7 @@ impl Ripple {
     }
 }
 
-/// A friction law with its numbers.
+/// A friction law with numerical parameters.
 pub(super) struct FrictionForce {
     coulomb: f64,
     pub offset: f64,
@@ -63,7 +63,7 @@ impl FrictionForce {
         }
     }
 
-    /// g(v, x): the level at which it slides.
+    /// Computes g(v, x): the friction level during sliding.
     pub fn level(&self, v: f64, x: f64) -> f64 {
         let mut level = self.coulomb;
         if self.stribeck != 0.0 && self.velocity > 0.0 {
@@ -75,33 +75,33 @@ impl FrictionForce {
         level
     }
 
-    /// Its force along a motion of what rubs at so many times these velocities and positions. Before sliding the deflection z follows
-    /// ż = v − σ₀·|v|/g·z, exact over a step of constant v.
-    pub fn along(&self, ratio: f64, velocity: &[f64], position: &[f64], step_s: f64) -> Vec<f64> {
-        let still = self.coulomb == 0.0 && self.stribeck == 0.0 && self.wave.is_none() && self.asymmetry == 0.0;
-        if still {
+    /// Computes the friction force along a motion of a joint that moves by `ratio` times the given velocities and positions. In presliding the
+    /// deflection z follows ż = v − σ₀·|v|/g·z, exact over a step of constant v.
+    pub fn forces(&self, ratio: f64, velocity: &[f64], position: &[f64], step_s: f64) -> Vec<f64> {
+        let is_constant = self.coulomb == 0.0 && self.stribeck == 0.0 && self.wave.is_none() && self.asymmetry == 0.0;
+        if is_constant {
             return vec![self.offset; velocity.len()];
         }
         let mut deflection = 0.0;
-        velocity.iter().zip(position).map(|(v, x)| self.slide(&mut deflection, ratio * v, ratio * x, step_s)).collect()
+        velocity.iter().zip(position).map(|(v, x)| self.force(&mut deflection, ratio * v, ratio * x, step_s)).collect()
     }
 
-    /// Its force at a velocity and a position, after a step of that velocity.
-    pub fn slide(&self, deflection: &mut f64, v: f64, x: f64, step_s: f64) -> f64 {
+    /// Computes the friction force at a velocity and a position, after a step at that velocity.
+    pub fn force(&self, deflection: &mut f64, v: f64, x: f64, step_s: f64) -> f64 {
         let level = self.level(v, x);
-        let rubbing = if self.stiffness > 0.0 {
-            let held = level.max(1e-12) / self.stiffness;
-            let settled = sign(v) * held;
+        let friction = if self.stiffness > 0.0 {
+            let presliding_travel = level.max(1e-12) / self.stiffness;
+            let settled = sign(v) * presliding_travel;
             let before = *deflection;
-            *deflection = settled + (before - settled) * (-v.abs() * step_s / held).exp();
+            *deflection = settled + (before - settled) * (-v.abs() * step_s / presliding_travel).exp();
             self.stiffness * *deflection + self.damping * (*deflection - before) / step_s
         } else {
             sign(v) * level
         };
-        rubbing + self.asymmetry * v.abs() + self.offset
+        friction + self.asymmetry * v.abs() + self.offset
     }
 
-    /// Has it build up over a travel where it is described to be there at once.
+    /// Lets the friction build up over a travel where its description has no presliding stiffness.
     pub fn build_up_over(&mut self, travel: f64) {
         if self.stiffness == 0.0 {
             self.stiffness = self.level(0.0, 0.0).max(0.0) / travel;

@@ -1,8 +1,8 @@
-//! Inverse dynamics: from a measured motion the force that a rigid machine needs, set against the force its drive gave.
+//! Inverse dynamics: the force that a rigid machine requires for a measured motion, compared with the recorded force of its drive.
 //!
-//! Position is filtered and differentiated, the machine's force predicted along it, both thinned alike; parameters follow by least squares.
-//! Where further points of the machine were recorded, what their springs, plays and leads put between them and the encoder is fitted along,
-//! each channel in units of its noise.
+//! The position is filtered and differentiated. The force predicted from it and the recorded force are decimated alike; least squares gives the
+//! parameters. Where extra points of the machine were recorded, their transmission error is fitted as well, with each channel in units of its
+//! noise. It consists of the wind-up of springs, backlash and lead errors between encoder and point.
 
 mod backlash;
 mod compliant_load;

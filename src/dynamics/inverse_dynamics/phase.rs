@@ -1,6 +1,6 @@
 //! Phases of a motion.
 
-/// What a motion does.
+/// Phase of a motion.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Phase {
     /// At rest.
@@ -13,16 +13,16 @@ pub enum Phase {
     Acceleration,
     /// At constant speed.
     ConstantSpeed,
-    /// The command rests, the axis not yet.
+    /// The command rests, the axis still moves.
     Settling,
 }
 
 impl Phase {
-    /// All of them, in their order.
+    /// All phases in their order.
     pub const ALL: [Phase; 6] =
         [Phase::Dwell, Phase::Breakaway, Phase::Reversal, Phase::Acceleration, Phase::ConstantSpeed, Phase::Settling];
 
-    /// Its name.
+    /// Name of the phase.
     pub fn word(self) -> &'static str {
         match self {
             Phase::Dwell => "dwell",
@@ -37,16 +37,16 @@ impl Phase {
 
 /// Time around a reversal and after a rest (s).
 const AROUND_S: f64 = 0.05;
-/// Share of the largest speed below which the axis rests, and of the largest acceleration below which its speed is constant.
-const RESTS: f64 = 0.005;
-const STEADY: f64 = 0.05;
-/// Shortest rest (s).
+/// Share of the largest speed below which the axis rests; and share of the largest acceleration below which the speed is constant.
+const REST_SHARE: f64 = 0.005;
+const STEADY_SHARE: f64 = 0.05;
+/// Shortest duration of a rest (s).
 const REST_S: f64 = 0.05;
 
-/// The phase of each sample of a motion with these velocities (m/s), accelerations (m/s²) and commands (m).
+/// Classifies each sample of a motion with these velocities (m/s), accelerations (m/s²) and commands (m).
 pub(super) fn phases_along((v, a): (&[f64], &[f64]), command_m: &[f64], step_s: f64) -> Vec<Phase> {
     let largest = |x: &[f64]| x.iter().fold(0.0_f64, |m, x| m.max(x.abs()));
-    let (rest, steady) = (RESTS * largest(v), STEADY * largest(a));
+    let (rest, steady) = (REST_SHARE * largest(v), STEADY_SHARE * largest(a));
     let around = (AROUND_S / step_s).round().max(1.0) as usize;
     let mut phases: Vec<Phase> = a.iter().map(|a| if a.abs() > steady { Phase::Acceleration } else { Phase::ConstantSpeed }).collect();
     let commanded = numeric::filter::central_differences(command_m);

@@ -1,4 +1,4 @@
-//! The force that a machine needs along motions, with what is read at its further points, as one vector; and its derivatives.
+//! Predicted force and extra-point readings along motions as one vector, and its derivatives.
 
 use nalgebra::{DMatrix, DVector};
 
@@ -7,9 +7,9 @@ use super::preprocessing::MotionSignal;
 use super::rigid::Rigid;
 use machine::{FitRule, Machine};
 
-/// Indices of the parameters that are fitted: those that may be, without the frozen ones.
+/// Returns the indices of the fitted parameters: all that may be fitted, except the frozen ones.
 ///
-/// # Errors  a frozen one is none of the machine's.
+/// # Errors  the machine has no parameter of a frozen name.
 pub fn free_parameters(machine: &Machine, frozen: &[String]) -> Result<Vec<usize>, InverseError> {
     if let Some(id) = frozen.iter().find(|id| machine.parameter(id).is_none()) {
         let known: Vec<&str> = machine.parameters.iter().map(|p| p.id.as_str()).collect();
@@ -19,24 +19,24 @@ pub fn free_parameters(machine: &Machine, frozen: &[String]) -> Result<Vec<usize
     Ok((0..machine.parameters.len()).filter(free).collect())
 }
 
-/// The force of a machine along motions, thinned, one record after another; after that of each record the transmission error at its further
-/// points, weighed; of one told by the loops with what the force does to it.
+/// Predicts the decimated force of a machine along motions, one record after another. The force of each record is followed by the weighted
+/// transmission error of its extra points. For a reconstructed encoder this error includes the effect of the force on the loops.
 pub fn prediction(rigid: &Rigid, machine: &Machine, values: &[f64], motions: &[&MotionSignal]) -> DVector<f64> {
     let mut all = Vec::with_capacity(samples(motions));
     for m in motions {
         let force = rigid.force(machine, values, m);
         all.extend(m.thinned(&force).unwrap_or_default());
-        for (further, mut error) in m.further.iter().zip(rigid.transmission(machine, values, m)) {
-            if let Some(told) = &further.told {
-                error.iter_mut().zip(told.behind(&force, m)).for_each(|(error, behind)| *error += behind);
+        for (channel, mut error) in m.further.iter().zip(rigid.transmission(machine, values, m)) {
+            if let Some(estimate) = &channel.told {
+                error.iter_mut().zip(estimate.behind(&force, m)).for_each(|(error, behind)| *error += behind);
             }
-            all.extend(further.thinned(m, &error).unwrap_or_default());
+            all.extend(channel.thinned(m, &error).unwrap_or_default());
         }
     }
     DVector::from_vec(all)
 }
 
-/// The recorded force, and the transmission error of further points, as in [`prediction`].
+/// Returns the recorded force and the recorded transmission error of extra points, in the layout of [`prediction`].
 pub fn recorded(motions: &[&MotionSignal]) -> DVector<f64> {
     let mut all = Vec::with_capacity(samples(motions));
     for m in motions {
@@ -50,7 +50,7 @@ fn samples(motions: &[&MotionSignal]) -> usize {
     motions.iter().flat_map(|m| m.channels()).map(|(length, _)| length).sum()
 }
 
-/// Free parameters on which records with further points do not depend at all.
+/// Returns the free parameters on which records with extra points do not depend.
 pub fn unseen(rigid: &Rigid, machine: &Machine, free: &[usize], motions: &[&MotionSignal]) -> Vec<usize> {
     if motions.iter().all(|m| m.further.is_empty()) {
         return Vec::new();
@@ -59,28 +59,28 @@ pub fn unseen(rigid: &Rigid, machine: &Machine, free: &[usize], motions: &[&Moti
     free.iter().zip(columns.derivatives.column_iter()).filter(|(_, c)| c.norm() == 0.0).map(|(i, _)| *i).collect()
 }
 
-/// Step of differences, as a share of a parameter's range.
+/// Step of finite differences, as a share of a parameter's range.
 const STEP: f64 = 1e-3;
 
-/// Prediction and its derivatives with parameters, at a place.
+/// A prediction and its derivatives with parameters.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LinearForce {
     /// The prediction.
     pub prediction: DVector<f64>,
-    /// Derivatives with the parameters asked for, in their order and units.
+    /// Derivatives with the requested parameters, in their order and units.
     pub derivatives: DMatrix<f64>,
 }
 
 impl LinearForce {
-    /// See [`derivatives`].
+    /// Computes both; see [`derivatives`].
     pub fn new(rigid: &Rigid, machine: &Machine, values: &[f64], free: &[usize], motions: &[&MotionSignal]) -> Self {
         let here = prediction(rigid, machine, values, motions);
         LinearForce { derivatives: derivatives(rigid, machine, values, free, motions, &here), prediction: here }
     }
 }
 
-/// Derivatives of the prediction with some parameters, in their order and units, at values that predict `here`: by differences of a thousandth of each
-/// parameter's range, which are exact where the force is linear in a parameter.
+/// Computes the derivatives of the prediction with some parameters, in their order and units, at values that predict `here`. Finite differences
+/// of a thousandth of each parameter's range are exact where the force is linear in the parameter.
 pub fn derivatives(
     rigid: &Rigid,
     machine: &Machine,
@@ -91,19 +91,19 @@ pub fn derivatives(
 ) -> DMatrix<f64> {
     let mut derivatives = DMatrix::zeros(here.len(), free.len());
     for (column, (&index, inverse)) in free.iter().zip(inverse(machine, free)).enumerate() {
-        let beside = machine.parameters[index].stepped(values[index], STEP);
+        let stepped = machine.parameters[index].stepped(values[index], STEP);
         let mut moved = values.to_vec();
-        moved[index] = beside;
+        moved[index] = stepped;
         let there = prediction(rigid, machine, &moved, motions);
-        // Of a stiffness the inverse is linear: d/dp = −1/p²·d/d(1/p).
+        // The prediction is linear in the inverse of a stiffness: d/dp = −1/p²·d/d(1/p).
         let x = values[index];
-        let step = if inverse { -x * x * (1.0 / beside - 1.0 / x) } else { beside - x };
+        let step = if inverse { -x * x * (1.0 / stepped - 1.0 / x) } else { stepped - x };
         derivatives.set_column(column, &((there - here) / step));
     }
     derivatives
 }
 
-/// Whether a parameter's inverse is what a motion is linear in: that of a stiffness, whose wind-up it divides.
+/// Whether the prediction is linear in the inverse of each parameter: that of a stiffness, by which the wind-up is divided.
 pub fn inverse(machine: &Machine, free: &[usize]) -> Vec<bool> {
     let mut stiff = vec![false; machine.parameters.len()];
     machine.joints.iter().flat_map(|j| j.stiffness.depends_on()).for_each(|i| stiff[i] = true);

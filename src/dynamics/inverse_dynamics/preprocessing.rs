@@ -1,4 +1,4 @@
-//! A record made ready: filtered, differentiated, thinned.
+//! Preprocessing of a record: filtering, differentiation, decimation.
 
 use super::error::InverseError;
 use super::extra_channel::ExtraChannel;
@@ -8,47 +8,47 @@ use measurement::MotionRecord;
 use numeric::filter::{LowPass, central_differences, decimated};
 use numeric::statistics::extremes;
 
-/// How records are filtered and thinned.
+/// Settings of filtering and decimation.
 ///
 /// # Source  Gautier, Janot and co-workers for the EMPS records: Butterworth of order 4 at 100 Hz forward and backward on the position, central
-/// differences, the first samples dropped, a parallel decimation by 10 of all columns.
+///   differences, the first samples dropped, a parallel decimation by 10 of all columns.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Preprocessing {
-    /// Cut-off of the position's filter (Hz).
+    /// Cut-off frequency of the position filter (Hz).
     pub cutoff_hz: f64,
-    /// Its order.
+    /// Order of the position filter.
     pub order: usize,
-    /// Samples dropped at the beginning.
+    /// Number of samples dropped at the start.
     pub dropped: usize,
-    /// Every so many samples one is kept.
+    /// Decimation factor: every n-th sample is kept.
     pub factor: usize,
 }
 
-/// Cut-off (Hz) of the position's filter, and the largest share of the sampling rate it may be.
+/// Cut-off frequency (Hz) of the position filter, and its upper limit as a share of the sampling rate.
 const CUTOFF_HZ: f64 = 100.0;
 const CUTOFF_SHARE: f64 = 0.2;
-/// Periods of the cut-off that are dropped at the beginning.
-const DROPPED: f64 = 5.0;
+/// Periods of the cut-off frequency that are dropped at the start.
+const DROPPED_PERIODS: f64 = 5.0;
 
 impl Preprocessing {
-    /// The usual one for a sampling step (s): at 1 kHz that of the source.
+    /// Returns the default settings for a sampling step (s): at 1 kHz those of the source.
     pub fn usual(step_s: f64) -> Self {
         let cutoff_hz = CUTOFF_HZ.min(CUTOFF_SHARE / step_s);
         let per_period = 1.0 / (cutoff_hz * step_s);
         Preprocessing {
             cutoff_hz,
             order: 4,
-            dropped: ((DROPPED * per_period).round() as usize).saturating_sub(1),
+            dropped: ((DROPPED_PERIODS * per_period).round() as usize).saturating_sub(1),
             factor: (per_period.round() as usize).max(1),
         }
     }
 
-    /// The position's filter at a sampling step (s).
+    /// Returns the position filter for a sampling step (s).
     pub(super) fn low_pass(&self, step_s: f64) -> LowPass {
         LowPass::butterworth(self.order, 2.0 * self.cutoff_hz * step_s)
     }
 
-    /// Fewest samples of a record.
+    /// Smallest number of samples of a record.
     fn needed(&self) -> usize {
         self.dropped + 20 * self.factor.max(2) + 3 * 8 + 1
     }
@@ -59,11 +59,11 @@ impl Preprocessing {
 pub struct MotionSignal {
     /// Name of the record.
     pub name: String,
-    /// File it came from.
+    /// File of the record.
     pub source: String,
     /// Time between samples (s).
     pub step_s: f64,
-    /// The point (index) whose position it is; `None` for that of the position loop's encoder.
+    /// Index of the point whose position was recorded; `None` for that of the position loop's encoder.
     pub point: Option<usize>,
     /// Position (m), filtered.
     pub position_m: Vec<f64>,
@@ -73,21 +73,21 @@ pub struct MotionSignal {
     pub acceleration_m_s2: Vec<f64>,
     /// Command (m).
     pub command_m: Vec<f64>,
-    /// Force (N) or torque (N·m) as recorded, thinned; 0 where it rests.
+    /// Recorded force (N) or torque (N·m), decimated; 0 at rest.
     pub load: Vec<f64>,
-    /// Whether each thinned sample moves. At rest friction takes any force up to its level, so that force does not follow from motion: those
-    /// samples, and 50 ms before and after, count for nothing in a column.
+    /// Whether the axis moves at each decimated sample. At rest friction takes any force up to its level, so that the force does not follow from
+    /// the motion. Those samples, and 50 ms before and after, are masked.
     pub moves: Vec<bool>,
-    /// Samples at the record's rate that are nothing before thinning, so that the filter carries nothing of them into others: it rests, or has turned
-    /// just now where further points were recorded.
-    pub silent: Vec<bool>,
-    /// Column it stood in.
+    /// Samples at the record's rate that are set to 0 before decimation, so that its filter does not spread them. The axis rests there, or has
+    /// just reversed where extra points were recorded.
+    pub excluded: Vec<bool>,
+    /// Column of the record with the load.
     pub load_column: &'static str,
-    /// How it was made.
+    /// Settings of the preprocessing.
     pub recipe: Preprocessing,
-    /// Samples after which the command repeats, where it does, of the thinned record.
+    /// Period of the command in decimated samples, if it repeats.
     pub period: Option<usize>,
-    /// What further points of the machine read, where the record has it.
+    /// Readings of extra points of the machine.
     pub further: Vec<ExtraChannel>,
 }
 
@@ -116,56 +116,56 @@ impl MotionSignal {
             command_m: record.command_m.clone(),
             load: Vec::new(),
             moves: Vec::new(),
-            silent: Vec::new(),
+            excluded: Vec::new(),
             load_column: record.load.column(),
             recipe,
             period: None,
             further: Vec::new(),
         };
-        motion.silent = phases(&motion).into_iter().map(|phase| phase == Phase::Dwell).collect();
-        motion.moves = motion.around(&motion.silent, 0.0).into_iter().map(|rests| !rests).collect();
+        motion.excluded = phases(&motion).into_iter().map(|phase| phase == Phase::Dwell).collect();
+        motion.moves = motion.within_filter_reach(&motion.excluded, 0.0).into_iter().map(|rests| !rests).collect();
         motion.load = motion.thinned(record.load.samples()).ok_or_else(short)?;
         motion.period = period(&record.command_m, recipe.factor);
         Ok(motion)
     }
 
-    /// The same with the rests of another record of the same motion; `record` is the one it was made of.
+    /// Returns the motion with the rests of another record of the same motion; `record` is the source of this motion.
     ///
     /// # Errors  as [`MotionSignal::new`].
     pub fn resting_as(mut self, other: &MotionSignal, record: &MotionRecord) -> Result<Self, InverseError> {
-        (self.silent, self.moves) = (other.silent.clone(), other.moves.clone());
+        (self.excluded, self.moves) = (other.excluded.clone(), other.moves.clone());
         let short = || InverseError::Short { path: record.source.clone(), samples: record.samples(), needed: self.recipe.needed() };
         self.load = self.thinned(record.load.samples()).ok_or_else(short)?;
         Ok(self)
     }
 
-    /// A column of the record's rate without its beginning, thinned; 0 where the axis rests.
+    /// Decimates a column of the record's rate, without the dropped start; 0 where the axis rests.
     pub fn thinned(&self, column: &[f64]) -> Option<Vec<f64>> {
         let mut thinned = self.decimated(column)?;
         thinned.iter_mut().zip(&self.moves).filter(|(_, moves)| !**moves).for_each(|(x, _)| *x = 0.0);
         Some(thinned)
     }
 
-    /// The same, 0 where it is silent before thinning.
+    /// Decimates a column that is set to 0 at the excluded samples.
     pub(super) fn decimated(&self, column: &[f64]) -> Option<Vec<f64>> {
-        let spoken: Vec<f64> = column.iter().zip(&self.silent).map(|(x, silent)| if *silent { 0.0 } else { *x }).collect();
-        decimated(&spoken[self.recipe.dropped..], self.recipe.factor)
+        let masked: Vec<f64> = column.iter().zip(&self.excluded).map(|(x, excluded)| if *excluded { 0.0 } else { *x }).collect();
+        decimated(&masked[self.recipe.dropped..], self.recipe.factor)
     }
 
-    /// The direction of its velocity: 1, −1, or 0.
+    /// Returns the sign of the velocity: 1, −1, or 0.
     pub fn direction(&self) -> Vec<f64> {
         self.velocity_m_s.iter().map(|v| sign(*v)).collect()
     }
 
-    /// Whether further points were recorded beside the encoder, none of them told by the loops.
+    /// Whether the record has extra points that were measured in addition to the encoder.
     pub fn records_points(&self) -> bool {
         self.further.iter().any(|f| f.told.is_none())
     }
 
-    /// The same, of which the first and last 50 ms count for nothing: filters know nothing of what was before and after.
+    /// Masks the first and the last 50 ms, where the filters lack the samples outside the record.
     #[must_use]
     pub fn without_edges(mut self) -> Self {
-        let edge = (CARRIED_S / self.thinned_step_s()).ceil() as usize;
+        let edge = (FILTER_REACH_S / self.thinned_step_s()).ceil() as usize;
         let last = self.load.len();
         for at in (0..edge.min(last)).chain(last.saturating_sub(edge)..last) {
             self.moves[at] = false;
@@ -175,10 +175,10 @@ impl MotionSignal {
         self
     }
 
-    /// Thinned samples within the filters' reach of some of the record's, or within a time after them (s).
-    pub(super) fn around(&self, some: &[bool], after_s: f64) -> Vec<bool> {
+    /// Marks the decimated samples within the filters' reach of the given samples of the record, or within a time (s) after them.
+    pub(super) fn within_filter_reach(&self, some: &[bool], after_s: f64) -> Vec<bool> {
         let samples = |time_s: f64| (time_s / self.step_s).ceil() as usize;
-        let (before, after) = (samples(CARRIED_S), samples(CARRIED_S.max(after_s)));
+        let (before, after) = (samples(FILTER_REACH_S), samples(FILTER_REACH_S.max(after_s)));
         let mut all = vec![false; some.len()];
         for at in (0..some.len()).filter(|at| some[*at]) {
             all[at.saturating_sub(before)..(at + after + 1).min(some.len())].fill(true);
@@ -186,33 +186,33 @@ impl MotionSignal {
         self.kept().map(|at| all[at]).collect()
     }
 
-    /// Sample of the record that each thinned one stands for.
+    /// Returns the record's sample for each decimated one.
     pub fn kept(&self) -> impl Iterator<Item = usize> + '_ {
         let (dropped, factor, samples) = (self.recipe.dropped, self.recipe.factor, self.position_m.len());
         (dropped + (samples - dropped - 1) % factor..samples).step_by(factor)
     }
 
-    /// Time between thinned samples (s).
+    /// Time between decimated samples (s).
     pub fn thinned_step_s(&self) -> f64 {
         self.step_s * self.recipe.factor as f64
     }
 }
 
-/// The phase of each sample of a motion, at the record's rate.
+/// Returns the phase of each sample of a motion, at the record's rate.
 pub fn phases(motion: &MotionSignal) -> Vec<Phase> {
     phases_along((&motion.velocity_m_s, &motion.acceleration_m_s2), &motion.command_m, motion.step_s)
 }
 
-/// Time around a rest (s) into which the filters carry its force.
-pub(super) const CARRIED_S: f64 = 0.05;
+/// Time around a rest (s) over which the filters spread its force.
+pub(super) const FILTER_REACH_S: f64 = 0.05;
 
-/// Share of a command's range within which it counts as repeating.
-const REPEATS: f64 = 1e-6;
+/// Share of a command's range within which two values are equal.
+const REPEAT_TOLERANCE: f64 = 1e-6;
 
-/// The shortest time after which a command repeats at least twice within the record, a whole number of thinned samples.
+/// Finds the shortest period, in decimated samples, with which a command repeats at least twice within the record.
 fn period(command_m: &[f64], factor: usize) -> Option<usize> {
     let (low, high) = extremes(command_m);
-    let tolerance = REPEATS * (high - low);
+    let tolerance = REPEAT_TOLERANCE * (high - low);
     if !(tolerance > 0.0) {
         return None;
     }

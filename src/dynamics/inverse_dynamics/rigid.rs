@@ -1,4 +1,4 @@
-//! A machine whose moving points keep in step.
+//! A machine that moves as one rigid axis.
 
 use nalgebra::DMatrix;
 
@@ -6,19 +6,19 @@ use super::error::InverseError;
 use super::preprocessing::MotionSignal;
 use machine::{Machine, Operating, PointMotion as Kind};
 
-/// A machine whose moving points keep in step: how fast each moves beside what the position encoder reads.
+/// The rigid-body motion of a machine: the rates of its points relative to the reading of the position encoder.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Rigid {
-    /// Rate of each point over that of the reading.
+    /// Rate of each point over the rate of the reading.
     ratios: Vec<f64>,
-    /// The same of the driven point.
+    /// Rate of the driven point over the rate of the reading.
     pub(super) driven: f64,
 }
 
 impl Rigid {
-    /// The one motion that deforms neither a spring nor a shaft of the machine, scaled to one of the position encoder.
+    /// Computes the one motion that deforms neither a spring nor a shaft, scaled to unit motion of the position encoder.
     ///
-    /// # Errors  the machine has no drive, or can move otherwise, or not at all.
+    /// # Errors  the machine has no drive, has further independent motions, or cannot move.
     pub fn new(machine: &Machine, values: &[f64]) -> Result<Self, InverseError> {
         let drive = machine.drive.as_ref().ok_or(InverseError::NoDrive)?;
         let count = machine.points.len();
@@ -43,29 +43,29 @@ impl Rigid {
                 }
             }
         }
-        // The null space of the ties: eigenvectors of Tᵀ·T to eigenvalue 0.
+        // The null space of the constraints: eigenvectors of Tᵀ·T with eigenvalue 0.
         let ties = DMatrix::from_fn(rows.len(), count, |i, j| rows[i][j]);
         let eigen = (ties.transpose() * &ties).symmetric_eigen();
         let largest = eigen.eigenvalues.iter().fold(1.0_f64, |m, x| m.max(*x));
         let free: Vec<usize> = (0..count).filter(|i| eigen.eigenvalues[*i] < 1e-12 * largest).collect();
         let [only] = free[..] else {
-            let fault = format!("{} motions deform no spring and no shaft of it", free.len());
+            let fault = format!("{} independent motions deform no spring and no shaft", free.len());
             return Err(InverseError::NotRigid { fault });
         };
         let shape = eigen.eigenvectors.column(only);
         let encoder = &drive.position.encoder;
         let reading = encoder.travel * shape[encoder.at];
         if !(reading.abs() > 1e-9 && shape[drive.on].abs() > 1e-9) {
-            let fault = "neither its drive nor its encoder moves where no spring is deformed".to_string();
+            let fault = "its drive or its encoder does not move in the rigid-body motion".to_string();
             return Err(InverseError::NotRigid { fault });
         }
         let ratios: Vec<f64> = shape.iter().map(|x| x / reading).collect();
         Ok(Rigid { driven: ratios[drive.on], ratios })
     }
 
-    /// Checks that a record gives what the drive gives.
+    /// Checks that the recorded load has the kind of the drive's load.
     ///
-    /// # Errors  a force is recorded where the drive turns, or a torque where it does not.
+    /// # Errors  a force is recorded where the driven point rotates, or a torque where it translates.
     pub fn check(&self, machine: &Machine, motion: &MotionSignal) -> Result<(), InverseError> {
         let drive = machine.drive.as_ref().ok_or(InverseError::NoDrive)?;
         let point = &machine.points[drive.on];
@@ -76,12 +76,12 @@ impl Rigid {
         Err(InverseError::Load { path: motion.source.clone(), given: motion.load_column, wanted, point: point.name.clone() })
     }
 
-    /// Force (N) or torque (N·m) of the drive per acceleration of the reading (m/s²).
+    /// Computes the force (N) or torque (N·m) of the drive per acceleration of the reading (m/s²).
     pub fn inertia(&self, machine: &Machine, values: &[f64]) -> f64 {
         self.inertia_of(machine, values, &|_| true) / self.driven
     }
 
-    /// Mass (kg) felt at the reading of some of the points, with the shafts between them.
+    /// Computes the mass (kg) of some of the points, and of the shafts between them, reduced to the reading.
     pub(super) fn inertia_of(&self, machine: &Machine, values: &[f64], counts: &dyn Fn(usize) -> bool) -> f64 {
         let at = Operating::default();
         let own = machine.points.iter().zip(&self.ratios).enumerate().filter(|(i, _)| counts(*i));
@@ -98,18 +98,18 @@ impl Rigid {
         inertia
     }
 
-    /// The point that weighs most at the reading.
+    /// Returns the point with the largest mass reduced to the reading.
     pub fn heaviest(&self, machine: &Machine, values: &[f64]) -> Option<usize> {
         let weight = |i: &usize| self.inertia_of(machine, values, &|p| p == *i);
         (0..machine.points.len()).max_by(|a, b| weight(a).total_cmp(&weight(b)))
     }
 
-    /// Rate of a joint's combination over that of the reading.
+    /// Computes the rate of a joint's combination over the rate of the reading.
     pub fn ratio(&self, on: &[(usize, f64)]) -> f64 {
         on.iter().map(|(point, c)| c * self.ratios[*point]).sum()
     }
 
-    /// Rate of a point over that of the reading.
+    /// Returns the rate of a point over the rate of the reading.
     pub fn point_ratio(&self, point: usize) -> f64 {
         self.ratios[point]
     }

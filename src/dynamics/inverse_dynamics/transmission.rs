@@ -1,8 +1,8 @@
-//! What stands between the encoder of a drive and another point of its machine: wind-up, play, errors of the lead.
+//! Transmission error between the encoder of a drive and another point of its machine: wind-up, backlash, lead errors.
 
 use nalgebra::{DMatrix, DVector, Dyn, LU};
 
-use super::backlash::{flight, sides};
+use super::backlash::{contact_sides, position_in_backlash};
 use super::compliant_load::CompliantLoad;
 use super::force::Balance;
 use super::friction::Ripple;
@@ -11,30 +11,30 @@ use super::rigid::Rigid;
 use crate::model::matrices;
 use machine::{Joint, Machine, Operating, PointMotion as Kind, Value};
 
-/// Lumps of each rod.
+/// Number of springs per rod.
 const LUMPS: usize = 4;
-/// Springs of a machine in equilibrium with its encoder held.
+/// Static equilibrium of a machine's springs with the encoder fixed.
 struct Statics {
-    /// Place of each point among the coordinates; none of a fixed one.
+    /// Coordinate of each point; `None` for a fixed point.
     place: Vec<Option<usize>>,
     size: usize,
-    /// K with the encoder's row and column beside it, over `scale`.
+    /// K over `scale`, bordered by the encoder's row and column.
     system: LU<f64, Dyn, Dyn>,
     scale: f64,
-    /// M·r, r the rigid motion per reading.
+    /// M·r with the rigid-body motion r per reading.
     inertia: DVector<f64>,
 }
 
 impl Statics {
-    /// `None` where something is loose, or has a spring that no matrix holds.
+    /// Factors the equilibrium; `None` where a part is unconstrained or a spring cannot be represented in a matrix.
     fn new(machine: &Machine, values: &[f64], at: &Operating) -> Option<Self> {
         let relaxing = machine.joints.iter().any(|j| j.relaxation_stiffness.is_some());
-        let plain = relaxing.then(|| {
-            let mut plain = machine.clone();
-            plain.joints.iter_mut().for_each(|j| j.relaxation_stiffness = None);
-            plain
+        let without_relaxation = relaxing.then(|| {
+            let mut without_relaxation = machine.clone();
+            without_relaxation.joints.iter_mut().for_each(|j| j.relaxation_stiffness = None);
+            without_relaxation
         });
-        let of = matrices(plain.as_ref().unwrap_or(machine), values, at, LUMPS).ok()?;
+        let of = matrices(without_relaxation.as_ref().unwrap_or(machine), values, at, LUMPS).ok()?;
         let place: Vec<Option<usize>> = machine.points.iter().map(|p| of.names.iter().position(|n| *n == p.name)).collect();
         let encoder = &machine.drive.as_ref()?.position.encoder;
         let (held, size) = (place[encoder.at]?, of.names.len());
@@ -56,18 +56,18 @@ impl Statics {
         row
     }
 
-    /// What a combination of points gives way per force on each coordinate.
+    /// Computes the deflection of a combination of points per force on each coordinate.
     fn compliance(&self, on: &[(usize, f64)]) -> DVector<f64> {
         self.system.solve(&(self.row(on) / self.scale)).map_or_else(|| DVector::zeros(self.size), |g| g.rows(0, self.size).clone_owned())
     }
 
-    /// By how much a combination of points gives way along a motion: −g·(M·r·a + Σ cⱼ·(damper and friction)ⱼ) + g_d·F.
+    /// Computes the deflection of a combination of points along a motion: −g·(M·r·a + Σ cⱼ·(damper and friction)ⱼ) + g_d·F.
     fn deflection(&self, compliance: &DVector<f64>, machine: &Machine, balance: &Balance, motion: &MotionSignal) -> Vec<f64> {
         let share = |on: &[(usize, f64)]| self.row(on).rows(0, self.size).dot(compliance);
         let inertia = self.inertia.dot(compliance);
         let driven = machine.drive.as_ref().map_or(0.0, |d| share(&[(d.on, 1.0)]));
         let mut sum: Vec<f64> = motion.acceleration_m_s2.iter().zip(&balance.force).map(|(a, f)| driven * f - inertia * a).collect();
-        for (joint, against) in &balance.rubbing {
+        for (joint, against) in &balance.resisting {
             let share = share(&machine.joints[*joint].on);
             if share != 0.0 {
                 sum.iter_mut().zip(against).for_each(|(sum, f)| *sum -= share * f);
@@ -78,22 +78,22 @@ impl Statics {
 }
 
 impl Rigid {
-    /// The transmission error at each further point of a motion: what the point reads less what the rigid machine has it read, sample by sample.
+    /// Predicts the transmission error at each extra point of a motion, sample by sample: the reading less that of the rigid machine.
     ///
     /// ```text
     /// e_p(t) = g_p·( d·F(t) − M·r·a(t) − Σ cⱼ·Rⱼ(t) ) + Σ kⱼ·(g_p·cⱼ)·( ½·gapⱼ·sideⱼ(t) + γⱼ·xⱼ(t) + waveⱼ(xⱼ(t)) )
     /// ```
     ///
-    /// The springs are in equilibrium with the forces of the rigid motion (r per reading) while the encoder is held: g_p, the row of the compliance
-    /// at the point. Rⱼ is damper and friction of joint j along its combination cⱼ, F the drive's force at d. A play goes over to the side to which the
-    /// force through it points in free flight; one that does not part the drive from something is there at once, and stays there while less than a
-    /// tenth of the force's root mean square points to the other.
+    /// The springs are in equilibrium with the forces of the rigid motion (r per reading) while the encoder is fixed. g_p is the row of the
+    /// compliance at the point. Rⱼ is the force of damper and friction of joint j along its combination cⱼ, and F the drive's force at d.
     ///
-    /// # Units      m (rad where the point turns)
-    /// # Limits     stiff springs without play and lead error: 0; of first order in the compliance: no vibration, no rebound of a play;
-    ///   with several springs side by side the side of a play is that of the load without the others' play
-    /// # Source     quasi-static wind-up of a feed drive: Altintas et al., CIRP Annals 60 (2011) 779–796; signs as of
-    ///   the simulator of motions
+    /// A backlash is crossed in free motion to the side to which the force through it points. If the joint does not separate a load from the
+    /// drive, the side changes at once. It stays while the opposing force is below a tenth of the force's root mean square.
+    ///
+    /// # Units      m (rad where the point rotates)
+    /// # Limits     stiff springs without backlash and lead error: 0; first order in the compliance: no vibration, no rebound in the backlash;
+    ///   with several backlashes the side of each is that of the load without the others
+    /// # Source     quasi-static wind-up of a feed drive: Altintas et al., CIRP Annals 60 (2011) 779–796; signs as in the simulation of motions
     pub fn transmission(&self, machine: &Machine, values: &[f64], motion: &MotionSignal) -> Vec<Vec<f64>> {
         if motion.further.is_empty() {
             return Vec::new();
@@ -104,27 +104,32 @@ impl Rigid {
             return vec![vec![0.0; motion.position_m.len()]; motion.further.len()];
         };
         let balance = self.balance(None, machine, values, motion);
-        // Where each joint's combination is unstrained.
+        // Unstrained position of each joint's combination.
         let mut unstrained: Vec<(&Joint, Vec<f64>)> = Vec::new();
         for (index, joint) in machine.joints.iter().enumerate() {
-            let (half, growth) = (0.5 * number(&joint.gap), number(&joint.lead_error.growth));
+            let (half, expansion) = (0.5 * number(&joint.gap), number(&joint.lead_error.growth));
             let wave = Ripple::new(&joint.lead_error.wave, &number);
-            if !(number(&joint.stiffness) > 0.0) || (half == 0.0 && growth == 0.0 && wave.is_none()) {
+            if !(number(&joint.stiffness) > 0.0) || (half == 0.0 && expansion == 0.0 && wave.is_none()) {
                 continue;
             }
             let mut place = vec![0.0; motion.position_m.len()];
             if half != 0.0 {
                 let given = statics.deflection(&statics.compliance(&joint.on), machine, &balance, motion);
-                let moved = match CompliantLoad::behind(index, self, machine, values) {
-                    Some(beyond) => flight(&given, half, number(&joint.stiffness) * beyond.yields(self, values), motion.step_s),
-                    None => sides(&given).into_iter().map(|side| half * side).collect(),
+                let moved = match CompliantLoad::behind_joint(index, self, machine, values) {
+                    Some(load) => position_in_backlash(
+                        &given,
+                        half,
+                        number(&joint.stiffness) * load.acceleration_per_force(self, values),
+                        motion.step_s,
+                    ),
+                    None => contact_sides(&given).into_iter().map(|side| half * side).collect(),
                 };
                 place.iter_mut().zip(moved).for_each(|(e, x)| *e += x);
             }
             if let Some((point, c)) = joint.on.iter().find(|(p, _)| machine.points[*p].motion == Kind::Translation) {
                 let ratio = self.point_ratio(*point);
                 for (e, x) in place.iter_mut().zip(&motion.position_m) {
-                    *e += c * growth * ratio * x + wave.as_ref().map_or(0.0, |w| w.at(ratio * x));
+                    *e += c * expansion * ratio * x + wave.as_ref().map_or(0.0, |w| w.at(ratio * x));
                 }
             }
             unstrained.push((joint, place));
@@ -141,20 +146,21 @@ impl Rigid {
         motion.further.iter().map(|f| of(f.point)).collect()
     }
 
-    /// What the plays of a machine add to the transmission error at each further point of a motion; `None` where it has none.
-    pub(super) fn played(&self, machine: &Machine, values: &[f64], motion: &MotionSignal) -> Option<Vec<Vec<f64>>> {
-        let loose = |joint: &Joint| joint.gap.at(values, &Operating::default()) != 0.0;
-        if !machine.joints.iter().any(loose) {
+    /// Computes the contribution of all backlashes to the transmission error at each extra point of a motion; `None` without backlash.
+    pub(super) fn backlash_error(&self, machine: &Machine, values: &[f64], motion: &MotionSignal) -> Option<Vec<Vec<f64>>> {
+        let has_backlash = |joint: &Joint| joint.gap.at(values, &Operating::default()) != 0.0;
+        if !machine.joints.iter().any(has_backlash) {
             return None;
         }
-        let mut tight = machine.clone();
-        tight.joints.iter_mut().for_each(|joint| joint.gap = Value::number(0.0));
-        let errors = [machine, &tight].map(|machine| self.transmission(machine, values, motion));
+        let mut without_backlash = machine.clone();
+        without_backlash.joints.iter_mut().for_each(|joint| joint.gap = Value::number(0.0));
+        let errors = [machine, &without_backlash].map(|machine| self.transmission(machine, values, motion));
         let without = |(with, without): (&Vec<f64>, &Vec<f64>)| with.iter().zip(without).map(|(with, without)| with - without).collect();
         Some(errors[0].iter().zip(&errors[1]).map(without).collect())
     }
 
-    /// What each further point of a motion gives way per force (or torque) that the drive has to add where the most rubbing joint rubs more.
+    /// Computes the deflection of each extra point per additional drive force (or torque) when friction rises in one joint.
+    /// It is the joint with the most friction work.
     pub fn rubbed(&self, machine: &Machine, values: &[f64], motion: &MotionSignal) -> Vec<f64> {
         let at = Operating::at(machine.stroke_m().map(|s| 0.5 * s));
         let most = self.rubs_most(machine, values, motion);
@@ -171,8 +177,8 @@ impl Rigid {
         motion.further.iter().map(|f| of(f.point)).collect()
     }
 
-    /// Whether the springs of a machine hold it together with its encoder held.
-    pub(super) fn holds(machine: &Machine, values: &[f64]) -> bool {
+    /// Whether the springs constrain the machine while its encoder is fixed.
+    pub(super) fn is_constrained(machine: &Machine, values: &[f64]) -> bool {
         Statics::new(machine, values, &Operating::at(machine.stroke_m().map(|s| 0.5 * s))).is_some()
     }
 }

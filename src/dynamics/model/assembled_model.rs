@@ -1,4 +1,4 @@
-//! The numbers on a [`Structure`] at one operating condition and one set of parameters.
+//! A [`Structure`] with numbers for one operating condition and one set of parameters.
 
 use std::sync::Arc;
 
@@ -7,7 +7,7 @@ use super::rod::Rod;
 use super::structure::{Rods, Structure};
 use machine::{Machine, Operating};
 
-/// A machine's numbers at one operating condition and one set of parameters.
+/// The numbers of a machine at one operating condition and one set of parameters.
 #[derive(Debug, Clone)]
 pub struct AssembledModel {
     pub(super) structure: Arc<Structure>,
@@ -15,22 +15,22 @@ pub struct AssembledModel {
     pub(super) joints: Vec<JointNumbers>,
     /// Lumped inertia of each coordinate.
     pub(super) inertia: Vec<f64>,
-    /// K, C and ηK of everything but rods and relaxing dampers, by slot.
+    /// K, C and ηK of everything except rods and relaxing dampers, by slot.
     pub(super) stiffness: Vec<f64>,
     pub(super) damping: Vec<f64>,
     pub(super) loss: Vec<f64>,
-    /// Which slots hold real numbers while D is factored.
+    /// Slots whose entries stay real while D is factored.
     pub(super) real: Vec<bool>,
     /// Whether any joint has a loss factor.
-    pub(super) loses: bool,
-    /// Share of dispersion of all loss factors.
+    pub(super) has_loss: bool,
+    /// Share s of dispersion, common to all loss factors.
     pub(super) dispersion: f64,
-    /// r of sensor and hammer of each lever of the machine.
+    /// Lever arm r of the sensor and of the hammer, per lever of the machine.
     pub(super) levers: Vec<[f64; 2]>,
 }
 
 impl Structure {
-    /// An empty network to be filled by [`AssembledModel::update`].
+    /// Returns an empty model, to be filled by [`AssembledModel::update`].
     pub fn network(self: &Arc<Self>) -> AssembledModel {
         let slots = self.elimination.slots();
         AssembledModel {
@@ -42,7 +42,7 @@ impl Structure {
             damping: vec![0.0; slots],
             loss: vec![0.0; slots],
             real: vec![false; slots],
-            loses: false,
+            has_loss: false,
             dispersion: 0.0,
             levers: Vec::new(),
         }
@@ -50,7 +50,7 @@ impl Structure {
 }
 
 impl AssembledModel {
-    /// Fills in the numbers of a machine. `parameters` in the machine's order and units; allocates nothing.
+    /// Computes the numbers of a machine. `parameters` are in the machine's order and units. Allocates nothing.
     pub fn update(&mut self, machine: &Machine, parameters: &[f64], operating: &Operating) {
         let shape = Arc::clone(&self.structure);
         let pattern = &shape.elimination;
@@ -108,14 +108,14 @@ impl AssembledModel {
                 }
             }
         }
-        self.find_real();
-        self.loses = self.loss.iter().any(|h| *h != 0.0);
+        self.mark_real_slots();
+        self.has_loss = self.loss.iter().any(|h| *h != 0.0);
         self.levers.clear();
         self.levers.extend(machine.chain.levers.iter().map(|l| [&l.read, &l.struck].map(|r| r.at(parameters, operating))));
     }
 
-    /// Finds which slots hold real numbers: without a damper or loss, and not reached by one while D is factored.
-    fn find_real(&mut self) {
+    /// Marks the slots whose entries stay real during factorisation: those without damping and loss, and without fill-in from such entries.
+    fn mark_real_slots(&mut self) {
         let shape = &self.structure;
         for (real, (c, h)) in self.real.iter_mut().zip(self.damping.iter().zip(&self.loss)) {
             *real = *c == 0.0 && *h == 0.0;
@@ -123,15 +123,15 @@ impl AssembledModel {
         for slots in self.rods.iter().zip(&shape.rod_slots).filter(|(rod, _)| rod.loss_factor != 0.0).map(|(_, slots)| slots) {
             slots.iter().flatten().for_each(|slot| self.real[*slot] = false);
         }
-        for (_, on) in self.joints.iter().zip(&shape.joints).filter(|(joint, _)| joint.is_apart()) {
+        for (_, on) in self.joints.iter().zip(&shape.joints).filter(|(joint, _)| joint.has_extra_dynamics()) {
             for (at, (i, _)) in on.iter().enumerate() {
                 on[..=at].iter().for_each(|(j, _)| self.real[shape.elimination.entry(*i, *j)] = false);
             }
         }
-        shape.elimination.stay_real(&mut self.real);
+        shape.elimination.propagate_complex(&mut self.real);
     }
 
-    /// Whether a rod has the same numbers here and in another network of the same structure.
+    /// Whether a rod has the same numbers in this model and in another model of the same structure.
     pub fn has_rod_of(&self, other: &AssembledModel, rod: usize) -> bool {
         self.rods[rod] == other.rods[rod]
     }

@@ -1,4 +1,4 @@
-//! The dynamic stiffness D(ω) of a network: assembled from its numbers, and factored; the count of modes that follows.
+//! Assembly and factorisation of the dynamic stiffness D(ω), and the mode count that follows from it.
 
 use super::assembled_model::AssembledModel;
 use super::frequency_grid::KnownRod;
@@ -7,14 +7,14 @@ use super::simd::{ABREAST, Complexes, LANES, Reals, grouped};
 use super::workspace::Workspace;
 
 impl AssembledModel {
-    /// Number of undamped natural frequencies below ω, rigid-body modes included.
+    /// Counts the undamped natural frequencies below ω, rigid-body modes included.
     ///
     /// # Source  Wittrick and Williams, Q. J. Mech. Appl. Math. 24 (1971) 263–284: J = J₀ + s{D}.
     pub fn modes_below(&self, omega_rad_s: f64, work: &mut Workspace) -> usize {
         self.factor_undamped(&[Reals::splat(omega_rad_s)], &mut work.real)[0].to_array()[0] as usize
     }
 
-    /// As [`AssembledModel::modes_below`], at some frequencies.
+    /// Counts as [`AssembledModel::modes_below`], at several frequencies.
     pub fn modes_below_each(&self, omega_rad_s: &[f64], work: &mut Workspace, below: &mut Vec<usize>) {
         below.clear();
         for some in omega_rad_s.chunks(ABREAST * LANES) {
@@ -24,7 +24,7 @@ impl AssembledModel {
         }
     }
 
-    /// Assembles D(ω) without damping and factors it; gives the numbers of negative pivots and of rod poles below each ω.
+    /// Assembles D(ω) without damping and factors it. Returns the number of negative pivots plus the number of rod poles below each ω.
     pub(super) fn factor_undamped(&self, omega_rad_s: &[Reals], entries: &mut [Reals]) -> [Reals; ABREAST] {
         let (pattern, abreast) = (&self.structure.elimination, omega_rad_s.len());
         let entries = &mut entries[..pattern.slots() * abreast];
@@ -52,11 +52,11 @@ impl AssembledModel {
         below
     }
 
-    /// Assembles D(ω) with damping in `work.complex`, but for the rods.
+    /// Assembles D(ω) with damping into `entries`, except for the rods.
     pub(super) fn assemble(&self, omega_rad_s: &[Reals], entries: &mut [Complexes]) {
         let (shape, abreast) = (&self.structure, omega_rad_s.len());
         let spring_dampers = self.stiffness.iter().zip(&self.damping).zip(&self.loss);
-        let added: [Reals; ABREAST] = match self.loses {
+        let dispersion: [Reals; ABREAST] = match self.has_loss {
             true => std::array::from_fn(|w| omega_rad_s.get(w).map_or(Reals::ZERO, |omega| loss_each(*omega, self.dispersion).0.re)),
             false => [Reals::ZERO; ABREAST],
         };
@@ -65,8 +65,8 @@ impl AssembledModel {
             entries.iter_mut().zip(omega_rad_s).for_each(|(entry, omega)| *entry = Complexes::new(k, *omega * c));
             if *h != 0.0 {
                 let h = Reals::splat(*h);
-                for (entry, added) in entries.iter_mut().zip(&added) {
-                    *entry += Complexes::new(h * *added, h);
+                for (entry, dispersion) in entries.iter_mut().zip(&dispersion) {
+                    *entry += Complexes::new(h * *dispersion, h);
                 }
             }
         }
@@ -76,7 +76,7 @@ impl AssembledModel {
             }
         }
         for (joint, on) in self.joints.iter().zip(&shape.joints) {
-            if !joint.is_apart() {
+            if !joint.has_extra_dynamics() {
                 continue;
             }
             for (w, omega) in omega_rad_s.iter().enumerate() {
@@ -93,9 +93,10 @@ impl AssembledModel {
         }
     }
 
-    /// Assembles D(ω) with damping and factors it; multiplies what is given by its determinant without the poles of the rods, in one scale.
+    /// Assembles D(ω) with damping and factors it. Multiplies `determinants` by det D·Π sin φ, which has no rod poles, with one scale for all
+    /// frequencies.
     #[inline]
-    pub(super) fn solved<'k>(
+    pub(super) fn factor_damped<'k>(
         &self,
         omega_rad_s: &[Reals],
         known: impl Fn(usize, &Rod) -> Option<KnownRod<'k>>,
@@ -133,7 +134,7 @@ impl AssembledModel {
                     continue;
                 }
                 for (w, omega) in (first..).zip(omegas) {
-                    let of = rod.damped_of(*omega, &mut materials[w]);
+                    let of = rod.damped_with_material(*omega, &mut materials[w]);
                     for (slots, entry) in [&left, &right, &cross].into_iter().zip([of.direct, of.direct, of.cross]) {
                         slots.iter().for_each(|slots| entries[slots.start + w] += entry);
                     }

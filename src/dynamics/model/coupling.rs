@@ -1,14 +1,14 @@
-//! Receptance coupling as the paper does it: free substructures joined one after another.
+//! Receptance coupling by the method of the paper: free substructures are coupled one after another.
 //!
-//! Every rod, every lumped inertia is a free substructure of its own. Rigid couplings join the ends that share a
-//! point; elastic couplings add the joints; a held point is coupled rigidly to the ground. Each coupling is the update
+//! Every rod and every lumped inertia is a free substructure. Rigid couplings join the ends that share a point; elastic couplings add the joints;
+//! a fixed point is coupled rigidly to the ground. Each coupling is the update
 //!
 //! > H' = H − H·v·(vᵀ·H·v + h_J)⁻¹·vᵀ·H
 //!
 //! with v = e_i − e_j for a rigid coupling (h_J = 0) and h_J = 1/(k + iωc) for a joint that acts on vᵀ·q.
 //!
-//! # Source  Tian et al., Eq. 1–24. Deviations: cot for cos in Eq. 1–2; h_J = 1/(k + iωc) in Eq. 6 and 8, not its
-//! inverse; v = (1, −1, −i_b) in Eq. 19–20, without the extra i_b.
+//! # Source  Tian et al., Eq. 1–24. Deviations: cot for cos in Eq. 1–2; h_J = 1/(k + iωc) in Eq. 6 and 8, not its inverse; v = (1, −1, −i_b) in
+//!   Eq. 19–20, without the extra i_b.
 
 use nalgebra::DMatrix;
 use num_complex::Complex64;
@@ -18,21 +18,21 @@ use super::rod::Rod;
 use super::structure::ModelError;
 use machine::Machine;
 
-/// All receptances (point × point, in the machine's order; zero for held points) at one frequency by receptance coupling.
+/// Computes all receptances at one frequency by receptance coupling: point × point in the machine's order, zero for fixed points.
 ///
 /// # Errors  [`ModelError::Massless`] where a point has neither inertia nor shaft: it has no receptance of its own.
-pub fn coupled_receptances(network: &AssembledModel, machine: &Machine, omega_rad_s: f64) -> Result<DMatrix<Complex64>, ModelError> {
-    let shape = &network.structure;
-    // One coordinate for each lumped inertia and each rod end; `of_point` says which point it sits on.
+pub fn coupled_receptances(model: &AssembledModel, machine: &Machine, omega_rad_s: f64) -> Result<DMatrix<Complex64>, ModelError> {
+    let shape = &model.structure;
+    // One coordinate for each lumped inertia and each rod end; `of_coordinate` lists those at each coordinate of the structure.
     let mut blocks: Vec<(Vec<usize>, Vec<Complex64>)> = Vec::new();
     let mut of_coordinate: Vec<Vec<usize>> = vec![Vec::new(); shape.size()];
     let mut held = Vec::new();
     let mut size = 0;
     let square = omega_rad_s * omega_rad_s;
-    // An inertia on a shaft is coupled to the rod's end below; one on its own is a substructure with a coordinate.
+    // An inertia on a shaft is coupled to the rod's end below; any other inertia is a substructure with one coordinate.
     let mut on_shafts = Vec::new();
-    for (coordinate, inertia) in network.inertia.iter().enumerate().filter(|(_, m)| **m > 0.0) {
-        if shape.rods.iter().any(|r| r.along.contains(&Some(coordinate))) {
+    for (coordinate, inertia) in model.inertia.iter().enumerate().filter(|(_, m)| **m > 0.0) {
+        if shape.rods.iter().any(|r| r.ends.contains(&Some(coordinate))) {
             on_shafts.push((coordinate, Complex64::new(-1.0 / (inertia * square), 0.0)));
             continue;
         }
@@ -40,10 +40,10 @@ pub fn coupled_receptances(network: &AssembledModel, machine: &Machine, omega_ra
         of_coordinate[coordinate].push(size);
         size += 1;
     }
-    for (rod, rod_shape) in network.rods.iter().zip(&shape.rods) {
+    for (rod, rod_shape) in model.rods.iter().zip(&shape.rods) {
         let [direct, cross] = free_rod(rod, omega_rad_s);
         blocks.push((vec![size, size + 1], vec![direct, cross, cross, direct]));
-        for (end, coordinate) in rod_shape.along.iter().enumerate() {
+        for (end, coordinate) in rod_shape.ends.iter().enumerate() {
             match coordinate {
                 Some(c) => of_coordinate[*c].push(size + end),
                 None => held.push(size + end),
@@ -78,8 +78,8 @@ pub fn coupled_receptances(network: &AssembledModel, machine: &Machine, omega_ra
             name: shape.coordinate.iter().position(|c| *c == Some(coordinate)).map_or_else(String::new, |p| machine.points[p].name.clone()),
         })
     };
-    // Joints to the ground first, those on most points last, as the paper goes: the huge receptances of free bodies cancel early.
-    let mut joints: Vec<_> = network.joints.iter().zip(&shape.joints).collect();
+    // Joints on few points come first, as in the paper: the large receptances of free bodies then cancel early.
+    let mut joints: Vec<_> = model.joints.iter().zip(&shape.joints).collect();
     joints.sort_by_key(|(_, on)| on.len());
     for (joint, on) in joints {
         let complex_stiffness = joint.dynamic(omega_rad_s);
@@ -98,7 +98,7 @@ pub fn coupled_receptances(network: &AssembledModel, machine: &Machine, omega_ra
     Ok(all)
 }
 
-/// Direct and cross receptance of a free–free rod at its ends.
+/// Returns the direct and the cross receptance of a free–free rod at its ends.
 ///
 /// # Source  Tian et al., Eq. 1–2 and 10–11: h11 = h22 = −cot(λx)/(Aλ), h12 = h21 = −csc(λx)/(Aλ). Deviation: cot for cos.
 fn free_rod(rod: &Rod, omega_rad_s: f64) -> [Complex64; 2] {
@@ -109,12 +109,12 @@ fn free_rod(rod: &Rod, omega_rad_s: f64) -> [Complex64; 2] {
     [scale * phase.cos() / sin, scale / sin]
 }
 
-/// H − H·v·(vᵀ·H·v + h_J)⁻¹·vᵀ·H in place.
+/// Computes H − H·v·(vᵀ·H·v + h_J)⁻¹·vᵀ·H in place.
 fn couple(h: &mut DMatrix<Complex64>, on: &[(usize, f64)], joint_receptance: Complex64) {
     let size = h.nrows();
     let column: Vec<Complex64> = (0..size).map(|i| on.iter().map(|&(j, w)| h[(i, j)] * w).sum()).collect();
-    let gap: Complex64 = on.iter().map(|&(j, w)| column[j] * w).sum::<Complex64>() + joint_receptance;
-    let scaled: Vec<Complex64> = column.iter().map(|c| c / gap).collect();
+    let denominator: Complex64 = on.iter().map(|&(j, w)| column[j] * w).sum::<Complex64>() + joint_receptance;
+    let scaled: Vec<Complex64> = column.iter().map(|c| c / denominator).collect();
     for j in 0..size {
         for i in 0..size {
             h[(i, j)] -= scaled[i] * column[j];

@@ -1,16 +1,16 @@
-//! Quantities that follow from a machine's parameters by its models.
+//! Quantities derived from a machine's parameters through its model.
 
 use std::sync::Arc;
 
 use super::{Rods, Structure, undamped_modes};
 use machine::{Derivation, Machine, Operating};
 
-/// Highest frequency that is looked at for a natural frequency (Hz).
+/// Upper limit of the search for natural frequencies (Hz).
 const HIGHEST_HZ: f64 = 1e5;
-/// Lowest frequency that is not a rigid body's (Hz).
+/// Limit (Hz) above which a natural frequency is elastic; below it a mode is a rigid-body mode.
 const ELASTIC_HZ: f64 = 1e-2;
 
-/// The quantities a machine reports, in its order; `None` where there is no such frequency below 100 kHz.
+/// Computes the derived quantities of a machine, in its order; `None` where the frequency does not exist below 100 kHz.
 pub fn derived(machine: &Machine, parameters: &[f64], operating: &Operating) -> Vec<Option<f64>> {
     machine
         .derived
@@ -31,21 +31,21 @@ pub fn derived(machine: &Machine, parameters: &[f64], operating: &Operating) -> 
         .collect()
 }
 
-/// The n-th (from 1) undamped natural frequency above 0 (Hz).
+/// Returns the n-th (from 1) undamped natural frequency above 0 (Hz).
 fn natural_frequency_hz(machine: &Machine, order: usize, parameters: &[f64], operating: &Operating) -> Option<f64> {
     elastic_frequencies_hz(machine, order, parameters, operating).get(order - 1).copied()
 }
 
-/// The first `count` undamped natural frequencies above 0 (Hz), fewer where there are fewer below 100 kHz.
+/// Returns the first `count` undamped natural frequencies above 0 (Hz), or fewer where fewer lie below 100 kHz.
 pub fn elastic_frequencies_hz(machine: &Machine, count: usize, parameters: &[f64], operating: &Operating) -> Vec<f64> {
     let Some(moving) = machine.points.iter().position(|p| !p.fixed) else { return Vec::new() };
     let Ok(structure) = Structure::new(machine, moving, moving, Rods::Exact) else { return Vec::new() };
     let structure = Arc::new(structure);
-    let (mut network, mut work) = (structure.network(), structure.workspace());
-    network.update(machine, parameters, operating);
+    let (mut model, mut work) = (structure.network(), structure.workspace());
+    model.update(machine, parameters, operating);
     let mut highest_hz = 100.0;
     loop {
-        let modes = undamped_modes(&network, highest_hz, &mut work);
+        let modes = undamped_modes(&model, highest_hz, &mut work);
         let elastic: Vec<f64> = modes.iter().map(|m| m.frequency_hz).filter(|f| *f > ELASTIC_HZ).take(count).collect();
         if elastic.len() >= count || highest_hz >= HIGHEST_HZ {
             return elastic;

@@ -1,4 +1,4 @@
-//! Symmetric elimination with a fixed sparse pattern: the shape is worked out once, the numbers many times.
+//! Symmetric elimination with a fixed sparse pattern, which is computed once and used for many factorisations.
 
 use std::cell::Cell;
 use std::collections::BTreeSet;
@@ -6,20 +6,20 @@ use std::collections::BTreeSet;
 use super::scalar::Scalar;
 use super::simd::ABREAST;
 
-/// One pivot: its own slot, its later neighbours, and which products are taken from which slots.
+/// One pivot: its slot, its neighbours that are eliminated later, and the slots updated by their products.
 #[derive(Debug, Clone)]
 struct Pivot {
     /// The coordinate eliminated.
     row: usize,
-    /// Slot of its diagonal entry.
+    /// Slot of the diagonal entry.
     diagonal: usize,
-    /// First and one past the last of its neighbours in `neighbours`.
+    /// Range of the neighbours in `neighbours`: first, and one past the last.
     neighbours: (usize, usize),
-    /// First of its targets in `targets`.
+    /// First of the pivot's targets in `targets`.
     targets: usize,
 }
 
-/// The pattern of A = L·D·Lᵀ for a sparse symmetric matrix.
+/// The sparsity pattern of A = L·D·Lᵀ for a sparse symmetric matrix.
 #[derive(Debug, Clone)]
 pub struct Elimination {
     size: usize,
@@ -27,14 +27,14 @@ pub struct Elimination {
     pivots: Vec<Pivot>,
     /// (coordinate, slot of its entry with the pivot).
     neighbours: Vec<(usize, usize)>,
-    /// Slots that receive the products of pairs of neighbours (a, b ≤ a), pivot by pivot.
+    /// Slots that are updated by the products of pairs of neighbours (a, b ≤ a), pivot by pivot.
     targets: Vec<usize>,
     /// Slot of the entry (i, j); `usize::MAX` where the entry is zero.
     slot_of: Vec<usize>,
 }
 
 impl Elimination {
-    /// Works out the pattern for `size` coordinates that meet in `pairs`; `last` are eliminated at the end, in that order.
+    /// Computes the pattern for `size` coordinates coupled in `pairs`; `last` are eliminated at the end, in that order.
     pub fn new(size: usize, pairs: impl IntoIterator<Item = (usize, usize)>, last: &[usize]) -> Self {
         let mut adjacent = vec![BTreeSet::new(); size];
         for (i, j) in pairs.into_iter().filter(|(i, j)| i != j) {
@@ -90,7 +90,7 @@ impl Elimination {
         self.slots
     }
 
-    /// Slot of the entry (i, j), made if it is not there.
+    /// Returns the slot of the entry (i, j) and creates it if necessary.
     fn slot(&mut self, i: usize, j: usize) -> usize {
         let at = i * self.size + j;
         if self.slot_of[at] == usize::MAX {
@@ -101,15 +101,15 @@ impl Elimination {
         self.slot_of[at]
     }
 
-    /// Slot of the entry (i, j), which must be one of the pairs of [`Elimination::new`].
+    /// Returns the slot of the entry (i, j), which must be in the pattern.
     pub fn entry(&self, i: usize, j: usize) -> usize {
         let slot = self.slot_of[i * self.size + j];
         debug_assert!(slot != usize::MAX, "({i}, {j}) is not in the pattern");
         slot
     }
 
-    /// Of a matrix whose entries are real where `real` says so, by slot: leaves there which of them stay real while it is factored.
-    pub fn stay_real(&self, real: &mut [bool]) {
+    /// Clears `real` for the entries that become complex during factorisation; on entry `real` marks, by slot, the real entries of the matrix.
+    pub fn propagate_complex(&self, real: &mut [bool]) {
         for pivot in &self.pivots {
             let near = &self.neighbours[pivot.neighbours.0..pivot.neighbours.1];
             let mut targets = self.targets[pivot.targets..].iter();
@@ -121,8 +121,8 @@ impl Elimination {
         }
     }
 
-    /// Factors `abreast` matrices in place, at most [`ABREAST`]; entry s of matrix w stands at s·abreast + w and is real throughout where `real` says so
-    /// ([`Elimination::stay_real`]). Diagonal slots then hold 1/d; `on_pivot` sees w, d and 1/d of each.
+    /// Factors `abreast` matrices in place, at most [`ABREAST`]. Entry s of matrix w is stored at s·abreast + w. Slots marked `real` stay real
+    /// throughout ([`Elimination::propagate_complex`]). Diagonal slots hold 1/d afterwards; `on_pivot` receives w, d and 1/d of each pivot.
     #[inline]
     pub fn factor<T: Scalar>(&self, abreast: usize, entries: &mut [T], real: &[bool], mut on_pivot: impl FnMut(usize, T, T)) {
         let cells = Cell::from_mut(entries).as_slice_of_cells();
@@ -132,22 +132,22 @@ impl Elimination {
             let (inverse, pivot_real) = (of(pivot.diagonal), real[pivot.diagonal]);
             let near = &self.neighbours[pivot.neighbours.0..pivot.neighbours.1];
             let mut targets = self.targets[pivot.targets..].iter();
-            // A single neighbour, as most have, takes what it takes from the pivot at once.
+            // Most pivots have one neighbour, which one pass updates.
             if let &[(_, slot)] = near {
                 let (entry, target) = (of(slot), of(self.targets[pivot.targets]));
-                let mut take = |invert: fn(T) -> T, less: fn(T, T, T) -> T| {
+                let mut update = |invert: fn(T) -> T, sub_mul: fn(T, T, T) -> T| {
                     for (w, ((d, entry), target)) in inverse.iter().zip(entry).zip(target).enumerate() {
                         let (value, inverse) = (d.get(), invert(d.get()));
                         on_pivot(w, value, inverse);
                         d.set(inverse);
-                        target.set(less(target.get(), inverse, entry.get()));
+                        target.set(sub_mul(target.get(), inverse, entry.get()));
                     }
                 };
                 match (pivot_real, real[slot]) {
-                    (true, true) => take(T::inverse_real, |t, inverse, e| t.less_reals(inverse.times_real(e), e)),
-                    (true, false) => take(T::inverse_real, |t, inverse, e| t.less(e.times_real(inverse), e)),
-                    (false, true) => take(T::inverse, |t, inverse, e| t.less_real(inverse.times_real(e), e)),
-                    (false, false) => take(T::inverse, |t, inverse, e| t.less(inverse * e, e)),
+                    (true, true) => update(T::inverse_real, |t, inverse, e| t.sub_mul_reals(inverse.mul_real(e), e)),
+                    (true, false) => update(T::inverse_real, |t, inverse, e| t.sub_mul(e.mul_real(inverse), e)),
+                    (false, true) => update(T::inverse, |t, inverse, e| t.sub_mul_real(inverse.mul_real(e), e)),
+                    (false, false) => update(T::inverse, |t, inverse, e| t.sub_mul(inverse * e, e)),
                 }
                 continue;
             }
@@ -162,28 +162,28 @@ impl Elimination {
                     scaled.iter_mut().zip(of(slot)).zip(inverse).for_each(|((l, entry), inverse)| *l = product(entry.get(), inverse.get()));
                 };
                 match (real[slot], pivot_real) {
-                    (true, _) => scale(&mut scaled, |entry, inverse| inverse.times_real(entry)),
-                    (_, true) => scale(&mut scaled, T::times_real),
+                    (true, _) => scale(&mut scaled, |entry, inverse| inverse.mul_real(entry)),
+                    (_, true) => scale(&mut scaled, T::mul_real),
                     _ => scale(&mut scaled, T::mul),
                 }
                 let l_real = pivot_real && real[slot];
                 for (&(_, slot), &target) in near[..=at].iter().zip(&mut targets) {
-                    let take = |less: fn(T, T, T) -> T| {
+                    let update = |sub_mul: fn(T, T, T) -> T| {
                         let each = of(target).iter().zip(&scaled).zip(of(slot));
-                        each.for_each(|((target, l), entry)| target.set(less(target.get(), *l, entry.get())));
+                        each.for_each(|((target, l), entry)| target.set(sub_mul(target.get(), *l, entry.get())));
                     };
                     match (l_real, real[slot]) {
-                        (true, true) => take(T::less_reals),
-                        (true, false) => take(|target, l, entry| target.less_real(entry, l)),
-                        (false, true) => take(T::less_real),
-                        (false, false) => take(T::less),
+                        (true, true) => update(T::sub_mul_reals),
+                        (true, false) => update(|target, l, entry| target.sub_mul_real(entry, l)),
+                        (false, true) => update(T::sub_mul_real),
+                        (false, false) => update(T::sub_mul),
                     }
                 }
             }
         }
     }
 
-    /// Solves A·x = b for `abreast` factored matrices; `x` holds b on entry, coordinate i of matrix w at i·abreast + w.
+    /// Solves A·x = b for `abreast` factored matrices. `x` holds b on entry; coordinate i of matrix w is stored at i·abreast + w.
     #[inline]
     pub fn solve<T: Scalar>(&self, abreast: usize, entries: &[T], x: &mut [T]) {
         let x = Cell::from_mut(x).as_slice_of_cells();
@@ -193,27 +193,27 @@ impl Elimination {
             for &(a, slot) in &self.neighbours[pivot.neighbours.0..pivot.neighbours.1] {
                 let entries = &entries[slot * abreast..][..abreast];
                 for (((a, x), entry), inverse) in of(a).iter().zip(of(pivot.row)).zip(entries).zip(inverse) {
-                    a.set(a.get().less(x.get() * *inverse, *entry));
+                    a.set(a.get().sub_mul(x.get() * *inverse, *entry));
                 }
             }
         }
-        self.back(abreast, entries, x);
+        self.back_substitute(abreast, entries, x);
     }
 
-    /// Solves A·x = b where b is zero but at the coordinate eliminated last; as [`Elimination::solve`].
+    /// Solves A·x = b for a b that is zero except at the coordinate eliminated last; storage as in [`Elimination::solve`].
     #[inline]
     pub fn solve_last<T: Scalar>(&self, abreast: usize, entries: &[T], x: &mut [T]) {
-        self.back(abreast, entries, Cell::from_mut(x).as_slice_of_cells());
+        self.back_substitute(abreast, entries, Cell::from_mut(x).as_slice_of_cells());
     }
 
     #[inline]
-    fn back<T: Scalar>(&self, abreast: usize, entries: &[T], x: &[Cell<T>]) {
+    fn back_substitute<T: Scalar>(&self, abreast: usize, entries: &[T], x: &[Cell<T>]) {
         let of = |row: usize| &x[row * abreast..][..abreast];
         for pivot in self.pivots.iter().rev() {
             let here = of(pivot.row);
             for &(a, slot) in &self.neighbours[pivot.neighbours.0..pivot.neighbours.1] {
                 for ((x, a), entry) in here.iter().zip(of(a)).zip(&entries[slot * abreast..][..abreast]) {
-                    x.set(x.get().less(a.get(), *entry));
+                    x.set(x.get().sub_mul(a.get(), *entry));
                 }
             }
             for (x, inverse) in here.iter().zip(&entries[pivot.diagonal * abreast..]) {
@@ -230,7 +230,7 @@ mod tests {
     use super::super::simd::{Complexes, Reals};
     use super::*;
 
-    /// A dense matrix through the sparse path: every entry of the inverse times the matrix is the identity.
+    /// A dense matrix in the sparse pattern: the inverse times the matrix is the identity.
     #[test]
     fn limit_inverse_times_matrix_is_the_identity() {
         let pairs = [(0, 1), (1, 2), (2, 3), (3, 4), (4, 0), (1, 4)];
@@ -267,9 +267,9 @@ mod tests {
         }
     }
 
-    /// Every way in which real and complex entries meet, in a chain and in a ring with a chord: as if all were complex.
+    /// All combinations of real and complex entries, in a chain and in a ring with a chord, give the result of complex arithmetic.
     #[test]
-    fn limit_real_entries_are_complex_ones_without_imaginary_part() {
+    fn limit_real_shortcuts_equal_complex_arithmetic() {
         let (chain, ring) = ([(0, 1), (1, 2), (2, 3), (3, 4)], [(0, 1), (1, 2), (2, 3), (3, 4), (4, 0), (1, 4)]);
         for pairs in [&chain[..], &ring] {
             let pattern = Elimination::new(5, pairs.iter().copied(), &[2]);
@@ -286,7 +286,7 @@ mod tests {
                     }
                 }
                 let mut as_complex = entries.clone();
-                pattern.stay_real(&mut real);
+                pattern.propagate_complex(&mut real);
                 pattern.factor(3, &mut entries, &real, |_, _, _| ());
                 pattern.factor(3, &mut as_complex, &vec![false; pattern.slots()], |_, _, _| ());
                 for (slot, (a, b)) in entries.iter().zip(&as_complex).enumerate() {

@@ -1,26 +1,26 @@
-//! Where a mode keeps its strain energy.
+//! Distribution of a mode's strain energy over joints and shafts.
 
 use super::assembled_model::AssembledModel;
 use super::simd::{Complexes, Reals};
 use machine::{Machine, Operating};
 
-/// What a joint, a spring of a series in a joint, or a shaft has of a mode.
+/// Share of a joint, of one spring of a series in a joint, or of a shaft in a mode's strain energy.
 #[derive(Debug, Clone, PartialEq)]
 pub struct EnergyShare {
     /// Name of the joint (`joint`), of a spring in it (`joint/spring`), or of the shaft.
     pub name: String,
-    /// Deformation Σ cᵢ·qᵢ of the joint or spring (m or rad) for the shape given; `None` for a shaft.
+    /// Deformation Σ cᵢ·qᵢ of the joint or spring (m or rad) for the given mode shape; `None` for a shaft.
     pub deformation: Option<f64>,
-    /// Its share of the strain energy of all joints and shafts.
+    /// Share of the strain energy of all joints and shafts.
     pub share: f64,
 }
 
 impl AssembledModel {
-    /// How the strain energy of an undamped mode is spread over joints and shafts; springs of a series follow their joint, and are
-    /// contained in it.
+    /// Computes how the strain energy of an undamped mode is distributed over joints and shafts. Springs of a series follow their joint, whose
+    /// share includes theirs.
     ///
-    /// A joint holds V = ½·k·(Σ cᵢ·qᵢ)², a rod V = ½·(qᵀ·D·q − ½·ω·qᵀ·(dD/dω)·q), which holds for the exact rod and for the chain:
-    /// qᵀ·D·q is twice potential less kinetic energy, and −dD/d(ω²) its mass matrix at ω.
+    /// A joint holds V = ½·k·(Σ cᵢ·qᵢ)², a rod V = ½·(qᵀ·D·q − ½·ω·qᵀ·(dD/dω)·q). The latter holds for the exact rod and for the chain: qᵀ·D·q is
+    /// twice the potential less the kinetic energy, and −dD/d(ω²) is the mass matrix at ω.
     ///
     /// The share is twice the sensitivity of the frequency: d ln f/d ln k = V_k/(2·V).
     ///
@@ -38,12 +38,12 @@ impl AssembledModel {
         }
         let mut rows: Vec<EnergyShare> = Vec::new();
         for ((described, joint), on) in machine.joints.iter().zip(&self.joints).zip(&self.structure.joints) {
-            let stretch: f64 = on.iter().map(|&(i, c)| shape[i] * c).sum();
-            let energy = joint.stiffness * stretch * stretch;
-            rows.push(EnergyShare { name: described.name.clone(), deformation: Some(stretch), share: energy });
+            let deformation: f64 = on.iter().map(|&(i, c)| shape[i] * c).sum();
+            let energy = joint.stiffness * deformation * deformation;
+            rows.push(EnergyShare { name: described.name.clone(), deformation: Some(deformation), share: energy });
             for (spring, part) in described.stiffness.compliance_shares(parameters, operating) {
                 let name = format!("{}/{spring}", described.name);
-                rows.push(EnergyShare { name, deformation: Some(stretch * part), share: energy * part });
+                rows.push(EnergyShare { name, deformation: Some(deformation * part), share: energy * part });
             }
         }
         for (at, shaft) in machine.shafts.iter().enumerate() {
@@ -53,7 +53,7 @@ impl AssembledModel {
                 let entries = rod.damped_each(at);
                 let slopes = rod.slopes_each(at, &entries);
                 let end = |c: Option<usize>| c.map_or(0.0, |i| shape[i]);
-                let (a, b) = (end(rod_shape.along[0]), end(rod_shape.along[1]));
+                let (a, b) = (end(rod_shape.ends[0]), end(rod_shape.ends[1]));
                 let form =
                     |(direct, cross): (Complexes, Complexes)| direct.apart()[0].re * (a * a + b * b) + 2.0 * cross.apart()[0].re * a * b;
                 energy += form((entries.direct, entries.cross)) - 0.5 * omega_rad_s * form(slopes);

@@ -1,17 +1,17 @@
-//! Lines of a record, with what depends on them alone.
+//! A fixed grid of frequencies, with cached entries of the rods.
 
 use super::assembled_model::AssembledModel;
 use super::rod::Rod;
-use super::simd::{LANES, Reals, filled};
+use super::simd::{LANES, Reals, padded};
 
-/// Frequencies at which receptances are asked for again and again, in groups side by side, with the entries of rods there.
+/// Frequencies for repeated receptance evaluations, in SIMD groups, with the cached entries of the rods.
 #[derive(Debug, Clone)]
 pub struct FrequencyGrid {
     omega_rad_s: Vec<Reals>,
     rods: Vec<RodCache>,
 }
 
-/// Direct and cross entries of a rod at all lines, and sin φ; none where it is not known.
+/// Direct and cross entries of a rod at all frequencies, and sin φ; empty where the rod is not cached.
 #[derive(Debug, Clone)]
 struct RodCache {
     rod: Rod,
@@ -19,7 +19,7 @@ struct RodCache {
     sines: Vec<Reals>,
 }
 
-/// What is known of a rod at some lines, group by group.
+/// Cached entries of a rod at some groups of frequencies.
 #[derive(Clone, Copy)]
 pub(super) struct KnownRod<'k> {
     /// Direct and cross entries.
@@ -29,14 +29,14 @@ pub(super) struct KnownRod<'k> {
 }
 
 impl FrequencyGrid {
-    /// Some frequencies (rad/s) alone.
+    /// Creates a grid from frequencies (rad/s), without cached rods.
     pub fn new(omega_rad_s: &[f64]) -> Self {
-        FrequencyGrid { omega_rad_s: omega_rad_s.chunks(LANES).map(filled).collect(), rods: Vec::new() }
+        FrequencyGrid { omega_rad_s: omega_rad_s.chunks(LANES).map(padded).collect(), rods: Vec::new() }
     }
 
-    /// Keeps the entries of a network's rods, where `stays` says that a rod (by number) will not change and it has no loss. A rod that has changed all the
-    /// same is computed anew.
-    pub fn keep_rods(&mut self, network: &AssembledModel, stays: impl Fn(usize) -> bool) {
+    /// Caches the entries of the lossless rods for which `stays` is true (by rod number). A rod whose numbers differ from the cached ones is
+    /// computed anew.
+    pub fn keep_rods(&mut self, model: &AssembledModel, stays: impl Fn(usize) -> bool) {
         let known = |(at, rod): (usize, &Rod)| {
             let kept = rod.loss_factor == 0.0 && stays(at);
             let lines = if kept { self.omega_rad_s.as_slice() } else { &[] };
@@ -44,15 +44,15 @@ impl FrequencyGrid {
                 lines.iter().map(|omega| rod.damped_each(*omega)).map(|of| ((of.direct.re, of.cross.re), of.sin.re)).unzip();
             RodCache { rod: *rod, entries, sines }
         };
-        self.rods = network.rods.iter().enumerate().map(known).collect();
+        self.rods = model.rods.iter().enumerate().map(known).collect();
     }
 
-    /// Its frequencies (rad/s); the last group is filled up with the last one.
+    /// Frequencies (rad/s) in SIMD groups; the last group is padded with the last frequency.
     pub fn omega_rad_s(&self) -> &[Reals] {
         &self.omega_rad_s
     }
 
-    /// A rod at some groups of lines, where it is known.
+    /// Returns the cached entries of a rod at some groups of frequencies.
     pub(super) fn known(&self, at: usize, rod: &Rod, groups: std::ops::Range<usize>) -> Option<KnownRod<'_>> {
         let known = self.rods.get(at).filter(|known| known.rod == *rod && !known.entries.is_empty())?;
         Some(KnownRod { entries: &known.entries[groups.clone()], sines: &known.sines[groups] })

@@ -5,56 +5,57 @@ use num_complex::Complex64;
 use super::rod::loss;
 use super::simd::{Complexes, Reals};
 
-/// Numbers of one joint.
+/// The numbers of one joint.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct JointNumbers {
     pub stiffness: f64,
     pub damping: f64,
     pub loss_factor: f64,
-    /// Share of its dispersion.
+    /// Share of dispersion of the loss factor.
     pub dispersion: f64,
     pub integral_rate: f64,
     pub relaxation_stiffness: Option<f64>,
 }
 
 impl JointNumbers {
-    /// Whether its dynamic stiffness is more than spring, viscous damper and loss, which are summed over all joints.
-    pub(super) fn is_apart(&self) -> bool {
+    /// Whether the joint has dynamics in addition to spring, viscous damper and loss, which are summed over all joints.
+    pub(super) fn has_extra_dynamics(&self) -> bool {
         self.relaxation_stiffness.is_some() || self.integral_rate != 0.0
     }
 
-    /// 1/(1 + iωc/k) of a damper in line with a relaxation spring, at some frequencies.
+    /// Computes 1/(1 + iωc/k) of a damper in series with a relaxation spring, for each frequency.
     #[inline]
-    fn share_each(&self, relaxation_stiffness: f64, omega_rad_s: Reals) -> Complexes {
+    fn relaxation_share_each(&self, relaxation_stiffness: f64, omega_rad_s: Reals) -> Complexes {
         Complexes::new(Reals::ONE, omega_rad_s * Reals::splat(self.damping / relaxation_stiffness)).inverse()
     }
 
-    /// iωc in line with a relaxation spring.
+    /// Computes the complex stiffness of a damper iωc in series with its relaxation spring.
     #[inline]
     pub(super) fn damper_each(&self, relaxation_stiffness: f64, omega_rad_s: Reals) -> Complexes {
-        (self.share_each(relaxation_stiffness, omega_rad_s) * (omega_rad_s * Reals::splat(self.damping))).turned()
+        (self.relaxation_share_each(relaxation_stiffness, omega_rad_s) * (omega_rad_s * Reals::splat(self.damping))).times_i()
     }
 
-    /// A product times what the complex stiffness changes by a change of iωc, over i: less than all where the damper has its relaxation spring.
+    /// Multiplies a product by the derivative of the complex stiffness with ωc. The derivative is i for a plain damper, smaller in series with a
+    /// relaxation spring.
     #[inline]
-    pub(super) fn by_damper_each(&self, product: Complexes, omega_rad_s: Reals) -> Complexes {
+    pub(super) fn damper_derivative_each(&self, product: Complexes, omega_rad_s: Reals) -> Complexes {
         match self.relaxation_stiffness {
-            None => product.turned(),
+            None => product.times_i(),
             Some(k) => {
-                let share = self.share_each(k, omega_rad_s);
-                (product * share * share).turned()
+                let share = self.relaxation_share_each(k, omega_rad_s);
+                (product * share * share).times_i()
             }
         }
     }
 
-    /// −k·ω_i/ω: the integral action k·ω_i/(iω) over i.
+    /// Computes −k·ω_i/ω: the imaginary part of the integral action k·ω_i/(iω).
     #[inline]
     pub(super) fn integral_each(&self, omega_rad_s: Reals) -> Reals {
         -Reals::splat(self.stiffness * self.integral_rate) / omega_rad_s
     }
 
-    /// Complex stiffness: spring with its loss and integral action, k·(1 + η·(i + s·2/π·ln(ω/ω₀)) + ω_i/(iω)), and iωc, the damper through its relaxation
-    /// spring where it has one.
+    /// Computes the complex stiffness: spring with loss and integral action, k·(1 + η·(i + s·2/π·ln(ω/ω₀)) + ω_i/(iω)), and damper iωc, in series
+    /// with its relaxation spring if it has one.
     pub(super) fn dynamic(&self, omega_rad_s: f64) -> Complex64 {
         let integral = Complex64::new(0.0, -self.stiffness * self.integral_rate / omega_rad_s);
         let spring = self.stiffness + loss(omega_rad_s, self.dispersion) * (self.stiffness * self.loss_factor) + integral;

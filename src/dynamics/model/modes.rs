@@ -1,4 +1,4 @@
-//! Undamped natural frequencies: counted, isolated, refined.
+//! Undamped natural modes: counting, isolating and refining their frequencies.
 
 use super::assembled_model::AssembledModel;
 use super::simd::{Complexes, Reals};
@@ -12,29 +12,28 @@ use numeric::unit::omega_rad_s;
 pub struct UndampedMode {
     /// Natural frequency (Hz); 0 for a rigid-body mode.
     pub frequency_hz: f64,
-    /// Deflection of each coordinate of the structure, scaled so that the largest is 1. Empty for rigid-body modes
-    /// of which there are several.
+    /// Deflection of each coordinate of the structure, scaled to a largest value of 1. Empty if there are several rigid-body modes.
     pub shape: Vec<f64>,
     /// Modal mass-normalised damping ζ = φᵀCφ/(2ω·φᵀMφ) of a lightly damped mode; `None` at 0 Hz.
     pub damping_ratio: Option<f64>,
 }
 
-/// Below this a natural frequency is that of a rigid body (Hz).
+/// Limit (Hz) below which a natural frequency belongs to a rigid-body mode.
 const RIGID_HZ: f64 = 1e-3;
-/// Relative width to which a natural frequency is refined.
+/// Relative width to which the interval of a natural frequency is refined.
 const WIDTH: f64 = 1e-11;
 
-/// All undamped natural frequencies up to `max_hz`, rigid-body modes first.
+/// Computes all undamped modes up to `max_hz`, rigid-body modes first.
 ///
-/// Every mode is isolated by the Wittrick–Williams count, so that none is missed; frequencies that coincide to
-/// 1e-11 (relative) are given as often as they count.
-pub fn undamped_modes(network: &AssembledModel, max_hz: f64, work: &mut Workspace) -> Vec<UndampedMode> {
-    let count = |f: f64, work: &mut Workspace| network.modes_below(omega_rad_s(f), work);
+/// The Wittrick–Williams count isolates every mode, so that none is missed. Frequencies that coincide to 1e-11 (relative) are repeated by their
+/// multiplicity.
+pub fn undamped_modes(model: &AssembledModel, max_hz: f64, work: &mut Workspace) -> Vec<UndampedMode> {
+    let count = |f: f64, work: &mut Workspace| model.modes_below(omega_rad_s(f), work);
     let rigid = count(RIGID_HZ, work);
     let mut modes: Vec<UndampedMode> =
         (0..rigid).map(|_| UndampedMode { frequency_hz: 0.0, shape: Vec::new(), damping_ratio: None }).collect();
     if let [only] = modes.as_mut_slice() {
-        only.shape = shaped(network, RIGID_HZ, work).shape;
+        only.shape = mode_at(model, RIGID_HZ, work).shape;
     }
     let mut pending = vec![(RIGID_HZ, rigid, max_hz, count(max_hz, work))];
     while let Some((low, below_low, high, below_high)) = pending.pop() {
@@ -43,8 +42,8 @@ pub fn undamped_modes(network: &AssembledModel, max_hz: f64, work: &mut Workspac
             continue;
         }
         if inside == 1 || high - low <= WIDTH * high {
-            let frequency = if inside == 1 { isolated(network, low, below_low, high, work) } else { 0.5 * (low + high) };
-            modes.extend((0..inside).map(|_| shaped(network, frequency, work)));
+            let frequency = if inside == 1 { refine_isolated(model, low, below_low, high, work) } else { 0.5 * (low + high) };
+            modes.extend((0..inside).map(|_| mode_at(model, frequency, work)));
             continue;
         }
         let middle = 0.5 * (low + high);
@@ -55,31 +54,31 @@ pub fn undamped_modes(network: &AssembledModel, max_hz: f64, work: &mut Workspac
     modes
 }
 
-/// The one natural frequency (Hz) between `low` and `high`, by the sign of the count: halving, exact to 1e-11 (relative).
-fn isolated(network: &AssembledModel, low: f64, below_low: usize, high: f64, work: &mut Workspace) -> f64 {
-    let side = |f: f64, work: &mut Workspace| if network.modes_below(omega_rad_s(f), work) > below_low { 1.0 } else { -1.0 };
+/// Refines the single natural frequency (Hz) between `low` and `high` by bisection of the mode count, to 1e-11 (relative).
+fn refine_isolated(model: &AssembledModel, low: f64, below_low: usize, high: f64, work: &mut Workspace) -> f64 {
+    let side = |f: f64, work: &mut Workspace| if model.modes_below(omega_rad_s(f), work) > below_low { 1.0 } else { -1.0 };
     refine(Bracket { lower: (low, -1.0), upper: (high, 1.0) }, WIDTH, |f| side(f, work))
 }
 
-/// Deflection by inverse iteration just beside the natural frequency, and its damping ratio.
-fn shaped(network: &AssembledModel, frequency: f64, work: &mut Workspace) -> UndampedMode {
-    let size = network.structure.size();
-    let beside = omega_rad_s(frequency * (1.0 + 1e-9));
+/// Computes the mode shape by inverse iteration close to the natural frequency, and the damping ratio.
+fn mode_at(model: &AssembledModel, frequency: f64, work: &mut Workspace) -> UndampedMode {
+    let size = model.structure.size();
+    let offset_rad_s = omega_rad_s(frequency * (1.0 + 1e-9));
     let mut shape: Vec<f64> = (0..size).map(|i| 1.0 + 0.1 * ((i * 7919) % 13) as f64).collect();
     for _ in 0..3 {
-        shape = network.undamped_shape(beside, &shape, work);
+        shape = model.undamped_shape(offset_rad_s, &shape, work);
         let largest = shape.iter().copied().fold(0.0, |m: f64, x| if x.abs() > m.abs() { x } else { m });
         if largest == 0.0 || !largest.is_finite() {
             break;
         }
         shape.iter_mut().for_each(|x| *x /= largest);
     }
-    let damping_ratio = network.modal_damping(omega_rad_s(frequency), &shape);
+    let damping_ratio = model.modal_damping(omega_rad_s(frequency), &shape);
     UndampedMode { frequency_hz: frequency, shape, damping_ratio }
 }
 
 impl AssembledModel {
-    /// Displacements of all coordinates under a unit force at the response, without damping.
+    /// Solves for the displacements of all coordinates under the given forces, without damping.
     fn undamped_shape(&self, omega_rad_s: f64, force: &[f64], work: &mut Workspace) -> Vec<f64> {
         self.factor_undamped(&[Reals::splat(omega_rad_s)], &mut work.real);
         let mut x: Vec<Reals> = force.iter().map(|f| Reals::splat(*f)).collect();
@@ -87,7 +86,7 @@ impl AssembledModel {
         x.into_iter().map(|x| x.to_array()[0]).collect()
     }
 
-    /// ζ = (φᵀ·Im D·φ) / (−ω·φᵀ·(dD/dω)·φ): the first-order damping ratio of an undamped mode.
+    /// Computes ζ = (φᵀ·Im D·φ) / (−ω·φᵀ·(dD/dω)·φ): the first-order damping ratio of an undamped mode.
     fn modal_damping(&self, omega_rad_s: f64, shape: &[f64]) -> Option<f64> {
         let complex: Vec<Complexes> = shape.iter().map(|x| Complexes::splat((*x).into())).collect();
         let at = Reals::splat(omega_rad_s);
@@ -97,13 +96,13 @@ impl AssembledModel {
         let inertia = -slope[0].apart()[0].re * omega_rad_s;
         let mut lost = 0.0;
         for (joint, on) in self.joints.iter().zip(&self.structure.joints) {
-            let stretch: f64 = on.iter().map(|&(i, c)| shape[i] * c).sum();
-            lost += joint.dynamic(omega_rad_s).im * stretch * stretch;
+            let deformation: f64 = on.iter().map(|&(i, c)| shape[i] * c).sum();
+            lost += joint.dynamic(omega_rad_s).im * deformation * deformation;
         }
         for (rod, rod_shape) in self.rods.iter().zip(&self.structure.rods).filter(|(r, _)| r.loss_factor > 0.0) {
             let end = |c: Option<usize>| c.map_or(0.0, |i| shape[i]);
             let entries = rod.damped(omega_rad_s);
-            let (a, b) = (end(rod_shape.along[0]), end(rod_shape.along[1]));
+            let (a, b) = (end(rod_shape.ends[0]), end(rod_shape.ends[1]));
             lost += entries.direct.im * (a * a + b * b) + 2.0 * entries.cross.im * a * b;
         }
         (inertia > 0.0).then(|| lost / inertia)

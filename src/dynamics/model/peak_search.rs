@@ -1,13 +1,13 @@
-//! What a search of peaks is asked for, and where it begins.
+//! Settings and starting grid of a peak search.
 
 use super::frequency_grid::FrequencyGrid;
 use super::rational_interpolant::nodes;
 use numeric::unit::omega_rad_s;
 
-/// Pieces the band is first cut into.
+/// Number of pieces into which the band is divided first.
 pub(super) const PIECES: usize = 4;
 
-/// Band and precision of a search.
+/// Band and precision of a peak search.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PeakSearch {
     /// Lower end of the band (Hz), above 0.
@@ -16,12 +16,13 @@ pub struct PeakSearch {
     pub to_hz: f64,
     /// Relative precision of the frequencies.
     pub precision: f64,
-    /// Factor on |H|: ω to this power (0 receptance, 1 mobility, 2 accelerance), whose peaks are sought.
+    /// Power p of the factor ω^p on |H|: 0 receptance, 1 mobility, 2 accelerance.
     pub omega_power: i32,
 }
 
 impl PeakSearch {
-    /// Ends of the pieces that the band is first cut into, even in the square root of frequency: finer where modes of heavy tables lie.
+    /// Returns the ends of the first pieces (rad/s), equally spaced in √ω: the low frequencies, where modes of heavy tables lie, get finer
+    /// pieces.
     pub(super) fn cuts(&self) -> [f64; PIECES + 1] {
         let (from, to) = (omega_rad_s(self.from_hz), omega_rad_s(self.to_hz));
         std::array::from_fn(|at| match at {
@@ -31,7 +32,7 @@ impl PeakSearch {
         })
     }
 
-    /// Frequencies at which every search begins.
+    /// Returns the frequencies at which every search starts.
     pub fn lines(&self) -> FrequencyGrid {
         let cuts = self.cuts();
         FrequencyGrid::new(&cuts.windows(2).flat_map(|ends| nodes((ends[0], ends[1]))).collect::<Vec<_>>())

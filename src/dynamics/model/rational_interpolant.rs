@@ -1,22 +1,23 @@
 //! The receptance over a piece of a band as a quotient of two polynomials.
 //!
-//! H = N/Δ with Δ = det D·Π sin φ over the rods: neither N nor Δ has a pole (a rod's own cancel against its sine), so that both are foretold between
-//! some frequencies by the polynomial through them, to rounding once these are dense enough. A quotient of both has poles and zeros where H has them.
+//! H = N/Δ with Δ = det D·Π sin φ over the rods. Neither N nor Δ has a pole, since the poles of a rod cancel against its sine. Polynomials
+//! through some frequencies therefore predict both in between, to rounding once the frequencies are dense enough. The quotient has the poles and
+//! zeros of H.
 
 use std::f64::consts::PI;
 use std::sync::LazyLock;
 
 use super::simd::{Complexes, LANES, Reals};
 
-/// Frequencies that a piece is made of.
+/// Number of frequencies per piece.
 pub(super) const NODES: usize = 16;
-/// Groups of them.
+/// SIMD groups per piece.
 pub(super) const GROUPS: usize = NODES / LANES;
 
-/// The nodes −1 … 1 of Lobatto and Chebyshev, and what makes coefficients of the values there.
+/// The Chebyshev–Lobatto nodes −1 … 1, and the matrices from values at the nodes to coefficients.
 struct Basis {
     nodes: [f64; NODES],
-    /// Coefficients of t^k from the values: row by row.
+    /// Coefficients of t^k from the values, row by row.
     powers: [[f64; NODES]; NODES],
     /// The coefficients of the two highest Chebyshev polynomials from the values.
     last: [[f64; NODES]; 2],
@@ -32,7 +33,7 @@ static BASIS: LazyLock<Basis> = LazyLock::new(|| {
         2.0 / end as f64 * halved(k) * halved(j) * sign * (k as f64 * angle(j)).cos()
     };
     let mut powers = [[0.0; NODES]; NODES];
-    let (mut before, mut chebyshev) = ([0.0; NODES], [0.0; NODES]);
+    let (mut previous, mut chebyshev) = ([0.0; NODES], [0.0; NODES]);
     chebyshev[0] = 1.0;
     for k in 0..NODES {
         for (row, c) in powers.iter_mut().zip(chebyshev) {
@@ -42,13 +43,13 @@ static BASIS: LazyLock<Basis> = LazyLock::new(|| {
         }
         // T_1 = t, T_k+1 = 2·t·T_k − T_k−1.
         let factor = if k == 0 { 1.0 } else { 2.0 };
-        let next: [f64; NODES] = std::array::from_fn(|at| if at == 0 { 0.0 } else { factor * chebyshev[at - 1] } - before[at]);
-        (before, chebyshev) = (chebyshev, next);
+        let next: [f64; NODES] = std::array::from_fn(|at| if at == 0 { 0.0 } else { factor * chebyshev[at - 1] } - previous[at]);
+        (previous, chebyshev) = (chebyshev, next);
     }
     Basis { nodes: std::array::from_fn(|j| -angle(j).cos()), powers, last: [end - 1, end].map(|k| std::array::from_fn(|j| share(k, j))) }
 });
 
-/// Frequencies (rad/s) at which a piece between two ends is asked for N and Δ.
+/// Returns the frequencies (rad/s) at which N and Δ of a piece are computed.
 pub(super) fn nodes((from, to): (f64, f64)) -> [f64; NODES] {
     BASIS.nodes.map(|t| 0.5 * (from + to) + 0.5 * (to - from) * t)
 }
@@ -60,17 +61,17 @@ pub(super) struct RationalInterpolant {
     pub middle: f64,
     /// Change of ω over a unit of t (rad/s).
     pub half: f64,
-    /// Coefficients from the constant on: real and imaginary part of N, of Δ.
+    /// Coefficients, constant term first: real and imaginary part of N, then of Δ.
     coefficients: [[f64; 4]; NODES],
-    /// What the last coefficients come to, of N and of Δ: about as much as the polynomials err.
-    pub doubt: [f64; 2],
+    /// Magnitude of the last Chebyshev coefficients of N and of Δ: an estimate of the interpolation error.
+    pub error: [f64; 2],
 }
 
-/// A polynomial with its first and half of its second derivative over t.
+/// A polynomial with its first derivative and half of its second derivative over t.
 pub(super) type Jet = [Complexes; 3];
 
 impl RationalInterpolant {
-    /// Through N and Δ at [`nodes`].
+    /// Interpolates N and Δ given at [`nodes`].
     pub fn through((from, to): (f64, f64), found: &[(Complexes, Complexes)]) -> Self {
         let basis = &*BASIS;
         let (middle, half) = (0.5 * (from + to), 0.5 * (to - from));
@@ -81,7 +82,7 @@ impl RationalInterpolant {
                 *value = Reals::from([parts[0][lane], parts[1][lane], parts[2][lane], parts[3][lane]]);
             }
         }
-        // Nodes lie alike on both sides of 0: an even coefficient takes the sums of their values, an odd one the differences.
+        // The nodes are symmetric about 0: even coefficients follow from sums of opposite values, odd ones from differences.
         let mut halves = [[Reals::ZERO; NODES / 2]; 2];
         for j in 0..NODES / 2 {
             (halves[0][j], halves[1][j]) = (values[j] + values[NODES - 1 - j], values[j] - values[NODES - 1 - j]);
@@ -95,16 +96,16 @@ impl RationalInterpolant {
             middle,
             half,
             coefficients: std::array::from_fn(|k| combine(k, &basis.powers[k]).to_array()),
-            doubt: [last[0] + last[1], last[2] + last[3]],
+            error: [last[0] + last[1], last[2] + last[3]],
         }
     }
 
-    /// ω at t.
+    /// Returns ω at t.
     pub fn omega_rad_s(&self, t: f64) -> f64 {
         self.middle + self.half * t
     }
 
-    /// N and Δ with their first derivatives at real t.
+    /// Evaluates N and Δ with their first derivatives at real t.
     #[inline(always)]
     pub fn slopes(&self, t: Reals) -> ([Complexes; 2], [Complexes; 2]) {
         let mut sums = [[Reals::ZERO; 4]; 2];
@@ -118,7 +119,7 @@ impl RationalInterpolant {
         (of(0), of(2))
     }
 
-    /// As [`Fraction::slopes`] at t and at −t: of the even and of the odd part, at half the cost.
+    /// Evaluates as [`RationalInterpolant::slopes`] at t and at −t, from the even and the odd part, at half the cost.
     #[inline(always)]
     pub fn slopes_on_both_sides(&self, t: Reals) -> [([Complexes; 2], [Complexes; 2]); 2] {
         let square = t * t;
@@ -141,7 +142,7 @@ impl RationalInterpolant {
         })
     }
 
-    /// N and Δ with their derivatives at real t.
+    /// Evaluates N and Δ with their first and second derivatives at real t.
     #[inline(always)]
     pub fn jets(&self, t: Reals) -> (Jet, Jet) {
         let mut sums = [[Reals::ZERO; 4]; 3];
@@ -156,7 +157,7 @@ impl RationalInterpolant {
         (of(0), of(2))
     }
 
-    /// Steps of Newton's rule from complex t towards roots of Δ where `poles` is set, and else of N.
+    /// Computes Newton steps from complex t towards roots of Δ where `poles` is set, otherwise of N.
     #[inline(always)]
     pub fn steps(&self, poles: Reals, t: Complexes) -> Complexes {
         let (mut value, mut slope) = (Complexes::ZERO, Complexes::ZERO);
@@ -174,9 +175,10 @@ mod tests {
 
     use super::*;
 
-    /// Through polynomials of a lower degree goes what they are, with both derivatives, on either side of the middle, and Newton's rule leads to their roots.
+    /// Polynomials of lower degree are reproduced with both derivatives on either side of the middle, and Newton's method converges to their
+    /// roots.
     #[test]
-    fn limit_polynomials_are_their_own_quotient() {
+    fn limit_interpolant_reproduces_polynomials() {
         let c = Complex64::new;
         let (zeros, poles) = ([c(300.0, 5.0), c(410.0, -2.0)], [c(250.0, 1.0), c(370.0, 30.0), c(900.0, 0.0)]);
         let product = |roots: &[Complex64], omega: f64| roots.iter().map(|root| (omega - root) / 100.0).product::<Complex64>();
@@ -186,15 +188,16 @@ mod tests {
             .map(|omegas| (Complexes::each(|lane| product(&zeros, omegas[lane])), Complexes::each(|lane| product(&poles, omegas[lane]))))
             .collect();
         let of = RationalInterpolant::through(ends, &at);
-        assert!(of.doubt.iter().all(|doubt| *doubt < 1e-12), "{:?}", of.doubt);
-        // d/dt of a product by its logarithm, and d²/dt²: half of it is what a jet holds.
+        assert!(of.error.iter().all(|error| *error < 1e-12), "{:?}", of.error);
+        // Derivatives of a product by its logarithm; a jet holds half of the second derivative.
         let jet = |roots: &[Complex64], omega: f64| {
             let (value, half) = (product(roots, omega), of.half);
             let one: Complex64 = roots.iter().map(|root| half / (omega - root)).sum();
             let two: Complex64 = roots.iter().map(|root| (half / (omega - root)).powi(2)).sum();
             [value, value * one, 0.5 * value * (one * one - two)]
         };
-        let near = |a: Complexes, b: Complex64| assert!((a.apart()[2] - b).norm() <= 1e-9 * (1.0 + b.norm()), "{:?} {b}", a.apart()[2]);
+        let assert_near =
+            |a: Complexes, b: Complex64| assert!((a.apart()[2] - b).norm() <= 1e-9 * (1.0 + b.norm()), "{:?} {b}", a.apart()[2]);
         for t in [0.01, 0.4, 0.97] {
             let both = of.slopes_on_both_sides(Reals::splat(t));
             for (t, both) in [t, -t].into_iter().zip(both) {
@@ -203,9 +206,9 @@ mod tests {
                     [(&zeros[..], (both.0, (slopes.0, jets.0))), (&poles[..], (both.1, (slopes.1, jets.1)))]
                 {
                     let exact = jet(roots, of.omega_rad_s(t));
-                    (0..2).for_each(|k| near(both[k], exact[k]));
-                    (0..2).for_each(|k| near(slopes[k], exact[k]));
-                    (0..3).for_each(|k| near(jets[k], exact[k]));
+                    (0..2).for_each(|k| assert_near(both[k], exact[k]));
+                    (0..2).for_each(|k| assert_near(slopes[k], exact[k]));
+                    (0..3).for_each(|k| assert_near(jets[k], exact[k]));
                 }
             }
         }
@@ -215,7 +218,7 @@ mod tests {
                 let mut z = Complexes::splat(towards + c(0.05, -0.03));
                 let which = Reals::splat(if pole { 1.0 } else { 0.0 }).simd_gt(Reals::ZERO);
                 (0..8).for_each(|_| z += of.steps(which, z));
-                near(z, towards);
+                assert_near(z, towards);
             }
         }
     }

@@ -1,4 +1,4 @@
-//! Receptances of a network and their slopes.
+//! Receptances of an assembled model and their slopes.
 
 use num_complex::Complex64;
 
@@ -10,9 +10,9 @@ use super::solution::{Row, Solution};
 use super::structure::Structure;
 use super::workspace::Workspace;
 
-/// Where is read and where is struck.
+/// The two ends of a receptance.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub(super) enum ShaftEnd {
+pub(super) enum ReceptanceEnd {
     /// The response.
     Response,
     /// The excitation.
@@ -20,35 +20,35 @@ pub(super) enum ShaftEnd {
 }
 
 impl Structure {
-    /// Whether response and excitation differ: points, or arms at them.
+    /// Whether response and excitation differ, in their points or in their lever arms.
     fn has_two_ends(&self) -> bool {
-        self.response != self.excitation || !self.read.is_empty()
+        self.response != self.excitation || !self.response_arms.is_empty()
     }
 }
 
 impl AssembledModel {
-    /// Displacements under a unit force at the excitation, or at the response, with its arms, for some groups of frequencies, once D is factored.
-    fn displaced_by(&self, end: ShaftEnd, abreast: usize, (entries, x): (&[Complexes], &mut [Complexes])) {
+    /// Solves for the displacements under a unit force at one end, with its lever arms, for some groups of frequencies. D must be factored.
+    fn solve_unit_force(&self, end: ReceptanceEnd, abreast: usize, (entries, x): (&[Complexes], &mut [Complexes])) {
         let shape = &self.structure;
         let (at, arms) = match end {
-            ShaftEnd::Response => (shape.response, &shape.read),
-            ShaftEnd::Excitation => (shape.excitation, &shape.struck),
+            ReceptanceEnd::Response => (shape.response, &shape.response_arms),
+            ReceptanceEnd::Excitation => (shape.excitation, &shape.excitation_arms),
         };
         x[..shape.size() * abreast].fill(Complexes::ZERO);
         x[at * abreast..][..abreast].fill(Complexes::real(Reals::ONE));
         for (lever, on) in arms {
             x[on * abreast..][..abreast].fill(Complexes::real(Reals::splat(self.levers[*lever][end as usize])));
         }
-        if arms.is_empty() && end == ShaftEnd::Excitation {
-            // The force acts where is eliminated last.
+        if arms.is_empty() && end == ReceptanceEnd::Excitation {
+            // The force acts on the coordinate eliminated last.
             shape.elimination.solve_last(abreast, entries, x);
         } else {
             shape.elimination.solve(abreast, entries, x);
         }
     }
 
-    /// Factors D(ω), with the rods' entries left in `work`, and fills in the displacements under unit forces at the excitation and at the response.
-    fn displace(&self, omega_rad_s: &[Reals], work: &mut Workspace) {
+    /// Factors D(ω) and solves for the displacements under unit forces at the excitation and at the response. Leaves the rods' entries in `work`.
+    fn solve_both_ends(&self, omega_rad_s: &[Reals], work: &mut Workspace) {
         let (shape, abreast) = (&self.structure, omega_rad_s.len());
         let entries = &mut work.complex[..shape.elimination.slots() * abreast];
         self.assemble(omega_rad_s, entries);
@@ -56,7 +56,7 @@ impl AssembledModel {
         let mut materials = [None; ABREAST];
         for (rod, slots) in self.rods.iter().zip(&shape.rod_slots) {
             for (w, (omega, material)) in omega_rad_s.iter().zip(&mut materials).enumerate() {
-                let of = rod.damped_of(*omega, material);
+                let of = rod.damped_with_material(*omega, material);
                 for (slot, entry) in slots.iter().zip([of.direct, of.direct, of.cross]) {
                     if let Some(slot) = *slot {
                         entries[slot * abreast + w] += entry;
@@ -66,48 +66,48 @@ impl AssembledModel {
             }
         }
         shape.elimination.factor(abreast, entries, &self.real, |_, _, _| ());
-        self.displaced_by(ShaftEnd::Excitation, abreast, (&work.complex, &mut work.at_excitation));
+        self.solve_unit_force(ReceptanceEnd::Excitation, abreast, (&work.complex, &mut work.at_excitation));
         if shape.has_two_ends() {
-            self.displaced_by(ShaftEnd::Response, abreast, (&work.complex, &mut work.at_response));
+            self.solve_unit_force(ReceptanceEnd::Response, abreast, (&work.complex, &mut work.at_response));
         }
-        self.read_on_arm(abreast, work);
+        self.add_response_arms(abreast, work);
     }
 
-    /// What [`Network::displace`] left behind.
+    /// Returns the result of [`AssembledModel::solve_both_ends`].
     fn solution<'w>(&self, omega_rad_s: &'w [Reals], work: &'w Workspace) -> Solution<'w> {
         let at_response = if self.structure.has_two_ends() { &work.at_response } else { &work.at_excitation };
         Solution { omega_rad_s, at_excitation: &work.at_excitation, at_response, rods: &work.rods }
     }
 
-    /// Works out what is read on the response's arms.
-    fn read_on_arm(&self, abreast: usize, work: &mut Workspace) {
+    /// Computes the reading of the response with its lever arms.
+    fn add_response_arms(&self, abreast: usize, work: &mut Workspace) {
         let shape = &self.structure;
-        if shape.read.is_empty() {
+        if shape.response_arms.is_empty() {
             return;
         }
-        for (w, sum) in work.on_arm[..abreast].iter_mut().enumerate() {
+        for (w, sum) in work.response_with_arms[..abreast].iter_mut().enumerate() {
             let arms = shape
-                .read
+                .response_arms
                 .iter()
-                .map(|(lever, on)| work.at_excitation[on * abreast + w] * self.levers[*lever][ShaftEnd::Response as usize]);
+                .map(|(lever, on)| work.at_excitation[on * abreast + w] * self.levers[*lever][ReceptanceEnd::Response as usize]);
             *sum = arms.fold(work.at_excitation[shape.response * abreast + w], |sum, x| sum + x);
         }
     }
 
-    /// Displacement of the response under a unit force at the excitation.
+    /// Returns the displacement of the response under a unit force at the excitation.
     fn response<'w>(&self, abreast: usize, work: &'w Workspace) -> &'w [Complexes] {
-        if !self.structure.read.is_empty() {
-            return &work.on_arm[..abreast];
+        if !self.structure.response_arms.is_empty() {
+            return &work.response_with_arms[..abreast];
         }
         &work.at_excitation[self.structure.response * abreast..][..abreast]
     }
 
-    /// Receptance at one frequency, alone.
+    /// Computes the receptance at one frequency.
     pub fn receptance(&self, omega_rad_s: f64, work: &mut Workspace) -> Complex64 {
         self.receptances(&[Reals::splat(omega_rad_s)], work)[0].apart()[0]
     }
 
-    /// Receptances at any number of frequencies.
+    /// Computes the receptances at any number of frequencies.
     pub fn sweep(&self, omega_rad_s: &[f64], work: &mut Workspace) -> Vec<Complex64> {
         let mut values = Vec::with_capacity(omega_rad_s.len());
         for some in omega_rad_s.chunks(ABREAST * LANES) {
@@ -118,69 +118,69 @@ impl AssembledModel {
         values
     }
 
-    /// Receptances at up to [`ABREAST`] groups of frequencies.
+    /// Computes the receptances at up to [`ABREAST`] groups of frequencies.
     pub fn receptances<'w>(&self, omega_rad_s: &[Reals], work: &'w mut Workspace) -> &'w [Complexes] {
-        self.solved(omega_rad_s, |_, _| None, work, None);
-        self.displaced(omega_rad_s.len(), work)
+        self.factor_damped(omega_rad_s, |_, _| None, work, None);
+        self.solve_response(omega_rad_s.len(), work)
     }
 
-    /// Receptances at up to [`ABREAST`] groups of some lines, with what is known of rods there.
+    /// Computes the receptances at up to [`ABREAST`] groups of a frequency grid, with its cached rods.
     pub fn receptances_on<'w>(&self, lines: &FrequencyGrid, groups: std::ops::Range<usize>, work: &'w mut Workspace) -> &'w [Complexes] {
         let omega_rad_s = &lines.omega_rad_s()[groups.clone()];
-        self.solved(omega_rad_s, |at, rod| lines.known(at, rod, groups.clone()), work, None);
-        self.displaced(omega_rad_s.len(), work)
+        self.factor_damped(omega_rad_s, |at, rod| lines.known(at, rod, groups.clone()), work, None);
+        self.solve_response(omega_rad_s.len(), work)
     }
 
-    /// Numerator and denominator of the receptance at up to [`ABREAST`] groups of frequencies, with what is known of rods there: N = H·Δ and
-    /// Δ = det D·Π sin φ, neither of which has a pole, in one scale for all of a call.
-    pub(super) fn fractions<'k>(
+    /// Computes numerator and denominator of the receptance at up to [`ABREAST`] groups of frequencies, with cached rods: N = H·Δ and Δ = det D·Π
+    /// sin φ. Neither has a pole; one call uses one common scale.
+    pub(super) fn numerators_and_denominators<'k>(
         &self,
         omega_rad_s: &[Reals],
         known: impl Fn(usize, &Rod) -> Option<KnownRod<'k>>,
         work: &mut Workspace,
     ) -> [(Complexes, Complexes); ABREAST] {
         let mut denominators = [Complexes::real(Reals::ONE); ABREAST];
-        self.solved(omega_rad_s, known, work, Some(&mut denominators));
-        let mut fractions = denominators.map(|d| (d, d));
-        for ((n, _), h) in fractions.iter_mut().zip(self.displaced(omega_rad_s.len(), work)) {
+        self.factor_damped(omega_rad_s, known, work, Some(&mut denominators));
+        let mut pairs = denominators.map(|d| (d, d));
+        for ((n, _), h) in pairs.iter_mut().zip(self.solve_response(omega_rad_s.len(), work)) {
             *n *= *h;
         }
-        fractions
+        pairs
     }
 
-    /// Displacement of the response under a unit force at the excitation, once D is factored.
+    /// Solves for the displacement of the response under a unit force at the excitation. D must be factored.
     #[inline]
-    fn displaced<'w>(&self, abreast: usize, work: &'w mut Workspace) -> &'w [Complexes] {
+    fn solve_response<'w>(&self, abreast: usize, work: &'w mut Workspace) -> &'w [Complexes] {
         let shape = &self.structure;
-        // What is eliminated last needs no way back: its pivot is the dynamic stiffness there.
+        // The coordinate eliminated last needs no back substitution: its inverse pivot is the receptance.
         if !shape.has_two_ends() {
             return &work.complex[shape.diagonal[shape.excitation] * abreast..][..abreast];
         }
-        self.displaced_by(ShaftEnd::Excitation, abreast, (&work.complex, &mut work.at_excitation));
-        self.read_on_arm(abreast, work);
+        self.solve_unit_force(ReceptanceEnd::Excitation, abreast, (&work.complex, &mut work.at_excitation));
+        self.add_response_arms(abreast, work);
         self.response(abreast, work)
     }
 
-    /// Receptances at some groups of frequencies, and the solution they were read from.
+    /// Computes the receptances at some groups of frequencies, and the solution behind them.
     pub(super) fn solve<'w>(&self, omega_rad_s: &'w [Reals], work: &'w mut Workspace) -> (&'w [Complexes], Solution<'w>) {
-        self.displace(omega_rad_s, work);
+        self.solve_both_ends(omega_rad_s, work);
         (self.response(omega_rad_s.len(), work), self.solution(omega_rad_s, work))
     }
 
-    /// Receptance and its slope at one frequency.
+    /// Computes the receptance and its slope at one frequency.
     pub fn at(&self, omega_rad_s: f64, work: &mut Workspace) -> Row {
         let mut points = Vec::with_capacity(1);
         self.at_each(&[omega_rad_s], work, &mut points);
         points[0]
     }
 
-    /// As [`AssembledModel::at`], at some frequencies; `points` are replaced.
+    /// Computes as [`AssembledModel::at`], at several frequencies; replaces `points`.
     pub fn at_each(&self, omega_rad_s: &[f64], work: &mut Workspace, points: &mut Vec<Row>) {
         points.clear();
         for some in omega_rad_s.chunks(ABREAST * LANES) {
             let (omegas, abreast) = grouped(some);
             let omegas = &omegas[..abreast];
-            self.displace(omegas, work);
+            self.solve_both_ends(omegas, work);
             let mut slopes = [Complexes::ZERO; ABREAST];
             self.bilinear_slopes(self.solution(omegas, work), &mut slopes[..abreast]);
             let groups = self.response(abreast, work).iter().zip(&slopes);

@@ -15,8 +15,9 @@ use super::simd::{Complexes, Reals, sin_cos};
 ///
 /// # Units      A/L in N/m (N·m/rad), φ in rad
 /// # Limits     ω → 0 gives the spring A/L (test `limit_rod_is_a_spring`)
-/// A chain of n springs n·A/L with the mass lumped at their ends has the same form, its inner masses eliminated in closed form
-/// (they are those of a recurrence with constant coefficients), so that it costs no more than the exact rod:
+///
+/// A chain of n springs n·A/L with the mass lumped at their ends has the same form. Its inner masses follow a recurrence with constant
+/// coefficients and are eliminated in closed form. The chain therefore costs no more than the exact rod:
 ///
 /// ```text
 ///                 ┌                  ┐
@@ -26,76 +27,77 @@ use super::simd::{Complexes, Reals, sin_cos};
 /// ```
 ///
 /// # Source     inverse of Tian et al., Eq. 1–2 and 10–12. Deviation: cot for the printed cos. The chain: solution sin(jμ) of
-/// u(j−1) − (2 − ω²·m/k)·u(j) + u(j+1) = 0, with halves of m at both ends.
+///   u(j−1) − (2 − ω²·m/k)·u(j) + u(j+1) = 0, with halves of m at both ends.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Rod {
     /// A/L (N/m or N·m/rad).
     pub stiffness: f64,
     /// φ/ω (s): the time a wave takes along the rod.
     pub transit_s: f64,
-    /// Loss factor η of the material: A times 1 + η·(i + s·2/π·ln(ω/ω₀)).
+    /// Loss factor η of the material: A is multiplied by 1 + η·(i + s·2/π·ln(ω/ω₀)).
     pub loss_factor: f64,
-    /// Share s of its dispersion.
+    /// Share s of dispersion of the loss factor.
     pub dispersion: f64,
-    /// Springs n of the chain that stands for the rod; 0 for the rod itself.
+    /// Number n of springs of the chain that represents the rod; 0 for the exact rod.
     pub elements: usize,
 }
 
-/// Frequency (rad/s) at which a stiffness with a loss factor has its stated value: 100 Hz.
+/// Frequency ω₀ (rad/s) at which a stiffness with a loss factor has its nominal value: 100 Hz.
 const LOSS_REFERENCE_RAD_S: f64 = 200.0 * std::f64::consts::PI;
+/// Frequency (rad/s) below which dispersion does not change the stiffness further: 1 Hz.
 const LOWEST_RAD_S: f64 = 0.01 * LOSS_REFERENCE_RAD_S;
 
-/// What a loss factor adds to 1: η times this.
+/// Computes the factor of η in the relative complex stiffness 1 + η·(i + s·2/π·ln(ω/ω₀)).
 ///
 /// ```text
 /// k(ω) = k·(1 + η·(i + s·2/π·ln(ω/ω₀))),      ω₀ = 2π·100 rad/s
 /// ```
 ///
-/// # Source  s = 1 is the causal hysteretic element, to first order in η: Makris, J. Eng. Mech. 123 (1997) 1209–1214. s = 0 is the constant k·(1 + iη) of
-/// finite-element programs, which microslip in a joint follows at one amplitude, although it answers before it is loaded.
+/// # Source  s = 1 is the causal hysteretic element, to first order in η: Makris, J. Eng. Mech. 123 (1997) 1209–1214. s = 0 is the constant
+///   k·(1 + iη) of finite-element programs. Microslip in a joint follows it at one amplitude, although it is not causal.
 #[inline]
 pub(super) fn loss(omega_rad_s: f64, dispersion: f64) -> Complex64 {
-    // Below 1 Hz, where no hammer reaches, the stiffness stays as it is there: ln has no end.
+    // Below 1 Hz, where hammer tests have no force, the stiffness is held constant, since ln ω diverges.
     Complex64::new(dispersion * std::f64::consts::FRAC_2_PI * (omega_rad_s.max(LOWEST_RAD_S) / LOSS_REFERENCE_RAD_S).ln(), 1.0)
 }
 
-/// What a full share of dispersion adds to the stiffness at some frequencies, over η: 2/π·ln(ω/ω₀).
+/// Computes the stiffness change of full dispersion over η, 2/π·ln(ω/ω₀), for each frequency.
 #[inline]
 pub(super) fn dispersion_each(omega_rad_s: Reals) -> Reals {
     let share = omega_rad_s.fast_max(Reals::splat(LOWEST_RAD_S)) * Reals::splat(1.0 / LOSS_REFERENCE_RAD_S);
     share.ln() * Reals::splat(std::f64::consts::FRAC_2_PI)
 }
 
-/// [`loss`] at some frequencies, and its slope with ω.
+/// Computes [`loss`] for each frequency, and its slope with ω.
 #[inline]
 pub(super) fn loss_each(omega_rad_s: Reals, dispersion: f64) -> (Complexes, Reals) {
-    let grows = Reals::splat(std::f64::consts::FRAC_2_PI * dispersion) / omega_rad_s;
-    let slope = omega_rad_s.simd_gt(Reals::splat(LOWEST_RAD_S)).select(grows, Reals::ZERO);
+    let above = Reals::splat(std::f64::consts::FRAC_2_PI * dispersion) / omega_rad_s;
+    let slope = omega_rad_s.simd_gt(Reals::splat(LOWEST_RAD_S)).select(above, Reals::ZERO);
     (Complexes::new(dispersion_each(omega_rad_s) * Reals::splat(dispersion), Reals::ONE), slope)
 }
 
-/// Elements of a chain that are few, and how far above the highest frequency that these pass on they are still worked out side by side.
-const FEW: usize = 4;
-const FAR: f64 = 1e3;
+/// Largest number of elements of a chain that the Chebyshev recurrence evaluates, and the largest φ/(2n) for it (the chain's cut-off is at 1).
+const SHORT_CHAIN: usize = 4;
+const MAX_HALF_STEP: f64 = 1e3;
 
-/// (cos φ, sin φ) kept away from the poles at sin φ = 0, where the rod's dynamic stiffness is infinite.
+/// Returns (cos φ, sin φ), kept away from sin φ = 0, where the rod's dynamic stiffness has a pole.
 fn cos_sin(phase: f64) -> (f64, f64) {
     let (sin, cos) = phase.sin_cos();
     if sin.abs() < 1e-13 { (cos, 1e-13_f64.copysign(if sin == 0.0 { cos } else { sin })) } else { (cos, sin) }
 }
 
-/// Whether any of some sin φ is so near 0 that it must be kept away from it.
+/// Whether any sin φ is too close to 0, where D has a pole.
 fn near_pole(sin: Reals) -> bool {
     sin.abs().simd_lt(Reals::splat(1e-13)).any()
 }
 
 impl Rod {
-    /// 1 + η·(i + s·2/π·ln(ω/ω₀)).
+    /// Computes 1 + η·(i + s·2/π·ln(ω/ω₀)).
     pub(super) fn material(&self, omega_rad_s: f64) -> Complex64 {
         1.0 + loss(omega_rad_s, self.dispersion) * self.loss_factor
     }
 
-    /// [`Rod::material`] at some frequencies.
+    /// Computes [`Rod::material`] for each frequency.
     #[inline]
     fn material_each(&self, omega_rad_s: Reals) -> Material {
         let value = Complexes::real(Reals::ONE) + loss_each(omega_rad_s, self.dispersion).0 * self.loss_factor;
@@ -104,7 +106,7 @@ impl Rod {
         Material { loss_factor: self.loss_factor, root, slowness, inverse: slowness * slowness }
     }
 
-    /// Direct and cross entry of D without loss.
+    /// Computes the direct and the cross entry of D without loss.
     #[inline]
     pub fn undamped(&self, omega_rad_s: f64) -> (f64, f64) {
         if self.elements > 0 {
@@ -116,7 +118,7 @@ impl Rod {
         (scale * cos, -scale)
     }
 
-    /// Direct and cross entry of D, and sin φ.
+    /// Computes the direct and the cross entry of D, and sin φ.
     #[inline]
     pub fn damped(&self, omega_rad_s: f64) -> RodEntries {
         if self.elements > 0 {
@@ -135,7 +137,8 @@ impl Rod {
         RodEntries { direct: scale * cos, cross: -scale, sin, lossless: false }
     }
 
-    /// Direct and cross entry of D without loss, and sin φ, at some frequencies; none next to a pole, and none of a long chain above what it passes on.
+    /// Computes the direct and the cross entry of D without loss, and sin φ, for each frequency. Returns `None` next to a pole, and for a long
+    /// chain above its cut-off.
     #[inline(always)]
     pub(super) fn lossless_each<const N: usize>(&self, omega_rad_s: [Reals; N]) -> Option<[[Reals; 3]; N]> {
         let mut each = [[Reals::ZERO; 3]; N];
@@ -146,8 +149,8 @@ impl Rod {
             }
         } else {
             for (of, omega) in each.iter_mut().zip(omega_rad_s) {
-                let [cos, turn] = self.chain_each(omega)?;
-                *of = [Reals::splat(self.stiffness * self.elements as f64), cos, turn];
+                let [cos, sin] = self.chain_each(omega)?;
+                *of = [Reals::splat(self.stiffness * self.elements as f64), cos, sin];
             }
         }
         if each.iter().any(|[_, _, sin]| near_pole(*sin)) {
@@ -159,7 +162,7 @@ impl Rod {
         }))
     }
 
-    /// [`Rod::undamped`] at some frequencies.
+    /// Computes [`Rod::undamped`] for each frequency.
     #[inline]
     pub fn undamped_each(&self, omega_rad_s: Reals) -> (Reals, Reals) {
         if let Some([[direct, cross, _]]) = self.lossless_each([omega_rad_s]) {
@@ -169,15 +172,15 @@ impl Rod {
         (Reals::from(each.map(|e| e.0)), Reals::from(each.map(|e| e.1)))
     }
 
-    /// [`Rod::damped`] at some frequencies.
+    /// Computes [`Rod::damped`] for each frequency.
     #[inline]
     pub fn damped_each(&self, omega_rad_s: Reals) -> RodLanes {
-        self.damped_of(omega_rad_s, &mut None)
+        self.damped_with_material(omega_rad_s, &mut None)
     }
 
-    /// As [`Rod::damped_each`], with the material of the rod before at the same frequencies, which most rods share.
+    /// Computes as [`Rod::damped_each`], reusing the material of the previous rod at the same frequencies, which most rods share.
     #[inline]
-    pub(super) fn damped_of(&self, omega_rad_s: Reals, material: &mut Option<Material>) -> RodLanes {
+    pub(super) fn damped_with_material(&self, omega_rad_s: Reals, material: &mut Option<Material>) -> RodLanes {
         if self.loss_factor == 0.0
             && let Some([[direct, cross, sin]]) = self.lossless_each([omega_rad_s])
         {
@@ -199,9 +202,9 @@ impl Rod {
         RodLanes { direct: of(|e| e.direct), cross: of(|e| e.cross), sin: of(|e| e.sin), material_inverse: material.inverse, lossless }
     }
 
-    /// d(direct)/dω and d(cross)/dω of entries at ω, with the material as it is there; what the material's own change adds is [`RodLanes::by_material`].
+    /// Computes d(direct)/dω and d(cross)/dω for constant material; [`RodLanes::by_material`] gives the contribution of the material's change.
     ///
-    /// # Source  sin² + cos² = 1 in the derivatives of the entries, with x = φ/(2n), and x = 0 for the rod itself:
+    /// # Source  sin² + cos² = 1 in the derivatives of the entries, with x = φ/(2n), and x = 0 for the exact rod:
     ///
     /// ```text
     /// ω·d(direct)/dω = (2 − y)·direct − y·cross²/k        ω·d(cross)/dω = cross·(2 − y − y·direct/k)        y = 1/(1 − x²)
@@ -232,21 +235,22 @@ impl Rod {
         (alpha * entries.direct - beta * entries.cross * entries.cross, entries.cross * (alpha - beta * entries.direct))
     }
 
-    /// cos nμ and sin nμ/sin μ of a chain without loss at some frequencies: of a few elements at any, of more where it passes all of them on.
+    /// Computes cos nμ and sin nμ/sin μ of a lossless chain for each frequency: of a short chain at any frequency, of a long one below its
+    /// cut-off.
     ///
     /// # Source  cos nμ and sin nμ/sin μ are Chebyshev polynomials in cos μ = 1 − 2x², x = φ/(2n), of the first and of the second kind.
     #[inline]
     fn chain_each(&self, omega_rad_s: Reals) -> Option<[Reals; 2]> {
         let n = self.elements;
         let x = omega_rad_s * Reals::splat(0.5 * self.transit_s / n as f64);
-        if (1..=FEW).contains(&n) && x.simd_lt(Reals::splat(FAR)).all() {
+        if (1..=SHORT_CHAIN).contains(&n) && x.simd_lt(Reals::splat(MAX_HALF_STEP)).all() {
             let twice = (x * x).mul_add(Reals::splat(-4.0), Reals::splat(2.0));
             let (mut before, mut here) = ([Reals::ONE, Reals::ZERO], [twice * Reals::splat(0.5), Reals::ONE]);
             for _ in 1..n {
                 (before, here) = (here, [0, 1].map(|kind| twice.mul_add(here[kind], -before[kind])));
             }
             Some(here)
-        } else if n > FEW && x.simd_lt(Reals::splat(1.0 - 1e-9)).all() {
+        } else if n > SHORT_CHAIN && x.simd_lt(Reals::splat(1.0 - 1e-9)).all() {
             let [[sin, cos]] = sin_cos([x.asin() * Reals::splat(2.0 * n as f64)]);
             Some([cos, sin / ((x + x) * (Reals::ONE - x * x).sqrt())])
         } else {
@@ -254,7 +258,7 @@ impl Rod {
         }
     }
 
-    /// [`Rod::clamped_modes_below`] at some frequencies.
+    /// Counts as [`Rod::clamped_modes_below`], for each frequency.
     #[inline]
     pub fn clamped_modes_below_each(&self, omega_rad_s: Reals) -> Reals {
         if self.elements == 0 {
@@ -263,7 +267,7 @@ impl Rod {
         Reals::from(omega_rad_s.to_array().map(|omega| self.clamped_modes_below(omega) as f64))
     }
 
-    /// φ/(2n) of a chain, kept away from 1, where all its masses move against their neighbours.
+    /// Computes φ/(2n) of a chain, kept away from the cut-off at 1, where neighbouring masses move in opposite phase.
     fn half_step(&self, omega_rad_s: f64) -> f64 {
         let x = 0.5 * omega_rad_s * self.transit_s / self.elements as f64;
         if (x - 1.0).abs() < 1e-12 { 1.0 - 1e-12 } else { x }
@@ -277,7 +281,7 @@ impl Rod {
             let scale = self.stiffness * n * 2.0 * x * (1.0 - x * x).sqrt() / sin;
             return (scale * cos, -scale);
         }
-        // Above the highest frequency a chain passes on, μ = π + iy.
+        // Above the cut-off of the chain, μ = π + iy.
         let y = 2.0 * x.acosh();
         let scale = self.stiffness * n * 2.0 * x * (x * x - 1.0).sqrt();
         let sign = if self.elements.is_multiple_of(2) { 1.0 } else { -1.0 };
@@ -297,11 +301,11 @@ impl Rod {
         let x = x / material.sqrt();
         let sin_step = x * (1.0 - x * x).sqrt() * 2.0;
         let angle = x.asin() * (2.0 * n);
-        // Far from the real axis sin and cos are too large for numbers, their quotient is ±i.
+        // Far from the real axis sin and cos overflow; their quotient is ±i.
         let (csc, cot, sin) = if angle.im.abs() > 300.0 {
             let quotient = Complex64::new(0.0, -angle.im.signum());
-            let turn = Complex64::new(0.0, -angle.re * angle.im.signum()).exp() * quotient;
-            (Complex64::new(0.0, 0.0), quotient, turn.conj())
+            let sin = Complex64::new(0.0, -angle.re * angle.im.signum()).exp() * quotient;
+            (Complex64::new(0.0, 0.0), quotient, sin.conj())
         } else {
             let (sin, cos) = (angle.sin(), angle.cos());
             (sin.inv(), cos / sin, sin)
@@ -312,7 +316,7 @@ impl Rod {
         RodEntries { direct: real(k * sin_step * cot), cross: real(-k * sin_step * csc), sin: real(sin / sin_step), lossless }
     }
 
-    /// Number of clamped–clamped natural frequencies of the rod below ω: the poles of D.
+    /// Counts the clamped–clamped natural frequencies of the rod below ω: the poles of D.
     pub fn clamped_modes_below(&self, omega_rad_s: f64) -> usize {
         if self.elements > 0 {
             let x = self.half_step(omega_rad_s);
@@ -323,20 +327,20 @@ impl Rod {
     }
 }
 
-/// What [`Rod::damped`] gives.
+/// Result of [`Rod::damped`].
 #[derive(Debug, Clone, Copy)]
 pub struct RodEntries {
     /// Direct entry (both ends).
     pub direct: Complex64,
     /// Cross entry.
     pub cross: Complex64,
-    /// sin φ, of a chain sin nμ/sin μ, which cancels the poles in the determinant.
+    /// sin φ, or sin nμ/sin μ of a chain, which cancels the poles in the determinant.
     pub sin: Complex64,
-    /// All of it is real.
+    /// Whether all entries are real.
     pub lossless: bool,
 }
 
-/// [`RodEntries`] at some frequencies.
+/// [`RodEntries`] for each lane.
 #[derive(Debug, Clone, Copy)]
 pub struct RodLanes {
     /// Direct entry.
@@ -345,17 +349,17 @@ pub struct RodLanes {
     pub cross: Complexes,
     /// As [`RodEntries::sin`].
     pub sin: Complexes,
-    /// 1/(1 + η·(i + s·2/π·ln(ω/ω₀))) of its material.
+    /// 1/(1 + η·(i + s·2/π·ln(ω/ω₀))) of the material.
     pub material_inverse: Complexes,
-    /// All of it is real.
+    /// Whether all entries are real.
     pub lossless: bool,
 }
 
-/// What a loss factor makes of a material at some frequencies.
+/// The relative complex modulus m of a material, for each frequency.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Material {
     loss_factor: f64,
-    /// √m, m = 1 + η·(i + s·2/π·ln(ω/ω₀)).
+    /// √m with m = 1 + η·(i + s·2/π·ln(ω/ω₀)).
     root: Complexes,
     /// 1/√m.
     slowness: Complexes,
@@ -370,7 +374,7 @@ impl RodLanes {
         RodLanes { direct, cross, sin, material_inverse, lossless: true }
     }
 
-    /// What entries of these slopes change by d(material)/material: as the stiffness itself, and through φ = ω·t/√material.
+    /// Computes the change of the entries per d(material)/material: through the stiffness itself, and through φ = ω·t/√material.
     pub fn by_material(&self, omega_rad_s: Reals, (direct_slope, cross_slope): (Complexes, Complexes)) -> (Complexes, Complexes) {
         let half = omega_rad_s * Reals::splat(0.5);
         (self.direct - direct_slope * half, self.cross - cross_slope * half)
@@ -390,7 +394,7 @@ mod tests {
     }
 
     #[test]
-    fn slopes_are_those_of_finite_differences_with_and_without_loss() {
+    fn slopes_equal_finite_differences_with_and_without_loss() {
         for (loss_factor, elements) in [(0.0, 0), (1e-12, 0), (0.02, 0), (0.0, 4), (0.02, 4), (0.0, 1), (1e-12, 4)] {
             let rod = Rod { stiffness: 2e8, transit_s: 3e-4, loss_factor, dispersion: 0.7, elements };
             for omega in [200.0, 3000.0, 9000.0, 20000.0] {
@@ -411,9 +415,9 @@ mod tests {
         }
     }
 
-    /// The chain eliminated mass by mass, below and above the highest frequency it passes on.
+    /// The closed form equals elimination mass by mass, below and above the cut-off.
     #[test]
-    fn limit_the_closed_chain_is_the_chain() {
+    fn limit_closed_form_chain_equals_mass_by_mass_elimination() {
         for elements in [1, 2, 3, 7, 40] {
             for loss_factor in [0.0, 0.03] {
                 let rod = Rod { stiffness: 2e8, transit_s: 3e-4, loss_factor, dispersion: 0.7, elements };
@@ -422,7 +426,7 @@ mod tests {
                 for omega in [10.0, 4000.0, 11_000.0, 30_000.0, 9e5, 3e7] {
                     let k = rod.material(omega) * (2e8 * n);
                     let end = k - 0.5 * mass * omega * omega;
-                    // Two-port of a growing chain: (a, b, c) = (left, cross, right).
+                    // Two-port of a chain that is extended mass by mass: (a, b, c) = (left, cross, right).
                     let (mut a, mut b, mut c) = (end, -k, end);
                     for _ in 1..elements {
                         let middle = c + end;
@@ -456,7 +460,7 @@ mod tests {
     }
 
     #[test]
-    fn limit_side_by_side_is_one_by_one() {
+    fn limit_vector_rod_equals_scalar_rod() {
         for (loss_factor, elements) in [(0.0, 0), (0.02, 0), (0.0, 1), (0.0, 2), (0.0, 4), (0.0, 7), (0.02, 4)] {
             let rod = Rod { stiffness: 2e8, transit_s: 3e-4, loss_factor, dispersion: 0.7, elements };
             // The third lies at a pole of the rod.

@@ -1,17 +1,17 @@
-//! Numbers that can be eliminated.
+//! Number types for the elimination.
 
 use std::ops::Mul;
 
-/// A number that can be eliminated: real without damping, complex with.
+/// A number type for the elimination: real without damping, complex with damping.
 pub trait Scalar: Copy + Mul<Output = Self> {
-    /// Nought.
+    /// Zero.
     const ZERO: Self;
 
     /// 1/x.
     fn inverse(self) -> Self;
 
     /// x − a·b.
-    fn less(self, a: Self, b: Self) -> Self;
+    fn sub_mul(self, a: Self, b: Self) -> Self;
 
     /// 1/x of a real x.
     #[inline(always)]
@@ -21,19 +21,19 @@ pub trait Scalar: Copy + Mul<Output = Self> {
 
     /// x·a for a real a.
     #[inline(always)]
-    fn times_real(self, a: Self) -> Self {
+    fn mul_real(self, a: Self) -> Self {
         self * a
     }
 
     /// x − a·b for a real b.
     #[inline(always)]
-    fn less_real(self, a: Self, b: Self) -> Self {
-        self.less(a, b)
+    fn sub_mul_real(self, a: Self, b: Self) -> Self {
+        self.sub_mul(a, b)
     }
 
     /// x − a·b for real a and b.
     #[inline(always)]
-    fn less_reals(self, a: Self, b: Self) -> Self {
-        self.less(a, b)
+    fn sub_mul_reals(self, a: Self, b: Self) -> Self {
+        self.sub_mul(a, b)
     }
 }

@@ -4,23 +4,23 @@
 //! ∂H_rv/∂a = − x_rᵀ·(∂D/∂a)·x_e        x_r, x_e: displacements under a unit force at the response and at the excitation
 //! ```
 //!
-//! and, on an arm of length r of either, ∂H/∂r is the other's displacement at the motion felt there.
+//! For a lever arm r at one end, ∂H/∂r is the displacement of the arm's coordinate under a unit force at the other end.
 //!
-//! D depends on a few elements (a stiffness, an inertia, a rod's transit time …) and those on the parameters; the second step is
-//! worked out once per operating condition, the first at each frequency.
+//! D depends on a few elements (a stiffness, an inertia, a rod's transit time …), and these depend on the parameters. The derivatives of the
+//! elements are computed once per operating condition, those of D at each frequency.
 //!
 //! # Source  derivative of the inverse of a symmetric matrix, d(D⁻¹) = −D⁻¹·dD·D⁻¹.
 
 use super::assembled_model::AssembledModel;
 use super::joint::JointNumbers;
-use super::receptance::ShaftEnd;
+use super::receptance::ReceptanceEnd;
 use super::rod::{dispersion_each, loss_each};
 use super::simd::{ABREAST, Complexes, Reals};
 use super::solution::Solution;
 use super::workspace::Workspace;
 use machine::{Machine, Operating};
 
-/// A number that the dynamic stiffness is made of.
+/// An element: a number on which the dynamic stiffness depends.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 enum Element {
     /// Inertia at a coordinate.
@@ -33,14 +33,14 @@ enum Element {
     Loss(usize),
     /// Share of dispersion of a joint's loss factor.
     Dispersion(usize),
-    /// Integral action of a joint.
+    /// Integral rate of a joint.
     Integral(usize),
     /// Relaxation stiffness of a joint.
     Relaxation(usize),
     /// A number of a rod.
     Rod(usize, RodNumber),
-    /// r of a lever, of its sensor or hammer.
-    Lever(usize, ShaftEnd),
+    /// Lever arm r, of the sensor or of the hammer.
+    Lever(usize, ReceptanceEnd),
 }
 
 /// A number of a rod.
@@ -52,33 +52,33 @@ enum RodNumber {
     Transit,
     /// Loss factor.
     Loss,
-    /// Share of dispersion of its loss factor.
+    /// Share of dispersion of the loss factor.
     Dispersion,
 }
 
-/// What the numbers of one rod have in common at one group of frequencies.
+/// Factors shared by all numbers of one rod at one group of frequencies.
 #[derive(Debug, Clone, Copy)]
 struct AtRod {
-    /// aᵀ·(∂D/∂entry)·b of its direct and its cross entry.
-    along: (Complexes, Complexes),
+    /// aᵀ·(∂D/∂entry)·b of the direct and of the cross entry.
+    factors: (Complexes, Complexes),
     /// d(direct)/dω and d(cross)/dω.
     slopes: (Complexes, Complexes),
 }
 
 impl AtRod {
-    const NONE: Self = AtRod { along: (Complexes::ZERO, Complexes::ZERO), slopes: (Complexes::ZERO, Complexes::ZERO) };
+    const NONE: Self = AtRod { factors: (Complexes::ZERO, Complexes::ZERO), slopes: (Complexes::ZERO, Complexes::ZERO) };
 }
 
-/// How the elements of a network depend on some of the parameters, for one operating condition and one set of parameters.
+/// Derivatives of a model's elements with some parameters, for one operating condition and one set of parameters.
 #[derive(Debug, Clone, Default)]
 pub struct Sensitivity {
-    /// Element, column, d(element)/d(parameter of the column); those of one element stand together.
+    /// Element, column, d(element)/d(parameter of the column); entries of one element are contiguous.
     entries: Vec<(Element, usize, f64)>,
 }
 
 impl AssembledModel {
-    /// How the elements depend on the parameters; `column[i]` is the column of the machine's parameter i, where it is asked for, and
-    /// `nut` that of the nut position.
+    /// Computes the derivatives of the elements with the parameters. `column[i]` is the column of the machine's parameter i, `None` if not
+    /// required; `nut` is the column of the nut position.
     pub fn sensitivity(
         &self,
         machine: &Machine,
@@ -124,7 +124,7 @@ impl AssembledModel {
             .levers
             .iter()
             .enumerate()
-            .flat_map(|(at, l)| [(at, ShaftEnd::Response, &l.read), (at, ShaftEnd::Excitation, &l.struck)]);
+            .flat_map(|(at, l)| [(at, ReceptanceEnd::Response, &l.read), (at, ReceptanceEnd::Excitation, &l.struck)]);
         for (index, end, arm) in arms {
             arm.gradient(parameters, operating, |p, d| entries.extend(column[p].map(|c| (Element::Lever(index, end), c, d))));
         }
@@ -132,7 +132,7 @@ impl AssembledModel {
         Sensitivity { entries }
     }
 
-    /// Entries of a rod's numbers.
+    /// Adds the derivatives of a rod's numbers.
     fn rod_entries(
         &self,
         index: usize,
@@ -145,7 +145,7 @@ impl AssembledModel {
         let shaft = &machine.shafts[rod_shape.shaft];
         let place = |p| shaft.place_m(p, parameters, operating).unwrap_or(f64::NAN);
         let length_m = place(rod_shape.places.1) - place(rod_shape.places.0);
-        // d ln(stiffness) and d ln(transit) with length, section, modulus and density.
+        // d ln(stiffness) and d ln(transit time) with length, section, modulus and density.
         let (k, t) = (rod.stiffness, rod.transit_s);
         let mut push = |column: usize, dk: f64, dt: f64| {
             if dk != 0.0 {
@@ -184,8 +184,8 @@ impl AssembledModel {
             let share = (at_nut(rod_shape.places.1) - at_nut(rod_shape.places.0)) / length_m;
             push(nut, -k * share, t * share);
         }
-        let beside = |p| if let machine::StationPlace::BesideNut(offset_m) = p { offset_m } else { 0.0 };
-        let (left, right) = (beside(rod_shape.places.0), beside(rod_shape.places.1));
+        let nut_offset = |p| if let machine::StationPlace::BesideNut(offset_m) = p { offset_m } else { 0.0 };
+        let (left, right) = (nut_offset(rod_shape.places.0), nut_offset(rod_shape.places.1));
         for (value, farther) in [(&shaft.beside_nut, right - left), (&shaft.aside_of_nut, right.abs() - left.abs())] {
             value.gradient(parameters, operating, |p, d| {
                 if let Some(c) = column[p] {
@@ -198,8 +198,8 @@ impl AssembledModel {
         }
     }
 
-    /// Receptances at up to [`ABREAST`](super::ABREAST) groups of frequencies and their derivatives with the columns of a [`Sensitivity`], which are
-    /// added into `gradient`: column c of group w at c·groups + w.
+    /// Computes receptances at up to [`ABREAST`](super::ABREAST) groups of frequencies. Adds their derivatives with the columns of a
+    /// [`Sensitivity`] to `gradient`: column c of group w at c·groups + w.
     pub fn gradient<'w>(
         &self,
         omega_rad_s: &'w [Reals],
@@ -228,22 +228,22 @@ impl AssembledModel {
         receptances
     }
 
-    /// What the numbers of a rod have in common at each group of frequencies.
+    /// Computes the shared factors of a rod at each group of frequencies.
     fn at_rod(&self, rod: usize, of: &Solution<'_>) -> [AtRod; ABREAST] {
         let abreast = of.omega_rad_s.len();
         std::array::from_fn(|w| match of.omega_rad_s.get(w) {
             None => AtRod::NONE,
             Some(omega) => AtRod {
-                along: of.along(self.structure.rods[rod].along, w),
+                factors: of.rod_factors(self.structure.rods[rod].ends, w),
                 slopes: self.rods[rod].slopes_each(*omega, &of.rods[rod * abreast + w]),
             },
         })
     }
 
-    /// aᵀ·(∂D/∂number)·b of a number of a rod for one group of frequencies.
+    /// Computes aᵀ·(∂D/∂number)·b of one number of a rod for one group of frequencies.
     #[inline]
     fn rod_product(&self, rod: usize, number: RodNumber, of: &Solution<'_>, (at, w): (&AtRod, usize)) -> Complexes {
-        let (omega, (direct, cross)) = (of.omega_rad_s[w], at.along);
+        let (omega, (direct, cross)) = (of.omega_rad_s[w], at.factors);
         let (rod, entries) = (&self.rods[rod], &of.rods[rod * of.omega_rad_s.len() + w]);
         let by_material = || {
             let (by_direct, by_cross) = entries.by_material(omega, at.slopes);
@@ -258,13 +258,13 @@ impl AssembledModel {
         }
     }
 
-    /// aᵀ·(∂D/∂element)·b for one group of frequencies, of a rod's number with what its numbers have in common.
+    /// Computes aᵀ·(∂D/∂element)·b for one group of frequencies; for a rod with its shared factors.
     #[inline]
     fn element_product(&self, element: Element, of: &Solution<'_>, (at_rod, w): (&AtRod, usize)) -> Complexes {
         let omega = of.omega_rad_s[w];
-        let across = |joint: usize| {
+        let product = |joint: usize| {
             let on = &self.structure.joints[joint];
-            of.across(of.at_response, on, w) * of.across(of.at_excitation, on, w)
+            of.deformation(of.at_response, on, w) * of.deformation(of.at_excitation, on, w)
         };
         match element {
             Element::Inertia(at) => {
@@ -274,34 +274,34 @@ impl AssembledModel {
             Element::Stiffness(joint) => {
                 let of = &self.joints[joint];
                 if of.loss_factor == 0.0 && of.integral_rate == 0.0 {
-                    return across(joint);
+                    return product(joint);
                 }
                 let mut factor = Complexes::real(Reals::ONE) + loss_each(omega, self.dispersion).0 * of.loss_factor;
                 factor.im -= Reals::splat(of.integral_rate) / omega;
-                across(joint) * factor
+                product(joint) * factor
             }
-            Element::Integral(joint) => -(across(joint).turned() * (Reals::splat(self.joints[joint].stiffness) / omega)),
-            Element::Loss(joint) => across(joint) * loss_each(omega, self.dispersion).0 * self.joints[joint].stiffness,
+            Element::Integral(joint) => -(product(joint).times_i() * (Reals::splat(self.joints[joint].stiffness) / omega)),
+            Element::Loss(joint) => product(joint) * loss_each(omega, self.dispersion).0 * self.joints[joint].stiffness,
             Element::Dispersion(joint) => {
                 let JointNumbers { stiffness, loss_factor, .. } = self.joints[joint];
                 if loss_factor == 0.0 {
                     Complexes::ZERO
                 } else {
-                    across(joint) * (dispersion_each(omega) * Reals::splat(stiffness * loss_factor))
+                    product(joint) * (dispersion_each(omega) * Reals::splat(stiffness * loss_factor))
                 }
             }
             Element::Rod(rod, number) => self.rod_product(rod, number, of, (at_rod, w)),
-            Element::Damping(joint) => self.joints[joint].by_damper_each(across(joint), omega) * omega,
+            Element::Damping(joint) => self.joints[joint].damper_derivative_each(product(joint), omega) * omega,
             Element::Relaxation(joint) => {
                 let Some(k) = self.joints[joint].relaxation_stiffness else { return Complexes::ZERO };
                 let share = self.joints[joint].damper_each(k, omega) * (1.0 / k);
-                across(joint) * (share * share)
+                product(joint) * (share * share)
             }
-            // No part of D: H = f_rᵀ·D⁻¹·f_e changes with the forces.
+            // A lever is not part of D: H = f_rᵀ·D⁻¹·f_e depends on it through the force vectors.
             Element::Lever(lever, end) => {
                 let (arms, x) = match end {
-                    ShaftEnd::Response => (&self.structure.read, of.at_excitation),
-                    ShaftEnd::Excitation => (&self.structure.struck, of.at_response),
+                    ReceptanceEnd::Response => (&self.structure.response_arms, of.at_excitation),
+                    ReceptanceEnd::Excitation => (&self.structure.excitation_arms, of.at_response),
                 };
                 let felt = arms.iter().filter(|(own, _)| *own == lever);
                 felt.fold(Complexes::ZERO, |sum, (_, on)| sum - x[on * of.omega_rad_s.len() + w])

@@ -1,4 +1,4 @@
-//! What is read from the displacements of a solved machine.
+//! Quantities computed from the displacements of a solved model.
 
 use num_complex::Complex64;
 
@@ -6,7 +6,7 @@ use super::assembled_model::AssembledModel;
 use super::rod::{RodLanes, loss_each};
 use super::simd::{Complexes, Reals};
 
-/// Displacements under a unit force at the excitation and at the response, and the rods' entries, of a solution.
+/// A solution: displacements under a unit force at the excitation and at the response, and the rods' entries.
 #[derive(Clone, Copy)]
 pub(super) struct Solution<'w> {
     pub omega_rad_s: &'w [Reals],
@@ -16,15 +16,15 @@ pub(super) struct Solution<'w> {
 }
 
 impl Solution<'_> {
-    /// Σ cᵢ·xᵢ of displacements, for one group of frequencies.
+    /// Computes the deformation Σ cᵢ·xᵢ for one group of frequencies.
     #[inline]
-    pub fn across(&self, x: &[Complexes], on: &[(usize, f64)], w: usize) -> Complexes {
+    pub fn deformation(&self, x: &[Complexes], on: &[(usize, f64)], w: usize) -> Complexes {
         on.iter().fold(Complexes::ZERO, |sum, &(i, c)| sum + x[i * self.omega_rad_s.len() + w] * c)
     }
 
-    /// What the direct and what the cross entry of a rod between two coordinates are multiplied by, for one group of frequencies.
+    /// Computes the factors of a rod's direct and cross entry in aᵀ·D·b, for one group of frequencies.
     #[inline]
-    pub fn along(&self, ends: [Option<usize>; 2], w: usize) -> (Complexes, Complexes) {
+    pub fn rod_factors(&self, ends: [Option<usize>; 2], w: usize) -> (Complexes, Complexes) {
         let of = |x: &[Complexes], at: Option<usize>| at.map_or(Complexes::ZERO, |at| x[at * self.omega_rad_s.len() + w]);
         let [a, b] = ends.map(|end| (of(self.at_response, end), of(self.at_excitation, end)));
         (a.0 * a.1 + b.0 * b.1, a.0 * b.1 + b.0 * a.1)
@@ -43,7 +43,7 @@ pub struct Row {
 }
 
 impl AssembledModel {
-    /// aᵀ·(dD/dω)·b for the displacements of a solution, added to the sums of its groups.
+    /// Adds aᵀ·(dD/dω)·b of a solution's displacements to `sums`, one per group.
     pub(super) fn bilinear_slopes(&self, of: Solution<'_>, sums: &mut [Complexes]) {
         let (shape, omega_rad_s, abreast) = (&self.structure, of.omega_rad_s, sums.len());
         for (at, m) in self.inertia.iter().enumerate().filter(|(_, m)| **m != 0.0) {
@@ -56,10 +56,10 @@ impl AssembledModel {
             self.joints.iter().zip(&shape.joints).filter(|(j, _)| j.damping != 0.0 || j.loss_factor != 0.0 || j.integral_rate != 0.0)
         {
             for (w, sum) in sums.iter_mut().enumerate() {
-                let product = of.across(of.at_response, on, w) * of.across(of.at_excitation, on, w);
-                *sum += joint.by_damper_each(product, omega_rad_s[w]) * joint.damping;
+                let product = of.deformation(of.at_response, on, w) * of.deformation(of.at_excitation, on, w);
+                *sum += joint.damper_derivative_each(product, omega_rad_s[w]) * joint.damping;
                 if joint.integral_rate != 0.0 {
-                    *sum -= product.turned() * (joint.integral_each(omega_rad_s[w]) / omega_rad_s[w]);
+                    *sum -= product.times_i() * (joint.integral_each(omega_rad_s[w]) / omega_rad_s[w]);
                 }
                 if joint.loss_factor != 0.0 {
                     *sum += product * (loss_each(omega_rad_s[w], self.dispersion).1 * Reals::splat(joint.stiffness * joint.loss_factor));
@@ -68,7 +68,7 @@ impl AssembledModel {
         }
         for ((entries, rod), rod_shape) in of.rods.chunks_exact(abreast).zip(&self.rods).zip(&shape.rods) {
             for (w, ((sum, omega), entries)) in sums.iter_mut().zip(omega_rad_s).zip(entries).enumerate() {
-                let (direct, cross) = of.along(rod_shape.along, w);
+                let (direct, cross) = of.rod_factors(rod_shape.ends, w);
                 let slopes = rod.slopes_each(*omega, entries);
                 *sum += if entries.lossless {
                     direct * slopes.0.re + cross * slopes.1.re

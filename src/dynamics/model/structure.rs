@@ -1,4 +1,4 @@
-//! The compiled shape of a machine: which coordinate meets which, and in which order they are eliminated.
+//! The compiled topology of a machine: couplings of its coordinates and the order of elimination.
 
 use thiserror::Error;
 
@@ -8,56 +8,56 @@ use machine::{Machine, StationPlace};
 /// Why a machine cannot be computed.
 #[derive(Debug, Clone, PartialEq, Error)]
 pub enum ModelError {
-    /// A point that is not there or does not move.
+    /// A point that does not exist or does not move.
     #[error("«{name}» {fault}")]
     Point {
-        /// Its name.
+        /// Name of the point.
         name: String,
-        /// What is wrong with it.
+        /// Fault in words.
         fault: &'static str,
     },
-    /// Something needs a machine that is held.
+    /// A method needs a constrained machine, but a part of it moves freely.
     #[error("a part of the machine moves freely: {part}; hold it by a joint to the ground, or fix one of its points")]
     Unconstrained {
         /// The points that move.
         part: String,
     },
-    /// A method that needs an inertia everywhere met a point without.
-    #[error("point «{name}» has neither inertia nor shaft, which receptance coupling needs; the direct assembly takes it")]
+    /// A method needs inertia at every point, but a point has none.
+    #[error("point «{name}» has neither inertia nor shaft, but receptance coupling needs one of them; use the direct assembly")]
     Massless {
-        /// Its name.
+        /// Name of the point.
         name: String,
     },
 }
 
-/// How rods are represented.
+/// Representation of rods.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Rods {
-    /// Exactly, by their wave solution.
+    /// Exact wave solution.
     Exact,
-    /// As a chain of this many springs with the mass lumped at their ends: converges at second order. Its inner masses are eliminated in
-    /// closed form.
+    /// A chain of this many springs with the mass lumped at their ends; converges at second order. Its inner masses are eliminated in closed
+    /// form.
     Lumped(usize),
 }
 
 /// A rod between two coordinates.
 #[derive(Debug, Clone)]
 pub(super) struct RodShape {
-    /// Which shaft.
+    /// Index of the shaft.
     pub shaft: usize,
-    /// Where it begins and ends.
+    /// Start and end on the shaft.
     pub places: (StationPlace, StationPlace),
-    /// Torsional, or else axial.
+    /// Whether it is torsional; otherwise it is axial.
     pub torsional: bool,
-    /// The coordinates at its left and right end, `None` where held.
-    pub along: [Option<usize>; 2],
+    /// Coordinates at the left and the right end; `None` where fixed.
+    pub ends: [Option<usize>; 2],
 }
 
-/// The compiled shape of a machine for one pair of response and excitation.
+/// The compiled topology of a machine for one pair of response and excitation.
 #[derive(Debug, Clone)]
 pub struct Structure {
     pub(super) elimination: Elimination,
-    /// Coordinate of each point; `None` where it is held.
+    /// Coordinate of each point; `None` where it is fixed.
     pub(super) coordinate: Vec<Option<usize>>,
     pub(super) rods: Vec<RodShape>,
     /// Slot of each diagonal entry.
@@ -68,17 +68,17 @@ pub struct Structure {
     pub(super) joints: Vec<Vec<(usize, f64)>>,
     pub(super) response: usize,
     pub(super) excitation: usize,
-    /// Arms of the response and of the excitation: which of the machine's levers, and the coordinate felt.
-    pub(super) read: Vec<(usize, usize)>,
-    pub(super) struck: Vec<(usize, usize)>,
-    /// How rods are represented.
+    /// Lever arms of the response and of the excitation: index of the machine's lever, and coordinate that acts on the arm.
+    pub(super) response_arms: Vec<(usize, usize)>,
+    pub(super) excitation_arms: Vec<(usize, usize)>,
+    /// Representation of rods.
     pub representation: Rods,
 }
 
 impl Structure {
     /// Compiles a machine for the receptance of `response` under a force (torque) at `excitation`, points by index.
     ///
-    /// # Errors  a point is held, so that it cannot move.
+    /// # Errors  response or excitation is fixed and cannot move.
     pub fn new(machine: &Machine, response: usize, excitation: usize, representation: Rods) -> Result<Self, ModelError> {
         let mut size = 0;
         let mut next = || {
@@ -92,8 +92,8 @@ impl Structure {
                 let stations: Vec<(StationPlace, usize)> =
                     description.stations.iter().filter_map(|s| Some((s.place, if torsional { s.torsion } else { s.axial }?))).collect();
                 for pair in stations.windows(2) {
-                    let along = [coordinate[pair[0].1], coordinate[pair[1].1]];
-                    rods.push(RodShape { shaft, places: (pair[0].0, pair[1].0), torsional, along });
+                    let ends = [coordinate[pair[0].1], coordinate[pair[1].1]];
+                    rods.push(RodShape { shaft, places: (pair[0].0, pair[1].0), torsional, ends });
                 }
             }
         }
@@ -102,31 +102,43 @@ impl Structure {
         let moving = |point: usize| {
             coordinate[point].ok_or_else(|| ModelError::Point {
                 name: machine.points[point].name.clone(),
-                fault: "is held to the ground and has no receptance; name a point that moves",
+                fault: "is fixed and has no receptance; name a point that moves",
             })
         };
         let arms = |point: usize| -> Result<Vec<(usize, usize)>, ModelError> {
             let levers = machine.chain.levers.iter().enumerate().filter(|(_, l)| l.point == point);
             levers.map(|(at, lever)| Ok((at, moving(lever.on)?))).collect()
         };
-        let (read, struck) = (arms(response)?, arms(excitation)?);
+        let (response_arms, excitation_arms) = (arms(response)?, arms(excitation)?);
         let (response, excitation) = (moving(response)?, moving(excitation)?);
         let last: Vec<usize> = if response == excitation { vec![response] } else { vec![response, excitation] };
-        let rod_pairs = rods.iter().filter_map(|r| Some((r.along[0]?, r.along[1]?)));
+        let rod_pairs = rods.iter().filter_map(|r| Some((r.ends[0]?, r.ends[1]?)));
         let joint_pairs = joints.iter().flat_map(|on| on.iter().flat_map(|a| on.iter().map(|b| (a.0, b.0))));
         let elimination = Elimination::new(size, rod_pairs.chain(joint_pairs), &last);
         let diagonal: Vec<usize> = (0..size).map(|i| elimination.entry(i, i)).collect();
         let rod_slots = rods
             .iter()
             .map(|r| {
-                let [i, j] = r.along;
+                let [i, j] = r.ends;
                 [i.map(|i| diagonal[i]), j.map(|j| diagonal[j]), i.zip(j).map(|(i, j)| elimination.entry(i, j))]
             })
             .collect();
-        Ok(Structure { elimination, coordinate, rods, diagonal, rod_slots, joints, response, excitation, read, struck, representation })
+        Ok(Structure {
+            elimination,
+            coordinate,
+            rods,
+            diagonal,
+            rod_slots,
+            joints,
+            response,
+            excitation,
+            response_arms,
+            excitation_arms,
+            representation,
+        })
     }
 
-    /// Coordinate of a point (by index); `None` where it is held.
+    /// Coordinate of a point (by index); `None` where it is fixed.
     pub fn coordinate_of(&self, point: usize) -> Option<usize> {
         self.coordinate[point]
     }

@@ -1,4 +1,4 @@
-//! Room for evaluations of a network, and for a search of its peaks.
+//! Buffers for evaluations of a model and for a peak search.
 
 use super::extremum_search::{Extremum, ExtremumSearch};
 use super::rational_interpolant::RationalInterpolant;
@@ -7,7 +7,8 @@ use super::simd::{ABREAST, Complexes, Reals};
 use super::solution::Row;
 use super::structure::Structure;
 
-/// Room for evaluations at some frequencies at once; keep it and none allocates. What is kept for each of some groups of frequencies stands side by side.
+/// Buffers for evaluations at several frequencies at once. A reused workspace avoids allocation. Values of several groups of frequencies are
+/// interleaved.
 #[derive(Debug, Clone)]
 pub struct Workspace {
     pub(super) real: Vec<Reals>,
@@ -15,29 +16,29 @@ pub struct Workspace {
     pub(super) rods: Vec<RodLanes>,
     pub(super) at_excitation: Vec<Complexes>,
     pub(super) at_response: Vec<Complexes>,
-    /// What is read on an arm.
-    pub(super) on_arm: Vec<Complexes>,
-    /// Room for a search of peaks.
-    pub(super) peaks: Option<Box<Room>>,
+    /// Reading of the response with its lever arms.
+    pub(super) response_with_arms: Vec<Complexes>,
+    /// Buffers of a peak search.
+    pub(super) peaks: Option<Box<PeakWorkspace>>,
 }
 
-/// Room for a search; kept, a later one takes none.
+/// Buffers of a peak search; a reused one avoids allocation.
 #[derive(Debug, Clone, Default)]
-pub(super) struct Room {
-    /// Frequencies asked for together, and what is found there.
+pub(super) struct PeakWorkspace {
+    /// Frequencies evaluated together, and the results.
     pub(super) omegas: Vec<f64>,
     pub(super) points: Vec<Row>,
     pub(super) below: Vec<usize>,
-    /// What is still to be looked at, the lowest last.
+    /// Pieces still to be searched, the lowest last.
     pub(super) pieces: Vec<Piece>,
-    /// The pieces that the band is first cut into.
+    /// Interpolants over the first pieces of the band.
     pub(super) first: Vec<RationalInterpolant>,
-    /// What is seen of the piece at hand.
-    pub(super) sight: ExtremumSearch,
-    /// Maxima and minima of the band so far, in rising frequency.
-    pub(super) turns: Vec<Extremum>,
-    /// Those of the maxima that are not yet found exactly.
-    pub(super) open: Vec<usize>,
+    /// Search over the current piece.
+    pub(super) search: ExtremumSearch,
+    /// Extrema of the band found so far, in rising frequency.
+    pub(super) extrema: Vec<Extremum>,
+    /// Indices of the maxima that have not converged yet.
+    pub(super) unsettled: Vec<usize>,
 }
 
 /// A piece of the band (rad/s).
@@ -45,15 +46,15 @@ pub(super) struct Room {
 pub(super) struct Piece {
     pub(super) from: f64,
     pub(super) to: f64,
-    /// At least so many undamped natural frequencies lie below its lower end, and this many below its upper one.
+    /// Lower bound of the number of undamped natural frequencies below its lower end, and their number below its upper end.
     pub(super) below: (usize, usize),
     pub(super) halved: u32,
-    /// Its number among those that the band is first cut into, unless halved.
+    /// Index of the first piece that contains it.
     pub(super) first: usize,
 }
 
 impl Structure {
-    /// Room for evaluations of this structure.
+    /// Creates buffers for evaluations of this structure.
     pub fn workspace(&self) -> Workspace {
         Workspace {
             real: vec![Reals::ZERO; self.elimination.slots() * ABREAST],
@@ -61,7 +62,7 @@ impl Structure {
             rods: Vec::with_capacity(self.rods.len() * ABREAST),
             at_excitation: vec![Complexes::ZERO; self.size() * ABREAST],
             at_response: vec![Complexes::ZERO; self.size() * ABREAST],
-            on_arm: vec![Complexes::ZERO; ABREAST],
+            response_with_arms: vec![Complexes::ZERO; ABREAST],
             peaks: None,
         }
     }

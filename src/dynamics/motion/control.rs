@@ -1,4 +1,4 @@
-//! The sampled loops of a drive.
+//! Sampled loops of a drive.
 
 use std::collections::VecDeque;
 
@@ -7,17 +7,17 @@ use super::plant::{Plant, Reading};
 use super::reference::Course;
 use machine::{Drive, Inverter, Operating, Tachometry};
 
-/// Numbers of a drive's loops, and what they remember.
+/// Parameters and state of a drive's loops.
 #[derive(Debug, Clone)]
 pub struct ControlLoops {
-    /// Recorded force per unit of output, or with a winding of current.
+    /// Recorded force per unit of output, or per current with a winding.
     constant: f64,
     /// True force over recorded force.
     factor: f64,
     pub delay_s: f64,
-    /// The shortest period.
+    /// Period of the innermost loop (s).
     pub period_s: f64,
-    /// Shortest periods in one of the velocity loop, and those in one of the position loop.
+    /// Periods of the innermost loop in one of the velocity loop, and in one of the position loop.
     pub to_velocity: usize,
     to_position: usize,
     saturation: f64,
@@ -29,11 +29,11 @@ pub struct ControlLoops {
     encoders: (Reading, Reading),
     winding: Option<Winding>,
     current: Option<Currents>,
-    /// Largest voltage.
+    /// Largest voltage (V).
     limit_v: f64,
-    /// The inverter's supply, where it switches.
+    /// DC-link voltage of a switching inverter (V).
     pub switching_v: Option<f64>,
-    /// Readings of the velocity loop, the oldest first.
+    /// Readings of the velocity loop, oldest first.
     readings: VecDeque<f64>,
     speed: Integral,
     reference: f64,
@@ -43,7 +43,7 @@ pub struct ControlLoops {
     tick: usize,
 }
 
-/// The loops of both currents.
+/// Loops of both currents.
 #[derive(Debug, Clone)]
 struct Currents {
     gain: f64,
@@ -51,33 +51,33 @@ struct Currents {
     d: Integral,
 }
 
-/// ∫e dt/T.
+/// Integral term ∫e dt/T.
 #[derive(Debug, Clone, Copy)]
 struct Integral {
     time_s: f64,
-    is: f64,
+    value: f64,
 }
 
 impl Integral {
     fn over(time_s: f64) -> Self {
-        Integral { time_s, is: 0.0 }
+        Integral { time_s, value: 0.0 }
     }
 
     fn add(&mut self, error: f64, period_s: f64) {
-        self.is += error * period_s / self.time_s;
+        self.value += error * period_s / self.time_s;
     }
 }
 
-/// What the loops did at a sample of the velocity loop.
+/// Signals at a sample of the velocity loop.
 #[derive(Debug, Clone, Copy)]
 pub struct ControllerOutput {
     /// Command at the time of the last position sample.
     pub command: f64,
     /// Reading of the position encoder.
     pub position: f64,
-    /// Velocity as the loop has it.
+    /// Velocity as measured by the loop.
     pub velocity: f64,
-    /// Force as the drive records it.
+    /// Force as recorded by the drive.
     pub force: f64,
 }
 
@@ -126,7 +126,7 @@ impl ControlLoops {
         }
     }
 
-    /// One sample of the velocity loop, and of the position loop where it is its turn; none where it is neither's.
+    /// Runs a sample of the velocity loop, preceded by one of the position loop when it is due; `None` between samples of the velocity loop.
     pub fn sample(&mut self, course: &Course, y: &[f64], size: usize) -> Option<ControllerOutput> {
         let (tick, time_s) = (self.tick, self.tick as f64 * self.period_s);
         self.tick += 1;
@@ -154,24 +154,24 @@ impl ControlLoops {
             }
         };
         let error = self.reference - velocity;
-        let wanted = self.velocity_gain * (error + self.speed.is) + self.acceleration_gain * self.acceleration;
-        let given = wanted.clamp(-self.saturation, self.saturation);
-        // An output at its limit does not wind the integral up further.
-        if given == wanted || error * wanted < 0.0 {
+        let wanted = self.velocity_gain * (error + self.speed.value) + self.acceleration_gain * self.acceleration;
+        let limited = wanted.clamp(-self.saturation, self.saturation);
+        // Anti-windup: a saturated output does not increase the integral further.
+        if limited == wanted || error * wanted < 0.0 {
             self.speed.add(error, period_s);
         }
-        self.signal = given + course.added(time_s);
+        self.signal = limited + course.added(time_s);
         let force = self.constant * self.winding.map_or(self.signal, |w| y[w.q]);
         Some(ControllerOutput { command, position, velocity, force })
     }
 
-    /// One sample of the current loop, or what goes to the drive without one.
+    /// Runs a sample of the current loop; without a current loop returns the input of the drive.
     pub fn input(&mut self, y: &[f64]) -> Input {
         let Some(winding) = &self.winding else { return [self.constant * self.factor * self.signal, 0.0] };
         let Some(loops) = &mut self.current else { return [self.signal.clamp(-self.limit_v, self.limit_v), 0.0] };
         let (q, d) = winding.currents(y);
         let errors = [self.signal - q, -d];
-        let wanted = [loops.gain * (errors[0] + loops.q.is), loops.gain * (errors[1] + loops.d.is)];
+        let wanted = [loops.gain * (errors[0] + loops.q.value), loops.gain * (errors[1] + loops.d.value)];
         let size = wanted[0].hypot(wanted[1]);
         let share = if size > self.limit_v { self.limit_v / size } else { 1.0 };
         for (integral, error, wanted) in [(&mut loops.q, errors[0], wanted[0]), (&mut loops.d, errors[1], wanted[1])] {
@@ -182,9 +182,9 @@ impl ControlLoops {
         wanted.map(|u| share * u)
     }
 
-    /// Electrical angle of the driven point, and how far it goes in one period.
-    pub fn turning(&self, y: &[f64], drive: usize, size: usize) -> super::inverter::Turning {
+    /// Computes the electrical angle of the driven point, and its advance over one period.
+    pub fn rotation(&self, y: &[f64], drive: usize, size: usize) -> super::inverter::ShaftRotation {
         let pairs = self.winding.map_or(0.0, |w| w.pairs);
-        super::inverter::Turning { angle: pairs * y[drive], advance: pairs * y[size + drive] * self.period_s }
+        super::inverter::ShaftRotation { angle: pairs * y[drive], advance: pairs * y[size + drive] * self.period_s }
     }
 }

@@ -1,37 +1,37 @@
-//! Why a motion cannot be simulated.
+//! Errors of a simulation in time.
 
 use thiserror::Error;
 
 use crate::model::ModelError;
 
-/// Why a motion cannot be simulated; the text says what to write instead.
+/// Why a motion cannot be simulated; the text gives the remedy.
 #[derive(Debug, Clone, PartialEq, Error)]
 pub enum MotionError {
     /// The machine has no drive.
     #[error("the machine has no drive; describe one as [drive]")]
     NoDrive,
-    /// Its matrices cannot be made.
+    /// The matrices of the machine cannot be computed.
     #[error(transparent)]
     Model(#[from] ModelError),
-    /// A point that something acts on has no inertia.
+    /// A point on which a part acts has no inertia.
     #[error("{part} acts on point «{point}», which has no inertia; give it one")]
     Massless {
-        /// What acts on it.
+        /// The part that acts on it.
         part: String,
         /// The point.
         point: String,
     },
-    /// Settings or reference that cannot be used.
+    /// Invalid settings or reference.
     #[error("{0}")]
     Input(String),
     /// Events follow each other without end.
-    #[error("at {time_s} s more than {count} events fall into one period of the velocity loop; {last} changes without end")]
+    #[error("at {time_s} s more than {count} events fall into one period of the velocity loop; «{last}» keeps switching")]
     Endless {
-        /// When.
+        /// Time (s).
         time_s: f64,
-        /// How many.
+        /// Number of events.
         count: usize,
-        /// What changed last.
+        /// Joint that changed last.
         last: String,
     },
 }

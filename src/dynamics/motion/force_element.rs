@@ -1,19 +1,19 @@
-//! Friction, play and waves, as numbers on the coordinates of a plant.
+//! Friction, backlash and waves as numerical elements on the coordinates of a plant.
 
-/// A combination Σ cᵢ·xᵢ of coordinates.
-pub type Along = Vec<(usize, f64)>;
+/// A linear combination Σ cᵢ·xᵢ of coordinates.
+pub type Combination = Vec<(usize, f64)>;
 
-/// Σ cᵢ·xᵢ.
-pub fn along(of: &Along, x: &[f64]) -> f64 {
+/// Computes Σ cᵢ·xᵢ.
+pub fn combine(of: &Combination, x: &[f64]) -> f64 {
     of.iter().map(|&(i, c)| c * x[i]).sum()
 }
 
-/// f −= force·c.
-pub fn pull(of: &Along, force: f64, f: &mut [f64]) {
+/// Subtracts force·c from the forces on the coordinates.
+pub fn apply_force(of: &Combination, force: f64, f: &mut [f64]) {
     of.iter().for_each(|&(i, c)| f[i] -= force * c);
 }
 
-/// c·cos(ωx) + s·sin(ωx).
+/// A wave c·cos(ωx) + s·sin(ωx) over the travel.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct TravelWave {
     pub cosine: f64,
@@ -27,7 +27,7 @@ impl TravelWave {
         self.cosine == 0.0 && self.sine == 0.0
     }
 
-    /// Its value and slope.
+    /// Computes value and slope.
     pub fn at(&self, x: f64) -> (f64, f64) {
         if self.is_flat() {
             return (0.0, 0.0);
@@ -36,7 +36,7 @@ impl TravelWave {
         (self.cosine * cos + self.sine * sin, self.rate * (self.sine * cos - self.cosine * sin))
     }
 
-    /// The potential −∫ of it as a force, without its constant.
+    /// Computes the potential −∫ of the wave taken as a force, without its constant.
     pub fn potential(&self, x: f64) -> f64 {
         if self.is_flat() {
             return 0.0;
@@ -46,19 +46,19 @@ impl TravelWave {
     }
 }
 
-/// What loads a friction.
+/// The load of a load-dependent friction.
 #[derive(Debug, Clone, PartialEq)]
 pub enum AppliedLoad {
     /// The drive's force.
     Drive,
-    /// The force of a joint: the combination, its stiffness, its damping and half its play.
-    Joint(Along, f64, f64, f64),
+    /// The force of a joint: its combination, stiffness, damping and half its backlash.
+    Joint(Combination, f64, f64, f64),
 }
 
-/// Bristles of a friction with presliding (LuGre).
+/// Bristle of a friction with presliding (LuGre).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Bristle {
-    /// Its place in the state.
+    /// Index in the state.
     pub at: usize,
     /// σ₀.
     pub stiffness: f64,
@@ -70,7 +70,7 @@ pub struct Bristle {
 #[derive(Debug, Clone, PartialEq)]
 pub struct FrictionElement {
     pub name: String,
-    pub along: Along,
+    pub along: Combination,
     pub coulomb: f64,
     pub asymmetry: f64,
     pub stribeck: f64,
@@ -83,12 +83,12 @@ pub struct FrictionElement {
 }
 
 impl FrictionElement {
-    /// Whether its level is the same at all velocities, positions and loads.
+    /// Whether its level is constant over velocity, position and load.
     pub fn is_level(&self) -> bool {
         self.stribeck == 0.0 && self.wave.is_flat() && self.load_share == 0.0
     }
 
-    /// Its level g.
+    /// Computes the friction level g.
     pub fn level(&self, velocity: f64, position: f64, load: f64) -> f64 {
         if self.is_level() {
             return self.coulomb;
@@ -111,55 +111,55 @@ impl FrictionElement {
     }
 }
 
-/// A joint with play.
+/// A joint with backlash.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Gap {
     pub name: String,
-    pub along: Along,
-    /// Half its width.
+    pub along: Combination,
+    /// Half the backlash.
     pub half: f64,
     pub stiffness: f64,
     pub damping: f64,
-    /// Error of its lead along a coordinate; flat for none.
+    /// Coordinate along which the lead error varies; the wave is flat without one.
     pub travel: usize,
     pub wave: TravelWave,
 }
 
 impl Gap {
-    /// How far it is from its middle: the lead's error moves that.
+    /// Computes the deformation from mid-position, which the lead error shifts.
     pub fn stretch(&self, q: &[f64]) -> f64 {
-        along(&self.along, q) - self.wave.at(q[self.travel]).0
+        combine(&self.along, q) - self.wave.at(q[self.travel]).0
     }
 }
 
-/// A joint whose lead has an error that repeats.
+/// A joint with a periodic lead error.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Lead {
-    pub along: Along,
-    /// The coordinate along which it repeats.
+    pub along: Combination,
+    /// Coordinate along which the error varies.
     pub travel: usize,
     pub stiffness: f64,
     pub damping: f64,
     pub wave: TravelWave,
 }
 
-/// A damper behind a spring: its force is a state.
+/// A damper in series with a spring; its force is a state.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Relaxing {
-    pub along: Along,
-    /// Its place in the state.
+    pub along: Combination,
+    /// Index in the state.
     pub at: usize,
     pub stiffness: f64,
     pub damping: f64,
 }
 
-/// What the drive puts into a plant, held between its samples: its force, or with a winding the voltages along q and d.
+/// Input of the drive, held between its samples: its force, or with a winding the voltages along q and d.
 pub type Input = [f64; 2];
 
-/// The winding of the motor.
+/// Winding of the motor.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Winding {
-    /// Places of the currents in the state: along q (or of the armature), and along d.
+    /// Indices of the currents in the state: along q (or of the armature), and along d.
     pub q: usize,
     pub d: Option<usize>,
     pub resistance: f64,
@@ -167,33 +167,33 @@ pub struct Winding {
     pub inductance_d: f64,
     /// True force per current.
     pub constant: f64,
-    /// Pole pairs; 0 for direct current.
+    /// Pole pairs; 0 for a DC motor.
     pub pairs: f64,
 }
 
 impl Winding {
-    /// Share of u·i that is power: 3/2 for amplitudes of three phases.
+    /// Power per u·i: 3/2 for amplitudes of three phases.
     pub fn phases(&self) -> f64 {
         if self.d.is_some() { 1.5 } else { 1.0 }
     }
 
-    /// (i_q, i_d).
+    /// Returns (i_q, i_d).
     pub fn currents(&self, y: &[f64]) -> (f64, f64) {
         (y[self.q], self.d.map_or(0.0, |d| y[d]))
     }
 
-    /// Force per the product of both currents.
+    /// Returns the force per product of both currents.
     pub fn reluctance(&self) -> f64 {
         1.5 * self.pairs * (self.inductance_d - self.inductance_q)
     }
 
-    /// Force on the driven point.
+    /// Computes the force on the driven point.
     pub fn force(&self, y: &[f64]) -> f64 {
         let (q, d) = self.currents(y);
         self.constant * q + self.reluctance() * q * d
     }
 
-    /// Voltage per rate of the driven point.
+    /// Returns the induced voltage per rate of the driven point.
     pub fn induced(&self) -> f64 {
         self.constant / self.phases()
     }

@@ -1,4 +1,4 @@
-//! What the gain of the position loop does: promptness, precision and energy of a cycle.
+//! Effect of the position loop's gain: duration, accuracy and energy of a cycle.
 
 use super::linear::LinearLoops;
 use super::reference::Course;
@@ -8,34 +8,35 @@ use super::{MotionError, SimulationSettings};
 use machine::{Machine, Value};
 use numeric::parallel::OrFirstError;
 
-/// What a gain gives.
+/// Results for one gain.
 #[derive(Debug, Clone, PartialEq)]
 pub struct GainRow {
     /// k_v (1/s).
     pub gain_per_s: f64,
-    /// From the beginning of the travel to 99 % of it (s); `None` where it is not reached.
+    /// Time from the start of the travel to 99 % of it (s); `None` if it is not reached.
     pub time_s: Option<f64>,
     /// Mean |command − position| over the last fifth of the rest (m or rad).
     pub static_error: Option<f64>,
-    /// What the drive puts in while it drives (J).
+    /// Energy supplied while the drive drives (J).
     pub energy_j: Option<f64>,
-    /// C; `None` where a gain is unstable or does not arrive.
+    /// Cost C; `None` if the gain is unstable or the axis does not arrive.
     pub cost: Option<f64>,
-    /// Whether the loops are stable, as linear ones and in the motion; if not, there are no figures.
+    /// Whether the loops are stable, both linear and in the simulated motion; other figures are absent otherwise.
     pub stable: bool,
 }
 
-/// Share of the travel at which it has arrived.
+/// Share of the travel at which the axis has arrived.
 const ARRIVED: f64 = 0.99;
 
-/// Cycles with each gain of the position loop, and their cost
+/// Simulates a cycle with each gain of the position loop and computes its cost
 ///
 /// ```text
 /// C = e/e_max − (1 − E/E_max) − (1 − τ/τ_max),     −2 ≤ C ≤ 1
 /// ```
 ///
-/// each relative to the largest of the stable gains. Gains with a pole that grows are not simulated: limits of current or voltage would hide it. The command goes from its first value to its last; `rest_s` of it are rest at its end and at its
-/// beginning. The position is that of a point times `travel`, or what the encoder reads.
+/// Each term is relative to the largest value of the stable gains. Gains with an unstable pole are not simulated, since limits of current or
+/// voltage would hide it. The command goes from its first value to its last; it rests for `rest_s` at its start and at its end. The position is
+/// that of a point times `travel`, or the reading of the encoder.
 ///
 /// # Units      gains 1/s, as a controller has them in 1/min divided by 60
 /// # Source     lumped servo axis, Eq. 22, Fig. 11 and Tab. 1 (energy while the shaft is dragged is not counted)

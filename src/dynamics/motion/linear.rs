@@ -1,4 +1,4 @@
-//! The loops of a drive as a linear map from one sample of the position loop to the next, worked out without simulating.
+//! The loops of a drive as a linear map between samples of the position loop, computed without simulation.
 
 use std::f64::consts::TAU;
 
@@ -9,17 +9,18 @@ use super::run::periods;
 use super::{MotionError, SimulationSettings};
 use machine::{Drive, Friction, LeadError, Machine, Tachometry, Value, Wave};
 
-/// A drive with its machine, linear: friction slides without a level, play is closed, nothing is rounded or at its limit.
+/// A linear model of a drive with its machine: friction slides without a level, backlash is closed, no rounding and no limits.
 ///
-/// Each sample of the position loop takes the state z (coordinates, rates, currents, integrals, readings, outputs on their way) and the command r to
-/// z⁺ = A·z + B·r; in between, at each sample of the velocity loop, an output is C_j·z + D_j·r.
+/// Each sample of the position loop maps the state z and the command r to z⁺ = A·z + B·r. The state holds coordinates, rates, currents,
+/// integrals, readings and delayed outputs. At each sample of the velocity loop in between, the output is C_j·z + D_j·r.
 ///
-/// # Source  Franklin, Powell and Workman, Digital Control of Dynamic Systems (1998), section 11.1 (loops of several rates, lifted to the slowest)
+/// # Source  Franklin, Powell and Workman, Digital Control of Dynamic Systems (1998), section 11.1 (loops of several rates, lifted to the
+///   slowest)
 #[derive(Debug, Clone)]
 pub struct LinearLoops {
     a: DMatrix<f64>,
     b: DVector<f64>,
-    /// Rows on (z, r) at each sample of the velocity loop: coordinates, then what the position encoder reads.
+    /// Rows on (z, r) at each sample of the velocity loop: coordinates, then the reading of the position encoder.
     outputs: Vec<DMatrix<f64>>,
     /// Rows of the coordinates at each sample of the innermost loop.
     coordinates: Vec<DMatrix<f64>>,
@@ -35,20 +36,20 @@ pub struct LinearLoops {
 pub struct Pole {
     /// Frequency (Hz).
     pub frequency_hz: f64,
-    /// What becomes of it in one second, as an exponent (1/s): above 0 it grows.
+    /// Growth exponent (1/s); positive if the pole is unstable.
     pub growth_per_s: f64,
-    /// Where it moves most, by share of the machine's energy in motion.
+    /// Point with the largest share of the kinetic energy.
     pub point: String,
 }
 
 impl Pole {
-    /// Damping ratio, below 0 where it grows.
+    /// Returns the damping ratio, negative for an unstable pole.
     pub fn damping_ratio(&self) -> f64 {
         -self.growth_per_s / self.growth_per_s.hypot(TAU * self.frequency_hz)
     }
 }
 
-/// The machine without what is not linear: friction, play, lead error that repeats, ripple.
+/// Returns the machine without its nonlinearities: friction, backlash, periodic lead error, ripple.
 pub fn smooth(machine: &Machine) -> Machine {
     let mut smooth = machine.clone();
     for joint in &mut smooth.joints {
@@ -62,7 +63,7 @@ pub fn smooth(machine: &Machine) -> Machine {
     smooth
 }
 
-/// Rows over (z, r): what everything is, as a combination of what was at the last sample of the position loop.
+/// Rows over (z, r): each signal as a linear combination of state and command at the last sample of the position loop.
 struct Rows {
     plant: DMatrix<f64>,
     speed: RowDVector<f64>,
@@ -74,7 +75,7 @@ struct Rows {
 }
 
 impl Rows {
-    /// All of z in order.
+    /// Stacks all rows of z in order.
     fn stacked(&self) -> DMatrix<f64> {
         let rest = [&self.speed, &self.currents, &self.command, &self.rate];
         let rows: Vec<&RowDVector<f64>> = rest.into_iter().chain(&self.readings).chain(&self.inputs).collect();
@@ -85,7 +86,7 @@ impl Rows {
         all
     }
 
-    /// z itself, and r as the last column.
+    /// Creates the identity for z, with r as the last column.
     fn unit(plant: usize, readings: usize, inputs: usize) -> Self {
         let count = plant + 4 + readings + inputs;
         let one = |at: usize| RowDVector::from_fn(count + 1, |_, j| f64::from(u8::from(at == j)));
@@ -101,7 +102,7 @@ impl Rows {
     }
 }
 
-/// ẋ = A·x + B·u of the plant: coordinates, rates, relaxing forces and the current along q.
+/// Builds ẋ = A·x + B·u of the plant: coordinates, rates, relaxing forces and the current along q.
 fn equations(plant: &Plant) -> (DMatrix<f64>, DVector<f64>) {
     let (n, s) = (plant.size, plant.states);
     let mut a = DMatrix::zeros(s, s);
@@ -136,8 +137,8 @@ fn equations(plant: &Plant) -> (DMatrix<f64>, DVector<f64>) {
     (a, b)
 }
 
-/// What a time without change of the input does: Φ and the column of the input.
-fn held(a: &DMatrix<f64>, b: &DVector<f64>, time_s: f64) -> (DMatrix<f64>, DVector<f64>) {
+/// Computes Φ and the input column for a constant input over a time.
+fn zero_order_hold(a: &DMatrix<f64>, b: &DVector<f64>, time_s: f64) -> (DMatrix<f64>, DVector<f64>) {
     let s = a.nrows();
     let mut whole = DMatrix::zeros(s + 1, s + 1);
     whole.view_mut((0, 0), (s, s)).copy_from(&(a * time_s));
@@ -147,7 +148,7 @@ fn held(a: &DMatrix<f64>, b: &DVector<f64>, time_s: f64) -> (DMatrix<f64>, DVect
 }
 
 impl LinearLoops {
-    /// The loops of a machine with the given parameters.
+    /// Builds the loops of a machine with the given parameters.
     ///
     /// # Errors  as [`super::simulate`] where plant and drive do not fit together.
     pub fn new(machine: &Machine, values: &[f64], settings: &SimulationSettings) -> Result<Self, MotionError> {
@@ -162,21 +163,21 @@ impl LinearLoops {
         let tick_s = position_s / in_position as f64;
         let (a, b) = equations(&plant);
         let delay = periods(at(&drive.delay_s), tick_s);
-        let behind = delay.floor() as usize;
-        let late = delay.fract() * tick_s;
-        let (before, after) = (held(&a, &b, late), held(&a, &b, tick_s - late));
+        let whole_delay = delay.floor() as usize;
+        let delay_rest_s = delay.fract() * tick_s;
+        let (before, after) = (zero_order_hold(&a, &b, delay_rest_s), zero_order_hold(&a, &b, tick_s - delay_rest_s));
         let readings = match drive.velocity.tachometry {
             Tachometry::Difference(periods) => periods,
             Tachometry::Direct => 0,
         };
-        let mut rows = Rows::unit(plant.states, readings, behind + 1);
+        let mut rows = Rows::unit(plant.states, readings, whole_delay + 1);
         let columns = rows.plant.ncols();
         let command = RowDVector::from_fn(columns, |_, j| f64::from(u8::from(j + 1 == columns)));
         let (mut outputs, mut coordinates) = (Vec::new(), Vec::new());
         let mut reference = RowDVector::zeros(columns);
         let (mut acceleration, mut signal) = (reference.clone(), reference.clone());
         let of = |rows: &Rows, at: usize| rows.plant.row(at).into_owned();
-        let scale = inputs(drive, &at);
+        let scale = input_scale(drive, &at);
         for tick in 0..in_position {
             let position = of(&rows, plant.position.at) * plant.position.travel;
             if tick == 0 {
@@ -214,12 +215,12 @@ impl LinearLoops {
                 }
             };
             rows.inputs.insert(0, input);
-            let (old, new) = (rows.inputs[behind + 1].clone(), rows.inputs[behind].clone());
-            rows.inputs.truncate(behind + 1);
+            let (old, new) = (rows.inputs[whole_delay + 1].clone(), rows.inputs[whole_delay].clone());
+            rows.inputs.truncate(whole_delay + 1);
             let halfway = &before.0 * &rows.plant + &before.1 * old;
             rows.plant = &after.0 * halfway + &after.1 * new;
         }
-        // An integral that nothing adds to is no state.
+        // An integral with infinite time constant is no state.
         if at(&drive.velocity.integral_time_s).is_infinite() {
             rows.speed.fill(0.0);
         }
@@ -239,14 +240,14 @@ impl LinearLoops {
         })
     }
 
-    /// Response to a command that is a sine at the samples of the position loop: the share of the output at its frequency, sampled by the velocity
-    /// loop. The output is a coordinate, or what the position encoder reads.
+    /// Computes the response to a command that is a sine at the samples of the position loop. It is the component of the output at the sine's
+    /// frequency, sampled by the velocity loop. The output is a coordinate, or the reading of the position encoder.
     ///
     /// # Units      Hz; output per unit of command
     pub fn response(&self, frequency_hz: f64, coordinate: Option<usize>) -> Complex<f64> {
         let count = self.a.nrows();
-        let turn = Complex::from_polar(1.0, TAU * frequency_hz * self.period_s);
-        let system = DMatrix::from_fn(count, count, |i, j| if i == j { turn - self.a[(i, j)] } else { Complex::from(-self.a[(i, j)]) });
+        let advance = Complex::from_polar(1.0, TAU * frequency_hz * self.period_s);
+        let system = DMatrix::from_fn(count, count, |i, j| if i == j { advance - self.a[(i, j)] } else { Complex::from(-self.a[(i, j)]) });
         let right = self.b.map(Complex::from);
         let Some(z) = system.lu().solve(&right) else { return Complex::new(f64::NAN, f64::NAN) };
         let row = coordinate.unwrap_or(self.names.len());
@@ -258,7 +259,7 @@ impl LinearLoops {
         self.outputs.iter().enumerate().map(at).sum()
     }
 
-    /// Poles of the closed loops that oscillate or grow, the fastest growing first.
+    /// Computes the oscillating and the unstable poles of the closed loops, the fastest growing first.
     pub fn poles(&self) -> Vec<Pole> {
         let values = Schur::new(self.a.clone()).complex_eigenvalues();
         let mut poles: Vec<Pole> = values.iter().filter(|l| l.im >= 0.0 && l.norm() > 1e-9).filter_map(|l| self.pole(*l)).collect();
@@ -266,15 +267,16 @@ impl LinearLoops {
         poles
     }
 
-    /// The pole that grows fastest, where one grows.
+    /// Returns the fastest growing unstable pole.
     pub fn unstable(&self) -> Option<Pole> {
         self.poles().into_iter().next().filter(|p| p.growth_per_s > 1e-6 / self.period_s)
     }
 
-    /// A pole with where it moves. Its turns within a period, which its value does not tell, are counted between the samples of the innermost loop.
+    /// Computes frequency and location of a pole. Its value leaves whole turns of phase within a period open; they are counted between samples of
+    /// the innermost loop.
     fn pole(&self, value: Complex<f64>) -> Option<Pole> {
         let count = self.a.nrows();
-        // One step of inverse iteration beside the value.
+        // Inverse iteration close to the value.
         let near = value * (1.0 + 1e-7) + Complex::new(1e-12, 1e-12);
         let system = DMatrix::from_fn(count, count, |i, j| Complex::from(self.a[(i, j)]) - if i == j { near } else { Complex::from(0.0) });
         let lu = system.lu();
@@ -295,16 +297,16 @@ impl LinearLoops {
         let energy = |i: usize| self.mass[i] * moves[0][i].norm_sqr();
         let largest = (0..self.names.len()).max_by(|a, b| energy(*a).total_cmp(&energy(*b)))?;
         let path: Vec<Complex<f64>> = moves.iter().map(|m| m[largest]).chain([moves[0][largest] * value]).collect();
-        let turned: f64 = path.windows(2).map(|w| (w[1] / w[0]).arg()).sum();
+        let phase_advance: f64 = path.windows(2).map(|w| (w[1] / w[0]).arg()).sum();
         Some(Pole {
-            frequency_hz: turned.abs() / (TAU * self.period_s),
+            frequency_hz: phase_advance.abs() / (TAU * self.period_s),
             growth_per_s: value.norm().ln() / self.period_s,
             point: self.names[largest].clone(),
         })
     }
 }
 
-/// What goes to a plant without a current loop per unit of the velocity loop's output: force, or voltage.
-fn inputs(drive: &Drive, at: &impl Fn(&Value) -> f64) -> f64 {
+/// Returns the plant's input per unit of the velocity loop's output without a current loop: force or voltage.
+fn input_scale(drive: &Drive, at: &impl Fn(&Value) -> f64) -> f64 {
     if drive.motor.is_some() { 1.0 } else { at(&drive.constant) * at(&drive.force_factor) }
 }

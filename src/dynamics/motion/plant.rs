@@ -1,15 +1,15 @@
-//! A machine as equations of motion: matrices on the coordinates that have an inertia, and what acts between them.
+//! A machine as equations of motion: matrices on the coordinates with inertia, and the force elements between them.
 
 use std::f64::consts::TAU;
 
 use nalgebra::DMatrix;
 
-use super::force_element::{Along, AppliedLoad, Bristle, FrictionElement, Gap, Lead, Relaxing, TravelWave, Winding, pull};
+use super::force_element::{AppliedLoad, Bristle, Combination, FrictionElement, Gap, Lead, Relaxing, TravelWave, Winding, apply_force};
 use super::{MotionError, SimulationSettings};
 use crate::model::{Matrices, matrices};
 use machine::{Drive, Encoder, Joint, Machine, PointMotion, Value};
 
-/// An encoder: what it reads is travel·q.
+/// An encoder with the reading travel·q.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Reading {
     pub at: usize,
@@ -18,7 +18,7 @@ pub struct Reading {
 }
 
 impl Reading {
-    /// What it reads, to its step.
+    /// Returns the reading, rounded to the encoder's step.
     pub fn of(&self, q: &[f64]) -> f64 {
         let x = self.travel * q[self.at];
         if self.step > 0.0 { (x / self.step).round() * self.step } else { x }
@@ -28,48 +28,48 @@ impl Reading {
 /// The equations of motion of a machine: M·q̈ + C·q̇ + K·q = forces of its elements and its drive.
 #[derive(Debug, Clone)]
 pub struct Plant {
-    /// Coordinates.
+    /// Number of coordinates.
     pub size: usize,
-    /// Places in the state: q, q̇, bristles, relaxing forces and currents.
+    /// Number of states: q, q̇, bristles, relaxing forces and currents.
     pub states: usize,
     pub names: Vec<String>,
     pub mass: Vec<f64>,
-    /// By rows.
+    /// Stored by rows.
     pub damping: Vec<f64>,
     pub stiffness: Vec<f64>,
-    /// K with every play closed, for where the machine stands at the start.
+    /// K with every backlash closed, for the equilibrium at the start.
     pub closed: DMatrix<f64>,
-    pub rubs: Vec<FrictionElement>,
+    pub frictions: Vec<FrictionElement>,
     pub gaps: Vec<Gap>,
     pub leads: Vec<Lead>,
     pub relaxing: Vec<Relaxing>,
-    /// Force on each coordinate that is always the same.
+    /// Constant force on each coordinate.
     pub constant: Vec<f64>,
     pub drive: usize,
     pub winding: Option<Winding>,
     pub ripple: TravelWave,
     pub position: Reading,
     pub velocity: Reading,
-    /// Points of the machine that are coordinates: which point, which coordinate.
+    /// Points of the machine that are coordinates: index of the point, index of the coordinate.
     pub points: Vec<(usize, usize)>,
     pub warnings: Vec<String>,
 }
 
 impl Plant {
-    /// The plant of a machine with the given parameters.
+    /// Builds the plant of a machine with the given parameters.
     ///
-    /// # Errors  no drive; friction, play, drive or encoder at a point without inertia; two frictions on one motion; a point that nothing holds.
+    /// # Errors  no drive; friction, backlash, drive or encoder at a point without inertia; two frictions on one motion; an unconstrained point.
     pub fn new(machine: &Machine, values: &[f64], settings: &SimulationSettings) -> Result<Self, MotionError> {
         let drive = machine.drive.as_ref().ok_or(MotionError::NoDrive)?;
         let at = |value: &Value| value.at(values, &settings.operating);
-        let made = |machine: &Machine| matrices(machine, values, &settings.operating, settings.lumps)?.condensed();
-        let (open, closed) = linear(machine, &at);
-        let whole = made(&closed)?;
-        let matrices = made(&open)?;
-        let mut plant = Plant::empty(&matrices, whole, drive);
+        let matrices_of = |machine: &Machine| matrices(machine, values, &settings.operating, settings.lumps)?.condensed();
+        let (open, closed) = linear_machines(machine, &at);
+        let closed_matrices = matrices_of(&closed)?;
+        let matrices = matrices_of(&open)?;
+        let mut plant = Plant::empty(&matrices, closed_matrices, drive);
         plant.points = machine.points.iter().enumerate().filter_map(|(i, p)| Some((i, plant.coordinate(&p.name)?))).collect();
-        for (joint, held) in machine.joints.iter().zip(&closed.joints) {
-            plant.add_joint(machine, joint, held, &at)?;
+        for (joint, expanded) in machine.joints.iter().zip(&closed.joints) {
+            plant.add_joint(machine, joint, expanded, &at)?;
         }
         plant.drive = plant.point(machine, drive.on, "the drive")?;
         let reading = |plant: &Plant, encoder: &Encoder, part: &str| {
@@ -94,12 +94,12 @@ impl Plant {
         if machine.joints.iter().any(|j| at(&j.loss_factor) > 0.0) || machine.shafts.iter().any(|s| at(&s.loss_factor) > 0.0) {
             plant
                 .warnings
-                .push("loss factors, which have no form in time, are left out: damp by viscous dampers what must not ring".into());
+                .push("loss factors have no time-domain form and are ignored; add viscous dampers where damping is needed".into());
         }
         Ok(plant)
     }
 
-    fn empty(matrices: &Matrices, whole: Matrices, drive: &Drive) -> Self {
+    fn empty(matrices: &Matrices, closed_matrices: Matrices, drive: &Drive) -> Self {
         let size = matrices.names.len();
         let rows = |m: &DMatrix<f64>| m.transpose().as_slice().to_vec();
         let nowhere = Reading { at: 0, travel: 1.0, step: 0.0 };
@@ -110,8 +110,8 @@ impl Plant {
             mass: matrices.mass.diagonal().as_slice().to_vec(),
             damping: rows(&matrices.damping),
             stiffness: rows(&matrices.stiffness),
-            closed: whole.stiffness,
-            rubs: Vec::new(),
+            closed: closed_matrices.stiffness,
+            frictions: Vec::new(),
             gaps: Vec::new(),
             leads: Vec::new(),
             relaxing: Vec::new(),
@@ -135,7 +135,7 @@ impl Plant {
         self.coordinate(name).ok_or_else(|| MotionError::Massless { part: part.into(), point: name.clone() })
     }
 
-    fn along(&self, machine: &Machine, joint: &Joint) -> Result<Along, MotionError> {
+    fn along(&self, machine: &Machine, joint: &Joint) -> Result<Combination, MotionError> {
         let moving = joint.on.iter().filter(|(p, _)| !machine.points[*p].fixed);
         moving.map(|&(p, c)| Ok((self.point(machine, p, &format!("joint «{}»", joint.name))?, c))).collect()
     }
@@ -145,42 +145,47 @@ impl Plant {
         self.states - 1
     }
 
-    /// What of a joint is no part of the matrices. `held` is the joint with the growth of its lead.
-    fn add_joint(&mut self, machine: &Machine, joint: &Joint, held: &Joint, at: &impl Fn(&Value) -> f64) -> Result<(), MotionError> {
+    /// Adds the elements of a joint that are not part of the matrices. `expanded` is the joint with the thermal expansion of its lead.
+    fn add_joint(&mut self, machine: &Machine, joint: &Joint, expanded: &Joint, at: &impl Fn(&Value) -> f64) -> Result<(), MotionError> {
         let (stiffness, damping) =
             (at(&joint.stiffness), at(&joint.damping) + machine.stiffness_proportional_damping_s * at(&joint.stiffness));
         let (half, error) = (0.5 * at(&joint.gap), wave(&joint.lead_error.wave, at));
         if half > 0.0 {
             if joint.relaxation_stiffness.is_some() {
-                let fault = format!("joint «{}» has play and a relaxing damper; describe them as two joints", joint.name);
+                let fault = format!("joint «{}» has backlash and a relaxing damper; describe them as two joints", joint.name);
                 return Err(MotionError::Input(fault));
             }
-            let travel = if error.is_flat() { 0 } else { self.travel(machine, held)? };
-            let along = self.along(machine, held)?;
+            let travel = if error.is_flat() { 0 } else { self.travel(machine, expanded)? };
+            let along = self.along(machine, expanded)?;
             self.gaps.push(Gap { name: joint.name.clone(), along, half, stiffness, damping, travel, wave: error });
         } else if !error.is_flat() {
-            let travel = self.travel(machine, held)?;
-            let along = self.along(machine, held)?;
+            let travel = self.travel(machine, expanded)?;
+            let along = self.along(machine, expanded)?;
             self.leads.push(Lead { along, travel, stiffness, damping, wave: error });
         }
         if let Some(series) = joint.relaxation_stiffness.as_ref().filter(|_| at(&joint.damping) > 0.0) {
-            let along = self.along(machine, held)?;
+            let along = self.along(machine, expanded)?;
             let at_state = self.state();
             self.relaxing.push(Relaxing { along, at: at_state, stiffness: at(series), damping: at(&joint.damping) });
         }
         self.add_friction(machine, joint, at)
     }
 
-    /// The coordinate along which a joint's lead errs: its first translation.
+    /// Returns the coordinate along which a joint's lead error varies: its first translation.
     fn travel(&self, machine: &Machine, joint: &Joint) -> Result<usize, MotionError> {
         let travel = joint.on.iter().find(|(p, _)| machine.points[*p].motion == PointMotion::Translation).map(|(p, _)| *p);
-        let travel = travel.ok_or_else(|| MotionError::Input(format!("joint «{}» has a lead error, but no travel", joint.name)))?;
+        let travel = travel.ok_or_else(|| {
+            MotionError::Input(format!(
+                "joint «{}» has a lead error, but connects no point that moves linearly; leave lead_error out",
+                joint.name
+            ))
+        })?;
         self.point(machine, travel, &format!("joint «{}»", joint.name))
     }
 
     fn add_friction(&mut self, machine: &Machine, joint: &Joint, at: &impl Fn(&Value) -> f64) -> Result<(), MotionError> {
         let f = &joint.friction;
-        let rub = FrictionElement {
+        let element = FrictionElement {
             name: joint.name.clone(),
             along: Vec::new(),
             coulomb: at(&f.coulomb),
@@ -194,20 +199,21 @@ impl Plant {
             bristle: None,
         };
         let offset = at(&f.offset);
-        let rubs = !rub.is_level() || rub.coulomb != 0.0 || rub.asymmetry != 0.0;
-        if !rubs && offset == 0.0 {
+        let has_friction = !element.is_level() || element.coulomb != 0.0 || element.asymmetry != 0.0;
+        if !has_friction && offset == 0.0 {
             return Ok(());
         }
         let along = self.along(machine, joint)?;
-        pull(&along, offset, &mut self.constant);
-        if !rubs {
+        apply_force(&along, offset, &mut self.constant);
+        if !has_friction {
             return Ok(());
         }
-        if let Some(other) = self.rubs.iter().find(|r| r.along == along) {
-            let fault = format!("joints «{}» and «{}» rub on one and the same motion; describe one friction there", other.name, joint.name);
+        if let Some(other) = self.frictions.iter().find(|r| r.along == along) {
+            let fault =
+                format!("joints «{}» and «{}» have friction on the same motion; describe one friction there", other.name, joint.name);
             return Err(MotionError::Input(fault));
         }
-        let load = match f.load_of.filter(|_| rub.load_share > 0.0) {
+        let load = match f.load_of.filter(|_| element.load_share > 0.0) {
             None => AppliedLoad::Drive,
             Some(index) => {
                 let of = &machine.joints[index];
@@ -217,20 +223,20 @@ impl Plant {
         };
         let (stiffness, damping) = (at(&f.presliding_stiffness), at(&f.presliding_damping));
         let bristle = (stiffness > 0.0).then(|| Bristle { at: self.state(), stiffness, damping });
-        self.rubs.push(FrictionElement { along, load, bristle, ..rub });
+        self.frictions.push(FrictionElement { along, load, bristle, ..element });
         Ok(())
     }
 }
 
-/// The machine without what its matrices do not hold (relaxing dampers, play that is open), and with every play closed; the lead of
-/// a screw as it has grown in both.
-fn linear(machine: &Machine, at: &impl Fn(&Value) -> f64) -> (Machine, Machine) {
+/// Returns the machine without the elements that its matrices cannot represent (relaxing dampers, open backlash), and the machine with every
+/// backlash closed. Both include the thermal expansion of the lead.
+fn linear_machines(machine: &Machine, at: &impl Fn(&Value) -> f64) -> (Machine, Machine) {
     let mut closed = machine.clone();
     for joint in &mut closed.joints {
-        let growth = at(&joint.lead_error.growth);
+        let expansion = at(&joint.lead_error.growth);
         let first = joint.on.iter().position(|(p, _)| machine.points[*p].motion == PointMotion::Translation);
-        if let Some(first) = first.filter(|_| growth != 0.0) {
-            joint.on[first].1 *= 1.0 - growth;
+        if let Some(first) = first.filter(|_| expansion != 0.0) {
+            joint.on[first].1 *= 1.0 - expansion;
         }
         if joint.relaxation_stiffness.take().is_some() {
             joint.damping = Value::number(0.0);

@@ -1,4 +1,4 @@
-//! A measured record simulated in closed loop.
+//! Closed-loop simulation of a measured record.
 
 use super::reference::Course;
 use super::run::simulate;
@@ -8,22 +8,22 @@ use machine::Machine;
 use measurement::MotionRecord;
 use numeric::statistics::root_mean_square;
 
-/// Column of a record that is added to the drive's input (V).
+/// Column of a record with the voltage that is added to the drive's input (V).
 const ADDED: &str = "pulse_v";
 
-/// How far a simulated record is from the measured one.
+/// Deviation of a simulated record from the measured one.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct RecordGap {
     /// rms(simulated − measured)/rms(measured) of force or torque.
     pub force: f64,
-    /// The same of the tracking error, command − position.
+    /// The same ratio for the tracking error, command − position.
     pub tracking: f64,
 }
 
 impl Course {
-    /// The command of a record, with what its column `pulse_v` adds to the drive's input, from where the record begins.
+    /// Returns the course of a record: its command, and the voltage in its column `pulse_v`, from the initial state of the record.
     ///
-    /// The velocity there is that of a parabola through the first eleven positions.
+    /// The initial velocity is that of a parabola through the first eleven positions.
     pub fn of_record(record: &MotionRecord) -> Self {
         let first = &record.position_m[..record.position_m.len().min(11)];
         Course {
@@ -36,7 +36,7 @@ impl Course {
     }
 }
 
-/// Slope at the first sample of the parabola of least squares, per sample.
+/// Returns the slope, per sample, of the least-squares parabola at the first sample.
 fn slope_at_start(samples: &[f64]) -> f64 {
     let n = samples.len();
     if n < 3 {
@@ -48,9 +48,9 @@ fn slope_at_start(samples: &[f64]) -> f64 {
     normal.lu().solve(&(design.transpose() * right)).map_or(0.0, |x| x[1])
 }
 
-/// Simulates a record in closed loop: its command, and what it adds to the drive's input, through machine and drive.
+/// Simulates a record in closed loop: its command, and the voltage added to the drive's input, through machine and drive.
 ///
-/// Samples are those of the record where the velocity loop's period is its step; [`RecordGap`] compares at the record's times.
+/// The samples are those of the record if the velocity loop's period is its step; [`RecordGap`] compares at the record's times.
 ///
 /// # Errors  as [`simulate`]; the velocity loop's period does not divide the record's step.
 pub fn simulate_record(

@@ -1,26 +1,26 @@
-//! What an axis is told to do.
+//! Reference motions of an axis.
 
 use std::f64::consts::TAU;
 
 use super::MotionError;
 
-/// A commanded motion, sampled evenly; straight between samples.
+/// A commanded motion with a constant sampling step, linear between samples.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Course {
     /// Time between samples (s).
     pub step_s: f64,
-    /// Command (m or rad), from time 0 on.
+    /// Command (m or rad), starting at time 0.
     pub command: Vec<f64>,
-    /// What is added to the velocity loop's output (V), held from sample to sample; empty for nothing.
+    /// Voltage added to the velocity loop's output (V), held between samples; empty for none.
     pub added: Vec<f64>,
-    /// Where the encoder of the position loop reads at the start; the first command where it is absent.
+    /// Reading of the position loop's encoder at the start; `None` for the first command.
     pub start_position: Option<f64>,
-    /// Its rate there; 0 where it is absent.
+    /// Rate of the reading at the start; `None` for 0.
     pub start_velocity: Option<f64>,
 }
 
 impl Course {
-    /// A command alone, from rest at its first sample.
+    /// Creates a course from a command alone, at rest at its first sample.
     pub fn new(step_s: f64, command: Vec<f64>) -> Self {
         Course { step_s, command, added: Vec::new(), start_position: None, start_velocity: None }
     }
@@ -30,45 +30,46 @@ impl Course {
         self.step_s * self.command.len().saturating_sub(1) as f64
     }
 
-    /// Sample, and share of the way to the next, at a time; times printed with rounding are those of their sample.
-    fn place(&self, time_s: f64) -> (usize, f64) {
+    /// Returns the sample at a time, and the share of the way to the next one. Tolerates times that were rounded for output.
+    fn position(&self, time_s: f64) -> (usize, f64) {
         let at = (time_s / self.step_s).max(0.0);
         let near = at.round();
         if (at - near).abs() < 1e-6 { (near as usize, 0.0) } else { (at as usize, at.fract()) }
     }
 
-    /// The command at a time; its last value after its end. Before its beginning it goes on as it begins.
+    /// Returns the command at a time: extrapolated before its start, constant after its end.
     pub fn command(&self, time_s: f64) -> f64 {
         let Some(&last) = self.command.last() else { return 0.0 };
         if time_s < 0.0 {
             let second = self.command.get(1).copied().unwrap_or(last);
             return self.command[0] + (second - self.command[0]) * time_s / self.step_s;
         }
-        let (at, share) = self.place(time_s);
+        let (at, share) = self.position(time_s);
         match self.command.get(at..at + 2) {
             Some(pair) if share > 0.0 => pair[0] + (pair[1] - pair[0]) * share,
             _ => self.command.get(at).copied().unwrap_or(last),
         }
     }
 
-    /// What is added to the drive's input at a time (V).
+    /// Returns the voltage added to the drive's input at a time (V).
     pub fn added(&self, time_s: f64) -> f64 {
-        self.added.get(self.place(time_s).0).copied().unwrap_or(0.0)
+        self.added.get(self.position(time_s).0).copied().unwrap_or(0.0)
     }
 }
 
 /// A motion from rest to rest with limits on velocity, acceleration and jerk.
 ///
-/// Seven phases: the acceleration rises, stays, falls to zero, the velocity stays, and the same back. A short travel leaves phases out.
+/// It has seven phases: the acceleration rises, is constant, and falls to zero; the velocity is constant; then the same in reverse. A short
+/// travel omits phases.
 ///
 /// # Units      m, m/s, m/s², m/s³ (or rad)
 /// # Limits     infinite jerk is the trapezoid of velocity
 /// # Source     Biagiotti and Melchiorri, Trajectory Planning for Automatic Machines and Robots (2008), section 3.4.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SCurve {
-    /// From here.
+    /// Start position.
     pub from: f64,
-    /// To here.
+    /// End position.
     pub to: f64,
     /// Largest velocity.
     pub velocity: f64,
@@ -79,11 +80,11 @@ pub struct SCurve {
 }
 
 impl SCurve {
-    /// Durations (s) of a jerk, of a rise of the velocity, and of the whole.
+    /// Computes the durations (s) of a jerk phase, of the velocity rise, and of the whole motion.
     ///
     /// # Errors  a limit that is not above 0; no travel.
     fn times_s(&self) -> Result<(f64, f64, f64), MotionError> {
-        above_0("s-curve", &[("velocity", self.velocity), ("acceleration", self.acceleration), ("jerk", self.jerk)])?;
+        require_positive("s-curve", &[("velocity", self.velocity), ("acceleration", self.acceleration), ("jerk", self.jerk)])?;
         let travel = (self.to - self.from).abs();
         if !(travel > 0.0 && travel.is_finite()) {
             return Err(MotionError::Input(format!(
@@ -91,7 +92,7 @@ impl SCurve {
                 self.from, self.to
             )));
         }
-        // Largest velocity of the travel: v·(rise time of v) = travel where nothing is left for constant velocity.
+        // Velocity that the travel allows without a phase of constant velocity: v·(rise time of v) = travel.
         let rise_s = |v: f64| {
             let jerk_s = (self.acceleration / self.jerk).min((v / self.jerk).sqrt());
             let steady_s = v / (self.jerk * jerk_s) - jerk_s;
@@ -110,7 +111,7 @@ impl SCurve {
         Ok((jerk_s, rise, rise + travel / velocity))
     }
 
-    /// Travel at a time, of the whole: the jerk's seven phases integrated.
+    /// Computes the share of the travel at a time: the integral of the jerk's seven phases.
     fn share(time_s: f64, (jerk_s, rise_s, whole_s): (f64, f64, f64)) -> f64 {
         // With unit velocity the jerk is 1/(jerk_s·(rise_s − jerk_s)).
         let jerk = 1.0 / (jerk_s * (rise_s - jerk_s));
@@ -119,7 +120,7 @@ impl SCurve {
         jerk * (rise(0.0) - rise(whole_s - rise_s)) / (whole_s - rise_s)
     }
 
-    /// The course, with rest before its beginning and after its end (s).
+    /// Computes the course, with rest (s) before its start and after its end.
     ///
     /// # Errors  a limit that is not above 0; no travel.
     pub fn course(&self, step_s: f64, rest_s: f64, and_back: bool) -> Result<Course, MotionError> {
@@ -139,29 +140,29 @@ impl SCurve {
     }
 }
 
-/// Refuses what of a command is not above 0.
-fn above_0(command: &str, given: &[(&str, f64)]) -> Result<(), MotionError> {
+/// Rejects parameters of a command that are not positive.
+fn require_positive(command: &str, given: &[(&str, f64)]) -> Result<(), MotionError> {
     match given.iter().find(|(_, x)| !(*x > 0.0 && x.is_finite())) {
         Some((what, x)) => Err(MotionError::Input(format!("{command}: the {what} is {x}; write a number above 0"))),
         None => Ok(()),
     }
 }
 
-/// Most samples of a command.
+/// Largest number of samples of a command.
 const MOST_SAMPLES: f64 = 2e7;
 
-/// Samples of a command that takes so long.
+/// Returns the number of samples of a command of the given duration.
 fn samples(what: &str, whole_s: f64, step_s: f64) -> Result<usize, MotionError> {
     let count = (whole_s / step_s).ceil() + 1.0;
     if count <= MOST_SAMPLES {
         return Ok(count as usize);
     }
     Err(MotionError::Input(format!(
-        "{what}: takes {whole_s:.3e} s, more than {MOST_SAMPLES:e} samples of {step_s} s; go faster, or less far"
+        "{what}: takes {whole_s:.3e} s, more than {MOST_SAMPLES:e} samples of {step_s} s; increase the speed, or shorten the travel"
     )))
 }
 
-/// A sine about a centre, whose amplitude grows over the first period, so that it begins at rest.
+/// A sine about a centre. Its amplitude rises over the first period, so that it starts at rest.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Sine {
     /// Centre (m or rad).
@@ -170,44 +171,45 @@ pub struct Sine {
     pub amplitude: f64,
     /// Frequency (Hz).
     pub frequency_hz: f64,
-    /// Periods.
+    /// Number of periods.
     pub periods: f64,
 }
 
 impl Sine {
-    /// The course.
+    /// Computes the course.
     ///
-    /// # Errors  an amplitude, frequency or number of periods that is not above 0; fewer than ten samples to a period.
+    /// # Errors  an amplitude, frequency or number of periods that is not above 0; fewer than ten samples per period.
     pub fn course(&self, step_s: f64) -> Result<Course, MotionError> {
-        above_0("sine", &[("amplitude", self.amplitude), ("frequency", self.frequency_hz), ("number of periods", self.periods)])?;
+        require_positive("sine", &[("amplitude", self.amplitude), ("frequency", self.frequency_hz), ("number of periods", self.periods)])?;
         if self.frequency_hz * step_s > 0.1 {
             let fault = format!(
-                "sine: {} Hz has fewer than ten samples of {step_s} s to a period; lower the frequency, or shorten the position loop's period",
+                "sine: {} Hz has fewer than ten samples of {step_s} s per period; lower the frequency, or shorten the position loop's period",
                 self.frequency_hz
             );
             return Err(MotionError::Input(fault));
         }
         let samples = samples("sine", self.periods / self.frequency_hz, step_s)?;
         let command = |at: usize| {
-            let turns = at as f64 * step_s * self.frequency_hz;
-            // 3s² − 2s³ of the first period.
-            let grown = turns.min(1.0);
-            self.centre + self.amplitude * grown * grown * (3.0 - 2.0 * grown) * (TAU * turns).sin()
+            let periods = at as f64 * step_s * self.frequency_hz;
+            // 3s² − 2s³ over the first period.
+            let ramp = periods.min(1.0);
+            self.centre + self.amplitude * ramp * ramp * (3.0 - 2.0 * ramp) * (TAU * periods).sin()
         };
         Ok(Course::new(step_s, (0..samples).map(command).collect()))
     }
 }
 
-/// A circle of two axes through the origin, x = R·sin φ, y = R·(1 − cos φ): from rest along x, at full speed after `rise_s`, and to its end there.
+/// A circle of two axes through the origin, x = R·sin φ, y = R·(1 − cos φ). It starts from rest along x, reaches full speed after `rise_s`, and
+/// ends at full speed.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Circle {
     /// Radius R (m).
     pub radius: f64,
-    /// Speed of the angle (rad/s).
+    /// Angular speed (rad/s).
     pub speed_rad_s: f64,
-    /// Turns at full speed.
+    /// Revolutions at full speed.
     pub turns: f64,
-    /// Time (s) in which the speed rises, as 3s² − 2s³.
+    /// Rise time of the speed (s), as 3s² − 2s³.
     pub rise_s: f64,
 }
 
@@ -217,15 +219,15 @@ impl Circle {
         [0.0, self.radius]
     }
 
-    /// Courses of both axes.
+    /// Computes the courses of both axes.
     ///
-    /// # Errors  a radius, speed, number of turns or rise that is not above 0; fewer than ten samples to a turn.
+    /// # Errors  a radius, speed, number of revolutions or rise time that is not above 0; fewer than ten samples per revolution.
     pub fn courses(&self, step_s: f64) -> Result<[Course; 2], MotionError> {
         let given = [("radius", self.radius), ("speed", self.speed_rad_s), ("number of turns", self.turns), ("rise", self.rise_s)];
-        above_0("circle", &given)?;
+        require_positive("circle", &given)?;
         if self.speed_rad_s * step_s > 0.1 * TAU {
             return Err(MotionError::Input(format!(
-                "circle: {} rad/s has fewer than ten samples of {step_s} s to a turn; go slower",
+                "circle: {} rad/s has fewer than ten samples of {step_s} s per revolution; lower the speed",
                 self.speed_rad_s
             )));
         }
@@ -241,7 +243,7 @@ impl Circle {
     }
 }
 
-/// How far points of two axes are outside (above 0) or inside a circle (m).
+/// Computes the radial distance of points from a circle (m), positive outside.
 pub fn contour_error(x: &[f64], y: &[f64], [a, b]: [f64; 2], radius: f64) -> Vec<f64> {
     x.iter().zip(y).map(|(x, y)| (x - a).hypot(y - b) - radius).collect()
 }
@@ -250,7 +252,7 @@ pub fn contour_error(x: &[f64], y: &[f64], [a, b]: [f64; 2], radius: f64) -> Vec
 mod tests {
     use super::*;
 
-    /// Distance, and velocity, acceleration and jerk by differences, hold to their limits; reached where there is room.
+    /// Travel, and velocity, acceleration and jerk by differences, keep their limits and reach them if the travel allows.
     #[test]
     fn limit_an_s_curve_keeps_its_limits() {
         for (travel, reached) in [(1.0, [true, true]), (0.02, [false, true]), (1e-4, [false, false])] {
@@ -263,7 +265,7 @@ mod tests {
             let velocity = difference(&course.command);
             let acceleration = difference(&velocity);
             let (v, a, j) = (largest(&velocity), largest(&acceleration), largest(&difference(&acceleration)));
-            // Positions are rounded to some 1e-12 m; differences over the step and its square see that.
+            // Positions are rounded to about 1e-12 m; differences divide this by the step and its square.
             assert!(v < 0.5 + 1e-12 / step && a < 5.0 + 1e-12 / (step * step) && j < 200.0 * 1.01, "{v} {a} {j}");
             assert_eq!([v > 0.499, a > 4.99], reached, "{travel}: {v} {a}");
             let back = curve.course(step, 0.01, true).unwrap();

@@ -1,4 +1,4 @@
-//! A motion from its beginning to its end.
+//! Simulation of a whole motion.
 
 use std::collections::VecDeque;
 
@@ -14,14 +14,14 @@ use super::{MotionError, SimulationSettings};
 use machine::Machine;
 use numeric::statistics::extremes;
 
-/// Simulates a driven machine on a course. `go_on` is asked now and then; where it says no, the motion ends there, incomplete.
+/// Simulates a driven machine on a course. `go_on` is called at intervals; when it returns false, the motion stops incomplete.
 ///
-/// The machine begins at rest, or at the rate of the course's beginning, its springs as little strained as its encoder's reading allows.
+/// The machine starts at rest, or at the initial rate of the course. Its springs are strained as little as the encoder's reading allows.
 ///
 /// # Units      parameters in the machine's order and units; see [`Course`] and [`TraceSample`]
-/// # Limits     without friction and play the samples are those of the matrix exponential (test `limit_a_linear_machine…`)
-/// # Errors     no drive; a step that is no part of the loops' period; a command beyond the stroke; something acts on a point without inertia;
-///   events that follow each other without end. A loop that leaves its bounds is no error: see [`Trace::unstable`].
+/// # Limits     without friction and backlash the samples are those of the matrix exponential (test `limit_a_linear_machine…`)
+/// # Errors     no drive; a step that does not divide the loops' period; a command beyond the stroke; an element at a point without inertia;
+///   events without end. A loop that leaves its bounds is no error: see [`Trace::unstable`].
 pub fn simulate(
     machine: &Machine,
     values: &[f64],
@@ -38,13 +38,14 @@ pub fn simulate(
     let mut loops = ControlLoops::new(drive, &plant, values, &settings.operating, course.start_velocity.unwrap_or(0.0), &y);
     let parts = parts(settings, loops.period_s)?;
     let step_s = loops.period_s / parts as f64;
-    // What the drive gives follows its sample by whole periods and a rest, which lies in one of the steps.
+    // The output of the drive is delayed by whole periods and a remainder, which ends within one of the steps.
     let delay = periods(loops.delay_s, loops.period_s);
-    let (behind, rest) = (delay.floor() as usize, delay.fract() * parts as f64);
-    let (rest_at, rest) = (rest.floor() as usize, rest.fract());
-    let units = if rest > 1e-9 { vec![step_s, rest * step_s, (1.0 - rest) * step_s] } else { vec![step_s] };
+    let (whole_periods, remainder) = (delay.floor() as usize, delay.fract() * parts as f64);
+    let (split_part, remainder) = (remainder.floor() as usize, remainder.fract());
+    let units = if remainder > 1e-9 { vec![step_s, remainder * step_s, (1.0 - remainder) * step_s] } else { vec![step_s] };
     if loops.switching_v.is_some() && (parts > 1 || delay.fract() > 1e-9) {
-        let fault = "an inverter that switches has its own steps, and delays of whole periods of the current loop; leave out the step, or average it";
+        let fault = "a switching inverter has its own steps and needs a delay of whole periods of the current loop; \
+                     leave out the step, or write inverter = \"averaged\"";
         return Err(MotionError::Input(fault.into()));
     }
     let mut runner = Runner::new(Stepper::new(plant, units), y, settings.tolerance);
@@ -60,8 +61,8 @@ pub fn simulate(
         complete: true,
         warnings,
     };
-    // Inputs, the newest first.
-    let mut inputs: VecDeque<Input> = VecDeque::with_capacity(behind + 3);
+    // Inputs, newest first.
+    let mut inputs: VecDeque<Input> = VecDeque::with_capacity(whole_periods + 3);
     for tick in 0..=periods * loops.to_velocity {
         let time_s = tick as f64 * loops.period_s;
         if let Some(ControllerOutput { command, position, velocity, force }) = loops.sample(course, &runner.y, size) {
@@ -82,13 +83,13 @@ pub fn simulate(
             break;
         }
         inputs.push_front(loops.input(&runner.y));
-        inputs.truncate(behind + 2);
-        // Before the beginning it was as it is then.
+        inputs.truncate(whole_periods + 2);
+        // Before the start the input has its initial value.
         let input = |late: usize| inputs[late.min(inputs.len() - 1)];
-        let (old, new) = (input(behind + 1), input(behind));
+        let (old, new) = (input(whole_periods + 1), input(whole_periods));
         if let Some(dc_link_v) = loops.switching_v {
-            let turning = loops.turning(&runner.y, driven, size);
-            for pulse in pulses(new, dc_link_v, turning, tick % 2 == 1) {
+            let rotation = loops.rotation(&runner.y, driven, size);
+            for pulse in pulses(new, dc_link_v, rotation, tick % 2 == 1) {
                 for (level, from) in pulse.pieces() {
                     runner.advance((0, level), time_s + f64::from(from) / f64::from(1 << LEVELS) * step_s, pulse.input)?;
                 }
@@ -97,36 +98,37 @@ pub fn simulate(
         }
         for part in 0..parts {
             let at_s = time_s + part as f64 * step_s;
-            if units_of(&runner) == 1 || part != rest_at {
-                let late = part < rest_at || (part == rest_at && units_of(&runner) == 3);
+            if unit_count(&runner) == 1 || part != split_part {
+                let late = part < split_part || (part == split_part && unit_count(&runner) == 3);
                 runner.advance((0, 0), at_s, if late { old } else { new })?;
             } else {
                 runner.advance((1, 0), at_s, old)?;
-                runner.advance((2, 0), at_s + rest * step_s, new)?;
+                runner.advance((2, 0), at_s + remainder * step_s, new)?;
             }
         }
     }
-    trace.energy = runner.account();
+    trace.energy = runner.energy_balance();
     trace.events = runner.events;
     Ok(trace)
 }
 
-fn units_of(runner: &Runner) -> usize {
+fn unit_count(runner: &Runner) -> usize {
     runner.stepper.units_s.len()
 }
 
-/// Steps to the shortest period of the loops.
+/// Returns the number of steps per period of the innermost loop.
 fn parts(settings: &SimulationSettings, period_s: f64) -> Result<usize, MotionError> {
     let Some(step_s) = settings.step_s else { return Ok(1) };
     let parts = period_s / step_s;
     if !(step_s > 0.0 && parts > 1.0 - 1e-6) {
-        let fault =
-            format!("a step of {step_s} s is too long for the period of {period_s} s of the innermost loop; write a whole part of it");
+        let fault = format!(
+            "a step of {step_s} s is too long for the period of {period_s} s of the innermost loop; write an integer fraction of it"
+        );
         return Err(MotionError::Input(fault));
     }
     if (parts - parts.round()).abs() > 1e-6 * parts || parts > 1e6 {
         let fault = format!(
-            "a step of {step_s} s is no whole part of the period of {period_s} s of the innermost loop; write one, such as {}",
+            "a step of {step_s} s is not an integer fraction of the period of {period_s} s of the innermost loop; write one, such as {}",
             period_s / parts.ceil()
         );
         return Err(MotionError::Input(fault));
@@ -134,22 +136,22 @@ fn parts(settings: &SimulationSettings, period_s: f64) -> Result<usize, MotionEr
     Ok(parts.round() as usize)
 }
 
-/// A delay in periods: whole where it is so but for rounding.
+/// Returns a delay in periods, rounded to a whole number if the difference is only rounding.
 pub(super) fn periods(delay_s: f64, period_s: f64) -> f64 {
     let periods = delay_s / period_s;
     if (periods - periods.round()).abs() < 1e-9 { periods.round() } else { periods }
 }
 
-/// Refuses a command that leaves the stroke.
+/// Rejects a command that leaves the stroke.
 fn check_stroke(machine: &Machine, course: &Course, settings: &SimulationSettings) -> Result<(), MotionError> {
     if course.command.len() < 2 || !(course.step_s > 0.0) || course.command.iter().chain(&course.added).any(|x| !x.is_finite()) {
         return Err(MotionError::Input("the reference needs at least two samples, all finite".into()));
     }
     if let Some([lower, upper]) = machine.drive.as_ref().and_then(|d| d.position.limits) {
-        let beyond = course.command.iter().position(|x| !(lower..=upper).contains(x));
-        if let Some(at) = beyond {
+        let outside = course.command.iter().position(|x| !(lower..=upper).contains(x));
+        if let Some(at) = outside {
             let fault = format!(
-                "at {:.4} s the reference is {:.4e}, beyond the stroke from {lower} to {upper} (drive.position.limits_m); travel less",
+                "at {:.4} s the reference is {:.4e}, beyond the stroke from {lower} to {upper} (drive.position.limits_m); shorten the travel",
                 at as f64 * course.step_s,
                 course.command[at]
             );
@@ -161,7 +163,7 @@ fn check_stroke(machine: &Machine, course: &Course, settings: &SimulationSetting
         let nut_m = nut_m + x - course.command[0];
         if !(0.0..=stroke_m).contains(&nut_m) {
             let fault = format!(
-                "at {:.4} s the reference brings the nut to {nut_m:.4} m, beyond the screw of {stroke_m} m; begin elsewhere, or travel less",
+                "at {:.4} s the reference brings the nut to {nut_m:.4} m, beyond the screw of {stroke_m} m; start elsewhere, or shorten the travel",
                 at as f64 * course.step_s
             );
             return Err(MotionError::Input(fault));
@@ -170,18 +172,18 @@ fn check_stroke(machine: &Machine, course: &Course, settings: &SimulationSetting
     Ok(())
 }
 
-/// |command − position| beyond which a loop is unstable: ten times what the command covers.
+/// Returns the bound of |command − position| beyond which a loop is unstable: ten times the range of the command.
 fn bound(course: &Course) -> f64 {
     let (low, high) = extremes(&course.command);
     let away = course.start_position.map_or(0.0, |x| (x - course.command[0]).abs());
     10.0 * (high - low + away).max(1e-6)
 }
 
-/// Where the machine stands and how it moves at the start.
+/// Computes position and velocity of the machine at the start.
 fn start(plant: &Plant, course: &Course) -> Result<Vec<f64>, MotionError> {
     let n = plant.size;
     let mut system = nalgebra::DMatrix::zeros(n + 1, n + 1);
-    // Stiffnesses of any size, beside the encoder's row.
+    // The scale makes the stiffnesses comparable to the encoder's row.
     let scale = plant.closed.amax().max(1.0);
     system.view_mut((0, 0), (n, n)).copy_from(&(&plant.closed / scale));
     system[(n, plant.position.at)] = plant.position.travel;
@@ -189,7 +191,7 @@ fn start(plant: &Plant, course: &Course) -> Result<Vec<f64>, MotionError> {
     let mut right = nalgebra::DMatrix::zeros(n + 1, 2);
     right[(n, 0)] = course.start_position.unwrap_or(course.command[0]);
     right[(n, 1)] = course.start_velocity.unwrap_or(0.0);
-    let loose = || MotionError::Input("a part of the machine moves without the drive's encoder; hold it by a joint".into());
+    let loose = || MotionError::Input("a part of the machine moves independently of the drive's encoder; hold it by a joint".into());
     let solved = system.lu().solve(&right).filter(|x| x.iter().all(|x| x.is_finite())).ok_or_else(loose)?;
     let mut y = vec![0.0; plant.states];
     for i in 0..n {

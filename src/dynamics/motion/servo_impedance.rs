@@ -1,4 +1,4 @@
-//! The drive as a frequency response sees it: a dynamic stiffness between its encoders and the point it moves.
+//! The drive in the frequency domain: a dynamic stiffness between its encoders and the driven point.
 
 use std::f64::consts::PI;
 
@@ -7,7 +7,7 @@ use num_complex::Complex64;
 use super::MotionError;
 use machine::{Drive, Machine, Operating, Tachometry, Value};
 
-/// What a drive that holds its position does to the machine: a force −Σ Z·q on the driven point, each Z from the coordinate q of one point.
+/// The effect of a position-controlled drive on the machine: a force −Σ Z·q on the driven point, each Z from the coordinate q of one point.
 ///
 /// ```text
 /// F = −S(ω)·k_v·(1 + 1/(T_i·iω))·( k_p·x_p·s_p + D·x_v·s_v )             k_s = Re Z,  c_s = Im Z/ω
@@ -16,14 +16,15 @@ use machine::{Drive, Machine, Operating, Tachometry, Value};
 /// S  = G·e^{−iωτ}; with a winding G·e^{−iωτ}/(R + iωL); with a current loop, whose voltage is late, G·C·e^{−iωτ}/(R + iωL + C·e^{−iωτ}·s_c)
 /// ```
 ///
-/// A winding adds what motion induces, G·k·iω over the same denominator. At low frequency, without integral: k_s = G·k_v·k_p·i, c_s = G·k_v·i with i = lead/2π.
+/// A winding adds the induced voltage, G·k·iω over the same denominator. At low frequency and without integral: k_s = G·k_v·k_p·i, c_s = G·k_v·i
+/// with i = lead/2π.
 ///
 /// # Units      N/m or N·m/rad (force of the driven point per coordinate of the other)
-/// # Limits     below half the loops' sampling rates; what aliases from above is left out (poles of [`super::LinearLoops`] have it)
+/// # Limits     below half the loops' sampling rates; aliasing from above is neglected (poles of [`super::LinearLoops`] include it)
 /// # Source     Franklin, Powell and Workman, Digital Control of Dynamic Systems (1998), section 6.1 (held samples)
 #[derive(Debug, Clone)]
 pub struct ServoImpedance {
-    /// Driven point (index).
+    /// Index of the driven point.
     pub on: usize,
     points: [usize; 3],
     numbers: ImpedanceNumbers,
@@ -43,14 +44,14 @@ struct ImpedanceNumbers {
     current: Option<(f64, f64, f64)>,
 }
 
-/// Mean delay of a value that is held over a period.
-fn held(omega: f64, period_s: f64) -> Complex64 {
+/// Computes the mean delay of a value held over a period.
+fn hold_delay(omega: f64, period_s: f64) -> Complex64 {
     let half = 0.5 * omega * period_s;
     Complex64::from_polar(if half == 0.0 { 1.0 } else { half.sin() / half }, -half)
 }
 
 impl ServoImpedance {
-    /// Of the drive of a machine.
+    /// Creates the impedance of a machine's drive.
     ///
     /// # Errors  the machine has no drive.
     pub fn new(machine: &Machine, values: &[f64], operating: &Operating) -> Result<Self, MotionError> {
@@ -79,61 +80,63 @@ impl ServoImpedance {
         })
     }
 
-    /// Each Z with the point (index) whose coordinate it multiplies.
+    /// Computes each Z, with the index of the point whose coordinate it multiplies.
     pub fn stiffness(&self, omega_rad_s: f64) -> [(usize, Complex64); 3] {
         let n = &self.numbers;
         let s = Complex64::new(0.0, omega_rad_s);
         let rate = n.differenced.map_or(s, |over_s| (1.0 - (-s * over_s).exp()) / over_s);
         let late = (-s * n.delay_s).exp();
-        let speed = n.velocity_gain * (1.0 + n.integral_time_s.recip() / s) * held(omega_rad_s, n.periods_s.1);
+        let speed = n.velocity_gain * (1.0 + n.integral_time_s.recip() / s) * hold_delay(omega_rad_s, n.periods_s.1);
         let (share, induced) = match (n.winding, n.current) {
             // Force per output of the velocity loop, and per rate of the driven point.
             (None, _) => (n.constant * late, Complex64::ZERO),
             (Some((r, l, k)), None) => (n.constant * late / (r + s * l), n.constant * k / (r + s * l)),
             (Some((r, l, k)), Some((gain, time_s, period_s))) => {
-                // Its own hold is within that of the velocity loop, which samples at its samples, but not on the way around.
+                // In the forward path the hold of the velocity loop includes that of the current loop; in the current loop's feedback it does
+                // not.
                 let loops = gain * (1.0 + time_s.recip() / s) * late;
-                let whole = r + s * l + loops * held(omega_rad_s, period_s);
+                let whole = r + s * l + loops * hold_delay(omega_rad_s, period_s);
                 (n.constant * loops / whole, n.constant * k / whole)
             }
         };
-        // The velocity loop samples faster than the position loop holds: the hold of the latter within that of the former counts once.
-        let slower = held(omega_rad_s, n.periods_s.0) / held(omega_rad_s, n.periods_s.1);
+        // `speed` includes the hold of the velocity loop; the position path has the longer hold of the position loop in its place.
+        let slower = hold_delay(omega_rad_s, n.periods_s.0) / hold_delay(omega_rad_s, n.periods_s.1);
         let position = share * speed * n.position_gain * slower * n.travel.0;
         let velocity = share * speed * rate * n.travel.1;
         [(self.points[0], position), (self.points[1], velocity), (self.points[2], induced * s)]
     }
 
-    /// The stiffness at the driven point, where both encoders sit there.
+    /// Returns the stiffness at the driven point if both encoders sit there.
     ///
-    /// # Errors  an encoder sits elsewhere: the drive is no spring to the ground then.
+    /// # Errors  an encoder sits at another point: the drive is then no spring to the ground.
     pub fn at_driven_point(&self, omega_rad_s: f64) -> Result<Complex64, MotionError> {
         if self.points.iter().any(|p| *p != self.on) {
-            let fault = "the drive's encoders do not sit at the point it moves: it holds that point by another, and is no spring there; closed-loop FRFs have it";
+            let fault = "the drive's encoders do not sit at the driven point, so that the drive is no spring to the ground there; \
+                         compute closed-loop FRFs instead";
             return Err(MotionError::Input(fault.into()));
         }
         Ok(self.stiffness(omega_rad_s).iter().map(|(_, z)| z).sum())
     }
 
-    /// A receptance with the loops closed, from those with the loops open; `open(a, b)` is that of point a per force on point b.
+    /// Computes a closed-loop receptance from open-loop ones; `open(a, b)` is that of point a per force on point b.
     ///
     /// ```text
     /// H = H_re − H_r,on·w/(1 + Σ Z_a·H_a,on),     w = Σ Z_a·H_a,e
     /// ```
     ///
-    /// # Source  Sherman and Morrison: one force in proportion to displacements
+    /// # Source  Sherman and Morrison: one force proportional to displacements
     pub fn close(&self, omega_rad_s: f64, response: usize, excitation: usize, open: impl Fn(usize, usize) -> Complex64) -> Complex64 {
         let stiffness = self.stiffness(omega_rad_s);
         let by = |force: usize| stiffness.iter().map(|&(point, z)| z * open(point, force)).sum::<Complex64>();
         open(response, excitation) - open(response, self.on) * by(excitation) / (1.0 + by(self.on))
     }
 
-    /// Half the slowest sampling rate (Hz): above it a held sample is no mean delay.
+    /// Returns half the lowest sampling rate (Hz); above it a held sample is no mean delay.
     pub fn highest_hz(&self) -> f64 {
         0.5 / self.numbers.periods_s.0.max(self.numbers.periods_s.1)
     }
 
-    /// Points (index) whose receptances [`ServoImpedance::close`] asks for, beside the response: encoders and driven point.
+    /// Returns the points (index) whose receptances [`ServoImpedance::close`] needs in addition to the response: encoders and driven point.
     pub fn points(&self) -> Vec<usize> {
         let mut points = self.points.to_vec();
         points.sort_unstable();
@@ -142,7 +145,8 @@ impl ServoImpedance {
     }
 }
 
-/// Gains of a position and a velocity loop that hold like a spring and a damper: k_p = k_s/c_s (1/s), and k_v = c_s/(G·i) (output per m/s).
+/// Computes the gains of a position and a velocity loop that act like a spring and a damper: k_p = k_s/c_s (1/s), and k_v = c_s/(G·i) (output per
+/// m/s).
 ///
 /// # Units      k_s N·m/rad, c_s N·m·s/rad, constant G in N·m per output, lead in m per turn
 pub fn gains_of(stiffness: f64, damping: f64, constant: f64, lead_m: f64) -> (f64, f64) {

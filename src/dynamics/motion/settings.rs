@@ -1,19 +1,19 @@
-//! How a motion is simulated.
+//! Settings of a simulation in time.
 
 use machine::Operating;
 
-/// How a motion is simulated.
+/// Settings of a simulation in time.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SimulationSettings {
-    /// Where the nut stands, for the machine's stiffness and the stroke that is left; motion does not change the stiffness.
+    /// Position of the nut, for the machine's stiffness and the remaining stroke; the motion does not change the stiffness.
     pub operating: Operating,
-    /// Lumps per rod.
+    /// Number of springs per rod.
     pub lumps: usize,
-    /// Longest step (s), a whole part of the velocity loop's period; that period where it is absent.
+    /// Longest step (s), an integer fraction of the innermost loop's period; `None` for that period.
     pub step_s: Option<f64>,
-    /// What the parabola of a step may be off, relative to the largest state so far.
+    /// Largest error of a step's parabola, relative to the largest state so far.
     pub tolerance: f64,
-    /// Largest |command − position| (m or rad) that is no sign of instability; ten times what the command covers where it is absent.
+    /// Largest |command − position| (m or rad) of a stable loop; `None` for ten times the range of the command.
     pub bound: Option<f64>,
 }
 

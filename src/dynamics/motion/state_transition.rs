@@ -1,9 +1,9 @@
-//! Exact solutions of ẏ = A·y + f over a step, f constant, linear and quadratic in time.
+//! Exact solutions of ẏ = A·y + f over a step, with f constant, linear and quadratic in time.
 
-/// Square matrices by rows.
+/// A square matrix stored by rows.
 pub type Square = Vec<f64>;
 
-/// What takes a state over a step τ: y(τ) = Φ·y + P₁·f₀ + P₂·f₁ + P₃·f₂ for f(t) = f₀ + f₁·t + f₂·t²/2.
+/// The transition of a state over a step τ: y(τ) = Φ·y + P₁·f₀ + P₂·f₁ + P₃·f₂ for f(t) = f₀ + f₁·t + f₂·t²/2.
 ///
 /// ```text
 /// Φ = e^{Aτ},     P_k = ∫₀^τ e^{A(τ−s)}·s^{k−1}/(k−1)! ds = τ^k·φ_k(Aτ)
@@ -20,10 +20,10 @@ pub struct StateTransition {
 
 /// Largest ‖Aτ‖ at which the series is summed.
 const SUMMED: f64 = 0.5;
-/// Its terms: 0.5¹⁷/17! is 2e-20.
+/// Number of terms of the series: 0.5¹⁷/17! is 2e-20.
 const TERMS: usize = 17;
 
-/// a·b.
+/// Computes a·b.
 fn product(a: &[f64], b: &[f64], n: usize) -> Square {
     let mut c = vec![0.0; n * n];
     for i in 0..n {
@@ -39,7 +39,7 @@ fn product(a: &[f64], b: &[f64], n: usize) -> Square {
     c
 }
 
-/// y += a·x.
+/// Computes y += a·x.
 pub fn add_product(a: &[f64], x: &[f64], y: &mut [f64]) {
     let n = x.len();
     for (row, y) in a.chunks_exact(n).zip(y.iter_mut()) {
@@ -47,20 +47,20 @@ pub fn add_product(a: &[f64], x: &[f64], y: &mut [f64]) {
     }
 }
 
-/// y += a·x, for a by columns: what of x is 0 costs nothing, and columns run side by side.
+/// Computes y += a·x for a stored by columns: zeros of x are skipped, and the columns vectorise.
 pub fn add_columns(a: &[f64], x: &[f64], y: &mut [f64]) {
     for (column, x) in a.chunks_exact(x.len()).zip(x).filter(|(_, x)| **x != 0.0) {
         y.iter_mut().zip(column).for_each(|(y, a)| *y += a * x);
     }
 }
 
-/// A square matrix by columns.
+/// Stores a square matrix by columns.
 pub fn columns(a: &[f64], n: usize) -> Square {
     (0..n * n).map(|at| a[at % n * n + at / n]).collect()
 }
 
 impl StateTransition {
-    /// Over τ, for A of n rows: the series at τ/2^m, doubled m times.
+    /// Computes the transition over τ for A of n rows: the series at τ/2^m, doubled m times.
     ///
     /// ```text
     /// P_k(2τ) = Φ·P_k(τ) + Σ_{j ≤ k} P_j(τ)·τ^{k−j}/(k−j)!
@@ -69,18 +69,18 @@ impl StateTransition {
         let norm = a.chunks_exact(n.max(1)).map(|row| row.iter().map(|x| x.abs()).sum::<f64>()).fold(0.0, f64::max) * tau_s;
         let doublings = if norm > SUMMED { (norm / SUMMED).log2().ceil() as i32 } else { 0 };
         let mut tau = tau_s * 0.5_f64.powi(doublings);
-        let mut flow = StateTransition::summed(a, n, tau);
+        let mut transition = StateTransition::summed(a, n, tau);
         for _ in 0..doublings {
-            flow = flow.doubled(n, tau);
+            transition = transition.doubled(n, tau);
             tau *= 2.0;
         }
-        flow
+        transition
     }
 
     fn summed(a: &[f64], n: usize, tau: f64) -> Self {
         let mut identity = vec![0.0; n * n];
         (0..n).for_each(|i| identity[i * n + i] = 1.0);
-        // Term j is (Aτ)^j/j!; P_k gathers τ^k·j!/(j+k)! of it.
+        // Term j is (Aτ)^j/j!; its contribution to P_k has the factor τ^k·j!/(j+k)!.
         let mut term = identity.clone();
         let (mut phi, mut forced) = (identity, [vec![0.0; n * n], vec![0.0; n * n], vec![0.0; n * n]]);
         for j in 0..TERMS {
@@ -118,12 +118,12 @@ impl StateTransition {
 mod tests {
     use super::*;
 
-    /// ẏ = −a·y + t²/2, whatever the size of a·τ.
+    /// ẏ = −a·y + t²/2 for small and large a·τ.
     #[test]
     fn limit_one_state_under_a_parabola() {
         for a in [1e-6, 0.3, 40.0, 1e4] {
             let tau: f64 = 0.7;
-            let flow = StateTransition::new(&[-a], 1, tau);
+            let transition = StateTransition::new(&[-a], 1, tau);
             let decay = (-a * tau).exp();
             let exact = if a < 1e-3 {
                 // The first two terms of the series in a·τ.
@@ -134,20 +134,22 @@ mod tests {
                 let p2 = (tau - p1) / a;
                 [decay, p1, p2, (tau * tau / 2.0 - p2) / a]
             };
-            for (ours, exact) in [flow.phi[0], flow.forced[0][0], flow.forced[1][0], flow.forced[2][0]].iter().zip(exact) {
+            for (ours, exact) in
+                [transition.phi[0], transition.forced[0][0], transition.forced[1][0], transition.forced[2][0]].iter().zip(exact)
+            {
                 assert!((ours - exact).abs() < 1e-12 * (1.0 + exact.abs()), "{a}: {ours} {exact}");
             }
         }
     }
 
-    /// An oscillator over many periods: a rotation.
+    /// An oscillator over many periods: a rotation in phase space.
     #[test]
-    fn limit_an_oscillator_turns() {
+    fn limit_an_oscillator_rotates_in_phase_space() {
         let omega: f64 = 300.0;
         let tau: f64 = 0.1;
-        let flow = StateTransition::new(&[0.0, 1.0, -omega * omega, 0.0], 2, tau);
+        let transition = StateTransition::new(&[0.0, 1.0, -omega * omega, 0.0], 2, tau);
         let (sin, cos) = (omega * tau).sin_cos();
-        for (ours, exact) in flow.phi.iter().zip([cos, sin / omega, -omega * sin, cos]) {
+        for (ours, exact) in transition.phi.iter().zip([cos, sin / omega, -omega * sin, cos]) {
             assert!((ours - exact).abs() < 1e-10 * omega, "{ours} {exact}");
         }
     }

@@ -1,28 +1,28 @@
-//! One step of a plant in one mode: exact where the mode is linear, with a parabola of what is not elsewhere.
+//! One step of a plant in one mode: exact for a linear mode, with a parabola for the nonlinear forces otherwise.
 
 use std::collections::HashMap;
 
-use super::force_element::{Input, along};
+use super::force_element::{Input, combine};
 use super::plant::Plant;
 use super::state::{ContactMode, StatePart};
 use super::state_transition::{Square, StateTransition, add_columns, add_product, columns};
 
-/// Iterations of the parabola before a step counts as too long.
+/// Iterations after which the step is too long.
 const ITERATIONS: usize = 12;
 
-/// Change of a state in one iteration, relative to its scale, below which the parabola is found.
-const FOUND: f64 = 1e-10;
+/// Change of a state in one iteration, relative to its scale, below which the parabola has converged.
+const CONVERGED: f64 = 1e-10;
 
-/// A mode's linear equations ẏ = A·y + constant + drive·input, and what holds those that stick.
+/// Linear equations of a mode, ẏ = A·y + constant + drive·input, and the constraints of its sticking frictions.
 #[derive(Debug, Clone)]
 struct Equations {
     a: Vec<f64>,
     constant: Vec<f64>,
     drive: [Vec<f64>; 2],
-    /// Which frictions stick, and the rows that give the force on each from the forces on the coordinates.
-    held: Vec<usize>,
+    /// Sticking frictions, and the rows that give the holding force of each from the forces on the coordinates.
+    sticking: Vec<usize>,
     holding: Vec<f64>,
-    /// Steps by unit and level: [`place`].
+    /// Steps by unit and level: [`step_index`].
     steps: Vec<Option<Step>>,
 }
 
@@ -35,20 +35,20 @@ struct Step {
     drive: [Vec<f64>; 2],
 }
 
-/// Levels kept of each unit.
+/// Number of levels stored per unit.
 const LEVELS: usize = 40;
 
-fn place(unit: u8, level: u8) -> usize {
+fn step_index(unit: u8, level: u8) -> usize {
     usize::from(unit) * LEVELS + usize::from(level)
 }
 
-/// A plant with the equations of every mode it has been in.
+/// A plant with the equations of every mode that has occurred.
 #[derive(Debug)]
 pub struct Stepper {
     pub plant: Plant,
     modes: HashMap<ContactMode, usize>,
     equations: Vec<Equations>,
-    /// Lengths (s) whose halves of halves are stepped over.
+    /// Lengths (s) of the units whose halvings are the steps.
     pub units_s: Vec<f64>,
     linear: bool,
     force: Vec<f64>,
@@ -73,26 +73,27 @@ impl Stepper {
         }
     }
 
-    /// The equations of a mode, by number.
+    /// Returns the index of a mode's equations and creates them if necessary.
     pub fn mode(&mut self, mode: &ContactMode) -> usize {
         if let Some(at) = self.modes.get(mode) {
             return *at;
         }
-        let made = self.make(mode);
-        self.equations.push(made);
+        let equations = self.equations_of(mode);
+        self.equations.push(equations);
         self.modes.insert(mode.clone(), self.equations.len() - 1);
         self.equations.len() - 1
     }
 
-    fn make(&self, mode: &ContactMode) -> Equations {
+    fn equations_of(&self, mode: &ContactMode) -> Equations {
         let (n, s) = (self.plant.size, self.plant.states);
-        let held: Vec<usize> = (0..mode.rubs.len()).filter(|i| mode.rubs[*i] == 0 && self.plant.rubs[*i].bristle.is_none()).collect();
+        let sticking: Vec<usize> =
+            (0..mode.frictions.len()).filter(|i| mode.frictions[*i] == 0 && self.plant.frictions[*i].bristle.is_none()).collect();
         let mut equations = Equations {
             a: vec![0.0; s * s],
             constant: Vec::new(),
             drive: [Vec::new(), Vec::new()],
-            holding: self.holding(&held),
-            held,
+            holding: self.holding(&sticking),
+            sticking,
             steps: Vec::new(),
         };
         let mut force = vec![0.0; n];
@@ -116,28 +117,28 @@ impl Stepper {
         equations
     }
 
-    /// −(C·M⁻¹·Cᵀ)⁻¹·C·M⁻¹: the forces that hold, of the forces on the coordinates.
-    fn holding(&self, held: &[usize]) -> Vec<f64> {
-        let (n, m) = (self.plant.size, held.len());
+    /// Computes −(C·M⁻¹·Cᵀ)⁻¹·C·M⁻¹, which maps the forces on the coordinates to the holding forces.
+    fn holding(&self, sticking: &[usize]) -> Vec<f64> {
+        let (n, m) = (self.plant.size, sticking.len());
         if m == 0 {
             return Vec::new();
         }
         let row = |i: usize| {
             let mut row = vec![0.0; n];
-            self.plant.rubs[held[i]].along.iter().for_each(|&(j, c)| row[j] = c);
+            self.plant.frictions[sticking[i]].along.iter().for_each(|&(j, c)| row[j] = c);
             row
         };
         let rows: Vec<Vec<f64>> = (0..m).map(row).collect();
         let inverse = |j: usize| 1.0 / self.plant.mass[j];
         let gram = nalgebra::DMatrix::from_fn(m, m, |a, b| (0..n).map(|j| rows[a][j] * inverse(j) * rows[b][j]).sum());
         let right = nalgebra::DMatrix::from_fn(m, n, |a, j| -rows[a][j] * inverse(j));
-        // Frictions on independent motions: no two rub on one and the same.
+        // The matrix is regular, since no two frictions act on the same motion.
         let solved = gram.clone().lu().solve(&right).unwrap_or(right);
         solved.transpose().as_slice().to_vec()
     }
 
-    /// ẏ of a mode.
-    #[expect(clippy::too_many_arguments, reason = "state, mode and room for the result")]
+    /// Computes ẏ of a mode.
+    #[expect(clippy::too_many_arguments, reason = "state, mode and buffers of the result")]
     fn rate_of(
         &self,
         equations: &Equations,
@@ -150,110 +151,111 @@ impl Stepper {
     ) {
         let n = self.plant.size;
         self.plant.forces(mode, y, input, part, force, rate);
-        if !equations.held.is_empty() {
+        if !equations.sticking.is_empty() {
             let rows = equations.holding.chunks_exact(n.max(1));
             let holding: Vec<f64> = rows.map(|row| row.iter().zip(force.iter()).map(|(r, f)| r * f).sum()).collect();
-            for (at, holding) in equations.held.iter().zip(holding) {
-                self.plant.rubs[*at].along.iter().for_each(|&(j, c)| force[j] += c * holding);
+            for (at, holding) in equations.sticking.iter().zip(holding) {
+                self.plant.frictions[*at].along.iter().for_each(|&(j, c)| force[j] += c * holding);
             }
         }
         for i in 0..n {
-            rate[i] = if part == StatePart::Bent { 0.0 } else { y[n + i] };
+            rate[i] = if part == StatePart::Nonlinear { 0.0 } else { y[n + i] };
             rate[n + i] = force[i] / self.plant.mass[i];
         }
     }
 
-    /// Force on each friction that sticks, as the friction gives it, by friction.
-    pub fn held(&mut self, number: usize, mode: &ContactMode, y: &[f64], input: Input, mut each: impl FnMut(usize, f64)) {
-        if self.equations[number].held.is_empty() {
+    /// Computes the holding force of each sticking friction.
+    pub fn sticking_forces(&mut self, number: usize, mode: &ContactMode, y: &[f64], input: Input, mut each: impl FnMut(usize, f64)) {
+        if self.equations[number].sticking.is_empty() {
             return;
         }
         let mut force = std::mem::take(&mut self.force);
         let mut rate = std::mem::take(&mut self.scratch[0]);
-        self.plant.forces(mode, y, input, StatePart::Whole, &mut force, &mut rate);
+        self.plant.forces(mode, y, input, StatePart::All, &mut force, &mut rate);
         let equations = &self.equations[number];
-        for (at, row) in equations.held.iter().zip(equations.holding.chunks_exact(self.plant.size.max(1))) {
+        for (at, row) in equations.sticking.iter().zip(equations.holding.chunks_exact(self.plant.size.max(1))) {
             each(*at, -row.iter().zip(&force).map(|(r, f)| r * f).sum::<f64>());
         }
         (self.force, self.scratch[0]) = (force, rate);
     }
 
-    /// Takes the rates of what sticks out of a state.
-    pub fn rest(&mut self, number: usize, y: &mut [f64]) {
+    /// Removes the rates of sticking frictions from a state.
+    pub fn stop_sticking(&mut self, number: usize, y: &mut [f64]) {
         let n = self.plant.size;
         let momentum: Vec<f64> = (0..n).map(|i| self.plant.mass[i] * y[n + i]).collect();
         let equations = &self.equations[number];
-        for (at, row) in equations.held.iter().zip(equations.holding.chunks_exact(n.max(1))) {
+        for (at, row) in equations.sticking.iter().zip(equations.holding.chunks_exact(n.max(1))) {
             let impulse: f64 = row.iter().zip(&momentum).map(|(r, p)| r * p).sum();
-            self.plant.rubs[*at].along.iter().for_each(|&(j, c)| y[n + j] += c * impulse / self.plant.mass[j]);
+            self.plant.frictions[*at].along.iter().for_each(|&(j, c)| y[n + j] += c * impulse / self.plant.mass[j]);
         }
     }
 
     fn prepare(&mut self, number: usize, unit: u8, level: u8) {
         let (s, tau) = (self.plant.states, self.units_s[usize::from(unit)] * 0.5_f64.powi(i32::from(level)));
         let equations = &mut self.equations[number];
-        let at = place(unit, level);
+        let at = step_index(unit, level);
         if equations.steps.len() <= at {
             equations.steps.resize(at + 1, None);
         }
         if equations.steps[at].is_none() {
-            let flow = StateTransition::new(&equations.a, s, tau);
+            let transition = StateTransition::new(&equations.a, s, tau);
             let by = |x: &[f64]| {
                 let mut y = vec![0.0; s];
-                add_product(&flow.forced[0], x, &mut y);
+                add_product(&transition.forced[0], x, &mut y);
                 y
             };
             let (constant, drive) = (by(&equations.constant), [by(&equations.drive[0]), by(&equations.drive[1])]);
-            let forced = flow.forced.each_ref().map(|p| columns(p, s));
-            equations.steps[at] = Some(Step { phi: columns(&flow.phi, s), forced, constant, drive });
+            let forced = transition.forced.each_ref().map(|p| columns(p, s));
+            equations.steps[at] = Some(Step { phi: columns(&transition.phi, s), forced, constant, drive });
         }
     }
 
-    /// Steps over 2^−level of a unit; leaves the middle in `half` and the end in `end`. Gives what the parabola may be off, relative to
-    /// `scale`; infinite where it was not found.
+    /// Steps over 2^−level of a unit; leaves the middle in `half` and the end in `end`. Returns the error estimate of the parabola relative to
+    /// `scale`; infinite if it does not converge.
     pub fn step(&mut self, number: usize, mode: &ContactMode, y: &[f64], input: Input, (unit, level): (u8, u8), scale: &[f64]) -> f64 {
         self.prepare(number, unit, level);
         self.prepare(number, unit, level + 1);
         let equations = &self.equations[number];
-        let (Some(whole), Some(part)) = (&equations.steps[place(unit, level)], &equations.steps[place(unit, level + 1)]) else {
+        let (Some(whole), Some(part)) = (&equations.steps[step_index(unit, level)], &equations.steps[step_index(unit, level + 1)]) else {
             return f64::INFINITY;
         };
         let (mut half, mut end) = (std::mem::take(&mut self.half), std::mem::take(&mut self.end));
-        let plain = |step: &Step, from: &[f64], to: &mut [f64]| {
+        let linear_step = |step: &Step, from: &[f64], to: &mut [f64]| {
             let forced = step.drive[0].iter().zip(&step.drive[1]).map(|(a, b)| a * input[0] + b * input[1]);
             to.iter_mut().zip(step.constant.iter().zip(forced)).for_each(|(y, (c, d))| *y = c + d);
             add_columns(&step.phi, from, to);
         };
-        plain(part, y, &mut half);
+        linear_step(part, y, &mut half);
         if self.linear {
-            plain(part, &half, &mut end);
+            linear_step(part, &half, &mut end);
             (self.half, self.end) = (half, end);
             return 0.0;
         }
-        plain(whole, y, &mut end);
+        linear_step(whole, y, &mut end);
         let tau = self.units_s[usize::from(unit)] * 0.5_f64.powi(i32::from(level));
         let mut force = std::mem::take(&mut self.force);
         let mut scratch = std::mem::take(&mut self.scratch);
-        let [start, middle, last, next, f1, f2, straight_half, straight_end] = &mut scratch;
-        let mut bent = |y: &[f64], into: &mut Vec<f64>| self.rate_of(equations, mode, y, input, StatePart::Bent, &mut force, into);
-        bent(y, start);
-        // What the force at the beginning does stays; the first guess is that it goes on.
+        let [start, middle, last, next, f1, f2, base_half, base_end] = &mut scratch;
+        let mut nonlinear =
+            |y: &[f64], into: &mut Vec<f64>| self.rate_of(equations, mode, y, input, StatePart::Nonlinear, &mut force, into);
+        nonlinear(y, start);
+        // The contribution of the initial force stays; the first guess keeps the force constant.
         add_columns(&part.forced[0], start, &mut half);
         add_columns(&whole.forced[0], start, &mut end);
-        straight_half.copy_from_slice(&half);
-        straight_end.copy_from_slice(&end);
-        let mut off = f64::INFINITY;
+        base_half.copy_from_slice(&half);
+        base_end.copy_from_slice(&end);
+        let mut error = f64::INFINITY;
         for _ in 0..ITERATIONS {
-            bent(&half, middle);
-            bent(&end, last);
+            nonlinear(&half, middle);
+            nonlinear(&end, last);
             // f = f₀ + f₁·t + f₂·t²/2 through start, middle and last.
             for i in 0..start.len() {
                 f1[i] = (4.0 * middle[i] - 3.0 * start[i] - last[i]) / tau;
                 f2[i] = 4.0 * (start[i] - 2.0 * middle[i] + last[i]) / (tau * tau);
             }
             let mut moved: f64 = 0.0;
-            for (step, straight, to) in [(part, &*straight_half, &mut half), (whole, &*straight_end, &mut end)] {
-                next.copy_from_slice(straight);
+            for (step, base, to) in [(part, &*base_half, &mut half), (whole, &*base_end, &mut end)] {
+                next.copy_from_slice(base);
                 add_columns(&step.forced[1], f1, next);
                 add_columns(&step.forced[2], f2, next);
                 moved = next.iter().zip(to.iter()).zip(scale).map(|((a, b), s)| (a - b).abs() / s).fold(moved, f64::max);
@@ -262,26 +264,26 @@ impl Stepper {
             if !moved.is_finite() {
                 break;
             }
-            if moved < FOUND {
+            if moved < CONVERGED {
                 next.fill(0.0);
                 add_columns(&whole.forced[2], f2, next);
-                off = next.iter().zip(scale).map(|(x, s)| x.abs() / s).fold(0.0, f64::max);
+                error = next.iter().zip(scale).map(|(x, s)| x.abs() / s).fold(0.0, f64::max);
                 break;
             }
         }
         (self.half, self.end, self.force, self.scratch) = (half, end, force, scratch);
-        off
+        error
     }
 
-    /// Rate of each sliding friction in its direction, by friction.
-    pub fn sliding(&self, mode: &ContactMode, y: &[f64], mut each: impl FnMut(usize, f64)) {
-        for (at, (rub, sign)) in self.plant.rubs.iter().zip(&mode.rubs).enumerate().filter(|(_, (_, sign))| **sign != 0) {
-            each(at, f64::from(*sign) * along(&rub.along, &y[self.plant.size..]));
+    /// Computes the rate of each sliding friction in its direction of sliding.
+    pub fn sliding_rates(&self, mode: &ContactMode, y: &[f64], mut each: impl FnMut(usize, f64)) {
+        for (at, (friction, sign)) in self.plant.frictions.iter().zip(&mode.frictions).enumerate().filter(|(_, (_, sign))| **sign != 0) {
+            each(at, f64::from(*sign) * combine(&friction.along, &y[self.plant.size..]));
         }
     }
 
-    /// How far each play is inside its state: depth of contact, or distance to the nearer side.
-    pub fn playing(&self, mode: &ContactMode, y: &[f64], mut each: impl FnMut(usize, f64)) {
+    /// Computes the margin of each backlash to the end of its mode: depth of contact, or distance to the nearer side.
+    pub fn gap_margins(&self, mode: &ContactMode, y: &[f64], mut each: impl FnMut(usize, f64)) {
         for (at, (gap, side)) in self.plant.gaps.iter().zip(&mode.gaps).enumerate() {
             let stretch = gap.stretch(&y[..self.plant.size]);
             each(at, if *side == 0 { gap.half - stretch.abs() } else { f64::from(*side) * stretch - gap.half });

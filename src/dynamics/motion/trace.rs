@@ -1,67 +1,67 @@
-//! What comes of a motion.
+//! Results of a simulation in time.
 
-/// What happened.
+/// Kind of an event.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum EventKind {
-    /// A friction came to rest.
+    /// A friction sticks.
     Sticks,
-    /// A friction began to slide.
+    /// A friction starts to slide.
     Slides,
-    /// A friction went from sliding one way to the other.
+    /// A friction reverses its direction of sliding.
     Reverses,
-    /// A play closed.
+    /// A backlash closes.
     Closes,
-    /// A play opened.
+    /// A backlash opens.
     Opens,
 }
 
 /// An event of a motion.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Event {
-    /// When (s).
+    /// Time (s).
     pub time_s: f64,
-    /// What.
+    /// Kind of the event.
     pub kind: EventKind,
     /// The joint.
     pub joint: String,
-    /// Forward or upper side 1, backward or lower side −1, none 0.
+    /// 1 forward or upper side, −1 backward or lower side, 0 none.
     pub direction: i8,
 }
 
-/// One sample of a motion, at a period of the velocity loop.
+/// One sample of a motion, once per period of the velocity loop.
 #[derive(Debug, Clone, PartialEq)]
 pub struct TraceSample {
     /// Time (s).
     pub time_s: f64,
     /// Command (m or rad).
     pub command: f64,
-    /// What the position loop's encoder reads.
+    /// Reading of the position loop's encoder.
     pub position: f64,
-    /// Velocity as the velocity loop has it.
+    /// Velocity as measured by the velocity loop.
     pub velocity: f64,
-    /// Force or torque as the drive records it (N or N·m).
+    /// Force or torque as recorded by the drive (N or N·m).
     pub force: f64,
-    /// Coordinate of every point that moves (m or rad), in the order of [`Trace::points`].
+    /// Coordinate of every moving point (m or rad), in the order of [`Trace::points`].
     pub points: Vec<f64>,
 }
 
-/// Where the energy went (J).
+/// Energy balance (J).
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Energy {
     /// Work of the drive.
     pub supplied_j: f64,
-    /// What of it was put in while the drive's force did not go against its motion: it drives or holds, and is not dragged.
+    /// Work supplied while the drive's force does not oppose its motion: it drives or holds, and is not dragged.
     pub driving_j: f64,
-    /// Stored at the end less stored at the start.
+    /// Stored energy at the end less that at the start.
     pub stored_j: f64,
-    /// Lost in dampers and friction.
+    /// Energy lost in dampers, friction and windings.
     pub lost_j: f64,
-    /// Sum of |work| of the drive, step by step, and of what is stored at the start: what an error is compared with.
+    /// Sum of |work| of the drive over all steps, and the energy stored at the start: the reference of the imbalance.
     pub turned_over_j: f64,
 }
 
 impl Energy {
-    /// |supplied − stored − lost| over what was turned over.
+    /// Returns |supplied − stored − lost| relative to `turned_over_j`.
     pub fn imbalance(&self) -> f64 {
         let missing = (self.supplied_j - self.stored_j - self.lost_j).abs();
         if self.turned_over_j > 0.0 { missing / self.turned_over_j } else { missing }
@@ -71,18 +71,18 @@ impl Energy {
 /// A motion.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Trace {
-    /// Names of the points that [`TraceSample::points`] lists.
+    /// Names of the points in [`TraceSample::points`].
     pub points: Vec<String>,
     /// Samples.
     pub samples: Vec<TraceSample>,
-    /// Events in the order of time.
+    /// Events in order of time.
     pub events: Vec<Event>,
-    /// Energy.
+    /// Energy balance.
     pub energy: Energy,
-    /// When it left its bounds, and |command − position| then.
+    /// Time (s) at which the motion left its bounds, and |command − position| then.
     pub unstable: Option<(f64, f64)>,
-    /// Whether it ran to its end.
+    /// Whether the motion ran to its end.
     pub complete: bool,
-    /// What a person should know.
+    /// Warnings for the user.
     pub warnings: Vec<String>,
 }

@@ -1,4 +1,4 @@
-//! Least squares of the force that a machine needs against the force that was recorded, and of its transmission error where it was.
+//! Least-squares fit of the predicted to the recorded force, and of the transmission error where it is recorded.
 
 use nalgebra::{DMatrix, DVector};
 
@@ -10,27 +10,27 @@ use machine::Machine;
 use numeric::linear_fit::LinearFit;
 use optimizer::{Coordinate, GaussNewton, GaussNewtonError, GaussNewtonFit, PredictionFunction, live_columns};
 
-/// A fit.
+/// Result of a fit.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ForceFit {
     /// Values of all parameters of the machine.
     pub values: Vec<f64>,
-    /// Indices of those that were fitted.
+    /// Indices of the fitted parameters.
     pub free: Vec<usize>,
     /// Recorded less predicted force, thinned, record after record.
     pub residual: DVector<f64>,
-    /// Sum of its squares.
+    /// Sum of the squared residuals.
     pub squares: f64,
-    /// Derivatives of the prediction with the free parameters there.
+    /// Derivatives of the prediction with respect to the free parameters, at these values.
     pub derivatives: DMatrix<f64>,
-    /// Evaluations of the prediction.
+    /// Number of evaluations of the prediction.
     pub evaluations: u64,
 }
 
-/// When the least squares of a force end.
-const ENDS: GaussNewton = GaussNewton { steps: 25, lengths: 10, gain: 1e-9 };
+/// Stopping rule of the force fit.
+const STOP: GaussNewton = GaussNewton { steps: 25, lengths: 10, gain: 1e-9 };
 
-/// The force along motions as something to be fitted.
+/// The predicted force along motions, as a function to fit.
 struct Force<'a> {
     rigid: &'a Rigid,
     machine: &'a Machine,
@@ -50,10 +50,11 @@ impl PredictionFunction for Force<'_> {
     }
 }
 
-/// Fits parameters from a place: Gauss–Newton steps, kept within the ranges and shortened where they do not gain. A force that is linear in its
-/// parameters is there in one step.
+/// Fits parameters by Gauss–Newton steps within their ranges, shortened where they do not reduce the residual.
 ///
-/// # Errors  two parameters do the same to the force of these records, or one does nothing.
+/// A force that is linear in its parameters needs one step.
+///
+/// # Errors  two parameters have the same effect on the force of these records, or one has none.
 pub fn estimate(
     rigid: &Rigid,
     machine: &Machine,
@@ -62,7 +63,7 @@ pub fn estimate(
     motions: &[&MotionSignal],
 ) -> Result<ForceFit, InverseError> {
     let force = Force { rigid, machine, free, motions };
-    let found = ENDS
+    let found = STOP
         .fit(&force, &recorded(motions), start, &coordinates(machine, free, &inverse(machine, free)))
         .map_err(|e| unidentifiable(machine, free, e))?;
     let GaussNewtonFit { values, prediction: here, residual, derivatives: last, at_end, mut evaluations, .. } = found;
@@ -75,7 +76,7 @@ pub fn estimate(
     Ok(ForceFit { free: free.to_vec(), squares: residual.norm_squared(), values, residual, derivatives, evaluations })
 }
 
-/// Free parameters as coordinates of a fit, some by their inverse.
+/// Converts free parameters to coordinates of a fit, some by their inverse.
 pub(super) fn coordinates(machine: &Machine, free: &[usize], inverse: &[bool]) -> Vec<Coordinate> {
     let of = |(&index, &inverse): (&usize, &bool)| {
         let parameter = &machine.parameters[index];
@@ -84,11 +85,11 @@ pub(super) fn coordinates(machine: &Machine, free: &[usize], inverse: &[bool]) -
     free.iter().zip(inverse).map(of).collect()
 }
 
-/// Why a fit of free parameters failed.
+/// Converts the failure of a fit to an error that names the parameter.
 pub(super) fn unidentifiable(machine: &Machine, free: &[usize], error: GaussNewtonError<InverseError>) -> InverseError {
     match error {
         GaussNewtonError::Model(error) => error,
-        GaussNewtonError::Stopped => InverseError::Data("stopped before the first simulation had ended".into()),
+        GaussNewtonError::Stopped => InverseError::Data("stopped before the first simulation ended".into()),
         GaussNewtonError::Dependent(moving, derivatives) => {
             let moving: Vec<usize> = moving.into_iter().map(|at| free[at]).collect();
             dependent(machine, &moving, &derivatives)
@@ -96,31 +97,33 @@ pub(super) fn unidentifiable(machine: &Machine, free: &[usize], error: GaussNewt
     }
 }
 
-/// As [`estimate`], but what the motions do not tell beside the others stays where it starts, one parameter after another, if it `may`.
+/// Fits as [`estimate`], but holds unidentifiable parameters at their start values, one after another, where `may_stay` permits it.
 ///
-/// # Errors  as [`estimate`], of parameters that may not stay.
+/// # Errors  as [`estimate`], for parameters that must not stay.
 pub fn estimate_identifiable(
     rigid: &Rigid,
     machine: &Machine,
     start: &[f64],
     free: &[usize],
     motions: &[&MotionSignal],
-    may: impl Fn(usize) -> bool,
+    may_stay: impl Fn(usize) -> bool,
 ) -> Result<ForceFit, InverseError> {
     let mut free = free.to_vec();
     loop {
         match estimate(rigid, machine, start, &free, motions) {
-            Err(InverseError::Unidentifiable { parameter, .. }) if may(parameter) => free.retain(|i| *i != parameter),
+            Err(InverseError::Unidentifiable { parameter, .. }) if may_stay(parameter) => free.retain(|i| *i != parameter),
             found => return found,
         }
     }
 }
 
-/// Rounds of fit and weights.
+/// Number of updates of the channel weights.
 const ROUNDS: usize = 4;
 
-/// As [`estimate`] from a machine's start on the `fitted` of some motions, all of whose further points are weighed anew by what is left, until
-/// each channel counts in units of its own misfit. What is read while a play is crossed counts for nothing from the first fit on.
+/// Fits as [`estimate`] from a machine's start values to the `fitted` motions, and updates the channel weights of all motions.
+///
+/// After each fit the residuals of a channel set its weight, so that each channel counts in units of its own misfit. Samples during backlash
+/// crossings are masked from the first fit on.
 ///
 /// # Errors  as [`estimate`].
 pub fn estimate_weighed(
@@ -149,21 +152,21 @@ pub fn estimate_weighed(
     unreachable!("the last round returns")
 }
 
-/// Which parameter the others stand for.
+/// Finds the parameter that the records do not determine: it has no effect, or the others have the same effect together.
 fn dependent(machine: &Machine, free: &[usize], derivatives: &DMatrix<f64>) -> InverseError {
     let id = |at: usize| machine.parameters[free[at]].id.as_str();
-    let untold = |at: usize, why: String| InverseError::Unidentifiable { parameter: free[at], why };
+    let error = |at: usize, why: String| InverseError::Unidentifiable { parameter: free[at], why };
     for at in 0..free.len() {
         if !(derivatives.column(at).norm() > 0.0) {
-            return untold(at, format!("these records do not depend on {}; freeze it, or record a motion that shows it", id(at)));
+            return error(at, format!("these records do not depend on {}; freeze it, or record a motion that excites it", id(at)));
         }
         let before: Vec<usize> = (0..=at).collect();
         let own = derivatives.column(at).clone_owned();
         let all = derivatives.select_columns(&before);
         if at > 0 && LinearFit::new(&all, &own).is_none() {
             let others: Vec<&str> = (0..at).map(id).collect();
-            let why = "freeze one, or record a motion that tells them apart";
-            return untold(at, format!("these records cannot tell {} from {} together; {why}", id(at), others.join(", ")));
+            let remedy = "freeze one, or record a motion that distinguishes them";
+            return error(at, format!("these records cannot distinguish {} from a combination of {}; {remedy}", id(at), others.join(", ")));
         }
     }
     InverseError::Data("these records do not determine the parameters".into())
@@ -176,20 +179,20 @@ pub struct Estimated {
     pub parameter: usize,
     /// Value.
     pub value: f64,
-    /// Interval, where one can be told.
+    /// Interval; `None` where it cannot be computed.
     pub interval: Option<CoefficientInterval>,
-    /// Stands at an end of its range.
+    /// Whether it lies at an end of its range.
     pub at_bound: bool,
 }
 
 impl ForceFit {
-    /// The free parameters with intervals that respect coloured and repeating residuals.
+    /// Returns the free parameters with intervals that allow for coloured and repeating residuals.
     pub fn estimates(&self, machine: &Machine, free: &[usize], motions: &[&MotionSignal]) -> Vec<Estimated> {
         let records: Vec<(usize, Option<usize>)> = motions.iter().flat_map(|m| m.channels()).collect();
         self.estimates_of(machine, free, &records)
     }
 
-    /// As [`ForceFit::estimates`], with the lengths and periods of the records that the residual runs over.
+    /// As [`ForceFit::estimates`], with lengths and periods of the records in the order of the residual.
     pub fn estimates_of(&self, machine: &Machine, free: &[usize], records: &[(usize, Option<usize>)]) -> Vec<Estimated> {
         let mut inside = live_columns(&self.derivatives);
         inside.retain(|at| machine.parameters[free[*at]].holds_inside(self.values[free[*at]]));
@@ -210,7 +213,7 @@ impl ForceFit {
     }
 }
 
-/// Correlations of the coefficients of columns; nothing where they are not independent.
+/// Returns the correlations of the coefficients of columns; empty if the columns are dependent.
 pub fn correlation(columns: &DMatrix<f64>) -> Vec<Vec<f64>> {
     let Some(inverse) = (columns.transpose() * columns).cholesky().map(|c| c.inverse()) else { return Vec::new() };
     let sd = |i: usize| inverse[(i, i)].sqrt();

@@ -1,5 +1,7 @@
-//! Parameters from motion records: by inverse dynamics, the force that a rigid machine needs for the measured motion, and by the output error of the
-//! simulated loop.
+//! Parameters from motion records.
+//!
+//! Inverse dynamics fits the force that a rigid machine needs for the measured motion. The output-error method fits the force of the
+//! simulated closed loop.
 
 mod force_fit;
 mod interval;

@@ -1,4 +1,4 @@
-//! Parameters from motion by the output error: the closed loop is simulated with each record's command, and its force set against the recorded one.
+//! Output-error method: simulates the closed loop with each record's command and fits its force to the recorded force.
 
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
@@ -11,27 +11,27 @@ use measurement::MotionRecord;
 use numeric::parallel::OrFirstError;
 use optimizer::{Control, GaussNewton, GaussNewtonFit, PredictionFunction};
 
-/// What the output error gave.
+/// Result of an output-error fit.
 #[derive(Debug, Clone, PartialEq)]
 pub struct OutputError {
     /// Values of all parameters of the machine.
     pub values: Vec<f64>,
     /// Recorded less simulated force (N or N·m), record after record.
     pub residual: DVector<f64>,
-    /// Derivatives of the simulated force with the free parameters.
+    /// Derivatives of the simulated force with respect to the free parameters.
     pub derivatives: DMatrix<f64>,
-    /// Simulations of all records.
+    /// Number of simulations of all records.
     pub evaluations: u64,
-    /// Settled, not stopped.
+    /// Whether the fit converged and was not stopped.
     pub complete: bool,
 }
 
-/// When it ends: a simulation is dear.
-const ENDS: GaussNewton = GaussNewton { steps: 8, lengths: 4, gain: 1e-5 };
-/// Step of differences, as a share of a parameter's range.
+/// Stopping rule of the fit, with few steps because simulations are expensive.
+const STOP: GaussNewton = GaussNewton { steps: 8, lengths: 4, gain: 1e-5 };
+/// Step of the differences, as a share of a parameter's range (1).
 const STEP: f64 = 1e-4;
 
-/// The simulated force of records as something to be fitted.
+/// The simulated force of records, as a function to fit.
 struct Loop<'a> {
     machine: &'a Machine,
     free: &'a [usize],
@@ -57,9 +57,9 @@ impl PredictionFunction for Loop<'_> {
     }
 }
 
-/// Fits the free parameters from a place by Gauss–Newton steps, shortened where they do not gain.
+/// Fits the free parameters by Gauss–Newton steps, shortened where they do not reduce the residual.
 ///
-/// # Errors  as [`simulate_record`]; a loop that leaves its bounds at the start; parameters that these records cannot tell apart.
+/// # Errors  as [`simulate_record`]; a loop that is unstable at the start values; parameters that these records cannot distinguish.
 pub fn output_error(
     machine: &Machine,
     start: &[f64],
@@ -70,22 +70,22 @@ pub fn output_error(
     let y =
         DVector::from_iterator(records.iter().map(|r| r.samples()).sum(), records.iter().flat_map(|r| r.load.samples().iter().copied()));
     let simulated = Loop { machine, free, records, control };
-    let found = ENDS
+    let found = STOP
         .fit(&simulated, &y, start, &coordinates(machine, free, &vec![false; free.len()]))
         .map_err(|e| unidentifiable(machine, free, e))?;
-    // Derivatives are those before the last step: new ones would be as many simulations again.
+    // The derivatives are those before the last step: new ones would need one simulation per parameter.
     let GaussNewtonFit { values, residual, derivatives, evaluations, converged, .. } = found;
     Ok(OutputError { values, residual, derivatives, evaluations, complete: converged && !control.stopped() })
 }
 
-/// Simulated force of records, one after another; `None` where it was stopped.
+/// Simulates the force of the records, one after another; `None` if stopped.
 fn simulated(machine: &Machine, values: &[f64], records: &[&MotionRecord], control: &Control) -> Result<Option<DVector<f64>>, MotionError> {
     let mut all = Vec::new();
     for record in records {
         let (trace, _) = simulate_record(machine, values, record, &SimulationSettings::default(), &|| !control.stopped())?;
         if let Some((time_s, error)) = trace.unstable {
             return Err(MotionError::Input(format!(
-                "record {}: the simulated loop leaves its bounds at {time_s:.4} s, {error:.3e} off its command; start from other parameters",
+                "record {}: the simulated loop is unstable, {error:.3e} from its command at {time_s:.4} s; start from other parameters",
                 record.name
             )));
         }
@@ -98,7 +98,7 @@ fn simulated(machine: &Machine, values: &[f64], records: &[&MotionRecord], contr
     Ok(Some(DVector::from_vec(all)))
 }
 
-/// Gaps of records with values of the parameters, where each ran to its end.
+/// Returns the gap of each record at the given parameters; `None` for a simulation that did not run to its end.
 ///
 /// # Errors  as [`simulate_record`].
 pub fn simulated_gaps(

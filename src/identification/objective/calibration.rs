@@ -1,14 +1,14 @@
-//! What belongs to the measurement rather than to the machine: gain and delay of channels, nut positions.
+//! Nuisance parameters of the measurement: gain and delay of channels, nut positions.
 
 use super::FrfObjective;
 use super::frf::SPAN;
 
-/// Gain and delay of one measuring channel.
+/// Gain and delay of one measurement channel.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Channel {
-    /// Point of the response.
+    /// Index of the response point.
     pub response: usize,
-    /// Point of the excitation.
+    /// Index of the excitation point.
     pub excitation: usize,
     /// ln(gain).
     pub log_gain: f64,
@@ -17,7 +17,7 @@ pub struct Channel {
 }
 
 impl FrfObjective<'_> {
-    /// The same with channels of a known gain and delay: response and excitation, ln(gain) and delay (s).
+    /// Returns the objective with known gains and delays of channels.
     #[must_use]
     pub fn calibrated(mut self, known: &[Channel]) -> Self {
         for ((response, excitation), own) in self.channels.iter().zip(&mut self.calibration) {
@@ -28,7 +28,7 @@ impl FrfObjective<'_> {
         self
     }
 
-    /// Gain and delay of each channel at a place.
+    /// Returns gain and delay of each channel at given coordinates.
     pub fn channels_at(&self, place: &[f64]) -> Vec<Channel> {
         let of = |((response, excitation), (log_gain, delay_s)): (&(usize, usize), (f64, f64))| Channel {
             response: *response,
@@ -36,21 +36,21 @@ impl FrfObjective<'_> {
             log_gain,
             delay_s,
         };
-        self.channels.iter().zip(self.here(place).channels).map(of).collect()
+        self.channels.iter().zip(self.decode(place).channels).map(of).collect()
     }
 
-    /// Standard deviations from one end of the coordinate of a nut position, gain or delay to the other.
+    /// Returns the width of the unit interval of a nut position, gain or delay, in prior standard deviations.
     pub fn span(&self) -> f64 {
         SPAN
     }
 
-    /// Nut positions that are fitted along: as stated (m) and by how much each is shifted at a place.
+    /// Returns the fitted nut positions: stated position (m) and shift (m) at given coordinates.
     pub fn nuts_at(&self, place: &[f64]) -> Vec<(f64, f64)> {
         let stated = |at: usize| self.records.iter().find(|r| r.nut == at).and_then(|r| r.operating.nut_m);
-        self.here(place).nut_shift_m.into_iter().enumerate().filter_map(|(at, shift_m)| Some((stated(at)?, shift_m))).collect()
+        self.decode(place).nut_shift_m.into_iter().enumerate().filter_map(|(at, shift_m)| Some((stated(at)?, shift_m))).collect()
     }
 
-    /// Whether anything is known of its coordinates before they are fitted.
+    /// Whether any of its coordinates has a prior.
     pub fn has_priors(&self) -> bool {
         self.nuts + self.free_channels() > 0 || self.free.iter().any(|i| self.machine.parameters[*i].prior.is_some())
     }

@@ -1,20 +1,20 @@
-//! Why an objective cannot be made.
+//! Errors of building an objective.
 
 use thiserror::Error;
 
 use dynamics::model::ModelError;
 use machine::MachineError;
 
-/// Why an objective cannot be made.
+/// Why an objective cannot be built.
 #[derive(Debug, Error)]
 pub enum ObjectiveError {
-    /// The machine and the operating condition do not go together.
+    /// The machine does not permit the operating condition.
     #[error(transparent)]
     Machine(#[from] MachineError),
-    /// The machine cannot be computed.
+    /// The model of the machine cannot be built.
     #[error(transparent)]
     Model(#[from] ModelError),
-    /// The measurements do not suffice or do not fit the machine.
+    /// The measurements are insufficient or do not match the machine.
     #[error("{0}")]
     Data(String),
 }

@@ -1,11 +1,11 @@
-//! Objective on whole FRFs: the complex logarithm of measured over predicted, line by line.
+//! Objective on whole FRFs: the complex logarithm of measured over predicted receptance, line by line.
 
 use std::sync::{Arc, Mutex, OnceLock};
 
 use num_complex::Complex64;
 use rayon::prelude::*;
 
-use super::record::{FrfRecord, Here, check_overlap, factor, log_factor, operating, record, wrapped};
+use super::record::{Decoded, FrfRecord, check_overlap, factor, log_factor, operating, record, wrapped};
 use super::setup::{GAIN_RANGE, free_parameters, keep_rods, point_named};
 use super::{FrfSettings, ObjectiveError};
 use dynamics::model::{ABREAST, AssembledModel, Complexes, LANES, Reals, Structure, Workspace};
@@ -13,7 +13,7 @@ use machine::{FitRule, Machine};
 use measurement::{FitSet, Gain, HoldOutSet, MeasurementSet};
 use numeric::statistics::root_mean_square;
 
-/// Most lines of one FRF in the coarse cost that the global search sees.
+/// Largest number of lines of one FRF in the coarse cost of the global search.
 pub const COARSE_LINES: usize = 120;
 
 /// The gap of one FRF.
@@ -23,24 +23,24 @@ pub struct FrfGap {
     pub frf: usize,
     /// √ of the mean of ½·[(ln|H_m| − ln|H_s|)² + wrap(arg H_m − arg H_s)²].
     pub gap: f64,
-    /// The gap that the noise of the lines alone leaves; `None` where nothing is known of it.
+    /// The gap by the noise of the lines alone; `None` where the noise is unknown.
     pub noise_floor: Option<f64>,
-    /// Lines compared.
+    /// Number of lines compared.
     pub lines: usize,
 }
 
-/// Standard deviations of a nut position, or of a channel's gain or delay, from one end of its coordinate to the other.
+/// Width of the unit interval of a nut position, or of a channel's gain or delay, in prior standard deviations (1).
 pub(super) const SPAN: f64 = 20.0;
 
-/// Room for one evaluation.
+/// Working memory of one evaluation.
 pub(super) struct FrfScratch {
     pub(super) network: AssembledModel,
     pub(super) work: Workspace,
-    /// Derivatives of the receptances with the columns.
+    /// Derivatives of the receptances with respect to the columns.
     pub(super) row: Vec<Complexes>,
 }
 
-/// Distance between predicted and measured FRFs, as a function of a machine's free parameters and, where it is unknown, the gain.
+/// Misfit between predicted and measured FRFs as a function of free parameters, an unknown gain and nuisance parameters.
 ///
 /// # Source  r = ln(H_measured/H_predicted): relative in magnitude, absolute in phase; variance of its components by Bendat and Piersol
 /// from the coherence, see [`Frf::component_sd`](measurement::Frf::component_sd).
@@ -49,44 +49,44 @@ pub struct FrfObjective<'m> {
     structures: Vec<Arc<Structure>>,
     /// Response and excitation (points) of each structure.
     pub(super) channels: Vec<(usize, usize)>,
-    /// ln(gain) and delay (s) of each channel where no place states them.
+    /// ln(gain) and delay (s) of each channel, where they are not coordinates.
     pub(super) calibration: Vec<(f64, f64)>,
     pub(super) settings: FrfSettings,
     pub(super) records: Vec<FrfRecord>,
     gain: Gain,
-    /// Nut positions that are known only to a standard deviation.
+    /// Number of nut positions with a tolerance.
     pub(super) nuts: usize,
-    /// Indices of the parameters that are free, tolerances last.
+    /// Indices of the free parameters, tolerances last.
     pub free: Vec<usize>,
-    /// How many of them are no tolerances: those the global search varies.
-    pub own: usize,
+    /// Number of free parameters that are not tolerances: those the global search varies.
+    pub own_count: usize,
     base: Vec<f64>,
     pools: Vec<Mutex<Vec<FrfScratch>>>,
-    /// Records of few lines, made when they are first asked for.
-    few: OnceLock<Vec<FrfRecord>>,
+    /// Records of the coarse cost, built at its first evaluation.
+    coarse_records: OnceLock<Vec<FrfRecord>>,
 }
 
 impl<'m> FrfObjective<'m> {
-    /// For the FRFs to be fitted; `frozen` parameters keep their start values.
+    /// Builds the objective of the FRFs to fit; `frozen` parameters keep their start values.
     ///
-    /// # Errors  there is no FRF to fit, one names points the machine lacks or lies outside the screw, two share no frequency.
+    /// # Errors  there is no FRF to fit; one names points that the machine lacks, or lies outside the screw; two do not overlap in frequency.
     pub fn new(machine: &'m Machine, fit: &FitSet<'_>, settings: FrfSettings, frozen: &[String]) -> Result<Self, ObjectiveError> {
         if fit.frfs.is_empty() {
             let path = &fit.set.path;
-            return Err(ObjectiveError::Data(format!("{path}: no FRF is among what is to be fitted; name other positions or records")));
+            return Err(ObjectiveError::Data(format!("{path}: the selection to fit contains no FRF; name other positions or records")));
         }
         let free = free_parameters(machine, frozen, |rule| rule != FitRule::Never)?;
-        Self::over(machine, fit.set, &fit.frfs, settings, free)
+        Self::for_frfs(machine, fit.set, &fit.frfs, settings, free)
     }
 
-    /// For the FRFs held out: to predict, not to fit.
+    /// Builds the objective of the held-out FRFs, to predict them.
     ///
-    /// # Errors  as [`FrfObjective::new`]; none of them shares a frequency with those fitted.
+    /// # Errors  as [`FrfObjective::new`], except that no FRF is needed.
     pub fn held_out(machine: &'m Machine, held_out: &HoldOutSet<'_>, settings: FrfSettings) -> Result<Self, ObjectiveError> {
-        Self::over(machine, held_out.set, &held_out.frfs, settings, Vec::new())
+        Self::for_frfs(machine, held_out.set, &held_out.frfs, settings, Vec::new())
     }
 
-    fn over(
+    fn for_frfs(
         machine: &'m Machine,
         set: &MeasurementSet,
         frfs: &[usize],
@@ -129,60 +129,60 @@ impl<'m> FrfObjective<'m> {
         check_overlap(set, &records)?;
         let pools = structures.iter().map(|_| Mutex::new(Vec::new())).collect();
         let nuts = if settings.nut_sd_m > 0.0 { nuts_m.len() } else { 0 };
-        let (base, few) = (machine.start(), OnceLock::new());
-        let own = free.iter().filter(|i| !machine.parameters[**i].is_tolerance()).count();
+        let (base, coarse_records) = (machine.start(), OnceLock::new());
+        let own_count = free.iter().filter(|i| !machine.parameters[**i].is_tolerance()).count();
         let calibration = vec![(0.0, 0.0); channels.len()];
-        let (records_yet, gain) = (Vec::new(), set.gain);
+        let gain = set.gain;
         let empty = FrfObjective {
             machine,
             structures,
             channels,
             calibration,
             settings,
-            records: records_yet,
+            records: Vec::new(),
             gain,
             nuts,
             free,
-            own,
+            own_count,
             base,
             pools,
-            few,
+            coarse_records,
         };
-        Ok(FrfObjective { records: empty.laid(records), ..empty })
+        Ok(FrfObjective { records: empty.with_precomputed_rods(records), ..empty })
     }
 
-    /// Records with the entries of those rods kept that neither free parameters nor nut positions change.
-    fn laid(&self, mut records: Vec<FrfRecord>) -> Vec<FrfRecord> {
-        let place = |u: f64| self.here(&vec![u; self.free.len() + 1 + self.nuts + 2 * self.free_channels()]);
-        let places = [0.3, 0.7].map(place);
+    /// Precomputes the rods of records that neither free parameters nor nut positions change.
+    fn with_precomputed_rods(&self, mut records: Vec<FrfRecord>) -> Vec<FrfRecord> {
+        let decoded = |u: f64| self.decode(&vec![u; self.free.len() + 1 + self.nuts + 2 * self.free_channels()]);
+        let cases = [0.3, 0.7].map(decoded);
         for record in &mut records {
-            let at = places.each_ref().map(|here| (here.parameters.as_slice(), here.operating(record)));
+            let at = cases.each_ref().map(|here| (here.parameters.as_slice(), here.operating(record)));
             keep_rods(Arc::make_mut(&mut record.lines), (self.machine, &self.structures[record.structure]), at);
         }
         records
     }
 
-    /// The FRFs compared.
+    /// Returns the compared FRFs.
     pub fn records(&self) -> &[FrfRecord] {
         &self.records
     }
 
-    /// The machine whose parameters are free.
+    /// Returns the machine whose parameters are free.
     pub fn machine(&self) -> &Machine {
         self.machine
     }
 
-    /// Whether the gain is estimated along.
+    /// Whether the gain is unknown and therefore estimated.
     pub fn estimates_gain(&self) -> bool {
         self.gain == Gain::Unknown
     }
 
-    /// Real numbers compared: two for each line.
+    /// Returns the number of real numbers compared: two per line.
     pub fn observations(&self) -> usize {
         2 * self.records.iter().map(|r| r.omega_rad_s.len()).sum::<usize>()
     }
 
-    /// Parameters of the machine, in its order, for a place of the free ones in the unit cube.
+    /// Returns the machine's parameters, in its order, for unit-cube coordinates of the free ones.
     pub fn parameters(&self, place: &[f64]) -> Vec<f64> {
         let mut parameters = self.base.clone();
         for (&index, &u) in self.free.iter().zip(place) {
@@ -191,7 +191,7 @@ impl<'m> FrfObjective<'m> {
         parameters
     }
 
-    /// ln of the gain at a place: of the set where it is known, else that of the place's last coordinate.
+    /// Returns ln of the gain at given coordinates: that of the set if it is known, otherwise that of its coordinate.
     fn log_gain(&self, place: &[f64]) -> f64 {
         match self.gain {
             Gain::Known(gain) => gain.ln(),
@@ -202,8 +202,8 @@ impl<'m> FrfObjective<'m> {
         }
     }
 
-    /// What a place means; coordinates beyond the free parameters may be absent.
-    pub(super) fn here(&self, place: &[f64]) -> Here {
+    /// Converts unit-cube coordinates to physical values; coordinates after the free parameters may be absent.
+    pub(super) fn decode(&self, place: &[f64]) -> Decoded {
         let first = self.free.len() + usize::from(self.estimates_gain());
         let span = |at: usize, sd: f64| place.get(first + at).map_or(0.0, |u| (u - 0.5) * SPAN * sd);
         let nut = |at: usize| span(at, self.settings.nut_sd_m);
@@ -214,7 +214,7 @@ impl<'m> FrfObjective<'m> {
                 false => self.calibration[index],
             }
         };
-        Here {
+        Decoded {
             parameters: self.parameters(place),
             log_gain: self.log_gain(place),
             nut_shift_m: (0..self.nuts).map(nut).collect(),
@@ -222,13 +222,13 @@ impl<'m> FrfObjective<'m> {
         }
     }
 
-    /// Coordinates of nut positions in a place that was [`FrfObjective::extended`].
+    /// Returns the range of nut positions among [`FrfObjective::extended`] coordinates.
     pub fn nut_coordinates(&self) -> std::ops::Range<usize> {
         let first = self.free.len() + usize::from(self.estimates_gain());
         first..first + self.nuts
     }
 
-    /// Channels whose gain and delay are fitted along.
+    /// Returns the number of channels with fitted gain and delay.
     pub(super) fn free_channels(&self) -> usize {
         if self.settings.channel_sd.0.max(self.settings.channel_sd.1) > 0.0 { self.structures.len() } else { 0 }
     }
@@ -248,9 +248,10 @@ impl<'m> FrfObjective<'m> {
         }
     }
 
-    /// Calls `each(line, residuals)` for every four lines of a record from a multiple of four on, with r = ln(measured/predicted) before the set's gain is
-    /// taken off; past the last line, those of the last.
-    pub(super) fn visit(&self, record: &FrfRecord, here: &Here, lines: std::ops::Range<usize>, mut each: impl FnMut(usize, Complexes)) {
+    /// Calls `each(line, residuals)` for every four lines of a record, from a multiple of four on.
+    ///
+    /// The residuals are r = ln(measured/predicted), without the gain of the set. Past the last line those of the last line repeat.
+    pub(super) fn visit(&self, record: &FrfRecord, here: &Decoded, lines: std::ops::Range<usize>, mut each: impl FnMut(usize, Complexes)) {
         let operating = here.operating(record);
         let mut scratch = self.borrow(record.structure);
         scratch.network.update(self.machine, &here.parameters, &operating);
@@ -267,22 +268,22 @@ impl<'m> FrfObjective<'m> {
         self.give_back(record.structure, scratch);
     }
 
-    /// Residuals of all records at these parameters and gain, nut positions as they are stated.
+    /// Returns the residuals of all records at given parameters and gain, with nut positions as stated.
     pub fn residuals(&self, parameters: &[f64], gain: f64) -> Vec<Vec<Complex64>> {
-        self.residuals_here(&self.as_stated(parameters, gain))
+        self.residuals_of(&self.as_stated(parameters, gain))
     }
 
-    fn as_stated(&self, parameters: &[f64], gain: f64) -> Here {
+    fn as_stated(&self, parameters: &[f64], gain: f64) -> Decoded {
         let (parameters, channels) = (parameters.to_vec(), self.calibration.clone());
-        Here { parameters, log_gain: gain.ln(), nut_shift_m: Vec::new(), channels }
+        Decoded { parameters, log_gain: gain.ln(), nut_shift_m: Vec::new(), channels }
     }
 
-    /// Residuals of all records at a place of the free parameters, gain, nut positions and channels.
+    /// Returns the residuals of all records at coordinates of free parameters, gain, nut positions and channels.
     pub fn residuals_at(&self, place: &[f64]) -> Vec<Vec<Complex64>> {
-        self.residuals_here(&self.here(place))
+        self.residuals_of(&self.decode(place))
     }
 
-    /// The same lines and weights with every residual at a place changed by what is given: data another machine would have made.
+    /// Returns the objective with shifted residuals and the same lines and weights: the data of a different machine.
     #[must_use]
     pub fn shifted(&self, by: &[Vec<Complex64>]) -> FrfObjective<'m> {
         let mut other = self.resampled(&[]);
@@ -292,7 +293,7 @@ impl<'m> FrfObjective<'m> {
         other
     }
 
-    fn residuals_here(&self, here: &Here) -> Vec<Vec<Complex64>> {
+    fn residuals_of(&self, here: &Decoded) -> Vec<Vec<Complex64>> {
         self.records
             .par_iter()
             .map(|record| {
@@ -306,14 +307,14 @@ impl<'m> FrfObjective<'m> {
             .collect()
     }
 
-    /// Gap of each record at these parameters and gain.
+    /// Returns the gap of each record at given parameters and gain.
     ///
-    /// # Source  the gap between a measured and a predicted FRF as this project defines it: root mean square of ln H, per component.
+    /// # Source  this project's definition of the gap between a measured and a predicted FRF: root mean square of the error of ln H, per component.
     pub fn gaps(&self, parameters: &[f64], gain: f64) -> Vec<FrfGap> {
         self.gaps_of(self.residuals(parameters, gain))
     }
 
-    /// Gap of each record at a place, with what is fitted along.
+    /// Returns the gap of each record at given coordinates, nuisance parameters included.
     pub fn gaps_at(&self, place: &[f64]) -> Vec<FrfGap> {
         self.gaps_of(self.residuals_at(place))
     }
@@ -334,12 +335,15 @@ impl<'m> FrfObjective<'m> {
             .collect()
     }
 
-    /// Mean of ½·|r|² over some lines of every record, the gain (where unknown) at its best: the cost of the global search, whose valleys are
-    /// wide because no line weighs more than another.
+    /// Computes the cost of the global search: the mean of ½·|r|² over thinned lines, an unknown gain at its best value.
+    ///
+    /// All lines have the same weight, so that the valleys of the cost are wide.
     pub fn coarse(&self, place: &[f64]) -> f64 {
-        let here = self.here(place);
+        let here = self.decode(place);
         let (mut lines, mut sum, mut square) = (0, Reals::ZERO, Reals::ZERO);
-        for record in self.few.get_or_init(|| self.laid(self.records.iter().map(|r| r.thinned(COARSE_LINES)).collect())) {
+        for record in
+            self.coarse_records.get_or_init(|| self.with_precomputed_rods(self.records.iter().map(|r| r.thinned(COARSE_LINES)).collect()))
+        {
             let count = record.omega_rad_s.len();
             lines += count;
             self.visit(record, &here, 0..count, |line, r| {
@@ -355,11 +359,11 @@ impl<'m> FrfObjective<'m> {
         };
         let gap = 0.5 * (square / count - 2.0 * gain * sum / count + gain * gain);
         let cost =
-            gap + 0.5 * self.known(&here).map(|k| k.deviation * k.deviation).sum::<f64>() * self.settings.model_error.powi(2) / count;
+            gap + 0.5 * self.priors(&here).map(|k| k.deviation * k.deviation).sum::<f64>() * self.settings.model_error.powi(2) / count;
         if cost.is_finite() { cost } else { f64::MAX }
     }
 
-    /// The gain of the set, or where it is unknown the one that suits these parameters best.
+    /// Returns the gain of the set or, if it is unknown, the best gain for the given parameters.
     pub fn best_gain(&self, parameters: &[f64]) -> f64 {
         if let Gain::Known(gain) = self.gain {
             return gain;
@@ -375,8 +379,9 @@ impl<'m> FrfObjective<'m> {
         f64::exp(sum.reduce_add() / weights.reduce_add())
     }
 
-    /// A place of the free parameters, or of those that are no tolerances, with the others as stated and the best coordinate of the gain added where that is
-    /// unknown.
+    /// Extends coordinates of the free parameters, with or without tolerances, to all coordinates.
+    ///
+    /// Missing tolerances, nut positions and channels are as stated; an unknown gain has its best value.
     pub fn extended(&self, place: &[f64]) -> Vec<f64> {
         let mut extended = place.to_vec();
         let stated = |i: &usize| self.machine.parameters[*i].to_unit(self.machine.parameters[*i].start);
@@ -389,17 +394,18 @@ impl<'m> FrfObjective<'m> {
         extended
     }
 
-    /// The gain at a place that was [`FrfObjective::extended`].
+    /// Returns the gain at [`FrfObjective::extended`] coordinates.
     pub fn gain(&self, place: &[f64]) -> f64 {
         self.log_gain(place).exp()
     }
 
-    /// By how much the correlation of neighbouring lines enlarges the variance of what is fitted, 1 + 2·Σρ over the lags up to the first that is
-    /// not significant: 1 for noise alone, many where the model's own error is fitted.
+    /// Returns the variance inflation of the estimates by correlation of neighbouring lines, 1 + 2·Σρ.
+    ///
+    /// The sum runs over the lags up to the first insignificant one. The result is 1 for noise alone, and large where model error dominates.
     ///
     /// # Source  effective sample size of an autocorrelated series; Bayley and Hammersley, J. R. Stat. Soc. Suppl. 8 (1946) 184–197.
-    pub fn colour(&self, place: &[f64]) -> f64 {
-        let residuals = self.residuals_here(&self.here(place));
+    pub fn correlation_factor(&self, place: &[f64]) -> f64 {
+        let residuals = self.residuals_of(&self.decode(place));
         let weighted =
             |record: &FrfRecord, r: &[Complex64]| -> Vec<Complex64> { r.iter().zip(&record.weight).map(|(r, w)| r * w.sqrt()).collect() };
         let series: Vec<Vec<Complex64>> = self.records.iter().zip(&residuals).map(|(record, r)| weighted(record, r)).collect();
@@ -418,7 +424,7 @@ impl<'m> FrfObjective<'m> {
         1.0 + 2.0 * sum
     }
 
-    /// The same data with the lines of each record counted `counts[record][line]` times, once where nothing is given: a bootstrap sample.
+    /// Returns a bootstrap sample: the lines of each record count `counts[record][line]` times, or once where no count is given.
     #[must_use]
     pub fn resampled(&self, counts: &[Vec<f64>]) -> FrfObjective<'m> {
         let mut records = self.records.clone();
@@ -428,17 +434,18 @@ impl<'m> FrfObjective<'m> {
         let pools = self.structures.iter().map(|_| Mutex::new(Vec::new())).collect();
         let (structures, channels, calibration) = (self.structures.clone(), self.channels.clone(), self.calibration.clone());
         let (free, base) = (self.free.clone(), self.base.clone());
-        FrfObjective { structures, channels, calibration, records, free, base, pools, few: OnceLock::new(), ..*self }
+        FrfObjective { structures, channels, calibration, records, free, base, pools, coarse_records: OnceLock::new(), ..*self }
     }
 
-    /// The same data with at most so many lines of each record.
+    /// Returns the objective with at most `most` lines of each record, evenly spaced.
     #[must_use]
     pub fn thinned(&self, most: usize) -> FrfObjective<'m> {
         self.with_records(|record| record.thinned(most))
     }
 
-    /// The same with at most `most` lines of each record, closest where its curve turns and weighed by how many they stand for: to look around, since their
-    /// χ² has more scatter than its weights say.
+    /// Returns the objective with at most `most` lines of each record, dense where its curve bends, weighted by the lines they represent.
+    ///
+    /// It serves searches only, since its χ² scatters more than the weights imply.
     #[must_use]
     pub fn curvature_sampled(&self, most: usize) -> FrfObjective<'m> {
         self.with_records(|record| record.curvature_sampled(most))
@@ -446,22 +453,22 @@ impl<'m> FrfObjective<'m> {
 
     fn with_records(&self, each: impl Fn(&FrfRecord) -> FrfRecord) -> FrfObjective<'m> {
         let mut other = self.resampled(&[]);
-        other.records = self.laid(self.records.iter().map(each).collect());
+        other.records = self.with_precomputed_rods(self.records.iter().map(each).collect());
         other
     }
 
-    /// χ² that the noise of the lines alone leaves, per number compared.
+    /// Returns the expected χ² by the noise of the lines alone, per real number compared.
     pub fn noise_share(&self) -> f64 {
         let share = |r: &FrfRecord| r.noise_sd.iter().zip(&r.weight).map(|(sd, weight)| sd.unwrap_or(0.0).powi(2) * weight).sum::<f64>();
         self.records.iter().map(share).sum::<f64>() / self.lines().iter().sum::<usize>().max(1) as f64
     }
 
-    /// Lines of each record, and the group it belongs to: the FRFs of one position, or of one record where there is no position.
+    /// Returns the number of lines of each record, and its group: the FRFs of one position, or of one record without a position.
     pub fn blocks(&self) -> Vec<(usize, usize)> {
         self.records.iter().map(|r| (r.omega_rad_s.len(), r.group)).collect()
     }
 
-    /// Lines of each record.
+    /// Returns the number of lines of each record.
     pub fn lines(&self) -> Vec<usize> {
         self.records.iter().map(|r| r.omega_rad_s.len()).collect()
     }

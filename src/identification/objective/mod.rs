@@ -1,4 +1,4 @@
-//! How far prediction and measurement are apart.
+//! Objectives: the misfit between prediction and measurement.
 
 mod calibration;
 mod error;

@@ -11,7 +11,7 @@ use machine::{Chain, FitRule, Machine, Operating};
 use measurement::{FitSet, Gain, HoldOutSet, MeasurementSet, ModeObservation};
 use numeric::unit::omega_rad_s;
 
-/// Which function of the deviations is made least.
+/// The function of the deviations to minimise.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Objective {
     /// Σ r²: relative frequency errors over σ_f and ln-amplitude errors over σ_lnA.
@@ -25,62 +25,63 @@ pub enum Objective {
 /// Weights and options of a mode objective.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ModeSettings {
-    /// Which function.
+    /// Function of the deviations.
     pub objective: Objective,
-    /// Relative standard deviation of a frequency that the model itself causes.
+    /// Relative standard deviation of a frequency by model error (1).
     pub frequency_model_error: f64,
-    /// Standard deviation of ln(amplitude).
+    /// Standard deviation of ln(amplitude) (1).
     pub amplitude_sd: f64,
     /// How rods are represented.
     pub rods: Rods,
 }
 
 impl Default for ModeSettings {
-    /// σ_f² = (0.29·resolution/f)² + (1 %)² and σ_lnA = 0.13: rounding and a model error, by the scatter of the published bench.
+    /// σ_f² = (0.29·resolution/f)² + (1 %)² and σ_lnA = 0.13: rounding and model error, from the scatter of the published bench.
     fn default() -> Self {
         ModeSettings { objective: Objective::LeastSquares, frequency_model_error: 0.01, amplitude_sd: 0.13, rods: Rods::Exact }
     }
 }
 
-/// Deviation of one order.
+/// Deviation of one mode order.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Deviation {
     /// The observation; `None` for a predicted peak without a partner.
     pub observed: Option<ModeObservation>,
-    /// The predicted peak; its amplitude in the measured quantity, without gain.
+    /// The predicted peak, with its amplitude in the measured quantity, without gain.
     pub predicted: Option<Peak>,
-    /// A peak without a partner that should have been seen.
+    /// Whether this is a peak without a partner that should have been visible.
     pub unexpected: bool,
 }
 
-/// The prediction for a position beside its measurement.
+/// Prediction and measurement of a position.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct PositionPrediction {
     /// Index of the position in the set.
     pub position: usize,
     /// All predicted peaks of the band.
     pub peaks: Vec<Peak>,
-    /// Orders and peaks, aligned, in rising frequency.
+    /// Pairs of observation and peak, in rising frequency.
     pub deviations: Vec<Deviation>,
 }
 
-/// How the gain came about and how well amplitudes agree.
+/// Gain of the measured amplitudes, and the number of amplitudes behind it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct AmplitudeFit {
     /// Factor from predicted to measured amplitudes.
     pub gain: f64,
-    /// Amplitudes it rests on.
+    /// Number of amplitudes from which it is computed.
     pub count: usize,
 }
 
-/// Room for one evaluation; kept, a later one allocates nothing.
+/// Working memory of one evaluation, reused so that later evaluations allocate nothing.
 struct ModeScratch {
     network: AssembledModel,
     work: Workspace,
     parameters: Vec<f64>,
     predictions: Vec<PositionPrediction>,
-    /// Frequencies predicted, and what each counts for without a partner.
+    /// Predicted frequencies.
     predicted_hz: Vec<f64>,
+    /// Relative frequency error assigned to each predicted peak without a partner.
     alone: Vec<f64>,
     least: Vec<f64>,
     pairs: Vec<ModePair>,
@@ -91,11 +92,11 @@ struct PositionData {
     operating: Operating,
     observed: Vec<ModeObservation>,
     measured_hz: Vec<f64>,
-    /// Where the search for peaks begins, with the rods that no free parameter changes.
+    /// Initial frequencies of the peak search, with precomputed rods that no free parameter changes.
     lines: FrequencyGrid,
 }
 
-/// Distance between predicted peaks and measured modes of some positions, as a function of a machine's free parameters.
+/// Misfit between predicted peaks and measured modes of some positions as a function of a machine's free parameters.
 pub struct ModeObjective<'m> {
     machine: &'m Machine,
     structure: Arc<Structure>,
@@ -107,7 +108,7 @@ pub struct ModeObjective<'m> {
     search: PeakSearch,
     /// Lowest and highest measured frequency of these positions (Hz).
     pub band_hz: (f64, f64),
-    /// Indices of the parameters that are free.
+    /// Indices of the free parameters.
     pub free: Vec<usize>,
     base: Vec<f64>,
     /// Inverse of the lower Cholesky factor of the residuals' covariance, where they are correlated.
@@ -116,24 +117,24 @@ pub struct ModeObjective<'m> {
 }
 
 impl<'m> ModeObjective<'m> {
-    /// For the positions to be fitted; `frozen` parameters keep their start values.
+    /// Builds the objective of the positions to fit; `frozen` parameters keep their start values.
     ///
-    /// # Errors  the set has no modes there, names points the machine lacks, or lies outside the screw.
+    /// # Errors  the set has no modes there, names points that the machine lacks, or lies outside the screw.
     pub fn new(machine: &'m Machine, fit: &FitSet<'_>, settings: ModeSettings, frozen: &[String]) -> Result<Self, ObjectiveError> {
         if fit.positions.is_empty() {
             return Err(ObjectiveError::Data(format!(
-                "{}: no position is named to fit; write some into split.fit or --positions",
+                "{}: no position to fit is given; name some in split.fit or with --positions",
                 fit.set.path
             )));
         }
-        let objective = Self::over(machine, fit.set, &fit.positions, settings, frozen, None)?;
+        let objective = Self::for_positions(machine, fit.set, &fit.positions, settings, frozen, None)?;
         if objective.positions.iter().all(|p| p.measured_hz.is_empty()) {
             return Err(ObjectiveError::Data("no mode was observed at the positions to fit; name others with --positions".into()));
         }
         Ok(objective)
     }
 
-    /// As [`ModeObjective::new`] with parameters free, too, that are held because modes say little of them, behind those of `first`.
+    /// As [`ModeObjective::new`], and frees the parameters that modes hardly determine; they follow those of `first`.
     ///
     /// # Errors  as [`ModeObjective::new`].
     pub fn with_all_free(
@@ -146,11 +147,11 @@ impl<'m> ModeObjective<'m> {
         let mut objective = Self::new(machine, fit, settings, frozen)?;
         let more = free_parameters(machine, frozen, |rule| rule == FitRule::Frf)?;
         objective.free = first.iter().copied().chain(more).collect();
-        objective.lay_lines();
+        objective.prepare_grids();
         Ok(objective)
     }
 
-    /// The same with residuals correlated by what changes them together: each column is their change by one standard deviation of something.
+    /// Returns the objective with correlated residuals. Each column is their change by one standard deviation of a nuisance parameter.
     #[must_use]
     pub fn correlated(mut self, columns: &[Vec<f64>]) -> Self {
         let rows = columns.first().map_or(0, Vec::len);
@@ -160,7 +161,7 @@ impl<'m> ModeObjective<'m> {
         self
     }
 
-    /// For the held-out positions: to predict, not to fit; over the band of the fit, too, where that is given.
+    /// Builds the objective of the held-out positions, to predict them. Its band includes that of the fit, if given.
     ///
     /// # Errors  as [`ModeObjective::new`].
     pub fn held_out(
@@ -169,17 +170,17 @@ impl<'m> ModeObjective<'m> {
         settings: ModeSettings,
         fit_band_hz: Option<(f64, f64)>,
     ) -> Result<Self, ObjectiveError> {
-        let objective = Self::over(machine, held_out.set, &held_out.positions, settings, &[], fit_band_hz)?;
+        let objective = Self::for_positions(machine, held_out.set, &held_out.positions, settings, &[], fit_band_hz)?;
         if !objective.band_hz.0.is_finite() {
             return Err(ObjectiveError::Data(format!(
-                "{}: no mode was observed at these positions; there is nothing to check",
+                "{}: no mode was observed at the held-out positions; there is nothing to compare",
                 held_out.set.path
             )));
         }
         Ok(objective)
     }
 
-    fn over(
+    fn for_positions(
         machine: &'m Machine,
         set: &MeasurementSet,
         positions: &[usize],
@@ -202,7 +203,7 @@ impl<'m> ModeObjective<'m> {
             let measured_hz = observed.iter().filter_map(|m| m.frequency_hz).collect();
             data.push(PositionData { index, operating, observed, measured_hz, lines: FrequencyGrid::new(&[]) });
         }
-        // The band of these positions alone: what is held out must not reach the fit.
+        // The band follows from these positions alone: held-out data must not influence the fit.
         let all =
             || data.iter().flat_map(|p: &PositionData| p.measured_hz.iter().copied()).chain(wider.into_iter().flat_map(|(a, b)| [a, b]));
         let band_hz = (all().fold(f64::INFINITY, f64::min), all().fold(0.0, f64::max));
@@ -228,12 +229,12 @@ impl<'m> ModeObjective<'m> {
             whitening: None,
             pool: Mutex::new(Vec::new()),
         };
-        objective.lay_lines();
+        objective.prepare_grids();
         Ok(objective)
     }
 
-    /// Lays out where searches for peaks begin, and keeps rods that free parameters leave as they are.
-    fn lay_lines(&mut self) {
+    /// Prepares the frequency grids of the peak search, with precomputed rods that no free parameter changes.
+    fn prepare_grids(&mut self) {
         let places = [0.3, 0.7].map(|u| self.parameters(&vec![u; self.free.len()]));
         for position in &mut self.positions {
             position.lines = self.search.lines();
@@ -241,7 +242,7 @@ impl<'m> ModeObjective<'m> {
         }
     }
 
-    /// Parameters of the machine, in its order, for a place of the free ones in the unit cube.
+    /// Returns the machine's parameters, in its order, for unit-cube coordinates of the free ones.
     pub fn parameters(&self, place: &[f64]) -> Vec<f64> {
         let mut parameters = Vec::new();
         self.parameters_into(place, &mut parameters);
@@ -255,20 +256,20 @@ impl<'m> ModeObjective<'m> {
         }
     }
 
-    /// Number of frequencies and amplitudes that are compared.
+    /// Returns the number of compared frequencies and amplitudes.
     pub fn observations(&self) -> usize {
         self.rows().iter().map(|rows| rows - 1).sum()
     }
 
-    /// Whether the gain is estimated along.
+    /// Whether the gain is unknown and the objective depends on it.
     pub fn estimates_gain(&self) -> bool {
         self.gain == Gain::Unknown
             && self.settings.objective != Objective::Frequencies
             && self.positions.iter().any(|p| p.observed.iter().any(|m| m.amplitude.is_some()))
     }
 
-    /// Calls `work` with room for an evaluation.
-    fn with_room<T>(&self, work: impl FnOnce(&mut ModeScratch) -> T) -> T {
+    /// Calls `work` with working memory.
+    fn with_scratch<T>(&self, work: impl FnOnce(&mut ModeScratch) -> T) -> T {
         let pooled = self.pool.lock().ok().and_then(|mut pool| pool.pop());
         let mut scratch = pooled.unwrap_or_else(|| ModeScratch {
             network: self.structure.network(),
@@ -287,9 +288,9 @@ impl<'m> ModeObjective<'m> {
         result
     }
 
-    /// Predictions for all positions with the given parameters.
+    /// Predicts all positions with the given parameters.
     pub fn predict(&self, parameters: &[f64]) -> Vec<PositionPrediction> {
-        self.with_room(|scratch| {
+        self.with_scratch(|scratch| {
             scratch.parameters.clear();
             scratch.parameters.extend(parameters);
             (0..self.positions.len()).for_each(|at| self.predict_one(at, scratch));
@@ -297,7 +298,7 @@ impl<'m> ModeObjective<'m> {
         })
     }
 
-    /// The prediction for one position.
+    /// Predicts one position.
     fn predict_one(&self, at: usize, scratch: &mut ModeScratch) {
         let p = &self.positions[at];
         let ModeScratch { network, work, parameters, predictions, predicted_hz, alone, least, pairs } = scratch;
@@ -305,9 +306,9 @@ impl<'m> ModeObjective<'m> {
         let PositionPrediction { position, peaks, deviations } = &mut predictions[at];
         *position = p.index;
         peaks_into(network, (self.search, &p.lines), work, peaks);
-        // What the measuring chain makes of an amplitude; that the peak of another quantity lies elsewhere by some ζ² is left out.
-        let made = self.machine.chain.at(parameters, &p.operating);
-        peaks.iter_mut().for_each(|peak| peak.amplitude *= Chain::log_factor(made, omega_rad_s(peak.frequency_hz)).re.exp());
+        // The measuring chain changes the amplitude. The shift of the peak by the order of ζ² is neglected.
+        let chain = self.machine.chain.at(parameters, &p.operating);
+        peaks.iter_mut().for_each(|peak| peak.amplitude *= Chain::log_factor(chain, omega_rad_s(peak.frequency_hz)).re.exp());
         predicted_hz.clear();
         predicted_hz.extend(peaks.iter().map(|p| p.frequency_hz));
         alone.clear();
@@ -321,17 +322,17 @@ impl<'m> ModeObjective<'m> {
         }));
     }
 
-    /// Whether a predicted peak without a partner should have been seen.
+    /// Whether a predicted peak without a partner should have been visible.
     fn unexpected(&self, peak: &Peak) -> bool {
         peak.prominence >= self.least_prominence && peak.frequency_hz >= 0.9 * self.band_hz.0 && peak.frequency_hz <= 1.1 * self.band_hz.1
     }
 
-    /// Standard deviation of a relative frequency error.
+    /// Returns the standard deviation of a relative frequency error.
     fn frequency_sd(&self, frequency_hz: f64) -> f64 {
         ((0.29 * self.resolution_hz / frequency_hz).powi(2) + self.settings.frequency_model_error.powi(2)).sqrt()
     }
 
-    /// The gain that suits the predictions best, in the sense of the objective.
+    /// Computes the best gain for the predictions in the sense of the objective.
     pub fn amplitude_fit(&self, predictions: &[PositionPrediction]) -> AmplitudeFit {
         if self.settings.objective == Objective::Frequencies {
             return AmplitudeFit { gain: 1.0, count: 0 };
@@ -353,8 +354,7 @@ impl<'m> ModeObjective<'m> {
         AmplitudeFit { gain, count }
     }
 
-    /// Residuals, weighted, in a fixed order: for each position the frequencies, then the amplitudes, then a last one for peaks that
-    /// have no partner.
+    /// Returns the weighted residuals in a fixed order: for each position frequencies, amplitudes, and one residual for unexpected peaks.
     pub fn residuals(&self, predictions: &[PositionPrediction], gain: f64) -> Vec<f64> {
         let mut residuals = Vec::new();
         self.each_residual(predictions, gain, |residual| residuals.push(residual));
@@ -379,13 +379,13 @@ impl<'m> ModeObjective<'m> {
         }
     }
 
-    /// Deviations of free parameters from what is known of them beforehand, over its standard deviation.
-    fn known<'p>(&'p self, parameters: &'p [f64]) -> impl Iterator<Item = f64> + 'p {
+    /// Returns the deviations of free parameters from their priors, in prior standard deviations.
+    fn prior_deviations<'p>(&'p self, parameters: &'p [f64]) -> impl Iterator<Item = f64> + 'p {
         let described = |i: &usize| &self.machine.parameters[*i];
         self.free.iter().filter_map(move |i| described(i).deviation(parameters[*i]))
     }
 
-    /// A place of the free parameters, with the best coordinate of the gain added where that is unknown.
+    /// Extends coordinates of the free parameters by the best coordinate of an unknown gain.
     pub fn extended(&self, place: &[f64]) -> Vec<f64> {
         let mut extended = place.to_vec();
         if self.estimates_gain() {
@@ -395,7 +395,7 @@ impl<'m> ModeObjective<'m> {
         extended
     }
 
-    /// The gain at a place that was [`ModeObjective::extended`].
+    /// Returns the gain at [`ModeObjective::extended`] coordinates.
     pub fn gain(&self, place: &[f64]) -> f64 {
         match (self.gain, place.get(self.free.len())) {
             (Gain::Known(gain), _) => gain,
@@ -404,38 +404,40 @@ impl<'m> ModeObjective<'m> {
         }
     }
 
-    /// All weighted residuals at a place that was [`ModeObjective::extended`].
+    /// Returns all weighted residuals at [`ModeObjective::extended`] coordinates, with those of the priors last.
     pub fn residuals_at(&self, place: &[f64]) -> Vec<f64> {
         let parameters = self.parameters(place);
         let mut residuals = self.residuals(&self.predict(&parameters), self.gain(place));
         if let Some(whitening) = &self.whitening {
             residuals = (whitening * DVector::from_vec(residuals)).data.into();
         }
-        residuals.extend(self.known(&parameters));
+        residuals.extend(self.prior_deviations(&parameters));
         residuals
     }
 
-    /// Rows of [`ModeObjective::residuals`] of each position.
+    /// Returns the number of rows of each position in [`ModeObjective::residuals`].
     pub fn rows(&self) -> Vec<usize> {
         let counts_amplitudes = self.settings.objective != Objective::Frequencies;
         let amplitudes = |p: &PositionData| p.observed.iter().filter(|m| counts_amplitudes && m.amplitude.is_some()).count();
         self.positions.iter().map(|p| p.measured_hz.len() + amplitudes(p) + 1).collect()
     }
 
-    /// Whether the sum of its squared residuals is a likelihood, so that intervals can be told.
+    /// Whether the sum of squared residuals is a likelihood, so that intervals can be computed.
     pub fn is_likelihood(&self) -> bool {
         self.settings.objective != Objective::Eq26
     }
 
-    /// The objective at a place, always finite, where it is at most `limit`; otherwise something above that.
+    /// Returns the objective at given coordinates, always finite. Above `limit` any value above it may be returned.
     pub fn cost_at(&self, place: &[f64], limit: f64) -> f64 {
-        self.with_room(|scratch| {
+        self.with_scratch(|scratch| {
             self.parameters_into(place, &mut scratch.parameters);
             self.cost_at_most(scratch, limit)
         })
     }
 
-    /// With the gain at its best for the positions so far, a sum of squares can only grow with every further one; of Eq. 26 no part tells of the whole.
+    /// Evaluates position by position and stops above the limit.
+    ///
+    /// With the gain at its best for the positions so far, a sum of squares can only rise with each further one. Eq. 26 has no such bound.
     fn cost_at_most(&self, scratch: &mut ModeScratch, limit: f64) -> f64 {
         let may_end = limit < f64::INFINITY && self.settings.objective != Objective::Eq26;
         let mut cost = 0.0;
@@ -451,14 +453,14 @@ impl<'m> ModeObjective<'m> {
         cost
     }
 
-    /// The objective of predictions for some positions.
+    /// Returns the objective of predictions for some positions.
     fn cost_of(&self, predictions: &[PositionPrediction], parameters: &[f64]) -> f64 {
         let gain = self.amplitude_fit(predictions).gain;
         match self.settings.objective {
             Objective::LeastSquares | Objective::Frequencies => {
                 let mut data = 0.0;
                 self.each_residual(predictions, gain, |residual| data += residual * residual);
-                data + self.known(parameters).map(|r| r * r).sum::<f64>()
+                data + self.prior_deviations(parameters).map(|r| r * r).sum::<f64>()
             }
             Objective::Eq26 => {
                 let mut sum = 0.0;
@@ -469,7 +471,7 @@ impl<'m> ModeObjective<'m> {
                             let amplitude = observed.amplitude.map_or(0.0, |a| (gain * peak.amplitude / a - 1.0).clamp(-1e3, 1e3));
                             frequency * frequency + amplitude * amplitude
                         }
-                        // A mode that is not predicted: both of its terms are 1.
+                        // Both terms of a mode that is not predicted are 1.
                         (Some(observed), None) => 1.0 + f64::from(u8::from(observed.amplitude.is_some())),
                         _ => 0.0,
                     };

@@ -1,8 +1,8 @@
-//! Which predicted peak belongs to which measured order, when either side may lack one.
+//! Pairing of predicted peaks with measured modes, either of which may lack a partner.
 
-/// Relative frequency error that a mode without a partner counts as.
+/// Relative frequency error assigned to a mode without a partner (1).
 pub const MISSING: f64 = 0.3;
-/// Prominence from which a predicted peak should have been seen in a measurement that does not tell.
+/// Least prominence (1) at which a predicted peak should be visible, for measurements that do not state it.
 pub const VISIBLE: f64 = 2.0;
 
 /// One row of an alignment: a measured mode, a predicted peak, or both (by index).
@@ -14,15 +14,13 @@ pub struct ModePair {
     pub predicted: Option<usize>,
 }
 
-/// Aligns two rising lists of frequencies so that the summed squares are least: the relative frequency error of a pair,
-/// [`MISSING`] for a measured mode alone, `alone[j]` for the predicted peak j alone.
+/// Pairs two rising lists of frequencies with the least sum of squares, in order, so that no two pairs cross.
 ///
-/// The order is kept, so that no two pairs cross.
-///
-/// `least` is room for its work.
+/// The terms are the relative frequency error of a pair, [`MISSING`] for a measured mode without a partner, and `alone[j]` for the
+/// predicted peak j without a partner. `least` is working memory.
 pub(super) fn pair_into(measured_hz: &[f64], predicted_hz: &[f64], alone: &[f64], least: &mut Vec<f64>, pairs: &mut Vec<ModePair>) {
     let (m, n) = (measured_hz.len(), predicted_hz.len());
-    // least[i][j]: first i measured and first j predicted.
+    // least[i][j]: least sum over the first i measured and the first j predicted.
     let width = n + 1;
     least.clear();
     least.resize((m + 1) * width, 0.0);
@@ -94,14 +92,14 @@ mod tests {
     }
 
     #[test]
-    fn far_modes_are_not_forced_together() {
+    fn distant_modes_are_not_paired() {
         let pairs = pair(&[24.0], &[109.0], &[MISSING]);
         assert!(pairs.iter().all(|p| p.measured.is_none() || p.predicted.is_none()), "{pairs:?}");
         assert_eq!(pairs.len(), 2);
     }
 
     #[test]
-    fn nothing_pairs_with_nothing() {
+    fn empty_lists_have_no_pairs() {
         assert!(pair(&[], &[], &[]).is_empty());
     }
 }

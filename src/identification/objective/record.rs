@@ -1,4 +1,4 @@
-//! An FRF made ready to be compared.
+//! FRFs prepared for comparison: log-receptances, weights and noise of their lines.
 
 use std::f64::consts::{PI, TAU};
 use std::sync::Arc;
@@ -12,74 +12,76 @@ use measurement::{Frf, FrfLine, MeasurementSet};
 use numeric::statistics::median;
 use numeric::unit::{frequency_hz, omega_rad_s};
 
-/// Lines that are summed in one piece; sums are made in the order of the pieces, whatever the number of threads.
+/// Number of lines summed in one piece. Pieces are added in order, so that sums do not depend on the number of threads.
 const PIECE: usize = 256;
 
-/// One FRF ready to be compared.
+/// One FRF prepared for comparison.
 #[derive(Debug, Clone)]
 pub struct FrfRecord {
     /// Index of the FRF in the set.
     pub frf: usize,
     pub(super) operating: Operating,
-    /// Which nut position, of those of the objective; `usize::MAX` for none.
+    /// Index of the nut position in the objective; `usize::MAX` for none.
     pub(super) nut: usize,
-    /// Which position (or record) of the objective.
+    /// Index of the position (or record) in the objective.
     pub(super) group: usize,
     pub(super) structure: usize,
     pub(super) omega_rad_s: Vec<f64>,
-    /// The same, with what a model knows of them beforehand.
+    /// The same frequencies, with precomputed terms of the model.
     pub(super) lines: Arc<FrequencyGrid>,
-    /// ln of what was measured, as a receptance.
+    /// ln of the measured receptance.
     pub(super) log_measured: Vec<Complex64>,
-    /// 1/s² of one component of ln H.
+    /// 1/s² of one component of ln H, with s by noise and model error.
     pub(super) weight: Vec<f64>,
-    /// s of the noise alone, where it is known, told by the lines together.
+    /// s by noise alone, where known, estimated from all lines together.
     pub(super) noise_sd: Vec<Option<f64>>,
-    /// s of the noise alone as each line states it, for the gap that noise leaves.
+    /// s by noise alone as each line states it, for the noise floor of the gap.
     pub(super) stated_sd: Vec<Option<f64>>,
 }
 
 impl FrfRecord {
-    /// Standard deviation of one component of ln H that noise alone causes, line by line, where it is known.
+    /// Returns the standard deviation of one component of ln H by noise alone, line by line, where known.
     pub fn noise(&self) -> &[Option<f64>] {
         &self.noise_sd
     }
 
-    /// The same with every so manieth line, at most `most`; of the lines nothing is known beforehand.
+    /// Returns the record with every n-th line, at most `most`, and without precomputed rods.
     pub(super) fn thinned(&self, most: usize) -> FrfRecord {
         let stride = self.omega_rad_s.len().div_ceil(most.max(1)).max(1);
         self.with((0..self.omega_rad_s.len()).step_by(stride).collect())
     }
 
-    /// The same with at most `most` lines, close where the curve turns and nowhere far apart, each weighed by how many it stands for: a narrow resonance, between
-    /// two of lines evenly apart, stays to be seen. A third of them each follow the number of lines, the logarithm of the frequency and the length of the curve
-    /// ln H in units of its noise.
+    /// Returns the record with at most `most` lines, dense where the curve bends and nowhere far apart.
+    ///
+    /// A narrow resonance between two evenly spaced lines remains visible. The density follows three measures in equal parts: number of lines,
+    /// logarithm of the frequency, and length of the curve ln H in units of its noise. Each line is weighted by the number of lines it
+    /// represents.
     pub(super) fn curvature_sampled(&self, most: usize) -> FrfRecord {
         let count = self.omega_rad_s.len();
         if count <= most.max(2) {
             return self.clone();
         }
-        let turned = |at: usize| {
+        let arc_length = |at: usize| {
             let change = self.log_measured[at] - self.log_measured[at - 1];
-            let turn = (change.im + PI).rem_euclid(TAU) - PI;
-            change.re.hypot(turn) * self.weight[at].min(self.weight[at - 1]).sqrt()
+            let phase = (change.im + PI).rem_euclid(TAU) - PI;
+            change.re.hypot(phase) * self.weight[at].min(self.weight[at - 1]).sqrt()
         };
-        let kinds = [
+        let measures = [
             vec![1.0; count - 1],
             (1..count).map(|at| (self.omega_rad_s[at] / self.omega_rad_s[at - 1]).ln()).collect(),
-            (1..count).map(turned).collect::<Vec<f64>>(),
+            (1..count).map(arc_length).collect::<Vec<f64>>(),
         ];
-        let sums = kinds.each_ref().map(|kind| kind.iter().sum::<f64>().max(f64::MIN_POSITIVE));
-        // How far each line is along, from 0 to 1.
-        let mut along = vec![0.0; count];
+        let sums = measures.each_ref().map(|measure| measure.iter().sum::<f64>().max(f64::MIN_POSITIVE));
+        // Cumulative density of each line, from 0 to 1.
+        let mut cumulative = vec![0.0; count];
         for at in 1..count {
-            let step: f64 = kinds.iter().zip(sums).map(|(kind, sum)| kind[at - 1] / sum).sum();
-            along[at] = along[at - 1] + step / kinds.len() as f64;
+            let step: f64 = measures.iter().zip(sums).map(|(measure, sum)| measure[at - 1] / sum).sum();
+            cumulative[at] = cumulative[at - 1] + step / measures.len() as f64;
         }
         let mut chosen: Vec<usize> =
-            (0..most).map(|k| along.partition_point(|a| *a < (k as f64 + 0.5) / most as f64).min(count - 1)).collect();
+            (0..most).map(|k| cumulative.partition_point(|a| *a < (k as f64 + 0.5) / most as f64).min(count - 1)).collect();
         chosen.dedup();
-        // Each line stands for those that are nearer to it than to another.
+        // Each chosen line represents those nearest to it.
         let ends: Vec<usize> = chosen.windows(2).map(|pair| (pair[0] + pair[1]) / 2 + 1).chain([count]).collect();
         let mean = count as f64 / chosen.len() as f64;
         let mut record = self.with(chosen);
@@ -91,7 +93,7 @@ impl FrfRecord {
         record
     }
 
-    /// The same with some lines alone.
+    /// Returns the record with some of its lines.
     fn with(&self, lines: Vec<usize>) -> FrfRecord {
         fn each<T: Clone>(lines: &[usize], all: &[T]) -> Vec<T> {
             lines.iter().map(|at| all[*at].clone()).collect()
@@ -108,28 +110,28 @@ impl FrfRecord {
         }
     }
 
-    /// ln of what was measured at four lines from one on; past the last, that of the last.
+    /// Returns ln of the measured receptance at four lines from a line on; past the last line, that of the last.
     pub(super) fn measured(&self, line: usize) -> Complexes {
         Complexes::each(|lane| self.log_measured[(line + lane).min(self.log_measured.len() - 1)])
     }
 
-    /// Weights of four lines from one on; past the last, nought.
+    /// Returns the weights of four lines from a line on; past the last line, 0.
     pub(super) fn weights(&self, line: usize) -> Reals {
         Reals::from(std::array::from_fn::<_, LANES, _>(|lane| self.weight.get(line + lane).copied().unwrap_or(0.0)))
     }
 
-    /// Frequencies of its lines (Hz).
+    /// Returns the frequencies of its lines (Hz).
     pub fn frequencies_hz(&self) -> Vec<f64> {
         self.omega_rad_s.iter().map(|omega| frequency_hz(*omega)).collect()
     }
 
-    /// Magnitudes of its lines, as a receptance.
+    /// Returns the magnitudes of its lines as a receptance.
     pub fn magnitudes(&self) -> Vec<f64> {
         self.log_measured.iter().map(|h| h.re.exp()).collect()
     }
 }
 
-/// The operating condition an FRF of a set was measured under.
+/// Returns the operating condition of a measured FRF.
 pub fn operating(set: &MeasurementSet, frf: &Frf) -> Operating {
     Operating {
         velocity_m_s: frf.condition.velocity_m_s,
@@ -139,8 +141,8 @@ pub fn operating(set: &MeasurementSet, frf: &Frf) -> Operating {
     }
 }
 
-/// What a place of the unit cube means.
-pub(super) struct Here {
+/// Physical values of unit-cube coordinates.
+pub(super) struct Decoded {
     pub(super) parameters: Vec<f64>,
     pub(super) log_gain: f64,
     /// Shift of each nut position (m).
@@ -149,38 +151,38 @@ pub(super) struct Here {
     pub(super) channels: Vec<(f64, f64)>,
 }
 
-impl Here {
-    /// The operating condition of a record.
+impl Decoded {
+    /// Returns the operating condition of a record, with its nut position shifted.
     pub(super) fn operating(&self, record: &FrfRecord) -> Operating {
         let shift_m = self.nut_shift_m.get(record.nut).copied().unwrap_or(0.0);
         Operating { nut_m: record.operating.nut_m.map(|nut_m| nut_m + shift_m), ..record.operating }
     }
 
-    /// ln(gain) and delay (s) of a record's channel.
+    /// Returns ln(gain) and delay (s) of a record's channel.
     pub(super) fn channel(&self, record: &FrfRecord) -> (f64, f64) {
         self.channels.get(record.structure).copied().unwrap_or((0.0, 0.0))
     }
 }
 
-/// ln(gain), delay (s) and power of iω of the numbers of a chain and of a channel's own ln(gain) and delay together.
-pub(super) fn factor((gain, delay_s, power): (f64, f64, f64), (log_gain, late_s): (f64, f64)) -> (f64, f64, f64) {
-    (gain.ln() + log_gain, delay_s + late_s, power)
+/// Combines gain, delay (s) and power of iω of the measuring chain with ln(gain) and delay (s) of a channel; returns ln(gain), delay, power.
+pub(super) fn factor((gain, delay_s, power): (f64, f64, f64), (log_gain, channel_delay_s): (f64, f64)) -> (f64, f64, f64) {
+    (gain.ln() + log_gain, delay_s + channel_delay_s, power)
 }
 
-/// ln(recorded/receptance) of a [`factor`], as [`machine::Chain::log_factor`].
+/// Computes ln(recorded/receptance) of a [`factor`], as [`machine::Chain::log_factor`].
 pub(super) fn log_factor((log_gain, delay_s, power): (f64, f64, f64), omega_rad_s: Reals) -> Complexes {
     let by_power = if power == 0.0 { Reals::ZERO } else { omega_rad_s.ln() * Reals::splat(power) };
-    let turned = omega_rad_s.mul_neg_add(Reals::splat(delay_s), Reals::splat(power * std::f64::consts::FRAC_PI_2));
-    Complexes::new(by_power + Reals::splat(log_gain), turned)
+    let phase = omega_rad_s.mul_neg_add(Reals::splat(delay_s), Reals::splat(power * std::f64::consts::FRAC_PI_2));
+    Complexes::new(by_power + Reals::splat(log_gain), phase)
 }
 
-/// The imaginary part brought between −π and π.
+/// Wraps the imaginary part to −π … π.
 pub(super) fn wrapped(z: Complexes) -> Complexes {
     let turn = Reals::splat(std::f64::consts::TAU);
     Complexes::new(z.re, (z.im / turn).round().mul_neg_add(turn, z.im))
 }
 
-/// Pieces of all records, in order: record and lines.
+/// Returns the pieces of all records in order: index of the record, and lines.
 pub(super) fn pieces(records: &[FrfRecord]) -> Vec<(usize, std::ops::Range<usize>)> {
     let piece = |(at, r): (usize, &FrfRecord)| {
         let count = r.omega_rad_s.len();
@@ -189,7 +191,7 @@ pub(super) fn pieces(records: &[FrfRecord]) -> Vec<(usize, std::ops::Range<usize
     records.iter().enumerate().flat_map(piece).collect()
 }
 
-/// An FRF made ready: lines of the band, as a receptance, with weights.
+/// Prepares an FRF: receptances and weights of the lines in the band.
 pub(super) fn record(
     frf: &Frf,
     index: usize,
@@ -212,18 +214,18 @@ pub(super) fn record(
         noise_sd: Vec::new(),
         stated_sd: Vec::new(),
     };
-    let around = if settings.of_level { levels(frf) } else { Vec::new() };
+    let levels = if settings.of_level { levels(frf) } else { Vec::new() };
     let noise_sds = frf.component_sds();
     let stated = noise_sds.iter().any(Option::is_some);
     let mut model_errors = Vec::new();
     for (at, line) in frf.lines.iter().enumerate().filter(in_band) {
-        let model_error = settings.model_error * around.get(at).map_or(1.0, |level| (level / line.value.norm()).max(1.0));
+        let model_error = settings.model_error * levels.get(at).map_or(1.0, |level| (level / line.value.norm()).max(1.0));
         model_errors.push(model_error);
         let omega = omega_rad_s(line.frequency_hz);
         let noise_sd = noise_sds[at];
         let sd = noise_sd.unwrap_or(0.0).hypot(model_error);
         if !(sd > 0.0) && !stated {
-            let fault = "nothing is known of the noise of its lines; give a model error above 0 with --frf-model-error";
+            let fault = "the noise of its lines is unknown; give a model error above 0 with --frf-model-error";
             return Err(ObjectiveError::Data(format!("{}: {fault}", frf.source)));
         }
         record.log_measured.push((line.value / frf.quantity.from_receptance(omega)).ln());
@@ -231,11 +233,11 @@ pub(super) fn record(
         record.noise_sd.push(noise_sd);
         record.stated_sd.push(frf.component_sd(line));
     }
-    // A line whose noise is not stated is as noisy as the middle one of its record, not free of noise.
-    if let Some(middle) = median(record.noise_sd.iter().flatten().copied()) {
+    // A line without a stated noise has the median noise of its record, not none.
+    if let Some(median_sd) = median(record.noise_sd.iter().flatten().copied()) {
         for ((weight, noise_sd), model_error) in record.weight.iter_mut().zip(&record.noise_sd).zip(&model_errors) {
             if noise_sd.is_none() {
-                *weight = 1.0 / (middle * middle + model_error * model_error);
+                *weight = 1.0 / (median_sd * median_sd + model_error * model_error);
             }
         }
     }
@@ -246,7 +248,7 @@ pub(super) fn record(
     Ok(record)
 }
 
-/// Geometric mean of |H| over a third of an octave to either side of each line, in the quantity recorded.
+/// Computes the geometric mean of |H| over a third of an octave to either side of each line, in the recorded quantity.
 fn levels(frf: &Frf) -> Vec<f64> {
     let lines = &frf.lines;
     let (mut from, mut to, mut sum) = (0, 0, 0.0);
@@ -266,7 +268,7 @@ fn levels(frf: &Frf) -> Vec<f64> {
         .collect()
 }
 
-/// FRFs that are looked at together must share frequencies: else the one says nothing of the other.
+/// Checks that all FRFs fitted together overlap in frequency: otherwise one carries no information on the other.
 pub(super) fn check_overlap(set: &MeasurementSet, records: &[FrfRecord]) -> Result<(), ObjectiveError> {
     let ends = |r: &FrfRecord| (r.omega_rad_s[0], r.omega_rad_s[r.omega_rad_s.len() - 1]);
     for (at, a) in records.iter().enumerate() {

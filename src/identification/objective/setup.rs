@@ -1,4 +1,4 @@
-//! What every objective is made of: points that measurements name, free parameters, the range of an unknown gain, rods that stay.
+//! Parts common to all objectives: measured points, free parameters, the range of an unknown gain, precomputed rods.
 
 use std::sync::Arc;
 
@@ -6,18 +6,18 @@ use super::ObjectiveError;
 use dynamics::model::{FrequencyGrid, Structure};
 use machine::{FitRule, Machine, Operating};
 
-/// Range of an unknown gain.
+/// Range of an unknown gain (1).
 pub const GAIN_RANGE: (f64, f64) = (1e-9, 1e9);
 
-/// A point of the machine that a measurement names.
+/// Finds the point of the machine that a measurement names.
 pub fn point_named(machine: &Machine, source: &str, key: &str, name: &str) -> Result<usize, ObjectiveError> {
     machine.point(name).ok_or_else(|| {
         let known: Vec<&str> = machine.points.iter().map(|p| p.name.as_str()).collect();
-        ObjectiveError::Data(format!("{source}: {key} = \"{name}\" is no point of the machine; it has {}", known.join(", ")))
+        ObjectiveError::Data(format!("{source}: {key} = \"{name}\" is not a point of the machine; it has {}", known.join(", ")))
     })
 }
 
-/// Indices of the parameters that are fitted from data of a kind, without the frozen ones and those that show in motion alone.
+/// Returns the indices of the parameters to fit, without frozen ones and those that affect motion alone.
 pub(super) fn free_parameters(
     machine: &Machine,
     frozen: &[String],
@@ -34,7 +34,7 @@ pub(super) fn free_parameters(
     Ok((0..machine.parameters.len()).filter(free).collect())
 }
 
-/// Keeps with some lines the entries of those rods that are the same at two places of the free parameters, each with its operating condition.
+/// Precomputes rods on a frequency grid whose entries agree at two sets of parameters, each with its operating condition.
 pub(super) fn keep_rods(lines: &mut FrequencyGrid, (machine, structure): (&Machine, &Arc<Structure>), places: [(&[f64], Operating); 2]) {
     let [network, other] = places.map(|(parameters, operating)| {
         let mut network = structure.network();

@@ -1,19 +1,19 @@
-//! Objectives as sums of squares: FRFs with exact derivatives; modes by central differences, since peaks of |H| have no closed form.
+//! Objectives as sums of squares. FRFs have exact derivatives; modes use central differences, since peaks of |H| have no closed form.
 
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
 use super::frf::SPAN;
-use super::record::{FrfRecord, Here, factor, log_factor, pieces, wrapped};
+use super::record::{Decoded, FrfRecord, factor, log_factor, pieces, wrapped};
 use super::{FrfObjective, FrfSettings, GAIN_RANGE, ModeObjective};
 use dynamics::model::{ABREAST, Complexes, LANES, Reals};
 use machine::Value;
 use optimizer::{LeastSquares, NormalEquations};
 
-/// Step of the central differences in the unit interval.
+/// Step of the central differences in the unit interval (1).
 const STEP: f64 = 2e-4;
 
-/// A mode objective whose residuals count with weights, as in a bootstrap sample; without weights each counts once.
+/// A mode objective with weighted residuals, as in a bootstrap sample; without weights each residual counts once.
 pub struct ModeSquares<'o, 'm> {
     objective: &'o ModeObjective<'m>,
     /// Weight of the square of each residual.
@@ -21,7 +21,7 @@ pub struct ModeSquares<'o, 'm> {
 }
 
 impl<'o, 'm> ModeSquares<'o, 'm> {
-    /// Of an objective; `weights` one for each residual of [`ModeObjective::residuals_at`].
+    /// Wraps an objective; `weights` has one entry per residual of [`ModeObjective::residuals_at`].
     pub fn new(objective: &'o ModeObjective<'m>, weights: Option<Vec<f64>>) -> Self {
         ModeSquares { objective, weights }
     }
@@ -67,27 +67,27 @@ impl LeastSquares for ModeSquares<'_, '_> {
     }
 }
 
-/// What the coordinates of the unit cube stand for.
-struct SquareColumns {
-    /// Column of each parameter of the machine, where it is free.
+/// Columns of the derivatives: one per unit-cube coordinate.
+struct Columns {
+    /// Column of each parameter of the machine; `None` for a fixed one.
     of: Vec<Option<usize>>,
-    /// d(parameter or nut position)/d(coordinate), column by column; nought for gains and delays.
+    /// d(parameter or nut position)/d(coordinate), column by column; 0 for gains and delays.
     unit: Vec<f64>,
 }
 
-/// What is known beforehand of a coordinate: its deviation over the standard deviation, and what that changes with the coordinate.
-pub(super) struct SharedColumns {
+/// Prior of a coordinate: its deviation in prior standard deviations, and the derivative of that with respect to the coordinate.
+pub(super) struct PriorTerm {
     column: usize,
     pub(super) deviation: f64,
     slope: f64,
 }
 
-/// A deviation over its standard deviation; a number that is held has none.
-fn over(deviation: f64, sd: f64) -> f64 {
+/// Returns a deviation over its standard deviation; 0 for a fixed quantity.
+fn standardised(deviation: f64, sd: f64) -> f64 {
     if sd > 0.0 { deviation / sd } else { 0.0 }
 }
 
-/// Re Σ a*·b, lane by lane.
+/// Computes Re Σ a*·b, lane by lane.
 #[inline]
 fn product(a: &[Complexes], b: &[Complexes]) -> Reals {
     let (re, im) = a.iter().zip(b).fold((Reals::ZERO, Reals::ZERO), |(re, im), (a, b)| (a.re.mul_add(b.re, re), a.im.mul_add(b.im, im)));
@@ -95,23 +95,23 @@ fn product(a: &[Complexes], b: &[Complexes]) -> Reals {
 }
 
 impl FrfObjective<'_> {
-    /// Column of the gain, where it is unknown.
+    /// Returns the column of the gain, if it is unknown.
     fn gain_column(&self) -> Option<usize> {
         self.estimates_gain().then_some(self.free.len())
     }
 
-    /// Column of a nut position that is known only to a standard deviation.
+    /// Returns the column of a nut position with a tolerance.
     fn nut_column(&self, nut: usize) -> Option<usize> {
         (nut < self.nuts).then(|| self.free.len() + usize::from(self.estimates_gain()) + nut)
     }
 
-    /// First of the two columns of a channel whose gain and delay are known only to a standard deviation.
+    /// Returns the first of the two columns of a channel with tolerances of gain and delay.
     fn channel_column(&self, channel: usize) -> Option<usize> {
         (channel < self.free_channels()).then(|| self.free.len() + usize::from(self.estimates_gain()) + self.nuts + 2 * channel)
     }
 
-    /// Columns of the machine's parameters and of the data's own numbers here.
-    fn columns(&self, here: &Here) -> SquareColumns {
+    /// Returns the columns of the machine's parameters and of the data's own nuisance parameters.
+    fn columns(&self, here: &Decoded) -> Columns {
         let mut of = vec![None; here.parameters.len()];
         let mut unit = vec![0.0; LeastSquares::dimension(self)];
         for (column, (&parameter, slope)) in self.free.iter().zip(&mut unit).enumerate() {
@@ -119,34 +119,34 @@ impl FrfObjective<'_> {
             *slope = self.machine.parameters[parameter].unit_slope(here.parameters[parameter]);
         }
         (0..self.nuts).filter_map(|nut| self.nut_column(nut)).for_each(|column| unit[column] = SPAN * self.settings.nut_sd_m);
-        SquareColumns { of, unit }
+        Columns { of, unit }
     }
 
-    /// What is known beforehand of free parameters, nut positions, and gains and delays of channels.
-    pub(super) fn known<'h>(&'h self, here: &'h Here) -> impl Iterator<Item = SharedColumns> + 'h {
+    /// Returns the priors of free parameters, nut positions, and gains and delays of channels.
+    pub(super) fn priors<'h>(&'h self, here: &'h Decoded) -> impl Iterator<Item = PriorTerm> + 'h {
         let FrfSettings { nut_sd_m, channel_sd: (gain_sd, delay_sd_s), .. } = self.settings;
         let parameters = self.free.iter().enumerate().filter_map(move |(column, &index)| {
             let (parameter, value) = (&self.machine.parameters[index], here.parameters[index]);
             let prior = parameter.prior?;
             let slope = parameter.unit_slope(value) * prior.slope(value);
-            Some(SharedColumns { column, deviation: prior.deviation(parameter.start, value), slope })
+            Some(PriorTerm { column, deviation: prior.deviation(parameter.start, value), slope })
         });
         let channels = here
             .channels
             .iter()
             .take(self.free_channels())
-            .flat_map(move |(log_gain, delay_s)| [over(*log_gain, gain_sd), over(*delay_s, delay_sd_s)]);
+            .flat_map(move |(log_gain, delay_s)| [standardised(*log_gain, gain_sd), standardised(*delay_s, delay_sd_s)]);
         let own = here.nut_shift_m.iter().map(move |shift_m| shift_m / nut_sd_m).chain(channels);
         let first = self.free.len() + usize::from(self.estimates_gain());
-        parameters.chain(own.enumerate().map(move |(at, deviation)| SharedColumns { column: first + at, deviation, slope: SPAN }))
+        parameters.chain(own.enumerate().map(move |(at, deviation)| PriorTerm { column: first + at, deviation, slope: SPAN }))
     }
 
-    /// Normal equations of some lines of a record, in coordinates of the unit cube.
-    fn piece(&self, record: &FrfRecord, here: &Here, columns: &SquareColumns, lines: std::ops::Range<usize>) -> NormalEquations {
+    /// Computes the normal equations of some lines of a record, in unit-cube coordinates.
+    fn piece(&self, record: &FrfRecord, here: &Decoded, columns: &Columns, lines: std::ops::Range<usize>) -> NormalEquations {
         let dimension = columns.unit.len();
         let mut chi_square = Reals::ZERO;
         let mut gradient = vec![Reals::ZERO; dimension];
-        // The lower half, row by row.
+        // Lower triangle, row by row.
         let mut information = vec![Reals::ZERO; dimension * (dimension + 1) / 2];
         self.weighted_rows(record, here, columns, lines, |_, residuals, slopes| {
             let abreast = residuals.len();
@@ -167,17 +167,19 @@ impl FrfObjective<'_> {
         normal
     }
 
-    /// Calls `each(line, residuals, slopes)` for some groups of lines of a record from a line on: residuals group by group, and their derivatives with the
-    /// coordinates of the unit cube, column c of group w at c·groups + w; both times the square root of the weight, nought past the last line.
+    /// Calls `each(line, residuals, slopes)` for groups of lines of a record.
+    ///
+    /// Residuals come group by group. `slopes` holds their derivatives with respect to the unit-cube coordinates, column c of group w at
+    /// c·groups + w. Both are multiplied by the square root of the weight, which is 0 past the last line.
     fn weighted_rows(
         &self,
         record: &FrfRecord,
-        here: &Here,
-        columns: &SquareColumns,
+        here: &Decoded,
+        columns: &Columns,
         lines: std::ops::Range<usize>,
         mut each: impl FnMut(usize, &[Complexes], &[Complexes]),
     ) {
-        let SquareColumns { of: columns, unit } = columns;
+        let Columns { of: columns, unit } = columns;
         let dimension = unit.len();
         let mut scratch = self.borrow(record.structure);
         let (parameters, operating) = (&here.parameters, here.operating(record));
@@ -185,7 +187,7 @@ impl FrfObjective<'_> {
         scratch.network.update(self.machine, parameters, &operating);
         let sensitivity = scratch.network.sensitivity(self.machine, parameters, &operating, columns, nut);
         let chain = self.machine.chain.at(parameters, &operating);
-        // What ln of gain, delay and power of the chain change with a coordinate.
+        // Derivatives of the chain's ln(gain), delay and power with respect to the coordinates.
         let mut chain_slopes: Vec<(usize, (f64, f64, f64))> = Vec::new();
         let numbers = &self.machine.chain;
         let mut push = |value: &Value, slope: &dyn Fn(f64, f64) -> (f64, f64, f64)| {
@@ -194,7 +196,7 @@ impl FrfObjective<'_> {
         push(&numbers.gain, &|d, unit| (d / chain.0 * unit, 0.0, 0.0));
         push(&numbers.delay, &|d, unit| (0.0, d * unit, 0.0));
         push(&numbers.power, &|d, unit| (0.0, 0.0, d * unit));
-        // Of the data's own coordinates.
+        // Derivatives with respect to the gain of the set and the channel's gain and delay.
         chain_slopes.extend(self.gain_column().map(|column| (column, ((GAIN_RANGE.1 / GAIN_RANGE.0).ln(), 0.0, 0.0))));
         if let Some(column) = self.channel_column(record.structure) {
             let (gain, delay_s) = self.settings.channel_sd;
@@ -228,29 +230,29 @@ impl FrfObjective<'_> {
         self.give_back(record.structure, scratch);
     }
 
-    /// All that χ² is the sum of squares of: weighted residuals of all lines, real and imaginary parts in turn, then what is known beforehand.
+    /// Returns all terms whose squares sum to χ²: weighted residuals, real and imaginary parts in turn, then the priors.
     pub fn rows(&self, place: &[f64]) -> DVector<f64> {
-        let here = self.here(place);
-        let known = self.known(&here).map(|k| k.deviation);
-        DVector::from_vec(self.weighted_residuals(place).iter().copied().chain(known).collect())
+        let here = self.decode(place);
+        let priors = self.priors(&here).map(|k| k.deviation);
+        DVector::from_vec(self.weighted_residuals(place).iter().copied().chain(priors).collect())
     }
 
-    /// Derivatives of [`FrfObjective::rows`] with the place.
+    /// Returns the derivatives of [`FrfObjective::rows`] with respect to the coordinates.
     pub fn slopes(&self, place: &[f64]) -> DMatrix<f64> {
-        let here = self.here(place);
+        let here = self.decode(place);
         let columns = self.columns(&here);
         let count = 2 * self.lines().iter().sum::<usize>();
-        let known: Vec<SharedColumns> = self.known(&here).collect();
-        let mut slopes = DMatrix::zeros(count + known.len(), LeastSquares::dimension(self));
-        (count..).zip(known).for_each(|(row, k)| slopes[(row, k.column)] = k.slope);
+        let priors: Vec<PriorTerm> = self.priors(&here).collect();
+        let mut slopes = DMatrix::zeros(count + priors.len(), LeastSquares::dimension(self));
+        (count..).zip(priors).for_each(|(row, k)| slopes[(row, k.column)] = k.slope);
         let mut first = 0;
         for record in &self.records {
             let lines = record.omega_rad_s.len();
             self.weighted_rows(record, &here, &columns, 0..lines, |from, residuals, derivatives| {
                 for (mut column, groups) in slopes.column_iter_mut().zip(derivatives.chunks_exact(residuals.len())) {
                     let numbers = groups.iter().flat_map(|group| group.apart()).flat_map(|z| [z.re, z.im]);
-                    let place = &mut column.as_mut_slice()[2 * (first + from)..2 * (first + lines)];
-                    place.iter_mut().zip(numbers).for_each(|(entry, number)| *entry = number);
+                    let entries = &mut column.as_mut_slice()[2 * (first + from)..2 * (first + lines)];
+                    entries.iter_mut().zip(numbers).for_each(|(entry, number)| *entry = number);
                 }
             });
             first += lines;
@@ -258,7 +260,7 @@ impl FrfObjective<'_> {
         slopes
     }
 
-    /// Weighted residuals of all lines alone.
+    /// Returns the weighted residuals of all lines, without priors.
     pub fn weighted_residuals(&self, place: &[f64]) -> DVector<f64> {
         let residuals = self.residuals_at(place);
         let parts = self
@@ -276,7 +278,7 @@ impl LeastSquares for FrfObjective<'_> {
     }
 
     fn chi_square(&self, place: &[f64]) -> f64 {
-        let here = self.here(place);
+        let here = self.decode(place);
         let sums: Vec<f64> = pieces(&self.records)
             .par_iter()
             .map(|(record, lines)| {
@@ -286,12 +288,12 @@ impl LeastSquares for FrfObjective<'_> {
                 sum.reduce_add()
             })
             .collect();
-        let chi_square = sums.iter().sum::<f64>() + self.known(&here).map(|k| k.deviation * k.deviation).sum::<f64>();
+        let chi_square = sums.iter().sum::<f64>() + self.priors(&here).map(|k| k.deviation * k.deviation).sum::<f64>();
         if chi_square.is_finite() { chi_square } else { f64::MAX }
     }
 
     fn normal(&self, place: &[f64]) -> NormalEquations {
-        let here = self.here(place);
+        let here = self.decode(place);
         let columns = self.columns(&here);
         let parts: Vec<NormalEquations> = pieces(&self.records)
             .par_iter()
@@ -300,7 +302,7 @@ impl LeastSquares for FrfObjective<'_> {
         let dimension = LeastSquares::dimension(self);
         let mut normal = NormalEquations::zero(dimension);
         parts.iter().for_each(|part| normal.merge(part));
-        for SharedColumns { column, deviation, slope } in self.known(&here) {
+        for PriorTerm { column, deviation, slope } in self.priors(&here) {
             normal.chi_square += deviation * deviation;
             normal.gradient[column] += deviation * slope;
             normal.information[(column, column)] += slope * slope;

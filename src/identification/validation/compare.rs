@@ -1,4 +1,4 @@
-//! Scores of predictions at positions that were not fitted.
+//! Scores of objectives by predictions for positions that were not fitted.
 
 use crate::objective::{MISSING, Objective, ObjectiveError, PositionPrediction};
 use crate::{IdentificationSettings, identify};
@@ -7,20 +7,20 @@ use measurement::FitSet;
 use numeric::statistics::root_mean_square;
 use optimizer::Control;
 
-/// How well an objective predicts positions that were left out.
+/// Prediction errors of an objective for positions that were left out.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ObjectiveScore {
-    /// The objective.
+    /// Objective.
     pub objective: Objective,
     /// Root mean square of the relative frequency errors; a mode that is not predicted counts as [`MISSING`].
     pub frequency_error: f64,
     /// Root mean square of ln(predicted/measured amplitude), with the gain of the fitted positions.
     pub ln_amplitude_error: Option<f64>,
-    /// Measured modes that were not predicted.
+    /// Number of measured modes that were not predicted.
     pub missing: usize,
 }
 
-/// Relative frequency errors of a prediction; `None` for a measured mode that is not predicted.
+/// Returns the relative frequency errors of a prediction; `None` for a measured mode that is not predicted.
 pub fn frequency_errors(prediction: &PositionPrediction) -> Vec<Option<f64>> {
     prediction
         .deviations
@@ -30,7 +30,7 @@ pub fn frequency_errors(prediction: &PositionPrediction) -> Vec<Option<f64>> {
         .collect()
 }
 
-/// Scores objectives by leaving out one of the fit positions after another. The held-out positions are not touched.
+/// Scores objectives by leave-one-out over the fitted positions. Held-out positions are not used.
 ///
 /// # Errors  as [`identify`]; fewer than two positions.
 pub fn leave_one_out(
@@ -42,7 +42,7 @@ pub fn leave_one_out(
 ) -> Result<Vec<ObjectiveScore>, ObjectiveError> {
     let parts = fit.leave_one_out(false);
     if parts.len() < 2 {
-        return Err(ObjectiveError::Data("leaving one position out needs at least two to fit; name more with --positions".into()));
+        return Err(ObjectiveError::Data("leave-one-out needs at least two positions to fit; name more with --positions".into()));
     }
     let mut scores = Vec::new();
     for &objective in objectives {
@@ -52,7 +52,7 @@ pub fn leave_one_out(
         for (kept, rest) in &parts {
             let found = identify(machine, kept, rest, &plan, control)?;
             if !found.complete {
-                // What was not finished is not scored.
+                // An incomplete fit is not scored.
                 scores.sort_by(|a: &ObjectiveScore, b| a.frequency_error.total_cmp(&b.frequency_error));
                 return Ok(scores);
             }

@@ -1,4 +1,4 @@
-//! Figures of a set of which everything is fitted: each position (or record) predicted by a fit without it.
+//! Cross-validation of a set without held-out data: each position (or record) is predicted by a fit without it.
 
 use crate::objective::{FrfGap, ObjectiveError, PositionPrediction};
 use crate::{Identification, IdentificationSettings, identify};
@@ -6,7 +6,7 @@ use machine::Machine;
 use measurement::FitSet;
 use optimizer::Control;
 
-/// Predictions of what each fit left out, in the order of the set.
+/// Predictions of the data that each fit left out, in the order of the set.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct CrossValidation {
     /// Modes.
@@ -15,8 +15,9 @@ pub struct CrossValidation {
     pub frfs: Vec<FrfGap>,
 }
 
-/// Fits everything but one position (for FRFs without one: but one record) after another, from the best place of all, and predicts what was
-/// left out. `None` where there are fewer than two of them, or where it was stopped.
+/// Leaves out one position after another, fits the others and predicts it. FRFs without a position are left out record by record.
+///
+/// Each fit starts from the best fit of all data. `None` for fewer than two positions (or records), or if stopped.
 ///
 /// # Errors  as [`identify`].
 pub fn cross_validation(
@@ -37,7 +38,7 @@ pub fn cross_validation(
         if control.stopped() {
             return Ok(None);
         }
-        // Each fit has its own gain; amplitudes are told with that of all.
+        // Each fit has its own gain; amplitudes are reported with the gain of the fit to all data.
         let gain = part.gain.gain / found.gain.gain;
         let mut modes = part.held_out;
         for deviation in modes.iter_mut().flat_map(|p| &mut p.deviations) {

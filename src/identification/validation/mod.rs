@@ -1,4 +1,4 @@
-//! Does it hold elsewhere: single against multi-position, objectives by leaving positions out.
+//! Validation: cross-validation of a fit, and comparison of objectives by leaving positions out.
 
 mod compare;
 mod cross_validation;

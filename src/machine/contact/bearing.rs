@@ -23,12 +23,12 @@ pub struct BearingData {
     pub ball: ContactMaterial,
     /// Material of the rings.
     pub rings: ContactMaterial,
-    /// Contact pressure (Pa) above which loads are refused.
+    /// Contact pressure limit (Pa); higher loads are rejected.
     pub pressure_limit_pa: f64,
 }
 
 impl BearingData {
-    /// A steel bearing with the same conformity on both rings and the usual pressure limit.
+    /// Returns a steel bearing with the same conformity on both rings and the default pressure limit.
     pub fn steel(ball_count: usize, ball_diameter_m: f64, pitch_diameter_m: f64, contact_angle_rad: f64, conformity: f64) -> BearingData {
         BearingData {
             ball_count,
@@ -54,8 +54,8 @@ impl BearingData {
 ///
 /// # Units      P in N, δ in m
 /// # Errors     [`ContactError::BeyondValidity`] above the pressure limit, [`BALL_PRESSURE_LIMIT_PA`] unless changed
-/// # Source     Duan, Eq. 18–19; vertical, Eq. 12–14. Deviation: δ_n/sin α for the printed δ_n·sin α, without which the work
-/// of the axial load is not that of the contacts.
+/// # Source     Duan, Eq. 18–19; vertical, Eq. 12–14. Deviation: δ_n/sin α for the printed δ_n·sin α, which violates the equality of the
+/// work of the axial load and the work of the contacts.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct AngularContactBearing {
     contacts: RaceContacts,
@@ -65,9 +65,9 @@ pub struct AngularContactBearing {
 }
 
 impl AngularContactBearing {
-    /// A bearing from its catalogue quantities.
+    /// Creates a bearing from its catalogue quantities.
     ///
-    /// # Errors  a quantity out of its range, named.
+    /// # Errors  a quantity outside its range, named.
     pub fn new(data: &BearingData) -> Result<AngularContactBearing, ContactError> {
         let ball_count = positive("the number of balls", data.ball_count as f64)?;
         let contacts = RaceContacts::new(&RaceGeometry {
@@ -86,31 +86,31 @@ impl AngularContactBearing {
         Ok(AngularContactBearing { contacts, ball_count, slope, side: contacts.side(ball_count, slope, limit) })
     }
 
-    /// The two contacts of a ball.
+    /// Returns the two contacts of a ball.
     pub fn contacts(&self) -> &RaceContacts {
         &self.contacts
     }
 
-    /// The bearing as one side of a preloaded pair.
+    /// Returns the bearing as one side of a preloaded pair.
     pub fn side(&self) -> Side {
         self.side
     }
 
-    /// Normal load Q (N) of a ball.
+    /// Computes the normal load Q (N) of a ball.
     ///
     /// # Errors  a load that is not positive or beyond the pressure limit.
     pub fn ball_load_n(&self, load_n: f64) -> Result<f64, ContactError> {
         Ok(self.side.check_load_n(load_n)? / (self.ball_count * self.slope))
     }
 
-    /// Axial deflection (m).
+    /// Computes the axial deflection (m).
     ///
     /// # Errors  a load that is not positive or beyond the pressure limit.
     pub fn deflection_m(&self, load_n: f64) -> Result<f64, ContactError> {
         self.side.deflection_m(load_n)
     }
 
-    /// Axial deflection (m) as Duan prints it, δ_n·sin α: for tables that set the print beside the physics.
+    /// Computes the axial deflection (m) as Duan prints it, δ_n·sin α, for tables that compare the print with the physics.
     ///
     /// # Errors  a load that is not positive or beyond the pressure limit.
     /// # Source  Duan, Eq. 18, last line, as printed.
@@ -118,7 +118,7 @@ impl AngularContactBearing {
         Ok(self.deflection_m(load_n)? * self.slope * self.slope)
     }
 
-    /// Axial stiffness (N/m).
+    /// Computes the axial stiffness (N/m).
     ///
     /// # Errors  a load that is not positive or beyond the pressure limit.
     pub fn stiffness_n_per_m(&self, load_n: f64, stiffness: Stiffness) -> Result<f64, ContactError> {
@@ -150,7 +150,7 @@ mod tests {
 
     #[test]
     fn limit_catalogue_rule_of_thumb() {
-        // δ_axial ≈ 0.00044/sin α·(Q²/D)^(1/3) mm with Q in N, D in mm: the rule bearing makers print for steel bearings.
+        // δ_axial ≈ 0.00044/sin α·(Q²/D)^(1/3) mm with Q in N, D in mm: the manufacturers' rule for steel bearings.
         let bearing = AngularContactBearing::new(&bearing()).unwrap();
         let ball_n = bearing.ball_load_n(1000.0).unwrap();
         let rule_m = 0.44e-6 / 40.0_f64.to_radians().sin() * (ball_n * ball_n / 6.6).cbrt();

@@ -4,7 +4,7 @@ use std::f64::consts::{FRAC_PI_2, PI};
 
 use super::ContactError;
 
-/// Complete elliptic integral of the first kind, K(m) with the parameter m = k².
+/// Computes the complete elliptic integral of the first kind, K(m) with the parameter m = k².
 ///
 /// ```text
 ///         π/2                              π
@@ -19,7 +19,7 @@ pub fn first_kind(m: f64) -> Result<f64, ContactError> {
     Ok(Complete::of_complement(complement(m)?).first)
 }
 
-/// Complete elliptic integral of the second kind, E(m) with the parameter m = k².
+/// Computes the complete elliptic integral of the second kind, E(m) with the parameter m = k².
 ///
 /// ```text
 ///         π/2
@@ -38,7 +38,7 @@ fn complement(m: f64) -> Result<f64, ContactError> {
     if (0.0..1.0).contains(&m) { Ok(1.0 - m) } else { Err(ContactError::EllipticParameter { m }) }
 }
 
-/// K, E and the associate integrals B and D, all without cancellation for any m in [0, 1).
+/// The integrals K and E and the associate integrals B and D, without cancellation for any m in [0, 1).
 ///
 /// ```text
 ///      π/2                               π/2
@@ -58,9 +58,9 @@ pub(super) struct Complete {
 }
 
 impl Complete {
-    /// All four at m = 1 − m₁, for 0 < m₁ ≤ 1.
+    /// Computes all four at m = 1 − m₁, for 0 < m₁ ≤ 1.
     ///
-    /// E is K − m·D up to m = 1/2; above, where that difference cancels, Legendre's relation with the integrals of m₁.
+    /// E is K − m·D up to m = 1/2. Above, that difference cancels, and Legendre's relation with the integrals of m₁ replaces it.
     pub fn of_complement(complement: f64) -> Complete {
         let m = 1.0 - complement;
         let (first, sine) = first_and_sine(complement);
@@ -74,7 +74,7 @@ impl Complete {
     }
 }
 
-/// K and D = (K − E)/m: the sum Σ 2^(n−1) c_n² of the mean divided by m term by term, so that m → 0 is harmless.
+/// Computes K and D = (K − E)/m. The sum Σ 2^(n−1) c_n² of the mean is divided by m term by term, which avoids a division by zero at m → 0.
 fn first_and_sine(complement: f64) -> (f64, f64) {
     let root = complement.sqrt();
     let (mut a, mut g) = (0.5 * (1.0 + root), root.sqrt());
@@ -113,7 +113,7 @@ mod tests {
     #[test]
     fn published_table() {
         for (m, first, second) in TABLE {
-            // The conditioning of K near m = 1 turns the rounding of the decimal m into an error of K: allow for it.
+            // The conditioning of K near m = 1 amplifies the rounding of the decimal m: allow for it.
             let conditioning = f64::EPSILON / (1.0 - m) / first;
             assert!((first_kind(m).unwrap() / first - 1.0).abs() < 1e-15 + conditioning, "K({m})");
             assert!((second_kind(m).unwrap() / second - 1.0).abs() < 1e-15, "E({m})");
@@ -134,7 +134,7 @@ mod tests {
         for step in 1..1000 {
             let m = f64::from(step) / 1000.0;
             let (here, there) = (Complete::of_complement(1.0 - m), Complete::of_complement(m));
-            // With E = K − m·D on both sides, so that Legendre's relation is not what it was computed from.
+            // E = K − m·D on both sides, so that Legendre's relation is an independent check.
             let (e, other) = (here.first - m * here.sine, there.first - (1.0 - m) * there.sine);
             let left = e * there.first + other * here.first - here.first * there.first;
             assert!((left / FRAC_PI_2 - 1.0).abs() < 2e-14, "{m}: {left}");
@@ -143,7 +143,7 @@ mod tests {
         }
     }
 
-    /// The trapezoidal rule converges geometrically for periodic functions: an independent value of all four.
+    /// The trapezoidal rule converges geometrically for periodic functions: an independent value of all four integrals.
     #[test]
     fn limit_quadrature_of_the_definitions() {
         for m in [0.0, 1e-9, 0.03, 0.2, 0.499, 0.501, 0.7, 0.95] {

@@ -1,15 +1,15 @@
-//! What can be wrong with a contact, its load or its data.
+//! Errors of contacts, their loads and their data.
 
 use thiserror::Error;
 
-/// Why a contact, a joint or a friction curve cannot be computed; the text says what to change.
+/// Why a contact, a joint or a friction curve cannot be computed; the message states the correction.
 #[derive(Debug, Clone, PartialEq, Error)]
 #[non_exhaustive]
 pub enum ContactError {
     /// The parameter of an elliptic integral outside [0, 1).
     #[error("the parameter m = {m} of a complete elliptic integral must lie in [0, 1)")]
     EllipticParameter {
-        /// What was given.
+        /// Given value.
         m: f64,
     },
     /// A quantity that must be positive and finite is not.
@@ -17,7 +17,7 @@ pub enum ContactError {
     NotPositive {
         /// The quantity with its unit.
         what: &'static str,
-        /// What was given.
+        /// Given value.
         value: f64,
     },
     /// A quantity that must be finite is not.
@@ -25,7 +25,7 @@ pub enum ContactError {
     NotFinite {
         /// The quantity with its unit.
         what: &'static str,
-        /// What was given.
+        /// Given value.
         value: f64,
     },
     /// A quantity outside its range.
@@ -33,28 +33,28 @@ pub enum ContactError {
     OutOfRange {
         /// The quantity with its unit.
         what: &'static str,
-        /// What was given.
+        /// Given value.
         value: f64,
-        /// Least sensible value.
+        /// Smallest allowed value.
         lower: f64,
-        /// Largest sensible value.
+        /// Largest allowed value.
         upper: f64,
     },
     /// A contact angle outside (0°, 90°).
     #[error("the contact angle must lie strictly between 0° and 90°, not at {angle_deg}°")]
     ContactAngle {
-        /// What was given (degrees).
+        /// Given value (degrees).
         angle_deg: f64,
     },
     /// A groove not wider than the ball.
     #[error("the conformity of the {race} race is the groove radius over the ball diameter and must exceed 0.5, not be {value}")]
     Conformity {
-        /// Which race.
+        /// The race.
         race: &'static str,
-        /// What was given.
+        /// Given value.
         value: f64,
     },
-    /// Balls too large for the diameter they run on.
+    /// Balls too large for their pitch diameter.
     #[error("balls of {ball_diameter_m} m do not fit a pitch diameter of {pitch_diameter_m} m")]
     BallTooLarge {
         /// Ball diameter (m).
@@ -70,7 +70,7 @@ pub enum ContactError {
         /// Largest difference the formula is used for.
         limit: f64,
     },
-    /// A contact loaded above the pressure up to which it stays elastic.
+    /// A contact loaded above its elastic pressure limit.
     #[error(
         "load beyond the validity of the formula: the largest contact pressure would be {pressure_gpa:.3} GPa, the limit is {limit_gpa:.3} GPa"
     )]
@@ -88,7 +88,7 @@ pub enum ContactError {
         /// Observations needed.
         needed: usize,
     },
-    /// Too few different speeds, however often each was repeated.
+    /// Too few different speeds, regardless of repetitions.
     #[error("{found} different speed(s) cannot determine the four parameters of the friction curve: measure at {needed} or more")]
     TooFewSpeeds {
         /// Different |v| given.
@@ -96,14 +96,14 @@ pub enum ContactError {
         /// Different |v| needed.
         needed: usize,
     },
-    /// An observation with a number that is none.
+    /// An observation with a number that is not finite.
     #[error("observation {row} has a velocity, force or standard deviation that is not finite")]
     NonFiniteData {
         /// Index, from 0.
         row: usize,
     },
     /// An observation at rest.
-    #[error("observation {row} is at rest: only sliding at constant velocity tells the friction curve")]
+    #[error("observation {row} is at rest: only sliding at constant velocity determines the friction curve")]
     ZeroVelocity {
         /// Index, from 0.
         row: usize,
@@ -113,19 +113,19 @@ pub enum ContactError {
     StandardDeviation {
         /// Index, from 0.
         row: usize,
-        /// What was given.
+        /// Given value.
         value: f64,
     },
-    /// Noise announced as known without a standard deviation.
+    /// Known noise without a standard deviation.
     #[error("observation {row} has no standard deviation, which `Noise::Known` needs for all observations")]
     MissingStandardDeviation {
         /// Index, from 0.
         row: usize,
     },
-    /// Friction measured against the velocity instead of along it.
-    #[error("the forces oppose their velocities: give the friction the sign of the velocity, as the driving torque has it")]
+    /// Friction measured with the sign opposite to the velocity.
+    #[error("the forces oppose their velocities: give the friction the sign of the velocity, like the driving torque")]
     OpposingForces,
-    /// A range that holds nothing.
+    /// An empty range.
     #[error("the range of the Stribeck velocity from {lower} to {upper} m/s is empty")]
     EmptyRange {
         /// Lower end (m/s).
@@ -133,38 +133,38 @@ pub enum ContactError {
         /// Upper end (m/s).
         upper: f64,
     },
-    /// A speed on the rising branch that does not exist.
+    /// A force that the rising branch does not reach.
     #[error("the friction curve does not reach {force_n} N on its rising branch{reason}")]
     NoRisingBranch {
-        /// The force asked for (N).
+        /// The requested force (N).
         force_n: f64,
-        /// Why, as the end of the sentence.
+        /// The reason, as the end of the sentence.
         reason: &'static str,
     },
-    /// An equation whose root was not bracketed: a fault of this code.
-    #[error("the equation for {what} has no root where theory puts one: please report the input")]
+    /// An equation whose root was not bracketed: an error of this code.
+    #[error("the equation for {what} has no root where theory predicts one: please report the input")]
     NoRoot {
         /// The unknown.
         what: &'static str,
     },
 }
 
-/// The value, if it is positive and finite.
+/// Returns the value if it is positive and finite.
 pub(super) fn positive(what: &'static str, value: f64) -> Result<f64, ContactError> {
     if value > 0.0 && value.is_finite() { Ok(value) } else { Err(ContactError::NotPositive { what, value }) }
 }
 
-/// The value, if it is finite.
+/// Returns the value if it is finite.
 pub(super) fn finite(what: &'static str, value: f64) -> Result<f64, ContactError> {
     if value.is_finite() { Ok(value) } else { Err(ContactError::NotFinite { what, value }) }
 }
 
-/// The value, if it lies in [lower, upper].
+/// Returns the value if it lies in [lower, upper].
 pub(super) fn within(what: &'static str, value: f64, lower: f64, upper: f64) -> Result<f64, ContactError> {
     if value >= lower && value <= upper { Ok(value) } else { Err(ContactError::OutOfRange { what, value, lower, upper }) }
 }
 
-/// The pressure, if it is within its limit.
+/// Returns the pressure if it is within its limit.
 pub(super) fn check_pressure(pressure_pa: f64, limit_pa: f64) -> Result<f64, ContactError> {
     if pressure_pa <= limit_pa {
         Ok(pressure_pa)

@@ -1,4 +1,4 @@
-//! A Stribeck curve from friction measured at constant velocities.
+//! Fit of a Stribeck curve to friction measured at constant velocities.
 
 use super::error::positive;
 use super::interval::{self, Free};
@@ -14,40 +14,40 @@ const PARAMETERS: usize = 4;
 pub struct Observation {
     /// Velocity (m/s), of either sign.
     pub velocity_m_per_s: f64,
-    /// Friction (N) with the sign of the velocity; from a torque by [`super::ScrewDrive::force_n`].
+    /// Friction (N) with the sign of the velocity; [`super::ScrewDrive::force_n`] converts a torque.
     pub force_n: f64,
     /// Standard deviation (N), if known.
     pub sd_n: Option<f64>,
 }
 
-/// What is known of the scatter.
+/// Model of the measurement noise.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum StribeckNoise {
-    /// Equal in all observations, its size estimated from the residuals.
+    /// Equal standard deviation in all observations, estimated from the residuals.
     Uniform,
-    /// In proportion to the friction, its size estimated from the residuals.
+    /// Standard deviation proportional to the friction, estimated from the residuals.
     Proportional,
-    /// The standard deviation of each observation.
+    /// Given standard deviation of each observation.
     Known,
 }
 
-/// How to fit.
+/// Options of the fit.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct StribeckOptions {
-    /// What is known of the scatter.
+    /// Model of the measurement noise.
     pub noise: StribeckNoise,
-    /// Range of v_s (m/s) to search; half the least to the largest measured speed unless given.
+    /// Search range of v_s (m/s); by default half the smallest to the largest measured speed.
     pub stribeck_range_m_per_s: Option<(f64, f64)>,
 }
 
 impl StribeckOptions {
-    /// The usual range with this noise.
+    /// Returns the options with the default range and this noise.
     pub fn new(noise: StribeckNoise) -> StribeckOptions {
         StribeckOptions { noise, stribeck_range_m_per_s: None }
     }
 }
 
-/// A fitted curve with what the data allow around it.
+/// A fitted curve with the uncertainty of its parameters.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct StribeckFit {
     /// The best curve.
@@ -60,27 +60,29 @@ pub struct StribeckFit {
     pub viscous_n_s_per_m: ParameterEstimate,
     /// v_s (m/s).
     pub stribeck_velocity_m_per_s: ParameterEstimate,
-    /// Scatter of the residuals: in N for [`StribeckNoise::Uniform`], relative for [`StribeckNoise::Proportional`], over the given standard
-    /// deviations for [`StribeckNoise::Known`], where it should be near 1.
+    /// Scatter of the residuals: in N for [`StribeckNoise::Uniform`], relative for [`StribeckNoise::Proportional`]. For
+    /// [`StribeckNoise::Known`] it is relative to the given standard deviations and should be near 1.
     pub residual_scatter: f64,
-    /// Observations less free parameters.
+    /// Number of observations minus number of free parameters.
     pub degrees_of_freedom: usize,
 }
 
 /// Fits F_c, F_s ≥ F_c, d ≥ 0 and v_s in its range by least squares, with 95 % intervals.
 ///
-/// For a given v_s the curve is linear in (F_c, F_s − F_c, d): those three follow exactly (see `projection`), and the sum of
-/// squares left over is a function of v_s alone. It is scanned over ln v_s and its lowest valleys refined by golden section,
-/// so that no start is needed and no local minimum is taken for the best. Noise in proportion to the friction is weighted by
-/// the friction fitted before, repeatedly. Intervals: Student's t times the linearized standard error, that of v_s in the
-/// logarithm; the normal quantile with known standard deviations.
+/// For a given v_s the curve is linear in (F_c, F_s − F_c, d). These three follow exactly (see `projection`), and the residual sum of
+/// squares is a function of v_s alone. It is scanned over ln v_s, and its lowest minima are refined by golden section. The fit therefore
+/// needs no start value and does not stop at a local minimum. Noise proportional to the friction is weighted by the previously fitted
+/// friction, iteratively.
+///
+/// Intervals are Student's t times the linearised standard error, that of v_s in the logarithm; the normal quantile with known standard
+/// deviations.
 ///
 /// # Units      velocities m/s, forces N
-/// # Limits     data without noise give their curve back (test `recover_without_noise`)
+/// # Limits     noise-free data reproduce their curve (test `recover_without_noise`)
 /// # Errors     fewer than five observations or four different speeds, numbers that are not finite, a run at rest, a missing
 /// or non-positive standard deviation, forces that oppose their velocities, an empty range of v_s
-/// # Source     Duan, Eq. 11, Tab. 2 («nonlinear identification», method not told); Golub and Pereyra, SIAM J. Numer. Anal. 10
-/// (1973) 413–432 for the projection.
+/// # Source     Duan, Eq. 11, Tab. 2 («nonlinear identification», method not stated); Golub and Pereyra, SIAM J. Numer. Anal. 10 (1973)
+/// 413–432 for the projection.
 pub fn fit_stribeck(observations: &[Observation], options: &StribeckOptions) -> Result<StribeckFit, ContactError> {
     let range = check(observations, options)?;
     let largest_n = observations.iter().fold(0.0_f64, |most, row| most.max(row.force_n.abs()));
@@ -111,10 +113,10 @@ pub fn fit_stribeck(observations: &[Observation], options: &StribeckOptions) -> 
             }
         }
     }
-    Ok(conclude(&best, &rows, range, options.noise))
+    Ok(with_intervals(&best, &rows, range, options.noise))
 }
 
-/// The data checked, and the range of v_s.
+/// Checks the data and returns the range of v_s.
 fn check(observations: &[Observation], options: &StribeckOptions) -> Result<(f64, f64), ContactError> {
     for (row, observation) in observations.iter().enumerate() {
         let sd = observation.sd_n.unwrap_or(1.0);
@@ -137,7 +139,7 @@ fn check(observations: &[Observation], options: &StribeckOptions) -> Result<(f64
     let mut speeds: Vec<f64> = observations.iter().map(|row| row.velocity_m_per_s.abs()).collect();
     speeds.sort_by(f64::total_cmp);
     let (least, most) = (speeds[0], speeds[speeds.len() - 1]);
-    // Set points, not readings: what differs by less than 1e-6 was the same command.
+    // Set points, not readings: speeds that differ by less than 1e-6 come from the same command.
     speeds.dedup_by(|next, kept| *next <= *kept * (1.0 + 1e-6));
     if speeds.len() < PARAMETERS {
         return Err(ContactError::TooFewSpeeds { found: speeds.len(), needed: PARAMETERS });
@@ -159,7 +161,7 @@ struct StribeckCandidate {
     squares: f64,
 }
 
-/// The best curve for a given ln v_s.
+/// Returns the best curve for a given ln v_s.
 fn project(rows: &[(f64, f64, f64)], scratch: &mut Vec<([f64; 3], f64, f64)>, log_velocity: f64) -> StribeckCandidate {
     let velocity = log_velocity.exp();
     scratch.clear();
@@ -170,7 +172,7 @@ fn project(rows: &[(f64, f64, f64)], scratch: &mut Vec<([f64; 3], f64, f64)>, lo
     StribeckCandidate { curve, squares }
 }
 
-/// The best curve over the range of v_s: a scan at 24 points per decade, its three lowest valleys refined.
+/// Returns the best curve over the range of v_s: a scan at 24 points per decade with refinement of its three lowest minima.
 fn search(rows: &[(f64, f64, f64)], (lower, upper): (f64, f64)) -> StribeckCandidate {
     let mut scratch = Vec::with_capacity(rows.len());
     let (from, to) = (lower.ln(), upper.ln());
@@ -178,13 +180,13 @@ fn search(rows: &[(f64, f64, f64)], (lower, upper): (f64, f64)) -> StribeckCandi
     let at = |index: usize| if index == count { to } else { from + (to - from) * index as f64 / count as f64 };
     let scan: Vec<StribeckCandidate> = (0..=count).map(|index| project(rows, &mut scratch, at(index))).collect();
     let level = |index: usize| scan[index].squares;
-    let mut valleys: Vec<usize> = (0..=count)
+    let mut minima: Vec<usize> = (0..=count)
         .filter(|&index| (index == 0 || level(index) <= level(index - 1)) && (index == count || level(index) <= level(index + 1)))
         .collect();
-    valleys.sort_by(|a, b| level(*a).total_cmp(&level(*b)));
-    let mut best = scan[valleys.first().copied().unwrap_or(0)];
-    for &valley in valleys.iter().take(3) {
-        let refined = golden(rows, &mut scratch, at(valley.saturating_sub(1)), at((valley + 1).min(count)));
+    minima.sort_by(|a, b| level(*a).total_cmp(&level(*b)));
+    let mut best = scan[minima.first().copied().unwrap_or(0)];
+    for &minimum in minima.iter().take(3) {
+        let refined = golden(rows, &mut scratch, at(minimum.saturating_sub(1)), at((minimum + 1).min(count)));
         if refined.squares < best.squares {
             best = refined;
         }
@@ -192,7 +194,7 @@ fn search(rows: &[(f64, f64, f64)], (lower, upper): (f64, f64)) -> StribeckCandi
     best
 }
 
-/// The lowest point of one valley by golden section.
+/// Returns the lowest point of one minimum by golden section.
 fn golden(rows: &[(f64, f64, f64)], scratch: &mut Vec<([f64; 3], f64, f64)>, mut low: f64, mut high: f64) -> StribeckCandidate {
     let section = 0.5 * (5.0_f64.sqrt() - 1.0);
     let (mut left_at, mut right_at) = (high - section * (high - low), low + section * (high - low));
@@ -211,8 +213,8 @@ fn golden(rows: &[(f64, f64, f64)], scratch: &mut Vec<([f64; 3], f64, f64)>, mut
     if left.squares <= right.squares { left } else { right }
 }
 
-/// Scatter and intervals of the best curve.
-fn conclude(best: &StribeckCandidate, rows: &[(f64, f64, f64)], (lower, upper): (f64, f64), noise: StribeckNoise) -> StribeckFit {
+/// Computes scatter and intervals of the best curve.
+fn with_intervals(best: &StribeckCandidate, rows: &[(f64, f64, f64)], (lower, upper): (f64, f64), noise: StribeckNoise) -> StribeckFit {
     let curve = best.curve;
     let velocity = curve.stribeck_velocity_m_per_s;
     let falls = curve.static_n > curve.coulomb_n;

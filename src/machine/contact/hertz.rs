@@ -5,14 +5,14 @@ use super::error::{check_pressure, finite, positive, within};
 use super::{ContactError, Stiffness};
 use numeric::root::bracketed_root;
 
-/// Contact pressure at the static load rating of a ball bearing: the total permanent deformation is about 1e-4 of the ball
-/// diameter, and above it the elastic formulae no longer hold.
+/// Contact pressure (Pa) at the static load rating of a ball bearing. The total permanent deformation is then about 1e-4 of the ball
+/// diameter, and above it the elastic formulae do not hold.
 ///
 /// # Source  ISO 76:2006, clause 5 (4200 MPa for ball bearings other than self-aligning ones); ISO 3408-5 rates ball screws by
 /// the same permanent deformation.
 pub const BALL_PRESSURE_LIMIT_PA: f64 = 4.2e9;
 
-/// Largest curvature difference F(ρ) taken for a point contact: the ellipse is then about 2500 times as long as wide.
+/// Largest curvature difference F(ρ) of a point contact: the ellipse is then about 2500 times as long as wide.
 const LARGEST_DIFFERENCE: f64 = 1.0 - 1e-6;
 
 /// The steel of balls, screw, nut and rings: E = 210 GPa, ν = 0.3.
@@ -30,7 +30,7 @@ pub struct ContactMaterial {
 }
 
 impl ContactMaterial {
-    /// (1 − ν²)/E (1/Pa), the material checked.
+    /// Returns (1 − ν²)/E (1/Pa) after a check of the material.
     fn compliance_per_pa(&self) -> Result<f64, ContactError> {
         positive("Young's modulus (Pa)", self.youngs_modulus_pa)?;
         within("Poisson's ratio", self.poisson_ratio, -1.0, 0.5)?;
@@ -50,7 +50,7 @@ pub struct Curvatures {
 }
 
 impl Curvatures {
-    /// The gap between the bodies is A·x² + B·y²: A ≤ B (1/m).
+    /// Returns A ≤ B (1/m) of the gap A·x² + B·y² between the bodies.
     ///
     /// ```text
     /// A + B = ½ Σρ     B − A = ½ √( (ρ11−ρ12)² + (ρ21−ρ22)² + 2 (ρ11−ρ12)(ρ21−ρ22) cos 2ω )
@@ -67,7 +67,7 @@ impl Curvatures {
             (0.5 * (r11 + r21), 0.5 * (r12 + r22))
         } else {
             let (d1, d2) = (r11 - r12, r21 - r22);
-            // The root without the cancellation that 1 + cos 2ω would bring.
+            // This form of the root avoids the cancellation in 1 + cos 2ω.
             let (sin, cos) = self.angle_rad.sin_cos();
             let root = ((d1 + d2) * cos).hypot((d1 - d2) * sin);
             let sum = r11 + r12 + r21 + r22;
@@ -89,14 +89,14 @@ impl Curvatures {
 ///       2 π a b                  E1        E2              B               B(m)                  κ²
 /// ```
 ///
-/// κ = a/b ≥ 1 solves the last equation exactly: it is F(ρ) = [(κ²+1)E − 2K]/[(κ²−1)E] of the curvature difference,
-/// written with Legendre's associate integrals so that nothing cancels at κ = 1 or for slender ellipses.
+/// κ = a/b ≥ 1 solves the last equation exactly. The equation is F(ρ) = [(κ²+1)E − 2K]/[(κ²−1)E] of the curvature difference, written with
+/// Legendre's associate integrals to avoid cancellation at κ = 1 and for slender ellipses.
 ///
 /// # Units      load N, lengths m, pressure Pa, stiffness N/m
 /// # Limits     κ = 1 gives the sphere on a flat, δ³ = 9Q²η²/(16 R) (test `limit_sphere_on_a_flat`)
 /// # Errors     [`ContactError::LineContact`] as the curvature difference reaches 1
-/// # Source     Harris, Eq. 6.29–6.43; Johnson, Eq. 4.24–4.32; Duan, Eq. 7 and the table it takes K/a from.
-/// Deviation: elliptic integrals instead of tabulated K_i and a_i.
+/// # Source     Harris, Eq. 6.29–6.43; Johnson, Eq. 4.24–4.32; Duan, Eq. 7 and its table of K/a. Deviation: elliptic integrals instead of
+/// tabulated K_i and a_i.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PointContact {
     sum_per_m: f64,
@@ -111,9 +111,9 @@ pub struct PointContact {
 }
 
 impl PointContact {
-    /// The contact of two bodies with the given curvatures.
+    /// Computes the contact of two bodies with the given curvatures.
     ///
-    /// # Errors  curvatures that are not finite or make a line contact; a material that is none.
+    /// # Errors  curvatures that are not finite or give a line contact; an invalid material.
     pub fn new(curvatures: &Curvatures, material_1: &ContactMaterial, material_2: &ContactMaterial) -> Result<PointContact, ContactError> {
         let compliance_per_pa = material_1.compliance_per_pa()? + material_2.compliance_per_pa()?;
         let (least, most) = curvatures.gap_per_m()?;
@@ -137,39 +137,39 @@ impl PointContact {
         })
     }
 
-    /// Σρ (1/m).
+    /// Returns Σρ (1/m).
     pub fn curvature_sum_per_m(&self) -> f64 {
         self.sum_per_m
     }
 
-    /// F(ρ) = (B − A)/(B + A).
+    /// Returns F(ρ) = (B − A)/(B + A).
     pub fn curvature_difference(&self) -> f64 {
         self.difference
     }
 
-    /// κ = a/b ≥ 1.
+    /// Returns κ = a/b ≥ 1.
     pub fn ellipticity(&self) -> f64 {
         self.ellipticity
     }
 
-    /// δ/Q^(2/3) (m/N^(2/3)): what the contact gives way, whatever the load.
+    /// Returns δ/Q^(2/3) (m/N^(2/3)), the load-independent compliance coefficient.
     pub fn approach_per_two_thirds(&self) -> f64 {
         self.approach
     }
 
-    /// p0/Q^(1/3) (Pa/N^(1/3)).
+    /// Returns p0/Q^(1/3) (Pa/N^(1/3)).
     pub fn pressure_per_cube_root(&self) -> f64 {
         self.pressure
     }
 
-    /// Approach δ (m) of the bodies under a load.
+    /// Computes the approach δ (m) of the bodies under a load.
     ///
     /// # Errors  a load that is not positive.
     pub fn approach_m(&self, load_n: f64) -> Result<f64, ContactError> {
         Ok(self.approach * load(load_n)?.cbrt().powi(2))
     }
 
-    /// Load (N) that brings the bodies together by δ.
+    /// Computes the load (N) for an approach δ.
     ///
     /// # Errors  an approach that is not positive.
     pub fn load_n(&self, approach_m: f64) -> Result<f64, ContactError> {
@@ -177,7 +177,7 @@ impl PointContact {
         Ok(ratio * ratio.sqrt())
     }
 
-    /// Semi-axes (m) of the contact ellipse, the longer one first.
+    /// Computes the semi-axes (m) of the contact ellipse, the longer one first.
     ///
     /// # Errors  a load that is not positive.
     pub fn semi_axes_m(&self, load_n: f64) -> Result<(f64, f64), ContactError> {
@@ -185,21 +185,21 @@ impl PointContact {
         Ok((semi_axis_m, semi_axis_m / self.ellipticity))
     }
 
-    /// Largest pressure (Pa), in the middle of the ellipse.
+    /// Computes the largest pressure (Pa), at the centre of the ellipse.
     ///
     /// # Errors  a load that is not positive.
     pub fn max_pressure_pa(&self, load_n: f64) -> Result<f64, ContactError> {
         Ok(self.pressure * load(load_n)?.cbrt())
     }
 
-    /// Largest pressure (Pa), refused above a limit such as [`BALL_PRESSURE_LIMIT_PA`].
+    /// Computes the largest pressure (Pa) and checks it against a limit such as [`BALL_PRESSURE_LIMIT_PA`].
     ///
     /// # Errors  [`ContactError::BeyondValidity`] above the limit; a load that is not positive.
     pub fn check_pressure_pa(&self, load_n: f64, limit_pa: f64) -> Result<f64, ContactError> {
         check_pressure(self.max_pressure_pa(load_n)?, limit_pa)
     }
 
-    /// Secant stiffness Q/δ or tangent stiffness dQ/dδ = 3/2·Q/δ (N/m).
+    /// Computes the secant stiffness Q/δ or the tangent stiffness dQ/dδ = 3/2·Q/δ (N/m).
     ///
     /// # Errors  a load that is not positive.
     pub fn stiffness_n_per_m(&self, load_n: f64, stiffness: Stiffness) -> Result<f64, ContactError> {
@@ -211,18 +211,18 @@ fn load(load_n: f64) -> Result<f64, ContactError> {
     positive("the load of the contact (N)", load_n)
 }
 
-/// ln κ from A/B ≤ 1: the root of ln(D/B) − 2 ln κ − ln(A/B).
+/// Computes ln κ from A/B ≤ 1: the root of ln(D/B) − 2 ln κ − ln(A/B).
 fn log_ellipticity(ratio: f64) -> Result<f64, ContactError> {
     let target = ratio.ln();
     let equation = |log_ellipticity: f64| {
         let complete = Complete::of_complement((-2.0 * log_ellipticity).exp());
         (complete.sine / complete.cosine).ln() - 2.0 * log_ellipticity - target
     };
-    // A/B = 1 within rounding: a circle.
+    // A/B = 1 within rounding error: a circle.
     if equation(0.0) <= 0.0 {
         return Ok(0.0);
     }
-    // D/B grows with ln κ only: ln κ = −ln(A/B) + 1 lies above the root.
+    // D/B increases with ln κ: ln κ = −ln(A/B) + 1 lies above the root.
     bracketed_root(0.0, 1.0 - target, equation).ok_or(ContactError::NoRoot { what: "the ellipticity of the contact" })
 }
 
@@ -267,8 +267,8 @@ mod tests {
         }
     }
 
-    /// The displacement that the Hertz pressure over the ellipse makes must be δ − A·x² at every x on the long axis and
-    /// δ − B·y² on the short one: quadrature along chords, independent of K, E and κ.
+    /// The displacement under the Hertz pressure must be δ − A·x² on the long axis and δ − B·y² on the short one. Quadrature along chords,
+    /// independent of K, E and κ.
     #[test]
     fn limit_pressure_reproduces_the_gap_it_closes() {
         for (body_1, body_2, angle) in [
@@ -391,7 +391,7 @@ mod tests {
             let step = 1e-5 * approach;
             let slope = (contact.load_n(approach + step).unwrap() - contact.load_n(approach - step).unwrap()) / (2.0 * step);
             prop_assert!((contact.stiffness_n_per_m(load, Stiffness::Tangent).unwrap() / slope - 1.0).abs() < 1e-8);
-            // All lengths s times as large at the same pressure: load s², approach s.
+            // All lengths scaled by s at the same pressure: load s², approach s.
             let larger = self::contact([curvature / factor; 2], [-groove * curvature / factor, other / factor], 0.0);
             let scaled = larger.approach_m(load * factor * factor).unwrap();
             prop_assert!((scaled / (approach * factor) - 1.0).abs() < 1e-11);

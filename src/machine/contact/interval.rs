@@ -19,28 +19,28 @@ impl ParameterInterval {
     }
 }
 
-/// A parameter and what the data allow around it.
+/// An estimated parameter with its uncertainty.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ParameterEstimate {
     /// Best value.
     pub value: f64,
-    /// 95 % interval; none for a parameter at its bound or one the data do not determine.
+    /// 95 % interval; `None` for a parameter at its bound or one that the data do not determine.
     pub interval_95: Option<ParameterInterval>,
-    /// The best value lies at a bound of its range: the data want to go further, or do not see the parameter.
+    /// Whether the best value lies at a bound of its range: the optimum lies beyond it, or the parameter is not identifiable.
     pub at_bound: bool,
 }
 
-/// Which of (F_c, F_s, d, v_s) lie inside their bounds.
+/// Whether each of (F_c, F_s, d, v_s) lies inside its bounds.
 pub(super) type Free = [bool; 4];
 
-/// Standard errors of (F_c, F_s, d, ln v_s) for a noise scale of 1; `None` for a parameter that is not free, and for all if the
-/// data do not determine them.
+/// Computes the standard errors of (F_c, F_s, d, ln v_s) for a noise scale of 1. `None` for a parameter that is not free, and for all if
+/// the data do not determine them.
 ///
 /// ```text
 /// C = (Jᵀ W J)⁻¹    ∂f/∂F_c = 1 − e   ∂f/∂F_s = e   ∂f/∂d = |v|   ∂f/∂ln v_s = 2·(F_s − F_c)·(v/v_s)²·e   e = exp(−(v/v_s)²)
 /// ```
 ///
-/// (times sgn v each.) A parameter at its bound is held there: the others' intervals are conditional on it.
+/// (times sgn v each.) A parameter at its bound is held fixed: the intervals of the others are conditional on it.
 ///
 /// # Source  Seber and Wild, «Nonlinear Regression», section 5.1.
 pub(super) fn standard_errors(curve: &StribeckCurve, rows: impl Iterator<Item = (f64, f64)>, free: Free) -> [Option<f64>; 4] {
@@ -48,7 +48,7 @@ pub(super) fn standard_errors(curve: &StribeckCurve, rows: impl Iterator<Item = 
     for (speed, weight) in rows {
         let square = (speed / curve.stribeck_velocity_m_per_s).powi(2);
         let decay = (-square).exp();
-        // Without a fall F_s is F_c, and the curve has one constant only.
+        // Without a fall F_s equals F_c, and the curve has one constant only.
         let fall = if curve.static_n > curve.coulomb_n { decay } else { 0.0 };
         let slope = [1.0 - fall, fall, speed, 2.0 * (curve.static_n - curve.coulomb_n) * square * decay];
         for i in 0..4 {
@@ -63,12 +63,12 @@ pub(super) fn standard_errors(curve: &StribeckCurve, rows: impl Iterator<Item = 
     }
 }
 
-/// value ± half, not below zero.
+/// Returns value ± half, clipped at zero.
 pub(super) fn symmetric(value: f64, half: f64) -> ParameterInterval {
     ParameterInterval { lower: (value - half).max(0.0), upper: value + half }
 }
 
-/// value·exp(±half): an interval in the logarithm.
+/// Returns value·exp(±half): an interval in the logarithm.
 pub(super) fn in_logarithm(value: f64, half: f64) -> ParameterInterval {
     ParameterInterval { lower: value * (-half).exp(), upper: value * half.exp() }
 }
@@ -78,7 +78,7 @@ mod tests {
     use super::*;
     use crate::contact::published::friction_axis_1;
 
-    /// The slopes against finite differences of the curve itself, by way of a covariance from a single parameter.
+    /// Compares the slopes with finite differences of the curve, through the covariance of a single parameter.
     #[test]
     fn limit_slopes_are_finite_differences() {
         let curve = friction_axis_1();
@@ -100,7 +100,7 @@ mod tests {
             let error = standard_errors(&curve, [(speed, 4.0)].into_iter(), free)[index].unwrap();
             assert!((error * 2.0 * slope.abs() - 1.0).abs() < 1e-6, "{index}");
         }
-        // One speed for two parameters determines neither.
+        // One speed does not determine two parameters.
         assert_eq!(standard_errors(&curve, [(speed, 1.0); 5].into_iter(), [true, true, false, false]), [None; 4]);
     }
 

@@ -1,14 +1,13 @@
-//! Rolling contacts: what a nut and a bearing give way under load, and the friction that loads them.
+//! Rolling contacts: deflection of nuts and bearings under load, and the friction that loads them.
 //!
 //! ```text
 //! elliptic ── hertz ── race ──┬── nut ─────┐
 //!                             └── bearing ─┴── side ── pair      stribeck ── fit
 //! ```
 //!
-//! A ball between two races follows δ = c·P^(2/3) as long as its contact angle stays, and so does the whole nut or
-//! bearing: a [`Side`] is that constant with the load up to which the formula holds. Two sides preloaded against each
-//! other make a [`PreloadedPair`]. [`Rule::Physics`] shares a load by equilibrium and adds the two tangent stiffnesses;
-//! [`Rule::AsPrinted`] does what the papers print, so that both can be put side by side.
+//! A ball between two races deflects by δ = c·P^(2/3) at constant contact angle, and so does the whole nut or bearing. A [`Side`] is that
+//! constant with the load limit of the formula. Two sides preloaded against each other form a [`PreloadedPair`]. [`Rule::Physics`] shares a
+//! load by equilibrium and adds the two tangent stiffnesses. [`Rule::AsPrinted`] follows the papers, so that both can be compared.
 //!
 //! # Source  Duan et al., «Dynamic Modeling and Experiment Research on Twin Ball Screw Feed System Considering the
 //! Joint Stiffness» (2018), cited as *Duan*; the vertical ball-screw feed system under acceleration, cited as *vertical*;

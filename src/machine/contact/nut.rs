@@ -6,12 +6,12 @@ use super::error::positive;
 use super::race::RaceGeometry;
 use super::{BALL_PRESSURE_LIMIT_PA, ContactError, ContactMaterial, RaceContacts, STEEL, Side, Stiffness};
 
-/// How many balls carry.
+/// The number of loaded balls.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Balls {
     /// This many.
     Count(f64),
-    /// Those of this many loaded turns: N = i·π·d/(d_b·cos λ), ball touching ball, not rounded.
+    /// The balls of this many loaded turns: N = i·π·d/(d_b·cos λ), without gaps between balls, not rounded.
     ///
     /// # Source  Duan, below Eq. 9; vertical, Eq. 2.
     Turns(f64),
@@ -40,12 +40,12 @@ pub struct NutData {
     pub screw: ContactMaterial,
     /// Material of the nut.
     pub nut: ContactMaterial,
-    /// Contact pressure (Pa) above which loads are refused.
+    /// Contact pressure limit (Pa); higher loads are rejected.
     pub pressure_limit_pa: f64,
 }
 
 impl NutData {
-    /// A steel nut with the same conformity on both races and the usual pressure limit.
+    /// Returns a steel nut with the same conformity on both races and the default pressure limit.
     pub fn steel(
         lead_m: f64,
         pitch_diameter_m: f64,
@@ -78,8 +78,8 @@ impl NutData {
 ///      N sin β cos λ                  sin β cos λ                       π d
 /// ```
 ///
-/// The contact angle is taken to stay as it is, the balls to share the load equally, and nut body and screw core to be
-/// rigid: their elasticity belongs to the screw's own section of a model.
+/// Assumptions: constant contact angle, equal load on all balls, rigid nut body and screw core. The elasticity of the core belongs to the
+/// screw section of a model.
 ///
 /// # Units      P in N, δ in m
 /// # Limits     N times the balls carry N times the load at the same deflection
@@ -94,9 +94,9 @@ pub struct Nut {
 }
 
 impl Nut {
-    /// A nut from its catalogue quantities.
+    /// Creates a nut from its catalogue quantities.
     ///
-    /// # Errors  a quantity out of its range, named.
+    /// # Errors  a quantity outside its range, named.
     pub fn new(data: &NutData) -> Result<Nut, ContactError> {
         positive("the lead (m)", data.lead_m)?;
         positive("the pitch diameter (m)", data.pitch_diameter_m)?;
@@ -123,36 +123,36 @@ impl Nut {
         Ok(Nut { contacts, ball_count, slope, side: contacts.side(ball_count, slope, limit) })
     }
 
-    /// The two contacts of a ball.
+    /// Returns the two contacts of a ball.
     pub fn contacts(&self) -> &RaceContacts {
         &self.contacts
     }
 
-    /// Number of loaded balls N; need not be whole.
+    /// Returns the number of loaded balls N, which may be fractional.
     pub fn ball_count(&self) -> f64 {
         self.ball_count
     }
 
-    /// The nut as one side of a preloaded pair.
+    /// Returns the nut as one side of a preloaded pair.
     pub fn side(&self) -> Side {
         self.side
     }
 
-    /// Normal load Q (N) of a ball.
+    /// Computes the normal load Q (N) of a ball.
     ///
     /// # Errors  a load that is not positive or beyond the pressure limit.
     pub fn ball_load_n(&self, load_n: f64) -> Result<f64, ContactError> {
         Ok(self.side.check_load_n(load_n)? / (self.ball_count * self.slope))
     }
 
-    /// Axial deflection (m).
+    /// Computes the axial deflection (m).
     ///
     /// # Errors  a load that is not positive or beyond the pressure limit.
     pub fn deflection_m(&self, load_n: f64) -> Result<f64, ContactError> {
         self.side.deflection_m(load_n)
     }
 
-    /// Axial stiffness (N/m).
+    /// Computes the axial stiffness (N/m).
     ///
     /// # Errors  a load that is not positive or beyond the pressure limit.
     pub fn stiffness_n_per_m(&self, load_n: f64, stiffness: Stiffness) -> Result<f64, ContactError> {
@@ -171,7 +171,7 @@ mod tests {
         assert!((stiffness(Balls::Count(98.0)) / 4.04e8 - 1.0).abs() < 0.01, "{:e}", stiffness(Balls::Count(98.0)));
         assert!((stiffness(Balls::Count(19.9)) / 1.39e8 - 1.0).abs() < 0.01, "{:e}", stiffness(Balls::Count(19.9)));
         assert!((stiffness(Balls::Turns(1.0)) / 1.39e8 - 1.0).abs() < 0.01, "{:e}", stiffness(Balls::Turns(1.0)));
-        // What the paper prints is a third of what its own formula gives with its own number of balls.
+        // The printed stiffness is a third of that from the paper's own formula and number of balls.
         assert!(stiffness(Balls::Count(98.0)) > 3.0 * 1.28e8);
     }
 

@@ -1,4 +1,4 @@
-//! Two sides preloaded against each other: a double nut, a bearing set in DB or DF arrangement.
+//! Two sides preloaded against each other: a double nut, or a bearing set in DB or DF arrangement.
 
 use schemars::JsonSchema;
 use serde::Deserialize;
@@ -6,10 +6,10 @@ use serde::Deserialize;
 use super::error::{finite, positive};
 use super::side::two_thirds;
 use super::{ContactError, Side, Stiffness};
-use crate::schema::words_alone;
+use crate::schema::enum_without_descriptions;
 use numeric::root::bracketed_root;
 
-/// How an outside force is shared and which stiffness follows.
+/// How an external force is shared, and which stiffness results.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(rename = "RuleFile", rename_all = "kebab-case")]
 #[schemars(description = "How a contact shares its load.")]
@@ -17,23 +17,23 @@ pub enum Rule {
     /// Equilibrium P_A − P_B = F, compatible deflections, stiffnesses of the two sides added.
     #[schemars(description = "Equilibrium, both sides in parallel.")]
     Physics,
-    /// What the papers print: the loaded side carries P + |F|, and [`Printed`] makes one stiffness of two.
+    /// As printed in the papers: the loaded side carries P + |F|, and [`Printed`] combines the two stiffnesses.
     #[schemars(description = "As the papers print it.")]
     AsPrinted,
 }
 
-/// What a paper makes of the stiffnesses of the two sides.
+/// How a paper combines the stiffnesses of the two sides.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(rename = "PrintedFile", rename_all = "lowercase")]
-#[schemars(transform = words_alone)]
+#[schemars(transform = enum_without_descriptions)]
 pub enum Printed {
     /// The larger of the two: Duan, Eq. 17; vertical, Eq. 8, 11, 17–18, 24–25.
     Larger,
-    /// The two in series at the preload, whatever the outside force: Duan, Eq. 18–20.
+    /// The two in series at the preload, independent of the external force: Duan, Eq. 18–20.
     Series,
 }
 
-/// How the two sides carry an outside force.
+/// Distribution of an external force over the two sides.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Share {
     /// Load of side A (N), 0 when separated.
@@ -44,7 +44,7 @@ pub struct Share {
     pub displacement_m: f64,
 }
 
-/// Two sides preloaded against each other; a positive outside force F loads A and relieves B.
+/// Two sides preloaded against each other; a positive external force F loads A and relieves B.
 ///
 /// ```text
 /// P_A − P_B = F          c_A·P_A^(2/3) + c_B·P_B^(2/3) = (c_A + c_B)·P^(2/3)          while both carry
@@ -54,17 +54,17 @@ pub struct Share {
 /// dF/dx = 3/2·P_A/δ_A + 3/2·P_B/δ_B          beyond: the side that still carries alone, P = |F|
 /// ```
 ///
-/// Load, displacement and tangent stiffness are continuous where a side unloads; the tangent stiffness has a vertical
-/// slope there on the side of the pair, because that of the leaving contact falls with the cube root of its load.
+/// Load, displacement and tangent stiffness are continuous where a side unloads. There the tangent stiffness has a vertical slope on the
+/// preloaded side, since that of the unloading contact falls with the cube root of its load.
 ///
-/// As printed the loaded side carries P + |F|, so that B unloads at F = P·((1 + c_B/c_A)^(3/2) − 1) = 1.83·P for equal
-/// sides: the increment of side A's load, taken for the force.
+/// As printed the loaded side carries P + |F|, so that B unloads at F = P·((1 + c_B/c_A)^(3/2) − 1) = 1.83·P for equal sides. That is the
+/// increment of side A's load, not the external force.
 ///
 /// # Units      F, P in N, x in m, stiffness in N/m
 /// # Limits     F → 0 gives the sum of both tangents at the preload (test `limit_small_forces_see_both_tangents`)
-/// # Errors     [`ContactError::BeyondValidity`] if the loaded side passes its pressure limit
-/// # Source     Duan, Eq. 12–17 and 20; vertical, Eq. 2–11 and 12–25. Deviation: [`Rule::Physics`] keeps equilibrium, which
-/// P_A = P + F breaks, and adds stiffnesses of sides that act in parallel.
+/// # Errors     [`ContactError::BeyondValidity`] if the loaded side exceeds its pressure limit
+/// # Source     Duan, Eq. 12–17 and 20; vertical, Eq. 2–11 and 12–25. Deviation: [`Rule::Physics`] satisfies equilibrium, which P_A = P + F
+/// violates, and adds the stiffnesses of the parallel sides.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PreloadedPair {
     side_a: Side,
@@ -74,7 +74,7 @@ pub struct PreloadedPair {
 }
 
 impl PreloadedPair {
-    /// Two sides with the axial preload P between them.
+    /// Creates a pair with the axial preload P between its sides.
     ///
     /// # Errors  a preload that is not positive or beyond the pressure limit of a side.
     pub fn new(side_a: Side, side_b: Side, preload_n: f64, printed: Printed) -> Result<PreloadedPair, ContactError> {
@@ -84,59 +84,60 @@ impl PreloadedPair {
         Ok(PreloadedPair { side_a, side_b, preload_n, printed })
     }
 
-    /// Two equal nuts with a spacer between them; as printed the larger stiffness counts.
+    /// Creates a pair of two equal nuts with a spacer between them; as printed the larger stiffness counts.
     ///
     /// # Errors  see [`PreloadedPair::new`].
     pub fn double_nut(nut: Side, preload_n: f64) -> Result<PreloadedPair, ContactError> {
         PreloadedPair::new(nut, nut, preload_n, Printed::Larger)
     }
 
-    /// A bearing set, `count_a` of one bearing in tandem against `count_b`; 1 and 1 is a DB or DF pair. As printed by Duan the
-    /// sides are in series; the vertical-axis paper needs [`PreloadedPair::printed`] with [`Printed::Larger`].
+    /// Creates a bearing set of `count_a` bearings in tandem against `count_b`; 1 and 1 is a DB or DF pair.
+    ///
+    /// As printed by Duan the sides are in series; the vertical-axis paper needs [`PreloadedPair::printed`] with [`Printed::Larger`].
     ///
     /// # Errors  a count of zero; see [`PreloadedPair::new`].
     pub fn bearing_set(bearing: Side, count_a: usize, count_b: usize, preload_n: f64) -> Result<PreloadedPair, ContactError> {
         PreloadedPair::new(bearing.tandem(count_a)?, bearing.tandem(count_b)?, preload_n, Printed::Series)
     }
 
-    /// With another printed way to make one stiffness of two.
+    /// Replaces the printed way of combining the two stiffnesses.
     pub fn printed(self, printed: Printed) -> PreloadedPair {
         PreloadedPair { printed, ..self }
     }
 
-    /// The preload P (N).
+    /// Returns the preload P (N).
     pub fn preload_n(&self) -> f64 {
         self.preload_n
     }
 
-    /// Sides A and B.
+    /// Returns sides A and B.
     pub fn sides(&self) -> (Side, Side) {
         (self.side_a, self.side_b)
     }
 
-    /// Outside forces (N) at which a side unloads: A at the first, negative, B at the second, positive.
+    /// Returns the external forces (N) at which a side unloads: A at the first, negative, B at the second, positive.
     pub fn unloading_forces_n(&self, rule: Rule) -> (f64, f64) {
         let ratio = self.side_b.compliance_m_per_two_thirds_n() / self.side_a.compliance_m_per_two_thirds_n();
         (-self.preload_n * unloading_ratio(1.0 / ratio, rule), self.preload_n * unloading_ratio(ratio, rule))
     }
 
-    /// Loads of both sides and the displacement under an outside force of either sign.
+    /// Computes the loads of both sides and the displacement under an external force of either sign.
     ///
     /// As printed the displacement is that of the loaded side, δ_AT − δ_A of Eq. 14.
     ///
     /// # Errors  a force that is not finite, or one that takes the loaded side beyond its pressure limit.
     pub fn share(&self, force_n: f64, rule: Rule) -> Result<Share, ContactError> {
-        finite("the outside force (N)", force_n)?;
+        finite("the external force (N)", force_n)?;
         let swapped = force_n < 0.0;
         let (loaded, relieved) = if swapped { (&self.side_b, &self.side_a) } else { (&self.side_a, &self.side_b) };
         let ratio = relieved.compliance_m_per_two_thirds_n() / loaded.compliance_m_per_two_thirds_n();
         let relative = force_n.abs() / self.preload_n;
-        // Loads over the preload, and displacement over the loaded side's deflection at the preload.
+        // Loads relative to the preload; displacement relative to the loaded side's deflection at the preload.
         let (high, low, travel) = match rule {
             Rule::Physics if relative >= unloading_ratio(ratio, rule) => (relative, 0.0, two_thirds(relative) - 1.0),
             Rule::Physics => {
                 let balance = |relief: f64| rise(ratio * relief) - rise(-relief) - relative;
-                // No change of sign only where rounding puts the force at the unloading itself.
+                // Without a change of sign the force equals the unloading force within rounding error.
                 let relief = bracketed_root(0.0, 1.0, balance).unwrap_or(1.0);
                 (1.0 + rise(ratio * relief), (1.0 - relief).powf(1.5), ratio * relief)
             }
@@ -154,11 +155,11 @@ impl PreloadedPair {
         })
     }
 
-    /// Axial stiffness (N/m) of the pair under an outside force of either sign.
+    /// Computes the axial stiffness (N/m) of the pair under an external force of either sign.
     ///
-    /// By [`Rule::Physics`] the tangent is dF/dx, the sum of both sides' tangents, and the secant is F/x from the preloaded
-    /// state, which tends to that sum as F → 0. As printed, [`Stiffness`] says which stiffness of each side goes into
-    /// [`Printed`]: Duan takes secants P/δ, the vertical-axis paper tangents.
+    /// By [`Rule::Physics`] the tangent is dF/dx, the sum of both sides' tangents. The secant is F/x from the preloaded state, which tends
+    /// to that sum as F → 0. As printed, [`Stiffness`] selects the stiffness of each side that enters [`Printed`]: Duan uses secants P/δ,
+    /// the vertical-axis paper tangents.
     ///
     /// # Errors  see [`PreloadedPair::share`].
     pub fn stiffness_n_per_m(&self, force_n: f64, rule: Rule, stiffness: Stiffness) -> Result<f64, ContactError> {
@@ -182,7 +183,7 @@ impl PreloadedPair {
     }
 }
 
-/// Force over preload at which the relieved side unloads; `ratio` is its c over that of the loaded side.
+/// Returns force over preload at which the relieved side unloads; `ratio` is its c divided by that of the loaded side.
 fn unloading_ratio(ratio: f64, rule: Rule) -> f64 {
     match rule {
         Rule::Physics => (1.0 + ratio) * (1.0 + ratio).sqrt(),
@@ -190,7 +191,7 @@ fn unloading_ratio(ratio: f64, rule: Rule) -> f64 {
     }
 }
 
-/// (1 + x)^(3/2) − 1 for x ≥ −1, exact for small x.
+/// Computes (1 + x)^(3/2) − 1 for x ≥ −1, exact for small x.
 fn rise(x: f64) -> f64 {
     (1.5 * x.ln_1p()).exp_m1()
 }
@@ -264,7 +265,7 @@ mod tests {
                     assert!((other.displacement_m / here.displacement_m - 1.0).abs() < 1e-8);
                     assert!(((other.load_a_n - other.load_b_n) / force - 1.0).abs() < 2e-9);
                 }
-                // No jump, but a kink: the stiffness falls by the cube root of what the leaving side still carries.
+                // Continuous with a kink: the stiffness falls by the cube root of the remaining load of the unloading contact.
                 assert!(k_below > k_here && k_above > k_here && (k_below / k_here - 1.0) < 1e-3 && (k_above / k_here - 1.0) < 1e-9);
                 let drop_9 = k_below - k_here;
                 let drop_6 = at(force * (1.0 - 1e-6)).2 - k_here;
@@ -284,7 +285,7 @@ mod tests {
                 }
             }
         }
-        // Without force the two rules agree on the loads.
+        // Without an external force the two rules agree on the loads.
         assert_eq!(nuts().share(0.0, Rule::Physics).unwrap(), nuts().share(0.0, Rule::AsPrinted).unwrap());
     }
 
@@ -348,10 +349,10 @@ mod tests {
             if share.load_a_n > 0.0 {
                 prop_assert!((a.deflection(share.load_a_n) - a.deflection(preload) - share.displacement_m).abs() < 1e-11 * total);
             }
-            // Reversal: exchanging the sides and the sign changes the sign of the displacement only.
+            // Symmetry: exchanging the sides and the sign of the force changes only the sign of the displacement.
             let mirror = PreloadedPair::new(b, a, preload, Printed::Larger).unwrap().share(-force, Rule::Physics).unwrap();
             prop_assert!((mirror.displacement_m + share.displacement_m).abs() < 1e-13 * total);
-            // The tangent is the slope, away from the kinks.
+            // The tangent equals the slope, away from the kinks.
             let (low, high) = pair.unloading_forces_n(Rule::Physics);
             let step = 1e-5 * preload;
             if (force - low).abs() > 0.01 * preload && (force - high).abs() > 0.01 * preload {

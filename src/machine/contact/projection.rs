@@ -1,10 +1,10 @@
-//! Least squares in a few coefficients that must not be negative, and the inverse their covariance needs.
+//! Least squares with few non-negative coefficients, and the inverse for their covariance.
 
 /// A small symmetric matrix by rows.
 pub(super) type Matrix<const N: usize> = [[f64; N]; N];
 
-/// The inverse of a symmetric positive definite matrix restricted to the rows and columns in use, 0 elsewhere; `None` if it
-/// is singular to working precision.
+/// Inverts a symmetric positive definite matrix restricted to the rows and columns in use, 0 elsewhere; `None` if it is singular to working
+/// precision.
 ///
 /// The matrix is scaled to a unit diagonal, factored as L·Lᵀ and inverted column by column.
 pub(super) fn inverse<const N: usize>(matrix: &Matrix<N>, used: [bool; N]) -> Option<Matrix<N>> {
@@ -21,7 +21,7 @@ pub(super) fn inverse<const N: usize>(matrix: &Matrix<N>, used: [bool; N]) -> Op
     let mut lower = [[0.0; N]; N];
     for i in 0..N {
         for j in 0..=i {
-            // A unit row stands in for one that is not used.
+            // A unit row replaces one that is not used.
             let entry = if used[i] && used[j] { matrix[i][j] * scale[i] * scale[j] } else { f64::from(u8::from(i == j)) };
             let rest = entry - (0..j).map(|k| lower[i][k] * lower[j][k]).sum::<f64>();
             lower[i][j] = if i == j {
@@ -54,12 +54,12 @@ pub(super) fn inverse<const N: usize>(matrix: &Matrix<N>, used: [bool; N]) -> Op
     Some(inverse)
 }
 
-/// Weighted least squares Σ w·(y − Σ x_k·c_k)² with c ≥ 0: the coefficients and the sum of squares.
+/// Solves weighted least squares Σ w·(y − Σ x_k·c_k)² with c ≥ 0; returns the coefficients and the sum of squares.
 ///
-/// With three coefficients the eight sets of positive ones can all be tried; the problem is convex, so that the least sum
-/// among the admissible ones is the minimum.
+/// With three coefficients all eight sets of positive ones are tried. The problem is convex, so the smallest sum among the admissible sets
+/// is the minimum.
 ///
-/// # Source  Lawson and Hanson, «Solving Least Squares Problems», ch. 23, whose search this replaces by enumeration.
+/// # Source  Lawson and Hanson, «Solving Least Squares Problems», ch. 23; enumeration replaces their search.
 pub(super) fn non_negative<const N: usize>(rows: &[([f64; N], f64, f64)]) -> ([f64; N], f64) {
     let mut normal = [[0.0; N]; N];
     let mut right = [0.0; N];

@@ -6,7 +6,7 @@ use super::error::positive;
 use super::hertz::{ContactMaterial, Curvatures, PointContact};
 use super::{ContactError, Side};
 
-/// What the two contacts of a ball depend on.
+/// The geometry and materials of the two contacts of a ball.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct RaceGeometry {
     /// Ball diameter d_b (m).
@@ -19,7 +19,7 @@ pub(super) struct RaceGeometry {
     pub helix_angle_rad: f64,
     /// Groove radius over ball diameter of the convex race (screw, inner ring) and of the concave one (nut, outer ring).
     pub conformity: [f64; 2],
-    /// How the two races are called in messages.
+    /// Names of the two races for messages.
     pub names: [&'static str; 2],
     /// Material of the balls.
     pub ball: ContactMaterial,
@@ -36,8 +36,8 @@ pub(super) struct RaceGeometry {
 /// ```
 ///
 /// # Units      d, d_b in m, Σρ in 1/m
-/// # Source     Duan, Eq. 8; Harris, Eq. 2.28–2.30 with λ = 0. Deviation from Duan's print: 2/d_b where it has 2/d, and the
-/// plus sign of the screw's term, without which a shaft would be a hollow.
+/// # Source     Duan, Eq. 8; Harris, Eq. 2.28–2.30 with λ = 0. Deviation from Duan's print: 2/d_b instead of 2/d, and the plus sign of the
+/// screw's term, since a screw is convex.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct RaceContacts {
     /// With the screw or the inner ring.
@@ -47,7 +47,7 @@ pub struct RaceContacts {
 }
 
 impl RaceContacts {
-    /// The contacts of a ball.
+    /// Computes the contacts of a ball.
     pub(super) fn new(geometry: &RaceGeometry) -> Result<RaceContacts, ContactError> {
         let ball_diameter_m = positive("the ball diameter (m)", geometry.ball_diameter_m)?;
         let pitch_diameter_m = positive("the pitch diameter (m)", geometry.pitch_diameter_m)?;
@@ -77,17 +77,17 @@ impl RaceContacts {
         Ok(RaceContacts { inner: contact(0)?, outer: contact(1)? })
     }
 
-    /// δ_n/Q^(2/3) (m/N^(2/3)) of both contacts in series.
+    /// Returns δ_n/Q^(2/3) (m/N^(2/3)) of both contacts in series.
     pub fn approach_per_two_thirds(&self) -> f64 {
         self.inner.approach_per_two_thirds() + self.outer.approach_per_two_thirds()
     }
 
-    /// Larger p0/Q^(1/3) (Pa/N^(1/3)) of the two contacts.
+    /// Returns the larger p0/Q^(1/3) (Pa/N^(1/3)) of the two contacts.
     pub fn pressure_per_cube_root(&self) -> f64 {
         self.inner.pressure_per_cube_root().max(self.outer.pressure_per_cube_root())
     }
 
-    /// `count` such balls under an axial load P, `slope` = sin β·cos λ: Q = P/(N·slope), δ_axial = δ_n/slope.
+    /// Combines `count` such balls under an axial load P, `slope` = sin β·cos λ: Q = P/(N·slope), δ_axial = δ_n/slope.
     pub(super) fn side(&self, count: f64, slope: f64, pressure_limit_pa: f64) -> Side {
         let load_per_ball = 1.0 / (count * slope);
         let compliance = self.approach_per_two_thirds() * load_per_ball.cbrt().powi(2) / slope;

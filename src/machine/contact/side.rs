@@ -6,12 +6,12 @@ use serde::Deserialize;
 use super::ContactError;
 use super::error::{check_pressure, positive};
 
-/// Which stiffness of a curved load–deflection line.
+/// Which stiffness of a nonlinear load–deflection curve.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(rename = "StiffnessFile", rename_all = "lowercase")]
 #[schemars(description = "Which stiffness of a contact counts.")]
 pub enum Stiffness {
-    /// Slope dP/dδ = 3/2·P/δ, what small vibrations see: vertical, Eq. 4, 13.
+    /// Slope dP/dδ = 3/2·P/δ, which applies to small vibrations: vertical, Eq. 4, 13.
     #[schemars(description = "dP/dδ.")]
     Tangent,
     /// Load over deflection, P/δ: Duan, Eq. 9, 13, 16, 19.
@@ -20,7 +20,7 @@ pub enum Stiffness {
 }
 
 impl Stiffness {
-    /// What to multiply P/δ of δ ∝ P^(2/3) by.
+    /// Returns the factor on P/δ for δ ∝ P^(2/3).
     pub(super) fn factor(self) -> f64 {
         match self {
             Stiffness::Secant => 1.0,
@@ -29,7 +29,7 @@ impl Stiffness {
     }
 }
 
-/// One nut, one bearing, or several side by side under the same axial load: δ = c·P^(2/3).
+/// One nut, one bearing, or several in tandem under the same axial load: δ = c·P^(2/3).
 ///
 /// # Units      c in m/N^(2/3), P in N, δ in m
 /// # Source     Duan, Eq. 9 (c = M₁·N^(−2/3)·(sin β·cos λ)^(−5/3)).
@@ -44,12 +44,13 @@ pub struct Side {
 }
 
 impl Side {
-    /// From contacts: c, the pressure at an axial load of 1 N, and the pressure allowed.
+    /// Creates a side from contacts: c, the pressure at an axial load of 1 N, and the pressure limit.
     pub(super) fn of_contacts(compliance: f64, pressure: f64, pressure_limit_pa: f64) -> Side {
         Side { compliance, pressure, pressure_limit_pa }
     }
 
-    /// From one point of a catalogue or a measurement: the deflection under a load. Contact pressures stay unknown and unchecked.
+    /// Creates a side from one point of a catalogue or a measurement: the deflection under a load. Contact pressures are unknown and not
+    /// checked.
     ///
     /// # Errors  a load or deflection that is not positive.
     pub fn from_point(load_n: f64, deflection_m: f64) -> Result<Side, ContactError> {
@@ -58,7 +59,7 @@ impl Side {
         Ok(Side { compliance: deflection_m / two_thirds(load_n), pressure: 0.0, pressure_limit_pa: f64::INFINITY })
     }
 
-    /// Several of these in tandem, sharing the load equally: c·n^(−2/3).
+    /// Combines several of these sides in tandem with equal loads: c·n^(−2/3).
     ///
     /// # Errors  a count of zero.
     pub fn tandem(&self, count: usize) -> Result<Side, ContactError> {
@@ -66,22 +67,22 @@ impl Side {
         Ok(Side { compliance: self.compliance / two_thirds(count), pressure: self.pressure / count.cbrt(), ..*self })
     }
 
-    /// With another limit of the contact pressure; infinity checks nothing.
+    /// Replaces the limit of the contact pressure; infinity disables the check.
     pub fn with_pressure_limit_pa(self, pressure_limit_pa: f64) -> Side {
         Side { pressure_limit_pa, ..self }
     }
 
-    /// c (m/N^(2/3)).
+    /// Returns c (m/N^(2/3)).
     pub fn compliance_m_per_two_thirds_n(&self) -> f64 {
         self.compliance
     }
 
-    /// Axial load (N) at which the contact pressure reaches its limit; infinite where the contacts are unknown.
+    /// Returns the axial load (N) at which the contact pressure reaches its limit; infinite where the contacts are unknown.
     pub fn load_limit_n(&self) -> f64 {
         if self.pressure > 0.0 { (self.pressure_limit_pa / self.pressure).powi(3) } else { f64::INFINITY }
     }
 
-    /// The load, if the formula holds there.
+    /// Returns the load if the formula holds there.
     ///
     /// # Errors  a load that is not positive; [`ContactError::BeyondValidity`] above the pressure limit.
     pub fn check_load_n(&self, load_n: f64) -> Result<f64, ContactError> {
@@ -90,40 +91,40 @@ impl Side {
         Ok(load_n)
     }
 
-    /// Axial deflection (m).
+    /// Computes the axial deflection (m).
     ///
     /// # Errors  see [`Side::check_load_n`].
     pub fn deflection_m(&self, load_n: f64) -> Result<f64, ContactError> {
         Ok(self.deflection(self.check_load_n(load_n)?))
     }
 
-    /// Axial load (N) for a deflection.
+    /// Computes the axial load (N) for a deflection.
     ///
-    /// # Errors  a deflection that is not positive; a load that [`Side::check_load_n`] refuses.
+    /// # Errors  a deflection that is not positive; a load that [`Side::check_load_n`] rejects.
     pub fn load_n(&self, deflection_m: f64) -> Result<f64, ContactError> {
         let ratio = positive("the axial deflection (m)", deflection_m)? / self.compliance;
         self.check_load_n(ratio * ratio.sqrt())
     }
 
-    /// Axial stiffness (N/m).
+    /// Computes the axial stiffness (N/m).
     ///
     /// # Errors  see [`Side::check_load_n`].
     pub fn stiffness_n_per_m(&self, load_n: f64, stiffness: Stiffness) -> Result<f64, ContactError> {
         Ok(self.stiffness(self.check_load_n(load_n)?, stiffness))
     }
 
-    /// Deflection under a load ≥ 0, unchecked.
+    /// Computes the deflection under a load ≥ 0, unchecked.
     pub(super) fn deflection(&self, load_n: f64) -> f64 {
         self.compliance * two_thirds(load_n)
     }
 
-    /// Stiffness under a load ≥ 0, unchecked; 0 without load.
+    /// Computes the stiffness under a load ≥ 0, unchecked; 0 without load.
     pub(super) fn stiffness(&self, load_n: f64, stiffness: Stiffness) -> f64 {
         stiffness.factor() * load_n.cbrt() / self.compliance
     }
 }
 
-/// x^(2/3).
+/// Computes x^(2/3).
 pub(super) fn two_thirds(x: f64) -> f64 {
     x.cbrt().powi(2)
 }

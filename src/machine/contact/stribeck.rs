@@ -1,4 +1,4 @@
-//! Friction against velocity, and the torque that shows it.
+//! Friction as a function of velocity, and its conversion from torque.
 
 use std::f64::consts::TAU;
 
@@ -12,8 +12,8 @@ use numeric::root::bracketed_root;
 /// f(v) = [ F_c + (F_s − F_c)·exp(−(v/v_s)²) ]·sgn(v) + d·v          f(0) = 0
 /// ```
 ///
-/// f is odd: at reversal it jumps from −F_s to +F_s. At rest the friction is whatever holds the axis, up to F_s; the curve
-/// says 0 there, as sgn does.
+/// f is odd: at reversal it jumps from −F_s to +F_s. At rest the friction balances the applied force, up to F_s; the curve gives 0 there,
+/// like sgn.
 ///
 /// # Units      f, F_c, F_s in N, v, v_s in m/s, d in N·s/m
 /// # Limits     |v| ≫ v_s gives F_c + d·|v|; v → 0+ gives F_s
@@ -31,9 +31,9 @@ pub struct StribeckCurve {
 }
 
 impl StribeckCurve {
-    /// The curve, its parameters checked: F_c, F_s, d ≥ 0 and v_s > 0.
+    /// Returns the curve after a check of its parameters: F_c, F_s, d ≥ 0 and v_s > 0.
     ///
-    /// # Errors  a parameter out of its range.
+    /// # Errors  a parameter outside its range.
     pub fn check(self) -> Result<StribeckCurve, ContactError> {
         within("the Coulomb friction (N)", self.coulomb_n, 0.0, f64::MAX)?;
         within("the static friction (N)", self.static_n, 0.0, f64::MAX)?;
@@ -42,7 +42,7 @@ impl StribeckCurve {
         Ok(self)
     }
 
-    /// Friction (N) at a velocity, with the velocity's sign.
+    /// Computes the friction (N) at a velocity, with the velocity's sign.
     pub fn force_n(&self, velocity_m_per_s: f64) -> f64 {
         if velocity_m_per_s == 0.0 {
             return 0.0;
@@ -51,7 +51,7 @@ impl StribeckCurve {
         (self.coulomb_n + (self.static_n - self.coulomb_n) * decay).copysign(velocity_m_per_s) + self.viscous_n_s_per_m * velocity_m_per_s
     }
 
-    /// Axial force (N) of the screw, the load of its nut and bearings: friction and inertia of the moved mass.
+    /// Computes the axial force (N) of the screw, the load of its nut and bearings: friction and inertia of the moved mass.
     ///
     /// # Errors  a velocity, mass or acceleration that is not finite.
     /// # Source  Duan, Eq. 10, for one axis that moves its share of the mass.
@@ -62,7 +62,7 @@ impl StribeckCurve {
         Ok(self.force_n(velocity_m_per_s) + mass_kg * acceleration_m_per_s2)
     }
 
-    /// Speed (m/s) of least friction, where the rising branch begins; 0 for a curve that only rises or has no viscous part.
+    /// Computes the speed (m/s) of least friction, where the rising branch begins; 0 for a curve that only rises or has no viscous part.
     pub fn least_friction_speed_m_per_s(&self) -> f64 {
         // f' = 0 where u·exp(−u²) = d·v_s/(2·(F_s − F_c)), on the branch u > 1/√2.
         let level = self.viscous_n_s_per_m * self.stribeck_velocity_m_per_s / (2.0 * (self.static_n - self.coulomb_n));
@@ -76,9 +76,9 @@ impl StribeckCurve {
         bracketed_root(top, upper, slope).unwrap_or(top) * self.stribeck_velocity_m_per_s
     }
 
-    /// Speed (m/s) on the rising branch at which the friction reaches a force, such as one that unloads a nut.
+    /// Computes the speed (m/s) on the rising branch at which the friction reaches a force, for example the unloading force of a nut.
     ///
-    /// # Errors  [`ContactError::NoRisingBranch`] without viscous friction or for a force below the branch; bad parameters.
+    /// # Errors  [`ContactError::NoRisingBranch`] without viscous friction or for a force below the branch; invalid parameters.
     pub fn rising_branch_velocity_m_per_s(&self, force_n: f64) -> Result<f64, ContactError> {
         self.check()?;
         positive("the friction force (N)", force_n)?;
@@ -96,7 +96,7 @@ impl StribeckCurve {
     }
 }
 
-/// From motor torque to axial force.
+/// Conversion between motor torque and axial force.
 ///
 /// ```text
 ///         2π
@@ -105,8 +105,8 @@ impl StribeckCurve {
 /// ```
 ///
 /// # Units      T in N·m, p in m per turn, F in N
-/// # Source     Duan, Eq. 11, second line; there η = P_T = 0.90 is the efficiency of the motor. It holds while the motor drives:
-/// torque, velocity and friction have one sign.
+/// # Source     Duan, Eq. 11, second line; there η = P_T = 0.90 is the efficiency of the motor. It holds while the motor drives: torque,
+/// velocity and friction have the same sign.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ScrewDrive {
     lead_m: f64,
@@ -114,7 +114,7 @@ pub struct ScrewDrive {
 }
 
 impl ScrewDrive {
-    /// A screw of a lead behind a motor of an efficiency in (0, 1].
+    /// Creates a screw drive from the lead and the motor's efficiency in (0, 1].
     ///
     /// # Errors  a lead that is not positive, an efficiency outside (0, 1].
     pub fn new(lead_m: f64, efficiency: f64) -> Result<ScrewDrive, ContactError> {
@@ -123,12 +123,12 @@ impl ScrewDrive {
         Ok(ScrewDrive { lead_m, efficiency: within("the efficiency", efficiency, 0.0, 1.0)? })
     }
 
-    /// Axial force (N) of a torque at constant velocity.
+    /// Computes the axial force (N) of a torque at constant velocity.
     pub fn force_n(&self, torque_nm: f64) -> f64 {
         torque_nm * self.efficiency * TAU / self.lead_m
     }
 
-    /// Torque (N·m) that keeps up an axial force at constant velocity.
+    /// Computes the torque (N·m) that balances an axial force at constant velocity.
     pub fn torque_nm(&self, force_n: f64) -> f64 {
         force_n * self.lead_m / (TAU * self.efficiency)
     }

@@ -5,20 +5,21 @@ use crate::{Machine, Modifier, PointMotion, Prior, Station, StationPlace};
 
 /// Length of a journal in diameters of its shaft.
 ///
-/// # Source  catalogues of machined screw ends: bearing seats of 0.85 to 0.95 of the screw's diameter, with collar and nut one to two and a half long.
+/// # Source  catalogues of machined screw ends: bearing seats of 0.85 to 0.95 of the screw's diameter, 1 to 2.5 diameters long with collar
+/// and nut.
 const DIAMETERS: f64 = 1.75;
-/// Longest journal, in lengths of its shaft, and of the way from the end to the nearest nut.
+/// Upper limits of a journal's length: as a share of the shaft's length, and of the distance from the end to the nearest nut or station.
 const MOST: (f64, f64) = (0.1, 0.5);
 
-/// Makes the ends of all shafts journals: shafts of their own, thinner by a relative change with a prior.
-pub(super) fn cut(machine: &mut Machine, nuts_m: &[f64]) {
-    let lacks = machine.tolerance.end_diameters;
-    if !(lacks > 0.0) {
+/// Separates the ends of all shafts as journals: shafts of their own with a smaller diameter, whose relative change has a prior.
+pub(super) fn split_off_journals(machine: &mut Machine, nuts_m: &[f64]) {
+    let missing_diameters = machine.tolerance.end_diameters;
+    if !(missing_diameters > 0.0) {
         return;
     }
     for index in 0..machine.shafts.len() {
         let shaft = &machine.shafts[index];
-        // A shaft whose length is identified keeps its ends.
+        // A shaft whose length is a parameter keeps its ends.
         if shaft.length.depends_on().next().is_some() || shaft.stations.len() < 2 {
             continue;
         }
@@ -34,19 +35,19 @@ pub(super) fn cut(machine: &mut Machine, nuts_m: &[f64]) {
             let others_m = shaft.stations.iter().filter_map(|s| if let StationPlace::At(x) = s.place { Some(from_end(x)) } else { None });
             let nearest_m = others_m.filter(|x| *x > 0.0).fold(nearest_m, f64::min);
             let journal_m = (DIAMETERS * diameter_m).min(MOST.0 * length_m).min(MOST.1 * nearest_m);
-            // A section lacks twice the share by which its diameter does, to first order.
-            let thinner = (0.5 * lacks * diameter_m / journal_m).min(0.8 * RELATIVE_STOP);
+            // To first order a section loses twice the relative loss of its diameter.
+            let thinner = (0.5 * missing_diameters * diameter_m / journal_m).min(0.8 * RELATIVE_STOP);
             let name = machine.points.get(end.axial.or(end.torsion).unwrap_or(usize::MAX)).map_or_else(String::new, |p| p.name.clone());
             let prior = (-thinner, Prior::Normal(0.5 * thinner));
             let parameter = tolerance(format!("journal at {name}"), "1", prior, [-RELATIVE_STOP, RELATIVE_STOP]);
             machine.parameters.push(parameter);
-            separate(machine, index, right, from_end(journal_m), Modifier::Relative(machine.parameters.len() - 1));
+            split_off(machine, index, right, from_end(journal_m), Modifier::Relative(machine.parameters.len() - 1));
         }
     }
 }
 
-/// Cuts the end of a shaft off at a place (m) as a shaft of its own, with its diameter changed.
-fn separate(machine: &mut Machine, index: usize, right: bool, at_m: f64, thinner: Modifier) {
+/// Separates the end of a shaft at a place (m) as a shaft of its own with a modified diameter.
+fn split_off(machine: &mut Machine, index: usize, right: bool, at_m: f64, thinner: Modifier) {
     let shaft = machine.shafts[index].clone();
     let (first, last) = (shaft.stations[0], shaft.stations[shaft.stations.len() - 1]);
     let end = if right { last } else { first };

@@ -1,7 +1,7 @@
-//! Tolerances: how well a description knows the numbers that it states and that nobody identifies.
+//! Tolerances: the uncertainty of stated numbers that are not identified.
 //!
-//! A diameter, a mass or a nut's length is known to a standard deviation. Identification and diagnosis fit such numbers along, each with its prior:
-//! [`Machine::with_tolerances`] makes them parameters of the machine.
+//! A diameter, a mass or a nut's length is known to a standard deviation. Identification and diagnosis fit such numbers as nuisance
+//! parameters, each with its prior. [`Machine::with_tolerances`] makes them parameters of the machine.
 
 mod journal;
 mod number;
@@ -10,29 +10,30 @@ mod nut;
 use self::number::{MARK, STOP, loss, relative, size, tolerance};
 use super::{Joint, Machine, MachineError, Parameter, Patch, PointMotion, Prior, Rescale, Shaft, Target, Value};
 
-/// What a description knows of itself: standard deviations, relative unless stated otherwise. A tolerance of 0 holds its number fixed.
+/// Uncertainty of a description: standard deviations, relative unless stated otherwise. A tolerance of 0 fixes its number.
 ///
-/// # Source  the defaults by the scatter of catalogues, drawings and weighing (largest deviation over about two): effective diameter of a threaded shaft ±0.2 %, E ±0.3 %,
-/// G/E ±0.4 %, mass ±1 %, inertia of a rotor ±2 %; ends by the journals of machined screws, which are 5 to 15 % thinner over 1 to 2.5 diameters: such an end lacks
-/// 0.35 ± 0.18 diameters of its length. Loss factors of assembled joints 0.1 to 7 %: Beards, Structural Vibration, 1996, ch. 5. Dispersion: between
-/// constant (microslip at one amplitude) and causal (Makris, J. Eng. Mech. 123 (1997) 1209–1214).
+/// # Source  scatter of catalogues, drawings and weighing (largest deviation divided by about two): effective diameter of a threaded shaft
+/// ±0.2 %, E ±0.3 %, G/E ±0.4 %, mass ±1 %, inertia of a rotor ±2 %. Shaft ends from journals of machined screws, 5 to 15 % thinner over 1
+/// to 2.5 diameters: such an end lacks 0.35 ± 0.18 diameters of its length. Loss factors of assembled joints 0.1 to 7 %: Beards, Structural
+/// Vibration, 1996, ch. 5. Dispersion between constant (microslip at one amplitude) and causal (Makris, J. Eng. Mech. 123 (1997)
+/// 1209–1214).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Tolerance {
     /// Effective diameter of each shaft.
     pub diameter: f64,
     /// Young's modulus of each shaft.
     pub youngs_modulus: f64,
-    /// Shear modulus of each shaft over Young's.
+    /// Ratio of shear modulus to Young's modulus of each shaft.
     pub shear_modulus: f64,
-    /// What each end of a shaft lacks of its whole section, in diameters of length; known to half of it.
+    /// Missing section at each end of a shaft, as an equivalent length in diameters; its standard deviation is half of it.
     pub end_diameters: f64,
-    /// Length over which a nut holds its screw, of the usual one.
+    /// Length over which a nut supports its screw, relative to the typical length.
     pub nut_length: f64,
     /// The largest mass.
     pub mass: f64,
     /// The largest inertia.
     pub inertia: f64,
-    /// Median loss factor of a joint whose description states none; 0: joints lose nothing beside their dampers.
+    /// Median loss factor of joints whose description states none; 0: only their dampers dissipate energy.
     pub loss_factor: f64,
     /// Standard deviation of ln(loss factor).
     pub loss_spread: f64,
@@ -62,26 +63,29 @@ impl Default for Tolerance {
 
 /// Median loss factor of the material of a shaft whose description states none.
 ///
-/// # Source  structural steel 0.0002 to 0.003, with what a thread adds: Beards, Structural Vibration, 1996, ch. 5.
+/// # Source  structural steel 0.0002 to 0.003, including an allowance for the thread: Beards, Structural Vibration, 1996, ch. 5.
 const SHAFT_LOSS: f64 = 1e-3;
-/// Standard deviation of the rate (1/s) of integral action of a servo that holds: it integrates over 20 to 100 ms.
+/// Standard deviation of the integral rate (1/s) of a holding servo, which corresponds to integral times of 20 to 100 ms.
 const INTEGRAL_RATE: f64 = 10.0;
+
 impl Parameter {
     /// Whether it is one of the tolerances of [`Machine::with_tolerances`].
     pub fn is_tolerance(&self) -> bool {
         self.id.starts_with(MARK)
     }
 
-    /// Its name in a document: the id, without the mark of a tolerance.
+    /// Returns its name in documents: the id without the mark of a tolerance.
     pub fn name(&self) -> &str {
         self.id.trim_start_matches(MARK)
     }
 }
 
 impl Machine {
-    /// The machine with its tolerances as parameters, each with its prior, behind its own: diameters and moduli of shafts, journals at their ends, the
-    /// length of nuts that stand at `nuts_m` (m), the largest mass and inertia, loss factors of joints and shafts, their dispersion, and integral action of a
-    /// servo that holds. Tolerances of 0 are left out: their numbers are held.
+    /// Returns the machine with its tolerances appended as parameters, each with its prior.
+    ///
+    /// They are diameters and moduli of shafts, journals at their ends, the length of nuts at `nuts_m` (m), and the largest mass and
+    /// inertia. Loss factors of joints and shafts, their dispersion, and the integral action of a holding servo follow. Tolerances of 0 are
+    /// omitted: their numbers stay fixed.
     ///
     /// # Errors  none for a machine that was checked.
     pub fn with_tolerances(&self, nuts_m: &[f64]) -> Result<Machine, MachineError> {
@@ -100,7 +104,8 @@ impl Machine {
             };
             change(Target::ShaftDiameter(name.clone()), "diameter", known.diameter);
             change(Target::ShaftModulus(name.clone()), "Young's modulus", known.youngs_modulus);
-            // Axial and torsional stiffness part: Poisson's ratio, and a thread that carries tension otherwise than torsion.
+            // Axial and torsional stiffness vary independently: Poisson's ratio varies, and a thread carries tension and torsion
+            // differently.
             if shaft.stations.iter().any(|s| s.axial.is_some()) && shaft.stations.iter().any(|s| s.torsion.is_some()) {
                 change(Target::ShaftShearModulus(name.clone()), "shear modulus", known.shear_modulus);
             }
@@ -109,24 +114,24 @@ impl Machine {
                 add(Target::ShaftLossFactor(name.clone()), Rescale::Replace, parameter);
             }
         }
-        // A joint that grounds a rotation is a servo that holds: a controller has no hysteresis.
-        let holds = |j: &Joint| matches!(j.on[..], [(point, _)] if self.points[point].motion == PointMotion::Rotation);
-        let springs = |j: &&Joint| j.on.len() > 1 || j.stiffness.depends_on().next().is_some();
-        for joint in self.joints.iter().filter(springs).filter(|j| !holds(j)) {
+        // A joint between a rotation and the ground is a holding servo: a controller has no hysteresis.
+        let is_servo = |j: &Joint| matches!(j.on[..], [(point, _)] if self.points[point].motion == PointMotion::Rotation);
+        let is_spring = |j: &&Joint| j.on.len() > 1 || j.stiffness.depends_on().next().is_some();
+        for joint in self.joints.iter().filter(is_spring).filter(|j| !is_servo(j)) {
             if let Some(median) = self.loss_median(&joint.loss_factor, known.loss_factor) {
                 let parameter = loss(format!("loss factor of {}", joint.name), median, known.loss_spread);
                 add(Target::JointLossFactor(joint.name.clone()), Rescale::Replace, parameter);
             }
         }
-        let joints_lose = self.joints.iter().any(|j| self.loss_median(&j.loss_factor, known.loss_factor).is_some());
-        if known.loss_dispersion_sd > 0.0 && joints_lose {
+        let has_losses = self.joints.iter().any(|j| self.loss_median(&j.loss_factor, known.loss_factor).is_some());
+        if known.loss_dispersion_sd > 0.0 && has_losses {
             let reach = STOP * known.loss_dispersion_sd;
             let prior = (known.loss_dispersion, Prior::Normal(known.loss_dispersion_sd));
             let range = [known.loss_dispersion - reach, known.loss_dispersion + reach];
             add(Target::LossDispersion, Rescale::Replace, tolerance("dispersion of loss factors".into(), "1", prior, range));
         }
-        // A servo that holds also integrates, with a position loop of 10 to 50 1/s.
-        for joint in self.joints.iter().filter(|j| holds(j)).filter(|j| j.stiffness.depends_on().next().is_some()) {
+        // A holding servo also integrates; its position loop has a gain of 10 to 50 1/s.
+        for joint in self.joints.iter().filter(|j| is_servo(j)).filter(|j| j.stiffness.depends_on().next().is_some()) {
             let prior = (0.0, Prior::Normal(INTEGRAL_RATE));
             let rate = tolerance(format!("integral action of {}", joint.name), "1/s", prior, [0.0, STOP * INTEGRAL_RATE]);
             add(Target::JointIntegralRate(joint.name.clone()), Rescale::Added, rate);
@@ -138,31 +143,31 @@ impl Machine {
             }
         }
         let mut machine = self.with(&patch)?;
-        journal::cut(&mut machine, nuts_m);
-        nut::hold_over_length(&mut machine, nuts_m);
+        journal::split_off_journals(&mut machine, nuts_m);
+        nut::distribute_nut_loads(&mut machine, nuts_m);
         Ok(machine)
     }
 
-    /// Median of a loss factor: as described, or the usual one; `None` where it is held or is a parameter.
-    fn loss_median(&self, described: &Value, usual: f64) -> Option<f64> {
+    /// Returns the median of a loss factor: the described or the typical one; `None` where it is fixed or a parameter.
+    fn loss_median(&self, described: &Value, typical: f64) -> Option<f64> {
         let stated = described.described().filter(|_| described.laws.is_empty())?;
-        let median = if stated > 0.0 { stated } else { usual };
+        let median = if stated > 0.0 { stated } else { typical };
         (median > 0.0 && self.tolerance.loss_spread > 0.0 && self.tolerance.loss_factor > 0.0).then_some(median)
     }
 
-    /// The point with the largest inertia of a kind.
+    /// Returns the point with the largest inertia of a kind.
     fn largest(&self, motion: PointMotion) -> Option<usize> {
         let size = |at: &usize| size(&self.points[*at].inertia, self);
         let own = (0..self.points.len()).filter(|at| self.points[*at].motion == motion && size(at) > 0.0);
         own.max_by(|a, b| size(a).total_cmp(&size(b)))
     }
 
-    /// Keys of its tolerances that have nothing to vary in this machine, of those given.
+    /// Returns those of the given tolerance keys that have no effect in this machine.
     pub fn idle_tolerances<'k>(&self, keys: &[&'k str]) -> Vec<&'k str> {
-        let turns = |s: &Shaft| s.stations.iter().any(|t| t.torsion.is_some()) && s.stations.iter().any(|t| t.axial.is_some());
+        let couples = |s: &Shaft| s.stations.iter().any(|t| t.torsion.is_some()) && s.stations.iter().any(|t| t.axial.is_some());
         let idle = |key: &str| match key {
             "diameter" | "youngs_modulus" | "end_diameters" => self.shafts.is_empty(),
-            "shear_modulus" => !self.shafts.iter().any(turns),
+            "shear_modulus" => !self.shafts.iter().any(couples),
             "nut_length" => !self.shafts.iter().any(|s| s.stations.iter().any(|t| t.place == super::StationPlace::Nut)),
             "mass" => self.largest(PointMotion::Translation).is_none(),
             "inertia" => self.largest(PointMotion::Rotation).is_none(),

@@ -3,11 +3,11 @@
 use crate::point::Point;
 use crate::{FitRule, Machine, Operating, Parameter, PointMotion, Prior, Scale, Value};
 
-/// Numerical stop of a tolerance, in standard deviations: far enough out to hold nothing back.
+/// Numerical bound of a tolerance, in standard deviations: wide enough not to constrain the fit.
 pub(super) const STOP: f64 = 20.0;
-/// Numerical stop of a relative change: a number keeps half of itself.
+/// Numerical bound of a relative change: a number keeps at least half of its value.
 pub(super) const RELATIVE_STOP: f64 = 0.5;
-/// First letter of the ids of tolerances, which no description can use.
+/// First letter of the ids of tolerances, which a description cannot use.
 pub(super) const MARK: char = '~';
 
 pub(super) fn tolerance(name: String, unit: &str, (start, prior): (f64, Prior), [lower, upper]: [f64; 2]) -> Parameter {
@@ -22,27 +22,28 @@ pub(super) fn tolerance(name: String, unit: &str, (start, prior): (f64, Prior), 
         fit: FitRule::Always,
         prior: Some(prior),
         source: "tolerance of the description".into(),
+        description: String::new(),
     }
 }
 
-/// A relative change of a number.
+/// Creates a tolerance for the relative change of a number.
 pub(super) fn relative(name: String, sd: f64) -> Parameter {
     let stop = (STOP * sd).min(RELATIVE_STOP);
     tolerance(name, "1", (0.0, Prior::Normal(sd)), [-stop, stop])
 }
 
-/// A loss factor around a median.
+/// Creates a tolerance for a loss factor around a median.
 pub(super) fn loss(name: String, median: f64, spread: f64) -> Parameter {
     let stop = (STOP * spread).min(7.0).exp();
     tolerance(name, "1", (median, Prior::LogNormal(spread)), [median / stop, median * stop])
 }
 
-/// A number at the start values.
+/// Returns a number at the start values.
 pub(super) fn size(value: &Value, machine: &Machine) -> f64 {
     value.at(&machine.start(), &Operating::default())
 }
 
-/// Adds a point without inertia for a station of a shaft; its index.
+/// Adds a massless point for a station of a shaft and returns its index.
 pub(super) fn massless(machine: &mut Machine, name: &str, motion: PointMotion) -> usize {
     let name = format!("{name} {}", motion.noun());
     machine.points.push(Point { name, motion, inertia: Value::number(0.0), fixed: false });

@@ -1,29 +1,32 @@
-//! Nuts hold their screw over a length.
+//! Nuts of finite length: a nut supports its screw at two places.
 
 use std::f64::consts::TAU;
 
 use super::number::{massless, size, tolerance};
 use crate::{Joint, Machine, Operating, PointMotion, Prior, Shaft, Station, StationPlace, Value};
 
-/// Half the distance of the two places at which a nut is taken to hold its screw, in leads: a load spread evenly stretches the screw as one at two places a third
-/// of its length to either side does. Of a nut whose lead is not known, in diameters of the screw.
+/// Half the distance between the two supports of a nut: in leads, or in diameters of the screw where the lead is unknown.
 ///
-/// # Source  catalogues of ball nuts: two to four loaded turns, preloaded ones in two bodies of so many, in all two to six.
+/// A uniformly distributed load stretches the screw as much as two supports at a third of the nut's length on either side.
+///
+/// # Source  catalogues of ball nuts: two to four loaded turns; preloaded nuts have two such bodies, two to six turns in all.
 const HALF_NUT: (f64, f64) = (0.9, 0.4);
-/// The same at most, of the screw's length, and of the distance of a nut to the nearest other station.
+/// Upper limits of that half distance: as a share of the screw's length, and of the distance from a nut to the nearest other station.
 const HALF_NUT_MOST: (f64, f64) = (0.05, 0.3);
-/// Ends of its factor and of where its middle lies: a nut has a length, and ends before the next station.
+/// Range of the factor of the nut's length: the length is positive and ends before the next station.
 const FACTOR: (f64, f64) = (0.02, 2.4);
+/// Range of the offset of the nut's load centre, in half distances.
 const MIDDLE: (f64, f64) = (-0.8, 0.8);
 
-/// Standard deviation of the middle of a nut's load, in half distances: balls do not share it evenly.
+/// Standard deviation of the offset of a nut's load centre, in half distances: the balls do not share the load evenly.
 ///
-/// # Source  load of the first turns of a ball nut up to a third above the middle: Mei et al., Mech. Mach. Theory 38 (2003) 1257–1269.
+/// # Source  load of the first turns of a ball nut up to a third above the mean: Mei et al., Mech. Mach. Theory 38 (2003) 1257–1269.
 const ASIDE: f64 = 0.2;
 
-/// Lets joints at a nut hold their shaft at two places beside it, half each, for nuts that stand at given places (m): how far apart, and where their middle
-/// is, are parameters with priors.
-pub(super) fn hold_over_length(machine: &mut Machine, nuts_m: &[f64]) {
+/// Distributes the joints at a nut over two supports on its shaft, half each, for nuts at the given positions (m).
+///
+/// The distance of the supports and the offset of their midpoint are parameters with priors.
+pub(super) fn distribute_nut_loads(machine: &mut Machine, nuts_m: &[f64]) {
     let sd = machine.tolerance.nut_length;
     if !(sd > 0.0) {
         return;
@@ -48,16 +51,16 @@ pub(super) fn hold_over_length(machine: &mut Machine, nuts_m: &[f64]) {
             let torsion = nut.torsion.map(|_| massless(machine, &name, PointMotion::Rotation));
             Station { place: StationPlace::BesideNut(offset_m), axial, torsion }
         });
-        // Two joints of one name: a stiff nut also bridges the screw between its ends.
+        // Two joints of one name: a stiff nut also bridges the screw between its supports.
         for joint in joints {
             let halves = [before, after].map(|there| {
                 let mut half = machine.joints[joint].clone();
                 half.share *= 0.5;
                 for (point, coefficient) in &mut half.on {
                     *coefficient *= 0.5_f64.sqrt();
-                    for (own, beside) in [(nut.axial, there.axial), (nut.torsion, there.torsion)] {
-                        if let Some(beside) = beside.filter(|_| own == Some(*point)) {
-                            *point = beside;
+                    for (own, support) in [(nut.axial, there.axial), (nut.torsion, there.torsion)] {
+                        if let Some(support) = support.filter(|_| own == Some(*point)) {
+                            *point = support;
                         }
                     }
                 }
@@ -71,19 +74,19 @@ pub(super) fn hold_over_length(machine: &mut Machine, nuts_m: &[f64]) {
     }
 }
 
-/// Half the distance (m) of the two places at which a nut, a station of a shaft with joints, holds it; `None` at an end of the shaft.
+/// Computes half the distance (m) between the two supports of a nut; `None` for a nut at an end of the shaft.
 fn half_nut_m(machine: &Machine, shaft: &Shaft, at: usize, joints: &[usize], nuts_m: &[f64]) -> Option<f64> {
     let nut = shaft.stations[at];
     let coefficient = |joint: &Joint, point: Option<usize>| joint.on.iter().find(|(p, _)| Some(*p) == point).map(|(_, c)| *c);
     let lead_of = |joint: &Joint| Some(TAU * (coefficient(joint, nut.torsion)? / coefficient(joint, nut.axial)?).abs());
     let lead_m = joints.iter().find_map(|j| lead_of(&machine.joints[*j]));
     let length_m = size(&shaft.length, machine);
-    let usual_m = lead_m.map_or(HALF_NUT.1 * size(&shaft.diameter, machine), |lead_m| HALF_NUT.0 * lead_m);
-    // A nut stands between other stations; where one of the set does not, its record is refused elsewhere.
+    let typical_m = lead_m.map_or(HALF_NUT.1 * size(&shaft.diameter, machine), |lead_m| HALF_NUT.0 * lead_m);
+    // A nut lies between other stations; nut positions elsewhere are rejected with their records.
     let (before, after) = (shaft.stations.get(at.checked_sub(1)?)?, shaft.stations.get(at + 1)?);
     let place_m = |station: &Station| shaft.place_m(station.place, &machine.start(), &Operating::default());
     let (low_m, high_m) = (place_m(before).unwrap_or(0.0), place_m(after).unwrap_or(length_m));
     let inside = nuts_m.iter().filter(|x| (low_m..high_m).contains(*x));
     let free_m = inside.map(|x| (x - low_m).min(high_m - x)).fold(0.5 * length_m, f64::min);
-    Some(usual_m.min(HALF_NUT_MOST.0 * length_m).min(HALF_NUT_MOST.1 * free_m))
+    Some(typical_m.min(HALF_NUT_MOST.0 * length_m).min(HALF_NUT_MOST.1 * free_m))
 }

@@ -1,11 +1,11 @@
-//! An FRF from a table in CSV: frequency with real and imaginary part, or with magnitude and phase.
+//! Import of FRFs from CSV tables: frequency with real and imaginary part, or with magnitude and phase.
 
 use num_complex::Complex64;
 
 use super::{ImportedFrf, label};
 use crate::Quantity;
 
-/// What a column holds, by the usual names.
+/// Content of a column, by its usual names.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Column {
     Frequency,
@@ -14,22 +14,23 @@ enum Column {
     Magnitude,
     PhaseDegrees,
     PhaseRadians,
-    PhaseOfNoUnit,
+    PhaseWithoutUnit,
     Coherence,
 }
 
+/// Recognises the content of a column by its name.
 fn column(name: &str) -> Option<Column> {
-    let plain: String = name.trim().trim_start_matches('\u{feff}').to_lowercase();
-    let letters: String = plain.chars().map(|c| if c.is_alphanumeric() { c } else { ' ' }).collect();
+    let lowercase: String = name.trim().trim_start_matches('\u{feff}').to_lowercase();
+    let letters: String = lowercase.chars().map(|c| if c.is_alphanumeric() { c } else { ' ' }).collect();
     let words: Vec<&str> = letters.split_whitespace().collect();
     let any = |names: &[&str]| words.iter().any(|w| names.contains(w));
     if any(&["phase", "angle", "arg"]) {
-        return Some(if any(&["deg", "degree", "degrees"]) || plain.contains('°') {
+        return Some(if any(&["deg", "degree", "degrees"]) || lowercase.contains('°') {
             Column::PhaseDegrees
         } else if any(&["rad", "radian", "radians"]) {
             Column::PhaseRadians
         } else {
-            Column::PhaseOfNoUnit
+            Column::PhaseWithoutUnit
         });
     }
     let kinds: [(&[&str], Column); 5] = [
@@ -42,11 +43,11 @@ fn column(name: &str) -> Option<Column> {
     kinds.iter().find(|(names, _)| any(names)).map(|k| k.1)
 }
 
-/// The unit a header states in brackets, if any: `real (mm/N)`, `freq [kHz]`.
+/// Returns the unit in brackets of a column name, if any: `real (mm/N)`, `freq [kHz]`.
 fn unit(name: &str) -> Option<&str> {
     let open = name.find(['(', '['])?;
     let inside = name[open + 1..].trim_end().trim_end_matches([')', ']']);
-    // A pair of brackets inside belongs to the unit.
+    // Inner brackets belong to the unit.
     let close = name[open + 1..].rfind([')', ']']).map_or(name.len(), |at| open + 1 + at);
     let inside = if inside.contains('(') && !inside.contains(')') { &name[open + 1..close] } else { inside };
     (!inside.trim().is_empty()).then_some(inside.trim())
@@ -54,17 +55,17 @@ fn unit(name: &str) -> Option<&str> {
 
 /// Reads an FRF from a table with a header line, separated by commas, semicolons or tabs.
 ///
-/// # Errors  no header, a column missing or of no unit, a cell that is no number; no quantity was asked for.
-pub fn frf_from_csv(source: &str, stem: &str, text: &str, asked: Option<Quantity>) -> Result<ImportedFrf, String> {
-    let quantity = asked
-        .ok_or_else(|| format!("{source}: a table does not say its quantity; write --quantity receptance, mobility or accelerance"))?;
+/// # Errors  no header, a column missing or without unit, a cell that is not a number; no quantity is given.
+pub fn frf_from_csv(source: &str, stem: &str, text: &str, requested: Option<Quantity>) -> Result<ImportedFrf, String> {
+    let quantity = requested
+        .ok_or_else(|| format!("{source}: a table does not state its quantity; write --quantity receptance, mobility or accelerance"))?;
     let first = text.lines().next().unwrap_or("");
     let separator = [b';', b'\t', b','].into_iter().max_by_key(|s| first.bytes().filter(|b| b == s).count()).unwrap_or(b',');
     let mut reader = csv::ReaderBuilder::new().delimiter(separator).trim(csv::Trim::All).from_reader(text.as_bytes());
-    let header = reader.headers().map_err(|e| format!("{source}: is no table: {e}"))?.clone();
+    let header = reader.headers().map_err(|e| format!("{source}: is not a table: {e}"))?.clone();
     let kinds: Vec<Option<Column>> = header.iter().map(column).collect();
     let find = |wanted: Column| kinds.iter().position(|k| *k == Some(wanted));
-    if find(Column::PhaseOfNoUnit).is_some() {
+    if find(Column::PhaseWithoutUnit).is_some() {
         return Err(format!("{source}, line 1: the phase has no unit; name the column phase_deg or phase_rad"));
     }
     let frequency = find(Column::Frequency).ok_or_else(|| format!("{source}, line 1: no frequency column; name one frequency_hz"))?;
@@ -88,12 +89,12 @@ pub fn frf_from_csv(source: &str, stem: &str, text: &str, asked: Option<Quantity
     let stated = unit(name(first)).filter(|_| is_polar || first != second);
     let decibels = |text: &str| text.to_lowercase().starts_with("db");
     if stated.is_some_and(decibels) || name(first).to_lowercase().contains("_db") {
-        return Err(format!("{source}, line 1: «{}» is in decibels, whose reference is not known; write linear values", name(first)));
+        return Err(format!("{source}, line 1: «{}» is in decibels with unknown reference; write linear values", name(first)));
     }
     let mut warnings = Vec::new();
     let size = match stated {
         None => {
-            warnings.push(format!("{stem}: its values have no units; taken as SI"));
+            warnings.push(format!("{stem}: the values have no unit; taken as SI"));
             1.0
         }
         Some(text) => match label::ratio(text) {
@@ -157,7 +158,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn both_forms_give_the_same_numbers() {
+    fn cartesian_and_polar_forms_agree() {
         let a = frf_from_csv("a.csv", "a", "Frequency (Hz),Real,Imag\n0,1,0\n10,0,-2\n", Some(Quantity::Receptance)).unwrap();
         let b = frf_from_csv("b.csv", "b", "freq;mag;phase [deg];coherence\n10;2;-90;0.99\n", Some(Quantity::Receptance)).unwrap();
         assert_eq!(a.frequency_hz, [10.0]);
@@ -166,7 +167,7 @@ mod tests {
     }
 
     #[test]
-    fn units_of_the_header_are_heeded_or_refused() {
+    fn header_units_are_applied_or_refused() {
         let read = |text: &str| frf_from_csv("a.csv", "a", text, Some(Quantity::Receptance));
         let a = read("freq (kHz),real (mm/N),imag (mm/N)\n1,2,0\n").unwrap();
         assert_eq!((a.frequency_hz[0], a.values[0].re), (1000.0, 2e-3));
@@ -179,7 +180,7 @@ mod tests {
     }
 
     #[test]
-    fn refuse_a_phase_of_no_unit_and_decimal_commas() {
+    fn refuse_a_phase_without_unit_and_decimal_commas() {
         let phase = frf_from_csv("a.csv", "a", "f,mag,phase\n1,1,1\n", Some(Quantity::Receptance)).unwrap_err();
         assert!(phase.contains("phase_deg"), "{phase}");
         let comma = frf_from_csv("a.csv", "a", "f;re;im\n1,5;1;1\n", Some(Quantity::Receptance)).unwrap_err();

@@ -1,21 +1,21 @@
-//! An FRF as it comes out of a file.
+//! Imported FRFs and their checks.
 
 use num_complex::Complex64;
 
 use crate::Quantity;
 
-/// An FRF as imported, in SI units.
+/// An imported FRF, in SI units.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ImportedFrf {
     /// Name: that of its file, numbered where the file holds several.
     pub name: String,
-    /// File it came from.
+    /// File of the FRF.
     pub source: String,
     /// Texts that may name a position: identification lines and entity names.
     pub texts: Vec<String>,
-    /// Where the response was measured, for example `7:+Z`.
+    /// Point and direction of the response, for example `7:+Z`.
     pub response: String,
-    /// Where it was excited.
+    /// Point and direction of the excitation.
     pub excitation: String,
     /// Quantity.
     pub quantity: Quantity,
@@ -23,24 +23,24 @@ pub struct ImportedFrf {
     pub frequency_hz: Vec<f64>,
     /// H in SI units.
     pub values: Vec<Complex64>,
-    /// Coherence γ², where it came along.
+    /// Coherence γ², where the file has it.
     pub coherence: Option<Vec<f64>>,
-    /// Lines left out: f = 0.
+    /// Number of lines dropped (f = 0).
     pub dropped: usize,
-    /// What was survived or assumed.
+    /// Tolerated faults and assumptions.
     pub warnings: Vec<String>,
 }
 
 impl ImportedFrf {
-    /// Sorts out the line at 0 Hz and refuses what is no FRF.
+    /// Drops the line at 0 Hz and refuses invalid data.
     ///
-    /// # Errors  a frequency is negative, repeated or falling; a value is not finite; a coherence is outside [0, 1]; nothing is left.
+    /// # Errors  a frequency is negative, repeated or falling; a value is not finite; a coherence is outside [0, 1]; no line remains.
     pub(super) fn checked(mut self) -> Result<Self, String> {
         let name = format!("{}, record {}", self.source, self.name);
         for (at, pair) in self.frequency_hz.windows(2).enumerate() {
             if pair[0] >= pair[1] {
                 return Err(format!(
-                    "{name}: frequency {} Hz (line {}) does not follow {} Hz; sort them, each once",
+                    "{name}: frequency {} Hz (line {}) does not follow {} Hz; sort the lines, each frequency once",
                     pair[1],
                     at + 2,
                     pair[0]

@@ -1,10 +1,10 @@
-//! What the text of a unit says.
+//! Quantity and SI factor of unit labels.
 
 use crate::Quantity;
 
-/// A response unit: its quantity and its size in SI units.
+/// Parses a response unit: quantity and SI factor.
 pub(super) fn response(label: &str) -> Option<(Quantity, f64)> {
-    let plain: String =
+    let normalised: String =
         label.trim().to_lowercase().replace(['^', '*', '(', ')', '[', ']', ' '], "").replace('²', "2").replace(['µ', 'μ'], "u");
     let length = |prefix: &str| match prefix {
         "m" => Some(1.0),
@@ -16,27 +16,27 @@ pub(super) fn response(label: &str) -> Option<(Quantity, f64)> {
         "ft" => Some(0.3048),
         _ => None,
     };
-    if ["g", "gn"].contains(&plain.as_str()) {
+    if ["g", "gn"].contains(&normalised.as_str()) {
         return Some((Quantity::Accelerance, 9.806_65));
     }
-    if let Some(prefix) = plain.strip_suffix("/s2").or_else(|| plain.strip_suffix("/s/s")) {
+    if let Some(prefix) = normalised.strip_suffix("/s2").or_else(|| normalised.strip_suffix("/s/s")) {
         return length(prefix).map(|l| (Quantity::Accelerance, l));
     }
-    if let Some(prefix) = plain.strip_suffix("/s") {
+    if let Some(prefix) = normalised.strip_suffix("/s") {
         return length(prefix).map(|l| (Quantity::Mobility, l));
     }
-    length(&plain).map(|l| (Quantity::Receptance, l))
+    length(&normalised).map(|l| (Quantity::Receptance, l))
 }
 
-/// A unit of a response over a force, such as `mm/N` or `(m/s^2)/N`: quantity and size in SI units.
+/// Parses a unit of response over force, such as `mm/N` or `(m/s^2)/N`: quantity and SI factor.
 pub(super) fn ratio(label: &str) -> Option<(Quantity, f64)> {
-    let plain = label.trim().trim_matches(['(', ')', '[', ']']);
-    let (over, under) = plain.rsplit_once('/')?;
-    let (quantity, size) = response(over)?;
-    Some((quantity, size / force(under)?))
+    let normalised = label.trim().trim_matches(['(', ')', '[', ']']);
+    let (numerator, denominator) = normalised.rsplit_once('/')?;
+    let (quantity, factor) = response(numerator)?;
+    Some((quantity, factor / force(denominator)?))
 }
 
-/// A frequency unit's size in Hz.
+/// Returns the factor from a frequency unit to Hz.
 pub(super) fn frequency(label: &str) -> Option<f64> {
     match label.trim().to_lowercase().as_str() {
         "hz" => Some(1.0),
@@ -47,7 +47,7 @@ pub(super) fn frequency(label: &str) -> Option<f64> {
     }
 }
 
-/// A force unit's size in N.
+/// Returns the factor from a force unit to N.
 pub(super) fn force(label: &str) -> Option<f64> {
     match label.trim().to_lowercase().as_str() {
         "n" => Some(1.0),
@@ -64,7 +64,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn units_say_quantity_and_size() {
+    fn units_give_quantity_and_factor() {
         assert_eq!(response("m/s^2"), Some((Quantity::Accelerance, 1.0)));
         assert_eq!(response("mm/s"), Some((Quantity::Mobility, 1e-3)));
         assert_eq!(response("µm"), Some((Quantity::Receptance, 1e-6)));

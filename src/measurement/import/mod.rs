@@ -1,4 +1,4 @@
-//! FRFs from files of other programs: universal files and tables in CSV, converted once and explicitly to SI.
+//! Import of FRFs from universal files and CSV tables, with explicit conversion to SI.
 
 mod csv;
 mod frf;

@@ -1,4 +1,4 @@
-//! FRFs of a universal file: quantity and units from the codes of each record.
+//! Import of FRFs from universal files: quantity and units from the codes of each record.
 
 use num_complex::Complex64;
 
@@ -6,35 +6,35 @@ use super::{ImportedFrf, label};
 use crate::Quantity;
 use crate::universal::{NodeLocation, Ordinate, RecordAxis, RecordHeader, UniversalFile, UniversalRecord, data_type, function_type};
 
-/// Largest difference of two abscissas that are the same, relative.
-const SAME: f64 = 1e-6;
+/// Largest relative difference of two abscissa values that count as equal (1).
+const ABSCISSA_TOLERANCE: f64 = 1e-6;
 
-/// Whether a record belongs to an FRF: it is one, or the coherence of one.
+/// Whether a record is an FRF or the coherence of one.
 pub fn is_of_frf(header: &RecordHeader) -> bool {
     [function_type::FREQUENCY_RESPONSE, function_type::COHERENCE].contains(&header.function_type)
 }
 
-/// The FRFs of a universal file, each with its coherence where the file holds one; and what was passed over.
+/// Returns the FRFs of a universal file, each with its coherence where the file holds one, and notes on skipped data.
 ///
-/// `asked` is the quantity of records whose codes and units say nothing.
+/// `requested` is the quantity of records whose codes and units do not state one.
 ///
-/// # Errors  such a record without `asked`; a record that is no FRF by its numbers.
+/// # Errors  such a record without `requested`; a record whose numbers are not a valid FRF.
 pub fn frfs_from_universal(
     source: &str,
     stem: &str,
     file: UniversalFile,
-    asked: Option<Quantity>,
+    requested: Option<Quantity>,
 ) -> Result<(Vec<ImportedFrf>, Vec<String>), String> {
     let mut notes: Vec<String> = file.warnings.iter().map(|w| format!("{source}: {w}")).collect();
-    let mut passed = file.functions.iter().filter(|r| !is_of_frf(&r.header)).count() as u64;
+    let mut other_records = file.functions.iter().filter(|r| !is_of_frf(&r.header)).count() as u64;
     for skipped in &file.skipped {
         match skipped.number {
-            58 => passed += skipped.times,
+            58 => other_records += skipped.times,
             number => notes.push(format!("{source}: dataset {number} is not read ({} ×)", skipped.times)),
         }
     }
-    if passed > 0 {
-        notes.push(format!("{source}: {passed} records of dataset 58 are no FRFs (function type 4) and are passed over"));
+    if other_records > 0 {
+        notes.push(format!("{source}: {other_records} records of dataset 58 are not FRFs (function type 4) and are skipped"));
     }
     let (coherences, frfs): (Vec<UniversalRecord>, Vec<UniversalRecord>) =
         file.functions.into_iter().filter(|r| is_of_frf(&r.header)).partition(|r| r.header.function_type == function_type::COHERENCE);
@@ -42,13 +42,13 @@ pub fn frfs_from_universal(
     let mut imported = Vec::new();
     for (at, record) in frfs.into_iter().enumerate() {
         let name = if alone { stem.to_string() } else { format!("{stem}-{}", at + 1) };
-        let frf = one(source, name, &record, &coherences, asked);
+        let frf = import_record(source, name, &record, &coherences, requested);
         imported.push(frf.map_err(|e| if e.starts_with(source) { e } else { format!("{source}, record {e}") })?);
     }
     Ok((imported, notes))
 }
 
-/// Point, sign and axis, for example `7:+Z`, after the entity's name where it has one.
+/// Formats point, sign and axis, for example `7:+Z`, preceded by the entity's name where it has one.
 fn point(location: &NodeLocation) -> String {
     let axis = match location.direction.abs() {
         1 => "X",
@@ -71,16 +71,17 @@ fn point(location: &NodeLocation) -> String {
     if axis.is_empty() { format!("{entity}{}", location.node) } else { format!("{entity}{}:{sign}{axis}", location.node) }
 }
 
-fn one(
+/// Converts one record, with its coherence if there is one, to an FRF.
+fn import_record(
     source: &str,
     name: String,
     record: &UniversalRecord,
     coherences: &[UniversalRecord],
-    asked: Option<Quantity>,
+    requested: Option<Quantity>,
 ) -> Result<ImportedFrf, String> {
     let header = &record.header;
     let mut warnings: Vec<String> = header.warnings.iter().map(|w| format!("{name}: {w}")).collect();
-    let (quantity, scale) = quantity_and_scale(&name, record, asked, &mut warnings)?;
+    let (quantity, scale) = quantity_and_scale(&name, record, requested, &mut warnings)?;
     let Ordinate::Complex(values) = &record.ordinate else {
         return Err(format!("{name}: the FRF is stored as real numbers, without phase; export it as complex"));
     };
@@ -90,7 +91,12 @@ fn one(
         h.response == header.response
             && h.reference.node == header.reference.node
             && other.ordinate.len() == values.len()
-            && other.abscissa.values().iter().zip(&frequency_hz).all(|(a, b)| (a - b).abs() <= SAME * b.abs().max(SAME))
+            && other
+                .abscissa
+                .values()
+                .iter()
+                .zip(&frequency_hz)
+                .all(|(a, b)| (a - b).abs() <= ABSCISSA_TOLERANCE * b.abs().max(ABSCISSA_TOLERANCE))
     };
     let coherence = coherences.iter().find(same).and_then(|c| match &c.ordinate {
         Ordinate::Real(values) => Some(values.clone()),
@@ -113,17 +119,17 @@ fn one(
     .checked()
 }
 
-/// The quantity, and the factor from the file's units to SI.
+/// Returns the quantity and the factor from the file's units to SI.
 fn quantity_and_scale(
     name: &str,
     record: &UniversalRecord,
-    asked: Option<Quantity>,
+    requested: Option<Quantity>,
     warnings: &mut Vec<String>,
 ) -> Result<(Quantity, f64), String> {
     let header = &record.header;
     let text = |axis: &RecordAxis| axis.unit().map(str::to_string);
-    let (over, under) = (text(&header.ordinate), text(&header.denominator));
-    let by_label = over.as_deref().and_then(label::response);
+    let (response_unit, force_unit) = (text(&header.ordinate), text(&header.denominator));
+    let by_label = response_unit.as_deref().and_then(label::response);
     let by_code = match header.ordinate.data_type {
         data_type::DISPLACEMENT => Some(Quantity::Receptance),
         data_type::VELOCITY => Some(Quantity::Mobility),
@@ -131,31 +137,31 @@ fn quantity_and_scale(
         _ => None,
     };
     if ![data_type::EXCITATION_FORCE, data_type::REACTION_FORCE].contains(&header.denominator.data_type)
-        && under.as_deref().and_then(label::force).is_none()
+        && force_unit.as_deref().and_then(label::force).is_none()
     {
-        warnings.push(format!("{name}: neither code nor unit says that the reference is a force; taken as one in N"));
+        warnings.push(format!("{name}: neither code nor unit identifies the reference as a force; taken as a force in N"));
     }
-    let quantity = by_code.or(by_label.map(|l| l.0)).or(asked).ok_or_else(|| {
-        format!("{name}: neither code nor unit says what the response is; write --quantity receptance, mobility or accelerance")
+    let quantity = by_code.or(by_label.map(|l| l.0)).or(requested).ok_or_else(|| {
+        format!("{name}: neither code nor unit states the quantity of the response; write --quantity receptance, mobility or accelerance")
     })?;
     if let Some((by_label, _)) = by_label.filter(|l| l.0 != quantity) {
         warnings.push(format!(
-            "{name}: the code says {}, the unit «{}» {}; the code is taken",
+            "{name}: the code means {}, the unit «{}» means {}; the code is used",
             quantity.word(),
-            over.as_deref().unwrap_or(""),
+            response_unit.as_deref().unwrap_or(""),
             by_label.word()
         ));
     }
     let scale = match &header.units {
         Some(units) => {
-            if over.as_deref().is_some_and(|o| o.trim().eq_ignore_ascii_case("g")) {
-                warnings.push(format!("{name}: the unit is «g», but dataset 164 gives factors of length and force; the factors are taken"));
+            if response_unit.as_deref().is_some_and(|o| o.trim().eq_ignore_ascii_case("g")) {
+                warnings.push(format!("{name}: the unit is «g», but dataset 164 gives factors of length and force; the factors are used"));
             }
             units.length_m(1.0) / units.force_n(1.0)
         }
         None => {
             let response = by_label.filter(|l| l.0 == quantity).map(|l| l.1);
-            let force = under.as_deref().and_then(label::force);
+            let force = force_unit.as_deref().and_then(label::force);
             if response.is_none() || force.is_none() {
                 warnings.push(format!(
                     "{name}: no dataset 164 and no unit for {}; taken as SI",

@@ -1,33 +1,34 @@
-//! Imported FRFs as the files of a measurement set.
+//! Writes imported FRFs as the files of a measurement set.
 
 use std::collections::BTreeMap;
 use std::fmt::Write;
 
 use super::ImportedFrf;
 
-/// Where an imported FRF belongs, as far as it was said.
+/// Position and points assigned to an imported FRF; `None` where not given.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Placement {
     /// Position.
     pub position: Option<String>,
-    /// Point of the machine that responds, instead of the file's name for it.
+    /// Response point of the machine, instead of the name in the file.
     pub response: Option<String>,
-    /// Point of the machine that is excited.
+    /// Excitation point of the machine, instead of the name in the file.
     pub excitation: Option<String>,
 }
 
-/// Text as a TOML string.
+/// Quotes text as a TOML string.
 fn quoted(text: &str) -> String {
     toml::Value::String(text.to_string()).to_string()
 }
 
-/// A name that can be a file's.
+/// Replaces characters that do not belong in a file name by `-`.
 fn file_name(name: &str) -> String {
     name.chars().map(|c| if c.is_alphanumeric() || "-_.".contains(c) { c } else { '-' }).collect()
 }
 
-/// Path and content of every file of the set, each made when it is asked for. `nuts_m` are nut positions by position name; `averages` goes
-/// with coherence.
+/// Returns path and content of every file of the set, each generated on demand.
+///
+/// `nuts_m` holds the nut positions (m) by position name. Coherences are written only together with `averages`.
 pub fn set_files(
     title: &str,
     frfs: &[(ImportedFrf, Placement)],
@@ -81,7 +82,7 @@ pub fn set_files(
     tables.chain([("manifest.toml".into(), manifest)])
 }
 
-/// The lines of an FRF.
+/// Formats the table of an FRF.
 fn table(frf: &ImportedFrf, averaged: bool) -> String {
     let coherence = frf.coherence.as_ref().filter(|_| averaged);
     let mut text = String::from(if coherence.is_some() { "frequency_hz,real,imag,coherence\n" } else { "frequency_hz,real,imag\n" });

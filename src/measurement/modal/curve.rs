@@ -1,4 +1,4 @@
-//! One FRF and what to do with it, checked.
+//! One FRF and the options of its modal fit, with their checks.
 
 use std::f64::consts::TAU;
 
@@ -6,7 +6,7 @@ use num_complex::Complex64;
 
 use super::ModalError;
 
-/// Least number of usable lines of a fit: one mode and the background are eight real unknowns, a line gives two.
+/// Smallest number of usable lines of a fit: one mode and the background have eight real unknowns, a line gives two equations.
 pub const LEAST_LINES: usize = 12;
 
 /// One frequency response function, e^{+iωt}.
@@ -15,7 +15,7 @@ pub const LEAST_LINES: usize = 12;
 ///
 /// `frequency_hz` Hz, rising, above 0, in any spacing; `receptance` response over force (m/N or any other unit: kept in the results);
 /// `component_sd` standard deviation of the real and of the imaginary part of ln H (1), `None` where unknown.
-/// `omega_power` says which quantity was measured and is asked for in the amplitudes: 0 receptance, 1 mobility, 2 accelerance.
+/// `omega_power` is the measured quantity, in which amplitudes are returned: 0 receptance, 1 mobility, 2 accelerance.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct FrfCurve<'a> {
     /// Frequency lines (Hz).
@@ -24,11 +24,11 @@ pub struct FrfCurve<'a> {
     pub receptance: &'a [Complex64],
     /// Standard deviation per component of ln H.
     pub component_sd: Option<&'a [f64]>,
-    /// Power of iω that leads from receptance to the measured quantity.
+    /// Power of iω that converts receptance to the measured quantity.
     pub omega_power: i32,
 }
 
-/// Part of the curve that is fitted.
+/// Fitted part of the curve.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub enum CurveFit {
     /// All lines; background −L/ω² + U.
@@ -43,20 +43,20 @@ pub enum CurveFit {
     },
 }
 
-/// Settings of a fit; the defaults are those of the figures in the tests.
+/// Settings of a fit; the figures in the tests hold for the defaults.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct CurveOptions {
-    /// Part of the curve.
+    /// Fitted part of the curve.
     pub fit: CurveFit,
     /// Highest polynomial order of the stabilisation diagram over the whole band (two per mode).
     pub max_order: usize,
-    /// Relative change of frequency over an order up to which a pole is stable. 1 %: common practice of stabilisation diagrams.
+    /// Largest relative change of frequency from order to order of a stable pole (1). 1 % is common practice in stabilisation diagrams.
     pub frequency_tolerance: f64,
-    /// Relative change of damping over an order up to which a pole is stable. 10 %: as above (5 to 10 %).
+    /// Largest relative change of damping from order to order of a stable pole (1). 5 to 10 % is common practice.
     pub damping_tolerance: f64,
-    /// Most poles in the final model, those outside the band included.
+    /// Largest number of poles in the final model, including those outside the band.
     pub max_modes: usize,
-    /// Damping ratio above which a pole is background, not a mode.
+    /// Largest damping ratio of a mode (1); a pole above it is background.
     pub max_damping: f64,
 }
 
@@ -67,7 +67,7 @@ impl Default for CurveOptions {
 }
 
 impl CurveOptions {
-    /// Refuses settings that make no fit.
+    /// Refuses settings out of range.
     pub(super) fn check(&self) -> Result<(), ModalError> {
         let fault = |name, value, remedy| Err(ModalError::Setting { name, value, remedy });
         if !(8..=120).contains(&self.max_order) {
@@ -81,8 +81,8 @@ impl CurveOptions {
             ("damping_tolerance", self.damping_tolerance, "write a share between 0 and 1"),
             ("max_damping", self.max_damping, "write a ratio between 0 and 1"),
         ] {
-            let most = if name == "frequency_tolerance" { 0.2 } else { 1.0 };
-            if !(value > 0.0 && value < most) {
+            let upper = if name == "frequency_tolerance" { 0.2 } else { 1.0 };
+            if !(value > 0.0 && value < upper) {
                 return fault(name, value, remedy);
             }
         }
@@ -95,7 +95,7 @@ impl CurveOptions {
     }
 }
 
-/// Checked lines of the band to be fitted.
+/// Checked lines of the fitted band.
 #[derive(Debug, Clone)]
 pub(super) struct CurveLines {
     /// Angular frequency (rad/s), rising.
@@ -109,7 +109,7 @@ pub(super) struct CurveLines {
 }
 
 impl CurveLines {
-    /// The usable lines (H ≠ 0) of the band asked for.
+    /// Selects the usable lines (H ≠ 0) of the requested band.
     pub fn of(curve: &FrfCurve, options: &CurveOptions) -> Result<Self, ModalError> {
         options.check()?;
         check(curve)?;
@@ -138,23 +138,23 @@ impl CurveLines {
         Ok(lines)
     }
 
-    /// Number of lines.
+    /// Returns the number of lines.
     pub fn len(&self) -> usize {
         self.omega.len()
     }
 
-    /// Ends of the band (rad/s).
+    /// Returns the ends of the band (rad/s).
     pub fn band(&self) -> (f64, f64) {
         (self.omega.first().copied().unwrap_or(0.0), self.omega.last().copied().unwrap_or(0.0))
     }
 
-    /// Index of the line next to ω.
+    /// Returns the index of the line nearest to ω.
     pub fn nearest(&self, omega: f64) -> usize {
         let above = self.omega.partition_point(|w| *w < omega).min(self.len() - 1);
         if above > 0 && omega - self.omega[above - 1] < self.omega[above] - omega { above - 1 } else { above }
     }
 
-    /// Distance of the lines around ω (rad/s).
+    /// Returns the spacing of the lines around ω (rad/s).
     pub fn spacing(&self, omega: f64) -> f64 {
         let at = self.nearest(omega);
         let (low, high) = (at.saturating_sub(1), (at + 1).min(self.len() - 1));
@@ -176,7 +176,7 @@ fn check(curve: &FrfCurve) -> Result<(), ModalError> {
     let mut previous_hz = 0.0;
     for (line, f) in curve.frequency_hz.iter().enumerate() {
         if !(f.is_finite() && *f > 0.0) {
-            return Err(ModalError::Value { line, what: "frequency_hz", value: *f, remedy: "leave lines at or below 0 Hz out" });
+            return Err(ModalError::Value { line, what: "frequency_hz", value: *f, remedy: "remove lines at or below 0 Hz" });
         }
         if line > 0 && *f <= previous_hz {
             return Err(ModalError::Order { line, frequency_hz: *f, previous_hz });
@@ -186,7 +186,7 @@ fn check(curve: &FrfCurve) -> Result<(), ModalError> {
     for (line, h) in curve.receptance.iter().enumerate() {
         if !h.is_finite() {
             let value = if h.re.is_finite() { h.im } else { h.re };
-            return Err(ModalError::Value { line, what: "H", value, remedy: "leave lines without a finite value out" });
+            return Err(ModalError::Value { line, what: "H", value, remedy: "remove lines without a finite value" });
         }
     }
     for (line, sd) in curve.component_sd.unwrap_or(&[]).iter().enumerate() {
@@ -195,7 +195,7 @@ fn check(curve: &FrfCurve) -> Result<(), ModalError> {
                 line,
                 what: "component_sd",
                 value: *sd,
-                remedy: "write a number above 0, or give no deviations",
+                remedy: "write a number above 0, or give no standard deviations",
             });
         }
     }

@@ -1,8 +1,8 @@
-//! What can be wrong with a curve, an option or a set of records.
+//! Faults of a curve, an option or a set of records.
 
 use thiserror::Error;
 
-/// Why no modes could be estimated.
+/// Reason why no modes can be estimated.
 #[derive(Debug, Clone, PartialEq, Error)]
 pub enum ModalError {
     /// Slices of different length.
@@ -24,7 +24,7 @@ pub enum ModalError {
         what: &'static str,
         /// Value found.
         value: f64,
-        /// What to do.
+        /// Remedy.
         remedy: &'static str,
     },
     /// Frequencies that do not rise.
@@ -46,7 +46,7 @@ pub enum ModalError {
     TooFewLines {
         /// Lines with H ≠ 0 inside the band.
         found: usize,
-        /// Least number.
+        /// Smallest number.
         needed: usize,
         /// Lower end of the band (Hz).
         from_hz: f64,
@@ -74,7 +74,7 @@ pub enum ModalError {
         name: &'static str,
         /// Its value.
         value: f64,
-        /// What to do.
+        /// Remedy.
         remedy: &'static str,
     },
     /// The weighted normal equations cannot be solved.

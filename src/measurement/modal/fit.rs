@@ -1,4 +1,4 @@
-//! Modes of one curve, with standard deviations.
+//! Modal fit of one curve, with standard deviations.
 
 use std::f64::consts::TAU;
 
@@ -13,31 +13,31 @@ use super::selection::{Task, gains, prune, select};
 use super::stabilisation::{Stability, StablePole, candidates};
 use super::{ModalError, noise};
 
-/// A mode that adds less than this share to the rest of |H| at its frequency is background.
+/// Smallest contribution of a mode over the rest of |H| at its frequency (1); a pole below it is background.
 const LEAST_PROMINENCE: f64 = 0.02;
 
-/// A candidate speaks for a term this close to it (share of its frequency), beside half its half-width.
-const NEAR: f64 = 0.005;
+/// Largest distance of a candidate from its term, as a share of the frequency (1), in addition to half the half-width.
+const MATCH_DISTANCE: f64 = 0.005;
 
-/// What an amplitude is.
+/// Definition of an amplitude.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum AmplitudeKind {
     /// |H| at a local maximum of the measured quantity.
     Peak,
-    /// The mode makes no maximum of its own: its own contribution at its damped frequency, |r|/σ in the measured quantity.
+    /// Contribution of a mode without a maximum, at its damped frequency: |r|/σ in the measured quantity.
     Modal,
 }
 
 /// Amplitude of a mode in the measured quantity.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Amplitude {
-    /// Value, unit of the measured quantity.
+    /// Value (unit of the measured quantity).
     pub value: f64,
     /// Its standard deviation.
     pub sd: f64,
-    /// Where it is taken (Hz).
+    /// Frequency of the amplitude (Hz).
     pub frequency_hz: f64,
-    /// What it is.
+    /// Definition of the value.
     pub kind: AmplitudeKind,
 }
 
@@ -56,11 +56,11 @@ pub struct FittedMode {
     pub amplitude: Amplitude,
     /// Residue of the receptance (its unit times rad/s).
     pub residue: Complex64,
-    /// How often the pole was stable over the orders; 0 where only the residual asked for it.
+    /// Stability of the pole over the orders; 0 for a pole found in the residual only.
     pub stability: Stability,
-    /// Own contribution over the rest of H at the damped frequency: well below 1 for a mode hidden by others.
+    /// Contribution of the mode over the rest of H at the damped frequency (1): well below 1 for a mode hidden by others.
     pub prominence: f64,
-    /// Root of what χ² would grow without the mode, over the residual deviation: its signal-to-noise ratio.
+    /// Signal-to-noise ratio: root of the increase of χ² without the mode, over the residual standard deviation (1).
     pub signal_to_noise: f64,
 }
 
@@ -69,27 +69,27 @@ pub struct FittedMode {
 pub struct ModalFit {
     /// Modes inside the band, in rising frequency.
     pub modes: Vec<FittedMode>,
-    /// Poles outside the band, or too damped or too slight to be modes: they are in the model, not in the list.
+    /// Number of poles in the model but not in `modes`: outside the band, too damped or too weak.
     pub background_poles: usize,
-    /// Lines used.
+    /// Number of lines used.
     pub lines: usize,
     /// Root mean square of |Ĥ − H|/|H|.
     pub relative_misfit: f64,
-    /// χ² per degree of freedom with the given deviations; `None` where they were estimated from the residual.
+    /// χ² per degree of freedom with the given standard deviations; `None` where they are estimated from the residual.
     pub reduced_chi2: Option<f64>,
-    /// Correlation of neighbouring residuals: 0 for noise, towards 1 where the model leaves something out.
+    /// Correlation of neighbouring residuals: 0 for noise, towards 1 for an incomplete model.
     pub residual_correlation: f64,
     model: ModalModel,
     omega_power: i32,
 }
 
 impl ModalFit {
-    /// The fitted receptance at a frequency (Hz).
+    /// Returns the fitted receptance at a frequency (Hz).
     pub fn receptance(&self, frequency_hz: f64) -> Complex64 {
         self.model.at(TAU * frequency_hz)
     }
 
-    /// The fitted curve in the measured quantity at a frequency (Hz).
+    /// Returns the fitted curve in the measured quantity at a frequency (Hz).
     pub fn measured(&self, frequency_hz: f64) -> Complex64 {
         self.receptance(frequency_hz) * Complex64::new(0.0, TAU * frequency_hz).powi(self.omega_power)
     }
@@ -97,9 +97,9 @@ impl ModalFit {
 
 /// Estimates the modes of a curve.
 ///
-/// Stabilisation diagram, selection and refinement of the modal model; deviations from the Jacobian of the last weighted fit.
-/// Where `component_sd` is `None`, the noise is estimated from the residual, running along frequency; where it is given and χ² is larger than
-/// its degrees of freedom, deviations are widened by its root. Correlated residuals widen them further.
+/// The steps are stabilisation diagram, selection and refinement of the modal model. Standard deviations follow from the Jacobian of the last
+/// weighted fit. Where `component_sd` is `None`, the noise is estimated from the residual as a function of frequency. Where it is given and χ²
+/// exceeds the degrees of freedom, standard deviations are multiplied by the root of the ratio. Correlated residuals increase them, too.
 ///
 /// # Units      Hz, rad/s and the units of the curve
 /// # Errors     a curve or an option out of range; too few lines; all lines zero; singular equations
@@ -111,7 +111,7 @@ pub fn fit_curve(curve: &FrfCurve, options: &CurveOptions) -> Result<ModalFit, M
     let first = known.clone().unwrap_or_else(|| noise::from_curve(&lines));
     let weight = noise::weights(&lines, &first, None);
     let candidates = candidates(&lines, &first.iter().map(|s| 1.0 / s).collect::<Vec<f64>>(), options);
-    let floor_of = |sd: &[f64]| if known.is_some() { 1.0 } else { (noise::LEAST / noise::median(sd.to_vec())).powi(2) };
+    let floor_of = |sd: &[f64]| if known.is_some() { 1.0 } else { (noise::SD_FLOOR / noise::median(sd.to_vec())).powi(2) };
     let band = lines.band();
     let task = Task { lines: &lines, weight: &weight, floor: floor_of(&first) };
     let mut model = select(&task, &candidates, options).ok_or(ModalError::Singular {
@@ -132,7 +132,7 @@ pub fn fit_curve(curve: &FrfCurve, options: &CurveOptions) -> Result<ModalFit, M
     finish(&lines, model, &last, &candidates, options, curve.omega_power)
 }
 
-/// Standard deviations, amplitudes and evidence of the final model.
+/// Computes standard deviations, amplitudes and stability of the final model.
 fn finish(
     lines: &CurveLines,
     model: ModalModel,
@@ -147,8 +147,8 @@ fn finish(
     let (_, gains) = gains(&model, &task).ok_or_else(singular)?;
     let normal = ModalNormalEquations::of(&model, lines, weight);
     let (_, covariance) = normal.solve(1e-13, true).ok_or_else(singular)?;
-    let freedom = (2.0 * lines.len() as f64 - model.unknowns() as f64).max(1.0);
-    let reduced = normal.chi2 / freedom;
+    let degrees_of_freedom = (2.0 * lines.len() as f64 - model.unknowns() as f64).max(1.0);
+    let reduced = normal.chi2 / degrees_of_freedom;
     let (relative_misfit, correlation) = noise::misfit(lines, &model, weight);
     let significant = correlation > 3.0 / (2.0 * lines.len() as f64).sqrt();
     let correlated = if significant { (1.0 + correlation.min(0.9)) / (1.0 - correlation.min(0.9)) } else { 1.0 };
@@ -177,18 +177,19 @@ fn finish(
     })
 }
 
-/// Counts of the terms: each candidate, the most often stable first, speaks for the nearest term not yet spoken for.
+/// Returns the stability of each term: that of the most stable candidate to which it is the nearest term.
 fn stabilities(model: &ModalModel, candidates: &[StablePole]) -> Vec<Stability> {
     let none = candidates.first().map_or(Stability { stable: 0, orders: 1 }, |c| Stability { stable: 0, ..c.stability });
     let mut found: Vec<Option<Stability>> = vec![None; model.terms.len()];
     for candidate in candidates {
-        let off = |term: &Term| (term.pole - candidate.pole).norm();
+        let distance = |term: &Term| (term.pole - candidate.pole).norm();
         let near = |term: &Term| {
             let change = term.pole.re / candidate.pole.re;
-            off(term) <= NEAR * candidate.pole.norm() - 0.5 * candidate.pole.re && (0.4..=2.5).contains(&change)
+            distance(term) <= MATCH_DISTANCE * candidate.pole.norm() - 0.5 * candidate.pole.re && (0.4..=2.5).contains(&change)
         };
-        let nearest =
-            (0..found.len()).filter(|at| near(&model.terms[*at])).min_by(|a, b| off(&model.terms[*a]).total_cmp(&off(&model.terms[*b])));
+        let nearest = (0..found.len())
+            .filter(|at| near(&model.terms[*at]))
+            .min_by(|a, b| distance(&model.terms[*a]).total_cmp(&distance(&model.terms[*b])));
         if let Some(at) = nearest {
             found[at] = found[at].or(Some(candidate.stability));
         }
@@ -196,12 +197,12 @@ fn stabilities(model: &ModalModel, candidates: &[StablePole]) -> Vec<Stability> 
     found.into_iter().map(|s| s.unwrap_or(none)).collect()
 }
 
-/// Frequency, damping, amplitude and prominence of a term.
+/// Computes frequency, damping, amplitude and prominence of a term.
 fn describe(model: &ModalModel, at: usize, covariance: &DMatrix<f64>, (omega_power, band): (i32, (f64, f64))) -> FittedMode {
     let term = model.terms[at];
     let size = term.pole.norm();
     let first = PER_MODE * at;
-    // Unknowns ln σ and ln ω, and their shares in ln |p|.
+    // Indices of ln σ and ln ω, and their weights in ln |p|.
     let (sigma, omega) = (first + 2, first + 3);
     let (share_sigma, share_omega) = ((term.pole.re / size).powi(2), (term.pole.im / size).powi(2));
     let sd = |entries: &[(usize, f64)]| {
@@ -220,8 +221,8 @@ fn describe(model: &ModalModel, at: usize, covariance: &DMatrix<f64>, (omega_pow
         }
         None => {
             let size = term.residue.norm() / -term.pole.re * term.pole.im.powi(omega_power);
-            let along = term.residue / term.residue.norm_sqr();
-            let relative = sd(&[(first, along.re), (first + 1, along.im), (sigma, -1.0), (omega, f64::from(omega_power))]);
+            let gradient = term.residue / term.residue.norm_sqr();
+            let relative = sd(&[(first, gradient.re), (first + 1, gradient.im), (sigma, -1.0), (omega, f64::from(omega_power))]);
             Amplitude { value: size, sd: size * relative, frequency_hz: term.pole.im / TAU, kind: AmplitudeKind::Modal }
         }
     };

@@ -1,9 +1,8 @@
 //! Least-squares complex-frequency estimator: poles of one band at every polynomial order.
 //!
-//! The band is laid on the unit circle, z = e^{iθ}, and H ≈ B(z)/A(z) with polynomials in z is solved in the least-squares sense.
-//! The normal matrices are Toeplitz: an order costs three sums per lag. The lowest coefficient of A is held at 1, which throws the
-//! poles that fit noise out of the unit circle, where they count as unstable. The equation error is turned into the error of H by
-//! repeated weighting with 1/|A|.
+//! The band is mapped onto the unit circle, z = e^{iθ}, and H ≈ B(z)/A(z) with polynomials in z is solved by least squares. The normal
+//! matrices are Toeplitz: an order needs three sums per lag. Fixing the lowest coefficient of A at 1 moves poles that fit noise outside
+//! the unit circle, where they are unstable. Repeated weighting with 1/|A| turns the equation error into the error of H.
 //!
 //! # Source
 //!
@@ -20,18 +19,18 @@ use num_complex::Complex64;
 use super::curve::CurveLines;
 use super::polynomial::roots;
 
-/// Weighted solutions per order.
+/// Number of weighted solutions per order.
 const REWEIGHTINGS: usize = 3;
-/// Angle of the top line when the band reaches down towards 0 Hz and the lines are mirrored.
+/// Angle of the top line (rad) where the band extends towards 0 Hz and the lines are mirrored.
 const MIRRORED_TOP: f64 = 0.85 * PI;
-/// Angles of the first and last line when they are not.
+/// Angles of the first and last line (rad) where the lines are not mirrored.
 const ARC: (f64, f64) = (0.2 * PI, 1.8 * PI);
-/// A band whose lower end is below this share of the upper is mirrored at 0 Hz: there poles and their conjugates are neighbours.
+/// Ratio of lower to upper band end (1) below which the lines are mirrored at 0 Hz: there poles and their conjugates are neighbours.
 const MIRROR_BELOW: f64 = 0.3;
-/// Poles this far outside the band (share of its width) are kept.
+/// Largest distance of a kept pole outside the band, as a share of the band width (1).
 const MARGIN: f64 = 0.15;
 
-/// How ω is laid on the circle: θ = offset + slope·ω.
+/// Mapping of ω onto the unit circle: θ = offset + slope·ω.
 struct UnitCircle {
     offset: f64,
     slope: f64,
@@ -49,7 +48,7 @@ impl UnitCircle {
         }
     }
 
-    /// The pole in s of a root in z; `None` where it is unstable or far outside the band.
+    /// Returns the pole in s of a root in z; `None` where it is unstable, heavily damped or far outside the band.
     fn pole(&self, z: Complex64) -> Option<Complex64> {
         let mut angle = z.arg();
         if !self.mirrored && angle < 0.0 {
@@ -69,7 +68,7 @@ pub(super) struct Order {
     pub poles: Vec<Complex64>,
 }
 
-/// Poles of the lines in `range` for each of the orders; `weight` is the inverse relative standard deviation of each line.
+/// Returns the poles of the lines in `range` for each order; `weight` is the inverse relative standard deviation of each line.
 pub(super) fn diagram(lines: &CurveLines, range: Range<usize>, weight: &[f64], orders: &[usize]) -> Vec<Order> {
     let omega = &lines.omega[range.clone()];
     let h = &lines.h[range.clone()];
@@ -104,7 +103,7 @@ pub(super) fn diagram(lines: &CurveLines, range: Range<usize>, weight: &[f64], o
         .collect()
 }
 
-/// Squared weights of the next solution: the first ones over |A|².
+/// Computes the squared weights of the next solution: the first ones over |A|².
 fn reweight(squared: &mut [f64], first: &[f64], z: &[Complex64], a: &[Complex64]) {
     let size: Vec<f64> = z.iter().map(|z| a.iter().rev().fold(Complex64::ZERO, |sum, c| sum * z + c).norm_sqr()).collect();
     let largest = size.iter().copied().fold(0.0, f64::max);
@@ -143,13 +142,13 @@ impl Sums {
         Self { order, one, cross, square }
     }
 
-    /// Sum of a Hermitian sequence at column − row.
+    /// Returns the sum of a Hermitian sequence at lag column − row.
     fn hermitian(sequence: &[Complex64], row: usize, column: usize) -> Complex64 {
         if column >= row { sequence[column - row] } else { sequence[row - column].conj() }
     }
 }
 
-/// Coefficients of A (lowest 1) from the reduced normal equations T − Sᴴ R⁻¹ S; `part` takes 2·Re for mirrored lines.
+/// Solves for the coefficients of A (lowest 1) by the reduced normal equations T − Sᴴ R⁻¹ S; `part` takes 2·Re for mirrored lines.
 fn denominator<T: ComplexField<RealField = f64>>(sums: &Sums, part: impl Fn(Complex64) -> T) -> Option<Vec<T>> {
     let n = sums.order + 1;
     let r = DMatrix::from_fn(n, n, |i, j| part(Sums::hermitian(&sums.one, i, j)));

@@ -2,12 +2,12 @@
 //!
 //! ```text
 //! curve ─ lscf (polynomial) ─ stabilisation ─ selection ─┬─ fit ─── Mode ─── track
-//! (lines)  (poles per order)   (candidates)   (which)    │  (± sd)          (sighting, process, search, evidence)
+//! (lines)  (poles per order)   (candidates)   (modes)    │  (± sd)          (sighting, process, search, evidence)
 //!           model, least_squares, noise ─────────────────┘
 //! ```
 //!
-//! [`fit_curve`] finds the modes of one curve; [`track`](track()) follows them over records and says which are regular, and why.
-//! Same input, same result: nothing is drawn at random.
+//! [`fit_curve`] finds the modes of one curve; [`track`](track()) follows them over records and reports which are regular, with
+//! reasons. The result is deterministic: nothing is drawn at random.
 
 mod curve;
 mod error;

@@ -8,16 +8,16 @@
 //!   b = U + V x         local fit, x from −1 to 1 over the band
 //! ```
 //!
-//! Residues and background are complex (a delay or a phase error of the chain then does not bend the poles). Nonlinear unknowns are
-//! ln σ and ln ω_k: both stay positive.
+//! Residues and background are complex, so that a delay or phase error of the measuring chain does not bias the poles. The nonlinear
+//! unknowns are ln σ and ln ω_k, which keep both positive.
 
 use num_complex::Complex64;
 
 use super::curve::CurveLines;
 
-/// Real unknowns of a mode: Re r, Im r, ln σ, ln ω.
+/// Number of real unknowns of a mode: Re r, Im r, ln σ, ln ω.
 pub(super) const PER_MODE: usize = 4;
-/// Real unknowns of the background.
+/// Number of real unknowns of the background.
 pub(super) const BACKGROUND: usize = 4;
 
 /// A pole with its residue.
@@ -30,26 +30,26 @@ pub(super) struct Term {
 }
 
 impl Term {
-    /// Contribution of the mode to H.
+    /// Returns the contribution of the mode to H.
     pub fn at(&self, omega: f64) -> Complex64 {
         let iw = Complex64::new(0.0, omega);
         self.residue / (iw - self.pole) + self.residue.conj() / (iw - self.pole.conj())
     }
 }
 
-/// Background: two complex coefficients and their basis.
+/// Background: two complex coefficients and their basis functions.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Background {
-    /// Coefficients of the two functions.
+    /// Coefficients of the two basis functions.
     pub coefficients: [Complex64; 2],
     /// Ends of the band (rad/s).
     pub band: (f64, f64),
-    /// Constant and linear instead of 1/ω² and constant.
+    /// Whether the basis is constant and linear instead of 1/ω² and constant.
     pub local: bool,
 }
 
 impl Background {
-    /// The two functions.
+    /// Returns the two basis functions.
     fn basis(&self, omega: f64) -> [f64; 2] {
         let (low, high) = self.band;
         if self.local { [1.0, (2.0 * omega - low - high) / (high - low)] } else { [low * low / (omega * omega), 1.0] }
@@ -61,30 +61,30 @@ impl Background {
 pub(super) struct ModalModel {
     /// Modes.
     pub terms: Vec<Term>,
-    /// Rest.
+    /// Background.
     pub background: Background,
 }
 
 impl ModalModel {
-    /// Modes with residue 0 at the poles.
+    /// Creates a model with residue 0 at the poles.
     pub fn of(lines: &CurveLines, poles: &[Complex64]) -> Self {
         let terms = poles.iter().map(|pole| Term { pole: *pole, residue: Complex64::ZERO }).collect();
         Self { terms, background: Background { coefficients: [Complex64::ZERO; 2], band: lines.band(), local: lines.local } }
     }
 
-    /// Number of real unknowns.
+    /// Returns the number of real unknowns.
     pub fn unknowns(&self) -> usize {
         PER_MODE * self.terms.len() + BACKGROUND
     }
 
-    /// H.
+    /// Returns H.
     pub fn at(&self, omega: f64) -> Complex64 {
         let basis = self.background.basis(omega);
         let [first, second] = self.background.coefficients;
         self.terms.iter().map(|t| t.at(omega)).sum::<Complex64>() + first * basis[0] + second * basis[1]
     }
 
-    /// H, and its derivative with respect to every unknown in `columns` (modes first, in order).
+    /// Returns H; writes its derivatives with respect to all unknowns to `columns` (modes first, in order).
     pub fn derivatives(&self, omega: f64, columns: &mut [Complex64]) -> Complex64 {
         let iw = Complex64::new(0.0, omega);
         let mut value = Complex64::ZERO;
@@ -108,7 +108,7 @@ impl ModalModel {
         value
     }
 
-    /// The model after a step in all unknowns; logarithms move by at most 0.3.
+    /// Returns the model after a step in all unknowns; logarithms change by at most 0.3.
     pub fn stepped(&self, step: &[f64]) -> Self {
         let mut next = self.clone();
         let bounded = |x: f64| x.clamp(-0.3, 0.3).exp();

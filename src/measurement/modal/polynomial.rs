@@ -1,8 +1,8 @@
-//! All roots of a complex polynomial at once.
+//! Roots of a complex polynomial by simultaneous iteration.
 
 use num_complex::Complex64;
 
-/// Value and derivative of Σ c_k z^k (Horner).
+/// Returns value and derivative of Σ c_k z^k (Horner).
 fn value_and_slope(coefficients: &[Complex64], z: Complex64) -> (Complex64, Complex64) {
     let mut value = Complex64::ZERO;
     let mut slope = Complex64::ZERO;
@@ -13,7 +13,7 @@ fn value_and_slope(coefficients: &[Complex64], z: Complex64) -> (Complex64, Comp
     (value, slope)
 }
 
-/// Newton step p/p' at z; outside the unit circle from the reversed polynomial, which does not overflow there.
+/// Returns the Newton step p/p' at z. Outside the unit circle it uses the reversed polynomial, which does not overflow there.
 fn newton(coefficients: &[Complex64], reversed: &[Complex64], z: Complex64) -> Complex64 {
     if z.norm_sqr() <= 1.0 {
         let (value, slope) = value_and_slope(coefficients, z);
@@ -26,9 +26,9 @@ fn newton(coefficients: &[Complex64], reversed: &[Complex64], z: Complex64) -> C
     (y * n - slope / value * y * y).inv()
 }
 
-/// Roots of Σ c_k z^k by simultaneous iteration, started on the circle of the roots' geometric mean.
+/// Returns the roots of Σ c_k z^k by simultaneous iteration, started on the circle of the roots' geometric mean.
 ///
-/// A root that has not settled after 80 sweeps is returned where it stands: the caller keeps only poles that repeat over orders.
+/// A root that has not converged after 80 sweeps is returned as it is: the caller keeps only poles that repeat over orders.
 ///
 /// # Source  Aberth, Mathematics of Computation 27 (1973), 339–344.
 pub(super) fn roots(coefficients: &[Complex64]) -> Vec<Complex64> {
@@ -39,10 +39,10 @@ pub(super) fn roots(coefficients: &[Complex64]) -> Vec<Complex64> {
     let radius = if radius.is_finite() && radius > 0.0 { radius.clamp(0.2, 5.0) } else { 1.0 };
     let mut z: Vec<Complex64> =
         (0..top).map(|k| Complex64::from_polar(radius, std::f64::consts::TAU * (k as f64 + 0.31) / top as f64)).collect();
-    let mut settled = vec![false; top];
+    let mut converged = vec![false; top];
     for _ in 0..80 {
         for k in 0..top {
-            if settled[k] {
+            if converged[k] {
                 continue;
             }
             let step = newton(coefficients, &reversed, z[k]);
@@ -54,15 +54,15 @@ pub(super) fn roots(coefficients: &[Complex64]) -> Vec<Complex64> {
             }
             let step = step / (1.0 - step * repulsion);
             if !step.is_finite() {
-                // Two iterates met, or an exact root: move on from a nearby point, or stay.
-                settled[k] = step.re.is_nan() && newton(coefficients, &reversed, z[k]).is_nan();
+                // Two iterates coincide, or an iterate is an exact root: continue from a nearby point, or stop.
+                converged[k] = step.re.is_nan() && newton(coefficients, &reversed, z[k]).is_nan();
                 z[k] *= Complex64::new(1.0 + 1e-9, 1e-9);
                 continue;
             }
             z[k] -= step;
-            settled[k] = step.norm_sqr() < 1e-24 * z[k].norm_sqr();
+            converged[k] = step.norm_sqr() < 1e-24 * z[k].norm_sqr();
         }
-        if settled.iter().all(|s| *s) {
+        if converged.iter().all(|s| *s) {
             break;
         }
     }

@@ -1,13 +1,12 @@
-//! Stabilisation diagram: which poles repeat from order to order.
+//! Stabilisation diagram: poles that repeat from order to order.
 //!
-//! The whole band is estimated at all orders, and so are narrower bands one after the other, where modes far below the top frequency
-//! are resolved and a few orders suffice. A pole is stable at an order when the order before has one within the tolerances of
-//! frequency and damping. Stable poles close to each other are one candidate; the share of the orders at which it was stable, in the
-//! band that saw it best, is its count.
+//! Poles are estimated at all orders over the whole band, then over narrower bands. Narrow bands resolve modes far below the top frequency
+//! with few orders. A pole is stable at an order if the previous order has one within the tolerances of frequency and damping. Stable poles
+//! close to each other form one candidate. Its stability is the share of orders at which it was stable, in the band with the largest share.
 //!
 //! # Source
 //!
-//! Guillaume et al., IMAC XXI (2003), section on stabilisation; tolerances 1 % and 5 to 10 % as used there and in `FitOptions`.
+//! Guillaume et al., IMAC XXI (2003), section on stabilisation; tolerances 1 % and 5 to 10 % as used there and in `CurveOptions`.
 
 use std::ops::Range;
 
@@ -20,22 +19,22 @@ use super::lscf::{Order, diagram};
 const FIRST_ORDER: usize = 4;
 /// Highest order of a narrow band.
 const NARROW_ORDER: usize = 24;
-/// Upper over lower end of a narrow band, at least.
+/// Smallest ratio of upper to lower end of a narrow band (1).
 const NARROW_RATIO: f64 = 2.5;
-/// Lines of a narrow band, at least.
+/// Smallest number of lines of a narrow band.
 const NARROW_LINES: usize = 80;
 
-/// How often a pole was stable.
+/// Number of orders at which a pole was stable.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Stability {
-    /// Orders at which it was stable, in the band that saw it best.
+    /// Orders at which it was stable, in the band with the largest share.
     pub stable: usize,
-    /// Orders of that band.
+    /// Number of orders of that band.
     pub orders: usize,
 }
 
 impl Stability {
-    /// Stable orders over all orders.
+    /// Returns the share of orders at which the pole was stable (1).
     pub fn share(&self) -> f64 {
         self.stable as f64 / self.orders.max(1) as f64
     }
@@ -46,7 +45,7 @@ impl Stability {
 pub(super) struct StablePole {
     /// Median pole (rad/s).
     pub pole: Complex64,
-    /// Count.
+    /// Stability of the group.
     pub stability: Stability,
 }
 
@@ -58,15 +57,15 @@ struct Stable {
     order: usize,
 }
 
-/// Candidates of the lines, the most often stable first.
+/// Returns the candidates of the lines, the most stable first.
 pub(super) fn candidates(lines: &CurveLines, weight: &[f64], options: &CurveOptions) -> Vec<StablePole> {
     let mut stable = Vec::new();
     let mut orders_of = Vec::new();
     for (band, range) in bands(lines).into_iter().enumerate() {
-        let most = if band == 0 { options.max_order } else { NARROW_ORDER.min(options.max_order) };
+        let highest = if band == 0 { options.max_order } else { NARROW_ORDER.min(options.max_order) };
         // A line gives two real equations; an order has two unknowns, four where they are complex.
-        let most = most.min(range.len() / 3).max(FIRST_ORDER);
-        let orders: Vec<usize> = (FIRST_ORDER..=most).step_by(2).collect();
+        let highest = highest.min(range.len() / 3).max(FIRST_ORDER);
+        let orders: Vec<usize> = (FIRST_ORDER..=highest).step_by(2).collect();
         let rows = diagram(lines, range, weight, &orders);
         collect(&mut stable, &rows, band, options);
         orders_of.push(rows.len().saturating_sub(1).max(1));
@@ -74,7 +73,7 @@ pub(super) fn candidates(lines: &CurveLines, weight: &[f64], options: &CurveOpti
     group(&stable, &orders_of)
 }
 
-/// The whole band, then narrow ones that overlap by half.
+/// Returns the whole band, then narrow bands that overlap by half.
 fn bands(lines: &CurveLines) -> Vec<Range<usize>> {
     let mut bands = Vec::new();
     bands.push(0..lines.len());
@@ -95,15 +94,15 @@ fn bands(lines: &CurveLines) -> Vec<Range<usize>> {
     }
 }
 
-/// Adds the poles of a diagram that the order before has too.
+/// Adds the poles of a diagram that the previous order has, too.
 fn collect(stable: &mut Vec<Stable>, rows: &[Order], band: usize, options: &CurveOptions) {
     for (order, pair) in rows.windows(2).enumerate() {
         for pole in &pair[1].poles {
             let size = pole.norm();
-            let repeated = pair[0].poles.iter().any(|before| {
+            let repeated = pair[0].poles.iter().any(|previous| {
                 let damping = -pole.re / size;
-                (before.norm() - size).abs() <= options.frequency_tolerance * size
-                    && (-before.re / before.norm() - damping).abs() <= options.damping_tolerance * damping
+                (previous.norm() - size).abs() <= options.frequency_tolerance * size
+                    && (-previous.re / previous.norm() - damping).abs() <= options.damping_tolerance * damping
             });
             if repeated {
                 stable.push(Stable { pole: *pole, band, order });
@@ -112,14 +111,14 @@ fn collect(stable: &mut Vec<Stable>, rows: &[Order], band: usize, options: &Curv
     }
 }
 
-/// Whether two poles are one: closer than the larger share of their half-width, or than 0.3 % of their frequency.
-pub(super) fn same(a: Complex64, b: Complex64) -> bool {
+/// Whether two poles coincide: closer than 0.4 times the smaller half-width plus 0.3 % of the frequency.
+pub(super) fn coincide(a: Complex64, b: Complex64) -> bool {
     (a - b).norm() <= 0.4 * (-a.re).min(-b.re) + 0.003 * a.norm()
 }
 
-/// Groups of poles that are one, the most often stable first.
+/// Groups coinciding poles, the most stable group first.
 fn group(stable: &[Stable], orders_of: &[usize]) -> Vec<StablePole> {
-    let neighbours = |centre: &Stable| stable.iter().filter(|s| same(s.pole, centre.pole)).count();
+    let neighbours = |centre: &Stable| stable.iter().filter(|s| coincide(s.pole, centre.pole)).count();
     let counts: Vec<usize> = stable.iter().map(neighbours).collect();
     let mut order: Vec<usize> = (0..stable.len()).collect();
     order.sort_by(|a, b| counts[*b].cmp(&counts[*a]).then(a.cmp(b)));
@@ -131,7 +130,7 @@ fn group(stable: &[Stable], orders_of: &[usize]) -> Vec<StablePole> {
         }
         let mut group = Vec::new();
         for (member, s) in stable.iter().enumerate() {
-            if !taken[member] && same(s.pole, stable[at].pole) {
+            if !taken[member] && coincide(s.pole, stable[at].pole) {
                 taken[member] = true;
                 group.push(*s);
             }
@@ -142,7 +141,7 @@ fn group(stable: &[Stable], orders_of: &[usize]) -> Vec<StablePole> {
     found
 }
 
-/// Median of both components.
+/// Returns the median of both components.
 fn median(group: &[Stable]) -> Complex64 {
     let middle = |mut values: Vec<f64>| {
         values.sort_by(f64::total_cmp);
@@ -151,7 +150,7 @@ fn median(group: &[Stable]) -> Complex64 {
     Complex64::new(middle(group.iter().map(|s| s.pole.re).collect()), middle(group.iter().map(|s| s.pole.im).collect()))
 }
 
-/// Orders at which a group was seen, in the band with the largest share.
+/// Counts the orders at which a group was stable, in the band with the largest share.
 fn count(group: &[Stable], orders_of: &[usize]) -> Stability {
     let mut best = Stability { stable: 0, orders: 1 };
     for (band, orders) in orders_of.iter().enumerate() {

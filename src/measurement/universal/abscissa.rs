@@ -20,7 +20,7 @@ pub enum Abscissa {
 }
 
 impl Abscissa {
-    /// Number of values.
+    /// Returns the number of values.
     pub fn len(&self) -> usize {
         match self {
             Self::Even { count, .. } => *count,
@@ -28,12 +28,12 @@ impl Abscissa {
         }
     }
 
-    /// No values.
+    /// Whether there are no values.
     pub fn is_empty(&self) -> bool {
         self.len() == 0
     }
 
-    /// The value at an index.
+    /// Returns the value at an index.
     pub fn at(&self, index: usize) -> Option<f64> {
         match self {
             Self::Even { first, step, count } => (index < *count).then(|| first + index as f64 * step),
@@ -41,7 +41,7 @@ impl Abscissa {
         }
     }
 
-    /// All values.
+    /// Returns all values.
     pub fn values(&self) -> Vec<f64> {
         match self {
             Self::Even { first, step, count } => (0..*count).map(|index| first + index as f64 * step).collect(),
@@ -91,7 +91,7 @@ impl Abscissa {
     }
 }
 
-/// How often a fault was met, and the first time.
+/// Number of occurrences of a fault, and the first one.
 #[derive(Debug, Default)]
 struct Tally {
     count: usize,
@@ -100,8 +100,8 @@ struct Tally {
 }
 
 impl Tally {
-    fn add(&mut self, met: bool, index: usize, value: f64) {
-        if met {
+    fn add(&mut self, found: bool, index: usize, value: f64) {
+        if found {
             if self.count == 0 {
                 (self.index, self.value) = (index, value);
             }

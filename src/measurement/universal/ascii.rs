@@ -1,4 +1,4 @@
-//! The payload of a text record.
+//! Reads the payload of a text record.
 
 use std::io::{Read, Seek};
 
@@ -13,32 +13,32 @@ use super::record::{Ordinate, RecordHeader};
 use super::source::{ByteSource, LINE_LIMIT, SourceLine};
 use super::warning::Warning;
 
-/// How the data ended.
+/// End of the data.
 enum NumberEnd {
-    /// With the declared number of values.
+    /// After the declared number of values.
     Full,
-    /// At a closing sentinel that came first; it starts here.
+    /// At an earlier closing sentinel, which starts here.
     Sentinel(FilePlace),
-    /// With the file.
+    /// At the end of the file.
     File,
 }
 
-/// What a payload has shown so far.
+/// State of the reading of a payload.
 struct ScanProgress {
     points: Points,
     letter_d: Option<FilePlace>,
     bare: Option<FilePlace>,
-    /// Numbers in the first line.
+    /// Number of numbers in the first line.
     first_line: usize,
-    /// A line that is shorter than the first, and the numbers in it.
+    /// A line that is shorter than the first, and its number of numbers.
     short_line: Option<(FilePlace, usize)>,
-    /// The last line, if it was shorter.
+    /// The last line, if it is shorter.
     last_short: Option<(FilePlace, usize)>,
-    /// Numbers in the last line beyond those declared.
+    /// Number of numbers in the last line beyond those declared.
     extra: Option<(FilePlace, usize)>,
 }
 
-/// Reads the payload that starts here, and its closing sentinel. The source stands behind the sentinel, after a refusal before it.
+/// Reads the payload that starts here, and its closing sentinel. The source ends up after the sentinel, or before it after a refusal.
 pub(super) fn read_values<R: Read + Seek>(
     source: &mut ByteSource<R>,
     header: &mut RecordHeader,
@@ -114,7 +114,7 @@ fn read_lines<R: Read + Seek>(
     Ok(NumberEnd::Full)
 }
 
-/// Reads the numbers of a line. Where the file ends in the line, the number that touches the end may be cut: it is left out.
+/// Reads the numbers of a line. Where the file ends in the line, a number that touches the end may be cut and is dropped.
 fn read_numbers(line: &SourceLine<'_>, bytes_left: u64, progress: &mut ScanProgress) -> Result<(), UniversalError> {
     let mut offset = 0;
     let mut count = 0;
@@ -157,11 +157,12 @@ fn read_numbers(line: &SourceLine<'_>, bytes_left: u64, progress: &mut ScanProgr
     Ok(())
 }
 
+/// Creates the error of a value that is not finite.
 fn not_finite(line: &SourceLine<'_>, start: usize, end: usize, progress: &ScanProgress) -> UniversalError {
     UniversalError::NotFinite { place: line.place, index: progress.points.taken() as u64, found: excerpt(&line.text[start..end]) }
 }
 
-/// Reads the closing sentinel behind the declared number of values.
+/// Reads the closing sentinel after the declared number of values.
 fn read_closing<R: Read + Seek>(source: &mut ByteSource<R>, header: &mut RecordHeader, declared: u64) -> Result<(), UniversalError> {
     let mut blank_seen = false;
     loop {
@@ -191,14 +192,14 @@ fn read_closing<R: Read + Seek>(source: &mut ByteSource<R>, header: &mut RecordH
     }
 }
 
-/// The first characters of something found.
+/// Returns the first characters of the text found.
 fn excerpt(text: &[u8]) -> String {
     String::from_utf8_lossy(text).trim().chars().take(40).collect()
 }
 
-/// Goes behind the payload that starts here and its closing sentinel, without reading the values.
+/// Moves after the payload that starts here and its closing sentinel, without reading the values.
 ///
-/// Where all lines but the last are as long as the first, the last is computed and checked; otherwise all lines are passed.
+/// Where all lines but the last are as long as the first, the position of the last is computed and checked; otherwise all lines are read.
 pub(super) fn skip_values<R: Read + Seek>(source: &mut ByteSource<R>, header: &mut RecordHeader) -> Result<(), UniversalError> {
     let start = source.place();
     if jump(source, header, start)? {
@@ -211,6 +212,7 @@ pub(super) fn skip_values<R: Read + Seek>(source: &mut ByteSource<R>, header: &m
     Ok(())
 }
 
+/// Moves after the payload by the length of its first line; returns false where the lines differ in length.
 fn jump<R: Read + Seek>(source: &mut ByteSource<R>, header: &RecordHeader, start: FilePlace) -> Result<bool, UniversalError> {
     let numbers = (header.count as u64).saturating_mul(numbers_per_value(header) as u64);
     let Some(line) = source.line()? else { return Ok(false) };

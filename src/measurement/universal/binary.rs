@@ -1,4 +1,4 @@
-//! The payload of a binary record.
+//! Reads the payload of a binary record.
 
 use std::io::{self, Read, Seek};
 
@@ -19,7 +19,7 @@ struct Values {
     complex: Vec<Complex64>,
 }
 
-/// Reads the payload that starts here; afterwards, also after a refusal, the source stands behind it.
+/// Reads the payload that starts here. The source ends up after it, also after a refusal.
 pub(super) fn read_values<R: Read + Seek>(
     source: &mut ByteSource<R>,
     header: &RecordHeader,
@@ -30,7 +30,7 @@ pub(super) fn read_values<R: Read + Seek>(
     let stride = layout.stride();
     let start = source.position();
     let end = FilePlace { byte: start + stride * count, line: None };
-    // The extent ends inside the file, so that the count is no larger than the file has bytes for.
+    // The extent ends inside the file, so that the bytes of the file bound the count.
     let count = count as usize;
     let of = |wanted: bool| if wanted { count } else { 0 };
     let complex = layout.ordinate.is_complex();
@@ -66,7 +66,7 @@ pub(super) fn read_values<R: Read + Seek>(
 }
 
 impl Values {
-    /// The first value from an index on that is NaN or infinite.
+    /// Returns the first value from an index on that is NaN or infinite.
     fn first_not_finite(&self, from: usize, complex: bool) -> Option<(usize, String)> {
         let abscissa = self.abscissa.get(from..).unwrap_or_default();
         let bad = |value: f64| !value.is_finite();
@@ -117,7 +117,7 @@ fn append<const B: usize>(bytes: &[u8], layout: Layout, order: ByteOrder, values
     }
 }
 
-/// An abscissa of 4 or 8 bytes.
+/// Decodes an abscissa of 4 or 8 bytes.
 fn abscissa(bytes: &[u8], order: ByteOrder) -> f64 {
     if let &[a, b, c, d] = bytes {
         let bytes = [a, b, c, d];

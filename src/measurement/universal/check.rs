@@ -1,4 +1,4 @@
-//! Contradictions and gaps in a record's header that are worth a warning.
+//! Checks of a record header: contradictions and missing units give warnings.
 
 use super::evidence::AxisName;
 use super::field::is_unused;
@@ -7,7 +7,7 @@ use super::place::FilePlace;
 use super::record::{NodeLocation, RecordAxis, RecordHeader};
 use super::warning::Warning;
 
-/// Warns of an axis in use without unit. A coherence has none by nature.
+/// Warns of an axis in use without unit. A coherence has no unit.
 pub(super) fn unit(axis: &RecordAxis, name: AxisName, place: FilePlace, header: &RecordHeader, warnings: &mut Vec<Warning>) {
     let used = match name {
         AxisName::Abscissa => true,
@@ -19,7 +19,7 @@ pub(super) fn unit(axis: &RecordAxis, name: AxisName, place: FilePlace, header: 
     }
 }
 
-/// Warns of a direction code that does not exist, and of an entity name that spells another node or direction.
+/// Warns of a direction code that does not exist, and of an entity name that encodes another node or direction.
 pub(super) fn location(location: &NodeLocation, place: FilePlace, warnings: &mut Vec<Warning>) {
     let NodeLocation { entity, node, direction } = location;
     if direction.unsigned_abs() > 6 {
@@ -28,15 +28,15 @@ pub(super) fn location(location: &NodeLocation, place: FilePlace, warnings: &mut
     if is_unused(entity) {
         return;
     }
-    if let Some((named_node, named_direction)) = spelled(entity)
+    if let Some((named_node, named_direction)) = encoded_location(entity)
         && (named_direction != *direction || named_node.is_some_and(|named| named != *node))
     {
         warnings.push(Warning::EntityConflict { place, entity: entity.clone(), node: *node, direction: *direction });
     }
 }
 
-/// Node and direction that a name spells, such as `1+Z`, `12:-X`, `Table:7:+RX`; none for other names.
-fn spelled(entity: &str) -> Option<(Option<i64>, i64)> {
+/// Returns node and direction that a name encodes, such as `1+Z`, `12:-X`, `Table:7:+RX`; `None` for other names.
+fn encoded_location(entity: &str) -> Option<(Option<i64>, i64)> {
     let (axis_at, axis) = entity.char_indices().next_back()?;
     let translation = match axis.to_ascii_uppercase() {
         'X' => 1,
@@ -62,13 +62,13 @@ mod tests {
     use super::*;
 
     #[test]
-    fn names_spell_node_and_direction() {
-        assert_eq!(spelled("1+Z"), Some((Some(1), 3)));
-        assert_eq!(spelled("12:-X"), Some((Some(12), -1)));
-        assert_eq!(spelled("Table:7:+RY"), Some((Some(7), 5)));
-        assert_eq!(spelled("P2-X"), Some((None, -1)));
+    fn names_encode_node_and_direction() {
+        assert_eq!(encoded_location("1+Z"), Some((Some(1), 3)));
+        assert_eq!(encoded_location("12:-X"), Some((Some(12), -1)));
+        assert_eq!(encoded_location("Table:7:+RY"), Some((Some(7), 5)));
+        assert_eq!(encoded_location("P2-X"), Some((None, -1)));
         for name in ["Mic 01", "TestCase", "", "Z", "µ", "axisX"] {
-            assert_eq!(spelled(name), None, "{name}");
+            assert_eq!(encoded_location(name), None, "{name}");
         }
     }
 }

@@ -1,4 +1,4 @@
-//! The datasets beside the functions: header, units, nodes, trace lines.
+//! Companion datasets of the functions: header, units, nodes and trace lines.
 
 use std::io::{Read, Seek};
 
@@ -12,31 +12,31 @@ use super::source::ByteSource;
 use super::units::Units;
 use super::warning::Warning;
 
-/// Most bytes kept, as fixed parts of what is read, for each byte of the file; lists may reserve twice as much.
+/// Largest number of bytes kept in fixed-size items per byte of the file (1); lists may reserve twice as much.
 pub(super) const SIZE_FACTOR: u64 = 2;
-/// Bytes that may be kept in any case.
+/// Number of bytes that may be kept in any case.
 pub(super) const SIZE_SLACK: u64 = 1 << 16;
-/// Least bytes of a number and its blank.
+/// Smallest size of a number and its blank (bytes).
 const LEAST_BYTES: u64 = 2;
 
-/// Dataset 151: where a file comes from.
+/// Dataset 151: origin of a file.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct FileHeader {
-    /// The line of the dataset number.
+    /// Line of the dataset number.
     pub place: FilePlace,
     /// Name of the model file.
     pub model_name: String,
     /// Description.
     pub description: String,
-    /// Program that made the model.
+    /// Program that created the model.
     pub program: String,
-    /// When the model was made.
+    /// Date and time of creation of the model.
     pub created: String,
-    /// When the model was saved last.
+    /// Date and time of the last save of the model.
     pub saved: String,
     /// Program that wrote the file.
     pub writer: String,
-    /// When the file was written.
+    /// Date and time of writing of the file.
     pub written: String,
 }
 
@@ -45,18 +45,18 @@ pub struct FileHeader {
 pub struct Node {
     /// Node number.
     pub label: i64,
-    /// Coordinate system in which its position is given.
+    /// Coordinate system of its position.
     pub definition_system: i64,
     /// Coordinate system of its displacements.
     pub displacement_system: i64,
     /// Position in file units.
     pub position: [f64; 3],
-    /// File units of length per metre; none without a dataset 164 before the node.
+    /// File units of length per metre; `None` without a dataset 164 before the node.
     pub length_factor: Option<f64>,
 }
 
 impl Node {
-    /// Position in metres, if the file's unit of length is known.
+    /// Returns the position in metres, if the file's unit of length is known.
     pub fn position_m(&self) -> Option<[f64; 3]> {
         self.length_factor.map(|factor| self.position.map(|coordinate| coordinate / factor))
     }
@@ -65,28 +65,28 @@ impl Node {
 /// A trace line, dataset 82.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct TraceLine {
-    /// Its number.
+    /// Number.
     pub number: i64,
-    /// Its colour.
+    /// Colour.
     pub color: i64,
-    /// Its name.
+    /// Name.
     pub name: String,
     /// Nodes in the order of drawing; 0 lifts the pen.
     pub nodes: Vec<i64>,
 }
 
-/// Datasets of a number that are not read.
+/// Datasets of one number that are not read.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Skipped {
     /// Dataset number.
     pub number: u32,
     /// Line of the first one.
     pub place: FilePlace,
-    /// How many.
+    /// Number of datasets.
     pub times: u64,
 }
 
-/// Seven lines of text; those that are missing stay empty.
+/// Reads seven lines of text; missing lines stay empty.
 pub(super) fn read_file_header<R: Read + Seek>(
     source: &mut ByteSource<R>,
     place: FilePlace,
@@ -112,7 +112,7 @@ pub(super) fn read_file_header<R: Read + Seek>(
     Ok(FileHeader { place, model_name, description, program, created, saved, writer, written })
 }
 
-/// I10,20A1,I10; 3D25.17; D25.17.
+/// Reads dataset 164: I10,20A1,I10; 3D25.17; D25.17.
 pub(super) fn read_units<R: Read + Seek>(
     source: &mut ByteSource<R>,
     place: FilePlace,
@@ -147,7 +147,7 @@ pub(super) fn read_units<R: Read + Seek>(
     Ok(units)
 }
 
-/// Dataset 15: 4I10,3E13.5 a line; dataset 2411: 4I10 and a line of 3D25.16. Ends before the closing sentinel.
+/// Reads dataset 15 (4I10,3E13.5 per line) or 2411 (4I10 and a line of 3D25.16). Stops before the closing sentinel.
 pub(super) fn read_nodes<R: Read + Seek>(
     source: &mut ByteSource<R>,
     dataset: u32,
@@ -182,7 +182,7 @@ pub(super) fn read_nodes<R: Read + Seek>(
     Ok(nodes)
 }
 
-/// 3I10; 80A1; 8I10 until all nodes are there. Ends before the closing sentinel.
+/// Reads dataset 82: 3I10; 80A1; 8I10 until all nodes are read. Stops before the closing sentinel.
 pub(super) fn read_trace_lines<R: Read + Seek>(
     source: &mut ByteSource<R>,
     warnings: &mut Vec<Warning>,
@@ -218,7 +218,7 @@ pub(super) fn read_trace_lines<R: Read + Seek>(
     Ok(traces)
 }
 
-/// Refuses more items than the bytes they were read from can stand for, so that memory stays in proportion to the file.
+/// Refuses more items than the bytes read can represent, so that memory stays proportional to the file size.
 fn check_size<T>(items: usize, begin: u64, place: FilePlace, what: &'static str) -> Result<(), UniversalError> {
     let kept = (items * size_of::<T>()) as u64;
     if kept > SIZE_FACTOR * (place.byte - begin) + SIZE_SLACK {
@@ -227,14 +227,14 @@ fn check_size<T>(items: usize, begin: u64, place: FilePlace, what: &'static str)
     Ok(())
 }
 
-/// Whether a sentinel or the end of the file stands here; does not move.
+/// Whether a sentinel or the end of the file follows here; does not move.
 fn at_sentinel<R: Read + Seek>(source: &mut ByteSource<R>) -> Result<bool, UniversalError> {
     let window = source.peek(128)?;
     let line = window.split(|&byte| byte == b'\n').next().unwrap_or_default();
     Ok(window.is_empty() || is_sentinel(line) || is_loose_sentinel(line))
 }
 
-/// All numbers of a line.
+/// Reads all numbers of a line.
 fn numbers(line: &HeaderLine, field: &'static str, numbers: &mut Vec<f64>) -> Result<(), UniversalError> {
     let text = line.text.as_bytes();
     let mut offset = 0;

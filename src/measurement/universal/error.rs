@@ -1,4 +1,4 @@
-//! The faults that stop the reading of a record.
+//! Faults that stop the reading of a record.
 
 use std::io;
 
@@ -6,13 +6,13 @@ use thiserror::Error;
 
 use super::place::FilePlace;
 
-/// Why a record or a file is refused; the text says where, what was found and what to do.
+/// Reason why a record or a file is refused; the text names place, finding and remedy.
 #[derive(Debug, Error)]
 pub enum UniversalError {
     /// The file cannot be read.
     #[error("{doing}: {source}")]
     Io {
-        /// What was being done.
+        /// Action that failed.
         doing: String,
         /// Reason.
         source: io::Error,
@@ -29,7 +29,7 @@ pub enum UniversalError {
     /// A header ends before its last line.
     #[error("{place}: the header of dataset {dataset} ends here, {missing} lines too early; export the record again")]
     ShortHeader {
-        /// Where it ends.
+        /// Place of the end.
         place: FilePlace,
         /// Dataset.
         dataset: u32,
@@ -39,12 +39,12 @@ pub enum UniversalError {
     /// The file ends inside a header.
     #[error("{place}: the file ends inside the header of dataset {dataset}; get the whole file")]
     EndsInHeader {
-        /// Where it ends.
+        /// Place of the end.
         place: FilePlace,
         /// Dataset.
         dataset: u32,
     },
-    /// A header field does not hold what it should.
+    /// A header field has unexpected content.
     #[error("{place}: {field} is `{found}`; {expected}")]
     Field {
         /// The line.
@@ -53,7 +53,7 @@ pub enum UniversalError {
         field: &'static str,
         /// Text found.
         found: String,
-        /// What it should be.
+        /// Expected content.
         expected: &'static str,
     },
     /// Floating point other than IEEE.
@@ -64,14 +64,14 @@ pub enum UniversalError {
         /// Name of the format.
         format: String,
     },
-    /// The size of a binary payload cannot be told.
+    /// The size of a binary payload cannot be determined.
     #[error(
-        "{place}: payload size unclear: {count} values make {expected} bytes, the first line says {}, the next -1 or the file's end \
-         stands after {distance}; correct type, spacing or count, or export the record again",
+        "{place}: payload size unclear: {count} values make {expected} bytes, the first line states {}, the next -1 or the file's end \
+         follows after {distance}; correct type, spacing or count, or export the record again",
         header_bytes.map_or_else(|| "nothing".to_owned(), |bytes| bytes.to_string())
     )]
     PayloadSize {
-        /// Where the dataset starts.
+        /// Start of the dataset.
         place: FilePlace,
         /// Number of values declared.
         count: u64,
@@ -85,24 +85,24 @@ pub enum UniversalError {
     /// A value is NaN or infinite.
     #[error("{place}: value {index} is {found}; a missing value cannot be used: export again or cut the record before it")]
     NotFinite {
-        /// Where it stands.
+        /// Place of the value.
         place: FilePlace,
         /// Index among the values, from 0.
         index: u64,
-        /// As found.
+        /// Text found.
         found: String,
     },
-    /// Something that is no number among the data.
-    #[error("{place}, column {column}: `{found}` is no number")]
+    /// Text among the data that is not a number.
+    #[error("{place}, column {column}: `{found}` is not a number; write a number such as 1.5E-03")]
     NotANumber {
         /// The line.
         place: FilePlace,
         /// Column, from 1.
         column: usize,
-        /// As found.
+        /// Text found.
         found: String,
     },
-    /// Data go on where the declared values end.
+    /// Data continue after the declared values.
     #[error(
         "{place}: the {declared} values declared end above, but `{found}` follows instead of -1; correct the count or the ordinate type"
     )]
@@ -120,7 +120,7 @@ pub enum UniversalError {
          correct record 7"
     )]
     NumbersPerValue {
-        /// Where the dataset starts.
+        /// Start of the dataset.
         place: FilePlace,
         /// Numbers found.
         found: u64,
@@ -141,16 +141,16 @@ pub enum UniversalError {
         /// Numbers in the first line.
         expected: usize,
     },
-    /// Datasets so short that what is kept of each outgrows the file.
-    #[error("{place}: thousands of {what} of next to no content; not a measured file")]
+    /// Datasets so short that the memory for them exceeds the file size.
+    #[error("{place}: thousands of {what} with almost no content; this is not a measured file")]
     TooManySmall {
-        /// How far the reading came.
+        /// Place reached.
         place: FilePlace,
-        /// Which kind.
+        /// Kind of dataset or entry.
         what: &'static str,
     },
-    /// A line without end.
-    #[error("{place}: a line of more than {limit} bytes; not a text dataset")]
+    /// A line that is too long.
+    #[error("{place}: a line of more than {limit} bytes; this is not a text dataset")]
     LineTooLong {
         /// The line.
         place: FilePlace,
@@ -160,7 +160,7 @@ pub enum UniversalError {
 }
 
 impl UniversalError {
-    /// A read error while doing something with the file.
+    /// Creates a read error with the action that failed.
     pub(super) fn io(doing: &str) -> impl FnOnce(io::Error) -> Self + '_ {
         move |source| Self::Io { doing: doing.to_owned(), source }
     }

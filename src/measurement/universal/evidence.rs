@@ -1,8 +1,8 @@
-//! What a warning refers to: what decided, and which axis.
+//! References in warnings: evidence of a payload size, and axis names.
 
 use std::fmt;
 
-/// What decided how long the payload of a binary record is.
+/// Evidence that decides the payload size of a record.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum SizeEvidence {
     /// Type × spacing × number of values, all from the header.

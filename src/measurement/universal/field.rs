@@ -1,4 +1,4 @@
-//! Fields in the fixed columns of header lines.
+//! Reads fields in the fixed columns of header lines.
 
 use super::error::UniversalError;
 use super::number::{self, Scan};
@@ -9,16 +9,16 @@ use super::warning::Warning;
 /// A header line as text.
 #[derive(Debug)]
 pub(super) struct HeaderLine {
-    /// Characters, without blanks at the end.
+    /// Characters, without trailing blanks.
     pub text: String,
-    /// Where it stands.
+    /// Place of the line.
     pub place: FilePlace,
     /// First numeric field that was blank.
     blank: Option<&'static str>,
 }
 
 impl HeaderLine {
-    /// Reads a line as UTF-8 if it is that, else as Latin-1, so that no byte is lost and columns stay columns.
+    /// Decodes a line as UTF-8 if it is valid, else as Latin-1, so that no byte is lost and columns are preserved.
     pub fn new(line: &SourceLine<'_>, warnings: &mut Vec<Warning>) -> Self {
         let (text, read_as) = match str::from_utf8(line.text) {
             Ok(text) => (text.to_owned(), "UTF-8"),
@@ -34,7 +34,7 @@ impl HeaderLine {
         Self { text, place: line.place, blank: None }
     }
 
-    /// Characters from one column to before another (from 0), without blanks around.
+    /// Returns the characters from column `from` (counted from 0) to before column `to`, without surrounding blanks.
     pub fn columns(&self, from: usize, to: usize) -> &str {
         let offset = |column| {
             if self.text.is_ascii() {
@@ -46,7 +46,7 @@ impl HeaderLine {
         self.text[offset(from)..offset(to)].trim_matches([' ', '\t', '\0'])
     }
 
-    /// An integer in columns; blank is 0, as in Fortran.
+    /// Reads an integer in columns; blank is 0, as in Fortran.
     pub fn integer(&mut self, from: usize, to: usize, field: &'static str) -> Result<i64, UniversalError> {
         let text = self.columns(from, to);
         if text.is_empty() {
@@ -56,7 +56,7 @@ impl HeaderLine {
         parse_integer(text).ok_or_else(|| self.fault(field, text, "write an integer in its columns"))
     }
 
-    /// A number in columns; blank is 0, as in Fortran.
+    /// Reads a number in columns; blank is 0, as in Fortran.
     pub fn real(&mut self, from: usize, to: usize, field: &'static str) -> Result<f64, UniversalError> {
         let text = self.columns(from, to);
         if text.is_empty() {
@@ -66,30 +66,30 @@ impl HeaderLine {
         parse_real(text).ok_or_else(|| self.fault(field, text, "write a finite number in its columns"))
     }
 
-    /// The error that a field holds something else than it should.
+    /// Creates the error of a field with unexpected content.
     pub fn fault(&self, field: &'static str, found: &str, expected: &'static str) -> UniversalError {
         UniversalError::Field { place: self.place, field, found: found.chars().take(80).collect(), expected }
     }
 
-    /// Warns of blank numeric fields met so far.
+    /// Warns of blank numeric fields found so far.
     pub fn report_blanks(&self, warnings: &mut Vec<Warning>) {
         if let Some(field) = self.blank {
             warnings.push(Warning::BlankField { place: self.place, field });
         }
     }
 
-    /// Warns that the line is read by its blanks.
+    /// Warns that the line is split at its blanks.
     pub fn report_columns(&self, warnings: &mut Vec<Warning>) {
         warnings.push(Warning::HeaderColumns { place: self.place });
     }
 }
 
-/// An integer that is the whole text.
+/// Parses the whole text as an integer.
 pub(super) fn parse_integer(text: &str) -> Option<i64> {
     text.parse().ok()
 }
 
-/// A finite number that is the whole text.
+/// Parses the whole text as a finite number.
 pub(super) fn parse_real(text: &str) -> Option<f64> {
     match number::scan(text.as_bytes(), 0) {
         Scan::Number { value, end, .. } if end == text.len() && value.is_finite() => Some(value),
@@ -97,7 +97,7 @@ pub(super) fn parse_real(text: &str) -> Option<f64> {
     }
 }
 
-/// What stands for nothing in a text field.
+/// Whether a text field is unused: empty or `NONE`.
 pub(super) fn is_unused(text: &str) -> bool {
     text.is_empty() || text.eq_ignore_ascii_case("none")
 }

@@ -11,12 +11,12 @@ use super::record::{RecordHeader, UniversalRecord};
 use super::units::Units;
 use super::warning::Warning;
 
-/// All that is read of a universal file; `F` is [`UniversalRecord`], or [`RecordHeader`] where only headers are read.
+/// Content of a universal file; `F` is [`UniversalRecord`], or [`RecordHeader`] where only headers are read.
 #[derive(Debug, Clone, PartialEq)]
 pub struct UniversalFile<F = UniversalRecord> {
     /// Datasets 151.
     pub headers: Vec<FileHeader>,
-    /// Datasets 164, in their order; each record keeps the one in force for it.
+    /// Datasets 164, in file order; each record keeps the one in force.
     pub units: Vec<Units>,
     /// Nodes of datasets 15 and 2411.
     pub nodes: Vec<Node>,
@@ -24,36 +24,36 @@ pub struct UniversalFile<F = UniversalRecord> {
     pub trace_lines: Vec<TraceLine>,
     /// Datasets 58.
     pub functions: Vec<F>,
-    /// Datasets that are not read, by their first place.
+    /// Datasets that are not read, in the order of their first occurrence.
     pub skipped: Vec<Skipped>,
-    /// Faults survived outside records; those of a record stand in its header.
+    /// Tolerated faults outside records; those of a record are in its header.
     pub warnings: Vec<Warning>,
 }
 
 /// Reads a universal file from memory.
 ///
-/// # Errors     the first record that is refused; [`UniversalReader`] goes on behind it
+/// # Errors     the first refused record; [`UniversalReader`] continues after it
 pub fn read(bytes: &[u8]) -> Result<UniversalFile, UniversalError> {
     collect(UniversalReader::new(Cursor::new(bytes))?, UniversalReader::next_dataset)
 }
 
 /// Reads the headers of a universal file from memory.
 ///
-/// # Errors     the first header that is refused
+/// # Errors     the first refused header
 pub fn read_headers(bytes: &[u8]) -> Result<UniversalFile<RecordHeader>, UniversalError> {
     collect(UniversalReader::new(Cursor::new(bytes))?, UniversalReader::next_header)
 }
 
 /// Reads a universal file.
 ///
-/// # Errors     the file cannot be read, or the first record that is refused
+/// # Errors     the file cannot be read, or the first refused record
 pub fn read_path(path: impl AsRef<Path>) -> Result<UniversalFile, UniversalError> {
     collect(UniversalReader::open(path)?, UniversalReader::next_dataset)
 }
 
-/// Reads a universal file, of its functions those alone whose header is `wanted`; the others are skipped, their data never in memory.
+/// Reads a universal file with only the functions whose header is `wanted`; the data of the others are skipped without loading.
 ///
-/// # Errors     as [`read_path`], of the functions wanted; the file changes while it is read
+/// # Errors     as [`read_path`], for the wanted functions; the file changes while it is read
 pub fn read_path_where(path: impl AsRef<Path>, wanted: impl Fn(&RecordHeader) -> bool) -> Result<UniversalFile, UniversalError> {
     let path = path.as_ref();
     let state =
@@ -71,18 +71,18 @@ pub fn read_path_where(path: impl AsRef<Path>, wanted: impl Fn(&RecordHeader) ->
             Dataset::Skipped(skipped) => Ok(Dataset::Skipped(skipped)),
         }))
     });
-    // A file that is still being written would be half read, and nobody would know.
+    // Otherwise a file that is still being written would be read in part without notice.
     if state()? != before { Err(UniversalError::Changed) } else { file }
 }
 
 /// Reads the headers of a universal file, without loading its data.
 ///
-/// # Errors     the file cannot be read, or the first header that is refused
+/// # Errors     the file cannot be read, or the first refused header
 pub fn read_headers_path(path: impl AsRef<Path>) -> Result<UniversalFile<RecordHeader>, UniversalError> {
     collect(UniversalReader::open(path)?, UniversalReader::next_header)
 }
 
-/// All that `next` gives of a reader.
+/// Collects all datasets that `next` reads.
 fn collect<R: Read + Seek, F>(
     mut reader: UniversalReader<R>,
     next: impl Fn(&mut UniversalReader<R>) -> Option<Result<Dataset<F>, UniversalError>>,

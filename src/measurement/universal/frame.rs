@@ -1,4 +1,4 @@
-//! The frame of a dataset: the lines `    -1` before and after it, and its number.
+//! Frame of a dataset: the lines `    -1` before and after it, and its number.
 
 use std::io::{self, Read, Seek};
 
@@ -7,9 +7,9 @@ use super::number::is_blank;
 use super::place::FilePlace;
 use super::source::ByteSource;
 
-/// Bytes in which the lines that follow a sentinel are looked for.
+/// Number of bytes searched for the lines that follow a sentinel.
 const LOOK_AHEAD: usize = 512;
-/// Most stray line-end bytes between a binary payload and its sentinel.
+/// Largest number of stray line-end bytes between a binary payload and its sentinel.
 const STRAY_LIMIT: usize = 4;
 const SENTINEL: &[u8; 6] = b"    -1";
 
@@ -17,29 +17,29 @@ const SENTINEL: &[u8; 6] = b"    -1";
 pub(super) struct Frame {
     /// Dataset number.
     pub number: u32,
-    /// Binary.
+    /// Whether the dataset is binary.
     pub binary: bool,
     /// The line.
     pub line: HeaderLine,
 }
 
-/// A line with -1 in columns 5 and 6, and nothing else.
+/// Whether a line has -1 in columns 5 and 6, and nothing else.
 pub(super) fn is_sentinel(line: &[u8]) -> bool {
     line.strip_prefix(SENTINEL).is_some_and(all_blank)
 }
 
-/// A line with -1 anywhere, and nothing else.
+/// Whether a line has -1 anywhere, and nothing else.
 pub(super) fn is_loose_sentinel(line: &[u8]) -> bool {
     let from = line.iter().position(|&byte| !is_blank(byte)).unwrap_or(line.len());
     line[from..].strip_prefix(b"-1").is_some_and(all_blank)
 }
 
-/// Nothing but blanks.
+/// Whether a line has nothing but blanks.
 pub(super) fn all_blank(line: &[u8]) -> bool {
     line.iter().all(|&byte| is_blank(byte))
 }
 
-/// Number in a dataset's first line, and whether a `b` (binary) follows it.
+/// Returns the number in a dataset's first line, and whether a `b` (binary) follows it.
 pub(super) fn dataset_number(line: &[u8]) -> Option<(u32, bool)> {
     let from = line.iter().position(|&byte| !is_blank(byte))?;
     let digits = line[from..].iter().take_while(|byte| byte.is_ascii_digit()).count();
@@ -54,9 +54,9 @@ pub(super) fn dataset_number(line: &[u8]) -> Option<(u32, bool)> {
     }
 }
 
-/// Whether what follows a closing sentinel is the end of the file or another dataset.
+/// Whether the end of the file or another dataset follows a closing sentinel.
 ///
-/// `bare` takes a dataset number without its opening sentinel too; `whole` says that the window ends with the file.
+/// `bare` also accepts a dataset number without its opening sentinel; `whole` means that the window ends with the file.
 fn dataset_follows(window: &[u8], whole: bool, bare: bool) -> bool {
     let mut lines = window.split(|&byte| byte == b'\n').skip_while(|line| all_blank(line));
     match lines.next() {
@@ -69,14 +69,14 @@ fn dataset_follows(window: &[u8], whole: bool, bare: bool) -> bool {
 }
 
 impl<R: Read + Seek> ByteSource<R> {
-    /// Whether the sentinel just read closes a dataset: the file ends behind it, or another dataset begins.
+    /// Whether the sentinel just read closes a dataset: the file ends after it, or another dataset begins.
     pub fn at_dataset_end(&mut self, bare: bool) -> io::Result<bool> {
         let window = self.peek(LOOK_AHEAD)?;
         let whole = window.len() < LOOK_AHEAD;
         Ok(dataset_follows(window, whole, bare))
     }
 
-    /// Goes behind the next line that closes a dataset; false if the file ends before.
+    /// Moves after the next line that closes a dataset; returns false if the file ends before.
     pub fn skip_dataset(&mut self) -> io::Result<bool> {
         while let Some(line) = self.line()? {
             if is_sentinel(line.text) && self.at_dataset_end(true)? {
@@ -86,7 +86,7 @@ impl<R: Read + Seek> ByteSource<R> {
         Ok(false)
     }
 
-    /// Bytes from here to the next closing sentinel, wherever in a line it starts; none if the file ends before. Does not move.
+    /// Returns the bytes from here to the next closing sentinel, wherever in a line it starts; `None` if the file ends before. Does not move.
     pub fn distance_to_closing(&mut self) -> io::Result<Option<u64>> {
         let begin = self.place();
         loop {
@@ -113,7 +113,7 @@ impl<R: Read + Seek> ByteSource<R> {
         }
     }
 
-    /// Stray line-end bytes at a byte before a closing sentinel; none if no sentinel follows there. Moves to that byte.
+    /// Moves to `byte` and counts the stray line-end bytes there before a closing sentinel; `None` if no sentinel follows.
     pub fn closes_at(&mut self, byte: u64) -> io::Result<Option<usize>> {
         if byte > self.length() {
             return Ok(None);
@@ -124,7 +124,7 @@ impl<R: Read + Seek> ByteSource<R> {
         Ok(is_sentinel(first_line(&window[stray..])).then_some(stray))
     }
 
-    /// Line-end bytes at the end of the bytes from here to `end`, at most [`STRAY_LIMIT`]. Does not move.
+    /// Counts the line-end bytes directly before `end` and not before here, at most [`STRAY_LIMIT`]. Does not move.
     pub fn stray_before(&mut self, end: u64) -> io::Result<u64> {
         let begin = self.place();
         let from = begin.byte.max(end.saturating_sub(STRAY_LIMIT as u64));
@@ -136,12 +136,12 @@ impl<R: Read + Seek> ByteSource<R> {
     }
 }
 
-/// Bytes up to the first line feed.
+/// Returns the bytes up to the first line feed.
 fn first_line(window: &[u8]) -> &[u8] {
     window.split(|&byte| byte == b'\n').next().unwrap_or_default()
 }
 
-/// Offset of the first sentinel in a window; without one, the offset up to which there is none for sure.
+/// Returns the offset of the first sentinel in a window and true; else the offset before which none starts, and false.
 fn find_sentinel(window: &[u8]) -> (usize, bool) {
     let starts = window.len() + 1 - SENTINEL.len();
     match window.windows(SENTINEL.len()).position(|bytes| bytes == SENTINEL) {

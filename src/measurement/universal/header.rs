@@ -1,4 +1,4 @@
-//! The header of dataset 58: its first line and the eleven records that follow.
+//! Reads the header of dataset 58: its first line and the eleven records that follow.
 
 use std::io::{Read, Seek};
 use std::sync::Arc;
@@ -15,12 +15,12 @@ use super::source::{ByteSource, LINE_LIMIT};
 use super::units::Units;
 use super::warning::Warning;
 
-/// Lines of the header behind the first.
+/// Number of header lines after the first.
 const LINES: usize = 11;
 
-/// The next line of a header of which `missing` lines are still to come.
+/// Reads the next line of a header with `missing` lines still to come.
 ///
-/// A sentinel that closes the dataset ends the header too early; the source is left before it.
+/// A sentinel that closes the dataset ends the header too early; the source then stays before it.
 pub(super) fn header_line<R: Read + Seek>(
     source: &mut ByteSource<R>,
     dataset: u32,
@@ -48,7 +48,7 @@ pub(super) fn header_line<R: Read + Seek>(
     Ok(header_line)
 }
 
-/// Reads the header behind its first line; gives the byte count of a binary payload too.
+/// Reads the header after its first line; also returns the byte count of a binary payload.
 pub(super) fn read_header<R: Read + Seek>(
     source: &mut ByteSource<R>,
     first: HeaderLine,
@@ -92,7 +92,7 @@ pub(super) fn read_header<R: Read + Seek>(
     Ok((header, byte_count))
 }
 
-/// First line of a 58b, (I6,1A1,I6,I6,I12,I12,…): byte order and byte count.
+/// Reads the first line of a 58b, (I6,1A1,I6,I6,I12,I12,…): byte order and byte count.
 fn first_line(mut line: HeaderLine, warnings: &mut Vec<Warning>) -> Result<(ByteOrder, Option<u64>), UniversalError> {
     let fields = [(7, 13), (13, 19), (19, 31)].map(|(from, to)| parse_integer(line.columns(from, to)));
     let (order, format, lines, bytes) = if let [Some(order), Some(format), Some(lines)] = fields {
@@ -104,7 +104,7 @@ fn first_line(mut line: HeaderLine, warnings: &mut Vec<Warning>) -> Result<(Byte
             line.integer(7, 13, "byte order")?;
             line.integer(13, 19, "floating point format")?;
             line.integer(19, 31, "number of header lines")?;
-            let expected = "write byte order (1 or 2), floating point format (2), 11 and the byte count behind 58b";
+            let expected = "write byte order (1 or 2), floating point format (2), 11 and the byte count after 58b";
             return Err(line.fault("first line of 58b", line.text.trim(), expected));
         };
         line.report_columns(warnings);
@@ -127,7 +127,7 @@ fn first_line(mut line: HeaderLine, warnings: &mut Vec<Warning>) -> Result<(Byte
     Ok((order, bytes.and_then(|bytes| u64::try_from(bytes).ok())))
 }
 
-/// Record 6, 2(I5,I10),2(1X,10A1,I10,I4).
+/// Reads record 6, 2(I5,I10),2(1X,10A1,I10,I4).
 fn location_record(mut line: HeaderLine, header: &mut RecordHeader, warnings: &mut Vec<Warning>) -> Result<FilePlace, UniversalError> {
     let read = |line: &mut HeaderLine, header: &mut RecordHeader| {
         header.function_type = line.integer(0, 5, "function type")?;
@@ -161,7 +161,7 @@ fn location_record(mut line: HeaderLine, header: &mut RecordHeader, warnings: &m
     Ok(line.place)
 }
 
-/// Record 7, 3I10,3E13.5.
+/// Reads record 7, 3I10,3E13.5.
 fn data_form(mut line: HeaderLine, header: &mut RecordHeader, warnings: &mut Vec<Warning>) -> Result<(), UniversalError> {
     let read = |line: &mut HeaderLine| {
         let integers = [
@@ -173,7 +173,7 @@ fn data_form(mut line: HeaderLine, header: &mut RecordHeader, warnings: &mut Vec
         if line.columns(69, usize::MAX).is_empty() {
             return Ok((integers, reals));
         }
-        Err(line.fault("data form", line.text.trim(), "write 3I10,3E13.5 and nothing behind"))
+        Err(line.fault("data form", line.text.trim(), "write 3I10,3E13.5 and nothing after"))
     };
     let (integers, reals) = match read(&mut line) {
         Ok(fields) => {
@@ -206,7 +206,7 @@ fn data_form(mut line: HeaderLine, header: &mut RecordHeader, warnings: &mut Vec
     Ok(())
 }
 
-/// Records 8 to 11, I10,3I5,2(1X,20A1).
+/// Reads one of records 8 to 11, I10,3I5,2(1X,20A1).
 fn axis_record(mut line: HeaderLine, warnings: &mut Vec<Warning>) -> Result<RecordAxis, UniversalError> {
     let read = |line: &mut HeaderLine| {
         Ok(RecordAxis {
@@ -226,7 +226,7 @@ fn axis_record(mut line: HeaderLine, warnings: &mut Vec<Warning>) -> Result<Reco
         Err(fault) => {
             let numbers: Vec<i64> = line.text.split_whitespace().map_while(parse_integer).take(4).collect();
             let &[data_type, length_exponent, force_exponent, temperature_exponent] = numbers.as_slice() else { return Err(fault) };
-            let words = behind_words(&line.text, 4);
+            let words = after_words(&line.text, 4);
             let (label, unit) = words.split_once("  ").unwrap_or((words, ""));
             line.report_columns(warnings);
             let (label, unit) = (label.trim().to_owned(), unit.trim().to_owned());
@@ -235,8 +235,8 @@ fn axis_record(mut line: HeaderLine, warnings: &mut Vec<Warning>) -> Result<Reco
     }
 }
 
-/// Text behind the first words.
-fn behind_words(text: &str, count: usize) -> &str {
+/// Returns the text after the first `count` words.
+fn after_words(text: &str, count: usize) -> &str {
     let mut rest = text.trim_start();
     for _ in 0..count {
         rest = rest.trim_start_matches(|character: char| !character.is_whitespace()).trim_start();

@@ -1,8 +1,8 @@
-//! The codes of a record: what it is, what its axes hold, how its data are stored.
+//! Codes of a record: function type, axis quantities and data storage.
 
 use std::fmt;
 
-/// Codes of the function type (record 6, field 1) met in modal tests.
+/// Codes of the function type (record 6, field 1) used in modal tests.
 pub mod function_type {
     /// Time response.
     pub const TIME: i64 = 1;
@@ -12,11 +12,11 @@ pub mod function_type {
     pub const COHERENCE: i64 = 6;
 }
 
-/// Codes of what an axis holds (records 8 to 11, field 1) met in modal tests.
+/// Codes of the quantity of an axis (records 8 to 11, field 1) used in modal tests.
 pub mod data_type {
     /// Unknown or unused.
     pub const UNKNOWN: i64 = 0;
-    /// General: the unit exponents tell.
+    /// General: the unit exponents define the quantity.
     pub const GENERAL: i64 = 1;
     /// Displacement.
     pub const DISPLACEMENT: i64 = 8;
@@ -43,7 +43,7 @@ pub enum ByteOrder {
     Big,
 }
 
-/// How the data of a record are stored.
+/// Storage of the data of a record.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Encoding {
     /// Text, dataset 58.
@@ -68,7 +68,7 @@ pub enum OrdinateType {
 }
 
 impl OrdinateType {
-    /// By parts.
+    /// Returns the type by its parts.
     pub fn new(complex: bool, double: bool) -> Self {
         match (complex, double) {
             (false, false) => Self::RealSingle,
@@ -78,12 +78,12 @@ impl OrdinateType {
         }
     }
 
-    /// By its code in the file.
+    /// Returns the type of a code in the file.
     pub fn from_code(code: i64) -> Option<Self> {
         [Self::RealSingle, Self::RealDouble, Self::ComplexSingle, Self::ComplexDouble].into_iter().find(|kind| kind.code() == code)
     }
 
-    /// Its code in the file.
+    /// Returns its code in the file.
     pub fn code(self) -> i64 {
         match self {
             Self::RealSingle => 2,
@@ -93,12 +93,12 @@ impl OrdinateType {
         }
     }
 
-    /// Real and imaginary part.
+    /// Whether values have a real and an imaginary part.
     pub fn is_complex(self) -> bool {
         matches!(self, Self::ComplexSingle | Self::ComplexDouble)
     }
 
-    /// Eight bytes a number.
+    /// Whether a number has eight bytes.
     pub fn is_double(self) -> bool {
         matches!(self, Self::RealDouble | Self::ComplexDouble)
     }

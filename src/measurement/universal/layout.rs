@@ -1,4 +1,4 @@
-//! How the payload of a binary record is laid out, and how long it is.
+//! Layout and size of the payload of a binary record.
 
 use std::io::{Read, Seek};
 
@@ -10,7 +10,7 @@ use super::record::RecordHeader;
 use super::source::ByteSource;
 use super::warning::Warning;
 
-/// Bytes of one value.
+/// Storage of one value.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct Layout {
     /// Bytes of the abscissa: 0 if even, else 4 or 8.
@@ -28,22 +28,22 @@ pub(super) struct Extent {
     pub count: u64,
 }
 
-/// How sure an extent is.
+/// End of an extent.
 enum LayoutFit {
-    /// A sentinel closes it, behind so many stray bytes.
+    /// A sentinel closes it, after this number of stray bytes.
     Closed(usize),
-    /// The file ends first.
+    /// The file ends before a sentinel.
     Open,
 }
 
 impl Layout {
-    /// Bytes of one value.
+    /// Returns the bytes of one value.
     pub fn stride(self) -> u64 {
         let number = if self.ordinate.is_double() { 8 } else { 4 };
         self.abscissa_bytes + if self.ordinate.is_complex() { 2 * number } else { number }
     }
 
-    /// The layouts a header may mean: first the format's own, then the abscissa in 8 bytes, then the other precision.
+    /// Returns the layouts a header may mean: first that of the format, then the abscissa in 8 bytes, then the other precision.
     fn candidates(header: &RecordHeader) -> Vec<Self> {
         let declared = header.ordinate_type;
         let other = OrdinateType::new(declared.is_complex(), !declared.is_double());
@@ -57,12 +57,16 @@ impl Layout {
     }
 }
 
-/// The extent of the payload that starts here, by what fits: a closing sentinel must stand behind it.
+/// Finds the extent of the payload that starts here: a closing sentinel must follow it.
 ///
-/// In this order: each layout × the number of values; the byte count of the first line, as a whole number of values; the distance to
-/// the next sentinel, as a whole number of values not above the declared one (neither with twice, three times, a half or a third of the values, which
-/// speaks of another type or spacing); at a file's end without sentinel the declared layout,
-/// if the byte count confirms it or the file ends just there. Whatever deviates from the header is warned of; nothing fits: refused.
+/// The first match decides:
+/// 1. each layout × the number of values;
+/// 2. the byte count of the first line, if it is a whole number of values;
+/// 3. the distance to the next sentinel, if it is a whole number of values below the declared one;
+/// 4. at the end of a file without sentinel, the layout that the byte count confirms or that ends with the file.
+///
+/// Matches 2 and 3 exclude twice, three times, a half or a third of the declared values, which indicates another type or spacing. Deviations from
+/// the header give warnings. Without a match the record is refused.
 pub(super) fn find_extent<R: Read + Seek>(
     source: &mut ByteSource<R>,
     header: &mut RecordHeader,
@@ -125,12 +129,12 @@ pub(super) fn find_extent<R: Read + Seek>(
     Err(UniversalError::PayloadSize { place: header.place, count: declared, expected, header_bytes: byte_count, distance })
 }
 
-/// Twice or three times as many values as declared, or a half or a third: rather another type or spacing than another count.
+/// Whether a count is twice, three times, a half or a third of the declared one: another type or spacing is more likely than another count.
 fn is_other_type(found: u64, declared: u64) -> bool {
     [2, 3].iter().any(|&factor| found.checked_mul(factor) == Some(declared) || declared.checked_mul(factor) == Some(found))
 }
 
-/// Writes type and count as found into the header, and warns of what deviates from it.
+/// Writes type and count as found into the header, and warns of deviations.
 fn report(header: &mut RecordHeader, extent: Extent, byte_count: Option<u64>, evidence: SizeEvidence, fit: &LayoutFit, start: u64) {
     let place = header.place;
     let declared = header.count as u64;

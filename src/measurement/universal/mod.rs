@@ -1,7 +1,7 @@
-//! Universal files (`.uff`, `.unv`): the functions of dataset 58, and what belongs to them, read and written.
+//! Reads and writes universal files (`.uff`, `.unv`): the functions of dataset 58 and their companion datasets.
 //!
-//! A file is a row of datasets, each framed by lines that hold `    -1` in their first six columns, the second line being the
-//! dataset's number:
+//! A file is a sequence of datasets. Lines with `    -1` in the first six columns frame each dataset; the line after the first of them holds
+//! its number:
 //!
 //! | dataset | content | here |
 //! |---|---|---|
@@ -10,10 +10,10 @@
 //! | 164 | units: SI = value in the file / factor | [`Units`], kept with every record they are in force for |
 //! | 15, 2411 | nodes | [`Node`] |
 //! | 82 | trace lines | [`TraceLine`] |
-//! | others | | named in [`Skipped`] |
+//! | others | | listed in [`Skipped`] |
 //!
-//! Real files break the format in many ways. Each fault met is either survived, and then named in a [`Warning`] with its place, or
-//! refused with a [`UniversalError`] that says where, what was found and what to do. Nothing is guessed silently.
+//! Real files violate the format in many ways. Each fault is either tolerated and reported in a [`Warning`] with its place, or refused
+//! with a [`UniversalError`] that names place, finding and remedy. Nothing is guessed silently.
 //!
 //! ```text
 //! file ─ source ─ frame ─┬─ header ─┬─ ascii ── number
@@ -23,8 +23,8 @@
 //!
 //! # Memory
 //!
-//! A record at a time with [`UniversalReader`], its header alone with [`UniversalReader::next_header`]; no count in a header reserves
-//! more than the bytes left in the file can fill.
+//! [`UniversalReader`] holds one record at a time, [`UniversalReader::next_header`] only its header. No count in a header reserves more
+//! memory than the remaining bytes of the file can fill.
 //!
 //! # Source
 //!

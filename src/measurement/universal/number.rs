@@ -1,46 +1,46 @@
-//! Decimal numbers in fixed or free columns, to the last bit.
+//! Parses decimal numbers in fixed or free columns, correctly rounded.
 
-/// What stands next in a line.
+/// Next token of a line.
 #[derive(Debug, PartialEq)]
 pub(super) enum Scan {
-    /// Blanks to the end.
+    /// Only blanks up to the end.
     End,
     /// A number.
     Number {
-        /// Its value; infinite where it exceeds the range.
+        /// Value; infinite where it exceeds the range.
         value: f64,
-        /// Offset behind it.
+        /// Offset of its end.
         end: usize,
-        /// How its exponent is written.
+        /// Notation of its exponent.
         form: Form,
     },
-    /// No number.
+    /// Not a number.
     Bad {
         /// Offset of its first byte.
         start: usize,
-        /// Offset behind it.
+        /// Offset of its end.
         end: usize,
     },
 }
 
-/// How an exponent is written.
+/// Notation of an exponent.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Form {
-    /// With E, or none.
+    /// With E, or no exponent.
     Usual,
     /// With a Fortran D.
     LetterD,
-    /// Three digits without letter.
+    /// Three digits without a letter.
     Bare,
 }
 
-/// Powers of ten that a double holds exactly.
+/// Powers of ten that are exact in a double.
 const EXACT_POWERS: [f64; 23] =
     [1e0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8, 1e9, 1e10, 1e11, 1e12, 1e13, 1e14, 1e15, 1e16, 1e17, 1e18, 1e19, 1e20, 1e21, 1e22];
-/// Integers up to here are exact in a double.
+/// Largest integer up to which all are exact in a double.
 const EXACT_INTEGER: u64 = 1 << 53;
 
-/// Blank, tabulator, carriage return, NUL.
+/// Whether a byte is a blank: space, tab, carriage return or NUL.
 pub(super) fn is_blank(byte: u8) -> bool {
     matches!(byte, b' ' | b'\t' | b'\r' | 0)
 }
@@ -49,7 +49,7 @@ fn at(text: &[u8], offset: usize) -> u8 {
     text.get(offset).copied().unwrap_or(b' ')
 }
 
-/// Adds the digits from an offset on to `integer` (which may wrap) and gives the offset behind them.
+/// Appends the digits from an offset on to `integer` (which may wrap) and returns the offset of their end.
 #[inline]
 fn digits(text: &[u8], mut offset: usize, integer: &mut u64) -> usize {
     while let Some(eight) = text[offset..].first_chunk::<8>().and_then(eight_digits) {
@@ -65,9 +65,9 @@ fn digits(text: &[u8], mut offset: usize, integer: &mut u64) -> usize {
     offset
 }
 
-/// The value of eight digits; none where one of the bytes is no digit.
+/// Returns the value of eight digits; `None` where one of the bytes is not a digit.
 ///
-/// The bytes are taken as lanes of one word; neighbours are joined three times, 10·a + b, 100·a + b, 10⁴·a + b.
+/// The bytes are lanes of one word. Three steps combine neighbours: 10·a + b, 100·a + b, 10⁴·a + b.
 #[inline]
 fn eight_digits(bytes: &[u8; 8]) -> Option<u64> {
     let word = u64::from_le_bytes(*bytes);
@@ -82,13 +82,13 @@ fn eight_digits(bytes: &[u8; 8]) -> Option<u64> {
     Some((fours * 10_000 + (fours >> 32)) & 0xFFFF_FFFF)
 }
 
-/// The next number from an offset on.
+/// Scans the next number from an offset on.
 ///
-/// A number ends at a blank, at the end, or at a sign that starts the next one (full Fortran columns touch). A sign right behind
-/// the mantissa is an exponent without letter if exactly three digits follow and no point: Fortran drops the letter for nothing else.
+/// A number ends at a blank, at the end of the text, or at a sign that starts the next one (full Fortran columns touch). A sign right after the
+/// mantissa is an exponent without letter if exactly three digits and no point follow: Fortran omits the letter in no other case.
 ///
-/// mantissa ≤ 2⁵³ and |power of ten| ≤ 22: both are exact in a double, so that one product or quotient is correctly rounded;
-/// everything else goes to the parser of the standard library, which is correct too.
+/// With mantissa ≤ 2⁵³ and |power of ten| ≤ 22, both are exact in a double, so that one product or quotient is correctly rounded. All other
+/// numbers go to the parser of the standard library, which rounds correctly, too.
 #[inline]
 pub(super) fn scan(text: &[u8], from: usize) -> Scan {
     let mut start = from;
@@ -136,7 +136,7 @@ pub(super) fn scan(text: &[u8], from: usize) -> Scan {
     Scan::Number { value, end, form }
 }
 
-/// Offset of the exponent's digits, if an exponent starts here.
+/// Returns the offset of the exponent's digits and its notation, if an exponent starts here.
 #[inline]
 fn exponent_start(text: &[u8], end: usize, point: bool) -> Option<(usize, Form)> {
     let form = match at(text, end) {
@@ -153,7 +153,7 @@ fn exponent_start(text: &[u8], end: usize, point: bool) -> Option<(usize, Form)>
     at(text, digits_from).is_ascii_digit().then_some((digits_from, form))
 }
 
-/// A number by the standard library: as it is written, or put together from mantissa and power of ten where Rust writes it otherwise.
+/// Parses a number with the standard library: as written, or composed of mantissa and power of ten where Rust's notation differs.
 #[cold]
 fn exact(number: &[u8], mantissa: &[u8], power: i32, form: Form) -> f64 {
     let text = match (form, str::from_utf8(number)) {
@@ -184,7 +184,7 @@ mod tests {
     }
 
     #[test]
-    fn a_million_numbers_are_those_of_the_standard_library_to_the_last_bit() {
+    fn a_million_numbers_match_the_standard_library_bit_for_bit() {
         let mut state = 7_u64;
         let mut draw = || {
             state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
@@ -203,7 +203,7 @@ mod tests {
     }
 
     #[test]
-    fn the_forms_that_fortran_writes() {
+    fn fortran_notations_are_parsed() {
         assert_eq!(value("1.5D-03"), 1.5e-3);
         assert_eq!(value("-1.5d+3"), -1.5e3);
         assert_eq!(value("1.0-105"), 1e-105);
@@ -219,13 +219,13 @@ mod tests {
     }
 
     #[test]
-    fn full_columns_touch() {
+    fn touching_columns_are_separated() {
         assert_eq!(all("-1.00000E+00-2.00000E+00 3.0-105-4.0-105"), [-1.0, -2.0, 3e-105, -4e-105]);
         assert_eq!(all("-12.34567-123.4567-1234.567"), [-12.34567, -123.4567, -1234.567]);
     }
 
     #[test]
-    fn what_is_no_number_is_said_to_be_none() {
+    fn invalid_numbers_are_refused() {
         for text in ["NaN", "*************", "1,5", "1.5.5", "-", ".", "E5", "1.0E", "1.0E+", "0x10", "1_0", "inf", "1.#QNAN"] {
             assert!(matches!(scan(text.as_bytes(), 0), Scan::Bad { .. }), "{text}");
         }

@@ -1,13 +1,13 @@
-//! Where in a file something stands.
+//! Places in a file.
 
 use std::fmt;
 
 /// A place in a universal file.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct FilePlace {
-    /// Bytes before it.
+    /// Offset (bytes).
     pub byte: u64,
-    /// Line, from 1; none behind a binary payload, where lines cannot be counted.
+    /// Line, from 1; `None` after a binary payload, where lines cannot be counted.
     pub line: Option<u64>,
 }
 

@@ -1,16 +1,16 @@
-//! Numbers of a text payload, put together to abscissa and ordinate values.
+//! Combines the numbers of a text payload to abscissa and ordinate values.
 
 use num_complex::Complex64;
 
 use super::abscissa::Abscissa;
 use super::record::{Ordinate, RecordHeader};
 
-/// Least bytes that a number and its blank take in text.
+/// Smallest size of a number and its blank in text (bytes).
 const LEAST_BYTES: u64 = 2;
-/// Bytes that it usually takes at least.
+/// Usual size of a number and its blank in text (bytes).
 const USUAL_BYTES: u64 = 13;
 
-/// Values as they come in, up to the number declared.
+/// Values read so far, up to the declared number.
 #[derive(Debug)]
 pub(super) struct Points {
     abscissa: Vec<f64>,
@@ -25,7 +25,7 @@ pub(super) struct Points {
 }
 
 impl Points {
-    /// For the values that a header declares, of which the bytes left can hold at most so many.
+    /// Reserves space for the values that a header declares, as far as the bytes left can hold them.
     pub fn new(header: &RecordHeader, bytes_left: u64) -> Self {
         let width = numbers_per_value(header);
         let mut points = Self {
@@ -43,7 +43,7 @@ impl Points {
         points
     }
 
-    /// Space for more values, never more than declared.
+    /// Reserves space for more values, never more than declared.
     fn reserve(&mut self, complex: bool, more: u64) {
         let more = usize::try_from(more).unwrap_or(usize::MAX).min(self.declared - self.taken);
         if complex {
@@ -56,22 +56,22 @@ impl Points {
         }
     }
 
-    /// All declared values are there.
+    /// Whether all declared values are read.
     pub fn is_full(&self) -> bool {
         self.taken >= self.declared
     }
 
-    /// Whole values so far.
+    /// Returns the number of whole values so far.
     pub fn taken(&self) -> usize {
         self.taken
     }
 
-    /// Numbers so far.
+    /// Returns the number of numbers so far.
     pub fn numbers(&self) -> u64 {
         (self.taken * self.width + self.filled) as u64
     }
 
-    /// The next number; `bytes_left` bounds how many can follow.
+    /// Adds the next number; `bytes_left` bounds how many can follow.
     #[inline]
     pub fn push(&mut self, number: f64, bytes_left: u64) {
         self.pending[self.filled] = number;
@@ -100,7 +100,7 @@ impl Points {
         }
     }
 
-    /// Abscissa and ordinate.
+    /// Returns abscissa and ordinate.
     pub fn finish(mut self, header: &RecordHeader) -> (Abscissa, Ordinate) {
         let complex = header.ordinate_type.is_complex();
         let abscissa = if self.even {
@@ -115,7 +115,7 @@ impl Points {
     }
 }
 
-/// Numbers that make one value: abscissa if uneven, real part, imaginary part if complex.
+/// Returns how many numbers make one value: abscissa if uneven, real part, imaginary part if complex.
 pub(super) fn numbers_per_value(header: &RecordHeader) -> usize {
     1 + usize::from(header.ordinate_type.is_complex()) + usize::from(!header.even)
 }

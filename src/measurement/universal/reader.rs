@@ -1,4 +1,4 @@
-//! A universal file, dataset by dataset.
+//! Reads universal files dataset by dataset.
 
 use std::fs::File;
 use std::io::{Read, Seek};
@@ -20,9 +20,9 @@ use super::source::ByteSource;
 use super::units::Units;
 use super::warning::Warning;
 
-/// What some programs put before text in UTF-8.
+/// Byte-order mark that some programs write before text in UTF-8.
 const BYTE_ORDER_MARK: [u8; 3] = [0xEF, 0xBB, 0xBF];
-/// Bytes in which the line ends of a file without datasets are looked at.
+/// Number of bytes whose line ends are examined in a file without datasets.
 const LINE_END_SAMPLE: usize = 1 << 16;
 
 /// A dataset; `F` is [`UniversalRecord`], or [`RecordHeader`] where only headers are read.
@@ -32,7 +32,7 @@ pub enum Dataset<F = UniversalRecord> {
     Function(Box<F>),
     /// Dataset 151.
     Header(FileHeader),
-    /// Dataset 164; it is in force for all that follows.
+    /// Dataset 164; it is in force for all later datasets.
     Units(Units),
     /// Datasets 15 and 2411.
     Nodes(Vec<Node>),
@@ -55,16 +55,16 @@ pub enum Dataset<F = UniversalRecord> {
 /// # Ok::<(), jointid_measurement::universal::UniversalError>(())
 /// ```
 ///
-/// After a refused record the next call goes on with the next dataset; after a failure of the file itself it ends.
+/// After a refused record the next call continues with the next dataset; after a failure of the file itself reading ends.
 #[derive(Debug)]
 pub struct UniversalReader<R> {
     pub(super) source: ByteSource<R>,
     units: Option<Arc<Units>>,
     pub(super) warnings: Vec<Warning>,
     pub(super) further: u64,
-    /// A closing sentinel stands right before.
+    /// Whether a closing sentinel directly precedes.
     pub(super) closed: bool,
-    /// The dataset being read is binary.
+    /// Whether the dataset being read is binary.
     pub(super) binary: bool,
     ended: bool,
 }
@@ -79,7 +79,7 @@ impl UniversalReader<File> {
 }
 
 impl<R: Read + Seek> UniversalReader<R> {
-    /// From the start of something that can be read and moved in.
+    /// Creates a reader at the start of a seekable input.
     pub fn new(inner: R) -> Result<Self, UniversalError> {
         let mut source = ByteSource::new(inner)?;
         if source.peek(BYTE_ORDER_MARK.len())? == BYTE_ORDER_MARK {
@@ -88,17 +88,17 @@ impl<R: Read + Seek> UniversalReader<R> {
         Ok(Self { source, units: None, warnings: Vec::new(), further: 0, closed: false, binary: false, ended: false })
     }
 
-    /// The next dataset, records with their data.
+    /// Returns the next dataset, records with their data.
     pub fn next_dataset(&mut self) -> Option<Result<Dataset, UniversalError>> {
         self.step(Self::read_record)
     }
 
-    /// The next dataset, of records the header alone: payloads are passed, not read, and faults in them not seen.
+    /// Returns the next dataset, records as headers alone. Payloads are skipped, and faults in them are not detected.
     pub fn next_header(&mut self) -> Option<Result<Dataset<RecordHeader>, UniversalError>> {
         self.step(Self::read_record_header)
     }
 
-    /// The record of a header that this reader gave; the next call of the reader goes on behind it.
+    /// Reads the record of a header that this reader returned; the next call of the reader continues after it.
     pub fn record(&mut self, header: &RecordHeader) -> Result<UniversalRecord, UniversalError> {
         self.source.seek(header.place)?;
         self.ended = false;
@@ -112,23 +112,23 @@ impl<R: Read + Seek> UniversalReader<R> {
         record
     }
 
-    /// Faults survived outside records so far.
+    /// Returns the tolerated faults outside records so far.
     pub fn warnings(&self) -> Vec<Warning> {
         let further = (self.further > 0).then_some(Warning::Further { count: self.further });
         self.warnings.iter().cloned().chain(further).collect()
     }
 
-    /// Bytes in the file.
+    /// Returns the size of the file (bytes).
     pub(super) fn length(&self) -> u64 {
         self.source.length()
     }
 
-    /// Why a file of thousands of tiny datasets is refused.
+    /// Creates the error of a file with thousands of tiny datasets.
     pub(super) fn too_many_small(&self) -> UniversalError {
         UniversalError::TooManySmall { place: self.source.place(), what: "datasets" }
     }
 
-    /// Why a file without any dataset is refused.
+    /// Creates the error of a file without any dataset.
     pub(super) fn nothing_found(mut self) -> UniversalError {
         let wanted = LINE_END_SAMPLE.min(usize::try_from(self.source.length()).unwrap_or(LINE_END_SAMPLE));
         let sample = self.source.seek(FilePlace::default()).and_then(|()| self.source.peek(wanted));

@@ -1,4 +1,4 @@
-//! A function at a node, dataset 58: its header and its data.
+//! A function at a node (dataset 58): header and data.
 
 use std::sync::Arc;
 
@@ -11,7 +11,7 @@ use super::place::FilePlace;
 use super::units::Units;
 use super::warning::Warning;
 
-/// Where a function was measured or excited.
+/// Node and direction of a response or excitation.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct NodeLocation {
     /// Name of the entity, as in the file.
@@ -22,12 +22,12 @@ pub struct NodeLocation {
     pub direction: i64,
 }
 
-/// What an axis holds.
+/// Quantity and unit of an axis.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct RecordAxis {
     /// Specific data type, see [`data_type`](super::data_type).
     pub data_type: i64,
-    /// Exponent of length in the unit; counts only for [`data_type::GENERAL`] and scalar directions.
+    /// Exponent of length in the unit; used only for [`data_type::GENERAL`] and scalar directions.
     pub length_exponent: i64,
     /// Exponent of force in the unit.
     pub force_exponent: i64,
@@ -40,27 +40,27 @@ pub struct RecordAxis {
 }
 
 impl RecordAxis {
-    /// An axis of a data type with its unit.
+    /// Creates an axis of a data type with label and unit.
     pub fn new(data_type: i64, label: &str, unit: &str) -> Self {
         Self { data_type, label: label.to_owned(), unit: unit.to_owned(), ..Self::default() }
     }
 
-    /// The unit, if the file gives one: neither blank nor `NONE`.
+    /// Returns the unit, if the file gives one: neither blank nor `NONE`.
     pub fn unit(&self) -> Option<&str> {
         (!is_unused(&self.unit)).then_some(self.unit.as_str())
     }
 }
 
-/// All of a record but its data.
+/// A record without its data.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct RecordHeader {
-    /// The line of the dataset number.
+    /// Line of the dataset number.
     pub place: FilePlace,
-    /// How the data are stored.
+    /// Storage of the data.
     pub encoding: Encoding,
     /// The five identification lines: description, run, date and time, load case, free.
     pub id_lines: [String; 5],
-    /// What the function is, see [`function_type`](super::function_type).
+    /// Function type, see [`function_type`](super::function_type).
     pub function_type: i64,
     /// Number of the function.
     pub function_id: i64,
@@ -68,15 +68,15 @@ pub struct RecordHeader {
     pub version: i64,
     /// Load case; 0 is a single excitation.
     pub load_case: i64,
-    /// Where the response was measured.
+    /// Response location.
     pub response: NodeLocation,
-    /// Where the reference was measured, or the excitation applied.
+    /// Reference or excitation location.
     pub reference: NodeLocation,
-    /// Type and precision of the ordinate, as read: where the payload shows another precision than the header, that of the payload.
+    /// Type and precision of the ordinate as read; the payload decides where its precision contradicts the header.
     pub ordinate_type: OrdinateType,
     /// Number of values (pairs if uneven), as read.
     pub count: usize,
-    /// The abscissa has a constant step and is not stored.
+    /// Whether the abscissa has a constant step and is not stored.
     pub even: bool,
     /// First abscissa, if even.
     pub abscissa_first: f64,
@@ -94,7 +94,7 @@ pub struct RecordHeader {
     pub z_axis: RecordAxis,
     /// The dataset 164 in force: the last one before the record.
     pub units: Option<Arc<Units>>,
-    /// The faults survived in this record.
+    /// Tolerated faults of this record.
     pub warnings: Vec<Warning>,
 }
 
@@ -108,7 +108,7 @@ pub enum Ordinate {
 }
 
 impl Ordinate {
-    /// Number of values.
+    /// Returns the number of values.
     pub fn len(&self) -> usize {
         match self {
             Self::Real(values) => values.len(),
@@ -116,7 +116,7 @@ impl Ordinate {
         }
     }
 
-    /// No values.
+    /// Whether there are no values.
     pub fn is_empty(&self) -> bool {
         self.len() == 0
     }
@@ -125,7 +125,7 @@ impl Ordinate {
 /// A function at a node.
 #[derive(Debug, Clone, PartialEq)]
 pub struct UniversalRecord {
-    /// All but the data.
+    /// Header.
     pub header: RecordHeader,
     /// Abscissa values.
     pub abscissa: Abscissa,
@@ -134,7 +134,7 @@ pub struct UniversalRecord {
 }
 
 impl UniversalRecord {
-    /// A record of a header and its data; type, spacing and count in the header are set after the data (double precision stays double).
+    /// Creates a record from header and data; type, spacing and count of the header follow the data (double precision is kept).
     pub fn new(mut header: RecordHeader, abscissa: Abscissa, ordinate: Ordinate) -> Self {
         header.ordinate_type = OrdinateType::new(matches!(ordinate, Ordinate::Complex(_)), header.ordinate_type.is_double());
         header.count = ordinate.len();
@@ -145,7 +145,7 @@ impl UniversalRecord {
         Self { header, abscissa, ordinate }
     }
 
-    /// An FRF in double precision: motion in `numerator` (data type and unit) over excitation force in N, frequency in Hz.
+    /// Creates an FRF in double precision: motion in `numerator` (data type and unit) over excitation force in N, frequency in Hz.
     pub fn frequency_response(
         response: NodeLocation,
         reference: NodeLocation,

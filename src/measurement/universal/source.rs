@@ -1,12 +1,12 @@
-//! Bytes of a file, in windows: lines, looks ahead, jumps.
+//! Buffered bytes of a file: lines, look-ahead and jumps.
 
 use std::io::{self, Read, Seek, SeekFrom};
 
 use super::place::FilePlace;
 
-/// Bytes read at a time.
+/// Number of bytes read at a time.
 const WINDOW: usize = 1 << 16;
-/// Longest line given in one piece.
+/// Longest line returned in one piece (bytes).
 pub(super) const LINE_LIMIT: usize = 1 << 20;
 
 /// A line, without its line feed.
@@ -14,9 +14,9 @@ pub(super) const LINE_LIMIT: usize = 1 << 20;
 pub(super) struct SourceLine<'a> {
     /// Its bytes; a carriage return may be among them.
     pub text: &'a [u8],
-    /// Where it starts.
+    /// Place of its first byte.
     pub place: FilePlace,
-    /// A line feed ends it; otherwise the file ends, or the line is longer than [`LINE_LIMIT`].
+    /// Whether a line feed ends it; otherwise the file ends, or the line is longer than [`LINE_LIMIT`].
     pub ended: bool,
 }
 
@@ -25,45 +25,45 @@ pub(super) struct SourceLine<'a> {
 pub(super) struct ByteSource<R> {
     inner: R,
     buffer: Vec<u8>,
-    /// Bytes of `buffer` that hold file.
+    /// Number of valid bytes in `buffer`.
     filled: usize,
-    /// Next byte, in `buffer`.
+    /// Index of the next byte in `buffer`.
     at: usize,
-    /// Place of `buffer[0]` in the file.
+    /// Offset of `buffer[0]` in the file.
     start: u64,
     length: u64,
     line: Option<u64>,
 }
 
 impl<R: Read + Seek> ByteSource<R> {
-    /// At the start of the file.
+    /// Creates a source at the start of the file.
     pub fn new(mut inner: R) -> io::Result<Self> {
         let length = inner.seek(SeekFrom::End(0))?;
         inner.seek(SeekFrom::Start(0))?;
         Ok(Self { inner, buffer: Vec::new(), filled: 0, at: 0, start: 0, length, line: Some(1) })
     }
 
-    /// Where the next byte stands.
+    /// Returns the place of the next byte.
     pub fn place(&self) -> FilePlace {
         FilePlace { byte: self.position(), line: self.line }
     }
 
-    /// Bytes before the next one.
+    /// Returns the offset of the next byte.
     pub fn position(&self) -> u64 {
         self.start + self.at as u64
     }
 
-    /// Bytes in the file.
+    /// Returns the size of the file (bytes).
     pub fn length(&self) -> u64 {
         self.length
     }
 
-    /// Bytes from the next one to the end.
+    /// Returns the number of bytes from the next one to the end.
     pub fn remaining(&self) -> u64 {
         self.length.saturating_sub(self.position())
     }
 
-    /// Goes to a place; stays in the window where it can.
+    /// Moves to a place; keeps the window where possible.
     pub fn seek(&mut self, place: FilePlace) -> io::Result<()> {
         self.line = place.line;
         match place.byte.checked_sub(self.start) {
@@ -76,7 +76,7 @@ impl<R: Read + Seek> ByteSource<R> {
         Ok(())
     }
 
-    /// Has at least `wanted` bytes in the window, unless the file ends before, and tells how many there are.
+    /// Fills the window with at least `wanted` bytes, unless the file ends before, and returns how many there are.
     fn fill(&mut self, wanted: usize) -> io::Result<usize> {
         while self.filled - self.at < wanted {
             if self.at + wanted > self.buffer.len() {
@@ -99,25 +99,25 @@ impl<R: Read + Seek> ByteSource<R> {
         Ok(self.filled - self.at)
     }
 
-    /// Up to `wanted` bytes from here, without moving; fewer only at the end of the file.
+    /// Returns up to `wanted` bytes from here, without moving; fewer only at the end of the file.
     pub fn peek(&mut self, wanted: usize) -> io::Result<&[u8]> {
         let available = self.fill(wanted)?.min(wanted);
         Ok(&self.buffer[self.at..self.at + available])
     }
 
-    /// All bytes in the window from here, at least `least` unless the file ends, without moving.
+    /// Returns all bytes in the window from here, at least `least` unless the file ends, without moving.
     pub fn window(&mut self, least: usize) -> io::Result<&[u8]> {
         self.fill(least)?;
         Ok(&self.buffer[self.at..self.filled])
     }
 
-    /// Goes past bytes of the window that are no text.
+    /// Skips bytes of the window that are not text.
     pub fn pass(&mut self, count: usize) {
         self.at = (self.at + count).min(self.filled);
         self.line = None;
     }
 
-    /// The next line; none at the end of the file.
+    /// Returns the next line; `None` at the end of the file.
     pub fn line(&mut self) -> io::Result<Option<SourceLine<'_>>> {
         let mut searched = 0;
         let (length, ended) = loop {
@@ -146,7 +146,7 @@ impl<R: Read + Seek> ByteSource<R> {
     }
 }
 
-/// Offset of the first line feed.
+/// Returns the offset of the first line feed.
 fn line_feed(bytes: &[u8]) -> Option<usize> {
     let (blocks, _) = bytes.as_chunks::<32>();
     let clean = blocks.iter().position(|block| block.iter().fold(false, |found, &byte| found | (byte == b'\n'))).unwrap_or(blocks.len());

@@ -6,12 +6,12 @@ use super::warning::Warning;
 /// Units of the datasets that follow: value in SI = value in the file / factor.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Units {
-    /// The line of the dataset number.
+    /// Line of the dataset number.
     pub place: FilePlace,
     /// Units code: 1 m and N, 2 ft and lbf, 3 m and kgf, 4 ft and pdl, 5 mm and mN, 6 cm and cN, 7 in and lbf, 8 mm and kgf,
-    /// 9 by the factors alone, 10 mm and N.
+    /// 9 defined by the factors alone, 10 mm and N.
     pub code: i64,
-    /// Description, for the reader only.
+    /// Description, for information only.
     pub description: String,
     /// 1 absolute, 2 relative.
     pub temperature_mode: i64,
@@ -25,16 +25,17 @@ pub struct Units {
     pub temperature_offset: f64,
 }
 
+// File units per SI unit: of length per metre, of force per newton.
 const FOOT: f64 = 1.0 / 0.3048;
 const INCH: f64 = 1.0 / 0.0254;
 const POUND_FORCE: f64 = 1.0 / 4.448_221_615_260_5;
 const POUNDAL: f64 = 1.0 / 0.138_254_954_376;
 const KILOGRAM_FORCE: f64 = 1.0 / 9.806_65;
-/// Relative deviation up to which a factor is that of the code.
+/// Largest relative deviation of a factor from that of its units code (1).
 const FACTOR_TOLERANCE: f64 = 1e-3;
 
 impl Units {
-    /// Metre and newton.
+    /// Returns metre and newton.
     pub fn si() -> Self {
         Self {
             place: FilePlace::default(),
@@ -48,17 +49,17 @@ impl Units {
         }
     }
 
-    /// Metres in a length of the file.
+    /// Converts a length of the file to metres.
     pub fn length_m(&self, length: f64) -> f64 {
         length / self.length_factor
     }
 
-    /// Newtons in a force of the file.
+    /// Converts a force of the file to newtons.
     pub fn force_n(&self, force: f64) -> f64 {
         force / self.force_factor
     }
 
-    /// Length and force factor of a units code.
+    /// Returns length and force factor of a units code.
     fn factors_of(code: i64) -> Option<(f64, f64)> {
         Some(match code {
             1 => (1.0, 1.0),
@@ -74,7 +75,7 @@ impl Units {
         })
     }
 
-    /// Warns where the factors are not those of the code.
+    /// Warns where the factors differ from those of the code.
     pub(super) fn check(&self, warnings: &mut Vec<Warning>) {
         let Some((length, force)) = Self::factors_of(self.code) else { return };
         for (factor, found, expected) in [("length", self.length_factor, length), ("force", self.force_factor, force)] {

@@ -1,4 +1,4 @@
-//! From one dataset to the next: sentinels, what stands between them, and what is skipped.
+//! Moves from dataset to dataset: sentinels, stray text and skipped datasets.
 
 use std::io::{Read, Seek};
 
@@ -10,11 +10,11 @@ use super::reader::UniversalReader;
 use super::record::RecordHeader;
 use super::warning::Warning;
 
-/// Faults between datasets that are listed one by one.
+/// Largest number of faults between datasets that are listed one by one.
 const WARNING_LIMIT: usize = 100;
 
 impl<R: Read + Seek> UniversalReader<R> {
-    /// Adds faults outside records, the first of them one by one.
+    /// Adds faults outside records; those beyond [`WARNING_LIMIT`] are only counted.
     pub(super) fn warn(&mut self, warnings: impl IntoIterator<Item = Warning>) {
         for warning in warnings {
             if self.warnings.len() < WARNING_LIMIT {
@@ -25,7 +25,7 @@ impl<R: Read + Seek> UniversalReader<R> {
         }
     }
 
-    /// Reads the sentinel behind a binary payload, and what stands before it.
+    /// Reads the sentinel after a binary payload, and stray bytes before it.
     pub(super) fn close_payload(&mut self, header: &mut RecordHeader) -> Result<(), UniversalError> {
         let place = self.source.place();
         match self.source.closes_at(place.byte)? {
@@ -38,7 +38,7 @@ impl<R: Read + Seek> UniversalReader<R> {
         Ok(())
     }
 
-    /// Reads the sentinel that closes a text dataset; whatever stands before it is skipped and named.
+    /// Reads the sentinel that closes a text dataset; text before it is skipped with a warning.
     pub(super) fn close(&mut self) -> Result<(), UniversalError> {
         let mut stray: Option<(FilePlace, u64)> = None;
         loop {
@@ -63,7 +63,7 @@ impl<R: Read + Seek> UniversalReader<R> {
         Ok(())
     }
 
-    /// Goes behind the next closing sentinel: past a dataset that is not read, or the rest of a refused one.
+    /// Moves after the next closing sentinel: past a dataset that is not read, or the rest of a refused one.
     pub(super) fn find_next(&mut self) -> Result<(), UniversalError> {
         let place = self.source.place();
         let found = if self.binary {
@@ -81,7 +81,7 @@ impl<R: Read + Seek> UniversalReader<R> {
         Ok(())
     }
 
-    /// The first line of the next dataset; none at the end of the file.
+    /// Reads the first line of the next dataset; `None` at the end of the file.
     pub(super) fn open_frame(&mut self) -> Result<Option<Frame>, UniversalError> {
         let mut opened = false;
         let mut stray: Option<(FilePlace, u64)> = None;
@@ -111,7 +111,7 @@ impl<R: Read + Seek> UniversalReader<R> {
         Ok(frame)
     }
 
-    /// A dataset's first line, which stands here.
+    /// Reads the first line of a dataset, which starts here.
     pub(super) fn open_line(&mut self) -> Result<Option<Frame>, UniversalError> {
         let Some(line) = self.source.line()? else { return Ok(None) };
         let Some((number, binary)) = dataset_number(line.text) else { return Ok(None) };

@@ -1,4 +1,4 @@
-//! The faults that reading survives.
+//! Tolerated faults.
 
 use thiserror::Error;
 
@@ -6,59 +6,59 @@ use super::evidence::{AxisName, SizeEvidence};
 use super::kind::OrdinateType;
 use super::place::FilePlace;
 
-/// A fault that was survived; the text says where, what was found and what was taken instead.
+/// A tolerated fault; the text names place, finding and the value used.
 ///
-/// `Error` is implemented for its `Display` alone: a warning never stops the reading.
+/// `Error` is derived only for its `Display`: a warning never stops the reading.
 #[derive(Debug, Clone, PartialEq, Error)]
 pub enum Warning {
     /// The byte count in the first line of a 58b is not the size of the payload.
-    #[error("{place}: the first line counts {} payload bytes; taken {used}, by {evidence}", count_or_none(*found))]
+    #[error("{place}: the first line states {} payload bytes; used {used}, by {evidence}", count_or_none(*found))]
     ByteCount {
-        /// Where the dataset starts.
+        /// Start of the dataset.
         place: FilePlace,
-        /// What the first line says; none when it is blank or no number.
+        /// Count in the first line; `None` where it is blank or not a number.
         found: Option<u64>,
-        /// Bytes taken.
+        /// Bytes used.
         used: u64,
-        /// What decided.
+        /// Evidence for the choice.
         evidence: SizeEvidence,
     },
     /// The payload has the size of the other precision.
-    #[error("{place}: declared {declared}, but the payload has the size of {used}; read as that, by {evidence}")]
+    #[error("{place}: declared {declared}, but the payload has the size of {used}; read as {used}, by {evidence}")]
     Precision {
-        /// Where the dataset starts.
+        /// Start of the dataset.
         place: FilePlace,
         /// Type in the header.
         declared: OrdinateType,
         /// Type read.
         used: OrdinateType,
-        /// What decided.
+        /// Evidence for the choice.
         evidence: SizeEvidence,
     },
     /// Uneven double payload with an abscissa of 8 bytes, where the format has 4.
     #[error("{place}: the abscissa is stored in 8 bytes where the format has 4; read as 8, by {evidence}")]
     WideAbscissa {
-        /// Where the dataset starts.
+        /// Start of the dataset.
         place: FilePlace,
-        /// What decided.
+        /// Evidence for the choice.
         evidence: SizeEvidence,
     },
     /// The number of values in the header is not the number of values there are.
-    #[error("{place}: declares {declared} values, holds {found}; took {found}, by {evidence}")]
+    #[error("{place}: declares {declared} values, holds {found}; used {found}, by {evidence}")]
     ValueCount {
-        /// Where the dataset starts.
+        /// Start of the dataset.
         place: FilePlace,
         /// Count in the header.
         declared: u64,
-        /// Values taken.
+        /// Values used.
         found: u64,
-        /// What decided.
+        /// Evidence for the choice.
         evidence: SizeEvidence,
     },
     /// The file ends inside the data.
     #[error("{place}: the file ends inside the data: {found} of {declared} values; the copy is incomplete, get the whole file")]
     Truncated {
-        /// Where the dataset starts.
+        /// Start of the dataset.
         place: FilePlace,
         /// Count in the header.
         declared: u64,
@@ -66,15 +66,15 @@ pub enum Warning {
         found: u64,
     },
     /// The file ends inside a header; that record is missing.
-    #[error("{place}: the file ends inside the header of a dataset, which is left out; get the whole file")]
+    #[error("{place}: the file ends inside the header of a dataset, which is dropped; get the whole file")]
     EndsInHeader {
-        /// Where the file ends.
+        /// Place of the end of the file.
         place: FilePlace,
     },
     /// A dataset ends before its last line.
     #[error("{place}: dataset {dataset} ends {missing} lines too early; they are taken as blank")]
     ShortDataset {
-        /// Where it ends.
+        /// Place of the end.
         place: FilePlace,
         /// Dataset.
         dataset: u32,
@@ -84,10 +84,10 @@ pub enum Warning {
     /// The record declares no values and holds none.
     #[error("{place}: the record declares no values and holds none")]
     NoValues {
-        /// Where the dataset starts.
+        /// Start of the dataset.
         place: FilePlace,
     },
-    /// More numbers in the last line than the count asks for.
+    /// More numbers in the last line than the count requires.
     #[error("{place}: {extra} more numbers in the last line than values declared (padding); dropped")]
     PaddedLine {
         /// The line.
@@ -101,7 +101,7 @@ pub enum Warning {
         /// First such number.
         place: FilePlace,
     },
-    /// An exponent of three digits without its letter, `1.0-105`.
+    /// An exponent of three digits without its letter, such as `1.0-105`.
     #[error("{place}: an exponent has no letter, like 1.0-105 (first one here); read as 1.0E-105")]
     ExponentBare {
         /// First such number.
@@ -110,9 +110,9 @@ pub enum Warning {
     /// CR or LF between a binary payload and the closing sentinel.
     #[error("{place}: {bytes} stray line-end bytes between the binary payload and the closing -1; skipped")]
     StrayLineEnd {
-        /// Where they stand.
+        /// Place of the first.
         place: FilePlace,
-        /// How many.
+        /// Number of bytes.
         bytes: u64,
     },
     /// Blank lines among the data.
@@ -126,13 +126,13 @@ pub enum Warning {
     StrayText {
         /// First of them.
         place: FilePlace,
-        /// How many.
+        /// Number of lines.
         lines: u64,
     },
     /// A dataset has no closing sentinel before the end of the file.
     #[error("{place}: the dataset has no closing -1")]
     MissingClosing {
-        /// Where it should stand.
+        /// Expected place.
         place: FilePlace,
     },
     /// A dataset number follows a closing sentinel without an opening one.
@@ -147,22 +147,22 @@ pub enum Warning {
         /// The line.
         place: FilePlace,
     },
-    /// A line `    -1` among the data that ends nothing.
-    #[error("{place}: a line -1 among the data that no dataset end follows (first one here); read as the value -1")]
+    /// A line `    -1` among the data that does not end the dataset.
+    #[error("{place}: a line -1 among the data without a dataset end after it (first one here); read as the value -1")]
     SentinelInData {
         /// First such line.
         place: FilePlace,
     },
-    /// The first line of a 58b says that other than 11 header lines follow.
-    #[error("{place}: says that {found} header lines follow; took 11")]
+    /// The first line of a 58b states another number of header lines than 11.
+    #[error("{place}: states that {found} header lines follow; used 11")]
     HeaderLines {
         /// The line.
         place: FilePlace,
-        /// What it says.
+        /// Number found.
         found: i64,
     },
     /// A header line is not in the columns of the format.
-    #[error("{place}: header line not in the columns of the format; read by its blanks")]
+    #[error("{place}: header line not in the columns of the format; split at its blanks")]
     HeaderColumns {
         /// The line.
         place: FilePlace,
@@ -180,11 +180,11 @@ pub enum Warning {
     NonAscii {
         /// The line.
         place: FilePlace,
-        /// Encoding taken.
+        /// Encoding used.
         read_as: &'static str,
     },
-    /// An entity name that spells another node or direction than the fields beside it.
-    #[error("{place}: entity name `{entity}` beside node {node}, direction {direction}; took node and direction, kept the name")]
+    /// An entity name that encodes another node or direction than the node and direction fields.
+    #[error("{place}: entity name `{entity}` contradicts node {node}, direction {direction}; used node and direction, kept the name")]
     EntityConflict {
         /// The line.
         place: FilePlace,
@@ -196,7 +196,7 @@ pub enum Warning {
         direction: i64,
     },
     /// A direction code that the format does not have.
-    #[error("{place}: direction {direction} is none of 0, ±1…±6; kept as it is")]
+    #[error("{place}: direction {direction} is not one of 0, ±1…±6; kept")]
     UnknownDirection {
         /// The line.
         place: FilePlace,
@@ -208,51 +208,51 @@ pub enum Warning {
     BlankUnit {
         /// The line.
         place: FilePlace,
-        /// Which axis.
+        /// Axis.
         axis: AxisName,
-        /// A dataset 164 stands before the record.
+        /// Whether a dataset 164 precedes the record.
         units_in_force: bool,
     },
     /// Negative abscissa values.
     #[error("{place}: {count} negative abscissa values, first {value} at index {index}")]
     NegativeAbscissa {
-        /// Where the dataset starts.
+        /// Start of the dataset.
         place: FilePlace,
         /// First of them, from 0.
         index: usize,
         /// Its value.
         value: f64,
-        /// How many.
+        /// Number of values.
         count: usize,
     },
     /// Abscissa values that repeat the one before.
     #[error("{place}: {count} abscissa values repeat the one before, first {value} at index {index}")]
     RepeatedAbscissa {
-        /// Where the dataset starts.
+        /// Start of the dataset.
         place: FilePlace,
         /// First of them, from 0.
         index: usize,
         /// Its value.
         value: f64,
-        /// How many.
+        /// Number of values.
         count: usize,
     },
     /// Abscissa values below the one before.
     #[error("{place}: {count} abscissa values are below the one before, first {value} at index {index}")]
     FallingAbscissa {
-        /// Where the dataset starts.
+        /// Start of the dataset.
         place: FilePlace,
         /// First of them, from 0.
         index: usize,
         /// Its value.
         value: f64,
-        /// How many.
+        /// Number of values.
         count: usize,
     },
     /// The factors of a dataset 164 are not those of its units code.
-    #[error("{place}: units code {code}, but {factor} factor {found} instead of {expected}; took the factor")]
+    #[error("{place}: units code {code}, but {factor} factor {found} instead of {expected}; used the factor")]
     UnitsConflict {
-        /// Where the dataset starts.
+        /// Start of the dataset.
         place: FilePlace,
         /// Code.
         code: i64,
@@ -263,10 +263,10 @@ pub enum Warning {
         /// Factor of the code.
         expected: f64,
     },
-    /// More faults between datasets than are listed one by one.
+    /// Faults between datasets beyond those listed one by one.
     #[error("{count} further faults between datasets")]
     Further {
-        /// How many.
+        /// Number of faults.
         count: u64,
     },
 }

@@ -8,19 +8,19 @@ use super::kind::{ByteOrder, Encoding, OrdinateType};
 use super::record::{NodeLocation, Ordinate, RecordAxis, RecordHeader, UniversalRecord};
 use super::units::Units;
 use super::write_error::WriteError;
-use super::write_field::{abscissa, integer, scientific, text, text_line};
+use super::write_field::{abscissa_field, integer, scientific, text, text_line};
 use super::write_payload::{binary_payload, numbers_per_value, text_payload};
 
 const SENTINEL: &[u8] = b"    -1\n";
 
-/// What writing a record has cost.
+/// Rounding error of a written record.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Written {
-    /// Largest shift of an abscissa value by its rounding to the 13 columns (or, uneven and single, the 4 bytes) it has in the file.
+    /// Largest shift of an abscissa value by rounding to 13 columns, or to 4 bytes if uneven and in single precision.
     pub abscissa_shift: f64,
 }
 
-/// Writes datasets one behind the other.
+/// Writes datasets one after the other.
 ///
 /// Text fields are cut at their columns: identification lines at 80, labels and units at 20, entity names at 10.
 #[derive(Debug)]
@@ -29,12 +29,12 @@ pub struct UniversalWriter<W> {
 }
 
 impl<W: Write> UniversalWriter<W> {
-    /// To something that can be written.
+    /// Creates a writer to an output.
     pub fn new(out: W) -> Self {
         Self { out }
     }
 
-    /// Dataset 151. It belongs at the start.
+    /// Writes dataset 151, which belongs at the start.
     pub fn header(&mut self, header: &FileHeader) -> Result<(), WriteError> {
         let FileHeader { place: _, model_name, description, program, created, saved, writer, written } = header;
         let mut bytes = first_line("   151");
@@ -44,7 +44,7 @@ impl<W: Write> UniversalWriter<W> {
         self.close(bytes)
     }
 
-    /// Dataset 164, in force for all records behind it.
+    /// Writes dataset 164, in force for all later records.
     pub fn units(&mut self, units: &Units) -> Result<(), WriteError> {
         let factors = [("length", units.length_factor), ("force", units.force_factor), ("temperature", units.temperature_factor)];
         if let Some(&(field, value)) = factors.iter().find(|(_, value)| !(*value > 0.0 && value.is_finite())) {
@@ -67,55 +67,56 @@ impl<W: Write> UniversalWriter<W> {
         self.close(bytes)
     }
 
-    /// Dataset 58 or 58b; type, count and spacing are those of the data, the precision is that of the header's ordinate type.
+    /// Writes dataset 58 or 58b; type, count and spacing are those of the data, the precision is that of the header's ordinate type.
     ///
-    /// An uneven abscissa in double precision takes 8 bytes in 58b, which keeps it whole: the format has 4, but programs that take one
-    /// number type for the whole payload read nothing else, and those that decide by size read both.
+    /// An uneven abscissa in double precision takes 8 bytes in 58b, which preserves its digits. The format specifies 4 bytes. Programs that
+    /// assume one number type for the whole payload read only 8; those that decide by size read both.
     pub fn record(&mut self, record: &UniversalRecord, encoding: Encoding) -> Result<Written, WriteError> {
         check(record)?;
-        let UniversalRecord { header, abscissa: places, ordinate } = record;
+        let UniversalRecord { header, abscissa, ordinate } = record;
         let kind = OrdinateType::new(matches!(ordinate, Ordinate::Complex(_)), header.ordinate_type.is_double());
         let mut bytes = match encoding {
             Encoding::Ascii => first_line("    58"),
             Encoding::Binary(order) => {
                 let number = if kind.is_double() { 8 } else { 4 };
-                let numbers = numbers_per_value(places, kind);
+                let numbers = numbers_per_value(abscissa, kind);
                 let order = if order == ByteOrder::Little { 1 } else { 2 };
                 let size = number * numbers * ordinate.len();
                 first_line(&format!("    58b{order:6}{:6}{:12}{size:12}{:6}{:6}{:12}{:12}", 2, 11, 0, 0, 0, 0))
             }
         };
-        let mut shift = head(&mut bytes, header, places, kind, ordinate.len())?;
+        let mut shift = head(&mut bytes, header, abscissa, kind, ordinate.len())?;
         match encoding {
-            Encoding::Ascii => shift = shift.max(text_payload(&mut bytes, places, ordinate, kind)),
-            Encoding::Binary(order) => shift = shift.max(binary_payload(&mut bytes, places, ordinate, kind, order)),
+            Encoding::Ascii => shift = shift.max(text_payload(&mut bytes, abscissa, ordinate, kind)),
+            Encoding::Binary(order) => shift = shift.max(binary_payload(&mut bytes, abscissa, ordinate, kind, order)),
         }
         self.close(bytes)?;
         Ok(Written { abscissa_shift: shift })
     }
 
-    /// Ends the file and gives the output back.
+    /// Flushes and returns the output.
     pub fn finish(mut self) -> Result<W, WriteError> {
         self.out.flush()?;
         Ok(self.out)
     }
 
+    /// Writes a dataset with its closing sentinel.
     fn close(&mut self, mut bytes: Vec<u8>) -> Result<(), WriteError> {
         bytes.extend(SENTINEL);
         Ok(self.out.write_all(&bytes)?)
     }
 }
 
-/// Opening sentinel and first line.
+/// Returns opening sentinel and first line.
 fn first_line(line: &str) -> Vec<u8> {
     [SENTINEL, line.as_bytes(), b"\n"].concat()
 }
 
-/// Refuses what the format cannot hold.
+/// Refuses values that the format cannot hold.
 fn check(record: &UniversalRecord) -> Result<(), WriteError> {
-    let (places, values) = (record.abscissa.len(), record.ordinate.len());
-    if places != values {
-        return Err(WriteError::Lengths { abscissa: places, ordinate: values });
+    let (abscissa, ordinate) = (record.abscissa.len(), record.ordinate.len());
+    if abscissa != ordinate {
+        return Err(WriteError::Lengths { abscissa, ordinate });
     }
     let single = !record.header.ordinate_type.is_double();
     let number = |what, index, value: f64| {
@@ -132,7 +133,7 @@ fn check(record: &UniversalRecord) -> Result<(), WriteError> {
             number("abscissa value", 0, *first)?;
             number("abscissa step", 0, *step)?;
         }
-        Abscissa::Uneven(places) => places.iter().enumerate().try_for_each(|(index, &place)| number("abscissa value", index, place))?,
+        Abscissa::Uneven(values) => values.iter().enumerate().try_for_each(|(index, &value)| number("abscissa value", index, value))?,
     }
     number("z axis value", 0, record.header.z_value)?;
     match &record.ordinate {
@@ -144,8 +145,8 @@ fn check(record: &UniversalRecord) -> Result<(), WriteError> {
     }
 }
 
-/// The eleven header records; gives the largest shift of an even abscissa.
-fn head(bytes: &mut Vec<u8>, header: &RecordHeader, places: &Abscissa, kind: OrdinateType, count: usize) -> Result<f64, WriteError> {
+/// Writes the eleven header records; returns the largest shift of an even abscissa.
+fn head(bytes: &mut Vec<u8>, header: &RecordHeader, abscissa: &Abscissa, kind: OrdinateType, count: usize) -> Result<f64, WriteError> {
     for line in &header.id_lines {
         text_line(bytes, line);
     }
@@ -164,14 +165,14 @@ fn head(bytes: &mut Vec<u8>, header: &RecordHeader, places: &Abscissa, kind: Ord
     bytes.push(b'\n');
     integer(bytes, kind.code(), 10, "ordinate data type")?;
     integer(bytes, i64::try_from(count).unwrap_or(i64::MAX), 10, "number of values")?;
-    let (even, first, step) = match *places {
+    let (even, first, step) = match *abscissa {
         Abscissa::Even { first, step, .. } => (1, first, step),
         Abscissa::Uneven(_) => (0, 0.0, 0.0),
     };
     integer(bytes, even, 10, "abscissa spacing")?;
-    let first_shift = abscissa(bytes, first) - first;
-    let step_shift = abscissa(bytes, step) - step;
-    abscissa(bytes, header.z_value);
+    let first_shift = abscissa_field(bytes, first) - first;
+    let step_shift = abscissa_field(bytes, step) - step;
+    abscissa_field(bytes, header.z_value);
     bytes.push(b'\n');
     for axis in [&header.abscissa, &header.ordinate, &header.denominator, &header.z_axis] {
         axis_record(bytes, axis)?;
@@ -179,6 +180,7 @@ fn head(bytes: &mut Vec<u8>, header: &RecordHeader, places: &Abscissa, kind: Ord
     Ok(first_shift.abs().max((first_shift + step_shift * count.saturating_sub(1) as f64).abs()))
 }
 
+/// Writes one of records 8 to 11.
 fn axis_record(bytes: &mut Vec<u8>, axis: &RecordAxis) -> Result<(), WriteError> {
     integer(bytes, axis.data_type, 10, "specific data type")?;
     integer(bytes, axis.length_exponent, 5, "length units exponent")?;

@@ -1,10 +1,10 @@
-//! What cannot be written.
+//! Errors of writing universal files.
 
 use std::io;
 
 use thiserror::Error;
 
-/// Why a dataset is not written; nothing of it has reached the output then, unless the output itself failed.
+/// Reason why a dataset is not written. No part of it has reached the output, unless the output itself failed.
 #[derive(Debug, Error)]
 pub enum WriteError {
     /// The output fails.
@@ -19,13 +19,13 @@ pub enum WriteError {
         ordinate: usize,
     },
     /// A value is NaN or infinite.
-    #[error("{what} {index} is {value}; the format has no missing values: leave the point out")]
+    #[error("{what} {index} is {value}; the format has no missing values: remove the point")]
     NotFinite {
-        /// Which kind of value.
+        /// Kind of value.
         what: &'static str,
         /// Its index, from 0.
         index: usize,
-        /// As given.
+        /// Value given.
         value: f64,
     },
     /// A value beyond the range of single precision.
@@ -33,7 +33,7 @@ pub enum WriteError {
     BeyondSingle {
         /// Its index, from 0.
         index: usize,
-        /// As given.
+        /// Value given.
         value: f64,
     },
     /// An integer that does not fit its columns.
@@ -41,17 +41,17 @@ pub enum WriteError {
     TooWide {
         /// The field.
         field: &'static str,
-        /// As given.
+        /// Value given.
         value: i64,
-        /// Columns it has.
+        /// Width of the field in columns.
         width: usize,
     },
-    /// A unit factor that is no positive number.
+    /// A unit factor that is not a positive number.
     #[error("{field} factor {value}; give file units per SI unit, above 0")]
     Factor {
         /// The factor.
         field: &'static str,
-        /// As given.
+        /// Value given.
         value: f64,
     },
 }

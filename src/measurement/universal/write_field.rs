@@ -1,14 +1,14 @@
-//! Fields in fixed columns, as Fortran writes them.
+//! Writes fields in fixed columns, as Fortran does.
 
 use std::io::Write;
 
 use super::field::is_unused;
 use super::write_error::WriteError;
 
-/// Widest number that leaves a blank in 13 columns.
+/// Largest number of characters that leaves a blank in 13 columns.
 const ABSCISSA_CHARACTERS: usize = 12;
 
-/// An integer, right-justified.
+/// Writes an integer, right-justified.
 pub(super) fn integer(out: &mut Vec<u8>, value: i64, width: usize, field: &'static str) -> Result<(), WriteError> {
     let text = value.to_string();
     if text.len() > width {
@@ -18,7 +18,7 @@ pub(super) fn integer(out: &mut Vec<u8>, value: i64, width: usize, field: &'stat
     Ok(())
 }
 
-/// Text, left-justified and cut at its width: Latin-1, `?` for characters beyond, `NONE` for nothing.
+/// Writes text, left-justified and cut at its width: Latin-1, `?` for other characters, `NONE` for empty text.
 pub(super) fn text(out: &mut Vec<u8>, text: &str, width: usize) {
     let text = if is_unused(text.trim()) { "NONE" } else { text };
     let byte = |character: char| match u8::try_from(character) {
@@ -29,7 +29,7 @@ pub(super) fn text(out: &mut Vec<u8>, text: &str, width: usize) {
     out.extend(text.chars().map(byte).chain(std::iter::repeat(b' ')).take(width));
 }
 
-/// A line of text of up to 80 columns, without blanks at its end.
+/// Writes a line of text of up to 80 columns, without trailing blanks.
 pub(super) fn text_line(out: &mut Vec<u8>, line: &str) {
     text(out, line, 80);
     while out.last() == Some(&b' ') {
@@ -38,7 +38,7 @@ pub(super) fn text_line(out: &mut Vec<u8>, line: &str) {
     out.push(b'\n');
 }
 
-/// Ew.d with a digit before the point: at least two exponent digits, always signed.
+/// Writes Ew.d with a digit before the point: at least two exponent digits, always signed.
 pub(super) fn scientific(out: &mut Vec<u8>, value: f64, decimals: usize, width: usize, letter: char) {
     right(out, &scientific_text(value, decimals, letter), width);
 }
@@ -60,11 +60,11 @@ fn scientific_text(value: f64, decimals: usize, letter: char) -> String {
     text
 }
 
-/// A number in 13 columns with a blank before it: E13.5 where that is exact, otherwise the form of up to 12 characters that comes
-/// closest. Gives the value written.
+/// Writes a number in 13 columns with a leading blank and returns the value written.
 ///
-/// A step of 1/3 Hz in E13.5 is 2 mHz off after 6400 lines; as 0.3333333333 it is 0.2 µHz off.
-pub(super) fn abscissa(out: &mut Vec<u8>, value: f64) -> f64 {
+/// The form is E13.5 where that is exact, otherwise the one of up to 12 characters with the smallest error. A step of 1/3 Hz in E13.5
+/// deviates by 2 mHz after 6400 lines; as 0.3333333333 it deviates by 0.2 µHz.
+pub(super) fn abscissa_field(out: &mut Vec<u8>, value: f64) -> f64 {
     let decimals = |least: usize| ABSCISSA_CHARACTERS.saturating_sub(format!("{:.0}", value.trunc()).len() + 1).max(least);
     let forms = [scientific_text(value, 5, 'E'), scientific_text(value, 6, 'E'), format!("{value:.*}", decimals(1))];
     let shift = |text: &str| text.parse().map_or(f64::INFINITY, |written: f64| (written - value).abs());
@@ -109,17 +109,17 @@ mod tests {
         for (value, text) in
             [(1.0, "  1.00000E+00"), (0.195313, "  1.95313E-01"), (1.0 / 3.0, " 0.3333333333"), (-0.1953125, "-0.195312500")]
         {
-            assert_eq!(written(|out| _ = abscissa(out, value)).trim(), text.trim(), "{value}");
+            assert_eq!(written(|out| _ = abscissa_field(out, value)).trim(), text.trim(), "{value}");
         }
         for value in [1.0 / 3.0, 1e-7 / 3.0, 12_345.678_9, 1e9 / 7.0, -2.0 / 3.0, 1e-30 / 7.0] {
-            let text = written(|out| _ = abscissa(out, value));
+            let text = written(|out| _ = abscissa_field(out, value));
             assert!(text.len() == 13 && text.starts_with(' '), "{text}");
             assert!((text.trim().parse::<f64>().unwrap() / value - 1.0).abs() < 5e-6, "{text}");
         }
     }
 
     #[test]
-    fn text_is_cut_padded_and_never_blank() {
+    fn text_is_cut_and_padded_and_never_blank() {
         assert_eq!(written(|out| text(out, "", 6)), "NONE  ");
         assert_eq!(written(|out| text(out, "Frequency", 4)), "Freq");
         let mut out = Vec::new();

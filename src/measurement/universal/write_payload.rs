@@ -1,28 +1,28 @@
-//! The data of a record, as text and as bytes.
+//! Writes the data of a record as text or binary.
 
 use super::abscissa::Abscissa;
 use super::kind::{ByteOrder, OrdinateType};
 use super::record::Ordinate;
-use super::write_field::{abscissa, scientific};
+use super::write_field::{abscissa_field, scientific};
 
-/// Numbers that make one value.
-pub(super) fn numbers_per_value(places: &Abscissa, kind: OrdinateType) -> usize {
-    1 + usize::from(kind.is_complex()) + usize::from(matches!(places, Abscissa::Uneven(_)))
+/// Returns how many numbers make one value.
+pub(super) fn numbers_per_value(abscissa: &Abscissa, kind: OrdinateType) -> usize {
+    1 + usize::from(kind.is_complex()) + usize::from(matches!(abscissa, Abscissa::Uneven(_)))
 }
 
-/// Calls with the index of each value, its abscissa if stored, its real part, and its imaginary part if complex.
-fn each_value(places: &Abscissa, ordinate: &Ordinate, mut with: impl FnMut(Option<f64>, f64, Option<f64>)) {
-    let place = |index: usize| if let Abscissa::Uneven(places) = places { places.get(index).copied() } else { None };
+/// Calls `with` for each value: its abscissa if stored, its real part, and its imaginary part if complex.
+fn each_value(abscissa: &Abscissa, ordinate: &Ordinate, mut with: impl FnMut(Option<f64>, f64, Option<f64>)) {
+    let stored = |index: usize| if let Abscissa::Uneven(values) = abscissa { values.get(index).copied() } else { None };
     match ordinate {
-        Ordinate::Real(values) => values.iter().enumerate().for_each(|(index, &value)| with(place(index), value, None)),
-        Ordinate::Complex(values) => values.iter().enumerate().for_each(|(index, value)| with(place(index), value.re, Some(value.im))),
+        Ordinate::Real(values) => values.iter().enumerate().for_each(|(index, &value)| with(stored(index), value, None)),
+        Ordinate::Complex(values) => values.iter().enumerate().for_each(|(index, value)| with(stored(index), value.re, Some(value.im))),
     }
 }
 
-/// 6E13.5; 4E20.12; 2(E13.5,E20.12); E13.5,2E20.12.
-pub(super) fn text_payload(bytes: &mut Vec<u8>, places: &Abscissa, ordinate: &Ordinate, kind: OrdinateType) -> f64 {
+/// Writes 6E13.5; 4E20.12; 2(E13.5,E20.12); E13.5,2E20.12. Returns the largest rounding error of the abscissa.
+pub(super) fn text_payload(bytes: &mut Vec<u8>, abscissa: &Abscissa, ordinate: &Ordinate, kind: OrdinateType) -> f64 {
     let (decimals, width) = if kind.is_double() { (12, 20) } else { (5, 13) };
-    let per_line = match (kind.is_double(), numbers_per_value(places, kind)) {
+    let per_line = match (kind.is_double(), numbers_per_value(abscissa, kind)) {
         (false, _) => 6,
         (true, 3) => 3,
         (true, _) => 4,
@@ -35,10 +35,10 @@ pub(super) fn text_payload(bytes: &mut Vec<u8>, places: &Abscissa, ordinate: &Or
         }
         on_line += 1;
     };
-    each_value(places, ordinate, |place, re, im| {
-        if let Some(place) = place {
+    each_value(abscissa, ordinate, |stored, re, im| {
+        if let Some(value) = stored {
             next(bytes);
-            shift = shift.max((abscissa(bytes, place) - place).abs());
+            shift = shift.max((abscissa_field(bytes, value) - value).abs());
         }
         for part in [Some(re), im].into_iter().flatten() {
             next(bytes);
@@ -51,8 +51,8 @@ pub(super) fn text_payload(bytes: &mut Vec<u8>, places: &Abscissa, ordinate: &Or
     shift
 }
 
-/// Abscissa if uneven, real part, imaginary part if complex, all in one precision.
-pub(super) fn binary_payload(bytes: &mut Vec<u8>, places: &Abscissa, ordinate: &Ordinate, kind: OrdinateType, order: ByteOrder) -> f64 {
+/// Writes abscissa if uneven, real part, imaginary part if complex, all in one precision. Returns the largest rounding error of the abscissa.
+pub(super) fn binary_payload(bytes: &mut Vec<u8>, abscissa: &Abscissa, ordinate: &Ordinate, kind: OrdinateType, order: ByteOrder) -> f64 {
     let double = kind.is_double();
     let mut put = |number: f64| match (double, order) {
         (false, ByteOrder::Little) => bytes.extend((number as f32).to_le_bytes()),
@@ -61,11 +61,11 @@ pub(super) fn binary_payload(bytes: &mut Vec<u8>, places: &Abscissa, ordinate: &
         (true, ByteOrder::Big) => bytes.extend(number.to_be_bytes()),
     };
     let mut shift = 0.0_f64;
-    each_value(places, ordinate, |place, re, im| {
-        if let Some(place) = place {
-            put(place);
+    each_value(abscissa, ordinate, |stored, re, im| {
+        if let Some(value) = stored {
+            put(value);
             if !double {
-                shift = shift.max((f64::from(place as f32) - place).abs());
+                shift = shift.max((f64::from(value as f32) - value).abs());
             }
         }
         put(re);

@@ -1,6 +1,6 @@
-//! The band that holds most of an effect.
+//! The band that contains most of an effect.
 
-/// Shortest stretch of the logarithmic frequency axis that holds a share of all squares.
+/// Finds the shortest band on the logarithmic frequency axis that contains a share of all squares.
 pub fn shortest_band(lines_hz: &[f64], squares: &[f64], share: f64) -> Option<[f64; 2]> {
     let total: f64 = squares.iter().sum();
     if !(total > 0.0 && total.is_finite()) {

@@ -1,4 +1,4 @@
-//! What is decided about a case before anything is struck.
+//! Random choices of a case before its test.
 
 use super::layout::Layout;
 use super::plan::{Kind, Slot};
@@ -14,7 +14,7 @@ const LEVELS: [f64; 3] = [0.3, 1.0, 3.0];
 
 /// Machine, test and effects of a case.
 pub struct Choice {
-    /// Machine, nuisances, effects.
+    /// Machine, nuisance parameters and effects.
     pub subject: Subject,
     /// Settings of the test.
     pub setting: Setting,
@@ -22,23 +22,23 @@ pub struct Choice {
     pub layout: Layout,
     /// Force levels.
     pub levels: Vec<f64>,
-    /// Distance of lines over their frequency.
+    /// Line spacing over frequency.
     pub spacing: f64,
-    /// Nominal force.
+    /// Nominal force, N.
     pub force_n: f64,
     /// Whether the machine is the published bench.
     pub is_bench: bool,
 }
 
 impl Choice {
-    /// Draws machine, nuisances, effects of size 1 and settings.
-    pub fn drawn(slot: &Slot, attempt: usize, draw: &mut Draw) -> Self {
+    /// Draws machine, nuisance parameters, effects of size 1 and settings.
+    pub fn random(slot: &Slot, attempt: usize, draw: &mut Draw) -> Self {
         let needs = |held: bool| slot.effects.iter().chain(&slot.partner).any(|effect| !effect.fits(!held));
         let held = needs(true) || (!needs(false) && draw.chance(0.75));
         let is_bench = draw.chance(0.25);
         let drawn = if is_bench { bench(held, draw) } else { any_size(held, draw) };
-        let nuisance = Nuisance::drawn(drawn.nut_m.len(), draw);
-        let effects = slot.effects.iter().map(|&kind| Effect::drawn(kind, &drawn, draw)).collect();
+        let nuisance = Nuisance::random(drawn.nut_m.len(), draw);
+        let effects = slot.effects.iter().map(|&kind| Effect::random(kind, &drawn, draw)).collect();
         let setting = Setting {
             rate_hz: Setting::rate_for(drawn.band_hz),
             samples: 16384,
@@ -53,7 +53,7 @@ impl Choice {
         };
         let spacing = 1.0 / draw.between(120.0, 220.0);
         let force_n = (500.0 * (drawn.description.table_mass_kg / 272.0).sqrt() / 50.0).round().max(1.0) * 50.0;
-        // An effect that a layout cannot show on any machine gets a richer one.
+        // Later attempts use a layout with more channels: a layout may be unable to show an effect on any machine.
         let place = Layout::ALL.iter().position(|&layout| layout == slot.layout).unwrap_or(0);
         let layout = if slot.kind == Kind::LookAlike {
             Layout::ALL[(place + attempt / 8).min(2)]

@@ -1,4 +1,4 @@
-//! What goes wrong with one channel of a test.
+//! Data faults of a hammer test.
 
 use num_complex::Complex64;
 
@@ -6,61 +6,61 @@ use crate::TruthError;
 use crate::draw::Draw;
 use crate::hammer::series::{Fault, Line};
 
-/// Least root-mean-square change of ln H of a faulty record.
+/// Least rms change of ln H for which a data fault counts.
 const LEAST_CHANGE: f64 = 0.08;
 
-/// One trouble of a test.
+/// A data fault of a test.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Trouble {
-    /// One record of a bad channel: station, channel and fault.
-    Bad(usize, usize, Fault),
-    /// Two records of one channel under each other's position: channel and the two stations.
+pub enum DataFault {
+    /// One record of a faulty channel: station, channel and fault.
+    FaultyChannel(usize, usize, Fault),
+    /// Two records of one channel are exchanged between positions: channel and the two stations.
     Exchanged(usize, usize, usize),
 }
 
-impl Trouble {
-    /// Draws one for a test of so many stations and channels.
-    pub fn drawn(stations: usize, channels: usize, band_hz: f64, draw: &mut Draw) -> Self {
+impl DataFault {
+    /// Draws a data fault for a test of so many stations and channels.
+    pub fn random(stations: usize, channels: usize, band_hz: f64, draw: &mut Draw) -> Self {
         let (station, channel) = (draw.index(stations), draw.index(channels));
         match draw.index(4) {
-            0 => Self::Bad(
+            0 => Self::FaultyChannel(
                 station,
                 channel,
                 Fault::LooseSensor { mount_hz: draw.log_between(80.0, 0.5 * band_hz), ratio: draw.between(0.05, 0.2) },
             ),
-            1 => Self::Bad(station, channel, Fault::Clipped { share: draw.between(0.15, 0.4) }),
-            2 => Self::Bad(station, channel, Fault::Dropouts { share: draw.between(0.1, 0.3) }),
+            1 => Self::FaultyChannel(station, channel, Fault::Clipped { share: draw.between(0.15, 0.4) }),
+            2 => Self::FaultyChannel(station, channel, Fault::Dropouts { share: draw.between(0.1, 0.3) }),
             _ => Self::Exchanged(channel, station, (station + 2 + draw.index(3)) % stations),
         }
     }
 
-    /// Name.
+    /// Returns the name.
     pub fn name(self) -> &'static str {
         match self {
-            Self::Bad(_, _, Fault::LooseSensor { .. }) => "loose-sensor",
-            Self::Bad(_, _, Fault::Clipped { .. }) => "clipped",
-            Self::Bad(_, _, Fault::Dropouts { .. }) => "dropouts",
+            Self::FaultyChannel(_, _, Fault::LooseSensor { .. }) => "loose-sensor",
+            Self::FaultyChannel(_, _, Fault::Clipped { .. }) => "clipped",
+            Self::FaultyChannel(_, _, Fault::Dropouts { .. }) => "dropouts",
             Self::Exchanged(..) => "records-exchanged",
         }
     }
 
-    /// Whether a record is concerned.
-    pub fn concerns(self, station: usize, channel: usize) -> bool {
+    /// Whether the data fault affects a record.
+    pub fn affects(self, station: usize, channel: usize) -> bool {
         match self {
-            Self::Bad(at, of, _) => (at, of) == (station, channel),
+            Self::FaultyChannel(at, of, _) => (at, of) == (station, channel),
             Self::Exchanged(of, a, b) => of == channel && (a == station || b == station),
         }
     }
 
-    /// The fault of a record, for the simulation of its blows.
+    /// Returns the channel fault of a record for the simulation of its blows.
     pub fn fault(self, station: usize, channel: usize) -> Option<Fault> {
         match self {
-            Self::Bad(at, of, fault) if (at, of) == (station, channel) => Some(fault),
+            Self::FaultyChannel(at, of, fault) if (at, of) == (station, channel) => Some(fault),
             _ => None,
         }
     }
 
-    /// Exchanges records, if that is the trouble.
+    /// Exchanges two records if that is the data fault.
     pub fn exchange(self, lines: &mut [Vec<Vec<Line>>]) {
         if let Self::Exchanged(channel, a, b) = self {
             let kept = lines[a][channel].clone();
@@ -68,11 +68,11 @@ impl Trouble {
         }
     }
 
-    /// Refuses a trouble that changes the accepted lines of its records too little to be one.
-    pub fn shows(self, exact: &[Vec<Vec<Complex64>>], lines: &[Vec<Vec<Line>>]) -> Result<(), TruthError> {
+    /// Returns an error if the data fault changes the accepted lines of its records too little.
+    pub fn check_visible(self, exact: &[Vec<Vec<Complex64>>], lines: &[Vec<Vec<Line>>]) -> Result<(), TruthError> {
         let mut largest: f64 = 0.0;
         for (station, of_station) in lines.iter().enumerate() {
-            for (channel, lines) in of_station.iter().enumerate().filter(|(channel, _)| self.concerns(station, *channel)) {
+            for (channel, lines) in of_station.iter().enumerate().filter(|(channel, _)| self.affects(station, *channel)) {
                 let accepted = lines.iter().zip(&exact[station][channel]).filter(|(line, _)| line.coherence >= 0.8);
                 let changes: Vec<f64> = accepted.map(|(line, exact)| (line.response / exact).ln().norm_sqr() / 2.0).collect();
                 largest = largest.max((changes.iter().sum::<f64>() / changes.len().max(1) as f64).sqrt());

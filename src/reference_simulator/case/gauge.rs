@@ -1,8 +1,9 @@
-//! Strength of an effect by non-centrality: what is left of it after joints and nuisances are projected out, in units of noise.
+//! Strength of an effect by non-centrality: its whitened change after projection of joints and nuisance parameters.
 //!
-//! The noise of a line is that of the test and one per cent beside it, in quadrature: what a careful test reproduces after the sensor
-//! was mounted anew. Without it the few lines with a coherence of 0.9999 would decide, and effects that nobody can claim would count.
-//! The projection is linear; for larger effects the joints are refitted first, and nuisances alone are followed on a straight line.
+//! The noise of a line is the noise of the test and, in quadrature, the one per cent that a careful test reproduces after the sensor is
+//! mounted anew. Without that term a few lines with a coherence of 0.9999 would dominate, and undetectable effects would count.
+//! The projection is linear. For larger effects a refit of the joints comes first, and only the nuisance parameters are treated as
+//! linear.
 
 use nalgebra::DVector;
 use num_complex::Complex64;
@@ -17,7 +18,7 @@ use crate::sizing::Sizing;
 /// Relative error of a line that a careful test reproduces.
 const REPRODUCED: f64 = 0.01;
 
-/// How the size of an effect is looked for.
+/// Settings of the search for the size of an effect.
 const SIZING: Sizing = Sizing { start: 0.1, trials: 40, close: 0.02, steps: [3.0, 3.0], narrow: 1e-7, leap: 0.0 };
 
 /// Lines, weights and projection of one test of one machine.
@@ -28,16 +29,16 @@ pub struct Gauge {
     explained: Projection,
 }
 
-/// What an effect leaves.
-pub struct Left {
+/// Part of an effect that joints and nuisance parameters cannot explain.
+pub struct Unexplained {
     /// Non-centrality for all lines of the test.
     pub noncentrality: f64,
-    /// Whitened squares left at each line of the gauge, all records together.
+    /// Whitened squares of the residual at each line of the gauge, summed over all records.
     pub by_line: Vec<f64>,
 }
 
 impl Gauge {
-    /// Prepares the gauge for a subject, whose effects are left out.
+    /// Prepares the gauge for a subject without its effects.
     pub fn new(subject: &Subject, survey: Survey) -> Result<Self, TruthError> {
         let subject = subject.without_effects();
         let weights: Vec<f64> = survey.variance.iter().map(|value| (1.0 / (value + REPRODUCED * REPRODUCED)).sqrt()).collect();
@@ -48,7 +49,7 @@ impl Gauge {
             if let Some(value) = copy.drawn.joints.get_mut(name) {
                 *value *= f64::exp(step);
             }
-            // A factor of ten for one standard deviation: the ranges of machine descriptions.
+            // One standard deviation is a factor of ten: the ranges of machine descriptions.
             moved.push((copy, step / 10f64.ln()));
         }
         for nuisance in subject.nuisance.directions(&survey.channels) {
@@ -63,8 +64,8 @@ impl Gauge {
         Ok(Self { survey, weights, explained })
     }
 
-    /// What the effects of a subject leave.
-    pub fn left(&self, subject: &Subject) -> Result<Left, TruthError> {
+    /// Returns the part of a subject's effects that joints and nuisance parameters cannot explain.
+    pub fn unexplained(&self, subject: &Subject) -> Result<Unexplained, TruthError> {
         let changed = self.survey.of(subject)?;
         let change = DVector::from_vec(whitened(&changed, &self.survey.base, &self.weights, self.survey.share));
         let residual = self.explained.residual(&change);
@@ -73,38 +74,39 @@ impl Gauge {
         for (index, value) in residual.iter().enumerate() {
             by_line[(index / 2) % count] += value * value;
         }
-        // Squares of what stays and of what the priors charge: the minimum of the penalised sum.
+        // Squares of the residual plus those of the priors: the minimum of the penalised sum.
         let noncentrality = change.dot(&residual).max(0.0);
-        Ok(Left { noncentrality, by_line })
+        Ok(Unexplained { noncentrality, by_line })
     }
 
-    /// Non-centrality with the joints refitted on their curve before the rest is projected out: for effects that move the joints far.
+    /// Returns the non-centrality after a nonlinear refit of the joints and a projection of the rest, for effects that change the joints
+    /// strongly.
     pub fn after_refit(&self, subject: &Subject) -> Result<f64, TruthError> {
-        let direct = self.left(subject)?.noncentrality;
+        let direct = self.unexplained(subject)?.noncentrality;
         if direct < 60.0 {
             return Ok(direct);
         }
         let thin = self.survey.thinned();
         let fit = Fit::of_machine(subject, &thin);
-        let found = fit.run(&thin.of(subject)?, &fit.truth())?;
+        let found = fit.run(&thin.of(subject)?, &fit.true_point())?;
         let change = whitened(&self.survey.of(subject)?, &self.survey.of(&fit.at(&found.point))?, &self.weights, self.survey.share);
         let change = DVector::from_vec(change);
         Ok(change.dot(&self.explained.residual(&change)).clamp(0.0, direct))
     }
 
-    /// Size at which an effect, the only one of a subject, has a non-centrality.
+    /// Finds the size at which the only effect of a subject has a given non-centrality.
     pub fn size_for(&self, subject: &Subject, wanted: f64) -> Result<f64, TruthError> {
         let Some(effect) = subject.effects.first().cloned() else {
             return Ok(0.0);
         };
         SIZING.size_for(effect.kind.id(), effect.kind.largest(), wanted, |size| {
             let sized = Subject { effects: vec![effect.sized(size)], ..subject.clone() };
-            Ok(self.left(&sized)?.noncentrality)
+            Ok(self.unexplained(&sized)?.noncentrality)
         })
     }
 }
 
-/// ln(H/H₀) over its standard deviation, real and imaginary parts in turn, weighted up to all lines of the test.
+/// Returns ln(H/H₀) over its standard deviation, real and imaginary parts in turn, weighted up to all lines of the test.
 fn whitened(changed: &[Complex64], base: &[Complex64], weights: &[f64], share: f64) -> Vec<f64> {
     let up = (1.0 / share).sqrt();
     changed

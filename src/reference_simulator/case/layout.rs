@@ -1,29 +1,29 @@
-//! Which responses are measured, and as what quantity.
+//! Measured channels and their quantity.
 
 use num_complex::Complex64;
 use serde::{Deserialize, Serialize};
 
 use crate::machine::point::{Channel, Point};
 
-/// Which channels a measurement has.
+/// Channels of a measurement.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Layout {
-    /// Table struck and measured.
+    /// The table is excited and measured.
     Table,
-    /// Also the rotor struck and measured.
+    /// In addition, the rotor is excited and measured.
     Rotor,
-    /// Also the rotor's answer to a blow on the table.
+    /// In addition, the rotor's response to excitation of the table.
     Cross,
-    /// Also the screw at nut and bearings, axial, with the table struck.
+    /// In addition, the screw at nut and bearings, axial, with excitation of the table.
     Axial,
 }
 
 impl Layout {
-    /// All of them.
+    /// All layouts, in the order of their number of channels.
     pub const ALL: [Self; 4] = [Self::Table, Self::Rotor, Self::Cross, Self::Axial];
 
-    /// Its channels, the table's first.
+    /// Returns the channels, the table first.
     pub fn channels(self) -> Vec<Channel> {
         let all = [
             Channel::direct(Point::Table),
@@ -43,7 +43,7 @@ impl Layout {
     }
 }
 
-/// What a frequency response is a response of.
+/// Quantity of a frequency response.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Quantity {
@@ -56,10 +56,10 @@ pub enum Quantity {
 }
 
 impl Quantity {
-    /// All of them.
+    /// All quantities.
     pub const ALL: [Self; 3] = [Self::Receptance, Self::Mobility, Self::Accelerance];
 
-    /// Name in a manifest.
+    /// Returns the name in a manifest.
     pub fn name(self) -> &'static str {
         match self {
             Self::Receptance => "receptance",
@@ -68,7 +68,7 @@ impl Quantity {
         }
     }
 
-    /// Factor from receptance at a frequency.
+    /// Returns the factor from receptance at a frequency.
     pub fn factor(self, frequency_hz: f64) -> Complex64 {
         let s = Complex64::new(0.0, 2.0 * std::f64::consts::PI * frequency_hz);
         match self {

@@ -1,15 +1,15 @@
-//! From a slot of the plan to a case and its label.
+//! Generation of a case and its label from a slot of the plan.
 
 use super::band::shortest_band;
 use super::choice::Choice;
 use super::fit::Fit;
 use super::gauge::Gauge;
 use super::label::{Gap, Label};
-use super::measure::decays;
+use super::measure::check_decay;
 use super::plan::{Kind, Plan, Slot, Strength};
 use super::record::Case;
-use super::size::{quieted, set_sizes};
-use super::strike::measured;
+use super::size::{set_noise, set_sizes};
+use super::strike::simulated_test;
 use super::subject::Subject;
 use super::survey::Survey;
 use crate::TruthError;
@@ -19,12 +19,12 @@ use crate::effect::Effect;
 use crate::machine::catalogue::round_to;
 use crate::machine::point::Channel;
 
-/// All cases of a plan in its order. A case depends on seed, plan entry and number only.
+/// Generates all cases of a plan in order. A case depends only on seed, plan entry and number.
 pub fn generate(seed: u64, plan: &Plan) -> impl Iterator<Item = Result<(Case, Label), TruthError>> {
     (0..plan.len()).map(move |index| generate_one(seed, plan, index))
 }
 
-/// One case of a plan.
+/// Generates one case of a plan.
 pub fn generate_one(seed: u64, plan: &Plan, index: usize) -> Result<(Case, Label), TruthError> {
     let slot = plan.slots.get(index).ok_or(TruthError::NoSuchCase { index, count: plan.len() })?;
     let draw = Draw::new(seed).branch(index as u64);
@@ -32,21 +32,21 @@ pub fn generate_one(seed: u64, plan: &Plan, index: usize) -> Result<(Case, Label
 }
 
 fn attempted(slot: &Slot, index: usize, attempt: usize, draw: &mut Draw) -> Result<(Case, Label), TruthError> {
-    let mut choice = Choice::drawn(slot, attempt, draw);
+    let mut choice = Choice::random(slot, attempt, draw);
     let channels = choice.layout.channels();
     let clean = choice.subject.without_effects();
-    decays(&clean, &choice.setting, &channels, choice.spacing)?;
+    check_decay(&clean, &choice.setting, &channels, choice.spacing)?;
     let survey = Survey::new(&clean, &choice.setting, &channels, &choice.levels, choice.spacing)?;
     let thin = survey.thinned();
     let rough = Fit::of_chain(&clean.drawn, &thin);
-    let without = rough.run(&thin.base, &rough.truth())?;
+    let without = rough.run(&thin.base, &rough.true_point())?;
     let ratio = draw.between(1.12, 1.9);
-    quieted(&mut choice.setting, &thin, without.held_out, ratio);
+    set_noise(&mut choice.setting, &thin, without.held_out, ratio);
     let mut survey = survey.with_setting(&choice.setting);
     let mut without = Fit::of_chain(&clean.drawn, &survey).run(&survey.base, &without.point)?;
     if !(1.05..2.2).contains(&(without.held_out.hypot(survey.floor()) / survey.floor())) {
-        // All lines tell another gap than the few of the rough look.
-        quieted(&mut choice.setting, &survey, without.held_out, ratio);
+        // The full set of lines gives another gap than the thinned one, so the noise is set again.
+        set_noise(&mut choice.setting, &survey, without.held_out, ratio);
         survey = survey.with_setting(&choice.setting);
         without = Fit::of_chain(&clean.drawn, &survey).run(&survey.base, &without.point)?;
     }
@@ -55,17 +55,17 @@ fn attempted(slot: &Slot, index: usize, attempt: usize, draw: &mut Draw) -> Resu
     if !choice.subject.effects.is_empty() {
         let gauge = Gauge::new(&clean, survey.clone())?;
         noncentrality = set_sizes(&mut choice.subject, slot, &gauge, &without.point, attempt, draw)?;
-        if let Some(reached) = until_it_decays(&mut choice, &channels, &gauge)? {
+        if let Some(reached) = enlarge_until_decay(&mut choice, &channels, &gauge)? {
             noncentrality = reached;
             strength = noncentrality.first().map(|value| Strength::of(*value));
         }
-        band_hz = shortest_band(&survey.lines_hz, &gauge.left(&choice.subject)?.by_line, 0.7);
+        band_hz = shortest_band(&survey.lines_hz, &gauge.unexplained(&choice.subject)?.by_line, 0.7);
     }
     let fit = Fit::of_chain(&clean.drawn, &survey);
-    let misled = (slot.kind == Kind::HardNullWrongParameter).then(|| Misled::drawn(&clean, draw));
-    let with = match &misled {
-        Some(misled) if misled.frozen => {
-            let frozen = Some((misled.name.to_owned(), misled.start));
+    let wrong = (slot.kind == Kind::HardNullWrongParameter).then(|| WrongParameter::random(&clean, draw));
+    let with = match &wrong {
+        Some(wrong) if wrong.frozen => {
+            let frozen = Some((wrong.name.to_owned(), wrong.start));
             Fit { frozen, ..Fit::of_chain(&clean.drawn, &survey) }.run(&survey.base, &without.point)?
         }
         _ if choice.subject.effects.is_empty() => without.clone(),
@@ -75,21 +75,22 @@ fn attempted(slot: &Slot, index: usize, attempt: usize, draw: &mut Draw) -> Resu
     label.noncentrality = noncentrality;
     label.strength = strength;
     label.band_hz = band_hz;
-    label.gap = Gap::of(survey.floor(), [without.fit, without.held_out], [with.fit, with.held_out]);
-    let mut case = measured(slot, &choice, &mut label, draw)?;
-    if let Some(misled) = misled {
-        misled.write(&mut case, &mut label);
+    label.gap = Gap::new(survey.floor(), [without.fit, without.held_out], [with.fit, with.held_out]);
+    let mut case = simulated_test(slot, &choice, &mut label, draw)?;
+    if let Some(wrong) = wrong {
+        wrong.write(&mut case, &mut label);
     }
     Ok((case, label))
 }
 
-/// A weak spring to the ground makes a mode so slow that no block holds it: nobody could test that. The effects grow until one does; the
-/// non-centralities they have then, where they had to grow.
-fn until_it_decays(choice: &mut Choice, channels: &[Channel], gauge: &Gauge) -> Result<Option<Vec<f64>>, TruthError> {
-    let mut grown = false;
+/// Enlarges the effects until some block contains the response, and returns their new non-centralities if they changed.
+///
+/// A weak spring to ground makes a mode so slow that no block contains its decay: it cannot be tested.
+fn enlarge_until_decay(choice: &mut Choice, channels: &[Channel], gauge: &Gauge) -> Result<Option<Vec<f64>>, TruthError> {
+    let mut is_enlarged = false;
     loop {
-        match decays(&choice.subject, &choice.setting, channels, choice.spacing) {
-            Ok(()) if !grown => return Ok(None),
+        match check_decay(&choice.subject, &choice.setting, channels, choice.spacing) {
+            Ok(()) if !is_enlarged => return Ok(None),
             Ok(()) => break,
             Err(refusal) => {
                 let larger = |effect: &Effect| (3.0 * effect.size).min(effect.kind.largest());
@@ -99,7 +100,7 @@ fn until_it_decays(choice: &mut Choice, channels: &[Channel], gauge: &Gauge) -> 
                 for effect in &mut choice.subject.effects {
                     effect.size = larger(effect);
                 }
-                grown = true;
+                is_enlarged = true;
             }
         }
     }
@@ -107,7 +108,7 @@ fn until_it_decays(choice: &mut Choice, channels: &[Channel], gauge: &Gauge) -> 
     choice.subject.effects.iter().map(alone).collect::<Result<Vec<f64>, TruthError>>().map(Some)
 }
 
-/// A label with all that is known before the test.
+/// Builds the label with all values known before the test.
 fn labelled(slot: &Slot, index: usize, attempt: usize, choice: &Choice) -> Label {
     let subject = &choice.subject;
     let machine = subject.nuisance.applied(subject.drawn.with_true_joints());
@@ -117,20 +118,20 @@ fn labelled(slot: &Slot, index: usize, attempt: usize, choice: &Choice) -> Label
         values: subject.effects.iter().map(|effect| effect.values(&machine)).collect(),
         places: subject.effects.iter().map(Effect::place).collect(),
         joints: subject.drawn.joints.clone(),
-        ..Label::begun(index, slot.kind, slot.strength, attempt)
+        ..Label::new(index, slot.kind, slot.strength, attempt)
     }
 }
 
-/// One joint's start value, wrong by up to a factor of three and declared known in every other case.
-struct Misled {
+/// A wrong start value of one joint, by up to a factor of three; in half of the cases the value is also declared known.
+struct WrongParameter {
     name: &'static str,
     start: f64,
     factor: f64,
     frozen: bool,
 }
 
-impl Misled {
-    fn drawn(subject: &Subject, draw: &mut Draw) -> Self {
+impl WrongParameter {
+    fn random(subject: &Subject, draw: &mut Draw) -> Self {
         let name = ["k_al", "k_ar", "k_n", "k_m"][draw.index(4)];
         let factor = draw.factor(1.6, 3.0);
         let (lower, upper) =

@@ -1,4 +1,4 @@
-//! Cases of the blind check: what is measured, what is sealed, and how both are made.
+//! Cases of the blind check: published measurements, sealed labels, and their generation.
 
 mod band;
 mod choice;
@@ -30,7 +30,7 @@ pub use write::{labels_json, write_case};
 pub(super) use {
     fit::Fit,
     gauge::Gauge,
-    measure::Bench,
+    measure::TestRig,
     subject::{Subject, axis},
     survey::Survey,
 };

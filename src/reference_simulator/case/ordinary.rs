@@ -1,4 +1,4 @@
-//! Ordinary machines: nothing is missing from their description but what tolerances say of every machine.
+//! Machines without effects: they differ from their description only within the stated tolerances.
 
 use std::collections::BTreeMap;
 
@@ -10,41 +10,41 @@ use crate::draw::Draw;
 use crate::element::law::REFERENCE_RAD_S;
 use crate::hammer::series::Line;
 use crate::machine::assembly::Assembly;
-use crate::machine::catalogue::{Dimensions, Drawn, bench, round_to, sized};
+use crate::machine::catalogue::{Dimensions, DrawnMachine, bench, round_to, sized};
 use crate::machine::nuisance::{Nuisance, Spread};
 use crate::machine::number::Machine;
 use crate::machine::point::{Channel, Point};
 
-/// Frequency (Hz) and amplitude of each peak of a position.
+/// Frequency (Hz) and amplitude of each peak at one position.
 pub type Peaks = Vec<(f64, f64)>;
 
-/// An ordinary machine with six measured FRFs, and what is true of it.
+/// A machine without effects, with six measured FRFs and their true values.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Ordinary {
-    /// What is given away.
+    /// Published case.
     pub case: Case,
-    /// True values of its joints by parameter; stiffnesses as they are at 100 Hz.
+    /// True joint values by parameter; stiffnesses at 100 Hz.
     pub truth: BTreeMap<String, f64>,
-    /// `short`, `bench` or `gantry`.
+    /// Size class: `short`, `bench` or `gantry`.
     pub size: &'static str,
-    /// Share of dispersion of its losses.
+    /// Share of dispersion of the losses.
     pub loss_dispersion: f64,
-    /// Peaks of the noise-free FRF at each position, read at the nearest line: frequency (Hz) and amplitude.
+    /// Peaks of the noise-free FRF at each position, at the nearest line: frequency (Hz) and amplitude.
     pub peaks: Vec<Peaks>,
-    /// Distance of lines (Hz).
+    /// Line spacing (Hz).
     pub step_hz: f64,
 }
 
 /// Lines of each FRF.
 const LINES: usize = 1300;
-/// Blows averaged.
+/// Number of averaged blows.
 const AVERAGES: usize = 8;
-/// Relative noise of a line, and noise floor as a share of the middle level of the mobility.
+/// Relative noise of a line, and noise floor over the median level of the mobility.
 const NOISE: (f64, f64) = (0.011, 0.004);
 
-/// The ordinary machine of a seed and number: sizes and kinds of losses take turns.
+/// Generates the machine without effects of a seed and number. Sizes and kinds of losses alternate with the number.
 ///
-/// # Errors  as [`Assembly`]'s receptances.
+/// # Errors  As the receptances of [`Assembly`].
 pub fn ordinary(seed: u64, number: usize) -> Result<Ordinary, TruthError> {
     let draw = &mut Draw::new(seed).branch(number as u64);
     let (size, drawn) = match number % 3 {
@@ -83,7 +83,7 @@ pub fn ordinary(seed: u64, number: usize) -> Result<Ordinary, TruthError> {
     for (name, loss) in [("k_n", nut), ("k_al", left), ("k_ar", right), ("k_m", coupling)] {
         truth.entry(name.to_owned()).and_modify(|k| *k *= at_100_hz(loss));
     }
-    let (records, peaks) = measured(&drawn, &nuisance, &machine, draw)?;
+    let (records, peaks) = simulated_frfs(&drawn, &nuisance, &machine, draw)?;
     let step_hz = records[0].lines[1].frequency_hz - records[0].lines[0].frequency_hz;
     let position = |(at, nut_m): (usize, &f64)| Position { name: format!("l{}", at + 1), nut_m: *nut_m };
     let case = Case {
@@ -101,13 +101,13 @@ pub fn ordinary(seed: u64, number: usize) -> Result<Ordinary, TruthError> {
     Ok(Ordinary { case, truth, size, loss_dispersion, peaks, step_hz })
 }
 
-fn with_usual_spread(mut drawn: Drawn) -> Drawn {
+fn with_usual_spread(mut drawn: DrawnMachine) -> DrawnMachine {
     drawn.description.spread = Spread::USUAL;
     drawn
 }
 
-/// Ordinary differences as the description's spread states them, each normal.
-fn usual(drawn: &Drawn, loss_dispersion: f64, draw: &mut Draw) -> Nuisance {
+/// Draws the nuisance parameters from normal distributions with the spread of the description.
+fn usual(drawn: &DrawnMachine, loss_dispersion: f64, draw: &mut Draw) -> Nuisance {
     let Spread { modulus, mass, nut_m, gain, delay_s } = Spread::USUAL;
     let diameters = drawn.description.diameter_m / drawn.description.length_m;
     Nuisance {
@@ -130,8 +130,13 @@ fn usual(drawn: &Drawn, loss_dispersion: f64, draw: &mut Draw) -> Nuisance {
     }
 }
 
-/// FRFs of the table at all positions, each line with noise and the coherence that so many blows show.
-fn measured(drawn: &Drawn, nuisance: &Nuisance, machine: &Machine, draw: &mut Draw) -> Result<(Vec<Record>, Vec<Peaks>), TruthError> {
+/// Simulates the table FRFs at all positions. Each line has noise and the coherence of so many blows.
+fn simulated_frfs(
+    drawn: &DrawnMachine,
+    nuisance: &Nuisance,
+    machine: &Machine,
+    draw: &mut Draw,
+) -> Result<(Vec<Record>, Vec<Peaks>), TruthError> {
     let channel = Channel::direct(Point::Table);
     let (gain, delay_s) = nuisance.channel(channel);
     let lowest_hz = drawn.band_hz / 130.0;
@@ -150,7 +155,7 @@ fn measured(drawn: &Drawn, nuisance: &Nuisance, machine: &Machine, draw: &mut Dr
         let lines = exact.iter().zip(&lines_s).zip(&lines_hz).map(|((h, s), hz)| {
             let sd = NOISE.0.hypot(floor / (h * s).norm());
             let noise = num_complex::Complex64::new(sd * draw.normal(), sd * draw.normal());
-            // As many blows tell it: a sample variance.
+            // The coherence follows from a sample variance over the averaged blows.
             let freedom = 2 * (AVERAGES - 1);
             let seen = sd * sd * (0..freedom).map(|_| draw.normal().powi(2)).sum::<f64>() / freedom as f64;
             Line { frequency_hz: *hz, response: h * (1.0 + noise), coherence: 1.0 / (1.0 + 2.0 * AVERAGES as f64 * seen) }
@@ -160,10 +165,10 @@ fn measured(drawn: &Drawn, nuisance: &Nuisance, machine: &Machine, draw: &mut Dr
     Ok((records, peaks))
 }
 
-/// Least ratio of a peak to the higher of the minima beside it.
+/// Least ratio of a peak to the higher of the two adjacent minima.
 pub const PROMINENCE: f64 = 1.25;
 
-/// Peaks that stand out.
+/// Returns the peaks of sufficient prominence.
 fn peaks_of(lines_hz: &[f64], magnitude: &[f64]) -> Peaks {
     let top = |at: &usize| magnitude[*at] > magnitude[at - 1] && magnitude[*at] >= magnitude[at + 1];
     let tops: Vec<usize> = (1..magnitude.len() - 1).filter(top).collect();

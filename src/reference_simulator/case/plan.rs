@@ -1,4 +1,4 @@
-//! Which cases are made.
+//! Plans: lists of the cases to generate.
 
 use serde::{Deserialize, Serialize};
 
@@ -6,43 +6,43 @@ use super::layout::Layout;
 use crate::draw::Draw;
 use crate::effect::EffectKind;
 
-/// What kind of case.
+/// Kind of a case.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Kind {
-    /// Ordinary nuisances only.
+    /// Nuisance parameters only, no effect.
     #[default]
     Null,
-    /// As null; a start value is wrong by up to a factor of three, and frozen in every other case.
+    /// As null, with a start value that is wrong by up to a factor of three, and frozen in half of the cases.
     HardNullWrongParameter,
-    /// As null; one record comes from a faulty channel, or two records are exchanged.
+    /// As null, with one record of a faulty channel, or two exchanged records.
     HardNullBadChannel,
-    /// One listed effect.
+    /// One effect of the library.
     Single,
-    /// One of two effects that the first measurement hardly tells apart; the follow-up should.
+    /// One of two effects that the first measurement can hardly distinguish; the follow-up should.
     LookAlike,
-    /// Two listed effects.
+    /// Two effects of the library.
     Double,
-    /// An effect outside every list.
+    /// An effect outside the library.
     Unknown,
 }
 
-/// How strong an effect is made.
+/// Strength of an effect.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Strength {
-    /// Non-centrality 9: at the limit of the noise.
+    /// Non-centrality 9, close to the noise.
     Faint,
     /// Non-centrality 25.
     Weak,
     /// Non-centrality 100.
     Clear,
-    /// Non-centrality 100 or more, such that the gap grows to 1.3–3 times what noise and ordinary nuisances leave.
+    /// Non-centrality 100 or more: the gap is 1.3–3 times the gap of noise and nuisance parameters.
     Strong,
 }
 
 impl Strength {
-    /// The non-centrality that is asked for.
+    /// Returns the required non-centrality.
     pub fn noncentrality(self) -> f64 {
         match self {
             Strength::Faint => 9.0,
@@ -51,7 +51,7 @@ impl Strength {
         }
     }
 
-    /// The strength that is nearest to a non-centrality.
+    /// Returns the strength nearest to a non-centrality.
     pub fn of(noncentrality: f64) -> Self {
         match noncentrality {
             d if d < 15.0 => Strength::Faint,
@@ -62,28 +62,28 @@ impl Strength {
     }
 }
 
-/// How many cases of each kind.
+/// Numbers of cases of each kind.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Counts {
-    /// Nulls with ordinary nuisances.
+    /// Nulls with nuisance parameters only.
     pub nulls: usize,
     /// Nulls with a wrong start value.
     pub wrong_parameters: usize,
-    /// Nulls with a bad channel.
+    /// Nulls with a data fault.
     pub bad_channels: usize,
-    /// Single cases of each listed effect, spread evenly over strengths and layouts.
+    /// Single cases of each library effect, distributed evenly over strengths and layouts.
     pub singles_per_effect: usize,
-    /// Single cases of a dependence on the force level.
+    /// Single cases with a dependence on the force level.
     pub contact_levels: usize,
-    /// Cases of each truth of each look-alike pair.
+    /// Cases of each true effect of each look-alike pair.
     pub look_alikes_per_truth: usize,
-    /// Doubles.
+    /// Cases with two effects.
     pub doubles: usize,
-    /// Cases of each effect outside the list.
+    /// Cases of each effect outside the library.
     pub unknowns_per_effect: usize,
 }
 
-/// One case to be made.
+/// Specification of one case.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Slot {
     /// Kind.
@@ -94,20 +94,20 @@ pub struct Slot {
     pub partner: Option<EffectKind>,
     /// Strength of the dominant effect.
     pub strength: Option<Strength>,
-    /// Layout of the first measurement.
+    /// Channels of the first measurement.
     pub layout: Layout,
-    /// Measured at three force levels.
+    /// Whether the test has three force levels.
     pub levels: bool,
 }
 
-/// Cases to be made, in an order that says nothing about them.
+/// Cases to generate, in random order.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Plan {
     /// The cases.
     pub slots: Vec<Slot>,
 }
 
-/// Pairs that a table response hardly tells apart.
+/// Pairs of effects that a table response can hardly distinguish.
 pub const LOOK_ALIKES: [(EffectKind, EffectKind); 10] = [
     (EffectKind::RotorHold, EffectKind::GuideStiffness),
     (EffectKind::TableMass, EffectKind::FrfGain),
@@ -122,7 +122,7 @@ pub const LOOK_ALIKES: [(EffectKind, EffectKind); 10] = [
 ];
 
 impl Counts {
-    /// The whole check: about 1300 cases.
+    /// The full check: about 1300 cases.
     pub const FULL: Self = Self {
         nulls: 300,
         wrong_parameters: 50,
@@ -148,12 +148,12 @@ impl Counts {
 }
 
 impl Slot {
-    /// A case of one kind without effects.
+    /// Specifies a case of one kind without effects.
     pub fn plain(kind: Kind, layout: Layout) -> Self {
         Self { kind, effects: Vec::new(), partner: None, strength: None, layout, levels: false }
     }
 
-    /// A case of one listed effect.
+    /// Specifies a case of one library effect.
     pub fn single(effect: EffectKind, strength: Strength, layout: Layout) -> Self {
         let levels = effect == EffectKind::ContactLevel;
         let strength = if effect == EffectKind::FrfQuantity { Strength::Strong } else { strength };
@@ -162,7 +162,7 @@ impl Slot {
 }
 
 impl Plan {
-    /// Spreads the counts over strengths and layouts and shuffles the cases.
+    /// Distributes the counts over strengths and layouts, and shuffles the cases.
     pub fn from_counts(counts: &Counts, seed: u64) -> Self {
         let strengths = [Strength::Faint, Strength::Weak, Strength::Strong, Strength::Clear, Strength::Strong, Strength::Strong];
         let clear = [Strength::Strong, Strength::Strong, Strength::Strong, Strength::Clear];
@@ -179,7 +179,7 @@ impl Plan {
             slots.extend((0..counts.singles_per_effect).map(|index| one(Kind::Single, effect, index + number)));
         }
         slots.extend((0..counts.contact_levels).map(|index| one(Kind::Single, EffectKind::ContactLevel, index + 2)));
-        for (number, effect) in EffectKind::OUTSIDE.into_iter().enumerate() {
+        for (number, effect) in EffectKind::UNLISTED.into_iter().enumerate() {
             slots.extend(
                 (0..counts.unknowns_per_effect)
                     .map(|index| Slot { strength: Some(clear[(index + number) % 4]), ..one(Kind::Unknown, effect, index + number) }),
@@ -198,7 +198,7 @@ impl Plan {
         let mut draw = Draw::new(seed).branch(0x706c_616e);
         for index in 0..counts.doubles {
             let first = EffectKind::LISTED[draw.index(17)];
-            let others: Vec<EffectKind> = EffectKind::LISTED[..17].iter().copied().filter(|&other| first.joins(other)).collect();
+            let others: Vec<EffectKind> = EffectKind::LISTED[..17].iter().copied().filter(|&other| first.is_distinct_from(other)).collect();
             let second = others[draw.index(others.len())];
             let strength = Some(clear[index % 4]);
             slots.push(Slot { effects: vec![first, second], strength, ..one(Kind::Double, first, index) });
@@ -207,12 +207,12 @@ impl Plan {
         Self { slots }
     }
 
-    /// Number of cases.
+    /// Returns the number of cases.
     pub fn len(&self) -> usize {
         self.slots.len()
     }
 
-    /// Whether there is none.
+    /// Whether the plan has no cases.
     pub fn is_empty(&self) -> bool {
         self.slots.is_empty()
     }

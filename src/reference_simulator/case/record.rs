@@ -1,61 +1,61 @@
-//! What a case gives away.
+//! The published part of a case.
 
 use super::layout::{Layout, Quantity};
 use crate::hammer::series::Line;
 use crate::machine::description::Description;
 use crate::machine::point::Channel;
 
-/// One nut position as the engineer knows it.
+/// A nut position as the description states it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Position {
     /// l1 …
     pub name: String,
-    /// Distance from the left bearing.
+    /// Distance from the left bearing, m.
     pub nut_m: f64,
 }
 
 /// One measured frequency response.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Record {
-    /// Name of its position.
+    /// Name of the nut position.
     pub position: String,
     /// Response and excitation.
     pub channel: Channel,
-    /// Name, where a position has several of one channel.
+    /// Record name if a position has several records of one channel.
     pub name: Option<String>,
-    /// Peak force, where levels differ.
+    /// Peak force if the levels differ, N.
     pub force_n: Option<f64>,
-    /// Lines in the case's quantity.
+    /// Lines in the quantity of the case.
     pub lines: Vec<Line>,
 }
 
-/// A machine, its measurement, and nothing of what is behind them.
+/// A machine description and its measurement, without any part of the label.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Case {
-    /// Name; says nothing.
+    /// Neutral name.
     pub name: String,
-    /// What the engineer believes.
+    /// The engineer's description.
     pub description: Description,
     /// Nut positions.
     pub positions: Vec<Position>,
-    /// Names of the positions to fit; the others are held out.
+    /// Names of the fitted positions; the others are held out.
     pub fit: Vec<String>,
     /// Channels.
     pub layout: Layout,
-    /// Quantity as the manifest states it.
+    /// Quantity that the manifest states.
     pub quantity: Quantity,
-    /// Blows averaged for each record.
+    /// Number of averaged blows of each record.
     pub averages: usize,
     /// Frequency responses.
     pub records: Vec<Record>,
-    /// Parameters that the user declares known and keeps at their start values.
+    /// Parameters that the case declares known and keeps at their start values.
     pub freeze: Vec<String>,
     /// A second measurement of the same machine with more channels.
     pub follow_up: Option<Box<Case>>,
 }
 
 impl Record {
-    /// File of the record inside its set.
+    /// Returns the path of the record inside its set.
     pub fn file(&self) -> String {
         let mut stem = self.position.clone();
         if self.channel.response != self.channel.excitation || self.channel.response.name() != "table" {

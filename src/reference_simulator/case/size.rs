@@ -1,4 +1,4 @@
-//! How much of an effect a case gets, and how quiet its test is.
+//! Sizes of the effects of a case, and noise of its test.
 
 use super::fit::Fit;
 use super::gauge::Gauge;
@@ -9,20 +9,20 @@ use crate::TruthError;
 use crate::draw::Draw;
 use crate::effect::EffectKind;
 use crate::hammer::setting::Setting;
-use crate::sizing::enlarged;
+use crate::sizing::size_for_gap_ratio;
 
-/// Attempts after which an effect that hardly shows is accepted as it is.
+/// Number of attempts after which a barely visible effect is accepted.
 const PATIENCE: usize = 8;
 
-/// Chooses the noise such that ordinary nuisances make the gap `ratio` times its floor, as far as sensors allow.
-pub fn quieted(setting: &mut Setting, survey: &Survey, null_gap: f64, ratio: f64) {
+/// Sets the noise such that nuisance parameters make the gap `ratio` times its noise floor, within the limits of real sensors.
+pub fn set_noise(setting: &mut Setting, survey: &Survey, null_gap: f64, ratio: f64) {
     let wanted = null_gap / (ratio * ratio - 1.0).sqrt();
     for _ in 0..4 {
         setting.noise = (setting.noise * wanted / survey.with_setting(setting).floor()).clamp(0.0008, 0.06);
     }
 }
 
-/// Gives each effect the size that its strength asks for; returns the non-centralities, each effect alone.
+/// Gives each effect the size for its required strength and returns the non-centrality of each effect alone.
 pub fn set_sizes(
     subject: &mut Subject,
     slot: &Slot,
@@ -37,7 +37,7 @@ pub fn set_sizes(
         let mut alone = Subject { effects: vec![subject.effects[index].clone()], ..subject.clone() };
         if alone.effects[0].kind != EffectKind::FrfQuantity {
             alone.effects[0].size = match gauge.size_for(&alone, wanted) {
-                // The second of two effects may be smaller than was drawn.
+                // The second of two effects may be weaker than drawn.
                 Err(TruthError::TooWeak { reached, .. }) if index > 0 && reached > 0.2 * wanted => {
                     wanted = 0.9 * reached;
                     gauge.size_for(&alone, wanted)?
@@ -50,7 +50,7 @@ pub fn set_sizes(
         }
         let value = gauge.after_refit(&alone)?;
         if index == 0 && value < 0.7 * wanted {
-            // The joints followed it on their curve, though not on a straight line.
+            // The nonlinear refit of the joints explains the effect, although the linear projection does not.
             return Err(TruthError::TooWeak { effect: alone.effects[0].kind.id().to_owned(), reached: value, wanted });
         }
         subject.effects[index].size = alone.effects[0].size;
@@ -60,8 +60,10 @@ pub fn set_sizes(
     Ok(reached)
 }
 
-/// Enlarges the only effect of a subject, never below its size, until the refitted chain's gap with noise is 1.3 to 3 times that of
-/// the machine without it, or (every other time) to a size that is usual for its kind.
+/// Enlarges the only effect of a subject, never below its present size.
+///
+/// In half of the cases the target is a gap with noise of 1.3 to 3 times the gap without the effect. Otherwise it is a usual size of the
+/// kind.
 fn enlarge(subject: &mut Subject, gauge: &Gauge, start: &[f64], attempt: usize, draw: &mut Draw) -> Result<(), TruthError> {
     let survey = gauge.survey.thinned();
     let fit = Fit::of_chain(&subject.drawn, &survey);
@@ -70,11 +72,11 @@ fn enlarge(subject: &mut Subject, gauge: &Gauge, start: &[f64], attempt: usize, 
     let largest = subject.effects[0].kind.largest();
     let usual = draw.log_between(0.4, 1.5).min(largest);
     let (ratio, to_ratio) = (draw.between(1.3, 3.0), draw.chance(0.5));
-    let mut grown = |size: f64| -> Result<f64, TruthError> {
+    let mut gap_ratio = |size: f64| -> Result<f64, TruthError> {
         subject.effects[0].size = size;
         Ok(fit.run(&survey.of(subject)?, start)?.held_out.hypot(survey.floor()) / before)
     };
-    let value = if to_ratio { enlarged([least, largest], ratio, 8, grown)?.1 } else { grown(usual.max(least))? };
+    let value = if to_ratio { size_for_gap_ratio([least, largest], ratio, 8, gap_ratio)?.1 } else { gap_ratio(usual.max(least))? };
     if value < 1.15 && attempt < PATIENCE {
         return Err(TruthError::TooWeak { effect: subject.effects[0].kind.id().to_owned(), reached: value, wanted: ratio });
     }

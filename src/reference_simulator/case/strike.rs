@@ -1,12 +1,12 @@
-//! A subject is struck, and what comes out is written down: the case for the reader, the curves for the label.
+//! Simulated test of a subject: the published case and the curves for the label.
 
 use num_complex::Complex64;
 
 use super::choice::Choice;
-use super::fault::Trouble;
+use super::fault::DataFault;
 use super::label::{Exact, HammerTest, Label};
 use super::layout::{Layout, Quantity};
-use super::measure::{Bench, as_quantity, from_accelerance, on_lines};
+use super::measure::{TestRig, as_quantity, from_accelerance, on_lines};
 use super::plan::{Kind, Slot};
 use super::record::{Case, Position, Record};
 use super::subject::axis;
@@ -14,8 +14,8 @@ use crate::TruthError;
 use crate::draw::Draw;
 use crate::machine::point::Point;
 
-/// Strikes the subject: the case, with a follow-up of more channels for look-alikes. Fills in what the label says of the test.
-pub(super) fn measured(slot: &Slot, choice: &Choice, label: &mut Label, draw: &mut Draw) -> Result<Case, TruthError> {
+/// Simulates the test and returns the case, for look-alikes with a follow-up of more channels. Adds the test's properties to the label.
+pub(super) fn simulated_test(slot: &Slot, choice: &Choice, label: &mut Label, draw: &mut Draw) -> Result<Case, TruthError> {
     let misread = choice.subject.misread_power();
     let offered = match misread {
         power if power > 0.0 => &Quantity::ALL[..2],
@@ -23,7 +23,7 @@ pub(super) fn measured(slot: &Slot, choice: &Choice, label: &mut Label, draw: &m
         _ => &Quantity::ALL[..],
     };
     let quantity = offered[draw.index(offered.len())];
-    let test = Bench::new(&choice.subject, &choice.setting, &choice.layout.channels(), &choice.levels, choice.spacing)?;
+    let test = TestRig::new(&choice.subject, &choice.setting, &choice.layout.channels(), &choice.levels, choice.spacing)?;
     label.hammer = Some(HammerTest {
         rotor_held: choice.subject.drawn.description.holds_rotor(),
         bench: choice.is_bench,
@@ -32,9 +32,9 @@ pub(super) fn measured(slot: &Slot, choice: &Choice, label: &mut Label, draw: &m
         estimator_bias: test.bias,
     });
     label.exact = curves(choice, &test, quantity)?;
-    let trouble = (slot.kind == Kind::HardNullBadChannel)
-        .then(|| Trouble::drawn(test.stations.len(), test.channels.len(), choice.setting.band_hz, draw));
-    let records = struck(choice, &test, quantity, trouble, &draw.branch(1), label)?;
+    let data_fault = (slot.kind == Kind::HardNullBadChannel)
+        .then(|| DataFault::random(test.stations.len(), test.channels.len(), choice.setting.band_hz, draw));
+    let records = simulated_records(choice, &test, quantity, data_fault, &draw.branch(1), label)?;
     let mut case = Case {
         name: label.case.clone(),
         description: choice.subject.drawn.description.clone(),
@@ -48,14 +48,14 @@ pub(super) fn measured(slot: &Slot, choice: &Choice, label: &mut Label, draw: &m
         follow_up: None,
     };
     if slot.kind == Kind::LookAlike {
-        let test = Bench::new(&choice.subject, &choice.setting, &Layout::Axial.channels(), &choice.levels, choice.spacing)?;
-        let records = struck(choice, &test, quantity, None, &draw.branch(2), label)?;
+        let test = TestRig::new(&choice.subject, &choice.setting, &Layout::Axial.channels(), &choice.levels, choice.spacing)?;
+        let records = simulated_records(choice, &test, quantity, None, &draw.branch(2), label)?;
         case.follow_up = Some(Box::new(Case { name: format!("{}-more", case.name), layout: Layout::Axial, records, ..case.clone() }));
     }
     Ok(case)
 }
 
-/// Name of a position by its number.
+/// Returns the name of a position by its number.
 fn position_name(position: usize) -> String {
     format!("l{}", position + 1)
 }
@@ -64,20 +64,20 @@ fn positions(choice: &Choice) -> Vec<Position> {
     choice.subject.drawn.nut_m.iter().enumerate().map(|(position, &nut_m)| Position { name: position_name(position), nut_m }).collect()
 }
 
-/// The records of a test in the quantity of the manifest.
-fn struck(
+/// Simulates the records of a test in the quantity of the manifest.
+fn simulated_records(
     choice: &Choice,
-    test: &Bench,
+    test: &TestRig,
     quantity: Quantity,
-    trouble: Option<Trouble>,
+    data_fault: Option<DataFault>,
     draw: &Draw,
     label: &mut Label,
 ) -> Result<Vec<Record>, TruthError> {
-    let mut lines = test.records(trouble, draw);
-    if let Some(trouble) = trouble {
-        trouble.exchange(&mut lines);
-        trouble.shows(&test.exact, &lines)?;
-        label.fault = Some(trouble.name().to_owned());
+    let mut lines = test.records(data_fault, draw);
+    if let Some(data_fault) = data_fault {
+        data_fault.exchange(&mut lines);
+        data_fault.check_visible(&test.exact, &lines)?;
+        label.fault = Some(data_fault.name().to_owned());
     }
     let misread = choice.subject.misread_power();
     let several = choice.levels.len() > 1;
@@ -89,11 +89,11 @@ fn struck(
                 position: position_name(position),
                 channel: test.channels[channel],
                 name: several.then(|| format!("level{}", station % choice.levels.len() + 1)),
-                // A blow on the rotor is a torque; its level has no force to be stated.
+                // A blow on the rotor is a torque, so the level has no force value.
                 force_n: (several && test.channels[channel].excitation == Point::Table).then_some(choice.force_n * level),
                 lines: as_quantity(lines, quantity, misread),
             };
-            if trouble.is_some_and(|trouble| trouble.concerns(station, channel)) {
+            if data_fault.is_some_and(|data_fault| data_fault.affects(station, channel)) {
                 label.faulty_records.push(record.file());
             }
             records.push(record);
@@ -102,10 +102,10 @@ fn struck(
     Ok(records)
 }
 
-/// Noise-free curves of the first measurement, with the effects and without.
-fn curves(choice: &Choice, test: &Bench, quantity: Quantity) -> Result<Vec<Exact>, TruthError> {
+/// Computes the noise-free curves of the first measurement, with and without the effects.
+fn curves(choice: &Choice, test: &TestRig, quantity: Quantity) -> Result<Vec<Exact>, TruthError> {
     let clean = on_lines(&choice.subject.without_effects(), &test.channels, &test.stations, &axis(&test.lines_hz))?;
-    let turned = |values: &[Complex64], misread: f64| -> Vec<Complex64> {
+    let in_quantity = |values: &[Complex64], misread: f64| -> Vec<Complex64> {
         values.iter().zip(&test.lines_hz).map(|(value, &hz)| value * from_accelerance(hz, quantity, misread)).collect()
     };
     let mut out = Vec::new();
@@ -116,8 +116,8 @@ fn curves(choice: &Choice, test: &Bench, quantity: Quantity) -> Result<Vec<Exact
                 channel: name,
                 level,
                 frequency_hz: test.lines_hz.clone(),
-                with: turned(&test.exact[station][channel], choice.subject.misread_power()),
-                without: turned(&clean[station][channel], 0.0),
+                with: in_quantity(&test.exact[station][channel], choice.subject.misread_power()),
+                without: in_quantity(&clean[station][channel], 0.0),
             });
         }
     }

@@ -1,44 +1,44 @@
-//! The machine under the hammer: numbers, nuisances and effects, and its noise-free responses.
+//! The machine under test: numbers, nuisance parameters, effects, and its noise-free responses.
 
 use num_complex::Complex64;
 
 use crate::TruthError;
 use crate::effect::{Effect, EffectKind};
 use crate::machine::assembly::Assembly;
-use crate::machine::catalogue::Drawn;
+use crate::machine::catalogue::DrawnMachine;
 use crate::machine::nuisance::Nuisance;
 use crate::machine::point::Channel;
 
-/// A machine with all that is true of it.
+/// A machine with its true parameters, nuisance parameters and effects.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Subject {
-    /// Description, true joints, nominal positions.
-    pub drawn: Drawn,
-    /// Nuisances.
+    /// Description, true joint values, nominal positions.
+    pub drawn: DrawnMachine,
+    /// Nuisance parameters.
     pub nuisance: Nuisance,
     /// Effects.
     pub effects: Vec<Effect>,
 }
 
 impl Subject {
-    /// The same without its effects.
+    /// Returns the same subject without its effects.
     pub fn without_effects(&self) -> Self {
         Self { effects: Vec::new(), ..self.clone() }
     }
 
-    /// The same with losses that follow their cause.
+    /// Returns the same subject with causal losses.
     pub fn causal(&self) -> Self {
         let mut causal = self.clone();
         causal.nuisance.loss_dispersion = 1.0;
         causal
     }
 
-    /// Power of s by which the file's numbers differ from what its manifest states: +1 where a mobility is called a receptance.
+    /// Returns the power of s between the values in the file and the stated quantity: +1 where a mobility is declared a receptance.
     pub fn misread_power(&self) -> f64 {
         self.effects.iter().filter(|effect| effect.kind == EffectKind::FrfQuantity).map(|effect| effect.sign).sum()
     }
 
-    /// Receptances of some channels at a position, gain and delay of each channel included.
+    /// Computes the receptances of some channels at a position, including gain and delay of each channel.
     pub fn receptances(
         &self,
         position: usize,
@@ -65,7 +65,7 @@ impl Subject {
     }
 }
 
-/// Points of the imaginary axis.
+/// Returns points of the imaginary axis.
 pub fn axis(lines_hz: &[f64]) -> Vec<Complex64> {
     lines_hz.iter().map(|hz| Complex64::new(0.0, 2.0 * std::f64::consts::PI * hz)).collect()
 }

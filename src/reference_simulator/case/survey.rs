@@ -1,4 +1,4 @@
-//! A thinned look at a test before it is made: lines, noise-free logarithms and the variance to be expected.
+//! A thinned preview of a test: lines, noise-free logarithms and expected variance.
 
 use num_complex::Complex64;
 use rayon::prelude::*;
@@ -9,25 +9,25 @@ use crate::hammer::series::{expected_coherence, noise_level};
 use crate::hammer::setting::Setting;
 use crate::machine::point::Channel;
 
-/// Lines of a test, every third or fewer, with what noise will do to them.
+/// At most every third line of a test, with its expected noise.
 #[derive(Clone, Debug)]
 pub struct Survey {
-    /// Lines of each record.
+    /// Frequencies of the lines of each record, Hz.
     pub lines_hz: Vec<f64>,
-    /// Channels of each position and level.
+    /// Channels at each position and level.
     pub channels: Vec<Channel>,
     /// Force levels.
     pub levels: Vec<f64>,
-    /// Share of the test's lines that is looked at.
+    /// Share of the test's lines that the survey contains.
     pub share: f64,
     /// ln H of the machine without effects: positions, then levels, then channels, then lines.
     pub base: Vec<Complex64>,
-    /// Variance of each component of ln H; infinite where the line will be refused.
+    /// Variance of each component of ln H; infinite for lines of too low coherence.
     pub variance: Vec<f64>,
 }
 
 impl Survey {
-    /// Looks at a subject without its effects.
+    /// Surveys a subject without its effects.
     pub fn new(subject: &Subject, setting: &Setting, channels: &[Channel], levels: &[f64], spacing: f64) -> Result<Self, TruthError> {
         let all = setting.frequencies(&setting.kept_lines(spacing));
         let lines_hz: Vec<f64> = all.iter().copied().skip(1).step_by(3).collect();
@@ -37,13 +37,13 @@ impl Survey {
         Ok(Self { lines_hz, channels: channels.to_vec(), levels: levels.to_vec(), share, base, variance })
     }
 
-    /// The same with another noise.
+    /// Returns the same survey with the noise of another setting.
     pub fn with_setting(&self, setting: &Setting) -> Self {
         let variance = variances(&self.base, &self.lines_hz, self.channels.len() * self.levels.len(), setting);
         Self { variance, ..self.clone() }
     }
 
-    /// Every third line of it.
+    /// Returns every third line of the survey.
     pub fn thinned(&self) -> Self {
         let count = self.lines_hz.len();
         let kept = |index: usize| (index % count) % 3 == 1;
@@ -59,17 +59,17 @@ impl Survey {
         }
     }
 
-    /// ln H of a subject on these lines, all positions.
+    /// Computes ln H of a subject on these lines at all positions.
     pub fn of(&self, subject: &Subject) -> Result<Vec<Complex64>, TruthError> {
         self.at_positions(subject, &all_positions(subject))
     }
 
-    /// ln H of a subject on these lines, some positions.
+    /// Computes ln H of a subject on these lines at some positions.
     pub fn at_positions(&self, subject: &Subject, positions: &[usize]) -> Result<Vec<Complex64>, TruthError> {
         logarithms(subject, positions, &self.lines_hz, &self.channels, &self.levels)
     }
 
-    /// Gap that noise alone leaves: root of the mean variance of a component over the lines that are not refused.
+    /// Returns the gap due to noise alone: the root of the mean variance of a component over the accepted lines.
     pub fn floor(&self) -> f64 {
         let kept: Vec<f64> = self.variance.iter().copied().filter(|value| value.is_finite()).collect();
         (kept.iter().sum::<f64>() / kept.len().max(1) as f64).sqrt()
@@ -80,7 +80,7 @@ fn all_positions(subject: &Subject) -> Vec<usize> {
     (0..subject.drawn.nut_m.len()).collect()
 }
 
-/// ln H of all records: positions, then levels, then channels, then lines.
+/// Computes ln H of all records: positions, then levels, then channels, then lines.
 fn logarithms(
     subject: &Subject,
     positions: &[usize],
@@ -104,7 +104,7 @@ fn logarithms(
     Ok(out)
 }
 
-/// Variances of the components of ln H; `records` is the number of records of each position.
+/// Computes the variances of the components of ln H; `records` is the number of records at each position.
 fn variances(logarithms: &[Complex64], lines_hz: &[f64], records: usize, setting: &Setting) -> Vec<f64> {
     let count = lines_hz.len();
     let accelerance = |record: usize| -> Vec<Complex64> {
@@ -113,7 +113,7 @@ fn variances(logarithms: &[Complex64], lines_hz: &[f64], records: usize, setting
     };
     let mut out = Vec::with_capacity(logarithms.len());
     for record in 0..logarithms.len() / count {
-        // A sensor's noise is its own: that of the third position for all of them.
+        // The noise belongs to the sensor: the third position sets it for all positions.
         let noise = noise_level(setting, lines_hz, &accelerance(2 * records + record % records));
         for coherence in expected_coherence(setting, lines_hz, &accelerance(record), noise) {
             let accepted = coherence >= 0.8;

@@ -1,4 +1,4 @@
-//! Cases and labels as files.
+//! Files of cases and labels.
 
 use std::fmt::Write as _;
 use std::path::Path;
@@ -6,26 +6,26 @@ use std::path::Path;
 use super::label::Label;
 use super::record::Case;
 use crate::TruthError;
-use crate::file::{made_folder, put, quoted};
+use crate::file::{create_folder, quoted, write_text};
 use crate::machine::nuisance::Spread;
 
-/// Writes a case as a measurement set with its machine: `manifest.toml`, `frf/*.csv`, `machine.toml`. Nothing of the label is in it;
-/// a follow-up is a case of its own, written by a call of its own.
+/// Writes a case as a measurement set with its machine: `manifest.toml`, `frf/*.csv`, `machine.toml`. The files contain nothing of the
+/// label. A follow-up is a case of its own and needs its own call.
 pub fn write_case(folder: &Path, case: &Case) -> Result<(), TruthError> {
-    made_folder(folder, "frf")?;
-    put(&folder.join("machine.toml"), &case.description.to_toml())?;
-    put(&folder.join("manifest.toml"), &manifest(case))?;
+    create_folder(folder, "frf")?;
+    write_text(&folder.join("machine.toml"), &case.description.to_toml())?;
+    write_text(&folder.join("manifest.toml"), &manifest(case))?;
     for record in &case.records {
         let mut text = String::from("frequency_hz,real,imag,coherence\n");
         for line in &record.lines {
             let _ = writeln!(text, "{},{:.8e},{:.8e},{:.8}", line.frequency_hz, line.response.re, line.response.im, line.coherence);
         }
-        put(&folder.join(record.file()), &text)?;
+        write_text(&folder.join(record.file()), &text)?;
     }
     Ok(())
 }
 
-/// Labels as one document.
+/// Formats labels as one JSON document.
 pub fn labels_json(labels: &[Label]) -> Result<String, serde_json::Error> {
     let mut text = serde_json::to_string_pretty(labels)?;
     text.push('\n');

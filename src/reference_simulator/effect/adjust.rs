@@ -9,13 +9,13 @@ impl Effect {
         match self.kind {
             EffectKind::RotorHold => machine.hold = Some(self.hold(machine)),
             EffectKind::NutStiffnessPosition => {
-                let factor = self.wear(nut_m);
+                let factor = self.preload_factor(nut_m);
                 machine.nut.joint.stiffness *= factor;
                 machine.nut.joint.damping *= factor.sqrt();
             }
             EffectKind::BearingStiffnessPosition => {
-                let along = 2.0 * self.along(nut_m) - 1.0;
-                let factor = (0.25 * self.size * self.sign * (2.5 * along).tanh()).exp();
+                let offset = 2.0 * self.stroke_fraction(nut_m) - 1.0;
+                let factor = (0.25 * self.size * self.sign * (2.5 * offset).tanh()).exp();
                 let bearing = if self.is_left() { &mut machine.bearing_left } else { &mut machine.bearing_right };
                 bearing.stiffness *= factor;
             }
@@ -30,7 +30,7 @@ impl Effect {
         }
     }
 
-    /// The drive's hold: position and velocity loop with integral action.
+    /// Returns the drive's hold: position and velocity loop with integral action.
     pub(super) fn hold(&self, machine: &Machine) -> Hold {
         let stiffness = self.size * 3e3 * (machine.screw.diameter_m / 0.04).powi(3) * self.log_scaled(0, 0.5, 4.0);
         let damping = 2.0 * self.log_scaled(1, 0.05, 0.3) * (stiffness * machine.rotor_inertia_kg_m2).sqrt();
@@ -42,25 +42,25 @@ impl Effect {
         }
     }
 
-    /// Stiffness left of the nut where the screw is worn (or tight): a zone with ramps on both sides.
-    pub(super) fn wear(&self, nut_m: f64) -> f64 {
-        let distance = (self.along(nut_m) - self.scaled(0, 0.25, 0.75)).abs();
+    /// Returns the factor on the nut stiffness at a position: a zone of less or more preload with ramps on both sides.
+    pub(super) fn preload_factor(&self, nut_m: f64) -> f64 {
+        let distance = (self.stroke_fraction(nut_m) - self.scaled(0, 0.25, 0.75)).abs();
         let half = self.scaled(1, 0.08, 0.2);
         let inside = (1.0 - (distance - half) / self.scaled(2, 0.15, 0.35)).clamp(0.0, 1.0);
         (1.0 - 0.25 * self.size * self.sign * inside).max(0.15)
     }
 
-    /// Position along the stroke, 0 to 1.
-    pub(super) fn along(&self, nut_m: f64) -> f64 {
+    /// Returns the position along the stroke, 0 to 1.
+    pub(super) fn stroke_fraction(&self, nut_m: f64) -> f64 {
         (nut_m - self.stroke_m[0]) / (self.stroke_m[1] - self.stroke_m[0])
     }
 
-    /// Whether the left of two places is meant.
+    /// Whether the effect takes the left or first of its two variants.
     pub(super) fn is_left(&self) -> bool {
         self.shape[5] < 0.5
     }
 
-    /// Whether the screw is bored rather than thinner or thicker.
+    /// Whether the screw is hollow instead of thinner or thicker.
     pub(super) fn is_hollow(&self) -> bool {
         self.shape[4] < 0.4
     }

@@ -1,4 +1,4 @@
-//! Listed effects that add parts to the structure.
+//! Effects in the library of the diagnosis that add parts to the structure.
 
 use std::f64::consts::PI;
 
@@ -8,7 +8,7 @@ use crate::element::law::Law;
 use crate::machine::assembly::{Frame, difference};
 
 impl Effect {
-    /// Adds what the effect consists of; the joints of the machine are put in afterwards, between the forms left in the frame.
+    /// Adds the parts of the effect. The machine's joints follow later, between the motions that the frame then contains.
     pub fn attach(&self, frame: &mut Frame, level: f64) {
         let table = vec![(frame.table, 1.0)];
         match self.kind {
@@ -26,7 +26,7 @@ impl Effect {
             }
             EffectKind::TableMass => {
                 let mass = self.added_mass(frame.machine.table_mass_kg);
-                let clamped = Law::Hung { mass, stiffness: mass * (2.0 * PI * 6000.0).powi(2), damping: 0.0, loss: 0.02 };
+                let clamped = Law::Suspended { mass, stiffness: mass * (2.0 * PI * 6000.0).powi(2), damping: 0.0, loss: 0.02 };
                 frame.structure.branch(table, if mass > 0.0 { clamped } else { Law::Mass(mass) });
             }
             EffectKind::TableRelaxation => {
@@ -45,17 +45,17 @@ impl Effect {
             EffectKind::NutFlangeCompliance => self.flange(frame),
             EffectKind::CouplingInertia => {
                 let added = self.ring_inertia(frame.machine.hub_inertia_kg_m2);
-                let shrunk = Law::Hung { mass: added, stiffness: added * (2.0 * PI * 6000.0).powi(2), damping: 0.0, loss: 0.01 };
+                let shrunk = Law::Suspended { mass: added, stiffness: added * (2.0 * PI * 6000.0).powi(2), damping: 0.0, loss: 0.01 };
                 frame.structure.branch(vec![(frame.ends[0].1, 1.0)], if added > 0.0 { shrunk } else { Law::Mass(added) });
             }
-            EffectKind::DriveFlexibility => self.gear(frame),
+            EffectKind::DriveFlexibility => self.intermediate_stage(frame),
             EffectKind::TableRocking => self.rocking(frame),
             EffectKind::ScrewBending => self.bending(frame),
-            _ => self.attach_outside(frame),
+            _ => self.attach_unlisted(frame),
         }
     }
 
-    /// A bed on its mounts: it shifts and pitches, the bearings stand above its centre of mass.
+    /// Adds a bed on its mounts: it shifts and pitches, and the bearings stand above its centre of mass.
     fn bed(&self, frame: &mut Frame) {
         let bed = self.bed_numbers(frame.machine.table_mass_kg);
         let [shift, pitch] = [frame.structure.freedom(), frame.structure.freedom()];
@@ -67,11 +67,11 @@ impl Effect {
         for arm in [bed.radius_m, -bed.radius_m] {
             frame.structure.branch(vec![(pitch, arm)], Law::spring(stiffness, bed.loss));
         }
-        let stand = vec![(shift, 1.0), (pitch, bed.height_m)];
-        frame.housings = [stand.clone(), stand];
+        let housing = vec![(shift, 1.0), (pitch, bed.height_m)];
+        frame.housings = [housing.clone(), housing];
     }
 
-    /// The nut's body on its flange: part of the table's mass moves with the nut.
+    /// Adds the compliance between nut body and flange: part of the table mass moves with the nut.
     fn flange(&self, frame: &mut Frame) {
         let body = frame.structure.freedom();
         let mass = self.nut_mass(frame.machine.table_mass_kg);
@@ -83,8 +83,8 @@ impl Effect {
         frame.carrier = vec![(body, 1.0)];
     }
 
-    /// A stage between rotor and coupling, with its own inertia taken from the rotor.
-    fn gear(&self, frame: &mut Frame) {
+    /// Adds a stage between rotor and coupling; its inertia is part of the rotor inertia.
+    fn intermediate_stage(&self, frame: &mut Frame) {
         let stage = frame.structure.freedom();
         let inertia = self.stage_inertia(frame.machine.rotor_inertia_kg_m2);
         frame.machine.rotor_inertia_kg_m2 -= inertia;
@@ -94,7 +94,7 @@ impl Effect {
         frame.driver = vec![(stage, 1.0)];
     }
 
-    /// A rigid table on four carriages: shift, heave and pitch; hammer, sensor and nut at different heights.
+    /// Adds a rigid table on four carriages: shift, heave and pitch, with hammer, sensor and nut at different heights.
     fn rocking(&self, frame: &mut Frame) {
         let rock = self.rocking_numbers(frame.machine.table_mass_kg);
         let mass = frame.machine.table_mass_kg;
@@ -113,7 +113,7 @@ impl Effect {
         frame.carrier.push((pitch, rock.nut_m));
     }
 
-    /// The screw bends: a beam on its bearings with the nut between, whose contacts are loaded off the axis.
+    /// Adds bending of the screw: a beam on its bearings with the nut between, whose contacts are loaded off the axis.
     fn bending(&self, frame: &mut Frame) {
         let screw = frame.machine.screw;
         let [left, middle, right] = std::array::from_fn(|_| (frame.structure.freedom(), frame.structure.freedom()));

@@ -1,11 +1,11 @@
-//! Names of effects, where they sit, and which machines can have them.
+//! Names of effects, their locations, and the machines that can have them.
 
 use serde::{Deserialize, Serialize};
 
 use crate::named::named_effects;
 
 named_effects! {
-    /// What kind of effect.
+    /// Kind of an effect.
     pub enum EffectKind
     LISTED {
         /// The drive holds the rotor: position and velocity loop with integral action and lag.
@@ -14,15 +14,15 @@ named_effects! {
         GuideStiffness = "guide-stiffness",
         /// Four wipers brake the table.
         GuideViscous = "guide-viscous",
-        /// A workpiece or fixture on the table, or one that is missing.
+        /// A workpiece or fixture on the table that the description lacks, or one that it has in excess.
         TableMass = "table-mass",
         /// The bed shifts and pitches on its mounts.
         BedCompliance = "bed-compliance",
-        /// The nut's body moves on its flange.
+        /// The nut body moves on its flange.
         NutFlangeCompliance = "nut-flange-compliance",
-        /// Preload lost, or too high, along part of the stroke.
+        /// Preload is too low or too high along part of the stroke.
         NutStiffnessPosition = "nut-stiffness-position",
-        /// One bearing changes with the nut's position.
+        /// The stiffness of one bearing depends on the nut position.
         BearingStiffnessPosition = "bearing-stiffness-position",
         /// A ring on the hub, or a lighter hub.
         CouplingInertia = "coupling-inertia",
@@ -30,64 +30,64 @@ named_effects! {
         DriveFlexibility = "drive-flexibility",
         /// A bored, thinner or thicker screw.
         ScrewDiameter = "screw-diameter",
-        /// A screw of lossy material.
+        /// A screw with material loss.
         ScrewLossFactor = "screw-loss-factor",
         /// The table pitches and heaves on four carriages.
         TableRocking = "table-rocking",
-        /// The screw bends; its nut is loaded off the axis.
+        /// The screw bends, and its nut is loaded off the axis.
         ScrewBending = "screw-bending",
-        /// A covering that relaxes, three times over.
+        /// A viscoelastic cover of the table with three relaxation times.
         TableRelaxation = "table-relaxation",
-        /// All responses too large or too small.
+        /// All responses are too large or too small by one factor.
         FrfGain = "frf-gain",
-        /// All responses late or early.
+        /// All responses are late or early by one delay.
         MeasurementDelay = "measurement-delay",
-        /// Mobility called receptance, and the like.
+        /// The manifest states a wrong quantity, for example receptance for mobility.
         FrfQuantity = "frf-quantity",
     }
     OTHERS {
-        /// Nut or guide depends on the force level.
+        /// Nut or guide stiffness depends on the force level.
         ContactLevel = "contact-level",
     }
-    OUTSIDE {
+    UNLISTED {
         /// A hose or cable swings on the table.
         HoseResonator = "hose-resonator",
-        /// Velocity feedback that comes late and feeds some frequencies.
+        /// Delayed velocity feedback, which feeds energy in at some frequencies.
         ServoLag = "servo-lag",
-        /// A bearing housing gives way.
+        /// A bearing housing is compliant.
         HousingTilt = "housing-tilt",
         /// A ring on rubber at the screw's far end.
         RingAbsorber = "ring-absorber",
         /// An unbalanced nut yaws under axial force.
         NutYaw = "nut-yaw",
-        /// Guide film with a force of power ½ or 3⁄2 of frequency.
+        /// Guide film with a force of power ½ or 3⁄2 in frequency.
         SqueezedFilm = "squeezed-film",
-        /// A support grips the screw away from nut and bearings.
+        /// A support holds the screw away from nut and bearings.
         MiddleSupport = "middle-support",
         /// The right bearing stands on a loose foundation.
         LooseFoot = "loose-foot",
-        /// A brake's disc on a soft spline at the rotor.
+        /// A brake disc on a soft spline at the rotor.
         BrakeDisc = "brake-disc",
-        /// The drive follows the table's scale in part.
+        /// The drive feeds back the table scale in part.
         ScaleFeedback = "scale-feedback",
-        /// The motor's mass hangs axially on the screw through the coupling.
+        /// The motor mass is suspended axially on the screw through the coupling.
         MotorThrust = "motor-thrust",
     }
 }
 
-/// Where an effect sits, in names of the engineer's model.
+/// Location of an effect, in names of the engineer's model.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Place {
-    /// The point, joint or shaft nearest to it; "measurement" for errors of the test.
+    /// The point, joint or shaft nearest to the effect; "measurement" for errors of the test.
     pub interface: String,
-    /// Every name that is a right answer, the first included.
+    /// All names that count as correct, including the first.
     pub accepted: Vec<String>,
 }
 
 use EffectKind::*;
 
 impl EffectKind {
-    /// Whether it occurs with either sign.
+    /// Whether it occurs with both signs.
     pub fn is_two_sided(self) -> bool {
         matches!(
             self,
@@ -104,7 +104,7 @@ impl EffectKind {
         )
     }
 
-    /// Whether a machine whose rotor is held by its drive (or is not) can have it.
+    /// Whether the effect is possible on a machine whose drive does (or does not) hold the rotor.
     pub fn fits(self, rotor_held: bool) -> bool {
         match self {
             RotorHold => !rotor_held,
@@ -128,8 +128,8 @@ impl EffectKind {
         }
     }
 
-    /// Whether two listed effects can be planted together and stay two effects.
-    pub fn joins(self, other: Self) -> bool {
+    /// Whether two listed effects in one machine remain two distinct effects.
+    pub fn is_distinct_from(self, other: Self) -> bool {
         let alike = [[TableMass, FrfGain], [GuideViscous, TableRelaxation], [CouplingInertia, DriveFlexibility]];
         self != other && !alike.iter().any(|pair| pair.contains(&self) && pair.contains(&other))
     }

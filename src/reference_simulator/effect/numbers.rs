@@ -1,4 +1,4 @@
-//! Physical values of effects, from size, shape and machine.
+//! Physical values of effects, derived from size, shape and machine.
 
 use std::collections::BTreeMap;
 
@@ -82,7 +82,7 @@ impl Effect {
         let height = radius_m * self.size.sqrt();
         Rocking {
             radius_m,
-            pitch_hz: self.inside_hz(0, 0.06, 0.35),
+            pitch_hz: self.in_band_hz(0, 0.06, 0.35),
             uneven: self.scaled(1, -0.15, 0.15),
             loss: self.scaled(2, 0.015, 0.05),
             hammer_m: height * self.scaled(3, 0.25, 0.5),
@@ -91,7 +91,7 @@ impl Effect {
         }
     }
 
-    /// Deflection and slope that a contact sees, as shares.
+    /// Returns deflection and slope of the screw at a contact, as shares.
     pub(super) fn bending_numbers(&self, diameter_m: f64) -> (f64, f64) {
         let root = self.size.sqrt();
         (0.15 * root * self.scaled(4, 0.5, 1.0), 0.5 * root * diameter_m * self.scaled(0, 0.5, 1.5))
@@ -101,7 +101,7 @@ impl Effect {
         if self.is_left() { 0.55 * self.stroke_m[0] } else { 0.5 * (self.stroke_m[1] + machine.screw.length_m) }
     }
 
-    /// Values worth writing down, in SI units.
+    /// Returns the physical values for the label, in SI units.
     pub fn values(&self, machine: &Machine) -> BTreeMap<String, f64> {
         let mut out = BTreeMap::from([("size".to_owned(), self.size * self.sign)]);
         let mut put = |name: &str, value: f64| out.insert(name.to_owned(), value);
@@ -134,7 +134,7 @@ impl Effect {
             EffectKind::NutStiffnessPosition => {
                 put(
                     "least_or_largest_factor",
-                    self.wear(self.stroke_m[0] + self.scaled(0, 0.25, 0.75) * (self.stroke_m[1] - self.stroke_m[0])),
+                    self.preload_factor(self.stroke_m[0] + self.scaled(0, 0.25, 0.75) * (self.stroke_m[1] - self.stroke_m[0])),
                 );
             }
             EffectKind::BearingStiffnessPosition => {

@@ -1,4 +1,4 @@
-//! Effects outside every list, and where each effect sits.
+//! Effects outside the library of the diagnosis, and the location of each effect.
 
 use std::f64::consts::PI;
 
@@ -7,12 +7,14 @@ use crate::element::law::Law;
 use crate::machine::assembly::Frame;
 
 impl Effect {
-    pub(super) fn attach_outside(&self, frame: &mut Frame) {
+    pub(super) fn attach_unlisted(&self, frame: &mut Frame) {
         let size = (frame.machine.screw.diameter_m / 0.04).powi(3);
-        let hung = |mass: f64, hz: f64, loss: f64| Law::Hung { mass, stiffness: mass * (2.0 * PI * hz).powi(2), damping: 0.0, loss };
+        let suspended =
+            |mass: f64, hz: f64, loss: f64| Law::Suspended { mass, stiffness: mass * (2.0 * PI * hz).powi(2), damping: 0.0, loss };
         match self.kind {
             EffectKind::HoseResonator => {
-                let law = hung(0.03 * self.size * frame.machine.table_mass_kg, self.inside_hz(0, 0.06, 0.5), self.scaled(1, 0.03, 0.1));
+                let law =
+                    suspended(0.03 * self.size * frame.machine.table_mass_kg, self.in_band_hz(0, 0.06, 0.5), self.scaled(1, 0.03, 0.1));
                 frame.structure.branch(vec![(frame.table, 1.0)], law);
             }
             EffectKind::ServoLag => {
@@ -22,7 +24,7 @@ impl Effect {
                     frame.structure.branch(vec![(frame.rotor, 1.0)], law);
                 }
             }
-            EffectKind::HousingTilt => self.stand(frame, usize::from(!self.is_left()), size),
+            EffectKind::HousingTilt => self.compliant_housing(frame, usize::from(!self.is_left()), size),
             EffectKind::LooseFoot => {
                 let foot = frame.structure.freedom();
                 let mass = 0.4 * frame.machine.table_mass_kg / self.size;
@@ -32,15 +34,18 @@ impl Effect {
                 frame.housings[1] = vec![(foot, 1.0)];
             }
             EffectKind::RingAbsorber => {
-                let law =
-                    hung(0.1 * self.size * frame.machine.screw.polar_inertia(), self.inside_hz(0, 0.15, 0.7), self.scaled(1, 0.03, 0.08));
+                let law = suspended(
+                    0.1 * self.size * frame.machine.screw.polar_inertia(),
+                    self.in_band_hz(0, 0.15, 0.7),
+                    self.scaled(1, 0.03, 0.08),
+                );
                 frame.structure.branch(vec![(frame.ends[1].1, 1.0)], law);
             }
             EffectKind::NutYaw => {
                 let yaw = frame.structure.freedom();
                 let mass = 0.4 * frame.machine.table_mass_kg / self.size;
                 frame.structure.inertia(yaw, mass);
-                let stiffness = mass * (2.0 * PI * self.inside_hz(0, 0.1, 0.6)).powi(2);
+                let stiffness = mass * (2.0 * PI * self.in_band_hz(0, 0.1, 0.6)).powi(2);
                 frame.structure.branch(vec![(yaw, 1.0)], Law::spring(stiffness, 0.03));
                 frame.carrier.push((yaw, 1.0));
             }
@@ -59,8 +64,11 @@ impl Effect {
                 }
             }
             EffectKind::BrakeDisc => {
-                let law =
-                    hung(0.3 * self.size * frame.machine.rotor_inertia_kg_m2, self.inside_hz(0, 0.08, 0.5), self.scaled(1, 0.03, 0.08));
+                let law = suspended(
+                    0.3 * self.size * frame.machine.rotor_inertia_kg_m2,
+                    self.in_band_hz(0, 0.08, 0.5),
+                    self.scaled(1, 0.03, 0.08),
+                );
                 frame.structure.branch(vec![(frame.rotor, 1.0)], law);
             }
             EffectKind::ScaleFeedback => {
@@ -72,15 +80,15 @@ impl Effect {
                 }
             }
             EffectKind::MotorThrust => {
-                let law = hung(3.0 * size * self.size, self.inside_hz(0, 0.15, 0.8), self.scaled(1, 0.02, 0.05));
+                let law = suspended(3.0 * size * self.size, self.in_band_hz(0, 0.15, 0.8), self.scaled(1, 0.02, 0.05));
                 frame.structure.branch(vec![(frame.ends[0].0, 1.0)], law);
             }
             _ => {}
         }
     }
 
-    /// A bearing housing that gives way, with its own mass.
-    fn stand(&self, frame: &mut Frame, end: usize, size: f64) {
+    /// Adds a compliant bearing housing with its own mass.
+    fn compliant_housing(&self, frame: &mut Frame, end: usize, size: f64) {
         let housing = frame.structure.freedom();
         let bearing = if end == 0 { frame.machine.bearing_left } else { frame.machine.bearing_right };
         frame.structure.inertia(housing, self.scaled(0, 3.0, 9.0) * size);
@@ -88,7 +96,7 @@ impl Effect {
         frame.housings[end] = vec![(housing, 1.0)];
     }
 
-    /// Where the effect sits.
+    /// Returns the location of the effect.
     pub fn place(&self) -> Place {
         let side = if self.is_left() { ["left", "bearing-left"] } else { ["right", "bearing-right"] };
         let names: &[&str] = match self.kind {

@@ -1,4 +1,4 @@
-//! Lateral bending of a uniform shaft: Euler–Bernoulli elements with consistent mass, inner nodes eliminated by doubling.
+//! Lateral bending of a uniform shaft: Euler–Bernoulli elements with consistent mass; doubling eliminates the inner nodes.
 
 use num_complex::Complex64;
 
@@ -19,7 +19,7 @@ pub struct Beam {
 }
 
 impl Beam {
-    /// Dynamic stiffness over (w₁, φ₁, w₂, φ₂); `s2` = s², `modulus` the complex factor on E I.
+    /// Computes the dynamic stiffness over (w₁, φ₁, w₂, φ₂); `s2` = s², `modulus` is the complex factor on E I.
     pub fn ends(&self, s2: Complex64, modulus: Complex64) -> [[Complex64; 4]; 4] {
         let h = self.element_m;
         let k = self.rigidity / (h * h * h);
@@ -50,7 +50,7 @@ impl Beam {
     }
 }
 
-/// Two equal chains end to end, the common node eliminated.
+/// Joins two equal chains end to end and eliminates the common node.
 fn doubled(z: &[[Complex64; 4]; 4]) -> [[Complex64; 4]; 4] {
     let block = |r: usize, c: usize| -> Two { [[z[r][c], z[r][c + 1]], [z[r + 1][c], z[r + 1][c + 1]]] };
     let (first, cross, back, last) = (block(0, 0), block(0, 2), block(2, 0), block(2, 2));

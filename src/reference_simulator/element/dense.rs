@@ -1,4 +1,4 @@
-//! Small dense complex systems: LU with partial pivoting that skips zeros, for a structure whose inner nodes are gone.
+//! Small dense complex systems: LU factorisation with partial pivoting that skips zeros.
 
 use num_complex::Complex64;
 
@@ -15,12 +15,12 @@ pub struct Dense {
 pub struct NotInvertible;
 
 impl Dense {
-    /// A matrix of zeros.
+    /// Creates a matrix of zeros.
     pub fn zeros(size: usize) -> Self {
         Self { size, entries: vec![Complex64::ZERO; size * size], order: vec![0; size] }
     }
 
-    /// Sets all entries to zero again.
+    /// Sets all entries to zero.
     pub fn clear(&mut self) {
         self.entries.fill(Complex64::ZERO);
     }
@@ -30,7 +30,7 @@ impl Dense {
         self.entries[row * self.size + column] += value;
     }
 
-    /// An entry.
+    /// Returns an entry.
     pub fn entry(&self, row: usize, column: usize) -> Complex64 {
         self.entries[row * self.size + column]
     }

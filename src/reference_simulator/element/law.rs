@@ -1,25 +1,27 @@
-//! Laws of branches: dynamic stiffness as a function of the Laplace variable s.
+//! Branch laws: dynamic stiffness as a function of the Laplace variable s.
 //!
-//! A loss factor η that does not depend on frequency must come with a stiffness that does: k (1 + (2η/π) ln(s/ω₀)) is k (1 + i η) at
-//! ω₀ and has the loss η at every frequency, and unlike k (1 + i η) it is the transform of a force that follows its cause. All loss
-//! factors of this module are meant so, with ω₀ = 2π · 200 rad/s, in a share of dispersion from 1 down to 0, where k (1 + i η) is left:
-//! joints that lose by microslip, whatever the frequency, are nearer to that.
+//! A loss factor η that does not depend on frequency is causal only together with a stiffness that does. The law k (1 + (2η/π) ln(s/ω₀))
+//! equals k (1 + i η) at ω₀ and has the loss η at every frequency. Unlike k (1 + i η) it is the transform of a causal force. All loss
+//! factors of this module have this form, with ω₀ = 2π · 200 rad/s.
+//!
+//! The share of dispersion goes from 1 down to 0, where the law is k (1 + i η). Joints whose loss comes from microslip, independent of
+//! rate, are closer to 0.
 
 use num_complex::Complex64;
 
-/// A point of the plane, with what all branches need of it.
+/// A point of the Laplace plane with the values that all branches need.
 #[derive(Clone, Copy, Debug)]
-pub struct Spot {
+pub struct LaplacePoint {
     /// s
     pub s: Complex64,
     /// s²
     pub s2: Complex64,
-    /// What a unit loss factor adds to 1: (2/π) ln(s/ω₀) with full dispersion, ±i with none.
+    /// Term that a unit loss factor adds to 1: (2/π) ln(s/ω₀) with full dispersion, ±i with none.
     pub log: Complex64,
 }
 
-impl Spot {
-    /// The spot at s, with a share of dispersion of losses.
+impl LaplacePoint {
+    /// Creates the point s for a share of dispersion of the losses.
     pub fn new(s: Complex64, dispersion: f64) -> Self {
         let causal = (s / REFERENCE_RAD_S).ln() * std::f64::consts::FRAC_2_PI;
         let constant = Complex64::new(0.0, s.im.signum());
@@ -30,7 +32,7 @@ impl Spot {
 /// Dynamic stiffness of one branch, force over the branch's motion.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Law {
-    /// Spring, dashpot and loss factor side by side: k (1 + (2η/π) ln(s/ω₀)) + s c.
+    /// Spring, dashpot and loss factor in parallel: k (1 + (2η/π) ln(s/ω₀)) + s c.
     Kelvin {
         /// k
         stiffness: f64,
@@ -59,15 +61,15 @@ pub enum Law {
         /// τ
         delay_s: f64,
     },
-    /// Power law b s^p, as of squeezed films.
+    /// Power law b s^p, for example of squeezed films.
     Power {
         /// b
         coefficient: f64,
         /// p
         exponent: f64,
     },
-    /// A mass hung on spring, dashpot and loss factor: s² m z / (s² m + z).
-    Hung {
+    /// A mass suspended on spring, dashpot and loss factor: s² m z / (s² m + z).
+    Suspended {
         /// m
         mass: f64,
         /// k
@@ -80,33 +82,33 @@ pub enum Law {
 }
 
 impl Law {
-    /// A spring with a loss factor.
+    /// Creates a spring with a loss factor.
     pub fn spring(stiffness: f64, loss: f64) -> Self {
         Self::Kelvin { stiffness, damping: 0.0, loss }
     }
 
-    /// Dynamic stiffness at a spot.
-    pub fn at(&self, spot: &Spot) -> Complex64 {
-        let s = spot.s;
+    /// Returns the dynamic stiffness at a point.
+    pub fn at(&self, point: &LaplacePoint) -> Complex64 {
+        let s = point.s;
         match *self {
-            Self::Kelvin { stiffness, damping, loss } => kelvin(spot, stiffness, damping, loss),
-            Self::Mass(mass) => spot.s2 * mass,
+            Self::Kelvin { stiffness, damping, loss } => kelvin(point, stiffness, damping, loss),
+            Self::Mass(mass) => point.s2 * mass,
             Self::Maxwell { stiffness, time_s } => stiffness * s * time_s / (1.0 + s * time_s),
             Self::Servo { stiffness, damping, integral, delay_s } => {
                 (stiffness + s * damping + integral / s) * if delay_s == 0.0 { Complex64::ONE } else { (-s * delay_s).exp() }
             }
             Self::Power { coefficient, exponent } => coefficient * s.powf(exponent),
-            Self::Hung { mass, stiffness, damping, loss } => {
-                let inertia = spot.s2 * mass;
-                let suspension = kelvin(spot, stiffness, damping, loss);
+            Self::Suspended { mass, stiffness, damping, loss } => {
+                let inertia = point.s2 * mass;
+                let suspension = kelvin(point, stiffness, damping, loss);
                 inertia * suspension / (inertia + suspension)
             }
         }
     }
 }
 
-fn kelvin(spot: &Spot, stiffness: f64, damping: f64, loss: f64) -> Complex64 {
-    stiffness * (1.0 + spot.log * loss) + spot.s * damping
+fn kelvin(point: &LaplacePoint, stiffness: f64, damping: f64, loss: f64) -> Complex64 {
+    stiffness * (1.0 + point.log * loss) + point.s * damping
 }
 
 /// Material loss of a shaft.
@@ -117,11 +119,11 @@ pub struct Loss {
 }
 
 impl Loss {
-    /// Factor on the modulus at a spot.
-    pub fn at(&self, spot: &Spot) -> Complex64 {
-        1.0 + spot.log * self.factor
+    /// Returns the factor on the modulus at a point.
+    pub fn at(&self, point: &LaplacePoint) -> Complex64 {
+        1.0 + point.log * self.factor
     }
 }
 
-/// Frequency at which a stiffness with loss and dispersion has its stated value.
+/// Angular frequency, rad/s, at which a stiffness with loss and dispersion has its stated value: 200 Hz.
 pub const REFERENCE_RAD_S: f64 = 2.0 * std::f64::consts::PI * 200.0;

@@ -1,4 +1,4 @@
-//! Elements: rods and beams as chains, laws of branches, and the structure they are assembled into.
+//! Elements: rods and beams as chains, branch laws, and the assembled structure.
 
 pub mod beam;
 pub mod dense;

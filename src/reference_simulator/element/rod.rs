@@ -1,7 +1,7 @@
 //! Rods in axial or torsional motion as chains of two-node elements with consistent mass.
 //!
-//! Inner nodes are eliminated exactly: a uniform stretch of 2^p equal elements by p doublings, unequal ones one after another. The
-//! result is the finite-element rod seen from its two ends, not the closed form of the continuum.
+//! Inner nodes are eliminated exactly: a uniform stretch of 2^p equal elements by p doublings, unequal elements one after another. The
+//! result is the finite-element rod between its two ends, not the closed form of the continuum.
 
 use num_complex::Complex64;
 
@@ -28,7 +28,7 @@ pub struct Ends {
 }
 
 impl Stretch {
-    /// Dynamic stiffness of the stretch; `s2` = s², `modulus` the complex factor on the stiffness.
+    /// Computes the dynamic stiffness of the stretch; `s2` = s², `modulus` is the complex factor on the stiffness.
     ///
     /// ```text
     /// element   a = k + s² m/3,   b = −k + s² m/6
@@ -51,12 +51,12 @@ impl Stretch {
 /// A chain of stretches between two kept nodes.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Rod {
-    /// From start to end; at least one.
+    /// Stretches from start to end; at least one.
     pub stretches: Vec<Stretch>,
 }
 
 impl Rod {
-    /// Dynamic stiffness between the two ends, inner nodes eliminated.
+    /// Computes the dynamic stiffness between the two ends, with the inner nodes eliminated.
     pub fn ends(&self, s2: Complex64, modulus: Complex64) -> Ends {
         let mut parts = self.stretches.iter().map(|stretch| stretch.ends(s2, modulus));
         let none = Ends { first: Complex64::ZERO, cross: Complex64::ZERO, last: Complex64::ZERO };
@@ -72,7 +72,7 @@ impl Rod {
         whole
     }
 
-    /// Number of elements.
+    /// Returns the number of elements.
     pub fn elements(&self) -> usize {
         self.stretches.iter().map(|stretch| 1usize << stretch.doublings).sum()
     }

@@ -1,11 +1,11 @@
-//! A structure: kept degrees of freedom joined by branches, one-way links, rods and beams.
+//! A structure: kept degrees of freedom, connected by branches, one-way links, rods and beams.
 
 use num_complex::Complex64;
 
 use super::Form;
 use super::beam::Beam;
 use super::dense::Dense;
-use super::law::{Law, Loss, Spot};
+use super::law::{LaplacePoint, Law, Loss};
 use super::rod::Rod;
 use crate::TruthError;
 
@@ -25,23 +25,23 @@ pub struct Structure {
     pub loss_dispersion: f64,
 }
 
-/// A response over an excitation, both as motions.
+/// A measured response and its excitation, both as motions.
 #[derive(Clone, Debug)]
 pub struct Port {
-    /// What is measured.
+    /// Measured motion.
     pub response: Form,
-    /// Where the unit force or torque acts.
+    /// Motion on which the unit force or torque acts.
     pub excitation: Form,
 }
 
 impl Structure {
-    /// A new degree of freedom.
+    /// Adds a degree of freedom and returns its number.
     pub fn freedom(&mut self) -> usize {
         self.size += 1;
         self.size - 1
     }
 
-    /// Number of kept degrees of freedom.
+    /// Returns the number of kept degrees of freedom.
     pub fn size(&self) -> usize {
         self.size
     }
@@ -56,7 +56,7 @@ impl Structure {
         self.branch(vec![(freedom, 1.0)], Law::Mass(value));
     }
 
-    /// Adds z(s) at (row, column) alone: a force at `row` from the motion of `column`, as a controller makes.
+    /// Adds z(s) at (row, column) alone: as in a controller, the motion of `column` causes a force at `row`.
     pub fn link(&mut self, row: usize, column: usize, law: Law) {
         self.links.push((row, column, law));
     }
@@ -71,7 +71,7 @@ impl Structure {
         self.beams.push((freedoms, beam));
     }
 
-    /// Number of rod elements, axial and torsional together.
+    /// Returns the number of rod elements, axial and torsional together.
     pub fn rod_elements(&self) -> usize {
         self.rods.iter().map(|(_, _, rod)| rod.elements()).sum()
     }
@@ -79,10 +79,10 @@ impl Structure {
     /// Assembles the dynamic stiffness at s.
     pub fn assemble(&self, s: Complex64, z: &mut Dense) {
         z.clear();
-        let spot = Spot::new(s, self.loss_dispersion);
-        let s2 = spot.s2;
+        let point = LaplacePoint::new(s, self.loss_dispersion);
+        let s2 = point.s2;
         for (form, law) in &self.branches {
-            let value = law.at(&spot);
+            let value = law.at(&point);
             for &(row, a) in form {
                 for &(column, b) in form {
                     z.add(row, column, value * (a * b));
@@ -90,9 +90,9 @@ impl Structure {
             }
         }
         for (row, column, law) in &self.links {
-            z.add(*row, *column, law.at(&spot));
+            z.add(*row, *column, law.at(&point));
         }
-        let modulus = self.rod_loss.at(&spot);
+        let modulus = self.rod_loss.at(&point);
         for (start, end, rod) in &self.rods {
             let ends = rod.ends(s2, modulus);
             z.add(*start, *start, ends.first);
@@ -100,7 +100,7 @@ impl Structure {
             z.add(*end, *start, ends.cross);
             z.add(*end, *end, ends.last);
         }
-        let modulus = self.beam_loss.at(&spot);
+        let modulus = self.beam_loss.at(&point);
         for (freedoms, beam) in &self.beams {
             let ends = beam.ends(s2, modulus);
             for (row, values) in freedoms.iter().zip(&ends) {
@@ -111,7 +111,7 @@ impl Structure {
         }
     }
 
-    /// Receptances of the ports at each s: one vector of lines for each port.
+    /// Computes the receptances of the ports at each s: one vector of lines for each port.
     pub fn receptances(&self, ports: &[Port], lines: &[Complex64]) -> Result<Vec<Vec<Complex64>>, TruthError> {
         let mut z = Dense::zeros(self.size);
         let mut out: Vec<Vec<Complex64>> = ports.iter().map(|_| Vec::with_capacity(lines.len())).collect();

@@ -1,11 +1,11 @@
-//! One block of two channels: from transforms on the contour to samples, and from samples to spectra.
+//! One block of two channels: samples from transforms on the contour, and spectra from samples.
 
 use num_complex::Complex64;
 
 use super::fft::Fft;
 use super::setting::Setting;
 
-/// Tables shared by the blocks of a test.
+/// Tables that the blocks of a test share.
 #[derive(Clone, Debug)]
 pub struct Analyser {
     /// Settings.
@@ -13,25 +13,25 @@ pub struct Analyser {
     /// Contour of the inverse transform.
     pub contour: Vec<Complex64>,
     filter: Vec<Complex64>,
-    growth: Vec<f64>,
+    exponential: Vec<f64>,
     window: Vec<f64>,
     fft: Fft,
 }
 
 impl Analyser {
-    /// Tables for a setting.
+    /// Computes the tables for a setting.
     pub fn new(setting: Setting) -> Self {
         let contour = setting.contour();
         let filter = contour.iter().map(|&s| setting.filter(s)).collect();
-        let growth = (0..setting.samples).map(|n| (setting.shift_per_s() * n as f64 / setting.rate_hz).exp()).collect();
+        let exponential = (0..setting.samples).map(|n| (setting.shift_per_s() * n as f64 / setting.rate_hz).exp()).collect();
         let window = (0..setting.samples).map(|n| force_window(&setting, n as f64 / setting.rate_hz)).collect();
-        Self { setting, contour, filter, growth, window, fft: Fft::new(setting.samples) }
+        Self { setting, contour, filter, exponential, window, fft: Fft::new(setting.samples) }
     }
 
-    /// Samples of two signals given by their transforms on the contour, both through the anti-alias filter.
+    /// Computes the samples of two signals from their transforms on the contour, both through the anti-alias filter.
     ///
-    /// The damped inversion x(t) = e^{σt} (1/T) Σ X(σ + iω_k) e^{iω_k t} gives the response to one blow on a structure at rest, with
-    /// its end cut off by the block, as an analyser records it; an inversion on the axis would make it periodic and free of leakage.
+    /// The damped inversion x(t) = e^{σt} (1/T) Σ X(σ + iω_k) e^{iω_k t} gives the response of a structure at rest to one blow. The block
+    /// truncates this response, as in an analyser. An inversion on the imaginary axis would make it periodic and free of leakage.
     pub fn samples(&self, transform: impl Fn(usize) -> (Complex64, Complex64)) -> Vec<Complex64> {
         let n = self.setting.samples;
         let mut values = vec![Complex64::ZERO; n];
@@ -47,13 +47,13 @@ impl Analyser {
         }
         self.fft.backward(&mut values);
         let scale = self.setting.rate_hz / n as f64;
-        for (value, growth) in values.iter_mut().zip(&self.growth) {
-            *value *= scale * growth;
+        for (value, exponential) in values.iter_mut().zip(&self.exponential) {
+            *value *= scale * exponential;
         }
         values
     }
 
-    /// Spectra of the two channels at some lines; the first channel through the force window.
+    /// Computes the spectra of the two channels at some lines; the force window acts on the first channel.
     pub fn spectra(&self, mut samples: Vec<Complex64>, lines: &[usize]) -> Vec<(Complex64, Complex64)> {
         for (value, window) in samples.iter_mut().zip(&self.window) {
             value.re *= window;
@@ -71,7 +71,7 @@ impl Analyser {
     }
 }
 
-/// Force window: one around the pulse and the ringing of the filter, then a cosine down to zero.
+/// Returns the force window: 1 during the pulse and the ringing of the filter, then a cosine down to 0.
 fn force_window(setting: &Setting, time_s: f64) -> f64 {
     let end = setting.pretrigger_s() + 3.0 * setting.width_s + 40.0 / setting.band_hz;
     let fall = 20.0 / setting.band_hz;

@@ -2,17 +2,17 @@
 
 use num_complex::Complex64;
 
-/// Tables of one length.
+/// Tables for one length.
 #[derive(Clone, Debug)]
 pub struct Fft {
-    /// Twiddles of each stage in a row, the stage of pairs first.
+    /// Twiddle factors of each stage, starting with the stage of pairs.
     twiddles: Vec<Vec<Complex64>>,
     swaps: Vec<(u32, u32)>,
     size: usize,
 }
 
 impl Fft {
-    /// Tables for a length, rounded up to a power of two.
+    /// Computes the tables for a length, rounded up to a power of two.
     pub fn new(size: usize) -> Self {
         let size = size.next_power_of_two().max(2);
         let of_stage =
@@ -23,9 +23,9 @@ impl Fft {
         Self { twiddles, swaps, size }
     }
 
-    /// X_k = Σ x_n e^{−2πi k n / N}, in place; `values` must have the length of the tables.
+    /// Computes X_k = Σ x_n e^{−2πi k n / N} in place; `values` must have the length of the tables.
     pub fn forward(&self, values: &mut [Complex64]) {
-        assert_eq!(values.len(), self.size, "the tables are for another length");
+        assert_eq!(values.len(), self.size, "the values have another length than the tables");
         for &(a, b) in &self.swaps {
             values.swap(a as usize, b as usize);
         }
@@ -42,7 +42,7 @@ impl Fft {
         }
     }
 
-    /// x_n = Σ X_k e^{+2πi k n / N}, in place and without the factor 1/N.
+    /// Computes x_n = Σ X_k e^{+2πi k n / N} in place, without the factor 1/N.
     pub fn backward(&self, values: &mut [Complex64]) {
         for value in values.iter_mut() {
             *value = value.conj();

@@ -1,4 +1,4 @@
-//! The force of one blow.
+//! The force pulse of one blow.
 
 use num_complex::Complex64;
 
@@ -8,22 +8,22 @@ use crate::draw::Draw;
 /// A half-sine pulse.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Pulse {
-    /// Peak over the nominal peak of the series.
+    /// Peak force over the nominal peak of the series.
     pub height: f64,
-    /// Width.
+    /// Width, s.
     pub width_s: f64,
-    /// Begin.
+    /// Start, s.
     pub start_s: f64,
 }
 
 impl Pulse {
-    /// The pulse that a series aims at.
+    /// Returns the nominal pulse of a series.
     pub fn nominal(setting: &Setting) -> Self {
         Self { height: 1.0, width_s: setting.width_s, start_s: setting.pretrigger_s() }
     }
 
-    /// One blow: height, width and moment scatter.
-    pub fn drawn(setting: &Setting, draw: &mut Draw) -> Self {
+    /// Draws one blow with random height, width and start.
+    pub fn random(setting: &Setting, draw: &mut Draw) -> Self {
         Self {
             height: (setting.spread * draw.normal()).exp(),
             width_s: setting.width_s * (1.0 + 0.04 * draw.within(1.0)),
@@ -31,11 +31,11 @@ impl Pulse {
         }
     }
 
-    /// Laplace transform at s: (π/w) (1 + e^{−sw}) / (s² + (π/w)²) e^{−s t₀}.
+    /// Returns the Laplace transform at s: (π/w) (1 + e^{−sw}) / (s² + (π/w)²) e^{−s t₀}.
     pub fn transform(&self, s: Complex64) -> Complex64 {
         let rate = std::f64::consts::PI / self.width_s;
         let span = s * s + rate * rate;
-        // At s = ± iπ/w numerator and denominator vanish together; the limit there is ∓ i w/2.
+        // At s = ± iπ/w numerator and denominator both vanish; the limit is ∓ i w/2.
         let shape = if span.norm() < 1e-9 * rate * rate {
             Complex64::new(0.0, -0.5 * self.width_s * s.im.signum())
         } else {

@@ -1,4 +1,4 @@
-//! A series of blows: averages, H1 and coherence, and what its noise is expected to be.
+//! A series of blows: averages, H1, coherence, and the expected noise.
 
 use num_complex::Complex64;
 
@@ -10,7 +10,7 @@ use crate::draw::Draw;
 /// One line of a measured frequency response.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Line {
-    /// Frequency.
+    /// Frequency, Hz.
     pub frequency_hz: f64,
     /// Response over force.
     pub response: Complex64,
@@ -18,62 +18,63 @@ pub struct Line {
     pub coherence: f64,
 }
 
-/// What is wrong with a channel.
+/// Fault of a measurement channel.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Fault {
     /// The sensor stands on a soft mount of this frequency and damping ratio.
     LooseSensor {
-        /// Natural frequency of the mount.
+        /// Natural frequency of the mount, Hz.
         mount_hz: f64,
         /// Damping ratio of the mount.
         ratio: f64,
     },
-    /// The response is cut off at this share of its largest value.
+    /// The response is clipped at a share of its largest value.
     Clipped {
         /// Share.
         share: f64,
     },
-    /// The cable opens for part of each block.
+    /// The cable is interrupted for part of each block.
     Dropouts {
-        /// Share of the block that is lost.
+        /// Lost share of the block.
         share: f64,
     },
 }
 
-/// The structure's accelerance on the analyser's contour, and its change with the logarithm of the force level.
+/// The structure's accelerance on the analyser's contour, and its derivative with the logarithm of the force level.
 #[derive(Clone, Debug)]
-pub struct Answer {
+pub struct StructureResponse {
     /// Acceleration over force on the contour.
     pub accelerance: Vec<Complex64>,
-    /// Its derivative with ln(level), where the structure depends on it.
+    /// Derivative with ln(level), if the structure depends on the level.
     pub slope: Option<Vec<Complex64>>,
 }
 
-/// Strikes `averages` times and returns accelerance lines by H1 with their coherence.
+/// Simulates a series of blows and returns accelerance lines by H1 with their coherence.
 ///
-/// `noise` is the standard deviation of one sample of the response's white noise; `None` leaves out noise, converter and scatter.
+/// `noise` is the standard deviation of one sample of the response's white noise. `None` gives one nominal blow without noise and
+/// converter.
 pub fn strike(
     analyser: &Analyser,
-    answer: &Answer,
+    structure: &StructureResponse,
     lines: &[usize],
     noise: Option<f64>,
     fault: Option<Fault>,
     draw: &mut Draw,
 ) -> Vec<Line> {
     let setting = &analyser.setting;
-    let mut force_force = vec![0.0; lines.len()];
-    let mut force_answer = vec![Complex64::ZERO; lines.len()];
-    let mut answer_answer = vec![0.0; lines.len()];
+    let mut force_power = vec![0.0; lines.len()];
+    let mut cross_power = vec![Complex64::ZERO; lines.len()];
+    let mut response_power = vec![0.0; lines.len()];
     let mut range: Option<(f64, f64)> = None;
     let blows = if noise.is_some() { setting.averages } else { 1 };
     for _ in 0..blows {
-        let pulse = if noise.is_some() { Pulse::drawn(setting, draw) } else { Pulse::nominal(setting) };
+        let pulse = if noise.is_some() { Pulse::random(setting, draw) } else { Pulse::nominal(setting) };
         let level = pulse.height.ln();
         let mut samples = analyser.samples(|k| {
             let s = analyser.contour[k];
             let force = pulse.transform(s);
-            let mut ratio = answer.accelerance[k];
-            if let Some(slope) = &answer.slope {
+            let mut ratio = structure.accelerance[k];
+            if let Some(slope) = &structure.slope {
                 ratio += slope[k] * level;
             }
             if let Some(Fault::LooseSensor { mount_hz, ratio: damping }) = fault {
@@ -84,35 +85,35 @@ pub fn strike(
         });
         if let Some(noise) = noise {
             disturb(&mut samples, setting, noise, fault, draw);
-            let (force_range, answer_range) = *range.get_or_insert_with(|| {
+            let (force_range, response_range) = *range.get_or_insert_with(|| {
                 let largest = |part: fn(&Complex64) -> f64| samples.iter().map(part).fold(0.0, |a: f64, b| a.max(b.abs()));
                 (2.2 * largest(|value| value.re), 2.2 * largest(|value| value.im))
             });
             for value in &mut samples {
-                *value = Complex64::new(converted(value.re, force_range, setting.bits), converted(value.im, answer_range, setting.bits));
+                *value = Complex64::new(converted(value.re, force_range, setting.bits), converted(value.im, response_range, setting.bits));
             }
         }
-        for (index, (force, reply)) in analyser.spectra(samples, lines).into_iter().enumerate() {
-            force_force[index] += force.norm_sqr();
-            force_answer[index] += force.conj() * reply;
-            answer_answer[index] += reply.norm_sqr();
+        for (index, (force, response)) in analyser.spectra(samples, lines).into_iter().enumerate() {
+            force_power[index] += force.norm_sqr();
+            cross_power[index] += force.conj() * response;
+            response_power[index] += response.norm_sqr();
         }
     }
     let estimated = |(index, frequency_hz): (usize, f64)| Line {
         frequency_hz,
-        response: force_answer[index] / force_force[index],
-        coherence: (force_answer[index].norm_sqr() / (force_force[index] * answer_answer[index])).min(1.0),
+        response: cross_power[index] / force_power[index],
+        coherence: (cross_power[index].norm_sqr() / (force_power[index] * response_power[index])).min(1.0),
     };
     setting.frequencies(lines).into_iter().enumerate().map(estimated).collect()
 }
 
-/// Adds noise to both channels (the force's is 90 dB below its peak) and what a faulty cable or amplifier does.
+/// Adds noise to both channels and applies a fault of cable or amplifier. The force noise is 90 dB below the force peak.
 fn disturb(samples: &mut [Complex64], setting: &Setting, noise: f64, fault: Option<Fault>, draw: &mut Draw) {
-    let forget = (-2.0 * std::f64::consts::PI / setting.rate_hz).exp();
-    let feed = 2.0 * std::f64::consts::PI * setting.noise_corner_hz / setting.rate_hz;
+    let decay = (-2.0 * std::f64::consts::PI / setting.rate_hz).exp();
+    let drift_gain = 2.0 * std::f64::consts::PI * setting.noise_corner_hz / setting.rate_hz;
     let force_noise = 3e-5 * samples.iter().map(|value| value.re.abs()).fold(0.0, f64::max);
     let largest = samples.iter().map(|value| value.im.abs()).fold(0.0, f64::max);
-    let mut drift = draw.normal() / (1.0 - forget * forget).sqrt();
+    let mut drift = draw.normal() / (1.0 - decay * decay).sqrt();
     let lost = match fault {
         Some(Fault::Dropouts { share }) => {
             let length = (share * samples.len() as f64) as usize;
@@ -122,14 +123,14 @@ fn disturb(samples: &mut [Complex64], setting: &Setting, noise: f64, fault: Opti
         _ => 0..0,
     };
     for (index, value) in samples.iter_mut().enumerate() {
-        drift = forget * drift + draw.normal();
+        drift = decay * drift + draw.normal();
         if lost.contains(&index) {
             value.im *= 0.05;
         }
         if let Some(Fault::Clipped { share }) = fault {
             value.im = value.im.clamp(-share * largest, share * largest);
         }
-        *value += Complex64::new(force_noise * draw.normal(), noise * (draw.normal() + feed * drift));
+        *value += Complex64::new(force_noise * draw.normal(), noise * (draw.normal() + drift_gain * drift));
     }
 }
 
@@ -138,7 +139,7 @@ fn converted(value: f64, range: f64, bits: u32) -> f64 {
     (value.clamp(-range, range) / step).round() * step
 }
 
-/// White noise of the response, one sample's standard deviation, that gives the setting's noise ratio at the middle line.
+/// Returns the standard deviation of one sample of white response noise that gives the setting's noise ratio at the line of median level.
 pub fn noise_level(setting: &Setting, lines_hz: &[f64], accelerance: &[Complex64]) -> f64 {
     let mut spectrum: Vec<f64> = response_spectrum(setting, lines_hz, accelerance);
     spectrum.sort_by(f64::total_cmp);
@@ -146,7 +147,7 @@ pub fn noise_level(setting: &Setting, lines_hz: &[f64], accelerance: &[Complex64
     setting.noise * middle * setting.rate_hz / (setting.samples as f64).sqrt()
 }
 
-/// Expected coherence of each line for a white noise of one sample's standard deviation `noise`.
+/// Returns the expected coherence of each line for a white noise with the standard deviation `noise` of one sample.
 pub fn expected_coherence(setting: &Setting, lines_hz: &[f64], accelerance: &[Complex64], noise: f64) -> Vec<f64> {
     let spectrum = response_spectrum(setting, lines_hz, accelerance);
     let power = setting.samples as f64 * (noise / setting.rate_hz).powi(2);

@@ -1,70 +1,70 @@
-//! Settings of a test, as someone at the analyser chooses them.
+//! Analyser settings of a test.
 
 use num_complex::Complex64;
 
 /// Settings of one test.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Setting {
-    /// Samples per second.
+    /// Sampling rate, Hz.
     pub rate_hz: f64,
-    /// Samples of a block, a power of two.
+    /// Samples of a block; a power of two.
     pub samples: usize,
-    /// Upper end of the band that is kept.
+    /// Upper end of the kept band, Hz.
     pub band_hz: f64,
-    /// Lower end of it.
+    /// Lower end of the kept band, Hz.
     pub lowest_hz: f64,
-    /// Blows averaged.
+    /// Number of averaged blows.
     pub averages: usize,
-    /// Width of the pulse.
+    /// Width of the pulse, s.
     pub width_s: f64,
-    /// Spread of the logarithm of the blows' heights.
+    /// Standard deviation of the logarithm of the blow heights.
     pub spread: f64,
-    /// Noise of the response over its spectrum, for one blow, at the middle line.
+    /// Noise of the response over its spectrum, for one blow, at the line of median level.
     pub noise: f64,
-    /// Corner of the sensor's low-frequency noise.
+    /// Corner frequency of the sensor's low-frequency noise, Hz.
     pub noise_corner_hz: f64,
-    /// Bits of the converter.
+    /// Resolution of the converter, bits.
     pub bits: u32,
 }
 
 impl Setting {
-    /// Length of a block.
+    /// Returns the length of a block, s.
     pub fn duration_s(&self) -> f64 {
         self.samples as f64 / self.rate_hz
     }
 
-    /// The same test with blocks of another length.
+    /// Returns the same setting with another block length.
     pub fn with_samples(&self, samples: usize) -> Self {
         Self { samples, ..*self }
     }
 
-    /// Frequencies of lines given by number.
+    /// Returns the frequencies of lines by their numbers, Hz.
     pub fn frequencies(&self, lines: &[usize]) -> Vec<f64> {
         lines.iter().map(|&line| line as f64 * self.rate_hz / self.samples as f64).collect()
     }
 
-    /// Slowest of the analyser's rates at which nothing to speak of is left of a filtered pulse at half the rate.
+    /// Returns the lowest analyser rate that is at least four times the band: the filtered pulse then vanishes at half the rate.
     pub fn rate_for(band_hz: f64) -> f64 {
         [4096.0, 5120.0, 6400.0].into_iter().find(|rate| *rate >= 4.0 * band_hz).unwrap_or(8192.0)
     }
 
-    /// Time before the blow.
+    /// Returns the time before the blow, s.
     pub fn pretrigger_s(&self) -> f64 {
         0.02
     }
 
-    /// Shift of the contour on which transforms are inverted: what wraps around the block is reduced by e^{−7}.
+    /// Returns the shift of the inversion contour, 1/s: it reduces wrap-around in the block by e^{−7}.
     pub fn shift_per_s(&self) -> f64 {
         7.0 / self.duration_s()
     }
 
-    /// Points s = σ + 2πi k / T of the contour, k = 0 … N/2.
+    /// Returns the points s = σ + 2πi k / T of the contour, k = 0 … N/2.
     pub fn contour(&self) -> Vec<Complex64> {
         let step = 2.0 * std::f64::consts::PI / self.duration_s();
         (0..=self.samples / 2).map(|k| Complex64::new(self.shift_per_s(), step * k as f64)).collect()
     }
 
-    /// Anti-alias filter, Butterworth of order 16 a little above the band, the same in both channels.
+    /// Returns the anti-alias filter at s: Butterworth of order 16 at 1.1 times the band, the same in both channels.
     pub fn filter(&self, s: Complex64) -> Complex64 {
         let along = s / (2.0 * std::f64::consts::PI * 1.1 * self.band_hz);
         (0..8).fold(Complex64::ONE, |value, pair| {
@@ -73,12 +73,12 @@ impl Setting {
         })
     }
 
-    /// Spectral power of the response's noise at a frequency over that of its white part.
+    /// Returns the power of the response noise at a frequency over that of its white part.
     pub fn noise_shape(&self, frequency_hz: f64) -> f64 {
         1.0 + (self.noise_corner_hz / frequency_hz.max(1e-3)).powi(2)
     }
 
-    /// Numbers of the block's lines that are kept: all of them low in the band, thinned in proportion to frequency above.
+    /// Returns the numbers of the kept lines: all at low frequency, spaced in proportion to frequency above.
     pub fn kept_lines(&self, spacing: f64) -> Vec<usize> {
         let step_hz = 1.0 / self.duration_s();
         let mut out = Vec::new();

@@ -1,4 +1,4 @@
-//! From numbers to structure: kept degrees of freedom, the screw between them, joints, and the forms of all points.
+//! Assembly of a structure from numbers: kept degrees of freedom, the screw between them, joints, and the motions of all points.
 
 use super::number::{Machine, Screw};
 use super::point::{Channel, Point};
@@ -8,40 +8,40 @@ use crate::element::law::{Law, Loss};
 use crate::element::rod::{Rod, Stretch};
 use crate::element::structure::{Port, Structure};
 
-/// A machine while it is put together at one nut position.
+/// A partly assembled machine at one nut position.
 #[derive(Clone, Debug)]
 pub struct Frame {
-    /// Numbers, changed by the effects that only change numbers.
+    /// Numbers of the machine, including the changes by effects.
     pub machine: Machine,
-    /// What has been assembled.
+    /// Parts assembled so far.
     pub structure: Structure,
-    /// Nut position from the left bearing.
+    /// Nut position from the left bearing, m.
     pub nut_m: f64,
-    /// Table, axial.
+    /// Degree of freedom of the table, axial.
     pub table: usize,
-    /// Rotor angle.
+    /// Degree of freedom of the rotor angle.
     pub rotor: usize,
-    /// Screw at its two ends, axial and angle.
+    /// Degrees of freedom of the two screw ends, axial and angle.
     pub ends: [(usize, usize); 2],
-    /// Screw at the nut's contacts, axial, angle and share of the joint.
+    /// Degrees of freedom of the screw at the nut's contacts, axial and angle, and the contact's share of the joint.
     pub contacts: Vec<(usize, usize, f64)>,
-    /// Screw at the places that effects asked for, axial and angle.
+    /// Degrees of freedom of the screw at stations that effects require, axial and angle.
     pub extra: Vec<(usize, usize)>,
-    /// Motion of the nut's body.
+    /// Motion of the nut body.
     pub carrier: Form,
-    /// Motion under the hammer, and under the sensor on the table.
+    /// Motion of the table at the hammer's point.
     pub hit: Form,
-    /// Motion at the sensor on the table.
+    /// Motion of the table at the sensor.
     pub sensor: Form,
-    /// What the two bearings stand on; empty is ground.
+    /// Motions of the two bearing housings; an empty form is ground.
     pub housings: [Form; 2],
-    /// What the coupling is driven by.
+    /// Motion that drives the coupling.
     pub driver: Form,
-    /// Motion that a contact sees beside the axial and angular one.
+    /// Motion of a contact in addition to the axial and angular motion.
     pub lateral: Form,
 }
 
-/// A structure with the forms of its points.
+/// A structure with the motions of its points.
 #[derive(Clone, Debug)]
 pub struct Assembly {
     /// The structure.
@@ -51,20 +51,20 @@ pub struct Assembly {
 }
 
 impl Assembly {
-    /// Puts a machine with effects together, its nut at `nut_m`, struck with a force of about `force_n`.
-    pub fn new(machine: &Machine, effects: &[Effect], nut_m: f64, force_n: f64) -> Self {
+    /// Assembles a machine with effects for the nut position `nut_m`. `force_level` is the force over the nominal force.
+    pub fn new(machine: &Machine, effects: &[Effect], nut_m: f64, force_level: f64) -> Self {
         let mut machine = machine.clone();
         for effect in effects {
-            effect.adjust(&mut machine, nut_m, force_n);
+            effect.adjust(&mut machine, nut_m, force_level);
         }
-        let mut frame = Frame::bare(machine, effects, nut_m);
+        let mut frame = Frame::screw_only(machine, effects, nut_m);
         for effect in effects {
-            effect.attach(&mut frame, force_n);
+            effect.attach(&mut frame, force_level);
         }
-        frame.joined()
+        frame.assembled()
     }
 
-    /// Response and excitation of a channel.
+    /// Returns the response and excitation of a channel.
     pub fn port(&self, channel: Channel) -> Port {
         let excitation = if channel.excitation == Point::Table { self.hit.clone() } else { self.form(channel.excitation) };
         Port { response: self.form(channel.response), excitation }
@@ -76,7 +76,7 @@ impl Assembly {
 }
 
 impl Frame {
-    fn bare(machine: Machine, effects: &[Effect], nut_m: f64) -> Self {
+    fn screw_only(machine: Machine, effects: &[Effect], nut_m: f64) -> Self {
         let mut structure = Structure::default();
         structure.loss_dispersion = machine.loss_dispersion;
         let [table, rotor] = [structure.freedom(), structure.freedom()];
@@ -90,7 +90,7 @@ impl Frame {
         stations.sort_by(|a, b| a.0.total_cmp(&b.0));
         let mut ends = [(0, 0); 2];
         let (mut contacts, mut extra) = (Vec::new(), Vec::new());
-        let mut before: Option<(f64, usize, usize)> = None;
+        let mut previous: Option<(f64, usize, usize)> = None;
         for (place, station) in stations {
             let node = (structure.freedom(), structure.freedom());
             match station {
@@ -98,11 +98,11 @@ impl Frame {
                 Station::Contact(share) => contacts.push((node.0, node.1, share)),
                 Station::Extra => extra.push(node),
             }
-            if let Some((from, axial, angle)) = before {
+            if let Some((from, axial, angle)) = previous {
                 structure.rod(axial, node.0, rod(&machine.screw, from, place, Family::Axial));
                 structure.rod(angle, node.1, rod(&machine.screw, from, place, Family::Torsion));
             }
-            before = Some((place, node.0, node.1));
+            previous = Some((place, node.0, node.1));
         }
         structure.rod_loss = machine.screw.loss;
         structure.beam_loss = Loss { factor: machine.screw.loss.factor + 0.01 };
@@ -126,7 +126,7 @@ impl Frame {
     }
 
     /// Adds masses and joints.
-    fn joined(mut self) -> Assembly {
+    fn assembled(mut self) -> Assembly {
         let machine = &self.machine;
         let structure = &mut self.structure;
         structure.inertia(self.table, machine.table_mass_kg);
@@ -168,21 +168,21 @@ enum Station {
     Extra,
 }
 
-/// a − b as one form.
+/// Returns a − b as one form.
 pub fn difference(a: &[(usize, f64)], b: &[(usize, f64)]) -> Form {
     a.iter().copied().chain(b.iter().map(|&(freedom, weight)| (freedom, -weight))).collect()
 }
 
-/// Which motion of the screw a rod carries.
+/// Motion of the screw that a rod describes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Family {
     /// Along the axis.
     Axial,
-    /// About it.
+    /// About the axis.
     Torsion,
 }
 
-/// The screw from one place to another: journals element by element, uniform stretches by powers of two.
+/// Models the screw between two positions: ten elements for each journal part, a power of two for the uniform part.
 pub fn rod(screw: &Screw, from_m: f64, to_m: f64, family: Family) -> Rod {
     let (modulus, section): (f64, &dyn Fn(f64) -> f64) = match family {
         Family::Axial => (screw.youngs_modulus_pa, &|diameter| screw.area(diameter)),

@@ -1,4 +1,4 @@
-//! Machines to draw from: the published bench and machines of any size, with plausible ranges that do not come from the drawn values.
+//! Random machines: the published bench and machines of any size. The parameter ranges do not depend on the drawn values.
 
 use std::collections::BTreeMap;
 use std::f64::consts::PI;
@@ -8,21 +8,21 @@ use super::nuisance::Spread;
 use super::number::Machine;
 use crate::draw::Draw;
 
-/// A description with the joint values the machine really has.
+/// A description together with the true joint values.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Drawn {
-    /// What the engineer believes.
+pub struct DrawnMachine {
+    /// The engineer's description.
     pub description: Description,
     /// True joint values by parameter name.
     pub joints: BTreeMap<String, f64>,
-    /// Nominal nut positions l1 … l6 from the left bearing.
+    /// Nominal nut positions l1 … l6 from the left bearing, m.
     pub nut_m: [f64; 6],
-    /// Upper end of the measured band.
+    /// Upper end of the measured band, Hz.
     pub band_hz: f64,
 }
 
-impl Drawn {
-    /// The machine as described, with its true joints.
+impl DrawnMachine {
+    /// Returns the machine as described, with its true joints.
     pub fn with_true_joints(&self) -> Machine {
         let mut machine = self.description.as_believed();
         for (name, value) in &self.joints {
@@ -34,8 +34,8 @@ impl Drawn {
     }
 }
 
-/// The published bench with joint values close to those that explain its measured modes.
-pub fn bench(held: bool, draw: &mut Draw) -> Drawn {
+/// Draws the published bench with joint values close to those that explain its measured modes.
+pub fn bench(held: bool, draw: &mut Draw) -> DrawnMachine {
     let mut parameters = vec![
         parameter("k_al", 5e7, 5e6, 5e8, "catalogue stiffness of angular-contact bearing sets for 30–50 mm journals"),
         parameter("k_ar", 5e7, 5e6, 5e8, "as the left bearing"),
@@ -82,11 +82,11 @@ pub fn bench(held: bool, draw: &mut Draw) -> Drawn {
         parameters,
         spread: Spread::UNIFORM,
     };
-    Drawn { description, joints, nut_m: [0.6, 0.8, 1.0, 1.3, 1.6, 1.9], band_hz: 1000.0 }
+    DrawnMachine { description, joints, nut_m: [0.6, 0.8, 1.0, 1.3, 1.6, 1.9], band_hz: 1000.0 }
 }
 
-/// A machine of any size: lead 5–40 mm, length 0.4–3 m, diameter 16–63 mm, table 20–1500 kg, the rest scaled to it.
-pub fn any_size(held: bool, draw: &mut Draw) -> Drawn {
+/// Draws a machine of any size: lead 5–40 mm, length 0.4–3 m, diameter 16–63 mm, table 20–1500 kg; all other values scale with these.
+pub fn any_size(held: bool, draw: &mut Draw) -> DrawnMachine {
     let diameter_mm = [16.0, 20.0, 25.0, 32.0, 40.0, 50.0, 63.0][draw.index(7)];
     let leads: Vec<f64> =
         [5.0, 8.0, 10.0, 16.0, 20.0, 25.0, 32.0, 40.0].into_iter().filter(|lead| (0.2..=1.3).contains(&(lead / diameter_mm))).collect();
@@ -96,21 +96,21 @@ pub fn any_size(held: bool, draw: &mut Draw) -> Drawn {
     sized(Dimensions { diameter_mm, lead_mm, length_m, table_kg: table }, held, draw)
 }
 
-/// What a machine of a size is drawn around.
+/// Main dimensions of a drawn machine.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Dimensions {
-    /// Diameter of the screw.
+    /// Diameter of the screw, mm.
     pub diameter_mm: f64,
-    /// Travel for one turn.
+    /// Lead of the screw, mm per turn.
     pub lead_mm: f64,
-    /// Length of the screw.
+    /// Length of the screw, m.
     pub length_m: f64,
-    /// Mass of the table.
+    /// Mass of the table, kg.
     pub table_kg: f64,
 }
 
-/// A machine of given dimensions, the rest scaled to them.
-pub fn sized(dimensions: Dimensions, held: bool, draw: &mut Draw) -> Drawn {
+/// Draws a machine of given dimensions; all other values scale with them.
+pub fn sized(dimensions: Dimensions, held: bool, draw: &mut Draw) -> DrawnMachine {
     let Dimensions { diameter_mm, lead_mm, length_m, table_kg: table } = dimensions;
     let size = diameter_mm / 40.0;
     let rotor = round_to(1e-3 * size.powi(4) * draw.log_between(0.5, 2.0), 2);
@@ -183,7 +183,7 @@ pub fn sized(dimensions: Dimensions, held: bool, draw: &mut Draw) -> Drawn {
         (fraction * length_m * 200.0).round() / 200.0
     });
     let torsion_hz = (steel.1 / 7850.0f64).sqrt() / (2.0 * length_m);
-    Drawn { description, joints, nut_m, band_hz: round_to((1.7 * torsion_hz).clamp(800.0, 1600.0), 2) }
+    DrawnMachine { description, joints, nut_m, band_hz: round_to((1.7 * torsion_hz).clamp(800.0, 1600.0), 2) }
 }
 
 fn parameter(name: &'static str, start: f64, lower: f64, upper: f64, source: &str) -> Parameter {
@@ -201,7 +201,7 @@ fn hold_parameter(name: &'static str, start: f64, lower: f64, upper: f64) -> Par
     Parameter { frf_only: true, ..parameter(name, start, lower, upper, source) }
 }
 
-/// A value rounded to a number of significant digits.
+/// Rounds a value to a number of significant digits.
 pub fn round_to(value: f64, digits: i32) -> f64 {
     if value == 0.0 {
         return 0.0;

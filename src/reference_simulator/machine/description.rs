@@ -1,4 +1,4 @@
-//! What the engineer writes down before anything is measured, and how it is written to a file.
+//! The engineer's description of a machine before any measurement, and its machine file.
 
 use std::fmt::Write;
 
@@ -14,24 +14,24 @@ pub struct Parameter {
     pub name: &'static str,
     /// Unit.
     pub unit: &'static str,
-    /// Value to start from.
+    /// Start value.
     pub start: f64,
     /// Least plausible value.
     pub lower: f64,
     /// Largest plausible value.
     pub upper: f64,
-    /// Fitted to frequency responses only.
+    /// Whether the fit of frequency responses alone uses it.
     pub frf_only: bool,
-    /// Where the range comes from.
+    /// Source of the range.
     pub source: String,
 }
 
 /// A machine as its engineer describes it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Description {
-    /// One line.
+    /// Title, one line.
     pub title: String,
-    /// Effects the description contains beside the bare chain.
+    /// Effects that the description adds to the bare chain.
     pub effects: Vec<String>,
     /// m_b
     pub table_mass_kg: f64,
@@ -53,26 +53,26 @@ pub struct Description {
     pub shear_modulus_pa: f64,
     /// ρ
     pub density_kg_m3: f64,
-    /// Travel for one turn.
+    /// Lead, m per turn.
     pub lead_m: f64,
     /// Joint parameters.
     pub parameters: Vec<Parameter>,
-    /// How well all this is known.
+    /// Tolerances of the description.
     pub spread: Spread,
 }
 
 impl Description {
-    /// Whether the description holds the rotor.
+    /// Whether the drive holds the rotor.
     pub fn holds_rotor(&self) -> bool {
         self.effects.iter().any(|effect| effect == "rotor-hold")
     }
 
-    /// A parameter by name.
+    /// Returns a parameter by name.
     pub fn parameter(&self, name: &str) -> Option<&Parameter> {
         self.parameters.iter().find(|parameter| parameter.name == name)
     }
 
-    /// The machine exactly as believed, with the joints at their start values: uniform screw without loss, nut at one point.
+    /// Returns the machine exactly as described, with the joints at their start values: uniform screw without loss, nut at one point.
     pub fn as_believed(&self) -> Machine {
         let joint = Joint { stiffness: 0.0, damping: 0.0, loss: 0.0 };
         let mut machine = Machine {
@@ -114,7 +114,7 @@ impl Description {
         machine
     }
 
-    /// The description as a machine file.
+    /// Formats the description as a machine file.
     pub fn to_toml(&self) -> String {
         let mut out = String::new();
         let _ = writeln!(out, "title = \"{}\"\neffects = [{}]\n", self.title, quoted(&self.effects));
@@ -150,7 +150,8 @@ impl Description {
         joint("bearing-right", "right", "ground", None, "k_ar", "c_ar");
         joint("nut", "table", "screw", Some(self.lead_m), "k_n", "c_n");
         joint("coupling", "rotor", "left-angle", None, "k_m", "c_m");
-        // The table was weighed; of all that turns (journals, hub, nut) no one knows as much. Of G over E: both are off by as much, each on its own.
+        // The table is weighed; inertias of rotating parts (journals, hub, nut) are less certain. G/E combines two independent errors of
+        // equal size.
         let Spread { modulus, mass, .. } = self.spread;
         let shear = modulus * std::f64::consts::SQRT_2;
         let _ = writeln!(out, "[tolerance]\nyoungs_modulus = {modulus}\nshear_modulus = {shear:.4}\nmass = {mass}\n");

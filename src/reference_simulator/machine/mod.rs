@@ -1,4 +1,4 @@
-//! Machines in numbers: what is built, what the engineer believes, and the ordinary differences between the two.
+//! Machines as numbers: the built machine, the engineer's description, and the tolerances between the two.
 
 pub mod assembly;
 pub mod catalogue;

@@ -1,4 +1,4 @@
-//! Ordinary differences between a machine and its description. They are in every case and are no effect.
+//! Nuisance parameters: differences between a machine and its description that exist in every case and are no effect.
 
 use std::collections::BTreeMap;
 
@@ -7,7 +7,7 @@ use super::point::{Channel, Point};
 use crate::draw::Draw;
 use crate::element::law::Loss;
 
-/// Standard deviations that an engineer knows and states.
+/// Standard deviations of the nuisance parameters that the description states.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Spread {
     /// Of E and of G, relative.
@@ -23,16 +23,16 @@ pub struct Spread {
 }
 
 impl Spread {
-    /// Of the uniform draws of [`Nuisance::drawn`].
+    /// Standard deviations of the uniform distributions of [`Nuisance::random`].
     pub const UNIFORM: Self = Self { modulus: 0.0017, mass: 0.0029, nut_m: 2.9e-4, gain: 0.0023, delay_s: 0.87e-6 };
-    /// What catalogues, scales and calibrations usually leave open.
+    /// Usual uncertainties of catalogues, scales and calibrations.
     pub const USUAL: Self = Self { modulus: 0.003, mass: 0.01, nut_m: 5e-4, gain: 0.004, delay_s: 2e-6 };
 }
 
-/// Number of the branch that the dispersion of losses is drawn from.
+/// Number of the random branch for the dispersion of losses.
 const DISPERSION: u64 = 0xd15;
 
-/// Share of dispersion of losses: none, all, or between, equally often.
+/// Draws the share of dispersion of losses: 0, 1 or uniform between, equally often.
 pub fn dispersion(draw: &mut Draw) -> f64 {
     match draw.index(3) {
         0 => 0.0,
@@ -41,7 +41,7 @@ pub fn dispersion(draw: &mut Draw) -> f64 {
     }
 }
 
-/// One draw of all nuisances.
+/// One random set of all nuisance parameters.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Nuisance {
     /// Relative error of E.
@@ -50,15 +50,15 @@ pub struct Nuisance {
     pub shear: f64,
     /// Material loss factor of the screw.
     pub screw_loss: f64,
-    /// Loss factor of all joints, beside their dashpots.
+    /// Loss factor of all joints, in addition to their dashpots.
     pub joint_loss: f64,
-    /// Share of dispersion of all losses: constant, causal, or between.
+    /// Share of dispersion of all losses, from 0 (constant stiffness) to 1 (causal).
     pub loss_dispersion: f64,
     /// Journal over screw diameter, left.
     pub left_ratio: f64,
     /// Journal over screw diameter, right.
     pub right_ratio: f64,
-    /// Length of each journal over that of the screw.
+    /// Length of each journal over the screw length.
     pub journal_share: f64,
     /// Length of the nut in leads.
     pub turns: f64,
@@ -68,17 +68,17 @@ pub struct Nuisance {
     pub skew: f64,
     /// Relative errors of table, rotor, hub, mass and inertia at the nut.
     pub masses: [f64; 5],
-    /// Integral action of the hold over its stiffness, 1/s.
+    /// Integral gain of the drive's hold over its stiffness, 1/s.
     pub integral_per_s: f64,
-    /// Lag of the hold over the ratio of its damping to its stiffness; from 1 on the hold would feed its motion.
+    /// Lag of the hold over the ratio of its damping to its stiffness; from 1 on the hold would feed energy into the motion.
     pub lag_share: f64,
-    /// Error of each nut position.
+    /// Error of each nut position, m.
     pub offsets_m: Vec<f64>,
-    /// Relative gain error and delay of each channel.
+    /// Relative gain error and delay (s) of each channel.
     pub channels: BTreeMap<Channel, (f64, f64)>,
 }
 
-/// Every channel a layout may contain.
+/// All channels that a layout may contain.
 pub const CHANNELS: [Channel; 8] = [
     Channel { response: Point::Table, excitation: Point::Table },
     Channel { response: Point::Rotor, excitation: Point::Rotor },
@@ -91,7 +91,7 @@ pub const CHANNELS: [Channel; 8] = [
 ];
 
 impl Nuisance {
-    /// None at all: the machine is as described, but for the values of its joints.
+    /// Returns no nuisance at all: the machine is as described, apart from its joint values.
     pub fn none(positions: usize) -> Self {
         Self {
             youngs: 0.0,
@@ -113,8 +113,8 @@ impl Nuisance {
         }
     }
 
-    /// Draws all of them.
-    pub fn drawn(positions: usize, draw: &mut Draw) -> Self {
+    /// Draws all nuisance parameters.
+    pub fn random(positions: usize, draw: &mut Draw) -> Self {
         Self {
             youngs: draw.within(0.003),
             shear: draw.within(0.003),
@@ -135,7 +135,7 @@ impl Nuisance {
         }
     }
 
-    /// A machine that is as described but for its joints, with all of them.
+    /// Applies the nuisance parameters to a machine that equals its description apart from its joints.
     pub fn applied(&self, mut machine: Machine) -> Machine {
         machine.loss_dispersion = self.loss_dispersion;
         let screw = &mut machine.screw;
@@ -164,7 +164,8 @@ impl Nuisance {
         machine
     }
 
-    /// One copy for each nuisance, moved by one standard deviation of its prior: the directions that a careful reader marginalises.
+    /// Returns one copy for each nuisance parameter, changed by one standard deviation of its prior. A careful analysis marginalises
+    /// these directions.
     pub fn directions(&self, channels: &[Channel]) -> Vec<Self> {
         let mut out = Vec::new();
         let mut moved = |change: &dyn Fn(&mut Self)| {
@@ -197,7 +198,7 @@ impl Nuisance {
         out
     }
 
-    /// Relative gain error and delay of a channel.
+    /// Returns the relative gain error and the delay (s) of a channel.
     pub fn channel(&self, channel: Channel) -> (f64, f64) {
         self.channels.get(&channel).copied().unwrap_or_default()
     }

@@ -1,31 +1,31 @@
-//! A machine in numbers, as built.
+//! Numbers of a machine as built.
 
 use std::f64::consts::PI;
 
 use crate::element::law::{Law, Loss};
 
-/// A thinner end of the screw.
+/// A screw end of smaller diameter.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Journal {
-    /// Its diameter over that of the screw.
+    /// Diameter over the screw diameter.
     pub ratio: f64,
-    /// Its length, the taper into the screw included.
+    /// Length including the taper towards the screw, m.
     pub length_m: f64,
 }
 
 impl Journal {
-    /// No journal at all.
+    /// No journal.
     pub const NONE: Self = Self { ratio: 1.0, length_m: 0.0 };
 }
 
 /// The screw shaft.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Screw {
-    /// Distance of the bearings.
+    /// Distance between the bearings, m.
     pub length_m: f64,
-    /// Effective outer diameter of the threaded part.
+    /// Effective outer diameter of the threaded part, m.
     pub diameter_m: f64,
-    /// Bore through the whole length.
+    /// Diameter of the through bore, m.
     pub bore_m: f64,
     /// E
     pub youngs_modulus_pa: f64,
@@ -39,12 +39,12 @@ pub struct Screw {
     pub left: Journal,
     /// Far end.
     pub right: Journal,
-    /// Elements over the whole length, at least.
+    /// Least number of elements over the whole length.
     pub elements: usize,
 }
 
 impl Screw {
-    /// Outer diameter at distance x from the left bearing: constant over 70 % of a journal, then a taper.
+    /// Returns the outer diameter at distance x from the left bearing: constant over 70 % of a journal, then a taper.
     pub fn diameter_at(&self, x_m: f64) -> f64 {
         let near = |journal: &Journal, distance: f64| {
             if distance >= journal.length_m {
@@ -56,28 +56,28 @@ impl Screw {
         self.diameter_m * near(&self.left, x_m).min(near(&self.right, self.length_m - x_m))
     }
 
-    /// Cross section at an outer diameter.
+    /// Returns the cross section at an outer diameter.
     pub fn area(&self, diameter_m: f64) -> f64 {
         PI / 4.0 * (diameter_m.powi(2) - self.bore_m.powi(2))
     }
 
-    /// Polar second moment at an outer diameter.
+    /// Returns the polar second moment of area at an outer diameter.
     pub fn polar(&self, diameter_m: f64) -> f64 {
         PI / 32.0 * (diameter_m.powi(4) - self.bore_m.powi(4))
     }
 
-    /// Mass of a shaft of full diameter.
+    /// Returns the mass of a shaft of full diameter.
     pub fn mass(&self) -> f64 {
         self.density_kg_m3 * self.area(self.diameter_m) * self.length_m
     }
 
-    /// Polar inertia of a shaft of full diameter.
+    /// Returns the polar inertia of a shaft of full diameter.
     pub fn polar_inertia(&self) -> f64 {
         self.density_kg_m3 * self.polar(self.diameter_m) * self.length_m
     }
 }
 
-/// A joint: spring, dashpot and loss factor side by side.
+/// A joint: spring, dashpot and loss factor in parallel.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Joint {
     /// k
@@ -89,20 +89,20 @@ pub struct Joint {
 }
 
 impl Joint {
-    /// As the law of a branch that carries `share` of the joint.
+    /// Returns the law of a branch that carries `share` of the joint.
     pub fn law(&self, share: f64) -> Law {
         Law::Kelvin { stiffness: self.stiffness * share, damping: self.damping * share, loss: self.loss }
     }
 }
 
-/// The nut: its contacts with the screw are spread over its length.
+/// The nut. Its contacts with the screw are distributed over its length.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Nut {
     /// All contacts together.
     pub joint: Joint,
     /// Number of contacts.
     pub contacts: usize,
-    /// Distance between the outermost contacts.
+    /// Distance between the outermost contacts, m.
     pub length_m: f64,
     /// Load of the last contact over the mean, minus 1; the shares change linearly along the nut.
     pub skew: f64,
@@ -113,7 +113,7 @@ pub struct Nut {
 }
 
 impl Nut {
-    /// Offset from the nut's middle and share of each contact.
+    /// Returns the offset from the nut's middle (m) and the share of each contact.
     pub fn shares(&self) -> Vec<(f64, f64)> {
         if self.contacts < 2 {
             return vec![(0.0, 1.0)];
@@ -128,16 +128,16 @@ impl Nut {
     }
 }
 
-/// How the drive holds the rotor.
+/// Impedance by which the drive holds the rotor.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Hold {
     /// k
     pub stiffness: f64,
     /// c
     pub damping: f64,
-    /// k_i of the integral action.
+    /// k_i, gain of the integral action.
     pub integral: f64,
-    /// Lag of the drive.
+    /// Lag of the drive, s.
     pub lag_s: f64,
 }
 
@@ -146,7 +146,7 @@ pub struct Hold {
 pub struct Machine {
     /// The screw.
     pub screw: Screw,
-    /// Travel for one turn.
+    /// Lead, m per turn.
     pub lead_m: f64,
     /// The nut.
     pub nut: Nut,
@@ -156,9 +156,9 @@ pub struct Machine {
     pub bearing_right: Joint,
     /// Coupling between rotor and screw.
     pub coupling: Joint,
-    /// Hold of the rotor, if the drive is on.
+    /// Impedance that holds the rotor while the drive is on.
     pub hold: Option<Hold>,
-    /// Worktable with all it carries.
+    /// Mass of the worktable with its load.
     pub table_mass_kg: f64,
     /// Rotor of the motor.
     pub rotor_inertia_kg_m2: f64,
@@ -169,18 +169,18 @@ pub struct Machine {
 }
 
 impl Machine {
-    /// Travel for one radian.
+    /// Returns the travel for one radian, m.
     pub fn ratio_m(&self) -> f64 {
         self.lead_m / (2.0 * PI)
     }
 
-    /// A joint parameter by its name in machine descriptions.
+    /// Returns a joint parameter by its name in machine descriptions.
     pub fn joint(&self, name: &str) -> Option<f64> {
         let mut copy = self.clone();
         copy.joint_mut(name).map(|value| *value)
     }
 
-    /// A joint parameter to be changed.
+    /// Returns a mutable joint parameter by its name.
     pub fn joint_mut(&mut self, name: &str) -> Option<&mut f64> {
         Some(match name {
             "k_al" => &mut self.bearing_left.stiffness,

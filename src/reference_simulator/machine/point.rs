@@ -1,8 +1,8 @@
-//! Where a machine can be struck and measured.
+//! Points of excitation and response.
 
 use serde::{Deserialize, Serialize};
 
-/// A place of response or excitation.
+/// A point of response or excitation.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Point {
@@ -25,7 +25,7 @@ pub enum Point {
 }
 
 impl Point {
-    /// Name as in machine descriptions; those of nut body and housings are not points of the engineer's model.
+    /// Returns the name in machine descriptions. The engineer's model has no point for the nut body and the housings.
     pub fn name(self) -> &'static str {
         match self {
             Self::Table => "table",
@@ -43,19 +43,19 @@ impl Point {
 /// One response under one excitation.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 pub struct Channel {
-    /// What is measured.
+    /// Measured point.
     pub response: Point,
-    /// What is struck.
+    /// Excited point.
     pub excitation: Point,
 }
 
 impl Channel {
-    /// A channel.
+    /// Creates a channel.
     pub fn new(response: Point, excitation: Point) -> Self {
         Self { response, excitation }
     }
 
-    /// Both ends at one point.
+    /// Creates a channel with response and excitation at one point.
     pub fn direct(point: Point) -> Self {
         Self::new(point, point)
     }

@@ -1,8 +1,8 @@
-//! What the engineer writes down of an axis before it is moved, and how it is written to a file.
+//! The engineer's description of an axis before any motion, and its machine file.
 
 use std::fmt::Write;
 
-use super::catalogue::Drawn;
+use super::catalogue::DrawnAxis;
 use super::run::Side;
 use crate::machine::catalogue::round_to;
 
@@ -13,7 +13,7 @@ pub struct Parameter {
     pub id: &'static str,
     /// Unit.
     pub unit: &'static str,
-    /// Value to start from.
+    /// Start value.
     pub start: f64,
     /// Least plausible value.
     pub lower: f64,
@@ -21,25 +21,25 @@ pub struct Parameter {
     pub upper: f64,
     /// Whether it may be zero or negative.
     pub is_linear: bool,
-    /// Where the range comes from.
+    /// Source of the range.
     pub source: &'static str,
 }
 
-/// Ids of the parameters, in the order of the columns of an inverse dynamics.
+/// Parameter ids in the order of the columns of the inverse dynamics.
 pub const IDS: [&str; 4] = ["moving_mass", "viscous_friction", "coulomb_friction", "friction_offset"];
 
 /// An axis as its engineer describes it: one mass, or motor and table with the nut between them.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Belief {
-    /// Where the records' position is measured.
+    /// Location of the position sensor of the records.
     pub side: Side,
-    /// Motor, as felt along the travel, where it is described apart from the table, kg.
+    /// Mass of the motor, reduced to the travel, kg; only if the description has it apart from the table.
     pub motor_kg: Option<f64>,
-    /// Stiffness between motor and table, N/m, and damping, N·s/m.
+    /// Stiffness (N/m) and damping (N·s/m) between motor and table.
     pub nut: [f64; 2],
-    /// Whether the moving mass was weighed.
+    /// Whether the moving mass is weighed.
     pub is_weighed: bool,
-    /// N per V of the drive.
+    /// Force constant of the drive, N/V.
     pub constant_n_v: f64,
     /// Gain of the position loop, 1/s.
     pub position_gain_1_s: f64,
@@ -51,30 +51,30 @@ pub struct Belief {
     pub limit_n: f64,
     /// Step of the motor's encoder, m.
     pub quantum_m: f64,
-    /// Parameters, those of frictions that are left out left out.
+    /// Parameters of the description, without those of omitted frictions.
     pub parameters: Vec<Parameter>,
 }
 
 impl Belief {
-    /// Of an axis without effects; `without` names frictions that the description leaves out.
-    pub fn of(drawn: &Drawn, side: Side, is_rigid: bool, is_weighed: bool, without: &[&str]) -> Self {
+    /// Describes an axis without effects; `without` names the frictions that the description omits.
+    pub fn new(drawn: &DrawnAxis, side: Side, is_rigid: bool, is_weighed: bool, without: &[&str]) -> Self {
         let (axis, drive) = (&drawn.machine.axis, &drawn.machine.drive);
         let motor_kg = (!is_rigid).then(|| round_to(axis.masses_kg[0], 3));
         let series = |a: f64, b: f64| a * b / (a + b);
         let stiffness = round_to(series(axis.coupling.stiffness_n_m, axis.nut.stiffness_n_m), 2);
         let damping = round_to(series(axis.coupling.damping_n_s_m, axis.nut.damping_n_s_m), 1);
         let mass = axis.moving_mass_kg() - motor_kg.unwrap_or(0.0);
-        let push = axis.moving_mass_kg() * drawn.usage.acceleration_m_s2;
+        let push = axis.moving_mass_kg() * drawn.limits.acceleration_m_s2;
         let weighed = round_to(mass, 3);
         let round = round_to(mass, 1);
         let (start, lower, upper, source) = if is_weighed {
             (weighed, 0.97 * weighed, 1.03 * weighed, "weighed, with an allowance of three per cent")
         } else {
-            (round, 0.1 * round, 10.0 * round, "table and what moves with it, within a decade")
+            (round, 0.1 * round, 10.0 * round, "table and attached masses, within a decade")
         };
         let scale = round_to(push, 1);
         let linear = |id, unit, start, lower, upper, source| Parameter { id, unit, start, lower, upper, is_linear: true, source };
-        let film = scale / round_to(drawn.usage.speed_m_s, 1);
+        let film = scale / round_to(drawn.limits.speed_m_s, 1);
         let parameters = [
             Parameter { id: IDS[0], unit: "kg", start, lower, upper, is_linear: false, source },
             linear(
@@ -83,9 +83,9 @@ impl Belief {
                 round_to(0.2 * film, 1),
                 0.0,
                 round_to(5.0 * film, 1),
-                "none to five times what accelerates the axis, at rapid speed",
+                "zero to five times the accelerating force at rapid speed",
             ),
-            linear(IDS[2], "N", round_to(0.1 * scale, 1), 0.0, 2.0 * scale, "none to twice the force that accelerates the axis"),
+            linear(IDS[2], "N", round_to(0.1 * scale, 1), 0.0, 2.0 * scale, "zero to twice the accelerating force"),
             linear(IDS[3], "N", 0.0, -scale, scale, "a slope of the guide, an offset of the amplifier"),
         ];
         Self {
@@ -103,17 +103,17 @@ impl Belief {
         }
     }
 
-    /// Which of [`IDS`] it has.
+    /// Whether the description has the parameter, one of [`IDS`].
     pub fn has(&self, id: &str) -> bool {
         self.parameters.iter().any(|parameter| parameter.id == id)
     }
 
-    /// A parameter by id.
+    /// Returns a mutable parameter by id.
     pub fn parameter_mut(&mut self, id: &str) -> Option<&mut Parameter> {
         self.parameters.iter_mut().find(|parameter| parameter.id == id)
     }
 
-    /// The description as a machine file.
+    /// Formats the description as a machine file.
     pub fn to_toml(&self) -> String {
         let mut out = String::new();
         let contained = [("coulomb_friction", "coulomb-friction"), ("viscous_friction", "viscous-friction")];

@@ -1,39 +1,39 @@
-//! Axes to draw from, with what is ordinarily a little other than any description says.
+//! Random axes with nuisance parameters that no description contains.
 
 use super::drive::Drive;
-use super::plant::{Axis, Contact, Friction, Growth, Spring, Wave};
+use super::plant::{Axis, Contact, Friction, Spring, ThermalExpansion, Wave};
 use super::run::Machine;
 use crate::draw::Draw;
 use crate::machine::catalogue::round_to;
 
-/// How an axis is driven.
+/// Limits of the motions of an axis.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Use {
-    /// Length that strokes may cover, m.
+pub struct MotionLimits {
+    /// Length available for strokes, m.
     pub stroke_m: f64,
-    /// Rapid speed, m/s.
+    /// Rapid traverse speed, m/s.
     pub speed_m_s: f64,
     /// Largest acceleration, m/s².
     pub acceleration_m_s2: f64,
 }
 
-/// An axis as it is, and how it is driven.
+/// A drawn axis and the limits of its motions.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Drawn {
-    /// Axis and drive, ordinary nuisances included.
+pub struct DrawnAxis {
+    /// Axis and drive, including nuisance parameters.
     pub machine: Machine,
-    /// How it is driven.
-    pub usage: Use,
+    /// Limits of its motions.
+    pub limits: MotionLimits,
 }
 
-/// Stiffness at which motor and table swing against each other through one spring with a frequency, N/m.
+/// Returns the stiffness of one spring for a given natural frequency of motor against screw and table, N/m.
 pub fn stiffness_for(masses_kg: [f64; 3], frequency_hz: f64) -> f64 {
     let (motor, rest) = (masses_kg[0], masses_kg[1] + masses_kg[2]);
     (std::f64::consts::TAU * frequency_hz).powi(2) * motor * rest / (motor + rest)
 }
 
-/// Draws an axis of 40 to 500 kg; `viscous` is the viscous friction at rapid speed over the dry one.
-pub fn drawn(viscous: [f64; 2], draw: &mut Draw) -> Drawn {
+/// Draws an axis of 40 to 500 kg; `viscous` limits the ratio of viscous to dry friction at rapid speed.
+pub fn random_axis(viscous: [f64; 2], draw: &mut Draw) -> DrawnAxis {
     let mass = draw.log_between(40.0, 500.0);
     let (motor, screw) = (draw.between(0.25, 0.5), draw.between(0.03, 0.08));
     let masses_kg = [motor * mass, screw * mass, (1.0 - motor - screw) * mass];
@@ -50,13 +50,13 @@ pub fn drawn(viscous: [f64; 2], draw: &mut Draw) -> Drawn {
     let surface = |share: f64, film_share: f64| Friction {
         coulomb_n: share * dry,
         viscous_n_s_m: film_share * film,
-        fast_m_s: speed_m_s,
+        reference_speed_m_s: speed_m_s,
         presliding_m,
         ..Friction::none()
     };
     let (mut bearing, mut guide) = (surface(1.0 - guide_share, 0.4), surface(guide_share, 0.6));
     (bearing.thinning, guide.thinning) = (draw.between(0.0, 0.08), draw.between(0.0, 0.08));
-    guide.along = waves(0.012, stroke_m, 3, draw);
+    guide.position_waves = waves(0.012, stroke_m, 3, draw);
     let velocity = draw.between(60.0, 110.0);
     let drive = Drive {
         position_gain_1_s: round_to(draw.between(0.4, 0.8) * velocity, 3),
@@ -67,26 +67,26 @@ pub fn drawn(viscous: [f64; 2], draw: &mut Draw) -> Drawn {
         quantum_m: round_to(draw.log_between(8e-9, 3e-8), 2),
         dead_time_s: draw.between(0.0, 8e-6),
         lag_s: draw.between(1e-5, 4e-5),
-        strength: 1.0,
+        force_gain: 1.0,
     };
     let axis = Axis {
         masses_kg,
         coupling: Spring { stiffness_n_m: 1.3 * stiffness, damping_n_s_m: 1.3 * stiffness * loss },
-        nut: Contact { stiffness_n_m: 4.3 * stiffness, damping_n_s_m: 4.3 * stiffness * loss, gap_m: 0.0, edge_m: 5e-7 },
+        nut: Contact { stiffness_n_m: 4.3 * stiffness, damping_n_s_m: 4.3 * stiffness * loss, backlash_m: 0.0, edge_m: 5e-7 },
         bearing,
         guide,
         pull_n: draw.within(0.3) * dry,
         cogging: Vec::new(),
         ripple: Vec::new(),
         pitch: Vec::new(),
-        growth: Growth { strain: 0.0, time_s: 600.0, begun_s: 0.0, fixed_m: 0.0 },
-        scale_late_s: 0.0,
-        outside: Vec::new(),
+        thermal_expansion: ThermalExpansion { strain: 0.0, time_s: 600.0, elapsed_s: 0.0, fixed_m: 0.0 },
+        scale_delay_s: 0.0,
+        unlisted: Vec::new(),
     };
-    Drawn { machine: Machine { axis, drive }, usage: Use { stroke_m, speed_m_s, acceleration_m_s2 } }
+    DrawnAxis { machine: Machine { axis, drive }, limits: MotionLimits { stroke_m, speed_m_s, acceleration_m_s2 } }
 }
 
-/// A smooth random curve along a stroke: waves of falling amplitude whose root of the mean square is given.
+/// Draws a smooth random curve along a stroke: waves of decreasing amplitude with a given rms.
 pub fn waves(rms: f64, stroke_m: f64, count: usize, draw: &mut Draw) -> Vec<Wave> {
     let mut out: Vec<Wave> = (0..count)
         .map(|k| Wave {
@@ -100,7 +100,7 @@ pub fn waves(rms: f64, stroke_m: f64, count: usize, draw: &mut Draw) -> Vec<Wave
     out
 }
 
-/// One copy of a machine for each ordinary nuisance, moved by one standard deviation of its prior.
+/// Returns one copy of a machine for each nuisance parameter, changed by one standard deviation of its prior.
 pub fn directions(machine: &Machine, stroke_m: f64) -> Vec<Machine> {
     let mut out = Vec::new();
     let mut moved = |change: &dyn Fn(&mut Machine)| {
@@ -110,9 +110,9 @@ pub fn directions(machine: &Machine, stroke_m: f64) -> Vec<Machine> {
     };
     moved(&|m| m.axis.guide.thinning += 0.03);
     moved(&|m| [&mut m.axis.bearing, &mut m.axis.guide].iter_mut().for_each(|f| f.presliding_m *= 1.4));
-    moved(&|m| m.axis.guide.along.push(Wave { amplitude: 0.012, per_m: 1.0 / stroke_m, phase_rad: 0.0 }));
-    moved(&|m| m.axis.guide.along.push(Wave { amplitude: 0.012, per_m: 1.0 / stroke_m, phase_rad: 1.571 }));
-    moved(&|m| m.axis.guide.along.push(Wave { amplitude: 0.008, per_m: 2.0 / stroke_m, phase_rad: 0.0 }));
+    moved(&|m| m.axis.guide.position_waves.push(Wave { amplitude: 0.012, per_m: 1.0 / stroke_m, phase_rad: 0.0 }));
+    moved(&|m| m.axis.guide.position_waves.push(Wave { amplitude: 0.012, per_m: 1.0 / stroke_m, phase_rad: 1.571 }));
+    moved(&|m| m.axis.guide.position_waves.push(Wave { amplitude: 0.008, per_m: 2.0 / stroke_m, phase_rad: 0.0 }));
     moved(&|m| m.drive.dead_time_s += 1e-5);
     moved(&|m| m.axis.coupling.stiffness_n_m *= 0.8);
     out

@@ -1,31 +1,31 @@
-//! The drive: a position loop and a velocity loop, sampled together, and a current that follows with dead time and lag.
+//! The drive: position and velocity loop at one sampling rate, and a current that follows with dead time and lag.
 
 use std::collections::VecDeque;
 
-/// Numbers of a drive.
+/// Parameters of a drive.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Drive {
     /// Gain of the position loop, 1/s.
     pub position_gain_1_s: f64,
     /// Gain of the velocity loop, N·s/m.
     pub velocity_gain_n_s_m: f64,
-    /// Share of the reference's speed that is fed forward.
+    /// Gain of the velocity feed-forward; 1 feeds the full reference speed forward.
     pub feed_forward: f64,
     /// Period of both loops, s.
     pub period_s: f64,
-    /// Largest force demanded, N.
+    /// Largest demanded force, N.
     pub limit_n: f64,
-    /// Step of the encoder at the motor, m; 0 for a perfect one.
+    /// Step of the motor encoder, m; 0 for a perfect one.
     pub quantum_m: f64,
-    /// Time from a demand to the current, s.
+    /// Time from a demand to its effect on the current, s.
     pub dead_time_s: f64,
-    /// Lag of the current, s.
+    /// Time constant of the current's lag, s.
     pub lag_s: f64,
-    /// Force given over force demanded.
-    pub strength: f64,
+    /// Actual force over demanded force.
+    pub force_gain: f64,
 }
 
-/// A value on a grid; as it is for a grid of none.
+/// Rounds a value to a grid; a step of 0 leaves it unchanged.
 pub fn quantised(value: f64, quantum: f64) -> f64 {
     if quantum > 0.0 { (value / quantum).round() * quantum } else { value }
 }
@@ -35,19 +35,19 @@ pub fn quantised(value: f64, quantum: f64) -> f64 {
 pub struct Loops {
     reading_m: f64,
     reference_m: f64,
-    coming: VecDeque<(f64, f64)>,
-    asked_n: f64,
+    pending: VecDeque<(f64, f64)>,
+    applied_demand_n: f64,
     current_n: f64,
 }
 
 impl Loops {
-    /// At rest at a position.
+    /// Creates the state at rest at a position.
     pub fn at_rest(drive: &Drive, position_m: f64) -> Self {
         let reading_m = quantised(position_m, drive.quantum_m);
-        Self { reading_m, reference_m: position_m, coming: VecDeque::new(), asked_n: 0.0, current_n: 0.0 }
+        Self { reading_m, reference_m: position_m, pending: VecDeque::new(), applied_demand_n: 0.0, current_n: 0.0 }
     }
 
-    /// A sample of both loops: the demand u = k_v (k_p (r − x) + f ṙ − ẋ), speeds by differences of one period.
+    /// Samples both loops and returns the demand u = k_v (k_p (r − x) + f ṙ − ẋ), with speeds as differences over one period.
     pub fn sample(&mut self, drive: &Drive, time_s: f64, reference_m: f64, position_m: f64) -> f64 {
         let reading_m = quantised(position_m, drive.quantum_m);
         let speed = (reading_m - self.reading_m) / drive.period_s;
@@ -55,21 +55,22 @@ impl Loops {
         (self.reading_m, self.reference_m) = (reading_m, reference_m);
         let demand = drive.velocity_gain_n_s_m * (drive.position_gain_1_s * (reference_m - reading_m) + ahead - speed);
         let demand = demand.clamp(-drive.limit_n, drive.limit_n);
-        self.coming.push_back((time_s + drive.dead_time_s, demand));
+        self.pending.push_back((time_s + drive.dead_time_s, demand));
         demand
     }
 
-    /// Force in the middle of a step; the current follows its demand exactly within the step.
+    /// Returns the force in the middle of a step; the lag of the current is exact within the step.
     pub fn force(&mut self, drive: &Drive, middle_s: f64, step_s: f64) -> f64 {
-        while let Some(&(due, demand)) = self.coming.front() {
+        while let Some(&(due, demand)) = self.pending.front() {
             if due > middle_s {
                 break;
             }
-            self.asked_n = demand;
-            self.coming.pop_front();
+            self.applied_demand_n = demand;
+            self.pending.pop_front();
         }
         let before = self.current_n;
-        self.current_n = self.asked_n + (before - self.asked_n) * if drive.lag_s > 0.0 { (-step_s / drive.lag_s).exp() } else { 0.0 };
-        0.5 * (before + self.current_n) * drive.strength
+        self.current_n =
+            self.applied_demand_n + (before - self.applied_demand_n) * if drive.lag_s > 0.0 { (-step_s / drive.lag_s).exp() } else { 0.0 };
+        0.5 * (before + self.current_n) * drive.force_gain
     }
 }

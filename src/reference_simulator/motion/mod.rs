@@ -1,19 +1,19 @@
-//! An independent truth of a driven feed axis in motion: a chain of bodies with its own laws and its own integrator, a sampled drive,
-//! encoders, and sealed cases made of its records.
+//! An independent reference simulator of a driven feed axis in motion. It has its own mechanics, integrator, sampled drive and encoders, and
+//! makes sealed cases of its records.
 //!
 //! ```text
-//! plant     three bodies, friction of Maxwell elements, gap, waves along the screw, what lies outside every list; the step
+//! plant     three bodies, friction of elastic elements, backlash, waves along the travel, unlisted effects; the integration step
 //! path      reference motions: strokes with bell-shaped acceleration, dwells, sines
 //! drive     the sampled cascade of position and velocity loop, dead time, lag of the current
-//! run       a motion of the axis, and what encoder and force channel make of it
-//! catalogue axes to draw from, ordinary nuisances
-//! belief    what the engineer writes down of an axis
-//! phase     dwell, breakaway, reversal …: by the reference alone
-//! effect    what may be missing from the engineer's model, each in this module's own parametrisation
+//! run       a motion of the axis, and its record by encoder and force channel
+//! catalogue random axes, nuisance parameters
+//! belief    the engineer's description of an axis
+//! phase     dwell, breakaway, reversal …, from the reference alone
+//! effect    effects that may be missing from the engineer's model, in this crate's own parametrisation
 //! case      cases, strength by non-centrality, labels, folders
 //! ```
 //!
-//! Masses and forces are those felt along the table's travel: kg, N, m, s. The force of a record is the force that the drive demands.
+//! Masses and forces are reduced to the table's travel: kg, N, m, s. The force of a record is the drive's demand.
 
 pub mod belief;
 pub mod case;

@@ -2,13 +2,13 @@
 
 use std::f64::consts::{PI, TAU};
 
-/// Peak of the acceleration over its mean, less one.
-const ROUND: f64 = 0.5;
+/// Excess of the peak acceleration over its mean, relative.
+const PEAK_EXCESS: f64 = 0.5;
 
 /// A piece of a path.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Piece {
-    /// To a position at a speed; the acceleration is a rounded step: its mean times 1 − ½ cos 2πτ over each ramp.
+    /// To a position at a speed. The acceleration of each ramp is its mean times 1 − cos(2πτ)/2.
     Stroke {
         /// Target, m.
         to_m: f64,
@@ -17,9 +17,9 @@ pub enum Piece {
         /// Largest acceleration, m/s².
         acceleration_m_s2: f64,
     },
-    /// Rest, s.
+    /// Standstill, s.
     Dwell(f64),
-    /// A sine about the present position that begins and ends gently, in its first and last cycle.
+    /// A sine about the present position, with a smooth start and end in its first and last cycle.
     Sine {
         /// Amplitude, m.
         amplitude_m: f64,
@@ -31,7 +31,7 @@ pub enum Piece {
 }
 
 impl Piece {
-    /// How long it takes from a position, s.
+    /// Returns the duration from a position, s.
     pub fn duration_s(&self, from_m: f64) -> f64 {
         match *self {
             Self::Stroke { to_m, speed_m_s, acceleration_m_s2 } => {
@@ -43,28 +43,28 @@ impl Piece {
         }
     }
 
-    /// Position after a time, m.
+    /// Returns the position after a time, m.
     fn at(&self, from_m: f64, time_s: f64) -> f64 {
         match *self {
             Self::Stroke { to_m, speed_m_s, acceleration_m_s2 } => {
                 let distance = (to_m - from_m).abs();
                 let (speed, ramp_s) = ramp(distance, speed_m_s, acceleration_m_s2);
                 let whole = self.duration_s(from_m);
-                // Way of a ramp: ∫ V (τ − ½ sin(2πτ)/2π) dt.
-                let way = |time: f64| {
+                // Distance during a ramp: ∫ V (τ − ½ sin(2πτ)/2π) dt.
+                let ramp_distance = |time: f64| {
                     let part = time / ramp_s;
-                    speed * ramp_s * (0.5 * part * part + ROUND * ((TAU * part).cos() - 1.0) / (4.0 * PI * PI))
+                    speed * ramp_s * (0.5 * part * part + PEAK_EXCESS * ((TAU * part).cos() - 1.0) / (4.0 * PI * PI))
                 };
-                let gone = if time_s >= whole {
+                let distance_gone = if time_s >= whole {
                     distance
                 } else if time_s < ramp_s {
-                    way(time_s)
+                    ramp_distance(time_s)
                 } else if time_s <= whole - ramp_s {
                     0.5 * speed * ramp_s + speed * (time_s - ramp_s)
                 } else {
-                    distance - way(whole - time_s)
+                    distance - ramp_distance(whole - time_s)
                 };
-                from_m + gone * (to_m - from_m).signum()
+                from_m + distance_gone * (to_m - from_m).signum()
             }
             Self::Dwell(_) => from_m,
             Self::Sine { amplitude_m, frequency_hz, cycles } => {
@@ -80,23 +80,23 @@ impl Piece {
     }
 }
 
-/// Speed that a distance allows, and time of its ramp.
+/// Returns the speed that a distance allows, and the time of its ramp.
 fn ramp(distance_m: f64, speed_m_s: f64, acceleration_m_s2: f64) -> (f64, f64) {
-    let speed = speed_m_s.min((distance_m * acceleration_m_s2 / (1.0 + ROUND)).sqrt());
-    (speed, (1.0 + ROUND) * speed / acceleration_m_s2)
+    let speed = speed_m_s.min((distance_m * acceleration_m_s2 / (1.0 + PEAK_EXCESS)).sqrt());
+    (speed, (1.0 + PEAK_EXCESS) * speed / acceleration_m_s2)
 }
 
-/// A path: pieces one after another from a start.
+/// A path: pieces in sequence from a start position.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Path {
-    /// Start, m.
+    /// Start position, m.
     pub start_m: f64,
     /// Pieces.
     pub pieces: Vec<Piece>,
 }
 
 impl Path {
-    /// How long it takes, s.
+    /// Returns the duration, s.
     pub fn duration_s(&self) -> f64 {
         let mut from = self.start_m;
         let mut whole = 0.0;
@@ -107,7 +107,7 @@ impl Path {
         whole
     }
 
-    /// Positions at count moments, `step_s` apart, from time 0.
+    /// Returns the positions at `count` moments, `step_s` apart, from time 0.
     pub fn sampled(&self, step_s: f64, count: usize) -> Vec<f64> {
         let mut out = Vec::with_capacity(count);
         let (mut from, mut begun) = (self.start_m, 0.0);

@@ -1,30 +1,30 @@
-//! Phases of a motion, by its reference alone.
+//! Phases of a motion, from its reference alone.
 
 use serde::{Deserialize, Serialize};
 
-/// What the axis is doing.
+/// Phase of a motion.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Phase {
-    /// The reference rests, and has for a while.
+    /// The reference has been at rest for a while.
     Dwell,
-    /// It has just begun to move.
+    /// The reference has just begun to move.
     Breakaway,
-    /// It is turning round.
+    /// The reference reverses.
     Reversal,
-    /// Its speed changes.
+    /// The speed changes.
     Acceleration,
-    /// Its speed stays.
+    /// The speed is constant.
     ConstantSpeed,
-    /// It has just come to rest.
+    /// The reference has just come to rest.
     Settling,
 }
 
 impl Phase {
-    /// All of them.
+    /// All phases.
     pub const ALL: [Self; 6] = [Self::Dwell, Self::Breakaway, Self::Reversal, Self::Acceleration, Self::ConstantSpeed, Self::Settling];
 
-    /// Name.
+    /// Returns the name.
     pub fn name(self) -> &'static str {
         match self {
             Self::Dwell => "dwell",
@@ -37,16 +37,16 @@ impl Phase {
     }
 }
 
-/// Time about a change of direction that belongs to it, s.
-const TURN_S: f64 = 0.06;
+/// Duration after a change of direction that belongs to the reversal, s; half of it before the change belongs to it, too.
+const REVERSAL_S: f64 = 0.06;
 
-/// Time after a start that belongs to the breakaway, s.
-const BREAK_S: f64 = 0.06;
+/// Duration after a start that belongs to the breakaway, s.
+const BREAKAWAY_S: f64 = 0.06;
 
-/// Time after a stop in which the axis settles, s.
-const SETTLE_S: f64 = 0.12;
+/// Duration after a stop that belongs to the settling, s.
+const SETTLING_S: f64 = 0.12;
 
-/// The phase of each sample of a reference.
+/// Returns the phase of each sample of a reference.
 pub fn phases(command_m: &[f64], period_s: f64) -> Vec<Phase> {
     let count = command_m.len();
     let speed: Vec<f64> =
@@ -62,21 +62,21 @@ pub fn phases(command_m: &[f64], period_s: f64) -> Vec<Phase> {
         })
         .collect();
     let samples = |time_s: f64| (time_s / period_s).round() as usize;
-    let mut rested = samples(1.0);
+    let mut rest_samples = samples(1.0);
     let mut last = 0;
     for k in 0..count {
         if moves[k] == 0 {
-            rested += 1;
+            rest_samples += 1;
             continue;
         }
-        if rested > samples(0.02) {
-            let end = (k + samples(BREAK_S)).min(count);
+        if rest_samples > samples(0.02) {
+            let end = (k + samples(BREAKAWAY_S)).min(count);
             out[k..end].iter_mut().for_each(|phase| *phase = Phase::Breakaway);
         } else if last != 0 && moves[k] != last {
-            let (from, end) = (k.saturating_sub(samples(TURN_S) / 2), (k + samples(TURN_S)).min(count));
+            let (from, end) = (k.saturating_sub(samples(REVERSAL_S) / 2), (k + samples(REVERSAL_S)).min(count));
             out[from..end].iter_mut().for_each(|phase| *phase = Phase::Reversal);
         }
-        (rested, last) = (0, moves[k]);
+        (rest_samples, last) = (0, moves[k]);
     }
     let mut moving = false;
     let mut since = usize::MAX;
@@ -86,7 +86,7 @@ pub fn phases(command_m: &[f64], period_s: f64) -> Vec<Phase> {
             since = 0;
         } else if moving {
             since += 1;
-            if since <= samples(SETTLE_S) && out[k] == Phase::Dwell {
+            if since <= samples(SETTLING_S) && out[k] == Phase::Dwell {
                 out[k] = Phase::Settling;
             }
         }

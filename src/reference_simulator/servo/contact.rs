@@ -1,14 +1,14 @@
-//! The nut on the screw: two flanks, each of which only pushes.
+//! The contact of nut and screw: two flanks, each of which only pushes.
 
 use super::nominal::Nominal;
 
-/// Half the distance over which a flank takes hold, m.
+/// Half the distance over which a flank comes into contact, m.
 const EDGE_M: f64 = 0.2e-6;
 
 /// Depth at which a flank has half of its damping, m.
 const DEPTH_M: f64 = 0.1e-6;
 
-/// Depth of a flank, smooth from nothing to u: (u + ε)²/4ε within ±ε; and the integral of it.
+/// Returns the depth of a flank, smooth from 0 to u: (u + ε)²/4ε within ±ε; and its integral.
 fn depth(u_m: f64) -> (f64, f64) {
     if u_m <= -EDGE_M {
         (0.0, 0.0)
@@ -20,17 +20,17 @@ fn depth(u_m: f64) -> (f64, f64) {
     }
 }
 
-/// Force on the nut at a shift of the thread against it, and the part of it that is elastic, N.
+/// Returns the force on the nut at a shift of the thread against it, and the elastic part of this force, N.
 ///
-/// A flank pushes with k δ + d δ̇ δ/(δ + δ₀) ≥ 0, its damping growing with depth in the manner of Hunt and Crossley; without play the nut
-/// is the linear k s + d ṡ.
+/// A flank pushes with k δ + d δ̇ δ/(δ + δ₀) ≥ 0; its damping grows with depth, as in the model of Hunt and Crossley. Without backlash
+/// the force is the linear k s + d ṡ.
 pub fn force_n(nominal: &Nominal, shift_m: f64, rate_m_s: f64) -> (f64, f64) {
     let (stiffness, damping) = (nominal.axial_n_m, nominal.axial_n_s_m);
     if nominal.backlash_m == 0.0 {
         let elastic = stiffness * shift_m;
         return (elastic + damping * rate_m_s, elastic);
     }
-    // Force and its elastic part of the flank that pushes towards a side.
+    // Force, and its elastic part, of the flank that pushes towards `side`.
     let flank = |side: f64| {
         let (deep, _) = depth(side * shift_m - 0.5 * nominal.backlash_m);
         let elastic = stiffness * deep;
@@ -40,7 +40,7 @@ pub fn force_n(nominal: &Nominal, shift_m: f64, rate_m_s: f64) -> (f64, f64) {
     (ahead[0] - back[0], ahead[1] - back[1])
 }
 
-/// Elastic energy of both flanks at a shift, J.
+/// Returns the elastic energy of both flanks at a shift, J.
 #[cfg(test)]
 pub fn energy_j(nominal: &Nominal, shift_m: f64) -> f64 {
     if nominal.backlash_m == 0.0 {

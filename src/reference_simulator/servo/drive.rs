@@ -1,4 +1,4 @@
-//! The cascade of position, velocity and current, sampled.
+//! The sampled cascade of position, velocity and current loops.
 
 use std::collections::VecDeque;
 
@@ -7,42 +7,42 @@ use super::nominal::{Loops, Nominal};
 /// Period of the current loop, s.
 pub const CURRENT_S: f64 = 31.25e-6;
 
-/// Current periods in one of the velocity loop: 125 µs.
+/// Current periods in one period of the velocity loop: 125 µs.
 pub const VELOCITY_TICKS: usize = 4;
 
-/// Current periods in one of the position loop: 1 ms.
+/// Current periods in one period of the position loop: 1 ms.
 pub const POSITION_TICKS: usize = 32;
 
-/// A digital PI, u = k (e + T/T_i Σe).
+/// A digital PI controller, u = k (e + T/T_i Σe).
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Integral {
     sum: f64,
 }
 
 impl Integral {
-    /// Output for an error before any limit. `share` is T/T_i.
+    /// Returns the output for an error without any limit. `share` is T/T_i.
     ///
     /// # Source     Symmetry 11 (2019) 1156, section 2.3.
     fn output(&self, gain: f64, share: f64, error: f64) -> f64 {
         gain * (error + share * (self.sum + error))
     }
 
-    /// Takes the error into the sum, unless the output is at its limit and the error would drive it further.
-    fn gather(&mut self, output: f64, error: f64, limited: bool) {
+    /// Adds the error to the sum, unless the output is at its limit and the error would drive it further.
+    fn accumulate(&mut self, output: f64, error: f64, limited: bool) {
         if !limited || output * error < 0.0 {
             self.sum += error;
         }
     }
 
-    /// Output for an error, within ± a limit, at which the sum waits.
+    /// Returns the output for an error, within ± a limit; at the limit the sum does not grow.
     pub fn limited(&mut self, gain: f64, share: f64, error: f64, limit: f64) -> f64 {
-        let free = self.output(gain, share, error);
-        self.gather(free, error, free.abs() > limit);
-        free.clamp(-limit, limit)
+        let unlimited = self.output(gain, share, error);
+        self.accumulate(unlimited, error, unlimited.abs() > limit);
+        unlimited.clamp(-limit, limit)
     }
 }
 
-/// State of the loops, and what they give.
+/// State of the loops and their demands.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Drive {
     ticks: usize,
@@ -55,7 +55,7 @@ pub struct Drive {
 }
 
 impl Drive {
-    /// Switched on at rest at zero.
+    /// Creates the state of a drive switched on at rest at zero.
     pub fn at_rest(loops: &Loops) -> Self {
         Self {
             ticks: 0,
@@ -68,8 +68,10 @@ impl Drive {
         }
     }
 
-    /// One current period: voltages of d and q, V, for the command in force, the encoder's angle and both currents. Outer loops come in
-    /// at their own periods. i_d is to be zero. A voltage beyond link/√3 is shortened and keeps its direction.
+    /// Samples one current period and returns the voltages of d and q, V.
+    ///
+    /// The inputs are the present command, the encoder's angle and both currents. Outer loops act at their own periods. The demand of i_d
+    /// is zero. A voltage beyond link/√3 is shortened and keeps its direction.
     pub fn sample(&mut self, nominal: &Nominal, command_m: f64, angle_rad: f64, current_a: [f64; 2]) -> [f64; 2] {
         let (loops, ratio) = (&nominal.loops, nominal.ratio_m());
         if self.ticks.is_multiple_of(POSITION_TICKS) {
@@ -88,11 +90,11 @@ impl Drive {
         self.ticks += 1;
         let (gain, share, limit) = (loops.current_gain_v_a, CURRENT_S / loops.current_time_s, nominal.voltage_limit_v());
         let errors = [-current_a[0], self.current_a - current_a[1]];
-        let free: [f64; 2] = std::array::from_fn(|k| self.currents[k].output(gain, share, errors[k]));
-        let length = free[0].hypot(free[1]);
+        let unlimited: [f64; 2] = std::array::from_fn(|k| self.currents[k].output(gain, share, errors[k]));
+        let length = unlimited[0].hypot(unlimited[1]);
         for (k, integral) in self.currents.iter_mut().enumerate() {
-            integral.gather(free[k], errors[k], length > limit);
+            integral.accumulate(unlimited[k], errors[k], length > limit);
         }
-        free.map(|volts| if length > limit { volts * limit / length } else { volts })
+        unlimited.map(|volts| if length > limit { volts * limit / length } else { volts })
     }
 }

@@ -1,26 +1,26 @@
-//! Friction: elastic elements side by side, each of which slips at its share of a level that falls with speed.
+//! Friction: parallel elastic elements, each of which slips at its share of a level that falls with speed.
 
-/// Elements of a film.
+/// Number of elements of a surface.
 const ELEMENTS: usize = 8;
 
-/// Elastic distance of friction that counts as having none, m.
+/// Least elastic distance of the elements, m; it stands for friction without presliding.
 const RIGID_M: f64 = 50e-9;
 
-/// A curve of friction over speed: sgn(v) (F_c + F_s e^{−|v|/v_s}) + b v.
+/// A friction curve over speed: sgn(v) (F_c + F_s e^{−|v|/v_s}) + b v.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Friction {
     /// Coulomb friction, N.
     pub coulomb_n: f64,
-    /// Excess of friction at rest over it, N.
+    /// Excess of friction at rest over Coulomb friction, N.
     pub excess_n: f64,
-    /// Speed in which the excess falls to 1/e, m/s.
+    /// Speed at which the excess has fallen to 1/e, m/s.
     pub stribeck_m_s: f64,
     /// Viscous friction, N·s/m.
     pub viscous_n_s_m: f64,
 }
 
 impl Friction {
-    /// No friction.
+    /// Returns a curve without friction.
     pub fn none() -> Self {
         Self { coulomb_n: 0.0, excess_n: 0.0, stribeck_m_s: 0.01, viscous_n_s_m: 0.0 }
     }
@@ -30,51 +30,51 @@ impl Friction {
     }
 }
 
-/// Elements of one surface: their stretches, and where they were taken last.
+/// Elastic elements of one surface: their stretches and their last position.
 ///
-/// Equal shares of the level; element i yields at −ln(1 − (i + ½)/n) of the mean distance: friction from rest rises steeply, then ever
-/// slower, and slides as a whole at 2.8 of it.
+/// All elements have equal shares of the level. Element i slips at −ln(1 − (i + ½)/n) of the mean distance. Friction from rest rises
+/// steeply, then ever more slowly; full sliding begins at 2.8 of the mean distance.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Film {
-    reach_m: [f64; ELEMENTS],
+pub struct FrictionElements {
+    slip_distance_m: [f64; ELEMENTS],
     stretch_m: [f64; ELEMENTS],
-    at_m: f64,
+    position_m: f64,
 }
 
-impl Film {
-    /// Relaxed at zero, elastic over a mean distance.
+impl FrictionElements {
+    /// Creates relaxed elements at position zero with a mean elastic distance.
     pub fn relaxed(presliding_m: f64) -> Self {
         let mean = presliding_m.max(RIGID_M);
-        let reach_m = std::array::from_fn(|k| -mean * (1.0 - (k as f64 + 0.5) / ELEMENTS as f64).ln());
-        Self { reach_m, stretch_m: [0.0; ELEMENTS], at_m: 0.0 }
+        let slip_distance_m = std::array::from_fn(|k| -mean * (1.0 - (k as f64 + 0.5) / ELEMENTS as f64).ln());
+        Self { slip_distance_m, stretch_m: [0.0; ELEMENTS], position_m: 0.0 }
     }
 
-    /// Stretches once carried to a position in one direction, where the level is a share of that at rest.
-    fn carried(&self, position_m: f64, share: f64) -> [f64; ELEMENTS] {
-        let way = position_m - self.at_m;
+    /// Returns the stretches after a displacement in one direction to a position; `share` is the level over the level at rest.
+    fn advanced(&self, position_m: f64, share: f64) -> [f64; ELEMENTS] {
+        let way = position_m - self.position_m;
         std::array::from_fn(|k| {
-            let limit = self.reach_m[k] * share;
+            let limit = self.slip_distance_m[k] * share;
             (self.stretch_m[k] + way).clamp(-limit, limit)
         })
     }
 
-    /// Force against a motion at a position and speed, N.
+    /// Returns the force against a motion at a position and speed, N.
     pub fn force_n(&self, law: &Friction, position_m: f64, speed_m_s: f64) -> f64 {
         let rest = law.coulomb_n + law.excess_n;
         if rest == 0.0 {
             return law.viscous_n_s_m * speed_m_s;
         }
-        let stretch = self.carried(position_m, law.level_n(speed_m_s) / rest);
-        let held: f64 = stretch.iter().zip(&self.reach_m).map(|(stretch, reach)| stretch / reach).sum();
-        rest / ELEMENTS as f64 * held + law.viscous_n_s_m * speed_m_s
+        let stretch = self.advanced(position_m, law.level_n(speed_m_s) / rest);
+        let sum: f64 = stretch.iter().zip(&self.slip_distance_m).map(|(stretch, reach)| stretch / reach).sum();
+        rest / ELEMENTS as f64 * sum + law.viscous_n_s_m * speed_m_s
     }
 
-    /// Takes the elements along.
-    pub fn carry(&mut self, law: &Friction, position_m: f64, speed_m_s: f64) {
+    /// Moves the elements to a position.
+    pub fn advance(&mut self, law: &Friction, position_m: f64, speed_m_s: f64) {
         let rest = law.coulomb_n + law.excess_n;
         if rest > 0.0 {
-            self.stretch_m = self.carried(position_m, law.level_n(speed_m_s) / rest);
-            self.at_m = position_m;
+            self.stretch_m = self.advanced(position_m, law.level_n(speed_m_s) / rest);
+            self.position_m = position_m;
         }
     }
 }

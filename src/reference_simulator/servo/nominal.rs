@@ -1,4 +1,4 @@
-//! Numbers of the axis.
+//! Parameters of the axis.
 
 use std::f64::consts::TAU;
 
@@ -6,7 +6,7 @@ use super::friction::Friction;
 use super::missing::Missing;
 use crate::TruthError;
 
-/// Gains and times of the cascade; current and velocity by digital PI, u = k (e + T/T_i Σe), position by P.
+/// Gains and times of the cascade. Current and velocity loops are digital PI, u = k (e + T/T_i Σe); the position loop is P.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Loops {
     /// Gain of the current loop, V/A.
@@ -19,62 +19,62 @@ pub struct Loops {
     pub velocity_time_s: f64,
     /// Gain of the position loop, 1/s.
     pub position_gain_1_s: f64,
-    /// Share of the command's speed that is fed forward.
+    /// Gain of the velocity feed-forward; 1 feeds the full command speed forward.
     pub feed_forward: f64,
-    /// Velocity periods over which the encoder's difference is taken. More are quieter and later.
+    /// Velocity periods over which the encoder's difference is taken. A larger number reduces noise and adds delay.
     pub speed_periods: usize,
 }
 
-/// What an engineer knows of an axis.
+/// Parameters of an axis that an engineer knows.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Nominal {
-    /// Pairs of poles of the motor.
+    /// Pole pairs of the motor.
     pub pole_pairs: f64,
     /// Resistance of a phase, Ω.
     pub resistance_ohm: f64,
     /// Inductances along d and q, H.
     pub inductance_h: [f64; 2],
-    /// Torque for one ampere of i_q (amplitude of the phase current), N·m/A.
+    /// Torque per ampere of i_q (amplitude of the phase current), N·m/A.
     pub torque_constant_nm_a: f64,
-    /// Voltage of the link, V.
+    /// Voltage of the DC link, V.
     pub link_v: f64,
     /// Largest i_q demanded, A: three times the nominal current's amplitude.
     pub current_limit_a: f64,
     /// Inertia of the rotor, kg·m².
     pub rotor_kg_m2: f64,
-    /// Inertia of the coupling, one half of which turns with the rotor and one with the screw, kg·m².
+    /// Inertia of the coupling, kg·m²: one half turns with the rotor, the other half with the screw.
     pub coupling_kg_m2: f64,
     /// Inertia of the screw, kg·m².
     pub screw_kg_m2: f64,
-    /// Lead of the screw, m per turn.
+    /// Lead of the screw, m per revolution.
     pub lead_m: f64,
     /// Mass of the table, kg.
     pub table_kg: f64,
     /// Torsional stiffness between motor and screw, N·m/rad.
     pub torsion_nm_rad: f64,
-    /// Damping beside it, N·m·s/rad.
+    /// Torsional damping between motor and screw, N·m·s/rad.
     pub torsion_nm_s_rad: f64,
     /// Axial stiffness at the nut, N/m.
     pub axial_n_m: f64,
     /// Damping of the nut in full contact, N·s/m.
     pub axial_n_s_m: f64,
-    /// Play of the nut from flank to flank, m.
+    /// Backlash of the nut from flank to flank, m.
     pub backlash_m: f64,
     /// Friction of the table.
     pub table_friction: Friction,
-    /// Friction of the screw, as felt along the travel: its torque is this force times lead/2π.
+    /// Friction of the screw, reduced to the travel: its torque is this force times lead/2π.
     pub screw_friction: Friction,
     /// Loops of the drive.
     pub loops: Loops,
 }
 
 impl Nominal {
-    /// The first axis, x, with a table of 150 kg.
+    /// Returns the first axis, x, with a table of 150 kg.
     pub fn x() -> Self {
         Self::with_table(150.0)
     }
 
-    /// The second axis, y, which carries the first: 1.4 times its table, its velocity gain set for that, all else alike.
+    /// Returns the second axis, y, which carries the first: 1.4 times the table mass, a velocity gain to match, all else equal.
     pub fn y() -> Self {
         Self::with_table(1.4 * 150.0)
     }
@@ -114,56 +114,56 @@ impl Nominal {
         nominal
     }
 
-    /// Travel for one radian, m.
+    /// Returns the travel for one radian, m.
     pub fn ratio_m(&self) -> f64 {
         self.lead_m / TAU
     }
 
-    /// Inertias of the two shafts: rotor and screw, each with its half of the coupling, kg·m².
+    /// Returns the inertias of the two shafts, rotor and screw, each with half of the coupling, kg·m².
     pub fn shafts_kg_m2(&self) -> [f64; 2] {
         [self.rotor_kg_m2, self.screw_kg_m2].map(|own| own + 0.5 * self.coupling_kg_m2)
     }
 
-    /// Inertia of all that moves, at the motor, kg·m².
+    /// Returns the inertia of all moving parts at the motor, kg·m².
     pub fn inertia_kg_m2(&self) -> f64 {
         self.shafts_kg_m2().iter().sum::<f64>() + self.table_kg * self.ratio_m().powi(2)
     }
 
-    /// Flux linkage of the magnets, Wb: torque constant over 3/2 of the pole pairs.
+    /// Returns the flux linkage of the magnets, Wb: torque constant over 3/2 of the pole pairs.
     pub fn flux_wb(&self) -> f64 {
         self.torque_constant_nm_a / (1.5 * self.pole_pairs)
     }
 
-    /// Largest amplitude of the voltage that space vectors can give, V: link/√3.
+    /// Returns the largest voltage amplitude of space-vector modulation, V: link/√3.
     pub fn voltage_limit_v(&self) -> f64 {
         self.link_v / 3f64.sqrt()
     }
 }
 
-/// A whole axis: what is known of it, and what is missing from that.
+/// A complete axis: known parameters and effects that the analytical model lacks.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Axis {
-    /// Known numbers.
+    /// Known parameters.
     pub nominal: Nominal,
-    /// What only the truth has.
+    /// Effects that only the simulator has.
     pub missing: Missing,
 }
 
 impl Axis {
-    /// The first axis with everything that is missing, at its usual size.
+    /// Returns the first axis with all missing effects at their usual size.
     pub fn x() -> Self {
         Self { nominal: Nominal::x(), missing: Missing::default() }
     }
 
-    /// The second axis: as the first, but its waves have phases of their own.
+    /// Returns the second axis: as the first, with other phases of lead error and cogging.
     pub fn y() -> Self {
         let missing = Missing { lead_phase_rad: 3.9, ripple_phase_rad: [5.2, 0.3], ..Missing::default() };
         Self { nominal: Nominal::y(), missing }
     }
 
-    /// Refuses numbers that no axis has.
+    /// Checks that every parameter is admissible.
     ///
-    /// # Errors     `TruthError::Refused` names the first one.
+    /// # Errors     `TruthError::Refused` names the first inadmissible parameter.
     pub fn check(&self) -> Result<(), TruthError> {
         let (n, l, m) = (&self.nominal, &self.nominal.loops, &self.missing);
         let positive = [
@@ -214,15 +214,19 @@ impl Axis {
             ("ripple_phase_rad", m.ripple_phase_rad[0]),
             ("ripple_phase_rad", m.ripple_phase_rad[1]),
         ];
-        refuse(&positive, "a positive number", |value| value > 0.0)?;
-        refuse(&not_negative, "zero or a positive number", |value| value >= 0.0)?;
-        refuse(&finite, "a finite number", |_| true)
+        check_values(&positive, "a positive number", |value| value > 0.0)?;
+        check_values(&not_negative, "zero or a positive number", |value| value >= 0.0)?;
+        check_values(&finite, "a finite number", |_| true)
     }
 }
 
-/// Refuses the first of named numbers that is not finite or not as it must be.
-pub(super) fn refuse(numbers: &[(&'static str, f64)], wanted: &'static str, fine: impl Fn(f64) -> bool) -> Result<(), TruthError> {
-    match numbers.iter().find(|(_, value)| !(value.is_finite() && fine(*value))) {
+/// Returns an error for the first named value that is not finite or not admissible.
+pub(super) fn check_values(
+    numbers: &[(&'static str, f64)],
+    wanted: &'static str,
+    is_admissible: impl Fn(f64) -> bool,
+) -> Result<(), TruthError> {
+    match numbers.iter().find(|(_, value)| !(value.is_finite() && is_admissible(*value))) {
         Some(&(key, found)) => Err(TruthError::Refused { key, found, wanted }),
         None => Ok(()),
     }

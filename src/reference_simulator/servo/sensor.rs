@@ -1,64 +1,64 @@
-//! What scale, encoder and torque channel make of an axis.
+//! Sensors of an axis: scale, encoder and torque channel.
 
-use super::nominal::refuse;
+use super::nominal::check_values;
 use crate::TruthError;
 
-/// Sensors of an axis; each nuisance is off where its size is 0.
+/// Sensors of an axis; each error is absent where its size is 0.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Sensors {
-    /// Steps of the motor's encoder per turn; 0 for a perfect one. It closes the loops.
+    /// Steps of the motor encoder per revolution; 0 for a perfect one. It closes the loops.
     pub encoder_steps: f64,
-    /// Standard deviation of the scale at the table, m.
+    /// Standard deviation of the noise of the scale at the table, m.
     pub scale_noise_m: f64,
     /// Step of the scale, m.
     pub scale_step_m: f64,
-    /// How late the scale is read, s.
-    pub scale_late_s: f64,
-    /// Standard deviation of the torque channel, N·m.
+    /// Delay of the scale's reading, s.
+    pub scale_delay_s: f64,
+    /// Standard deviation of the noise of the torque channel, N·m.
     pub torque_noise_nm: f64,
 }
 
 impl Default for Sensors {
-    /// The usual sizes.
+    /// Returns usual sizes of the errors.
     fn default() -> Self {
-        Self { encoder_steps: 1_048_576.0, scale_noise_m: 0.1e-6, scale_step_m: 50e-9, scale_late_s: 10e-6, torque_noise_nm: 0.05 }
+        Self { encoder_steps: 1_048_576.0, scale_noise_m: 0.1e-6, scale_step_m: 50e-9, scale_delay_s: 10e-6, torque_noise_nm: 0.05 }
     }
 }
 
 impl Sensors {
-    /// Sensors without errors.
+    /// Returns sensors without errors.
     pub fn perfect() -> Self {
-        Self { encoder_steps: 0.0, scale_noise_m: 0.0, scale_step_m: 0.0, scale_late_s: 0.0, torque_noise_nm: 0.0 }
+        Self { encoder_steps: 0.0, scale_noise_m: 0.0, scale_step_m: 0.0, scale_delay_s: 0.0, torque_noise_nm: 0.0 }
     }
 
-    /// Refuses numbers that no sensor has.
+    /// Checks that every parameter is admissible.
     ///
-    /// # Errors     `TruthError::Refused` names the first one.
+    /// # Errors     `TruthError::Refused` names the first inadmissible parameter.
     pub fn check(&self) -> Result<(), TruthError> {
         let numbers = [
             ("encoder_steps", self.encoder_steps),
             ("scale_noise_m", self.scale_noise_m),
             ("scale_step_m", self.scale_step_m),
-            ("scale_late_s", self.scale_late_s),
+            ("scale_delay_s", self.scale_delay_s),
             ("torque_noise_nm", self.torque_noise_nm),
         ];
-        refuse(&numbers, "zero or a positive number", |value| value >= 0.0)
+        check_values(&numbers, "zero or a positive number", |value| value >= 0.0)
     }
 }
 
-/// A value on a grid; as it is for a grid of none.
-pub(super) fn stepped(value: f64, step: f64) -> f64 {
+/// Rounds a value to a grid; a step of 0 leaves it unchanged.
+pub(super) fn quantised(value: f64, step: f64) -> f64 {
     if step > 0.0 { (value / step).round() * step } else { value }
 }
 
-/// A run, one row for each millisecond.
+/// A recorded run, one row for each millisecond.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Record {
     /// Time, s.
     pub time_s: Vec<f64>,
     /// Command, m.
     pub command_m: Vec<f64>,
-    /// Motor's encoder times lead/2π, m: what closes the loops.
+    /// Motor encoder times lead/2π, m: the position that closes the loops.
     pub position_m: Vec<f64>,
     /// Scale at the table, m.
     pub table_m: Vec<f64>,

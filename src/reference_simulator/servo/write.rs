@@ -7,24 +7,24 @@ use rayon::prelude::*;
 
 use super::nominal::Axis;
 use super::path::{Circle, Feed};
-use super::run::{PARTS, run_in};
+use super::run::{STEPS, run_in};
 use super::sensor::{Record, Sensors};
 use crate::TruthError;
 use crate::draw::Draw;
-use crate::file::{made_folder, put, quoted};
+use crate::file::{create_folder, quoted, write_text};
 
-/// Runs an axis along sines and writes the records as a measurement set, the first and the last to be fitted: of [`Feed::standard`], F1000
-/// and F6000.
+/// Runs an axis along sines and writes the records as a measurement set. The first and the last record are fitted: for
+/// [`Feed::standard`], F1000 and F6000.
 ///
-/// # Errors     As [`run`](super::run()); `TruthError::Write` where a file cannot be written. Nothing is written before all runs are done.
+/// # Errors     As [`run`](super::run()); `TruthError::Write` if a file cannot be written. All runs end before the first file is written.
 pub fn write_sines(folder: &Path, axis: &Axis, sensors: &Sensors, feeds: &[Feed], seed: u64) -> Result<(), TruthError> {
     let commands = feeds.iter().map(|feed| Ok((feed.name(), feed.commands_m()?))).collect::<Result<Vec<_>, TruthError>>()?;
     let records = drive(axis, sensors, &commands, &Draw::new(seed))?;
-    put_set(folder, "ball-screw axis, sines", &records)
+    write_set(folder, "ball-screw axis, sines", &records)
 }
 
-/// Runs two axes, x and y, along circles and writes a measurement set of each, in the folders `x` and `y`; the first and the last circle
-/// are to be fitted: of [`Circle::standard`], the slowest and the fastest.
+/// Runs two axes, x and y, along circles and writes one measurement set for each in the folders `x` and `y`. The first and the last
+/// circle are fitted: for [`Circle::standard`], the slowest and the fastest.
 ///
 /// # Errors     As [`write_sines`].
 pub fn write_circles(folder: &Path, axes: [&Axis; 2], sensors: &Sensors, circles: &[Circle], seed: u64) -> Result<(), TruthError> {
@@ -37,28 +37,28 @@ pub fn write_circles(folder: &Path, axes: [&Axis; 2], sensors: &Sensors, circles
     let draw = Draw::new(seed);
     let x = drive(axes[0], sensors, &commands[0], &draw.branch(0))?;
     let y = drive(axes[1], sensors, &commands[1], &draw.branch(1))?;
-    put_set(&folder.join("x"), "ball-screw axis x, circles", &x)?;
-    put_set(&folder.join("y"), "ball-screw axis y, circles", &y)
+    write_set(&folder.join("x"), "ball-screw axis x, circles", &x)?;
+    write_set(&folder.join("y"), "ball-screw axis y, circles", &y)
 }
 
-/// Records of named commands, each with noise of its own.
+/// Records the runs along named commands, each with its own noise.
 fn drive(axis: &Axis, sensors: &Sensors, commands: &[(String, Vec<f64>)], draw: &Draw) -> Result<Vec<(String, Record)>, TruthError> {
     let one = |(number, (name, command)): (usize, &(String, Vec<f64>))| {
-        let record = run_in(axis, sensors, command, &mut draw.branch(number as u64), PARTS)?;
+        let record = run_in(axis, sensors, command, &mut draw.branch(number as u64), STEPS)?;
         Ok((name.clone(), record))
     };
     commands.par_iter().enumerate().map(one).collect::<Vec<_>>().into_iter().collect()
 }
 
-fn put_set(folder: &Path, title: &str, records: &[(String, Record)]) -> Result<(), TruthError> {
-    let motion = made_folder(folder, "motion")?;
+fn write_set(folder: &Path, title: &str, records: &[(String, Record)]) -> Result<(), TruthError> {
+    let motion = create_folder(folder, "motion")?;
     let ends: Vec<String> = records.first().into_iter().chain(records.last()).map(|(name, _)| name.clone()).collect();
     let mut manifest = format!("title = \"{title}\"\n\n[split]\nfit = [{}]\n", quoted(&ends));
     for (name, record) in records {
         let _ = writeln!(manifest, "\n[[motion]]\nname = \"{name}\"\nfile = \"motion/{name}.csv\"");
-        put(&motion.join(format!("{name}.csv")), &rows(record))?;
+        write_text(&motion.join(format!("{name}.csv")), &rows(record))?;
     }
-    put(&folder.join("manifest.toml"), &manifest)
+    write_text(&folder.join("manifest.toml"), &manifest)
 }
 
 fn rows(record: &Record) -> String {

@@ -1,4 +1,4 @@
-//! Plans, strength, labels and files.
+//! Tests of plans, strength, labels and files.
 
 use std::collections::BTreeSet;
 
@@ -51,7 +51,7 @@ fn cases_do_not_depend_on_threads_or_order() {
 
 #[test]
 #[ignore = "second tier"]
-fn cases_hold_what_their_labels_say() {
+fn cases_match_their_labels() {
     let plan = small();
     for (index, made) in generate(5, &plan).enumerate() {
         let (case, label) = made.unwrap();
@@ -72,52 +72,53 @@ fn cases_hold_what_their_labels_say() {
             let squares: f64 = accepted.iter().map(|(line, exact)| (line.response / **exact).ln().norm_sqr() / 2.0).sum();
             let noise = (squares / accepted.len() as f64).sqrt();
             let is_bad = label.faulty_records.contains(&record.file());
-            assert!(is_bad || noise < 0.12, "{} of {}: {noise} off its exact curve", record.file(), label.case);
+            assert!(is_bad || noise < 0.12, "{} of {}: {noise} rms from its exact curve", record.file(), label.case);
         }
     }
 }
 
 #[test]
-fn nulls_have_no_strength_and_effects_reach_theirs() {
+fn nulls_have_no_strength_and_effects_reach_the_requested_strength() {
     let subject = subject(2);
     let setting = setting(subject.drawn.band_hz);
     let survey = Survey::new(&subject, &setting, &Layout::Cross.channels(), &[1.0], 1.0 / 150.0).unwrap();
     let gauge = Gauge::new(&subject, survey.clone()).unwrap();
-    assert!(gauge.left(&subject).unwrap().noncentrality < 1e-12);
-    // A joint that changed is no effect.
+    assert!(gauge.unexplained(&subject).unwrap().noncentrality < 1e-12);
+    // A changed joint is no effect.
     let mut stiffer = subject.clone();
     *stiffer.drawn.joints.get_mut("k_n").unwrap() *= 1.02;
     let mut heavier = subject.clone();
     heavier.nuisance.masses[0] += 0.02;
-    let (joint, mass) = (gauge.left(&stiffer).unwrap().noncentrality, gauge.left(&heavier).unwrap().noncentrality);
+    let (joint, mass) = (gauge.unexplained(&stiffer).unwrap().noncentrality, gauge.unexplained(&heavier).unwrap().noncentrality);
     assert!(joint < 1.0, "{joint}");
     assert!(mass > 5.0, "{mass}");
     for kind in [EffectKind::GuideViscous, EffectKind::CouplingInertia, EffectKind::FrfGain] {
-        let effect = Effect::drawn(kind, &subject.drawn, &mut Draw::new(1));
+        let effect = Effect::random(kind, &subject.drawn, &mut Draw::new(1));
         let alone = Subject { effects: vec![effect], ..subject.clone() };
         for wanted in [9.0, 25.0] {
             let size = gauge.size_for(&alone, wanted).unwrap();
-            let reached = gauge.left(&Subject { effects: vec![alone.effects[0].sized(size)], ..alone.clone() }).unwrap().noncentrality;
+            let reached =
+                gauge.unexplained(&Subject { effects: vec![alone.effects[0].sized(size)], ..alone.clone() }).unwrap().noncentrality;
             assert!((reached / wanted - 1.0).abs() < 0.03, "{}: {reached} for {wanted}", kind.id());
         }
     }
 }
 
 #[test]
-fn the_chain_finds_its_own_joints() {
+fn refit_of_the_chain_recovers_its_joints() {
     let mut subject = subject(1);
     subject.nuisance = crate::machine::nuisance::Nuisance::none(6);
     let survey = Survey::new(&subject, &setting(subject.drawn.band_hz), &Layout::Cross.channels(), &[1.0], 1.0 / 100.0).unwrap();
     let fit = Fit::of_chain(&subject.drawn, &survey);
-    let start: Vec<f64> = fit.truth().iter().map(|value| value + 0.05).collect();
+    let start: Vec<f64> = fit.true_point().iter().map(|value| value + 0.05).collect();
     let found = fit.run(&survey.base, &start).unwrap();
     assert!(found.held_out < 2e-4 && found.fit < 2e-4, "{found:?}");
 }
 
 #[test]
-fn folders_tell_nothing_of_labels() {
+fn folders_contain_nothing_of_labels() {
     let plan = small();
-    let folder = std::env::temp_dir().join(format!("truth-case-{}", std::process::id()));
+    let folder = std::env::temp_dir().join(format!("simulator-case-{}", std::process::id()));
     for index in [4, 5] {
         let (case, label) = generate_one(5, &plan, index).unwrap();
         let place = folder.join(&case.name);
@@ -133,12 +134,12 @@ fn folders_tell_nothing_of_labels() {
 }
 
 #[test]
-fn plans_cover_everything_once_shuffled() {
+fn plans_contain_every_case_in_shuffled_order() {
     let plan = Plan::from_counts(&Counts::FULL, 1);
     let count = |kind| plan.slots.iter().filter(|slot| slot.kind == kind).count();
     assert_eq!(count(Kind::Null), Counts::FULL.nulls);
     assert_eq!(count(Kind::LookAlike), 2 * LOOK_ALIKES.len() * Counts::FULL.look_alikes_per_truth);
-    assert_eq!(count(Kind::Unknown), EffectKind::OUTSIDE.len() * Counts::FULL.unknowns_per_effect);
+    assert_eq!(count(Kind::Unknown), EffectKind::UNLISTED.len() * Counts::FULL.unknowns_per_effect);
     for effect in EffectKind::LISTED {
         let singles: Vec<_> = plan.slots.iter().filter(|slot| slot.kind == Kind::Single && slot.effects == [effect]).collect();
         assert_eq!(singles.len(), Counts::FULL.singles_per_effect);

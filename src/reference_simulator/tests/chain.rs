@@ -1,4 +1,4 @@
-//! The bench without effects and nuisances against its closed form.
+//! Tests of the published bench without effects and nuisance parameters against its closed form.
 
 use nalgebra::{DMatrix, DVector};
 use num_complex::Complex64;
@@ -8,8 +8,9 @@ use crate::machine::assembly::Assembly;
 use crate::machine::number::Machine;
 use crate::machine::point::{Channel, Point};
 
-/// Receptances of the chain by direct assembly of the wave solutions of its four rods: table, rotor, and screw (axial, angle) at left
-/// bearing, nut and right bearing. Source: Tian et al., Eq. 1–24, with cot for the printed cos, v = (1, −1, −i).
+/// Assembles the dynamic stiffness of the chain from the wave solutions of its four rods. The degrees of freedom are table, rotor, and
+/// screw (axial, angle) at left bearing, nut and right bearing. Source: Tian et al., Eq. 1–24, with cot for the printed cos, v = (1, −1,
+/// −i).
 fn closed_form(machine: &Machine, nut_m: f64, hz: f64) -> DMatrix<Complex64> {
     let omega = 2.0 * std::f64::consts::PI * hz;
     let i = Complex64::I;
@@ -60,18 +61,19 @@ fn solved(z: &DMatrix<Complex64>, excitation: usize) -> DVector<Complex64> {
     z.clone().lu().solve(&right).unwrap()
 }
 
-/// Largest deviation to 1 kHz, relative to the closed form; for deep antiresonances relative to a thousandth of the largest value.
+/// Returns the largest deviation up to 1 kHz, relative to the closed form; near antiresonances relative to `below_peak` times the largest
+/// value.
 fn deviation(machine: &Machine, nut_m: f64, channel: Channel, indices: (usize, usize), below_peak: f64) -> f64 {
     let lines: Vec<f64> = (1..=333).map(|k| 3.0 * f64::from(k)).collect();
-    let spots: Vec<Complex64> = lines.iter().map(|hz| Complex64::new(0.0, 2.0 * std::f64::consts::PI * hz)).collect();
+    let points: Vec<Complex64> = lines.iter().map(|hz| Complex64::new(0.0, 2.0 * std::f64::consts::PI * hz)).collect();
     let assembly = Assembly::new(machine, &[], nut_m, 1.0);
-    let found = assembly.structure.receptances(&[assembly.port(channel)], &spots).unwrap().remove(0);
+    let found = assembly.structure.receptances(&[assembly.port(channel)], &points).unwrap().remove(0);
     let expected: Vec<Complex64> = lines.iter().map(|&hz| solved(&closed_form(machine, nut_m, hz), indices.1)[indices.0]).collect();
     let smallest = below_peak * expected.iter().map(|value| value.norm()).fold(0.0, f64::max);
     found.iter().zip(&expected).map(|(a, b)| (a - b).norm() / b.norm().max(smallest)).fold(0.0, f64::max)
 }
 
-/// The machine of a subject without nuisances, joints at their true values.
+/// Returns the machine of a subject without nuisance parameters, with the true joint values, and its nut positions.
 fn bare(seed: u64, elements: usize) -> (Machine, [f64; 6]) {
     let subject = subject(seed);
     let mut machine = crate::machine::nuisance::Nuisance::none(6).applied(subject.drawn.with_true_joints());

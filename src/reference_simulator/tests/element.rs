@@ -1,10 +1,10 @@
-//! Elements against closed forms.
+//! Tests of elements against closed forms.
 
 use num_complex::Complex64;
 
 use crate::element::beam::Beam;
 use crate::element::dense::Dense;
-use crate::element::law::{Law, Loss, Spot};
+use crate::element::law::{LaplacePoint, Law, Loss};
 use crate::element::rod::{Rod, Stretch};
 use crate::element::structure::{Port, Structure};
 
@@ -17,7 +17,7 @@ fn uniform(doublings: u32) -> Rod {
     Rod { stretches: vec![Stretch { stiffness: STIFFNESS / element, inertia: MASS_PER_LENGTH * element, doublings }] }
 }
 
-/// λ of the rod at s, complex so that the check needs no damping.
+/// Returns λ of the rod at s, complex so that the test needs no damping.
 fn wave_number(s: Complex64) -> Complex64 {
     Complex64::new(0.0, -1.0) * s * (MASS_PER_LENGTH / STIFFNESS).sqrt()
 }
@@ -38,8 +38,8 @@ fn limit_free_rod_is_the_cotangent() {
 }
 
 #[test]
-fn limit_clamped_rod_rings_at_odd_quarters() {
-    // Clamped–free: (2n − 1) c / 4L. The end's receptance is largest there.
+fn limit_clamped_rod_resonates_at_odd_quarter_waves() {
+    // Clamped–free: resonances at (2n − 1) c / 4L. There the receptance of the free end is largest.
     let rod = uniform(8);
     let speed = (STIFFNESS / MASS_PER_LENGTH).sqrt();
     for order in 1..=4 {
@@ -58,7 +58,7 @@ fn limit_clamped_rod_rings_at_odd_quarters() {
 #[test]
 fn doubling_equals_element_by_element() {
     let s = Complex64::new(1.0, 4000.0);
-    let modulus = Loss { factor: 0.01 }.at(&Spot::new(s, 1.0));
+    let modulus = Loss { factor: 0.01 }.at(&LaplacePoint::new(s, 1.0));
     let [at_once, one_by_one] =
         [uniform(5), Rod { stretches: vec![Stretch { doublings: 0, ..uniform(5).stretches[0] }; 32] }].map(|rod| rod.ends(s * s, modulus));
     assert!((at_once.first / one_by_one.first - 1.0).norm() < 1e-11);
@@ -93,15 +93,15 @@ fn limit_pinned_beam_has_its_first_frequency() {
 #[test]
 fn loss_is_the_factor_at_every_frequency() {
     for hz in [10.0, 200.0, 1500.0] {
-        let spot = Spot::new(Complex64::new(0.0, 2.0 * std::f64::consts::PI * hz), 1.0);
-        assert!((Loss { factor: 0.02 }.at(&spot).im - 0.02).abs() < 1e-12);
+        let point = LaplacePoint::new(Complex64::new(0.0, 2.0 * std::f64::consts::PI * hz), 1.0);
+        assert!((Loss { factor: 0.02 }.at(&point).im - 0.02).abs() < 1e-12);
     }
-    let at_reference = Law::spring(5.0, 0.1).at(&Spot::new(Complex64::new(0.0, 2.0 * std::f64::consts::PI * 200.0), 1.0));
+    let at_reference = Law::spring(5.0, 0.1).at(&LaplacePoint::new(Complex64::new(0.0, 2.0 * std::f64::consts::PI * 200.0), 1.0));
     assert!((at_reference - Complex64::new(5.0, 0.5)).norm() < 1e-12);
 }
 
 #[test]
-fn solver_solves_and_refuses() {
+fn solver_solves_and_rejects_singular_matrices() {
     let entries = [[0.0, 2.0, 1.0], [1.0, 0.0, 3.0], [4.0, 1.0, 0.0]];
     let mut matrix = Dense::zeros(3);
     for (row, values) in entries.iter().enumerate() {

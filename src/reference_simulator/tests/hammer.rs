@@ -1,14 +1,14 @@
-//! The hammer test: transforms, windows, bias of H1, coherence against the scatter of repeats.
+//! Tests of the hammer test: transforms, windows, bias of H1, coherence against the scatter of repeats.
 
 use num_complex::Complex64;
 
 use super::{setting, subject};
-use crate::case::{Bench, Layout, axis};
+use crate::case::{Layout, TestRig, axis};
 use crate::draw::Draw;
 use crate::hammer::block::Analyser;
 use crate::hammer::fft::Fft;
 use crate::hammer::pulse::Pulse;
-use crate::hammer::series::{Answer, expected_coherence, noise_level, strike};
+use crate::hammer::series::{StructureResponse, expected_coherence, noise_level, strike};
 use crate::hammer::setting::Setting;
 
 #[test]
@@ -43,7 +43,7 @@ fn limit_pulse_is_a_half_sine() {
 
 #[test]
 fn limit_block_is_the_decay_of_an_oscillator() {
-    // x'' + 2 d x' + w² x = f / m. A pulse of no width would give e^{−dt} sin(w_d t) / (m w_d); its width is allowed for by the spectrum.
+    // x'' + 2 d x' + w² x = f / m. An ideal impulse gives e^{−dt} sin(w_d t) / (m w_d); the spectrum accounts for the finite pulse width.
     let setting = setting(1000.0);
     let analyser = Analyser::new(setting);
     let (mass, decay, omega) = (3.0, 4.0, 2.0 * std::f64::consts::PI * 60.0);
@@ -54,7 +54,7 @@ fn limit_block_is_the_decay_of_an_oscillator() {
         (force, force / ((s * s + 2.0 * decay * s + omega * omega) * mass))
     });
     let damped = (omega * omega - decay * decay).sqrt();
-    // Filter and pulse in the limit of the oscillator's pole: the tail is that of an impulse with the pulse's transform at the pole.
+    // The tail is the impulse response times the transform of pulse and filter at the oscillator's pole.
     let pole = Complex64::new(-decay, damped);
     let weight = pulse.transform(pole) * setting.filter(pole);
     for n in [800usize, 3000, 9000, 16000] {
@@ -65,12 +65,12 @@ fn limit_block_is_the_decay_of_an_oscillator() {
     }
 }
 
-/// Tests of those machines whose response a block holds, with their number and setting.
-fn tests(layout: Layout, spacing: f64) -> impl Iterator<Item = (u64, Setting, Bench)> {
+/// Returns tests of the machines whose response a block contains, with their number and setting.
+fn tests(layout: Layout, spacing: f64) -> impl Iterator<Item = (u64, Setting, TestRig)> {
     (0..12).filter_map(move |seed| {
         let subject = subject(seed);
         let setting = setting(subject.drawn.band_hz);
-        let test = Bench::new(&subject, &setting, &layout.channels(), &[1.0], spacing).ok()?;
+        let test = TestRig::new(&subject, &setting, &layout.channels(), &[1.0], spacing).ok()?;
         Some((seed, setting, test))
     })
 }
@@ -79,7 +79,7 @@ fn tests(layout: Layout, spacing: f64) -> impl Iterator<Item = (u64, Setting, Be
 fn h1_has_no_bias_at_resonances() {
     for (seed, _, test) in tests(Layout::Rotor, 1.0 / 150.0).take(2) {
         assert!(test.bias < 0.003, "noise-free bias {}", test.bias);
-        // With noise: the mean of many estimates, at the highest peak of each table record.
+        // With noise: the mean of repeated estimates at the highest peak of two table records.
         for station in [0, 5] {
             let exact = &test.exact[station][0];
             let peak = (0..exact.len()).max_by(|a, b| exact[*a].norm().total_cmp(&exact[*b].norm())).unwrap();
@@ -91,10 +91,10 @@ fn h1_has_no_bias_at_resonances() {
 }
 
 #[test]
-fn coherence_tells_the_scatter_of_repeats() {
+fn coherence_predicts_the_scatter_of_repeats() {
     let subject = subject(0);
     let setting = setting(subject.drawn.band_hz);
-    let test = Bench::new(&subject, &setting, &Layout::Table.channels(), &[1.0], 1.0 / 60.0).unwrap();
+    let test = TestRig::new(&subject, &setting, &Layout::Table.channels(), &[1.0], 1.0 / 60.0).unwrap();
     let repeats: Vec<_> = (0..60).map(|repeat| test.record(3, 0, None, &Draw::new(9).branch(repeat))).collect();
     let exact = &test.exact[3][0];
     let n = setting.averages as f64;
@@ -106,21 +106,23 @@ fn coherence_tells_the_scatter_of_repeats() {
         }
         let scatter: f64 =
             repeats.iter().map(|lines| (lines[line].response / exact).ln().norm_sqr() / 2.0).sum::<f64>() / repeats.len() as f64;
-        // n averages leave n − 1 degrees of freedom: an estimated 1 − γ² is small by (n − 1)/n.
+        // n averages leave n − 1 degrees of freedom: the estimated 1 − γ² is too small by (n − 1)/n.
         let expected: f64 = repeats.iter().map(|lines| (1.0 - lines[line].coherence) / (2.0 * n * lines[line].coherence)).sum::<f64>()
             / repeats.len() as f64;
         ratios.push(scatter / expected * (n - 1.0) / n);
     }
     assert!(ratios.len() > 100, "{} lines", ratios.len());
     let mean = ratios.iter().sum::<f64>() / ratios.len() as f64;
-    assert!((0.93..1.07).contains(&mean), "scatter over what coherence tells: {mean}");
+    assert!((0.93..1.07).contains(&mean), "scatter over the value from coherence: {mean}");
     let outside = ratios.iter().filter(|ratio| !(0.6..1.6).contains(*ratio)).count();
-    assert!(outside * 50 < ratios.len(), "{outside} of {} lines scatter otherwise", ratios.len());
+    assert!(outside * 50 < ratios.len(), "{outside} of {} lines have another scatter", ratios.len());
 }
 
 #[test]
-fn noise_is_as_loud_as_expected() {
-    let Some((_, setting, test)) = tests(Layout::Table, 1.0 / 100.0).nth(1) else { panic!("no machine can be tested") };
+fn noise_has_the_expected_variance() {
+    let Some((_, setting, test)) = tests(Layout::Table, 1.0 / 100.0).nth(1) else {
+        panic!("no machine has a response that a block contains")
+    };
     let setting = setting.with_samples((test.block_s() * setting.rate_hz).round() as usize);
     let noise = noise_level(&setting, &test.lines_hz, &test.exact[2][0]);
     let expected: Vec<Vec<f64>> = test.exact.iter().map(|of| expected_coherence(&setting, &test.lines_hz, &of[0], noise)).collect();
@@ -143,8 +145,8 @@ fn noise_is_as_loud_as_expected() {
 fn a_blow_without_noise_gives_the_response_of_a_mass() {
     let setting = setting(1000.0);
     let analyser = Analyser::new(setting);
-    let answer = Answer { accelerance: vec![Complex64::new(0.2, 0.0); analyser.contour.len()], slope: None };
-    let lines = strike(&analyser, &answer, &setting.kept_lines(0.05), None, None, &mut Draw::new(1));
+    let response = StructureResponse { accelerance: vec![Complex64::new(0.2, 0.0); analyser.contour.len()], slope: None };
+    let lines = strike(&analyser, &response, &setting.kept_lines(0.05), None, None, &mut Draw::new(1));
     let worst = lines.iter().map(|line| (line.response / 0.2 - 1.0).norm()).fold(0.0, f64::max);
     assert!(worst < 1e-4, "{worst}");
     assert!(lines.iter().all(|line| line.coherence > 1.0 - 1e-9));

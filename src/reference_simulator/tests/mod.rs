@@ -1,4 +1,4 @@
-//! Checks of the truth: elements against closed forms, physics, the statistics of the hammer test, cases.
+//! Tests of the reference simulator: elements against closed forms, physics, the statistics of the hammer test, cases.
 
 mod case;
 mod chain;
@@ -15,15 +15,15 @@ use super::hammer::setting::Setting;
 use super::machine::catalogue::{any_size, bench};
 use super::machine::nuisance::Nuisance;
 
-/// The bench (even seeds) or a machine of any size, with ordinary nuisances.
+/// The published bench (even seeds) or a machine of any size, with nuisance parameters.
 fn subject(seed: u64) -> Subject {
     let mut draw = Draw::new(seed);
     let drawn = if seed.is_multiple_of(2) { bench(true, &mut draw) } else { any_size(true, &mut draw) };
-    let nuisance = Nuisance::drawn(drawn.nut_m.len(), &mut draw);
+    let nuisance = Nuisance::random(drawn.nut_m.len(), &mut draw);
     Subject { drawn, nuisance, effects: Vec::new() }
 }
 
-/// A usual test of a band.
+/// Usual settings of a test for a band.
 fn setting(band_hz: f64) -> Setting {
     Setting {
         rate_hz: Setting::rate_for(band_hz),
@@ -39,7 +39,7 @@ fn setting(band_hz: f64) -> Setting {
     }
 }
 
-/// What must hold of every label, by the kind of the case and the number of its effects.
+/// Checks properties of every label, by the kind of the case and the number of its effects.
 pub(crate) fn check_label(label: &Label, kind: Kind, effects: usize, has_follow_up: bool) {
     assert_eq!(label.kind, kind);
     for count in [label.effects.len(), label.places.len(), label.noncentrality.len(), label.values.len()] {
@@ -51,8 +51,8 @@ pub(crate) fn check_label(label: &Label, kind: Kind, effects: usize, has_follow_
     assert_eq!(label.wrong_parameter.is_some(), kind == Kind::HardNullWrongParameter);
 }
 
-/// A case's folder holds the records' folder and two files, which tell nothing of the label; the manifest and the machine. The label can be
-/// read back.
+/// Checks that a case's folder has the records' folder and two files without information from the label, and returns the texts of manifest
+/// and machine file. The label must survive a round trip through JSON.
 pub(crate) fn check_folder(place: &Path, records: &str, label: &Label) -> [String; 2] {
     let entries = std::fs::read_dir(place).unwrap();
     let names: BTreeSet<String> = entries.map(|entry| entry.unwrap().file_name().into_string().unwrap()).collect();

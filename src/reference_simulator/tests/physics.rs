@@ -1,4 +1,4 @@
-//! Reciprocity, passivity, and what effects do.
+//! Tests of reciprocity, passivity and the influence of effects.
 
 use num_complex::Complex64;
 
@@ -12,25 +12,25 @@ fn lines() -> Vec<Complex64> {
     axis(&(1..200).map(|k| 5.0 * f64::from(k)).collect::<Vec<_>>())
 }
 
-/// A subject whose drive suits the effect, with the effect at a size.
+/// Returns a subject whose drive suits the effect, with the effect at a given size.
 fn with(kind: EffectKind, seed: u64, size: f64) -> Subject {
     let mut subject = subject(seed);
     if !kind.fits(true) {
         subject.drawn = crate::machine::catalogue::any_size(false, &mut Draw::new(seed));
     }
-    let effect = Effect::drawn(kind, &subject.drawn, &mut Draw::new(seed).branch(1)).sized(size);
+    let effect = Effect::random(kind, &subject.drawn, &mut Draw::new(seed).branch(1)).sized(size);
     subject.nuisance.channels.clear();
     Subject { effects: vec![effect], ..subject }
 }
 
 fn all() -> impl Iterator<Item = EffectKind> {
-    EffectKind::LISTED.into_iter().chain(EffectKind::OUTSIDE).chain([EffectKind::ContactLevel])
+    EffectKind::LISTED.into_iter().chain(EffectKind::UNLISTED).chain([EffectKind::ContactLevel])
 }
 
 #[test]
-fn response_and_excitation_can_be_exchanged() {
+fn mechanical_responses_are_reciprocal() {
     let channels = [Channel::new(Point::Rotor, Point::Table), Channel::new(Point::Table, Point::Rotor)];
-    // Rocking has its sensor and its hammer at different heights; a drive that reads the table's scale is no mechanical part.
+    // Rocking has sensor and hammer at different heights, and feedback of the table scale is not mechanical.
     let one_way = [EffectKind::TableRocking, EffectKind::ScaleFeedback];
     for kind in all() {
         let subject = with(kind, 3, 1.0_f64.min(kind.largest()));
@@ -41,13 +41,13 @@ fn response_and_excitation_can_be_exchanged() {
 }
 
 #[test]
-fn driving_points_of_passive_machines_take_up_power() {
+fn driving_points_of_passive_machines_absorb_power() {
     for kind in all().filter(|kind| {
         !matches!(kind, EffectKind::MeasurementDelay | EffectKind::ServoLag | EffectKind::ScaleFeedback | EffectKind::TableRocking)
     }) {
         for seed in [2, 5] {
             let mut subject = with(kind, seed, 1.0);
-            // The drive's own lag and integral action are no passive parts either.
+            // Lag and integral action of the drive are not passive either.
             (subject.nuisance.lag_share, subject.nuisance.integral_per_s) = (0.0, 0.0);
             if kind == EffectKind::RotorHold {
                 subject.effects[0].shape = [0.0; 6];
@@ -61,7 +61,7 @@ fn driving_points_of_passive_machines_take_up_power() {
 }
 
 #[test]
-fn effects_grow_from_nothing() {
+fn effects_vanish_at_size_zero() {
     let channels = [Channel::direct(Point::Table), Channel::direct(Point::Rotor), Channel::new(Point::Left, Point::Table)];
     for kind in all().filter(|kind| *kind != EffectKind::FrfQuantity) {
         let change = |size: f64| -> f64 {
@@ -72,13 +72,13 @@ fn effects_grow_from_nothing() {
             pairs.map(|(a, b)| (a / b).ln().norm_sqr()).sum::<f64>().sqrt()
         };
         let (clear, tiny) = (change(1.0), change(1e-9));
-        assert!(clear > 1e-3, "{} of size 1 changes nothing: {clear}", kind.id());
+        assert!(clear > 1e-3, "{} of size 1 changes the response by {clear} only", kind.id());
         assert!(tiny < 1e-2 * clear, "{} of size 1e-9 changes {tiny}, of size 1 {clear}", kind.id());
     }
 }
 
 #[test]
-fn places_are_of_the_engineers_model() {
+fn locations_are_names_of_the_engineers_model() {
     let known = [
         "table",
         "rotor",

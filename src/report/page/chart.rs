@@ -1,4 +1,4 @@
-//! Charts: traces and layout by the charting crate, and which of the page's switches show which trace.
+//! Charts: traces and layout of the charting crate, with the switches that show and hide traces.
 
 use plotly::color::NamedColor;
 use plotly::common::{DashType, Line, MarkerSymbol};
@@ -7,40 +7,40 @@ use plotly::{Layout, Plot, Trace};
 
 use super::text::escape;
 
-/// Colours that the colour-blind tell apart (Okabe and Ito), in the order of use; the last serves where they run out.
+/// Colours that colour-blind readers can distinguish (Okabe and Ito), in the order of use.
 pub const PALETTE: [&str; 7] = ["#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#8A8A8A"];
 
-/// The colour of the n-th of several.
+/// Returns the colour of the n-th item.
 pub fn colour(n: usize) -> &'static str {
     PALETTE[n % PALETTE.len()]
 }
 
-/// The dash of the n-th of several: a second round of colours differs in it.
+/// Returns the dash of the n-th item. It changes with every round of the palette.
 pub fn dash(n: usize) -> DashType {
     [DashType::Solid, DashType::Dot, DashType::DashDot, DashType::LongDash][(n / PALETTE.len()) % 4].clone()
 }
 
-/// A symbol for the n-th of several.
+/// Returns the symbol of the n-th item.
 pub fn symbol(n: usize) -> MarkerSymbol {
     [MarkerSymbol::Circle, MarkerSymbol::Square, MarkerSymbol::Diamond, MarkerSymbol::Cross][n % 4].clone()
 }
 
-/// A line of a colour.
+/// Returns a line of a colour and width.
 pub fn line(colour: &str, width: f64) -> Line {
     Line::new().color(colour.to_string()).width(width)
 }
 
-/// An axis with a title.
+/// Returns an axis with a title.
 pub fn axis(title: &str) -> Axis {
     Axis::new().title(title).auto_margin(true).zero_line(false)
 }
 
-/// A logarithmic axis with a title: labels at 1, 2 and 5 of each decade as plain numbers.
+/// Returns a logarithmic axis with a title, with labels at 1, 2 and 5 of each decade as plain numbers.
 pub fn log_axis(title: &str) -> Axis {
     axis(title).type_(AxisType::Log).tick_format("~g").n_ticks(6)
 }
 
-/// A layout with one more of up to eight vertical axes.
+/// Adds the n-th of up to eight vertical axes to a layout.
 pub fn with_y_axis(layout: Layout, n: usize, axis: Axis) -> Layout {
     match n {
         0 => layout.y_axis(axis),
@@ -54,7 +54,7 @@ pub fn with_y_axis(layout: Layout, n: usize, axis: Axis) -> Layout {
     }
 }
 
-/// A layout with a legend above, for charts of the page.
+/// Returns the layout of a chart of the page, with the legend above.
 pub fn layout() -> Layout {
     Layout::new()
         .margin(Margin::new().left(64).right(16).top(32).bottom(48))
@@ -66,11 +66,11 @@ pub fn layout() -> Layout {
 /// A group of switches over a chart.
 #[derive(Debug, Clone)]
 pub struct Switches {
-    /// What they choose.
+    /// Label of the group.
     pub label: String,
     /// The choices.
     pub options: Vec<String>,
-    /// Several at once, all at first; else one, the first.
+    /// Several choices can be on, initially all; otherwise one, initially the first.
     pub many: bool,
     /// The choices have the colours of the palette, in its order.
     pub coloured: bool,
@@ -91,7 +91,7 @@ pub struct Chart {
 }
 
 impl Chart {
-    /// An empty chart. `id` is a word of ours; `label` tells what it shows to those who cannot see it.
+    /// Returns an empty chart. `id` is a fixed word; `label` is its heading and its description for screen readers.
     pub fn new(id: &str, label: &str, caption: &str, height: usize, layout: Layout) -> Self {
         let mut plot = Plot::new();
         plot.set_layout(layout);
@@ -109,19 +109,19 @@ impl Chart {
         }
     }
 
-    /// Gives it groups of switches; those of a single choice are left out.
+    /// Adds groups of switches; those with a single choice are not shown.
     pub fn switches(mut self, switches: Vec<Switches>) -> Self {
         self.switches = switches;
         self
     }
 
-    /// Gives the vertical axis a title for each choice of a group of switches.
+    /// Sets the title of the vertical axis for each choice of a group of switches.
     pub fn titles(mut self, group: usize, titles: Vec<String>) -> Self {
         self.titles = Some((group, titles));
         self
     }
 
-    /// Gives it a switch between a logarithmic and a linear frequency axis, and fields for the range.
+    /// Adds a switch between a logarithmic and a linear frequency axis, and fields for its range.
     pub fn log_switch(mut self) -> Self {
         self.log_switch = true;
         self
@@ -132,14 +132,14 @@ impl Chart {
         self.trace_for(Vec::new(), trace);
     }
 
-    /// Adds a trace that is shown where, in each group of switches, the choice named is on (`None`: any).
+    /// Adds a trace that is shown while the given choice of each group of switches is on (`None`: any choice).
     pub fn trace_for(&mut self, key: Vec<Option<usize>>, trace: Box<dyn Trace>) {
         self.plot.add_trace(trace);
         self.keys.push(key);
         self.traces += 1;
     }
 
-    /// As HTML; nothing without traces.
+    /// Formats the chart as HTML; empty without traces.
     pub fn html(&self) -> String {
         if self.traces == 0 {
             return String::new();
@@ -161,7 +161,7 @@ impl Chart {
             out += "</div>\n";
         }
         if self.log_switch {
-            // The range can be typed, too: dragging needs a mouse.
+            // The range can also be typed, because dragging requires a mouse.
             out += "<div class=\"switches\"><button type=\"button\" class=\"log\" aria-pressed=\"true\">logarithmic frequency</button>\
                     <label>from <input type=\"number\" class=\"from\" min=\"0\" step=\"any\"></label>\
                     <label>to <input type=\"number\" class=\"to\" min=\"0\" step=\"any\"> Hz</label>\
@@ -172,7 +172,7 @@ impl Chart {
         if !self.caption.is_empty() {
             out += &format!("<figcaption>{}</figcaption>\n", escape(&self.caption));
         }
-        // In a script element nothing but `<` could end or change it; inside JSON text it may be written as an escape.
+        // Only `<` can end or change a script element. In JSON text it may be written as an escape.
         let plot = self.plot.to_json().replace('<', "\\u003c");
         let keys: Vec<Vec<i64>> =
             self.keys.iter().map(|k| k.iter().map(|o| o.map_or(-1, |o| i64::try_from(o).unwrap_or(-1))).collect()).collect();
@@ -182,7 +182,7 @@ impl Chart {
     }
 }
 
-/// The script of the charting crate, once, as a script element; without the typesetting of formulas, which no chart here uses.
+/// Returns the script of the charting crate as a script element, without the typesetting of formulas, which no chart uses.
 pub fn library() -> String {
     let all = Plot::offline_js_sources();
     let end = all.find("</script>").map_or(all.len(), |at| at + "</script>".len());

@@ -9,7 +9,7 @@ use super::text::{TextTable, cell, escape};
 use crate::document::ComparisonDocument;
 use crate::terminal::{figure, percent};
 
-/// The section.
+/// Formats the section.
 pub fn content(of: &ComparisonDocument) -> String {
     let gaps = of.runs.values().any(|r| r.common_gap.is_some());
     let header = ["Fitted on".to_string(), String::new()].into_iter().chain(of.common_positions.iter().cloned());

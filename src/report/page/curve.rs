@@ -35,7 +35,7 @@ pub struct PageCurve {
     pub measured: Vec<(f64, Complex64)>,
     /// Predicted lines.
     pub predicted: Vec<(f64, Complex64)>,
-    /// Lines predicted before something was added to the model.
+    /// Lines predicted by the model before an effect is added.
     pub before: Vec<(f64, Complex64)>,
     /// Measured peaks, where no FRF was measured.
     pub peaks: Vec<PeakMark>,
@@ -47,15 +47,15 @@ impl PageCurve {
     }
 }
 
-/// Points of all curves together that a page can carry and a laptop can draw.
+/// Largest number of points of all curves, limited by the page's size and the drawing time on a laptop.
 const MOST_POINTS: usize = 90_000;
-/// Deviation in ln|H| and phase (rad) below which a line is not seen to be missing.
-const UNSEEN: f64 = 0.005;
+/// Deviation in ln|H| and phase (rad) up to which a left-out line is invisible.
+const MAX_DEVIATION: f64 = 0.005;
 
-/// A trace with its level, the lowest behind, and its switches.
+/// A trace with its layer, the lowest at the back, and its switches.
 type Layered = (u8, Vec<Option<usize>>, Box<Scatter<f64, Option<f64>>>);
 
-/// The chart `id` of some curves; `after` says what was added to the model where there are curves of before.
+/// Formats the chart `id` of curves; `after` names the model with the added effect where there are predictions before it.
 pub fn chart(id: &str, curves: &[PageCurve], after: &str) -> String {
     if curves.is_empty() {
         return String::new();
@@ -73,7 +73,7 @@ pub fn chart(id: &str, curves: &[PageCurve], after: &str) -> String {
     let channels = names(&|c| &c.channel);
     let many: usize = curves.iter().map(|c| [&c.measured, &c.predicted, &c.before].iter().filter(|lines| !lines.is_empty()).count()).sum();
     let compared = curves.iter().any(|c| !c.before.is_empty());
-    // The vertical axis has the unit of the channel that is shown.
+    // The vertical axis has the unit of the channel shown.
     let unit_of = |channel: &String| curves.iter().find(|c| c.channel == *channel).map(|c| escape(&c.unit)).unwrap_or_default();
     let titles: Vec<String> = channels.iter().map(unit_of).collect();
     let layout: Layout = layout()
@@ -99,7 +99,7 @@ pub fn chart(id: &str, curves: &[PageCurve], after: &str) -> String {
         switches.push(Switches { label: "Model".into(), options: vec!["as described".into(), after.into()], many: true, coloured: false });
     }
     let mut chart = Chart::new(id, &label, &drawing.caption(curves), 600, layout).switches(switches).titles(1, titles).log_switch();
-    // What was predicted lies over what was measured at any position, marks over both.
+    // Predictions lie over measurements at all positions, marks over both.
     drawing.traces.sort_by_key(|t| t.0);
     for (_, key, trace) in drawing.traces {
         chart.trace_for(key, trace);
@@ -107,22 +107,22 @@ pub fn chart(id: &str, curves: &[PageCurve], after: &str) -> String {
     chart.html()
 }
 
-/// Curves as they are drawn one after another.
+/// Traces of the curves drawn so far.
 #[derive(Default)]
 struct Drawing<'a> {
-    /// Points that a curve may have.
+    /// Largest number of points of a curve.
     most: usize,
-    /// What was added to the model, where curves of before are set against it.
+    /// Name of the model with the added effect, where predictions before it are compared.
     added: Option<&'a str>,
     traces: Vec<Layered>,
-    /// Largest deviation of what is drawn from what was left out.
+    /// Largest deviation of the drawn lines from those left out.
     worst: f64,
-    /// Whether lines were left out.
+    /// Whether lines are left out.
     dropped: bool,
 }
 
 impl Drawing<'_> {
-    /// Draws the lines and marks of a curve of a position and a channel, by number.
+    /// Draws the lines and marks of a curve, with the numbers of its position and channel.
     fn draw(&mut self, curve: &PageCurve, at: usize, channel: Option<usize>) {
         let result = self.added.unwrap_or("predicted");
         for (lines, what, model) in
@@ -132,7 +132,7 @@ impl Drawing<'_> {
                 continue;
             }
             let (f, h): (Vec<f64>, Vec<Complex64>) = lines.iter().copied().unzip();
-            let thinned = thin(&f, &h, UNSEEN, self.most);
+            let thinned = thin(&f, &h, MAX_DEVIATION, self.most);
             self.worst = self.worst.max(thinned.deviation);
             self.dropped |= thinned.kept.len() < f.len();
             let hover = |y: &str| {
@@ -164,19 +164,19 @@ impl Drawing<'_> {
         }
     }
 
-    /// How to read the chart.
+    /// Returns the caption, which explains the lines and marks.
     fn caption(&self, curves: &[PageCurve]) -> String {
         let any = |is: fn(&PageCurve) -> bool| curves.iter().any(is);
         let worst = self.worst.max(1e-4);
         let captions = [
-            any(|c| !c.measured.is_empty()).then(|| "Pale and wide: measured. Thin: predicted.".into()),
+            any(|c| !c.measured.is_empty()).then(|| "Wide pale lines: measured. Thin lines: predicted.".into()),
             any(|c| !c.peaks.is_empty()).then(|| "Marks: measured peaks. Lines: predicted.".into()),
-            self.added.map(|added| format!("Dotted: the machine as described, at its best fit. Else: {added}.")),
+            self.added.map(|added| format!("Dotted lines: the machine as described, at its best fit. Other thin lines: {added}.")),
             any(|c| c.held_out).then(|| "Dashed lines and open marks: held out of the fit.".into()),
-            Some("Drag to zoom, double click for the whole, point for the numbers.".into()),
+            Some("Drag to zoom, double-click to reset, hover for values.".into()),
             self.dropped.then(|| {
                 format!(
-                    "Lines that no one would miss are left out: straight lines between those drawn stay within {:.1} % of |H| and {:.2}° of the phase.",
+                    "Lines are thinned for display: straight lines between those drawn deviate by at most {:.1} % in |H| and {:.2}° in phase.",
                     100.0 * worst,
                     worst.to_degrees()
                 )
@@ -190,7 +190,7 @@ fn magnitude(f: &[f64], h: &[Complex64], thinned: &Thinned) -> (Vec<f64>, Vec<Op
     thinned.kept.iter().map(|&i| (rounded(f[i], 7), Some(rounded(h[i].norm(), 5)))).unzip()
 }
 
-/// Phase in degrees, with a gap where it jumps from one end of its range to the other.
+/// Returns the phase in degrees, interrupted where it wraps from one end of its range to the other.
 fn phase(f: &[f64], h: &[Complex64], thinned: &Thinned) -> (Vec<f64>, Vec<Option<f64>>) {
     let mut points: Vec<(f64, Option<f64>)> = Vec::with_capacity(thinned.kept.len());
     for &i in &thinned.kept {

@@ -1,4 +1,4 @@
-//! The page as a whole: head, sections in the order of reading, provenance.
+//! The whole page: head, sections in reading order, provenance.
 
 use super::chart::library;
 use super::text::{TextTable, escape, paragraph, section};
@@ -6,16 +6,16 @@ use super::{Page, comparison, curve, loops, motion, parameter, peak, position, s
 use crate::document::{IdentificationDocument, Stamp};
 use crate::terminal::percent;
 
-/// Most bytes of a page: it is sent by mail and opened on a laptop.
+/// Largest size of a page in bytes, so that it can be sent by mail and opened on a laptop.
 pub const MOST_BYTES: usize = 8 << 20;
 
 const STYLE: &str = include_str!("style.css");
 const SCRIPT: &str = include_str!("page.js");
 
-/// The browser is told to fetch nothing: what is not in the page is not there.
+/// Content security policy: the browser fetches nothing, because the page contains all that it needs.
 const POLICY: &str = "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; img-src data: blob:; font-src data:; base-uri 'none'; form-action 'none'";
 
-/// The page as HTML.
+/// Formats the page as HTML.
 pub fn html(page: &Page) -> String {
     let sections = sections(page);
     let contents: String = sections
@@ -35,7 +35,7 @@ pub fn html(page: &Page) -> String {
         "<!doctype html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n<meta http-equiv=\"Content-Security-Policy\" content=\"{POLICY}\">\n\
          <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n<meta name=\"color-scheme\" content=\"light dark\">\n\
          <title>{title} – jointid</title>\n<link rel=\"icon\" href=\"data:,\">\n<style>\n{STYLE}</style>\n</head>\n<body>\n\
-         <a class=\"skip\" href=\"#main\">To the content</a>\n<header>\n<h1>{title}</h1>\n{lead}{under}{notes}</header>\n\
+         <a class=\"skip\" href=\"#main\">Skip to content</a>\n<header>\n<h1>{title}</h1>\n{lead}{under}{notes}</header>\n\
          <nav aria-label=\"Contents\"><ul>{contents}</ul></nav>\n<main id=\"main\">\n{body}</main>\n{library}\n<script>\n{SCRIPT}</script>\n</body>\n</html>\n",
         title = escape(&page.title),
         library = library(),
@@ -51,22 +51,23 @@ fn sections(page: &Page) -> Vec<(&'static str, &'static str, String)> {
     if let Some(of) = &page.identification {
         let errors = position::errors("Natural frequencies, with the errors of the prediction", &of.positions);
         let gaps = position::frfs(&of.frfs);
-        out.push(("positions", "Position by position", format!("{}{errors}{gaps}", position::charts(page))));
+        out.push(("positions", "Results by position", format!("{}{errors}{gaps}", position::charts(page))));
         if !of.records.is_empty() {
-            out.push(("records", "Record by record", motion::identified(of)));
+            out.push(("records", "Results by record", motion::identified(of)));
         }
     }
     if let Some(of) = &page.validation {
-        let told = of.largest_error.map(|x| paragraph(&format!("Largest relative frequency error: {}.", percent(x)))).unwrap_or_default();
+        let largest =
+            of.largest_error.map(|x| paragraph(&format!("Largest relative frequency error: {}.", percent(x)))).unwrap_or_default();
         let errors = position::errors("Validation: natural frequencies", &of.positions);
-        out.push(("validation", "Validation", format!("{told}{errors}{}", position::gaps("Validation: gaps", &of.positions))));
+        out.push(("validation", "Validation", format!("{largest}{errors}{}", position::gaps("Validation: gaps", &of.positions))));
     }
     if let Some(of) = &page.comparison {
-        out.push(("comparison", "One position against several", comparison::content(of)));
+        out.push(("comparison", "Single- and multi-position identification", comparison::content(of)));
     }
     if let Some(of) = &page.identification {
         out.push(("parameters", "Parameters", format!("{}{}", parameter::values(of), parameter::bootstrap(of))));
-        out.push(("correlation", "What the data see only together", parameter::correlations(of)));
+        out.push(("correlation", "Correlated parameters", parameter::correlations(of)));
     }
     let identified = page.identification.as_ref().map(|of| &of.tolerances);
     let diagnosed = page.diagnosis.as_ref().map(|of| &of.tolerances);
@@ -78,16 +79,16 @@ fn sections(page: &Page) -> Vec<(&'static str, &'static str, String)> {
         out.push(("peaks", "Peaks of the FRFs", peak::content(page, of)));
     }
     if let Some(of) = &page.hybrid {
-        out.push(("hybrid", "Model, network and physics", loops::hybrid(of)));
+        out.push(("hybrid", "Model, neural network and diagnosed effects", loops::hybrid(of)));
     }
     if let Some(of) = &page.bode {
-        out.push(("bode", "From command to position", loops::bode(of)));
+        out.push(("bode", "Frequency response from command to position", loops::bode(of)));
     }
     if let Some(of) = &page.gain {
         out.push(("gains", "Gain of the position loop", loops::gain(of)));
     }
     if let Some(of) = &page.circle {
-        out.push(("circles", "Circles", loops::circle(of)));
+        out.push(("circles", "Contour error on circles", loops::circle(of)));
     }
     if let Some(of) = &page.identification {
         out.push(("searches", "Convergence", parameter::convergence(of)));
@@ -96,7 +97,7 @@ fn sections(page: &Page) -> Vec<(&'static str, &'static str, String)> {
     out
 }
 
-/// Says so where the identification on the page is of another machine than the diagnosis.
+/// Returns a note where identification and diagnosis use different descriptions of the machine.
 fn other_description(page: &Page) -> String {
     let (Some(identified), Some(diagnosed)) = (&page.identification, &page.diagnosis) else { return String::new() };
     let described = |stamp: &Stamp| (stamp.overrides.clone(), stamp.without.clone());
@@ -105,23 +106,25 @@ fn other_description(page: &Page) -> String {
     }
     let (set, without) = described(&diagnosed.stamp);
     let changes = set.into_iter().chain(without.into_iter().map(|id| format!("without {id}"))).collect::<Vec<_>>().join(", ");
-    let changes = if changes.is_empty() { "as its file describes it".to_string() } else { changes };
-    paragraph(&format!("What follows is the identification; the diagnosis above is of another description of the machine: {changes}."))
+    let changes = if changes.is_empty() { "as in its configuration file".to_string() } else { changes };
+    paragraph(&format!(
+        "The following results are those of the identification. The diagnosis above uses another description of the machine: {changes}."
+    ))
 }
 
-/// The result of an identification in one sentence.
+/// Summarises an identification in one sentence.
 fn sentence(of: &IdentificationDocument) -> String {
     let listed = |names: &[String]| if names.len() > 8 { format!("{} records", names.len()) } else { names.join(", ") };
     let unfinished = if of.stamp.complete { "" } else { " The run was stopped early." };
     let figure = |key: &str| of.derived.get(key).copied();
-    let held_out = if of.leave_one_out { "each left out in turn" } else { "held out" };
+    let held_out = if of.leave_one_out { "in leave-one-out cross-validation" } else { "of the held-out data" };
     let suffix = if of.leave_one_out { "left_out" } else { "held_out" };
-    let said = match (figure(&format!("largest_frequency_error_{suffix}")), figure(&format!("gap_{suffix}"))) {
-        (Some(error), _) => format!("the largest frequency error of what was {held_out} is {}", percent(error)),
-        (None, Some(gap)) => format!("the gap of what was {held_out} is {}", percent(gap)),
+    let result = match (figure(&format!("largest_frequency_error_{suffix}")), figure(&format!("gap_{suffix}"))) {
+        (Some(error), _) => format!("the largest frequency error {held_out} is {}", percent(error)),
+        (None, Some(gap)) => format!("the gap {held_out} is {}", percent(gap)),
         (None, None) => "nothing was held out".into(),
     };
-    format!("Fitted on {}; {said}.{unfinished}", listed(&of.fit_positions))
+    format!("Fitted on {}; {result}.{unfinished}", listed(&of.fit_positions))
 }
 
 fn provenance(page: &Page) -> String {
@@ -139,13 +142,13 @@ fn provenance(page: &Page) -> String {
     .into_iter()
     .filter_map(|(name, stamp)| Some((name, stamp?)))
     .collect();
-    let mut made = TextTable::new("Documents", 1, ["Document", "Form", "Version", "Seed", "Complete", "SHA-256"]);
+    let mut made = TextTable::new("Documents", 1, ["Document", "Schema", "Version", "Seed", "Complete", "SHA-256"]);
     for (name, stamp) in &stamps {
         let digest = page.files.iter().find(|f| f.0 == *name).map_or("–", |f| f.1.as_str());
         let complete = if stamp.complete { "yes" } else { "no, stopped early" };
         made.row([*name, &stamp.schema, &stamp.tool_version, &stamp.seed.to_string(), complete, digest]);
     }
-    let mut inputs = TextTable::new("Inputs", 1, ["File", "SHA-256", "Of"]);
+    let mut inputs = TextTable::new("Inputs", 1, ["File", "SHA-256", "Input of"]);
     let mut seen: Vec<(&str, &str, Vec<&str>)> = Vec::new();
     for (name, stamp) in &stamps {
         for input in &stamp.inputs {

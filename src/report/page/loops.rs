@@ -1,4 +1,4 @@
-//! The loops of a drive: frequency response, gains, circles, and a model beside its network.
+//! The loops of a drive: frequency response, gains, circles, and a model with a network on its residual.
 
 use plotly::common::{Marker, Mode};
 use plotly::layout::{AxisType, BarMode};
@@ -9,9 +9,9 @@ use super::text::{TextTable, cell, escape, paragraph, rounded};
 use crate::hybrid::{HybridDocument, HybridRow};
 use crate::loops::{BodeDocument, BodeRow, CirclesDocument, GainStudyDocument, GainStudyRow};
 
-/// Frequency response from command to position.
+/// Formats the frequency response from command to position.
 pub fn bode(of: &BodeDocument) -> String {
-    let to = of.response.as_deref().unwrap_or("what the position encoder reads");
+    let to = of.response.as_deref().unwrap_or("the reading of the position encoder");
     let chart = |id: &str, label: &str, title: &str, log: bool, pick: fn(&BodeRow) -> (Option<f64>, Option<f64>)| {
         let y = if log { log_axis(title) } else { axis(title) };
         let caption = format!("From the command to {}.", escape(to));
@@ -33,16 +33,16 @@ pub fn bode(of: &BodeDocument) -> String {
     };
     let magnitude = chart("bode-magnitude", "Magnitude", "magnitude", true, |r| (Some(r.magnitude), r.simulated_magnitude));
     let phase = chart("bode-phase", "Phase", "phase (°)", false, |r| (Some(r.phase_deg), r.simulated_phase_deg));
-    let mut poles = TextTable::new("Poles of the closed loops, the least damped first", 1, ["Frequency (Hz)", "Damping (%)", "Most at"]);
+    let mut poles = TextTable::new("Poles of the closed loops, the least damped first", 1, ["Frequency (Hz)", "Damping (%)", "Largest at"]);
     of.poles
         .iter()
         .take(8)
         .for_each(|p| poles.row([format!("{:.1}", p.frequency_hz), format!("{:.1}", 100.0 * p.damping_ratio), p.point.clone()]));
-    let told = of.bandwidth_hz.map(|hz| paragraph(&format!("The magnitude falls below −3 dB for good at {hz:.1} Hz."))).unwrap_or_default();
-    format!("{told}{magnitude}{phase}{}", poles.html())
+    let summary = of.bandwidth_hz.map(|hz| paragraph(&format!("The bandwidth (−3 dB) is {hz:.1} Hz."))).unwrap_or_default();
+    format!("{summary}{magnitude}{phase}{}", poles.html())
 }
 
-/// Gains of the position loop.
+/// Formats the gains of the position loop.
 pub fn gain(of: &GainStudyDocument) -> String {
     let mut table = TextTable::new("Gains of the position loop", 1, ["1/min", "Time (s)", "Static error (µm)", "Energy (J)", "Cost"]);
     for r in &of.rows {
@@ -55,9 +55,9 @@ pub fn gain(of: &GainStudyDocument) -> String {
             cell(r.cost, |x| format!("{x:.4}")),
         ]);
     }
-    let caption = "Each relative to its largest; the cost is the error's share, less what is gained of energy and time.";
-    let axes = layout().show_legend(true).x_axis(axis("gain of the position loop (1/min)")).y_axis(axis("share, and cost"));
-    let mut chart = Chart::new("gain", "What a gain costs", caption, 320, axes);
+    let caption = "Time, static error and energy are relative to their largest values. Cost: error less the savings of energy and time.";
+    let axes = layout().show_legend(true).x_axis(axis("gain of the position loop (1/min)")).y_axis(axis("relative value, cost"));
+    let mut chart = Chart::new("gain", "Cost over the gain of the position loop", caption, 320, axes);
     type Pick = fn(&GainStudyRow) -> Option<f64>;
     let picks: [(&str, Pick); 4] =
         [("time", |r| r.time_s), ("static error", |r| r.static_error), ("energy", |r| r.energy_j), ("cost", |r| r.cost)];
@@ -69,18 +69,18 @@ pub fn gain(of: &GainStudyDocument) -> String {
             Scatter::new(x, y).mode(Mode::LinesMarkers).name(name).line(line(colour(n), 1.5)).hover_template("%{x:.0f} 1/min: %{y:.4~g}"),
         );
     }
-    let told = of.optimum_per_s.map(|k| paragraph(&format!("The least cost is at {:.0} 1/min.", 60.0 * k))).unwrap_or_default();
-    format!("{told}{}{}", chart.html(), table.html())
+    let summary = of.optimum_per_s.map(|k| paragraph(&format!("The minimum cost is at {:.0} 1/min.", 60.0 * k))).unwrap_or_default();
+    format!("{summary}{}{}", chart.html(), table.html())
 }
 
-/// A model beside a network on what it leaves.
+/// Formats the errors of a model, of the network on its residual, and of the diagnosed effects.
 pub fn hybrid(of: &HybridDocument) -> String {
     let um = |x: f64| format!("{:.2}", 1e6 * x);
     let physics = of.records.values().any(|r| r.physics.is_some());
     let mut table = TextTable::new(
-        "Error of the foretold travel: root mean square (µm)",
+        "Prediction error of the travel: root mean square (µm)",
         2,
-        ["Record", "", "Model", "With network", "With what was named"],
+        ["Record", "", "Model", "With network", "With diagnosed effects"],
     );
     for (name, r) in &of.records {
         table.row([
@@ -93,7 +93,7 @@ pub fn hybrid(of: &HybridDocument) -> String {
     }
     let axes =
         layout().show_legend(true).bar_mode(BarMode::Group).x_axis(axis("record").type_(AxisType::Category)).y_axis(axis("RMSE (µm)"));
-    let mut chart = Chart::new("hybrid", "Model, network, physics", "", 300, axes);
+    let mut chart = Chart::new("hybrid", "Prediction errors of model, neural network and diagnosed effects", "", 300, axes);
     let mut bars = |name: &str, n: usize, pick: &dyn Fn(&HybridRow) -> Option<f64>| {
         let (x, y): (Vec<String>, Vec<f64>) = of.records.iter().filter_map(|(name, r)| Some((escape(name), 1e6 * pick(r)?))).unzip();
         chart.trace(Bar::new(x, y).name(name).marker(Marker::new().color(colour(n))));
@@ -101,28 +101,31 @@ pub fn hybrid(of: &HybridDocument) -> String {
     bars("model", 4, &|r| Some(r.analytical.rmse_m));
     bars("with network", 1, &|r| Some(r.hybrid.rmse_m));
     if physics {
-        bars("with what was named", 0, &|r| r.physics.map(|p| p.rmse_m));
+        bars("with diagnosed effects", 0, &|r| r.physics.map(|p| p.rmse_m));
     }
-    let mut told = of
+    let mut summary = of
         .median_ratio
-        .map(|r| format!("Held out, median: the network leaves {:.0} % of the model's error.", 100.0 * r))
+        .map(|r| format!("Held out, median: with the network the error is {:.0} % of the model's.", 100.0 * r))
         .unwrap_or_default();
     if let Some(r) = of.median_physics_to_hybrid {
-        told += &format!(" What was named leaves {:.0} % of what the network leaves.", 100.0 * r);
+        summary += &format!(" With the diagnosed effects it is {:.0} % of that with the network.", 100.0 * r);
     }
-    let mut contours =
-        TextTable::new("Largest contour errors (µm)", 2, ["Circle", "", "Measured", "Model off by", "With network", "With what was named"]);
+    let mut contours = TextTable::new(
+        "Largest contour errors (µm)",
+        2,
+        ["Circle", "", "Measured", "Model error", "With network", "With diagnosed effects"],
+    );
     for (name, c) in &of.contours {
         let physics = cell(c.physics_off_m, um);
         contours.row([name.clone(), c.role.replace('_', " "), um(c.measured_m), um(c.analytical_off_m), um(c.hybrid_off_m), physics]);
     }
     let contours = if of.contours.is_empty() { String::new() } else { contours.html() };
-    format!("{}{}{}{contours}", paragraph(&told), chart.html(), table.html())
+    format!("{}{}{}{contours}", paragraph(&summary), chart.html(), table.html())
 }
 
-/// Circles of two axes.
+/// Formats the contour errors of two axes on circles.
 pub fn circle(of: &CirclesDocument) -> String {
-    let mut table = TextTable::new("Contour error (µm)", 1, ["Speed (rad/min)", "Largest", "Mean", "Just after a quadrant"]);
+    let mut table = TextTable::new("Contour error (µm)", 1, ["Speed (rad/min)", "Largest", "Mean", "At quadrants"]);
     let um = |x: f64| format!("{:.3}", 1e6 * x);
     of.rows.iter().for_each(|r| {
         table.row([rounded(r.speed_rad_min, 4).to_string(), um(r.largest_m), um(r.mean_m), cell(r.largest_at_quadrants_m, um)])

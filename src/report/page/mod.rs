@@ -1,4 +1,4 @@
-//! One page that holds its charts' script, its style and all numbers: it opens without a network, and asks for nothing.
+//! A self-contained HTML page: it contains the charts' script, its style and all numbers, and opens without a network.
 
 mod chart;
 mod comparison;
@@ -25,10 +25,10 @@ use super::document::{ComparisonDocument, IdentificationDocument, PeaksDocument,
 use super::hybrid::HybridDocument;
 use super::loops::{BodeDocument, CirclesDocument, GainStudyDocument};
 
-/// What a page says. What is absent is left out.
+/// Contents of a page. Absent parts are left out.
 #[derive(Debug, Clone, Default)]
 pub struct Page {
-    /// What a person calls the machine, or the folder.
+    /// Title of the machine, or name of the folder.
     pub title: String,
     /// `identification.json`.
     pub identification: Option<IdentificationDocument>,
@@ -50,15 +50,15 @@ pub struct Page {
     pub hybrid: Option<HybridDocument>,
     /// Measured and predicted FRFs.
     pub curves: Vec<PageCurve>,
-    /// What a diagnosis was made on: measured, before and after.
+    /// FRFs of a diagnosis: measured, and predicted before and after it.
     pub diagnosed: Vec<PageCurve>,
     /// Mode shapes along the shafts, by position.
     pub shapes: Vec<ShapeGroup>,
     /// Nut position (m) of each position, where known.
     pub nut_m: BTreeMap<String, f64>,
-    /// What could not be shown, and why.
+    /// Parts that cannot be shown, with the reasons.
     pub notes: Vec<String>,
-    /// Files the page was made of, with the SHA-256 of each.
+    /// Files of the page's results, with their SHA-256.
     pub files: Vec<(String, String)>,
 }
 

@@ -1,4 +1,4 @@
-//! Motion records: force over time with what is left of it, where the misfit lies, the friction curve.
+//! Motion records: force and residual over time, distribution of the misfit, friction curve.
 
 use plotly::common::{ErrorData, ErrorType, Marker, Mode};
 use plotly::layout::{AxisType, BarMode};
@@ -11,13 +11,21 @@ use crate::document::IdentificationDocument;
 use crate::record::{CurveRow, MotionRows};
 use crate::terminal::percent;
 
-/// The part of a diagnosis that is one of motion.
+/// Formats the part of a diagnosis on motion records.
 pub fn content(of: &DiagnosisDocument) -> String {
     let Some(motion) = &of.motion else { return String::new() };
     let mut records = TextTable::new(
-        "Records beside the chosen model",
+        "Records compared with the chosen model",
         2,
-        ["Record", "", "Error before", "Error after", "With its own delay and factor", "Position after force (ms)", "Force factor"],
+        [
+            "Record",
+            "",
+            "Error before",
+            "Error after",
+            "With its own delay and factor",
+            "Delay of position after force (ms)",
+            "Force factor",
+        ],
     );
     for r in &motion.records {
         let [low, high] = r.delay95_s;
@@ -31,17 +39,18 @@ pub fn content(of: &DiagnosisDocument) -> String {
             format!("{:.3}", r.factor),
         ]);
     }
-    let told: String = motion.contradictions.iter().map(|c| format!("<p><strong>Measurement:</strong> {}</p>\n", escape(c))).collect();
+    let contradictions: String =
+        motion.contradictions.iter().map(|c| format!("<p><strong>Measurement:</strong> {}</p>\n", escape(c))).collect();
     let curve = friction_curve(&motion.friction_curve, &motion.unit);
-    format!("{told}{}{}{}{curve}{}", records.html(), force(motion), phases(motion), cells(motion))
+    format!("{contradictions}{}{}{}{curve}{}", records.html(), force(motion), phases(motion), misfit_table(motion))
 }
 
-/// Records of an identification.
+/// Formats the records of an identification.
 pub fn identified(of: &IdentificationDocument) -> String {
     let mut table = TextTable::new(
         "Records: force errors, relative to the force's root mean square",
         2,
-        ["Record", "", "Inverse dynamics", "Closed loop simulated", "Noise leaves"],
+        ["Record", "", "Inverse dynamics", "Closed loop simulated", "Noise alone"],
     );
     for (name, r) in &of.records {
         table.row([
@@ -59,15 +68,15 @@ fn force(of: &MotionRows) -> String {
     let options: Vec<String> = of.traces.iter().map(|t| t.record.clone()).collect();
     let mut chart = Chart::new(
         "force",
-        "Force measured, and what is left of it",
-        "One period, where the command repeats. Left: measured less predicted, with the machine as described and with the chosen model.",
+        "Measured force and residual",
+        "One period, where the command repeats. Residual: measured less predicted, with the machine as described and with the chosen model.",
         380,
         layout().show_legend(true).x_axis(axis("time (s)")).y_axis(axis(&format!("force or torque ({})", of.unit))),
     )
     .switches(vec![Switches { label: "Record".into(), options, many: false, coloured: false }]);
     for (at, trace) in of.traces.iter().enumerate() {
         for (name, n, y) in
-            [("measured", 6, &trace.measured), ("left, as described", 1, &trace.before), ("left, chosen model", 0, &trace.after)]
+            [("measured", 6, &trace.measured), ("residual, as described", 1, &trace.before), ("residual, chosen model", 0, &trace.after)]
         {
             let drawn = Scatter::new(trace.time_s.clone(), y.clone()).mode(Mode::Lines).name(name).line(line(colour(n), 1.2));
             chart.trace_for(vec![Some(at)], drawn.hover_template("%{x:.3~g} s: %{y:.4~g}"));
@@ -100,11 +109,11 @@ fn phases(of: &MotionRows) -> String {
     chart.html()
 }
 
-fn cells(of: &MotionRows) -> String {
+fn misfit_table(of: &MotionRows) -> String {
     let mut table = TextTable::new(
         "Misfit of the machine as described, by speed and by position",
         3,
-        ["Record", "Where", "Direction", "Error", "Share", "Mean left"],
+        ["Record", "Range", "Direction", "Error", "Share", "Mean residual"],
     );
     for c in of.misfit_map.iter().filter(|c| c.by != "phase" && c.column.is_none()) {
         let [from, to] = c.range.unwrap_or([f64::NAN; 2]);
@@ -119,7 +128,7 @@ fn friction_curve(of: &[CurveRow], unit: &str) -> String {
     let mut chart = Chart::new(
         "friction-curve",
         "Force at constant speed",
-        "Points: means of stretches at constant speed of the fitted records, less what their acceleration needs. Line: the model.",
+        "Points: means over intervals at constant speed of the fitted records, less the inertia force. Line: the model.",
         320,
         layout().show_legend(true).x_axis(axis("velocity (m/s)")).y_axis(axis(&format!("force or torque ({unit})"))),
     );
@@ -128,7 +137,7 @@ fn friction_curve(of: &[CurveRow], unit: &str) -> String {
         let spread = ErrorData::new(ErrorType::Data).array(of.iter().map(|p| rounded(p.sd, 3)).collect());
         let measured = Scatter::new(x, of.iter().map(|p| rounded(p.load, 5)).collect()).mode(Mode::Markers).name("measured");
         chart.trace(measured.error_y(spread).marker(Marker::new().color(colour(1))).hover_template("%{x:.4~g} m/s: %{y:.4~g}"));
-        // One piece for each direction: friction steps where the velocity changes sign.
+        // One line per direction, because friction changes discontinuously with the sign of the velocity.
         for forward in [false, true] {
             let side = of
                 .iter()

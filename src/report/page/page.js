@@ -9,7 +9,7 @@
   const style = (name) => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
   const narrow = () => document.body.clientWidth < 560;
 
-  // The colours of the page, for paper and for dark rooms alike.
+  // Colours and fonts of the page's style, for light, dark and print.
   function dressed(layout) {
     const change = {
       paper_bgcolor: "rgba(0,0,0,0)", plot_bgcolor: "rgba(0,0,0,0)",
@@ -89,7 +89,7 @@
     charts.push(chart);
   }
 
-  // One chart after another, from above: the page can be read and used while those below are still drawn.
+  // Charts are drawn one after another from the top, so that the page is usable meanwhile.
   const all = (async () => {
     for (const chart of charts) {
       await chart.draw();
@@ -102,7 +102,7 @@
   addEventListener("beforeprint", dress);
   addEventListener("afterprint", dress);
 
-  // Opened with #selftest, the page says of itself what it shows and whether a switch works.
+  // Opened with #selftest, the page reports what it shows and whether a switch works.
   if (location.hash === "#selftest") {
     all.then(async () => {
       const shown = (c) => c.plot.data.filter((t) => t.visible !== false).length;

@@ -10,47 +10,46 @@ use std::collections::BTreeMap;
 
 use crate::certainty::ToleranceRow;
 use crate::document::IdentificationDocument;
-use crate::table::{TOLERANCE_HEADS, tolerance_cells};
-use crate::terminal::{figure, range};
+use crate::table::{TOLERANCE_HEADS, parameter_cells, tolerance_cells};
+use crate::terminal::{figure, range, unit, with_interval};
 
-/// Values with their intervals, and a chart that sets the intervals against the plausible ranges.
+/// Draws values with their intervals, and a chart of intervals and plausible ranges.
 pub fn values(of: &IdentificationDocument) -> String {
-    let mut table = TextTable::new("Parameters", 1, ["Parameter", "Value", "Unit", "95 % interval", "Plausible range", "Seen by the data"]);
+    let heads = ["Parameter", "Description", "Value", "Unit", "95 % interval", "Plausible range", "Identifiable"];
+    let mut table = TextTable::new("Parameters", 2, heads);
     for (id, p) in &of.parameters {
-        let seen = match (p.fitted, p.identifiable) {
-            (false, _) => "not fitted",
-            (true, Some(true)) => "yes",
-            _ => "no",
-        };
-        let interval = p.interval95.filter(|i| i.iter().all(|x| x.is_finite())).map_or_else(|| "–".into(), range);
-        table.row([id.clone(), figure(p.value), p.unit.clone(), interval, range([p.lower, p.upper]), seen.into()]);
+        let [value, interval, identifiable] = parameter_cells(p);
+        table.row([id.clone(), p.description.clone(), value, unit(&p.unit), interval, range([p.lower, p.upper]), identifiable]);
     }
-    let mut derived = TextTable::new("What follows from them", 1, ["Quantity", "Value", "95 % interval"]);
+    let mut derived = TextTable::new("Derived quantities", 1, ["Quantity", "Value", "95 % interval"]);
     for (name, x) in &of.derived {
-        let interval = of.derived_interval95.get(name).map_or_else(|| "–".into(), |ends| range(*ends));
-        derived.row([name.clone(), figure(*x), interval]);
+        let (value, interval) = match of.derived_interval95.get(name) {
+            Some(ends) => with_interval(*x, *ends),
+            None => (figure(*x), "–".into()),
+        };
+        derived.row([name.clone(), value, interval]);
     }
-    let told: String = of.combinations.iter().map(|c| paragraph(&c.description)).collect();
-    format!("{}{}{}{told}", table.html(), intervals(of), derived.html())
+    let combinations: String = of.combinations.iter().map(|c| paragraph(&c.description)).collect();
+    format!("{}{}{}{combinations}", table.html(), intervals(of), derived.html())
 }
 
-/// Tolerances that were fitted along, the farthest moved first.
+/// Draws the tolerances that were fitted as nuisance parameters, the farthest moved first.
 pub fn tolerances(of: &BTreeMap<String, ToleranceRow>) -> String {
     if of.is_empty() {
         return String::new();
     }
     let mut rows: Vec<(&String, &ToleranceRow)> = of.iter().collect();
     rows.sort_by(|a, b| b.1.deviation().abs().total_cmp(&a.1.deviation().abs()));
-    let mut table = TextTable::new("Tolerances fitted along", 1, TOLERANCE_HEADS);
+    let mut table = TextTable::new("Tolerances fitted as nuisance parameters", 1, TOLERANCE_HEADS);
     rows.into_iter().for_each(|row| table.row(tolerance_cells(row)));
-    let says = "What description and measurement state to a tolerance, fitted along with what is known of it. What moved far may be misstated, or stand for \
-                something the description lacks.";
-    format!("{}{}", paragraph(says), table.html())
+    let explanation = "Machine and measurement state these numbers within tolerances; they are fitted together with the parameters, each with its prior. One that moved \
+                       far may be misstated, or make up for an effect that the description lacks.";
+    format!("{}{}", paragraph(explanation), table.html())
 }
 
-/// Plausible range (pale) and interval (dark) of each parameter, over its value.
+/// Draws plausible range (pale) and interval (dark) of each parameter, over its value.
 fn intervals(of: &IdentificationDocument) -> String {
-    // The gain has no plausible range: its bounds are those of the arithmetic.
+    // The gain has no plausible range: its bounds are numerical.
     let positive = of.parameters.iter().filter(|(id, p)| *id != "gain" && p.fitted && p.lower > 0.0 && p.value > 0.0);
     let rows: Vec<_> = positive.collect();
     let names: Vec<String> = rows.iter().map(|(id, _)| escape(id)).collect();
@@ -92,7 +91,7 @@ pub fn correlations(of: &IdentificationDocument) -> String {
     let mut chart = Chart::new(
         "correlations",
         "Correlations of the fitted parameters",
-        "Near +1 or −1 the data see two parameters only together.",
+        "Near +1 or −1 the data determine only a combination of two parameters.",
         160 + 30 * names.len(),
         layout()
             .x_axis(axis("").type_(AxisType::Category))
@@ -128,14 +127,14 @@ pub fn convergence(of: &IdentificationDocument) -> String {
     }
     let agree = match of.searches_agree {
         Some(true) => "The searches agree.",
-        Some(false) => "The searches do not agree: the best of them is shown, and may not be the best there is.",
+        Some(false) => "The searches do not agree: the best of them is shown, and a better minimum may exist.",
         None => "",
     };
-    let said = if agree.is_empty() { String::new() } else { paragraph(agree) };
-    format!("{said}{}{}", chart.html(), table.html())
+    let agreement = if agree.is_empty() { String::new() } else { paragraph(agree) };
+    format!("{agreement}{}{}", chart.html(), table.html())
 }
 
-/// Bootstrap intervals, where they were asked for.
+/// Draws bootstrap intervals, where they were requested.
 pub fn bootstrap(of: &IdentificationDocument) -> String {
     let header = ["Parameter".to_string()].into_iter().chain(of.bootstrap.iter().map(|b| format!("{} × {}", b.samples, b.drawn)));
     let mut table = TextTable::new("95 % of bootstrap samples", 1, header);

@@ -1,4 +1,4 @@
-//! Peaks of FRFs tracked over the records.
+//! Natural frequencies from FRFs, tracked over the records.
 
 use plotly::Scatter;
 use plotly::common::{ErrorData, ErrorType, Marker, Mode};
@@ -10,14 +10,14 @@ use super::text::{TextTable, cell, escape, rounded};
 use crate::document::PeaksDocument;
 use crate::terminal::{figure, percent};
 
-/// The section.
+/// Formats the section.
 pub fn content(page: &Page, of: &PeaksDocument) -> String {
     let known = of.modes.iter().flat_map(|m| m.records.keys()).all(|name| page.nut_m.contains_key(name));
     let x_axis = if known { axis("nut position (m)") } else { axis("record").type_(AxisType::Category) };
     let mut chart = Chart::new(
         "peaks-chart",
-        "Natural frequencies taken from the FRFs, against position",
-        "Bars: 95 % of the frequency. Grey: peaks without regularity over the positions.",
+        "Natural frequencies from the FRFs, against position",
+        "Error bars: 95 % intervals. Grey: peaks without regularity over the positions.",
         340,
         layout().show_legend(true).x_axis(x_axis).y_axis(log_axis("Hz")),
     );

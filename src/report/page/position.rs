@@ -1,4 +1,4 @@
-//! Frequency and amplitude against position, and the errors in the layout of the published tables.
+//! Frequency and amplitude against position, and errors in the layout of the published tables.
 
 use std::collections::BTreeMap;
 
@@ -12,7 +12,7 @@ use super::text::{TextTable, cell, escape, rounded};
 use crate::document::{FrfRow, OrderRow, PositionRow};
 use crate::terminal::{figure, percent};
 
-/// Charts over the position.
+/// Formats the charts of frequency and amplitude against position.
 pub fn charts(page: &Page) -> String {
     let Some(positions) = page.identification.as_ref().map(|i| &i.positions) else { return String::new() };
     let frequency =
@@ -29,7 +29,7 @@ pub fn charts(page: &Page) -> String {
     format!("{frequency}{amplitude}")
 }
 
-/// Positions in the order of the nut, else as they stand.
+/// Returns the positions in the order of the nut position, or of their names where it is unknown.
 fn ordered<'p>(page: &Page, positions: &'p BTreeMap<String, PositionRow>) -> Vec<(&'p String, &'p PositionRow)> {
     let mut rows: Vec<_> = positions.iter().collect();
     let at = |name: &String| page.nut_m.get(name).copied().unwrap_or(f64::INFINITY);
@@ -55,7 +55,7 @@ fn along(
     let bottom = if shown.len() > 1 { format!("y{}", shown.len()) } else { "y".into() };
     let mut layout = layout().show_legend(false).hover_mode(HoverMode::Closest).x_axis(x_axis.anchor(&bottom));
     for (n, order) in shown.iter().enumerate() {
-        // One panel for each order, the first below, as frequencies rise.
+        // One panel for each order.
         let (low, high) = ((shown.len() - 1 - n) as f64 / count, (shown.len() - n) as f64 / count);
         let panel = axis(&format!("order {order}{unit}")).domain(&[low + 0.03, high - 0.03]).tick_format(format).n_ticks(4);
         layout = with_y_axis(layout, n, panel);
@@ -64,7 +64,7 @@ fn along(
     let mut chart = Chart::new(id, label, caption, 90 + 130 * shown.len(), layout);
     for (n, order) in shown.into_iter().enumerate() {
         let y_axis = if n == 0 { "y".to_string() } else { format!("y{}", n + 1) };
-        // A number where the nut position is known, else the name.
+        // The nut position where it is known, else the name.
         let place = |name: &String| match page.nut_m.get(name).filter(|_| known) {
             Some(x) => serde_json::json!(x),
             None => serde_json::json!(escape(name)),
@@ -94,7 +94,7 @@ fn along(
     chart.html()
 }
 
-/// Measured and predicted frequencies in the layout of Tab. 4 and 6–9 of Tian et al.; nothing without orders.
+/// Formats measured and predicted frequencies in the layout of Tab. 4 and 6–9 of Tian et al.; empty without orders.
 pub fn errors(caption: &str, positions: &BTreeMap<String, PositionRow>) -> String {
     let orders: std::collections::BTreeSet<u32> = positions.values().flat_map(|p| p.orders.iter().map(|o| o.order)).collect();
     if orders.is_empty() {
@@ -118,7 +118,7 @@ pub fn errors(caption: &str, positions: &BTreeMap<String, PositionRow>) -> Strin
     table.html()
 }
 
-/// Gaps by position, where whole FRFs were compared.
+/// Formats the gaps by position, where whole FRFs are compared.
 pub fn gaps(caption: &str, positions: &BTreeMap<String, PositionRow>) -> String {
     let mut table = TextTable::new(caption, 2, ["Position", "", "Gap", "Noise alone"]);
     for (name, p) in positions.iter().filter(|(_, p)| p.gap.is_some()) {
@@ -128,7 +128,7 @@ pub fn gaps(caption: &str, positions: &BTreeMap<String, PositionRow>) -> String 
     table.html()
 }
 
-/// The FRFs compared.
+/// Formats the table of compared FRFs.
 pub fn frfs(rows: &[FrfRow]) -> String {
     let header = ["FRF", "Response/excitation", "", "Lines", "Accepted", "Gap", "Noise alone"];
     let mut table = TextTable::new("FRFs, with their gap: the root mean square of ln(measured/predicted), per component", 3, header);

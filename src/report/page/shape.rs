@@ -8,12 +8,12 @@ use super::Page;
 use super::chart::{Chart, Switches, axis, colour, dash, layout, line};
 use super::text::{escape, rounded};
 
-/// How a shaft deflects along its length.
+/// Deflection of a shaft along its length.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Deflection {
     /// Shaft.
     pub shaft: String,
-    /// It turns; else it moves along its axis.
+    /// Torsional; otherwise axial.
     pub torsional: bool,
     /// Distance from the shaft's left end (m) and deflection: axial, or at the circumference.
     pub points: Vec<(f64, f64)>,
@@ -24,9 +24,9 @@ pub struct Deflection {
 pub struct ModeShape {
     /// Natural frequency (Hz).
     pub frequency_hz: f64,
-    /// Its shafts.
+    /// Deflections of the shafts.
     pub deflections: Vec<Deflection>,
-    /// Deflection of the point that the set observes.
+    /// Name and deflection of the response point of the set.
     pub observed: Option<(String, f64)>,
 }
 
@@ -35,13 +35,13 @@ pub struct ModeShape {
 pub struct ShapeGroup {
     /// Position.
     pub position: String,
-    /// Where the nut stands (m).
+    /// Nut position (m).
     pub nut_m: Option<f64>,
-    /// Modes in rising frequency.
+    /// Modes in ascending frequency.
     pub modes: Vec<ModeShape>,
 }
 
-/// The section.
+/// Formats the section.
 pub fn content(page: &Page) -> String {
     let groups = &page.shapes;
     let longest = groups.iter().map(|g| g.modes.len()).max().unwrap_or(0);
@@ -57,8 +57,8 @@ pub fn content(page: &Page) -> String {
     let mut chart = Chart::new(
         "shapes-chart",
         "Axial and torsional deflection along the shafts for each undamped mode",
-        "Undamped modes at the identified values; axial deflection, and that of the circumference in torsion, in one scale for each mode, the largest 1. \
-         The mark is the nut's place, at the deflection of the point observed.",
+        "Undamped modes at the identified values. Axial deflection, and displacement of the circumference in torsion, \
+         relative to the largest of the mode. Mark: nut position, at the deflection of the response point.",
         460,
         layout,
     )

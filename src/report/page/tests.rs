@@ -1,4 +1,4 @@
-//! What must hold of every page.
+//! Requirements on every page.
 
 use num_complex::Complex64;
 
@@ -51,7 +51,7 @@ fn diagnosis() -> DiagnosisDocument {
 }
 
 #[test]
-fn names_from_files_are_text_everywhere() {
+fn names_from_files_are_escaped() {
     let page = Page {
         title: EVIL.into(),
         curves: curves(2, 2, 50),
@@ -62,9 +62,9 @@ fn names_from_files_are_text_everywhere() {
     };
     let made = html(&page);
     let own = made.replace(&chart::library(), "");
-    assert!(!own.contains("<script>alert") && !own.contains("<img"), "a name became markup");
+    assert!(!own.contains("<script>alert") && !own.contains("<img"), "a name is not escaped");
     assert!(own.contains("&lt;script&gt;alert(&#39;x&#39;)"));
-    // What goes to the charts is text there, too.
+    // Names in charts are escaped, too.
     assert!(own.contains("\"\\u003c") || own.contains("&lt;img src=http://example.org/a.png&gt;"));
     assert!(own.contains("cannot tell which") && own.contains("Measure next:"));
 }
@@ -78,7 +78,7 @@ fn uninformative_intervals_are_reported_as_such() {
 }
 
 #[test]
-fn many_lines_make_no_heavy_page() {
+fn many_lines_stay_below_the_size_limit() {
     let page = Page { title: "many".into(), curves: curves(6, 6, 10_000), ..Page::default() };
     let made = html(&page);
     assert!(made.len() < MOST_BYTES, "{} bytes", made.len());
@@ -86,7 +86,7 @@ fn many_lines_make_no_heavy_page() {
 }
 
 #[test]
-fn the_library_stands_there_once_and_nothing_is_fetched() {
+fn the_library_is_embedded_once_and_nothing_is_fetched() {
     let made = html(&Page { title: "empty".into(), ..Page::default() });
     assert_eq!(made.matches("plotly.js v").count(), 1);
     assert!(made.contains("default-src 'none'"));

@@ -1,6 +1,6 @@
-//! HTML of text and tables; every name that comes from a file is escaped here.
+//! Formats text and tables as HTML, and escapes all names that come from files.
 
-/// Text as HTML: what means something to HTML is written as an entity.
+/// Escapes text for HTML: special characters are written as entities.
 pub fn escape(text: &str) -> String {
     let mut out = String::with_capacity(text.len());
     for c in text.chars() {
@@ -16,12 +16,12 @@ pub fn escape(text: &str) -> String {
     out
 }
 
-/// A paragraph.
+/// Formats a paragraph.
 pub fn paragraph(text: &str) -> String {
     format!("<p>{}</p>\n", escape(text))
 }
 
-/// A section with a heading; nothing where it would be empty.
+/// Formats a section with a heading; empty without content.
 pub fn section(id: &str, heading: &str, content: &str) -> String {
     if content.is_empty() {
         return String::new();
@@ -38,7 +38,7 @@ pub struct TextTable {
 }
 
 impl TextTable {
-    /// A table without rows.
+    /// Returns a table without rows.
     pub fn new(caption: &str, names: usize, header: impl IntoIterator<Item = impl Into<String>>) -> Self {
         TextTable { caption: caption.into(), names, header: header.into_iter().map(Into::into).collect(), rows: Vec::new() }
     }
@@ -48,12 +48,12 @@ impl TextTable {
         self.row_of("", cells);
     }
 
-    /// Adds a row of a class that the page's style knows.
+    /// Adds a row of a class of the page's style.
     pub fn row_of(&mut self, class: &str, cells: impl IntoIterator<Item = impl Into<String>>) {
         self.rows.push((class.into(), cells.into_iter().map(Into::into).collect()));
     }
 
-    /// As HTML; nothing without rows.
+    /// Formats the table as HTML; empty without rows.
     pub fn html(&self) -> String {
         if self.rows.is_empty() {
             return String::new();
@@ -81,17 +81,17 @@ impl TextTable {
     }
 }
 
-/// A number for a cell; a dash where there is none.
+/// Formats a number for a cell; a dash where there is none.
 pub fn cell(x: Option<f64>, write: impl Fn(f64) -> String) -> String {
     x.filter(|x| x.is_finite()).map_or_else(|| "–".into(), write)
 }
 
-/// A number to so many significant digits, for the charts: what is beyond is not seen and costs room.
+/// Rounds a number to `digits` significant digits. Further digits are invisible in charts and enlarge the page.
 pub fn rounded(x: f64, digits: usize) -> f64 {
     format!("{x:.*e}", digits.saturating_sub(1)).parse().unwrap_or(x)
 }
 
-/// «a, b and c».
+/// Joins names as «a, b and c», with `last` as the last conjunction.
 pub fn listed(names: &[String], last: &str) -> String {
     match names {
         [] => String::new(),
@@ -105,7 +105,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn names_cannot_become_markup() {
+    fn names_are_escaped() {
         let mut table = TextTable::new("a <caption>", 1, ["<th>", "x"]);
         table.row(["<script>alert(1)</script>", "\"'&"]);
         let html = table.html();
@@ -114,7 +114,7 @@ mod tests {
     }
 
     #[test]
-    fn numbers_are_cut_to_what_is_seen() {
+    fn numbers_are_rounded_and_names_are_joined() {
         assert_eq!(rounded(1.234_567_8e-9, 5), 1.2346e-9);
         assert_eq!(rounded(0.0, 5), 0.0);
         assert_eq!(listed(&["a".into(), "b".into(), "c".into()], "and"), "a, b and c");

@@ -1,14 +1,14 @@
-//! Curves over many lines thinned to what can be seen.
+//! Thins curves of many lines to the visible detail.
 
 use std::cmp::Ordering;
 use std::collections::BinaryHeap;
 
 use num_complex::Complex64;
 
-/// The lines kept of a curve, and how far the straight lines between them stay from those left out.
+/// The lines kept of a curve, and the deviation of the straight lines between them from those left out.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Thinned {
-    /// Indices of the lines kept, rising.
+    /// Indices of the lines kept, in ascending order.
     pub kept: Vec<usize>,
     /// Largest deviation in ln|H| or in the phase (rad).
     pub deviation: f64,
@@ -38,9 +38,11 @@ impl Ord for Span {
     }
 }
 
-/// Keeps of a curve its ends and, one after another, the line that deviates most from the straight line (over ln f, in ln|H| and phase)
-/// between its kept neighbours: until no line deviates by more than `tolerance`, or `most` are kept. Peaks and antiresonances go first, so that
-/// they stand at their place and height in every case.
+/// Thins a curve to its ends and the lines that deviate most.
+///
+/// Each step keeps the line with the largest deviation from the straight line between its kept neighbours, over ln f, in ln|H| and phase.
+/// It stops where no line deviates by more than `tolerance`, or where `most` lines are kept. Peaks and antiresonances deviate most, so they are
+/// kept first, with their exact frequency and height.
 pub fn thin(frequency_hz: &[f64], values: &[Complex64], tolerance: f64, most: usize) -> Thinned {
     let count = frequency_hz.len().min(values.len());
     if count <= 2 {
@@ -89,7 +91,7 @@ mod tests {
     }
 
     #[test]
-    fn ten_thousand_lines_become_some_hundred_and_no_peak_is_lost() {
+    fn ten_thousand_lines_are_thinned_to_hundreds_with_all_peaks() {
         let f: Vec<f64> = (1..=10_000).map(|i| 0.2 * f64::from(i)).collect();
         let h: Vec<Complex64> = f.iter().map(|f| resonator(*f)).collect();
         let thinned = thin(&f, &h, 0.01, 1000);

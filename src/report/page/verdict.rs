@@ -1,4 +1,4 @@
-//! A diagnosis: the verdict in a sentence, where the gap is, which effect closes how much of it.
+//! A diagnosis: the verdict in a sentence, the location of the gap, and the share of it that each effect closes.
 
 use plotly::common::{ColorScale, ColorScaleElement, ErrorData, ErrorType, Marker, Mode, Orientation};
 use plotly::layout::{AxisType, BarMode};
@@ -8,7 +8,7 @@ use super::chart::{Chart, Switches, axis, colour, layout, line, log_axis};
 use super::curve::{self, PageCurve};
 use super::text::{TextTable, cell, escape, listed, paragraph, rounded};
 use crate::diagnosis::{DiagnosisDocument, EffectRow, interval_text, is_undetermined};
-use crate::terminal::{figure, percent};
+use crate::terminal::{figure, percent, probability, share_closed, unit};
 
 /// The verdict in one sentence.
 pub fn sentence(of: &DiagnosisDocument) -> String {
@@ -16,24 +16,24 @@ pub fn sentence(of: &DiagnosisDocument) -> String {
     let effects = |last: &str| listed(&verdict.effects, last);
     let place = of.places.first().map(|w| format!(" at «{}»", w.place_text())).unwrap_or_default();
     match verdict.kind.as_str() {
-        "none" => "The model explains the measurements: there is no gap beyond the noise.".into(),
-        "effect" => format!("What the model leaves out is {}.", effects("and").replace('+', " together with ")),
-        "ambiguous" => format!("What the model leaves out is {}: these data cannot tell which.", effects("or").replace('+', " with ")),
-        "unknown" => format!("There is a gap{place} that no effect of the library explains."),
-        "wrong-parameter" => "A parameter that was kept fixed is wrong.".into(),
-        "measurement" => "The measurements are at fault: no effect makes them consistent.".into(),
+        "none" => "The model explains the measurements: no effect is missing beyond noise and tolerances.".into(),
+        "effect" => format!("The model lacks {}.", effects("and").replace('+', " together with ")),
+        "ambiguous" => format!("The model lacks {}: these data do not distinguish them.", effects("or").replace('+', " with ")),
+        "unknown" => format!("The model lacks an effect{place} that is not in the library."),
+        "wrong-parameter" => "A parameter that was held fixed is wrong.".into(),
+        "measurement" => "The measurements are faulty: no effect makes them consistent.".into(),
         "insufficient" => "The data do not suffice for a verdict.".into(),
         other => format!("Verdict: {other}."),
     }
 }
 
-/// What stands under the verdict: reason, place, next measurement.
+/// The text under the verdict: reason, location, next measurement.
 pub fn summary(of: &DiagnosisDocument) -> String {
     let mut out = String::new();
     let without = of.stamp.without.iter().map(|id| format!("without {id}"));
     let changes: Vec<String> = of.stamp.overrides.iter().cloned().chain(without).collect();
     if !changes.is_empty() {
-        out += &paragraph(&format!("The machine was described {}.", listed(&changes, "and")));
+        out += &paragraph(&format!("Changes to the description: {}.", listed(&changes, "and")));
     }
     if !of.verdict.reason.is_empty() {
         out += &paragraph(&of.verdict.reason);
@@ -44,7 +44,7 @@ pub fn summary(of: &DiagnosisDocument) -> String {
         out += &paragraph(&format!("{what} acts at «{place}»{band}."));
     }
     if let Some(phase) = &of.verdict.phase {
-        out += &paragraph(&format!("It shows most at this phase of the motion: {phase}."));
+        out += &paragraph(&format!("Its residual is largest in this phase of the motion: {phase}."));
     }
     if let Some(next) = &of.verdict.next_measurement {
         out += &format!("<p><strong>Measure next:</strong> {}</p>\n", escape(next));
@@ -52,7 +52,7 @@ pub fn summary(of: &DiagnosisDocument) -> String {
     out
 }
 
-/// The section behind the verdict: how far, where, which.
+/// The section behind the verdict: gap, location, effects.
 pub fn content(of: &DiagnosisDocument, curves: &[PageCurve]) -> String {
     let after = if of.chosen.id.is_empty() { "as chosen".to_string() } else { format!("with {}", of.chosen.id.replace('+', " and ")) };
     let overlay = curve::chart("diagnosis-curves", curves, &after);
@@ -71,34 +71,38 @@ pub fn content(of: &DiagnosisDocument, curves: &[PageCurve]) -> String {
     )
 }
 
-/// What the chosen model changes: the gap, and errors in plain units.
+/// What the chosen model changes: the gap, and the headline metrics.
 fn change(of: &DiagnosisDocument) -> String {
     let chosen = &of.chosen;
-    let mut table = TextTable::new("Before and after, over what was held out", 1, ["", "as described", "as chosen"]);
+    let mut table = TextTable::new("Held-out positions before and after", 1, ["", "as described", "chosen model"]);
     if of.gap.held_out.is_some() && chosen.gap_held_out.is_some() {
         table.row(["gap".to_string(), cell(of.gap.held_out, percent), cell(chosen.gap_held_out, percent)]);
     }
     chosen.headline_metrics.iter().for_each(|p| table.row([p.figure.clone(), percent(p.before), percent(p.after)]));
-    let interval = interval_text(chosen.closed95, "95 %: ");
-    let ceiling =
-        chosen.ceiling.map_or_else(String::new, |c| format!(" The best free change at one interface would close {}.", percent(c)));
-    let closed = chosen
-        .closed
-        .map_or_else(String::new, |c| paragraph(&format!("Of the gap above the noise {}{interval} is closed.{ceiling}", percent(c))));
+    let interval = interval_text(chosen.closed95);
+    let ceiling = chosen
+        .ceiling
+        .map_or_else(String::new, |c| format!(" A generic impedance at one interface closes {} at most.", share_closed(Some(c))));
+    let closed = chosen.closed.map_or_else(String::new, |c| {
+        paragraph(&format!(
+            "Share of the gap above the noise floor that the chosen model closes: {}{interval}.{ceiling}",
+            share_closed(Some(c))
+        ))
+    });
     format!("{}{closed}", table.html())
 }
 
 /// The gap by part.
 fn gaps(of: &DiagnosisDocument) -> String {
-    let mut table = TextTable::new("The gap between the machine as described and what was measured", 2, ["Over", "", "Gap"]);
+    let mut table = TextTable::new("Gap between the machine as described and the measurements", 2, ["Over", "", "Gap"]);
     let mut row = |name: &str, role: &str, x: Option<f64>| {
         if x.is_some() {
             table.row([name.to_string(), role.into(), cell(x, percent)]);
         }
     };
-    row("all that was fitted", "", of.gap.fit);
-    row("all that was held out", "", of.gap.held_out);
-    row("the noise alone", "", of.noise_floor);
+    row("all fitted data", "", of.gap.fit);
+    row("all held-out data", "", of.gap.held_out);
+    row("noise floor", "", of.noise_floor);
     let role = |name: &String| match (of.fit_positions.contains(name), of.held_out_positions.contains(name)) {
         (true, _) => "fitted",
         (_, true) => "held out",
@@ -110,9 +114,9 @@ fn gaps(of: &DiagnosisDocument) -> String {
     table.html()
 }
 
-/// What the ratio of measured and modelled looks like.
+/// Ratio of measured over predicted FRFs.
 fn looks(of: &DiagnosisDocument) -> String {
-    let mut table = TextTable::new("Measured over modelled, by channel", 2, ["Channel", "looks like", "Factor"]);
+    let mut table = TextTable::new("Measured over predicted, by channel", 2, ["Channel", "Pattern", "Factor"]);
     of.ratio.iter().for_each(|r| table.row([r.channel.clone(), r.looks_like.clone(), figure(r.factor)]));
     table.html()
 }
@@ -171,7 +175,7 @@ fn residual_map(of: &DiagnosisDocument) -> String {
     let mut chart = Chart::new(
         "residual-map",
         "Gap by position, channel and frequency band",
-        "Where the model is off: the darker, the farther from the measurement.",
+        "The darker a cell, the larger the difference between model and measurement there.",
         130 + 26 * names.len(),
         layout().x_axis(axis("frequency band (Hz)").type_(AxisType::Category)).y_axis(axis("").type_(AxisType::Category)),
     );
@@ -182,19 +186,16 @@ fn residual_map(of: &DiagnosisDocument) -> String {
     chart.html()
 }
 
-/// Interfaces, by what a free change there leaves of the gap; the best on top, as the axis begins below.
+/// Interfaces by the gap with a generic impedance there; the best on top, as the axis begins below.
 fn places(of: &DiagnosisDocument) -> String {
     let known: Vec<_> = of.places.iter().rev().filter_map(|w| Some((w, w.gap_held_out?))).collect();
     let mut chart = Chart::new(
         "where",
-        "Gap left when one interface may change freely",
-        "What the verdict names stands first, in its place. The shorter the bar, the better a change at this interface alone explains the \
-         measurements. Line: the gap as it is.",
+        "Held-out gap with a generic impedance at one interface",
+        "The named effect comes first, at its location. The shorter the bar, the better a change at this interface alone explains the \
+         measurements. Dashed line: gap of the machine as described.",
         110 + 30 * known.len(),
-        layout()
-            .show_legend(false)
-            .x_axis(axis("gap left on what was held out").tick_format(".0%"))
-            .y_axis(axis("").type_(AxisType::Category)),
+        layout().show_legend(false).x_axis(axis("held-out gap").tick_format(".0%")).y_axis(axis("").type_(AxisType::Category)),
     );
     if !known.is_empty() {
         let (names, left): (Vec<String>, Vec<f64>) =
@@ -205,7 +206,7 @@ fn places(of: &DiagnosisDocument) -> String {
         chart.trace(bars.hover_template("%{y}: %{x:.1%}, like %{text}<extra></extra>"));
         if let Some(now) = of.gap.held_out {
             let now = Scatter::new(vec![now; 2], ends).mode(Mode::Lines).line(line("#8A8A8A", 2.0).dash(plotly::common::DashType::Dash));
-            chart.trace(now.hover_template("gap as it is: %{x:.1%}<extra></extra>"));
+            chart.trace(now.hover_template("as described: %{x:.1%}<extra></extra>"));
         }
     }
     chart.html()
@@ -216,15 +217,10 @@ fn in_verdict(of: &DiagnosisDocument, effect: &EffectRow) -> bool {
     effect.selected || of.verdict.effects.iter().any(|v| v.split('+').any(|id| id == effect.id))
 }
 
-/// Effects that change anything, in the order of the document, the best on top: as the axis begins below, from the last to the first.
+/// Effects that change the gap and those in the verdict, in the order of the document; reversed, as the axis begins below.
 fn tried(of: &DiagnosisDocument) -> Vec<&EffectRow> {
-    let tells = |e: &&EffectRow| e.status == "tried" && (in_verdict(of, e) || e.closed.is_none_or(|c| c.abs() > 0.005));
-    of.effects.iter().filter(tells).take(12).collect::<Vec<_>>().into_iter().rev().collect()
-}
-
-/// A probability as one reads it.
-fn probability(p: f64) -> String {
-    if p < 1e-4 { "< 0.0001".into() } else { format!("{p:.4}") }
+    let matters = |e: &&EffectRow| e.status == "tried" && (in_verdict(of, e) || e.closed.is_none_or(|c| c.abs() > 0.005));
+    of.effects.iter().filter(matters).take(12).collect::<Vec<_>>().into_iter().rev().collect()
 }
 
 fn effects(of: &DiagnosisDocument) -> String {
@@ -232,8 +228,8 @@ fn effects(of: &DiagnosisDocument) -> String {
     let mut chart = Chart::new(
         "effects",
         "Share of the gap that each effect closes, with 95 % intervals",
-        "Share of the gap above the noise that an effect closes on what was held out; grey bars: 95 %, for what the verdict names. Orange: in the verdict. \
-         Effects that change nothing stand in the table alone.",
+        "Share of the held-out gap above the noise floor that an effect closes; grey bars: 95 % interval, for the named effect. Orange: in the verdict. \
+         Effects that close nothing are in the table only.",
         110 + 28 * rows.len(),
         layout().show_legend(false).x_axis(axis("share closed").tick_format(".0%")).y_axis(axis("").type_(AxisType::Category)),
     );
@@ -252,9 +248,11 @@ fn effects(of: &DiagnosisDocument) -> String {
         chart.trace(if interval.is_some() { bar.error_x(spread) } else { bar });
     }
     let header = ["Effect", "", "Gap before", "Gap after", "Closed", "95 % interval", "p"];
-    let mut table = TextTable::new("All effects, best first; p: the share of simulated machines without it that show as much", 2, header);
-    let parameters = |e: &EffectRow| e.parameters.iter().map(|(id, x)| format!("{id} {}", figure(*x))).collect::<Vec<_>>().join(", ");
-    for effect in &of.effects {
+    let mut table = TextTable::new("Candidates, best first; p: share of null simulations with a statistic as large", 2, header);
+    let value =
+        |e: &EffectRow, id: &String, x: f64| format!("{id} = {} {}", figure(x), unit(e.parameter_units.get(id).map_or("", String::as_str)));
+    let parameters = |e: &EffectRow| e.parameters.iter().map(|(id, x)| value(e, id, *x)).collect::<Vec<_>>().join(", ");
+    for effect in of.effects.iter().filter(|effect| effect.status != "not-applicable") {
         let class = if effect.selected { "strong" } else { "" };
         table.row_of(
             class,
@@ -267,30 +265,35 @@ fn effects(of: &DiagnosisDocument) -> String {
                 },
                 cell(effect.gap_held_out_before.filter(|_| effect.status == "tried"), percent),
                 cell(effect.gap_held_out_after, percent),
-                cell(effect.closed.map(|c| if c.abs() < 5e-5 { 0.0 } else { c }), percent),
+                share_closed(effect.closed),
                 match effect.closed95 {
                     None => "–".into(),
-                    Some(wide) if is_undetermined(wide) => "left open".into(),
+                    Some(wide) if is_undetermined(wide) => "not determined".into(),
                     Some([a, b]) => format!("{} … {}", percent(a), percent(b)),
                 },
                 cell(effect.p_value, probability),
             ],
         );
     }
-    format!("{}{}", chart.html(), table.html())
+    let skipped: Vec<&str> = of.effects.iter().filter(|e| e.status == "not-applicable").map(|e| e.id.as_str()).collect();
+    let skipped = match skipped.is_empty() {
+        true => String::new(),
+        false => paragraph(&format!("Not applicable to this machine or these data: {}.", skipped.join(", "))),
+    };
+    format!("{}{}{skipped}", chart.html(), table.html())
 }
 
 fn before_after(of: &DiagnosisDocument) -> String {
     let rows: Vec<_> = tried(of).into_iter().filter_map(|e| Some((escape(&e.id), e.gap_held_out_before?, e.gap_held_out_after?))).collect();
     let mut chart = Chart::new(
         "before-after",
-        "Gap before and after each effect was added",
+        "Held-out gap before and after adding each effect",
         "",
         130 + 34 * rows.len(),
         layout()
             .show_legend(true)
             .bar_mode(BarMode::Group)
-            .x_axis(axis("gap on what was held out").tick_format(".0%"))
+            .x_axis(axis("held-out gap").tick_format(".0%"))
             .y_axis(axis("").type_(AxisType::Category)),
     );
     if !rows.is_empty() {
@@ -309,8 +312,8 @@ fn delta_z(of: &DiagnosisDocument) -> String {
     let options: Vec<String> = of.delta_z.iter().map(|d| d.interface.clone()).collect();
     let mut chart = Chart::new(
         "delta-z",
-        "Change of dynamic stiffness that an interface would need, over frequency",
-        "The change of dynamic stiffness ΔZ(ω) that each interface would need: a stiffness is a constant real part, a damper an imaginary part that \
+        "Missing dynamic stiffness of an interface over frequency",
+        "The change of dynamic stiffness ΔZ(ω) that would explain the residual at each interface: a stiffness is a constant real part, a damper an imaginary part that \
          rises with ω, a mass a real part that falls with ω².",
         360,
         layout,

@@ -1,4 +1,4 @@
-//! One reader under libFuzzer, whose instrumentation stable Rust has; `corpus/READER` keeps what reached something new:
+//! Fuzzes one reader with libFuzzer, whose instrumentation is available in stable Rust. `corpus/READER` keeps the inputs that reached new code:
 //!
 //! ```sh
 //! cd tests/fuzz && mkdir -p corpus/machine
@@ -7,7 +7,7 @@
 //! READER=machine target/*/release/jointid-fuzz -runs=10000000 -timeout=1 -rss_limit_mb=500 -dict=words.dict corpus/machine seeds/machine
 //! ```
 //!
-//! An input of more than 1 s or 500 MB ends the run as a crash does. What is found goes to `found/READER`, where `tests/readers.rs` reads it
+//! An input that takes more than 1 s or 500 MB ends the run as a crash does. Store such inputs in `found/READER`: `tests/readers.rs` reads them
 //! in every test run. Readers: see `READERS`.
 
 #![no_main]
@@ -16,7 +16,7 @@ mod readers;
 
 use std::sync::LazyLock;
 
-/// The reader that the environment names.
+/// The reader named by the environment variable `READER`.
 static READ: LazyLock<readers::Reader> = LazyLock::new(|| {
     let name = std::env::var("READER").unwrap_or_default();
     let Some((_, read)) = readers::READERS.iter().find(|(reader, _)| *reader == name) else {

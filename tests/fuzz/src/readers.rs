@@ -1,4 +1,4 @@
-//! Every reader of the program, given bytes: it reads or refuses them, and what it reads holds together.
+//! Every reader of the program as a function of bytes: it reads or refuses them, and a result that it reads is consistent.
 
 use std::collections::BTreeMap;
 use std::io::{Error, ErrorKind};
@@ -12,18 +12,18 @@ use jointid::report::page::{Page, html};
 use jointid::withheld::{Run, Seal};
 use serde_json::{Value, from_slice};
 
-/// Reads bytes; panics where the reader does.
+/// Reads bytes; panics where the reader panics or its result is inconsistent.
 pub type Reader = fn(&[u8]);
 
 /// All readers by name.
 pub const READERS: [(&str, Reader); 6] =
     [("machine", machine), ("set", set), ("tables", tables), ("universal", universal), ("documents", documents), ("page", page)];
 
-/// Whether a reader takes bytes, and does not refuse them.
-pub type Understands = fn(&[u8]) -> bool;
+/// Whether a reader accepts bytes.
+pub type Accepts = fn(&[u8]) -> bool;
 
-/// The same by name, for those that refuse.
-pub const UNDERSTOOD: [(&str, Understands); 5] = [
+/// Acceptance by reader name, for the readers that can refuse.
+pub const ACCEPTANCE: [(&str, Accepts); 5] = [
     ("machine", |bytes| machine_of(bytes).is_some_and(|read| read.is_ok())),
     ("set", |bytes| set_of(bytes).is_ok()),
     ("tables", |bytes| {
@@ -36,7 +36,7 @@ pub const UNDERSTOOD: [(&str, Understands); 5] = [
     ("documents", |bytes| document_of(bytes).is_some()),
 ];
 
-/// A machine's TOML; lines at its end that begin with `--set ` are overrides.
+/// Reads a machine's TOML; lines at its end that begin with `--set ` are overrides.
 fn machine_of(bytes: &[u8]) -> Option<Result<MachineConfig, ConfigError>> {
     let text = std::str::from_utf8(bytes).ok()?;
     let (text, overrides) = text.split_once("\n--set ").unwrap_or((text, ""));
@@ -51,7 +51,7 @@ fn machine(bytes: &[u8]) {
     }
 }
 
-/// A whole measurement set: files one after another, each but the first, `manifest.toml`, below a line `#### NAME`.
+/// Reads a whole measurement set: the files follow one another, each below a line `#### NAME`, except the first, `manifest.toml`.
 fn set_of(bytes: &[u8]) -> Result<MeasurementSet, MeasurementError> {
     let text = String::from_utf8_lossy(bytes);
     let mut parts = text.split("\n#### ");
@@ -75,7 +75,7 @@ fn set(bytes: &[u8]) {
     }
 }
 
-/// Tables in CSV, by their columns: friction runs, commands and time records, FRFs of other programs.
+/// Reads a CSV table, classified by its columns: friction runs, commands and time records, FRFs of other programs.
 fn tables(bytes: &[u8]) {
     let file = SourceFile { path: "table.csv".into(), bytes: bytes.to_vec() };
     let Ok(text) = file.text() else { return };
@@ -92,12 +92,12 @@ fn tables(bytes: &[u8]) {
     } else {
         let quantity = if text.contains("s^2") { Quantity::Accelerance } else { Quantity::Receptance };
         if let Ok(frf) = frf_from_csv("table.csv", "table", text, Some(quantity)) {
-            made_a_set(vec![frf]);
+            check_written_set(vec![frf]);
         }
     }
 }
 
-/// A universal file: all of it, its headers, its FRFs.
+/// Reads a universal file: the whole file, its headers, its FRFs.
 fn universal(bytes: &[u8]) {
     _ = read_headers(bytes);
     let Ok(file) = read(bytes) else { return };
@@ -106,12 +106,12 @@ fn universal(bytes: &[u8]) {
         assert_eq!(record.abscissa.len(), record.ordinate.len());
     }
     if let Ok((frfs, _)) = frfs_from_universal("file.uff", "file", file, Some(Quantity::Receptance)) {
-        made_a_set(frfs);
+        check_written_set(frfs);
     }
 }
 
-/// What was imported is read again, every line of it.
-fn made_a_set(frfs: Vec<ImportedFrf>) {
+/// Checks that imported FRFs, written as a set, can be read again without losing a line.
+fn check_written_set(frfs: Vec<ImportedFrf>) {
     if frfs.is_empty() {
         return;
     }
@@ -121,12 +121,12 @@ fn made_a_set(frfs: Vec<ImportedFrf>) {
     let file = |name: &str| files.get(name).map(|text| text.as_bytes().to_vec()).ok_or_else(|| Error::from(ErrorKind::NotFound));
     match read_set_with("imported", file) {
         Ok(set) => assert!(set.frfs.iter().zip(counts).all(|(f, count)| f.lines.len() + f.rejected.len() == count)),
-        // All its lines may be 0, or of low coherence: that is said as it is read.
+        // All its lines may be 0 or of low coherence; the reader then reports it.
         Err(fault) => assert!(fault.to_string().contains("no line"), "{fault}"),
     }
 }
 
-/// Result documents, by their schema; seals, runs and labels of the blind check.
+/// Reads a result document by its schema, or a seal, run or label file of the blind check.
 fn documents(bytes: &[u8]) {
     _ = document_of(bytes);
 }
@@ -147,7 +147,7 @@ fn document_of(bytes: &[u8]) -> Option<Page> {
     Some(page)
 }
 
-/// The page that is drawn of a result document.
+/// Renders the page of a result document.
 fn page(bytes: &[u8]) {
     if let Some(page) = document_of(bytes) {
         _ = html(&page);

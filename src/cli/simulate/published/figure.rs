@@ -1,30 +1,30 @@
-//! A figure that a paper prints, beside ours, and the machines they are computed from.
+//! Published figures with ours, and the machines that ours are computed from.
 
 use crate::outcome::to_message;
 use config::{embedded_config, read_machine_text};
 use machine::Machine;
 use report::simulation::PublishedFigure;
 
-/// The configurations the figures are computed from.
+/// The configurations that the figures are computed from.
 pub const CONFIGS: [&str; 3] = ["configs/twin-ball-screw.toml", "configs/servo-axis.toml", "configs/vertical-axis.toml"];
 
-/// A configuration that comes with the program, with overrides.
+/// Reads a configuration that comes with the program, with overrides.
 pub fn read_published(path: &str, overrides: &[&str]) -> Result<Machine, String> {
     let text = embedded_config(path).ok_or_else(|| format!("{path}: does not come with the program"))?;
     let overrides: Vec<String> = overrides.iter().map(|o| (*o).to_string()).collect();
     Ok(read_machine_text(path, text, &overrides, &[]).map_err(to_message)?.machine)
 }
 
-/// Where a figure is printed.
+/// Source of a published figure.
 #[derive(Clone, Copy)]
 pub struct FigureSource {
     /// The paper.
     pub paper: &'static str,
-    /// The place in it.
+    /// Section, table, figure or equation of the paper.
     pub place: &'static str,
 }
 
-/// A figure that both sides have.
+/// Compares a printed number with ours.
 pub fn compared(
     source: FigureSource,
     quantity: &str,
@@ -47,7 +47,7 @@ pub fn compared(
     }
 }
 
-/// A figure that only we have: the paper prints a curve or a statement.
+/// Checks ours against a printed curve or statement without a number.
 pub fn stated(source: FigureSource, quantity: &str, unit: &str, ours: f64, holds: bool, remark: &str) -> PublishedFigure {
     PublishedFigure {
         published: None,
@@ -57,12 +57,12 @@ pub fn stated(source: FigureSource, quantity: &str, unit: &str, ours: f64, holds
     }
 }
 
-/// A figure of ours for which the paper prints neither number nor statement.
+/// Reports ours where the paper prints neither number nor statement.
 pub fn ours_alone(source: FigureSource, quantity: &str, unit: &str, ours: f64, remark: &str) -> PublishedFigure {
     PublishedFigure { verdict: "not printed".into(), ..stated(source, quantity, unit, ours, true, remark) }
 }
 
-/// A figure that only the paper has.
+/// Reports a printed number that cannot be reproduced.
 pub fn unreachable(source: FigureSource, quantity: &str, unit: &str, published: f64, remark: &str) -> PublishedFigure {
     PublishedFigure {
         ours: None,

@@ -1,4 +1,4 @@
-//! `jointid simulate published`: figures that the papers of the lumped models print, beside ours.
+//! `jointid simulate published`: published figures of the lumped models, compared with ours.
 
 mod figure;
 mod servo;
@@ -16,7 +16,7 @@ use report::document::{Input, Stamp};
 use report::simulation::{PublishedDocument, PublishedFigure};
 use report::{digest, wrapped};
 
-/// `simulate published`.
+/// Arguments of `simulate published`.
 #[derive(Debug, clap::Args)]
 pub struct PublishedArguments {
     /// Print the table as Markdown
@@ -32,7 +32,7 @@ pub fn run(given: &PublishedArguments) -> CommandResult {
     let mut figures = twin::figures()?;
     figures.extend(servo::figures()?);
     figures.extend(vertical::figures()?);
-    let text = if given.markdown { markdown(&figures) } else { plain(&figures) };
+    let text = if given.markdown { markdown(&figures) } else { plain_text(&figures) };
     let input = |path: &&str| embedded_config(path).map(|text| Input { path: (*path).into(), sha256: digest(text.as_bytes()) });
     let document = PublishedDocument {
         stamp: Stamp { seed: 1, ..stamp_files("published", CONFIGS.iter().filter_map(input).collect(), Vec::new()) },
@@ -41,7 +41,7 @@ pub fn run(given: &PublishedArguments) -> CommandResult {
     deliver(&given.output, folder.as_ref(), "published.json", &document, &text)
 }
 
-/// A number to four figures.
+/// Formats a number to four significant digits.
 fn number(x: Option<f64>) -> String {
     match x {
         None => "–".into(),
@@ -57,7 +57,7 @@ fn difference(figure: &PublishedFigure) -> String {
     figure.relative_difference.map_or_else(|| "–".into(), |d| format!("{:+.1} %", 100.0 * d))
 }
 
-fn plain(figures: &[PublishedFigure]) -> String {
+fn plain_text(figures: &[PublishedFigure]) -> String {
     let mut text = String::new();
     let mut paper = "";
     for f in figures {
@@ -74,10 +74,10 @@ fn plain(figures: &[PublishedFigure]) -> String {
 
 fn markdown(figures: &[PublishedFigure]) -> String {
     let mut text = String::from(
-        "# Published figures of the lumped models, beside ours\n\n\
+        "# Published figures of the lumped models, compared with ours\n\n\
          Printed by `jointid simulate published --markdown`; nothing here is written by hand. «–»: the paper prints a curve or a\n\
-         statement and no number, or ours does not exist. «agrees» means within 5 %, for Tab. 2 and for frequencies that were fitted or\n\
-         held out within 2 %, for equations written out within 1e-8, for statements that they hold.\n",
+         statement and no number, or ours does not exist. «agrees» means within 5 %; within 2 % for Tab. 2 and for fitted or held-out\n\
+         frequencies; within 1e-8 for equations written out; for statements, that they hold.\n",
     );
     let mut paper = "";
     for f in figures {
@@ -85,7 +85,7 @@ fn markdown(figures: &[PublishedFigure]) -> String {
             paper = &f.paper;
             let _ = writeln!(
                 text,
-                "\n## {paper}\n\n| where | what | unit | printed | ours | difference | | how, and why not |\n|---|---|---|---|---|---|---|---|"
+                "\n## {paper}\n\n| source | quantity | unit | printed | ours | difference | | method, and reason for a difference |\n|---|---|---|---|---|---|---|---|"
             );
         }
         let _ = writeln!(

@@ -1,4 +1,4 @@
-//! The lumped servo axis.
+//! Figures of the lumped servo axis.
 
 use super::figure::{CONFIGS, FigureSource, compared, read_published, stated};
 use crate::simulate::sensitivity::mode_energy;
@@ -13,7 +13,7 @@ fn at(place: &'static str) -> FigureSource {
     FigureSource { paper: "Lumped servo axis", place }
 }
 
-/// All figures of the paper that the mechanical model touches.
+/// Computes all figures of the paper that concern the mechanical model.
 pub fn figures() -> Result<Vec<PublishedFigure>, String> {
     let axis = read_published(CONFIG, &[])?;
     let rest = Operating::default();
@@ -22,7 +22,7 @@ pub fn figures() -> Result<Vec<PublishedFigure>, String> {
     let zeta = 0.5 * axis.stiffness_proportional_damping_s * std::f64::consts::TAU * first;
     let deformed = mode_energy(&axis, &rest, first)?;
     let travel = 0.020 / std::f64::consts::TAU;
-    // Angles as the travel of the nut that they make, so that all springs compare.
+    // Angles are converted to travel of the nut, so that all springs are comparable.
     let reach = |name: &str| -> f64 {
         let scale = if ["coupling", "screw-torsion"].contains(&name) { travel } else { 1.0 };
         deformed.get(name).map_or(f64::NAN, |(d, _)| (d * scale).abs())
@@ -43,7 +43,7 @@ pub fn figures() -> Result<Vec<PublishedFigure>, String> {
             "Hz",
             (152.0, first),
             0.001,
-            "the chosen stiffnesses are scaled to it: no test",
+            "the chosen stiffnesses are scaled to it, so this is no test",
         ),
         compared(at("5"), "damping ratio of that mode, b = 2ζ/ω₁", "1", (0.03, zeta), 0.001, "Eq. 19 and 21"),
         stated(
@@ -52,7 +52,7 @@ pub fn figures() -> Result<Vec<PublishedFigure>, String> {
             "1",
             ratio,
             ratio >= 2.0,
-            "«at least doubles the others»; angles counted as travel of the nut. Numbers chosen",
+            "«at least doubles the others»; angles converted to travel of the nut. Numbers chosen",
         ),
         stated(
             at("Fig. 10"),
@@ -76,7 +76,7 @@ pub fn figures() -> Result<Vec<PublishedFigure>, String> {
             "1",
             (2.0, near),
             0.1,
-            "the real axis shows two where the paper's model has one, and so has ours: a mode that the six coordinates lack",
+            "the real axis shows two, the paper's model and ours show one: the six coordinates lack a mode",
         ),
         compared(
             at("Tab. 1"),
@@ -84,12 +84,12 @@ pub fn figures() -> Result<Vec<PublishedFigure>, String> {
             "1/min",
             (2725.0, 60.0 * best_gain_per_s(&axis)?),
             0.05,
-            "`simulate gain`: friction, loops and profile are chosen; time and energy change by 1 %, so that the error at rest decides",
+            "`simulate gain`: friction, loops and profile are chosen; time and energy change by 1 %, so the error at rest decides",
         ),
     ])
 }
 
-/// The gain of the position loop with the least cost, on the cycle that `simulate gain` has by default.
+/// Finds the gain of the position loop with the minimum cost, on the default cycle of `simulate gain`.
 fn best_gain_per_s(axis: &Machine) -> Result<f64, String> {
     let curve = SCurve { from: 0.0, to: 0.3, velocity: 0.5, acceleration: 5.0, jerk: 200.0 };
     let course = curve.course(1e-3, 0.3, false).map_err(|e| e.to_string())?;

@@ -1,4 +1,4 @@
-//! Duan et al., twin ball screw.
+//! Figures of Duan et al., twin ball screw.
 
 use std::sync::Arc;
 
@@ -19,7 +19,7 @@ use measurement::read_set;
 use optimizer::Control;
 use report::simulation::PublishedFigure;
 
-/// Step of velocity (m/s) in which the least frequency is sought: 0.2 m/min.
+/// Step of velocity (m/s) in the search for the minimum frequency: 0.2 m/min.
 const STEP_M_S: f64 = 1e-2 / 3.0;
 const CONFIG: &str = CONFIGS[0];
 const AS_PRINTED: [&str; 2] = ["contact_rule=as-printed", "contact_stiffness=secant"];
@@ -41,7 +41,7 @@ fn first_hz(machine: &Machine, operating: &Operating) -> Result<f64, String> {
     hz.first().copied().ok_or_else(|| "the twin ball screw has no natural frequency".into())
 }
 
-/// All figures of the paper.
+/// Computes all figures of the paper.
 pub fn figures() -> Result<Vec<PublishedFigure>, String> {
     let printed = read_published(CONFIG, &AS_PRINTED)?;
     let physics = read_published(CONFIG, &[])?;
@@ -77,7 +77,7 @@ fn joints() -> Result<Vec<PublishedFigure>, String> {
             "N/m",
             (NUT_STIFFNESS_N_PER_M, one(Balls::Turns(1.0))?),
             0.05,
-            "the same with the paper's N for i = 1: nearest to the print, perhaps what was computed",
+            "the same with the paper's N for i = 1: closest to the printed value, perhaps the one computed",
         ),
         compared(
             at("4.1.2"),
@@ -106,7 +106,7 @@ fn joints() -> Result<Vec<PublishedFigure>, String> {
     ])
 }
 
-/// Tab. 2 recovered from simulated torques, 0.05–50 mm/s both ways.
+/// Recovers Tab. 2 from simulated torques, at 0.05–50 mm/s in both directions.
 fn friction() -> Result<Vec<PublishedFigure>, String> {
     let drive = ScrewDrive::new(LEAD_M, MOTOR_EFFICIENCY).map_err(to_message)?;
     let mut figures = Vec::new();
@@ -115,7 +115,7 @@ fn friction() -> Result<Vec<PublishedFigure>, String> {
         let runs: Vec<Observation> = speeds
             .flat_map(|v| [v, -v])
             .map(|v| {
-                // Read off to a thousandth of a N·m, as a drive shows it.
+                // Rounded to 1 mN·m, the resolution of a drive.
                 let torque_nm = (drive.torque_nm(curve.force_n(v)) * 1e3).round() / 1e3;
                 Observation { velocity_m_per_s: v, force_n: drive.force_n(torque_nm), sd_n: None }
             })
@@ -130,14 +130,14 @@ fn friction() -> Result<Vec<PublishedFigure>, String> {
         ];
         for (name, unit, published, ours) in rows {
             let quantity = format!("{name} of axis {axis}");
-            let remark = "refound by `friction` in torques simulated with the printed curve, rounded to 1 mN·m";
+            let remark = "recovered by `friction` from torques simulated with the printed curve, rounded to 1 mN·m";
             figures.push(compared(at("Tab. 2"), &quantity, unit, (published, ours), 0.02, remark));
         }
     }
     Ok(figures)
 }
 
-/// Velocity (m/min) at which side B of a contact unloads.
+/// Finds the velocity (m/min) at which side B of a contact unloads.
 fn unloading_m_min(machine: &Machine, contact: &str) -> Result<f64, String> {
     let pair = machine.contacts.iter().find(|c| c.name == contact).ok_or_else(|| format!("no contact «{contact}»"))?;
     let sweep = |v: f64| Operating { velocity_m_s: Some(v), ..Operating::default() };
@@ -148,8 +148,8 @@ fn unloading_m_min(machine: &Machine, contact: &str) -> Result<f64, String> {
 fn velocity(printed: &Machine, physics: &Machine) -> Result<Vec<PublishedFigure>, String> {
     let mut figures = Vec::new();
     for (machine, how, cause) in [
-        (printed, "as printed", "Eq. 10–17 with Tab. 2, which was measured to 3 m/min only; the text does not say which axis"),
-        (physics, "by equilibrium", "the load of nut A is not P + F while B carries: B lets go at 2.83·P, not 1.83·P"),
+        (printed, "as printed", "Eq. 10–17 with Tab. 2, which was measured to 3 m/min only; the text does not state which axis"),
+        (physics, "by equilibrium", "the load of nut A is not P + F while B is loaded: B unloads at 2.83·P, not 1.83·P"),
     ] {
         for axis in [1, 2] {
             let ours = unloading_m_min(machine, &format!("screw-nut-{axis}"))?;
@@ -164,12 +164,12 @@ fn velocity(printed: &Machine, physics: &Machine) -> Result<Vec<PublishedFigure>
             "m/min",
             (30.0, ours),
             0.05,
-            "the stiffness of a pair is least just behind this load",
+            "the stiffness of a pair has its minimum just above this load",
         ));
     }
     figures.push(unreachable(
         at("5.2, Fig. 12"),
-        "velocity of least bearing stiffness, as printed",
+        "velocity of minimum bearing stiffness, as printed",
         "m/min",
         30.0,
         "Eq. 18–20 contain no velocity; friction equals the preload of 1 kN («because») at 12.4 (axis 1) and 6.7 m/min (axis 2)",
@@ -185,7 +185,7 @@ fn velocity(printed: &Machine, physics: &Machine) -> Result<Vec<PublishedFigure>
         "1",
         nut_a(printed, 0.5)? / nut_a(printed, 0.0)?,
         false,
-        "the text lets both nuts soften; Eq. 13 and 17 make the loaded nut A, which counts, stiffer",
+        "in the text both nuts soften; by Eq. 13 and 17 the loaded nut A, which counts, stiffens",
     ));
     figures.push(stated(
         at("Fig. 12"),
@@ -193,11 +193,15 @@ fn velocity(printed: &Machine, physics: &Machine) -> Result<Vec<PublishedFigure>
         "1",
         nut_a(physics, 0.5)? / nut_a(physics, 0.0)?,
         true,
-        "the pair softens until B lets go, as the text has it",
+        "the pair softens until B unloads, as in the text",
     ));
     for (machine, how, cause) in [
-        (physics, "by equilibrium", "falls and then rises, as Fig. 13 has it, but later: each pair is softest just where a side lets go"),
-        (printed, "as printed", "the printed equations only let it rise: no least value behind the start"),
+        (
+            physics,
+            "by equilibrium",
+            "falls and then rises, as in Fig. 13, but at higher velocity: each pair is softest just where a side unloads",
+        ),
+        (printed, "as printed", "by the printed equations it only rises: there is no minimum after the start"),
     ] {
         let mut least = (0.0, f64::INFINITY);
         for step in 1..=300 {
@@ -209,7 +213,7 @@ fn velocity(printed: &Machine, physics: &Machine) -> Result<Vec<PublishedFigure>
                 least = (v, hz);
             }
         }
-        let quantity = format!("velocity of the least first frequency, {how}");
+        let quantity = format!("velocity of the minimum first frequency, {how}");
         figures.push(if least.0 > STEP_M_S {
             compared(at("5.2, Fig. 13"), &quantity, "m/min", (30.0, 60.0 * least.0), 0.05, cause)
         } else {
@@ -229,7 +233,7 @@ fn position(printed: &Machine, physics: &Machine) -> Result<Vec<PublishedFigure>
         "N/m",
         (chain, needed),
         0.1,
-        "the printed stiffnesses put the table near 250 Hz: the level of Tab. 5 does not follow from the printed numbers (X and Y in series: a \
+        "the printed stiffnesses give about 250 Hz: the level of Tab. 5 does not follow from the printed numbers (X and Y in series: a \
          factor of 12 remains)",
     ));
     for (ratio, theory, measured) in TABLE_5 {
@@ -242,22 +246,22 @@ fn position(printed: &Machine, physics: &Machine) -> Result<Vec<PublishedFigure>
         figures.push(compared(at("Tab. 5"), &format!("first frequency at x/L = {ratio}, theory"), "Hz", (theory, ours), 0.05, &remark));
     }
     let ends = (first_hz(printed, &Operating::at_nut(nut_m(0.0)))?, first_hz(printed, &Operating::at_nut(nut_m(1.0)))?);
-    let growth = (ends.0 / ends.1).powi(2) - 1.0;
+    let increase = (ends.0 / ends.1).powi(2) - 1.0;
     figures.push(compared(
         at("Tab. 5"),
-        "growth of 1/f² along the stroke, experiment",
+        "increase of 1/f² along the stroke, experiment",
         "1",
-        ((49.7_f64 / 44.0).powi(2) - 1.0, growth),
+        ((49.7_f64 / 44.0).powi(2) - 1.0, increase),
         0.1,
-        "the trend follows from the chain; its size rests on the working length, not printed and chosen as 0.48 m, and on K_g and K_n",
+        "the trend follows from the chain; its size depends on the working length, not printed and chosen as 0.48 m, and on K_g and K_n",
     ));
     figures.push(compared(
         at("Tab. 5"),
-        "growth of 1/f² along the stroke, published theory",
+        "increase of 1/f² along the stroke, published theory",
         "1",
-        ((51.4_f64 / 48.9).powi(2) - 1.0, growth),
+        ((51.4_f64 / 48.9).powi(2) - 1.0, increase),
         0.1,
-        "less than half of what was measured: the published theory leaves a gap that grows with distance, from 3.4 to 11.1 %",
+        "less than half of the measured increase: the error of the published theory increases with distance, from 3.4 to 11.1 %",
     ));
     let stage = |x: f64, y: f64| -> Result<f64, String> {
         let k = |nut_m: f64| static_stiffness(physics, &Operating::at_nut(nut_m), "table");
@@ -266,16 +270,16 @@ fn position(printed: &Machine, physics: &Machine) -> Result<Vec<PublishedFigure>
     let (near, far) = (stage(ENDS_M.0, ENDS_M.0)?, stage(ENDS_M.1, ENDS_M.1)?);
     figures.push(stated(
         at("Fig. 9, Eq. 23"),
-        "transmission stiffness of X and Y in series, least over largest",
+        "transmission stiffness of X and Y in series, smallest over largest",
         "1",
         far / near,
         far < near,
-        &format!("falls in both directions from {near:.3e} N/m with both nuts left to {far:.3e} N/m with both right, as Fig. 9 has it"),
+        &format!("falls in both directions from {near:.3e} N/m with both nuts left to {far:.3e} N/m with both right, as in Fig. 9"),
     ));
     Ok(figures)
 }
 
-/// Two positions of Tab. 5 predicted from the three others.
+/// Predicts two positions of Tab. 5 from the other three.
 fn fitted(physics: &Machine) -> Result<Vec<PublishedFigure>, String> {
     let set = read_set("measurements/twin-ball-screw").map_err(to_message)?;
     let (fit, held_out) = set.split(None, &[]).map_err(to_message)?;
@@ -288,7 +292,8 @@ fn fitted(physics: &Machine) -> Result<Vec<PublishedFigure>, String> {
         let ours = elastic_frequencies_hz(physics, 1, &found.values, &here).first().copied().unwrap_or(f64::NAN);
         let held = if ratio == 0.25 || ratio == 0.75 { "held out" } else { "fitted" };
         let remark = format!(
-            "moving mass {:.0} kg and mount {:.1e} N/m fitted on x/L = 0, 0.5, 1: the level needs a mass the paper does not have. Published theory: {theory} Hz",
+            "moving mass {:.0} kg and mount {:.1e} N/m fitted on x/L = 0, 0.5, 1: the level requires a mass that the paper does not \
+             state. Published theory: {theory} Hz",
             value("moving_mass"),
             value("k_mount")
         );

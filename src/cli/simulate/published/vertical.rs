@@ -1,4 +1,4 @@
-//! The vertical axis under acceleration. The paper prints no value of any quantity: its equations stand against ours.
+//! Figures of the vertical axis under acceleration. The paper prints no values: its equations are compared with ours.
 
 use super::figure::{CONFIGS, FigureSource, compared, ours_alone, read_published, stated};
 use crate::outcome::to_message;
@@ -15,7 +15,7 @@ fn at(place: &'static str) -> FigureSource {
     FigureSource { paper: "Vertical axis under acceleration", place }
 }
 
-/// Its equations 26–28 written out, with contact stiffnesses as printed.
+/// Evaluates the paper's equations 26–28, with contact stiffnesses as printed.
 fn equation_28(axis: &Machine, operating: &Operating) -> Result<f64, String> {
     let contact = |name: &str| -> Result<f64, String> {
         let found = axis.contacts.iter().find(|c| c.name == name).ok_or_else(|| format!("no contact «{name}»"))?;
@@ -31,7 +31,7 @@ fn equation_28(axis: &Machine, operating: &Operating) -> Result<f64, String> {
     Ok(both * kn / (both + kn))
 }
 
-/// All figures of the paper.
+/// Computes all figures of the paper.
 pub fn figures() -> Result<Vec<PublishedFigure>, String> {
     let printed = read_published(CONFIG, &AS_PRINTED)?;
     let physics = read_published(CONFIG, &[])?;
@@ -53,16 +53,18 @@ pub fn figures() -> Result<Vec<PublishedFigure>, String> {
         ));
         let f_paper = (by_paper / mass_kg).sqrt() / std::f64::consts::TAU;
         let f = elastic_frequencies_hz(&printed, 1, &printed.start(), &condition).first().copied().unwrap_or(f64::NAN);
-        figures.push(compared(at("Eq. 1"), &format!("first frequency at a = {a} m/s², z = {z} m"), "Hz", (f_paper, f), 1e-8, "likewise"));
+        figures.push(compared(
+            at("Eq. 1"),
+            &format!("first frequency at a = {a} m/s², z = {z} m"),
+            "Hz",
+            (f_paper, f),
+            1e-8,
+            "from k_e above and a mass of 150 kg",
+        ));
     }
     for (axis, how, ratio, remark) in [
         (&printed, "as printed", 1.83, "Eq. 15: m·(g + a) = 1.83·P"),
-        (
-            &physics,
-            "by equilibrium",
-            1.83,
-            "1.83·P is the increment of side A's load, taken for the force; with it nut B lets go at 2.83·P",
-        ),
+        (&physics, "by equilibrium", 1.83, "1.83·P is the increment of side A's load, taken for the force; nut B unloads at 2.83·P"),
     ] {
         let nut = axis.contacts.iter().find(|c| c.name == "nut").ok_or("no contact «nut»")?;
         let found = separations(nut, (-60.0, 60.0), |a| here(a, 0.45));
@@ -91,7 +93,7 @@ pub fn figures() -> Result<Vec<PublishedFigure>, String> {
         "1",
         up / rest,
         up < rest,
-        "falls until nut B lets go, then rises; by the printed rule (the larger of two) it rises at once",
+        "falls until nut B unloads, then rises; by the printed rule (the larger of two) it rises at once",
     ));
     figures.push(stated(
         at("2.3"),
@@ -99,7 +101,7 @@ pub fn figures() -> Result<Vec<PublishedFigure>, String> {
         "1",
         down / rest,
         down > rest,
-        "the preload alone: the stiffest state of a pair",
+        "with the preload alone a pair is stiffest",
     ));
     figures.push(compared(
         at("Eq. 14, 17"),
@@ -107,7 +109,7 @@ pub fn figures() -> Result<Vec<PublishedFigure>, String> {
         "1",
         (0.9, 0.81),
         0.01,
-        "c_wb stands in Eq. 14 and again in Eq. 17–18: 0.81 in all. Ours by default: none",
+        "c_wb enters Eq. 14 and again Eq. 17–18: 0.81 in total. Ours by default: none",
     ));
     Ok(figures)
 }

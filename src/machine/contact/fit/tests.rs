@@ -2,7 +2,7 @@ use super::*;
 use crate::contact::published::{LEAD_M, MOTOR_EFFICIENCY, friction_axis_1, friction_axis_2};
 use crate::contact::{ContactError, ScrewDrive};
 
-/// Splitmix64 and Box–Muller: enough for a test, and the same everywhere.
+/// Splitmix64 and Box–Muller: sufficient for a test and platform-independent.
 struct Normal(u64);
 
 impl Normal {
@@ -20,7 +20,7 @@ impl Normal {
     }
 }
 
-/// Both directions, 24 speeds from 0.05 to 50 mm/s (the paper's range), evenly in the logarithm.
+/// Returns both directions at 24 speeds from 0.05 to 50 mm/s (the paper's range), equally spaced in the logarithm.
 fn velocities() -> Vec<f64> {
     let speeds = (0..24).map(|index| 0.05e-3 * 1000.0_f64.powf(f64::from(index) / 23.0));
     speeds.flat_map(|speed| [speed, -speed]).collect()
@@ -80,7 +80,7 @@ fn recover_table_2_from_50_draws_with_2_percent_noise() {
     }
 }
 
-/// Share of intervals that hold the truth, and of parameters without an interval.
+/// Returns the share of intervals that contain the true value, for each parameter.
 fn coverage(curve: &StribeckCurve, noise: StribeckNoise, seed: u64, error: impl Fn(f64, f64) -> (f64, Option<f64>)) -> [f64; 4] {
     let mut normal = Normal(seed);
     let mut inside = [0.0; 4];
@@ -127,12 +127,12 @@ fn recover_from_torques() {
 }
 
 #[test]
-fn limit_curves_without_a_fall_or_a_rise_say_so() {
+fn limit_curves_without_a_fall_or_a_rise_are_reported_at_a_bound() {
     let line = StribeckCurve { coulomb_n: 300.0, static_n: 300.0, viscous_n_s_per_m: 3000.0, stribeck_velocity_m_per_s: 1e-3 };
     let rows = data(&line, &mut |_| (0.0, None));
     let fit = fit_stribeck(&rows, &StribeckOptions::new(StribeckNoise::Uniform)).unwrap();
     assert!((fit.curve.coulomb_n / 300.0 - 1.0).abs() < 1e-6 && (fit.curve.viscous_n_s_per_m / 3000.0 - 1.0).abs() < 1e-6);
-    // A hidden fall: below the slowest speed nothing is seen of it.
+    // A hidden fall below the slowest measured speed is not identifiable.
     let hidden = StribeckCurve { stribeck_velocity_m_per_s: 1e-6, ..friction_axis_1() };
     let mut normal = Normal(3);
     let rows = data(&hidden, &mut |force| (0.01 * force * normal.draw(), None));

@@ -11,7 +11,7 @@ fn fitted(f: &[f64], h: &[Complex64]) -> ModalFit {
     fit_curve(&curve(f, h), &CurveOptions::default()).unwrap()
 }
 
-/// Largest relative error of frequency, damping and residue, and the number of modes beyond the planted ones.
+/// Largest relative error of frequency, damping and residue, and the number of extra modes.
 fn error(fit: &ModalFit, planted: &[PlantedMode]) -> (f64, usize) {
     let mut worst: f64 = 0.0;
     for p in planted {
@@ -49,14 +49,14 @@ fn recover_planted_modes_without_noise() {
         for f in [even(5.0, 1.0, 1000), even(10.0, 0.5, 1600), uneven()] {
             let h: Vec<Complex64> = f.iter().map(|f| receptance(&planted, lower, upper, *f)).collect();
             let fit = fitted(&f, &h);
-            let (worst, beyond) = error(&fit, &planted);
-            println!("{name}, {} lines: error {worst:.1e}, {beyond} modes more, misfit {:.1e}", f.len(), fit.relative_misfit);
-            assert!(worst < 1e-6 && beyond == 0, "{name}: {worst:e}, {beyond} more: {:?}", fit.modes);
+            let (worst, extra) = error(&fit, &planted);
+            println!("{name}, {} lines: error {worst:.1e}, {extra} extra modes, misfit {:.1e}", f.len(), fit.relative_misfit);
+            assert!(worst < 1e-6 && extra == 0, "{name}: {worst:e}, {extra} extra: {:?}", fit.modes);
         }
     }
 }
 
-/// Lines in a geometric row with a step: 6 to 900 Hz.
+/// Lines in geometric spacing from 6 to 900 Hz, with a section missing.
 fn uneven() -> Vec<f64> {
     let mut f: Vec<f64> = (0..700).map(|k| 6.0 * (900.0_f64 / 6.0).powf(f64::from(k) / 699.0)).collect();
     f.drain(300..310);
@@ -72,46 +72,46 @@ fn recover_from_uneven_lines_with_noise() {
     assert!(worst < 0.1, "{worst}");
 }
 
-/// Shares of 95 % intervals that hold the truth, over modes: frequency, damping, amplitude; and the mean number of modes beyond.
+/// Shares of 95 % intervals that cover the true value, over modes: frequency, damping, amplitude; and the mean number of extra modes.
 fn coverage(draws: u64, known: bool) -> ([f64; 3], f64) {
     let f = even(10.0, 1.0, 900);
     let planted = bench();
     let clean: Vec<Complex64> = f.iter().map(|f| receptance(&planted, 3e-3, 4e-8, *f)).collect();
     let truth = fitted(&f, &clean);
     let sd = vec![0.02; f.len()];
-    let (mut inside, mut total, mut beyond) = ([0.0; 3], 0.0, 0.0);
+    let (mut inside, mut total, mut extra) = ([0.0; 3], 0.0, 0.0);
     for seed in 0..draws {
         let h = Draw::new(seed).noisy(&clean, 0.02);
         let curve = FrfCurve { component_sd: known.then_some(&sd), ..curve(&f, &h) };
         let fit = fit_curve(&curve, &CurveOptions::default()).unwrap();
-        beyond += fit.modes.len() as f64 - planted.len() as f64;
+        extra += fit.modes.len() as f64 - planted.len() as f64;
         for t in &truth.modes {
             let m = fit
                 .modes
                 .iter()
                 .min_by(|a, b| (a.frequency_hz - t.frequency_hz).abs().total_cmp(&(b.frequency_hz - t.frequency_hz).abs()))
                 .unwrap();
-            let holds = |value: f64, truth: f64, sd: f64| f64::from(u8::from((value - truth).abs() < 1.96 * sd));
-            inside[0] += holds(m.frequency_hz, t.frequency_hz, m.frequency_sd_hz);
-            inside[1] += holds(m.damping_ratio, t.damping_ratio, m.damping_sd);
-            inside[2] += holds(m.amplitude.value, t.amplitude.value, m.amplitude.sd);
+            let covers = |value: f64, truth: f64, sd: f64| f64::from(u8::from((value - truth).abs() < 1.96 * sd));
+            inside[0] += covers(m.frequency_hz, t.frequency_hz, m.frequency_sd_hz);
+            inside[1] += covers(m.damping_ratio, t.damping_ratio, m.damping_sd);
+            inside[2] += covers(m.amplitude.value, t.amplitude.value, m.amplitude.sd);
             total += 1.0;
         }
     }
-    (inside.map(|i| i / total), beyond / draws as f64)
+    (inside.map(|i| i / total), extra / draws as f64)
 }
 
 #[test]
 #[ignore = "second tier"]
-fn recover_intervals_hold_the_truth() {
+fn recover_intervals_cover_the_truth() {
     for known in [false, true] {
-        let (shares, beyond) = coverage(test_data::draws(100, 200), known);
+        let (shares, extra) = coverage(test_data::draws(100, 200), known);
         println!(
-            "deviations known {known}: frequency {:.3}, damping {:.3}, amplitude {:.3}; modes beyond {beyond:.2}",
+            "standard deviations known {known}: frequency {:.3}, damping {:.3}, amplitude {:.3}; extra modes {extra:.2}",
             shares[0], shares[1], shares[2]
         );
         assert!(shares.iter().all(|s| (0.90..=0.99).contains(s)), "{shares:?}");
-        assert!(beyond.abs() < 0.2, "{beyond}");
+        assert!(extra.abs() < 0.2, "{extra}");
     }
 }
 

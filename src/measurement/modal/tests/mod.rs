@@ -1,4 +1,4 @@
-//! Planted modes in the second-order form of mechanics (not the pole–residue form of the model), real files, limits.
+//! Tests on planted modes in the second-order form of mechanics (not the pole–residue form of the model), refusals and limits.
 
 mod fitting;
 mod planted;

@@ -18,7 +18,7 @@ pub fn mode(frequency_hz: f64, damping: f64, peak: f64) -> PlantedMode {
     PlantedMode { frequency_hz, damping, peak }
 }
 
-/// Σ 2ζ a ω_n²/(ω_n² − ω² + 2iζω_nω) − lower/ω² + upper: |each mode| is |a| at ω_n.
+/// Σ 2ζ a ω_n²/(ω_n² − ω² + 2iζω_nω) − lower/ω² + upper: each mode has magnitude |a| at ω_n.
 pub fn receptance(modes: &[PlantedMode], lower: f64, upper: f64, frequency_hz: f64) -> Complex64 {
     let omega = TAU * frequency_hz;
     let mut h = Complex64::new(upper - lower / (omega * omega), 0.0);
@@ -50,7 +50,7 @@ impl Draw {
         radius * (TAU * self.0.random::<f64>()).cos()
     }
 
-    /// Multiplicative noise of so much per component.
+    /// Multiplies by noise with a relative standard deviation per component.
     pub fn noisy(&mut self, clean: &[Complex64], component_sd: f64) -> Vec<Complex64> {
         clean.iter().map(|h| h * Complex64::new(1.0 + component_sd * self.normal(), component_sd * self.normal())).collect()
     }

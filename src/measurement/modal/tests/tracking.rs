@@ -11,7 +11,7 @@ use crate::modal::{
 const POSITIONS_M: [f64; 6] = [0.6, 0.5, 0.4, 0.3, 0.2, 0.1];
 const NAMES: [&str; 6] = ["l1", "l2", "l3", "l4", "l5", "l6"];
 
-/// Modes of a bench like that of the paper at a place u of its travel (0 to 1).
+/// Bench with modes like those of Tian et al. at a position u over its travel (0 to 1).
 struct Bench {
     damping: [f64; 4],
     shift: [f64; 4],
@@ -38,7 +38,7 @@ impl Bench {
     }
 }
 
-/// Peaks of no machine: anywhere in the band, damping 0.5 to 8 %, as strong as the real ones around them.
+/// Draws spurious peaks: anywhere in the band, damping 0.5 to 8 %, as strong as the real ones around them.
 fn spurious(draw: &mut Draw, count: usize) -> Vec<PlantedMode> {
     (0..count)
         .map(|_| {
@@ -85,7 +85,7 @@ fn tracked(set: &Set) -> Vec<TrackedMode> {
     track(&records, &TrackOptions::default()).unwrap()
 }
 
-/// True modes kept (seen right at 4 or more positions) and other tracks kept.
+/// Counts the true modes kept (correct at 4 or more positions) and the other tracks kept.
 fn kept(set: &Set, tracks: &[TrackedMode]) -> (usize, usize) {
     let mut taken = [false; 4];
     let mut wrong = 0;
@@ -148,7 +148,7 @@ fn recover_four_modes_among_six_spurious_peaks_per_position() {
     assert!(most_wrong <= 1);
 }
 
-/// A mode as a fit would report it.
+/// Returns a mode as a fit reports it.
 fn reported(frequency_hz: f64, sd_hz: f64, damping_ratio: f64, value: f64) -> FittedMode {
     FittedMode {
         frequency_hz,
@@ -186,7 +186,7 @@ fn published_modes_of_three_positions_are_regular() {
     assert!(tracks.iter().all(|t| t.regular && t.sightings.len() == 3));
 }
 
-/// Sets of peaks of no machine: how many tracks are called regular, as the option allows (0.03 per set).
+/// Sets of spurious peaks have few regular tracks: the option allows 0.03 per set, the test twice as many.
 #[test]
 #[ignore = "second tier"]
 fn limit_chance_makes_few_regular_tracks() {
@@ -200,8 +200,8 @@ fn limit_chance_makes_few_regular_tracks() {
                 reported(f, 1e-4 * f, 0.02, 1e-4 * (24.0 / f).powi(2) * draw.uniform(-0.7, 0.7).exp())
             };
             let modes: Vec<Vec<FittedMode>> = (0..positions).map(|_| (0..peaks).map(&mut one).collect()).collect();
-            let places: Vec<f64> = (0..positions).map(f64::from).collect();
-            regular += of_modes(&places, &modes).iter().filter(|t| t.regular).count();
+            let positions_m: Vec<f64> = (0..positions).map(f64::from).collect();
+            regular += of_modes(&positions_m, &modes).iter().filter(|t| t.regular).count();
         }
         println!("{positions} positions, {peaks} chance peaks each: {:.3} regular tracks per set", regular as f64 / sets as f64);
         assert!(50 * regular as u64 <= 3 * sets, "{regular} in {sets}");

@@ -1,10 +1,10 @@
-//! Modes followed over records: a real mode appears at all positions and moves smoothly, a peak without regularity is spurious.
+//! Tracking of modes over records: a real mode appears at all positions and moves smoothly, a peak without regularity is spurious.
 //!
 //! # Source
 //!
 //! Tian et al. (multi-position receptance coupling), Section 4.1: "with the worktable position change, the natural frequencies of the
 //! system is roughly the same, or changes in a small range in a certain rule … The peaks beyond the four frequencies of the FRF has no
-//! regularity". A mode may miss at a node (their third at l4).
+//! regularity". A mode may be absent at a node (their third at l4).
 
 mod evidence;
 mod observation;
@@ -21,27 +21,27 @@ use super::noise::median;
 use super::{FittedMode, ModalError};
 use observation::SightingChain;
 
-/// Passes over a chain, each with the density of chance finds that the one before left.
+/// Number of passes over a chain, each with the density of irregular modes from the previous one.
 const ROUNDS: usize = 4;
 
-/// A mode over records.
+/// A mode tracked over records.
 #[derive(Debug, Clone, PartialEq)]
 pub struct TrackedMode {
-    /// Place in rising frequency, from 1, over regular and irregular modes.
+    /// Rank in rising frequency, from 1, among regular and irregular modes.
     pub order: usize,
-    /// Whether it is a real mode by the rule.
+    /// Whether the mode meets the criteria of a real mode.
     pub regular: bool,
     /// Median natural frequency (Hz).
     pub frequency_hz: f64,
     /// Record and mode (indices) of each sighting, in order of position.
     pub sightings: Vec<(usize, usize)>,
-    /// Why.
+    /// Evidence for the decision.
     pub evidence: TrackEvidence,
 }
 
-/// Follows modes over records.
+/// Tracks modes over records.
 ///
-/// Regular modes found in a first pass are taken out of the density of chance finds of the second.
+/// Each pass excludes the regular modes of the previous one from the density of irregular modes.
 ///
 /// # Errors  no records; a position that is not finite
 pub fn track(records: &[TrackRecord], options: &TrackOptions) -> Result<Vec<TrackedMode>, ModalError> {
@@ -60,7 +60,7 @@ pub fn track(records: &[TrackRecord], options: &TrackOptions) -> Result<Vec<Trac
     placed.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
     let mut modes = Vec::new();
     for order in [placed.into_iter().map(|(_, at)| at).collect(), unplaced] {
-        modes.extend(over_chain(records, order, options));
+        modes.extend(track_chain(records, order, options));
     }
     modes.sort_by(|a, b| a.frequency_hz.total_cmp(&b.frequency_hz).then_with(|| a.sightings.cmp(&b.sightings)));
     for (at, mode) in modes.iter_mut().enumerate() {
@@ -69,8 +69,8 @@ pub fn track(records: &[TrackRecord], options: &TrackOptions) -> Result<Vec<Trac
     Ok(modes)
 }
 
-/// Tracks of one chain.
-fn over_chain(records: &[TrackRecord], order: Vec<usize>, options: &TrackOptions) -> Vec<TrackedMode> {
+/// Tracks the modes of one chain.
+fn track_chain(records: &[TrackRecord], order: Vec<usize>, options: &TrackOptions) -> Vec<TrackedMode> {
     let mut chain = SightingChain::of(records, order);
     let mut tracks = search::tracks(&chain);
     let mode_of = |chain: &SightingChain, s: usize| {
@@ -90,7 +90,7 @@ fn over_chain(records: &[TrackRecord], order: Vec<usize>, options: &TrackOptions
     for track in &tracks {
         let modes = modes_of(&chain, track);
         let (regular, evidence) = match (chain.records.len(), modes.as_slice()) {
-            (1, [mode]) => evidence::alone(mode, options),
+            (1, [mode]) => evidence::judge_single(mode, options),
             _ => evidence::judge(&chain, track, &modes, options),
         };
         found.push(TrackedMode {

@@ -1,4 +1,4 @@
-//! The modes of a chain of records, prepared for tracking, and what is known of modes that belong to no track.
+//! Modes of a chain of records, prepared for tracking, with the statistics of irregular modes.
 
 use num_complex::Complex64;
 
@@ -6,15 +6,15 @@ use super::super::FittedMode;
 use super::TrackRecord;
 use super::process::{JITTER, JITTER_UNPLACED, TrackPoint};
 
-/// Spread of ln ζ along a track, from bench to bench experience: damping of a joint changes by a third between positions.
+/// Standard deviation of ln ζ along a track (1). Source: experience from benches; joint damping changes by a third between positions.
 const DAMPING_SPREAD: f64 = 0.3;
-/// Spread of ln amplitude along a track within a series: the shape at the response changes with position.
+/// Standard deviation of ln amplitude along a track within a series (1): the mode shape at the response point changes with position.
 const AMPLITUDE_SPREAD: f64 = 0.5;
-/// Most that damping or amplitude of one mode may speak for a track, or against it (ln of a probability ratio).
-const VOICE: (f64, f64) = (-2.0, 1.5);
-/// Probability that a mode keeps the sign of its residue from one record of a series to the next: it turns only across a node.
+/// Bounds on the log probability ratio of the damping or amplitude of one mode (1): against and for a track.
+const LOG_RATIO_BOUNDS: (f64, f64) = (-2.0, 1.5);
+/// Probability that a residue keeps its sign from one record of a series to the next (1): it changes only across a node.
 const SIGN_KEPT: f64 = 0.9;
-/// Least number of irregular modes per record that is reckoned with.
+/// Smallest assumed number of irregular modes per record.
 const LEAST_CLUTTER: f64 = 0.5;
 
 /// A mode of a record.
@@ -24,13 +24,13 @@ pub(super) struct Sighting {
     pub step: usize,
     /// Index of the mode in the record.
     pub mode: usize,
-    /// Frequency at position.
+    /// ln f at the position.
     pub point: TrackPoint,
     /// ln ζ and its variance.
     pub damping: (f64, f64),
     /// ln of amplitude over the trend of all modes of the series.
     pub amplitude: f64,
-    /// Direction of the residue, of length 1.
+    /// Residue, normalised to length 1.
     pub direction: Complex64,
     /// Index of the series.
     pub series: usize,
@@ -39,9 +39,9 @@ pub(super) struct Sighting {
 /// Records of a chain in order of position, with their modes.
 #[derive(Debug)]
 pub(super) struct SightingChain {
-    /// Indices into the records given.
+    /// Indices of the records.
     pub records: Vec<usize>,
-    /// Positions over the travel.
+    /// Positions over the travel, 0 to 1.
     pub u: Vec<f64>,
     /// Bands (Hz).
     pub band_hz: Vec<(f64, f64)>,
@@ -51,14 +51,14 @@ pub(super) struct SightingChain {
     widest: (f64, f64),
     damping: (f64, f64),
     amplitude_spread: f64,
-    /// Probability that the residues of two modes of a series point the same way by chance.
+    /// Probability that the residues of two modes of a series have the same sign by chance (1).
     same_sign: f64,
-    /// Irregular modes per record reckoned with.
+    /// Assumed number of irregular modes per record.
     pub clutter: f64,
 }
 
 impl SightingChain {
-    /// The chain of the records at these indices, in this order.
+    /// Creates the chain of the records at these indices, in this order.
     pub fn of(records: &[TrackRecord], order: Vec<usize>) -> Self {
         let positions: Vec<f64> = order.iter().map(|r| records[*r].nut_m.unwrap_or(0.0)).collect();
         let low = positions.iter().copied().fold(f64::INFINITY, f64::min);
@@ -103,7 +103,7 @@ impl SightingChain {
         }
     }
 
-    /// Expected number of irregular modes of a record per unit of ln f: half spread evenly over Hz, half over ln Hz.
+    /// Returns the expected number of irregular modes of a record per unit of ln f: half uniform over f, half over ln f.
     pub fn density(&self, y: f64) -> f64 {
         let (low, high) = self.widest;
         let width = (high - low).max(1e-9 * high);
@@ -115,58 +115,58 @@ impl SightingChain {
         self.clutter = (irregular as f64 / self.records.len().max(1) as f64).max(LEAST_CLUTTER);
     }
 
-    /// ln probability ratio, track over chance, of a damping after others of the track.
-    pub fn damping_voice(&self, sighting: &Sighting, before: &[&Sighting]) -> f64 {
-        let values: Vec<(f64, f64)> = before.iter().map(|s| s.damping).collect();
+    /// Returns the log probability ratio, track to chance, of a damping, given the earlier ones of the track.
+    pub fn damping_log_ratio(&self, sighting: &Sighting, earlier: &[&Sighting]) -> f64 {
+        let values: Vec<(f64, f64)> = earlier.iter().map(|s| s.damping).collect();
         let chance = (self.damping.0, self.damping.1.powi(2) + sighting.damping.1);
-        voice(sighting.damping, &values, DAMPING_SPREAD * DAMPING_SPREAD, chance)
+        log_ratio(sighting.damping, &values, DAMPING_SPREAD * DAMPING_SPREAD, chance)
     }
 
-    /// The same of an amplitude after those of its series.
-    pub fn amplitude_voice(&self, sighting: &Sighting, before: &[&Sighting]) -> f64 {
-        let values: Vec<(f64, f64)> = before.iter().filter(|s| s.series == sighting.series).map(|s| (s.amplitude, 0.0)).collect();
-        voice((sighting.amplitude, 0.0), &values, AMPLITUDE_SPREAD * AMPLITUDE_SPREAD, (0.0, self.amplitude_spread.powi(2)))
+    /// Returns the same ratio of an amplitude, given the earlier ones of its series.
+    pub fn amplitude_log_ratio(&self, sighting: &Sighting, earlier: &[&Sighting]) -> f64 {
+        let values: Vec<(f64, f64)> = earlier.iter().filter(|s| s.series == sighting.series).map(|s| (s.amplitude, 0.0)).collect();
+        log_ratio((sighting.amplitude, 0.0), &values, AMPLITUDE_SPREAD * AMPLITUDE_SPREAD, (0.0, self.amplitude_spread.powi(2)))
     }
 
-    /// The same of the sign of a residue after the last one of its series.
-    pub fn sign_voice(&self, sighting: &Sighting, before: &[&Sighting]) -> f64 {
-        match before.iter().rev().find(|s| s.series == sighting.series) {
-            Some(last) if agree(sighting, last) => (SIGN_KEPT / self.same_sign).ln(),
+    /// Returns the same ratio of the sign of a residue, given the last one of its series.
+    pub fn sign_log_ratio(&self, sighting: &Sighting, earlier: &[&Sighting]) -> f64 {
+        match earlier.iter().rev().find(|s| s.series == sighting.series) {
+            Some(last) if same_direction(sighting, last) => (SIGN_KEPT / self.same_sign).ln(),
             Some(_) => ((1.0 - SIGN_KEPT) / (1.0 - self.same_sign)).ln(),
             None => 0.0,
         }
     }
 }
 
-/// Share of pairs of modes of a series whose residues point the same way, held off 0 and 1.
+/// Returns the share of pairs of modes of a series whose residues have the same sign, kept away from 0 and 1.
 fn same_sign(sightings: &[Sighting]) -> f64 {
     let (mut same, mut pairs) = (1.0, 2.0);
     for (at, a) in sightings.iter().enumerate() {
         for b in sightings[..at].iter().filter(|b| b.series == a.series && b.step != a.step) {
             pairs += 1.0;
-            same += f64::from(u8::from(agree(a, b)));
+            same += f64::from(u8::from(same_direction(a, b)));
         }
     }
     same / pairs
 }
 
-/// Whether two residues point the same way.
-fn agree(a: &Sighting, b: &Sighting) -> bool {
+/// Whether two residues have the same sign.
+fn same_direction(a: &Sighting, b: &Sighting) -> bool {
     (a.direction * b.direction.conj()).re > 0.0
 }
 
-/// ln N(x; mean of the values before) − ln N(x; chance), held within [`VOICE`]; 0 where nothing came before.
-fn voice(x: (f64, f64), before: &[(f64, f64)], spread: f64, chance: (f64, f64)) -> f64 {
-    let weights: f64 = before.iter().map(|b| 1.0 / (spread + b.1)).sum();
+/// Returns ln N(x; mean of the earlier values) − ln N(x; chance), limited to [`LOG_RATIO_BOUNDS`]; 0 without earlier values.
+fn log_ratio(x: (f64, f64), earlier: &[(f64, f64)], spread: f64, chance: (f64, f64)) -> f64 {
+    let weights: f64 = earlier.iter().map(|b| 1.0 / (spread + b.1)).sum();
     if !(weights > 0.0) {
         return 0.0;
     }
-    let mean = before.iter().map(|b| b.0 / (spread + b.1)).sum::<f64>() / weights;
+    let mean = earlier.iter().map(|b| b.0 / (spread + b.1)).sum::<f64>() / weights;
     let log_normal = |mean: f64, variance: f64| -0.5 * ((x.0 - mean).powi(2) / variance + variance.ln());
-    (log_normal(mean, spread + x.1 + 1.0 / weights) - log_normal(chance.0, chance.1)).clamp(VOICE.0, VOICE.1)
+    (log_normal(mean, spread + x.1 + 1.0 / weights) - log_normal(chance.0, chance.1)).clamp(LOG_RATIO_BOUNDS.0, LOG_RATIO_BOUNDS.1)
 }
 
-/// A mode as seen by the tracker.
+/// Converts a fitted mode to a sighting.
 fn sighting(mode: &FittedMode, (step, index, series): (usize, usize, usize), u: f64, jitter: f64) -> Sighting {
     let relative = (mode.frequency_sd_hz / mode.frequency_hz).min(0.05);
     let damping_sd = (mode.damping_sd / mode.damping_ratio).min(2.0);
@@ -181,7 +181,7 @@ fn sighting(mode: &FittedMode, (step, index, series): (usize, usize, usize), u: 
     }
 }
 
-/// Takes the straight line of ln amplitude over ln f out of a series: receptances fall steeply with frequency.
+/// Removes the straight line of ln amplitude over ln f from a series: receptances fall steeply with frequency.
 fn remove_trend(sightings: &mut [Sighting], series: usize) {
     let own: Vec<(f64, f64)> = sightings.iter().filter(|s| s.series == series).map(|s| (s.point.y, s.amplitude)).collect();
     let n = own.len().max(1) as f64;

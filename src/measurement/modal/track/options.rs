@@ -1,21 +1,21 @@
-//! From when on a mode is regular.
+//! Thresholds for regular modes.
 
-/// Limits of the decision.
+/// Thresholds of the decision whether a mode is regular.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TrackOptions {
-    /// Share of the records covering a mode that must show it.
+    /// Smallest share of the records covering a mode that show it (1).
     pub least_seen: f64,
-    /// False tracks allowed per set, on average.
+    /// Mean number of false tracks allowed per set.
     pub false_alarms: f64,
-    /// Largest error of foretelling a frequency from the others, in standard deviations.
+    /// Largest leave-one-out prediction error of a frequency, in standard deviations.
     pub most_error_sd: f64,
-    /// Several records: least median share of orders at which the pole is stable; misfit that repeats in all records is below it.
+    /// Several records: smallest median share of orders at which the pole is stable (1); a misfit that repeats in all records lies below.
     pub least_track_stability: f64,
-    /// Single record: least share of orders at which the pole is stable.
+    /// Single record: smallest share of orders at which the pole is stable (1).
     pub least_stability: f64,
-    /// Single record: least contribution over the rest of H.
+    /// Single record: smallest contribution over the rest of H (1).
     pub least_prominence: f64,
-    /// Single record: least signal-to-noise ratio.
+    /// Single record: smallest signal-to-noise ratio (1).
     pub least_signal_to_noise: f64,
 }
 

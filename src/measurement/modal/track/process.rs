@@ -1,28 +1,28 @@
-//! What smooth means: the logarithm of a mode's frequency as a Gaussian process of the nut position.
+//! Model of smooth modes: ln f of a mode as a Gaussian process of the nut position.
 //!
-//! With u the position over the travel measured (0 to 1), the covariance of ln f is
+//! With u the position over the measured travel (0 to 1), the covariance of ln f is
 //!
 //! ```text
 //!   k(u, u') = level² + slope² (u−½)(u'−½) + bend² exp(−(u−u')²/2ℓ²)   + (jitter² + (s_f/f)²) δ
 //! ```
 //!
-//! The bench of the paper moves its modes by 1 to 8 % over its travel; slope and bend allow about that and little more.
+//! On the published bench (Tian et al.) modes shift by 1 to 8 % over the travel; slope and bend allow about that and little more.
 //!
 //! # Source  Rasmussen and Williams, Gaussian Processes for Machine Learning (2006), chapters 2 and 5 (leave-one-out, Eq. 5.12).
 
 use nalgebra::{DMatrix, DVector};
 
-/// Standard deviation of the level of ln f: unknown.
+/// Standard deviation of the level of ln f (1): large, as the level is unknown.
 const LEVEL: f64 = 3.0;
-/// Standard deviation of the change of ln f over the travel.
+/// Standard deviation of the linear change of ln f over the travel (1).
 const SLOPE: f64 = 0.06;
-/// Standard deviation of the smooth bend of ln f.
+/// Standard deviation of the smooth bend of ln f (1).
 const BEND: f64 = 0.045;
-/// Length over which a bend remembers itself, as a share of the travel.
+/// Correlation length of the bend, as a share of the travel (1).
 const LENGTH: f64 = 0.45;
-/// Scatter of ln f beyond the deviation of the fit, for records at positions.
+/// Standard deviation of ln f in addition to that of the fit (1), for records at positions.
 pub(super) const JITTER: f64 = 0.003;
-/// The same for records without a position: other responses, repeats, other days.
+/// The same for records without position: other responses, repeats, other days.
 pub(super) const JITTER_UNPLACED: f64 = 0.006;
 
 /// A frequency at a position.
@@ -36,13 +36,13 @@ pub(super) struct TrackPoint {
     pub variance: f64,
 }
 
-/// Covariance of the process without noise.
+/// Returns the covariance of the process without noise.
 fn covariance(u: f64, v: f64) -> f64 {
-    let apart = (u - v) / LENGTH;
-    LEVEL * LEVEL + SLOPE * SLOPE * (u - 0.5) * (v - 0.5) + BEND * BEND * (-0.5 * apart * apart).exp()
+    let distance = (u - v) / LENGTH;
+    LEVEL * LEVEL + SLOPE * SLOPE * (u - 0.5) * (v - 0.5) + BEND * BEND * (-0.5 * distance * distance).exp()
 }
 
-/// Points seen so far, ready to predict the next: rows of the Cholesky factor of their covariance, and whitened values.
+/// Points of a track for predicting the next: with the rows of the Cholesky factor of their covariance, and whitened values.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Past {
     points: Vec<TrackPoint>,
@@ -50,7 +50,7 @@ pub(super) struct Past {
     whitened: Vec<f64>,
 }
 
-/// A prediction of ln f, and what the factor grows by if it is taken.
+/// Prediction of ln f, with the row that extends the Cholesky factor if the point is added.
 pub(super) struct TrackPrediction {
     pub mean: f64,
     /// Variance of the process at the position, without the noise of the new point.
@@ -59,7 +59,7 @@ pub(super) struct TrackPrediction {
 }
 
 impl Past {
-    /// Prediction at a position from the points so far; at least one.
+    /// Predicts ln f at a position from the points so far (at least one).
     pub fn predict(&self, u: f64) -> TrackPrediction {
         let mut row = Vec::with_capacity(self.points.len() + 1);
         for (at, point) in self.points.iter().enumerate() {
@@ -82,14 +82,14 @@ impl Past {
         self.points.push(point);
     }
 
-    /// The first point of a track.
+    /// Starts a track with its first point.
     pub fn start(point: TrackPoint) -> Self {
         let own = (covariance(point.u, point.u) + point.variance).sqrt();
         Self { points: vec![point], rows: vec![vec![own]], whitened: vec![0.0] }
     }
 }
 
-/// Errors of predicting each point from all others: relative (ln f), and over their standard deviation.
+/// Returns the errors of predicting each point from all others: of ln f, and over their standard deviation.
 pub(super) fn leave_one_out(points: &[TrackPoint]) -> Option<Vec<(f64, f64)>> {
     let n = points.len();
     if n < 2 {

@@ -1,18 +1,18 @@
-//! What tracking is given.
+//! Input of mode tracking.
 
 use super::super::FittedMode;
 
 /// The modes of one record.
 #[derive(Debug, Clone, Copy)]
 pub struct TrackRecord<'a> {
-    /// Its name.
+    /// Name.
     pub name: &'a str,
-    /// Nut position (m); records without one form a chain of their own, of modes that should not move.
+    /// Nut position (m); records without one form a separate chain, in which modes should not move.
     pub nut_m: Option<f64>,
-    /// Records of the same response, excitation and quantity carry the same text: only their amplitudes are compared.
+    /// Key shared by records of the same response, excitation and quantity; amplitudes are compared only among them.
     pub series: &'a str,
-    /// Band fitted (Hz).
+    /// Fitted band (Hz).
     pub band_hz: (f64, f64),
-    /// Its modes.
+    /// Modes.
     pub modes: &'a [FittedMode],
 }

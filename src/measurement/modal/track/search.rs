@@ -1,8 +1,8 @@
-//! The most probable tracks, one after the other.
+//! Search for the most probable tracks, one after the other.
 //!
-//! A track is scored by the probability of its modes as one smooth mode over that as chance finds. From every mode a track is
-//! started and carried from record to record; at each, it may take a mode near its prediction or miss it. The few best
-//! continuations are kept. The best track of all is taken out, and the search goes on with the modes left.
+//! The score of a track is the log probability ratio of one smooth mode to irregular modes. Every mode starts a track, which is extended from
+//! record to record: it takes a mode near its prediction or misses the record. The best continuations are kept. The best track of all is
+//! removed, and the search continues with the remaining modes.
 //!
 //! # Source
 //!
@@ -14,11 +14,11 @@ use std::f64::consts::TAU;
 use super::observation::{Sighting, SightingChain};
 use super::process::Past;
 
-/// Probability that a mode is seen at a position: it may have a node there, or hide in noise.
-const SEEN: f64 = 0.85;
-/// Continuations kept.
-const KEPT: usize = 48;
-/// A mode further than this many standard deviations from the prediction is not tried.
+/// Probability that a mode is observed at a position (1): it may have a node there, or be hidden by noise.
+const DETECTION_PROBABILITY: f64 = 0.85;
+/// Number of continuations kept.
+const KEPT_TRACKS: usize = 48;
+/// Largest distance of a mode from its prediction, in standard deviations.
 const GATE: f64 = 4.0;
 
 /// A track.
@@ -26,24 +26,25 @@ const GATE: f64 = 4.0;
 pub(super) struct Track {
     /// Indices of sightings, in order of position.
     pub sightings: Vec<usize>,
-    /// ln of the probability ratio.
+    /// ln of the probability ratio to irregular modes.
     pub score: f64,
     past: Past,
 }
 
 impl Track {
+    /// Returns the sightings of the track.
     fn members<'a>(&self, chain: &'a SightingChain) -> Vec<&'a Sighting> {
         self.sightings.iter().map(|s| &chain.sightings[*s]).collect()
     }
 }
 
-/// Price of a record that does not show the mode although its band covers it.
-fn miss(chain: &SightingChain, step: usize, y: f64) -> f64 {
+/// Returns the score of a record without the mode: negative if its band covers the mode, else 0.
+fn miss_score(chain: &SightingChain, step: usize, y: f64) -> f64 {
     let (low, high) = chain.band_hz[step];
-    if (low.ln()..=high.ln()).contains(&y) { (1.0 - SEEN).ln() } else { 0.0 }
+    if (low.ln()..=high.ln()).contains(&y) { (1.0 - DETECTION_PROBABILITY).ln() } else { 0.0 }
 }
 
-/// All modes of the chain as tracks, the most probable first.
+/// Returns all modes of the chain as tracks, the most probable first.
 pub(super) fn tracks(chain: &SightingChain) -> Vec<Track> {
     let mut free = vec![true; chain.sightings.len()];
     let mut best: Vec<Option<Track>> = (0..free.len()).map(|start| Some(follow(chain, start, &free))).collect();
@@ -67,10 +68,10 @@ pub(super) fn tracks(chain: &SightingChain) -> Vec<Track> {
     }
 }
 
-/// The best track that starts with a sighting.
+/// Returns the best track that starts with a sighting.
 fn follow(chain: &SightingChain, start: usize, free: &[bool]) -> Track {
     let first = &chain.sightings[start];
-    let before: f64 = (0..first.step).map(|step| miss(chain, step, first.point.y)).sum();
+    let before: f64 = (0..first.step).map(|step| miss_score(chain, step, first.point.y)).sum();
     let mut kept = vec![Track { sightings: vec![start], score: before, past: Past::start(first.point) }];
     for step in first.step + 1..chain.u.len() {
         let mut next = Vec::new();
@@ -85,28 +86,30 @@ fn follow(chain: &SightingChain, start: usize, free: &[bool]) -> Track {
             for (at, _) in near {
                 next.extend(extended(chain, track, at));
             }
-            next.push(Track { score: track.score + miss(chain, step, prediction.mean), ..track.clone() });
+            next.push(Track { score: track.score + miss_score(chain, step, prediction.mean), ..track.clone() });
         }
         next.sort_by(|a, b| b.score.total_cmp(&a.score).then_with(|| a.sightings.cmp(&b.sightings)));
-        next.truncate(KEPT);
+        next.truncate(KEPT_TRACKS);
         kept = next;
     }
     kept.swap_remove(0)
 }
 
-/// The track with one more sighting, where it lies within the gate.
+/// Returns the track extended by a sighting; `None` outside the gate.
 fn extended(chain: &SightingChain, track: &Track, at: usize) -> Option<Track> {
     let sighting = &chain.sightings[at];
     let prediction = track.past.predict(sighting.point.u);
     let variance = prediction.variance + sighting.point.variance;
-    let off = (sighting.point.y - prediction.mean).powi(2) / variance;
-    if off > GATE * GATE {
+    let distance_squared = (sighting.point.y - prediction.mean).powi(2) / variance;
+    if distance_squared > GATE * GATE {
         return None;
     }
     let members = track.members(chain);
-    let frequency = -0.5 * (off + (TAU * variance).ln()) - chain.density(sighting.point.y).ln();
-    let voices = chain.damping_voice(sighting, &members) + chain.amplitude_voice(sighting, &members) + chain.sign_voice(sighting, &members);
-    let score = SEEN.ln() + frequency + voices;
+    let frequency = -0.5 * (distance_squared + (TAU * variance).ln()) - chain.density(sighting.point.y).ln();
+    let log_ratios = chain.damping_log_ratio(sighting, &members)
+        + chain.amplitude_log_ratio(sighting, &members)
+        + chain.sign_log_ratio(sighting, &members);
+    let score = DETECTION_PROBABILITY.ln() + frequency + log_ratios;
     let mut next = track.clone();
     next.past.add(sighting.point, prediction);
     next.sightings.push(at);
@@ -114,9 +117,9 @@ fn extended(chain: &SightingChain, track: &Track, at: usize) -> Option<Track> {
     Some(next)
 }
 
-/// Records whose band covers the track, and how many there are.
+/// Counts the records whose band covers the track.
 pub(super) fn expected(chain: &SightingChain, track: &Track) -> usize {
     let seen: Vec<usize> = track.sightings.iter().map(|s| chain.sightings[*s].step).collect();
-    let covers = |step: &usize| seen.contains(step) || miss(chain, *step, track.past.predict(chain.u[*step]).mean) < 0.0;
+    let covers = |step: &usize| seen.contains(step) || miss_score(chain, *step, track.past.predict(chain.u[*step]).mean) < 0.0;
     (0..chain.u.len()).filter(covers).count()
 }

@@ -5,7 +5,7 @@ use super::*;
 const VALUES: [f64; 8] = [1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0];
 
 #[test]
-fn a_wrong_byte_count_gives_way_to_type_and_count() {
+fn type_and_count_override_a_wrong_byte_count() {
     let record = Sample::binary(6, 4, 1, 32, doubles(&VALUES)).record();
     assert_eq!(complex(&record)[3], Complex64::new(7.0, 8.0));
     warned!(record, Warning::ByteCount { found: Some(32), used: 64, evidence: SizeEvidence::TypeAndCount, .. });
@@ -27,7 +27,7 @@ fn the_size_decides_the_precision() {
 fn the_size_decides_the_width_of_an_uneven_abscissa() {
     let narrow: Vec<u8> = [(0.5_f32, 1.0_f64, 2.0_f64), (1.5, 3.0, 4.0)]
         .iter()
-        .flat_map(|&(place, re, im)| [&place.to_le_bytes()[..], &re.to_le_bytes(), &im.to_le_bytes()].concat())
+        .flat_map(|&(abscissa, re, im)| [&abscissa.to_le_bytes()[..], &re.to_le_bytes(), &im.to_le_bytes()].concat())
         .collect();
     let record = Sample::binary(6, 2, 0, 40, narrow).record();
     assert_eq!(record.abscissa, Abscissa::Uneven(vec![0.5, 1.5]));
@@ -40,7 +40,7 @@ fn the_size_decides_the_width_of_an_uneven_abscissa() {
 }
 
 #[test]
-fn a_wrong_count_gives_way_to_the_byte_count() {
+fn the_byte_count_overrides_a_wrong_count() {
     let record = Sample::binary(4, 99, 1, 64, doubles(&VALUES)).record();
     assert_eq!(real(&record), VALUES);
     warned!(record, Warning::ValueCount { declared: 99, found: 8, evidence: SizeEvidence::HeaderBytes, .. });
@@ -55,7 +55,7 @@ fn the_next_sentinel_decides_where_both_are_wrong() {
 }
 
 #[test]
-fn a_size_that_nothing_explains_is_refused() {
+fn an_unexplained_size_is_refused() {
     let mut data = doubles(&VALUES);
     data.truncate(61);
     let refusal = Sample::binary(4, 8, 1, 64, data).refusal();
@@ -68,7 +68,7 @@ fn a_size_that_nothing_explains_is_refused() {
 }
 
 #[test]
-fn line_ends_behind_the_payload_are_skipped() {
+fn line_ends_after_the_payload_are_skipped() {
     let mut data = doubles(&VALUES);
     data.extend(b"\r\n");
     let record = Sample::binary(4, 8, 1, 64, data.clone()).record();
@@ -79,7 +79,7 @@ fn line_ends_behind_the_payload_are_skipped() {
 }
 
 #[test]
-fn sentinels_and_line_ends_in_the_payload_are_bytes() {
+fn sentinels_and_line_ends_in_the_payload_are_data() {
     let data = b"    -1\n    -1\n    58\n\r\n\n\n\n".to_vec();
     assert_eq!(data.len(), 26);
     let data = [&data[..24], &8.0_f64.to_le_bytes()[..]].concat();
@@ -89,12 +89,12 @@ fn sentinels_and_line_ends_in_the_payload_are_bytes() {
 }
 
 #[test]
-fn a_file_cut_in_the_payload_keeps_whole_values_if_the_header_is_sure() {
-    let cut = |byte_count| Sample { closing: String::new(), ..Sample::binary(4, 8, 1, byte_count, doubles(&VALUES)[..45].to_vec()) };
-    let record = cut(64).record();
+fn a_file_truncated_in_the_payload_keeps_whole_values_if_the_header_is_consistent() {
+    let truncated = |byte_count| Sample { closing: String::new(), ..Sample::binary(4, 8, 1, byte_count, doubles(&VALUES)[..45].to_vec()) };
+    let record = truncated(64).record();
     assert_eq!(real(&record), &VALUES[..5]);
     warned!(record, Warning::Truncated { declared: 8, found: 5, .. });
-    assert!(matches!(cut(32).refusal(), UniversalError::PayloadSize { .. }));
+    assert!(matches!(truncated(32).refusal(), UniversalError::PayloadSize { .. }));
     let record = Sample { closing: String::new(), ..Sample::binary(4, 8, 1, 32, doubles(&VALUES)) }.record();
     assert_eq!(real(&record), VALUES);
     warned!(record, Warning::ByteCount { evidence: SizeEvidence::EndOfFile, .. });
@@ -115,7 +115,7 @@ fn foreign_floating_point_is_refused_by_name() {
 }
 
 #[test]
-fn values_that_are_not_finite_are_refused_with_their_byte() {
+fn values_that_are_not_finite_are_refused_with_their_offset() {
     for bad in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
         let mut values = VALUES;
         values[5] = bad;
@@ -129,7 +129,7 @@ fn values_that_are_not_finite_are_refused_with_their_byte() {
 }
 
 #[test]
-fn a_first_line_out_of_columns_is_read_by_its_blanks() {
+fn a_first_line_out_of_columns_is_split_at_blanks() {
     let mut sample = Sample::binary(4, 8, 1, 64, doubles(&VALUES));
     sample.first = "58b 1 2 11 64 0 0 0 0\n".into();
     let record = sample.record();

@@ -1,4 +1,4 @@
-//! Faults between datasets, and what the reader does after a refusal.
+//! Faults between datasets, and reading after a refusal.
 
 use std::io::Cursor;
 
@@ -9,7 +9,7 @@ fn joined(parts: &[&[u8]]) -> Vec<u8> {
 }
 
 #[test]
-fn other_files_are_refused_by_name() {
+fn other_formats_are_refused() {
     for text in ["", "\n\n", "1.0 2.0\n3.0 4.0\n", "frequency_hz,re,im\n1,2,3\n", "    -1\n    -1\n", "    -1\nNONE\n"] {
         assert!(matches!(read(text.as_bytes()), Err(UniversalError::NoDataset)), "{text:?}");
     }
@@ -29,7 +29,7 @@ fn other_datasets_are_listed_with_place_and_number() {
 }
 
 #[test]
-fn text_between_datasets_is_named() {
+fn text_between_datasets_gives_a_warning() {
     let sample = Sample::default().bytes();
     let file = read(&joined(&[b"made by hand\nyesterday\n", &sample, b"remark\n", &sample])).unwrap();
     assert_eq!(file.functions.len(), 2);
@@ -50,12 +50,12 @@ fn a_single_sentinel_between_datasets_is_enough() {
 }
 
 #[test]
-fn a_byte_order_mark_is_passed() {
+fn a_byte_order_mark_is_skipped() {
     assert_eq!(only(&joined(&[b"\xEF\xBB\xBF", &Sample::default().bytes()])).header.count, 4);
 }
 
 #[test]
-fn the_reader_goes_on_behind_a_refused_record() {
+fn the_reader_continues_after_a_refused_record() {
     let good = Sample::default().bytes();
     let bad = [
         Sample { form: form(9, 4, 1), ..Sample::default() }.bytes(),
@@ -79,7 +79,7 @@ fn the_reader_goes_on_behind_a_refused_record() {
 }
 
 #[test]
-fn headers_alone_are_those_of_the_records() {
+fn headers_match_those_of_the_records() {
     let units = b"    -1\n   164\n         1SI\n  1.0 1.0 1.0\n 0.0\n    -1\n";
     let long = Sample { form: form(5, 400, 1), ..Sample::data(&"  1.00000E+00  2.00000E+00\n".repeat(400)) }.bytes();
     let padded = Sample { form: form(2, 1001, 0), ..Sample::data(&"  1.0  2.0  3.0  4.0\n".repeat(501)) }.bytes();
@@ -89,8 +89,8 @@ fn headers_alone_are_those_of_the_records() {
     let heads = read_headers(&bytes).unwrap();
     assert_eq!((full.functions.len(), heads.functions.len()), (6, 6));
     for (record, head) in full.functions.iter().zip(&heads.functions) {
-        let quiet = |header: &RecordHeader| RecordHeader { warnings: Vec::new(), ..header.clone() };
-        assert_eq!(quiet(&record.header), quiet(head));
+        let without_warnings = |header: &RecordHeader| RecordHeader { warnings: Vec::new(), ..header.clone() };
+        assert_eq!(without_warnings(&record.header), without_warnings(head));
         assert!(head.warnings.iter().all(|warning| record.header.warnings.contains(warning)));
     }
     let mut reader = UniversalReader::new(Cursor::new(&bytes)).unwrap();
@@ -110,7 +110,7 @@ impl ReplaceLineEnds for Vec<u8> {
 }
 
 #[test]
-fn every_message_names_a_place_and_reads_as_a_sentence() {
+fn every_message_names_a_place() {
     let place = FilePlace { byte: 80, line: Some(2) };
     let messages = [
         Warning::ByteCount { place, found: None, used: 16, evidence: SizeEvidence::TypeAndCount }.to_string(),

@@ -1,9 +1,9 @@
-//! Faults in headers and in the datasets beside the functions.
+//! Faults in headers and in the companion datasets.
 
 use super::*;
 
 #[test]
-fn fields_that_are_not_filled_are_zero() {
+fn blank_fields_are_zero() {
     let sample = Sample {
         locations: "    4         0    0         0 NONE               1   3\n".into(),
         form: "         2         4         1  0.00000E+00  5.00000E-01\n".into(),
@@ -18,7 +18,7 @@ fn fields_that_are_not_filled_are_zero() {
 }
 
 #[test]
-fn headers_out_of_columns_are_read_by_their_blanks() {
+fn headers_out_of_columns_are_split_at_blanks() {
     let sample = Sample {
         locations: "4 0 0 0 table 12 3 nut 3 -1\n".into(),
         form: "2 4 1 0.0 0.5 0.0\n".into(),
@@ -37,7 +37,7 @@ fn headers_out_of_columns_are_read_by_their_blanks() {
 }
 
 #[test]
-fn headers_that_say_nothing_sensible_are_refused_with_field_and_line() {
+fn invalid_headers_are_refused_with_field_and_line() {
     let refusals = [
         (Sample { form: form(7, 4, 1), ..Sample::default() }, "ordinate data type", 9),
         (Sample { form: form(2, 4, 2), ..Sample::default() }, "abscissa spacing", 9),
@@ -69,7 +69,7 @@ fn characters_beyond_ascii_keep_their_columns() {
 }
 
 #[test]
-fn entity_names_that_contradict_are_named_and_kept() {
+fn contradicting_entity_names_give_a_warning_and_are_kept() {
     let locations = "    4         0    0         0 1+Z                1   3 2:-X               2   1\n";
     let record = Sample { locations: locations.into(), ..Sample::default() }.record();
     assert_eq!(record.header.reference, NodeLocation { entity: "2:-X".into(), node: 2, direction: 1 });
@@ -80,7 +80,7 @@ fn entity_names_that_contradict_are_named_and_kept() {
 }
 
 #[test]
-fn blank_units_are_named_with_what_is_in_force() {
+fn blank_units_give_a_warning_with_the_units_in_force() {
     let blank = Sample { ordinate: "        12    0    0    0 NONE                 NONE\n".into(), ..Sample::default() };
     warned!(blank.record(), Warning::BlankUnit { axis: AxisName::Ordinate, units_in_force: false, place } if place.line == Some(11));
     let units = b"    -1\n   164\n         5mm (milli newton)            2\n  1.0D+03  1.0D+03  1.0D+00\n  2.7315D+02\n    -1\n";
@@ -103,7 +103,7 @@ fn each_record_keeps_the_units_before_it() {
 }
 
 #[test]
-fn factors_that_contradict_their_code_are_named_and_impossible_ones_refused() {
+fn factors_that_contradict_their_code_give_a_warning_and_invalid_ones_are_refused() {
     let units = |length: &str| format!("    -1\n   164\n         1SI\n  {length}  1.0D+00  1.0D+00\n  0.0D+00\n    -1\n");
     let file = read(units("1.0D+03").as_bytes()).unwrap();
     assert!(matches!(file.warnings[..], [Warning::UnitsConflict { code: 1, factor: "length", .. }]), "{:?}", file.warnings);
@@ -128,13 +128,13 @@ fn nodes_and_trace_lines_are_read_by_count() {
 }
 
 #[test]
-fn more_tiny_datasets_than_a_file_can_mean_are_refused() {
+fn thousands_of_tiny_datasets_are_refused() {
     let tiny = "    -1\n    58\n\n\n\n\n\n\n         2         1         1\n\n\n\n\n1\n    -1\n".repeat(3000);
     assert!(matches!(read(tiny.as_bytes()), Err(UniversalError::TooManySmall { .. })));
 }
 
 #[test]
-fn a_file_header_with_lines_missing_does_not_stop_the_reading() {
+fn a_file_header_with_missing_lines_is_tolerated() {
     let bytes = [b"    -1\n   151\nbench\nhammer test\n    -1\n", Sample::default().bytes().as_slice()].concat();
     let file = read(&bytes).unwrap();
     assert_eq!((file.headers[0].description.as_str(), file.headers[0].written.as_str()), ("hammer test", ""));

@@ -49,14 +49,14 @@ fn a_sentinel_among_the_data_is_a_value() {
 }
 
 #[test]
-fn fewer_values_than_declared_are_named() {
+fn fewer_values_than_declared_give_a_warning() {
     let record = Sample { form: form(2, 2_508_876, 1), ..Sample::default() }.record();
     assert_eq!((record.header.count, record.abscissa.len()), (4, 4));
     warned!(record, Warning::ValueCount { declared: 2_508_876, found: 4, evidence: SizeEvidence::NextSentinel, .. });
 }
 
 #[test]
-fn data_that_go_on_are_refused() {
+fn data_beyond_the_declared_count_are_refused() {
     let refusal = Sample { form: form(2, 3, 1), ..Sample::default() }.refusal();
     assert!(matches!(&refusal, UniversalError::DataGoOn { declared: 3, place, .. } if place.line == Some(15)), "{refusal}");
     let text = refusal.to_string();
@@ -84,7 +84,7 @@ impl Sample {
 }
 
 #[test]
-fn what_is_no_number_is_refused_with_its_column() {
+fn text_that_is_not_a_number_is_refused_with_its_column() {
     let refusal = Sample::data("  1.00000E+00  2,00000E+00  3.0 4.0\n").refusal();
     assert!(
         matches!(&refusal, UniversalError::NotANumber { place, column: 16, found } if place.line == Some(14) && found == "2,00000E+00")
@@ -98,14 +98,14 @@ fn values_that_are_not_finite_are_refused_by_name() {
     for (text, found) in [("NaN", "NaN"), ("-Infinity", "-Infinity"), ("1.#QNAN", "1.#QNAN"), ("1.0E+400", "1.0E+400")] {
         let refusal = Sample::data(&format!("  1.0 2.0\n  {text} 4.0\n")).refusal();
         assert!(
-            matches!(&refusal, UniversalError::NotFinite { place, index: 2, found: named } if place.line == Some(15) && named == found),
+            matches!(&refusal, UniversalError::NotFinite { place, index: 2, found: text_found } if place.line == Some(15) && text_found == found),
             "{text}: {refusal}"
         );
     }
 }
 
 #[test]
-fn a_file_cut_in_the_data_keeps_whole_values() {
+fn a_file_truncated_in_the_data_keeps_whole_values() {
     let sample = Sample { closing: String::new(), ..Sample::data("  1.00000E+00  2.00000E+00\n  3.00000E+0") };
     let record = sample.record();
     assert_eq!(real(&record), [1.0, 2.0]);
@@ -116,14 +116,14 @@ fn a_file_cut_in_the_data_keeps_whole_values() {
 }
 
 #[test]
-fn a_record_without_values_is_named() {
+fn a_record_without_values_gives_a_warning() {
     let record = Sample { form: form(2, 0, 1), ..Sample::data("") }.record();
     assert!(record.ordinate.is_empty());
     warned!(record, Warning::NoValues { .. });
 }
 
 #[test]
-fn strange_abscissas_are_named() {
+fn unusual_abscissas_give_warnings() {
     let sample = |data: &str| Sample { form: form(2, 4, 0), ..Sample::data(data) }.record();
     let record = sample("  -1.0 1 -0.5 2 -0.5 3 -0.75 4\n");
     assert_eq!(record.abscissa.values(), [-1.0, -0.5, -0.5, -0.75]);

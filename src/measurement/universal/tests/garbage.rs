@@ -1,10 +1,10 @@
-//! Cut, bent and random files: read or refused, never a panic, never without end.
+//! Truncated, corrupted and random files: read or refused, without panic or endless loop.
 
 use std::io::Cursor;
 
 use super::*;
 
-/// A text record, a binary record and the datasets beside them, with their values.
+/// Returns a file of text and binary records with companion datasets, and the values of the records.
 fn small_file() -> (Vec<u8>, Vec<Vec<Complex64>>) {
     let mut draw = Draw(11);
     let mut writer = UniversalWriter::new(Vec::new());
@@ -14,16 +14,16 @@ fn small_file() -> (Vec<u8>, Vec<Vec<Complex64>>) {
     for encoding in [Encoding::Ascii, Encoding::Binary(ByteOrder::Big), Encoding::Ascii] {
         let values: Vec<Complex64> =
             (0..7).map(|_| Complex64::new(draw.below(1000) as f64 / 8.0, -(draw.below(1000) as f64) / 8.0)).collect();
-        let places = Abscissa::Even { first: 0.0, step: 1.0, count: values.len() };
+        let abscissa = Abscissa::Even { first: 0.0, step: 1.0, count: values.len() };
         let axis = RecordAxis::new(data_type::DISPLACEMENT, "Displacement", "m");
-        let record = UniversalRecord::frequency_response(NodeLocation::default(), NodeLocation::default(), axis, places, values.clone());
+        let record = UniversalRecord::frequency_response(NodeLocation::default(), NodeLocation::default(), axis, abscissa, values.clone());
         writer.record(&record, encoding).unwrap();
         truth.push(values);
     }
     (writer.finish().unwrap(), truth)
 }
 
-/// Reads in every way, and counts the datasets.
+/// Reads in every way and counts datasets and headers.
 fn exercise(bytes: &[u8]) -> (usize, usize) {
     let mut reader = UniversalReader::new(Cursor::new(bytes)).unwrap();
     let datasets = std::iter::from_fn(|| reader.next_dataset()).take(bytes.len() + 2).count();
@@ -34,7 +34,7 @@ fn exercise(bytes: &[u8]) -> (usize, usize) {
 }
 
 #[test]
-fn every_cut_of_a_file_gives_true_values_or_a_refusal() {
+fn every_truncated_file_gives_true_values_or_a_refusal() {
     let (bytes, truth) = small_file();
     for end in 0..bytes.len() {
         let (datasets, headers) = exercise(&bytes[..end]);
@@ -43,31 +43,31 @@ fn every_cut_of_a_file_gives_true_values_or_a_refusal() {
         for (record, truth) in file.functions.iter().zip(&truth) {
             let values = complex(record);
             assert_eq!(values, &truth[..values.len()], "{end}");
-            let told =
+            let reported =
                 record.header.warnings.iter().any(|warning| matches!(warning, Warning::Truncated { .. } | Warning::ValueCount { .. }));
-            assert_eq!(told, values.len() < truth.len(), "{end}");
+            assert_eq!(reported, values.len() < truth.len(), "{end}");
         }
     }
 }
 
 #[test]
-fn bent_files_are_read_or_refused() {
+fn corrupted_files_are_read_or_refused() {
     let (bytes, _) = small_file();
     let mut draw = Draw(3);
     for _ in 0..20_000 {
-        let mut bent = bytes.clone();
+        let mut corrupted = bytes.clone();
         for _ in 0..=draw.below(4) {
-            let at = draw.below(bent.len());
+            let at = draw.below(corrupted.len());
             match draw.below(5) {
-                0 => bent[at] = draw.next() as u8,
-                1 => bent[at] = b"0123456789-+.ED \n\r"[draw.below(18)],
-                2 => _ = bent.remove(at),
-                3 => bent.insert(at, b"0123456789-+.ED \n\r"[draw.below(18)]),
-                _ => _ = bent.splice(at..at, *b"\n    -1\n"),
+                0 => corrupted[at] = draw.next() as u8,
+                1 => corrupted[at] = b"0123456789-+.ED \n\r"[draw.below(18)],
+                2 => _ = corrupted.remove(at),
+                3 => corrupted.insert(at, b"0123456789-+.ED \n\r"[draw.below(18)]),
+                _ => _ = corrupted.splice(at..at, *b"\n    -1\n"),
             }
         }
-        let (datasets, headers) = exercise(&bent);
-        assert!(datasets <= bent.len() && headers <= bent.len());
+        let (datasets, headers) = exercise(&corrupted);
+        assert!(datasets <= corrupted.len() && headers <= corrupted.len());
     }
 }
 

@@ -12,7 +12,7 @@ use num_complex::Complex64;
 
 use super::*;
 
-/// A text record that tests bend.
+/// A text record that tests modify.
 #[derive(Clone)]
 struct Sample {
     first: String,
@@ -56,36 +56,36 @@ impl Sample {
         [head.as_bytes(), data, closing.as_bytes()].concat()
     }
 
-    /// With other text data.
+    /// Returns the sample with other text data.
     fn data(data: &str) -> Self {
         Self { data: data.into(), ..Self::default() }
     }
 
-    /// A little-endian 58b of numbers as they stand in the payload.
+    /// Returns a little-endian 58b with the given payload.
     fn binary(kind: i64, count: usize, even: i64, byte_count: usize, data: Vec<u8>) -> Self {
         let first = format!("    58b     1     2          11{byte_count:12}     0     0           0           0\n");
         Self { first, form: form(kind, count, even), data, ..Self::default() }
     }
 
-    /// The only record.
+    /// Reads the only record.
     fn record(&self) -> UniversalRecord {
         only(&self.bytes())
     }
 
-    /// The refusal.
+    /// Returns the error of a refused file.
     fn refusal(&self) -> UniversalError {
         read(&self.bytes()).unwrap_err()
     }
 }
 
-/// The only record of a file.
+/// Reads the only record of a file.
 fn only(bytes: &[u8]) -> UniversalRecord {
     let mut file = read(bytes).unwrap();
     assert_eq!(file.functions.len(), 1);
     file.functions.remove(0)
 }
 
-/// Real ordinate values.
+/// Returns real ordinate values.
 fn real(record: &UniversalRecord) -> &[f64] {
     match &record.ordinate {
         Ordinate::Real(values) => values,
@@ -93,7 +93,7 @@ fn real(record: &UniversalRecord) -> &[f64] {
     }
 }
 
-/// Complex ordinate values.
+/// Returns complex ordinate values.
 fn complex(record: &UniversalRecord) -> &[Complex64] {
     match &record.ordinate {
         Ordinate::Complex(values) => values,
@@ -101,17 +101,17 @@ fn complex(record: &UniversalRecord) -> &[Complex64] {
     }
 }
 
-/// Little-endian doubles.
+/// Encodes little-endian doubles.
 fn doubles(values: &[f64]) -> Vec<u8> {
     values.iter().flat_map(|value| value.to_le_bytes()).collect()
 }
 
-/// Little-endian singles.
+/// Encodes little-endian singles.
 fn singles(values: &[f32]) -> Vec<u8> {
     values.iter().flat_map(|value| value.to_le_bytes()).collect()
 }
 
-/// Whether a warning matches.
+/// Asserts that a warning of the record matches.
 macro_rules! warned {
     ($record:expr, $pattern:pat $(if $guard:expr)?) => {
         assert!($record.header.warnings.iter().any(|warning| matches!(warning, $pattern $(if $guard)?)), "{:?}", $record.header.warnings)

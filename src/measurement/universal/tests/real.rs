@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use super::*;
 
-/// The folder of real files, if it is there.
+/// Returns the folder of real files, if it exists.
 fn folder() -> Option<PathBuf> {
     test_data::shared("realdata/uff")
 }
@@ -37,7 +37,7 @@ fn published_beam_measurement_is_three_accelerances() {
 }
 
 #[test]
-fn all_real_files_are_read_and_their_faults_named() {
+fn all_real_files_are_read_and_their_faults_reported() {
     let Some(folder) = folder() else { return };
     let file = |name: &str| read_path(folder.join(name)).unwrap();
     let counts = |file: &UniversalFile| file.functions.iter().map(|record| record.header.count).collect::<Vec<_>>();
@@ -53,8 +53,8 @@ fn all_real_files_are_read_and_their_faults_named() {
     assert_eq!((counts(&text), counts(&binary)), (vec![79_292], vec![79_292]));
     assert_eq!(counts(&file("binary8byte.uff")), [250]);
 
-    let cut = &file("dataset_milestone_in_header.uff").functions[0];
-    warned!(cut, Warning::ValueCount { declared: 2_508_876, found: 42, .. });
+    let truncated = &file("dataset_milestone_in_header.uff").functions[0];
+    warned!(truncated, Warning::ValueCount { declared: 2_508_876, found: 42, .. });
     let latin = &file("non_ascii_header.uff").functions[0];
     assert_eq!(latin.header.ordinate.unit(), Some("(1/N)*(m/s²)"));
     let spectrum = &file("sample_dataset58_psd.uff").functions[0];
@@ -73,7 +73,7 @@ fn all_real_files_are_read_and_their_faults_named() {
 }
 
 #[test]
-fn all_real_files_are_listed_as_they_are_read() {
+fn headers_of_all_real_files_match_their_records() {
     let Some(folder) = folder() else { return };
     for entry in std::fs::read_dir(folder).unwrap() {
         let path = entry.unwrap().path();

@@ -1,12 +1,12 @@
-//! What is written is read back.
+//! Round trips: written files are read back.
 
 use super::*;
 
-/// A record of values that six digits hold exactly, and single precision too.
+/// Returns a record with values that six digits and single precision hold exactly.
 fn record(even: bool, double: bool, complex: bool, count: usize) -> UniversalRecord {
     let mut draw = Draw(7);
     let mut value = move || (draw.below(2001) as f64 - 1000.0) / 8.0;
-    let places = if even {
+    let abscissa = if even {
         Abscissa::Even { first: 2.0, step: 0.78125, count }
     } else {
         Abscissa::Uneven((0..count).map(|index| index as f64 + f64::from(index % 3 == 1) / 4.0).collect())
@@ -19,11 +19,11 @@ fn record(even: bool, double: bool, complex: bool, count: usize) -> UniversalRec
     let response = NodeLocation { entity: "table".into(), node: 12, direction: -3 };
     let reference = NodeLocation { entity: "nut".into(), node: 3, direction: 1 };
     let numerator = RecordAxis::new(data_type::ACCELERATION, "Acceleration", "m/s²");
-    let mut header = UniversalRecord::frequency_response(response, reference, numerator, places.clone(), Vec::new()).header;
+    let mut header = UniversalRecord::frequency_response(response, reference, numerator, abscissa.clone(), Vec::new()).header;
     header.id_lines = ["accelerance", "run 3", "21-Nov-26 10:00:00", "position 200 mm", "five hits"].map(str::to_owned);
     (header.function_id, header.version, header.load_case, header.z_value) = (4, 5, 6, 1.5);
     header.ordinate_type = OrdinateType::new(complex, double);
-    UniversalRecord::new(header, places, values)
+    UniversalRecord::new(header, abscissa, values)
 }
 
 fn written(record: &UniversalRecord, encoding: Encoding) -> Vec<u8> {
@@ -33,7 +33,7 @@ fn written(record: &UniversalRecord, encoding: Encoding) -> Vec<u8> {
 }
 
 #[test]
-fn all_variants_come_back_as_they_were() {
+fn all_variants_are_read_back_unchanged() {
     for encoding in [Encoding::Ascii, Encoding::Binary(ByteOrder::Little), Encoding::Binary(ByteOrder::Big)] {
         for variant in 0..8 {
             let (even, double, complex) = (variant & 1 == 0, variant & 2 == 0, variant & 4 == 0);
@@ -61,9 +61,14 @@ fn all_variants_come_back_as_they_were() {
 #[test]
 fn text_in_double_precision_has_exact_columns_and_thirteen_digits() {
     let values = vec![Complex64::new(1.0 / 3.0, -2e-11 / 3.0), Complex64::new(0.0, 1e-300), Complex64::new(-1e200, 5e-324)];
-    let places = Abscissa::Even { first: 0.0, step: 1.0, count: 3 };
-    let record =
-        UniversalRecord::frequency_response(NodeLocation::default(), NodeLocation::default(), RecordAxis::new(8, "", "m"), places, values);
+    let abscissa = Abscissa::Even { first: 0.0, step: 1.0, count: 3 };
+    let record = UniversalRecord::frequency_response(
+        NodeLocation::default(),
+        NodeLocation::default(),
+        RecordAxis::new(8, "", "m"),
+        abscissa,
+        values,
+    );
     let text = String::from_utf8(written(&record, Encoding::Ascii)).unwrap();
     let lines: Vec<&str> = text.lines().collect();
     assert_eq!(lines[13], "  3.333333333333E-01 -6.666666666667E-12  0.000000000000E+00 1.000000000000E-300");
@@ -88,7 +93,7 @@ fn the_byte_count_of_a_binary_record_is_that_of_its_payload() {
 }
 
 #[test]
-fn header_and_units_come_back_as_they_were() {
+fn header_and_units_are_read_back_unchanged() {
     let header = FileHeader {
         model_name: "bench".into(),
         description: "hammer test".into(),
@@ -113,7 +118,7 @@ fn header_and_units_come_back_as_they_were() {
 }
 
 #[test]
-fn the_rounding_of_the_abscissa_is_estimated() {
+fn the_rounding_error_of_the_abscissa_is_returned() {
     let mut record = record(true, true, true, 6401);
     let third = 1.0 / 3.0;
     record.abscissa = Abscissa::Even { first: 0.0, step: third, count: 6401 };
@@ -125,7 +130,7 @@ fn the_rounding_of_the_abscissa_is_estimated() {
 }
 
 #[test]
-fn what_the_format_cannot_hold_is_refused() {
+fn values_that_the_format_cannot_hold_are_refused() {
     let refusal = |change: fn(&mut UniversalRecord)| {
         let mut record = record(false, false, true, 3);
         change(&mut record);

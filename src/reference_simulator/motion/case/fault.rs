@@ -1,22 +1,22 @@
-//! What goes wrong with one record.
+//! Data faults of one record.
 
 use crate::draw::Draw;
 use crate::motion::run::{Log, RECORD_S};
 
-/// One trouble of one record.
+/// A data fault of one record.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Trouble {
-    /// The position was written down late, s.
+pub enum DataFault {
+    /// The position channel is late, s.
     Late(f64),
-    /// The force is cut off at a share of its largest value, before the converter's noise.
+    /// The force is clipped at a share of its largest value, before the converter's noise.
     Clipped(f64),
-    /// The force was recorded in another range: its numbers are larger.
+    /// The force has a wrong range factor, larger than 1.
     Range(f64),
 }
 
-impl Trouble {
-    /// Draws one.
-    pub fn drawn(draw: &mut Draw) -> Self {
+impl DataFault {
+    /// Draws a data fault.
+    pub fn random(draw: &mut Draw) -> Self {
         match draw.index(3) {
             0 => Self::Late(draw.between(0.8e-3, 1.6e-3)),
             1 => Self::Clipped(draw.between(0.35, 0.55)),
@@ -24,7 +24,7 @@ impl Trouble {
         }
     }
 
-    /// Name.
+    /// Returns the name.
     pub fn name(self) -> &'static str {
         match self {
             Self::Late(_) => "late",
@@ -33,8 +33,8 @@ impl Trouble {
         }
     }
 
-    /// What becomes of an exact record.
-    pub fn spoil(self, log: &mut Log) {
+    /// Applies the data fault to an exact record.
+    pub fn distort(self, log: &mut Log) {
         match self {
             Self::Late(late_s) => {
                 let late = late_s / RECORD_S;

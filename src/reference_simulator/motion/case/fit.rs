@@ -1,25 +1,25 @@
-//! The engineer's parameters fitted by least squares, and the gap that is left.
+//! Least-squares fit of the engineer's parameters, and the remaining gap.
 
 use nalgebra::{Matrix4, Vector4};
 
 use super::rows::{Rows, rms};
 use crate::motion::belief::{Belief, IDS};
 
-/// Rows of every record, by record and kind.
+/// Rows of all records, by record and kind.
 pub type Blocks = Vec<Vec<Rows>>;
 
-/// Parameters and gaps.
+/// Fitted parameters and gaps.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Fitted {
-    /// Parameters in the order of their ids; 0 for those left out.
+    /// Parameters in the order of their ids; 0 for omitted ones.
     pub parameters: [f64; 4],
     /// Gap of the fitted records.
     pub fit: f64,
-    /// Gap of the held-out ones.
+    /// Gap of the held-out records.
     pub held_out: f64,
 }
 
-/// Least squares over the fitted records, each kind of rows weighed by its noise; `frozen` keeps a parameter.
+/// Fits the records that are not held out by least squares. The noise of each kind of rows is its weight; `frozen` fixes a parameter.
 pub fn fitted(blocks: &Blocks, noise_n: &[f64], held_out: &[bool], belief: &Belief, frozen: Option<(usize, f64)>) -> Fitted {
     let free: [bool; 4] = std::array::from_fn(|k| belief.has(IDS[k]) && frozen.is_none_or(|(at, _)| at != k));
     let mut kept = [0.0; 4];
@@ -37,7 +37,7 @@ pub fn fitted(blocks: &Blocks, noise_n: &[f64], held_out: &[bool], belief: &Beli
         }
     }
     if belief.is_weighed && free[0] {
-        // The weight is known to one per cent.
+        // The weighed mass has a standard deviation of one per cent.
         let start = belief.parameters[0].start;
         let weight = (0.01 * start).powi(-2);
         normal[(0, 0)] += weight;
@@ -61,11 +61,11 @@ pub fn fitted(blocks: &Blocks, noise_n: &[f64], held_out: &[bool], belief: &Beli
     Fitted { parameters, fit: gap(false), held_out: gap(true) }
 }
 
-/// Root mean square of what is left over that of the last kind of rows: force, or tracking error where a scale watches the table.
+/// Returns the rms residual over the rms scale of the last kind of rows: force, or tracking error if a scale measures the table.
 pub fn gap(blocks: &Blocks, parameters: &[f64; 4], held_out: &[bool], out: bool) -> f64 {
     let chosen: Vec<&Rows> =
         blocks.iter().zip(held_out).filter(|(_, is_out)| **is_out == out).filter_map(|(record, _)| record.last()).collect();
-    let left: Vec<f64> = chosen.iter().flat_map(|rows| rows.residual(parameters)).flatten().collect();
+    let residual: Vec<f64> = chosen.iter().flat_map(|rows| rows.residual(parameters)).flatten().collect();
     let scale: Vec<f64> = chosen.iter().flat_map(|rows| rows.scales()).collect();
-    rms(&left) / rms(&scale)
+    rms(&residual) / rms(&scale)
 }

@@ -1,7 +1,7 @@
-//! Strength of an effect by non-centrality: what is left of it after parameters and nuisances are projected out, in units of noise.
+//! Strength of an effect by non-centrality: its whitened change after projection of parameters and nuisance parameters.
 //!
-//! The rows are those of the inverse dynamics of every record. Their noise is that of the test and, in quadrature, 1.5 per cent of the
-//! force: what a careful test reproduces. Neighbouring rows share noise; a filter of first order takes it out.
+//! The rows are those of the inverse dynamics of every record. Their noise is the noise of the test and, in quadrature, the 1.5 per cent
+//! of the force that a careful test reproduces. Neighbouring rows are correlated; a first-order filter whitens them.
 
 use nalgebra::DVector;
 use rayon::prelude::*;
@@ -11,7 +11,7 @@ use super::rows::{Rows, rms, rows};
 use crate::TruthError;
 use crate::draw::Draw;
 use crate::motion::belief::{Belief, IDS};
-use crate::motion::catalogue::{Use, directions};
+use crate::motion::catalogue::{MotionLimits, directions};
 use crate::motion::effect::Effect;
 use crate::motion::path::Path;
 use crate::motion::phase::Phase;
@@ -22,67 +22,68 @@ use crate::sizing::Sizing;
 /// Relative error of the force that a careful test reproduces.
 const REPRODUCED: f64 = 0.015;
 
-/// One standard deviation of a weighed mass, relative.
-const WEIGHED: f64 = 0.01;
+/// Relative standard deviation of a weighed mass.
+const WEIGHING_SD: f64 = 0.01;
 
-/// How the size of an effect is looked for. A stop more or less makes its strength leap: the nearest side of the leap will do.
+/// Settings of the search for the size of an effect. One standstill more or less makes the strength jump; the nearest value at the jump
+/// is accepted.
 const SIZING: Sizing = Sizing { start: 0.3, trials: 25, close: 0.05, steps: [2.5, 2.0], narrow: 1e-3, leap: 0.7 };
 
-/// A test: motions, sensors, what the engineer believes.
+/// A test: motions, sensors, description.
 #[derive(Clone, Debug)]
 pub struct Test {
-    /// Motions by name.
+    /// Motions with their names.
     pub paths: Vec<(&'static str, Path)>,
-    /// Which of them are held out.
+    /// Whether each motion is held out.
     pub held_out: Vec<bool>,
     /// Sensors.
     pub sensors: Sensors,
-    /// Belief.
+    /// The engineer's description.
     pub belief: Belief,
 }
 
-/// Standard deviation of the rows of one kind, and what neighbours share of it.
+/// Standard deviation of the rows of one kind, and correlation of neighbours.
 #[derive(Clone, Copy, Debug)]
 struct Noise {
     sd_n: f64,
-    shared: f64,
+    correlation: f64,
 }
 
-/// A test of one machine without effects.
+/// Strength of effects in a test of one machine.
 pub struct Gauge {
     /// The test.
     pub test: Test,
     /// Rows of the machine without effects.
     pub base: Blocks,
-    /// Its own best parameters.
+    /// Best parameters of the machine without effects.
     pub best: Fitted,
-    /// What parameters and nuisances explain.
+    /// Projection of parameters and nuisance parameters.
     pub explained: Projection,
     noise: Vec<Noise>,
 }
 
-/// What an effect leaves.
-pub struct Left {
+/// Part of an effect that parameters and nuisance parameters cannot explain.
+pub struct Unexplained {
     /// Non-centrality of the whole test.
     pub noncentrality: f64,
-    /// Whitened squares with the phase of their row.
+    /// Squares of the whitened residual, with the phase of each row.
     pub by_row: Vec<(Phase, f64)>,
 }
 
 impl Test {
-    /// Exact records of a machine whose encoder is perfect.
+    /// Simulates exact records of a machine with a perfect encoder.
     pub fn logs(&self, machine: &Machine) -> Vec<Log> {
         let mut perfect = machine.clone();
         perfect.drive.quantum_m = 0.0;
         self.paths.par_iter().map(|(_, path)| self.sensors.exact(&perfect.run(path, COARSE_S, None))).collect()
     }
 
-    /// Their rows.
+    /// Returns the rows of these records.
     pub fn blocks(&self, machine: &Machine) -> Blocks {
         self.logs(machine).iter().map(|log| rows(log, &self.belief)).collect()
     }
 
-    /// Noise of each kind of rows, by one draw: records with it less records without.
+    /// Returns the noise of each kind of rows from one random draw: records with noise minus records without.
     fn noise_rows(&self, logs: &[Log], parameters: &[f64; 4], draw: &Draw) -> Blocks {
         let one = |(k, log): (usize, &Log)| {
             let mut noisy = log.clone();
@@ -98,8 +99,9 @@ impl Test {
         logs.iter().enumerate().map(one).collect()
     }
 
-    /// Chooses noise such that ordinary nuisances make the held-out gap `ratio` times its floor, the force's first, then the scale's.
-    pub fn quieted(&mut self, machine: &Machine, ratio: f64, draw: &Draw) {
+    /// Sets the noise such that nuisance parameters make the held-out gap `ratio` times its floor: first the force noise, then the scale
+    /// noise.
+    pub fn set_noise(&mut self, machine: &Machine, ratio: f64, draw: &Draw) {
         let logs = self.logs(machine);
         let base: Blocks = logs.iter().map(|log| rows(log, &self.belief)).collect();
         let kinds = base[0].len();
@@ -121,7 +123,7 @@ impl Test {
         }
     }
 
-    /// Gap that the noise alone leaves on the held-out records.
+    /// Returns the gap due to noise alone on the held-out records.
     pub fn floor(&self, logs: &[Log], parameters: &[f64; 4], draw: &Draw) -> f64 {
         super::fit::gap(&self.noise_rows(logs, parameters, draw), &[0.0; 4], &self.held_out, true)
     }
@@ -129,7 +131,7 @@ impl Test {
 
 impl Gauge {
     /// Prepares the gauge for a machine without effects.
-    pub fn new(test: Test, machine: &Machine, usage: &Use, draw: &Draw) -> Result<Self, TruthError> {
+    pub fn new(test: Test, machine: &Machine, limits: &MotionLimits, draw: &Draw) -> Result<Self, TruthError> {
         let logs = test.logs(machine);
         let base: Blocks = logs.iter().map(|log| rows(log, &test.belief)).collect();
         let rough = fitted(&base, &vec![1.0; base[0].len()], &test.held_out, &test.belief, None);
@@ -138,9 +140,9 @@ impl Gauge {
         let mut columns: Vec<Vec<f64>> = Vec::new();
         for (k, id) in IDS.into_iter().enumerate().filter(|(_, id)| test.belief.has(id)) {
             let sd = match id {
-                "moving_mass" if test.belief.is_weighed => WEIGHED * best.parameters[0],
+                "moving_mass" if test.belief.is_weighed => WEIGHING_SD * best.parameters[0],
                 "moving_mass" => best.parameters[0],
-                // Whole ranges: many times the forces in play.
+                // A practically flat prior: many times the forces of the test.
                 "viscous_friction" => 100.0 * best.parameters[1].abs().max(1.0),
                 _ => 100.0 * best.parameters[2].abs().max(best.parameters[3].abs()).max(10.0),
             };
@@ -150,7 +152,7 @@ impl Gauge {
             columns.push(whitened(base.iter().map(|record| record.iter().map(of).collect()), &noise));
         }
         let untouched = residuals(&base, &best.parameters);
-        for moved in directions(machine, usage.stroke_m) {
+        for moved in directions(machine, limits.stroke_m) {
             let there = residuals(&test.blocks(&moved), &best.parameters);
             columns.push(whitened(differences(there, &untouched), &noise));
         }
@@ -158,32 +160,32 @@ impl Gauge {
         Ok(Self { test, base, best, noise, explained })
     }
 
-    /// Standard deviation of each kind of rows.
+    /// Returns the standard deviation of each kind of rows.
     pub fn noise_n(&self) -> Vec<f64> {
         sd_of(&self.noise)
     }
 
-    /// What stands in the rows of a machine beside those of the one without effects, whitened.
+    /// Returns the whitened change of the rows from the machine without effects to the given machine.
     pub fn change(&self, machine: &Machine) -> DVector<f64> {
         let there = residuals(&self.test.blocks(machine), &self.best.parameters);
         DVector::from_vec(whitened(differences(there, &residuals(&self.base, &self.best.parameters)), &self.noise))
     }
 
-    /// What the effects of a machine leave.
-    pub fn left(&self, machine: &Machine) -> Left {
+    /// Returns the part of a machine's effects that parameters and nuisance parameters cannot explain.
+    pub fn unexplained(&self, machine: &Machine) -> Unexplained {
         let change = self.change(machine);
         let residual = self.explained.residual(&change);
         let phases = self.base.iter().flatten().flat_map(|rows| rows.phases.iter().copied());
         let by_row = phases.zip(residual.iter().map(|value| value * value)).collect();
-        Left { noncentrality: change.dot(&residual).max(0.0), by_row }
+        Unexplained { noncentrality: change.dot(&residual).max(0.0), by_row }
     }
 
-    /// Size at which an effect has a non-centrality.
-    pub fn size_for(&self, effect: &Effect, machine: &Machine, usage: &Use, wanted: f64) -> Result<f64, TruthError> {
+    /// Finds the size at which an effect has a given non-centrality.
+    pub fn size_for(&self, effect: &Effect, machine: &Machine, limits: &MotionLimits, wanted: f64) -> Result<f64, TruthError> {
         SIZING.size_for(effect.kind.id(), effect.kind.largest(), wanted, |size| {
             let mut with = machine.clone();
-            effect.sized(size).put_into(&mut with, usage);
-            Ok(self.left(&with).noncentrality)
+            effect.sized(size).apply_to(&mut with, limits);
+            Ok(self.unexplained(&with).noncentrality)
         })
     }
 }
@@ -203,7 +205,7 @@ fn differences(there: Values, here: &Values) -> impl Iterator<Item = Vec<Vec<f64
     there.into_iter().zip(here).map(|(a, b)| a.iter().zip(b).map(|(a, b)| differ(a, b)).collect())
 }
 
-/// Differences of rows in motion both times; 0 for the others.
+/// Returns the differences of rows that are in motion in both records; 0 for the others.
 fn differ(there: &[Option<f64>], here: &[Option<f64>]) -> Vec<f64> {
     there.iter().zip(here).map(|(a, b)| a.zip(*b).map_or(0.0, |(a, b)| a - b)).collect()
 }
@@ -215,20 +217,20 @@ fn noise(base: &Blocks, drawn: &Blocks) -> Vec<Noise> {
         let model = REPRODUCED * rms(&all(base));
         let (sd, neighbours) = (rms(&values), values.windows(2).map(|pair| pair[0] * pair[1]).sum::<f64>() / values.len() as f64);
         let sd_n = sd.hypot(model);
-        Noise { sd_n, shared: (neighbours / (sd_n * sd_n)).clamp(0.0, 0.95) }
+        Noise { sd_n, correlation: (neighbours / (sd_n * sd_n)).clamp(0.0, 0.95) }
     };
     (0..base[0].len()).map(of_kind).collect()
 }
 
-/// Values by record and kind over their noise, without what each shares with the one before it.
+/// Divides values by their noise and removes the correlation of neighbours, by record and kind.
 fn whitened(values: impl Iterator<Item = Vec<Vec<f64>>>, noise: &[Noise]) -> Vec<f64> {
     let mut out = Vec::new();
     for record in values {
         for (values, noise) in record.iter().zip(noise) {
-            let sd = noise.sd_n * (1.0 - noise.shared * noise.shared).sqrt();
+            let sd = noise.sd_n * (1.0 - noise.correlation * noise.correlation).sqrt();
             out.extend((0..values.len()).map(|k| match k {
                 0 => values[0] / noise.sd_n,
-                _ => (values[k] - noise.shared * values[k - 1]) / sd,
+                _ => (values[k] - noise.correlation * values[k - 1]) / sd,
             }));
         }
     }

@@ -1,12 +1,12 @@
-//! From a slot of the plan to a case and its label.
+//! Generation of a case and its label from a slot of the plan.
 
 use std::collections::BTreeMap;
 
 use rayon::prelude::*;
 
-use super::fault::Trouble;
+use super::fault::DataFault;
 use super::fit::{Blocks, fitted};
-use super::gauge::{Gauge, Left, Test};
+use super::gauge::{Gauge, Test, Unexplained};
 use super::plan::{Plan, Slot};
 use super::record::{Case, Record};
 use super::tour::{HELD_OUT, Tour, tour};
@@ -16,30 +16,30 @@ use crate::case::{Gap, Kind, Label, Strength};
 use crate::draw::Draw;
 use crate::machine::catalogue::round_to;
 use crate::motion::belief::{Belief, IDS};
-use crate::motion::catalogue::{Drawn, Use, drawn};
+use crate::motion::catalogue::{DrawnAxis, MotionLimits, random_axis};
 use crate::motion::effect::{Effect, EffectKind};
 use crate::motion::path::Path;
 use crate::motion::phase::Phase;
 use crate::motion::run::{Machine, STEP_S, Sensors, Side};
 use crate::sizing;
 
-/// All cases of a plan in its order. A case depends on seed, plan entry and number only.
+/// Generates all cases of a plan in order. A case depends only on seed, plan entry and number.
 pub fn generate(seed: u64, plan: &Plan) -> impl Iterator<Item = Result<(Case, Label), TruthError>> {
     (0..plan.len()).map(move |index| generate_one(seed, plan, index))
 }
 
-/// One case of a plan.
+/// Generates one case of a plan.
 pub fn generate_one(seed: u64, plan: &Plan, index: usize) -> Result<(Case, Label), TruthError> {
     let slot = plan.slots.get(index).ok_or(TruthError::NoSuchCase { index, count: plan.len() })?;
     let draw = Draw::new(seed).branch(0x6178_6973).branch(index as u64);
     first_accepted(index, &draw, |attempt, draw| attempted(slot, index, attempt, draw))
 }
 
-/// What is decided about a case before anything is moved.
+/// Random choices of a case before its test.
 pub struct Choice {
     /// The axis without effects.
-    pub drawn: Drawn,
-    /// Its test.
+    pub drawn: DrawnAxis,
+    /// The test.
     pub test: Test,
     /// Effects of size 1.
     pub effects: Vec<Effect>,
@@ -47,15 +47,15 @@ pub struct Choice {
 
 impl Choice {
     /// Draws axis, test and effects of a slot.
-    pub fn drawn(slot: &Slot, attempt: usize, draw: &mut Draw) -> Self {
-        let mut drawn = drawn(if slot.tour == Tour::Flat { [2.5, 4.0] } else { [0.3, 1.2] }, draw);
+    pub fn random(slot: &Slot, attempt: usize, draw: &mut Draw) -> Self {
+        let mut drawn = random_axis(if slot.tour == Tour::Flat { [2.5, 4.0] } else { [0.3, 1.2] }, draw);
         let has = |kind| slot.effects.contains(&kind);
         let surfaces = [&mut drawn.machine.axis.bearing, &mut drawn.machine.axis.guide];
         for surface in surfaces {
             surface.coulomb_n *= if has(EffectKind::CoulombFriction) { 0.0 } else { 1.0 };
             surface.viscous_n_s_m *= if has(EffectKind::ViscousFriction) { 0.0 } else { 1.0 };
         }
-        // An effect that one side cannot show is given the other.
+        // Later attempts use the other sensor location: one location may be unable to show an effect.
         let fixed = slot.kind == Kind::LookAlike || slot.effects.iter().any(|effect| effect.side().is_some());
         let side = match (slot.side, !fixed && attempt / 4 % 2 == 1) {
             (Side::Motor, true) | (Side::Table, false) => Side::Table,
@@ -67,27 +67,27 @@ impl Choice {
         let is_weighed = weighing || slot.effects.iter().any(|effect| effect.needs_weighing());
         let lacks = [(EffectKind::CoulombFriction, IDS[2]), (EffectKind::ViscousFriction, IDS[1])];
         let without: Vec<&str> = lacks.into_iter().filter(|(kind, _)| has(*kind)).map(|(_, id)| id).collect();
-        let belief = Belief::of(&drawn, side, is_rigid, is_weighed, &without);
-        let push = drawn.machine.axis.moving_mass_kg() * drawn.usage.acceleration_m_s2;
+        let belief = Belief::new(&drawn, side, is_rigid, is_weighed, &without);
+        let push = drawn.machine.axis.moving_mass_kg() * drawn.limits.acceleration_m_s2;
         let sensors = Sensors {
             side,
             quantum_m: if side == Side::Motor { 5e-8 } else { 2e-7 },
-            late_s: draw.within(5e-6),
+            delay_s: draw.within(5e-6),
             jitter_s: draw.between(0.0, 4e-6),
             noise_m: if side == Side::Motor { 0.0 } else { 1e-6 },
             noise_n: 0.02 * push,
             coloured: draw.between(0.1, 0.5),
             corner_hz: draw.log_between(8.0, 60.0),
         };
-        let paths = tour(slot.tour, &drawn.usage, &mut draw.branch(7));
-        let effects = slot.effects.iter().map(|&kind| Effect::drawn(kind, draw)).collect();
+        let paths = tour(slot.tour, &drawn.limits, &mut draw.branch(7));
+        let effects = slot.effects.iter().map(|&kind| Effect::random(kind, draw)).collect();
         Self { test: Test::of(paths, sensors, belief), drawn, effects }
     }
 
-    /// The axis with some effects.
+    /// Returns the axis with some effects.
     pub fn with<'a>(&self, effects: impl IntoIterator<Item = &'a Effect>) -> Machine {
         let mut machine = self.drawn.machine.clone();
-        effects.into_iter().for_each(|effect| effect.put_into(&mut machine, &self.drawn.usage));
+        effects.into_iter().for_each(|effect| effect.apply_to(&mut machine, &self.drawn.limits));
         machine
     }
 }
@@ -98,59 +98,59 @@ impl Test {
         Self { paths, held_out, sensors, belief }
     }
 
-    /// The same test with the usual motions beside its own.
-    pub fn with_more(&self, usage: &Use, draw: &mut Draw) -> Self {
-        let paths = self.paths.iter().cloned().chain(tour(Tour::Usual, usage, draw)).collect();
+    /// Returns the test with the usual motions in addition to its own.
+    pub fn with_more(&self, limits: &MotionLimits, draw: &mut Draw) -> Self {
+        let paths = self.paths.iter().cloned().chain(tour(Tour::Usual, limits, draw)).collect();
         Self::of(paths, self.sensors.clone(), self.belief.clone())
     }
 }
 
 fn attempted(slot: &Slot, index: usize, attempt: usize, draw: &mut Draw) -> Result<(Case, Label), TruthError> {
-    let mut choice = Choice::drawn(slot, attempt, draw);
+    let mut choice = Choice::random(slot, attempt, draw);
     let clean = choice.drawn.machine.clone();
     let ratio = draw.between(1.15, 1.6);
-    let hiss = draw.branch(11);
-    choice.test.quieted(&clean, ratio, &hiss);
-    let gauge = Gauge::new(choice.test.clone(), &clean, &choice.drawn.usage, &hiss)?;
-    let floor = choice.test.floor(&choice.test.logs(&clean), &gauge.best.parameters, &hiss);
+    let noise_draw = draw.branch(11);
+    choice.test.set_noise(&clean, ratio, &noise_draw);
+    let gauge = Gauge::new(choice.test.clone(), &clean, &choice.drawn.limits, &noise_draw)?;
+    let floor = choice.test.floor(&choice.test.logs(&clean), &gauge.best.parameters, &noise_draw);
     let found = gauge.best.held_out.hypot(floor) / floor;
-    // Motions chosen to tell little have a noise that the sensors set.
+    // In motions with little information, the sensors' lower limits set the noise.
     let least = if slot.kind == Kind::LookAlike { 1.0 } else { 1.1 };
     if !(least..2.0).contains(&found) {
         return Err(TruthError::Noise { ratio: found });
     }
     let noncentrality = set_sizes(&mut choice, slot, &gauge, floor, draw)?;
     let machine = choice.with(&choice.effects);
-    let misled = (slot.kind == Kind::HardNullWrongParameter).then(|| Misled::drawn(&gauge, draw));
+    let wrong = (slot.kind == Kind::HardNullWrongParameter).then(|| WrongParameter::random(&gauge, draw));
     let with_rows: Blocks = if choice.effects.is_empty() { gauge.base.clone() } else { choice.test.blocks(&machine) };
-    let frozen = misled.as_ref().filter(|misled| misled.is_frozen).map(|misled| (misled.at, misled.start));
+    let frozen = wrong.as_ref().filter(|wrong| wrong.is_frozen).map(|wrong| (wrong.at, wrong.start));
     let with = fitted(&with_rows, &gauge.noise_n(), &choice.test.held_out, &choice.test.belief, frozen);
     let mut label = labelled(slot, index, attempt, &choice, &gauge);
     label.noncentrality = noncentrality;
-    label.phases = if choice.effects.is_empty() { Vec::new() } else { phases_of(&gauge.left(&machine)) };
-    label.gap = Gap::of(floor, [gauge.best.fit, gauge.best.held_out], [with.fit, with.held_out]);
-    let trouble = (slot.kind == Kind::HardNullBadChannel).then(|| (draw.index(choice.test.paths.len()), Trouble::drawn(draw)));
+    label.phases = if choice.effects.is_empty() { Vec::new() } else { phases_of(&gauge.unexplained(&machine)) };
+    label.gap = Gap::new(floor, [gauge.best.fit, gauge.best.held_out], [with.fit, with.held_out]);
+    let data_fault = (slot.kind == Kind::HardNullBadChannel).then(|| (draw.index(choice.test.paths.len()), DataFault::random(draw)));
     let mut case = Case {
         name: label.case.clone(),
         belief: choice.test.belief.clone(),
-        records: recorded(&machine, &choice.test, trouble, &draw.branch(1)),
+        records: recorded(&machine, &choice.test, data_fault, &draw.branch(1)),
         fit: names(&choice.test, false),
         quiet: quiet(&machine, &choice.test),
         freeze: Vec::new(),
         follow_up: None,
     };
-    if let Some((at, trouble)) = trouble {
-        label.fault = Some(trouble.name().to_owned());
+    if let Some((at, data_fault)) = data_fault {
+        label.fault = Some(data_fault.name().to_owned());
         label.faulty_records.push(case.records[at].file());
     }
     if slot.kind == Kind::LookAlike {
-        let test = choice.test.with_more(&choice.drawn.usage, &mut draw.branch(8));
+        let test = choice.test.with_more(&choice.drawn.limits, &mut draw.branch(8));
         let records = recorded(&machine, &test, None, &draw.branch(2));
         let (name, fit) = (format!("{}-more", case.name), names(&test, false));
         case.follow_up = Some(Box::new(Case { name, records, fit, quiet: quiet(&machine, &test), ..case.clone() }));
     }
-    if let Some(misled) = misled {
-        misled.write(&mut case, &mut label);
+    if let Some(wrong) = wrong {
+        wrong.write(&mut case, &mut label);
     }
     Ok((case, label))
 }
@@ -159,22 +159,23 @@ fn names(test: &Test, held_out: bool) -> Vec<String> {
     test.paths.iter().zip(&test.held_out).filter(|(_, out)| **out == held_out).map(|((name, _), _)| (*name).to_owned()).collect()
 }
 
-/// Moves the machine: rounded encoders, an unrest of the motor of a third of the force's noise, noise of each record from its own branch.
-fn recorded(machine: &Machine, test: &Test, trouble: Option<(usize, Trouble)>, draw: &Draw) -> Vec<Record> {
+/// Simulates the records: rounded encoders, a random motor force of 0.3 times the force noise, and noise of each record from its own
+/// branch.
+fn recorded(machine: &Machine, test: &Test, data_fault: Option<(usize, DataFault)>, draw: &Draw) -> Vec<Record> {
     let one = |(k, (name, path)): (usize, &(&'static str, Path))| {
         let own = draw.branch(k as u64);
         let track = machine.run(path, STEP_S, Some((0.3 * test.sensors.noise_n, 30.0, &mut own.branch(1))));
-        let spoil = |log: &mut _| {
-            if let Some((_, trouble)) = trouble.filter(|(at, _)| *at == k) {
-                trouble.spoil(log);
+        let distort = |log: &mut _| {
+            if let Some((_, data_fault)) = data_fault.filter(|(at, _)| *at == k) {
+                data_fault.distort(log);
             }
         };
-        Record { name: (*name).to_owned(), log: test.sensors.read(&track, spoil, &mut own.branch(2)) }
+        Record { name: (*name).to_owned(), log: test.sensors.read(&track, distort, &mut own.branch(2)) }
     };
     test.paths.par_iter().enumerate().map(one).collect()
 }
 
-/// The held-out records without what a second test would read otherwise: the encoder is exact and the motor at peace, while sensors stay late.
+/// Simulates the held-out records without their random errors: exact encoder, no random motor force, but delayed sensors.
 fn quiet(machine: &Machine, test: &Test) -> Vec<Record> {
     let mut exact = machine.clone();
     exact.drive.quantum_m = 0.0;
@@ -187,51 +188,53 @@ fn quiet(machine: &Machine, test: &Test) -> Vec<Record> {
     held_out.into_par_iter().map(one).collect()
 }
 
-/// Gives each effect the size that its strength asks for; returns the non-centralities, each effect alone.
+/// Gives each effect the size for its required strength and returns the non-centrality of each effect alone.
 fn set_sizes(choice: &mut Choice, slot: &Slot, gauge: &Gauge, floor: f64, draw: &mut Draw) -> Result<Vec<f64>, TruthError> {
     let mut wanted = slot.strength.unwrap_or(Strength::Clear).noncentrality();
     let mut reached = Vec::new();
     for index in 0..choice.effects.len() {
         let effect = choice.effects[index].clone();
-        let (machine, usage) = (&choice.drawn.machine, &choice.drawn.usage);
-        let mut size = match gauge.size_for(&effect, machine, usage, wanted) {
-            // The second of two effects may be smaller than was drawn.
+        let (machine, limits) = (&choice.drawn.machine, &choice.drawn.limits);
+        let mut size = match gauge.size_for(&effect, machine, limits, wanted) {
+            // The second of two effects may be weaker than drawn.
             Err(TruthError::TooWeak { reached, .. }) if index > 0 && reached > 0.2 * wanted => {
-                gauge.size_for(&effect, machine, usage, 0.9 * reached)?
+                gauge.size_for(&effect, machine, limits, 0.9 * reached)?
             }
             other => other?,
         };
         if index == 0 && slot.strength == Some(Strength::Strong) {
-            size = enlarged(choice, &effect, size, gauge, floor, draw)?;
+            size = enlarged_size(choice, &effect, size, gauge, floor, draw)?;
         }
         choice.effects[index].size = size;
-        let value = gauge.left(&choice.with([&choice.effects[index]])).noncentrality;
+        let value = gauge.unexplained(&choice.with([&choice.effects[index]])).noncentrality;
         reached.push(value);
         wanted = value * draw.between(0.3, 0.7);
     }
     Ok(reached)
 }
 
-/// Size, at least the one given, at which the refitted description's gap with noise is 1.3 to 3 times that of the axis without the effect;
-/// every other time a size that is usual for its kind.
-fn enlarged(choice: &Choice, effect: &Effect, least: f64, gauge: &Gauge, floor: f64, draw: &mut Draw) -> Result<f64, TruthError> {
+/// Returns an effect size of at least `least`.
+///
+/// In half of the cases it is a usual size of the kind. Otherwise the gap with noise of the refitted description is 1.3 to 3 times the
+/// gap without the effect.
+fn enlarged_size(choice: &Choice, effect: &Effect, least: f64, gauge: &Gauge, floor: f64, draw: &mut Draw) -> Result<f64, TruthError> {
     let before = gauge.best.held_out.hypot(floor);
     let largest = effect.kind.largest();
     let (usual, ratio) = (draw.log_between(0.4, 1.5).min(largest), draw.between(1.3, 3.0));
     if draw.chance(0.5) && usual > least {
         return Ok(usual);
     }
-    let grown = |size: f64| {
+    let gap_ratio = |size: f64| {
         let rows = choice.test.blocks(&choice.with([&effect.sized(size)]));
         Ok(fitted(&rows, &gauge.noise_n(), &choice.test.held_out, &choice.test.belief, None).held_out.hypot(floor) / before)
     };
-    Ok(sizing::enlarged([least, largest], ratio, 6, grown)?.0)
+    Ok(sizing::size_for_gap_ratio([least, largest], ratio, 6, gap_ratio)?.0)
 }
 
-/// Phases in which an effect shows: those whose rows are moved at least half as much as the most moved ones, or hold a third of all.
-fn phases_of(left: &Left) -> Vec<String> {
+/// Returns the phases in which an effect shows: at least half the largest mean square per row, or a third of the total.
+fn phases_of(unexplained: &Unexplained) -> Vec<String> {
     let sums = |phase: Phase| {
-        let own = left.by_row.iter().filter(|(at, _)| *at == phase).map(|(_, square)| square);
+        let own = unexplained.by_row.iter().filter(|(at, _)| *at == phase).map(|(_, square)| square);
         own.fold((0.0, 0usize), |(sum, count), square| (sum + square, count + 1))
     };
     let all: Vec<(Phase, f64, usize)> = Phase::ALL.into_iter().map(|phase| (phase, sums(phase).0, sums(phase).1)).collect();
@@ -242,31 +245,31 @@ fn phases_of(left: &Left) -> Vec<String> {
     all.into_iter().filter(|(_, sum, count)| shows(*sum, *count)).map(|(phase, _, _)| phase.name().to_owned()).collect()
 }
 
-/// A label with all that is known before the records.
+/// Builds the label with all values known before the records.
 fn labelled(slot: &Slot, index: usize, attempt: usize, choice: &Choice, gauge: &Gauge) -> Label {
-    let twins = slot.effects.iter().filter_map(|effect| effect.twin());
+    let alternatives = slot.effects.iter().filter_map(|effect| effect.indistinguishable_from());
     let known = IDS.into_iter().zip(gauge.best.parameters).filter(|(id, _)| choice.test.belief.has(id));
-    let values = |effect: &Effect| -> BTreeMap<String, f64> { effect.values(&choice.drawn.machine, &choice.drawn.usage) };
+    let values = |effect: &Effect| -> BTreeMap<String, f64> { effect.values(&choice.drawn.machine, &choice.drawn.limits) };
     Label {
         effects: slot.effects.iter().map(|effect| effect.id().to_owned()).collect(),
-        alternatives: slot.partner.into_iter().chain(twins).map(|effect| effect.id().to_owned()).collect(),
+        alternatives: slot.partner.into_iter().chain(alternatives).map(|effect| effect.id().to_owned()).collect(),
         values: choice.effects.iter().map(values).collect(),
         places: slot.effects.iter().map(|effect| effect.place()).collect(),
         joints: known.map(|(id, value)| (id.to_owned(), value)).collect(),
-        ..Label::begun(index, slot.kind, slot.strength, attempt)
+        ..Label::new(index, slot.kind, slot.strength, attempt)
     }
 }
 
-/// One parameter's start value, wrong by up to a factor of three and declared known in every other case.
-struct Misled {
+/// A wrong start value of one parameter, by up to a factor of three; in half of the cases the value is also declared known.
+struct WrongParameter {
     at: usize,
     start: f64,
     factor: f64,
     is_frozen: bool,
 }
 
-impl Misled {
-    fn drawn(gauge: &Gauge, draw: &mut Draw) -> Self {
+impl WrongParameter {
+    fn random(gauge: &Gauge, draw: &mut Draw) -> Self {
         let at = draw.index(3);
         let factor = draw.factor(1.6, 3.0);
         Self { at, start: round_to(gauge.best.parameters[at] * factor, 2), factor, is_frozen: draw.chance(0.5) }

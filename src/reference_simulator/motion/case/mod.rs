@@ -1,4 +1,4 @@
-//! Cases in motion: what is recorded, what is sealed, and how both are made.
+//! Cases in motion: published records, sealed labels, and their generation.
 
 mod fault;
 mod fit;

@@ -1,4 +1,4 @@
-//! Which cases are made.
+//! Plans: lists of the cases to generate.
 
 use serde::{Deserialize, Serialize};
 
@@ -8,7 +8,7 @@ use crate::draw::Draw;
 use crate::motion::effect::EffectKind;
 use crate::motion::run::Side;
 
-/// The whole check: about 700 cases.
+/// The full check: about 700 cases.
 pub const FULL: Counts = Counts {
     nulls: 200,
     wrong_parameters: 40,
@@ -32,7 +32,7 @@ pub const QUICK: Counts = Counts {
     unknowns_per_effect: 1,
 };
 
-/// One case to be made.
+/// Specification of one case.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Slot {
     /// Kind.
@@ -43,13 +43,13 @@ pub struct Slot {
     pub partner: Option<EffectKind>,
     /// Strength of the dominant effect.
     pub strength: Option<Strength>,
-    /// Where the position is measured, if the effects leave a choice.
+    /// Location of the position sensor, unless the effects determine it.
     pub side: Side,
     /// Motions of the first measurement.
     pub tour: Tour,
 }
 
-/// Cases to be made, in an order that says nothing about them.
+/// Cases to generate, in random order.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Plan {
     /// The cases.
@@ -57,26 +57,28 @@ pub struct Plan {
 }
 
 impl Slot {
-    /// A case of one kind without effects.
+    /// Specifies a case of one kind without effects.
     pub fn plain(kind: Kind, side: Side) -> Self {
         Self { kind, effects: Vec::new(), partner: None, strength: None, side, tour: Tour::Usual }
     }
 
-    /// A case of one listed effect.
+    /// Specifies a case of one library effect.
     pub fn single(effect: EffectKind, strength: Strength, side: Side) -> Self {
         Self { effects: vec![effect], strength: Some(strength), ..Self::plain(Kind::Single, effect.side().unwrap_or(side)) }
     }
 
-    /// A case of one of two effects that look alike in motions chosen for it.
+    /// Specifies a case of one of two effects that look alike in the chosen motions.
     pub fn look_alike(truth: EffectKind, partner: EffectKind, strength: Strength) -> Self {
-        // Slow turns move a table by the width of a gap or by what dry friction winds up; steady strokes hold it behind by a time.
+        // In slow reversals, backlash and the wind-up by dry friction move the table alike. In steady strokes, a delay and the wind-up
+        // lag alike.
         let tour = if [truth, partner].contains(&EffectKind::Backlash) { Tour::Gentle } else { Tour::Flat };
         Self { kind: Kind::LookAlike, partner: Some(partner), tour, ..Self::single(truth, strength, Side::Table) }
     }
 }
 
 impl Plan {
-    /// Spreads the counts over strengths and sides and shuffles the cases. Axes have no force level: `contact_levels` counts nothing.
+    /// Distributes the counts over strengths and sides, and shuffles the cases. Axes have no force level, so `contact_levels` has no
+    /// effect.
     pub fn from_counts(counts: &Counts, seed: u64) -> Self {
         let strengths = [Strength::Weak, Strength::Strong, Strength::Clear];
         let clear = [Strength::Strong, Strength::Clear];
@@ -93,7 +95,7 @@ impl Plan {
             let one = |index: usize| Slot::single(effect, strengths[(index + number) % 3], side(index / 3 + index + number));
             slots.extend((0..counts.singles_per_effect).map(one));
         }
-        for (number, effect) in EffectKind::OUTSIDE.into_iter().enumerate() {
+        for (number, effect) in EffectKind::UNLISTED.into_iter().enumerate() {
             let one =
                 |index: usize| Slot { kind: Kind::Unknown, ..Slot::single(effect, clear[(index + number) % 2], side(index + number)) };
             slots.extend((0..counts.unknowns_per_effect).map(one));
@@ -107,7 +109,7 @@ impl Plan {
         let mut draw = Draw::new(seed).branch(0x6d6f_7469_6f6e);
         for index in 0..counts.doubles {
             let first = EffectKind::LISTED[draw.index(EffectKind::LISTED.len())];
-            let others: Vec<EffectKind> = EffectKind::LISTED.into_iter().filter(|&other| first.joins(other)).collect();
+            let others: Vec<EffectKind> = EffectKind::LISTED.into_iter().filter(|&other| first.is_distinct_from(other)).collect();
             let second = others[draw.index(others.len())];
             let side = first.side().or(second.side()).unwrap_or(side(index));
             slots.push(Slot { kind: Kind::Double, effects: vec![first, second], side, ..Slot::single(first, clear[index % 2], side) });
@@ -116,12 +118,12 @@ impl Plan {
         Self { slots }
     }
 
-    /// Number of cases.
+    /// Returns the number of cases.
     pub fn len(&self) -> usize {
         self.slots.len()
     }
 
-    /// Whether there is none.
+    /// Whether the plan has no cases.
     pub fn is_empty(&self) -> bool {
         self.slots.is_empty()
     }

@@ -1,4 +1,4 @@
-//! What a case gives away.
+//! The published part of a case.
 
 use crate::motion::belief::Belief;
 use crate::motion::run::Log;
@@ -8,31 +8,31 @@ use crate::motion::run::Log;
 pub struct Record {
     /// Name.
     pub name: String,
-    /// What was recorded, every millisecond.
+    /// Recorded channels, every millisecond.
     pub log: Log,
 }
 
-/// An axis, its records, and nothing of what is behind them.
+/// An axis description and its records, without any part of the label.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Case {
-    /// Name; says nothing.
+    /// Neutral name.
     pub name: String,
-    /// What the engineer believes.
+    /// The engineer's description.
     pub belief: Belief,
     /// Records.
     pub records: Vec<Record>,
-    /// Names of the records to fit; the others are held out.
+    /// Names of the fitted records; the others are held out.
     pub fit: Vec<String>,
-    /// The held-out records as they would be without noise, unrest, jitter and rounding: to judge by, never given away.
+    /// The held-out records without noise, random motor force, jitter and rounding. They serve the evaluation and are not published.
     pub quiet: Vec<Record>,
-    /// Parameters that the user declares known and keeps at their start values.
+    /// Parameters that the case declares known and keeps at their start values.
     pub freeze: Vec<String>,
     /// A second measurement of the same axis with more records.
     pub follow_up: Option<Box<Case>>,
 }
 
 impl Record {
-    /// File of the record inside its set.
+    /// Returns the path of the record inside its set.
     pub fn file(&self) -> String {
         format!("motion/{}.csv", self.name)
     }

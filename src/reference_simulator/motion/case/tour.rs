@@ -1,43 +1,43 @@
-//! The motions of a test.
+//! Motions of a test.
 
 use crate::draw::Draw;
-use crate::motion::catalogue::Use;
+use crate::motion::catalogue::MotionLimits;
 use crate::motion::path::{Path, Piece};
 
-/// Which motions a test has.
+/// Set of motions of a test.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, serde::Serialize, serde::Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Tour {
-    /// Strokes at several speeds, reversals, sines; other strokes held out.
+    /// Strokes at several speeds, reversals and sines; other strokes are held out.
     Usual,
-    /// Slow reversals with hardly an acceleration.
+    /// Slow reversals at very low acceleration.
     Gentle,
-    /// Strokes at rapid speed with hardly an acceleration.
+    /// Strokes at 0.3 to 0.6 of the rapid speed and 0.2 of the largest acceleration.
     Flat,
 }
 
-/// Names of the motions that are held out.
+/// Names of the held-out motions.
 pub const HELD_OUT: [&str; 2] = ["mixed", "slow-mixed"];
 
-/// Motions by name.
-pub fn tour(which: Tour, usage: &Use, draw: &mut Draw) -> Vec<(&'static str, Path)> {
+/// Returns the motions with their names.
+pub fn tour(which: Tour, limits: &MotionLimits, draw: &mut Draw) -> Vec<(&'static str, Path)> {
     match which {
-        Tour::Usual => usual(usage, draw),
-        Tour::Gentle => gentle(usage, draw),
-        Tour::Flat => flat(usage, draw),
+        Tour::Usual => usual(limits, draw),
+        Tour::Gentle => gentle(limits, draw),
+        Tour::Flat => flat(limits, draw),
     }
 }
 
-fn stroke(usage: &Use, to: f64, speed: f64, acceleration: f64) -> Piece {
+fn stroke(limits: &MotionLimits, to: f64, speed: f64, acceleration: f64) -> Piece {
     Piece::Stroke {
-        to_m: to * usage.stroke_m,
-        speed_m_s: speed * usage.speed_m_s,
-        acceleration_m_s2: acceleration * usage.acceleration_m_s2,
+        to_m: to * limits.stroke_m,
+        speed_m_s: speed * limits.speed_m_s,
+        acceleration_m_s2: acceleration * limits.acceleration_m_s2,
     }
 }
 
-fn usual(usage: &Use, draw: &mut Draw) -> Vec<(&'static str, Path)> {
-    let at = |to: f64, speed: f64| stroke(usage, to, speed, 1.0);
+fn usual(limits: &MotionLimits, draw: &mut Draw) -> Vec<(&'static str, Path)> {
+    let at = |to: f64, speed: f64| stroke(limits, to, speed, 1.0);
     let strokes = vec![
         at(0.98, 1.0),
         Piece::Dwell(0.12),
@@ -53,10 +53,10 @@ fn usual(usage: &Use, draw: &mut Draw) -> Vec<(&'static str, Path)> {
             reversals.extend([at(reach, speed), at(0.5, speed)]);
         }
     }
-    // Sines that reach part of both limits.
+    // Sines that reach part of the speed limit and of the acceleration limit.
     let sine = |share: f64, faster: f64, cycles| {
-        let omega = 0.8 * usage.acceleration_m_s2 / usage.speed_m_s;
-        let amplitude_m = (share * usage.speed_m_s / omega).min(0.4 * usage.stroke_m);
+        let omega = 0.8 * limits.acceleration_m_s2 / limits.speed_m_s;
+        let amplitude_m = (share * limits.speed_m_s / omega).min(0.4 * limits.stroke_m);
         Piece::Sine { amplitude_m, frequency_hz: faster * omega / std::f64::consts::TAU, cycles }
     };
     let sines = vec![sine(0.8, 1.0, 2), sine(0.2, 2.0, 3)];
@@ -68,27 +68,27 @@ fn usual(usage: &Use, draw: &mut Draw) -> Vec<(&'static str, Path)> {
         at(0.7, 0.9),
         at(0.1, 1.0),
     ];
-    let from = |start: f64, pieces| Path { start_m: start * usage.stroke_m, pieces };
+    let from = |start: f64, pieces| Path { start_m: start * limits.stroke_m, pieces };
     vec![("strokes", from(0.03, strokes)), ("reversals", from(0.5, reversals)), ("sines", from(0.5, sines)), ("mixed", from(0.05, mixed))]
 }
 
-fn gentle(usage: &Use, draw: &mut Draw) -> Vec<(&'static str, Path)> {
+fn gentle(limits: &MotionLimits, draw: &mut Draw) -> Vec<(&'static str, Path)> {
     let mut turning = |name, start: f64, count: usize| {
         let mut pieces = Vec::new();
         for k in 0..count {
             let reach = start + (0.06 + 0.02 * draw.unit()) * if k % 2 == 0 { 1.0 } else { -1.0 };
-            pieces.push(stroke(usage, reach, 0.12, 0.05));
+            pieces.push(stroke(limits, reach, 0.12, 0.05));
         }
-        (name, Path { start_m: start * usage.stroke_m, pieces })
+        (name, Path { start_m: start * limits.stroke_m, pieces })
     };
     vec![turning("slow-1", 0.3, 4), turning("slow-2", 0.7, 4), turning("slow-mixed", 0.5, 4)]
 }
 
-fn flat(usage: &Use, draw: &mut Draw) -> Vec<(&'static str, Path)> {
+fn flat(limits: &MotionLimits, draw: &mut Draw) -> Vec<(&'static str, Path)> {
     let mut going = |name, first: f64, back: f64| {
         let speeds = [draw.between(0.5, 0.6), draw.between(0.3, 0.45)];
-        let pieces = vec![stroke(usage, back, speeds[0], 0.2), stroke(usage, first, speeds[1], 0.2)];
-        (name, Path { start_m: first * usage.stroke_m, pieces })
+        let pieces = vec![stroke(limits, back, speeds[0], 0.2), stroke(limits, first, speeds[1], 0.2)];
+        (name, Path { start_m: first * limits.stroke_m, pieces })
     };
     vec![going("slow-1", 0.03, 0.97), going("slow-2", 0.95, 0.05), going("slow-mixed", 0.1, 0.9)]
 }

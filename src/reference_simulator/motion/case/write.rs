@@ -1,37 +1,37 @@
-//! Cases as files.
+//! Files of cases.
 
 use std::fmt::Write as _;
 use std::path::Path;
 
 use super::record::{Case, Record};
 use crate::TruthError;
-use crate::file::{made_folder, put, quoted};
+use crate::file::{create_folder, quoted, write_text};
 use crate::motion::run::{RECORD_S, Side};
 
-/// Writes a case as a measurement set with its machine: `manifest.toml`, `motion/*.csv`, `machine.toml`. Nothing of the label is in it;
-/// a follow-up is a case of its own, written by a call of its own.
+/// Writes a case as a measurement set with its machine: `manifest.toml`, `motion/*.csv`, `machine.toml`. The files contain nothing of the
+/// label. A follow-up is a case of its own and needs its own call.
 pub fn write_case(folder: &Path, case: &Case) -> Result<(), TruthError> {
-    made_folder(folder, "motion")?;
-    put(&folder.join("machine.toml"), &case.belief.to_toml())?;
-    put(&folder.join("manifest.toml"), &manifest(case, &case.records, &case.fit))?;
-    put_records(folder, &case.records)
+    create_folder(folder, "motion")?;
+    write_text(&folder.join("machine.toml"), &case.belief.to_toml())?;
+    write_text(&folder.join("manifest.toml"), &manifest(case, &case.records, &case.fit))?;
+    write_records(folder, &case.records)
 }
 
-/// Writes the same set without noise, of the held-out records alone.
+/// Writes the held-out records without noise as a set.
 pub fn write_quiet(folder: &Path, case: &Case) -> Result<(), TruthError> {
-    made_folder(folder, "motion")?;
-    put(&folder.join("manifest.toml"), &manifest(case, &case.quiet, &[]))?;
-    put_records(folder, &case.quiet)
+    create_folder(folder, "motion")?;
+    write_text(&folder.join("manifest.toml"), &manifest(case, &case.quiet, &[]))?;
+    write_records(folder, &case.quiet)
 }
 
-fn put_records(folder: &Path, records: &[Record]) -> Result<(), TruthError> {
+fn write_records(folder: &Path, records: &[Record]) -> Result<(), TruthError> {
     for record in records {
         let mut text = String::from("time_s,command_m,position_m,force_n\n");
         let log = &record.log;
         for (k, ((command, position), force)) in log.command_m.iter().zip(&log.position_m).zip(&log.force_n).enumerate() {
             let _ = writeln!(text, "{:.3},{command:.9e},{position:.9e},{force:.6e}", k as f64 * RECORD_S);
         }
-        put(&folder.join(record.file()), &text)?;
+        write_text(&folder.join(record.file()), &text)?;
     }
     Ok(())
 }

@@ -1,36 +1,36 @@
-//! Effects as numbers of the axis and its drive.
+//! Effects as changes to the parameters of axis and drive.
 
 use std::collections::BTreeMap;
 use std::f64::consts::{PI, TAU};
 
 use super::kind::Effect as Kind;
 use crate::draw::Draw;
-use crate::motion::catalogue::{Use, stiffness_for, waves};
-use crate::motion::plant::{Growth, Lump, Outside, Wave};
+use crate::motion::catalogue::{MotionLimits, stiffness_for, waves};
+use crate::motion::plant::{Lump, ThermalExpansion, UnlistedEffect, Wave};
 use crate::motion::run::Machine;
 
-/// An effect of a size; 1 is what an axis may well have.
+/// An effect with a size; 1 is plausible for a real axis.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Effect {
     /// Kind.
     pub kind: Kind,
     /// Size.
     pub size: f64,
-    /// Numbers in 0 … 1 that shape it.
+    /// Shape parameters in 0 … 1.
     shape: [f64; 3],
-    /// What is drawn anew for it: curves, lumps.
+    /// Seed of the effect's own random curves and lumps.
     seed: u64,
     sign: f64,
 }
 
 impl Effect {
-    /// One of size 1.
-    pub fn drawn(kind: Kind, draw: &mut Draw) -> Self {
+    /// Draws an effect of size 1.
+    pub fn random(kind: Kind, draw: &mut Draw) -> Self {
         let shape = std::array::from_fn(|_| draw.unit());
         Self { kind, size: 1.0, shape, seed: (draw.unit() * 1e15) as u64, sign: draw.sign() }
     }
 
-    /// The same of another size.
+    /// Returns the same effect at another size.
     pub fn sized(&self, size: f64) -> Self {
         Self { size, ..self.clone() }
     }
@@ -39,11 +39,11 @@ impl Effect {
         low + (high - low) * self.shape[index]
     }
 
-    /// Puts the effect into a machine. Forces are set beside the one that accelerates the whole mass.
-    pub fn put_into(&self, machine: &mut Machine, usage: &Use) {
+    /// Applies the effect to a machine. Forces are relative to the force that accelerates the whole mass.
+    pub fn apply_to(&self, machine: &mut Machine, limits: &MotionLimits) {
         let size = self.size;
         let mut draw = Draw::new(self.seed);
-        let push_n = machine.axis.moving_mass_kg() * usage.acceleration_m_s2;
+        let push_n = machine.axis.moving_mass_kg() * limits.acceleration_m_s2;
         let mass_kg = machine.axis.moving_mass_kg();
         let dry_n = machine.axis.bearing.coulomb_n + machine.axis.guide.coulomb_n;
         let dry_n = if dry_n > 0.0 { dry_n } else { 0.2 * push_n };
@@ -54,41 +54,41 @@ impl Effect {
                 axis.guide.coulomb_n += 0.12 * size * push_n;
             }
             Kind::ViscousFriction => {
-                axis.bearing.viscous_n_s_m += 0.06 * size * push_n / usage.speed_m_s;
-                axis.guide.viscous_n_s_m += 0.09 * size * push_n / usage.speed_m_s;
+                axis.bearing.viscous_n_s_m += 0.06 * size * push_n / limits.speed_m_s;
+                axis.guide.viscous_n_s_m += 0.09 * size * push_n / limits.speed_m_s;
             }
             Kind::StribeckFriction => {
-                axis.guide.rise += 0.6 * size;
-                axis.guide.fall_m_s = self.scaled(0, 0.03, 0.12) * usage.speed_m_s;
+                axis.guide.excess += 0.6 * size;
+                axis.guide.stribeck_m_s = self.scaled(0, 0.03, 0.12) * limits.speed_m_s;
             }
             Kind::FrictionAsymmetry => {
-                axis.guide.lean[1] += 0.24 * size * self.sign;
-                axis.guide.lean[0] += 0.05 * size * self.sign * self.scaled(0, -1.0, 1.0);
+                axis.guide.asymmetry[1] += 0.24 * size * self.sign;
+                axis.guide.asymmetry[0] += 0.05 * size * self.sign * self.scaled(0, -1.0, 1.0);
             }
             Kind::PreslidingFriction => {
                 let reach = self.scaled(0, 0.8, 1.3) * 4e-5 * size;
                 axis.guide.presliding_m += reach;
                 axis.bearing.presliding_m += 0.3 * reach;
             }
-            Kind::PositionFriction => axis.guide.along.extend(waves(0.15 * size, usage.stroke_m, 4, &mut draw)),
-            Kind::LoadFriction => axis.guide.of_load += 0.04 * size,
+            Kind::PositionFriction => axis.guide.position_waves.extend(waves(0.15 * size, limits.stroke_m, 4, &mut draw)),
+            Kind::LoadFriction => axis.guide.load_coefficient += 0.04 * size,
             Kind::Backlash => {
-                axis.nut.gap_m += 1.5e-5 * size;
-                axis.nut.edge_m = axis.nut.gap_m / 30.0;
+                axis.nut.backlash_m += 1.5e-5 * size;
+                axis.nut.edge_m = axis.nut.backlash_m / 30.0;
             }
             Kind::DriveFlexibility => {
                 let frequency_hz = 75.0 / size.sqrt();
                 let stiff = axis.coupling.stiffness_n_m;
                 let soft = stiffness_for(axis.masses_kg, frequency_hz);
-                // In series with what is there: size 0 changes nothing.
+                // In series with the existing compliance: size 0 changes nothing.
                 axis.coupling.stiffness_n_m = stiff * soft / (stiff + soft);
                 axis.coupling.damping_n_s_m = axis.coupling.stiffness_n_m * 2.0 * self.scaled(0, 0.03, 0.1) / (TAU * frequency_hz);
             }
             Kind::ControlDelay => {
                 machine.drive.dead_time_s += 5e-4 * size;
-                machine.axis.scale_late_s += 5e-4 * size;
+                machine.axis.scale_delay_s += 5e-4 * size;
             }
-            Kind::ForceGain => machine.drive.strength *= 1.0 + 0.05 * size * self.sign,
+            Kind::ForceGain => machine.drive.force_gain *= 1.0 + 0.05 * size * self.sign,
             Kind::TorqueRipple => {
                 for (order, part) in [(1.0, 0.5), (2.0, 0.35), (6.0, 0.6)] {
                     let phase_rad = draw.within(PI);
@@ -98,14 +98,14 @@ impl Effect {
                 }
             }
             Kind::LeadError => {
-                axis.pitch.extend(waves(4e-6 * size, usage.stroke_m, 3, &mut draw));
+                axis.pitch.extend(waves(4e-6 * size, limits.stroke_m, 3, &mut draw));
                 for (order, part) in [(1.0, 1.0), (2.0, 0.3)] {
                     axis.pitch.push(Wave { amplitude: 2e-6 * size * part, per_m: order / self.lead_m(), phase_rad: draw.within(PI) });
                 }
             }
             Kind::LeadGrowth => {
                 let (fixed_m, time_s) = (-self.scaled(0, 0.05, 0.3), self.scaled(1, 60.0, 400.0));
-                axis.growth = Growth { strain: 6e-5 * size, time_s, begun_s: time_s, fixed_m };
+                axis.thermal_expansion = ThermalExpansion { strain: 6e-5 * size, time_s, elapsed_s: time_s, fixed_m };
             }
             Kind::MovingMass => axis.masses_kg[2] = (axis.masses_kg[2] + 0.05 * size * self.sign * mass_kg).max(0.3 * axis.masses_kg[2]),
             Kind::CableChain
@@ -114,64 +114,64 @@ impl Effect {
             | Kind::ScaleCogging
             | Kind::AmplifierDeadZone
             | Kind::RunningIn
-            | Kind::WiperCreep => axis.outside.extend(self.outside(usage, mass_kg, dry_n, &mut draw)),
+            | Kind::WiperCreep => axis.unlisted.extend(self.unlisted(limits, mass_kg, dry_n, &mut draw)),
         }
     }
 
-    /// Lead of the screw over whose turns waves repeat.
+    /// Returns the lead of the screw, m: the period of the waves per revolution.
     fn lead_m(&self) -> f64 {
         [0.005, 0.01, 0.016, 0.02][(self.shape[0] * 4.0) as usize % 4]
     }
 
-    /// What acts on the axis from outside every list, of an effect that does.
-    fn outside(&self, usage: &Use, mass_kg: f64, dry_n: f64, draw: &mut Draw) -> Option<Outside> {
+    /// Returns the unlisted effect of an unlisted kind.
+    fn unlisted(&self, limits: &MotionLimits, mass_kg: f64, dry_n: f64, draw: &mut Draw) -> Option<UnlistedEffect> {
         let size = self.size;
         Some(match self.kind {
-            Kind::CableChain => Outside::CableChain {
+            Kind::CableChain => UnlistedEffect::CableChain {
                 force_n: 0.4 * size * dry_n * self.sign,
-                at_m: self.scaled(0, 0.3, 0.7) * usage.stroke_m,
-                width_m: self.scaled(1, 0.1, 0.35) * usage.stroke_m,
+                at_m: self.scaled(0, 0.3, 0.7) * limits.stroke_m,
+                width_m: self.scaled(1, 0.1, 0.35) * limits.stroke_m,
             },
-            Kind::LoadPendulum => Outside::Pendulum {
+            Kind::LoadPendulum => UnlistedEffect::Pendulum {
                 mass_kg: 0.05 * size * mass_kg,
                 omega_rad_s: TAU * self.scaled(0, 3.0, 12.0),
                 ratio: self.scaled(1, 0.02, 0.08),
             },
             Kind::GreaseLumps => {
                 let mut lump = || Lump {
-                    at_m: draw.between(0.05, 0.95) * usage.stroke_m,
-                    width_m: draw.between(0.02, 0.06) * usage.stroke_m,
+                    at_m: draw.between(0.05, 0.95) * limits.stroke_m,
+                    width_m: draw.between(0.02, 0.06) * limits.stroke_m,
                     force_n: 0.5 * size * dry_n * draw.between(0.5, 1.0),
                 };
-                Outside::Grease { lumps: (0..4).map(|_| lump()).collect(), left: self.scaled(0, 0.6, 0.9) }
+                UnlistedEffect::Grease { lumps: (0..4).map(|_| lump()).collect(), left: self.scaled(0, 0.6, 0.9) }
             }
-            Kind::ScaleCogging => Outside::ScaleCogging { amplitude_m: 8e-7 * size, period_m: self.scaled(0, 4e-4, 2e-3) },
-            Kind::AmplifierDeadZone => Outside::DeadZone { force_n: 0.15 * size * dry_n },
-            Kind::RunningIn => Outside::RunningIn { rise: 0.3 * size, time_s: self.scaled(0, 0.8, 3.0) },
-            Kind::WiperCreep => Outside::WiperCreep { stiffness_n_m: 8.0 * size * dry_n, time_s: self.scaled(0, 0.05, 0.4) },
+            Kind::ScaleCogging => UnlistedEffect::ScaleCogging { amplitude_m: 8e-7 * size, period_m: self.scaled(0, 4e-4, 2e-3) },
+            Kind::AmplifierDeadZone => UnlistedEffect::DeadZone { force_n: 0.15 * size * dry_n },
+            Kind::RunningIn => UnlistedEffect::RunningIn { excess: 0.3 * size, time_s: self.scaled(0, 0.8, 3.0) },
+            Kind::WiperCreep => UnlistedEffect::WiperCreep { stiffness_n_m: 8.0 * size * dry_n, time_s: self.scaled(0, 0.05, 0.4) },
             _ => return None,
         })
     }
 
-    /// Its physical values: what it changes, by name.
-    pub fn values(&self, machine: &Machine, usage: &Use) -> BTreeMap<String, f64> {
+    /// Returns the physical values that the effect changes, by name.
+    pub fn values(&self, machine: &Machine, limits: &MotionLimits) -> BTreeMap<String, f64> {
         let mut with = machine.clone();
-        self.put_into(&mut with, usage);
+        self.apply_to(&mut with, limits);
         let (old, new) = (&machine.axis, &with.axis);
         let pairs = [
             ("coulomb_n", old.bearing.coulomb_n + old.guide.coulomb_n, new.bearing.coulomb_n + new.guide.coulomb_n),
             ("viscous_n_s_m", old.bearing.viscous_n_s_m + old.guide.viscous_n_s_m, new.bearing.viscous_n_s_m + new.guide.viscous_n_s_m),
-            ("rise", old.guide.rise, new.guide.rise),
-            ("fall_m_s", old.guide.fall_m_s, new.guide.fall_m_s),
-            ("lean_dry", old.guide.lean[0], new.guide.lean[0]),
-            ("lean_viscous", old.guide.lean[1], new.guide.lean[1]),
+            ("rise", old.guide.excess, new.guide.excess),
+            ("fall_m_s", old.guide.stribeck_m_s, new.guide.stribeck_m_s),
+            ("lean_dry", old.guide.asymmetry[0], new.guide.asymmetry[0]),
+            ("lean_viscous", old.guide.asymmetry[1], new.guide.asymmetry[1]),
             ("presliding_m", old.guide.presliding_m, new.guide.presliding_m),
-            ("of_load", old.guide.of_load, new.guide.of_load),
-            ("gap_m", old.nut.gap_m, new.nut.gap_m),
+            ("of_load", old.guide.load_coefficient, new.guide.load_coefficient),
+            ("gap_m", old.nut.backlash_m, new.nut.backlash_m),
             ("coupling_stiffness_n_m", old.coupling.stiffness_n_m, new.coupling.stiffness_n_m),
             ("dead_time_s", machine.drive.dead_time_s, with.drive.dead_time_s),
-            ("strength", machine.drive.strength, with.drive.strength),
-            ("growth_strain", old.growth.strain, new.growth.strain),
+            ("strength", machine.drive.force_gain, with.drive.force_gain),
+            ("growth_strain", old.thermal_expansion.strain, new.thermal_expansion.strain),
             ("moving_mass_kg", old.moving_mass_kg(), new.moving_mass_kg()),
         ];
         let mut out: BTreeMap<String, f64> =

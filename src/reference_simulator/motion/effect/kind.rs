@@ -1,57 +1,57 @@
-//! Names of effects, where they sit, and which records can show them.
+//! Names of effects, their locations, and the records that can show them.
 
 use crate::effect::Place;
 use crate::motion::run::Side;
 use crate::named::named_effects;
 
 named_effects! {
-    /// What kind of effect.
+    /// Kind of an effect.
     pub enum Effect
     LISTED {
-        /// Dry friction that the description leaves out.
+        /// Dry friction that the description omits.
         CoulombFriction = "coulomb-friction",
-        /// Viscous friction that the description leaves out.
+        /// Viscous friction that the description omits.
         ViscousFriction = "viscous-friction",
         /// Friction falls with speed.
         StribeckFriction = "stribeck-friction",
-        /// Another friction forward than backward.
+        /// Friction differs between forward and backward motion.
         FrictionAsymmetry = "friction-asymmetry",
         /// Friction rises over tens of micrometres.
         PreslidingFriction = "presliding-friction",
-        /// Friction wanders along the travel.
+        /// Friction varies along the travel.
         PositionFriction = "position-friction",
         /// Friction grows with the force through the nut.
         LoadFriction = "load-friction",
-        /// A gap between screw and nut.
+        /// Backlash between screw and nut.
         Backlash = "backlash",
         /// A soft coupling.
         DriveFlexibility = "drive-flexibility",
-        /// Force late after its demand, and the scale's word as late.
+        /// The force follows its demand late, and the scale's reading is late by the same time.
         ControlDelay = "control-delay",
-        /// Force other than recorded.
+        /// The true force differs from the recorded force.
         ForceGain = "force-gain",
-        /// Force of the motor over its angle.
+        /// Cogging and ripple of the motor force over the angle.
         TorqueRipple = "torque-ripple",
-        /// Error of the screw's pitch.
+        /// Error of the screw's lead.
         LeadError = "lead-error",
-        /// The screw grows while it warms.
+        /// Thermal expansion of the lead while the screw warms up.
         LeadGrowth = "lead-growth",
-        /// A table heavier or lighter than weighed.
+        /// The table is heavier or lighter than weighed.
         MovingMass = "moving-mass",
     }
     OTHERS {}
-    OUTSIDE {
+    UNLISTED {
         /// A cable chain pulls towards one end.
         CableChain = "cable-chain",
-        /// A body swings on the table.
+        /// A body suspended at the table swings.
         LoadPendulum = "load-pendulum",
-        /// Lumps of grease.
+        /// Lumps of grease on the guide.
         GreaseLumps = "grease-lumps",
-        /// The encoder's signal errs within its period.
+        /// The encoder's reading has a periodic error.
         ScaleCogging = "scale-cogging",
-        /// The amplifier swallows small demands.
+        /// The amplifier has a dead zone for small demands.
         AmplifierDeadZone = "amplifier-dead-zone",
-        /// Friction falls as the oil warms.
+        /// Friction decreases while the oil warms up.
         RunningIn = "running-in",
         /// Wipers creep.
         WiperCreep = "wiper-creep",
@@ -61,10 +61,10 @@ named_effects! {
 use Effect::*;
 
 impl Effect {
-    /// Pairs that the first records hardly tell apart.
+    /// Pairs of effects that the first records can hardly distinguish.
     pub const LOOK_ALIKES: [(Self, Self); 2] = [(Backlash, DriveFlexibility), (ControlDelay, DriveFlexibility)];
 
-    /// The side from which alone it can be seen, where there is one.
+    /// Returns the only sensor location that shows the effect, if there is one.
     pub fn side(self) -> Option<Side> {
         match self {
             LeadError | LeadGrowth => Some(Side::Table),
@@ -72,13 +72,13 @@ impl Effect {
         }
     }
 
-    /// Whether it can be seen only if the moving mass has been weighed.
+    /// Whether the effect is identifiable only if the moving mass is weighed.
     pub fn needs_weighing(self) -> bool {
         matches!(self, ForceGain | MovingMass)
     }
 
-    /// The effect that the data of one axis never tell apart from it.
-    pub fn twin(self) -> Option<Self> {
+    /// Returns the effect that data of one axis cannot distinguish from it, if there is one.
+    pub fn indistinguishable_from(self) -> Option<Self> {
         match self {
             ForceGain => Some(MovingMass),
             MovingMass => Some(ForceGain),
@@ -98,8 +98,8 @@ impl Effect {
         }
     }
 
-    /// Whether two listed effects can be planted together and stay two effects.
-    pub fn joins(self, other: Self) -> bool {
+    /// Whether two listed effects in one machine remain two distinct effects.
+    pub fn is_distinct_from(self, other: Self) -> bool {
         let alike = [
             [Backlash, DriveFlexibility],
             [ControlDelay, DriveFlexibility],
@@ -117,7 +117,7 @@ impl Effect {
         self != other && !alike.iter().any(|pair| pair.contains(&self) && pair.contains(&other))
     }
 
-    /// Where it sits, in names of the engineer's model.
+    /// Returns the location, in names of the engineer's model.
     pub fn place(self) -> Place {
         let names: &[&str] = match self {
             CoulombFriction | ViscousFriction | StribeckFriction | FrictionAsymmetry | PreslidingFriction | PositionFriction => {

@@ -1,4 +1,4 @@
-//! What may be missing from the engineer's model.
+//! Effects that may be missing from the engineer's model.
 
 mod apply;
 mod kind;

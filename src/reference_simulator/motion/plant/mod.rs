@@ -7,9 +7,9 @@ mod gap;
 mod outside;
 mod wave;
 
-pub use axis::{Axis, Growth, Spring};
+pub use axis::{Axis, Spring, ThermalExpansion};
 pub use chain::{Chain, Work};
-pub use friction::{Film, Friction, SHARES};
+pub use friction::{Friction, FrictionElements, SHARES};
 pub use gap::Contact;
-pub use outside::{Lump, Outside};
-pub use wave::{Wave, along};
+pub use outside::{Lump, UnlistedEffect};
+pub use wave::{Wave, wave_sum};

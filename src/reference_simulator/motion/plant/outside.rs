@@ -1,64 +1,64 @@
-//! What lies outside every list of effects.
+//! Effects outside the library of the diagnosis.
 
-/// A lump of grease that gives way a little with every passage.
+/// A lump of grease whose force decreases with every passage.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Lump {
-    /// Where it lies, m.
+    /// Position, m.
     pub at_m: f64,
-    /// Its half width, m.
+    /// Half width, m.
     pub width_m: f64,
-    /// Its force, N.
+    /// Force, N.
     pub force_n: f64,
 }
 
-/// One of them.
+/// An effect outside the library of the diagnosis.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Outside {
-    /// A cable chain pulls the table back, more and more towards one end.
+pub enum UnlistedEffect {
+    /// A cable chain pulls the table back with a force that rises towards one end.
     CableChain {
         /// Largest force, N.
         force_n: f64,
-        /// Where it has reached half of it, m.
+        /// Position of half the largest force, m.
         at_m: f64,
-        /// Over which distance it rises, m.
+        /// Distance over which the force rises, m.
         width_m: f64,
     },
-    /// A body swings under the table.
+    /// A body is suspended at the table and swings.
     Pendulum {
-        /// Its mass, kg.
+        /// Mass of the body, kg.
         mass_kg: f64,
-        /// Its frequency, rad/s.
+        /// Natural frequency, rad/s.
         omega_rad_s: f64,
-        /// Its damping ratio.
+        /// Damping ratio.
         ratio: f64,
     },
-    /// Lumps of grease on the guide; each passage leaves a share of the force.
+    /// Lumps of grease on the guide; each passage reduces their force by a constant factor.
     Grease {
         /// The lumps.
         lumps: Vec<Lump>,
-        /// What a passage leaves.
+        /// Factor on the force for each passage.
         left: f64,
     },
-    /// The scale's signal is not quite a sine: its reading errs within each period.
+    /// The scale's signal is not exactly a sine, so its reading has a periodic error.
     ScaleCogging {
         /// Amplitude, m.
         amplitude_m: f64,
         /// Period, m.
         period_m: f64,
     },
-    /// The amplifier gives nothing for small demands.
+    /// The amplifier has a dead zone for small demands.
     DeadZone {
         /// Half width, N.
         force_n: f64,
     },
-    /// Friction falls while the oil gets warm.
+    /// Friction decreases while the oil warms up.
     RunningIn {
-        /// Excess at the start.
-        rise: f64,
+        /// Relative excess of friction at the start.
+        excess: f64,
         /// Time constant, s.
         time_s: f64,
     },
-    /// Wipers that creep: a spring behind a dashpot between table and bed.
+    /// Wipers creep: a spring in series with a dashpot between table and bed.
     WiperCreep {
         /// Stiffness, N/m.
         stiffness_n_m: f64,

@@ -48,7 +48,7 @@ fn cases_do_not_depend_on_threads_or_order() {
 
 #[test]
 #[ignore = "second tier"]
-fn cases_hold_what_their_labels_say() {
+fn cases_match_their_labels() {
     let plan = small();
     for (index, made) in generate(5, &plan).enumerate() {
         let (case, label) = made.unwrap();
@@ -66,12 +66,12 @@ fn cases_hold_what_their_labels_say() {
         assert!((least..2.0).contains(&ratio), "{ratio}");
         if let Some(more) = &case.follow_up {
             assert!(more.records.len() > case.records.len() && more.belief == case.belief);
-            assert!(more.records[0].log != case.records[0].log, "another test of the same axis");
+            assert!(more.records[0].log != case.records[0].log, "the follow-up is a new test of the same axis");
         }
     }
 }
 
-/// Two running means one after the other: a filter that has nothing to do with that of the gauge.
+/// Applies two moving averages in sequence: a filter independent of the gauge's.
 fn smooth(values: &[f64], half: usize) -> Vec<f64> {
     let mean = |values: &[f64]| -> Vec<f64> {
         let near = |k: usize| &values[k.saturating_sub(half)..(k + half + 1).min(values.len())];
@@ -80,7 +80,8 @@ fn smooth(values: &[f64], half: usize) -> Vec<f64> {
     mean(&mean(values))
 }
 
-/// Mass, viscous and dry friction and offset by least squares on the fitted records; residual over force on the held-out one.
+/// Fits mass, viscous and dry friction and offset by least squares to the fitted records; returns residual over force of the held-out
+/// one.
 fn simple_gap(case: &Case) -> f64 {
     let motor_kg = case.belief.motor_kg.unwrap_or(0.0);
     let rows = |name: &str| -> Vec<(Vector4<f64>, f64, f64)> {
@@ -107,13 +108,13 @@ fn simple_gap(case: &Case) -> f64 {
     let found = normal.cholesky().unwrap().solve(&right);
     let held: Vec<_> =
         case.records.iter().filter(|record| !case.fit.contains(&record.name)).flat_map(|record| rows(&record.name)).collect();
-    let (left, all) = held
-        .iter()
-        .fold((0.0, 0.0), |(left, all), (columns, value, force)| (left + (value - columns.dot(&found)).powi(2), all + force * force));
-    f64::sqrt(left / all)
+    let (residual, all) = held.iter().fold((0.0, 0.0), |(residual, all), (columns, value, force)| {
+        (residual + (value - columns.dot(&found)).powi(2), all + force * force)
+    });
+    f64::sqrt(residual / all)
 }
 
-/// What the noise of a case leaves by the same filter.
+/// Returns the gap due to the noise of a case with the same filter.
 fn simple_floor(choice: &Choice, case: &Case) -> f64 {
     let held = case.records.iter().find(|record| !case.fit.contains(&record.name)).unwrap();
     let noise = smooth(&choice.test.sensors.noise(held.log.force_n.len(), &mut Draw::new(9)), 4);
@@ -123,52 +124,52 @@ fn simple_floor(choice: &Choice, case: &Case) -> f64 {
 }
 
 #[test]
-fn nulls_leave_a_simple_model_a_little_more_than_noise() {
+fn nulls_give_a_simple_model_a_gap_slightly_above_noise() {
     let slot = Slot::plain(Kind::Null, Side::Motor);
     let plan = Plan { slots: vec![slot.clone(); 6] };
     for (index, made) in generate(21, &plan).enumerate() {
         let (case, label) = made.unwrap();
         let mut draw = Draw::new(21).branch(0x6178_6973).branch(index as u64).branch(label.refused as u64);
-        let mut choice = Choice::drawn(&slot, label.refused, &mut draw);
+        let mut choice = Choice::random(&slot, label.refused, &mut draw);
         let wanted = draw.between(1.15, 1.6);
-        choice.test.quieted(&choice.drawn.machine.clone(), wanted, &draw.branch(11));
+        choice.test.set_noise(&choice.drawn.machine.clone(), wanted, &draw.branch(11));
         let ratio = simple_gap(&case) / simple_floor(&choice, &case);
-        println!("null {index}: the gap of a simple model is {ratio:.2} times what noise leaves");
+        println!("null {index}: the gap of a simple model is {ratio:.2} times the noise floor");
         assert!((1.1..2.0).contains(&ratio), "null {index}: {ratio}");
     }
 }
 
 #[test]
-fn nulls_have_no_strength_and_effects_reach_theirs() {
+fn nulls_have_no_strength_and_effects_reach_the_requested_strength() {
     let slot = Slot::plain(Kind::Null, Side::Table);
-    let mut choice = Choice::drawn(&slot, 0, &mut Draw::new(2));
-    let (machine, usage) = (choice.drawn.machine.clone(), choice.drawn.usage);
-    choice.test.quieted(&machine, 1.5, &Draw::new(3));
-    let gauge = Gauge::new(choice.test.clone(), &machine, &usage, &Draw::new(3)).unwrap();
-    assert!(gauge.left(&machine).noncentrality < 1e-12);
+    let mut choice = Choice::random(&slot, 0, &mut Draw::new(2));
+    let (machine, limits) = (choice.drawn.machine.clone(), choice.drawn.limits);
+    choice.test.set_noise(&machine, 1.5, &Draw::new(3));
+    let gauge = Gauge::new(choice.test.clone(), &machine, &limits, &Draw::new(3)).unwrap();
+    assert!(gauge.unexplained(&machine).noncentrality < 1e-12);
     // Parameters that the engineer fits are no effects.
     let mut other = machine.clone();
     other.axis.masses_kg[2] *= 1.005;
     other.axis.guide.viscous_n_s_m *= 1.03;
     other.axis.pull_n += 0.5;
-    let left = gauge.left(&other).noncentrality;
-    assert!(left < 5.0, "{left}");
+    let unexplained = gauge.unexplained(&other).noncentrality;
+    assert!(unexplained < 5.0, "{unexplained}");
     for kind in [EffectKind::FrictionAsymmetry, EffectKind::TorqueRipple, EffectKind::LeadError] {
-        let effect = Effect::drawn(kind, &mut Draw::new(1));
+        let effect = Effect::random(kind, &mut Draw::new(1));
         for wanted in [25.0, 100.0] {
-            let size = gauge.size_for(&effect, &machine, &usage, wanted).unwrap();
-            let reached = gauge.left(&choice.with([&effect.sized(size)])).noncentrality;
+            let size = gauge.size_for(&effect, &machine, &limits, wanted).unwrap();
+            let reached = gauge.unexplained(&choice.with([&effect.sized(size)])).noncentrality;
             assert!((reached / wanted - 1.0).abs() < 0.06, "{}: {reached} for {wanted}", kind.id());
         }
     }
 }
 
-/// What is left of one effect after the other of its size has explained what it can, over what is left before.
-fn left_by_partner(gauge: &Gauge, choice: &Choice, truth: EffectKind, partner: EffectKind) -> f64 {
-    let (machine, usage) = (&choice.drawn.machine, &choice.drawn.usage);
+/// Returns the share of an effect that the other effect, scaled freely, cannot explain.
+fn unexplained_share(gauge: &Gauge, choice: &Choice, truth: EffectKind, partner: EffectKind) -> f64 {
+    let (machine, limits) = (&choice.drawn.machine, &choice.drawn.limits);
     let change = |kind| {
-        let effect = Effect::drawn(kind, &mut Draw::new(4));
-        let size = gauge.size_for(&effect, machine, usage, 25.0).unwrap();
+        let effect = Effect::random(kind, &mut Draw::new(4));
+        let size = gauge.size_for(&effect, machine, limits, 25.0).unwrap();
         gauge.explained.residual(&gauge.change(&choice.with([&effect.sized(size)])))
     };
     let (truth, partner) = (change(truth), change(partner));
@@ -177,34 +178,34 @@ fn left_by_partner(gauge: &Gauge, choice: &Choice, truth: EffectKind, partner: E
 
 #[test]
 #[ignore = "second tier"]
-fn look_alikes_look_alike_until_the_records_of_the_follow_up_are_there() {
+fn follow_up_distinguishes_look_alikes() {
     for (truth, partner) in EffectKind::LOOK_ALIKES {
         let slot = Slot::look_alike(truth, partner, Strength::Clear);
         let mut draw = Draw::new(6);
-        let mut choice = Choice::drawn(&slot, 0, &mut draw);
-        let (machine, usage) = (choice.drawn.machine.clone(), choice.drawn.usage);
-        choice.test.quieted(&machine, 1.5, &draw);
-        let first = Gauge::new(choice.test.clone(), &machine, &usage, &draw).unwrap();
-        let more = Gauge::new(choice.test.with_more(&usage, &mut draw.branch(8)), &machine, &usage, &draw).unwrap();
-        let (few, all) = (left_by_partner(&first, &choice, truth, partner), left_by_partner(&more, &choice, truth, partner));
-        println!("{} less {}: {few:.2} is left, {all:.2} with the follow-up", truth.id(), partner.id());
+        let mut choice = Choice::random(&slot, 0, &mut draw);
+        let (machine, limits) = (choice.drawn.machine.clone(), choice.drawn.limits);
+        choice.test.set_noise(&machine, 1.5, &draw);
+        let first = Gauge::new(choice.test.clone(), &machine, &limits, &draw).unwrap();
+        let more = Gauge::new(choice.test.with_more(&limits, &mut draw.branch(8)), &machine, &limits, &draw).unwrap();
+        let (few, all) = (unexplained_share(&first, &choice, truth, partner), unexplained_share(&more, &choice, truth, partner));
+        println!("{} after {}: share not explained {few:.2}, {all:.2} with the follow-up", truth.id(), partner.id());
         assert!(few < 0.5 && all > few + 0.25, "{} / {}: {few} then {all}", truth.id(), partner.id());
     }
 }
 
 #[test]
-fn effects_grow_from_nothing_and_have_a_place() {
+fn effects_vanish_at_size_zero_and_have_a_location() {
     use crate::motion::path::{Path, Piece};
     use crate::motion::run::STEP_S;
     let mut draw = Draw::new(8);
-    let choice = Choice::drawn(&Slot::plain(Kind::Null, Side::Table), 0, &mut draw);
-    let usage = choice.drawn.usage;
+    let choice = Choice::random(&Slot::plain(Kind::Null, Side::Table), 0, &mut draw);
+    let limits = choice.drawn.limits;
     let stroke =
-        |to: f64| Piece::Stroke { to_m: to * usage.stroke_m, speed_m_s: usage.speed_m_s, acceleration_m_s2: usage.acceleration_m_s2 };
-    let path = Path { start_m: 0.1 * usage.stroke_m, pieces: vec![stroke(0.6), stroke(0.3)] };
+        |to: f64| Piece::Stroke { to_m: to * limits.stroke_m, speed_m_s: limits.speed_m_s, acceleration_m_s2: limits.acceleration_m_s2 };
+    let path = Path { start_m: 0.1 * limits.stroke_m, pieces: vec![stroke(0.6), stroke(0.3)] };
     let base = choice.drawn.machine.run(&path, STEP_S, None);
-    for kind in EffectKind::LISTED.into_iter().chain(EffectKind::OUTSIDE) {
-        let effect = Effect::drawn(kind, &mut draw);
+    for kind in EffectKind::LISTED.into_iter().chain(EffectKind::UNLISTED) {
+        let effect = Effect::random(kind, &mut draw);
         let moved = |size: f64| {
             let there = choice.with([&effect.sized(size)]).run(&path, STEP_S, None);
             let forces = there.force_n.iter().zip(&base.force_n).map(|(a, b)| (a - b).abs());
@@ -214,12 +215,12 @@ fn effects_grow_from_nothing_and_have_a_place() {
         let (hardly, usual) = (moved(1e-4), moved(1.0));
         assert!(usual > 0.5 && hardly < 0.1 * usual, "{}: {hardly} then {usual}", kind.id());
         assert_eq!(kind.place().accepted[0], kind.place().interface);
-        assert!(effect.values(&choice.drawn.machine, &usage)["size"] == 1.0);
+        assert!(effect.values(&choice.drawn.machine, &limits)["size"] == 1.0);
     }
 }
 
 #[test]
-fn phases_of_a_motion_are_those_of_its_pieces() {
+fn phases_match_the_pieces_of_a_motion() {
     use crate::motion::path::{Path, Piece};
     let pieces = vec![
         Piece::Dwell(0.3),
@@ -249,9 +250,9 @@ fn phases_of_a_motion_are_those_of_its_pieces() {
 }
 
 #[test]
-fn folders_tell_nothing_of_labels() {
+fn folders_contain_nothing_of_labels() {
     let plan = small();
-    let folder = std::env::temp_dir().join(format!("truth-motion-{}", std::process::id()));
+    let folder = std::env::temp_dir().join(format!("simulator-motion-{}", std::process::id()));
     for index in [4, 6] {
         let (case, label) = generate_one(5, &plan, index).unwrap();
         let place = folder.join(&case.name);
@@ -268,13 +269,13 @@ fn folders_tell_nothing_of_labels() {
 }
 
 #[test]
-fn plans_cover_everything_once_shuffled() {
+fn plans_contain_every_case_in_shuffled_order() {
     for counts in [QUICK, FULL] {
         let plan = Plan::from_counts(&counts, 1);
         let count = |kind| plan.slots.iter().filter(|slot| slot.kind == kind).count();
         assert_eq!(count(Kind::Null), counts.nulls);
         assert_eq!(count(Kind::LookAlike), 2 * EffectKind::LOOK_ALIKES.len() * counts.look_alikes_per_truth);
-        assert_eq!(count(Kind::Unknown), EffectKind::OUTSIDE.len() * counts.unknowns_per_effect);
+        assert_eq!(count(Kind::Unknown), EffectKind::UNLISTED.len() * counts.unknowns_per_effect);
         for effect in EffectKind::LISTED {
             let singles: Vec<_> = plan.slots.iter().filter(|slot| slot.kind == Kind::Single && slot.effects == [effect]).collect();
             assert_eq!(singles.len(), counts.singles_per_effect);

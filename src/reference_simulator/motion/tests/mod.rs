@@ -1,28 +1,28 @@
-//! Checks of the truth in motion: closed forms, energy, convergence, cases.
+//! Tests of the axis in motion: closed forms, energy, convergence, cases.
 
 mod case;
 mod plant;
 mod servo;
 
 use super::drive::Drive;
-use super::plant::{Axis, Contact, Friction, Growth, Spring};
+use super::plant::{Axis, Contact, Friction, Spring, ThermalExpansion};
 use super::run::Machine;
 
-/// A bare axis of 100 kg: no friction, no gap, no dashpots.
-fn bare() -> Axis {
+/// An ideal axis of 100 kg: no friction, no backlash, no dashpots.
+fn ideal_axis() -> Axis {
     Axis {
         masses_kg: [35.0, 5.0, 60.0],
         coupling: Spring { stiffness_n_m: 3e7, damping_n_s_m: 0.0 },
-        nut: Contact { stiffness_n_m: 1e8, damping_n_s_m: 0.0, gap_m: 0.0, edge_m: 5e-7 },
+        nut: Contact { stiffness_n_m: 1e8, damping_n_s_m: 0.0, backlash_m: 0.0, edge_m: 5e-7 },
         bearing: Friction::none(),
         guide: Friction::none(),
         pull_n: 0.0,
         cogging: Vec::new(),
         ripple: Vec::new(),
         pitch: Vec::new(),
-        growth: Growth { strain: 0.0, time_s: 100.0, begun_s: 0.0, fixed_m: 0.0 },
-        scale_late_s: 0.0,
-        outside: Vec::new(),
+        thermal_expansion: ThermalExpansion { strain: 0.0, time_s: 100.0, elapsed_s: 0.0, fixed_m: 0.0 },
+        scale_delay_s: 0.0,
+        unlisted: Vec::new(),
     }
 }
 
@@ -37,21 +37,21 @@ fn drive() -> Drive {
         quantum_m: 0.0,
         dead_time_s: 0.0,
         lag_s: 0.0,
-        strength: 1.0,
+        force_gain: 1.0,
     }
 }
 
-/// The bare axis with friction and dashpots.
+/// The ideal axis with friction and dashpots.
 fn machine() -> Machine {
-    let mut axis = bare();
+    let mut axis = ideal_axis();
     axis.coupling.damping_n_s_m = 200.0;
     axis.nut.damping_n_s_m = 500.0;
     axis.bearing = Friction { coulomb_n: 8.0, viscous_n_s_m: 60.0, ..Friction::none() };
     axis.guide = Friction {
         coulomb_n: 15.0,
         viscous_n_s_m: 120.0,
-        rise: 0.3,
-        fall_m_s: 0.01,
+        excess: 0.3,
+        stribeck_m_s: 0.01,
         thinning: 0.05,
         presliding_m: 5e-6,
         ..Friction::none()

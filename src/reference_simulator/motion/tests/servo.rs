@@ -1,6 +1,6 @@
-//! Paths, drive and sensors.
+//! Tests of paths, drive and sensors.
 
-use super::{bare, drive, machine};
+use super::{drive, ideal_axis, machine};
 use crate::draw::Draw;
 use crate::motion::drive::quantised;
 use crate::motion::path::{Path, Piece};
@@ -26,7 +26,7 @@ fn paths_keep_their_speeds_accelerations_and_ends() {
     let largest = |values: &[f64]| values.iter().fold(0.0, |a: f64, b| a.max(b.abs()));
     assert!((largest(&speed[..12_000]) - 0.2).abs() < 1e-6, "{}", largest(&speed));
     assert!((largest(&acceleration[..14_000]) - 1.5).abs() < 0.01, "{}", largest(&acceleration));
-    assert!(largest(&acceleration) < 6.0, "no jump: {}", largest(&acceleration));
+    assert!(largest(&acceleration) < 6.0, "acceleration has a jump: {}", largest(&acceleration));
     assert!((values.last().unwrap() - 0.24).abs() < 1e-9);
 }
 
@@ -36,7 +36,7 @@ fn limit_following_error_is_speed_over_gain_and_friction_over_stiffness() {
         let mut machine = machine();
         machine.axis.pull_n = 0.0;
         if !friction {
-            machine = Machine { axis: bare(), drive: drive() };
+            machine = Machine { axis: ideal_axis(), drive: drive() };
         }
         machine.axis.coupling.damping_n_s_m = 2e3;
         let track = machine.run(&stroke(0.55, 0.2), STEP_S, None);
@@ -46,26 +46,26 @@ fn limit_following_error_is_speed_over_gain_and_friction_over_stiffness() {
         let expected = 0.2 / 60.0 + force / (60.0 * 12_000.0);
         assert!((error / expected - 1.0).abs() < 1e-4, "{error} for {expected}");
         assert!((track.force_n[at] - force).abs() < 0.02 * force + 1e-3, "{} for {force}", track.force_n[at]);
-        // The table hangs behind by what its friction winds up.
+        // The table lags by the deflection due to its friction.
         let behind = track.motor_m[at] - track.table_m[at];
         let guide = if friction { 15.0 + 0.2 * 120.0 / 1.01 } else { 0.0 };
         assert!((behind - guide * (1.0 / 3e7 + 1.0 / 1e8)).abs() < 2e-8, "{behind}");
     }
 }
 
-/// Force at constant speed is the friction curve, written here once more: level, fall, lean, thinning.
+/// The force at constant speed is the friction curve, stated here independently: level, Stribeck fall, asymmetry, thinning.
 #[test]
 fn constant_speed_shows_the_friction_curve() {
-    let mut machine = Machine { axis: bare(), drive: drive() };
+    let mut machine = Machine { axis: ideal_axis(), drive: drive() };
     machine.axis.coupling.damping_n_s_m = 2e3;
     machine.axis.guide = Friction {
         coulomb_n: 30.0,
         viscous_n_s_m: 200.0,
-        rise: 0.5,
-        fall_m_s: 0.02,
-        lean: [0.1, 0.2],
+        excess: 0.5,
+        stribeck_m_s: 0.02,
+        asymmetry: [0.1, 0.2],
         thinning: 0.3,
-        fast_m_s: 0.4,
+        reference_speed_m_s: 0.4,
         presliding_m: 2e-6,
         ..Friction::none()
     };
@@ -84,7 +84,7 @@ fn constant_speed_shows_the_friction_curve() {
 }
 
 #[test]
-fn a_dead_time_shifts_the_force_and_a_lag_smooths_it() {
+fn dead_time_changes_the_force_only_during_acceleration() {
     let path = stroke(0.35, 0.2);
     let motion = |dead_time_s: f64| {
         let mut machine = machine();
@@ -93,7 +93,7 @@ fn a_dead_time_shifts_the_force_and_a_lag_smooths_it() {
         machine.run(&path, STEP_S, None)
     };
     let (without, with) = (motion(0.0), motion(5e-4));
-    // In the acceleration the demand leads the motion by the dead time: its loop error grows, its plateau stays.
+    // During acceleration the demand leads the motion by the dead time: its loop error grows, and its plateau is unchanged.
     let change: f64 = with.force_n.iter().zip(&without.force_n).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
     assert!(change > 0.1, "{change}");
     assert!((with.force_n[1200] - without.force_n[1200]).abs() < 0.05, "{} {}", with.force_n[1200], without.force_n[1200]);
@@ -102,12 +102,12 @@ fn a_dead_time_shifts_the_force_and_a_lag_smooths_it() {
 }
 
 #[test]
-fn sensors_round_scatter_and_hiss_as_stated_and_the_seed_decides() {
+fn sensors_have_the_stated_rounding_delay_and_noise_for_a_seed() {
     let track = machine().run(&stroke(0.35, 0.2), STEP_S, None);
     let sensors = Sensors {
         side: Side::Motor,
         quantum_m: 1e-6,
-        late_s: 2e-4,
+        delay_s: 2e-4,
         jitter_s: 0.0,
         noise_m: 0.0,
         noise_n: 2.0,
@@ -129,7 +129,7 @@ fn sensors_round_scatter_and_hiss_as_stated_and_the_seed_decides() {
     let neighbours = noise.windows(2).map(|pair| pair[0] * pair[1]).sum::<f64>() / noise.len() as f64 / power;
     assert!((neighbours - 0.5 * (-0.1256f64).exp()).abs() < 0.02, "{neighbours}");
     assert_eq!(track.command_m.len(), (stroke(0.35, 0.2).duration_s() / RECORD_S).ceil() as usize + 1);
-    // The loops' own unrest has a seed of its own.
-    let shaken = |seed| machine().run(&stroke(0.35, 0.2), STEP_S, Some((1.0, 30.0, &mut Draw::new(seed)))).force_n;
-    assert!(shaken(1) == shaken(1) && shaken(1) != shaken(2));
+    // The random motor force has its own seed.
+    let with_motor_noise = |seed| machine().run(&stroke(0.35, 0.2), STEP_S, Some((1.0, 30.0, &mut Draw::new(seed)))).force_n;
+    assert!(with_motor_noise(1) == with_motor_noise(1) && with_motor_noise(1) != with_motor_noise(2));
 }

@@ -1,33 +1,33 @@
-//! Loops, limits, paths.
+//! Tests of loops, limits and paths.
 
-use super::{largest, linear, ramp, seen, tone};
+use super::{ideal_run, largest, linear, ramp, tone};
 use crate::TruthError;
 use crate::servo::drive::{Integral, POSITION_TICKS};
 use crate::servo::nominal::{Axis, Nominal};
 use crate::servo::path::{Circle, Feed};
-use crate::servo::run::{Machine, PARTS, run};
+use crate::servo::run::{Machine, STEPS, run};
 use crate::servo::sensor::Sensors;
 
 #[test]
 fn limit_following_error_is_speed_over_gain() {
     let mut axis = linear();
     let command = ramp(0.1, 0.9);
-    let record = seen(&axis, &command);
-    // Just before a command comes in, the motor has gone on for the millisecond that the last one held.
+    let record = ideal_run(&axis, &command);
+    // Just before a new command, the motor has moved for the millisecond of the last command.
     let error = command[890] - record.position_m[890];
     assert!((error / (0.1 / 120.0) - 1.0).abs() < 1e-4, "{error}");
     axis.nominal.loops.feed_forward = 1.0;
-    let error = command[890] - seen(&axis, &command).position_m[890];
+    let error = command[890] - ideal_run(&axis, &command).position_m[890];
     assert!(error.abs() < 1e-3 * 0.1 / 120.0, "{error}");
 }
 
-/// A sine through the linear axis: x/r = k V/(s + k V) at s = iω, with the velocity loop V = (800 s + 800/T_i)/(s² + 800 s + 800/T_i) and
-/// the half millisecond for which a demand is held on the mean.
+/// A sine through the linear axis: x/r = k V/(s + k V) at s = iω. The velocity loop is V = (800 s + 800/T_i)/(s² + 800 s + 800/T_i); the
+/// hold of a demand adds a mean delay of half a millisecond.
 #[test]
 fn limit_sine_response_is_that_of_the_cascade() {
     let omega = std::f64::consts::TAU;
     let command: Vec<f64> = (0..3000).map(|k| 0.01 * (omega * f64::from(k) * 1e-3).sin()).collect();
-    let record = seen(&linear(), &command);
+    let record = ideal_run(&linear(), &command);
     let (reference, answer) = (tone(&command[2000..], omega, 1e-3), tone(&record.position_m[2000..], omega, 1e-3));
     let complex = |re: f64, im: f64| num(re, im);
     let measured = complex(answer.0, answer.1).over(complex(reference.0, reference.1));
@@ -61,17 +61,17 @@ impl Complex {
 }
 
 #[test]
-fn a_sum_waits_at_the_limit() {
+fn integral_sum_stops_at_the_limit() {
     let mut pi = Integral::default();
     for _ in 0..1000 {
         assert_eq!(pi.limited(2.0, 0.1, 10.0, 5.0), 5.0);
     }
-    assert_eq!(pi.limited(2.0, 0.1, -1.0, 5.0), 2.0 * (-1.0 - 0.1), "nothing has gathered");
+    assert_eq!(pi.limited(2.0, 0.1, -1.0, 5.0), 2.0 * (-1.0 - 0.1), "the sum is not empty");
     // k (e + share Σe): the sum holds −1 and two halves.
     assert_eq!(pi.limited(2.0, 0.1, 0.5, 5.0), 2.0 * (0.5 + 0.1 * -0.5));
 }
 
-/// A jump of 2 mm drives voltage and current to their limits and no further, and the axis arrives.
+/// A step of 2 mm drives voltage and current to their limits and no further, and the axis reaches its target.
 #[test]
 fn voltage_and_current_keep_their_limits() {
     let axis = Axis::x();
@@ -79,7 +79,7 @@ fn voltage_and_current_keep_their_limits() {
     let mut machine = Machine::at_rest(&axis, &Sensors::default());
     let (mut volts, mut amperes, mut furthest) = (0.0f64, 0.0f64, 0.0f64);
     for _ in 0..600 * POSITION_TICKS {
-        machine.advance(0.002, PARTS);
+        machine.advance(0.002, STEPS);
         volts = volts.max(machine.voltage_v[0].hypot(machine.voltage_v[1]));
         amperes = amperes.max(machine.plant.current_a()[1].abs());
         furthest = furthest.max(machine.plant.table_m());
@@ -107,29 +107,29 @@ fn paths_begin_at_rest_and_keep_their_feeds() {
     assert!(y[500] < 0.1 * x[500] && x[500] > 0.0, "tangential along x");
 }
 
-/// Two turns of three seconds lie on one another, as commanded and as gone; as gone, the circle is not the commanded one.
+/// Two revolutions of three seconds coincide, in command and in motion; the circle of the motion differs from the command.
 #[test]
-fn a_circle_closes() {
+fn circle_closes() {
     let circle = Circle { speed_rad_min: 20.0 * std::f64::consts::TAU, ..Circle::of(60.0) };
     let commands = circle.commands_m().unwrap();
     let axes = [Axis::x(), Axis { nominal: Nominal::y(), ..Axis::y() }];
-    let mut gone = Vec::new();
+    let mut table = Vec::new();
     for (axis, command) in axes.iter().zip(&commands) {
-        let record = seen(axis, command);
-        // The first turn still feels the start.
+        let record = ideal_run(axis, command);
+        // The first revolution still contains the transient of the start.
         for k in 2500..4000 {
             assert!((command[k] - command[k + 3000]).abs() < 1e-12);
             let off = record.table_m[k] - record.table_m[k + 3000];
             assert!(off.abs() < 2e-7, "{off} at {k}");
         }
-        gone.push(record.table_m);
+        table.push(record.table_m);
     }
-    let contour = largest((4000..7000).map(|k| gone[0][k].hypot(gone[1][k] - 0.05) - 0.05));
+    let contour = largest((4000..7000).map(|k| table[0][k].hypot(table[1][k] - 0.05) - 0.05));
     assert!((1e-6..1e-4).contains(&contour), "{contour}");
 }
 
 #[test]
-fn nonsense_is_refused_by_name() {
+fn inadmissible_values_are_refused_by_name() {
     let mut axis = Axis::x();
     axis.nominal.table_kg = f64::NAN;
     assert!(matches!(run(&axis, &Sensors::default(), &[0.0], 1), Err(TruthError::Refused { key: "table_kg", .. })));

@@ -1,21 +1,22 @@
-//! Motor, mechanics and friction.
+//! Tests of motor, mechanics and friction.
 
 use std::f64::consts::TAU;
 
-use super::{largest, linear, ramp, seen, with};
+use super::{ideal_run, largest, linear, ramp, with};
 use crate::draw::Draw;
 use crate::servo::contact::{energy_j, force_n};
 use crate::servo::drive::POSITION_TICKS;
-use crate::servo::friction::{Film, Friction};
+use crate::servo::friction::{Friction, FrictionElements};
 use crate::servo::missing::Missing;
 use crate::servo::motor::torque_nm;
 use crate::servo::nominal::Axis;
 use crate::servo::path::Feed;
 use crate::servo::plant::Plant;
-use crate::servo::run::{Machine, PARTS, run_in};
+use crate::servo::run::{Machine, STEPS, run_in};
 use crate::servo::sensor::Sensors;
 
-/// A stiff axis on a step of u_q, with i_d held at nothing by u_d = −ω_e L_q i_q, is an oscillator of second order:
+/// A stiff axis is an oscillator of second order after a step of u_q, where u_d = −ω_e L_q i_q keeps i_d at zero:
+///
 /// i_q = U/(L ω_d) e^{−σt} sin ω_d t with σ = R/2L and ω_n² = k_T p ψ/(J L).
 #[test]
 fn limit_motor_is_of_second_order() {
@@ -39,10 +40,10 @@ fn limit_motor_is_of_second_order() {
     }
     let peak = volts / (inductance * damped);
     assert!(worst < 2e-3 * peak, "{worst} of {peak}");
-    assert!((torque_nm(&nominal, [0.0, 12.5 * 2f64.sqrt()]) / 18.0 - 1.0).abs() < 2e-3, "18 N·m at 12.5 A");
+    assert!((torque_nm(&nominal, [0.0, 12.5 * 2f64.sqrt()]) / 18.0 - 1.0).abs() < 2e-3, "torque at 12.5 A is not 18 N·m");
 }
 
-/// A table on a screw that does not turn swings with sqrt(k/m) and dies with c/2m.
+/// A table on a screw that does not turn vibrates with sqrt(k/m) and decays with c/2m.
 #[test]
 fn limit_table_on_a_held_screw_is_an_oscillator() {
     let mut axis = linear();
@@ -59,53 +60,53 @@ fn limit_table_on_a_held_screw_is_an_oscillator() {
 }
 
 #[test]
-fn what_the_voltages_give_is_stored_or_spent() {
+fn electrical_energy_is_stored_or_dissipated() {
     let mut axis = with(Missing { growth_time_s: 0.5, ..Missing::default() });
     axis.nominal.inductance_h = [2.0e-3, 2.6e-3];
     axis.nominal.screw_friction = Friction { coulomb_n: 40.0, excess_n: 10.0, stribeck_m_s: 0.02, viscous_n_s_m: 100.0 };
     let command = Feed { amplitude_m: 0.01, ramp_s: 0.2, periods: 2, ..Feed::of(3000.0) }.commands_m().unwrap();
-    let balance = |parts: usize| {
+    let balance = |steps: usize| {
         let mut machine = Machine::at_rest(&axis, &Sensors::default());
         let before = machine.plant.stored_j(&axis);
         let mut worst: f64 = 0.0;
         for &command in &command {
             for _ in 0..POSITION_TICKS {
-                machine.advance(command, parts);
+                machine.advance(command, steps);
             }
             let stored = machine.plant.stored_j(&axis) - before;
-            worst = worst.max((machine.plant.given_j() - stored - machine.plant.spent_j().iter().sum::<f64>()).abs());
+            worst = worst.max((machine.plant.input_j() - stored - machine.plant.dissipated_j().iter().sum::<f64>()).abs());
         }
         (worst, machine.plant)
     };
-    let (worst, plant) = balance(PARTS);
-    let spent = plant.spent_j();
-    assert!(spent.iter().all(|part| *part > 1e-4), "{spent:?}");
+    let (worst, plant) = balance(STEPS);
+    let dissipated = plant.dissipated_j();
+    assert!(dissipated.iter().all(|part| *part > 1e-4), "{dissipated:?}");
     assert!(plant.current_a()[0] != 0.0);
-    assert!(worst < 1e-10 * plant.given_j(), "{worst} J of {} J", plant.given_j());
-    assert!(balance(4 * PARTS).0 < 0.2 * worst, "the rest is the integrator's");
+    assert!(worst < 1e-10 * plant.input_j(), "{worst} J of {} J", plant.input_j());
+    assert!(balance(4 * STEPS).0 < 0.2 * worst, "the energy residual does not converge with the step");
 }
 
 #[test]
 fn half_the_step_moves_the_table_by_less_than_a_tenth_of_a_nanometre() {
     for axis in [Axis::x(), Axis::y(), with(Missing::none())] {
         let command = Feed { amplitude_m: 0.02, ramp_s: 0.2, ..Feed::of(6000.0) }.commands_m().unwrap();
-        let went = |parts| run_in(&axis, &Sensors::perfect(), &command, &mut Draw::new(0), parts).unwrap().table_m;
-        let off = largest(went(PARTS).iter().zip(&went(2 * PARTS)).map(|(a, b)| a - b));
+        let table_m = |steps| run_in(&axis, &Sensors::perfect(), &command, &mut Draw::new(0), steps).unwrap().table_m;
+        let off = largest(table_m(STEPS).iter().zip(&table_m(2 * STEPS)).map(|(a, b)| a - b));
         assert!(off > 0.0 && off < 1e-10, "{off}");
     }
 }
 
-/// Motor's torque at constant speed carries the friction, written here once more; the table hangs behind the motor by half the play and by
-/// what nut and shaft give way, on the other side after the way back.
+/// At constant speed the motor torque is the friction, stated here independently. The table lags the motor by half the backlash and by
+/// the compliance of nut and shaft; after the reversal the lag has the other sign.
 #[test]
-fn limit_constant_speed_shows_friction_play_and_stiffness() {
+fn limit_constant_speed_shows_friction_backlash_and_stiffness() {
     let axis = with(Missing { presliding_m: 5e-6, ..Missing::none() });
     for speed in [0.002, 0.02, 0.1] {
         let mut command = ramp(speed, 0.1 + 0.03 / speed + 0.3);
         let back: Vec<f64> = command.iter().rev().copied().collect();
         let there = command.len() - 1;
         command.extend(back);
-        let record = seen(&axis, &command);
+        let record = ideal_run(&axis, &command);
         let ratio = 0.016 / TAU;
         let force = 150.0 + 60.0 * (-speed / 0.01).exp() + 800.0 * speed;
         let behind = 8.5e-6 + force * (1.0 / 1.474e8 + ratio * ratio / 1.54e4);
@@ -119,7 +120,7 @@ fn limit_constant_speed_shows_friction_play_and_stiffness() {
     }
 }
 
-/// A nut gives nothing in its play, never pulls, stores what its force does, and is a spring beyond.
+/// Inside the backlash the nut has no force. Outside it is a spring that never pulls; its force is the gradient of its energy.
 #[test]
 fn limit_nut_only_pushes() {
     let nominal = Axis::x().nominal;
@@ -129,7 +130,7 @@ fn limit_nut_only_pushes() {
         assert!((elastic / (side * 1.474e8 * 2e-6) - 1.0).abs() < 1e-12);
         let (pressed, _) = force_n(&nominal, side * 10.5e-6, side * 0.01);
         assert!((pressed * side - 1.474e8 * 2e-6 - 6000.0 * 0.01 * 2.0 / 2.1).abs() < 1e-6, "{pressed}");
-        assert_eq!(force_n(&nominal, side * 8.6e-6, side * -0.5).0, 0.0, "parting");
+        assert_eq!(force_n(&nominal, side * 8.6e-6, side * -0.5).0, 0.0, "a parting flank pulls");
     }
     for k in -200..200 {
         let (shift, d) = (f64::from(k) * 0.1e-6, 1e-10);
@@ -139,20 +140,20 @@ fn limit_nut_only_pushes() {
     }
 }
 
-/// Elements that slip obey Masing's rule: the way back from full slip is the first rise, twice as long and twice as high.
+/// Slipping elements obey Masing's rule: the curve after a reversal from full slip is the initial curve, twice as long and twice as high.
 #[test]
-fn limit_friction_turns_by_masings_rule() {
+fn limit_friction_reverses_by_masings_rule() {
     let law = Friction { coulomb_n: 150.0, excess_n: 0.0, stribeck_m_s: 0.01, viscous_n_s_m: 0.0 };
-    let first = |x: f64| Film::relaxed(5e-6).force_n(&law, x, 0.0);
-    let mut film = Film::relaxed(5e-6);
+    let first = |x: f64| FrictionElements::relaxed(5e-6).force_n(&law, x, 0.0);
+    let mut elements = FrictionElements::relaxed(5e-6);
     for k in 1..=300 {
-        film.carry(&law, f64::from(k) * 1e-7, 0.0);
+        elements.advance(&law, f64::from(k) * 1e-7, 0.0);
     }
-    let slip = film.force_n(&law, 3e-5, 0.0);
+    let slip = elements.force_n(&law, 3e-5, 0.0);
     assert!((slip - 150.0).abs() < 1e-9);
     for k in 1..=100 {
         let x = f64::from(k) * 1e-7;
-        let back = film.force_n(&law, 3e-5 - 2.0 * x, 0.0);
+        let back = elements.force_n(&law, 3e-5 - 2.0 * x, 0.0);
         assert!((back - (slip - 2.0 * first(x))).abs() < 1e-9);
     }
     // The last element slips at −ln(1/16) = 2.77 of the mean distance.

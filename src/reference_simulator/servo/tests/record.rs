@@ -1,4 +1,4 @@
-//! Sensors, seeds, files.
+//! Tests of sensors, seeds and files.
 
 use super::{ramp, with};
 use crate::servo::missing::Missing;
@@ -9,22 +9,22 @@ use crate::servo::sensor::Sensors;
 use crate::servo::write::{write_circles, write_sines};
 
 #[test]
-fn a_seed_says_all() {
+fn seed_determines_the_record() {
     let command = ramp(0.05, 0.4);
     let record = |seed| run(&Axis::x(), &Sensors::default(), &command, seed).unwrap();
     assert_eq!(record(3), record(3));
     let (one, other) = (record(3), record(4));
     assert_ne!(one.table_m, other.table_m);
     assert_ne!(one.torque_nm, other.torque_nm);
-    assert_eq!(one.position_m, other.position_m, "the loops hear no noise of the scale");
+    assert_eq!(one.position_m, other.position_m, "the noise of the scale reaches the loops");
 }
 
 #[test]
-fn sensors_err_by_their_sizes() {
+fn sensor_errors_have_their_stated_sizes() {
     let axis = with(Missing::none());
     let command = ramp(0.1, 1.0);
     let exact = run(&axis, &Sensors::perfect(), &command, 1).unwrap();
-    let late = run(&axis, &Sensors { scale_late_s: 1e-5, ..Sensors::perfect() }, &command, 1).unwrap();
+    let late = run(&axis, &Sensors { scale_delay_s: 1e-5, ..Sensors::perfect() }, &command, 1).unwrap();
     assert!((exact.table_m[900] - late.table_m[900] - 1e-6).abs() < 1e-9);
     let noisy = run(&axis, &Sensors { scale_noise_m: 1e-7, torque_noise_nm: 0.05, ..Sensors::perfect() }, &command, 1).unwrap();
     let sd = |a: &[f64], b: &[f64]| (a.iter().zip(b).map(|(a, b)| (a - b) * (a - b)).sum::<f64>() / a.len() as f64).sqrt();
@@ -38,7 +38,7 @@ fn sensors_err_by_their_sizes() {
 }
 
 #[test]
-fn sets_hold_their_records() {
+fn sets_contain_their_records() {
     let folder = tempfile::tempdir().unwrap();
     let short = |feed: f64| Feed { amplitude_m: 0.002, ramp_s: 0.1, periods: 1, ..Feed::of(feed) };
     let feeds = [short(1000.0), short(2500.0), short(6000.0)];
@@ -59,7 +59,7 @@ fn sets_hold_their_records() {
         assert!((last[2] - last[1]).abs() < 1e-3 && (last[3] - last[2]).abs() < 2e-5);
     }
 
-    let circles = [Circle { radius_m: 0.005, ramp_s: 0.1, turns: 1, ..Circle::of(600.0) }];
+    let circles = [Circle { radius_m: 0.005, ramp_s: 0.1, revolutions: 1, ..Circle::of(600.0) }];
     write_circles(&folder.path().join("circle"), [&Axis::x(), &Axis::y()], &Sensors::default(), &circles, 5).unwrap();
     let rows = |axis: &str| std::fs::read_to_string(folder.path().join(format!("circle/{axis}/motion/circle-600.csv"))).unwrap();
     assert_eq!(rows("x").lines().count(), rows("y").lines().count());

@@ -1,0 +1,214 @@
+//! README and guide: every command runs as printed, printed results are the program's, and every test that a page names exists.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use serde_json::Value;
+
+use crate::support::axis_template::{fill_in_machine, fill_in_measurements};
+
+/// Folder of the guide's pages.
+const GUIDE: &str = "src/guide";
+
+/// Returns the commands of a page: lines of its shell blocks, and code spans that start with `jointid` and have arguments. Spans with a placeholder in
+/// capitals are no commands.
+fn commands(page: &str) -> Vec<String> {
+    let mut found = Vec::new();
+    for (at, part) in page.split("```").enumerate() {
+        if at % 2 == 1 {
+            let lines = part.strip_prefix("sh\n").into_iter().flat_map(str::lines);
+            let lines = lines
+                .map(|line| line.split(" #").next().unwrap_or_default().trim())
+                .filter(|line| !line.is_empty() && !line.starts_with('#'));
+            found.extend(lines.map(String::from));
+        } else {
+            let spans = part.split('`').skip(1).step_by(2).map(|span| span.replace('\n', " "));
+            let is_placeholder = |word: &str| word.len() > 1 && word.chars().all(|c| c.is_ascii_uppercase());
+            found.extend(
+                spans.filter(|span| span.starts_with("jointid ") && span.split(' ').count() > 2 && !span.split(' ').any(is_placeholder)),
+            );
+        }
+    }
+    found
+}
+
+/// Shortens a long command: fewer searches, no cache, one blind case.
+fn shortened(command: &str) -> String {
+    match command.split_whitespace().nth(1) {
+        Some("identify" | "compare") => format!("{command} --repeats 1"),
+        Some("diagnose") => format!("{command} --no-cache"),
+        Some("withheld") => command.replace("quick", "1"),
+        _ => command.to_string(),
+    }
+}
+
+/// Runs the commands of a page in a folder; `after_init` fills in the files that `jointid init` writes.
+fn run_page(page: &Path, folder: &Path, after_init: impl Fn(&Path)) -> Vec<String> {
+    let program = assert_cmd::cargo::cargo_bin!("jointid");
+    let path = format!("{}:{}", program.parent().unwrap().display(), std::env::var("PATH").unwrap());
+    let commands = commands(&fs::read_to_string(page).unwrap());
+    for command in commands.iter().filter(|command| command.starts_with("jointid ")) {
+        let line = shortened(command);
+        let output = std::process::Command::new("sh").args(["-c", &line]).env("PATH", &path).current_dir(folder).output().unwrap();
+        assert!(output.status.success(), "{}: {line}: {}", page.display(), String::from_utf8_lossy(&output.stderr));
+        if command.contains(" init ") {
+            after_init(folder);
+        }
+    }
+    commands
+}
+
+fn page(name: &str) -> PathBuf {
+    Path::new(GUIDE).join(name)
+}
+
+fn document(folder: &Path, file: &str) -> Value {
+    serde_json::from_str(&fs::read_to_string(folder.join(file)).unwrap()).unwrap()
+}
+
+/// The published bench, typed into the template, stands for the reader's machine.
+fn fill_in(folder: &Path) {
+    fill_in_machine(&folder.join("axis"));
+    fill_in_measurements(&folder.join("axis"), &folder.join("taps"));
+}
+
+#[cfg(unix)]
+#[test]
+fn the_commands_of_the_readme_run() {
+    let folder = tempfile::tempdir().unwrap();
+    let commands = run_page(Path::new("README.md"), folder.path(), fill_in);
+    assert_eq!(commands[..2], ["cargo run --release -- identify --positions l1,l3,l5", "cargo test"]);
+    assert!(folder.path().join("axis/results/report.html").exists());
+}
+
+#[cfg(unix)]
+#[test]
+fn the_pages_on_machine_and_frfs_lead_to_results() {
+    let folder = tempfile::tempdir().unwrap();
+    run_page(&page("own-machine.md"), folder.path(), fill_in);
+    run_page(&page("own-frfs.md"), folder.path(), |_| {});
+    assert!(folder.path().join("axis/frf-results/report.html").exists());
+}
+
+#[cfg(unix)]
+#[test]
+fn the_page_on_results_shows_the_program_s_tables() {
+    let folder = tempfile::tempdir().unwrap();
+    run_page(&page("results.md"), folder.path(), |_| {});
+    let output =
+        assert_cmd::Command::cargo_bin("jointid").unwrap().args(["identify", "--positions", "l1,l3,l5", "--quiet"]).output().unwrap();
+    contains_blocks(&page("results.md"), &String::from_utf8(output.stdout).unwrap());
+}
+
+/// The diagnosis names the effect that the page adds.
+#[cfg(unix)]
+#[test]
+fn the_effect_of_the_guide_is_found() {
+    let folder = tempfile::tempdir().unwrap();
+    let text = fs::read_to_string(page("own-effect.md")).unwrap();
+    let effect = text.split("```toml\n").nth(1).unwrap().split("```").next().unwrap();
+    let bench = fs::read_to_string("configs/tian.toml").unwrap();
+    fs::write(folder.path().join("axis.toml"), format!("{bench}\n{effect}")).unwrap();
+    run_page(&page("own-effect.md"), folder.path(), |_| {});
+    let document = document(folder.path(), "brake/diagnosis.json");
+    assert_eq!(document["verdict"]["effects"], serde_json::json!(["holding-brake"]), "{}", document["verdict"]);
+    assert!(document["chosen"]["closed"].as_f64().unwrap() > 0.98);
+    // The page draws it over the peaks, before and after.
+    let drawn = fs::read_to_string(folder.path().join("brake/report.html")).unwrap();
+    assert!(drawn.contains("id=\"diagnosis-curves\"") && drawn.contains("with holding-brake"));
+}
+
+#[cfg(unix)]
+#[test]
+fn the_verdict_of_the_guide_is_the_program_s() {
+    let folder = tempfile::tempdir().unwrap();
+    let commands = run_page(&page("verdicts.md"), folder.path(), |_| {});
+    let diagnose: Vec<&str> = commands.iter().find(|c| c.starts_with("jointid diagnose")).unwrap().split(' ').skip(1).collect();
+    let output =
+        assert_cmd::Command::cargo_bin("jointid").unwrap().current_dir(folder.path()).args(diagnose).arg("--quiet").output().unwrap();
+    contains_blocks(&page("verdicts.md"), &String::from_utf8(output.stdout).unwrap());
+    let text = fs::read_to_string(page("verdicts.md")).unwrap();
+    for kind in ["none", "effect", "ambiguous", "unknown", "wrong-parameter", "measurement", "insufficient"] {
+        assert!(text.contains(&format!("\n| {kind} |")), "{kind}");
+    }
+}
+
+/// Whether the text blocks of a page occur in the program's output.
+fn contains_blocks(page: &Path, output: &str) {
+    let text = fs::read_to_string(page).unwrap();
+    let blocks: Vec<&str> = text.split("```text\n").skip(1).map(|block| block.split("```").next().unwrap()).collect();
+    assert!(!blocks.is_empty());
+    for block in blocks {
+        assert!(output.contains(block.trim_end()), "{} does not print\n{block}\nbut\n{output}", page.display());
+    }
+}
+
+#[cfg(unix)]
+#[test]
+fn the_commands_on_models_run() {
+    let folder = tempfile::tempdir().unwrap();
+    let commands = run_page(&page("models.md"), folder.path(), |_| {});
+    assert!(commands.len() > 8);
+}
+
+#[cfg(unix)]
+#[test]
+#[ignore = "second tier"]
+fn the_commands_on_motion_run() {
+    let folder = tempfile::tempdir().unwrap();
+    let commands = run_page(&page("motion.md"), folder.path(), |_| {});
+    assert!(commands.len() > 10);
+    let verdict = &document(folder.path(), "hybrid-diagnosis/diagnosis.json")["verdict"];
+    assert_eq!(verdict["effects"], serde_json::json!(["lead-growth+lead-error"]), "{verdict}");
+}
+
+/// Returns all pages: the README and the guide.
+fn pages() -> Vec<(String, String)> {
+    let guide = fs::read_dir(GUIDE).unwrap().map(|entry| entry.unwrap().path()).filter(|path| path.extension().is_some_and(|e| e == "md"));
+    let pages: Vec<PathBuf> = guide.chain([PathBuf::from("README.md")]).collect();
+    pages.iter().map(|path| (path.display().to_string(), fs::read_to_string(path).unwrap())).collect()
+}
+
+#[test]
+fn every_test_that_a_page_names_exists() {
+    let mut sources = String::new();
+    let mut folders = vec![PathBuf::from("tests"), PathBuf::from("src")];
+    while let Some(folder) = folders.pop() {
+        for path in fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()) {
+            if path.is_dir() && path.file_name().is_some_and(|name| name != "fuzz") {
+                folders.push(path);
+            } else if path.extension().is_some_and(|e| e == "rs") {
+                sources += &format!("mod {}\n{}", path.file_stem().unwrap().display(), fs::read_to_string(&path).unwrap());
+            }
+        }
+    }
+    let mut named = 0;
+    for (path, text) in pages() {
+        for span in text.split('`').filter(|span| span.contains("cargo test ")) {
+            let words = span.split("cargo test ").nth(1).unwrap().split_whitespace();
+            for name in words.filter(|word| !word.starts_with('-') && *word != "main") {
+                let exists = ["fn ", "mod "].iter().any(|kind| sources.lines().any(|l| l.contains(kind) && l.contains(name)));
+                assert!(exists, "{path}: no test is called {name}");
+                named += 1;
+            }
+        }
+    }
+    assert!(named > 5, "{named}");
+}
+
+/// Links between pages lead to files that exist.
+#[test]
+fn links_between_pages_lead_somewhere() {
+    for (path, text) in pages() {
+        let folder = Path::new(&path).parent().unwrap();
+        for link in text.split("](").skip(1).map(|rest| rest.split(')').next().unwrap()) {
+            assert!(link.starts_with("http") || folder.join(link).exists(), "{path}: {link}");
+        }
+    }
+}
+
+#[test]
+fn the_readme_is_one_page() {
+    let text = fs::read_to_string("README.md").unwrap();
+    assert!(text.lines().count() <= 150 && text.len() <= 10_000, "{} lines, {} bytes", text.lines().count(), text.len());
+}
