@@ -19,7 +19,7 @@ use jointid::identification::{IdentificationSettings, identify};
 use jointid::machine::{Machine, Operating};
 use jointid::measurement::universal::{Abscissa, ByteOrder, Encoding, NodeLocation, RecordAxis, UniversalRecord, UniversalWriter, read};
 use jointid::measurement::{Gain, MeasurementSet, ModeObservation, ModeTable, Quantity, read_set};
-use jointid::model::{PeakSearch, Rods, Structure, peaks};
+use jointid::model::{PeakSearch, RodModel, Structure, peaks};
 use jointid::motion::{Sine, simulate};
 use jointid::numeric::random::normal;
 use jointid::objective::{FrfObjective, FrfSettings, ModeObjective, ModeSettings};
@@ -149,8 +149,8 @@ fn chain_of_masses(points: usize, parameters: usize) -> Machine {
 /// Computes the modes of a machine at its start values, at nut positions of the bench.
 fn simulated_modes(machine: &Machine, count: usize) -> MeasurementSet {
     let table = machine.point("table").expect("the machine has a table");
-    let structure = Arc::new(Structure::new(machine, table, table, Rods::Exact).expect("the table can move"));
-    let (mut network, mut work) = (structure.network(), structure.workspace());
+    let structure = Arc::new(Structure::new(machine, table, table, RodModel::Exact).expect("the table can move"));
+    let (mut network, mut work) = (structure.empty_model(), structure.workspace());
     let mut set = simulated_frfs(machine, ("table", "table"), &nuts_m(count), &[100.0]);
     set.frfs.clear();
     set.quantity = Some(Quantity::Mobility);
@@ -235,8 +235,8 @@ fn universal(records: usize, lines: usize, encoding: Encoding) -> Vec<u8> {
 fn receptances(table: &Table) {
     let per_line = |machine: &Machine, nut_m: Option<f64>, lines: usize| {
         let at = machine.point("table").expect("the machine has a table");
-        let structure = Arc::new(Structure::new(machine, at, at, Rods::Exact).expect("the table can move"));
-        let (mut network, mut work) = (structure.network(), structure.workspace());
+        let structure = Arc::new(Structure::new(machine, at, at, RodModel::Exact).expect("the table can move"));
+        let (mut network, mut work) = (structure.empty_model(), structure.workspace());
         network.update(machine, &machine.start(), &Operating::at(nut_m));
         let omegas: Vec<f64> = frequencies_hz(lines).into_iter().map(omega_rad_s).collect();
         least_seconds(|| {

@@ -10,7 +10,7 @@ use jointid::config::read_machine;
 use jointid::identification::{IdentificationSettings, identify};
 use jointid::machine::Operating;
 use jointid::measurement::read_set;
-use jointid::model::{Rods, Structure};
+use jointid::model::{RodModel, Structure};
 use jointid::objective::{FrfObjective, FrfSettings, ModeObjective, ModeSettings};
 use jointid::optimizer::{Control, Cost, LeastSquares};
 use support::simulated_frfs;
@@ -22,8 +22,8 @@ fn bench(criterion: &mut Criterion) {
     let (fit, held_out) = set.split(None, &[]).expect("the split is valid");
 
     let table = machine.point("table").expect("the machine has a table");
-    let structure = Arc::new(Structure::new(machine, table, table, Rods::Exact).expect("the table can move"));
-    let (mut network, mut work) = (structure.network(), structure.workspace());
+    let structure = Arc::new(Structure::new(machine, table, table, RodModel::Exact).expect("the table can move"));
+    let (mut network, mut work) = (structure.empty_model(), structure.workspace());
     network.update(machine, &machine.start(), &Operating::at_nut(1.0));
     criterion.bench_function("receptance and slope, one line", |b| b.iter(|| network.at(black_box(3000.0), &mut work).receptance));
     criterion.bench_function("modes below a frequency", |b| b.iter(|| network.modes_below(black_box(3000.0), &mut work)));

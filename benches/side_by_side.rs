@@ -20,9 +20,9 @@ use jointid::measurement::universal::{
 };
 use jointid::measurement::{MeasurementSet, read_set};
 use jointid::model::coupling::coupled_receptances;
-use jointid::model::{AssembledModel, Rods, Structure, matrices};
+use jointid::model::{AssembledModel, RodModel, Structure, matrices};
 use jointid::objective::{FrfObjective, FrfSettings, ModeObjective, ModeSettings};
-use jointid::optimizer::{Control, Cost, LeastSquares, Progressed, SearchSettings, search};
+use jointid::optimizer::{Control, Cost, LeastSquares, Progress, SearchSettings, search};
 use jointid::unit::omega_rad_s;
 use num_complex::Complex64;
 use serde_json::{Value, json};
@@ -210,10 +210,10 @@ fn pairs(values: &[Complex64]) -> Vec<[f64; 2]> {
 }
 
 /// Builds the model of the table's driving-point receptance, at the start values and a nut position.
-fn table_model(machine: &Machine, nut_m: f64, rods: Rods) -> (Arc<Structure>, AssembledModel) {
+fn table_model(machine: &Machine, nut_m: f64, rods: RodModel) -> (Arc<Structure>, AssembledModel) {
     let table = machine.point("table").expect("the machine has a table");
     let structure = Arc::new(Structure::new(machine, table, table, rods).expect("the table can move"));
-    let mut network = structure.network();
+    let mut network = structure.empty_model();
     network.update(machine, &machine.start(), &Operating::at_nut(nut_m));
     (structure, network)
 }
@@ -240,7 +240,7 @@ fn run(task: &Task, repeats: usize) -> Value {
 
 fn receptances(places: &[Vec<f64>]) -> Value {
     let (machine, _) = bench();
-    let (structure, mut network) = table_model(&machine, FITTED_M[0], Rods::Exact);
+    let (structure, mut network) = table_model(&machine, FITTED_M[0], RodModel::Exact);
     let mut work = structure.workspace();
     let mut all = Vec::new();
     for place in places {
@@ -278,8 +278,8 @@ fn searched(population: usize, generations: u64, seed: u64) -> Value {
     let clock = Arc::new(Clock::start());
     let watcher = {
         let (trace, clock) = (Arc::clone(&trace), Arc::clone(&clock));
-        Arc::new(move |progressed: Progressed<'_>| {
-            if let Progressed::Generation { best, .. } = progressed {
+        Arc::new(move |progressed: Progress<'_>| {
+            if let Progress::Generation { best, .. } = progressed {
                 trace.lock().expect("no thread has failed").push((clock.work(), best));
             }
         })
@@ -311,7 +311,7 @@ fn frfs(places: &[Vec<f64>], repeats: usize) -> Value {
 fn coupling(name: &str, all: bool, repeats: usize) -> Value {
     let machine =
         if name == "screw" { read_machine_text("screw", SCREW, &[], &[]).expect("the screw is valid").machine } else { bench().0 };
-    let (structure, network) = table_model(&machine, FITTED_M[1], Rods::Exact);
+    let (structure, network) = table_model(&machine, FITTED_M[1], RodModel::Exact);
     let mut work = structure.workspace();
     let omegas = thousand_lines();
     let table = machine.point("table").expect("the machine has a table");
@@ -330,7 +330,7 @@ fn coupling(name: &str, all: bool, repeats: usize) -> Value {
 
 fn lumped(lumps: usize, with_matrices: bool, repeats: usize) -> Value {
     let (machine, _) = bench();
-    let (structure, mut network) = table_model(&machine, FITTED_M[1], Rods::Lumped(lumps));
+    let (structure, mut network) = table_model(&machine, FITTED_M[1], RodModel::Lumped(lumps));
     let mut work = structure.workspace();
     let omegas = thousand_lines();
     let (start, operating) = (machine.start(), Operating::at_nut(FITTED_M[1]));

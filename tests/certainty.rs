@@ -123,7 +123,7 @@ fn recover_ordinary_machines_with_intervals_that_hold() {
             "{number} {} s {:.2} chi2/n {:.3}: {}",
             simulated.size,
             simulated.loss_dispersion,
-            found.chi_square / found.freedom as f64,
+            found.chi_square / found.degrees_of_freedom as f64,
             missed.join(", ")
         );
         all.push(values);

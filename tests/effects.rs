@@ -5,7 +5,7 @@ use std::sync::Arc;
 use jointid::config::effect_library;
 use jointid::diagnosis::{Hypothesis, at_start, is_plausible};
 use jointid::machine::{Data, Effect, Machine, Operating};
-use jointid::model::{Rods, Structure, undamped_modes};
+use jointid::model::{RodModel, Structure, undamped_modes};
 
 use crate::support::{config, table_structure};
 
@@ -79,7 +79,7 @@ fn effects_are_located_at_the_parts_they_change() {
     ];
     for (id, place) in expected {
         let effect = library.iter().find(|e| e.id == id).unwrap();
-        assert_eq!(effect.place().as_deref(), Some(place), "{id}");
+        assert_eq!(effect.location().as_deref(), Some(place), "{id}");
     }
     let parts: Vec<&str> = (machine.points.iter().map(|p| &p.name))
         .chain(machine.joints.iter().map(|j| &j.name))
@@ -87,7 +87,7 @@ fn effects_are_located_at_the_parts_they_change() {
         .map(String::as_str)
         .chain(["measurement"])
         .collect();
-    for effect in library.iter().filter(|e| e.data.contains(&Data::Frf) && machine.lacks(e).is_none()) {
+    for effect in library.iter().filter(|e| e.data.contains(&Data::Frf) && machine.missing_part(e).is_none()) {
         let places = effect.places();
         assert!(!places.is_empty() && places.iter().all(|(place, _)| parts.contains(&place.as_str())), "{}: {places:?}", effect.id);
     }
@@ -96,9 +96,9 @@ fn effects_are_located_at_the_parts_they_change() {
     assert_eq!(bearings[1], ("bearing-right".into(), Some("bearing_slope_right".into())));
     // An effect located at a part that the machine lacks does not apply.
     let mut rocking = library.iter().find(|e| e.id == "table-rocking").unwrap().clone();
-    assert_eq!(machine.lacks(&rocking), None);
+    assert_eq!(machine.missing_part(&rocking), None);
     rocking.at = Some("saddle".into());
-    assert_eq!(machine.lacks(&rocking), Some("saddle"));
+    assert_eq!(machine.missing_part(&rocking), Some("saddle"));
 }
 
 /// Effects that only motion reveals apply to an axis with guide, nut and drive, add their own parameters and leave every FRF unchanged.
@@ -169,8 +169,8 @@ fn receptance(machine: &Machine, set: &[(&str, f64)], hz: f64) -> num_complex::C
     for (id, value) in set {
         values[machine.parameter(id).unwrap()] = *value;
     }
-    let structure = table_structure(machine, Rods::Exact);
-    let mut network = structure.network();
+    let structure = table_structure(machine, RodModel::Exact);
+    let mut network = structure.empty_model();
     network.update(machine, &values, &Operating::at_nut(1.0));
     network.receptance(std::f64::consts::TAU * hz, &mut structure.workspace())
 }
@@ -221,8 +221,8 @@ fn tolerances_apply_to_a_short_screw() {
     let machine = jointid::config::read_machine_text("test", &text, &[], &[]).unwrap().machine;
     for nuts_m in [&[0.1, 0.2][..], &[0.003, 0.317], &[]] {
         let held = machine.with_tolerances(nuts_m).unwrap();
-        let structure = table_structure(&held, Rods::Exact);
-        let mut network = structure.network();
+        let structure = table_structure(&held, RodModel::Exact);
+        let mut network = structure.empty_model();
         network.update(&held, &held.start(), &Operating::at_nut(*nuts_m.first().unwrap_or(&0.16)));
         let found = network.receptance(std::f64::consts::TAU * 100.0, &mut structure.workspace());
         assert!(found.norm().is_finite() && found.im < 0.0, "{nuts_m:?}: {found}");
@@ -273,8 +273,8 @@ damping = 4e3
             assert!((found - expected).norm() < 1e-12 * expected.norm(), "{hz} Hz: {found} against {expected}");
             let mut values = machine.start();
             rocking.iter().for_each(|(id, x)| values[machine.parameter(id).unwrap()] = *x);
-            let structure = table_structure(&machine, Rods::Exact);
-            let mut network = structure.network();
+            let structure = table_structure(&machine, RodModel::Exact);
+            let mut network = structure.empty_model();
             network.update(&machine, &values, &Operating::default());
             let columns: Vec<Option<usize>> = (0..values.len()).map(Some).collect();
             let sensitivity = network.sensitivity(&machine, &values, &Operating::default(), &columns, None);
@@ -285,7 +285,7 @@ damping = 4e3
                 let step = 1e-5 * x;
                 let [low, high] = [-step, step]
                     .map(|by| receptance(&machine, &rocking.map(|(other, y)| (other, if other == id { y + by } else { y })), hz));
-                let (exact, difference) = (slopes[at].apart()[0] * x, (high - low) / (2.0 * step) * x);
+                let (exact, difference) = (slopes[at].lanes()[0] * x, (high - low) / (2.0 * step) * x);
                 assert!((exact - difference).norm() < 1e-6 * expected.norm(), "{hz} Hz, {id}: {exact} against {difference}");
             }
         }
@@ -405,13 +405,13 @@ fn limit_a_bending_screw_absorbs_at_the_frequency_of_its_free_length() {
     let with = machine.with_effect(library.iter().find(|e| e.id == "screw-bending").unwrap()).unwrap();
     let (stroke_m, nut_m, hz) = (machine.stroke_m().unwrap(), 0.8, 90.0);
     let screw = with.point("screw").unwrap();
-    let structure = Arc::new(Structure::new(&with, screw, screw, Rods::Exact).unwrap());
+    let structure = Arc::new(Structure::new(&with, screw, screw, RodModel::Exact).unwrap());
     for (mass, free_m) in [("m_bend_left", nut_m), ("m_bend_right", stroke_m - nut_m)] {
         let mut values = with.start();
         for (id, value) in [(mass, 2.0), ("f_bend", hz), ("eta_bend", 1e-9)] {
             values[with.parameter(id).unwrap()] = value;
         }
-        let mut network = structure.network();
+        let mut network = structure.empty_model();
         network.update(&with, &values, &Operating::at_nut(nut_m));
         let at = |hz: f64| network.receptance(std::f64::consts::TAU * hz, &mut structure.workspace()).norm();
         let absorber_hz = hz * (0.5 * stroke_m / free_m).powi(2);
@@ -431,10 +431,10 @@ fn limit_a_bed_without_foundation_adds_a_rigid_body_mode() {
     let library = effect_library().unwrap();
     let bed = library.iter().find(|e| e.id == "bed-compliance").unwrap();
     let with = machine.with_effect(bed).unwrap();
-    let structure = table_structure(&with, Rods::Exact);
+    let structure = table_structure(&with, RodModel::Exact);
     let mut values = with.start();
     values[with.parameter("k_bed").unwrap()] = 0.0;
-    let mut network = structure.network();
+    let mut network = structure.empty_model();
     network.update(&with, &values, &Operating::at_nut(1.0));
     let modes = undamped_modes(&network, 200.0, &mut structure.workspace());
     // The rotor turns freely, together with the table, and the bed drifts.

@@ -3,7 +3,7 @@
 use jointid::identification::{Identification, IdentificationSettings, identify};
 use jointid::machine::{Machine, Operating};
 use jointid::measurement::{Condition, Frf, FrfLine, FrfNoise, Gain, MeasurementSet, Position, Quantity};
-use jointid::model::{Rods, Structure};
+use jointid::model::{RodModel, Structure};
 use jointid::objective::{FrfObjective, FrfSettings};
 use jointid::optimizer::{Control, LeastSquares};
 use num_complex::Complex64;
@@ -73,10 +73,10 @@ fn spread(from_hz: f64, to_hz: f64, count: usize) -> Vec<f64> {
 /// Makes FRFs of the model under test at given parameters.
 fn own_set(machine: &Machine, values: &[f64], lines: &[f64], sd: f64, random: &mut Draws) -> MeasurementSet {
     let table = machine.point("table").unwrap();
-    let structure = Arc::new(Structure::new(machine, table, table, Rods::Exact).unwrap());
+    let structure = Arc::new(Structure::new(machine, table, table, RodModel::Exact).unwrap());
     let mut work = structure.workspace();
     set_of(&[("table", "table")], lines, sd, random, |position, _, omega| {
-        let mut network = structure.network();
+        let mut network = structure.empty_model();
         network.update(machine, values, &Operating::at_nut(POSITIONS[position].1));
         network.receptance(omega, &mut work)
     })
@@ -205,7 +205,7 @@ k_pad = { unit = "N/m", start = 2e6, lower = 1e5, upper = 1e8 }
     // Nuisance parameters are added, such as the length over which the nut supports the screw.
     let machine = &machine.with_tolerances(&set.nuts_m()).unwrap();
     let (fit, _) = set.split(None, &[]).unwrap();
-    for rods in [Rods::Exact, Rods::Lumped(5)] {
+    for rods in [RodModel::Exact, RodModel::Lumped(5)] {
         let objective =
             FrfObjective::new(machine, &fit, FrfSettings { rods, nut_sd_m: 1e-3, channel_sd: (0.01, 1e-5), ..FrfSettings::default() }, &[])
                 .unwrap();
@@ -293,11 +293,11 @@ fn a_record_is_predicted_at_its_own_condition() {
     let config = config("configs/vertical-axis.toml");
     let machine = &config.machine;
     let table = machine.point("head").unwrap();
-    let structure = Arc::new(Structure::new(machine, table, table, Rods::Exact).unwrap());
+    let structure = Arc::new(Structure::new(machine, table, table, RodModel::Exact).unwrap());
     let (mut work, values) = (structure.workspace(), machine.start());
     let mut set = set_of(&[("head", "head")], &spread(20.0, 400.0, 80), 0.01, &mut Draws(2), |position, _, omega| {
         let acceleration_m_s2 = Some(if position == 0 { -30.0 } else { 5.0 });
-        let mut network = structure.network();
+        let mut network = structure.empty_model();
         network.update(machine, &values, &Operating { acceleration_m_s2, ..Operating::at_nut(0.4) });
         network.receptance(omega, &mut work)
     });

@@ -14,7 +14,7 @@ const CONFIG: &str = "configs/emps.toml";
 
 fn emps_records() -> Option<Vec<MotionSignal>> {
     let set = read_set(test_data::shared("realdata/emps")?.to_str().unwrap()).unwrap();
-    Some(set.motions.iter().map(|r| MotionSignal::new(r, Preprocessing::usual(r.step_s)).unwrap()).collect())
+    Some(set.motions.iter().map(|r| MotionSignal::new(r, Preprocessing::default_for(r.step_s)).unwrap()).collect())
 }
 
 fn near(found: f64, published: f64, relative: f64) {
@@ -134,7 +134,7 @@ fn simulated_record(name: &str, axis: &Axis, seed: u64) -> MotionSignal {
         load: DriveEffort::Force(samples.iter().map(|s| s.2).collect()),
         ..record
     };
-    MotionSignal::new(&record, Preprocessing::usual(1e-3)).unwrap()
+    MotionSignal::new(&record, Preprocessing::default_for(1e-3)).unwrap()
 }
 
 fn diagnose_axis(axis: &Axis, seed: u64) -> MotionDiagnosis {
@@ -259,12 +259,12 @@ fn limit_a_motion_without_reversal_is_insufficient() {
         acceleration_m_s2: of(&reversing.acceleration_m_s2),
         command_m: of(&reversing.command_m),
         load: Vec::new(),
-        moves: Vec::new(),
+        is_moving: Vec::new(),
         period: None,
         ..reversing.clone()
     };
     motion.load = motion.thinned(&vec![30.0; motion.position_m.len()]).unwrap();
-    motion.moves = vec![true; motion.load.len()];
+    motion.is_moving = vec![true; motion.load.len()];
     let found = diagnose(&[&motion], &[], &[], &[]);
     assert_eq!(found.verdict.kind, VerdictKind::Insufficient);
 }

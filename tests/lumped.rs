@@ -3,7 +3,7 @@
 use jointid::config::{read_machine, read_machine_text};
 use jointid::contact::{Rule, published};
 use jointid::machine::{Machine, Operating};
-use jointid::model::{Complexes, Matrices, Reals, Rods, Structure, elastic_frequencies_hz, matrices, undamped_modes};
+use jointid::model::{Complexes, Matrices, Reals, RodModel, Structure, elastic_frequencies_hz, matrices, undamped_modes};
 use nalgebra::{Cholesky, DMatrix, SymmetricEigen};
 use proptest::prelude::*;
 use std::sync::Arc;
@@ -70,8 +70,8 @@ fn limit_shipped_machines_have_valid_matrices_and_the_described_rigid_body_modes
             assert_eq!(hz.len() - elastic.len(), free, "{path}: {hz:?}");
             // The program's mode count and frequencies of the same chain.
             let first = machine.points.iter().position(|p| !p.fixed).unwrap();
-            let structure = Arc::new(Structure::new(&machine, first, first, Rods::Lumped(lumps)).unwrap());
-            let mut network = structure.network();
+            let structure = Arc::new(Structure::new(&machine, first, first, RodModel::Lumped(lumps)).unwrap());
+            let mut network = structure.empty_model();
             network.update(&machine, &machine.start(), &middle(&machine));
             let modes = undamped_modes(&network, 3000.0, &mut structure.workspace());
             assert_eq!(modes.iter().filter(|m| m.frequency_hz == 0.0).count(), free, "{path}: rigid-body modes at exactly 0 Hz");
@@ -247,8 +247,8 @@ fn limit_derivatives_through_a_series_of_contacts() {
         .replace("[parameter.k_mount]", "[parameter.soft]\nunit = \"1\"\nstart = 0.7\nlower = 0.1\nupper = 3.0\n\n[parameter.k_mount]");
     let machine = read_machine_text("twin.toml", &text, &[], &[]).unwrap().machine;
     let table = machine.point("table").unwrap();
-    let structure = Arc::new(Structure::new(&machine, table, table, Rods::Exact).unwrap());
-    let (mut network, mut work) = (structure.network(), structure.workspace());
+    let structure = Arc::new(Structure::new(&machine, table, table, RodModel::Exact).unwrap());
+    let (mut network, mut work) = (structure.empty_model(), structure.workspace());
     let here = Operating { velocity_m_s: Some(0.2), ..Operating::at_nut(0.3) };
     let column: Vec<Option<usize>> = (0..machine.parameters.len()).map(Some).collect();
     let omega = std::f64::consts::TAU * 180.0;
@@ -256,7 +256,7 @@ fn limit_derivatives_through_a_series_of_contacts() {
     network.update(&machine, &machine.start(), &here);
     let sensitivity = network.sensitivity(&machine, &machine.start(), &here, &column, None);
     network.gradient(&[Reals::splat(omega)], &sensitivity, &mut work, &mut found);
-    let exact: Vec<_> = found.iter().map(|d| d.apart()[0]).collect();
+    let exact: Vec<_> = found.iter().map(|d| d.lanes()[0]).collect();
     for index in 0..column.len() {
         let mut at = |factor: f64| {
             let mut values = machine.start();
@@ -277,8 +277,8 @@ fn limit_strain_energy_is_the_sensitivity() {
         let machine = shipped(path);
         let here = middle(&machine);
         let first = machine.points.iter().position(|p| !p.fixed).unwrap();
-        let structure = Arc::new(Structure::new(&machine, first, first, Rods::Exact).unwrap());
-        let mut network = structure.network();
+        let structure = Arc::new(Structure::new(&machine, first, first, RodModel::Exact).unwrap());
+        let mut network = structure.empty_model();
         network.update(&machine, &machine.start(), &here);
         let modes = undamped_modes(&network, 900.0, &mut structure.workspace());
         for mode in modes.iter().filter(|m| m.frequency_hz > 0.0) {
@@ -301,8 +301,8 @@ fn limit_strain_energy_is_the_sensitivity() {
         values[machine.parameter(id).unwrap()] *= factor;
         elastic_frequencies_hz(&machine, 1, &values, &here)[0]
     };
-    let structure = Arc::new(Structure::new(&machine, 0, 0, Rods::Exact).unwrap());
-    let mut network = structure.network();
+    let structure = Arc::new(Structure::new(&machine, 0, 0, RodModel::Exact).unwrap());
+    let mut network = structure.empty_model();
     network.update(&machine, &machine.start(), &here);
     let modes = undamped_modes(&network, 300.0, &mut structure.workspace());
     let mode = modes.iter().find(|m| m.frequency_hz > 0.0).unwrap();
@@ -321,14 +321,14 @@ fn limit_lumped_bench_converges_at_second_order() {
     let machine = shipped("configs/tian.toml");
     let table = machine.point("table").unwrap();
     for nut in [0.6, 1.3, 1.9] {
-        let hz = |rods: Rods| -> Vec<f64> {
+        let hz = |rods: RodModel| -> Vec<f64> {
             let structure = Arc::new(Structure::new(&machine, table, table, rods).unwrap());
-            let mut network = structure.network();
+            let mut network = structure.empty_model();
             network.update(&machine, &machine.start(), &Operating::at_nut(nut));
             undamped_modes(&network, 1000.0, &mut structure.workspace()).iter().map(|m| m.frequency_hz).take(4).collect()
         };
-        let exact = hz(Rods::Exact);
-        let error = |n: usize, mode: usize| (hz(Rods::Lumped(n))[mode] / exact[mode] - 1.0).abs();
+        let exact = hz(RodModel::Exact);
+        let error = |n: usize, mode: usize| (hz(RodModel::Lumped(n))[mode] / exact[mode] - 1.0).abs();
         for mode in 0..4 {
             let order = (error(10, mode) / error(20, mode)).log2();
             assert!((1.9..2.1).contains(&order), "nut {nut}, mode {}: order {order}", mode + 1);
@@ -343,8 +343,8 @@ fn limit_condensed_chain_has_the_frequencies_of_the_full_one() {
     let here = Operating::at_nut(0.7);
     for lumps in [2, 7, 40] {
         let hz = eigen_hz(&matrices(&machine, &machine.start(), &here, lumps).unwrap().condensed().unwrap());
-        let structure = Arc::new(Structure::new(&machine, 0, 0, Rods::Lumped(lumps)).unwrap());
-        let mut network = structure.network();
+        let structure = Arc::new(Structure::new(&machine, 0, 0, RodModel::Lumped(lumps)).unwrap());
+        let mut network = structure.empty_model();
         network.update(&machine, &machine.start(), &here);
         let ours: Vec<f64> = undamped_modes(&network, 2500.0, &mut structure.workspace()).iter().map(|m| m.frequency_hz).collect();
         assert_eq!(ours.len(), hz.iter().filter(|f| **f < 2500.0).count(), "{lumps}: {ours:?} {hz:?}");

@@ -2,7 +2,7 @@
 
 use jointid::machine::Operating;
 use jointid::model::coupling::coupled_receptances;
-use jointid::model::{Complexes, FrequencyGrid, LANES, Reals, Rods, Structure, undamped_modes};
+use jointid::model::{Complexes, FrequencyGrid, LANES, Reals, RodModel, Structure, undamped_modes};
 use std::sync::Arc;
 
 use crate::support::bench_equations::{TAB_3, h_all};
@@ -17,8 +17,8 @@ fn omega(f: f64) -> f64 {
 #[test]
 fn published_undamped_modes_at_l1() {
     let config = config("configs/tian-as-published.toml");
-    let structure = table_structure(&config.machine, Rods::Exact);
-    let mut network = structure.network();
+    let structure = table_structure(&config.machine, RodModel::Exact);
+    let mut network = structure.empty_model();
     network.update(&config.machine, &config.machine.start(), &Operating::at_nut(0.6));
     let modes = undamped_modes(&network, 1000.0, &mut structure.workspace());
     let expected = [0.0, 109.2223235, 354.4007986, 531.5772765, 739.2526774];
@@ -34,8 +34,8 @@ fn limit_an_evaluation_allocates_nothing() {
     let config = config("configs/tian.toml");
     let machine = &config.machine;
     let (values, here) = (machine.start(), Operating::at_nut(0.6));
-    let structure = table_structure(machine, Rods::Exact);
-    let (mut network, mut work) = (structure.network(), structure.workspace());
+    let structure = table_structure(machine, RodModel::Exact);
+    let (mut network, mut work) = (structure.empty_model(), structure.workspace());
     let columns: Vec<Option<usize>> = (0..values.len()).map(Some).collect();
     network.update(machine, &values, &here);
     let sensitivity = network.sensitivity(machine, &values, &here, &columns, None);
@@ -61,8 +61,8 @@ fn limit_a_frequency_grid_with_stored_rods_gives_the_same_receptances() {
     let (machine, values) = (&config.machine, config.machine.start());
     for names in [("table", "table"), ("rotor", "table")] {
         let [response, excitation] = [names.0, names.1].map(|name| machine.point(name).unwrap());
-        let structure = Arc::new(Structure::new(machine, response, excitation, Rods::Exact).unwrap());
-        let (mut network, mut work) = (structure.network(), structure.workspace());
+        let structure = Arc::new(Structure::new(machine, response, excitation, RodModel::Exact).unwrap());
+        let (mut network, mut work) = (structure.empty_model(), structure.workspace());
         let omegas: Vec<f64> = (1..=70).map(|i| omega(12.7 * f64::from(i))).collect();
         network.update(machine, &values, &Operating::at_nut(0.6));
         let mut lines = FrequencyGrid::new(&omegas);
@@ -72,7 +72,7 @@ fn limit_a_frequency_grid_with_stored_rods_gives_the_same_receptances() {
             let direct = network.sweep(&omegas, &mut work);
             for groups in [0..5, 10..lines.omega_rad_s().len()] {
                 let stored = network.receptances_on(&lines, groups.clone(), &mut work);
-                let each = stored.iter().flat_map(|h| h.apart()).zip(&direct[groups.start * LANES..]);
+                let each = stored.iter().flat_map(|h| h.lanes()).zip(&direct[groups.start * LANES..]);
                 each.for_each(|(a, b)| assert!((a - b).norm() < 1e-12 * b.norm(), "{a} against {b}"));
             }
         }
@@ -101,8 +101,8 @@ fn published_equations_and_both_routes_agree() {
                 for (i, response) in names.iter().enumerate() {
                     for (j, excitation) in names.iter().enumerate() {
                         let (r, e) = (machine.point(response).unwrap(), machine.point(excitation).unwrap());
-                        let structure = Arc::new(Structure::new(machine, r, e, Rods::Exact).unwrap());
-                        let mut network = structure.network();
+                        let structure = Arc::new(Structure::new(machine, r, e, RodModel::Exact).unwrap());
+                        let mut network = structure.empty_model();
                         network.update(machine, &values, &Operating::at_nut(nut));
                         let direct = network.at(omega(f), &mut structure.workspace()).receptance;
                         let coupled = coupled.get_or_insert_with(|| coupled_receptances(&network, machine, omega(f)).unwrap());
@@ -131,8 +131,8 @@ fn limit_every_entry_by_both_routes() {
                 let mut coupled = None;
                 for r in 0..machine.points.len() {
                     for e in 0..machine.points.len() {
-                        let structure = Arc::new(Structure::new(machine, r, e, Rods::Exact).unwrap());
-                        let mut network = structure.network();
+                        let structure = Arc::new(Structure::new(machine, r, e, RodModel::Exact).unwrap());
+                        let mut network = structure.empty_model();
                         network.update(machine, &machine.start(), &Operating::at_nut(nut));
                         let direct = network.at(omega(f), &mut structure.workspace()).receptance;
                         let coupled = coupled.get_or_insert_with(|| coupled_receptances(&network, machine, omega(f)).unwrap());
@@ -158,8 +158,8 @@ fn limit_a_hollow_screw_with_its_core_is_the_solid_one() {
     nested.shafts.push(core);
     let at = |machine: &jointid::machine::Machine, f: f64| {
         let [r, e] = ["table", "rotor"].map(|name| machine.point(name).unwrap());
-        let structure = Arc::new(Structure::new(machine, r, e, Rods::Exact).unwrap());
-        let mut network = structure.network();
+        let structure = Arc::new(Structure::new(machine, r, e, RodModel::Exact).unwrap());
+        let mut network = structure.empty_model();
         network.update(machine, &machine.start(), &Operating::at_nut(0.6));
         network.at(omega(f), &mut structure.workspace()).receptance
     };
@@ -174,13 +174,13 @@ fn limit_a_hollow_screw_with_its_core_is_the_solid_one() {
 fn limit_finite_elements_and_lumps_converge_at_second_order() {
     let config = config("configs/tian-as-published.toml");
     let machine = &config.machine;
-    let exact = undamped(machine, Rods::Exact, 0.8);
+    let exact = undamped(machine, RodModel::Exact, 0.8);
     for method in ["consistent", "lumped"] {
         let errors = |n: usize| -> Vec<f64> {
             let hz = if method == "consistent" {
                 Bench::new(n, 0.8, TAB_3, (0.0, 0.0)).undamped_hz()
             } else {
-                undamped(machine, Rods::Lumped(n), 0.8)
+                undamped(machine, RodModel::Lumped(n), 0.8)
             };
             (1..5).map(|i| (hz[i] / exact[i] - 1.0).abs()).collect()
         };
@@ -193,9 +193,9 @@ fn limit_finite_elements_and_lumps_converge_at_second_order() {
     }
 }
 
-fn undamped(machine: &jointid::machine::Machine, rods: Rods, nut: f64) -> Vec<f64> {
+fn undamped(machine: &jointid::machine::Machine, rods: RodModel, nut: f64) -> Vec<f64> {
     let structure = table_structure(machine, rods);
-    let mut network = structure.network();
+    let mut network = structure.empty_model();
     network.update(machine, &machine.start(), &Operating::at_nut(nut));
     undamped_modes(&network, 1000.0, &mut structure.workspace()).iter().map(|m| m.frequency_hz).collect()
 }
@@ -204,8 +204,8 @@ fn undamped(machine: &jointid::machine::Machine, rods: Rods, nut: f64) -> Vec<f6
 #[test]
 fn limit_damped_receptance_of_a_fine_mesh() {
     let config = config("configs/tian-as-published.toml");
-    let structure = table_structure(&config.machine, Rods::Exact);
-    let mut network = structure.network();
+    let structure = table_structure(&config.machine, RodModel::Exact);
+    let mut network = structure.empty_model();
     let mut work = structure.workspace();
     for (_, nut) in POSITIONS {
         network.update(&config.machine, &config.machine.start(), &Operating::at_nut(nut));
@@ -221,8 +221,8 @@ fn limit_damped_receptance_of_a_fine_mesh() {
 #[test]
 fn limit_count_of_modes_is_that_of_a_fine_mesh() {
     let config = config("configs/tian-as-published.toml");
-    let structure = table_structure(&config.machine, Rods::Exact);
-    let mut network = structure.network();
+    let structure = table_structure(&config.machine, RodModel::Exact);
+    let mut network = structure.empty_model();
     let mut work = structure.workspace();
     for (_, nut) in POSITIONS {
         network.update(&config.machine, &config.machine.start(), &Operating::at_nut(nut));
@@ -241,8 +241,8 @@ fn limit_count_of_modes_is_that_of_a_fine_mesh() {
 #[test]
 fn limit_slope_of_the_receptance() {
     let config = config("configs/tian.toml");
-    let structure = table_structure(&config.machine, Rods::Exact);
-    let mut network = structure.network();
+    let structure = table_structure(&config.machine, RodModel::Exact);
+    let mut network = structure.empty_model();
     let mut work = structure.workspace();
     network.update(&config.machine, &config.machine.start(), &Operating::at_nut(1.0));
     for f in (1..200).map(|i| 5.03 * f64::from(i)) {
@@ -258,8 +258,8 @@ fn limit_slope_of_the_receptance() {
 #[test]
 fn limit_rigid_body() {
     let config = config("configs/tian-as-published.toml");
-    let structure = table_structure(&config.machine, Rods::Exact);
-    let mut network = structure.network();
+    let structure = table_structure(&config.machine, RodModel::Exact);
+    let mut network = structure.empty_model();
     network.update(&config.machine, &config.machine.start(), &Operating::at_nut(1.3));
     let w = omega(0.5);
     let h = network.at(w, &mut structure.workspace()).receptance;
@@ -275,11 +275,11 @@ fn limit_rigid_body() {
 fn limit_shapes_along_the_screw_meet_their_points_and_the_wave_equation() {
     let config = config("configs/tian.toml");
     let machine = &config.machine;
-    let structure = table_structure(machine, Rods::Exact);
-    let (mut network, operating) = (structure.network(), Operating::at_nut(1.0));
+    let structure = table_structure(machine, RodModel::Exact);
+    let (mut network, operating) = (structure.empty_model(), Operating::at_nut(1.0));
     network.update(machine, &machine.start(), &operating);
     for mode in undamped_modes(&network, 1500.0, &mut structure.workspace()) {
-        let along = network.along(machine, &machine.start(), &operating, (mode.frequency_hz, &mode.shape), 50);
+        let along = network.shaft_deflections(machine, &machine.start(), &operating, (mode.frequency_hz, &mode.shape), 50);
         assert_eq!(along.len(), 2);
         for shaft in &along {
             let modulus = if shaft.torsional { 7.75e10 } else { 2e11 };

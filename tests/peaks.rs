@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use jointid::machine::{Machine, Operating};
-use jointid::model::{PeakSearch, Rods, Structure, peaks};
+use jointid::model::{PeakSearch, RodModel, Structure, peaks};
 use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
 
@@ -47,8 +47,8 @@ proptest! {
     ) {
         let config = config("configs/tian.toml");
         let point = |name: &str| config.machine.point(name).unwrap();
-        let structure = Arc::new(Structure::new(&config.machine, point(response), point("table"), Rods::Exact).unwrap());
-        let (mut network, mut work) = (structure.network(), structure.workspace());
+        let structure = Arc::new(Structure::new(&config.machine, point(response), point("table"), RodModel::Exact).unwrap());
+        let (mut network, mut work) = (structure.empty_model(), structure.workspace());
         network.update(&config.machine, &values(&config.machine, &coordinates), &Operating::at_nut(nut));
         let found = peaks(&network, PeakSearch { omega_power, ..SEARCH }, &mut work);
         let mut size = |f: f64| {
@@ -83,8 +83,8 @@ proptest! {
         let numbers = values(machine, &coordinates);
         let at = |response: &str, excitation: &str| {
             let (r, e) = (machine.point(response).unwrap(), machine.point(excitation).unwrap());
-            let structure = std::sync::Arc::new(jointid::model::Structure::new(machine, r, e, Rods::Exact).unwrap());
-            let mut network = structure.network();
+            let structure = std::sync::Arc::new(jointid::model::Structure::new(machine, r, e, RodModel::Exact).unwrap());
+            let mut network = structure.empty_model();
             network.update(machine, &numbers, &Operating::at_nut(nut));
             network.at(std::f64::consts::TAU * f, &mut structure.workspace()).receptance
         };
@@ -100,8 +100,8 @@ proptest! {
     fn limit_frequencies_rise_with_stiffness((coordinates, nut) in random_case(), which in 0..4_usize) {
         let config = config("configs/tian.toml");
         let machine = &config.machine;
-        let structure = table_structure(machine, Rods::Exact);
-        let (mut network, mut work) = (structure.network(), structure.workspace());
+        let structure = table_structure(machine, RodModel::Exact);
+        let (mut network, mut work) = (structure.empty_model(), structure.workspace());
         let mut numbers = values(machine, &coordinates);
         let count = |network: &jointid::model::AssembledModel, work: &mut _| -> Vec<usize> {
             (1..100).map(|i| network.modes_below(63.1 * f64::from(i), work)).collect()
@@ -124,8 +124,8 @@ proptest! {
         let nut_joint = machine.joints.iter().position(|j| j.name == "nut").unwrap();
         machine.joints[nut_joint].on.truncate(2);
         let mut numbers = values(&machine, &coordinates);
-        let structure = table_structure(&machine, Rods::Exact);
-        let (mut network, mut work) = (structure.network(), structure.workspace());
+        let structure = table_structure(&machine, RodModel::Exact);
+        let (mut network, mut work) = (structure.empty_model(), structure.workspace());
         network.update(&machine, &numbers, &Operating::at_nut(nut));
         let original = network.at(std::f64::consts::TAU * f, &mut work).receptance;
         for (a, b) in [("k_al", "k_ar"), ("c_al", "c_ar")] {
@@ -141,8 +141,8 @@ proptest! {
 #[test]
 fn published_joint_values_give_one_peak() {
     let config = config("configs/tian-as-published.toml");
-    let structure = table_structure(&config.machine, Rods::Exact);
-    let mut network = structure.network();
+    let structure = table_structure(&config.machine, RodModel::Exact);
+    let mut network = structure.empty_model();
     network.update(&config.machine, &config.machine.start(), &Operating::at_nut(0.6));
     let found = peaks(&network, SEARCH, &mut structure.workspace());
     assert_eq!(found.len(), 1, "{found:?}");
@@ -154,8 +154,8 @@ fn published_joint_values_give_one_peak() {
 fn published_damping_moves_peaks() {
     let config = config("configs/tian.toml");
     let machine = &config.machine;
-    let structure = table_structure(machine, Rods::Exact);
-    let mut network = structure.network();
+    let structure = table_structure(machine, RodModel::Exact);
+    let mut network = structure.empty_model();
     let mut numbers = machine.start();
     for (id, value) in
         [("k_al", 4.1e7), ("k_ar", 2.7e7), ("k_n", 7.09e8), ("k_m", 399.0), ("c_n", 2.25e5), ("c_m", 0.045), ("c_al", 1e3), ("c_ar", 1e3)]

@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use jointid::config::read_machine_text;
 use jointid::machine::{Machine, Operating};
-use jointid::model::{AssembledModel, Rods, Structure, Workspace, undamped_modes};
+use jointid::model::{AssembledModel, RodModel, Structure, Workspace, undamped_modes};
 use nalgebra::DMatrix;
 use num_complex::Complex64;
 use proptest::prelude::*;
@@ -81,22 +81,22 @@ impl MachineSpec {
         Operating::at_nut(if self.mirrored { self.length_m - self.nut_m } else { self.nut_m })
     }
 
-    fn network(&self, response: &str, excitation: &str, rods: Rods) -> (AssembledModel, Workspace) {
+    fn network(&self, response: &str, excitation: &str, rods: RodModel) -> (AssembledModel, Workspace) {
         let machine = self.machine();
         let point = |name: &str| machine.point(name).unwrap();
         let structure = Arc::new(Structure::new(&machine, point(response), point(excitation), rods).unwrap());
-        let mut network = structure.network();
+        let mut network = structure.empty_model();
         network.update(&machine, &machine.start(), &self.operating());
         (network, structure.workspace())
     }
 
-    fn receptance(&self, response: &str, excitation: &str, f: f64, rods: Rods) -> Complex64 {
+    fn receptance(&self, response: &str, excitation: &str, f: f64, rods: RodModel) -> Complex64 {
         let (network, mut work) = self.network(response, excitation, rods);
         network.receptance(TAU * f, &mut work)
     }
 
     /// Returns the undamped natural frequencies up to 1500 Hz.
-    fn frequencies_hz(&self, rods: Rods) -> Vec<f64> {
+    fn frequencies_hz(&self, rods: RodModel) -> Vec<f64> {
         let (network, mut work) = self.network("table", "table", rods);
         undamped_modes(&network, 1500.0, &mut work).iter().map(|m| m.frequency_hz).collect()
     }
@@ -187,8 +187,8 @@ fn random_machine(held: bool) -> impl Strategy<Value = MachineSpec> {
     )
 }
 
-fn rods() -> impl Strategy<Value = Rods> {
-    prop_oneof![Just(Rods::Exact), (1..12_usize).prop_map(Rods::Lumped)]
+fn rods() -> impl Strategy<Value = RodModel> {
+    prop_oneof![Just(RodModel::Exact), (1..12_usize).prop_map(RodModel::Lumped)]
 }
 
 /// Whether two receptances are equal, relative to themselves or to the scale of their driving points.

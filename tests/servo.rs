@@ -7,7 +7,7 @@ use std::sync::Arc;
 use assert_cmd::Command;
 use jointid::config::{embedded_config, read_machine_text};
 use jointid::machine::{Machine, Operating};
-use jointid::model::{Rods, Structure, matrices};
+use jointid::model::{RodModel, Structure, matrices};
 use jointid::motion::{
     Circle, Course, GainRow, LinearLoops, SCurve, ServoImpedance, SimulationSettings, Trace, contour_error, gain_study, simulate,
     sine_response, smooth,
@@ -79,7 +79,7 @@ fn the_energy_balance_of_windings_holds_and_switching_agrees_with_averaging() {
     for trace in [&averaged, &switching] {
         let e = trace.energy;
         assert!(trace.complete && e.imbalance() < 1e-6 && e.supplied_j > 0.5, "{e:?}");
-        assert!(e.driving_j > 0.0 && e.driving_j <= e.turned_over_j, "{e:?}");
+        assert!(e.driving_j > 0.0 && e.driving_j <= e.throughput_j, "{e:?}");
     }
     // A fast motion couples the d and q axes; the weak loop of the d current, with reference 0, leaves a residual current.
     let salient = ["drive.motor.inductance_d_h=1.2e-3", "drive.current.gain=4.0"];
@@ -185,8 +185,8 @@ fn limit_closed_loops_have_their_servo_stiffness() {
     let point = |name: &str| axis.point(name).unwrap();
     let (motor, slide) = (point("motor"), point("slide"));
     let open = |at: usize, force: usize, omega: f64| {
-        let structure = std::sync::Arc::new(jointid::model::Structure::new(&axis, at, force, jointid::model::Rods::Exact).unwrap());
-        let mut network = structure.network();
+        let structure = std::sync::Arc::new(jointid::model::Structure::new(&axis, at, force, jointid::model::RodModel::Exact).unwrap());
+        let mut network = structure.empty_model();
         network.update(&axis, &values, &Operating::default());
         network.sweep(&[omega], &mut structure.workspace())[0]
     };
@@ -217,8 +217,8 @@ fn limit_the_servo_impedance_agrees_with_the_lifted_loops_at_low_frequency() {
         let values = axis.start();
         let hold = ServoImpedance::new(&axis, &values, &Operating::default()).unwrap();
         let loops = LinearLoops::new(&axis, &values, &SimulationSettings::default()).unwrap();
-        let structure = std::sync::Arc::new(jointid::model::Structure::new(&axis, 0, 0, jointid::model::Rods::Exact).unwrap());
-        let mut network = structure.network();
+        let structure = std::sync::Arc::new(jointid::model::Structure::new(&axis, 0, 0, jointid::model::RodModel::Exact).unwrap());
+        let mut network = structure.empty_model();
         network.update(&axis, &values, &Operating::default());
         for hz in [5.0, 20.0, 60.0, 110.0] {
             let h = network.sweep(&[TAU * hz], &mut structure.workspace())[0];
@@ -240,8 +240,8 @@ fn limit_a_servo_joint_is_its_spring_and_damper() {
         )
     };
     let receptance = |machine: &Machine| {
-        let structure = std::sync::Arc::new(jointid::model::Structure::new(machine, 0, 0, jointid::model::Rods::Exact).unwrap());
-        let mut network = structure.network();
+        let structure = std::sync::Arc::new(jointid::model::Structure::new(machine, 0, 0, jointid::model::RodModel::Exact).unwrap());
+        let mut network = structure.empty_model();
         network.update(machine, &machine.start(), &Operating::default());
         network.sweep(&[TAU * 12.0], &mut structure.workspace())[0]
     };
@@ -559,8 +559,8 @@ fn limit_a_hold_with_integral_action_is_its_closed_form() {
     let text = "title = \"held\"\n[[point]]\nname = \"rotor\"\nmotion = \"rotation\"\ninertia_kg_m2 = 5e-3\n[[joint]]\nname = \"hold\"\nbetween = [\"rotor\", \"ground\"]\n\
                 stiffness = 800.0\ndamping = 0.3\nloss_factor = 0.02\nintegral_rate = 25.0\n";
     let machine = machine(text);
-    let structure = Arc::new(Structure::new(&machine, 0, 0, Rods::Exact).unwrap());
-    let (mut network, mut work) = (structure.network(), structure.workspace());
+    let structure = Arc::new(Structure::new(&machine, 0, 0, RodModel::Exact).unwrap());
+    let (mut network, mut work) = (structure.empty_model(), structure.workspace());
     network.update(&machine, &[], &Operating::default());
     for hz in [2.0, 5.0, 60.0, 400.0] {
         let omega = TAU * hz;

@@ -5,8 +5,8 @@ use std::collections::BTreeMap;
 use jointid::config::{MachineConfig, read_machine_text};
 use jointid::diagnosis::VerdictKind;
 use jointid::diagnosis::motion::{MotionDiagnosis, MotionSettings, diagnose_motion};
-use jointid::identification::motion::{ForceFit, estimate_weighed};
-use jointid::inverse_dynamics::{MotionSignal, Preprocessing, Rigid, free_parameters, unseen};
+use jointid::identification::motion::{ForceFit, estimate_weighted};
+use jointid::inverse_dynamics::{MotionSignal, Preprocessing, Rigid, free_parameters, parameters_without_influence};
 use jointid::measurement::{DriveEffort, MotionRecord};
 use jointid::motion::{Course, SimulationSettings, simulate};
 use jointid::optimizer::Control;
@@ -120,10 +120,10 @@ fn record(name: &str, samples: &[(f64, f64, f64, f64)]) -> MotionRecord {
 fn prepared(config: &MachineConfig, record: &MotionRecord) -> MotionSignal {
     let machine = &config.machine;
     let rigid = Rigid::new(machine, &machine.start()).unwrap();
-    let motion = MotionSignal::new(record, Preprocessing::usual(record.step_s)).unwrap();
+    let motion = MotionSignal::new(record, Preprocessing::default_for(record.step_s)).unwrap();
     rigid.check(machine, &motion).unwrap();
     let (motion, warnings) = motion.with_points(record, machine, &rigid).unwrap();
-    assert!(warnings.is_empty() && motion.further.len() == 1);
+    assert!(warnings.is_empty() && motion.extra_channels.len() == 1);
     motion
 }
 
@@ -131,9 +131,9 @@ fn identified(config: &MachineConfig, motions: &mut [MotionSignal]) -> (ForceFit
     let machine = &config.machine;
     let rigid = Rigid::new(machine, &machine.start()).unwrap();
     let free = free_parameters(machine, &[]).unwrap();
-    assert!(unseen(&rigid, machine, &free, &motions.iter().collect::<Vec<_>>()).is_empty());
+    assert!(parameters_without_influence(&rigid, machine, &free, &motions.iter().collect::<Vec<_>>()).is_empty());
     let all: Vec<usize> = (0..motions.len()).collect();
-    (estimate_weighed(&rigid, machine, &free, motions, &all).unwrap(), rigid)
+    (estimate_weighted(&rigid, machine, &free, motions, &all).unwrap(), rigid)
 }
 
 /// Noise-free records of the library's own simulator give back sign and size of every part of the transmission error, from distant start values.
@@ -189,13 +189,15 @@ fn limit_the_loops_give_the_motor_position() {
     let samples: Vec<_> = trace.samples.iter().map(|s| (s.command, s.points[table], s.points[table], s.force)).collect();
     let record = MotionRecord { others: BTreeMap::new(), ..record("simulated", &samples) };
     let rigid = Rigid::new(machine, &machine.start()).unwrap();
-    let motion = || MotionSignal::new(&record, Preprocessing::usual(record.step_s)).unwrap();
-    let at = |response: Option<&str>| motion().read_at(response.and_then(|name| machine.point(name)), &record, machine, &rigid).unwrap();
-    assert!(at(None).further.is_empty() && at(Some("motor")).further.is_empty());
+    let motion = || MotionSignal::new(&record, Preprocessing::default_for(record.step_s)).unwrap();
+    let at = |response: Option<&str>| {
+        motion().with_reconstructed_encoder(response.and_then(|name| machine.point(name)), &record, machine, &rigid).unwrap()
+    };
+    assert!(at(None).extra_channels.is_empty() && at(Some("motor")).extra_channels.is_empty());
     let mut motions = [at(Some("table"))];
-    assert!(motions[0].further.len() == 1 && motions[0].further[0].is_identifiable());
+    assert!(motions[0].extra_channels.len() == 1 && motions[0].extra_channels[0].is_identifiable());
     let free = free_parameters(machine, &[]).unwrap();
-    let fit = estimate_weighed(&rigid, machine, &free, &mut motions, &[0]).unwrap();
+    let fit = estimate_weighted(&rigid, machine, &free, &mut motions, &[0]).unwrap();
     for ((id, value), tolerance) in truth.into_iter().zip([0.02, 0.02, 0.02, 0.05]) {
         let found = fit.values[machine.parameter(id).unwrap()];
         println!("{id}: {found:.5e} for {value:.5e}");
@@ -218,11 +220,11 @@ fn limit_a_load_behind_a_spring_needs_its_force() {
     let x: Vec<f64> = (0..3000).map(|i| 0.01 * (omega * 1e-3 * f64::from(i)).sin()).collect();
     let samples: Vec<_> = x.iter().map(|x| (*x, *x, *x, 0.0)).collect();
     let record = MotionRecord { others: BTreeMap::new(), load: DriveEffort::Force(vec![1.0; x.len()]), ..record("sine", &samples) };
-    let motor = MotionSignal::new(&record, Preprocessing::usual(1e-3)).unwrap();
-    let table = motor.clone().read_at(machine.point("table"), &record, machine, &rigid).unwrap();
+    let motor = MotionSignal::new(&record, Preprocessing::default_for(1e-3)).unwrap();
+    let table = motor.clone().with_reconstructed_encoder(machine.point("table"), &record, machine, &rigid).unwrap();
     let soft = omega * omega * ratio;
     for (motion, mass) in [(&motor, 40.0 + 100.0 / (1.0 - soft)), (&table, 100.0 + 40.0 * (1.0 - soft))] {
-        let force = rigid.force_giving_way((0, 1.0), machine, &machine.start(), motion).unwrap();
+        let force = rigid.force_with_compliant_joint((0, 1.0), machine, &machine.start(), motion).unwrap();
         let sums = force.iter().zip(&x).skip(1000).take(1000).fold((0.0, 0.0), |(a, b), (f, x)| (a - f * x, b + omega * omega * x * x));
         assert!((sums.0 / sums.1 / mass - 1.0).abs() < 1e-3, "{} for {mass}", sums.0 / sums.1);
         assert!(((mass / 140.0 - 1.0).abs()) > 1.5e-3);
@@ -282,7 +284,7 @@ fn recover_a_compliant_transmission_with_one_encoder() {
     let of = |axis: &TwoMasses, name: &str, seed: u64| {
         let mut record = record(name, &axis.run(&course(seed), seed));
         record.others.clear();
-        MotionSignal::new(&record, Preprocessing::usual(record.step_s)).unwrap()
+        MotionSignal::new(&record, Preprocessing::default_for(record.step_s)).unwrap()
     };
     for (label, axis, named) in [
         ("backlash", TwoMasses { backlash_m: 6e-5, stiffness: 2e8, ..quiet }, true),

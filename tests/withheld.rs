@@ -7,7 +7,7 @@ use std::sync::Arc;
 
 use assert_cmd::Command;
 use jointid::machine::Operating;
-use jointid::model::{Rods, Structure};
+use jointid::model::{RodModel, Structure};
 use jointid::reference_simulator::draw::Draw;
 use jointid::reference_simulator::effect::Place;
 use jointid::reference_simulator::machine::assembly::Assembly;
@@ -560,8 +560,8 @@ fn limit_the_reference_simulator_agrees_with_the_model() {
         let machine = jointid::config::read_machine(file.to_str().unwrap(), &[], &[]).unwrap().machine;
         for (response, excitation) in [(Point::Table, Point::Table), (Point::Rotor, Point::Rotor), (Point::Right, Point::Table)] {
             let index = |point: Point| machine.points.iter().position(|p| p.name == point.name()).unwrap();
-            let structure = Arc::new(Structure::new(&machine, index(response), index(excitation), Rods::Exact).unwrap());
-            let (mut network, mut work) = (structure.network(), structure.workspace());
+            let structure = Arc::new(Structure::new(&machine, index(response), index(excitation), RodModel::Exact).unwrap());
+            let (mut network, mut work) = (structure.empty_model(), structure.workspace());
             for nut_m in drawn.nut_m {
                 network.update(&machine, &machine.start(), &Operating { nut_m: Some(nut_m), ..Operating::default() });
                 let assembly = Assembly::new(&truth, &[], nut_m, 1.0);

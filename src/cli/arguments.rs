@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
 
-use dynamics::model::Rods;
+use dynamics::model::RodModel;
 use measurement::Quantity;
 
 /// Fitted and held-out positions.
@@ -91,10 +91,10 @@ pub struct RodArguments {
 
 impl RodArguments {
     /// Returns the requested representation.
-    pub fn represent(&self) -> Rods {
+    pub fn represent(&self) -> RodModel {
         match self.model {
-            ModelName::Receptance => Rods::Exact,
-            ModelName::Lumped => Rods::Lumped(usize::from(self.lumps)),
+            ModelName::Receptance => RodModel::Exact,
+            ModelName::Lumped => RodModel::Lumped(usize::from(self.lumps)),
         }
     }
 }

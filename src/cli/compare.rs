@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use crate::arguments::{OutputArguments, SearchArguments, Sources};
 use crate::document_rows;
-use crate::long_work::{control, ended, on_threads};
+use crate::long_work::{control, finish, on_threads};
 use crate::outcome::{CommandResult, deliver, prepare, to_message, warn};
 use crate::progress::WorkProgress;
 use crate::search::{objective_word, plan};
@@ -61,7 +61,7 @@ pub fn run(given: &CompareArguments) -> CommandResult {
         progress.end();
         let (document, complete) = scores?;
         deliver(&given.output, folder.as_ref(), "objectives.json", &document, &objectives_table(&document))?;
-        return Ok(ended(&given.output, &control, complete));
+        return Ok(finish(&given.output, &control, complete));
     }
     let whole = plan.frf.is_some();
     let multi = document_rows::names(&loaded.set, &fit.positions, &fit.frfs, whole);
@@ -97,7 +97,7 @@ pub fn run(given: &CompareArguments) -> CommandResult {
         ComparisonDocument { stamp: stamp("comparison", plan.seed, complete, &loaded, warnings), common_positions: common, runs };
     warn(&given.output, &document.stamp.warnings);
     deliver(&given.output, folder.as_ref(), "comparison.json", &document, &text(&document))?;
-    Ok(ended(&given.output, &control, complete))
+    Ok(finish(&given.output, &control, complete))
 }
 
 fn text(document: &ComparisonDocument) -> String {

@@ -5,12 +5,12 @@ use std::sync::Arc;
 
 use crate::arguments::{OutputArguments, SearchArguments, Sources};
 use crate::document_rows;
-use crate::long_work::{control, ended, on_threads};
+use crate::long_work::{control, finish, on_threads};
 use crate::outcome::{CommandResult, deliver, prepare, to_message, warn};
 use crate::progress::WorkProgress;
 use crate::search::plan;
 use crate::sources::{Loaded, load, stamp};
-use dynamics::model::{Rods, Structure, undamped_modes};
+use dynamics::model::{RodModel, Structure, undamped_modes};
 use identification::{IdentificationSettings, identify};
 use machine::{Machine, Operating};
 use measurement::{FitSet, HoldOutSet};
@@ -62,7 +62,7 @@ pub fn run(given: &ConvergenceArguments) -> CommandResult {
     let condition = first.unwrap_or_else(|| Operating::at(machine.stroke_m().map(|s| 0.5 * s)));
     machine.check_operating("the first position", &condition).map_err(to_message)?;
     let mut rows = Vec::new();
-    for rods in counts.iter().map(|n| Rods::Lumped(usize::from(*n))).chain([Rods::Exact]) {
+    for rods in counts.iter().map(|n| RodModel::Lumped(usize::from(*n))).chain([RodModel::Exact]) {
         let row = row(&loaded, (&fit, &held_out), &requested, rods, &condition, given.search.threads, &control)?;
         rows.push(row);
         if control.stopped() {
@@ -79,14 +79,14 @@ pub fn run(given: &ConvergenceArguments) -> CommandResult {
     };
     warn(&given.output, &document.stamp.warnings);
     deliver(&given.output, folder.as_ref(), "convergence.json", &document, &text(machine, &document))?;
-    Ok(ended(&given.output, &control, complete))
+    Ok(finish(&given.output, &control, complete))
 }
 
 fn row(
     loaded: &Loaded,
     (fit, held_out): (&FitSet<'_>, &HoldOutSet<'_>),
     requested: &IdentificationSettings,
-    rods: Rods,
+    rods: RodModel,
     condition: &Operating,
     threads: Option<u16>,
     control: &Control,
@@ -104,8 +104,8 @@ fn row(
         positions.iter().filter(|(_, row)| row.role != "fit").filter_map(|(name, row)| Some((name.clone(), row.overall_error?))).collect();
     Ok(ConvergenceRow {
         lumps: match rods {
-            Rods::Exact => None,
-            Rods::Lumped(lumps) => Some(lumps),
+            RodModel::Exact => None,
+            RodModel::Lumped(lumps) => Some(lumps),
         },
         frequencies_hz: frequencies_hz(machine, rods, condition)?,
         parameters: machine.parameters.iter().zip(&found.values).map(|(p, x)| (p.id.clone(), *x)).collect(),
@@ -116,10 +116,10 @@ fn row(
 }
 
 /// Computes the first natural frequencies above 0 (Hz) at the start values.
-fn frequencies_hz(machine: &Machine, rods: Rods, condition: &Operating) -> Result<Vec<f64>, String> {
+fn frequencies_hz(machine: &Machine, rods: RodModel, condition: &Operating) -> Result<Vec<f64>, String> {
     let moving = machine.points.iter().position(|p| !p.fixed).ok_or("the machine has no point that moves")?;
     let structure = Arc::new(Structure::new(machine, moving, moving, rods).map_err(to_message)?);
-    let mut network = structure.network();
+    let mut network = structure.empty_model();
     network.update(machine, &machine.start(), condition);
     let modes = undamped_modes(&network, HIGHEST_HZ, &mut structure.workspace());
     Ok(modes.iter().map(|m| m.frequency_hz).filter(|f| *f > 0.0).take(COMPARED).collect())

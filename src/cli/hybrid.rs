@@ -7,7 +7,7 @@ use rayon::prelude::*;
 
 use crate::arguments::{OutputArguments, Sources, SplitArguments};
 use crate::identified::{check_identification, identified_values, read_identification};
-use crate::long_work::{control, ended};
+use crate::long_work::{control, finish};
 use crate::outcome::{CommandResult, deliver, prepare, to_message, warn};
 use crate::progress::WorkProgress;
 use crate::sources::{Loaded, inputs, load, load_again, stamp};
@@ -19,7 +19,7 @@ use numeric::parallel::OrFirstError;
 use numeric::statistics::quantile;
 use optimizer::Control;
 use report::columns;
-use report::hybrid::{ContourRow, HybridDocument, HybridRow, NetworkRow, Score};
+use report::hybrid::{ContourRow, HybridDocument, HybridRow, NeuralResidualRow, Score};
 
 /// Stride of the training examples among the samples of a record.
 const EXAMPLE_STRIDE: usize = 4;
@@ -119,7 +119,11 @@ pub fn run(given: &HybridArguments) -> CommandResult {
     let held_out = || records.values().filter(|r| r.role == "held_out");
     let document = HybridDocument {
         point: first.point.clone(),
-        network: NetworkRow { residual_m: first.trained.left_m, examples: first.examples, evaluations: first.trained.evaluations },
+        network: NeuralResidualRow {
+            residual_m: first.trained.residual_m,
+            examples: first.examples,
+            evaluations: first.trained.evaluations,
+        },
         median_ratio: quantile(held_out().map(|r| r.hybrid.rmse_m / r.analytical.rmse_m), 0.5),
         median_physics_to_hybrid: quantile(held_out().filter_map(|r| Some(r.physics?.rmse_m / r.hybrid.rmse_m)), 0.5),
         contours,
@@ -128,7 +132,7 @@ pub fn run(given: &HybridArguments) -> CommandResult {
     };
     warn(&given.output, &document.stamp.warnings);
     deliver(&given.output, folder.as_ref(), "hybrid.json", &document, &text(&document))?;
-    Ok(ended(&given.output, &control, complete))
+    Ok(finish(&given.output, &control, complete))
 }
 
 /// The machine as identified with the diagnosed effects.
@@ -168,7 +172,7 @@ fn axis(
     let column = format!("{}_m", point.name);
     let kept = |machine: &Machine, values: &[f64], record: &MotionRecord, what: &str| {
         let name = format!("{part} {what} {}", record.name);
-        let found = control.kept_or_failed(&name, || predict(machine, values, record, &point.name, control));
+        let found = control.try_cached(&name, || predict(machine, values, record, &point.name, control));
         progress.step();
         found
     };

@@ -12,7 +12,7 @@ use optimizer::{Control, Journal};
 use report::OutputFolder;
 
 /// Identifies this build of the program by the length and modification time of its file.
-pub fn build() -> Option<(u64, std::time::SystemTime)> {
+pub fn build_id() -> Option<(u64, std::time::SystemTime)> {
     std::env::current_exe().and_then(std::fs::metadata).and_then(|m| Ok((m.len(), m.modified()?))).ok()
 }
 
@@ -31,7 +31,7 @@ pub fn control(
         .map(|folder| {
             let path = folder.path().join(JOURNAL);
             // Another build may compute other numbers.
-            let mut work = format!("{} {:?} {}", env!("CARGO_PKG_VERSION"), build(), result_arguments(std::env::args()).join("\u{1f}"));
+            let mut work = format!("{} {:?} {}", env!("CARGO_PKG_VERSION"), build_id(), result_arguments(std::env::args()).join("\u{1f}"));
             inputs(loaded).iter().for_each(|input| work += &format!(" {}", input.sha256));
             let journal = Journal::open(&path, &work).map_err(|e| format!("{}: cannot be read: {e}; remove it", path.display()))?;
             if journal.taken_over() > 0 && !output.quiet {
@@ -40,11 +40,11 @@ pub fn control(
             Ok::<_, String>(Arc::new(journal))
         })
         .transpose()?;
-    Ok(Control::new(stop_flag(), Some(progress.watcher())).keeping(journal))
+    Ok(Control::new(stop_flag(), Some(progress.watcher())).with_journal(journal))
 }
 
 /// Ends a long computation: removes the journal of a complete run, and keeps that of a stopped one.
-pub fn ended(output: &OutputArguments, control: &Control, complete: bool) -> Outcome {
+pub fn finish(output: &OutputArguments, control: &Control, complete: bool) -> Outcome {
     let fault = control.journal().and_then(|journal| {
         if complete {
             journal.remove();
@@ -93,7 +93,7 @@ pub fn stop_flag() -> Arc<AtomicBool> {
 }
 
 /// Returns a predicate: whether Ctrl-C has not been pressed yet.
-pub fn watch_for_stop() -> impl Fn() -> bool + Sync {
+pub fn not_stopped() -> impl Fn() -> bool + Sync {
     let flag = stop_flag();
     move || !flag.load(Ordering::Relaxed)
 }

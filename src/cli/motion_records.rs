@@ -18,7 +18,7 @@ use report::document::PositionRow;
 use report::record::{CurveRow, MotionRecordRow, TransmissionRow};
 
 /// Whether a set holds motion records, and neither FRFs nor modes.
-pub fn holds_records_alone(set: &MeasurementSet) -> bool {
+pub fn has_only_motion_records(set: &MeasurementSet) -> bool {
     !set.motions.is_empty() && set.frfs.is_empty() && set.modes.is_none()
 }
 
@@ -28,17 +28,17 @@ pub fn names(set: &MeasurementSet, records: &[usize]) -> Vec<String> {
 }
 
 /// Preprocesses all records, in the order of the set. Returns them with the rigid machine and the warnings about their columns.
-pub fn prepare_all(loaded: &Loaded) -> Result<(Vec<MotionSignal>, Rigid, Vec<String>), String> {
+pub fn preprocess_all(loaded: &Loaded) -> Result<(Vec<MotionSignal>, Rigid, Vec<String>), String> {
     let records = &loaded.set.motions;
     let made: Result<Vec<MotionSignal>, _> =
-        records.par_iter().map(|r| MotionSignal::new(r, Preprocessing::usual(r.step_s))).or_first_error();
+        records.par_iter().map(|r| MotionSignal::new(r, Preprocessing::default_for(r.step_s))).or_first_error();
     add_channels(loaded, made.map_err(to_message)?)
 }
 
 /// Adds the extra channels of the set's records to their preprocessed motions. Returns as [`prepare_all`].
 pub fn add_channels(loaded: &Loaded, made: Vec<MotionSignal>) -> Result<(Vec<MotionSignal>, Rigid, Vec<String>), String> {
     let records = &loaded.set.motions;
-    let rigid = make_rigid(loaded)?;
+    let rigid = rigid_model(loaded)?;
     let machine = &loaded.config.machine;
     made.iter().try_for_each(|m| rigid.check(machine, m)).map_err(to_message)?;
     let named = |name: &String| point_named(machine, &loaded.set.path, "response", name);
@@ -46,14 +46,14 @@ pub fn add_channels(loaded: &Loaded, made: Vec<MotionSignal>) -> Result<(Vec<Mot
     let (mut motions, mut warnings) = (Vec::new(), Vec::new());
     for (motion, record) in made.into_iter().zip(records) {
         let (motion, column_warnings) = motion.with_points(record, machine, &rigid).map_err(to_message)?;
-        motions.push(motion.read_at(response, record, machine, &rigid).map_err(to_message)?);
+        motions.push(motion.with_reconstructed_encoder(response, record, machine, &rigid).map_err(to_message)?);
         warnings.extend(column_warnings);
     }
     Ok((motions, rigid, warnings))
 }
 
 /// Builds the rigid-body model of a machine.
-pub fn make_rigid(loaded: &Loaded) -> Result<Rigid, String> {
+pub fn rigid_model(loaded: &Loaded) -> Result<Rigid, String> {
     let machine = &loaded.config.machine;
     Rigid::new(machine, &machine.start()).map_err(|e| format!("{}: {e}", loaded.config.path))
 }
@@ -78,7 +78,7 @@ fn record_row(rigid: &Rigid, machine: &Machine, values: &[f64], motion: &MotionS
         transmission: transmission_rows(&part, motion),
         samples,
         compared: motion.load.len(),
-        period_s: motion.period.map(|p| p as f64 * motion.thinned_step_s()),
+        period_s: motion.period.map(|p| p as f64 * motion.decimated_step_s()),
     }
 }
 
@@ -141,14 +141,14 @@ pub fn transmission_rows(part: &MotionPart, motion: &MotionSignal) -> BTreeMap<S
     let row = |(part, channel): (&MotionPart, &ExtraChannel)| {
         let row = TransmissionRow {
             unit: channel.unit.into(),
-            residual: part.left(),
+            residual: part.residual_rms(),
             gap: part.own_gap(),
             tracking_gap: part.tracking_gap(),
             compared: part.samples,
         };
         (channel.column.clone(), row)
     };
-    part.further.iter().zip(&motion.further).map(row).collect()
+    part.extra_channels.iter().zip(&motion.extra_channels).map(row).collect()
 }
 
 /// Computes the friction curve of records, with the prediction of a machine at each speed.

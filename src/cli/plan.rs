@@ -100,7 +100,7 @@ pub fn run(given: &PlanArguments) -> CommandResult {
     let counts = if counts.is_empty() { vec![1] } else { counts };
     let ids: Vec<String> = design.free.iter().map(|i| machine.parameters[*i].id.clone()).collect();
     let row = |choice: &Choice| ChoiceRow {
-        measure: choice.which.iter().map(|i| name(*i)).collect(),
+        measure: choice.candidates.iter().map(|i| name(*i)).collect(),
         score: choice.score,
         determined: ids.iter().enumerate().filter(|(c, _)| choice.determines(*c)).map(|(_, id)| id.clone()).collect(),
         half_width95: ids
@@ -134,7 +134,7 @@ pub fn run(given: &PlanArguments) -> CommandResult {
             which.sort_unstable();
             which
         });
-        let split_rank = split.and_then(|split| ranked.iter().position(|c| c.which == split)).map(|at| at + 1);
+        let split_rank = split.and_then(|split| ranked.iter().position(|c| c.candidates == split)).map(|at| at + 1);
         rankings.push(PlanRanking { count, split_rank, choices: ranked.iter().map(row).collect() });
     }
     let mut stamped = stamp("plan", 0, true, &loaded, Vec::new());

@@ -6,7 +6,7 @@ use std::time::Duration;
 
 use indicatif::{ProgressBar, ProgressStyle};
 
-use optimizer::{Progressed, Watcher};
+use optimizer::{Progress, Watcher};
 
 const STEPS: &str = "{prefix}  {bar:24} {pos}/{len}  {elapsed}, {eta} left";
 const SEARCHES: &str = "{prefix}  {bar:24} {elapsed}, at most {eta} left  {msg}";
@@ -67,12 +67,12 @@ impl WorkProgress {
         Arc::new(move |progressed| {
             let Ok(mut at) = at.lock() else { return };
             match progressed {
-                Progressed::Stage(stage) => {
+                Progress::Stage(stage) => {
                     style(&bar, "{spinner} {prefix}  {elapsed}");
                     bar.set_prefix(format!("{}: {stage}", at.name));
                     bar.tick();
                 }
-                Progressed::Generation { search, done, most, best } => {
+                Progress::Generation { search, done, most, best } => {
                     if at.done.is_empty() {
                         style(&bar, SEARCHES);
                         bar.set_prefix(at.name.clone());
@@ -83,7 +83,7 @@ impl WorkProgress {
                     bar.set_position(at.done.values().sum());
                     bar.set_message(format!("best cost {:.4}", at.best));
                 }
-                Progressed::Step { what, done, of } => {
+                Progress::Step { what, done, of } => {
                     if done == 0 {
                         style(&bar, STEPS);
                         bar.set_prefix(format!("{}: {what}", at.name));

@@ -270,7 +270,7 @@ impl MachineFile {
             contacts: contacts(self.contact, &self.friction, defaults)?,
             segments: segments(self.segment)?,
             points: self.point.into_iter().map(point).collect::<Result<_, _>>()?,
-            shafts: self.shaft.into_iter().map(|s| s.places().map(|_| s)).collect::<Result<_, _>>().map_err(|e| e.to_string())?,
+            shafts: self.shaft.into_iter().map(|s| s.locations().map(|_| s)).collect::<Result<_, _>>().map_err(|e| e.to_string())?,
             joints: self.joint.into_iter().map(joint).collect::<Result<_, _>>()?,
             drive: self.drive,
             parameters: self.parameter.into_iter().map(parameter).collect(),

@@ -125,7 +125,7 @@ pub fn read_machine_text(path: &str, text: &str, overrides: Overrides<'_>, witho
     }
     // A removed effect may have contained a part that another effect needs.
     for effect in own.iter().filter(|effect| without.is_empty() && !machine.effects.contains(&effect.id)) {
-        let elsewhere = machine.lacks(&Effect { at: None, ..effect.clone() }).is_some();
+        let elsewhere = machine.missing_part(&Effect { at: None, ..effect.clone() }).is_some();
         if let Some(fault) = machine.with_effect(effect).err().filter(|_| !elsewhere) {
             let id = &effect.id;
             return Err(content(format!("effect «{id}»: {fault}; or list in its needs the parts that only other machines have")));
@@ -169,7 +169,7 @@ fn renamed_keys(path: &str, text: &str) -> Option<String> {
 /// Variants of an effect share one id and serve machines described with different names. The variant with the most needed parts in this
 /// machine is kept; where several remain, it comes first.
 fn one_of_each(effects: Vec<Effect>, machine: &Machine) -> Vec<Effect> {
-    let fits = |e: &Effect| if machine.lacks(e).is_none() { 1 + e.needs.len() } else { 0 };
+    let fits = |e: &Effect| if machine.missing_part(e).is_none() { 1 + e.needs.len() } else { 0 };
     let first = |id: &str| effects.iter().position(|e| e.id == id);
     let mut ordered: Vec<&Effect> = effects.iter().collect();
     ordered.sort_by_key(|e| (first(&e.id), Reverse(fits(e))));

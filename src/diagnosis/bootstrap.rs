@@ -6,7 +6,7 @@ use rayon::prelude::*;
 
 use super::decision::{Diagnosis, closed};
 use super::evidence::{Domain, DomainObjective, PartialGap};
-use super::fit::{Fitted, Fitter, place_of, values_of};
+use super::fit::{Fitted, Fitter, coordinates_of, values_of};
 use super::hypothesis::Hypothesis;
 use super::null_distribution::redraw_machine;
 use identification::objective::{FrfGap, FrfObjective, FrfSettings, ModeObjective, ModeSettings};
@@ -48,7 +48,7 @@ pub fn closed_interval(
     let drawn: Vec<f64> = (0..DRAWS)
         .into_par_iter()
         .filter_map(|draw| {
-            let closed = control.kept(&format!("{key} {draw} {seed}"), || one(draw));
+            let closed = control.cached(&format!("{key} {draw} {seed}"), || one(draw));
             step();
             closed
         })
@@ -85,7 +85,7 @@ fn closed_of_drawn_frfs(
     let (described, held_out_fitter) = (fitter.without_nuisances(), held_out_fitter.without_nuisances());
     let gap = |(hypothesis, fitted): Model<'_>| -> Option<Vec<PartialGap>> {
         let own = coarse(&described, hypothesis)?.shifted(&fit_change);
-        let start = place_of(&described.objective(hypothesis).ok()?, fitted);
+        let start = coordinates_of(&described.objective(hypothesis).ok()?, fitted);
         let polished = least_squares_within(&own, &start, &[], (STEPS, 1e-3), control.stop());
         let there = coarse(&held_out_fitter, hypothesis)?.shifted(&held_out_change);
         let part = |g: FrfGap| PartialGap { position: None, frf: Some(g.frf), gap: g.gap, floor: g.noise_floor, count: g.lines };
@@ -123,7 +123,7 @@ fn draw_modes(
 ) -> Option<MeasurementSet> {
     let mut set = fitter.fit.set.clone();
     let own = fitter.objective(hypothesis).ok()?;
-    let (gain, values) = (own.gain(&place_of(&own, fitted)), values_of(hypothesis, fitted));
+    let (gain, values) = (own.gain(&coordinates_of(&own, fitted)), values_of(hypothesis, fitted));
     let all = [fitter.fit.positions.clone(), held_out.positions.clone()].concat();
     let all = HoldOutSet { set: fitter.fit.set, positions: all, frfs: Vec::new() };
     let predictions = ModeObjective::held_out(&hypothesis.machine, &all, settings, None).ok()?.predict(&values);

@@ -4,7 +4,7 @@ use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
 use super::evidence::{Domain, DomainObjective};
-use super::fit::{Fitted, Fitter, MULTISTART_LEFT_OUT, place_of};
+use super::fit::{Fitted, Fitter, MULTISTART_LEFT_OUT, coordinates_of};
 use super::hypothesis::Hypothesis;
 use identification::objective::ObjectiveError;
 use numeric::parallel::OrFirstError;
@@ -28,7 +28,7 @@ pub fn cross_validation(fitter: &Fitter<'_>, hypothesis: &Hypothesis, fitted: &F
         return Ok(0.0);
     }
     let key = fitter.cache_key("left out", hypothesis, std::slice::from_ref(fitted));
-    control.kept_or_failed(&key, || cross_validation_from_all_starts(fitter, hypothesis, fitted, control))
+    control.try_cached(&key, || cross_validation_from_all_starts(fitter, hypothesis, fitted, control))
 }
 
 fn cross_validation_from_all_starts(
@@ -60,7 +60,7 @@ fn cross_validation_from_all_starts(
 
 /// Returns the loss of a fit to the retained data on the left-out data: see [`predictive_loss`].
 fn log_predictive_loss((kept, left): (&DomainObjective<'_>, &DomainObjective<'_>), part: &Fitted, control: &Control) -> f64 {
-    let information = kept.squares(|squares| squares.normal(&place_of(kept, part)).information);
+    let information = kept.squares(|squares| squares.normal(&coordinates_of(kept, part)).information);
     // Coordinates of both: parameters, gain and channels; nut positions belong to each part alone.
     let shared = |of: &DomainObjective<'_>| -> Vec<usize> {
         (0..of.nut_coordinates().start).chain(of.nut_coordinates().end..of.dimension()).collect()
@@ -73,7 +73,7 @@ fn log_predictive_loss((kept, left): (&DomainObjective<'_>, &DomainObjective<'_>
     let size = information.nrows();
     let Some(covariance) = (information + DMatrix::identity(size, size) * PRIOR_PRECISION).try_inverse() else { return f64::INFINITY };
     let covariance = covariance.select_rows(&retained_coordinates).select_columns(&retained_coordinates);
-    let place = place_of(left, part);
+    let place = coordinates_of(left, part);
     left.squares(|squares| predictive_loss(squares, &place, &left_out_coordinates, covariance, control).unwrap_or(f64::INFINITY))
 }
 

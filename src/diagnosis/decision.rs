@@ -65,7 +65,7 @@ pub struct Diagnosis {
     /// Excess of the nominal fit: its misfit over the median of null simulations.
     pub excess: f64,
     /// Excess of the chosen model.
-    pub excess_left: f64,
+    pub chosen_excess: f64,
     /// The chosen model: with the named effect or combination, else the nominal machine.
     pub chosen: (Hypothesis, Fitted),
     /// The machine as described with the effects of the chosen model, and its fit.
@@ -77,7 +77,7 @@ pub struct Diagnosis {
     /// The verdict.
     pub verdict: Verdict,
     /// Location to which the verdict refers.
-    pub place: Location,
+    pub location: Location,
     /// Tolerances estimated with the chosen model; empty where they are not fitted.
     pub tolerances: Vec<ToleranceEstimate>,
     /// Whether the diagnosis ran to its end.
@@ -235,7 +235,7 @@ pub fn diagnose(
         chosen_held_out: refit.gaps(&explained, held_out)?,
         gaps_with_nuisances: fitter.has_nuisances().then_some([nominal_held_out, chosen_with_nuisances]),
         tolerances: fitter.tolerances(&chosen.0, &chosen.1)?,
-        excess_left: null.excess(chosen.1.chi_square / count),
+        chosen_excess: null.excess(chosen.1.chi_square / count),
         described,
         explained,
         nominal: (screening.nominal, base),
@@ -245,7 +245,7 @@ pub fn diagnose(
         excess: before,
         chosen,
         verdict,
-        place,
+        location: place,
         complete: !control.stopped(),
     })
 }
@@ -331,7 +331,12 @@ fn decide(inputs: &DecisionInputs<'_, '_>) -> Result<(Verdict, (Hypothesis, Fitt
     let DecisionInputs { limits, screening, tried, null, count, same, located, .. } = inputs;
     let nominal = (screening.nominal.clone(), screening.base.clone());
     let before = null.excess(screening.base.chi_square / count);
-    let state = |kind: VerdictKind, effects: Vec<String>, reason: String, next: Option<String>| Verdict { kind, effects, reason, next };
+    let state = |kind: VerdictKind, effects: Vec<String>, reason: String, next: Option<String>| Verdict {
+        kind,
+        effects,
+        reason,
+        next_measurement: next,
+    };
     let next_at_location = "mount an accelerometer at that location and strike there, too";
     let unknown = |reason: String| state(VerdictKind::Unknown, Vec::new(), reason, Some(next_at_location.to_string()));
     if *count <= inputs.unknowns as f64 {

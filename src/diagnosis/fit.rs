@@ -133,7 +133,7 @@ impl<'s> Fitter<'s> {
 
     /// Minimises χ² up to a number of steps or until a step reduces it by less than a share: joints in series form long valleys.
     pub(super) fn descend_until(&self, objective: &DomainObjective<'_>, from: &Fitted, end: (u64, f64), control: &Control) -> Fitted {
-        let place = place_of(objective, from);
+        let place = coordinates_of(objective, from);
         let polished = objective.squares(|squares| least_squares_within(squares, &place, &[], end, control.stop()));
         read_back(objective, from, &polished.place, polished.normal.chi_square)
     }
@@ -143,7 +143,7 @@ impl<'s> Fitter<'s> {
     ///
     /// # Errors  as [`DomainObjective::new`].
     pub fn fit(&self, hypothesis: &Hypothesis, bases: &[Fitted], control: &Control) -> Result<Fitted, ObjectiveError> {
-        control.kept_or_failed(&self.cache_key("fit", hypothesis, bases), || self.fit_uncached(hypothesis, bases, control))
+        control.try_cached(&self.cache_key("fit", hypothesis, bases), || self.fit_uncached(hypothesis, bases, control))
     }
 
     /// Returns the key of a calculation on these data, under which its result is stored.
@@ -163,7 +163,7 @@ impl<'s> Fitter<'s> {
             .iter()
             .flat_map(|base| amplitudes(hypothesis).into_iter().map(move |added| start_of(hypothesis, base, &added)))
             .map(|start| {
-                let place = place_of(few, &start);
+                let place = coordinates_of(few, &start);
                 // Predict χ² by one linear step where derivatives are cheap, else evaluate it.
                 let cost =
                     few.squares(
@@ -209,7 +209,7 @@ impl<'s> Fitter<'s> {
     /// # Errors  as [`DomainObjective::new`].
     pub fn multistart(&self, hypothesis: &Hypothesis, base: &Fitted, control: &Control) -> Result<Fitted, ObjectiveError> {
         let key = self.cache_key("scatter", hypothesis, std::slice::from_ref(base));
-        control.kept_or_failed(&key, || self.multistart_uncached(hypothesis, base, MULTISTART, control))
+        control.try_cached(&key, || self.multistart_uncached(hypothesis, base, MULTISTART, control))
     }
 
     /// As [`Fitter::multistart`] with a number of starts, without stored results: for modified data, whose key would equal that of the original data.
@@ -269,7 +269,7 @@ impl<'s> Fitter<'s> {
         let coarse = objective.coarse(self.lines_of_one(COARSE));
         let few = coarse.as_ref().unwrap_or(&objective);
         let starts = bases.iter().flat_map(|base| amplitudes(hypothesis).into_iter().map(move |added| start_of(hypothesis, base, &added)));
-        let cost = |start: Fitted| few.squares(|squares| squares.normal(&place_of(few, &start)).cost_after_step(TRUST_RADIUS));
+        let cost = |start: Fitted| few.squares(|squares| squares.normal(&coordinates_of(few, &start)).cost_after_step(TRUST_RADIUS));
         Ok(starts.take_while(|_| !control.stopped()).map(cost).fold(f64::INFINITY, f64::min))
     }
 
@@ -278,7 +278,7 @@ impl<'s> Fitter<'s> {
     /// # Errors  as [`DomainObjective::new`].
     pub fn loss(&self, hypothesis: &Hypothesis, fitted: &Fitted) -> Result<f64, ObjectiveError> {
         let objective = self.objective(hypothesis)?;
-        let mut place = place_of(&objective, fitted);
+        let mut place = coordinates_of(&objective, fitted);
         place[objective.nut_coordinates()].iter_mut().for_each(|u| *u = 0.5);
         Ok(objective.residuals(&place).norm_squared())
     }
@@ -288,7 +288,7 @@ impl<'s> Fitter<'s> {
     /// # Errors  as [`DomainObjective::new`].
     pub fn tolerances(&self, hypothesis: &Hypothesis, fitted: &Fitted) -> Result<Vec<ToleranceEstimate>, ObjectiveError> {
         let objective = self.objective(hypothesis)?;
-        let place = place_of(&objective, fitted);
+        let place = coordinates_of(&objective, fitted);
         Ok(match &objective {
             DomainObjective::Frf(objective) if self.has_nuisances() => tolerances_at(objective, self.fit.set, &place),
             _ => Vec::new(),
@@ -300,7 +300,7 @@ impl<'s> Fitter<'s> {
     /// # Errors  as [`gaps`].
     pub fn gaps(&self, hypothesis: &Hypothesis, fitted: &Fitted, data: &HoldOutSet<'_>) -> Result<Vec<PartialGap>, ObjectiveError> {
         let own = self.objective(hypothesis)?;
-        let gain = own.gain(&place_of(&own, fitted));
+        let gain = own.gain(&coordinates_of(&own, fitted));
         gaps(hypothesis, &values_of(hypothesis, fitted), gain, data, self.domain)
     }
 }
@@ -318,7 +318,7 @@ pub fn at_start(hypothesis: &Hypothesis) -> Fitted {
 
 /// Returns the coordinates of a fit in the unit cube of an objective. For other data than those of the fit, gain and channels are kept and nut
 /// positions start as stated. An unknown gain starts at its best value.
-pub fn place_of(objective: &DomainObjective<'_>, fitted: &Fitted) -> Vec<f64> {
+pub fn coordinates_of(objective: &DomainObjective<'_>, fitted: &Fitted) -> Vec<f64> {
     let place: Vec<f64> = objective.free().iter().map(|i| fitted.units[*i]).collect();
     if fitted.tail.is_empty() {
         return objective.extended(&place);

@@ -77,7 +77,7 @@ impl Hypothesis {
         if self.machine.effects.contains(&effect.id) {
             return Some("the machine already contains it".into());
         }
-        self.machine.lacks(effect).map(|name| format!("the machine has no «{name}»"))
+        self.machine.missing_part(effect).map(|name| format!("the machine has no «{name}»"))
     }
 
     /// Returns hypotheses that each release one frozen parameter of a machine, except those in `but`.

@@ -1,7 +1,7 @@
 //! Location of a verdict: the interface of an effect, of a released parameter or of a generic impedance, and the band in which it changes the model.
 
 use super::evidence::DomainObjective;
-use super::fit::{Fitted, Fitter, place_of};
+use super::fit::{Fitted, Fitter, coordinates_of};
 use super::hypothesis::{Hypothesis, HypothesisKind};
 use super::screening::Candidate;
 use super::verdict::{Verdict, VerdictKind};
@@ -42,7 +42,7 @@ impl Location {
             VerdictKind::Unknown => (generic_location(), generic.map(|(hypothesis, fitted)| (hypothesis, fitted))),
             VerdictKind::WrongParameter => (released_at(chosen.0), Some(chosen)),
             VerdictKind::Effect | VerdictKind::Ambiguous => {
-                let effect = verdict.first_effect().and_then(|id| Effect::put_in(effects, id, &chosen.0.machine));
+                let effect = verdict.first_effect().and_then(|id| Effect::contained_variant(effects, id, &chosen.0.machine));
                 (effect.and_then(|e| effect_at(e, chosen.0, chosen.1)), Some(chosen))
             }
         };
@@ -81,7 +81,7 @@ fn band_of_change(
     other: (&Hypothesis, &Fitted),
 ) -> Result<Option<[f64; 2]>, ObjectiveError> {
     let [here, there] = [fitter.objective(nominal.0)?, fitter.objective(other.0)?];
-    let change = there.residuals(&place_of(&there, other.1)) - here.residuals(&place_of(&here, nominal.1));
+    let change = there.residuals(&coordinates_of(&there, other.1)) - here.residuals(&coordinates_of(&here, nominal.1));
     let DomainObjective::Frf(objective) = here else { return Ok(None) };
     let lines_hz = objective.records().iter().flat_map(|record| record.frequencies_hz());
     // Real and imaginary part alternate.

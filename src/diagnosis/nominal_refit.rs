@@ -62,7 +62,7 @@ impl<'p, 's> NominalRefit<'p, 's> {
                 if let Some(parameter) = machine.machine.parameter(id) {
                     return Some(machine.releasing(parameter));
                 }
-                machine.with(Effect::put_in(self.effects, id, &of.machine)?).ok()
+                machine.with(Effect::contained_variant(self.effects, id, &of.machine)?).ok()
             }),
         }
     }

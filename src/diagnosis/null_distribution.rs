@@ -12,7 +12,7 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use super::evidence::{Domain, DomainObjective};
-use super::fit::{Fitted, Fitter, amplitudes, place_of, start_of};
+use super::fit::{Fitted, Fitter, amplitudes, coordinates_of, start_of};
 use super::hypothesis::Hypothesis;
 use super::model_discrepancy::{sample_discrepancy, sample_prior};
 use identification::objective::{FrfSettings, ObjectiveError};
@@ -123,10 +123,10 @@ impl Directions {
     ) -> Directions {
         // Priors of the effect's own parameters have no row without the effect.
         let described = &hypothesis.machine.parameters;
-        let first = objective.residuals(&place_of(objective, end)).len();
+        let first = objective.residuals(&coordinates_of(objective, end)).len();
         let known = objective.free().iter().filter(|i| described[**i].prior.is_some());
         let its_own: Vec<usize> = known.enumerate().filter(|(_, i)| hypothesis.added.contains(i)).map(|(at, _)| first + at).collect();
-        let rows = |start: &Fitted| objective.rows(&place_of(objective, start)).remove_rows_at(&its_own);
+        let rows = |start: &Fitted| objective.rows(&coordinates_of(objective, start)).remove_rows_at(&its_own);
         let starts = amplitudes(hypothesis).into_iter().map(|added| start_of(hypothesis, base, &added));
         // The candidate's own end, with the nominal parameters of the base: the direction of its amplitude there.
         let added: Vec<f64> = hypothesis.added.iter().map(|i| end.units[*i]).collect();
@@ -154,7 +154,7 @@ impl Directions {
 /// Returns an orthonormal basis of the changes by a candidate's own parameters about the end of its fit, orthogonal to all other parameters there.
 /// Near that end a shift of a resonance by less than its width is linear. A small effect reduces χ² also by relieving the priors of other parameters.
 fn about_end(objective: &DomainObjective<'_>, hypothesis: &Hypothesis, end: &Fitted, its_own: &[usize]) -> Vec<DVector<f64>> {
-    let slopes = objective.slopes(&place_of(objective, end)).remove_rows_at(its_own);
+    let slopes = objective.slopes(&coordinates_of(objective, end)).remove_rows_at(its_own);
     let added: Vec<usize> = (0..objective.free().len()).filter(|column| hypothesis.added.contains(&objective.free()[*column])).collect();
     let others = Projection::of(slopes.clone().remove_columns_at(&added));
     let mut span: Vec<DVector<f64>> = Vec::new();
@@ -209,7 +209,7 @@ pub fn simulate(
     control: &Control,
 ) -> Result<NullDistribution, ObjectiveError> {
     let objective = fitter.objective(nominal)?;
-    let place = place_of(&objective, base);
+    let place = coordinates_of(&objective, base);
     let here = objective.rows(&place);
     let projection = Projection::at(&objective, &place);
     let directions = candidates
@@ -263,7 +263,7 @@ pub fn simulate(
     let key = format!("{} {}", fitter.cache_key("null", nominal, std::slice::from_ref(base)), ids.join(" "));
     let drawn: Vec<(Vec<f64>, f64)> = (0..draws)
         .into_par_iter()
-        .filter_map(|draw| control.kept(&format!("{key} {draw} {seed}"), || one(draw)))
+        .filter_map(|draw| control.cached(&format!("{key} {draw} {seed}"), || one(draw)))
         .inspect(|_| step())
         .collect();
     let (gains, mut misfit): (Vec<Vec<f64>>, Vec<f64>) = drawn.into_iter().unzip();
@@ -305,7 +305,7 @@ pub(super) fn redraw_machine(
     }
     let discrepant = Hypothesis { machine: sample_discrepancy(&hypothesis.machine, random), ..hypothesis.clone() };
     let target = fitter.objective(&discrepant).ok()?;
-    let mut place = place_of(&target, &Fitted { units, ..base.clone() });
+    let mut place = coordinates_of(&target, &Fitted { units, ..base.clone() });
     let known_within = target.nut_coordinates().start..place.len();
     // Nut positions and channels: one standard deviation is a twentieth of the coordinate's range.
     place[known_within].iter_mut().for_each(|u| *u = 0.5 + normal(random) / 20.0);

@@ -121,7 +121,7 @@ pub fn nominal_fits(
     if let Ok(found) = identify(machine, &fitter.fit, &none, &plan, control) {
         for basin in &found.basins {
             let mut start = at_start(nominal);
-            for (&index, &u) in found.varied.iter().zip(&basin.place) {
+            for (&index, &u) in found.varied_parameters.iter().zip(&basin.place) {
                 start.units[index] = u;
             }
             starts.push(start);
@@ -165,8 +165,8 @@ pub fn hypotheses(
     let (mut apply, mut others) = (Vec::new(), Vec::new());
     for effect in effects {
         let obstacle = nominal.obstacle(effect, Data::Frf).or_else(|| {
-            let variable = effect.circumstance().filter(|c| !fitter.varies(*c))?;
-            Some(format!("the data to fit cover only one {}", variable.words()))
+            let variable = effect.operating_variable().filter(|c| !fitter.varies(*c))?;
+            Some(format!("the data to fit cover only one {}", variable.name()))
         });
         let applied = match obstacle {
             Some(why) => Err(why),
@@ -300,11 +300,11 @@ pub fn is_plausible(hypothesis: &Hypothesis, fitted: &Fitted) -> bool {
     };
     let chain = &hypothesis.machine.chain;
     let in_range = |lever: &Lever| {
-        let longest = [&lever.read, &lever.struck].into_iter().filter_map(added).reduce(f64::max);
+        let longest = [&lever.sensor_arm, &lever.hammer_arm].into_iter().filter_map(added).reduce(f64::max);
         longest.is_none_or(|arm| arm > ARMS.0 && arm < ARMS.1)
     };
     let operating = Operating::default();
-    let exhausted = hypothesis.machine.points.iter().any(|point| point.inertia.is_exhausted(&values, &operating));
+    let exhausted = hypothesis.machine.points.iter().any(|point| point.inertia.is_over_subtracted(&values, &operating));
     !exhausted && added(&chain.power).is_none_or(|power| power > LEAST_POWER) && chain.levers.iter().all(in_range)
 }
 

@@ -49,7 +49,7 @@ pub struct Verdict {
     /// Reason, in one or two sentences.
     pub reason: String,
     /// Proposed next measurement.
-    pub next: Option<String>,
+    pub next_measurement: Option<String>,
 }
 
 impl Verdict {
@@ -62,7 +62,7 @@ impl Verdict {
 /// Returns the verdict of a diagnosis in which no candidate could be fitted.
 pub(super) fn nothing_fitted(before: f64) -> Verdict {
     let reason = format!("no candidate could be fitted; the misfit is {before:.1} times that of null simulations");
-    Verdict { kind: VerdictKind::Unknown, effects: Vec::new(), reason, next: None }
+    Verdict { kind: VerdictKind::Unknown, effects: Vec::new(), reason, next_measurement: None }
 }
 
 /// Returns the interface of an id such as «rotor:stiffness».

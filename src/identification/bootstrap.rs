@@ -77,7 +77,7 @@ pub fn bootstrap<P: Problem>(problem: &P, best: &[f64], drawn: Drawn, samples: u
             if control.stopped() {
                 return None;
             }
-            let place = control.kept(&format!("{drawn:?} {seed}"), || {
+            let place = control.cached(&format!("{drawn:?} {seed}"), || {
                 let counts = draw(drawn, &blocks, run, &mut Xoshiro256PlusPlus::seed_from_u64(*seed));
                 problem.squares(Some(&counts), |squares| least_squares(squares, best, &[], 40, control.stop()).place)
             });

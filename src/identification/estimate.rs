@@ -11,7 +11,7 @@ use super::settings::{IdentificationSettings, Repeat};
 use super::uncertainty::{Certainty, NARROWING, RANGE_SD, certainty, counted};
 use crate::objective::{GAIN_RANGE, ObjectiveError};
 use machine::{Machine, Parameter};
-use optimizer::{Control, Found, Polished, SearchSettings, least_squares, least_squares_within, search};
+use optimizer::{Control, Polished, SearchResult, SearchSettings, least_squares, least_squares_within, search};
 
 /// An identified parameter.
 #[derive(Debug, Clone, PartialEq)]
@@ -72,11 +72,12 @@ const CONTINUED: usize = 6;
 const AT_BOUND: f64 = 1e-3;
 
 /// Runs least squares from a nearby start. Returns the result, and its coordinates with the nuisance parameters.
-fn polished_from_nearby<P: Problem>(problem: &P, near: &[f64], control: &Control) -> (Found, Vec<f64>) {
+fn polished_from_nearby<P: Problem>(problem: &P, near: &[f64], control: &Control) -> (SearchResult, Vec<f64>) {
     let polished = problem.squares(None, |squares| least_squares(squares, &problem.start_near(near), &[], POLISH, control.stop()));
     let (place, cost) = (polished.place[..problem.dimension()].to_vec(), polished.normal.chi_square);
     let (trace, population) = (Vec::new(), Vec::new());
-    let found = Found { place, cost, evaluations: polished.evaluations, generations: 0, trace, population, complete: !control.stopped() };
+    let found =
+        SearchResult { place, cost, evaluations: polished.evaluations, generations: 0, trace, population, complete: !control.stopped() };
     (found, polished.place)
 }
 
@@ -86,10 +87,10 @@ fn searches<P: Problem>(problem: &P, plan: &IdentificationSettings, control: &Co
     let seed = |repeat: usize| plan.seed.wrapping_add(1_000_003 * repeat as u64);
     let explored = |repeat: usize| {
         let usual = SearchSettings { strategy: plan.strategy, ..SearchSettings::for_dimension(problem.dimension(), seed(repeat)) };
-        control.kept(&format!("search {}", seed(repeat)), || search(problem, problem.settings(usual), control))
+        control.cached(&format!("search {}", seed(repeat)), || search(problem, problem.settings(usual), control))
     };
-    let polished = |repeat: usize, mut found: Found| {
-        let (ends, spent) = control.kept(&format!("polish {}", seed(repeat)), || problem.polish(&found, control));
+    let polished = |repeat: usize, mut found: SearchResult| {
+        let (ends, spent) = control.cached(&format!("polish {}", seed(repeat)), || problem.polish(&found, control));
         if let Some(end) = ends.first() {
             (found.place, found.cost) = (end.place[..found.place.len()].to_vec(), end.cost);
         }
@@ -100,7 +101,7 @@ fn searches<P: Problem>(problem: &P, plan: &IdentificationSettings, control: &Co
     };
     // A population is evaluated on all threads, a simplex on one. The last searches defer their refinement until all populations are done,
     // so that there is one for each thread. The refinements of the earlier searches run in parallel with later populations.
-    let explored_or_polished: Vec<Result<(Repeat, Vec<SearchEnd>), Found>> = (0..repeats)
+    let explored_or_polished: Vec<Result<(Repeat, Vec<SearchEnd>), SearchResult>> = (0..repeats)
         .into_par_iter()
         .map(|repeat| {
             let found = explored(repeat);
@@ -118,7 +119,7 @@ fn searches<P: Problem>(problem: &P, plan: &IdentificationSettings, control: &Co
 fn runs<P: Problem>(problem: &P, plan: &IdentificationSettings, control: &Control) -> (Vec<Repeat>, Vec<Vec<SearchEnd>>) {
     let mut runs = match &plan.near {
         Some(near) => {
-            let (found, place) = control.kept("polish", || polished_from_nearby(problem, near, control));
+            let (found, place) = control.cached("polish", || polished_from_nearby(problem, near, control));
             let end = SearchEnd { cost: found.cost, place };
             vec![(Repeat { seed: plan.seed, found }, vec![end])]
         }
@@ -158,7 +159,7 @@ pub(super) fn estimate<P: Problem>(
     let inflated = problem.with_inflated_variance(misfit * correlation_factor);
     let mut basins = basins(&ends, free.len(), CHI_SQUARE_95 * misfit * correlation_factor);
     if let Some(inflated) = &inflated {
-        basins = control.kept("weakened", || refined_basins(inflated, basins, (free.len(), CHI_SQUARE_95), control));
+        basins = control.cached("weakened", || refined_basins(inflated, basins, (free.len(), CHI_SQUARE_95), control));
     }
     let place = basins[0].place.clone();
     let values = problem.values(&place);
@@ -171,7 +172,7 @@ pub(super) fn estimate<P: Problem>(
     let wide = match &wider {
         Some((wider, from)) => {
             let starts = from.iter().map(|place| Basin { place: place.clone(), cost: 0.0, searches: 1 }).collect();
-            basins = control.kept("wider", || refined_basins(wider, starts, (wider.free().len(), CHI_SQUARE_95 * inflation), control));
+            basins = control.cached("wider", || refined_basins(wider, starts, (wider.free().len(), CHI_SQUARE_95 * inflation), control));
             wider
         }
         None => inflated.as_ref().unwrap_or(problem),
@@ -185,7 +186,7 @@ pub(super) fn estimate<P: Problem>(
         (here - half, here + half)
     };
     let profiled = (has_intervals && plan.profile)
-        .then(|| control.kept("profiles", || joined_profiles(wide, &basins, (&columns, &shares), inflation, control)))
+        .then(|| control.cached("profiles", || joined_profiles(wide, &basins, (&columns, &shares), inflation, control)))
         .flatten();
     let mut intervals = profiled.unwrap_or_else(|| columns.iter().map(first_order).collect());
     if wider.is_some() {

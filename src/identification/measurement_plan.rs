@@ -27,7 +27,7 @@ pub struct PlannedMeasurement {
 #[derive(Debug, Clone, PartialEq)]
 pub struct Choice {
     /// Indices of the candidates, in order.
-    pub which: Vec<usize>,
+    pub candidates: Vec<usize>,
     /// Standard deviation of each free parameter in its unit interval, with the plausible range as prior.
     pub sd: Vec<f64>,
     /// Geometric mean over the parameters of posterior over prior standard deviation (1); 1 if the measurements add no information.
@@ -127,7 +127,7 @@ impl PlanDesign {
         for place in &set.positions {
             let operating = Operating { nut_m: place.nut_m, ..Operating::default() };
             machine.check_operating(&format!("{}: position {}", set.path, place.name), &operating)?;
-            let mut network = structure.network();
+            let mut network = structure.empty_model();
             network.update(machine, values, &operating);
             let visible = peaks(&network, search, &mut structure.workspace()).into_iter().filter(|p| p.prominence >= least);
             let observed = |(order, p): (usize, dynamics::model::Peak)| ModeObservation {
@@ -160,7 +160,7 @@ impl PlanDesign {
         self.prior_information.iter().enumerate().for_each(|(column, prior)| information[(column, column)] += prior);
         let sd: Vec<f64> = certainty(&information, 1.0, &[]).sd.into_iter().take(self.free.len()).collect();
         let score = (sd.iter().map(|s| (s / RANGE_SD).ln()).sum::<f64>() / sd.len().max(1) as f64).exp();
-        Choice { which: which.to_vec(), sd, score }
+        Choice { candidates: which.to_vec(), sd, score }
     }
 
     /// Ranks all choices of `count` candidates in addition to the measurements `made`; the least remaining uncertainty comes first.
@@ -170,7 +170,7 @@ impl PlanDesign {
             .into_iter()
             .map(|added| {
                 let all: Vec<usize> = made.iter().copied().chain(added.iter().copied()).collect();
-                Choice { which: added, ..self.choice(&all) }
+                Choice { candidates: added, ..self.choice(&all) }
             })
             .collect();
         choices.sort_by(|a, b| a.score.total_cmp(&b.score));
@@ -199,7 +199,7 @@ fn without_prior(mut information: DMatrix<f64>, prior: &[f64]) -> DMatrix<f64> {
     information
 }
 
-fn structure(machine: &Machine, channel: &(String, String), rods: dynamics::model::Rods) -> Result<Arc<Structure>, ObjectiveError> {
+fn structure(machine: &Machine, channel: &(String, String), rods: dynamics::model::RodModel) -> Result<Arc<Structure>, ObjectiveError> {
     let named = |name: &String| {
         machine.point(name).ok_or_else(|| {
             let known: Vec<&str> = machine.points.iter().map(|p| p.name.as_str()).collect();
@@ -216,10 +216,10 @@ fn predicted_frf(
     (response, excitation): (&String, &String),
     plan: FrfPlan,
 ) -> Result<Frf, ObjectiveError> {
-    let structure = structure(machine, &(response.clone(), excitation.clone()), dynamics::model::Rods::Exact)?;
+    let structure = structure(machine, &(response.clone(), excitation.clone()), dynamics::model::RodModel::Exact)?;
     let operating = Operating { nut_m, ..Operating::default() };
     machine.check_operating("plan", &operating)?;
-    let (mut network, mut work) = (structure.network(), structure.workspace());
+    let (mut network, mut work) = (structure.empty_model(), structure.workspace());
     network.update(machine, values, &operating);
     let chain = machine.chain.at(values, &operating);
     let step = (plan.band_hz.1 - plan.band_hz.0) / plan.lines.saturating_sub(1).max(1) as f64;
@@ -296,15 +296,15 @@ mod tests {
     #[test]
     fn complementary_measurements_rank_above_redundant_ones() {
         let ranking = design(&[[1e6, 0.0], [1e6, 0.0], [0.0, 1e6]]).ranking(&[], 2);
-        assert!(ranking[0].which == [0, 2] || ranking[0].which == [1, 2], "{ranking:?}");
-        assert_eq!(ranking[2].which, [0, 1]);
+        assert!(ranking[0].candidates == [0, 2] || ranking[0].candidates == [1, 2], "{ranking:?}");
+        assert_eq!(ranking[2].candidates, [0, 1]);
         assert!(ranking[2].determines(0) && !ranking[2].determines(1));
     }
 
     #[test]
     fn measured_candidates_are_not_ranked_again() {
         let ranking = design(&[[1e6, 0.0], [1e6, 0.0], [0.0, 1e6]]).ranking(&[0], 1);
-        assert_eq!(ranking[0].which, [2]);
+        assert_eq!(ranking[0].candidates, [2]);
         assert_eq!(ranking.len(), 2);
     }
 }

@@ -4,7 +4,7 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use crate::objective::{COARSE_LINES, FrfObjective, ModeObjective, ModeSquares};
-use optimizer::{Control, Cost, Found, LeastSquares, Polished, SearchSettings, least_squares, least_squares_within, simplex};
+use optimizer::{Control, Cost, LeastSquares, Polished, SearchResult, SearchSettings, least_squares, least_squares_within, simplex};
 
 /// Largest number of members of the last population from which least squares starts.
 const STARTS: usize = 30;
@@ -50,7 +50,7 @@ pub trait Problem: Cost {
     /// Adapts the usual settings of the global search.
     fn settings(&self, usual: SearchSettings) -> SearchSettings;
     /// Refines the result of a search. Returns the deepest minima, the best first, and the number of evaluations.
-    fn polish(&self, found: &Found, control: &Control) -> (Vec<SearchEnd>, u64);
+    fn polish(&self, found: &SearchResult, control: &Control) -> (Vec<SearchEnd>, u64);
     /// Returns a start from coordinates of other data of the same set.
     /// Free parameters and tolerances of the description are kept; the data's own coordinates restart.
     fn start_near(&self, near: &[f64]) -> Vec<f64>;
@@ -116,7 +116,7 @@ impl Problem for ModeObjective<'_> {
         usual
     }
     /// Runs a coarse simplex from the best member, then least squares. A cost that is no sum of squares gets a second simplex instead.
-    fn polish(&self, found: &Found, control: &Control) -> (Vec<SearchEnd>, u64) {
+    fn polish(&self, found: &SearchResult, control: &Control) -> (Vec<SearchEnd>, u64) {
         let (place, cost, spent) = simplex(self, (&found.place, found.cost), COARSE_SIMPLEX, control);
         if self.is_likelihood() {
             let last = self.squares(None, |squares| least_squares(squares, &self.extended(&place), &[], STEPS, control.stop()));
@@ -183,7 +183,7 @@ impl Problem for FrfObjective<'_> {
         SearchSettings { spread: 0.05, generations: 30, population: 2 * usual.population, ..usual }
     }
     /// Runs least squares on thinned lines from several members, then on all lines from the deepest distinct ends.
-    fn polish(&self, found: &Found, control: &Control) -> (Vec<SearchEnd>, u64) {
+    fn polish(&self, found: &SearchResult, control: &Control) -> (Vec<SearchEnd>, u64) {
         let thin = self.thinned(COARSE_LINES);
         let mut starts: Vec<&Vec<f64>> = Vec::new();
         for member in &found.population {

@@ -52,7 +52,7 @@ pub struct Identification {
     /// Sum of the squared weighted residuals.
     pub chi_square: f64,
     /// Degrees of freedom: observations less unknowns.
-    pub freedom: usize,
+    pub degrees_of_freedom: usize,
     /// 95 % interval of the gain, where it was estimated.
     pub gain_interval95: Option<(f64, f64)>,
     /// Whether the gain is identifiable, where it was estimated.
@@ -72,7 +72,7 @@ pub struct Identification {
     /// Indices of the free parameters of the machine as described.
     pub free: Vec<usize>,
     /// Indices of all varied parameters, tolerances included: the first unit-cube coordinates.
-    pub varied: Vec<usize>,
+    pub varied_parameters: Vec<usize>,
     /// Predicted modes of the fitted positions; empty for FRFs.
     pub fitted: Vec<PositionPrediction>,
     /// Predicted modes of the held-out positions; empty for FRFs.
@@ -114,7 +114,7 @@ pub fn identify(
             let gain = AmplitudeFit { gain, count: if objective.estimates_gain() { objective.observations() / 2 } else { 0 } };
             let mut found =
                 identification(machine, &fitted, estimation, gain, &objective.free[..objective.own_count], objective.observations());
-            found.varied.clone_from(&objective.free);
+            found.varied_parameters.clone_from(&objective.free);
             found.channels = objective.channels_at(&place);
             found.tolerances = tolerance_estimates(&objective, fit.set, &place, &sd);
             found.warnings.extend(found.tolerances.iter().filter_map(ToleranceEstimate::warning));
@@ -188,7 +188,7 @@ fn identification(
         repeats: estimation.repeats,
         agree: estimation.agree,
         chi_square: estimation.chi_square,
-        freedom: estimation.freedom,
+        degrees_of_freedom: estimation.freedom,
         gain_interval95: estimation.gain_interval95,
         gain_identifiable: estimation.gain_identifiable,
         certainty: estimation.certainty,
@@ -197,7 +197,7 @@ fn identification(
         correlation_factor: estimation.correlation_factor,
         place: estimation.place,
         free: free.to_vec(),
-        varied: free.to_vec(),
+        varied_parameters: free.to_vec(),
         fitted: Vec::new(),
         held_out: Vec::new(),
         fitted_frfs: Vec::new(),

@@ -1,7 +1,7 @@
 //! Settings of an identification.
 
 use crate::objective::{FrfSettings, ModeSettings};
-use optimizer::{Found, Strategy};
+use optimizer::{SearchResult, Strategy};
 
 /// Settings of an identification.
 #[derive(Debug, Clone, PartialEq)]
@@ -52,5 +52,5 @@ pub struct Repeat {
     /// Seed.
     pub seed: u64,
     /// Result.
-    pub found: Found,
+    pub found: SearchResult,
 }

@@ -105,7 +105,7 @@ impl Machine {
                 return Err(fault(part, format!("at_m = {here_m} is outside the shaft of {length_m} m")));
             }
             // The nut position is checked with the operating condition.
-            if matches!(station.place, super::StationPlace::Nut | super::StationPlace::BesideNut(_)) {
+            if matches!(station.place, super::StationPlace::Nut | super::StationPlace::NearNut(_)) {
                 continue;
             }
             if last_m.is_some_and(|last| last >= here_m) {

@@ -44,12 +44,12 @@ impl Machine {
             }
             NumberSource::Times(spring, id) => {
                 let mut value = self.value(part, spring)?;
-                value.laws.push(Modifier::Times(self.known_parameter(part, id)?));
+                value.modifiers.push(Modifier::Times(self.known_parameter(part, id)?));
                 return Ok(value);
             }
         };
         let laws = times.map(|id| self.known_parameter(part, id).map(Modifier::Times)).transpose()?.into_iter().collect();
-        Ok(Value { base, laws })
+        Ok(Value { base, modifiers: laws })
     }
 
     /// Resolves an optional value, which is 0 by default.

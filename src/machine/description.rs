@@ -46,7 +46,7 @@ impl Machine {
         });
         let levers = self.chain.levers.iter().flat_map(|l| {
             let name = &self.points[l.point].name;
-            [(format!("arm of the sensor at {name}"), &l.read), (format!("arm of the hammer at {name}"), &l.struck)]
+            [(format!("arm of the sensor at {name}"), &l.sensor_arm), (format!("arm of the hammer at {name}"), &l.hammer_arm)]
         });
         let chain = [
             ("gain of the measuring chain", &self.chain.gain),

@@ -66,7 +66,7 @@ impl ShaftFile {
     /// Returns the places of its stations.
     ///
     /// # Errors  a station gives neither or both of name and distance.
-    pub fn places(&self) -> Result<Vec<StationPlace>, MachineError> {
+    pub fn locations(&self) -> Result<Vec<StationPlace>, MachineError> {
         let place = |station: &StationFile| match (station.at, station.at_m) {
             (Some(PlaceName::Start), None) => Ok(StationPlace::At(0.0)),
             (Some(PlaceName::Nut), None) => Ok(StationPlace::Nut),
@@ -121,7 +121,7 @@ impl Effect {
     }
 
     /// Returns the variant of an effect that a machine contains: among the effects with this id, the one whose parameters the machine has.
-    pub fn put_in<'e>(effects: &'e [Effect], id: &str, machine: &Machine) -> Option<&'e Effect> {
+    pub fn contained_variant<'e>(effects: &'e [Effect], id: &str, machine: &Machine) -> Option<&'e Effect> {
         let has = |e: &Effect| e.patch.parameters.iter().all(|p| machine.parameter(&p.id).is_some());
         effects.iter().find(|e| e.id == id && has(e))
     }
@@ -144,12 +144,12 @@ impl Effect {
     }
 
     /// Returns the first of its locations.
-    pub fn place(&self) -> Option<String> {
+    pub fn location(&self) -> Option<String> {
         self.places().into_iter().next().map(|(place, _)| place)
     }
 
     /// Returns the operating variable that must differ between data sets for the effect to show; `None` where it depends on none.
-    pub fn circumstance(&self) -> Option<OperatingVariable> {
+    pub fn operating_variable(&self) -> Option<OperatingVariable> {
         self.patch.rescales.iter().find_map(|(_, rescale, _)| match rescale {
             Rescale::WithForceLevel => Some(OperatingVariable::ForceLevel),
             Rescale::WithSpeed => Some(OperatingVariable::Speed),

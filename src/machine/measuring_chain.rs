@@ -32,9 +32,9 @@ pub struct Lever {
     /// The point (by index) whose motion adds to it.
     pub on: usize,
     /// r of the sensor; dimensionless between two translations.
-    pub read: Value,
+    pub sensor_arm: Value,
     /// r of the hammer.
-    pub struck: Value,
+    pub hammer_arm: Value,
 }
 
 impl Default for Chain {

@@ -138,7 +138,7 @@ impl Machine {
 
     /// Returns the names of the joints whose friction, backlash or lead error at the start values is ignored by frequency responses and
     /// modes.
-    pub fn left_out_of_frequency_responses(&self) -> Vec<&str> {
+    pub fn joints_ignored_by_frequency_responses(&self) -> Vec<&str> {
         let (start, middle) = (self.start(), Operating::default());
         let acts = |(key, value): &(&str, &Value)| {
             [

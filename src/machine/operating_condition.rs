@@ -37,7 +37,7 @@ impl OperatingVariable {
     }
 
     /// Returns the name for messages, with its configuration key.
-    pub fn words(self) -> &'static str {
+    pub fn name(self) -> &'static str {
         match self {
             OperatingVariable::ForceLevel => "force level (force_n of an [[frf]])",
             OperatingVariable::Speed => "speed (speed_m_s of an [[frf]])",

@@ -78,7 +78,7 @@ impl Machine {
         if self.effects.contains(&effect.id) {
             return Err(fault(format!("effect {}", effect.id), "the machine contains it already"));
         }
-        if let Some(name) = self.lacks(effect) {
+        if let Some(name) = self.missing_part(effect) {
             return Err(fault(format!("effect {}", effect.id), format!("it does not apply: the machine has no «{name}»")));
         }
         let mut machine = self.with(&effect.patch)?;
@@ -123,15 +123,15 @@ impl Machine {
                 &s.shear_modulus,
                 &s.density,
                 &s.loss_factor,
-                &s.beside_nut,
-                &s.aside_of_nut,
+                &s.nut_support_factor,
+                &s.nut_support_offset,
             ]
         });
         let joints = self
             .joints
             .iter()
             .flat_map(|j| [&j.stiffness, &j.damping, &j.loss_factor, &j.integral_rate].into_iter().chain(j.relaxation_stiffness.as_ref()));
-        let levers = self.chain.levers.iter().flat_map(|l| [&l.read, &l.struck]);
+        let levers = self.chain.levers.iter().flat_map(|l| [&l.sensor_arm, &l.hammer_arm]);
         points
             .chain(shafts)
             .chain(joints)
@@ -154,8 +154,8 @@ impl Machine {
                 &mut s.shear_modulus,
                 &mut s.density,
                 &mut s.loss_factor,
-                &mut s.beside_nut,
-                &mut s.aside_of_nut,
+                &mut s.nut_support_factor,
+                &mut s.nut_support_offset,
             ]
         });
         let joints = self.joints.iter_mut().flat_map(|j| {
@@ -165,8 +165,9 @@ impl Machine {
         });
         let drive = self.drive.iter_mut().flat_map(super::Drive::values_mut).map(|(_, value)| value);
         let super::Chain { gain, delay, power, levers } = &mut self.chain;
-        let chain =
-            [gain, delay, power, &mut self.loss_dispersion].into_iter().chain(levers.iter_mut().flat_map(|l| [&mut l.read, &mut l.struck]));
+        let chain = [gain, delay, power, &mut self.loss_dispersion]
+            .into_iter()
+            .chain(levers.iter_mut().flat_map(|l| [&mut l.sensor_arm, &mut l.hammer_arm]));
         points.chain(shafts).chain(joints).chain(drive).chain(chain)
     }
 
@@ -178,7 +179,7 @@ impl Machine {
     }
 
     /// Returns the first part that an effect needs, or names as its location, and the machine lacks.
-    pub fn lacks<'e>(&self, effect: &'e Effect) -> Option<&'e str> {
+    pub fn missing_part<'e>(&self, effect: &'e Effect) -> Option<&'e str> {
         effect
             .needs
             .iter()
@@ -219,7 +220,7 @@ impl Machine {
         let value_or_zero = |key: &str, source| self.value_or_zero(&format!("{part}.{key}"), source);
         let point = |name: &Option<String>| name.as_ref().map(|n| self.named_point(&format!("{part}.station"), n)).transpose();
         let mut stations = Vec::new();
-        for (place, station) in patch.places()?.into_iter().zip(&patch.station) {
+        for (place, station) in patch.locations()?.into_iter().zip(&patch.station) {
             stations.push(Station { place, axial: point(&station.axial)?, torsion: point(&station.torsion)? });
         }
         Ok(Shaft {
@@ -231,8 +232,8 @@ impl Machine {
             shear_modulus: value("shear_modulus_pa", &patch.shear_modulus_pa)?,
             density: value("density_kg_m3", &patch.density_kg_m3)?,
             loss_factor: value_or_zero("loss_factor", &patch.loss_factor)?,
-            beside_nut: Value::number(1.0),
-            aside_of_nut: Value::number(0.0),
+            nut_support_factor: Value::number(1.0),
+            nut_support_offset: Value::number(0.0),
             stations,
         })
     }
@@ -297,7 +298,7 @@ impl Machine {
             return Err(fault(part, "a fixed point does not move; name points that do"));
         }
         let [read, struck] = [self.value(&format!("{part}.read"), &lever.read)?, self.value(&format!("{part}.struck"), &lever.struck)?];
-        self.chain.levers.push(Lever { point: at, on: other, read, struck });
+        self.chain.levers.push(Lever { point: at, on: other, sensor_arm: read, hammer_arm: struck });
         Ok(())
     }
 

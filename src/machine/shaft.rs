@@ -10,7 +10,7 @@ pub enum StationPlace {
     /// At the nut position.
     Nut,
     /// At a distance (m) from the nut, positive towards the right end, multiplied by the shaft's factor.
-    BesideNut(f64),
+    NearNut(f64),
     /// At the shaft's right end.
     End,
 }
@@ -47,9 +47,9 @@ pub struct Shaft {
     /// [`Machine::loss_dispersion`](super::Machine).
     pub loss_factor: Value,
     /// Factor of the distances between the nut and the stations next to it.
-    pub beside_nut: Value,
+    pub nut_support_factor: Value,
     /// Offset of the midpoint of these stations from the nut, positive towards the right end, in units of their nominal distance from the nut.
-    pub aside_of_nut: Value,
+    pub nut_support_offset: Value,
     /// Stations from left to right.
     pub stations: Vec<Station>,
 }
@@ -60,8 +60,9 @@ impl Shaft {
         match place {
             StationPlace::At(distance_m) => Some(distance_m),
             StationPlace::Nut => operating.nut_m,
-            StationPlace::BesideNut(offset_m) => {
-                let (factor, aside) = (self.beside_nut.at(parameters, operating), self.aside_of_nut.at(parameters, operating));
+            StationPlace::NearNut(offset_m) => {
+                let (factor, aside) =
+                    (self.nut_support_factor.at(parameters, operating), self.nut_support_offset.at(parameters, operating));
                 operating.nut_m.map(|nut_m| nut_m + offset_m * factor + offset_m.abs() * aside)
             }
             StationPlace::End => Some(self.length.at(parameters, operating)),

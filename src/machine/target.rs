@@ -183,7 +183,7 @@ impl Machine {
                 Rescale::LeftSpan => Modifier::LeftSpan(index, stroke_m.clone()?),
                 Rescale::RightSpan => Modifier::RightSpan(index, stroke_m.clone()?),
             };
-            value.laws.push(modifier);
+            value.modifiers.push(modifier);
         }
         Ok(())
     }

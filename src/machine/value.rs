@@ -10,7 +10,7 @@ pub struct Value {
     /// Source of its base value.
     pub base: Base,
     /// Modifiers added by effects, applied in order.
-    pub laws: Vec<Modifier>,
+    pub modifiers: Vec<Modifier>,
 }
 
 /// The base of a [`Value`].
@@ -113,18 +113,18 @@ impl Modifier {
 impl Value {
     /// Creates a fixed number.
     pub fn number(number: f64) -> Self {
-        Value { base: Base::Number(number), laws: Vec::new() }
+        Value { base: Base::Number(number), modifiers: Vec::new() }
     }
 
     /// Creates a reference to the parameter with this index.
     pub fn parameter(index: usize) -> Self {
-        Value { base: Base::Parameter(index), laws: Vec::new() }
+        Value { base: Base::Parameter(index), modifiers: Vec::new() }
     }
 
     /// Computes the number for the given parameters (each in its unit) and operating condition.
     #[inline]
     pub fn at(&self, parameters: &[f64], operating: &Operating) -> f64 {
-        self.laws.iter().fold(self.base_at(parameters, operating), |x, modifier| modifier.apply(x, parameters, operating).0)
+        self.modifiers.iter().fold(self.base_at(parameters, operating), |x, modifier| modifier.apply(x, parameters, operating).0)
     }
 
     /// Returns the described number before any modifier; `None` where it depends on parameters.
@@ -133,9 +133,9 @@ impl Value {
     }
 
     /// Whether a modifier subtracts more than there is.
-    pub fn is_exhausted(&self, parameters: &[f64], operating: &Operating) -> bool {
+    pub fn is_over_subtracted(&self, parameters: &[f64], operating: &Operating) -> bool {
         let mut x = self.base_at(parameters, operating);
-        self.laws.iter().any(|modifier| {
+        self.modifiers.iter().any(|modifier| {
             let (next, _, with_parameter) = modifier.apply(x, parameters, operating);
             x = next;
             matches!(modifier, Modifier::Less(_)) && with_parameter == 0.0
@@ -169,7 +169,7 @@ impl Value {
         // Later modifiers multiply a change of x by the product of their derivatives with respect to x.
         let onward = |from: usize, mut x: f64| {
             let mut product = 1.0;
-            for modifier in &self.laws[from..] {
+            for modifier in &self.modifiers[from..] {
                 let (next, with_x, _) = modifier.apply(x, parameters, operating);
                 product *= with_x;
                 x = next;
@@ -187,7 +187,7 @@ impl Value {
                 }
             }
         }
-        for (at, modifier) in self.laws.iter().enumerate() {
+        for (at, modifier) in self.modifiers.iter().enumerate() {
             let (next, _, with_parameter) = modifier.apply(x, parameters, operating);
             x = next;
             each(modifier.parameter(), with_parameter * onward(at + 1, x));
@@ -201,7 +201,7 @@ impl Value {
             Base::Parameter(index) => *index = moved[*index],
             Base::Series(springs) => Arc::make_mut(springs).iter_mut().for_each(|(_, spring)| spring.renumber(moved)),
         }
-        for modifier in &mut self.laws {
+        for modifier in &mut self.modifiers {
             let index = modifier.parameter_mut();
             *index = moved[*index];
         }
@@ -214,7 +214,7 @@ impl Value {
             Base::Parameter(index) => Box::new(std::iter::once(*index)),
             Base::Series(springs) => Box::new(springs.iter().flat_map(|(_, spring)| spring.depends_on())),
         };
-        Box::new(base.chain(self.laws.iter().map(Modifier::parameter)))
+        Box::new(base.chain(self.modifiers.iter().map(Modifier::parameter)))
     }
 }
 
@@ -233,10 +233,10 @@ mod tests {
             Modifier::RightSpan(1, 2.0),
             Modifier::Added(1),
         ];
-        let single = Value { base: Base::Parameter(0), laws };
-        let other = Value { base: Base::Number(4.0), laws: vec![Modifier::Times(1)] };
+        let single = Value { base: Base::Parameter(0), modifiers: laws };
+        let other = Value { base: Base::Number(4.0), modifiers: vec![Modifier::Times(1)] };
         let series = vec![("a".to_string(), single.clone()), ("b".into(), other), ("c".into(), Value::parameter(0))];
-        let series = Value { base: Base::Series(Arc::new(series)), laws: vec![Modifier::Relative(2)] };
+        let series = Value { base: Base::Series(Arc::new(series)), modifiers: vec![Modifier::Relative(2)] };
         let (here, operating) = ([3.0, 0.2, 5.0, -0.4, 1.7], Operating::at_nut(0.3));
         for value in [single, series] {
             let mut exact = [0.0; 5];
@@ -256,7 +256,7 @@ mod tests {
     #[test]
     fn limit_compliance_shares_of_a_series_sum_to_one() {
         let springs = vec![("a".to_string(), Value::number(3.0)), ("b".into(), Value::number(6.0))];
-        let value = Value { base: Base::Series(Arc::new(springs)), laws: Vec::new() };
+        let value = Value { base: Base::Series(Arc::new(springs)), modifiers: Vec::new() };
         assert!((value.at(&[], &Operating::default()) - 2.0).abs() < 1e-15);
         let shares = value.compliance_shares(&[], &Operating::default());
         assert!((shares[0].1 - 2.0 / 3.0).abs() < 1e-15 && (shares[1].1 - 1.0 / 3.0).abs() < 1e-15);
@@ -264,7 +264,7 @@ mod tests {
 
     #[test]
     fn limit_a_rigid_spring_in_series_changes_nothing() {
-        let value = Value { base: Base::Number(3.0), laws: vec![Modifier::InSeries(0)] };
+        let value = Value { base: Base::Number(3.0), modifiers: vec![Modifier::InSeries(0)] };
         assert!((value.at(&[1e15], &Operating::default()) - 3.0).abs() < 1e-12);
     }
 }

@@ -112,7 +112,7 @@ impl LowPass {
 /// 0.8 of the new half rate). A factor of one returns the record itself; `None` where it is too short.
 ///
 /// # Source  `decimate` of MATLAB.
-pub fn decimated(x: &[f64], factor: usize) -> Option<Vec<f64>> {
+pub fn decimate(x: &[f64], factor: usize) -> Option<Vec<f64>> {
     if factor <= 1 {
         return Some(x.to_vec());
     }
@@ -205,8 +205,8 @@ mod tests {
         assert!((180..220).all(|i| (y[i] - line[i]).abs() < 1e-9));
         assert_eq!(LowPass::butterworth(4, 0.2).forward_backward(&line[..12]), None);
         assert!(LowPass::butterworth(4, 0.2).forward_backward(&line[..13]).is_some());
-        assert_eq!(decimated(&line, 1).unwrap(), line);
-        assert_eq!(decimated(&line, 10).unwrap().len(), 40);
+        assert_eq!(decimate(&line, 1).unwrap(), line);
+        assert_eq!(decimate(&line, 10).unwrap().len(), 40);
         let slope = central_differences(&line);
         assert!(slope.iter().all(|s| (s + 0.2).abs() < 1e-12));
         assert!(central_differences(&[1.0]) == [0.0] && central_differences(&[]).is_empty());

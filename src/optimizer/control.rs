@@ -11,7 +11,7 @@ use super::journal::Journal;
 
 /// Progress of long work.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Progressed<'w> {
+pub enum Progress<'w> {
     /// A stage begins.
     Stage(&'w str),
     /// A generation of a search.
@@ -37,7 +37,7 @@ pub enum Progressed<'w> {
 }
 
 /// Callback that receives the progress.
-pub type Watcher = Arc<dyn Fn(Progressed<'_>) + Send + Sync>;
+pub type Watcher = Arc<dyn Fn(Progress<'_>) + Send + Sync>;
 
 /// Connects long work with its caller: reports progress, requests a stop, and provides the pieces that an earlier run has finished.
 #[derive(Clone, Default)]
@@ -56,7 +56,7 @@ impl Control {
 
     /// Adds a journal, which keeps finished pieces and provides those of an earlier run.
     #[must_use]
-    pub fn keeping(self, journal: Option<Arc<Journal>>) -> Self {
+    pub fn with_journal(self, journal: Option<Arc<Journal>>) -> Self {
         Control { journal, ..self }
     }
 
@@ -67,17 +67,17 @@ impl Control {
 
     /// Reports the start of a stage.
     pub fn begin(&self, stage: &str) {
-        self.report(Progressed::Stage(stage));
+        self.report(Progress::Stage(stage));
     }
 
     /// Counts steps of parallel work; the returned function is to be called after each step.
     pub fn steps<'c>(&'c self, what: &'c str, of: usize) -> impl Fn() + Sync + 'c {
         let done = AtomicUsize::new(0);
-        self.report(Progressed::Step { what, done: 0, of });
-        move || self.report(Progressed::Step { what, done: done.fetch_add(1, Ordering::Relaxed) + 1, of })
+        self.report(Progress::Step { what, done: 0, of });
+        move || self.report(Progress::Step { what, done: done.fetch_add(1, Ordering::Relaxed) + 1, of })
     }
 
-    pub(super) fn report(&self, progressed: Progressed<'_>) {
+    pub(super) fn report(&self, progressed: Progress<'_>) {
         if let Some(watcher) = &self.watcher {
             watcher(progressed);
         }
@@ -91,17 +91,17 @@ impl Control {
 
     /// Returns a piece of work from the journal, or does the work and keeps the result unless it was stopped. The name must be unique
     /// within the part, so it contains everything in which pieces differ.
-    pub fn kept<T: Serialize + DeserializeOwned>(&self, piece: &str, work: impl FnOnce() -> T) -> T {
-        let done = self.kept_or_failed(piece, || Ok::<T, std::convert::Infallible>(work()));
+    pub fn cached<T: Serialize + DeserializeOwned>(&self, piece: &str, work: impl FnOnce() -> T) -> T {
+        let done = self.try_cached(piece, || Ok::<T, std::convert::Infallible>(work()));
         match done {
             Ok(found) => found,
         }
     }
 
-    /// As [`Control::kept`] for work that can fail; an error is not kept.
+    /// As [`Control::cached`] for work that can fail; an error is not cached.
     ///
     /// # Errors  that of the work.
-    pub fn kept_or_failed<T: Serialize + DeserializeOwned, E>(&self, piece: &str, work: impl FnOnce() -> Result<T, E>) -> Result<T, E> {
+    pub fn try_cached<T: Serialize + DeserializeOwned, E>(&self, piece: &str, work: impl FnOnce() -> Result<T, E>) -> Result<T, E> {
         let Some(journal) = &self.journal else { return work() };
         let name = format!("{}{piece}", self.part);
         if let Some(found) = journal.read(&name) {

@@ -102,13 +102,13 @@ impl DifferentialEvolution {
     }
 
     /// Sets the callback that receives the search after every generation.
-    pub fn watched_by(mut self, watcher: impl FnMut(&DifferentialEvolution) + Send + 'static) -> Self {
+    pub fn with_watcher(mut self, watcher: impl FnMut(&DifferentialEvolution) + Send + 'static) -> Self {
         self.watcher = Some(Box::new(watcher));
         self
     }
 
     /// Sets the flag that ends the search after the current generation.
-    pub fn stopping_when(mut self, stop: Arc<AtomicBool>) -> Self {
+    pub fn with_stop_flag(mut self, stop: Arc<AtomicBool>) -> Self {
         self.stop = stop;
         self
     }

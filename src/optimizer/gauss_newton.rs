@@ -106,7 +106,7 @@ impl GaussNewton {
             let Some(found) = found else { break };
             let step = step(&values, coordinates, &found, &residual, round == 0).ok_or_else(|| {
                 // The first step needs all coordinates; later steps need those that still have an influence.
-                let moving = if round == 0 { (0..coordinates.len()).collect() } else { live_columns(&found) };
+                let moving = if round == 0 { (0..coordinates.len()).collect() } else { nonzero_columns(&found) };
                 GaussNewtonError::Dependent(moving.clone(), found.select_columns(&moving))
             })?;
             (derivatives, at_end) = (found, true);
@@ -152,7 +152,7 @@ impl GaussNewton {
 }
 
 /// Returns the indices of nonzero columns.
-pub fn live_columns(derivatives: &DMatrix<f64>) -> Vec<usize> {
+pub fn nonzero_columns(derivatives: &DMatrix<f64>) -> Vec<usize> {
     (0..derivatives.ncols()).filter(|at| derivatives.column(*at).norm() > 0.0).collect()
 }
 
@@ -160,7 +160,7 @@ pub fn live_columns(derivatives: &DMatrix<f64>) -> Vec<usize> {
 ///
 /// `None` where moving coordinates are linearly dependent, or where `all` must move and one has no influence.
 fn step(values: &[f64], coordinates: &[Coordinate], derivatives: &DMatrix<f64>, residual: &DVector<f64>, all: bool) -> Option<Vec<f64>> {
-    let influential = live_columns(derivatives);
+    let influential = nonzero_columns(derivatives);
     if all && influential.len() < coordinates.len() {
         return None;
     }

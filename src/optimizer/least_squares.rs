@@ -108,7 +108,7 @@ impl LevenbergMarquardt {
     }
 
     /// Sets the flag that ends the solver after the current step.
-    pub fn stopping_when(mut self, stop: Arc<AtomicBool>) -> Self {
+    pub fn with_stop_flag(mut self, stop: Arc<AtomicBool>) -> Self {
         self.stop = stop;
         self
     }
@@ -317,7 +317,7 @@ pub fn least_squares_within<P: LeastSquares + ?Sized>(
     stop: &Arc<AtomicBool>,
 ) -> Polished {
     let held = if held.is_empty() { vec![false; start.len()] } else { held.to_vec() };
-    let solver = LevenbergMarquardt::new(held, tolerance).stopping_when(Arc::clone(stop));
+    let solver = LevenbergMarquardt::new(held, tolerance).with_stop_flag(Arc::clone(stop));
     let run = Executor::new(Problemwise(problem), solver)
         .configure(|state| state.param(start.to_vec()).max_iters(iterations).counting(true))
         .timer(false)

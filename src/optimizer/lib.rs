@@ -12,13 +12,13 @@ mod least_squares;
 mod polish;
 mod search;
 
-pub use control::{Control, Progressed, Watcher};
+pub use control::{Control, Progress, Watcher};
 pub use differential_evolution::{DifferentialEvolution, Strategy, Trial};
-pub use gauss_newton::{Coordinate, GaussNewton, GaussNewtonError, GaussNewtonFit, PredictionFunction, live_columns};
+pub use gauss_newton::{Coordinate, GaussNewton, GaussNewtonError, GaussNewtonFit, PredictionFunction, nonzero_columns};
 pub use journal::{Journal, found_in, kept_as};
 pub use least_squares::{LeastSquares, LevenbergMarquardt, NormalEquations, Polished, least_squares, least_squares_within};
 pub use polish::simplex;
-pub use search::{Found, SearchSettings, search};
+pub use search::{SearchResult, SearchSettings, search};
 
 /// A function on the unit cube, finite everywhere.
 pub trait Cost: Sync {

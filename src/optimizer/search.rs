@@ -7,7 +7,7 @@ use argmin::core::{CostFunction, Error, Executor};
 use serde::{Deserialize, Serialize};
 
 use super::differential_evolution::Trial;
-use super::{Control, Cost, DifferentialEvolution, Progressed, Strategy};
+use super::{Control, Cost, DifferentialEvolution, Progress, Strategy};
 
 /// Settings of a search.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -33,7 +33,7 @@ impl SearchSettings {
 
 /// Result of a search.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct Found {
+pub struct SearchResult {
     /// Place in the unit cube.
     pub place: Vec<f64>,
     /// Cost there.
@@ -73,7 +73,7 @@ impl<C: Cost> CostFunction for Finite<'_, C> {
 static BEGUN: AtomicUsize = AtomicUsize::new(0);
 
 /// Searches the unit cube for the minimum cost. A search that an earlier run has not finished continues from its last population.
-pub fn search<C: Cost>(cost: &C, settings: SearchSettings, control: &Control) -> Found {
+pub fn search<C: Cost>(cost: &C, settings: SearchSettings, control: &Control) -> SearchResult {
     let piece = format!("population {settings:?}");
     let mut states = control.states(&piece);
     let (reporter, most, number) = (control.clone(), settings.generations, BEGUN.fetch_add(1, Ordering::Relaxed));
@@ -82,11 +82,11 @@ pub fn search<C: Cost>(cost: &C, settings: SearchSettings, control: &Control) ->
         .unwrap_or_else(|| {
             DifferentialEvolution::new(settings.strategy, cost.dimension(), settings.population, settings.spread, settings.seed)
         })
-        .stopping_when(Arc::clone(control.stop()))
-        .watched_by(move |solver: &DifferentialEvolution| {
+        .with_stop_flag(Arc::clone(control.stop()))
+        .with_watcher(move |solver: &DifferentialEvolution| {
             let trace = solver.trace();
             let best = trace.last().copied().unwrap_or(f64::MAX);
-            reporter.report(Progressed::Generation { search: number, done: trace.len() as u64, most, best });
+            reporter.report(Progress::Generation { search: number, done: trace.len() as u64, most, best });
             // An interrupted generation is not kept.
             if !reporter.stopped() {
                 states(solver);
@@ -97,7 +97,7 @@ pub fn search<C: Cost>(cost: &C, settings: SearchSettings, control: &Control) ->
     let middle = vec![0.5; cost.dimension()];
     let Ok(result) = run else {
         let value = cost.at(&middle);
-        return Found {
+        return SearchResult {
             place: middle,
             cost: value,
             evaluations: 1,
@@ -112,7 +112,7 @@ pub fn search<C: Cost>(cost: &C, settings: SearchSettings, control: &Control) ->
     let population = result.solver.population().into_iter().map(|m| m.0).collect();
     let place = result.state.best_individual.unwrap_or(middle);
     let best = result.state.best_cost;
-    control.report(Progressed::Generation { search: number, done: most, most, best });
+    control.report(Progress::Generation { search: number, done: most, most, best });
     let generations = trace.len() as u64;
-    Found { place, cost: best, evaluations, generations, trace, population, complete: !control.stopped() }
+    SearchResult { place, cost: best, evaluations, generations, trace, population, complete: !control.stopped() }
 }

@@ -1,13 +1,17 @@
 //! Repeated attempts to make a case until a machine is admissible.
 
-use super::TruthError;
+use super::SimulatorError;
 use super::draw::Draw;
 
 /// Largest number of machines drawn for one case.
 const ATTEMPTS: usize = 20;
 
 /// Returns the result of the first successful attempt. Each attempt gets its number and its own branch of `draw`.
-pub fn first_accepted<T>(index: usize, draw: &Draw, make: impl Fn(usize, &mut Draw) -> Result<T, TruthError>) -> Result<T, TruthError> {
+pub fn first_accepted<T>(
+    index: usize,
+    draw: &Draw,
+    make: impl Fn(usize, &mut Draw) -> Result<T, SimulatorError>,
+) -> Result<T, SimulatorError> {
     let mut last = String::new();
     for attempt in 0..ATTEMPTS {
         match make(attempt, &mut draw.branch(attempt as u64)) {
@@ -15,5 +19,5 @@ pub fn first_accepted<T>(index: usize, draw: &Draw, make: impl Fn(usize, &mut Dr
             Err(refusal) => last = refusal.to_string(),
         }
     }
-    Err(TruthError::NoMachine { index, attempts: ATTEMPTS, last })
+    Err(SimulatorError::NoMachine { index, attempts: ATTEMPTS, last })
 }

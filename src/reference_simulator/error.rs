@@ -2,7 +2,7 @@
 
 /// Reason for which a case, or its folder, cannot be made.
 #[derive(Debug, thiserror::Error)]
-pub enum TruthError {
+pub enum SimulatorError {
     /// The dynamic stiffness is singular.
     #[error("the structure has no finite response at {frequency_hz} Hz")]
     Singular {

@@ -35,4 +35,4 @@ pub use case::{
     Case, Counts, Exact, Gap, HammerTest, Kind, Label, Layout, Ordinary, Plan, Slot, Strength, generate, generate_one, labels_json,
     ordinary, write_case,
 };
-pub use error::TruthError;
+pub use error::SimulatorError;

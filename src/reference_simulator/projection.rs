@@ -2,7 +2,7 @@
 
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 
-use super::TruthError;
+use super::SimulatorError;
 
 /// Directions, each scaled to one standard deviation of its prior.
 pub struct Projection {
@@ -12,11 +12,11 @@ pub struct Projection {
 
 impl Projection {
     /// Builds the projection from columns of equal height.
-    pub fn new(columns: &[Vec<f64>]) -> Result<Self, TruthError> {
+    pub fn new(columns: &[Vec<f64>]) -> Result<Self, SimulatorError> {
         let rows = columns.first().map_or(0, Vec::len);
         let columns = DMatrix::from_iterator(rows, columns.len(), columns.iter().flatten().copied());
         let normal = columns.transpose() * &columns + DMatrix::identity(columns.ncols(), columns.ncols());
-        let normal = Cholesky::new(normal).ok_or(TruthError::Singular { frequency_hz: f64::NAN })?;
+        let normal = Cholesky::new(normal).ok_or(SimulatorError::Singular { frequency_hz: f64::NAN })?;
         Ok(Self { columns, normal })
     }
 

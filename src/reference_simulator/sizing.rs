@@ -1,6 +1,6 @@
 //! Search for the size at which an effect has a given strength or a given gap.
 
-use super::TruthError;
+use super::SimulatorError;
 
 /// Searches between the least and the largest size until `gap_ratio` is about `ratio`, and returns the size and its gap ratio.
 /// `gap_ratio` is the gap with the effect over the gap without it.
@@ -8,8 +8,8 @@ pub fn size_for_gap_ratio(
     [least, largest]: [f64; 2],
     ratio: f64,
     trials: usize,
-    mut gap_ratio: impl FnMut(f64) -> Result<f64, TruthError>,
-) -> Result<(f64, f64), TruthError> {
+    mut gap_ratio: impl FnMut(f64) -> Result<f64, SimulatorError>,
+) -> Result<(f64, f64), SimulatorError> {
     let mut size = least;
     let mut value = gap_ratio(size)?;
     for _ in 0..trials {
@@ -55,8 +55,8 @@ impl Sizing {
         effect: &str,
         largest: f64,
         wanted: f64,
-        strength: impl Fn(f64) -> Result<f64, TruthError>,
-    ) -> Result<f64, TruthError> {
+        strength: impl Fn(f64) -> Result<f64, SimulatorError>,
+    ) -> Result<f64, SimulatorError> {
         let [longest, down] = self.steps;
         let (mut low, mut high) = (f64::NEG_INFINITY, largest.ln());
         let (mut trial, mut reached) = (self.start.min(0.5 * largest).ln(), 0.0);
@@ -87,6 +87,6 @@ impl Sizing {
                 high - down
             };
         }
-        Err(TruthError::TooWeak { effect: effect.to_owned(), reached, wanted })
+        Err(SimulatorError::TooWeak { effect: effect.to_owned(), reached, wanted })
     }
 }

@@ -34,7 +34,7 @@ pub struct HybridRow {
 
 /// The network.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-pub struct NetworkRow {
+pub struct NeuralResidualRow {
     /// Root mean square of its residual on the examples (m).
     #[serde(alias = "left_m")]
     pub residual_m: f64,
@@ -71,7 +71,7 @@ pub struct HybridDocument {
     /// Records by name.
     pub records: BTreeMap<String, HybridRow>,
     /// The network.
-    pub network: NetworkRow,
+    pub network: NeuralResidualRow,
     /// Median over held-out records of hybrid over analytical RMSE: the share of the error that a network cannot learn.
     pub median_ratio: Option<f64>,
     /// Median over held-out records of physics over hybrid RMSE: at most 1 where the identified physics predicts as well as the network.

@@ -142,7 +142,7 @@ pub struct MisfitRow {
 
 /// Delay and force factor of a record's measuring chain, relative to the chosen model.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-pub struct ChainRow {
+pub struct MeasuringChainRow {
     /// Record.
     pub record: String,
     /// `fit` or `held_out`.
@@ -187,7 +187,7 @@ pub struct MotionRows {
     #[serde(alias = "cells")]
     pub misfit_map: Vec<MisfitRow>,
     /// Records and their measuring chains.
-    pub records: Vec<ChainRow>,
+    pub records: Vec<MeasuringChainRow>,
     /// Descriptions of held-out records that contradict the fitted ones.
     pub contradictions: Vec<String>,
     /// The friction curve from constant speeds.

@@ -4,7 +4,8 @@ use std::collections::BTreeMap;
 
 use super::diagnosis::{DiagnosisDocument, candidates_text, estimated_text, gap_text, verdict_text};
 pub use super::motion_row::{
-    ChainRow, ChannelRow, CurveRow, LearnableRow, MisfitRow, MotionRecordRow, MotionRows, PreprocessingRow, TraceRow, TransmissionRow,
+    ChannelRow, CurveRow, LearnableRow, MeasuringChainRow, MisfitRow, MotionRecordRow, MotionRows, PreprocessingRow, TraceRow,
+    TransmissionRow,
 };
 use super::terminal::{columns, percent, wrapped};
 

@@ -10,7 +10,7 @@ use std::sync::Arc;
 
 use jointid::config::{MachineConfig, read_machine};
 use jointid::machine::Machine;
-use jointid::model::{Rods, Structure};
+use jointid::model::{RodModel, Structure};
 
 /// Reads a machine configuration by its path.
 pub fn config(name: &str) -> MachineConfig {
@@ -18,7 +18,7 @@ pub fn config(name: &str) -> MachineConfig {
 }
 
 /// Assembles the structure for the direct receptance of the table.
-pub fn table_structure(machine: &Machine, rods: Rods) -> Arc<Structure> {
+pub fn table_structure(machine: &Machine, rods: RodModel) -> Arc<Structure> {
     let table = machine.point("table").unwrap();
     Arc::new(Structure::new(machine, table, table, rods).unwrap())
 }

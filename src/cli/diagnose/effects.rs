@@ -37,7 +37,7 @@ pub fn verdict_row(verdict: &Verdict, place: Option<String>) -> VerdictRow {
         kind: verdict.kind.word().into(),
         effects: verdict.effects.clone(),
         reason: verdict.reason.clone(),
-        next_measurement: verdict.next.clone(),
+        next_measurement: verdict.next_measurement.clone(),
         place,
         band_hz: None,
         phase: None,

@@ -24,8 +24,8 @@ pub fn learnable(
     let Some(first) = motions.first().filter(|_| fitted < motions.len()) else { return Vec::new() };
     let row = |(at, further): (usize, &dynamics::inverse_dynamics::ExtraChannel)| {
         let samples = |record: usize, parts: &[&MotionPart]| -> Option<Vec<Example>> {
-            let (motion, part) = (motions[record], parts[record].further.get(at)?);
-            let counts = &motion.further.get(at)?.counts;
+            let (motion, part) = (motions[record], parts[record].extra_channels.get(at)?);
+            let counts = &motion.extra_channels.get(at)?.is_used;
             let all = motion.kept().zip(counts).zip(&part.residual).filter(|((_, counts), _)| **counts);
             let example = |((i, _), residual): ((usize, &bool), &f64)| Example {
                 command: motion.command_m[i],
@@ -52,5 +52,5 @@ pub fn learnable(
             after: rms(&|e| e.deviation, &chosen),
         })
     };
-    first.further.iter().enumerate().filter_map(row).collect()
+    first.extra_channels.iter().enumerate().filter_map(row).collect()
 }

@@ -7,12 +7,12 @@ mod records;
 mod responses;
 
 use self::arguments::DiagnoseArguments;
-use crate::motion_records::holds_records_alone;
+use crate::motion_records::has_only_motion_records;
 use crate::outcome::CommandResult;
 use crate::sources::load;
 
 /// Runs the command.
 pub fn run(given: &DiagnoseArguments) -> CommandResult {
     let loaded = load(&given.sources)?;
-    if holds_records_alone(&loaded.set) { records::run(given, &loaded) } else { responses::run(given, &loaded) }
+    if has_only_motion_records(&loaded.set) { records::run(given, &loaded) } else { responses::run(given, &loaded) }
 }

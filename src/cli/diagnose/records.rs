@@ -5,8 +5,8 @@ use std::collections::BTreeMap;
 use super::arguments::DiagnoseArguments;
 use super::effects::{choose_effects, names_effect, status_words, verdict_row};
 use super::learnable::learnable;
-use crate::long_work::{control, ended, on_threads};
-use crate::motion_records::{curve_rows, make_rigid, prepare_all, transmission_rows};
+use crate::long_work::{control, finish, on_threads};
+use crate::motion_records::{curve_rows, preprocess_all, rigid_model, transmission_rows};
 use crate::outcome::{CommandResult, deliver, prepare, to_message, warn};
 use crate::progress::WorkProgress;
 use crate::search::{check_frozen, plan};
@@ -16,7 +16,7 @@ use diagnosis::motion::{MisfitAxis, MisfitCell, MotionDiagnosis, MotionPart, Mot
 use dynamics::inverse_dynamics::{MotionSignal, Phase, phases};
 use machine::{Data, Effect, Machine};
 use report::diagnosis as document;
-use report::record::{ChainRow, ChannelRow, MisfitRow, MotionRows, TraceRow, motion_diagnosis_text};
+use report::record::{ChannelRow, MeasuringChainRow, MisfitRow, MotionRows, TraceRow, motion_diagnosis_text};
 
 /// Null simulations of motion records per one of `--nulls`: they are cheap.
 const NULLS: usize = 10;
@@ -30,7 +30,7 @@ pub fn run(given: &DiagnoseArguments, loaded: &Loaded) -> CommandResult {
     check_frozen(loaded, &plan.frozen)?;
     let effects = choose_effects(given, &loaded.config.effects, Data::Motion)?;
     let (fit, held_out) = loaded.set.split_motions(given.split.positions.as_deref(), &given.split.hold_out).map_err(to_message)?;
-    let (motions, _, told_of) = prepare_all(loaded)?;
+    let (motions, _, told_of) = preprocess_all(loaded)?;
     let folder = prepare(&given.output)?;
     let of = |records: &[usize]| records.iter().map(|i| &motions[*i]).collect::<Vec<&MotionSignal>>();
     let (fitted, left) = (of(&fit), of(&held_out));
@@ -51,7 +51,7 @@ pub fn run(given: &DiagnoseArguments, loaded: &Loaded) -> CommandResult {
     warn(&given.output, &document.stamp.warnings);
     let text = format!("{}\n{}", machine.title, motion_diagnosis_text(&document));
     deliver(&given.output, folder.as_ref(), "diagnosis.json", &document, &text)?;
-    Ok(ended(&given.output, &control, found.complete))
+    Ok(finish(&given.output, &control, found.complete))
 }
 
 fn to_document(
@@ -72,7 +72,7 @@ fn to_document(
     let closed = after.filter(|_| !held_out.is_empty()).and_then(|_| found.closed(&found.chosen_held_out));
     let places = list_places(found);
     // A named effect has its own location.
-    let named = found.verdict.first_effect().and_then(|id| effects.iter().find(|e| e.id == id)).and_then(Effect::place);
+    let named = found.verdict.first_effect().and_then(|id| effects.iter().find(|e| e.id == id)).and_then(Effect::location);
     let place = named.or_else(|| places.first().map(|i| i.interface.clone())).filter(|_| found.verdict.kind != VerdictKind::None);
     let chosen = &found.chosen;
     let is_named = found.verdict.kind.explains();
@@ -208,7 +208,7 @@ fn motion_rows(
     found: &MotionDiagnosis,
 ) -> Result<MotionRows, String> {
     let machine = &found.chosen.0.machine;
-    let rigid = make_rigid(loaded)?;
+    let rigid = rigid_model(loaded)?;
     let all: Vec<&MotionSignal> = fit.iter().chain(held_out).copied().collect();
     let befores: Vec<&MotionPart> = found.fit.iter().chain(&found.held_out).collect();
     let afters: Vec<&MotionPart> = found.chosen_fit.iter().chain(&found.chosen_held_out).collect();
@@ -234,7 +234,7 @@ fn motion_rows(
     });
     let records = found.shifts.iter().map(|s| {
         let gap = |parts: &[&MotionPart]| parts.iter().find(|p| p.name == s.name).map_or(f64::NAN, |p| p.own_gap());
-        ChainRow {
+        MeasuringChainRow {
             record: s.name.clone(),
             role: role(&s.name).into(),
             gap_before: gap(&befores),
@@ -247,7 +247,7 @@ fn motion_rows(
     });
     let transmission = befores.iter().zip(&afters).zip(&all).flat_map(|((before, after), motion)| {
         let rows = transmission_rows(before, motion).into_iter().zip(transmission_rows(after, motion).into_values());
-        let weights: BTreeMap<&str, f64> = before.further.iter().map(|f| (f.column.as_str(), f.weight)).collect();
+        let weights: BTreeMap<&str, f64> = before.extra_channels.iter().map(|f| (f.column.as_str(), f.weight)).collect();
         let record = motion.name.clone();
         rows.map(move |((column, before), after)| {
             let weight = weights.get(column.as_str()).copied().unwrap_or_default();

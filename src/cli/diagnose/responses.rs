@@ -8,7 +8,7 @@ use num_complex::Complex64;
 use super::arguments::DiagnoseArguments;
 use super::effects::{choose_effects, names_effect, status_words, verdict_row};
 use crate::document_rows;
-use crate::long_work::{build, control, ended, on_threads};
+use crate::long_work::{build_id, control, finish, on_threads};
 use crate::outcome::{CommandResult, deliver, prepare, to_message, warn};
 use crate::progress::WorkProgress;
 use crate::search::{check_frozen, fits_frfs, plan};
@@ -75,7 +75,7 @@ pub fn run(given: &DiagnoseArguments, loaded: &Loaded) -> CommandResult {
     warn(&given.output, &document.stamp.warnings);
     let text = format!("{}\n{}", machine.title, diagnosis_text(&document));
     deliver(&given.output, folder.as_ref(), "diagnosis.json", &document, &text)?;
-    Ok(ended(&given.output, &control, found.complete))
+    Ok(finish(&given.output, &control, found.complete))
 }
 
 /// Folder and file of the cached null distribution of this machine, these data and this build; `None` without a cache.
@@ -94,7 +94,7 @@ fn cache_file(given: &DiagnoseArguments, loaded: &Loaded, effects: &[Effect], fi
         given.search.seed,
         given.search.frf_model_error
     );
-    key += &format!("{:?} {:?} {:?}", given.ablate, given.search.tolerances, build());
+    key += &format!("{:?} {:?} {:?}", given.ablate, given.search.tolerances, build_id());
     // Effects enter with their ranges, not only with their names.
     key += &format!("{effects:?}");
     // Null simulations are drawn around the machine fitted to these data.
@@ -149,7 +149,7 @@ fn to_document(
             by_phase: BTreeMap::new(),
         },
         misfit_over_null: found.excess,
-        verdict: document::VerdictRow { band_hz: found.place.band_hz, ..verdict_row(&found.verdict, found.place.interface.clone()) },
+        verdict: document::VerdictRow { band_hz: found.location.band_hz, ..verdict_row(&found.verdict, found.location.interface.clone()) },
         places: list_places(found),
         ratio: ratios(&map),
         residual_map: map,
@@ -207,7 +207,7 @@ fn list_effects(found: &Diagnosis, interval: Option<(f64, f64)>, effects: &[Effe
 /// Returns the interfaces where a generic impedance reduces χ² most.
 fn list_places(found: &Diagnosis) -> Vec<document::WhereRow> {
     // The named effect comes first, at its location.
-    let named = found.place.interface.clone().filter(|_| found.verdict.kind.explains()).map(|interface| document::WhereRow {
+    let named = found.location.interface.clone().filter(|_| found.verdict.kind.explains()).map(|interface| document::WhereRow {
         interface,
         over: None,
         shape: document::NAMED.into(),
@@ -238,7 +238,7 @@ fn chosen_row(held_out: &HoldOutSet<'_>, found: &Diagnosis, interval: Option<(f6
         id: found.chosen.0.id.clone(),
         parameters: found.explained.0.machine.parameters.iter().map(|p| p.id.clone()).zip(chosen_values).collect(),
         gap_held_out: gap_over(&found.chosen_held_out),
-        misfit_over_null: Some(found.excess_left),
+        misfit_over_null: Some(found.chosen_excess),
         gap_held_out_with_nuisances: found.gaps_with_nuisances.as_ref().map(|each| each.each_ref().map(|parts| gap_over(parts))),
         closed: closed(&found.held_out, &found.chosen_held_out),
         closed95: interval.map(|(a, b)| [a, b]),

@@ -4,14 +4,14 @@ use std::collections::BTreeMap;
 
 use super::arguments::IdentifyArguments;
 use crate::arguments::ObjectiveName;
-use crate::long_work::{control, ended, on_threads};
-use crate::motion_records::{add_simulated_gaps, curve_rows, list_positions, list_records, names, prepare_all};
+use crate::long_work::{control, finish, on_threads};
+use crate::motion_records::{add_simulated_gaps, curve_rows, list_positions, list_records, names, preprocess_all};
 use crate::outcome::{CommandResult, deliver, prepare, to_message, warn};
 use crate::progress::WorkProgress;
 use crate::search::{check_frozen, plan, settings};
 use crate::sources::{Loaded, stamp};
-use dynamics::inverse_dynamics::{InverseError, MotionSignal, Preprocessing, free_parameters, recorded, unseen};
-use identification::motion::{Estimated, ForceFit, correlation, estimate_weighed, output_error};
+use dynamics::inverse_dynamics::{InverseError, MotionSignal, Preprocessing, free_parameters, parameters_without_influence, recorded};
+use identification::motion::{Estimated, ForceFit, correlation, estimate_weighted, output_error};
 use machine::Machine;
 use measurement::MotionRecord;
 use optimizer::Control;
@@ -32,10 +32,10 @@ pub fn run(given: &IdentifyArguments, loaded: &Loaded) -> CommandResult {
     let machine = &loaded.config.machine;
     check_frozen(loaded, &plan.frozen)?;
     let (fit, held_out) = loaded.set.split_motions(given.split.positions.as_deref(), &given.split.hold_out).map_err(to_message)?;
-    let (mut motions, rigid, mut warnings) = prepare_all(loaded)?;
+    let (mut motions, rigid, mut warnings) = preprocess_all(loaded)?;
     let folder = prepare(&given.output)?;
     let asked = free_parameters(machine, &plan.frozen).map_err(to_message)?;
-    let unseen = unseen(&rigid, machine, &asked, &fit.iter().map(|i| &motions[*i]).collect::<Vec<&MotionSignal>>());
+    let unseen = parameters_without_influence(&rigid, machine, &asked, &fit.iter().map(|i| &motions[*i]).collect::<Vec<&MotionSignal>>());
     let free: Vec<usize> = asked.into_iter().filter(|i| !unseen.contains(i)).collect();
     if free.is_empty() {
         return Err("--freeze: holds every parameter of the machine; leave one free".into());
@@ -43,7 +43,7 @@ pub fn run(given: &IdentifyArguments, loaded: &Loaded) -> CommandResult {
     let progress = WorkProgress::begin(given.output.quiet, "identify");
     let control = control(&given.output, folder.as_ref(), &progress, loaded)?;
     let ran = on_threads(given.search.threads, || {
-        let found = estimate_weighed(&rigid, machine, &free, &mut motions, &fit)?;
+        let found = estimate_weighted(&rigid, machine, &free, &mut motions, &fit)?;
         if simulated {
             progress.now("simulate");
             return refine_by_simulation(loaded, (&free, found), (&fit, &motions), &control);
@@ -97,13 +97,13 @@ pub fn run(given: &IdentifyArguments, loaded: &Loaded) -> CommandResult {
         held_out_positions: names(&loaded.set, &held_out),
         positions: list_positions(&records, error),
         frfs: Vec::new(),
-        preprocessing: motions.first().map(|m| recipe_row(&m.recipe)),
+        preprocessing: motions.first().map(|m| recipe_row(&m.preprocessing)),
         friction_curve: curve_rows(&rigid, machine, values, &fitted),
         records,
     };
     warn(&given.output, &document.stamp.warnings);
     deliver(&given.output, folder.as_ref(), "identification.json", &document, &text(loaded, &document))?;
-    Ok(ended(&given.output, &control, document.stamp.complete))
+    Ok(finish(&given.output, &control, document.stamp.complete))
 }
 
 /// Refines the estimate of inverse dynamics by simulating the closed loop. Returns also whether the refinement converged.
@@ -116,7 +116,7 @@ fn refine_by_simulation(
     let machine = &loaded.config.machine;
     let records: Vec<&MotionRecord> = fit.iter().map(|i| &loaded.set.motions[*i]).collect();
     let closed = output_error(machine, &found.values, free, &records, control)?;
-    let length = |i: &usize| (loaded.set.motions[*i].samples(), motions[*i].period.map(|p| p * motions[*i].recipe.factor));
+    let length = |i: &usize| (loaded.set.motions[*i].samples(), motions[*i].period.map(|p| p * motions[*i].preprocessing.factor));
     let lengths: Vec<(usize, Option<usize>)> = fit.iter().map(length).collect();
     let refined = ForceFit {
         squares: closed.residual.norm_squared(),

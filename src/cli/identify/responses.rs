@@ -2,7 +2,7 @@
 
 use super::arguments::IdentifyArguments;
 use crate::document_rows;
-use crate::long_work::{control, ended, on_threads};
+use crate::long_work::{control, finish, on_threads};
 use crate::outcome::{CommandResult, deliver, prepare, to_message, warn};
 use crate::progress::WorkProgress;
 use crate::search::{plan, settings};
@@ -59,7 +59,7 @@ pub fn run(given: &IdentifyArguments, loaded: &Loaded) -> CommandResult {
             let mut derived = document_rows::derived(&positions, &frfs, leave_one_out);
             derived.extend(found.derived.iter().map(|d| (d.name.clone(), d.value)));
             derived.insert("chi_square".into(), found.chi_square);
-            derived.insert("degrees_of_freedom".into(), found.freedom as f64);
+            derived.insert("degrees_of_freedom".into(), found.degrees_of_freedom as f64);
             derived
         },
         derived_interval95: found
@@ -99,7 +99,7 @@ pub fn run(given: &IdentifyArguments, loaded: &Loaded) -> CommandResult {
     };
     warn(&given.output, &document.stamp.warnings);
     deliver(&given.output, folder.as_ref(), "identification.json", &document, &text(loaded, &document, &found))?;
-    Ok(ended(&given.output, &control, found.complete))
+    Ok(finish(&given.output, &control, found.complete))
 }
 
 fn text(loaded: &Loaded, document: &document::IdentificationDocument, found: &Identification) -> String {

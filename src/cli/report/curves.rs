@@ -5,7 +5,7 @@ use std::sync::Arc;
 use num_complex::Complex64;
 
 use crate::outcome::to_message;
-use dynamics::model::{Rods, Structure};
+use dynamics::model::{RodModel, Structure};
 use identification::objective::{FrfObjective, FrfSettings, ModeObjective, ModeSettings, operating};
 use machine::{Chain, Machine, Operating, PointMotion};
 use measurement::{FitSet, Frf, Gain, HoldOutSet, MeasurementSet, Quantity};
@@ -21,7 +21,7 @@ type Line = (f64, Complex64);
 pub(super) struct CurveModel {
     pub(super) machine: Machine,
     pub(super) values: Vec<f64>,
-    pub(super) rods: Rods,
+    pub(super) rods: RodModel,
     /// Factor from prediction to record. Where it is absent, it is fitted to the measurements.
     pub(super) gain: Option<f64>,
 }
@@ -187,7 +187,7 @@ impl CurveModel {
         let machine = &self.machine;
         let (response, excitation) = (point(machine, response)?, point(machine, excitation)?);
         let structure = Arc::new(Structure::new(machine, response, excitation, self.rods).map_err(to_message)?);
-        let (mut network, mut work) = (structure.network(), structure.workspace());
+        let (mut network, mut work) = (structure.empty_model(), structure.workspace());
         network.update(machine, &self.values, operating);
         let chain = machine.chain.at(&self.values, operating);
         let omegas: Vec<f64> = lines.iter().copied().map(omega_rad_s).collect();

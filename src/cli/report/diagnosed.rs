@@ -3,10 +3,10 @@
 use std::collections::BTreeMap;
 
 use super::curves::{CurveModel, Overlay};
-use super::inputs_again::read_inputs_again;
+use super::reread_inputs::read_inputs_again;
 use crate::outcome::to_message;
 use crate::sources::Loaded;
-use dynamics::model::Rods;
+use dynamics::model::RodModel;
 use machine::Machine;
 use report::diagnosis::DiagnosisDocument;
 use report::page::Page;
@@ -34,5 +34,5 @@ pub(super) fn draw(of: &DiagnosisDocument, page: &mut Page) -> Result<(), String
 }
 
 fn model(machine: Machine, values: &BTreeMap<String, f64>) -> Option<CurveModel> {
-    Some(CurveModel { values: machine.values_of(values)?, machine, rods: Rods::Exact, gain: None })
+    Some(CurveModel { values: machine.values_of(values)?, machine, rods: RodModel::Exact, gain: None })
 }

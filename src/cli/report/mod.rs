@@ -2,7 +2,7 @@
 
 mod curves;
 mod diagnosed;
-mod inputs_again;
+mod reread_inputs;
 mod shapes;
 
 use std::path::{Path, PathBuf};
@@ -10,12 +10,12 @@ use std::path::{Path, PathBuf};
 use serde::de::DeserializeOwned;
 
 use self::curves::{CurveModel, Overlay};
-use self::inputs_again::read_inputs_again;
+use self::reread_inputs::read_inputs_again;
 use crate::identified::{check_identification, identified_machine, identified_values};
-use crate::motion_records::holds_records_alone;
+use crate::motion_records::has_only_motion_records;
 use crate::outcome::{CommandResult, Outcome, to_message};
 use crate::terminal;
-use dynamics::model::Rods;
+use dynamics::model::RodModel;
 use measurement::read_set;
 use report::document::IdentificationDocument;
 use report::page::{self, Page};
@@ -127,10 +127,10 @@ fn recompute(folder: &Path, identified: &IdentificationDocument, page: &mut Page
     let settings = &identified.settings;
     let loaded = read_inputs_again(&settings.config, &settings.measurements, &identified.stamp, ("identification", "identify"))?;
     let values = identified_values(&path, identified, &loaded.config)?;
-    let rods = settings.lumps.map_or(Rods::Exact, Rods::Lumped);
+    let rods = settings.lumps.map_or(RodModel::Exact, RodModel::Lumped);
     page.title = loaded.config.machine.title.clone();
     page.nut_m = loaded.set.positions.iter().filter_map(|p| Some((p.name.clone(), p.nut_m?))).collect();
-    if holds_records_alone(&loaded.set) {
+    if has_only_motion_records(&loaded.set) {
         return Ok(());
     }
     let set = &loaded.set;

@@ -26,7 +26,7 @@ pub(super) fn shapes(set: &MeasurementSet, model: &CurveModel) -> Result<Vec<Sha
     let observed = name.and_then(|n| machine.point(n)).filter(|p| machine.points[*p].motion == PointMotion::Translation);
     let Some(first) = machine.points.iter().position(|p| !p.fixed) else { return Ok(Vec::new()) };
     let structure = Arc::new(Structure::new(machine, first, first, model.rods).map_err(|e| e.to_string())?);
-    let (mut network, mut work) = (structure.network(), structure.workspace());
+    let (mut network, mut work) = (structure.empty_model(), structure.workspace());
     let start = &model.values;
     let mut groups = Vec::new();
     for position in &set.positions {
@@ -34,7 +34,7 @@ pub(super) fn shapes(set: &MeasurementSet, model: &CurveModel) -> Result<Vec<Sha
         network.update(machine, start, &operating);
         let modes = undamped_modes(&network, 1.2 * highest, &mut work).into_iter().filter(|m| m.frequency_hz > 0.0).take(MODES);
         let modes = modes.map(|mode| {
-            let along = network.along(machine, start, &operating, (mode.frequency_hz, &mode.shape), STEPS);
+            let along = network.shaft_deflections(machine, start, &operating, (mode.frequency_hz, &mode.shape), STEPS);
             let deflections = along.into_iter().map(|a| {
                 let shaft = &machine.shafts[a.shaft];
                 // Torsion is shown as the displacement of the circumference, in one scale with the axial deflection.

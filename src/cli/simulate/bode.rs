@@ -4,10 +4,10 @@ use std::fmt::Write;
 
 use rayon::prelude::*;
 
-use super::driven::{describe_pole, find_drive, find_response};
+use super::drive::{describe_pole, find_drive, find_response};
 use super::operating::{LoadArguments, find_operating};
 use crate::arguments::{OutputArguments, Sources};
-use crate::long_work::watch_for_stop;
+use crate::long_work::not_stopped;
 use crate::outcome::{CommandResult, Outcome, deliver, prepare, to_message, warn};
 use crate::progress::WorkProgress;
 use crate::sources::{load_machine, stamp};
@@ -93,7 +93,7 @@ pub fn run(given: &BodeArguments) -> CommandResult {
         if n >= 1.0 && (hz / half_hz - n).abs() < 0.0055 * n { 0.992 * n * half_hz } else { hz }
     };
     let simulated = if given.smooth { dynamics::motion::smooth(machine) } else { machine.clone() };
-    let go_on = watch_for_stop();
+    let go_on = not_stopped();
     let progress = WorkProgress::counted(given.output.quiet || given.linear, "bode", count);
     let found: Vec<Result<SineResponse, String>> = (0..count)
         .into_par_iter()
@@ -125,7 +125,7 @@ pub fn run(given: &BodeArguments) -> CommandResult {
         .collect();
     let complete = given.linear || found.iter().all(|f| f.ratio.is_some());
     let step = drive.position.encoder.step.at(&values, &settings.operating);
-    let left_out = machine.left_out_of_frequency_responses().join(", ");
+    let left_out = machine.joints_ignored_by_frequency_responses().join(", ");
     let warnings: Vec<String> = (!left_out.is_empty())
         .then(|| {
             format!(

@@ -2,9 +2,9 @@
 
 use rayon::prelude::*;
 
-use super::driven::find_response;
+use super::drive::find_response;
 use crate::arguments::{OutputArguments, Sources};
-use crate::long_work::watch_for_stop;
+use crate::long_work::not_stopped;
 use crate::outcome::{CommandResult, Outcome, deliver, prepare, to_message, warn};
 use crate::sources::{Loaded, inputs, load_machine, stamp};
 use dynamics::motion::{Circle, SimulationSettings, Trace, contour_error, simulate};
@@ -64,7 +64,7 @@ pub fn run(given: &CircleArguments) -> CommandResult {
         }
     }
     let folder = prepare(&given.output)?;
-    let go_on = watch_for_stop();
+    let go_on = not_stopped();
     let rows: Result<Vec<Option<CircleRow>>, String> = given
         .speed_rad_min
         .par_iter()

@@ -8,13 +8,13 @@ use std::sync::Arc;
 
 use num_complex::Complex64;
 
-use super::driven::describe_pole;
+use super::drive::describe_pole;
 use super::operating::{LoadArguments, find_operating, load_warnings, require_positive};
 use crate::arguments::{OutputArguments, QuantityName, Sources};
 use crate::identified::{check_identification, identified_machine, identified_values, read_identification};
 use crate::outcome::{CommandResult, deliver, prepare, to_message, warn};
 use crate::sources::{load_again, load_machine, stamp};
-use dynamics::model::{Rods, Structure};
+use dynamics::model::{RodModel, Structure};
 use dynamics::motion::{LinearLoops, MotionError, ServoImpedance, SimulationSettings};
 use machine::{Chain, Machine, Operating};
 use numeric::unit::omega_rad_s;
@@ -114,11 +114,11 @@ pub fn run(given: &FrfArguments) -> CommandResult {
             }
         }
     }
-    let representation = identified.as_ref().and_then(|i| i.settings.lumps).map_or(Rods::Exact, Rods::Lumped);
+    let representation = identified.as_ref().and_then(|i| i.settings.lumps).map_or(RodModel::Exact, RodModel::Lumped);
     let folder = prepare(&given.output)?;
     let quantity = given.quantity.quantity();
     let structure = Arc::new(Structure::new(machine, response, excitation, representation).map_err(to_message)?);
-    let (mut network, mut work) = (structure.network(), structure.workspace());
+    let (mut network, mut work) = (structure.empty_model(), structure.workspace());
     let frequency_hz: Vec<f64> = (0..lines).map(|i| from + step * i as f64).collect();
     let mut positions = BTreeMap::new();
     let mut text = String::from("position,frequency_hz,real,imag\n");
@@ -162,7 +162,7 @@ fn closed_receptances(
     machine: &Machine,
     values: &[f64],
     operating: &Operating,
-    (response, excitation, rods): (usize, usize, Rods),
+    (response, excitation, rods): (usize, usize, RodModel),
     omega_rad_s: &[f64],
 ) -> Result<Vec<Complex64>, String> {
     let fault = |e: MotionError| format!("--closed-loop: {e}");
@@ -181,7 +181,7 @@ fn closed_receptances(
         for force in [hold.on, excitation] {
             if let Entry::Vacant(place) = open.entry((at, force)) {
                 let structure = Arc::new(Structure::new(machine, at, force, rods).map_err(to_message)?);
-                let mut network = structure.network();
+                let mut network = structure.empty_model();
                 network.update(machine, values, operating);
                 place.insert(network.sweep(omega_rad_s, &mut structure.workspace()));
             }

@@ -1,9 +1,9 @@
 //! `jointid simulate gain`: cycles with different gains of the position loop.
 
-use super::driven::{find_drive, find_response};
+use super::drive::{find_drive, find_response};
 use super::operating::{LoadArguments, find_operating};
 use crate::arguments::{OutputArguments, Sources};
-use crate::long_work::watch_for_stop;
+use crate::long_work::not_stopped;
 use crate::outcome::{CommandResult, Outcome, deliver, prepare, to_message, warn};
 use crate::sources::{load_machine, stamp};
 use dynamics::motion::{SCurve, SimulationSettings, gain_study};
@@ -84,7 +84,7 @@ pub fn run(given: &GainArguments) -> CommandResult {
     let folder = prepare(&given.output)?;
     let count = usize::from(given.points);
     let gains: Vec<f64> = (0..count).map(|i| (from + (to - from) * i as f64 / (count - 1) as f64) / 60.0).collect();
-    let go_on = watch_for_stop();
+    let go_on = not_stopped();
     let found = gain_study(machine, &machine.start(), &gains, (&course, given.rest_s), point, &settings, &go_on).map_err(to_message)?;
     let complete = go_on();
     let unstable: Vec<String> = found.iter().filter(|r| !r.stable).map(|r| format!("{:.0}", 60.0 * r.gain_per_s)).collect();

@@ -2,7 +2,7 @@
 
 mod bode;
 mod circle;
-mod driven;
+mod drive;
 mod frf;
 mod gain;
 mod hold;

@@ -44,7 +44,7 @@ pub fn run(given: &ModesArguments) -> CommandResult {
     let folder = prepare(&given.output)?;
     let first = machine.points.iter().position(|p| !p.fixed).ok_or("the machine has no point that moves")?;
     let structure = Arc::new(Structure::new(machine, first, first, given.rods.represent()).map_err(to_message)?);
-    let mut network = structure.network();
+    let mut network = structure.empty_model();
     network.update(machine, &machine.start(), &operating);
     let modes: Vec<ModeRow> = undamped_modes(&network, max_hz, &mut structure.workspace())
         .into_iter()

@@ -3,10 +3,10 @@
 use std::collections::BTreeMap;
 use std::fmt::Write;
 
-use super::driven::{describe_pole, find_drive};
+use super::drive::{describe_pole, find_drive};
 use super::operating::{LoadArguments, find_operating};
 use crate::arguments::{OutputArguments, Sources};
-use crate::long_work::watch_for_stop;
+use crate::long_work::not_stopped;
 use crate::outcome::{CommandResult, Outcome, prepare, print_out, to_message, warn, write_announced};
 use crate::sources::{Loaded, digest_file, load_machine, stamp};
 use dynamics::motion::{Course, EventKind, LinearLoops, RecordGap, SCurve, SimulationSettings, Sine, Trace, simulate, simulate_record};
@@ -78,7 +78,7 @@ pub fn run(given: &MotionArguments) -> CommandResult {
         ..SimulationSettings::default()
     };
     let folder = prepare(&given.output)?;
-    let go_on = watch_for_stop();
+    let go_on = not_stopped();
     let values = machine.start();
     let mut file = None;
     let (word, trace, gap) = match &given.record {

@@ -45,7 +45,7 @@ pub fn load_warnings(machine: &Machine, load: &LoadArguments) -> Vec<String> {
     let given = load.velocity_m_s.is_some() || load.acceleration_m_s2.is_some() || load.force_n.is_some();
     let none = given && machine.contacts.is_empty();
     let unmoved = none.then(|| "velocity, acceleration and force change nothing: no joint of this machine is a [contact.…]".to_string());
-    let left_out = machine.left_out_of_frequency_responses().join(", ");
+    let left_out = machine.joints_ignored_by_frequency_responses().join(", ");
     let left_out = (!left_out.is_empty()).then(|| {
         format!("friction, backlash and lead error of {left_out} act in motion only and are left out; damping of a joint is its viscous friction")
     });

@@ -8,7 +8,7 @@ use super::operating::{LoadArguments, find_operating, load_warnings};
 use crate::arguments::{OutputArguments, Sources};
 use crate::outcome::{CommandResult, deliver, prepare, to_message, warn};
 use crate::sources::{load_machine, stamp};
-use dynamics::model::{Rods, Structure, elastic_frequencies_hz, undamped_modes};
+use dynamics::model::{RodModel, Structure, elastic_frequencies_hz, undamped_modes};
 use machine::{FitRule, Machine, Modifier, Operating, Parameter, Scale};
 use numeric::unit::omega_rad_s;
 use report::simulation::{SensitivityDocument, SensitivityRow};
@@ -134,7 +134,7 @@ fn with_factor(machine: &Machine, joint: usize) -> Machine {
         source: "sensitivity".into(),
         description: String::new(),
     });
-    scaled.joints[joint].stiffness.laws.push(Modifier::Times(index));
+    scaled.joints[joint].stiffness.modifiers.push(Modifier::Times(index));
     scaled
 }
 
@@ -162,8 +162,8 @@ fn chosen_joints(machine: &Machine, names: Option<&[String]>, operating: &Operat
 /// Computes deformation and share of the strain energy of each joint in the mode at a frequency.
 pub(super) fn mode_energy(machine: &Machine, operating: &Operating, frequency_hz: f64) -> Result<BTreeMap<String, (f64, f64)>, String> {
     let moving = machine.points.iter().position(|p| !p.fixed).ok_or("the machine has no point that moves")?;
-    let structure = Arc::new(Structure::new(machine, moving, moving, Rods::Exact).map_err(to_message)?);
-    let mut network = structure.network();
+    let structure = Arc::new(Structure::new(machine, moving, moving, RodModel::Exact).map_err(to_message)?);
+    let mut network = structure.empty_model();
     network.update(machine, &machine.start(), operating);
     let modes = undamped_modes(&network, frequency_hz * (1.0 + 1e-6), &mut structure.workspace());
     let mode = modes.last().ok_or("the mode is not found a second time")?;

@@ -6,7 +6,7 @@ mod responses;
 
 use self::arguments::ValidateArguments;
 use crate::identified::{check_identification, identified_values, read_identification};
-use crate::motion_records::holds_records_alone;
+use crate::motion_records::has_only_motion_records;
 use crate::outcome::CommandResult;
 use crate::sources::{load_again, stamp};
 
@@ -27,6 +27,6 @@ pub fn run(given: &ValidateArguments) -> CommandResult {
         }
     }
     let values = identified_values(&given.result, &identified, &loaded.config)?;
-    let run = if holds_records_alone(&loaded.set) { records::run } else { responses::run };
+    let run = if has_only_motion_records(&loaded.set) { records::run } else { responses::run };
     run(given, (&identified, input), &loaded, &values, warnings)
 }

@@ -2,7 +2,7 @@
 
 use super::arguments::ValidateArguments;
 use crate::long_work::stop_flag;
-use crate::motion_records::{add_simulated_gaps, list_positions, list_records, prepare_all};
+use crate::motion_records::{add_simulated_gaps, list_positions, list_records, preprocess_all};
 use crate::outcome::{CommandResult, Outcome, deliver, prepare, to_message, warn};
 use crate::sources::{Loaded, stamp};
 use measurement::MotionRecord;
@@ -42,7 +42,7 @@ pub fn run(
         None if !held_out.is_empty() => held_out,
         None => all,
     };
-    let (motions, rigid, column_warnings) = prepare_all(loaded)?;
+    let (motions, rigid, column_warnings) = preprocess_all(loaded)?;
     let warnings: Vec<String> = warnings.into_iter().chain(column_warnings).collect();
     let folder = prepare(&given.output)?;
     let control = Control::new(stop_flag(), None);

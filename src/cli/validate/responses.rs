@@ -7,7 +7,7 @@ use crate::document_rows;
 use crate::identified::{identified_machine, tolerances};
 use crate::outcome::{CommandResult, deliver, prepare, to_message, warn};
 use crate::sources::{Loaded, stamp};
-use dynamics::model::Rods;
+use dynamics::model::RodModel;
 use identification::channels_of;
 use identification::objective::{FrfObjective, FrfSettings, MISSING, ModeObjective, ModeSettings, PositionPrediction};
 use measurement::{FitSet, HoldOutSet};
@@ -49,7 +49,7 @@ pub fn run(
     if whole_frfs && held_out.frfs.is_empty() {
         return Err(format!("{}: holds no FRF to check at these positions; the identification is on whole FRFs", loaded.set.path));
     }
-    let rods = settings.lumps.map_or(Rods::Exact, Rods::Lumped);
+    let rods = settings.lumps.map_or(RodModel::Exact, RodModel::Lumped);
     // The gain belongs to a measurement set; for another set it is fitted.
     let own_gain = if same_set { identified.parameters.get("gain").map(|g| g.value) } else { None };
     let positions = if whole_frfs {

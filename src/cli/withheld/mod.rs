@@ -1,10 +1,10 @@
 //! `jointid withheld`: makes and seals cases, diagnoses each with the public command, and scores the answers.
 
 pub mod arguments;
-mod ask;
-mod closing;
-mod make;
-mod own;
+mod closed_share;
+mod diagnose_cases;
+mod make_cases;
+mod own_cases;
 
 use std::path::{Path, PathBuf};
 use std::sync::atomic::Ordering;
@@ -49,7 +49,7 @@ pub fn run(given: &WithheldArguments) -> CommandResult {
         return Ok(Outcome::Done);
     }
     let place = place(&ablation);
-    let plan = ask::DiagnosisRunner::new(folder.path(), &place, &seal, &ablation, given)?;
+    let plan = diagnose_cases::DiagnosisRunner::new(folder.path(), &place, &seal, &ablation, given)?;
     let answers = plan.all(&seal, &stop, given.output.quiet)?;
     // Labels are read after the diagnoses, and only if the sealed files are unchanged.
     let (seal, labels) = Seal::verified(folder.path())?;
@@ -61,7 +61,7 @@ pub fn run(given: &WithheldArguments) -> CommandResult {
             if seal.generator.arm == "motion" {
                 let has_quiet = seal.cases.iter().any(|case| case.name == name && case.quiet_sha256.is_some());
                 let diagnosis = answer.diagnosis.as_ref().ok().filter(|_| has_quiet && judgement.closed.is_some());
-                judgement.closed_truth = diagnosis.map(|of| closing::closed(folder.path(), &name, of)).transpose()?.flatten();
+                judgement.closed_truth = diagnosis.map(|of| closed_share::closed(folder.path(), &name, of)).transpose()?.flatten();
             }
             Ok(Some((name, judgement)))
         })
@@ -152,7 +152,7 @@ fn planned(arm: ArmName, cases: CasesAsked, seed: u64) -> Result<(Counts, usize)
         ArmName::Frf => [Counts::QUICK, Counts::FULL],
         ArmName::Motion => [motion::QUICK, motion::FULL],
     };
-    let [quick, full] = counts.map(|counts| (counts, make::Plans::new(arm_name(arm), &counts, seed).len()));
+    let [quick, full] = counts.map(|counts| (counts, make_cases::Plans::new(arm_name(arm), &counts, seed).len()));
     match cases {
         CasesAsked::Quick => Ok(quick),
         CasesAsked::Full => Ok(full),
@@ -163,7 +163,7 @@ fn planned(arm: ArmName, cases: CasesAsked, seed: u64) -> Result<(Counts, usize)
 }
 
 /// Returns the sealed cases of the folder, or makes them; `None` if that was stopped.
-fn sealed(given: &WithheldArguments, folder: &Path, stop: &make::Flag) -> Result<Option<Seal>, String> {
+fn sealed(given: &WithheldArguments, folder: &Path, stop: &make_cases::Flag) -> Result<Option<Seal>, String> {
     let truth = |name| if name == TruthName::Own { "own" } else { "independent" };
     let seed = given.seed.unwrap_or(1);
     let arm = given.arm.unwrap_or(ArmName::Frf);
@@ -192,7 +192,7 @@ fn sealed(given: &WithheldArguments, folder: &Path, stop: &make::Flag) -> Result
     }
     let (arm, truth) = (arm_name(arm).to_string(), truth(given.truth.unwrap_or(TruthName::Independent)).to_string());
     let generator = Generator { version: env!("CARGO_PKG_VERSION").into(), arm, truth, seed, counts, cases };
-    on_threads(given.jobs, || make::make(folder, &generator, stop, given.output.quiet))?
+    on_threads(given.jobs, || make_cases::make(folder, &generator, stop, given.output.quiet))?
 }
 
 /// The folder of a check. Without --out it is temporary, and removed at the end.

@@ -24,7 +24,7 @@ pub(super) fn weigh(
     motions: &mut [MotionSignal],
     fitted: usize,
 ) -> Result<(), InverseError> {
-    if motions.iter().all(|m| m.further.is_empty()) {
+    if motions.iter().all(|m| m.extra_channels.is_empty()) {
         return Ok(());
     }
     for _ in 0..ROUNDS {
@@ -32,7 +32,7 @@ pub(super) fn weigh(
         let fit = estimate_identifiable(rigid, machine, &machine.start(), free, &data.motions, &may_drop)?;
         let left = without_smooth_functions(&data, fit.residual);
         let weights = weights(left.as_slice(), &data.motions);
-        motions.iter_mut().for_each(|m| m.weigh(&weights));
+        motions.iter_mut().for_each(|m| m.set_weights(&weights));
     }
     Ok(())
 }

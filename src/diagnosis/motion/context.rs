@@ -14,7 +14,7 @@ use machine::{Data, Effect, Machine};
 use numeric::linear_fit::LinearFit;
 use numeric::statistics::root_mean_square;
 use optimizer::Control;
-use optimizer::live_columns;
+use optimizer::nonzero_columns;
 
 /// Least reduction of the prediction error by the first named effect, and by a common one.
 const LEAST: f64 = 0.03;
@@ -59,7 +59,7 @@ impl Context<'_> {
         // Insignificant candidates, such as a wave of any period, rank behind significant ones.
         ranked.sort_by_key(|r| screening.candidates[r.candidate].free.is_none() && null.p_value(r) >= ALPHA);
         simplest_first(&screening, &null, &mut ranked);
-        let extra_points = self.data.motions.iter().any(|m| m.records_points());
+        let extra_points = self.data.motions.iter().any(|m| m.has_extra_points());
         let implausible = screening.largest_nuisance(&self.data).filter(|(_, size)| *size > IMPLAUSIBLE && !self.data.is_identifiable());
         let implausible = implausible.map(|(name, size)| (name.trim_start_matches('~').to_string(), size));
         Some(SelectionStep { screening, ranked, null, extra_points, slow: self.slow(from), implausible })
@@ -191,7 +191,8 @@ impl Context<'_> {
 
 /// Whether some added parameter has, at the end of a fit, an influence that the other parameters cannot reproduce.
 fn is_identifiable(fit: &ForceFit, added: &[usize]) -> bool {
-    let (own, others): (Vec<usize>, Vec<usize>) = live_columns(&fit.derivatives).into_iter().partition(|at| added.contains(&fit.free[*at]));
+    let (own, others): (Vec<usize>, Vec<usize>) =
+        nonzero_columns(&fit.derivatives).into_iter().partition(|at| added.contains(&fit.free[*at]));
     let others = fit.derivatives.select_columns(&others);
     own.into_iter().any(|at| {
         let column = fit.derivatives.column(at).clone_owned();

@@ -34,7 +34,7 @@ impl<'m> MotionData<'m> {
                 part.extend((0..samples).map(|i| (i % cycle) * PARTS * SLICES / cycle % PARTS));
             }
         }
-        let mut columns: Vec<String> = motions.iter().flat_map(|m| &m.further).map(|f| f.column.clone()).collect();
+        let mut columns: Vec<String> = motions.iter().flat_map(|m| &m.extra_channels).map(|f| f.column.clone()).collect();
         columns.sort();
         columns.dedup();
         let begins = (0..=PARTS).map(|p| part.iter().filter(|own| **own < p).count()).collect();
@@ -45,7 +45,7 @@ impl<'m> MotionData<'m> {
 
     /// Whether an extra channel's encoder side is estimated from the control loop.
     pub fn is_identifiable(&self) -> bool {
-        self.motions.iter().flat_map(|m| &m.further).any(ExtraChannel::is_identifiable)
+        self.motions.iter().flat_map(|m| &m.extra_channels).any(ExtraChannel::is_identifiable)
     }
 
     /// Returns the number of parts.
@@ -76,7 +76,7 @@ impl<'m> MotionData<'m> {
     /// Returns the same column in one channel, the force or an extra channel; zero in the others.
     pub fn channel(&self, column: Option<&str>, of: impl Fn(&MotionSignal) -> Vec<f64>) -> DVector<f64> {
         self.column_of(of, column.is_none(), |further, m, computed| match column {
-            None => further.thinned(m, &further.told.as_ref()?.behind(computed, m)),
+            None => further.thinned(m, &further.encoder_estimate.as_ref()?.reading_change(computed, m)),
             Some(column) => (column == further.column).then(|| further.thinned(m, computed))?,
         })
     }
@@ -92,7 +92,7 @@ impl<'m> MotionData<'m> {
         for m in &self.motions {
             let computed = of(m);
             let own = if force { m.thinned(&computed) } else { None };
-            for channel in std::iter::once(own).chain(m.further.iter().map(|f| further(f, m, &computed))) {
+            for channel in std::iter::once(own).chain(m.extra_channels.iter().map(|f| further(f, m, &computed))) {
                 all.extend(channel.unwrap_or_else(|| vec![0.0; m.load.len()]));
             }
         }

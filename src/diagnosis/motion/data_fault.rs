@@ -30,7 +30,7 @@ pub struct RecordShift {
     pub gap_own: f64,
     /// Reduction of the squared gap by delay and factor. The lesser of two: of the residual, and of the residual after the model moved within its
     /// covariance.
-    pub taken: f64,
+    pub gap_reduction: f64,
     /// Gap due to noise.
     pub floor: f64,
 }
@@ -109,7 +109,7 @@ fn shift(model: Model<'_>, motion: &MotionSignal, covariance: Option<&Covariance
         gap: predicted.own_gap(),
         floor: non_systematic(&predicted, motion).first().map_or(0.0, |n| square(n).sqrt() / scale),
         gap_own: fit.residual.norm() / scale,
-        taken: taken / (scale * scale),
+        gap_reduction: taken / (scale * scale),
     })
 }
 
@@ -159,7 +159,7 @@ pub(super) fn contradictions(fit: &[RecordShift], others: &[RecordShift], step_s
         .iter()
         .filter_map(|record| {
             let square = record.gap.powi(2);
-            let much = record.taken > (LEAST_REDUCTION.0 * square).max(LEAST_REDUCTION.1 * (square - record.floor.powi(2)));
+            let much = record.gap_reduction > (LEAST_REDUCTION.0 * square).max(LEAST_REDUCTION.1 * (square - record.floor.powi(2)));
             let delay_difference = record.delay_s - delay_s;
             let more = record.gain - gain;
             let delayed = delay_difference.abs() > DELAY_STEPS * step_s + record.delay_half95_s.hypot(largest_half95(|r| r.delay_half95_s));

@@ -51,7 +51,12 @@ pub(super) fn decide(inputs: &MotionDecisionInputs<'_>) -> Verdict {
         faulty,
         contradictions,
     } = inputs;
-    let state = |kind: VerdictKind, effects: Vec<String>, reason: String, next: Option<String>| Verdict { kind, effects, reason, next };
+    let state = |kind: VerdictKind, effects: Vec<String>, reason: String, next: Option<String>| Verdict {
+        kind,
+        effects,
+        reason,
+        next_measurement: next,
+    };
     let at_fault = |records: &[Contradiction]| {
         let reason = records.iter().map(|f| f.description.clone()).collect::<Vec<_>>().join("; ");
         let which = records.iter().map(|f| f.name.as_str()).collect::<Vec<_>>().join(" or ");

@@ -320,7 +320,7 @@ mod tests {
             load: DriveEffort::Force(vec![1.0; 9000]),
             others: Default::default(),
         };
-        let motion = MotionSignal::new(&record, Preprocessing::usual(1e-3)).unwrap();
+        let motion = MotionSignal::new(&record, Preprocessing::default_for(1e-3)).unwrap();
         let data = MotionData::new(vec![&motion]);
         let mut random = Xoshiro256PlusPlus::seed_from_u64(1);
         let mut columns = |count: usize| DMatrix::from_fn(data.samples(), count, |_, _| random.random::<f64>() - 0.3);

@@ -16,7 +16,9 @@ use super::selection::SelectionStep;
 use crate::evidence::share_closed;
 use crate::verdict::last_of;
 use crate::{Hypothesis, Status, Verdict, VerdictKind};
-use dynamics::inverse_dynamics::{InverseError, MotionSignal, Phase, Rigid, free_parameters, inverse, mask_backlash_crossings, unseen};
+use dynamics::inverse_dynamics::{
+    InverseError, MotionSignal, Phase, Rigid, free_parameters, is_linear_in_inverse, mask_backlash_crossings, parameters_without_influence,
+};
 use identification::motion::estimate_identifiable;
 use machine::{Effect, Machine};
 use optimizer::Control;
@@ -145,10 +147,10 @@ pub fn diagnose_motion(
     all.iter().try_for_each(|motion| rigid.check(machine, motion))?;
     let asked = free_parameters(machine, frozen)?;
     // A parameter that no channel depends on keeps its value.
-    let unseen = unseen(&rigid, machine, &asked, fit_motions);
+    let unseen = parameters_without_influence(&rigid, machine, &asked, fit_motions);
     let free: Vec<usize> = asked.into_iter().filter(|i| !unseen.contains(i)).collect();
     // The data do not distinguish springs in series with equal wind-up, and no verdict depends on their distinction.
-    let spring = |parameter: usize| inverse(machine, &[parameter])[0];
+    let spring = |parameter: usize| is_linear_in_inverse(machine, &[parameter])[0];
     let fit_of = |all: &mut [MotionSignal]| {
         weigh(&rigid, machine, &free, spring, all, fitted)?;
         estimate_identifiable(&rigid, machine, &machine.start(), &free, &all[..fitted].iter().collect::<Vec<_>>(), spring)
@@ -302,7 +304,7 @@ pub fn diagnose_motion(
     };
     let verdict = if control.stopped() {
         let reason = "stopped before enough null simulations were drawn to decide on significance".to_string();
-        Verdict { kind: VerdictKind::Insufficient, effects: Vec::new(), reason, next: None }
+        Verdict { kind: VerdictKind::Insufficient, effects: Vec::new(), reason, next_measurement: None }
     } else {
         verdict
     };
@@ -407,7 +409,7 @@ fn insufficient(rigid: &Rigid, nominal: Hypothesis, fit: &[&MotionSignal], held_
         cells: Vec::new(),
         shifts: Vec::new(),
         contradictions: Vec::new(),
-        verdict: Verdict { kind: VerdictKind::Insufficient, effects: Vec::new(), reason: why, next },
+        verdict: Verdict { kind: VerdictKind::Insufficient, effects: Vec::new(), reason: why, next_measurement: next },
         phase: None,
         complete: true,
     }

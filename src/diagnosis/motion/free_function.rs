@@ -118,20 +118,20 @@ impl<'p> ForceLocations<'p> {
     /// Determines the points of a machine with given values along motions.
     pub fn new(rigid: &Rigid, machine: &'p Machine, values: &[f64], motions: &'p [&'p MotionSignal]) -> Self {
         let friction_location =
-            motions.iter().find_map(|m| rigid.rubs_most(machine, values, m)).map(|joint| machine.joints[joint].name.clone());
+            motions.iter().find_map(|m| rigid.joint_with_most_friction(machine, values, m)).map(|joint| machine.joints[joint].name.clone());
         let driven = || machine.drive.as_ref().map_or("drive".into(), |d| machine.points[d.on].name.clone());
         ForceLocations {
             machine,
             motions,
             friction_location: friction_location.unwrap_or_else(driven),
-            heaviest: rigid.heaviest(machine, values),
+            heaviest: rigid.largest_mass_point(machine, values),
         }
     }
 
     /// Returns the location of a free function. Errors of an extra channel arise at its point, forces depending on acceleration at the largest
     /// inertia, all others at the largest friction.
     pub fn of(&self, over: &str, column: Option<&str>) -> String {
-        let further = |name: &str| self.motions.iter().flat_map(|m| &m.further).find(|f| f.column == name).map(|f| f.point);
+        let further = |name: &str| self.motions.iter().flat_map(|m| &m.extra_channels).find(|f| f.column == name).map(|f| f.point);
         let point = match column {
             Some(column) => further(column),
             None if over == "acceleration" => self.heaviest,

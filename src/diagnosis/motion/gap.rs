@@ -33,7 +33,7 @@ pub struct MotionPart {
     /// Root mean square of command less reading (m or rad) of an extra channel, without its mean.
     pub tracking: Option<f64>,
     /// Extra channels.
-    pub further: Vec<MotionPart>,
+    pub extra_channels: Vec<MotionPart>,
 }
 
 impl MotionPart {
@@ -50,18 +50,18 @@ impl MotionPart {
 
     /// Returns the force and the extra channels.
     pub fn channels(&self) -> impl Iterator<Item = &MotionPart> {
-        std::iter::once(self).chain(&self.further)
+        std::iter::once(self).chain(&self.extra_channels)
     }
 
     /// Returns the root mean square of this channel's residual, in its unit.
-    pub fn left(&self) -> f64 {
+    pub fn residual_rms(&self) -> f64 {
         (square(&self.residual) / self.samples.max(1) as f64).sqrt() / self.weight
     }
 
     /// Returns rms(predicted − measured)/rms(measured) of the tracking error of an extra channel. The prediction is the encoder's position with the
     /// predicted transmission error.
     pub fn tracking_gap(&self) -> Option<f64> {
-        self.tracking.filter(|t| *t > 0.0).map(|t| self.left() / t)
+        self.tracking.filter(|t| *t > 0.0).map(|t| self.residual_rms() / t)
     }
 
     /// Returns the gap of this channel due to noise, where the command repeats: the non-repeating part of the residual.
@@ -97,20 +97,20 @@ pub fn part(rigid: &Rigid, machine: &Machine, values: &[f64], motion: &MotionSig
         residual: recorded.iter().zip(channels.next().unwrap_or_default()).map(|(m, p)| m - p).collect(),
         recorded,
         period: motion.period,
-        step_s: motion.thinned_step_s(),
-        samples: motion.moves.iter().filter(|m| **m).count(),
+        step_s: motion.decimated_step_s(),
+        samples: motion.is_moving.iter().filter(|m| **m).count(),
         weight: 1.0,
         tracking: None,
-        further: Vec::new(),
+        extra_channels: Vec::new(),
     };
     let force = of(motion.load_column, motion.load.clone());
-    let further = motion.further.iter().map(|f| MotionPart {
-        samples: f.counts.iter().filter(|c| **c).count(),
+    let further = motion.extra_channels.iter().map(|f| MotionPart {
+        samples: f.is_used.iter().filter(|c| **c).count(),
         weight: f.weight,
         tracking: Some(f.tracking_rms()),
         ..of(&f.column, f.recorded())
     });
-    MotionPart { further: further.collect(), ..force }
+    MotionPart { extra_channels: further.collect(), ..force }
 }
 
 /// Returns the gap over several records.

@@ -42,9 +42,9 @@ const BANDS: usize = 5;
 /// Returns the non-empty cells of a record. Samples at standstill belong to no cell: there the force of a rigid drive does not follow from its
 /// motion.
 pub fn misfit_map(motion: &MotionSignal, part: &MotionPart) -> Vec<MisfitCell> {
-    let mut found = cells_of(motion, part, (None, &motion.moves, 1.0));
-    for (further, part) in motion.further.iter().zip(&part.further) {
-        found.extend(cells_of(motion, part, (Some(&further.column), &further.counts, further.weight)));
+    let mut found = cells_of(motion, part, (None, &motion.is_moving, 1.0));
+    for (further, part) in motion.extra_channels.iter().zip(&part.extra_channels) {
+        found.extend(cells_of(motion, part, (Some(&further.column), &further.is_used, further.weight)));
     }
     found
 }
@@ -116,7 +116,7 @@ pub(super) fn largest_phase(motions: &[&MotionSignal], amount: &[f64]) -> Option
     let mut amounts = amount.iter();
     for motion in motions {
         let (kept, all): (Vec<usize>, _) = (motion.kept().collect(), phases(motion));
-        for counts in std::iter::once(&motion.moves).chain(motion.further.iter().map(|f| &f.counts)) {
+        for counts in std::iter::once(&motion.is_moving).chain(motion.extra_channels.iter().map(|f| &f.is_used)) {
             for ((at, counts), amount) in kept.iter().zip(counts).zip(&mut amounts) {
                 if *counts {
                     let (sum, count) = &mut sums[all[*at] as usize];

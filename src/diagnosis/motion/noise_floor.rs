@@ -76,7 +76,7 @@ impl NoiseFloor {
 /// the mean that was removed; else its level.
 pub(super) fn noise_of(after: &[MotionPart], motions: &[&MotionSignal]) -> Vec<NoiseFloor> {
     let of = |(part, motion): (&MotionPart, &&MotionSignal)| -> Vec<NoiseFloor> {
-        let counts = std::iter::once(&motion.moves).chain(motion.further.iter().map(|f| &f.counts));
+        let counts = std::iter::once(&motion.is_moving).chain(motion.extra_channels.iter().map(|f| &f.is_used));
         let left = non_systematic(part, motion);
         let one = |((channel, counts), left): ((&MotionPart, &Vec<bool>), Vec<f64>)| match part.period {
             Some(_) => NoiseFloor::Sampled(left),
@@ -132,7 +132,7 @@ mod tests {
             samples: counts.len(),
             weight: 1.0,
             tracking: None,
-            further: Vec::new(),
+            extra_channels: Vec::new(),
         };
         NoiseFloor::of(&part, counts, beyond_smooth)
     }

@@ -106,8 +106,8 @@ impl<'o> Influences<'o> {
         let mut column = self.data.column(&of);
         for further in &self.data.columns {
             let compliant = |m: &MotionSignal| {
-                let at = m.further.iter().position(|f| f.column == *further);
-                let compliant = at.map_or(0.0, |at| self.rigid.rubbed(self.machine, self.values, m)[at]);
+                let at = m.extra_channels.iter().position(|f| f.column == *further);
+                let compliant = at.map_or(0.0, |at| self.rigid.deflection_per_friction(self.machine, self.values, m)[at]);
                 of(m).into_iter().map(|f| compliant * f).collect::<Vec<f64>>()
             };
             column += self.data.channel(Some(further), compliant);
@@ -128,7 +128,7 @@ impl<'o> Influences<'o> {
         let clock = |m: &MotionSignal| slope(m).iter().map(|d| SKEW * d).collect::<Vec<f64>>();
         // The estimate from the loop reveals the delay of its force more precisely than it is known.
         let late = |m: &MotionSignal| {
-            let periods_s = m.further.iter().filter_map(|f| Some(f.told.as_ref()?.periods_s)).fold(0.0, f64::max);
+            let periods_s = m.extra_channels.iter().filter_map(|f| Some(f.encoder_estimate.as_ref()?.periods_s)).fold(0.0, f64::max);
             slope(m).iter().map(|d| (SKEW + periods_s / m.step_s) * d).collect::<Vec<f64>>()
         };
         let mut all = vec![self.nuisance("~synchrony", late), self.nuisance("~filter blur", |m| central_differences(&slope(m)))];
@@ -165,14 +165,14 @@ impl<'o> Influences<'o> {
     /// Returns compliances of joints with undescribed parts in series.
     fn compliances(&self) -> Vec<Nuisance> {
         // Beyond a compliant joint friction builds up by presliding; subtract the influence of that alone.
-        let presliding = self.elastic(Rigid::BUILDS_UP_M);
+        let presliding = self.elastic(Rigid::PRESLIDING_TRAVEL_M);
         let sliding = |m: &MotionSignal| self.force(&presliding, m);
         let none = self.data.column(sliding);
         let mut all = Vec::new();
         for (joint, described) in self.machine.joints.iter().enumerate() {
             let mut less = none.clone();
             for factor in COMPLIANCES {
-                let compliant = |m: &MotionSignal| self.rigid.force_giving_way((joint, factor), self.machine, self.values, m);
+                let compliant = |m: &MotionSignal| self.rigid.force_with_compliant_joint((joint, factor), self.machine, self.values, m);
                 let more = self.data.column(|m| compliant(m).unwrap_or_else(|| sliding(m)));
                 all.push(Nuisance { name: format!("~compliance of {}, factor {factor}", described.name), column: &more - &less });
                 less = more;
@@ -237,7 +237,7 @@ impl<'o> Influences<'o> {
     /// Returns the nuisance parameters of an extra channel estimated from the control loop. They are the factor of the loop, wind-up, which is
     /// described in part, and the side of it on which friction acts.
     fn encoder_estimate(&self, column: &str) -> Vec<Nuisance> {
-        let estimated = |m: &MotionSignal| m.further.iter().position(|f| f.column == column && f.is_identifiable());
+        let estimated = |m: &MotionSignal| m.extra_channels.iter().position(|f| f.column == column && f.is_identifiable());
         let channel = |name: String, of: &dyn Fn(&MotionSignal, usize) -> Vec<f64>| {
             let column = self.data.channel(Some(column), |m| estimated(m).map_or_else(|| zero(m), |at| of(m, at)));
             Nuisance { name, column }
@@ -247,10 +247,11 @@ impl<'o> Influences<'o> {
             wind_up.into_iter().map(|e| WIND_UP * e).collect()
         };
         let friction_side = |m: &MotionSignal, at: usize| {
-            let compliant = self.rigid.rubbed(self.machine, self.values, m)[at];
+            let compliant = self.rigid.deflection_per_friction(self.machine, self.values, m)[at];
             m.direction().into_iter().map(|s| WIND_UP * self.dry * compliant * s).collect()
         };
-        let factor = |m: &MotionSignal, at: usize| m.further[at].told.as_ref().map_or_else(Vec::new, |t| t.factor_m.clone());
+        let factor =
+            |m: &MotionSignal, at: usize| m.extra_channels[at].encoder_estimate.as_ref().map_or_else(Vec::new, |t| t.factor_m.clone());
         vec![
             channel(format!("~loop factor of {column}"), &factor),
             channel(format!("~wind-up of {column}"), &wind_up),
@@ -260,5 +261,5 @@ impl<'o> Influences<'o> {
 }
 
 fn further<'m>(m: &'m MotionSignal, column: &str) -> Option<&'m ExtraChannel> {
-    m.further.iter().find(|f| f.column == column)
+    m.extra_channels.iter().find(|f| f.column == column)
 }

@@ -15,13 +15,13 @@ use super::nuisance::{Nuisance, nuisances};
 use super::null_distribution::{MotionNullDistribution, strength};
 use super::residual_bootstrap::ResidualBootstrap;
 use crate::{Hypothesis, HypothesisKind, Status};
-use dynamics::inverse_dynamics::{LinearForce, Rigid, free_parameters, inverse, prediction};
+use dynamics::inverse_dynamics::{LinearForce, Rigid, free_parameters, is_linear_in_inverse, prediction};
 use identification::motion::ForceFit;
 use machine::{Machine, Scale};
 use numeric::linear_fit::LinearFit;
 use numeric::random::normal;
 use optimizer::Control;
-use optimizer::live_columns;
+use optimizer::nonzero_columns;
 
 /// A candidate with a design at each node of its grid.
 pub struct MotionCandidate {
@@ -115,7 +115,7 @@ impl MotionScreening {
         let mut free_all = free_parameters(machine, frozen).ok()?;
         let mut all = LinearForce::new(rigid, machine, &fit.values, &free_all, &data.motions);
         // Parameters without influence at the end of the fit keep their values.
-        let live = live_columns(&all.derivatives);
+        let live = nonzero_columns(&all.derivatives);
         if live.len() < free_all.len() {
             all.derivatives = all.derivatives.select_columns(&live);
             free_all = live.into_iter().map(|at| free_all[at]).collect();
@@ -177,7 +177,7 @@ impl MotionScreening {
                     (values[index], prediction(rigid, of, &values, &data.motions))
                 };
                 let (mut linear, mut curved) = (Vec::new(), Vec::new());
-                for (&index, inverse) in added.iter().zip(inverse(of, added)) {
+                for (&index, inverse) in added.iter().zip(is_linear_in_inverse(of, added)) {
                     let coordinate = LinearParameter { index, inverse, chord: inverse };
                     let unit = of.parameters[index].to_unit(interior[index]);
                     let ((a, fa), (b, fb)) = (changed_force(index, 0.5 * unit), changed_force(index, 0.25 * unit));
@@ -443,7 +443,7 @@ impl MotionScreening {
             gains
         };
         let chunks: Vec<usize> = (0..draws).step_by(BATCH).collect();
-        let of = |from: usize| control.kept(&format!("nulls from {from} {seed}"), || solve_batch(from));
+        let of = |from: usize| control.cached(&format!("nulls from {from} {seed}"), || solve_batch(from));
         chunks.into_par_iter().filter(|_| !control.stopped()).flat_map_iter(of).collect()
     }
 }

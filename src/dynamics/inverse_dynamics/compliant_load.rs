@@ -30,7 +30,7 @@ const MAX_SUBSTEPS: usize = 60;
 
 impl Rigid {
     /// Travel (m) over which friction behind a compliant joint builds up where the description gives no presliding stiffness.
-    pub const BUILDS_UP_M: f64 = 1e-6;
+    pub const PRESLIDING_TRAVEL_M: f64 = 1e-6;
 }
 
 impl<'m> CompliantLoad<'m> {
@@ -39,7 +39,7 @@ impl<'m> CompliantLoad<'m> {
     pub fn new(rigid: &Rigid, machine: &'m Machine, values: &[f64]) -> Option<Self> {
         let number = |value: &Value| value.at(values, &Operating::default());
         let is_compliant = |j: &machine::Joint| {
-            let softened = j.stiffness.laws.iter().any(|law| matches!(law, Scaled::InSeries(_)));
+            let softened = j.stiffness.modifiers.iter().any(|law| matches!(law, Scaled::InSeries(_)));
             number(&j.stiffness) > 0.0 && (softened || number(&j.gap) > 0.0)
         };
         let mut soft = machine.joints.iter().enumerate().filter(|(_, j)| is_compliant(j));
@@ -130,7 +130,7 @@ impl<'m> CompliantLoad<'m> {
                 continue;
             }
             let mut law = FrictionForce::new(&joint.friction, &number);
-            law.build_up_over(Rigid::BUILDS_UP_M * ratio.abs());
+            law.build_up_over(Rigid::PRESLIDING_TRAVEL_M * ratio.abs());
             fastest = fastest.max((law.stiffness * ratio * ratio / mass).sqrt());
             frictions.push(LoadFriction { ratio, viscous: number(&joint.damping), law, deflection: 0.0 });
         }
@@ -190,7 +190,7 @@ impl LoadBody {
         let mut through: Vec<f64> = (0..x.len()).map(|i| self.mass * a[i] + self.friction(v[i], x[i], motion.step_s)).collect();
         let deflection: Vec<f64> =
             contact_sides(&through).into_iter().zip(&through).map(|(side, t)| t / spring.stiffness + half * side).collect();
-        let deflection = motion.recipe.low_pass(motion.step_s).forward_backward(&deflection).unwrap_or(deflection);
+        let deflection = motion.preprocessing.low_pass(motion.step_s).forward_backward(&deflection).unwrap_or(deflection);
         let second = central_differences(&central_differences(&deflection));
         through.iter_mut().zip(second).for_each(|(t, d)| *t += before * d / (motion.step_s * motion.step_s));
         through
@@ -228,7 +228,7 @@ impl LoadBody {
                 }
             }
         }
-        let filtered = motion.recipe.low_pass(motion.step_s).forward_backward(&impacts).unwrap_or(impacts);
+        let filtered = motion.preprocessing.low_pass(motion.step_s).forward_backward(&impacts).unwrap_or(impacts);
         through.iter_mut().zip(filtered).for_each(|(force, impact)| *force += impact);
         through
     }

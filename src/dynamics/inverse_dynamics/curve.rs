@@ -39,7 +39,7 @@ pub fn friction_curve(motion: &MotionSignal, inertia: f64) -> Vec<CurvePoint> {
         }
         let begin = (SETTLING_SHARE * stretch.len() as f64).ceil() as usize;
         let used = &stretch[begin.min(stretch.len())..];
-        if used.len() as f64 * motion.thinned_step_s() >= MIN_STRETCH_S && used.len() >= 4 {
+        if used.len() as f64 * motion.decimated_step_s() >= MIN_STRETCH_S && used.len() >= 4 {
             let force = |i: &usize| motion.load[*i] - inertia * motion.acceleration_m_s2[kept[*i]];
             let mean = |part: &[usize]| part.iter().map(force).sum::<f64>() / part.len() as f64;
             let speeds = median(used.iter().map(|i| motion.velocity_m_s[kept[*i]])).unwrap_or(0.0);
@@ -50,7 +50,7 @@ pub fn friction_curve(motion: &MotionSignal, inertia: f64) -> Vec<CurvePoint> {
                 load: mean(used),
                 sd: 0.5 * (mean(first) - mean(second)).abs(),
                 from_s: kept[used[0]] as f64 * motion.step_s,
-                lasts_s: used.len() as f64 * motion.thinned_step_s(),
+                lasts_s: used.len() as f64 * motion.decimated_step_s(),
             });
         }
         stretch.clear();

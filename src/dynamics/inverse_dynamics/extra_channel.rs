@@ -18,11 +18,11 @@ pub struct ExtraChannel {
     /// Decimated columns that are projected out: a constant, the time, and the velocity of the encoder.
     pub projected_out: Vec<Vec<f64>>,
     /// Whether each decimated sample is used: the axis moves, and after the last reversal or rest backlash and wind-up have changed sides.
-    pub counts: Vec<bool>,
+    pub is_used: Vec<bool>,
     /// Force (N or N·m) equivalent to one unit of the reading in a common sum of squares.
     pub weight: f64,
     /// Reconstruction of the encoder position from the loops, where it was not recorded.
-    pub told: Option<EncoderEstimate>,
+    pub encoder_estimate: Option<EncoderEstimate>,
 }
 
 impl ExtraChannel {
@@ -51,19 +51,19 @@ impl ExtraChannel {
     }
 
     fn masked(&self, x: &[f64]) -> Vec<f64> {
-        x.iter().zip(&self.counts).map(|(x, counts)| if *counts { *x } else { 0.0 }).collect()
+        x.iter().zip(&self.is_used).map(|(x, counts)| if *counts { *x } else { 0.0 }).collect()
     }
 
     /// Computes the root mean square of the tracking error, command less reading, without its mean.
     pub fn tracking_rms(&self) -> f64 {
-        let masked = || self.tracking.iter().zip(&self.counts).filter(|(_, c)| **c).map(|(x, _)| *x);
+        let masked = || self.tracking.iter().zip(&self.is_used).filter(|(_, c)| **c).map(|(x, _)| *x);
         let mean = masked().sum::<f64>() / masked().count().max(1) as f64;
         root_mean_square(masked().map(|x| x - mean)).unwrap_or(0.0)
     }
 
     /// Whether the encoder position was not recorded, but follows from the loops.
     pub fn is_identifiable(&self) -> bool {
-        self.told.is_some()
+        self.encoder_estimate.is_some()
     }
 }
 

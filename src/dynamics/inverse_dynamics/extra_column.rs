@@ -103,19 +103,19 @@ impl MotionSignal {
             reversing.iter_mut().zip(self.near_reversals(high - low)).for_each(|(all, own)| *all |= own);
         }
         self.excluded.iter_mut().zip(&reversing).for_each(|(excluded, reversing)| *excluded |= reversing);
-        self.moves = self.kept().zip(&self.moves).map(|(at, moves)| *moves && !reversing[at]).collect();
+        self.is_moving = self.kept().zip(&self.is_moving).map(|(at, moves)| *moves && !reversing[at]).collect();
         let short = || InverseError::Data(format!("{}: is shorter than its filters need; record for longer", self.source));
         self.load = self.thinned(record.load.samples()).ok_or_else(short)?;
         for (point, column, reading, ratio) in found {
             let channel = self.extra_channel(point, column, &reading, (&self.position_m, ratio), machine).ok_or_else(short)?;
-            self.further.push(channel);
+            self.extra_channels.push(channel);
         }
         Ok((self, warnings))
     }
 
     fn filtered(&self, column: &str, samples: &[f64]) -> Result<Vec<f64>, InverseError> {
         let short = || InverseError::Data(format!("{}: {column} is shorter than its filters need; record for longer", self.source));
-        self.recipe.low_pass(self.step_s).forward_backward(samples).ok_or_else(short)
+        self.preprocessing.low_pass(self.step_s).forward_backward(samples).ok_or_else(short)
     }
 
     /// Computes the channel of an extra point from its reading and that of the loop's encoder; the point moves by `ratio` times the encoder.
@@ -140,9 +140,9 @@ impl MotionSignal {
             error: self.decimated(&error)?,
             tracking: self.kept().map(|at| tracking[at]).collect(),
             projected_out: vec![self.decimated(&vec![1.0; count])?, self.decimated(&time)?, self.decimated(&self.velocity_m_s)?],
-            counts: self.moves.clone(),
+            is_used: self.is_moving.clone(),
             weight: 1.0,
-            told: None,
+            encoder_estimate: None,
         };
         let (force, own) = (root_mean_square(self.load.iter().copied()), root_mean_square(channel.recorded()));
         channel.weight = force.zip(own).filter(|(_, own)| *own > 0.0).map_or(1.0, |(force, own)| force / own);
@@ -156,7 +156,7 @@ impl MotionSignal {
         let (low, high) = extremes(x);
         let travel_m = travel_m.min(MAX_TRAVEL_SHARE * (high - low));
         let rest = REST_SHARE * v.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
-        let around = (FILTER_PERIODS / (self.recipe.cutoff_hz * self.step_s)).ceil() as usize;
+        let around = (FILTER_PERIODS / (self.preprocessing.cutoff_hz * self.step_s)).ceil() as usize;
         let mut reversing = vec![false; v.len()];
         let (mut direction, mut last, mut until) = (0.0, 0, None::<(usize, f64)>);
         for at in 0..v.len() {
@@ -184,7 +184,7 @@ impl MotionSignal {
 
     /// Returns length and period of each channel in sums over all channels: the force, then each extra point.
     pub fn channels(&self) -> impl Iterator<Item = (usize, Option<usize>)> + '_ {
-        std::iter::repeat_n((self.load.len(), self.period), 1 + self.further.len())
+        std::iter::repeat_n((self.load.len(), self.period), 1 + self.extra_channels.len())
     }
 }
 
@@ -203,11 +203,11 @@ pub fn weights(residuals: &[f64], motions: &[&MotionSignal]) -> BTreeMap<String,
     };
     for motion in motions {
         force.0 += squares(motion.load.len());
-        force.1 += motion.moves.iter().filter(|m| **m).count();
-        for channel in &motion.further {
+        force.1 += motion.is_moving.iter().filter(|m| **m).count();
+        for channel in &motion.extra_channels {
             let sum = columns.entry(channel.column.clone()).or_default();
             sum.0 += squares(motion.load.len()) / (channel.weight * channel.weight);
-            sum.1 += channel.counts.iter().filter(|c| **c).count();
+            sum.1 += channel.is_used.iter().filter(|c| **c).count();
         }
     }
     let level = |(squares, count): (f64, usize)| (squares / count.max(1) as f64).sqrt();
@@ -231,30 +231,30 @@ impl MotionSignal {
             let (low, high) = extremes(&played);
             let between = |place: &f64| (low + CROSSING_MARGIN * (high - low)..high - CROSSING_MARGIN * (high - low)).contains(place);
             let predicted = self.within_filter_reach(&played.iter().map(between).collect::<Vec<bool>>(), 0.0);
-            let steps_above = self.steps_above(&self.further[at].error, 0.5 * (high - low));
-            let channel = &mut self.further[at];
+            let steps_above = self.steps_above(&self.extra_channels[at].error, 0.5 * (high - low));
+            let channel = &mut self.extra_channels[at];
             let without = |crossed: &dyn Fn(usize) -> bool| -> Vec<bool> {
-                channel.counts.iter().enumerate().map(|(i, counts)| *counts && !crossed(i)).collect()
+                channel.is_used.iter().enumerate().map(|(i, counts)| *counts && !crossed(i)).collect()
             };
             let count = |of: &[bool]| of.iter().filter(|counts| **counts).count();
             let kept = [without(&|i| predicted[i] || steps_above[i]), without(&|i| predicted[i])];
-            let Some(kept) = kept.into_iter().find(|kept| 2 * count(kept) >= count(&channel.counts)) else { continue };
-            masked |= kept != channel.counts;
-            channel.counts = kept;
+            let Some(kept) = kept.into_iter().find(|kept| 2 * count(kept) >= count(&channel.is_used)) else { continue };
+            masked |= kept != channel.is_used;
+            channel.is_used = kept;
         }
         masked
     }
 
     /// Marks the samples around which a decimated column changes by more than `most` within the filters' reach.
     fn steps_above(&self, column: &[f64], most: f64) -> Vec<bool> {
-        let around = (FILTER_REACH_S / self.thinned_step_s()).ceil() as usize;
+        let around = (FILTER_REACH_S / self.decimated_step_s()).ceil() as usize;
         let near = |i: usize| &column[i.saturating_sub(around)..(i + around + 1).min(column.len())];
         (0..column.len()).map(|i| extremes(near(i))).map(|(low, high)| high - low > most).collect()
     }
 
     /// Sets the weights of the extra points.
-    pub fn weigh(&mut self, weights: &BTreeMap<String, f64>) {
-        for channel in &mut self.further {
+    pub fn set_weights(&mut self, weights: &BTreeMap<String, f64>) {
+        for channel in &mut self.extra_channels {
             channel.weight = weights.get(&channel.column).copied().unwrap_or(channel.weight);
         }
     }

@@ -39,20 +39,20 @@ impl Rigid {
     /// # Units      m, s, N (or rad, N·m at a driven angle)
     /// # Errors     none; parameters outside their range are not checked
     pub fn force(&self, machine: &Machine, values: &[f64], motion: &MotionSignal) -> Vec<f64> {
-        let load = if motion.records_points() { None } else { CompliantLoad::new(self, machine, values) };
+        let load = if motion.has_extra_points() { None } else { CompliantLoad::new(self, machine, values) };
         self.force_with_load(load.as_ref(), machine, values, motion)
     }
 
     /// Predicts the force as [`Rigid::force`] with a compliant joint, given by its index and a factor on its described compliance. `None` if the
     /// joint does not separate a load from the drive, if another joint is compliant already, or if extra points were recorded.
-    pub fn force_giving_way(
+    pub fn force_with_compliant_joint(
         &self,
         (joint, times): (usize, f64),
         machine: &Machine,
         values: &[f64],
         motion: &MotionSignal,
     ) -> Option<Vec<f64>> {
-        if motion.records_points() || CompliantLoad::new(self, machine, values).is_some() {
+        if motion.has_extra_points() || CompliantLoad::new(self, machine, values).is_some() {
             return None;
         }
         let load = CompliantLoad::behind_joint(joint, self, machine, values)?.with_compliance_factor(times);
@@ -112,7 +112,7 @@ impl Rigid {
     }
 
     /// Finds the joint (index) whose damper and friction dissipate the most energy along a motion.
-    pub fn rubs_most(&self, machine: &Machine, values: &[f64], motion: &MotionSignal) -> Option<usize> {
+    pub fn joint_with_most_friction(&self, machine: &Machine, values: &[f64], motion: &MotionSignal) -> Option<usize> {
         let balance = self.balance(None, machine, values, motion);
         let work =
             |(joint, force): &(usize, Vec<f64>)| self.ratio(&machine.joints[*joint].on).abs() * force.iter().map(|f| f.abs()).sum::<f64>();

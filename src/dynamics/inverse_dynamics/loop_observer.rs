@@ -82,7 +82,7 @@ fn first_order_lag(of: &[f64], start: f64, h: f64) -> Vec<f64> {
 impl EncoderEstimate {
     /// Computes the change of the encoder reading (m) caused by a drive force (N) along a motion, relative to the reading for the command alone.
     /// At rest friction leaves the force undetermined; there the reading already includes the recorded force.
-    pub fn behind(&self, force: &[f64], motion: &MotionSignal) -> Vec<f64> {
+    pub fn reading_change(&self, force: &[f64], motion: &MotionSignal) -> Vec<f64> {
         let moved = |(f, rests): (&f64, &bool)| if *rests { 0.0 } else { -f / self.stiffness };
         first_order_lag(&force.iter().zip(&motion.excluded).map(moved).collect::<Vec<f64>>(), 0.0, self.lag)
     }
@@ -92,13 +92,13 @@ impl MotionSignal {
     /// Adds an extra channel to a record whose position is that of `response`, a point other than that of the loop's encoder. The encoder reading
     /// is reconstructed from the recorded command and the force through the law of the loops.
     ///
-    /// The prediction uses the force of the machine instead of the recorded one (see [`EncoderEstimate::behind`]). The tracking error then
+    /// The prediction uses the force of the machine instead of the recorded one (see [`EncoderEstimate::reading_change`]). The tracking error then
     /// carries information on friction and inertia in addition to the transmission. Around reversals backlash and wind-up change sides and
     /// friction builds up: there the channel is masked, but not the force.
     ///
     /// # Limits     the point moves with the encoder in the ratio 1; proportional loops whose recorded output is not saturated
     /// # Errors     as [`MotionSignal::new`]
-    pub fn read_at(
+    pub fn with_reconstructed_encoder(
         mut self,
         response: Option<usize>,
         record: &MotionRecord,
@@ -113,7 +113,7 @@ impl MotionSignal {
         self.point = Some(point);
         let (values, force) = (machine.start(), record.load.samples());
         let Some(loops) =
-            ProportionalLoops::of(drive, &values).filter(|_| self.further.is_empty() && Rigid::is_constrained(machine, &values))
+            ProportionalLoops::of(drive, &values).filter(|_| self.extra_channels.is_empty() && Rigid::is_constrained(machine, &values))
         else {
             return Ok(self);
         };
@@ -121,7 +121,7 @@ impl MotionSignal {
             return Ok(self);
         }
         let short = || InverseError::Data(format!("{}: is shorter than its filters need; record for longer", self.source));
-        let low_pass = self.recipe.low_pass(self.step_s);
+        let low_pass = self.preprocessing.low_pass(self.step_s);
         let (lag, stiffness) = (loops.position * self.step_s, loops.velocity * loops.position);
         let encoder =
             |force: &[f64]| low_pass.forward_backward(&loops.encoder(&record.command_m, force, record.position_m[0], self.step_s));
@@ -138,9 +138,9 @@ impl MotionSignal {
         let reversing = self.near_reversals(high - low);
         let masked: Vec<bool> = reversing.iter().zip(&self.excluded).map(|(reversing, rests)| *reversing || *rests).collect();
         let masked = self.within_filter_reach(&masked, LAGS / loops.position);
-        channel.counts.iter_mut().zip(masked).for_each(|(counts, not)| *counts &= !not);
-        channel.told = Some(EncoderEstimate { lag, stiffness, factor_m, periods_s: loops.periods_s });
-        self.further.push(channel);
+        channel.is_used.iter_mut().zip(masked).for_each(|(counts, not)| *counts &= !not);
+        channel.encoder_estimate = Some(EncoderEstimate { lag, stiffness, factor_m, periods_s: loops.periods_s });
+        self.extra_channels.push(channel);
         Ok(self)
     }
 }

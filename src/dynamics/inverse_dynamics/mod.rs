@@ -24,6 +24,6 @@ pub use error::InverseError;
 pub use extra_channel::{EncoderEstimate, ExtraChannel};
 pub use extra_column::{mask_backlash_crossings, weights};
 pub use phase::Phase;
-pub use prediction::{LinearForce, derivatives, free_parameters, inverse, prediction, recorded, unseen};
+pub use prediction::{LinearForce, derivatives, free_parameters, is_linear_in_inverse, parameters_without_influence, prediction, recorded};
 pub use preprocessing::{MotionSignal, Preprocessing, phases};
 pub use rigid::Rigid;

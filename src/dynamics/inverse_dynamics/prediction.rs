@@ -26,9 +26,9 @@ pub fn prediction(rigid: &Rigid, machine: &Machine, values: &[f64], motions: &[&
     for m in motions {
         let force = rigid.force(machine, values, m);
         all.extend(m.thinned(&force).unwrap_or_default());
-        for (channel, mut error) in m.further.iter().zip(rigid.transmission(machine, values, m)) {
-            if let Some(estimate) = &channel.told {
-                error.iter_mut().zip(estimate.behind(&force, m)).for_each(|(error, behind)| *error += behind);
+        for (channel, mut error) in m.extra_channels.iter().zip(rigid.transmission(machine, values, m)) {
+            if let Some(estimate) = &channel.encoder_estimate {
+                error.iter_mut().zip(estimate.reading_change(&force, m)).for_each(|(error, behind)| *error += behind);
             }
             all.extend(channel.thinned(m, &error).unwrap_or_default());
         }
@@ -41,7 +41,7 @@ pub fn recorded(motions: &[&MotionSignal]) -> DVector<f64> {
     let mut all = Vec::with_capacity(samples(motions));
     for m in motions {
         all.extend_from_slice(&m.load);
-        m.further.iter().for_each(|f| all.extend(f.recorded()));
+        m.extra_channels.iter().for_each(|f| all.extend(f.recorded()));
     }
     DVector::from_vec(all)
 }
@@ -51,8 +51,8 @@ fn samples(motions: &[&MotionSignal]) -> usize {
 }
 
 /// Returns the free parameters on which records with extra points do not depend.
-pub fn unseen(rigid: &Rigid, machine: &Machine, free: &[usize], motions: &[&MotionSignal]) -> Vec<usize> {
-    if motions.iter().all(|m| m.further.is_empty()) {
+pub fn parameters_without_influence(rigid: &Rigid, machine: &Machine, free: &[usize], motions: &[&MotionSignal]) -> Vec<usize> {
+    if motions.iter().all(|m| m.extra_channels.is_empty()) {
         return Vec::new();
     }
     let columns = LinearForce::new(rigid, machine, &machine.start(), free, motions);
@@ -90,7 +90,7 @@ pub fn derivatives(
     here: &DVector<f64>,
 ) -> DMatrix<f64> {
     let mut derivatives = DMatrix::zeros(here.len(), free.len());
-    for (column, (&index, inverse)) in free.iter().zip(inverse(machine, free)).enumerate() {
+    for (column, (&index, inverse)) in free.iter().zip(is_linear_in_inverse(machine, free)).enumerate() {
         let stepped = machine.parameters[index].stepped(values[index], STEP);
         let mut moved = values.to_vec();
         moved[index] = stepped;
@@ -104,7 +104,7 @@ pub fn derivatives(
 }
 
 /// Whether the prediction is linear in the inverse of each parameter: that of a stiffness, by which the wind-up is divided.
-pub fn inverse(machine: &Machine, free: &[usize]) -> Vec<bool> {
+pub fn is_linear_in_inverse(machine: &Machine, free: &[usize]) -> Vec<bool> {
     let mut stiff = vec![false; machine.parameters.len()];
     machine.joints.iter().flat_map(|j| j.stiffness.depends_on()).for_each(|i| stiff[i] = true);
     free.iter().map(|i| stiff[*i] && machine.parameters[*i].lower > 0.0).collect()

@@ -5,7 +5,7 @@ use super::extra_channel::ExtraChannel;
 use super::friction::sign;
 use super::phase::{Phase, phases_along};
 use measurement::MotionRecord;
-use numeric::filter::{LowPass, central_differences, decimated};
+use numeric::filter::{LowPass, central_differences, decimate};
 use numeric::statistics::extremes;
 
 /// Settings of filtering and decimation.
@@ -32,7 +32,7 @@ const DROPPED_PERIODS: f64 = 5.0;
 
 impl Preprocessing {
     /// Returns the default settings for a sampling step (s): at 1 kHz those of the source.
-    pub fn usual(step_s: f64) -> Self {
+    pub fn default_for(step_s: f64) -> Self {
         let cutoff_hz = CUTOFF_HZ.min(CUTOFF_SHARE / step_s);
         let per_period = 1.0 / (cutoff_hz * step_s);
         Preprocessing {
@@ -77,18 +77,18 @@ pub struct MotionSignal {
     pub load: Vec<f64>,
     /// Whether the axis moves at each decimated sample. At rest friction takes any force up to its level, so that the force does not follow from
     /// the motion. Those samples, and 50 ms before and after, are masked.
-    pub moves: Vec<bool>,
+    pub is_moving: Vec<bool>,
     /// Samples at the record's rate that are set to 0 before decimation, so that its filter does not spread them. The axis rests there, or has
     /// just reversed where extra points were recorded.
     pub excluded: Vec<bool>,
     /// Column of the record with the load.
     pub load_column: &'static str,
     /// Settings of the preprocessing.
-    pub recipe: Preprocessing,
+    pub preprocessing: Preprocessing,
     /// Period of the command in decimated samples, if it repeats.
     pub period: Option<usize>,
     /// Readings of extra points of the machine.
-    pub further: Vec<ExtraChannel>,
+    pub extra_channels: Vec<ExtraChannel>,
 }
 
 impl MotionSignal {
@@ -115,15 +115,15 @@ impl MotionSignal {
             acceleration_m_s2,
             command_m: record.command_m.clone(),
             load: Vec::new(),
-            moves: Vec::new(),
+            is_moving: Vec::new(),
             excluded: Vec::new(),
             load_column: record.load.column(),
-            recipe,
+            preprocessing: recipe,
             period: None,
-            further: Vec::new(),
+            extra_channels: Vec::new(),
         };
         motion.excluded = phases(&motion).into_iter().map(|phase| phase == Phase::Dwell).collect();
-        motion.moves = motion.within_filter_reach(&motion.excluded, 0.0).into_iter().map(|rests| !rests).collect();
+        motion.is_moving = motion.within_filter_reach(&motion.excluded, 0.0).into_iter().map(|rests| !rests).collect();
         motion.load = motion.thinned(record.load.samples()).ok_or_else(short)?;
         motion.period = period(&record.command_m, recipe.factor);
         Ok(motion)
@@ -132,9 +132,9 @@ impl MotionSignal {
     /// Returns the motion with the rests of another record of the same motion; `record` is the source of this motion.
     ///
     /// # Errors  as [`MotionSignal::new`].
-    pub fn resting_as(mut self, other: &MotionSignal, record: &MotionRecord) -> Result<Self, InverseError> {
-        (self.excluded, self.moves) = (other.excluded.clone(), other.moves.clone());
-        let short = || InverseError::Short { path: record.source.clone(), samples: record.samples(), needed: self.recipe.needed() };
+    pub fn with_rests_of(mut self, other: &MotionSignal, record: &MotionRecord) -> Result<Self, InverseError> {
+        (self.excluded, self.is_moving) = (other.excluded.clone(), other.is_moving.clone());
+        let short = || InverseError::Short { path: record.source.clone(), samples: record.samples(), needed: self.preprocessing.needed() };
         self.load = self.thinned(record.load.samples()).ok_or_else(short)?;
         Ok(self)
     }
@@ -142,14 +142,14 @@ impl MotionSignal {
     /// Decimates a column of the record's rate, without the dropped start; 0 where the axis rests.
     pub fn thinned(&self, column: &[f64]) -> Option<Vec<f64>> {
         let mut thinned = self.decimated(column)?;
-        thinned.iter_mut().zip(&self.moves).filter(|(_, moves)| !**moves).for_each(|(x, _)| *x = 0.0);
+        thinned.iter_mut().zip(&self.is_moving).filter(|(_, moves)| !**moves).for_each(|(x, _)| *x = 0.0);
         Some(thinned)
     }
 
     /// Decimates a column that is set to 0 at the excluded samples.
     pub(super) fn decimated(&self, column: &[f64]) -> Option<Vec<f64>> {
         let masked: Vec<f64> = column.iter().zip(&self.excluded).map(|(x, excluded)| if *excluded { 0.0 } else { *x }).collect();
-        decimated(&masked[self.recipe.dropped..], self.recipe.factor)
+        decimate(&masked[self.preprocessing.dropped..], self.preprocessing.factor)
     }
 
     /// Returns the sign of the velocity: 1, −1, or 0.
@@ -158,19 +158,19 @@ impl MotionSignal {
     }
 
     /// Whether the record has extra points that were measured in addition to the encoder.
-    pub fn records_points(&self) -> bool {
-        self.further.iter().any(|f| f.told.is_none())
+    pub fn has_extra_points(&self) -> bool {
+        self.extra_channels.iter().any(|f| f.encoder_estimate.is_none())
     }
 
     /// Masks the first and the last 50 ms, where the filters lack the samples outside the record.
     #[must_use]
     pub fn without_edges(mut self) -> Self {
-        let edge = (FILTER_REACH_S / self.thinned_step_s()).ceil() as usize;
+        let edge = (FILTER_REACH_S / self.decimated_step_s()).ceil() as usize;
         let last = self.load.len();
         for at in (0..edge.min(last)).chain(last.saturating_sub(edge)..last) {
-            self.moves[at] = false;
+            self.is_moving[at] = false;
             self.load[at] = 0.0;
-            self.further.iter_mut().for_each(|f| f.counts[at] = false);
+            self.extra_channels.iter_mut().for_each(|f| f.is_used[at] = false);
         }
         self
     }
@@ -188,13 +188,13 @@ impl MotionSignal {
 
     /// Returns the record's sample for each decimated one.
     pub fn kept(&self) -> impl Iterator<Item = usize> + '_ {
-        let (dropped, factor, samples) = (self.recipe.dropped, self.recipe.factor, self.position_m.len());
+        let (dropped, factor, samples) = (self.preprocessing.dropped, self.preprocessing.factor, self.position_m.len());
         (dropped + (samples - dropped - 1) % factor..samples).step_by(factor)
     }
 
     /// Time between decimated samples (s).
-    pub fn thinned_step_s(&self) -> f64 {
-        self.step_s * self.recipe.factor as f64
+    pub fn decimated_step_s(&self) -> f64 {
+        self.step_s * self.preprocessing.factor as f64
     }
 }
 

@@ -99,7 +99,7 @@ impl Rigid {
     }
 
     /// Returns the point with the largest mass reduced to the reading.
-    pub fn heaviest(&self, machine: &Machine, values: &[f64]) -> Option<usize> {
+    pub fn largest_mass_point(&self, machine: &Machine, values: &[f64]) -> Option<usize> {
         let weight = |i: &usize| self.inertia_of(machine, values, &|p| p == *i);
         (0..machine.points.len()).max_by(|a, b| weight(a).total_cmp(&weight(b)))
     }

@@ -95,13 +95,13 @@ impl Rigid {
     ///   with several backlashes the side of each is that of the load without the others
     /// # Source     quasi-static wind-up of a feed drive: Altintas et al., CIRP Annals 60 (2011) 779–796; signs as in the simulation of motions
     pub fn transmission(&self, machine: &Machine, values: &[f64], motion: &MotionSignal) -> Vec<Vec<f64>> {
-        if motion.further.is_empty() {
+        if motion.extra_channels.is_empty() {
             return Vec::new();
         }
         let at = Operating::at(machine.stroke_m().map(|s| 0.5 * s));
         let number = |value: &Value| value.at(values, &at);
         let Some(statics) = Statics::new(machine, values, &at) else {
-            return vec![vec![0.0; motion.position_m.len()]; motion.further.len()];
+            return vec![vec![0.0; motion.position_m.len()]; motion.extra_channels.len()];
         };
         let balance = self.balance(None, machine, values, motion);
         // Unstrained position of each joint's combination.
@@ -143,7 +143,7 @@ impl Rigid {
             }
             error
         };
-        motion.further.iter().map(|f| of(f.point)).collect()
+        motion.extra_channels.iter().map(|f| of(f.point)).collect()
     }
 
     /// Computes the contribution of all backlashes to the transmission error at each extra point of a motion; `None` without backlash.
@@ -161,12 +161,12 @@ impl Rigid {
 
     /// Computes the deflection of each extra point per additional drive force (or torque) when friction rises in one joint.
     /// It is the joint with the most friction work.
-    pub fn rubbed(&self, machine: &Machine, values: &[f64], motion: &MotionSignal) -> Vec<f64> {
+    pub fn deflection_per_friction(&self, machine: &Machine, values: &[f64], motion: &MotionSignal) -> Vec<f64> {
         let at = Operating::at(machine.stroke_m().map(|s| 0.5 * s));
-        let most = self.rubs_most(machine, values, motion);
+        let most = self.joint_with_most_friction(machine, values, motion);
         let drive = machine.drive.as_ref().map(|d| d.on);
         let (Some(statics), Some(joint), Some(drive)) = (Statics::new(machine, values, &at), most, drive) else {
-            return vec![0.0; motion.further.len()];
+            return vec![0.0; motion.extra_channels.len()];
         };
         let on = &machine.joints[joint].on;
         let of = |point: usize| {
@@ -174,7 +174,7 @@ impl Rigid {
             let share = |on: &[(usize, f64)]| statics.row(on).rows(0, statics.size).dot(&compliance);
             share(&[(drive, 1.0)]) - share(on) * self.point_ratio(drive) / self.ratio(on)
         };
-        motion.further.iter().map(|f| of(f.point)).collect()
+        motion.extra_channels.iter().map(|f| of(f.point)).collect()
     }
 
     /// Whether the springs constrain the machine while its encoder is fixed.

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use super::joint::JointNumbers;
 use super::rod::Rod;
-use super::structure::{Rods, Structure};
+use super::structure::{RodModel, Structure};
 use machine::{Machine, Operating};
 
 /// The numbers of a machine at one operating condition and one set of parameters.
@@ -31,7 +31,7 @@ pub struct AssembledModel {
 
 impl Structure {
     /// Returns an empty model, to be filled by [`AssembledModel::update`].
-    pub fn network(self: &Arc<Self>) -> AssembledModel {
+    pub fn empty_model(self: &Arc<Self>) -> AssembledModel {
         let slots = self.elimination.slots();
         AssembledModel {
             structure: Arc::clone(self),
@@ -81,8 +81,8 @@ impl AssembledModel {
                 loss_factor: shaft.loss_factor.at(parameters, operating),
                 dispersion: self.dispersion,
                 elements: match shape.representation {
-                    Rods::Exact => 0,
-                    Rods::Lumped(elements) => elements.max(1),
+                    RodModel::Exact => 0,
+                    RodModel::Lumped(elements) => elements.max(1),
                 },
             };
         }
@@ -111,7 +111,7 @@ impl AssembledModel {
         self.mark_real_slots();
         self.has_loss = self.loss.iter().any(|h| *h != 0.0);
         self.levers.clear();
-        self.levers.extend(machine.chain.levers.iter().map(|l| [&l.read, &l.struck].map(|r| r.at(parameters, operating))));
+        self.levers.extend(machine.chain.levers.iter().map(|l| [&l.sensor_arm, &l.hammer_arm].map(|r| r.at(parameters, operating))));
     }
 
     /// Marks the slots whose entries stay real during factorisation: those without damping and loss, and without fill-in from such entries.

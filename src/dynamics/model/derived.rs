@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use super::{Rods, Structure, undamped_modes};
+use super::{RodModel, Structure, undamped_modes};
 use machine::{Derivation, Machine, Operating};
 
 /// Upper limit of the search for natural frequencies (Hz).
@@ -39,9 +39,9 @@ fn natural_frequency_hz(machine: &Machine, order: usize, parameters: &[f64], ope
 /// Returns the first `count` undamped natural frequencies above 0 (Hz), or fewer where fewer lie below 100 kHz.
 pub fn elastic_frequencies_hz(machine: &Machine, count: usize, parameters: &[f64], operating: &Operating) -> Vec<f64> {
     let Some(moving) = machine.points.iter().position(|p| !p.fixed) else { return Vec::new() };
-    let Ok(structure) = Structure::new(machine, moving, moving, Rods::Exact) else { return Vec::new() };
+    let Ok(structure) = Structure::new(machine, moving, moving, RodModel::Exact) else { return Vec::new() };
     let structure = Arc::new(structure);
-    let (mut model, mut work) = (structure.network(), structure.workspace());
+    let (mut model, mut work) = (structure.empty_model(), structure.workspace());
     model.update(machine, parameters, operating);
     let mut highest_hz = 100.0;
     loop {

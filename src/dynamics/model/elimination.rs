@@ -290,7 +290,7 @@ mod tests {
                 pattern.factor(3, &mut entries, &real, |_, _, _| ());
                 pattern.factor(3, &mut as_complex, &vec![false; pattern.slots()], |_, _, _| ());
                 for (slot, (a, b)) in entries.iter().zip(&as_complex).enumerate() {
-                    let (a, b) = (a.apart()[0], b.apart()[0]);
+                    let (a, b) = (a.lanes()[0], b.lanes()[0]);
                     assert!((a - b).norm() <= 1e-14 * b.norm() && (a.im == 0.0 || !real[slot / 3]), "{of_real:b}, slot {slot}: {a} {b}");
                 }
             }

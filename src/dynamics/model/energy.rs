@@ -55,7 +55,7 @@ impl AssembledModel {
                 let end = |c: Option<usize>| c.map_or(0.0, |i| shape[i]);
                 let (a, b) = (end(rod_shape.ends[0]), end(rod_shape.ends[1]));
                 let form =
-                    |(direct, cross): (Complexes, Complexes)| direct.apart()[0].re * (a * a + b * b) + 2.0 * cross.apart()[0].re * a * b;
+                    |(direct, cross): (Complexes, Complexes)| direct.lanes()[0].re * (a * a + b * b) + 2.0 * cross.lanes()[0].re * a * b;
                 energy += form((entries.direct, entries.cross)) - 0.5 * omega_rad_s * form(slopes);
             }
             rows.push(EnergyShare { name: shaft.name.clone(), deformation: None, share: energy });

@@ -3,7 +3,7 @@
 use nalgebra::{Cholesky, DMatrix, DVector, SymmetricEigen};
 
 use super::structure::ModelError;
-use super::{Rods, Structure};
+use super::{RodModel, Structure};
 use machine::{Machine, Operating};
 use std::sync::Arc;
 
@@ -47,8 +47,8 @@ pub fn matrices(machine: &Machine, parameters: &[f64], operating: &Operating, lu
     let moving = machine.points.iter().position(|p| !p.fixed);
     let moving = moving
         .ok_or_else(|| ModelError::Point { name: machine.title.clone(), fault: "has no point that moves; free one of its points" })?;
-    let structure = Arc::new(Structure::new(machine, moving, moving, Rods::Lumped(lumps))?);
-    let mut model = structure.network();
+    let structure = Arc::new(Structure::new(machine, moving, moving, RodModel::Lumped(lumps))?);
+    let mut model = structure.empty_model();
     model.update(machine, parameters, operating);
     let mut names: Vec<String> = machine.points.iter().filter(|p| !p.fixed).map(|p| p.name.clone()).collect();
     let elements = lumps.max(1);

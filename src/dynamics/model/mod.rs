@@ -40,5 +40,5 @@ pub use peaks::{Peak, peaks, peaks_into};
 pub use sensitivity::Sensitivity;
 pub use simd::{ABREAST, Complexes, LANES, Reals};
 pub use solution::Row as FrequencyPoint;
-pub use structure::{ModelError, Rods, Structure};
+pub use structure::{ModelError, RodModel, Structure};
 pub use workspace::Workspace;

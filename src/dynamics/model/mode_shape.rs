@@ -21,7 +21,7 @@ impl AssembledModel {
     ///
     /// # Source  a uniform rod whose ends deflect by a and b: u(x) = (a·sin(φ − λx) + b·sin λx)/sin φ, with φ = ω·transit time. The lumped rod
     ///   has the same shape at its masses, to second order.
-    pub fn along(
+    pub fn shaft_deflections(
         &self,
         machine: &Machine,
         parameters: &[f64],

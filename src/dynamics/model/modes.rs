@@ -93,7 +93,7 @@ impl AssembledModel {
         let rods: Vec<_> = self.rods.iter().map(|r| r.damped_each(at)).collect();
         let mut slope = [Complexes::ZERO];
         self.bilinear_slopes(Solution { omega_rad_s: &[at], at_excitation: &complex, at_response: &complex, rods: &rods }, &mut slope);
-        let inertia = -slope[0].apart()[0].re * omega_rad_s;
+        let inertia = -slope[0].lanes()[0].re * omega_rad_s;
         let mut lost = 0.0;
         for (joint, on) in self.joints.iter().zip(&self.structure.joints) {
             let deformation: f64 = on.iter().map(|&(i, c)| shape[i] * c).sum();

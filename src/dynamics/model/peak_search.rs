@@ -33,7 +33,7 @@ impl PeakSearch {
     }
 
     /// Returns the frequencies at which every search starts.
-    pub fn lines(&self) -> FrequencyGrid {
+    pub fn start_grid(&self) -> FrequencyGrid {
         let cuts = self.cuts();
         FrequencyGrid::new(&cuts.windows(2).flat_map(|ends| nodes((ends[0], ends[1]))).collect::<Vec<_>>())
     }

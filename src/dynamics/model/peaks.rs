@@ -214,11 +214,11 @@ fn limit_prominence(found: &mut [Peak], valley: f64) {
 /// Finds all peaks of |H|·ω^p inside a band, in rising frequency.
 pub fn peaks(model: &AssembledModel, settings: PeakSearch, work: &mut Workspace) -> Vec<Peak> {
     let mut found = Vec::new();
-    peaks_into(model, (settings, &settings.lines()), work, &mut found);
+    peaks_into(model, (settings, &settings.start_grid()), work, &mut found);
     found
 }
 
-/// Finds peaks as [`peaks`] does, into a list, on the grid of [`PeakSearch::lines`], which may have cached rods. Allocates nothing once workspace
+/// Finds peaks as [`peaks`] does, into a list, on the grid of [`PeakSearch::start_grid`], which may have cached rods. Allocates nothing once workspace
 /// and list have their capacity.
 pub fn peaks_into(model: &AssembledModel, (settings, lines): (PeakSearch, &FrequencyGrid), work: &mut Workspace, found: &mut Vec<Peak>) {
     let mut space = work.peaks.take().unwrap_or_default();

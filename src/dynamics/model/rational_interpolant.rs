@@ -197,7 +197,7 @@ mod tests {
             [value, value * one, 0.5 * value * (one * one - two)]
         };
         let assert_near =
-            |a: Complexes, b: Complex64| assert!((a.apart()[2] - b).norm() <= 1e-9 * (1.0 + b.norm()), "{:?} {b}", a.apart()[2]);
+            |a: Complexes, b: Complex64| assert!((a.lanes()[2] - b).norm() <= 1e-9 * (1.0 + b.norm()), "{:?} {b}", a.lanes()[2]);
         for t in [0.01, 0.4, 0.97] {
             let both = of.slopes_on_both_sides(Reals::splat(t));
             for (t, both) in [t, -t].into_iter().zip(both) {

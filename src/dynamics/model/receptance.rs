@@ -104,7 +104,7 @@ impl AssembledModel {
 
     /// Computes the receptance at one frequency.
     pub fn receptance(&self, omega_rad_s: f64, work: &mut Workspace) -> Complex64 {
-        self.receptances(&[Reals::splat(omega_rad_s)], work)[0].apart()[0]
+        self.receptances(&[Reals::splat(omega_rad_s)], work)[0].lanes()[0]
     }
 
     /// Computes the receptances at any number of frequencies.
@@ -113,7 +113,7 @@ impl AssembledModel {
         for some in omega_rad_s.chunks(ABREAST * LANES) {
             let (omegas, abreast) = grouped(some);
             let found = self.receptances(&omegas[..abreast], work);
-            values.extend(found.iter().flat_map(|h| h.apart()).take(some.len()));
+            values.extend(found.iter().flat_map(|h| h.lanes()).take(some.len()));
         }
         values
     }
@@ -185,7 +185,7 @@ impl AssembledModel {
             self.bilinear_slopes(self.solution(omegas, work), &mut slopes[..abreast]);
             let groups = self.response(abreast, work).iter().zip(&slopes);
             let each = groups.flat_map(|(h, slope)| {
-                let (h, slope) = (h.apart(), slope.apart());
+                let (h, slope) = (h.lanes(), slope.lanes());
                 (0..LANES).map(move |lane| (h[lane], slope[lane]))
             });
             points.extend(some.iter().zip(each).map(|(&omega_rad_s, (receptance, slope))| Row { omega_rad_s, receptance, slope: -slope }));

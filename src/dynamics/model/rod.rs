@@ -406,7 +406,7 @@ mod tests {
                 let (at, entries) = (Reals::splat(omega), rod.damped_each(Reals::splat(omega)));
                 let slopes = rod.slopes_each(at, &entries);
                 let changes = entries.by_material(at, slopes);
-                let with = |slope: Complexes, by: Complexes| slope.apart()[0] + by.apart()[0] * drift;
+                let with = |slope: Complexes, by: Complexes| slope.lanes()[0] + by.lanes()[0] * drift;
                 let (direct_slope, cross_slope) = (with(slopes.0, changes.0), with(slopes.1, changes.1));
                 assert!((direct - direct_slope).norm() < 1e-4 * direct_slope.norm());
                 // The cross entry of a single spring does not depend on ω.
@@ -470,8 +470,8 @@ mod tests {
             for (lane, omega) in omegas.into_iter().enumerate() {
                 let one = rod.damped(omega);
                 let near = |a: Complex64, b: Complex64| assert!((a - b).norm() <= 1e-11 * b.norm(), "{elements} {omega}: {a} {b}");
-                near(each.direct.apart()[lane], one.direct);
-                near(each.cross.apart()[lane], one.cross);
+                near(each.direct.lanes()[lane], one.direct);
+                near(each.cross.lanes()[lane], one.cross);
                 near(direct.to_array()[lane].into(), rod.undamped(omega).0.into());
                 near(cross.to_array()[lane].into(), rod.undamped(omega).1.into());
             }
@@ -484,7 +484,7 @@ mod tests {
         let without = Rod { loss_factor: 0.0, ..with };
         let at = Reals::splat(5000.0);
         let (a, b) = (with.damped_each(at), without.damped_each(at));
-        let near = |a: Complexes, b: Complexes| (a - b).apart()[0].norm() < 1e-10 * b.apart()[0].norm();
+        let near = |a: Complexes, b: Complexes| (a - b).lanes()[0].norm() < 1e-10 * b.lanes()[0].norm();
         assert!(near(a.direct, b.direct) && near(with.slopes_each(at, &a).1, without.slopes_each(at, &b).1));
     }
 }

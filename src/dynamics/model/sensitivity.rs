@@ -124,7 +124,7 @@ impl AssembledModel {
             .levers
             .iter()
             .enumerate()
-            .flat_map(|(at, l)| [(at, ReceptanceEnd::Response, &l.read), (at, ReceptanceEnd::Excitation, &l.struck)]);
+            .flat_map(|(at, l)| [(at, ReceptanceEnd::Response, &l.sensor_arm), (at, ReceptanceEnd::Excitation, &l.hammer_arm)]);
         for (index, end, arm) in arms {
             arm.gradient(parameters, operating, |p, d| entries.extend(column[p].map(|c| (Element::Lever(index, end), c, d))));
         }
@@ -179,14 +179,14 @@ impl AssembledModel {
                 push(c, by_bore * k * d, 0.0);
             }
         });
-        let at_nut = |p| f64::from(u8::from(matches!(p, machine::StationPlace::Nut | machine::StationPlace::BesideNut(_))));
+        let at_nut = |p| f64::from(u8::from(matches!(p, machine::StationPlace::Nut | machine::StationPlace::NearNut(_))));
         if let Some(nut) = nut {
             let share = (at_nut(rod_shape.places.1) - at_nut(rod_shape.places.0)) / length_m;
             push(nut, -k * share, t * share);
         }
-        let nut_offset = |p| if let machine::StationPlace::BesideNut(offset_m) = p { offset_m } else { 0.0 };
+        let nut_offset = |p| if let machine::StationPlace::NearNut(offset_m) = p { offset_m } else { 0.0 };
         let (left, right) = (nut_offset(rod_shape.places.0), nut_offset(rod_shape.places.1));
-        for (value, farther) in [(&shaft.beside_nut, right - left), (&shaft.aside_of_nut, right.abs() - left.abs())] {
+        for (value, farther) in [(&shaft.nut_support_factor, right - left), (&shaft.nut_support_offset, right.abs() - left.abs())] {
             value.gradient(parameters, operating, |p, d| {
                 if let Some(c) = column[p] {
                     push(c, -k * farther / length_m * d, t * farther / length_m * d);

@@ -60,7 +60,7 @@ impl Complexes {
     }
 
     /// Returns the number of each lane.
-    pub fn apart(self) -> [Complex64; LANES] {
+    pub fn lanes(self) -> [Complex64; LANES] {
         let (re, im) = (self.re.to_array(), self.im.to_array());
         std::array::from_fn(|lane| Complex64::new(re[lane], im[lane]))
     }
@@ -338,7 +338,7 @@ mod tests {
     #[test]
     fn limit_complex_square_roots_square_back() {
         for z in [(3.0, 4.0), (-3.0, 4.0), (-3.0, -4.0), (5.0, 0.0), (-5.0, 0.0), (0.0, 0.0), (0.0, -2.0)] {
-            let root = Complexes::splat(Complex64::new(z.0, z.1)).sqrt().apart()[0];
+            let root = Complexes::splat(Complex64::new(z.0, z.1)).sqrt().lanes()[0];
             assert!((root * root - Complex64::new(z.0, z.1)).norm() < 1e-14, "{z:?}: {root}");
         }
     }
@@ -351,7 +351,7 @@ mod tests {
                 let z = Complex64::new(re, im);
                 let (sin, cos) = Complexes::splat(z).sin_cos();
                 let near = |a: Complex64, b: Complex64| (a - b).norm() <= 4e-15 * b.norm() + 1e-24;
-                assert!(near(sin.apart()[1], z.sin()) && near(cos.apart()[2], z.cos()), "{z}: {:?} {:?}", sin.apart()[1], z.sin());
+                assert!(near(sin.lanes()[1], z.sin()) && near(cos.lanes()[2], z.cos()), "{z}: {:?} {:?}", sin.lanes()[1], z.sin());
             }
         }
     }

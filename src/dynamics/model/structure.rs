@@ -32,7 +32,7 @@ pub enum ModelError {
 
 /// Representation of rods.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Rods {
+pub enum RodModel {
     /// Exact wave solution.
     Exact,
     /// A chain of this many springs with the mass lumped at their ends; converges at second order. Its inner masses are eliminated in closed
@@ -72,14 +72,14 @@ pub struct Structure {
     pub(super) response_arms: Vec<(usize, usize)>,
     pub(super) excitation_arms: Vec<(usize, usize)>,
     /// Representation of rods.
-    pub representation: Rods,
+    pub representation: RodModel,
 }
 
 impl Structure {
     /// Compiles a machine for the receptance of `response` under a force (torque) at `excitation`, points by index.
     ///
     /// # Errors  response or excitation is fixed and cannot move.
-    pub fn new(machine: &Machine, response: usize, excitation: usize, representation: Rods) -> Result<Self, ModelError> {
+    pub fn new(machine: &Machine, response: usize, excitation: usize, representation: RodModel) -> Result<Self, ModelError> {
         let mut size = 0;
         let mut next = || {
             size += 1;

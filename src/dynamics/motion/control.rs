@@ -160,7 +160,7 @@ impl ControlLoops {
         if limited == wanted || error * wanted < 0.0 {
             self.speed.add(error, period_s);
         }
-        self.signal = limited + course.added(time_s);
+        self.signal = limited + course.added_voltage(time_s);
         let force = self.constant * self.winding.map_or(self.signal, |w| y[w.q]);
         Some(ControllerOutput { command, position, velocity, force })
     }

@@ -52,7 +52,7 @@ impl Course {
     }
 
     /// Returns the voltage added to the drive's input at a time (V).
-    pub fn added(&self, time_s: f64) -> f64 {
+    pub fn added_voltage(&self, time_s: f64) -> f64 {
         self.added.get(self.position(time_s).0).copied().unwrap_or(0.0)
     }
 }
@@ -280,7 +280,7 @@ mod tests {
         assert_eq!(course.command(1e-3), 1.0);
         assert!((course.command(1.5e-3) - 2.0).abs() < 1e-12);
         assert_eq!((course.command(9.0), course.command(-1e-3)), (3.0, -1.0));
-        assert_eq!((course.added(1.9e-3), course.added(2e-3)), (2.0, 3.0));
+        assert_eq!((course.added_voltage(1.9e-3), course.added_voltage(2e-3)), (2.0, 3.0));
         assert!(Sine { centre: 0.0, amplitude: 1.0, frequency_hz: 200.0, periods: 3.0 }.course(1e-3).is_err());
     }
 }

@@ -82,7 +82,7 @@ impl Runner {
             stored_at_start,
             margin_buffers: Default::default(),
         };
-        runner.energy.turned_over_j = stored_at_start.abs();
+        runner.energy.throughput_j = stored_at_start.abs();
         runner.number = runner.stepper.mode(&runner.mode);
         runner
     }
@@ -161,7 +161,7 @@ impl Runner {
         if force * stepper.half[plant.size + plant.drive] >= 0.0 {
             self.energy.driving_j += work;
         }
-        self.energy.turned_over_j += work.abs();
+        self.energy.throughput_j += work.abs();
         self.y.copy_from_slice(&stepper.end);
         let sizes = self.y.iter().zip(&self.max_scale);
         self.scale.iter_mut().zip(sizes).for_each(|(s, (y, max_scale))| *s = s.max(y.abs().min(*max_scale)));

@@ -57,14 +57,14 @@ pub struct Energy {
     /// Energy lost in dampers, friction and windings.
     pub lost_j: f64,
     /// Sum of |work| of the drive over all steps, and the energy stored at the start: the reference of the imbalance.
-    pub turned_over_j: f64,
+    pub throughput_j: f64,
 }
 
 impl Energy {
     /// Returns |supplied − stored − lost| relative to `turned_over_j`.
     pub fn imbalance(&self) -> f64 {
         let missing = (self.supplied_j - self.stored_j - self.lost_j).abs();
-        if self.turned_over_j > 0.0 { missing / self.turned_over_j } else { missing }
+        if self.throughput_j > 0.0 { missing / self.throughput_j } else { missing }
     }
 }
 

@@ -4,11 +4,11 @@ use nalgebra::{DMatrix, DVector};
 
 use super::interval::{CoefficientInterval, intervals};
 use dynamics::inverse_dynamics::{
-    InverseError, MotionSignal, Rigid, derivatives, inverse, mask_backlash_crossings, prediction, recorded, weights,
+    InverseError, MotionSignal, Rigid, derivatives, is_linear_in_inverse, mask_backlash_crossings, prediction, recorded, weights,
 };
 use machine::Machine;
 use numeric::linear_fit::LinearFit;
-use optimizer::{Coordinate, GaussNewton, GaussNewtonError, GaussNewtonFit, PredictionFunction, live_columns};
+use optimizer::{Coordinate, GaussNewton, GaussNewtonError, GaussNewtonFit, PredictionFunction, nonzero_columns};
 
 /// Result of a fit.
 #[derive(Debug, Clone, PartialEq)]
@@ -64,7 +64,7 @@ pub fn estimate(
 ) -> Result<ForceFit, InverseError> {
     let force = Force { rigid, machine, free, motions };
     let found = STOP
-        .fit(&force, &recorded(motions), start, &coordinates(machine, free, &inverse(machine, free)))
+        .fit(&force, &recorded(motions), start, &coordinates(machine, free, &is_linear_in_inverse(machine, free)))
         .map_err(|e| unidentifiable(machine, free, e))?;
     let GaussNewtonFit { values, prediction: here, residual, derivatives: last, at_end, mut evaluations, .. } = found;
     let derivatives = if at_end {
@@ -126,7 +126,7 @@ const ROUNDS: usize = 4;
 /// crossings are masked from the first fit on.
 ///
 /// # Errors  as [`estimate`].
-pub fn estimate_weighed(
+pub fn estimate_weighted(
     rigid: &Rigid,
     machine: &Machine,
     free: &[usize],
@@ -139,13 +139,13 @@ pub fn estimate_weighed(
         let own: Vec<&MotionSignal> = fitted.iter().map(|i| &motions[*i]).collect();
         let mut fit = estimate(rigid, machine, &values, free, &own)?;
         evaluations += fit.evaluations;
-        if round == ROUNDS || own.iter().all(|m| m.further.is_empty()) {
+        if round == ROUNDS || own.iter().all(|m| m.extra_channels.is_empty()) {
             fit.evaluations = evaluations;
             return Ok(fit);
         }
         let weights = weights(fit.residual.as_slice(), &own);
         if round > 0 || !mask_backlash_crossings(motions, rigid, machine, &fit.values) {
-            motions.iter_mut().for_each(|m| m.weigh(&weights));
+            motions.iter_mut().for_each(|m| m.set_weights(&weights));
         }
         values = fit.values;
     }
@@ -194,7 +194,7 @@ impl ForceFit {
 
     /// As [`ForceFit::estimates`], with lengths and periods of the records in the order of the residual.
     pub fn estimates_of(&self, machine: &Machine, free: &[usize], records: &[(usize, Option<usize>)]) -> Vec<Estimated> {
-        let mut inside = live_columns(&self.derivatives);
+        let mut inside = nonzero_columns(&self.derivatives);
         inside.retain(|at| machine.parameters[free[*at]].holds_inside(self.values[free[*at]]));
         let found = intervals(&self.derivatives.select_columns(&inside), &self.residual, records);
         free.iter()

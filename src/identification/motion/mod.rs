@@ -7,6 +7,6 @@ mod force_fit;
 mod interval;
 mod output_error;
 
-pub use force_fit::{Estimated, ForceFit, correlation, estimate, estimate_identifiable, estimate_weighed};
+pub use force_fit::{Estimated, ForceFit, correlation, estimate, estimate_identifiable, estimate_weighted};
 pub use interval::{CoefficientInterval, intervals};
 pub use output_error::{OutputError, output_error, simulated_gaps};

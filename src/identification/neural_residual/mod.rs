@@ -61,7 +61,7 @@ pub struct Trained {
     /// The network.
     pub network: NeuralResidual,
     /// Root mean square of the residual over its examples (m).
-    pub left_m: f64,
+    pub residual_m: f64,
     /// Number of evaluations of all trainings.
     pub evaluations: u64,
 }
@@ -183,7 +183,7 @@ impl NeuralResidual {
             network.weights = Training::weights(&best.place);
         }
         let squares: f64 = examples.iter().map(|e| (network.deviation(e.command, e.modelled) - e.deviation).powi(2)).sum();
-        Ok(Trained { left_m: (squares / count as f64).sqrt(), network, evaluations })
+        Ok(Trained { residual_m: (squares / count as f64).sqrt(), network, evaluations })
     }
 
     fn inputs(&self, command: f64, modelled: f64) -> [f64; 2] {
@@ -224,7 +224,7 @@ mod tests {
         let other = examples(12.0, truth);
         let rms = |of: &dyn Fn(&Example) -> f64| (other.iter().map(|e| of(e).powi(2)).sum::<f64>() / other.len() as f64).sqrt();
         let (before, after) = (rms(&|e| e.deviation), rms(&|e| e.deviation - trained.network.deviation(e.command, e.modelled)));
-        assert!(after < 0.1 * before && trained.left_m < 0.05 * before, "{before:e} {after:e} {:e}", trained.left_m);
+        assert!(after < 0.1 * before && trained.residual_m < 0.05 * before, "{before:e} {after:e} {:e}", trained.residual_m);
     }
 
     #[test]

@@ -236,7 +236,7 @@ impl<'m> FrfObjective<'m> {
     pub(super) fn borrow(&self, structure: usize) -> FrfScratch {
         let pooled = self.pools[structure].lock().ok().and_then(|mut pool| pool.pop());
         pooled.unwrap_or_else(|| FrfScratch {
-            network: self.structures[structure].network(),
+            network: self.structures[structure].empty_model(),
             work: self.structures[structure].workspace(),
             row: Vec::new(),
         })
@@ -300,7 +300,7 @@ impl<'m> FrfObjective<'m> {
                 let mut residuals = Vec::with_capacity(record.omega_rad_s.len());
                 let count = record.omega_rad_s.len();
                 self.visit(record, here, 0..count, |line, r| {
-                    residuals.extend(r.apart().iter().take(count - line).map(|r| r - here.log_gain));
+                    residuals.extend(r.lanes().iter().take(count - line).map(|r| r - here.log_gain));
                 });
                 residuals
             })

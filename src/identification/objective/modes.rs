@@ -6,7 +6,7 @@ use std::sync::{Arc, Mutex};
 use super::ObjectiveError;
 use super::pairing::{MISSING, ModePair, VISIBLE, pair_into};
 use super::setup::{GAIN_RANGE, free_parameters, keep_rods, point_named};
-use dynamics::model::{AssembledModel, FrequencyGrid, Peak, PeakSearch, Rods, Structure, Workspace, peaks_into};
+use dynamics::model::{AssembledModel, FrequencyGrid, Peak, PeakSearch, RodModel, Structure, Workspace, peaks_into};
 use machine::{Chain, FitRule, Machine, Operating};
 use measurement::{FitSet, Gain, HoldOutSet, MeasurementSet, ModeObservation};
 use numeric::unit::omega_rad_s;
@@ -32,13 +32,13 @@ pub struct ModeSettings {
     /// Standard deviation of ln(amplitude) (1).
     pub amplitude_sd: f64,
     /// How rods are represented.
-    pub rods: Rods,
+    pub rods: RodModel,
 }
 
 impl Default for ModeSettings {
     /// σ_f² = (0.29·resolution/f)² + (1 %)² and σ_lnA = 0.13: rounding and model error, from the scatter of the published bench.
     fn default() -> Self {
-        ModeSettings { objective: Objective::LeastSquares, frequency_model_error: 0.01, amplitude_sd: 0.13, rods: Rods::Exact }
+        ModeSettings { objective: Objective::LeastSquares, frequency_model_error: 0.01, amplitude_sd: 0.13, rods: RodModel::Exact }
     }
 }
 
@@ -237,7 +237,7 @@ impl<'m> ModeObjective<'m> {
     fn prepare_grids(&mut self) {
         let places = [0.3, 0.7].map(|u| self.parameters(&vec![u; self.free.len()]));
         for position in &mut self.positions {
-            position.lines = self.search.lines();
+            position.lines = self.search.start_grid();
             keep_rods(&mut position.lines, (self.machine, &self.structure), places.each_ref().map(|p| (p.as_slice(), position.operating)));
         }
     }
@@ -272,7 +272,7 @@ impl<'m> ModeObjective<'m> {
     fn with_scratch<T>(&self, work: impl FnOnce(&mut ModeScratch) -> T) -> T {
         let pooled = self.pool.lock().ok().and_then(|mut pool| pool.pop());
         let mut scratch = pooled.unwrap_or_else(|| ModeScratch {
-            network: self.structure.network(),
+            network: self.structure.empty_model(),
             work: self.structure.workspace(),
             parameters: Vec::new(),
             predictions: vec![PositionPrediction::default(); self.positions.len()],

@@ -1,6 +1,6 @@
 //! Weights and options of FRF objectives.
 
-use dynamics::model::Rods;
+use dynamics::model::RodModel;
 
 /// Weights and options of an FRF objective.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -17,7 +17,7 @@ pub struct FrfSettings {
     /// Near antiresonances, where |H| lies below that level, ln H carries little information.
     pub of_level: bool,
     /// How rods are represented.
-    pub rods: Rods,
+    pub rods: RodModel,
 }
 
 impl FrfSettings {
@@ -37,7 +37,7 @@ impl Default for FrfSettings {
             nut_sd_m: 0.0,
             channel_sd: (0.0, 0.0),
             of_level: false,
-            rods: Rods::Exact,
+            rods: RodModel::Exact,
         }
     }
 }

@@ -37,7 +37,7 @@ pub(super) fn free_parameters(
 /// Precomputes rods on a frequency grid whose entries agree at two sets of parameters, each with its operating condition.
 pub(super) fn keep_rods(lines: &mut FrequencyGrid, (machine, structure): (&Machine, &Arc<Structure>), places: [(&[f64], Operating); 2]) {
     let [network, other] = places.map(|(parameters, operating)| {
-        let mut network = structure.network();
+        let mut network = structure.empty_model();
         network.update(machine, parameters, &operating);
         network
     });

@@ -250,7 +250,7 @@ impl FrfObjective<'_> {
             let lines = record.omega_rad_s.len();
             self.weighted_rows(record, &here, &columns, 0..lines, |from, residuals, derivatives| {
                 for (mut column, groups) in slopes.column_iter_mut().zip(derivatives.chunks_exact(residuals.len())) {
-                    let numbers = groups.iter().flat_map(|group| group.apart()).flat_map(|z| [z.re, z.im]);
+                    let numbers = groups.iter().flat_map(|group| group.lanes()).flat_map(|z| [z.re, z.im]);
                     let entries = &mut column.as_mut_slice()[2 * (first + from)..2 * (first + lines)];
                     entries.iter_mut().zip(numbers).for_each(|(entry, number)| *entry = number);
                 }

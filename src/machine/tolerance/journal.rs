@@ -56,7 +56,7 @@ fn split_off(machine: &mut Machine, index: usize, right: bool, at_m: f64, thinne
     let torsion = end.torsion.map(|_| massless(machine, &name, PointMotion::Rotation));
     let seam = Station { place: StationPlace::At(at_m), axial, torsion };
     let mut journal = shaft;
-    journal.diameter.laws.push(thinner);
+    journal.diameter.modifiers.push(thinner);
     journal.name = name;
     journal.stations = if right { vec![seam, end] } else { vec![end, seam] };
     let stations = &mut machine.shafts[index].stations;

@@ -150,7 +150,7 @@ impl Machine {
 
     /// Returns the median of a loss factor: the described or the typical one; `None` where it is fixed or a parameter.
     fn loss_median(&self, described: &Value, typical: f64) -> Option<f64> {
-        let stated = described.described().filter(|_| described.laws.is_empty())?;
+        let stated = described.described().filter(|_| described.modifiers.is_empty())?;
         let median = if stated > 0.0 { stated } else { typical };
         (median > 0.0 && self.tolerance.loss_spread > 0.0 && self.tolerance.loss_factor > 0.0).then_some(median)
     }

@@ -39,17 +39,17 @@ pub(super) fn distribute_nut_loads(machine: &mut Machine, nuts_m: &[f64]) {
         let joints: Vec<usize> = (0..machine.joints.len()).filter(|j| is_at_nut(&machine.joints[*j])).collect();
         let half_m = half_nut_m(machine, &machine.shafts[index], at, &joints, nuts_m);
         let Some(half_m) = half_m.filter(|half_m| *half_m > 0.0 && !joints.is_empty()) else { continue };
-        machine.shafts[index].beside_nut = Value::parameter(machine.parameters.len());
+        machine.shafts[index].nut_support_factor = Value::parameter(machine.parameters.len());
         let name = format!("nut length on {}", machine.shafts[index].name);
         machine.parameters.push(tolerance(name, "1", (1.0, Prior::Normal(sd)), [FACTOR.0, FACTOR.1]));
-        machine.shafts[index].aside_of_nut = Value::parameter(machine.parameters.len());
+        machine.shafts[index].nut_support_offset = Value::parameter(machine.parameters.len());
         let name = format!("nut load on {}", machine.shafts[index].name);
         machine.parameters.push(tolerance(name, "1", (0.0, Prior::Normal(ASIDE)), [MIDDLE.0, MIDDLE.1]));
         let [before, after] = [("before", -half_m), ("after", half_m)].map(|(side, offset_m)| {
             let name = format!("~nut {index} {side}");
             let axial = nut.axial.map(|_| massless(machine, &name, PointMotion::Translation));
             let torsion = nut.torsion.map(|_| massless(machine, &name, PointMotion::Rotation));
-            Station { place: StationPlace::BesideNut(offset_m), axial, torsion }
+            Station { place: StationPlace::NearNut(offset_m), axial, torsion }
         });
         // Two joints of one name: a stiff nut also bridges the screw between its supports.
         for joint in joints {

@@ -2,7 +2,7 @@
 
 use num_complex::Complex64;
 
-use crate::TruthError;
+use crate::SimulatorError;
 use crate::draw::Draw;
 use crate::hammer::series::{Fault, Line};
 
@@ -69,7 +69,7 @@ impl DataFault {
     }
 
     /// Returns an error if the data fault changes the accepted lines of its records too little.
-    pub fn check_visible(self, exact: &[Vec<Vec<Complex64>>], lines: &[Vec<Vec<Line>>]) -> Result<(), TruthError> {
+    pub fn check_visible(self, exact: &[Vec<Vec<Complex64>>], lines: &[Vec<Vec<Line>>]) -> Result<(), SimulatorError> {
         let mut largest: f64 = 0.0;
         for (station, of_station) in lines.iter().enumerate() {
             for (channel, lines) in of_station.iter().enumerate().filter(|(channel, _)| self.affects(station, *channel)) {
@@ -81,6 +81,6 @@ impl DataFault {
         if largest >= LEAST_CHANGE {
             return Ok(());
         }
-        Err(TruthError::TooWeak { effect: self.name().to_owned(), reached: largest, wanted: LEAST_CHANGE })
+        Err(SimulatorError::TooWeak { effect: self.name().to_owned(), reached: largest, wanted: LEAST_CHANGE })
     }
 }

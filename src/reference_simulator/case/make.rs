@@ -12,7 +12,7 @@ use super::size::{set_noise, set_sizes};
 use super::strike::simulated_test;
 use super::subject::Subject;
 use super::survey::Survey;
-use crate::TruthError;
+use crate::SimulatorError;
 use crate::attempt::first_accepted;
 use crate::draw::Draw;
 use crate::effect::Effect;
@@ -20,18 +20,18 @@ use crate::machine::catalogue::round_to;
 use crate::machine::point::Channel;
 
 /// Generates all cases of a plan in order. A case depends only on seed, plan entry and number.
-pub fn generate(seed: u64, plan: &Plan) -> impl Iterator<Item = Result<(Case, Label), TruthError>> {
+pub fn generate(seed: u64, plan: &Plan) -> impl Iterator<Item = Result<(Case, Label), SimulatorError>> {
     (0..plan.len()).map(move |index| generate_one(seed, plan, index))
 }
 
 /// Generates one case of a plan.
-pub fn generate_one(seed: u64, plan: &Plan, index: usize) -> Result<(Case, Label), TruthError> {
-    let slot = plan.slots.get(index).ok_or(TruthError::NoSuchCase { index, count: plan.len() })?;
+pub fn generate_one(seed: u64, plan: &Plan, index: usize) -> Result<(Case, Label), SimulatorError> {
+    let slot = plan.slots.get(index).ok_or(SimulatorError::NoSuchCase { index, count: plan.len() })?;
     let draw = Draw::new(seed).branch(index as u64);
     first_accepted(index, &draw, |attempt, draw| attempted(slot, index, attempt, draw))
 }
 
-fn attempted(slot: &Slot, index: usize, attempt: usize, draw: &mut Draw) -> Result<(Case, Label), TruthError> {
+fn attempted(slot: &Slot, index: usize, attempt: usize, draw: &mut Draw) -> Result<(Case, Label), SimulatorError> {
     let mut choice = Choice::random(slot, attempt, draw);
     let channels = choice.layout.channels();
     let clean = choice.subject.without_effects();
@@ -86,7 +86,7 @@ fn attempted(slot: &Slot, index: usize, attempt: usize, draw: &mut Draw) -> Resu
 /// Enlarges the effects until some block contains the response, and returns their new non-centralities if they changed.
 ///
 /// A weak spring to ground makes a mode so slow that no block contains its decay: it cannot be tested.
-fn enlarge_until_decay(choice: &mut Choice, channels: &[Channel], gauge: &Gauge) -> Result<Option<Vec<f64>>, TruthError> {
+fn enlarge_until_decay(choice: &mut Choice, channels: &[Channel], gauge: &Gauge) -> Result<Option<Vec<f64>>, SimulatorError> {
     let mut is_enlarged = false;
     loop {
         match check_decay(&choice.subject, &choice.setting, channels, choice.spacing) {
@@ -105,7 +105,7 @@ fn enlarge_until_decay(choice: &mut Choice, channels: &[Channel], gauge: &Gauge)
         }
     }
     let alone = |effect: &Effect| gauge.after_refit(&Subject { effects: vec![effect.clone()], ..choice.subject.clone() });
-    choice.subject.effects.iter().map(alone).collect::<Result<Vec<f64>, TruthError>>().map(Some)
+    choice.subject.effects.iter().map(alone).collect::<Result<Vec<f64>, SimulatorError>>().map(Some)
 }
 
 /// Builds the label with all values known before the test.

@@ -6,7 +6,7 @@ use rayon::prelude::*;
 use super::fault::DataFault;
 use super::layout::Quantity;
 use super::subject::{Subject, axis};
-use crate::TruthError;
+use crate::SimulatorError;
 use crate::draw::Draw;
 use crate::hammer::block::Analyser;
 use crate::hammer::series::{Line, StructureResponse, noise_level, strike};
@@ -48,13 +48,19 @@ pub struct TestRig {
 
 impl TestRig {
     /// Chooses the shortest block whose error of H1 is below 0.3 % at every resonance and below 0.05 % rms over the lines of a record.
-    pub fn new(subject: &Subject, setting: &Setting, channels: &[Channel], levels: &[f64], spacing: f64) -> Result<Self, TruthError> {
+    pub fn new(subject: &Subject, setting: &Setting, channels: &[Channel], levels: &[f64], spacing: f64) -> Result<Self, SimulatorError> {
         let positions = 0..subject.drawn.nut_m.len();
         let stations = positions.flat_map(|position| levels.iter().map(move |&level| (position, level))).collect();
         Self::at(stations, subject, setting, channels, spacing)
     }
 
-    fn at(stations: Vec<Station>, subject: &Subject, setting: &Setting, channels: &[Channel], spacing: f64) -> Result<Self, TruthError> {
+    fn at(
+        stations: Vec<Station>,
+        subject: &Subject,
+        setting: &Setting,
+        channels: &[Channel],
+        spacing: f64,
+    ) -> Result<Self, SimulatorError> {
         let mut error = EstimatorError::default();
         let causal = &subject.causal();
         for samples in SAMPLES {
@@ -62,7 +68,7 @@ impl TestRig {
             let analyser = Analyser::new(setting);
             let kept = setting.kept_lines(spacing);
             let lines_hz = setting.frequencies(&kept);
-            let attempt = |stations: &[Station]| -> Result<_, TruthError> {
+            let attempt = |stations: &[Station]| -> Result<_, SimulatorError> {
                 let exact = on_lines(causal, channels, stations, &axis(&lines_hz))?;
                 let responses = responses(causal, channels, stations, &analyser.contour)?;
                 let error = EstimatorError::of(&analyser, &kept, &exact, &responses);
@@ -120,7 +126,7 @@ impl TestRig {
 }
 
 /// Checks at low cost whether the response at the first position decays within the longest block.
-pub fn check_decay(subject: &Subject, setting: &Setting, channels: &[Channel], spacing: f64) -> Result<(), TruthError> {
+pub fn check_decay(subject: &Subject, setting: &Setting, channels: &[Channel], spacing: f64) -> Result<(), SimulatorError> {
     TestRig::at(vec![(0, 1.0)], subject, setting, channels, spacing).map(drop)
 }
 
@@ -130,7 +136,7 @@ pub fn on_lines(
     channels: &[Channel],
     stations: &[Station],
     lines: &[Complex64],
-) -> Result<Vec<Vec<Vec<Complex64>>>, TruthError> {
+) -> Result<Vec<Vec<Vec<Complex64>>>, SimulatorError> {
     stations
         .par_iter()
         .map(|&(position, level)| {
@@ -151,7 +157,7 @@ fn responses(
     channels: &[Channel],
     stations: &[Station],
     contour: &[Complex64],
-) -> Result<Vec<Vec<StructureResponse>>, TruthError> {
+) -> Result<Vec<Vec<StructureResponse>>, SimulatorError> {
     let here = on_lines(subject, channels, stations, contour)?;
     if !subject.effects.iter().any(|effect| effect.kind == crate::effect::EffectKind::ContactLevel) {
         return Ok(here
@@ -203,8 +209,8 @@ impl EstimatorError {
     }
 
     /// Returns the error that even the longest block is too short.
-    fn refused(&self, setting: &Setting) -> TruthError {
-        TruthError::Ringing { longest_s: SAMPLES[SAMPLES.len() - 1] as f64 / setting.rate_hz, bias: self.bias, leak: self.leak }
+    fn refused(&self, setting: &Setting) -> SimulatorError {
+        SimulatorError::Ringing { longest_s: SAMPLES[SAMPLES.len() - 1] as f64 / setting.rate_hz, bias: self.bias, leak: self.leak }
     }
 }
 

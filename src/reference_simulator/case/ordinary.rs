@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use super::layout::{Layout, Quantity};
 use super::record::{Case, Position, Record};
 use super::subject::axis;
-use crate::TruthError;
+use crate::SimulatorError;
 use crate::draw::Draw;
 use crate::element::law::REFERENCE_RAD_S;
 use crate::hammer::series::Line;
@@ -45,7 +45,7 @@ const NOISE: (f64, f64) = (0.011, 0.004);
 /// Generates the machine without effects of a seed and number. Sizes and kinds of losses alternate with the number.
 ///
 /// # Errors  As the receptances of [`Assembly`].
-pub fn ordinary(seed: u64, number: usize) -> Result<Ordinary, TruthError> {
+pub fn ordinary(seed: u64, number: usize) -> Result<Ordinary, SimulatorError> {
     let draw = &mut Draw::new(seed).branch(number as u64);
     let (size, drawn) = match number % 3 {
         0 => {
@@ -136,7 +136,7 @@ fn simulated_frfs(
     nuisance: &Nuisance,
     machine: &Machine,
     draw: &mut Draw,
-) -> Result<(Vec<Record>, Vec<Peaks>), TruthError> {
+) -> Result<(Vec<Record>, Vec<Peaks>), SimulatorError> {
     let channel = Channel::direct(Point::Table);
     let (gain, delay_s) = nuisance.channel(channel);
     let lowest_hz = drawn.band_hz / 130.0;

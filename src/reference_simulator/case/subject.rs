@@ -2,7 +2,7 @@
 
 use num_complex::Complex64;
 
-use crate::TruthError;
+use crate::SimulatorError;
 use crate::effect::{Effect, EffectKind};
 use crate::machine::assembly::Assembly;
 use crate::machine::catalogue::DrawnMachine;
@@ -45,7 +45,7 @@ impl Subject {
         level: f64,
         channels: &[Channel],
         lines: &[Complex64],
-    ) -> Result<Vec<Vec<Complex64>>, TruthError> {
+    ) -> Result<Vec<Vec<Complex64>>, SimulatorError> {
         let machine = self.nuisance.applied(self.drawn.with_true_joints());
         let nut_m = self.drawn.nut_m[position] + self.nuisance.offsets_m[position];
         let assembly = Assembly::new(&machine, &self.effects, nut_m, level);

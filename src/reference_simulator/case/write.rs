@@ -5,13 +5,13 @@ use std::path::Path;
 
 use super::label::Label;
 use super::record::Case;
-use crate::TruthError;
+use crate::SimulatorError;
 use crate::file::{create_folder, quoted, write_text};
 use crate::machine::nuisance::Spread;
 
 /// Writes a case as a measurement set with its machine: `manifest.toml`, `frf/*.csv`, `machine.toml`. The files contain nothing of the
 /// label. A follow-up is a case of its own and needs its own call.
-pub fn write_case(folder: &Path, case: &Case) -> Result<(), TruthError> {
+pub fn write_case(folder: &Path, case: &Case) -> Result<(), SimulatorError> {
     create_folder(folder, "frf")?;
     write_text(&folder.join("machine.toml"), &case.description.to_toml())?;
     write_text(&folder.join("manifest.toml"), &manifest(case))?;

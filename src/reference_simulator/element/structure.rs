@@ -7,7 +7,7 @@ use super::beam::Beam;
 use super::dense::Dense;
 use super::law::{LaplacePoint, Law, Loss};
 use super::rod::Rod;
-use crate::TruthError;
+use crate::SimulatorError;
 
 /// A linear structure, assembled line by line as dynamic stiffness.
 #[derive(Clone, Debug, Default)]
@@ -112,7 +112,7 @@ impl Structure {
     }
 
     /// Computes the receptances of the ports at each s: one vector of lines for each port.
-    pub fn receptances(&self, ports: &[Port], lines: &[Complex64]) -> Result<Vec<Vec<Complex64>>, TruthError> {
+    pub fn receptances(&self, ports: &[Port], lines: &[Complex64]) -> Result<Vec<Vec<Complex64>>, SimulatorError> {
         let mut z = Dense::zeros(self.size);
         let mut out: Vec<Vec<Complex64>> = ports.iter().map(|_| Vec::with_capacity(lines.len())).collect();
         let mut excitations: Vec<&Form> = Vec::new();
@@ -127,7 +127,7 @@ impl Structure {
         let mut solutions = vec![vec![Complex64::ZERO; self.size]; excitations.len()];
         for &s in lines {
             self.assemble(s, &mut z);
-            z.factor().map_err(|_| TruthError::Singular { frequency_hz: s.im / (2.0 * std::f64::consts::PI) })?;
+            z.factor().map_err(|_| SimulatorError::Singular { frequency_hz: s.im / (2.0 * std::f64::consts::PI) })?;
             for (solution, excitation) in solutions.iter_mut().zip(&excitations) {
                 solution.fill(Complex64::ZERO);
                 for &(row, weight) in excitation.iter() {
@@ -138,7 +138,7 @@ impl Structure {
             for ((port, &column), values) in ports.iter().zip(&column_of).zip(&mut out) {
                 let value: Complex64 = port.response.iter().map(|&(row, weight)| solutions[column][row] * weight).sum();
                 if !(value.re.is_finite() && value.im.is_finite()) {
-                    return Err(TruthError::Singular { frequency_hz: s.im / (2.0 * std::f64::consts::PI) });
+                    return Err(SimulatorError::Singular { frequency_hz: s.im / (2.0 * std::f64::consts::PI) });
                 }
                 values.push(value);
             }

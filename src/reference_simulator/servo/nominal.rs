@@ -4,7 +4,7 @@ use std::f64::consts::TAU;
 
 use super::friction::Friction;
 use super::missing::Missing;
-use crate::TruthError;
+use crate::SimulatorError;
 
 /// Gains and times of the cascade. Current and velocity loops are digital PI, u = k (e + T/T_i Σe); the position loop is P.
 #[derive(Clone, Debug, PartialEq)]
@@ -164,7 +164,7 @@ impl Axis {
     /// Checks that every parameter is admissible.
     ///
     /// # Errors     `TruthError::Refused` names the first inadmissible parameter.
-    pub fn check(&self) -> Result<(), TruthError> {
+    pub fn check(&self) -> Result<(), SimulatorError> {
         let (n, l, m) = (&self.nominal, &self.nominal.loops, &self.missing);
         let positive = [
             ("pole_pairs", n.pole_pairs),
@@ -225,9 +225,9 @@ pub(super) fn check_values(
     numbers: &[(&'static str, f64)],
     wanted: &'static str,
     is_admissible: impl Fn(f64) -> bool,
-) -> Result<(), TruthError> {
+) -> Result<(), SimulatorError> {
     match numbers.iter().find(|(_, value)| !(value.is_finite() && is_admissible(*value))) {
-        Some(&(key, found)) => Err(TruthError::Refused { key, found, wanted }),
+        Some(&(key, found)) => Err(SimulatorError::Refused { key, found, wanted }),
         None => Ok(()),
     }
 }

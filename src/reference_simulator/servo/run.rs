@@ -6,7 +6,7 @@ use super::drive::{CURRENT_S, Drive, POSITION_TICKS};
 use super::nominal::Axis;
 use super::plant::Plant;
 use super::sensor::{Record, Sensors, quantised};
-use crate::TruthError;
+use crate::SimulatorError;
 use crate::draw::Draw;
 
 /// Sampling period of the records, s: that of the position loop.
@@ -49,12 +49,12 @@ impl<'a> Machine<'a> {
 /// Drives an axis along commands, one for each millisecond, from rest at zero, and records it. The seed determines the sensor noise.
 ///
 /// # Errors     `TruthError::Refused` for inadmissible parameters of axis or sensors, `TruthError::Diverged` for unstable loops.
-pub fn run(axis: &Axis, sensors: &Sensors, command_m: &[f64], seed: u64) -> Result<Record, TruthError> {
+pub fn run(axis: &Axis, sensors: &Sensors, command_m: &[f64], seed: u64) -> Result<Record, SimulatorError> {
     run_in(axis, sensors, command_m, &mut Draw::new(seed), STEPS)
 }
 
 /// Runs as [`run`] with a given random source and number of steps in a current period.
-pub(super) fn run_in(axis: &Axis, sensors: &Sensors, command_m: &[f64], draw: &mut Draw, steps: usize) -> Result<Record, TruthError> {
+pub(super) fn run_in(axis: &Axis, sensors: &Sensors, command_m: &[f64], draw: &mut Draw, steps: usize) -> Result<Record, SimulatorError> {
     axis.check()?;
     sensors.check()?;
     let mut machine = Machine::at_rest(axis, sensors);
@@ -64,7 +64,7 @@ pub(super) fn run_in(axis: &Axis, sensors: &Sensors, command_m: &[f64], draw: &m
         let table_m = plant.table_m() - plant.table_m_s() * sensors.scale_delay_s;
         // A deviation of one metre from the command means that the loops are unstable.
         if !((table_m - command).abs() < 1.0) {
-            return Err(TruthError::Diverged { time_s });
+            return Err(SimulatorError::Diverged { time_s });
         }
         record.time_s.push(time_s);
         record.command_m.push(command);

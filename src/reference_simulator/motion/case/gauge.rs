@@ -8,7 +8,7 @@ use rayon::prelude::*;
 
 use super::fit::{Blocks, Fitted, fitted};
 use super::rows::{Rows, rms, rows};
-use crate::TruthError;
+use crate::SimulatorError;
 use crate::draw::Draw;
 use crate::motion::belief::{Belief, IDS};
 use crate::motion::catalogue::{MotionLimits, directions};
@@ -131,7 +131,7 @@ impl Test {
 
 impl Gauge {
     /// Prepares the gauge for a machine without effects.
-    pub fn new(test: Test, machine: &Machine, limits: &MotionLimits, draw: &Draw) -> Result<Self, TruthError> {
+    pub fn new(test: Test, machine: &Machine, limits: &MotionLimits, draw: &Draw) -> Result<Self, SimulatorError> {
         let logs = test.logs(machine);
         let base: Blocks = logs.iter().map(|log| rows(log, &test.belief)).collect();
         let rough = fitted(&base, &vec![1.0; base[0].len()], &test.held_out, &test.belief, None);
@@ -181,7 +181,7 @@ impl Gauge {
     }
 
     /// Finds the size at which an effect has a given non-centrality.
-    pub fn size_for(&self, effect: &Effect, machine: &Machine, limits: &MotionLimits, wanted: f64) -> Result<f64, TruthError> {
+    pub fn size_for(&self, effect: &Effect, machine: &Machine, limits: &MotionLimits, wanted: f64) -> Result<f64, SimulatorError> {
         SIZING.size_for(effect.kind.id(), effect.kind.largest(), wanted, |size| {
             let mut with = machine.clone();
             effect.sized(size).apply_to(&mut with, limits);

@@ -10,7 +10,7 @@ use super::gauge::{Gauge, Test, Unexplained};
 use super::plan::{Plan, Slot};
 use super::record::{Case, Record};
 use super::tour::{HELD_OUT, Tour, tour};
-use crate::TruthError;
+use crate::SimulatorError;
 use crate::attempt::first_accepted;
 use crate::case::{Gap, Kind, Label, Strength};
 use crate::draw::Draw;
@@ -24,13 +24,13 @@ use crate::motion::run::{Machine, STEP_S, Sensors, Side};
 use crate::sizing;
 
 /// Generates all cases of a plan in order. A case depends only on seed, plan entry and number.
-pub fn generate(seed: u64, plan: &Plan) -> impl Iterator<Item = Result<(Case, Label), TruthError>> {
+pub fn generate(seed: u64, plan: &Plan) -> impl Iterator<Item = Result<(Case, Label), SimulatorError>> {
     (0..plan.len()).map(move |index| generate_one(seed, plan, index))
 }
 
 /// Generates one case of a plan.
-pub fn generate_one(seed: u64, plan: &Plan, index: usize) -> Result<(Case, Label), TruthError> {
-    let slot = plan.slots.get(index).ok_or(TruthError::NoSuchCase { index, count: plan.len() })?;
+pub fn generate_one(seed: u64, plan: &Plan, index: usize) -> Result<(Case, Label), SimulatorError> {
+    let slot = plan.slots.get(index).ok_or(SimulatorError::NoSuchCase { index, count: plan.len() })?;
     let draw = Draw::new(seed).branch(0x6178_6973).branch(index as u64);
     first_accepted(index, &draw, |attempt, draw| attempted(slot, index, attempt, draw))
 }
@@ -105,7 +105,7 @@ impl Test {
     }
 }
 
-fn attempted(slot: &Slot, index: usize, attempt: usize, draw: &mut Draw) -> Result<(Case, Label), TruthError> {
+fn attempted(slot: &Slot, index: usize, attempt: usize, draw: &mut Draw) -> Result<(Case, Label), SimulatorError> {
     let mut choice = Choice::random(slot, attempt, draw);
     let clean = choice.drawn.machine.clone();
     let ratio = draw.between(1.15, 1.6);
@@ -117,7 +117,7 @@ fn attempted(slot: &Slot, index: usize, attempt: usize, draw: &mut Draw) -> Resu
     // In motions with little information, the sensors' lower limits set the noise.
     let least = if slot.kind == Kind::LookAlike { 1.0 } else { 1.1 };
     if !(least..2.0).contains(&found) {
-        return Err(TruthError::Noise { ratio: found });
+        return Err(SimulatorError::Noise { ratio: found });
     }
     let noncentrality = set_sizes(&mut choice, slot, &gauge, floor, draw)?;
     let machine = choice.with(&choice.effects);
@@ -189,7 +189,7 @@ fn quiet(machine: &Machine, test: &Test) -> Vec<Record> {
 }
 
 /// Gives each effect the size for its required strength and returns the non-centrality of each effect alone.
-fn set_sizes(choice: &mut Choice, slot: &Slot, gauge: &Gauge, floor: f64, draw: &mut Draw) -> Result<Vec<f64>, TruthError> {
+fn set_sizes(choice: &mut Choice, slot: &Slot, gauge: &Gauge, floor: f64, draw: &mut Draw) -> Result<Vec<f64>, SimulatorError> {
     let mut wanted = slot.strength.unwrap_or(Strength::Clear).noncentrality();
     let mut reached = Vec::new();
     for index in 0..choice.effects.len() {
@@ -197,7 +197,7 @@ fn set_sizes(choice: &mut Choice, slot: &Slot, gauge: &Gauge, floor: f64, draw: 
         let (machine, limits) = (&choice.drawn.machine, &choice.drawn.limits);
         let mut size = match gauge.size_for(&effect, machine, limits, wanted) {
             // The second of two effects may be weaker than drawn.
-            Err(TruthError::TooWeak { reached, .. }) if index > 0 && reached > 0.2 * wanted => {
+            Err(SimulatorError::TooWeak { reached, .. }) if index > 0 && reached > 0.2 * wanted => {
                 gauge.size_for(&effect, machine, limits, 0.9 * reached)?
             }
             other => other?,
@@ -217,7 +217,7 @@ fn set_sizes(choice: &mut Choice, slot: &Slot, gauge: &Gauge, floor: f64, draw: 
 ///
 /// In half of the cases it is a usual size of the kind. Otherwise the gap with noise of the refitted description is 1.3 to 3 times the
 /// gap without the effect.
-fn enlarged_size(choice: &Choice, effect: &Effect, least: f64, gauge: &Gauge, floor: f64, draw: &mut Draw) -> Result<f64, TruthError> {
+fn enlarged_size(choice: &Choice, effect: &Effect, least: f64, gauge: &Gauge, floor: f64, draw: &mut Draw) -> Result<f64, SimulatorError> {
     let before = gauge.best.held_out.hypot(floor);
     let largest = effect.kind.largest();
     let (usual, ratio) = (draw.log_between(0.4, 1.5).min(largest), draw.between(1.3, 3.0));

@@ -1,7 +1,7 @@
 //! Tests of loops, limits and paths.
 
 use super::{ideal_run, largest, linear, ramp, tone};
-use crate::TruthError;
+use crate::SimulatorError;
 use crate::servo::drive::{Integral, POSITION_TICKS};
 use crate::servo::nominal::{Axis, Nominal};
 use crate::servo::path::{Circle, Feed};
@@ -132,14 +132,14 @@ fn circle_closes() {
 fn inadmissible_values_are_refused_by_name() {
     let mut axis = Axis::x();
     axis.nominal.table_kg = f64::NAN;
-    assert!(matches!(run(&axis, &Sensors::default(), &[0.0], 1), Err(TruthError::Refused { key: "table_kg", .. })));
+    assert!(matches!(run(&axis, &Sensors::default(), &[0.0], 1), Err(SimulatorError::Refused { key: "table_kg", .. })));
     let sensors = Sensors { scale_step_m: -1.0, ..Sensors::default() };
-    assert!(matches!(run(&Axis::x(), &sensors, &[0.0], 1), Err(TruthError::Refused { key: "scale_step_m", .. })));
-    assert!(matches!(Feed::of(0.0).commands_m(), Err(TruthError::Refused { key: "feed_mm_min", .. })));
+    assert!(matches!(run(&Axis::x(), &sensors, &[0.0], 1), Err(SimulatorError::Refused { key: "scale_step_m", .. })));
+    assert!(matches!(Feed::of(0.0).commands_m(), Err(SimulatorError::Refused { key: "feed_mm_min", .. })));
     let mut axis = Axis::x();
     axis.nominal.table_friction.viscous_n_s_m = f64::NAN;
-    assert!(matches!(axis.check(), Err(TruthError::Refused { key: "viscous_n_s_m", .. })));
+    assert!(matches!(axis.check(), Err(SimulatorError::Refused { key: "viscous_n_s_m", .. })));
     let mut axis = Axis::x();
     axis.nominal.loops.position_gain_1_s = -120.0;
-    assert!(matches!(run(&axis, &Sensors::default(), &ramp(0.1, 2.0), 1), Err(TruthError::Diverged { .. })));
+    assert!(matches!(run(&axis, &Sensors::default(), &ramp(0.1, 2.0), 1), Err(SimulatorError::Diverged { .. })));
 }

@@ -25,15 +25,15 @@ pub fn closed(folder: &Path, case: &str, of: &DiagnosisAnswer) -> Result<Option<
     let noisy = read_set(&path(CASES)).map_err(to_message)?;
     let made = |quiet: &MotionRecord| -> Result<MotionSignal, String> {
         // With an exact encoder a settling axis creeps for long: the standstills are those of the noisy record.
-        let motion = |record: &MotionRecord| MotionSignal::new(record, Preprocessing::usual(record.step_s)).map_err(to_message);
+        let motion = |record: &MotionRecord| MotionSignal::new(record, Preprocessing::default_for(record.step_s)).map_err(to_message);
         let same = noisy.motions.iter().find(|record| record.name == quiet.name);
         let same = same.ok_or_else(|| format!("{}: no record is called {}", path(CASES), quiet.name))?;
-        motion(quiet)?.resting_as(&motion(same)?, quiet).map_err(to_message)
+        motion(quiet)?.with_rests_of(&motion(same)?, quiet).map_err(to_message)
     };
     let made: Result<Vec<MotionSignal>, String> = loaded.set.motions.iter().map(made).collect();
     let (motions, rigid, _) = add_channels(&loaded, made?)?;
     let mut motions: Vec<MotionSignal> = motions.into_iter().map(MotionSignal::without_edges).collect();
-    motions.iter_mut().for_each(|motion| motion.weigh(&of.weights()));
+    motions.iter_mut().for_each(|motion| motion.set_weights(&of.weights()));
     let described = &loaded.config.machine;
     if let Some(values) = described.values_of(&of.described) {
         mask_backlash_crossings(&mut motions, &rigid, described, &values);

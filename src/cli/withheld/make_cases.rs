@@ -7,11 +7,11 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use rayon::prelude::*;
 
-use super::own::own_case;
+use super::own_cases::own_case;
 use crate::outcome::to_message;
 use crate::progress::WorkProgress;
 use numeric::parallel::OrFirstError;
-use reference_simulator::{Counts, Label, Plan, TruthError, generate_one, labels_json, motion, write_case};
+use reference_simulator::{Counts, Label, Plan, SimulatorError, generate_one, labels_json, motion, write_case};
 use report::{OutputFolder, to_json};
 use withheld::{CASES, Generator, QUIET, Seal, SealedCase, folder_digest};
 
@@ -103,7 +103,7 @@ fn one(out: &OutputFolder, aside: &Path, generator: &Generator, plan: &Plans, in
         return Ok(made);
     }
     let mut folders = Vec::new();
-    type Write<'w> = &'w dyn Fn(&Path) -> Result<(), TruthError>;
+    type Write<'w> = &'w dyn Fn(&Path) -> Result<(), SimulatorError>;
     let mut seal = |name: &str, freeze: &[String], write: Write<'_>, quiet: Option<Write<'_>>| -> Result<(), String> {
         let written = |part: &str, write: Write<'_>| {
             let path = aside.join(part).join(name);

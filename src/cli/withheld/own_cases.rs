@@ -16,7 +16,7 @@ use rand_xoshiro::Xoshiro256PlusPlus;
 use crate::outcome::to_message;
 use config::read_machine_text;
 use diagnosis::{sample_discrepancy, sample_prior};
-use dynamics::model::{Rods, Structure};
+use dynamics::model::{RodModel, Structure};
 use machine::{Chain, Data, Effect, FitRule, Machine, Operating};
 use numeric::random::normal;
 use numeric::unit::omega_rad_s;
@@ -141,8 +141,8 @@ impl Truth {
         for record in &case.records {
             let point = |name: &str| self.machine.point(name).ok_or_else(|| format!("the machine has no point «{name}»"));
             let (response, excitation) = (point(record.channel.response.name())?, point(record.channel.excitation.name())?);
-            let structure = Arc::new(Structure::new(&self.machine, response, excitation, Rods::Exact).map_err(to_message)?);
-            let (mut network, mut work) = (structure.network(), structure.workspace());
+            let structure = Arc::new(Structure::new(&self.machine, response, excitation, RodModel::Exact).map_err(to_message)?);
+            let (mut network, mut work) = (structure.empty_model(), structure.workspace());
             let nut_m = case
                 .positions
                 .iter()

@@ -10,7 +10,7 @@ use rayon::prelude::*;
 use serde_json::Value;
 
 use super::arguments::WithheldArguments;
-use super::make::Flag;
+use super::make_cases::Flag;
 use crate::outcome::to_message;
 use crate::progress::WorkProgress;
 use numeric::parallel::OrFirstError;
