@@ -51,9 +51,9 @@ fn a_report_is_one_self_contained_file() {
     let page = fs::read_to_string(out.join("report.html")).unwrap();
     assert!(page.len() < 8 << 20, "{} bytes", page.len());
     for part in [
-        "these data cannot tell which",
+        "these data do not distinguish them",
         "rotor-hold or drive-flexibility",
-        "The first of them acts at «rotor»; what it changes lies most from 5.000 to 50.00 Hz.",
+        "The first of them acts at «rotor»; it changes the FRFs most from 5.000 to 50.00 Hz.",
         "Measure next:",
         "id=\"curves\"",
         "id=\"frequency-position\"",
@@ -135,11 +135,11 @@ fn every_kind_of_verdict_is_a_sentence() {
     let folder = tempfile::tempdir().unwrap();
     for (kind, words) in [
         ("none", "explains the measurements"),
-        ("effect", "leaves out is rotor-hold and"),
-        ("ambiguous", "cannot tell"),
-        ("unknown", "a gap at «rotor»"),
-        ("wrong-parameter", "kept fixed"),
-        ("measurement", "measurements are at fault"),
+        ("effect", "The model lacks rotor-hold and"),
+        ("ambiguous", "do not distinguish"),
+        ("unknown", "lacks an effect at «rotor»"),
+        ("wrong-parameter", "held fixed"),
+        ("measurement", "measurements are faulty"),
         ("insufficient", "do not suffice"),
     ] {
         // Optional keys may be absent.

@@ -375,7 +375,7 @@ fn commands_of_the_drive_match_their_schemas() {
     let i = 0.04 / TAU;
     assert!((1.5 * of("velocity_gain") * i / of("damping") - 1.0).abs() < 1e-9);
     assert!((of("position_gain_per_s") * of("damping") / of("stiffness") - 1.0).abs() < 1e-9);
-    assert!(found["warnings"].as_array().unwrap().iter().any(|w| w.as_str().unwrap().contains("k_s was not identified")));
+    assert!(found["warnings"].as_array().unwrap().iter().any(|w| w.as_str().unwrap().contains("k_s is not identifiable")));
 }
 
 /// On records of an independent machine the analytical model has errors from missing effects. The network learns most of them from other speeds.

@@ -25,7 +25,6 @@ use crate::withheld::arguments::WithheldArguments;
 #[command(
     name = "jointid",
     version,
-    max_term_width = 100,
     propagate_version = true,
     disable_help_subcommand = true,
     after_help = "Example, with the published bench that is built in:\n  jointid identify --positions l1,l3,l5 --out results\n  jointid report results\n\nLists are comma-separated: --positions l1,l3,l5. «jointid COMMAND --help» explains a command."
@@ -110,6 +109,9 @@ pub enum Command {
     Hybrid(HybridArguments),
 }
 
+/// Greatest width (columns) of help texts.
+const HELP_WIDTH: usize = 100;
+
 /// A heading of the help, and the commands below it.
 type Group = (&'static str, &'static [&'static str]);
 
@@ -131,8 +133,8 @@ const SIMULATIONS: [Group; 3] = [
 
 /// The command line, with commands listed by heading.
 pub fn command() -> clap::Command {
-    grouped(Arguments::command(), &COMMANDS)
-        .mut_subcommand("simulate", |command| grouped(command.disable_help_subcommand(true), &SIMULATIONS))
+    let root = Arguments::command().term_width(report::width().min(HELP_WIDTH));
+    grouped(root, &COMMANDS).mut_subcommand("simulate", |command| grouped(command.disable_help_subcommand(true), &SIMULATIONS))
 }
 
 /// Lists the commands below a command by heading in its help.

@@ -331,12 +331,7 @@ fn decide(inputs: &DecisionInputs<'_, '_>) -> Result<(Verdict, (Hypothesis, Fitt
     let DecisionInputs { limits, screening, tried, null, count, same, located, .. } = inputs;
     let nominal = (screening.nominal.clone(), screening.base.clone());
     let before = null.excess(screening.base.chi_square / count);
-    let state = |kind: VerdictKind, effects: Vec<String>, reason: String, next: Option<String>| Verdict {
-        kind,
-        effects,
-        reason,
-        next_measurement: next,
-    };
+    let state = |kind, effects, reason, next_measurement| Verdict { kind, effects, reason, next_measurement };
     let next_at_location = "mount an accelerometer at that location and strike there, too";
     let unknown = |reason: String| state(VerdictKind::Unknown, Vec::new(), reason, Some(next_at_location.to_string()));
     if *count <= inputs.unknowns as f64 {

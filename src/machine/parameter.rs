@@ -98,6 +98,12 @@ impl Prior {
 }
 
 impl Parameter {
+    /// Whether a value lies at an end of the plausible range: within a thousandth of it, on the parameter's scale.
+    pub fn is_at_bound(&self, value: f64) -> bool {
+        let place = self.to_unit(value);
+        !(1e-3..=1.0 - 1e-3).contains(&place)
+    }
+
     /// Returns the deviation of a value from the start value in standard deviations of the prior; `None` without a prior.
     pub fn deviation(&self, value: f64) -> Option<f64> {
         Some(self.prior?.deviation(self.start, value))

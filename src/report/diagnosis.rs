@@ -214,6 +214,9 @@ pub struct EffectRow {
     /// Units of these parameters.
     #[serde(default)]
     pub parameter_units: BTreeMap<String, String>,
+    /// Ids of those that lie at an end of their plausible range.
+    #[serde(default)]
+    pub parameters_at_bound: Vec<String>,
     /// Whether the verdict names it.
     pub selected: bool,
     /// What it is.
@@ -359,16 +362,20 @@ pub(super) fn estimated_text(document: &DiagnosisDocument) -> String {
         .iter()
         .filter(|row| row.selected)
         .flat_map(|row| {
-            row.parameters.iter().map(|(id, value)| {
+            // Of the chosen model the values are those of the joint fit; of other effects of an ambiguous verdict those of their own.
+            let is_chosen = document.chosen.id.split('+').any(|id| id == row.id);
+            row.parameters.iter().map(move |(id, own)| {
+                let value = document.chosen.parameters.get(id).filter(|_| is_chosen).unwrap_or(own);
                 let stated = row.parameter_units.get(id).map_or("", String::as_str);
-                vec![format!("  {}", row.id), id.clone(), figure(*value), unit(stated)]
+                let remark = if row.parameters_at_bound.contains(id) { "at the end of its range" } else { "" };
+                vec![format!("  {}", row.id), id.clone(), figure(*value), unit(stated), remark.into()]
             })
         })
         .collect();
     if rows.is_empty() {
         return String::new();
     }
-    format!("\nestimated parameters\n{}", columns(&["  effect", "parameter", "value", "unit"].map(String::from), rows.into_iter()))
+    format!("\nestimated parameters\n{}", columns(&["  effect", "parameter", "value", "unit", ""].map(String::from), rows.into_iter()))
 }
 
 /// Candidates listed, beyond those that the verdict names.

@@ -24,5 +24,5 @@ pub use table::{
     bootstrap_table, derived_table, frfs_table, gap_summary_table, gaps_table, moved_tolerances, objectives_table, parameters_table,
     peaks_table, plan_table, positions_table, summary_table,
 };
-pub use terminal::{columns, wrapped};
+pub use terminal::{columns, width, wrapped};
 pub use write::{OutputFolder, to_json};

@@ -7,7 +7,7 @@ pub use super::motion_row::{
     ChannelRow, CurveRow, LearnableRow, MeasuringChainRow, MisfitRow, MotionRecordRow, MotionRows, PreprocessingRow, TraceRow,
     TransmissionRow,
 };
-use super::terminal::{columns, percent, wrapped};
+use super::terminal::{columns, percent, signed, unit, wrapped};
 
 /// Records of an identification as a table.
 pub fn records_table(records: &BTreeMap<String, MotionRecordRow>) -> String {
@@ -39,7 +39,7 @@ pub fn motion_diagnosis_text(document: &DiagnosisDocument) -> String {
     let gap = if motion.transmission.is_empty() {
         "force error of held-out records"
     } else {
-        "error of force and transmission of held-out records, in units of the noise"
+        "error of force and transmission at held-out records (each weighted by its noise)"
     };
     text += &gap_text(document, gap);
     text += &estimated_text(document);
@@ -67,27 +67,44 @@ pub fn motion_diagnosis_text(document: &DiagnosisDocument) -> String {
             um(l.after)
         ));
     }
-    text += "\nlocation: share of the squared residual of the machine as described, by phase\n";
-    let phases = motion.misfit_map.iter().filter(|c| c.by == "phase" && c.direction == "both").map(|c| {
-        let same = |d: &&MisfitRow| d.record == c.record && d.column == c.column && d.phase == c.phase && d.direction != "both";
-        let (scale, unit) = if c.column.is_some() { (1e6, " µm (µrad)") } else { (1.0, "") };
-        let mean = |d: &MisfitRow| format!("{:+.2}{unit} {}", scale * d.mean, d.direction);
-        let sides: Vec<String> = motion.misfit_map.iter().filter(same).map(mean).collect();
-        let name = c.phase.clone().unwrap_or_default();
-        vec![
-            c.column.as_ref().map_or(c.record.clone(), |column| format!("{} {column}", c.record)),
-            name,
-            format!("{:.0} %", 100.0 * c.share),
-            percent(c.gap),
-            sides.join(", "),
-        ]
-    });
-    let left = format!("mean residual ({})", motion.unit);
-    text += &columns(&["record", "phase", "share", "error", left.as_str()].map(String::from), phases);
+    text += &phases_text(motion);
     let rows =
         document.places.iter().take(3).map(|p| vec![p.place_text(), p.shape.clone(), format!("{:.1} %", 100.0 * p.misfit_reduction)]);
     let of = if motion.transmission.is_empty() { "force" } else { "force or transmission error" };
     text += &format!("\nreduction by a {of} that is a free smooth function of one quantity\n");
     text += &columns(&["function of", "resembles", "reduction"].map(String::from), rows);
     text
+}
+
+/// Share of the squared residual of the machine as described by record, channel and phase of motion, with its mean in both directions.
+fn phases_text(motion: &MotionRows) -> String {
+    let unit_of = |cell: &MisfitRow| {
+        let channel = motion.transmission.iter().find(|c| Some(&c.column) == cell.column.as_ref());
+        match channel.map(|c| c.before.unit.as_str()) {
+            Some("rad") => (1e6, "µrad".to_string()),
+            Some(_) => (1e6, "µm".to_string()),
+            None => (1.0, unit(&motion.unit)),
+        }
+    };
+    let whole = motion.misfit_map.iter().filter(|c| c.by == "phase" && c.direction == "both");
+    let rows = whole.map(|c| {
+        let (scale, unit) = unit_of(c);
+        let mean = |direction: &str| {
+            let same =
+                |d: &&MisfitRow| (&d.record, &d.column, &d.phase, d.direction.as_str()) == (&c.record, &c.column, &c.phase, direction);
+            motion.misfit_map.iter().find(same).map_or("–".into(), |d| signed(scale * d.mean))
+        };
+        vec![
+            c.column.as_ref().map_or(c.record.clone(), |column| format!("{} {column}", c.record)),
+            c.phase.clone().unwrap_or_default(),
+            format!("{:.0} %", 100.0 * c.share),
+            percent(c.gap),
+            mean("forward"),
+            mean("backward"),
+            unit,
+        ]
+    });
+    let heads = ["record", "phase", "share", "error", "mean forward", "backward", "unit"];
+    let table = columns(&heads.map(String::from), rows);
+    format!("\nlocation: share of the squared residual of the machine as described, by phase\n{table}")
 }

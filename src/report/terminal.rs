@@ -127,6 +127,13 @@ pub(super) fn percent(x: f64) -> String {
     }
 }
 
+/// Writes a number with two significant figures and its sign; zero has none.
+pub(super) fn signed(x: f64) -> String {
+    let rounded: f64 = format!("{x:.1e}").parse().unwrap_or(x);
+    let sign = if rounded > 0.0 { "+" } else { "" };
+    format!("{sign}{}", Layout::of(rounded.abs(), 2).write(rounded))
+}
+
 /// Writes the share of a gap that a model closes: a model with which the gap grows closes none of it.
 pub(super) fn share_closed(closed: Option<f64>) -> String {
     match closed {
@@ -200,12 +207,20 @@ mod tests {
             [0.0, -0.0, 1e-5, -5e-4, 0.12345].map(percent).each_ref().map(String::as_str)
         );
         assert_eq!(
-            ["0", "0.001000", "9.999e-4", "99999", "1.000e5", "10.00"],
-            [-0.0, 1e-3, 9.9994e-4, 99_999.0, 1e5, 9.9996].map(figure).each_ref().map(String::as_str)
+            ["0", "0.001000", "9.999e-4", "99990", "1.000e5", "10.00"],
+            [-0.0, 1e-3, 9.9994e-4, 99_990.0, 1e5, 9.9996].map(figure).each_ref().map(String::as_str)
         );
         assert_eq!(
             ["–", "gap grows", "0 %", "76 %", "99.3 %"],
             [None, Some(-11.97), Some(-0.001), Some(0.76), Some(0.993)].map(share_closed).each_ref().map(String::as_str)
+        );
+    }
+
+    #[test]
+    fn signed_numbers_have_two_figures() {
+        assert_eq!(
+            ["+0.17", "-0.0042", "0", "-12", "+3.2e-4"],
+            [0.174, -0.0042, -0.0, -12.3, 3.2e-4].map(signed).each_ref().map(String::as_str)
         );
     }
 

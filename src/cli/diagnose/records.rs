@@ -12,7 +12,7 @@ use crate::progress::WorkProgress;
 use crate::search::{check_frozen, plan};
 use crate::sources::{Loaded, stamp};
 use diagnosis::VerdictKind;
-use diagnosis::motion::{MisfitAxis, MisfitCell, MotionDiagnosis, MotionPart, MotionSettings, diagnose_motion, gap_of};
+use diagnosis::motion::{MisfitAxis, MisfitCell, MotionDiagnosis, MotionPart, MotionSettings, TriedMotion, diagnose_motion, gap_of};
 use dynamics::inverse_dynamics::{MotionSignal, Phase, phases};
 use machine::{Data, Effect, Machine};
 use report::diagnosis as document;
@@ -140,6 +140,7 @@ fn list_effects(found: &MotionDiagnosis, effects: &[Effect]) -> Vec<document::Ef
                 misfit_reduction: t.gain.max(0.0),
                 parameters: t.parameters.iter().cloned().collect(),
                 parameter_units: units_of(effects, &t.id),
+                parameters_at_bound: at_bound(effects, t),
                 selected: names_effect(&found.verdict, &t.id),
                 description: effects.iter().find(|e| e.id == t.id).map(|e| e.description.clone()),
             }
@@ -147,7 +148,14 @@ fn list_effects(found: &MotionDiagnosis, effects: &[Effect]) -> Vec<document::Ef
         .collect()
 }
 
-/// Units of an effect's parameters.
+/// Returns the parameters of an effect that lie at an end of their range.
+fn at_bound(effects: &[Effect], tried: &TriedMotion) -> Vec<String> {
+    let own = effects.iter().filter(|effect| effect.id == tried.id).flat_map(|effect| &effect.patch.parameters);
+    let value = |id: &str| tried.parameters.iter().find(|(other, _)| other == id).map(|(_, value)| *value);
+    own.filter(|p| value(&p.id).is_some_and(|value| p.is_at_bound(value))).map(|p| p.id.clone()).collect()
+}
+
+/// Returns the units of an effect's parameters.
 fn units_of(effects: &[Effect], id: &str) -> BTreeMap<String, String> {
     let own = effects.iter().filter(|effect| effect.id == id).flat_map(|effect| &effect.patch.parameters);
     own.map(|p| (p.id.clone(), p.unit.clone())).collect()

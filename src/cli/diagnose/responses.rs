@@ -197,6 +197,13 @@ fn list_effects(found: &Diagnosis, interval: Option<(f64, f64)>, effects: &[Effe
                         own.map(|p| (p.id.clone(), p.unit.clone())).collect()
                     })
                     .unwrap_or_default(),
+                parameters_at_bound: fitted
+                    .map(|(hypothesis, fitted)| {
+                        let values = values_of(hypothesis, fitted);
+                        let own = hypothesis.added.iter().map(|i| (&hypothesis.machine.parameters[*i], values[*i]));
+                        own.filter(|(p, value)| p.is_at_bound(*value)).map(|(p, _)| p.id.clone()).collect()
+                    })
+                    .unwrap_or_default(),
                 selected: is_selected,
                 description: effects.iter().find(|e| e.id == t.candidate.id).map(|e| e.description.clone()),
             }

@@ -66,7 +66,7 @@ fn names_from_files_are_escaped() {
     assert!(own.contains("&lt;script&gt;alert(&#39;x&#39;)"));
     // Names in charts are escaped, too.
     assert!(own.contains("\"\\u003c") || own.contains("&lt;img src=http://example.org/a.png&gt;"));
-    assert!(own.contains("cannot tell which") && own.contains("Measure next:"));
+    assert!(own.contains("do not distinguish them") && own.contains("Measure next:"));
 }
 
 #[test]
@@ -74,7 +74,7 @@ fn uninformative_intervals_are_reported_as_such() {
     let mut found = diagnosis();
     found.effects[1].closed95 = Some([-63.83, 52.36]);
     let made = html(&Page { title: "open".into(), diagnosis: Some(found), ..Page::default() });
-    assert!(made.contains("left open") && made.contains("80.00 % … 100.00 %") && !made.contains("-6383") && !made.contains("−6383"));
+    assert!(made.contains("not determined") && made.contains("80.00 % … 100.00 %") && !made.contains("-6383") && !made.contains("−6383"));
 }
 
 #[test]
