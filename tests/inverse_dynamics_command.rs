@@ -86,7 +86,7 @@ fn faults_are_reported() {
     repeated[100] = repeated[99];
     let head = "time_s,command_m,position_m,force_n\n";
     let cases = [
-        (text(head, &even[..200]), "a.csv: has 200 samples, but filtering and thinning need at least 274"),
+        (text(head, &even[..200]), "a.csv: has 200 samples; filtering and decimation need 274"),
         (text(head, &repeated), "a.csv, line 102: time_s repeats 0.099"),
         (
             text("time_s,command_m,position_m,torque_nm\n", &even),

@@ -119,9 +119,9 @@ fn row(
 fn frequencies_hz(machine: &Machine, rods: RodModel, condition: &Operating) -> Result<Vec<f64>, String> {
     let moving = machine.points.iter().position(|p| !p.fixed).ok_or("the machine has no point that moves")?;
     let structure = Arc::new(Structure::new(machine, moving, moving, rods).map_err(to_message)?);
-    let mut network = structure.empty_model();
-    network.update(machine, &machine.start(), condition);
-    let modes = undamped_modes(&network, HIGHEST_HZ, &mut structure.workspace());
+    let mut model = structure.empty_model();
+    model.update(machine, &machine.start(), condition);
+    let modes = undamped_modes(&model, HIGHEST_HZ, &mut structure.workspace());
     Ok(modes.iter().map(|m| m.frequency_hz).filter(|f| *f > 0.0).take(COMPARED).collect())
 }
 

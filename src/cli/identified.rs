@@ -1,6 +1,7 @@
-//! Reads an identification back from its document.
+//! Reads `identification.json`.
 
 use std::collections::BTreeMap;
+use std::ops::RangeInclusive;
 use std::path::Path;
 
 use crate::outcome::to_message;
@@ -11,7 +12,12 @@ use machine::Machine;
 use report::digest;
 use report::document::{IdentificationDocument, Input};
 
-/// Reads an identification. Returns it, and its file as an input of another document, with the digest of the bytes that were read.
+/// Allowance for rounding at the bounds of a range, relative to the bound of larger magnitude (1).
+const ROUNDING: f64 = 1e-9;
+/// Numbers of masses per rod of the lumped model, as `--lumps` accepts them.
+const LUMPS: RangeInclusive<usize> = 1..=500;
+
+/// Reads `identification.json`. Returns the document, and its file with digest as an input of another document.
 pub fn read_identification(path: &Path) -> Result<(IdentificationDocument, Input), String> {
     let bytes = std::fs::read(path).map_err(|e| match e.kind() {
         std::io::ErrorKind::NotFound => format!("{}: there is no such file; run identify with --out first", path.display()),
@@ -19,11 +25,13 @@ pub fn read_identification(path: &Path) -> Result<(IdentificationDocument, Input
         _ => format!("{}: {e}", path.display()),
     })?;
     let document = serde_json::from_slice(&bytes);
-    let document = document.map_err(|e| format!("{}, line {}: is no result of identify: {e}", path.display(), e.line()))?;
+    let document = document.map_err(|e| format!("{}, line {}: is not a result of `identify`: {e}", path.display(), e.line()))?;
     Ok((document, Input { path: path.display().to_string(), sha256: digest(&bytes) }))
 }
 
 /// Checks the schema of an identification, its number of lumps, and that every value lies in its range.
+///
+/// # Errors  a message that names file and key.
 pub fn check_identification(path: &Path, identified: &IdentificationDocument) -> Result<(), String> {
     if identified.stamp.schema != "jointid/identification/1" {
         return Err(format!(
@@ -32,19 +40,24 @@ pub fn check_identification(path: &Path, identified: &IdentificationDocument) ->
             identified.stamp.schema
         ));
     }
-    if let Some(lumps) = identified.settings.lumps.filter(|lumps| !(1..=500).contains(lumps)) {
-        return Err(format!("{}: settings.lumps is {lumps}, but a rod has 1 to 500 lumps; identify again", path.display()));
+    if let Some(lumps) = identified.settings.lumps.filter(|lumps| !LUMPS.contains(lumps)) {
+        return Err(format!(
+            "{}: settings.lumps is {lumps}, but a rod has {} to {} lumps; identify again",
+            path.display(),
+            LUMPS.start(),
+            LUMPS.end()
+        ));
     }
     for (id, row) in &identified.parameters {
-        // Allows for rounding at the bounds.
-        let slack = 1e-9 * row.upper.abs().max(row.lower.abs());
+        let slack = ROUNDING * row.upper.abs().max(row.lower.abs());
         if !(row.value >= row.lower - slack && row.value <= row.upper + slack) {
             return Err(format!(
-                "{}: parameters.{id}.value is {}, outside {} … {}; identify again",
+                "{}: parameters.{id}.value is {} {unit}, outside {} … {} {unit}; identify again",
                 path.display(),
                 row.value,
                 row.lower,
-                row.upper
+                row.upper,
+                unit = row.unit
             ));
         }
     }
@@ -53,11 +66,16 @@ pub fn check_identification(path: &Path, identified: &IdentificationDocument) ->
 
 /// Builds the machine as identified, with tolerances held at their estimates.
 ///
-/// Returns it with the values of its parameters, in its order. The first values are `own`.
-pub fn identified_machine(identified: &IdentificationDocument, loaded: &Loaded, own: &[f64]) -> Result<(Machine, Vec<f64>), String> {
+/// Returns it with the values of its parameters, in its order. `configured_values` are the values of the parameters of the configured machine, and
+/// come first. Parameters that the tolerances add follow.
+pub fn identified_machine(
+    identified: &IdentificationDocument,
+    loaded: &Loaded,
+    configured_values: &[f64],
+) -> Result<(Machine, Vec<f64>), String> {
     let machine = held_at(&loaded.config.machine, &loaded.set.nuts_m(), &tolerances(identified)).map_err(to_message)?;
-    let added = machine.parameters.iter().skip(own.len()).map(|p| p.start);
-    let values = own.iter().copied().chain(added).collect();
+    let added = machine.parameters.iter().skip(configured_values.len()).map(|p| p.start);
+    let values = configured_values.iter().copied().chain(added).collect();
     Ok((machine, values))
 }
 

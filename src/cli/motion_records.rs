@@ -35,7 +35,7 @@ pub fn preprocess_all(loaded: &Loaded) -> Result<(Vec<MotionSignal>, Rigid, Vec<
     add_channels(loaded, made.map_err(to_message)?)
 }
 
-/// Adds the extra channels of the set's records to their preprocessed motions. Returns as [`prepare_all`].
+/// Adds the extra channels of the set's records to their preprocessed motions. Returns as [`preprocess_all`].
 pub fn add_channels(loaded: &Loaded, made: Vec<MotionSignal>) -> Result<(Vec<MotionSignal>, Rigid, Vec<String>), String> {
     let records = &loaded.set.motions;
     let rigid = rigid_model(loaded)?;

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use crate::arguments::{OutputArguments, RodArguments, Sources};
 use crate::identified::{check_identification, identified_values, read_identification};
 use crate::outcome::{CommandResult, deliver, prepare, to_message};
-use crate::sources::{Loaded, load, stamp};
+use crate::sources::{Loaded, load, load_with_result, stamp};
 use identification::objective::{FrfSettings, ModeSettings};
 use identification::{Choice, FrfPlan, PlanDesign};
 use report::document::{ChoiceRow, PlanDocument, PlanRanking};
@@ -25,7 +25,7 @@ pub enum DataName {
 pub struct PlanArguments {
     #[command(flatten)]
     pub sources: Sources,
-    /// Parameter values from this identification.json instead of the start values
+    /// Machine, set and parameter values from this identification.json; --config and --measurements replace its own
     #[arg(long, value_name = "FILE")]
     pub result: Option<PathBuf>,
     /// Kind of data to measure; by default frf where the set has FRFs, else modes
@@ -66,13 +66,18 @@ const MOST_CHOICES: f64 = 200_000.0;
 
 /// Runs the command.
 pub fn run(given: &PlanArguments) -> CommandResult {
-    let loaded = load(&given.sources)?;
+    let result = given.result.as_ref().map(|path| Ok::<_, String>((path, read_identification(path)?))).transpose()?;
+    let loaded = match &result {
+        Some((path, (identified, _))) => {
+            check_identification(path, identified)?;
+            load_with_result(&given.sources, identified)?
+        }
+        None => load(&given.sources)?,
+    };
     let machine = &loaded.config.machine;
     let mut values = machine.start();
     let mut inputs = Vec::new();
-    if let Some(path) = &given.result {
-        let (identified, input) = read_identification(path)?;
-        check_identification(path, &identified)?;
+    if let Some((path, (identified, input))) = result {
         inputs.push(input);
         values = identified_values(path, &identified, &loaded.config)?;
     }

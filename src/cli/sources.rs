@@ -7,7 +7,7 @@ use crate::outcome::to_message;
 use config::{MachineConfig, read_machine};
 use measurement::{MeasurementSet, SourceFile, read_set};
 use report::digest;
-use report::document::{Input, Stamp};
+use report::document::{IdentificationDocument, Input, Stamp};
 
 /// Machine and measurements.
 pub struct Loaded {
@@ -23,8 +23,14 @@ pub struct Loaded {
 
 /// Reads machine and measurements.
 pub fn load(sources: &Sources) -> Result<Loaded, String> {
-    let config = read_machine(&sources.config, &sources.set, &sources.without).map_err(to_message)?;
+    let mut config = read_machine(&sources.config, &sources.set, &sources.without).map_err(to_message)?;
     let set = read_set(&sources.measurements).map_err(to_message)?;
+    if sources.config == config::BENCH && sources.measurements != measurement::BENCH {
+        let title = &config.machine.title;
+        config
+            .warnings
+            .push(format!("--measurements without --config: the machine is «{title}» ({}); name yours with --config", config::BENCH));
+    }
     Ok(Loaded { config, set, overrides: sources.set.clone(), without: sources.without.clone() })
 }
 
@@ -32,6 +38,14 @@ pub fn load(sources: &Sources) -> Result<Loaded, String> {
 pub fn load_again(config: &str, measurements: &str, stamp: &Stamp, (set, without): (&[String], &[String])) -> Result<Loaded, String> {
     let (set, without) = ([&stamp.overrides[..], set].concat(), [&stamp.without[..], without].concat());
     load(&Sources { config: config.into(), measurements: measurements.into(), set, without })
+}
+
+/// Loads the machine and the set of an identification, with further overrides; a machine or set that the command line names replaces its own.
+pub fn load_with_result(sources: &Sources, identified: &IdentificationDocument) -> Result<Loaded, String> {
+    let chosen = |given: &str, default: &str, own: &str| if given == default { own.to_string() } else { given.to_string() };
+    let config = chosen(&sources.config, config::BENCH, &identified.settings.config);
+    let measurements = chosen(&sources.measurements, measurement::BENCH, &identified.settings.measurements);
+    load_again(&config, &measurements, &identified.stamp, (&sources.set, &sources.without))
 }
 
 /// As [`load`], for commands that need a machine and at most the positions of its set.

@@ -13,10 +13,10 @@ use super::null_distribution::{LEAST_SCALE, NullDistribution, simulate};
 use super::parsimony::{NamedFit, more_parsimonious};
 use super::screening::{Candidate, Screening, Status, hypotheses, locate, nominal, nominal_fits, refit_from_generic_impedances, screen};
 use super::thresholds::Thresholds;
-use super::verdict::{Verdict, VerdictKind, last_of, named, nothing_fitted, p_value_text};
+use super::verdict::{Verdict, VerdictKind, last_of, named, nothing_fitted, p_value_text, percent_text};
 use identification::ToleranceEstimate;
 use identification::objective::ObjectiveError;
-use machine::{Effect, Machine};
+use machine::{Effect, Machine, Parameter};
 use measurement::HoldOutSet;
 use numeric::parallel::OrFirstError;
 use optimizer::Control;
@@ -375,12 +375,11 @@ fn decide(inputs: &DecisionInputs<'_, '_>) -> Result<(Verdict, (Hypothesis, Fitt
     });
     if let Some((found, (hypothesis, fitted))) = release.and_then(|t| Some((t, t.candidate.fitted.as_ref()?))) {
         let (id, parameter) = (&found.candidate.id, &hypothesis.machine.parameters[hypothesis.added[0]]);
-        let (estimate, share) =
-            (values_of(hypothesis, fitted)[hypothesis.added[0]], 100.0 * found.candidate.gain / screening.base.chi_square);
-        let reason = format!(
-            "{id} was frozen at {:.4e} {}; its estimate {estimate:.4e} reduces χ² by {share:.0} %: no effect is needed",
-            parameter.start, parameter.unit
-        );
+        let estimate = values_of(hypothesis, fitted)[hypothesis.added[0]];
+        let share = percent_text(100.0 * found.candidate.gain / screening.base.chi_square);
+        let Parameter { start, unit, .. } = parameter;
+        let reason =
+            format!("{id} was frozen at {start:.4e} {unit}; its estimate {estimate:.4e} reduces χ² by {share}: no effect is needed");
         let next = Some(format!("identify without --freeze {id}"));
         return Ok((state(VerdictKind::WrongParameter, Vec::new(), reason, next), (hypothesis.clone(), fitted.clone())));
     }
@@ -451,14 +450,14 @@ fn decide(inputs: &DecisionInputs<'_, '_>) -> Result<(Verdict, (Hypothesis, Fitt
     let share = |loss: f64| 100.0 * (1.0 - loss / inputs.nominal_loss).max(0.0);
     let predicted = loss.map(share).filter(|share| *share > 0.0);
     let predicted = predicted.map_or(String::new(), |share| format!(", and by {share:.0} % at positions left out of the fit"));
-    let gained = 100.0 * (1.0 - chosen.1.chi_square / screening.base.chi_square);
+    let gained = percent_text(100.0 * (1.0 - chosen.1.chi_square / screening.base.chi_square));
     let others: Vec<String> =
         inputs.rejected.iter().filter_map(|t| Some(format!("{} ({:.0} %)", t.candidate.id, share(t.candidate.left_out?)))).collect();
     let others = match others.len() {
         0 => String::new(),
         _ => format!("; rejected by cross-validation although they fit as well: {}", others.join(", ")),
     };
-    let reason = format!("{} reduces χ² by {gained:.0} %{predicted} ({}){others}", names.join("+"), p_value_text(best.p_value));
+    let reason = format!("{} reduces χ² by {gained}{predicted} ({}){others}", names.join("+"), p_value_text(best.p_value));
     let verdict = if alternatives.len() < 2 {
         state(VerdictKind::Effect, vec![names.join("+")], reason, None)
     } else {

@@ -1,4 +1,7 @@
-//! Location of a verdict: the interface of an effect, of a released parameter or of a generic impedance, and the band in which it changes the model.
+//! Location of a verdict: its interface, and the frequency band in which the chosen hypothesis changes the model.
+//!
+//! The interface is that of an effect, of a parameter freed from its fixed value, or of a generic impedance (a free stiffness, damping, mass or
+//! resonator at one interface).
 
 use super::evidence::DomainObjective;
 use super::fit::{Fitted, Fitter, coordinates_of};
@@ -8,20 +11,26 @@ use super::verdict::{Verdict, VerdictKind};
 use identification::objective::ObjectiveError;
 use machine::{Effect, Value};
 
-/// Share of the squared change of the model that the reported band contains.
-const SHARE: f64 = 0.7;
+/// Share of the squared change of the model that the reported band contains (1).
+///
+/// # Source  convention of this project: most of the change, without its wide tails, which would extend the band to all lines.
+const BAND_SHARE: f64 = 0.7;
 
 /// Location to which a verdict refers.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Location {
-    /// Point, joint or shaft; «drive» or «measurement» for an effect of neither. `None` for verdicts without a discrepancy.
+    /// Name of the point, joint or shaft; «drive» or «measurement» for an effect that changes none of these. `None` for verdicts without a
+    /// discrepancy, and where neither the hypothesis nor a generic impedance has a location.
     pub interface: Option<String>,
-    /// The shortest band, on a logarithmic axis, with most of the change of the model; `None` for modes.
+    /// Shortest band (Hz) on a logarithmic axis that contains most of the change of the model. `None` for modes, and for verdicts without a
+    /// hypothesis to compare.
     pub band_hz: Option<[f64; 2]>,
 }
 
 impl Location {
-    /// Returns the location of the first named effect, of the released parameter, or of the generic impedance that reduces χ² most.
+    /// Returns the location of the first named effect, of the freed parameter, or of the generic impedance that reduces χ² most.
+    ///
+    /// `generic_candidates` are fits of generic impedances in descending reduction of χ².
     ///
     /// # Errors  as [`Fitter::objective`].
     pub(super) fn of(
@@ -29,84 +38,88 @@ impl Location {
         fitter: &Fitter<'_>,
         nominal: (&Hypothesis, &Fitted),
         chosen: (&Hypothesis, &Fitted),
-        (effects, located): (&[Effect], &[Candidate]),
+        (effects, generic_candidates): (&[Effect], &[Candidate]),
     ) -> Result<Self, ObjectiveError> {
-        let generic = located.first().and_then(|c| c.fitted.as_ref());
+        let generic = generic_candidates.first().and_then(|c| c.fitted.as_ref());
         let generic_location = || match generic.map(|(hypothesis, _)| &hypothesis.kind) {
             Some(HypothesisKind::Interface { interface, .. }) => Some(interface.clone()),
             _ => None,
         };
-        let (interface, of) = match verdict.kind {
+        let (interface, compared_fit) = match verdict.kind {
             VerdictKind::None | VerdictKind::Insufficient => return Ok(Location::default()),
             VerdictKind::Measurement => return Ok(Location { interface: Some("measurement".into()), band_hz: None }),
             VerdictKind::Unknown => (generic_location(), generic.map(|(hypothesis, fitted)| (hypothesis, fitted))),
-            VerdictKind::WrongParameter => (released_at(chosen.0), Some(chosen)),
+            VerdictKind::WrongParameter => (interface_of_freed_parameter(chosen.0), Some(chosen)),
             VerdictKind::Effect | VerdictKind::Ambiguous => {
                 let effect = verdict.first_effect().and_then(|id| Effect::contained_variant(effects, id, &chosen.0.machine));
-                (effect.and_then(|e| effect_at(e, chosen.0, chosen.1)), Some(chosen))
+                (effect.and_then(|e| interface_of_effect(e, chosen.0, chosen.1)), Some(chosen))
             }
         };
-        let band_hz = of.map(|other| band_of_change(fitter, nominal, other)).transpose()?.flatten();
+        let band_hz = compared_fit.map(|other| band_of_change(fitter, nominal, other)).transpose()?.flatten();
         Ok(Location { interface: interface.or_else(generic_location), band_hz })
     }
 }
 
-/// Returns the location of an effect: of several, the one whose parameter moved farthest from its start.
-fn effect_at(effect: &Effect, hypothesis: &Hypothesis, fitted: &Fitted) -> Option<String> {
+/// Returns the interface of an effect. Of several interfaces it is the one whose parameter moved farthest from its start value.
+fn interface_of_effect(effect: &Effect, hypothesis: &Hypothesis, fitted: &Fitted) -> Option<String> {
     let parameters = &hypothesis.machine.parameters;
     let moved = |id: &str| {
-        let at = parameters.iter().position(|p| p.id == id)?;
-        Some((fitted.units[at] - parameters[at].to_unit(parameters[at].start)).abs())
+        let index = parameters.iter().position(|p| p.id == id)?;
+        Some((fitted.units[index] - parameters[index].to_unit(parameters[index].start)).abs())
     };
-    let mut places = effect.places().into_iter().map(|(place, by)| (by.as_deref().and_then(moved).unwrap_or(0.0), place));
-    let first = places.next()?;
-    Some(places.fold(first, |best, other| if other.0 > best.0 { other } else { best }).1)
+    let mut interfaces = effect.places().into_iter().map(|(name, parameter)| (parameter.as_deref().and_then(moved).unwrap_or(0.0), name));
+    let first = interfaces.next()?;
+    Some(interfaces.fold(first, |best, other| if other.0 > best.0 { other } else { best }).1)
 }
 
-/// Returns the joint, point or shaft that a released parameter belongs to.
-fn released_at(hypothesis: &Hypothesis) -> Option<String> {
+/// Returns the joint, point or shaft to which a freed parameter belongs.
+fn interface_of_freed_parameter(hypothesis: &Hypothesis) -> Option<String> {
     let parameter = *hypothesis.added.first()?;
     let machine = &hypothesis.machine;
-    let on = |value: &Value| value.depends_on().any(|p| p == parameter);
-    let joint = machine.joints.iter().find(|j| on(&j.stiffness) || on(&j.damping) || on(&j.loss_factor)).map(|j| &j.name);
-    let point = || machine.points.iter().find(|p| on(&p.inertia)).map(|p| &p.name);
-    let shaft = || machine.shafts.iter().find(|s| on(&s.diameter) || on(&s.length) || on(&s.youngs_modulus)).map(|s| &s.name);
+    let depends = |value: &Value| value.depends_on().any(|p| p == parameter);
+    let joint = machine.joints.iter().find(|j| depends(&j.stiffness) || depends(&j.damping) || depends(&j.loss_factor)).map(|j| &j.name);
+    let point = || machine.points.iter().find(|p| depends(&p.inertia)).map(|p| &p.name);
+    let shaft =
+        || machine.shafts.iter().find(|s| depends(&s.diameter) || depends(&s.length) || depends(&s.youngs_modulus)).map(|s| &s.name);
     joint.or_else(point).or_else(shaft).cloned()
 }
 
-/// Returns the shortest band with most of the change from the nominal to another fit. Changes of lines are weighted by their standard deviations.
+/// Returns the shortest band that contains [`BAND_SHARE`] of the squared change from the nominal fit to another. Lines are weighted by their
+/// standard deviations.
 fn band_of_change(
     fitter: &Fitter<'_>,
     nominal: (&Hypothesis, &Fitted),
     other: (&Hypothesis, &Fitted),
 ) -> Result<Option<[f64; 2]>, ObjectiveError> {
-    let [here, there] = [fitter.objective(nominal.0)?, fitter.objective(other.0)?];
-    let change = there.residuals(&coordinates_of(&there, other.1)) - here.residuals(&coordinates_of(&here, nominal.1));
-    let DomainObjective::Frf(objective) = here else { return Ok(None) };
+    let [nominal_objective, other_objective] = [fitter.objective(nominal.0)?, fitter.objective(other.0)?];
+    let change = other_objective.residuals(&coordinates_of(&other_objective, other.1))
+        - nominal_objective.residuals(&coordinates_of(&nominal_objective, nominal.1));
+    let DomainObjective::Frf(objective) = nominal_objective else { return Ok(None) };
     let lines_hz = objective.records().iter().flat_map(|record| record.frequencies_hz());
-    // Real and imaginary part alternate.
+    // The residuals of real and imaginary part alternate.
     let squares = change.as_slice().chunks(2).map(|parts| parts.iter().map(|x| x * x).sum::<f64>());
     let mut lines: Vec<(f64, f64)> = lines_hz.zip(squares).collect();
     lines.sort_by(|a, b| a.0.total_cmp(&b.0));
-    Ok(shortest_band(&lines, SHARE))
+    Ok(shortest_band(&lines, BAND_SHARE))
 }
 
-/// Returns the shortest band on a logarithmic frequency axis that contains a share of the amounts at lines in rising order.
+/// Returns the shortest band (Hz) on a logarithmic frequency axis that contains a share of the amounts. `lines` are pairs of frequency and amount in
+/// ascending frequency.
 fn shortest_band(lines: &[(f64, f64)], share: f64) -> Option<[f64; 2]> {
-    let wanted = share * lines.iter().map(|l| l.1).sum::<f64>();
-    if !(wanted > 0.0 && wanted.is_finite()) {
+    let target = share * lines.iter().map(|l| l.1).sum::<f64>();
+    if !(target > 0.0 && target.is_finite()) {
         return None;
     }
-    let (mut first, mut inside) = (0, 0.0);
+    let (mut first, mut enclosed) = (0, 0.0);
     let mut best: Option<[f64; 2]> = None;
     for (to_hz, amount) in lines {
-        inside += amount;
-        while inside - lines[first].1 >= wanted {
-            inside -= lines[first].1;
+        enclosed += amount;
+        while enclosed - lines[first].1 >= target {
+            enclosed -= lines[first].1;
             first += 1;
         }
         let from_hz = lines[first].0;
-        if inside >= wanted && best.is_none_or(|[from, to]| to_hz / from_hz < to / from) {
+        if enclosed >= target && best.is_none_or(|[from, to]| to_hz / from_hz < to / from) {
             best = Some([from_hz, *to_hz]);
         }
     }

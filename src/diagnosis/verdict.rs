@@ -83,3 +83,8 @@ pub(super) fn p_value_text(p_value: f64) -> String {
         p => format!("p = {p:.2}"),
     }
 }
+
+/// Writes a percentage: two decimals below 1 %.
+pub(crate) fn percent_text(percent: f64) -> String {
+    if percent.abs() < 0.95 { format!("{percent:.2} %") } else { format!("{percent:.0} %") }
+}

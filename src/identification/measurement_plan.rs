@@ -127,9 +127,9 @@ impl PlanDesign {
         for place in &set.positions {
             let operating = Operating { nut_m: place.nut_m, ..Operating::default() };
             machine.check_operating(&format!("{}: position {}", set.path, place.name), &operating)?;
-            let mut network = structure.empty_model();
-            network.update(machine, values, &operating);
-            let visible = peaks(&network, search, &mut structure.workspace()).into_iter().filter(|p| p.prominence >= least);
+            let mut model = structure.empty_model();
+            model.update(machine, values, &operating);
+            let visible = peaks(&model, search, &mut structure.workspace()).into_iter().filter(|p| p.prominence >= least);
             let observed = |(order, p): (usize, dynamics::model::Peak)| ModeObservation {
                 order: order as u32 + 1,
                 frequency_hz: Some(p.frequency_hz),
@@ -219,15 +219,15 @@ fn predicted_frf(
     let structure = structure(machine, &(response.clone(), excitation.clone()), dynamics::model::RodModel::Exact)?;
     let operating = Operating { nut_m, ..Operating::default() };
     machine.check_operating("plan", &operating)?;
-    let (mut network, mut work) = (structure.empty_model(), structure.workspace());
-    network.update(machine, values, &operating);
+    let (mut model, mut work) = (structure.empty_model(), structure.workspace());
+    model.update(machine, values, &operating);
     let chain = machine.chain.at(values, &operating);
     let step = (plan.band_hz.1 - plan.band_hz.0) / plan.lines.saturating_sub(1).max(1) as f64;
     let lines = (0..plan.lines)
         .map(|line| {
             let frequency_hz = plan.band_hz.0 + step * line as f64;
             let omega = omega_rad_s(frequency_hz);
-            let value = network.receptance(omega, &mut work) * Chain::log_factor(chain, omega).exp();
+            let value = model.receptance(omega, &mut work) * Chain::log_factor(chain, omega).exp();
             FrfLine { frequency_hz, value, noise: Some(FrfNoise::RelativeSd(plan.noise)) }
         })
         .collect();

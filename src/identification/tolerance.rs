@@ -39,15 +39,15 @@ impl ToleranceEstimate {
     pub fn warning(&self) -> Option<String> {
         let deviation = self.deviation();
         (deviation.abs() > FINDING).then(|| {
+            let estimate = match (self.unit.as_str(), self.mean) {
+                ("1", 0.0) => format!("the fit changes {} by {:+.2} %", self.name, 100.0 * self.value),
+                ("1", mean) => format!("the fit changes {} from {mean:.3e} to {:.3e}", self.name, self.value),
+                (unit, mean) => format!("the fit changes {} from {mean:.3e} to {:.3e} {unit}", self.name, self.value),
+            };
+            let times = deviation.abs();
             format!(
-                "{} is {:.4e} {}, {:.1} standard deviations from {:.4e}: check the description, or run diagnose to find the missing effect",
-                self.name,
-                self.value,
-                if self.unit == "1" { "" } else { &self.unit },
-                deviation.abs(),
-                self.mean
+                "{estimate}, {times:.1} standard deviations: check this number of the description, or run diagnose to find a missing effect"
             )
-            .replace(" , ", ", ")
         })
     }
 }

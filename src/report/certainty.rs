@@ -1,18 +1,18 @@
-//! How sure an identification is: tolerances, minima beside the least, combinations, bootstraps.
+//! Uncertainty of an identification: tolerances, minima next to the lowest, combinations, bootstraps.
 
 use std::collections::BTreeMap;
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// What was known of a tolerance before it was fitted along.
+/// Prior of a tolerance.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct PriorRow {
-    /// Mean; median of a log-normal prior.
+    /// Mean of a normal prior, median of a log-normal one (in the unit of the tolerance).
     pub mean: f64,
-    /// Standard deviation; of the logarithm for a log-normal prior.
+    /// Standard deviation of a normal prior (in the unit of the tolerance); of the logarithm for a log-normal one (1).
     pub sd: f64,
-    /// `normal` or `log-normal`.
+    /// Distribution: `normal` or `log-normal`.
     #[serde(default = "normal")]
     pub kind: String,
 }
@@ -21,61 +21,62 @@ fn normal() -> String {
     "normal".into()
 }
 
-/// A number that the description or the measurement states to a tolerance, as fitted along.
+/// Estimate of a tolerance of the description or the measurement, fitted jointly with the parameters.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct ToleranceRow {
-    /// Unit; 1 for a relative change, a factor or a loss factor.
+    /// Unit of prior and estimate; 1 for a relative change, a factor or a loss factor.
     pub unit: String,
-    /// What was known of it.
+    /// Prior of the tolerance.
     pub prior: PriorRow,
-    /// Estimate.
+    /// Estimate (in `unit`).
     pub value: f64,
-    /// Standard deviation of the estimate; of its logarithm for a log-normal prior.
+    /// Standard deviation of the estimate (in `unit`); of its logarithm for a log-normal prior (1).
     pub sd: f64,
 }
 
 impl ToleranceRow {
-    /// Deviation of the estimate from the prior's mean, in standard deviations of the prior.
+    /// Returns the deviation of the estimate from the mean of the prior, in standard deviations of the prior.
     pub fn deviation(&self) -> f64 {
         let PriorRow { mean, sd, kind } = &self.prior;
         if kind == "log-normal" { (self.value / mean).ln() / sd } else { (self.value - mean) / sd }
     }
 }
 
-/// A minimum of χ² that the data do not tell from the least.
+/// A minimum of χ² that the data do not distinguish from the lowest.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct BasinRow {
-    /// Its cost.
+    /// χ² at the minimum (1).
     pub cost: f64,
-    /// Searches that found it.
+    /// Number of searches that found it.
     pub count: usize,
-    /// Parameters by id.
+    /// Values of the fitted parameters by id, each in its unit.
     pub values: BTreeMap<String, f64>,
 }
 
-/// Parameters of which the data see a combination better than each.
+/// Two correlated parameters whose combination is determined better than each parameter.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct CombinationRow {
-    /// Ids of the two.
+    /// Ids of the two parameters.
     pub parameters: [String; 2],
-    /// `series`, `parallel`, `ratio` or `opposite`.
+    /// Combination that the data determine: `series`, `parallel`, `ratio` or `opposite`.
     pub kind: String,
-    /// Their correlation.
+    /// Correlation of the two estimates (1).
     pub correlation: f64,
-    /// Relative standard deviation of the combination.
+    /// Relative standard deviation of the combination (1).
     pub relative_sd: f64,
-    /// In words.
+    /// Explanation for the user.
+    // Former key, still read.
     #[serde(alias = "says")]
     pub description: String,
 }
 
-/// Spread over bootstrap samples.
+/// Intervals of the parameters by bootstrap.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct BootstrapRow {
-    /// `lines` or `positions`.
+    /// Unit of resampling: `lines` (frequency lines or modes of a position) or `positions` (positions or records).
     pub drawn: String,
-    /// Samples.
+    /// Number of bootstrap samples.
     pub samples: usize,
-    /// 2.5 and 97.5 % quantiles by parameter.
+    /// 2.5 and 97.5 % quantiles by parameter id, in the unit of the parameter.
     pub interval95: BTreeMap<String, [f64; 2]>,
 }

@@ -17,283 +17,283 @@ pub struct DiagnosisDocument {
     /// Provenance.
     #[serde(flatten)]
     pub stamp: Stamp,
-    /// `frf`, `modes` or `motion`.
+    /// Kind of data: `frf`, `modes` or `motion`.
     pub domain: String,
-    /// Configuration.
+    /// Path of the machine configuration.
     #[serde(default)]
     pub config: String,
-    /// Measurement set.
+    /// Path of the measurement set.
     #[serde(default)]
     pub measurements: String,
-    /// Positions (or records) fitted.
+    /// Names of the fitted positions or records.
     #[serde(default)]
     pub fit_positions: Vec<String>,
-    /// Positions (or records) held out.
+    /// Names of the held-out positions or records.
     #[serde(default)]
     pub held_out_positions: Vec<String>,
-    /// Gap that the noise alone leaves on what was held out; absent where nothing is known of it.
+    /// Gap (1) that noise alone leaves at held-out data; null where the noise is unknown.
     pub noise_floor: Option<f64>,
     /// Gaps of the machine as described.
     pub gap: GapRow,
-    /// Misfit of the fit over that of the middle null.
+    /// Misfit of the machine as described over the median of null simulations (1).
     #[serde(default)]
     pub misfit_over_null: f64,
-    /// Interfaces, best first.
+    /// Location of the verdict, then generic impedances at interfaces, best first.
     #[serde(rename = "where")]
     pub places: Vec<WhereRow>,
-    /// Residuals over position, channel and band, of the machine as described.
+    /// Residuals of the machine as described by position, channel and band.
     #[serde(default)]
     pub residual_map: Vec<ResidualCell>,
-    /// What the ratio of measured and modelled looks like, channel by channel.
+    /// Ratio of measured over predicted FRFs by channel.
     #[serde(default)]
     pub ratio: Vec<Ratio>,
-    /// The missing dynamic stiffness at the best interfaces.
+    /// Missing dynamic stiffness at the best interfaces.
     #[serde(default)]
     pub delta_z: Vec<DeltaZ>,
-    /// All candidates, best first.
+    /// All candidates, most significant first.
     pub effects: Vec<EffectRow>,
-    /// Parameters of the machine as described, at its fit.
+    /// Values of the parameters of the machine as described.
     #[serde(default)]
     pub described: BTreeMap<String, f64>,
-    /// Tolerances as fitted with what is chosen, by name; empty where they were held.
+    /// Tolerances, fitted together with the chosen model, by name; empty where they are held.
     #[serde(default)]
     pub tolerances: BTreeMap<String, ToleranceRow>,
-    /// What motion records say beside.
+    /// Results on motion records.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub motion: Option<MotionRows>,
-    /// The model that is chosen, over what was held out.
+    /// Chosen model and its held-out gap.
     #[serde(default)]
     pub chosen: Chosen,
-    /// The verdict.
+    /// Verdict.
     pub verdict: VerdictRow,
 }
 
-/// Gaps.
+/// Gaps (1).
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct GapRow {
-    /// Over what was fitted.
+    /// Gap at fitted data.
     pub fit: Option<f64>,
-    /// Over what was held out.
+    /// Gap at held-out data.
     pub held_out: Option<f64>,
-    /// By position (or record).
+    /// Gap by position or record.
     #[serde(default)]
     pub by_position: BTreeMap<String, f64>,
-    /// By band, over everything.
+    /// Gap by frequency band, over all data.
     #[serde(default)]
     pub by_band: Vec<BandGap>,
-    /// By order of the mode, from 1, over everything; null for an order that was not observed.
+    /// Gap of each mode over all data, from order 1; null for an order that is not observed.
     #[serde(default)]
     pub by_mode: Vec<Option<f64>>,
-    /// By phase of a motion.
+    /// Gap by phase of the motion.
     #[serde(default)]
     pub by_phase: BTreeMap<String, f64>,
 }
 
-/// The gap in a band.
+/// Gap in a frequency band.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct BandGap {
     /// Lowest frequency (Hz).
     pub from_hz: f64,
     /// Highest frequency (Hz).
     pub to_hz: f64,
-    /// Gap.
+    /// Gap (1).
     pub gap: f64,
 }
 
-/// A cell of the residual map.
+/// Residual of one position, channel and band.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct ResidualCell {
-    /// Position (or record).
+    /// Name of the position or record.
     pub position: String,
-    /// Response/excitation.
+    /// Channel, as response/excitation.
     pub channel: String,
     /// Lowest frequency (Hz).
     pub from_hz: f64,
     /// Highest frequency (Hz).
     pub to_hz: f64,
-    /// Gap.
+    /// Gap (1).
     pub gap: f64,
-    /// Mean of ln(measured/modelled magnitude).
+    /// Mean of ln(measured/predicted) magnitude (1).
     #[serde(default)]
     pub log_ratio: f64,
-    /// Mean phase (rad) of measured over modelled.
+    /// Mean phase of measured over predicted (rad).
     #[serde(default)]
     pub phase_rad: f64,
 }
 
-/// What measured over modelled looks like in a channel.
+/// Pattern of measured over predicted in a channel.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Ratio {
-    /// Response/excitation.
+    /// Channel, as response/excitation.
     pub channel: String,
-    /// Mean factor of the magnitude.
+    /// Mean ratio of magnitudes (1).
     pub factor: f64,
-    /// Slope of ln|ratio| over ln(frequency).
+    /// Slope of ln(ratio) over ln(frequency) (1).
     pub power: f64,
-    /// Delay (s) that suits the phase best.
+    /// Delay (s) that fits the phase best.
     pub delay_s: f64,
-    /// What it looks like, in a word.
+    /// Pattern in words.
     pub looks_like: String,
 }
 
-/// Missing dynamic stiffness.
+/// Missing dynamic stiffness of an interface.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct DeltaZ {
-    /// Where.
+    /// Interface and shape.
     pub interface: String,
     /// Frequencies (Hz).
     pub frequency_hz: Vec<f64>,
     /// Real part (N/m or N·m/rad).
     pub real: Vec<f64>,
-    /// Imaginary part.
+    /// Imaginary part (N/m or N·m/rad).
     pub imag: Vec<f64>,
 }
 
-/// The shape of a [`WhereRow`] that stands for what the verdict names.
+/// Shape of the [`WhereRow`] of a named effect.
 pub const NAMED: &str = "other";
 
-/// An interface at which something may be missing.
+/// A location: that of the named effect, or a generic impedance at an interface.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct WhereRow {
-    /// Point or joint.
+    /// Name of the point or joint.
     pub interface: String,
-    /// What the force or transmission error left depends on; of motion.
+    /// Quantity on which a free function of force or transmission error depends; for motion records.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub over: Option<String>,
-    /// Shape of a free dynamic stiffness; `other` for what the verdict names, in the place where that acts.
+    /// Shape of the generic impedance; `other` for the named effect.
     pub shape: String,
-    /// Share of χ² of the fitted data that it takes away.
+    /// Reduction of χ² (motion: of the squared prediction error) over its value without it (1).
     #[serde(default, alias = "takes")]
     pub misfit_reduction: f64,
-    /// Held-out gap with it.
+    /// Held-out gap with it (1).
     pub gap_held_out: Option<f64>,
 }
 
 impl WhereRow {
-    /// Where, in words.
+    /// Returns the location in words.
     pub fn place_text(&self) -> String {
         self.over.as_ref().map_or_else(|| self.interface.clone(), |over| format!("{}, over {over}", self.interface))
     }
 
-    /// What, in words.
+    /// Returns the shape in words.
     pub fn shape_text(&self) -> &str {
         if self.shape == NAMED { "named effect" } else { &self.shape }
     }
 }
 
-/// A candidate.
+/// A candidate effect.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct EffectRow {
-    /// Id.
+    /// Id of the effect.
     pub id: String,
     /// `tried`, `failed` or `not-applicable`.
     pub status: String,
-    /// Why it failed or does not apply.
+    /// Reason why it failed or does not apply.
     #[serde(default)]
     pub why: Option<String>,
-    /// Held-out gap without it.
+    /// Held-out gap without it (1).
     pub gap_held_out_before: Option<f64>,
-    /// Held-out gap with it.
+    /// Held-out gap with it (1).
     pub gap_held_out_after: Option<f64>,
-    /// Share of the gap above the noise floor that it closes.
+    /// Share of the held-out gap above the noise floor that it closes (1); negative where the gap grows.
     pub closed: Option<f64>,
-    /// 95 % interval of `closed`, for what the verdict names.
+    /// 95 % interval of `closed`, for the effect that the verdict names first.
     #[serde(default)]
     pub closed95: Option<[f64; 2]>,
-    /// Share of nulls that show as much.
+    /// Share of null simulations with a statistic as large (1).
     pub p_value: Option<f64>,
-    /// Gain in χ² over what nulls show.
+    /// Reduction of χ² over the scale of null simulations (1).
     #[serde(default)]
     pub statistic: f64,
-    /// Share of χ² of the fitted data that it takes away.
+    /// Reduction of χ² (motion: of the squared prediction error) over its value without it (1).
     #[serde(default, alias = "takes")]
     pub misfit_reduction: f64,
-    /// Values of its parameters, found beside what is ordinarily a little wrong.
+    /// Estimates of its parameters, fitted together with the tolerances.
     #[serde(default)]
     pub parameters: BTreeMap<String, f64>,
     /// Units of these parameters.
     #[serde(default)]
     pub parameter_units: BTreeMap<String, String>,
-    /// Ids of those that lie at an end of their plausible range.
+    /// Ids of parameters at an end of their plausible range.
     #[serde(default)]
     pub parameters_at_bound: Vec<String>,
     /// Whether the verdict names it.
     pub selected: bool,
-    /// What it is.
+    /// Description of the effect.
     #[serde(default, alias = "says")]
     pub description: Option<String>,
 }
 
-/// The chosen model.
+/// Chosen model.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Chosen {
-    /// Id, or combination; `nominal` where nothing is added.
+    /// Id of the effect or combination; `nominal` for the machine as described.
     pub id: String,
-    /// All its parameters.
+    /// Values of all its parameters.
     #[serde(default)]
     pub parameters: BTreeMap<String, f64>,
-    /// Held-out gap.
+    /// Held-out gap (1).
     pub gap_held_out: Option<f64>,
-    /// Misfit over that of the middle null with it.
+    /// Misfit with it over the median of null simulations (1).
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub misfit_over_null: Option<f64>,
-    /// Of FRFs: held-out gaps without and with it, where what is ordinarily a little wrong is fitted along.
+    /// Held-out gaps of FRFs without and with it, with tolerances fitted as nuisance parameters (1).
     #[serde(default, alias = "gap_held_out_beside_ordinary", skip_serializing_if = "Option::is_none")]
     pub gap_held_out_with_nuisances: Option<[Option<f64>; 2]>,
-    /// Share of the gap above the floor that it closes.
+    /// Share of the held-out gap above the noise floor that it closes (1).
     pub closed: Option<f64>,
-    /// 95 % interval by parametric bootstrap.
+    /// 95 % interval of `closed`, by parametric bootstrap.
     #[serde(default)]
     pub closed95: Option<[f64; 2]>,
-    /// Share that the best free shape at an interface closes: a ceiling.
+    /// Largest share that a generic impedance at one interface closes (1).
     pub ceiling: Option<f64>,
-    /// In plain units, before and after.
+    /// Headline metrics before and after.
     #[serde(default, alias = "plain")]
     pub headline_metrics: Vec<HeadlineMetrics>,
 }
 
-/// A figure in plain units.
+/// A metric that an engineer quotes, before and after.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct HeadlineMetrics {
-    /// What.
+    /// Name of the metric.
     pub figure: String,
-    /// Machine as described.
+    /// Value of the machine as described (1).
     pub before: f64,
-    /// Chosen model.
+    /// Value of the chosen model (1).
     pub after: f64,
 }
 
-/// The verdict.
+/// Verdict.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct VerdictRow {
-    /// Kind.
+    /// Kind: `none`, `effect`, `ambiguous`, `unknown`, `wrong-parameter`, `measurement` or `insufficient`.
     pub kind: String,
-    /// Effects or combinations.
+    /// Ids of effects or combinations.
     pub effects: Vec<String>,
-    /// Why.
+    /// Reason in words.
     pub reason: String,
-    /// What to measure next.
+    /// Proposed next measurement.
     #[serde(default)]
     pub next_measurement: Option<String>,
-    /// The interface where most is missing, where something is.
+    /// Location of the named effect, or of the best generic impedance.
     #[serde(rename = "where")]
     #[serde(default)]
     pub place: Option<String>,
-    /// The band where most is missing, where something is.
+    /// Frequency band (Hz) with most of the change of the prediction.
     #[serde(default)]
     pub band_hz: Option<[f64; 2]>,
-    /// The phase of a motion in which what is said shows most.
+    /// Phase of the motion with the largest residual.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub phase: Option<String>,
 }
 
 impl VerdictRow {
-    /// The band, in words.
+    /// Returns the band in words.
     pub fn band_text(&self) -> Option<String> {
         self.band_hz.map(|[from, to]| format!("it changes the FRFs most from {} to {} Hz", figure(from), figure(to)))
     }
 
-    /// The effects, with commas and «or».
+    /// Returns the effects with commas and «or».
     pub fn effects_text(&self) -> String {
         match self.effects.as_slice() {
             [] => String::new(),
@@ -307,7 +307,7 @@ fn gap(x: Option<f64>) -> String {
     x.map_or("–".into(), percent)
 }
 
-/// Width of an interval of the closed share, in gaps, from which on it says nothing.
+/// Width of an interval of the closed share, in gaps, from which on it says nothing (1).
 const UNDETERMINED: f64 = 2.0;
 
 /// Whether an interval of the closed share is too wide to say anything.
@@ -315,16 +315,19 @@ pub(super) fn is_undetermined([low, high]: [f64; 2]) -> bool {
     high - low > UNDETERMINED
 }
 
-/// The interval of the closed share in brackets.
+/// Returns the interval of the closed share in brackets.
 pub(super) fn interval_text(interval: Option<[f64; 2]>) -> String {
     match interval {
         None => String::new(),
         Some(wide) if is_undetermined(wide) => " (95 %: not determined by these data)".into(),
-        Some([low, high]) => format!(" (95 %: {:.0} to {:.0} %)", 100.0 * low, 100.0 * high),
+        Some([low, high]) => {
+            let decimals = if high - low < 0.02 { 1 } else { 0 };
+            format!(" (95 %: {:.decimals$} to {:.decimals$} %)", 100.0 * low, 100.0 * high)
+        }
     }
 }
 
-/// Verdict, reason and next measurement.
+/// Returns verdict, reason and next measurement as text.
 pub(super) fn verdict_text(document: &DiagnosisDocument) -> String {
     let verdict = &document.verdict;
     let named = verdict.effects_text();
@@ -336,7 +339,7 @@ pub(super) fn verdict_text(document: &DiagnosisDocument) -> String {
     wrapped(&head) + &described.collect::<String>() + &wrapped(&verdict.reason) + &next
 }
 
-/// Gap at held-out positions before and after, with what the chosen model closes of it. `name` is what the gap is called.
+/// Returns the held-out gap before and after, and the share that the chosen model closes. `name` is the name of the gap.
 pub(super) fn gap_text(document: &DiagnosisDocument, name: &str) -> String {
     let (chosen, before) = (&document.chosen, document.gap.held_out);
     let floor = document.noise_floor.map_or(String::new(), |floor| format!("; noise floor {}", percent(floor)));
@@ -350,12 +353,17 @@ pub(super) fn gap_text(document: &DiagnosisDocument, name: &str) -> String {
         return wrapped(&format!("{name}: {}{floor}{ceiling}", gap(before)));
     }
     let interval = interval_text(chosen.closed95);
-    let closed = format!("closes {}{interval}", share_closed(chosen.closed));
+    let closed = match chosen.closed {
+        Some(closed) if closed < 0.005 => format!("it closes none of the gap{interval}"),
+        closed => format!("it closes {} of the gap{interval}", share_closed(closed)),
+    };
     let text = format!("{name}: {} as described, {} with {}{floor}; {closed}{ceiling}", gap(before), gap(chosen.gap_held_out), chosen.id);
-    wrapped(&text)
+    let is_open = chosen.closed95.is_some_and(|[low, _]| low <= 0.0);
+    let remark = "  the effect is statistically significant, but does not clearly improve predictions: the model as described predicts about as well";
+    wrapped(&text) + &if is_open { wrapped(remark) } else { String::new() }
 }
 
-/// Values of the parameters of the effects that the verdict names.
+/// Returns the estimated parameters of the named effects as a table.
 pub(super) fn estimated_text(document: &DiagnosisDocument) -> String {
     let rows: Vec<Vec<String>> = document
         .effects
@@ -378,10 +386,10 @@ pub(super) fn estimated_text(document: &DiagnosisDocument) -> String {
     format!("\nestimated parameters\n{}", columns(&["  effect", "parameter", "value", "unit", ""].map(String::from), rows.into_iter()))
 }
 
-/// Candidates listed, beyond those that the verdict names.
+/// Number of listed candidates that the verdict does not name.
 const LISTED: usize = 8;
 
-/// The candidates as a table: those that the verdict names, then the best others.
+/// Returns the candidates as a table: those of the verdict, then the most significant others.
 pub(super) fn candidates_text(document: &DiagnosisDocument, heads: [&str; 5]) -> String {
     let tried = || document.effects.iter().filter(|row| row.status == "tried");
     let others = tried().filter(|row| !row.selected).take(LISTED);
@@ -394,7 +402,7 @@ pub(super) fn candidates_text(document: &DiagnosisDocument, heads: [&str; 5]) ->
             row.p_value.map_or("–".into(), probability),
         ]
     });
-    let mut text = format!("\ncandidates, best first (* in the verdict)\n{}", columns(&heads.map(String::from), rows));
+    let mut text = format!("\ncandidates (* in the verdict), most significant first\n{}", columns(&heads.map(String::from), rows));
     let with_status =
         |status: &str| document.effects.iter().filter(|row| row.status == status).map(|row| row.id.as_str()).collect::<Vec<_>>();
     let failed = with_status("failed");
@@ -409,7 +417,7 @@ pub(super) fn candidates_text(document: &DiagnosisDocument, heads: [&str; 5]) ->
     text
 }
 
-/// The diagnosis of FRFs or modes as text: the verdict first.
+/// Returns the diagnosis of FRFs or modes as text, the verdict first.
 pub fn diagnosis_text(document: &DiagnosisDocument) -> String {
     let mut text = verdict_text(document);
     text.push('\n');

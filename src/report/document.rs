@@ -1,4 +1,4 @@
-//! Result documents: what `--json` prints and `--out` holds.
+//! Result documents of identification, validation and measurement: printed with `--json`, written with `--out`.
 
 use std::collections::BTreeMap;
 
@@ -8,164 +8,163 @@ use serde::{Deserialize, Serialize};
 use super::certainty::{BasinRow, BootstrapRow, CombinationRow, ToleranceRow};
 use super::motion_row::{CurveRow, MotionRecordRow, PreprocessingRow};
 
-/// A file a result rests on.
+/// An input file of a result.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Input {
-    /// Path.
+    /// Path of the file; name of a file that is embedded in the program.
     pub path: String,
-    /// SHA-256 of its bytes.
+    /// SHA-256 digest of the file (hexadecimal).
     pub sha256: String,
 }
 
-/// What every document carries.
+/// Provenance common to all result documents.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Stamp {
-    /// Name and version of the document's form.
+    /// Name and version of the document schema, such as `jointid/identification/1`.
     pub schema: String,
-    /// Version of the program.
+    /// Version of the program that wrote the document.
     pub tool_version: String,
-    /// Seed of the random numbers.
+    /// Seed of the random number generator; 0 for results without random numbers.
     pub seed: u64,
-    /// Ran to its end.
+    /// Whether the run completed; otherwise the results are partial.
     pub complete: bool,
-    /// Files it rests on.
+    /// Input files.
     pub inputs: Vec<Input>,
-    /// Overrides of the configuration.
+    /// Overrides of the machine configuration, each as `KEY=VALUE`.
     #[serde(default)]
     pub overrides: Vec<String>,
-    /// Effects taken out of the configuration.
+    /// Effects removed from the machine description before fitting, by id.
     #[serde(default)]
     pub without: Vec<String>,
-    /// What a person should know.
+    /// Warnings about inputs and results, one sentence each.
     pub warnings: Vec<String>,
 }
 
-/// How a result was made: enough to make it again.
+/// Settings of an identification, sufficient to repeat it with the seed of the stamp.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct RunSettings {
-    /// Configuration.
+    /// File of the machine configuration.
     pub config: String,
-    /// Measurement set.
+    /// Folder of the measurement set.
     pub measurements: String,
-    /// `receptance` or `lumped`.
+    /// Model of the rods: `receptance` (exact wave solution) or `lumped`.
     pub model: String,
-    /// Lumps per rod of the lumped model.
+    /// Number of masses per rod of the lumped model; absent for `receptance`.
     pub lumps: Option<usize>,
-    /// `least-squares`, `eq26` or `frequencies`.
+    /// Objective: `least-squares`, `eq26` or `frequencies` for modes, `frf`, `inverse-dynamics` or `output-error` for motion records.
     pub objective: String,
-    /// Relative standard deviation of a frequency that the model causes.
+    /// Relative standard deviation of natural frequencies due to model error (1).
     pub frequency_model_error: f64,
-    /// Standard deviation of ln(amplitude).
+    /// Standard deviation of ln(amplitude) (1).
     pub amplitude_sd: f64,
-    /// Standard deviation of ln H that the model causes.
+    /// Standard deviation of ln H due to model error, in addition to the noise (1).
     #[serde(default)]
     pub frf_model_error: f64,
-    /// Lowest and highest frequency of FRFs (Hz), where it was limited.
+    /// Lowest and highest fitted frequency of FRFs (Hz); absent without a limit.
     #[serde(default)]
     pub band_hz: Option<[f64; 2]>,
-    /// `fit`: tolerances of machine and set were fitted along with whole FRFs; `none`: they were held.
-    #[serde(default = "held")]
+    /// `fit`: tolerances of machine and set were fitted jointly with the parameters (whole FRFs only); `none`: they were held.
+    #[serde(default = "tolerances_held")]
     pub tolerances: String,
-    /// Positions and records asked to be fitted.
+    /// Names of the positions and records requested for the fit; absent where none were named.
     #[serde(default)]
     pub positions: Option<Vec<String>>,
-    /// Records and positions asked to be held out.
+    /// Names of the positions and records requested to be held out.
     #[serde(default)]
     pub hold_out: Vec<String>,
-    /// Bootstrap samples.
+    /// Number of bootstrap samples over lines, and as many over positions; 0 for no bootstrap.
     #[serde(default)]
     pub bootstrap: usize,
-    /// Searches.
+    /// Number of independent searches (seeds).
     pub repeats: usize,
-    /// Parameters frozen.
+    /// Ids of parameters held at their start values.
     pub freeze: Vec<String>,
 }
 
-/// Results of versions that knew no tolerances held them.
-fn held() -> String {
+/// Value for documents that do not state it: tolerances were held.
+fn tolerances_held() -> String {
     "none".into()
 }
 
-/// An identified parameter.
+/// Estimate of one parameter.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct ParameterRow {
-    /// Value.
+    /// Estimate; start value of a parameter that was not fitted (in `unit`).
     pub value: f64,
-    /// Unit.
+    /// Unit of value, bounds and interval.
     pub unit: String,
-    /// Lower end of its plausible range.
+    /// Lower bound of the plausible range (in `unit`).
     pub lower: f64,
-    /// Upper end.
+    /// Upper bound of the plausible range (in `unit`).
     pub upper: f64,
-    /// 95 % interval.
+    /// 95 % confidence interval (in `unit`); absent where none was computed.
     pub interval95: Option<[f64; 2]>,
-    /// Whether the data determine it; absent for one that was not fitted.
+    /// Whether the parameter is identifiable from the data; absent for one that was not fitted.
     pub identifiable: Option<bool>,
-    /// Whether it was fitted or kept its start value.
+    /// Whether the parameter was fitted; otherwise it kept its start value.
     pub fitted: bool,
-    /// What it is.
+    /// Physical meaning of the parameter.
     #[serde(default, skip_serializing_if = "String::is_empty")]
     pub description: String,
 }
 
-/// One order at one position.
+/// One mode at one position.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct OrderRow {
-    /// Order.
+    /// Mode number, from 1.
     pub order: u32,
-    /// Measured (Hz).
+    /// Measured natural frequency (Hz).
     pub measured_hz: Option<f64>,
-    /// Predicted (Hz).
+    /// Predicted natural frequency (Hz).
     pub predicted_hz: Option<f64>,
-    /// (predicted − measured)/measured.
+    /// Relative frequency error (predicted − measured)/measured (1).
     pub relative_error: Option<f64>,
-    /// Measured amplitude.
+    /// Measured amplitude of the mode, in the unit of the measurement set.
     pub measured_amplitude: Option<f64>,
-    /// Predicted amplitude, gain included.
+    /// Predicted amplitude times the gain, in the unit of the measured amplitude.
     pub predicted_amplitude: Option<f64>,
-    /// Published prediction (Hz).
+    /// Natural frequency predicted in the publication of the data (Hz).
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub published_hz: Option<f64>,
 }
 
-/// A predicted peak without a measured partner.
+/// A predicted peak without a measured mode.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct LonePeak {
-    /// Frequency (Hz).
+    /// Predicted natural frequency (Hz).
     pub frequency_hz: f64,
-    /// How far it stands out: |H| over the higher of the neighbouring minima.
+    /// Prominence: |H| at the peak over |H| at the higher of the two neighbouring minima (1).
     pub prominence: f64,
-    /// Whether it should have been seen.
+    /// Whether the measurement should show it: it is prominent and lies in the measured band.
     pub unexpected: bool,
 }
 
-/// One position.
+/// Prediction errors at one position. For whole FRFs and motion records, only `role`, `gap` and `noise_floor` are given.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct PositionRow {
-    /// `fit` or `held_out`.
+    /// `fit`: used in the fit; `held_out`: predicted only.
     pub role: String,
-    /// Root of the summed squares of the relative frequency errors (Tian et al., Eq. 27).
+    /// Root sum of squares of the relative frequency errors (1; Tian et al., Eq. 27). Absent where a measured mode has no prediction.
     pub overall_error: Option<f64>,
-    /// The same with predictions rounded to the resolution of the measurement, as the paper does.
+    /// `overall_error` with predictions rounded to the frequency resolution of the measurement, as Tian et al. round them (1).
     pub overall_error_rounded: Option<f64>,
-    /// The published figure, rounded likewise.
+    /// `overall_error` of the published predictions, which are rounded to the same resolution (1).
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub overall_error_published: Option<f64>,
-    /// Orders.
+    /// Modes in ascending number.
     pub orders: Vec<OrderRow>,
-    /// Predicted peaks of the band without a measured partner.
+    /// Predicted peaks of the band without a measured mode.
     pub lone_peaks: Vec<LonePeak>,
-    /// Gap of its FRFs: root mean square of ln(measured/predicted), per component.
+    /// Gap: root mean square of ln(measured/predicted) over log-magnitude and phase (1); for motion records the relative force error (1).
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub gap: Option<f64>,
-    /// The gap that the noise alone leaves, where it is known.
+    /// Gap due to measurement noise alone (1), where the noise is known.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub noise_floor: Option<f64>,
 }
 
 impl PositionRow {
-    /// Largest relative frequency error; a measured order without a prediction, and a predicted peak that should have been seen,
-    /// count as `missing`.
+    /// Returns the largest relative frequency error (1). A measured mode without a prediction and an unexpected peak count as `missing` (30 %).
     pub fn largest_error(&self, missing: f64) -> Option<f64> {
         self.orders
             .iter()
@@ -179,314 +178,316 @@ impl PositionRow {
     }
 }
 
-/// One FRF.
+/// Prediction error of one FRF.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct FrfRow {
-    /// Position.
+    /// Name of the position; absent for a record without one.
     pub position: Option<String>,
-    /// Record.
+    /// Name of the record, where it has one.
     pub record: Option<String>,
-    /// Point that responds.
+    /// Name of the point that responds.
     pub response: String,
-    /// Point that is excited.
+    /// Name of the point that is excited.
     pub excitation: String,
-    /// `fit` or `held_out`.
+    /// `fit`: used in the fit; `held_out`: predicted only.
     pub role: String,
-    /// Root mean square of ln(measured/predicted), per component.
+    /// Gap: root mean square of ln(measured/predicted) over log-magnitude and phase (1).
     pub gap: f64,
-    /// The gap that the noise alone leaves, where it is known.
+    /// Gap due to measurement noise alone (1), where the noise is known.
     pub noise_floor: Option<f64>,
-    /// Lines compared.
+    /// Number of frequency lines compared.
     pub lines: usize,
-    /// Share of its lines that were accepted.
+    /// Share of the recorded frequency lines whose coherence is accepted (1).
     pub accepted_share: f64,
 }
 
-/// One search of several.
+/// One of several independent searches.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct RepeatRow {
-    /// Seed.
+    /// Seed of this search.
     pub seed: u64,
-    /// Least cost.
+    /// Minimum of the objective that this search found, as `cost` of the document.
     pub cost: f64,
-    /// Evaluations.
+    /// Number of evaluations of the objective.
     pub evaluations: u64,
-    /// Best cost after each generation.
+    /// Lowest cost of the global search after each generation.
     pub trace: Vec<f64>,
 }
 
-/// `identification.json`.
+/// Result of an identification (`identification.json`).
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct IdentificationDocument {
-    /// Stamp.
+    /// Schema, inputs, overrides and warnings of the document.
     #[serde(flatten)]
     pub stamp: Stamp,
-    /// How it was made.
+    /// Settings of the identification.
     pub settings: RunSettings,
-    /// Parameters by id.
+    /// Estimates by parameter id; `gain` is the factor of the measuring chain.
     pub parameters: BTreeMap<String, ParameterRow>,
-    /// Tolerances that were fitted along, by name; empty where they were held.
+    /// Estimates of the tolerances fitted jointly with the parameters, by name; empty where they were held.
     #[serde(default)]
     pub tolerances: BTreeMap<String, ToleranceRow>,
-    /// Minima of χ² within the 95 % limit of the least, the best first; absent where there is one.
+    /// Minima whose χ² lies within the 95 % limit of the lowest, in ascending χ²; absent for a single minimum.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub basins: Vec<BasinRow>,
-    /// Quantities by name that follow from them.
+    /// Derived quantities by name: those of the machine description, largest errors and gaps, χ² and its degrees of freedom.
     pub derived: BTreeMap<String, f64>,
-    /// 95 % intervals of those that the machine names.
+    /// 95 % confidence intervals of the derived quantities of the machine description, by name.
     #[serde(default)]
     pub derived_interval95: BTreeMap<String, [f64; 2]>,
-    /// What the data determine only together.
+    /// Pairs of parameters whose combination is determined better than each parameter.
     #[serde(default)]
     pub combinations: Vec<CombinationRow>,
-    /// Bootstraps asked for.
+    /// Intervals by bootstrap, where it was requested.
     #[serde(default)]
     pub bootstrap: Vec<BootstrapRow>,
-    /// Least cost.
+    /// Minimum of the objective (1): χ²; for `eq26` its value; for motion records Σ residual²/Σ measured².
     pub cost: f64,
-    /// Evaluations of all searches.
+    /// Number of evaluations of the objective in all searches.
     pub evaluations: u64,
-    /// Whether the searches agree; absent for fewer than two.
+    /// Whether the searches agree on cost and identifiable parameters; absent for fewer than two complete searches.
     pub searches_agree: Option<bool>,
-    /// The searches, best first.
+    /// Independent searches in ascending cost.
     pub searches: Vec<RepeatRow>,
-    /// Nothing was held out: the figures of each position or record are those of a fit without it.
+    /// Whether the errors of each position or record are those of a fit without it, because none was held out.
     #[serde(default)]
     pub leave_one_out: bool,
-    /// Ids in the order of `correlation`.
+    /// Ids of the rows and columns of `correlation`, `gain` included where it is estimated.
     pub fitted_parameters: Vec<String>,
-    /// Correlations of the fitted parameters.
+    /// Correlation matrix of the fitted parameters (1), by rows.
     pub correlation: Vec<Vec<f64>>,
-    /// Positions fitted.
+    /// Names of the fitted positions or records.
     pub fit_positions: Vec<String>,
-    /// Positions held out.
+    /// Names of the positions or records held out.
     pub held_out_positions: Vec<String>,
-    /// Positions by name; records where there are no positions.
+    /// Prediction errors by position, or by record where there are no positions.
     pub positions: BTreeMap<String, PositionRow>,
-    /// FRFs, where whole FRFs were fitted.
+    /// Prediction errors by FRF, where whole FRFs were fitted.
     #[serde(default)]
     pub frfs: Vec<FrfRow>,
-    /// Time records by name, where motion was fitted; `positions` holds them, too, with their force error as gap.
+    /// Prediction errors of motion records by name. `positions` contains them, too, with the force error as gap.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub records: BTreeMap<String, MotionRecordRow>,
-    /// How records were filtered.
+    /// Filter and decimation of motion records.
+    // Former key `recipe`, still read.
     #[serde(default, alias = "recipe", skip_serializing_if = "Option::is_none")]
     pub preprocessing: Option<PreprocessingRow>,
-    /// The friction curve from constant speeds of the fitted records.
+    /// Friction curve: forces at the constant speeds of the fitted records.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub friction_curve: Vec<CurveRow>,
 }
 
-/// `validation.json`.
+/// Prediction errors of an identified machine (`validation.json`).
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct ValidationDocument {
-    /// Stamp.
+    /// Schema, inputs, overrides and warnings of the document.
     #[serde(flatten)]
     pub stamp: Stamp,
-    /// Positions by name.
+    /// Prediction errors by position or record.
     pub positions: BTreeMap<String, PositionRow>,
-    /// Largest relative frequency error; a measured order that is not predicted counts as 0.3.
+    /// Largest relative frequency error (1). A measured mode without a prediction and an unexpected peak count as 30 %.
     pub largest_error: Option<f64>,
-    /// Largest gap of a position or record, for FRFs.
+    /// Largest gap of a position or record (1), for FRFs and motion records.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub largest_gap: Option<f64>,
 }
 
-/// One run of a comparison.
+/// An identification from one choice of fitted positions.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct ComparisonRun {
-    /// Positions fitted.
+    /// Names of the fitted positions.
     pub fit_positions: Vec<String>,
-    /// Parameters by id.
+    /// Estimates by parameter id.
     pub parameters: BTreeMap<String, ParameterRow>,
-    /// Positions by name.
+    /// Prediction errors by position.
     pub positions: BTreeMap<String, PositionRow>,
-    /// Root of the summed squares of the frequency errors over the positions that no run fitted with several; absent where one of
-    /// their measured orders is not predicted.
+    /// Root sum of squares of the relative frequency errors at the common positions (1), which are held out of every run.
+    /// Absent where a measured mode there has no prediction.
     pub common_error: Option<f64>,
-    /// The same of the published predictions.
+    /// `common_error` of the published predictions (1).
     pub common_error_published: Option<f64>,
-    /// For FRFs: the gap over the positions that no run fitted with several.
+    /// Gap at the common positions (1), for FRFs.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub common_gap: Option<f64>,
-    /// What a person should know of this run.
+    /// Warnings of this run, one sentence each.
     pub warnings: Vec<String>,
 }
 
-/// `comparison.json`.
+/// Comparison of a multi-position identification with single-position ones (`comparison.json`).
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct ComparisonDocument {
-    /// Stamp.
+    /// Schema, inputs, overrides and warnings of the document.
     #[serde(flatten)]
     pub stamp: Stamp,
-    /// Positions over which all runs are compared.
+    /// Names of the positions held out of every run, at which the runs are compared.
     pub common_positions: Vec<String>,
-    /// Runs by name: `multi` and one for each single position.
+    /// Identifications by name: `multi`, and one named after each single position.
     pub runs: BTreeMap<String, ComparisonRun>,
 }
 
-/// Score of an objective by leaving out one fit position after another.
+/// Cross-validation score of one objective, with one fit position left out after another.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct ObjectiveRow {
-    /// Objective.
+    /// Objective: `least-squares`, `eq26` or `frequencies`.
     pub objective: String,
-    /// Root mean square of the relative frequency errors at the positions left out.
+    /// Root mean square of the relative frequency errors at the positions left out (1); a mode without a prediction counts as 30 %.
     pub frequency_error: f64,
-    /// Root mean square of ln(predicted/measured amplitude) there; absent where the objective knows no gain.
+    /// Root mean square of ln(predicted/measured amplitude) at these positions (1); absent for an objective without a gain.
     pub ln_amplitude_error: Option<f64>,
-    /// Measured modes that were not predicted.
+    /// Number of measured modes without a prediction.
     pub missing: usize,
 }
 
-/// `objectives.json`.
+/// Cross-validation of the objectives (`objectives.json`).
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct ObjectivesDocument {
-    /// Stamp.
+    /// Schema, inputs, overrides and warnings of the document.
     #[serde(flatten)]
     pub stamp: Stamp,
-    /// Positions left out one after another; held-out positions are not touched.
+    /// Names of the positions left out one after another; held-out positions are not used.
     pub positions: Vec<String>,
-    /// Objectives, best first.
+    /// Scores in ascending frequency error.
     pub objectives: Vec<ObjectiveRow>,
 }
 
-/// A mode in one record.
+/// Modal parameters of one mode in one record.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct PeakRow {
     /// Natural frequency (Hz).
     pub frequency_hz: f64,
-    /// Its standard deviation (Hz).
+    /// Standard deviation of the natural frequency (Hz).
     pub frequency_sd_hz: Option<f64>,
-    /// Damping ratio.
+    /// Damping ratio (1).
     pub damping_ratio: f64,
-    /// Its standard deviation.
+    /// Standard deviation of the damping ratio (1).
     pub damping_sd: Option<f64>,
-    /// Amplitude in the measured quantity.
+    /// Amplitude, in the unit of the measured quantity.
     pub amplitude: f64,
-    /// Its standard deviation.
+    /// Standard deviation of the amplitude, in the same unit.
     pub amplitude_sd: Option<f64>,
-    /// The amplitude is that of a maximum of |H|; else the mode's own share, which makes none.
+    /// Whether `amplitude` is a local maximum of |H|; otherwise it is the contribution of the mode alone.
     pub own_peak: bool,
-    /// Share of the model orders at which the pole is stable.
+    /// Share of the model orders at which the pole is stable (1).
     pub stable_share: f64,
 }
 
-/// Why a mode was found regular or not.
+/// Evidence that a mode is a structural one.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct EvidenceRow {
-    /// Records that show it.
+    /// Number of records in which it is identified.
+    // Former key, still read.
     #[serde(alias = "seen")]
     pub observed: usize,
-    /// Records whose band covers it.
+    /// Number of records whose band covers it.
     pub expected: usize,
-    /// Relative error of a frequency predicted from those of the other positions.
+    /// Relative error of a frequency predicted from those of the other positions (1, root mean square).
     pub roughness: Option<f64>,
-    /// Median share of model orders at which its pole is stable.
+    /// Median share of the model orders at which the pole is stable (1).
     pub stability: f64,
-    /// Median signal-to-noise ratio.
+    /// Median signal-to-noise ratio of the mode (1).
     pub signal_to_noise: f64,
-    /// In words.
+    /// Criteria with their values, one sentence each.
     pub reasons: Vec<String>,
 }
 
-/// A mode over the records.
+/// A mode tracked over the records.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct PeakModeRow {
-    /// Place in rising frequency, from 1; those without regularity follow the regular ones.
+    /// Mode number in ascending frequency, from 1; irregular modes follow the regular ones.
     pub order: usize,
-    /// A real mode by its regularity over positions.
+    /// Whether the frequency varies smoothly with position, as for a structural mode.
     pub regular: bool,
-    /// Median natural frequency (Hz).
+    /// Median natural frequency over the records (Hz).
     pub frequency_hz: f64,
-    /// Records that show it, by name.
+    /// Modal parameters by record in which the mode is identified.
     pub records: BTreeMap<String, PeakRow>,
-    /// Why.
+    /// Evidence for `regular`.
     pub evidence: EvidenceRow,
 }
 
-/// How a record was fitted.
+/// Modal fit of one record.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct PeakFitRow {
-    /// Lines used.
+    /// Number of frequency lines fitted.
     pub lines: usize,
-    /// Root mean square of |fitted − measured| over |measured|.
+    /// Root mean square of |fitted − measured|/|measured| (1).
     pub relative_misfit: f64,
-    /// Modes found.
+    /// Number of modes identified.
     pub modes: usize,
 }
 
-/// `peaks.json`.
+/// Modes of a measurement set (`peaks.json`).
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct PeaksDocument {
-    /// Stamp.
+    /// Schema, inputs, overrides and warnings of the document.
     #[serde(flatten)]
     pub stamp: Stamp,
-    /// Unit of the amplitudes; empty where FRFs of several quantities are tracked.
+    /// Unit of the amplitudes; empty for FRFs of several quantities.
     #[serde(default)]
     pub amplitude_unit: String,
-    /// Modes: the regular ones in rising frequency, then the others.
+    /// Regular modes in ascending frequency, then the irregular ones.
     pub modes: Vec<PeakModeRow>,
-    /// Fits by record.
+    /// Modal fits by record.
     pub fits: BTreeMap<String, PeakFitRow>,
 }
 
-/// One choice of measurements.
+/// One choice of further measurements.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct ChoiceRow {
-    /// What to measure.
+    /// Names of the measurements to make: position, channel (`RESPONSE/EXCITATION`), or both.
     pub measure: Vec<String>,
-    /// Geometric mean over the parameters of the standard deviation left over that of the plausible range.
+    /// Geometric mean over parameters of standard deviation after the measurement over that of the plausible range (1).
     pub score: f64,
-    /// Parameters that it determines.
+    /// Ids of the identifiable parameters.
     pub determined: Vec<String>,
-    /// Half the 95 % interval of each parameter, in its unit.
+    /// Half width of the 95 % interval by parameter id, in the unit of the parameter.
     pub half_width95: BTreeMap<String, f64>,
 }
 
-/// All choices of one size.
+/// Ranking of all choices of a given number of measurements.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct PlanRanking {
-    /// Measurements chosen.
+    /// Number of measurements in each choice.
     pub count: usize,
-    /// Rank (from 1) of the set's own split, where that is one of these choices.
+    /// Rank (from 1) of the split stated in the measurement set; absent where it is not among the choices.
     pub split_rank: Option<usize>,
-    /// Choices, best first.
+    /// Choices in ascending score.
     pub choices: Vec<ChoiceRow>,
 }
 
-/// `plan.json`.
+/// Plan of further measurements (`plan.json`).
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct PlanDocument {
-    /// Stamp.
+    /// Schema, inputs, overrides and warnings of the document.
     #[serde(flatten)]
     pub stamp: Stamp,
-    /// `frf` or `modes`.
+    /// Kind of measurement: `frf` or `modes`.
     pub data: String,
-    /// Measurements made already.
+    /// Names of the measurements already made.
     pub measured: Vec<String>,
-    /// Parameters planned for.
+    /// Ids of the parameters to identify.
     pub parameters: Vec<String>,
-    /// Rankings by number of measurements.
+    /// Rankings, one for each number of measurements.
     pub rankings: Vec<PlanRanking>,
 }
 
-/// `frf.json`.
+/// Predicted FRFs (`frf.json`).
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct FrfsDocument {
-    /// Stamp.
+    /// Schema, inputs, overrides and warnings of the document.
     #[serde(flatten)]
     pub stamp: Stamp,
-    /// receptance, mobility or accelerance.
+    /// Quantity of the FRF: `receptance`, `mobility` or `accelerance`.
     pub quantity: String,
-    /// Point that responds.
+    /// Name of the point that responds.
     pub response: String,
-    /// Point that is excited.
+    /// Name of the point that is excited.
     pub excitation: String,
-    /// Whether the loops of the drive were closed.
+    /// Whether the control loops of the drive are closed.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub closed_loop: bool,
     /// Frequencies (Hz).
     pub frequency_hz: Vec<f64>,
-    /// Real and imaginary parts by position.
+    /// Real and imaginary part at each frequency (SI units of `quantity`), by position.
     pub positions: BTreeMap<String, Vec<[f64; 2]>>,
 }

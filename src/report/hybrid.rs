@@ -1,4 +1,4 @@
-//! Result document of a model and a network trained on its residual.
+//! Result document of a model and a neural network trained on its residual.
 
 use std::collections::BTreeMap;
 
@@ -7,77 +7,79 @@ use serde::{Deserialize, Serialize};
 
 use super::document::Stamp;
 
-/// Prediction error of a position.
+/// Error of the predicted travel of one record: predicted minus measured travel of the point.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Score {
-    /// Root mean square of predicted less measured tracking error (m).
+    /// Root mean square of predicted minus measured travel (m).
     pub rmse_m: f64,
-    /// Largest absolute difference (m).
+    /// Largest |predicted − measured travel| (m).
     pub largest_m: f64,
-    /// Largest absolute difference over the largest measured tracking error.
+    /// `largest_m` over the largest measured tracking error |command − travel| (1).
     pub relative: f64,
 }
 
-/// One record.
+/// Errors of one record, each with its root mean square (RMSE) and its maximum.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct HybridRow {
-    /// `fit` or `held_out`.
+    /// `fit`: used in the fit; `held_out`: predicted only.
     pub role: String,
-    /// The model.
+    /// Error of the physical model alone.
     pub analytical: Score,
-    /// The model and the network.
+    /// Error of the physical model with the neural network.
     pub hybrid: Score,
-    /// The model with the diagnosed effects as identified, where a result is given.
+    /// Error of the model with the diagnosed effects as identified, where a result is given.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub physics: Option<Score>,
 }
 
-/// The network.
+/// Training of the neural network.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct NeuralResidualRow {
-    /// Root mean square of its residual on the examples (m).
+    /// Root mean square of the residual of model and neural network over the training samples (m).
+    // Former key, still read.
     #[serde(alias = "left_m")]
     pub residual_m: f64,
-    /// Number of examples.
+    /// Number of training samples.
     pub examples: usize,
-    /// Number of evaluations of all trainings.
+    /// Number of evaluations of the objective in all trainings.
     pub evaluations: u64,
 }
 
-/// Contour error of one circle of two axes (m): distance from the commanded circle, largest over the whole of it.
+/// Contour error of one circle of two axes: distance from the commanded circle (m). Each figure is the maximum over the circle.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct ContourRow {
-    /// `fit` or `held_out`.
+    /// `fit`: used in the fit of both axes; `held_out`: predicted only.
     pub role: String,
-    /// Largest |contour error| measured.
+    /// Largest |contour error| measured (m).
     pub measured_m: f64,
-    /// Largest difference between the model's contour error and the measured one.
+    /// Largest contour error difference |predicted − measured| of the physical model (m).
     pub analytical_off_m: f64,
-    /// The same with the network.
+    /// Largest contour error difference of the physical model with the neural network (m).
     pub hybrid_off_m: f64,
-    /// The same of the model with the diagnosed effects as identified.
+    /// Largest contour error difference of the model with the diagnosed effects as identified (m).
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub physics_off_m: Option<f64>,
 }
 
-/// `hybrid.json`.
+/// Prediction of travel by a model, with and without a neural network (`hybrid.json`).
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct HybridDocument {
-    /// Stamp.
+    /// Schema, inputs, overrides and warnings of the document.
     #[serde(flatten)]
     pub stamp: Stamp,
-    /// The point whose travel is predicted.
+    /// Name of the point whose travel is predicted.
     pub point: String,
-    /// Records by name.
+    /// Errors of the first axis by record.
     pub records: BTreeMap<String, HybridRow>,
-    /// The network.
+    /// Neural network of the first axis; the second axis has its own.
     pub network: NeuralResidualRow,
-    /// Median over held-out records of hybrid over analytical RMSE: the share of the error that a network cannot learn.
+    /// Median over held-out records of RMSE(with network)/RMSE(model) (1); absent where none is held out.
     pub median_ratio: Option<f64>,
-    /// Median over held-out records of physics over hybrid RMSE: at most 1 where the identified physics predicts as well as the network.
+    /// Median over held-out records of RMSE(with diagnosed effects)/RMSE(with network) (1).
+    /// At most 1 where the identified effects predict as well as the network.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub median_physics_to_hybrid: Option<f64>,
-    /// Circles of this axis and the second axis, by name.
+    /// Contour errors by circle: records of the same name in the sets of both axes.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub contours: BTreeMap<String, ContourRow>,
 }

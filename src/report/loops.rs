@@ -1,155 +1,155 @@
-//! Result documents of a drive's loops: frequency response, gains, servo impedance, circles.
+//! Result documents of the control loops of a drive: frequency response, gains, servo impedance, circles.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::document::Stamp;
 
-/// One frequency of a response from command to position.
+/// Frequency response from command to position at one frequency.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct BodeRow {
-    /// Frequency (Hz). Whole periods of it fit into whole periods of the position loop.
+    /// Frequency (Hz), chosen so that whole periods fit into whole periods of the position loop.
     pub frequency_hz: f64,
-    /// Magnitude by linearisation.
+    /// Magnitude |position/command| by linearisation (unit of the position per unit of the command).
     pub magnitude: f64,
     /// Phase by linearisation (degrees, −180 to 180).
     pub phase_deg: f64,
-    /// Magnitude by simulation.
+    /// Magnitude by simulation, in the unit of `magnitude`; absent without simulation.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub simulated_magnitude: Option<f64>,
-    /// Phase by simulation (degrees).
+    /// Phase by simulation (degrees, −180 to 180); absent without simulation.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub simulated_phase_deg: Option<f64>,
 }
 
-/// A pole of the closed loops.
+/// A pole of the closed control loops.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct PoleRow {
-    /// Frequency (Hz).
+    /// Frequency of oscillation |Im s|/2π (Hz).
     pub frequency_hz: f64,
-    /// Damping ratio; below 0 the pole is unstable.
+    /// Damping ratio (1); below 0 the pole is unstable.
     pub damping_ratio: f64,
-    /// Point with the largest deflection.
+    /// Name of the point with the largest deflection.
     pub point: String,
 }
 
-/// `bode.json`.
+/// Frequency response from command to position (`bode.json`).
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct BodeDocument {
-    /// Stamp.
+    /// Schema, inputs, overrides and warnings of the document.
     #[serde(flatten)]
     pub stamp: Stamp,
-    /// Point whose travel is the output; `null` for the reading of the position encoder.
+    /// Name of the point whose travel is the output; `null` for the reading of the position encoder.
     pub response: Option<String>,
-    /// Amplitude of the simulated command (m or rad).
+    /// Amplitude of the simulated command (m or rad); `null` without simulation.
     pub amplitude: Option<f64>,
-    /// Response by frequency.
+    /// Response in ascending frequency.
     pub rows: Vec<BodeRow>,
-    /// Poles of the loops, the least damped first.
+    /// Poles of the closed control loops in ascending damping ratio.
     pub poles: Vec<PoleRow>,
-    /// Highest frequency (Hz) at which the magnitude falls below 1/√2, by linearisation.
+    /// Bandwidth: highest frequency (Hz) at which the magnitude by linearisation falls below 1/√2.
     pub bandwidth_hz: Option<f64>,
-    /// Largest relative difference between simulated and linearised magnitude.
+    /// Largest relative difference |simulated/linearised magnitude − 1| (1).
     pub largest_difference: Option<f64>,
-    /// Largest difference between simulated and linearised phase (degrees).
+    /// Largest |difference| between simulated and linearised phase (degrees).
     pub largest_phase_difference_deg: Option<f64>,
 }
 
-/// Figures of a gain of the position loop.
+/// Duration, accuracy and energy of a cycle with one gain of the position loop.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct GainStudyRow {
-    /// Gain (1/s).
+    /// Gain k_v of the position loop (1/s).
     pub gain_per_s: f64,
-    /// The same in 1/min, the unit of controllers.
+    /// Gain k_v in the unit of controllers (1/min).
     pub gain_per_min: f64,
-    /// Time to 99 % of the travel (s); `null` where it is not reached.
+    /// Time from the start of the travel to 99 % of it (s); `null` where it is not reached.
     pub time_s: Option<f64>,
-    /// Mean |command − position| at rest (m or rad); `null` where the loop is unstable.
+    /// Mean |command − position| over the last fifth of the rest (m or rad); `null` where the loop is unstable.
     pub static_error: Option<f64>,
-    /// Energy supplied by the drive while it drives (J), not counting braking; `null` where the loop is unstable.
+    /// Energy supplied by the drive while it drives, braking not counted (J); `null` where the loop is unstable.
     pub energy_j: Option<f64>,
-    /// Cost C; `null` where the loop is unstable or does not reach the target.
+    /// Cost C = e/e_max − (1 − E/E_max) − (1 − τ/τ_max) (1); `null` where the loop is unstable or misses the target.
     pub cost: Option<f64>,
 }
 
-/// `gain.json`.
+/// Study of the gain of the position loop (`gain.json`).
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct GainStudyDocument {
-    /// Stamp.
+    /// Schema, inputs, overrides and warnings of the document.
     #[serde(flatten)]
     pub stamp: Stamp,
-    /// Point whose position is evaluated; `null` for the reading of the position encoder.
+    /// Name of the point whose position is evaluated; `null` for the reading of the position encoder.
     pub response: Option<String>,
-    /// Figures by gain, in ascending order.
+    /// Cycles in ascending gain.
     pub rows: Vec<GainStudyRow>,
-    /// Gain with the minimum cost (1/s), of those in the table.
+    /// Gain of lowest cost among `rows` (1/s).
     pub optimum_per_s: Option<f64>,
 }
 
-/// The drive as a spring and damper at one frequency.
+/// Servo impedance Z of the drive (force per displacement) at one frequency, as spring and damper.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct HoldRow {
     /// Frequency (Hz).
     pub frequency_hz: f64,
-    /// k_s = Re Z (N·m/rad or N/m).
+    /// Servo stiffness k_s = Re Z (N·m/rad or N/m).
     pub stiffness: f64,
-    /// c_s = Im Z/ω (N·m·s/rad or N·s/m).
+    /// Servo damping c_s = Im Z/ω (N·m·s/rad or N·s/m).
     pub damping: f64,
     /// Phase of Z (degrees).
     pub phase_deg: f64,
 }
 
-/// Gains that correspond to an identified spring and damper.
+/// Gains of the drive that correspond to an identified spring and damper.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct HoldGains {
-    /// k_s.
+    /// Servo stiffness k_s (N·m/rad).
     pub stiffness: f64,
-    /// c_s.
+    /// Servo damping c_s (N·m·s/rad).
     pub damping: f64,
-    /// k_p (1/s).
+    /// Gain k_p of the position loop (1/s).
     pub position_gain_per_s: f64,
-    /// k_v (output of the velocity loop per m/s).
+    /// Gain k_v of the velocity loop (output of the loop per m/s).
     pub velocity_gain: f64,
 }
 
-/// `hold.json`.
+/// Servo impedance of the drive (`hold.json`).
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct HoldDocument {
-    /// Stamp.
+    /// Schema, inputs, overrides and warnings of the document.
     #[serde(flatten)]
     pub stamp: Stamp,
-    /// The driven point.
+    /// Name of the driven point; `null` for gains from an identified spring and damper.
     pub point: Option<String>,
-    /// Impedance by frequency, from the drive's gains.
+    /// Servo impedance by frequency, from the gains of the drive.
     pub rows: Vec<HoldRow>,
-    /// Gains from an identified spring and damper.
+    /// Gains that correspond to an identified spring and damper.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub gains: Option<HoldGains>,
 }
 
-/// A circle at one speed.
+/// Contour error of a circle at one speed.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct CircleRow {
     /// Angular speed (rad/min).
     pub speed_rad_min: f64,
     /// Largest |distance from the circle| (m).
     pub largest_m: f64,
-    /// Mean distance from the circle, positive outside (m).
+    /// Mean distance from the circle (m), positive outside.
     pub mean_m: f64,
-    /// Largest |distance from the mean| just after the reversal of an axis (m); `null` without a reversal.
+    /// Largest |distance from the circle − `mean_m`| just after the reversal of an axis (m); `null` without a reversal.
     pub largest_at_quadrants_m: Option<f64>,
 }
 
-/// `circle.json`.
+/// Contour errors of circles of two axes (`circle.json`).
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct CirclesDocument {
-    /// Stamp.
+    /// Schema, inputs, overrides and warnings of the document.
     #[serde(flatten)]
     pub stamp: Stamp,
-    /// Point whose travel is evaluated; `null` for the reading of the position encoders.
+    /// Name of the point whose travel is evaluated; `null` for the reading of the position encoders.
     pub response: Option<String>,
-    /// Radius (m).
+    /// Radius of the commanded circle (m).
     pub radius_m: f64,
-    /// Circles by speed.
+    /// Contour errors by speed.
     pub rows: Vec<CircleRow>,
 }

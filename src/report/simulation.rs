@@ -10,32 +10,32 @@ use super::document::Stamp;
 /// One undamped mode.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct ModeRow {
-    /// Number of the mode, from 1.
+    /// Mode number in ascending frequency, from 1.
     pub order: usize,
-    /// Undamped natural frequency (Hz); 0 for a rigid body.
+    /// Undamped natural frequency (Hz); 0 for a rigid-body mode.
     pub frequency_hz: f64,
-    /// Damping ratio by modal energies, to first order.
+    /// Damping ratio by modal energies, to first order (1).
     pub damping_ratio: Option<f64>,
-    /// Deflection of each point, the largest 1.
+    /// Deflection by point, relative to the largest (1).
     pub shape: BTreeMap<String, f64>,
-    /// Damped natural frequency f·√(1 − ζ²) (Hz) of a proportionally damped mode.
+    /// Damped natural frequency f·√(1 − ζ²) of a proportionally damped mode (Hz).
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub damped_hz: Option<f64>,
-    /// Deformation of each joint, and of each spring of a series in a joint (`joint/spring`), for that shape (m or rad).
+    /// Deformation of each joint, and of each spring of a series in a joint (`joint/spring`), for `shape` (m or rad).
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub deformation: BTreeMap<String, f64>,
-    /// Share of the strain energy of each joint, each spring of a series (contained in its joint) and each shaft.
+    /// Share of each joint, each spring of a series (contained in its joint) and each shaft in the strain energy (1).
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub strain_energy_share: BTreeMap<String, f64>,
 }
 
-/// `modes.json`.
+/// Undamped modes (`modes.json`).
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct ModesDocument {
-    /// Stamp.
+    /// Schema, inputs, overrides and warnings of the document.
     #[serde(flatten)]
     pub stamp: Stamp,
-    /// Nut position (m).
+    /// Position of the nut (m).
     pub nut_m: Option<f64>,
     /// Velocity of the table (m/s).
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -50,222 +50,222 @@ pub struct ModesDocument {
     pub modes: Vec<ModeRow>,
 }
 
-/// `matrices.json`.
+/// Matrices of the lumped model (`matrices.json`).
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct MatricesDocument {
-    /// Stamp.
+    /// Schema, inputs, overrides and warnings of the document.
     #[serde(flatten)]
     pub stamp: Stamp,
-    /// Names of the coordinates.
+    /// Names of the coordinates, in the order of rows and columns.
     pub coordinates: Vec<String>,
-    /// Mass matrix, by rows.
+    /// Mass matrix, by rows (SI units).
     pub mass: Vec<Vec<f64>>,
-    /// Damping matrix, by rows.
+    /// Damping matrix, by rows (SI units).
     pub damping: Vec<Vec<f64>>,
-    /// Stiffness matrix, by rows.
+    /// Stiffness matrix, by rows (SI units).
     pub stiffness: Vec<Vec<f64>>,
 }
 
-/// A contact at one operating condition.
+/// A preloaded pair of contacts at one operating condition.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct ContactRow {
-    /// External force (N).
+    /// External force on the pair (N).
     pub force_n: f64,
     /// Load of side A (N).
     pub load_a_n: f64,
     /// Load of side B (N); 0 where it is separated.
     pub load_b_n: f64,
-    /// Stiffness (N/m).
+    /// Stiffness of the pair (N/m).
     pub stiffness_n_per_m: f64,
 }
 
-/// One step of a sweep.
+/// Stiffness and natural frequencies at one value of the swept variable.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct SweepRow {
-    /// Value of the swept variable, in its unit.
+    /// Value of the swept variable (unit by `along`).
     pub at: f64,
-    /// Contacts by name.
+    /// Loads and stiffness by contact.
     pub contacts: BTreeMap<String, ContactRow>,
-    /// Stiffness of each joint (N/m or N·m/rad), and of each spring of a series (`joint/spring`).
+    /// Stiffness of each joint, and of each spring of a series (`joint/spring`) (N/m or N·m/rad).
     pub joints: BTreeMap<String, f64>,
-    /// Static stiffness at the requested point (N/m or N·m/rad).
+    /// Static stiffness at `point` (N/m or N·m/rad).
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub static_stiffness: Option<f64>,
-    /// Undamped natural frequencies above 0 (Hz).
+    /// Undamped natural frequencies above 0 (Hz), ascending.
     pub frequencies_hz: Vec<f64>,
 }
 
-/// Unloading of a side of a contact.
+/// Operating condition at which one side of a contact unloads.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Separation {
-    /// Contact.
+    /// Name of the contact.
     pub contact: String,
-    /// Side that unloads, `A` or `B`.
+    /// Side that unloads: `A` or `B`.
     pub side: String,
-    /// External force (N) at which it unloads.
+    /// External force at which it unloads (N).
     pub force_n: f64,
-    /// Value of the swept variable at which it unloads.
+    /// Value of the swept variable at which it unloads (unit by `along`).
     pub at: f64,
 }
 
-/// `stiffness.json`.
+/// Stiffness over a swept operating variable (`stiffness.json`).
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct SweepDocument {
-    /// Stamp.
+    /// Schema, inputs, overrides and warnings of the document.
     #[serde(flatten)]
     pub stamp: Stamp,
-    /// `nut_m`, `velocity_m_s`, `acceleration_m_s2` or `force_n`.
+    /// Swept variable with its unit: `nut_m`, `velocity_m_s`, `acceleration_m_s2` or `force_n`.
     pub along: String,
-    /// Point of the static stiffness.
+    /// Name of the point of the static stiffness, where one is requested.
     pub point: Option<String>,
-    /// Nut position (m) of a second, identical axis in series with the first, where one is requested.
+    /// Position of the nut of a second, identical axis in series with the first (m), where one is requested.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub in_series_with_nut_m: Option<f64>,
-    /// Points inside the range at which sides of contacts unload.
+    /// Values inside the range at which sides of contacts unload.
     pub separations: Vec<Separation>,
-    /// Steps.
+    /// Results in ascending value of the swept variable.
     pub rows: Vec<SweepRow>,
 }
 
-/// Sensitivity of a natural frequency to one joint.
+/// Sensitivity of a natural frequency to the stiffness of one joint.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct SensitivityRow {
-    /// Joint.
+    /// Name of the joint.
     pub joint: String,
-    /// Stiffness of the joint (N/m or N·m/rad).
+    /// Stiffness k of the joint (N/m or N·m/rad).
     pub stiffness: f64,
-    /// Deformation of the joint for the mode's shape, the largest deflection 1 (m or rad).
+    /// Deformation of the joint for the mode shape, the largest deflection 1 (m or rad).
     pub deformation: f64,
-    /// Share of the mode's strain energy.
+    /// Share of the joint in the strain energy of the mode (1).
     pub strain_energy_share: f64,
-    /// d ln f/d ln k, half that share.
+    /// Relative sensitivity d ln f/d ln k (1), half of `strain_energy_share`.
     pub elasticity: f64,
-    /// The frequency (Hz) at each factor on the stiffness.
+    /// Natural frequency at each factor on the stiffness (Hz).
     pub frequencies_hz: Vec<f64>,
 }
 
-/// `sensitivity.json`.
+/// Sensitivity of a natural frequency to the joints (`sensitivity.json`).
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct SensitivityDocument {
-    /// Stamp.
+    /// Schema, inputs, overrides and warnings of the document.
     #[serde(flatten)]
     pub stamp: Stamp,
-    /// Nut position (m).
+    /// Position of the nut (m).
     pub nut_m: Option<f64>,
-    /// Number of the natural frequency above 0, from 1.
+    /// Mode number among the natural frequencies above 0, from 1.
     pub order: usize,
-    /// That frequency (Hz).
+    /// Natural frequency of this mode (Hz).
     pub frequency_hz: f64,
-    /// Factors on the stiffness.
+    /// Factors on the stiffness of a joint (1).
     pub factors: Vec<f64>,
-    /// Joints, the most influential first.
+    /// Sensitivities in descending share of the strain energy.
     pub joints: Vec<SensitivityRow>,
 }
 
-/// A parameter of a friction curve.
+/// Estimate of one parameter of the Stribeck curve.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct FrictionParameter {
-    /// Value.
+    /// Estimate (in `unit`).
     pub value: f64,
-    /// Unit.
+    /// Unit of estimate and interval.
     pub unit: String,
-    /// 95 % interval; absent for a parameter at a bound.
+    /// 95 % confidence interval (in `unit`); absent for a parameter at a bound.
     pub interval95: Option<[f64; 2]>,
-    /// At a bound of its range.
+    /// Whether the estimate lies at a bound of its range, so that the runs do not determine it.
     pub at_bound: bool,
 }
 
-/// A run at constant velocity, compared with the curve.
+/// A run at constant velocity, compared with the Stribeck curve.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct FrictionRow {
     /// Velocity (m/s).
     pub velocity_m_s: f64,
     /// Measured force (N).
     pub force_n: f64,
-    /// Force of the curve (N).
+    /// Force of the Stribeck curve (N).
     pub predicted_n: f64,
 }
 
-/// `friction.json`.
+/// Fit of a Stribeck curve (`friction.json`).
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct FrictionDocument {
-    /// Stamp.
+    /// Schema, inputs, overrides and warnings of the document.
     #[serde(flatten)]
     pub stamp: Stamp,
     /// Noise model: `uniform`, `proportional` or `known`.
     pub noise: String,
-    /// `coulomb_n`, `static_n`, `viscous_n_s_per_m`, `stribeck_velocity_m_s`.
+    /// Estimates by name: `coulomb_n`, `static_n`, `viscous_n_s_per_m`, `stribeck_velocity_m_s`.
     pub parameters: BTreeMap<String, FrictionParameter>,
-    /// Scatter of the residuals: N for uniform noise, else relative.
+    /// Scatter of the residuals: in N for uniform noise; relative to the force or to the known standard deviations otherwise (1).
     pub residual_scatter: f64,
-    /// Observations less free parameters.
+    /// Number of observations minus number of free parameters.
     pub degrees_of_freedom: usize,
-    /// Speed (m/s) of least friction.
+    /// Speed of lowest friction (m/s).
     pub least_friction_speed_m_s: f64,
-    /// Observations.
+    /// Runs compared with the curve.
     pub observations: Vec<FrictionRow>,
 }
 
-/// A published figure compared with ours.
+/// A published figure compared with the result of this program.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct PublishedFigure {
-    /// Paper.
+    /// Publication.
     pub paper: String,
-    /// Section, table, figure or equation of the paper.
+    /// Section, table, figure or equation of the publication.
     pub place: String,
-    /// Description of the quantity.
+    /// Physical quantity.
     pub quantity: String,
-    /// Unit.
+    /// Unit of both values.
     pub unit: String,
-    /// Printed value.
+    /// Printed value (in `unit`); absent for a curve or a statement without a number.
     pub published: Option<f64>,
-    /// Ours.
+    /// Value computed by this program (in `unit`); absent where it is not reproducible.
     pub ours: Option<f64>,
-    /// (ours − published)/published.
+    /// Relative difference (ours − published)/published (1).
     pub relative_difference: Option<f64>,
-    /// `agrees` (within the tolerance stated), `differs` or `not reproducible`.
+    /// `agrees` (within the stated tolerance), `differs`, `not printed` or `not reproducible`.
     pub verdict: String,
-    /// Method of ours, and the reason for a difference.
+    /// Method of computation, and reason for a difference.
     pub remark: String,
 }
 
-/// `published.json`.
+/// Published figures compared with results of this program (`published.json`).
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct PublishedDocument {
-    /// Stamp.
+    /// Schema, inputs, overrides and warnings of the document.
     #[serde(flatten)]
     pub stamp: Stamp,
-    /// Figures.
+    /// Comparisons, one for each published figure.
     pub figures: Vec<PublishedFigure>,
 }
 
-/// The lumped model with one number of lumps.
+/// Identification with one discretisation of the rods.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct ConvergenceRow {
-    /// Lumps per rod; absent for the exact rod.
+    /// Number of masses per rod of the lumped model; absent for the exact rod.
     pub lumps: Option<usize>,
     /// First natural frequencies above 0 at the start values (Hz).
     pub frequencies_hz: Vec<f64>,
-    /// Identified parameters by id.
+    /// Estimates by parameter id, each in its unit.
     pub parameters: BTreeMap<String, f64>,
     /// Ids of the fitted parameters.
     pub fitted: Vec<String>,
-    /// Minimum cost.
+    /// Minimum of the objective: χ², or the value of `eq26` (1).
     pub cost: f64,
-    /// Root of the summed squares of the relative frequency errors at each held-out position.
+    /// Root sum of squares of the relative frequency errors (1), by held-out position.
     pub held_out_errors: BTreeMap<String, f64>,
 }
 
-/// `convergence.json`.
+/// Convergence of the lumped model with its number of masses (`convergence.json`).
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct ConvergenceDocument {
-    /// Stamp.
+    /// Schema, inputs, overrides and warnings of the document.
     #[serde(flatten)]
     pub stamp: Stamp,
-    /// Nut position of the frequencies (m).
+    /// Position of the nut for `frequencies_hz` (m).
     pub nut_m: Option<f64>,
-    /// Positions fitted.
+    /// Names of the fitted positions.
     pub fit_positions: Vec<String>,
-    /// Results in ascending number of lumps, the exact rod last.
+    /// Identifications in ascending number of masses, the exact rod last.
     pub rows: Vec<ConvergenceRow>,
 }

@@ -84,8 +84,17 @@ pub fn moved_tolerances(tolerances: &BTreeMap<String, ToleranceRow>) -> Option<S
     Some(wrapped(&(head + "those that moved by more than one standard deviation (sd):")) + &table_text(&out))
 }
 
+/// The role of a position or record in words: «left out» where it is predicted by a fit without it.
+fn role_text(role: &str, leave_one_out: bool) -> &'static str {
+    match (role, leave_one_out) {
+        ("fit", true) => "left out",
+        ("fit", false) => "fitted",
+        _ => "held out",
+    }
+}
+
 /// Measured and predicted frequencies in the layout of Tab. 4 and 6–9 of Tian et al.
-pub fn positions_table(positions: &BTreeMap<String, PositionRow>) -> String {
+pub fn positions_table(positions: &BTreeMap<String, PositionRow>, leave_one_out: bool) -> String {
     let orders = positions.values().flat_map(|p| p.orders.iter().map(|o| o.order)).max().unwrap_or(0);
     let header = ["Position".to_string(), "Hz".into()].into_iter().chain((1..=orders).map(|o| format!("Order {o}")));
     let mut out = table(header.chain(["Overall".into()]));
@@ -96,7 +105,7 @@ pub fn positions_table(positions: &BTreeMap<String, PositionRow>) -> String {
         let cells = |pick: &dyn Fn(&super::document::OrderRow) -> Option<String>| -> Vec<String> {
             (1..=orders).map(|k| p.orders.iter().find(|o| o.order == k).and_then(pick).unwrap_or_else(|| "–".into())).collect()
         };
-        let role = if p.role == "fit" { "fitted" } else { "held out" };
+        let role = role_text(&p.role, leave_one_out);
         let mut row = |first: &str, what: &str, middle: Vec<String>, last: String| {
             out.add_row([first.to_string(), what.into()].into_iter().chain(middle).chain([last]));
         };
@@ -112,11 +121,11 @@ pub fn positions_table(positions: &BTreeMap<String, PositionRow>) -> String {
 }
 
 /// FRFs with their gaps.
-pub fn frfs_table(frfs: &[FrfRow]) -> String {
+pub fn frfs_table(frfs: &[FrfRow], leave_one_out: bool) -> String {
     let mut out = table(["FRF", "Response/excitation", "Role", "Lines", "Gap", "Noise floor"]);
     for row in frfs {
         let names: Vec<&str> = [&row.position, &row.record].into_iter().flatten().map(String::as_str).collect();
-        let role = if row.role == "fit" { "fitted" } else { "held out" };
+        let role = role_text(&row.role, leave_one_out);
         out.add_row([
             names.join(" "),
             format!("{}/{}", row.response, row.excitation),

@@ -97,7 +97,8 @@ fn layout_within(value: f64, deviation: f64, least: i32) -> Layout {
 /// Writes a value and the interval it lies in with the same decimals.
 pub(super) fn with_interval(value: f64, [from, to]: [f64; 2]) -> (String, String) {
     let half = 0.5 * (to - from).abs();
-    if !half.is_finite() || half == 0.0 {
+    // An interval wider than its value says nothing of the value's digits.
+    if !half.is_finite() || half == 0.0 || half > value.abs() {
         return (figure(value), range([from, to]));
     }
     let layout = layout_within(value, half, 3);
@@ -134,11 +135,11 @@ pub(super) fn signed(x: f64) -> String {
     format!("{sign}{}", Layout::of(rounded.abs(), 2).write(rounded))
 }
 
-/// Writes the share of a gap that a model closes: a model with which the gap grows closes none of it.
+/// Writes the share of a gap that a model closes; «none» where the gap grows.
 pub(super) fn share_closed(closed: Option<f64>) -> String {
     match closed {
         None => "–".into(),
-        Some(x) if x < -0.005 => "gap grows".into(),
+        Some(x) if x < -0.005 => "none".into(),
         Some(x) if x < 0.005 => "0 %".into(),
         Some(x) if x > 0.9 => format!("{:.1} %", 100.0 * x),
         Some(x) => format!("{:.0} %", 100.0 * x),
@@ -152,7 +153,7 @@ pub(super) fn probability(p: f64) -> String {
 
 /// Writes a unit as it is printed: N·m for N*m.
 pub(super) fn unit(unit: &str) -> String {
-    unit.replace('*', "·").replace("^2", "²")
+    if unit == "1" { String::new() } else { unit.replace('*', "·").replace("^2", "²") }
 }
 
 /// Wraps text to the terminal, at most 100 columns, indented as it begins, later lines by four more.
@@ -211,7 +212,7 @@ mod tests {
             [-0.0, 1e-3, 9.9994e-4, 99_990.0, 1e5, 9.9996].map(figure).each_ref().map(String::as_str)
         );
         assert_eq!(
-            ["–", "gap grows", "0 %", "76 %", "99.3 %"],
+            ["–", "none", "0 %", "76 %", "99.3 %"],
             [None, Some(-11.97), Some(-0.001), Some(0.76), Some(0.993)].map(share_closed).each_ref().map(String::as_str)
         );
     }

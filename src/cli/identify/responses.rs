@@ -119,7 +119,11 @@ fn text(loaded: &Loaded, document: &document::IdentificationDocument, found: &Id
         text += &moved;
         text.push('\n');
     }
-    text += &if document.frfs.is_empty() { positions_table(&document.positions) } else { frfs_table(&document.frfs) };
+    text += &if document.frfs.is_empty() {
+        positions_table(&document.positions, document.leave_one_out)
+    } else {
+        frfs_table(&document.frfs, document.leave_one_out)
+    };
     text.push('\n');
     if !found.derived.is_empty() {
         text += &derived_table(

@@ -1,4 +1,4 @@
-//! Measured FRFs and the predictions of one or two models, for the page.
+//! Measured FRFs and the predictions of one or two models, for the HTML report.
 
 use std::sync::Arc;
 
@@ -12,60 +12,75 @@ use measurement::{FitSet, Frf, Gain, HoldOutSet, MeasurementSet, Quantity};
 use numeric::unit::omega_rad_s;
 use report::page::{PageCurve, PeakMark};
 
-/// Number of lines of a predicted FRF where none was measured.
+/// Number of frequency lines of a predicted FRF where none was measured, evenly spaced in ln f.
 const LINES: usize = 1500;
+/// Ends of the predicted band over the lowest and the highest measured natural frequency (1): the flanks of both peaks lie inside.
+const BAND_ENDS: (f64, f64) = (0.4, 1.4);
+/// Number of extra lines on each side of a predicted peak.
+const PEAK_LINES: i32 = 100;
+/// Distance of the first extra line from the peak, relative to its frequency (1). The i-th line lies i³ times as far: dense at the peak, up to 2 %
+/// from it.
+const PEAK_SPACING: f64 = 2e-8;
 
-type Line = (f64, Complex64);
+/// A line of an FRF: frequency (Hz), and value in the displayed unit.
+type FrfSample = (f64, Complex64);
 
 /// A machine with the values of its parameters.
 pub(super) struct CurveModel {
     pub(super) machine: Machine,
+    /// Values of the parameters, in the order of the machine.
     pub(super) values: Vec<f64>,
+    /// Model of the rods.
     pub(super) rods: RodModel,
-    /// Factor from prediction to record. Where it is absent, it is fitted to the measurements.
+    /// Gain: factor from prediction to record (1). Where it is absent, it is fitted to the measurements.
     pub(super) gain: Option<f64>,
 }
 
 /// A measurement set, its fitted part, and the models drawn over it. The last model is the result.
 pub(super) struct Overlay<'o> {
     pub(super) set: &'o MeasurementSet,
+    /// Fitted positions and FRFs; the others are drawn as held out.
     pub(super) fit: FitSet<'o>,
     pub(super) models: &'o [CurveModel],
 }
 
 impl Overlay<'_> {
-    /// Returns all FRFs of the set with their predictions; for a set of modes, predictions over the band of its modes.
+    /// Returns all FRFs of the set with their predictions. For a set of modes it returns predictions over the band of its modes.
     pub(super) fn curves(&self) -> Result<Vec<PageCurve>, String> {
         let gains = self.models.iter().map(|m| self.gain(m)).collect::<Result<Vec<f64>, String>>()?;
         if self.set.frfs.is_empty() {
-            self.of_modes(&gains)
+            self.mode_curves(&gains)
         } else {
-            self.set.frfs.iter().enumerate().map(|(at, frf)| self.of_frf(at, frf, &gains)).collect()
+            self.set.frfs.iter().enumerate().map(|(at, frf)| self.frf_curve(at, frf, &gains)).collect()
         }
     }
 
-    fn all(&self) -> HoldOutSet<'_> {
+    /// Returns all positions and FRFs of the set, fitted and held out.
+    fn all_data(&self) -> HoldOutSet<'_> {
         HoldOutSet { set: self.set, positions: (0..self.set.positions.len()).collect(), frfs: (0..self.set.frfs.len()).collect() }
     }
 
-    /// Returns the factor from a model's prediction to the record.
+    /// Returns the gain of a model: the factor from its prediction to the record (1).
+    ///
+    /// An unknown gain is fitted to all positions. It belongs to the measuring chain, which is the same for fitted and held-out positions. It only
+    /// scales the drawn curves.
     fn gain(&self, model: &CurveModel) -> Result<f64, String> {
         match (self.set.gain, model.gain) {
             (Gain::Known(gain), _) | (Gain::Unknown, Some(gain)) => Ok(gain),
             (Gain::Unknown, None) if self.set.frfs.is_empty() => {
                 let settings = ModeSettings { rods: model.rods, ..ModeSettings::default() };
-                let objective = ModeObjective::held_out(&model.machine, &self.all(), settings, None).map_err(to_message)?;
+                let objective = ModeObjective::held_out(&model.machine, &self.all_data(), settings, None).map_err(to_message)?;
                 Ok(objective.amplitude_fit(&objective.predict(&model.values)).gain)
             }
             (Gain::Unknown, None) => {
                 let settings = FrfSettings { rods: model.rods, ..FrfSettings::default() };
-                let objective = FrfObjective::held_out(&model.machine, &self.all(), settings).map_err(to_message)?;
+                let objective = FrfObjective::held_out(&model.machine, &self.all_data(), settings).map_err(to_message)?;
                 Ok(objective.best_gain(&model.values))
             }
         }
     }
 
-    /// Predicts the recorded responses with every model, times a factor. Returns those of the result and of the model before it.
+    /// Predicts a recorded response with every model, times a unit factor. Returns the curves of the result and of the model before it.
     fn predicted(
         &self,
         channel: (&str, &str),
@@ -73,14 +88,15 @@ impl Overlay<'_> {
         operating: &Operating,
         lines: &[f64],
         gains: &[f64],
-    ) -> Result<(Vec<Line>, Vec<Line>), String> {
+    ) -> Result<(Vec<FrfSample>, Vec<FrfSample>), String> {
         let models = self.models.iter().zip(gains);
         let mut all =
             models.map(|(m, gain)| m.predicted(channel, quantity, operating, lines, factor * gain)).collect::<Result<Vec<_>, _>>()?;
         Ok((all.pop().unwrap_or_default(), all.pop().unwrap_or_default()))
     }
 
-    fn of_frf(&self, at: usize, frf: &Frf, gains: &[f64]) -> Result<PageCurve, String> {
+    /// Returns a measured FRF with its predictions at the same lines.
+    fn frf_curve(&self, at: usize, frf: &Frf, gains: &[f64]) -> Result<PageCurve, String> {
         let set = self.set;
         let operating = operating(set, frf);
         let (factor, unit) = self.unit((&frf.response, &frf.excitation), frf.quantity)?;
@@ -108,19 +124,20 @@ impl Overlay<'_> {
         })
     }
 
-    fn of_modes(&self, gains: &[f64]) -> Result<Vec<PageCurve>, String> {
+    /// Returns predicted FRFs of the measured channel at all positions, with the measured modes as marks.
+    fn mode_curves(&self, gains: &[f64]) -> Result<Vec<PageCurve>, String> {
         let set = self.set;
         let (Some(modes), Some(response), Some(excitation)) = (&set.modes, &set.response, &set.excitation) else { return Ok(Vec::new()) };
         let quantity = set.quantity.unwrap_or(Quantity::Receptance);
         let (factor, unit) = self.unit((response, excitation), quantity)?;
-        let seen = modes.positions.iter().flatten().filter_map(|m| m.frequency_hz);
-        let (low, high) = seen.fold((f64::INFINITY, 0.0_f64), |(a, b), f| (a.min(f), b.max(f)));
-        let (from, to) = (0.4 * low, 1.4 * high);
-        // A peak is narrower than the line spacing: lines are added around it.
+        let measured_hz = modes.positions.iter().flatten().filter_map(|m| m.frequency_hz);
+        let (low, high) = measured_hz.fold((f64::INFINITY, 0.0_f64), |(a, b), f| (a.min(f), b.max(f)));
+        let (from, to) = (BAND_ENDS.0 * low, BAND_ENDS.1 * high);
+        // A peak may be narrower than the line spacing: lines are added around it.
         let mut peaks: Vec<Vec<f64>> = vec![Vec::new(); set.positions.len()];
         for model in self.models {
             let settings = ModeSettings { rods: model.rods, ..ModeSettings::default() };
-            let objective = ModeObjective::held_out(&model.machine, &self.all(), settings, None).map_err(to_message)?;
+            let objective = ModeObjective::held_out(&model.machine, &self.all_data(), settings, None).map_err(to_message)?;
             for prediction in objective.predict(&model.values) {
                 peaks[prediction.position].extend(prediction.peaks.iter().map(|p| p.frequency_hz));
             }
@@ -129,7 +146,7 @@ impl Overlay<'_> {
         for (at, (position, observed)) in set.positions.iter().zip(&modes.positions).enumerate() {
             let mut lines: Vec<f64> = (0..LINES).map(|i| from * (to / from).powf(i as f64 / (LINES - 1) as f64)).collect();
             for peak in peaks[at].iter().filter(|f| (from..=to).contains(*f)) {
-                lines.extend((-100..=100).map(|i| peak * (1.0 + 2e-8 * f64::from(i).powi(3))));
+                lines.extend((-PEAK_LINES..=PEAK_LINES).map(|i| peak * (1.0 + PEAK_SPACING * f64::from(i).powi(3))));
             }
             lines.retain(|f| *f > 0.0);
             lines.sort_by(f64::total_cmp);
@@ -155,7 +172,7 @@ impl Overlay<'_> {
         Ok(curves)
     }
 
-    /// Returns factor and name of a readable unit of an FRF, such as µm/N instead of m/N.
+    /// Returns scale factor and display unit of an FRF, such as 1e6 and µm/N for a receptance in m/N.
     fn unit(&self, (response, excitation): (&str, &str), quantity: Quantity) -> Result<(f64, String), String> {
         let Some(machine) = self.models.last().map(|m| &m.machine) else { return Ok((1.0, quantity.word().into())) };
         let (factor, length, angle) = match quantity {
@@ -163,19 +180,21 @@ impl Overlay<'_> {
             Quantity::Mobility => (1e3, "mm/s", "mrad/s"),
             Quantity::Accelerance => (1.0, "m/s²", "rad/s²"),
         };
-        let moves = |name: &str| Ok::<_, String>(machine.points[point(machine, name)?].motion == PointMotion::Translation);
-        let of = if moves(response)? { length } else { angle };
-        let per = if moves(excitation)? { "N" } else { "N·m" };
-        let times = if self.set.gain == Gain::Unknown { ", times the gain" } else { "" };
-        Ok((factor, format!("{}{times} ({of}/{per})", quantity.word())))
+        let translates = |name: &str| Ok::<_, String>(machine.points[point_index(machine, name)?].motion == PointMotion::Translation);
+        let output = if translates(response)? { length } else { angle };
+        let input = if translates(excitation)? { "N" } else { "N·m" };
+        let gain_note = if self.set.gain == Gain::Unknown { ", times the gain" } else { "" };
+        Ok((factor, format!("{}{gain_note} ({output}/{input})", quantity.word())))
     }
 }
 
-fn point(machine: &Machine, name: &str) -> Result<usize, String> {
+/// Returns the index of a point, or a message.
+fn point_index(machine: &Machine, name: &str) -> Result<usize, String> {
     machine.point(name).ok_or_else(|| format!("the machine has no point «{name}»"))
 }
 
 impl CurveModel {
+    /// Predicts a recorded response at frequencies `lines` (Hz), times a factor. Lines without a finite value are left out.
     fn predicted(
         &self,
         (response, excitation): (&str, &str),
@@ -183,16 +202,16 @@ impl CurveModel {
         operating: &Operating,
         lines: &[f64],
         scale: f64,
-    ) -> Result<Vec<Line>, String> {
+    ) -> Result<Vec<FrfSample>, String> {
         let machine = &self.machine;
-        let (response, excitation) = (point(machine, response)?, point(machine, excitation)?);
+        let (response, excitation) = (point_index(machine, response)?, point_index(machine, excitation)?);
         let structure = Arc::new(Structure::new(machine, response, excitation, self.rods).map_err(to_message)?);
-        let (mut network, mut work) = (structure.empty_model(), structure.workspace());
-        network.update(machine, &self.values, operating);
+        let (mut model, mut work) = (structure.empty_model(), structure.workspace());
+        model.update(machine, &self.values, operating);
         let chain = machine.chain.at(&self.values, operating);
         let omegas: Vec<f64> = lines.iter().copied().map(omega_rad_s).collect();
         let recorded = |omega: f64| quantity.from_receptance(omega) * Chain::log_factor(chain, omega).exp() * scale;
-        let all = network.sweep(&omegas, &mut work).into_iter().zip(&omegas).map(|(h, omega)| h * recorded(*omega));
+        let all = model.sweep(&omegas, &mut work).into_iter().zip(&omegas).map(|(h, omega)| h * recorded(*omega));
         Ok(lines.iter().copied().zip(all).filter(|(_, h)| h.is_finite()).collect())
     }
 }

@@ -26,15 +26,15 @@ pub(super) fn shapes(set: &MeasurementSet, model: &CurveModel) -> Result<Vec<Sha
     let observed = name.and_then(|n| machine.point(n)).filter(|p| machine.points[*p].motion == PointMotion::Translation);
     let Some(first) = machine.points.iter().position(|p| !p.fixed) else { return Ok(Vec::new()) };
     let structure = Arc::new(Structure::new(machine, first, first, model.rods).map_err(|e| e.to_string())?);
-    let (mut network, mut work) = (structure.empty_model(), structure.workspace());
+    let (mut assembled, mut work) = (structure.empty_model(), structure.workspace());
     let start = &model.values;
     let mut groups = Vec::new();
     for position in &set.positions {
         let operating = Operating::at(position.nut_m);
-        network.update(machine, start, &operating);
-        let modes = undamped_modes(&network, 1.2 * highest, &mut work).into_iter().filter(|m| m.frequency_hz > 0.0).take(MODES);
+        assembled.update(machine, start, &operating);
+        let modes = undamped_modes(&assembled, 1.2 * highest, &mut work).into_iter().filter(|m| m.frequency_hz > 0.0).take(MODES);
         let modes = modes.map(|mode| {
-            let along = network.shaft_deflections(machine, start, &operating, (mode.frequency_hz, &mode.shape), STEPS);
+            let along = assembled.shaft_deflections(machine, start, &operating, (mode.frequency_hz, &mode.shape), STEPS);
             let deflections = along.into_iter().map(|a| {
                 let shaft = &machine.shafts[a.shaft];
                 // Torsion is shown as the displacement of the circumference, in one scale with the axial deflection.

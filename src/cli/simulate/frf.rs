@@ -118,17 +118,17 @@ pub fn run(given: &FrfArguments) -> CommandResult {
     let folder = prepare(&given.output)?;
     let quantity = given.quantity.quantity();
     let structure = Arc::new(Structure::new(machine, response, excitation, representation).map_err(to_message)?);
-    let (mut network, mut work) = (structure.empty_model(), structure.workspace());
+    let (mut model, mut work) = (structure.empty_model(), structure.workspace());
     let frequency_hz: Vec<f64> = (0..lines).map(|i| from + step * i as f64).collect();
     let mut positions = BTreeMap::new();
     let mut text = String::from("position,frequency_hz,real,imag\n");
     for (name, operating) in conditions {
-        network.update(machine, &values, &operating);
+        model.update(machine, &values, &operating);
         let chain = machine.chain.at(&values, &operating);
         let mut row = Vec::with_capacity(lines);
         let omegas: Vec<f64> = frequency_hz.iter().copied().map(omega_rad_s).collect();
         let receptances = match given.closed_loop {
-            false => network.sweep(&omegas, &mut work),
+            false => model.sweep(&omegas, &mut work),
             true => closed_receptances(machine, &values, &operating, (response, excitation, representation), &omegas)?,
         };
         for ((&f, &omega), receptance) in frequency_hz.iter().zip(&omegas).zip(receptances) {
@@ -181,9 +181,9 @@ fn closed_receptances(
         for force in [hold.on, excitation] {
             if let Entry::Vacant(place) = open.entry((at, force)) {
                 let structure = Arc::new(Structure::new(machine, at, force, rods).map_err(to_message)?);
-                let mut network = structure.empty_model();
-                network.update(machine, values, operating);
-                place.insert(network.sweep(omega_rad_s, &mut structure.workspace()));
+                let mut model = structure.empty_model();
+                model.update(machine, values, operating);
+                place.insert(model.sweep(omega_rad_s, &mut structure.workspace()));
             }
         }
     }

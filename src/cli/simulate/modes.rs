@@ -44,16 +44,16 @@ pub fn run(given: &ModesArguments) -> CommandResult {
     let folder = prepare(&given.output)?;
     let first = machine.points.iter().position(|p| !p.fixed).ok_or("the machine has no point that moves")?;
     let structure = Arc::new(Structure::new(machine, first, first, given.rods.represent()).map_err(to_message)?);
-    let mut network = structure.empty_model();
-    network.update(machine, &machine.start(), &operating);
-    let modes: Vec<ModeRow> = undamped_modes(&network, max_hz, &mut structure.workspace())
+    let mut model = structure.empty_model();
+    model.update(machine, &machine.start(), &operating);
+    let modes: Vec<ModeRow> = undamped_modes(&model, max_hz, &mut structure.workspace())
         .into_iter()
         .enumerate()
         .map(|(at, mode)| {
             let omega = omega_rad_s(mode.frequency_hz);
             // A rigid-body mode has no strain energy.
             let energy = match mode.frequency_hz > 0.0 {
-                true => network.strain_energy(machine, &machine.start(), &operating, omega, &mode.shape),
+                true => model.strain_energy(machine, &machine.start(), &operating, omega, &mode.shape),
                 false => Vec::new(),
             };
             ModeRow {

@@ -163,10 +163,10 @@ fn chosen_joints(machine: &Machine, names: Option<&[String]>, operating: &Operat
 pub(super) fn mode_energy(machine: &Machine, operating: &Operating, frequency_hz: f64) -> Result<BTreeMap<String, (f64, f64)>, String> {
     let moving = machine.points.iter().position(|p| !p.fixed).ok_or("the machine has no point that moves")?;
     let structure = Arc::new(Structure::new(machine, moving, moving, RodModel::Exact).map_err(to_message)?);
-    let mut network = structure.empty_model();
-    network.update(machine, &machine.start(), operating);
-    let modes = undamped_modes(&network, frequency_hz * (1.0 + 1e-6), &mut structure.workspace());
+    let mut model = structure.empty_model();
+    model.update(machine, &machine.start(), operating);
+    let modes = undamped_modes(&model, frequency_hz * (1.0 + 1e-6), &mut structure.workspace());
     let mode = modes.last().ok_or("the mode is not found a second time")?;
-    let rows = network.strain_energy(machine, &machine.start(), operating, omega_rad_s(mode.frequency_hz), &mode.shape);
+    let rows = model.strain_energy(machine, &machine.start(), operating, omega_rad_s(mode.frequency_hz), &mode.shape);
     Ok(rows.into_iter().map(|row| (row.name, (row.deformation.unwrap_or(0.0), row.share))).collect())
 }

@@ -85,7 +85,7 @@ pub fn run(
     let mut stamped = stamp("validation", identified.stamp.seed, true, loaded, warnings);
     stamped.inputs.push(input);
     let document = ValidationDocument { stamp: stamped, positions, largest_error: largest, largest_gap };
-    let mut text = if whole_frfs { gaps_table(&document.positions) } else { positions_table(&document.positions) };
+    let mut text = if whole_frfs { gaps_table(&document.positions) } else { positions_table(&document.positions, false) };
     if let Some(largest) = largest {
         text += &format!("\nlargest frequency error: {:.2} %\n", 100.0 * largest);
     }

@@ -142,7 +142,7 @@ impl Truth {
             let point = |name: &str| self.machine.point(name).ok_or_else(|| format!("the machine has no point «{name}»"));
             let (response, excitation) = (point(record.channel.response.name())?, point(record.channel.excitation.name())?);
             let structure = Arc::new(Structure::new(&self.machine, response, excitation, RodModel::Exact).map_err(to_message)?);
-            let (mut network, mut work) = (structure.empty_model(), structure.workspace());
+            let (mut model, mut work) = (structure.empty_model(), structure.workspace());
             let nut_m = case
                 .positions
                 .iter()
@@ -150,14 +150,14 @@ impl Truth {
                 .find(|(p, _)| p.name == record.position)
                 .map(|(p, nut_error_m)| p.nut_m + nut_error_m);
             let operating = Operating::at(nut_m);
-            network.update(&self.machine, &self.values, &operating);
+            model.update(&self.machine, &self.values, &operating);
             let chain = self.machine.chain.at(&self.values, &operating);
             let [gain, delay_s] = self.channels.iter().find(|(channel, _)| *channel == record.channel).map_or([0.0; 2], |(_, own)| *own);
             let lines = record.lines.iter().step_by(nth).map(|line| {
                 let omega = omega_rad_s(line.frequency_hz);
                 let own = Complex64::new(gain, -omega * delay_s);
                 let recorded = (Chain::log_factor(chain, omega) + own).exp() * case.quantity.factor(line.frequency_hz);
-                network.receptance(omega, &mut work) * recorded
+                model.receptance(omega, &mut work) * recorded
             });
             out.push(lines.collect());
         }

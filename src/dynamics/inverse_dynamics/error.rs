@@ -1,53 +1,53 @@
-//! Errors of inverse dynamics in a motion or in the machine that predicts it.
+//! Errors of inverse dynamics: faults of the records or of the machine description.
 
 use thiserror::Error;
 
-/// Why inverse dynamics is not possible.
+/// A fault that prevents inverse dynamics.
 #[derive(Debug, Clone, PartialEq, Error)]
 pub enum InverseError {
-    /// The record is too short to be filtered.
-    #[error("{path}: has {samples} samples, but filtering and thinning need at least {needed}; record for longer, or sample faster")]
+    /// The record is too short for filtering and decimation.
+    #[error("{path}: has {samples} samples; filtering and decimation need {needed}; record a longer motion")]
     Short {
-        /// File.
+        /// File of the record.
         path: String,
         /// Number of samples.
         samples: usize,
-        /// Number of samples needed.
+        /// Least number of samples.
         needed: usize,
     },
     /// The machine has no drive.
     #[error("the machine has no [drive], so that no force moves it; describe one")]
     NoDrive,
-    /// The parts of the machine move relative to each other.
+    /// The machine has more than one independent motion, or none that moves both drive and encoder.
     #[error(
         "the machine is not one rigid axis ({fault}): its force does not follow from one position; use --objective output-error, or a description \
          of one moving mass"
     )]
     NotRigid {
-        /// The independent motion.
+        /// Fault of the rigid-body motion, as a part of a sentence.
         fault: String,
     },
-    /// A parameter that the records cannot identify next to the others.
+    /// The records do not identify a parameter in addition to the others.
     #[error("{why}")]
     Unidentifiable {
         /// Index of the parameter in the machine.
         parameter: usize,
-        /// Reason in words.
+        /// Complete message.
         why: String,
     },
-    /// The record has a force where the drive needs a torque, or the reverse.
+    /// The record contains a force where the drive needs a torque, or the reverse.
     #[error("{path}: has column {given}, but the drive acts on «{point}», which needs {wanted}; write that column")]
     Load {
-        /// File.
+        /// File of the record.
         path: String,
-        /// Column of the record.
+        /// Column of the record with the load.
         given: &'static str,
         /// Column that the drive needs.
         wanted: &'static str,
-        /// The driven point.
+        /// Name of the driven point.
         point: String,
     },
-    /// The records are not sufficient.
+    /// Any other fault, as a complete message.
     #[error("{0}")]
     Data(String),
 }

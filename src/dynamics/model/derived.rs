@@ -1,4 +1,4 @@
-//! Quantities derived from a machine's parameters through its model.
+//! Derived quantities of a machine: natural frequencies, antiresonances, ratios of inertia, parameters.
 
 use std::sync::Arc;
 
@@ -7,20 +7,28 @@ use machine::{Derivation, Machine, Operating};
 
 /// Upper limit of the search for natural frequencies (Hz).
 const HIGHEST_HZ: f64 = 1e5;
-/// Limit (Hz) above which a natural frequency is elastic; below it a mode is a rigid-body mode.
+/// Upper limit of the first search (Hz), far below [`HIGHEST_HZ`]: most machines need only their lowest modes.
+const FIRST_LIMIT_HZ: f64 = 100.0;
+/// Factor on the upper limit from one search to the next (1).
+const LIMIT_FACTOR: f64 = 10.0;
+/// Frequency (Hz) that separates rigid-body from elastic modes.
 const ELASTIC_HZ: f64 = 1e-2;
 
-/// Computes the derived quantities of a machine, in its order; `None` where the frequency does not exist below 100 kHz.
+/// Computes the derived quantities of a machine, in its order.
+///
+/// `None` stands for a natural frequency or antiresonance that does not exist up to 100 kHz, for a machine without a free point or a valid model,
+/// and for a ratio of inertia that is not finite.
 pub fn derived(machine: &Machine, parameters: &[f64], operating: &Operating) -> Vec<Option<f64>> {
     machine
         .derived
         .iter()
         .map(|d| match d.from {
-            Derivation::NaturalFrequency(order) => natural_frequency_hz(machine, order, parameters, operating),
-            Derivation::Antiresonance(order, point) => {
-                let mut held = machine.clone();
-                held.points[point].fixed = true;
-                natural_frequency_hz(&held, order, parameters, operating)
+            Derivation::NaturalFrequency(mode_number) => natural_frequency_hz(machine, mode_number, parameters, operating),
+            Derivation::Antiresonance(mode_number, point) => {
+                // An antiresonance of a driving point is a natural frequency of the machine with that point fixed.
+                let mut clamped = machine.clone();
+                clamped.points[point].fixed = true;
+                natural_frequency_hz(&clamped, mode_number, parameters, operating)
             }
             Derivation::InertiaRatio(a, b) => {
                 let inertia = |point: usize| machine.points[point].inertia.at(parameters, operating);
@@ -31,25 +39,27 @@ pub fn derived(machine: &Machine, parameters: &[f64], operating: &Operating) -> 
         .collect()
 }
 
-/// Returns the n-th (from 1) undamped natural frequency above 0 (Hz).
-fn natural_frequency_hz(machine: &Machine, order: usize, parameters: &[f64], operating: &Operating) -> Option<f64> {
-    elastic_frequencies_hz(machine, order, parameters, operating).get(order - 1).copied()
+/// Returns the natural frequency (Hz) of the elastic mode with a number (from 1), without damping.
+fn natural_frequency_hz(machine: &Machine, mode_number: usize, parameters: &[f64], operating: &Operating) -> Option<f64> {
+    elastic_frequencies_hz(machine, mode_number, parameters, operating).get(mode_number - 1).copied()
 }
 
-/// Returns the first `count` undamped natural frequencies above 0 (Hz), or fewer where fewer lie below 100 kHz.
+/// Returns the natural frequencies (Hz) of the first `count` elastic modes, without damping.
+///
+/// Fewer are returned where fewer lie below 100 kHz, and none for a machine without a free point or a valid model.
 pub fn elastic_frequencies_hz(machine: &Machine, count: usize, parameters: &[f64], operating: &Operating) -> Vec<f64> {
-    let Some(moving) = machine.points.iter().position(|p| !p.fixed) else { return Vec::new() };
-    let Ok(structure) = Structure::new(machine, moving, moving, RodModel::Exact) else { return Vec::new() };
+    let Some(free_point) = machine.points.iter().position(|p| !p.fixed) else { return Vec::new() };
+    let Ok(structure) = Structure::new(machine, free_point, free_point, RodModel::Exact) else { return Vec::new() };
     let structure = Arc::new(structure);
     let (mut model, mut work) = (structure.empty_model(), structure.workspace());
     model.update(machine, parameters, operating);
-    let mut highest_hz = 100.0;
+    let mut highest_hz = FIRST_LIMIT_HZ;
     loop {
         let modes = undamped_modes(&model, highest_hz, &mut work);
         let elastic: Vec<f64> = modes.iter().map(|m| m.frequency_hz).filter(|f| *f > ELASTIC_HZ).take(count).collect();
         if elastic.len() >= count || highest_hz >= HIGHEST_HZ {
             return elastic;
         }
-        highest_hz *= 10.0;
+        highest_hz *= LIMIT_FACTOR;
     }
 }

@@ -61,7 +61,7 @@ pub struct Energy {
 }
 
 impl Energy {
-    /// Returns |supplied − stored − lost| relative to `turned_over_j`.
+    /// Returns |supplied − stored − lost| relative to `throughput_j`.
     pub fn imbalance(&self) -> f64 {
         let missing = (self.supplied_j - self.stored_j - self.lost_j).abs();
         if self.throughput_j > 0.0 { missing / self.throughput_j } else { missing }

@@ -54,13 +54,13 @@ fn split_off(machine: &mut Machine, index: usize, right: bool, at_m: f64, thinne
     let name = format!("~journal {} of {}", if right { "right" } else { "left" }, shaft.name);
     let axial = end.axial.map(|_| massless(machine, &name, PointMotion::Translation));
     let torsion = end.torsion.map(|_| massless(machine, &name, PointMotion::Rotation));
-    let seam = Station { place: StationPlace::At(at_m), axial, torsion };
+    let junction = Station { place: StationPlace::At(at_m), axial, torsion };
     let mut journal = shaft;
     journal.diameter.modifiers.push(thinner);
     journal.name = name;
-    journal.stations = if right { vec![seam, end] } else { vec![end, seam] };
+    journal.stations = if right { vec![junction, end] } else { vec![end, junction] };
     let stations = &mut machine.shafts[index].stations;
     let place = if right { stations.len() - 1 } else { 0 };
-    stations[place] = seam;
+    stations[place] = junction;
     machine.shafts.push(journal);
 }

@@ -1,4 +1,24 @@
-//! Cases of the blind check: published measurements, sealed labels, and their generation.
+//! Cases of the blind check. A case is one simulated machine, its hammer test, and its hidden cause.
+//!
+//! The test is published. The cause, an effect or a data fault or none, is kept in a sealed label.
+//!
+//! - `band`: band that contains most of an effect
+//! - `choice`: random choices of a case before its test
+//! - `fault`: data faults of a hammer test
+//! - `fit`: refit of the description to noise-free data, for the gap that no joint values close
+//! - `gauge`: strength of an effect as non-centrality
+//! - `label`: the sealed label
+//! - `layout`: measured channels and their quantity
+//! - `make`: generation of a case and its label from a slot of the plan
+//! - `measure`: block length, noise-free curves and records of a test
+//! - `ordinary`: machines without effects, within their stated tolerances
+//! - `plan`: lists of the cases to generate
+//! - `record`: the published part of a case
+//! - `size`: sizes of effects, and noise of a test
+//! - `strike`: simulated hammer test, as published case and curves for the label
+//! - `subject`: the machine under test and its noise-free responses
+//! - `survey`: preview of a test on few lines
+//! - `write`: files of cases and labels
 
 mod band;
 mod choice;

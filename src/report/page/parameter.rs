@@ -27,7 +27,7 @@ pub fn values(of: &IdentificationDocument) -> String {
             Some(ends) => with_interval(*x, *ends),
             None => (figure(*x), "–".into()),
         };
-        derived.row([name.clone(), value, interval]);
+        derived.row([name.replace('_', " "), value, interval]);
     }
     let combinations: String = of.combinations.iter().map(|c| paragraph(&c.description)).collect();
     format!("{}{}{}{combinations}", table.html(), intervals(of), derived.html())

@@ -241,7 +241,8 @@ fn effects(of: &DiagnosisDocument) -> String {
             .array_minus(vec![(closed - low).max(0.0)])
             .symmetric(false)
             .color("#8A8A8A".to_string());
-        let bar = Bar::new(vec![rounded(*closed, 4)], vec![escape(&effect.id)])
+        // An effect with which the gap grows manyfold would hide the others.
+        let bar = Bar::new(vec![rounded(closed.max(-1.0), 4)], vec![escape(&effect.id)])
             .orientation(Orientation::Horizontal)
             .marker(Marker::new().color(colour(usize::from(in_verdict(of, effect)))))
             .hover_template(format!("{}: %{{x:.1%}}<extra></extra>", escape(&effect.id)));
