@@ -406,7 +406,15 @@ fn identified_from_frfs(seed: u64, profile: bool) -> Value {
         line.value *= Complex64::new(1.0 + 0.02 * phase.cos(), 0.02 * (1.1 * phase).sin());
     }
     let (fit, held_out) = set.split(None, &[]).expect("the set can be fitted as a whole");
-    let plan = IdentificationSettings { seed, repeats: 1, profile, frf: Some(FrfSettings::default()), ..IdentificationSettings::default() };
+    // SciPy fits the parameters only, so that tolerances are held here, too.
+    let plan = IdentificationSettings {
+        seed,
+        repeats: 1,
+        profile,
+        tolerances: false,
+        frf: Some(FrfSettings::default()),
+        ..IdentificationSettings::default()
+    };
     let mut found = None;
     let timing = timed(1, 0, || found = identify(&machine, &fit, &held_out, &plan, &Control::default()).ok());
     let found = found.expect("the identification succeeds");

@@ -11,7 +11,7 @@ use crate::terminal;
 use optimizer::{Control, Journal};
 use report::OutputFolder;
 
-/// Identifies this build of the program by the length and modification time of its file.
+/// Identifies this build of the program by the length and modification time of its file; `None` if they cannot be read.
 pub fn build_id() -> Option<(u64, std::time::SystemTime)> {
     std::env::current_exe().and_then(std::fs::metadata).and_then(|m| Ok((m.len(), m.modified()?))).ok()
 }
@@ -30,7 +30,7 @@ pub fn control(
     let journal = folder
         .map(|folder| {
             let path = folder.path().join(JOURNAL);
-            // Another build may compute other numbers.
+            // Another build may compute other numbers. Arguments may contain blanks, so U+001F separates them.
             let mut work = format!("{} {:?} {}", env!("CARGO_PKG_VERSION"), build_id(), result_arguments(std::env::args()).join("\u{1f}"));
             inputs(loaded).iter().for_each(|input| work += &format!(" {}", input.sha256));
             let journal = Journal::open(&path, &work).map_err(|e| format!("{}: cannot be read: {e}; remove it", path.display()))?;
@@ -53,7 +53,7 @@ pub fn finish(output: &OutputArguments, control: &Control, complete: bool) -> Ou
     });
     if let Some(fault) = fault.filter(|_| !output.quiet) {
         terminal::warning(&format!(
-            "{fault}: the journal of finished work could not be written; after a stop this run would start from the beginning"
+            "{fault}: the journal of finished work could not be written; after a stop the same command repeats the work missing from it"
         ));
     } else if !complete && control.journal().is_some() && !output.quiet {
         eprintln!("stopped; the same command resumes from here");
@@ -64,7 +64,7 @@ pub fn finish(output: &OutputArguments, control: &Control, complete: bool) -> Ou
 /// Name of the journal in the result folder. The file exists until the run is complete.
 const JOURNAL: &str = "unfinished.jsonl";
 
-/// Returns the arguments that results depend on.
+/// Returns the command-line arguments on which results depend.
 fn result_arguments(arguments: impl Iterator<Item = String>) -> Vec<String> {
     let mut kept = Vec::new();
     let mut arguments = arguments.skip(1);
@@ -80,12 +80,15 @@ fn result_arguments(arguments: impl Iterator<Item = String>) -> Vec<String> {
 }
 
 /// Returns a flag that Ctrl-C sets. A second Ctrl-C ends the process at once.
+///
+/// Only one flag per process works: Ctrl-C keeps setting the first one.
 pub fn stop_flag() -> Arc<AtomicBool> {
     let flag = Arc::new(AtomicBool::new(false));
     let handled = Arc::clone(&flag);
     // Where no handler can be set, Ctrl-C ends the process as usual.
     let _ = ctrlc::set_handler(move || {
         if handled.swap(true, Ordering::Relaxed) {
+            // 128 + 2, the usual exit code of a process ended by SIGINT.
             std::process::exit(130);
         }
     });
@@ -98,7 +101,9 @@ pub fn not_stopped() -> impl Fn() -> bool + Sync {
     move || !flag.load(Ordering::Relaxed)
 }
 
-/// Runs a computation on the given number of threads; without one, on all cores.
+/// Runs a computation on the given number of threads; without one, on all cores or as many as `RAYON_NUM_THREADS` states.
+///
+/// # Errors  the threads cannot be started.
 pub fn on_threads<T: Send>(threads: Option<u16>, work: impl FnOnce() -> T + Send) -> Result<T, String> {
     match threads {
         None => Ok(work()),

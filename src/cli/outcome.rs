@@ -10,11 +10,11 @@ use report::{OutputFolder, to_json};
 
 /// How a command ended.
 pub enum Outcome {
-    /// Done.
+    /// The command completed.
     Done,
-    /// Done, but a requested limit is not met.
+    /// The command completed, but a limit requested by the user is exceeded, such as `--fail-above`.
     LimitNotMet,
-    /// Stopped early; the results so far are delivered.
+    /// Ended early, by Ctrl-C or because a simulated motion diverged; the results so far, if any, are delivered.
     Stopped,
 }
 
@@ -26,7 +26,7 @@ pub fn to_message(error: impl std::fmt::Display) -> String {
     error.to_string()
 }
 
-/// Claims the result folder for this run, before its computations start; `None` without --out.
+/// Claims the result folder, so that no other run writes into it; `None` without `--out`. Called before the computations start.
 pub fn prepare(output: &OutputArguments) -> Result<Option<OutputFolder>, String> {
     output.out.as_deref().map(OutputFolder::claim).transpose()
 }
@@ -60,7 +60,7 @@ pub fn deliver_with<T: Serialize>(
     Ok(Outcome::Done)
 }
 
-/// Writes files, all or none, and prints their paths.
+/// Writes files, all or none, and prints their paths to stderr, unless `--json` or `--quiet` is given.
 pub fn write_announced(output: &OutputArguments, folder: &OutputFolder, files: &[(&str, &str)]) -> Result<(), String> {
     folder.write_all(files.iter().copied())?;
     if !output.json && !output.quiet {

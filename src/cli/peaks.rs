@@ -20,16 +20,16 @@ pub struct PeaksArguments {
     /// Folder of the measurement set
     #[arg(long, value_name = "DIR")]
     pub measurements: String,
-    /// Lowest and highest frequency (Hz), comma-separated
+    /// Lowest and highest frequency (Hz), comma-separated; all frequencies by default
     #[arg(long, value_name = "FROM,TO", value_delimiter = ',', num_args = 1)]
     pub band: Vec<f64>,
-    /// Fit only the modes in --band, and those outside as a background
+    /// Fit only the modes in --band; modes outside it enter as a background linear in frequency
     #[arg(long)]
     pub local: bool,
     /// Highest polynomial order of the stabilisation diagram
     #[arg(long, value_name = "N", default_value_t = 48, value_parser = clap::value_parser!(u8).range(8..=120))]
     pub max_order: u8,
-    /// Show peaks without regularity over the positions, too, with the reasons
+    /// Also show spurious modes, which do not vary smoothly over the positions, with the reasons
     #[arg(long)]
     pub all: bool,
     #[command(flatten)]
@@ -83,16 +83,16 @@ pub fn run(given: &PeaksArguments) -> CommandResult {
                 .sightings
                 .iter()
                 .map(|(record, at)| {
-                    let seen = &named[*record].fitted.modes[*at];
+                    let fitted = &named[*record].fitted.modes[*at];
                     let row = PeakRow {
-                        frequency_hz: seen.frequency_hz,
-                        frequency_sd_hz: finite(seen.frequency_sd_hz),
-                        damping_ratio: seen.damping_ratio,
-                        damping_sd: finite(seen.damping_sd),
-                        amplitude: seen.amplitude.value,
-                        amplitude_sd: finite(seen.amplitude.sd),
-                        own_peak: seen.amplitude.kind == AmplitudeKind::Peak,
-                        stable_share: seen.stability.share(),
+                        frequency_hz: fitted.frequency_hz,
+                        frequency_sd_hz: finite(fitted.frequency_sd_hz),
+                        damping_ratio: fitted.damping_ratio,
+                        damping_sd: finite(fitted.damping_sd),
+                        amplitude: fitted.amplitude.value,
+                        amplitude_sd: finite(fitted.amplitude.sd),
+                        own_peak: fitted.amplitude.kind == AmplitudeKind::Peak,
+                        stable_share: fitted.stability.share(),
                     };
                     (named[*record].name.clone(), row)
                 })
@@ -120,12 +120,12 @@ pub fn run(given: &PeaksArguments) -> CommandResult {
     deliver_with(&given.output, folder.as_ref(), ("peaks.json", &tables), &document, &peaks_table(&document, given.all))?;
     if !given.output.json && !given.all && document.modes.iter().any(|m| !m.regular) {
         let spurious = document.modes.iter().filter(|m| !m.regular).count();
-        print_out(&format!("{spurious} peaks without regularity are not shown; --all shows them with the reasons\n"))?;
+        print_out(&format!("{spurious} spurious modes are not shown; --all shows them with the reasons\n"))?;
     }
     Ok(Outcome::Done)
 }
 
-/// Unit of the amplitudes, where all FRFs have one quantity.
+/// Returns the unit of the amplitudes; empty if the FRFs differ in quantity.
 fn amplitude_unit(set: &MeasurementSet) -> String {
     let first = set.frfs.first().map(|frf| frf.quantity);
     let unit = first.filter(|quantity| set.frfs.iter().all(|frf| frf.quantity == *quantity)).map(measurement::Quantity::unit);
@@ -136,6 +136,9 @@ fn finite(x: f64) -> Option<f64> {
     x.is_finite().then_some(x)
 }
 
+/// Returns the settings of the fit.
+///
+/// # Errors  `--local` without a band; a band that is not a range of frequencies.
 fn options(given: &PeaksArguments) -> Result<CurveOptions, String> {
     let fit = match (&given.band[..], given.local) {
         ([], false) => CurveFit::Full,
@@ -152,6 +155,7 @@ fn options(given: &PeaksArguments) -> Result<CurveOptions, String> {
     Ok(CurveOptions { fit, max_order: usize::from(given.max_order), ..CurveOptions::default() })
 }
 
+/// Returns the lowest and highest frequency (Hz) of an FRF within the requested band.
 fn band_of(frf: &Frf, given: &PeaksArguments) -> (f64, f64) {
     let ends = (frf.lines.first().map_or(0.0, |l| l.frequency_hz), frf.lines.last().map_or(0.0, |l| l.frequency_hz));
     match given.band[..] {
@@ -160,11 +164,12 @@ fn band_of(frf: &Frf, given: &PeaksArguments) -> (f64, f64) {
     }
 }
 
+/// Fits an FRF as a receptance.
 fn fit(frf: &Frf, options: &CurveOptions, given: &PeaksArguments) -> Result<ModalFit, measurement::modal::ModalError> {
     let (from, to) = band_of(frf, given);
     // A local fit also uses the lines outside its band; a full fit uses only those inside.
-    let seen = |l: &FrfLine| given.local || (from..=to).contains(&l.frequency_hz);
-    let lines: Vec<_> = frf.lines.iter().zip(frf.component_sds()).filter(|(l, _)| seen(l)).collect();
+    let is_used = |l: &FrfLine| given.local || (from..=to).contains(&l.frequency_hz);
+    let lines: Vec<_> = frf.lines.iter().zip(frf.component_sds()).filter(|(l, _)| is_used(l)).collect();
     let frequency_hz: Vec<f64> = lines.iter().map(|(l, _)| l.frequency_hz).collect();
     let receptance: Vec<_> = lines.iter().map(|(l, _)| l.value / frf.quantity.from_receptance(omega_rad_s(l.frequency_hz))).collect();
     let component_sd: Option<Vec<f64>> = lines.iter().map(|(_, sd)| *sd).collect();
@@ -177,7 +182,7 @@ fn fit(frf: &Frf, options: &CurveOptions, given: &PeaksArguments) -> Result<Moda
     measurement::modal::fit_curve(&curve, options)
 }
 
-/// Names each FRF by its position or record. Record and channel are added where they make the names unique.
+/// Names each FRF by its position, its record or its file. Record, channel and number are added if the names are not unique otherwise.
 fn names(set: &MeasurementSet) -> Vec<String> {
     let base = |frf: &Frf| match (frf.position, &frf.record) {
         (Some(position), _) => set.positions[position].name.clone(),
@@ -202,14 +207,14 @@ fn names(set: &MeasurementSet) -> Vec<String> {
     }
 }
 
-/// Formats the regular modes as a table for a manifest: position, order, frequency, amplitude.
+/// Formats the regular modes as the mode table of a measurement set: position, mode number, frequency (Hz), amplitude (unit of the FRFs).
 fn modes_csv(set: &MeasurementSet, named: &[NamedFrf<'_>], document: &PeaksDocument) -> String {
     let mut text = String::from("position,order,frequency_hz,amplitude\n");
     for n in named.iter().filter(|n| n.frf.position.is_some()) {
         let position = n.frf.position.map_or("", |p| set.positions[p].name.as_str());
         for mode in document.modes.iter().filter(|m| m.regular) {
-            if let Some(seen) = mode.records.get(&n.name) {
-                let _ = writeln!(text, "{position},{},{},{:e}", mode.order, seen.frequency_hz, seen.amplitude);
+            if let Some(peak) = mode.records.get(&n.name) {
+                let _ = writeln!(text, "{position},{},{},{:e}", mode.order, peak.frequency_hz, peak.amplitude);
             }
         }
     }

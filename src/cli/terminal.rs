@@ -1,4 +1,4 @@
-//! Messages on stderr: wrapped to the terminal, coloured unless NO_COLOR is set.
+//! Messages on stderr: wrapped to the terminal, except errors; coloured on a terminal unless NO_COLOR is set.
 
 use std::sync::{LazyLock, OnceLock};
 use std::time::Instant;
@@ -9,9 +9,9 @@ use serde_json::Value;
 use crate::arguments::OutputArguments;
 use report::wrapped;
 
-/// Start of the program.
+/// Time at which the program started.
 pub static BEGUN: LazyLock<Instant> = LazyLock::new(Instant::now);
-/// Requested number of threads.
+/// Number of threads requested with `--threads`; unset without it.
 pub static THREADS: OnceLock<usize> = OnceLock::new();
 
 /// Prints a warning: the finding, and the remedy.
@@ -36,7 +36,7 @@ fn labelled(label: &str, style: Style, text: &str) {
     anstream::eprint!("{style}{label}{style:#}{rest}");
 }
 
-/// Prints inputs, settings, searches and run time of a result, with `--verbose`.
+/// Prints the background of a result, with `--verbose`: inputs, overrides, settings, searches, effects not applicable and run time.
 pub fn background(output: &OutputArguments, json: &str) {
     if !output.verbose {
         return;

@@ -41,7 +41,7 @@ const COUNTED: f64 = 3.0;
 /// Returns the reference width for identifiability as a share of a parameter's range.
 ///
 /// It is the whole range on a linear scale, and a factor of three on a logarithmic scale. Narrowed fourfold, the 95 % interval lies within
-/// about ±16 %. A stiffness known less well does not suffice for predictions, however wide its range is.
+/// about ±15 %. A stiffness known less well does not suffice for predictions, however wide its range is.
 pub fn counted(parameter: &Parameter) -> f64 {
     match parameter.scale {
         Scale::Linear => 1.0,

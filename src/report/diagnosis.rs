@@ -50,7 +50,7 @@ pub struct DiagnosisDocument {
     /// Missing dynamic stiffness at the best interfaces.
     #[serde(default)]
     pub delta_z: Vec<DeltaZ>,
-    /// All candidates, most significant first.
+    /// All candidates, best first: by χ² with a penalty for flexibility; of motion records by cross-validated prediction error.
     pub effects: Vec<EffectRow>,
     /// Values of the parameters of the machine as described.
     #[serde(default)]
@@ -389,7 +389,7 @@ pub(super) fn estimated_text(document: &DiagnosisDocument) -> String {
 /// Number of listed candidates that the verdict does not name.
 const LISTED: usize = 8;
 
-/// Returns the candidates as a table: those of the verdict, then the most significant others.
+/// Returns the candidates as a table: those of the verdict, then the best others.
 pub(super) fn candidates_text(document: &DiagnosisDocument, heads: [&str; 5]) -> String {
     let tried = || document.effects.iter().filter(|row| row.status == "tried");
     let others = tried().filter(|row| !row.selected).take(LISTED);
@@ -402,7 +402,7 @@ pub(super) fn candidates_text(document: &DiagnosisDocument, heads: [&str; 5]) ->
             row.p_value.map_or("–".into(), probability),
         ]
     });
-    let mut text = format!("\ncandidates (* in the verdict), most significant first\n{}", columns(&heads.map(String::from), rows));
+    let mut text = format!("\ncandidates, best first (* in the verdict)\n{}", columns(&heads.map(String::from), rows));
     let with_status =
         |status: &str| document.effects.iter().filter(|row| row.status == status).map(|row| row.id.as_str()).collect::<Vec<_>>();
     let failed = with_status("failed");
@@ -411,8 +411,8 @@ pub(super) fn candidates_text(document: &DiagnosisDocument, heads: [&str; 5]) ->
     }
     match with_status("not-applicable").len() {
         0 => {}
-        1 => text += "1 effect does not apply to this machine or these data (--verbose names it)\n",
-        count => text += &format!("{count} effects do not apply to this machine or these data (--verbose names them)\n"),
+        1 => text += &wrapped("1 effect does not apply to this machine or these data (--verbose names it)"),
+        count => text += &wrapped(&format!("{count} effects do not apply to this machine or these data (--verbose names them)")),
     }
     text
 }

@@ -138,7 +138,7 @@ pub fn frfs_table(frfs: &[FrfRow], leave_one_out: bool) -> String {
     table_text(&out)
 }
 
-/// Tracked modes, record by record; those without regularity only where asked for, with the reasons.
+/// Tracked modes, record by record; spurious ones only where asked for, with the reasons.
 pub fn peaks_table(peaks: &PeaksDocument, all: bool) -> String {
     let mut text = String::new();
     let amplitude = match peaks.amplitude_unit.as_str() {

@@ -1,4 +1,4 @@
-//! `jointid diagnose` on FRFs or modes, or on motion records, whichever the set holds.
+//! `jointid diagnose` on FRFs or modes; on motion records if the set holds neither.
 
 pub mod arguments;
 mod effects;

@@ -8,7 +8,7 @@ use crate::outcome::{CommandResult, deliver, prepare, to_message, warn};
 use crate::sources::{load_machine, stamp};
 use report::simulation::MatricesDocument;
 
-/// Largest number of columns of a matrix that is printed as text.
+/// Largest number of columns of a matrix that is printed as text: six take 71 characters of a terminal of 80.
 const WIDEST: usize = 6;
 
 /// Arguments of `simulate matrices`.
@@ -21,7 +21,7 @@ pub struct MatricesArguments {
     pub nut_m: Option<f64>,
     #[command(flatten)]
     pub load: LoadArguments,
-    /// Lumps per rod
+    /// Number of springs per rod of the lumped model, each with half of its mass at either end
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u16).range(1..=100))]
     pub lumps: u16,
     /// Eliminate points without inertia by static condensation

@@ -5,19 +5,19 @@ use std::sync::Arc;
 use super::{RodModel, Structure, undamped_modes};
 use machine::{Derivation, Machine, Operating};
 
-/// Upper limit of the search for natural frequencies (Hz).
+/// Upper limit of the search for natural frequencies (Hz), far above the band of hammer tests.
 const HIGHEST_HZ: f64 = 1e5;
 /// Upper limit of the first search (Hz), far below [`HIGHEST_HZ`]: most machines need only their lowest modes.
 const FIRST_LIMIT_HZ: f64 = 100.0;
 /// Factor on the upper limit from one search to the next (1).
 const LIMIT_FACTOR: f64 = 10.0;
-/// Frequency (Hz) that separates rigid-body from elastic modes.
+/// Frequency (Hz) above which a mode counts as elastic. Rigid-body modes have 0 Hz; elastic modes lie far higher.
 const ELASTIC_HZ: f64 = 1e-2;
 
-/// Computes the derived quantities of a machine, in its order.
+/// Computes the derived quantities of a machine, in the order of [`Machine::derived`]; frequencies in Hz.
 ///
-/// `None` stands for a natural frequency or antiresonance that does not exist up to 100 kHz, for a machine without a free point or a valid model,
-/// and for a ratio of inertia that is not finite.
+/// A frequency is `None` if it does not exist up to 100 kHz, or if the machine has no free point or no valid model. A ratio of inertia is `None`
+/// if it is not finite.
 pub fn derived(machine: &Machine, parameters: &[f64], operating: &Operating) -> Vec<Option<f64>> {
     machine
         .derived
@@ -39,14 +39,14 @@ pub fn derived(machine: &Machine, parameters: &[f64], operating: &Operating) -> 
         .collect()
 }
 
-/// Returns the natural frequency (Hz) of the elastic mode with a number (from 1), without damping.
+/// Returns the undamped natural frequency (Hz) of the elastic mode `mode_number` (from 1).
 fn natural_frequency_hz(machine: &Machine, mode_number: usize, parameters: &[f64], operating: &Operating) -> Option<f64> {
     elastic_frequencies_hz(machine, mode_number, parameters, operating).get(mode_number - 1).copied()
 }
 
-/// Returns the natural frequencies (Hz) of the first `count` elastic modes, without damping.
+/// Returns the undamped natural frequencies (Hz) of the first `count` elastic modes, ascending.
 ///
-/// Fewer are returned where fewer lie below 100 kHz, and none for a machine without a free point or a valid model.
+/// Fewer are returned if fewer lie below 100 kHz, and none if the machine has no free point or no valid model.
 pub fn elastic_frequencies_hz(machine: &Machine, count: usize, parameters: &[f64], operating: &Operating) -> Vec<f64> {
     let Some(free_point) = machine.points.iter().position(|p| !p.fixed) else { return Vec::new() };
     let Ok(structure) = Structure::new(machine, free_point, free_point, RodModel::Exact) else { return Vec::new() };

@@ -17,7 +17,7 @@ pub fn content(page: &Page, of: &PeaksDocument) -> String {
     let mut chart = Chart::new(
         "peaks-chart",
         "Natural frequencies from the FRFs, against position",
-        "Error bars: 95 % intervals. Grey: peaks without regularity over the positions.",
+        "Error bars: 95 % intervals. Grey: spurious peaks.",
         340,
         layout().show_legend(true).x_axis(x_axis).y_axis(log_axis("Hz")),
     );

@@ -29,7 +29,10 @@ pub fn sentence(of: &DiagnosisDocument) -> String {
 
 /// The text under the verdict: reason, location, next measurement.
 pub fn summary(of: &DiagnosisDocument) -> String {
-    let mut out = String::new();
+    let ids = of.verdict.effects.iter().flat_map(|effect| effect.split('+'));
+    let rows = ids.filter_map(|id| of.effects.iter().find(|row| row.id == id));
+    let described = rows.filter_map(|row| Some(paragraph(&format!("{}: {}.", row.id, row.description.as_ref()?))));
+    let mut out: String = described.collect();
     let without = of.stamp.without.iter().map(|id| format!("without {id}"));
     let changes: Vec<String> = of.stamp.overrides.iter().cloned().chain(without).collect();
     if !changes.is_empty() {

@@ -1,4 +1,4 @@
-//! Tracking of modes over records: a real mode appears at all positions and moves smoothly, a peak without regularity is spurious.
+//! Tracking of modes over records: a mode appears at all positions and moves smoothly; other peaks are spurious.
 //!
 //! # Source
 //!
