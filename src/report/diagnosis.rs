@@ -195,7 +195,7 @@ pub struct EffectRow {
     pub gap_held_out_before: Option<f64>,
     /// Held-out gap with it (1).
     pub gap_held_out_after: Option<f64>,
-    /// Share of the held-out gap above the noise floor that it closes (1); negative where the gap grows.
+    /// Share of the squared held-out gap above the noise floor that it closes (1); negative where the gap grows.
     pub closed: Option<f64>,
     /// 95 % interval of `closed`, for the effect that the verdict names first.
     #[serde(default)]
@@ -240,12 +240,12 @@ pub struct Chosen {
     /// Held-out gaps of FRFs without and with it, with tolerances fitted as nuisance parameters (1).
     #[serde(default, alias = "gap_held_out_beside_ordinary", skip_serializing_if = "Option::is_none")]
     pub gap_held_out_with_nuisances: Option<[Option<f64>; 2]>,
-    /// Share of the held-out gap above the noise floor that it closes (1).
+    /// Share of the squared held-out gap above the noise floor that it closes (1).
     pub closed: Option<f64>,
     /// 95 % interval of `closed`, by parametric bootstrap.
     #[serde(default)]
     pub closed95: Option<[f64; 2]>,
-    /// Largest share that a generic impedance at one interface closes (1).
+    /// Largest share of it that a generic impedance at one interface closes (1).
     pub ceiling: Option<f64>,
     /// Headline metrics before and after.
     #[serde(default, alias = "plain")]
@@ -354,8 +354,8 @@ pub(super) fn gap_text(document: &DiagnosisDocument, name: &str) -> String {
     }
     let interval = interval_text(chosen.closed95);
     let closed = match chosen.closed {
-        Some(closed) if closed < 0.005 => format!("it closes none of the gap{interval}"),
-        closed => format!("it closes {} of the gap{interval}", share_closed(closed)),
+        Some(closed) if closed < 0.005 => format!("it closes none of it{interval}"),
+        closed => format!("it closes {} of the squared gap{interval}", share_closed(closed)),
     };
     let text = format!("{name}: {} as described, {} with {}{floor}; {closed}{ceiling}", gap(before), gap(chosen.gap_held_out), chosen.id);
     let is_open = chosen.closed95.is_some_and(|[low, _]| low <= 0.0);

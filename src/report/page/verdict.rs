@@ -88,7 +88,7 @@ fn change(of: &DiagnosisDocument) -> String {
         .map_or_else(String::new, |c| format!(" A generic impedance at one interface closes {} at most.", share_closed(Some(c))));
     let closed = chosen.closed.map_or_else(String::new, |c| {
         paragraph(&format!(
-            "Share of the gap above the noise floor that the chosen model closes: {}{interval}.{ceiling}",
+            "Share of the squared gap above the noise floor that the chosen model closes: {}{interval}.{ceiling}",
             share_closed(Some(c))
         ))
     });
@@ -230,8 +230,8 @@ fn effects(of: &DiagnosisDocument) -> String {
     let rows: Vec<_> = tried(of).into_iter().filter_map(|e| Some((e, e.closed?))).collect();
     let mut chart = Chart::new(
         "effects",
-        "Share of the gap that each effect closes, with 95 % intervals",
-        "Share of the held-out gap above the noise floor that an effect closes; grey bars: 95 % interval, for the named effect. Orange: in the verdict. \
+        "Share of the squared gap that each effect closes, with 95 % intervals",
+        "Share of the squared held-out gap above the noise floor that an effect closes; grey bars: 95 % interval, for the named effect. Orange: in the verdict. \
          Effects that close nothing are in the table only.",
         110 + 28 * rows.len(),
         layout().show_legend(false).x_axis(axis("share closed").tick_format(".0%")).y_axis(axis("").type_(AxisType::Category)),
