@@ -1,8 +1,8 @@
 //! `jointid effects`: the library of effects, or one of them.
 
-use crate::outcome::{CommandResult, deliver};
+use crate::arguments::OutputArguments;
+use crate::outcome::{CommandResult, deliver, prepare, to_message};
 use crate::sources::stamp_files;
-use crate::{arguments::OutputArguments, outcome::to_message};
 use config::read_machine;
 use machine::{Data, Effect};
 use report::digest;
@@ -43,7 +43,7 @@ pub fn run(given: &EffectsArguments) -> CommandResult {
         effects: effects.iter().map(entry).collect(),
     };
     let text = if given.id.is_some() { effect_text(&document) } else { effects_table(&document) };
-    let folder = crate::outcome::prepare(&given.output)?;
+    let folder = prepare(&given.output)?;
     deliver(&given.output, folder.as_ref(), "effect-library.json", &document, &text)
 }
 
