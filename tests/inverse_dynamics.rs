@@ -108,7 +108,7 @@ fn published_emps_withheld_effects_are_named() {
         assert!(closed > least && low < closed && closed < high);
         let contradiction =
             found.contradictions.iter().find(|c| c.name == "pulses").expect("a contradiction of the delayed record «pulses»");
-        assert!(contradiction.description.contains("after its force"), "{}", contradiction.description);
+        assert!(contradiction.description.contains("lags its force"), "{}", contradiction.description);
         let delay = |name: &str| found.shifts.iter().find(|s| s.name == name).unwrap().delay_s;
         assert!(delay("pulses") > 0.5e-3 && delay("pulses") - delay("sweep") > 0.25e-3);
     }
