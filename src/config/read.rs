@@ -80,7 +80,7 @@ pub fn read_machine_text(path: &str, text: &str, overrides: Overrides<'_>, witho
         return Err(content("is empty; a machine needs at least title, [[point]] and [[joint]]".into()));
     }
     let mut file: MachineFile = parse(path, text, overrides)?;
-    let renamed = renamed_keys(path, text);
+    let renamed = if file.effect.is_empty() { None } else { renamed_keys(path, text) };
     let mut effects = effect_library()?;
     let of_library = effects.len();
     for own in std::mem::take(&mut file.effect) {

@@ -9,7 +9,7 @@ use super::certainty::ToleranceRow;
 use super::document::Stamp;
 use super::motion_row::MotionRows;
 use super::table::moved_tolerances;
-use super::terminal::{columns, figure, percent, probability, share_closed, unit, wrapped};
+use super::terminal::{columns, figure, listed, percent, probability, share_closed, unit, wrapped};
 
 /// `diagnosis.json`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -66,6 +66,14 @@ pub struct DiagnosisDocument {
     pub chosen: Chosen,
     /// Verdict.
     pub verdict: VerdictRow,
+}
+
+impl DiagnosisDocument {
+    /// Returns the rows of the effects that the verdict names, in its order, those of a combination one after another.
+    pub(super) fn named_effects(&self) -> impl Iterator<Item = &EffectRow> {
+        let ids = self.verdict.effects.iter().flat_map(|effect| effect.split('+'));
+        ids.filter_map(|id| self.effects.iter().find(|row| row.id == id))
+    }
 }
 
 /// Gaps (1).
@@ -292,15 +300,6 @@ impl VerdictRow {
     pub fn band_text(&self) -> Option<String> {
         self.band_hz.map(|[from, to]| format!("it changes the FRFs most from {} to {} Hz", figure(from), figure(to)))
     }
-
-    /// Returns the effects with commas and «or».
-    pub fn effects_text(&self) -> String {
-        match self.effects.as_slice() {
-            [] => String::new(),
-            [one] => one.clone(),
-            [most @ .., last] => format!("{} or {last}", most.join(", ")),
-        }
-    }
 }
 
 fn gap(x: Option<f64>) -> String {
@@ -330,11 +329,9 @@ pub(super) fn interval_text(interval: Option<[f64; 2]>) -> String {
 /// Returns verdict, reason and next measurement as text.
 pub(super) fn verdict_text(document: &DiagnosisDocument) -> String {
     let verdict = &document.verdict;
-    let named = verdict.effects_text();
+    let named = listed(&verdict.effects, "or");
     let head = if named.is_empty() { format!("verdict: {}", verdict.kind) } else { format!("verdict: {} — {named}", verdict.kind) };
-    let ids = verdict.effects.iter().flat_map(|effect| effect.split('+'));
-    let rows = ids.filter_map(|id| document.effects.iter().find(|row| row.id == id));
-    let described = rows.filter_map(|row| Some(wrapped(&format!("  {}: {}", row.id, row.description.as_ref()?))));
+    let described = document.named_effects().filter_map(|row| Some(wrapped(&format!("  {}: {}", row.id, row.description.as_ref()?))));
     let next = verdict.next_measurement.as_ref().map_or(String::new(), |next| wrapped(&format!("next measurement: {next}")));
     wrapped(&head) + &described.collect::<String>() + &wrapped(&verdict.reason) + &next
 }

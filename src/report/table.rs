@@ -85,7 +85,7 @@ pub fn moved_tolerances(tolerances: &BTreeMap<String, ToleranceRow>) -> Option<S
 }
 
 /// The role of a position or record in words: «left out» where it is predicted by a fit without it.
-fn role_text(role: &str, leave_one_out: bool) -> &'static str {
+pub(super) fn role_text(role: &str, leave_one_out: bool) -> &'static str {
     match (role, leave_one_out) {
         ("fit", true) => "left out",
         ("fit", false) => "fitted",
@@ -218,7 +218,7 @@ pub fn plan_table(plan: &PlanDocument, size: &dyn Fn(&str) -> f64, top: usize) -
 pub fn gaps_table(positions: &BTreeMap<String, PositionRow>) -> String {
     let mut out = table(["Position", "Role", "Gap", "Noise floor"]);
     for (name, p) in positions {
-        let role = if p.role == "fit" { "fitted" } else { "held out" };
+        let role = role_text(&p.role, false);
         let cell = |x: Option<f64>| x.map_or_else(|| "–".into(), figure);
         out.add_row([name.clone(), role.into(), cell(p.gap), cell(p.noise_floor)]);
     }

@@ -156,6 +156,15 @@ pub(super) fn unit(unit: &str) -> String {
     if unit == "1" { String::new() } else { unit.replace('*', "·").replace("^2", "²") }
 }
 
+/// Joins names as «a, b and c», with `last` as the last conjunction.
+pub(super) fn listed(names: &[String], last: &str) -> String {
+    match names {
+        [] => String::new(),
+        [only] => only.clone(),
+        [first @ .., end] => format!("{} {last} {end}", first.join(", ")),
+    }
+}
+
 /// Wraps text to the terminal, at most 100 columns, indented as it begins, later lines by four more.
 pub fn wrapped(text: &str) -> String {
     let most = width().min(PROSE_WIDTH) - 1;
@@ -215,6 +224,11 @@ mod tests {
             ["–", "none", "0 %", "76 %", "99.3 %"],
             [None, Some(-11.97), Some(-0.001), Some(0.76), Some(0.993)].map(share_closed).each_ref().map(String::as_str)
         );
+    }
+
+    #[test]
+    fn names_are_joined_with_a_conjunction() {
+        assert_eq!(listed(&["a".into(), "b".into(), "c".into()], "and"), "a, b and c");
     }
 
     #[test]

@@ -1,8 +1,10 @@
 //! Candidate effects of a diagnosis, their status, and the verdict.
 
+use std::collections::BTreeMap;
+
 use super::arguments::DiagnoseArguments;
 use diagnosis::{Status, Verdict};
-use machine::{Data, Effect};
+use machine::{Data, Effect, Parameter};
 use report::diagnosis::VerdictRow;
 
 /// Returns the requested candidates; of effects with one id the one for this kind of data.
@@ -28,7 +30,7 @@ pub fn status_words(status: &Status) -> (String, Option<String>) {
 
 /// Whether a verdict names an effect, alone or in a combination.
 pub fn names_effect(verdict: &Verdict, id: &str) -> bool {
-    verdict.effects.iter().any(|e| e.split('+').any(|part| part == id))
+    verdict.effects.iter().any(|names| contains_effect(names, id))
 }
 
 /// Returns a verdict as a row, with its location.
@@ -42,4 +44,24 @@ pub fn verdict_row(verdict: &Verdict, place: Option<String>) -> VerdictRow {
         band_hz: None,
         phase: None,
     }
+}
+
+/// Parameters of an effect with their values.
+pub type Values<'p> = [(&'p Parameter, f64)];
+
+/// Returns the units of an effect's parameters.
+pub fn units(own: &Values<'_>) -> BTreeMap<String, String> {
+    own.iter().map(|(p, _)| (p.id.clone(), p.unit.clone())).collect()
+}
+
+/// Returns the ids of an effect's parameters that lie at an end of their range. `chosen` holds the values of the joint fit if the chosen model
+/// contains the effect.
+pub fn at_bound(own: &Values<'_>, chosen: Option<&BTreeMap<String, f64>>) -> Vec<String> {
+    let value = |p: &Parameter, alone: f64| chosen.and_then(|values| values.get(&p.id)).copied().unwrap_or(alone);
+    own.iter().filter(|(p, alone)| p.is_at_bound(value(p, *alone))).map(|(p, _)| p.id.clone()).collect()
+}
+
+/// Whether a combination of effects, joined by `+`, contains an effect.
+pub fn contains_effect(combination: &str, id: &str) -> bool {
+    combination.split('+').any(|part| part == id)
 }

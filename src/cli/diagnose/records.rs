@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use super::arguments::DiagnoseArguments;
-use super::effects::{choose_effects, names_effect, status_words, verdict_row};
+use super::effects::{at_bound, choose_effects, contains_effect, names_effect, status_words, units, verdict_row};
 use super::learnable::learnable;
 use crate::long_work::{control, finish, on_threads};
 use crate::motion_records::{curve_rows, preprocess_all, rigid_model, transmission_rows};
@@ -12,9 +12,9 @@ use crate::progress::WorkProgress;
 use crate::search::{check_frozen, plan};
 use crate::sources::{Loaded, stamp};
 use diagnosis::VerdictKind;
-use diagnosis::motion::{MisfitAxis, MisfitCell, MotionDiagnosis, MotionPart, MotionSettings, TriedMotion, diagnose_motion, gap_of};
+use diagnosis::motion::{MisfitAxis, MisfitCell, MotionDiagnosis, MotionPart, MotionSettings, diagnose_motion, gap_of};
 use dynamics::inverse_dynamics::{MotionSignal, Phase, phases};
-use machine::{Data, Effect, Machine};
+use machine::{Data, Effect, Machine, Parameter};
 use report::diagnosis as document;
 use report::record::{ChannelRow, MeasuringChainRow, MisfitRow, MotionRows, TraceRow, motion_diagnosis_text};
 
@@ -74,9 +74,19 @@ fn to_document(
     // A named effect has its own location.
     let named = found.verdict.first_effect().and_then(|id| effects.iter().find(|e| e.id == id)).and_then(Effect::location);
     let place = named.or_else(|| places.first().map(|i| i.interface.clone())).filter(|_| found.verdict.kind != VerdictKind::None);
-    let chosen = &found.chosen;
     let is_named = found.verdict.kind.explains();
     let ceiling = found.tried.iter().filter(|t| !t.held_out.is_empty()).filter_map(|t| found.closed(&t.held_out)).chain(closed);
+    let chosen = document::Chosen {
+        id: found.chosen.0.id.clone(),
+        parameters: named_values(&found.chosen.0.machine, &found.chosen.1),
+        gap_held_out: after,
+        misfit_over_null: None,
+        gap_held_out_with_nuisances: None,
+        closed: closed.filter(|_| is_named),
+        closed95: found.closed95.filter(|_| is_named).map(|(a, b)| [a, b]),
+        ceiling: ceiling.reduce(f64::max),
+        headline_metrics: headline_metrics(found),
+    };
     Ok(document::DiagnosisDocument {
         stamp: stamp("diagnosis", given.search.seed, found.complete, loaded, warnings),
         domain: "motion".into(),
@@ -105,28 +115,21 @@ fn to_document(
         delta_z: Vec::new(),
         motion: Some(motion_rows(loaded, (fit, held_out), found)?),
         tolerances: BTreeMap::new(),
-        effects: list_effects(found, effects),
-        chosen: document::Chosen {
-            id: chosen.0.id.clone(),
-            parameters: named_values(&chosen.0.machine, &chosen.1),
-            gap_held_out: after,
-            misfit_over_null: None,
-            gap_held_out_with_nuisances: None,
-            closed: closed.filter(|_| is_named),
-            closed95: found.closed95.filter(|_| is_named).map(|(a, b)| [a, b]),
-            ceiling: ceiling.reduce(f64::max),
-            headline_metrics: headline_metrics(found),
-        },
+        effects: list_effects(found, effects, &chosen),
+        chosen,
     })
 }
 
 /// Returns the rows of all candidates.
-fn list_effects(found: &MotionDiagnosis, effects: &[Effect]) -> Vec<document::EffectRow> {
+fn list_effects(found: &MotionDiagnosis, effects: &[Effect], chosen: &document::Chosen) -> Vec<document::EffectRow> {
     found
         .tried
         .iter()
         .map(|t| {
             let (status, why) = status_words(&t.status);
+            let patched = || effects.iter().filter(|effect| effect.id == t.id).flat_map(|effect| &effect.patch.parameters);
+            let own = t.parameters.iter().filter_map(|(id, value)| Some((patched().find(|p| p.id == *id)?, *value)));
+            let own: Vec<(&Parameter, f64)> = own.collect();
             document::EffectRow {
                 id: t.id.clone(),
                 status,
@@ -139,26 +142,13 @@ fn list_effects(found: &MotionDiagnosis, effects: &[Effect]) -> Vec<document::Ef
                 statistic: t.gain,
                 misfit_reduction: t.gain.max(0.0),
                 parameters: t.parameters.iter().cloned().collect(),
-                parameter_units: units_of(effects, &t.id),
-                parameters_at_bound: at_bound(effects, t),
+                parameter_units: units(&own),
+                parameters_at_bound: at_bound(&own, contains_effect(&chosen.id, &t.id).then_some(&chosen.parameters)),
                 selected: names_effect(&found.verdict, &t.id),
                 description: effects.iter().find(|e| e.id == t.id).map(|e| e.description.clone()),
             }
         })
         .collect()
-}
-
-/// Returns the parameters of an effect that lie at an end of their range.
-fn at_bound(effects: &[Effect], tried: &TriedMotion) -> Vec<String> {
-    let own = effects.iter().filter(|effect| effect.id == tried.id).flat_map(|effect| &effect.patch.parameters);
-    let value = |id: &str| tried.parameters.iter().find(|(other, _)| other == id).map(|(_, value)| *value);
-    own.filter(|p| value(&p.id).is_some_and(|value| p.is_at_bound(value))).map(|p| p.id.clone()).collect()
-}
-
-/// Returns the units of an effect's parameters.
-fn units_of(effects: &[Effect], id: &str) -> BTreeMap<String, String> {
-    let own = effects.iter().filter(|effect| effect.id == id).flat_map(|effect| &effect.patch.parameters);
-    own.map(|p| (p.id.clone(), p.unit.clone())).collect()
 }
 
 /// Interfaces and columns where a free function reduces the residual most.

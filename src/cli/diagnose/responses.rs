@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use num_complex::Complex64;
 
 use super::arguments::DiagnoseArguments;
-use super::effects::{choose_effects, names_effect, status_words, verdict_row};
+use super::effects::{at_bound, choose_effects, contains_effect, names_effect, status_words, units, verdict_row};
 use crate::document_rows;
 use crate::long_work::{build_id, control, finish, on_threads};
 use crate::outcome::{CommandResult, deliver, prepare, to_message, warn};
@@ -19,7 +19,7 @@ use diagnosis::{
 };
 use identification::ToleranceEstimate;
 use identification::objective::FrfObjective;
-use machine::{Data, Effect};
+use machine::{Data, Effect, Parameter};
 use measurement::{FitSet, HoldOutSet};
 use optimizer::{found_in, kept_as};
 use report::diagnosis as document;
@@ -132,6 +132,7 @@ fn to_document(
     if held_out.positions.is_empty() && held_out.frfs.is_empty() {
         warnings.push("nothing is held out, so that the closed share of the gap is unknown; hold positions or records out".into());
     }
+    let chosen = chosen_row(held_out, found, interval)?;
     Ok(document::DiagnosisDocument {
         stamp: stamp("diagnosis", given.search.seed, found.complete, loaded, warnings),
         domain: if whole { "frf" } else { "modes" }.into(),
@@ -156,17 +157,22 @@ fn to_document(
         delta_z: delta_z(found),
         motion: None,
         tolerances: document_rows::tolerances(&found.tolerances),
-        effects: list_effects(found, interval, effects),
+        effects: list_effects(found, interval, effects, &chosen),
         described: {
             let (hypothesis, fitted) = &found.described;
             hypothesis.machine.parameters.iter().map(|p| p.id.clone()).zip(values_of(hypothesis, fitted)).collect()
         },
-        chosen: chosen_row(held_out, found, interval)?,
+        chosen,
     })
 }
 
 /// Returns the rows of all candidates.
-fn list_effects(found: &Diagnosis, interval: Option<(f64, f64)>, effects: &[Effect]) -> Vec<document::EffectRow> {
+fn list_effects(
+    found: &Diagnosis,
+    interval: Option<(f64, f64)>,
+    effects: &[Effect],
+    chosen: &document::Chosen,
+) -> Vec<document::EffectRow> {
     found
         .tried
         .iter()
@@ -174,6 +180,10 @@ fn list_effects(found: &Diagnosis, interval: Option<(f64, f64)>, effects: &[Effe
             let (status, why) = status_words(&t.candidate.status);
             let fitted = t.candidate.fitted.as_ref();
             let is_selected = names_effect(&found.verdict, &t.candidate.id);
+            let own: Vec<(&Parameter, f64)> = fitted.map_or_else(Vec::new, |(hypothesis, fitted)| {
+                let values = values_of(hypothesis, fitted);
+                hypothesis.added.iter().map(|i| (&hypothesis.machine.parameters[*i], values[*i])).collect()
+            });
             document::EffectRow {
                 id: t.candidate.id.clone(),
                 status,
@@ -185,25 +195,9 @@ fn list_effects(found: &Diagnosis, interval: Option<(f64, f64)>, effects: &[Effe
                 p_value: fitted.map(|_| t.p_value),
                 statistic: t.statistic,
                 misfit_reduction: t.candidate.gain / found.nominal.1.chi_square,
-                parameters: fitted
-                    .map(|(hypothesis, fitted)| {
-                        let values = values_of(hypothesis, fitted);
-                        hypothesis.added.iter().map(|i| (hypothesis.machine.parameters[*i].id.clone(), values[*i])).collect()
-                    })
-                    .unwrap_or_default(),
-                parameter_units: fitted
-                    .map(|(hypothesis, _)| {
-                        let own = hypothesis.added.iter().map(|i| &hypothesis.machine.parameters[*i]);
-                        own.map(|p| (p.id.clone(), p.unit.clone())).collect()
-                    })
-                    .unwrap_or_default(),
-                parameters_at_bound: fitted
-                    .map(|(hypothesis, fitted)| {
-                        let values = values_of(hypothesis, fitted);
-                        let own = hypothesis.added.iter().map(|i| (&hypothesis.machine.parameters[*i], values[*i]));
-                        own.filter(|(p, value)| p.is_at_bound(*value)).map(|(p, _)| p.id.clone()).collect()
-                    })
-                    .unwrap_or_default(),
+                parameters: own.iter().map(|(p, value)| (p.id.clone(), *value)).collect(),
+                parameter_units: units(&own),
+                parameters_at_bound: at_bound(&own, contains_effect(&chosen.id, &t.candidate.id).then_some(&chosen.parameters)),
                 selected: is_selected,
                 description: effects.iter().find(|e| e.id == t.candidate.id).map(|e| e.description.clone()),
             }

@@ -10,6 +10,7 @@ use super::Page;
 use super::chart::{Chart, axis, colour, layout, line, with_y_axis};
 use super::text::{TextTable, cell, escape, rounded};
 use crate::document::{FrfRow, OrderRow, PositionRow};
+use crate::table::role_text;
 use crate::terminal::{figure, percent};
 
 /// Formats the charts of frequency and amplitude against position.
@@ -103,7 +104,7 @@ pub fn errors(caption: &str, positions: &BTreeMap<String, PositionRow>) -> Strin
     let header = ["Position".to_string(), String::new()].into_iter().chain(orders.iter().map(|o| format!("Order {o}")));
     let mut table = TextTable::new(caption, 2, header.chain(["Overall".to_string()]));
     for (name, p) in positions {
-        let role = if p.role == "fit" { "fitted" } else { "held out" };
+        let role = role_text(&p.role, false);
         let mut row = |class: &str, first: &str, what: &str, pick: &dyn Fn(&OrderRow) -> Option<String>, last: String| {
             let cells = orders.iter().map(|k| p.orders.iter().find(|o| o.order == *k).and_then(pick).unwrap_or_else(|| "–".into()));
             table.row_of(class, [first.to_string(), what.into()].into_iter().chain(cells).chain([last]).collect::<Vec<_>>());
@@ -122,7 +123,7 @@ pub fn errors(caption: &str, positions: &BTreeMap<String, PositionRow>) -> Strin
 pub fn gaps(caption: &str, positions: &BTreeMap<String, PositionRow>) -> String {
     let mut table = TextTable::new(caption, 2, ["Position", "", "Gap", "Noise alone"]);
     for (name, p) in positions.iter().filter(|(_, p)| p.gap.is_some()) {
-        let role = if p.role == "fit" { "fitted" } else { "held out" };
+        let role = role_text(&p.role, false);
         table.row([name.clone(), role.into(), cell(p.gap, figure), cell(p.noise_floor, figure)]);
     }
     table.html()
@@ -137,7 +138,7 @@ pub fn frfs(rows: &[FrfRow]) -> String {
         table.row([
             names.join(" "),
             format!("{}/{}", row.response, row.excitation),
-            if row.role == "fit" { "fitted" } else { "held out" }.to_string(),
+            role_text(&row.role, false).to_string(),
             row.lines.to_string(),
             percent(row.accepted_share),
             figure(row.gap),

@@ -91,15 +91,6 @@ pub fn rounded(x: f64, digits: usize) -> f64 {
     format!("{x:.*e}", digits.saturating_sub(1)).parse().unwrap_or(x)
 }
 
-/// Joins names as «a, b and c», with `last` as the last conjunction.
-pub fn listed(names: &[String], last: &str) -> String {
-    match names {
-        [] => String::new(),
-        [only] => only.clone(),
-        [first @ .., end] => format!("{} {last} {end}", first.join(", ")),
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -114,9 +105,8 @@ mod tests {
     }
 
     #[test]
-    fn numbers_are_rounded_and_names_are_joined() {
+    fn numbers_are_rounded() {
         assert_eq!(rounded(1.234_567_8e-9, 5), 1.2346e-9);
         assert_eq!(rounded(0.0, 5), 0.0);
-        assert_eq!(listed(&["a".into(), "b".into(), "c".into()], "and"), "a, b and c");
     }
 }

@@ -6,9 +6,9 @@ use plotly::{Bar, HeatMap, Scatter};
 
 use super::chart::{Chart, Switches, axis, colour, layout, line, log_axis};
 use super::curve::{self, PageCurve};
-use super::text::{TextTable, cell, escape, listed, paragraph, rounded};
+use super::text::{TextTable, cell, escape, paragraph, rounded};
 use crate::diagnosis::{DiagnosisDocument, EffectRow, interval_text, is_undetermined};
-use crate::terminal::{figure, percent, probability, share_closed, unit};
+use crate::terminal::{figure, listed, percent, probability, share_closed, unit};
 
 /// The verdict in one sentence.
 pub fn sentence(of: &DiagnosisDocument) -> String {
@@ -29,9 +29,7 @@ pub fn sentence(of: &DiagnosisDocument) -> String {
 
 /// The text under the verdict: reason, location, next measurement.
 pub fn summary(of: &DiagnosisDocument) -> String {
-    let ids = of.verdict.effects.iter().flat_map(|effect| effect.split('+'));
-    let rows = ids.filter_map(|id| of.effects.iter().find(|row| row.id == id));
-    let described = rows.filter_map(|row| Some(paragraph(&format!("{}: {}.", row.id, row.description.as_ref()?))));
+    let described = of.named_effects().filter_map(|row| Some(paragraph(&format!("{}: {}.", row.id, row.description.as_ref()?))));
     let mut out: String = described.collect();
     let without = of.stamp.without.iter().map(|id| format!("without {id}"));
     let changes: Vec<String> = of.stamp.overrides.iter().cloned().chain(without).collect();
