@@ -4,8 +4,10 @@ use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
 
+use crate::outcome::shown;
 use dynamics::model::RodModel;
 use measurement::Quantity;
+use study::Study;
 
 /// Fitted and held-out positions.
 #[derive(Debug, Args)]
@@ -87,6 +89,29 @@ pub struct RodArguments {
     /// Masses per rod of the lumped model
     #[arg(long, value_name = "N", default_value_t = 40, value_parser = clap::value_parser!(u16).range(1..=500))]
     pub lumps: u16,
+}
+
+impl Sources {
+    fn sources(&self) -> study::Sources {
+        // The default of an argument is shown in the help; it counts as not given.
+        let given = |text: &String, default: &str| (text != default).then(|| text.clone());
+        study::Sources {
+            config: given(&self.config, config::BENCH),
+            measurements: given(&self.measurements, measurement::BENCH),
+            overrides: self.set.clone(),
+            without: self.without.clone(),
+        }
+    }
+
+    /// Reads machine and measurements.
+    pub fn open(&self) -> Result<Study, String> {
+        Study::open(&self.sources()).map_err(shown)
+    }
+
+    /// Reads a machine; its measurement set where there is one.
+    pub fn open_machine(&self) -> Result<Study, String> {
+        Study::open_machine(&self.sources()).map_err(shown)
+    }
 }
 
 impl RodArguments {

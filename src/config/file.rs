@@ -22,6 +22,8 @@ use numeric::unit::travel_per_radian_m;
 pub struct MachineFile {
     /// Title of the machine for display.
     pub title: String,
+    /// Name of the built-in measurement set that belongs to the machine, such as `tian`; absent where none does.
+    pub measurements: Option<String>,
     /// Ids of the effects that the machine contains, from the library or from `[[effect]]` of this file.
     #[serde(default)]
     pub effects: Vec<String>,

@@ -23,6 +23,8 @@ pub struct MachineConfig {
     pub text: String,
     /// The machine with the effects it contains.
     pub machine: Machine,
+    /// Name of the built-in measurement set that belongs to the machine.
+    pub measurements: Option<String>,
     /// Warnings for the user.
     pub warnings: Vec<String>,
     /// All available effects: those of the library and of the file.
@@ -98,6 +100,7 @@ pub fn read_machine_text(path: &str, text: &str, overrides: Overrides<'_>, witho
     }
     let own = effects[of_library..].to_vec();
     let title = file.title.clone();
+    let measurements = file.measurements.take();
     let share_s = file.stiffness_proportional_damping_s;
     if !(share_s >= 0.0 && share_s.is_finite()) {
         return Err(content(format!("stiffness_proportional_damping_s: is {share_s}; write 0 or a time in s")));
@@ -139,7 +142,7 @@ pub fn read_machine_text(path: &str, text: &str, overrides: Overrides<'_>, witho
         .filter(|id| !removed.contains(&id.as_str()))
         .map(|id| format!("{path}: nothing uses [parameter.{id}]; name it in a joint, point or shaft, or remove it"));
     let warnings = renamed.into_iter().chain(idle).collect();
-    Ok(MachineConfig { warnings, path: path.into(), text: text.into(), machine, effects })
+    Ok(MachineConfig { warnings, path: path.into(), text: text.into(), machine, measurements, effects })
 }
 
 /// Former names of keys of an `[[effect]]` and of its `rescale` entries, which are still accepted, with their present names.

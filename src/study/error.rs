@@ -1,0 +1,84 @@
+//! Errors of a study.
+
+use config::ConfigError;
+use dynamics::inverse_dynamics::InverseError;
+use dynamics::motion::MotionError;
+use identification::objective::ObjectiveError;
+use machine::MachineError;
+use measurement::MeasurementError;
+
+/// Why a study cannot be made or run; the text names file, line or key, what was found, and what to write instead.
+#[derive(Debug, thiserror::Error)]
+pub enum StudyError {
+    /// The machine's file.
+    #[error(transparent)]
+    Config(#[from] ConfigError),
+    /// The measurement set.
+    #[error(transparent)]
+    Measurement(#[from] MeasurementError),
+    /// Machine and data do not fit together, or the data do not suffice.
+    #[error(transparent)]
+    Objective(#[from] ObjectiveError),
+    /// The force of a motion cannot be computed.
+    #[error(transparent)]
+    Inverse(#[from] InverseError),
+    /// A motion cannot be simulated.
+    #[error(transparent)]
+    Motion(#[from] MotionError),
+    /// The machine does not allow an operating condition or an effect.
+    #[error(transparent)]
+    Machine(#[from] MachineError),
+    /// A setting or argument.
+    #[error("{key}{}: {fault}", preceded(given))]
+    Setting {
+        /// Its name, such as `band_hz`.
+        key: String,
+        /// What was given; empty where the whole setting is meant.
+        given: String,
+        /// What is wrong with it, and what to write.
+        fault: String,
+    },
+    /// A file, folder or result document.
+    #[error("{path}: {fault}")]
+    Input {
+        /// Its path.
+        path: String,
+        /// What is wrong with it, and what to do.
+        fault: String,
+    },
+    /// Anything else that machine, data and settings together do not allow.
+    #[error("{0}")]
+    Impossible(String),
+}
+
+fn preceded(given: &str) -> String {
+    if given.is_empty() { String::new() } else { format!(" {given}") }
+}
+
+impl StudyError {
+    /// Returns the name of the setting that is wrong, with which the text begins.
+    pub fn setting_key(&self) -> Option<&str> {
+        match self {
+            StudyError::Setting { key, .. } => Some(key),
+            _ => None,
+        }
+    }
+
+    /// Makes the error of a setting, with what was given.
+    pub(crate) fn setting(key: &str, given: impl std::fmt::Display, fault: impl Into<String>) -> Self {
+        StudyError::Setting { key: key.into(), given: given.to_string(), fault: fault.into() }
+    }
+
+    /// Makes the error of a file, folder or result document.
+    pub(crate) fn input(path: impl std::fmt::Display, fault: impl Into<String>) -> Self {
+        StudyError::Input { path: path.to_string(), fault: fault.into() }
+    }
+
+    /// Makes an error of machine, data and settings together.
+    pub(crate) fn impossible(error: impl std::fmt::Display) -> Self {
+        StudyError::Impossible(error.to_string())
+    }
+}
+
+/// Result of a part of a study.
+pub type StudyResult<T> = Result<T, StudyError>;

@@ -1,0 +1,183 @@
+//! Settings of a study, and their checks.
+
+use crate::{StudyError, StudyResult};
+use dynamics::model::RodModel;
+use identification::IdentificationSettings;
+use identification::objective::{FrfSettings, ModeSettings, Objective};
+use measurement::MeasurementSet;
+use optimizer::Strategy;
+use report::document::RunSettings;
+
+/// What an identification minimises.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum ObjectiveKind {
+    /// Weighted least squares of natural frequencies and ln(amplitude).
+    LeastSquares,
+    /// Eq. 26 of Tian et al. as printed.
+    Eq26,
+    /// Weighted least squares of natural frequencies only.
+    Frequencies,
+    /// Whole FRFs: complex logarithm of measured over predicted.
+    Frf,
+    /// Motion records: force that the rigid machine needs for the measured motion.
+    InverseDynamics,
+    /// Motion records: force of the closed loop, simulated from the command.
+    OutputError,
+}
+
+/// Settings of identification and diagnosis. The defaults suit an ordinary axis.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Settings {
+    /// Model of the rods.
+    pub rods: RodModel,
+    /// What to minimise; by default whole FRFs where the set has some, inverse dynamics for motion records, else least squares.
+    pub objective: Option<ObjectiveKind>,
+    /// Relative standard deviation of natural frequencies due to model error (1).
+    pub frequency_model_error: f64,
+    /// Standard deviation of ln(amplitude) (1).
+    pub amplitude_sd: f64,
+    /// Standard deviation of ln H due to model error, in addition to the noise (1).
+    pub frf_model_error: f64,
+    /// Whether tolerances of machine and measurement are fitted along with whole FRFs, each with its prior.
+    pub fit_tolerances: bool,
+    /// Lowest and highest frequency of FRFs (Hz); all lines by default.
+    pub band_hz: Option<(f64, f64)>,
+    /// Number of bootstrap samples over lines, and as many over positions; 0: none.
+    pub bootstrap: usize,
+    /// Ids of parameters held at their start values.
+    pub freeze: Vec<String>,
+    /// Seed of the random numbers.
+    pub seed: u64,
+    /// Number of searches, each from its own seed.
+    pub repeats: usize,
+}
+
+impl Default for Settings {
+    fn default() -> Self {
+        Settings {
+            rods: RodModel::Exact,
+            objective: None,
+            frequency_model_error: 0.01,
+            amplitude_sd: 0.13,
+            frf_model_error: 0.01,
+            fit_tolerances: true,
+            band_hz: None,
+            bootstrap: 0,
+            freeze: Vec::new(),
+            seed: 1,
+            repeats: 3,
+        }
+    }
+}
+
+impl Settings {
+    /// Whether whole FRFs are fitted: on request, or by default where the set has some.
+    pub(crate) fn fits_frfs(&self, set: &MeasurementSet) -> bool {
+        self.objective.map_or(!set.frfs.is_empty(), |o| o == ObjectiveKind::Frf)
+    }
+
+    /// Checks the settings, and builds those of an identification.
+    ///
+    /// # Errors  a number outside its range.
+    pub(crate) fn identification(&self, set: &MeasurementSet) -> StudyResult<IdentificationSettings> {
+        for (key, x) in [("frequency_model_error", self.frequency_model_error), ("amplitude_sd", self.amplitude_sd)] {
+            if !(1e-6..=1e3).contains(&x) {
+                return Err(StudyError::setting(key, x, "write a number above 0, from 1e-6 to 1000"));
+            }
+        }
+        if !(0.0..=1e3).contains(&self.frf_model_error) {
+            return Err(StudyError::setting("frf_model_error", self.frf_model_error, "write 0 or a positive number, such as 0.01"));
+        }
+        if (1..50).contains(&self.bootstrap) {
+            return Err(StudyError::setting("bootstrap", self.bootstrap, "too few for 95 % intervals; draw at least 50"));
+        }
+        if self.repeats == 0 {
+            return Err(StudyError::setting("repeats", 0, "write a number of searches from 1"));
+        }
+        let band_hz = match self.band_hz {
+            None => FrfSettings::default().band_hz,
+            Some((from, to)) if from >= 0.0 && to > from => (from, to),
+            Some((from, to)) => {
+                let fault = "write the lowest and the highest frequency in Hz, such as 20,800";
+                return Err(StudyError::setting("band", format!("{from},{to}"), fault));
+            }
+        };
+        let frf = FrfSettings { model_error: self.frf_model_error, band_hz, rods: self.rods, ..FrfSettings::default() };
+        Ok(IdentificationSettings {
+            settings: ModeSettings {
+                objective: self.objective.map_or(Objective::LeastSquares, objective),
+                frequency_model_error: self.frequency_model_error,
+                amplitude_sd: self.amplitude_sd,
+                rods: self.rods,
+            },
+            tolerances: self.fit_tolerances,
+            frozen: self.freeze.clone(),
+            seed: self.seed,
+            repeats: self.repeats,
+            strategy: Strategy::CurrentToPbest,
+            frf: self.fits_frfs(set).then_some(frf),
+            near: None,
+            profile: true,
+            bootstrap: self.bootstrap,
+        })
+    }
+}
+
+fn objective(kind: ObjectiveKind) -> Objective {
+    match kind {
+        ObjectiveKind::Eq26 => Objective::Eq26,
+        ObjectiveKind::Frequencies => Objective::Frequencies,
+        ObjectiveKind::LeastSquares | ObjectiveKind::Frf | ObjectiveKind::InverseDynamics | ObjectiveKind::OutputError => {
+            Objective::LeastSquares
+        }
+    }
+}
+
+/// Returns the name of an objective on modes.
+pub(crate) fn objective_word(objective: Objective) -> &'static str {
+    match objective {
+        Objective::LeastSquares => "least-squares",
+        Objective::Eq26 => "eq26",
+        Objective::Frequencies => "frequencies",
+    }
+}
+
+impl crate::Study {
+    /// Checks that the machine has the parameters to freeze.
+    pub(crate) fn check_frozen(&self) -> StudyResult<()> {
+        let parameters = &self.config.machine.parameters;
+        match self.settings.freeze.iter().find(|id| !parameters.iter().any(|p| p.id == **id)) {
+            None => Ok(()),
+            Some(id) => {
+                let known: Vec<&str> = parameters.iter().map(|p| p.id.as_str()).collect();
+                let fault = format!("the machine has no parameter «{id}»; there are {}", known.join(", "));
+                Err(StudyError::setting("freeze", "", fault))
+            }
+        }
+    }
+
+    /// Returns the settings of a run, as its document keeps them.
+    pub(crate) fn run_settings(&self, made: &IdentificationSettings) -> RunSettings {
+        let lumps = match self.settings.rods {
+            RodModel::Exact => None,
+            RodModel::Lumped(lumps) => Some(lumps),
+        };
+        RunSettings {
+            config: self.config.path.clone(),
+            measurements: self.set.path.clone(),
+            model: if lumps.is_some() { "lumped" } else { "receptance" }.into(),
+            lumps,
+            objective: made.frf.map_or_else(|| objective_word(made.settings.objective), |_| "frf").into(),
+            frf_model_error: self.settings.frf_model_error,
+            tolerances: if made.frf.is_some() && made.tolerances { "fit" } else { "none" }.into(),
+            band_hz: made.frf.map(|f| f.band_hz).filter(|b| *b != FrfSettings::default().band_hz).map(|b| [b.0, b.1.min(f64::MAX)]),
+            positions: self.fit.clone(),
+            hold_out: self.hold_out.clone(),
+            bootstrap: made.bootstrap,
+            frequency_model_error: self.settings.frequency_model_error,
+            amplitude_sd: self.settings.amplitude_sd,
+            repeats: self.settings.repeats,
+            freeze: self.settings.freeze.clone(),
+        }
+    }
+}

@@ -1,0 +1,64 @@
+//! Provenance of documents: versions, seeds and digests of inputs.
+
+use std::path::Path;
+
+use crate::{Study, StudyError, StudyResult};
+use measurement::{MeasurementSet, SourceFile};
+use report::digest;
+use report::document::{Input, Stamp};
+
+impl Study {
+    /// Returns the files of machine and measurements, with their digests.
+    pub fn inputs(&self) -> Vec<Input> {
+        let config = Input { path: self.config.path.clone(), sha256: digest(self.config.text.as_bytes()) };
+        std::iter::once(config).chain(set_inputs(&self.set)).collect()
+    }
+
+    /// Builds the stamp of a document on machine and measurements.
+    pub(crate) fn stamp(&self, schema: &str, seed: u64, complete: bool, warnings: Vec<String>) -> Stamp {
+        let on_set = set_stamp(schema, &self.set);
+        Stamp {
+            seed,
+            complete,
+            inputs: self.inputs(),
+            overrides: self.overrides.clone(),
+            without: self.without.clone(),
+            warnings: on_set.warnings.into_iter().chain(self.config.warnings.iter().cloned()).chain(warnings).collect(),
+            ..on_set
+        }
+    }
+}
+
+fn set_inputs(set: &MeasurementSet) -> Vec<Input> {
+    set.files.iter().map(digest_file).collect()
+}
+
+/// Describes a file that was read as an input.
+pub(crate) fn digest_file(file: &SourceFile) -> Input {
+    Input { path: file.path.clone(), sha256: digest(&file.bytes) }
+}
+
+/// Builds the stamp of a document on measurements alone.
+pub(crate) fn set_stamp(schema: &str, set: &MeasurementSet) -> Stamp {
+    stamp_files(schema, set_inputs(set), set.warnings.clone())
+}
+
+/// Builds the stamp of a document on these files, without a seed.
+pub(crate) fn stamp_files(schema: &str, inputs: Vec<Input>, warnings: Vec<String>) -> Stamp {
+    Stamp {
+        schema: format!("jointid/{schema}/1"),
+        tool_version: env!("CARGO_PKG_VERSION").into(),
+        seed: 0,
+        complete: true,
+        inputs,
+        overrides: Vec::new(),
+        without: Vec::new(),
+        warnings,
+    }
+}
+
+/// Describes a result document as an input of another.
+pub(crate) fn document_input(path: &Path) -> StudyResult<Input> {
+    let bytes = std::fs::read(path).map_err(|e| StudyError::input(path.display(), e.to_string()))?;
+    Ok(Input { path: path.display().to_string(), sha256: digest(&bytes) })
+}
