@@ -1,13 +1,12 @@
 //! Arguments shared by several commands.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueEnum};
 
 use crate::outcome::shown;
-use dynamics::model::RodModel;
-use measurement::Quantity;
-use study::Study;
+use report::document::{IdentificationDocument, Input};
+use study::{Quantity, RodModel, Study};
 
 /// Fitted and held-out positions.
 #[derive(Debug, Args)]
@@ -24,10 +23,10 @@ pub struct SplitArguments {
 #[derive(Debug, Clone, Args)]
 pub struct Sources {
     /// Machine configuration (.toml)
-    #[arg(long, value_name = "FILE", default_value = config::BENCH)]
+    #[arg(long, value_name = "FILE", default_value = study::BENCH_MACHINE)]
     pub config: String,
     /// Folder of the measurement set (with manifest.toml)
-    #[arg(long, value_name = "DIR", default_value = measurement::BENCH)]
+    #[arg(long, value_name = "DIR", default_value = study::BENCH_MEASUREMENTS)]
     pub measurements: String,
     /// Override one key of the configuration, such as parameter.k_s.start=1e5; repeatable
     #[arg(long = "set", value_name = "KEY=VALUE")]
@@ -91,13 +90,36 @@ pub struct RodArguments {
     pub lumps: u16,
 }
 
+impl SplitArguments {
+    /// Chooses what a study fits and holds out.
+    pub fn applied(&self, study: Study) -> Result<Study, String> {
+        let study = match &self.positions {
+            Some(names) => study.fit(names).map_err(shown)?,
+            None => study,
+        };
+        if self.hold_out.is_empty() { Ok(study) } else { study.hold_out(&self.hold_out).map_err(shown) }
+    }
+}
+
+/// Returns the ends of a band (Hz); `None` where it is not given.
+pub fn band(given: &[f64], example: &str) -> Result<Option<(f64, f64)>, String> {
+    match given {
+        [] => Ok(None),
+        [from, to] => Ok(Some((*from, *to))),
+        _ => {
+            let given = given.iter().map(f64::to_string).collect::<Vec<_>>().join(",");
+            Err(format!("--band {given}: write the lowest and the highest frequency in Hz, such as --band {example}"))
+        }
+    }
+}
+
 impl Sources {
     fn sources(&self) -> study::Sources {
         // The default of an argument is shown in the help; it counts as not given.
         let given = |text: &String, default: &str| (text != default).then(|| text.clone());
         study::Sources {
-            config: given(&self.config, config::BENCH),
-            measurements: given(&self.measurements, measurement::BENCH),
+            config: given(&self.config, study::BENCH_MACHINE),
+            measurements: given(&self.measurements, study::BENCH_MEASUREMENTS),
             overrides: self.set.clone(),
             without: self.without.clone(),
         }
@@ -106,6 +128,12 @@ impl Sources {
     /// Reads machine and measurements.
     pub fn open(&self) -> Result<Study, String> {
         Study::open(&self.sources()).map_err(shown)
+    }
+
+    /// Reopens machine and measurements of a result; those that are named replace its own.
+    pub fn open_result(&self, path: &Path) -> Result<(Study, IdentificationDocument, Input), String> {
+        let sources = self.sources();
+        Study::open_with_result(&sources, path).map_err(shown)
     }
 
     /// Reads a machine; its measurement set where there is one.

@@ -4,11 +4,11 @@ use clap::{CommandFactory, Parser, Subcommand};
 
 use crate::compare::CompareArguments;
 use crate::convergence::ConvergenceArguments;
-use crate::diagnose::arguments::DiagnoseArguments;
+use crate::diagnose::DiagnoseArguments;
 use crate::effects::EffectsArguments;
 use crate::friction::FrictionArguments;
 use crate::hybrid::HybridArguments;
-use crate::identify::arguments::IdentifyArguments;
+use crate::identify::IdentifyArguments;
 use crate::import::{ExportArguments, ImportArguments};
 use crate::init::InitArguments;
 use crate::manual::{CompletionsArguments, ManArguments};
@@ -17,7 +17,7 @@ use crate::plan::PlanArguments;
 use crate::report::ReportArguments;
 use crate::schema::SchemaArguments;
 use crate::simulate::SimulateArguments;
-use crate::validate::arguments::ValidateArguments;
+use crate::validate::ValidateArguments;
 use crate::withheld::arguments::WithheldArguments;
 
 /// Identifies joint stiffness and damping of ball-screw feed drives, and diagnoses what their models lack

@@ -24,10 +24,7 @@ mod validate;
 mod withheld;
 
 // Shared by commands: inputs, searches, long work, documents and messages.
-mod document_rows;
-mod identified;
 mod long_work;
-mod motion_records;
 mod outcome;
 mod progress;
 mod search;

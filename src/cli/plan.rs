@@ -2,14 +2,10 @@
 
 use std::path::PathBuf;
 
-use crate::arguments::{OutputArguments, RodArguments, Sources};
-use crate::identified::{check_identification, identified_values, read_identification};
-use crate::outcome::{CommandResult, deliver, prepare, to_message};
-use crate::sources::{Loaded, load, load_with_result, stamp};
-use identification::objective::{FrfSettings, ModeSettings};
-use identification::{Choice, FrfPlan, PlanDesign};
-use report::document::{ChoiceRow, PlanDocument, PlanRanking};
+use crate::arguments::{OutputArguments, RodArguments, Sources, band};
+use crate::outcome::{CommandResult, deliver, prepare, shown};
 use report::plan_table;
+use study::{PlanRequest, PlannedData, Settings};
 
 /// Kinds of data, by name.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
@@ -61,167 +57,35 @@ pub struct PlanArguments {
     pub output: OutputArguments,
 }
 
-/// Largest number of choices, which are ranked exhaustively.
-const MOST_CHOICES: f64 = 200_000.0;
-
 /// Runs the command.
 pub fn run(given: &PlanArguments) -> CommandResult {
-    let result = given.result.as_ref().map(|path| Ok::<_, String>((path, read_identification(path)?))).transpose()?;
-    let loaded = match &result {
-        Some((path, (identified, _))) => {
-            check_identification(path, identified)?;
-            load_with_result(&given.sources, identified)?
+    let (study, identified) = match &given.result {
+        Some(path) => {
+            let (study, document, input) = given.sources.open_result(path)?;
+            (study, Some((document, Some(input))))
         }
-        None => load(&given.sources)?,
+        None => (given.sources.open()?, None),
     };
-    let machine = &loaded.config.machine;
-    let mut values = machine.start();
-    let mut inputs = Vec::new();
-    if let Some((path, (identified, input))) = result {
-        inputs.push(input);
-        values = identified_values(path, &identified, &loaded.config)?;
-    }
-    let frfs = given.data.map_or(!loaded.set.frfs.is_empty(), |d| d == DataName::Frf);
-    let channels = channels(given, &loaded)?;
-    let design = if frfs { of_frfs(given, &loaded, &values, &channels)? } else { of_modes(given, &loaded, &values, &channels)? };
-    if design.free.is_empty() {
-        return Err("no free parameter to plan for; freeze fewer".into());
-    }
-    let name = |candidate: usize| {
-        let c = &design.candidates[candidate];
-        let channel = format!("{}/{}", c.channel.0, c.channel.1);
-        match c.position.map(|p| &loaded.set.positions[p].name) {
-            Some(position) if channels.len() > 1 => format!("{position}:{channel}"),
-            Some(position) => position.clone(),
-            None => channel,
-        }
+    let study = study.with_settings(Settings { rods: given.rods.represent(), freeze: given.freeze.clone(), ..Settings::default() });
+    let request = PlanRequest {
+        identified,
+        data: given.data.map(|name| match name {
+            DataName::Modes => PlannedData::Modes,
+            DataName::Frf => PlannedData::Frf,
+        }),
+        choose: given.choose.iter().copied().map(usize::from).collect(),
+        measured: given.measured.clone(),
+        channels: given.channels.clone(),
+        noise: given.noise,
+        band_hz: band(&given.band, "5,1000")?,
+        lines: usize::from(given.lines),
     };
-    let made = measured(given, &loaded, &design, &name)?;
-    let counts: Vec<u8> = match (&given.choose[..], made.is_empty()) {
-        ([], true) => [2, 3].into_iter().filter(|n| usize::from(*n) <= design.candidates.len()).collect(),
-        ([], false) => vec![1],
-        (chosen, _) => chosen.to_vec(),
-    };
-    let counts = if counts.is_empty() { vec![1] } else { counts };
-    let ids: Vec<String> = design.free.iter().map(|i| machine.parameters[*i].id.clone()).collect();
-    let row = |choice: &Choice| ChoiceRow {
-        measure: choice.candidates.iter().map(|i| name(*i)).collect(),
-        score: choice.score,
-        determined: ids.iter().enumerate().filter(|(c, _)| choice.determines(*c)).map(|(_, id)| id.clone()).collect(),
-        half_width95: ids
-            .iter()
-            .enumerate()
-            .map(|(column, id)| {
-                let parameter = &machine.parameters[design.free[column]];
-                (id.clone(), 1.96 * choice.sd[column] * parameter.unit_slope(values[design.free[column]]))
-            })
-            .collect(),
-    };
-    let mut rankings = Vec::new();
-    for &count in &counts {
-        let count = usize::from(count);
-        let number = design.choices(made.len(), count);
-        if number < 1.0 {
-            return Err(format!(
-                "--choose {count}: only {} measurements to choose from; choose fewer",
-                design.candidates.len() - made.len()
-            ));
-        }
-        if number > MOST_CHOICES {
-            return Err(format!(
-                "--choose {count}: {number:.0} choices are too many to rank; choose fewer at once, and name those made with --measured"
-            ));
-        }
-        let ranked = design.ranking(&made, count);
-        // Rank of the set's own split.
-        let split: Option<Vec<usize>> = loaded.set.split.as_ref().filter(|_| made.is_empty() && channels.len() == 1).map(|names| {
-            let mut which: Vec<usize> = (0..design.candidates.len()).filter(|i| names.contains(&name(*i))).collect();
-            which.sort_unstable();
-            which
-        });
-        let split_rank = split.and_then(|split| ranked.iter().position(|c| c.candidates == split)).map(|at| at + 1);
-        rankings.push(PlanRanking { count, split_rank, choices: ranked.iter().map(row).collect() });
-    }
-    let mut stamped = stamp("plan", 0, true, &loaded, Vec::new());
-    stamped.inputs.extend(inputs);
-    let document = PlanDocument {
-        stamp: stamped,
-        data: if frfs { "frf" } else { "modes" }.into(),
-        measured: made.iter().map(|i| name(*i)).collect(),
-        parameters: ids,
-        rankings,
-    };
+    let document = study.plan_with(&request).map_err(shown)?;
     let folder = prepare(&given.output)?;
-    let units = |id: &str| machine.parameter(id).map_or(1.0, |i| values[i].abs());
-    deliver(&given.output, folder.as_ref(), "plan.json", &document, &plan_table(&document, &units, usize::from(given.top)))
-}
-
-/// Returns the pairs of response and excitation to choose from.
-fn channels(given: &PlanArguments, loaded: &Loaded) -> Result<Vec<(String, String)>, String> {
-    if given.channels.is_empty() {
-        let point = |name: &Option<String>, key: &str| {
-            name.clone()
-                .or_else(|| loaded.set.frfs.first().map(|f| if key == "response" { f.response.clone() } else { f.excitation.clone() }))
-        };
-        let (response, excitation) = (point(&loaded.set.response, "response"), point(&loaded.set.excitation, "excitation"));
-        return match (response, excitation) {
-            (Some(response), Some(excitation)) => Ok(vec![(response, excitation)]),
-            _ => Err(format!("{}: names no response and excitation; give --channels table/table", loaded.set.path)),
-        };
-    }
-    let pair = |text: &String| match text.split_once('/') {
-        Some((a, b)) if !a.is_empty() && !b.is_empty() => Ok((a.to_string(), b.to_string())),
-        _ => Err(format!("--channels {text}: write RESPONSE/EXCITATION, two points of the machine")),
+    let values = request.identified.as_ref().map(|(identified, _)| &identified.parameters);
+    let size = |id: &str| {
+        let identified = values.and_then(|rows| rows.get(id)).map(|row| row.value);
+        identified.or_else(|| study.machine().parameter(id).map(|at| study.machine().parameters[at].start)).map_or(1.0, f64::abs)
     };
-    given.channels.iter().map(pair).collect()
-}
-
-fn of_frfs(given: &PlanArguments, loaded: &Loaded, values: &[f64], channels: &[(String, String)]) -> Result<PlanDesign, String> {
-    let (from, to) = band(given, (5.0, 1000.0))?;
-    if !(given.noise > 0.0 && given.noise < 1.0) {
-        return Err(format!("--noise {}: write a share above 0 and below 1, such as 0.02", given.noise));
-    }
-    let plan = FrfPlan { noise: given.noise, band_hz: (from, to), lines: usize::from(given.lines) };
-    let settings = FrfSettings { rods: given.rods.represent(), ..FrfSettings::default() };
-    PlanDesign::of_frfs(&loaded.config.machine, values, &loaded.set, channels, plan, settings, &given.freeze).map_err(to_message)
-}
-
-fn of_modes(given: &PlanArguments, loaded: &Loaded, values: &[f64], channels: &[(String, String)]) -> Result<PlanDesign, String> {
-    if loaded.set.positions.is_empty() {
-        return Err(format!("{}: has no positions to take modes at; plan FRFs with --data frf", loaded.set.path));
-    }
-    let [channel] = channels else {
-        return Err("--channels: modes are planned for one pair of points; name one, or --data frf".into());
-    };
-    let measured = loaded.set.modes.iter().flat_map(|m| m.positions.iter().flatten()).filter_map(|m| m.frequency_hz);
-    let (low, high) = measured.fold((f64::INFINITY, 0.0_f64), |(a, b), f| (a.min(f), b.max(f)));
-    let default_hz = if high > 0.0 { (0.5 * low, 1.1 * high) } else { (5.0, 1000.0) };
-    let settings = ModeSettings { rods: given.rods.represent(), ..ModeSettings::default() };
-    let band_hz = band(given, default_hz)?;
-    PlanDesign::of_modes(&loaded.config.machine, values, &loaded.set, channel, band_hz, settings, &given.freeze).map_err(to_message)
-}
-
-fn band(given: &PlanArguments, default_hz: (f64, f64)) -> Result<(f64, f64), String> {
-    match given.band[..] {
-        [] => Ok(default_hz),
-        [from, to] if from > 0.0 && to > from && to.is_finite() => Ok((from, to)),
-        _ => Err("--band: write the lowest and the highest frequency in Hz, such as --band 5,1000".into()),
-    }
-}
-
-/// Returns the candidates that are already measured.
-fn measured(given: &PlanArguments, loaded: &Loaded, design: &PlanDesign, name: &dyn Fn(usize) -> String) -> Result<Vec<usize>, String> {
-    let mut made = Vec::new();
-    for wanted in &given.measured {
-        let of_position = |i: &usize| design.candidates[*i].position.is_some_and(|p| loaded.set.positions[p].name == *wanted);
-        let found: Vec<usize> = (0..design.candidates.len()).filter(|i| name(*i) == *wanted || of_position(i)).collect();
-        if found.is_empty() {
-            let known: Vec<String> = (0..design.candidates.len()).map(name).collect();
-            return Err(format!("--measured {wanted}: there is no such measurement; there are {}", known.join(", ")));
-        }
-        made.extend(found);
-    }
-    made.sort_unstable();
-    made.dedup();
-    Ok(made)
+    deliver(&given.output, folder.as_ref(), "plan.json", &document, &plan_table(&document, &size, usize::from(given.top)))
 }

@@ -6,7 +6,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::certainty::ToleranceRow;
-use super::document::Stamp;
+use super::document::{Input, MachineText, Stamp};
 use super::motion_row::MotionRows;
 use super::table::moved_tolerances;
 use super::terminal::{columns, figure, listed, percent, probability, share_closed, unit, wrapped};
@@ -17,6 +17,12 @@ pub struct DiagnosisDocument {
     /// Provenance.
     #[serde(flatten)]
     pub stamp: Stamp,
+    /// Description of the machine.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub machine: Option<MachineText>,
+    /// Manifest of the measurement set; absent for a set that was not read from files.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub manifest: Option<Input>,
     /// Kind of data: `frf`, `modes` or `motion`.
     pub domain: String,
     /// Path of the machine configuration.

@@ -17,6 +17,15 @@ pub struct Input {
     pub sha256: String,
 }
 
+/// Description of the machine of a result, so that the result can be used without its files.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct MachineText {
+    /// Path of the file; name of a description that is embedded in the program.
+    pub path: String,
+    /// Text of the file (TOML), to be read with the overrides and without the removed effects that the document states.
+    pub text: String,
+}
+
 /// Provenance common to all result documents.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Stamp {
@@ -220,6 +229,12 @@ pub struct IdentificationDocument {
     /// Schema, inputs, overrides and warnings of the document.
     #[serde(flatten)]
     pub stamp: Stamp,
+    /// Description of the machine.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub machine: Option<MachineText>,
+    /// Manifest of the measurement set; absent for a set that was not read from files.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub manifest: Option<Input>,
     /// Settings of the identification.
     pub settings: RunSettings,
     /// Estimates by parameter id; `gain` is the factor of the measuring chain.
@@ -290,6 +305,9 @@ pub struct ValidationDocument {
     /// Largest gap of a position or record (1), for FRFs and motion records.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub largest_gap: Option<f64>,
+    /// Prediction errors of motion records by name. `positions` contains them, too, with the force error as gap.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub records: BTreeMap<String, MotionRecordRow>,
 }
 
 /// An identification from one choice of fitted positions.

@@ -6,6 +6,7 @@ pub mod diagnosis;
 pub mod document;
 pub mod effects;
 pub mod hybrid;
+mod identification;
 pub mod loops;
 pub mod motion;
 mod motion_row;
@@ -19,6 +20,7 @@ mod terminal;
 mod write;
 
 pub use numeric::digest::digest;
+pub use identification::{comparison_text, identification_text, validation_text};
 pub use schema::{SCHEMAS, schema};
 pub use table::{
     bootstrap_table, derived_table, frfs_table, gap_summary_table, gaps_table, moved_tolerances, objectives_table, parameters_table,

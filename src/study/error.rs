@@ -2,6 +2,7 @@
 
 use config::ConfigError;
 use dynamics::inverse_dynamics::InverseError;
+use dynamics::model::ModelError;
 use dynamics::motion::MotionError;
 use identification::objective::ObjectiveError;
 use machine::MachineError;
@@ -22,6 +23,9 @@ pub enum StudyError {
     /// The force of a motion cannot be computed.
     #[error(transparent)]
     Inverse(#[from] InverseError),
+    /// A frequency response cannot be computed.
+    #[error(transparent)]
+    Model(#[from] ModelError),
     /// A motion cannot be simulated.
     #[error(transparent)]
     Motion(#[from] MotionError),

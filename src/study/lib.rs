@@ -1,10 +1,48 @@
 //! Studies: identification, validation, comparison, diagnosis and planning for a machine and its measurements, and the documents of their results.
 
+mod compare;
+mod diagnose;
+mod document_rows;
+mod effects;
 mod error;
+mod identified;
+mod identify;
+mod import;
+mod motion_records;
+mod page;
+mod peaks;
+mod plan;
 mod settings;
 mod stamp;
 mod study;
+mod validate;
 
+pub use config::{BENCH as BENCH_MACHINE, MachineConfig};
+pub use diagnose::{Ablation, DiagnosisRequest, NullCache};
+pub use dynamics::model::RodModel;
+pub use effects::effects;
 pub use error::{StudyError, StudyResult};
+pub use identified::{check_identification, read_identification};
+pub use import::{ExportedSet, FileContents, ImportRequest, ImportedSet, export, import, list_contents};
+pub use measurement::{BENCH as BENCH_MEASUREMENTS, MeasurementSet, Quantity};
+pub use optimizer::{Control, Progress, Watcher};
+pub use page::page;
+pub use peaks::{Peaks, PeaksRequest, peaks};
+pub use plan::{PlanRequest, PlannedData};
 pub use settings::{ObjectiveKind, Settings};
 pub use study::{Sources, Study};
+pub use validate::ValidationRequest;
+
+/// Reads a measurement set from its folder; `measurements/tian` is built in.
+///
+/// # Errors  a file is missing or unreadable, a key is unknown or missing, a cell is not a number, there is no observation.
+pub fn read_set(folder: &str) -> StudyResult<MeasurementSet> {
+    Ok(measurement::read_set(folder)?)
+}
+
+/// Reads the description of a machine; the descriptions in `configs` are built in.
+///
+/// # Errors  the file cannot be read, or does not describe a machine.
+pub fn read_machine(path: &str) -> StudyResult<MachineConfig> {
+    Ok(config::read_machine(path, &[], &[])?)
+}

@@ -3,15 +3,27 @@
 use std::path::Path;
 
 use crate::{Study, StudyError, StudyResult};
+use config::MachineConfig;
 use measurement::{MeasurementSet, SourceFile};
 use report::digest;
-use report::document::{Input, Stamp};
+use report::document::{Input, MachineText, Stamp};
 
 impl Study {
     /// Returns the files of machine and measurements, with their digests.
     pub fn inputs(&self) -> Vec<Input> {
         let config = Input { path: self.config.path.clone(), sha256: digest(self.config.text.as_bytes()) };
         std::iter::once(config).chain(set_inputs(&self.set)).collect()
+    }
+
+    /// Returns the description of the machine, as documents embed it; `None` for a machine without a text.
+    pub(crate) fn machine_text(&self) -> Option<MachineText> {
+        let MachineConfig { path, text, .. } = &self.config;
+        (!text.is_empty()).then(|| MachineText { path: path.clone(), text: text.clone() })
+    }
+
+    /// Returns the manifest of the measurement set.
+    pub(crate) fn manifest(&self) -> Option<Input> {
+        self.set.files.iter().find(|file| file.path.ends_with("manifest.toml")).map(digest_file)
     }
 
     /// Builds the stamp of a document on machine and measurements.

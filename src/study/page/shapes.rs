@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use super::curves::CurveModel;
+use crate::{StudyError, StudyResult};
 use dynamics::model::{Structure, undamped_modes};
 use machine::{Operating, PointMotion};
 use measurement::MeasurementSet;
@@ -14,7 +15,7 @@ const MODES: usize = 7;
 const STEPS: usize = 24;
 
 /// Computes the undamped modes at every position, up to 1.2 times the highest measured frequency; none for a machine without shafts.
-pub(super) fn shapes(set: &MeasurementSet, model: &CurveModel) -> Result<Vec<ShapeGroup>, String> {
+pub(super) fn shapes(set: &MeasurementSet, model: &CurveModel) -> StudyResult<Vec<ShapeGroup>> {
     let machine = &model.machine;
     if machine.shafts.is_empty() {
         return Ok(Vec::new());
@@ -25,7 +26,7 @@ pub(super) fn shapes(set: &MeasurementSet, model: &CurveModel) -> Result<Vec<Sha
     let name = set.response.as_ref().or_else(|| set.frfs.first().map(|f| &f.response));
     let observed = name.and_then(|n| machine.point(n)).filter(|p| machine.points[*p].motion == PointMotion::Translation);
     let Some(first) = machine.points.iter().position(|p| !p.fixed) else { return Ok(Vec::new()) };
-    let structure = Arc::new(Structure::new(machine, first, first, model.rods).map_err(|e| e.to_string())?);
+    let structure = Arc::new(Structure::new(machine, first, first, model.rods).map_err(StudyError::impossible)?);
     let (mut assembled, mut work) = (structure.empty_model(), structure.workspace());
     let start = &model.values;
     let mut groups = Vec::new();

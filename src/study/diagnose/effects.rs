@@ -2,20 +2,21 @@
 
 use std::collections::BTreeMap;
 
-use super::arguments::DiagnoseArguments;
+use super::DiagnosisRequest;
+use crate::{StudyError, StudyResult};
 use diagnosis::{Status, Verdict};
 use machine::{Data, Effect, Parameter};
 use report::diagnosis::VerdictRow;
 
 /// Returns the requested candidates; of effects with one id the one for this kind of data.
-pub fn choose_effects(given: &DiagnoseArguments, all: &[Effect], data: Data) -> Result<Vec<Effect>, String> {
-    for (key, ids) in [("--effects", &given.effects), ("--exclude", &given.exclude)] {
+pub fn choose_effects(request: &DiagnosisRequest, all: &[Effect], data: Data) -> StudyResult<Vec<Effect>> {
+    for (key, ids) in [("effects", &request.effects), ("exclude", &request.exclude)] {
         if let Some(id) = ids.iter().find(|id| !all.iter().any(|e| e.id == **id)) {
             let known: Vec<&str> = all.iter().map(|e| e.id.as_str()).collect();
-            return Err(format!("{key}: no effect is called «{id}»; there are {}", known.join(", ")));
+            return Err(StudyError::setting(key, "", format!("no effect is called «{id}»; there are {}", known.join(", "))));
         }
     }
-    let wanted = |e: &&Effect| (given.effects.is_empty() || given.effects.contains(&e.id)) && !given.exclude.contains(&e.id);
+    let wanted = |e: &&Effect| (request.effects.is_empty() || request.effects.contains(&e.id)) && !request.exclude.contains(&e.id);
     Ok(Effect::for_data(all, data).filter(wanted).cloned().collect())
 }
 

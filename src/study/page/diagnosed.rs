@@ -3,9 +3,8 @@
 use std::collections::BTreeMap;
 
 use super::curves::{CurveModel, Overlay};
-use super::reread_inputs::read_inputs_again;
-use crate::outcome::to_message;
-use crate::sources::Loaded;
+use super::unchanged;
+use crate::{Study, StudyError, StudyResult};
 use dynamics::model::RodModel;
 use machine::Machine;
 use report::diagnosis::DiagnosisDocument;
@@ -14,20 +13,21 @@ use report::page::Page;
 /// Draws the machine as described and as chosen, each at its fit, over the measurements.
 ///
 /// # Errors  an input has changed since the diagnosis; the document has no parameter values.
-pub(super) fn draw(of: &DiagnosisDocument, page: &mut Page) -> Result<(), String> {
-    let loaded = read_inputs_again(&of.config, &of.measurements, &of.stamp, ("diagnosis", "diagnose"))?;
+pub(super) fn draw(of: &DiagnosisDocument, page: &mut Page) -> StudyResult<()> {
+    let study = Study::reopened((of.machine.as_ref(), &of.config), &of.measurements, &of.stamp, (&[], &[]));
+    let study = unchanged(study, &of.stamp, ("diagnosis", "diagnose"))?;
     if of.domain == "motion" {
         return Ok(());
     }
-    let Loaded { config, set, .. } = &loaded;
+    let Study { config, set, .. } = &study;
     let described = &config.machine;
     let before = model(described.clone(), &of.described);
     let after = described.with_chosen(&of.chosen.id, &config.effects).and_then(|machine| model(machine, &of.chosen.parameters));
     let models: Vec<CurveModel> = before.into_iter().chain(after.filter(|_| of.chosen.id != "nominal")).collect();
     if models.is_empty() {
-        return Err("the diagnosis does not state its parameter values; diagnose again with this version".into());
+        return Err(StudyError::impossible("the diagnosis does not state its parameter values; diagnose again with this version"));
     }
-    let (fit, _) = set.split(Some(&of.fit_positions), &of.held_out_positions).map_err(to_message)?;
+    let (fit, _) = set.split(Some(&of.fit_positions), &of.held_out_positions)?;
     page.title = config.machine.title.clone();
     page.diagnosed = Overlay { set, fit, models: &models }.curves()?;
     Ok(())

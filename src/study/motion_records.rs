@@ -4,8 +4,7 @@ use std::collections::BTreeMap;
 
 use rayon::prelude::*;
 
-use crate::outcome::to_message;
-use crate::sources::Loaded;
+use crate::{Study, StudyError, StudyResult};
 use diagnosis::motion::{MisfitAxis, MotionPart, misfit_map, part};
 use dynamics::inverse_dynamics::{CurvePoint, ExtraChannel, MotionSignal, Preprocessing, Rigid, friction_curve};
 use identification::motion::simulated_gaps;
@@ -17,45 +16,40 @@ use optimizer::Control;
 use report::document::PositionRow;
 use report::record::{CurveRow, MotionRecordRow, TransmissionRow};
 
-/// Whether a set holds motion records, and neither FRFs nor modes.
-pub fn has_only_motion_records(set: &MeasurementSet) -> bool {
-    !set.motions.is_empty() && set.frfs.is_empty() && set.modes.is_none()
-}
-
 /// Returns the names of records.
-pub fn names(set: &MeasurementSet, records: &[usize]) -> Vec<String> {
+pub(crate) fn names(set: &MeasurementSet, records: &[usize]) -> Vec<String> {
     records.iter().map(|i| set.motions[*i].name.clone()).collect()
 }
 
-/// Preprocesses all records, in the order of the set. Returns them with the rigid machine and the warnings about their columns.
-pub fn preprocess_all(loaded: &Loaded) -> Result<(Vec<MotionSignal>, Rigid, Vec<String>), String> {
-    let records = &loaded.set.motions;
-    let made: Result<Vec<MotionSignal>, _> =
-        records.par_iter().map(|r| MotionSignal::new(r, Preprocessing::default_for(r.step_s))).or_first_error();
-    add_channels(loaded, made.map_err(to_message)?)
-}
-
-/// Adds the extra channels of the set's records to their preprocessed motions. Returns as [`preprocess_all`].
-pub fn add_channels(loaded: &Loaded, made: Vec<MotionSignal>) -> Result<(Vec<MotionSignal>, Rigid, Vec<String>), String> {
-    let records = &loaded.set.motions;
-    let rigid = rigid_model(loaded)?;
-    let machine = &loaded.config.machine;
-    made.iter().try_for_each(|m| rigid.check(machine, m)).map_err(to_message)?;
-    let named = |name: &String| point_named(machine, &loaded.set.path, "response", name);
-    let response = loaded.set.response.as_ref().map(named).transpose().map_err(to_message)?;
-    let (mut motions, mut warnings) = (Vec::new(), Vec::new());
-    for (motion, record) in made.into_iter().zip(records) {
-        let (motion, column_warnings) = motion.with_points(record, machine, &rigid).map_err(to_message)?;
-        motions.push(motion.with_reconstructed_encoder(response, record, machine, &rigid).map_err(to_message)?);
-        warnings.extend(column_warnings);
+impl Study {
+    /// Preprocesses all records, in the order of the set. Returns them with the rigid machine and the warnings about their columns.
+    pub(crate) fn preprocess_all(&self) -> StudyResult<(Vec<MotionSignal>, Rigid, Vec<String>)> {
+        let made: Result<Vec<MotionSignal>, _> =
+            self.set.motions.par_iter().map(|r| MotionSignal::new(r, Preprocessing::default_for(r.step_s))).or_first_error();
+        self.add_channels(made?)
     }
-    Ok((motions, rigid, warnings))
-}
 
-/// Builds the rigid-body model of a machine.
-pub fn rigid_model(loaded: &Loaded) -> Result<Rigid, String> {
-    let machine = &loaded.config.machine;
-    Rigid::new(machine, &machine.start()).map_err(|e| format!("{}: {e}", loaded.config.path))
+    /// Adds the extra channels of the set's records to their preprocessed motions. Returns as [`Study::preprocess_all`].
+    pub(crate) fn add_channels(&self, made: Vec<MotionSignal>) -> StudyResult<(Vec<MotionSignal>, Rigid, Vec<String>)> {
+        let rigid = self.rigid_model()?;
+        let machine = &self.config.machine;
+        made.iter().try_for_each(|m| rigid.check(machine, m))?;
+        let named = |name: &String| point_named(machine, &self.set.path, "response", name);
+        let response = self.set.response.as_ref().map(named).transpose()?;
+        let (mut motions, mut warnings) = (Vec::new(), Vec::new());
+        for (motion, record) in made.into_iter().zip(&self.set.motions) {
+            let (motion, column_warnings) = motion.with_points(record, machine, &rigid)?;
+            motions.push(motion.with_reconstructed_encoder(response, record, machine, &rigid)?);
+            warnings.extend(column_warnings);
+        }
+        Ok((motions, rigid, warnings))
+    }
+
+    /// Builds the rigid-body model of the machine.
+    pub(crate) fn rigid_model(&self) -> StudyResult<Rigid> {
+        let machine = &self.config.machine;
+        Rigid::new(machine, &machine.start()).map_err(|e| StudyError::input(&self.config.path, e.to_string()))
+    }
 }
 
 /// Compares a record with a machine by inverse dynamics.
@@ -83,8 +77,8 @@ fn record_row(rigid: &Rigid, machine: &Machine, values: &[f64], motion: &MotionS
 }
 
 /// Lists records by name, each compared with a machine by inverse dynamics.
-pub fn list_records(
-    loaded: &Loaded,
+pub(crate) fn list_records(
+    study: &Study,
     (rigid, values): (&Rigid, &[f64]),
     motions: &[MotionSignal],
     which: impl Iterator<Item = usize>,
@@ -92,21 +86,21 @@ pub fn list_records(
 ) -> BTreeMap<String, MotionRecordRow> {
     let row = |at: usize| {
         let role = if fitted.contains(&at) { "fit" } else { "held_out" };
-        let row = record_row(rigid, &loaded.config.machine, values, &motions[at], loaded.set.motions[at].samples(), role);
+        let row = record_row(rigid, &study.config.machine, values, &motions[at], study.set.motions[at].samples(), role);
         (motions[at].name.clone(), row)
     };
     which.map(row).collect()
 }
 
 /// Simulates records in closed loop, and writes the force error into their rows. Returns whether all were simulated to their end.
-pub fn add_simulated_gaps(
+pub(crate) fn add_simulated_gaps(
     rows: &mut BTreeMap<String, MotionRecordRow>,
     (machine, values): (&Machine, &[f64]),
     records: &[&MotionRecord],
     control: &Control,
-) -> Result<bool, String> {
+) -> StudyResult<bool> {
     let mut complete = true;
-    for (record, gap) in records.iter().zip(simulated_gaps(machine, values, records, control).map_err(to_message)?) {
+    for (record, gap) in records.iter().zip(simulated_gaps(machine, values, records, control)?) {
         complete &= gap.is_some();
         if let (Some(row), Some(gap)) = (rows.get_mut(&record.name), gap) {
             row.simulated_force_error = Some(gap.force);
@@ -116,7 +110,7 @@ pub fn add_simulated_gaps(
 }
 
 /// Lists records in place of the positions of a document, with the given error as the gap.
-pub fn list_positions(
+pub(crate) fn list_positions(
     records: &BTreeMap<String, MotionRecordRow>,
     error: impl Fn(&MotionRecordRow) -> Option<f64>,
 ) -> BTreeMap<String, PositionRow> {
@@ -137,7 +131,7 @@ pub fn list_positions(
 }
 
 /// Lists the residuals of the extra channels of a record, by column.
-pub fn transmission_rows(part: &MotionPart, motion: &MotionSignal) -> BTreeMap<String, TransmissionRow> {
+pub(crate) fn transmission_rows(part: &MotionPart, motion: &MotionSignal) -> BTreeMap<String, TransmissionRow> {
     let row = |(part, channel): (&MotionPart, &ExtraChannel)| {
         let row = TransmissionRow {
             unit: channel.unit.into(),
@@ -152,7 +146,7 @@ pub fn transmission_rows(part: &MotionPart, motion: &MotionSignal) -> BTreeMap<S
 }
 
 /// Computes the friction curve of records, with the prediction of a machine at each speed.
-pub fn curve_rows(rigid: &Rigid, machine: &Machine, values: &[f64], motions: &[&MotionSignal]) -> Vec<CurveRow> {
+pub(crate) fn curve_rows(rigid: &Rigid, machine: &Machine, values: &[f64], motions: &[&MotionSignal]) -> Vec<CurveRow> {
     let inertia = rigid.inertia(machine, values);
     let all: Vec<CurvePoint> = motions.iter().flat_map(|m| friction_curve(m, inertia)).collect();
     let row = |point: CurvePoint| CurveRow {

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use crate::sources::Loaded;
+use crate::Study;
 use identification::objective::{FrfGap, GAIN_RANGE, MISSING, PositionPrediction};
 use identification::{Combination, CombinationKind, Drawn, Identification, ToleranceEstimate};
 use machine::{Machine, Prior};
@@ -13,7 +13,7 @@ use report::certainty::{BasinRow, BootstrapRow, CombinationRow, PriorRow, Tolera
 use report::document::{FrfRow, LonePeak, OrderRow, ParameterRow, PositionRow};
 
 /// Returns parameters by id, with the gain where amplitudes are compared.
-pub fn parameters(machine: &Machine, found: &Identification) -> BTreeMap<String, ParameterRow> {
+pub(crate) fn parameters(machine: &Machine, found: &Identification) -> BTreeMap<String, ParameterRow> {
     let mut rows: BTreeMap<String, ParameterRow> = found
         .estimates
         .iter()
@@ -49,7 +49,7 @@ pub fn parameters(machine: &Machine, found: &Identification) -> BTreeMap<String,
 }
 
 /// Returns tolerances by name.
-pub fn tolerances(estimates: &[ToleranceEstimate]) -> BTreeMap<String, ToleranceRow> {
+pub(crate) fn tolerances(estimates: &[ToleranceEstimate]) -> BTreeMap<String, ToleranceRow> {
     let row = |t: &ToleranceEstimate| {
         let kind = match t.prior {
             Prior::Normal(_) => "normal",
@@ -62,7 +62,7 @@ pub fn tolerances(estimates: &[ToleranceEstimate]) -> BTreeMap<String, Tolerance
 }
 
 /// Returns the minima that the data do not distinguish from the lowest, where there are several.
-pub fn basins(found: &Identification) -> Vec<BasinRow> {
+pub(crate) fn basins(found: &Identification) -> Vec<BasinRow> {
     if found.basins.len() < 2 {
         return Vec::new();
     }
@@ -82,7 +82,7 @@ fn overall(orders: &[OrderRow], predicted: impl Fn(&OrderRow) -> Option<f64>) ->
 }
 
 /// Returns the row of one position.
-pub fn position(
+pub(crate) fn position(
     set: &MeasurementSet,
     prediction: &PositionPrediction,
     role: &str,
@@ -138,7 +138,7 @@ pub fn position(
 }
 
 /// Returns FRFs as rows.
-pub fn frfs(set: &MeasurementSet, gaps: &[FrfGap], role: &str) -> Vec<FrfRow> {
+pub(crate) fn frfs(set: &MeasurementSet, gaps: &[FrfGap], role: &str) -> Vec<FrfRow> {
     gaps.iter()
         .map(|gap| {
             let frf = &set.frfs[gap.frf];
@@ -158,7 +158,7 @@ pub fn frfs(set: &MeasurementSet, gaps: &[FrfGap], role: &str) -> Vec<FrfRow> {
 }
 
 /// Returns the names of one side of a split: positions; for whole FRFs a position with all of its FRFs on that side, else single records.
-pub fn names(set: &MeasurementSet, positions: &[usize], frfs: &[usize], whole_frfs: bool) -> Vec<String> {
+pub(crate) fn names(set: &MeasurementSet, positions: &[usize], frfs: &[usize], whole_frfs: bool) -> Vec<String> {
     if !whole_frfs {
         return positions.iter().map(|i| set.positions[*i].name.clone()).collect();
     }
@@ -180,7 +180,7 @@ pub fn names(set: &MeasurementSet, positions: &[usize], frfs: &[usize], whole_fr
 }
 
 /// Groups FRFs by position, or by record where there is no position or where the records of a position have different roles.
-pub fn gathered(frfs: &[FrfRow]) -> BTreeMap<String, PositionRow> {
+pub(crate) fn gathered(frfs: &[FrfRow]) -> BTreeMap<String, PositionRow> {
     let mixed = |name: &String| {
         frfs.iter().any(|a| a.position.as_ref() == Some(name) && a.role != frfs[0].role)
             && frfs.iter().any(|a| a.position.as_ref() == Some(name) && a.role == frfs[0].role)
@@ -218,7 +218,7 @@ pub fn gathered(frfs: &[FrfRow]) -> BTreeMap<String, PositionRow> {
 }
 
 /// Returns the gap over several positions: root mean square over their lines.
-pub fn gap_over<'r>(frfs: impl Iterator<Item = &'r FrfRow>) -> Option<f64> {
+pub(crate) fn gap_over<'r>(frfs: impl Iterator<Item = &'r FrfRow>) -> Option<f64> {
     root_mean_square_of_parts(frfs.map(|r| (r.gap, r.lines)))
 }
 
@@ -228,7 +228,7 @@ const ACTIVE_SHARE: f64 = 0.02;
 const UNKNOWN_SD: f64 = 0.02;
 
 /// Returns warnings about driving points that are not passive: a passive machine has Im(receptance) ≤ 0.
-pub fn passivity_warnings(machine: &Machine, set: &MeasurementSet) -> Vec<String> {
+pub(crate) fn passivity_warnings(machine: &Machine, set: &MeasurementSet) -> Vec<String> {
     let remedy = if machine.effects.iter().any(|e| e == "measurement-delay") {
         "the machine contains measurement-delay, which accounts for a delay"
     } else {
@@ -256,7 +256,7 @@ pub fn passivity_warnings(machine: &Machine, set: &MeasurementSet) -> Vec<String
 }
 
 /// Returns combinations as rows.
-pub fn combinations(machine: &Machine, found: &Identification) -> Vec<CombinationRow> {
+pub(crate) fn combinations(machine: &Machine, found: &Identification) -> Vec<CombinationRow> {
     let id = |index: usize| machine.parameters[index].id.clone();
     let word = |kind| match kind {
         CombinationKind::Series => "series",
@@ -275,7 +275,7 @@ pub fn combinations(machine: &Machine, found: &Identification) -> Vec<Combinatio
 }
 
 /// Returns bootstraps as rows.
-pub fn bootstraps(machine: &Machine, found: &Identification) -> Vec<BootstrapRow> {
+pub(crate) fn bootstraps(machine: &Machine, found: &Identification) -> Vec<BootstrapRow> {
     found
         .bootstraps
         .iter()
@@ -294,22 +294,22 @@ pub fn bootstraps(machine: &Machine, found: &Identification) -> Vec<BootstrapRow
 }
 
 /// Returns all FRFs of an identification.
-pub fn all_frfs(set: &MeasurementSet, found: &Identification) -> Vec<FrfRow> {
+pub(crate) fn all_frfs(set: &MeasurementSet, found: &Identification) -> Vec<FrfRow> {
     let mut rows = frfs(set, &found.fitted_frfs, "fit");
     rows.extend(frfs(set, &found.held_out_frfs, "held_out"));
     rows
 }
 
 /// Returns all positions of an identification.
-pub fn positions(loaded: &Loaded, found: &Identification, fit_positions: &[String]) -> BTreeMap<String, PositionRow> {
+pub(crate) fn positions(study: &Study, found: &Identification, fit_positions: &[String]) -> BTreeMap<String, PositionRow> {
     if !found.fitted_frfs.is_empty() {
-        return gathered(&all_frfs(&loaded.set, found));
+        return gathered(&all_frfs(&study.set, found));
     }
     let gain = (found.gain.count > 0).then_some(found.gain.gain);
     let rows = |predictions: &[PositionPrediction], role: &'static str| -> Vec<(String, PositionRow)> {
         predictions
             .iter()
-            .map(|p| (loaded.set.positions[p.position].name.clone(), position(&loaded.set, p, role, gain, fit_positions)))
+            .map(|p| (study.set.positions[p.position].name.clone(), position(&study.set, p, role, gain, fit_positions)))
             .collect()
     };
     rows(&found.fitted, "fit").into_iter().chain(rows(&found.held_out, "held_out")).collect()
@@ -317,7 +317,7 @@ pub fn positions(loaded: &Loaded, found: &Identification, fit_positions: &[Strin
 
 /// Returns derived quantities by name: largest errors, scatter and gaps.
 /// Where nothing is held out, `left_out` names those of fits without each position.
-pub fn derived(positions: &BTreeMap<String, PositionRow>, frfs: &[FrfRow], leave_one_out: bool) -> BTreeMap<String, f64> {
+pub(crate) fn derived(positions: &BTreeMap<String, PositionRow>, frfs: &[FrfRow], leave_one_out: bool) -> BTreeMap<String, f64> {
     let mut derived = BTreeMap::new();
     for role in ["fit", "held_out"] {
         let called = if leave_one_out { "left_out" } else { role };
@@ -337,7 +337,7 @@ pub fn derived(positions: &BTreeMap<String, PositionRow>, frfs: &[FrfRow], leave
 }
 
 /// Returns warnings about modes without a partner.
-pub fn pairing_warnings(positions: &BTreeMap<String, PositionRow>) -> Vec<String> {
+pub(crate) fn pairing_warnings(positions: &BTreeMap<String, PositionRow>) -> Vec<String> {
     let mut warnings = Vec::new();
     for (name, p) in positions {
         for o in p.orders.iter().filter(|o| o.predicted_hz.is_none()) {

@@ -1,9 +1,14 @@
-//! Arguments of `diagnose`.
+//! `jointid diagnose`: the effect that the model lacks, where, and what it closes.
 
 use std::path::PathBuf;
 
 use crate::arguments::{OutputArguments, SearchArguments, Sources, SplitArguments};
-use diagnosis::Ablation;
+use crate::long_work::{finish, on_threads, resumable};
+use crate::outcome::{CommandResult, deliver, prepare, shown, warn};
+use crate::progress::WorkProgress;
+use crate::search::settings;
+use report::diagnosis::diagnosis_text;
+use study::{Ablation, DiagnosisRequest, NullCache};
 
 /// A part of the method that can be disabled.
 #[derive(Debug, Clone, Copy, clap::ValueEnum)]
@@ -20,7 +25,7 @@ pub enum MethodPart {
 
 impl MethodPart {
     /// Returns the ablation of the method.
-    pub fn ablation(self) -> Ablation {
+    fn ablation(self) -> Ablation {
         match self {
             MethodPart::ChiSquare => Ablation::ChiSquare,
             MethodPart::FrozenNominal => Ablation::FrozenNominal,
@@ -59,4 +64,31 @@ pub struct DiagnoseArguments {
     pub search: SearchArguments,
     #[command(flatten)]
     pub output: OutputArguments,
+}
+
+/// Runs the command.
+pub fn run(given: &DiagnoseArguments) -> CommandResult {
+    let study = given.sources.open()?.with_settings(settings(&given.search)?);
+    let study = given.split.applied(study)?;
+    let request = DiagnosisRequest {
+        effects: given.effects.clone(),
+        exclude: given.exclude.clone(),
+        nulls: usize::from(given.nulls),
+        cache: match (given.no_cache, &given.cache) {
+            (true, _) => NullCache::None,
+            (false, Some(folder)) => NullCache::Folder(folder.clone()),
+            (false, None) => NullCache::Platform,
+        },
+        ablated: given.ablate.iter().map(|part| part.ablation()).collect(),
+    };
+    let folder = prepare(&given.output)?;
+    let progress = WorkProgress::begin(given.output.quiet, "diagnose");
+    let study = resumable(study, &given.output, folder.as_ref(), &progress, &format!("diagnose {request:?}"))?;
+    let ran = on_threads(given.search.threads, || study.diagnose_with(&request))?;
+    progress.end();
+    let document = ran.map_err(shown)?;
+    warn(&given.output, &document.stamp.warnings);
+    let text = format!("{}\n{}", study.machine().title, diagnosis_text(&document));
+    deliver(&given.output, folder.as_ref(), "diagnosis.json", &document, &text)?;
+    Ok(finish(&given.output, study.control(), document.stamp.complete))
 }

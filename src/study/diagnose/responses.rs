@@ -1,18 +1,13 @@
-//! `jointid diagnose` on FRFs, or on modes.
+//! Diagnosis on FRFs, or on modes.
 
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 
 use num_complex::Complex64;
 
-use super::arguments::DiagnoseArguments;
+use super::DiagnosisRequest;
 use super::effects::{at_bound, choose_effects, contains_effect, names_effect, status_words, units, verdict_row};
-use crate::document_rows;
-use crate::long_work::{build_id, control, finish, on_threads};
-use crate::outcome::{CommandResult, deliver, prepare, to_message, warn};
-use crate::progress::WorkProgress;
-use crate::search::{check_frozen, fits_frfs, plan};
-use crate::sources::{Loaded, inputs, stamp};
+use crate::{Study, StudyError, StudyResult, document_rows};
 use diagnosis::{
     Ablation, Diagnosis, DiagnosisSettings, Domain, Fitted, Hypothesis, HypothesisKind, PartialGap, closed, closed_interval, diagnose,
     fitter, floor_over, gap_over, gaps_by_mode, peak_errors, values_of,
@@ -23,108 +18,70 @@ use machine::{Data, Effect, Parameter};
 use measurement::{FitSet, HoldOutSet};
 use optimizer::{found_in, kept_as};
 use report::diagnosis as document;
-use report::diagnosis::diagnosis_text;
 use report::{OutputFolder, digest};
 
 /// Bands of the residual map.
 const BANDS: usize = 12;
 
-/// Runs the command.
-pub fn run(given: &DiagnoseArguments, loaded: &Loaded) -> CommandResult {
-    let plan = plan(&given.search, &loaded.set)?;
-    let (fit, held_out) = loaded.set.split(given.split.positions.as_deref(), &given.split.hold_out).map_err(to_message)?;
-    let machine = &loaded.config.machine;
-    let whole = fits_frfs(&given.search, &loaded.set);
-    check_frozen(loaded, &plan.frozen)?;
-    let effects = choose_effects(given, &loaded.config.effects, Data::Frf)?;
-    let blocks = fit.leave_one_out(whole).len();
-    if blocks < 2 && (!whole || machine.stroke_m().is_some()) {
-        return Err(format!(
-            "{}: diagnosis needs at least two positions (or records) to fit, {blocks} {} named: at one position any interface explains any FRF; \
-             write for example --positions l1,l3",
-            loaded.set.path,
-            if blocks == 1 { "is" } else { "are" }
-        ));
+impl Study {
+    /// As [`Study::diagnose`], on FRFs or modes.
+    pub(super) fn diagnose_responses(&self, request: &DiagnosisRequest) -> StudyResult<document::DiagnosisDocument> {
+        let made = self.settings.identification(&self.set)?;
+        let (fit, held_out) = self.set.split(self.fit.as_deref(), &self.hold_out)?;
+        let machine = &self.config.machine;
+        let whole = made.frf.is_some();
+        self.check_frozen()?;
+        let effects = choose_effects(request, &self.config.effects, Data::Frf)?;
+        let blocks = fit.leave_one_out(whole).len();
+        if blocks < 2 && (!whole || machine.stroke_m().is_some()) {
+            let fault = format!(
+                "diagnosis needs at least two positions (or records) to fit, {blocks} {} named: at one position any interface explains any \
+                 FRF; name for example l1,l3 as positions",
+                if blocks == 1 { "is" } else { "are" }
+            );
+            return Err(StudyError::input(&self.set.path, fault));
+        }
+        let domain = made.frf.map_or(Domain::Modes(made.settings), Domain::Frf);
+        let mut ablated = request.ablated.clone();
+        if !made.tolerances {
+            ablated.push(Ablation::NoNuisances);
+        }
+        let fitter = fitter(&fit, domain, &made.frozen, &ablated);
+        let cache = self.cache_file(request, &effects);
+        let null = cache.as_ref().and_then(|(folder, file)| found_in(&std::fs::read_to_string(folder.join(file)).ok()?, file));
+        let cached = null.is_some();
+        let settings = DiagnosisSettings { seed: made.seed, draws: request.nulls, null };
+        let found = diagnose(machine, &effects, &fitter, &held_out, &settings, &self.control)?;
+        let interval = closed_interval(&fitter, &held_out, &found, settings.seed, &self.control);
+        if let Some((folder, file)) = cache.filter(|_| !cached && found.complete) {
+            // A cache that cannot be written costs time, not the result.
+            let _ = kept_as(&file, &found.null)
+                .map(|line| OutputFolder::prepare(&folder).and_then(|folder| folder.write(&file, line.as_bytes())));
+        }
+        to_document(self, (&fit, &held_out), &found, interval, &effects)
     }
-    let folder = prepare(&given.output)?;
-    let domain = plan.frf.map_or(Domain::Modes(plan.settings), Domain::Frf);
-    let mut ablated: Vec<Ablation> = given.ablate.iter().map(|part| part.ablation()).collect();
-    if !plan.tolerances {
-        ablated.push(Ablation::NoNuisances);
-    }
-    let fitter = fitter(&fit, domain, &plan.frozen, &ablated);
-    let cache = cache_file(given, loaded, &effects, &fit);
-    let null = cache.as_ref().and_then(|(folder, file)| found_in(&std::fs::read_to_string(folder.join(file)).ok()?, file));
-    let cached = null.is_some();
-    let settings = DiagnosisSettings { seed: plan.seed, draws: usize::from(given.nulls), null };
-    let progress = WorkProgress::begin(given.output.quiet, "diagnose");
-    let control = control(&given.output, folder.as_ref(), &progress, loaded)?;
-    let ran = on_threads(given.search.threads, || -> Result<_, identification::objective::ObjectiveError> {
-        let found = diagnose(machine, &effects, &fitter, &held_out, &settings, &control)?;
-        let interval = closed_interval(&fitter, &held_out, &found, settings.seed, &control);
-        Ok((found, interval))
-    });
-    progress.end();
-    let (found, interval) = ran?.map_err(to_message)?;
-    if let Some((folder, file)) = cache.filter(|_| !cached && found.complete) {
-        // A cache that cannot be written costs time, not the result.
-        let _ = OutputFolder::prepare(&folder)
-            .and_then(|folder| folder.write(&file, kept_as(&file, &found.null).map_err(to_message)?.as_bytes()));
-    }
-    let document = to_document(given, loaded, (&fit, &held_out), &found, interval, &effects)?;
-    warn(&given.output, &document.stamp.warnings);
-    let text = format!("{}\n{}", machine.title, diagnosis_text(&document));
-    deliver(&given.output, folder.as_ref(), "diagnosis.json", &document, &text)?;
-    Ok(finish(&given.output, &control, found.complete))
-}
 
-/// Folder and file of the cached null distribution of this machine, these data and this build; `None` without a cache.
-fn cache_file(given: &DiagnoseArguments, loaded: &Loaded, effects: &[Effect], fit: &FitSet<'_>) -> Option<(PathBuf, String)> {
-    if given.no_cache {
-        return None;
+    /// Folder and file of the cached null distribution of this machine, these data and this build; `None` without a cache.
+    fn cache_file(&self, request: &DiagnosisRequest, effects: &[Effect]) -> Option<(PathBuf, String)> {
+        let folder = request.cache.folder()?;
+        // Everything on which null simulations depend enters: settings as a whole, and effects with their ranges.
+        let DiagnosisRequest { effects: _, exclude: _, nulls, cache: _, ablated } = request;
+        let key = self.key(&format!("null distribution {nulls} {ablated:?} {effects:?}"));
+        Some((folder, format!("null-{}.json", &digest(key.as_bytes())[..24])))
     }
-    let folder = given.cache.clone().or_else(default_cache)?;
-    let mut key = format!(
-        "{} {:?} {:?} {:?} {} {} {}",
-        env!("CARGO_PKG_VERSION"),
-        loaded.overrides,
-        loaded.without,
-        given.search.freeze,
-        given.nulls,
-        given.search.seed,
-        given.search.frf_model_error
-    );
-    key += &format!("{:?} {:?} {:?}", given.ablate, given.search.tolerances, build_id());
-    // Effects enter with their ranges, not only with their names.
-    key += &format!("{effects:?}");
-    // Null simulations are drawn around the machine fitted to these data.
-    inputs(loaded).iter().for_each(|input| key += &format!(" {}", input.sha256));
-    key += &format!("{:?} {:?}", fit.positions, fit.frfs);
-    Some((folder, format!("null-{}.json", &digest(key.as_bytes())[..24])))
-}
-
-/// Returns the platform's folder for caches.
-fn default_cache() -> Option<PathBuf> {
-    let var = |name: &str| std::env::var_os(name).filter(|v| !v.is_empty()).map(PathBuf::from);
-    let base = var("XDG_CACHE_HOME").or_else(|| var("LOCALAPPDATA")).or_else(|| {
-        let home = var("HOME")?;
-        Some(if cfg!(target_os = "macos") { home.join("Library/Caches") } else { home.join(".cache") })
-    })?;
-    Some(base.join("jointid"))
 }
 
 fn to_document(
-    given: &DiagnoseArguments,
-    loaded: &Loaded,
+    study: &Study,
     (fit, held_out): (&FitSet<'_>, &HoldOutSet<'_>),
     found: &Diagnosis,
     interval: Option<(f64, f64)>,
     effects: &[Effect],
-) -> Result<document::DiagnosisDocument, String> {
+) -> StudyResult<document::DiagnosisDocument> {
     let whole = matches!(found.domain, Domain::Frf(_));
-    let names = |positions: &[usize], frfs: &[usize]| document_rows::names(&loaded.set, positions, frfs, whole);
+    let names = |positions: &[usize], frfs: &[usize]| document_rows::names(&study.set, positions, frfs, whole);
     let before = gap_over(&found.held_out);
-    let map = residual_map(loaded, (fit, held_out), found)?;
+    let map = residual_map(study, (fit, held_out), found)?;
     let mut warnings: Vec<String> = found.tolerances.iter().filter_map(ToleranceEstimate::warning).collect();
     if !whole {
         warnings.push("natural frequencies and amplitudes say little about damping and mode shapes: effects that whole FRFs distinguish may remain ambiguous".into());
@@ -134,17 +91,19 @@ fn to_document(
     }
     let chosen = chosen_row(held_out, found, interval)?;
     Ok(document::DiagnosisDocument {
-        stamp: stamp("diagnosis", given.search.seed, found.complete, loaded, warnings),
+        stamp: study.stamp("diagnosis", study.settings.seed, found.complete, warnings),
+        machine: study.machine_text(),
+        manifest: study.manifest(),
         domain: if whole { "frf" } else { "modes" }.into(),
-        config: given.sources.config.clone(),
-        measurements: given.sources.measurements.clone(),
+        config: study.config.path.clone(),
+        measurements: study.set.path.clone(),
         fit_positions: names(&fit.positions, &fit.frfs),
         held_out_positions: names(&held_out.positions, &held_out.frfs),
         noise_floor: floor_over(if found.held_out.is_empty() { &found.fit } else { &found.held_out }),
         gap: document::GapRow {
             fit: gap_over(&found.fit),
             held_out: before,
-            by_position: by_position(loaded, found.fit.iter().chain(&found.held_out)),
+            by_position: by_position(study, found.fit.iter().chain(&found.held_out)),
             by_band: by_band(&map),
             by_mode: by_mode((fit, held_out), found)?,
             by_phase: BTreeMap::new(),
@@ -231,7 +190,7 @@ fn list_places(found: &Diagnosis) -> Vec<document::WhereRow> {
 }
 
 /// Returns the chosen model and the share of the gap that it closes.
-fn chosen_row(held_out: &HoldOutSet<'_>, found: &Diagnosis, interval: Option<(f64, f64)>) -> Result<document::Chosen, String> {
+fn chosen_row(held_out: &HoldOutSet<'_>, found: &Diagnosis, interval: Option<(f64, f64)>) -> StudyResult<document::Chosen> {
     let ceiling =
         found.located.iter().filter_map(|l| closed(&found.held_out, &l.held_out)).chain(closed(&found.held_out, &found.chosen_held_out));
     let chosen_values = values_of(&found.explained.0, &found.explained.1);
@@ -248,30 +207,30 @@ fn chosen_row(held_out: &HoldOutSet<'_>, found: &Diagnosis, interval: Option<(f6
     })
 }
 
-fn position_name(loaded: &Loaded, part: &PartialGap) -> String {
-    let position = part.position.map(|p| loaded.set.positions[p].name.clone());
-    let record = || part.frf.and_then(|f| loaded.set.frfs[f].record.clone());
+fn position_name(study: &Study, part: &PartialGap) -> String {
+    let position = part.position.map(|p| study.set.positions[p].name.clone());
+    let record = || part.frf.and_then(|f| study.set.frfs[f].record.clone());
     position.or_else(record).unwrap_or_else(|| "all".into())
 }
 
-fn by_position<'p>(loaded: &Loaded, parts: impl Iterator<Item = &'p PartialGap>) -> BTreeMap<String, f64> {
+fn by_position<'p>(study: &Study, parts: impl Iterator<Item = &'p PartialGap>) -> BTreeMap<String, f64> {
     let mut groups: BTreeMap<String, Vec<PartialGap>> = BTreeMap::new();
     for part in parts {
-        groups.entry(position_name(loaded, part)).or_default().push(part.clone());
+        groups.entry(position_name(study, part)).or_default().push(part.clone());
     }
     groups.into_iter().filter_map(|(name, parts)| Some((name, gap_over(&parts)?))).collect()
 }
 
 /// Returns residuals of all FRFs by band, with the machine as described at its fit.
 fn residual_map(
-    loaded: &Loaded,
+    study: &Study,
     (fit, held_out): (&FitSet<'_>, &HoldOutSet<'_>),
     found: &Diagnosis,
-) -> Result<Vec<document::ResidualCell>, String> {
+) -> StudyResult<Vec<document::ResidualCell>> {
     let Domain::Frf(settings) = found.domain else { return Ok(Vec::new()) };
     let (hypothesis, fitted) = &found.described;
     let all = HoldOutSet { set: fit.set, positions: Vec::new(), frfs: fit.frfs.iter().chain(&held_out.frfs).copied().collect() };
-    let objective = FrfObjective::held_out(&hypothesis.machine, &all, settings).map_err(to_message)?;
+    let objective = FrfObjective::held_out(&hypothesis.machine, &all, settings)?;
     let values = values_of(hypothesis, fitted);
     let residuals = objective.residuals(&values, objective.best_gain(&values));
     let frequencies: Vec<Vec<f64>> = objective.records().iter().map(|r| r.frequencies_hz()).collect();
@@ -282,7 +241,7 @@ fn residual_map(
     let edge = |at: usize| low * (high / low).powf(at as f64 / BANDS as f64);
     let mut cells = Vec::new();
     for ((&frf, residuals), frequencies) in all.frfs.iter().zip(&residuals).zip(&frequencies) {
-        let frf = &loaded.set.frfs[frf];
+        let frf = &study.set.frfs[frf];
         for band in 0..BANDS {
             let (from_hz, to_hz) = (edge(band), edge(band + 1));
             let inside: Vec<Complex64> = frequencies
@@ -297,7 +256,7 @@ fn residual_map(
             let count = inside.len() as f64;
             let mean = inside.iter().sum::<Complex64>() / count;
             cells.push(document::ResidualCell {
-                position: frf.position.map_or_else(|| frf.record.clone().unwrap_or_default(), |p| loaded.set.positions[p].name.clone()),
+                position: frf.position.map_or_else(|| frf.record.clone().unwrap_or_default(), |p| study.set.positions[p].name.clone()),
                 channel: format!("{}/{}", frf.response, frf.excitation),
                 from_hz,
                 to_hz,
@@ -311,12 +270,12 @@ fn residual_map(
 }
 
 /// Returns the gap of each mode over all positions, with the machine as described at its fit.
-fn by_mode((fit, held_out): (&FitSet<'_>, &HoldOutSet<'_>), found: &Diagnosis) -> Result<Vec<Option<f64>>, String> {
+fn by_mode((fit, held_out): (&FitSet<'_>, &HoldOutSet<'_>), found: &Diagnosis) -> StudyResult<Vec<Option<f64>>> {
     let Domain::Modes(settings) = found.domain else { return Ok(Vec::new()) };
     let (hypothesis, fitted) = &found.described;
     let positions = fit.positions.iter().chain(&held_out.positions).copied().collect();
     let all = HoldOutSet { set: fit.set, positions, frfs: Vec::new() };
-    gaps_by_mode(hypothesis, &values_of(hypothesis, fitted), &all, settings).map_err(to_message)
+    gaps_by_mode(hypothesis, &values_of(hypothesis, fitted), &all, settings).map_err(StudyError::from)
 }
 
 fn by_band(map: &[document::ResidualCell]) -> Vec<document::BandGap> {
@@ -412,12 +371,12 @@ fn delta_z(found: &Diagnosis) -> Vec<document::DeltaZ> {
 }
 
 /// Returns the errors of the highest resonance of held-out FRFs, before and after: frequency, damping ratio, peak compliance.
-fn headline_metrics(held_out: &HoldOutSet<'_>, found: &Diagnosis) -> Result<Vec<document::HeadlineMetrics>, String> {
+fn headline_metrics(held_out: &HoldOutSet<'_>, found: &Diagnosis) -> StudyResult<Vec<document::HeadlineMetrics>> {
     let Domain::Frf(settings) = found.domain else { return Ok(Vec::new()) };
     if held_out.frfs.is_empty() {
         return Ok(Vec::new());
     }
-    let errors = |(hypothesis, fitted): &(Hypothesis, Fitted)| peak_errors(hypothesis, fitted, held_out, settings).map_err(to_message);
+    let errors = |(hypothesis, fitted): &(Hypothesis, Fitted)| peak_errors(hypothesis, fitted, held_out, settings).map_err(StudyError::from);
     let (Some(before), Some(after)) = (errors(&found.described)?, errors(&found.explained)?) else { return Ok(Vec::new()) };
     let row = |what: &str, before: f64, after: f64| document::HeadlineMetrics {
         figure: format!("{what}, rms error at held-out positions"),

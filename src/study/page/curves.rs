@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use num_complex::Complex64;
 
-use crate::outcome::to_message;
+use crate::{StudyError, StudyResult};
 use dynamics::model::{RodModel, Structure};
 use identification::objective::{FrfObjective, FrfSettings, ModeObjective, ModeSettings, operating};
 use machine::{Chain, Machine, Operating, PointMotion};
@@ -46,8 +46,8 @@ pub(super) struct Overlay<'o> {
 
 impl Overlay<'_> {
     /// Returns all FRFs of the set with their predictions. For a set of modes it returns predictions over the band of its modes.
-    pub(super) fn curves(&self) -> Result<Vec<PageCurve>, String> {
-        let gains = self.models.iter().map(|m| self.gain(m)).collect::<Result<Vec<f64>, String>>()?;
+    pub(super) fn curves(&self) -> StudyResult<Vec<PageCurve>> {
+        let gains = self.models.iter().map(|m| self.gain(m)).collect::<StudyResult<Vec<f64>>>()?;
         if self.set.frfs.is_empty() {
             self.mode_curves(&gains)
         } else {
@@ -64,17 +64,17 @@ impl Overlay<'_> {
     ///
     /// An unknown gain is fitted to all positions. It belongs to the measuring chain, which is the same for fitted and held-out positions. It only
     /// scales the drawn curves.
-    fn gain(&self, model: &CurveModel) -> Result<f64, String> {
+    fn gain(&self, model: &CurveModel) -> StudyResult<f64> {
         match (self.set.gain, model.gain) {
             (Gain::Known(gain), _) | (Gain::Unknown, Some(gain)) => Ok(gain),
             (Gain::Unknown, None) if self.set.frfs.is_empty() => {
                 let settings = ModeSettings { rods: model.rods, ..ModeSettings::default() };
-                let objective = ModeObjective::held_out(&model.machine, &self.all_data(), settings, None).map_err(to_message)?;
+                let objective = ModeObjective::held_out(&model.machine, &self.all_data(), settings, None)?;
                 Ok(objective.amplitude_fit(&objective.predict(&model.values)).gain)
             }
             (Gain::Unknown, None) => {
                 let settings = FrfSettings { rods: model.rods, ..FrfSettings::default() };
-                let objective = FrfObjective::held_out(&model.machine, &self.all_data(), settings).map_err(to_message)?;
+                let objective = FrfObjective::held_out(&model.machine, &self.all_data(), settings)?;
                 Ok(objective.best_gain(&model.values))
             }
         }
@@ -88,7 +88,7 @@ impl Overlay<'_> {
         operating: &Operating,
         lines: &[f64],
         gains: &[f64],
-    ) -> Result<(Vec<FrfSample>, Vec<FrfSample>), String> {
+    ) -> StudyResult<(Vec<FrfSample>, Vec<FrfSample>)> {
         let models = self.models.iter().zip(gains);
         let mut all =
             models.map(|(m, gain)| m.predicted(channel, quantity, operating, lines, factor * gain)).collect::<Result<Vec<_>, _>>()?;
@@ -96,7 +96,7 @@ impl Overlay<'_> {
     }
 
     /// Returns a measured FRF with its predictions at the same lines.
-    fn frf_curve(&self, at: usize, frf: &Frf, gains: &[f64]) -> Result<PageCurve, String> {
+    fn frf_curve(&self, at: usize, frf: &Frf, gains: &[f64]) -> StudyResult<PageCurve> {
         let set = self.set;
         let operating = operating(set, frf);
         let (factor, unit) = self.unit((&frf.response, &frf.excitation), frf.quantity)?;
@@ -125,7 +125,7 @@ impl Overlay<'_> {
     }
 
     /// Returns predicted FRFs of the measured channel at all positions, with the measured modes as marks.
-    fn mode_curves(&self, gains: &[f64]) -> Result<Vec<PageCurve>, String> {
+    fn mode_curves(&self, gains: &[f64]) -> StudyResult<Vec<PageCurve>> {
         let set = self.set;
         let (Some(modes), Some(response), Some(excitation)) = (&set.modes, &set.response, &set.excitation) else { return Ok(Vec::new()) };
         let quantity = set.quantity.unwrap_or(Quantity::Receptance);
@@ -137,7 +137,7 @@ impl Overlay<'_> {
         let mut peaks: Vec<Vec<f64>> = vec![Vec::new(); set.positions.len()];
         for model in self.models {
             let settings = ModeSettings { rods: model.rods, ..ModeSettings::default() };
-            let objective = ModeObjective::held_out(&model.machine, &self.all_data(), settings, None).map_err(to_message)?;
+            let objective = ModeObjective::held_out(&model.machine, &self.all_data(), settings, None)?;
             for prediction in objective.predict(&model.values) {
                 peaks[prediction.position].extend(prediction.peaks.iter().map(|p| p.frequency_hz));
             }
@@ -173,14 +173,14 @@ impl Overlay<'_> {
     }
 
     /// Returns scale factor and display unit of an FRF, such as 1e6 and µm/N for a receptance in m/N.
-    fn unit(&self, (response, excitation): (&str, &str), quantity: Quantity) -> Result<(f64, String), String> {
+    fn unit(&self, (response, excitation): (&str, &str), quantity: Quantity) -> StudyResult<(f64, String)> {
         let Some(machine) = self.models.last().map(|m| &m.machine) else { return Ok((1.0, quantity.word().into())) };
         let (factor, length, angle) = match quantity {
             Quantity::Receptance => (1e6, "µm", "µrad"),
             Quantity::Mobility => (1e3, "mm/s", "mrad/s"),
             Quantity::Accelerance => (1.0, "m/s²", "rad/s²"),
         };
-        let translates = |name: &str| Ok::<_, String>(machine.points[point_index(machine, name)?].motion == PointMotion::Translation);
+        let translates = |name: &str| Ok::<_, StudyError>(machine.points[point_index(machine, name)?].motion == PointMotion::Translation);
         let output = if translates(response)? { length } else { angle };
         let input = if translates(excitation)? { "N" } else { "N·m" };
         let gain_note = if self.set.gain == Gain::Unknown { ", times the gain" } else { "" };
@@ -189,8 +189,8 @@ impl Overlay<'_> {
 }
 
 /// Returns the index of a point, or a message.
-fn point_index(machine: &Machine, name: &str) -> Result<usize, String> {
-    machine.point(name).ok_or_else(|| format!("the machine has no point «{name}»"))
+fn point_index(machine: &Machine, name: &str) -> StudyResult<usize> {
+    machine.point(name).ok_or_else(|| StudyError::impossible(format!("the machine has no point «{name}»")))
 }
 
 impl CurveModel {
@@ -202,10 +202,10 @@ impl CurveModel {
         operating: &Operating,
         lines: &[f64],
         scale: f64,
-    ) -> Result<Vec<FrfSample>, String> {
+    ) -> StudyResult<Vec<FrfSample>> {
         let machine = &self.machine;
         let (response, excitation) = (point_index(machine, response)?, point_index(machine, excitation)?);
-        let structure = Arc::new(Structure::new(machine, response, excitation, self.rods).map_err(to_message)?);
+        let structure = Arc::new(Structure::new(machine, response, excitation, self.rods)?);
         let (mut model, mut work) = (structure.empty_model(), structure.workspace());
         model.update(machine, &self.values, operating);
         let chain = machine.chain.at(&self.values, operating);

@@ -1,70 +1,59 @@
-//! `jointid diagnose` on motion records.
+//! Diagnosis on motion records.
 
 use std::collections::BTreeMap;
 
-use super::arguments::DiagnoseArguments;
+use super::DiagnosisRequest;
 use super::effects::{at_bound, choose_effects, contains_effect, names_effect, status_words, units, verdict_row};
 use super::learnable::learnable;
-use crate::long_work::{control, finish, on_threads};
-use crate::motion_records::{curve_rows, preprocess_all, rigid_model, transmission_rows};
-use crate::outcome::{CommandResult, deliver, prepare, to_message, warn};
-use crate::progress::WorkProgress;
-use crate::search::{check_frozen, plan};
-use crate::sources::{Loaded, stamp};
+use crate::motion_records::{curve_rows, transmission_rows};
+use crate::{Study, StudyResult};
 use diagnosis::VerdictKind;
 use diagnosis::motion::{MisfitAxis, MisfitCell, MotionDiagnosis, MotionPart, MotionSettings, diagnose_motion, gap_of};
 use dynamics::inverse_dynamics::{MotionSignal, Phase, phases};
 use machine::{Data, Effect, Machine, Parameter};
 use report::diagnosis as document;
-use report::record::{ChannelRow, MeasuringChainRow, MisfitRow, MotionRows, TraceRow, motion_diagnosis_text};
+use report::record::{ChannelRow, MeasuringChainRow, MisfitRow, MotionRows, TraceRow};
 
-/// Null simulations of motion records per one of `--nulls`: they are cheap.
+/// Null simulations of motion records per one of the requested nulls: they are cheap.
 const NULLS: usize = 10;
 /// Most samples of a record in the document, for the page.
 const DRAWN: usize = 2500;
 
-/// Runs the command.
-pub fn run(given: &DiagnoseArguments, loaded: &Loaded) -> CommandResult {
-    let plan = plan(&given.search, &loaded.set)?;
-    let machine = &loaded.config.machine;
-    check_frozen(loaded, &plan.frozen)?;
-    let effects = choose_effects(given, &loaded.config.effects, Data::Motion)?;
-    let (fit, held_out) = loaded.set.split_motions(given.split.positions.as_deref(), &given.split.hold_out).map_err(to_message)?;
-    let (motions, _, told_of) = preprocess_all(loaded)?;
-    let folder = prepare(&given.output)?;
-    let of = |records: &[usize]| records.iter().map(|i| &motions[*i]).collect::<Vec<&MotionSignal>>();
-    let (fitted, left) = (of(&fit), of(&held_out));
-    let settings = MotionSettings { seed: plan.seed, draws: NULLS * usize::from(given.nulls) };
-    let progress = WorkProgress::begin(given.output.quiet, "diagnose");
-    let control = control(&given.output, folder.as_ref(), &progress, loaded)?;
-    let ran = on_threads(given.search.threads, || diagnose_motion(machine, &effects, &plan.frozen, (&fitted, &left), settings, &control))?;
-    progress.end();
-    let found = ran.map_err(to_message)?;
-    let mut document = to_document(given, loaded, (&fitted, &left), &found, &effects)?;
-    if let Some(rows) = &mut document.motion {
-        let all: Vec<&MotionSignal> = fitted.iter().chain(&left).copied().collect();
-        let before: Vec<&MotionPart> = found.fit.iter().chain(&found.held_out).collect();
-        let after: Vec<&MotionPart> = found.chosen_fit.iter().chain(&found.chosen_held_out).collect();
-        rows.learnable = learnable(&all, (&before, &after), fitted.len(), plan.seed, control.stop());
+impl Study {
+    /// As [`Study::diagnose`], on motion records.
+    pub(super) fn diagnose_records(&self, request: &DiagnosisRequest) -> StudyResult<document::DiagnosisDocument> {
+        let made = self.settings.identification(&self.set)?;
+        let machine = &self.config.machine;
+        self.check_frozen()?;
+        let effects = choose_effects(request, &self.config.effects, Data::Motion)?;
+        let (fit, held_out) = self.set.split_motions(self.fit.as_deref(), &self.hold_out)?;
+        let (motions, _, column_warnings) = self.preprocess_all()?;
+        let of = |records: &[usize]| records.iter().map(|i| &motions[*i]).collect::<Vec<&MotionSignal>>();
+        let (fitted, left) = (of(&fit), of(&held_out));
+        let settings = MotionSettings { seed: made.seed, draws: NULLS * request.nulls };
+        let found = diagnose_motion(machine, &effects, &made.frozen, (&fitted, &left), settings, &self.control)?;
+        let mut document = to_document(self, (&fitted, &left), &found, &effects)?;
+        if let Some(rows) = &mut document.motion {
+            let all: Vec<&MotionSignal> = fitted.iter().chain(&left).copied().collect();
+            let before: Vec<&MotionPart> = found.fit.iter().chain(&found.held_out).collect();
+            let after: Vec<&MotionPart> = found.chosen_fit.iter().chain(&found.chosen_held_out).collect();
+            rows.learnable = learnable(&all, (&before, &after), fitted.len(), made.seed, self.control.stop());
+        }
+        document.stamp.warnings.splice(0..0, column_warnings);
+        Ok(document)
     }
-    document.stamp.warnings.splice(0..0, told_of);
-    warn(&given.output, &document.stamp.warnings);
-    let text = format!("{}\n{}", machine.title, motion_diagnosis_text(&document));
-    deliver(&given.output, folder.as_ref(), "diagnosis.json", &document, &text)?;
-    Ok(finish(&given.output, &control, found.complete))
 }
 
 fn to_document(
-    given: &DiagnoseArguments,
-    loaded: &Loaded,
+    study: &Study,
     (fit, held_out): (&[&MotionSignal], &[&MotionSignal]),
     found: &MotionDiagnosis,
     effects: &[Effect],
-) -> Result<document::DiagnosisDocument, String> {
+) -> StudyResult<document::DiagnosisDocument> {
     let (before, after) = (gap_of(&found.held_out), gap_of(&found.chosen_held_out));
     let mut warnings: Vec<String> = found.contradictions.iter().map(|c| c.description.clone()).collect();
     if held_out.is_empty() {
-        warnings.push("nothing is held out, so that the closed share of the gap is unknown; hold records out with --hold-out".into());
+        warnings.push("nothing is held out, so that the closed share of the gap is unknown; hold records out".into());
     }
     if found.contradictions.iter().any(|_| found.verdict.kind != VerdictKind::Measurement) {
         warnings.push("the gap of a held-out record that contradicts the fitted ones contains the fault of its measuring chain".into());
@@ -88,11 +77,13 @@ fn to_document(
         headline_metrics: headline_metrics(found),
     };
     Ok(document::DiagnosisDocument {
-        stamp: stamp("diagnosis", given.search.seed, found.complete, loaded, warnings),
+        stamp: study.stamp("diagnosis", study.settings.seed, found.complete, warnings),
+        machine: study.machine_text(),
+        manifest: study.manifest(),
         domain: "motion".into(),
         described: named_values(&found.nominal.0.machine, &found.nominal.1),
-        config: given.sources.config.clone(),
-        measurements: given.sources.measurements.clone(),
+        config: study.config.path.clone(),
+        measurements: study.set.path.clone(),
         fit_positions: fit.iter().map(|m| m.name.clone()).collect(),
         held_out_positions: held_out.iter().map(|m| m.name.clone()).collect(),
         noise_floor: found.floor,
@@ -113,7 +104,7 @@ fn to_document(
         ratio: Vec::new(),
         residual_map: Vec::new(),
         delta_z: Vec::new(),
-        motion: Some(motion_rows(loaded, (fit, held_out), found)?),
+        motion: Some(motion_rows(study, (fit, held_out), found)?),
         tolerances: BTreeMap::new(),
         effects: list_effects(found, effects, &chosen),
         chosen,
@@ -201,12 +192,12 @@ fn headline_metrics(found: &MotionDiagnosis) -> Vec<document::HeadlineMetrics> {
 }
 
 fn motion_rows(
-    loaded: &Loaded,
+    study: &Study,
     (fit, held_out): (&[&MotionSignal], &[&MotionSignal]),
     found: &MotionDiagnosis,
-) -> Result<MotionRows, String> {
+) -> StudyResult<MotionRows> {
     let machine = &found.chosen.0.machine;
-    let rigid = rigid_model(loaded)?;
+    let rigid = study.rigid_model()?;
     let all: Vec<&MotionSignal> = fit.iter().chain(held_out).copied().collect();
     let befores: Vec<&MotionPart> = found.fit.iter().chain(&found.held_out).collect();
     let afters: Vec<&MotionPart> = found.chosen_fit.iter().chain(&found.chosen_held_out).collect();

@@ -1,0 +1,38 @@
+//! `jointid identify`: joint parameters, and predictions of held-out positions.
+
+use crate::arguments::{OutputArguments, SearchArguments, Sources, SplitArguments};
+use crate::long_work::{finish, on_threads, resumable};
+use crate::outcome::{CommandResult, deliver, prepare, shown, warn};
+use crate::progress::WorkProgress;
+use crate::search::settings;
+use report::identification_text;
+
+/// `identify`.
+#[derive(Debug, clap::Args)]
+pub struct IdentifyArguments {
+    #[command(flatten)]
+    pub sources: Sources,
+    #[command(flatten)]
+    pub split: SplitArguments,
+    #[command(flatten)]
+    pub search: SearchArguments,
+    #[command(flatten)]
+    pub output: OutputArguments,
+}
+
+/// Runs the command.
+pub fn run(given: &IdentifyArguments) -> CommandResult {
+    let study = given.sources.open()?.with_settings(settings(&given.search)?);
+    let study = given.split.applied(study)?;
+    let folder = prepare(&given.output)?;
+    let progress = WorkProgress::searches(given.output.quiet, "identify", study.settings().repeats);
+    let study = resumable(study, &given.output, folder.as_ref(), &progress, "identify")?;
+    let ran = on_threads(given.search.threads, || study.identify())?;
+    progress.end();
+    let document = ran.map_err(shown)?;
+    warn(&given.output, &document.stamp.warnings);
+    let derived: Vec<String> = study.machine().derived.iter().map(|d| d.name.clone()).collect();
+    let text = identification_text(&study.machine().title, &document, &derived);
+    deliver(&given.output, folder.as_ref(), "identification.json", &document, &text)?;
+    Ok(finish(&given.output, study.control(), document.stamp.complete))
+}

@@ -1,0 +1,43 @@
+//! `jointid report`: one HTML page of the result documents in a folder.
+
+use std::path::{Path, PathBuf};
+
+use crate::outcome::{CommandResult, Outcome, shown};
+use crate::terminal;
+use report::OutputFolder;
+use report::page;
+
+/// Arguments of `report`.
+#[derive(Debug, clap::Args)]
+pub struct ReportArguments {
+    /// Folder with result documents, such as identification.json, validation.json, peaks.json or diagnosis.json
+    #[arg(value_name = "DIR")]
+    pub folder: PathBuf,
+    /// File of the page; DIR/report.html by default
+    #[arg(long, value_name = "FILE")]
+    pub out: Option<PathBuf>,
+    /// Print only errors
+    #[arg(short, long)]
+    pub quiet: bool,
+}
+
+/// Runs the command.
+pub fn run(given: &ReportArguments) -> CommandResult {
+    let page = study::page(&given.folder).map_err(shown)?;
+    let html = page::html(&page);
+    let target = given.out.clone().unwrap_or_else(|| given.folder.join("report.html"));
+    if target.is_dir() {
+        return Err(format!("{}: is a folder; name a file with --out", target.display()));
+    }
+    let parent = target.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    let file = target.file_name().ok_or_else(|| format!("{}: name a file with --out", target.display()))?;
+    let written = OutputFolder::prepare(parent)?.write(&file.to_string_lossy(), html.as_bytes())?;
+    if !given.quiet {
+        page.notes.iter().for_each(|n| terminal::note(n));
+        if html.len() > page::MOST_BYTES {
+            terminal::note(&format!("the page has {:.1} MB, more than many mailboxes accept", html.len() as f64 / 1e6));
+        }
+        eprintln!("written: {} ({:.1} MB)", written.display(), html.len() as f64 / 1e6);
+    }
+    Ok(Outcome::Done)
+}

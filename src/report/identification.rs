@@ -1,0 +1,111 @@
+//! Results of identification, validation and comparison as text on a terminal.
+
+use super::document::{ComparisonDocument, IdentificationDocument, ValidationDocument};
+use super::record::records_table;
+use super::table::{
+    bootstrap_table, derived_table, frfs_table, gap_summary_table, gaps_table, moved_tolerances, parameters_table, positions_table,
+    summary_table,
+};
+use super::terminal::wrapped;
+
+/// An identification as text. `title` is that of the machine; `derived` names the derived quantities of its description, in their order.
+pub fn identification_text(title: &str, document: &IdentificationDocument, derived: &[String]) -> String {
+    if document.records.is_empty() { of_responses(title, document, derived) } else { of_records(title, document) }
+}
+
+const STOPPED: &str = "stopped early: the result so far\n";
+
+fn of_responses(title: &str, document: &IdentificationDocument, derived: &[String]) -> String {
+    let heading = format!(
+        "fitted on {}, held out {}",
+        document.fit_positions.join(", "),
+        match (document.held_out_positions.is_empty(), document.leave_one_out) {
+            (false, _) => document.held_out_positions.join(", "),
+            (true, false) => "nothing".into(),
+            (true, true) => "nothing; each position is predicted by a fit without it".into(),
+        }
+    );
+    let mut text = format!("{title}\n{}\n", wrapped(&heading));
+    text += &parameters_table(&document.parameters);
+    text.push('\n');
+    if let Some(moved) = moved_tolerances(&document.tolerances) {
+        text += &moved;
+        text.push('\n');
+    }
+    text += &if document.frfs.is_empty() {
+        positions_table(&document.positions, document.leave_one_out)
+    } else {
+        frfs_table(&document.frfs, document.leave_one_out)
+    };
+    text.push('\n');
+    if !derived.is_empty() {
+        text += &derived_table(&document.derived, &document.derived_interval95, derived);
+        text.push('\n');
+    }
+    if !document.bootstrap.is_empty() {
+        text += &bootstrap_table(&document.bootstrap);
+        text.push('\n');
+    }
+    let percent = |key: &str| document.derived.get(key).map(|x| format!("{:.2} %", 100.0 * x));
+    for (key, which) in [("largest_frequency_error_held_out", "held out"), ("largest_frequency_error_left_out", "left out")] {
+        if let Some(largest) = percent(key) {
+            text += &format!("largest frequency error, {which}: {largest}\n");
+        }
+    }
+    if let Some(rms) = document.derived.get("ln_amplitude_rms_fit") {
+        text += &format!("amplitude error at fitted positions: {rms:.3} rms of ln(amplitude)\n");
+    }
+    text += &format!(
+        "cost {:.6} after {} evaluations in {} {}\n",
+        document.cost,
+        document.evaluations,
+        document.searches.len(),
+        match document.searches_agree {
+            Some(true) => "searches, which agree",
+            Some(false) => "searches, which do not agree",
+            None if document.searches.len() == 1 => "search",
+            None => "searches",
+        }
+    );
+    if !document.stamp.complete {
+        text += STOPPED;
+    }
+    text
+}
+
+fn of_records(title: &str, document: &IdentificationDocument) -> String {
+    let held_out = if document.held_out_positions.is_empty() { "nothing".into() } else { document.held_out_positions.join(", ") };
+    let mut text = format!(
+        "{title}\n{}\n{}\n{}",
+        wrapped(&format!("fitted on {} by {}, held out {held_out}", document.fit_positions.join(", "), document.settings.objective)),
+        parameters_table(&document.parameters),
+        records_table(&document.records)
+    );
+    if !document.stamp.complete {
+        text += STOPPED;
+    }
+    text
+}
+
+/// A validation as text.
+pub fn validation_text(document: &ValidationDocument) -> String {
+    if !document.records.is_empty() {
+        return records_table(&document.records);
+    }
+    let whole_frfs = document.positions.values().any(|p| p.gap.is_some());
+    let mut text = if whole_frfs { gaps_table(&document.positions) } else { positions_table(&document.positions, false) };
+    if let Some(largest) = document.largest_error {
+        text += &format!("\nlargest frequency error: {:.2} %\n", 100.0 * largest);
+    }
+    text
+}
+
+/// A comparison of a multi-position identification with single-position ones as text.
+pub fn comparison_text(document: &ComparisonDocument) -> String {
+    if document.runs.values().any(|r| r.common_gap.is_some()) {
+        return String::from("Gap of whole FRFs at the positions and records that no run has fitted, and over all of them\n\n")
+            + &gap_summary_table(document);
+    }
+    String::from("Frequency errors at the positions that no run has fitted, and over all of them\n(root of the summed squares)\n\n")
+        + &summary_table(document)
+}

@@ -1,0 +1,81 @@
+//! Diagnosis: where model and machine disagree, which effect the description lacks, and how far including it closes the gap.
+
+mod effects;
+mod learnable;
+mod records;
+mod responses;
+
+use std::path::PathBuf;
+
+use crate::{Study, StudyResult};
+pub use diagnosis::Ablation;
+use report::diagnosis::DiagnosisDocument;
+
+/// Where null simulations are cached.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub enum NullCache {
+    /// Nowhere: they are simulated anew.
+    #[default]
+    None,
+    /// In the platform's folder for caches.
+    Platform,
+    /// In this folder.
+    Folder(PathBuf),
+}
+
+impl NullCache {
+    fn folder(&self) -> Option<PathBuf> {
+        match self {
+            NullCache::None => None,
+            NullCache::Folder(folder) => Some(folder.clone()),
+            NullCache::Platform => platform_folder(),
+        }
+    }
+}
+
+/// Returns the platform's folder for caches.
+fn platform_folder() -> Option<PathBuf> {
+    let var = |name: &str| std::env::var_os(name).filter(|v| !v.is_empty()).map(PathBuf::from);
+    let base = var("XDG_CACHE_HOME").or_else(|| var("LOCALAPPDATA")).or_else(|| {
+        let home = var("HOME")?;
+        Some(if cfg!(target_os = "macos") { home.join("Library/Caches") } else { home.join(".cache") })
+    })?;
+    Some(base.join("jointid"))
+}
+
+/// Candidates and method of a diagnosis.
+#[derive(Debug, Clone, PartialEq)]
+pub struct DiagnosisRequest {
+    /// Ids of the candidate effects; empty for all that apply.
+    pub effects: Vec<String>,
+    /// Ids of effects to leave out of the candidates.
+    pub exclude: Vec<String>,
+    /// Number of null simulations for the thresholds; ten times as many for motion records.
+    pub nulls: usize,
+    /// Where null simulations are cached.
+    pub cache: NullCache,
+    /// Parts of the method to disable.
+    pub ablated: Vec<Ablation>,
+}
+
+impl Default for DiagnosisRequest {
+    fn default() -> Self {
+        DiagnosisRequest { effects: Vec::new(), exclude: Vec::new(), nulls: 60, cache: NullCache::None, ablated: Vec::new() }
+    }
+}
+
+impl Study {
+    /// Diagnoses the discrepancy between machine and data with all effects that apply.
+    ///
+    /// # Errors  as [`Study::identify`]; fewer than two positions are fitted.
+    pub fn diagnose(&self) -> StudyResult<DiagnosisDocument> {
+        self.diagnose_with(&DiagnosisRequest::default())
+    }
+
+    /// As [`Study::diagnose`], with chosen candidates and method.
+    ///
+    /// # Errors  as [`Study::diagnose`]; an effect is unknown.
+    pub fn diagnose_with(&self, request: &DiagnosisRequest) -> StudyResult<DiagnosisDocument> {
+        if self.is_on_motion() { self.diagnose_records(request) } else { self.diagnose_responses(request) }
+    }
+}

@@ -1,0 +1,55 @@
+//! The library of effects.
+
+use crate::stamp::stamp_files;
+use crate::{StudyError, StudyResult};
+use config::read_machine;
+use machine::{Data, Effect};
+use report::digest;
+use report::document::Input;
+use report::effects::{EffectEntry, EffectLibraryDocument, EffectParameter};
+
+/// Lists the library of effects, with those of a machine's description where one is named; or the one with an id.
+///
+/// # Errors  the description cannot be read; no effect has this id.
+pub fn effects(config: Option<&str>, id: Option<&str>) -> StudyResult<EffectLibraryDocument> {
+    let config = config.map(|path| read_machine(path, &[], &[])).transpose()?;
+    let own = config.as_ref().map_or(&[][..], |config| &config.effects);
+    let mut effects = config::effect_library()?;
+    let library: Vec<String> = effects.iter().map(|effect| effect.id.clone()).collect();
+    effects.extend(own.iter().filter(|effect| !library.contains(&effect.id)).cloned());
+    if let Some(id) = id {
+        if !effects.iter().any(|effect| effect.id == id) {
+            let mut known: Vec<&str> = effects.iter().map(|effect| effect.id.as_str()).collect();
+            known.dedup();
+            let fault = format!("no effect is called «{id}»; there are {}", known.join(", "));
+            return Err(StudyError::input(format!("effects {id}"), fault));
+        }
+        effects.retain(|effect| effect.id == id);
+    }
+    let input = config.iter().map(|config| Input { path: config.path.clone(), sha256: digest(config.text.as_bytes()) });
+    Ok(EffectLibraryDocument {
+        stamp: stamp_files("effect-library", input.collect(), Vec::new()),
+        effects: effects.iter().map(entry).collect(),
+    })
+}
+
+fn entry(effect: &Effect) -> EffectEntry {
+    let data = |data: &Data| match data {
+        Data::Frf => "frf".to_string(),
+        Data::Motion => "motion".to_string(),
+    };
+    let parameters = effect.patch.parameters.iter().map(|p| {
+        let row = EffectParameter { unit: p.unit.clone(), start: p.start, lower: p.lower, upper: p.upper, source: p.source.clone() };
+        (p.id.clone(), row)
+    });
+    EffectEntry {
+        id: effect.id.clone(),
+        description: effect.description.clone(),
+        signature: effect.signature.clone(),
+        discriminating_test: effect.discriminating_test.clone(),
+        data: effect.data.iter().map(data).collect(),
+        needs: effect.needs.clone(),
+        confusable_with: effect.confusable_with.clone(),
+        parameters: parameters.collect(),
+    }
+}

@@ -1,0 +1,196 @@
+//! Reads `identification.json`, and reopens its machine and measurements.
+
+use std::collections::BTreeMap;
+use std::ops::RangeInclusive;
+use std::path::Path;
+
+use crate::{Settings, Sources, Study, StudyError, StudyResult};
+use config::{read_machine, read_machine_text};
+use dynamics::model::RodModel;
+use identification::held_at;
+use machine::Machine;
+use measurement::read_set;
+use report::digest;
+use report::document::{IdentificationDocument, Input, MachineText, Stamp};
+
+/// Allowance for rounding at the bounds of a range, relative to the bound of larger magnitude (1).
+const ROUNDING: f64 = 1e-9;
+/// Numbers of masses per rod of the lumped model.
+const LUMPS: RangeInclusive<usize> = 1..=500;
+
+/// Reads `identification.json`. Returns the document, and its file with digest as an input of another document.
+///
+/// # Errors  the file cannot be read, or is no result of an identification.
+pub fn read_identification(path: &Path) -> StudyResult<(IdentificationDocument, Input)> {
+    let fault = |e: std::io::Error| match e.kind() {
+        std::io::ErrorKind::NotFound => "there is no such file; run identify with an output folder first".to_string(),
+        _ if path.is_dir() => "is a folder; name the identification.json in it".into(),
+        _ => e.to_string(),
+    };
+    let bytes = std::fs::read(path).map_err(|e| StudyError::input(path.display(), fault(e)))?;
+    let document = serde_json::from_slice(&bytes);
+    let document = document.map_err(|e| {
+        StudyError::Impossible(format!("{}, line {}: is not a result of `identify`: {e}", path.display(), e.line()))
+    })?;
+    Ok((document, Input { path: path.display().to_string(), sha256: digest(&bytes) }))
+}
+
+/// Checks the schema of an identification, its number of lumps, and that every value lies in its range.
+///
+/// # Errors  a message that names file and key.
+pub fn check_identification(path: &Path, identified: &IdentificationDocument) -> StudyResult<()> {
+    let fault = |text: String| Err(StudyError::input(path.display(), text));
+    if identified.stamp.schema != "jointid/identification/1" {
+        let schema = &identified.stamp.schema;
+        return fault(format!("is a {schema}, not a jointid/identification/1; name the identification.json of identify"));
+    }
+    if let Some(lumps) = identified.settings.lumps.filter(|lumps| !LUMPS.contains(lumps)) {
+        let (least, most) = (LUMPS.start(), LUMPS.end());
+        return fault(format!("settings.lumps is {lumps}, but a rod has {least} to {most} lumps; identify again"));
+    }
+    for (id, row) in &identified.parameters {
+        let slack = ROUNDING * row.upper.abs().max(row.lower.abs());
+        if !(row.value >= row.lower - slack && row.value <= row.upper + slack) {
+            let unit = &row.unit;
+            return fault(format!(
+                "parameters.{id}.value is {} {unit}, outside {} … {} {unit}; identify again",
+                row.value, row.lower, row.upper
+            ));
+        }
+    }
+    Ok(())
+}
+
+impl Study {
+    /// Reopens machine and measurements of an identification, with further overrides and effects taken out.
+    ///
+    /// # Errors  the result cannot be read or is damaged; its measurement set cannot be read.
+    pub fn of_result(path: &Path, overrides: &[String], without: &[String]) -> StudyResult<(Self, IdentificationDocument, Input)> {
+        Study::of_result_on(path, None, overrides, without)
+    }
+
+    /// As [`Study::of_result`], with another measurement set where one is named.
+    ///
+    /// # Errors  as [`Study::of_result`].
+    pub fn of_result_on(
+        path: &Path,
+        measurements: Option<&str>,
+        overrides: &[String],
+        without: &[String],
+    ) -> StudyResult<(Self, IdentificationDocument, Input)> {
+        let (document, input) = read_identification(path)?;
+        check_identification(path, &document)?;
+        let study = Study::of_identification(&document, measurements, overrides, without)?;
+        Ok((study, document, input))
+    }
+
+    /// Reopens machine and measurements of an identification with further overrides; a machine or set that the sources name replaces its own.
+    ///
+    /// # Errors  as [`Study::of_result`].
+    pub fn open_with_result(sources: &Sources, path: &Path) -> StudyResult<(Self, IdentificationDocument, Input)> {
+        let (document, input) = read_identification(path)?;
+        check_identification(path, &document)?;
+        let measurements = sources.measurements.as_deref();
+        let study = match &sources.config {
+            None => Study::of_identification(&document, measurements, &sources.overrides, &sources.without)?,
+            Some(config) => {
+                let measurements = measurements.unwrap_or(&document.settings.measurements);
+                Study::reopened((None, config), measurements, &document.stamp, (&sources.overrides, &sources.without))?
+            }
+        };
+        Ok((study, document, input))
+    }
+
+    /// Reopens machine and measurements of an identification, with its split and settings.
+    ///
+    /// # Errors  its machine or its measurement set cannot be read.
+    pub(crate) fn of_identification(
+        document: &IdentificationDocument,
+        measurements: Option<&str>,
+        overrides: &[String],
+        without: &[String],
+    ) -> StudyResult<Self> {
+        let settings = &document.settings;
+        let measurements = measurements.unwrap_or(&settings.measurements);
+        let study = Study::reopened(
+            (document.machine.as_ref(), &settings.config),
+            measurements,
+            &document.stamp,
+            (overrides, without),
+        )?;
+        let defaults = Settings::default();
+        let own = Settings {
+            rods: settings.lumps.map_or(RodModel::Exact, RodModel::Lumped),
+            frequency_model_error: settings.frequency_model_error,
+            amplitude_sd: settings.amplitude_sd,
+            frf_model_error: if settings.frf_model_error > 0.0 { settings.frf_model_error } else { defaults.frf_model_error },
+            fit_tolerances: settings.tolerances == "fit",
+            band_hz: settings.band_hz.map(|[from, to]| (from, to)),
+            bootstrap: settings.bootstrap,
+            freeze: settings.freeze.clone(),
+            seed: document.stamp.seed,
+            repeats: settings.repeats,
+            ..defaults
+        };
+        Ok(Study { fit: settings.positions.clone(), hold_out: settings.hold_out.clone(), settings: own, ..study })
+    }
+
+    /// Reads the machine that a document embeds, else that of its path, and a measurement set; with the overrides of its stamp and further ones.
+    pub(crate) fn reopened(
+        (embedded, config): (Option<&MachineText>, &str),
+        measurements: &str,
+        stamp: &Stamp,
+        (overrides, without): (&[String], &[String]),
+    ) -> StudyResult<Self> {
+        let (overrides, without) = ([&stamp.overrides[..], overrides].concat(), [&stamp.without[..], without].concat());
+        let config = match embedded {
+            Some(machine) => read_machine_text(&machine.path, &machine.text, &overrides, &without)?,
+            None => read_machine(config, &overrides, &without)?,
+        };
+        Ok(Study { overrides, without, ..Study::new(config, read_set(measurements)?) })
+    }
+
+    /// Builds the machine as identified, with tolerances held at their estimates. Returns it with the values of its parameters, in its order; those
+    /// that the tolerances add come last.
+    ///
+    /// # Errors  the identification belongs to another machine.
+    pub fn identified_machine(&self, path: &Path, identified: &IdentificationDocument) -> StudyResult<(Machine, Vec<f64>)> {
+        let values = self.identified_values(path, identified)?;
+        let machine = held_at(&self.config.machine, &self.set.nuts_m(), &tolerances(identified))?;
+        let added = machine.parameters.iter().skip(values.len()).map(|p| p.start);
+        let values = values.iter().copied().chain(added).collect();
+        Ok((machine, values))
+    }
+
+    /// Returns the identified values of all parameters of the machine as described, in its order.
+    ///
+    /// # Errors  the identification lacks a parameter: it belongs to another machine.
+    pub fn identified_values(&self, path: &Path, identified: &IdentificationDocument) -> StudyResult<Vec<f64>> {
+        let value = |id: &String| {
+            let row = identified.parameters.get(id);
+            row.map(|row| row.value).ok_or_else(|| {
+                let fault = format!("has no parameter «{id}», which {} has; identify again", self.config.path);
+                StudyError::input(path.display(), fault)
+            })
+        };
+        self.config.machine.parameters.iter().map(|p| value(&p.id)).collect()
+    }
+
+    /// Returns warnings about files of machine and measurements that differ from those of a result.
+    pub(crate) fn changed_inputs(&self, then: &[Input]) -> Vec<String> {
+        let differs = |now: &&Input| then.iter().any(|i| i.path == now.path && i.sha256 != now.sha256);
+        let changed = |now: &Input| format!("{} has changed since the identification; identify again if the change matters", now.path);
+        // The machine is that of the result; its file may have changed meanwhile.
+        let own = std::fs::read(&self.config.path).ok().filter(|bytes| digest(bytes) != digest(self.config.text.as_bytes()));
+        let outdated = own.map(|_| {
+            let path = &self.config.path;
+            format!("{path} has changed since the identification, whose machine is used; identify again if the change matters")
+        });
+        outdated.into_iter().chain(self.inputs().iter().filter(differs).map(changed)).collect()
+    }
+}
+
+/// Returns the estimates of the tolerances by name.
+pub(crate) fn tolerances(identified: &IdentificationDocument) -> BTreeMap<String, f64> {
+    identified.tolerances.iter().map(|(name, row)| (name.clone(), row.value)).collect()
+}

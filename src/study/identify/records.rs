@@ -1,0 +1,167 @@
+//! Identification from motion records.
+
+use std::collections::BTreeMap;
+
+use crate::motion_records::{add_simulated_gaps, curve_rows, list_positions, list_records, names};
+use crate::settings::ObjectiveKind;
+use crate::{Study, StudyError, StudyResult};
+use dynamics::inverse_dynamics::{InverseError, MotionSignal, Preprocessing, free_parameters, parameters_without_influence, recorded};
+use identification::motion::{Estimated, ForceFit, correlation, estimate_weighted, output_error};
+use machine::Machine;
+use measurement::MotionRecord;
+use optimizer::Control;
+use report::document::{IdentificationDocument, ParameterRow, RunSettings};
+use report::record::{MotionRecordRow, PreprocessingRow};
+
+impl Study {
+    /// As [`Study::identify`], from motion records.
+    pub(super) fn identify_from_records(&self) -> StudyResult<IdentificationDocument> {
+        let simulated = match self.settings.objective {
+            None | Some(ObjectiveKind::InverseDynamics) => false,
+            Some(ObjectiveKind::OutputError) => true,
+            Some(_) => {
+                let fault = format!("{} holds only motion records; write inverse-dynamics or output-error", self.set.path);
+                return Err(StudyError::setting("objective", "", fault));
+            }
+        };
+        let made = self.settings.identification(&self.set)?;
+        let machine = &self.config.machine;
+        self.check_frozen()?;
+        let (fit, held_out) = self.set.split_motions(self.fit.as_deref(), &self.hold_out)?;
+        let (mut motions, rigid, mut warnings) = self.preprocess_all()?;
+        let asked = free_parameters(machine, &made.frozen)?;
+        let unseen =
+            parameters_without_influence(&rigid, machine, &asked, &fit.iter().map(|i| &motions[*i]).collect::<Vec<&MotionSignal>>());
+        let free: Vec<usize> = asked.into_iter().filter(|i| !unseen.contains(i)).collect();
+        if free.is_empty() {
+            return Err(StudyError::setting("freeze", "", "holds every parameter of the machine; leave one free"));
+        }
+        let mut found = estimate_weighted(&rigid, machine, &free, &mut motions, &fit)?;
+        let mut complete = true;
+        let mut estimates;
+        if simulated {
+            self.control.begin("simulate");
+            (found, estimates, complete) = refine_by_simulation(self, (&free, found), (&fit, &motions), &self.control)?;
+        } else {
+            let fitted: Vec<&MotionSignal> = fit.iter().map(|i| &motions[*i]).collect();
+            estimates = found.estimates(machine, &free, &fitted);
+        }
+        let shown_nowhere = |i: &usize| Estimated { parameter: *i, value: found.values[*i], interval: None, at_bound: false };
+        estimates.extend(unseen.iter().map(shown_nowhere));
+        let values = &found.values;
+        let mut records = list_records(self, (&rigid, values), &motions, 0..motions.len(), &fit);
+        if simulated {
+            let all: Vec<&MotionRecord> = self.set.motions.iter().collect();
+            complete &= add_simulated_gaps(&mut records, (machine, values), &all, &self.control)?;
+        }
+        let fitted: Vec<&MotionSignal> = fit.iter().map(|i| &motions[*i]).collect();
+        let error = |r: &MotionRecordRow| if simulated { r.simulated_force_error } else { Some(r.force_error) };
+        let level = if simulated {
+            let all = fit.iter().flat_map(|i| self.set.motions[*i].load.samples());
+            all.map(|x| x * x).sum::<f64>()
+        } else {
+            recorded(&fitted).norm_squared()
+        };
+        warnings.extend(list_warnings(machine, &unseen, &estimates));
+        Ok(IdentificationDocument {
+            stamp: self.stamp("identification", made.seed, complete, warnings),
+            machine: self.machine_text(),
+            manifest: self.manifest(),
+            settings: RunSettings {
+                objective: if simulated { "output-error" } else { "inverse-dynamics" }.into(),
+                ..self.run_settings(&made)
+            },
+            parameters: parameter_rows(self, values, &estimates),
+            tolerances: BTreeMap::new(),
+            basins: Vec::new(),
+            derived: derived(&records, error),
+            derived_interval95: BTreeMap::new(),
+            combinations: Vec::new(),
+            bootstrap: Vec::new(),
+            cost: found.squares / level,
+            evaluations: found.evaluations,
+            searches_agree: None,
+            searches: Vec::new(),
+            leave_one_out: false,
+            fitted_parameters: free.iter().map(|i| machine.parameters[*i].id.clone()).collect(),
+            correlation: correlation(&found.derivatives),
+            fit_positions: names(&self.set, &fit),
+            held_out_positions: names(&self.set, &held_out),
+            positions: list_positions(&records, error),
+            frfs: Vec::new(),
+            preprocessing: motions.first().map(|m| recipe_row(&m.preprocessing)),
+            friction_curve: curve_rows(&rigid, machine, values, &fitted),
+            records,
+        })
+    }
+}
+
+/// Refines the estimate of inverse dynamics by simulating the closed loop. Returns also whether the refinement converged.
+fn refine_by_simulation(
+    study: &Study,
+    (free, found): (&[usize], ForceFit),
+    (fit, motions): (&[usize], &[MotionSignal]),
+    control: &Control,
+) -> Result<(ForceFit, Vec<Estimated>, bool), InverseError> {
+    let machine = &study.config.machine;
+    let records: Vec<&MotionRecord> = fit.iter().map(|i| &study.set.motions[*i]).collect();
+    let closed = output_error(machine, &found.values, free, &records, control)?;
+    let length = |i: &usize| (study.set.motions[*i].samples(), motions[*i].period.map(|p| p * motions[*i].preprocessing.factor));
+    let lengths: Vec<(usize, Option<usize>)> = fit.iter().map(length).collect();
+    let refined = ForceFit {
+        squares: closed.residual.norm_squared(),
+        values: closed.values,
+        free: free.to_vec(),
+        residual: closed.residual,
+        derivatives: closed.derivatives,
+        evaluations: found.evaluations + closed.evaluations,
+    };
+    let estimates = refined.estimates_of(machine, free, &lengths);
+    Ok((refined, estimates, closed.complete))
+}
+
+/// Returns warnings about parameters that the records do not determine, and about those at a bound.
+fn list_warnings(machine: &Machine, unseen: &[usize], estimates: &[Estimated]) -> Vec<String> {
+    let ids: Vec<&str> = unseen.iter().map(|i| machine.parameters[*i].id.as_str()).collect();
+    let nowhere =
+        (!ids.is_empty()).then(|| format!("not identifiable from force and extra channels, held at the start value: {}", ids.join(", ")));
+    let at_end = estimates.iter().filter(|e| e.at_bound).map(|e| {
+        let p = &machine.parameters[e.parameter];
+        format!("{} lies at a bound of its range, {} … {} {}", p.id, p.lower, p.upper, p.unit)
+    });
+    nowhere.into_iter().chain(at_end).collect()
+}
+
+fn parameter_rows(study: &Study, values: &[f64], estimates: &[Estimated]) -> BTreeMap<String, ParameterRow> {
+    let parameters = &study.config.machine.parameters;
+    let row = |(at, p): (usize, &machine::Parameter)| {
+        let found = estimates.iter().find(|e| e.parameter == at);
+        let interval = found.and_then(|e| e.interval).map(|i| [values[at] - i.half95, values[at] + i.half95]);
+        // Identifiable where the interval is narrower than half of the range.
+        let seen = found.map(|_| interval.is_some_and(|[a, b]| b - a < 0.5 * (p.upper - p.lower)));
+        let row = ParameterRow {
+            value: values[at],
+            unit: p.unit.clone(),
+            lower: p.lower,
+            upper: p.upper,
+            interval95: interval,
+            identifiable: seen,
+            fitted: found.is_some(),
+            description: study.config.machine.description_of(at),
+        };
+        (p.id.clone(), row)
+    };
+    parameters.iter().enumerate().map(row).collect()
+}
+
+fn derived(records: &BTreeMap<String, MotionRecordRow>, error: impl Fn(&MotionRecordRow) -> Option<f64>) -> BTreeMap<String, f64> {
+    let over = |role: &str| {
+        let own = records.values().filter(|r| r.role == role).filter_map(|r| Some((error(r)?, r.compared)));
+        numeric::statistics::root_mean_square_of_parts(own)
+    };
+    [("gap_fit", over("fit")), ("gap_held_out", over("held_out"))].into_iter().filter_map(|(k, x)| Some((k.to_string(), x?))).collect()
+}
+
+fn recipe_row(recipe: &Preprocessing) -> PreprocessingRow {
+    PreprocessingRow { cutoff_hz: recipe.cutoff_hz, order: recipe.order, dropped: recipe.dropped, decimation: recipe.factor }
+}

@@ -1,0 +1,130 @@
+//! What the HTML page shows of the result documents in a folder.
+
+mod curves;
+mod diagnosed;
+mod shapes;
+
+use std::path::Path;
+
+use serde::de::DeserializeOwned;
+
+use self::curves::{CurveModel, Overlay};
+use crate::identified::check_identification;
+use crate::{Study, StudyError, StudyResult};
+use measurement::read_set;
+use report::digest;
+use report::document::{IdentificationDocument, Input, Stamp};
+use report::page::Page;
+
+/// Reads the result documents of a folder, and predicts the curves and shapes that the page draws over the measurements.
+///
+/// # Errors  there is no such folder; it holds no result document, or one that cannot be read.
+pub fn page(folder: &Path) -> StudyResult<Page> {
+    if !folder.is_dir() {
+        let fault = if folder.exists() { "is not a folder; name a folder that holds result documents" } else { "there is no such folder" };
+        return Err(StudyError::input(folder.display(), fault));
+    }
+    let mut page = Page::default();
+    let mut files = Vec::new();
+    page.identification = read(folder, "identification.json", &mut files)?;
+    page.validation = read(folder, "validation.json", &mut files)?;
+    page.comparison = read(folder, "comparison.json", &mut files)?;
+    page.peaks = read(folder, "peaks.json", &mut files)?;
+    page.diagnosis = read(folder, "diagnosis.json", &mut files)?;
+    page.hybrid = read(folder, "hybrid.json", &mut files)?;
+    page.bode = read(folder, "bode.json", &mut files)?;
+    page.gain = read(folder, "gain.json", &mut files)?;
+    page.circle = read(folder, "circle.json", &mut files)?;
+    if files.is_empty() {
+        let fault = format!(
+            "holds no result document; write some into {} first: of identify, validate, compare, peaks, diagnose, hybrid or simulate",
+            folder.display()
+        );
+        return Err(StudyError::input(folder.display(), fault));
+    }
+    page.files = files;
+    let name = folder.canonicalize().ok().and_then(|f| Some(f.file_name()?.to_string_lossy().into_owned()));
+    page.title = name.unwrap_or_else(|| folder.display().to_string());
+    if let Some(identified) = page.identification.take() {
+        if let Err(fault) = draw_identified(folder, &identified, &mut page) {
+            page.notes.push(format!("FRFs, positions and mode shapes are not drawn: {fault}"));
+        }
+        page.identification = Some(identified);
+    } else if let Some(peaks) = &page.peaks {
+        // The nut positions are in the manifest of the set that the peaks come from.
+        let manifest = peaks.stamp.inputs.iter().find_map(|i| i.path.strip_suffix("manifest.toml"));
+        if let Some(Ok(set)) = manifest.map(read_set) {
+            page.nut_m = set.positions.iter().filter_map(|p| Some((p.name.clone(), p.nut_m?))).collect();
+        }
+    }
+    if let Some(of) = page.diagnosis.take() {
+        if let Err(fault) = diagnosed::draw(&of, &mut page) {
+            page.notes.push(format!("the diagnosis is not drawn over its FRFs: {fault}"));
+        }
+        page.diagnosis = Some(of);
+    }
+    Ok(page)
+}
+
+/// Reads a document of the folder; `None` where it does not exist.
+fn read<T: DeserializeOwned>(folder: &Path, name: &str, files: &mut Vec<(String, String)>) -> StudyResult<Option<T>> {
+    let path = folder.join(name);
+    let fault = |text: String| StudyError::input(path.display(), text);
+    let bytes = match std::fs::read(&path) {
+        Err(error) if error.kind() == std::io::ErrorKind::NotFound => return Ok(None),
+        read => read.map_err(|e| fault(e.to_string()))?,
+    };
+    let value: serde_json::Value = serde_json::from_slice(&bytes).map_err(|e| fault(format!("line {}: is no JSON: {e}", e.line())))?;
+    let expected = format!("jointid/{}/1", name.trim_end_matches(".json"));
+    match value.get("schema").and_then(serde_json::Value::as_str) {
+        Some(schema) if schema == expected => {}
+        Some(schema) => return Err(fault(format!("is a {schema}, not a {expected}; make it again with this version"))),
+        None => return Err(fault(format!("has no `schema`; a result document has {expected} there"))),
+    }
+    files.push((name.into(), digest(&bytes)));
+    serde_json::from_value(value).map(Some).map_err(|e| fault(format!("is no {expected}: {e}")))
+}
+
+/// Predicts the measurements from the machine and its identified values.
+///
+/// # Errors  an input has changed since the identification.
+fn draw_identified(folder: &Path, identified: &IdentificationDocument, page: &mut Page) -> StudyResult<()> {
+    let path = folder.join("identification.json");
+    check_identification(&path, identified)?;
+    let settings = &identified.settings;
+    let study = unchanged(Study::of_identification(identified, None, &[], &[]), &identified.stamp, ("identification", "identify"))?;
+    let Study { config, set, .. } = &study;
+    let values = study.identified_values(&path, identified)?;
+    let rods = study.settings.rods;
+    page.title = config.machine.title.clone();
+    page.nut_m = set.positions.iter().filter_map(|p| Some((p.name.clone(), p.nut_m?))).collect();
+    if study.is_on_motion() {
+        return Ok(());
+    }
+    let (fit, _) = set.split(settings.positions.as_deref(), &settings.hold_out)?;
+    let gain = identified.parameters.get("gain").map(|g| g.value);
+    let (machine, as_fitted) = study.identified_machine(&path, identified)?;
+    let model = CurveModel { machine: config.machine.clone(), values, rods, gain };
+    let as_fitted = CurveModel { machine, values: as_fitted, rods, gain };
+    page.curves = Overlay { set, fit, models: std::slice::from_ref(&as_fitted) }.curves()?;
+    page.shapes = shapes::shapes(set, &model)?;
+    Ok(())
+}
+
+/// Checks that the inputs of a reopened study are those of a document.
+///
+/// # Errors  an input cannot be read, or has changed since the document was written.
+fn unchanged(study: StudyResult<Study>, then: &Stamp, (of, again): (&str, &str)) -> StudyResult<Study> {
+    let study = study.map_err(|e| StudyError::impossible(format!("{e} (paths are those of the {of}; make the page in the same folder)")))?;
+    match changed(&then.inputs, &study.inputs()) {
+        Some(path) => Err(StudyError::impossible(format!("{path} has changed since the {of}; {again} again"))),
+        None => Ok(study),
+    }
+}
+
+/// Returns the path of the first input that differs.
+fn changed<'a>(then: &'a [Input], now: &'a [Input]) -> Option<&'a str> {
+    let missing = |list: &[Input], i: &Input| !list.iter().any(|other| other.path == i.path && other.sha256 == i.sha256);
+    let absent = then.iter().find(|i| missing(now, i));
+    absent.or_else(|| now.iter().find(|i| missing(then, i))).map(|i| i.path.as_str())
+}

@@ -1,0 +1,222 @@
+//! Plan of measurements: ranks choices of positions and channels by the remaining uncertainty of the parameters.
+
+use std::path::Path;
+
+use crate::{Study, StudyError, StudyResult};
+use identification::objective::{FrfSettings, ModeSettings};
+use identification::{Choice, FrfPlan, PlanDesign};
+use report::document::{ChoiceRow, IdentificationDocument, Input, PlanDocument, PlanRanking};
+
+/// Kinds of data to plan.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum PlannedData {
+    /// Natural frequencies and amplitudes.
+    Modes,
+    /// Whole FRFs.
+    Frf,
+}
+
+/// What a plan chooses from.
+#[derive(Debug, Clone, PartialEq)]
+pub struct PlanRequest {
+    /// Identification whose values count instead of the start values, with its file where it has one.
+    pub identified: Option<(IdentificationDocument, Option<Input>)>,
+    /// Kind of data to measure; by default FRFs where the set has some, else modes.
+    pub data: Option<PlannedData>,
+    /// Numbers of measurements to choose; by default 2 and 3, or 1 where some are made already.
+    pub choose: Vec<usize>,
+    /// Measurements already made: positions, or `position:response/excitation`.
+    pub measured: Vec<String>,
+    /// Channels to choose from, as `response/excitation`; that of the set by default.
+    pub channels: Vec<String>,
+    /// Relative standard deviation of an FRF line (1).
+    pub noise: f64,
+    /// Lowest and highest frequency (Hz).
+    pub band_hz: Option<(f64, f64)>,
+    /// Number of lines of an FRF.
+    pub lines: usize,
+}
+
+impl Default for PlanRequest {
+    fn default() -> Self {
+        PlanRequest {
+            identified: None,
+            data: None,
+            choose: Vec::new(),
+            measured: Vec::new(),
+            channels: Vec::new(),
+            noise: 0.02,
+            band_hz: None,
+            lines: 400,
+        }
+    }
+}
+
+/// Largest number of choices, which are ranked exhaustively.
+const MOST_CHOICES: f64 = 200_000.0;
+
+/// Points of a channel: response and excitation.
+type ChannelNames = (String, String);
+
+impl Study {
+    /// Ranks choices of two and of three positions by the intervals that their measurement would leave.
+    ///
+    /// # Errors  as [`Study::plan_with`].
+    pub fn plan(&self) -> StudyResult<PlanDocument> {
+        self.plan_with(&PlanRequest::default())
+    }
+
+    /// Ranks choices of measurements by the intervals that they would leave.
+    ///
+    /// # Errors  a setting is outside its range; a measurement, channel or parameter is unknown; no parameter is free; there are too many choices.
+    pub fn plan_with(&self, request: &PlanRequest) -> StudyResult<PlanDocument> {
+        let machine = &self.config.machine;
+        let mut values = machine.start();
+        let mut inputs = Vec::new();
+        if let Some((identified, file)) = &request.identified {
+            let name = file.as_ref().map_or("the identification", |file| &file.path);
+            values = self.identified_values(Path::new(name), identified)?;
+            inputs.extend(file.clone());
+        }
+        let frfs = request.data.map_or(!self.set.frfs.is_empty(), |d| d == PlannedData::Frf);
+        let channels = self.channels(request)?;
+        let design =
+            if frfs { self.design_of_frfs(request, &values, &channels)? } else { self.design_of_modes(request, &values, &channels)? };
+        if design.free.is_empty() {
+            return Err(StudyError::impossible("no free parameter to plan for; freeze fewer"));
+        }
+        let name = |candidate: usize| {
+            let c = &design.candidates[candidate];
+            let channel = format!("{}/{}", c.channel.0, c.channel.1);
+            match c.position.map(|p| &self.set.positions[p].name) {
+                Some(position) if channels.len() > 1 => format!("{position}:{channel}"),
+                Some(position) => position.clone(),
+                None => channel,
+            }
+        };
+        let made = self.made(request, &design, &name)?;
+        let counts: Vec<usize> = match (&request.choose[..], made.is_empty()) {
+            ([], true) => [2, 3].into_iter().filter(|n| *n <= design.candidates.len()).collect(),
+            ([], false) => vec![1],
+            (chosen, _) => chosen.to_vec(),
+        };
+        let counts = if counts.is_empty() { vec![1] } else { counts };
+        let ids: Vec<String> = design.free.iter().map(|i| machine.parameters[*i].id.clone()).collect();
+        let half_width = |choice: &Choice, column: usize| {
+            let at = design.free[column];
+            1.96 * choice.sd[column] * machine.parameters[at].unit_slope(values[at])
+        };
+        let row = |choice: &Choice| ChoiceRow {
+            measure: choice.candidates.iter().map(|i| name(*i)).collect(),
+            score: choice.score,
+            determined: ids.iter().enumerate().filter(|(c, _)| choice.determines(*c)).map(|(_, id)| id.clone()).collect(),
+            half_width95: ids.iter().enumerate().map(|(column, id)| (id.clone(), half_width(choice, column))).collect(),
+        };
+        let mut rankings = Vec::new();
+        for &count in &counts {
+            let number = design.choices(made.len(), count);
+            if number < 1.0 {
+                let fault = format!("only {} measurements to choose from; choose fewer", design.candidates.len() - made.len());
+                return Err(StudyError::setting("choose", count, fault));
+            }
+            if number > MOST_CHOICES {
+                let fault =
+                    format!("{number:.0} choices are too many to rank; choose fewer at once, and name those made already as measured");
+                return Err(StudyError::setting("choose", count, fault));
+            }
+            let ranked = design.ranking(&made, count);
+            // Rank of the set's own split.
+            let split: Option<Vec<usize>> = self.set.split.as_ref().filter(|_| made.is_empty() && channels.len() == 1).map(|names| {
+                let mut which: Vec<usize> = (0..design.candidates.len()).filter(|i| names.contains(&name(*i))).collect();
+                which.sort_unstable();
+                which
+            });
+            let split_rank = split.and_then(|split| ranked.iter().position(|c| c.candidates == split)).map(|at| at + 1);
+            rankings.push(PlanRanking { count, split_rank, choices: ranked.iter().map(row).collect() });
+        }
+        let mut stamp = self.stamp("plan", 0, true, Vec::new());
+        stamp.inputs.extend(inputs);
+        Ok(PlanDocument {
+            stamp,
+            data: if frfs { "frf" } else { "modes" }.into(),
+            measured: made.iter().map(|i| name(*i)).collect(),
+            parameters: ids,
+            rankings,
+        })
+    }
+
+    /// Returns the pairs of response and excitation to choose from.
+    fn channels(&self, request: &PlanRequest) -> StudyResult<Vec<ChannelNames>> {
+        let set = &self.set;
+        if request.channels.is_empty() {
+            let point = |name: &Option<String>, key: &str| {
+                let of_first = || set.frfs.first().map(|f| if key == "response" { f.response.clone() } else { f.excitation.clone() });
+                name.clone().or_else(of_first)
+            };
+            return match (point(&set.response, "response"), point(&set.excitation, "excitation")) {
+                (Some(response), Some(excitation)) => Ok(vec![(response, excitation)]),
+                _ => Err(StudyError::input(&set.path, "names no response and excitation; name channels, such as table/table")),
+            };
+        }
+        let pair = |text: &String| match text.split_once('/') {
+            Some((a, b)) if !a.is_empty() && !b.is_empty() => Ok((a.to_string(), b.to_string())),
+            _ => Err(StudyError::setting("channels", text, "write RESPONSE/EXCITATION, two points of the machine")),
+        };
+        request.channels.iter().map(pair).collect()
+    }
+
+    fn design_of_frfs(&self, request: &PlanRequest, values: &[f64], channels: &[ChannelNames]) -> StudyResult<PlanDesign> {
+        let band_hz = band(request, (5.0, 1000.0))?;
+        if !(request.noise > 0.0 && request.noise < 1.0) {
+            return Err(StudyError::setting("noise", request.noise, "write a share above 0 and below 1, such as 0.02"));
+        }
+        let plan = FrfPlan { noise: request.noise, band_hz, lines: request.lines };
+        let settings = FrfSettings { rods: self.settings.rods, ..FrfSettings::default() };
+        Ok(PlanDesign::of_frfs(&self.config.machine, values, &self.set, channels, plan, settings, &self.settings.freeze)?)
+    }
+
+    fn design_of_modes(&self, request: &PlanRequest, values: &[f64], channels: &[ChannelNames]) -> StudyResult<PlanDesign> {
+        let set = &self.set;
+        if set.positions.is_empty() {
+            return Err(StudyError::input(&set.path, "has no positions to take modes at; plan FRFs (data frf)"));
+        }
+        let [channel] = channels else {
+            return Err(StudyError::setting("channels", "", "modes are planned for one pair of points; name one, or plan FRFs (data frf)"));
+        };
+        let measured = set.modes.iter().flat_map(|m| m.positions.iter().flatten()).filter_map(|m| m.frequency_hz);
+        let (low, high) = measured.fold((f64::INFINITY, 0.0_f64), |(a, b), f| (a.min(f), b.max(f)));
+        let default_hz = if high > 0.0 { (0.5 * low, 1.1 * high) } else { (5.0, 1000.0) };
+        let settings = ModeSettings { rods: self.settings.rods, ..ModeSettings::default() };
+        let band_hz = band(request, default_hz)?;
+        Ok(PlanDesign::of_modes(&self.config.machine, values, set, channel, band_hz, settings, &self.settings.freeze)?)
+    }
+
+    /// Returns the candidates that are already measured.
+    fn made(&self, request: &PlanRequest, design: &PlanDesign, name: &dyn Fn(usize) -> String) -> StudyResult<Vec<usize>> {
+        let mut made = Vec::new();
+        for wanted in &request.measured {
+            let of_position = |i: &usize| design.candidates[*i].position.is_some_and(|p| self.set.positions[p].name == *wanted);
+            let found: Vec<usize> = (0..design.candidates.len()).filter(|i| name(*i) == *wanted || of_position(i)).collect();
+            if found.is_empty() {
+                let known: Vec<String> = (0..design.candidates.len()).map(name).collect();
+                let fault = format!("there is no such measurement; there are {}", known.join(", "));
+                return Err(StudyError::setting("measured", wanted, fault));
+            }
+            made.extend(found);
+        }
+        made.sort_unstable();
+        made.dedup();
+        Ok(made)
+    }
+}
+
+fn band(request: &PlanRequest, default_hz: (f64, f64)) -> StudyResult<(f64, f64)> {
+    match request.band_hz {
+        None => Ok(default_hz),
+        Some((from, to)) if from > 0.0 && to > from && to.is_finite() => Ok((from, to)),
+        Some(_) => {
+            let fault = "write the lowest and the highest frequency in Hz, such as 5,1000";
+            Err(StudyError::setting("band", "", fault))
+        }
+    }
+}

@@ -1,0 +1,169 @@
+//! Validation: prediction errors of an identified machine at held-out data, or on another set.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+
+use crate::identified::{check_identification, tolerances};
+use crate::motion_records::{add_simulated_gaps, list_positions, list_records};
+use crate::{Study, StudyError, StudyResult, document_rows};
+use identification::channels_of;
+use identification::objective::{FrfObjective, FrfSettings, MISSING, ModeObjective, ModeSettings, PositionPrediction};
+use measurement::{FitSet, HoldOutSet, MotionRecord};
+use report::document::{IdentificationDocument, Input, PositionRow, ValidationDocument};
+
+/// What a validation checks. The default checks what the identification held out of its own set; everything where it held out nothing.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct ValidationRequest {
+    /// Names of the positions or records to check.
+    pub positions: Option<Vec<String>>,
+    /// Whether the measurement set of the study is another one than that of the identification. Gain and delays of channels are then fitted anew.
+    pub is_other_set: bool,
+    /// File of the identification; absent for a result in memory.
+    pub file: Option<Input>,
+}
+
+impl ValidationRequest {
+    fn name(&self) -> String {
+        self.file.as_ref().map_or_else(|| "the identification".into(), |file| file.path.clone())
+    }
+}
+
+impl Study {
+    /// Predicts what an identification held out, and returns the errors.
+    ///
+    /// # Errors  the identification is that of another machine; machine and set do not fit together.
+    pub fn validate(&self, identified: &IdentificationDocument) -> StudyResult<ValidationDocument> {
+        self.validate_with(identified, &ValidationRequest::default())
+    }
+
+    /// As [`Study::validate`], at chosen positions or on another set.
+    ///
+    /// # Errors  as [`Study::validate`]; a position is unknown.
+    pub fn validate_with(&self, identified: &IdentificationDocument, request: &ValidationRequest) -> StudyResult<ValidationDocument> {
+        check_identification(Path::new(&request.name()), identified)?;
+        let warnings = self.changed_inputs(&identified.stamp.inputs);
+        let mut document = if self.is_on_motion() {
+            self.validate_records(identified, request, warnings)?
+        } else {
+            self.validate_responses(identified, request, warnings)?
+        };
+        document.stamp.inputs.extend(request.file.clone());
+        Ok(document)
+    }
+
+    fn validate_responses(
+        &self,
+        identified: &IdentificationDocument,
+        request: &ValidationRequest,
+        mut warnings: Vec<String>,
+    ) -> StudyResult<ValidationDocument> {
+        let settings = &identified.settings;
+        let (machine, values) = self.identified_machine(Path::new(&request.name()), identified)?;
+        let (machine, values) = (&machine, values.as_slice());
+        let whole_frfs = settings.objective == "frf";
+        let same_set = !request.is_other_set;
+        // The split of the identification, where the set is the same.
+        let (fitted, left) =
+            self.set.split(if same_set { settings.positions.as_deref() } else { Some(&[]) }, &settings.hold_out).unwrap_or((
+                FitSet { set: &self.set, positions: Vec::new(), frfs: Vec::new() },
+                HoldOutSet { set: &self.set, positions: Vec::new(), frfs: Vec::new() },
+            ));
+        let held_out = match &request.positions {
+            Some(names) => {
+                let (chosen, _) = self.set.split(Some(names), &[])?;
+                HoldOutSet { set: &self.set, positions: chosen.positions, frfs: chosen.frfs }
+            }
+            None if same_set && !(left.positions.is_empty() && left.frfs.is_empty()) => left,
+            None => HoldOutSet {
+                set: &self.set,
+                positions: (0..self.set.positions.len()).collect(),
+                frfs: (0..self.set.frfs.len()).collect(),
+            },
+        };
+        if whole_frfs && held_out.frfs.is_empty() {
+            let fault = "holds no FRF to check at these positions; the identification is on whole FRFs";
+            return Err(StudyError::input(&self.set.path, fault));
+        }
+        let rods = self.settings.rods;
+        // The gain belongs to a measurement set; for another set it is fitted.
+        let own_gain = if same_set { identified.parameters.get("gain").map(|g| g.value) } else { None };
+        let positions: BTreeMap<String, PositionRow> = if whole_frfs {
+            let band_hz = self.settings.band_hz.unwrap_or(FrfSettings::default().band_hz);
+            let frf_settings = FrfSettings { rods, band_hz, model_error: self.settings.frf_model_error, ..FrfSettings::default() };
+            let objective = FrfObjective::held_out(machine, &held_out, frf_settings)?;
+            // Gains and delays belong to the channels of the set they were estimated on.
+            let channels = if same_set { channels_of(machine, &tolerances(identified)) } else { Vec::new() };
+            let objective = objective.calibrated(&channels);
+            let gain = own_gain.unwrap_or_else(|| objective.best_gain(values));
+            let mut frfs = Vec::new();
+            for gap in objective.gaps(values, gain) {
+                frfs.extend(document_rows::frfs(&self.set, &[gap], if fitted.frfs.contains(&gap.frf) { "fit" } else { "held_out" }));
+            }
+            document_rows::gathered(&frfs)
+        } else {
+            let mode_settings = ModeSettings { rods, ..ModeSettings::default() };
+            let objective = ModeObjective::held_out(machine, &held_out, mode_settings, None)?;
+            let predictions = objective.predict(values);
+            let gain =
+                own_gain.or_else(|| Some(objective.amplitude_fit(&predictions)).filter(|f| f.count > 0 && !same_set).map(|f| f.gain));
+            let row = |p: &PositionPrediction| {
+                let name = self.set.positions[p.position].name.clone();
+                let role = if fitted.positions.contains(&p.position) { "fit" } else { "held_out" };
+                (name, document_rows::position(&self.set, p, role, gain, &identified.fit_positions))
+            };
+            predictions.iter().map(row).collect()
+        };
+        warnings.extend(document_rows::pairing_warnings(&positions));
+        Ok(ValidationDocument {
+            stamp: self.stamp("validation", identified.stamp.seed, true, warnings),
+            largest_error: positions.values().filter_map(|p| p.largest_error(MISSING)).reduce(f64::max),
+            largest_gap: positions.values().filter_map(|p| p.gap).reduce(f64::max),
+            positions,
+            records: BTreeMap::new(),
+        })
+    }
+
+    fn validate_records(
+        &self,
+        identified: &IdentificationDocument,
+        request: &ValidationRequest,
+        mut warnings: Vec<String>,
+    ) -> StudyResult<ValidationDocument> {
+        let settings = &identified.settings;
+        let values = self.identified_values(Path::new(&request.name()), identified)?;
+        let simulated = match settings.objective.as_str() {
+            "inverse-dynamics" => false,
+            "output-error" => true,
+            other => {
+                let fault =
+                    format!("holds motion records only, but {} was fitted by {other}; identify on motion records", request.name());
+                return Err(StudyError::input(&self.set.path, fault));
+            }
+        };
+        let machine = &self.config.machine;
+        let all: Vec<usize> = (0..self.set.motions.len()).collect();
+        let (fitted, held_out) = if request.is_other_set {
+            (Vec::new(), all.clone())
+        } else {
+            self.set.split_motions(settings.positions.as_deref(), &settings.hold_out)?
+        };
+        let chosen = match &request.positions {
+            Some(names) => self.set.split_motions(Some(names), &[])?.0,
+            None if !held_out.is_empty() => held_out,
+            None => all,
+        };
+        let (motions, rigid, column_warnings) = self.preprocess_all()?;
+        warnings.extend(column_warnings);
+        let mut records = list_records(self, (&rigid, &values), &motions, chosen.iter().copied(), &fitted);
+        let own: Vec<&MotionRecord> = chosen.iter().map(|i| &self.set.motions[*i]).collect();
+        let complete = !simulated || add_simulated_gaps(&mut records, (machine, &values), &own, &self.control)?;
+        let positions = list_positions(&records, |r| if simulated { r.simulated_force_error } else { Some(r.force_error) });
+        Ok(ValidationDocument {
+            stamp: self.stamp("validation", identified.stamp.seed, complete, warnings),
+            largest_error: None,
+            largest_gap: positions.values().filter_map(|p| p.gap).reduce(f64::max),
+            positions,
+            records,
+        })
+    }
+}
