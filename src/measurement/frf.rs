@@ -127,38 +127,67 @@ impl Frf {
 /// Reads the lines of `frequency_hz,real,imag[,coherence][,relative_sd]`: accepted and rejected lines.
 pub(super) fn read_lines(path: &str, text: &str) -> Result<(Vec<FrfLine>, Vec<FrfLine>), MeasurementError> {
     let table = Table::read(path, text, &["frequency_hz", "real", "imag"], &["coherence", "relative_sd"])?;
-    let mut lines: Vec<FrfLine> = Vec::new();
-    let mut rejected = Vec::new();
-    let mut last: Option<f64> = None;
+    let mut sorted = SortedLines::default();
     for row in table.rows() {
         let frequency_hz = row.number("frequency_hz")?;
-        if frequency_hz < 0.0 {
-            return Err(row.fault(format!("frequency_hz is {frequency_hz}; frequencies are 0 or above")));
-        }
-        if last.is_some_and(|l| l >= frequency_hz) {
-            let fault = format!("frequency_hz {frequency_hz} does not follow {}; sort the lines, each frequency once", last.unwrap_or(0.0));
-            return Err(row.fault(fault));
-        }
-        last = Some(frequency_hz);
         let value = Complex64::new(row.number("real")?, row.number("imag")?);
-        let coherence = row.optional_number("coherence")?;
+        let (coherence, relative_sd) = (row.optional_number("coherence")?, row.optional_number("relative_sd")?);
+        sorted.add(frequency_hz, value, coherence, relative_sd).map_err(|fault| row.fault(fault))?;
+    }
+    sorted.finish(table.has("coherence")).map_err(|fault| MeasurementError::file(path, fault))
+}
+
+/// Lines of an FRF, checked one after another and sorted into accepted and rejected ones.
+#[derive(Default)]
+pub(super) struct SortedLines {
+    accepted: Vec<FrfLine>,
+    rejected: Vec<FrfLine>,
+    last_hz: Option<f64>,
+}
+
+/// What is wrong with a line or a record, and what to write instead; without its place.
+pub(super) type Fault = String;
+
+impl SortedLines {
+    /// Adds a line.
+    ///
+    /// # Errors  its frequency is negative or does not follow the one before; coherence or standard deviation lie outside their ranges.
+    pub(super) fn add(
+        &mut self,
+        frequency_hz: f64,
+        value: Complex64,
+        coherence: Option<f64>,
+        relative_sd: Option<f64>,
+    ) -> Result<(), Fault> {
+        if frequency_hz < 0.0 {
+            return Err(format!("frequency_hz is {frequency_hz}; frequencies are 0 or above"));
+        }
+        if let Some(last_hz) = self.last_hz.filter(|last_hz| *last_hz >= frequency_hz) {
+            return Err(format!("frequency_hz {frequency_hz} does not follow {last_hz}; sort the lines, each frequency once"));
+        }
+        self.last_hz = Some(frequency_hz);
         if let Some(c) = coherence.filter(|c| !(0.0..=1.0).contains(c)) {
-            return Err(row.fault(format!("coherence is {c}; it lies between 0 and 1")));
+            return Err(format!("coherence is {c}; it lies between 0 and 1"));
         }
-        let relative_sd = row.optional_number("relative_sd")?;
         if let Some(sd) = relative_sd.filter(|sd| *sd <= 0.0) {
-            return Err(row.fault(format!("relative_sd is {sd}; write a number above 0, or leave the column out")));
+            return Err(format!("relative_sd is {sd}; write a number above 0, or leave the column out"));
         }
-        let accepted = frequency_hz > 0.0 && value.norm_sqr() > 0.0 && coherence.is_none_or(|c| c >= LEAST_COHERENCE);
+        let is_accepted = frequency_hz > 0.0 && value.norm_sqr() > 0.0 && coherence.is_none_or(|c| c >= LEAST_COHERENCE);
         let noise = relative_sd.map(FrfNoise::RelativeSd).or(coherence.map(FrfNoise::Coherence));
-        (if accepted { &mut lines } else { &mut rejected }).push(FrfLine { frequency_hz, value, noise });
+        (if is_accepted { &mut self.accepted } else { &mut self.rejected }).push(FrfLine { frequency_hz, value, noise });
+        Ok(())
     }
-    if lines.is_empty() {
-        let fault =
-            if table.has("coherence") { "no line has a coherence of 0.8 or more; measure again" } else { "holds no line above 0 Hz" };
-        return Err(MeasurementError::file(path, fault));
+
+    /// Returns accepted and rejected lines.
+    ///
+    /// # Errors  no line is accepted.
+    pub(super) fn finish(self, has_coherence: bool) -> Result<(Vec<FrfLine>, Vec<FrfLine>), Fault> {
+        if self.accepted.is_empty() {
+            let low = "no line has a coherence of 0.8 or more; measure again";
+            return Err(if has_coherence { low } else { "holds no line above 0 Hz" }.into());
+        }
+        Ok((self.accepted, self.rejected))
     }
-    Ok((lines, rejected))
 }
 
 #[cfg(test)]

@@ -1,5 +1,6 @@
 //! Measurement sets: FRFs, modes and motion records of a machine at named positions.
 
+mod arrays;
 mod embedded;
 mod error;
 mod frf;
@@ -19,6 +20,7 @@ mod table;
 mod template;
 pub mod universal;
 
+pub use arrays::{FrfArrays, MotionArrays, SetArrays};
 pub use embedded::BENCH;
 pub use error::MeasurementError;
 pub use frf::{Condition, Frf, FrfLine, FrfNoise};

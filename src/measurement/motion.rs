@@ -96,22 +96,34 @@ pub fn read_motion(path: &str, name: &str, text: &str) -> Result<MotionRecord, M
     }
     let mut take = |name: &str| columns.remove(name).unwrap_or_default();
     let (time_s, command_m, position_m, load) = (take(REQUIRED[0]), take(REQUIRED[1]), take(REQUIRED[2]), take(load_column));
-    let step_s = step(path, &time_s, &lines)?;
-    for (name, channel) in [("position_m", &position_m), (load_column, &load)] {
-        if channel.iter().all(|x| *x == channel[0]) {
-            let fault = format!("{name} is constant ({}); record the channel while the axis moves", channel[0]);
-            return Err(MeasurementError::file(path, fault));
-        }
-    }
-    if let Some((at, count, value)) = saturated(&load) {
-        let fault = format!(
-            "{load_column} stays at its extreme value {value} for {count} samples: the channel is saturated; record it with a wider range, or a \
-             gentler motion"
-        );
-        return Err(MeasurementError::line(path, lines[at], fault));
-    }
     let load = if load_column == EFFORT_COLUMNS[0] { DriveEffort::Force(load) } else { DriveEffort::Torque(load) };
-    Ok(MotionRecord { name: name.into(), source: path.into(), step_s, time_s, command_m, position_m, load, others: columns })
+    let record = MotionRecord { name: name.into(), source: path.into(), step_s: 0.0, time_s, command_m, position_m, load, others: columns };
+    record.checked(&lines)
+}
+
+impl MotionRecord {
+    /// Checks the channels, and determines the step. `lines` holds the line (or number) of each sample in its source.
+    ///
+    /// # Errors  as [`read_motion`].
+    pub(super) fn checked(mut self, lines: &[u64]) -> Result<Self, MeasurementError> {
+        let path = &self.source;
+        self.step_s = step(path, &self.time_s, lines)?;
+        let (column, load) = (self.load.column(), self.load.samples());
+        for (name, channel) in [("position_m", self.position_m.as_slice()), (column, load)] {
+            if channel.iter().all(|x| *x == channel[0]) {
+                let fault = format!("{name} is constant ({}); record the channel while the axis moves", channel[0]);
+                return Err(MeasurementError::file(path, fault));
+            }
+        }
+        if let Some((at, count, value)) = saturated(load) {
+            let fault = format!(
+                "{column} stays at its extreme value {value} for {count} samples: the channel is saturated; record it with a wider range, or a \
+                 gentler motion"
+            );
+            return Err(MeasurementError::line(path, lines[at], fault));
+        }
+        Ok(self)
+    }
 }
 
 /// Returns the constant step (s) of time stamps.

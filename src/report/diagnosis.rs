@@ -41,7 +41,8 @@ pub struct DiagnosisDocument {
     pub noise_floor: Option<f64>,
     /// Gaps of the machine as described.
     pub gap: GapRow,
-    /// Misfit of the machine as described over the median of null simulations (1).
+    /// Misfit of the machine as described over the median of null simulations, at least 1 (1): χ² per compared number; of motion records the squared
+    /// prediction error at left-out parts.
     #[serde(default)]
     pub misfit_over_null: f64,
     /// Location of the verdict, then generic impedances at interfaces, best first.
@@ -191,7 +192,7 @@ impl WhereRow {
 
     /// Returns the shape in words.
     pub fn shape_text(&self) -> &str {
-        if self.shape == NAMED { "named effect" } else { &self.shape }
+        if self.shape == NAMED && self.over.is_none() { "named effect" } else { &self.shape }
     }
 }
 
@@ -216,7 +217,7 @@ pub struct EffectRow {
     pub closed95: Option<[f64; 2]>,
     /// Share of null simulations with a statistic as large (1).
     pub p_value: Option<f64>,
-    /// Reduction of χ² over the scale of null simulations (1).
+    /// Reduction of χ² over its scale in null simulations (1); of motion records −ln of the share of the squared prediction error that it leaves.
     #[serde(default)]
     pub statistic: f64,
     /// Reduction of χ² (motion: of the squared prediction error) over its value without it (1).
@@ -259,7 +260,7 @@ pub struct Chosen {
     /// 95 % interval of `closed`, by parametric bootstrap.
     #[serde(default)]
     pub closed95: Option<[f64; 2]>,
-    /// Largest share of it that a generic impedance at one interface closes (1).
+    /// Largest share of it that a generic impedance at one interface closes (1); of motion records a free function of one variable.
     pub ceiling: Option<f64>,
     /// Headline metrics before and after.
     #[serde(default, alias = "plain")]
@@ -433,7 +434,7 @@ pub fn diagnosis_text(document: &DiagnosisDocument) -> String {
     }
     text += &estimated_text(document);
     text += &candidates_text(document, ["effect", "χ² reduction", "held-out gap", "closed", "p"]);
-    let first = if document.places.first().is_some_and(|place| place.shape == NAMED) { "the named effect, then " } else { "" };
+    let first = if document.places.first().is_some_and(|place| place.shape == NAMED && place.over.is_none()) { "the named effect, then " } else { "" };
     text += &format!("\nlocation: {first}generic impedances at interfaces, best first\n");
     text += &document.verdict.band_text().map_or(String::new(), |band| wrapped(&band));
     let rows = document.places.iter().take(5);

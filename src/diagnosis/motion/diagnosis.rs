@@ -4,10 +4,11 @@ use rayon::prelude::*;
 
 use super::channel_weight::weigh;
 use super::context::{Chosen, Context};
-use super::data::MotionData;
+use super::data::{MotionData, side_by_side};
 use super::data_fault::{Contradiction, Covariance, RecordShift, contradictions, faulty, shifts};
 use super::decision::{MotionDecisionInputs, amount, decide};
-use super::free_function::ForceLocations;
+use super::design::INDEPENDENT;
+use super::free_function::{ForceLocations, FreeFunction, free_functions};
 use super::gap::{MotionPart, closed_interval, gap_of, part};
 use super::misfit_map::{MisfitCell, largest_phase, misfit_map};
 use super::noise_floor::{floor_of, noise_of};
@@ -17,10 +18,11 @@ use crate::evidence::share_closed;
 use crate::verdict::last_of;
 use crate::{Hypothesis, Status, Verdict, VerdictKind};
 use dynamics::inverse_dynamics::{
-    InverseError, MotionSignal, Phase, Rigid, free_parameters, is_linear_in_inverse, mask_backlash_crossings, parameters_without_influence,
+    InverseError, LinearForce, MotionSignal, Phase, Rigid, free_parameters, is_linear_in_inverse, mask_backlash_crossings, parameters_without_influence,
 };
 use identification::motion::estimate_identifiable;
 use machine::{Effect, Machine};
+use numeric::linear_fit::LinearFit;
 use optimizer::Control;
 
 /// Settings of a diagnosis.
@@ -41,6 +43,8 @@ pub struct TriedMotion {
     pub status: Status,
     /// Relative reduction of the squared prediction error at left-out parts.
     pub gain: f64,
+    /// −ln(1 − gain) over its scale in null simulations; 0 for a candidate that was not fitted.
+    pub statistic: f64,
     /// Share of null simulations in which some effect gains as much.
     pub p_value: Option<f64>,
     /// Estimates of its added parameters, by id, from the joint fit.
@@ -64,6 +68,8 @@ pub struct LocatedMotion {
     pub gain: f64,
     /// Share of null simulations in which some free function gains as much.
     pub p_value: f64,
+    /// Gap of the held-out records with the function, fitted together with the machine's parameters.
+    pub gap_held_out: Option<f64>,
 }
 
 /// Result of a diagnosis.
@@ -80,6 +86,8 @@ pub struct MotionDiagnosis {
     pub located: Vec<LocatedMotion>,
     /// Null distribution of the machine as described.
     pub null: MotionNullDistribution,
+    /// Squared prediction error at left-out parts over the median of null simulations (1), of the machine as described and of the chosen model.
+    pub excess: [f64; 2],
     /// The chosen model: with the named effect or combination, else the machine as described.
     pub chosen: (Hypothesis, Vec<f64>),
     /// Fitted records, predicted by the chosen model.
@@ -102,6 +110,8 @@ pub struct MotionDiagnosis {
     pub verdict: Verdict,
     /// Phase of the motion in which the named effect, or the unknown one, is largest.
     pub phase: Option<Phase>,
+    /// Squared prediction error at left-out parts with the chosen effects, over that of the machine as described (1).
+    pub loss: f64,
     /// Whether the diagnosis ran to its end.
     pub complete: bool,
 }
@@ -238,7 +248,8 @@ pub fn diagnose_motion(
                 (h.added.iter().map(id).collect(), parts((h, &f.values), held_out))
             });
             let p_value = Some(first.null.p_value(ranked));
-            TriedMotion { id: candidate.id.clone(), status: Status::Tried, gain: ranked.gain, p_value, parameters, held_out }
+            let statistic = first.null.statistic(ranked);
+            TriedMotion { id: candidate.id.clone(), status: Status::Tried, gain: ranked.gain, statistic, p_value, parameters, held_out }
         })
         .collect();
     for (at, candidate) in first.screening.candidates.iter().enumerate() {
@@ -251,6 +262,7 @@ pub fn diagnose_motion(
                 id: candidate.id.clone(),
                 status,
                 gain: 0.0,
+                statistic: 0.0,
                 p_value: None,
                 parameters: Vec::new(),
                 held_out: Vec::new(),
@@ -258,9 +270,11 @@ pub fn diagnose_motion(
         }
     }
     let places = ForceLocations::new(&context.rigid, &base.0.machine, &base.1.values, fit_motions);
+    let other_data = MotionData::new(held_out.to_vec());
+    let functions = free_functions(&context.data);
     let located: Vec<LocatedMotion> = first
         .ranked
-        .iter()
+        .par_iter()
         .filter_map(|r| {
             let candidate = &first.screening.candidates[r.candidate];
             let (over, shape) = candidate.free?;
@@ -272,6 +286,10 @@ pub fn diagnose_motion(
                 shape,
                 gain: r.gain,
                 p_value: first.null.p_value_free(r),
+                gap_held_out: functions
+                    .iter()
+                    .find(|f| f.over == over && f.column == candidate.column)
+                    .and_then(|function| gap_with(function, &base, (&context, &other_data))),
             })
         })
         .collect();
@@ -322,6 +340,7 @@ pub fn diagnose_motion(
         held_out: base_held_out,
         tried,
         located,
+        excess: [1.0, loss].map(|share| first.null.excess(share * first.screening.misfit(&context.data))),
         null: first.null,
         chosen: (chosen.0, chosen.1.values),
         chosen_fit,
@@ -332,6 +351,7 @@ pub fn diagnose_motion(
         shifts: fit_shifts.into_iter().chain(other_shifts).collect(),
         contradictions,
         verdict,
+        loss,
         complete: !control.stopped(),
     })
 }
@@ -387,6 +407,21 @@ fn without_added_delay((hypothesis, fit): &Chosen) -> Option<Vec<f64>> {
     delayed.then_some(values)
 }
 
+/// Returns the gap of held-out records with a free function, fitted together with the machine's free parameters to the fitted records.
+fn gap_with(function: &FreeFunction, (hypothesis, fit): &Chosen, (context, held_out): (&Context<'_>, &MotionData<'_>)) -> Option<f64> {
+    let own = |data: &MotionData<'_>| LinearForce::new(&context.rigid, &hypothesis.machine, &fit.values, &fit.free, &data.motions);
+    let recorded = held_out.y.norm();
+    if held_out.motions.is_empty() || !(recorded > 0.0) {
+        return None;
+    }
+    let (here, there) = (own(&context.data), own(held_out));
+    let penalty = [vec![0.0; fit.free.len()], vec![function.ridge(); function.columns.ncols()]].concat();
+    let columns = side_by_side(&[&here.derivatives, &function.columns]);
+    let solved = LinearFit::penalised(&columns, &penalty, &(&context.data.y - here.prediction), INDEPENDENT)?;
+    let residual = &held_out.y - there.prediction - side_by_side(&[&there.derivatives, &function.columns_on(held_out)]) * solved.coefficients;
+    Some(residual.norm() / recorded)
+}
+
 /// Returns the verdict «insufficient» for records that do not determine the machine's own parameters.
 fn insufficient(rigid: &Rigid, nominal: Hypothesis, fit: &[&MotionSignal], held_out: &[&MotionSignal], why: String) -> MotionDiagnosis {
     let values = nominal.machine.start();
@@ -402,7 +437,8 @@ fn insufficient(rigid: &Rigid, nominal: Hypothesis, fit: &[&MotionSignal], held_
         held_out,
         tried: Vec::new(),
         located: Vec::new(),
-        null: MotionNullDistribution { scales: Vec::new(), most: Vec::new(), effects: Vec::new(), free: Vec::new() },
+        null: MotionNullDistribution::none(),
+        excess: [1.0; 2],
         floor: None,
         floor_fit: None,
         closed95: None,
@@ -411,6 +447,7 @@ fn insufficient(rigid: &Rigid, nominal: Hypothesis, fit: &[&MotionSignal], held_
         contradictions: Vec::new(),
         verdict: Verdict { kind: VerdictKind::Insufficient, effects: Vec::new(), reason: why, next_measurement: next },
         phase: None,
+        loss: 1.0,
         complete: true,
     }
 }

@@ -1,11 +1,72 @@
 //! Free functions: smooth functions of speed, position, acceleration or travel since the last reversal, added to the force or to the error of an
 //! extra channel. They locate a discrepancy without naming its cause.
 
-use nalgebra::DMatrix;
+use nalgebra::{DMatrix, DVector};
 
 use super::data::MotionData;
 use dynamics::inverse_dynamics::{MotionSignal, Rigid};
 use machine::Machine;
+
+/// Variable of a free function.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Variable {
+    Speed,
+    Position,
+    PositionAndDirection,
+    Acceleration,
+    AccelerationAndDirection,
+    TravelSinceReversal,
+}
+
+impl Variable {
+    const ALL: [Variable; 6] = [
+        Variable::Speed,
+        Variable::Position,
+        Variable::PositionAndDirection,
+        Variable::Acceleration,
+        Variable::AccelerationAndDirection,
+        Variable::TravelSinceReversal,
+    ];
+
+    /// Returns its name.
+    fn word(self) -> &'static str {
+        match self {
+            Variable::Speed => "speed",
+            Variable::Position => "position",
+            Variable::PositionAndDirection => "position and direction",
+            Variable::Acceleration => "acceleration",
+            Variable::AccelerationAndDirection => "acceleration and direction",
+            Variable::TravelSinceReversal => "travel since reversal",
+        }
+    }
+
+    /// Returns the form of dynamic stiffness that a function of it resembles.
+    fn shape(self) -> &'static str {
+        match self {
+            Variable::Speed => "damping",
+            Variable::Position => "stiffness",
+            Variable::PositionAndDirection => "other",
+            Variable::Acceleration => "mass",
+            Variable::AccelerationAndDirection => "loss",
+            Variable::TravelSinceReversal => "relaxation",
+        }
+    }
+
+    /// Returns its samples along a motion.
+    fn samples(self, motion: &MotionSignal) -> Vec<f64> {
+        match self {
+            Variable::Speed => motion.velocity_m_s.clone(),
+            Variable::Position | Variable::PositionAndDirection => motion.position_m.clone(),
+            Variable::Acceleration | Variable::AccelerationAndDirection => motion.acceleration_m_s2.clone(),
+            Variable::TravelSinceReversal => since_reversal(motion),
+        }
+    }
+
+    /// Whether the function changes its sign with the direction of the motion.
+    fn is_directed(self) -> bool {
+        matches!(self, Variable::PositionAndDirection | Variable::AccelerationAndDirection | Variable::TravelSinceReversal)
+    }
+}
 
 /// A free function.
 #[derive(Debug, Clone)]
@@ -18,6 +79,32 @@ pub(super) struct FreeFunction {
     pub shape: &'static str,
     /// Its columns.
     pub columns: DMatrix<f64>,
+    variable: Variable,
+    knots: Vec<f64>,
+    /// Knots that have a column.
+    used: Vec<usize>,
+}
+
+impl FreeFunction {
+    /// Returns its columns on other records.
+    pub fn columns_on(&self, data: &MotionData<'_>) -> DMatrix<f64> {
+        let column = |at: &usize| hat_column(data, self.column.as_deref(), self.variable, &self.knots, *at);
+        DMatrix::from_columns(&self.used.iter().map(column).collect::<Vec<_>>())
+    }
+
+    /// Returns the penalty on each of its columns. Hat functions sum to columns of the machine (a constant, a direction): a small ridge penalty
+    /// separates them.
+    pub fn ridge(&self) -> f64 {
+        1e-3 * self.columns.norm_squared() / self.columns.ncols() as f64
+    }
+}
+
+/// Returns the column of one hat function.
+fn hat_column(data: &MotionData<'_>, channel: Option<&str>, variable: Variable, knots: &[f64], at: usize) -> DVector<f64> {
+    data.channel(channel, |motion| {
+        let hats = variable.samples(motion).into_iter().map(|x| hat(knots, at, x));
+        if variable.is_directed() { hats.zip(motion.direction()).map(|(hat, sign)| hat * sign).collect() } else { hats.collect() }
+    })
 }
 
 /// Number of knots of a function.
@@ -25,39 +112,23 @@ const KNOTS: usize = 9;
 
 /// Returns all free functions, piecewise linear between knots at even quantiles of the samples.
 pub(super) fn free_functions(data: &MotionData<'_>) -> Vec<FreeFunction> {
-    let one = |_: &MotionSignal| None::<Vec<f64>>;
-    let direction = |m: &MotionSignal| Some(m.direction());
-    let mut shapes = Vec::new();
+    let mut functions = Vec::new();
     for channel in data.channels() {
-        let mut add = |over, shape, of: &dyn Fn(&MotionSignal) -> Vec<f64>, times: &dyn Fn(&MotionSignal) -> Option<Vec<f64>>| {
-            let knots = knots(data.motions.iter().flat_map(|m| of(m)).collect());
+        for variable in Variable::ALL {
+            let knots = knots(data.motions.iter().flat_map(|motion| variable.samples(motion)).collect());
             if knots.len() < 3 {
-                return;
+                continue;
             }
-            let columns: Vec<_> = (0..knots.len())
-                .map(|at| {
-                    data.channel(channel, |m| {
-                        let hat = of(m).into_iter().map(|x| hat(&knots, at, x));
-                        match times(m) {
-                            None => hat.collect(),
-                            Some(factor) => hat.zip(factor).map(|(h, f)| h * f).collect(),
-                        }
-                    })
-                })
-                .filter(|c| c.norm() > 0.0)
-                .collect();
+            let columns = (0..knots.len()).map(|at| hat_column(data, channel, variable, &knots, at));
+            let (used, columns): (Vec<usize>, Vec<DVector<f64>>) = columns.enumerate().filter(|(_, column)| column.norm() > 0.0).unzip();
             if !columns.is_empty() {
-                shapes.push(FreeFunction { column: channel.map(str::to_string), over, shape, columns: DMatrix::from_columns(&columns) });
+                let (over, shape) = (variable.word(), variable.shape());
+                let columns = DMatrix::from_columns(&columns);
+                functions.push(FreeFunction { column: channel.map(str::to_string), over, shape, columns, variable, knots, used });
             }
-        };
-        add("speed", "damping", &|m| m.velocity_m_s.clone(), &one);
-        add("position", "stiffness", &|m| m.position_m.clone(), &one);
-        add("position and direction", "other", &|m| m.position_m.clone(), &direction);
-        add("acceleration", "mass", &|m| m.acceleration_m_s2.clone(), &one);
-        add("acceleration and direction", "loss", &|m| m.acceleration_m_s2.clone(), &direction);
-        add("travel since reversal", "relaxation", &|m| since_reversal(m), &direction);
+        }
     }
-    shapes
+    functions
 }
 
 /// Returns ln of the travel (µm, at least 0.1) since the last reversal.

@@ -1,5 +1,7 @@
 //! Null distribution of motions: the reduction of the prediction error by candidates where no effect is missing.
 
+use serde::{Deserialize, Serialize};
+
 use super::screening::Ranked;
 use numeric::statistics::quantile;
 
@@ -15,6 +17,17 @@ pub struct MotionNullDistribution {
     pub effects: Vec<f64>,
     /// The same over all free functions.
     pub free: Vec<f64>,
+    /// Squared prediction error of the machine as described at left-out parts of each draw, in rising order.
+    pub misfit: Vec<f64>,
+}
+
+/// Figures of one null simulation.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub(super) struct NullDraw {
+    /// Squared prediction error of the machine as described at left-out parts.
+    pub misfit: f64,
+    /// −ln(1 − gain) of every candidate.
+    pub gains: Vec<f64>,
 }
 
 /// Least scale of a candidate.
@@ -23,22 +36,40 @@ const LEAST_SCALE: f64 = 0.01;
 const BEYOND: f64 = 1.25;
 
 impl MotionNullDistribution {
-    /// Builds the distribution from the −ln(1 − gain) of every candidate in each draw. `free` marks free functions.
-    pub(super) fn new(gains: &[Vec<f64>], free: &[bool]) -> Self {
-        let of = |at: usize| gains.iter().map(move |g| g[at]);
+    /// Builds the distribution from its draws. `free` marks free functions.
+    pub(super) fn new(draws: &[NullDraw], free: &[bool]) -> Self {
+        let of = |at: usize| draws.iter().map(move |draw| draw.gains[at]);
         let scales: Vec<f64> = (0..free.len()).map(|at| quantile(of(at), 0.9).unwrap_or(0.0).max(LEAST_SCALE)).collect();
         let most: Vec<f64> = (0..free.len()).map(|at| of(at).fold(0.0, f64::max)).collect();
         let largest = |of_free: bool| {
-            let largest_ratio = |g: &Vec<f64>| {
-                let ratios = g.iter().zip(&scales).zip(free).filter(|(_, free)| **free == of_free).map(|((g, s), _)| g / s);
+            let largest_ratio = |draw: &NullDraw| {
+                let ratios = draw.gains.iter().zip(&scales).zip(free).filter(|(_, free)| **free == of_free).map(|((g, s), _)| g / s);
                 ratios.fold(0.0, f64::max)
             };
-            let mut all: Vec<f64> = gains.iter().map(largest_ratio).collect();
+            let mut all: Vec<f64> = draws.iter().map(largest_ratio).collect();
             all.sort_by(f64::total_cmp);
             all
         };
         let (effects, free) = (largest(false), largest(true));
-        MotionNullDistribution { scales, most, effects, free }
+        let mut misfit: Vec<f64> = draws.iter().map(|draw| draw.misfit).collect();
+        misfit.sort_by(f64::total_cmp);
+        MotionNullDistribution { scales, most, effects, free, misfit }
+    }
+
+    /// Returns the distribution without draws.
+    pub(super) fn none() -> Self {
+        MotionNullDistribution { scales: Vec::new(), most: Vec::new(), effects: Vec::new(), free: Vec::new(), misfit: Vec::new() }
+    }
+
+    /// Returns the statistic of a candidate: −ln(1 − gain) over its scale.
+    pub fn statistic(&self, ranked: &Ranked) -> f64 {
+        strength(ranked.gain) / self.scales[ranked.candidate]
+    }
+
+    /// Returns the excess: a misfit over the median of the draws, at least 1.
+    pub fn excess(&self, misfit: f64) -> f64 {
+        let median = self.misfit.get(self.misfit.len() / 2).copied().unwrap_or(misfit);
+        (misfit / median).max(1.0)
     }
 
     /// Returns the share of draws in which some effect gains as much; the least possible share where a candidate clearly exceeds its own largest

@@ -12,7 +12,7 @@ use super::design::{CandidateDesign, Forces, INDEPENDENT, SharedDesign, Solved};
 use super::free_function::free_functions;
 use super::grid::{LinearParameter, grid, small};
 use super::nuisance::{Nuisance, nuisances};
-use super::null_distribution::{MotionNullDistribution, strength};
+use super::null_distribution::{MotionNullDistribution, NullDraw, strength};
 use super::residual_bootstrap::ResidualBootstrap;
 use crate::{Hypothesis, HypothesisKind, Status};
 use dynamics::inverse_dynamics::{LinearForce, Rigid, free_parameters, is_linear_in_inverse, prediction};
@@ -294,9 +294,7 @@ impl MotionScreening {
             .collect();
         let mut candidates = made;
         for shape in functions {
-            // Hat functions sum to columns of the machine (a constant, a direction): a small ridge penalty separates them.
-            let ridge = 1e-3 * shape.columns.norm_squared() / shape.columns.ncols() as f64;
-            if let Some(design) = CandidateDesign::new(data, &bases[0], &here, &shape.columns, ridge, Vec::new()) {
+            if let Some(design) = CandidateDesign::new(data, &bases[0], &here, &shape.columns, shape.ridge(), Vec::new()) {
                 let node = GridNode { values: Vec::new(), linear: Vec::new(), design };
                 let free = Some((shape.over, shape.shape));
                 candidates.push(MotionCandidate {
@@ -362,6 +360,11 @@ impl MotionScreening {
         self.nominal.solve(data, forces).into_iter().map(|s| s.map_or(f64::INFINITY, |s| s.loss())).collect()
     }
 
+    /// Returns the squared prediction error of the machine as described at left-out parts of the data.
+    pub(super) fn misfit(&self, data: &MotionData<'_>) -> f64 {
+        self.base_loss(data, &Forces::new(data, &[data.y.clone()], &self.bases))[0]
+    }
+
     /// Returns the grid node of a candidate with the least loss for each force.
     fn best(&self, candidate: usize, data: &MotionData<'_>, forces: &Forces) -> Vec<Option<(usize, Solved)>> {
         let grid_points = self.candidates[candidate].nodes.iter().enumerate();
@@ -404,20 +407,20 @@ impl MotionScreening {
         seed: u64,
         control: &Control,
     ) -> MotionNullDistribution {
-        let gains =
-            self.fitted(data, y, best).map_or_else(Vec::new, |fitted| self.gains_of_null_simulations(data, fitted, draws, seed, control));
-        MotionNullDistribution::new(&gains, &self.candidates.iter().map(|c| c.free.is_some()).collect::<Vec<bool>>())
+        let drawn =
+            self.fitted(data, y, best).map_or_else(Vec::new, |fitted| self.null_simulations(data, fitted, draws, seed, control));
+        MotionNullDistribution::new(&drawn, &self.candidates.iter().map(|c| c.free.is_some()).collect::<Vec<bool>>())
     }
 
-    /// Returns −ln(1 − gain) of every candidate in each draw.
-    fn gains_of_null_simulations(
+    /// Returns the figures of null simulations.
+    fn null_simulations(
         &self,
         data: &MotionData<'_>,
         (design, coefficients, left): (&CandidateDesign, DVector<f64>, DVector<f64>),
         draws: usize,
         seed: u64,
         control: &Control,
-    ) -> Vec<Vec<f64>> {
+    ) -> Vec<NullDraw> {
         let noise = ResidualBootstrap::new(&left, &data.records());
         let count = self.nuisances.len();
         let known = coefficients.rows(0, count).map(|size| size.clamp(-NUISANCE_RANGE, NUISANCE_RANGE));
@@ -434,16 +437,17 @@ impl MotionScreening {
         let solve_batch = |from: usize| {
             let forces = Forces::new(data, &(from..draws.min(from + BATCH)).map(drawn).collect::<Vec<_>>(), &self.bases);
             let before = self.base_loss(data, &forces);
-            let mut gains = vec![Vec::with_capacity(self.candidates.len()); before.len()];
+            let begin = |misfit: f64| NullDraw { misfit, gains: Vec::with_capacity(self.candidates.len()) };
+            let mut draws: Vec<NullDraw> = before.into_iter().map(begin).collect();
             for candidate in 0..self.candidates.len() {
-                for ((own, before), best) in gains.iter_mut().zip(&before).zip(self.best(candidate, data, &forces)) {
-                    own.push(best.map_or(0.0, |(_, solved)| strength(1.0 - solved.loss() / before)));
+                for (draw, best) in draws.iter_mut().zip(self.best(candidate, data, &forces)) {
+                    draw.gains.push(best.map_or(0.0, |(_, solved)| strength(1.0 - solved.loss() / draw.misfit)));
                 }
             }
-            gains
+            draws
         };
         let chunks: Vec<usize> = (0..draws).step_by(BATCH).collect();
-        let of = |from: usize| control.cached(&format!("nulls from {from} {seed}"), || solve_batch(from));
+        let of = |from: usize| control.cached(&format!("null simulations from {from} {seed}"), || solve_batch(from));
         chunks.into_par_iter().filter(|_| !control.stopped()).flat_map_iter(of).collect()
     }
 }

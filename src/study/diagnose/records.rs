@@ -7,7 +7,7 @@ use super::effects::{at_bound, choose_effects, contains_effect, names_effect, st
 use super::learnable::learnable;
 use crate::motion_records::{curve_rows, transmission_rows};
 use crate::{Study, StudyResult};
-use diagnosis::VerdictKind;
+use diagnosis::{VerdictKind, share_closed};
 use diagnosis::motion::{MisfitAxis, MisfitCell, MotionDiagnosis, MotionPart, MotionSettings, diagnose_motion, gap_of};
 use dynamics::inverse_dynamics::{MotionSignal, Phase, phases};
 use machine::{Data, Effect, Machine, Parameter};
@@ -59,17 +59,18 @@ fn to_document(
         warnings.push("the gap of a held-out record that contradicts the fitted ones contains the fault of its measuring chain".into());
     }
     let closed = after.filter(|_| !held_out.is_empty()).and_then(|_| found.closed(&found.chosen_held_out));
-    let places = list_places(found);
     // A named effect has its own location.
     let named = found.verdict.first_effect().and_then(|id| effects.iter().find(|e| e.id == id)).and_then(Effect::location);
+    let places = list_places(found, named.clone());
     let place = named.or_else(|| places.first().map(|i| i.interface.clone())).filter(|_| found.verdict.kind != VerdictKind::None);
     let is_named = found.verdict.kind.explains();
-    let ceiling = found.tried.iter().filter(|t| !t.held_out.is_empty()).filter_map(|t| found.closed(&t.held_out)).chain(closed);
+    let closed_by = |gap: f64| share_closed(before?, gap, found.floor?);
+    let ceiling = found.located.iter().filter_map(|l| closed_by(l.gap_held_out?)).chain(closed);
     let chosen = document::Chosen {
         id: found.chosen.0.id.clone(),
         parameters: named_values(&found.chosen.0.machine, &found.chosen.1),
         gap_held_out: after,
-        misfit_over_null: None,
+        misfit_over_null: Some(found.excess[1]),
         gap_held_out_with_nuisances: None,
         closed: closed.filter(|_| is_named),
         closed95: found.closed95.filter(|_| is_named).map(|(a, b)| [a, b]),
@@ -95,10 +96,7 @@ fn to_document(
             by_mode: Vec::new(),
             by_phase: by_phase(&found.cells, if held_out.is_empty() { fit } else { held_out }),
         },
-        misfit_over_null: match (gap_of(&found.fit), found.floor_fit) {
-            (Some(gap), Some(floor)) if floor > 0.0 => (gap / floor).powi(2),
-            _ => 0.0,
-        },
+        misfit_over_null: found.excess[0],
         verdict: document::VerdictRow { phase: found.phase.map(|phase| phase.word().into()), ..verdict_row(&found.verdict, place) },
         places,
         ratio: Vec::new(),
@@ -130,7 +128,7 @@ fn list_effects(found: &MotionDiagnosis, effects: &[Effect], chosen: &document::
                 closed: if t.held_out.is_empty() { None } else { found.closed(&t.held_out) },
                 closed95: found.closed95.filter(|_| found.verdict.effects.first() == Some(&t.id)).map(|(a, b)| [a, b]),
                 p_value: t.p_value,
-                statistic: t.gain,
+                statistic: t.statistic,
                 misfit_reduction: t.gain.max(0.0),
                 parameters: t.parameters.iter().cloned().collect(),
                 parameter_units: units(&own),
@@ -142,12 +140,18 @@ fn list_effects(found: &MotionDiagnosis, effects: &[Effect], chosen: &document::
         .collect()
 }
 
-/// Interfaces and columns where a free function reduces the residual most.
-fn list_places(found: &MotionDiagnosis) -> Vec<document::WhereRow> {
-    found
-        .located
-        .iter()
-        .map(|l| document::WhereRow {
+/// Interfaces and columns where a free function reduces the residual most. The named effect comes first, at its location.
+fn list_places(found: &MotionDiagnosis, named: Option<String>) -> Vec<document::WhereRow> {
+    let named = named.filter(|_| found.verdict.kind.explains()).map(|interface| document::WhereRow {
+        interface,
+        over: None,
+        shape: document::NAMED.into(),
+        misfit_reduction: 1.0 - found.loss,
+        gap_held_out: gap_of(&found.chosen_held_out).filter(|_| !found.held_out.is_empty()),
+    });
+    named
+        .into_iter()
+        .chain(found.located.iter().map(|l| document::WhereRow {
             interface: l.interface.clone(),
             over: Some(match &l.column {
                 None => l.over.into(),
@@ -155,8 +159,8 @@ fn list_places(found: &MotionDiagnosis) -> Vec<document::WhereRow> {
             }),
             shape: l.shape.into(),
             misfit_reduction: l.gain.max(0.0),
-            gap_held_out: None,
-        })
+            gap_held_out: l.gap_held_out,
+        }))
         .collect()
 }
 
