@@ -13,18 +13,18 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use clap::Parser;
-use jointid::config::{effect_library, read_machine, read_machine_text};
-use jointid::diagnosis::{DiagnosisSettings, Domain, NullDistribution, closed_interval, diagnose, fitter};
-use jointid::identification::{IdentificationSettings, identify};
-use jointid::machine::{Machine, Operating};
-use jointid::measurement::universal::{Abscissa, ByteOrder, Encoding, NodeLocation, RecordAxis, UniversalRecord, UniversalWriter, read};
-use jointid::measurement::{Gain, MeasurementSet, ModeObservation, ModeTable, Quantity, read_set};
-use jointid::model::{PeakSearch, RodModel, Structure, peaks};
-use jointid::motion::{Sine, simulate};
-use jointid::numeric::random::normal;
-use jointid::objective::{FrfObjective, FrfSettings, ModeObjective, ModeSettings};
-use jointid::optimizer::{Control, Cost, LeastSquares, SearchSettings, search};
-use jointid::unit::omega_rad_s;
+use config::{effect_library, read_machine, read_machine_text};
+use diagnosis::{DiagnosisSettings, Domain, NullDistribution, closed_interval, diagnose, fitter};
+use identification::{IdentificationSettings, identify};
+use machine::{Machine, Operating};
+use measurement::universal::{Abscissa, ByteOrder, Encoding, NodeLocation, RecordAxis, UniversalRecord, UniversalWriter, read};
+use measurement::{Gain, MeasurementSet, ModeObservation, ModeTable, Quantity, read_set};
+use dynamics::model::{PeakSearch, RodModel, Structure, peaks};
+use dynamics::motion::{Sine, simulate};
+use numeric::random::normal;
+use identification::objective::{FrfObjective, FrfSettings, ModeObjective, ModeSettings};
+use optimizer::{Control, Cost, LeastSquares, SearchSettings, search};
+use numeric::unit::omega_rad_s;
 use num_complex::Complex64;
 use rand::SeedableRng;
 use rand_xoshiro::Xoshiro256PlusPlus;
@@ -160,7 +160,7 @@ fn simulated_modes(machine: &Machine, count: usize) -> MeasurementSet {
     let observed = |position: usize| -> Vec<ModeObservation> {
         network.update(machine, &machine.start(), &Operating::at(set.positions[position].nut_m));
         let peaks = peaks(&network, band, &mut work);
-        let observation = |(at, peak): (usize, &jointid::model::Peak)| ModeObservation {
+        let observation = |(at, peak): (usize, &dynamics::model::Peak)| ModeObservation {
             order: at as u32 + 1,
             frequency_hz: Some(peak.frequency_hz),
             amplitude: Some(peak.amplitude),
@@ -404,7 +404,7 @@ fn motions(table: &Table) {
         let sine = Sine { centre: 0.0, amplitude: 0.1, frequency_hz: 0.159_15, periods: milliseconds as f64 * 0.159_15e-3 };
         let course = sine.course(1e-3).expect("the sine is valid");
         least_seconds(|| {
-            simulate(&axis, &axis.start(), &course, &jointid::motion::SimulationSettings::default(), &|| true)
+            simulate(&axis, &axis.start(), &course, &dynamics::motion::SimulationSettings::default(), &|| true)
                 .expect("the simulation succeeds")
         })
     });

@@ -6,13 +6,13 @@ use std::hint::black_box;
 use std::sync::Arc;
 
 use criterion::{Criterion, criterion_group, criterion_main};
-use jointid::config::read_machine;
-use jointid::identification::{IdentificationSettings, identify};
-use jointid::machine::Operating;
-use jointid::measurement::read_set;
-use jointid::model::{RodModel, Structure};
-use jointid::objective::{FrfObjective, FrfSettings, ModeObjective, ModeSettings};
-use jointid::optimizer::{Control, Cost, LeastSquares};
+use config::read_machine;
+use identification::{IdentificationSettings, identify};
+use machine::Operating;
+use measurement::read_set;
+use dynamics::model::{RodModel, Structure};
+use identification::objective::{FrfObjective, FrfSettings, ModeObjective, ModeSettings};
+use optimizer::{Control, Cost, LeastSquares};
 use support::simulated_frfs;
 
 fn bench(criterion: &mut Criterion) {

@@ -12,18 +12,18 @@ use std::sync::{Arc, Mutex};
 use std::time::Instant;
 
 use clap::{Parser, Subcommand};
-use jointid::config::{read_machine, read_machine_text};
-use jointid::identification::{IdentificationSettings, identify};
-use jointid::machine::{Machine, Operating};
-use jointid::measurement::universal::{
+use config::{read_machine, read_machine_text};
+use identification::{IdentificationSettings, identify};
+use machine::{Machine, Operating};
+use measurement::universal::{
     Abscissa, ByteOrder, Encoding, NodeLocation, Ordinate, RecordAxis, UniversalRecord, UniversalWriter, read_path,
 };
-use jointid::measurement::{MeasurementSet, read_set};
-use jointid::model::coupling::coupled_receptances;
-use jointid::model::{AssembledModel, RodModel, Structure, matrices};
-use jointid::objective::{FrfObjective, FrfSettings, ModeObjective, ModeSettings};
-use jointid::optimizer::{Control, Cost, LeastSquares, Progress, SearchSettings, search};
-use jointid::unit::omega_rad_s;
+use measurement::{MeasurementSet, read_set};
+use dynamics::model::coupling::coupled_receptances;
+use dynamics::model::{AssembledModel, RodModel, Structure, matrices};
+use identification::objective::{FrfObjective, FrfSettings, ModeObjective, ModeSettings};
+use optimizer::{Control, Cost, LeastSquares, Progress, SearchSettings, search};
+use numeric::unit::omega_rad_s;
 use num_complex::Complex64;
 use serde_json::{Value, json};
 use support::simulated_frfs;

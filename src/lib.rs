@@ -1,36 +1,25 @@
 //! Identifies joint stiffness and damping of ball-screw feed drives from hammer tests, and diagnoses which effect their model lacks.
 //!
-//! The [guide] explains the command. From code, an identification reads a machine and a measurement set, splits the set into fitted and held-out
-//! positions, and searches:
+//! The [guide] explains the command. From code, a [`Study`] holds a machine, its measurements, and what is fitted; it identifies, validates, compares,
+//! diagnoses and plans, on modes, FRFs and motion records alike. Results are documents, which serialise as the command's JSON.
 //!
 //! ```
-//! use jointid::config::read_machine;
-//! use jointid::identification::{IdentificationSettings, identify};
-//! use jointid::measurement::read_set;
-//! use jointid::optimizer::Control;
+//! use jointid::Study;
 //!
 //! // Both are built in; any other path is read from disk.
-//! let machine = read_machine("configs/tian.toml", &[], &[])?.machine;
-//! let set = read_set("measurements/tian")?;
-//! let (fit, held_out) = set.split(Some(&["l1", "l3", "l5"].map(String::from)), &[])?;
-//!
-//! let settings = IdentificationSettings { repeats: 1, ..IdentificationSettings::default() };
-//! let found = identify(&machine, &fit, &held_out, &settings, &Control::default())?;
-//!
-//! for estimate in &found.estimates {
-//!     let parameter = &machine.parameters[estimate.parameter];
-//!     println!("{} = {:.3e} {}, 95 %: {:?}", parameter.id, estimate.value, parameter.unit, estimate.interval95);
+//! let study = Study::load("configs/tian.toml", "measurements/tian")?.fit(["l1", "l3", "l5"])?;
+//! let found = study.identify()?;
+//! for (id, parameter) in &found.parameters {
+//!     println!("{id} = {:.3e} {}, 95 %: {:?}", parameter.value, parameter.unit, parameter.interval95);
 //! }
-//! let nut = machine.parameters.iter().position(|p| p.id == "k_n").expect("the bench has a nut");
-//! assert!((found.values[nut] / 5.59e8 - 1.0).abs() < 0.01);
+//! assert!((found.parameters["k_n"].value / 5.59e8 - 1.0).abs() < 0.01);
 //!
-//! // Held-out positions are predicted: four peaks at each of l2, l4 and l6.
-//! assert_eq!(found.held_out.len(), 3);
-//! assert_eq!(found.held_out[0].peaks.len(), 4);
-//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! // Taken out of the machine's description, the rotor hold is found again.
+//! let diagnosis = study.without(["rotor-hold"])?.diagnose()?;
+//! println!("{}: {}", diagnosis.verdict.kind, diagnosis.verdict.reason);
+//! assert_eq!(diagnosis.verdict.effects, ["rotor-hold"]);
+//! # Ok::<(), jointid::StudyError>(())
 //! ```
-//!
-//! [`diagnosis::diagnose`] finds missing effects, and [`report::page`] draws results.
 //!
 //! # Crates
 //!
@@ -49,13 +38,22 @@
 //! | `report` | documents, tables, the page | presents results independently of their computation |
 //! | `reference_simulator` | machines and hammer tests by independent laws | uses no other crate: a check of a model against itself proves nothing |
 //! | `withheld` | sealed cases, answers, scores | judges from result documents only, like an outsider |
-//! | `cli` | arguments, one file or folder a command, progress, terminal | the only crate that knows all others |
-
-pub use dynamics::{inverse_dynamics, model, motion};
-pub use identification::{self, neural_residual, objective, validation};
-pub use machine::{self, contact};
-pub use measurement::{self, modal};
-pub use numeric::{self, unit};
-pub use {cli, config, diagnosis, optimizer, reference_simulator, report, withheld};
+//! | `study` | studies, simulations and imports as one library | what callers use, and all that the command may use |
+//! | `cli` | arguments, one file a command, progress, terminal | the command computes nothing |
 
 pub mod guide;
+
+#[doc(inline)]
+pub use study::{
+    Ablation, Control, DiagnosisRequest, ExportedSet, FrfArrays, ImportRequest, ImportedSet, MachineConfig, MeasurementSet, MotionArrays,
+    NullCache, ObjectiveKind, Peaks, PeaksRequest, PlanRequest, PlannedData, Quantity, RodModel, SetArrays, Settings, Sources, Study,
+    StudyError, ValidationRequest, effects, export, import, peaks, read_identification, read_machine, read_set, simulation,
+};
+
+/// Result documents, as the command prints them with `--json`.
+pub mod document {
+    pub use report::certainty::*;
+    pub use report::diagnosis::*;
+    pub use report::document::*;
+    pub use report::record::*;
+}

@@ -2,13 +2,13 @@
 
 use std::sync::LazyLock;
 
-use jointid::identification::{Identification, IdentificationSettings, identify};
-use jointid::machine::Machine;
-use jointid::measurement::read_set;
-use jointid::numeric::statistics::{root_mean_square, root_sum_square};
-use jointid::objective::{ModeObjective, ModeSettings, Objective, PositionPrediction};
-use jointid::optimizer::{Control, Cost};
-use jointid::validation::{frequency_errors, leave_one_out};
+use identification::{Identification, IdentificationSettings, identify};
+use machine::Machine;
+use measurement::read_set;
+use numeric::statistics::{root_mean_square, root_sum_square};
+use identification::objective::{ModeObjective, ModeSettings, Objective, PositionPrediction};
+use optimizer::{Control, Cost};
+use identification::validation::{frequency_errors, leave_one_out};
 use rand::{RngExt, SeedableRng};
 use rand_xoshiro::Xoshiro256PlusPlus;
 
@@ -190,7 +190,7 @@ fn limit_held_out_data_do_not_reach_the_fit() {
     table.positions[5][3].frequency_hz = Some(1500.0);
     table.positions[1][0].frequency_hz = Some(12.4);
     let plan = IdentificationSettings { repeats: 1, ..IdentificationSettings::default() };
-    let values = |set: &jointid::measurement::MeasurementSet| {
+    let values = |set: &measurement::MeasurementSet| {
         let (fit, held_out) = set.split(None, &[]).unwrap();
         identify(&config.machine, &fit, &held_out, &plan, &Control::default()).unwrap().values
     };

@@ -3,14 +3,14 @@
 
 use std::path::Path;
 
-use jointid::identification::{Identification, IdentificationSettings, identify};
-use jointid::machine::Machine;
-use jointid::measurement::read_set;
-use jointid::numeric::distribution::clopper_pearson;
-use jointid::numeric::statistics::median;
-use jointid::objective::FrfSettings;
-use jointid::optimizer::Control;
-use jointid::reference_simulator::{Ordinary, ordinary, write_case};
+use identification::{Identification, IdentificationSettings, identify};
+use machine::Machine;
+use measurement::read_set;
+use numeric::distribution::clopper_pearson;
+use numeric::statistics::median;
+use identification::objective::FrfSettings;
+use optimizer::Control;
+use reference_simulator::{Ordinary, ordinary, write_case};
 use test_data::draws;
 
 /// Estimate of one parameter of one machine, compared with its true value.
@@ -25,20 +25,20 @@ struct ParameterResult {
     missed: bool,
 }
 
-fn read(simulated: &Ordinary, folder: &Path) -> (Machine, jointid::measurement::MeasurementSet) {
+fn read(simulated: &Ordinary, folder: &Path) -> (Machine, measurement::MeasurementSet) {
     write_case(folder, &simulated.case).unwrap();
-    let config = jointid::config::read_machine(&folder.join("machine.toml").display().to_string(), &[], &[]).unwrap();
+    let config = config::read_machine(&folder.join("machine.toml").display().to_string(), &[], &[]).unwrap();
     (config.machine, read_set(&folder.display().to_string()).unwrap())
 }
 
-fn identified(machine: &Machine, set: &jointid::measurement::MeasurementSet) -> Identification {
+fn identified(machine: &Machine, set: &measurement::MeasurementSet) -> Identification {
     let (fit, held_out) = set.split(None, &[]).unwrap();
     let plan = IdentificationSettings { frf: Some(FrfSettings::default()), ..IdentificationSettings::default() };
     identify(machine, &fit, &held_out, &plan, &Control::default()).unwrap()
 }
 
 fn compare_with_truth(simulated: &Ordinary, machine: &Machine, found: &Identification) -> Vec<ParameterResult> {
-    let of = |estimate: &jointid::identification::Estimate| {
+    let of = |estimate: &identification::Estimate| {
         let id = &machine.parameters[estimate.parameter].id;
         let (truth, (low, high)) = (*simulated.truth.get(id)?, estimate.interval95?);
         Some(ParameterResult {
@@ -53,7 +53,7 @@ fn compare_with_truth(simulated: &Ordinary, machine: &Machine, found: &Identific
 }
 
 /// Replaces the FRFs of the machine's set by their peaks, read at the nearest line.
-fn with_modes(simulated: &Ordinary, folder: &Path) -> jointid::measurement::MeasurementSet {
+fn with_modes(simulated: &Ordinary, folder: &Path) -> measurement::MeasurementSet {
     let manifest = std::fs::read_to_string(folder.join("manifest.toml")).unwrap();
     let (head, rest) = manifest.split_once("[[frf]]").unwrap();
     assert!(rest.contains("l6"));

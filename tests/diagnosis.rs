@@ -3,8 +3,8 @@
 use std::path::Path;
 
 use assert_cmd::Command;
-use jointid::reference_simulator::draw::Draw;
-use jointid::reference_simulator::{Counts, Kind, Label, Plan, generate_one, write_case};
+use reference_simulator::draw::Draw;
+use reference_simulator::{Counts, Kind, Label, Plan, generate_one, write_case};
 use serde_json::Value;
 
 fn output(arguments: &[&str]) -> std::process::Output {

@@ -2,15 +2,15 @@
 
 use std::sync::Arc;
 
-use jointid::config::effect_library;
-use jointid::diagnosis::{Hypothesis, at_start, is_plausible};
-use jointid::machine::{Data, Effect, Machine, Operating};
-use jointid::model::{RodModel, Structure, undamped_modes};
+use config::effect_library;
+use diagnosis::{Hypothesis, at_start, is_plausible};
+use machine::{Data, Effect, Machine, Operating};
+use dynamics::model::{RodModel, Structure, undamped_modes};
 
 use crate::support::{config, table_structure};
 
 fn bench_without_hold() -> Machine {
-    jointid::config::read_machine("configs/tian.toml", &[], &["rotor-hold".to_string()]).unwrap().machine
+    config::read_machine("configs/tian.toml", &[], &["rotor-hold".to_string()]).unwrap().machine
 }
 
 #[test]
@@ -124,7 +124,7 @@ period_s = 1e-3
 gain = 20.0
 period_s = 1e-3
 "#;
-    let machine = jointid::config::read_machine_text("axis.toml", &text, &[], &["rotor-hold".to_string()]).unwrap().machine;
+    let machine = config::read_machine_text("axis.toml", &text, &[], &["rotor-hold".to_string()]).unwrap().machine;
     let before = receptance(&bench_without_hold(), &[], 117.0);
     assert_eq!(receptance(&machine, &[], 117.0), before);
     let library = effect_library().unwrap();
@@ -140,12 +140,12 @@ period_s = 1e-3
         assert_eq!(receptance(&with, &[], 117.0), before, "{}", effect.id);
         // They are no candidates of a diagnosis of FRFs.
         let bench = bench_without_hold();
-        let nominal = jointid::diagnosis::Hypothesis::nominal(bench.clone());
-        let set = jointid::measurement::read_set(jointid::measurement::BENCH).unwrap();
+        let nominal = diagnosis::Hypothesis::nominal(bench.clone());
+        let set = measurement::read_set(measurement::BENCH).unwrap();
         let (fit, _) = set.split(None, &[]).unwrap();
-        let domain = jointid::diagnosis::Domain::Modes(jointid::objective::ModeSettings::default());
-        let fitter = jointid::diagnosis::fitter(&fit, domain, &[], &[]);
-        let (apply, _) = jointid::diagnosis::hypotheses(&fitter, &bench, &nominal, &library, &[]);
+        let domain = diagnosis::Domain::Modes(identification::objective::ModeSettings::default());
+        let fitter = diagnosis::fitter(&fit, domain, &[], &[]);
+        let (apply, _) = diagnosis::hypotheses(&fitter, &bench, &nominal, &library, &[]);
         assert!(apply.iter().all(|h| h.id != effect.id));
     }
 }
@@ -154,7 +154,7 @@ period_s = 1e-3
 fn emps_has_the_parameters_of_its_model_and_loses_them_with_its_effects() {
     let ids = |without: &[&str]| -> Vec<String> {
         let without: Vec<String> = without.iter().map(ToString::to_string).collect();
-        let read = jointid::config::read_machine("configs/emps.toml", &[], &without).unwrap();
+        let read = config::read_machine("configs/emps.toml", &[], &without).unwrap();
         assert!(read.warnings.is_empty(), "{:?}", read.warnings);
         read.machine.parameters.iter().map(|p| p.id.clone()).collect()
     };
@@ -218,7 +218,7 @@ fn limit_a_nut_over_a_length_is_two_springs_side_by_side() {
 #[test]
 fn tolerances_apply_to_a_short_screw() {
     let text = std::fs::read_to_string("configs/tian.toml").unwrap().replace("length_m = 2.6", "length_m = 0.32");
-    let machine = jointid::config::read_machine_text("test", &text, &[], &[]).unwrap().machine;
+    let machine = config::read_machine_text("test", &text, &[], &[]).unwrap().machine;
     for nuts_m in [&[0.1, 0.2][..], &[0.003, 0.317], &[]] {
         let held = machine.with_tolerances(nuts_m).unwrap();
         let structure = table_structure(&held, RodModel::Exact);
@@ -245,7 +245,7 @@ between = ["table", "ground"]
 stiffness = 2e8
 damping = 4e3
 "#;
-    let rigid_table = jointid::config::read_machine_text("table.toml", text, &[], &[]).unwrap().machine;
+    let rigid_table = config::read_machine_text("table.toml", text, &[], &[]).unwrap().machine;
     let library = effect_library().unwrap();
     let machine = rigid_table.with_effect(library.iter().find(|e| e.id == "table-rocking").unwrap()).unwrap();
     // Inertia, stiffness and damping about the centre; heights of sensor and hammer over it, depth of the nut below it.
@@ -278,8 +278,8 @@ damping = 4e3
             network.update(&machine, &values, &Operating::default());
             let columns: Vec<Option<usize>> = (0..values.len()).map(Some).collect();
             let sensitivity = network.sensitivity(&machine, &values, &Operating::default(), &columns, None);
-            let mut slopes = vec![jointid::model::Complexes::ZERO; values.len()];
-            network.gradient(&[jointid::model::Reals::splat(omega)], &sensitivity, &mut structure.workspace(), &mut slopes);
+            let mut slopes = vec![dynamics::model::Complexes::ZERO; values.len()];
+            network.gradient(&[dynamics::model::Reals::splat(omega)], &sensitivity, &mut structure.workspace(), &mut slopes);
             for (id, x) in rocking {
                 let at = machine.parameter(id).unwrap();
                 let step = 1e-5 * x;
@@ -312,7 +312,7 @@ source = "drawing"
 "#
             );
         let set = ["effects=[\"rotor-hold\", \"arm\"]".to_string()];
-        jointid::config::read_machine_text("arm.toml", &text, &set, &[]).unwrap_err().to_string()
+        config::read_machine_text("arm.toml", &text, &set, &[]).unwrap_err().to_string()
     };
     for (lever, expected) in [
         (r#"{ at = "table", with = "saddle", read = "r_arm", struck = 0.0 }"#, "no point is called «saddle»"),
@@ -339,7 +339,7 @@ fn the_variant_of_an_effect_that_fits_the_machine_applies() {
     // The configuration's effects select the same variant.
     let text = std::fs::read_to_string("configs/tian.toml").unwrap();
     let text = text.replace(r#"effects = ["rotor-hold"]"#, r#"effects = ["rotor-hold", "drive-flexibility"]"#);
-    let with = jointid::config::read_machine_text("bench", &text, &[], &[]).unwrap().machine;
+    let with = config::read_machine_text("bench", &text, &[], &[]).unwrap().machine;
     assert!(with.points.iter().any(|p| p.name == "drive-stage"));
     // A rigid drive without a coupling has its spring at the nut.
     let text = r#"
@@ -358,7 +358,7 @@ between = ["table", "ground"]
 screw = { angle = "motor", lead_m = 0.01 }
 stiffness = 1e8
 "#;
-    let drive = jointid::config::read_machine_text("drive", text, &[], &[]).unwrap();
+    let drive = config::read_machine_text("drive", text, &[], &[]).unwrap();
     assert_eq!(added(&drive.machine, &drive.effects), names(&[("k_drive", "N/m")]));
 }
 

@@ -7,8 +7,8 @@ use std::path::Path;
 use std::process::{Command, Output, Stdio};
 use std::time::{Duration, Instant};
 
-use jointid::measurement::universal::{UniversalError, read_path_where};
-use jointid::measurement::{Quantity, read_set};
+use measurement::universal::{UniversalError, read_path_where};
+use measurement::{Quantity, read_set};
 
 fn jointid() -> Command {
     Command::new(env!("CARGO_BIN_EXE_jointid"))

@@ -1,11 +1,11 @@
 //! Identification from whole FRFs: exact derivatives, recovery from another model, statistics.
 
-use jointid::identification::{Identification, IdentificationSettings, identify};
-use jointid::machine::{Machine, Operating};
-use jointid::measurement::{Condition, Frf, FrfLine, FrfNoise, Gain, MeasurementSet, Position, Quantity};
-use jointid::model::{RodModel, Structure};
-use jointid::objective::{FrfObjective, FrfSettings};
-use jointid::optimizer::{Control, LeastSquares};
+use identification::{Identification, IdentificationSettings, identify};
+use machine::{Machine, Operating};
+use measurement::{Condition, Frf, FrfLine, FrfNoise, Gain, MeasurementSet, Position, Quantity};
+use dynamics::model::{RodModel, Structure};
+use identification::objective::{FrfObjective, FrfSettings};
+use optimizer::{Control, LeastSquares};
 use num_complex::Complex64;
 use std::f64::consts::TAU;
 use std::sync::Arc;
@@ -59,7 +59,7 @@ fn set_of(
         frfs,
         motions: Vec::new(),
         split: None,
-        tolerance: jointid::measurement::ChannelTolerance::default(),
+        tolerance: measurement::ChannelTolerance::default(),
         published: Default::default(),
         files: Vec::new(),
         warnings: Vec::new(),
@@ -195,7 +195,7 @@ w_pad = { unit = "1/s", start = 5.0, lower = 0.0, upper = 50.0 }
 k_pad = { unit = "N/m", start = 2e6, lower = 1e5, upper = 1e8 }
 "#;
     let text = text.replace("effects = [\"rotor-hold\"]", "effects = [\"rotor-hold\", \"everything\"]") + more;
-    let machine = &jointid::config::read_machine_text("test", &text, &[], &[]).unwrap().machine;
+    let machine = &config::read_machine_text("test", &text, &[], &[]).unwrap().machine;
     let mut random = Draws(3);
     let channels = [("table", "table"), ("rotor", "table"), ("rotor", "rotor")];
     let mut set = set_of(&channels, &spread(7.0, 950.0, 23), 0.02, &mut random, |_, _, omega| {

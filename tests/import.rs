@@ -4,7 +4,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use assert_cmd::Command;
-use jointid::measurement::{Quantity, read_set};
+use measurement::{Quantity, read_set};
 
 fn jointid() -> Command {
     Command::cargo_bin("jointid").unwrap()

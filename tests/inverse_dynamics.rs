@@ -1,12 +1,12 @@
 //! Identification and diagnosis of motion records by the library, on real records and on records of an independent model.
 
-use jointid::config::read_machine;
-use jointid::diagnosis::motion::{MotionDiagnosis, MotionSettings, diagnose_motion, gap_of};
-use jointid::diagnosis::{Status, VerdictKind};
-use jointid::identification::motion::estimate;
-use jointid::inverse_dynamics::{MotionSignal, Phase, Preprocessing, Rigid, free_parameters, prediction, recorded};
-use jointid::measurement::{DriveEffort, MotionRecord, read_set};
-use jointid::optimizer::Control;
+use config::read_machine;
+use diagnosis::motion::{MotionDiagnosis, MotionSettings, diagnose_motion, gap_of};
+use diagnosis::{Status, VerdictKind};
+use identification::motion::estimate;
+use dynamics::inverse_dynamics::{MotionSignal, Phase, Preprocessing, Rigid, free_parameters, prediction, recorded};
+use measurement::{DriveEffort, MotionRecord, read_set};
+use optimizer::Control;
 
 use crate::support::axis::{Axis, course};
 

@@ -113,7 +113,7 @@ fn faults_are_reported() {
 /// as that is implausible, the verdict is unknown.
 #[test]
 fn recover_no_effect_larger_than_common() {
-    use jointid::reference_simulator::motion::{Plan, QUICK, generate_one, write_case};
+    use reference_simulator::motion::{Plan, QUICK, generate_one, write_case};
     let (seed, index) = (97, 78);
     let (case, label) = generate_one(seed, &Plan::from_counts(&QUICK, seed), index).unwrap();
     assert_eq!(label.effects, ["cable-chain"]);

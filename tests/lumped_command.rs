@@ -3,7 +3,7 @@
 use std::fs;
 
 use assert_cmd::Command;
-use jointid::contact::{ScrewDrive, published};
+use machine::contact::{ScrewDrive, published};
 use serde_json::Value;
 
 use crate::support::Draws;

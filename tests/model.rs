@@ -1,8 +1,8 @@
 //! The receptance model against closed forms, the paper's equations, receptance coupling and finite elements.
 
-use jointid::machine::Operating;
-use jointid::model::coupling::coupled_receptances;
-use jointid::model::{Complexes, FrequencyGrid, LANES, Reals, RodModel, Structure, undamped_modes};
+use machine::Operating;
+use dynamics::model::coupling::coupled_receptances;
+use dynamics::model::{Complexes, FrequencyGrid, LANES, Reals, RodModel, Structure, undamped_modes};
 use std::sync::Arc;
 
 use crate::support::bench_equations::{TAB_3, h_all};
@@ -124,7 +124,7 @@ fn published_equations_and_both_routes_agree() {
 fn limit_every_entry_by_both_routes() {
     let mut config = config("configs/tian.toml");
     for loss in [0.0, 0.01] {
-        config.machine.shafts[0].loss_factor = jointid::machine::Value::number(loss);
+        config.machine.shafts[0].loss_factor = machine::Value::number(loss);
         let machine = &config.machine;
         for (_, nut) in POSITIONS {
             for f in [1.0, 13.0, 24.0, 117.0, 333.0, 545.0, 721.0, 1024.0, 1700.0, 2000.0] {
@@ -152,11 +152,11 @@ fn limit_a_hollow_screw_with_its_core_is_the_solid_one() {
     let solid = config("configs/tian.toml").machine;
     let mut nested = solid.clone();
     let mut core = nested.shafts[0].clone();
-    nested.shafts[0].bore_ratio = jointid::machine::Value::number(0.6);
+    nested.shafts[0].bore_ratio = machine::Value::number(0.6);
     core.name = "core".into();
-    core.diameter = jointid::machine::Value::number(0.6 * core.diameter.at(&solid.start(), &Operating::default()));
+    core.diameter = machine::Value::number(0.6 * core.diameter.at(&solid.start(), &Operating::default()));
     nested.shafts.push(core);
-    let at = |machine: &jointid::machine::Machine, f: f64| {
+    let at = |machine: &machine::Machine, f: f64| {
         let [r, e] = ["table", "rotor"].map(|name| machine.point(name).unwrap());
         let structure = Arc::new(Structure::new(machine, r, e, RodModel::Exact).unwrap());
         let mut network = structure.empty_model();
@@ -193,7 +193,7 @@ fn limit_finite_elements_and_lumps_converge_at_second_order() {
     }
 }
 
-fn undamped(machine: &jointid::machine::Machine, rods: RodModel, nut: f64) -> Vec<f64> {
+fn undamped(machine: &machine::Machine, rods: RodModel, nut: f64) -> Vec<f64> {
     let structure = table_structure(machine, rods);
     let mut network = structure.empty_model();
     network.update(machine, &machine.start(), &Operating::at_nut(nut));

@@ -2,10 +2,10 @@
 
 use std::f64::consts::{PI, TAU};
 
-use jointid::config::read_machine_text;
-use jointid::machine::{Machine, Operating};
-use jointid::measurement::read_motion;
-use jointid::motion::{Course, Event, EventKind, MotionError, SCurve, SimulationSettings, Sine, Trace, simulate, simulate_record};
+use config::read_machine_text;
+use machine::{Machine, Operating};
+use measurement::read_motion;
+use dynamics::motion::{Course, Event, EventKind, MotionError, SCurve, SimulationSettings, Sine, Trace, simulate, simulate_record};
 use nalgebra::{DMatrix, DVector};
 
 /// A drive whose loops have zero gain: its force (N) equals the signal that the course adds.
@@ -383,7 +383,7 @@ fn refuse_unsuitable_steps_and_strokes() {
     refused(&axis, &course, &step(1e-3), "too long");
     refused(&axis, &course, &step(2e-4), "not an integer fraction");
     refused(&axis, &Course::new(1e-3, vec![0.0, f64::NAN]), &SimulationSettings::default(), "finite");
-    let bench = jointid::config::read_machine("configs/tian.toml", &[], &[]).unwrap().machine;
+    let bench = config::read_machine("configs/tian.toml", &[], &[]).unwrap().machine;
     assert_eq!(simulate(&bench, &bench.start(), &course, &SimulationSettings::default(), &|| true), Err(MotionError::NoDrive));
     let text = std::fs::read_to_string("configs/tian.toml").unwrap() + "\n[drive]\non = \"rotor\"\n" + OPEN_LOOP;
     let text = text.replace("effects = [\"rotor-hold\"]", "");
@@ -475,8 +475,8 @@ period_s = 5e-4
         ("lead-growth", &[("lead_growth", 1e-3)]),
         ("moving-mass", &[("moving_mass_change", 0.2)]),
     ];
-    let library = jointid::config::effect_library().unwrap();
-    let motion = library.iter().filter(|e| e.data.contains(&jointid::machine::Data::Motion)).map(|e| e.id.as_str());
+    let library = config::effect_library().unwrap();
+    let motion = library.iter().filter(|e| e.data.contains(&machine::Data::Motion)).map(|e| e.id.as_str());
     // Some effects have two variants, for differently described machines.
     let motion: std::collections::BTreeSet<&str> = motion.collect();
     assert_eq!(motion.len(), sizes.len());
@@ -505,7 +505,7 @@ period_s = 5e-4
 fn published_force_errors_of_emps_in_closed_loop() {
     let Some(folder) = test_data::shared("realdata/emps/motion") else { return };
     let text = std::fs::read_to_string("configs/emps.toml").unwrap();
-    let library = jointid::config::effect_library().unwrap();
+    let library = config::effect_library().unwrap();
     let symmetric = machine(&text);
     let asymmetric = symmetric.with_effect(library.iter().find(|e| e.id == "friction-asymmetry").unwrap()).unwrap();
     let published = [
@@ -560,7 +560,7 @@ fn the_energy_balance_holds_for_backlash_with_lead_error() {
     let (with, without) = (simulated(&text), simulated(&text.replace(lead, "")));
     assert!(with.energy.imbalance() < 1e-6 && times(&with, EventKind::Closes).len() >= 2, "{:e}", with.energy.imbalance());
     // Table position relative to the motor's, because the motor's motion depends on the flank's slope, too.
-    let relative = |s: &jointid::motion::TraceSample| s.points[1] - 0.02 / TAU * s.points[0];
+    let relative = |s: &dynamics::motion::TraceSample| s.points[1] - 0.02 / TAU * s.points[0];
     // Between reversals, with both in contact on one side, the table positions differ by the lead error.
     let difference = with.samples.iter().zip(&without.samples).skip(5400).take(1200).map(|(a, b)| relative(a) - relative(b));
     let (low, high) = difference.fold((0.0_f64, 0.0_f64), |(l, h), x| (l.min(x), h.max(x)));

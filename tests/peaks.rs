@@ -2,8 +2,8 @@
 
 use std::sync::Arc;
 
-use jointid::machine::{Machine, Operating};
-use jointid::model::{PeakSearch, RodModel, Structure, peaks};
+use machine::{Machine, Operating};
+use dynamics::model::{PeakSearch, RodModel, Structure, peaks};
 use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
 
@@ -83,7 +83,7 @@ proptest! {
         let numbers = values(machine, &coordinates);
         let at = |response: &str, excitation: &str| {
             let (r, e) = (machine.point(response).unwrap(), machine.point(excitation).unwrap());
-            let structure = std::sync::Arc::new(jointid::model::Structure::new(machine, r, e, RodModel::Exact).unwrap());
+            let structure = std::sync::Arc::new(dynamics::model::Structure::new(machine, r, e, RodModel::Exact).unwrap());
             let mut network = structure.empty_model();
             network.update(machine, &numbers, &Operating::at_nut(nut));
             network.at(std::f64::consts::TAU * f, &mut structure.workspace()).receptance
@@ -103,7 +103,7 @@ proptest! {
         let structure = table_structure(machine, RodModel::Exact);
         let (mut network, mut work) = (structure.empty_model(), structure.workspace());
         let mut numbers = values(machine, &coordinates);
-        let count = |network: &jointid::model::AssembledModel, work: &mut _| -> Vec<usize> {
+        let count = |network: &dynamics::model::AssembledModel, work: &mut _| -> Vec<usize> {
             (1..100).map(|i| network.modes_below(63.1 * f64::from(i), work)).collect()
         };
         network.update(machine, &numbers, &Operating::at_nut(nut));

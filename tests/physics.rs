@@ -4,9 +4,9 @@ use std::f64::consts::{PI, TAU};
 use std::fmt::Write;
 use std::sync::Arc;
 
-use jointid::config::read_machine_text;
-use jointid::machine::{Machine, Operating};
-use jointid::model::{AssembledModel, RodModel, Structure, Workspace, undamped_modes};
+use config::read_machine_text;
+use machine::{Machine, Operating};
+use dynamics::model::{AssembledModel, RodModel, Structure, Workspace, undamped_modes};
 use nalgebra::DMatrix;
 use num_complex::Complex64;
 use proptest::prelude::*;

@@ -3,11 +3,11 @@
 use std::fmt::Write as _;
 use std::path::Path;
 
-use jointid::identification::{Identification, IdentificationSettings, identify};
-use jointid::machine::Machine;
-use jointid::measurement::{MeasurementSet, read_set};
-use jointid::numeric::statistics::median;
-use jointid::optimizer::Control;
+use identification::{Identification, IdentificationSettings, identify};
+use machine::Machine;
+use measurement::{MeasurementSet, read_set};
+use numeric::statistics::median;
+use optimizer::Control;
 
 use crate::support::bench_equations::Joints;
 use crate::support::finite_elements::{Bench, Peak};

@@ -5,10 +5,10 @@ use std::f64::consts::TAU;
 use std::sync::Arc;
 
 use assert_cmd::Command;
-use jointid::config::{embedded_config, read_machine_text};
-use jointid::machine::{Machine, Operating};
-use jointid::model::{RodModel, Structure, matrices};
-use jointid::motion::{
+use config::{embedded_config, read_machine_text};
+use machine::{Machine, Operating};
+use dynamics::model::{RodModel, Structure, matrices};
+use dynamics::motion::{
     Circle, Course, GainRow, LinearLoops, SCurve, ServoImpedance, SimulationSettings, Trace, contour_error, gain_study, simulate,
     sine_response, smooth,
 };
@@ -108,7 +108,7 @@ fn limit_current_and_voltage_are_kept() {
     assert!(weak < 0.9 * nominal, "{weak} of {nominal}");
     // With a locked rotor the largest current is u/√3 over the resistance.
     let mut held = embedded("hybrid-axis", &["drive.motor.dc_link_v=5.0"]);
-    held.points[0].inertia = jointid::machine::Value::number(1e6);
+    held.points[0].inertia = machine::Value::number(1e6);
     let most = run(&held, &far).samples.iter().map(|s| s.force).fold(0.0, f64::max);
     let limit = 1.018 * 5.0 / 3.0_f64.sqrt() / 0.184;
     assert!((most / limit - 1.0).abs() < 1e-3, "{most} of {limit}");
@@ -185,7 +185,7 @@ fn limit_closed_loops_have_their_servo_stiffness() {
     let point = |name: &str| axis.point(name).unwrap();
     let (motor, slide) = (point("motor"), point("slide"));
     let open = |at: usize, force: usize, omega: f64| {
-        let structure = std::sync::Arc::new(jointid::model::Structure::new(&axis, at, force, jointid::model::RodModel::Exact).unwrap());
+        let structure = std::sync::Arc::new(dynamics::model::Structure::new(&axis, at, force, dynamics::model::RodModel::Exact).unwrap());
         let mut network = structure.empty_model();
         network.update(&axis, &values, &Operating::default());
         network.sweep(&[omega], &mut structure.workspace())[0]
@@ -217,7 +217,7 @@ fn limit_the_servo_impedance_agrees_with_the_lifted_loops_at_low_frequency() {
         let values = axis.start();
         let hold = ServoImpedance::new(&axis, &values, &Operating::default()).unwrap();
         let loops = LinearLoops::new(&axis, &values, &SimulationSettings::default()).unwrap();
-        let structure = std::sync::Arc::new(jointid::model::Structure::new(&axis, 0, 0, jointid::model::RodModel::Exact).unwrap());
+        let structure = std::sync::Arc::new(dynamics::model::Structure::new(&axis, 0, 0, dynamics::model::RodModel::Exact).unwrap());
         let mut network = structure.empty_model();
         network.update(&axis, &values, &Operating::default());
         for hz in [5.0, 20.0, 60.0, 110.0] {
@@ -240,7 +240,7 @@ fn limit_a_servo_joint_is_its_spring_and_damper() {
         )
     };
     let receptance = |machine: &Machine| {
-        let structure = std::sync::Arc::new(jointid::model::Structure::new(machine, 0, 0, jointid::model::RodModel::Exact).unwrap());
+        let structure = std::sync::Arc::new(dynamics::model::Structure::new(machine, 0, 0, dynamics::model::RodModel::Exact).unwrap());
         let mut network = structure.empty_model();
         network.update(machine, &machine.start(), &Operating::default());
         network.sweep(&[TAU * 12.0], &mut structure.workspace())[0]
@@ -383,7 +383,7 @@ fn commands_of_the_drive_match_their_schemas() {
 fn recover_learnable_residuals_of_an_independent_machine() {
     let folder = tempfile::tempdir().unwrap();
     let path = |name: &str| folder.path().join(name).to_str().unwrap().to_string();
-    use jointid::reference_simulator::servo::{Axis, Feed, Missing, Sensors, write_sines};
+    use reference_simulator::servo::{Axis, Feed, Missing, Sensors, write_sines};
     let feeds: Vec<Feed> = [2000.0, 4000.0, 6000.0].map(|f| Feed { amplitude_m: 0.02, periods: 1, ..Feed::of(f) }).to_vec();
     let write = |name: &str, missing: Missing| {
         let axis = Axis { missing, ..Axis::x() };
@@ -412,7 +412,7 @@ fn recover_learnable_residuals_of_an_independent_machine() {
 #[test]
 #[ignore = "second tier"]
 fn recover_lead_errors_despite_unidentifiable_parameters() {
-    use jointid::reference_simulator::servo::{Axis, Feed, Sensors, write_sines};
+    use reference_simulator::servo::{Axis, Feed, Sensors, write_sines};
     let folder = tempfile::tempdir().unwrap();
     write_sines(folder.path(), &Axis::x(), &Sensors::default(), &[2000.0, 4000.0, 6000.0].map(Feed::of), 1).unwrap();
     let found = json(&[

@@ -2,14 +2,14 @@
 
 use std::collections::BTreeMap;
 
-use jointid::config::{MachineConfig, read_machine_text};
-use jointid::diagnosis::VerdictKind;
-use jointid::diagnosis::motion::{MotionDiagnosis, MotionSettings, diagnose_motion};
-use jointid::identification::motion::{ForceFit, estimate_weighted};
-use jointid::inverse_dynamics::{MotionSignal, Preprocessing, Rigid, free_parameters, parameters_without_influence};
-use jointid::measurement::{DriveEffort, MotionRecord};
-use jointid::motion::{Course, SimulationSettings, simulate};
-use jointid::optimizer::Control;
+use config::{MachineConfig, read_machine_text};
+use diagnosis::VerdictKind;
+use diagnosis::motion::{MotionDiagnosis, MotionSettings, diagnose_motion};
+use identification::motion::{ForceFit, estimate_weighted};
+use dynamics::inverse_dynamics::{MotionSignal, Preprocessing, Rigid, free_parameters, parameters_without_influence};
+use measurement::{DriveEffort, MotionRecord};
+use dynamics::motion::{Course, SimulationSettings, simulate};
+use optimizer::Control;
 
 use crate::support::axis::course;
 use crate::support::two_masses::TwoMasses;

@@ -6,17 +6,17 @@ use std::path::Path;
 use std::sync::Arc;
 
 use assert_cmd::Command;
-use jointid::machine::Operating;
-use jointid::model::{RodModel, Structure};
-use jointid::reference_simulator::draw::Draw;
-use jointid::reference_simulator::effect::Place;
-use jointid::reference_simulator::machine::assembly::Assembly;
-use jointid::reference_simulator::machine::catalogue::{any_size, bench};
-use jointid::reference_simulator::machine::point::{Channel, Point};
-use jointid::reference_simulator::{Counts, Gap, Kind, Label, Strength, labels_json};
-use jointid::report::document::Input;
-use jointid::report::{digest, to_json};
-use jointid::withheld::{
+use machine::Operating;
+use dynamics::model::{RodModel, Structure};
+use reference_simulator::draw::Draw;
+use reference_simulator::effect::Place;
+use reference_simulator::machine::assembly::Assembly;
+use reference_simulator::machine::catalogue::{any_size, bench};
+use reference_simulator::machine::point::{Channel, Point};
+use reference_simulator::{Counts, Gap, Kind, Label, Strength, labels_json};
+use report::document::Input;
+use report::{digest, to_json};
+use withheld::{
     Answer, Confusion, Generator, Judgement, Proportion, Run, Seal, SealedCase, confusion_text, files_of, folder_digest, judge, scores,
     scores_text,
 };
@@ -250,7 +250,7 @@ fn second_measurements_count_separately() {
 
 #[test]
 fn the_matrix_and_the_scores_fit_eighty_columns() {
-    use jointid::reference_simulator::effect::EffectKind;
+    use reference_simulator::effect::EffectKind;
     let mut confusion = Confusion { rows: BTreeMap::new() };
     let kinds = ["none", "unknown", "wrong-parameter", "measurement", "insufficient", "failed"];
     let answers: Vec<&str> = EffectKind::LISTED.iter().map(|e| e.id()).chain(kinds).chain(["nut-load-stiffness"]).collect();
@@ -391,7 +391,7 @@ fn cases_in_motion_are_sealed_and_scored() {
     let (seal, labels) = Seal::verified(Path::new(out)).unwrap();
     assert_eq!((seal.generator.arm.as_str(), labels.len()), ("motion", 4));
     for case in &seal.cases {
-        let set = jointid::measurement::read_set(&format!("{out}/cases/{}", case.name)).unwrap();
+        let set = measurement::read_set(&format!("{out}/cases/{}", case.name)).unwrap();
         assert!(set.motions.len() >= 3 && set.frfs.is_empty(), "{}", case.name);
     }
     let mut document = diagnosis("effect", &["backlash"]);
@@ -422,7 +422,7 @@ fn share_closed_of_quiet_records(out: &str, seal: &Seal, labels: &[Label]) {
     for case in &seal.cases {
         let label = labels.iter().find(|label| label.case == case.name.trim_end_matches("-more")).unwrap();
         assert!(case.quiet_sha256.is_some(), "{}", case.name);
-        let sets = ["cases", "quiet"].map(|part| jointid::measurement::read_set(&format!("{out}/{part}/{}", case.name)).unwrap());
+        let sets = ["cases", "quiet"].map(|part| measurement::read_set(&format!("{out}/{part}/{}", case.name)).unwrap());
         let (fitted, held_out) = sets[0].split_motions(None, &[]).unwrap();
         assert_eq!(sets[1].motions.len(), held_out.len());
         for quiet in &sets[1].motions {
@@ -487,8 +487,8 @@ fn cases_of_the_models_are_nulls_and_single_effects() {
     assert!(labels.iter().any(|l| l.kind == Kind::Single) && labels.iter().any(|l| l.kind == Kind::Null));
     for label in &labels {
         let case = folder.path().join("cases").join(&label.case);
-        let machine = jointid::config::read_machine(case.join("machine.toml").to_str().unwrap(), &[], &[]).unwrap().machine;
-        assert_eq!(jointid::measurement::read_set(case.to_str().unwrap()).unwrap().positions.len(), 6);
+        let machine = config::read_machine(case.join("machine.toml").to_str().unwrap(), &[], &[]).unwrap().machine;
+        assert_eq!(measurement::read_set(case.to_str().unwrap()).unwrap().positions.len(), 6);
         assert_eq!(label.effects.len(), usize::from(label.kind == Kind::Single));
         if let (Some(id), Some(reached)) = (label.effects.first(), label.noncentrality.first()) {
             assert!(!machine.effects.contains(id) && !label.values[0].is_empty() && label.gap.closed == Some(1.0));
@@ -557,7 +557,7 @@ fn limit_the_reference_simulator_agrees_with_the_model() {
         let mut truth = drawn.description.as_believed();
         truth.screw.elements = 2000;
         std::fs::write(&file, drawn.description.to_toml()).unwrap();
-        let machine = jointid::config::read_machine(file.to_str().unwrap(), &[], &[]).unwrap().machine;
+        let machine = config::read_machine(file.to_str().unwrap(), &[], &[]).unwrap().machine;
         for (response, excitation) in [(Point::Table, Point::Table), (Point::Rotor, Point::Rotor), (Point::Right, Point::Table)] {
             let index = |point: Point| machine.points.iter().position(|p| p.name == point.name()).unwrap();
             let structure = Arc::new(Structure::new(&machine, index(response), index(excitation), RodModel::Exact).unwrap());

@@ -3,8 +3,6 @@
 use std::path::PathBuf;
 
 use crate::outcome::{CommandResult, Outcome};
-use config::MACHINE_TEMPLATE;
-use measurement::SET_TEMPLATE;
 use report::OutputFolder;
 
 /// Arguments of `init`.
@@ -22,8 +20,7 @@ pub struct InitArguments {
 pub fn run(given: &InitArguments) -> CommandResult {
     let folder = &given.folder;
     let claimed = OutputFolder::claim(folder)?;
-    let set = SET_TEMPLATE.map(|(name, text)| (format!("measurements/{name}"), text));
-    let files: Vec<_> = std::iter::once(("machine.toml".to_string(), MACHINE_TEMPLATE)).chain(set).collect();
+    let files = study::templates();
     if let Some(path) = files.iter().map(|(name, _)| folder.join(name)).find(|path| path.exists()) {
         return Err(format!("{}: already exists; name another folder", path.display()));
     }

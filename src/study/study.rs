@@ -199,3 +199,96 @@ fn described(sources: &Sources) -> StudyResult<MachineConfig> {
 fn named_set(config: &MachineConfig) -> Option<String> {
     config.measurements.as_ref().map(|name| format!("measurements/{name}"))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use measurement::{FrfArrays, Quantity, SetArrays};
+    use num_complex::Complex64;
+
+    fn arrays() -> SetArrays {
+        let frequency_hz: Vec<f64> = (1..400).map(f64::from).collect();
+        let value = vec![Complex64::new(1e-8, -1e-9); frequency_hz.len()];
+        let frf = |name: &str| FrfArrays {
+            position: Some(name.into()),
+            frequency_hz: frequency_hz.clone(),
+            value: value.clone(),
+            ..FrfArrays::default()
+        };
+        SetArrays {
+            title: "taps".into(),
+            quantity: Some(Quantity::Receptance),
+            response: Some("table".into()),
+            excitation: Some("table".into()),
+            nut_m: [("p1".to_string(), Some(0.5)), ("p2".to_string(), Some(0.9))].into(),
+            frfs: vec![frf("p1"), frf("p2")],
+            ..SetArrays::default()
+        }
+    }
+
+    fn study(arrays: &SetArrays) -> Result<Study, String> {
+        let machine = read_machine(config::BENCH, &[], &[]).map_err(|e| e.to_string())?;
+        Ok(Study::new(machine, MeasurementSet::from_arrays(arrays).map_err(|e| e.to_string())?))
+    }
+
+    fn refusal(change: impl Fn(&mut SetArrays)) -> String {
+        let mut changed = arrays();
+        change(&mut changed);
+        let found = study(&changed).and_then(|study| study.fit(["p1"]).and_then(|study| study.identify()).map_err(|e| e.to_string()));
+        found.err().unwrap_or_else(|| "accepted".into())
+    }
+
+    #[test]
+    fn arrays_are_refused_with_record_and_key() {
+        for (message, words) in [
+            (refusal(|set| set.frfs.clear()), "taps: holds no observation at all"),
+            (refusal(|set| drop(set.frfs[1].value.pop())), "frfs[1] (p2): value has 398 entries, frequency_hz has 399"),
+            (refusal(|set| set.frfs[0].coherence = Some(vec![0.9; 3])), "frfs[0] (p1): coherence has 3 entries"),
+            (refusal(|set| set.frfs[0].coherence = Some(vec![0.9; 399])), "frfs[0] (p1): has a coherence but no averages"),
+            (refusal(|set| set.frfs[0].frequency_hz.swap(3, 4)), "frfs[0] (p1): entry 4: frequency_hz 4 does not follow 5"),
+            (refusal(|set| set.frfs[0].value[7].re = f64::NAN), "frfs[0] (p1): value[14] is NaN"),
+            (refusal(|set| set.quantity = None), "the set has no quantity"),
+            (refusal(|set| set.response = Some("tabel".into())), "response = \"tabel\" is not a point of the machine"),
+            (refusal(|set| set.response = None), "has no response"),
+        ] {
+            assert!(message.contains(words), "«{message}» does not contain «{words}»");
+        }
+    }
+
+    #[test]
+    fn unknown_positions_and_results_of_other_machines_are_refused() {
+        let own = study(&arrays()).unwrap();
+        let message = own.clone().fit(["p1", "p7"]).err().unwrap().to_string();
+        assert!(message.contains("no position or record «p7»; it has p1, p2"), "{message}");
+        let bench = Study::load(config::BENCH, measurement::BENCH).unwrap().with_settings(Settings { repeats: 1, ..Settings::default() });
+        let mut found = bench.fit(["l1", "l3"]).unwrap().identify().unwrap();
+        found.parameters.remove("k_n");
+        let message = own.validate(&found).err().unwrap().to_string();
+        assert!(message.contains("has no parameter «k_n»"), "{message}");
+    }
+
+    /// A journal or cache of one study must not serve another: every part of a study enters its key.
+    #[test]
+    fn every_part_of_a_study_enters_its_key() {
+        let own = study(&arrays()).unwrap();
+        let key = |study: &Study| study.key("identify");
+        let mut other_data = arrays();
+        other_data.frfs[0].value[5] *= 1.0 + 1e-15;
+        let settings = own.settings.clone();
+        let others = [
+            study(&other_data).unwrap(),
+            own.clone().fit(["p1"]).unwrap(),
+            own.clone().hold_out(["p1"]).unwrap(),
+            own.clone().without(["rotor-hold"]).unwrap(),
+            own.clone().with_settings(Settings { frequency_model_error: 0.02, ..settings.clone() }),
+            own.clone().with_settings(Settings { amplitude_sd: 0.2, ..settings.clone() }),
+            own.clone().with_settings(Settings { frf_model_error: 0.02, ..settings.clone() }),
+            own.clone().with_settings(Settings { band_hz: Some((10.0, 200.0)), ..settings.clone() }),
+            own.clone().with_settings(Settings { rods: dynamics::model::RodModel::Lumped(20), ..settings.clone() }),
+            own.clone().with_settings(Settings { objective: Some(crate::ObjectiveKind::Frequencies), ..settings.clone() }),
+            own.clone().with_settings(Settings { seed: 2, ..settings }),
+        ];
+        assert!(others.iter().all(|other| key(other) != key(&own)));
+        assert_ne!(own.key("diagnose"), key(&own));
+    }
+}

@@ -8,9 +8,9 @@ pub mod two_masses;
 
 use std::sync::Arc;
 
-use jointid::config::{MachineConfig, read_machine};
-use jointid::machine::Machine;
-use jointid::model::{RodModel, Structure};
+use config::{MachineConfig, read_machine};
+use machine::Machine;
+use dynamics::model::{RodModel, Structure};
 
 /// Reads a machine configuration by its path.
 pub fn config(name: &str) -> MachineConfig {

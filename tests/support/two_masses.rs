@@ -57,7 +57,7 @@ impl TwoMasses {
     /// Simulates the axis and returns its samples at 1 kHz.
     pub fn run(&self, command: &[f64], seed: u64) -> Vec<Sample> {
         let mut random = Xoshiro256PlusPlus::seed_from_u64(seed);
-        let mut normal = || jointid::numeric::random::normal(&mut random);
+        let mut normal = || numeric::random::normal(&mut random);
         let h = 2e-5;
         let (mut x, mut v, mut y, mut w) = (command[0], 0.0, command[0], 0.0);
         let mut coloured_noise = 0.0;

@@ -3,13 +3,13 @@
 use std::collections::BTreeMap;
 use std::io::{Error, ErrorKind};
 
-use jointid::config::{ConfigError, MachineConfig, read_machine_text};
-use jointid::measurement::import::{ImportedFrf, Placement, frf_from_csv, frfs_from_universal, set_files};
-use jointid::measurement::universal::{read, read_headers};
-use jointid::measurement::{FrictionTable, MeasurementError, MeasurementSet, Quantity, Reference, SourceFile, read_motion, read_set_with};
-use jointid::reference_simulator::Label;
-use jointid::report::page::{Page, html};
-use jointid::withheld::{Run, Seal};
+use config::{ConfigError, MachineConfig, read_machine_text};
+use measurement::import::{ImportedFrf, Placement, frf_from_csv, frfs_from_universal, set_files};
+use measurement::universal::{read, read_headers};
+use measurement::{FrictionTable, MeasurementError, MeasurementSet, Quantity, Reference, SourceFile, read_motion, read_set_with};
+use reference_simulator::Label;
+use report::page::{Page, html};
+use withheld::{Run, Seal};
 use serde_json::{Value, from_slice};
 
 /// Reads bytes; panics where the reader panics or its result is inconsistent.

@@ -1,0 +1,31 @@
+//! Files to begin with, and schemas of files and documents.
+
+use config::{MACHINE_TEMPLATE, effects_schema, machine_schema};
+use measurement::{SET_TEMPLATE, manifest_schema};
+use schemars::Schema;
+use withheld::WithheldDocument;
+
+/// Returns name and text of a commented machine description and an empty measurement set to fill in.
+pub fn templates() -> Vec<(String, &'static str)> {
+    let set = SET_TEMPLATE.map(|(name, text)| (format!("measurements/{name}"), text));
+    std::iter::once(("machine.toml".to_string(), MACHINE_TEMPLATE)).chain(set).collect()
+}
+
+/// Returns the names of all files and documents that have a JSON Schema.
+pub fn schema_names() -> Vec<&'static str> {
+    let mut names = vec!["machine", "effects", "manifest"];
+    names.extend(report::SCHEMAS);
+    names.push("withheld");
+    names
+}
+
+/// Returns the JSON Schema of a file or document; `None` for an unknown name.
+pub fn schema(name: &str) -> Option<Schema> {
+    match name {
+        "machine" => Some(machine_schema()),
+        "effects" => Some(effects_schema()),
+        "manifest" => Some(manifest_schema()),
+        "withheld" => Some(schemars::schema_for!(WithheldDocument)),
+        other => report::schema(other),
+    }
+}
