@@ -5,9 +5,7 @@ use std::path::PathBuf;
 use clap::{Args, ValueEnum};
 
 use crate::outcome::shown;
-use dynamics::model::RodModel;
-use measurement::Quantity;
-use study::Study;
+use study::{Quantity, RodModel, Study};
 
 /// Fitted and held-out positions.
 #[derive(Debug, Args)]
