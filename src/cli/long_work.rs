@@ -116,12 +116,6 @@ pub fn stop_flag() -> Arc<AtomicBool> {
     flag
 }
 
-/// Returns a predicate: whether Ctrl-C has not been pressed yet.
-pub fn not_stopped() -> impl Fn() -> bool + Sync {
-    let flag = stop_flag();
-    move || !flag.load(Ordering::Relaxed)
-}
-
 /// Runs a computation on the given number of threads; without one, on all cores or as many as `RAYON_NUM_THREADS` states.
 ///
 /// # Errors  the threads cannot be started.

@@ -48,16 +48,6 @@ pub fn load_with_result(sources: &Sources, identified: &IdentificationDocument) 
     load_again(&config, &measurements, &identified.stamp, (&sources.set, &sources.without))
 }
 
-/// As [`load`], for commands that need a machine and at most the positions of its set.
-///
-/// The measurement set of the published bench, the default, is not read for other machines.
-pub fn load_machine(sources: &Sources) -> Result<Loaded, String> {
-    let config = read_machine(&sources.config, &sources.set, &sources.without).map_err(to_message)?;
-    let other = sources.measurements == measurement::BENCH && !config.path.contains("tian");
-    let set = if other { MeasurementSet::none() } else { read_set(&sources.measurements).map_err(to_message)? };
-    Ok(Loaded { config, set, overrides: sources.set.clone(), without: sources.without.clone() })
-}
-
 /// Returns the input files of a run with their digests.
 pub fn inputs(loaded: &Loaded) -> Vec<Input> {
     let config = Input { path: loaded.config.path.clone(), sha256: digest(loaded.config.text.as_bytes()) };

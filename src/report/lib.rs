@@ -8,20 +8,26 @@ pub mod effects;
 pub mod hybrid;
 mod identification;
 pub mod loops;
+mod loops_text;
 pub mod motion;
 mod motion_row;
+mod motion_text;
 pub mod page;
 pub mod record;
 mod schema;
 pub mod simulation;
+mod simulation_text;
 mod table;
 mod terminal;
 
 mod write;
 
+pub use loops_text::{bode_text, circles_text, gain_text, hold_gains_text, hold_text};
+pub use motion_text::{motion_csv, motion_summary};
 pub use numeric::digest::digest;
 pub use identification::{comparison_text, identification_text, validation_text};
 pub use schema::{SCHEMAS, schema};
+pub use simulation_text::{frfs_csv, matrices_text, modes_text, published_markdown, published_text, sensitivity_text, sweep_text};
 pub use table::{
     bootstrap_table, derived_table, frfs_table, gap_summary_table, gaps_table, moved_tolerances, objectives_table, parameters_table,
     peaks_table, plan_table, positions_table, summary_table,

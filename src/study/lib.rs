@@ -14,6 +14,7 @@ mod page;
 mod peaks;
 mod plan;
 mod settings;
+pub mod simulation;
 mod stamp;
 mod study;
 mod validate;

@@ -26,7 +26,12 @@ impl Study {
         self.set.files.iter().find(|file| file.path.ends_with("manifest.toml")).map(digest_file)
     }
 
-    /// Builds the stamp of a document on machine and measurements.
+    /// Returns the warnings about machine and measurements as read.
+    pub fn input_warnings(&self) -> Vec<String> {
+        self.set.warnings.iter().chain(&self.config.warnings).cloned().collect()
+    }
+
+    /// Builds the stamp of a document on machine and measurements. Its warnings are those of the inputs, then the given ones.
     pub(crate) fn stamp(&self, schema: &str, seed: u64, complete: bool, warnings: Vec<String>) -> Stamp {
         let on_set = set_stamp(schema, &self.set);
         Stamp {
@@ -35,7 +40,7 @@ impl Study {
             inputs: self.inputs(),
             overrides: self.overrides.clone(),
             without: self.without.clone(),
-            warnings: on_set.warnings.into_iter().chain(self.config.warnings.iter().cloned()).chain(warnings).collect(),
+            warnings: self.input_warnings().into_iter().chain(warnings).collect(),
             ..on_set
         }
     }

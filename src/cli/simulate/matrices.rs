@@ -1,15 +1,10 @@
 //! `jointid simulate matrices`: mass, damping and stiffness matrices.
 
-use std::fmt::Write;
-
-use super::operating::{LoadArguments, find_operating, load_warnings};
+use super::operating::{LoadArguments, nut_place, warn_of_result};
 use crate::arguments::{OutputArguments, Sources};
-use crate::outcome::{CommandResult, deliver, prepare, to_message, warn};
-use crate::sources::{load_machine, stamp};
-use report::simulation::MatricesDocument;
-
-/// Largest number of columns of a matrix that is printed as text: six take 71 characters of a terminal of 80.
-const WIDEST: usize = 6;
+use crate::outcome::{CommandResult, deliver, prepare, shown};
+use report::matrices_text;
+use study::simulation::{MatricesRequest, matrices};
 
 /// Arguments of `simulate matrices`.
 #[derive(Debug, clap::Args)]
@@ -33,35 +28,16 @@ pub struct MatricesArguments {
 
 /// Runs the command.
 pub fn run(given: &MatricesArguments) -> CommandResult {
-    let loaded = load_machine(&given.sources)?;
-    let machine = &loaded.config.machine;
-    let operating = find_operating(&loaded, given.nut_m, None, &given.load)?;
+    let study = given.sources.open_machine()?;
     let folder = prepare(&given.output)?;
-    let mut found = dynamics::model::matrices(machine, &machine.start(), &operating, usize::from(given.lumps)).map_err(to_message)?;
-    if given.condense {
-        found = found.condensed().map_err(to_message)?;
-    }
-    let rows = |m: &nalgebra::DMatrix<f64>| m.row_iter().map(|row| row.iter().copied().collect()).collect::<Vec<Vec<f64>>>();
-    let warnings = load_warnings(machine, &given.load);
-    warn(&given.output, &warnings);
-    let mut text = format!("{}\ncoordinates: {}\n", machine.title, found.names.join(", "));
-    for (name, matrix) in [("M", &found.mass), ("C", &found.damping), ("K", &found.stiffness)] {
-        let _ = writeln!(text, "\n{name}");
-        if matrix.ncols() > WIDEST {
-            let _ = writeln!(text, "{} × {}, too wide for a terminal; print it with --json", matrix.nrows(), matrix.ncols());
-            continue;
-        }
-        for row in matrix.row_iter() {
-            let cells: Vec<String> = row.iter().map(|x| if *x == 0.0 { format!("{:>11}", "0") } else { format!("{x:>11.3e}") }).collect();
-            let _ = writeln!(text, "{}", cells.join(" "));
-        }
-    }
-    let document = MatricesDocument {
-        stamp: stamp("matrices", 0, true, &loaded, warnings),
-        coordinates: found.names.clone(),
-        mass: rows(&found.mass),
-        damping: rows(&found.damping),
-        stiffness: rows(&found.stiffness),
+    let request = MatricesRequest {
+        place: nut_place(given.nut_m),
+        load: given.load.load(),
+        lumps: usize::from(given.lumps),
+        condense: given.condense,
     };
+    let document = matrices(&study, &request).map_err(shown)?;
+    warn_of_result(&given.output, &study, &document.stamp);
+    let text = matrices_text(&document, &study.machine().title);
     deliver(&given.output, folder.as_ref(), "matrices.json", &document, &text)
 }

@@ -2,7 +2,6 @@
 
 mod bode;
 mod circle;
-mod drive;
 mod frf;
 mod gain;
 mod hold;

@@ -1,8 +1,11 @@
-//! The operating condition of a simulation.
+//! Operating condition of a simulation, its control, and the warnings of its document.
 
-use crate::outcome::to_message;
-use crate::sources::Loaded;
-use machine::{Machine, Operating};
+use crate::arguments::OutputArguments;
+use crate::long_work::stop_flag;
+use crate::outcome::{Outcome, warn};
+use report::document::Stamp;
+use study::simulation::{Load, Place};
+use study::{Control, Study};
 
 /// Load on the rolling contacts of nut and bearings.
 #[derive(Debug, Clone, Copy, Default, clap::Args)]
@@ -18,45 +21,29 @@ pub struct LoadArguments {
     pub force_n: Option<f64>,
 }
 
-/// Returns the operating condition at a nut position, at a named position, or at mid-stroke.
-///
-/// # Errors  no position has this name; the machine does not allow this condition.
-pub fn find_operating(loaded: &Loaded, nut_m: Option<f64>, position: Option<&str>, load: &LoadArguments) -> Result<Operating, String> {
-    let machine = &loaded.config.machine;
-    let (place, at_rest) = match (nut_m, position) {
-        (Some(nut_m), _) => ("--nut-m".to_string(), Operating::at_nut(nut_m)),
-        (None, Some(name)) => {
-            let index = loaded.set.positions_named(&[name.to_string()]).map_err(to_message)?[0];
-            (format!("position {name}"), Operating::at(loaded.set.positions[index].nut_m))
-        }
-        (None, None) => ("mid-stroke".into(), Operating::at(machine.stroke_m().map(|s| 0.5 * s))),
-    };
-    let operating = with_load(at_rest, load);
-    machine.check_operating(&place, &operating).map_err(to_message)?;
-    Ok(operating)
+impl LoadArguments {
+    /// Returns the load.
+    pub fn load(&self) -> Load {
+        Load { velocity_m_s: self.velocity_m_s, acceleration_m_s2: self.acceleration_m_s2, force_n: self.force_n }
+    }
 }
 
-/// Sets velocity, acceleration and force of an operating condition.
-fn with_load(at_rest: Operating, load: &LoadArguments) -> Operating {
-    let LoadArguments { velocity_m_s, acceleration_m_s2, force_n } = *load;
-    Operating { velocity_m_s, acceleration_m_s2, force_n, ..at_rest }
+/// Returns the place of the nut: its distance from the left end of the screw (m), else mid-stroke.
+pub fn nut_place(nut_m: Option<f64>) -> Place {
+    nut_m.map_or(Place::MidStroke, Place::Nut)
 }
 
-/// Lists warnings: a load on a machine without contacts, and joints whose nonlinearities a linear prediction leaves out.
-pub fn load_warnings(machine: &Machine, load: &LoadArguments) -> Vec<String> {
-    let given = load.velocity_m_s.is_some() || load.acceleration_m_s2.is_some() || load.force_n.is_some();
-    let no_contact = (given && machine.contacts.is_empty())
-        .then(|| "velocity, acceleration and force change nothing: the machine describes no joint as [contact.…]".to_string());
-    let joints = machine.joints_ignored_by_frequency_responses().join(", ");
-    let left_out = (!joints.is_empty()).then(|| {
-        format!("friction, backlash and lead error of {joints} are left out of this linear model; viscous friction is the joint's damping")
-    });
-    no_contact.into_iter().chain(left_out).collect()
+/// Lets Ctrl-C stop a simulation, which then delivers its results so far.
+pub fn stoppable(study: Study) -> Study {
+    study.with_control(Control::new(stop_flag(), None))
 }
 
-/// Returns a number if it is finite and above 0.
-///
-/// # Errors  any other number; the message names the argument `key`.
-pub fn require_positive(key: &str, x: f64) -> Result<f64, String> {
-    if x > 0.0 && x.is_finite() { Ok(x) } else { Err(format!("{key} {x}: write a finite number above 0")) }
+/// Prints the warnings of a simulation, without those about its inputs.
+pub fn warn_of_result(output: &OutputArguments, study: &Study, stamp: &Stamp) {
+    warn(output, stamp.warnings.get(study.input_warnings().len()..).unwrap_or_default());
+}
+
+/// Returns the outcome of a simulation that may have been stopped.
+pub fn outcome(stamp: &Stamp) -> Outcome {
+    if stamp.complete { Outcome::Done } else { Outcome::Stopped }
 }

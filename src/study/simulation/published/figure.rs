@@ -1,6 +1,6 @@
 //! Published figures with ours, and the machines that ours are computed from.
 
-use crate::outcome::to_message;
+use crate::{StudyError, StudyResult};
 use config::{embedded_config, read_machine_text};
 use machine::Machine;
 use report::simulation::PublishedFigure;
@@ -9,10 +9,10 @@ use report::simulation::PublishedFigure;
 pub const CONFIGS: [&str; 3] = ["configs/twin-ball-screw.toml", "configs/servo-axis.toml", "configs/vertical-axis.toml"];
 
 /// Reads a configuration that comes with the program, with overrides.
-pub fn read_published(path: &str, overrides: &[&str]) -> Result<Machine, String> {
-    let text = embedded_config(path).ok_or_else(|| format!("{path}: does not come with the program"))?;
+pub fn read_published(path: &str, overrides: &[&str]) -> StudyResult<Machine> {
+    let text = embedded_config(path).ok_or_else(|| StudyError::impossible(format!("{path}: does not come with the program")))?;
     let overrides: Vec<String> = overrides.iter().map(|o| (*o).to_string()).collect();
-    Ok(read_machine_text(path, text, &overrides, &[]).map_err(to_message)?.machine)
+    Ok(read_machine_text(path, text, &overrides, &[])?.machine)
 }
 
 /// Source of a published figure.

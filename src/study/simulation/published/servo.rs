@@ -1,7 +1,8 @@
 //! Published figures of the lumped servo axis, compared with ours. The configuration names the paper.
 
 use super::figure::{CONFIGS, FigureSource, compared, read_published, stated};
-use crate::simulate::sensitivity::mode_energy;
+use crate::simulation::sensitivity::mode_energy;
+use crate::{StudyError, StudyResult};
 use dynamics::model::elastic_frequencies_hz;
 use dynamics::motion::{SCurve, SimulationSettings, gain_study};
 use machine::{Machine, Operating};
@@ -14,11 +15,11 @@ fn at(place: &'static str) -> FigureSource {
 }
 
 /// Computes the figures of the paper: natural frequencies, damping, deformations and the best gain of the position loop.
-pub fn figures() -> Result<Vec<PublishedFigure>, String> {
+pub fn figures() -> StudyResult<Vec<PublishedFigure>> {
     let axis = read_published(CONFIG, &[])?;
     let rest = Operating::default();
     let all = elastic_frequencies_hz(&axis, 3, &axis.start(), &rest);
-    let first = all.first().copied().ok_or("the servo axis has no natural frequency")?;
+    let first = all.first().copied().ok_or_else(|| StudyError::impossible("the servo axis has no natural frequency"))?;
     let zeta = 0.5 * axis.stiffness_proportional_damping_s * std::f64::consts::TAU * first;
     let joints = mode_energy(&axis, &rest, first)?;
     // Deformations in rad are converted to travel of the nut, so that all springs are comparable. The lead is 20 mm.
@@ -29,10 +30,13 @@ pub fn figures() -> Result<Vec<PublishedFigure>, String> {
     };
     let others = ["coupling", "screw-torsion", "nut", "flange"].into_iter().map(deformation).fold(0.0, f64::max);
     let ratio = deformation("support") / others;
-    let first_with_support = |factor: f64| -> Result<f64, String> {
+    let first_with_support = |factor: f64| -> StudyResult<f64> {
         let k = axis.parameter("k_0a").map_or(f64::NAN, |i| axis.start()[i]) * factor;
         let scaled = read_published(CONFIG, &[&format!("parameter.k_0a.start={k}")])?;
-        elastic_frequencies_hz(&scaled, 1, &scaled.start(), &rest).first().copied().ok_or_else(|| "the varied axis has no frequency".into())
+        elastic_frequencies_hz(&scaled, 1, &scaled.start(), &rest)
+            .first()
+            .copied()
+            .ok_or_else(|| StudyError::impossible("the varied axis has no frequency"))
     };
     let (soft, stiff) = (first_with_support(0.5)?, first_with_support(1.5)?);
     let near = all.iter().filter(|f| (100.0..200.0).contains(*f)).count() as f64;
@@ -91,14 +95,14 @@ pub fn figures() -> Result<Vec<PublishedFigure>, String> {
 }
 
 /// Finds the gain (1/s) of the position loop with the minimum cost, for the slide and the default cycle and gains of `simulate gain`.
-fn best_gain_per_s(axis: &Machine) -> Result<f64, String> {
+fn best_gain_per_s(axis: &Machine) -> StudyResult<f64> {
     let curve = SCurve { from: 0.0, to: 0.3, velocity: 0.5, acceleration: 5.0, jerk: 200.0 };
-    let course = curve.course(1e-3, 0.3, false).map_err(|e| e.to_string())?;
+    let course = curve.course(1e-3, 0.3, false).map_err(StudyError::impossible)?;
     // 500 to 12 000 1/min.
     let gains: Vec<f64> = (1..=24).map(|n| 500.0 * f64::from(n) / 60.0).collect();
     let slide = axis.point("slide").map(|at| (at, 1.0));
     let rows = gain_study(axis, &axis.start(), &gains, (&course, 0.3), slide, &SimulationSettings::default(), &|| true)
-        .map_err(|e| e.to_string())?;
+        .map_err(StudyError::impossible)?;
     let best = rows.iter().filter_map(|r| Some((r.gain_per_s, r.cost?))).min_by(|a, b| a.1.total_cmp(&b.1));
-    best.map(|(gain, _)| gain).ok_or_else(|| "the servo axis is unstable or does not arrive at any gain".into())
+    best.map(|(gain, _)| gain).ok_or_else(|| StudyError::impossible("the servo axis is unstable or does not arrive at any gain"))
 }

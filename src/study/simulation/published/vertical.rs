@@ -1,8 +1,8 @@
 //! Figures of the vertical axis under acceleration. The paper prints no values: its equations are compared with ours.
 
 use super::figure::{CONFIGS, FigureSource, compared, ours_alone, read_published, stated};
-use crate::outcome::to_message;
-use crate::simulate::stiffness::{separations, static_stiffness};
+use crate::simulation::stiffness::{separations, static_stiffness};
+use crate::{StudyError, StudyResult};
 use dynamics::model::elastic_frequencies_hz;
 use machine::{Machine, Operating};
 use report::simulation::PublishedFigure;
@@ -16,10 +16,10 @@ fn at(place: &'static str) -> FigureSource {
 }
 
 /// Evaluates the paper's equations 26–28, with contact stiffnesses as printed.
-fn equation_28(axis: &Machine, operating: &Operating) -> Result<f64, String> {
-    let contact = |name: &str| -> Result<f64, String> {
-        let found = axis.contacts.iter().find(|c| c.name == name).ok_or_else(|| format!("no contact «{name}»"))?;
-        Ok(found.at(operating).map_err(to_message)?.stiffness_n_per_m)
+fn equation_28(axis: &Machine, operating: &Operating) -> StudyResult<f64> {
+    let contact = |name: &str| -> StudyResult<f64> {
+        let found = axis.contacts.iter().find(|c| c.name == name).ok_or_else(|| StudyError::impossible(format!("no contact «{name}»")))?;
+        Ok(found.at(operating).map_err(StudyError::impossible)?.stiffness_n_per_m)
     };
     let (d, e, g, p, l): (f64, f64, f64, f64, f64) = (0.0275, 2.06e11, 7.9e10, 0.010, 0.9);
     let z = operating.nut_m.unwrap_or(0.5 * l);
@@ -32,7 +32,7 @@ fn equation_28(axis: &Machine, operating: &Operating) -> Result<f64, String> {
 }
 
 /// Computes all figures of the paper.
-pub fn figures() -> Result<Vec<PublishedFigure>, String> {
+pub fn figures() -> StudyResult<Vec<PublishedFigure>> {
     let printed = read_published(CONFIG, &AS_PRINTED)?;
     let physics = read_published(CONFIG, &[])?;
     let mut figures = Vec::new();
@@ -66,9 +66,9 @@ pub fn figures() -> Result<Vec<PublishedFigure>, String> {
         (&printed, "as printed", 1.83, "Eq. 15: m·(g + a) = 1.83·P"),
         (&physics, "by equilibrium", 1.83, "1.83·P is the increment of side A's load, taken for the force; nut B unloads at 2.83·P"),
     ] {
-        let nut = axis.contacts.iter().find(|c| c.name == "nut").ok_or("no contact «nut»")?;
+        let nut = axis.contacts.iter().find(|c| c.name == "nut").ok_or_else(|| StudyError::impossible("no contact «nut»"))?;
         let found = separations(nut, (-60.0, 60.0), |a| here(a, 0.45));
-        let b = found.iter().find(|s| s.side == "B").ok_or("nut B does not unload")?;
+        let b = found.iter().find(|s| s.side == "B").ok_or_else(|| StudyError::impossible("nut B does not unload"))?;
         figures.push(compared(
             at("Eq. 15"),
             &format!("force over preload where nut B unloads, {how}"),

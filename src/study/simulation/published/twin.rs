@@ -1,10 +1,8 @@
 //! Figures of Duan et al., twin ball screw.
 
-use std::sync::Arc;
-
 use super::figure::{CONFIGS, FigureSource, compared, read_published, stated, unreachable};
-use crate::outcome::to_message;
-use crate::simulate::stiffness::{separations, static_stiffness};
+use crate::simulation::stiffness::{separations, static_stiffness};
+use crate::{StudyError, StudyResult};
 use dynamics::model::elastic_frequencies_hz;
 use identification::{IdentificationSettings, identify};
 use machine::contact::published::{
@@ -36,13 +34,13 @@ fn nut_m(ratio: f64) -> f64 {
     ENDS_M.0 + ratio * (ENDS_M.1 - ENDS_M.0)
 }
 
-fn first_hz(machine: &Machine, operating: &Operating) -> Result<f64, String> {
+fn first_hz(machine: &Machine, operating: &Operating) -> StudyResult<f64> {
     let hz = elastic_frequencies_hz(machine, 1, &machine.start(), operating);
-    hz.first().copied().ok_or_else(|| "the twin ball screw has no natural frequency".into())
+    hz.first().copied().ok_or_else(|| StudyError::impossible("the twin ball screw has no natural frequency"))
 }
 
 /// Computes all figures of the paper.
-pub fn figures() -> Result<Vec<PublishedFigure>, String> {
+pub fn figures() -> StudyResult<Vec<PublishedFigure>> {
     let printed = read_published(CONFIG, &AS_PRINTED)?;
     let physics = read_published(CONFIG, &[])?;
     let mut figures = joints()?;
@@ -53,14 +51,14 @@ pub fn figures() -> Result<Vec<PublishedFigure>, String> {
     Ok(figures)
 }
 
-fn joints() -> Result<Vec<PublishedFigure>, String> {
-    let one = |balls| -> Result<f64, String> {
-        Nut::new(&nut(balls)).and_then(|n| n.stiffness_n_per_m(NUT_PRELOAD_N, Stiffness::Secant)).map_err(to_message)
+fn joints() -> StudyResult<Vec<PublishedFigure>> {
+    let one = |balls| -> StudyResult<f64> {
+        Nut::new(&nut(balls)).and_then(|n| n.stiffness_n_per_m(NUT_PRELOAD_N, Stiffness::Secant)).map_err(StudyError::impossible)
     };
-    let five_turns = Nut::new(&nut(Balls::Turns(5.0))).map_err(to_message)?.ball_count();
-    let single = AngularContactBearing::new(&bearing()).map_err(to_message)?;
-    let k = single.stiffness_n_per_m(BEARING_PRELOAD_N, Stiffness::Secant).map_err(to_message)?;
-    let eq_18 = BEARING_PRELOAD_N / single.deflection_as_printed_m(BEARING_PRELOAD_N).map_err(to_message)? / 2.0;
+    let five_turns = Nut::new(&nut(Balls::Turns(5.0))).map_err(StudyError::impossible)?.ball_count();
+    let single = AngularContactBearing::new(&bearing()).map_err(StudyError::impossible)?;
+    let k = single.stiffness_n_per_m(BEARING_PRELOAD_N, Stiffness::Secant).map_err(StudyError::impossible)?;
+    let eq_18 = BEARING_PRELOAD_N / single.deflection_as_printed_m(BEARING_PRELOAD_N).map_err(StudyError::impossible)? / 2.0;
     Ok(vec![
         compared(at("Tab. 1"), "balls of one nut, N = i·π·d/(d_b·cos λ), five turns", "1", (98.0, five_turns), 0.02, "the paper's formula"),
         compared(
@@ -107,8 +105,8 @@ fn joints() -> Result<Vec<PublishedFigure>, String> {
 }
 
 /// Recovers Tab. 2 from simulated torques, at 0.05–50 mm/s in both directions.
-fn friction() -> Result<Vec<PublishedFigure>, String> {
-    let drive = ScrewDrive::new(LEAD_M, MOTOR_EFFICIENCY).map_err(to_message)?;
+fn friction() -> StudyResult<Vec<PublishedFigure>> {
+    let drive = ScrewDrive::new(LEAD_M, MOTOR_EFFICIENCY).map_err(StudyError::impossible)?;
     let mut figures = Vec::new();
     for (axis, curve) in [(1, friction_axis_1()), (2, friction_axis_2())] {
         let speeds = (0..24).map(|i| 0.05e-3 * 1000.0_f64.powf(f64::from(i) / 23.0));
@@ -120,7 +118,7 @@ fn friction() -> Result<Vec<PublishedFigure>, String> {
                 Observation { velocity_m_per_s: v, force_n: drive.force_n(torque_nm), sd_n: None }
             })
             .collect();
-        let fit = fit_stribeck(&runs, &StribeckOptions::new(StribeckNoise::Uniform)).map_err(to_message)?;
+        let fit = fit_stribeck(&runs, &StribeckOptions::new(StribeckNoise::Uniform)).map_err(StudyError::impossible)?;
         let StribeckCurve { coulomb_n, static_n, viscous_n_s_per_m, stribeck_velocity_m_per_s } = fit.curve;
         let rows = [
             ("F_c", "N", curve.coulomb_n, coulomb_n),
@@ -138,14 +136,15 @@ fn friction() -> Result<Vec<PublishedFigure>, String> {
 }
 
 /// Finds the velocity (m/min) at which side B of a contact unloads.
-fn unloading_m_min(machine: &Machine, contact: &str) -> Result<f64, String> {
-    let pair = machine.contacts.iter().find(|c| c.name == contact).ok_or_else(|| format!("no contact «{contact}»"))?;
+fn unloading_m_min(machine: &Machine, contact: &str) -> StudyResult<f64> {
+    let pair =
+        machine.contacts.iter().find(|c| c.name == contact).ok_or_else(|| StudyError::impossible(format!("no contact «{contact}»")))?;
     let sweep = |v: f64| Operating { velocity_m_s: Some(v), ..Operating::default() };
     let found = separations(pair, (1e-3, 1.5), sweep).into_iter().find(|s| s.side == "B");
-    found.map(|s| 60.0 * s.at).ok_or_else(|| format!("{contact} does not unload below 90 m/min"))
+    found.map(|s| 60.0 * s.at).ok_or_else(|| StudyError::impossible(format!("{contact} does not unload below 90 m/min")))
 }
 
-fn velocity(printed: &Machine, physics: &Machine) -> Result<Vec<PublishedFigure>, String> {
+fn velocity(printed: &Machine, physics: &Machine) -> StudyResult<Vec<PublishedFigure>> {
     let mut figures = Vec::new();
     for (machine, how, cause) in [
         (printed, "as printed", "Eq. 10–17 with Tab. 2, which was measured to 3 m/min only; the text does not state which axis"),
@@ -174,10 +173,11 @@ fn velocity(printed: &Machine, physics: &Machine) -> Result<Vec<PublishedFigure>
         30.0,
         "Eq. 18–20 contain no velocity; friction equals the preload of 1 kN («because») at 12.4 (axis 1) and 6.7 m/min (axis 2)",
     ));
-    let nut_a = |machine: &Machine, v: f64| -> Result<f64, String> {
-        let pair = machine.contacts.iter().find(|c| c.name == "screw-nut-1").ok_or("no contact «screw-nut-1»")?;
+    let nut_a = |machine: &Machine, v: f64| -> StudyResult<f64> {
+        let pair =
+            machine.contacts.iter().find(|c| c.name == "screw-nut-1").ok_or_else(|| StudyError::impossible("no contact «screw-nut-1»"))?;
         let here = Operating { velocity_m_s: Some(v), ..Operating::default() };
-        Ok(pair.at(&here).map_err(to_message)?.stiffness_n_per_m)
+        Ok(pair.at(&here).map_err(StudyError::impossible)?.stiffness_n_per_m)
     };
     figures.push(stated(
         at("Fig. 12"),
@@ -207,7 +207,7 @@ fn velocity(printed: &Machine, physics: &Machine) -> Result<Vec<PublishedFigure>
         for step in 1..=300 {
             let v = f64::from(step) * STEP_M_S;
             let here = Operating { velocity_m_s: Some(v), ..Operating::at_nut(nut_m(0.5)) };
-            machine.check_operating("velocity", &here).map_err(to_message)?;
+            machine.check_operating("velocity", &here).map_err(StudyError::impossible)?;
             let hz = first_hz(machine, &here)?;
             if hz < least.1 {
                 least = (v, hz);
@@ -223,7 +223,7 @@ fn velocity(printed: &Machine, physics: &Machine) -> Result<Vec<PublishedFigure>
     Ok(figures)
 }
 
-fn position(printed: &Machine, physics: &Machine) -> Result<Vec<PublishedFigure>, String> {
+fn position(printed: &Machine, physics: &Machine) -> StudyResult<Vec<PublishedFigure>> {
     let mut figures = Vec::new();
     let needed = 24.43 * (std::f64::consts::TAU * 51.4).powi(2);
     let chain = 2.0 / (1.0 / NUT_STIFFNESS_N_PER_M + 1.0 / BEARING_PAIR_STIFFNESS_N_PER_M);
@@ -263,7 +263,7 @@ fn position(printed: &Machine, physics: &Machine) -> Result<Vec<PublishedFigure>
         0.1,
         "less than half of the measured increase: the error of the published theory increases with distance, from 3.4 to 11.1 %",
     ));
-    let stage = |x: f64, y: f64| -> Result<f64, String> {
+    let stage = |x: f64, y: f64| -> StudyResult<f64> {
         let k = |nut_m: f64| static_stiffness(physics, &Operating::at_nut(nut_m), "table");
         Ok(1.0 / (1.0 / k(x)? + 1.0 / k(y)?))
     };
@@ -280,11 +280,11 @@ fn position(printed: &Machine, physics: &Machine) -> Result<Vec<PublishedFigure>
 }
 
 /// Predicts two positions of Tab. 5 from the other three.
-fn fitted(physics: &Machine) -> Result<Vec<PublishedFigure>, String> {
-    let set = read_set("measurements/twin-ball-screw").map_err(to_message)?;
-    let (fit, held_out) = set.split(None, &[]).map_err(to_message)?;
+fn fitted(physics: &Machine) -> StudyResult<Vec<PublishedFigure>> {
+    let set = read_set("measurements/twin-ball-screw").map_err(StudyError::impossible)?;
+    let (fit, held_out) = set.split(None, &[]).map_err(StudyError::impossible)?;
     let found =
-        identify(physics, &fit, &held_out, &IdentificationSettings::default(), &Control::new(Arc::default(), None)).map_err(to_message)?;
+        identify(physics, &fit, &held_out, &IdentificationSettings::default(), &Control::default()).map_err(StudyError::impossible)?;
     let value = |id: &str| physics.parameter(id).map_or(f64::NAN, |i| found.values[i]);
     let mut figures = Vec::new();
     for (ratio, theory, measured) in TABLE_5 {

@@ -1,0 +1,24 @@
+//! `jointid simulate published`: published figures of the lumped models, compared with ours.
+
+use crate::arguments::OutputArguments;
+use crate::outcome::{CommandResult, deliver, prepare, shown};
+use report::{published_markdown, published_text};
+use study::simulation::published;
+
+/// Arguments of `simulate published`.
+#[derive(Debug, clap::Args)]
+pub struct PublishedArguments {
+    /// Print the table as Markdown
+    #[arg(long)]
+    pub markdown: bool,
+    #[command(flatten)]
+    pub output: OutputArguments,
+}
+
+/// Runs the command.
+pub fn run(given: &PublishedArguments) -> CommandResult {
+    let folder = prepare(&given.output)?;
+    let document = published().map_err(shown)?;
+    let text = if given.markdown { published_markdown(&document) } else { published_text(&document) };
+    deliver(&given.output, folder.as_ref(), "published.json", &document, &text)
+}

@@ -1,0 +1,168 @@
+//! Results of simulations of the structure as text: modes, FRFs, matrices, sweeps, sensitivities and published figures.
+
+use std::fmt::Write;
+
+use super::document::FrfsDocument;
+use super::simulation::{MatricesDocument, ModesDocument, PublishedDocument, PublishedFigure, SensitivityDocument, SweepDocument};
+use super::terminal::{columns, wrapped};
+
+/// Largest number of columns of a matrix that is printed as text: six take 71 characters of a terminal of 80.
+const WIDEST: usize = 6;
+
+/// Returns modes as a table, under the title of the machine.
+pub fn modes_text(document: &ModesDocument, title: &str) -> String {
+    let mut text = format!("{title}\n");
+    if let Some(nut_m) = document.nut_m {
+        let _ = writeln!(text, "nut at {nut_m} m");
+    }
+    let _ = writeln!(text, "\n order  frequency Hz   damping %   largest at     most strain energy in");
+    for mode in &document.modes {
+        let damping = mode.damping_ratio.map_or_else(|| "–".into(), |z| format!("{:.2}", 100.0 * z));
+        let largest = mode.shape.iter().max_by(|a, b| a.1.abs().total_cmp(&b.1.abs())).map_or("–", |(name, _)| name);
+        let joints = mode.strain_energy_share.iter().filter(|(name, _)| !name.contains('/'));
+        let strained =
+            joints.max_by(|a, b| a.1.total_cmp(b.1)).map_or_else(String::new, |(name, x)| format!("{name} ({:.0} %)", 100.0 * x));
+        let line = format!("{:>6}  {:>12.4}  {:>10}   {largest:<14} {strained}", mode.order, mode.frequency_hz, damping);
+        let _ = writeln!(text, "{}", line.trim_end());
+    }
+    text
+}
+
+/// Returns FRFs as a CSV table: the positions named first in the given order, then the others.
+pub fn frfs_csv(document: &FrfsDocument, first: &[String]) -> String {
+    let mut text = String::from("position,frequency_hz,real,imag\n");
+    let others = document.positions.keys().filter(|name| !first.contains(name));
+    for name in first.iter().chain(others) {
+        let lines = document.positions.get(name).into_iter().flatten();
+        for (f, [re, im]) in document.frequency_hz.iter().zip(lines) {
+            let _ = writeln!(text, "{name},{f},{re:e},{im:e}");
+        }
+    }
+    text
+}
+
+/// Returns matrices as text, under the title of the machine.
+pub fn matrices_text(document: &MatricesDocument, title: &str) -> String {
+    let mut text = format!("{title}\ncoordinates: {}\n", document.coordinates.join(", "));
+    for (name, matrix) in [("M", &document.mass), ("C", &document.damping), ("K", &document.stiffness)] {
+        let _ = writeln!(text, "\n{name}");
+        let columns = matrix.first().map_or(0, Vec::len);
+        if columns > WIDEST {
+            let _ = writeln!(text, "{} × {columns}, too wide for a terminal; print it with --json", matrix.len());
+            continue;
+        }
+        for row in matrix {
+            let cells: Vec<String> = row.iter().map(|x| if *x == 0.0 { format!("{:>11}", "0") } else { format!("{x:>11.3e}") }).collect();
+            let _ = writeln!(text, "{}", cells.join(" "));
+        }
+    }
+    text
+}
+
+/// Returns a sweep as a table, under the title of the machine.
+pub fn sweep_text(document: &SweepDocument, title: &str) -> String {
+    let (rows, along) = (&document.rows, &document.along);
+    let contacts: Vec<&String> = rows.first().map(|row| row.contacts.keys().collect()).unwrap_or_default();
+    let orders = rows.iter().map(|row| row.frequencies_hz.len()).max().unwrap_or(0);
+    let units = [("_m_s2", " m/s²"), ("_m_s", " m/s"), ("_m", " m"), ("_n", " N")];
+    let unit = units.into_iter().find_map(|(tail, unit)| Some(format!("{}{unit}", along.strip_suffix(tail)?)));
+    let mut header = vec![unit.unwrap_or_else(|| along.clone())];
+    header.extend(contacts.iter().map(|name| format!("{name} N/m")));
+    header.extend(document.point.as_ref().map(|point| format!("{point} N/m")));
+    header.extend((1..=orders).map(|order| format!("f{order} Hz")));
+    let cells = rows.iter().map(|row| {
+        let mut cells = vec![format!("{:.5}", row.at)];
+        cells.extend(contacts.iter().map(|name| format!("{:.3e}", row.contacts[*name].stiffness_n_per_m)));
+        cells.extend(row.static_stiffness.map(|k| format!("{k:.3e}")));
+        cells.extend(row.frequencies_hz.iter().map(|f| format!("{f:.2}")));
+        cells.resize(header.len(), "–".into());
+        cells
+    });
+    let mut text = format!("{title}\n\n{}", columns(&header, cells));
+    for s in &document.separations {
+        let _ = writeln!(text, "{}: side {} unloads at {along} = {:.5} ({:.1} N)", s.contact, s.side, s.at, s.force_n);
+    }
+    text
+}
+
+/// Returns sensitivities as a table, under the title of the machine.
+pub fn sensitivity_text(document: &SensitivityDocument, title: &str) -> String {
+    let mut text = format!("{title}\nnatural frequency {}: {:.4} Hz\n\n", document.order, document.frequency_hz);
+    let at = |factor: Option<&f64>| factor.map_or_else(String::new, |factor| format!("f at {factor}"));
+    let (low, high) = (at(document.factors.first()), at(document.factors.last()));
+    let _ = writeln!(text, "{:<20} {:>11} {:>9} {:>10} {low:>10} {high:>10}", "joint", "stiffness", "energy %", "dlnf/dlnk");
+    for row in &document.joints {
+        let (energy, elasticity) = (100.0 * row.strain_energy_share, row.elasticity);
+        let _ = write!(text, "{:<20} {:>11.4e} {energy:>9.2} {elasticity:>10.4}", row.joint, row.stiffness);
+        for hz in row.frequencies_hz.first().into_iter().chain(row.frequencies_hz.last()) {
+            let _ = write!(text, " {hz:>10.3}");
+        }
+        text.push('\n');
+    }
+    text
+}
+
+/// Returns published figures and ours as text, by paper.
+pub fn published_text(document: &PublishedDocument) -> String {
+    let mut text = String::new();
+    let mut paper = "";
+    for f in &document.figures {
+        if f.paper != paper {
+            let _ = writeln!(text, "{}{}", if paper.is_empty() { "" } else { "\n" }, f.paper);
+            paper = &f.paper;
+        }
+        text += &wrapped(&format!("  {}: {} ({})", f.place, f.quantity, f.unit));
+        let _ = writeln!(text, "    printed {}, ours {}, {}: {}", number(f.published), number(f.ours), difference(f), f.verdict);
+        text += &wrapped(&format!("    {}", f.remark));
+    }
+    text
+}
+
+/// Returns published figures and ours as a Markdown page, with a table for each paper.
+pub fn published_markdown(document: &PublishedDocument) -> String {
+    let mut text = String::from(
+        "# Published figures of the lumped models, compared with ours\n\n\
+         Printed by `jointid simulate published --markdown`; nothing here is written by hand. «–»: the paper prints a curve or a\n\
+         statement and no number, or ours does not exist. «agrees» means within 5 %; within 2 % for Tab. 2 and for fitted or held-out\n\
+         frequencies; within 1e-8 for equations written out; for statements, that they hold.\n",
+    );
+    let mut paper = "";
+    for f in &document.figures {
+        if f.paper != paper {
+            paper = &f.paper;
+            let _ = writeln!(
+                text,
+                "\n## {paper}\n\n| source | quantity | unit | printed | ours | difference | | method, and reason for a difference |\n|---|---|---|---|---|---|---|---|"
+            );
+        }
+        let _ = writeln!(
+            text,
+            "| {} | {} | {} | {} | {} | {} | {} | {} |",
+            f.place,
+            f.quantity,
+            f.unit,
+            number(f.published),
+            number(f.ours),
+            difference(f),
+            f.verdict,
+            f.remark
+        );
+    }
+    text
+}
+
+/// Formats a number to four significant digits.
+fn number(x: Option<f64>) -> String {
+    match x {
+        None => "–".into(),
+        Some(x) if x != 0.0 && !(1e-3..1e5).contains(&x.abs()) => format!("{x:.3e}"),
+        Some(x) => {
+            let digits = (3.0 - x.abs().max(1e-9).log10().floor()).clamp(0.0, 6.0) as usize;
+            format!("{x:.digits$}")
+        }
+    }
+}
+
+fn difference(figure: &PublishedFigure) -> String {
+    figure.relative_difference.map_or_else(|| "–".into(), |d| format!("{:+.1} %", 100.0 * d))
+}

@@ -1,0 +1,198 @@
+//! Frequency response functions of a machine.
+
+use std::collections::BTreeMap;
+use std::collections::btree_map::Entry;
+use std::path::Path;
+use std::sync::Arc;
+
+use num_complex::Complex64;
+
+use super::drive::describe_pole;
+use super::operating::{Load, Place, find_operating, load_warnings, require_positive};
+use crate::identified::check_identification;
+use crate::{Study, StudyError, StudyResult};
+use dynamics::model::{RodModel, Structure};
+use dynamics::motion::{LinearLoops, MotionError, ServoImpedance, SimulationSettings};
+use machine::{Chain, Machine, Operating};
+use measurement::Quantity;
+use numeric::unit::omega_rad_s;
+use report::document::{FrfsDocument, IdentificationDocument, Input};
+
+/// What [`frf`] computes.
+#[derive(Debug, Clone, PartialEq)]
+pub struct FrfRequest {
+    /// Places of the nut. Empty: all positions of the measurement set, or mid-stroke where it has none.
+    pub places: Vec<Place>,
+    /// Load on the rolling contacts.
+    pub load: Load,
+    /// Lowest frequency (Hz).
+    pub from_hz: f64,
+    /// Highest frequency (Hz).
+    pub to_hz: f64,
+    /// Frequency step (Hz).
+    pub step_hz: f64,
+    /// Name of the response point; that of the measurement set where absent.
+    pub response: Option<String>,
+    /// Name of the excitation point; that of the measurement set where absent.
+    pub excitation: Option<String>,
+    /// Whether the loops of the drive are closed and hold the machine.
+    pub closed_loop: bool,
+    /// Quantity to compute.
+    pub quantity: Quantity,
+}
+
+impl Default for FrfRequest {
+    fn default() -> Self {
+        FrfRequest {
+            places: Vec::new(),
+            load: Load::default(),
+            from_hz: 1.0,
+            to_hz: 1000.0,
+            step_hz: 0.5,
+            response: None,
+            excitation: None,
+            closed_loop: false,
+            quantity: Quantity::Receptance,
+        }
+    }
+}
+
+/// Computes frequency response functions at the start values of the parameters, with exact rods.
+///
+/// # Errors  a setting outside its range; the machine has no such point or does not allow a place; closed loops are unstable or do not exist.
+pub fn frf(study: &Study, request: &FrfRequest) -> StudyResult<FrfsDocument> {
+    computed(study, study.machine(), &study.machine().start(), RodModel::Exact, request)
+}
+
+/// Computes frequency response functions of a machine as identified, with the rods of the identification. `study` is that of
+/// [`Study::of_result`]; `result` is the document's file.
+///
+/// # Errors  as [`frf`]; the document is no identification, or does not belong to the machine.
+pub fn identified_frf(
+    study: &Study,
+    result: &Path,
+    (identified, input): (&IdentificationDocument, &Input),
+    request: &FrfRequest,
+) -> StudyResult<FrfsDocument> {
+    check_identification(result, identified)?;
+    let (machine, values) = study.identified_machine(result, identified)?;
+    let rods = identified.settings.lumps.map_or(RodModel::Exact, RodModel::Lumped);
+    let mut document = computed(study, &machine, &values, rods, request)?;
+    document.stamp.inputs.push(input.clone());
+    Ok(document)
+}
+
+fn computed(study: &Study, machine: &Machine, values: &[f64], rods: RodModel, request: &FrfRequest) -> StudyResult<FrfsDocument> {
+    let frequency_hz = frequencies_hz(request)?;
+    let set = study.measurements();
+    let response = find_point(machine, "response", request.response.as_ref().or(set.response.as_ref()))?;
+    let excitation = find_point(machine, "excitation", request.excitation.as_ref().or(set.excitation.as_ref()))?;
+    let conditions = conditions(study, request)?;
+    let structure = Arc::new(Structure::new(machine, response, excitation, rods).map_err(StudyError::impossible)?);
+    let (mut model, mut work) = (structure.empty_model(), structure.workspace());
+    let omegas: Vec<f64> = frequency_hz.iter().copied().map(omega_rad_s).collect();
+    let mut positions = BTreeMap::new();
+    for (name, operating) in conditions {
+        model.update(machine, values, &operating);
+        let chain = machine.chain.at(values, &operating);
+        let receptances = match request.closed_loop {
+            false => model.sweep(&omegas, &mut work),
+            true => closed_receptances(machine, values, &operating, (response, excitation, rods), &omegas)?,
+        };
+        let recorded = omegas.iter().zip(receptances).map(|(&omega, receptance)| {
+            let h = receptance * request.quantity.from_receptance(omega) * Chain::log_factor(chain, omega).exp();
+            [h.re, h.im]
+        });
+        positions.insert(name, recorded.collect());
+    }
+    Ok(FrfsDocument {
+        stamp: study.stamp("frf", 0, true, load_warnings(machine, &request.load)),
+        quantity: request.quantity.word().into(),
+        response: machine.points[response].name.clone(),
+        excitation: machine.points[excitation].name.clone(),
+        closed_loop: request.closed_loop,
+        frequency_hz,
+        positions,
+    })
+}
+
+/// Returns the frequencies of the lines (Hz).
+fn frequencies_hz(request: &FrfRequest) -> StudyResult<Vec<f64>> {
+    let step = require_positive("step_hz", request.step_hz)?;
+    let from = require_positive("from_hz", request.from_hz)?;
+    if !(request.to_hz >= from && request.to_hz.is_finite()) {
+        return Err(StudyError::setting("to_hz", request.to_hz, format!("write a frequency from {from} Hz")));
+    }
+    let steps = ((request.to_hz - from) / step + 1e-9).floor();
+    if !(steps < 1e6) {
+        let fault = format!("makes {steps:e} lines, more than a million; choose a larger step");
+        return Err(StudyError::setting("step_hz", step, fault));
+    }
+    Ok((0..steps as usize + 1).map(|i| from + step * i as f64).collect())
+}
+
+/// Returns the index of a point, whose name is given or that of the measurement set.
+fn find_point(machine: &Machine, key: &str, name: Option<&String>) -> StudyResult<usize> {
+    let name = name.ok_or_else(|| StudyError::setting(key, "", "name a point of the machine"))?;
+    machine.point(name).ok_or_else(|| {
+        let known: Vec<&str> = machine.points.iter().map(|p| p.name.as_str()).collect();
+        StudyError::setting(key, name, format!("no such point; the machine has {}", known.join(", ")))
+    })
+}
+
+/// Returns the operating conditions by name.
+fn conditions(study: &Study, request: &FrfRequest) -> StudyResult<Vec<(String, Operating)>> {
+    let has_nut = study.machine().stroke_m().is_some();
+    let mut places = request.places.clone();
+    if places.is_empty() {
+        // A machine without a nut is the same at every position.
+        places.extend(study.measurements().positions.iter().filter(|_| has_nut).map(|p| Place::Position(p.name.clone())));
+    }
+    if places.is_empty() {
+        places.push(Place::MidStroke);
+    }
+    let condition = |place: &Place| {
+        let name = match place {
+            Place::Nut(nut_m) => nut_m.to_string(),
+            Place::Position(name) => name.clone(),
+            Place::MidStroke => if has_nut { "mid-stroke" } else { "machine" }.into(),
+        };
+        Ok((name, find_operating(study, place, &request.load)?))
+    };
+    places.iter().map(condition).collect()
+}
+
+/// Computes receptances with the loops of the drive closed.
+fn closed_receptances(
+    machine: &Machine,
+    values: &[f64],
+    operating: &Operating,
+    (response, excitation, rods): (usize, usize, RodModel),
+    omega_rad_s: &[f64],
+) -> StudyResult<Vec<Complex64>> {
+    let fault = |e: MotionError| StudyError::setting("closed_loop", "", e.to_string());
+    let hold = ServoImpedance::new(machine, values, operating).map_err(fault)?;
+    let settings = SimulationSettings { operating: *operating, ..SimulationSettings::default() };
+    if let Some(pole) = LinearLoops::new(machine, values, &settings).map_err(fault)?.unstable() {
+        return Err(StudyError::setting("closed_loop", "", format!("the loops are unstable: {}", describe_pole(&pole))));
+    }
+    let highest_hz = hold.highest_hz();
+    if omega_rad_s.iter().any(|omega| *omega > numeric::unit::omega_rad_s(highest_hz)) {
+        let fault = format!("closed loops are defined up to {highest_hz} Hz, half the slowest sampling rate; write no more");
+        return Err(StudyError::setting("to_hz", "", fault));
+    }
+    let mut open = BTreeMap::new();
+    let among: Vec<usize> = hold.points().into_iter().chain([response]).collect();
+    for &at in &among {
+        for force in [hold.on, excitation] {
+            if let Entry::Vacant(place) = open.entry((at, force)) {
+                let structure = Arc::new(Structure::new(machine, at, force, rods).map_err(StudyError::impossible)?);
+                let mut model = structure.empty_model();
+                model.update(machine, values, operating);
+                place.insert(model.sweep(omega_rad_s, &mut structure.workspace()));
+            }
+        }
+    }
+    let at = |(line, omega): (usize, &f64)| hold.close(*omega, response, excitation, |point, force| open[&(point, force)][line]);
+    Ok(omega_rad_s.iter().enumerate().map(at).collect())
+}

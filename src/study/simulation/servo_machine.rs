@@ -1,0 +1,81 @@
+//! Records of the independent reference simulator of a servo axis.
+
+use std::path::PathBuf;
+
+use crate::{StudyError, StudyResult};
+use reference_simulator::servo::{Axis, Circle, Feed, Missing, Sensors, write_circles, write_sines};
+
+/// Effects that the reference simulator has and the model of `configs/hybrid-axis.toml` lacks.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum MissingEffect {
+    /// Thermal expansion of the screw.
+    ThermalExpansion,
+    /// Lead error, periodic with the revolution of the screw.
+    LeadError,
+    /// Torque ripple of the motor.
+    Ripple,
+    /// Presliding: friction that is elastic before it slides.
+    Presliding,
+}
+
+impl MissingEffect {
+    /// All effects.
+    pub const ALL: [MissingEffect; 4] =
+        [MissingEffect::ThermalExpansion, MissingEffect::LeadError, MissingEffect::Ripple, MissingEffect::Presliding];
+}
+
+/// What [`write_servo_machine`] simulates and writes.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ServoMachineRequest {
+    /// Folder for the sets.
+    pub out: PathBuf,
+    /// Effects that the model lacks.
+    pub effects: Vec<MissingEffect>,
+    /// Seed of the measurement noise.
+    pub seed: u64,
+}
+
+impl ServoMachineRequest {
+    /// Simulates all effects with the first seed.
+    pub fn new(out: impl Into<PathBuf>) -> Self {
+        ServoMachineRequest { out: out.into(), effects: MissingEffect::ALL.to_vec(), seed: 1 }
+    }
+}
+
+/// Folders of the sets written.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct ServoMachineSets {
+    /// Set of sines of one axis.
+    pub sines: PathBuf,
+    /// Folder of the sets `x` and `y` of circles of two axes.
+    pub circles: PathBuf,
+}
+
+/// Simulates records of two independent axes and writes them as measurement sets.
+///
+/// # Errors  a folder already exists or cannot be written.
+pub fn write_servo_machine(request: &ServoMachineRequest) -> StudyResult<ServoMachineSets> {
+    let has = |effect: MissingEffect| request.effects.contains(&effect);
+    let with_effects = |axis: Axis| {
+        let (usual, none) = (axis.missing, Missing::none());
+        let missing = Missing {
+            growth: if has(MissingEffect::ThermalExpansion) { usual.growth } else { none.growth },
+            lead_error_m: if has(MissingEffect::LeadError) { usual.lead_error_m } else { none.lead_error_m },
+            ripple_nm: if has(MissingEffect::Ripple) { usual.ripple_nm } else { none.ripple_nm },
+            presliding_m: if has(MissingEffect::Presliding) { usual.presliding_m } else { none.presliding_m },
+            ..usual
+        };
+        Axis { missing, ..axis }
+    };
+    let (x, y) = (with_effects(Axis::x()), with_effects(Axis::y()));
+    let sets = ServoMachineSets { sines: request.out.join("sines"), circles: request.out.join("circles") };
+    for folder in [&sets.sines, &sets.circles] {
+        if folder.exists() {
+            return Err(StudyError::input(folder.display(), "already exists; name another folder"));
+        }
+    }
+    let sensors = Sensors::default();
+    write_sines(&sets.sines, &x, &sensors, &Feed::standard(), request.seed).map_err(StudyError::impossible)?;
+    write_circles(&sets.circles, [&x, &y], &sensors, &Circle::standard(), request.seed).map_err(StudyError::impossible)?;
+    Ok(sets)
+}
