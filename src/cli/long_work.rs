@@ -4,12 +4,13 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use crate::arguments::OutputArguments;
-use crate::outcome::{Outcome, to_message};
+use crate::outcome::{Outcome, shown, to_message};
 use crate::progress::WorkProgress;
 use crate::sources::{Loaded, inputs};
 use crate::terminal;
 use optimizer::{Control, Journal};
 use report::OutputFolder;
+use study::Study;
 
 /// Identifies this build of the program by the length and modification time of its file; `None` if they cannot be read.
 pub fn build_id() -> Option<(u64, std::time::SystemTime)> {
@@ -41,6 +42,29 @@ pub fn control(
         })
         .transpose()?;
     Ok(Control::new(stop_flag(), Some(progress.watcher())).with_journal(journal))
+}
+
+/// Gives a study the control of a long computation: progress, Ctrl-C, and the journal of work that an earlier run of the same work has finished.
+/// `work` holds everything on which the result depends beside the study itself.
+///
+/// The journal lies in the result folder. Without a folder there is no journal.
+///
+/// # Errors  the journal cannot be read.
+pub fn resumable(
+    study: Study,
+    output: &OutputArguments,
+    folder: Option<&OutputFolder>,
+    progress: &WorkProgress,
+    work: &str,
+) -> Result<Study, String> {
+    let study = study.with_control(Control::new(stop_flag(), Some(progress.watcher())));
+    let Some(folder) = folder else { return Ok(study) };
+    let path = folder.path().join(JOURNAL);
+    let study = study.resumable(&path, work).map_err(shown)?;
+    if study.control().journal().is_some_and(|journal| journal.taken_over() > 0) && !output.quiet {
+        eprintln!("resumes where an earlier run was stopped ({})", path.display());
+    }
+    Ok(study)
 }
 
 /// Ends a long computation: removes the journal of a complete run, and keeps that of a stopped one.

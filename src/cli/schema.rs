@@ -4,7 +4,7 @@ use crate::outcome::{CommandResult, Outcome, print_out};
 use config::{effects_schema, machine_schema};
 use measurement::manifest_schema;
 use report::{self, to_json};
-use withheld::WithheldDocument;
+use study::blind_check::WithheldDocument;
 
 /// `schema`.
 #[derive(Debug, clap::Args)]

@@ -7,6 +7,7 @@ use identification::objective::{FrfSettings, ModeSettings, Objective};
 use measurement::MeasurementSet;
 use optimizer::Strategy;
 use report::document::RunSettings;
+use study::{ObjectiveKind, Settings};
 
 /// Returns the objective of this name.
 pub fn objective(name: ObjectiveName) -> Objective {
@@ -43,6 +44,35 @@ pub fn objective_word(objective: Objective) -> &'static str {
         Objective::Eq26 => "eq26",
         Objective::Frequencies => "frequencies",
     }
+}
+
+/// Returns the settings of a study from the arguments of its search.
+pub fn study_settings(search: &SearchArguments) -> Result<Settings, String> {
+    let band_hz = match search.band[..] {
+        [] => None,
+        [from, to] => Some((from, to)),
+        _ => return Err(format!("--band {}: write the lowest and the highest frequency in Hz, such as 20,800", listed(&search.band))),
+    };
+    Ok(Settings {
+        rods: search.rods.represent(),
+        objective: search.objective.map(|name| match name {
+            ObjectiveName::LeastSquares => ObjectiveKind::LeastSquares,
+            ObjectiveName::Eq26 => ObjectiveKind::Eq26,
+            ObjectiveName::Frequencies => ObjectiveKind::Frequencies,
+            ObjectiveName::Frf => ObjectiveKind::Frf,
+            ObjectiveName::InverseDynamics => ObjectiveKind::InverseDynamics,
+            ObjectiveName::OutputError => ObjectiveKind::OutputError,
+        }),
+        frequency_model_error: search.frequency_model_error,
+        amplitude_sd: search.amplitude_sd,
+        frf_model_error: search.frf_model_error,
+        fit_tolerances: search.tolerances == ToleranceName::Fit,
+        band_hz,
+        bootstrap: usize::from(search.bootstrap),
+        freeze: search.freeze.clone(),
+        seed: search.seed,
+        repeats: usize::from(search.repeats),
+    })
 }
 
 /// Builds the settings of an identification from its arguments.

@@ -2,9 +2,11 @@
 
 pub mod certainty;
 mod claim;
+mod convergence;
 pub mod diagnosis;
 pub mod document;
 pub mod effects;
+mod friction;
 pub mod hybrid;
 pub mod loops;
 pub mod motion;
@@ -18,6 +20,8 @@ mod terminal;
 
 mod write;
 
+pub use convergence::convergence_text;
+pub use friction::friction_text;
 pub use numeric::digest::digest;
 pub use schema::{SCHEMAS, schema};
 pub use table::{

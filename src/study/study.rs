@@ -68,9 +68,11 @@ impl Study {
     /// # Errors  as [`Study::load`]; neither the sources nor the description name a measurement set.
     pub fn open(sources: &Sources) -> StudyResult<Self> {
         let config = described(sources)?;
-        let measurements = sources.measurements.clone().or_else(|| named_set(&config)).ok_or_else(|| {
-            StudyError::input(&config.path, "names no measurement set; name the folder of one with measurements")
-        })?;
+        let measurements = sources
+            .measurements
+            .clone()
+            .or_else(|| named_set(&config))
+            .ok_or_else(|| StudyError::input(&config.path, "names no measurement set; name the folder of one with measurements"))?;
         Study::of(sources, config, read_set(&measurements)?)
     }
 
