@@ -1,4 +1,4 @@
-//! Result document of a model and a neural network trained on its residual.
+//! Result document of a model and a neural network trained on its residual, and its text.
 
 use std::collections::BTreeMap;
 
@@ -6,6 +6,20 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::document::Stamp;
+use super::terminal::columns;
+
+/// RMSE of the paper's Tab. 3 (µm), analytical and hybrid, by record.
+const PUBLISHED: [(&str, f64, f64); 6] = [
+    ("F1000", 2.91, 1.87),
+    ("F2000", 2.83, 2.33),
+    ("F3000", 3.15, 1.72),
+    ("F4000", 3.84, 1.41),
+    ("F5000", 4.89, 1.64),
+    ("F6000", 6.21, 2.63),
+];
+/// Largest contour errors of its Tab. 4 (µm), analytical and hybrid, by record.
+const PUBLISHED_CIRCLES: [(&str, f64, f64); 4] =
+    [("circle-60", 7.19, 6.57), ("circle-80", 8.62, 5.34), ("circle-100", 10.26, 4.10), ("circle-120", 12.54, 6.95)];
 
 /// Error of the predicted travel of one record: predicted minus measured travel of the point.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -82,4 +96,61 @@ pub struct HybridDocument {
     /// Contour errors by circle: records of the same name in the sets of both axes.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub contours: BTreeMap<String, ContourRow>,
+}
+
+/// Formats the errors by record and by circle, beside those of the published axis.
+pub fn hybrid_text(document: &HybridDocument) -> String {
+    let um = |x: f64| format!("{:.2}", 1e6 * x);
+    let physics = document.records.values().any(|r| r.physics.is_some());
+    let published = |of: &[(&str, f64, f64)], name: &str| {
+        of.iter().find(|p| p.0 == name).map_or_else(String::new, |(_, a, h)| format!("{a:.2} / {h:.2}"))
+    };
+    let mut heads: Vec<String> = ["record", "role", "model RMSE µm", "with network"].map(String::from).to_vec();
+    if physics {
+        heads.push("with physics".into());
+    }
+    heads.push("paper".into());
+    let cells = |(name, r): (&String, &HybridRow)| {
+        let mut cells = vec![name.clone(), r.role.replace('_', " "), um(r.analytical.rmse_m), um(r.hybrid.rmse_m)];
+        if physics {
+            cells.push(r.physics.map_or_else(|| "–".into(), |p| um(p.rmse_m)));
+        }
+        cells.push(published(&PUBLISHED, name));
+        cells
+    };
+    let mut text = format!("travel of «{}», predicted from the command\n", document.point);
+    text += &columns(&heads, document.records.iter().map(cells));
+    if let Some(ratio) = document.median_ratio {
+        text += &format!("\nheld out, median: with the network the error is {:.0} % of the model's\n", 100.0 * ratio);
+    }
+    if let Some(ratio) = document.median_physics_to_hybrid {
+        text += &match ratio {
+            r if r <= 1.2 => {
+                format!(
+                    "the error with physics is {:.0} % of that with the network: physics lacks nothing that the network learns\n",
+                    100.0 * r
+                )
+            }
+            r => format!("the error with physics is {:.0} % of that with the network: an effect is still missing\n", 100.0 * r),
+        };
+    }
+    if !document.contours.is_empty() {
+        let mut heads: Vec<String> = ["circle", "role", "contour error µm", "model error µm", "with network"].map(String::from).to_vec();
+        let physics = document.contours.values().any(|c| c.physics_off_m.is_some());
+        if physics {
+            heads.push("with physics".into());
+        }
+        heads.push("paper".into());
+        let cells = |(name, c): (&String, &ContourRow)| {
+            let mut cells = vec![name.clone(), c.role.replace('_', " "), um(c.measured_m), um(c.analytical_off_m), um(c.hybrid_off_m)];
+            if physics {
+                cells.push(c.physics_off_m.map_or_else(|| "–".into(), um));
+            }
+            cells.push(published(&PUBLISHED_CIRCLES, name));
+            cells
+        };
+        text += "\nlargest contour errors\n";
+        text += &columns(&heads, document.contours.iter().map(cells));
+    }
+    text
 }

@@ -2,9 +2,11 @@
 
 pub mod certainty;
 mod claim;
+mod convergence;
 pub mod diagnosis;
 pub mod document;
 pub mod effects;
+mod friction;
 pub mod hybrid;
 mod identification;
 pub mod loops;
@@ -24,6 +26,8 @@ mod write;
 
 pub use loops_text::{bode_text, circles_text, gain_text, hold_gains_text, hold_text};
 pub use motion_text::{motion_csv, motion_summary};
+pub use convergence::convergence_text;
+pub use friction::friction_text;
 pub use numeric::digest::digest;
 pub use identification::{comparison_text, identification_text, validation_text};
 pub use schema::{SCHEMAS, schema};

@@ -1,11 +1,15 @@
 //! Studies: identification, validation, comparison, diagnosis and planning for a machine and its measurements, and the documents of their results.
 
+pub mod blind_check;
 mod compare;
+mod convergence;
 mod diagnose;
 mod document_rows;
 mod effects;
 mod error;
 mod files;
+mod friction;
+mod hybrid;
 mod identified;
 mod identify;
 mod import;
@@ -20,13 +24,17 @@ mod study;
 mod validate;
 
 pub use config::{BENCH as BENCH_MACHINE, MachineConfig};
+pub use convergence::convergence;
 pub use diagnose::{Ablation, DiagnosisRequest, NullCache};
 pub use dynamics::model::RodModel;
 pub use effects::effects;
 pub use error::{StudyError, StudyResult};
+pub use friction::{FrictionRequest, friction};
 pub use files::{schema, schema_names, templates};
+pub use hybrid::{HybridRequest, hybrid};
 pub use identified::{check_identification, read_identification};
 pub use import::{ExportedSet, FileContents, ImportRequest, ImportedSet, export, import, list_contents};
+pub use machine::contact::StribeckNoise;
 pub use measurement::{BENCH as BENCH_MEASUREMENTS, FrfArrays, MeasurementSet, MotionArrays, Quantity, SetArrays};
 pub use optimizer::{Control, Progress, Watcher};
 pub use page::page;

@@ -25,4 +25,4 @@ pub use document::{CaseRow, SealRow, WithheldDocument};
 pub use judge::{Judgement, judge};
 pub use score::{Confusion, Proportion, Scores, Spread, scores};
 pub use seal::{CASES, FOLLOW_UP, Generator, QUIET, Seal, SealedCase, files_of, folder_digest, label_of};
-pub use text::{confusion_text, scores_text};
+pub use text::{confusion_text, scores_text, withheld_text};

@@ -62,7 +62,7 @@ pub struct Seal {
 }
 
 const SCHEMA: &str = "jointid/withheld-seal/1";
-const REMEDY: &str = "generate the cases again with a new folder as --out";
+const REMEDY: &str = "make the cases again in a new folder";
 
 /// Folder of the cases.
 pub const CASES: &str = "cases";

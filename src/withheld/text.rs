@@ -5,9 +5,19 @@ use std::fmt::Write as _;
 
 use report::columns;
 
+use super::document::WithheldDocument;
 use super::score::{Confusion, LocationScore, Proportion, Scores, Spread};
 
 const WIDTH: usize = 80;
+
+/// Formats the document of a blind check.
+pub fn withheld_text(document: &WithheldDocument) -> String {
+    let mut text = scores_text(&document.scores);
+    if !document.stamp.complete {
+        text = format!("\nStopped early: {} of {} case folders are diagnosed.\n{text}", document.cases.len(), document.sealed_cases);
+    }
+    text + &format!("\n{} diagnoses in parallel, on {} threads each\n", document.jobs, document.threads_each)
+}
 
 /// Formats the scores, the confusion matrix last.
 pub fn scores_text(scores: &Scores) -> String {

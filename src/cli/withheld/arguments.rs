@@ -3,6 +3,7 @@
 use clap::{Args, ValueEnum};
 
 use crate::arguments::OutputArguments;
+use study::blind_check::CaseCount;
 
 /// Origins of the cases, by name.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
@@ -13,29 +14,15 @@ pub enum TruthName {
     Own,
 }
 
-/// Requested number of cases.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum CasesAsked {
-    /// About 120.
-    Quick,
-    /// About 1300.
-    Full,
-    /// This number, drawn evenly from the smallest plan that has as many.
-    Count(usize),
-}
-
-impl std::str::FromStr for CasesAsked {
-    type Err = String;
-
-    fn from_str(text: &str) -> Result<Self, String> {
-        match text {
-            "quick" => Ok(Self::Quick),
-            "full" => Ok(Self::Full),
-            _ => match text.parse() {
-                Ok(count) if count > 0 => Ok(Self::Count(count)),
-                _ => Err("write quick, full or a number of cases from 1".into()),
-            },
-        }
+/// Reads a number of cases.
+fn case_count(text: &str) -> Result<CaseCount, String> {
+    match text {
+        "quick" => Ok(CaseCount::Quick),
+        "full" => Ok(CaseCount::Full),
+        _ => match text.parse() {
+            Ok(count) if count > 0 => Ok(CaseCount::Count(count)),
+            _ => Err("write quick, full or a number of cases from 1".into()),
+        },
     }
 }
 
@@ -55,8 +42,8 @@ pub struct WithheldArguments {
     #[arg(long, value_enum)]
     pub arm: Option<ArmName>,
     /// Number of cases: quick (about 120; 80 in motion), full (about 1300; 700 in motion) or a number
-    #[arg(long, value_name = "quick|full|N")]
-    pub cases: Option<CasesAsked>,
+    #[arg(long, value_name = "quick|full|N", value_parser = case_count)]
+    pub cases: Option<CaseCount>,
     /// Seed of the cases and of every diagnosis; 1 by default
     #[arg(long, value_name = "N")]
     pub seed: Option<u64>,

@@ -13,7 +13,7 @@ use num_complex::Complex64;
 use rand::SeedableRng;
 use rand_xoshiro::Xoshiro256PlusPlus;
 
-use crate::outcome::to_message;
+use crate::{StudyError, StudyResult};
 use config::read_machine_text;
 use diagnosis::{sample_discrepancy, sample_prior};
 use dynamics::model::{RodModel, Structure};
@@ -41,13 +41,15 @@ const STEP_SD: f64 = 0.05;
 const ATTEMPTS: usize = 30;
 
 /// Makes a case as [`generate_one`], with the responses of the models under test.
-pub fn own_case(seed: u64, plan: &Plan, index: usize) -> Result<(Case, Label), String> {
-    let (mut case, mut label) = generate_one(seed, plan, index).map_err(to_message)?;
+///
+/// # Errors  no drawn amplitude has the wanted strength, or the machine does not allow an effect.
+pub fn own_case(seed: u64, plan: &Plan, index: usize) -> StudyResult<(Case, Label)> {
+    let (mut case, mut label) = generate_one(seed, plan, index).map_err(StudyError::impossible)?;
     case.follow_up = None;
     let mut draw = Draw::new(seed).branch(0x006f_776e).branch(index as u64);
-    let config = read_machine_text("machine.toml", &case.description.to_toml(), &[], &[]).map_err(to_message)?;
+    let config = read_machine_text("machine.toml", &case.description.to_toml(), &[], &[]).map_err(StudyError::impossible)?;
     let nuts_m: Vec<f64> = case.positions.iter().map(|p| p.nut_m).collect();
-    let described = config.machine.with_tolerances(&nuts_m).map_err(to_message)?;
+    let described = config.machine.with_tolerances(&nuts_m).map_err(StudyError::impossible)?;
     let seed = draw.index(1 << 32) as u64;
     let mut truth = Truth::new(&described, &case, &label, seed);
     label.kind = match label.kind {
@@ -64,7 +66,7 @@ pub fn own_case(seed: u64, plan: &Plan, index: usize) -> Result<(Case, Label), S
             _ => 100.0,
         };
         let gauge = NoncentralityGauge::new(&truth, &described, &case)?;
-        let patched = described.with_effect(effect).map_err(to_message)?;
+        let patched = described.with_effect(effect).map_err(StudyError::impossible)?;
         let added = described.parameters.len()..patched.parameters.len();
         let with = truth.with(&patched, described.parameters.len(), seed);
         let reached;
@@ -136,12 +138,13 @@ impl Truth {
     }
 
     /// Computes the responses of a case's records in their quantity, on every n-th line.
-    fn responses(&self, case: &Case, nth: usize) -> Result<Vec<Vec<Complex64>>, String> {
+    fn responses(&self, case: &Case, nth: usize) -> StudyResult<Vec<Vec<Complex64>>> {
         let mut out = Vec::with_capacity(case.records.len());
         for record in &case.records {
-            let point = |name: &str| self.machine.point(name).ok_or_else(|| format!("the machine has no point «{name}»"));
+            let point =
+                |name: &str| self.machine.point(name).ok_or_else(|| StudyError::impossible(format!("the machine has no point «{name}»")));
             let (response, excitation) = (point(record.channel.response.name())?, point(record.channel.excitation.name())?);
-            let structure = Arc::new(Structure::new(&self.machine, response, excitation, RodModel::Exact).map_err(to_message)?);
+            let structure = Arc::new(Structure::new(&self.machine, response, excitation, RodModel::Exact).map_err(StudyError::impossible)?);
             let (mut model, mut work) = (structure.empty_model(), structure.workspace());
             let nut_m = case
                 .positions
@@ -166,13 +169,13 @@ impl Truth {
 }
 
 /// Selects the effect of the label if it is in the library and applies to the machine, else any effect that applies.
-fn select_effect<'e>(machine: &Machine, library: &'e [Effect], label: &Label, draw: &mut Draw) -> Result<&'e Effect, String> {
+fn select_effect<'e>(machine: &Machine, library: &'e [Effect], label: &Label, draw: &mut Draw) -> StudyResult<&'e Effect> {
     let possible: Vec<&Effect> =
         library.iter().filter(|effect| effect.data.contains(&Data::Frf) && machine.with_effect(effect).is_ok()).collect();
     let same = possible.iter().find(|effect| label.effects.first() == Some(&effect.id));
     same.or_else(|| possible.get(draw.index(possible.len())))
         .copied()
-        .ok_or_else(|| "no effect of the library applies to the machine".into())
+        .ok_or_else(|| StudyError::impossible("no effect of the library applies to the machine"))
 }
 
 /// Returns the location of an effect: that of the label, or the parts it needs. An effect without needs belongs to the measurement.
@@ -195,7 +198,7 @@ fn scale_to_strength(
     wanted: f64,
     case: &Case,
     draw: &mut Draw,
-) -> Result<(Truth, f64), String> {
+) -> StudyResult<(Truth, f64)> {
     let parameters = with.machine.parameters[added.clone()].to_vec();
     let at = |places: &[f64]| -> Truth {
         let mut truth = with.clone();
@@ -239,7 +242,7 @@ fn scale_to_strength(
             (low, high) = if value < wanted { (middle, high) } else { (low, middle) };
         }
     }
-    Err(format!("{id}: no amplitude drawn has a non-centrality of {wanted}; {reached:.1} is the largest met"))
+    Err(StudyError::impossible(format!("{id}: no amplitude drawn has a non-centrality of {wanted}; {reached:.1} is the largest met")))
 }
 
 /// Computes the standard deviation of each component of ln H.
@@ -259,7 +262,7 @@ struct NoncentralityGauge {
 }
 
 impl NoncentralityGauge {
-    fn new(truth: &Truth, described: &Machine, case: &Case) -> Result<Self, String> {
+    fn new(truth: &Truth, described: &Machine, case: &Case) -> StudyResult<Self> {
         let most = case.records.iter().map(|record| record.lines.len()).max().unwrap_or(0);
         let nth = most.div_ceil(MAX_LINES).max(1);
         let base = truth.responses(case, nth)?;
@@ -276,11 +279,12 @@ impl NoncentralityGauge {
         let rows = columns.first().map_or(0, DVector::len);
         let columns = if columns.is_empty() { DMatrix::zeros(rows, 0) } else { DMatrix::from_columns(&columns) };
         let normal = columns.transpose() * &columns + DMatrix::identity(columns.ncols(), columns.ncols());
-        let normal = Cholesky::new(normal).ok_or("the normal matrix of the machine's parameters is singular")?;
+        let normal =
+            Cholesky::new(normal).ok_or_else(|| StudyError::impossible("the normal matrix of the machine's parameters is singular"))?;
         Ok(Self { nth, base, weights, columns, normal })
     }
 
-    fn noncentrality(&self, truth: &Truth, case: &Case) -> Result<f64, String> {
+    fn noncentrality(&self, truth: &Truth, case: &Case) -> StudyResult<f64> {
         let change = DVector::from_vec(whitened(&truth.responses(case, self.nth)?, &self.base, &self.weights));
         let explained = &self.columns * self.normal.solve(&(self.columns.transpose() * &change));
         Ok(change.dot(&(&change - explained)).max(0.0))

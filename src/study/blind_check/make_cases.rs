@@ -2,34 +2,29 @@
 
 use std::fs;
 use std::path::Path;
-use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
 
 use rayon::prelude::*;
 
 use super::own_cases::own_case;
-use crate::outcome::to_message;
-use crate::progress::WorkProgress;
+use crate::{StudyError, StudyResult};
 use numeric::parallel::OrFirstError;
+use optimizer::Control;
 use reference_simulator::{Counts, Label, Plan, SimulatorError, generate_one, labels_json, motion, write_case};
 use report::{OutputFolder, to_json};
 use withheld::{CASES, Generator, QUIET, Seal, SealedCase, folder_digest};
-
-/// A flag that Ctrl-C sets.
-pub type Flag = Arc<AtomicBool>;
 
 /// A case, or the reason why it could not be made.
 type Made = Result<(Label, Vec<SealedCase>), String>;
 
 /// Plan of the cases of an arm.
-pub enum Plans {
+pub enum CasePlan {
     /// Hammer tests.
     Frf(Plan),
     /// Axes in motion.
     Motion(motion::Plan),
 }
 
-impl Plans {
+impl CasePlan {
     /// Builds the plan of an arm.
     pub fn new(arm: &str, counts: &Counts, seed: u64) -> Self {
         match arm {
@@ -48,29 +43,30 @@ impl Plans {
 }
 
 /// Makes and seals all cases; `None` if stopped.
-pub fn make(folder: &Path, generator: &Generator, stop: &Flag, quiet: bool) -> Result<Option<Seal>, String> {
+///
+/// # Errors  a file cannot be written.
+pub fn make_cases(folder: &Path, generator: &Generator, control: &Control) -> StudyResult<Option<Seal>> {
     let aside = folder.join("cases.partial");
-    let whose = to_json(generator)?;
+    let whose = to_json(generator).map_err(StudyError::Impossible)?;
     let stated = aside.join("generator.json");
     if fs::read_to_string(&stated).is_ok_and(|text| text != whose) {
-        fs::remove_dir_all(&aside).map_err(|e| format!("{}: {e}", aside.display()))?;
+        fs::remove_dir_all(&aside).map_err(|e| StudyError::input(aside.display(), e.to_string()))?;
     }
-    let out = OutputFolder::prepare(&aside)?;
-    out.write("generator.json", whose.as_bytes())?;
-    let plan = Plans::new(&generator.arm, &generator.counts, generator.seed);
-    let progress = WorkProgress::counted(quiet, "make cases", generator.cases);
+    let out = OutputFolder::prepare(&aside).map_err(StudyError::Impossible)?;
+    out.write("generator.json", whose.as_bytes()).map_err(StudyError::Impossible)?;
+    let plan = CasePlan::new(&generator.arm, &generator.counts, generator.seed);
+    let step = control.steps("make cases", generator.cases);
     let made: Vec<Option<Made>> = (0..generator.cases)
         .into_par_iter()
-        .map(|index| -> Result<Option<Made>, String> {
-            if stop.load(Ordering::Relaxed) {
+        .map(|index| -> StudyResult<Option<Made>> {
+            if control.stopped() {
                 return Ok(None);
             }
             let made = one(&out, &aside, generator, &plan, index)?;
-            progress.step();
+            step();
             Ok(Some(made))
         })
         .or_first_error()?;
-    progress.end();
     let Some(made) = made.into_iter().collect::<Option<Vec<Made>>>() else {
         return Ok(None);
     };
@@ -84,31 +80,32 @@ pub fn make(folder: &Path, generator: &Generator, stop: &Flag, quiet: bool) -> R
             Err(why) => not_made.push(why),
         }
     }
-    let labels = labels_json(&labels).map_err(to_message)?;
-    let seal = Seal::new(generator.clone(), &labels, cases, not_made)?;
-    let sealed = OutputFolder::prepare(folder)?;
+    let labels = labels_json(&labels).map_err(StudyError::impossible)?;
+    let seal = Seal::new(generator.clone(), &labels, cases, not_made).map_err(StudyError::Impossible)?;
+    let sealed = OutputFolder::prepare(folder).map_err(StudyError::Impossible)?;
     for part in [CASES, QUIET].into_iter().filter(|part| aside.join(part).exists()) {
         let moved = fs::rename(aside.join(part), folder.join(part));
-        moved.map_err(|e| format!("{}: cannot be moved to its place: {e}", aside.display()))?;
+        moved.map_err(|e| StudyError::input(aside.display(), format!("cannot be moved to its place: {e}")))?;
     }
-    sealed.write_all([("labels.json", &labels), ("seal.json", &to_json(&seal)?)])?;
-    fs::remove_dir_all(&aside).map_err(|e| format!("{}: {e}", aside.display()))?;
+    let seal_text = to_json(&seal).map_err(StudyError::Impossible)?;
+    sealed.write_all([("labels.json", &labels), ("seal.json", &seal_text)]).map_err(StudyError::Impossible)?;
+    fs::remove_dir_all(&aside).map_err(|e| StudyError::input(aside.display(), e.to_string()))?;
     Ok(Some(seal))
 }
 
 /// Makes one case of the plan, and its second measurement if it has one.
-fn one(out: &OutputFolder, aside: &Path, generator: &Generator, plan: &Plans, index: usize) -> Result<Made, String> {
+fn one(out: &OutputFolder, aside: &Path, generator: &Generator, plan: &CasePlan, index: usize) -> StudyResult<Made> {
     let kept = format!("made/{index}.json");
     if let Some(made) = fs::read_to_string(aside.join(&kept)).ok().and_then(|text| serde_json::from_str(&text).ok()) {
         return Ok(made);
     }
     let mut folders = Vec::new();
     type Write<'w> = &'w dyn Fn(&Path) -> Result<(), SimulatorError>;
-    let mut seal = |name: &str, freeze: &[String], write: Write<'_>, quiet: Option<Write<'_>>| -> Result<(), String> {
+    let mut seal = |name: &str, freeze: &[String], write: Write<'_>, quiet: Option<Write<'_>>| -> StudyResult<()> {
         let written = |part: &str, write: Write<'_>| {
             let path = aside.join(part).join(name);
-            write(&path).map_err(to_message)?;
-            folder_digest(&path)
+            write(&path).map_err(StudyError::impossible)?;
+            folder_digest(&path).map_err(StudyError::Impossible)
         };
         let sha256 = written(CASES, write)?;
         let quiet_sha256 = quiet.map(|write| written(QUIET, write)).transpose()?;
@@ -117,17 +114,17 @@ fn one(out: &OutputFolder, aside: &Path, generator: &Generator, plan: &Plans, in
     };
     let seed = generator.seed;
     let label = match plan {
-        Plans::Frf(plan) => {
+        CasePlan::Frf(plan) => {
             let made = match generator.truth.as_str() {
                 "own" => own_case(seed, plan, index).map_err(|e| format!("case {index}: {e}")),
-                _ => generate_one(seed, plan, index).map_err(to_message),
+                _ => generate_one(seed, plan, index).map_err(|e| e.to_string()),
             };
             made.map(|(case, label)| {
                 let mut both = std::iter::once(&case).chain(case.follow_up.as_deref());
                 both.try_for_each(|case| seal(&case.name, &case.freeze, &|path| write_case(path, case), None)).map(|()| label)
             })
         }
-        Plans::Motion(plan) => motion::generate_one(seed, plan, index).map_err(to_message).map(|(case, label)| {
+        CasePlan::Motion(plan) => motion::generate_one(seed, plan, index).map_err(|e| e.to_string()).map(|(case, label)| {
             let mut both = std::iter::once(&case).chain(case.follow_up.as_deref());
             both.try_for_each(|case| {
                 // All cases have noise-free records, so that their presence reveals nothing.
@@ -140,6 +137,6 @@ fn one(out: &OutputFolder, aside: &Path, generator: &Generator, plan: &Plans, in
         Ok(label) => Ok((label?, folders)),
         Err(refusal) => Err(refusal),
     };
-    out.write(&kept, to_json(&made)?.as_bytes())?;
+    out.write(&kept, to_json(&made).map_err(StudyError::Impossible)?.as_bytes()).map_err(StudyError::Impossible)?;
     Ok(made)
 }

@@ -3,10 +3,7 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use crate::arguments::Sources;
-use crate::motion_records::add_channels;
-use crate::outcome::to_message;
-use crate::sources::load;
+use crate::{Sources, Study, StudyError, StudyResult};
 use diagnosis::motion::{MotionPart, gap_of, part};
 use dynamics::inverse_dynamics::{MotionSignal, Preprocessing, mask_backlash_crossings};
 use machine::Machine;
@@ -18,23 +15,27 @@ use withheld::{CASES, DiagnosisAnswer, QUIET};
 /// It is absent where the document has no parameter values, or where the gap before is 0.
 ///
 /// # Errors  a file of the case cannot be read.
-pub fn closed(folder: &Path, case: &str, of: &DiagnosisAnswer) -> Result<Option<f64>, String> {
+pub fn closed_share(folder: &Path, case: &str, of: &DiagnosisAnswer) -> StudyResult<Option<f64>> {
     let path = |part: &str| folder.join(part).join(case).to_string_lossy().into_owned();
-    let config = format!("{}/machine.toml", path(CASES));
-    let loaded = load(&Sources { config, measurements: path(QUIET), set: of.overrides.clone(), without: of.without.clone() })?;
-    let noisy = read_set(&path(CASES)).map_err(to_message)?;
-    let made = |quiet: &MotionRecord| -> Result<MotionSignal, String> {
+    let study = Study::open(&Sources {
+        config: Some(format!("{}/machine.toml", path(CASES))),
+        measurements: Some(path(QUIET)),
+        overrides: of.overrides.clone(),
+        without: of.without.clone(),
+    })?;
+    let noisy = read_set(&path(CASES))?;
+    let made = |quiet: &MotionRecord| -> StudyResult<MotionSignal> {
         // With an exact encoder a settling axis creeps for long: the standstills are those of the noisy record.
-        let motion = |record: &MotionRecord| MotionSignal::new(record, Preprocessing::default_for(record.step_s)).map_err(to_message);
+        let motion = |record: &MotionRecord| MotionSignal::new(record, Preprocessing::default_for(record.step_s));
         let same = noisy.motions.iter().find(|record| record.name == quiet.name);
-        let same = same.ok_or_else(|| format!("{}: no record is called {}", path(CASES), quiet.name))?;
-        motion(quiet)?.with_rests_of(&motion(same)?, quiet).map_err(to_message)
+        let same = same.ok_or_else(|| StudyError::input(path(CASES), format!("no record is called {}", quiet.name)))?;
+        Ok(motion(quiet)?.with_rests_of(&motion(same)?, quiet)?)
     };
-    let made: Result<Vec<MotionSignal>, String> = loaded.set.motions.iter().map(made).collect();
-    let (motions, rigid, _) = add_channels(&loaded, made?)?;
+    let made: StudyResult<Vec<MotionSignal>> = study.set.motions.iter().map(made).collect();
+    let (motions, rigid, _) = study.add_channels(made?)?;
     let mut motions: Vec<MotionSignal> = motions.into_iter().map(MotionSignal::without_edges).collect();
     motions.iter_mut().for_each(|motion| motion.set_weights(&of.weights()));
-    let described = &loaded.config.machine;
+    let described = study.machine();
     if let Some(values) = described.values_of(&of.described) {
         mask_backlash_crossings(&mut motions, &rigid, described, &values);
     }
@@ -43,6 +44,6 @@ pub fn closed(folder: &Path, case: &str, of: &DiagnosisAnswer) -> Result<Option<
         gap_of(&motions.iter().map(|motion| part(&rigid, machine, &values, motion)).collect::<Vec<MotionPart>>())
     };
     let before = gap(described, &of.described).filter(|before| *before > 0.0);
-    let after = described.with_chosen(&of.chosen.id, &loaded.config.effects).and_then(|machine| gap(&machine, &of.chosen.parameters));
+    let after = described.with_chosen(&of.chosen.id, &study.config.effects).and_then(|machine| gap(&machine, &of.chosen.parameters));
     Ok(before.zip(after).map(|(before, after)| 1.0 - (after / before).powi(2)))
 }

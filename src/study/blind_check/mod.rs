@@ -1,0 +1,13 @@
+//! The blind check of the diagnosis: cases are made and sealed, diagnosed by the public command, and only then scored against their labels.
+
+mod check;
+mod closed_share;
+mod diagnose_cases;
+mod make_cases;
+mod own_cases;
+mod request;
+
+pub use check::BlindCheck;
+pub use diagnose_cases::CaseAnswers;
+pub use request::{Arm, BlindCheckRequest, CaseCount, CaseOrigin};
+pub use withheld::{Seal, WithheldDocument, withheld_text};
