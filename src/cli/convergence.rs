@@ -4,7 +4,7 @@ use crate::arguments::{OutputArguments, SearchArguments, Sources};
 use crate::long_work::{finish, on_threads, resumable};
 use crate::outcome::{CommandResult, deliver, prepare, shown, warn};
 use crate::progress::WorkProgress;
-use crate::search::study_settings;
+use crate::search::settings;
 use report::convergence_text;
 use study::convergence;
 
@@ -28,7 +28,7 @@ pub struct ConvergenceArguments {
 /// Runs the command.
 pub fn run(given: &ConvergenceArguments) -> CommandResult {
     let counts: Vec<usize> = given.counts.iter().map(|n| usize::from(*n)).collect();
-    let mut study = given.sources.open()?.with_settings(study_settings(&given.search)?);
+    let mut study = given.sources.open()?.with_settings(settings(&given.search)?);
     if let Some(names) = &given.positions {
         study = study.fit(names).map_err(shown)?;
     }

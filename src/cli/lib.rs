@@ -23,12 +23,11 @@ mod simulate;
 mod validate;
 mod withheld;
 
-// Shared by commands: inputs, searches, long work, documents and messages.
+// Shared by commands: searches, long work and messages.
 mod long_work;
 mod outcome;
 mod progress;
 mod search;
-mod sources;
 mod terminal;
 
 use std::process::ExitCode;

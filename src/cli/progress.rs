@@ -6,12 +6,12 @@ use std::time::Duration;
 
 use indicatif::{ProgressBar, ProgressStyle};
 
-use optimizer::{Progress, Watcher};
+use study::{Progress, Watcher};
 
 const STEPS: &str = "{prefix}  {bar:24} {pos}/{len}  {elapsed}, {eta} left";
 const SEARCHES: &str = "{prefix}  {bar:24} {elapsed}, at most {eta} left  {msg}";
 
-/// Progress bar over the searches and steps of a command, or over a known number of steps.
+/// Progress bar over the searches and steps of a command.
 pub struct WorkProgress {
     bar: ProgressBar,
     at: Arc<Mutex<BarState>>,
@@ -20,6 +20,9 @@ pub struct WorkProgress {
 /// State of a progress bar.
 struct BarState {
     name: String,
+    /// Stage of the work that began last.
+    stage: Option<String>,
+    is_searching: bool,
     searches: u64,
     /// Generations done of each search.
     done: HashMap<usize, u64>,
@@ -33,7 +36,16 @@ impl WorkProgress {
         style(&bar, "{spinner} {prefix}  {elapsed}");
         // Updates the elapsed time between reports.
         bar.enable_steady_tick(Duration::from_millis(200));
-        WorkProgress::of(bar, name, searches)
+        bar.set_prefix(name.to_string());
+        let state = BarState {
+            name: name.into(),
+            stage: None,
+            is_searching: false,
+            searches: searches as u64,
+            done: HashMap::new(),
+            best: f64::INFINITY,
+        };
+        WorkProgress { bar, at: Arc::new(Mutex::new(state)) }
     }
 
     /// Starts a bar over an unknown number of searches.
@@ -41,25 +53,6 @@ impl WorkProgress {
         WorkProgress::searches(quiet, name, 1)
     }
 
-    /// Starts a bar over a known number of steps.
-    pub fn counted(quiet: bool, name: &str, steps: usize) -> Self {
-        let bar = if quiet { ProgressBar::hidden() } else { ProgressBar::new(steps as u64) };
-        style(&bar, STEPS);
-        WorkProgress::of(bar, name, 1)
-    }
-
-    fn of(bar: ProgressBar, name: &str, searches: usize) -> Self {
-        bar.set_prefix(name.to_string());
-        WorkProgress {
-            bar,
-            at: Arc::new(Mutex::new(BarState { name: name.into(), searches: searches as u64, done: HashMap::new(), best: f64::INFINITY })),
-        }
-    }
-
-    /// Counts one finished step.
-    pub fn step(&self) {
-        self.bar.inc(1);
-    }
 
     /// Returns a watcher for stages, searches and counted steps. A search that converges early shortens the remaining time.
     pub fn watcher(&self) -> Watcher {
@@ -71,11 +64,14 @@ impl WorkProgress {
                     style(&bar, "{spinner} {prefix}  {elapsed}");
                     bar.set_prefix(format!("{}: {stage}", at.name));
                     bar.tick();
+                    // Costs of another stage are not comparable.
+                    (at.stage, at.is_searching, at.best) = (Some(stage.to_string()), false, f64::INFINITY);
                 }
                 Progress::Generation { search, done, most, best } => {
-                    if at.done.is_empty() {
+                    if !at.is_searching {
                         style(&bar, SEARCHES);
-                        bar.set_prefix(at.name.clone());
+                        bar.set_prefix(at.stage.as_ref().map_or_else(|| at.name.clone(), |stage| format!("{}: {stage}", at.name)));
+                        at.is_searching = true;
                     }
                     at.done.insert(search, done);
                     at.best = at.best.min(best);
@@ -95,16 +91,6 @@ impl WorkProgress {
                 }
             }
         })
-    }
-
-    /// Names the current work.
-    pub fn now(&self, what: &str) {
-        if let Ok(mut at) = self.at.lock() {
-            at.name = what.into();
-            // Costs on other data are not comparable.
-            at.best = f64::INFINITY;
-        }
-        self.bar.set_prefix(what.to_string());
     }
 
     /// Ends the bar and clears its line.
