@@ -21,14 +21,22 @@ pub enum Outcome {
 /// Result of a command: its outcome, or the message why it could not run.
 pub type CommandResult = Result<Outcome, String>;
 
-/// Converts an error to its message.
-pub fn to_message(error: impl std::fmt::Display) -> String {
-    error.to_string()
+/// Converts an error to its message. A faulty setting is named by its option: `--freeze` for `freeze`.
+pub fn to_message(error: impl std::fmt::Display + 'static) -> String {
+    let (text, any): (String, &dyn std::any::Any) = (error.to_string(), &error);
+    let setting = None
+        .or_else(|| any.downcast_ref::<config::ConfigError>()?.setting())
+        .or_else(|| any.downcast_ref::<identification::objective::ObjectiveError>()?.setting())
+        .or_else(|| any.downcast_ref::<dynamics::inverse_dynamics::InverseError>()?.setting());
+    match setting.and_then(|key| Some((key, text.strip_prefix(key)?))) {
+        Some((key, fault)) => format!("--{}{fault}", key.replace('_', "-")),
+        None => text,
+    }
 }
 
 /// Claims the result folder, so that no other run writes into it; `None` without `--out`. Called before the computations start.
 pub fn prepare(output: &OutputArguments) -> Result<Option<OutputFolder>, String> {
-    output.out.as_deref().map(OutputFolder::claim).transpose()
+    output.out.as_deref().map(OutputFolder::claim).transpose().map_err(to_message)
 }
 
 /// Delivers a document: prints it as JSON or as text, and writes it into the result folder if there is one.

@@ -5,6 +5,7 @@ mod claim;
 pub mod diagnosis;
 pub mod document;
 pub mod effects;
+mod error;
 pub mod hybrid;
 pub mod loops;
 pub mod motion;
@@ -18,6 +19,7 @@ mod terminal;
 
 mod write;
 
+pub use error::ReportError;
 pub use numeric::digest::digest;
 pub use schema::{SCHEMAS, schema};
 pub use table::{

@@ -69,7 +69,8 @@ pub fn run(given: &DiagnoseArguments, loaded: &Loaded) -> CommandResult {
     if let Some((folder, file)) = cache.filter(|_| !cached && found.complete) {
         // A cache that cannot be written costs time, not the result.
         let _ = OutputFolder::prepare(&folder)
-            .and_then(|folder| folder.write(&file, kept_as(&file, &found.null).map_err(to_message)?.as_bytes()));
+            .map_err(to_message)
+            .and_then(|folder| folder.write(&file, kept_as(&file, &found.null).map_err(to_message)?.as_bytes()).map_err(to_message));
     }
     let document = to_document(given, loaded, (&fit, &held_out), &found, interval, &effects)?;
     warn(&given.output, &document.stamp.warnings);

@@ -108,7 +108,7 @@ fn one(out: &OutputFolder, aside: &Path, generator: &Generator, plan: &Plans, in
         let written = |part: &str, write: Write<'_>| {
             let path = aside.join(part).join(name);
             write(&path).map_err(to_message)?;
-            folder_digest(&path)
+            folder_digest(&path).map_err(to_message)
         };
         let sha256 = written(CASES, write)?;
         let quiet_sha256 = quiet.map(|write| written(QUIET, write)).transpose()?;
